@@ -1,0 +1,54 @@
+# How every target of the house is compiled, and the helpers that declare one.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+
+find_program(PALPATE_CCACHE ccache)
+if(PALPATE_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${PALPATE_CCACHE})
+endif()
+
+if(PALPATE_NATIVE)
+  add_compile_options(-march=native)
+endif()
+if(PALPATE_SANITIZE)
+  add_compile_options(-fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${PALPATE_SANITIZE})
+endif()
+
+add_library(palpate_warnings INTERFACE)
+target_compile_options(palpate_warnings INTERFACE -Wall -Wextra -Wconversion -Wshadow
+                       $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
+
+# palpate_library(NAME SOURCES a.cpp ... LINKS x y ...): one static library per folder; includes start at the root.
+# A folder of headers only gives no SOURCES.
+function(palpate_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "SOURCES;LINKS;PRIVATE_LINKS")
+  if(ARG_SOURCES)
+    add_library(${name} STATIC ${ARG_SOURCES})
+    target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
+    target_link_libraries(${name} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS} palpate_warnings)
+  else()
+    add_library(${name} INTERFACE)
+    target_include_directories(${name} INTERFACE ${CMAKE_SOURCE_DIR})
+    target_link_libraries(${name} INTERFACE ${ARG_LINKS})
+  endif()
+endfunction()
+
+# palpate_test(NAME SOURCES ... LINKS ...): one test executable per folder of tests, run by ctest as NAME.
+# Extra: LABELS for ctest, DATA when the test looks for ../shared.
+function(palpate_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "TIMEOUT" "SOURCES;LINKS;LABELS")
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_LINKS} GTest::gtest_main GTest::gmock palpate_warnings)
+  target_compile_definitions(${name} PRIVATE
+    PALPATE_SOURCE_DIR="${CMAKE_SOURCE_DIR}" PALPATE_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  add_test(NAME ${name} COMMAND ${name})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+endfunction()

@@ -1,0 +1,70 @@
+// The master's line to the slave: connects, keeps one Operate stream, measures it, reconnects. The
+// haptic loop only ever touches the two latest-value slots.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "shared/geometry/teleop_transform.h"
+#include "shared/link/latest_value.h"
+#include "shared/state/slave_state.h"
+
+namespace palpate {
+
+// What the master needs to know of the slave's scene.
+struct RemoteScene {
+  std::string name, geometry, model, source;  // in words, for people
+  TeleopTransform transform;                  // scales and R_SM, offset zero
+  double force_limit = 3.3;                   // at the device [N]
+  double press_depth = 0, press_speed = 0;    // for a scripted hand, at the tool [m], [m/s]
+  bool simulated = false;
+  double sensor_rate = 0;  // [Hz]
+};
+
+// A state as it arrived.
+struct ReceivedState {
+  SlaveState state;
+  Time received_at{};       // master's clock
+  double clock_offset = 0;  // slave's clock minus master's [s], by the best of recent round trips
+};
+
+struct LinkStats {
+  bool connected = false;
+  std::uint64_t states = 0, commands = 0, reconnects = 0;
+  double rtt_p50_us = 0, rtt_p99_us = 0, rtt_max_us = 0;
+  double clock_offset = 0;  // [s]
+  std::string trouble;      // why it is not connected, or who holds the lease; empty: nothing
+};
+
+class SlaveLink {
+ public:
+  struct Options {
+    std::string target;     // HOST:PORT
+    double wait = 10;       // how long Connect retries [s]
+    bool insecure = false;  // allow targets that are not loopback, in plain text
+    std::string operator_name;
+  };
+  // Throws std::invalid_argument: target not understood, or not loopback without `insecure`.
+  explicit SlaveLink(Options options);
+  ~SlaveLink();
+
+  // Retries for `wait`. Throws std::runtime_error: nobody there (what was tried), wrong version.
+  RemoteScene Connect();
+  // Opens the Operate stream and keeps it open, reconnecting with back-off, until Stop. Commands
+  // are taken from `commands` 500 times a second, states put into `states` as they arrive; both
+  // outlive the link.
+  void Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands);
+  void Stop();
+  [[nodiscard]] LinkStats stats() const;  // thread-safe
+  // The slave's emergency stop. Thread-safe, deadline 1 s; true: it answered.
+  bool EmergencyStop(const std::string& reason);
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace palpate

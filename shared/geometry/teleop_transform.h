@@ -1,0 +1,38 @@
+// T^p and T^F: how the hand's space M maps to the tool's space S and how forces come back (paper
+// A, 3.1).
+//
+//   p_S = s_p R_SM p_M + offset      F_M = s_F R_SM^T F_S      K_M = s_p s_F R_SM^T K_S R_SM
+//
+// Forces are free vectors: the offset, which the clutch moves, never enters T^F. Power is preserved
+// only if s_F = s_p (reference f, scaling_transform).
+#pragma once
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+struct TeleopTransform {
+  double position_scale = 1;                           // s_p [-], > 0
+  double force_scale = 1;                              // s_F [-], > 0
+  Eigen::Matrix3d R_SM = Eigen::Matrix3d::Identity();  // rotation of M in S
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();    // S [m]
+
+  [[nodiscard]] Eigen::Vector3d ToSlave(const Eigen::Vector3d& p_M) const {
+    return position_scale * (R_SM * p_M) + offset;
+  }
+  [[nodiscard]] Eigen::Vector3d ToMaster(const Eigen::Vector3d& p_S) const {
+    return R_SM.transpose() * (p_S - offset) / position_scale;
+  }
+  [[nodiscard]] Eigen::Vector3d VelocityToSlave(const Eigen::Vector3d& v_M) const {
+    return position_scale * (R_SM * v_M);
+  }
+  [[nodiscard]] Eigen::Vector3d ForceToMaster(const Eigen::Vector3d& f_S) const {
+    return force_scale * (R_SM.transpose() * f_S);
+  }
+  // The clutch closes: the offset with which `p_M` maps to `p_S`, so that engaging moves nothing.
+  void ZeroOffset(const Eigen::Vector3d& p_M, const Eigen::Vector3d& p_S) {
+    offset = p_S - position_scale * (R_SM * p_M);
+  }
+};
+
+}  // namespace palpate

@@ -1,0 +1,60 @@
+// A planar body's boundary as polygons, and its division into straight boundary elements.
+// Frame O [m]. The outer loop runs counter-clockwise, holes clockwise, so that the body lies to the
+// left of every element and the outward normal is the tangent turned by -90 degrees.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+// Closed polygons: the last point joins the first.
+struct Outline {
+  std::vector<Eigen::Vector2d> outer;  // counter-clockwise, >= 3 points
+  std::vector<std::vector<Eigen::Vector2d>>
+      holes;  // any direction as given; meshing turns them clockwise
+};
+
+// One straight element from `a` to `b`.
+struct BoundaryElement {
+  Eigen::Vector2d a, b;
+  [[nodiscard]] double length() const { return (b - a).norm(); }
+  [[nodiscard]] Eigen::Vector2d midpoint() const { return 0.5 * (a + b); }
+  [[nodiscard]] Eigen::Vector2d normal() const {
+    const Eigen::Vector2d t = (b - a).normalized();
+    return {t.y(), -t.x()};
+  }
+};
+
+// Elements in order along each loop: loop k owns [loop_begin[k], loop_begin[k + 1]).
+struct BoundaryMesh {
+  std::vector<BoundaryElement> elements;
+  std::vector<int> loop_begin;  // loops + 1 entries, the last one is elements.size()
+  double length_unit =
+      1;  // what bem2d scales lengths by [m] (contracts: larger side, disc: radius)
+
+  [[nodiscard]] int size() const { return static_cast<int>(elements.size()); }
+  // The element after / before `i` along its own loop.
+  [[nodiscard]] int Next(int i) const;
+  [[nodiscard]] int Previous(int i) const;
+};
+
+// Rectangle from (0, 0), counter-clockwise from the lower left corner. Elements of equal length
+// divide each side, `count` in all, in proportion to the sides' lengths, at least one each. Throws
+// std::invalid_argument: sizes not positive and finite, count < 4.
+BoundaryMesh MeshRectangle(double width, double height, int count);
+// Inscribed regular polygon, first vertex at -pi / count, element 0 centred at angle 0. Throws:
+// count < 3.
+BoundaryMesh MeshDisc(double radius, int count);
+// Every edge gets at least one element, the rest goes by length, `count` in all (more if there are
+// more edges). Throws std::invalid_argument: fewer than three points, repeated points, no area,
+// crossing edges, hole outside.
+BoundaryMesh MeshPolygon(const Outline& outline, int count);
+
+// Signed area [m^2], positive counter-clockwise.
+double SignedArea(const std::vector<Eigen::Vector2d>& loop);
+// `p` lies inside the outer loop and outside the holes.
+bool Contains(const Outline& outline, const Eigen::Vector2d& p);
+
+}  // namespace palpate

@@ -1,0 +1,185 @@
+// A scene, typed and validated: what is modelled, what is sensed, what the operator gets. SI units,
+// frames as named. `LoadScene` is the only way to one; what it returns is consistent, so nobody
+// checks again.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/geometry/teleop_transform.h"
+#include "shared/mesh/outline.h"
+
+namespace palpate {
+
+// --- object
+// -----------------------------------------------------------------------------------------------------
+struct RectangleGeometry {
+  double width = 0, height = 0, thickness = 0;
+};  // [m], frame O at the lower left
+struct DiscGeometry {
+  double radius = 0, thickness = 0;
+};  // [m], frame O at the centre
+struct PolygonGeometry {
+  Outline outline;
+  double thickness = 0;
+};  // [m]
+struct ContourFileGeometry {
+  std::filesystem::path file;
+  Outline outline;
+  double thickness = 0;
+};  // CSV x,y [m]
+struct ImageContourGeometry {
+  double thickness = 0;
+};  // the outline is found by the eyes in the first picture
+using Geometry = std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
+                              ImageContourGeometry>;
+double ThicknessOf(const Geometry& geometry);  // [m]
+// The outline of a planar geometry, frame O; a disc as a 360-gon. Empty for ImageContourGeometry.
+Outline OutlineOf(const Geometry& geometry);
+
+struct Material {
+  double young_modulus = 0;            // E [Pa], > 0
+  double poisson_ratio = 0;            // nu [-], -1 < nu <= 0.5
+  double density = 0;                  // [kg/m^3]; 0: not given
+  double young_modulus_tolerance = 0;  // one sigma, relative [-]; goes into the force's sigma
+};
+
+// Where displacements are held at zero.
+struct FixedSide {
+  std::string side;
+};  // bottom, top, left, right
+struct FixedArc {
+  double centre = 0, half_angle = 0;
+};  // [rad], by element midpoint, ends within 1e-9 rad
+struct FixedPlane {
+  int axis = 0;
+  double at = 0;
+};  // elements whose midpoint lies there [m]
+struct FixedNodes {
+  std::vector<int> nodes;
+};  // element indices from 0
+struct Fixed {
+  std::variant<FixedSide, FixedArc, FixedPlane, FixedNodes> where;
+  std::array<bool, 3> components{true, true, true};  // x, y, z held
+};
+
+struct Object {
+  Geometry geometry;
+  Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();
+  Material material;
+  std::vector<Fixed> fixed;  // empty: balanced loads only
+};
+
+// --- tool
+// -------------------------------------------------------------------------------------------------------
+struct Tool {
+  enum class Shape : std::uint8_t { kFlat, kRound } shape = Shape::kFlat;
+  double width = 0;  // contact width [m], > 0
+};
+
+// --- sense
+// ------------------------------------------------------------------------------------------------------
+struct Camera {
+  enum class Source : std::uint8_t {
+    kSimulated,
+    kFiles,
+    kVideo,
+    kDevice
+  } source = Source::kSimulated;
+  std::string pattern;  // files: printf pattern, glob or one picture; video: path
+  int device = 0;       // camera number
+  double rate = 60;     // [Hz]
+  std::array<int, 2> size{
+      640, 480};     // [px] width, height; simulated and device; 0, 0: as the picture comes
+  double pixel = 0;  // edge of a pixel in the plane z = 0 of S [m/px]
+  Eigen::Isometry3d X_SC =
+      Eigen::Isometry3d::Identity();  // C: origin at the picture's centre, x right, y up
+};
+struct TipTracking {
+  std::filesystem::path
+      template_file;  // empty: cut from the first picture at the tool's reported place
+  std::optional<Eigen::Vector2d>
+      anchor;              // tip in the template [px], from its upper left pixel's centre
+  int roi = 64;            // edge of the moving search window [px]
+  double min_score = 0.6;  // below it the tip is lost [-]
+};
+struct ContourTracking {
+  int control_points = 60;
+  double alpha = 1.0, beta = 1.0, gamma = 1.2;  // continuity, curvature, image (paper A, eq. 2)
+  // Start shape in the picture [px]; monostate: found automatically.
+  struct Circle {
+    Eigen::Vector2d centre;
+    double radius = 0;
+  };
+  struct Polygon {
+    std::vector<Eigen::Vector2d> points;
+  };
+  std::variant<std::monostate, Circle, Polygon> start;
+};
+struct Sense {
+  std::optional<Camera> camera;
+  std::optional<TipTracking> tip;
+  std::optional<ContourTracking> contour;
+};
+
+// --- model
+// ------------------------------------------------------------------------------------------------------
+enum class Plane : std::uint8_t { kStress, kStrain };
+enum class ContactLaw : std::uint8_t { kBonded, kFrictionless };
+struct ModelOptions {
+  std::string kind = "auto";  // auto or bem2d
+  int elements = 180;
+  Plane plane = Plane::kStress;
+  ContactLaw contact = ContactLaw::kBonded;
+  double tolerance = 0.05;    // asked for [-]
+  double rate = 500;          // asked for [Hz]
+  double range = 0;           // largest |displacement| / larger side before `extrapolated` [-]
+  double puncture_depth = 0;  // overshoot beyond which the puncture cue fires [m]; 0: never
+};
+
+// --- operator, manipulator, site
+// --------------------------------------------------------------------------------
+struct OperatorOptions {
+  TeleopTransform transform;   // scales and R_SM; the offset is the clutch's
+  double force_limit = 3.3;    // at the device [N]
+  double press_depth = 0.005;  // what a scripted hand does, at the tool [m]
+  double press_speed = 0.020;  // [m/s]
+};
+struct ManipulatorOptions {
+  Eigen::Vector3d home{0, 0, 0};             // tip at start, S [m]
+  double max_speed = 0.05;                   // [m/s]
+  Eigen::Vector3d workspace_min{-1, -1, 0};  // S [m]
+  Eigen::Vector3d workspace_max{1, 1, 0};    // S [m]
+};
+// The simulated site's world, unknown to the estimator.
+struct SiteOptions {
+  std::uint32_t seed = 1;
+  double noise = 2.0;      // sigma of the picture noise [grey levels of 255]
+  double blur = 0.7;       // sigma of the optical blur [px]
+  double lighting = 0.15;  // relative fall of the light across the picture [-]
+  double flicker = 0.02;   // relative change of the light in time [-]
+  Eigen::Vector2d misplacement{0,
+                               0};  // how far the object really is from where the scene says, S [m]
+};
+
+struct Scene {
+  std::string name;
+  std::filesystem::path file;
+  Object object;
+  std::optional<Tool> tool;
+  Sense sense;
+  ModelOptions model;
+  OperatorOptions operator_options;
+  ManipulatorOptions manipulator;
+  SiteOptions site;
+};
+
+}  // namespace palpate

@@ -1,0 +1,78 @@
+// What the slave tells and what the operator's side tells, as plain values. `shared/wire` turns
+// them into messages and back; the field comments of proto/palpate/v1/state.proto hold here too.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "shared/state/clock.h"
+#include "shared/state/local_model.h"
+#include "shared/state/validity.h"
+
+namespace palpate {
+
+enum class Event : std::uint8_t {
+  kContact = 1,
+  kRelease,
+  kPuncture,
+  kTrackingLost,
+  kTrackingRegained,
+  kLimit,
+  kHold,
+  kEstop,
+  kModelChanged,
+  kCommandRefused,
+};
+
+// A set of events; small enough to copy everywhere.
+class Events {
+ public:
+  void Add(Event e) { bits_ |= Bit(e); }
+  void Add(Events other) { bits_ |= other.bits_; }
+  [[nodiscard]] bool Has(Event e) const { return (bits_ & Bit(e)) != 0; }
+  [[nodiscard]] bool empty() const { return bits_ == 0; }
+  void Clear() { bits_ = 0; }
+
+ private:
+  static std::uint32_t Bit(Event e) { return 1U << static_cast<unsigned>(e); }
+  std::uint32_t bits_ = 0;
+};
+
+enum class Phase : std::uint8_t { kReady = 1, kFollowing, kClutched, kHold, kEstop };
+
+struct SlaveState {
+  std::uint64_t sequence = 0;
+  Time sensed_at{};                                   // slave's clock
+  Time sent_at{};                                     // slave's clock
+  Eigen::Vector3d p_S_tip = Eigen::Vector3d::Zero();  // [m]
+  std::optional<Eigen::Vector3d> force;               // object on tool, S [N]; nullopt: unknown
+  double sigma = 0;                                   // [N]
+  Validity validity = Validity::kFailed;
+  LocalModel local_model;                // revision 0: none
+  double energy_in = 0, energy_out = 0;  // [J]
+  Events events;
+  std::uint64_t command_sequence = 0;
+  std::optional<Time> echo;  // master's clock
+  double echo_delay = 0;     // [s]
+  std::uint32_t epoch = 0;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // of T^p, S [m]
+  Phase phase = Phase::kReady;
+  std::optional<Eigen::Vector3d> true_force;  // object on tool, S [N], at sent_at
+};
+
+struct OperatorCommand {
+  std::uint64_t sequence = 0;
+  Time sent_at{};  // master's clock
+  std::uint32_t epoch = 0;
+  Eigen::Vector3d p_M = Eigen::Vector3d::Zero();       // [m], absolute in the epoch
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // M [m/s]
+  bool engaged = false;
+  double energy_in = 0, energy_out = 0;  // [J]
+  std::uint64_t state_sequence = 0;
+  std::optional<Time> echo;  // slave's clock
+};
+
+}  // namespace palpate

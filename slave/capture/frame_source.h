@@ -1,0 +1,44 @@
+// Where pictures come from: files, a video, a camera, the simulated site. One interface; the
+// pipeline cannot tell.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include <opencv2/core/mat.hpp>
+
+#include "shared/scene/scene.h"
+#include "shared/state/clock.h"
+
+namespace palpate {
+
+struct Frame {
+  cv::Mat image;               // as the source gives it: 1 or 3 channels, 8 or 16 bit
+  std::uint64_t sequence = 0;  // from 1
+  Time sensed_at{};            // when the picture was taken (middle of the exposure)
+};
+
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  FrameSource() = default;
+  FrameSource(const FrameSource&) = delete;
+  FrameSource& operator=(const FrameSource&) = delete;
+  // The next picture; blocks until there is one. nullopt: the source has ended or `stop` was
+  // requested. Throws std::runtime_error where a source breaks (unreadable file, camera gone); the
+  // message names it.
+  virtual std::optional<Frame> Next(const std::stop_token& stop) = 0;
+  // In words, for people: `files frames/%04d.png (120)`.
+  [[nodiscard]] virtual std::string description() const = 0;
+};
+
+// Opens what the scene names (files, video, device); relative paths are relative to the scene file.
+// `paced`: pictures come at the scene's rate; otherwise as fast as they are read, with stamps at
+// that rate. Throws std::runtime_error: nothing matches, unreadable, no such camera. Not for
+// Source::kSimulated.
+std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced);
+
+}  // namespace palpate

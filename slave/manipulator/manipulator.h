@@ -1,0 +1,28 @@
+// Moves the tool. The pipeline and the service see only this; real arms come as other kinds of it.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "shared/scene/scene.h"
+
+namespace palpate {
+
+class Manipulator {
+ public:
+  virtual ~Manipulator() = default;
+  Manipulator() = default;
+  Manipulator(const Manipulator&) = delete;
+  Manipulator& operator=(const Manipulator&) = delete;
+
+  // Where the tip should be, S [m]. Thread-safe, latest wins. Outside the workspace it goes to the
+  // nearest place inside; not finite: ignored, and false.
+  virtual bool Command(const Eigen::Vector3d& p_S_target) noexcept = 0;
+  // Stop where it is. Thread-safe.
+  virtual void Hold() noexcept = 0;
+  // Where its own encoders say the tip is, S [m]. Thread-safe.
+  [[nodiscard]] virtual Eigen::Vector3d Tip() const noexcept = 0;
+  // The last target was clipped by the workspace or the speed limit. Thread-safe.
+  [[nodiscard]] virtual bool at_limit() const noexcept = 0;
+};
+
+}  // namespace palpate

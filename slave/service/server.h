@@ -1,0 +1,30 @@
+// The gRPC face of a slave: listens, serves, stops.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "slave/pipeline/slave.h"
+
+namespace palpate {
+
+class Server {
+ public:
+  // Listens on `address` (HOST:PORT, [V6]:PORT; port 0: any free one). Without `insecure` only
+  // loopback addresses are served. `slave` must outlive the server. Throws std::runtime_error:
+  // address not understood, not loopback, port in use (no silent sharing).
+  Server(Slave& slave, const std::string& address, bool insecure);
+  // Stops within a second: streams end with UNAVAILABLE.
+  ~Server();
+
+  // HOST:PORT really listened on.
+  [[nodiscard]] const std::string& address() const;
+  // Begins to end: health says NOT_SERVING, streams end, then returns. Idempotent.
+  void Stop();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace palpate
