@@ -1,0 +1,29 @@
+// Times in logarithmic bins: fixed memory, real-time safe to add to, quantiles to within 2 %.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace palpate {
+
+// One thread at a time; merge copies for reports.
+class LatencyHistogram {
+ public:
+  // `us` [us]; negative and not finite count as 0. Real-time safe.
+  void Add(double us) noexcept;
+  void Merge(const LatencyHistogram& other) noexcept;
+  // Smallest bin edge that at least the fraction `q` in [0, 1] of all times lie under [us]; 0 if
+  // empty.
+  [[nodiscard]] double Quantile(double q) const noexcept;
+  [[nodiscard]] double max() const noexcept { return max_; }  // exact [us]
+  [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
+
+ private:
+  // 10 ns to 1000 s in steps of 2 %.
+  static constexpr int kBins = 1280;
+  std::array<std::uint32_t, kBins> bins_{};
+  std::uint64_t count_ = 0;
+  double max_ = 0;
+};
+
+}  // namespace palpate
