@@ -37,7 +37,7 @@ std::vector<int> LargestRemainder(const std::vector<double>& quota, int count) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::vector<long long> fraction;  // in units of 1e-9
   for (const double q : quota) {
-    const double whole = std::floor(q + 1e-9);
+    const double whole = std::floor(q);
     shares.push_back(static_cast<int>(whole));
     fraction.push_back(std::llround((q - whole) * 1e9));
   }
