@@ -132,12 +132,12 @@ TEST(MeshPolygonTest, GivesEveryEdgeAnElementAndTheRestByLength) {
   // Edges 1, 1e-4, 1, 1e-4: quotas of the short ones are far below one.
   const Outline sliver{{{0, 0}, {1, 0}, {1, 1e-4}, {0, 1e-4}}, {}};
   EXPECT_EQ(SideCounts(MeshPolygon(sliver, 20)), (std::array{9, 1, 9, 1}));
-  // The right side in ten pieces, one element each, leaves 10 for 2.12: the left side's quota, 1.07
-  // before, falls to 0.57.
+  // The right side in twenty pieces, one element each, leaves 10 for the others: the left side's
+  // quota, 1.05 before, falls to 0.36.
   Outline stepped{{{0, 0}}, {}};
-  for (int i = 0; i <= 10; ++i) stepped.outer.emplace_back(1, 0.012 * i);
-  stepped.outer.emplace_back(0, 0.12);
-  EXPECT_EQ(SideCounts(MeshPolygon(stepped, 20)), (std::array{5, 10, 4, 1}));
+  for (int i = 0; i <= 20; ++i) stepped.outer.emplace_back(1, 0.00375 * i);
+  stepped.outer.emplace_back(0, 0.075);
+  EXPECT_EQ(SideCounts(MeshPolygon(stepped, 30)), (std::array{5, 20, 4, 1}));
   // More edges than asked for: one each.
   EXPECT_EQ(MeshPolygon({{{0, 0}, {2, 0}, {2, 1}, {1, 2}, {0, 1}}, {}}, 3).size(), 5);
 }
