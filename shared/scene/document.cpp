@@ -183,6 +183,15 @@ void Override(const std::string& pair, DocumentNode* root, Mistakes* mistakes) {
     mistakes->AddOverride(pair, "key.path=value");
     return;
   }
+  const auto refuse = [&](const std::string& accepted) {
+    mistakes->AddOverride(path + " = " + Shortened(pair.substr(equals + 1)), accepted);
+  };
+  DocumentNode value;
+  try {
+    value = Copier(mistakes, true).Copy(YAML::Load(pair.substr(equals + 1)), path);
+  } catch (const std::exception& error) {
+    return refuse(std::string("a YAML value (") + error.what() + ")");
+  }
   DocumentNode* node = root;
   for (std::size_t begin = 0; node != nullptr && begin <= path.size();) {
     const std::size_t end = std::min(path.find('.', begin), path.size());
@@ -190,18 +199,10 @@ void Override(const std::string& pair, DocumentNode* root, Mistakes* mistakes) {
     begin = end + 1;
   }
   if (node == nullptr) {
-    mistakes->AddOverride(path + " = " + Shortened(pair.substr(equals + 1)),
-                          "a key path that leads through maps and list indices of the scene");
-    return;
+    return refuse("a key path that leads through maps and list indices of the scene");
   }
-  try {
-    const std::string key = node->key;
-    *node = Copier(mistakes, true).Copy(YAML::Load(pair.substr(equals + 1)), path);
-    node->key = key;
-  } catch (const std::exception& error) {
-    mistakes->AddOverride(path + " = " + Shortened(pair.substr(equals + 1)),
-                          std::string("a YAML value (") + error.what() + ")");
-  }
+  value.key = node->key;
+  *node = std::move(value);
 }
 
 }  // namespace

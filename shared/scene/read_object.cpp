@@ -65,13 +65,13 @@ Geometry ReadGeometry(Section& object, const SceneContext& context) {
   constexpr std::array kKinds{"rectangle", "disc", "polygon", "contour"};
   const auto found =
       std::ranges::count_if(kKinds, [&](const char* kind) { return section.Has(kind); });
-  bool is_later = false;
   for (const char* kind : {"membrane", "box", "mesh"}) {
-    is_later |= section.present() && section.node()->Find(kind) != nullptr;
     section.RefuseLater(kind, "rectangle, disc, polygon or contour");
   }
-  if (section.present() && found != 1 && !is_later) {
-    object.Refuse("geometry", kOneOf);
+  if (section.present() && found != 1) {
+    // None of them, but something: that something is reported for itself.
+    if (found > 1 || section.size() == 0) object.Refuse("geometry", kOneOf);
+    return RectangleGeometry{};
   }
   const Rule size = Positive(Dimension::kLength);
   if (section.Has("disc")) {

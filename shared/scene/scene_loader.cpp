@@ -62,7 +62,8 @@ class CrossCheck {
     for (const Fixed& fixed : scene_.object.fixed) {
       const auto* listed = std::get_if<FixedNodes>(&fixed.where);
       const int last = ElementCount(scene_) - 1;
-      if (listed == nullptr || std::ranges::max(listed->nodes) <= last) continue;
+      const auto is_beyond = [&](int node) { return node > last; };
+      if (listed == nullptr || std::ranges::none_of(listed->nodes, is_beyond)) continue;
       Refuse("object.fixed", "nodes from 0 to " + std::to_string(last) + ", the last element");
     }
   }
