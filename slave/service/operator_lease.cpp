@@ -30,7 +30,7 @@ std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> OperatorLease::Ask(
     const std::scoped_lock lock(mutex_);
     const Time now = Clock::now();
     if (holder_.ticket != 0) {
-      if (now - holder_.heard_at < kSilence) return HeldBy{DescribeHolder()};
+      if (now - holder_.heard_at < silence_) return HeldBy{DescribeHolder()};
       dismiss_silent_holder = std::move(holder_.dismiss);
       holder_ = {};
       slave_.EndOperating();
@@ -40,8 +40,7 @@ std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> OperatorLease::Ask(
     holder_ = {ticket, "", peer, now, std::move(dismiss)};
   }
   if (dismiss_silent_holder) {
-    dismiss_silent_holder("no command for " + std::to_string(kSilence.count()) +
-                          " s: the lease went to " + peer);
+    dismiss_silent_holder("no command for too long: the lease went to " + peer);
   }
   return ticket;
 }

@@ -31,7 +31,8 @@ class OperatorLease {
   using Dismiss = std::function<void(const std::string& reason)>;
 
   // `slave` outlives the lease.
-  explicit OperatorLease(Slave& slave) : slave_(slave) {}
+  explicit OperatorLease(Slave& slave, Clock::duration silence = kSilence)
+      : slave_(slave), silence_(silence) {}
 
   // Begins operating for `peer`, or tells who does.
   std::variant<Ticket, HeldBy> Ask(const std::string& peer, Dismiss dismiss);
@@ -55,6 +56,7 @@ class OperatorLease {
   [[nodiscard]] std::string DescribeHolder() const;  // with mutex_ held
 
   Slave& slave_;
+  const Clock::duration silence_;
   mutable std::mutex mutex_;  // guards everything below and the order of calls to slave_
   Holder holder_;
   Ticket last_ticket_ = 0;
