@@ -1,9 +1,13 @@
 // Operate: the lease, commands in, states out, and every way it may end.
 
+#include <csignal>
 #include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "tests/slave/service/service_fixture.h"
 
@@ -88,6 +92,20 @@ TEST_F(OperateTest, AfterTheOperatorVanishedTheNextOneGetsTheLease) {
   ASSERT_TRUE(ada.Read().has_value());
   ada.Vanish();
   ASSERT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
+  EXPECT_TRUE(Operator(Connect()).Read().has_value());
+}
+
+// A program that is killed says no goodbye: its connection just breaks.
+TEST_F(OperateTest, AfterTheOperatorsProgramWasKilledTheNextOneGetsTheLease) {
+  std::string program = LONE_OPERATOR, address = server_->address();
+  char* const arguments[] = {program.data(), address.data(), nullptr};
+  pid_t pid = 0;
+  ASSERT_EQ(posix_spawn(&pid, program.c_str(), nullptr, nullptr, arguments, environ), 0);
+  const bool operated = Eventually([&] { return !slave_.commands().empty(); });
+  kill(pid, SIGKILL);
+  waitpid(pid, nullptr, 0);
+  ASSERT_TRUE(operated);
+  EXPECT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
   EXPECT_TRUE(Operator(Connect()).Read().has_value());
 }
 
