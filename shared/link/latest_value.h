@@ -18,6 +18,10 @@ class LatestValue {
     slots_[write_] = value;
     write_ = middle_.exchange(write_ | kFresh, std::memory_order_acq_rel) & kIndex;
   }
+  // Writer: the last value put has not been taken yet. It may be taken the moment after.
+  [[nodiscard]] bool untaken() const noexcept {
+    return (middle_.load(std::memory_order_relaxed) & kFresh) != 0;
+  }
   // Reader: the newest value not yet taken, or nullptr where nothing is new. Stays valid until the
   // next Take.
   const T* Take() noexcept {

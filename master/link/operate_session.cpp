@@ -1,0 +1,75 @@
+#include "master/link/operate_session.h"
+
+#include <thread>
+
+#include "shared/wire/command_message.h"
+#include "shared/wire/state_message.h"
+
+namespace palpate {
+
+grpc::Status OperateSession::Run(const std::stop_token& stop) {
+  with_.commands.Take();  // what was meant for the stream before
+  with_.trips.Restart();
+  const auto stream = with_.stub.Operate(&context_);
+  std::jthread sender([&](const std::stop_token& ended) {
+    std::stop_source either;
+    const std::stop_callback on_stop(stop, [&] { either.request_stop(); });
+    const std::stop_callback on_end(ended, [&] { either.request_stop(); });
+    SendCommands(stream.get(), either.get_token());
+  });
+  v1::SlaveState message;
+  while (stream->Read(&message)) Receive(message);
+  sender.request_stop();
+  sender.join();
+  const grpc::Status status = stream->Finish();
+  if (!silent_) return status;
+  return {grpc::StatusCode::UNAVAILABLE,
+          "no state for " + std::to_string(kSilence.count()) + " s: the line is dead"};
+}
+
+void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
+  for (auto wake = Clock::now(); !stop.stop_requested(); wake += kCommandPeriod) {
+    std::this_thread::sleep_until(Clock::ToSteady(wake));
+    const Time now = Clock::now();
+    if (now - wake > kCommandPeriod) wake = now;  // skip what was missed
+    if (now - heard_at_.load() > kSilence) {
+      silent_ = true;
+      context_.TryCancel();
+      return;
+    }
+    SendNewest(stream);
+  }
+  stream->WritesDone();
+}
+
+void OperateSession::SendNewest(Stream* stream) {
+  // A command that the loop did not renew is not repeated: the slave has to notice its silence.
+  const OperatorCommand* newest = with_.commands.Take();
+  if (newest == nullptr) return;
+  OperatorCommand command = *newest;
+  command.sequence = ++commands_;
+  with_.trips.FillEcho(&command);
+  command.sent_at = Clock::now();
+  ToProto(command, &message_);
+  if (commands_ == 1) message_.set_operator_name(operator_name_);
+  if (stream->Write(message_)) ++with_.commands_sent;
+}
+
+void OperateSession::Receive(const v1::SlaveState& message) {
+  const Time now = Clock::now();
+  heard_at_ = now;
+  std::string reason;
+  const auto state = FromProto(message, &reason);
+  if (!state || state->sequence <= last_sequence_) return;
+  if (!was_served()) with_.on_first_state();
+  last_sequence_ = state->sequence;
+  ++with_.states_received;
+
+  ReceivedState received{*state, now, with_.trips.Arrived(*state, now)};
+  // An event of a state that the loop never took comes with the next one, at worst twice.
+  if (with_.states.untaken()) received.state.events.Add(untaken_);
+  untaken_ = received.state.events;
+  with_.states.Put(received);
+}
+
+}  // namespace palpate

@@ -1,0 +1,67 @@
+// One Operate stream from its opening to its end: commands up at 500 Hz, states down as they come.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <stop_token>
+#include <string>
+
+#include <grpcpp/client_context.h>
+#include <grpcpp/support/sync_stream.h>
+
+#include "palpate/v1/teleoperation.grpc.pb.h"
+
+#include "master/link/round_trips.h"
+#include "master/link/slave_link.h"
+#include "shared/link/latest_value.h"
+
+namespace palpate {
+
+class OperateSession {
+ public:
+  static constexpr std::chrono::microseconds kCommandPeriod{2000};
+  // A stream without any state for so long is given up: its line was cut without a word.
+  static constexpr std::chrono::seconds kSilence{2};
+
+  // What outlives the session.
+  struct Surroundings {
+    v1::Teleoperation::Stub& stub;
+    LatestValue<ReceivedState>& states;
+    LatestValue<OperatorCommand>& commands;
+    RoundTrips& trips;
+    std::atomic<std::uint64_t>& states_received;
+    std::atomic<std::uint64_t>& commands_sent;
+    std::function<void()> on_first_state;
+  };
+
+  OperateSession(Surroundings surroundings, std::string operator_name)
+      : with_(std::move(surroundings)), operator_name_(std::move(operator_name)) {}
+
+  // Blocks until the stream ends: by the slave, by silence, by `stop` (then the slave is told and
+  // ends it) or by Cancel. How it ended.
+  grpc::Status Run(const std::stop_token& stop);
+  // Cuts the stream without waiting for the slave. Any thread.
+  void Cancel() { context_.TryCancel(); }
+  // The slave answered at least once.
+  [[nodiscard]] bool was_served() const { return last_sequence_ != 0; }
+
+ private:
+  using Stream = grpc::ClientReaderWriter<v1::OperatorCommand, v1::SlaveState>;
+
+  void SendCommands(Stream* stream, const std::stop_token& stop);
+  void SendNewest(Stream* stream);
+  void Receive(const v1::SlaveState& message);
+
+  const Surroundings with_;
+  const std::string operator_name_;
+  grpc::ClientContext context_;
+  std::atomic<Time> heard_at_{Clock::now()};
+  std::atomic<bool> silent_{false};
+  std::uint64_t commands_ = 0;       // the sender's own
+  v1::OperatorCommand message_;      // the sender's own
+  std::uint64_t last_sequence_ = 0;  // the reader's own, as is untaken_
+  Events untaken_;
+};
+
+}  // namespace palpate

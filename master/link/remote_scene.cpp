@@ -1,0 +1,63 @@
+#include "master/link/remote_scene.h"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include <Eigen/Geometry>
+
+namespace palpate {
+namespace {
+
+constexpr double kOrthogonality = 1e-6;
+
+[[noreturn]] void Refuse(const std::string& field, double value, const std::string& accepted) {
+  std::ostringstream text;
+  text << "the slave's scene: " << field << " = " << value << ": accepted is " << accepted;
+  throw std::runtime_error(text.str());
+}
+
+double Positive(const char* field, double value) {
+  if (!(value > 0 && std::isfinite(value))) Refuse(field, value, "a finite number above 0");
+  return value;
+}
+
+double NonNegative(const char* field, double value) {
+  if (!(value >= 0 && std::isfinite(value))) Refuse(field, value, "a finite number, 0 or more");
+  return value;
+}
+
+Eigen::Matrix3d Rotation(const v1::SceneDescription::Operator& mapping) {
+  if (mapping.rotation_size() != 9) {
+    Refuse("operator.rotation", mapping.rotation_size(), "nine numbers");
+  }
+  Eigen::Matrix3d R;
+  for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = mapping.rotation(i);
+  const double off = (R * R.transpose() - Eigen::Matrix3d::Identity()).norm();
+  if (!(off < kOrthogonality && R.col(0).cross(R.col(1)).dot(R.col(2)) > 0)) {
+    Refuse("operator.rotation: distance from a rotation", off, "0");
+  }
+  return R;
+}
+
+}  // namespace
+
+RemoteScene ToRemoteScene(const v1::SceneDescription& scene, const v1::Capabilities& capabilities) {
+  const auto& mapping = scene.operator_();
+  RemoteScene remote;
+  remote.name = scene.name();
+  remote.geometry = scene.geometry();
+  remote.model = scene.model().kind();
+  remote.source = scene.source();
+  remote.transform.position_scale = Positive("operator.position_scale", mapping.position_scale());
+  remote.transform.force_scale = Positive("operator.force_scale", mapping.force_scale());
+  remote.transform.R_SM = Rotation(mapping);
+  remote.force_limit = Positive("operator.force_limit", mapping.force_limit());
+  remote.press_depth = NonNegative("operator.press_depth", mapping.press_depth());
+  remote.press_speed = NonNegative("operator.press_speed", mapping.press_speed());
+  remote.simulated = capabilities.simulated();
+  remote.sensor_rate = NonNegative("sensor_rate", capabilities.sensor_rate());
+  return remote;
+}
+
+}  // namespace palpate

@@ -1,0 +1,216 @@
+#include "master/link/slave_link.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+#include <grpcpp/support/channel_arguments.h>
+
+#include "palpate/v1/teleoperation.grpc.pb.h"
+
+#include "master/link/operate_session.h"
+#include "master/link/remote_scene.h"
+#include "master/link/round_trips.h"
+#include "shared/link/backoff.h"
+#include "shared/link/loopback.h"
+
+namespace palpate {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
+constexpr milliseconds kLeaseRetry(1000);
+constexpr milliseconds kCallDeadline(1000);
+constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
+constexpr int kKeepaliveMs = 1000;
+constexpr int kLookaheadBytes = 8192;  // a stalled reader shall not find seconds of old states
+
+std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetry.count());
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kFirstRetry.count());
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLongestRetry.count());
+  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kLookaheadBytes);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveMs);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // a proxy between hand and tool only delays
+  return grpc::CreateCustomChannel(target, grpc::InsecureChannelCredentials(), arguments);
+}
+
+void SetDeadline(grpc::ClientContext* context) {
+  context->set_deadline(std::chrono::system_clock::now() + kCallDeadline);
+}
+
+std::string Permitted(const SlaveLink::Options& options) {
+  const Endpoint endpoint = ParseEndpoint(options.target);
+  RequireLoopbackUnless(options.insecure, endpoint);
+  return ToString(endpoint);
+}
+
+}  // namespace
+
+struct SlaveLink::Parts {
+  explicit Parts(Options chosen)
+      : options(std::move(chosen)),
+        target(Permitted(options)),
+        stub(v1::Teleoperation::NewStub(OpenChannel(target))) {}
+
+  grpc::Status AskForScene(RemoteScene* scene);
+  void Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
+           LatestValue<OperatorCommand>* commands);
+  grpc::Status RunSession(OperateSession* session, const std::stop_token& stop);
+  void Served();
+  // Sleeps for `duration`; false: stopping.
+  bool Sleep(milliseconds duration);
+
+  const Options options;
+  const std::string target;
+  const std::unique_ptr<v1::Teleoperation::Stub> stub;
+  RoundTrips trips;
+  std::atomic<std::uint64_t> states_received{0}, commands_sent{0};
+
+  mutable std::mutex mutex;  // guards what follows
+  std::condition_variable changed;
+  OperateSession* session = nullptr;
+  bool stopping = false, connected = false, was_connected = false;
+  std::uint64_t reconnects = 0;
+  std::string trouble;
+
+  std::jthread thread;  // last: it uses all of the above
+};
+
+grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene) {
+  v1::SceneDescription description;
+  v1::Capabilities capabilities;
+  grpc::ClientContext for_scene, for_capabilities;
+  SetDeadline(&for_scene);
+  SetDeadline(&for_capabilities);
+  grpc::Status status = stub->GetScene(&for_scene, {}, &description);
+  if (status.ok()) status = stub->GetCapabilities(&for_capabilities, {}, &capabilities);
+  if (status.ok()) *scene = ToRemoteScene(description, capabilities);
+  return status;
+}
+
+void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
+                           LatestValue<OperatorCommand>* commands) {
+  Backoff backoff(kFirstRetry, kLongestRetry);
+  while (!stop.stop_requested()) {
+    OperateSession next(
+        {*stub, *states, *commands, trips, states_received, commands_sent, [this] { Served(); }},
+        options.operator_name);
+    const grpc::Status status = RunSession(&next, stop);
+    if (next.was_served()) backoff.Reset();
+    const bool held = status.error_code() == grpc::StatusCode::FAILED_PRECONDITION;
+    if (!Sleep(held ? kLeaseRetry : backoff.Next())) return;
+  }
+}
+
+grpc::Status SlaveLink::Parts::RunSession(OperateSession* next, const std::stop_token& stop) {
+  {
+    const std::scoped_lock lock(mutex);
+    if (stopping) return grpc::Status::CANCELLED;
+    session = next;
+  }
+  const grpc::Status status = next->Run(stop);
+  const std::scoped_lock lock(mutex);
+  session = nullptr;
+  connected = false;
+  if (!stopping) trouble = status.ok() ? "the slave ended the stream" : status.error_message();
+  changed.notify_all();
+  return status;
+}
+
+void SlaveLink::Parts::Served() {
+  const std::scoped_lock lock(mutex);
+  if (was_connected) ++reconnects;
+  connected = was_connected = true;
+  trouble.clear();
+}
+
+bool SlaveLink::Parts::Sleep(milliseconds duration) {
+  std::unique_lock lock(mutex);
+  return !changed.wait_for(lock, duration, [this] { return stopping; });
+}
+
+SlaveLink::SlaveLink(Options options) : parts_(std::make_unique<Parts>(std::move(options))) {}
+
+SlaveLink::~SlaveLink() {
+  Stop();
+}
+
+RemoteScene SlaveLink::Connect() {
+  const Time start = Clock::now();
+  Backoff backoff(kFirstRetry, kLongestRetry);
+  RemoteScene scene;
+  grpc::Status status;
+  for (int attempts = 1;; ++attempts) {
+    status = parts_->AskForScene(&scene);
+    if (status.ok()) return scene;
+    if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
+      throw std::runtime_error(parts_->target + " answers, but does not speak palpate.v1");
+    }
+    const double passed = SecondsBetween(start, Clock::now());
+    const bool more = passed < parts_->options.wait;
+    if (more && parts_->Sleep(backoff.Next())) continue;
+    std::ostringstream text;
+    text << "no slave at " << parts_->target << ": " << attempts << " attempts in " << passed
+         << " s, the last: " << status.error_message();
+    throw std::runtime_error(text.str());
+  }
+}
+
+void SlaveLink::Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands) {
+  parts_->thread =
+      std::jthread([parts = parts_.get(), states, commands](const std::stop_token& stop) {
+        parts->Run(stop, states, commands);
+      });
+}
+
+void SlaveLink::Stop() {
+  parts_->thread.request_stop();
+  {
+    std::unique_lock lock(parts_->mutex);
+    parts_->stopping = true;
+    parts_->changed.notify_all();
+    const auto ended = [this] { return parts_->session == nullptr; };
+    if (!parts_->changed.wait_for(lock, kGrace, ended)) parts_->session->Cancel();
+  }
+  if (parts_->thread.joinable()) parts_->thread.join();
+}
+
+LinkStats SlaveLink::stats() const {
+  const LatencyHistogram rtt = parts_->trips.rtt();
+  LinkStats stats;
+  stats.states = parts_->states_received;
+  stats.commands = parts_->commands_sent;
+  stats.rtt_p50_us = rtt.Quantile(0.5);
+  stats.rtt_p99_us = rtt.Quantile(0.99);
+  stats.rtt_max_us = rtt.max();
+  stats.clock_offset = parts_->trips.clock_offset();
+  const std::scoped_lock lock(parts_->mutex);
+  stats.connected = parts_->connected;
+  stats.reconnects = parts_->reconnects;
+  stats.trouble = parts_->trouble;
+  return stats;
+}
+
+bool SlaveLink::EmergencyStop(const std::string& reason) {
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  v1::StopRequest request;
+  request.set_reason(reason);
+  v1::Status reply;
+  return parts_->stub->Stop(&context, request, &reply).ok();
+}
+
+}  // namespace palpate

@@ -1,0 +1,128 @@
+#include "shared/wire/state_message.h"
+
+#include <cmath>
+
+#include "shared/wire/enums.h"
+#include "shared/wire/fields.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kUnitTolerance = 1e-3;  // single precision leaves 1e-7; more is no unit vector
+constexpr int kStiffnessEntries = 9;
+
+bool IsSendable(const LocalModel& model) {
+  return model.known() && model.reference.allFinite() && model.normal.allFinite() &&
+         model.force.allFinite() && model.stiffness.allFinite() && model.valid_radius > 0;
+}
+
+void WriteModel(const LocalModel& model, v1::LocalModel* message) {
+  message->set_kind(v1::LocalModel::KIND_UNILATERAL_PLANE);
+  ToProto(model.reference, message->mutable_reference());
+  ToProto(model.normal, message->mutable_normal());
+  if (!model.force.isZero(0)) ToProto(model.force, message->mutable_force());
+  message->mutable_stiffness()->Reserve(kStiffnessEntries);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      message->add_stiffness(Narrow(model.stiffness(row, column)));
+    }
+  }
+  message->set_valid_radius(Narrow(model.valid_radius));
+  message->set_revision(model.revision);
+  message->set_in_contact(model.in_contact);
+}
+
+LocalModel ReadModel(const v1::LocalModel& message, FieldReader* reader) {
+  LocalModel model;
+  if (message.kind() != v1::LocalModel::KIND_UNILATERAL_PLANE)
+    return model;  // a law not known here
+  reader->Require(message.revision() > 0, "local_model.revision = 0", "1 or more");
+  reader->Require(message.has_reference(), "local_model.reference is absent", "a point");
+  reader->Require(message.stiffness_size() == kStiffnessEntries, "local_model.stiffness",
+                  "nine numbers");
+  if (!reader->ok()) return model;
+  model.reference = reader->Vector("local_model.reference", message.reference(), kMaxLength);
+  model.normal = reader->Vector("local_model.normal", message.normal(), 1 + kUnitTolerance);
+  reader->Require(std::abs(model.normal.norm() - 1) <= kUnitTolerance, "local_model.normal",
+                  "a unit vector");
+  model.normal.normalize();
+  model.force = reader->Vector("local_model.force", message.force(), kMaxForce);
+  for (int i = 0; i < kStiffnessEntries; ++i) {
+    model.stiffness(i / 3, i % 3) =
+        reader->Number("local_model.stiffness", message.stiffness(i), kMaxStiffness);
+  }
+  model.valid_radius =
+      reader->NonNegative("local_model.valid_radius", message.valid_radius(), kMaxLength);
+  reader->Require(model.valid_radius > 0, "local_model.valid_radius = 0", "a length above 0");
+  model.revision = message.revision();
+  model.in_contact = message.in_contact();
+  return model;
+}
+
+void ReadEcho(const v1::SlaveState& message, FieldReader* reader, SlaveState* state) {
+  state->command_sequence = message.command_sequence();
+  if (message.has_echo()) state->echo = reader->Stamp("echo", message.echo());
+  state->echo_delay = reader->NonNegative("echo_delay", message.echo_delay(), kMaxDelay);
+}
+
+void ReadForces(const v1::SlaveState& message, FieldReader* reader, SlaveState* state) {
+  state->validity = FromProto(message.validity());
+  if (message.has_force()) state->force = reader->Vector("force", message.force(), kMaxForce);
+  reader->Require(message.has_force() || !IsForceKnown(state->validity), "force is absent",
+                  "a force, or a validity that says it is unknown");
+  state->sigma = reader->NonNegative("sigma", message.sigma(), kMaxForce);
+  if (message.has_true_force()) {
+    state->true_force = reader->Vector("true_force", message.true_force(), kMaxForce);
+  }
+  if (message.has_local_model()) state->local_model = ReadModel(message.local_model(), reader);
+}
+
+}  // namespace
+
+void ToProto(const SlaveState& state, v1::SlaveState* message) {
+  message->Clear();
+  message->set_sequence(state.sequence);
+  ToProto(state.sensed_at, message->mutable_sensed_at());
+  ToProto(state.sent_at, message->mutable_sent_at());
+  ToProto(state.p_S_tip, message->mutable_p_s_tip());
+  const bool sendable = !state.force || state.force->allFinite();
+  if (state.force && sendable) ToProto(*state.force, message->mutable_force());
+  message->set_validity(sendable ? ToProto(state.validity) : v1::VALIDITY_FAILED);
+  message->set_sigma(std::isfinite(state.sigma) ? Narrow(state.sigma) : 0);
+  if (IsSendable(state.local_model)) WriteModel(state.local_model, message->mutable_local_model());
+  message->set_energy_in(Narrow(state.energy_in));
+  message->set_energy_out(Narrow(state.energy_out));
+  ToProto(state.events, message->mutable_events());
+  message->set_command_sequence(state.command_sequence);
+  if (state.echo && *state.echo != Time{}) ToProto(*state.echo, message->mutable_echo());
+  message->set_echo_delay(Narrow(state.echo_delay));
+  message->set_epoch(state.epoch);
+  if (!state.offset.isZero(0)) ToProto(state.offset, message->mutable_offset());
+  message->set_phase(ToProto(state.phase));
+  if (state.true_force) ToProto(*state.true_force, message->mutable_true_force());
+}
+
+std::optional<SlaveState> FromProto(const v1::SlaveState& message, std::string* reason) {
+  FieldReader reader(reason);
+  reader.Require(message.has_sensed_at(), "sensed_at is absent", "a time");
+  reader.Require(message.has_sent_at(), "sent_at is absent", "a time");
+  reader.Require(message.has_p_s_tip(), "p_S_tip is absent", "a point");
+  if (!reader.ok()) return std::nullopt;
+  SlaveState state;
+  state.sequence = message.sequence();
+  state.sensed_at = reader.Stamp("sensed_at", message.sensed_at());
+  state.sent_at = reader.Stamp("sent_at", message.sent_at());
+  state.p_S_tip = reader.Vector("p_S_tip", message.p_s_tip(), kMaxLength);
+  ReadForces(message, &reader, &state);
+  state.energy_in = reader.NonNegative("energy_in", message.energy_in(), kMaxEnergy);
+  state.energy_out = reader.NonNegative("energy_out", message.energy_out(), kMaxEnergy);
+  state.events = FromProto(message.events());
+  ReadEcho(message, &reader, &state);
+  state.epoch = message.epoch();
+  state.offset = reader.Vector("offset", message.offset(), kMaxLength);
+  state.phase = FromProto(message.phase());
+  if (!reader.ok()) return std::nullopt;
+  return state;
+}
+
+}  // namespace palpate

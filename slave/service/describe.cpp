@@ -1,0 +1,140 @@
+#include "slave/service/describe.h"
+
+#include <sstream>
+#include <utility>
+#include <variant>
+
+#include "shared/wire/enums.h"
+#include "shared/wire/fields.h"
+#include "slave/service/publisher.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kMillimetre = 1e-3;
+
+struct InWords {
+  std::ostream& out;
+
+  void operator()(const RectangleGeometry& g) const {
+    out << "rectangle " << g.width / kMillimetre << " mm x " << g.height / kMillimetre << " mm";
+  }
+  void operator()(const DiscGeometry& g) const {
+    out << "disc of radius " << g.radius / kMillimetre << " mm";
+  }
+  void operator()(const PolygonGeometry& g) const {
+    out << "polygon of " << g.outline.outer.size() << " points";
+    if (!g.outline.holes.empty()) out << " with " << g.outline.holes.size() << " holes";
+  }
+  void operator()(const ContourFileGeometry& g) const {
+    out << "contour of " << g.outline.outer.size() << " points from " << g.file.filename().string();
+  }
+  void operator()(const ImageContourGeometry&) const { out << "contour found in the picture"; }
+};
+
+template <class Repeated>
+void Assign(const std::vector<float>& values, Repeated* message) {
+  message->Assign(values.begin(), values.end());
+}
+
+}  // namespace
+
+std::string Describe(const Geometry& geometry) {
+  std::ostringstream words;
+  std::visit(InWords{words}, geometry);
+  const double thickness = std::visit([](const auto& g) { return g.thickness; }, geometry);
+  words << ", " << thickness / kMillimetre << " mm thick";
+  return words.str();
+}
+
+void ToProto(const SlaveDescription& description, v1::SceneDescription* message) {
+  const Scene& scene = description.scene;
+  message->set_name(scene.name);
+  message->set_geometry(Describe(scene.object.geometry));
+  message->set_source(description.source);
+  message->set_units("SI: m, N, s, Pa");
+
+  auto* material = message->mutable_material();
+  material->set_young_modulus(scene.object.material.young_modulus);
+  material->set_poisson_ratio(scene.object.material.poisson_ratio);
+  material->set_density(scene.object.material.density);
+
+  auto* model = message->mutable_model();
+  model->set_kind(description.model.kind);
+  model->set_reason(description.model_reason);
+  model->set_dof(description.model.dof);
+  model->set_elements(static_cast<std::uint32_t>(description.model.elements));
+  model->set_plane(scene.model.plane == Plane::kStrain ? "strain" : "stress");
+  model->set_contact(scene.model.contact == ContactLaw::kFrictionless ? "frictionless" : "bonded");
+  model->set_range(description.model.range);
+
+  const OperatorOptions& options = scene.operator_options;
+  auto* mapping = message->mutable_operator_();
+  mapping->set_position_scale(options.transform.position_scale);
+  mapping->set_force_scale(options.transform.force_scale);
+  mapping->set_force_limit(options.force_limit);
+  for (int i = 0; i < 9; ++i) mapping->add_rotation(options.transform.R_SM(i / 3, i % 3));
+  mapping->set_press_depth(options.press_depth);
+  mapping->set_press_speed(options.press_speed);
+}
+
+void ToProto(const SlaveDescription& description, v1::Capabilities* message) {
+  constexpr std::uint32_t kPlanarFreedom = 2;
+  const Scene& scene = description.scene;
+  ToProto(scene.manipulator.workspace_min, message->mutable_workspace_min());
+  ToProto(scene.manipulator.workspace_max, message->mutable_workspace_max());
+  message->set_degrees_of_freedom(kPlanarFreedom);
+  message->set_sensor_rate(scene.sense.camera ? scene.sense.camera->rate : 0);
+  message->set_state_rate(Publisher::kStateRate);
+  message->add_local_models(v1::LocalModel::KIND_UNILATERAL_PLANE);
+  message->set_max_speed(scene.manipulator.max_speed);
+  message->set_max_position_scale(kMaxPositionScale);
+  message->set_max_force_scale(kMaxForceScale);
+  message->set_simulated(description.simulated);
+  message->set_version(PALPATE_VERSION);
+}
+
+void ToProto(const SlaveStatus& status, v1::Status* message) {
+  message->set_phase(ToProto(status.phase));
+  message->set_validity(ToProto(status.validity));
+  message->set_frames(status.frames);
+  message->set_commands(status.commands);
+  message->set_commands_refused(status.commands_refused);
+  message->set_frame_rate(status.frame_rate);
+  ToProto(status.started_at, message->mutable_started_at());
+  ToProto(Clock::now(), message->mutable_now());
+  for (const StageTimes& times : status.stages) {
+    auto* stage = message->add_stages();
+    stage->set_stage(times.stage);
+    stage->set_p50_us(times.p50_us);
+    stage->set_p99_us(times.p99_us);
+    stage->set_max_us(times.max_us);
+  }
+  for (const std::string& alarm : status.alarms) message->add_alarms(alarm);
+}
+
+void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* message) {
+  constexpr std::uint32_t kLine = 2;
+  message->Clear();
+  message->set_sequence(shape.state_sequence);
+  ToProto(shape.sensed_at, message->mutable_sensed_at());
+  message->set_validity(ToProto(shape.validity));
+  if (with_topology) {
+    message->mutable_elements()->Assign(shape.elements.begin(), shape.elements.end());
+    message->set_nodes_per_element(kLine);
+    Assign(shape.rest, message->mutable_rest());
+  }
+  Assign(shape.positions, message->mutable_positions());
+  Assign(shape.nodal_forces, message->mutable_nodal_forces());
+}
+
+void ToProto(JpegPicture picture, std::uint64_t sequence, v1::VideoFrame* message) {
+  message->Clear();
+  message->set_sequence(sequence);
+  ToProto(picture.sensed_at, message->mutable_sensed_at());
+  message->set_jpeg(std::move(picture.jpeg));
+  message->set_width(static_cast<std::uint32_t>(picture.width));
+  message->set_height(static_cast<std::uint32_t>(picture.height));
+}
+
+}  // namespace palpate

@@ -1,0 +1,66 @@
+// One operator at a time. The lease lasts as long as the stream; a holder from whom no command came
+// for `kSilence` gives way to the next who asks, since a line that was cut silently may not end by
+// itself for minutes.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <variant>
+
+#include "palpate/v1/state.pb.h"
+
+#include "shared/state/clock.h"
+#include "slave/pipeline/slave.h"
+
+namespace palpate {
+
+// Thread-safe. Knows nothing of gRPC.
+class OperatorLease {
+ public:
+  static constexpr std::chrono::seconds kSilence{5};
+  static constexpr std::size_t kLongestName = 64;  // [characters]
+
+  using Ticket = std::uint64_t;
+  struct HeldBy {
+    std::string who;  // name and peer, for the one who is refused
+  };
+  // Called once with a reason if the lease is given to somebody else.
+  using Dismiss = std::function<void(const std::string& reason)>;
+
+  // `slave` outlives the lease.
+  explicit OperatorLease(Slave& slave, Clock::duration silence = kSilence)
+      : slave_(slave), silence_(silence) {}
+
+  // Begins operating for `peer`, or tells who does.
+  std::variant<Ticket, HeldBy> Ask(const std::string& peer, Dismiss dismiss);
+  // Hands on a command. False: malformed, counted, not followed (what the slave itself refuses, it
+  // flags itself). Nothing happens without the lease.
+  bool Command(Ticket ticket, const v1::OperatorCommand& message);
+  // Ends operating. Idempotent.
+  void Release(Ticket ticket);
+
+  [[nodiscard]] std::string holder_name() const;  // empty: nobody, or not said yet
+  [[nodiscard]] std::uint64_t malformed() const;  // commands, since the start
+
+ private:
+  struct Holder {
+    Ticket ticket = 0;  // 0: nobody
+    std::string name, peer;
+    Time heard_at{};
+    Dismiss dismiss;
+  };
+
+  [[nodiscard]] std::string DescribeHolder() const;  // with mutex_ held
+
+  Slave& slave_;
+  const Clock::duration silence_;
+  mutable std::mutex mutex_;  // guards everything below and the order of calls to slave_
+  Holder holder_;
+  Ticket last_ticket_ = 0;
+  std::uint64_t malformed_ = 0;
+};
+
+}  // namespace palpate

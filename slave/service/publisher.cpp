@@ -1,0 +1,104 @@
+#include "slave/service/publisher.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+constexpr std::chrono::milliseconds kPatience(static_cast<int>(1000 / Publisher::kStateRate));
+// However fast the sensor is: no more than 1000 states per second.
+constexpr std::chrono::microseconds kShortestGap(1000);
+
+// An observer's place in the publisher's list.
+class Observer final : public StateReader {
+ public:
+  void Offer(const SlaveState& state) override { box.Put(state); }
+  void Close() override { box.Close(); }
+
+  StateMailbox box;
+};
+
+}  // namespace
+
+Publisher::Publisher(Slave& slave)
+    : slave_(slave), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+
+Publisher::~Publisher() {
+  Stop();
+}
+
+std::shared_ptr<StateMailbox> Publisher::Subscribe() {
+  const auto observer = std::make_shared<Observer>();
+  const std::scoped_lock lock(mutex_);
+  if (stopped_) observer->Close();
+  observers_.push_back(observer);
+  return {observer, &observer->box};
+}
+
+void Publisher::ServeFirst(const std::shared_ptr<StateReader>& reader) {
+  bool stopped = false;
+  {
+    const std::scoped_lock lock(mutex_);
+    operator_ = reader;
+    stopped = stopped_;
+  }
+  if (stopped) reader->Close();
+}
+
+void Publisher::Flag(Event event) {
+  const std::scoped_lock lock(mutex_);
+  flagged_.Add(event);
+}
+
+void Publisher::Stop() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+  {
+    const std::scoped_lock lock(mutex_);
+    stopped_ = true;
+  }
+  CollectReaders();
+  for (const auto& reader : readers_) reader->Close();
+  readers_.clear();
+}
+
+void Publisher::Run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    const bool sensed = slave_.WaitForNewer(sensed_at_, kPatience);
+    const Time due = Clock::now() + kShortestGap;
+    if (CollectReaders()) {
+      Publish();
+    } else {
+      slave_.TakeEvents();  // nobody was there to be told
+      std::this_thread::sleep_for(kPatience);
+    }
+    readers_.clear();
+    if (sensed) std::this_thread::sleep_until(Clock::ToSteady(due));
+  }
+}
+
+bool Publisher::CollectReaders() {
+  const std::scoped_lock lock(mutex_);
+  readers_.clear();
+  if (auto reader = operator_.lock()) readers_.push_back(std::move(reader));
+  std::erase_if(observers_, [](const auto& observer) { return observer.expired(); });
+  for (const auto& observer : observers_) {
+    if (auto reader = observer.lock()) readers_.push_back(std::move(reader));
+  }
+  return !readers_.empty();
+}
+
+void Publisher::Publish() {
+  SlaveState state = slave_.Compose(Clock::now());
+  state.sequence = ++sequence_;
+  state.events = slave_.TakeEvents();
+  {
+    const std::scoped_lock lock(mutex_);
+    state.events.Add(flagged_);
+    flagged_.Clear();
+  }
+  sensed_at_ = state.sensed_at;
+  for (const auto& reader : readers_) reader->Offer(state);
+}
+
+}  // namespace palpate

@@ -1,0 +1,98 @@
+#include "slave/service/server.h"
+
+#include <chrono>
+#include <mutex>
+#include <stdexcept>
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
+
+#include "shared/link/loopback.h"
+#include "slave/service/listening.h"
+#include "slave/service/publisher.h"
+#include "slave/service/teleoperation_service.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kMaxRequestBytes = 64 * 1024;
+constexpr int kMaxStreamsPerConnection = 2 * ObserverSeats::kSeats;
+constexpr int kMaxThreads = 2 * ObserverSeats::kSeats;
+constexpr int kKeepaliveMs = 5'000, kKeepaliveTimeoutMs = 10'000;
+constexpr int kShortestPingMs = 500;              // masters may ask this often whether we live
+constexpr std::chrono::milliseconds kGrace(300);  // for streams to end by themselves
+
+Endpoint Permitted(const std::string& address, bool insecure) {
+  try {
+    const Endpoint endpoint = ParseEndpoint(address);
+    RequireLoopbackUnless(insecure, endpoint);
+    RequireListenable(endpoint);
+    return endpoint;
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(error.what());
+  }
+}
+
+void Configure(grpc::ServerBuilder* builder) {
+  builder->AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                              kShortestPingMs);
+  builder->SetMaxReceiveMessageSize(kMaxRequestBytes);
+  builder->SetResourceQuota(grpc::ResourceQuota("palpate").SetMaxThreads(kMaxThreads));
+}
+
+}  // namespace
+
+struct Server::Parts {
+  Parts(Slave& slave, Endpoint listen_on)
+      : endpoint(std::move(listen_on)), publisher(slave), service(slave, publisher) {}
+
+  Endpoint endpoint;
+  std::string address;
+  Publisher publisher;
+  TeleoperationService service;
+  std::unique_ptr<grpc::Server> server;
+  std::once_flag stopped;
+};
+
+Server::Server(Slave& slave, const std::string& address, bool insecure)
+    : parts_(std::make_unique<Parts>(slave, Permitted(address, insecure))) {
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  grpc::ServerBuilder builder;
+  Configure(&builder);
+  int port = 0;
+  builder.AddListeningPort(ToString(parts_->endpoint), grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(&parts_->service);
+  parts_->server = builder.BuildAndStart();
+  if (!parts_->server || port <= 0) throw std::runtime_error("cannot listen on " + address);
+  parts_->endpoint.port = static_cast<std::uint16_t>(port);
+  parts_->address = ToString(parts_->endpoint);
+  parts_->server->GetHealthCheckService()->SetServingStatus(v1::Teleoperation::service_full_name(),
+                                                            true);
+}
+
+Server::~Server() {
+  Stop();
+}
+
+const std::string& Server::address() const {
+  return parts_->address;
+}
+
+void Server::Stop() {
+  std::call_once(parts_->stopped, [this] {
+    parts_->server->GetHealthCheckService()->Shutdown();
+    parts_->publisher.Stop();
+    parts_->server->Shutdown(std::chrono::system_clock::now() + kGrace);
+    parts_->server->Wait();
+  });
+}
+
+}  // namespace palpate

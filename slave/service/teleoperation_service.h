@@ -1,0 +1,68 @@
+// The calls of palpate.v1.Teleoperation. One file per group of calls implements them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "palpate/v1/teleoperation.grpc.pb.h"
+
+#include "slave/pipeline/slave.h"
+#include "slave/service/observer_seats.h"
+#include "slave/service/operate_stream.h"
+#include "slave/service/operator_lease.h"
+#include "slave/service/publisher.h"
+
+namespace palpate {
+
+// Operate is a reactor (see OperateStream); everything else is a blocking handler, since a change
+// of the model may take a while and a watcher mostly waits.
+class TeleoperationService final
+    : public v1::Teleoperation::WithCallbackMethod_Operate<v1::Teleoperation::Service> {
+ public:
+  // `slave` and `publisher` outlive the service.
+  TeleoperationService(Slave& slave, Publisher& publisher)
+      : slave_(slave), publisher_(publisher), lease_(slave) {}
+
+  // queries.cpp
+  grpc::Status GetScene(grpc::ServerContext* context, const v1::GetSceneRequest* request,
+                        v1::SceneDescription* reply) override;
+  grpc::Status GetStatus(grpc::ServerContext* context, const v1::GetStatusRequest* request,
+                         v1::Status* reply) override;
+  grpc::Status GetCapabilities(grpc::ServerContext* context,
+                               const v1::GetCapabilitiesRequest* request,
+                               v1::Capabilities* reply) override;
+  // operate.cpp
+  grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* Operate(
+      grpc::CallbackServerContext* context) override;
+  // watch_state.cpp, watch_mesh.cpp, watch_video.cpp
+  grpc::Status WatchState(grpc::ServerContext* context, const v1::WatchStateRequest* request,
+                          grpc::ServerWriter<v1::SlaveState>* writer) override;
+  grpc::Status WatchMesh(grpc::ServerContext* context, const v1::WatchMeshRequest* request,
+                         grpc::ServerWriter<v1::MeshState>* writer) override;
+  grpc::Status WatchVideo(grpc::ServerContext* context, const v1::WatchVideoRequest* request,
+                          grpc::ServerWriter<v1::VideoFrame>* writer) override;
+  // settings.cpp
+  grpc::Status SetModel(grpc::ServerContext* context, const v1::SetModelRequest* request,
+                        v1::SettingsReply* reply) override;
+  grpc::Status SetParameters(grpc::ServerContext* context, const v1::SetParametersRequest* request,
+                             v1::SettingsReply* reply) override;
+  grpc::Status Reset(grpc::ServerContext* context, const v1::ResetRequest* request,
+                     v1::Status* reply) override;
+  grpc::Status Stop(grpc::ServerContext* context, const v1::StopRequest* request,
+                    v1::Status* reply) override;
+  // feed_tactile.cpp
+  grpc::Status FeedTactile(grpc::ServerContext* context,
+                           grpc::ServerReader<v1::TactileSample>* reader,
+                           v1::FeedTactileReply* reply) override;
+
+ private:
+  void FillStatus(v1::Status* reply) const;
+
+  Slave& slave_;
+  Publisher& publisher_;
+  OperatorLease lease_;
+  ObserverSeats seats_;
+  std::atomic<std::uint64_t> states_sent_{0};  // to all readers together
+};
+
+}  // namespace palpate

@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# Slave and master in two network namespaces, joined by a veth pair, reach each other by address.
+#   namespaces.sh SCRATCH_DIR 'SLAVE COMMAND' 'MASTER COMMAND'
+# In the commands ADDRESS stands for where to listen and whom to connect to, for example
+#   namespaces.sh /tmp/x 'palpate-slave serve s.yaml --listen ADDRESS --insecure' \
+#                        'palpate-master connect ADDRESS --insecure --duration 4'
+# The exit code is the master's; 77: namespaces are not permitted here.
+set -euo pipefail
+
+if [[ $# -ne 3 ]]; then
+  sed -n '2,6p' "$0" >&2
+  exit 2
+fi
+scratch=$1
+slave_command=$2
+master_command=$3
+here=$(cd "$(dirname "$0")" && pwd)
+mkdir -p "$scratch"
+
+# A user without rights may still have namespaces of their own.
+if [[ -z ${PALPATE_UNSHARED:-} ]] && ! ip netns add "palpate-probe-$$" 2>/dev/null; then
+  if unshare --user --map-root-user --net --mount true 2>/dev/null; then
+    PALPATE_UNSHARED=1 exec unshare --user --map-root-user --net --mount "$0" "$@"
+  fi
+  echo "skipped: network namespaces are not permitted here"
+  exit 77
+fi
+ip netns delete "palpate-probe-$$" 2>/dev/null || true
+if [[ -n ${PALPATE_UNSHARED:-} ]]; then
+  mount -t tmpfs tmpfs /run || { echo "skipped: no mounts in a namespace"; exit 77; }
+fi
+
+slave_net=palpate-slave-$$
+master_net=palpate-master-$$
+remove() {
+  ip netns delete "$slave_net" 2>/dev/null || true
+  ip netns delete "$master_net" 2>/dev/null || true
+}
+trap remove EXIT
+
+join() {
+  ip netns add "$slave_net"
+  ip netns add "$master_net"
+  ip link add palpate-s netns "$slave_net" type veth peer name palpate-m netns "$master_net"
+  ip -n "$slave_net" address add 10.77.0.1/24 dev palpate-s
+  ip -n "$master_net" address add 10.77.0.2/24 dev palpate-m
+  ip -n "$slave_net" link set palpate-s up
+  ip -n "$master_net" link set palpate-m up
+}
+if ! join 2>"$scratch/ip.log"; then
+  echo "skipped: namespaces cannot be joined: $(tail -n 1 "$scratch/ip.log")"
+  exit 77
+fi
+
+# shellcheck source=listening.sh
+source "$here/listening.sh"
+read -r -a slave <<<"${slave_command//ADDRESS/10.77.0.1:50051}"
+read -r -a master <<<"${master_command//ADDRESS/10.77.0.1:50051}"
+start_listening "$scratch/slave.log" ip netns exec "$slave_net" "${slave[@]}"
+trap 'stop_listening; remove' EXIT
+ip netns exec "$master_net" "${master[@]}"

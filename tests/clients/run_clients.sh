@@ -1,0 +1,64 @@
+#!/usr/bin/env bash
+# Runs the scripted clients of one language against a slave: one operates while the other watches.
+#   run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]
+# SERVER must print `listening on HOST:PORT` and end on SIGTERM. Exit code 77: the language's gRPC is
+# not here and cannot be installed.
+set -euo pipefail
+
+language=$1
+scratch=$2
+shift 2
+here=$(cd "$(dirname "$0")" && pwd)
+mkdir -p "$scratch"
+
+skip() {
+  echo "skipped: $1"
+  exit 77
+}
+
+case $language in
+  python)
+    # The python3 found first may be another than the one that has grpc.
+    for candidate in /usr/bin/python3 python3; do
+      if "$candidate" -c 'import grpc, google.protobuf' 2>/dev/null; then
+        python=$candidate
+        break
+      fi
+    done
+    [[ -n ${python:-} ]] || skip "no python3 with grpc (apt-get install python3-grpcio)"
+    command -v grpc_python_plugin >/dev/null || skip "no grpc_python_plugin"
+    export PALPATE_STUBS=$scratch/python-stubs PYTHONDONTWRITEBYTECODE=1
+    operate=("$python" "$here/operate.py")
+    watch=("$python" "$here/watch.py")
+    # Made once here: two clients that make them at once would read each other's halves.
+    "$python" -c "import sys; sys.path.insert(0, '$here'); import palpate_stubs; palpate_stubs.load()"
+    export PALPATE_STUBS_READY=1
+    ;;
+  node)
+    command -v node >/dev/null && command -v npm >/dev/null || skip "no node or no npm"
+    cp "$here"/package.json "$here"/package-lock.json "$here"/.npmrc "$scratch"/
+    if [[ ! -d $scratch/node_modules/@grpc/grpc-js ]]; then
+      (cd "$scratch" && timeout 120 npm ci --ignore-scripts >npm.log 2>&1) ||
+        skip "npm could not install @grpc/grpc-js: $(tail -n 1 "$scratch/npm.log")"
+    fi
+    export NODE_PATH=$scratch/node_modules
+    operate=(node "$here/operate.js")
+    watch=(node "$here/watch.js")
+    ;;
+  *)
+    echo "usage: run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]" >&2
+    exit 2
+    ;;
+esac
+
+# shellcheck source=listening.sh
+source "$here/listening.sh"
+start_listening "$scratch/server.log" "$@"
+trap stop_listening EXIT
+
+"${watch[@]}" "$address" &
+watcher=$!
+result=0
+"${operate[@]}" "$address" || result=1
+wait "$watcher" || result=1
+exit "$result"

@@ -1,0 +1,45 @@
+// Watches a slave from the .proto alone: 100 states and a first mesh. Prints how many states were
+// skipped; the exit code tells whether the sequence rose throughout.
+'use strict';
+
+const {call, run} = require('./palpate_client');
+
+const STATES = 100;
+
+function firstOf(stream, count, look) {
+  let seen = 0;
+  return new Promise((resolve, reject) => {
+    stream.on('data', (message) => {
+      if (seen < count) look(message);
+      if (++seen !== count) return;
+      stream.cancel();
+      resolve();
+    });
+    stream.on('error', (error) => seen < count ? reject(error) : undefined);
+  });
+}
+
+async function main(client) {
+  const status = await call(client, 'GetStatus', {});
+  const wrong = [];
+  const sensed = new Set();
+  let first = 0, last = 0, nodes = 0;
+  const deadline = Date.now() + 60000;
+  await firstOf(client.WatchState({max_rate_hz: 100}, {deadline}), STATES, (state) => {
+    first = first || state.sequence;
+    if (state.sequence <= last) wrong.push(`sequence ${state.sequence} after ${last}`);
+    last = state.sequence;
+    sensed.add(`${state.sensed_at.seconds}.${state.sensed_at.nanos}`);
+  });
+  await firstOf(client.WatchMesh({}, {deadline}), 1, (mesh) => {
+    nodes = mesh.positions.length / 3;
+    if (mesh.positions.length !== mesh.rest.length || !mesh.elements.length) {
+      wrong.push('the first mesh has no topology, or positions that do not fit it');
+    }
+  });
+  console.log(`phase ${status.phase}: ${STATES} states, ${last - first + 1 - STATES} skipped, ` +
+              `${sensed.size} sensed, ${nodes} nodes`);
+  return wrong;
+}
+
+run('watch.js HOST:PORT', main);

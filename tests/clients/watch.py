@@ -1,0 +1,54 @@
+#!/usr/bin/python3
+"""Watches a slave from the .proto alone: states, and the deformed boundary if there is one.
+
+usage: watch.py HOST:PORT [--states N]
+
+Prints how many states came and how many were skipped. Exit code 0: the sequence rose throughout and
+a state that was sensed came; 1: it did not.
+"""
+import argparse
+
+import grpc
+
+import palpate_stubs
+
+messages, services, states = palpate_stubs.load()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("target", help="HOST:PORT")
+    parser.add_argument("--states", type=int, default=100)
+    arguments = parser.parse_args()
+
+    channel = palpate_stubs.connect(grpc, arguments.target)
+    stub = services.TeleoperationStub(channel)
+    status = stub.GetStatus(messages.GetStatusRequest(), timeout=10)
+    stream = stub.WatchState(messages.WatchStateRequest(max_rate_hz=100), timeout=60)
+    first, last, sensed, wrong = None, 0, set(), []
+    for count, state in enumerate(stream, start=1):
+        first = first or state.sequence
+        if state.sequence <= last:
+            wrong.append(f"sequence {state.sequence} after {last}")
+        last = state.sequence
+        sensed.add(state.sensed_at.ToNanoseconds())
+        if len(state.SerializeToString()) > 256:
+            wrong.append(f"state {last} is {len(state.SerializeToString())} bytes long")
+        if count == arguments.states:
+            stream.cancel()
+            break
+    mesh_stream = stub.WatchMesh(messages.WatchMeshRequest(), timeout=10)
+    mesh = next(mesh_stream)
+    mesh_stream.cancel()
+    if len(mesh.positions) != len(mesh.rest) or not mesh.elements:
+        wrong.append("the first mesh has no topology, or positions that do not fit it")
+    skipped = last - first + 1 - arguments.states
+    print(f"phase {states.Phase.Name(status.phase)}: {arguments.states} states, {skipped} skipped, "
+          f"{len(sensed)} sensed, {len(mesh.positions) // 3} nodes")
+    for problem in wrong:
+        print(f"wrong: {problem}")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,78 @@
+#include "master/link/remote_scene.h"
+
+#include <functional>
+#include <limits>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+v1::SceneDescription GoodScene() {
+  v1::SceneDescription scene;
+  scene.set_name("block");
+  auto* mapping = scene.mutable_operator_();
+  mapping->set_position_scale(0.5);
+  mapping->set_force_scale(2);
+  mapping->set_force_limit(3);
+  for (const double r : {0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0}) mapping->add_rotation(r);
+  mapping->set_press_depth(0.005);
+  mapping->set_press_speed(0.02);
+  return scene;
+}
+
+TEST(RemoteSceneTest, WhatTheSlaveSaysIsTaken) {
+  v1::Capabilities capabilities;
+  capabilities.set_simulated(true);
+  capabilities.set_sensor_rate(60);
+  const RemoteScene remote = ToRemoteScene(GoodScene(), capabilities);
+  EXPECT_EQ(remote.name, "block");
+  EXPECT_EQ(remote.transform.position_scale, 0.5);
+  EXPECT_EQ(remote.transform.force_scale, 2);
+  EXPECT_EQ(remote.force_limit, 3);
+  EXPECT_EQ(remote.press_depth, 0.005);
+  EXPECT_EQ(remote.press_speed, 0.02);
+  EXPECT_TRUE(remote.simulated);
+  EXPECT_EQ(remote.sensor_rate, 60);
+  // A quarter turn: x of M is y of S.
+  EXPECT_EQ(remote.transform.R_SM * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY());
+  EXPECT_TRUE(remote.transform.offset.isZero(0));
+}
+
+struct Malformation {
+  const char* field;
+  std::function<void(v1::SceneDescription::Operator*)> apply;
+};
+
+class MalformedSceneTest : public testing::TestWithParam<Malformation> {};
+
+TEST_P(MalformedSceneTest, IsRefusedAndNamed) {
+  v1::SceneDescription scene = GoodScene();
+  GetParam().apply(scene.mutable_operator_());
+  try {
+    ToRemoteScene(scene, {});
+    FAIL() << "it was accepted";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr(GetParam().field));
+    EXPECT_THAT(error.what(), testing::HasSubstr("accepted is"));
+  }
+}
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+INSTANTIATE_TEST_SUITE_P(
+    OneFieldEach, MalformedSceneTest,
+    testing::Values(Malformation{"position_scale", [](auto* m) { m->set_position_scale(0); }},
+                    Malformation{"force_scale", [](auto* m) { m->set_force_scale(kNan); }},
+                    Malformation{"force_limit", [](auto* m) { m->set_force_limit(-1); }},
+                    Malformation{"press_depth", [](auto* m) { m->set_press_depth(kNan); }},
+                    Malformation{"press_speed", [](auto* m) { m->set_press_speed(HUGE_VAL); }},
+                    Malformation{"rotation", [](auto* m) { m->clear_rotation(); }},
+                    Malformation{"rotation", [](auto* m) { m->set_rotation(0, 0.1); }},
+                    Malformation{"rotation", [](auto* m) { m->set_rotation(8, -1); }},
+                    Malformation{"rotation", [](auto* m) { m->set_rotation(4, kNan); }}));
+
+}  // namespace
+}  // namespace palpate

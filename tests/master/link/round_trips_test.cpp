@@ -1,0 +1,65 @@
+#include "master/link/round_trips.h"
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+// A slave whose clock is 100 s ahead answers a command of ours: 3 ms there, held 10 ms, 5 ms back.
+struct Exchange {
+  Time sent_at{std::chrono::hours(1)};
+  Time received_at = sent_at + Seconds(18e-3);
+  SlaveState state;
+
+  explicit Exchange(std::uint64_t sequence) {
+    state.sequence = state.command_sequence = sequence;
+    state.echo = sent_at;
+    state.echo_delay = 10e-3;
+    state.sent_at = sent_at + Seconds(100 + 3e-3 + 10e-3);
+  }
+};
+
+// Reference: 3 ms + 5 ms, without what the slave held. Tolerance: a histogram's bin is 2 %.
+TEST(RoundTripsTest, TheTimeThatTheSlaveHeldACommandDoesNotCount) {
+  RoundTrips trips;
+  const Exchange exchange(1);
+  trips.Arrived(exchange.state, exchange.received_at);
+  EXPECT_NEAR(trips.rtt().max(), 8000, 1e-3);
+}
+
+// Reference: RFC 5905: the offset is wrong by half the difference of the two ways, 1 ms.
+TEST(RoundTripsTest, TheSlavesClockIsFoundToHalfTheDifferenceOfTheWays) {
+  RoundTrips trips;
+  const Exchange exchange(1);
+  EXPECT_NEAR(trips.Arrived(exchange.state, exchange.received_at), 100 - 1e-3, 1e-8);
+  EXPECT_NEAR(trips.clock_offset(), 100 - 1e-3, 1e-8);
+}
+
+TEST(RoundTripsTest, RepeatedStatesOfOneCommandAreOneTrip) {
+  RoundTrips trips;
+  for (int i = 0; i < 5; ++i) {
+    const Exchange exchange(7);
+    trips.Arrived(exchange.state, exchange.received_at);
+  }
+  EXPECT_EQ(trips.rtt().count(), 1U);
+}
+
+TEST(RoundTripsTest, ACommandEchoesTheNewestStateOfItsOwnStream) {
+  RoundTrips trips;
+  OperatorCommand command;
+  trips.FillEcho(&command);
+  EXPECT_EQ(command.state_sequence, 0U);
+  EXPECT_FALSE(command.echo.has_value());
+  const Exchange exchange(3);
+  trips.Arrived(exchange.state, exchange.received_at);
+  trips.FillEcho(&command);
+  EXPECT_EQ(command.state_sequence, 3U);
+  EXPECT_EQ(command.echo, exchange.state.sent_at);
+  trips.Restart();
+  trips.FillEcho(&command);
+  EXPECT_EQ(command.state_sequence, 0U);
+  EXPECT_FALSE(command.echo.has_value());
+}
+
+}  // namespace
+}  // namespace palpate

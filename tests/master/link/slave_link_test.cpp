@@ -1,0 +1,226 @@
+// The master's line against a real server with a fake slave behind it.
+#include "master/link/slave_link.h"
+
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/service/server.h"
+#include "tests/slave/service/fake_slave.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+// How long anything may take before a test gives up: liveness, not speed.
+constexpr std::chrono::seconds kLiveness(20);
+
+// What stands in for the haptic loop: puts commands and takes states, 1000 times a second.
+class Loop {
+ public:
+  LatestValue<ReceivedState> states;
+  LatestValue<OperatorCommand> commands;
+  OperatorCommand command;
+  ReceivedState newest;
+  Events told;
+
+  bool Until(const std::function<bool()>& condition) {
+    const auto end = std::chrono::steady_clock::now() + kLiveness;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > end) return false;
+      commands.Put(command);
+      if (const ReceivedState* taken = states.Take()) {
+        newest = *taken;
+        told.Add(taken->state.events);
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return true;
+  }
+};
+
+class SlaveLinkTest : public testing::Test {
+ protected:
+  SlaveLink::Options To(const std::string& target) const {
+    SlaveLink::Options options;
+    options.target = target;
+    options.operator_name = "Ada";
+    return options;
+  }
+
+  FakeSlave slave_;
+  std::unique_ptr<Server> server_ = std::make_unique<Server>(slave_, "127.0.0.1:0", false);
+  Loop loop_;
+};
+
+TEST_F(SlaveLinkTest, ConnectingTellsTheScene) {
+  const RemoteScene scene = SlaveLink(To(server_->address())).Connect();
+  EXPECT_EQ(scene.name, "spring-surface");
+  EXPECT_EQ(scene.geometry, "rectangle 88 mm x 88 mm, 9 mm thick");
+  EXPECT_EQ(scene.force_limit, 3.3);
+  EXPECT_TRUE(scene.simulated);
+}
+
+// Reference: the fake's spring: 2 mm below the surface at 1000 N/m.
+TEST_F(SlaveLinkTest, CommandsArriveAndTheForceComesBack) {
+  SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands);
+  loop_.command.epoch = 1;
+  loop_.command.engaged = true;
+  ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.phase == Phase::kFollowing; }));
+  loop_.command.p_M = {0, -8e-3, 0};
+  ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.p_S_tip.y() < -1e-3; }));
+  slave_.Sense();
+  ASSERT_TRUE(loop_.Until(
+      [&] { return loop_.newest.state.force.value_or(Eigen::Vector3d::Zero()).y() > 0; }));
+  EXPECT_NEAR(loop_.newest.state.force->y(), 2, 1e-9);
+  EXPECT_EQ(loop_.newest.state.local_model.stiffness(1, 1), FakeSlave::kStiffness);
+  link.Stop();
+  EXPECT_EQ(slave_.ends(), 1);
+}
+
+TEST_F(SlaveLinkTest, TheLinkFillsSequenceStampAndEcho) {
+  SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands);
+  ASSERT_TRUE(loop_.Until([&] { return slave_.commands().size() > 20; }));
+  const auto commands = slave_.commands();
+  EXPECT_EQ(commands.front().sequence, 1U);
+  for (std::size_t i = 1; i < commands.size(); ++i) {
+    EXPECT_EQ(commands[i].sequence, i + 1);
+    EXPECT_GT(commands[i].sent_at, commands[i - 1].sent_at);
+  }
+  EXPECT_GT(commands.back().state_sequence, 0U);
+  EXPECT_TRUE(commands.back().echo.has_value());
+}
+
+// Both ends share one clock here, so the true offset is zero. Tolerance: half a round trip
+// (RFC 5905), taken as the largest seen.
+TEST_F(SlaveLinkTest, RoundTripsAndTheOtherClockAreMeasured) {
+  SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 50; }));
+  EXPECT_TRUE(link.stats().connected);
+  link.Stop();
+  const LinkStats stats = link.stats();
+  if (const ReceivedState* last = loop_.states.Take()) loop_.newest = *last;
+  EXPECT_GT(stats.rtt_p50_us, 0);
+  EXPECT_GE(stats.rtt_p99_us, stats.rtt_p50_us);
+  EXPECT_GE(stats.rtt_max_us, stats.rtt_p99_us);
+  EXPECT_LE(std::abs(stats.clock_offset), 0.5e-6 * stats.rtt_max_us);
+  EXPECT_EQ(loop_.newest.clock_offset, stats.clock_offset);
+}
+
+// A loop that stops renewing its command must be noticed by the slave: nothing is sent in its
+// place.
+TEST_F(SlaveLinkTest, ACommandThatIsNotRenewedIsNotRepeated) {
+  SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().commands > 5; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const std::uint64_t sent = link.stats().commands;
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_LE(link.stats().commands, sent + 1);
+}
+
+TEST_F(SlaveLinkTest, EventsOfStatesThatWereNeverTakenAreStillTold) {
+  SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 0; }));
+  slave_.Happen(Event::kPuncture);
+  const std::uint64_t seen = link.stats().states;
+  while (link.stats().states < seen + 10) {  // nobody takes
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_FALSE(loop_.told.Has(Event::kPuncture));
+  EXPECT_TRUE(loop_.Until([&] { return loop_.told.Has(Event::kPuncture); }));
+}
+
+TEST_F(SlaveLinkTest, AfterTheSlaveCameBackTheLinkIsThereAgain) {
+  const std::string address = server_->address();
+  SlaveLink link(To(address));
+  link.Start(&loop_.states, &loop_.commands);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
+  server_.reset();
+  ASSERT_TRUE(loop_.Until([&] { return !link.stats().connected; }));
+  EXPECT_THAT(link.stats().trouble, testing::Not(testing::IsEmpty()));
+  FakeSlave next;
+  server_ = std::make_unique<Server>(next, address, false);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
+  EXPECT_EQ(link.stats().reconnects, 1U);
+  EXPECT_EQ(link.stats().trouble, "");
+  ASSERT_TRUE(loop_.Until([&] { return !next.commands().empty(); }));
+  EXPECT_EQ(next.commands().front().sequence, 1U);
+  link.Stop();
+  server_.reset();
+}
+
+TEST_F(SlaveLinkTest, WhoeverHoldsTheLeaseIsNamedAndTheLeaseIsTakenWhenFree) {
+  auto first = std::make_unique<SlaveLink>(To(server_->address()));
+  first->Start(&loop_.states, &loop_.commands);
+  ASSERT_TRUE(loop_.Until([&] { return first->stats().commands > 0; }));
+  Loop second_loop;
+  SlaveLink second(To(server_->address()));
+  second.Start(&second_loop.states, &second_loop.commands);
+  ASSERT_TRUE(loop_.Until([&] { return !second.stats().trouble.empty(); }));
+  EXPECT_THAT(second.stats().trouble, HasSubstr("the lease is held by Ada (ipv4:127.0.0.1:"));
+  EXPECT_FALSE(second.stats().connected);
+  first.reset();
+  EXPECT_TRUE(second_loop.Until([&] { return second.stats().connected; }));
+}
+
+TEST_F(SlaveLinkTest, NobodyThereIsAnErrorThatTellsWhatWasTried) {
+  const std::string address = server_->address();
+  server_.reset();
+  SlaveLink::Options options = To(address);
+  options.wait = 0.2;
+  try {
+    SlaveLink(options).Connect();
+    FAIL() << "somebody was there";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no slave at " + address + ": "));
+    EXPECT_THAT(error.what(), HasSubstr(" attempts in "));
+  }
+}
+
+TEST_F(SlaveLinkTest, ConnectWaitsForASlaveThatComesLater) {
+  const std::string address = server_->address();
+  server_.reset();
+  std::jthread later([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    server_ = std::make_unique<Server>(slave_, address, false);
+  });
+  EXPECT_EQ(SlaveLink(To(address)).Connect().name, "spring-surface");
+}
+
+TEST_F(SlaveLinkTest, PlainTextLeavesThisMachineOnlyOnRequest) {
+  EXPECT_THROW(SlaveLink(To("192.0.2.1:5")), std::invalid_argument);
+  EXPECT_THROW(SlaveLink(To("nonsense")), std::invalid_argument);
+  SlaveLink::Options options = To("192.0.2.1:5");
+  options.insecure = true;
+  EXPECT_NO_THROW(SlaveLink{options});
+}
+
+TEST_F(SlaveLinkTest, TheEmergencyStopReachesTheSlaveBesideTheStream) {
+  SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
+  EXPECT_TRUE(link.EmergencyStop("the hand let go"));
+  EXPECT_EQ(slave_.stop_reason(), "the hand let go");
+  EXPECT_TRUE(loop_.Until([&] { return loop_.told.Has(Event::kEstop); }));
+  server_.reset();
+  EXPECT_FALSE(link.EmergencyStop("nobody hears"));
+}
+
+TEST_F(SlaveLinkTest, StoppingWithoutStartingAndTwiceIsFine) {
+  SlaveLink link(To(server_->address()));
+  link.Stop();
+  link.Stop();
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,67 @@
+#include "shared/link/latest_value.h"
+
+#include <algorithm>
+#include <array>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+TEST(LatestValueTest, NothingIsTakenTwice) {
+  LatestValue<int> value;
+  EXPECT_EQ(value.Take(), nullptr);
+  value.Put(1);
+  value.Put(2);
+  const int* taken = value.Take();
+  ASSERT_NE(taken, nullptr);
+  EXPECT_EQ(*taken, 2);
+  EXPECT_EQ(value.Take(), nullptr);
+}
+
+TEST(LatestValueTest, WhatWasTakenStaysWhileNewerOnesCome) {
+  LatestValue<int> value;
+  value.Put(1);
+  const int* taken = value.Take();
+  ASSERT_NE(taken, nullptr);
+  for (int i = 2; i < 10; ++i) value.Put(i);
+  EXPECT_EQ(*taken, 1);
+}
+
+TEST(LatestValueTest, TheWriterSeesWhetherTheLastOneWasTaken) {
+  LatestValue<int> value;
+  EXPECT_FALSE(value.untaken());
+  value.Put(1);
+  EXPECT_TRUE(value.untaken());
+  value.Take();
+  EXPECT_FALSE(value.untaken());
+}
+
+// A value is torn when its numbers differ. The sequence seen by the reader only rises and ends at
+// the last one written.
+TEST(LatestValueTest, AReaderNeverSeesATornOrOlderValue) {
+  using Block = std::array<std::uint64_t, 32>;
+  constexpr std::uint64_t kLast = 500'000;
+  LatestValue<Block> value;
+  std::jthread writer([&] {
+    Block block;
+    for (std::uint64_t i = 1; i <= kLast; ++i) {
+      block.fill(i);
+      value.Put(block);
+    }
+  });
+  std::uint64_t seen = 0, torn = 0, backwards = 0;
+  while (seen < kLast) {
+    const Block* block = value.Take();
+    if (block == nullptr) continue;
+    torn += std::count(block->begin(), block->end(), block->front()) != 32 ? 1U : 0U;
+    backwards += block->front() <= seen ? 1U : 0U;
+    seen = block->front();
+  }
+  EXPECT_EQ(torn, 0U);
+  EXPECT_EQ(backwards, 0U);
+}
+
+}  // namespace
+}  // namespace palpate

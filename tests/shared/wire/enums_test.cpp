@@ -1,0 +1,48 @@
+#include "shared/wire/enums.h"
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+// Reference: the names. The two sides order the values differently, so none may be cast.
+TEST(EnumsTest, EveryValidityKeepsItsName) {
+  const auto wire_name = [](Validity v) { return v1::Validity_Name(ToProto(v)); };
+  EXPECT_EQ(wire_name(Validity::kValid), "VALIDITY_VALID");
+  EXPECT_EQ(wire_name(Validity::kExtrapolated), "VALIDITY_EXTRAPOLATED");
+  EXPECT_EQ(wire_name(Validity::kPunctured), "VALIDITY_PUNCTURED");
+  EXPECT_EQ(wire_name(Validity::kStale), "VALIDITY_STALE");
+  EXPECT_EQ(wire_name(Validity::kTrackingLost), "VALIDITY_TRACKING_LOST");
+  EXPECT_EQ(wire_name(Validity::kFailed), "VALIDITY_FAILED");
+}
+
+TEST(EnumsTest, EveryValidityComesBack) {
+  for (int i = 0; i <= static_cast<int>(Validity::kFailed); ++i) {
+    const auto validity = static_cast<Validity>(i);
+    EXPECT_EQ(FromProto(ToProto(validity)), validity) << ToString(validity);
+  }
+}
+
+TEST(EnumsTest, EveryPhaseKeepsItsName) {
+  EXPECT_EQ(v1::Phase_Name(ToProto(Phase::kReady)), "PHASE_READY");
+  EXPECT_EQ(v1::Phase_Name(ToProto(Phase::kFollowing)), "PHASE_FOLLOWING");
+  EXPECT_EQ(v1::Phase_Name(ToProto(Phase::kClutched)), "PHASE_CLUTCHED");
+  EXPECT_EQ(v1::Phase_Name(ToProto(Phase::kHold)), "PHASE_HOLD");
+  EXPECT_EQ(v1::Phase_Name(ToProto(Phase::kEstop)), "PHASE_ESTOP");
+}
+
+TEST(EnumsTest, EveryEventKeepsItsName) {
+  EXPECT_EQ(v1::Event_Name(ToProto(Event::kContact)), "EVENT_CONTACT");
+  EXPECT_EQ(v1::Event_Name(ToProto(Event::kRelease)), "EVENT_RELEASE");
+  EXPECT_EQ(v1::Event_Name(ToProto(Event::kPuncture)), "EVENT_PUNCTURE");
+  EXPECT_EQ(v1::Event_Name(ToProto(Event::kTrackingLost)), "EVENT_TRACKING_LOST");
+  EXPECT_EQ(v1::Event_Name(ToProto(Event::kTrackingRegained)), "EVENT_TRACKING_REGAINED");
+  EXPECT_EQ(v1::Event_Name(ToProto(Event::kLimit)), "EVENT_LIMIT");
+  EXPECT_EQ(v1::Event_Name(ToProto(Event::kHold)), "EVENT_HOLD");
+  EXPECT_EQ(v1::Event_Name(ToProto(Event::kEstop)), "EVENT_ESTOP");
+  EXPECT_EQ(v1::Event_Name(ToProto(Event::kModelChanged)), "EVENT_MODEL_CHANGED");
+  EXPECT_EQ(v1::Event_Name(ToProto(Event::kCommandRefused)), "EVENT_COMMAND_REFUSED");
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,208 @@
+#include "shared/wire/state_message.h"
+
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/shared/wire/samples.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+v1::SlaveState FullMessage() {
+  v1::SlaveState message;
+  ToProto(FullState(), &message);
+  return message;
+}
+
+SlaveState Read(const v1::SlaveState& message) {
+  std::string reason;
+  const auto state = FromProto(message, &reason);
+  EXPECT_TRUE(state.has_value()) << reason;
+  return state.value_or(SlaveState{});
+}
+
+// Reference: the state that was sent; every number of the sample is exact on the wire.
+TEST(StateMessageTest, WhatWasSentIsWhatArrives) {
+  const SlaveState sent = FullState();
+  v1::SlaveState over_the_wire;
+  ASSERT_TRUE(over_the_wire.ParseFromString(FullMessage().SerializeAsString()));
+  const SlaveState got = Read(over_the_wire);
+  EXPECT_EQ(got.sequence, sent.sequence);
+  EXPECT_EQ(got.sensed_at, sent.sensed_at);
+  EXPECT_EQ(got.sent_at, sent.sent_at);
+  EXPECT_EQ(got.p_S_tip, sent.p_S_tip);
+  EXPECT_EQ(got.force, sent.force);
+  EXPECT_EQ(got.sigma, sent.sigma);
+  EXPECT_EQ(got.validity, sent.validity);
+  EXPECT_EQ(got.local_model.reference, sent.local_model.reference);
+  EXPECT_EQ(got.local_model.normal, sent.local_model.normal);
+  EXPECT_EQ(got.local_model.force, sent.local_model.force);
+  EXPECT_EQ(got.local_model.stiffness, sent.local_model.stiffness);
+  EXPECT_EQ(got.local_model.valid_radius, sent.local_model.valid_radius);
+  EXPECT_EQ(got.local_model.revision, sent.local_model.revision);
+  EXPECT_EQ(got.local_model.in_contact, sent.local_model.in_contact);
+  EXPECT_EQ(got.energy_in, sent.energy_in);
+  EXPECT_EQ(got.energy_out, sent.energy_out);
+  EXPECT_TRUE(got.events.Has(Event::kContact));
+  EXPECT_TRUE(got.events.Has(Event::kCommandRefused));
+  EXPECT_FALSE(got.events.Has(Event::kRelease));
+  EXPECT_EQ(got.command_sequence, sent.command_sequence);
+  EXPECT_EQ(got.echo, sent.echo);
+  EXPECT_EQ(got.echo_delay, sent.echo_delay);
+  EXPECT_EQ(got.epoch, sent.epoch);
+  EXPECT_EQ(got.offset, sent.offset);
+  EXPECT_EQ(got.phase, sent.phase);
+  EXPECT_EQ(got.true_force, sent.true_force);
+}
+
+TEST(StateMessageTest, AStiffnessMatrixTravelsRowByRow) {
+  EXPECT_THAT(FullMessage().local_model().stiffness(),
+              testing::ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9));
+}
+
+TEST(StateMessageTest, AnUnknownForceArrivesUnknownAndNotZero) {
+  SlaveState state = FullState();
+  state.force.reset();
+  state.true_force.reset();
+  state.validity = Validity::kTrackingLost;
+  v1::SlaveState message;
+  ToProto(state, &message);
+  EXPECT_FALSE(message.has_force());
+  EXPECT_FALSE(Read(message).force.has_value());
+  EXPECT_FALSE(Read(message).true_force.has_value());
+}
+
+TEST(StateMessageTest, ANotFiniteForceIsSentAsUnknown) {
+  SlaveState state = FullState();
+  state.force = Eigen::Vector3d(1, kNan, 0);
+  v1::SlaveState message;
+  ToProto(state, &message);
+  EXPECT_FALSE(message.has_force());
+  EXPECT_EQ(message.validity(), v1::VALIDITY_FAILED);
+}
+
+TEST(StateMessageTest, ANotFiniteLocalModelIsSentAsNone) {
+  SlaveState state = FullState();
+  state.local_model.stiffness(1, 1) = kInf;
+  v1::SlaveState message;
+  ToProto(state, &message);
+  EXPECT_FALSE(message.has_local_model());
+  EXPECT_FALSE(Read(message).local_model.known());
+}
+
+TEST(StateMessageTest, AReusedMessageKeepsNothingOfTheStateBefore) {
+  v1::SlaveState message = FullMessage();
+  ToProto(SlaveState{}, &message);
+  v1::SlaveState fresh;
+  ToProto(SlaveState{}, &fresh);
+  EXPECT_EQ(message.SerializeAsString(), fresh.SerializeAsString());
+}
+
+// Reference: contracts, at most 256 bytes for one contact. The largest planar state: every optional
+// field present, all ten events at once, no component zero within the plane, sequences of ten years
+// at 1 kHz, revision and epoch at their largest. The force at a linear model's reference is zero.
+TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
+  SlaveState state = FullState();
+  constexpr std::uint64_t kTenYears = 315'360'000'000;
+  state.sequence = state.command_sequence = kTenYears;
+  state.sensed_at = state.sent_at = Time(std::chrono::nanoseconds(4'102'444'799'999'999'999));
+  state.echo = state.sent_at;
+  for (int e = v1::EVENT_CONTACT; e <= v1::Event_MAX; ++e) state.events.Add(static_cast<Event>(e));
+  state.p_S_tip = {-0.1, -0.2, 0};
+  state.force = state.true_force = Eigen::Vector3d(-1.1, -2.2, 0);
+  state.local_model.reference = {0.1, 0.2, 0};
+  state.local_model.normal = {0.6, -0.8, 0};
+  state.local_model.force.setZero();
+  state.offset = {0.1, 0.2, 0};
+  state.epoch = state.local_model.revision = std::numeric_limits<std::uint32_t>::max();
+  v1::SlaveState message;
+  ToProto(state, &message);
+  RecordProperty("bytes", static_cast<int>(message.ByteSizeLong()));
+  EXPECT_LE(message.ByteSizeLong(), kMaxStateBytes);
+  EXPECT_GE(message.ByteSizeLong(), kMaxStateBytes - 16) << "the test no longer looks at the worst";
+}
+
+TEST(StateMessageTest, WhatANewerSlaveMayHaveAddedIsReadWithCare) {
+  v1::SlaveState message = FullMessage();
+  message.set_validity(static_cast<v1::Validity>(77));
+  message.set_phase(static_cast<v1::Phase>(77));
+  message.add_events(static_cast<v1::Event>(77));
+  message.mutable_local_model()->set_kind(static_cast<v1::LocalModel::Kind>(77));
+  const SlaveState state = Read(message);
+  EXPECT_EQ(state.validity, Validity::kFailed);
+  EXPECT_EQ(state.phase, Phase::kHold);
+  EXPECT_TRUE(state.events.Has(Event::kContact));
+  EXPECT_FALSE(state.local_model.known());
+}
+
+TEST(StateMessageTest, ANormalOfSinglePrecisionIsMadeAUnitVector) {
+  v1::SlaveState message = FullMessage();
+  message.mutable_local_model()->mutable_normal()->set_z(-1.0005F);
+  EXPECT_DOUBLE_EQ(Read(message).local_model.normal.norm(), 1.0);
+}
+
+struct Malformation {
+  const char* reason;  // what the refusal must name
+  std::function<void(v1::SlaveState*)> apply;
+};
+
+class MalformedStateTest : public testing::TestWithParam<Malformation> {};
+
+TEST_P(MalformedStateTest, IsRefusedAndNamed) {
+  v1::SlaveState message = FullMessage();
+  GetParam().apply(&message);
+  std::string reason;
+  EXPECT_FALSE(FromProto(message, &reason).has_value());
+  EXPECT_THAT(reason, testing::HasSubstr(GetParam().reason));
+  EXPECT_THAT(reason, testing::HasSubstr("accepted is"));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OneFieldEach, MalformedStateTest,
+    testing::Values(
+        Malformation{"sensed_at is absent", [](auto* m) { m->clear_sensed_at(); }},
+        Malformation{"sent_at is absent", [](auto* m) { m->clear_sent_at(); }},
+        Malformation{"sent_at", [](auto* m) { m->mutable_sent_at()->set_nanos(1'000'000'000); }},
+        Malformation{"sensed_at", [](auto* m) { m->mutable_sensed_at()->set_seconds(-1); }},
+        Malformation{"sensed_at", [](auto* m) { m->mutable_sensed_at()->set_seconds(INT64_MAX); }},
+        Malformation{"p_S_tip is absent", [](auto* m) { m->clear_p_s_tip(); }},
+        Malformation{"p_S_tip.y = nan", [](auto* m) { m->mutable_p_s_tip()->set_y(kNan); }},
+        Malformation{"p_S_tip.x", [](auto* m) { m->mutable_p_s_tip()->set_x(1e300); }},
+        Malformation{"force is absent", [](auto* m) { m->clear_force(); }},
+        Malformation{"force.z = -inf", [](auto* m) { m->mutable_force()->set_z(-kInf); }},
+        Malformation{"sigma", [](auto* m) { m->set_sigma(-1); }},
+        Malformation{"sigma", [](auto* m) { m->set_sigma(NAN); }},
+        Malformation{"energy_in", [](auto* m) { m->set_energy_in(-0.5F); }},
+        Malformation{"energy_out", [](auto* m) { m->set_energy_out(INFINITY); }},
+        Malformation{"echo_delay", [](auto* m) { m->set_echo_delay(-1e-3F); }},
+        Malformation{"echo", [](auto* m) { m->mutable_echo()->set_nanos(-1); }},
+        Malformation{"offset.x", [](auto* m) { m->mutable_offset()->set_x(NAN); }},
+        Malformation{"true_force.x", [](auto* m) { m->mutable_true_force()->set_x(kNan); }},
+        Malformation{"local_model.stiffness",
+                     [](auto* m) { m->mutable_local_model()->mutable_stiffness()->RemoveLast(); }},
+        Malformation{"local_model.stiffness",
+                     [](auto* m) { m->mutable_local_model()->set_stiffness(4, NAN); }},
+        Malformation{"local_model.normal",
+                     [](auto* m) { m->mutable_local_model()->clear_normal(); }},
+        Malformation{"local_model.normal",
+                     [](auto* m) { m->mutable_local_model()->mutable_normal()->set_x(0.1F); }},
+        Malformation{"local_model.normal",
+                     [](auto* m) { m->mutable_local_model()->mutable_normal()->set_z(NAN); }},
+        Malformation{"local_model.reference",
+                     [](auto* m) { m->mutable_local_model()->clear_reference(); }},
+        Malformation{"local_model.revision",
+                     [](auto* m) { m->mutable_local_model()->set_revision(0); }},
+        Malformation{"local_model.valid_radius",
+                     [](auto* m) { m->mutable_local_model()->set_valid_radius(0); }},
+        Malformation{"local_model.valid_radius",
+                     [](auto* m) { m->mutable_local_model()->set_valid_radius(INFINITY); }}));
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,212 @@
+#include "tests/slave/service/fake_slave.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+constexpr double kReach = 1;  // [m]; farther is absurd
+constexpr std::size_t kRemembered = 10'000;
+
+}  // namespace
+
+FakeSlave::FakeSlave() {
+  state_.p_S_tip = {0, kHome, 0};
+  state_.sensed_at = started_at_;
+  state_.force = state_.true_force = Eigen::Vector3d::Zero();
+  state_.validity = Validity::kValid;
+  state_.local_model.stiffness(1, 1) = kStiffness;
+  state_.local_model.valid_radius = 0.01;
+  state_.local_model.revision = 1;
+}
+
+void FakeSlave::Sense() {
+  {
+    const std::scoped_lock lock(mutex_);
+    state_.sensed_at = std::max(Clock::now(), state_.sensed_at + Clock::duration(1));
+    const double depth = std::max(0.0, -state_.p_S_tip.y());
+    state_.force = state_.true_force = Eigen::Vector3d(0, kStiffness * depth, 0);
+    state_.local_model.in_contact = depth > 0;
+  }
+  sensed_.notify_all();
+}
+
+void FakeSlave::Happen(Event event) {
+  const std::scoped_lock lock(mutex_);
+  events_.Add(event);
+}
+
+int FakeSlave::begins() const {
+  const std::scoped_lock lock(mutex_);
+  return begins_;
+}
+
+int FakeSlave::ends() const {
+  const std::scoped_lock lock(mutex_);
+  return ends_;
+}
+
+std::vector<OperatorCommand> FakeSlave::commands() const {
+  const std::scoped_lock lock(mutex_);
+  return commands_;
+}
+
+int FakeSlave::shapes_computed() const {
+  const std::scoped_lock lock(mutex_);
+  return shapes_;
+}
+
+int FakeSlave::pictures_taken() const {
+  const std::scoped_lock lock(mutex_);
+  return pictures_;
+}
+
+std::string FakeSlave::stop_reason() const {
+  const std::scoped_lock lock(mutex_);
+  return stop_reason_;
+}
+
+ParameterChange FakeSlave::parameters() const {
+  const std::scoped_lock lock(mutex_);
+  return parameters_;
+}
+
+void FakeSlave::set_has_camera(bool has_camera) {
+  const std::scoped_lock lock(mutex_);
+  has_camera_ = has_camera;
+}
+
+void FakeSlave::BeginOperating() {
+  const std::scoped_lock lock(mutex_);
+  ++begins_;
+  commands_.clear();
+  state_.command_sequence = 0;
+  state_.echo.reset();
+  state_.epoch = 0;
+}
+
+bool FakeSlave::Command(const OperatorCommand& command) noexcept {
+  const std::scoped_lock lock(mutex_);
+  if (!command.p_M.allFinite() || command.p_M.norm() > kReach) {
+    ++refused_;
+    events_.Add(Event::kCommandRefused);
+    return false;
+  }
+  if (command.sequence <= state_.command_sequence) return true;
+  ++taken_;
+  if (commands_.size() < kRemembered) commands_.push_back(command);
+  state_.command_sequence = command.sequence;
+  state_.echo = command.sent_at;
+  command_at_ = Clock::now();
+  if (state_.phase == Phase::kEstop) return true;
+  state_.phase = command.engaged ? Phase::kFollowing : Phase::kClutched;
+  if (!command.engaged) return true;
+  if (command.epoch != state_.epoch) transform_.ZeroOffset(command.p_M, state_.p_S_tip);
+  state_.epoch = command.epoch;
+  state_.offset = transform_.offset;
+  state_.p_S_tip = transform_.ToSlave(command.p_M);
+  return true;
+}
+
+void FakeSlave::EndOperating() {
+  const std::scoped_lock lock(mutex_);
+  ++ends_;
+  if (state_.phase != Phase::kEstop) state_.phase = Phase::kReady;
+}
+
+SlaveState FakeSlave::Compose(Time now) {
+  const std::scoped_lock lock(mutex_);
+  SlaveState state = state_;
+  state.sent_at = now;
+  if (state.echo) state.echo_delay = std::max(0.0, SecondsBetween(command_at_, now));
+  return state;
+}
+
+Events FakeSlave::TakeEvents() {
+  const std::scoped_lock lock(mutex_);
+  const Events events = events_;
+  events_.Clear();
+  return events;
+}
+
+bool FakeSlave::WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  return sensed_.wait_for(lock, patience, [&] { return state_.sensed_at > sensed_at; });
+}
+
+SlaveDescription FakeSlave::Describe() const {
+  const std::scoped_lock lock(mutex_);
+  SlaveDescription description;
+  description.scene.name = "spring-surface";
+  description.scene.object.geometry = RectangleGeometry{0.088, 0.088, 0.009};
+  description.scene.object.material = {127e3, 0.49, 1050, 0};
+  if (has_camera_) description.scene.sense.camera.emplace();
+  description.scene.operator_options.force_limit = parameters_.force_limit.value_or(3.3);
+  description.model = {"spring", 1, 4, 0, 0, 0, 0.05};
+  description.model_reason = "it is a fake";
+  description.source = "none";
+  description.simulated = true;
+  return description;
+}
+
+SlaveStatus FakeSlave::Status() const {
+  const std::scoped_lock lock(mutex_);
+  SlaveStatus status;
+  status.phase = state_.phase;
+  status.validity = state_.validity;
+  status.commands = taken_;
+  status.commands_refused = refused_;
+  status.started_at = started_at_;
+  status.stages = {{"total", 10, 20, 30}};
+  return status;
+}
+
+void FakeSlave::SetModel(const ModelChange& change) {
+  const std::scoped_lock lock(mutex_);
+  if (!change.kind.empty() && change.kind != "bem2d") {
+    throw std::invalid_argument("kind = " + change.kind + ": accepted is bem2d");
+  }
+  if (state_.phase == Phase::kFollowing) throw std::logic_error("an operator follows");
+}
+
+void FakeSlave::SetParameters(const ParameterChange& change) {
+  const std::scoped_lock lock(mutex_);
+  parameters_ = change;
+}
+
+void FakeSlave::Reset() {
+  const std::scoped_lock lock(mutex_);
+  state_.phase = Phase::kReady;
+}
+
+void FakeSlave::EmergencyStop(const std::string& reason) {
+  const std::scoped_lock lock(mutex_);
+  state_.phase = Phase::kEstop;
+  stop_reason_ = reason;
+  events_.Add(Event::kEstop);
+}
+
+BoundaryShape FakeSlave::Shape(bool nodal_forces) {
+  const std::scoped_lock lock(mutex_);
+  ++shapes_;
+  BoundaryShape shape;
+  shape.sensed_at = state_.sensed_at;
+  shape.validity = state_.validity;
+  shape.elements = {0, 1, 1, 2, 2, 0};
+  shape.rest = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  shape.positions = {0, 0.5F, 0, 1, 0, 0, 0, 1, 0};
+  if (nodal_forces) shape.nodal_forces.assign(9, 0.25F);
+  return shape;
+}
+
+std::optional<JpegPicture> FakeSlave::Picture(bool overlays, int quality) {
+  const std::scoped_lock lock(mutex_);
+  ++pictures_;
+  if (pictures_ == 1) return std::nullopt;  // nothing seen yet
+  return JpegPicture{state_.sensed_at,
+                     std::string(overlays ? "overlays " : "plain ") + std::to_string(quality), 640,
+                     480};
+}
+
+}  // namespace palpate

@@ -1,0 +1,68 @@
+// A slave without pictures: a spring surface y = 0 under a tool that follows at once. For tests of
+// service, link and clients.
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "slave/pipeline/slave.h"
+
+namespace palpate {
+
+class FakeSlave : public Slave {
+ public:
+  static constexpr double kStiffness = 1000;  // [N/m]
+  static constexpr double kHome = 6e-3;       // the tool starts this high above the surface [m]
+
+  FakeSlave();
+
+  // --- for tests. Thread-safe.
+  // Something new was sensed: a state follows at once.
+  void Sense();
+  // The next states carry `event`.
+  void Happen(Event event);
+  [[nodiscard]] int begins() const;
+  [[nodiscard]] int ends() const;
+  [[nodiscard]] std::vector<OperatorCommand> commands() const;  // accepted since the last Begin
+  [[nodiscard]] int shapes_computed() const;
+  [[nodiscard]] int pictures_taken() const;
+  [[nodiscard]] std::string stop_reason() const;
+  [[nodiscard]] ParameterChange parameters() const;
+  void set_has_camera(bool has_camera);
+
+  // --- Slave.
+  void BeginOperating() override;
+  bool Command(const OperatorCommand& command) noexcept override;
+  void EndOperating() override;
+  SlaveState Compose(Time now) override;
+  Events TakeEvents() override;
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override;
+  SlaveDescription Describe() const override;
+  SlaveStatus Status() const override;
+  // `bem2d` or empty is accepted; while following: std::logic_error.
+  void SetModel(const ModelChange& change) override;
+  void SetParameters(const ParameterChange& change) override;
+  void Reset() override;
+  void EmergencyStop(const std::string& reason) override;
+  BoundaryShape Shape(bool nodal_forces) override;
+  std::optional<JpegPicture> Picture(bool overlays, int quality) override;
+
+ private:
+  mutable std::mutex mutex_;  // guards everything below
+  std::condition_variable sensed_;
+  SlaveState state_;
+  TeleopTransform transform_;
+  Time command_at_{};
+  Time started_at_ = Clock::now();
+  Events events_;
+  std::vector<OperatorCommand> commands_;
+  ParameterChange parameters_;
+  std::string stop_reason_;
+  std::uint64_t taken_ = 0, refused_ = 0;
+  int begins_ = 0, ends_ = 0, shapes_ = 0, pictures_ = 0;
+  bool has_camera_ = true;
+};
+
+}  // namespace palpate

@@ -1,0 +1,205 @@
+// Operate: the lease, commands in, states out, and every way it may end.
+
+#include <csignal>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/slave/service/service_fixture.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class OperateTest : public ServiceTest {};
+
+// Reference: the fake's spring, 1000 N/m, from 6 mm above it: 9 mm down press 3 mm, 3 N upwards.
+TEST_F(OperateTest, PushingIsAnsweredByTheForceOfTheSurface) {
+  Operator ada(Connect());
+  ada.Hold(0);
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
+  ada.Hold(-9e-3);
+  ASSERT_TRUE(Eventually([&] { return slave_.commands().size() == 2; }));
+  slave_.Sense();
+  const auto pressed = ada.ReadUntil([](const auto& s) { return s.force().y() > 0; });
+  ASSERT_TRUE(pressed.has_value());
+  EXPECT_NEAR(pressed->force().y(), 3, 1e-9);
+  EXPECT_NEAR(pressed->p_s_tip().y(), -3e-3, 1e-12);
+  EXPECT_EQ(pressed->command_sequence(), 2U);
+  EXPECT_EQ(pressed->echo().seconds(), 1'700'000'000);
+  EXPECT_TRUE(ada.Leave().ok());
+  EXPECT_EQ(slave_.ends(), 1);
+}
+
+TEST_F(OperateTest, SequencesRiseWithoutGapForWhoReadsAll) {
+  Operator ada(Connect());
+  std::uint64_t last = ada.Read()->sequence();
+  for (int i = 0; i < 50; ++i) {
+    const auto state = ada.Read();
+    ASSERT_TRUE(state.has_value());
+    ASSERT_GT(state->sequence(), last);
+    last = state->sequence();
+  }
+}
+
+// Reference: contracts: repeated with unchanged sensed_at when nothing new was sensed.
+TEST_F(OperateTest, StatesAreRepeatedWhileNothingIsSensed) {
+  Operator ada(Connect());
+  const auto first = ada.Read();
+  const auto second = ada.Read();
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->sensed_at().nanos(), second->sensed_at().nanos());
+  EXPECT_NE(first->sent_at().nanos(), second->sent_at().nanos());
+}
+
+TEST_F(OperateTest, ASecondOperatorIsRefusedAndToldWhoHoldsTheLease) {
+  Operator ada(Connect());
+  ada.Hold(0, "Ada at the window");
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
+  const grpc::Status refused = Operator(Connect()).Finish();
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(refused.error_message(), HasSubstr("Ada at the window (ipv4:127.0.0.1:"));
+  EXPECT_EQ(slave_.begins(), 1);
+  EXPECT_EQ(GetStatus().operator_name(), "Ada at the window");
+  EXPECT_TRUE(ada.Read().has_value()) << "the holder was disturbed";
+}
+
+TEST_F(OperateTest, TheLeaseIsHeldFromTheOpeningOnBeforeAnyCommand) {
+  Operator ada(Connect());
+  ASSERT_TRUE(ada.Read().has_value());
+  const grpc::Status refused = Operator(Connect()).Finish();
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(refused.error_message(), HasSubstr("an operator without a name"));
+}
+
+TEST_F(OperateTest, AfterTheOperatorLeftTheNextOneGetsTheLease) {
+  Operator ada(Connect());
+  ASSERT_TRUE(ada.Read().has_value());
+  EXPECT_TRUE(ada.Leave().ok());
+  Operator bob(Connect());
+  EXPECT_TRUE(bob.Read().has_value());
+  EXPECT_EQ(slave_.begins(), 2);
+}
+
+TEST_F(OperateTest, AfterTheOperatorVanishedTheNextOneGetsTheLease) {
+  Operator ada(Connect());
+  ada.Hold(0);
+  ASSERT_TRUE(ada.Read().has_value());
+  ada.Vanish();
+  ASSERT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
+  EXPECT_TRUE(Operator(Connect()).Read().has_value());
+}
+
+// A program that is killed says no goodbye: its connection just breaks.
+TEST_F(OperateTest, AfterTheOperatorsProgramWasKilledTheNextOneGetsTheLease) {
+  std::string program = LONE_OPERATOR, address = server_->address();
+  char* const arguments[] = {program.data(), address.data(), nullptr};
+  pid_t pid = 0;
+  ASSERT_EQ(posix_spawn(&pid, program.c_str(), nullptr, nullptr, arguments, environ), 0);
+  const bool operated = Eventually([&] { return !slave_.commands().empty(); });
+  kill(pid, SIGKILL);
+  waitpid(pid, nullptr, 0);
+  ASSERT_TRUE(operated);
+  EXPECT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
+  EXPECT_TRUE(Operator(Connect()).Read().has_value());
+}
+
+TEST_F(OperateTest, NotFiniteAndAbsurdCommandsAreCountedToldAndNotFollowed) {
+  Operator ada(Connect());
+  ada.Hold(0);
+  v1::OperatorCommand command;
+  command.set_sequence(2);
+  command.set_epoch(1);
+  command.set_engaged(true);
+  for (const double absurd : {std::numeric_limits<double>::quiet_NaN(), -HUGE_VAL, 1e300, 1e5}) {
+    command.set_sequence(command.sequence() + 1);
+    command.mutable_p_m()->set_y(absurd);
+    ada.Send(command);
+    const auto told =
+        ada.ReadUntil([](const auto& s) { return HasEvent(s, v1::EVENT_COMMAND_REFUSED); });
+    ASSERT_TRUE(told.has_value()) << absurd;
+    EXPECT_EQ(told->p_s_tip().y(), FakeSlave::kHome) << absurd;
+  }
+  EXPECT_EQ(GetStatus().commands_refused(), 4U);
+  EXPECT_EQ(slave_.commands().size(), 1U);
+}
+
+TEST_F(OperateTest, AnOlderCommandIsDropped) {
+  Operator ada(Connect());
+  ada.Hold(0);
+  ada.Hold(-1e-3);
+  v1::OperatorCommand late;
+  late.set_sequence(1);
+  late.set_epoch(1);
+  late.set_engaged(true);
+  late.mutable_p_m()->set_y(0.5);
+  ada.Send(late);
+  ada.Hold(-2e-3);
+  const auto state = ada.ReadUntil([](const auto& s) { return s.command_sequence() == 3; });
+  ASSERT_TRUE(state.has_value());
+  EXPECT_EQ(slave_.commands().size(), 3U);
+}
+
+TEST_F(OperateTest, ALongOperatorNameIsCutAndWithoutControlCharacters) {
+  Operator ada(Connect());
+  ada.Hold(0, "new\nline " + std::string(100, 'x'));
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
+  EXPECT_EQ(GetStatus().operator_name(), "new line " + std::string(55, 'x'));
+}
+
+TEST_F(OperateTest, AnEmergencyStopIsToldAndStaysUntilReset) {
+  Operator ada(Connect());
+  ada.Hold(0);
+  const auto stub = Connect();
+  {
+    grpc::ClientContext context;
+    v1::StopRequest request;
+    request.set_reason(std::string(300, 'r'));
+    v1::Status reply;
+    ASSERT_TRUE(stub->Stop(&context, request, &reply).ok());
+    EXPECT_EQ(reply.phase(), v1::PHASE_ESTOP);
+    EXPECT_EQ(slave_.stop_reason(), std::string(200, 'r'));
+  }
+  EXPECT_TRUE(ada.ReadUntil([](const auto& s) { return HasEvent(s, v1::EVENT_ESTOP); }));
+  ada.Hold(-1e-3);
+  const auto latched = ada.ReadUntil([](const auto& s) { return s.command_sequence() == 2; });
+  ASSERT_TRUE(latched.has_value());
+  EXPECT_EQ(latched->phase(), v1::PHASE_ESTOP);
+  EXPECT_EQ(latched->p_s_tip().y(), FakeSlave::kHome);
+  {
+    grpc::ClientContext context;
+    v1::Status reply;
+    ASSERT_TRUE(stub->Reset(&context, {}, &reply).ok());
+    EXPECT_EQ(reply.phase(), v1::PHASE_READY);
+  }
+}
+
+TEST_F(OperateTest, AStoppingServerEndsTheStreamAsUnavailable) {
+  Operator ada(Connect());
+  ada.Hold(0);
+  ASSERT_TRUE(ada.Read().has_value());
+  std::jthread stopping([this] { server_->Stop(); });
+  const grpc::Status status = ada.Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(status.error_message(), "the slave is stopping");
+  stopping.join();
+  EXPECT_EQ(slave_.ends(), 1);
+}
+
+TEST_F(OperateTest, AnOperatorWhoNeverReadsDoesNotKeepTheServerFromStopping) {
+  Operator ada(Connect());
+  ada.Hold(0);
+  ASSERT_TRUE(Eventually([&] { return slave_.commands().size() == 1; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  server_->Stop();
+  EXPECT_EQ(slave_.ends(), 1);
+  ada.Vanish();
+}
+
+}  // namespace
+}  // namespace palpate

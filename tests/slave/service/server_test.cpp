@@ -1,0 +1,189 @@
+// Listening, the unary calls, health and reflection.
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/support/proto_buffer_reader.h>
+#include <gtest/gtest.h>
+
+#include "tests/slave/service/service_fixture.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class ServerTest : public ServiceTest {};
+
+std::string WhyNot(FakeSlave* slave, const std::string& address, bool insecure = false) {
+  try {
+    const Server server(*slave, address, insecure);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(ServerTest, TellsThePortThatItGot) {
+  EXPECT_THAT(server_->address(), testing::MatchesRegex("127\\.0\\.0\\.1:[1-9][0-9]+"));
+}
+
+TEST_F(ServerTest, ASecondServerOnTheSamePortIsAnError) {
+  FakeSlave other;
+  EXPECT_EQ(WhyNot(&other, server_->address()),
+            "cannot listen on " + server_->address() + ": Address already in use");
+  EXPECT_EQ(GetStatus().phase(), v1::PHASE_READY) << "the first one was disturbed";
+}
+
+TEST_F(ServerTest, APortIsFreeAgainAfterStopping) {
+  const std::string address = server_->address();
+  Operator ada(Connect());
+  ASSERT_TRUE(ada.Read().has_value());
+  server_->Stop();
+  FakeSlave other;
+  EXPECT_EQ(WhyNot(&other, address), "");
+}
+
+TEST_F(ServerTest, PlainTextIsServedOnLoopbackOnly) {
+  FakeSlave other;
+  EXPECT_THAT(WhyNot(&other, "0.0.0.0:0"), HasSubstr("accepted without --insecure is a loopback"));
+  EXPECT_EQ(WhyNot(&other, "0.0.0.0:0", true), "");
+}
+
+TEST_F(ServerTest, WhatIsNoAddressIsRefusedAndNamed) {
+  FakeSlave other;
+  EXPECT_THAT(WhyNot(&other, "nonsense"), HasSubstr("nonsense: accepted is HOST:PORT"));
+  // TEST-NET-1 (RFC 5737) belongs to no machine.
+  EXPECT_THAT(WhyNot(&other, "192.0.2.1:0", true), HasSubstr("cannot listen on 192.0.2.1:0: "));
+}
+
+TEST_F(ServerTest, StoppingTwiceIsStoppingOnce) {
+  server_->Stop();
+  server_->Stop();
+}
+
+TEST_F(ServerTest, TheSceneIsDescribed) {
+  grpc::ClientContext context;
+  v1::SceneDescription scene;
+  ASSERT_TRUE(Connect()->GetScene(&context, {}, &scene).ok());
+  EXPECT_EQ(scene.name(), "spring-surface");
+  EXPECT_EQ(scene.geometry(), "rectangle 88 mm x 88 mm, 9 mm thick");
+  EXPECT_EQ(scene.material().young_modulus(), 127e3);
+  EXPECT_EQ(scene.model().kind(), "spring");
+  EXPECT_EQ(scene.model().reason(), "it is a fake");
+  EXPECT_THAT(scene.operator_().rotation(), testing::ElementsAre(1, 0, 0, 0, 1, 0, 0, 0, 1));
+  EXPECT_EQ(scene.operator_().force_limit(), 3.3);
+}
+
+TEST_F(ServerTest, TheCapabilitiesAreTold) {
+  grpc::ClientContext context;
+  v1::Capabilities capabilities;
+  ASSERT_TRUE(Connect()->GetCapabilities(&context, {}, &capabilities).ok());
+  EXPECT_EQ(capabilities.degrees_of_freedom(), 2U);
+  EXPECT_GE(capabilities.state_rate(), 100);
+  EXPECT_TRUE(capabilities.simulated());
+  EXPECT_THAT(capabilities.local_models(),
+              testing::ElementsAre(v1::LocalModel::KIND_UNILATERAL_PLANE));
+  EXPECT_FALSE(capabilities.version().empty());
+}
+
+TEST_F(ServerTest, ErrorsOfTheSlaveArriveAsACodeAndTheSameSentence) {
+  const auto stub = Connect();
+  const auto set_model = [&](const std::string& kind) {
+    grpc::ClientContext context;
+    v1::SetModelRequest request;
+    request.set_kind(kind);
+    v1::SettingsReply reply;
+    return stub->SetModel(&context, request, &reply);
+  };
+  EXPECT_TRUE(set_model("bem2d").ok());
+  const grpc::Status unknown = set_model("magic");
+  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(unknown.error_message(), "kind = magic: accepted is bem2d");
+
+  Operator ada(Connect());
+  ada.Hold(0);
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
+  const grpc::Status not_now = set_model("bem2d");
+  EXPECT_EQ(not_now.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(not_now.error_message(), "an operator follows");
+}
+
+TEST_F(ServerTest, ParametersArriveAndTheSceneInForceComesBack) {
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  v1::SetParametersRequest request;
+  request.set_force_limit(2.5);
+  v1::SettingsReply reply;
+  ASSERT_TRUE(stub->SetParameters(&context, request, &reply).ok());
+  EXPECT_EQ(reply.scene().operator_().force_limit(), 2.5);
+  EXPECT_FALSE(slave_.parameters().position_scale.has_value());
+}
+
+TEST_F(ServerTest, ThereIsNoTactileSensor) {
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  v1::FeedTactileReply reply;
+  const auto stub = Connect();
+  const auto writer = stub->FeedTactile(&context, &reply);
+  writer->WritesDone();
+  const grpc::Status status = writer->Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(status.error_message(), "the scene has no tactile sensor");
+}
+
+TEST_F(ServerTest, ARequestThatIsFarTooLongIsRefused) {
+  grpc::ClientContext context;
+  v1::StopRequest request;
+  request.set_reason(std::string(1'000'000, 'r'));
+  v1::Status reply;
+  EXPECT_EQ(Connect()->Stop(&context, request, &reply).error_code(),
+            grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
+// Calls a method that no stub of ours knows; the raw bytes of the answer.
+std::string CallRaw(const std::string& address, const std::string& method,
+                    const std::string& request) {
+  grpc::GenericStub stub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  grpc::CompletionQueue queue;
+  const grpc::Slice slice(request);
+  const auto call = stub.PrepareUnaryCall(&context, method, grpc::ByteBuffer(&slice, 1), &queue);
+  call->StartCall();
+  grpc::ByteBuffer reply;
+  grpc::Status status;
+  void* const tag = &reply;
+  call->Finish(&reply, &status, tag);
+  void* done = nullptr;
+  bool ok = false;
+  queue.Next(&done, &ok);
+  EXPECT_TRUE(status.ok()) << method << ": " << status.error_message();
+  std::vector<grpc::Slice> slices;
+  reply.Dump(&slices);
+  std::string bytes;
+  for (const auto& s : slices) bytes.append(reinterpret_cast<const char*>(s.begin()), s.size());
+  return bytes;
+}
+
+// Reference: grpc.health.v1: HealthCheckResponse {status = 1 (field 1)} is SERVING.
+TEST_F(ServerTest, TheHealthServiceSaysServing) {
+  const std::string serving = "\x08\x01";
+  EXPECT_EQ(CallRaw(server_->address(), "/grpc.health.v1.Health/Check", ""), serving);
+  const std::string name = "palpate.v1.Teleoperation";
+  std::string request = "\x0A";
+  request.push_back(static_cast<char>(name.size()));
+  request.append(name);
+  EXPECT_EQ(CallRaw(server_->address(), "/grpc.health.v1.Health/Check", request), serving);
+}
+
+// Reference: grpc.reflection.v1alpha: list_services is field 7 of the request.
+TEST_F(ServerTest, ReflectionListsTheService) {
+  EXPECT_THAT(
+      CallRaw(server_->address(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+              std::string("\x3A\x00", 2)),
+      HasSubstr("palpate.v1.Teleoperation"));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,245 @@
+// Observers: any number up to the seats, each with its own newest state.
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/service/observer_seats.h"
+#include "tests/slave/service/service_fixture.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class WatchTest : public ServiceTest {
+ protected:
+  // Ends a WatchState of this rate at once; what the server says if it refuses.
+  grpc::Status Watch(double max_rate_hz) {
+    grpc::ClientContext context;
+    SetDeadline(&context);
+    v1::WatchStateRequest request;
+    request.set_max_rate_hz(max_rate_hz);
+    const auto stub = Connect();
+    const auto stream = stub->WatchState(&context, request);
+    v1::SlaveState state;
+    if (stream->Read(&state)) {
+      context.TryCancel();
+      stream->Finish();
+      return grpc::Status::OK;
+    }
+    return stream->Finish();
+  }
+};
+
+TEST_F(WatchTest, OnlyRatesThatCanBeKeptAreAccepted) {
+  for (const double rate : {0.0, 1.0, 60.0, 1000.0}) EXPECT_TRUE(Watch(rate).ok()) << rate;
+  for (const double rate :
+       {0.5, -1.0, 1001.0, HUGE_VAL, std::numeric_limits<double>::quiet_NaN()}) {
+    const grpc::Status status = Watch(rate);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << rate;
+    EXPECT_THAT(status.error_message(), HasSubstr("max_rate_hz = "));
+    EXPECT_THAT(status.error_message(), HasSubstr("accepted is 0, or 1 to 1000"));
+  }
+}
+
+// Of two readers of the same states, the one that asked for at most 20 per second gets fewer, by
+// the states' own stamps. Tolerance: the rate is counted over a second between stamps, which are
+// taken up to one period (5 ms) before the sending that is paced.
+TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  v1::WatchStateRequest request;
+  request.set_max_rate_hz(20);
+  const auto stream = stub->WatchState(&context, request);
+  v1::SlaveState state;
+  ASSERT_TRUE(stream->Read(&state));
+  const auto seconds = [](const v1::SlaveState& s) {
+    return static_cast<double>(s.sent_at().seconds()) + 1e-9 * s.sent_at().nanos();
+  };
+  const double start = seconds(state);
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(stream->Read(&state));
+  EXPECT_GE(seconds(state) - start, 20 / 20.0 - 0.01);
+  context.TryCancel();
+}
+
+TEST_F(WatchTest, SomethingNewlySensedIsSentWithItsStamp) {
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  const auto stream = stub->WatchState(&context, {});
+  v1::SlaveState before, state;
+  ASSERT_TRUE(stream->Read(&before));
+  slave_.Sense();
+  do ASSERT_TRUE(stream->Read(&state));
+  while (state.sensed_at().nanos() == before.sensed_at().nanos());
+  EXPECT_GT(state.sequence(), before.sequence());
+  context.TryCancel();
+}
+
+TEST_F(WatchTest, AnObserverSeesWhatTheOperatorDoes) {
+  Operator ada(Connect());
+  ada.Hold(0);
+  ada.Hold(-9e-3);
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 2; }));
+  slave_.Sense();
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  const auto stream = stub->WatchState(&context, {});
+  v1::SlaveState state;
+  ASSERT_TRUE(stream->Read(&state));
+  EXPECT_EQ(state.phase(), v1::PHASE_FOLLOWING);
+  EXPECT_NEAR(state.force().y(), 3, 1e-9);
+  EXPECT_EQ(GetStatus().observers(), 1U);
+  context.TryCancel();
+  EXPECT_TRUE(Eventually([&] { return GetStatus().observers() == 0; }));
+}
+
+// A reader that stops reading for 600 states: the others go on, and when it reads again it finds
+// what its own receive window held (bounded by the HTTP/2 window, not by time) and then the newest.
+// Reference: contracts, a slow reader loses old values, slows nobody and grows no memory.
+TEST_F(WatchTest, AStalledReaderLosesOldStatesAndSlowsNobody) {
+  grpc::ChannelArguments small_window;
+  small_window.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  small_window.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  small_window.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 1024);
+  const auto stalled_stub = v1::Teleoperation::NewStub(grpc::CreateCustomChannel(
+      server_->address(), grpc::InsecureChannelCredentials(), small_window));
+  grpc::ClientContext stalled_context;
+  stalled_context.set_deadline(std::chrono::system_clock::now() + 2 * kLiveness);
+  const auto stalled = stalled_stub->WatchState(&stalled_context, {});
+  v1::SlaveState first;
+  ASSERT_TRUE(stalled->Read(&first));
+
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  const auto diligent = stub->WatchState(&context, {});
+  v1::SlaveState state;
+  for (int i = 0; i < 600; ++i) {
+    slave_.Sense();
+    ASSERT_TRUE(diligent->Read(&state));
+  }
+  const std::uint64_t now = state.sequence();
+  context.TryCancel();
+
+  std::uint64_t old_states = 0;
+  do {
+    ASSERT_TRUE(stalled->Read(&state));
+    ++old_states;
+  } while (state.sequence() < now);
+  EXPECT_GE(now - first.sequence(), 600U);
+  EXPECT_LT(old_states, 300U) << "states were queued for a reader that did not read";
+  stalled_context.TryCancel();
+}
+
+TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
+  const auto stub = Connect();
+  struct Watcher {
+    grpc::ClientContext context;
+    std::unique_ptr<grpc::ClientReader<v1::SlaveState>> stream;
+  };
+  std::vector<std::unique_ptr<Watcher>> watchers;
+  v1::SlaveState state;
+  v1::WatchStateRequest slowly;
+  slowly.set_max_rate_hz(1);
+  for (int i = 0; i < ObserverSeats::kSeats; ++i) {
+    auto& watcher = *watchers.emplace_back(std::make_unique<Watcher>());
+    SetDeadline(&watcher.context);
+    watcher.stream = stub->WatchState(&watcher.context, slowly);
+    ASSERT_TRUE(watcher.stream->Read(&state)) << i;
+  }
+  EXPECT_EQ(Watch(0).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  watchers.front()->context.TryCancel();
+  EXPECT_TRUE(Eventually([&] { return Watch(0).ok(); })) << "the seat did not become free";
+  for (auto& watcher : watchers) watcher->context.TryCancel();
+}
+
+TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
+  const auto stub = Connect();
+  grpc::ClientContext state_context, mesh_context, video_context;
+  for (auto* context : {&state_context, &mesh_context, &video_context}) SetDeadline(context);
+  v1::WatchStateRequest slowly;
+  slowly.set_max_rate_hz(1);
+  const auto states = stub->WatchState(&state_context, slowly);
+  const auto meshes = stub->WatchMesh(&mesh_context, {});
+  const auto videos = stub->WatchVideo(&video_context, {});
+  v1::SlaveState state;
+  v1::MeshState mesh;
+  v1::VideoFrame frame;
+  ASSERT_TRUE(states->Read(&state));
+  ASSERT_TRUE(meshes->Read(&mesh));
+  slave_.Sense();
+  ASSERT_TRUE(videos->Read(&frame));
+  server_->Stop();
+  const auto drain = [](auto* stream, auto* message) {
+    while (stream->Read(message)) {
+    }
+    return stream->Finish().error_code();
+  };
+  EXPECT_EQ(drain(states.get(), &state), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(drain(meshes.get(), &mesh), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(drain(videos.get(), &frame), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
+  EXPECT_EQ(slave_.shapes_computed(), 0);
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  v1::WatchMeshRequest request;
+  request.set_nodal_forces(true);
+  const auto stream = stub->WatchMesh(&context, request);
+  v1::MeshState mesh;
+  ASSERT_TRUE(stream->Read(&mesh));
+  EXPECT_THAT(mesh.elements(), testing::ElementsAre(0, 1, 1, 2, 2, 0));
+  EXPECT_EQ(mesh.nodes_per_element(), 2U);
+  EXPECT_EQ(mesh.rest_size(), 9);
+  EXPECT_EQ(mesh.positions(1), 0.5F);
+  EXPECT_EQ(mesh.nodal_forces_size(), 9);
+  EXPECT_GT(mesh.sequence(), 0U);
+  const int computed = slave_.shapes_computed();
+  slave_.Sense();
+  ASSERT_TRUE(stream->Read(&mesh));
+  EXPECT_EQ(mesh.elements_size(), 0);
+  EXPECT_EQ(mesh.rest_size(), 0);
+  EXPECT_EQ(mesh.positions_size(), 9);
+  EXPECT_EQ(slave_.shapes_computed(), computed + 1);
+  context.TryCancel();
+}
+
+TEST_F(WatchTest, PicturesComeAsAskedFor) {
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  v1::WatchVideoRequest request;
+  request.set_overlays(true);
+  request.set_quality(35);
+  const auto stream = stub->WatchVideo(&context, request);
+  v1::VideoFrame frame;
+  ASSERT_TRUE(stream->Read(&frame));
+  EXPECT_EQ(frame.jpeg(), "overlays 35");
+  EXPECT_EQ(frame.width(), 640U);
+  EXPECT_EQ(frame.height(), 480U);
+  context.TryCancel();
+}
+
+TEST_F(WatchTest, WithoutACameraThereAreNoPictures) {
+  slave_.set_has_camera(false);
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  v1::VideoFrame frame;
+  const auto stream = stub->WatchVideo(&context, {});
+  EXPECT_FALSE(stream->Read(&frame));
+  const grpc::Status status = stream->Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(status.error_message(), "the scene has no camera");
+  EXPECT_EQ(slave_.pictures_taken(), 0);
+}
+
+}  // namespace
+}  // namespace palpate
