@@ -1,0 +1,68 @@
+#!/usr/bin/env bash
+# The main job in one command: installs what is missing, builds, lets a scripted hand feel a soft object across the
+# network, and says what was felt.
+set -euo pipefail
+
+usage() {
+  cat <<'TEXT'
+usage: deploy/demo.sh [--duration S] [--scene NAME] [--out DIR]
+  --duration S   how long the hand presses and retreats [s], default 20
+  --scene NAME   a scene of deploy/scenes without .yaml, default silicone-block
+  --out DIR      gets report.json, log.csv, slave.log and the offline runs, default build/demo
+TEXT
+}
+
+duration=20 scene=silicone-block out=
+while [ $# -gt 0 ]; do
+  case $1 in
+    --duration|--scene|--out)
+      [ $# -ge 2 ] || { echo "demo.sh: $1 needs a value" >&2; usage >&2; exit 2; }
+      case $1 in --duration) duration=$2 ;; --scene) scene=$2 ;; --out) out=$2 ;; esac
+      shift 2 ;;
+    -h|--help) usage; exit 0 ;;
+    *) echo "demo.sh: unknown option $1" >&2; usage >&2; exit 2 ;;
+  esac
+done
+[[ $duration =~ ^[0-9]+(\.[0-9]+)?$ ]] || { echo "demo.sh: --duration $duration: accepted is a number of seconds" >&2; exit 2; }
+if [ -n "$out" ]; then mkdir -p "$out"; out=$(cd "$out" && pwd); fi
+cd "$(dirname "$0")/.."
+out=${out:-$PWD/build/demo}
+mkdir -p "$out"
+file=deploy/scenes/$scene.yaml
+[ -f "$file" ] || { echo "demo.sh: --scene $scene: accepted is one of: $(cd deploy/scenes && ls ./*.yaml | sed 's#\./##; s/\.yaml//' | tr '\n' ' ')" >&2; exit 2; }
+
+echo "== install and build"
+deploy/install.sh
+deploy/build.sh release -DPALPATE_TESTS=OFF -- palpate-slave palpate-master
+slave=build/release/bin/palpate-slave master=build/release/bin/palpate-master
+
+echo
+echo "== what will run"
+$slave check "$file"
+
+echo
+echo "== a hand presses for $duration s"
+$slave serve "$file" --listen 127.0.0.1:0 >"$out/slave.out" 2>"$out/slave.log" &
+pid=$!
+trap 'kill $pid 2>/dev/null || true' EXIT
+for _ in $(seq 300); do
+  grep -q '^listening on ' "$out/slave.out" && break
+  kill -0 $pid 2>/dev/null || { echo "the slave did not start:" >&2; cat "$out/slave.log" >&2; exit 1; }
+  sleep 0.1
+done
+address=$(sed -n 's/^listening on //p' "$out/slave.out")
+[ -n "$address" ] || { echo "the slave did not answer within 30 s: see $out/slave.log" >&2; exit 1; }
+$master connect "$address" --device sim-hand --render local --duration "$duration" \
+  --report "$out/report.json" --log "$out/log.csv"
+kill -TERM $pid
+wait $pid || { echo "the slave did not stop cleanly: see $out/slave.log" >&2; exit 1; }
+trap - EXIT
+
+echo
+echo "== where the estimate's error comes from: the same press picture by picture, against the simulated site's truth"
+for elements in 180 60; do
+  echo "-- $elements boundary elements"
+  $slave process "$file" --override model.elements=$elements --out "$out/offline-$elements" | grep -v '^written'
+done
+echo
+echo "report: $out/report.json   every tick: $out/log.csv   slave's log: $out/slave.log"

@@ -1,0 +1,199 @@
+#include "slave/commands/check.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "shared/scene/scene_loader.h"
+#include "slave/mechanics/make_model.h"
+
+namespace palpate {
+namespace {
+
+void Line(const std::string& what, const std::string& text) {
+  fmt::print("  {:<14} {}\n", what, text);
+}
+
+// Lengths with a readable unit.
+std::string Length(double metres) {
+  const double a = std::abs(metres);
+  if (a >= 1e3) return fmt::format("{:.4g} km", metres * 1e-3);
+  if (a >= 1) return fmt::format("{:.4g} m", metres);
+  if (a >= 1e-3) return fmt::format("{:.4g} mm", metres * 1e3);
+  if (a >= 1e-6) return fmt::format("{:.4g} um", metres * 1e6);
+  return fmt::format("{:.4g} nm", metres * 1e9);
+}
+
+std::string Describe(const Geometry& geometry) {
+  struct Visitor {
+    std::string operator()(const RectangleGeometry& g) const {
+      return fmt::format("rectangle {} x {}", Length(g.width), Length(g.height));
+    }
+    std::string operator()(const DiscGeometry& g) const {
+      return fmt::format("disc of radius {}", Length(g.radius));
+    }
+    std::string operator()(const PolygonGeometry& g) const {
+      return fmt::format("polygon with {} corners and {} holes", g.outline.outer.size(),
+                         g.outline.holes.size());
+    }
+    std::string operator()(const ContourFileGeometry& g) const {
+      return fmt::format("contour from {} ({} points)", g.file.string(), g.outline.outer.size());
+    }
+    std::string operator()(const ImageContourGeometry&) const {
+      return "contour found in the first picture";
+    }
+  };
+  return std::visit(Visitor{}, geometry) + fmt::format(", {} thick", Length(ThicknessOf(geometry)));
+}
+
+std::string Source(const Camera& camera) {
+  switch (camera.source) {
+    case Camera::Source::kSimulated:
+      return fmt::format("simulated site, {}x{} px", camera.size[0], camera.size[1]);
+    case Camera::Source::kFiles:
+      return "picture files " + camera.pattern;
+    case Camera::Source::kVideo:
+      return "video " + camera.pattern;
+    case Camera::Source::kDevice:
+      break;
+  }
+  return fmt::format("camera {}", camera.device);
+}
+
+void PrintMesh(const BoundaryMesh& mesh) {
+  double shortest = std::numeric_limits<double>::infinity(), longest = 0;
+  for (const BoundaryElement& e : mesh.elements) {
+    shortest = std::min(shortest, e.length());
+    longest = std::max(longest, e.length());
+  }
+  Line("mesh", fmt::format("{} elements in {} loop(s), {} to {} long, ratio {:.2f}", mesh.size(),
+                           mesh.loop_begin.size() - 1, Length(shortest), Length(longest),
+                           longest / shortest));
+}
+
+// The place a tool coming from home would meet first.
+Eigen::Vector2d PlaceNearest(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O) {
+  Eigen::Vector2d best = mesh.elements.front().midpoint();
+  for (const BoundaryElement& e : mesh.elements) {
+    if ((e.midpoint() - p_O).squaredNorm() < (best - p_O).squaredNorm()) best = e.midpoint();
+  }
+  return best;
+}
+
+struct Probe {
+  double stiffness = 0;  // |d force / d displacement| of the patch [N/m]
+  double update_us = 0;
+  Validity validity = Validity::kFailed;
+};
+
+Probe Press(DeformationModel& model, const Eigen::Vector2d& p_O, double width) {
+  constexpr int kRepeats = 200;
+  const Contact contact{
+      Contact::Kind::kDisplacement, {p_O.x(), p_O.y(), 0}, -1, width, Eigen::Vector3d::Zero()};
+  ContactResponse response;
+  const auto began = std::chrono::steady_clock::now();
+  for (int i = 0; i < kRepeats; ++i) {
+    model.Respond(std::span(&contact, 1), std::span(&response, 1));
+  }
+  const double us =
+      std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - began).count();
+  return {response.stiffness_O.norm() / std::sqrt(2.0), us / kRepeats, response.validity};
+}
+
+// Expected relative error of the contact force from two meshes, for a method of order one: with
+// twice the elements the error halves, so the finest answer is 2 k(2N) - k(N).
+std::optional<double> ExpectedError(const Scene& scene, const Eigen::Vector2d& p_O, double width,
+                                    double stiffness) {
+  Scene finer = scene;
+  finer.model.elements = 2 * scene.model.elements;
+  const BoundaryMesh mesh = MeshObject(finer, std::nullopt);
+  const std::unique_ptr<DeformationModel> model = MakeModel(finer, mesh);
+  const double fine = Press(*model, p_O, width).stiffness;
+  const double limit = 2 * fine - stiffness;
+  if (!(limit > 0)) return std::nullopt;
+  return std::abs(1 - stiffness / limit);
+}
+
+void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationModel& model) {
+  const Eigen::Vector3d home_O = scene.object.X_SO.inverse() * scene.manipulator.home;
+  const Eigen::Vector2d p_O = PlaceNearest(mesh, home_O.head<2>());
+  const double width = scene.tool->width;
+  const Probe probe = Press(model, p_O, width);
+  if (probe.validity == Validity::kFailed) {
+    Line("expectation",
+         "none: the place nearest to the tool's home cannot be pressed (it is fixed)");
+    return;
+  }
+  Line("update", fmt::format("{:.3g} us per contact: {} the {:g} Hz asked for", probe.update_us,
+                             probe.update_us * 1e-6 * scene.model.rate < 1 ? "meets" : "MISSES",
+                             scene.model.rate));
+  Line("stiffness", fmt::format("{:.4g} N/m at ({}, {}), {:.3g} N for a {} press", probe.stiffness,
+                                Length(p_O.x()), Length(p_O.y()),
+                                probe.stiffness * scene.operator_options.press_depth,
+                                Length(scene.operator_options.press_depth)));
+  const std::optional<double> error = ExpectedError(scene, p_O, width, probe.stiffness);
+  if (error) {
+    Line("error",
+         fmt::format(
+             "about {:.1f} % of the contact force from the elements (two meshes, order one): {} "
+             "the {:g} % asked for",
+             100 * *error, *error <= scene.model.tolerance ? "meets" : "MISSES",
+             100 * scene.model.tolerance));
+  }
+}
+
+void PrintOff(const Scene& scene) {
+  Line("off", "tactile sensing, stereo, volume models: not in this scene");
+  Line("on demand", "displacement field and pictures: computed only while somebody watches");
+  if (!scene.sense.contour) {
+    Line("off", "contour: the object's pose is taken from the scene, not measured");
+  }
+}
+
+void PrintModel(const Scene& scene) {
+  const ModelChoice choice = ChooseModel(scene);
+  Line("model", choice.kind + ": " + choice.reason);
+  if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
+    Line("mesh", "made when the contour is found; conditioning and error are said then");
+    return;
+  }
+  const BoundaryMesh mesh = MeshObject(scene, std::nullopt);
+  PrintMesh(mesh);
+  const std::unique_ptr<DeformationModel> model = MakeModel(scene, mesh);
+  const ModelInfo& info = model->info();
+  Line("precompute",
+       fmt::format("{:.1f} ms, {:.1f} MB kept, {} dof, condition {:.3g}", 1e3 * info.precompute_s,
+                   static_cast<double>(info.memory_bytes) * 1e-6, info.dof, info.condition));
+  PrintExpectation(scene, mesh, *model);
+}
+
+}  // namespace
+
+int RunCheck(const CheckOptions& options) {
+  const Scene scene = LoadScene(options.scene, options.overrides);
+  const Material& m = scene.object.material;
+  fmt::print("{} ({})\n", scene.name, scene.file.string());
+  Line("object", Describe(scene.object.geometry));
+  Line("material", fmt::format("E = {:.4g} Pa, nu = {:g}{}", m.young_modulus, m.poisson_ratio,
+                               m.density > 0 ? fmt::format(", {:g} kg/m^3", m.density) : ""));
+  Line("tool",
+       fmt::format("{}, {} wide", scene.tool->shape == Tool::Shape::kFlat ? "flat" : "round",
+                   Length(scene.tool->width)));
+  const Camera& camera = *scene.sense.camera;
+  Line("eyes",
+       fmt::format("{}, {:g} Hz, {} per pixel", Source(camera), camera.rate, Length(camera.pixel)));
+  Line("hand", fmt::format("position scale {:g}, force scale {:g}, at most {:g} N",
+                           scene.operator_options.transform.position_scale,
+                           scene.operator_options.transform.force_scale,
+                           scene.operator_options.force_limit));
+  PrintModel(scene);
+  PrintOff(scene);
+  return 0;
+}
+
+}  // namespace palpate

@@ -1,0 +1,123 @@
+// palpate-slave: the command line.
+#include <csignal>
+#include <cstdio>
+#include <stop_token>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "shared/scene/scene_loader.h"
+#include "slave/commands/check.h"
+#include "slave/commands/process.h"
+#include "slave/commands/serve.h"
+#include "slave/commands/solve.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kFailed = 1, kUnusable = 2;
+
+constexpr const char* kExamples = R"(Examples:
+  palpate-slave check deploy/scenes/silicone-block.yaml
+  palpate-slave serve deploy/scenes/silicone-block.yaml --listen 127.0.0.1:50051
+  palpate-slave serve deploy/scenes/silicone-block.yaml --override model.elements=60
+  palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
+  palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv)";
+
+// SIGINT and SIGTERM request a stop. They are blocked everywhere and taken by one thread, so that
+// no other call is ever interrupted. Block before any thread starts.
+class StopOnSignal {
+ public:
+  StopOnSignal() {
+    sigemptyset(&signals_);
+    sigaddset(&signals_, SIGINT);
+    sigaddset(&signals_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+    waiter_ = std::jthread([this](const std::stop_token& end) {
+      const timespec patience{0, 50'000'000};
+      while (!end.stop_requested()) {
+        if (sigtimedwait(&signals_, nullptr, &patience) > 0) source_.request_stop();
+      }
+    });
+  }
+  [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
+
+ private:
+  sigset_t signals_{};
+  std::stop_source source_;
+  std::jthread waiter_;
+};
+
+int Main(int argc, char** argv) {
+  // Standard output belongs to the answers; the log goes beside it.
+  spdlog::set_default_logger(spdlog::stderr_color_mt("palpate"));
+  spdlog::set_pattern("%^%l%$ %v");
+  StopOnSignal stop;
+
+  CLI::App app{"Palpate's slave: watches a soft object, computes the contact force, streams it."};
+  app.footer(kExamples);
+  app.require_subcommand(1);
+  app.set_version_flag("--version", PALPATE_VERSION);
+
+  const auto add_scene = [](CLI::App* command, std::filesystem::path* scene,
+                            std::vector<std::string>* overrides) {
+    command->add_option("scene", *scene, "Scene file (YAML)")->required();
+    command->add_option("--override", *overrides, "Replace a value: key.path=value (repeatable)");
+  };
+
+  ServeOptions serve;
+  CLI::App* serve_command = app.add_subcommand("serve", "Watch and answer over gRPC until stopped");
+  add_scene(serve_command, &serve.scene, &serve.overrides);
+  serve_command->add_option("--listen", serve.listen, "HOST:PORT; port 0: any free one")
+      ->capture_default_str();
+  serve_command->add_flag("--insecure", serve.insecure,
+                          "Serve addresses that are not loopback, in plain text");
+
+  ProcessOptions process;
+  CLI::App* process_command =
+      app.add_subcommand("process", "Run over recorded pictures as fast as they go");
+  add_scene(process_command, &process.scene, &process.overrides);
+  process_command->add_option("--out", process.out, "Folder for states.csv and summary.json")
+      ->required();
+  process_command->add_flag("--pictures", process.pictures,
+                            "Also write every picture with what was seen drawn in");
+
+  SolveOptions solve;
+  CLI::App* solve_command = app.add_subcommand("solve", "Run the model alone on rows of a file");
+  add_scene(solve_command, &solve.scene, &solve.overrides);
+  solve_command->add_option("--contacts", solve.contacts, "CSV case,x,y,z,dx,dy,dz[,width]");
+  solve_command->add_option("--loads", solve.loads, "CSV case,x,y,z,fx,fy,fz[,width]");
+  solve_command->add_option("--out", solve.out, "CSV with one row per input row")->required();
+  solve_command->add_option("--field", solve.field, "VTU of the deformed body");
+
+  CheckOptions check;
+  CLI::App* check_command = app.add_subcommand("check", "Say what will run and why");
+  add_scene(check_command, &check.scene, &check.overrides);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : kUnusable;
+  }
+  try {
+    if (serve_command->parsed()) return RunServe(serve, stop.token());
+    if (process_command->parsed()) return RunProcess(process, stop.token());
+    if (solve_command->parsed()) return RunSolve(solve);
+    return RunCheck(check);
+  } catch (const SceneError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return kUnusable;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "palpate-slave: %s\n", e.what());
+    return kFailed;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  return palpate::Main(argc, argv);
+}

@@ -1,0 +1,337 @@
+#include "slave/pipeline/vision_slave.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include "slave/capture/jpeg.h"
+#include "slave/manipulator/simulated_manipulator.h"
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/overlay.h"
+#include "slave/pipeline/shape.h"
+#include "slave/site/simulated_camera.h"
+
+namespace palpate {
+namespace {
+
+constexpr auto kWatchPeriod = std::chrono::milliseconds(2);
+constexpr double kStaleAfter = 0.060;  // or three sensor periods, whichever is longer [s]
+constexpr std::size_t kMaxAlarms = 16;
+
+Frame FirstPicture(FrameSource& source) {
+  std::optional<Frame> first = source.Next({});
+  if (!first) throw std::runtime_error(source.description() + ": no picture came");
+  return *std::move(first);
+}
+
+}  // namespace
+
+VisionSlave::VisionSlave(Scene scene)
+    : scene_(std::move(scene)),
+      started_at_(Clock::now()),
+      // A twentieth of a pixel is what the eyes resolve; slower than that is standing.
+      tip_registration_(0.05 * scene_.sense.camera->pixel) {
+  const bool simulated = scene_.sense.camera->source == Camera::Source::kSimulated;
+  if (simulated) site_ = std::make_unique<SimulatedSite>(scene_);
+  manipulator_ = std::make_unique<SimulatedManipulator>(
+      scene_.manipulator, [site = site_.get()](const Eigen::Vector3d& p_S_tip) {
+        if (site != nullptr) site->MoveTool(p_S_tip);
+      });
+  if (simulated) {
+    site_->MoveTool(manipulator_->Tip());
+    source_ = std::make_unique<SimulatedCamera>(*site_, scene_.sense.camera->rate);
+  } else {
+    source_ = OpenFrameSource(scene_, true);
+  }
+  port_ = std::make_unique<OperatorPort>(*manipulator_, scene_.operator_options.transform);
+  model_reason_ = ChooseModel(scene_).reason;
+
+  const Frame first = FirstPicture(*source_);
+  estimator_ = std::make_unique<Estimator>(
+      scene_, first, simulated ? std::optional(manipulator_->Tip()) : std::nullopt);
+  registration_ = estimator_->registration();
+  model_info_ = estimator_->touch().deformation->info();
+  Publish(first, estimator_->Feel(first), manipulator_->Tip());
+
+  picture_thread_ = std::jthread([this](const std::stop_token& stop) { WatchPictures(stop); });
+  operator_thread_ = std::jthread([this](const std::stop_token& stop) { WatchOperator(stop); });
+}
+
+VisionSlave::~VisionSlave() {
+  operator_thread_.request_stop();
+  picture_thread_.request_stop();
+  newest_changed_.notify_all();
+}
+
+void VisionSlave::WatchPictures(const std::stop_token& stop) {
+  try {
+    while (std::optional<Frame> frame = source_->Next(stop)) {
+      const Eigen::Vector3d p_S_encoders = manipulator_->Tip();
+      const std::lock_guard lock(touch_mutex_);
+      Publish(*frame, estimator_->Feel(*frame), p_S_encoders);
+    }
+    if (!stop.stop_requested()) RaiseAlarm(source_->description() + ": the source has ended");
+  } catch (const std::exception& e) {
+    RaiseAlarm(e.what());
+  }
+}
+
+void VisionSlave::Publish(const Frame& frame, const Felt& felt,
+                          const Eigen::Vector3d& p_S_encoders) {
+  if (site_ != nullptr && felt.validity != Validity::kTrackingLost) {
+    tip_registration_.Add(felt.p_S_tip, p_S_encoders);
+    port_->SetRegistration(tip_registration_.offset());
+  }
+  {
+    const std::lock_guard lock(newest_mutex_);
+    newest_ = felt;
+    newest_frame_ = frame;
+    newest_observation_ = estimator_->observation();
+    newest_contour_I_.assign(newest_observation_.contour_I.begin(),
+                             newest_observation_.contour_I.end());
+    newest_window_ = estimator_->eyes().search_window();
+    events_.Add(felt.events);
+    ++frames_;
+    std::erase_if(recent_frames_, [&](Time t) { return SecondsBetween(t, felt.sensed_at) > 1.0; });
+    recent_frames_.push_back(felt.sensed_at);
+  }
+  newest_changed_.notify_all();
+}
+
+void VisionSlave::WatchOperator(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    std::optional<Eigen::Vector3d> force;
+    {
+      const std::lock_guard lock(newest_mutex_);
+      force = newest_.force;
+    }
+    port_->Watch(Clock::now(), force.value_or(Eigen::Vector3d::Zero()));
+    std::this_thread::sleep_for(kWatchPeriod);
+  }
+}
+
+void VisionSlave::RaiseAlarm(const std::string& text) {
+  spdlog::warn("{}", text);
+  const std::lock_guard lock(newest_mutex_);
+  if (alarms_.size() < kMaxAlarms) alarms_.push_back(text);
+}
+
+void VisionSlave::BeginOperating() {
+  port_->BeginOperating();
+}
+
+bool VisionSlave::Command(const OperatorCommand& command) noexcept {
+  return port_->Command(command, Clock::now());
+}
+
+void VisionSlave::EndOperating() {
+  port_->EndOperating();
+}
+
+SlaveState VisionSlave::Compose(Time now) {
+  SlaveState state;
+  double rate = 0;
+  {
+    const std::lock_guard lock(settings_mutex_);
+    rate = scene_.sense.camera->rate;
+  }
+  {
+    const std::lock_guard lock(newest_mutex_);
+    state.sensed_at = newest_.sensed_at;
+    state.p_S_tip = newest_.p_S_tip;
+    state.force = newest_.force;
+    state.sigma = newest_.sigma;
+    state.validity = newest_.validity;
+    state.local_model = newest_.local_model;
+  }
+  if (SecondsBetween(state.sensed_at, now) > std::max(kStaleAfter, 3 / rate)) {
+    state.validity = Worse(state.validity, Validity::kStale);
+  }
+  const OperatorView view = port_->view();
+  state.sent_at = now;
+  state.phase = view.phase;
+  state.epoch = view.epoch;
+  state.offset = view.offset;
+  state.command_sequence = view.command_sequence;
+  state.echo = view.echo;
+  state.echo_delay = view.echo ? SecondsBetween(view.taken_at, now) : 0;
+  state.energy_in = view.energy_in;
+  state.energy_out = view.energy_out;
+  if (site_ != nullptr) state.true_force = site_->truth().force;
+  return state;
+}
+
+Events VisionSlave::TakeEvents() {
+  Events events = port_->TakeEvents();
+  const std::lock_guard lock(newest_mutex_);
+  events.Add(events_);
+  events_.Clear();
+  return events;
+}
+
+bool VisionSlave::WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) {
+  std::unique_lock lock(newest_mutex_);
+  return newest_changed_.wait_for(lock, patience, [&] { return newest_.sensed_at > sensed_at; });
+}
+
+SlaveDescription VisionSlave::Describe() const {
+  SlaveDescription description;
+  {
+    const std::lock_guard lock(settings_mutex_);
+    description.scene = scene_;
+    description.model_reason = model_reason_;
+  }
+  description.scene.operator_options.transform = port_->transform();
+  const std::lock_guard lock(newest_mutex_);
+  description.model = model_info_;
+  description.source = source_->description();
+  description.simulated = site_ != nullptr;
+  return description;
+}
+
+SlaveStatus VisionSlave::Status() const {
+  SlaveStatus status;
+  status.phase = port_->view().phase;
+  status.commands = port_->taken();
+  status.commands_refused = port_->refused();
+  status.started_at = started_at_;
+  StageHistograms times;
+  {
+    const std::lock_guard lock(touch_mutex_);
+    times = estimator_->times();
+  }
+  const auto stage = [](const char* name, const LatencyHistogram& h) {
+    return StageTimes{name, h.Quantile(0.5), h.Quantile(0.99), h.max()};
+  };
+  status.stages = {stage("vision", times.vision), stage("contact", times.contact),
+                   stage("mechanics", times.mechanics), stage("total", times.total)};
+  const std::lock_guard lock(newest_mutex_);
+  status.validity = newest_.validity;
+  status.frames = frames_;
+  const Time now = Clock::now();
+  status.frame_rate =
+      static_cast<double>(std::count_if(recent_frames_.begin(), recent_frames_.end(),
+                                        [&](Time t) { return SecondsBetween(t, now) <= 1.0; }));
+  status.alarms = alarms_;
+  return status;
+}
+
+void VisionSlave::Rebuild(const Scene& changed) {
+  std::unique_ptr<TouchModel> touch = estimator_->Prepare(changed);
+  const ModelInfo info = touch->deformation->info();
+  {
+    const std::lock_guard lock(touch_mutex_);
+    estimator_->Adopt(std::move(touch), changed);
+  }
+  const std::lock_guard lock(newest_mutex_);
+  model_info_ = info;
+  events_.Add(Event::kModelChanged);
+}
+
+void VisionSlave::SetModel(const ModelChange& change) {
+  const auto refuse = [](const std::string& what, const std::string& accepted) {
+    throw std::invalid_argument(what + ": accepted is " + accepted);
+  };
+  const std::lock_guard lock(settings_mutex_);
+  if (port_->view().phase == Phase::kFollowing) {
+    throw std::logic_error("the model changes only while nobody follows: open the clutch first");
+  }
+  Scene changed = scene_;
+  ModelOptions& model = changed.model;
+  if (!change.kind.empty() && change.kind != "bem2d" && change.kind != "auto") {
+    refuse("kind = " + change.kind, "bem2d, auto");
+  }
+  if (!change.kind.empty()) model.kind = change.kind;
+  if (change.elements != 0) {
+    if (change.elements < 3 || change.elements > 4000) {
+      refuse("elements = " + std::to_string(change.elements), "3 to 4000");
+    }
+    model.elements = change.elements;
+  }
+  if (change.plane == "stress" || change.plane == "strain") {
+    model.plane = change.plane == "stress" ? Plane::kStress : Plane::kStrain;
+  } else if (!change.plane.empty()) {
+    refuse("plane = " + change.plane, "stress, strain");
+  }
+  if (change.contact == "bonded" || change.contact == "frictionless") {
+    model.contact = change.contact == "bonded" ? ContactLaw::kBonded : ContactLaw::kFrictionless;
+  } else if (!change.contact.empty()) {
+    refuse("contact = " + change.contact, "bonded, frictionless");
+  }
+  Rebuild(changed);
+  scene_ = changed;
+  model_reason_ = "asked for by SetModel";
+}
+
+void VisionSlave::SetParameters(const ParameterChange& change) {
+  const auto check = [](const char* name, std::optional<double> value, double low, double high) {
+    if (value && !(*value > low && *value <= high)) {
+      throw std::invalid_argument(
+          fmt::format("{} = {:g}: accepted is {:g} < {} <= {:g}", name, *value, low, name, high));
+    }
+  };
+  check("position_scale", change.position_scale, 0, kMaxPositionScale);
+  check("force_scale", change.force_scale, 0, kMaxForceScale);
+  check("force_limit", change.force_limit, 0, 100);
+  check("young_modulus", change.young_modulus, 0, 1e13);
+  const std::lock_guard lock(settings_mutex_);
+  if (change.position_scale || change.force_scale) {
+    port_->SetScales(change.position_scale, change.force_scale);
+  }
+  if (change.force_limit) scene_.operator_options.force_limit = *change.force_limit;
+  if (change.young_modulus) {
+    Scene changed = scene_;
+    changed.object.material.young_modulus = *change.young_modulus;
+    Rebuild(changed);
+    scene_ = changed;
+  }
+}
+
+void VisionSlave::Reset() {
+  port_->Reset();
+  const std::lock_guard lock(touch_mutex_);
+  estimator_->Reset();
+}
+
+void VisionSlave::EmergencyStop(const std::string& reason) {
+  port_->EmergencyStop();
+  spdlog::warn("emergency stop: {}", reason.substr(0, 200));
+}
+
+BoundaryShape VisionSlave::Shape(bool nodal_forces) {
+  const std::lock_guard lock(touch_mutex_);
+  const Felt& felt = estimator_->felt();
+  BoundaryShape shape =
+      MakeShape(estimator_->touch(), estimator_->registration().X_SO, felt, nodal_forces);
+  return shape;
+}
+
+std::optional<JpegPicture> VisionSlave::Picture(bool overlays, int quality) {
+  Frame frame;
+  Overlay overlay;
+  double full_scale = 0;  // what the hand can show, at the tool [N]
+  {
+    const std::lock_guard lock(settings_mutex_);
+    full_scale = scene_.operator_options.force_limit / port_->transform().force_scale;
+  }
+  {
+    const std::lock_guard lock(newest_mutex_);
+    if (newest_frame_.image.empty()) return std::nullopt;
+    frame = newest_frame_;
+    overlay = {newest_contour_I_, newest_window_, newest_observation_.tip, newest_.force, {0, 0}};
+    if (overlay.force) {
+      overlay.force_I = ForceArrow(estimator_->view(), newest_.p_S_tip, *overlay.force, full_scale,
+                                   frame.image.rows);
+    }
+  }
+  JpegPicture picture;
+  picture.sensed_at = frame.sensed_at;
+  picture.width = frame.image.cols;
+  picture.height = frame.image.rows;
+  picture.jpeg = EncodeJpeg(overlays ? DrawOverlay(frame.image, overlay) : frame.image, quality);
+  return picture;
+}
+
+}  // namespace palpate

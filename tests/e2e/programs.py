@@ -1,0 +1,64 @@
+"""The built programs, started and stopped as a person or a supervisor would."""
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin"))
+OUT = pathlib.Path(os.environ.get("PALPATE_TEST_OUTPUT", ROOT / "build/release/test-output"))
+SLAVE, MASTER = str(BIN / "palpate-slave"), str(BIN / "palpate-master")
+BLOCK = str(ROOT / "deploy/scenes/silicone-block.yaml")
+# Neither display nor terminal: what a headless machine has.
+BARE = {"PATH": "/usr/bin:/bin", "LC_ALL": "C"}
+PATIENCE = 60  # [s] before a program counts as hung; generous, because test machines stall
+
+
+def run(*command, **options):
+    """Runs to the end; stdin closed, output captured as text."""
+    return subprocess.run([str(c) for c in command], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                          timeout=options.pop("timeout", PATIENCE), env=options.pop("env", BARE), **options)
+
+
+class Slave:
+    """`palpate-slave serve` on a free port, stopped at the end of the `with` block."""
+
+    def __init__(self, scene=BLOCK, *arguments, command=None):
+        self.command = command or [SLAVE, "serve", scene, "--listen", "127.0.0.1:0", *arguments]
+
+    def __enter__(self):
+        self.process = subprocess.Popen(self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE, text=True, env=BARE, start_new_session=True)
+        line = self.process.stdout.readline()
+        match = re.fullmatch(r"listening on (\S+)\n", line)
+        if not match:
+            self.process.kill()
+            raise AssertionError(f"slave said {line!r}; {self.process.stderr.read()}")
+        self.address = match.group(1)
+        return self
+
+    def stop(self, with_signal=signal.SIGTERM):
+        """Exit code after the signal."""
+        self.process.send_signal(with_signal)
+        try:
+            _, self.log = self.process.communicate(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            raise AssertionError("the slave did not stop")
+        return self.process.returncode
+
+    def __exit__(self, *error):
+        if self.process.poll() is None:
+            self.stop()
+        self.process.stdout.close()
+
+
+def wait_until(condition, patience=PATIENCE):
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.05)
+    return False

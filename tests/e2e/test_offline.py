@@ -1,0 +1,136 @@
+"""`check`, `process` and `solve` as scripts use them, and what they say of bad input."""
+import csv
+import json
+import pathlib
+import tempfile
+import unittest
+
+from programs import BLOCK, ROOT, SLAVE, run
+
+
+class Offline(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.out = pathlib.Path(self.folder.name)
+
+    def process(self, *arguments):
+        done = run(SLAVE, "process", BLOCK, "--out", self.out, *arguments, timeout=300)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads((self.out / "summary.json").read_text())
+
+    def test_the_simulated_press_is_felt_within_five_per_cent(self):
+        for elements, model_error in ((180, 0.03), (60, 0.075)):
+            summary = self.process("--override", f"model.elements={elements}")
+            error = summary["force_error"]
+            peak = error["true_peak_N"]
+            print(f"{elements} elements: rms {error['rms_N'] / peak:.2%} of {peak:.3f} N, model "
+                  f"{error['model_rms_N'] / peak:.2%}, tracking {error['tracking_rms_N'] / peak:.2%}")
+            # Constant elements are 2.6 % (180) and 6.7 % (60) low on this block: reference b, constant_element_bem.
+            self.assertLess(error["model_rms_N"] / peak, model_error)
+            # A tenth of a pixel is 0.035 mm, 0.7 % of a 5 mm press.
+            self.assertLess(error["tracking_rms_N"] / peak, 0.01)
+            if elements == 180:
+                self.assertLess(error["rms_N"] / peak, 0.05)
+            self.assertEqual(summary["tracking_lost"], 0)
+            self.assertGreaterEqual(summary["rest_surface"]["points"], 30)
+
+    def test_states_are_one_row_per_picture(self):
+        summary = self.process()
+        with open(self.out / "states.csv", newline="") as states:
+            rows = list(csv.DictReader(states))
+        self.assertEqual(len(rows), summary["frames"])
+        self.assertEqual(list(rows[0])[:14], "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,"
+                         "fx,fy,fz,sigma,validity".split(","))
+        pressed = max(rows, key=lambda row: float(row["fy"]))
+        self.assertGreater(float(pressed["fy"]), 1.0, "the object pushes the tool up, against the press")
+
+    def test_check_says_what_runs_and_why(self):
+        done = run(SLAVE, "check", BLOCK)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for word in ("bem2d", "dof", "Hz", "%", "off"):
+            self.assertIn(word, done.stdout)
+
+    def test_every_shipped_scene_passes_check(self):
+        for scene in sorted((ROOT / "deploy/scenes").glob("*.yaml")):
+            done = run(SLAVE, "check", scene)
+            self.assertEqual(done.returncode, 0, f"{scene.name}: {done.stderr}")
+
+    def test_solve_answers_the_reference_block(self):
+        contacts = self.out / "contacts.csv"
+        contacts.write_text("case,x,y,z,dx,dy,dz,width\n1,0.044,0.088,0,0,-0.001,0,0.00587\n")
+        answers = self.out / "answers.csv"
+        done = run(SLAVE, "solve", BLOCK, "--contacts", contacts, "--out", answers)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(answers, newline="") as rows:
+            row = next(csv.DictReader(rows))
+        # Reference b, plane stress, nu 0.49: k_bar 0.4033357705375698 with 180 constant elements.
+        expected = -0.4033357705375698 * 127e3 * 0.009 * 0.001
+        self.assertAlmostEqual(float(row["fy"]) / expected, 1, delta=1e-6)
+
+
+class BadInput(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.out = pathlib.Path(self.folder.name)
+
+    def refuse(self, code, *command):
+        done = run(SLAVE, *command)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done.stderr
+
+    def test_unknown_things_on_the_command_line(self):
+        self.refuse(2, "serve", BLOCK, "--tls", "certificates")
+        self.refuse(2, "levitate", BLOCK)
+        self.refuse(2, "process", BLOCK)
+        self.refuse(2)
+
+    def test_a_missing_scene_is_named(self):
+        self.assertIn("nowhere.yaml", self.refuse(2, "check", self.out / "nowhere.yaml"))
+
+    def test_a_mistake_is_told_with_line_key_value_and_what_is_accepted(self):
+        scene = self.out / "scene.yaml"
+        scene.write_text(pathlib.Path(BLOCK).read_text().replace("127 kPa", "127 kg"))
+        line = 1 + next(i for i, text in enumerate(scene.read_text().splitlines()) if "127 kg" in text)
+        said = self.refuse(2, "check", scene)
+        self.assertIn(f"scene.yaml:{line}: ", said)
+        for word in ("young_modulus", "127 kg", "accepted is"):
+            self.assertIn(word, said)
+
+    def test_a_mistaken_override_is_told(self):
+        said = self.refuse(2, "check", BLOCK, "--override", "model.elements=many")
+        self.assertIn("model.elements", said)
+        self.assertIn("accepted is", said)
+
+    def pictures(self, pattern):
+        """The block's scene over picture files."""
+        scene = self.out / "files.yaml"
+        text = pathlib.Path(BLOCK).read_text()
+        self.assertIn("source: simulated", text)
+        scene.write_text(text.replace("source: simulated", f'file: "{pattern}"'))
+        return scene
+
+    def test_an_empty_directory_is_named(self):
+        (self.out / "frames").mkdir()
+        said = self.refuse(1, "process", self.pictures("frames/%04d.png"), "--out", self.out / "out")
+        self.assertIn("frames/%04d.png", said)
+
+    def test_a_broken_picture_is_named(self):
+        (self.out / "frames").mkdir()
+        (self.out / "frames/0000.png").write_bytes(b"not a picture")
+        said = self.refuse(1, "process", self.pictures("frames/%04d.png"), "--out", self.out / "out")
+        self.assertIn("0000.png", said)
+
+    def test_a_contour_file_with_two_points_is_refused(self):
+        (self.out / "outline.csv").write_text("x,y\n0,0\n1,0\n")
+        scene = self.out / "scene.yaml"
+        scene.write_text("name: two points\nobject:\n  geometry: {contour: outline.csv, thickness: 9 mm}\n"
+                         "  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\nmodel: {kind: bem2d}\n")
+        (self.out / "contacts.csv").write_text("case,x,y,z,dx,dy,dz\n1,0,0,0,0,0,0\n")
+        said = self.refuse(2, "solve", scene, "--contacts", self.out / "contacts.csv", "--out", self.out / "a.csv")
+        self.assertIn("outline.csv", said)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
