@@ -19,7 +19,7 @@ namespace palpate {
 class PassivityControl {
  public:
   static constexpr double kPhysicalDamping = 1.0;  // b [N s/m]
-  static constexpr double kMaxDamping = 10.0;      // alpha_max [N s/m]
+  static constexpr double kMaxDamping = 50.0;      // alpha_max [N s/m]
 
   // The device was at `p_M` [m] after `dt` > 0 [s] under the force that was held, `f_M` [N].
   // Real-time safe.

@@ -87,8 +87,10 @@ void WriteReport(const Report& report, const std::filesystem::path& file) {
 }
 
 void CheckWritable(const std::filesystem::path& file) {
-  const std::ofstream out(file, std::ios::app);
-  if (!out) throw std::runtime_error(file.string() + ": cannot be written");
+  const bool existed = std::filesystem::exists(file);
+  const bool opened = std::ofstream(file, std::ios::app).is_open();
+  if (!opened) throw std::runtime_error(file.string() + ": cannot be written");
+  if (!existed) std::filesystem::remove(file);
 }
 
 }  // namespace palpate

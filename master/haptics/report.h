@@ -33,6 +33,7 @@ struct Report {
   std::map<std::string, double> seconds_in;            // operator state: time in it
   std::map<std::string, std::uint64_t> reasons;        // reason: ticks
   std::vector<std::string> trouble;                    // what went wrong, in words
+  bool log_failed = false;                             // rows are missing
 
   [[nodiscard]] double rate() const {
     return duration > 0 ? static_cast<double>(ticks) / duration : 0;
@@ -44,7 +45,7 @@ struct Report {
 std::string ToJson(const Report& report);
 // Writes it whole or not at all. Throws std::runtime_error: it cannot be written.
 void WriteReport(const Report& report, const std::filesystem::path& file);
-// Throws std::runtime_error if `file` could not be written; leaves it as it is or empty.
+// Throws std::runtime_error if `file` could not be written; leaves it as it is.
 void CheckWritable(const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -116,7 +116,8 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.records_dropped = ring.dropped();
   report.state = loop.record().state;
   AddSummary(recorder.summary(), report.duration, &report);
-  if (!recorder.trouble().empty()) report.trouble.push_back(recorder.trouble());
+  report.log_failed = !recorder.trouble().empty();
+  if (report.log_failed) report.trouble.push_back(recorder.trouble());
   if (!report.link.trouble.empty()) report.trouble.push_back(report.link.trouble);
   return report;
 }
