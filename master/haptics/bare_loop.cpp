@@ -4,11 +4,11 @@
 
 namespace palpate {
 
-BareLoops::BareLoops(Time end, int priority) {
+BareLoops::BareLoops(Clock::duration length, int priority) {
   for (std::size_t i = 0; i < kCount; ++i) {
-    threads_[i] = std::jthread([this, i, end, priority](const std::stop_token& stop) {
+    threads_[i] = std::jthread([this, i, length, priority](const std::stop_token& stop) {
       MakeThreadRealtime(priority);
-      RunPeriodically(end, stop, &stats_[i], [] { return true; });
+      RunPeriodically(length, stop, &stats_[i], [] { return true; });
     });
   }
 }

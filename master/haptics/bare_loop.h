@@ -13,8 +13,8 @@ namespace palpate {
 class BareLoops {
  public:
   static constexpr std::size_t kCount = 3;
-  // Starts them; they end at `end` or with Stop.
-  BareLoops(Time end, int priority);
+  // Starts them; they end after `length` or with Stop.
+  BareLoops(Clock::duration length, int priority);
   // Ends and joins them. Idempotent.
   void Stop();
   // Missed periods of each, sorted. After Stop.

@@ -44,8 +44,8 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
 }
 
 // Real-time: no allocation, lock, log, exception or network from here down.
-void HapticLoop::Run(Device& device, Time end, const std::stop_token& stop) noexcept {
-  RunPeriodically(end, stop, &stats_.periodic, [&] {
+void HapticLoop::Run(Device& device, Clock::duration length, const std::stop_token& stop) noexcept {
+  RunPeriodically(length, stop, &stats_.periodic, [&] {
     const Time now = Clock::now();
     device.WriteForce(Tick(device.Read(now), now));
     device.Guide(guide());
@@ -158,14 +158,13 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   if (!felt) record_.p_S = newest_ ? newest_->state.p_S_tip : Eigen::Vector3d::Zero();
   chain.force_known = newest_ && IsForceKnown(newest_->state);
   if (chain.force_known) chain.estimated = *newest_->state.force;
-  const Eigen::Vector3d local = renderer_.Render(record_.p_S, now, &chain.reasons);
-  if (felt) chain.local = local;
+  if (felt) chain.local = renderer_.Render(record_.p_S, now, &chain.reasons);
   chain.scaled = transform_.ForceToMaster(chain.local);
   chain.passive = passivity_.Apply(chain.scaled, reading.v_M, dt);
   if (chain.passive != chain.scaled) chain.reasons.Add(Reason::kPassivity);
   chain.limited = LimitForce(chain.passive, options_.force_limit, &chain.reasons);
   chain.sent = output_.Step(chain.limited, dt);
-  if (output_.is_blending()) chain.reasons.Add(Reason::kFading);
+  if (output_.is_blending() && chain.sent != chain.limited) chain.reasons.Add(Reason::kFading);
   sent_ = chain.sent;
 }
 

@@ -39,8 +39,8 @@ class HapticLoop {
   // All of `slots` outlive the loop. Throws std::invalid_argument: force limit or scales not > 0.
   HapticLoop(const Options& options, const Slots& slots);
 
-  // Runs until `end`, `stop` or the device's motion is over. The last force is zero.
-  void Run(Device& device, Time end, const std::stop_token& stop) noexcept;
+  // Runs for `length`, until `stop` or until the device's motion is over. The last force is zero.
+  void Run(Device& device, Clock::duration length, const std::stop_token& stop) noexcept;
 
   // One tick: the force for the hand [N] when the device says `reading` at `now`. Allocates
   // nothing, locks nothing, always finite and within the limit.

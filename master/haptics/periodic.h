@@ -23,16 +23,16 @@ struct PeriodicStats {
 // Waits for `deadline` on the monotonic clock. Real-time safe.
 void WaitUntil(Time deadline) noexcept;
 
-// Calls `tick()` each millisecond until `stop` is asked for, `end` has come or `tick` returns
-// false. Late: once, with what time it is, and what was missed is skipped and counted. `tick` must
-// not throw.
+// Calls `tick()` each millisecond for `length`, until `stop` is asked for or `tick` returns false.
+// Late: once, with what time it is, and what was missed is skipped and counted. `tick` must not
+// throw.
 template <class Tick>
-void RunPeriodically(Time end, const std::stop_token& stop, PeriodicStats* stats,
+void RunPeriodically(Clock::duration length, const std::stop_token& stop, PeriodicStats* stats,
                      Tick&& tick) noexcept {
   const Time begin = Clock::now();
   Time wake = begin;
   bool wanted = true;
-  while (wanted && !stop.stop_requested() && wake < end) {
+  while (wanted && !stop.stop_requested() && wake < begin + length) {
     WaitUntil(wake);
     stats->wake_us.Add(SecondsBetween(wake, Clock::now()) * 1e6);
     wanted = tick();

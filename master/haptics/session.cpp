@@ -36,6 +36,13 @@ class RateMeter {
   std::uint64_t ticks_ = 0;
 };
 
+// The run's end lets go of the hand: whoever could go on may engage again.
+OperatorState AfterLettingGo(OperatorState state) {
+  const bool could_go_on = state == OperatorState::kAligning ||
+                           state == OperatorState::kFollowing || state == OperatorState::kClutched;
+  return could_go_on ? OperatorState::kReady : state;
+}
+
 void AddSummary(const RunSummary& summary, double duration, Report* report) {
   report->force_peak = summary.force_peak();
   report->force_error = summary.force_error();
@@ -77,13 +84,13 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   Report report;
   report.realtime = LockMemory();
   const Time begin = Clock::now();
-  const Time end = begin + Seconds(options.duration > 0 ? options.duration : kForever);
-  BareLoops bare(end, kPriority);
+  const auto length = Seconds(options.duration > 0 ? options.duration : kForever);
+  BareLoops bare(length, kPriority);
   std::atomic<bool> done{false};
   std::string refused;  // read after the join
   std::jthread haptic([&](const std::stop_token& stop) {
     refused = MakeThreadRealtime(kPriority);
-    loop.Run(device, end, stop);
+    loop.Run(device, length, stop);
     done = true;
   });
 
@@ -114,7 +121,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.link = link();
   report.energy_min = loop.passivity().min_balance();
   report.records_dropped = ring.dropped();
-  report.state = loop.record().state;
+  report.state = AfterLettingGo(loop.record().state);
   AddSummary(recorder.summary(), report.duration, &report);
   report.log_failed = !recorder.trouble().empty();
   if (report.log_failed) report.trouble.push_back(recorder.trouble());

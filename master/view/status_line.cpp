@@ -33,12 +33,13 @@ std::string FormatStatus(const Status& status) {
   const double force = tick.chain.sent.norm();
   const bool timed = status.link.rtt_p50_us > 0;
   std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(), "%6.1f s  %-12s  %s Hz  RTT %s ms  age %s ms  %5.2f N %s",
-                status.t, std::string(ToString(tick.state)).c_str(),
-                OrDash(status.rate > 0, status.rate, "%4.0f").c_str(),
-                OrDash(timed, status.link.rtt_p50_us / 1e3, "%5.2f").c_str(),
-                OrDash(tick.state_age >= 0, std::min(tick.state_age, 99.0) * 1e3, "%3.0f").c_str(),
-                force, Bar(force, status.force_limit).c_str());
+  std::snprintf(
+      text.data(), text.size(), "%6.1f s  %-12s  %s Hz  RTT %s ms  age %s ms  %5.2f N %s", status.t,
+      std::string(ToString(tick.state)).c_str(),
+      OrDash(status.rate > 0, status.rate, "%4.0f").c_str(),
+      OrDash(timed, status.link.rtt_p50_us / 1e3, "%5.2f").c_str(),
+      OrDash(tick.state_age >= 0, std::clamp(tick.state_age, 0.0, 99.0) * 1e3, "%3.0f").c_str(),
+      force, Bar(force, status.force_limit).c_str());
   std::string line = text.data();
   const std::string reasons = ToString(tick.chain.reasons);
   if (!reasons.empty()) line += "  " + reasons;
