@@ -1,0 +1,23 @@
+#include <stdexcept>
+
+#include "master/device/device.h"
+#include "master/device/playback.h"
+#include "master/device/sim_hand.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::string_view kPlayback = "playback:";
+
+}  // namespace
+
+std::unique_ptr<Device> OpenDevice(const std::string& spec, double press_depth,
+                                   double press_speed) {
+  if (spec == "sim-hand") return std::make_unique<SimHand>(press_depth, press_speed);
+  if (spec.starts_with(kPlayback) && spec.size() > kPlayback.size()) {
+    return std::make_unique<Playback>(spec.substr(kPlayback.size()));
+  }
+  throw std::invalid_argument("--device = " + spec + ": accepted is sim-hand or playback:FILE.csv");
+}
+
+}  // namespace palpate

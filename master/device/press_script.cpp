@@ -1,0 +1,141 @@
+#include "master/device/press_script.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace palpate {
+namespace {
+
+constexpr double kRest = 0.2;       // at rest before engaging [s]
+constexpr double kSettle = 0.1;     // engaged before moving [s]
+constexpr double kPatience = 1.0;   // engaged without a guide before giving up [s]
+constexpr double kHold = 1.0;       // at the peak, where the cycle leaves room [s]
+constexpr double kHoldShare = 1.3;  // of half the rest of the contact: a third of all, with margin
+constexpr double kLongest = 20;     // a way that takes longer is not gone [s]
+constexpr double kShortest = 0.1;   // retreat [s]
+constexpr double kMargin = 0.05;    // left over at the end of a cycle [s]
+constexpr double kCorrection =
+    8.0;  // the person closes what the eye sees missing at this rate [1/s]
+constexpr double kPeakRate = 15.0 / 8;
+
+double Ease(double tau) {
+  return tau * tau * tau * (10 + tau * (6 * tau - 15));
+}
+double EaseRate(double tau) {
+  return 30 * tau * tau * (1 - tau) * (1 - tau);
+}
+
+// tau at which the ramp has gone the fraction `s` in [0, 1] of its way.
+double InverseEase(double s) {
+  double low = 0, high = 1;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = (low + high) / 2;
+    (Ease(middle) < s ? low : high) = middle;
+  }
+  return low;
+}
+
+bool IsUsable(const DeviceGuide& guide) {
+  return guide.known && std::isfinite(guide.gap_M) && guide.inward_M.allFinite() &&
+         std::abs(guide.inward_M.norm() - 1) < 1e-3;
+}
+
+}  // namespace
+
+PressScript::PressScript(double depth, double speed, double reach)
+    : depth_(depth), speed_(speed), reach_(reach) {
+  if (!(depth >= 0 && std::isfinite(depth))) {
+    throw std::invalid_argument("press depth = " + std::to_string(depth) + " m: accepted is >= 0");
+  }
+  if (!(speed > 0 && std::isfinite(speed))) {
+    throw std::invalid_argument("press speed = " + std::to_string(speed) + " m/s: accepted is > 0");
+  }
+  if (!(reach > 0 && std::isfinite(reach))) {
+    throw std::invalid_argument("reach = " + std::to_string(reach) + " m: accepted is > 0");
+  }
+}
+
+HandIntent PressScript::Step(double t, double dt, const DeviceGuide& guide) noexcept {
+  const bool usable = IsUsable(guide);
+  const double elapsed = t - since_;
+  double rate = 0;
+  switch (phase_) {
+    case Phase::kRest:
+      if (t >= next_press_ + kRest) Go(Phase::kEngage, t);
+      break;
+    case Phase::kEngage:
+      if (elapsed >= kSettle && usable && PlanPress(t, guide)) break;
+      if (elapsed > kPatience) Release(t);
+      break;
+    case Phase::kPress: {
+      const double tau = std::min(elapsed / ramp_, 1.0);
+      advance_ = length_ * Ease(tau);
+      rate = length_ * EaseRate(tau) / ramp_;
+      if (!usable) {
+        Retreat(t);
+      } else if (tau >= 1) {
+        Go(Phase::kHold, t);
+      }
+      break;
+    }
+    case Phase::kHold:
+      if (usable) Correct(dt, guide);
+      if (!usable || elapsed >= hold_) Retreat(t);
+      break;
+    case Phase::kRetreat: {
+      const double tau = std::min(elapsed / ramp_, 1.0);
+      advance_ = length_ * (1 - Ease(tau));
+      rate = -length_ * EaseRate(tau) / ramp_;
+      if (tau >= 1) Release(t);
+      break;
+    }
+  }
+  return {inward_ * advance_, inward_ * rate, phase_ != Phase::kRest};
+}
+
+void PressScript::Go(Phase phase, double t) noexcept {
+  phase_ = phase;
+  since_ = t;
+}
+
+// The way to the surface and `depth_` beyond in one ramp; the hold takes what the cycle leaves, but
+// never less than a third of the contact.
+bool PressScript::PlanPress(double t, const DeviceGuide& guide) noexcept {
+  const double length = guide.gap_M + depth_;
+  const double ramp = kPeakRate * length / speed_;
+  if (!(length > 0 && ramp <= kLongest)) return false;
+  inward_ = guide.inward_M;
+  length_ = length;
+  ramp_ = ramp;
+  const double touching = 1 - InverseEase(std::clamp(guide.gap_M / length, 0.0, 1.0));
+  const double left = next_press_ + kPeriod - kMargin - t - 2 * ramp_;
+  hold_ = std::max(kHoldShare * touching * ramp_, std::min(kHold, left));
+  correction_ = 0;
+  Go(Phase::kPress, t);
+  return true;
+}
+
+// The person watches the tip and aims deeper until it is where it should be. The aim never winds up
+// beyond what the arm can reach.
+void PressScript::Correct(double dt, const DeviceGuide& guide) noexcept {
+  const double missing = depth_ + guide.gap_M;
+  correction_ = std::clamp(correction_ + kCorrection * missing * dt, 0.0, reach_);
+  advance_ = length_ + correction_;
+}
+
+// The correction is let go with the force that it overcame, so the tip keeps to the speed.
+void PressScript::Retreat(double t) noexcept {
+  length_ = advance_;
+  ramp_ = std::max(kPeakRate * (advance_ - correction_) / speed_, kShortest);
+  Go(Phase::kRetreat, t);
+}
+
+void PressScript::Release(double t) noexcept {
+  advance_ = 0;
+  next_press_ = kPeriod * std::ceil(t / kPeriod);
+  Go(Phase::kRest, t);
+}
+
+}  // namespace palpate

@@ -1,0 +1,210 @@
+#include "master/haptics/haptic_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+constexpr double kFadeTime = 0.050;    // in and out [s]
+constexpr double kHoldForce = 0.020;   // of HOLD before the fade [s]
+constexpr double kFarthest = 1e4;      // a device or tool beyond is nonsense [m]
+constexpr double kLargestForce = 1e9;  // as is a force [N]
+constexpr double kShortestTick = 1e-6, kLongestTick = 0.1;  // as taken for dt [s]
+
+bool IsWithin(const Eigen::Vector3d& v, double limit) {
+  return v.allFinite() && v.cwiseAbs().maxCoeff() <= limit;
+}
+
+bool IsSane(const SlaveState& state) {
+  return IsWithin(state.p_S_tip, kFarthest) && IsWithin(state.offset, kFarthest) &&
+         (!state.force || IsWithin(*state.force, kLargestForce)) &&
+         (!state.true_force || IsWithin(*state.true_force, kLargestForce)) &&
+         (!state.local_model.known() || IsSane(state.local_model));
+}
+
+bool IsForceKnown(const SlaveState& state) {
+  return state.force.has_value() && IsForceKnown(state.validity);
+}
+
+double PositiveOrThrow(double value, const char* name) {
+  if (value > 0 && std::isfinite(value)) return value;
+  throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
+                              ": accepted is > 0 and finite");
+}
+
+}  // namespace
+
+HapticLoop::HapticLoop(const Options& options, const Slots& slots)
+    : options_(options), slots_(slots), renderer_(options.render), transform_(options.transform) {
+  PositiveOrThrow(options.force_limit, "force_limit");
+  PositiveOrThrow(options.transform.position_scale, "position_scale");
+  PositiveOrThrow(options.transform.force_scale, "force_scale");
+}
+
+// Real-time: no allocation, lock, log, exception or network from here down.
+void HapticLoop::Run(Device& device, Clock::duration length, const std::stop_token& stop) noexcept {
+  RunPeriodically(length, stop, &stats_.periodic, [&] {
+    const Time now = Clock::now();
+    device.WriteForce(Tick(device.Read(now), now));
+    device.Guide(guide());
+    stats_.compute_us.Add(SecondsBetween(now, Clock::now()) * 1e6);
+    return !device.finished();
+  });
+  device.WriteForce(Eigen::Vector3d::Zero());
+  Release(Clock::now());
+}
+
+Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
+  if (!started_) {
+    started_ = true;
+    origin_ = now;
+    last_tick_ = now - kHapticPeriod;
+  }
+  const double dt = std::clamp(SecondsBetween(last_tick_, now), kShortestTick, kLongestTick);
+  last_tick_ = now;
+  record_ = TickRecord();
+  record_.at = now;
+  TakeState(now);
+  const DeviceReading reading = Checked(raw);
+  passivity_.Observe(reading.p_M, sent_, dt);
+  StepMachine(now, reading.engaged);
+  RunChain(reading, ToSeconds(now), dt);
+  PutCommand(reading, now);
+  slots_.records->Push(record_);
+  return sent_;
+}
+
+void HapticLoop::TakeState(Time now) noexcept {
+  const ReceivedState* received = slots_.states->Take();
+  if (received == nullptr) return;
+  if (!IsSane(received->state) || !IsWithin({received->clock_offset, 0, 0}, 1e9)) {
+    record_.chain.reasons.Add(Reason::kBadState);  // and the watchdog keeps running
+    return;
+  }
+  newest_ = *received;
+  const SlaveState& state = received->state;
+  const auto offset = Seconds(received->clock_offset);
+  renderer_.Take(state, ToSeconds(state.sensed_at - offset), ToSeconds(received->received_at),
+                 ToSeconds(now));
+  if (state.true_force) {
+    record_.has_truth = true;
+    record_.truth_at = state.sent_at - offset;
+    record_.truth = *state.true_force;
+  }
+}
+
+DeviceReading HapticLoop::Checked(const DeviceReading& reading) noexcept {
+  if (IsWithin(reading.p_M, kFarthest) && IsWithin(reading.v_M, kFarthest)) {
+    return last_reading_ = reading;
+  }
+  record_.chain.reasons.Add(Reason::kBadDevice);
+  return {last_reading_.p_M, Eigen::Vector3d::Zero(), false};
+}
+
+void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
+  OperatorMachine::Input in;
+  in.now = ToSeconds(now);
+  in.engaged = engaged;
+  if (newest_) {
+    in.state_age = std::max(0.0, SecondsBetween(newest_->received_at, now));
+    in.force_known = IsForceKnown(newest_->state);
+    in.slave_epoch = newest_->state.epoch;
+    in.slave_phase = newest_->state.phase;
+    record_.state_age = in.state_age;
+  }
+  const OperatorState before = machine_.state();
+  const OperatorState after = machine_.Step(in);
+  if (after != before) OnStateChange(after);
+  if (after == OperatorState::kHold) FadeOutOfHold(in.now);
+  if (newest_ && in.slave_epoch == machine_.epoch()) transform_.offset = newest_->state.offset;
+
+  Reasons& reasons = record_.chain.reasons;
+  if (!machine_.commands_engaged()) reasons.Add(Reason::kNotFollowing);
+  if (in.state_age > OperatorMachine::kStaleAfter) reasons.Add(Reason::kStale);
+  if (newest_ && !in.force_known) reasons.Add(Reason::kUnknown);
+  if (machine_.commands_engaged() && in.slave_epoch != machine_.epoch()) {
+    reasons.Add(Reason::kOtherEpoch);
+  }
+}
+
+void HapticLoop::OnStateChange(OperatorState to) noexcept {
+  hold_is_fading_ = false;
+  if (to == OperatorState::kFollowing) {
+    output_.Go(OutputBlend::Target::kRendered, kFadeTime);
+  } else if (to == OperatorState::kHold) {
+    output_.Go(OutputBlend::Target::kFrozen, 0);
+  } else {
+    output_.Go(OutputBlend::Target::kZero, kFadeTime);
+  }
+  if (to == OperatorState::kAligning) renderer_.ForgetForces();
+}
+
+void HapticLoop::FadeOutOfHold(double now) noexcept {
+  if (hold_is_fading_ || now - machine_.since() < kHoldForce) return;
+  hold_is_fading_ = true;
+  output_.Go(OutputBlend::Target::kZero, kFadeTime);
+}
+
+void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) noexcept {
+  const OperatorState state = machine_.state();
+  const bool felt = state == OperatorState::kFollowing || state == OperatorState::kHold;
+  ForceChain& chain = record_.chain;
+  record_.state = state;
+  record_.epoch = machine_.epoch();
+  record_.p_M = reading.p_M;
+  record_.p_S = transform_.ToSlave(reading.p_M);
+  if (!felt) record_.p_S = newest_ ? newest_->state.p_S_tip : Eigen::Vector3d::Zero();
+  chain.force_known = newest_ && IsForceKnown(newest_->state);
+  if (chain.force_known) chain.estimated = *newest_->state.force;
+  if (felt) chain.local = renderer_.Render(record_.p_S, now, &chain.reasons);
+  chain.scaled = transform_.ForceToMaster(chain.local);
+  chain.passive = passivity_.Apply(chain.scaled, reading.v_M, dt);
+  if (chain.passive != chain.scaled) chain.reasons.Add(Reason::kPassivity);
+  chain.limited = LimitForce(chain.passive, options_.force_limit, &chain.reasons);
+  chain.sent = output_.Step(chain.limited, dt);
+  if (output_.is_blending() && chain.sent != chain.limited) chain.reasons.Add(Reason::kFading);
+  sent_ = chain.sent;
+}
+
+// Absolute in the epoch. While the force is unknown the tool is told to stand where it was last
+// sent with feeling.
+void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
+  const bool holding = machine_.state() == OperatorState::kHold;
+  if (!holding) commanded_p_M_ = reading.p_M;
+  OperatorCommand command;
+  command.sequence = ++command_sequence_;
+  command.sent_at = now;
+  command.epoch = machine_.epoch();
+  command.p_M = commanded_p_M_;
+  if (!holding) command.velocity = reading.v_M;
+  command.engaged = machine_.commands_engaged();
+  command.energy_in = passivity_.energy_in();
+  command.energy_out = passivity_.energy_out();
+  if (newest_) {
+    command.state_sequence = newest_->state.sequence;
+    command.echo = newest_->state.sent_at;
+  }
+  slots_.commands->Put(command);
+}
+
+DeviceGuide HapticLoop::guide() const noexcept {
+  if (record_.state != OperatorState::kFollowing || !renderer_.contact().known()) return {};
+  const LocalModel model = renderer_.contact().At(ToSeconds(record_.at));
+  return {true, transform_.R_SM.transpose() * -model.normal,
+          -model.Penetration(record_.p_S) / transform_.position_scale};
+}
+
+void HapticLoop::Release(Time now) noexcept {
+  OperatorCommand command;
+  command.sequence = ++command_sequence_;
+  command.sent_at = now;
+  command.epoch = machine_.epoch();
+  command.p_M = commanded_p_M_;
+  command.energy_in = passivity_.energy_in();
+  command.energy_out = passivity_.energy_out();
+  slots_.commands->Put(command);
+}
+
+}  // namespace palpate

@@ -1,0 +1,87 @@
+// The loop that holds a hand: each millisecond a force, whatever slave and link do, and zero at the
+// end. Talks to the rest of the program through latest-value slots and a ring, all wait-free.
+#pragma once
+
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "master/device/device.h"
+#include "master/haptics/force_chain.h"
+#include "master/haptics/operator_machine.h"
+#include "master/haptics/output_blend.h"
+#include "master/haptics/passivity.h"
+#include "master/haptics/periodic.h"
+#include "master/haptics/renderer.h"
+#include "master/haptics/spsc_ring.h"
+#include "master/haptics/tick_record.h"
+#include "master/link/slave_link.h"
+
+namespace palpate {
+
+class HapticLoop {
+ public:
+  struct Options {
+    RenderMode render = RenderMode::kLocal;
+    TeleopTransform transform;  // scales and rotation; the offset comes with the states
+    double force_limit = 3.3;   // at the hand [N], > 0; the device's own also holds
+  };
+  struct Slots {
+    LatestValue<ReceivedState>* states = nullptr;      // read here
+    LatestValue<OperatorCommand>* commands = nullptr;  // written here
+    SpscRing<TickRecord>* records = nullptr;           // written here
+  };
+  struct Stats {
+    PeriodicStats periodic;
+    LatencyHistogram compute_us;  // of Read, Tick, WriteForce and Guide together [us]
+  };
+
+  // All of `slots` outlive the loop. Throws std::invalid_argument: force limit or scales not > 0.
+  HapticLoop(const Options& options, const Slots& slots);
+
+  // Runs for `length`, until `stop` or until the device's motion is over. The last force is zero.
+  void Run(Device& device, Clock::duration length, const std::stop_token& stop) noexcept;
+
+  // One tick: the force for the hand [N] when the device says `reading` at `now`. Allocates
+  // nothing, locks nothing, always finite and within the limit.
+  Eigen::Vector3d Tick(const DeviceReading& reading, Time now) noexcept;
+  // Where the surface is, as of the last tick; unknown unless following.
+  [[nodiscard]] DeviceGuide guide() const noexcept;
+  // Lets go: the command that leaves the tool standing. After the last tick.
+  void Release(Time now) noexcept;
+
+  // Of the last tick; after Run from any thread.
+  [[nodiscard]] const TickRecord& record() const noexcept { return record_; }
+  [[nodiscard]] const PassivityControl& passivity() const noexcept { return passivity_; }
+  [[nodiscard]] const Stats& stats() const noexcept { return stats_; }
+
+ private:
+  [[nodiscard]] double ToSeconds(Time t) const noexcept { return SecondsBetween(origin_, t); }
+  void TakeState(Time now) noexcept;
+  [[nodiscard]] DeviceReading Checked(const DeviceReading& reading) noexcept;
+  void StepMachine(Time now, bool engaged) noexcept;
+  void OnStateChange(OperatorState to) noexcept;
+  void FadeOutOfHold(double now) noexcept;
+  void RunChain(const DeviceReading& reading, double now, double dt) noexcept;
+  void PutCommand(const DeviceReading& reading, Time now) noexcept;
+
+  Options options_;
+  Slots slots_;
+  Renderer renderer_;
+  OperatorMachine machine_;
+  PassivityControl passivity_;
+  OutputBlend output_;
+  TeleopTransform transform_;  // with the offset of the current epoch
+  std::optional<ReceivedState> newest_;
+  DeviceReading last_reading_;  // the last good one
+  Eigen::Vector3d commanded_p_M_{0, 0, 0};
+  Eigen::Vector3d sent_{0, 0, 0};
+  std::uint64_t command_sequence_ = 0;
+  bool hold_is_fading_ = false;
+  bool started_ = false;
+  Time origin_{}, last_tick_{};
+  TickRecord record_;
+  Stats stats_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,65 @@
+#include "master/haptics/local_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr double kLargest = 1e12;
+
+bool IsSameContact(const LocalModel& a, const LocalModel& b) {
+  return a.revision == b.revision && a.reference == b.reference && a.normal == b.normal &&
+         a.force == b.force && a.stiffness == b.stiffness;
+}
+
+template <class Matrix>
+bool IsModest(const Matrix& m) {
+  return m.allFinite() && m.cwiseAbs().maxCoeff() <= kLargest;
+}
+
+}  // namespace
+
+void LocalContact::Take(const LocalModel& model, double now) noexcept {
+  if (!model.known() || (known() && IsSameContact(model, to_))) return;
+  if (known()) {
+    from_ = At(now);
+  } else {
+    from_ = model;
+    from_.force.setZero();
+    from_.stiffness.setZero();
+  }
+  to_ = model;
+  since_ = now;
+}
+
+Eigen::Vector3d LocalContact::ForceAt(const Eigen::Vector3d& p_S, double now) const noexcept {
+  if (!known()) return {0, 0, 0};
+  const LocalModel model = At(now);
+  if (!(model.Penetration(p_S) > 0)) return {0, 0, 0};
+  return model.force + model.stiffness * (model.reference - p_S);
+}
+
+LocalModel LocalContact::At(double now) const noexcept {
+  const double share = std::clamp((now - since_) / kBlendTime, 0.0, 1.0);
+  LocalModel model = to_;
+  if (share >= 1) return model;
+  model.reference = from_.reference + share * (to_.reference - from_.reference);
+  model.force = from_.force + share * (to_.force - from_.force);
+  model.stiffness = from_.stiffness + share * (to_.stiffness - from_.stiffness);
+  const Eigen::Vector3d normal = from_.normal + share * (to_.normal - from_.normal);
+  if (normal.norm() > 0.1) model.normal = normal.normalized();  // else opposite: take the new one
+  return model;
+}
+
+bool LocalContact::IsBeyond(const Eigen::Vector3d& p_S) const noexcept {
+  return known() && to_.valid_radius > 0 && (p_S - to_.reference).norm() > to_.valid_radius;
+}
+
+bool IsSane(const LocalModel& model) noexcept {
+  return IsModest(model.reference) && IsModest(model.normal) && IsModest(model.force) &&
+         IsModest(model.stiffness) && std::isfinite(model.valid_radius) &&
+         std::abs(model.normal.norm() - 1) < 0.01;
+}
+
+}  // namespace palpate

@@ -1,0 +1,79 @@
+#include "master/haptics/operator_machine.h"
+
+namespace palpate {
+
+using enum OperatorState;
+
+std::string_view ToString(OperatorState state) {
+  switch (state) {
+    case kDisconnected:
+      return "DISCONNECTED";
+    case kReady:
+      return "READY";
+    case kAligning:
+      return "ALIGNING";
+    case kFollowing:
+      return "FOLLOWING";
+    case kClutched:
+      return "CLUTCHED";
+    case kHold:
+      return "HOLD";
+    case kEstop:
+      break;
+  }
+  return "ESTOP";
+}
+
+OperatorState OperatorMachine::Step(const Input& in) noexcept {
+  if (!in.engaged) armed_ = true;
+  const OperatorState next = Next(in);
+  if (next != state_) since_ = in.now;
+  return state_ = next;
+}
+
+bool OperatorMachine::commands_engaged() const noexcept {
+  return state_ == kAligning || state_ == kFollowing || state_ == kHold;
+}
+
+OperatorState OperatorMachine::Next(const Input& in) noexcept {
+  const bool fresh = in.state_age <= kStaleAfter;
+  const bool sound = fresh && in.force_known && in.slave_epoch == epoch_;
+  if (fresh && in.slave_phase == Phase::kEstop) {
+    armed_ = !in.engaged;
+    return kEstop;
+  }
+  switch (state_) {
+    case kDisconnected:
+      return fresh ? kReady : kDisconnected;
+    case kReady:
+    case kClutched:
+      if (in.state_age > kDisconnectAfter) return kDisconnected;
+      return fresh && in.engaged && armed_ ? Engage() : state_;
+    case kAligning:
+      if (!in.engaged || in.now - since_ > kAlignWithin) return kReady;
+      return sound && in.slave_phase == Phase::kFollowing ? kFollowing : kAligning;
+    case kFollowing:
+      if (!in.engaged) return kClutched;
+      return sound ? kFollowing : kHold;
+    case kHold:
+      return NextInHold(in, fresh, sound);
+    case kEstop:
+      return fresh ? kReady : kEstop;
+  }
+  return kEstop;
+}
+
+OperatorState OperatorMachine::Engage() noexcept {
+  armed_ = false;
+  ++epoch_;
+  return kAligning;
+}
+
+OperatorState OperatorMachine::NextInHold(const Input& in, bool fresh, bool sound) noexcept {
+  if (!in.engaged) return kClutched;
+  if (in.now - since_ <= kResumeWithin) return sound ? kFollowing : kHold;
+  if (in.state_age > kDisconnectAfter) return kDisconnected;
+  return fresh && in.force_known ? kReady : kHold;
+}
+
+}  // namespace palpate

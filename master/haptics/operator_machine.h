@@ -1,0 +1,67 @@
+// Who may move the tool, and when the hand may feel it.
+//
+//   DISCONNECTED <-> READY -> ALIGNING -> FOLLOWING <-> CLUTCHED
+//                      ^                   |   ^
+//                      +----- HOLD <-------+   | back within 250 ms
+//                              +---------------+
+//   ESTOP from anywhere, until the slave was reset.
+//
+// Following always begins with an act: the dead-man's switch seen open, then closed. Each closing
+// is a new epoch, in which the slave zeroes the offset so that nothing moves.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "shared/state/slave_state.h"
+
+namespace palpate {
+
+enum class OperatorState : std::uint8_t {
+  kDisconnected,  // no states from the slave
+  kReady,         // the operator may engage
+  kAligning,      // engaged, waiting for the slave to take up this epoch
+  kFollowing,     // the tool follows, the force is felt
+  kClutched,      // the operator let go after following
+  kHold,          // state late, force unknown or epoch lost: the force is held, then fades
+  kEstop,         // the slave's emergency stop
+};
+inline constexpr std::size_t kOperatorStateCount = 7;
+std::string_view ToString(OperatorState state);  // `FOLLOWING`, ...
+
+class OperatorMachine {
+ public:
+  static constexpr double kStaleAfter = 0.030;     // without a state the link is dead [s]
+  static constexpr double kResumeWithin = 0.250;   // of HOLD, else engage anew [s]
+  static constexpr double kAlignWithin = 1.0;      // else engage anew [s]
+  static constexpr double kDisconnectAfter = 1.0;  // without a state [s]
+
+  struct Input {
+    double now = 0;            // [s]
+    bool engaged = false;      // the device's dead-man's switch
+    double state_age = 1e9;    // since a state was received [s]
+    bool force_known = false;  // in the newest state
+    std::uint32_t slave_epoch = 0;
+    Phase slave_phase = Phase::kReady;
+  };
+  // One tick. Real-time safe.
+  OperatorState Step(const Input& in) noexcept;
+
+  [[nodiscard]] OperatorState state() const noexcept { return state_; }
+  [[nodiscard]] double since() const noexcept { return since_; }         // when `state` began [s]
+  [[nodiscard]] std::uint32_t epoch() const noexcept { return epoch_; }  // 0: none yet
+  // What the commands say: the tool shall follow.
+  [[nodiscard]] bool commands_engaged() const noexcept;
+
+ private:
+  OperatorState Next(const Input& in) noexcept;
+  OperatorState Engage() noexcept;
+  OperatorState NextInHold(const Input& in, bool fresh, bool sound) noexcept;
+
+  OperatorState state_ = OperatorState::kDisconnected;
+  double since_ = 0;
+  std::uint32_t epoch_ = 0;
+  bool armed_ = false;  // the switch was seen open since the last engagement
+};
+
+}  // namespace palpate

@@ -1,0 +1,53 @@
+// A loop on absolute deadlines, and what the operating system can do for it.
+#pragma once
+
+#include <cstdint>
+#include <ctime>
+#include <stop_token>
+#include <string>
+
+#include "shared/state/clock.h"
+#include "shared/telemetry/latency_histogram.h"
+
+namespace palpate {
+
+inline constexpr Clock::duration kHapticPeriod = std::chrono::milliseconds(1);
+
+struct PeriodicStats {
+  std::uint64_t ticks = 0;
+  std::uint64_t missed = 0;  // periods that passed without a tick
+  double duration = 0;       // from the first deadline to the last, (ticks + missed) periods [s]
+  LatencyHistogram wake_us;  // how late each tick woke [us]
+};
+
+// Waits for `deadline` on the monotonic clock. Real-time safe.
+void WaitUntil(Time deadline) noexcept;
+
+// Calls `tick()` each millisecond for `length`, until `stop` is asked for or `tick` returns false.
+// Late: once, with what time it is, and what was missed is skipped and counted. `tick` must not
+// throw.
+template <class Tick>
+void RunPeriodically(Clock::duration length, const std::stop_token& stop, PeriodicStats* stats,
+                     Tick&& tick) noexcept {
+  const Time begin = Clock::now();
+  Time wake = begin;
+  bool wanted = true;
+  while (wanted && !stop.stop_requested() && wake < begin + length) {
+    WaitUntil(wake);
+    stats->wake_us.Add(SecondsBetween(wake, Clock::now()) * 1e6);
+    wanted = tick();
+    ++stats->ticks;
+    const auto lost = (Clock::now() - wake) / kHapticPeriod;
+    stats->missed += static_cast<std::uint64_t>(lost);
+    wake += (lost + 1) * kHapticPeriod;
+  }
+  stats->duration = SecondsBetween(begin, wake);
+}
+
+// For the calling thread: timer slack 1 ns, SCHED_FIFO at `priority`. In words what was refused;
+// empty: nothing.
+std::string MakeThreadRealtime(int priority);
+// For the process: memory locked. In words why not; empty: done.
+std::string LockMemory();
+
+}  // namespace palpate

@@ -1,0 +1,36 @@
+#include "master/haptics/run_summary.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+constexpr double kContactShare = 0.01;  // of the peak
+
+}  // namespace
+
+void RunSummary::Add(const TickRecord& record,
+                     const std::optional<Eigen::Vector3d>& truth) noexcept {
+  const ForceChain& chain = record.chain;
+  if (truth) error_.Add(chain.local, *truth);
+  if (chain.force_known) estimated_peak_ = std::max(estimated_peak_, chain.estimated.norm());
+  sent_peak_ = std::max(sent_peak_, chain.sent.norm());
+  for (std::size_t i = 0; i < kReasonCount; ++i) {
+    if (chain.reasons.Has(static_cast<Reason>(i))) ++reason_ticks_[i];
+  }
+  if (record.state_age >= 0 && chain.reasons.Has(Reason::kStale)) ++stale_ticks_;
+  ++state_ticks_[static_cast<std::size_t>(record.state)];
+  epochs_ = std::max(epochs_, record.epoch);
+}
+
+void RunSummary::SeeTruth(const Eigen::Vector3d& truth) noexcept {
+  has_truth_ = true;
+  truth_peak_ = std::max(truth_peak_, truth.norm());
+}
+
+std::optional<ForceError::Summary> RunSummary::force_error() const noexcept {
+  if (error_.empty()) return std::nullopt;
+  return error_.Above(kContactShare * force_peak());
+}
+
+}  // namespace palpate

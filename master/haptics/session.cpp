@@ -1,0 +1,132 @@
+#include "master/haptics/session.h"
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+#include "master/haptics/recorder.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kPriority = 80;                // SCHED_FIFO, of 1 to 99
+constexpr std::size_t kRingCapacity = 4096;  // four seconds of ticks
+constexpr double kForever = 1e9;             // [s]
+constexpr double kShowEvery = 0.1;           // [s]
+constexpr std::chrono::milliseconds kNap{10};
+
+std::string Join(const std::string& a, const std::string& b) {
+  return a.empty() || b.empty() ? a + b : a + "; " + b;
+}
+
+// The rate over the last second or so, from how many records went by.
+class RateMeter {
+ public:
+  double Update(double t, std::uint64_t ticks) {
+    if (t - t_ >= 0.5) {
+      rate_ = static_cast<double>(ticks - ticks_) / (t - t_);
+      t_ = t;
+      ticks_ = ticks;
+    }
+    return rate_;
+  }
+
+ private:
+  double t_ = 0, rate_ = 0;
+  std::uint64_t ticks_ = 0;
+};
+
+// The run's end lets go of the hand: whoever could go on may engage again.
+OperatorState AfterLettingGo(OperatorState state) {
+  const bool could_go_on = state == OperatorState::kAligning ||
+                           state == OperatorState::kFollowing || state == OperatorState::kClutched;
+  return could_go_on ? OperatorState::kReady : state;
+}
+
+void AddSummary(const RunSummary& summary, double duration, Report* report) {
+  report->force_peak = summary.force_peak();
+  report->force_error = summary.force_error();
+  report->truth_known = summary.has_truth();
+  report->force_sent_peak = summary.sent_peak();
+  report->clamped_ticks = summary.ticks(Reason::kClamped);
+  report->stale_ticks = summary.stale_ticks();
+  report->epochs = summary.epochs();
+  for (std::size_t i = 0; i < kReasonCount; ++i) {
+    const auto reason = static_cast<Reason>(i);
+    if (summary.ticks(reason) > 0) {
+      report->reasons[std::string(ToString(reason))] = summary.ticks(reason);
+    }
+  }
+  std::uint64_t all = 0;
+  for (std::size_t i = 0; i < kOperatorStateCount; ++i) {
+    all += summary.ticks(static_cast<OperatorState>(i));
+  }
+  for (std::size_t i = 0; i < kOperatorStateCount; ++i) {
+    const auto state = static_cast<OperatorState>(i);
+    if (summary.ticks(state) == 0) continue;
+    const double share = static_cast<double>(summary.ticks(state)) / static_cast<double>(all);
+    report->seconds_in[std::string(ToString(state))] = share * duration;
+  }
+}
+
+}  // namespace
+
+Report RunSession(const SessionOptions& options, Device& device, LatestValue<ReceivedState>* states,
+                  LatestValue<OperatorCommand>* commands, const std::function<LinkStats()>& link,
+                  const std::function<bool()>& stop_wanted,
+                  const std::function<void(const Status&)>& show) {
+  SpscRing<TickRecord> ring(kRingCapacity);
+  Recorder recorder(&ring, options.log);
+  HapticLoop::Options limited = options.loop;
+  limited.force_limit = std::min(limited.force_limit, device.force_limit());
+  HapticLoop loop(limited, {states, commands, &ring});
+
+  Report report;
+  report.realtime = LockMemory();
+  const Time begin = Clock::now();
+  const auto length = Seconds(options.duration > 0 ? options.duration : kForever);
+  BareLoops bare(length, kPriority);
+  std::atomic<bool> done{false};
+  std::string refused;  // read after the join
+  std::jthread haptic([&](const std::stop_token& stop) {
+    refused = MakeThreadRealtime(kPriority);
+    loop.Run(device, length, stop);
+    done = true;
+  });
+
+  RateMeter meter;
+  double shown = -1;
+  while (!done) {
+    std::this_thread::sleep_for(kNap);
+    if (stop_wanted()) haptic.request_stop();
+    recorder.Drain(Clock::now());
+    const double t = SecondsBetween(begin, Clock::now());
+    if (t - shown < kShowEvery || recorder.newest().at == Time{}) continue;
+    shown = t;
+    show({t, recorder.newest(), meter.Update(t, recorder.taken()), limited.force_limit, link()});
+  }
+  haptic.join();
+  bare.Stop();
+  recorder.Finish();
+
+  report.realtime = Join(refused, report.realtime);
+  report.device = device.description();
+  report.render = ToString(options.loop.render);
+  report.duration = loop.stats().periodic.duration;
+  report.ticks = loop.stats().periodic.ticks;
+  report.missed = loop.stats().periodic.missed;
+  report.bare_missed = bare.missed();
+  report.wake_us = loop.stats().periodic.wake_us;
+  report.compute_us = loop.stats().compute_us;
+  report.link = link();
+  report.energy_min = loop.passivity().min_balance();
+  report.records_dropped = ring.dropped();
+  report.state = AfterLettingGo(loop.record().state);
+  AddSummary(recorder.summary(), report.duration, &report);
+  report.log_failed = !recorder.trouble().empty();
+  if (report.log_failed) report.trouble.push_back(recorder.trouble());
+  if (!report.link.trouble.empty()) report.trouble.push_back(report.link.trouble);
+  return report;
+}
+
+}  // namespace palpate

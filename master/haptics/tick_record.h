@@ -1,0 +1,26 @@
+// Everything worth knowing about one tick, as it leaves the haptic loop for log, report and view.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "master/haptics/force_chain.h"
+#include "master/haptics/operator_machine.h"
+#include "shared/state/clock.h"
+
+namespace palpate {
+
+struct TickRecord {
+  Time at{};
+  OperatorState state = OperatorState::kDisconnected;
+  Eigen::Vector3d p_M{0, 0, 0};  // device tip [m]
+  Eigen::Vector3d p_S{0, 0, 0};  // T^p of it, or the slave's tip while not following [m]
+  ForceChain chain;
+  double state_age = -1;  // since the newest state was received [s]; negative: none yet
+  std::uint32_t epoch = 0;
+  // True force that came with a state first seen at this tick: simulated sites only.
+  bool has_truth = false;
+  Time truth_at{};                 // master's clock
+  Eigen::Vector3d truth{0, 0, 0};  // S [N]
+};
+
+}  // namespace palpate

@@ -1,0 +1,170 @@
+// palpate-master: the operator's station.
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+#include "master/device/device.h"
+#include "master/haptics/report.h"
+#include "master/haptics/session.h"
+#include "master/link/slave_link.h"
+#include "master/view/console.h"
+#include "master/view/summary_table.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
+constexpr auto kLastWords = std::chrono::milliseconds(50);  // for the link to say "stand"
+
+struct Arguments {
+  SlaveLink::Options link;
+  std::string device = "sim-hand";
+  std::string render = "local";
+  double duration = 0;
+  std::filesystem::path report, log;
+};
+
+// The link and the slots that must outlive it.
+struct Line {
+  explicit Line(const SlaveLink::Options& options) : link(options) {}
+  LatestValue<ReceivedState> states;
+  LatestValue<OperatorCommand> commands;
+  SlaveLink link;
+};
+
+std::atomic<bool> g_stop{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void OnSignal(int) {
+  g_stop = true;
+}
+
+// A full stop with the force at zero on SIGINT and SIGTERM; a closed pipe must not kill the hand.
+void CatchSignals() {
+  std::signal(SIGINT, OnSignal);
+  std::signal(SIGTERM, OnSignal);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+// Written so that NaN is refused too.
+CLI::Validator Between(double low, double high) {
+  return {[low, high](const std::string& text) -> std::string {
+            double value = 0;
+            const bool number = CLI::detail::lexical_cast(text, value);
+            if (number && value >= low && value <= high) return {};
+            return "accepted is " + CLI::detail::to_string(low) + " to " +
+                   CLI::detail::to_string(high) + " s";
+          },
+          "S"};
+}
+
+void Declare(CLI::App* app, Arguments* a) {
+  app->require_subcommand(1);
+  app->footer(
+      "Examples:\n"
+      "  palpate-master connect localhost:50051\n"
+      "  palpate-master connect localhost:50051 --duration 20 --report report.json --log log.csv\n"
+      "  palpate-master connect 10.0.0.7:50051 --insecure --device playback:hand.csv --render "
+      "interpolate\n\n"
+      "Exit codes: 0 done, 1 ran and failed, 2 unusable arguments.");
+  CLI::App* connect = app->add_subcommand("connect", "Operate a slave and feel what it feels");
+  connect->add_option("target", a->link.target, "Where the slave listens, HOST:PORT")->required();
+  connect->add_option("--device", a->device, "sim-hand, or playback:FILE.csv (time_s,x,y,z)")
+      ->capture_default_str();
+  connect->add_option("--render", a->render, "How forces are made between two states")
+      ->check(CLI::IsMember({"local", "interpolate", "hold"}))
+      ->capture_default_str();
+  connect->add_option("--wait", a->link.wait, "How long to try to connect [s]")
+      ->check(Between(0, 1e6))
+      ->capture_default_str();
+  connect
+      ->add_option("--duration", a->duration,
+                   "How long to run [s]; without it until interrupted, or the recording's end")
+      ->check(Between(1e-3, 1e8));
+  connect->add_option("--report", a->report, "Write a summary of the run as JSON");
+  connect->add_option("--log", a->log, "Write every tick as CSV");
+  connect->add_flag("--insecure", a->link.insecure,
+                    "Connect to other machines in plain text (without it only to this one)");
+  connect->add_option("--name", a->link.operator_name, "Who operates, told to others who ask");
+}
+
+// Fails here what can fail before anything moves.
+void CheckBeforehand(const Arguments& a) {
+  if (!a.report.empty()) CheckWritable(a.report);
+  if (!a.log.empty()) CheckWritable(a.log);
+}
+
+bool IsScripted(const Arguments& a) {
+  return a.device == "sim-hand";
+}
+
+int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
+  Console console = Console::Standard();
+  const RemoteScene scene = line->link.Connect();
+  if (!device) {
+    const double scale = scene.transform.position_scale;
+    device = OpenDevice(a.device, scene.press_depth / scale, scene.press_speed / scale);
+  }
+  console.Say("connected to " + a.link.target + ": " + scene.name + ", " + scene.model + ", " +
+              scene.source);
+  console.Say("device " + device->description() + "; rendering " + a.render);
+
+  CatchSignals();
+  line->link.Start(&line->states, &line->commands);
+  SessionOptions options;
+  options.loop = {*ParseRenderMode(a.render), scene.transform, scene.force_limit};
+  options.duration = a.duration;
+  options.log = a.log;
+  Report report = RunSession(
+      options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
+      [] { return g_stop.load(); }, [&console](const Status& status) { console.Show(status); });
+  std::this_thread::sleep_for(kLastWords);
+  line->link.Stop();
+
+  report.scene = scene.name;
+  report.model = scene.model;
+  console.Say(FormatSummary(report));
+  if (!a.report.empty()) WriteReport(report, a.report);
+  return report.log_failed ? kFailed : kDone;
+}
+
+int Main(int argc, char** argv) {
+  Arguments a;
+  CLI::App app("palpate-master: feel a soft object at a distance");
+  Declare(&app, &a);
+  std::unique_ptr<Line> line;
+  std::unique_ptr<Device> device;
+  try {
+    app.parse(argc, argv);
+    CheckBeforehand(a);
+    line = std::make_unique<Line>(a.link);
+    if (!IsScripted(a)) device = OpenDevice(a.device, 0, 0);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kUnusable;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "palpate-master: %s\n", error.what());
+    return kUnusable;
+  }
+  try {
+    return Operate(a, line.get(), std::move(device));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "palpate-master: %s\n", error.what());
+    return kFailed;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  return palpate::Main(argc, argv);
+}

@@ -1,0 +1,13 @@
+// The run as a person reads it.
+#pragma once
+
+#include <string>
+
+#include "master/haptics/report.h"
+
+namespace palpate {
+
+// Two columns, a line per figure, ends with a newline.
+std::string FormatSummary(const Report& report);
+
+}  // namespace palpate

@@ -1,0 +1,92 @@
+#include "master/device/playback.h"
+
+#include <fstream>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const Time kStart{std::chrono::hours(1)};
+
+Time At(double t) {
+  return kStart + Seconds(t);
+}
+
+std::filesystem::path Write(const std::string& text) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "palpate-playback.csv";
+  std::ofstream(file) << text;
+  return file;
+}
+
+std::string ErrorOf(const std::string& text) {
+  try {
+    const Playback playback(Write(text));
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+// Reference: a straight line is reproduced exactly by linear interpolation, at any rate of rows.
+TEST(PlaybackTest, PlaysAStraightLineAtTrueTimeWithItsVelocity) {
+  Playback playback(Write("note,z,time_s,y,x\nstart,0,5.0,1,0\n,0.2,5.1,1,-0.1\r\n,2,6,1,-1\n"));
+  playback.Read(kStart);
+  for (const double t : {0.03, 0.1, 0.77, 0.999}) {
+    const DeviceReading reading = playback.Read(At(t));
+    EXPECT_NEAR(reading.p_M.x(), -t, 1e-9) << t;
+    EXPECT_NEAR(reading.p_M.y(), 1, 1e-12) << t;
+    EXPECT_NEAR(reading.p_M.z(), 2 * t, 1e-9) << t;
+    EXPECT_NEAR((reading.v_M - Eigen::Vector3d(-1, 0, 2)).norm(), 0, 1e-12) << t;
+    EXPECT_TRUE(reading.engaged);
+    EXPECT_FALSE(playback.finished());
+  }
+}
+
+TEST(PlaybackTest, EngagesAfterTheFirstReadingAndLetsGoAtTheEnd) {
+  Playback playback(Write("time_s,x,y,z\n0,0,0,0\n0.5,0.1,0,0\n"));
+  EXPECT_FALSE(playback.Read(kStart).engaged);
+  EXPECT_TRUE(playback.Read(At(0.001)).engaged);
+  const DeviceReading last = playback.Read(At(0.5));
+  EXPECT_FALSE(last.engaged);
+  EXPECT_TRUE(playback.finished());
+  EXPECT_EQ(last.p_M.x(), 0.1);
+  EXPECT_EQ(last.v_M.norm(), 0);
+  EXPECT_EQ(playback.Read(At(1e6)).p_M.x(), 0.1);
+}
+
+TEST(PlaybackTest, SaysWhenItCrossesAGap) {
+  const Playback playback(Write("time_s,x,y,z\n0,0,0,0\n0.75,0.1,0,0\n"));
+  EXPECT_THAT(playback.description(), HasSubstr("gap of 0.75 s"));
+}
+
+TEST(PlaybackTest, ErrorsTellFileLineAndWhatIsAccepted) {
+  const std::string header = "time_s,x,y,z\n0,0,0,0\n";
+  EXPECT_THAT(ErrorOf(""), HasSubstr("empty"));
+  EXPECT_THAT(ErrorOf("time_s,x,z\n0,0,0\n"), AllOf(HasSubstr(".csv:1"), HasSubstr("column y")));
+  EXPECT_THAT(ErrorOf("0,0,0,0\n1,0,0,0\n"), HasSubstr("column time_s is missing"));
+  EXPECT_THAT(ErrorOf(header), HasSubstr("1 rows: accepted is at least 2"));
+  EXPECT_THAT(ErrorOf(header + "0,1,1,1\n"), AllOf(HasSubstr(":3"), HasSubstr("time_s = 0")));
+  EXPECT_THAT(ErrorOf(header + "1,nan,1,1\n"), AllOf(HasSubstr(":3"), HasSubstr("x = 'nan'")));
+  EXPECT_THAT(ErrorOf(header + "1,1,1e999,1\n"), HasSubstr("y = '1e999'"));
+  EXPECT_THAT(ErrorOf(header + "1,1,1\n"), HasSubstr("z = ''"));
+  EXPECT_THAT(ErrorOf(header + "1,1,1,2mm\n"), HasSubstr("z = '2mm'"));
+  EXPECT_THAT(ErrorOf(header + "1,1e30,0,0\n"), HasSubstr("beyond 100 m"));
+}
+
+TEST(OpenDeviceTest, KnowsItsDevicesAndSaysWhichWhenAskedForAnother) {
+  EXPECT_THAT(OpenDevice("sim-hand", 0.005, 0.02)->description(), HasSubstr("presses 5 mm"));
+  EXPECT_THROW(OpenDevice("playback:/nowhere.csv", 0, 0), std::runtime_error);
+  EXPECT_THROW(OpenDevice("sim-hand", -1, 0.02), std::invalid_argument);
+  for (const char* spec : {"omega.7", "", "playback:", "sim-hand2"}) {
+    EXPECT_THROW(OpenDevice(spec, 0.005, 0.02), std::invalid_argument) << spec;
+  }
+}
+
+}  // namespace
+}  // namespace palpate

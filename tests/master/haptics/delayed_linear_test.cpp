@@ -1,0 +1,78 @@
+#include "master/haptics/delayed_linear.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+Eigen::Vector3d Along(double x) {
+  return {x, 0, 0};
+}
+
+// Reference: counted by hand, four ticks per sample, the first held before it has a predecessor.
+TEST(DelayedLinearTest, GoesStraightFromSampleToSampleOnePeriodLate) {
+  const double samples[] = {0, 1, 3, 2};
+  const double expected[] = {0, 0, 0, 0, 0, .25, .5, .75, 1, 1.5, 2, 2.5, 3, 2.75, 2.5, 2.25};
+  DelayedLinear shown;
+  for (int tick = 0; tick < 16; ++tick) {
+    if (tick % 4 == 0) shown.Add(tick, tick, Along(samples[tick / 4]));
+    EXPECT_EQ(shown.At(tick).x(), expected[tick]) << "tick " << tick;
+  }
+}
+
+// Reference: a constant transport delay adds to the lag and to nothing else.
+TEST(DelayedLinearTest, AConstantTransportDelayShiftsARampByItself) {
+  DelayedLinear shown;
+  const double period = 1.0 / 60, transport = 0.023, slope = 2;
+  int next = 0;
+  for (int tick = 0; tick < 1000; ++tick) {
+    const double now = tick * 0.001;
+    for (; next * period + transport <= now; ++next) {
+      shown.Add(next * period, next * period + transport, Along(slope * next * period));
+    }
+    if (next < 2) continue;
+    EXPECT_NEAR(shown.At(now).x(), slope * (now - period - transport), 1e-12) << now;
+  }
+}
+
+// Jitter makes samples late, never the output go backwards on a rising force: the play-out time
+// only steps back by what the delay estimate has just grown, once.
+TEST(DelayedLinearTest, JitterNeitherStallsNorOvershoots) {
+  DelayedLinear shown;
+  const double period = 1.0 / 60;
+  int next = 0;
+  double worst = 0;
+  for (int tick = 0; tick < 3000; ++tick) {
+    const double now = tick * 0.001;
+    const auto arrival = [&](int k) { return k * period + 0.010 + 0.004 * std::sin(1.7 * k); };
+    for (; arrival(next) <= now; ++next)
+      shown.Add(next * period, arrival(next), Along(next * period));
+    if (now > 1) worst = std::max(worst, std::abs(now - shown.At(now).x() - period - 0.014));
+  }
+  EXPECT_LT(worst, 0.0015);
+}
+
+TEST(DelayedLinearTest, HoldsTheNewestWhenSamplesStop) {
+  DelayedLinear shown;
+  EXPECT_EQ(shown.At(5).x(), 0);
+  shown.Add(0, 0, Along(1));
+  shown.Add(1, 1, Along(2));
+  EXPECT_EQ(shown.At(100).x(), 2);
+}
+
+TEST(DelayedLinearTest, IgnoresStampsThatDoNotRise) {
+  DelayedLinear shown;
+  shown.Add(0, 0, Along(1));
+  shown.Add(1, 1, Along(2));
+  shown.Add(1, 1.1, Along(7));
+  shown.Add(0.5, 1.2, Along(9));
+  shown.Add(std::nan(""), 1.3, Along(9));
+  EXPECT_EQ(shown.newest().x(), 2);
+  EXPECT_EQ(shown.At(1.5).x(), 1.5);
+}
+
+}  // namespace
+}  // namespace palpate

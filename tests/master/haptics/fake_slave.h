@@ -1,0 +1,71 @@
+// A slave for tests: a soft wall below y = `surface`, a tool that follows at once, a line with
+// delay, jitter and loss. Runs on whatever clock it is stepped with.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <random>
+
+#include "master/link/slave_link.h"
+
+namespace palpate {
+
+class FakeSlave {
+ public:
+  struct Options {
+    double K = 500;                 // of the wall, along y [N/m]
+    double surface = -0.004;        // [m]
+    Eigen::Vector3d home{0, 0, 0};  // where the tool stands first, S [m]
+    double delay = 0;               // each way [s]
+    double jitter = 0;              // on top, uniform up to it [s]
+    double loss = 0;                // share of messages [-]
+    double clock_offset = 1000;     // slave's clock minus master's [s]
+    double sensor_rate = 60;        // [Hz]
+    double state_rate = 500;        // [Hz]
+    TeleopTransform transform;      // scales and rotation
+  };
+  explicit FakeSlave(const Options& options) : options_(options), tip_(options.home) {}
+
+  // One millisecond: takes commands, moves, senses, sends.
+  void Step(Time now, LatestValue<OperatorCommand>* commands, LatestValue<ReceivedState>* states);
+
+  // Changes what is sent from now on.
+  bool silent = false;                   // nothing is sent
+  bool forgets = false;                  // epoch 0, as after a restart
+  Validity validity = Validity::kValid;  // of what is sent
+  Phase forced_phase = Phase::kReady;    // kEstop: sent instead of the real one
+  double K() const { return options_.K; }
+  void set_K(double K);  // the object changes, and so does the model's revision
+  [[nodiscard]] Eigen::Vector3d TrueForce() const { return ForceAt(tip_); }
+  [[nodiscard]] const Eigen::Vector3d& tip() const { return tip_; }
+  [[nodiscard]] bool engaged() const { return engaged_; }
+
+ private:
+  template <class T>
+  struct Late {
+    Time arrives;
+    T message;
+  };
+  [[nodiscard]] Eigen::Vector3d ForceAt(const Eigen::Vector3d& p) const;
+  [[nodiscard]] bool IsLost() { return uniform_(random_) < options_.loss; }
+  [[nodiscard]] Time Arrival(Time now) {
+    return now + Seconds(options_.delay + options_.jitter * uniform_(random_));
+  }
+  void Follow(const OperatorCommand& command);
+  void Sense(Time now);
+  [[nodiscard]] SlaveState Compose(Time now) const;
+
+  Options options_;
+  TeleopTransform mapping_;
+  std::mt19937 random_{7};
+  std::uniform_real_distribution<double> uniform_{0, 1};
+  std::deque<Late<OperatorCommand>> commands_;
+  std::deque<Late<SlaveState>> states_;
+  Eigen::Vector3d tip_, sensed_tip_{0, 0, 0}, sensed_force_{0, 0, 0};
+  Time sensed_at_{}, sent_at_{};
+  std::uint64_t command_sequence_ = 0, state_sequence_ = 0, delivered_ = 0;
+  std::uint32_t epoch_ = 0, revision_ = 1;
+  bool engaged_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,315 @@
+#include "master/haptics/haptic_loop.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/master/haptics/rig.h"
+
+namespace palpate {
+namespace {
+
+using enum OperatorState;
+constexpr double kInside = -0.006;  // y, 2 mm below the fake slave's surface [m]
+
+// A rig in which the hand follows, 2 mm deep in a wall of 500 N/m: 1 N.
+class HapticLoopTest : public testing::Test {
+ protected:
+  void SetUp() override { Engage(rig_); }
+  void Engage(Rig& rig) {
+    puppet_.reading = {};
+    rig.Run(puppet_, 0.05);
+    puppet_.reading.engaged = true;
+    rig.Run(puppet_, 0.05);
+    ASSERT_EQ(rig.state(), kFollowing);
+    puppet_.reading.p_M.y() = kInside;
+    rig.Run(puppet_, 0.2);
+  }
+
+  Rig rig_;
+  Puppet puppet_;
+};
+
+// Reference: the law K d, and T^F with its scale and rotation by hand.
+TEST_F(HapticLoopTest, RendersTheLocalContactAtTheNewestHandPosition) {
+  EXPECT_NEAR(puppet_.felt.y(), 1.0, 1e-12);
+  puppet_.reading.p_M.y() = kInside - 0.001;
+  const TickRecord& record = rig_.Tick(puppet_);
+  EXPECT_NEAR(puppet_.felt.y(), 1.5, 1e-12) << "at once, not with the next state";
+  EXPECT_NEAR(record.chain.estimated.y(), 1.0, 1e-12);
+  EXPECT_TRUE(record.chain.reasons.empty()) << ToString(record.chain.reasons);
+}
+
+TEST_F(HapticLoopTest, MapsPositionsAndForcesBetweenTheFrames) {
+  FakeSlave::Options options;
+  options.home = {0.1, 0.2, 0};
+  options.surface = 0.199;
+  options.transform.position_scale = 0.5;
+  options.transform.force_scale = 3;
+  options.transform.R_SM << 0, -1, 0, 1, 0, 0, 0, 0, 1;  // x of M is y of S
+  Rig rig(options);
+  puppet_.reading = {};
+  rig.Run(puppet_, 0.05);
+  puppet_.reading.engaged = true;
+  rig.Run(puppet_, 0.05);
+  ASSERT_EQ(rig.state(), kFollowing);
+  EXPECT_TRUE(puppet_.guide.known);
+  EXPECT_NEAR(puppet_.guide.gap_M, 0.002, 1e-9);
+  EXPECT_NEAR((puppet_.guide.inward_M - Eigen::Vector3d(-1, 0, 0)).norm(), 0, 1e-12);
+  puppet_.reading.p_M = {-0.004, 0, 0};  // 2 mm along -y of S, of which 1 mm inside: 0.5 N
+  rig.Run(puppet_, 0.2);
+  EXPECT_NEAR((puppet_.felt - Eigen::Vector3d(1.5, 0, 0)).norm(), 0, 1e-9);
+  EXPECT_NEAR((rig.loop.record().p_S - Eigen::Vector3d(0.1, 0.198, 0)).norm(), 0, 1e-9);
+}
+
+TEST_F(HapticLoopTest, ComesInSmoothlyAndEngagingMovesNothing) {
+  Rig rig;
+  puppet_.reading = {};
+  puppet_.reading.p_M = {0.3, 0.1, 0};  // far from the slave's tool
+  rig.Run(puppet_, 0.05);
+  puppet_.reading.engaged = true;
+  rig.Run(puppet_, 0.1);
+  EXPECT_EQ(rig.state(), kFollowing);
+  EXPECT_EQ(rig.slave.tip().norm(), 0);
+}
+
+TEST_F(HapticLoopTest, SilenceHoldsTwentyMillisecondsThenFadesToZeroInFifty) {
+  rig_.slave.silent = true;
+  std::vector<double> felt;
+  double lost_at = 0;
+  for (int i = 0; i < 150; ++i) {
+    const TickRecord& record = rig_.Tick(puppet_);
+    if (record.state == kHold && lost_at == 0) lost_at = i;
+    felt.push_back(puppet_.felt.y());
+    if (i > 0) {
+      EXPECT_LE(std::abs(felt[felt.size() - 1] - felt[felt.size() - 2]), 0.0201)
+          << "a kick at " << i;
+    }
+  }
+  EXPECT_NEAR(lost_at, 30, 3);
+  const auto at = [&](double ms) { return felt[static_cast<std::size_t>(lost_at + ms)]; };
+  EXPECT_NEAR(at(18), 1, 1e-12);
+  EXPECT_NEAR(at(45), 0.5, 0.05);
+  EXPECT_EQ(at(75), 0);
+}
+
+TEST_F(HapticLoopTest, FreshStatesWithin250MillisecondsBlendBackIn) {
+  rig_.slave.silent = true;
+  rig_.Run(puppet_, 0.150);
+  EXPECT_EQ(puppet_.felt.norm(), 0);
+  rig_.slave.silent = false;
+  double last = 0;
+  for (int i = 0; i < 60; ++i) {
+    rig_.Tick(puppet_);
+    EXPECT_LE(puppet_.felt.y() - last, 0.0201);
+    last = puppet_.felt.y();
+  }
+  EXPECT_EQ(rig_.state(), kFollowing);
+  EXPECT_NEAR(last, 1, 1e-12);
+}
+
+TEST_F(HapticLoopTest, LaterTheOperatorMustEngageAnew) {
+  rig_.slave.silent = true;
+  rig_.Run(puppet_, 0.400);
+  rig_.slave.silent = false;
+  rig_.Run(puppet_, 0.5);
+  EXPECT_EQ(rig_.state(), kReady);
+  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_FALSE(rig_.slave.engaged());
+  puppet_.reading.engaged = false;
+  rig_.Run(puppet_, 0.01);
+  puppet_.reading.engaged = true;
+  rig_.Run(puppet_, 0.1);
+  EXPECT_EQ(rig_.state(), kFollowing);
+}
+
+// While the force is unknown the tool must not go on pushing unseen.
+TEST_F(HapticLoopTest, LostTrackingFadesTheForceAndStopsTheTool) {
+  rig_.slave.validity = Validity::kTrackingLost;
+  rig_.Run(puppet_, 0.01);
+  EXPECT_EQ(rig_.state(), kHold);
+  const double before = rig_.slave.tip().y();
+  puppet_.reading.p_M.y() -= 0.003;
+  rig_.Run(puppet_, 0.1);
+  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_EQ(rig_.slave.tip().y(), before);
+  EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kUnknown));
+}
+
+TEST_F(HapticLoopTest, APunctureDropsTheForceFastButNotInAStep) {
+  rig_.slave.validity = Validity::kPunctured;
+  double last = puppet_.felt.y();
+  rig_.Run(puppet_, 0.014, [&](const TickRecord&) {
+    EXPECT_LE(std::abs(puppet_.felt.y() - last), 0.101);
+    last = puppet_.felt.y();
+  });
+  EXPECT_EQ(last, 0);
+  EXPECT_EQ(rig_.state(), kFollowing);
+}
+
+TEST_F(HapticLoopTest, LettingGoFadesAndTheToolStands) {
+  puppet_.reading.engaged = false;
+  rig_.Run(puppet_, 0.060);
+  EXPECT_EQ(rig_.state(), kClutched);
+  EXPECT_EQ(puppet_.felt.norm(), 0);
+  const Eigen::Vector3d tip = rig_.slave.tip();
+  puppet_.reading.p_M = {0.05, 0.05, 0};
+  rig_.Run(puppet_, 0.050);
+  EXPECT_EQ(rig_.slave.tip(), tip);
+}
+
+TEST_F(HapticLoopTest, AnEmergencyStopFadesAndStays) {
+  rig_.slave.forced_phase = Phase::kEstop;
+  rig_.Run(puppet_, 0.1);
+  EXPECT_EQ(rig_.state(), kEstop);
+  EXPECT_EQ(puppet_.felt.norm(), 0);
+  rig_.slave.silent = true;
+  rig_.Run(puppet_, 2);
+  EXPECT_EQ(rig_.state(), kEstop);
+}
+
+TEST_F(HapticLoopTest, ARestartedSlaveIsNotFollowedOn) {
+  rig_.slave.forgets = true;
+  rig_.Run(puppet_, 0.010);
+  EXPECT_EQ(rig_.state(), kHold);
+  rig_.Run(puppet_, 0.4);
+  EXPECT_EQ(rig_.state(), kReady);
+}
+
+TEST_F(HapticLoopTest, TheForceNeverExceedsTheLimit) {
+  puppet_.reading.p_M.y() = -0.5;
+  rig_.Run(puppet_, 0.1, [&](const TickRecord& record) {
+    EXPECT_LE(puppet_.felt.norm(), 3.3 * (1 + 1e-12));
+    EXPECT_TRUE(record.chain.reasons.Has(Reason::kClamped));
+    EXPECT_TRUE(record.chain.reasons.Has(Reason::kBeyondModel));
+  });
+}
+
+TEST_F(HapticLoopTest, ImpossibleDeviceReadingsNeverReachHandOrSlave) {
+  for (const double bad : {std::nan(""), 1e300, -std::numeric_limits<double>::infinity()}) {
+    puppet_.reading.p_M.x() = bad;
+    rig_.Run(puppet_, 0.1, [&](const TickRecord& record) {
+      EXPECT_TRUE(puppet_.felt.allFinite());
+      EXPECT_LE(puppet_.felt.norm(), 3.3);
+      EXPECT_TRUE(record.p_M.allFinite() && record.p_S.allFinite());
+      EXPECT_TRUE(record.chain.reasons.Has(Reason::kBadDevice));
+      EXPECT_TRUE(rig_.slave.tip().allFinite());
+    });
+    EXPECT_EQ(puppet_.felt.norm(), 0);
+    puppet_.reading.p_M.x() = 0;
+    puppet_.reading.v_M.z() = bad;
+    rig_.Run(puppet_, 0.01, [&](const TickRecord&) { EXPECT_TRUE(puppet_.felt.allFinite()); });
+    puppet_.reading.v_M.z() = 0;
+  }
+}
+
+// Each number of a state in turn becomes nonsense: the force stays finite and within the limit, and
+// a slave that only talks nonsense is as good as silent.
+TEST_F(HapticLoopTest, ImpossibleStatesAreIgnoredAndThenHold) {
+  const std::vector<std::function<void(SlaveState*, double)>> faults{
+      [](SlaveState* s, double bad) { s->force = Eigen::Vector3d(0, bad, 0); },
+      [](SlaveState* s, double bad) { s->p_S_tip.x() = bad; },
+      [](SlaveState* s, double bad) { s->offset.z() = bad; },
+      [](SlaveState* s, double bad) { s->true_force = Eigen::Vector3d(bad, 0, 0); },
+      [](SlaveState* s, double bad) { s->local_model.stiffness(1, 1) = bad; },
+      [](SlaveState* s, double bad) { s->local_model.reference.y() = bad; },
+      [](SlaveState* s, double bad) {
+        s->local_model.normal = {bad, bad, bad};
+      },
+      [](SlaveState* s, double bad) { s->local_model.force.y() = bad; },
+  };
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    for (const double bad : {std::nan(""), 1e300, std::numeric_limits<double>::infinity()}) {
+      Rig rig;
+      Engage(rig);
+      for (int tick = 0; tick < 100; ++tick) {
+        rig.slave.silent = true;
+        SlaveState state;
+        state.validity = Validity::kValid;
+        state.force = Eigen::Vector3d(0, 1, 0);
+        state.epoch = 1;
+        state.phase = Phase::kFollowing;
+        state.local_model.revision = 5;
+        faults[i](&state, bad);
+        rig.states.Put({state, rig.now, 0});
+        rig.Tick(puppet_);
+        ASSERT_TRUE(puppet_.felt.allFinite()) << i;
+        ASSERT_LE(puppet_.felt.norm(), 3.3) << i;
+        ASSERT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kBadState)) << i;
+      }
+      EXPECT_EQ(rig.state(), kHold) << i;
+      EXPECT_EQ(puppet_.felt.norm(), 0) << i;
+    }
+  }
+}
+
+// Stiffer than any hand bears, yet finite: bounded by the limit, never a number that is none.
+TEST_F(HapticLoopTest, AbsurdButFiniteModelsAreLimited) {
+  for (const double K : {-1e11, 1e11}) {
+    FakeSlave::Options options;
+    options.K = K;
+    Rig rig(options);
+    Engage(rig);
+    rig.Run(puppet_, 0.2, [&](const TickRecord&) {
+      ASSERT_TRUE(puppet_.felt.allFinite());
+      ASSERT_LE(puppet_.felt.norm(), 3.3 * (1 + 1e-12));
+    });
+  }
+}
+
+TEST_F(HapticLoopTest, CommandsAreAbsoluteNumberedAndCarryEpochAndEcho) {
+  rig_.Tick(puppet_);
+  const OperatorCommand* command = rig_.commands.Take();
+  ASSERT_NE(command, nullptr);
+  EXPECT_EQ(command->epoch, 1U);
+  EXPECT_TRUE(command->engaged);
+  EXPECT_EQ(command->p_M.y(), kInside);
+  EXPECT_GT(command->state_sequence, 0U);
+  EXPECT_TRUE(command->echo.has_value());
+  const std::uint64_t sequence = command->sequence;
+  rig_.loop.Release(rig_.now);
+  command = rig_.commands.Take();
+  ASSERT_NE(command, nullptr);
+  EXPECT_EQ(command->sequence, sequence + 1);
+  EXPECT_FALSE(command->engaged);
+}
+
+TEST_F(HapticLoopTest, AFullRingLosesRecordsNotTicks) {
+  for (int i = 0; i < 200; ++i) {
+    rig_.now += kHapticPeriod;
+    rig_.slave.Step(rig_.now, &rig_.commands, &rig_.states);
+    rig_.loop.Tick(puppet_.reading, rig_.now);
+  }
+  EXPECT_EQ(rig_.records.dropped(), 200U - 64U);
+  EXPECT_EQ(rig_.state(), kFollowing);
+}
+
+TEST_F(HapticLoopTest, ClocksThatJumpDoNotHurt) {
+  for (const auto jump :
+       {std::chrono::hours(1), std::chrono::hours(-2), std::chrono::hours(30000)}) {
+    rig_.now += jump;
+    rig_.Run(puppet_, 0.02, [&](const TickRecord&) {
+      ASSERT_TRUE(puppet_.felt.allFinite());
+      ASSERT_LE(puppet_.felt.norm(), 3.3);
+    });
+  }
+}
+
+TEST(HapticLoopOptionsTest, RefusesWhatMakesNoSense) {
+  LatestValue<ReceivedState> states;
+  LatestValue<OperatorCommand> commands;
+  SpscRing<TickRecord> records(4);
+  const HapticLoop::Slots slots{&states, &commands, &records};
+  HapticLoop::Options options;
+  options.force_limit = std::nan("");
+  EXPECT_THROW(HapticLoop(options, slots), std::invalid_argument);
+  options.force_limit = 3.3;
+  options.transform.position_scale = 0;
+  EXPECT_THROW(HapticLoop(options, slots), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace palpate

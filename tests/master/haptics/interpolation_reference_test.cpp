@@ -1,0 +1,182 @@
+// The tabulated cases of f_interpolation_scaling.json, which were derived without this code.
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "master/haptics/passivity.h"
+#include "master/haptics/renderer.h"
+#include "shared/geometry/teleop_transform.h"
+
+namespace palpate {
+namespace {
+
+using nlohmann::json;
+
+class InterpolationReferenceTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::ifstream in(PALPATE_SOURCE_DIR "/../shared/reference/f_interpolation_scaling.json");
+    if (!in) GTEST_SKIP() << "the shared reference values are not here";
+    all_ = json::parse(in);
+  }
+  json Case(const std::string& id) const {
+    for (const json& c : all_["cases"]) {
+      if (c["id"] == id) return c;
+    }
+    ADD_FAILURE() << id << " is missing";
+    return {};
+  }
+
+  json all_;
+};
+
+Eigen::Vector3d Vector(const json& j) {
+  return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()};
+}
+
+// How far shown forces are off.
+struct Error {
+  double rms = 0, mean = 0, max = 0;
+};
+
+// Shows `signal`, sampled at 60 Hz without delay, at 1 kHz between `from` and `to` [s].
+template <class Signal>
+Error ErrorOf(bool hold, const Signal& signal, double from, double to) {
+  DelayedLinear shown;
+  Error error;
+  int count = 0, next = 0;
+  for (int tick = 0; tick < std::lround(to * 1000); ++tick) {
+    const double now = tick / 1000.0;
+    for (; next / 60.0 <= now; ++next) {
+      shown.Add(next / 60.0, next / 60.0, {signal(next / 60.0), 0, 0});
+    }
+    if (now < from) continue;
+    const double e = (hold ? shown.newest().x() : shown.At(now).x()) - signal(now);
+    error.rms += e * e;
+    error.mean += e;
+    error.max = std::max(error.max, std::abs(e));
+    ++count;
+  }
+  error.rms = std::sqrt(error.rms / count);
+  error.mean /= count;
+  return error;
+}
+
+TEST_F(InterpolationReferenceTest, ConstantAndRampAreExact) {
+  const json expected = Case("interpolation_60_to_1000")["expected"];
+  const auto constant = [](double) { return 1.5; };
+  EXPECT_EQ(ErrorOf(true, constant, 0, 2).max, expected["constant"]["zoh"]);
+  EXPECT_EQ(ErrorOf(false, constant, 0, 2).max, expected["constant"]["delayed_linear"]);
+
+  const auto ramp = [](double t) { return 2 * t; };
+  const json linear = expected["ramp"]["delayed_linear"];
+  const Error delayed = ErrorOf(false, ramp, 0.05, 2.05);
+  EXPECT_NEAR(delayed.rms, linear["rms"].get<double>(), 1e-12);
+  EXPECT_NEAR(delayed.mean, linear["mean"].get<double>(), 1e-12);
+  EXPECT_NEAR(delayed.max, linear["max"].get<double>(), 1e-12);
+  // The table holds the continuous-time error of the hold; on ticks that sit at the left end of
+  // each millisecond its age is shorter by half a tick, 3 % of its mean.
+  const json zoh = expected["ramp"]["zoh"];
+  const Error held = ErrorOf(true, ramp, 0.05, 2.05);
+  EXPECT_NEAR(held.mean, zoh["mean"].get<double>(), 2 * 0.0005 * 1.01);
+  EXPECT_LE(held.max, zoh["max"].get<double>());
+}
+
+TEST_F(InterpolationReferenceTest, SineErrorIsThatOfTheHapticClock) {
+  const json rms = Case("interpolation_60_to_1000")["cross_check"]["haptic_clock_brute_force_rms"];
+  const auto sine = [](double t) { return std::sin(2 * std::numbers::pi * 5 * t); };
+  const double zoh = rms["zoh"], linear = rms["delayed_linear"];
+  EXPECT_NEAR(ErrorOf(true, sine, 0.2, 3.2).rms / zoh, 1, 1e-3);
+  EXPECT_NEAR(ErrorOf(false, sine, 0.2, 3.2).rms / linear, 1, 1e-3);
+}
+
+// Both through the renderer itself, from states.
+TEST_F(InterpolationReferenceTest, HandCaseIsExactInBothModes) {
+  const json hand = Case("interpolation_hand_case");
+  const auto samples = hand["params"]["samples"].get<std::vector<double>>();
+  const int ticks = hand["params"]["ticks_per_sample"];
+  for (const auto& [mode, key] : {std::pair{RenderMode::kHold, "zoh"},
+                                  std::pair{RenderMode::kInterpolate, "delayed_linear"}}) {
+    Renderer renderer(mode);
+    Reasons reasons;
+    const auto expected = hand["expected"][key].get<std::vector<double>>();
+    for (std::size_t tick = 0; tick < expected.size(); ++tick) {
+      const auto now = static_cast<double>(tick);
+      SlaveState state;
+      state.validity = Validity::kValid;
+      state.force = Eigen::Vector3d(samples[tick / static_cast<std::size_t>(ticks)], 0, 0);
+      const double sensed = now - std::fmod(now, ticks);
+      renderer.Take(state, sensed, now, now);  // repeated states count once
+      EXPECT_NEAR(renderer.Render({0, 0, 0}, now, &reasons).x(), expected[tick], 1e-15)
+          << key << " tick " << tick;
+    }
+  }
+}
+
+TEST_F(InterpolationReferenceTest, ScalingIsThatOfTheTable) {
+  const json c = Case("scaling_transform");
+  TeleopTransform T;
+  T.position_scale = c["params"]["s_p"];
+  T.force_scale = c["params"]["s_F"];
+  T.offset = Vector(c["params"]["offset_m"]);
+  for (int row = 0; row < 3; ++row)
+    T.R_SM.row(row) = Vector(c["params"]["R_rows"][static_cast<std::size_t>(row)]);
+  const Eigen::Vector3d p_M = Vector(c["params"]["p_master_m"]);
+  const Eigen::Vector3d f_S = Vector(c["params"]["F_slave_N"]);
+  EXPECT_LT((T.ToSlave(p_M) - Vector(c["expected"]["p_slave_m"])).norm(), 1e-12);
+  EXPECT_LT((T.ForceToMaster(f_S) - Vector(c["expected"]["F_master_N"])).norm(), 1e-12);
+  EXPECT_LT((T.ToMaster(T.ToSlave(p_M)) - p_M).norm(), 1e-12);
+}
+
+// Energy that a wall K x + B v, sampled every T and shown `delay` ticks late, gives out while the
+// hand moves slowly to and fro inside it, per integral of v^2: the damping that it needs [N s/m].
+double DampingNeeded(double K, double B, double T, int delay) {
+  PassivityControl port;
+  const double omega = 0.5, amplitude = 0.01, mean = 0.05;
+  const int period = static_cast<int>(std::lround(2 * std::numbers::pi / omega / T));
+  const auto x = [&](int k) {
+    return mean + amplitude * std::sin(2 * std::numbers::pi * k / period);
+  };
+  for (int k = 0; k <= period; ++k) {
+    const int seen = k - 1 - delay;  // the force held up to tick k was sampled then
+    const double f = -K * x(seen) - B * (x(seen) - x(seen - 1)) / T;
+    port.Observe({x(k), 0, 0}, {f, 0, 0}, T);
+  }
+  const double v2 = std::pow(amplitude * omega, 2) / 2 * period * T;
+  return (port.energy_out() - port.energy_in()) / v2;
+}
+
+// Reference: b > K T (n + 1/2) - B for slow motion. Tolerance: the terms left out are of the order
+// (omega T n)^2 = 6e-5.
+TEST_F(InterpolationReferenceTest, TheObserverCountsTheEnergyOfAVirtualWall) {
+  int checked = 0;
+  const json wall = Case("passivity_virtual_wall");
+  for (const json& row : wall["expected"]["numeric_check"]) {
+    const double B = row["B"];
+    if (B > 0) continue;  // worst at half the tick rate, not for slow motion
+    const double expected = row["b_required_formula"];
+    EXPECT_NEAR(DampingNeeded(row["K"], B, row["T"], row["extra_delay_ticks"]) / expected, 1, 1e-4)
+        << row.dump();
+    ++checked;
+  }
+  EXPECT_EQ(checked, 4);
+}
+
+// Reference: K_max of the table for the damping that the control counts on.
+TEST_F(InterpolationReferenceTest, TheControlCountsOnTheDampingOfTheTable) {
+  int checked = 0;
+  const json wall = Case("passivity_virtual_wall");
+  for (const json& row : wall["expected"]["K_max_table"]) {
+    if (row["b"] != PassivityControl::kPhysicalDamping || row["B"] != 0.0) continue;
+    const double K_max = row["K_max"], T = row["T"];
+    EXPECT_NEAR(DampingNeeded(K_max, 0, T, 0) / PassivityControl::kPhysicalDamping, 1, 1e-4);
+    ++checked;
+  }
+  EXPECT_EQ(checked, 2);
+}
+
+}  // namespace
+}  // namespace palpate

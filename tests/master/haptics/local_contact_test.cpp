@@ -1,0 +1,130 @@
+#include "master/haptics/local_contact.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+LocalModel Wall(double K, double y, std::uint32_t revision) {
+  LocalModel model;
+  model.reference = {0, y, 0};
+  model.stiffness(1, 1) = K;
+  model.valid_radius = 0.01;
+  model.revision = revision;
+  return model;
+}
+
+constexpr double kLater = 1.0;  // long after any blend [s]
+
+// Reference: f = f_r + K (x_r - p) with numbers worked out by hand; a full K, an oblique plane.
+TEST(LocalContactTest, IsTheLinearLawInsideAndZeroOutside) {
+  LocalModel model;
+  model.reference = {0.001, 0.002, 0};
+  model.normal = Eigen::Vector3d(3, 4, 0) / 5;
+  model.force = {0.5, 0, 0};
+  model.stiffness << 100, 20, 0, 20, 300, 0, 0, 0, 50;
+  model.revision = 1;
+  LocalContact contact;
+  contact.Take(model, 0);
+  const Eigen::Vector3d inside = contact.ForceAt({0, 0, 0.001}, kLater);
+  EXPECT_NEAR((inside - Eigen::Vector3d(0.64, 0.62, -0.05)).norm(), 0, 1e-15);
+  EXPECT_EQ(contact.ForceAt({0.01, 0, 0}, kLater).norm(), 0);
+  EXPECT_EQ(contact.ForceAt({std::nan(""), 0, 0}, kLater).norm(), 0);
+}
+
+TEST(LocalContactTest, NothingKnownIsNoForce) {
+  const LocalContact contact;
+  EXPECT_FALSE(contact.known());
+  EXPECT_EQ(contact.ForceAt({0, -1, 0}, 0).norm(), 0);
+}
+
+// Late states that say "no contact", or bring no model at all, change nothing.
+TEST(LocalContactTest, NeverDropsThePlaneForALateWord) {
+  LocalContact contact;
+  LocalModel model = Wall(500, 0, 1);
+  model.in_contact = true;
+  contact.Take(model, 0);
+  const double before = contact.ForceAt({0, -0.002, 0}, kLater).y();
+  model.in_contact = false;
+  contact.Take(model, kLater);
+  contact.Take(LocalModel(), kLater);
+  EXPECT_EQ(contact.ForceAt({0, -0.002, 0}, kLater).y(), before);
+  EXPECT_EQ(before, 1.0);
+}
+
+// Reference: the blend is linear in time, so half way the spring is K = 750 N/m from 0.5 mm.
+TEST(LocalContactTest, BlendsPlaneAndStiffnessOverThirtyMilliseconds) {
+  LocalContact contact;
+  contact.Take(Wall(500, 0, 1), 0);
+  contact.Take(Wall(1000, 0.001, 2), kLater);
+  const Eigen::Vector3d p(0, -0.002, 0);
+  EXPECT_NEAR(contact.ForceAt(p, kLater).y(), 1.0, 1e-12);
+  EXPECT_NEAR(contact.ForceAt(p, kLater + 0.015).y(), 750 * 0.0025, 1e-12);
+  EXPECT_TRUE(contact.IsBlending(kLater + 0.029));
+  EXPECT_FALSE(contact.IsBlending(kLater + 0.031));
+  EXPECT_NEAR(contact.ForceAt(p, kLater + 0.031).y(), 3.0, 1e-12);
+}
+
+// A change during a change starts from what is felt, and the surface never pulls.
+TEST(LocalContactTest, ChangesUponChangesAreContinuousAndNeverPull) {
+  LocalContact contact;
+  contact.Take(Wall(500, 0, 1), 0);
+  double last = contact.ForceAt({0, -0.002, 0}, kLater).y();
+  std::uint32_t revision = 1;
+  for (int tick = 0; tick < 300; ++tick) {
+    const double now = kLater + tick * 0.001;
+    if (tick % 10 == 0) {
+      ++revision;
+      contact.Take(Wall(revision % 2 != 0 ? 500 : 1500, revision % 2 != 0 ? 0 : -0.001, revision),
+                   now);
+    }
+    const double force = contact.ForceAt({0, -0.002, 0}, now).y();
+    // 1000 N/m and 1 mm in 30 ms at 2 mm depth: at most (2 + 1.5) / 30 N per tick.
+    EXPECT_LT(std::abs(force - last), 0.12) << tick;
+    for (const double y : {0.0005, 0.0, -0.0003, -0.0007, -0.001, -0.0015}) {
+      EXPECT_GE(contact.ForceAt({0, y, 0}, now).y(), 0) << "at " << y;
+    }
+    last = force;
+  }
+}
+
+TEST(LocalContactTest, TheFirstModelGrowsFromNothing) {
+  LocalContact contact;
+  contact.Take(Wall(1000, 0, 1), 0);
+  EXPECT_EQ(contact.ForceAt({0, -0.002, 0}, 0).y(), 0);
+  EXPECT_NEAR(contact.ForceAt({0, -0.002, 0}, 0.015).y(), 1.0, 1e-12);
+}
+
+TEST(LocalContactTest, OppositeNormalsBlendWithoutNonsense) {
+  LocalContact contact;
+  contact.Take(Wall(1000, 0, 1), 0);
+  LocalModel flipped = Wall(1000, 0, 2);
+  flipped.normal = {0, -1, 0};
+  contact.Take(flipped, kLater);
+  for (int tick = 0; tick < 40; ++tick) {
+    EXPECT_NEAR(contact.At(kLater + tick * 0.001).normal.norm(), 1, 1e-12);
+  }
+}
+
+TEST(LocalContactTest, KnowsItsRange) {
+  LocalContact contact;
+  contact.Take(Wall(1000, 0, 1), 0);
+  EXPECT_FALSE(contact.IsBeyond({0, -0.009, 0}));
+  EXPECT_TRUE(contact.IsBeyond({0, -0.011, 0}));
+}
+
+TEST(LocalContactTest, ImpossibleModelsAreNotSane) {
+  EXPECT_TRUE(IsSane(Wall(1000, 0, 1)));
+  EXPECT_FALSE(IsSane(Wall(std::nan(""), 0, 1)));
+  EXPECT_FALSE(IsSane(Wall(1e300, 0, 1)));
+  EXPECT_FALSE(IsSane(Wall(1, std::numeric_limits<double>::infinity(), 1)));
+  LocalModel model = Wall(1, 0, 1);
+  model.normal = {0, 0, 0};
+  EXPECT_FALSE(IsSane(model));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,85 @@
+#include "master/haptics/passivity.h"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+constexpr double kTick = 0.001;  // [s]
+
+double Depth(double t) {
+  return 0.005 * (1 - std::cos(2 * std::numbers::pi * t)) / 2 - 0.001;
+}
+double Speed(double t) {
+  return 0.005 * std::numbers::pi * std::sin(2 * std::numbers::pi * t);
+}
+
+// The hand goes in and out of a wall for `seconds`; `law` gives the force at depth and time.
+PassivityControl Press(const std::function<double(double, double)>& law, double seconds,
+                       double* damped) {
+  PassivityControl port;
+  double sent = 0;
+  *damped = 0;
+  for (int i = 0; i < seconds / kTick; ++i) {
+    const double t = i * kTick;
+    port.Observe({-Depth(t), 0, 0}, {sent, 0, 0}, kTick);
+    const double wanted = law(Depth(t), t);
+    sent = port.Apply({wanted, 0, 0}, {-Speed(t), 0, 0}, kTick).x();
+    *damped = std::max(*damped, std::abs(sent - wanted));
+    EXPECT_GE(sent, -1e-15) << "the damping never pulls";
+    EXPECT_LE(sent, 1.5 * wanted + 1e-12);
+  }
+  return port;
+}
+
+// Reference: sum_k K x_k (x_k+1 - x_k) over a closed way is -K/2 sum dx^2, the damping's share is
+// b/T sum dx^2: the balance turns negative exactly at K = 2 b / T = 2000 N/m. The last force before
+// the surface, where the balance starts anew, leaves 1 %.
+TEST(PassivityControlTest, ASpringIsNeverDampedBelowTheTabulatedBound) {
+  double damped = 0;
+  for (const double K : {100.0, 500.0, 1000.0, 1980.0}) {
+    const auto port = Press([K](double d, double) { return std::max(0.0, K * d); }, 3, &damped);
+    EXPECT_EQ(damped, 0) << K;
+    EXPECT_GE(port.min_balance(), 0) << K;
+  }
+  Press([](double d, double) { return std::max(0.0, 4000 * d); }, 3, &damped);
+  EXPECT_GT(damped, 0);
+}
+
+// Reference: conservation. A spring of 650 instead of 500 N/m on the way out gives out
+// 1/2 150 d^2 = 1.2 mJ more than it took at d = 4 mm, in each of five presses. Bounded damping that
+// never pulls takes back more than half of it.
+TEST(PassivityControlTest, EnergyFromNowhereIsDampedAway) {
+  const auto law = [](double d, double t) { return std::max(0.0, (Speed(t) < 0 ? 650 : 500) * d); };
+  constexpr double kExcess = 0.5 * 150 * 0.004 * 0.004;
+  double damped = 0;
+  const PassivityControl port = Press(law, 5, &damped);
+  EXPECT_GT(damped, 0);
+  EXPECT_GT(port.min_balance(), -kExcess / 2);
+  EXPECT_GT(port.energy_in() - port.energy_out(), -5 * kExcess / 2);
+}
+
+TEST(PassivityControlTest, EnergiesNeverFallAndCloseWithTheWork) {
+  PassivityControl port;
+  port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
+  port.Observe({0, -0.001, 0}, {0, 2, 0}, kTick);  // pushed in against 2 N: 2 mJ
+  EXPECT_NEAR(port.energy_in(), 0.002, 1e-15);
+  port.Observe({0, 0.0005, 0}, {0, 1, 0}, kTick);  // pushed out with 1 N: 1.5 mJ
+  EXPECT_NEAR(port.energy_in(), 0.002, 1e-15);
+  EXPECT_NEAR(port.energy_out(), 0.0015, 1e-15);
+}
+
+TEST(PassivityControlTest, ARestingHandIsNeverPushed) {
+  PassivityControl port;
+  port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
+  port.Observe({0, 0.1, 0}, {0, 100, 0}, 1.0);
+  ASSERT_LT(port.balance(), 0);
+  EXPECT_EQ(port.Apply({0, 1, 0}, {0, 1e-6, 0}, kTick), Eigen::Vector3d(0, 1, 0));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,114 @@
+#include "master/haptics/recorder.h"
+
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+const Time kStart{std::chrono::hours(1)};
+
+std::filesystem::path LogFile() {
+  return std::filesystem::path(testing::TempDir()) / "palpate-log.csv";
+}
+
+std::vector<std::string> Lines(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+std::vector<std::string> Cells(const std::string& line) {
+  std::vector<std::string> cells;
+  std::string cell;
+  std::istringstream in(line + ",");
+  while (std::getline(in, cell, ',')) cells.push_back(cell);
+  return cells;
+}
+
+TickRecord Record(int ms, double local) {
+  TickRecord record;
+  record.at = kStart + std::chrono::milliseconds(ms);
+  record.state = OperatorState::kFollowing;
+  record.chain.local = {0, local, 0};
+  record.state_age = 0.002;
+  return record;
+}
+
+// Truth comes with states, later than the ticks it belongs to.
+TEST(RecorderTest, WaitsForTheTrueForceOfEachTick) {
+  SpscRing<TickRecord> ring(64);
+  Recorder recorder(&ring, LogFile());
+  for (int ms = 0; ms < 40; ++ms) {
+    TickRecord record = Record(ms, 1.0);
+    if (ms % 10 == 4) {  // sent 4 ms ago
+      record.has_truth = true;
+      record.truth_at = record.at - std::chrono::milliseconds(4);
+      record.truth = {0, 0.05 * (ms - 4), 0};
+    }
+    ring.Push(record);
+    recorder.Drain(record.at);
+  }
+  recorder.Finish();
+  const auto lines = Lines(LogFile());
+  ASSERT_EQ(lines.size(), 41U);
+  const auto header = Cells(lines[0]);
+  const auto column = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin());
+  };
+  ASSERT_LT(column("true_y"), header.size());
+  EXPECT_EQ(Cells(lines[1 + 5])[column("true_y")], "0.25");
+  EXPECT_EQ(Cells(lines[1 + 25])[column("true_y")], "1.25");
+  EXPECT_EQ(Cells(lines[1 + 35])[column("true_y")], "") << "after the last truth";
+  EXPECT_NEAR(recorder.summary().force_peak(), 1.5, 1e-12);
+  // Reference: |1 - 0.05 k| for the ticks 0..30 that have a truth.
+  double sum = 0;
+  for (int k = 0; k <= 30; ++k) sum += std::pow(1 - 0.05 * k, 2);
+  EXPECT_EQ(recorder.summary().force_error()->ticks, 31U);
+  EXPECT_NEAR(recorder.summary().force_error()->rms, std::sqrt(sum / 31), 1e-12);
+  EXPECT_NEAR(recorder.summary().force_error()->peak, 1, 1e-12);
+}
+
+TEST(RecorderTest, TheLogHasTheContractsColumnsAndEmptyCellsForTheUnknown) {
+  SpscRing<TickRecord> ring(64);
+  Recorder recorder(&ring, LogFile());
+  TickRecord record = Record(0, 0.25);
+  record.chain.reasons.Add(Reason::kUnknown);
+  record.chain.reasons.Add(Reason::kFading);
+  ring.Push(record);
+  recorder.Finish();
+  const auto lines = Lines(LogFile());
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines[0],
+            "t,state,p_M_x,p_M_y,p_M_z,p_S_x,p_S_y,p_S_z,estimated_x,estimated_y,estimated_z,"
+            "local_x,local_y,local_z,scaled_x,scaled_y,scaled_z,passive_x,passive_y,passive_z,"
+            "limited_x,limited_y,limited_z,sent_x,sent_y,sent_z,true_x,true_y,true_z,age_s,reason");
+  EXPECT_EQ(lines[1],
+            "0,FOLLOWING,0,0,0,0,0,0,,,,0,0.25,0,0,0,0,0,0,0,0,0,0,0,0,0,,,,0.002,unknown+fading");
+}
+
+// After a crash the file must be readable: whole rows, at most half a second old.
+TEST(RecorderTest, RowsReachTheFileWithinHalfASecondWithoutATruth) {
+  SpscRing<TickRecord> ring(2048);
+  Recorder recorder(&ring, LogFile());
+  for (int ms = 0; ms < 2000; ++ms) ring.Push(Record(ms, 0));
+  recorder.Drain(kStart + std::chrono::milliseconds(2000));
+  EXPECT_EQ(Lines(LogFile()).size(), 1U + 1500U);
+  recorder.Finish();
+  EXPECT_FALSE(recorder.summary().force_error()) << "null without a true force";
+}
+
+TEST(RecorderTest, AFullDiskIsTroubleNotACrash) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "/dev/full is not here";
+  EXPECT_THROW(TickLog("/dev/full"), std::runtime_error);
+  EXPECT_THROW(TickLog("/nowhere/log.csv"), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,75 @@
+// A whole session in real time against the fake slave, which runs on a thread of its own.
+#include "master/haptics/session.h"
+
+#include <cmath>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "tests/master/haptics/rig.h"
+
+namespace palpate {
+namespace {
+
+// A slave beside the session, until it is destroyed.
+class Beside {
+ public:
+  LatestValue<ReceivedState> states;
+  LatestValue<OperatorCommand> commands;
+  FakeSlave slave{{}};
+
+ private:
+  std::jthread thread_{[this](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      slave.Step(Clock::now(), &commands, &states);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }};
+};
+
+TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
+  Beside beside;
+  Puppet puppet;
+  puppet.felt = {9, 9, 9};
+  SessionOptions options;
+  options.duration = 0.5;
+  int shown = 0;
+  const Report report = RunSession(
+      options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
+      [] { return false; }, [&](const Status&) { ++shown; });
+  // By construction of the loop, on any machine: each period is a tick or missed.
+  EXPECT_EQ(report.ticks + report.missed, std::llround(report.duration * 1000));
+  EXPECT_NEAR(report.duration, 0.5, 0.25);
+  EXPECT_EQ(report.compute_us.count(), report.ticks);
+  EXPECT_EQ(puppet.felt.norm(), 0);
+  EXPECT_GT(shown, 0);
+  EXPECT_EQ(report.state, OperatorState::kReady);
+  EXPECT_TRUE(report.truth_known);
+}
+
+TEST(SessionTest, StopsWhenAsked) {
+  Beside beside;
+  Puppet puppet;
+  SessionOptions options;
+  int asked = 0;
+  const Report report = RunSession(
+      options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
+      [&] { return ++asked > 5; }, [](const Status&) {});
+  EXPECT_GT(report.ticks, 0U);
+  EXPECT_EQ(puppet.felt.norm(), 0);
+}
+
+TEST(SessionTest, ALogThatCannotBeWrittenStopsItBeforeItStarts) {
+  Beside beside;
+  Puppet puppet;
+  SessionOptions options;
+  options.duration = 0.1;
+  options.log = "/nowhere/log.csv";
+  EXPECT_THROW(RunSession(
+                   options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
+                   [] { return false; }, [](const Status&) {}),
+               std::runtime_error);
+}
+
+}  // namespace
+}  // namespace palpate
