@@ -81,7 +81,9 @@ bool Delaunay::InCircle(const Triangle& t, const Point& p) const {
 int Delaunay::Walk(const Point& p, int from) {
   blocking_segment_ = kNone;
   int came_from = kNone;
+  std::size_t steps = 0;
   for (int t = from;;) {
+    if (++steps > triangles_.size() + 100) throw std::runtime_error("mesh: walk without end");
     const Triangle& tri = triangles_[static_cast<std::size_t>(t)];
     int next = kNone;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -167,6 +169,11 @@ bool Delaunay::Prepare(const Point& p, int from) {
   encroached_.clear();
   const int t = Walk(p, from);
   if (blocking_segment_ != kNone) return false;
+  for (const int v : triangles_[static_cast<std::size_t>(t)].vertex) {
+    if (points_[static_cast<std::size_t>(v)] == p) {
+      throw std::runtime_error("mesh: coinciding points");
+    }
+  }
   GrowCavity(p, {t}, kNone);
   for (const RimEdge& e : rim_) {
     if (e.segment == kNone) continue;

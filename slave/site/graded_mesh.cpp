@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -14,8 +15,9 @@ using Point = Eigen::Vector2d;
 
 constexpr double kQuality = 1.35;      // circumradius / shortest edge: angles above 21.7 degrees
 constexpr double kEquilateral = 0.66;  // circumradius / wanted edge before a triangle is too large
-constexpr double kFloor = 0.2;  // nothing shorter than this part of the wanted edge is halved: ends
-                                // the refinement in corners sharper than Ruppert's 60 degrees
+// Nothing shorter than this part of the shortest boundary piece is halved or judged: ends the
+// refinement in corners sharper than Ruppert's 60 degrees.
+constexpr double kFloor = 0.2;
 
 // Halves segments until each is as short as the field asks.
 void SampleBoundary(const SizeField& size, std::vector<Point>& points,
@@ -38,7 +40,12 @@ void SampleBoundary(const SizeField& size, std::vector<Point>& points,
 class Refinement {
  public:
   Refinement(Delaunay& mesh, const SizeField& size, int max_points)
-      : mesh_(mesh), size_(size), max_points_(static_cast<std::size_t>(max_points)) {}
+      : mesh_(mesh), size_(size), max_points_(static_cast<std::size_t>(max_points)) {
+    floor_ = std::numeric_limits<double>::infinity();
+    for (const Segment& s : mesh.segments()) {
+      floor_ = std::min(floor_, kFloor * (At(s.b) - At(s.a)).norm());
+    }
+  }
 
   void Run() {
     for (int t = 0; t < static_cast<int>(mesh_.triangles().size()); ++t) Look(t);
@@ -74,7 +81,7 @@ class Refinement {
     const double shortest = std::min({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     const double wanted = size_.At((a + b + c) / 3);
     if (radius > kEquilateral * wanted) return true;
-    return radius > kQuality * shortest && shortest > kFloor * wanted;
+    return radius > kQuality * shortest && shortest > floor_;
   }
   // `apex` lies in the circle over a and b.
   [[nodiscard]] static bool SeesObtuse(const Point& apex, const Point& a, const Point& b) {
@@ -82,8 +89,7 @@ class Refinement {
   }
   [[nodiscard]] bool MaySplit(int s) const {
     const Segment& segment = mesh_.segments()[static_cast<std::size_t>(s)];
-    const Point &a = At(segment.a), &b = At(segment.b);
-    return (b - a).norm() > kFloor * size_.At(0.5 * (a + b));
+    return (At(segment.b) - At(segment.a)).norm() > floor_;
   }
   void Look(int t) {
     const auto& tri = Tri(t);
@@ -127,6 +133,7 @@ class Refinement {
   Delaunay& mesh_;
   const SizeField& size_;
   std::size_t max_points_;
+  double floor_;
   std::deque<std::pair<int, unsigned>> bad_;     // triangle and its generation when it was seen
   std::vector<std::pair<int, int>> encroached_;  // segment and its end when it was seen
 };

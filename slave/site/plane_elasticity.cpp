@@ -193,7 +193,7 @@ Eigen::MatrixXd SolveSymmetric(const Sparse& A, const Eigen::VectorXd& shift,
   }
   const Eigen::SimplicialLDLT<Sparse, Eigen::Lower, Eigen::AMDOrdering<int>> solver(factored);
   if (solver.info() != Eigen::Success) {
-    throw std::runtime_error("finite elements: the body is free to move");
+    throw std::runtime_error("finite elements: the equations have no finite solution");
   }
   const auto symmetric = A.selfadjointView<Eigen::Lower>();
   Eigen::MatrixXd x = solver.solve(right);
@@ -202,7 +202,7 @@ Eigen::MatrixXd SolveSymmetric(const Sparse& A, const Eigen::VectorXd& shift,
     x += correction;
     if (correction.norm() <= 1e-14 * x.norm()) break;
   }
-  if (!x.allFinite()) throw std::runtime_error("finite elements: the body is free to move");
+  if (!x.allFinite()) throw std::runtime_error("finite elements: the equations have no finite solution");
   return x;
 }
 

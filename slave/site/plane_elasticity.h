@@ -49,8 +49,9 @@ struct ElasticSolution {
   Fields reaction;      // nodes x 2 cases: force on the body; zero where nothing is prescribed
 };
 
-// `values`: nodes x 2 cases, read where `prescribed`. Throws std::runtime_error where the
-// prescribed nodes leave the body free to move. Cost: one sparse factorisation.
+// `values`: nodes x 2 cases, read where `prescribed`. At least three degrees of freedom must be
+// prescribed so that the body cannot move freely. Throws std::runtime_error where the equations
+// have no finite solution. Cost: one sparse factorisation.
 ElasticSolution SolveElastic(const QuadraticMesh& mesh, const PlaneMaterial& material,
                              const Prescribed& prescribed, const Fields& values);
 
