@@ -202,7 +202,8 @@ Eigen::MatrixXd SolveSymmetric(const Sparse& A, const Eigen::VectorXd& shift,
     x += correction;
     if (correction.norm() <= 1e-14 * x.norm()) break;
   }
-  if (!x.allFinite()) throw std::runtime_error("finite elements: the equations have no finite solution");
+  if (!x.allFinite())
+    throw std::runtime_error("finite elements: the equations have no finite solution");
   return x;
 }
 
