@@ -1,0 +1,78 @@
+// The scenes in deploy/scenes load, and say what paper A says.
+#include <algorithm>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "shared/scene/scene_loader.h"
+
+namespace palpate {
+namespace {
+
+Scene LoadShipped(const std::string& name) {
+  return LoadScene(std::string(PALPATE_SOURCE_DIR "/deploy/scenes/") + name + ".yaml");
+}
+
+// Every corner that moves into the picture: the object and the tool from home to full press.
+void ExpectInPicture(const Scene& scene) {
+  const Camera& camera = *scene.sense.camera;
+  const Eigen::Vector2d half(0.5 * camera.size[0] * camera.pixel,
+                             0.5 * camera.size[1] * camera.pixel);
+  const auto expect = [&](const Eigen::Vector3d& p_S) {
+    const Eigen::Vector3d p_C = camera.X_SC.inverse() * p_S;
+    EXPECT_LT(std::abs(p_C.x()), half.x()) << p_S.transpose();
+    EXPECT_LT(std::abs(p_C.y()), half.y()) << p_S.transpose();
+  };
+  for (const auto& p : OutlineOf(scene.object.geometry).outer) {
+    expect(scene.object.X_SO * Eigen::Vector3d(p.x(), p.y(), 0));
+  }
+  expect(scene.manipulator.home);
+}
+
+TEST(ShippedSceneTest, TheBlockIsPaperAsFirstExperiment) {
+  const Scene scene = LoadShipped("silicone-block");
+  const auto& block = std::get<RectangleGeometry>(scene.object.geometry);
+  EXPECT_DOUBLE_EQ(block.width, 0.088);
+  EXPECT_DOUBLE_EQ(block.height, 0.088);
+  EXPECT_DOUBLE_EQ(block.thickness, 0.009);
+  EXPECT_DOUBLE_EQ(scene.object.material.young_modulus, 127e3);
+  EXPECT_DOUBLE_EQ(scene.object.material.density, 1050);
+  EXPECT_EQ(std::get<FixedSide>(scene.object.fixed.at(0).where).side, "bottom");
+  EXPECT_DOUBLE_EQ(scene.tool->width, 5.87e-3);
+  EXPECT_EQ(scene.tool->direction, Eigen::Vector2d(0, -1));
+  EXPECT_EQ(scene.model.elements, 180);
+  EXPECT_EQ(scene.model.plane, Plane::kStress);
+  EXPECT_DOUBLE_EQ(scene.operator_options.press_depth, 5e-3);
+  EXPECT_DOUBLE_EQ(scene.operator_options.press_speed, 20e-3);
+  EXPECT_GT(scene.manipulator.max_speed, scene.operator_options.press_speed);
+  EXPECT_GT(scene.site.misplacement.norm(), 0);
+  ExpectInPicture(scene);
+}
+
+TEST(ShippedSceneTest, TheEmbryoIsPaperAsSecondExperiment) {
+  const Scene scene = LoadShipped("zebrafish-embryo");
+  EXPECT_DOUBLE_EQ(std::get<DiscGeometry>(scene.object.geometry).radius, 0.6e-3);
+  EXPECT_DOUBLE_EQ(scene.object.material.young_modulus, 1.51e6);
+  EXPECT_DOUBLE_EQ(scene.object.material.poisson_ratio, 0.5);
+  EXPECT_EQ(scene.model.plane, Plane::kStrain);
+  const auto& arc = std::get<FixedArc>(scene.object.fixed.at(0).where);
+  EXPECT_DOUBLE_EQ(arc.centre, std::numbers::pi);
+  EXPECT_DOUBLE_EQ(arc.half_angle, std::numbers::pi / 6);
+  EXPECT_EQ(scene.tool->direction, Eigen::Vector2d(-1, 0));  // from home on the right
+  EXPECT_DOUBLE_EQ(scene.model.puncture_depth, 150e-6);
+  ExpectInPicture(scene);
+}
+
+// Reference b, disc of 100 elements, plane strain, nu 0.5: 0.651 N per um and metre of thickness on
+// a patch of 38 um, so a 100 um press of the 1.2 mm thick disc is 78 mN.
+TEST(ShippedSceneTest, AFullPressOfTheEmbryoStaysWithinTheForceLimit) {
+  const Scene scene = LoadShipped("zebrafish-embryo");
+  const double force = 0.6511619520953413e6 * scene.operator_options.press_depth *
+                       ThicknessOf(scene.object.geometry);
+  const double felt = scene.operator_options.transform.force_scale * force;
+  EXPECT_LT(felt, scene.operator_options.force_limit);
+  EXPECT_GT(felt, 0.5 * scene.operator_options.force_limit);  // and is well felt
+}
+
+}  // namespace
+}  // namespace palpate
