@@ -1,0 +1,277 @@
+#include "slave/site/painter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "slave/site/coverage.h"
+#include "slave/vision/camera_view.h"
+
+namespace palpate::site {
+namespace {
+
+using Point = Eigen::Vector2d;
+
+constexpr int kNoiseMargin = 64;         // the noise picture's offsets [px]
+constexpr double kFlickerPeriod = 41.3;  // [pictures]
+constexpr double kSmallTriangle = 4;     // [px]; larger ones are drawn in four
+
+const Camera& CameraOf(const Scene& scene) {
+  if (!scene.sense.camera) {
+    throw std::invalid_argument("sense.camera: missing; the simulated site shows itself to one");
+  }
+  const Camera& camera = *scene.sense.camera;
+  if (camera.size[0] < 16 || camera.size[1] < 16 || camera.size[0] > 16384 ||
+      camera.size[1] > 16384) {
+    throw std::invalid_argument("sense.camera.size = [" + std::to_string(camera.size[0]) + ", " +
+                                std::to_string(camera.size[1]) +
+                                "]: accepted by the simulated site is 16 to 16384 px each");
+  }
+  if (!(camera.pixel > 0)) {
+    throw std::invalid_argument("sense.camera.pixel = " + std::to_string(camera.pixel) +
+                                " m: accepted is > 0");
+  }
+  return camera;
+}
+
+Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO) {
+  const CameraView view(camera, camera.size[0], camera.size[1]);
+  const auto image = [&](const Point& p_O) {
+    const Point p_S = X_SO * p_O;
+    return view.ToImage({p_S.x(), p_S.y(), 0});
+  };
+  const double unit = camera.pixel;
+  Eigen::Affine2d X = Eigen::Affine2d::Identity();
+  X.translation() = image({0, 0});
+  X.linear().col(0) = (image({unit, 0}) - X.translation()) / unit;
+  X.linear().col(1) = (image({0, unit}) - X.translation()) / unit;
+  return X;
+}
+
+// Brightest at the upper left, `fall` darker at the lower right.
+cv::Mat Light(const cv::Size& size, double fall) {
+  cv::Mat light(size, CV_32F);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const double way = 0.5 * (x / (size.width - 1.0) + y / (size.height - 1.0));
+      light.at<float>(y, x) = static_cast<float>(1 - fall * way);
+    }
+  }
+  return light;
+}
+
+cv::Mat Noise(const cv::Size& size, double sigma, std::uint32_t seed) {
+  cv::Mat noise(size.height + kNoiseMargin, size.width + kNoiseMargin, CV_32F, cv::Scalar(0));
+  if (sigma > 0) cv::RNG(seed).fill(noise, cv::RNG::NORMAL, 0, sigma);
+  return noise;
+}
+
+}  // namespace
+
+Painter::Painter(const Scene& scene, const TrueBody& body)
+    : body_(body),
+      size_(CameraOf(scene).size[0], CameraOf(scene).size[1]),
+      pixel_(scene.sense.camera->pixel),
+      X_IO_(ImageOfBody(*scene.sense.camera, body.X_SO())),
+      tool_width_(scene.tool->width),
+      tool_O_(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
+      blur_(scene.site.blur),
+      flicker_(scene.site.flicker),
+      speckle_(Texture::Speckle(scene.site.seed, 3, kBody, kBodyContrast)),
+      marks_(Texture::Blotches(scene.site.seed + 1, std::max(3.0, tool_width_ / pixel_ / 4),
+                               kToolDark, kToolLight)),
+      light_(Light(size_, scene.site.lighting)),
+      noise_(Noise(size_, scene.site.noise, scene.site.seed + 2)),
+      random_(scene.site.seed),
+      seen_(size_, CV_32F, cv::Scalar(kGround)) {}
+
+// The body's loops in the picture [px], deformed if there is a contact.
+std::vector<std::vector<Point>> Painter::BodyLoops(const Pose& pose) const {
+  std::vector<std::vector<Point>> loops;
+  if (!pose.contact) {
+    for (const TrueBody::Edge& e : body_.edges()) {
+      if (static_cast<std::size_t>(e.loop) == loops.size()) loops.emplace_back();
+      loops.back().push_back(X_IO_ * e.a);
+    }
+    return loops;
+  }
+  const PatchSolution& c = *pose.contact;
+  for (std::size_t k = 0; k + 1 < c.loop_begin.size(); ++k) {
+    auto& loop = loops.emplace_back();
+    for (std::size_t i = c.loop_begin[k]; i < c.loop_begin[k + 1]; ++i) {
+      const auto u = c.displacement.row(c.boundary[i]);
+      const Point moved = pose.displacement_O.x() * u.head<2>().transpose() +
+                          pose.displacement_O.y() * u.tail<2>().transpose();
+      const Point rest =
+          body_.larger_side() * c.mesh.nodes[static_cast<std::size_t>(c.boundary[i])];
+      loop.push_back(X_IO_ * (rest + moved));
+    }
+  }
+  return loops;
+}
+
+void Painter::PaintBody(const Pose& pose) {
+  const bool same = body_painted_ && pose.contact == painted_.contact &&
+                    (!pose.contact || pose.displacement_O == painted_.displacement_O);
+  if (same) return;
+  const auto loops = BodyLoops(pose);
+  Layer& layer = body_layer_;
+  layer.window = WindowAround(loops.front(), 1, size_);
+  if (!layer.window.empty()) {
+    Coverage coverage(layer.window);
+    for (const auto& loop : loops) coverage.Add(loop);
+    coverage.Resolve(layer.alpha);
+    // Rim pixels whose centre lies outside keep the mean grey.
+    layer.grey.create(layer.window.size(), CV_32F);
+    layer.grey.setTo(kBody);
+    if (pose.contact) {
+      FillBodyDeformed(pose);
+    } else {
+      FillBodyAtRest();
+    }
+  }
+  painted_ = pose;
+  body_painted_ = true;
+}
+
+void Painter::FillBodyAtRest() {
+  const Point low = body_.lower_corner(), high = body_.upper_corner();
+  const std::array<Point, 4> corner{low, Point(high.x(), low.y()), high, Point(low.x(), high.y())};
+  for (const auto& [i, j, k] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}}) {
+    speckle_.Fill(body_layer_.grey, body_layer_.window.tl(),
+                  {X_IO_ * corner[i], X_IO_ * corner[j], X_IO_ * corner[k]},
+                  {corner[i] / pixel_, corner[j] / pixel_, corner[k] / pixel_});
+  }
+}
+
+void Painter::FillBodyDeformed(const Pose& pose) {
+  const PatchSolution& c = *pose.contact;
+  const std::size_t count = c.mesh.nodes.size();
+  std::vector<Point> at(count), from(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto u = c.displacement.row(static_cast<Eigen::Index>(i));
+    const Point rest = body_.larger_side() * c.mesh.nodes[i];
+    from[i] = rest / pixel_;
+    at[i] = X_IO_ * (rest + pose.displacement_O.x() * u.head<2>().transpose() +
+                     pose.displacement_O.y() * u.tail<2>().transpose());
+  }
+  const auto fill = [&](int i, int j, int k) {
+    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j),
+               d = static_cast<std::size_t>(k);
+    speckle_.Fill(body_layer_.grey, body_layer_.window.tl(), {at[a], at[b], at[d]},
+                  {from[a], from[b], from[d]});
+  };
+  for (const auto& v : c.mesh.triangles) {
+    const Point &a = at[static_cast<std::size_t>(v[0])], &b = at[static_cast<std::size_t>(v[1])];
+    const Point& d = at[static_cast<std::size_t>(v[2])];
+    if (std::max((b - a).squaredNorm(), (d - a).squaredNorm()) < kSmallTriangle * kSmallTriangle) {
+      fill(v[0], v[1], v[2]);
+      continue;
+    }
+    fill(v[0], v[3], v[5]);
+    fill(v[3], v[1], v[4]);
+    fill(v[5], v[4], v[2]);
+    fill(v[3], v[4], v[5]);
+  }
+}
+
+// A bar from the tip backwards, longer than any way out of the picture.
+void Painter::PaintTool(const Pose& pose) {
+  const Point across(-tool_O_.y(), tool_O_.x());
+  const Point tip_I = X_IO_ * pose.p_O_tip;
+  const double length = pixel_ * (2.0 * (size_.width + size_.height) + tip_I.norm());
+  const Point half = 0.5 * tool_width_ * across, back = -length * tool_O_;
+  const std::vector<Point> bar{X_IO_ * (pose.p_O_tip - half), X_IO_ * (pose.p_O_tip + half),
+                               X_IO_ * (pose.p_O_tip + half + back),
+                               X_IO_ * (pose.p_O_tip - half + back)};
+  const double w = tool_width_ / pixel_, l = length / pixel_;
+  const std::array<Point, 4> from{Point(0, 0), Point(w, 0), Point(w, l), Point(0, l)};
+  Layer& layer = tool_layer_;
+  layer.window = WindowAround(bar, 1, size_);
+  if (layer.window.empty()) return;
+  Coverage coverage(layer.window);
+  coverage.Add(bar);
+  coverage.Resolve(layer.alpha);
+  layer.grey.create(layer.window.size(), CV_32F);
+  layer.grey.setTo(kToolDark);
+  marks_.Fill(layer.grey, layer.window.tl(), {bar[0], bar[1], bar[2]}, {from[0], from[1], from[2]});
+  marks_.Fill(layer.grey, layer.window.tl(), {bar[0], bar[2], bar[3]}, {from[0], from[2], from[3]});
+}
+
+// Where tool and body share a pixel they lie side by side, not one behind the other: their parts of
+// the pixel add up, and the tool wins where they do not fit.
+void Painter::Compose() {
+  seen_(seen_dirty_).setTo(kGround);
+  const int reach = blur_ > 0 ? static_cast<int>(std::ceil(4 * blur_)) : 0;
+  const cv::Rect picture(cv::Point(0, 0), size_);
+  const cv::Rect drawn = body_layer_.window | tool_layer_.window;
+  seen_dirty_ = cv::Rect(drawn.x - reach, drawn.y - reach, drawn.width + 2 * reach,
+                         drawn.height + 2 * reach) &
+                picture;
+  if (drawn.empty()) return;
+  if (!body_layer_.window.empty()) {
+    cv::Mat part = seen_(body_layer_.window);
+    for (int y = 0; y < part.rows; ++y) {
+      auto* out = part.ptr<float>(y);
+      const auto* grey = body_layer_.grey.ptr<float>(y);
+      const auto* alpha = body_layer_.alpha.ptr<float>(y);
+      for (int x = 0; x < part.cols; ++x) out[x] += alpha[x] * (grey[x] - kGround);
+    }
+  }
+  const cv::Rect both = body_layer_.window & tool_layer_.window;
+  cv::Mat part = seen_(tool_layer_.window);
+  for (int y = 0; y < part.rows; ++y) {
+    auto* out = part.ptr<float>(y);
+    const auto* grey = tool_layer_.grey.ptr<float>(y);
+    const auto* alpha = tool_layer_.alpha.ptr<float>(y);
+    for (int x = 0; x < part.cols; ++x) {
+      if (alpha[x] == 0) continue;
+      const cv::Point at(x + tool_layer_.window.x, y + tool_layer_.window.y);
+      float body = 0, body_grey = 0;
+      if (both.contains(at)) {
+        const cv::Point in_body = at - body_layer_.window.tl();
+        body = std::min(body_layer_.alpha.at<float>(in_body), 1 - alpha[x]);
+        body_grey = body_layer_.grey.at<float>(in_body);
+      }
+      out[x] = alpha[x] * grey[x] + body * body_grey + (1 - alpha[x] - body) * kGround;
+    }
+  }
+  if (blur_ > 0) {
+    cv::Mat window = seen_(seen_dirty_);
+    cv::GaussianBlur(window, window, {2 * reach + 1, 2 * reach + 1}, blur_, blur_,
+                     cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
+  }
+}
+
+cv::Mat Painter::Expose() {
+  const int left = static_cast<int>(random_() % kNoiseMargin);
+  const int top = static_cast<int>(random_() % kNoiseMargin);
+  const double phase = 2 * std::numbers::pi * static_cast<double>(pictures_++) / kFlickerPeriod;
+  const auto gain = static_cast<float>(1 + flicker_ * std::sin(phase));
+  cv::Mat picture(size_, CV_8U);
+  for (int y = 0; y < size_.height; ++y) {
+    const auto* seen = seen_.ptr<float>(y);
+    const auto* light = light_.ptr<float>(y);
+    const auto* noise = noise_.ptr<float>(y + top) + left;
+    auto* out = picture.ptr<std::uint8_t>(y);
+    for (int x = 0; x < size_.width; ++x) {
+      const float grey = gain * light[x] * seen[x] + noise[x] + 0.5F;
+      out[x] = static_cast<std::uint8_t>(std::clamp(grey, 0.0F, 255.0F));
+    }
+  }
+  return picture;
+}
+
+cv::Mat Painter::Paint(const Pose& pose) {
+  PaintBody(pose);
+  PaintTool(pose);
+  Compose();
+  return Expose();
+}
+
+}  // namespace palpate::site
