@@ -300,13 +300,15 @@ TEST(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
   EXPECT_LT(at(":12: site.noise"), at(":13: extra"));
 }
 
-TEST(MalformedSceneTest, AnImageContourNeedsASnake) {
+TEST(MalformedSceneTest, AnImageContourNeedsASnakeAndARealPicture) {
   const SceneFolder folder;
   std::string text = SmallSceneWith(3, "  geometry: {contour: from-image, thickness: 9 mm}");
   text.replace(text.find("side: bottom"), 12, "nodes: [0]");
   text.erase(text.find("  contour: {track"));
-  EXPECT_THAT(MistakesOf(folder.Write("scene.yaml", text)),
-              HasSubstr(":8: sense.contour = (missing): accepted is {track: snake}"));
+  const std::string mistakes = MistakesOf(folder.Write("scene.yaml", text));
+  EXPECT_THAT(mistakes, HasSubstr(":8: sense.contour = (missing): accepted is {track: snake}"));
+  EXPECT_THAT(mistakes,
+              HasSubstr(":9: sense.camera.source = simulated: accepted is file or device"));
 }
 
 TEST(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {
