@@ -17,12 +17,15 @@ Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fall
       pose.Vector3("translation", Any(Dimension::kLength), fallback.translation());
   const Eigen::Vector3d angles =
       pose.Vector3("rotation", Any(Dimension::kAngle), Eigen::Vector3d::Zero());
-  if (translation.z() != 0) {
+  const bool is_raised = translation.z() != 0;
+  const bool is_tilted = angles.x() != 0 || angles.y() != 0;
+  if (is_raised) {
     pose.Refuse("translation", "[x, y, 0]: this version sees and models the plane z = 0 only");
   }
-  if (angles.x() != 0 || angles.y() != 0) {
+  if (is_tilted) {
     pose.Refuse("rotation", "[0, 0, angle]: this version sees and models the plane z = 0 only");
   }
+  if (is_raised || is_tilted) return fallback;
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.translate(translation).rotate(FixedAxesRotation(angles));
   return X;

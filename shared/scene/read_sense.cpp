@@ -79,11 +79,10 @@ std::array<int, 2> ReadSize(Section& section, const Camera& camera) {
       camera.source == Camera::Source::kFiles || camera.source == Camera::Source::kVideo;
   const Camera defaults;
   if (!section.Has("size")) return comes_with_pictures ? std::array{0, 0} : defaults.size;
-  Section size = section.OpenList("size", "[width, height] in px");
-  const auto edge = [&](std::string_view key) {
-    return size.Integer(key, 16, kLargestPicture, std::nullopt, Dimension::kPixels);
-  };
-  return {edge("0"), edge("1")};
+  const Rule edge = Between(Dimension::kPixels, 16, kLargestPicture, "16 to 16384, whole");
+  const Eigen::Vector2d size = section.Vector2("size", edge);
+  if (size != size.array().floor().matrix()) section.Refuse("size", "whole numbers of pixels");
+  return {static_cast<int>(size.x()), static_cast<int>(size.y())};
 }
 
 std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,

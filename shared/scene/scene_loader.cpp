@@ -77,9 +77,13 @@ class CrossCheck {
   }
 
   void CheckContour() {
-    if (std::holds_alternative<ImageContourGeometry>(scene_.object.geometry) &&
-        !scene_.sense.contour) {
+    if (!std::holds_alternative<ImageContourGeometry>(scene_.object.geometry)) return;
+    if (!scene_.sense.contour) {
       Refuse("sense.contour", "{track: snake}, which `contour: from-image` needs");
+    }
+    const auto& camera = scene_.sense.camera;
+    if (camera && camera->source == Camera::Source::kSimulated) {
+      Refuse("sense.camera.source", "file or device: no shape to simulate with `from-image`");
     }
   }
 

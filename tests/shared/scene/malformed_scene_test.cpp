@@ -184,9 +184,10 @@ const BadLine kOtherLines[] = {
     {"LaterIntrinsics", 9, "  camera: {source: simulated, pixel: 1 mm, intrinsics: a.yaml}",
      "9: sense.camera.intrinsics = a.yaml: accepted is a camera without distortion"},
     {"SizeOfOne", 9, "  camera: {source: simulated, pixel: 1 mm, size: [640]}",
-     "9: sense.camera.size = [640]: accepted is [width, height] in px"},
+     "9: sense.camera.size = [640]: accepted is a list of 2 numbers, each a number of pixels in "
+     "px"},
     {"SizeTooSmall", 9, "  camera: {source: simulated, pixel: 1 mm, size: [640, 1]}",
-     "9: sense.camera.size.1 = 1: accepted is a whole number from 16"},
+     "9: sense.camera.size.1 = 1: accepted is a number of pixels in px, 16 to"},
     {"RateZero", 9, "  camera: {source: simulated, pixel: 1 mm, rate: 0}",
      "9: sense.camera.rate = 0: accepted is a frequency"},
     {"LaterTip", 10, "  tip: {track: ssd}",
@@ -299,13 +300,15 @@ TEST(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
   EXPECT_LT(at(":12: site.noise"), at(":13: extra"));
 }
 
-TEST(MalformedSceneTest, AnImageContourNeedsASnake) {
+TEST(MalformedSceneTest, AnImageContourNeedsASnakeAndARealPicture) {
   const SceneFolder folder;
   std::string text = SmallSceneWith(3, "  geometry: {contour: from-image, thickness: 9 mm}");
   text.replace(text.find("side: bottom"), 12, "nodes: [0]");
   text.erase(text.find("  contour: {track"));
-  EXPECT_THAT(MistakesOf(folder.Write("scene.yaml", text)),
-              HasSubstr(":8: sense.contour = (missing): accepted is {track: snake}"));
+  const std::string mistakes = MistakesOf(folder.Write("scene.yaml", text));
+  EXPECT_THAT(mistakes, HasSubstr(":8: sense.contour = (missing): accepted is {track: snake}"));
+  EXPECT_THAT(mistakes,
+              HasSubstr(":9: sense.camera.source = simulated: accepted is file or device"));
 }
 
 TEST(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {

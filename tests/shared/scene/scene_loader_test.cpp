@@ -144,7 +144,7 @@ TEST(SceneLoaderTest, ReadsPolygonsAndContourFiles) {
 TEST(SceneLoaderTest, AnOutlineFromThePictureIsNotKnownYet) {
   std::string text = SmallSceneWith(3, "  geometry: {contour: from-image, thickness: 9 mm}");
   text.replace(text.find("side: bottom"), 12, "arc: {centre: 180 deg, half_angle: 20 deg}");
-  const Scene scene = Load(text);
+  const Scene scene = Load(text.replace(text.find("source: simulated"), 17, "device: 0"));
   EXPECT_TRUE(OutlineOf(scene.object.geometry).outer.empty());
   EXPECT_DOUBLE_EQ(ThicknessOf(scene.object.geometry), 9e-3);
 }
