@@ -11,10 +11,11 @@ namespace palpate {
 namespace {
 
 constexpr int kSteps = 60;
-constexpr double kTukey = 4.685;        // 95 % efficient for normal errors
-constexpr double kLeastScale = 0.02;    // of the errors [px]
-constexpr double kLeastInliers = 0.4;   // part of the points
-constexpr double kMostRotation = 0.17;  // [rad]
+constexpr double kTukey = 4.685;         // 95 % efficient for normal errors
+constexpr double kLeastScale = 0.02;     // of the errors [px]
+constexpr double kLeastInliers = 0.4;    // part of the points
+constexpr double kRotationPrior = 1e-4;  // against the points' own say; a block's rotation: 0.1 %
+constexpr double kMostRotation = 0.17;   // [rad]
 
 struct Foot {
   Eigen::Vector2d normal{0, 0};  // unit, from the outline to the point where that is not 0
@@ -102,7 +103,8 @@ class Fitter {
   }
 
   // One Gauss-Newton step; returns how far it moved the outline at most [m]. Rotations are measured
-  // by the way they move the outline's farthest point, and held a little: a disc has no rotation.
+  // by the way they move the outline's farthest point, and held a little towards none: a disc tells
+  // nothing about its own.
   double Step(double cut) {
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -117,7 +119,9 @@ class Fitter {
       A += weight * J * J.transpose();
       b += weight * J * foot.distance;
     }
-    A.diagonal() += Eigen::Vector3d(1e-9, 1e-9, 1e-3 * A(2, 2) + 1e-6 * A.trace() + 1e-12);
+    const double hold = kRotationPrior * A.trace();
+    A.diagonal() += Eigen::Vector3d(1e-9, 1e-9, hold + 1e-9);
+    b(2) -= hold * motion_.angle * size_;
     const Eigen::Vector3d move = A.ldlt().solve(b);
     motion_.shift += Eigen::Rotation2Dd(motion_.angle) * move.head<2>();
     motion_.angle += move.z() / size_;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "slave/vision/contour_start.h"
 #include "slave/vision/edge_refinement.h"
@@ -14,9 +15,10 @@
 namespace palpate {
 namespace {
 
-constexpr int kSettleRounds = 60;  // at start
-constexpr int kTrackRounds = 4;    // per picture: the contour may move as many pixels
-constexpr int kLeastPicture = 16;  // edge [px]
+constexpr int kSettleRounds = 60;             // at start
+constexpr double kSettleBlurs[] = {4, 2, 1};  // sigma [px]
+constexpr int kTrackRounds = 4;               // per picture: the contour may move as many pixels
+constexpr int kLeastPicture = 16;             // edge [px]
 // How far the tracked contour may change before it is no longer believed.
 constexpr double kLeastArea = 0.5, kMostArea = 1.6;  // of the area at rest
 constexpr double kMostLength = 1.8;                  // of the length at rest
@@ -81,7 +83,7 @@ ContourTracker::ContourTracker(const ContourTracking& options, const cv::Mat& fi
     : snake_(format, {options.alpha, options.beta, options.gamma},
              StartCurve(options, first, format, tool_width, clockwise_I), options.control_points) {
   const double start_area = CurveArea(snake_.points());
-  snake_.Creep(first, kSettleRounds);
+  Settle(first);
   settled_ = snake_.points();
   rest_area_ = CurveArea(settled_);
   rest_length_ = CurveLength(settled_);
@@ -99,6 +101,16 @@ ContourTracker::ContourTracker(const ContourTracking& options, const cv::Mat& fi
         "the contour found no clear edge on most of its length: give another "
         "sense.contour.start");
   }
+}
+
+// A snake sees no farther than the edge's blur; so the first picture is blurred, much, then less.
+void ContourTracker::Settle(const cv::Mat& first) {
+  cv::Mat blurred;
+  for (const double blur : kSettleBlurs) {
+    cv::GaussianBlur(first, blurred, {}, blur);
+    snake_.Creep(blurred, kSettleRounds);
+  }
+  snake_.Creep(first, kSettleRounds);
 }
 
 bool ContourTracker::IsSound() const noexcept {

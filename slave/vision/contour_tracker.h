@@ -31,6 +31,7 @@ class ContourTracker {
   void Restart() noexcept;
 
  private:
+  void Settle(const cv::Mat& first);
   [[nodiscard]] bool IsSound() const noexcept;
 
   Snake snake_;

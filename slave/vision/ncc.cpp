@@ -45,8 +45,31 @@ const ScoreMap& Ncc::Match(const GreyPatch& window) {
   map_.height = std::max(0, window.height - pattern_.height + 1);
   if (map_.width == 0 || map_.height == 0) map_.width = map_.height = 0;
   map_.scores.resize(static_cast<std::size_t>(map_.width) * static_cast<std::size_t>(map_.height));
-  for (int x = 0; x < map_.width; ++x) MatchColumn(window, x);
+  row_sum_.resize(static_cast<std::size_t>(window.height));
+  row_square_.resize(static_cast<std::size_t>(window.height));
+  for (int x = 0; x < map_.width; ++x) {
+    SumRows(window, x);
+    MatchColumn(window, x);
+  }
   return map_;
+}
+
+// Sums over the columns x ... x + w - 1 of each row, carried on from the column before.
+void Ncc::SumRows(const GreyPatch& window, int x) {
+  const auto width = static_cast<std::size_t>(pattern_.width);
+  for (int y = 0; y < window.height; ++y) {
+    const std::int16_t* row = window.Row(y) + x;
+    std::int64_t& sum = row_sum_[static_cast<std::size_t>(y)];
+    std::int64_t& square = row_square_[static_cast<std::size_t>(y)];
+    if (x == 0) {
+      sum = Sum(row, width);
+      square = Dot(row, row, width);
+    } else {
+      const int gone = row[-1], come = row[width - 1];
+      sum += come - gone;
+      square += come * come - gone * gone;
+    }
+  }
 }
 
 // The columns x ... x + w - 1 are copied to a strip of their own, in which the pixels under the
@@ -55,13 +78,8 @@ void Ncc::MatchColumn(const GreyPatch& window, int x) {
   const auto width = static_cast<std::size_t>(pattern_.width);
   const auto height = static_cast<std::size_t>(window.height);
   strip_.Resize(pattern_.width, window.height);
-  row_sum_.resize(height);
-  row_square_.resize(height);
   for (int y = 0; y < window.height; ++y) {
-    std::int16_t* row = strip_.Row(y);
-    std::copy_n(window.Row(y) + x, width, row);
-    row_sum_[static_cast<std::size_t>(y)] = Sum(row, width);
-    row_square_[static_cast<std::size_t>(y)] = Dot(row, row, width);
+    std::copy_n(window.Row(y) + x, width, strip_.Row(y));
   }
   std::int64_t sum = 0, square = 0;
   for (std::size_t y = 0; y < height; ++y) {

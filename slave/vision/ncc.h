@@ -41,6 +41,7 @@ class Ncc {
   [[nodiscard]] const GreyPatch& pattern() const { return pattern_; }
 
  private:
+  void SumRows(const GreyPatch& window, int x);
   void MatchColumn(const GreyPatch& window, int x);
 
   GreyPatch pattern_;
