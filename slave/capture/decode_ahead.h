@@ -1,0 +1,55 @@
+// Decodes pictures in a thread of its own, a few ahead of the reader, and gives them their stamps.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "slave/capture/frame_source.h"
+
+namespace palpate {
+
+class DecodeAhead final : public FrameSource {
+ public:
+  // The next picture; an empty one: the source has ended. Throws where it breaks.
+  using Decode = std::function<cv::Mat()>;
+
+  struct Options {
+    std::string description;
+    double rate = 60;    // stamps of recorded pictures lie 1 / rate apart [Hz], > 0
+    bool paced = false;  // recorded pictures come when their stamps say
+    bool live = false;   // stamps are the clock's at decoding, and a late reader loses old pictures
+  };
+
+  DecodeAhead(Decode decode, Options options);
+
+  std::optional<Frame> Next(const std::stop_token& stop) override;
+  [[nodiscard]] std::string description() const override { return options_.description; }
+
+ private:
+  static constexpr std::size_t kRecordedAhead = 8;  // pictures
+  static constexpr std::size_t kLiveAhead = 1;      // a live picture is only good while it is new
+
+  void Run(const std::stop_token& stop);
+  bool Push(Frame frame, const std::stop_token& stop);
+  void WaitForStamp(const Frame& frame, const std::stop_token& stop);
+
+  Decode decode_;
+  Options options_;
+  Time start_;
+
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::deque<Frame> ready_;     // guarded by mutex_
+  bool ended_ = false;          // guarded by mutex_
+  std::exception_ptr failure_;  // guarded by mutex_
+  std::jthread thread_;         // last: it stops and joins before the rest goes
+};
+
+}  // namespace palpate

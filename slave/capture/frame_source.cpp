@@ -1,0 +1,102 @@
+#include "slave/capture/frame_source.h"
+
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <opencv2/videoio.hpp>
+
+#include "slave/capture/decode_ahead.h"
+#include "slave/capture/picture_files.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, const fs::path& base, bool paced) {
+  auto files = ListPictures(camera.pattern, base);
+  DecodeAhead::Options options;
+  options.description =
+      "files " + (base / camera.pattern).string() + " (" + std::to_string(files.size()) + ")";
+  options.rate = camera.rate;
+  options.paced = paced;
+  cv::Mat first = ReadPicture(files.front(), 1);  // a wrong file is found here, not in the loop
+  auto next = [files = std::move(files), first = std::move(first),
+               index = std::size_t{0}]() mutable {
+    if (index == files.size()) return cv::Mat();
+    ++index;
+    return index == 1 ? std::exchange(first, cv::Mat()) : ReadPicture(files[index - 1], index);
+  };
+  return std::make_unique<DecodeAhead>(std::move(next), std::move(options));
+}
+
+std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, const fs::path& base, bool paced) {
+  const fs::path file = base / camera.pattern;
+  if (!fs::is_regular_file(file)) throw std::runtime_error(file.string() + ": no such video");
+  cv::VideoCapture video(file.string());
+  cv::Mat first;
+  if (!video.isOpened() || !video.read(first) || first.empty()) {
+    throw std::runtime_error(file.string() + ": not a video, or without pictures");
+  }
+  DecodeAhead::Options options;
+  options.description = "video " + file.string();
+  options.rate = camera.rate;
+  options.paced = paced;
+  auto next = [video, first]() mutable {
+    if (!first.empty()) return std::exchange(first, cv::Mat());
+    cv::Mat image;  // a new one each time: the reader keeps it
+    return video.read(image) ? image : cv::Mat();
+  };
+  return std::make_unique<DecodeAhead>(std::move(next), std::move(options));
+}
+
+std::unique_ptr<FrameSource> OpenDevice(const Camera& camera) {
+  const std::string name = "camera " + std::to_string(camera.device);
+  cv::VideoCapture device(camera.device, cv::CAP_V4L2);
+  if (!device.isOpened()) {
+    throw std::runtime_error(name + ": no such camera, or not permitted (/dev/video" +
+                             std::to_string(camera.device) + ")");
+  }
+  if (camera.size[0] > 0 && camera.size[1] > 0) {
+    device.set(cv::CAP_PROP_FRAME_WIDTH, camera.size[0]);
+    device.set(cv::CAP_PROP_FRAME_HEIGHT, camera.size[1]);
+  }
+  device.set(cv::CAP_PROP_FPS, camera.rate);
+  DecodeAhead::Options options;
+  options.description = name;
+  options.rate = camera.rate;
+  options.live = true;
+  auto next = [device, name]() mutable {
+    cv::Mat image;
+    if (!device.read(image) || image.empty()) throw std::runtime_error(name + ": gone");
+    return image;
+  };
+  return std::make_unique<DecodeAhead>(std::move(next), std::move(options));
+}
+
+}  // namespace
+
+std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced) {
+  if (!scene.sense.camera) throw std::runtime_error(scene.name + ": the scene has no camera");
+  const Camera& camera = *scene.sense.camera;
+  if (!(camera.rate > 0)) {
+    throw std::runtime_error("sense.camera.rate = " + std::to_string(camera.rate) +
+                             " Hz: accepted is > 0");
+  }
+  const fs::path base = scene.file.parent_path();
+  switch (camera.source) {
+    case Camera::Source::kFiles:
+      return OpenFiles(camera, base, paced);
+    case Camera::Source::kVideo:
+      return OpenVideo(camera, base, paced);
+    case Camera::Source::kDevice:
+      return OpenDevice(camera);
+    case Camera::Source::kSimulated:
+      break;
+  }
+  throw std::runtime_error(scene.name + ": a simulated camera is opened by the simulated site");
+}
+
+}  // namespace palpate

@@ -1,0 +1,196 @@
+#include "slave/capture/picture_files.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <fstream>
+#include <optional>
+#include <regex>
+#include <stdexcept>
+
+#include <fnmatch.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void Refuse(const fs::path& what, const std::string& why) {
+  throw std::runtime_error(what.string() + ": " + why);
+}
+
+bool IsPictureName(const fs::path& file) {
+  static const std::vector<std::string> kExtensions = {
+      ".png", ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".pgm", ".ppm", ".pnm", ".webp"};
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+}
+
+// Regular files of `directory` that `wanted` accepts, sorted naturally.
+template <typename Wanted>
+std::vector<fs::path> Collect(const fs::path& directory, const Wanted& wanted) {
+  std::error_code error;
+  std::vector<fs::path> files;
+  for (fs::directory_iterator it(directory, error), end; !error && it != end; it.increment(error)) {
+    if (it->is_regular_file(error) && wanted(it->path())) files.push_back(it->path());
+  }
+  if (error) Refuse(directory, "cannot be listed: " + error.message());
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return NaturallyLess(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+// A file name with one %d, %4d or %04d.
+struct NumberedName {
+  std::string before, after;
+  std::size_t width = 0;
+  bool zeros = false;
+
+  [[nodiscard]] std::string Name(long number) const {
+    std::string digits = std::to_string(number);
+    if (digits.size() < width) digits.insert(0, width - digits.size(), zeros ? '0' : ' ');
+    return before + digits + after;
+  }
+  // The number in `name`, if it is one of ours.
+  [[nodiscard]] std::optional<long> Number(const std::string& name) const {
+    if (name.size() <= before.size() + after.size()) return std::nullopt;
+    const char* const last = name.data() + name.size() - after.size();
+    const char* first = name.data() + before.size();
+    while (first < last && *first == ' ') ++first;
+    long number = 0;
+    const auto [end, error] = std::from_chars(first, last, number);
+    if (error != std::errc() || number < 0 || end != last || Name(number) != name)
+      return std::nullopt;
+    return number;
+  }
+};
+
+NumberedName ParseNumbered(const fs::path& pattern) {
+  static const std::regex kOneNumber("([^%]*)%(0?)([0-9]{0,2})d([^%]*)");
+  const std::string name = pattern.filename().string();
+  std::smatch match;
+  if (!std::regex_match(name, match, kOneNumber)) {
+    Refuse(pattern, "malformed pattern: accepted is one %d, such as %04d.png, in the file name");
+  }
+  const std::string width = match[3].str();
+  return {match[1].str(), match[4].str(), width.empty() ? 0U : std::stoul(width),
+          match[2].length() > 0};
+}
+
+std::vector<fs::path> ListNumbered(const fs::path& pattern) {
+  const NumberedName numbered = ParseNumbered(pattern);
+  const fs::path directory = pattern.parent_path();
+  std::optional<long> smallest;
+  const auto is_ours = [&](const fs::path& file) {
+    const auto number = numbered.Number(file.filename().string());
+    if (number && (!smallest || *number < *smallest)) smallest = number;
+    return number.has_value();
+  };
+  std::vector<fs::path> files;
+  if (Collect(directory, is_ours).empty()) return files;
+  long number = *smallest;
+  for (fs::path file = directory / numbered.Name(number); fs::exists(file);
+       file = directory / numbered.Name(++number)) {
+    files.push_back(file);
+  }
+  return files;
+}
+
+std::vector<unsigned char> ReadBytes(const fs::path& file, const std::string& which) {
+  std::ifstream stream(file, std::ios::binary | std::ios::ate);
+  const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
+  if (size < 0) Refuse(file, which + " cannot be opened");
+  if (size == 0) Refuse(file, which + " is empty");
+  std::vector<unsigned char> bytes(static_cast<std::size_t>(size));
+  stream.seekg(0);
+  if (!stream.read(reinterpret_cast<char*>(bytes.data()), size)) {
+    Refuse(file, which + " cannot be read");
+  }
+  return bytes;
+}
+
+// The decoder fills what a truncated JPEG lacks with grey and says nothing; but without its end
+// marker (ff d9, which cannot occur inside the coded data) a file is not whole. Cameras may append
+// a few bytes of their own.
+bool IsTruncatedJpeg(const std::vector<unsigned char>& bytes) {
+  if (bytes.size() < 4 || bytes[0] != 0xff || bytes[1] != 0xd8) return false;
+  const std::size_t tail = std::min<std::size_t>(bytes.size(), 4096);
+  static constexpr unsigned char kEnd[] = {0xff, 0xd9};
+  return std::search(bytes.end() - static_cast<std::ptrdiff_t>(tail), bytes.end(), std::begin(kEnd),
+                     std::end(kEnd)) == bytes.end();
+}
+
+cv::Mat WithoutAlpha(const cv::Mat& image) {
+  if (image.channels() != 4) return image;
+  cv::Mat colour(image.size(), CV_MAKETYPE(image.depth(), 3));
+  cv::mixChannels(std::vector<cv::Mat>{image}, std::vector<cv::Mat>{colour}, {0, 0, 1, 1, 2, 2});
+  return colour;
+}
+
+}  // namespace
+
+bool NaturallyLess(const std::string& a, const std::string& b) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (!is_digit(a[i]) || !is_digit(b[j])) {
+      if (a[i] != b[j]) return a[i] < b[j];
+      ++i, ++j;
+      continue;
+    }
+    while (i < a.size() && a[i] == '0') ++i;
+    while (j < b.size() && b[j] == '0') ++j;
+    const std::size_t a0 = i, b0 = j;
+    while (i < a.size() && is_digit(a[i])) ++i;
+    while (j < b.size() && is_digit(b[j])) ++j;
+    if (i - a0 != j - b0) return i - a0 < j - b0;
+    if (const int order = a.compare(a0, i - a0, b, b0, j - b0); order != 0) return order < 0;
+  }
+  if (i < a.size() || j < b.size()) return i == a.size();
+  return a < b;  // the same numbers, written with more zeros
+}
+
+std::vector<fs::path> ListPictures(const std::string& pattern, const fs::path& base) {
+  const fs::path full = base / pattern;
+  const std::string name = full.filename().string();
+  if (fs::is_directory(full)) {
+    auto files = Collect(full, IsPictureName);
+    if (files.empty()) Refuse(full, "the directory holds no picture");
+    return files;
+  }
+  if (!full.parent_path().empty() && !fs::is_directory(full.parent_path())) {
+    Refuse(full, "no such directory: " + full.parent_path().string());
+  }
+  if (fs::is_regular_file(full)) return {full};
+  std::vector<fs::path> files;
+  if (name.find('%') != std::string::npos) {
+    files = ListNumbered(full);
+  } else if (name.find_first_of("*?[") != std::string::npos) {
+    files = Collect(full.parent_path(), [&](const fs::path& file) {
+      return fnmatch(name.c_str(), file.filename().c_str(), FNM_PERIOD) == 0;
+    });
+  }
+  if (files.empty()) Refuse(full, "no picture matches");
+  return files;
+}
+
+cv::Mat ReadPicture(const fs::path& file, std::size_t number) {
+  const std::string which = "picture " + std::to_string(number);
+  const std::vector<unsigned char> bytes = ReadBytes(file, which);
+  if (IsTruncatedJpeg(bytes)) Refuse(file, which + " is truncated");
+  cv::Mat image;
+  try {
+    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception& error) {
+    Refuse(file, which + " cannot be decoded: " + error.err);
+  }
+  if (image.empty()) Refuse(file, which + " is not a picture, or damaged");
+  return WithoutAlpha(image);
+}
+
+}  // namespace palpate

@@ -1,0 +1,30 @@
+// Picture files: which ones a pattern names, and how one is read.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+namespace palpate {
+
+// Files that `pattern` names, in the order of time:
+//   frames/%04d.png  a printf pattern with one %d: from 0, else from 1, else from the smallest
+//                    number there is, up to the first gap
+//   frames/*.jpg     a glob (* and ? in the file name), sorted naturally: img2 before img10
+//   frames           a directory: every picture in it, sorted naturally
+//   embryo.jpg       one picture
+// A relative pattern is relative to `base`. Throws std::runtime_error naming the pattern: nothing
+// matches, no such directory, a malformed printf pattern.
+std::vector<std::filesystem::path> ListPictures(const std::string& pattern,
+                                                const std::filesystem::path& base);
+
+// Digits compare as numbers, everything else as characters.
+bool NaturallyLess(const std::string& a, const std::string& b);
+
+// Reads one picture as it is, 8 or 16 bit, without alpha. Throws std::runtime_error naming the file
+// and its `number` (from 1): missing, not a picture, truncated.
+cv::Mat ReadPicture(const std::filesystem::path& file, std::size_t number);
+
+}  // namespace palpate

@@ -1,0 +1,27 @@
+// Closed polygons in the picture: the last point joins the first.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+using Curve = std::vector<Eigen::Vector2d>;
+using CurveView = std::span<const Eigen::Vector2d>;
+
+// Signed area [px^2]: positive counter-clockwise in axes x right, y up, that is clockwise as one
+// sees it where y points down.
+double CurveArea(CurveView curve) noexcept;
+// Perimeter [px].
+double CurveLength(CurveView curve) noexcept;
+// How often the tangent turns round: +1 or -1 for a simple curve; the first sign of a crossing.
+// O(n).
+int TurningNumber(CurveView curve) noexcept;
+// Two sides that are not neighbours cross or touch. O(n^2).
+bool CrossesItself(CurveView curve) noexcept;
+// `count` points at equal arc length from the first point on. `curve` has a length > 0.
+Curve Resample(CurveView curve, int count);
+
+}  // namespace palpate

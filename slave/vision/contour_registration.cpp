@@ -1,0 +1,179 @@
+#include "slave/vision/contour_registration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+namespace palpate {
+namespace {
+
+constexpr int kSteps = 60;
+constexpr double kTukey = 4.685;         // 95 % efficient for normal errors
+constexpr double kLeastScale = 0.02;     // of the errors [px]
+constexpr double kLeastInliers = 0.4;    // part of the points
+constexpr double kRotationPrior = 1e-4;  // against the points' own say; a block's rotation: 0.1 %
+constexpr double kMostRotation = 0.17;   // [rad]
+
+struct Foot {
+  Eigen::Vector2d normal{0, 0};  // unit, from the outline to the point where that is not 0
+  double distance = std::numeric_limits<double>::infinity();  // along the normal, signed
+};
+
+void Nearer(const std::vector<Eigen::Vector2d>& loop, const Eigen::Vector2d& p, Foot& foot) {
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const Eigen::Vector2d& a = loop[i];
+    const Eigen::Vector2d side = loop[(i + 1) % loop.size()] - a;
+    const double length2 = side.squaredNorm();
+    if (length2 == 0) continue;
+    const double along = std::clamp((p - a).dot(side) / length2, 0.0, 1.0);
+    const Eigen::Vector2d away = p - (a + along * side);
+    if (away.norm() >= std::abs(foot.distance)) continue;
+    const Eigen::Vector2d across = Eigen::Vector2d(side.y(), -side.x()) / std::sqrt(length2);
+    const bool at_end = along == 0 || along == 1;
+    foot.normal = at_end && away.norm() > 0 ? away.normalized() : across;
+    foot.distance = away.dot(foot.normal);
+  }
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Points relative to O under the motion (shift, angle) about `centre` that takes the outline to the
+// points; so the points are moved back.
+struct Motion {
+  Eigen::Vector2d centre, shift{0, 0};
+  double angle = 0;
+  [[nodiscard]] Eigen::Vector2d Back(const Eigen::Vector2d& p) const {
+    return Eigen::Rotation2Dd(-angle) * (p - shift - centre) + centre;
+  }
+};
+
+class Fitter {
+ public:
+  Fitter(const Outline& outline, std::vector<Eigen::Vector2d> points, double pixel)
+      : outline_(outline), points_(std::move(points)), pixel_(pixel) {
+    motion_.centre.setZero();
+    for (const Eigen::Vector2d& p : outline.outer) motion_.centre += p;
+    motion_.centre /= static_cast<double>(outline.outer.size());
+    for (const Eigen::Vector2d& p : outline.outer) {
+      size_ = std::max(size_, (p - motion_.centre).norm());
+    }
+  }
+
+  // The scale of the errors starts at `reach` and shrinks to what the points themselves show.
+  void Run(double reach) {
+    double scale = reach * pixel_;
+    for (int step = 0; step < kSteps; ++step) {
+      Project();
+      std::vector<double> errors;
+      for (const Foot& foot : feet_) errors.push_back(std::abs(foot.distance));
+      const double shown = std::max(1.4826 * Median(std::move(errors)), kLeastScale * pixel_);
+      scale = std::max(shown, 0.7 * scale);
+      if (Step(kTukey * scale) < 1e-5 * pixel_ && scale == shown) break;
+    }
+    cut_ = kTukey * scale;
+    Project();
+  }
+
+  [[nodiscard]] const Motion& motion() const { return motion_; }
+  void Report(OutlineFit& fit) const {
+    double square = 0;
+    for (const Foot& foot : feet_) {
+      if (std::abs(foot.distance) > cut_) continue;
+      square += foot.distance * foot.distance;
+      ++fit.inliers;
+    }
+    fit.rms_px = fit.inliers > 0 ? std::sqrt(square / fit.inliers) / pixel_ : 0;
+  }
+
+ private:
+  void Project() {
+    feet_.clear();
+    for (const Eigen::Vector2d& p : points_) {
+      Foot foot;
+      Nearer(outline_.outer, motion_.Back(p), foot);
+      feet_.push_back(foot);
+    }
+  }
+
+  // One Gauss-Newton step; returns how far it moved the outline at most [m]. Rotations are measured
+  // by the way they move the outline's farthest point, and held a little towards none: a disc tells
+  // nothing about its own.
+  double Step(double cut) {
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      const Foot& foot = feet_[k];
+      const double u = foot.distance / cut;
+      if (std::abs(u) >= 1) continue;
+      const double weight = (1 - u * u) * (1 - u * u);
+      const Eigen::Vector2d arm = motion_.Back(points_[k]) - motion_.centre;
+      const double turn = (arm.x() * foot.normal.y() - arm.y() * foot.normal.x()) / size_;
+      const Eigen::Vector3d J(foot.normal.x(), foot.normal.y(), turn);
+      A += weight * J * J.transpose();
+      b += weight * J * foot.distance;
+    }
+    const double hold = kRotationPrior * A.trace();
+    A.diagonal() += Eigen::Vector3d(1e-9, 1e-9, hold + 1e-9);
+    b(2) -= hold * motion_.angle * size_;
+    const Eigen::Vector3d move = A.ldlt().solve(b);
+    motion_.shift += Eigen::Rotation2Dd(motion_.angle) * move.head<2>();
+    motion_.angle += move.z() / size_;
+    return move.cwiseAbs().maxCoeff();
+  }
+
+  const Outline& outline_;
+  std::vector<Eigen::Vector2d> points_;  // in O as the scene has it
+  double pixel_;
+  double size_ = 0;  // of the outline about its centre [m]
+  double cut_ = 0;
+  Motion motion_;
+  std::vector<Foot> feet_;
+};
+
+}  // namespace
+
+OutlineFit FitOutline(const Outline& outline, const Eigen::Isometry3d& X_SO, CurveView contour_I,
+                      const CameraView& view, double reach) {
+  OutlineFit fit;
+  fit.X_SO = X_SO;
+  if (outline.outer.size() < 3 || contour_I.size() < 8) return fit;
+  std::vector<Eigen::Vector2d> points;
+  const Eigen::Isometry3d X_OS = X_SO.inverse();
+  for (const Eigen::Vector2d& p_I : contour_I)
+    points.push_back((X_OS * view.ToSlave(p_I)).head<2>());
+  Fitter fitter(outline, std::move(points), view.pixel());
+  fitter.Run(reach);
+  fitter.Report(fit);
+
+  const Motion& motion = fitter.motion();
+  Eigen::Isometry3d X_OO = Eigen::Isometry3d::Identity();  // from the scene's O to the real one
+  const Eigen::Rotation2Dd turn(motion.angle);
+  X_OO.linear().topLeftCorner<2, 2>() = turn.toRotationMatrix();
+  X_OO.translation().head<2>() = motion.shift + motion.centre - turn * motion.centre;
+  const bool credible = motion.shift.norm() <= reach * view.pixel() &&  // false for NaN
+                        std::abs(motion.angle) <= kMostRotation &&
+                        fit.inliers >= kLeastInliers * static_cast<double>(contour_I.size());
+  if (!credible) return fit;
+  fit.found = true;
+  fit.X_SO = X_SO * X_OO;
+  fit.shift = (fit.X_SO.translation() - X_SO.translation()).head<2>();
+  const Eigen::Matrix3d turn_S = fit.X_SO.linear() * X_SO.linear().transpose();
+  fit.rotation = std::atan2(turn_S(1, 0), turn_S(0, 0));
+  return fit;
+}
+
+std::vector<Eigen::Vector2d> ToSlave(CurveView contour_I, const CameraView& view) {
+  std::vector<Eigen::Vector2d> polygon;
+  for (const Eigen::Vector2d& p_I : contour_I) polygon.push_back(view.ToSlave(p_I).head<2>());
+  if (CurveArea(polygon) < 0) std::reverse(polygon.begin(), polygon.end());
+  return polygon;
+}
+
+}  // namespace palpate

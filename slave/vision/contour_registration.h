@@ -1,0 +1,35 @@
+// Where the object really is: a known outline laid on the contour seen in the resting picture. And
+// the other way round: the contour as an outline.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/mesh/outline.h"
+#include "slave/vision/camera_view.h"
+#include "slave/vision/closed_curve.h"
+
+namespace palpate {
+
+struct OutlineFit {
+  bool found = false;                                      // enough inliers, and a small correction
+  Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();  // corrected pose of the object
+  Eigen::Vector2d shift{0, 0};                             // of O's origin, S [m]
+  double rotation = 0;                                     // about z of S [rad]
+  double rms_px = 0;  // distance of the inliers to the outline [px]
+  int inliers = 0;    // of the contour's points
+};
+
+// Lays `outline` (frame O, in the plane z = 0) on `contour_I` (points on the object's edge [px]):
+// the rigid motion in the plane, near the scene's pose `X_SO`, that minimises the robust (Tukey)
+// distances of the points to the outline, by Gauss-Newton on iteratively reweighted squares. Points
+// near the tool or at rounded corners drop out by themselves. `reach` [px]: how far the object may
+// be from where the scene says; farther than that, or with fewer than 40 % inliers, or with a
+// rotation above 10 degrees, `found` is false and X_SO is the scene's.
+OutlineFit FitOutline(const Outline& outline, const Eigen::Isometry3d& X_SO, CurveView contour_I,
+                      const CameraView& view, double reach = 30);
+
+// The contour [px] as a polygon in S [m], counter-clockwise.
+std::vector<Eigen::Vector2d> ToSlave(CurveView contour_I, const CameraView& view);
+
+}  // namespace palpate

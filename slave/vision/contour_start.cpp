@@ -1,0 +1,166 @@
+#include "slave/vision/contour_start.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace palpate {
+namespace {
+
+using PixelChain = std::vector<cv::Point>;
+
+constexpr double kWorkingEdge = 480;  // larger pictures are searched at this size [px]
+constexpr double kBlur = 1.5;         // against noise and fine texture [px]
+constexpr int kThresholds = 32;       // between the darkest and the brightest percent
+constexpr double kSmallest = 0.001, kLargest = 0.7;  // area, part of the picture
+constexpr double kLeastSolidity = 0.8;               // area / area of the convex hull
+constexpr double kLeastEdge = 1;  // mean gradient across the outline [grey levels / px]
+
+constexpr double kCircleEdge = 25, kCircleVotes = 12;  // cv::HoughCircles: Canny, accumulator
+
+// Grey levels below which lie 1 % and 99 % of the pixels.
+cv::Vec2i Percentiles(const cv::Mat& picture) {
+  std::array<int, 256> histogram{};
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) ++histogram[picture.at<uchar>(y, x)];
+  }
+  const double total = static_cast<double>(picture.total());
+  cv::Vec2i levels(0, 255);
+  double below = 0;
+  for (int level = 0; level < 256; ++level) {
+    if (below < 0.01 * total) levels[0] = level;
+    if (below < 0.99 * total) levels[1] = level;
+    below += histogram[static_cast<std::size_t>(level)];
+  }
+  return levels;
+}
+
+bool TouchesBorder(const PixelChain& outline, const cv::Size& size) {
+  const cv::Rect box = cv::boundingRect(outline);
+  return box.x <= 1 || box.y <= 1 || box.x + box.width >= size.width - 1 ||
+         box.y + box.height >= size.height - 1;
+}
+
+// How strong the edge across the outline is, light to dark or dark to light all round: where the
+// sign changes, the parts cancel, and a strong piece counts no more than twice the median, so that
+// a line the outline happens to cross does not make it an object.
+double EdgeAcross(const PixelChain& outline, const cv::Mat& gx, const cv::Mat& gy) {
+  constexpr std::size_t kSpan = 3;  // points to either side that tell the tangent
+  const std::size_t n = outline.size();
+  std::vector<double> across, magnitude;
+  for (std::size_t i = 0; i < n; ++i) {
+    const cv::Point2d tangent = outline[(i + kSpan) % n] - outline[(i + n - kSpan % n) % n];
+    const double length = std::max(cv::norm(tangent), 1e-9);
+    across.push_back((gx.at<float>(outline[i]) * tangent.y - gy.at<float>(outline[i]) * tangent.x) /
+                     length);
+    magnitude.push_back(std::abs(across.back()));
+  }
+  const auto middle = magnitude.begin() + static_cast<std::ptrdiff_t>(n / 2);
+  std::nth_element(magnitude.begin(), middle, magnitude.end());
+  double sum = 0;
+  for (const double g : across) sum += std::clamp(g, -2 * *middle, 2 * *middle);
+  return std::abs(sum) / static_cast<double>(n);
+}
+
+class Search {
+ public:
+  Search(const cv::Mat& picture, double tool_width) : size_(picture.size()) {
+    cv::GaussianBlur(picture, smooth_, {}, kBlur);
+    cv::Sobel(smooth_, gx_, CV_32F, 1, 0, 3, 0.125);
+    cv::Sobel(smooth_, gy_, CV_32F, 0, 1, 3, 0.125);
+    const int cut = std::max(3, 2 * static_cast<int>(std::ceil(0.5 * tool_width)) + 3);
+    kernel_ = cv::getStructuringElement(cv::MORPH_ELLIPSE, {cut, cut});
+    small_kernel_ = cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3});
+  }
+
+  // The best outline; empty: none.
+  PixelChain Run() {
+    const cv::Vec2i range = Percentiles(smooth_);
+    for (int k = 1; k < kThresholds; ++k) {
+      const double level = range[0] + (range[1] - range[0]) * (k / double{kThresholds});
+      for (const int type : {cv::THRESH_BINARY, cv::THRESH_BINARY_INV}) {
+        cv::threshold(smooth_, mask_, level, 255, type);
+        Consider(small_kernel_);
+        Consider(kernel_);
+      }
+    }
+    ConsiderCircles();
+    return best_;
+  }
+
+ private:
+  void Consider(const cv::Mat& kernel) {
+    cv::Mat opened;
+    cv::morphologyEx(mask_, opened, cv::MORPH_OPEN, kernel);
+    std::vector<PixelChain> outlines;
+    cv::findContours(opened, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+    for (const PixelChain& outline : outlines) Offer(outline);
+  }
+
+  // Embryos that touch each other or their bed are no regions of their own, but still round.
+  void ConsiderCircles() {
+    const double smallest = std::sqrt(kSmallest * size_.area() / CV_PI);
+    std::vector<cv::Vec3f> circles;
+    cv::HoughCircles(smooth_, circles, cv::HOUGH_GRADIENT, 1, smallest, kCircleEdge, kCircleVotes,
+                     static_cast<int>(smallest), std::min(size_.width, size_.height) / 2);
+    for (const cv::Vec3f& circle : circles) {
+      PixelChain outline;
+      cv::ellipse2Poly(cv::Point(cvRound(circle[0]), cvRound(circle[1])),
+                       cv::Size(cvRound(circle[2]), cvRound(circle[2])), 0, 0, 360, 4, outline);
+      Offer(outline);
+    }
+  }
+
+  void Offer(const PixelChain& outline) {
+    const double score = Score(outline);
+    if (score <= best_score_) return;
+    best_score_ = score;
+    best_ = outline;
+  }
+
+  double Score(const PixelChain& outline) const {
+    const double area = cv::contourArea(outline);
+    const double part = area / static_cast<double>(size_.area());
+    if (part < kSmallest || part > kLargest || TouchesBorder(outline, size_)) return 0;
+    PixelChain hull;
+    cv::convexHull(outline, hull);
+    const double solidity = area / cv::contourArea(hull);
+    if (solidity < kLeastSolidity) return 0;
+    const double edge = EdgeAcross(outline, gx_, gy_);
+    return edge < kLeastEdge ? 0 : edge * solidity * solidity * std::sqrt(area);
+  }
+
+  cv::Size size_;
+  cv::Mat smooth_, gx_, gy_, mask_, kernel_, small_kernel_;
+  double best_score_ = 0;
+  PixelChain best_;
+};
+
+}  // namespace
+
+Curve FindObject(const cv::Mat& picture, double tool_width) {
+  const double scale = std::min(1.0, kWorkingEdge / std::max(picture.cols, picture.rows));
+  cv::Mat working = picture;
+  if (scale < 1) cv::resize(picture, working, {}, scale, scale, cv::INTER_AREA);
+  const PixelChain outline = Search(working, tool_width * scale).Run();
+  if (outline.empty()) {
+    throw std::runtime_error(
+        "no contour found: no closed region that lies whole in the picture stands out; give "
+        "sense.contour.start");
+  }
+  // Pixel centres: the working picture's (0, 0) is the middle of the first block.
+  const double fx = static_cast<double>(picture.cols) / working.cols;
+  const double fy = static_cast<double>(picture.rows) / working.rows;
+  Curve curve;
+  for (const cv::Point& p : outline) {
+    curve.emplace_back(fx * (p.x + 0.5) - 0.5, fy * (p.y + 0.5) - 0.5);
+  }
+  return curve;
+}
+
+}  // namespace palpate

@@ -1,0 +1,75 @@
+#include "slave/vision/grey.h"
+
+#include <algorithm>
+#include <bit>
+#include <stdexcept>
+#include <string>
+
+#include <opencv2/core.hpp>
+
+namespace palpate {
+namespace {
+
+template <typename Pixel, int kChannels>
+void ReadAs(const cv::Mat& image, const cv::Rect& window, int shift, int full_scale,
+            std::int16_t* out) noexcept {
+  for (int y = window.y; y < window.y + window.height; ++y) {
+    const Pixel* in = image.ptr<Pixel>(y) + static_cast<std::ptrdiff_t>(window.x) * kChannels;
+    for (int x = 0; x < window.width; ++x, in += kChannels, ++out) {
+      int level = in[0];
+      if constexpr (kChannels == 3) level = (29 * in[0] + 150 * in[1] + 77 * in[2] + 128) >> 8;
+      if constexpr (sizeof(Pixel) == 2) level = std::min(level >> shift, full_scale);
+      *out = static_cast<std::int16_t>(level);
+    }
+  }
+}
+
+}  // namespace
+
+GreyFormat::GreyFormat(const cv::Mat& first) : type_(first.type()), size_(first.size()) {
+  if (first.empty() || first.dims != 2) throw std::runtime_error("the first picture is empty");
+  const bool depth_known = first.depth() == CV_8U || first.depth() == CV_16U;
+  if (!depth_known || (first.channels() != 1 && first.channels() != 3)) {
+    throw std::runtime_error("the first picture is " + cv::typeToString(type_) +
+                             ": accepted are 8 and 16 bit unsigned, 1 or 3 channels");
+  }
+  if (first.depth() == CV_16U) {
+    double brightest = 0;
+    cv::minMaxLoc(first.reshape(1), nullptr, &brightest);
+    const int bits =
+        std::max(8, static_cast<int>(std::bit_width(static_cast<unsigned>(brightest))));
+    shift_ = std::max(0, bits - 11);
+    full_scale_ = (1 << (bits - shift_)) - 1;
+  }
+}
+
+void GreyFormat::Read(const cv::Mat& image, const cv::Rect& window,
+                      std::int16_t* out) const noexcept {
+  switch (type_) {
+    case CV_8UC1:
+      return ReadAs<std::uint8_t, 1>(image, window, shift_, full_scale_, out);
+    case CV_8UC3:
+      return ReadAs<std::uint8_t, 3>(image, window, shift_, full_scale_, out);
+    case CV_16UC1:
+      return ReadAs<std::uint16_t, 1>(image, window, shift_, full_scale_, out);
+    case CV_16UC3:
+      return ReadAs<std::uint16_t, 3>(image, window, shift_, full_scale_, out);
+  }
+}
+
+void Shrink(const GreyPatch& patch, int factor, GreyPatch& out) {
+  out.Resize(patch.width / factor, patch.height / factor);
+  const int area = factor * factor;
+  for (int y = 0; y < out.height; ++y) {
+    for (int x = 0; x < out.width; ++x) {
+      int sum = 0;
+      for (int j = 0; j < factor; ++j) {
+        const std::int16_t* in = patch.Row(y * factor + j) + x * factor;
+        for (int i = 0; i < factor; ++i) sum += in[i];
+      }
+      out.Row(y)[x] = static_cast<std::int16_t>((sum + area / 2) / area);
+    }
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,68 @@
+// Any accepted picture, read as grey levels, a window at a time: who looks at two small places does
+// not convert the whole picture.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+namespace palpate {
+
+// A small grey picture, row after row. Levels lie in [0, 2047], so that 512 products of two of them
+// fit in 32 bits.
+struct GreyPatch {
+  int width = 0, height = 0;
+  std::vector<std::int16_t> levels;  // width x height
+
+  void Resize(int new_width, int new_height) {
+    width = new_width;
+    height = new_height;
+    levels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  }
+  [[nodiscard]] std::int16_t* Row(int y) { return levels.data() + Index(0, y); }
+  [[nodiscard]] const std::int16_t* Row(int y) const { return levels.data() + Index(0, y); }
+  [[nodiscard]] std::int16_t At(int x, int y) const { return levels[Index(x, y)]; }
+
+ private:
+  [[nodiscard]] std::size_t Index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
+  }
+};
+
+// How pictures of one source become grey levels: learnt from the first, the same for all.
+// 8 bit: as they are. 16 bit: shifted down so that what the first picture uses (at least 8 bits)
+// fits in 11; brighter places later saturate. Colour is BGR, weighted as in ITU-R BT.601.
+class GreyFormat {
+ public:
+  // Throws std::runtime_error: empty, a depth other than 8 or 16 bit, channels other than 1 or 3.
+  explicit GreyFormat(const cv::Mat& first);
+
+  [[nodiscard]] bool Fits(const cv::Mat& image) const noexcept {
+    return image.dims == 2 && image.type() == type_ && image.cols == size_.width &&
+           image.rows == size_.height && image.data != nullptr;
+  }
+  // `window` lies inside `image`, and `image` fits. `out` has room for its width x height levels.
+  void Read(const cv::Mat& image, const cv::Rect& window, std::int16_t* out) const noexcept;
+  void Read(const cv::Mat& image, const cv::Rect& window, GreyPatch& out) const {
+    out.Resize(window.width, window.height);
+    Read(image, window, out.levels.data());
+  }
+  // Grey levels per 1/255 of full scale.
+  [[nodiscard]] double levels_per_255() const { return full_scale_ / 255.0; }
+  [[nodiscard]] cv::Size size() const { return size_; }
+
+ private:
+  int type_ = 0;
+  cv::Size size_;
+  int shift_ = 0;         // 16 bit only
+  int full_scale_ = 255;  // the largest level
+};
+
+// Mean of `factor` x `factor` blocks; what does not fill a block at the right and lower edge is
+// left out.
+void Shrink(const GreyPatch& patch, int factor, GreyPatch& out);
+
+}  // namespace palpate

@@ -1,0 +1,82 @@
+// Active contour: a closed chain of points that creeps to the edge of an object.
+//
+//   E = sum over the points of alpha E_cont + beta E_curv + gamma E_image            (paper A, eq.
+//   2)
+//
+// minimised greedily: each point in turn moves to the best of its nine places (itself and its
+// neighbours), whose energies are normalised over the nine:
+//
+//   E_cont  = | d - |v_i - v_{i-1}| | / max,    d: mean spacing
+//   E_curv  = |v_{i-1} - 2 v_i + v_{i+1}|^2 / max
+//   E_image = (min - g) / max(max - min, 5),    g: gradient magnitude; min is lowered to max - 5
+//             where the range is below 5, so that noise in a flat place draws nobody
+//
+// Source: D. J. Williams and M. Shah, A fast algorithm for active contours and curvature
+// estimation, CVGIP: Image Understanding 55, 1992; beta is put to 0 at corners as there.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include "shared/scene/scene.h"
+#include "slave/vision/closed_curve.h"
+#include "slave/vision/grey.h"
+
+namespace palpate {
+
+// The nine places of a point: index 3 (dx + 1) + (dy + 1), 4 is where it stands.
+using NinePlaces = std::array<double, 9>;
+
+struct GreedyStep {
+  NinePlaces cont{}, curv{}, image{}, total{};
+  int best = 4;  // where it stands, unless another place is strictly better
+  [[nodiscard]] int dx() const { return best / 3 - 1; }
+  [[nodiscard]] int dy() const { return best % 3 - 1; }
+};
+
+struct SnakeWeights {
+  double alpha = 1, beta = 1, gamma = 1.2;
+};
+
+// One greedy step of the point `v` between its neighbours. `magnitude`: gradient magnitude at the
+// nine places, in 1/255 of full scale. Real-time safe.
+GreedyStep EvaluateStep(const Eigen::Vector2d& previous, const Eigen::Vector2d& v,
+                        const Eigen::Vector2d& next, double mean_spacing,
+                        const SnakeWeights& weights, const NinePlaces& magnitude) noexcept;
+
+class Snake {
+ public:
+  // Starts on `start` [px], resampled to `control_points` whole-pixel places, at least 2 px inside
+  // a picture of `format`.
+  Snake(const GreyFormat& format, const SnakeWeights& weights, CurveView start, int control_points);
+
+  // Creeps at most `max_rounds` times around the chain, until few points move. Real-time safe.
+  // Returns the rounds it took. `image` fits the format.
+  int Creep(const cv::Mat& image, int max_rounds) noexcept;
+
+  // Starts anew on `start`, which has as many points.
+  void Restart(CurveView start) noexcept;
+
+  [[nodiscard]] const Curve& points() const { return points_; }  // [px]
+  // Mean gradient magnitude under the points after the last round, in 1/255 of full scale.
+  [[nodiscard]] double mean_strength() const noexcept;
+
+ private:
+  NinePlaces MagnitudeAround(const cv::Mat& image, const Eigen::Vector2d& v) const noexcept;
+  int CreepRound(const cv::Mat& image) noexcept;
+  void RelaxCorners() noexcept;
+  [[nodiscard]] Eigen::Vector2d Clamped(const Eigen::Vector2d& v) const noexcept;
+
+  GreyFormat format_;
+  SnakeWeights weights_;
+  Curve points_;
+  std::vector<double> beta_;      // per point: weights_.beta, 0 at corners
+  std::vector<double> strength_;  // gradient magnitude under each point
+  std::vector<double> bend_;      // curvature at each point
+};
+
+}  // namespace palpate

@@ -1,0 +1,152 @@
+#include "slave/vision/tip_template.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+#include "slave/capture/picture_files.h"
+#include "slave/vision/template_aligner.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kSmallest = 5, kLargest = 512;  // edge of a template [px]
+constexpr int kSide = 6;                      // background beside the tool [px]
+constexpr int kReach = 10;                    // of the search around the template [px]
+constexpr double kBeforeTip = 1;      // the blurred end itself already shows what lies beyond [px]
+constexpr double kBeyondTip = 4;      // taken in where the tool has no marks [px]
+constexpr double kWorstSigma = 0.15;  // a template that promises less is not good enough [px]
+
+bool HasContrast(const GreyPatch& pixels) {
+  const auto [low, high] = std::minmax_element(pixels.levels.begin(), pixels.levels.end());
+  return *high > *low;
+}
+
+// Standard deviation of white noise, from the part of the picture that no plane and no straight
+// edge along an axis explains (J. Immerkaer, CVIU 64, 1996).
+double NoiseOf(const GreyPatch& p) {
+  double sum = 0;
+  for (int y = 1; y + 1 < p.height; ++y) {
+    for (int x = 1; x + 1 < p.width; ++x) {
+      const int cross = p.At(x - 1, y) + p.At(x + 1, y) + p.At(x, y - 1) + p.At(x, y + 1);
+      const int corners =
+          p.At(x - 1, y - 1) + p.At(x + 1, y - 1) + p.At(x - 1, y + 1) + p.At(x + 1, y + 1);
+      sum += std::abs(4 * p.At(x, y) - 2 * cross + corners);
+    }
+  }
+  return std::sqrt(M_PI / 2) * sum / (6.0 * (p.width - 2) * (p.height - 2));
+}
+
+// Does the template tell where along `d` the tool is? Noise has gradients too, which tell nothing:
+// a central difference of it has half its variance.
+bool TellsPlaceAlong(const TipTemplate& tip, const Eigen::Vector2d& d) {
+  const TemplateAligner aligner(tip.pixels, tip.weights);
+  if (!aligner.determined()) return false;
+  const double noise = std::max(NoiseOf(tip.pixels), 0.5);
+  double used = 0;
+  for (const float w : tip.weights) used += w;
+  const double information = d.dot(aligner.information() * d) - 0.5 * noise * noise * used;
+  return information > 2 * noise * noise / (kWorstSigma * kWorstSigma);
+}
+
+// The upright window that ends `beyond` past the tip (before it: negative) in the direction of `d`.
+cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double width, int length,
+                  double beyond, const cv::Size& picture) {
+  const int main = std::abs(d.x()) > std::abs(d.y()) ? 0 : 1, side = 1 - main;
+  const double half = 0.5 * width + kSide;
+  const double end = beyond - half * std::abs(d(side) / d(main));  // farthest corner: at `beyond`
+  Eigen::Vector2d low = tip, high = tip;
+  low(side) -= half;
+  high(side) += half;
+  if (d(main) > 0) {
+    high(main) += end;
+    low(main) += end - length;
+  } else {
+    low(main) -= end;
+    high(main) += length - end;
+  }
+  const cv::Point first(static_cast<int>(std::ceil(low.x())), static_cast<int>(std::ceil(low.y())));
+  const cv::Point last(static_cast<int>(std::floor(high.x())),
+                       static_cast<int>(std::floor(high.y())));
+  return cv::Rect(first, last + cv::Point(1, 1)) & cv::Rect(cv::Point(), picture);
+}
+
+// Beside the tool's end the dented object comes into view.
+float WeightAt(const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d, double width) {
+  const double behind = -p_tip.dot(d);
+  const double aside = std::abs(p_tip.x() * d.y() - p_tip.y() * d.x());
+  return aside > 0.5 * width && behind < std::max(3.0, 0.5 * width) ? 0.0F : 1.0F;
+}
+
+TipTemplate Cut(const cv::Mat& first, const GreyFormat& format, const cv::Rect& window,
+                const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double width) {
+  TipTemplate cut;
+  format.Read(first, window, cut.pixels);
+  cut.anchor = tip - Eigen::Vector2d(window.x, window.y);
+  for (int y = 0; y < window.height; ++y) {
+    for (int x = 0; x < window.width; ++x) {
+      cut.weights.push_back(WeightAt(Eigen::Vector2d(x, y) - cut.anchor, d, width));
+    }
+  }
+  return cut;
+}
+
+}  // namespace
+
+TipTemplate LoadTipTemplate(const TipTracking& options) {
+  const auto refuse = [&](const std::string& why) {
+    throw std::runtime_error("sense.tip.template = " + options.template_file.string() + ": " + why);
+  };
+  TipTemplate tip;
+  try {
+    const cv::Mat image = ReadPicture(options.template_file, 1);
+    const int smaller = std::min(image.cols, image.rows), larger = std::max(image.cols, image.rows);
+    if (smaller < kSmallest || larger > kLargest) {
+      throw std::runtime_error(std::to_string(image.cols) + " x " + std::to_string(image.rows) +
+                               " px: accepted are edges of " + std::to_string(kSmallest) + " to " +
+                               std::to_string(kLargest) + " px");
+    }
+    GreyFormat(image).Read(image, cv::Rect(cv::Point(), image.size()), tip.pixels);
+  } catch (const std::runtime_error& error) {
+    refuse(error.what());
+  }
+  if (!HasContrast(tip.pixels)) refuse("the template has no contrast");
+  tip.anchor = options.anchor.value_or(
+      Eigen::Vector2d(0.5 * (tip.pixels.width - 1), tip.pixels.height - 0.5));
+  tip.weights.assign(tip.pixels.levels.size(), 1.0F);
+  return tip;
+}
+
+TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
+                           const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I, double width,
+                           int roi) {
+  const auto refuse = [&](const std::string& why) {
+    std::ostringstream message;
+    message << "template cut at the tool's place (" << p_I_tip.x() << ", " << p_I_tip.y()
+            << ") px in the first picture: " << why;
+    throw std::runtime_error(message.str());
+  };
+  const bool inside = (p_I_tip.array() >= 0).all() && p_I_tip.x() <= first.cols - 1 &&
+                      p_I_tip.y() <= first.rows - 1;  // false for NaN
+  if (!inside) refuse("outside the picture");
+  if (!(width > 0) || width > kLargest - 2 * kSide) refuse("the tool is too wide in the picture");
+  const int length = std::clamp(roi - 2 * kReach, 12, kLargest);
+  TipTemplate tip;
+  for (const double beyond : {-kBeforeTip, kBeyondTip}) {
+    const cv::Rect window = WindowAt(p_I_tip, d_I, width, length, beyond, first.size());
+    if (std::min(window.width, window.height) < kSmallest) {
+      refuse("too little of the tool is in the picture");
+    }
+    tip = Cut(first, format, window, p_I_tip, d_I, width);
+    if (TellsPlaceAlong(tip, d_I)) break;
+  }
+  if (!HasContrast(tip.pixels)) refuse("no contrast");
+  return tip;
+}
+
+}  // namespace palpate

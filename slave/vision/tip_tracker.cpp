@@ -1,0 +1,209 @@
+#include "slave/vision/tip_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "slave/vision/parabola.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kReach = 10;              // least reach of the search around the template [px]
+constexpr int kSamePeak = 2;            // places this near to the best belong to it [px]
+constexpr double kAsGood = 0.01;        // a second peak within this score of the best is its equal
+constexpr std::size_t kCandidates = 6;  // of the coarse search, looked at closely
+constexpr int kLeastCoarse = 7;         // edge below which a shrunk template tells too little [px]
+
+struct Peak {
+  cv::Point at;
+  double score = Ncc::kNoMatch;
+};
+
+Peak BestOf(const ScoreMap& map) {
+  const auto best = std::max_element(map.scores.begin(), map.scores.end());
+  const int index = static_cast<int>(best - map.scores.begin());
+  return {{index % map.width, index / map.width}, *best};
+}
+
+bool IsLocalPeak(const ScoreMap& map, int x, int y) {
+  const double score = map.At(x, y);
+  for (int j = std::max(0, y - 1); j <= std::min(map.height - 1, y + 1); ++j) {
+    for (int i = std::max(0, x - 1); i <= std::min(map.width - 1, x + 1); ++i) {
+      if (map.At(i, j) > score) return false;
+    }
+  }
+  return true;
+}
+
+bool HasEqual(const ScoreMap& map, const Peak& best) {
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      if (map.At(x, y) < best.score - kAsGood) continue;
+      const bool near =
+          std::abs(x - best.at.x) <= kSamePeak && std::abs(y - best.at.y) <= kSamePeak;
+      if (!near && IsLocalPeak(map, x, y)) return true;
+    }
+  }
+  return false;
+}
+
+bool OnBorder(const ScoreMap& map, const cv::Point& at) {
+  return at.x == 0 || at.y == 0 || at.x == map.width - 1 || at.y == map.height - 1;
+}
+
+Ncc MakeNcc(const TipTemplate& tip, const GreyFormat& format) {
+  const cv::Size size = format.size();
+  if (tip.pixels.width > size.width || tip.pixels.height > size.height) {
+    throw std::runtime_error("the tip's template (" + std::to_string(tip.pixels.width) + " x " +
+                             std::to_string(tip.pixels.height) +
+                             " px) is larger than the picture (" + std::to_string(size.width) +
+                             " x " + std::to_string(size.height) + " px)");
+  }
+  return Ncc(tip.pixels);
+}
+
+}  // namespace
+
+TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const Options& options,
+                       std::optional<Eigen::Vector2d> start_I)
+    : format_(format),
+      options_(options),
+      anchor_(tip.anchor),
+      ncc_(MakeNcc(tip, format)),
+      aligner_(tip.pixels, tip.weights),
+      last_(start_I) {
+  const int edge = std::min(tip.pixels.width, tip.pixels.height);
+  for (shrink_ = 4; shrink_ > 1 && edge / shrink_ < kLeastCoarse; shrink_ /= 2) {
+  }
+  for (; !coarse_; shrink_ /= 2) {
+    GreyPatch pattern;
+    Shrink(tip.pixels, shrink_, pattern);
+    try {
+      coarse_.emplace(pattern);
+    } catch (const std::invalid_argument&) {
+      if (shrink_ == 1) throw;
+      continue;  // shrunk, it has lost its contrast
+    }
+    break;
+  }
+  candidates_.reserve(kCandidates);
+}
+
+Eigen::Vector2d TipTracker::Predicted() const {
+  const Eigen::Vector2d picture(format_.size().width - 1, format_.size().height - 1);
+  return (*last_ + step_).cwiseMax(0).cwiseMin(picture);
+}
+
+cv::Rect TipTracker::WindowAround(const Eigen::Vector2d& tip, double scale) const {
+  const GreyPatch& pattern = ncc_.pattern();
+  const auto edge = [&](int pattern_edge) {
+    const int least = pattern_edge + 2 * kReach;
+    return static_cast<int>(scale * std::max(options_.roi, least));
+  };
+  const cv::Size size(edge(pattern.width), edge(pattern.height));
+  const Eigen::Vector2d centre =
+      tip - anchor_ + 0.5 * Eigen::Vector2d(pattern.width - 1, pattern.height - 1);
+  const cv::Point corner(static_cast<int>(std::lround(centre.x())) - size.width / 2,
+                         static_cast<int>(std::lround(centre.y())) - size.height / 2);
+  return cv::Rect(corner, size) & cv::Rect(cv::Point(), format_.size());
+}
+
+cv::Rect TipTracker::search_window() const {
+  return last_ ? WindowAround(Predicted(), 1) : cv::Rect(cv::Point(), format_.size());
+}
+
+TipObservation TipTracker::Track(const cv::Mat& image) {
+  Match match;
+  if (last_) {
+    match = SearchWindow(image, WindowAround(Predicted(), 1));
+    if (match.on_border) match = SearchWindow(image, WindowAround(Predicted(), 2));
+  }
+  if (!match.found) {
+    match.tip = SearchPicture(image);
+    match.found = match.tip.found;
+  }
+  if (!match.found) {
+    last_.reset();
+    return match.tip;
+  }
+  step_ = last_ && !match.tip.reacquired ? (match.tip.p_I - *last_).eval() : Eigen::Vector2d(0, 0);
+  last_ = match.tip.p_I;
+  return match.tip;
+}
+
+TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect& window) {
+  Match match;
+  format_.Read(image, window, window_);
+  const ScoreMap& map = ncc_.Match(window_);
+  if (map.scores.empty()) return match;
+  const Peak best = BestOf(map);
+  match.tip.score = std::max(best.score, -1.0);
+  if (best.score < options_.min_score) return match;
+  match.on_border = OnBorder(map, best.at);
+  if (match.on_border || HasEqual(map, best)) return match;
+  match.tip = Measure(map, window, best.at);
+  match.found = true;
+  return match;
+}
+
+TipObservation TipTracker::Measure(const ScoreMap& map, const cv::Rect& window,
+                                   const cv::Point& peak) {
+  const double score = map.At(peak.x, peak.y);
+  const auto at = [&](int dx, int dy) { return map.At(peak.x + dx, peak.y + dy); };
+  const Eigen::Vector2d rough(peak.x + FitParabola(at(-1, 0), score, at(1, 0)).offset,
+                              peak.y + FitParabola(at(0, -1), score, at(0, 1)).offset);
+  const TemplateAligner::Result fine = aligner_.Align(window_, rough);
+  TipObservation tip;
+  tip.found = true;
+  tip.score = score;
+  tip.p_I = (fine.converged ? fine.p : rough) + anchor_ + Eigen::Vector2d(window.x, window.y);
+  tip.sigma = fine.converged ? fine.sigma : 0.5;  // the parabola is good to half a pixel at worst
+  return tip;
+}
+
+TipObservation TipTracker::SearchPicture(const cv::Mat& image) {
+  FindCandidates(image);
+  const GreyPatch& pattern = ncc_.pattern();
+  const int margin = 2 * shrink_ + 2;
+  Match best, second;
+  for (const Candidate& candidate : candidates_) {
+    const cv::Rect window(candidate.corner.x - margin, candidate.corner.y - margin,
+                          pattern.width + 2 * margin, pattern.height + 2 * margin);
+    Match match = SearchWindow(image, window & cv::Rect(cv::Point(), format_.size()));
+    const bool same = match.found && best.found &&
+                      (match.tip.p_I - best.tip.p_I).cwiseAbs().maxCoeff() <= kSamePeak;
+    if (same) continue;
+    if (match.found > best.found ||
+        (match.found == best.found && match.tip.score > best.tip.score)) {
+      std::swap(match, best);
+    }
+    if (match.found && (!second.found || match.tip.score > second.tip.score)) second = match;
+  }
+  const bool unique = !second.found || second.tip.score < best.tip.score - kAsGood;
+  best.tip.found = best.found && unique;
+  best.tip.reacquired = best.tip.found;
+  return best.tip;
+}
+
+void TipTracker::FindCandidates(const cv::Mat& image) {
+  format_.Read(image, cv::Rect(cv::Point(), format_.size()), whole_);
+  if (shrink_ > 1) Shrink(whole_, shrink_, shrunk_);
+  const ScoreMap& map = coarse_->Match(shrink_ > 1 ? shrunk_ : whole_);
+  candidates_.clear();
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const double score = map.At(x, y);
+      const bool full = candidates_.size() == kCandidates;
+      if (full && score <= candidates_.back().score) continue;
+      if (score == Ncc::kNoMatch || !IsLocalPeak(map, x, y)) continue;
+      if (full) candidates_.pop_back();
+      const auto place = std::find_if(candidates_.begin(), candidates_.end(),
+                                      [&](const Candidate& c) { return c.score < score; });
+      candidates_.insert(place, {{x * shrink_, y * shrink_}, score});
+    }
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,150 @@
+#include "slave/capture/frame_source.h"
+
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "tests/slave/capture/scratch.h"
+
+namespace palpate {
+namespace {
+
+Scene SceneWith(Camera::Source source, const std::string& pattern, const Scratch& scratch) {
+  Scene scene;
+  scene.name = "recorded";
+  scene.file = scratch.path() / "scene.yaml";
+  scene.sense.camera.emplace();
+  scene.sense.camera->source = source;
+  scene.sense.camera->pattern = pattern;
+  scene.sense.camera->rate = 100;
+  return scene;
+}
+
+// Pictures 0, 1, ... whose grey level tells their number.
+void WriteNumbered(const Scratch& scratch, int count) {
+  for (int k = 0; k < count; ++k) {
+    const cv::Mat image(24, 32, CV_8UC1, cv::Scalar(k));
+    ASSERT_TRUE(cv::imwrite((scratch.path() / ("f" + std::to_string(k) + ".png")).string(), image));
+  }
+}
+
+std::string OpeningMessage(const Scene& scene) {
+  try {
+    OpenFrameSource(scene, false);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "opened";
+}
+
+TEST(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
+  const Scratch scratch;
+  WriteNumbered(scratch, 30);
+  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
+  EXPECT_THAT(source->description(), testing::EndsWith("f%d.png (30)"));
+  Time first{};
+  for (int k = 0; k < 30; ++k) {
+    const auto frame = source->Next({});
+    ASSERT_TRUE(frame) << k;
+    if (k == 0) first = frame->sensed_at;
+    EXPECT_EQ(frame->sequence, static_cast<std::uint64_t>(k + 1));
+    EXPECT_EQ(frame->image.at<uchar>(5, 5), k);
+    EXPECT_NEAR(SecondsBetween(first, frame->sensed_at), 0.01 * k, 2e-9);
+  }
+  EXPECT_FALSE(source->Next({}));
+  EXPECT_FALSE(source->Next({})) << "an ended source stays ended";
+}
+
+// A picture may be late (a busy machine), never early.
+TEST(FrameSourceTest, PacedPicturesNeverComeBeforeTheirStamp) {
+  const Scratch scratch;
+  WriteNumbered(scratch, 5);
+  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f*.png", scratch), true);
+  while (const auto frame = source->Next({})) EXPECT_GE(Clock::now(), frame->sensed_at);
+}
+
+TEST(FrameSourceTest, ADamagedPictureStopsTheSourceAfterTheGoodOnes) {
+  const Scratch scratch;
+  WriteNumbered(scratch, 4);
+  scratch.Write("f2.png", "damaged");
+  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
+  EXPECT_TRUE(source->Next({}));
+  EXPECT_TRUE(source->Next({}));
+  try {
+    source->Next({});
+    FAIL() << "the damaged picture came through";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("f2.png: picture 3"));
+  }
+}
+
+TEST(FrameSourceTest, StoppingEndsAWaitForAPicture) {
+  const Scratch scratch;
+  WriteNumbered(scratch, 2);
+  Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
+  scene.sense.camera->rate = 1e-3;  // the second picture is due in 1000 s
+  const auto source = OpenFrameSource(scene, true);
+  ASSERT_TRUE(source->Next({}));
+  std::stop_source stop;
+  std::jthread stopper([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    stop.request_stop();
+  });
+  EXPECT_FALSE(source->Next(stop.get_token()));
+}
+
+TEST(FrameSourceTest, ASourceNobodyReadsCanBeClosed) {
+  const Scratch scratch;
+  WriteNumbered(scratch, 40);  // more than are decoded ahead: the thread waits for room
+  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
+  EXPECT_TRUE(source->Next({}));
+}
+
+TEST(FrameSourceTest, VideosGiveEveryPicture) {
+  const Scratch scratch;
+  const std::string file = (scratch.path() / "v.avi").string();
+  {
+    cv::VideoWriter writer(file, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                           30, {64, 48});
+    ASSERT_TRUE(writer.isOpened());
+    for (int k = 0; k < 12; ++k) writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(20 * k)));
+  }
+  const auto source = OpenFrameSource(SceneWith(Camera::Source::kVideo, "v.avi", scratch), false);
+  int count = 0;
+  while (const auto frame = source->Next({})) {
+    EXPECT_EQ(frame->image.size(), cv::Size(64, 48));
+    EXPECT_NEAR(frame->image.at<cv::Vec3b>(24, 32)[1], 20 * count, 4) << "JPEG of a flat picture";
+    ++count;
+  }
+  EXPECT_EQ(count, 12);
+}
+
+TEST(FrameSourceTest, WhatCannotBeOpenedIsNamed) {
+  const Scratch scratch;
+  EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kFiles, "*.png", scratch)),
+              testing::HasSubstr("no picture matches"));
+  scratch.Write("bad0.png", "no picture");
+  EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kFiles, "bad%d.png", scratch)),
+              testing::HasSubstr("bad0.png: picture 1"));
+  EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kVideo, "none.avi", scratch)),
+              testing::HasSubstr("none.avi: no such video"));
+  scratch.Write("bad.avi", "no video");
+  EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kVideo, "bad.avi", scratch)),
+              testing::HasSubstr("bad.avi: not a video"));
+  Scene scene = SceneWith(Camera::Source::kDevice, "", scratch);
+  scene.sense.camera->device = 63;
+  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("camera 63: no such camera"));
+  EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kSimulated, "", scratch)),
+              testing::HasSubstr("simulated site"));
+  scene.sense.camera.reset();
+  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("has no camera"));
+}
+
+}  // namespace
+}  // namespace palpate

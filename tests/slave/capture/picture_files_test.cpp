@@ -1,0 +1,126 @@
+#include "slave/capture/picture_files.h"
+
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tests/slave/capture/scratch.h"
+
+namespace palpate {
+namespace {
+
+std::vector<std::string> Names(const std::string& pattern, const Scratch& scratch) {
+  std::vector<std::string> names;
+  for (const auto& file : ListPictures(pattern, scratch.path())) {
+    names.push_back(file.filename().string());
+  }
+  return names;
+}
+
+template <typename Action>
+std::string Message(const Action& action) {
+  try {
+    action();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+TEST(NaturallyLessTest, DigitsCompareAsNumbers) {
+  EXPECT_TRUE(NaturallyLess("img2.png", "img10.png"));
+  EXPECT_FALSE(NaturallyLess("img10.png", "img2.png"));
+  EXPECT_TRUE(NaturallyLess("a9b1", "a9b2"));
+  EXPECT_TRUE(NaturallyLess("img", "img1"));
+  EXPECT_FALSE(NaturallyLess("img1", "img1"));
+  EXPECT_NE(NaturallyLess("img01", "img1"), NaturallyLess("img1", "img01"));  // a strict order
+}
+
+TEST(ListPicturesTest, GlobsAndDirectoriesComeInTheOrderOfTheirNumbers) {
+  const Scratch scratch;
+  for (const char* name : {"f10.png", "f2.png", "f1.png", "note.txt", ".f3.png"}) {
+    scratch.Write(name, "x");
+  }
+  EXPECT_THAT(Names("f*.png", scratch), testing::ElementsAre("f1.png", "f2.png", "f10.png"));
+  EXPECT_THAT(Names("f?.png", scratch), testing::ElementsAre("f1.png", "f2.png"));
+  EXPECT_THAT(Names("f2.png", scratch), testing::ElementsAre("f2.png"));
+  std::filesystem::remove(scratch.path() / ".f3.png");
+  EXPECT_THAT(Names(".", scratch), testing::ElementsAre("f1.png", "f2.png", "f10.png"));
+}
+
+TEST(ListPicturesTest, NumberedPatternsStartWhereTheFilesDo) {
+  for (const int first : {0, 1, 37}) {
+    const Scratch scratch;
+    std::vector<std::string> expected;
+    for (int k = first; k < first + 3; ++k) {
+      expected.push_back(cv::format("f%04d.png", k));
+      scratch.Write(expected.back(), "x");
+    }
+    scratch.Write(cv::format("f%d.png", first), "x");  // not written with four digits
+    EXPECT_THAT(Names("f%04d.png", scratch), testing::ElementsAreArray(expected)) << first;
+  }
+}
+
+TEST(ListPicturesTest, NumberedPatternsStopAtTheFirstGap) {
+  const Scratch scratch;
+  for (const char* name : {"a8", "a9", "a10", "a12"}) scratch.Write(name, "x");
+  EXPECT_THAT(Names("a%d", scratch), testing::ElementsAre("a8", "a9", "a10"));
+}
+
+TEST(ListPicturesTest, WhatIsWrongIsNamed) {
+  const Scratch scratch;
+  const auto list = [&](const std::string& pattern) {
+    return Message([&] { ListPictures(pattern, scratch.path()); });
+  };
+  EXPECT_THAT(list("."), testing::HasSubstr("the directory holds no picture"));
+  EXPECT_THAT(list("*.png"), testing::HasSubstr("*.png: no picture matches"));
+  EXPECT_THAT(list("f%03d.png"), testing::HasSubstr("f%03d.png: no picture matches"));
+  EXPECT_THAT(list("one.png"), testing::HasSubstr("one.png: no picture matches"));
+  EXPECT_THAT(list("away/f%d.png"), testing::HasSubstr("no such directory"));
+  EXPECT_THAT(list("f%s.png"), testing::HasSubstr("malformed pattern"));
+  EXPECT_THAT(list("f%d_%d.png"), testing::HasSubstr("malformed pattern"));
+}
+
+TEST(ReadPictureTest, PicturesComeAsTheyAreWithoutAlpha) {
+  const Scratch scratch;
+  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3, CV_8UC4}) {
+    const cv::Mat written(6, 8, type, cv::Scalar(10, 20, 30, 255));
+    const auto file = scratch.path() / "p.png";
+    ASSERT_TRUE(cv::imwrite(file.string(), written));
+    const cv::Mat read = ReadPicture(file, 1);
+    EXPECT_EQ(read.type(), type == CV_8UC4 ? CV_8UC3 : type);
+    EXPECT_EQ(read.size(), written.size());
+    const cv::Mat first = read.reshape(1);
+    EXPECT_EQ(first.depth() == CV_8U ? first.at<uchar>(0, 0) : first.at<ushort>(0, 0), 10);
+  }
+}
+
+// Truncation at any place must be refused: a decoder alone would answer with grey.
+TEST(ReadPictureTest, DamagedPicturesAreRefusedByNameAndNumber) {
+  const Scratch scratch;
+  cv::Mat image(96, 128, CV_8UC1);
+  cv::randu(image, 0, 255);
+  for (const std::string extension : {".jpg", ".png"}) {
+    std::vector<unsigned char> bytes;
+    ASSERT_TRUE(cv::imencode(extension, image, bytes));
+    for (const double part : {0.0, 0.02, 0.5, 0.99}) {
+      const auto size = static_cast<std::size_t>(part * static_cast<double>(bytes.size()));
+      const auto file = scratch.Write(
+          "cut" + extension,
+          std::string(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)));
+      const std::string message = Message([&] { ReadPicture(file, 12); });
+      EXPECT_THAT(message, testing::HasSubstr("cut" + extension)) << part;
+      EXPECT_THAT(message, testing::HasSubstr("picture 12")) << part;
+    }
+  }
+  EXPECT_THAT(Message([&] { ReadPicture(scratch.Write("text.png", "not a picture"), 3); }),
+              testing::HasSubstr("picture 3 is not a picture"));
+  EXPECT_THAT(Message([&] { ReadPicture(scratch.path() / "none.png", 4); }),
+              testing::HasSubstr("picture 4 cannot be opened"));
+}
+
+}  // namespace
+}  // namespace palpate

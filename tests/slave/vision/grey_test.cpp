@@ -1,0 +1,70 @@
+#include "slave/vision/grey.h"
+
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+namespace palpate {
+namespace {
+
+std::int16_t Level(const cv::Mat& image) {
+  const GreyFormat format(image);
+  GreyPatch patch;
+  format.Read(image, {1, 1, 2, 1}, patch);
+  return patch.At(1, 0);
+}
+
+// Reference: ITU-R BT.601: 0.114 B + 0.587 G + 0.299 R, here in 256ths and rounded.
+TEST(GreyFormatTest, LevelsOfEveryAcceptedType) {
+  EXPECT_EQ(Level(cv::Mat(4, 4, CV_8UC1, cv::Scalar(77))), 77);
+  EXPECT_EQ(Level(cv::Mat(4, 4, CV_8UC3, cv::Scalar(255, 0, 0))), 29);
+  EXPECT_EQ(Level(cv::Mat(4, 4, CV_8UC3, cv::Scalar(0, 255, 0))), 149);
+  EXPECT_EQ(Level(cv::Mat(4, 4, CV_8UC3, cv::Scalar(0, 0, 255))), 77);
+  EXPECT_EQ(Level(cv::Mat(4, 4, CV_16UC1, cv::Scalar(65535))), 2047);
+  EXPECT_EQ(Level(cv::Mat(4, 4, CV_16UC1, cv::Scalar(4095))), 2047) << "a 12 bit camera";
+  EXPECT_EQ(Level(cv::Mat(4, 4, CV_16UC1, cv::Scalar(200))), 200) << "no light, no gain";
+  EXPECT_EQ(Level(cv::Mat(4, 4, CV_16UC3, cv::Scalar::all(1000))), 1000);
+}
+
+TEST(GreyFormatTest, BrighterPicturesThanTheFirstSaturate) {
+  const GreyFormat format(cv::Mat(4, 4, CV_16UC1, cv::Scalar(4000)));
+  GreyPatch patch;
+  format.Read(cv::Mat(4, 4, CV_16UC1, cv::Scalar(65535)), {0, 0, 1, 1}, patch);
+  EXPECT_EQ(patch.At(0, 0), 2047);
+}
+
+TEST(GreyFormatTest, OtherTypesAreRefusedAndOtherPicturesDoNotFit) {
+  EXPECT_THROW(GreyFormat{cv::Mat()}, std::runtime_error);
+  for (const int type : {CV_32FC1, CV_8SC1, CV_8UC2, CV_8UC4, CV_64FC3}) {
+    EXPECT_THROW(GreyFormat{cv::Mat(4, 4, type, cv::Scalar(0))}, std::runtime_error) << type;
+  }
+  const GreyFormat format(cv::Mat(4, 5, CV_8UC1, cv::Scalar(0)));
+  EXPECT_TRUE(format.Fits(cv::Mat(4, 5, CV_8UC1)));
+  EXPECT_FALSE(format.Fits(cv::Mat(5, 4, CV_8UC1)));
+  EXPECT_FALSE(format.Fits(cv::Mat(4, 5, CV_16UC1)));
+  EXPECT_FALSE(format.Fits(cv::Mat()));
+}
+
+// Pictures cut out of larger ones have rows that do not follow each other in memory.
+TEST(GreyFormatTest, CutOutPicturesAreReadRowByRow) {
+  cv::Mat large(10, 10, CV_8UC1);
+  for (int k = 0; k < 100; ++k) large.data[k] = static_cast<uchar>(k);
+  const cv::Mat part = large(cv::Rect(3, 2, 4, 4));
+  GreyPatch patch;
+  GreyFormat(part).Read(part, {1, 1, 2, 2}, patch);
+  EXPECT_EQ(patch.levels, (std::vector<std::int16_t>{34, 35, 44, 45}));
+}
+
+TEST(ShrinkTest, BlocksBecomeTheirMean) {
+  GreyPatch patch, small;
+  patch.Resize(5, 4);
+  for (int k = 0; k < 20; ++k)
+    patch.levels[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(k);
+  Shrink(patch, 2, small);
+  EXPECT_EQ(small.width, 2);
+  EXPECT_EQ(small.levels, (std::vector<std::int16_t>{3, 5, 13, 15}));
+}
+
+}  // namespace
+}  // namespace palpate

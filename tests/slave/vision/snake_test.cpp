@@ -1,0 +1,118 @@
+#include "slave/vision/snake.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "tests/slave/vision/reference_case.h"
+#include "tests/slave/vision/test_pictures.h"
+
+namespace palpate {
+namespace {
+
+// Reference: the table (Williams & Shah's normalisations in exact arithmetic), energies to 1e-12.
+TEST(GreedyStepTest, ReproducesTheReferenceTable) {
+  const auto reference = ReferenceCase("snake_greedy_step");
+  if (!reference) GTEST_SKIP() << "../shared is absent";
+  const auto& params = reference->at("params");
+  const auto vertex = [&](int k) {
+    const auto v = params.at("vertices").at(k).get<std::vector<double>>();
+    return Eigen::Vector2d(v[0], v[1]);
+  };
+  const auto place = [](const nlohmann::json& entry) {
+    return static_cast<std::size_t>(3 * (entry.at("dx").get<int>() + 1) +
+                                    entry.at("dy").get<int>() + 1);
+  };
+  NinePlaces magnitude{};
+  for (const auto& entry : params.at("gradient_magnitude")) {
+    magnitude[place(entry)] = entry.at("mag").get<double>();
+  }
+  const SnakeWeights weights{params.at("alpha"), params.at("beta"), params.at("gamma")};
+  const auto& expected = reference->at("expected");
+  const GreedyStep step = EvaluateStep(vertex(0), vertex(1), vertex(2), expected.at("mean_spacing"),
+                                       weights, magnitude);
+  for (const auto& entry : expected.at("energies")) {
+    const std::size_t k = place(entry);
+    EXPECT_NEAR(step.cont[k], entry.at("cont").get<double>(), 1e-12) << entry;
+    EXPECT_NEAR(step.curv[k], entry.at("curv").get<double>(), 1e-12) << entry;
+    EXPECT_NEAR(step.image[k], entry.at("image").get<double>(), 1e-12) << entry;
+    EXPECT_NEAR(step.total[k], entry.at("total").get<double>(), 1e-12) << entry;
+  }
+  EXPECT_EQ(step.dx(), expected.at("move").at(0).get<int>());
+  EXPECT_EQ(step.dy(), expected.at("move").at(1).get<int>());
+}
+
+// The rule of Williams & Shah: where the gradients differ by less than 5, the image energies differ
+// by range / 5 only, not by 1.
+TEST(GreedyStepTest, FlatPlacesHardlyAttract) {
+  NinePlaces magnitude{};
+  magnitude[8] = 1;
+  const GreedyStep step = EvaluateStep({0, 0}, {4, 0}, {8, 0}, 4, {0, 0, 1}, magnitude);
+  EXPECT_DOUBLE_EQ(step.image[8], -1);
+  EXPECT_DOUBLE_EQ(step.image[0], -0.8);
+  EXPECT_EQ(step.best, 8);
+}
+
+TEST(GreedyStepTest, APointWithNothingToGainStays) {
+  const GreedyStep step = EvaluateStep({0, 0}, {4, 0}, {8, 0}, 4, {0, 0, 1}, NinePlaces{});
+  EXPECT_EQ(step.best, 4);
+}
+
+Curve CircleAround(const Eigen::Vector2d& centre, double radius, int count) {
+  Curve curve;
+  for (int k = 0; k < count; ++k) {
+    const double angle = 2 * std::numbers::pi * k / count;
+    curve.push_back(centre + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  return curve;
+}
+
+TestPicture Disc(double radius) {
+  TestPicture picture;
+  picture.body.emplace();
+  picture.body->shape = TestPicture::Body::Shape::kDisc;
+  picture.body->centre = {320.4, 239.7};
+  picture.body->half = {radius, radius};
+  return picture;
+}
+
+// Reference: the disc's own radius. A point stands on whole pixels, and the chain's pull inwards
+// costs up to another: within 1.5 px everywhere. It starts as far off as the blurred edge reaches.
+TEST(SnakeTest, CreepsOntoADiscFromOutsideAndInside) {
+  const cv::Mat image = Disc(90).Render();
+  const GreyFormat format(image);
+  for (const double start : {88.5, 91.5}) {
+    Snake snake(format, {}, CircleAround({320, 240}, start, 360), 60);
+    EXPECT_LT(snake.Creep(image, 60), 60) << "it comes to rest";
+    for (const Eigen::Vector2d& p : snake.points()) {
+      EXPECT_NEAR((p - Eigen::Vector2d(320.4, 239.7)).norm(), 90, 1.5) << "from " << start;
+    }
+  }
+}
+
+TEST(SnakeTest, FollowsADiscThatSwellsAndMoves) {
+  const GreyFormat format(Disc(90).Render());
+  Snake snake(format, {}, CircleAround({320, 240}, 90, 360), 60);
+  for (int k = 0; k < 20; ++k) {
+    TestPicture picture = Disc(90 + 0.5 * k);
+    picture.body->centre.x() += 1.0 * k;
+    snake.Creep(picture.Render(static_cast<std::uint64_t>(k)), 4);
+    for (const Eigen::Vector2d& p : snake.points()) {
+      EXPECT_NEAR((p - picture.body->centre).norm(), 90 + 0.5 * k, 2.5) << "picture " << k;
+    }
+  }
+}
+
+TEST(SnakeTest, StaysInsideThePicture) {
+  const cv::Mat flat(40, 50, CV_8UC1, cv::Scalar(100));
+  Snake snake(GreyFormat(flat), {0, 0, 1}, CircleAround({25, 20}, 60, 90), 40);
+  snake.Creep(flat, 10);
+  for (const Eigen::Vector2d& p : snake.points()) {
+    EXPECT_TRUE(p.x() >= 2 && p.y() >= 2 && p.x() <= 47 && p.y() <= 37) << p.transpose();
+  }
+}
+
+}  // namespace
+}  // namespace palpate
