@@ -13,29 +13,18 @@ namespace {
 using Point = Eigen::Vector2d;
 
 constexpr double kCornerCosine = 0.866;  // a bend of 30 degrees ends a patch
-constexpr int kDiscCorners = 360;        // radius short by 4e-5 at most
 
 double Cross(const Point& a, const Point& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
 Outline TrueOutline(const Geometry& geometry) {
-  if (const auto* r = std::get_if<RectangleGeometry>(&geometry)) {
-    return {{{0, 0}, {r->width, 0}, {r->width, r->height}, {0, r->height}}, {}};
+  if (std::holds_alternative<ImageContourGeometry>(geometry)) {
+    throw std::invalid_argument(
+        "object.geometry.contour = from-image: accepted by the simulated site is an outline it can "
+        "draw: rectangle, disc, polygon or a contour file");
   }
-  if (const auto* d = std::get_if<DiscGeometry>(&geometry)) {
-    Outline outline;
-    for (int k = 0; k < kDiscCorners; ++k) {
-      const double angle = 2 * std::numbers::pi * (k - 0.5) / kDiscCorners;
-      outline.outer.emplace_back(d->radius * std::cos(angle), d->radius * std::sin(angle));
-    }
-    return outline;
-  }
-  if (const auto* p = std::get_if<PolygonGeometry>(&geometry)) return p->outline;
-  if (const auto* c = std::get_if<ContourFileGeometry>(&geometry)) return c->outline;
-  throw std::invalid_argument(
-      "object.geometry.contour = from-image: accepted by the simulated site is an outline it can "
-      "draw: rectangle, disc, polygon or a contour file");
+  return OutlineOf(geometry);
 }
 
 double LoopArea(const std::vector<Point>& loop) {
@@ -56,10 +45,9 @@ Eigen::Isometry2d InPlane(const Eigen::Isometry3d& X_SO, const Point& misplaceme
   return X;
 }
 
-// Angle about `centre` between -pi and pi as seen from the direction `zero`.
-double AngleFrom(const Point& p, const Point& centre, double zero) {
-  return std::remainder(std::atan2(p.y() - centre.y(), p.x() - centre.x()) - zero,
-                        2 * std::numbers::pi);
+// Angle about O's origin, between -pi and pi as seen from the direction `zero`.
+double AngleFrom(const Point& p, double zero) {
+  return std::remainder(std::atan2(p.y(), p.x()) - zero, 2 * std::numbers::pi);
 }
 
 }  // namespace
@@ -105,7 +93,6 @@ void TrueBody::AddLoop(std::vector<Point> loop, bool counter_clockwise) {
 
 // Edges of the outer loop are divided where an arc begins or ends.
 void TrueBody::SplitAtArcs(const std::vector<Fixed>& fixed) {
-  const Point centre = 0.5 * (lower_ + upper_);
   for (const Fixed& f : fixed) {
     const auto* arc = std::get_if<FixedArc>(&f.where);
     if (arc == nullptr) continue;
@@ -113,11 +100,11 @@ void TrueBody::SplitAtArcs(const std::vector<Fixed>& fixed) {
       const Point ray(std::cos(end), std::sin(end));
       for (std::size_t i = 0; i < loop_begin_[1]; ++i) {
         Edge& edge = edges_[i];
-        const double from = Cross(ray, edge.a - centre), to = Cross(ray, edge.b - centre);
+        const double from = Cross(ray, edge.a), to = Cross(ray, edge.b);
         const double where = from / (from - to);
         if (!(where > 1e-6 && where < 1 - 1e-6)) continue;
         const Point cut = edge.a + where * (edge.b - edge.a);
-        if (ray.dot(cut - centre) <= 0) continue;
+        if (ray.dot(cut) <= 0) continue;
         Edge rest = edge;
         rest.a = cut;
         rest.s = edge.s + where * edge.length();
@@ -132,7 +119,6 @@ void TrueBody::SplitAtArcs(const std::vector<Fixed>& fixed) {
 
 void TrueBody::Hold(const Fixed& fixed) {
   const double tolerance = 1e-6 * (upper_ - lower_).norm();
-  const Point centre = 0.5 * (lower_ + upper_);
   const auto on_plane = [&](const Edge& e, int axis, double at) {
     return std::abs(e.a[axis] - at) <= tolerance && std::abs(e.b[axis] - at) <= tolerance;
   };
@@ -146,7 +132,7 @@ void TrueBody::Hold(const Fixed& fixed) {
     }
     if (const auto* arc = std::get_if<FixedArc>(&fixed.where)) {
       const Point middle = 0.5 * (e.a + e.b);
-      return e.loop == 0 && std::abs(AngleFrom(middle, centre, arc->centre)) <= arc->half_angle;
+      return e.loop == 0 && std::abs(AngleFrom(middle, arc->centre)) <= arc->half_angle;
     }
     if (const auto* plane = std::get_if<FixedPlane>(&fixed.where)) {
       return plane->axis < 2 && on_plane(e, plane->axis, plane->at);

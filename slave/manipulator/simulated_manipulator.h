@@ -1,0 +1,48 @@
+// A planar arm that exists only in this process: a thread steps a TipFollower at 1 kHz and tells
+// where the tip is.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+
+#include "slave/manipulator/manipulator.h"
+#include "slave/manipulator/tip_follower.h"
+
+namespace palpate {
+
+class SimulatedManipulator : public Manipulator {
+ public:
+  using OnStep = std::function<void(const Eigen::Vector3d& p_S_tip)>;
+
+  // Starts the thread. `on_step` is called from it after every step, first with home; while it
+  // takes its time (a site that waits for a solution) periods are skipped, not made up for. Throws
+  // as TipFollower does.
+  SimulatedManipulator(const ManipulatorOptions& options, OnStep on_step);
+  ~SimulatedManipulator() override;
+
+  bool Command(const Eigen::Vector3d& p_S_target) noexcept override;
+  void Hold() noexcept override;
+  [[nodiscard]] Eigen::Vector3d Tip() const noexcept override;
+  [[nodiscard]] bool at_limit() const noexcept override;
+
+  // Commands that were not finite. Thread-safe.
+  [[nodiscard]] std::uint64_t ignored_commands() const noexcept { return ignored_; }
+  // Periods without a step of their own. Thread-safe.
+  [[nodiscard]] std::uint64_t missed_periods() const noexcept { return missed_; }
+
+ private:
+  void Run(const std::stop_token& stop);
+  Eigen::Vector3d StepBy(double dt) noexcept;
+
+  mutable std::mutex mutex_;  // guards follower_; never held longer than a step
+  TipFollower follower_;
+  OnStep on_step_;
+  std::atomic<std::uint64_t> ignored_{0}, missed_{0};
+  std::jthread thread_;  // last: it uses everything above
+};
+
+}  // namespace palpate

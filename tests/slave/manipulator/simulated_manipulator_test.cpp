@@ -1,0 +1,104 @@
+#include "slave/manipulator/simulated_manipulator.h"
+
+#include <atomic>
+#include <chrono>
+#include <limits>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using namespace std::chrono_literals;
+
+ManipulatorOptions Options() {
+  return {.home = {0, 0, 0},
+          .max_speed = 0.05,
+          .workspace_min = {-0.1, -0.1, 0},
+          .workspace_max = {0.1, 0.1, 0}};
+}
+
+// Waits for `condition`, at most ten seconds.
+template <class Condition>
+bool Eventually(Condition condition) {
+  for (int k = 0; k < 10000; ++k) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(1ms);
+  }
+  return false;
+}
+
+TEST(SimulatedManipulator, GoesWhereItIsToldAndSaysSo) {
+  std::atomic<double> heard{-1};
+  SimulatedManipulator arm(Options(), [&](const Eigen::Vector3d& p) { heard = p.x(); });
+  ASSERT_TRUE(arm.Command({0.002, 0, 0}));
+  EXPECT_TRUE(Eventually([&] { return std::abs(arm.Tip().x() - 0.002) < 1e-9; }));
+  EXPECT_TRUE(Eventually([&] { return std::abs(heard - 0.002) < 1e-9; }));
+}
+
+TEST(SimulatedManipulator, TheFirstStepTellsHome) {
+  std::mutex mutex;
+  std::vector<Eigen::Vector3d> heard;
+  auto options = Options();
+  options.home = {0.01, 0.02, 0};
+  SimulatedManipulator arm(options, [&](const Eigen::Vector3d& p) {
+    const std::lock_guard lock(mutex);
+    heard.push_back(p);
+  });
+  ASSERT_TRUE(Eventually([&] {
+    const std::lock_guard lock(mutex);
+    return heard.size() > 5;
+  }));
+  const std::lock_guard lock(mutex);
+  EXPECT_EQ(heard.front(), options.home);
+}
+
+TEST(SimulatedManipulator, NotFiniteCommandsAreIgnoredAndCounted) {
+  SimulatedManipulator arm(Options(), nullptr);
+  EXPECT_FALSE(arm.Command({std::numeric_limits<double>::quiet_NaN(), 0, 0}));
+  EXPECT_FALSE(arm.Command({0, std::numeric_limits<double>::infinity(), 0}));
+  EXPECT_EQ(arm.ignored_commands(), 2u);
+  EXPECT_EQ(arm.Tip(), Eigen::Vector3d(0, 0, 0));
+}
+
+TEST(SimulatedManipulator, HoldStopsAndLimitsAreTold) {
+  SimulatedManipulator arm(Options(), nullptr);
+  arm.Command({1, 0, 0});
+  EXPECT_TRUE(arm.at_limit());
+  ASSERT_TRUE(Eventually([&] { return arm.Tip().x() > 1e-3; }));
+  arm.Hold();
+  const Eigen::Vector3d held = arm.Tip();
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(arm.Tip(), held);
+  EXPECT_FALSE(arm.at_limit());
+}
+
+// A listener that blocks for 30 ms costs periods, and the true time still passes: the tip is as far
+// as the speed limit lets it be, without a jump afterwards.
+TEST(SimulatedManipulator, ASlowListenerCostsPeriodsButNoTime) {
+  std::atomic<bool> block{true};
+  SimulatedManipulator arm(Options(), [&](const Eigen::Vector3d&) {
+    if (block.exchange(false)) std::this_thread::sleep_for(30ms);
+  });
+  EXPECT_TRUE(Eventually([&] { return arm.missed_periods() >= 25; }));
+}
+
+TEST(SimulatedManipulator, CommandsFromManyThreadsAreSafe) {
+  SimulatedManipulator arm(Options(), nullptr);
+  std::vector<std::jthread> operators;
+  for (int k = 0; k < 3; ++k) {
+    operators.emplace_back([&arm, k] {
+      for (int i = 0; i < 2000; ++i) {
+        arm.Command({1e-5 * i, 1e-3 * k, 0});
+        if (i % 100 == 0) arm.Hold();
+        EXPECT_TRUE(arm.Tip().allFinite());
+      }
+    });
+  }
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,139 @@
+#include "slave/manipulator/tip_follower.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+constexpr double kDt = 1e-3;
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+ManipulatorOptions Options() {
+  return {.home = {0, 0.02, 0},
+          .max_speed = 0.05,
+          .workspace_min = {-0.1, -0.1, 0},
+          .workspace_max = {0.1, 0.1, 0}};
+}
+
+void StepFor(TipFollower& follower, double seconds, double dt = kDt) {
+  for (double t = 0; t < seconds; t += dt) follower.Step(dt);
+}
+
+TEST(TipFollower, ReachesTheTargetAndStaysThere) {
+  TipFollower follower(Options());
+  ASSERT_TRUE(follower.Aim({0.01, 0.01, 0}));
+  StepFor(follower, 1);
+  EXPECT_LT((follower.tip() - Eigen::Vector3d(0.01, 0.01, 0)).norm(), 1e-12);
+  EXPECT_FALSE(follower.at_limit());
+}
+
+// Reference: the ramp response of a critically damped second-order servo: it lags by 2 / w. A
+// target that moves once per step is held for the step, as the servo sees it.
+TEST(TipFollower, LagsAConstantSpeedByTheStatedLag) {
+  TipFollower follower(Options());
+  const double speed = 0.02;
+  for (int k = 1; k <= 200; ++k) {
+    follower.Aim({speed * k * kDt, 0.02, 0});
+    follower.Step(kDt);
+  }
+  const double behind = (speed * 200 * kDt - follower.tip().x()) / speed;
+  EXPECT_NEAR(behind, TipFollower::kLag, 0.6 * kDt);
+  EXPECT_GT(behind, 0);
+}
+
+TEST(TipFollower, NeverMovesFasterThanTheLimitNorOvershoots) {
+  TipFollower follower(Options());
+  follower.Aim({0.1, 0.02, 0});
+  bool limited = false;
+  Eigen::Vector3d before = follower.tip();
+  for (int k = 0; k < 4000; ++k) {
+    follower.Step(kDt);
+    limited = limited || follower.at_limit();
+    EXPECT_LE((follower.tip() - before).norm(), 0.05 * kDt * (1 + 1e-9));
+    EXPECT_LE(follower.tip().x(), 0.1);
+    before = follower.tip();
+  }
+  EXPECT_TRUE(limited);
+  EXPECT_NEAR(follower.tip().x(), 0.1, 1e-9);
+}
+
+// Reference: the closed solution does not depend on how time is cut once the reference stands
+// still.
+TEST(TipFollower, AnyStepIsStableAndEndsInTheSamePlace) {
+  for (const double dt : {1e-6, 1e-3, 0.1, 10.0, 1e9}) {
+    TipFollower follower(Options());
+    follower.Aim({0.001, 0.02, 0});
+    for (int k = 0; k < 60 && k * dt < 1e10; ++k) follower.Step(dt);
+    EXPECT_TRUE(follower.tip().allFinite()) << dt;
+    if (dt >= 0.1) {
+      EXPECT_NEAR(follower.tip().x(), 0.001, 1e-9) << dt;
+    }
+  }
+}
+
+TEST(TipFollower, OutsideTheWorkspaceItGoesToTheNearestPlaceInside) {
+  TipFollower follower(Options());
+  EXPECT_TRUE(follower.Aim({5, -7, 3}));
+  EXPECT_TRUE(follower.at_limit());
+  StepFor(follower, 10);
+  EXPECT_LT((follower.tip() - Eigen::Vector3d(0.1, -0.1, 0)).norm(), 1e-9);
+  EXPECT_TRUE(follower.at_limit()) << "the target is still clipped";
+  EXPECT_TRUE(follower.Aim({1e300, -1e300, 0}));
+  StepFor(follower, 10);
+  EXPECT_TRUE(follower.tip().allFinite());
+}
+
+TEST(TipFollower, NotFiniteIsIgnored) {
+  TipFollower follower(Options());
+  follower.Aim({0.01, 0.01, 0});
+  for (const double bad : {kNan, kInf, -kInf}) {
+    EXPECT_FALSE(follower.Aim({bad, 0, 0}));
+    EXPECT_FALSE(follower.Aim({0, 0, bad}));
+  }
+  for (const double bad : {kNan, kInf, -1.0, 0.0}) follower.Step(bad);
+  EXPECT_EQ(follower.tip(), Eigen::Vector3d(0, 0.02, 0)) << "no time has passed";
+  StepFor(follower, 1);
+  EXPECT_LT((follower.tip() - Eigen::Vector3d(0.01, 0.01, 0)).norm(), 1e-12);
+}
+
+TEST(TipFollower, HoldStopsWhereItIs) {
+  TipFollower follower(Options());
+  follower.Aim({0.1, 0.02, 0});
+  StepFor(follower, 0.5);
+  const Eigen::Vector3d held = follower.tip();
+  EXPECT_GT(held.x(), 0.01);
+  follower.Hold();
+  StepFor(follower, 1);
+  EXPECT_EQ(follower.tip(), held);
+}
+
+std::string Refusal(const ManipulatorOptions& options) {
+  try {
+    const TipFollower follower(options);
+  } catch (const std::invalid_argument& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+TEST(TipFollower, RefusalsNameTheKey) {
+  auto options = Options();
+  options.max_speed = 0;
+  EXPECT_THAT(Refusal(options), ::testing::HasSubstr("manipulator.max_speed"));
+  options = Options();
+  options.home.x() = kNan;
+  EXPECT_THAT(Refusal(options), ::testing::HasSubstr("manipulator.home"));
+  options = Options();
+  options.workspace_max.y() = -1;
+  EXPECT_THAT(Refusal(options), ::testing::HasSubstr("manipulator.workspace"));
+}
+
+}  // namespace
+}  // namespace palpate
