@@ -29,12 +29,14 @@ bool CapacitanceSolver::Prepare(std::span<const ContactPatch> patches) {
     return false;
   }
   const int values = 2 * static_cast<int>(patches_.size());
-  system_ = {nullptr, order_, order_ + values, PaddedTo(kLane, order_ + values)};
+  first_value_ = PaddedTo(kLane, order_);
+  system_ = {nullptr, first_value_ + PaddedTo(kLane, values)};
   augmented_.resize(Index(order_) * Index(system_.stride));
   system_.data = augmented_.data();
+  scratch_.resize(Index(kPanel * order_));
   FillCapacitance();
   FillPrescribed();
-  if (!SolveInPlace(system_, order_)) {
+  if (!SolveInPlace(system_, order_, scratch_.data())) {
     patches_.clear();
     return false;
   }
@@ -126,7 +128,8 @@ void CapacitanceSolver::FillCapacitance() {
         row[system_.stride + 1] = e[3];
         continue;
       }
-      const Matrix2d projected = to.basis.transpose() * Eigen::Map<const Matrix2d>(e) * from.basis;
+      Matrix2d projected = Matrix2d::Zero();
+      projected = to.basis.transpose() * Eigen::Map<const Matrix2d>(e) * from.basis;
       for (int r = 0; r < to.count; ++r) {
         for (int c = 0; c < from.count; ++c) row[r * system_.stride + c] = projected(r, c);
       }
@@ -150,14 +153,14 @@ void CapacitanceSolver::FillPrescribed() {
       double* row = system_.row(u.row + r);
       std::fill(row + order_, row + system_.stride, 0.0);
       if (u.patch < 0) continue;
-      row[order_ + 2 * u.patch] = u.basis(0, r);
-      row[order_ + 2 * u.patch + 1] = u.basis(1, r);
+      row[first_value_ + 2 * u.patch] = u.basis(0, r);
+      row[first_value_ + 2 * u.patch + 1] = u.basis(1, r);
     }
     for (std::size_t p = 0; p < patches_.size(); ++p) {
       if (patches_[p].law != ContactPatch::Law::kLoad) continue;
       const Matrix2d moved = u.basis.transpose() * ByLoad(u.element, patches_[p]);
       for (int r = 0; r < u.count; ++r) {
-        double* row = system_.row(u.row + r) + order_ + 2 * static_cast<int>(p);
+        double* row = system_.row(u.row + r) + first_value_ + 2 * static_cast<int>(p);
         row[0] = -moved(r, 0);
         row[1] = -moved(r, 1);
       }
@@ -189,7 +192,7 @@ void CapacitanceSolver::FillMap() {
   map_.assign(Index(values) * Index(values), 0.0);
   const auto add = [&](int answer, double factor, const Unknowns& u, int k) {
     double* target = map_.data() + Index(answer) * Index(values);
-    const double* traction = system_.row(u.row + k) + order_;
+    const double* traction = system_.row(u.row + k) + first_value_;
     for (int v = 0; v < values; ++v) target[v] += factor * traction[v];
   };
   for (const auto& u : unknowns_) {
@@ -275,7 +278,7 @@ void CapacitanceSolver::Boundary(std::span<const double> prescribed,
   for (const auto& u : unknowns_) {
     Vector2d value = Vector2d::Zero();
     for (int k = 0; k < u.count; ++k) {
-      const double* by_value = system_.row(u.row + k) + order_;
+      const double* by_value = system_.row(u.row + k) + first_value_;
       double amplitude = 0;
       for (std::size_t v = 0; v < prescribed.size(); ++v) amplitude += by_value[v] * prescribed[v];
       value += amplitude * u.basis.col(k);

@@ -95,6 +95,8 @@ class CapacitanceSolver {
   int order_ = 0;                  // unknown components in all
   std::vector<double> augmented_;  // [-C | prescribed], then [. | tractions by prescribed value]
   RowMajor system_;
+  int first_value_ = 0;  // the column of system_ where the prescribed values begin
+  std::vector<double> scratch_;
   std::vector<double> map_;  // 2M x 2M, row-major: answer by prescribed value
 };
 

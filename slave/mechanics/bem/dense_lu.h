@@ -1,4 +1,4 @@
-// LU factorisation with partial pivoting of small dense systems: no allocation, no overhead below
+// LU factorisation with threshold pivoting of small dense systems: no allocation, no overhead below
 // ten microseconds; Eigen's blocked one wins from some hundred unknowns on.
 #pragma once
 
@@ -6,23 +6,23 @@
 
 namespace palpate {
 
-// Rows of `stride` doubles, a multiple of kLane, so that every row is whole vectors.
-struct RowMajor {
-  double* data = nullptr;
-  int rows = 0;
-  int columns = 0;
-  int stride = 0;
-  [[nodiscard]] double* row(int i) const { return data + static_cast<long>(i) * stride; }
-};
-
-constexpr int kLane = 4;
+constexpr int kLane = 4;   // doubles that are worked on together
+constexpr int kPanel = 8;  // pivots that are eliminated together
 constexpr int PaddedTo(int lane, int n) {
   return (n + lane - 1) / lane * lane;
 }
 
-// Solves A X = B in place for [A | B], B being the columns from A's order on, padding included:
-// X replaces B, A is destroyed. Padding must be finite. Gaussian elimination with partial pivoting,
-// blocks of eight pivots. False: a pivot is below 1e-13 of the largest entry of A, or not finite.
-bool SolveInPlace(const RowMajor& augmented, int order) noexcept;
+// Rows of `stride` doubles, a multiple of kLane.
+struct RowMajor {
+  double* data = nullptr;
+  int stride = 0;
+  [[nodiscard]] double* row(int i) const { return data + static_cast<long>(i) * stride; }
+};
+
+// Solves A X = B in place for [A | B]: A has `order` columns, B begins at column PaddedTo(kLane,
+// order) and ends with the row; X replaces B, A is destroyed. What pads must be finite. Gaussian
+// elimination with threshold partial pivoting, in panels. False: a pivot is below 1e-13 of the
+// largest one so far, or not finite. `scratch`: room for kPanel * order numbers.
+bool SolveInPlace(const RowMajor& augmented, int order, double* scratch) noexcept;
 
 }  // namespace palpate
