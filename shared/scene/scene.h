@@ -55,10 +55,10 @@ struct Material {
 // Where displacements are held at zero.
 struct FixedSide {
   std::string side;
-};  // bottom, top, left, right
+};  // bottom, top, left, right: of the bounding box, by element midpoint
 struct FixedArc {
   double centre = 0, half_angle = 0;
-};  // [rad], by element midpoint, ends within 1e-9 rad
+};  // [rad], by element midpoint seen from O's origin, ends within 1e-9 rad
 struct FixedPlane {
   int axis = 0;
   double at = 0;

@@ -1,0 +1,61 @@
+// A scene file as a tree of text with line numbers, before anything is understood. The only place
+// that knows YAML.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpate {
+
+struct DocumentNode {
+  enum class Kind : std::uint8_t { kNothing, kScalar, kList, kMap };
+  Kind kind = Kind::kNothing;
+  std::string key;                     // under which its map holds it
+  std::string text;                    // of a scalar
+  std::vector<DocumentNode> children;  // of a list or a map, in the file's order
+  int line = 0;                        // from 1; 0: nowhere
+  bool is_override = false;            // came from the command line
+
+  [[nodiscard]] const DocumentNode* Find(std::string_view child_key) const;
+};
+
+// Mistakes of one file, each a line `file:line: key = value: accepted is ...`, or
+// `--override key = value: accepted is ...`.
+class Mistakes {
+ public:
+  explicit Mistakes(const std::filesystem::path& file) : file_(file.string()) {}
+
+  // The value at `node`, whose dotted key path is `path`, is not `accepted`.
+  void Add(const DocumentNode& node, std::string_view path, std::string_view accepted);
+  // Nothing stands at `path`, which `parent` should hold.
+  void AddMissing(const DocumentNode& parent, std::string_view path, std::string_view accepted);
+  // The value at the dotted `path` below `root`, or that it is missing.
+  void AddAtPath(const DocumentNode& root, std::string_view path, std::string_view accepted);
+  // What concerns no value, at a line or (0) the file as a whole.
+  void AddGeneral(int line, std::string_view what);
+  // An `--override` pair that is none.
+  void AddOverride(std::string_view pair, std::string_view accepted);
+
+  [[nodiscard]] std::size_t count() const { return mistakes_.size(); }
+  [[nodiscard]] std::string text() const;  // one per line, in the file's order
+
+ private:
+  struct Mistake {
+    int line;
+    std::string what;
+  };
+  void AddAt(const DocumentNode& node, std::string what);
+  std::string file_;
+  std::vector<Mistake> mistakes_;
+};
+
+// Reads a file of at most 1 MiB, one YAML document of at most 32 levels and 100 000 values, whose
+// root is a map, and lays the `key.path=value` pairs over it (numbers index lists; maps that are
+// missing on the way are made). A mistake that leaves nothing to read gives an empty map.
+DocumentNode ReadDocument(const std::filesystem::path& file,
+                          const std::vector<std::string>& overrides, Mistakes* mistakes);
+
+}  // namespace palpate

@@ -1,0 +1,117 @@
+// The hand's side of a scene, the tool it moves, and the simulated world.
+#include <cmath>
+#include <limits>
+
+#include "shared/scene/sections.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kPressDepth = 0.055;    // of the larger side
+constexpr double kPressPerSecond = 4;    // press depths per second
+constexpr double kHomeClearance = 0.07;  // of the larger side
+constexpr double kSpeedReserve = 2.5;    // times the press speed
+
+Eigen::Vector3d InPlane(const Eigen::Vector2d& p) {
+  return {p.x(), p.y(), 0};
+}
+
+ManipulatorOptions DefaultManipulator(const std::optional<BoundingBox>& box, double press_speed) {
+  ManipulatorOptions options;
+  options.max_speed = kSpeedReserve * press_speed;
+  if (!box) return options;
+  const double side = box->larger_side();
+  options.home = {box->centre().x(), box->upper.y() + kHomeClearance * side, 0};
+  options.workspace_min = InPlane(box->lower.array() - side);
+  options.workspace_max = InPlane(box->upper.array() + side);
+  return options;
+}
+
+// The axis along which `home` lies farthest outside the box, towards the box.
+Eigen::Vector2d TowardsBox(const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
+  if (!box) return {0, -1};
+  const Eigen::Vector2d below = box->lower - home.head<2>();  // > 0: home lies left of / under it
+  const Eigen::Vector2d beyond = home.head<2>() - box->upper;
+  const Eigen::Vector2d outside = below.cwiseMax(beyond);
+  const int axis = outside.x() > outside.y() ? 0 : 1;
+  Eigen::Vector2d direction(0, 0);
+  direction[axis] = below[axis] > beyond[axis] ? 1 : -1;
+  return direction;
+}
+
+}  // namespace
+
+OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& box) {
+  const auto depth_rule = Positive(Dimension::kLength);
+  OperatorOptions options;
+  if (box) {
+    options.press_depth = kPressDepth * box->larger_side();
+    options.press_speed = kPressPerSecond * options.press_depth;
+  }
+  Section section = scene.Open("operator");
+  TeleopTransform& transform = options.transform;
+  transform.position_scale = section.Number("position_scale", Positive(Dimension::kNumber), 1.0);
+  transform.force_scale = section.Number("force_scale", Positive(Dimension::kNumber), 1.0);
+  options.force_limit =
+      section.Number("force_limit", Positive(Dimension::kForce), options.force_limit);
+  transform.R_SM = FixedAxesRotation(
+      section.Vector3("rotation", Any(Dimension::kAngle), Eigen::Vector3d::Zero()));
+  Section press = section.Open("press");
+  options.press_depth = press.Number("depth", depth_rule, options.press_depth);
+  options.press_speed = press.Number("speed", Positive(Dimension::kSpeed), options.press_speed);
+  return options;
+}
+
+ManipulatorOptions ReadManipulator(Section& scene, const std::optional<BoundingBox>& box,
+                                   double press_speed) {
+  const Rule place = Any(Dimension::kLength);
+  ManipulatorOptions options = DefaultManipulator(box, press_speed);
+  Section section = scene.Open("manipulator");
+  options.home = section.Vector3("home", place, options.home);
+  options.max_speed = section.Number("max_speed", Positive(Dimension::kSpeed), options.max_speed);
+  Section workspace = section.Open("workspace");
+  options.workspace_min = workspace.Vector3("min", place, options.workspace_min);
+  options.workspace_max = workspace.Vector3("max", place, options.workspace_max);
+  if ((options.workspace_min.array() > options.workspace_max.array()).any()) {
+    workspace.Refuse("max", "a corner with no coordinate below that of workspace.min");
+  } else if ((options.home.array() < options.workspace_min.array()).any() ||
+             (options.home.array() > options.workspace_max.array()).any()) {
+    section.Refuse("home", "a place inside the manipulator's workspace");
+  }
+  return options;
+}
+
+std::optional<Tool> ReadTool(Section& scene, const SceneContext& context,
+                             const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
+  using Shape = Section::Choice<Tool::Shape>;
+  Section section =
+      scene.Open("tool", context.use == SceneUse::kFull ? "a map of shape and width" : "");
+  if (!section.present()) return std::nullopt;
+  Tool tool;
+  tool.shape = section.OneOf(
+      "shape", std::array{Shape{"flat", Tool::Shape::kFlat}, Shape{"round", Tool::Shape::kRound}});
+  tool.width = section.Number("width", Positive(Dimension::kLength));
+  const Eigen::Vector2d direction =
+      section.Vector2("direction", Any(Dimension::kNumber), TowardsBox(box, home));
+  if (direction.norm() < kSmallest)
+    section.Refuse("direction", "a direction [x, y] other than [0, 0]");
+  tool.direction = direction.normalized();
+  return tool;
+}
+
+SiteOptions ReadSite(Section& scene) {
+  Section section = scene.Open("site");
+  SiteOptions site;
+  const Rule share = Between(Dimension::kNumber, 0, 1, "0 to 1");
+  site.seed = static_cast<std::uint32_t>(
+      section.Integer("seed", 0, std::numeric_limits<int>::max(), static_cast<int>(site.seed)));
+  site.noise = section.Number("noise", Between(Dimension::kNumber, 0, 255, "0 to 255 grey levels"),
+                              site.noise);
+  site.blur = section.Number("blur", Between(Dimension::kPixels, 0, 100, "0 to 100"), site.blur);
+  site.lighting = section.Number("lighting", share, site.lighting);
+  site.flicker = section.Number("flicker", share, site.flicker);
+  site.misplacement = section.Vector2("misplacement", Any(Dimension::kLength), site.misplacement);
+  return site;
+}
+
+}  // namespace palpate

@@ -1,0 +1,175 @@
+#include <algorithm>
+#include <cctype>
+#include <system_error>
+
+#include "shared/scene/sections.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kLargestPicture = 16384;  // [px]
+
+bool IsVideo(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array kVideos{".avi", ".mp4", ".mkv", ".mov"};
+  return std::ranges::find(kVideos, extension) != kVideos.end();
+}
+
+// `%d`, `%4d` or `%04d`, once: the pattern meets a formatting function later.
+bool IsPrintfPattern(const std::string& pattern) {
+  const auto percent = pattern.find('%');
+  if (percent == std::string::npos || pattern.find('%', percent + 1) != std::string::npos) {
+    return false;
+  }
+  const auto letter = pattern.find_first_not_of("0123456789", percent + 1);
+  return letter != std::string::npos && letter - percent <= 3 && pattern[letter] == 'd';
+}
+
+std::filesystem::path ExistingFile(Section& section, std::string_view key,
+                                   const SceneContext& context) {
+  const std::string name = section.Text(key, "a file", "");
+  if (name.empty()) return {};
+  const auto file = context.folder / name;
+  std::error_code error;
+  if (context.use == SceneUse::kFull && !std::filesystem::is_regular_file(file, error)) {
+    section.Refuse(key, "a file that exists; there is no " + file.string());
+  }
+  return file;
+}
+
+void ReadFiles(Section& section, const SceneContext& context, Camera* camera) {
+  const std::string pattern =
+      section.Text("file", "a printf pattern, a glob, a picture or a video");
+  camera->pattern = (context.folder / pattern).string();
+  camera->source = IsVideo(pattern) ? Camera::Source::kVideo : Camera::Source::kFiles;
+  if (pattern.find('%') != std::string::npos) {
+    if (!IsPrintfPattern(pattern))
+      section.Refuse("file", "one number like %d or %04d in a pattern");
+  } else if (pattern.find_first_of("*?[") == std::string::npos) {
+    ExistingFile(section, "file", context);
+  }
+}
+
+void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
+  using Source = Section::Choice<Camera::Source>;
+  constexpr const char* kOneOf = "exactly one of `source: simulated`, `file` and `device`";
+  section.RefuseLater("stereo", "one camera");
+  section.RefuseLater("pair", "one camera");
+  section.RefuseLater("intrinsics", "a camera without distortion, given by `pixel` and `pose`");
+  const bool is_simulated = section.Has("source");
+  const bool has_file = section.Has("file");
+  const bool has_device = section.Has("device");
+  if (section.present() && (is_simulated + has_file + has_device) != 1) {
+    section.Refuse(is_simulated ? "source" : has_file ? "file" : "source", kOneOf);
+  } else if (has_file) {
+    ReadFiles(section, context, camera);
+  } else if (has_device) {
+    camera->source = Camera::Source::kDevice;
+    camera->device = section.Integer("device", 0, 1000);
+  } else {
+    section.OneOf("source", std::array{Source{"simulated", Camera::Source::kSimulated}});
+  }
+}
+
+// [width, height] in pixels; of files and videos they come with the pictures.
+std::array<int, 2> ReadSize(Section& section, const Camera& camera) {
+  const bool comes_with_pictures =
+      camera.source == Camera::Source::kFiles || camera.source == Camera::Source::kVideo;
+  const Camera defaults;
+  if (!section.Has("size")) return comes_with_pictures ? std::array{0, 0} : defaults.size;
+  Section size = section.OpenList("size", "[width, height] in px");
+  const auto edge = [&](std::string_view key) {
+    return size.Integer(key, 16, kLargestPicture, std::nullopt, Dimension::kPixels);
+  };
+  return {edge("0"), edge("1")};
+}
+
+std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,
+                                 const Eigen::Isometry3d& X_SC) {
+  const bool is_needed = context.use == SceneUse::kFull;
+  Section section = sense.Open("camera", is_needed ? "a map of source, pixel, ..." : "");
+  if (!section.present()) return std::nullopt;
+  Camera camera;
+  ReadSource(section, context, &camera);
+  camera.rate = section.Number(
+      "rate", Between(Dimension::kFrequency, 1e-3, 1e5, "> 0 (1e-3 to 1e5)"), camera.rate);
+  camera.size = ReadSize(section, camera);
+  const Rule pixel = Positive(Dimension::kLength);
+  camera.pixel = is_needed ? section.Number("pixel", pixel) : section.Number("pixel", pixel, 0.0);
+  camera.X_SC = ReadPlanarPose(section, X_SC);
+  return camera;
+}
+
+std::optional<TipTracking> ReadTip(Section& sense, const SceneContext& context) {
+  using Track = Section::Choice<int>;
+  const bool is_needed = context.use == SceneUse::kFull;
+  Section section = sense.Open("tip", is_needed ? "a map of track, template, ..." : "");
+  if (!section.present()) return std::nullopt;
+  TipTracking tip;
+  section.OneOf("track", std::array{Track{"template", 0}}, " in this version");
+  tip.template_file = ExistingFile(section, "template", context);
+  if (section.Has("anchor")) {
+    tip.anchor = section.Vector2("anchor", Between(Dimension::kPixels, -kLargestPicture,
+                                                   kLargestPicture, "-16384 to 16384"));
+  }
+  tip.roi = section.Integer("roi", 8, kLargestPicture, tip.roi, Dimension::kPixels);
+  tip.min_score =
+      section.Number("min_score", Between(Dimension::kNumber, 0, 1, "0 to 1"), tip.min_score);
+  return tip;
+}
+
+void ReadStart(Section& section, ContourTracking* contour) {
+  constexpr const char* kStart = "auto, {circle: {centre, radius}} or {polygon: [[x, y], ...]}";
+  const Rule px = Between(Dimension::kPixels, -kLargestPicture, kLargestPicture, "-16384 to 16384");
+  const DocumentNode* node = section.Has("start") ? section.node()->Find("start") : nullptr;
+  if (node == nullptr || node->text == "auto") return;
+  if (node->kind != DocumentNode::Kind::kMap) return section.Refuse("start", kStart);
+  Section start = section.Open("start");
+  const bool has_circle = start.Has("circle");
+  const bool has_polygon = start.Has("polygon");
+  if (has_circle == has_polygon) return section.Refuse("start", kStart);
+  if (has_circle) {
+    Section circle = start.Open("circle");
+    const Eigen::Vector2d centre = circle.Vector2("centre", px);
+    contour->start = ContourTracking::Circle{
+        centre,
+        circle.Number("radius", Between(Dimension::kPixels, 1, kLargestPicture, "1 to 16384"))};
+    return;
+  }
+  ContourTracking::Polygon polygon{start.Points("polygon", px)};
+  if (polygon.points.size() < 3) start.Refuse("polygon", "three points [x, y] or more");
+  contour->start = std::move(polygon);
+}
+
+std::optional<ContourTracking> ReadContour(Section& sense) {
+  using Track = Section::Choice<int>;
+  Section section = sense.Open("contour");
+  if (!section.present()) return std::nullopt;
+  const Rule weight = Between(Dimension::kNumber, 0, 1e6, "0 to 1e6");
+  ContourTracking contour;
+  section.OneOf("track", std::array{Track{"snake", 0}}, " in this version");
+  contour.control_points = section.Integer("control_points", 8, 1000, contour.control_points);
+  contour.alpha = section.Number("alpha", weight, contour.alpha);
+  contour.beta = section.Number("beta", weight, contour.beta);
+  contour.gamma = section.Number("gamma", weight, contour.gamma);
+  ReadStart(section, &contour);
+  return contour;
+}
+
+}  // namespace
+
+Sense ReadSense(Section& scene, const SceneContext& context, const Eigen::Isometry3d& X_SC) {
+  const bool is_needed = context.use == SceneUse::kFull;
+  Section section = scene.Open("sense", is_needed ? "a map of camera, tip, contour" : "");
+  section.RefuseLater("tactile", "camera, tip, contour");
+  section.RefuseLater("points", "camera, tip, contour");
+  Sense sense;
+  sense.camera = ReadCamera(section, context, X_SC);
+  sense.tip = ReadTip(section, context);
+  sense.contour = ReadContour(section);
+  return sense;
+}
+
+}  // namespace palpate

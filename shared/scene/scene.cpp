@@ -1,0 +1,38 @@
+#include "shared/scene/scene.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace palpate {
+namespace {
+
+constexpr int kDiscCorners = 360;
+
+struct ToOutline {
+  Outline operator()(const RectangleGeometry& g) const {
+    return {{{0, 0}, {g.width, 0}, {g.width, g.height}, {0, g.height}}, {}};
+  }
+  Outline operator()(const DiscGeometry& g) const {
+    Outline outline;
+    for (int i = 0; i < kDiscCorners; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kDiscCorners;
+      outline.outer.emplace_back(g.radius * std::cos(angle), g.radius * std::sin(angle));
+    }
+    return outline;
+  }
+  Outline operator()(const PolygonGeometry& g) const { return g.outline; }
+  Outline operator()(const ContourFileGeometry& g) const { return g.outline; }
+  Outline operator()(const ImageContourGeometry&) const { return {}; }
+};
+
+}  // namespace
+
+double ThicknessOf(const Geometry& geometry) {
+  return std::visit([](const auto& g) { return g.thickness; }, geometry);
+}
+
+Outline OutlineOf(const Geometry& geometry) {
+  return std::visit(ToOutline{}, geometry);
+}
+
+}  // namespace palpate

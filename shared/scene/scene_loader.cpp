@@ -1,0 +1,129 @@
+#include "shared/scene/scene_loader.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "shared/scene/document.h"
+#include "shared/scene/section.h"
+#include "shared/scene/sections.h"
+
+namespace palpate {
+namespace {
+
+// nullopt: the outline is found later, in a picture, or the geometry has mistakes.
+std::optional<BoundingBox> BoxOf(const Object& object) {
+  const Outline outline = OutlineOf(object.geometry);
+  if (outline.outer.empty()) return std::nullopt;
+  const auto in_S = [&](const Eigen::Vector2d& p) -> Eigen::Vector2d {
+    return (object.X_SO * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>();
+  };
+  BoundingBox box{in_S(outline.outer[0]), in_S(outline.outer[0])};
+  for (const auto& p : outline.outer) {
+    box.lower = box.lower.cwiseMin(in_S(p));
+    box.upper = box.upper.cwiseMax(in_S(p));
+  }
+  return box.larger_side() > 0 ? std::optional(box) : std::nullopt;
+}
+
+Eigen::Isometry3d CameraOver(const std::optional<BoundingBox>& box) {
+  Eigen::Isometry3d X_SC = Eigen::Isometry3d::Identity();
+  if (box) X_SC.translation().head<2>() = box->centre();
+  return X_SC;
+}
+
+// How many boundary elements the object will have; more than asked for if it has more edges.
+int ElementCount(const Scene& scene) {
+  const auto& geometry = scene.object.geometry;
+  if (std::holds_alternative<DiscGeometry>(geometry)) return scene.model.elements;
+  const Outline outline = OutlineOf(geometry);
+  std::size_t edges = outline.outer.size();
+  for (const auto& hole : outline.holes) edges += hole.size();
+  return std::max(scene.model.elements, static_cast<int>(edges));
+}
+
+// What no section can tell by itself.
+class CrossCheck {
+ public:
+  CrossCheck(const Scene& scene, const DocumentNode& document, Mistakes* mistakes)
+      : scene_(scene), document_(document), mistakes_(mistakes) {}
+
+  void Run() {
+    if (BoxOf(scene_.object)) CheckElements();
+    CheckHome();
+    CheckContour();
+  }
+
+ private:
+  void CheckElements() {
+    if (std::holds_alternative<RectangleGeometry>(scene_.object.geometry) &&
+        scene_.model.elements < 4) {
+      Refuse("model.elements", "4 to 4000 for a rectangle");
+    }
+    for (const Fixed& fixed : scene_.object.fixed) {
+      const auto* listed = std::get_if<FixedNodes>(&fixed.where);
+      const int last = ElementCount(scene_) - 1;
+      if (listed == nullptr || std::ranges::max(listed->nodes) <= last) continue;
+      Refuse("object.fixed", "nodes from 0 to " + std::to_string(last) + ", the last element");
+    }
+  }
+
+  // A first tip inside the object would count as contact.
+  void CheckHome() {
+    const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * scene_.manipulator.home;
+    if (scene_.tool && Contains(OutlineOf(scene_.object.geometry), p_O.head<2>())) {
+      Refuse("manipulator.home", "a place outside the object");
+    }
+  }
+
+  void CheckContour() {
+    if (std::holds_alternative<ImageContourGeometry>(scene_.object.geometry) &&
+        !scene_.sense.contour) {
+      Refuse("sense.contour", "{track: snake}, which `contour: from-image` needs");
+    }
+  }
+
+  void Refuse(std::string_view path, std::string_view accepted) {
+    mistakes_->AddAtPath(document_, path, accepted);
+  }
+
+  const Scene& scene_;
+  const DocumentNode& document_;
+  Mistakes* mistakes_;
+};
+
+Scene ReadScene(Section& root, const SceneContext& context) {
+  Scene scene;
+  scene.name = root.Text("name", "a name");
+  scene.object = ReadObject(root, context);
+  scene.model = ReadModel(root);
+  const auto box = BoxOf(scene.object);
+  scene.sense = ReadSense(root, context, CameraOver(box));
+  scene.operator_options = ReadOperator(root, box);
+  scene.manipulator = ReadManipulator(root, box, scene.operator_options.press_speed);
+  scene.tool = ReadTool(root, context, box, scene.manipulator.home);
+  scene.site = ReadSite(root);
+  return scene;
+}
+
+}  // namespace
+
+Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                SceneUse use) {
+  Mistakes mistakes(file);
+  const auto stop_at_mistakes = [&] {
+    if (mistakes.count() > 0) throw SceneError(mistakes.text());
+  };
+  const DocumentNode document = ReadDocument(file, overrides, &mistakes);
+  if (document.children.empty()) stop_at_mistakes();
+  Scene scene;
+  {
+    Section root(&document, "", &mistakes);
+    scene = ReadScene(root, {file.parent_path(), use});
+  }
+  scene.file = file;
+  CrossCheck(scene, document, &mistakes).Run();
+  stop_at_mistakes();
+  return scene;
+}
+
+}  // namespace palpate

@@ -1,0 +1,49 @@
+// The sections of a scene, each read by its own function, before what depends on several of them.
+#pragma once
+
+#include "shared/scene/scene.h"
+#include "shared/scene/scene_loader.h"
+#include "shared/scene/section.h"
+
+namespace palpate {
+
+// What reading a section needs to know of the others.
+struct SceneContext {
+  std::filesystem::path folder;  // relative paths start here
+  SceneUse use = SceneUse::kFull;
+};
+
+// `object`. Leaves geometry, material and fixed as far as they could be read.
+Object ReadObject(Section& scene, const SceneContext& context);
+// Rotation about the fixed axes x, y, z in turn: R = R_z R_y R_x. `angles` [rad].
+Eigen::Matrix3d FixedAxesRotation(const Eigen::Vector3d& angles);
+// `pose` below `section`: translation and rotation about fixed x, y, z in turn; `fallback` if it is
+// absent. Only what keeps the plane z = 0 in place is accepted: translation in it, rotation about
+// z.
+Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fallback);
+
+// `sense`; the camera's pose is `X_SC` unless the scene says otherwise.
+Sense ReadSense(Section& scene, const SceneContext& context, const Eigen::Isometry3d& X_SC);
+ModelOptions ReadModel(Section& scene);
+// `site`.
+SiteOptions ReadSite(Section& scene);
+
+// The object's bounding box in S, plane z = 0; what defaults are measured by.
+struct BoundingBox {
+  Eigen::Vector2d lower{-1, -1}, upper{1, 1};  // [m]
+  [[nodiscard]] Eigen::Vector2d centre() const { return 0.5 * (lower + upper); }
+  [[nodiscard]] double larger_side() const { return (upper - lower).maxCoeff(); }
+};
+
+// `operator`, with a press of 5.5 % of the larger side at four times that per second by default;
+// `box` is absent where the outline is not known yet.
+OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& box);
+// `manipulator`, by default at home above the box by 7 % of its larger side, with a workspace
+// larger than the box by its larger side on every side, 2.5 times as fast as the press.
+ManipulatorOptions ReadManipulator(Section& scene, const std::optional<BoundingBox>& box,
+                                   double press_speed);
+// `tool`, pointing from `home` along the axis towards the box by default.
+std::optional<Tool> ReadTool(Section& scene, const SceneContext& context,
+                             const std::optional<BoundingBox>& box, const Eigen::Vector3d& home);
+
+}  // namespace palpate

@@ -1,0 +1,39 @@
+// Numbers with units, as people write them in scenes and on the command line: `127 kPa`, `25mm`.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace palpate {
+
+// What a number measures; each has its own units (contracts, Scene) and plain numbers are SI.
+enum class Dimension : std::uint8_t {
+  kNumber,     // none, or %: 5 % is 0.05
+  kLength,     // m mm um nm km
+  kPressure,   // Pa kPa MPa GPa TPa
+  kForce,      // N mN uN
+  kTime,       // s ms us
+  kFrequency,  // Hz kHz
+  kAngle,      // rad deg
+  kDensity,    // kg/m3 g/cm3
+  kRate,       // /s
+  kSpeed,      // m/s mm/s um/s nm/s km/s
+  kPixels,     // px
+};
+
+// A finite decimal number in the C locale's notation, whatever the process's locale; nothing else
+// may stand in the text.
+std::optional<double> ParseNumber(std::string_view text) noexcept;
+// The same for a whole number.
+std::optional<long long> ParseInteger(std::string_view text) noexcept;
+
+// `number`, `number unit` or `numberunit` in SI. nullopt: not a number, not finite, a unit of
+// another dimension.
+std::optional<double> ParseQuantity(std::string_view text, Dimension dimension) noexcept;
+
+// What ParseQuantity accepts, for messages: "a length in m mm um nm km".
+std::string AcceptedUnits(Dimension dimension);
+
+}  // namespace palpate
