@@ -1,0 +1,238 @@
+#include "slave/mechanics/bem/bem2d_model.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "shared/mesh/boundary_patch.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr double kAbsurd = 1e6;           // larger sides
+constexpr double kSameDirection = 1e-12;  // sine of the angle between two
+
+void RequirePositive(const char* name, double value) {
+  if (value > 0 && std::isfinite(value)) return;
+  throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
+                              ": accepted is finite and > 0");
+}
+
+Bem2dModel::Params Checked(const Bem2dModel::Params& params) {
+  RequirePositive("young_modulus", params.young_modulus);
+  RequirePositive("thickness", params.thickness);
+  RequirePositive("range", params.range);
+  return params;
+}
+
+double LargerSide(const BoundaryMesh& mesh) {
+  Eigen::Array2d low = mesh.elements.front().a;
+  Eigen::Array2d high = low;
+  for (const auto& e : mesh.elements) {
+    low = low.min(e.a.array());
+    high = high.max(e.a.array());
+  }
+  return (high - low).maxCoeff();
+}
+
+// Unit vector of a frictionless contact's displacement; zero if there is none.
+Vector2d DirectionOf(const Contact& contact) {
+  return contact.value_O.head<2>().stableNormalized();
+}
+
+bool SameLine(const Vector2d& a, const Vector2d& b) {
+  return a.isZero(0) == b.isZero(0) && std::abs(a.x() * b.y() - a.y() * b.x()) < kSameDirection;
+}
+
+}  // namespace
+
+Bem2dModel::Bem2dModel(ReferenceProblem problem, const Params& params)
+    : params_(Checked(params)), greens_(std::move(problem)), solver_(greens_) {
+  const BoundaryMesh& mesh = greens_.problem().mesh;
+  larger_side_ = LargerSide(mesh);
+  length_unit_ = mesh.length_unit;
+  force_unit_ = params_.young_modulus * length_unit_ * params_.thickness;
+  info_.kind = "bem2d";
+  info_.dof = 2 * mesh.elements.size();
+  info_.elements = mesh.size();
+  info_.memory_bytes = greens_.memory_bytes();
+  info_.condition = greens_.condition();
+  info_.range = params_.range;
+  info_.precompute_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
+}
+
+void Bem2dModel::Respond(std::span<const Contact> contacts,
+                         std::span<ContactResponse> responses) noexcept {
+  try {
+    answered_ = responses.size() == contacts.size() && TryRespond(contacts, responses);
+  } catch (const std::bad_alloc&) {
+    answered_ = false;
+    prepared_ = false;
+  }
+  if (!answered_) std::ranges::fill(responses, ContactResponse{});
+}
+
+bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
+                            std::span<ContactResponse> responses) {
+  for (const auto& contact : contacts) {
+    if (!Acceptable(contact)) return false;
+  }
+  if (!SameSet(contacts) && !PrepareSet(contacts)) return false;
+  prescribed_.resize(2 * contacts.size());
+  answer_.resize(2 * contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const bool moved = contacts[i].kind == Contact::Kind::kDisplacement;
+    const double unit = moved ? length_unit_ : force_unit_;
+    prescribed_[2 * i] = contacts[i].value_O.x() / unit;
+    prescribed_[2 * i + 1] = contacts[i].value_O.y() / unit;
+  }
+  if (!solver_.Respond(prescribed_, answer_)) return false;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    responses[i] = ResponseOf(contacts[i], static_cast<int>(i));
+    if (responses[i].validity == Validity::kFailed) return false;
+  }
+  return true;
+}
+
+// Finite, planar, and not absurdly large: 1e300 m is a fault, not a displacement.
+bool Bem2dModel::Acceptable(const Contact& contact) const noexcept {
+  const bool moved = contact.kind == Contact::Kind::kDisplacement;
+  const double largest = kAbsurd * (moved ? larger_side_ : force_unit_);
+  const auto& value = contact.value_O;
+  return std::abs(value.x()) <= largest && std::abs(value.y()) <= largest && value.z() == 0 &&
+         contact.width >= 0 && std::isfinite(contact.width) && contact.p_O.allFinite() &&
+         contact.element >= -1 && contact.element < info_.elements;
+}
+
+bool Bem2dModel::SameSet(std::span<const Contact> contacts) const noexcept {
+  if (!prepared_ || set_.size() != contacts.size()) return false;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& contact = contacts[i];
+    const Key& key = set_[i];
+    if (key.kind != contact.kind || key.element != contact.element || key.width != contact.width) {
+      return false;
+    }
+    const bool place_matters = contact.element < 0 || contact.width > 0;
+    if (place_matters && key.p_O != contact.p_O.head<2>()) return false;
+    const bool direction_matters = params_.contact == ContactLaw::kFrictionless &&
+                                   contact.kind == Contact::Kind::kDisplacement;
+    if (direction_matters && !SameLine(key.direction, DirectionOf(contact))) return false;
+  }
+  return true;
+}
+
+bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
+  prepared_ = false;
+  set_.clear();
+  patches_.clear();
+  if (elements_.size() < contacts.size()) elements_.resize(contacts.size());
+  for (const auto& contact : contacts) {
+    if (!AppendPatch(contact)) return false;
+    set_.push_back({contact.kind, contact.element, contact.width, contact.p_O.head<2>(),
+                    DirectionOf(contact)});
+  }
+  prepared_ = solver_.Prepare(patches_);
+  return prepared_;
+}
+
+int Bem2dModel::ElementAt(const Contact& contact) const noexcept {
+  return contact.element >= 0 ? contact.element
+                              : FindElement(greens_.problem().mesh, contact.p_O.head<2>());
+}
+
+bool Bem2dModel::AppendPatch(const Contact& contact) {
+  const BoundaryMesh& mesh = greens_.problem().mesh;
+  auto& elements = elements_[patches_.size()];
+  const int element = ElementAt(contact);
+  if (element < 0) return false;
+  elements.assign(1, element);
+  if (contact.width > 0) {
+    elements.resize(elements.capacity());
+    const Vector2d place = contact.p_O.head<2>();
+    auto count =
+        static_cast<std::size_t>(PatchElements(mesh, element, place, contact.width, elements));
+    if (count > elements.size()) {
+      elements.resize(count);
+      PatchElements(mesh, element, place, contact.width, elements);
+    }
+    elements.resize(count);
+  }
+  ContactPatch patch;
+  patch.elements = elements;
+  if (contact.kind == Contact::Kind::kForce) {
+    patch.law = ContactPatch::Law::kLoad;
+  } else if (params_.contact == ContactLaw::kFrictionless) {
+    patch.law = ContactPatch::Law::kFrictionless;
+    patch.direction = DirectionOf(contact);
+    if (patch.direction.isZero(0)) {
+      patch.direction = mesh.elements[static_cast<std::size_t>(element)].normal();
+    }
+  }
+  patches_.push_back(patch);
+  return true;
+}
+
+ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) const noexcept {
+  const auto first = 2 * static_cast<std::size_t>(patch);
+  const Eigen::Vector3d answer(answer_[first], answer_[first + 1], 0);
+  ContactResponse response;
+  response.force_O = contact.value_O;
+  response.displacement_O = contact.value_O;
+  if (contact.kind == Contact::Kind::kDisplacement) {
+    response.force_O = force_unit_ * answer;
+  } else {
+    response.displacement_O = length_unit_ * answer;
+  }
+  response.stiffness_O.topLeftCorner<2, 2>() = StiffnessOf(contact, patch);
+  const double deflection = response.displacement_O.stableNorm() / larger_side_;
+  const bool known =
+      response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;
+  if (!known) return {};
+  response.validity = deflection <= params_.range ? Validity::kValid : Validity::kExtrapolated;
+  return response;
+}
+
+// Components that the reference problem holds cannot move: no stiffness is known for them.
+Matrix2d Bem2dModel::StiffnessOf(const Contact& contact, int patch) const noexcept {
+  Matrix2d derivative = solver_.Derivative(patch);
+  const bool load = contact.kind == Contact::Kind::kForce;
+  for (int c = 0; c < 2; ++c) {
+    if (!solver_.blocked(patch, c)) continue;
+    derivative.row(c).setZero();
+    derivative.col(c).setZero();
+    if (load) derivative(c, c) = 1;  // keeps the inverse of the other component
+  }
+  if (load) derivative = derivative.inverse().eval();
+  for (int c = 0; c < 2; ++c) {
+    if (load && solver_.blocked(patch, c)) derivative(c, c) = 0;
+  }
+  return (force_unit_ / length_unit_) * derivative;
+}
+
+void Bem2dModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
+  displacement_O->clear();
+  for (const auto& u : Boundary().displacement) displacement_O->emplace_back(u.x(), u.y(), 0);
+}
+
+BoundaryState Bem2dModel::Boundary() const {
+  BoundaryState state;
+  if (!answered_) {
+    state.displacement.assign(static_cast<std::size_t>(info_.elements), Vector2d::Zero());
+    state.traction = state.displacement;
+    return state;
+  }
+  solver_.Boundary(prescribed_, &state.displacement, &state.traction);
+  for (auto& u : state.displacement) u *= length_unit_;
+  for (auto& t : state.traction) t *= params_.young_modulus;
+  return state;
+}
+
+}  // namespace palpate

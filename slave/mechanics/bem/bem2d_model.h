@@ -1,0 +1,84 @@
+// `bem2d`: a planar elastic body by constant boundary elements, precomputed Green's functions and
+// the capacitance matrix (paper A, 3.3-3.4).
+#pragma once
+
+#include <chrono>
+#include <span>
+#include <vector>
+
+#include "slave/mechanics/bem/capacitance_solver.h"
+#include "slave/mechanics/bem/greens_functions.h"
+#include "slave/mechanics/deformation_model.h"
+
+namespace palpate {
+
+// Displacements and tractions on the boundary, element by element. Frame O.
+struct BoundaryState {
+  std::vector<Eigen::Vector2d> displacement;  // of the midpoints [m]
+  std::vector<Eigen::Vector2d> traction;      // on the body [Pa]
+};
+
+class Bem2dModel final : public DeformationModel {
+ public:
+  struct Params {
+    double young_modulus = 0;  // E [Pa]
+    double thickness = 0;      // [m]
+    ContactLaw contact = ContactLaw::kBonded;
+    double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
+  };
+
+  // Throws std::invalid_argument: see GreensFunctions; modulus, thickness or range not positive.
+  Bem2dModel(ReferenceProblem problem, const Params& params);
+
+  // Frictionless contacts prescribe the displacement along its own direction (a zero displacement:
+  // along the outward normal at the patch's middle element) and leave the traction across it zero.
+  // A contact on held elements must have a zero displacement there and reports the reaction. Loads
+  // on a body that nothing holds must balance to 1e-6. Displacements beyond 1e6 larger sides, and
+  // forces that would need such, are absurd: kFailed.
+  // A place is found by a walk over all elements if `element` is -1: give it where time counts.
+  void Respond(std::span<const Contact> contacts,
+               std::span<ContactResponse> responses) noexcept override;
+  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const ModelInfo& info() const override { return info_; }
+
+  // Under the contacts of the last Respond; zero where it failed.
+  [[nodiscard]] BoundaryState Boundary() const;
+  [[nodiscard]] const GreensFunctions& greens_functions() const { return greens_; }
+  [[nodiscard]] const Params& params() const { return params_; }
+
+ private:
+  struct Key {  // what a contact set is recognised by
+    Contact::Kind kind;
+    int element;
+    double width;
+    Eigen::Vector2d p_O;
+    Eigen::Vector2d direction;
+  };
+
+  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
+  [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
+  [[nodiscard]] bool SameSet(std::span<const Contact> contacts) const noexcept;
+  bool PrepareSet(std::span<const Contact> contacts);
+  bool AppendPatch(const Contact& contact);
+  [[nodiscard]] int ElementAt(const Contact& contact) const noexcept;
+  [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) const noexcept;
+  [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) const noexcept;
+
+  Params params_;
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+  GreensFunctions greens_;
+  CapacitanceSolver solver_;
+  ModelInfo info_;
+  double larger_side_ = 0;  // [m]
+  double length_unit_ = 0;  // [m]
+  double force_unit_ = 0;   // E times unit times thickness [N]
+
+  bool prepared_ = false;  // the solver knows set_
+  bool answered_ = false;  // prescribed_ and answer_ are those of the last Respond
+  std::vector<Key> set_;
+  std::vector<ContactPatch> patches_;
+  std::vector<std::vector<int>> elements_;   // per patch; never shrinks
+  std::vector<double> prescribed_, answer_;  // nondimensional
+};
+
+}  // namespace palpate
