@@ -101,7 +101,8 @@ const std::string& CsvTable::Text(std::size_t row, std::string_view column) cons
 double CsvTable::Number(std::size_t row, std::string_view column) const {
   const std::string* cell = Find(row, column);
   if (cell == nullptr) return 0;
-  const char* begin = cell->data() + (cell->starts_with('+') ? 1 : 0);
+  const bool plus = cell->starts_with('+') && !cell->starts_with("+-");
+  const char* begin = cell->data() + (plus ? 1 : 0);
   const char* end = cell->data() + cell->size();
   double value = 0;
   const auto [rest, error] = std::from_chars(begin, end, value);
