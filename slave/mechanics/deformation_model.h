@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -61,6 +62,9 @@ class DeformationModel {
   // Displacement of every boundary element (2D: midpoint) under the contacts of the last Respond:
   // 3 numbers per element, frame O [m]. Costs O(N S); computed only when asked for.
   virtual void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) = 0;
+
+  // Why the last Respond failed, one clause; empty where it did not or where no more is known.
+  [[nodiscard]] virtual std::string_view failure() const { return {}; }
 
   [[nodiscard]] virtual const ModelInfo& info() const = 0;
 };

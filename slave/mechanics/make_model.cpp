@@ -45,8 +45,8 @@ bool IsMeasured(const Geometry& geometry) {
          std::holds_alternative<ContourFileGeometry>(geometry);
 }
 
-// Whether an element lies where `fixed` says. A measured outline's side is what lies near the
-// bounding box's edge and faces it.
+// Whether an element lies where `fixed` says. A measured outline's side or plane is what lies near
+// it; a side also faces the way its name says.
 class Selection {
  public:
   Selection(const Scene& scene, const BoundaryMesh& mesh)
@@ -58,9 +58,8 @@ class Selection {
     const int axis = side.side == "top" || side.side == "bottom" ? 1 : 0;
     const auto& element = Element(i);
     const double edge = (high ? box_.high : box_.low)[axis];
-    const double near = (measured_ ? kNearSide : kOnSide) * box_.diagonal();
     const double facing = (high ? 1 : -1) * element.normal()[axis];
-    return std::abs(element.midpoint()[axis] - edge) <= near && facing > 0.5;
+    return std::abs(element.midpoint()[axis] - edge) <= near() && facing > 0.5;
   }
   [[nodiscard]] bool Has(const FixedArc& arc, int i) const {
     const Vector2d p = Element(i).midpoint();
@@ -68,8 +67,7 @@ class Selection {
     return std::abs(off) <= arc.half_angle + kArcTolerance;
   }
   [[nodiscard]] bool Has(const FixedPlane& plane, int i) const {
-    return plane.axis < 2 &&
-           std::abs(Element(i).midpoint()[plane.axis] - plane.at) <= kOnSide * box_.diagonal();
+    return plane.axis < 2 && std::abs(Element(i).midpoint()[plane.axis] - plane.at) <= near();
   }
   [[nodiscard]] bool Has(const FixedNodes& nodes, int i) const {
     for (const int node : nodes.nodes) {
@@ -79,6 +77,7 @@ class Selection {
   }
 
  private:
+  [[nodiscard]] double near() const { return (measured_ ? kNearSide : kOnSide) * box_.diagonal(); }
   [[nodiscard]] const BoundaryElement& Element(int i) const {
     return mesh_.elements[static_cast<std::size_t>(i)];
   }
@@ -164,7 +163,7 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const BoundaryMe
   }
   Bem2dModel::Params params;
   params.young_modulus = scene.object.material.young_modulus;
-  params.thickness = std::visit([](const auto& g) { return g.thickness; }, scene.object.geometry);
+  params.thickness = ThicknessOf(scene.object.geometry);
   params.contact = scene.model.contact;
   params.range = scene.model.range > 0 ? scene.model.range : kDefaultRange;
   return std::make_unique<Bem2dModel>(

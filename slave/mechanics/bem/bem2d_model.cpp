@@ -71,11 +71,13 @@ Bem2dModel::Bem2dModel(ReferenceProblem problem, const Params& params)
 
 void Bem2dModel::Respond(std::span<const Contact> contacts,
                          std::span<ContactResponse> responses) noexcept {
+  failure_ = {};
   try {
     answered_ = responses.size() == contacts.size() && TryRespond(contacts, responses);
   } catch (const std::bad_alloc&) {
     answered_ = false;
     prepared_ = false;
+    failure_ = "out of memory";
   }
   if (!answered_) std::ranges::fill(responses, ContactResponse{});
 }
@@ -83,7 +85,10 @@ void Bem2dModel::Respond(std::span<const Contact> contacts,
 bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
                             std::span<ContactResponse> responses) {
   for (const auto& contact : contacts) {
-    if (!Acceptable(contact)) return false;
+    if (!Acceptable(contact)) {
+      failure_ = "a value is not finite, out of the plane or absurdly large";
+      return false;
+    }
   }
   if (!SameSet(contacts) && !PrepareSet(contacts)) return false;
   prescribed_.resize(2 * contacts.size());
@@ -94,10 +99,17 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
     prescribed_[2 * i] = contacts[i].value_O.x() / unit;
     prescribed_[2 * i + 1] = contacts[i].value_O.y() / unit;
   }
-  if (!solver_.Respond(prescribed_, answer_)) return false;
+  if (!solver_.Respond(prescribed_, answer_)) {
+    failure_ =
+        "a held element is moved or loaded, or loads on a body that nothing holds do not balance";
+    return false;
+  }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     responses[i] = ResponseOf(contacts[i], static_cast<int>(i));
-    if (responses[i].validity == Validity::kFailed) return false;
+    if (responses[i].validity == Validity::kFailed) {
+      failure_ = "the answer is not finite or absurdly large";
+      return false;
+    }
   }
   return true;
 }
@@ -135,11 +147,19 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
   patches_.clear();
   if (elements_.size() < contacts.size()) elements_.resize(contacts.size());
   for (const auto& contact : contacts) {
-    if (!AppendPatch(contact)) return false;
+    if (!AppendPatch(contact)) {
+      failure_ = "no element at a contact's place";
+      return false;
+    }
     set_.push_back({contact.kind, contact.element, contact.width, contact.p_O.head<2>(),
                     DirectionOf(contact)});
   }
   prepared_ = solver_.Prepare(patches_);
+  if (!prepared_) {
+    failure_ =
+        "two contacts share an element, or they leave a body that nothing holds free to move, or "
+        "displacements are prescribed all around an incompressible body";
+  }
   return prepared_;
 }
 

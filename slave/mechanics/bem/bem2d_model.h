@@ -39,6 +39,7 @@ class Bem2dModel final : public DeformationModel {
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] std::string_view failure() const override { return failure_; }
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
   // Under the contacts of the last Respond; zero where it failed.
@@ -73,6 +74,7 @@ class Bem2dModel final : public DeformationModel {
   double length_unit_ = 0;  // [m]
   double force_unit_ = 0;   // E times unit times thickness [N]
 
+  std::string_view failure_;
   bool prepared_ = false;  // the solver knows set_
   bool answered_ = false;  // prescribed_ and answer_ are those of the last Respond
   std::vector<Key> set_;

@@ -24,7 +24,7 @@ CapacitanceSolver::CapacitanceSolver(const GreensFunctions& greens)
     : greens_(greens), taken_by_(Index(greens.size()), 0) {}
 
 bool CapacitanceSolver::Prepare(std::span<const ContactPatch> patches) {
-  if (!CollectPatches(patches) || !CollectFreeMotions()) {
+  if (!CollectPatches(patches) || LosesPressure() || !CollectFreeMotions()) {
     patches_.clear();
     return false;
   }
@@ -84,6 +84,17 @@ void CapacitanceSolver::CollectUnknowns(const ContactPatch& patch, int index) {
     order_ += unknowns.count;
     if (unknowns.count > 0) unknowns_.push_back(unknowns);
   }
+}
+
+// Displacements on the whole boundary of a body that is almost incompressible.
+bool CapacitanceSolver::LosesPressure() const noexcept {
+  const auto& problem = greens_.problem();
+  if (problem.plane != Plane::kStrain || problem.nu <= GreensFunctions::kLargestNuAllHeld) {
+    return false;
+  }
+  int held = order_;
+  for (const auto& h : problem.held) held += (h[0] ? 1 : 0) + (h[1] ? 1 : 0);
+  return held == 2 * greens_.size();
 }
 
 // On a body that may move freely, prescribed displacements must fix the motion; the balancing

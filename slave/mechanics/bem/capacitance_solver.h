@@ -37,7 +37,8 @@ class CapacitanceSolver {
 
   // Prepares a set of patches; `elements` are copied. O(m^3 + m^2 M), m prescribed components, M
   // patches. False: an element in two patches, or a system without a unique answer (a body that is
-  // not held and whose contacts leave a rigid motion free).
+  // not held and whose contacts leave a rigid motion free; displacements on the whole boundary near
+  // nu = 0.5 in plane strain).
   bool Prepare(std::span<const ContactPatch> patches);
 
   // `prescribed`: per patch x, y of the displacement or, for kLoad, of the total force. `answer`:
@@ -76,6 +77,7 @@ class CapacitanceSolver {
   bool CollectPatches(std::span<const ContactPatch> patches);
   void CollectUnknowns(const ContactPatch& patch, int index);
   bool CollectFreeMotions();
+  [[nodiscard]] bool LosesPressure() const noexcept;
   void FillCapacitance();
   void FillPrescribed();
   void FillMap();

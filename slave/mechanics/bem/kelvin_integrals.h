@@ -16,14 +16,21 @@
 
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 #include <Eigen/Core>
 
 namespace palpate {
 
-// ln(q / p) for q - p = `difference`, accurate where the two are nearly equal.
-inline double LogRatio(double p, double q, double difference) {
-  return difference < 0 ? -std::log1p(-difference / q) : std::log1p(difference / p);
+// ln(q / p) for q - p = `difference`, for doubles accurate where the two are nearly equal.
+template <typename T>
+T LogRatio(const T& p, const T& q, const T& difference) {
+  using std::log;
+  if constexpr (std::is_same_v<T, double>) {
+    return difference < 0 ? -std::log1p(-difference / q) : std::log1p(difference / p);
+  } else {
+    return log(T(q / p));
+  }
 }
 
 // Integrals over the element's length; T is double, or a dual number to differentiate by x.
@@ -45,7 +52,8 @@ struct KelvinIntegrals {
     const T rb2 = xi_b * xi_b + d2;
     const T sum = xi_a + xi_b;
     log_ratio = 0.5 * LogRatio(ra2, rb2, T(length * sum));
-    angle = d == 0.0 ? T(0.0 * d) : T(atan2(T(d * length), T(xi_a * xi_b + d2)));
+    const bool inside = d == 0.0 && xi_a * xi_b < 0.0;
+    angle = inside ? T(0.0 * d) : T(atan2(T(d * length), T(xi_a * xi_b + d2)));
     log_r = 0.5 * sum * log_ratio + (0.25 * length) * log(T(ra2 * rb2)) - length + d * angle;
     direction_tt = length - d * angle;
     direction_tn = d * log_ratio;

@@ -1,0 +1,286 @@
+#include "slave/commands/solve.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kBlock = R"(name: block
+object:
+  geometry: {rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}}
+  material: {young_modulus: 127 kPa, poisson_ratio: 0.49}
+  fixed: {side: bottom}
+model: {kind: bem2d, elements: 60, plane: stress}
+)";
+constexpr const char* kMiddle = "0.044,0.088,0,0,-0.005,0";  // top, 5 mm deep
+constexpr const char* kHeader = "case,x,y,z,dx,dy,dz\n";
+
+struct Outcome {
+  int exit_code = 0;
+  std::string message;
+  std::vector<std::map<std::string, std::string>> rows;
+  std::string text;
+};
+
+class SolveTest : public testing::Test {
+ protected:
+  SolveTest()
+      : folder_(std::filesystem::path(PALPATE_BINARY_DIR) / "test_solve" /
+                testing::UnitTest::GetInstance()->current_test_info()->name()) {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    options_.scene = Write("scene.yaml", kBlock);
+    options_.out = folder_ / "out.csv";
+  }
+
+  std::filesystem::path Write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+
+  Outcome Run() {
+    testing::internal::CaptureStderr();
+    Outcome outcome;
+    outcome.exit_code = RunSolve(options_);
+    outcome.message = testing::internal::GetCapturedStderr();
+    std::ifstream stream(options_.out);
+    std::string line;
+    std::vector<std::string> names;
+    while (std::getline(stream, line)) {
+      outcome.text += line + "\n";
+      std::vector<std::string> cells;
+      std::stringstream cut(line);
+      for (std::string cell; std::getline(cut, cell, ',');) cells.push_back(cell);
+      if (names.empty()) {
+        names = cells;
+        continue;
+      }
+      auto& row = outcome.rows.emplace_back();
+      for (std::size_t i = 0; i < cells.size(); ++i) row[names.at(i)] = cells[i];
+    }
+    return outcome;
+  }
+
+  Outcome RunContacts(const std::string& text) {
+    options_.contacts = Write("contacts.csv", text);
+    return Run();
+  }
+
+  std::filesystem::path folder_;
+  SolveOptions options_;
+};
+
+double Number(const Outcome& outcome, std::size_t row, const std::string& column) {
+  return std::stod(outcome.rows.at(row).at(column));
+}
+
+TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
+  const Outcome outcome = RunContacts(std::string(kHeader) + "press," + kMiddle + "\n");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.message;
+  EXPECT_THAT(outcome.text,
+              testing::StartsWith("case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity\n"));
+  ASSERT_EQ(outcome.rows.size(), 1U);
+  EXPECT_EQ(outcome.rows[0].at("case"), "press");
+  EXPECT_EQ(Number(outcome, 0, "dy"), -0.005);
+  EXPECT_EQ(outcome.rows[0].at("fz"), "0");
+  EXPECT_EQ(outcome.rows[0].at("validity"), "valid");
+  EXPECT_GT(Number(outcome, 0, "solve_us"), 0);
+  EXPECT_LT(Number(outcome, 0, "fy"), 0) << "the tool pushes down on the object";
+  EXPECT_THAT(outcome.message, HasSubstr("bem2d, 120 dof"));
+}
+
+// Reference: linearity; numbers round-trip, so that the sum is exact to rounding.
+TEST_F(SolveTest, RowsOfACaseActTogetherAndCasesDoNot) {
+  const Outcome outcome = RunContacts(
+      "case,x,y,dx,dy\nA,0.044,0.088,0,-1e-3\nB,0.088,0.044,-1e-3,0\n"
+      "both,0.044,0.088,0,-1e-3\nboth,0.088,0.044,-1e-3,0\nA2,0.044,0.088,0,-2e-3\n");
+  ASSERT_EQ(outcome.rows.size(), 5U);
+  EXPECT_NEAR(Number(outcome, 4, "fy") / Number(outcome, 0, "fy"), 2, 1e-14);
+  EXPECT_GT(std::abs(Number(outcome, 2, "fy") / Number(outcome, 0, "fy") - 1), 1e-3);
+  EXPECT_EQ(outcome.rows[2].at("solve_us"), outcome.rows[3].at("solve_us"));
+}
+
+TEST_F(SolveTest, ContactsAndLoadsOfOneCaseActTogetherContactsFirst) {
+  options_.loads = Write("loads.csv", "fy,fx,case,y,x\n-0.2,0,A,0.088,0.02\n-0.2,0,B,0.088,0.02\n");
+  const Outcome outcome = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,0\n");
+  ASSERT_EQ(outcome.rows.size(), 3U);
+  EXPECT_GT(Number(outcome, 0, "fy"), 0) << "held against the load beside it";
+  EXPECT_EQ(Number(outcome, 1, "fy"), -0.2);
+  EXPECT_GT(Number(outcome, 1, "dy"), Number(outcome, 2, "dy")) << "the neighbour supports it";
+}
+
+// Reference: a load's displacement, prescribed, gives the load back.
+TEST_F(SolveTest, NumbersRoundTripThroughTheFiles) {
+  options_.loads = Write("loads.csv", "case,x,y,fx,fy\n1,0.044,0.088,0.0123456789012345678,-0.3\n");
+  const Outcome loaded = Run();
+  ASSERT_EQ(loaded.rows.size(), 1U);
+  options_.loads.clear();
+  const auto& row = loaded.rows[0];
+  const Outcome moved =
+      RunContacts("case,x,y,dx,dy\n1,0.044,0.088," + row.at("dx") + "," + row.at("dy") + "\n");
+  EXPECT_NEAR(Number(moved, 0, "fx"), Number(loaded, 0, "fx"), 1e-14);
+  EXPECT_NEAR(Number(moved, 0, "fy"), -0.3, 1e-14);
+}
+
+TEST_F(SolveTest, WidthReachesElementsByTheirMidpointsEndsIncluded) {
+  const std::string h = "0.0058666666666666667";
+  const Outcome outcome = RunContacts(
+      "case,x,y,dx,dy,width\none,0.044,0.088,0,-1e-3,0\n"
+      "same,0.044,0.088,0,-1e-3,0.011\nthree,0.044,0.088,0,-1e-3,"
+      "0.0117333333333333333\n");
+  ASSERT_EQ(outcome.rows.size(), 3U);
+  EXPECT_EQ(outcome.rows[0].at("fy"), outcome.rows[1].at("fy")) << h;
+  EXPECT_LT(Number(outcome, 2, "fy"), 1.2 * Number(outcome, 0, "fy"));
+}
+
+TEST_F(SolveTest, TakesWindowsLinesBlankLinesAndSpaces) {
+  const Outcome outcome = RunContacts(
+      "\xEF\xBB\xBF"
+      "case , x,y ,dx,dy\r\n\r\n A ,0.044, 0.088,0,+-1e-3\r\n");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.message, HasSubstr("contacts.csv:3: dy = +-1e-3"));
+  const Outcome good = RunContacts(
+      "\xEF\xBB\xBF"
+      "case , x,y ,dx,dy\r\n\r\n A ,0.044, 0.088,0,-1e-3\r\n\r\n \n");
+  EXPECT_EQ(good.exit_code, 0) << good.message;
+  EXPECT_EQ(good.rows.at(0).at("case"), "A");
+}
+
+TEST_F(SolveTest, ExtrapolatedRowsCarryNumbersAndExitZero) {
+  const Outcome outcome = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,-0.010\n");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.rows.at(0).at("validity"), "extrapolated");
+  EXPECT_LT(Number(outcome, 0, "fy"), -1);
+}
+
+TEST_F(SolveTest, AFailedCaseHasEmptyForcesExitsOneAndSparesTheOthers) {
+  const Outcome outcome = RunContacts(
+      "case,x,y,dx,dy\nA,0.044,0.088,0,-1e-3\nA,0.044,0.088,0,-1e-3\nB,0.044,0.088,0,-1e-3\n"
+      "C,0.044,0,0,-1e-3\n");
+  EXPECT_EQ(outcome.exit_code, 1);
+  ASSERT_EQ(outcome.rows.size(), 4U);
+  EXPECT_EQ(outcome.rows[0].at("validity"), "failed");
+  EXPECT_EQ(outcome.rows[0].at("fy"), "");
+  EXPECT_EQ(Number(outcome, 0, "dy"), -1e-3);
+  EXPECT_EQ(outcome.rows[2].at("validity"), "valid");
+  EXPECT_EQ(outcome.rows[3].at("validity"), "failed") << "the side is held";
+  EXPECT_THAT(outcome.message, HasSubstr("case A failed: two contacts share an element"));
+  options_.contacts.clear();
+  options_.loads = Write("loads.csv", "case,x,y,fx,fy\nL,0.044,0,0,-1\n");
+  const Outcome loaded = Run();
+  EXPECT_EQ(loaded.exit_code, 1);
+  EXPECT_EQ(loaded.rows.at(0).at("dy"), "");
+  EXPECT_EQ(loaded.rows.at(0).at("fy"), "-1");
+}
+
+TEST_F(SolveTest, SaysWhereAFileIsWrong) {
+  const std::vector<std::pair<std::string, std::string>> mistakes{
+      {"", "contacts.csv:1: no rows"},
+      {"\n\n", "no rows"},
+      {"case,x,y,dx,dy\n", "contacts.csv:2: no rows"},
+      {"case,x,y,dx\nA,0,0,0\n", "contacts.csv:1: no column dy"},
+      {"case,x,y,dx,dy,colour\nA,0,0,0,0,red\n", "contacts.csv:1: column = colour"},
+      {"case,x,x,y,dx,dy\nA,0,0,0,0,0\n", "column = x again"},
+      {"case,x,y,dx,dy,t\nA,0,0,0,0,1\n", "column = t"},
+      {"case,x,y,dx,dy\n\nA,0.044,0.088,0\n", "contacts.csv:3: 4 cells: accepted is 5"},
+      {"case,x,y,dx,dy\nA,0.044,0.088,0,nan\n", "contacts.csv:2: dy = nan: accepted is a finite"},
+      {"case,x,y,dx,dy\nA,0.044,0.088,inf,0\n", "dx = inf"},
+      {"case,x,y,dx,dy\nA,0.044,0.088,1e999,0\n", "dx = 1e999"},
+      {"case,x,y,dx,dy\nA,0.044,0.088,,0\n", "dx = : accepted is a finite number"},
+      {"case,x,y,dx,dy\n,0.044,0.088,0,0\n", "case = : accepted is a name"},
+      {"case,x,y,dx,dy\nA,0.044,0.088,1mm,0\n", "dx = 1mm"},
+      {"case,x,y,dx,dy\nA,0.044,0.080,0,0\n", "contacts.csv:2: x = 0.044: accepted is a place on"},
+      {"case,x,y,dx,dy,width\nA,0.044,0.088,0,0,-1\n", "width = -1: accepted is a width >= 0"},
+      {"case,x,y,z,dx,dy\nA,0.044,0.088,0.1,0,0\n", "z = 0.1: accepted is 0"},
+      {"case,x,y,dx,dy,dz\nA,0.044,0.088,0,0,1e-3\n", "dz = 1e-3: accepted is 0"}};
+  for (const auto& [text, message] : mistakes) {
+    const Outcome outcome = RunContacts(text);
+    EXPECT_EQ(outcome.exit_code, 2) << text;
+    EXPECT_THAT(outcome.message, HasSubstr(message));
+  }
+}
+
+TEST_F(SolveTest, RefusesUnusableScenesAndPaths) {
+  Outcome outcome = Run();
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.message, HasSubstr("--contacts"));
+  options_.contacts = folder_ / "absent.csv";
+  EXPECT_EQ(Run().exit_code, 2);
+  const std::string contacts = std::string(kHeader) + "A," + kMiddle + "\n";
+  options_.out = folder_ / "absent" / "out.csv";
+  outcome = RunContacts(contacts);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.message, HasSubstr("cannot be written"));
+  options_.out = folder_ / "out.csv";
+  options_.overrides = {"model.elements=two"};
+  EXPECT_EQ(RunContacts(contacts).exit_code, 2);
+  options_.overrides = {};
+  options_.scene = folder_ / "absent.yaml";
+  EXPECT_EQ(RunContacts(contacts).exit_code, 2);
+}
+
+// A ring between two squares; near nu = 0.5 in plane strain it has no answer.
+TEST_F(SolveTest, RefusesAnIncompressibleBodyWithAHole) {
+  options_.scene = Write("ring.yaml", R"(name: ring
+object:
+  geometry: {polygon: {points: [[0, 0], [0.1, 0], [0.1, 0.1], [0, 0.1]], thickness: 10 mm,
+                       holes: [[[0.04, 0.04], [0.06, 0.04], [0.06, 0.06], [0.04, 0.06]]]}}
+  material: {young_modulus: 1 MPa, poisson_ratio: 0.499}
+  fixed: {side: bottom}
+model: {kind: bem2d, elements: 60, plane: strain}
+)");
+  const std::string contacts = "case,x,y,dx,dy\nA,0.05,0.1,0,-1e-3\n";
+  const Outcome outcome = RunContacts(contacts);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.message, HasSubstr("a body with holes"));
+  options_.overrides = {"model.plane=stress"};
+  EXPECT_EQ(RunContacts(contacts).exit_code, 0);
+}
+
+TEST_F(SolveTest, WithoutFixtureBalancedLoadsAreSolvedAndOthersFail) {
+  options_.scene = Write("free.yaml", R"(name: free
+object:
+  geometry: {rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}}
+  material: {young_modulus: 127 kPa, poisson_ratio: 0.49}
+model: {kind: bem2d, elements: 60, plane: stress}
+)");
+  options_.loads =
+      Write("loads.csv", "case,x,y,fx,fy\nA,0.044,0.088,0,-1\nA,0.044,0,0,1\nB,0.044,0.088,0,-1\n");
+  const Outcome outcome = Run();
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NEAR(Number(outcome, 0, "dy"), -Number(outcome, 1, "dy"), 1e-12);
+  EXPECT_EQ(outcome.rows.at(2).at("validity"), "failed");
+  EXPECT_THAT(outcome.message, HasSubstr("do not balance"));
+}
+
+// Reference: the file's own numbers; every point has a displacement and a stress, the pressed
+// element the displacement that was asked for.
+TEST_F(SolveTest, WritesTheFieldForParaView) {
+  options_.field = folder_ / "field.vtu";
+  const Outcome outcome = RunContacts(std::string(kHeader) + "A," + kMiddle + "\n");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.message;
+  std::stringstream text;
+  text << std::ifstream(options_.field).rdbuf();
+  const std::string vtu = text.str();
+  EXPECT_THAT(vtu, HasSubstr("<VTKFile type=\"UnstructuredGrid\""));
+  EXPECT_THAT(vtu, HasSubstr("Name=\"displacement\""));
+  EXPECT_THAT(vtu, HasSubstr("Name=\"stress\""));
+  EXPECT_THAT(vtu, HasSubstr("\n0 -0.0050000000000000001 0\n"));
+  EXPECT_THAT(vtu, testing::Not(HasSubstr("nan")));
+  const auto points = std::stoul(vtu.substr(vtu.find("NumberOfPoints=\"") + 16));
+  EXPECT_GT(points, 60U + 900U);
+}
+
+}  // namespace
+}  // namespace palpate

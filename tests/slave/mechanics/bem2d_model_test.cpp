@@ -1,0 +1,352 @@
+#include "slave/mechanics/bem/bem2d_model.h"
+
+#include <cstdlib>
+#include <limits>
+#include <new>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/slave/mechanics/bodies.h"
+
+namespace {
+long allocations = 0;
+}  // namespace
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr Bem2dModel::Params kSilicone{.young_modulus = 127e3, .thickness = 9e-3};
+constexpr int kTop = 37;  // the middle of the top side of a block of 60 elements
+
+ReferenceProblem Silicone(int elements = 60) {
+  return bodies::Block(elements, 0.088, 0.49, Plane::kStress);
+}
+
+// Reference: Lame's thick-walled cylinder, u_r = ((1 - nu) A r + (1 + nu) B / r) / E in plane
+// stress with A = p a^2 / (b^2 - a^2), B = A b^2. The error of constant elements halves with their
+// length.
+TEST(Bem2dModel, APressurisedRingConvergesToLamesSolution) {
+  const double a = 0.01, b = 0.02, pressure = 1000, nu = 0.3;
+  const double A = pressure * a * a / (b * b - a * a);
+  const double exact = ((1 - nu) * A * a + (1 + nu) * A * b * b / a) / kSilicone.young_modulus;
+  double previous = 0;
+  for (const int count : {30, 60, 120}) {
+    const BoundaryMesh mesh = bodies::Ring(a, b, count);
+    Bem2dModel model(bodies::Free(mesh, nu, Plane::kStress), kSilicone);
+    const auto responses =
+        bodies::Respond(model, bodies::PressureOnLastLoop(mesh, pressure, kSilicone.thickness));
+    const double u = responses.front().displacement_O.head<2>().norm();
+    ASSERT_EQ(responses.front().validity, Validity::kValid);
+    const double error = std::abs(u / exact - 1);
+    EXPECT_LT(error, 2.0 / count);
+    if (previous > 0) EXPECT_NEAR(previous / error, 2, 0.3);
+    previous = error;
+  }
+}
+
+// Reference: a disc under uniform pressure shrinks by u_r = p R (1 - nu) / E, E and nu those of the
+// plane; the nu of 0.5 in plane strain makes it incompressible. Convergence of first order.
+TEST(Bem2dModel, ADiscUnderPressureShrinksUniformly) {
+  const double R = 0.6e-3, pressure = 1e4;
+  for (const auto& [plane, nu] : {std::pair{Plane::kStress, 0.45}, {Plane::kStrain, 0.45}}) {
+    const double E_bar = kSilicone.young_modulus / (plane == Plane::kStrain ? 1 - nu * nu : 1);
+    const double nu_bar = plane == Plane::kStrain ? nu / (1 - nu) : nu;
+    const double exact = pressure * R * (1 - nu_bar) / E_bar;
+    const BoundaryMesh mesh = MeshDisc(R, 120);
+    Bem2dModel model(bodies::Free(mesh, nu, plane), kSilicone);
+    const auto loads = bodies::PressureOnLastLoop(mesh, pressure, kSilicone.thickness);
+    for (const auto& response : bodies::Respond(model, loads)) {
+      EXPECT_NEAR(response.displacement_O.norm() / exact, 1, 0.05);
+    }
+  }
+  const BoundaryMesh mesh = MeshDisc(R, 60);
+  Bem2dModel model(bodies::Free(mesh, 0.5, Plane::kStrain), kSilicone);
+  for (const auto& response :
+       bodies::Respond(model, bodies::PressureOnLastLoop(mesh, pressure, kSilicone.thickness))) {
+    EXPECT_LT(response.displacement_O.norm(), 1e-3 * pressure * R / kSilicone.young_modulus);
+  }
+}
+
+// Reference: every displacement of the boundary prescribed as that of uniform pressure; radius 1 is
+// far from the degenerate radius exp(1 / (6 - 8 nu)) of the logarithmic kernel for every nu.
+TEST(Bem2dModel, ADiscHeldAllAroundFeelsThePressureOfItsShrinking) {
+  for (const double nu : {-0.9, 0.0, 0.3, 0.45}) {
+    const BoundaryMesh mesh = MeshDisc(3, 90);
+    Bem2dModel model(bodies::Free(mesh, nu, Plane::kStrain), {.young_modulus = 1, .thickness = 1});
+    std::vector<Contact> contacts;
+    for (int i = 0; i < mesh.size(); ++i) {
+      contacts.push_back(
+          bodies::Move(i, -1e-3 * mesh.elements[static_cast<std::size_t>(i)].midpoint()));
+    }
+    const double pressure = 1e-3 / ((1 + nu) * (1 - 2 * nu));
+    const auto responses = bodies::Respond(model, contacts);
+    const auto& e = mesh.elements[7];
+    EXPECT_NEAR(-responses[7].force_O.head<2>().dot(e.normal()) / (pressure * e.length()), 1, 0.05)
+        << "nu = " << nu;
+  }
+}
+
+// Reference: the force is linear in the displacement, and the stiffness is its derivative.
+TEST(Bem2dModel, ForceIsStiffnessTimesDisplacement) {
+  for (const ContactLaw law : {ContactLaw::kBonded, ContactLaw::kFrictionless}) {
+    Bem2dModel::Params params = kSilicone;
+    params.contact = law;
+    Bem2dModel model(Silicone(), params);
+    const auto press = [&](const Vector2d& d) {
+      return bodies::Respond(model, {bodies::Move(kTop, d)}).front();
+    };
+    const auto response = press({0.4e-3, -1e-3});
+    const Eigen::Vector3d by_stiffness = response.stiffness_O * response.displacement_O;
+    EXPECT_LT((response.force_O - by_stiffness).norm(), 1e-12 * response.force_O.norm());
+    EXPECT_LT((press({0.8e-3, -2e-3}).force_O - 2 * response.force_O).norm(),
+              1e-12 * response.force_O.norm());
+    EXPECT_LT(response.force_O.y(), 0) << "the tool pushes down";
+  }
+}
+
+// Reference: without friction the traction across the direction of motion vanishes.
+TEST(Bem2dModel, AFrictionlessContactPushesAlongItsDisplacementOnly) {
+  Bem2dModel::Params params = kSilicone;
+  params.contact = ContactLaw::kFrictionless;
+  Bem2dModel model(Silicone(), params);
+  const auto response = bodies::Respond(model, {bodies::Move(15, {-1e-3, 0})}).front();
+  EXPECT_LT(response.force_O.x(), 0);
+  EXPECT_EQ(response.force_O.y(), 0);
+  const auto rest = bodies::Respond(model, {bodies::Move(15, {0, 0}), bodies::Load(25, {-0.1, 0})});
+  EXPECT_NE(rest[0].force_O.x(), 0);  // held along its normal
+  EXPECT_EQ(rest[0].force_O.y(), 0);
+}
+
+// Reference: a load that answers d, prescribed as displacement, answers the load. One element.
+TEST(Bem2dModel, LoadsAndDisplacementsAreInverse) {
+  Bem2dModel model(Silicone(), kSilicone);
+  const auto loaded = bodies::Respond(model, {bodies::Load(kTop, {0.01, -0.3})}).front();
+  ASSERT_EQ(loaded.validity, Validity::kValid);
+  const Vector2d d = loaded.displacement_O.head<2>();
+  const auto moved = bodies::Respond(model, {bodies::Move(kTop, d)}).front();
+  EXPECT_LT((moved.force_O - loaded.force_O).norm(), 1e-12);
+  EXPECT_LT((moved.stiffness_O - loaded.stiffness_O).norm(), 1e-10 * moved.stiffness_O.norm());
+}
+
+TEST(Bem2dModel, AnUnchangedContactSetAnswersAsAFreshOne) {
+  Bem2dModel kept(Silicone(), kSilicone);
+  for (const double depth : {1e-3, 2e-3, 0.0, 3e-3}) {
+    Bem2dModel fresh(Silicone(), kSilicone);
+    const std::vector<Contact> contacts{bodies::Move(kTop, {0, -depth}),
+                                        bodies::Load(20, {-depth, 0})};
+    const auto one = bodies::Respond(kept, contacts);
+    const auto other = bodies::Respond(fresh, contacts);
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ(one[i].force_O, other[i].force_O);
+      EXPECT_EQ(one[i].displacement_O, other[i].displacement_O);
+    }
+  }
+}
+
+// Reference: the definition of the patch; five elements by width equal five contacts moved alike.
+TEST(Bem2dModel, APatchIsItsElementsMovedTogether) {
+  Bem2dModel model(Silicone(), kSilicone);
+  Contact wide = bodies::Move(kTop, {0, -1e-3});
+  wide.p_O = {0.044, 0.088, 0};
+  wide.width = 4 * 0.088 / 15;
+  const auto patch = bodies::Respond(model, {wide}).front();
+  std::vector<Contact> single;
+  for (int i = kTop - 2; i <= kTop + 2; ++i) single.push_back(bodies::Move(i, {0, -1e-3}));
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& response : bodies::Respond(model, single)) sum += response.force_O;
+  EXPECT_LT((patch.force_O - sum).norm(), 1e-12 * sum.norm());
+}
+
+TEST(Bem2dModel, FindsTheElementAtAPlace) {
+  Bem2dModel model(Silicone(), kSilicone);
+  Contact contact = bodies::Move(-1, {0, -1e-3});
+  contact.p_O = {0.044, 0.088, 0};
+  const auto found = bodies::Respond(model, {contact}).front();
+  const auto given = bodies::Respond(model, {bodies::Move(kTop, {0, -1e-3})}).front();
+  EXPECT_EQ(found.force_O, given.force_O);
+  EXPECT_EQ(found.validity, Validity::kValid);
+}
+
+TEST(Bem2dModel, DeepPressesAreExtrapolated) {
+  Bem2dModel model(Silicone(), kSilicone);  // range: 10 % of 88 mm
+  const auto press = [&](double depth) {
+    return bodies::Respond(model, {bodies::Move(kTop, {0, -depth})}).front().validity;
+  };
+  EXPECT_EQ(press(8.7e-3), Validity::kValid);
+  EXPECT_EQ(press(8.9e-3), Validity::kExtrapolated);
+  const auto far = bodies::Respond(model, {bodies::Load(kTop, {0, -20})}).front();
+  EXPECT_EQ(far.validity, Validity::kExtrapolated);
+  EXPECT_LT(far.displacement_O.y(), -8.8e-3);
+}
+
+void ExpectFailure(Bem2dModel& model, const std::vector<Contact>& contacts, const char* what) {
+  for (const auto& response : bodies::Respond(model, contacts)) {
+    EXPECT_EQ(response.validity, Validity::kFailed) << what;
+    EXPECT_TRUE(response.force_O.isZero(0)) << what;
+    EXPECT_TRUE(response.stiffness_O.isZero(0)) << what;
+  }
+  EXPECT_FALSE(model.failure().empty()) << what;
+  const auto after = bodies::Respond(model, {bodies::Move(kTop, {0, -1e-3})}).front();
+  EXPECT_EQ(after.validity, Validity::kValid) << "after " << what;
+  EXPECT_TRUE(model.failure().empty()) << what;
+}
+
+TEST(Bem2dModel, FailsOnAbsurdContactsAndRecovers) {
+  Bem2dModel model(Silicone(), kSilicone);
+  for (const double bad : {kNaN, 1e300, -1e300, std::numeric_limits<double>::infinity()}) {
+    ExpectFailure(model, {bodies::Move(kTop, {0, bad})}, "displacement");
+    ExpectFailure(model, {bodies::Load(kTop, {bad, 0})}, "load");
+    Contact contact = bodies::Move(kTop, {0, -1e-3});
+    contact.value_O.z() = bad;
+    ExpectFailure(model, {contact}, "out of the plane");
+    if (bad == 1e300) continue;
+    contact = bodies::Move(kTop, {0, -1e-3});
+    contact.width = bad;
+    ExpectFailure(model, {contact}, "width");
+  }
+  Contact nowhere = bodies::Move(-1, {0, -1e-3});
+  nowhere.p_O = {kNaN, 0, 0};
+  ExpectFailure(model, {nowhere}, "place");
+  ExpectFailure(model, {bodies::Move(60, {0, -1e-3})}, "element beyond the mesh");
+  ExpectFailure(model, {bodies::Move(-7, {0, -1e-3})}, "negative element");
+  ExpectFailure(model, {bodies::Move(kTop, {0, -1e-3}), bodies::Move(kTop, {0, -1e-3})}, "twice");
+  ExpectFailure(model, {bodies::Move(3, {0, -1e-3})}, "moving a held element");
+  ExpectFailure(model, {bodies::Load(3, {0, -1e-3})}, "loading a held element");
+  std::vector<ContactResponse> too_few(1);
+  model.Respond(std::vector<Contact>(2, bodies::Move(kTop, {0, 0})), too_few);
+  EXPECT_EQ(too_few[0].validity, Validity::kFailed);
+}
+
+// Reference: equilibrium, the reactions of the held side carry the load (1.3 % at 60 elements).
+TEST(Bem2dModel, AZeroDisplacementOnHeldElementsReportsTheReaction) {
+  Bem2dModel model(Silicone(), kSilicone);
+  std::vector<Contact> contacts{bodies::Load(kTop, {0, -0.5})};
+  for (int i = 0; i < 15; ++i) contacts.push_back(bodies::Move(i, {0, 0}));
+  const auto responses = bodies::Respond(model, contacts);
+  double sum = 0;
+  for (std::size_t i = 1; i < responses.size(); ++i) sum += responses[i].force_O.y();
+  EXPECT_NEAR(sum, 0.5, 0.5 * 0.02);
+}
+
+TEST(Bem2dModel, ABodyThatNothingHoldsTakesBalancedLoadsOnly) {
+  Bem2dModel model(bodies::Free(MeshRectangle(0.088, 0.088, 60), 0.49, Plane::kStress), kSilicone);
+  const auto squeeze =
+      bodies::Respond(model, {bodies::Load(7, {0, 0.5}), bodies::Load(37, {0, -0.5})});
+  ASSERT_EQ(squeeze[0].validity, Validity::kValid);
+  EXPECT_NEAR(squeeze[0].displacement_O.y(), -squeeze[1].displacement_O.y(), 1e-12);
+  std::vector<Eigen::Vector3d> displacement;
+  model.BoundaryDisplacement(&displacement);
+  Vector2d mean = Vector2d::Zero();
+  double turn = 0;
+  const auto& elements = model.greens_functions().problem().mesh.elements;
+  for (std::size_t i = 0; i < 60; ++i) {
+    const Vector2d p = elements[i].midpoint() - Vector2d(0.044, 0.044);
+    mean += displacement[i].head<2>() / 60;
+    turn += p.x() * displacement[i].y() - p.y() * displacement[i].x();
+  }
+  EXPECT_LT(mean.norm(), 1e-12);
+  EXPECT_LT(std::abs(turn), 1e-12);
+
+  const auto fails = [&](const std::vector<Contact>& contacts) {
+    return bodies::Respond(model, contacts).front().validity == Validity::kFailed;
+  };
+  EXPECT_TRUE(fails({bodies::Load(7, {0, 0.5})})) << "a force alone";
+  EXPECT_TRUE(fails({bodies::Load(6, {0, 0.5}), bodies::Load(37, {0, -0.5})})) << "a couple";
+  EXPECT_TRUE(fails({bodies::Load(7, {0, 0.5}), bodies::Load(37, {0, -0.4999})}));
+}
+
+// A frictionless contact alone leaves the body free to slide: no answer, rather than a wild one.
+TEST(Bem2dModel, ContactsThatLeaveAFreeBodyMovableFail) {
+  Bem2dModel::Params params = kSilicone;
+  params.contact = ContactLaw::kFrictionless;
+  Bem2dModel model(bodies::Free(MeshRectangle(0.088, 0.088, 60), 0.49, Plane::kStress), params);
+  const auto responses =
+      bodies::Respond(model, {bodies::Move(7, {0, 1e-3}), bodies::Move(37, {0, -1e-3})});
+  EXPECT_EQ(responses[0].validity, Validity::kFailed);
+}
+
+TEST(Bem2dModel, AllAroundPrescribedIsRefusedWhereIncompressible) {
+  Bem2dModel model(bodies::Free(MeshDisc(1, 24), 0.5, Plane::kStrain), kSilicone);
+  std::vector<Contact> contacts;
+  for (int i = 0; i < 24; ++i) contacts.push_back(bodies::Move(i, {1e-3, 0}));
+  EXPECT_EQ(bodies::Respond(model, contacts)[0].validity, Validity::kFailed);
+  contacts.pop_back();
+  const auto responses = bodies::Respond(model, contacts);
+  EXPECT_EQ(responses[0].validity, Validity::kValid);
+  EXPECT_LT(responses[0].force_O.norm(), 1e-9 * kSilicone.young_modulus * kSilicone.thickness);
+}
+
+TEST(Bem2dModel, FiveHundredContactsActTogether) {
+  Bem2dModel model(Silicone(720), kSilicone);
+  std::vector<Contact> contacts;
+  for (int i = 190; i < 690; ++i) contacts.push_back(bodies::Move(i, {1e-4, 2e-4}));
+  const auto responses = bodies::Respond(model, contacts);
+  for (const auto& response : responses) ASSERT_EQ(response.validity, Validity::kValid);
+  std::vector<Eigen::Vector3d> displacement;
+  model.BoundaryDisplacement(&displacement);
+  for (std::size_t i = 190; i < 690; ++i) {
+    EXPECT_LT((displacement[i] - contacts[0].value_O).norm(), 1e-15);
+  }
+}
+
+TEST(Bem2dModel, RespondsWithoutAllocatingAfterTheFirstCall) {
+  Bem2dModel model(Silicone(), kSilicone);
+  Contact wide = bodies::Move(kTop, {0, -1e-3});
+  wide.p_O = {0.044, 0.088, 0};
+  wide.width = 6 * 0.088 / 15;
+  std::vector<std::vector<Contact>> sets{
+      {wide, bodies::Move(20, {-1e-3, 0})},
+      {wide, bodies::Load(21, {-0.1, 0})},
+      {bodies::Move(22, {-1e-3, 0}), bodies::Move(52, {1e-3, 0})},
+      {bodies::Move(3, {1e-3, 0}), bodies::Move(52, {1e-3, 0})}};  // fails
+  std::vector<ContactResponse> responses(2);
+  for (const auto& set : sets) model.Respond(set, responses);
+  for (const auto& set : sets) model.Respond(set, responses);
+  const long before = allocations;
+  for (int tick = 0; tick < 10000; ++tick) {
+    auto& set = sets[static_cast<std::size_t>(tick) % sets.size()];
+    set[0].value_O.y() *= 0.9999;
+    model.Respond(set, responses);
+  }
+  EXPECT_EQ(allocations, before);
+}
+
+TEST(Bem2dModel, SaysWhatItIs) {
+  Bem2dModel model(Silicone(), kSilicone);
+  EXPECT_EQ(model.info().kind, "bem2d");
+  EXPECT_EQ(model.info().dof, 120U);
+  EXPECT_EQ(model.info().elements, 60);
+  EXPECT_GE(model.info().memory_bytes, 120U * 120U * sizeof(double));
+  EXPECT_GT(model.info().precompute_s, 0);
+  EXPECT_GT(model.info().condition, 1);
+  EXPECT_LT(model.info().condition, 1e4);
+  EXPECT_EQ(model.info().range, 0.1);
+}
+
+TEST(Bem2dModel, RefusesImpossibleParams) {
+  for (const double bad : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(Bem2dModel(Silicone(), {.young_modulus = bad, .thickness = 1}),
+                 std::invalid_argument);
+    EXPECT_THROW(Bem2dModel(Silicone(), {.young_modulus = 1, .thickness = bad}),
+                 std::invalid_argument);
+  }
+}
+
+}  // namespace
+}  // namespace palpate

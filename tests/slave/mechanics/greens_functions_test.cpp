@@ -1,0 +1,143 @@
+#include "slave/mechanics/bem/greens_functions.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/slave/mechanics/bodies.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+Matrix2d Block(const GreensFunctions& greens, int i, int j) {
+  return Eigen::Map<const Matrix2d>(greens.block(i, j));
+}
+
+// Reference: constant elements carry a rigid translation exactly. Moving all held elements together
+// moves everything with them and needs no reaction.
+TEST(GreensFunctions, CarryARigidTranslationWithoutForce) {
+  for (const double nu : {0.0, 0.3, 0.5}) {
+    const GreensFunctions greens(bodies::Block(60, 1, nu));
+    for (int i = 0; i < greens.size(); ++i) {
+      Matrix2d sum = Matrix2d::Zero();
+      for (int j = 0; j < greens.size(); ++j) {
+        if (greens.held(j, 0)) sum += Block(greens, i, j);
+      }
+      const Matrix2d expected = (greens.held(i, 0) ? 0.0 : 1.0) * Matrix2d::Identity();
+      EXPECT_LT((sum - expected).norm(), 1e-11) << "element " << i << ", nu = " << nu;
+    }
+  }
+}
+
+double ReactionError(int elements) {
+  const GreensFunctions greens(bodies::Block(elements));
+  const int top = elements * 5 / 8;
+  const double area = greens.lengths()[static_cast<std::size_t>(top)];
+  Matrix2d reaction = Matrix2d::Zero();
+  for (int i = 0; i < greens.size(); ++i) {
+    if (greens.held(i, 0))
+      reaction += greens.lengths()[static_cast<std::size_t>(i)] * Block(greens, i, top);
+  }
+  return (reaction / area + Matrix2d::Identity()).norm();
+}
+
+// Reference: equilibrium. Collocation does not build it in, so it holds as the mesh gets finer.
+TEST(GreensFunctions, ReactionsBalanceALoadBetterAndBetter) {
+  const double coarse = ReactionError(40);
+  const double fine = ReactionError(160);
+  EXPECT_LT(coarse, 0.05);
+  EXPECT_LT(fine, coarse / 3);
+}
+
+double ReciprocityError(int elements) {
+  const GreensFunctions greens(bodies::Block(elements));
+  const int i = elements * 5 / 8;
+  const int j = elements * 3 / 8;
+  const Matrix2d ij = Block(greens, i, j);
+  return (ij - Block(greens, j, i).transpose()).norm() / ij.norm();
+}
+
+// Reference: Betti's reciprocity, again only as the mesh gets finer.
+TEST(GreensFunctions, FlexibilityBecomesSymmetric) {
+  const double coarse = ReciprocityError(40);
+  const double fine = ReciprocityError(160);
+  EXPECT_LT(coarse, 0.1);
+  EXPECT_LT(fine, coarse / 2);
+}
+
+// Reference: the numbering of elements means nothing.
+TEST(GreensFunctions, DoNotDependOnTheNumberingOfElements) {
+  const ReferenceProblem problem = bodies::Block(40);
+  ReferenceProblem turned = problem;
+  std::rotate(turned.mesh.elements.begin(), turned.mesh.elements.begin() + 13,
+              turned.mesh.elements.end());
+  std::rotate(turned.held.begin(), turned.held.begin() + 13, turned.held.end());
+  const GreensFunctions one(problem);
+  const GreensFunctions other(turned);
+  for (int i = 0; i < 40; ++i) {
+    for (int j = 0; j < 40; ++j) {
+      const Matrix2d difference = Block(one, (i + 13) % 40, (j + 13) % 40) - Block(other, i, j);
+      EXPECT_LT(difference.norm(), 1e-11);
+    }
+  }
+}
+
+TEST(GreensFunctions, CountTheRigidMotionsThatAreLeftFree) {
+  ReferenceProblem problem = bodies::Block(40);
+  EXPECT_EQ(GreensFunctions(problem).free_motions(), 0);
+  for (auto& held : problem.held) held[1] = false;  // x held along the bottom: y and turning remain
+  EXPECT_EQ(GreensFunctions(problem).free_motions(), 2);
+  for (auto& held : problem.held) held = {false, false};
+  EXPECT_EQ(GreensFunctions(problem).free_motions(), 3);
+  problem.held[3] = {true, true};  // a held element does not turn
+  EXPECT_EQ(GreensFunctions(problem).free_motions(), 0);
+}
+
+std::string RefusalOf(const ReferenceProblem& problem) {
+  try {
+    const GreensFunctions greens(problem);
+    return "";
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
+TEST(GreensFunctions, RefuseWhatPlaneStrainCannotKnowNearNuOneHalf) {
+  const BoundaryMesh ring = bodies::Ring(0.01, 0.02, 20);
+  EXPECT_EQ(RefusalOf(bodies::Free(ring, 0.49, Plane::kStrain)), "");
+  EXPECT_EQ(RefusalOf(bodies::Free(ring, 0.5, Plane::kStress)), "");
+  EXPECT_THAT(RefusalOf(bodies::Free(ring, 0.495, Plane::kStrain)),
+              testing::HasSubstr("poisson_ratio = 0.495"));
+  EXPECT_THAT(RefusalOf(bodies::Free(ring, 0.5, Plane::kStrain)), testing::HasSubstr("holes"));
+
+  ReferenceProblem all_held = bodies::Free(MeshDisc(1, 20), 0.5, Plane::kStrain);
+  for (auto& held : all_held.held) held = {true, true};
+  EXPECT_THAT(RefusalOf(all_held), testing::HasSubstr("whole boundary"));
+  all_held.nu = 0.49;
+  EXPECT_EQ(RefusalOf(all_held), "");
+}
+
+TEST(GreensFunctions, RefuseUnusableMeshesAndConstants) {
+  ReferenceProblem problem = bodies::Block(8);
+  problem.nu = 0.51;
+  EXPECT_THAT(RefusalOf(problem), testing::HasSubstr("-1 < nu <= 0.5"));
+  problem.nu = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(RefusalOf(problem), testing::HasSubstr("-1 < nu <= 0.5"));
+  problem = bodies::Block(8);
+  problem.mesh.elements[2].b = problem.mesh.elements[2].a;
+  EXPECT_THAT(RefusalOf(problem), testing::HasSubstr("without length"));
+  problem = bodies::Block(8);
+  problem.mesh.elements.resize(2);
+  EXPECT_THAT(RefusalOf(problem), testing::HasSubstr("3 or more"));
+  problem = bodies::Block(8);
+  problem.mesh.length_unit = 0;
+  EXPECT_THAT(RefusalOf(problem), testing::HasSubstr("length unit"));
+  problem = bodies::Block(8);
+  problem.mesh.elements[1] = problem.mesh.elements[0];  // held twice at one place
+  EXPECT_THAT(RefusalOf(problem), testing::HasSubstr("singular"));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,101 @@
+#include "slave/mechanics/make_model.h"
+
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/bem/bem2d_model.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+Scene BlockScene() {
+  Scene scene;
+  scene.object.geometry = RectangleGeometry{0.088, 0.044, 0.009};
+  scene.object.material = {.young_modulus = 127e3, .poisson_ratio = 0.49};
+  scene.object.fixed = {{FixedSide{"bottom"}}};
+  scene.model.elements = 60;
+  return scene;
+}
+
+int HeldCount(const Scene& scene, int component) {
+  const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
+  const auto& greens = dynamic_cast<const Bem2dModel&>(*model).greens_functions();
+  int count = 0;
+  for (int i = 0; i < greens.size(); ++i) count += greens.held(i, component) ? 1 : 0;
+  return count;
+}
+
+std::string RefusalOf(const Scene& scene) {
+  try {
+    MakeModel(scene, MeshObject(scene, std::nullopt));
+    return "";
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
+TEST(MakeModel, AutoIsBem2dAndSaysThatNoStudyExists) {
+  Scene scene = BlockScene();
+  EXPECT_EQ(ChooseModel(scene).kind, "bem2d");
+  EXPECT_THAT(ChooseModel(scene).reason, testing::HasSubstr("no study"));
+  scene.model.kind = "bem2d";
+  EXPECT_THAT(ChooseModel(scene).reason, testing::HasSubstr("asked for"));
+}
+
+TEST(MakeModel, HoldsSidesOfARectangle) {
+  Scene scene = BlockScene();  // 20 + 10 + 20 + 10 elements
+  EXPECT_EQ(HeldCount(scene, 0), 20);
+  scene.object.fixed = {{FixedSide{"left"}}, {FixedSide{"top"}}};
+  EXPECT_EQ(HeldCount(scene, 0), 30);
+  scene.object.fixed = {{FixedSide{"right"}, {false, true, true}}};
+  EXPECT_EQ(HeldCount(scene, 0), 0);
+  EXPECT_EQ(HeldCount(scene, 1), 10);
+}
+
+TEST(MakeModel, HoldsArcsPlanesAndElements) {
+  Scene scene = BlockScene();
+  scene.object.geometry = DiscGeometry{0.6e-3, 1.2e-3};
+  // Midpoints at multiples of 6 degrees, the ends at 150 and 210 included.
+  scene.object.fixed = {{FixedArc{180 * kDegree, 30 * kDegree}}};
+  EXPECT_EQ(HeldCount(scene, 0), 11);
+  scene.object.fixed = {{FixedNodes{{0, 5, 59}}}};
+  EXPECT_EQ(HeldCount(scene, 0), 3);
+  scene = BlockScene();
+  scene.object.fixed = {{FixedPlane{0, 0.088}}};
+  EXPECT_EQ(HeldCount(scene, 0), 10);
+}
+
+TEST(MakeModel, RefusesWhatHoldsNothing) {
+  Scene scene = BlockScene();
+  scene.object.fixed = {{FixedPlane{1, 0.0198}}, {FixedSide{"top"}}};
+  EXPECT_EQ(RefusalOf(scene), "") << "two elements lie at that height";
+  scene.object.fixed = {{FixedPlane{1, 0.0200}}};
+  EXPECT_THAT(RefusalOf(scene), testing::HasSubstr("plane"));
+  scene.object.fixed = {{FixedNodes{{60}}}};
+  EXPECT_THAT(RefusalOf(scene), testing::HasSubstr("accepted is 0 to 59"));
+}
+
+TEST(MakeModel, NeedsAnOutlineForAPictureContour) {
+  Scene scene = BlockScene();
+  scene.object.geometry = ImageContourGeometry{0.001};
+  EXPECT_THROW(MeshObject(scene, std::nullopt), std::invalid_argument);
+  Outline seen;
+  for (int i = 0; i < 40; ++i) {
+    seen.outer.emplace_back(std::cos(i * 9 * kDegree), std::sin(i * 9 * kDegree));
+  }
+  EXPECT_EQ(MeshObject(scene, seen).size(), 60);
+}
+
+TEST(MakeModel, KeepsTheScenesRangeAndTakesTenPercentOtherwise) {
+  Scene scene = BlockScene();
+  EXPECT_EQ(MakeModel(scene, MeshObject(scene, std::nullopt))->info().range, 0.1);
+  scene.model.range = 0.2;
+  EXPECT_EQ(MakeModel(scene, MeshObject(scene, std::nullopt))->info().range, 0.2);
+}
+
+}  // namespace
+}  // namespace palpate
