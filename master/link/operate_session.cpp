@@ -1,6 +1,7 @@
 #include "master/link/operate_session.h"
 
 #include <thread>
+#include <utility>
 
 #include "shared/wire/command_message.h"
 #include "shared/wire/state_message.h"
@@ -60,8 +61,9 @@ void OperateSession::Receive(const v1::SlaveState& message) {
   heard_at_ = now;
   std::string reason;
   const auto state = FromProto(message, &reason);
-  if (!state || state->sequence <= last_sequence_) return;
-  if (!was_served()) with_.on_first_state();
+  if (!state) return with_.on_refused_state(reason);
+  if (state->sequence <= last_sequence_) return;
+  if (!std::exchange(served_, true)) with_.on_first_state();
   last_sequence_ = state->sequence;
   ++with_.states_received;
 

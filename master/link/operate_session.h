@@ -33,6 +33,7 @@ class OperateSession {
     std::atomic<std::uint64_t>& states_received;
     std::atomic<std::uint64_t>& commands_sent;
     std::function<void()> on_first_state;
+    std::function<void(const std::string& reason)> on_refused_state;
   };
 
   OperateSession(Surroundings surroundings, std::string operator_name)
@@ -58,9 +59,10 @@ class OperateSession {
   grpc::ClientContext context_;
   std::atomic<Time> heard_at_{Clock::now()};
   std::atomic<bool> silent_{false};
-  std::uint64_t commands_ = 0;       // the sender's own
-  v1::OperatorCommand message_;      // the sender's own
-  std::uint64_t last_sequence_ = 0;  // the reader's own, as is untaken_
+  std::uint64_t commands_ = 0;   // the sender's own
+  v1::OperatorCommand message_;  // the sender's own
+  bool served_ = false;          // the reader's own, as is what follows
+  std::uint64_t last_sequence_ = 0;
   Events untaken_;
 };
 

@@ -70,6 +70,7 @@ struct SlaveLink::Parts {
            LatestValue<OperatorCommand>* commands);
   grpc::Status RunSession(OperateSession* session, const std::stop_token& stop);
   void Served();
+  void Refused(const std::string& reason);
   // Sleeps for `duration`; false: stopping.
   bool Sleep(milliseconds duration);
 
@@ -83,7 +84,7 @@ struct SlaveLink::Parts {
   std::condition_variable changed;
   OperateSession* session = nullptr;
   bool stopping = false, connected = false, was_connected = false;
-  std::uint64_t reconnects = 0;
+  std::uint64_t reconnects = 0, refused = 0;
   std::string trouble;
 
   std::jthread thread;  // last: it uses all of the above
@@ -106,7 +107,8 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
   Backoff backoff(kFirstRetry, kLongestRetry);
   while (!stop.stop_requested()) {
     OperateSession next(
-        {*stub, *states, *commands, trips, states_received, commands_sent, [this] { Served(); }},
+        {*stub, *states, *commands, trips, states_received, commands_sent, [this] { Served(); },
+         [this](const std::string& reason) { Refused(reason); }},
         options.operator_name);
     const grpc::Status status = RunSession(&next, stop);
     if (next.was_served()) backoff.Reset();
@@ -135,6 +137,12 @@ void SlaveLink::Parts::Served() {
   if (was_connected) ++reconnects;
   connected = was_connected = true;
   trouble.clear();
+}
+
+void SlaveLink::Parts::Refused(const std::string& reason) {
+  const std::scoped_lock lock(mutex);
+  ++refused;
+  trouble = "a state was refused: " + reason;
 }
 
 bool SlaveLink::Parts::Sleep(milliseconds duration) {
@@ -200,6 +208,7 @@ LinkStats SlaveLink::stats() const {
   const std::scoped_lock lock(parts_->mutex);
   stats.connected = parts_->connected;
   stats.reconnects = parts_->reconnects;
+  stats.refused = parts_->refused;
   stats.trouble = parts_->trouble;
   return stats;
 }

@@ -34,9 +34,12 @@ struct ReceivedState {
 struct LinkStats {
   bool connected = false;
   std::uint64_t states = 0, commands = 0, reconnects = 0;
+  std::uint64_t refused = 0;  // states that could not be read: a number missing, not finite, absurd
   double rtt_p50_us = 0, rtt_p99_us = 0, rtt_max_us = 0;
   double clock_offset = 0;  // [s]
-  std::string trouble;      // why it is not connected, or who holds the lease; empty: nothing
+  // Why it is not connected, who holds the lease, or why the last state was refused; empty:
+  // nothing.
+  std::string trouble;
 };
 
 class SlaveLink {

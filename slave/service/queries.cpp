@@ -28,7 +28,10 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
   reply->set_operator_name(lease_.holder_name());
   reply->set_observers(static_cast<std::uint32_t>(seats_.taken()));
   reply->set_states(states_sent_);
-  reply->set_commands_refused(reply->commands_refused() + lease_.malformed());
+  // What cannot even be read never reaches the slave, but came and was refused all the same.
+  const std::uint64_t malformed = lease_.malformed();
+  reply->set_commands(reply->commands() + malformed);
+  reply->set_commands_refused(reply->commands_refused() + malformed);
 }
 
 }  // namespace palpate

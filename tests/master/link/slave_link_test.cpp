@@ -2,12 +2,16 @@
 #include "master/link/slave_link.h"
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <thread>
 
 #include <gmock/gmock.h>
+#include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
+
+#include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
@@ -214,6 +218,57 @@ TEST_F(SlaveLinkTest, TheEmergencyStopReachesTheSlaveBesideTheStream) {
   EXPECT_TRUE(loop_.Until([&] { return loop_.told.Has(Event::kEstop); }));
   server_.reset();
   EXPECT_FALSE(link.EmergencyStop("nobody hears"));
+}
+
+// A peer that is not what it seems: gRPC, but another service, or states that cannot be.
+class StrangePeer final : public v1::Teleoperation::Service {
+ public:
+  StrangePeer() {
+    grpc::ServerBuilder builder;
+    int port = 0;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(this);
+    server_ = builder.BuildAndStart();
+    address = "127.0.0.1:" + std::to_string(port);
+  }
+  grpc::Status Operate(
+      grpc::ServerContext* context,
+      grpc::ServerReaderWriter<v1::SlaveState, v1::OperatorCommand>* stream) override {
+    v1::SlaveState state;
+    state.mutable_sensed_at();
+    state.mutable_sent_at();
+    state.mutable_p_s_tip()->set_x(std::numeric_limits<double>::quiet_NaN());
+    while (stream->Write(state) && !context->IsCancelled()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return grpc::Status::CANCELLED;
+  }
+
+  std::string address;
+
+ private:
+  std::unique_ptr<grpc::Server> server_;
+};
+
+TEST_F(SlaveLinkTest, AnotherServiceIsAnErrorAtOnce) {
+  const StrangePeer peer;
+  try {
+    SlaveLink(To(peer.address)).Connect();
+    FAIL() << "it was taken for a slave";
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(error.what(), peer.address + " answers, but does not speak palpate.v1");
+  }
+}
+
+TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedToldAndNeverHandedOn) {
+  const StrangePeer peer;
+  SlaveLink link(To(peer.address));
+  link.Start(&loop_.states, &loop_.commands);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().refused > 3; }));
+  EXPECT_THAT(link.stats().trouble, HasSubstr("a state was refused: p_S_tip.x = nan"));
+  EXPECT_EQ(link.stats().states, 0U);
+  EXPECT_EQ(loop_.newest.received_at, Time{});
+  EXPECT_FALSE(link.stats().connected);
 }
 
 TEST_F(SlaveLinkTest, StoppingWithoutStartingAndTwiceIsFine) {

@@ -88,13 +88,13 @@ void FakeSlave::BeginOperating() {
 
 bool FakeSlave::Command(const OperatorCommand& command) noexcept {
   const std::scoped_lock lock(mutex_);
+  ++came_;
   if (!command.p_M.allFinite() || command.p_M.norm() > kReach) {
     ++refused_;
     events_.Add(Event::kCommandRefused);
     return false;
   }
   if (command.sequence <= state_.command_sequence) return true;
-  ++taken_;
   if (commands_.size() < kRemembered) commands_.push_back(command);
   state_.command_sequence = command.sequence;
   state_.echo = command.sent_at;
@@ -155,7 +155,7 @@ SlaveStatus FakeSlave::Status() const {
   SlaveStatus status;
   status.phase = state_.phase;
   status.validity = state_.validity;
-  status.commands = taken_;
+  status.commands = came_;
   status.commands_refused = refused_;
   status.started_at = started_at_;
   status.stages = {{"total", 10, 20, 30}};

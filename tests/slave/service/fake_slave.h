@@ -60,7 +60,7 @@ class FakeSlave : public Slave {
   std::vector<OperatorCommand> commands_;
   ParameterChange parameters_;
   std::string stop_reason_;
-  std::uint64_t taken_ = 0, refused_ = 0;
+  std::uint64_t came_ = 0, refused_ = 0;
   int begins_ = 0, ends_ = 0, shapes_ = 0, pictures_ = 0;
   bool has_camera_ = true;
 };

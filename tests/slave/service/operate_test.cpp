@@ -126,6 +126,7 @@ TEST_F(OperateTest, NotFiniteAndAbsurdCommandsAreCountedToldAndNotFollowed) {
     EXPECT_EQ(told->p_s_tip().y(), FakeSlave::kHome) << absurd;
   }
   EXPECT_EQ(GetStatus().commands_refused(), 4U);
+  EXPECT_EQ(GetStatus().commands(), 5U);
   EXPECT_EQ(slave_.commands().size(), 1U);
 }
 

@@ -39,12 +39,18 @@ inline void SetDeadline(grpc::ClientContext* context) {
 class ServiceTest : public testing::Test {
  protected:
   // A stub on a connection of its own.
-  std::unique_ptr<v1::Teleoperation::Stub> Connect() const {
-    grpc::ChannelArguments arguments;
+  std::unique_ptr<v1::Teleoperation::Stub> Connect(grpc::ChannelArguments arguments = {}) const {
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
     return v1::Teleoperation::NewStub(grpc::CreateCustomChannel(
         server_->address(), grpc::InsecureChannelCredentials(), arguments));
+  }
+  // One that takes little from the line ahead of its reader.
+  std::unique_ptr<v1::Teleoperation::Stub> ConnectWithSmallWindow() const {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+    arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 1024);
+    return Connect(arguments);
   }
 
   v1::Status GetStatus() const {

@@ -102,12 +102,7 @@ TEST_F(WatchTest, AnObserverSeesWhatTheOperatorDoes) {
 // what its own receive window held (bounded by the HTTP/2 window, not by time) and then the newest.
 // Reference: contracts, a slow reader loses old values, slows nobody and grows no memory.
 TEST_F(WatchTest, AStalledReaderLosesOldStatesAndSlowsNobody) {
-  grpc::ChannelArguments small_window;
-  small_window.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  small_window.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
-  small_window.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 1024);
-  const auto stalled_stub = v1::Teleoperation::NewStub(grpc::CreateCustomChannel(
-      server_->address(), grpc::InsecureChannelCredentials(), small_window));
+  const auto stalled_stub = ConnectWithSmallWindow();
   grpc::ClientContext stalled_context;
   stalled_context.set_deadline(std::chrono::system_clock::now() + 2 * kLiveness);
   const auto stalled = stalled_stub->WatchState(&stalled_context, {});
@@ -134,6 +129,26 @@ TEST_F(WatchTest, AStalledReaderLosesOldStatesAndSlowsNobody) {
   EXPECT_GE(now - first.sequence(), 600U);
   EXPECT_LT(old_states, 300U) << "states were queued for a reader that did not read";
   stalled_context.TryCancel();
+}
+
+// Both streams have written until their windows were full, and wait there for readers who never
+// read.
+TEST_F(WatchTest, StalledReadersDoNotKeepTheServerFromStopping) {
+  Operator ada(ConnectWithSmallWindow());
+  ASSERT_TRUE(ada.Read().has_value());
+  const auto stalled_stub = ConnectWithSmallWindow();
+  grpc::ClientContext stalled_context;
+  SetDeadline(&stalled_context);
+  const auto stalled = stalled_stub->WatchState(&stalled_context, {});
+  std::uint64_t sent = 0;
+  ASSERT_TRUE(Eventually([&] {
+    const std::uint64_t before = sent;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    sent = GetStatus().states();
+    return sent > 0 && sent == before;
+  })) << "the windows never filled";
+  server_->Stop();
+  EXPECT_EQ(slave_.ends(), 1);
 }
 
 TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
