@@ -69,6 +69,7 @@ CLI::Validator Between(double low, double high) {
 
 void Declare(CLI::App* app, Arguments* a) {
   app->require_subcommand(1);
+  app->set_version_flag("--version", PALPATE_VERSION);
   app->footer(
       "Examples:\n"
       "  palpate-master connect localhost:50051\n"
@@ -134,7 +135,8 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   report.model = scene.model;
   console.Say(FormatSummary(report));
   if (!a.report.empty()) WriteReport(report, a.report);
-  return report.log_failed ? kFailed : kDone;
+  if (report.link.states == 0) console.Say("failed: the slave never sent a state");
+  return report.log_failed || report.link.states == 0 ? kFailed : kDone;
 }
 
 int Main(int argc, char** argv) {

@@ -13,7 +13,7 @@ namespace palpate {
 namespace {
 
 using enum OperatorState;
-constexpr double kInside = -0.006;  // y, 2 mm below the fake slave's surface [m]
+constexpr double kInside = -0.006;  // y, 2 mm below the virtual slave's surface [m]
 
 // A rig in which the hand follows, 2 mm deep in a wall of 500 N/m: 1 N.
 class HapticLoopTest : public testing::Test {
@@ -44,7 +44,7 @@ TEST_F(HapticLoopTest, RendersTheLocalContactAtTheNewestHandPosition) {
 }
 
 TEST_F(HapticLoopTest, MapsPositionsAndForcesBetweenTheFrames) {
-  FakeSlave::Options options;
+  VirtualSlave::Options options;
   options.home = {0.1, 0.2, 0};
   options.surface = 0.199;
   options.transform.position_scale = 0.5;
@@ -249,7 +249,7 @@ TEST_F(HapticLoopTest, ImpossibleStatesAreIgnoredAndThenHold) {
 // Stiffer than any hand bears, yet finite: bounded by the limit, never a number that is none.
 TEST_F(HapticLoopTest, AbsurdButFiniteModelsAreLimited) {
   for (const double K : {-1e11, 1e11}) {
-    FakeSlave::Options options;
+    VirtualSlave::Options options;
     options.K = K;
     Rig rig(options);
     Engage(rig);

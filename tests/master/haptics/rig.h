@@ -1,4 +1,4 @@
-// A haptic loop, a fake slave and a device on one virtual clock.
+// A haptic loop, a virtual slave and a device on one virtual clock.
 #pragma once
 
 #include <functional>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "master/haptics/haptic_loop.h"
-#include "tests/master/haptics/fake_slave.h"
+#include "tests/master/haptics/virtual_slave.h"
 
 namespace palpate {
 
@@ -27,7 +27,7 @@ class Puppet final : public Device {
 
 class Rig {
  public:
-  explicit Rig(const FakeSlave::Options& slave_options = {}, RenderMode render = RenderMode::kLocal,
+  explicit Rig(const VirtualSlave::Options& slave_options = {}, RenderMode render = RenderMode::kLocal,
                double force_limit = 3.3)
       : slave(slave_options),
         loop({render, slave_options.transform, force_limit}, {&states, &commands, &records}) {}
@@ -58,7 +58,7 @@ class Rig {
   LatestValue<ReceivedState> states;
   LatestValue<OperatorCommand> commands;
   SpscRing<TickRecord> records{64};
-  FakeSlave slave;
+  VirtualSlave slave;
   HapticLoop loop;
   Time now{std::chrono::hours(1)};
 };

@@ -1,4 +1,4 @@
-// A whole session in real time against the fake slave, which runs on a thread of its own.
+// A whole session in real time against the virtual slave, which runs on a thread of its own.
 #include "master/haptics/session.h"
 
 #include <cmath>
@@ -16,7 +16,7 @@ class Beside {
  public:
   LatestValue<ReceivedState> states;
   LatestValue<OperatorCommand> commands;
-  FakeSlave slave{{}};
+  VirtualSlave slave{{}};
 
  private:
   std::jthread thread_{[this](const std::stop_token& stop) {

@@ -21,7 +21,7 @@ struct Press {
   int followed = 0, damped = 0, held = 0;
 };
 
-Press RunPress(const FakeSlave::Options& options, RenderMode mode) {
+Press RunPress(const VirtualSlave::Options& options, RenderMode mode) {
   Rig rig(options, mode, 12);
   SimHand hand(kDepth, 0.020);
   Press press;
@@ -47,7 +47,7 @@ class LocalStabilityTest : public testing::TestWithParam<std::tuple<double, doub
 // the hand's own depth, so nothing can oscillate: the depth asked for is reached and not passed by
 // more than the correction's last 2 %, and no energy comes from the port.
 TEST_P(LocalStabilityTest, DelayJitterAndLossDoNotReachTheHand) {
-  FakeSlave::Options options;
+  VirtualSlave::Options options;
   std::tie(options.K, options.delay) = GetParam();
   options.jitter = std::min(0.020, options.delay);
   options.loss = 0.05;
@@ -68,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(Lines, LocalStabilityTest,
 // b > K (T/2 + delay): 1 N s/m, which the control counts on, carries K = 60 N/m with the 5 ms that
 // sampling and sending add here; 1000 N/m needs 13 N s/m and must be damped.
 TEST(HoldStabilityTest, HeldForcesAreLeftAloneWithinTheTableAndDampedBeyond) {
-  FakeSlave::Options options;
+  VirtualSlave::Options options;
   options.K = 60;
   const Press soft = RunPress(options, RenderMode::kHold);
   EXPECT_GT(soft.followed, 1800);
@@ -83,7 +83,7 @@ TEST(HoldStabilityTest, HeldForcesAreLeftAloneWithinTheTableAndDampedBeyond) {
 // control's help from the local model, which does not.
 TEST(HoldStabilityTest, ALightHandIsCalmWithTheLocalModelAndNotWithHeldForces) {
   const auto restlessness = [](RenderMode mode) {
-    FakeSlave::Options options;
+    VirtualSlave::Options options;
     options.K = 1000;
     Rig rig(options, mode, 12);
     SimHand hand(kDepth, 0.020, {0.3, 800, 4.0});

@@ -1,10 +1,10 @@
-#include "tests/master/haptics/fake_slave.h"
+#include "tests/master/haptics/virtual_slave.h"
 
 #include <algorithm>
 
 namespace palpate {
 
-void FakeSlave::Step(Time now, LatestValue<OperatorCommand>* commands,
+void VirtualSlave::Step(Time now, LatestValue<OperatorCommand>* commands,
                      LatestValue<ReceivedState>* states) {
   if (const OperatorCommand* command = commands->Take(); command != nullptr && !IsLost()) {
     commands_.push_back({Arrival(now), *command});
@@ -27,16 +27,16 @@ void FakeSlave::Step(Time now, LatestValue<OperatorCommand>* commands,
   std::erase_if(states_, [now](const auto& late) { return late.arrives <= now; });
 }
 
-void FakeSlave::set_K(double K) {
+void VirtualSlave::set_K(double K) {
   options_.K = K;
   ++revision_;
 }
 
-Eigen::Vector3d FakeSlave::ForceAt(const Eigen::Vector3d& p) const {
+Eigen::Vector3d VirtualSlave::ForceAt(const Eigen::Vector3d& p) const {
   return {0, std::max(0.0, options_.K * (options_.surface - p.y())), 0};
 }
 
-void FakeSlave::Follow(const OperatorCommand& command) {
+void VirtualSlave::Follow(const OperatorCommand& command) {
   command_sequence_ = command.sequence;
   if (command.epoch != epoch_) {
     epoch_ = command.epoch;
@@ -47,13 +47,13 @@ void FakeSlave::Follow(const OperatorCommand& command) {
   if (engaged_) tip_ = mapping_.ToSlave(command.p_M);
 }
 
-void FakeSlave::Sense(Time now) {
+void VirtualSlave::Sense(Time now) {
   sensed_at_ = now;
   sensed_tip_ = tip_;
   sensed_force_ = ForceAt(tip_);
 }
 
-SlaveState FakeSlave::Compose(Time now) const {
+SlaveState VirtualSlave::Compose(Time now) const {
   SlaveState state;
   state.sequence = state_sequence_;
   state.sensed_at = sensed_at_ + Seconds(options_.clock_offset);

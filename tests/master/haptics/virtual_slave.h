@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-class FakeSlave {
+class VirtualSlave {
  public:
   struct Options {
     double K = 500;                 // of the wall, along y [N/m]
@@ -24,7 +24,7 @@ class FakeSlave {
     double state_rate = 500;        // [Hz]
     TeleopTransform transform;      // scales and rotation
   };
-  explicit FakeSlave(const Options& options) : options_(options), tip_(options.home) {}
+  explicit VirtualSlave(const Options& options) : options_(options), tip_(options.home) {}
 
   // One millisecond: takes commands, moves, senses, sends.
   void Step(Time now, LatestValue<OperatorCommand>* commands, LatestValue<ReceivedState>* states);
