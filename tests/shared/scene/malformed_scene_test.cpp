@@ -292,10 +292,12 @@ TEST(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
   const SceneFolder folder;
   std::string text = SmallSceneWith(11, "  contour: {alpha: x}\nsite: {noise: loud}");
   text.replace(text.find("127 kPa"), 7, "127 mm");
+  text.replace(text.find("5.87 mm"), 7, "5.87 kg");  // the tool is read after the senses
   const std::string mistakes = MistakesOf(folder.Write("scene.yaml", text + "extra: 1\n"));
-  EXPECT_EQ(LineCount(mistakes), 4) << mistakes;
+  EXPECT_EQ(LineCount(mistakes), 5) << mistakes;
   const auto at = [&](const char* what) { return mistakes.find(what); };
-  EXPECT_LT(at(":4: object.material.young_modulus"), at(":11: sense.contour.alpha"));
+  EXPECT_LT(at(":4: object.material.young_modulus"), at(":7: tool.width"));
+  EXPECT_LT(at(":7: tool.width"), at(":11: sense.contour.alpha"));
   EXPECT_LT(at(":11: sense.contour.alpha"), at(":12: site.noise"));
   EXPECT_LT(at(":12: site.noise"), at(":13: extra"));
 }
