@@ -76,23 +76,25 @@ void PrintMesh(const BoundaryMesh& mesh) {
                            longest / shortest));
 }
 
-// The place a tool coming from home would meet first.
-Eigen::Vector2d PlaceNearest(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O) {
-  Eigen::Vector2d best = mesh.elements.front().midpoint();
-  for (const BoundaryElement& e : mesh.elements) {
-    if ((e.midpoint() - p_O).squaredNorm() < (best - p_O).squaredNorm()) best = e.midpoint();
-  }
-  return best;
+// The element a tool coming from home would meet first.
+const BoundaryElement& ElementNearest(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O) {
+  return *std::min_element(mesh.elements.begin(), mesh.elements.end(),
+                           [&](const BoundaryElement& x, const BoundaryElement& y) {
+                             return (x.midpoint() - p_O).squaredNorm() <
+                                    (y.midpoint() - p_O).squaredNorm();
+                           });
 }
 
 struct Probe {
-  double stiffness = 0;  // |d force / d displacement| of the patch [N/m]
+  double stiffness = 0;  // normal force per normal displacement of the patch [N/m]
   double update_us = 0;
   Validity validity = Validity::kFailed;
 };
 
-Probe Press(DeformationModel& model, const Eigen::Vector2d& p_O, double width) {
+Probe Press(DeformationModel& model, const BoundaryElement& element, double width) {
   constexpr int kRepeats = 200;
+  const Eigen::Vector2d p_O = element.midpoint(), normal_O = element.normal();
+  const Eigen::Vector3d n(normal_O.x(), normal_O.y(), 0);
   const Contact contact{
       Contact::Kind::kDisplacement, {p_O.x(), p_O.y(), 0}, -1, width, Eigen::Vector3d::Zero()};
   ContactResponse response;
@@ -102,18 +104,18 @@ Probe Press(DeformationModel& model, const Eigen::Vector2d& p_O, double width) {
   }
   const double us =
       std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - began).count();
-  return {response.stiffness_O.norm() / std::sqrt(2.0), us / kRepeats, response.validity};
+  return {n.dot(response.stiffness_O * n), us / kRepeats, response.validity};
 }
 
 // Expected relative error of the contact force from two meshes, for a method of order one: with
 // twice the elements the error halves, so the finest answer is 2 k(2N) - k(N).
-std::optional<double> ExpectedError(const Scene& scene, const Eigen::Vector2d& p_O, double width,
+std::optional<double> ExpectedError(const Scene& scene, const BoundaryElement& place, double width,
                                     double stiffness) {
   Scene finer = scene;
   finer.model.elements = 2 * scene.model.elements;
   const BoundaryMesh mesh = MeshObject(finer, std::nullopt);
   const std::unique_ptr<DeformationModel> model = MakeModel(finer, mesh);
-  const double fine = Press(*model, p_O, width).stiffness;
+  const double fine = Press(*model, ElementNearest(mesh, place.midpoint()), width).stiffness;
   const double limit = 2 * fine - stiffness;
   if (!(limit > 0)) return std::nullopt;
   return std::abs(1 - stiffness / limit);
@@ -121,9 +123,10 @@ std::optional<double> ExpectedError(const Scene& scene, const Eigen::Vector2d& p
 
 void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationModel& model) {
   const Eigen::Vector3d home_O = scene.object.X_SO.inverse() * scene.manipulator.home;
-  const Eigen::Vector2d p_O = PlaceNearest(mesh, home_O.head<2>());
+  const BoundaryElement& place = ElementNearest(mesh, home_O.head<2>());
+  const Eigen::Vector2d p_O = place.midpoint();
   const double width = scene.tool->width;
-  const Probe probe = Press(model, p_O, width);
+  const Probe probe = Press(model, place, width);
   if (probe.validity == Validity::kFailed) {
     Line("expectation",
          "none: the place nearest to the tool's home cannot be pressed (it is fixed)");
@@ -136,7 +139,7 @@ void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationM
                                 Length(p_O.x()), Length(p_O.y()),
                                 probe.stiffness * scene.operator_options.press_depth,
                                 Length(scene.operator_options.press_depth)));
-  const std::optional<double> error = ExpectedError(scene, p_O, width, probe.stiffness);
+  const std::optional<double> error = ExpectedError(scene, place, width, probe.stiffness);
   if (error) {
     Line("error",
          fmt::format(

@@ -1,11 +1,11 @@
 #include "slave/pipeline/estimator.h"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <stdexcept>
+
+#include <spdlog/fmt/fmt.h>
 
 #include "slave/mechanics/make_model.h"
 #include "slave/vision/contour_registration.h"
@@ -175,7 +175,8 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
     felt_.force = Eigen::Vector3d::Zero();
     felt_.validity = Validity::kPunctured;
   }
-  const double stiffness = response.stiffness_O.norm() / std::sqrt(2.0);
+  // The force changes most with the tip's place along the normal.
+  const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
   felt_.sigma = touching ? std::hypot(stiffness * std::hypot(tip_sigma, rest_sigma_),
                                       stiffness_tolerance_ * felt_.force->norm())
                          : 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace palpate::site {
 
@@ -83,7 +84,8 @@ void Coverage::Resolve(cv::Mat& alpha) const {
 
 cv::Rect WindowAround(const std::vector<Eigen::Vector2d>& polygon, int margin,
                       const cv::Size& size) {
-  Eigen::Vector2d low(size.width, size.height), high(-1, -1);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Eigen::Vector2d low(kInfinity, kInfinity), high(-kInfinity, -kInfinity);
   for (const Eigen::Vector2d& p : polygon) {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);

@@ -67,7 +67,7 @@ cv::Mat Light(const cv::Size& size, double fall) {
 
 cv::Mat Noise(const cv::Size& size, double sigma, std::uint32_t seed) {
   cv::Mat noise(size.height + kNoiseMargin, size.width + kNoiseMargin, CV_32F, cv::Scalar(0));
-  if (sigma > 0) cv::RNG(seed).fill(noise, cv::RNG::NORMAL, 0, sigma);
+  if (sigma > 0) cv::RNG(std::mt19937_64(seed)()).fill(noise, cv::RNG::NORMAL, 0, sigma);
   return noise;
 }
 
@@ -140,7 +140,8 @@ void Painter::PaintBody(const Pose& pose) {
 }
 
 void Painter::FillBodyAtRest() {
-  const Point low = body_.lower_corner(), high = body_.upper_corner();
+  const Point rim(2 * pixel_, 2 * pixel_);  // reaches the rim pixels whose centres lie outside
+  const Point low = body_.lower_corner() - rim, high = body_.upper_corner() + rim;
   const std::array<Point, 4> corner{low, Point(high.x(), low.y()), high, Point(low.x(), high.y())};
   for (const auto& [i, j, k] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}}) {
     speckle_.Fill(body_layer_.grey, body_layer_.window.tl(),
@@ -182,25 +183,35 @@ void Painter::FillBodyDeformed(const Pose& pose) {
 
 // A bar from the tip backwards, longer than any way out of the picture.
 void Painter::PaintTool(const Pose& pose) {
+  const double length =
+      pixel_ * (2.0 * (size_.width + size_.height) + (X_IO_ * pose.p_O_tip).norm());
   const Point across(-tool_O_.y(), tool_O_.x());
-  const Point tip_I = X_IO_ * pose.p_O_tip;
-  const double length = pixel_ * (2.0 * (size_.width + size_.height) + tip_I.norm());
-  const Point half = 0.5 * tool_width_ * across, back = -length * tool_O_;
-  const std::vector<Point> bar{X_IO_ * (pose.p_O_tip - half), X_IO_ * (pose.p_O_tip + half),
-                               X_IO_ * (pose.p_O_tip + half + back),
-                               X_IO_ * (pose.p_O_tip - half + back)};
-  const double w = tool_width_ / pixel_, l = length / pixel_;
-  const std::array<Point, 4> from{Point(0, 0), Point(w, 0), Point(w, l), Point(0, l)};
+  // Corners of the bar grown by `rim`, tip end first, and their places on the marks.
+  const auto bar = [&](double rim) {
+    const Point half = (0.5 * tool_width_ + rim) * across, front = pose.p_O_tip + rim * tool_O_;
+    const Point back = -(length + rim) * tool_O_;
+    return std::array<Point, 4>{front - half, front + half, front + half + back,
+                                front - half + back};
+  };
+  const auto on_marks = [&](const Point& p_O) -> Point {
+    const Point from_tip = (p_O - pose.p_O_tip) / pixel_;
+    return {from_tip.dot(across), -from_tip.dot(tool_O_)};
+  };
+  std::vector<Point> silhouette;
+  for (const Point& p : bar(0)) silhouette.push_back(X_IO_ * p);
   Layer& layer = tool_layer_;
-  layer.window = WindowAround(bar, 1, size_);
+  layer.window = WindowAround(silhouette, 1, size_);
   if (layer.window.empty()) return;
   Coverage coverage(layer.window);
-  coverage.Add(bar);
+  coverage.Add(silhouette);
   coverage.Resolve(layer.alpha);
   layer.grey.create(layer.window.size(), CV_32F);
   layer.grey.setTo(kToolDark);
-  marks_.Fill(layer.grey, layer.window.tl(), {bar[0], bar[1], bar[2]}, {from[0], from[1], from[2]});
-  marks_.Fill(layer.grey, layer.window.tl(), {bar[0], bar[2], bar[3]}, {from[0], from[2], from[3]});
+  const auto c = bar(2 * pixel_);  // reaches the rim pixels whose centres lie outside
+  for (const auto& [i, j, k] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}}) {
+    marks_.Fill(layer.grey, layer.window.tl(), {X_IO_ * c[i], X_IO_ * c[j], X_IO_ * c[k]},
+                {on_marks(c[i]), on_marks(c[j]), on_marks(c[k])});
+  }
 }
 
 // Where tool and body share a pixel they lie side by side, not one behind the other: their parts of

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -14,7 +15,8 @@ constexpr double kOne = 65536;  // 16.16 fixed point
 
 // White noise, smoothed across the seam, with mean 0 and standard deviation 1.
 cv::Mat SmoothNoise(std::uint32_t seed, double grain) {
-  cv::RNG random(seed);
+  // Neighbouring seeds of cv::RNG itself resemble each other.
+  cv::RNG random{std::mt19937_64{seed}()};
   cv::Mat noise(Texture::kSize, Texture::kSize, CV_32F);
   random.fill(noise, cv::RNG::NORMAL, 0, 1);
   const double sigma = std::clamp(grain / 2, 0.5, 40.0);
