@@ -33,6 +33,7 @@ void RequireCount(int count, int least) {
 // that opposite sides of a rectangle are equal) in order.
 std::vector<int> LargestRemainder(const std::vector<double>& quota, int count) {
   std::vector<int> shares;
+  shares.reserve(quota.size());
   std::vector<std::size_t> order(quota.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::vector<long long> fraction;  // in units of 1e-9
@@ -62,6 +63,7 @@ std::vector<int> ShareByLength(const std::vector<double>& lengths, int count) {
     rest -= static_cast<int>(removed);
     if (removed > 0 && !sharing.empty()) continue;
     std::vector<double> quota;
+    quota.reserve(sharing.size());
     for (const std::size_t i : sharing) quota.push_back(lengths[i] / total * rest);
     const std::vector<int> parts = LargestRemainder(quota, rest);
     for (std::size_t k = 0; k < sharing.size(); ++k) shares[sharing[k]] = parts[k];

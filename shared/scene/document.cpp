@@ -74,7 +74,9 @@ class Copier {
       node.kind = Kind::kList;
       for (const auto& item : from) {
         const std::string index = std::to_string(node.children.size());
-        node.children.push_back(Copy(item, path + "." + index, depth + 1));
+        std::string child_path = path;
+        child_path.append(".").append(index);
+        node.children.push_back(Copy(item, child_path, depth + 1));
         node.children.back().key = index;
       }
     } else if (from.IsMap()) {

@@ -31,7 +31,7 @@ std::filesystem::path ExistingFile(Section& section, std::string_view key,
                                    const SceneContext& context) {
   const std::string name = section.Text(key, "a file", "");
   if (name.empty()) return {};
-  const auto file = context.folder / name;
+  auto file = context.folder / name;
   std::error_code error;
   if (context.use == SceneUse::kFull && !std::filesystem::is_regular_file(file, error)) {
     section.Refuse(key, "a file that exists; there is no " + file.string());

@@ -15,10 +15,10 @@ using Kind = DocumentNode::Kind;
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
+  for (const char letter : a) {
     std::size_t diagonal = row[0]++;
     for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t swapped = diagonal + (a[i] == b[j] ? 0 : 1);
+      const std::size_t swapped = diagonal + (letter == b[j] ? 0 : 1);
       diagonal = row[j + 1];
       row[j + 1] = std::min({swapped, row[j + 1] + 1, row[j] + 1});
     }
@@ -119,7 +119,7 @@ int Section::Integer(std::string_view key, int least, int most, std::optional<in
 }
 
 std::string Section::Text(std::string_view key, std::string_view accepted,
-                          std::optional<std::string> fallback) {
+                          const std::optional<std::string>& fallback) {
   const DocumentNode* child = Require(key, accepted, !fallback.has_value());
   if (child == nullptr) return fallback.value_or("");
   if (child->kind == Kind::kScalar && !child->text.empty()) return child->text;
@@ -128,10 +128,10 @@ std::string Section::Text(std::string_view key, std::string_view accepted,
 }
 
 std::vector<double> Section::Numbers(std::string_view key, std::span<const Rule> rules,
-                                     std::optional<std::vector<double>> fallback) {
+                                     const std::optional<std::vector<double>>& fallback) {
   const std::string accepted =
       "a list of " + std::to_string(rules.size()) + " numbers, each " + AcceptedBy(rules.front());
-  const auto otherwise = fallback.value_or(std::vector<double>(rules.size(), 0.0));
+  auto otherwise = fallback.value_or(std::vector<double>(rules.size(), 0.0));
   const DocumentNode* child = Require(key, accepted, !fallback.has_value());
   if (child == nullptr) return otherwise;
   if (child->kind != Kind::kList || child->children.size() != rules.size()) {

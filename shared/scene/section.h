@@ -67,10 +67,10 @@ class Section {
   int Integer(std::string_view key, int least, int most, std::optional<int> fallback = {},
               Dimension dimension = Dimension::kNumber);
   std::string Text(std::string_view key, std::string_view accepted,
-                   std::optional<std::string> fallback = {});
+                   const std::optional<std::string>& fallback = {});
   // One number per rule, as a list.
   std::vector<double> Numbers(std::string_view key, std::span<const Rule> rules,
-                              std::optional<std::vector<double>> fallback = {});
+                              const std::optional<std::vector<double>>& fallback = {});
   Eigen::Vector3d Vector3(std::string_view key, const Rule& rule, const Eigen::Vector3d& fallback);
   Eigen::Vector2d Vector2(std::string_view key, const Rule& rule,
                           std::optional<Eigen::Vector2d> fallback = {});

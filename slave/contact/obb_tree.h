@@ -56,7 +56,7 @@ class ObbTree {
   };
   struct Candidate {
     ElementPlace place;
-    double distance_squared, height;
+    double distance_squared = 0, height = 0;
   };
 
   int Build(int begin, int end);
