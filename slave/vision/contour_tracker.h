@@ -31,7 +31,7 @@ class ContourTracker {
   void Restart() noexcept;
 
  private:
-  void Settle(const cv::Mat& first);
+  void Settle(const cv::Mat& first, std::span<const double> blurs);
   [[nodiscard]] bool IsSound() const noexcept;
 
   Snake snake_;
