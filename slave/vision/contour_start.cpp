@@ -21,6 +21,7 @@ constexpr double kBlur = 1.5;         // against noise and fine texture [px]
 constexpr int kThresholds = 32;       // between the darkest and the brightest percent
 constexpr double kSmallest = 0.001, kLargest = 0.7;  // area, part of the picture
 constexpr double kLeastSolidity = 0.8;               // area / area of the convex hull
+constexpr double kLeastAgreement = 0.5;              // of the edge's sign along the outline, 0 to 1
 constexpr double kLeastEdge = 1;  // mean gradient across the outline [grey levels / px]
 
 constexpr std::size_t kCircles = 24;  // considered beside the regions
@@ -71,12 +72,14 @@ double EdgeAcross(const PixelChain& outline, const cv::Mat& gx, const cv::Mat& g
     balance += g > 0 ? 1 : -1;
   }
   const double agreement = balance / static_cast<double>(n);  // of the signs, -1 to 1
+  if (std::abs(agreement) < kLeastAgreement) return 0;
   return std::abs(sum) / static_cast<double>(n) * agreement * agreement;
 }
 
 class Search {
  public:
-  Search(const cv::Mat& picture, double tool_width) : size_(picture.size()) {
+  Search(const cv::Mat& picture, double tool_width)
+      : size_(picture.size()), tool_width_(tool_width) {
     cv::GaussianBlur(picture, smooth_, {}, kBlur);
     cv::Sobel(smooth_, gx_, CV_32F, 1, 0, 3, 0.125);
     cv::Sobel(smooth_, gy_, CV_32F, 0, 1, 3, 0.125);
@@ -112,6 +115,7 @@ class Search {
   // Embryos that touch each other or their bed are no regions of their own, but still round.
   void ConsiderCircles() {
     for (const RoundEdge& circle : FindRoundEdges(smooth_, kCircles)) {
+      if (circle.radius <= tool_width_) continue;  // fits the tool itself
       PixelChain outline;
       cv::ellipse2Poly(cv::Point(cvRound(circle.centre.x()), cvRound(circle.centre.y())),
                        cv::Size(cvRound(circle.radius), cvRound(circle.radius)), 0, 0, 360, 4,
@@ -140,6 +144,7 @@ class Search {
   }
 
   cv::Size size_;
+  double tool_width_;
   cv::Mat smooth_, gx_, gy_, mask_, kernel_, small_kernel_;
   double best_score_ = 0;
   PixelChain best_;
