@@ -62,9 +62,15 @@ bool CrossesItself(CurveView curve) noexcept {
 }
 
 Curve Resample(CurveView curve, int count) {
-  const double spacing = CurveLength(curve) / count;
   Curve even;
   even.reserve(static_cast<std::size_t>(count));
+  Resample(curve, count, even);
+  return even;
+}
+
+void Resample(CurveView curve, int count, Curve& even) {
+  const double spacing = CurveLength(curve) / count;
+  even.clear();
   double ahead = 0;  // arc length from curve[i] to the next even point
   for (std::size_t i = 0; i < curve.size(); ++i) {
     const Eigen::Vector2d& a = curve[i];
@@ -76,7 +82,6 @@ Curve Resample(CurveView curve, int count) {
     ahead -= length;
   }
   while (even.size() < static_cast<std::size_t>(count)) even.push_back(curve.front());  // rounding
-  return even;
 }
 
 }  // namespace palpate

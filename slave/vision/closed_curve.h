@@ -23,5 +23,7 @@ int TurningNumber(CurveView curve) noexcept;
 bool CrossesItself(CurveView curve) noexcept;
 // `count` points at equal arc length from the first point on. `curve` has a length > 0.
 Curve Resample(CurveView curve, int count);
+// The same into `even`, another curve; allocates only where it has too little room.
+void Resample(CurveView curve, int count, Curve& even);
 
 }  // namespace palpate

@@ -9,6 +9,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "slave/vision/circle_search.h"
+
 namespace palpate {
 namespace {
 
@@ -19,9 +21,10 @@ constexpr double kBlur = 1.5;         // against noise and fine texture [px]
 constexpr int kThresholds = 32;       // between the darkest and the brightest percent
 constexpr double kSmallest = 0.001, kLargest = 0.7;  // area, part of the picture
 constexpr double kLeastSolidity = 0.8;               // area / area of the convex hull
+constexpr double kLeastAgreement = 0.5;              // of the edge's sign along the outline, 0 to 1
 constexpr double kLeastEdge = 1;  // mean gradient across the outline [grey levels / px]
 
-constexpr double kCircleEdge = 25, kCircleVotes = 12;  // cv::HoughCircles: Canny, accumulator
+constexpr std::size_t kCircles = 24;  // considered beside the regions
 
 // Grey levels below which lie 1 % and 99 % of the pixels.
 cv::Vec2i Percentiles(const cv::Mat& picture) {
@@ -63,13 +66,20 @@ double EdgeAcross(const PixelChain& outline, const cv::Mat& gx, const cv::Mat& g
   const auto middle = magnitude.begin() + static_cast<std::ptrdiff_t>(n / 2);
   std::nth_element(magnitude.begin(), middle, magnitude.end());
   double sum = 0;
-  for (const double g : across) sum += std::clamp(g, -2 * *middle, 2 * *middle);
-  return std::abs(sum) / static_cast<double>(n);
+  int balance = 0;
+  for (const double g : across) {
+    sum += std::clamp(g, -2 * *middle, 2 * *middle);
+    balance += g > 0 ? 1 : -1;
+  }
+  const double agreement = balance / static_cast<double>(n);  // of the signs, -1 to 1
+  if (std::abs(agreement) < kLeastAgreement) return 0;
+  return std::abs(sum) / static_cast<double>(n) * agreement * agreement;
 }
 
 class Search {
  public:
-  Search(const cv::Mat& picture, double tool_width) : size_(picture.size()) {
+  Search(const cv::Mat& picture, double tool_width)
+      : size_(picture.size()), tool_width_(tool_width) {
     cv::GaussianBlur(picture, smooth_, {}, kBlur);
     cv::Sobel(smooth_, gx_, CV_32F, 1, 0, 3, 0.125);
     cv::Sobel(smooth_, gy_, CV_32F, 0, 1, 3, 0.125);
@@ -104,14 +114,12 @@ class Search {
 
   // Embryos that touch each other or their bed are no regions of their own, but still round.
   void ConsiderCircles() {
-    const double smallest = std::sqrt(kSmallest * size_.area() / CV_PI);
-    std::vector<cv::Vec3f> circles;
-    cv::HoughCircles(smooth_, circles, cv::HOUGH_GRADIENT, 1, smallest, kCircleEdge, kCircleVotes,
-                     static_cast<int>(smallest), std::min(size_.width, size_.height) / 2);
-    for (const cv::Vec3f& circle : circles) {
+    for (const RoundEdge& circle : FindRoundEdges(smooth_, kCircles)) {
+      if (circle.radius <= tool_width_) continue;  // fits the tool itself
       PixelChain outline;
-      cv::ellipse2Poly(cv::Point(cvRound(circle[0]), cvRound(circle[1])),
-                       cv::Size(cvRound(circle[2]), cvRound(circle[2])), 0, 0, 360, 4, outline);
+      cv::ellipse2Poly(cv::Point(cvRound(circle.centre.x()), cvRound(circle.centre.y())),
+                       cv::Size(cvRound(circle.radius), cvRound(circle.radius)), 0, 0, 360, 4,
+                       outline);
       Offer(outline);
     }
   }
@@ -136,6 +144,7 @@ class Search {
   }
 
   cv::Size size_;
+  double tool_width_;
   cv::Mat smooth_, gx_, gy_, mask_, kernel_, small_kernel_;
   double best_score_ = 0;
   PixelChain best_;

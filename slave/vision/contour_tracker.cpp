@@ -1,6 +1,7 @@
 #include "slave/vision/contour_tracker.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -15,10 +16,13 @@
 namespace palpate {
 namespace {
 
-constexpr int kSettleRounds = 60;             // at start
-constexpr double kSettleBlurs[] = {4, 2, 1};  // sigma [px]
-constexpr int kTrackRounds = 4;               // per picture: the contour may move as many pixels
-constexpr int kLeastPicture = 16;             // edge [px]
+constexpr int kSettleRounds = 60;  // at start
+// Before it settles in the picture itself, in blurred ones: sigma [px], for a start found in the
+// picture and for one given by a person.
+constexpr std::array kFoundBlurs = {1.5};
+constexpr std::array kGivenBlurs = {4.0, 2.0, 1.0};
+constexpr int kTrackRounds = 4;    // per picture: the contour may move as many pixels
+constexpr int kLeastPicture = 16;  // edge [px]
 // How far the tracked contour may change before it is no longer believed.
 constexpr double kLeastArea = 0.5, kMostArea = 1.6;  // of the area at rest
 constexpr double kMostLength = 1.8;                  // of the length at rest
@@ -83,7 +87,8 @@ ContourTracker::ContourTracker(const ContourTracking& options, const cv::Mat& fi
     : snake_(format, {options.alpha, options.beta, options.gamma},
              StartCurve(options, first, format, tool_width, clockwise_I), options.control_points) {
   const double start_area = CurveArea(snake_.points());
-  Settle(first);
+  const bool found = std::holds_alternative<std::monostate>(options.start);
+  Settle(first, found ? std::span<const double>(kFoundBlurs) : kGivenBlurs);
   settled_ = snake_.points();
   rest_area_ = CurveArea(settled_);
   rest_length_ = CurveLength(settled_);
@@ -104,12 +109,14 @@ ContourTracker::ContourTracker(const ContourTracking& options, const cv::Mat& fi
 }
 
 // A snake sees no farther than the edge's blur; so the first picture is blurred, much, then less.
-void ContourTracker::Settle(const cv::Mat& first) {
+void ContourTracker::Settle(const cv::Mat& first, std::span<const double> blurs) {
   cv::Mat blurred;
-  for (const double blur : kSettleBlurs) {
+  for (const double blur : blurs) {
     cv::GaussianBlur(first, blurred, {}, blur);
+    snake_.AdaptTo(blurred);
     snake_.Creep(blurred, kSettleRounds);
   }
+  snake_.AdaptTo(first);
   snake_.Creep(first, kSettleRounds);
 }
 

@@ -15,10 +15,11 @@ namespace palpate {
 
 class ContourTracker {
  public:
-  // Finds the resting object in `first`: starts the snake at `options.start` or, with none, at what
-  // FindObject finds, lets it settle and refines it. `tool_width` [px], 0: no tool. `clockwise_I`:
-  // which way round, as one sees the picture. Throws std::runtime_error: no contour found, a
-  // picture too small, the contour collapsed, crossed itself or found no edge.
+  // Finds the resting object in `first`: starts the snake at `options.start` (to be drawn within
+  // some 10 px of the edge) or, with none, at what FindObject finds, lets it settle and refines it.
+  // `tool_width` [px], 0: no tool. `clockwise_I`: which way round, as one sees the picture. Throws
+  // std::runtime_error: no contour found, a picture too small, the contour collapsed, crossed
+  // itself or found no edge.
   ContourTracker(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
                  double tool_width, bool clockwise_I);
 
@@ -31,7 +32,7 @@ class ContourTracker {
   void Restart() noexcept;
 
  private:
-  void Settle(const cv::Mat& first);
+  void Settle(const cv::Mat& first, std::span<const double> blurs);
   [[nodiscard]] bool IsSound() const noexcept;
 
   Snake snake_;

@@ -11,9 +11,11 @@ constexpr int kAside = 2;          // the profile is the mean of 2 kAside + 1 li
 constexpr double kStep = 0.5;      // between samples of a profile [px]
 constexpr double kHalfWindow = 3;  // of the centroid [px]
 constexpr int kCentrings = 12;
-constexpr double kLeastEdge = 3;         // total step across a clear edge [1/255 of full scale]
-constexpr double kStraight = 0.97;       // cosine between the normals before and after a point
-constexpr double kLeastContrast = 0.35;  // of the median edge, below which a point is left out
+constexpr double kLeastEdge = 3;             // total step across a clear edge [1/255 of full scale]
+constexpr double kStraight = 0.97;           // cosine between the normals before and after a point
+constexpr std::size_t kNeighbours = 4;       // to either side, that tell whether an edge jumps
+constexpr double kLeastJump = 1, kJump = 4;  // what counts as one: [px], of the median jump
+constexpr double kLeastContrast = 0.35;      // of the median edge, below which a point is left out
 
 struct Profile {
   std::vector<double> slope;  // d level / d s, kStep apart
@@ -137,6 +139,34 @@ double Polarity(const std::vector<Ray>& rays, double reach) {
   return balance >= 0 ? 1 : -1;
 }
 
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Where the edge jumps away from those around it, farther than edges here do as a rule, another
+// edge was taken for it.
+void DropJumps(std::vector<std::optional<Edge>>& edges) {
+  const std::size_t n = edges.size();
+  if (n <= 2 * kNeighbours) return;
+  std::vector<double> jumps(n, 0), found;
+  for (std::size_t k = 0; k < n; ++k) {
+    if (!edges[k]) continue;
+    std::vector<double> around;
+    for (std::size_t j = n + k - kNeighbours; j <= n + k + kNeighbours; ++j) {
+      if (edges[j % n]) around.push_back(edges[j % n]->place);
+    }
+    jumps[k] = std::abs(edges[k]->place - Median(std::move(around)));
+    found.push_back(jumps[k]);
+  }
+  if (found.empty()) return;
+  const double largest = std::max(kLeastJump, kJump * Median(std::move(found)));
+  for (std::size_t k = 0; k < n; ++k) {
+    if (jumps[k] > largest) edges[k].reset();
+  }
+}
+
 }  // namespace
 
 Curve RefineContour(const cv::Mat& image, const GreyFormat& format, CurveView contour,
@@ -155,10 +185,9 @@ Curve RefineContour(const cv::Mat& image, const GreyFormat& format, CurveView co
     if (edges.back()) steps.push_back(edges.back()->step);
   }
   if (steps.empty()) return {};
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  const double least = std::max(kLeastEdge, kLeastContrast * *middle);
+  const double least = std::max(kLeastEdge, kLeastContrast * Median(steps));
 
+  DropJumps(edges);
   Curve refined;
   for (std::size_t k = 0; k < rays.size(); ++k) {
     if (edges[k] && edges[k]->step >= least)

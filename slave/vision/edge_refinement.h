@@ -24,7 +24,7 @@ struct RefinementOptions {
 // That is unbiased for every symmetric blur (E. P. Lyvers et al., Subpixel measurements using a
 // moment-based edge operator, PAMI 11, 1989, has the same in two dimensions). The edge has the
 // polarity (dark to light or light to dark) of most of the contour. Points without a clear edge,
-// or whose normal differs much from their neighbours' (corners), are left out.
+// at corners, or where the edge jumps from its neighbours', are left out.
 Curve RefineContour(const cv::Mat& image, const GreyFormat& format, CurveView contour,
                     const RefinementOptions& options = {});
 

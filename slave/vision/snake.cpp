@@ -10,7 +10,9 @@ constexpr int kBorder = 2;               // a 3 x 3 gradient at the nine places 
 constexpr double kLeastRange = 5;        // Williams & Shah: a smaller range of gradients is flat
 constexpr double kCornerBend = 0.25;     // |u_i - u_{i+1}|^2 of unit tangents: a turn of 29 degrees
 constexpr double kCornerStrength = 0.5;  // of the mean edge strength
-constexpr double kStillMoving = 0.04;    // part of the points that may go on moving at rest
+constexpr double kStrongEdge = 50, kMostGain = 8;  // gradient that counts as strong; amplification
+constexpr double kGap = 1.7;                       // side / mean side that is too long
+constexpr double kStillMoving = 0.04;  // part of the points that may go on moving at rest
 
 }  // namespace
 
@@ -50,6 +52,7 @@ Snake::Snake(const GreyFormat& format, const SnakeWeights& weights, CurveView st
              int control_points)
     : format_(format), weights_(weights) {
   points_ = Resample(start, control_points);
+  even_.reserve(points_.size());
   strength_.assign(points_.size(), 0);
   bend_.assign(points_.size(), 0);
   beta_.assign(points_.size(), weights_.beta);
@@ -70,10 +73,34 @@ void Snake::Restart(CurveView start) noexcept {
 int Snake::Creep(const cv::Mat& image, int max_rounds) noexcept {
   const int at_rest = static_cast<int>(kStillMoving * static_cast<double>(points_.size()));
   for (int round = 1; round <= max_rounds; ++round) {
-    if (CreepRound(image) <= at_rest) return round;
+    const bool rests = CreepRound(image) <= at_rest;
+    EvenOut();
+    if (rests) return round;
     RelaxCorners();
   }
   return max_rounds;
+}
+
+void Snake::AdaptTo(const cv::Mat& image) noexcept {
+  gain_ = 1;
+  double sum = 0;
+  for (const Eigen::Vector2d& p : points_) {
+    const NinePlaces magnitude = MagnitudeAround(image, p);
+    sum += *std::max_element(magnitude.begin(), magnitude.end());
+  }
+  const double mean = sum / static_cast<double>(points_.size());
+  gain_ = std::clamp(kStrongEdge / std::max(mean, 1.0), 1.0, kMostGain);
+}
+
+void Snake::EvenOut() noexcept {
+  const std::size_t n = points_.size();
+  double longest = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    longest = std::max(longest, (points_[(i + 1) % n] - points_[i]).norm());
+  }
+  if (longest <= kGap * CurveLength(points_) / static_cast<double>(n)) return;
+  Resample(points_, static_cast<int>(n), even_);
+  for (std::size_t i = 0; i < n; ++i) points_[i] = Clamped(even_[i]);
 }
 
 int Snake::CreepRound(const cv::Mat& image) noexcept {
@@ -98,7 +125,7 @@ NinePlaces Snake::MagnitudeAround(const cv::Mat& image, const Eigen::Vector2d& v
   std::array<std::int16_t, 25> near;  // 5 x 5 around v
   format_.Read(image, cv::Rect(static_cast<int>(v.x()) - 2, static_cast<int>(v.y()) - 2, 5, 5),
                near.data());
-  const double unit = 1 / (4 * format_.levels_per_255());
+  const double unit = gain_ / (4 * format_.levels_per_255());
   NinePlaces magnitude;
   for (std::size_t k = 0; k < 9; ++k) {
     const std::int16_t* c = near.data() + 6 + (k / 3) + 5 * (k % 3);

@@ -54,26 +54,35 @@ class Snake {
   // a picture of `format`.
   Snake(const GreyFormat& format, const SnakeWeights& weights, CurveView start, int control_points);
 
-  // Creeps at most `max_rounds` times around the chain, until few points move. Real-time safe.
-  // Returns the rounds it took. `image` fits the format.
+  // Creeps at most `max_rounds` times around the chain, until few points move; where some points
+  // have slid together and left a gap, which E_cont alone does not close (normalised, it hardly
+  // differs between the nine places), the points are spaced evenly anew. Real-time safe. Returns
+  // the rounds it took. `image` fits the format.
   int Creep(const cv::Mat& image, int max_rounds) noexcept;
+
+  // Takes the edges near the points for strong ones from now on: faint or blurred, their gradients
+  // are amplified (up to 8 times), as Williams & Shah do by scaling those of the whole picture.
+  void AdaptTo(const cv::Mat& image) noexcept;
 
   // Starts anew on `start`, which has as many points.
   void Restart(CurveView start) noexcept;
 
   [[nodiscard]] const Curve& points() const { return points_; }  // [px]
-  // Mean gradient magnitude under the points after the last round, in 1/255 of full scale.
+  // Mean gradient magnitude under the points after the last round, amplified, in 1/255 of full
+  // scale.
   [[nodiscard]] double mean_strength() const noexcept;
 
  private:
   NinePlaces MagnitudeAround(const cv::Mat& image, const Eigen::Vector2d& v) const noexcept;
   int CreepRound(const cv::Mat& image) noexcept;
   void RelaxCorners() noexcept;
+  void EvenOut() noexcept;
   [[nodiscard]] Eigen::Vector2d Clamped(const Eigen::Vector2d& v) const noexcept;
 
   GreyFormat format_;
   SnakeWeights weights_;
-  Curve points_;
+  double gain_ = 1;  // of gradients
+  Curve points_, even_;
   std::vector<double> beta_;      // per point: weights_.beta, 0 at corners
   std::vector<double> strength_;  // gradient magnitude under each point
   std::vector<double> bend_;      // curvature at each point

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kMaxSteps = 8;
+constexpr int kMaxSteps = 30;
 constexpr double kSettled = 1e-3;  // [px]
 constexpr double kReach = 1.5;     // farther from the start than this is another place [px]
 

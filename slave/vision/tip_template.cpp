@@ -54,22 +54,18 @@ bool TellsPlaceAlong(const TipTemplate& tip, const Eigen::Vector2d& d) {
   return information > 2 * noise * noise / (kWorstSigma * kWorstSigma);
 }
 
-// The upright window that ends `beyond` past the tip (before it: negative) in the direction of `d`.
+// The upright box around a piece of the tool (and kSide of background beside it) that ends, with
+// its farthest corner, `beyond` past the tip (before it: negative) in the direction of `d`. It is
+// `length` long in the direction nearest to the tool's.
 cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double width, int length,
                   double beyond, const cv::Size& picture) {
-  const int main = std::abs(d.x()) > std::abs(d.y()) ? 0 : 1, side = 1 - main;
   const double half = 0.5 * width + kSide;
-  const double end = beyond - half * std::abs(d(side) / d(main));  // farthest corner: at `beyond`
-  Eigen::Vector2d low = tip, high = tip;
-  low(side) -= half;
-  high(side) += half;
-  if (d(main) > 0) {
-    high(main) += end;
-    low(main) += end - length;
-  } else {
-    low(main) -= end;
-    high(main) += length - end;
-  }
+  const Eigen::Vector2d along = d.cwiseAbs(), across(along.y(), along.x());
+  const double end = 2 * half * along.prod() - beyond;  // of the piece, behind the tip
+  const double piece = std::max(12.0, (length - 2 * half * along.minCoeff()) / along.maxCoeff());
+  const Eigen::Vector2d front = tip - end * d, back = tip - (end + piece) * d;
+  const Eigen::Vector2d low = front.cwiseMin(back) - half * across;
+  const Eigen::Vector2d high = front.cwiseMax(back) + half * across;
   const cv::Point first(static_cast<int>(std::ceil(low.x())), static_cast<int>(std::ceil(low.y())));
   const cv::Point last(static_cast<int>(std::floor(high.x())),
                        static_cast<int>(std::floor(high.y())));

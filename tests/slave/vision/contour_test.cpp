@@ -188,8 +188,15 @@ TEST(ContourTrackerTest, StartsFromACircleOrAPolygonOfTheScene) {
   ContourTracking options;
   options.start = ContourTracking::Circle{{322, 297}, 97};
   EXPECT_GT(ContourTracker(options, image, GreyFormat(image), 0, false).rest().size(), 130U);
-  options.start = ContourTracking::Polygon{{{225, 205}, {225, 395}, {415, 395}, {415, 205}}};
-  EXPECT_GT(ContourTracker(options, image, GreyFormat(image), 0, false).rest().size(), 100U);
+  options.start = ContourTracking::Polygon{{{420, 300},
+                                            {391, 371},
+                                            {320, 400},
+                                            {249, 371},
+                                            {220, 300},
+                                            {249, 229},
+                                            {320, 200},
+                                            {391, 229}}};
+  EXPECT_GT(ContourTracker(options, image, GreyFormat(image), 0, false).rest().size(), 130U);
 }
 
 TEST(ContourTrackerTest, StartsThatLeadNowhereAreRefused) {

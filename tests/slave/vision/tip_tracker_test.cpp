@@ -37,13 +37,13 @@ struct Errors {
   double rms_x = 0, rms_y = 0, mean_x = 0, mean_y = 0, mean_sigma = 0;
 };
 
-// The tip at 150 random places within 3 px, each with its own noise.
+// The tip at 80 random places within 3 px, each with its own noise.
 Errors ErrorsOver(const TestPicture& first, double noise) {
   Tracked tracked(first);
   std::mt19937 random(7);
   std::uniform_real_distribution<double> shift(-3, 3);
   Errors errors;
-  constexpr int kPictures = 150;
+  constexpr int kPictures = 80;
   for (int k = 0; k < kPictures; ++k) {
     TestPicture picture = first;
     picture.noise = noise;

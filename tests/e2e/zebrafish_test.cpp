@@ -1,0 +1,197 @@
+// Real microscope pictures of embryos and injection pipettes (../shared, not ours to pass on): the
+// eyes find contour and tip without being told where they are. What they saw is drawn into
+// test-output/zebrafish/ of the build folder, for a person's look.
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "slave/vision/closed_curve.h"
+#include "slave/vision/eyes.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kPictures = PALPATE_SOURCE_DIR "/../shared/data/zebrafish_injection";
+const fs::path kOverlays = PALPATE_BINARY_DIR "/test-output/zebrafish";
+
+cv::Point2d ToCv(const Eigen::Vector2d& p) {
+  return {p.x(), p.y()};
+}
+
+class ZebrafishTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::is_directory(kPictures)) GTEST_SKIP() << kPictures << " is absent";
+    fs::create_directories(kOverlays);
+  }
+
+  static cv::Mat Read(const std::string& name) {
+    return cv::imread((kPictures / name).string(), cv::IMREAD_UNCHANGED);
+  }
+
+  // The pixel size only labels lengths here: these pictures come without a scale.
+  static Scene MicroscopeScene() {
+    Scene scene;
+    scene.sense.camera.emplace();
+    scene.sense.camera->pixel = 4e-6;
+    return scene;
+  }
+
+  // A pipette's template, cut from the picture `name` at a place a person looked up.
+  static void UseTemplate(Scene& scene, const std::string& name, const cv::Rect& window,
+                          const Eigen::Vector2d& p_I_tip) {
+    const fs::path file = kOverlays / ("template-of-" + name + ".png");
+    cv::imwrite(file.string(), Read(name)(window));
+    scene.sense.tip.emplace();
+    scene.sense.tip->template_file = file;
+    scene.sense.tip->anchor = p_I_tip - Eigen::Vector2d(window.x, window.y);
+  }
+
+  static void Draw(const std::string& name, cv::Mat image, const Eyes& eyes,
+                   const Observation& seen) {
+    const auto& contour = seen.contour_I;
+    for (std::size_t i = 0; i < contour.size(); ++i) {
+      cv::line(image, ToCv(contour[i]), ToCv(contour[(i + 1) % contour.size()]), {0, 0, 255}, 2);
+    }
+    for (const auto& p : eyes.rest_contour_I()) {
+      cv::circle(image, ToCv(p), 2, {0, 255, 0}, cv::FILLED);
+    }
+    if (seen.tip.found) cv::circle(image, ToCv(seen.tip.p_I), 8, {0, 255, 255}, 2);
+    cv::imwrite((kOverlays / (name + ".png")).string(), image);
+  }
+};
+
+struct Shape {
+  double area = 0;       // [px^2]
+  double roundness = 0;  // 4 pi area / length^2: 1 for a circle
+  Eigen::Vector2d centre{0, 0};
+};
+
+Shape ShapeOf(CurveView contour) {
+  Shape shape;
+  shape.area = std::abs(CurveArea(contour));
+  shape.roundness = 4 * std::numbers::pi * shape.area / std::pow(CurveLength(contour), 2);
+  for (const Eigen::Vector2d& p : contour) shape.centre += p / static_cast<double>(contour.size());
+  return shape;
+}
+
+// Looked up by a person: the right embryo of the row is the one in full view, its chorion is a
+// circle around (888, 318) of 150 px radius, read to some 10 px since it is out of focus.
+TEST_F(ZebrafishTest, TheChorionOfAnEmbryoInARowIsFound) {
+  const std::string name = "zf_Old_yolov3_image_captured1.jpg";
+  Scene scene = MicroscopeScene();
+  scene.sense.contour.emplace();
+  const cv::Mat image = Read(name);
+  Eyes eyes(scene, image, std::nullopt);
+  const Observation& seen = eyes.Look(image, 1, {});
+  Draw(name, image.clone(), eyes, seen);
+  ASSERT_EQ(seen.contour_I.size(), 60U);
+  EXPECT_FALSE(CrossesItself(seen.contour_I));
+  const Shape shape = ShapeOf(seen.contour_I);
+  EXPECT_LT((shape.centre - Eigen::Vector2d(888, 318)).norm(), 20);
+  EXPECT_NEAR(std::sqrt(shape.area / std::numbers::pi), 150, 15);
+  EXPECT_GT(shape.roundness, 0.85);
+  EXPECT_GT(eyes.rest_contour_I().size(), 100U);
+}
+
+// A person's outline: the centre of the embryo's body to 25 px, and its area to a quarter (torn
+// shells and threads hang on some of them).
+TEST_F(ZebrafishTest, DrosophilaEmbryosAreFound) {
+  struct Embryo {
+    std::string name;
+    Eigen::Vector2d centre;
+    double area;
+  };
+  const std::vector<Embryo> embryos = {{"drosophila_view1_000.jpg", {545, 414}, 18500},
+                                       {"drosophila_view1_017.jpg", {793, 334}, 14500},
+                                       {"drosophila_view1_046.jpg", {640, 445}, 11500},
+                                       {"drosophila_view1_054.jpg", {660, 408}, 18500},
+                                       {"drosophila_view2_000.jpg", {730, 537}, 14000},
+                                       {"drosophila_view2_004.jpg", {740, 488}, 8500},
+                                       {"drosophila_view2_046.jpg", {800, 465}, 20500}};
+  for (const Embryo& embryo : embryos) {
+    Scene scene = MicroscopeScene();
+    scene.sense.contour.emplace();
+    const cv::Mat image = Read(embryo.name);
+    Eyes eyes(scene, image, std::nullopt);
+    const Observation& seen = eyes.Look(image, 1, {});
+    Draw(embryo.name, image.clone(), eyes, seen);
+    ASSERT_EQ(seen.contour_I.size(), 60U) << embryo.name;
+    EXPECT_FALSE(CrossesItself(seen.contour_I)) << embryo.name;
+    const Shape shape = ShapeOf(seen.contour_I);
+    EXPECT_LT((shape.centre - embryo.centre).norm(), 25) << embryo.name << " " << shape.centre;
+    EXPECT_NEAR(shape.area / embryo.area, 1, 0.25) << embryo.name;
+    EXPECT_GT(shape.roundness, 0.5) << embryo.name;
+  }
+}
+
+// One pipette's template finds the same kind of pipette in other pictures, in the whole picture.
+// The places were read by a person to about 6 px (a tapering tip fades out).
+TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherPictures) {
+  struct Tip {
+    std::string picture, from;
+    cv::Rect window;
+    Eigen::Vector2d from_tip, tip;
+  };
+  const cv::Rect view1(584, 220, 60, 108), view2(702, 288, 62, 108), needle(600, 200, 56, 92);
+  const std::string from1 = "drosophila_view1_000.jpg", from2 = "drosophila_view2_004.jpg";
+  const std::vector<Tip> tips = {
+      {"zf_Needle_detection_image_captured2.jpg",
+       "zf_Needle_detection_image_captured1.jpg",
+       needle,
+       {627.5, 289},
+       {516, 304}},
+      {"drosophila_view1_017.jpg", from1, view1, {613.5, 325}, {792, 273}},
+      {"drosophila_view1_046.jpg", from1, view1, {613.5, 325}, {610, 327}},
+      {"drosophila_view1_054.jpg", from1, view1, {613.5, 325}, {612, 330}},
+      {"drosophila_view2_000.jpg", from2, view2, {733.5, 392}, {733, 393}},
+      {"drosophila_view2_017.jpg", from2, view2, {733.5, 392}, {645, 259}},
+      {"drosophila_view2_046.jpg", from2, view2, {733.5, 392}, {732, 396}}};
+  for (const Tip& tip : tips) {
+    Scene scene = MicroscopeScene();
+    UseTemplate(scene, tip.from, tip.window, tip.from_tip);
+    const cv::Mat image = Read(tip.picture);
+    Eyes eyes(scene, image, std::nullopt);
+    const Observation& seen = eyes.Look(image, 1, {});
+    Draw("tip-" + tip.picture, image.clone(), eyes, seen);
+    ASSERT_TRUE(seen.tip.found) << tip.picture << ", score " << seen.tip.score;
+    EXPECT_GT(seen.tip.score, 0.9) << tip.picture;
+    EXPECT_LT((seen.tip.p_I - tip.tip).norm(), 6) << tip.picture << " " << seen.tip.p_I.transpose();
+  }
+}
+
+// The picture itself moved by a known way: reference exact but for the resampling (cubic, of a
+// picture without sharp detail), noise added anew. 0.1 px.
+TEST_F(ZebrafishTest, ThePipetteIsFollowedToATenthOfAPixel) {
+  const std::string name = "zf_Old_yolov3_image_captured1.jpg";
+  const Eigen::Vector2d tip(629, 288);
+  Scene scene = MicroscopeScene();
+  UseTemplate(scene, name, {612, 232, 34, 60}, tip);
+  const cv::Mat image = Read(name);
+  Eyes eyes(scene, image, tip);
+  cv::theRNG().state = 5;
+  for (int k = 1; k <= 10; ++k) {
+    const Eigen::Vector2d way(0.37 * k, 1.23 * k);
+    const cv::Matx23d motion(1, 0, way.x(), 0, 1, way.y());
+    cv::Mat moved, noise(image.size(), CV_16SC3);
+    cv::warpAffine(image, moved, motion, image.size(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+    cv::randn(noise, 0, 1);
+    cv::add(moved, noise, moved, cv::noArray(), CV_8U);
+    const Observation& seen = eyes.Look(moved, static_cast<std::uint64_t>(k), {});
+    ASSERT_TRUE(seen.tip.found) << k << ", score " << seen.tip.score;
+    EXPECT_FALSE(seen.tip.reacquired) << k;
+    EXPECT_LT((seen.tip.p_I - tip - way).norm(), 0.1) << k;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
