@@ -1,34 +1,16 @@
 // Cost of the mechanics against size. One thread. Counters: `ratio` is the time over that of a
 // reference measured in the same run; `dof` the boundary unknowns; `allocations` per update.
 #include <array>
-#include <atomic>
 #include <chrono>
-#include <cstdlib>
 #include <map>
 #include <memory>
-#include <new>
 #include <vector>
 
 #include <Eigen/LU>
 #include <benchmark/benchmark.h>
 
 #include "slave/mechanics/bem/bem2d_model.h"
-
-namespace {
-std::atomic<long> allocations{0};
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
+#include "tests/slave/mechanics/count_allocations.h"
 
 namespace palpate {
 namespace {
@@ -82,14 +64,14 @@ void Alternate(benchmark::State& state, Bem2dModel& model, const std::vector<Con
   model.Respond(one, responses);
   model.Respond(other, responses);
   if (responses[0].validity == Validity::kFailed) state.SkipWithError("failed");
-  const long before = allocations;
+  const long before = Allocations();
   bool turn = false;
   for (auto _ : state) {
     model.Respond(turn ? one : other, responses);
     benchmark::DoNotOptimize(responses.data());
     turn = !turn;
   }
-  Report(state, model, allocations - before);
+  Report(state, model, Allocations() - before);
 }
 
 // One patch of S elements, moving along the boundary.
@@ -133,13 +115,13 @@ void UnchangedContacts(benchmark::State& state) {
   std::vector<ContactResponse> responses(contacts.size());
   model.Respond(contacts, responses);
   if (responses[0].validity == Validity::kFailed) state.SkipWithError("failed");
-  const long before = allocations;
+  const long before = Allocations();
   for (auto _ : state) {
     for (auto& contact : contacts) contact.value_O *= 0.999999;
     model.Respond(contacts, responses);
     benchmark::DoNotOptimize(responses.data());
   }
-  Report(state, model, allocations - before);
+  Report(state, model, Allocations() - before);
 }
 
 double LuAndInverseSeconds(int order) {

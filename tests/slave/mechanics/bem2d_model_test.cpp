@@ -1,29 +1,12 @@
 #include "slave/mechanics/bem/bem2d_model.h"
 
-#include <cstdlib>
 #include <limits>
-#include <new>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/slave/mechanics/bodies.h"
-
-namespace {
-long allocations = 0;
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
+#include "tests/slave/mechanics/count_allocations.h"
 
 namespace palpate {
 namespace {
@@ -55,7 +38,9 @@ TEST(Bem2dModel, APressurisedRingConvergesToLamesSolution) {
     ASSERT_EQ(responses.front().validity, Validity::kValid);
     const double error = std::abs(u / exact - 1);
     EXPECT_LT(error, 2.0 / count);
-    if (previous > 0) EXPECT_NEAR(previous / error, 2, 0.3);
+    if (previous > 0) {
+      EXPECT_NEAR(previous / error, 2, 0.3);
+    }
     previous = error;
   }
 }
@@ -318,13 +303,13 @@ TEST(Bem2dModel, RespondsWithoutAllocatingAfterTheFirstCall) {
   std::vector<ContactResponse> responses(2);
   for (const auto& set : sets) model.Respond(set, responses);
   for (const auto& set : sets) model.Respond(set, responses);
-  const long before = allocations;
+  const long before = Allocations();
   for (int tick = 0; tick < 10000; ++tick) {
     auto& set = sets[static_cast<std::size_t>(tick) % sets.size()];
     set[0].value_O.y() *= 0.9999;
     model.Respond(set, responses);
   }
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(Allocations(), before);
 }
 
 TEST(Bem2dModel, SaysWhatItIs) {
