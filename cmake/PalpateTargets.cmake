@@ -37,10 +37,10 @@ function(palpate_library name)
   endif()
 endfunction()
 
-# palpate_test(NAME SOURCES ... LINKS ...): one test executable per folder of tests, run by ctest as NAME.
-# Extra: LABELS for ctest, DATA when the test looks for ../shared.
+# palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SANITIZE]): one test executable per folder of tests,
+# run by ctest as NAME. SANITIZE: cheap enough to run under the sanitizers too.
 function(palpate_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "TIMEOUT" "SOURCES;LINKS;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "SANITIZE" "TIMEOUT" "SOURCES;LINKS;LABELS")
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} GTest::gtest_main GTest::gmock palpate_warnings)
@@ -49,6 +49,10 @@ function(palpate_test name)
   add_test(NAME ${name} COMMAND ${name})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
+  endif()
+  if(ARG_SANITIZE)
+    list(APPEND ARG_LABELS sanitize)
+    add_dependencies(sanitized_tests ${name})
   endif()
   set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
 endfunction()

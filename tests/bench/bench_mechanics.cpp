@@ -10,7 +10,7 @@
 #include <benchmark/benchmark.h>
 
 #include "slave/mechanics/bem/bem2d_model.h"
-#include "tests/slave/mechanics/count_allocations.h"
+#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -64,14 +64,14 @@ void Alternate(benchmark::State& state, Bem2dModel& model, const std::vector<Con
   model.Respond(one, responses);
   model.Respond(other, responses);
   if (responses[0].validity == Validity::kFailed) state.SkipWithError("failed");
-  const long before = Allocations();
+  const long before = AllocationCount();
   bool turn = false;
   for (auto _ : state) {
     model.Respond(turn ? one : other, responses);
     benchmark::DoNotOptimize(responses.data());
     turn = !turn;
   }
-  Report(state, model, Allocations() - before);
+  Report(state, model, AllocationCount() - before);
 }
 
 // One patch of S elements, moving along the boundary.
@@ -115,13 +115,13 @@ void UnchangedContacts(benchmark::State& state) {
   std::vector<ContactResponse> responses(contacts.size());
   model.Respond(contacts, responses);
   if (responses[0].validity == Validity::kFailed) state.SkipWithError("failed");
-  const long before = Allocations();
+  const long before = AllocationCount();
   for (auto _ : state) {
     for (auto& contact : contacts) contact.value_O *= 0.999999;
     model.Respond(contacts, responses);
     benchmark::DoNotOptimize(responses.data());
   }
-  Report(state, model, Allocations() - before);
+  Report(state, model, AllocationCount() - before);
 }
 
 double LuAndInverseSeconds(int order) {

@@ -1,10 +1,10 @@
 #include "shared/geometry/teleop_transform.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
 #include <filesystem>
 #include <fstream>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 namespace palpate {

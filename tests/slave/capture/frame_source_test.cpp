@@ -30,7 +30,9 @@ Scene SceneWith(Camera::Source source, const std::string& pattern, const Scratch
 void WriteNumbered(const Scratch& scratch, int count) {
   for (int k = 0; k < count; ++k) {
     const cv::Mat image(24, 32, CV_8UC1, cv::Scalar(k));
-    ASSERT_TRUE(cv::imwrite((scratch.path() / ("f" + std::to_string(k) + ".png")).string(), image));
+    ASSERT_TRUE(cv::imwrite(
+        (scratch.path() / std::string("f").append(std::to_string(k)).append(".png")).string(),
+        image));
   }
 }
 

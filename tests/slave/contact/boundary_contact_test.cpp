@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/slave/contact/allocation_count.h"
 #include "tests/slave/contact/random_outline.h"
+#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -176,7 +176,7 @@ TEST(BoundaryContactTest, AllocatesNothingWhileMoving) {
   std::normal_distribution<double> step(0, 0.08);
   BoundaryContact contact(MeshPolygon(RandomOutline(&random), 500));
   Eigen::Vector2d tip(1.2, 0);
-  const int before = AllocationCount();
+  const long before = AllocationCount();
   for (int i = 0; i < 10000; ++i) {
     tip = 0.99 * (tip + Eigen::Vector2d(step(random), step(random)));
     contact.MoveTip(tip);

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/mechanics/bodies.h"
-#include "tests/slave/mechanics/count_allocations.h"
+#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -303,13 +303,13 @@ TEST(Bem2dModel, RespondsWithoutAllocatingAfterTheFirstCall) {
   std::vector<ContactResponse> responses(2);
   for (const auto& set : sets) model.Respond(set, responses);
   for (const auto& set : sets) model.Respond(set, responses);
-  const long before = Allocations();
+  const long before = AllocationCount();
   for (int tick = 0; tick < 10000; ++tick) {
     auto& set = sets[static_cast<std::size_t>(tick) % sets.size()];
     set[0].value_O.y() *= 0.9999;
     model.Respond(set, responses);
   }
-  EXPECT_EQ(Allocations(), before);
+  EXPECT_EQ(AllocationCount(), before);
 }
 
 TEST(Bem2dModel, SaysWhatItIs) {

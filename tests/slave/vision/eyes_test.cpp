@@ -11,8 +11,8 @@
 
 #include "slave/vision/camera_view.h"
 #include "slave/vision/closed_curve.h"
-#include "tests/slave/vision/allocation_count.h"
 #include "tests/slave/vision/test_pictures.h"
+#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -141,7 +141,7 @@ TEST(EyesTest, LookingAllocatesNothing) {
   Eyes eyes(SceneForTestPictures(), picture.Render(), picture.tool->tip);
   const cv::Mat images[] = {picture.Render(2), picture.Render(3)};
   eyes.Look(images[0], 1, {});  // the first one makes room
-  const int before = AllocationCount();
+  const long before = AllocationCount();
   for (int k = 0; k < 200; ++k) eyes.Look(images[k % 2], 2, {});
   EXPECT_EQ(AllocationCount(), before);
 }

@@ -1,20 +1,22 @@
-#include "tests/slave/contact/allocation_count.h"
+#include "tests/support/allocation_count.h"
 
 #include <atomic>
 #include <cstdlib>
 #include <new>
 
 namespace {
-std::atomic<int> allocations{0};
+
+std::atomic<long> count{0};
+
 }  // namespace
 
 void* operator new(std::size_t size) {
-  ++allocations;
+  ++count;
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  ++allocations;
+  ++count;
   return std::malloc(size);
 }
 void operator delete(void* memory) noexcept {
@@ -26,8 +28,8 @@ void operator delete(void* memory, std::size_t) noexcept {
 
 namespace palpate {
 
-int AllocationCount() {
-  return allocations;
+long AllocationCount() noexcept {
+  return count;
 }
 
 }  // namespace palpate

@@ -1,0 +1,9 @@
+// Counts what a test program takes from the heap: linking palpate_allocation_count replaces its operators new.
+#pragma once
+
+namespace palpate {
+
+// How often operator new was called so far, all threads together.
+long AllocationCount() noexcept;
+
+}  // namespace palpate
