@@ -1,10 +1,13 @@
 #include "slave/site/painter.h"
 
+#include <algorithm>
 #include <cmath>
-#include <functional>
+#include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "slave/site/simulated_site.h"
 #include "slave/vision/camera_view.h"
@@ -29,14 +32,19 @@ cv::Mat Picture(const Scene& scene, const Eigen::Vector3d& p_S_tip) {
 }
 
 // Where a step from level `before` to level `after` lies best in `profile`, whose first sample is
-// at 0 [samples]. The step is that of an area-sampled edge behind a Gaussian of `sigma`.
+// at 0 [samples]: an area-sampled edge behind the Gaussian of `sigma` that OpenCV samples.
 double FitStep(const std::vector<double>& profile, double before, double after, double sigma) {
-  const double spread = std::sqrt(2 * (sigma * sigma + 1.0 / 12));
-  double best = 0, least = 1e300;
+  constexpr int kReach = 3;
+  const cv::Mat kernel = cv::getGaussianKernel(2 * kReach + 1, sigma, CV_64F);
+  double best = 0, least = std::numeric_limits<double>::infinity();
   for (double at = 0; at < static_cast<double>(profile.size()); at += 1e-3) {
     double sum = 0;
     for (std::size_t i = 0; i < profile.size(); ++i) {
-      const double part = 0.5 * (1 + std::erf((static_cast<double>(i) - at) / spread));
+      double part = 0;
+      for (int k = -kReach; k <= kReach; ++k) {
+        const double covered = static_cast<double>(i) + k + 0.5 - at;
+        part += kernel.at<double>(k + kReach) * std::clamp(covered, 0.0, 1.0);
+      }
       const double miss = profile[i] - before - (after - before) * part;
       sum += miss * miss;
     }
@@ -69,8 +77,9 @@ Eigen::Vector2d CornerError(const cv::Mat& picture, const Eigen::Vector2d& corne
 }
 
 // Reference: the camera's mapping of the true corner. Tolerance: over one picture the speckle's
-// mean along the edge deviates by 7.5 / sqrt(30 grains) = 1.4 grey levels, which moves the fit by
-// some 0.03 px; over 16 seeds, by 0.008 px. The drawing itself is exact (coverage_test).
+// mean along the edge deviates by 7.5 / sqrt(30 grains) = 1.4 grey levels over the two or three
+// rows that decide, which moves the fit by some 0.04 px; over 16 seeds, by 0.01 px, thrice of which
+// is allowed. The drawing itself is exact (coverage_test).
 TEST(Painter, RestEdgesAreDrawnWhereTheBodyReallyLies) {
   for (const Eigen::Vector2d& shift : {Eigen::Vector2d(0, 0), Eigen::Vector2d(0.21e-3, -0.13e-3),
                                        Eigen::Vector2d(-0.5e-3, 0.4e-3)}) {
@@ -81,13 +90,14 @@ TEST(Painter, RestEdgesAreDrawnWhereTheBodyReallyLies) {
     for (scene.site.seed = 1; scene.site.seed <= 16; ++scene.site.seed) {
       error += CornerError(Picture(scene, scene.manipulator.home), corner) / 16;
     }
-    EXPECT_LT(error.norm(), 0.025) << shift.transpose() << ": " << error.transpose();
+    EXPECT_LT(error.norm(), 0.03) << shift.transpose() << ": " << error.transpose();
   }
 }
 
 // Reference: the camera's mapping of the tip. The marks are two-valued with grains of four pixels,
-// so eleven columns hold about three of them: 25 / sqrt(3) levels of a step of 150 move the fit by
-// 0.1 px in one picture, by 0.025 px over 16 seeds.
+// so eleven columns hold about three of them: 25 / sqrt(3) levels of a step of 150, over the two
+// rows that decide, move the fit by some 0.13 px in one picture, by 0.03 px over 16 seeds, thrice
+// of which is allowed.
 TEST(Painter, TheToolsTipIsDrawnWhereItIsTold) {
   Scene scene = CleanBlock();
   for (const double y : {0.0902, 0.0913, 0.0987}) {
@@ -103,8 +113,8 @@ TEST(Painter, TheToolsTipIsDrawnWhereItIsTold) {
       const auto right = MeanOver(picture, {column - 13, 20, 9, 60}, false);
       across += (column - 13 + FitStep(right, Painter::kGround, mean, 0.7) - left) / 16;
     }
-    EXPECT_NEAR(along, 0, 0.06) << y;
-    EXPECT_NEAR(across, 0, 0.06) << y;
+    EXPECT_NEAR(along, 0, 0.1) << y;
+    EXPECT_NEAR(across, 0, 0.1) << y;
   }
 }
 
