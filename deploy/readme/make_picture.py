@@ -55,8 +55,8 @@ def main():
            f'<image x="20" y="20" width="440" height="330" href="data:image/jpeg;base64,{jpeg}"/>', *axes(t_end, f_end),
            polyline(times, true, t_end, f_end, 'stroke="#bbb" stroke-width="6"'),
            polyline(times, felt, t_end, f_end, 'stroke="#d9480f" stroke-width="2"'),
-           '<text x="540" y="66" fill="#888">thick grey: true force at the site</text>',
-           '<text x="540" y="84" fill="#d9480f">thin: felt through the camera</text>', "</svg>"]
+           '<text x="634" y="200" fill="#888">thick grey: true force at the site</text>',
+           '<text x="634" y="220" fill="#d9480f">thin: felt through the camera</text>', "</svg>"]
     (HERE / "press.svg").write_text("\n".join(svg) + "\n")
     print(HERE / "press.svg")
 
