@@ -144,6 +144,34 @@ TEST(Bem2dModel, AnUnchangedContactSetAnswersAsAFreshOne) {
   }
 }
 
+// Reference: a fresh model, which has no set to mistake the new one for.
+TEST(Bem2dModel, AChangedContactSetIsNoticed) {
+  Bem2dModel::Params params = kSilicone;
+  params.contact = ContactLaw::kFrictionless;
+  Bem2dModel kept(Silicone(), params);
+  Contact contact = bodies::Move(kTop, {0, -1e-3});
+  contact.p_O = {0.044, 0.088, 0};
+  contact.width = 0.02;
+  const auto expect_fresh = [&](const char* change) {
+    Bem2dModel fresh(Silicone(), params);
+    const auto response = bodies::Respond(kept, {contact}).front();
+    EXPECT_EQ(response.validity, Validity::kValid) << change;
+    EXPECT_EQ(response.force_O, bodies::Respond(fresh, {contact}).front().force_O) << change;
+  };
+  expect_fresh("the first set");
+  contact.width = 0.03;
+  expect_fresh("width");
+  contact.p_O.x() = 0.047;
+  expect_fresh("place");
+  contact.element = kTop - 1;
+  expect_fresh("element");
+  contact.value_O = {0.5e-3, -1e-3, 0};
+  expect_fresh("direction");
+  contact.kind = Contact::Kind::kForce;
+  contact.value_O = {0, -0.1, 0};
+  expect_fresh("kind");
+}
+
 // Reference: the definition of the patch; five elements by width equal five contacts moved alike.
 TEST(Bem2dModel, APatchIsItsElementsMovedTogether) {
   Bem2dModel model(Silicone(), kSilicone);
