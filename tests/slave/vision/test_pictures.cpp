@@ -32,7 +32,7 @@ double Marks(double behind, double aside) {
   for (const double at : {7.0, 19.0, 24.0, 38.0}) {
     level += 70 * std::exp(-0.5 * std::pow((behind - at) / 1.6, 2));
   }
-  for (const Eigen::Vector2d dot : {Eigen::Vector2d(13, 3), Eigen::Vector2d(30, -4)}) {
+  for (const Eigen::Vector2d& dot : {Eigen::Vector2d(13, 3), Eigen::Vector2d(30, -4)}) {
     level += 60 * std::exp(-0.5 * (Eigen::Vector2d(behind, aside) - dot).squaredNorm() / 2.5);
   }
   return level;
