@@ -35,7 +35,7 @@ std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, const fs::path& bas
 std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, const fs::path& base, bool paced) {
   const fs::path file = base / camera.pattern;
   if (!fs::is_regular_file(file)) throw std::runtime_error(file.string() + ": no such video");
-  cv::VideoCapture video(file.string());
+  cv::VideoCapture video(file.string(), cv::CAP_FFMPEG);  // other backends load half a desktop
   cv::Mat first;
   if (!video.isOpened() || !video.read(first) || first.empty()) {
     throw std::runtime_error(file.string() + ": not a video, or without pictures");

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <fstream>
 #include <optional>
-#include <regex>
 #include <stdexcept>
 
 #include <fnmatch.h>
@@ -71,15 +70,18 @@ struct NumberedName {
 };
 
 NumberedName ParseNumbered(const fs::path& pattern) {
-  static const std::regex kOneNumber("([^%]*)%(0?)([0-9]{0,2})d([^%]*)");
   const std::string name = pattern.filename().string();
-  std::smatch match;
-  if (!std::regex_match(name, match, kOneNumber)) {
+  const std::size_t percent = name.find('%');
+  const std::size_t digits =
+      std::min(name.find_first_not_of("0123456789", percent + 1), name.size());
+  const std::string width = name.substr(percent + 1, digits - percent - 1);
+  const bool whole = digits < name.size() && name[digits] == 'd' && width.size() <= 3 &&
+                     name.find('%', digits) == std::string::npos;
+  if (!whole) {
     Refuse(pattern, "malformed pattern: accepted is one %d, such as %04d.png, in the file name");
   }
-  const std::string width = match[3].str();
-  return {match[1].str(), match[4].str(), width.empty() ? 0U : std::stoul(width),
-          match[2].length() > 0};
+  return {name.substr(0, percent), name.substr(digits + 1), width.empty() ? 0U : std::stoul(width),
+          !width.empty() && width[0] == '0'};
 }
 
 std::vector<fs::path> ListNumbered(const fs::path& pattern) {

@@ -89,7 +89,8 @@ void Look(benchmark::State& state) {
   std::size_t k = 0;
   std::int64_t lost = 0;
   for (auto _ : state) {
-    const Observation& seen = eyes.Look(Pictures()[++k % kPictures], k, {});
+    const Observation& seen = eyes.Look(Pictures()[k % kPictures], k, {});
+    ++k;
     lost += seen.tip.found && !seen.contour_I.empty() ? 0 : 1;
   }
   state.counters["lost"] = static_cast<double>(lost);
