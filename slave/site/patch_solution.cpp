@@ -89,7 +89,7 @@ Eigen::Matrix2d Stiffness(const ElasticSolution& solution, const Fields& values)
     K.col(0) += solution.reaction.row(n).head<2>().transpose();
     K.col(1) += solution.reaction.row(n).tail<2>().transpose();
   }
-  return 0.5 * (K + K.transpose());
+  return K;
 }
 
 // Boundary nodes in order, every loop starting where its first edge was found.
