@@ -22,7 +22,7 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
   while (stream->Read(&message)) Receive(message);
   sender.request_stop();
   sender.join();
-  const grpc::Status status = stream->Finish();
+  grpc::Status status = stream->Finish();
   if (!silent_) return status;
   return {grpc::StatusCode::UNAVAILABLE,
           "no state for " + std::to_string(kSilence.count()) + " s: the line is dead"};

@@ -123,7 +123,7 @@ grpc::Status SlaveLink::Parts::RunSession(OperateSession* next, const std::stop_
     if (stopping) return grpc::Status::CANCELLED;
     session = next;
   }
-  const grpc::Status status = next->Run(stop);
+  grpc::Status status = next->Run(stop);
   const std::scoped_lock lock(mutex);
   session = nullptr;
   connected = false;

@@ -217,6 +217,13 @@ TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
   EXPECT_EQ(mesh.nodal_forces_size(), 9);
   EXPECT_GT(mesh.sequence(), 0U);
   const int computed = slave_.shapes_computed();
+  grpc::ClientContext state_context;
+  SetDeadline(&state_context);
+  const auto states = stub->WatchState(&state_context, {});
+  v1::SlaveState state;
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(states->Read(&state));  // repeated, nothing sensed
+  state_context.TryCancel();
+  EXPECT_EQ(slave_.shapes_computed(), computed);
   slave_.Sense();
   ASSERT_TRUE(stream->Read(&mesh));
   EXPECT_EQ(mesh.elements_size(), 0);
