@@ -27,8 +27,8 @@ class Puppet final : public Device {
 
 class Rig {
  public:
-  explicit Rig(const VirtualSlave::Options& slave_options = {}, RenderMode render = RenderMode::kLocal,
-               double force_limit = 3.3)
+  explicit Rig(const VirtualSlave::Options& slave_options = {},
+               RenderMode render = RenderMode::kLocal, double force_limit = 3.3)
       : slave(slave_options),
         loop({render, slave_options.transform, force_limit}, {&states, &commands, &records}) {}
 

@@ -5,7 +5,7 @@
 namespace palpate {
 
 void VirtualSlave::Step(Time now, LatestValue<OperatorCommand>* commands,
-                     LatestValue<ReceivedState>* states) {
+                        LatestValue<ReceivedState>* states) {
   if (const OperatorCommand* command = commands->Take(); command != nullptr && !IsLost()) {
     commands_.push_back({Arrival(now), *command});
   }
