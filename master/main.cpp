@@ -61,7 +61,7 @@ CLI::Validator Between(double low, double high) {
             double value = 0;
             const bool number = CLI::detail::lexical_cast(text, value);
             if (number && value >= low && value <= high) return {};
-            return "accepted is " + CLI::detail::to_string(low) + " to " +
+            return text + ": accepted is " + CLI::detail::to_string(low) + " to " +
                    CLI::detail::to_string(high) + " s";
           },
           "S"};

@@ -13,6 +13,7 @@ constexpr double kSettle = 0.1;     // engaged before moving [s]
 constexpr double kPatience = 1.0;   // engaged without a guide before giving up [s]
 constexpr double kHold = 1.0;       // at the peak, where the cycle leaves room [s]
 constexpr double kHoldShare = 1.3;  // of half the rest of the contact: a third of all, with margin
+constexpr double kBlind = 0.25;     // the hand stops and waits before it retreats [s]
 constexpr double kLongest = 20;     // a way that takes longer is not gone [s]
 constexpr double kShortest = 0.1;   // retreat [s]
 constexpr double kMargin = 0.05;    // left over at the end of a cycle [s]
@@ -59,6 +60,8 @@ PressScript::PressScript(double depth, double speed, double reach)
 
 HandIntent PressScript::Step(double t, double dt, const DeviceGuide& guide) noexcept {
   const bool usable = IsUsable(guide);
+  blind_ = usable ? 0 : blind_ + dt;
+  if (!usable && phase_ == Phase::kPress) since_ += dt;  // the ramp waits
   const double elapsed = t - since_;
   double rate = 0;
   switch (phase_) {
@@ -72,8 +75,8 @@ HandIntent PressScript::Step(double t, double dt, const DeviceGuide& guide) noex
     case Phase::kPress: {
       const double tau = std::min(elapsed / ramp_, 1.0);
       advance_ = length_ * Ease(tau);
-      rate = length_ * EaseRate(tau) / ramp_;
-      if (!usable) {
+      rate = usable ? length_ * EaseRate(tau) / ramp_ : 0;
+      if (blind_ > kBlind) {
         Retreat(t);
       } else if (tau >= 1) {
         Go(Phase::kHold, t);
@@ -82,7 +85,7 @@ HandIntent PressScript::Step(double t, double dt, const DeviceGuide& guide) noex
     }
     case Phase::kHold:
       if (usable) Correct(dt, guide);
-      if (!usable || elapsed >= hold_) Retreat(t);
+      if (blind_ > kBlind || elapsed >= hold_) Retreat(t);
       break;
     case Phase::kRetreat: {
       const double tau = std::min(elapsed / ramp_, 1.0);

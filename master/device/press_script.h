@@ -31,8 +31,8 @@ class PressScript {
   // std::invalid_argument otherwise.
   PressScript(double depth, double speed, double reach);
 
-  // The intent at `t` [s] since the start, `dt` [s] after the last call. Never goes in while
-  // `guide` is unknown; retreats when it becomes so. Real-time safe.
+  // The intent at `t` [s] since the start, `dt` [s] after the last call. While `guide` is unknown
+  // the hand goes no deeper; after a quarter of a second of it, back. Real-time safe.
   HandIntent Step(double t, double dt, const DeviceGuide& guide) noexcept;
 
  private:
@@ -53,6 +53,7 @@ class PressScript {
   double ramp_ = 0;        // how long it takes [s]
   double hold_ = 0;        // how long the hand stays [s]
   double advance_ = 0;     // how far in the hand aims now [m]
+  double blind_ = 0;       // how long the guide has been unknown [s]
   double correction_ = 0;  // of that, added to overcome the force [m]
 };
 

@@ -1,5 +1,6 @@
 // Forces sampled at the image rate, shown at the haptic rate: delayed by one sample period and
-// interpolated linearly over their time stamps (paper A, 3.1, eq. 8-9; after Zhuang & Canny 2000).
+// interpolated linearly over their time stamps (paper A, 3.4, below eq. 7; after Zhuang & Canny
+// 2000).
 //
 //   F(t) = linear through (s_k, F_k) at t - D,   D = newest period + transport delay
 //

@@ -36,7 +36,7 @@ std::string MakeThreadRealtime(int priority) {
 }
 
 std::string LockMemory() {
-  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
+  if (mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0) return {};
   return std::string("memory is not locked: ") + std::strerror(errno);
 }
 
