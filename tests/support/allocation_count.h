@@ -1,4 +1,5 @@
-// Counts what a test program takes from the heap: linking palpate_allocation_count replaces its operators new.
+// Counts what a test program takes from the heap: linking palpate_allocation_count replaces its
+// operators new.
 #pragma once
 
 namespace palpate {
