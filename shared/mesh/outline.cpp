@@ -26,6 +26,19 @@ double SignedArea(const std::vector<Eigen::Vector2d>& loop) {
   return 0.5 * twice;
 }
 
+Eigen::Vector2d Centroid(const std::vector<Eigen::Vector2d>& loop) {
+  double twice = 0;
+  Eigen::Vector2d moment(0, 0);  // six times the first moment about the first point
+  for (std::size_t i = 2; i < loop.size(); ++i) {
+    const Eigen::Vector2d u = loop[i - 1] - loop[0];
+    const Eigen::Vector2d v = loop[i] - loop[0];
+    const double cross = u.x() * v.y() - u.y() * v.x();
+    twice += cross;
+    moment += cross * (u + v);
+  }
+  return loop[0] + moment / (3 * twice);
+}
+
 namespace {
 
 // Even-odd rule: how often a ray towards +x leaves or enters.

@@ -54,6 +54,8 @@ BoundaryMesh MeshPolygon(const Outline& outline, int count);
 
 // Signed area [m^2], positive counter-clockwise.
 double SignedArea(const std::vector<Eigen::Vector2d>& loop);
+// Centre of the enclosed area [m]. The loop has an area other than zero.
+Eigen::Vector2d Centroid(const std::vector<Eigen::Vector2d>& loop);
 // `p` lies inside the outer loop and outside the holes.
 bool Contains(const Outline& outline, const Eigen::Vector2d& p);
 

@@ -8,6 +8,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/mechanics/make_model.h"
+#include "slave/vision/closed_curve.h"
 #include "slave/vision/contour_registration.h"
 
 namespace palpate {
@@ -65,7 +66,11 @@ void Estimator::RegisterObject(const Scene& scene) {
   registration_.X_SO = scene.object.X_SO;
   const std::vector<Eigen::Vector2d>& contour_I = eyes_->rest_contour_I();
   if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
-    seen_ = ToOutline(ToSlave(contour_I, view_), registration_.X_SO);
+    const Curve smooth_I = Smoothed(contour_I, scene.sense.contour->control_points);
+    const std::vector<Eigen::Vector2d> loop_S = ToSlave(smooth_I, view_);
+    // Frame O sits in the middle of what was found, so that `fixed: arc` means an arc of it.
+    registration_.X_SO.translation().head<2>() = Centroid(loop_S);
+    seen_ = ToOutline(loop_S, registration_.X_SO);
     registration_.measured = true;
     registration_.points = static_cast<int>(contour_I.size());
     return;

@@ -84,4 +84,20 @@ void Resample(CurveView curve, int count, Curve& even) {
   while (even.size() < static_cast<std::size_t>(count)) even.push_back(curve.front());  // rounding
 }
 
+Curve Smoothed(CurveView curve, int count) {
+  constexpr int kFiner = 8;  // samples per spacing
+  const Curve fine = Resample(curve, kFiner * count);
+  const auto n = static_cast<int>(fine.size());
+  Curve smooth;
+  smooth.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    Eigen::Vector2d sum(0, 0);
+    for (int k = -kFiner / 2; k <= kFiner / 2; ++k) {
+      sum += fine[static_cast<std::size_t>((i * kFiner + k + n) % n)];
+    }
+    smooth.emplace_back(sum / (kFiner + 1));
+  }
+  return smooth;
+}
+
 }  // namespace palpate

@@ -23,6 +23,10 @@ int TurningNumber(CurveView curve) noexcept;
 bool CrossesItself(CurveView curve) noexcept;
 // `count` points at equal arc length from the first point on. `curve` has a length > 0.
 Curve Resample(CurveView curve, int count);
+// `count` points like Resample, each the mean of the curve within half a spacing before and behind
+// it: jitter of single points averages out, features shorter than a spacing are rounded. For
+// outlines found in pictures.
+Curve Smoothed(CurveView curve, int count);
 // The same into `even`, another curve; allocates only where it has too little room.
 void Resample(CurveView curve, int count, Curve& even);
 

@@ -107,5 +107,18 @@ TEST(CheckOutlineTest, AcceptsSimpleOutlinesEitherWayRound) {
   EXPECT_NO_THROW(CheckOutline({{{0, 0}, {1, 0}, {2, 0}, {2, 1e-6}, {0, 1e-6}}, {}}));
 }
 
+// Reference: an L of a 2 x 1 and a 1 x 1 square, centroid from the squares' own; far from the
+// origin.
+TEST(OutlineTest, TheCentroidIsThatOfTheArea) {
+  const Eigen::Vector2d far(1e3, -2e3);
+  std::vector<Eigen::Vector2d> loop;
+  for (const auto& p : {Eigen::Vector2d(0, 0), Eigen::Vector2d(2, 0), Eigen::Vector2d(2, 1),
+                        Eigen::Vector2d(1, 1), Eigen::Vector2d(1, 2), Eigen::Vector2d(0, 2)}) {
+    loop.push_back(p + far);
+  }
+  const Eigen::Vector2d expected = (2 * Eigen::Vector2d(1, 0.5) + Eigen::Vector2d(0.5, 1.5)) / 3;
+  EXPECT_LT((Centroid(loop) - far - expected).norm(), 1e-12);
+}
+
 }  // namespace
 }  // namespace palpate

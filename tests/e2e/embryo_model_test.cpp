@@ -1,0 +1,135 @@
+// From a real microscope picture to a force: the chorion's contour becomes a boundary element
+// model, the pipette its contact. The pictures (../shared, not ours to pass on) have no scale and
+// no force; the chorion's diameter of 1.2 mm (literature: 1.1 to 1.3 mm) gives the scale, so what
+// is tested is that the picture's model is the one of its shape.
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "shared/scene/scene_loader.h"
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/estimator.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kPicture =
+    PALPATE_SOURCE_DIR "/../shared/data/zebrafish_injection/zf_Old_yolov3_image_captured1.jpg";
+const fs::path kOut = PALPATE_BINARY_DIR "/test-output/zebrafish";
+constexpr double kRadius = 0.6e-3;         // of the chorion [m], assumed
+constexpr double kRadius_px = 150;         // in this picture, read by a person to some 10 px
+constexpr double kHeld = -45, kHalf = 30;  // where the dish holds it: centre and half angle [deg]
+
+class EmbryoModelTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kPicture)) GTEST_SKIP() << "the microscope pictures are absent";
+    fs::create_directories(kOut);
+    image_ = cv::imread(kPicture.string());
+    cv::imwrite((kOut / "pipette.png").string(), image_(cv::Rect(612, 232, 34, 60)));
+    std::ofstream scene(kOut / "embryo.yaml");
+    scene << "name: embryo-from-picture\n"
+             "object:\n"
+             "  geometry: {contour: from-image, thickness: 1.2 mm}\n"
+             "  material: {young_modulus: 1.51 MPa, poisson_ratio: 0.5}\n"
+             "  fixed: {arc: {centre: "
+          << kHeld << " deg, half_angle: " << kHalf
+          << " deg}}\n"
+             "tool: {shape: flat, width: 60 um}\n"
+             "sense:\n"
+             "  camera: {file: \""
+          << kPicture.string() << "\", rate: 60 Hz, pixel: " << kRadius / kRadius_px * 1e6
+          << " um}\n"
+             "  tip: {track: template, template: pipette.png, anchor: [17 px, 56 px]}\n"
+             "  contour: {track: snake, control_points: 60}\n"
+             "model: {kind: bem2d, elements: 120, plane: strain}\n";
+  }
+
+  // Paints a copy of the picture with the pipette moved by `way` [px] over a patch of background.
+  [[nodiscard]] cv::Mat PipetteAt(const cv::Point& way) const {
+    const cv::Rect pipette(600, 0, 60, 292);
+    cv::Mat moved = image_.clone();
+    image_(pipette + cv::Point(-90, 0)).copyTo(moved(pipette));
+    const cv::Rect to = (pipette + way) & cv::Rect({0, 0}, image_.size());
+    image_(to - way).copyTo(moved(to));
+    return moved;
+  }
+
+  static void DrawModel(const cv::Mat& picture, const Estimator& estimator) {
+    cv::Mat drawn = picture.clone();
+    for (const BoundaryElement& e : estimator.touch().mesh.elements) {
+      const auto at = [&](const Eigen::Vector2d& p_O) {
+        const Eigen::Vector2d p = estimator.view().ToImage(estimator.registration().X_SO *
+                                                           Eigen::Vector3d(p_O.x(), p_O.y(), 0));
+        return cv::Point2d(p.x(), p.y());
+      };
+      cv::line(drawn, at(e.a), at(e.b), {0, 220, 0}, 2, cv::LINE_AA);
+      cv::circle(drawn, at(e.a), 3, {0, 0, 255}, cv::FILLED, cv::LINE_AA);
+    }
+    cv::imwrite((kOut / "embryo-model.png").string(), drawn);
+  }
+
+  cv::Mat image_;
+};
+
+// Reference: the same model of a perfect disc of the radius a person read, held on the same arc,
+// pressed at the same angle. Tolerance 15 %: the reading is good to 10 px of 150, and stiffness
+// goes with shape, not with size, in 2D; the rest is the chorion's departure from a circle.
+TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
+  const Scene scene = LoadScene(kOut / "embryo.yaml");
+  Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
+  DrawModel(image_, estimator);
+  const Felt& felt = estimator.Feel({image_, 2, {}});
+  ASSERT_EQ(felt.validity, Validity::kValid);
+  ASSERT_TRUE(felt.local_model.known());
+  const LocalModel& local = felt.local_model;
+  const double k = local.normal.dot(local.stiffness * local.normal);
+
+  Scene disc = scene;
+  disc.object.geometry = DiscGeometry{kRadius, 1.2e-3};
+  const BoundaryMesh mesh = MeshObject(disc, std::nullopt);
+  const std::unique_ptr<DeformationModel> model = MakeModel(disc, mesh);
+  const Eigen::Vector3d centre = estimator.registration().X_SO.translation();
+  const Eigen::Vector3d out = (felt.p_S_contact - centre).normalized();
+  const Contact contact{Contact::Kind::kDisplacement,
+                        kRadius * std::cos(std::numbers::pi / 120) * out, -1, scene.tool->width,
+                        Eigen::Vector3d::Zero()};
+  ContactResponse response;
+  model->Respond(std::span(&contact, 1), std::span(&response, 1));
+  const double k_disc = out.dot(response.stiffness_O * out);
+  std::printf("embryo from the picture: %.3f mN/um, disc of %.0f um radius: %.3f mN/um\n", k * 1e-3,
+              kRadius * 1e6, k_disc * 1e-3);
+  EXPECT_NEAR(k / k_disc, 1, 0.15);
+}
+
+// The pipette of the picture carried 30 px deep into the chorion in steps: stiffness times depth,
+// out of the embryo.
+TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionIsFelt) {
+  const Scene scene = LoadScene(kOut / "embryo.yaml");
+  Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
+  std::uint64_t sequence = 1;
+  Felt felt;
+  // First to the right, above the embryo's left shoulder, then down; in steps the search window
+  // follows.
+  for (int x = 0; x <= 208; x += 16) felt = estimator.Feel({PipetteAt({x, -120}), ++sequence, {}});
+  for (int y = -112; y <= -72; y += 8) felt = estimator.Feel({PipetteAt({208, y}), ++sequence, {}});
+  ASSERT_NE(felt.validity, Validity::kTrackingLost);
+  ASSERT_GT(felt.depth, 0);
+  ASSERT_TRUE(felt.force);
+  EXPECT_GT(felt.force->y(), 0);
+  const LocalModel& local = felt.local_model;
+  const double k = local.normal.dot(local.stiffness * local.normal);
+  EXPECT_NEAR(felt.force->dot(local.normal) / (k * felt.depth), 1, 0.3)
+      << "the pipette does not come along the normal, so the shear takes part";
+  cv::imwrite((kOut / "embryo-pressed.png").string(), PipetteAt({208, -72}));
+}
+
+}  // namespace
+}  // namespace palpate
