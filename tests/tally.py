@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Counts the tests inside a ctest log, skipped ones with their reasons.
+"""Counts the tests inside a ctest log, the skipped ones with their reasons.
 
-tally.py LOG        one line `passed failed skipped`, then `skip: reason` lines
+tally.py LOG        one line `passed failed skipped`, then `skip: ...` lines
 tally.py --sum FILE adds such blocks up and prints what a person and a machine read
 """
 import collections
@@ -9,28 +9,33 @@ import re
 import sys
 
 
+def count_one(text, reasons):
+    """(passed, failed, skipped) of one ctest entry: its GoogleTest or unittest cases, or itself where it has none."""
+    numbers = lambda pattern: sum(int(n) for n in re.findall(pattern, text))
+    if "[==========]" in text:
+        for reason in re.findall(r": Skipped\n(.*)\n", text):
+            reasons[reason.strip()] += 1
+        return (numbers(r"\[  PASSED  \] (\d+) tests?\."), numbers(r"\[  FAILED  \] (\d+) tests?, listed"),
+                numbers(r"\[  SKIPPED \] (\d+) tests?, listed"))
+    ran = re.search(r"^Ran (\d+) tests? in .*\n\n(.*)$", text, re.M)
+    if ran:
+        counted = lambda kind: sum(int(n) for n in re.findall(kind + r"=(\d+)", ran.group(2)))
+        bad, skipped = counted("failures") + counted("errors"), counted("skipped")
+        for reason in re.findall(r"\.\.\. skipped ['\"](.*)['\"]$", text, re.M):
+            reasons[reason] += 1
+        return int(ran.group(1)) - bad - skipped, bad, skipped
+    said = re.search(r"^skipped: (.*)$", text, re.M)
+    if said:
+        reasons[said.group(1)] += 1
+        return 0, 0, 1
+    return (1, 0, 0) if "\nTest Passed.\n" in text else (0, 1, 0)
+
+
 def count(log):
-    passed = failed = skipped = 0
-    reasons = collections.Counter()
     text = open(log, encoding="utf-8", errors="replace").read()
-    passed += sum(int(n) for n in re.findall(r"\[  PASSED  \] (\d+) tests?", text))
-    failed += sum(int(n) for n in re.findall(r"\[  FAILED  \] (\d+) tests?, listed", text))
-    skipped += sum(int(n) for n in re.findall(r"\[  SKIPPED \] (\d+) tests?, listed", text))
-    for reason in re.findall(r": Skipped\n(.*)\n", text):
-        reasons[reason.strip()] += 1
-    # Python's unittest.
-    for ran, result in re.findall(r"^Ran (\d+) tests? in .*\n\n(.*)$", text, re.M):
-        bad = sum(int(n) for n in re.findall(r"(?:failures|errors)=(\d+)", result))
-        skip = sum(int(n) for n in re.findall(r"skipped=(\d+)", result))
-        passed, failed, skipped = passed + int(ran) - bad - skip, failed + bad, skipped + skip
-    for reason in re.findall(r"\.\.\. skipped ['\"](.*)['\"]$", text, re.M):
-        reasons[reason] += 1
-    # Scripts tell for themselves: a line `skipped: why` or `passed: what`.
-    for reason in re.findall(r"^skipped: (.*)$", text, re.M):
-        skipped += 1
-        reasons[reason] += 1
-    passed += len(re.findall(r"^passed: ", text, re.M))
-    print(passed, failed, skipped)
+    reasons = collections.Counter()
+    entries = [count_one(entry, reasons) for entry in re.split(r"^\d+/\d+ Testing: ", text, flags=re.M)[1:]]
+    print(*(sum(column) for column in zip(*entries)))
     for reason, n in reasons.items():
         print(f"skip: {n} x {reason}")
 
