@@ -61,6 +61,7 @@ class Bem2dModel final : public DeformationModel {
   [[nodiscard]] bool SameSet(std::span<const Contact> contacts) const noexcept;
   bool PrepareSet(std::span<const Contact> contacts);
   bool AppendPatch(const Contact& contact);
+  [[nodiscard]] Eigen::Vector2d DirectionOf(const Contact& contact) const noexcept;
   [[nodiscard]] int ElementAt(const Contact& contact) const noexcept;
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) const noexcept;
   [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) const noexcept;

@@ -175,7 +175,7 @@ TEST_F(SolveTest, AFailedCaseHasEmptyForcesExitsOneAndSparesTheOthers) {
   EXPECT_EQ(Number(outcome, 0, "dy"), -1e-3);
   EXPECT_EQ(outcome.rows[2].at("validity"), "valid");
   EXPECT_EQ(outcome.rows[3].at("validity"), "failed") << "the side is held";
-  EXPECT_THAT(outcome.message, HasSubstr("case A failed: two contacts share an element"));
+  EXPECT_THAT(outcome.message, HasSubstr("case A failed: a contact shares an element with another"));
   options_.contacts.clear();
   options_.loads = Write("loads.csv", "case,x,y,fx,fy\nL,0.044,0,0,-1\n");
   const Outcome loaded = Run();
