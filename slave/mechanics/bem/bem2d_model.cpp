@@ -95,8 +95,8 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
     prescribed_[2 * i + 1] = contacts[i].value_O.y() / unit;
   }
   if (!solver_.Respond(prescribed_, answer_)) {
-    failure_ =
-        "a held element is moved or loaded, or loads on a body that nothing holds do not balance";
+    failure_ = MovesWhatIsHeld() ? "an element that the scene holds is moved or loaded"
+                                 : "loads on a body that is free to move do not balance";
     return false;
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -155,6 +155,15 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
         "body";
   }
   return prepared_;
+}
+
+bool Bem2dModel::MovesWhatIsHeld() const noexcept {
+  for (std::size_t v = 0; v < prescribed_.size(); ++v) {
+    if (prescribed_[v] != 0 && solver_.blocked(static_cast<int>(v / 2), static_cast<int>(v % 2))) {
+      return true;
+    }
+  }
+  return false;
 }
 
 // Unit vector of a frictionless contact's displacement; zero if there is none, and for others.

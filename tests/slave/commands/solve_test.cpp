@@ -157,6 +157,13 @@ TEST_F(SolveTest, TakesWindowsLinesBlankLinesAndSpaces) {
   EXPECT_EQ(good.rows.at(0).at("case"), "A");
 }
 
+TEST_F(SolveTest, SaysThatAHeldElementIsMoved) {
+  const Outcome outcome = RunContacts(std::string(kHeader) + "A,0.044,0,0,0,-0.001,0\n");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.message,
+              HasSubstr("case A failed: an element that the scene holds is moved"));
+}
+
 // As tables write what a row does not have.
 TEST_F(SolveTest, EmptyCellsOfOptionalColumnsAreAbsent) {
   const Outcome bare = RunContacts(std::string(kHeader) + "A," + kMiddle + "\n");
