@@ -11,7 +11,8 @@ if(PALPATE_CCACHE)
 endif()
 
 if(PALPATE_NATIVE)
-  add_compile_options(-march=native)
+  # g++ 12 warns of its own AVX-512 headers: _mm512_undefined_pd() is uninitialised on purpose.
+  add_compile_options(-march=native -Wno-uninitialized -Wno-maybe-uninitialized)
 endif()
 if(PALPATE_SANITIZE)
   add_compile_options(-fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)

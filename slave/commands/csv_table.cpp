@@ -76,6 +76,7 @@ void CsvTable::ReadHeader(std::string_view line, int number, std::span<const Col
                      ": accepted is " + Names(columns));
   }
   for (const auto& column : columns) {
+    if (!column.required) optional_.emplace_back(column.name);
     if (!column.required || std::ranges::find(header_, column.name) != header_.end()) continue;
     throw InputError(At(number) + "no column " + std::string(column.name) + ": accepted is " +
                      Names(columns));
@@ -101,6 +102,7 @@ const std::string& CsvTable::Text(std::size_t row, std::string_view column) cons
 double CsvTable::Number(std::size_t row, std::string_view column) const {
   const std::string* cell = Find(row, column);
   if (cell == nullptr) return 0;
+  if (cell->empty() && std::ranges::find(optional_, column) != optional_.end()) return 0;
   const bool plus = cell->starts_with('+') && !cell->starts_with("+-");
   const char* begin = cell->data() + (plus ? 1 : 0);
   const char* end = cell->data() + cell->size();

@@ -31,7 +31,7 @@ class CsvTable {
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
   // Throws InputError for an empty cell.
   [[nodiscard]] const std::string& Text(std::size_t row, std::string_view column) const;
-  // A finite number; 0 where an optional column is absent. Throws InputError.
+  // A finite number; 0 where an optional column or its cell is absent. Throws InputError.
   [[nodiscard]] double Number(std::size_t row, std::string_view column) const;
   // The error to throw for a cell's value.
   [[nodiscard]] InputError Refusal(std::size_t row, std::string_view column,
@@ -49,6 +49,7 @@ class CsvTable {
 
   std::filesystem::path file_;
   std::vector<std::string> header_;
+  std::vector<std::string> optional_;  // columns
   std::vector<Row> rows_;
 };
 

@@ -54,8 +54,8 @@ class DeformationModel {
   DeformationModel& operator=(const DeformationModel&) = delete;
 
   // Answers all contacts acting together. responses.size() == contacts.size(). Allocation-free
-  // after the first call with as many boundary unknowns; not thread-safe. Not finite, overlapping
-  // or impossible contacts: kFailed.
+  // after the first call with as many boundary unknowns; not thread-safe. Loads add up where they
+  // overlap. Not finite or impossible contacts, and such that overlap with others: kFailed.
   virtual void Respond(std::span<const Contact> contacts,
                        std::span<ContactResponse> responses) noexcept = 0;
 

@@ -101,21 +101,32 @@ TEST(PlanarStability, ForcesStayProportionalFromTinyToHugeDisplacements) {
   }
 }
 
-// Reference: a rigid translation of all that can move needs the forces of the fixture's opposite:
-// finite, and the same from three hundred contacts as from the one patch that they make up.
-TEST(PlanarStability, HundredsOfContactsEqualThePatchTheyMakeUp) {
-  Bem2dModel model(bodies::Block(600), {.young_modulus = 1e6, .thickness = 1});
-  std::vector<Contact> contacts;
-  for (int i = 300; i < 451; ++i) contacts.push_back(bodies::Move(i, {1e-3, -1e-3}));
-  Vector2d sum = Vector2d::Zero();
-  for (const auto& response : bodies::Respond(model, contacts)) {
-    ASSERT_EQ(response.validity, Validity::kValid);
-    sum += response.force_O.head<2>();
-  }
-  Contact patch = bodies::Move(375, {1e-3, -1e-3});
-  patch.p_O.head<2>() = model.greens_functions().problem().mesh.elements[375].midpoint();
-  patch.width = 150.0 / 150;
+// Reference: all that can move is moved together, by five hundred contacts and by the one patch
+// that they make up: the same force, and every contact's own answer as it stands in the patch.
+TEST(PlanarStability, FiveHundredContactsEqualThePatchTheyMakeUp) {
+  Bem2dModel model(bodies::Block(680), {.young_modulus = 1e6, .thickness = 1});
+  const auto& elements = model.greens_functions().problem().mesh.elements;
+  const Vector2d moved(1e-3, -1e-3);
+  Contact patch = bodies::Move(425, moved);  // in the middle of the top
+  patch.p_O.head<2>() = elements[425].a;
+  patch.width = 3;  // three sides
   const auto together = bodies::Respond(model, {patch}).front();
+  ASSERT_EQ(together.validity, Validity::kValid);
+  const BoundaryState boundary = model.Boundary();
+
+  std::vector<Contact> contacts;
+  for (int i = 170; i < 680; ++i) contacts.push_back(bodies::Move(i, moved));
+  const auto responses = bodies::Respond(model, contacts);
+  Vector2d sum = Vector2d::Zero();
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    ASSERT_EQ(responses[k].validity, Validity::kValid);
+    const Vector2d force = responses[k].force_O.head<2>();
+    const std::size_t i = 170 + k;
+    EXPECT_LT((force - elements[i].length() * boundary.traction[i]).norm(),
+              1e-9 * together.force_O.norm())
+        << "element " << i;
+    sum += force;
+  }
   EXPECT_LT((together.force_O.head<2>() - sum).norm(), 1e-9 * sum.norm());
 }
 

@@ -42,11 +42,6 @@ double LargerSide(const BoundaryMesh& mesh) {
   return (high - low).maxCoeff();
 }
 
-// Unit vector of a frictionless contact's displacement; zero if there is none.
-Vector2d DirectionOf(const Contact& contact) {
-  return contact.value_O.head<2>().stableNormalized();
-}
-
 bool SameLine(const Vector2d& a, const Vector2d& b) {
   return a.isZero(0) == b.isZero(0) && std::abs(a.x() * b.y() - a.y() * b.x()) < kSameDirection;
 }
@@ -100,8 +95,8 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
     prescribed_[2 * i + 1] = contacts[i].value_O.y() / unit;
   }
   if (!solver_.Respond(prescribed_, answer_)) {
-    failure_ =
-        "a held element is moved or loaded, or loads on a body that nothing holds do not balance";
+    failure_ = MovesWhatIsHeld() ? "an element that the scene holds is moved or loaded"
+                                 : "loads on a body that is free to move do not balance";
     return false;
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -134,9 +129,7 @@ bool Bem2dModel::SameSet(std::span<const Contact> contacts) const noexcept {
     }
     const bool place_matters = contact.element < 0 || contact.width > 0;
     if (place_matters && key.p_O != contact.p_O.head<2>()) return false;
-    const bool direction_matters = params_.contact == ContactLaw::kFrictionless &&
-                                   contact.kind == Contact::Kind::kDisplacement;
-    if (direction_matters && !SameLine(key.direction, DirectionOf(contact))) return false;
+    if (!SameLine(key.direction, DirectionOf(contact))) return false;
   }
   return true;
 }
@@ -157,10 +150,28 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
   prepared_ = solver_.Prepare(patches_);
   if (!prepared_) {
     failure_ =
-        "two contacts share an element, or they leave a body that nothing holds free to move, or "
-        "displacements are prescribed all around an incompressible body";
+        "a contact shares an element with another or with a load, or contacts leave a body that "
+        "nothing holds free to move, or displacements are prescribed all around an incompressible "
+        "body";
   }
   return prepared_;
+}
+
+bool Bem2dModel::MovesWhatIsHeld() const noexcept {
+  for (std::size_t v = 0; v < prescribed_.size(); ++v) {
+    if (prescribed_[v] != 0 && solver_.blocked(static_cast<int>(v / 2), static_cast<int>(v % 2))) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// Unit vector of a frictionless contact's displacement; zero if there is none, and for others.
+Vector2d Bem2dModel::DirectionOf(const Contact& contact) const noexcept {
+  const bool slides =
+      params_.contact == ContactLaw::kFrictionless && contact.kind == Contact::Kind::kDisplacement;
+  if (!slides) return Vector2d::Zero();
+  return contact.value_O.head<2>().stableNormalized();
 }
 
 int Bem2dModel::ElementAt(const Contact& contact) const noexcept {

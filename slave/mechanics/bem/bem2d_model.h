@@ -60,7 +60,9 @@ class Bem2dModel final : public DeformationModel {
   [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
   [[nodiscard]] bool SameSet(std::span<const Contact> contacts) const noexcept;
   bool PrepareSet(std::span<const Contact> contacts);
+  [[nodiscard]] bool MovesWhatIsHeld() const noexcept;
   bool AppendPatch(const Contact& contact);
+  [[nodiscard]] Eigen::Vector2d DirectionOf(const Contact& contact) const noexcept;
   [[nodiscard]] int ElementAt(const Contact& contact) const noexcept;
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) const noexcept;
   [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) const noexcept;

@@ -14,6 +14,8 @@ using Eigen::Vector2d;
 constexpr double kBalance = 1e-6;       // of the sum of the forces' magnitudes
 constexpr double kFixesMotion = 1e-10;  // smallest eigenvalue of the modes at prescribed places
 
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 std::size_t Index(int i) {
   return static_cast<std::size_t>(i);
 }
@@ -52,9 +54,11 @@ bool CapacitanceSolver::CollectPatches(std::span<const ContactPatch> patches) {
   unknowns_.clear();
   for (const auto& given : patches) {
     Patch patch{given.law, static_cast<int>(elements_.size()), 0, 0, {}};
+    const bool load = given.law == ContactPatch::Law::kLoad;
     for (const int i : given.elements) {
-      if (taken_by_[Index(i)] == preparation_) return false;
-      taken_by_[Index(i)] = preparation_;
+      int& taken = taken_by_[Index(i)];
+      if (taken == preparation_ || (taken == -preparation_ && !load)) return false;
+      taken = load ? -preparation_ : preparation_;
       elements_.push_back(i);
       patch.length += greens_.lengths()[Index(i)];
       patch.blocked[0] = patch.blocked[0] || greens_.held(i, 0);
@@ -62,9 +66,7 @@ bool CapacitanceSolver::CollectPatches(std::span<const ContactPatch> patches) {
     }
     patch.end = static_cast<int>(elements_.size());
     patches_.push_back(patch);
-    if (given.law != ContactPatch::Law::kLoad) {
-      CollectUnknowns(given, static_cast<int>(patches_.size()) - 1);
-    }
+    if (!load) CollectUnknowns(given, static_cast<int>(patches_.size()) - 1);
   }
   return true;
 }
@@ -202,9 +204,8 @@ void CapacitanceSolver::FillMap() {
   const int values = 2 * static_cast<int>(patches_.size());
   map_.assign(Index(values) * Index(values), 0.0);
   const auto add = [&](int answer, double factor, const Unknowns& u, int k) {
-    double* target = map_.data() + Index(answer) * Index(values);
-    const double* traction = system_.row(u.row + k) + first_value_;
-    for (int v = 0; v < values; ++v) target[v] += factor * traction[v];
+    Eigen::Map<Eigen::ArrayXd>(map_.data() + Index(answer) * Index(values), values) +=
+        factor * Eigen::Map<const Eigen::ArrayXd>(system_.row(u.row + k) + first_value_, values);
   };
   for (const auto& u : unknowns_) {
     if (u.patch < 0) continue;
@@ -228,8 +229,7 @@ void CapacitanceSolver::FillMap() {
     for (int q = 0; 2 * q < values; ++q) {
       const Patch& load = patches_[Index(q)];
       if (load.law != ContactPatch::Law::kLoad) continue;
-      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> map(
-          map_.data(), values, values);
+      Eigen::Map<RowMatrix> map(map_.data(), values, values);
       for (const int j : ElementsOf(load)) {
         map.block<2, 2>(2 * p, 2 * q) += Observed(patch, j) / load.length;
       }
@@ -260,12 +260,11 @@ bool CapacitanceSolver::Respond(std::span<const double> prescribed,
     if (prescribed[v] != 0 && patches_[v / 2].blocked[v % 2]) return false;
   }
   if (greens_.free_motions() > 0 && unknowns_.empty() && !Balanced(prescribed)) return false;
-  for (std::size_t a = 0; a < values; ++a) {
-    const double* row = map_.data() + a * values;
-    double sum = 0;
-    for (std::size_t v = 0; v < values; ++v) sum += row[v] * prescribed[v];
-    answer[a] = sum;
-  }
+  const auto size = static_cast<Eigen::Index>(values);
+  const Eigen::Map<const RowMatrix> map(map_.data(), size, size);
+  const Eigen::Map<const Eigen::VectorXd> given(prescribed.data(), size);
+  for (Eigen::Index a = 0; a < size; ++a)
+    answer[static_cast<std::size_t>(a)] = map.row(a).dot(given);
   return true;
 }
 
@@ -284,7 +283,7 @@ void CapacitanceSolver::Boundary(std::span<const double> prescribed,
   std::vector<Vector2d> answer(elements, Vector2d::Zero());
   const auto add = [&](int j, const Vector2d& value) {
     for (std::size_t i = 0; i < elements; ++i) answer[i] += Block(static_cast<int>(i), j) * value;
-    if (Index(j) < elements) (*traction)[Index(j)] = value;
+    if (Index(j) < elements) (*traction)[Index(j)] += value;
   };
   for (const auto& u : unknowns_) {
     Vector2d value = Vector2d::Zero();

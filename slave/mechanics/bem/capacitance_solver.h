@@ -36,9 +36,9 @@ class CapacitanceSolver {
   explicit CapacitanceSolver(const GreensFunctions& greens);
 
   // Prepares a set of patches; `elements` are copied. O(m^3 + m^2 M), m prescribed components, M
-  // patches. False: an element in two patches, or a system without a unique answer (a body that is
-  // not held and whose contacts leave a rigid motion free; displacements on the whole boundary near
-  // nu = 0.5 in plane strain).
+  // patches. Loads add up where they overlap. False: an element of a contact in another patch, or a
+  // system without a unique answer (a body that is not held and whose contacts leave a rigid motion
+  // free; displacements on the whole boundary near nu = 0.5 in plane strain).
   bool Prepare(std::span<const ContactPatch> patches);
 
   // `prescribed`: per patch x, y of the displacement or, for kLoad, of the total force. `answer`:
@@ -91,7 +91,7 @@ class CapacitanceSolver {
   const GreensFunctions& greens_;
   std::vector<Patch> patches_;
   std::vector<int> elements_;
-  std::vector<int> taken_by_;  // per element: number of the preparation that used it last
+  std::vector<int> taken_by_;  // per element: preparation that used it last, negative for a load
   int preparation_ = 0;
   std::vector<Unknowns> unknowns_;
   int order_ = 0;                  // unknown components in all

@@ -1,6 +1,7 @@
 #include "slave/mechanics/bem/dense_lu.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -11,94 +12,121 @@ namespace {
 
 constexpr double kSmallestPivot = 1e-13;  // of the largest entry
 
-using Lane = Eigen::Map<Eigen::Array<double, kLane, 1>>;
-
-// target -= sum over k of factors[k] * row k, columns [begin, end), whole lanes. The rows lie
-// `stride` apart.
-template <int kRows>
-void SubtractRows(double* target, const double* factors, double* first, long stride, int begin,
-                  int end) noexcept {
-  for (int j = begin; j < end; j += kLane) {
-    Eigen::Array<double, kLane, 1> sum = Lane(target + j);
-    for (int k = 0; k < kRows; ++k) sum -= factors[k] * Lane(first + k * stride + j);
-    Lane(target + j) = sum;
-  }
-}
-
-using Column = Eigen::Map<Eigen::ArrayXd>;
-
-// A panel's columns one after the other, so that the elimination runs along them.
-struct Panel {
-  double* data;
-  int rows;
-  [[nodiscard]] double* column(int j) const { return data + static_cast<long>(j) * rows; }
-};
+using Values = Eigen::Array<double, kLane, 1>;
+using Lane = Eigen::Map<Values>;
 
 // The diagonal entry while it is at least a tenth of the largest one below it, else that one:
-// compliances keep their diagonal, and nothing is searched or swapped.
-int ChoosePivot(const double* column, int k, int rows) noexcept {
-  const double largest = Eigen::Map<const Eigen::ArrayXd>(column + k, rows - k).abs().maxCoeff();
-  if (std::abs(column[k]) >= 0.1 * largest) return k;
+// compliances keep their diagonal, and nothing is swapped.
+int ChoosePivot(const RowMajor& a, int k, int order) noexcept {
+  std::array<double, 4> largest{};  // four at a time: a single one would wait for itself
+  int i = k;
+  for (; i + 4 <= order; i += 4) {
+    for (std::size_t r = 0; r < largest.size(); ++r) {
+      largest[r] = std::max(largest[r], std::abs(a.row(i + static_cast<int>(r))[k]));
+    }
+  }
+  for (; i < order; ++i) largest[0] = std::max(largest[0], std::abs(a.row(i)[k]));
+  const double most = *std::ranges::max_element(largest);
+  if (std::abs(a.row(k)[k]) >= 0.1 * most) return k;
   int row = k;
-  while (row < rows - 1 && std::abs(column[row]) != largest) ++row;
+  while (row < order - 1 && std::abs(a.row(row)[k]) != most) ++row;
   return row;
 }
 
-// Eliminates the columns [k0, k1) in all rows from k0 on; later columns only follow the row swaps.
-// `largest`: the largest pivot so far.
-bool FactorizePanel(const RowMajor& a, int order, int k0, int k1, double* scratch,
+// Eliminates the columns [k0, k1) in all rows below; later columns only follow the row swaps.
+// `multipliers`: kPanel for each row. `largest`: the largest pivot so far.
+bool FactorizePanel(const RowMajor& a, int order, int k0, int k1, double* multipliers,
                     double* largest) noexcept {
-  const Panel panel{scratch, order - k0};
-  for (int i = 0; i < panel.rows; ++i) {
-    for (int j = 0; j < k1 - k0; ++j) panel.column(j)[i] = a.row(k0 + i)[k0 + j];
-  }
-  for (int k = 0; k < k1 - k0; ++k) {
-    double* column = panel.column(k);
-    const int pivot = ChoosePivot(column, k, panel.rows);
-    const double entry = std::abs(column[pivot]);
+  for (int k = k0; k < k1; ++k) {
+    const int pivot = ChoosePivot(a, k, order);
+    const double entry = std::abs(a.row(pivot)[k]);
     *largest = std::max(*largest, entry);
     if (!(entry > kSmallestPivot * *largest && std::isfinite(entry))) return false;
     if (pivot != k) {
-      for (int j = 0; j < k1 - k0; ++j) std::swap(panel.column(j)[k], panel.column(j)[pivot]);
-      std::swap_ranges(a.row(k0 + k) + k1, a.row(k0 + k) + a.stride, a.row(k0 + pivot) + k1);
+      std::swap_ranges(a.row(k) + k0, a.row(k) + a.stride, a.row(pivot) + k0);
+      std::swap_ranges(multipliers + k * kPanel, multipliers + (k + 1) * kPanel,
+                       multipliers + pivot * kPanel);
     }
-    const int below = panel.rows - k - 1;
-    Column multipliers(column + k + 1, below);
-    multipliers *= 1 / column[k];
-    for (int j = k + 1; j < k1 - k0; ++j) {
-      Column(panel.column(j) + k + 1, below) -= panel.column(j)[k] * multipliers;
+    const Values pivot_row = Lane(a.row(k) + k0);
+    const double inverse = 1 / a.row(k)[k];
+    for (int i = k + 1; i < order; ++i) {
+      const double multiplier = a.row(i)[k] * inverse;
+      multipliers[i * kPanel + k - k0] = multiplier;
+      Lane(a.row(i) + k0) -= multiplier * pivot_row;
     }
-  }
-  for (int i = 0; i < panel.rows; ++i) {
-    for (int j = 0; j < k1 - k0; ++j) a.row(k0 + i)[k0 + j] = panel.column(j)[i];
   }
   return true;
 }
 
-// Subtracts from row `i`, columns from `begin` on, the rows [k, last) times its entries there.
-void SubtractAll(const RowMajor& a, int i, int k, int last, int begin) noexcept {
-  for (; k + 4 <= last; k += 4) {
-    SubtractRows<4>(a.row(i), a.row(i) + k, a.row(k), a.stride, begin, a.stride);
+struct Columns {  // [begin, end), whole lanes
+  int begin, end;
+};
+
+// Rows [first, last) minus their `factors`, kPanel for each and `pitch` apart, times the kPanel
+// rows from k0 on, two rows at a time.
+void SubtractPanel(const RowMajor& a, int first, int last, const double* factors, long pitch,
+                   int k0, const Columns& columns) noexcept {
+  for (; first + 2 <= last; first += 2, factors += 2 * pitch) {
+    for (int j = columns.begin; j < columns.end; j += kLane) {
+      Values one = Lane(a.row(first) + j);
+      Values other = Lane(a.row(first + 1) + j);
+      for (int k = 0; k < kPanel; ++k) {
+        const Values row = Lane(a.row(k0 + k) + j);
+        one -= factors[k] * row;
+        other -= factors[pitch + k] * row;
+      }
+      Lane(a.row(first) + j) = one;
+      Lane(a.row(first + 1) + j) = other;
+    }
   }
-  switch (last - k) {
-    case 3:
-      return SubtractRows<3>(a.row(i), a.row(i) + k, a.row(k), a.stride, begin, a.stride);
-    case 2:
-      return SubtractRows<2>(a.row(i), a.row(i) + k, a.row(k), a.stride, begin, a.stride);
-    case 1:
-      return SubtractRows<1>(a.row(i), a.row(i) + k, a.row(k), a.stride, begin, a.stride);
-    default:
-      return;
+  if (first == last) return;
+  for (int j = columns.begin; j < columns.end; j += kLane) {
+    Values one = Lane(a.row(first) + j);
+    for (int k = 0; k < kPanel; ++k) one -= factors[k] * Lane(a.row(k0 + k) + j);
+    Lane(a.row(first) + j) = one;
   }
 }
 
-// B := U^-1 B.
+// The columns from `begin` on without the trailing zeros of the rows [k0, k1): unit vectors on the
+// right stay cheap.
+Columns NonzeroColumns(const RowMajor& a, int k0, int k1, int begin) noexcept {
+  const auto zero = [&](int j) {
+    bool all = true;
+    for (int k = k0; k < k1; ++k) all = all && (Lane(a.row(k) + j) == 0).all();
+    return all;
+  };
+  int end = a.stride;
+  while (end > begin && zero(end - kLane)) end -= kLane;
+  return {begin, end};
+}
+
+// Rows [k0, k1) := L^-1 rows.
+void ForwardSubstitute(const RowMajor& a, int k0, int k1, const double* multipliers,
+                       const Columns& columns) noexcept {
+  for (int j = columns.begin; j < columns.end; j += kLane) {
+    for (int k = k0 + 1; k < k1; ++k) {
+      Values sum = Lane(a.row(k) + j);
+      for (int i = k0; i < k; ++i) sum -= multipliers[k * kPanel + i - k0] * Lane(a.row(i) + j);
+      Lane(a.row(k) + j) = sum;
+    }
+  }
+}
+
+// B := U^-1 B in panels from the last row on; the one that is not full has no rows above it.
 void BackSubstitute(const RowMajor& a, int order) noexcept {
-  for (int k = order - 1; k >= 0; --k) {
-    SubtractAll(a, k, k + 1, order, PaddedTo(kLane, order));
-    double* row = a.row(k);
-    const double inverse = 1 / row[k];
-    for (int j = PaddedTo(kLane, order); j < a.stride; j += kLane) Lane(row + j) *= inverse;
+  const int begin = PaddedTo(kLane, order);
+  for (int k1 = order; k1 > 0; k1 -= kPanel) {
+    const int k0 = std::max(k1 - kPanel, 0);
+    for (int k = k1 - 1; k >= k0; --k) {
+      const double* factors = a.row(k);
+      const double inverse = 1 / factors[k];
+      for (int j = begin; j < a.stride; j += kLane) {
+        Values sum = Lane(a.row(k) + j);
+        for (int i = k + 1; i < k1; ++i) sum -= factors[i] * Lane(a.row(i) + j);
+        Lane(a.row(k) + j) = inverse * sum;
+      }
+    }
+    SubtractPanel(a, 0, k0, a.data + k0, a.stride, k0, {begin, a.stride});
   }
 }
 
@@ -109,9 +137,9 @@ bool SolveInPlace(const RowMajor& a, int order, double* scratch) noexcept {
   for (int k0 = 0; k0 < order; k0 += kPanel) {
     const int k1 = std::min(k0 + kPanel, order);
     if (!FactorizePanel(a, order, k0, k1, scratch, &largest)) return false;
-    const int begin = PaddedTo(kLane, k1);
-    for (int k = k0 + 1; k < k1; ++k) SubtractAll(a, k, k0, k, begin);
-    for (int i = k1; i < order; ++i) SubtractAll(a, i, k0, k1, begin);
+    const Columns columns = NonzeroColumns(a, k0, k1, PaddedTo(kLane, k1));
+    ForwardSubstitute(a, k0, k1, scratch, columns);
+    SubtractPanel(a, k1, order, scratch + k1 * kPanel, kPanel, k0, columns);
   }
   BackSubstitute(a, order);
   return true;

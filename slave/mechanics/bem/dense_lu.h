@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-constexpr int kLane = 4;   // doubles that are worked on together
-constexpr int kPanel = 8;  // pivots that are eliminated together
+constexpr int kLane = 8;       // doubles that are worked on together
+constexpr int kPanel = kLane;  // pivots that are eliminated together: a panel is one lane wide
 constexpr int PaddedTo(int lane, int n) {
   return (n + lane - 1) / lane * lane;
 }

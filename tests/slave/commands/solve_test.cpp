@@ -157,6 +157,21 @@ TEST_F(SolveTest, TakesWindowsLinesBlankLinesAndSpaces) {
   EXPECT_EQ(good.rows.at(0).at("case"), "A");
 }
 
+TEST_F(SolveTest, SaysThatAHeldElementIsMoved) {
+  const Outcome outcome = RunContacts(std::string(kHeader) + "A,0.044,0,0,0,-0.001,0\n");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.message,
+              HasSubstr("case A failed: an element that the scene holds is moved"));
+}
+
+// As tables write what a row does not have.
+TEST_F(SolveTest, EmptyCellsOfOptionalColumnsAreAbsent) {
+  const Outcome bare = RunContacts(std::string(kHeader) + "A," + kMiddle + "\n");
+  const Outcome empty = RunContacts("case,x,y,z,dx,dy,dz,width\nA,0.044,0.088,,0,-0.005,,\n");
+  EXPECT_EQ(empty.exit_code, 0) << empty.message;
+  EXPECT_EQ(empty.rows.at(0).at("fy"), bare.rows.at(0).at("fy"));
+}
+
 TEST_F(SolveTest, ExtrapolatedRowsCarryNumbersAndExitZero) {
   const Outcome outcome = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,-0.010\n");
   EXPECT_EQ(outcome.exit_code, 0);
@@ -175,7 +190,8 @@ TEST_F(SolveTest, AFailedCaseHasEmptyForcesExitsOneAndSparesTheOthers) {
   EXPECT_EQ(Number(outcome, 0, "dy"), -1e-3);
   EXPECT_EQ(outcome.rows[2].at("validity"), "valid");
   EXPECT_EQ(outcome.rows[3].at("validity"), "failed") << "the side is held";
-  EXPECT_THAT(outcome.message, HasSubstr("case A failed: two contacts share an element"));
+  EXPECT_THAT(outcome.message,
+              HasSubstr("case A failed: a contact shares an element with another"));
   options_.contacts.clear();
   options_.loads = Write("loads.csv", "case,x,y,fx,fy\nL,0.044,0,0,-1\n");
   const Outcome loaded = Run();

@@ -102,7 +102,33 @@ TEST(CapacitanceSolver, AnswersAreSumsAndMeansOfTheBoundarySolution) {
   EXPECT_NEAR(traction[20].x() * (greens.lengths()[20] + greens.lengths()[21]), 0.003, 1e-15);
 }
 
-TEST(CapacitanceSolver, RefusesAnElementInTwoPatches) {
+// Reference: superposition; two loads where they overlap do what each does alone, together.
+TEST(CapacitanceSolver, LoadsAddUpWhereTheyOverlap) {
+  const GreensFunctions greens(bodies::Block(60));
+  const std::vector<int> held{36}, one{20, 21}, other{21, 22, 23};
+  const auto solve = [&](std::vector<double> prescribed) {
+    CapacitanceSolver solver(greens);
+    const std::vector<ContactPatch> patches{{ContactPatch::Law::kBonded, held},
+                                            {ContactPatch::Law::kLoad, one},
+                                            {ContactPatch::Law::kLoad, other}};
+    EXPECT_TRUE(solver.Prepare(patches));
+    std::vector<double> answer(6);
+    EXPECT_TRUE(solver.Respond(prescribed, answer));
+    std::vector<Vector2d> displacement, traction;
+    solver.Boundary(prescribed, &displacement, &traction);
+    Vector2d total = Vector2d::Zero();
+    for (const std::size_t i : {20U, 21U, 22U, 23U}) total += greens.lengths()[i] * traction[i];
+    EXPECT_NEAR(total.x(), prescribed[2] + prescribed[4], 1e-15);
+    EXPECT_NEAR(answer[2], 0.5 * (displacement[20] + displacement[21]).x(), 1e-14);
+    return answer;
+  };
+  const auto first = solve({0, 0, 0.01, 0, 0, 0});
+  const auto second = solve({0, 0, 0, 0, -0.03, 0});
+  const auto both = solve({0, 0, 0.01, 0, -0.03, 0});
+  for (std::size_t i = 0; i < both.size(); ++i) EXPECT_NEAR(both[i], first[i] + second[i], 1e-14);
+}
+
+TEST(CapacitanceSolver, RefusesAContactsElementInAnotherPatch) {
   const GreensFunctions greens(bodies::Block(60));
   CapacitanceSolver solver(greens);
   const std::vector<int> one{36, 37};
@@ -113,6 +139,9 @@ TEST(CapacitanceSolver, RefusesAnElementInTwoPatches) {
   const std::vector<ContactPatch> with_load{{ContactPatch::Law::kBonded, one},
                                             {ContactPatch::Law::kLoad, other}};
   EXPECT_FALSE(solver.Prepare(with_load));
+  const std::vector<ContactPatch> load_first{{ContactPatch::Law::kLoad, one},
+                                             {ContactPatch::Law::kBonded, other}};
+  EXPECT_FALSE(solver.Prepare(load_first));
 }
 
 }  // namespace

@@ -37,6 +37,20 @@ TEST(DenseLu, LeavesNoResidualAtAnyOrderAndNumberOfRightHandSides) {
   }
 }
 
+// Unit vectors on the right, whose zeros are skipped: the inverse, also where rows are swapped.
+TEST(DenseLu, InvertsWithUnitVectorsOnTheRight) {
+  std::srand(11);
+  for (const int order : {3, 8, 20, 32, 45, 129}) {
+    const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(order, order);
+    for (const double diagonal : {0.0, 10.0}) {
+      const Eigen::MatrixXd A = Eigen::MatrixXd::Random(order, order) + diagonal * I;
+      const Eigen::MatrixXd X = Solve(A, I);
+      ASSERT_EQ(X.rows(), order);
+      EXPECT_LT((A * X - I).norm(), 1e-13 * order * A.norm() * X.norm()) << order;
+    }
+  }
+}
+
 // A zero on the diagonal is no zero pivot: rows are swapped across panels.
 TEST(DenseLu, SwapsRowsWhereTheDiagonalVanishes) {
   const int order = 21;
