@@ -96,7 +96,9 @@ struct Camera {
     kVideo,
     kDevice
   } source = Source::kSimulated;
-  std::string pattern;  // files: printf pattern, glob or one picture; video: path
+  // Files: printf pattern, glob, directory or one picture; video: its path. From the working
+  // directory: the scene's folder is in it.
+  std::string pattern;
   int device = 0;       // camera number
   double rate = 60;     // [Hz]
   std::array<int, 2> size{

@@ -15,11 +15,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, const fs::path& base, bool paced) {
-  auto files = ListPictures(camera.pattern, base);
+std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced) {
+  auto files = ListPictures(camera.pattern, {});
   DecodeAhead::Options options;
-  options.description =
-      "files " + (base / camera.pattern).string() + " (" + std::to_string(files.size()) + ")";
+  options.description = "files " + camera.pattern + " (" + std::to_string(files.size()) + ")";
   options.rate = camera.rate;
   options.paced = paced;
   cv::Mat first = ReadPicture(files.front(), 1);  // a wrong file is found here, not in the loop
@@ -32,8 +31,8 @@ std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, const fs::path& bas
   return std::make_unique<DecodeAhead>(std::move(next), std::move(options));
 }
 
-std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, const fs::path& base, bool paced) {
-  const fs::path file = base / camera.pattern;
+std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced) {
+  const fs::path file = camera.pattern;
   if (!fs::is_regular_file(file)) throw std::runtime_error(file.string() + ": no such video");
   cv::VideoCapture video(file.string(), cv::CAP_FFMPEG);  // other backends load half a desktop
   cv::Mat first;
@@ -85,12 +84,11 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced) {
     throw std::runtime_error("sense.camera.rate = " + std::to_string(camera.rate) +
                              " Hz: accepted is > 0");
   }
-  const fs::path base = scene.file.parent_path();
   switch (camera.source) {
     case Camera::Source::kFiles:
-      return OpenFiles(camera, base, paced);
+      return OpenFiles(camera, paced);
     case Camera::Source::kVideo:
-      return OpenVideo(camera, base, paced);
+      return OpenVideo(camera, paced);
     case Camera::Source::kDevice:
       return OpenDevice(camera);
     case Camera::Source::kSimulated:

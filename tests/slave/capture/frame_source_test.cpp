@@ -21,7 +21,7 @@ Scene SceneWith(Camera::Source source, const std::string& pattern, const Scratch
   scene.file = scratch.path() / "scene.yaml";
   scene.sense.camera.emplace();
   scene.sense.camera->source = source;
-  scene.sense.camera->pattern = pattern;
+  scene.sense.camera->pattern = (scratch.path() / pattern).string();
   scene.sense.camera->rate = 100;
   return scene;
 }
