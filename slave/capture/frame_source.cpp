@@ -15,6 +15,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A size is part of what a scene says a pixel shows: pictures of another one have other pixels.
+void RequireSize(const Camera& camera, const cv::Mat& first) {
+  const auto [width, height] = camera.size;
+  if (width == 0 || (width == first.cols && height == first.rows)) return;
+  throw std::runtime_error("sense.camera.size = [" + std::to_string(width) + ", " +
+                           std::to_string(height) + "]: accepted is that of the pictures of " +
+                           camera.pattern + ", [" + std::to_string(first.cols) + ", " +
+                           std::to_string(first.rows) + "], or no size");
+}
+
 std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced) {
   auto files = ListPictures(camera.pattern, {});
   DecodeAhead::Options options;
@@ -22,6 +32,7 @@ std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced) {
   options.rate = camera.rate;
   options.paced = paced;
   cv::Mat first = ReadPicture(files.front(), 1);  // a wrong file is found here, not in the loop
+  RequireSize(camera, first);
   auto next = [files = std::move(files), first = std::move(first),
                index = std::size_t{0}]() mutable {
     if (index == files.size()) return cv::Mat();
@@ -39,6 +50,7 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced) {
   if (!video.isOpened() || !video.read(first) || first.empty()) {
     throw std::runtime_error(file.string() + ": not a video, or without pictures");
   }
+  RequireSize(camera, first);
   DecodeAhead::Options options;
   options.description = "video " + file.string();
   options.rate = camera.rate;

@@ -166,8 +166,9 @@ void Feel(const Scene& scene, Frame frame, FrameSource* source, const ScriptedCa
           const OfflineOptions& options, const std::stop_token& stop, Output* output,
           OfflineSummary* summary) {
   using Clock = std::chrono::steady_clock;
-  Estimator estimator(scene, frame,
-                      scripted != nullptr ? std::optional(scene.manipulator.home) : std::nullopt);
+  // Nobody says where a recorded tool is; without a template it is looked for at its home.
+  const bool at_home = scripted != nullptr || scene.sense.tip->template_file.empty();
+  Estimator estimator(scene, frame, at_home ? std::optional(scene.manipulator.home) : std::nullopt);
   summary->registration = estimator.registration();
   summary->model = estimator.touch().deformation->info();
   std::vector<Compared> compared;
