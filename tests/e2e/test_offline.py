@@ -75,6 +75,19 @@ class Offline(unittest.TestCase):
             error = summary["force_error"]
             self.assertLess(error["rms_N"], 0.05 * error["true_peak_N"], f"seed {seed}")
 
+    def test_the_puncture_cue_comes_at_its_depth(self):
+        done = run(SLAVE, "process", ROOT / "deploy/scenes/zebrafish-embryo.yaml", "--out", self.out,
+                   "--override", "operator.press.depth=180 um")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(self.out / "states.csv", newline="") as states:
+            rows = list(csv.DictReader(states))
+        cue = next(i for i, row in enumerate(rows) if row["validity"] == "punctured")
+        depth = [float(row["contact_x"]) - float(row["tip_x"]) for row in rows]
+        # model.puncture.depth of the scene: passed by the first punctured picture and no earlier one.
+        self.assertGreater(depth[cue], 150e-6)
+        self.assertLessEqual(max(depth[:cue]), 150e-6)
+        self.assertEqual(float(rows[cue]["fx"]), 0)
+
     def test_check_expects_the_error_that_the_reference_finds(self):
         # Reference b, plane stress, nu 0.49: 0.41409 exact; 0.40334, 0.38631 with 180 and 60 constant elements.
         for elements, error in ((180, 2.60), (60, 6.71)):
