@@ -24,6 +24,7 @@ namespace {
 
 constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
 constexpr auto kLastWords = std::chrono::milliseconds(50);  // for the link to say "stand"
+constexpr auto kSignalPoll = std::chrono::milliseconds(10);
 
 struct Arguments {
   SlaveLink::Options link;
@@ -53,6 +54,15 @@ void CatchSignals() {
   std::signal(SIGINT, OnSignal);
   std::signal(SIGTERM, OnSignal);
   std::signal(SIGPIPE, SIG_IGN);
+}
+
+// Gives up when a signal comes.
+RemoteScene Connect(SlaveLink* link) {
+  const std::jthread watch([link](const std::stop_token& done) {
+    while (!done.stop_requested() && !g_stop) std::this_thread::sleep_for(kSignalPoll);
+    if (!done.stop_requested()) link->Stop();
+  });
+  return link->Connect();
 }
 
 // Written so that NaN is refused too.
@@ -110,7 +120,7 @@ bool IsScripted(const Arguments& a) {
 
 int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   Console console = Console::Standard();
-  const RemoteScene scene = line->link.Connect();
+  const RemoteScene scene = Connect(&line->link);
   if (!device) {
     const double scale = scene.transform.position_scale;
     device = OpenDevice(a.device, scene.press_depth / scale, scene.press_speed / scale);
@@ -119,7 +129,6 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
               scene.source);
   console.Say("device " + device->description() + "; rendering " + a.render);
 
-  CatchSignals();
   line->link.Start(&line->states, &line->commands);
   SessionOptions options;
   options.loop = {*ParseRenderMode(a.render), scene.transform, scene.force_limit};
@@ -135,8 +144,9 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   report.model = scene.model;
   console.Say(FormatSummary(report));
   if (!a.report.empty()) WriteReport(report, a.report);
-  if (report.link.states == 0) console.Say("failed: the slave never sent a state");
-  return report.log_failed || report.link.states == 0 ? kFailed : kDone;
+  const bool never_served = report.link.states == 0 && !g_stop;
+  if (never_served) console.Say("failed: the slave never sent a state");
+  return report.log_failed || never_served ? kFailed : kDone;
 }
 
 int Main(int argc, char** argv) {
@@ -156,9 +166,11 @@ int Main(int argc, char** argv) {
     std::fprintf(stderr, "palpate-master: %s\n", error.what());
     return kUnusable;
   }
+  CatchSignals();
   try {
     return Operate(a, line.get(), std::move(device));
   } catch (const std::exception& error) {
+    if (g_stop) return kDone;  // before anything moved
     std::fprintf(stderr, "palpate-master: %s\n", error.what());
     return kFailed;
   }

@@ -1,6 +1,10 @@
 // palpate-slave: the command line.
+#include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <stdexcept>
 #include <stop_token>
 #include <thread>
 
@@ -24,7 +28,13 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave serve deploy/scenes/silicone-block.yaml --listen 127.0.0.1:50051
   palpate-slave serve deploy/scenes/silicone-block.yaml --override model.elements=60
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
-  palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv)";
+  palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv
+
+Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
+
+// For a command to end by itself after a signal; what computes for longer, a large model say, hears
+// nothing, moves nothing and has every row it wrote flushed.
+constexpr std::chrono::seconds kPatience(2);
 
 // SIGINT and SIGTERM request a stop. They are blocked everywhere and taken by one thread, so that
 // no other call is ever interrupted. Block before any thread starts.
@@ -36,9 +46,15 @@ class StopOnSignal {
     sigaddset(&signals_, SIGTERM);
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
     waiter_ = std::jthread([this](const std::stop_token& end) {
-      const timespec patience{0, 50'000'000};
+      const timespec pause{0, 50'000'000};
+      std::optional<std::chrono::steady_clock::time_point> last_call;
       while (!end.stop_requested()) {
-        if (sigtimedwait(&signals_, nullptr, &patience) > 0) source_.request_stop();
+        const auto now = std::chrono::steady_clock::now();
+        if (sigtimedwait(&signals_, nullptr, &pause) > 0 && !last_call) {
+          source_.request_stop();
+          last_call = now + kPatience;
+        }
+        if (last_call && now > *last_call) std::_Exit(0);
       }
     });
   }
@@ -83,6 +99,8 @@ int Main(int argc, char** argv) {
       ->required();
   process_command->add_flag("--pictures", process.pictures,
                             "Also write every picture with what was seen drawn in");
+  process_command->add_flag("--frames", process.frames,
+                            "Also write every picture as it came: a recording to process again");
 
   SolveOptions solve;
   CLI::App* solve_command = app.add_subcommand("solve", "Run the model alone on rows of a file");
@@ -108,6 +126,9 @@ int Main(int argc, char** argv) {
     return RunCheck(check);
   } catch (const SceneError& e) {
     std::fprintf(stderr, "%s\n", e.what());
+    return kUnusable;
+  } catch (const std::invalid_argument& e) {
+    std::fprintf(stderr, "palpate-slave: %s\n", e.what());
     return kUnusable;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "palpate-slave: %s\n", e.what());

@@ -41,13 +41,14 @@ std::filesystem::path ExistingFile(Section& section, std::string_view key,
 
 void ReadFiles(Section& section, const SceneContext& context, Camera* camera) {
   const std::string pattern =
-      section.Text("file", "a printf pattern, a glob, a picture or a video");
+      section.Text("file", "a printf pattern, a glob, a directory, a picture or a video");
   camera->pattern = (context.folder / pattern).string();
   camera->source = IsVideo(pattern) ? Camera::Source::kVideo : Camera::Source::kFiles;
   if (pattern.find('%') != std::string::npos) {
     if (!IsPrintfPattern(pattern))
       section.Refuse("file", "one number like %d or %04d in a pattern");
-  } else if (pattern.find_first_of("*?[") == std::string::npos) {
+  } else if (std::error_code error; pattern.find_first_of("*?[") == std::string::npos &&
+                                    !std::filesystem::is_directory(camera->pattern, error)) {
     ExistingFile(section, "file", context);
   }
 }

@@ -96,9 +96,11 @@ struct Camera {
     kVideo,
     kDevice
   } source = Source::kSimulated;
-  std::string pattern;  // files: printf pattern, glob or one picture; video: path
-  int device = 0;       // camera number
-  double rate = 60;     // [Hz]
+  // Files: printf pattern, glob, directory or one picture; video: its path. From the working
+  // directory: the scene's folder is in it.
+  std::string pattern;
+  int device = 0;    // camera number
+  double rate = 60;  // [Hz]
   std::array<int, 2> size{
       640, 480};     // [px] width, height; simulated and device; 0, 0: as the picture comes
   double pixel = 0;  // edge of a pixel in the plane z = 0 of S [m/px]

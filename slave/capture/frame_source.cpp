@@ -15,14 +15,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, const fs::path& base, bool paced) {
-  auto files = ListPictures(camera.pattern, base);
+// A size is part of what a scene says a pixel shows: pictures of another one have other pixels.
+void RequireSize(const Camera& camera, const cv::Mat& first) {
+  const auto [width, height] = camera.size;
+  if (width == 0 || (width == first.cols && height == first.rows)) return;
+  throw std::runtime_error("sense.camera.size = [" + std::to_string(width) + ", " +
+                           std::to_string(height) + "]: accepted is that of the pictures of " +
+                           camera.pattern + ", [" + std::to_string(first.cols) + ", " +
+                           std::to_string(first.rows) + "], or no size");
+}
+
+std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced) {
+  auto files = ListPictures(camera.pattern, {});
   DecodeAhead::Options options;
-  options.description =
-      "files " + (base / camera.pattern).string() + " (" + std::to_string(files.size()) + ")";
+  options.description = "files " + camera.pattern + " (" + std::to_string(files.size()) + ")";
   options.rate = camera.rate;
   options.paced = paced;
   cv::Mat first = ReadPicture(files.front(), 1);  // a wrong file is found here, not in the loop
+  RequireSize(camera, first);
   auto next = [files = std::move(files), first = std::move(first),
                index = std::size_t{0}]() mutable {
     if (index == files.size()) return cv::Mat();
@@ -32,14 +42,15 @@ std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, const fs::path& bas
   return std::make_unique<DecodeAhead>(std::move(next), std::move(options));
 }
 
-std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, const fs::path& base, bool paced) {
-  const fs::path file = base / camera.pattern;
+std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced) {
+  const fs::path file = camera.pattern;
   if (!fs::is_regular_file(file)) throw std::runtime_error(file.string() + ": no such video");
   cv::VideoCapture video(file.string(), cv::CAP_FFMPEG);  // other backends load half a desktop
   cv::Mat first;
   if (!video.isOpened() || !video.read(first) || first.empty()) {
     throw std::runtime_error(file.string() + ": not a video, or without pictures");
   }
+  RequireSize(camera, first);
   DecodeAhead::Options options;
   options.description = "video " + file.string();
   options.rate = camera.rate;
@@ -85,12 +96,11 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced) {
     throw std::runtime_error("sense.camera.rate = " + std::to_string(camera.rate) +
                              " Hz: accepted is > 0");
   }
-  const fs::path base = scene.file.parent_path();
   switch (camera.source) {
     case Camera::Source::kFiles:
-      return OpenFiles(camera, base, paced);
+      return OpenFiles(camera, paced);
     case Camera::Source::kVideo:
-      return OpenVideo(camera, base, paced);
+      return OpenVideo(camera, paced);
     case Camera::Source::kDevice:
       return OpenDevice(camera);
     case Camera::Source::kSimulated:

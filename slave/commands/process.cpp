@@ -45,7 +45,7 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   const auto progress = [](std::uint64_t done) {
     if (done % 50 == 0) fmt::print(stderr, "\r{} pictures", done);
   };
-  OfflineOptions run{options.out, options.pictures, nullptr};
+  OfflineOptions run{options.out, options.pictures, options.frames, nullptr};
   if (terminal) run.progress = progress;
   const OfflineSummary summary = RunOffline(scene, run, stop);
   if (terminal) fmt::print(stderr, "\r                    \r");

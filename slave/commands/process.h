@@ -13,6 +13,7 @@ struct ProcessOptions {
   std::vector<std::string> overrides;
   std::filesystem::path out;
   bool pictures = false;  // also write pictures with what was seen drawn in
+  bool frames = false;    // also write pictures as they came
 };
 
 // Writes out/states.csv and out/summary.json, prints a summary for people. 0: done. Throws

@@ -7,6 +7,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include "shared/link/loopback.h"
 #include "shared/scene/scene_loader.h"
 #include "slave/pipeline/vision_slave.h"
 #include "slave/service/server.h"
@@ -36,6 +37,7 @@ void WaitFor(const std::stop_token& stop) {
 }  // namespace
 
 int RunServe(const ServeOptions& options, const std::stop_token& stop) {
+  RequireLoopbackUnless(options.insecure, ParseEndpoint(options.listen));
   VisionSlave slave(LoadScene(options.scene, options.overrides));
   Introduce(slave);
   Server server(slave, options.listen, options.insecure);

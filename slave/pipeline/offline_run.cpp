@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/jpeg.h"
@@ -25,12 +26,22 @@ std::string Row(const Felt& felt, Time start, const SiteTruth* truth) {
       "{:.6f},{},,{},{},{},{},{},{},{},{},{},{},{}", SecondsBetween(start, felt.sensed_at),
       felt.sequence, number(tip.x()), number(tip.y()), number(tip.z()), number(place.x()),
       number(place.y()), number(place.z()), number(f.x()), number(f.y()), number(f.z()),
-      number(felt.sigma), ToString(felt.validity));
+      felt.force ? number(felt.sigma) : "", ToString(felt.validity));
   if (truth != nullptr) {
     row += fmt::format(",{},{},{}", number(truth->force.x()), number(truth->force.y()),
                        number(truth->force.z()));
   }
   return row + "\n";
+}
+
+void Require(bool written, const std::filesystem::path& file) {
+  if (!written) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+void WriteFrame(const std::filesystem::path& folder, const Frame& frame) {
+  const std::filesystem::path file = folder / fmt::format("{:06}.png", frame.sequence);
+  const std::vector<int> quick{cv::IMWRITE_PNG_COMPRESSION, 1};
+  Require(cv::imwrite(file.string(), frame.image, quick), file);
 }
 
 void WritePicture(const std::filesystem::path& folder, const Frame& frame,
@@ -48,7 +59,8 @@ void WritePicture(const std::filesystem::path& folder, const Frame& frame,
                                  hand.force_limit / hand.transform.force_scale, frame.image.rows);
   }
   const std::string jpeg = EncodeJpeg(DrawOverlay(frame.image, overlay), 90);
-  std::ofstream(folder / fmt::format("{:06}.jpg", frame.sequence), std::ios::binary) << jpeg;
+  const std::filesystem::path file = folder / fmt::format("{:06}.jpg", frame.sequence);
+  Require((std::ofstream(file, std::ios::binary) << jpeg << std::flush).good(), file);
 }
 
 nlohmann::ordered_json StageJson(const LatencyHistogram& h) {
@@ -88,75 +100,117 @@ void WriteSummary(const OfflineSummary& s, const Scene& scene, const std::filesy
   json["rest_surface"] = {{"measured", s.registration.measured},
                           {"rms_px", s.registration.rms_px},
                           {"points", s.registration.points}};
-  std::ofstream(file) << json.dump(2) << "\n";
+  Require((std::ofstream(file) << json.dump(2) << "\n" << std::flush).good(), file);
+}
+
+// What is written picture by picture.
+class Output {
+ public:
+  Output(const OfflineOptions& options, bool has_truth)
+      : options_(options),
+        states_file_(options.out / "states.csv"),
+        pictures_(options.out / "pictures"),
+        frames_(options.out / "frames") {
+    std::filesystem::create_directories(options.out);
+    if (options.pictures) std::filesystem::create_directories(pictures_);
+    if (options.frames) std::filesystem::create_directories(frames_);
+    std::filesystem::remove(options.out / "summary.json");  // of an earlier run
+    states_.open(states_file_);
+    states_ << "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,fx,fy,fz,sigma,"
+            << (has_truth ? "validity,true_fx,true_fy,true_fz\n" : "validity\n") << std::flush;
+    Require(states_.good(), states_file_);
+  }
+
+  void Write(const Scene& scene, const Frame& frame, const Estimator& estimator,
+             const SiteTruth* truth) {
+    if (frame.sequence == 1) start_ = frame.sensed_at;
+    states_ << Row(estimator.felt(), start_, truth) << std::flush;
+    Require(states_.good(), states_file_);
+    if (options_.frames) WriteFrame(frames_, frame);
+    if (options_.pictures) WritePicture(pictures_, frame, estimator, scene);
+  }
+
+ private:
+  const OfflineOptions& options_;
+  const std::filesystem::path states_file_, pictures_, frames_;
+  std::ofstream states_;
+  Time start_{};
+};
+
+// Pictures in contact, by the truth or by the estimate; unknown forces cannot be compared.
+ErrorBudget BudgetOf(const std::vector<Compared>& compared) {
+  ErrorBudget budget;
+  double peak = 0;
+  for (const Compared& c : compared) peak = std::fmax(peak, c.truth);
+  for (const Compared& c : compared) {
+    const bool contact = c.truth > kContactShare * peak || c.estimated > kContactShare * peak;
+    if (contact && std::isfinite(c.estimated)) budget.Add(c.estimated, c.model_at_truth, c.truth);
+  }
+  return budget;
+}
+
+Compared Compare(const Felt& felt, const SiteTruth& truth) {
+  const LocalModel& local = felt.local_model;
+  return {felt.force ? felt.force->norm() : std::nan(""),
+          (local.stiffness * local.normal * truth.depth).norm(), truth.force.norm()};
+}
+
+void Count(const Felt& felt, OfflineSummary* summary) {
+  ++summary->frames;
+  ++summary->validity[std::string(ToString(felt.validity))];
+  if (felt.validity == Validity::kTrackingLost) ++summary->tracking_lost;
+}
+
+// Feels `frame` and all that follow it.
+void Feel(const Scene& scene, Frame frame, FrameSource* source, const ScriptedCamera* scripted,
+          const OfflineOptions& options, const std::stop_token& stop, Output* output,
+          OfflineSummary* summary) {
+  using Clock = std::chrono::steady_clock;
+  // Nobody says where a recorded tool is; without a template it is looked for at its home.
+  const bool at_home = scripted != nullptr || scene.sense.tip->template_file.empty();
+  Estimator estimator(scene, frame, at_home ? std::optional(scene.manipulator.home) : std::nullopt);
+  summary->registration = estimator.registration();
+  summary->model = estimator.touch().deformation->info();
+  std::vector<Compared> compared;
+  const auto began = Clock::now();
+  for (std::optional<Frame> next = std::move(frame); next;) {
+    const SiteTruth* truth = scripted != nullptr ? &scripted->truth() : nullptr;
+    const Felt& felt = estimator.Feel(*next);
+    output->Write(scene, *next, estimator, truth);
+    Count(felt, summary);
+    if (truth != nullptr) compared.push_back(Compare(felt, *truth));
+    if (options.progress) options.progress(summary->frames);
+    const auto fetch = Clock::now();
+    next = source->Next(stop);
+    summary->capture.Add(std::chrono::duration<double, std::micro>(Clock::now() - fetch).count());
+  }
+  summary->seconds = std::chrono::duration<double>(Clock::now() - began).count();
+  summary->times = estimator.times();
+  summary->budget = BudgetOf(compared);
 }
 
 }  // namespace
 
 OfflineSummary RunOffline(const Scene& scene, const OfflineOptions& options,
                           const std::stop_token& stop) {
-  const std::filesystem::path& out = options.out;
-  const std::filesystem::path pictures = out / "pictures";
-  std::filesystem::create_directories(options.pictures ? pictures : out);
-  std::ofstream states(out / "states.csv");
-  if (!states) throw std::runtime_error((out / "states.csv").string() + ": cannot be written");
-  states << "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,fx,fy,fz,sigma,"
-            "validity";
-
+  OfflineSummary summary;
+  summary.has_truth = scene.sense.camera->source == Camera::Source::kSimulated;
+  Output output(options, summary.has_truth);
   std::unique_ptr<ScriptedCamera> scripted;
   std::unique_ptr<FrameSource> recorded;
-  std::optional<Eigen::Vector3d> p_S_tip_reported;
-  if (scene.sense.camera->source == Camera::Source::kSimulated) {
+  if (summary.has_truth) {
     scripted = std::make_unique<ScriptedCamera>(scene);
-    p_S_tip_reported = scene.manipulator.home;
   } else {
     recorded = OpenFrameSource(scene, false);
   }
-  states << (scripted ? ",true_fx,true_fy,true_fz\n" : "\n");
-  FrameSource& source = scripted ? static_cast<FrameSource&>(*scripted) : *recorded;
-
-  std::optional<Frame> frame = source.Next(stop);
-  if (!frame) throw std::runtime_error(source.description() + ": no picture came");
-  Estimator estimator(scene, *frame, p_S_tip_reported);
-  OfflineSummary summary;
-  summary.has_truth = scripted != nullptr;
-  summary.registration = estimator.registration();
-  summary.model = estimator.touch().deformation->info();
-
-  const Time start = frame->sensed_at;
-  const auto began = std::chrono::steady_clock::now();
-  std::vector<Compared> compared;
-  while (frame) {
-    const Felt& felt = estimator.Feel(*frame);
-    states << Row(felt, start, scripted ? &scripted->truth() : nullptr) << std::flush;
-    if (options.pictures) WritePicture(pictures, *frame, estimator, scene);
-    ++summary.frames;
-    ++summary.validity[std::string(ToString(felt.validity))];
-    if (felt.validity == Validity::kTrackingLost) ++summary.tracking_lost;
-    if (scripted) {
-      const SiteTruth& truth = scripted->truth();
-      const LocalModel& local = felt.local_model;
-      compared.push_back({felt.force ? felt.force->norm() : std::nan(""),
-                          (local.stiffness * local.normal * truth.depth).norm(),
-                          truth.force.norm()});
-    }
-    if (options.progress) options.progress(summary.frames);
-    const auto fetch = std::chrono::steady_clock::now();
-    frame = source.Next(stop);
-    summary.capture.Add(
-        std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - fetch)
-            .count());
+  FrameSource* source = scripted ? static_cast<FrameSource*>(scripted.get()) : recorded.get();
+  std::optional<Frame> first = source->Next(stop);
+  if (first) {
+    Feel(scene, *std::move(first), source, scripted.get(), options, stop, &output, &summary);
+  } else if (!stop.stop_requested()) {
+    throw std::runtime_error(source->description() + ": no picture came");
   }
-  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  summary.times = estimator.times();
-  double peak = 0;
-  for (const Compared& c : compared) peak = std::fmax(peak, c.truth);
-  for (const Compared& c : compared) {
-    const bool contact = c.truth > kContactShare * peak || c.estimated > kContactShare * peak;
-    if (contact && std::isfinite(c.estimated))
-      summary.budget.Add(c.estimated, c.model_at_truth, c.truth);
-  }
-  WriteSummary(summary, scene, out / "summary.json");
+  WriteSummary(summary, scene, options.out / "summary.json");
   return summary;
 }
 

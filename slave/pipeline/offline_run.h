@@ -32,12 +32,14 @@ struct OfflineSummary {
 struct OfflineOptions {
   std::filesystem::path out;  // made if missing; gets states.csv and summary.json
   bool pictures = false;      // also out/pictures/NNNNNN.jpg with what was seen drawn in
+  bool frames = false;        // also out/frames/NNNNNN.png as they came, without loss
   std::function<void(std::uint64_t)> progress;  // called with the pictures done; may be empty
 };
 
 // Runs until the source ends or `stop`. Rows of states.csv are flushed one by one, so that it stays
-// readable whatever happens; at a simulated site they end with the true force. Throws
-// std::runtime_error: folder or source unusable.
+// readable whatever happens; at a simulated site they end with the true force. Where the force is
+// unknown, its columns and sigma are empty. Throws std::runtime_error: source unusable or a picture
+// in it, out not writable.
 OfflineSummary RunOffline(const Scene& scene, const OfflineOptions& options,
                           const std::stop_token& stop);
 

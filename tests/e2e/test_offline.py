@@ -2,6 +2,7 @@
 import csv
 import json
 import pathlib
+import re
 import tempfile
 import unittest
 
@@ -44,6 +45,56 @@ class Offline(unittest.TestCase):
                          "fx,fy,fz,sigma,validity".split(","))
         pressed = max(rows, key=lambda row: float(row["fy"]))
         self.assertGreater(float(pressed["fy"]), 1.0, "the object pushes the tool up, against the press")
+
+    def test_what_was_recorded_is_felt_again(self):
+        self.process("--frames")
+        with open(self.out / "states.csv", newline="") as states:
+            live = list(csv.DictReader(states))
+        # One line of the scene changed; scene and pictures named from another folder.
+        (self.out / "scene.yaml").write_text(
+            pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: frames"))
+        (self.out / "frames/000100.png").write_bytes(b"damaged")
+        done = run(SLAVE, "process", f"{self.out.name}/scene.yaml", "--out", self.out / "again",
+                   cwd=self.out.parent)
+        self.assertEqual(done.returncode, 1, "the damaged picture ends the run")
+        self.assertIn("000100.png", done.stderr)
+        with open(self.out / "again/states.csv", newline="") as states:
+            recorded = list(csv.DictReader(states))
+        self.assertEqual(len(recorded), 99, "what was felt before stays readable")
+        for one, other in zip(live, recorded):
+            # The same pictures and tip template, so the same forces up to the nine digits written.
+            self.assertAlmostEqual(float(one["fy"]), float(other["fy"]), delta=1e-6, msg=one["sequence"])
+
+    def test_the_embryo_is_felt_whatever_its_texture(self):
+        scene = ROOT / "deploy/scenes/zebrafish-embryo.yaml"
+        for seed in (1, 4, 6):
+            done = run(SLAVE, "process", scene, "--out", self.out, "--override", f"site.seed={seed}")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            summary = json.loads((self.out / "summary.json").read_text())
+            self.assertEqual(summary["tracking_lost"], 0, f"seed {seed}")
+            error = summary["force_error"]
+            self.assertLess(error["rms_N"], 0.05 * error["true_peak_N"], f"seed {seed}")
+
+    def test_the_puncture_cue_comes_at_its_depth(self):
+        done = run(SLAVE, "process", ROOT / "deploy/scenes/zebrafish-embryo.yaml", "--out", self.out,
+                   "--override", "operator.press.depth=180 um")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(self.out / "states.csv", newline="") as states:
+            rows = list(csv.DictReader(states))
+        cue = next(i for i, row in enumerate(rows) if row["validity"] == "punctured")
+        depth = [float(row["contact_x"]) - float(row["tip_x"]) for row in rows]
+        # model.puncture.depth of the scene: passed by the first punctured picture and no earlier one.
+        self.assertGreater(depth[cue], 150e-6)
+        self.assertLessEqual(max(depth[:cue]), 150e-6)
+        self.assertEqual(float(rows[cue]["fx"]), 0)
+
+    def test_check_expects_the_error_that_the_reference_finds(self):
+        # Reference b, plane stress, nu 0.49: 0.41409 exact; 0.40334, 0.38631 with 180 and 60 constant elements.
+        for elements, error in ((180, 2.60), (60, 6.71)):
+            done = run(SLAVE, "check", BLOCK, "--override", f"model.elements={elements}")
+            expected = re.search(r"about ([0-9.]+) % of the contact force", done.stdout)
+            # The extrapolation leaves the next order: less than a tenth of the error on this block.
+            self.assertAlmostEqual(float(expected.group(1)), error, delta=0.1 * error, msg=done.stdout)
 
     def test_check_says_what_runs_and_why(self):
         done = run(SLAVE, "check", BLOCK)

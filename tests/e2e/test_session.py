@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 import unittest
 
-from programs import BARE, BLOCK, MASTER, ROOT, SLAVE, Slave, run
+from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, run, wait_until
 
 REPORT_KEYS = {"duration_s", "ticks", "missed", "rate_hz", "bare_loop", "wake_us", "compute_us", "rtt_us", "states",
                "reconnects", "force_peak_N", "force_sent_peak_N", "force_error", "energy_min_J", "clamped_ticks",
@@ -114,9 +114,53 @@ class Unit(unittest.TestCase):
             self.assertIn(slave.address.rsplit(":", 1)[1], done.stderr)
 
     def test_an_address_that_is_not_loopback_needs_a_word(self):
-        done = run(SLAVE, "serve", BLOCK, "--listen", "0.0.0.0:0")
-        self.assertNotEqual(done.returncode, 0)
-        self.assertIn("--insecure", done.stderr)
+        for done in (run(SLAVE, "serve", BLOCK, "--listen", "0.0.0.0:0"), run(MASTER, "connect", "192.0.2.1:50051")):
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("--insecure", done.stderr)
+
+    def test_an_address_that_is_none_is_unusable(self):
+        for address in ("", "50051", ":50051", "127.0.0.1:", "127.0.0.1:70000", "::1:50051", "unix:/tmp/x"):
+            for done in (run(SLAVE, "serve", BLOCK, "--listen", address), run(MASTER, "connect", address)):
+                self.assertEqual(done.returncode, 2, address)
+                self.assertIn("HOST:PORT", done.stderr)
+
+
+class Signals(unittest.TestCase):
+    def stopped(self, *command, when):
+        """Exit code of a program that gets SIGTERM as soon as `when` holds."""
+        with subprocess.Popen([str(c) for c in command], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL, env=BARE) as program:
+            try:
+                self.assertTrue(wait_until(lambda: when(program)))
+                self.assertIsNone(program.poll(), "it ended too early to be stopped")
+                program.send_signal(signal.SIGTERM)
+                return program.wait(timeout=PATIENCE)
+            finally:
+                program.kill()
+
+    @staticmethod
+    def catches_sigterm(program):
+        """The program has come so far that it blocks or catches SIGTERM (proc(5), status)."""
+        status = pathlib.Path(f"/proc/{program.pid}/status").read_text()
+        masks = [int(line.split()[1], 16) for line in status.splitlines() if line.startswith(("SigBlk", "SigCgt"))]
+        return any(mask >> (signal.SIGTERM - 1) & 1 for mask in masks)
+
+    def test_a_master_that_still_connects(self):
+        self.assertEqual(self.stopped(MASTER, "connect", "127.0.0.1:9", "--wait", "3600", when=self.catches_sigterm), 0)
+
+    def test_a_slave_that_still_computes_its_model(self):
+        self.assertEqual(self.stopped(SLAVE, "serve", BLOCK, "--listen", "127.0.0.1:0", "--override",
+                                      "model.elements=4000", when=self.catches_sigterm), 0)
+
+    def test_an_offline_run_leaves_readable_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            states = pathlib.Path(folder, "states.csv")
+            code = self.stopped(SLAVE, "process", BLOCK, "--out", folder, "--frames",
+                                when=lambda _: states.exists() and states.read_text().count("\n") > 3)
+            self.assertEqual(code, 0)
+            with open(states, newline="") as rows:
+                frames = len(list(csv.DictReader(rows)))
+            self.assertEqual(json.loads(pathlib.Path(folder, "summary.json").read_text())["frames"], frames)
 
 
 if __name__ == "__main__":

@@ -169,6 +169,7 @@ TEST(SceneLoaderTest, KnowsWherePicturesComeFrom) {
       {"file: \"frames/%04d.png\"", Camera::Source::kFiles,
        (folder.path() / "frames/%04d.png").string()},
       {"file: \"frames/*.png\"", Camera::Source::kFiles, (folder.path() / "frames/*.png").string()},
+      {"file: .", Camera::Source::kFiles, (folder.path() / ".").string()},  // a directory
       {"file: film.MP4", Camera::Source::kVideo, (folder.path() / "film.MP4").string()},
       {"device: 2", Camera::Source::kDevice, ""},
   };

@@ -21,8 +21,9 @@ Scene SceneWith(Camera::Source source, const std::string& pattern, const Scratch
   scene.file = scratch.path() / "scene.yaml";
   scene.sense.camera.emplace();
   scene.sense.camera->source = source;
-  scene.sense.camera->pattern = pattern;
+  scene.sense.camera->pattern = (scratch.path() / pattern).string();
   scene.sense.camera->rate = 100;
+  scene.sense.camera->size = {0, 0};
   return scene;
 }
 
@@ -43,6 +44,17 @@ std::string OpeningMessage(const Scene& scene) {
     return error.what();
   }
   return "opened";
+}
+
+TEST(FrameSourceTest, PicturesOfAnotherSizeThanTheScenesAreRefused) {
+  const Scratch scratch;
+  WriteNumbered(scratch, 1);
+  Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
+  scene.sense.camera->size = {24, 32};
+  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("accepted is"));
+  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("[32, 24]"));
+  scene.sense.camera->size = {32, 24};
+  EXPECT_EQ(OpeningMessage(scene), "opened");
 }
 
 TEST(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
