@@ -6,6 +6,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include "shared/link/thread_priority.h"
 #include "slave/capture/jpeg.h"
 #include "slave/manipulator/simulated_manipulator.h"
 #include "slave/mechanics/make_model.h"
@@ -67,6 +68,7 @@ VisionSlave::~VisionSlave() {
 }
 
 void VisionSlave::WatchPictures(const std::stop_token& stop) {
+  MakeThreadRealtime(kEyesPriority);
   try {
     while (std::optional<Frame> frame = source_->Next(stop)) {
       const Eigen::Vector3d p_S_encoders = manipulator_->Tip();
@@ -102,6 +104,7 @@ void VisionSlave::Publish(const Frame& frame, const Felt& felt,
 }
 
 void VisionSlave::WatchOperator(const std::stop_token& stop) {
+  MakeThreadRealtime(kLinkPriority);
   while (!stop.stop_requested()) {
     std::optional<Eigen::Vector3d> force;
     {
