@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "shared/link/thread_priority.h"
+
 namespace palpate {
 
 BareLoops::BareLoops(Clock::duration length, int priority) {

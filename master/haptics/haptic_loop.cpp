@@ -131,6 +131,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
 
 void HapticLoop::OnStateChange(OperatorState to) noexcept {
   hold_is_fading_ = false;
+  takes_up_ = to == OperatorState::kFollowing;
   if (to == OperatorState::kFollowing) {
     output_.Go(OutputBlend::Target::kRendered, kFadeTime);
   } else if (to == OperatorState::kHold) {
@@ -147,6 +148,14 @@ void HapticLoop::FadeOutOfHold(double now) noexcept {
   output_.Go(OutputBlend::Target::kZero, kFadeTime);
 }
 
+// Of the linear law at this tick's place and force, at the hand [J].
+double HapticLoop::EnergyInContact() const noexcept {
+  if (!renderer_.contact().known()) return 0;
+  const LocalModel model = renderer_.contact().At(ToSeconds(record_.at));
+  const Eigen::Vector3d way = (model.reference - record_.p_S) / transform_.position_scale;
+  return 0.5 * transform_.force_scale * record_.chain.local.dot(way);
+}
+
 void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) noexcept {
   const OperatorState state = machine_.state();
   const bool felt = state == OperatorState::kFollowing || state == OperatorState::kHold;
@@ -160,6 +169,8 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   if (chain.force_known) chain.estimated = *newest_->state.force;
   if (felt) chain.local = renderer_.Render(record_.p_S, now, &chain.reasons);
   chain.scaled = transform_.ForceToMaster(chain.local);
+  if (takes_up_) passivity_.Credit(EnergyInContact());
+  takes_up_ = false;
   chain.passive = passivity_.Apply(chain.scaled, reading.v_M, dt);
   if (chain.passive != chain.scaled) chain.reasons.Add(Reason::kPassivity);
   chain.limited = LimitForce(chain.passive, options_.force_limit, &chain.reasons);

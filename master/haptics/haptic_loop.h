@@ -62,6 +62,7 @@ class HapticLoop {
   void StepMachine(Time now, bool engaged) noexcept;
   void OnStateChange(OperatorState to) noexcept;
   void FadeOutOfHold(double now) noexcept;
+  [[nodiscard]] double EnergyInContact() const noexcept;
   void RunChain(const DeviceReading& reading, double now, double dt) noexcept;
   void PutCommand(const DeviceReading& reading, Time now) noexcept;
 
@@ -78,6 +79,7 @@ class HapticLoop {
   Eigen::Vector3d sent_{0, 0, 0};
   std::uint64_t command_sequence_ = 0;
   bool hold_is_fading_ = false;
+  bool takes_up_ = false;  // following began with this tick
   bool started_ = false;
   Time origin_{}, last_tick_{};
   TickRecord record_;

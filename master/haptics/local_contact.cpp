@@ -10,7 +10,7 @@ constexpr double kLargest = 1e12;
 
 bool IsSameContact(const LocalModel& a, const LocalModel& b) {
   return a.revision == b.revision && a.reference == b.reference && a.normal == b.normal &&
-         a.force == b.force && a.stiffness == b.stiffness;
+         a.force == b.force && a.stiffness == b.stiffness && a.in_contact == b.in_contact;
 }
 
 template <class Matrix>
@@ -29,26 +29,36 @@ void LocalContact::Take(const LocalModel& model, double now) noexcept {
     from_.force.setZero();
     from_.stiffness.setZero();
   }
+  // The slave lets go, maybe late: the contact stays where it is felt until the tip has come out.
+  if (entry_ && to_.in_contact && !model.in_contact) entry_ = from_.reference;
   to_ = model;
   since_ = now;
 }
 
-Eigen::Vector3d LocalContact::ForceAt(const Eigen::Vector3d& p_S, double now) const noexcept {
+Eigen::Vector3d LocalContact::ForceAt(const Eigen::Vector3d& p_S, double now) noexcept {
   if (!known()) return {0, 0, 0};
+  if (!(At(now).Penetration(p_S) > 0)) {
+    LetGo();
+    return {0, 0, 0};
+  }
+  if (!entry_) entry_ = p_S;
   const LocalModel model = At(now);
-  if (!(model.Penetration(p_S) > 0)) return {0, 0, 0};
   return model.force + model.stiffness * (model.reference - p_S);
 }
 
 LocalModel LocalContact::At(double now) const noexcept {
   const double share = std::clamp((now - since_) / kBlendTime, 0.0, 1.0);
   LocalModel model = to_;
-  if (share >= 1) return model;
-  model.reference = from_.reference + share * (to_.reference - from_.reference);
-  model.force = from_.force + share * (to_.force - from_.force);
-  model.stiffness = from_.stiffness + share * (to_.stiffness - from_.stiffness);
-  const Eigen::Vector3d normal = from_.normal + share * (to_.normal - from_.normal);
-  if (normal.norm() > 0.1) model.normal = normal.normalized();  // else opposite: take the new one
+  if (share < 1) {
+    model.reference = from_.reference + share * (to_.reference - from_.reference);
+    model.force = from_.force + share * (to_.force - from_.force);
+    model.stiffness = from_.stiffness + share * (to_.stiffness - from_.stiffness);
+    const Eigen::Vector3d normal = from_.normal + share * (to_.normal - from_.normal);
+    if (normal.norm() > 0.1) model.normal = normal.normalized();  // else opposite: the new one
+  }
+  if (entry_ && !model.in_contact) {  // along the plane: n . x_r stays
+    model.reference = *entry_ + model.Penetration(*entry_) * model.normal;
+  }
   return model;
 }
 

@@ -6,8 +6,14 @@
 // When the slave changes the plane or the stiffness, x_r, n, f_r and K go from their present to
 // their new values in 30 ms, straight in time. The force follows the hand at once and both ways:
 // a limit on its rise alone would make a limit cycle, as would dropping the plane on a late "no
-// contact". Frame S.
+// contact".
+//
+// Where along the plane x_r lies decides the shear. Until the slave tells of contact its x_r is
+// only the nearest place, late by the way gone since; the contact then is where the hand came
+// through the plane, as it will be for the slave, and nothing pulls sideways. Frame S.
 #pragma once
+
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -22,8 +28,11 @@ class LocalContact {
   // Takes the slave's newest model at `now` [s]. Unknown ones (revision 0) leave the last in place.
   // The first one grows from no stiffness. Real-time safe.
   void Take(const LocalModel& model, double now) noexcept;
-  // Force of the object on the tool at `p_S` [N]. Zero while nothing is known. Real-time safe.
-  [[nodiscard]] Eigen::Vector3d ForceAt(const Eigen::Vector3d& p_S, double now) const noexcept;
+  // Moves the tip to `p_S`: force of the object on the tool there [N]. Zero while nothing is known.
+  // Real-time safe.
+  [[nodiscard]] Eigen::Vector3d ForceAt(const Eigen::Vector3d& p_S, double now) noexcept;
+  // The tip is taken elsewhere: where it came through the plane counts no more. Real-time safe.
+  void LetGo() noexcept { entry_.reset(); }
   // The model in force at `now`.
   [[nodiscard]] LocalModel At(double now) const noexcept;
   [[nodiscard]] bool known() const noexcept { return to_.known(); }
@@ -36,6 +45,8 @@ class LocalContact {
  private:
   LocalModel from_, to_;
   double since_ = 0;  // when the blend from `from_` to `to_` began [s]
+  // Where the tip came through the plane, or what stood for it; nothing: it is outside.
+  std::optional<Eigen::Vector3d> entry_;
 };
 
 // Finite, a normal of unit length within 1 %, and no number beyond 1e12: fit to be rendered.

@@ -37,7 +37,8 @@ bool OperatorMachine::commands_engaged() const noexcept {
 
 OperatorState OperatorMachine::Next(const Input& in) noexcept {
   const bool fresh = in.state_age <= kStaleAfter;
-  const bool sound = fresh && in.force_known && in.slave_epoch == epoch_;
+  const bool sound =
+      fresh && in.force_known && in.slave_epoch == epoch_ && in.slave_phase == Phase::kFollowing;
   if (fresh && in.slave_phase == Phase::kEstop) {
     armed_ = !in.engaged;
     return kEstop;
@@ -51,7 +52,7 @@ OperatorState OperatorMachine::Next(const Input& in) noexcept {
       return fresh && in.engaged && armed_ ? Engage() : state_;
     case kAligning:
       if (!in.engaged || in.now - since_ > kAlignWithin) return kReady;
-      return sound && in.slave_phase == Phase::kFollowing ? kFollowing : kAligning;
+      return sound ? kFollowing : kAligning;
     case kFollowing:
       if (!in.engaged) return kClutched;
       return sound ? kFollowing : kHold;

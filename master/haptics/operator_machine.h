@@ -23,8 +23,8 @@ enum class OperatorState : std::uint8_t {
   kAligning,      // engaged, waiting for the slave to take up this epoch
   kFollowing,     // the tool follows, the force is felt
   kClutched,      // the operator let go after following
-  kHold,          // state late, force unknown or epoch lost: the force is held, then fades
-  kEstop,         // the slave's emergency stop
+  kHold,   // state late, force unknown or the tool not following: the force is held, then fades
+  kEstop,  // the slave's emergency stop
 };
 inline constexpr std::size_t kOperatorStateCount = 7;
 std::string_view ToString(OperatorState state);  // `FOLLOWING`, ...

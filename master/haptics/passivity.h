@@ -8,9 +8,12 @@
 // device and hand that may be counted on: a spring K shown every T needs b >= K T / 2 to be passive
 // (Colgate & Schenkel 1994; reference f, passivity_virtual_wall), so up to K = 2 b / T = 2000 N/m
 // at 1 kHz nothing is ever damped. While no force is shown W is zero: what damping ate in free
-// motion pays for nothing later. Limiting by |f| lets the damping weaken a force, never turn it
-// round.
+// motion pays for nothing later. A contact that is taken up pressed (a clutch closed again inside)
+// gives back what an earlier epoch put in. Limiting by |f| lets the damping weaken a force, never
+// turn it round.
 #pragma once
+
+#include <cmath>
 
 #include <Eigen/Core>
 
@@ -24,6 +27,9 @@ class PassivityControl {
   // The device was at `p_M` [m] after `dt` > 0 [s] under the force that was held, `f_M` [N].
   // Real-time safe.
   void Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d& f_M, double dt) noexcept;
+  // The contact holds at least `energy` [J], put in before the hand took it up: it may come out.
+  // Real-time safe.
+  void Credit(double energy) noexcept { balance_ = std::fmax(balance_, energy); }
   // `f_M` [N], damped against `v_M` [m/s] if energy is missing. Real-time safe.
   [[nodiscard]] Eigen::Vector3d Apply(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
                                       double dt) const noexcept;

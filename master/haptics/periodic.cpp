@@ -3,10 +3,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include <pthread.h>
-#include <sched.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 
 namespace palpate {
 
@@ -18,21 +15,6 @@ void WaitUntil(Time deadline) noexcept {
   at.tv_nsec = static_cast<long>(std::chrono::nanoseconds(since - whole).count());
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) == EINTR) {
   }
-}
-
-std::string MakeThreadRealtime(int priority) {
-  std::string refused;
-  if (prctl(PR_SET_TIMERSLACK, 1UL) != 0) {
-    refused = std::string("timer slack stays 50 us: ") + std::strerror(errno);
-  }
-  sched_param parameters{};
-  parameters.sched_priority = priority;
-  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
-  if (error != 0) {
-    if (!refused.empty()) refused += "; ";
-    refused += std::string("no real-time priority: ") + std::strerror(error);
-  }
-  return refused;
 }
 
 std::string LockMemory() {

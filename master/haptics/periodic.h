@@ -44,9 +44,6 @@ void RunPeriodically(Clock::duration length, const std::stop_token& stop, Period
   stats->duration = SecondsBetween(begin, wake);
 }
 
-// For the calling thread: timer slack 1 ns, SCHED_FIFO at `priority`. In words what was refused;
-// empty: nothing.
-std::string MakeThreadRealtime(int priority);
 // For the process: what memory it touches stays. In words why not; empty: done.
 std::string LockMemory();
 

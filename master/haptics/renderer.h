@@ -30,7 +30,10 @@ class Renderer {
   // Force of the object on the tool at `p_S`, S [N], with what became of it. Real-time safe.
   Eigen::Vector3d Render(const Eigen::Vector3d& p_S, double now, Reasons* reasons) noexcept;
   // Forgets the forces, keeps the surface: before a new engagement. Real-time safe.
-  void ForgetForces() noexcept { samples_.Clear(); }
+  void ForgetForces() noexcept {
+    samples_.Clear();
+    contact_.LetGo();
+  }
   [[nodiscard]] const LocalContact& contact() const noexcept { return contact_; }
 
  private:

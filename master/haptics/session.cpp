@@ -5,11 +5,11 @@
 #include <thread>
 
 #include "master/haptics/recorder.h"
+#include "shared/link/thread_priority.h"
 
 namespace palpate {
 namespace {
 
-constexpr int kPriority = 80;                // SCHED_FIFO, of 1 to 99
 constexpr std::size_t kRingCapacity = 4096;  // four seconds of ticks
 constexpr double kForever = 1e9;             // [s]
 constexpr double kShowEvery = 0.1;           // [s]
@@ -85,11 +85,11 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.realtime = LockMemory();
   const Time begin = Clock::now();
   const auto length = Seconds(options.duration > 0 ? options.duration : kForever);
-  BareLoops bare(length, kPriority);
+  BareLoops bare(length, kHapticPriority);
   std::atomic<bool> done{false};
   std::string refused;  // read after the join
   std::jthread haptic([&](const std::stop_token& stop) {
-    refused = MakeThreadRealtime(kPriority);
+    refused = MakeThreadRealtime(kHapticPriority);
     loop.Run(device, length, stop);
     done = true;
   });

@@ -3,6 +3,7 @@
 #include <thread>
 #include <utility>
 
+#include "shared/link/thread_priority.h"
 #include "shared/wire/command_message.h"
 #include "shared/wire/state_message.h"
 
@@ -29,6 +30,7 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
 }
 
 void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
+  MakeThreadRealtime(kLinkPriority);
   for (auto wake = Clock::now(); !stop.stop_requested(); wake += kCommandPeriod) {
     std::this_thread::sleep_until(Clock::ToSteady(wake));
     const Time now = Clock::now();

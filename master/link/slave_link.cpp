@@ -19,6 +19,7 @@
 #include "master/link/round_trips.h"
 #include "shared/link/backoff.h"
 #include "shared/link/loopback.h"
+#include "shared/link/thread_priority.h"
 
 namespace palpate {
 namespace {
@@ -104,6 +105,7 @@ grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene) {
 
 void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
                            LatestValue<OperatorCommand>* commands) {
+  MakeThreadRealtime(kLinkPriority);
   Backoff backoff(kFirstRetry, kLongestRetry);
   while (!stop.stop_requested()) {
     OperateSession next(

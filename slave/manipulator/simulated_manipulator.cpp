@@ -3,6 +3,8 @@
 #include <chrono>
 #include <utility>
 
+#include "shared/link/thread_priority.h"
+
 namespace palpate {
 namespace {
 
@@ -47,6 +49,7 @@ Eigen::Vector3d SimulatedManipulator::StepBy(double dt) noexcept {
 }
 
 void SimulatedManipulator::Run(const std::stop_token& stop) {
+  MakeThreadRealtime(kLinkPriority);
   auto wake = SteadyClock::now();
   double dt = 0;
   while (!stop.stop_requested()) {

@@ -98,10 +98,19 @@ std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene) const {
 
 void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   touch_ = std::move(touch);
+  if (in_contact_) ResumeContact();
   stiffness_tolerance_ = scene.object.material.young_modulus_tolerance;
   puncture_depth_ = scene.model.puncture_depth;
   law_ = scene.model.contact;
-  in_contact_ = punctured_ = false;
+}
+
+void Estimator::ResumeContact() noexcept {
+  constexpr double kAbove = 1e-6;  // of the body's size: enough to come in again through the place
+  const Eigen::Isometry3d X_OS = registration_.X_SO.inverse();
+  const Eigen::Vector3d p_O = X_OS * felt_.p_S_contact;
+  const Eigen::Vector3d n_O = X_OS.linear() * felt_.local_model.normal;
+  touch_->contact->MoveTip((p_O + kAbove * touch_->mesh.length_unit * n_O).head<2>());
+  touch_->contact->MoveTip((X_OS * felt_.p_S_tip).head<2>());
 }
 
 void Estimator::Reset() noexcept {

@@ -74,7 +74,7 @@ class Estimator {
   // Precomputes a replacement for `scene`'s model options; may be called from another thread.
   // Throws like the constructor.
   [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene) const;
-  // Puts it to work; contact starts anew.
+  // Puts it to work; a contact goes on from the place where it began.
   void Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene);
   // Eyes and contact start anew.
   void Reset() noexcept;
@@ -90,6 +90,7 @@ class Estimator {
 
  private:
   void RegisterObject(const Scene& scene);
+  void ResumeContact() noexcept;
   void Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
   void LoseTouch(Validity validity) noexcept;

@@ -12,7 +12,8 @@ constexpr double kAbsurdPosition = 100;  // [m]
 constexpr double kAbsurdSpeed = 100;     // [m/s]
 
 bool IsSane(const OperatorCommand& command) {
-  return command.p_M.allFinite() && command.velocity.allFinite() && command.epoch != 0 &&
+  return command.p_M.allFinite() && command.velocity.allFinite() &&
+         (command.epoch != 0 || !command.engaged) &&
          command.p_M.cwiseAbs().maxCoeff() <= kAbsurdPosition &&
          command.velocity.cwiseAbs().maxCoeff() <= kAbsurdSpeed;
 }
@@ -44,7 +45,8 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
   const std::lock_guard lock(mutex_);
   if (!operating_) return true;
   if (command.sequence <= view_.command_sequence) return true;  // older than one already taken
-  if (!IsSane(command)) {
+  const bool goes_back = command.engaged && command.epoch < view_.epoch;
+  if (!IsSane(command) || (goes_back && view_.phase != Phase::kEstop)) {
     ++refused_;
     events_.Add(Event::kCommandRefused);
     engaged_ = false;
@@ -59,7 +61,6 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
     view_.epoch = std::max(view_.epoch, command.epoch);  // used up: after Reset a newer one engages
     return true;
   }
-  if (command.epoch < view_.epoch) return true;
   if (!command.engaged) {
     engaged_ = false;
     Stand(Phase::kClutched);
@@ -122,6 +123,8 @@ void OperatorPort::SetScales(std::optional<double> position_scale,
   if (view_.phase == Phase::kFollowing) {
     throw std::logic_error("a scale changes only while nobody follows: open the clutch first");
   }
+  // Going on in the old epoch would move the tool by the change.
+  if (view_.phase == Phase::kHold) needs_new_epoch_ = true;
   if (position_scale) transform_.position_scale = *position_scale;
   if (force_scale) transform_.force_scale = *force_scale;
 }

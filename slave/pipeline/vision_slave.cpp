@@ -6,6 +6,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include "shared/link/thread_priority.h"
 #include "slave/capture/jpeg.h"
 #include "slave/manipulator/simulated_manipulator.h"
 #include "slave/mechanics/make_model.h"
@@ -30,6 +31,7 @@ Frame FirstPicture(FrameSource& source) {
 
 VisionSlave::VisionSlave(Scene scene)
     : scene_(std::move(scene)),
+      sensor_rate_(scene_.sense.camera->rate),
       started_at_(Clock::now()),
       // A twentieth of a pixel is what the eyes resolve; slower than that is standing.
       tip_registration_(0.05 * scene_.sense.camera->pixel) {
@@ -66,6 +68,7 @@ VisionSlave::~VisionSlave() {
 }
 
 void VisionSlave::WatchPictures(const std::stop_token& stop) {
+  MakeThreadRealtime(kEyesPriority);
   try {
     while (std::optional<Frame> frame = source_->Next(stop)) {
       const Eigen::Vector3d p_S_encoders = manipulator_->Tip();
@@ -101,6 +104,7 @@ void VisionSlave::Publish(const Frame& frame, const Felt& felt,
 }
 
 void VisionSlave::WatchOperator(const std::stop_token& stop) {
+  MakeThreadRealtime(kLinkPriority);
   while (!stop.stop_requested()) {
     std::optional<Eigen::Vector3d> force;
     {
@@ -132,11 +136,6 @@ void VisionSlave::EndOperating() {
 
 SlaveState VisionSlave::Compose(Time now) {
   SlaveState state;
-  double rate = 0;
-  {
-    const std::lock_guard lock(settings_mutex_);
-    rate = scene_.sense.camera->rate;
-  }
   {
     const std::lock_guard lock(newest_mutex_);
     state.sensed_at = newest_.sensed_at;
@@ -146,7 +145,7 @@ SlaveState VisionSlave::Compose(Time now) {
     state.validity = newest_.validity;
     state.local_model = newest_.local_model;
   }
-  if (SecondsBetween(state.sensed_at, now) > std::max(kStaleAfter, 3 / rate)) {
+  if (SecondsBetween(state.sensed_at, now) > std::max(kStaleAfter, 3 / sensor_rate_)) {
     state.validity = Worse(state.validity, Validity::kStale);
   }
   const OperatorView view = port_->view();
@@ -156,7 +155,8 @@ SlaveState VisionSlave::Compose(Time now) {
   state.offset = view.offset;
   state.command_sequence = view.command_sequence;
   state.echo = view.echo;
-  state.echo_delay = view.echo ? SecondsBetween(view.taken_at, now) : 0;
+  // A command may have been taken since `now`.
+  state.echo_delay = view.echo ? std::max(0.0, SecondsBetween(view.taken_at, now)) : 0;
   state.energy_in = view.energy_in;
   state.energy_out = view.energy_out;
   if (site_ != nullptr) state.true_force = site_->truth().force;
@@ -218,12 +218,28 @@ SlaveStatus VisionSlave::Status() const {
   return status;
 }
 
-void VisionSlave::Rebuild(const Scene& changed) {
-  std::unique_ptr<TouchModel> touch = estimator_->Prepare(changed);
+Scene VisionSlave::scene() const {
+  const std::lock_guard lock(settings_mutex_);
+  return scene_;
+}
+
+void VisionSlave::RefuseWhileFollowing() const {
+  if (port_->view().phase == Phase::kFollowing) {
+    throw std::logic_error("the model changes only while nobody follows: open the clutch first");
+  }
+}
+
+void VisionSlave::Rebuild(const Scene& changed, const std::function<void()>& may_adopt) {
+  std::unique_ptr<TouchModel> touch = estimator_->Prepare(changed);  // takes its time
   const ModelInfo info = touch->deformation->info();
+  may_adopt();
   {
     const std::lock_guard lock(touch_mutex_);
     estimator_->Adopt(std::move(touch), changed);
+  }
+  {
+    const std::lock_guard lock(settings_mutex_);
+    scene_ = changed;
   }
   const std::lock_guard lock(newest_mutex_);
   model_info_ = info;
@@ -234,11 +250,9 @@ void VisionSlave::SetModel(const ModelChange& change) {
   const auto refuse = [](const std::string& what, const std::string& accepted) {
     throw std::invalid_argument(what + ": accepted is " + accepted);
   };
-  const std::lock_guard lock(settings_mutex_);
-  if (port_->view().phase == Phase::kFollowing) {
-    throw std::logic_error("the model changes only while nobody follows: open the clutch first");
-  }
-  Scene changed = scene_;
+  const std::lock_guard one_at_a_time(change_mutex_);
+  RefuseWhileFollowing();
+  Scene changed = scene();
   ModelOptions& model = changed.model;
   if (!change.kind.empty() && change.kind != "bem2d" && change.kind != "auto") {
     refuse("kind = " + change.kind, "bem2d, auto");
@@ -260,8 +274,8 @@ void VisionSlave::SetModel(const ModelChange& change) {
   } else if (!change.contact.empty()) {
     refuse("contact = " + change.contact, "bonded, frictionless");
   }
-  Rebuild(changed);
-  scene_ = changed;
+  Rebuild(changed, [this] { RefuseWhileFollowing(); });  // somebody may have begun meanwhile
+  const std::lock_guard lock(settings_mutex_);
   model_reason_ = "asked for by SetModel";
 }
 
@@ -276,16 +290,18 @@ void VisionSlave::SetParameters(const ParameterChange& change) {
   check("force_scale", change.force_scale, 0, kMaxForceScale);
   check("force_limit", change.force_limit, 0, 100);
   check("young_modulus", change.young_modulus, 0, 1e13);
-  const std::lock_guard lock(settings_mutex_);
+  const std::lock_guard one_at_a_time(change_mutex_);
   if (change.position_scale || change.force_scale) {
     port_->SetScales(change.position_scale, change.force_scale);
   }
-  if (change.force_limit) scene_.operator_options.force_limit = *change.force_limit;
+  if (change.force_limit) {
+    const std::lock_guard lock(settings_mutex_);
+    scene_.operator_options.force_limit = *change.force_limit;
+  }
   if (change.young_modulus) {
-    Scene changed = scene_;
+    Scene changed = scene();
     changed.object.material.young_modulus = *change.young_modulus;
-    Rebuild(changed);
-    scene_ = changed;
+    Rebuild(changed, [] {});
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -49,10 +50,15 @@ class VisionSlave : public Slave {
   void Publish(const Frame& frame, const Felt& felt, const Eigen::Vector3d& p_S_encoders);
   void WatchOperator(const std::stop_token& stop);
   void RaiseAlarm(const std::string& text);
-  void Rebuild(const Scene& changed);
+  // Makes the model of `changed` and puts it to work unless `may_adopt` throws just before.
+  void Rebuild(const Scene& changed, const std::function<void()>& may_adopt);
+  void RefuseWhileFollowing() const;
+  [[nodiscard]] Scene scene() const;
 
-  Scene scene_;  // with the parameters in force; guarded by settings_mutex_ once running
-  mutable std::mutex settings_mutex_;
+  std::mutex change_mutex_;  // one change of settings at a time; held while a model is made
+  mutable std::mutex settings_mutex_;    // never held long; guards scene_ and model_reason_
+  Scene scene_;                          // with the parameters in force
+  const double sensor_rate_;             // [Hz]
   std::unique_ptr<SimulatedSite> site_;  // null where the site is real
   std::unique_ptr<Manipulator> manipulator_;
   std::unique_ptr<FrameSource> source_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "shared/link/thread_priority.h"
+
 namespace palpate {
 namespace {
 
@@ -63,6 +65,7 @@ void Publisher::Stop() {
 }
 
 void Publisher::Run(const std::stop_token& stop) {
+  MakeThreadRealtime(kLinkPriority);
   while (!stop.stop_requested()) {
     const bool sensed = slave_.WaitForNewer(sensed_at_, kPatience);
     const Time due = Clock::now() + kShortestGap;

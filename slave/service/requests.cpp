@@ -30,6 +30,12 @@ Clock::duration Gap(double rate, double rate_for_zero, double max_rate) {
   return rate > 0 ? Seconds(1 / rate) : Clock::duration::zero();
 }
 
+// Nothing accepted is longer, and whoever is refused needs to read no more.
+std::string Shortened(const std::string& word) {
+  constexpr std::size_t kLongestWord = 40;  // [bytes]
+  return word.size() <= kLongestWord ? word : word.substr(0, kLongestWord) + "...";
+}
+
 // `value` in (0, max].
 double Scale(const char* field, double value, double max) {
   if (value > 0 && value <= max) return value;
@@ -84,7 +90,8 @@ ModelChange ToChange(const v1::SetModelRequest& request) {
   if (elements != 0 && (elements < kMinElements || elements > kMaxElements)) {
     Refuse("elements", elements, "0, or 3 to 4000");
   }
-  return {request.kind(), static_cast<int>(elements), request.plane(), request.contact()};
+  return {Shortened(request.kind()), static_cast<int>(elements), Shortened(request.plane()),
+          Shortened(request.contact())};
 }
 
 }  // namespace palpate

@@ -76,6 +76,23 @@ TEST_F(HapticLoopTest, ComesInSmoothlyAndEngagingMovesNothing) {
   EXPECT_EQ(rig.slave.tip().norm(), 0);
 }
 
+// The clutch closes again with the tool 2 mm inside, the hand goes back out at 20 mm/s. What the
+// contact gives back was put in before: nothing is damped, and the law holds all the way.
+TEST_F(HapticLoopTest, AContactTakenUpPressedGivesBackWhatItHolds) {
+  puppet_.reading.engaged = false;
+  rig_.Run(puppet_, 0.2);
+  puppet_.reading.engaged = true;
+  rig_.Run(puppet_, 0.1);
+  ASSERT_EQ(rig_.state(), kFollowing);
+  EXPECT_NEAR(puppet_.felt.y(), 1.0, 1e-12);
+  puppet_.reading.v_M.y() = 0.020;
+  rig_.Run(puppet_, 0.095, [&](const TickRecord& record) {
+    puppet_.reading.p_M.y() += 0.020e-3;
+    EXPECT_FALSE(record.chain.reasons.Has(Reason::kPassivity)) << record.p_S.transpose();
+  });
+  EXPECT_NEAR(puppet_.felt.y(), 0.05, 0.011);
+}
+
 TEST_F(HapticLoopTest, SilenceHoldsTwentyMillisecondsThenFadesToZeroInFifty) {
   rig_.slave.silent = true;
   std::vector<double> felt;

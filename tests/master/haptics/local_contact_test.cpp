@@ -27,6 +27,7 @@ TEST(LocalContactTest, IsTheLinearLawInsideAndZeroOutside) {
   model.force = {0.5, 0, 0};
   model.stiffness << 100, 20, 0, 20, 300, 0, 0, 0, 50;
   model.revision = 1;
+  model.in_contact = true;
   LocalContact contact;
   contact.Take(model, 0);
   const Eigen::Vector3d inside = contact.ForceAt({0, 0, 0.001}, kLater);
@@ -36,9 +37,54 @@ TEST(LocalContactTest, IsTheLinearLawInsideAndZeroOutside) {
 }
 
 TEST(LocalContactTest, NothingKnownIsNoForce) {
-  const LocalContact contact;
+  LocalContact contact;
   EXPECT_FALSE(contact.known());
   EXPECT_EQ(contact.ForceAt({0, -1, 0}, 0).norm(), 0);
+}
+
+// An oblique plane through the origin, bonded: K couples all directions.
+LocalModel BondedWall(const Eigen::Vector3d& reference, bool in_contact, std::uint32_t revision) {
+  LocalModel model;
+  model.normal = Eigen::Vector3d(3, 4, 0) / 5;
+  model.reference = reference;
+  model.stiffness << 400, 30, 0, 30, 300, 0, 0, 0, 50;
+  model.valid_radius = 0.01;
+  model.revision = revision;
+  model.in_contact = in_contact;
+  return model;
+}
+const Eigen::Vector3d kAlong = Eigen::Vector3d(4, -3, 0) / 5,
+                      kInto = Eigen::Vector3d(-3, -4, 0) / 5;
+
+// The slave's place is 2 mm behind a hand that slid along before it pressed. Reference: the force
+// of a contact that began right under the hand, K d with d the way since, none at the crossing
+// itself.
+TEST(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough) {
+  LocalContact contact;
+  contact.Take(BondedWall({0, 0, 0}, false, 1), 0);
+  const Eigen::Vector3d crossing = 0.002 * kAlong;
+  EXPECT_EQ(contact.ForceAt(crossing - 1e-6 * kInto, kLater).norm(), 0);
+  EXPECT_LT(contact.ForceAt(crossing + 1e-9 * kInto, kLater).norm(), 1e-6);
+  const Eigen::Vector3d way = 0.001 * kInto + 0.0005 * kAlong;
+  const Eigen::Vector3d expected = BondedWall({0, 0, 0}, false, 1).stiffness * -way;
+  EXPECT_LT((contact.ForceAt(crossing + way, kLater) - expected).norm(), 1e-6);
+  // Its place goes on following: no matter.
+  contact.Take(BondedWall(0.0015 * kAlong, false, 2), kLater);
+  for (const double later : {0.0, 0.01, 0.05}) {
+    EXPECT_LT((contact.ForceAt(crossing + way, kLater + later) - expected).norm(), 1e-6) << later;
+  }
+  // It meets the surface a little elsewhere: over to its word, without a step.
+  contact.Take(BondedWall(0.0019 * kAlong, true, 3), 2 * kLater);
+  EXPECT_LT((contact.ForceAt(crossing + way, 2 * kLater) - expected).norm(), 1e-6);
+  const Eigen::Vector3d bonded =
+      expected - 1e-4 * BondedWall({0, 0, 0}, true, 3).stiffness * kAlong;
+  EXPECT_LT((contact.ForceAt(crossing + way, 2 * kLater + 0.031) - bonded).norm(), 1e-6);
+  // And its late "no contact", with a place that follows again, moves nothing under the hand.
+  contact.Take(BondedWall(0.0025 * kAlong, false, 4), 3 * kLater);
+  EXPECT_LT((contact.ForceAt(crossing + way, 3 * kLater + 0.05) - bonded).norm(), 1e-6);
+  // Out and in again: a new contact.
+  EXPECT_EQ(contact.ForceAt({0.001, 0.001, 0}, 4 * kLater).norm(), 0);
+  EXPECT_LT(contact.ForceAt(-0.003 * kAlong + 1e-9 * kInto, 4 * kLater).norm(), 1e-6);
 }
 
 // Late states that say "no contact", or bring no model at all, change nothing.

@@ -77,6 +77,20 @@ TEST_F(OperatorMachineTest, SilenceBeyondThirtyMillisecondsHolds) {
   EXPECT_EQ(Run(), kHold);
 }
 
+// The way up can fail alone: states come, but the tool stands where it was.
+TEST_F(OperatorMachineTest, AToolThatDoesNotFollowHoldsAndLastingSoNeedsANewEngagement) {
+  Follow();
+  in_.slave_phase = Phase::kHold;
+  EXPECT_EQ(Run(), kHold);
+  EXPECT_EQ(Run(200), kHold);
+  in_.slave_phase = Phase::kFollowing;
+  EXPECT_EQ(Run(), kFollowing);
+  in_.slave_phase = Phase::kHold;
+  EXPECT_EQ(Run(252), kReady);
+  EXPECT_FALSE(machine_.commands_engaged());
+  EXPECT_EQ(Run(100), kReady) << "the switch has not been open since";
+}
+
 TEST_F(OperatorMachineTest, AnUnknownForceAndALostEpochHoldToo) {
   Follow();
   in_.force_known = false;

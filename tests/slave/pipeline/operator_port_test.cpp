@@ -138,6 +138,28 @@ TEST_F(OperatorPortTest, BrokenNumbersAreRefusedAndHoldTheTool) {
   EXPECT_TRUE(port_.TakeEvents().Has(Event::kCommandRefused));
 }
 
+// As the .proto has it: an epoch begins with an engagement, so before the first there may be none.
+TEST_F(OperatorPortTest, AnOpenClutchNeedsNoEpochAndStandsInAny) {
+  EXPECT_TRUE(Send(Next({0, 0, 0}, false, 0)));
+  EXPECT_EQ(port_.view().phase, Phase::kClutched);
+  EXPECT_FALSE(port_.TakeEvents().Has(Event::kCommandRefused));
+  Send(Next({0, 0, 0}, true, 3));
+  EXPECT_TRUE(Send(Next({0, 0.1, 0}, false, 2)));
+  EXPECT_EQ(port_.view().phase, Phase::kClutched) << "whoever lets go is believed";
+  EXPECT_EQ(port_.view().epoch, 3U);
+}
+
+TEST_F(OperatorPortTest, AnEpochThatGoesBackIsRefusedAndHoldsTheTool) {
+  Send(Next({0, 0, 0}, true, 5));
+  const Vector3d tip = arm_.Tip();
+  EXPECT_FALSE(Send(Next({0, -0.1, 0}, true, 4)));
+  EXPECT_EQ(port_.view().phase, Phase::kHold);
+  EXPECT_EQ(arm_.Tip(), tip);
+  EXPECT_TRUE(port_.TakeEvents().Has(Event::kCommandRefused));
+  Send(Next({0, -0.002, 0}, true, 5));
+  EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+}
+
 TEST_F(OperatorPortTest, TheEmergencyStopIsLatchedUntilReset) {
   Send(Next({0, 0, 0}));
   port_.EmergencyStop();
@@ -176,6 +198,19 @@ TEST_F(OperatorPortTest, ScalesChangeOnlyWhileNobodyFollows) {
   port_.SetScales(2.0, 3.0);
   EXPECT_EQ(port_.transform().position_scale, 2.0);
   EXPECT_EQ(port_.transform().force_scale, 3.0);
+}
+
+TEST_F(OperatorPortTest, AScaleChangedInAShortSilenceNeedsANewEpoch) {
+  Send(Next({0, -0.1, 0}));
+  const Vector3d tip = arm_.Tip();
+  Wait(0.1);
+  port_.SetScales(5.0, std::nullopt);
+  Send(Next({0, -0.2, 0}));
+  EXPECT_EQ(arm_.Tip(), tip);
+  EXPECT_EQ(port_.view().phase, Phase::kHold);
+  Send(Next({0, -0.2, 0}, true, 2));
+  EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+  EXPECT_LT((arm_.Tip() - tip).norm(), 1e-15);
 }
 
 // Reference: W = F d, the work done against a constant force of the object.
