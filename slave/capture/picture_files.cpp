@@ -195,4 +195,9 @@ cv::Mat ReadPicture(const fs::path& file, std::size_t number) {
   return WithoutAlpha(image);
 }
 
+bool WritePng(const cv::Mat& image, const std::filesystem::path& file) {
+  const std::vector<int> quick{cv::IMWRITE_PNG_COMPRESSION, 1};  // recordings come at picture rate
+  return cv::imwrite(file.string(), image, quick);
+}
+
 }  // namespace palpate

@@ -27,4 +27,7 @@ bool NaturallyLess(const std::string& a, const std::string& b);
 // and its `number` (from 1): missing, not a picture, truncated.
 cv::Mat ReadPicture(const std::filesystem::path& file, std::size_t number);
 
+// Writes `image` as it is, without loss. False: the file cannot be written.
+bool WritePng(const cv::Mat& image, const std::filesystem::path& file);
+
 }  // namespace palpate

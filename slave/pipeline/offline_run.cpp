@@ -5,10 +5,10 @@
 #include <stdexcept>
 
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/jpeg.h"
+#include "slave/capture/picture_files.h"
 #include "slave/pipeline/overlay.h"
 #include "slave/site/scripted_camera.h"
 
@@ -40,8 +40,7 @@ void Require(bool written, const std::filesystem::path& file) {
 
 void WriteFrame(const std::filesystem::path& folder, const Frame& frame) {
   const std::filesystem::path file = folder / fmt::format("{:06}.png", frame.sequence);
-  const std::vector<int> quick{cv::IMWRITE_PNG_COMPRESSION, 1};
-  Require(cv::imwrite(file.string(), frame.image, quick), file);
+  Require(WritePng(frame.image, file), file);
 }
 
 void WritePicture(const std::filesystem::path& folder, const Frame& frame,

@@ -102,7 +102,7 @@ void ProcessJpegFiles(benchmark::State& state) {
   double share = 0;
   for (auto _ : state) {
     const double bare = SecondsToDecode(folder.path());
-    const OfflineSummary summary = RunOffline(scene, {folder.path() / "out", false, nullptr}, {});
+    const OfflineSummary summary = RunOffline(scene, {.out = folder.path() / "out"}, {});
     share = bare / summary.seconds;
     state.counters["lost"] = static_cast<double>(summary.tracking_lost);
   }

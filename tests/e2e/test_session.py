@@ -99,6 +99,19 @@ class Session(unittest.TestCase):
         self.assertIn("127.0.0.1:9", done.stderr)
 
 
+class Recordings(unittest.TestCase):
+    def test_recorded_pictures_are_served_without_a_template(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder)
+            self.assertEqual(run(SLAVE, "process", BLOCK, "--out", out, "--frames").returncode, 0)
+            text = pathlib.Path(BLOCK).read_text()
+            self.assertIn("source: simulated", text)
+            scene = out / "recorded.yaml"
+            scene.write_text(text.replace("source: simulated", 'file: "frames/%06d.png"'))
+            with Slave(scene) as slave:
+                self.assertEqual(slave.stop(), 0)
+
+
 class Unit(unittest.TestCase):
     def test_the_systemd_unit_runs_headless_and_stops_on_sigterm(self):
         unit = (ROOT / "deploy/palpate-slave.service").read_text()
