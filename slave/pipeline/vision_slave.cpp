@@ -51,7 +51,8 @@ VisionSlave::VisionSlave(Scene scene)
   model_reason_ = ChooseModel(scene_).reason;
 
   const Frame first = FirstPicture(*source_);
-  // Without a template file the tool is taken to be where the manipulator stands in the first picture.
+  // Without a template file the tool is taken to be where the manipulator stands in the first
+  // picture.
   const bool cut_template = simulated || scene_.sense.tip->template_file.empty();
   estimator_ = std::make_unique<Estimator>(
       scene_, first, cut_template ? std::optional(manipulator_->Tip()) : std::nullopt);
