@@ -60,7 +60,8 @@ trap - EXIT
 
 echo
 echo "== where the estimate's error comes from: the same press picture by picture, against the simulated site's truth"
-for elements in 180 60; do
+own=$(sed -n 's/^info .* with \([0-9]*\) elements.*/\1/p' "$out/slave.log" | head -n 1)
+for elements in ${own:-180} 60; do
   echo "-- $elements boundary elements"
   $slave process "$file" --override model.elements=$elements --out "$out/offline-$elements" | grep -v '^written'
 done

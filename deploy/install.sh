@@ -5,7 +5,7 @@ set -euo pipefail
 packages=(g++ cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
           libopencv-dev libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev)
 if [ "${1:-}" = tests ]; then
-  packages+=(libgtest-dev libgmock-dev libbenchmark-dev clang-format clang-tidy python3 python3-grpcio python3-protobuf
+  packages+=(libgtest-dev libgmock-dev libbenchmark-dev clang-format python3 python3-grpcio python3-protobuf
              iproute2 git)
   # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
   command -v node >/dev/null || packages+=(nodejs)
