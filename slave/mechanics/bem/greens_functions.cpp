@@ -188,7 +188,8 @@ void GreensFunctions::AppendFreeMotions(Eigen::MatrixXd* A, Eigen::MatrixXd* Aba
   Eigen::MatrixXd modes(n, 3);
   for (int i = 0; i < size(); ++i) {
     const auto element = static_cast<std::size_t>(i);
-    modes.middleRows<2>(Eigen::Index{2} * i) = RigidModes(problem_.mesh.elements[element].midpoint());
+    modes.middleRows<2>(Eigen::Index{2} * i) =
+        RigidModes(problem_.mesh.elements[element].midpoint());
     for (int c = 0; c < 2; ++c) {
       if (held(i, c)) continue;
       A->block(n, 2 * i + c, 3, 1) += lengths_[element] / total * modes.row(2 * i + c).transpose();
