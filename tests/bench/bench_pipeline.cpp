@@ -99,10 +99,12 @@ void ProcessJpegFiles(benchmark::State& state) {
   scene.sense.camera->source = Camera::Source::kFiles;
   scene.sense.camera->pattern = (folder.path() / "*.jpg").string();
   scene.sense.tip->template_file = template_file;
+  OfflineOptions run;
+  run.out = folder.path() / "out";
   double share = 0;
   for (auto _ : state) {
     const double bare = SecondsToDecode(folder.path());
-    const OfflineSummary summary = RunOffline(scene, {.out = folder.path() / "out"}, {});
+    const OfflineSummary summary = RunOffline(scene, run, {});
     share = bare / summary.seconds;
     state.counters["lost"] = static_cast<double>(summary.tracking_lost);
   }
