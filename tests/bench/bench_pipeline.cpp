@@ -1,6 +1,5 @@
 // The whole way from a picture to a force: tip, snake, contact and capacitance matrix, over the
-// pictures of a scripted press of the block. First argument of main's own: none; see --help of
-// Google Benchmark.
+// pictures of a scripted press of the block; and `process` over JPEG files beside bare decoding.
 #include <chrono>
 #include <filesystem>
 #include <fstream>
