@@ -22,13 +22,27 @@ struct ToOutline {
   }
   Outline operator()(const PolygonGeometry& g) const { return g.outline; }
   Outline operator()(const ContourFileGeometry& g) const { return g.outline; }
-  Outline operator()(const ImageContourGeometry&) const { return {}; }
+  template <typename NotAnOutline>
+  Outline operator()(const NotAnOutline&) const {
+    return {};
+  }
 };
 
 }  // namespace
 
+bool IsPlanar(const Geometry& geometry) {
+  return !std::holds_alternative<MembraneGeometry>(geometry) &&
+         !std::holds_alternative<BoxGeometry>(geometry) &&
+         !std::holds_alternative<MeshFileGeometry>(geometry);
+}
+
 double ThicknessOf(const Geometry& geometry) {
-  return std::visit([](const auto& g) { return g.thickness; }, geometry);
+  return std::visit(
+      [](const auto& g) {
+        if constexpr (requires { g.thickness; }) return g.thickness;
+        return 0.0;
+      },
+      geometry);
 }
 
 Outline OutlineOf(const Geometry& geometry) {

@@ -39,10 +39,25 @@ struct ContourFileGeometry {
 struct ImageContourGeometry {
   double thickness = 0;
 };  // the outline is found by the eyes in the first picture
-using Geometry = std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
-                              ImageContourGeometry>;
-double ThicknessOf(const Geometry& geometry);  // [m]
-// The outline of a planar geometry, frame O; a disc as a 360-gon. Empty for ImageContourGeometry.
+struct MembraneGeometry {
+  double radius = 0, thickness = 0;
+};  // [m], clamped plate, frame O at the centre, z along the outward normal
+struct BoxGeometry {
+  Eigen::Vector3d size{0, 0, 0};
+  std::array<int, 3> cells{1, 1, 1};
+};  // [m], frame O at the lower corner
+struct MeshFileGeometry {
+  std::filesystem::path file;
+  double unit = 1;        // one unit of the file [m]
+  double resolution = 0;  // edge asked of the mesher that fills a surface [m]; 0: left to it
+};                        // .veg .node/.ele .msh .vtu; a surface: .stl .ply
+using Geometry =
+    std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
+                 ImageContourGeometry, MembraneGeometry, BoxGeometry, MeshFileGeometry>;
+bool IsPlanar(const Geometry& geometry);
+double ThicknessOf(const Geometry& geometry);  // [m]; 0: a volume
+// The outline of a planar geometry, frame O; a disc as a 360-gon. Empty for ImageContourGeometry
+// and what is not planar.
 Outline OutlineOf(const Geometry& geometry);
 
 struct Material {
@@ -138,9 +153,41 @@ struct Sense {
 // ------------------------------------------------------------------------------------------------------
 enum class Plane : std::uint8_t { kStress, kStrain };
 enum class ContactLaw : std::uint8_t { kBonded, kFrictionless };
+enum class ElementOrder : std::uint8_t { kConstant, kLinear, kQuadratic };
+// `fem` and what is made from it (contracts, model options).
+struct FemOptions {
+  enum class Element : std::uint8_t { kTet4, kTet10 } element = Element::kTet4;
+  enum class Law : std::uint8_t { kCorotational, kLinear, kNeoHookean } law = Law::kCorotational;
+  enum class Time : std::uint8_t { kStatic, kDynamic } time = Time::kStatic;
+  enum class Integrator : std::uint8_t {
+    kImplicitEuler,
+    kNewmark
+  } integrator = Integrator::kImplicitEuler;
+  enum class Mass : std::uint8_t { kConsistent, kLumped } mass = Mass::kConsistent;
+  enum class Tangent : std::uint8_t { kWarped, kExact } tangent = Tangent::kWarped;
+  // How the pressure is found: from the displacement alone (locks as nu -> 0.5), averaged over the
+  // nodes (tet4), as an unknown of its own (tet10). Auto: displacement for tet4, mixed for tet10
+  // from nu = 0.49 on.
+  enum class Pressure : std::uint8_t {
+    kAuto,
+    kDisplacement,
+    kAveraged,
+    kMixed
+  } pressure = Pressure::kAuto;
+  double step = 0.02;                  // [s]
+  int newton = 1;                      // linear solves per dynamic step; 0: until `residual`
+  double damping_mass = 0;             // Rayleigh's a [1/s]
+  double damping_stiffness = 0;        // Rayleigh's b [s]
+  double residual = 1e-6;              // relative [-]
+  Eigen::Vector3d gravity_O{0, 0, 0};  // [m/s^2]
+  int threads = 1;                     // of the assembly; the answer does not depend on it
+};
 struct ModelOptions {
-  std::string kind = "auto";  // auto or bem2d
+  std::string kind = "auto";  // auto bem2d plate plate-large fem fem-hyperelastic bem3d fem-green
   int elements = 180;
+  ElementOrder order = ElementOrder::kConstant;
+  FemOptions fem;
+  std::filesystem::path cache;  // folder for Green's functions; empty: none is kept
   Plane plane = Plane::kStress;
   ContactLaw contact = ContactLaw::kBonded;
   double tolerance = 0.05;    // asked for [-]

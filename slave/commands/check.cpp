@@ -118,7 +118,7 @@ std::optional<double> ExpectedError(const Scene& scene, const Eigen::Vector2d& p
   const bool refine = kFactor * elements <= kLargest;
   Scene other = scene;
   other.model.elements = refine ? kFactor * elements : elements / kFactor;
-  const std::unique_ptr<DeformationModel> model = MakeModel(other, MeshObject(other, std::nullopt));
+  const std::unique_ptr<DeformationModel> model = MakeModel(other, MeshOutline(other, std::nullopt));
   const double k = Press(*model, p_O, normal_O, scene.tool->width).stiffness;
   const double limit = refine ? 1.5 * k - 0.5 * stiffness : 1.5 * stiffness - 0.5 * k;
   if (!(limit > 0)) return std::nullopt;
@@ -170,7 +170,7 @@ void PrintModel(const Scene& scene) {
     Line("mesh", "made when the contour is found; conditioning and error are said then");
     return;
   }
-  const BoundaryMesh mesh = MeshObject(scene, std::nullopt);
+  const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
   PrintMesh(mesh);
   const std::unique_ptr<DeformationModel> model = MakeModel(scene, mesh);
   const ModelInfo& info = model->info();

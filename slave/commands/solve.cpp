@@ -78,7 +78,7 @@ int Solve(const SolveOptions& options) {
   if (options.contacts.empty() && options.loads.empty()) {
     throw InputError("solve: no input: accepted is --contacts, --loads or both");
   }
-  const BoundaryMesh mesh = MeshObject(scene, std::nullopt);
+  const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
   std::vector<SolveRow> rows;
   if (!options.contacts.empty()) {
     AppendRows(options.contacts, Contact::Kind::kDisplacement, mesh, &rows);

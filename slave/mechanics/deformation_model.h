@@ -20,8 +20,9 @@ struct Contact {
   enum class Kind : std::uint8_t { kDisplacement, kForce };
   Kind kind = Kind::kDisplacement;
   Eigen::Vector3d p_O{0, 0, 0};  // the place at rest, centre of the patch [m]
-  int element = -1;              // the boundary element there; -1: found from p_O
-  double width = 0;  // along the boundary [m]; 0: the one element there (contracts, solve)
+  int element = -1;  // 2D: the boundary element there, 3D: the triangle; -1: found from p_O
+  double width = 0;  // along the boundary, in 3D of a disc [m]; 0: the one element, node or point
+                     // there (contracts, solve)
   Eigen::Vector3d value_O{
       0, 0, 0};  // displacement of the patch [m], or total force of the tool on the object [N]
 };
@@ -31,7 +32,8 @@ struct ContactResponse {
   Eigen::Vector3d force_O{0, 0, 0};         // of the tool on the object, whole thickness [N]
   Eigen::Vector3d displacement_O{0, 0, 0};  // mean over the patch [m]
   Eigen::Matrix3d stiffness_O =
-      Eigen::Matrix3d::Zero();  // d force_O / d displacement_O of this patch alone [N/m]
+      Eigen::Matrix3d::Zero();  // d force_O / d displacement_O of this patch alone [N/m]; zero
+                                // where it costs more than the answer (fem)
   Validity validity = Validity::kFailed;
 };
 
@@ -44,6 +46,9 @@ struct ModelInfo {
   std::size_t memory_bytes = 0;  // kept after precompute
   double condition = 0;  // estimated condition number of the reference system [-]; 0: not known
   double range = 0;      // largest |displacement| / larger side before `extrapolated` [-]
+  double step = 0;       // of time, one per Respond [s]; 0: static
+  double update_us = 0;  // expected for one moved contact, measured after precompute; 0: not known
+  std::string remark;    // what a user should know of this choice, one clause; may be empty
 };
 
 class DeformationModel {
@@ -59,9 +64,15 @@ class DeformationModel {
   virtual void Respond(std::span<const Contact> contacts,
                        std::span<ContactResponse> responses) noexcept = 0;
 
-  // Displacement of every boundary element (2D: midpoint) under the contacts of the last Respond:
-  // 3 numbers per element, frame O [m]. Costs O(N S); computed only when asked for.
+  // Displacement under the contacts of the last Respond, frame O [m]: of every boundary element's
+  // midpoint in 2D, of every triangle's centroid (bem3d) or node of the mesh (fem, fem-green) in
+  // 3D, of the nodes of MembraneGrid() on membranes. Costs O(N S); computed only when asked for.
   virtual void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) = 0;
+
+  // Forgets motion and warm starts: the body is at rest again, and the next Respond does not depend
+  // on those before. With `time: dynamic` a Respond is one step of time, whose contacts hold at its
+  // end.
+  virtual void Reset() {}
 
   // Why the last Respond failed, one clause; empty where it did not or where no more is known.
   [[nodiscard]] virtual std::string_view failure() const { return {}; }

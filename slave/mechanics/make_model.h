@@ -2,12 +2,12 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 
-#include "shared/mesh/outline.h"
 #include "shared/scene/scene.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/object_mesh.h"
+#include "slave/mechanics/progress.h"
 
 namespace palpate {
 
@@ -18,12 +18,9 @@ struct ModelChoice {
 
 // What `kind: auto` comes to, and why.
 ModelChoice ChooseModel(const Scene& scene);
-// Divides the scene's outline into model.elements elements, frame O. `seen`: the outline found by
-// the eyes, used for `contour: from-image`. Throws std::invalid_argument: nothing seen where it is
-// needed, fewer than three elements.
-BoundaryMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen);
-// Precomputes the model. Throws std::invalid_argument: fixed nothing, impossible combination (says
-// why).
-std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const BoundaryMesh& mesh);
+// Precomputes the model; tells `progress`, if there is one, what to expect and how far it is.
+// Throws std::invalid_argument: fixed nothing, impossible combination (says why); Interrupted.
+std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,
+                                            Progress* progress = nullptr);
 
 }  // namespace palpate

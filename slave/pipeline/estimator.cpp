@@ -90,7 +90,7 @@ void Estimator::RegisterObject(const Scene& scene) {
 
 std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene) const {
   auto touch = std::make_unique<TouchModel>();
-  touch->mesh = MeshObject(scene, seen_);
+  touch->mesh = MeshOutline(scene, seen_);
   touch->deformation = MakeModel(scene, touch->mesh);
   touch->contact = std::make_unique<BoundaryContact>(touch->mesh);
   return touch;

@@ -42,8 +42,8 @@ void Assign(const std::vector<float>& values, Repeated* message) {
 std::string Describe(const Geometry& geometry) {
   std::ostringstream words;
   std::visit(InWords{words}, geometry);
-  const double thickness = std::visit([](const auto& g) { return g.thickness; }, geometry);
-  words << ", " << thickness / kMillimetre << " mm thick";
+  const double thickness = ThicknessOf(geometry);
+  if (thickness > 0) words << ", " << thickness / kMillimetre << " mm thick";
   return words.str();
 }
 

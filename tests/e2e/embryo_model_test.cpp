@@ -94,7 +94,7 @@ TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
 
   Scene disc = scene;
   disc.object.geometry = DiscGeometry{kRadius, 1.2e-3};
-  const BoundaryMesh mesh = MeshObject(disc, std::nullopt);
+  const BoundaryMesh mesh = MeshOutline(disc, std::nullopt);
   const std::unique_ptr<DeformationModel> model = MakeModel(disc, mesh);
   const Eigen::Vector3d centre = estimator.registration().X_SO.translation();
   const Eigen::Vector3d out = (felt.p_S_contact - centre).normalized();

@@ -22,7 +22,7 @@ Scene BlockScene() {
 }
 
 int HeldCount(const Scene& scene, int component) {
-  const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
+  const auto model = MakeModel(scene, MeshOutline(scene, std::nullopt));
   const auto& greens = dynamic_cast<const Bem2dModel&>(*model).greens_functions();
   int count = 0;
   for (int i = 0; i < greens.size(); ++i) count += greens.held(i, component) ? 1 : 0;
@@ -31,7 +31,7 @@ int HeldCount(const Scene& scene, int component) {
 
 std::string RefusalOf(const Scene& scene) {
   try {
-    MakeModel(scene, MeshObject(scene, std::nullopt));
+    MakeModel(scene, MeshOutline(scene, std::nullopt));
     return "";
   } catch (const std::invalid_argument& error) {
     return error.what();
@@ -82,19 +82,19 @@ TEST(MakeModel, RefusesWhatHoldsNothing) {
 TEST(MakeModel, NeedsAnOutlineForAPictureContour) {
   Scene scene = BlockScene();
   scene.object.geometry = ImageContourGeometry{0.001};
-  EXPECT_THROW(MeshObject(scene, std::nullopt), std::invalid_argument);
+  EXPECT_THROW(MeshOutline(scene, std::nullopt), std::invalid_argument);
   Outline seen;
   for (int i = 0; i < 40; ++i) {
     seen.outer.emplace_back(std::cos(i * 9 * kDegree), std::sin(i * 9 * kDegree));
   }
-  EXPECT_EQ(MeshObject(scene, seen).size(), 60);
+  EXPECT_EQ(MeshOutline(scene, seen).size(), 60);
 }
 
 TEST(MakeModel, KeepsTheScenesRangeAndTakesTenPercentOtherwise) {
   Scene scene = BlockScene();
-  EXPECT_EQ(MakeModel(scene, MeshObject(scene, std::nullopt))->info().range, 0.1);
+  EXPECT_EQ(MakeModel(scene, MeshOutline(scene, std::nullopt))->info().range, 0.1);
   scene.model.range = 0.2;
-  EXPECT_EQ(MakeModel(scene, MeshObject(scene, std::nullopt))->info().range, 0.2);
+  EXPECT_EQ(MakeModel(scene, MeshOutline(scene, std::nullopt))->info().range, 0.2);
 }
 
 }  // namespace

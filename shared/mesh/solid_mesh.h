@@ -1,0 +1,44 @@
+// Volumes as tetrahedra and closed surfaces as triangles. Frame O [m].
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+// Linear tetrahedra; quadratic ones (tet10) are made from them by the models that use them.
+struct SolidMesh {
+  std::vector<Eigen::Vector3d> nodes;    // p_O [m]
+  std::vector<std::array<int, 4>> tets;  // det(p1 - p0, p2 - p0, p3 - p0) > 0
+};
+
+// Triangles are counter-clockwise seen from outside, so (p1 - p0) x (p2 - p0) points outwards.
+struct SurfaceMesh {
+  std::vector<Eigen::Vector3d>
+      nodes;  // p_O [m]; those of the volume, inner ones too, if it has one
+  std::vector<std::array<int, 3>> triangles;
+};
+
+// The faces that belong to one tetrahedron only, in the order of the tetrahedra, outward. Node
+// numbers stay. O(N log N).
+SurfaceMesh SurfaceOf(const SolidMesh& mesh);
+
+// A box with its lower corner at the origin: nodes id = i + (n_x + 1) (j + (n_y + 1) k), every cell
+// cut into six tetrahedra along the diagonal from corner 0 to corner 7, corner c = dx + 2 dy + 4 dz
+// (contracts, `box`). Throws std::invalid_argument: sizes not positive and finite, no cell, more
+// than 4 million tetrahedra.
+SolidMesh MeshBox(const Eigen::Vector3d& size, const std::array<int, 3>& cells);
+
+// Every tetrahedron cut into eight, every triangle into four, at the middles of their edges; the
+// old nodes come first.
+SolidMesh Refined(const SolidMesh& mesh);
+SurfaceMesh Refined(const SurfaceMesh& mesh);
+
+// Signed volume of one tetrahedron [m^3].
+double SignedVolume(const SolidMesh& mesh, int tet);
+// Lengths of the bounding box's diagonal [m].
+double Diagonal(const std::vector<Eigen::Vector3d>& nodes);
+
+}  // namespace palpate

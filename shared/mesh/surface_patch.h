@@ -1,0 +1,46 @@
+// Places on a triangulated surface and the nodes or triangles of a contact patch there (contracts,
+// `solve`: the rules for places and `width` in 3D). Frame O [m].
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+
+namespace palpate {
+
+// Where something touches.
+struct SurfacePlace {
+  int node = -1;      // the node there, inner ones too; -1: none
+  int triangle = -1;  // the nearest triangle; of equally near ones that with the largest index
+  Eigen::Vector3d weights{0, 0,
+                          0};  // barycentric, of the nearest point of that triangle, each >= 0
+  double distance = 0;         // to that point or, with a node, to the node [m]
+};
+
+// Nodes within 1e-6 of the bounding box's diagonal count as met. nullopt: `p_O` not finite or
+// farther from the surface than half the longest edge of the nearest triangle (and no node there).
+// O(N).
+std::optional<SurfacePlace> FindPlace(const SurfaceMesh& surface, const Eigen::Vector3d& p_O);
+
+// Outward unit normal of a triangle; zero if it has no area.
+Eigen::Vector3d Normal(const SurfaceMesh& surface, int triangle);
+double Area(const SurfaceMesh& surface, int triangle);
+Eigen::Vector3d Centroid(const SurfaceMesh& surface, int triangle);
+
+// The patch of a disc of diameter `width` > 0 around `place` at `p_O`: triangles whose centroid,
+// nodes that lie within width / 2 of it (1e-9 relative slack) on triangles that face the same way
+// (within 60 degrees of the mean normal at the place), so that a thin object is touched on one side
+// only. None that near: `triangles` is the one at the place, `nodes` is empty and the place's
+// weights count. In rising order.
+struct SurfacePatch {
+  std::vector<int> triangles;  // take a uniform load, a third of each one's share per node
+  std::vector<int> nodes;      // are moved alike
+};
+SurfacePatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place,
+                     const Eigen::Vector3d& p_O, double width);
+
+}  // namespace palpate

@@ -1,0 +1,54 @@
+// A scene's object as what its model computes on.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/outline.h"
+#include "shared/mesh/solid_mesh.h"
+#include "shared/scene/scene.h"
+
+namespace palpate {
+
+// A round clamped membrane: closed forms and series need no mesh. Frame O: origin at the centre, z
+// along the outward normal.
+struct MembraneDisc {
+  double radius = 0, thickness = 0;  // [m]
+};
+
+using ObjectMesh = std::variant<BoundaryMesh, MembraneDisc, SolidMesh, SurfaceMesh>;
+
+// Divides the scene's object: an outline into model.elements elements, a box into its cells, a mesh
+// from its file. `seen`: the outline found by the eyes, used for `contour: from-image`. Throws
+// std::invalid_argument: nothing seen where it is needed, fewer than three elements, an unusable
+// mesh file (file:line).
+ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen);
+// The same for planar objects; throws std::invalid_argument for others.
+BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen);
+
+// Where an object can be touched (contracts, `solve`).
+class TouchableSurface {
+ public:
+  // Keeps a reference to the mesh. O(N log N) for a volume.
+  explicit TouchableSurface(const ObjectMesh& mesh);
+  // Why nothing can touch the object at `p_O` [m], in words that follow `accepted is`; nullopt: it
+  // can. O(N).
+  [[nodiscard]] std::optional<std::string> Refuse(const Eigen::Vector3d& p_O) const;
+
+ private:
+  const ObjectMesh& mesh_;
+  SurfaceMesh skin_;  // of a volume
+};
+
+// What object.fixed holds at zero: the components of every element (2D) or node (3D). Throws
+// std::invalid_argument: an entry that holds nothing, a node that does not exist.
+std::vector<std::array<bool, 2>> HeldElements(const Scene& scene, const BoundaryMesh& mesh);
+std::vector<std::array<bool, 3>> HeldNodes(const Scene& scene,
+                                           const std::vector<Eigen::Vector3d>& nodes);
+
+}  // namespace palpate
