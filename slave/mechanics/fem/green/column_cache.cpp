@@ -76,7 +76,8 @@ void ColumnCache::Save(int number, std::span<const double> values) const {
   if (!enabled()) return;
   const auto file = FileOf(number);
   auto beside = file;
-  beside += "." + std::to_string(::getpid());
+  beside += ".";
+  beside += std::to_string(::getpid());
   std::error_code ignored;
   {
     std::ofstream out(beside, std::ios::binary);
