@@ -60,7 +60,10 @@ bool ContactSet::FindSpliced(std::span<const Contact> contacts) {
   Change change{.slot = begin, .slots = now - end - begin};
   for (int i = begin; i < count_ - end; ++i) change.removed += slots_[Index(i)].rows;
   changes_.push_back(change);
-  if (slots_.size() < contacts.size()) slots_.resize(contacts.size());
+  if (slots_.size() < contacts.size()) {
+    slots_.resize(contacts.size());
+    MakeRoom();
+  }
   const auto first = slots_.begin() + begin;
   const auto last = slots_.begin() + std::max(now, count_);
   std::rotate(first, now > count_ ? last - (now - count_) : first + (count_ - now), last);
@@ -78,7 +81,16 @@ bool ContactSet::Find(const Contact& contact, ContactSlot* slot) {
   slot->p_O = contact.p_O;
   slot->footprint.places.clear();
   failure_ = places_.Find(contact, &slot->footprint);
+  if (slot->footprint.places.size() > most_places_) {
+    most_places_ = slot->footprint.places.size();
+    MakeRoom();
+  }
   return failure_.empty() && !slot->footprint.places.empty();
+}
+
+// Patches wander from slot to slot as contacts come and go: where one fits, it fits everywhere.
+void ContactSet::MakeRoom() {
+  for (auto& slot : slots_) slot.footprint.places.reserve(most_places_);
 }
 
 // Unknown components row by row, in the order of the contacts.

@@ -74,6 +74,7 @@ class ContactSet {
   bool FindChanged(std::span<const Contact> contacts);
   bool FindSpliced(std::span<const Contact> contacts);
   bool Find(const Contact& contact, ContactSlot* slot);
+  void MakeRoom();
   bool Number();
   bool AddUnknown(std::span<const PlaceWeight> places, ContactSlot* slot);
   bool SelfBlock(const ForceUnknown& unknown, Eigen::Matrix3d* block);
@@ -88,6 +89,7 @@ class ContactSet {
   bool known_ = false;
   std::vector<ContactSlot> slots_;  // the first count_ are in use: footprints keep their memory
   int count_ = 0;
+  std::size_t most_places_ = 1;  // of a footprint so far: all slots have that much room
   std::vector<ForceUnknown> unknowns_;
   std::vector<Change> changes_;
   int rows_ = 0, loads_ = 0;

@@ -48,6 +48,8 @@ SurfaceFinder::SurfaceFinder(SurfaceMesh surface)
     }
   }
   seen_.assign(surface_.nodes.size(), 0);
+  patch_nodes_.reserve(surface_.nodes.size());
+  patch_triangles_.reserve(surface_.triangles.size());
 }
 
 std::span<const int> SurfaceFinder::TrianglesOf(int node) const {
