@@ -1,0 +1,212 @@
+// Cost of contacts on surface Green's functions against mesh size and number of contacts. One
+// thread. Counters: `dof` of the finite elements, `us` per update (CPU), `ratio` of it to Eigen's LU
+// and solution of the same capacitance matrix, measured in the same run, `error` of the forces
+// against a fresh factorisation.
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <map>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include <Eigen/LU>
+#include <benchmark/benchmark.h>
+
+#include "slave/mechanics/fem/green/fem_green_model.h"
+
+namespace palpate {
+namespace {
+
+// CPU time of this thread [s]: what other programs take does not count.
+double Now() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+struct Held {
+  SolidMesh mesh;
+  std::vector<std::array<bool, 3>> held;
+};
+
+Held Cube(int cells) {
+  Held cube{MeshBox({0.06, 0.06, 0.06}, {cells, cells, cells}), {}};
+  for (const auto& p : cube.mesh.nodes) {
+    const bool bottom = p.z() == 0;
+    cube.held.push_back({bottom, bottom, bottom});
+  }
+  return cube;
+}
+
+// A model and contacts whose columns are ready, at random places, a node each.
+struct Ready {
+  std::unique_ptr<FemGreenModel> model;
+  std::vector<Contact> contacts;
+};
+
+Ready& ReadyOf(int cells) {
+  static std::map<int, Ready> all;
+  Ready& ready = all[cells];
+  if (ready.model) return ready;
+  const Held cube = Cube(cells);
+  ready.model = std::make_unique<FemGreenModel>(cube.mesh, cube.held, 3800, 0.15,
+                                                FemGreenModel::Options{});
+  std::mt19937 random(1);
+  const SurfaceMesh& surface = ready.model->surface();
+  std::vector<int> triangle_of_node(surface.nodes.size(), -1);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    for (const int n : surface.triangles[t]) {
+      triangle_of_node[static_cast<std::size_t>(n)] = static_cast<int>(t);
+    }
+  }
+  const auto& node_of_place = ready.model->columns().node_of_place();
+  const int groups = static_cast<int>(node_of_place.size()) / GreenColumns::kGroup;
+  std::vector<int> order(static_cast<std::size_t>(groups));
+  for (int g = 0; g < groups; ++g) order[static_cast<std::size_t>(g)] = g;
+  std::ranges::shuffle(order, random);
+  order.resize(static_cast<std::size_t>(std::min(groups, 40)));
+  for (const int g : order) {
+    for (int k = 0; k < GreenColumns::kGroup; ++k) {
+      const int node = node_of_place[static_cast<std::size_t>(g * GreenColumns::kGroup + k)];
+      if (cube.held[static_cast<std::size_t>(node)][0]) continue;
+      Contact contact;
+      contact.element = triangle_of_node[static_cast<std::size_t>(node)];
+      contact.p_O = surface.nodes[static_cast<std::size_t>(node)];
+      contact.value_O = {1e-4, -2e-4, 3e-4};
+      ready.contacts.push_back(contact);
+      ready.model->Prefetch({&node, 1});
+    }
+  }
+  std::ranges::shuffle(ready.contacts, random);
+  return ready;
+}
+
+double EigenLuSeconds(int order) {
+  static std::map<int, double> measured;
+  double& seconds = measured[order];
+  if (seconds == 0) {
+    const Eigen::MatrixXd A =
+        Eigen::MatrixXd::Random(order, order) + order * Eigen::MatrixXd::Identity(order, order);
+    const Eigen::VectorXd b = Eigen::VectorXd::Random(order);
+    const int times = 20000 / order + 10;
+    seconds = 1;
+    for (int batch = 0; batch < 5; ++batch) {
+      const double start = Now();
+      for (int k = 0; k < times; ++k) {
+        Eigen::VectorXd x = A.partialPivLu().solve(b);
+        benchmark::DoNotOptimize(x.data());
+      }
+      seconds = std::min(seconds, (Now() - start) / times);
+    }
+  }
+  return seconds;
+}
+
+double ErrorOf(const Ready& ready, const std::vector<Contact>& contacts,
+               const std::vector<ContactResponse>& got) {
+  SurfaceNodePlaces places(ready.model->surface(), ready.model->columns().place_of_node());
+  ComplianceSolver fresh(ready.model->columns(), places,
+                         {.young_modulus = 3800, .larger_side = 0.06});
+  std::vector<ContactResponse> reference(contacts.size());
+  fresh.Respond(contacts, reference);
+  double error = 0, largest = 0;
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    error = std::max(error, (got[i].force_O - reference[i].force_O).norm());
+    largest = std::max(largest, reference[i].force_O.norm());
+  }
+  return error / largest;
+}
+
+enum class Turn { kUnchanged, kOneMoves, kAllMove };
+
+void Contacts(benchmark::State& state, Turn turn) {
+  Ready& ready = ReadyOf(static_cast<int>(state.range(1)));
+  const auto S = static_cast<std::size_t>(state.range(0));
+  const std::size_t count = ready.contacts.size();
+  std::vector<Contact> contacts(ready.contacts.begin(), ready.contacts.begin() + static_cast<long>(S));
+  std::vector<ContactResponse> responses(S);
+  std::mt19937 random(2);
+  std::vector<std::size_t> dice(4096);
+  for (auto& d : dice) d = random() % S;
+  std::size_t next = S, round = 0;
+  ready.model->Respond(contacts, responses);
+  double least = 1;
+  for (auto _ : state) {
+    constexpr int kBatch = 256;
+    const double start = Now();
+    for (int k = 0; k < kBatch; ++k) {
+      const std::size_t moved = turn == Turn::kAllMove ? S : turn == Turn::kOneMoves ? 1 : 0;
+      for (std::size_t m = 0; m < moved; ++m) {
+        // The pool goes round: what comes in was out long ago, so no two contacts meet.
+        const std::size_t i = moved == S ? m : dice[round++ % dice.size()];
+        const Contact out = contacts[i];
+        contacts[i] = ready.contacts[next % count];
+        ready.contacts[next % count] = out;
+        next = next + 1 == count ? S : next + 1;
+      }
+      ready.model->Respond(contacts, responses);
+      benchmark::DoNotOptimize(responses.data());
+    }
+    least = std::min(least, (Now() - start) / kBatch);
+    // What was swapped out must not come in while its place is taken: the first S stay out.
+    if (responses[0].validity == Validity::kFailed) state.SkipWithError("failed");
+  }
+  std::copy(contacts.begin(), contacts.end(), ready.contacts.begin());
+  state.counters["us"] = 1e6 * least;
+  state.counters["ratio"] = least / EigenLuSeconds(static_cast<int>(3 * S));
+  state.counters["error"] = ErrorOf(ready, contacts, responses);
+  state.counters["dof"] = static_cast<double>(ready.model->info().dof);
+}
+
+void Unchanged(benchmark::State& state) { Contacts(state, Turn::kUnchanged); }
+void OneMoves(benchmark::State& state) { Contacts(state, Turn::kOneMoves); }
+void AllMove(benchmark::State& state) { Contacts(state, Turn::kAllMove); }
+
+void Sizes(benchmark::internal::Benchmark* benchmark) {
+  for (const int cells : {8, 16, 26}) {
+    for (const int S : {1, 2, 8, 16, 64}) benchmark->Args({S, cells});
+  }
+  benchmark->MinTime(0.1)->Unit(benchmark::kMicrosecond);
+}
+BENCHMARK(Unchanged)->Apply(Sizes);
+BENCHMARK(OneMoves)->Apply(Sizes);
+BENCHMARK(AllMove)->Apply(Sizes);
+
+// Assembly and factorisation. `MB` kept.
+void Precompute(benchmark::State& state) {
+  const Held cube = Cube(static_cast<int>(state.range(0)));
+  FemGreenModel::Options options;
+  options.element = state.range(1) == 4 ? TetElement::kTet4 : TetElement::kTet10;
+  for (auto _ : state) {
+    const FemGreenModel model(cube.mesh, cube.held, 3800, 0.15, options);
+    state.counters["dof"] = static_cast<double>(model.info().dof);
+    state.counters["MB"] = 1e-6 * static_cast<double>(model.info().memory_bytes);
+  }
+}
+BENCHMARK(Precompute)
+    ->Args({6, 4})
+    ->Args({12, 4})
+    ->Args({26, 4})
+    ->Args({6, 10})
+    ->Args({12, 10})
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
+
+// Columns of a node nobody touched, its group's seven neighbours with it.
+void NewColumns(benchmark::State& state) {
+  const Held cube = Cube(static_cast<int>(state.range(0)));
+  FemGreenModel model(cube.mesh, cube.held, 3800, 0.15, {});
+  int place = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(model.columns().Column(place));
+    place += GreenColumns::kGroup;
+  }
+  state.counters["dof"] = static_cast<double>(model.info().dof);
+}
+BENCHMARK(NewColumns)->Arg(6)->Arg(12)->Arg(26)->Iterations(4)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace palpate
+
+BENCHMARK_MAIN();

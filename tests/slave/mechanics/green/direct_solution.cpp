@@ -1,0 +1,207 @@
+#include "tests/slave/mechanics/green/direct_solution.h"
+
+#include <fstream>
+#include <map>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "shared/mesh/surface_patch.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+MatrixXd DenseStiffness(const Body& body) {
+  const double factor = body.E / ((1 + body.nu) * (1 - 2 * body.nu));
+  Eigen::Matrix<double, 6, 6> D = Eigen::Matrix<double, 6, 6>::Zero();
+  D.topLeftCorner<3, 3>().setConstant(factor * body.nu);
+  D.topLeftCorner<3, 3>().diagonal().setConstant(factor * (1 - body.nu));
+  D.bottomRightCorner<3, 3>().diagonal().setConstant(factor * (1 - 2 * body.nu) / 2);
+  const auto size = static_cast<Eigen::Index>(3 * body.mesh.nodes.size());
+  MatrixXd K = MatrixXd::Zero(size, size);
+  for (const auto& tet : body.mesh.tets) {
+    Eigen::Matrix4d vertices;  // rows 1, x, y, z
+    for (int v = 0; v < 4; ++v) {
+      vertices.col(v) << 1, body.mesh.nodes[Index(tet[Index(v)])];
+    }
+    const Eigen::Matrix4d shape = vertices.inverse();  // row v: coefficients of N_v
+    Eigen::Matrix<double, 6, 12> B = Eigen::Matrix<double, 6, 12>::Zero();
+    for (int v = 0; v < 4; ++v) {
+      const double x = shape(v, 1), y = shape(v, 2), z = shape(v, 3);
+      B.block<6, 3>(0, 3 * v) << x, 0, 0, 0, y, 0, 0, 0, z, y, x, 0, 0, z, y, z, 0, x;
+    }
+    const Eigen::Matrix<double, 12, 12> k = vertices.determinant() / 6 * B.transpose() * D * B;
+    for (int a = 0; a < 12; ++a) {
+      for (int b = 0; b < 12; ++b) {
+        K(3 * tet[Index(a / 3)] + a % 3, 3 * tet[Index(b / 3)] + b % 3) += k(a, b);
+      }
+    }
+  }
+  return K;
+}
+
+using Shares = std::map<int, double>;  // node: weight
+
+Shares SharesOf(const SurfaceMesh& surface, const Contact& contact, bool* point) {
+  const auto place = FindPlace(surface, contact.p_O);
+  if (!place) throw std::invalid_argument("no place there");
+  Shares shares;
+  *point = true;
+  if (contact.width > 0) {
+    const SurfacePatch patch = PatchAt(surface, *place, contact.p_O, contact.width);
+    if (contact.kind == Contact::Kind::kForce) {
+      double total = 0;
+      for (const int t : patch.triangles) total += Area(surface, t);
+      for (const int t : patch.triangles) {
+        for (const int n : surface.triangles[Index(t)]) shares[n] += Area(surface, t) / total / 3;
+      }
+      return shares;
+    }
+    if (!patch.nodes.empty()) {
+      *point = false;
+      for (const int n : patch.nodes) shares[n] = 1;
+      return shares;
+    }
+  }
+  if (place->node >= 0) return {{place->node, 1.0}};
+  for (int v = 0; v < 3; ++v) {
+    shares[surface.triangles[Index(place->triangle)][Index(v)]] += place->weights[v];
+  }
+  return shares;
+}
+
+struct Constraint {
+  std::vector<std::pair<int, double>> dofs;
+  double value = 0;
+  int contact = -1;
+  Vector3d direction{0, 0, 0};
+};
+
+// Mean of the normals of the triangles around a node.
+Vector3d NodeNormal(const SurfaceMesh& surface, int node) {
+  Vector3d sum = Vector3d::Zero();
+  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+    for (const int n : surface.triangles[Index(t)]) {
+      if (n == node) sum += Normal(surface, t);
+    }
+  }
+  return sum.normalized();
+}
+
+}  // namespace
+
+Body Standing(SolidMesh mesh, int axis, double E, double nu) {
+  double low = mesh.nodes.front()[axis];
+  for (const auto& p : mesh.nodes) low = std::min(low, p[axis]);
+  const double near = 1e-6 * Diagonal(mesh.nodes);
+  Body body{std::move(mesh), {}, E, nu};
+  for (const auto& p : body.mesh.nodes) {
+    const bool held = p[axis] <= low + near;
+    body.held.push_back({held, held, held});
+  }
+  return body;
+}
+
+Body ShakenBox(std::array<int, 3> cells, double E, double nu) {
+  SolidMesh mesh = MeshBox({0.06, 0.05, 0.04}, cells);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> shake(-1e-3, 1e-3);
+  for (auto& p : mesh.nodes) {
+    const bool inside = p.x() > 1e-9 && p.x() < 0.06 - 1e-9 && p.y() > 1e-9 && p.y() < 0.05 - 1e-9;
+    const Vector3d by(shake(random), shake(random), shake(random));
+    if (inside && p.z() > 1e-9) p += p.z() < 0.04 - 1e-9 ? by : Vector3d(by.x(), by.y(), 0);
+  }
+  return Standing(std::move(mesh), 2, E, nu);
+}
+
+Body Foam(const char* name) {
+  const std::string stem = std::string(PALPATE_SOURCE_DIR "/../shared/data/seed001_meshes/") + name;
+  std::ifstream nodes(stem + ".node"), elements(stem + ".ele");
+  SolidMesh mesh;
+  int count = 0, skip = 0;
+  if (!(nodes >> count >> skip >> skip >> skip)) return {};
+  mesh.nodes.resize(Index(count));
+  for (auto& p : mesh.nodes) nodes >> skip >> p.x() >> p.y() >> p.z();
+  int regions = 0;
+  elements >> count >> skip >> regions;
+  mesh.tets.resize(Index(count));
+  for (auto& tet : mesh.tets) {
+    elements >> skip;
+    for (int& n : tet) elements >> n, --n;
+    for (int r = 0; r < regions; ++r) elements >> skip;
+  }
+  return Standing(std::move(mesh), 0, 3800, 0.15);
+}
+
+DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless) {
+  const SurfaceMesh surface = SurfaceOf(body.mesh);
+  const auto dofs = static_cast<int>(3 * body.mesh.nodes.size());
+  VectorXd load = VectorXd::Zero(dofs);
+  std::vector<Constraint> constraints;
+  for (int d = 0; d < dofs; ++d) {
+    if (body.held[Index(d / 3)][Index(d % 3)]) constraints.push_back({{{d, 1.0}}, 0, -1, Vector3d::Zero()});
+  }
+  std::vector<Shares> shares;
+  for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {
+    const Contact& contact = contacts[Index(i)];
+    bool point = true;
+    shares.push_back(SharesOf(surface, contact, &point));
+    if (contact.kind == Contact::Kind::kForce) {
+      for (const auto& [n, w] : shares.back()) load.segment<3>(3 * n) += w * contact.value_O;
+      continue;
+    }
+    std::vector<Vector3d> directions{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
+    if (frictionless) directions = {NodeNormal(surface, FindPlace(surface, contact.p_O)->node)};
+    for (const Vector3d& direction : directions) {
+      Constraint together{{}, direction.dot(contact.value_O), i, direction};
+      for (const auto& [n, w] : shares.back()) {
+        Constraint alone{{}, together.value, i, direction};
+        auto& dofs_of = point ? together.dofs : alone.dofs;
+        for (int c = 0; c < 3; ++c) dofs_of.emplace_back(3 * n + c, w * direction[c]);
+        if (!point) constraints.push_back(alone);
+      }
+      if (point) constraints.push_back(together);
+    }
+  }
+  const auto multipliers = static_cast<int>(constraints.size());
+  MatrixXd A = MatrixXd::Zero(dofs + multipliers, dofs + multipliers);
+  VectorXd b = VectorXd::Zero(dofs + multipliers);
+  A.topLeftCorner(dofs, dofs) = DenseStiffness(body);
+  const double scale = A(0, 0);
+  b.head(dofs) = load;
+  for (int m = 0; m < multipliers; ++m) {
+    for (const auto& [dof, weight] : constraints[Index(m)].dofs) {
+      A(dofs + m, dof) = scale * weight;
+      A(dof, dofs + m) = scale * weight;
+    }
+    b[dofs + m] = scale * constraints[Index(m)].value;
+  }
+  const VectorXd x = A.partialPivLu().solve(b);
+  DirectAnswer answer;
+  for (int n = 0; n < dofs / 3; ++n) answer.displacement_O.emplace_back(x.segment<3>(3 * n));
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    answer.force_O.push_back(Vector3d::Zero());
+    Vector3d mean = Vector3d::Zero();
+    for (const auto& [n, w] : shares[i]) mean += w * answer.displacement_O[Index(n)];
+    answer.mean_O.push_back(mean);
+  }
+  for (int m = 0; m < multipliers; ++m) {
+    const Constraint& constraint = constraints[Index(m)];
+    if (constraint.contact < 0) continue;
+    answer.force_O[Index(constraint.contact)] -= scale * x[dofs + m] * constraint.direction;
+  }
+  return answer;
+}
+
+}  // namespace palpate

@@ -1,0 +1,38 @@
+// An independent formulation to hold fem-green to: strain-displacement matrices in Voigt's notation,
+// a dense stiffness in SI, supports and contacts by Lagrange multipliers, one LU factorisation.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/deformation_model.h"
+
+namespace palpate {
+
+struct Body {
+  SolidMesh mesh;
+  std::vector<std::array<bool, 3>> held;
+  double E = 0;   // [Pa]
+  double nu = 0;  // [-]
+};
+
+// Held on the plane of the smallest coordinate along `axis`.
+Body Standing(SolidMesh mesh, int axis, double E, double nu);
+// A box of some cells with its inner nodes shaken, standing on z = 0.
+Body ShakenBox(std::array<int, 3> cells, double E, double nu);
+// One of the foam meshes (`cube`, `bar`, `sponge`), held where x = 0; empty where the file is absent.
+Body Foam(const char* name);
+
+struct DirectAnswer {
+  std::vector<Eigen::Vector3d> displacement_O;  // per node [m]
+  std::vector<Eigen::Vector3d> force_O;         // per contact [N]
+  std::vector<Eigen::Vector3d> mean_O;          // displacement per contact, weighted as a load [m]
+};
+// What a contact touches is taken from FindPlace and PatchAt.
+DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless);
+
+}  // namespace palpate
