@@ -1,0 +1,129 @@
+#include "shared/mesh/files/file_cursor.h"
+
+#include <charconv>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+namespace palpate {
+namespace {
+
+constexpr std::uintmax_t kLargestFile = 2ULL << 30U;  // [bytes]
+constexpr std::size_t kLongestQuote = 40;
+constexpr std::string_view kBlanks = " \t\r\n\f\v";
+
+template <class T>
+bool Parses(std::string_view text, T* value) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, *value);
+  return error == std::errc() && stop == end;
+}
+
+std::string WholeNumber(std::int64_t low, std::int64_t high) {
+  return "a whole number from " + std::to_string(low) + " to " + std::to_string(high);
+}
+
+}  // namespace
+
+void SourcePlace::Refuse(const std::string& what, const std::string& accepted) const {
+  throw std::invalid_argument(Where() + ": " + what + ": accepted is " + accepted);
+}
+
+std::string Quoted(std::string_view text) {
+  std::string quoted = "'";
+  for (const char c : text.substr(0, kLongestQuote)) quoted += c >= ' ' && c <= '~' ? c : '?';
+  return quoted + (text.size() > kLongestQuote ? "...'" : "'");
+}
+
+std::string Brief(double value) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", value);
+  return text.data();
+}
+
+std::int64_t ParseWhole(const SourcePlace& place, std::string_view text, const char* what,
+                        std::int64_t low, std::int64_t high) {
+  std::int64_t value = 0;
+  if (!Parses(text, &value) || value < low || value > high) {
+    place.Refuse(std::string(what) + " " + Quoted(text), WholeNumber(low, high));
+  }
+  return value;
+}
+
+double ParseReal(const SourcePlace& place, std::string_view text, const char* what) {
+  double value = 0;
+  if (!Parses(text, &value) || !std::isfinite(value)) {
+    place.Refuse(std::string(what) + " " + Quoted(text), "a finite number");
+  }
+  return value;
+}
+
+FileCursor::FileCursor(std::filesystem::path file) : file_(std::move(file)) {
+  std::error_code error;
+  const bool is_file = std::filesystem::is_regular_file(file_, error);
+  std::ifstream stream(file_, std::ios::binary);
+  const std::uintmax_t size = is_file ? std::filesystem::file_size(file_, error) : 0;
+  if (!is_file || !stream || error) {
+    throw std::invalid_argument(file_.string() +
+                                ": cannot be read: accepted is a readable mesh file");
+  }
+  if (size > kLargestFile) {
+    throw std::invalid_argument(file_.string() + ": too large: accepted is at most 2 GiB");
+  }
+  text_.resize(static_cast<std::size_t>(size));
+  stream.read(text_.data(), static_cast<std::streamsize>(size));
+  text_.resize(static_cast<std::size_t>(stream.gcount()));
+}
+
+void FileCursor::Seek(std::size_t position) {
+  position_ = std::min(position, text_.size());
+}
+
+std::string FileCursor::Where() const {
+  if (form_ != NumberForm::kText) return file_.string() + ": byte " + std::to_string(mark_);
+  const auto lines = std::ranges::count(text().substr(0, mark_), '\n');
+  return file_.string() + ":" + std::to_string(lines + 1);
+}
+
+void FileCursor::RefuseEnd(const char* what) const {
+  Refuse("the file ends", std::string(what) + " here");
+}
+
+void FileCursor::RefuseWhole(const char* what, const std::string& value, std::int64_t low,
+                             std::int64_t high) const {
+  Refuse(std::string(what) + " " + value, WholeNumber(low, high));
+}
+
+bool FileCursor::NextLine(std::string_view* line) {
+  mark_ = position_;
+  if (position_ >= text_.size()) return false;
+  const std::size_t end = std::min(text().find('\n', position_), text_.size());
+  *line = text().substr(position_, end - position_);
+  if (line->ends_with('\r')) line->remove_suffix(1);
+  position_ = std::min(end + 1, text_.size());
+  return true;
+}
+
+std::string_view FileCursor::Word(const char* what) {
+  const std::size_t begin = text().find_first_not_of(kBlanks, position_);
+  mark_ = std::min(begin, text_.size());
+  if (begin == std::string_view::npos) RefuseEnd(what);
+  position_ = std::min(text().find_first_of(kBlanks, begin), text_.size());
+  return text().substr(begin, position_ - begin);
+}
+
+bool FileCursor::AtEnd() const {
+  return text().find_first_not_of(kBlanks, position_) == std::string_view::npos;
+}
+
+void FileCursor::RequireRoom(const char* what, std::size_t count, std::size_t bytes_each) const {
+  const std::size_t room = rest().size() / bytes_each;
+  if (count <= room) return;
+  Refuse(std::string(what) + " " + std::to_string(count),
+         "at most " + std::to_string(room) + ", what the rest of the file has room for");
+}
+
+}  // namespace palpate

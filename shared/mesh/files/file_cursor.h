@@ -1,0 +1,118 @@
+// A mesh file in memory and a place in it, from which words, lines and raw numbers are taken.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace palpate {
+
+// Where a reader stands, for messages. What reads throws through it.
+class SourcePlace {
+ public:
+  virtual ~SourcePlace() = default;
+  // Throws std::invalid_argument, `where: what: accepted is accepted`.
+  [[noreturn]] void Refuse(const std::string& what, const std::string& accepted) const;
+  // `file:line`, or `file: byte n` among binary numbers.
+  [[nodiscard]] virtual std::string Where() const = 0;
+};
+
+// `text` in quotes, shortened, with question marks for what cannot be printed.
+std::string Quoted(std::string_view text);
+// A number in few words.
+std::string Brief(double value);
+// Text as a number in the C locale, all of it; these throw through `place`.
+std::int64_t ParseWhole(const SourcePlace& place, std::string_view text, const char* what,
+                        std::int64_t low, std::int64_t high);
+double ParseReal(const SourcePlace& place, std::string_view text, const char* what);
+
+// How the numbers of a file are written.
+enum class NumberForm : std::uint8_t { kText, kLittleEndian, kBigEndian };
+
+class FileCursor : public SourcePlace {
+ public:
+  // Reads the whole file. Throws std::invalid_argument: it cannot be read or is larger than 2 GiB.
+  explicit FileCursor(std::filesystem::path file);
+
+  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
+  [[nodiscard]] std::string_view text() const { return text_; }
+  [[nodiscard]] std::string_view rest() const { return text().substr(position_); }
+  [[nodiscard]] std::size_t position() const { return position_; }
+  void Seek(std::size_t position);
+  // What is read next begins at `position`, for messages.
+  void Mark(std::size_t position) { mark_ = position; }
+  void set_form(NumberForm form) { form_ = form; }
+  [[nodiscard]] NumberForm form() const { return form_; }
+
+  [[nodiscard]] std::string Where() const override;
+
+  // What is left of the line, without its end. False: the file has ended.
+  bool NextLine(std::string_view* line);
+  // The next run of characters without blanks. Throws at the file's end; `what` was expected there.
+  std::string_view Word(const char* what);
+  // Whether only blanks are left.
+  [[nodiscard]] bool AtEnd() const;
+
+  // The next number as type T: a word, or its bytes. Throws: none is left, out of [low, high].
+  template <std::integral T>
+  std::int64_t Whole(const char* what, std::int64_t low, std::int64_t high) {
+    if (form_ == NumberForm::kText) return ParseWhole(*this, Word(what), what, low, high);
+    const T value = Raw<T>(what);
+    if (std::in_range<std::int64_t>(value)) {
+      const auto whole = static_cast<std::int64_t>(value);
+      if (whole >= low && whole <= high) return whole;
+    }
+    RefuseWhole(what, std::to_string(value), low, high);
+  }
+  // Finite. Throws: none is left, not finite.
+  template <std::floating_point T>
+  double Real(const char* what) {
+    if (form_ == NumberForm::kText) return ParseReal(*this, Word(what), what);
+    const auto value = static_cast<double>(Raw<T>(what));
+    if (!std::isfinite(value)) Refuse(std::string(what) + " is not finite", "a finite number");
+    return value;
+  }
+  // A count of things that take `bytes_each` at least, so that the file must have room for them.
+  template <std::integral T>
+  std::size_t Count(const char* what, std::size_t bytes_each) {
+    const std::int64_t count = Whole<T>(what, 0, kMost);
+    RequireRoom(what, static_cast<std::size_t>(count), bytes_each);
+    return static_cast<std::size_t>(count);
+  }
+  void RequireRoom(const char* what, std::size_t count, std::size_t bytes_each) const;
+
+  static constexpr std::int64_t kMost = 2'000'000'000;  // of anything; an int holds it
+
+ private:
+  template <class T>
+  T Raw(const char* what) {
+    mark_ = position_;
+    std::array<char, sizeof(T)> bytes{};
+    if (rest().size() < bytes.size()) RefuseEnd(what);
+    std::memcpy(bytes.data(), rest().data(), bytes.size());
+    const bool little = form_ == NumberForm::kLittleEndian;
+    if (little != (std::endian::native == std::endian::little)) std::ranges::reverse(bytes);
+    position_ += bytes.size();
+    return std::bit_cast<T>(bytes);
+  }
+  [[noreturn]] void RefuseEnd(const char* what) const;
+  [[noreturn]] void RefuseWhole(const char* what, const std::string& value, std::int64_t low,
+                                std::int64_t high) const;
+
+  std::filesystem::path file_;
+  std::string text_;
+  std::size_t position_ = 0;
+  std::size_t mark_ = 0;  // where what was taken last begins
+  NumberForm form_ = NumberForm::kText;
+};
+
+}  // namespace palpate

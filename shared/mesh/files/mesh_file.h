@@ -1,0 +1,45 @@
+// Meshes from files: volumes as Vega .veg, TetGen .node/.ele, Gmsh .msh, VTK .vtu; surfaces as STL
+// and PLY, or as .msh and .vtu of triangles.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "shared/mesh/mesh_numbers.h"
+#include "shared/mesh/solid_mesh.h"
+
+namespace palpate {
+
+// What a file says of its material (Vega's ENU line), for all elements alike.
+struct FileMaterial {
+  double density = 0;        // [kg/m^3], >= 0
+  double young_modulus = 0;  // [Pa], > 0
+  double poisson_ratio = 0;  // [-], -1 < nu <= 0.5
+};
+
+struct MeshFile {
+  std::variant<SolidMesh, SurfaceMesh> mesh;  // in the file's order; not yet checked: CheckMesh
+  std::optional<FileMaterial> material;
+  MeshNumbers numbers;
+  std::vector<std::string> remarks;  // what was read in another way than one might think
+};
+
+// Reads a mesh by its file's extension; lengths are multiplied by `unit` [m per unit of the file].
+//
+//   .veg         *INCLUDE followed; *REGION and *SET passed over; one ENU material is kept
+//   .node, .ele  one names the other; numbered from 0 or 1
+//   .msh         Gmsh 2.2 and 4.1, ASCII and binary of either byte order
+//   .vtu         ASCII, base64 and appended data, plain or compressed by zlib
+//   .stl         ASCII and binary; equal corners become one node
+//   .ply         ASCII and binary of either byte order
+//
+// Of quadratic elements the corners are used. Triangles beside tetrahedra, lines and points are
+// passed over. Throws std::invalid_argument, `file:line: what: accepted is ...` (`file: byte n` in
+// binary parts): a file that cannot be read, is malformed, cut short, larger than 2 GiB, or names
+// what it does not have; elements that are no tetrahedra; `unit` not positive and finite.
+MeshFile ReadMeshFile(const std::filesystem::path& file, double unit);
+
+}  // namespace palpate

@@ -1,0 +1,114 @@
+// STL: triangles with three corners of their own each, ASCII or binary (80 bytes, a count, 50 bytes
+// per triangle, little-endian floats).
+#include <array>
+#include <cctype>
+#include <string>
+
+#include "shared/mesh/files/mesh_builder.h"
+#include "shared/mesh/files/readers.h"
+#include "shared/mesh/node_merger.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kHeader = 80, kTriangle = 50;
+constexpr double kRounding = 2e-7;  // of the largest coordinate: two steps of a float
+constexpr CellKind kKind{0, 3, CellKind::Use::kTriangle, "triangle"};
+
+using Corners = std::vector<Eigen::Vector3d>;  // three per triangle
+
+// Files of text begin with `solid`, but so do some binary headers: the length decides.
+bool IsBinary(FileCursor* cursor) {
+  if (cursor->text().size() < kHeader + 4) return false;
+  cursor->Seek(kHeader);
+  cursor->set_form(NumberForm::kLittleEndian);
+  const auto count = static_cast<std::uint64_t>(cursor->Whole<std::uint32_t>("", 0, ~0U));
+  if (cursor->text().size() == kHeader + 4 + kTriangle * count) return true;
+  const bool text = cursor->text().starts_with("solid");
+  if (text) {
+    cursor->Seek(0);
+    cursor->set_form(NumberForm::kText);
+    return false;
+  }
+  cursor->Refuse("count of triangles " + std::to_string(count),
+                 std::to_string((cursor->text().size() - kHeader - 4) / kTriangle) +
+                     ", what the file has room for");
+}
+
+Corners ReadBinary(FileCursor* cursor) {
+  Corners corners;
+  corners.reserve(3 * (cursor->rest().size() / kTriangle));
+  while (!cursor->rest().empty()) {
+    const std::size_t begin = cursor->position();
+    cursor->Seek(begin + 12);  // behind the normal, which the corners' order tells too
+    for (int i = 0; i < 3; ++i) {
+      const double x = cursor->Real<float>("x"), y = cursor->Real<float>("y");
+      corners.emplace_back(x, y, cursor->Real<float>("z"));
+    }
+    cursor->Seek(begin + kTriangle);
+  }
+  return corners;
+}
+
+void Expect(FileCursor* cursor, const char* word) {
+  const std::string_view found = cursor->Word(word);
+  std::string lower(found);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (lower != word) cursor->Refuse(Quoted(found), std::string("`") + word + "` here");
+}
+
+Corners ReadText(FileCursor* cursor) {
+  Corners corners;
+  Expect(cursor, "solid");
+  std::string_view name;
+  cursor->NextLine(&name);
+  for (;;) {
+    const std::string_view word = cursor->Word("`facet` or `endsolid`");
+    if (word == "endsolid" || word == "ENDSOLID") break;
+    if (word != "facet" && word != "FACET") cursor->Refuse(Quoted(word), "`facet` or `endsolid`");
+    Expect(cursor, "normal");
+    for (int i = 0; i < 3; ++i) cursor->Word("a normal");
+    Expect(cursor, "outer");
+    Expect(cursor, "loop");
+    for (int i = 0; i < 3; ++i) {
+      Expect(cursor, "vertex");
+      const double x = cursor->Real<double>("x"), y = cursor->Real<double>("y");
+      corners.emplace_back(x, y, cursor->Real<double>("z"));
+    }
+    Expect(cursor, "endloop");
+    Expect(cursor, "endfacet");
+  }
+  cursor->NextLine(&name);
+  if (!cursor->AtEnd()) cursor->Refuse("text after `endsolid`", "one solid in a file");
+  return corners;
+}
+
+}  // namespace
+
+MeshFile ReadStl(const std::filesystem::path& file, double unit) {
+  FileCursor cursor(file);
+  const Corners corners = IsBinary(&cursor) ? ReadBinary(&cursor) : ReadText(&cursor);
+  double largest = 0;
+  for (const auto& p : corners) largest = std::max(largest, p.cwiseAbs().maxCoeff());
+  NodeMerger merger(kRounding * largest);
+  MeshBuilder builder(cursor);
+  std::int64_t collapsed = 0;
+  for (std::size_t t = 0; 3 * t < corners.size(); ++t) {
+    std::array<std::int64_t, 3> nodes{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Eigen::Vector3d& p = corners[3 * t + i];
+      const int same = merger.FindOrAdd(p);
+      if (static_cast<std::size_t>(same) == builder.node_count()) builder.AddNode(same, p);
+      nodes[i] = same;
+    }
+    if (nodes[0] == nodes[1] || nodes[1] == nodes[2] || nodes[2] == nodes[0]) {
+      ++collapsed;
+    } else {
+      builder.AddCell(kKind, static_cast<std::int64_t>(t), nodes);
+    }
+  }
+  if (collapsed > 0) builder.Remark(std::to_string(collapsed) + " triangles of no width left out");
+  return builder.Finish(unit);
+}
+
+}  // namespace palpate

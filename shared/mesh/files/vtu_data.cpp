@@ -1,0 +1,219 @@
+#include "shared/mesh/files/vtu_data.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "shared/mesh/files/encoded_bytes.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r\n";
+constexpr std::uint64_t kMostBytes = 4ULL << 30U;  // of one array
+constexpr std::uint64_t kMostBlocks = 1U << 24U;
+
+template <class T>
+T FromBytes(const char* bytes, bool little) {
+  std::array<char, sizeof(T)> raw{};
+  std::memcpy(raw.data(), bytes, sizeof(T));
+  if (little != (std::endian::native == std::endian::little)) std::ranges::reverse(raw);
+  return std::bit_cast<T>(raw);
+}
+
+// A stored number of type S as T; false: it is none of T's.
+template <class S, class T>
+bool Convert(S stored, T* value) {
+  if constexpr (std::is_same_v<T, double>) {
+    *value = static_cast<double>(stored);
+    return std::isfinite(*value);
+  } else {
+    if (!std::in_range<T>(stored)) return false;
+    *value = static_cast<T>(stored);
+    return true;
+  }
+}
+
+template <class S, class T>
+bool ConvertAll(const std::string& bytes, bool little, std::vector<T>* values) {
+  if (bytes.size() % sizeof(S) != 0) return false;
+  values->resize(bytes.size() / sizeof(S));
+  for (std::size_t i = 0; i < values->size(); ++i) {
+    if (!Convert(FromBytes<S>(bytes.data() + i * sizeof(S), little), &(*values)[i])) return false;
+  }
+  return true;
+}
+
+// nullopt: an unknown type. Whole numbers may stand where reals are wanted, not the other way.
+template <class T>
+std::optional<bool> ConvertFrom(std::string_view type, const std::string& bytes, bool little,
+                                std::vector<T>* values) {
+  if constexpr (std::is_same_v<T, double>) {
+    if (type == "Float32") return ConvertAll<float>(bytes, little, values);
+    if (type == "Float64") return ConvertAll<double>(bytes, little, values);
+    return std::nullopt;
+  } else {
+    if (type == "Int8") return ConvertAll<std::int8_t>(bytes, little, values);
+    if (type == "UInt8") return ConvertAll<std::uint8_t>(bytes, little, values);
+    if (type == "Int16") return ConvertAll<std::int16_t>(bytes, little, values);
+    if (type == "UInt16") return ConvertAll<std::uint16_t>(bytes, little, values);
+    if (type == "Int32") return ConvertAll<std::int32_t>(bytes, little, values);
+    if (type == "UInt32") return ConvertAll<std::uint32_t>(bytes, little, values);
+    if (type == "Int64") return ConvertAll<std::int64_t>(bytes, little, values);
+    if (type == "UInt64") return ConvertAll<std::uint64_t>(bytes, little, values);
+    return std::nullopt;
+  }
+}
+
+// The blocks of one array: sizes first, then, if compressed, each block inflated by itself.
+class Blocks {
+ public:
+  Blocks(EncodedBytes bytes, bool little, bool wide)
+      : bytes_(bytes), little_(little), wide_(wide) {}
+
+  std::optional<std::string> Plain() {
+    const auto size = Header();
+    return size && *size <= kMostBytes ? bytes_.Take(*size) : std::nullopt;
+  }
+
+  std::optional<std::string> Unpacked() {
+    const auto count = Header(), size = Header(), last = Header();
+    if (!count || !size || !last || *count > kMostBlocks || *size > kMostBytes || *last > *size ||
+        *count * *size > kMostBytes) {
+      return std::nullopt;
+    }
+    std::vector<std::uint64_t> packed;
+    for (std::uint64_t i = 0; i < *count; ++i) {
+      const auto one = Header();
+      if (!one) return std::nullopt;
+      packed.push_back(*one);
+    }
+    std::string all;
+    for (std::uint64_t i = 0; i < *count; ++i) {
+      const auto block = bytes_.Take(packed[i]);
+      if (!block) return std::nullopt;
+      const auto inflated = Inflated(*block, i + 1 == *count && *last > 0 ? *last : *size);
+      if (!inflated) return std::nullopt;
+      all += *inflated;
+    }
+    return all;
+  }
+
+ private:
+  std::optional<std::uint64_t> Header() {
+    const auto raw = bytes_.Take(wide_ ? 8 : 4);
+    if (!raw) return std::nullopt;
+    return wide_ ? FromBytes<std::uint64_t>(raw->data(), little_)
+                 : FromBytes<std::uint32_t>(raw->data(), little_);
+  }
+
+  EncodedBytes bytes_;
+  bool little_, wide_;
+};
+
+}  // namespace
+
+VtuData::VtuData(FileCursor* cursor, const XmlElement& root) : cursor_(*cursor) {
+  const std::string_view order = root.Attribute("byte_order");
+  if (!order.empty() && order != "LittleEndian" && order != "BigEndian") {
+    Refuse(root, "byte_order " + Quoted(order), "LittleEndian or BigEndian");
+  }
+  little_ = order != "BigEndian";
+  const std::string_view header = root.Attribute("header_type");
+  if (!header.empty() && header != "UInt32" && header != "UInt64") {
+    Refuse(root, "header_type " + Quoted(header), "UInt32 or UInt64");
+  }
+  wide_header_ = header == "UInt64";
+  const std::string_view compressor = root.Attribute("compressor");
+  if (!compressor.empty() && compressor != "vtkZLibDataCompressor") {
+    Refuse(root, "compressor " + Quoted(compressor), "vtkZLibDataCompressor or none");
+  }
+  compressed_ = !compressor.empty();
+  if (const XmlElement* appended = root.Child("AppendedData")) {
+    const std::size_t begin = appended->text.find('_');
+    if (begin == std::string_view::npos) Refuse(*appended, "no underscore", "one before the data");
+    appended_ = appended->text.substr(begin + 1);
+    appended_base64_ = appended->Attribute("encoding") == "base64";
+  }
+}
+
+void VtuData::Refuse(const XmlElement& array, const std::string& what,
+                     const std::string& accepted) {
+  cursor_.Mark(array.position);
+  cursor_.Refuse(what, accepted);
+}
+
+std::string VtuData::Bytes(const XmlElement& array) {
+  std::string_view text = array.text;
+  bool base64 = true;
+  if (array.Attribute("format") == "appended") {
+    const std::int64_t offset = ParseWhole(cursor_, array.Attribute("offset"), "offset", 0,
+                                           static_cast<std::int64_t>(appended_.size()));
+    text = appended_.substr(static_cast<std::size_t>(offset));
+    base64 = appended_base64_;
+  }
+  Blocks blocks(EncodedBytes(text, base64), little_, wide_header_);
+  const auto bytes = compressed_ ? blocks.Unpacked() : blocks.Plain();
+  if (!bytes) {
+    Refuse(array, "the data of array " + Quoted(array.Attribute("Name")) + " are damaged",
+           std::string("whole ") + (base64 ? "base64" : "raw") + " data" +
+               (compressed_ ? " packed by zlib" : ""));
+  }
+  return *bytes;
+}
+
+template <class T>
+std::vector<T> VtuData::ReadText(const XmlElement& array) {
+  std::vector<T> values;
+  const char* const file = cursor_.text().data();
+  for (std::size_t begin = array.text.find_first_not_of(kBlanks);
+       begin != std::string_view::npos;) {
+    const std::size_t end = std::min(array.text.find_first_of(kBlanks, begin), array.text.size());
+    const std::string_view word = array.text.substr(begin, end - begin);
+    cursor_.Mark(static_cast<std::size_t>(word.data() - file));
+    if constexpr (std::is_same_v<T, double>) {
+      values.push_back(ParseReal(cursor_, word, "number"));
+    } else {
+      values.push_back(ParseWhole(cursor_, word, "number", 0, FileCursor::kMost * 30));
+    }
+    begin = array.text.find_first_not_of(kBlanks, end);
+  }
+  return values;
+}
+
+template <class T>
+std::vector<T> VtuData::Read(const XmlElement& array, std::size_t count) {
+  const std::string_view format = array.Attribute("format"), type = array.Attribute("type");
+  std::vector<T> values;
+  if (format == "ascii") {
+    values = ReadText<T>(array);
+  } else if (format == "binary" || format == "appended") {
+    const auto converted = ConvertFrom(type, Bytes(array), little_, &values);
+    if (!converted) {
+      Refuse(array, "type " + Quoted(type),
+             std::is_same_v<T, double> ? "Float32 or Float64" : "Int8 to Int64, UInt8 to UInt64");
+    }
+    if (!*converted) Refuse(array, "a damaged number", "finite numbers of type " + Quoted(type));
+  } else {
+    Refuse(array, "format " + Quoted(format), "ascii, binary or appended");
+  }
+  if (count != kAny && values.size() != count) {
+    Refuse(array, std::to_string(values.size()) + " numbers", std::to_string(count));
+  }
+  return values;
+}
+
+std::vector<double> VtuData::Reals(const XmlElement& array, std::size_t count) {
+  return Read<double>(array, count);
+}
+
+std::vector<std::int64_t> VtuData::Wholes(const XmlElement& array, std::size_t count) {
+  return Read<std::int64_t>(array, count);
+}
+
+}  // namespace palpate

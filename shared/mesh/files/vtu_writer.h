@@ -1,0 +1,47 @@
+// VTK's XML unstructured grids, .vtu, as ParaView reads them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+
+namespace palpate {
+
+// Numbers at the points: displacement [m], stress [Pa]. Not finite ones are written as NaN, which
+// ParaView shows as holes.
+struct PointArray {
+  std::string name;
+  int components = 3;
+  std::vector<double> values;                // points x components, row after row
+  std::vector<std::string> component_names;  // empty or one each
+};
+// Any mixture of cells; point numbers from 0.
+struct VtuGrid {
+  std::vector<Eigen::Vector3d> points;  // p_O [m]
+  std::vector<std::array<int, 4>> tets;
+  std::vector<std::array<int, 3>> triangles;
+  std::vector<std::array<int, 2>> lines;
+  std::vector<int> vertices;
+  std::vector<PointArray> arrays;
+};
+VtuGrid GridOf(const SolidMesh& mesh);
+VtuGrid GridOf(const SurfaceMesh& mesh);
+// What an array of one of several cases is called; with one case only, `quantity` itself.
+std::string CaseArrayName(const std::string& quantity, const std::string& case_name,
+                          std::size_t cases);
+
+enum class VtuForm : std::uint8_t {
+  kAscii,     // numbers that round-trip
+  kAppended,  // raw doubles behind the XML: a third of the size, and quick
+};
+// False: the file cannot be written. Throws std::invalid_argument: an array that does not have its
+// components at every point.
+bool WriteVtu(const std::filesystem::path& file, const VtuGrid& grid, VtuForm form);
+
+}  // namespace palpate

@@ -1,0 +1,29 @@
+// The parts of a closed surface and which of them lie inside others.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+
+namespace palpate {
+
+// Triangles that hang together by nodes.
+struct SurfacePart {
+  std::vector<int> triangles;
+  int depth = 0;  // in how many other parts it lies; odd: it bounds a cavity
+};
+// Of a surface without open edges. O(parts x triangles).
+std::vector<SurfacePart> PartsOf(const SurfaceMesh& surface);
+
+// How often the triangles wind round `p` (unsigned; sum of their solid angles over 4 pi): 1 inside
+// a simple closed part, 0 outside. Source: van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30
+// (1983) 125-126, eq. 8.
+double WindingNumber(const SurfaceMesh& surface, const std::vector<int>& triangles,
+                     const Eigen::Vector3d& p);
+
+// Volume enclosed by triangles that point outward [m^3].
+double EnclosedVolume(const SurfaceMesh& surface, const std::vector<int>& triangles);
+
+}  // namespace palpate

@@ -1,0 +1,69 @@
+// Every sample by name, for tests that go through all of them.
+#pragma once
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <zlib.h>
+
+#include "tests/shared/mesh/files/sample_files.h"
+
+namespace palpate::samples {
+
+inline std::string Deflated(const std::string& data) {
+  uLongf size = compressBound(static_cast<uLong>(data.size()));
+  std::string packed(size, '\0');
+  compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+           reinterpret_cast<const Bytef*>(data.data()), static_cast<uLong>(data.size()));
+  packed.resize(size);
+  return packed;
+}
+
+struct Sample {
+  std::string name;  // what is special about it
+  std::string file;  // its name on disk, chosen by extension
+  std::string bytes;
+
+  friend std::ostream& operator<<(std::ostream& stream, const Sample& sample) {
+    return stream << sample.name;
+  }
+};
+
+// Of Pair(). TetGen's two files are not among them.
+inline std::vector<Sample> Solids() {
+  const SolidMesh mesh = Pair();
+  std::vector<Sample> samples{{"vega from 0", "a.veg", Veg(mesh, 0)},
+                              {"vega from 1", "b.veg", Veg(mesh, 1)},
+                              {"gmsh 2 text", "c.msh", Gmsh2Text(mesh)},
+                              {"gmsh 2 little", "d.msh", Gmsh2Binary(mesh, true)},
+                              {"gmsh 2 big", "e.msh", Gmsh2Binary(mesh, false)},
+                              {"gmsh 4 text", "f.msh", Gmsh4Text(mesh)},
+                              {"gmsh 4 little", "g.msh", Gmsh4Binary(mesh, true)},
+                              {"gmsh 4 big", "h.msh", Gmsh4Binary(mesh, false)}};
+  int number = 0;
+  for (const VtuCode code :
+       {VtuCode::kAscii, VtuCode::kBase64, VtuCode::kRaw, VtuCode::kAppendedBase64}) {
+    for (const bool wide : {false, true}) {
+      for (const bool packed : {false, true}) {
+        const bool little = number % 3 != 2;
+        const std::string name = "vtu " + std::to_string(number++);
+        samples.push_back(
+            {name, "v.vtu", VtuSample(code, little, wide, packed ? Deflated : nullptr).File(mesh)});
+      }
+    }
+  }
+  return samples;
+}
+
+// Of Tetrahedron().
+inline std::vector<Sample> Surfaces() {
+  const SurfaceMesh mesh = Tetrahedron();
+  return {{"stl text", "a.stl", StlText(mesh)},
+          {"stl binary", "b.stl", StlBinary(mesh)},
+          {"ply text", "c.ply", Ply(mesh, "ascii")},
+          {"ply little", "d.ply", Ply(mesh, "binary_little_endian")},
+          {"ply big", "e.ply", Ply(mesh, "binary_big_endian")}};
+}
+
+}  // namespace palpate::samples

@@ -1,0 +1,165 @@
+// Reading: the same mesh from every format and form; what formats have of their own.
+#include "shared/mesh/files/mesh_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/shared/mesh/files/all_samples.h"
+#include "tests/shared/mesh/files/temp_folder.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+template <class Mesh>
+void ExpectSameNodes(const Mesh& read, const Mesh& expected, double unit) {
+  ASSERT_EQ(read.nodes.size(), expected.nodes.size());
+  for (std::size_t i = 0; i < read.nodes.size(); ++i) {
+    EXPECT_EQ(read.nodes[i], expected.nodes[i] * unit) << "node " << i;
+  }
+}
+
+// Reference: the mesh the samples were written from; its coordinates are floats, so every form
+// holds them exactly.
+TEST(MeshFileTest, ReadsTheSameSolidFromEveryFormAndFormat) {
+  const TempFolder folder;
+  for (const auto& sample : samples::Solids()) {
+    SCOPED_TRACE(sample.name);
+    const MeshFile read = ReadMeshFile(folder.Write(sample.file, sample.bytes), 0.5);
+    ASSERT_TRUE(std::holds_alternative<SolidMesh>(read.mesh));
+    const auto& mesh = std::get<SolidMesh>(read.mesh);
+    ExpectSameNodes(mesh, samples::Pair(), 0.5);
+    EXPECT_EQ(mesh.tets, samples::Pair().tets);
+  }
+}
+
+// STL keeps no node numbers: the corners come in the order of the triangles.
+TEST(MeshFileTest, ReadsTheSameSurfaceFromEveryFormAndFormat) {
+  const TempFolder folder;
+  const SurfaceMesh expected = samples::Tetrahedron();
+  for (const auto& sample : samples::Surfaces()) {
+    SCOPED_TRACE(sample.name);
+    const MeshFile read = ReadMeshFile(folder.Write(sample.file, sample.bytes), 1e-3);
+    ASSERT_TRUE(std::holds_alternative<SurfaceMesh>(read.mesh));
+    const auto& mesh = std::get<SurfaceMesh>(read.mesh);
+    ASSERT_EQ(mesh.nodes.size(), 4U);
+    ASSERT_EQ(mesh.triangles.size(), 4U);
+    for (std::size_t t = 0; t < 4; ++t) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(mesh.nodes[static_cast<std::size_t>(mesh.triangles[t][i])],
+                  expected.nodes[static_cast<std::size_t>(expected.triangles[t][i])] * 1e-3);
+      }
+    }
+  }
+}
+
+TEST(MeshFileTest, ReadsTetgensPairByEitherNameAndNumbering) {
+  const TempFolder folder;
+  for (const int first : {0, 1}) {
+    folder.Write("pair.node", samples::Node(samples::Pair(), first));
+    folder.Write("pair.ele", samples::Ele(samples::Pair(), first));
+    for (const char* name : {"pair.node", "pair.ele"}) {
+      const MeshFile read = ReadMeshFile(folder / name, 1);
+      EXPECT_EQ(std::get<SolidMesh>(read.mesh).tets, samples::Pair().tets) << name << first;
+      EXPECT_EQ(read.numbers.Node(2), first == 0 ? "node 2" : "node 3");
+      EXPECT_EQ(read.numbers.Element(1), first == 0 ? "element 1" : "element 2");
+    }
+  }
+}
+
+TEST(MeshFileTest, FollowsVegasIncludesAndKeepsItsMaterial) {
+  const TempFolder folder;
+  folder.Write("pair.node", samples::Node(samples::Pair(), 1));
+  folder.Write("pair.ele", samples::Ele(samples::Pair(), 1));
+  const auto file = folder.Write("pair.veg",
+                                 "*VERTICES\n*INCLUDE pair.node\n*ELEMENTS\nTETS\n*INCLUDE "
+                                 "pair.ele\n*MATERIAL BODY\nENU, 26, 3000, 0.15\n*MATERIAL OTHER\n"
+                                 "ENU, 1, 1, 0\n*REGION\nallElements, BODY\n");
+  const MeshFile read = ReadMeshFile(file, 1);
+  EXPECT_EQ(std::get<SolidMesh>(read.mesh).tets, samples::Pair().tets);
+  ASSERT_TRUE(read.material);
+  EXPECT_EQ(read.material->density, 26);
+  EXPECT_EQ(read.material->young_modulus, 3000);
+  EXPECT_EQ(read.material->poisson_ratio, 0.15);
+}
+
+TEST(MeshFileTest, SaysWhatItDoesNotReadOfVega) {
+  const TempFolder folder;
+  const std::string mesh = samples::Veg(samples::Pair(), 0);
+  const MeshFile two =
+      ReadMeshFile(folder.Write("a.veg", mesh + "*MATERIAL B\nENU,1,1,0\n*REGION\nrest, B\n"), 1);
+  EXPECT_FALSE(two.material);
+  EXPECT_THAT(two.remarks, ElementsAre(HasSubstr("2 materials")));
+  const MeshFile law =
+      ReadMeshFile(folder.Write("b.veg", mesh + "*MATERIAL B\nMOONEYRIVLIN, 1, 1, 1, 1\n"), 1);
+  EXPECT_TRUE(law.material);
+  EXPECT_THAT(law.remarks, ElementsAre(HasSubstr("MOONEYRIVLIN")));
+}
+
+TEST(MeshFileTest, NamesNodesAndElementsAsGmshDoes) {
+  const TempFolder folder;
+  const MeshFile read = ReadMeshFile(folder.Write("a.msh", samples::Gmsh2Text(samples::Pair())), 1);
+  EXPECT_EQ(read.numbers.Node(4), "node 50");
+  EXPECT_EQ(read.numbers.Element(0), "element 4");
+}
+
+// A tetrahedron of ten nodes, with the middles numbered among the corners.
+TEST(MeshFileTest, UsesTheCornersOfQuadraticElements) {
+  const TempFolder folder;
+  const auto file = folder.Write(
+      "a.msh",
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n1 0 0 0\n5 .5 0 0\n2 1 0 0\n6 .5 .5 0\n"
+      "3 0 1 0\n7 0 .5 0\n4 0 0 1\n8 0 0 .5\n9 0 .5 .5\n10 .5 0 .5\n$EndNodes\n$Elements\n1\n"
+      "1 11 2 0 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n");
+  const MeshFile read = ReadMeshFile(file, 1);
+  const auto& mesh = std::get<SolidMesh>(read.mesh);
+  ASSERT_EQ(mesh.nodes.size(), 4U);
+  EXPECT_EQ(mesh.nodes[3], Eigen::Vector3d(0, 0, 1));
+  EXPECT_THAT(mesh.tets, ElementsAre(ElementsAre(0, 1, 2, 3)));
+  EXPECT_EQ(read.numbers.Node(3), "node 4");
+  EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("6 nodes in the middle")));
+}
+
+TEST(MeshFileTest, CutsQuadrilateralsAlongTheShorterDiagonal) {
+  const TempFolder folder;
+  const auto file = folder.Write("a.ply",
+                                 "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
+                                 "property float y\nproperty float z\nelement face 1\nproperty "
+                                 "list uchar int vertex_indices\nend_header\n0 0 0\n2 -1 0\n4 0 "
+                                 "0\n2 1 0\n4 0 1 2 3\n");
+  const MeshFile read = ReadMeshFile(file, 1);
+  EXPECT_THAT(std::get<SurfaceMesh>(read.mesh).triangles,
+              ElementsAre(ElementsAre(0, 1, 3), ElementsAre(1, 2, 3)));
+  EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("1 quadrilaterals")));
+}
+
+// Corners that differ by a float's rounding are one node; triangles that vanish by it are left out.
+TEST(MeshFileTest, MergesCornersThatDifferByRoundingOnly) {
+  const TempFolder folder;
+  std::string text = samples::StlText(samples::Tetrahedron());
+  text.replace(text.find("1.5"), 3, "1.50000012");
+  text.insert(text.find("endsolid"),
+              "facet normal 0 0 0 outer loop vertex 0 0 0 vertex 1e-9 0 0 vertex 1 0 0 endloop "
+              "endfacet\n");
+  const MeshFile read = ReadMeshFile(folder.Write("a.stl", text), 1);
+  EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).nodes.size(), 4U);
+  EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).triangles.size(), 4U);
+  EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("1 triangles of no width")));
+}
+
+TEST(MeshFileTest, JoinsThePiecesOfAVtu) {
+  const TempFolder folder;
+  std::string file =
+      samples::VtuSample(samples::VtuCode::kAscii, true, false, nullptr).File(samples::Pair());
+  const std::size_t begin = file.find("<Piece"), end = file.find("</UnstructuredGrid>");
+  file.insert(begin, file.substr(begin, end - begin));
+  const auto mesh = std::get<SolidMesh>(ReadMeshFile(folder.Write("a.vtu", file), 1).mesh);
+  EXPECT_EQ(mesh.nodes.size(), 10U);
+  EXPECT_THAT(mesh.tets, ElementsAre(ElementsAre(0, 1, 2, 3), ElementsAre(0, 2, 1, 4),
+                                     ElementsAre(5, 6, 7, 8), ElementsAre(5, 7, 6, 9)));
+}
+
+}  // namespace
+}  // namespace palpate
