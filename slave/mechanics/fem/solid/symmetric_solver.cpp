@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include <Eigen/IterativeLinearSolvers>
-#include <Eigen/SparseCholesky>
 
 namespace palpate {
 namespace {
@@ -14,12 +13,6 @@ using Eigen::VectorXd;
 constexpr int kMostIterations = 20'000;
 
 }  // namespace
-
-struct SymmetricSolver::Direct
-    : Eigen::SimplicialLDLT<SparseMatrix, Eigen::Upper, Eigen::NaturalOrdering<int>> {
-  [[nodiscard]] double entries() const { return m_nonZerosPerCol.cast<double>().sum(); }
-  [[nodiscard]] double flops() const { return m_nonZerosPerCol.cast<double>().squaredNorm(); }
-};
 
 // Conjugate gradients, preconditioned by Eigen's incomplete Cholesky factor (Lin and More 1999).
 struct SymmetricSolver::Iterative {
@@ -57,12 +50,14 @@ struct SymmetricSolver::Iterative {
 };
 
 SymmetricSolver::SymmetricSolver(const SparseMatrix& pattern, const Limits& limits)
-    : factor_(std::make_unique<Direct>()) {
-  factor_->analyzePattern(pattern);
-  memory_bytes_ = static_cast<std::size_t>(factor_->entries() * (sizeof(double) + sizeof(int)));
+    : factor_(std::make_unique<SparseLdlt>(pattern)) {
+  memory_bytes_ = factor_->entries() * sizeof(double);
   factor_flops_ = factor_->flops();
   direct_ = memory_bytes_ <= limits.factor_bytes && factor_flops_ <= limits.factor_flops;
-  if (direct_) return;
+  if (direct_) {
+    factor_->Allocate(pattern);
+    return;
+  }
   factor_.reset();
   iterative_ = std::make_unique<Iterative>();
   iterative_->r.resize(pattern.cols());
@@ -74,11 +69,8 @@ SymmetricSolver::~SymmetricSolver() = default;
 
 bool SymmetricSolver::Factorize(const SparseMatrix& matrix) {
   if (direct_) {
-    factor_->factorize(matrix);
-    if (factor_->info() != Eigen::Success) return false;
-    const VectorXd& pivots = factor_->vectorD();
-    if (!pivots.allFinite()) return false;
-    negative_pivots_ = static_cast<int>((pivots.array() < 0).count());
+    if (!factor_->Factorize(matrix)) return false;
+    negative_pivots_ = factor_->negative_pivots();
     return true;
   }
   iterative_->matrix = &matrix;
@@ -89,7 +81,8 @@ bool SymmetricSolver::Factorize(const SparseMatrix& matrix) {
 
 bool SymmetricSolver::Solve(const VectorXd& b, double tolerance, VectorXd* x) {
   if (direct_) {
-    *x = factor_->solve(b);
+    *x = b;
+    factor_->Solve(x);
     return x->allFinite();
   }
   iterations_ = iterative_->Solve(b, tolerance, x);

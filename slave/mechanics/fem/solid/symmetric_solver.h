@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/solid/block_layout.h"
+#include "slave/mechanics/fem/solid/sparse_ldlt.h"
 
 namespace palpate {
 
@@ -36,13 +37,12 @@ class SymmetricSolver {
   [[nodiscard]] int iterations() const { return iterations_; }  // of the last Solve; 0: direct
 
  private:
-  struct Direct;
   struct Iterative;
   bool direct_ = true;
   int negative_pivots_ = -1, iterations_ = 0;
   std::size_t memory_bytes_ = 0;
   double factor_flops_ = 0;
-  std::unique_ptr<Direct> factor_;
+  std::unique_ptr<SparseLdlt> factor_;
   std::unique_ptr<Iterative> iterative_;
 };
 
