@@ -1,0 +1,60 @@
+// Where the unknowns of each node stand, and the sparse symmetric matrix over them: nodes in an
+// order that keeps factors sparse, all unknowns of a node together, upper triangle by columns.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+#include "slave/mechanics/fem/solid/element_mesh.h"
+
+namespace palpate {
+
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+constexpr int kMaxUnknowns = 34;  // of one element: ten displacements and four pressures
+using ElementMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
+
+class BlockLayout {
+ public:
+  // Three displacements per node and, with `pressure`, a pressure behind those of every vertex.
+  // Keeps a reference to the mesh. O(N log N).
+  BlockLayout(const ElementMesh& mesh, bool pressure);
+
+  [[nodiscard]] int size() const { return size_; }
+  [[nodiscard]] bool has_pressure() const { return pressure_; }
+  // First unknown of a node: x; y, z and the pressure follow.
+  [[nodiscard]] int first(int node) const { return first_[static_cast<std::size_t>(node)]; }
+  [[nodiscard]] int pressure(int vertex) const { return first(vertex) + 3; }
+  // How many unknowns the i-th node of an element has.
+  [[nodiscard]] int local_size(int i) const { return pressure_ && i < 4 ? 4 : 3; }
+  [[nodiscard]] int element_size() const;
+
+  // The pattern, all values zero.
+  [[nodiscard]] const SparseMatrix& pattern() const { return pattern_; }
+  // Adds an element's matrix (node by node, as local_size counts; both triangles filled).
+  void Add(int element, const ElementMatrix& block, SparseMatrix* matrix) const;
+
+ private:
+  void BuildPattern(const std::vector<std::vector<int>>& upper);
+  void FindPositions(const std::vector<std::vector<int>>& upper);
+  [[nodiscard]] int block_size(int node) const {
+    return pressure_ && node < mesh_.vertex_count ? 4 : 3;
+  }
+
+  const ElementMesh& mesh_;
+  bool pressure_;
+  int size_ = 0;
+  std::vector<int> order_;      // nodes, first to be eliminated first
+  std::vector<int> rank_;       // place of a node in order_
+  std::vector<int> first_;      // per node
+  std::vector<int> positions_;  // per element and pair i <= j: row of the block within its column
+  SparseMatrix pattern_;
+};
+
+// y = A x for the upper triangle of a symmetric A. Does not allocate if y has its size.
+void Multiply(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd* y);
+
+}  // namespace palpate

@@ -1,0 +1,63 @@
+// The elastic energy of a meshed body, its derivatives, mass and weight. Nondimensional: lengths in
+// some unit L, stresses in Young's moduli E, forces in E L^2.
+//
+//   W(u, p) = integral of A(F) + p g(F) - p^2 / (2 k)
+//
+// With a pressure of its own p is continuous and linear over the vertices (Taylor and Hood's
+// element for ten nodes); with four nodes its mass is lumped, which averages the volume change over
+// the nodes (Bonet and Burton 1998).
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/fem/solid/block_layout.h"
+#include "slave/mechanics/fem/solid/element_mesh.h"
+#include "slave/mechanics/fem/solid/material_law.h"
+
+namespace palpate {
+
+class ElasticBody {
+ public:
+  // Keeps references to the mesh and the layout, whose pressures it uses if there are any.
+  ElasticBody(const ElementMesh& mesh, const BlockLayout& layout, const MaterialLaw& law);
+
+  // W, and its gradient over all unknowns, rows of the layout. NaN where `x` is not finite.
+  double Energy(const Eigen::VectorXd& x, Eigen::VectorXd* gradient) const;
+  // W alone.
+  [[nodiscard]] double Energy(const Eigen::VectorXd& x) const;
+  // Adds the second derivatives of W. `regularised` replaces 1 / k by at least
+  // kLeastCompressibility in the rows of the pressure, so that the matrix can be factored.
+  void AddTangent(const Eigen::VectorXd& x, MaterialLaw::Tangent tangent, bool regularised,
+                  SparseMatrix* matrix) const;
+  static constexpr double kLeastCompressibility = 1e-5;
+
+  // Integral over the body of the shape function of every vertex's pressure times g.
+  void VolumeChange(const Eigen::VectorXd& x, Eigen::VectorXd* change) const;
+  // Mass per density over the pressure's shape functions: full for ten nodes, diagonal for four;
+  // vertices as numbered in the mesh, upper triangle.
+  [[nodiscard]] SparseMatrix PressureMass() const;
+
+  // Mass at density one (per L^3), equal for all three components.
+  void AddMass(double factor, bool lumped, SparseMatrix* matrix) const;
+  // Integral of every node's shape function, per node: weight, and mean values.
+  [[nodiscard]] Eigen::VectorXd NodeVolumes() const;
+
+  // Smallest det F over the quadrature points, of I + grad u.
+  [[nodiscard]] double SmallestJacobian(const Eigen::VectorXd& x) const;
+
+  [[nodiscard]] const MaterialLaw& law() const { return law_; }
+
+ private:
+  struct Local;  // one element's unknowns and geometry
+  [[nodiscard]] Local Gather(const Eigen::VectorXd& x, int element) const;
+  double AddElement(const Local& local, ElementMatrix* gradient) const;
+
+  const ElementMesh& mesh_;
+  const BlockLayout& layout_;
+  MaterialLaw law_;
+  std::vector<TetGeometry> geometry_;
+};
+
+}  // namespace palpate

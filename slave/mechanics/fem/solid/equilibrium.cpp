@@ -1,0 +1,350 @@
+#include "slave/mechanics/fem/solid/equilibrium.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr int kMostSteps = 100;  // of Newton's method
+constexpr int kMostRefinements = 60;
+constexpr int kMostHalvings = 40;
+constexpr double kNearby = 1e-2;  // relative residual below which the exact tangent is tried again
+constexpr double kArmijo = 1e-4;
+constexpr double kRounding = 1e-14;   // of energies and forces
+constexpr double kStartShare = 1e-6;  // of the forces at the start that a residual is relative to
+constexpr double kTight = 1e-11;      // residual of one linear solve that costs no more to reach
+
+}  // namespace
+
+Equilibrium::Equilibrium(const BlockLayout& layout, const ElasticBody& body, const Options& options)
+    : layout_(layout),
+      body_(body),
+      options_(options),
+      solver_(layout.pattern(), options.limits),
+      stiffness_(layout.pattern()),
+      system_(layout.pattern()) {
+  const VectorXd rest = VectorXd::Zero(layout.size());
+  residual_ = right_ = step_ = trial_ = product_ = rest;
+  if (linear()) body_.AddTangent(rest, MaterialLaw::Tangent::kExact, false, &stiffness_);
+  if (layout.has_pressure()) {
+    pressure_mass_ = body.PressureMass();
+    pressure_change_ = pressure_ = VectorXd::Zero(pressure_mass_.cols());
+    // Vertices that belong to no element have no mass.
+    for (int i = 0; i < pressure_mass_.cols(); ++i) {
+      if (pressure_mass_.coeff(i, i) == 0) pressure_mass_.coeffRef(i, i) = 1;
+    }
+    pressure_mass_.makeCompressed();
+    pressure_solver_ = std::make_unique<SymmetricSolver>(pressure_mass_, options.limits);
+    pressure_solver_->Factorize(pressure_mass_);
+  }
+}
+
+void Equilibrium::Stiffness(const VectorXd& x, SparseMatrix* matrix) const {
+  if (linear()) {
+    *matrix = stiffness_;
+    return;
+  }
+  *matrix = layout_.pattern();
+  body_.AddTangent(
+      x, options_.warped ? MaterialLaw::Tangent::kWarped : MaterialLaw::Tangent::kProjected, false,
+      matrix);
+}
+
+double Equilibrium::Energy(const VectorXd& x) {
+  if (!linear()) return body_.Energy(x);
+  Multiply(stiffness_, x, &product_);
+  return 0.5 * x.dot(product_);
+}
+
+void Equilibrium::UpdatePressure(VectorXd* x) {
+  if (!layout_.has_pressure() || linear()) return;
+  body_.VolumeChange(*x, &pressure_change_);
+  pressure_solver_->Solve(pressure_change_, 1e-14, &pressure_);
+  for (int i = 0; i < pressure_.size(); ++i) {
+    (*x)[layout_.pressure(i)] = pressure_[i] / body_.law().compressibility();
+  }
+}
+
+// Fills residual_ and returns the potential energy: elastic, of the loads, of inertia.
+double Equilibrium::Residual(const Balance& balance, const VectorXd& x) {
+  double energy = 0;
+  if (linear()) {
+    Multiply(stiffness_, x, &residual_);
+    energy = 0.5 * x.dot(residual_);
+  } else {
+    energy = body_.Energy(x, &residual_);
+  }
+  energy -= balance.force.dot(x);
+  residual_ -= balance.force;
+  if (balance.inertia) {
+    trial_ = x - *balance.origin;
+    Multiply(*balance.inertia, trial_, &product_);
+    energy += 0.5 * trial_.dot(product_);
+    residual_ += product_;
+  }
+  return energy;
+}
+
+double Equilibrium::Potential(const Balance& balance, const VectorXd& x) {
+  double energy = body_.Energy(x) - balance.force.dot(x);
+  if (balance.inertia) {
+    right_ = x - *balance.origin;
+    Multiply(*balance.inertia, right_, &product_);
+    energy += 0.5 * right_.dot(product_);
+  }
+  return energy;
+}
+
+// What is left over on free unknowns, relative to the forces there are.
+double Equilibrium::Weigh(const Balance& balance) {
+  right_ = -residual_;
+  double carried = 0;
+  for (int i = 0; i < right_.size(); ++i) {
+    if (balance.fixed[static_cast<std::size_t>(i)]) {
+      carried += right_[i] * right_[i];
+      right_[i] = 0;
+    }
+  }
+  double points = 0;
+  for (std::size_t k = 0; k < balance.rows.size(); ++k) {
+    const double m = balance.row_force[static_cast<int>(k)];
+    for (const auto& [unknown, weight] : balance.rows[k].weights) {
+      if (!balance.fixed[static_cast<std::size_t>(unknown)]) right_[unknown] += weight * m;
+    }
+    points += m * m;
+  }
+  const double scale = std::max({balance.force.stableNorm(), std::sqrt(carried), std::sqrt(points),
+                                 kStartShare * start_force_});
+  const double left = right_.stableNorm();
+  if (left <= std::numeric_limits<double>::min()) return 0;
+  return scale > 0 ? left / scale : std::numeric_limits<double>::infinity();
+}
+
+// Rows and columns of fixed unknowns become those of the identity; the points' rows add what makes
+// them definite by themselves, C^T C times a stiffness.
+void Equilibrium::Constrain(const Balance& balance) {
+  row_penalty_ = stiffness_.diagonal().cwiseAbs().maxCoeff();
+  for (const auto& row : balance.rows) {
+    for (const auto& [i, weight_i] : row.weights) {
+      for (const auto& [j, weight_j] : row.weights) {
+        if (i <= j) system_.coeffRef(i, j) += row_penalty_ * weight_i * weight_j;
+      }
+    }
+  }
+  for (int column = 0; column < system_.cols(); ++column) {
+    const bool fixed_column = balance.fixed[static_cast<std::size_t>(column)];
+    for (SparseMatrix::InnerIterator entry(system_, column); entry; ++entry) {
+      if (fixed_column || balance.fixed[static_cast<std::size_t>(entry.row())]) {
+        entry.valueRef() = entry.row() == column ? row_penalty_ : 0;
+      }
+    }
+  }
+}
+
+bool Equilibrium::PrepareRows(const Balance& balance) {
+  const int count = static_cast<int>(balance.rows.size());
+  row_columns_.resize(layout_.size(), count);
+  row_matrix_.resize(count, count);
+  for (int k = 0; k < count; ++k) {
+    right_.setZero();
+    for (const auto& [unknown, weight] : balance.rows[static_cast<std::size_t>(k)].weights) {
+      if (!balance.fixed[static_cast<std::size_t>(unknown)]) right_[unknown] = weight;
+    }
+    if (!solver_.Solve(right_, 0.01 * options_.residual, &step_)) {
+      return Fail("the linear solver did not converge");
+    }
+    row_columns_.col(k) = step_;
+  }
+  for (int k = 0; k < count; ++k) {
+    for (int l = 0; l < count; ++l) {
+      double sum = 0;
+      for (const auto& [unknown, weight] : balance.rows[static_cast<std::size_t>(k)].weights) {
+        if (!balance.fixed[static_cast<std::size_t>(unknown)]) {
+          sum += weight * row_columns_(unknown, l);
+        }
+      }
+      row_matrix_(k, l) = sum;
+    }
+  }
+  row_matrix_ = (0.5 * (row_matrix_ + row_matrix_.transpose())).eval();
+  row_factor_.emplace(row_matrix_);
+  const auto pivots = row_factor_->vectorD();
+  if (!(pivots.minCoeff() > 1e-10 * pivots.maxCoeff())) {
+    return Fail("prescribed displacements contradict each other or what the scene holds");
+  }
+  return true;
+}
+
+bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x,
+                                MaterialLaw::Tangent tangent) {
+  std::copy_n(layout_.pattern().valuePtr(), system_.nonZeros(), system_.valuePtr());
+  const bool regularise = layout_.has_pressure();
+  body_.AddTangent(x, tangent, regularise, &system_);
+  if (balance.inertia) {
+    Eigen::Map<VectorXd>(system_.valuePtr(), system_.nonZeros()) +=
+        Eigen::Map<const VectorXd>(balance.inertia->valuePtr(), system_.nonZeros());
+  }
+  if (!linear()) std::copy_n(system_.valuePtr(), system_.nonZeros(), stiffness_.valuePtr());
+  Constrain(balance);
+  return solver_.Factorize(system_);
+}
+
+// A factored tangent with as many negative pivots as free pressures, so that its step descends.
+bool Equilibrium::Prepare(const Balance& balance, const VectorXd& x) {
+  if (linear() && factored_) return true;
+  expected_negative_ = 0;
+  for (int i = 0; i < pressure_.size(); ++i) {
+    expected_negative_ += !balance.fixed[static_cast<std::size_t>(layout_.pressure(i))];
+  }
+  const auto good = [&](MaterialLaw::Tangent tangent) {
+    return FactorTangent(balance, x, tangent) &&
+           (!solver_.is_direct() || solver_.negative_pivots() == expected_negative_);
+  };
+  using Tangent = MaterialLaw::Tangent;
+  bool done = false;
+  if (linear()) {
+    done = good(Tangent::kExact);
+  } else if (options_.warped) {
+    done = good(Tangent::kWarped);
+  } else {
+    done = !cautious_ && solver_.is_direct() && good(Tangent::kExact);
+    if (!done) {
+      cautious_ = true;
+      done = good(Tangent::kProjected);
+    }
+  }
+  if (!done)
+    return Fail("the stiffness is not positive: the body is free to move or has collapsed");
+  factored_ = true;
+  return balance.rows.empty() || PrepareRows(balance);
+}
+
+// Newton's step, from right_ = minus what is left over. The first one moves fixed unknowns to where
+// they are given.
+bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
+  const VectorXd& r = right_;
+  if (first) {
+    trial_.setZero();
+    for (int i = 0; i < x.size(); ++i) {
+      if (balance->fixed[static_cast<std::size_t>(i)]) trial_[i] = balance->given[i] - x[i];
+    }
+    Multiply(stiffness_, trial_, &product_);
+    if (balance->inertia && linear()) {
+      Multiply(*balance->inertia, trial_, &step_);
+      product_ += step_;
+    }
+    for (int i = 0; i < x.size(); ++i) {
+      if (!balance->fixed[static_cast<std::size_t>(i)]) right_[i] -= product_[i];
+    }
+  }
+  const double least = 0.1 * options_.residual;
+  const double accuracy = linear() ? least : std::clamp(relative_, least, 1e-2);
+  if (!solver_.Solve(r, accuracy, &step_)) {
+    return Fail("the linear solver did not converge");
+  }
+  const int count = static_cast<int>(balance->rows.size());
+  if (count > 0) {
+    VectorXd gap(count), missing(count);
+    for (int k = 0; k < count; ++k) {
+      const PointRow& row = balance->rows[static_cast<std::size_t>(k)];
+      gap[k] = row.value;
+      double moved = 0;
+      for (const auto& [unknown, weight] : row.weights) {
+        const bool fixed = balance->fixed[static_cast<std::size_t>(unknown)];
+        gap[k] -= weight * (fixed ? balance->given[unknown] : x[unknown]);
+        if (!fixed) moved += weight * step_[unknown];
+      }
+      missing[k] = gap[k] - moved;
+    }
+    const VectorXd m = row_factor_->solve(missing);
+    step_ += row_columns_ * m;
+    balance->row_force += m - row_penalty_ * gap;
+  }
+  if (first) {
+    for (int i = 0; i < x.size(); ++i) {
+      if (balance->fixed[static_cast<std::size_t>(i)]) step_[i] = trial_[i];
+    }
+  }
+  return step_.allFinite() || Fail("the linear solver broke down");
+}
+
+// Backtracks until the energy falls enough; where it is lost in rounding, takes the whole step.
+bool Equilibrium::Search(const Balance& balance, double slope, VectorXd* x) {
+  const double rounding = kRounding * (std::abs(energy_) + std::abs(balance.force.dot(*x)));
+  double length = 1;
+  for (int i = 0; i < kMostHalvings; ++i, length *= 0.5) {
+    trial_ = *x + length * step_;
+    UpdatePressure(&trial_);
+    const double energy = Potential(balance, trial_);
+    if (std::isfinite(energy) && energy <= energy_ + kArmijo * length * slope + rounding) {
+      x->swap(trial_);
+      return true;
+    }
+  }
+  return false;
+}
+
+bool Equilibrium::Solve(Balance* balance, VectorXd* x) {
+  failure_ = {};
+  cautious_ = false;
+  if (balance->row_force.size() != static_cast<int>(balance->rows.size())) {
+    balance->row_force.setZero(static_cast<int>(balance->rows.size()));
+  }
+  if (!Iterate(balance, x)) return false;
+  return x->allFinite() && x->lpNorm<Eigen::Infinity>() < std::numeric_limits<double>::max();
+}
+
+// Whether fixed unknowns and points are where they are given.
+bool Equilibrium::Feasible(const Balance& balance, const VectorXd& x) const {
+  for (int i = 0; i < x.size(); ++i) {
+    if (balance.fixed[static_cast<std::size_t>(i)] && x[i] != balance.given[i]) return false;
+  }
+  return balance.rows.empty();
+}
+
+bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
+  const bool counted = options_.linear_solves > 0 && !linear();
+  const int most = counted ? options_.linear_solves : linear() ? kMostRefinements : kMostSteps;
+  const double goal =
+      linear() && solver_.is_direct() ? std::min(kTight, options_.residual) : options_.residual;
+  double best = std::numeric_limits<double>::infinity();
+  start_force_ = 0;
+  int stalled = 0;
+  bool moves = !Feasible(*balance, *x);  // the next step brings x to what is prescribed
+  for (steps_ = 0;; ++steps_) {
+    UpdatePressure(x);
+    energy_ = Residual(*balance, *x);
+    if (steps_ == 0) start_force_ = residual_.stableNorm();
+    relative_ = Weigh(*balance);
+    if (!std::isfinite(energy_) || std::isnan(relative_)) return Fail("the answer is not finite");
+    if (!moves && relative_ <= goal && !(counted && steps_ == 0)) return true;
+    if (counted && steps_ >= most) return true;
+    stalled = relative_ < 0.9 * best || moves ? 0 : stalled + 1;
+    best = std::min(best, relative_);
+    if (steps_ >= most || (linear() && stalled > 4)) {
+      if (relative_ <= options_.residual) return true;
+      return Fail(linear() ? "the linear solver does not reach the residual asked for"
+                           : "no equilibrium was found: Newton's method did not converge");
+    }
+    if (!Prepare(*balance, *x)) return false;
+    Weigh(*balance);  // PrepareRows used right_
+    if (!Direction(balance, *x, moves)) return false;
+    if (moves || linear() || counted) {
+      *x += step_;
+      moves = false;
+      continue;
+    }
+    if (Search(*balance, std::min(residual_.dot(step_), 0.0), x)) {
+      if (relative_ < kNearby) cautious_ = false;
+      continue;
+    }
+    if (cautious_) return Fail("no equilibrium was found: the energy falls no further");
+    cautious_ = true;
+  }
+}
+
+}  // namespace palpate

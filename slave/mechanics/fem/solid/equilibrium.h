@@ -1,0 +1,112 @@
+// Finds where the forces on a body balance: Newton's method with a line search on the energy, the
+// linear law in one solve with refinement.
+//
+//   gradient W(x) + Q (x - x_0) = f + q + C^T m,   x = given on fixed unknowns,   C x = c
+//
+// Q and q carry inertia and damping of a time step that began at x_0 (none in statics), m are the
+// forces of contacts that move a point between nodes. Nondimensional.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+#include "slave/mechanics/fem/solid/block_layout.h"
+#include "slave/mechanics/fem/solid/elastic_body.h"
+#include "slave/mechanics/fem/solid/symmetric_solver.h"
+
+namespace palpate {
+
+// One row of C: unknowns of one element and their weights.
+struct PointRow {
+  std::vector<std::pair<int, double>> weights;
+  double value = 0;  // prescribed sum
+};
+
+struct Balance {
+  Eigen::VectorXd force;    // f + q
+  std::vector<char> fixed;  // per unknown
+  Eigen::VectorXd given;    // values of fixed unknowns
+  std::vector<PointRow> rows;
+  Eigen::VectorXd row_force;                // m, found
+  const SparseMatrix* inertia = nullptr;    // Q
+  const Eigen::VectorXd* origin = nullptr;  // x_0
+};
+
+class Equilibrium {
+ public:
+  struct Options {
+    double residual = 1e-6;  // relative to the largest of loads, reactions and point forces
+    int linear_solves = 0;   // exactly so many without line search; 0: until `residual`
+    bool warped = false;     // the tangent that holds the co-rotational law's rotations
+    SymmetricSolver::Limits limits;
+  };
+  // Keeps references. The linear law assembles its matrix here.
+  Equilibrium(const BlockLayout& layout, const ElasticBody& body, const Options& options);
+
+  // Moves x, a state near the answer, to balance. False: failure() says why, x is of no use.
+  // Allocates only when `rows` grow, and what the factorisation takes.
+  bool Solve(Balance* balance, Eigen::VectorXd* x);
+  // To be told when fixed unknowns, rows or inertia are others than in the last Solve.
+  void Changed() { factored_ = false; }
+
+  // gradient W + Q (x - x_0) - f - q of the last state: what fixed unknowns and points must carry.
+  [[nodiscard]] const Eigen::VectorXd& unbalanced() const { return residual_; }
+  [[nodiscard]] double relative_residual() const { return relative_; }
+  [[nodiscard]] int newton_steps() const { return steps_; }
+  [[nodiscard]] std::string_view failure() const { return failure_; }
+  [[nodiscard]] const SymmetricSolver& solver() const { return solver_; }
+  // Elastic energy W(x).
+  double Energy(const Eigen::VectorXd& x);
+  // Where the pressure is an unknown and the law not linear: sets it to what x's displacements ask.
+  void UpdatePressure(Eigen::VectorXd* x);
+  // Stiffness at x without inertia.
+  void Stiffness(const Eigen::VectorXd& x, SparseMatrix* matrix) const;
+
+ private:
+  [[nodiscard]] bool linear() const { return body_.law().law() == FemOptions::Law::kLinear; }
+  double Residual(const Balance& balance, const Eigen::VectorXd& x);
+  double Potential(const Balance& balance, const Eigen::VectorXd& x);
+  double Weigh(const Balance& balance);
+  bool Prepare(const Balance& balance, const Eigen::VectorXd& x);
+  bool FactorTangent(const Balance& balance, const Eigen::VectorXd& x,
+                     MaterialLaw::Tangent tangent);
+  void Constrain(const Balance& balance);
+  bool PrepareRows(const Balance& balance);
+  bool Direction(Balance* balance, const Eigen::VectorXd& x, bool first);
+  bool Search(const Balance& balance, double slope, Eigen::VectorXd* x);
+  [[nodiscard]] bool Feasible(const Balance& balance, const Eigen::VectorXd& x) const;
+  bool Iterate(Balance* balance, Eigen::VectorXd* x);
+  bool Fail(std::string_view why) {
+    failure_ = why;
+    return false;
+  }
+
+  const BlockLayout& layout_;
+  const ElasticBody& body_;
+  Options options_;
+  SymmetricSolver solver_;
+  SparseMatrix stiffness_;  // of the linear law, else of the last tangent, free of constraints
+  SparseMatrix system_;     // what is factored
+  std::optional<Eigen::LDLT<Eigen::MatrixXd>> row_factor_;
+  Eigen::MatrixXd row_matrix_, row_columns_;  // C A^-1 C^T, A^-1 C^T
+  double row_penalty_ = 0;
+
+  SparseMatrix pressure_mass_;
+  std::unique_ptr<SymmetricSolver> pressure_solver_;
+  Eigen::VectorXd pressure_change_, pressure_;
+
+  Eigen::VectorXd residual_, right_, step_, trial_, product_, row_right_;
+  double energy_ = 0, relative_ = 0, start_force_ = 0;
+  int steps_ = 0, expected_negative_ = 0;
+  bool factored_ = false, cautious_ = false;
+  std::string_view failure_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,121 @@
+// `fem` and `fem-hyperelastic` for accuracy: quadrature-based tetrahedra with four or ten nodes,
+// laws linear, co-rotational and stable neo-Hookean, with or without a pressure of its own, at rest
+// or step by step. What each part does stands in elastic_body.h, material_law.h, equilibrium.h.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/scene/scene.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/fem/solid/block_layout.h"
+#include "slave/mechanics/fem/solid/contact_set.h"
+#include "slave/mechanics/fem/solid/elastic_body.h"
+#include "slave/mechanics/fem/solid/element_mesh.h"
+#include "slave/mechanics/fem/solid/equilibrium.h"
+#include "slave/mechanics/fem/solid/supports.h"
+#include "slave/mechanics/progress.h"
+
+namespace palpate {
+
+class SolidModel final : public DeformationModel {
+ public:
+  struct Params {
+    FemOptions options;        // threads: one is used
+    double young_modulus = 0;  // E [Pa]
+    double poisson_ratio = 0;  // -1 < nu <= 0.5
+    double density = 0;        // [kg/m^3], > 0 where there is gravity or time
+    double range = 0.1;        // of the linear law: largest |displacement| / larger side
+    SymmetricSolver::Limits limits;
+  };
+  using Held = std::vector<std::array<bool, 3>>;
+
+  // `held`: components of every node of `mesh` that stay in place; the middle of an edge is held
+  // where both its ends are. Throws std::invalid_argument: an impossible parameter or combination,
+  // a mesh with bad tetrahedra; Interrupted.
+  //
+  // Pressure: ten nodes take `mixed` (any nu > 0 up to and including 0.5 for the linear law, up to
+  // kNearlyIncompressible for others), four take `averaged` (up to 0.4999). `mixed` and `averaged`
+  // need a direct factor within the limits.
+  SolidModel(const SolidMesh& mesh, const Held& held, const Params& params,
+             Progress* progress = nullptr);
+  static constexpr double kNearlyIncompressible = 0.49999;
+  static constexpr double kAveragedLimit = 0.4999;
+
+  // A contact that moves nodes also reports what holds them. Inverted elements and, with the linear
+  // law, displacements beyond the range: kExtrapolated. Displacements beyond 1e6 larger sides are
+  // absurd: kFailed. After a failure the body is at rest again.
+  void Respond(std::span<const Contact> contacts,
+               std::span<ContactResponse> responses) noexcept override;
+  // Of the nodes of the mesh given.
+  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  void Reset() override;
+  [[nodiscard]] std::string_view failure() const override { return failure_; }
+  [[nodiscard]] const ModelInfo& info() const override { return info_; }
+
+  [[nodiscard]] const ElementMesh& mesh() const { return mesh_; }
+  // Of node `node` of mesh(), middles too [m].
+  [[nodiscard]] Eigen::Vector3d displacement(int node) const;
+  // Pressure unknown of a vertex, positive in tension [Pa]; 0 without pressure unknowns.
+  [[nodiscard]] double pressure(int vertex) const;
+  // Elastic, and elastic plus kinetic energy of the state [J].
+  [[nodiscard]] double elastic_energy();
+  [[nodiscard]] double total_energy();
+  [[nodiscard]] int newton_steps() const { return newton_steps_; }
+  [[nodiscard]] double smallest_jacobian() const { return body_.SmallestJacobian(x_); }
+
+ private:
+  void Describe(Progress* progress);
+  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
+  bool Acceptable(std::span<const Contact> contacts);
+  bool PrepareSet(std::span<const Contact> contacts);
+  bool Prescribe(std::span<const Contact> contacts);
+  bool SolveStatic();
+  bool SolveInParts();
+  bool CheckFreeBody();
+  bool SolveStep();
+  void PrepareStep();
+  void FinishStep();
+  [[nodiscard]] double total_energy_nondimensional();
+  [[nodiscard]] bool EnergyGrew();
+  bool Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
+  [[nodiscard]] Eigen::Vector3d ForceOn(const ContactPlace& place) const;
+  [[nodiscard]] bool dynamic() const { return params_.options.time == FemOptions::Time::kDynamic; }
+  [[nodiscard]] bool newmark() const {
+    return params_.options.integrator == FemOptions::Integrator::kNewmark;
+  }
+
+  Params params_;
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+  double unit_;  // larger side of the body [m]
+  ElementMesh mesh_;
+  BlockLayout layout_;
+  ElasticBody body_;
+  Equilibrium equilibrium_;
+  std::vector<bool> used_;
+  ContactSet contacts_;
+  Supports supports_;
+  ModelInfo info_;
+
+  Balance balance_;
+  Eigen::VectorXd weight_;          // gravity's load
+  Eigen::VectorXd target_, loads_;  // where `given` and `force` go
+  Eigen::VectorXd x_, start_, good_, start_loads_;
+  std::vector<double> row_target_, row_start_;
+  // Of time: mass, damping, Q; velocity; forces at the start of a step (Newmark).
+  SparseMatrix mass_, damping_, inertia_;
+  Eigen::VectorXd velocity_, start_velocity_, start_forces_, product_;
+  bool step_ready_ = false, grew_ = false;
+  double start_energy_ = 0;
+  int newton_steps_ = 0;
+  std::string_view failure_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,177 @@
+#include "slave/mechanics/fem/solid/supports.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kFree = 1e-10;  // eigenvalue over the largest one below which a motion is free
+
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+}  // namespace
+
+Supports::Supports(const ElementMesh& mesh, const BlockLayout& layout,
+                   const std::vector<std::array<bool, 3>>& held, VectorXd volumes)
+    : mesh_(mesh), layout_(layout), held_(held), volumes_(std::move(volumes)) {
+  // A middle is held where both ends of its edge are.
+  held_.resize(Index(mesh.node_count()), {true, true, true});
+  used_.assign(Index(mesh.node_count()), false);
+  constexpr std::array<std::pair<std::size_t, std::size_t>, 6> kEdges{
+      {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
+  for (int e = 0; e < mesh.element_count(); ++e) {
+    const auto nodes = mesh.element(e);
+    for (const int node : nodes) used_[Index(node)] = true;
+    for (std::size_t i = 4; i < nodes.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        held_[Index(nodes[i])][c] = held_[Index(nodes[kEdges[i - 4].first])][c] &&
+                                    held_[Index(nodes[kEdges[i - 4].second])][c];
+      }
+    }
+  }
+  double volume = 0;
+  node_of_.assign(Index(layout.size()), -1);
+  component_of_ = node_of_;
+  for (int node = 0; node < mesh.node_count(); ++node) {
+    centre_ += volumes_[node] * mesh.nodes[Index(node)];
+    volume += volumes_[node];
+    for (int c = 0; c < 3; ++c) {
+      node_of_[Index(layout.first(node) + c)] = node;
+      component_of_[Index(layout.first(node) + c)] = c;
+    }
+  }
+  centre_ /= volume;
+}
+
+void Supports::Hold(Balance* balance) const {
+  balance->fixed.assign(Index(layout_.size()), 0);
+  for (int node = 0; node < mesh_.node_count(); ++node) {
+    for (int c = 0; c < 3; ++c) {
+      if (!Used(node) || held_[Index(node)][Index(c)]) {
+        balance->fixed[Index(layout_.first(node) + c)] = 1;
+      }
+    }
+    if (!Used(node) && layout_.has_pressure() && node < mesh_.vertex_count) {
+      balance->fixed[Index(layout_.pressure(node))] = 1;
+    }
+  }
+}
+
+bool Supports::Forbids(int node, const Vector3d& displacement) const {
+  for (int c = 0; c < 3; ++c) {
+    if (held_[Index(node)][Index(c)] && displacement[c] != 0) return true;
+  }
+  return false;
+}
+
+// Displacement component `component` of a node under each unit motion.
+Supports::Motion Supports::Row(int node, int component) const {
+  Motion row;
+  row.head<3>() = Vector3d::Unit(component);
+  row.tail<3>() = (mesh_.nodes[Index(node)] - centre_).cross(Vector3d::Unit(component));
+  return row;
+}
+
+Vector3d Supports::Rigid(const Motion& motion, int node) const {
+  return motion.head<3>() + Vector3d(motion.tail<3>()).cross(mesh_.nodes[Index(node)] - centre_);
+}
+
+Supports::Matrix6d Supports::Held(const Balance& balance) const {
+  Matrix6d normal = Matrix6d::Zero();
+  for (int i = 0; i < layout_.size(); ++i) {
+    const int node = node_of_[Index(i)];
+    if (!balance.fixed[Index(i)] || node < 0 || !Used(node)) continue;
+    const Motion row = Row(node, component_of_[Index(i)]);
+    normal += row * row.transpose();
+  }
+  for (const auto& point : balance.rows) {
+    Motion row = Motion::Zero();
+    for (const auto& [unknown, weight] : point.weights) {
+      row += weight * Row(node_of_[Index(unknown)], component_of_[Index(unknown)]);
+    }
+    normal += row * row.transpose();
+  }
+  return normal;
+}
+
+void Supports::Pin(Balance* balance) {
+  pins_.clear();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(Held(*balance));
+  const double largest = std::max(eigen.eigenvalues()[5], 1e-300);
+  const auto count = (eigen.eigenvalues().array() < kFree * largest).count();
+  const auto all_free = eigen.eigenvalues()[5] <= 0;
+  free_motions_ = eigen.eigenvectors().leftCols(all_free ? 6 : count);
+
+  // One unknown after the other: the one that moves most under what is still free.
+  auto left = free_motions_;
+  while (left.cols() > 0) {
+    int pin = -1;
+    double most = 0;
+    for (int i = 0; i < layout_.size(); ++i) {
+      const int node = node_of_[Index(i)];
+      if (node < 0 || balance->fixed[Index(i)]) continue;
+      const double moved = (left.transpose() * Row(node, component_of_[Index(i)])).squaredNorm();
+      if (moved > most) most = moved, pin = i;
+    }
+    if (pin < 0) break;
+    balance->fixed[Index(pin)] = 1;
+    pins_.push_back(pin);
+    const VectorXd row = left.transpose() * Row(node_of_[Index(pin)], component_of_[Index(pin)]);
+    // What remains free: combinations that do not move the pin.
+    const Eigen::MatrixXd outer = row * row.transpose() / row.squaredNorm();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> split(outer);
+    left = (left * split.eigenvectors().leftCols(left.cols() - 1)).eval();
+  }
+}
+
+double Supports::Imbalance(const VectorXd& force) const {
+  Motion work = Motion::Zero();
+  double total = 0;
+  for (int i = 0; i < layout_.size(); ++i) {
+    const int node = node_of_[Index(i)];
+    if (node < 0 || !Used(node)) continue;
+    work += force[i] * Row(node, component_of_[Index(i)]);
+    total += std::abs(force[i]);
+  }
+  const VectorXd free_work = free_motions_.transpose() * work;
+  return total > 0 ? free_work.norm() / total : 0;
+}
+
+double Supports::PinForce(const VectorXd& unbalanced) const {
+  double sum = 0;
+  for (const int pin : pins_) sum += unbalanced[pin] * unbalanced[pin];
+  return std::sqrt(sum);
+}
+
+void Supports::RemoveFreeMotion(VectorXd* x) const {
+  const auto count = free_motions_.cols();
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(count, count);
+  VectorXd right = VectorXd::Zero(count);
+  for (int node = 0; node < mesh_.node_count(); ++node) {
+    Eigen::Matrix<double, 3, 6> rows;
+    for (int c = 0; c < 3; ++c) rows.row(c) = Row(node, c);
+    const Eigen::MatrixXd moved = rows * free_motions_;
+    normal += volumes_[node] * moved.transpose() * moved;
+    right += volumes_[node] * moved.transpose() * x->segment<3>(layout_.first(node));
+  }
+  const VectorXd amount = normal.ldlt().solve(right);
+  const Motion motion = free_motions_ * amount;
+  for (int node = 0; node < mesh_.node_count(); ++node) {
+    if (Used(node)) x->segment<3>(layout_.first(node)) -= Rigid(motion, node);
+  }
+}
+
+}  // namespace palpate

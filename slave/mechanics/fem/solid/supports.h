@@ -1,0 +1,56 @@
+// What keeps a body from moving as a whole, and what is done where nothing does.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/fem/solid/block_layout.h"
+#include "slave/mechanics/fem/solid/element_mesh.h"
+#include "slave/mechanics/fem/solid/equilibrium.h"
+
+namespace palpate {
+
+class Supports {
+ public:
+  // Keeps references. `volumes`: of every node's shape function, the weights of means.
+  Supports(const ElementMesh& mesh, const BlockLayout& layout,
+           const std::vector<std::array<bool, 3>>& held, Eigen::VectorXd volumes);
+
+  // Marks what the scene holds and nodes of no element.
+  void Hold(Balance* balance) const;
+  // Whether moving `node` so would move what the scene holds.
+  [[nodiscard]] bool Forbids(int node, const Eigen::Vector3d& displacement) const;
+  // Finds the rigid motions that neither fixed unknowns nor rows prevent, and fixes as many
+  // unknowns more, so that the body stands still. O(N).
+  void Pin(Balance* balance);
+  [[nodiscard]] bool is_free() const { return free_motions_.cols() > 0; }
+  // Work of `force` on the free motions over what it would be if all of it worked [-].
+  [[nodiscard]] double Imbalance(const Eigen::VectorXd& force) const;
+  // What the pins carry, `unbalanced` as of Equilibrium.
+  [[nodiscard]] double PinForce(const Eigen::VectorXd& unbalanced) const;
+  // Takes the free motions out of x: zero mean displacement and rotation.
+  void RemoveFreeMotion(Eigen::VectorXd* x) const;
+
+ private:
+  using Motion = Eigen::Matrix<double, 6, 1>;  // translation, rotation about the centre
+  using Matrix6d = Eigen::Matrix<double, 6, 6>;
+  [[nodiscard]] Motion Row(int node, int component) const;
+  [[nodiscard]] Eigen::Vector3d Rigid(const Motion& motion, int node) const;
+  [[nodiscard]] Matrix6d Held(const Balance& balance) const;
+  [[nodiscard]] bool Used(int node) const { return used_[static_cast<std::size_t>(node)]; }
+
+  const ElementMesh& mesh_;
+  const BlockLayout& layout_;
+  std::vector<std::array<bool, 3>> held_;  // middles too
+  Eigen::VectorXd volumes_;
+  std::vector<bool> used_;
+  Eigen::Vector3d centre_{0, 0, 0};
+  std::vector<int> node_of_, component_of_;  // per unknown; -1: a pressure
+  Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> free_motions_;
+  std::vector<int> pins_;
+};
+
+}  // namespace palpate

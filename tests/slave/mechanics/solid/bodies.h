@@ -1,0 +1,142 @@
+// Bodies, holds and contacts that the tests of solids share.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "slave/mechanics/fem/solid/solid_model.h"
+
+namespace palpate::solid_tests {
+
+using nlohmann::json;
+
+// A case of a file of ../shared/reference; nothing where the file is absent.
+inline std::optional<json> Reference(const std::string& file, const std::string& id) {
+  std::ifstream stream(std::filesystem::path(PALPATE_SOURCE_DIR "/../shared/reference") / file);
+  if (!stream) return std::nullopt;
+  const json content = json::parse(stream);
+  for (const auto& c : content.at("cases")) {
+    if (c.at("id") == id) return c;
+  }
+  return std::nullopt;
+}
+
+inline Eigen::Vector3d VectorOf(const json& numbers) {
+  return {numbers.at(0).get<double>(), numbers.at(1).get<double>(), numbers.at(2).get<double>()};
+}
+
+// All components held where `where(p_O)` says so.
+inline SolidModel::Held HeldWhere(const SolidMesh& mesh,
+                                  const std::function<bool(const Eigen::Vector3d&)>& where) {
+  SolidModel::Held held;
+  for (const auto& p : mesh.nodes) {
+    const bool h = where(p);
+    held.push_back({h, h, h});
+  }
+  return held;
+}
+
+inline SolidModel::Held Bottom(const SolidMesh& mesh) {
+  return HeldWhere(mesh, [](const Eigen::Vector3d& p) { return p.z() == 0; });
+}
+
+inline SolidModel::Held Nothing(const SolidMesh& mesh) {
+  return SolidModel::Held(mesh.nodes.size(), {false, false, false});
+}
+
+inline Contact Push(const Eigen::Vector3d& p_O, const Eigen::Vector3d& force_O, double width = 0) {
+  Contact contact;
+  contact.kind = Contact::Kind::kForce;
+  contact.p_O = p_O;
+  contact.value_O = force_O;
+  contact.width = width;
+  return contact;
+}
+
+inline Contact Move(const Eigen::Vector3d& p_O, const Eigen::Vector3d& displacement_O,
+                    double width = 0) {
+  Contact contact = Push(p_O, displacement_O, width);
+  contact.kind = Contact::Kind::kDisplacement;
+  return contact;
+}
+
+inline int NodeAt(const SolidModel& model, double unit, const Eigen::Vector3d& p_O) {
+  for (int i = 0; i < model.mesh().node_count(); ++i) {
+    if ((unit * model.mesh().nodes[static_cast<std::size_t>(i)] - p_O).norm() < 1e-9 * unit) {
+      return i;
+    }
+  }
+  ADD_FAILURE() << "no node at " << p_O.transpose();
+  return 0;
+}
+
+using Element = FemOptions::Element;
+using Law = FemOptions::Law;
+using Pressure = FemOptions::Pressure;
+using Time = FemOptions::Time;
+
+// The foam cube of the references: 6 cm, 3.8 kPa, nu 0.15, 45 kg/m^3, its bottom held.
+constexpr double kCube = 0.06;
+inline SolidModel::Params Foam(Element element, Law law) {
+  SolidModel::Params params;
+  params.options.element = element;
+  params.options.law = law;
+  params.young_modulus = 3800;
+  params.poisson_ratio = 0.15;
+  params.density = 45;
+  params.range = 1;
+  return params;
+}
+
+// A uniform pressure on the triangles of the top whose centroid lies in the middle square, `force`
+// in all, as one contact per triangle: the reference's load is no disc.
+inline std::vector<Contact> SquareLoad(const SolidMesh& mesh, double force) {
+  const SurfaceMesh surface = SurfaceOf(mesh);
+  std::vector<Contact> contacts;
+  double area = 0;
+  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+    Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+    double lowest = kCube;
+    for (const int node : surface.triangles[static_cast<std::size_t>(t)]) {
+      centroid += surface.nodes[static_cast<std::size_t>(node)] / 3;
+      lowest = std::min(lowest, surface.nodes[static_cast<std::size_t>(node)].z());
+    }
+    const auto inside = [](double x) { return x > kCube / 3 && x < 2 * kCube / 3; };
+    if (lowest < kCube * (1 - 1e-9) || !inside(centroid.x()) || !inside(centroid.y())) continue;
+    const auto& [a, b, c] = surface.triangles[static_cast<std::size_t>(t)];
+    const Eigen::Vector3d ab =
+        surface.nodes[static_cast<std::size_t>(b)] - surface.nodes[static_cast<std::size_t>(a)];
+    const Eigen::Vector3d ac =
+        surface.nodes[static_cast<std::size_t>(c)] - surface.nodes[static_cast<std::size_t>(a)];
+    const double A =
+        0.5 * Eigen::Vector3d(ab.y() * ac.z() - ab.z() * ac.y(), ab.z() * ac.x() - ab.x() * ac.z(),
+                              ab.x() * ac.y() - ab.y() * ac.x())
+                  .norm();
+    area += A;
+    Contact contact = Push(centroid, {0, 0, -A}, 1e-9 * kCube);  // the one triangle there
+    contact.element = t;
+    contacts.push_back(contact);
+  }
+  for (auto& contact : contacts) contact.value_O *= force / area;
+  return contacts;
+}
+
+// Mean depth of contacts that share one load in proportion to their areas.
+inline double MeanDepth(const std::vector<Contact>& contacts,
+                        const std::vector<ContactResponse>& responses) {
+  double depth = 0, force = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    depth += contacts[i].value_O.z() * responses[i].displacement_O.z();
+    force -= contacts[i].value_O.z();
+  }
+  return depth / force;
+}
+
+}  // namespace palpate::solid_tests
