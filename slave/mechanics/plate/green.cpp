@@ -92,8 +92,8 @@ double MeanDeflection(const Disc& load) noexcept {
   // R2 = 1 - u, P = (1 + u) / (1 - u) and r dP/dr = u dP/du at a fixed angle = 2 u / (1 - u)^2.
   const double u = load.centre.squaredNorm();
   const double both = -16 * (pair.poisson + 2 * u / (pair.inside_p * pair.inside_p));
-  const double regular = Regular(pair) + R_squared / 4 * RegularLaplacian(pair) +
-                         R_squared * R_squared / 64 * both;
+  const double regular =
+      Regular(pair) + R_squared / 4 * RegularLaplacian(pair) + R_squared * R_squared / 64 * both;
   return kUnit * (regular + R_squared * (2 * std::log(load.radius) + 1.0 / 3));
 }
 

@@ -12,7 +12,8 @@ struct Quadrature {
 };
 // Exact to degree 2 count - 1 on (0, 1), count >= 1.
 Quadrature GaussLegendre(int count);
-// The ends of [0, 1] and the extrema between of the Legendre polynomial of degree `count - 1`, count >= 2.
+// The ends of [0, 1] and the extrema between of the Legendre polynomial of degree `count - 1`,
+// count >= 2.
 Eigen::VectorXd LobattoPoints(int count);
 
 // Polynomials on [0, 1] by their values at `nodes`: row per place, column per node.

@@ -130,8 +130,8 @@ void ModalPlate::Demand(double share) noexcept {
 void ModalPlate::Answer(double share) noexcept {
   for (Index s = 0; s < forces_.size(); ++s) {
     const Press& press = presses_[static_cast<std::size_t>(s)];
-    deflections_[s] = press.is_force ? at_.col(s).dot(amplitudes_) + ShortWavesAt(s)
-                                     : share * press.value;
+    deflections_[s] =
+        press.is_force ? at_.col(s).dot(amplitudes_) + ShortWavesAt(s) : share * press.value;
   }
 }
 
@@ -210,7 +210,8 @@ void ModalPlate::Comply() noexcept {
   compliance_.noalias() += at_.transpose() * by_load_;
   for (Index s = 0; s < forces_.size(); ++s) {
     const Press& press = presses_[static_cast<std::size_t>(s)];
-    if (press.waves != nullptr) compliance_(s, s) += press.waves->At(forces_[s], resolution_[s]).compliance;
+    if (press.waves != nullptr)
+      compliance_(s, s) += press.waves->At(forces_[s], resolution_[s]).compliance;
   }
 }
 

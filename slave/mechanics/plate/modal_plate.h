@@ -73,7 +73,7 @@ class ModalPlate {
   std::vector<Press> presses_;
   MovedContacts moved_;
   Eigen::MatrixXd at_, load_, short_;  // f and l, column per contact; g
-  Eigen::VectorXd resolution_;         // of a point load there: the modes' lack in compliance, by 1 / D
+  Eigen::VectorXd resolution_;  // of a point load there: the modes' lack in compliance, by 1 / D
   Eigen::VectorXd amplitudes_, forces_, deflections_;
   Eigen::VectorXd stress_, gradient_, step_, point_;
   Eigen::MatrixXd pull_;     // column i: sum_j G_k,ij a_j, row per stress

@@ -18,12 +18,12 @@ using plate::ModalPlate;
 using plate::Symmetry;
 using plate::Touch;
 
-constexpr double kCentral = 1e-9;         // a place nearer to the centre is there [radii]
-constexpr double kCentralRange = 10;      // times the range elsewhere
-constexpr double kModerate = 0.3;         // |w| / a: rotations are moderate
-constexpr double kLargest = 1000;         // |w| / t that is attempted
-constexpr double kLargestForce = 1e11;    // E t^4 / a^2 that is attempted
-constexpr std::size_t kMostTools = 64;    // diameters remembered
+constexpr double kCentral = 1e-9;       // a place nearer to the centre is there [radii]
+constexpr double kCentralRange = 10;    // times the range elsewhere
+constexpr double kModerate = 0.3;       // |w| / a: rotations are moderate
+constexpr double kLargest = 1000;       // |w| / t that is attempted
+constexpr double kLargestForce = 1e11;  // E t^4 / a^2 that is attempted
+constexpr std::size_t kMostTools = 64;  // diameters remembered
 
 bool IsMoved(const Touch& touch) {
   return touch.kind == Contact::Kind::kDisplacement;
@@ -70,8 +70,8 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
       modes_(MakeModes(params_, progress)),
       modal_(modes_, BendingStiffness(params_.poisson_ratio), prestress_) {
   const double slenderness = params_.thickness / params_.radius;
-  force_unit_ = params_.young_modulus * params_.thickness * params_.thickness * slenderness *
-                slenderness;
+  force_unit_ =
+      params_.young_modulus * params_.thickness * params_.thickness * slenderness * slenderness;
   if (progress != nullptr && !progress->Report("central press", 0.7)) throw Interrupted();
   ToolOf(0);
   info_.kind = "plate-large";
@@ -181,9 +181,9 @@ PlateLargeModel::Tool& PlateLargeModel::ToolOf(double load_radius) {
     if (tool->waves.load_radius() == load_radius) return *tool;
   }
   const double nu = params_.poisson_ratio;
-  tools_.push_back(std::make_unique<Tool>(
-      Tool{plate::ShortWaves(params_.order, nu, prestress_, load_radius),
-           plate::RoundPress(nu, load_radius, prestress_)}));
+  tools_.push_back(
+      std::make_unique<Tool>(Tool{plate::ShortWaves(params_.order, nu, prestress_, load_radius),
+                                  plate::RoundPress(nu, load_radius, prestress_)}));
   return *tools_.back();
 }
 
@@ -203,8 +203,8 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch)
   response.force_O.z() = moved ? -force_unit_ * force : contact.value_O.z();
   response.displacement_O.z() = moved ? contact.value_O.z() : -t * w;
   response.stiffness_O(2, 2) = force_unit_ / t * k;
-  const bool known = std::isfinite(force_unit_ * force) && std::isfinite(k) &&
-                     std::abs(w) <= kLargest;
+  const bool known =
+      std::isfinite(force_unit_ * force) && std::isfinite(k) && std::abs(w) <= kLargest;
   if (!known) return {};
   const double range = params_.range * (centred ? kCentralRange : 1);
   const bool inside = std::abs(w) <= range && std::abs(w) * t <= kModerate * params_.radius;
@@ -225,7 +225,7 @@ double PlateLargeModel::Deflection(const Vector2d& x) {
   return modal_.Deflection({axis_.dot(x), axis_.x() * x.y() - axis_.y() * x.x()});
 }
 
-double PlateLargeModel::Displacement(const Vector2d& p_O) {
+double PlateLargeModel::Displacement(const Vector2d& p_O) noexcept {
   return -params_.thickness * Deflection(p_O / params_.radius);
 }
 

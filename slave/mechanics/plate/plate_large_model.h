@@ -9,10 +9,10 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/plate/contacts.h"
 #include "slave/mechanics/plate/modal_plate.h"
 #include "slave/mechanics/plate/plate_modes.h"
+#include "slave/mechanics/plate/plate_surface.h"
 #include "slave/mechanics/plate/round_press.h"
 #include "slave/mechanics/plate/short_waves.h"
 #include "slave/mechanics/progress.h"
@@ -25,7 +25,7 @@ namespace palpate {
 // about 0.3 % of the force at half the radius and 2 % at 0.8 of it, for |w| up to 10 t. Moderate
 // rotations, linear elasticity: against a neo-Hookean solid the force is high by 4 to 10 % at 5 mm
 // on a 1 mm rubber membrane of 39 mm radius.
-class PlateLargeModel final : public DeformationModel {
+class PlateLargeModel final : public PlateSurface {
  public:
   struct Params {
     double radius = 0;         // a [m], > 0
@@ -50,9 +50,9 @@ class PlateLargeModel final : public DeformationModel {
   [[nodiscard]] std::string_view failure() const override { return failure_; }
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
-  // Displacement along z [m] at (x, y) on the plate [m], under the contacts of the last Respond;
-  // zero where it failed.
-  [[nodiscard]] double Displacement(const Eigen::Vector2d& p_O);
+  [[nodiscard]] double Displacement(const Eigen::Vector2d& p_O) noexcept override;
+  [[nodiscard]] double radius() const override { return params_.radius; }
+  [[nodiscard]] double thickness() const override { return params_.thickness; }
   [[nodiscard]] const Params& params() const { return params_; }
 
  private:
@@ -83,10 +83,10 @@ class PlateLargeModel final : public DeformationModel {
   std::vector<std::unique_ptr<Tool>> tools_;
   std::vector<plate::Touch> touches_, known_;
   std::vector<plate::ModalPlate::Press> presses_;
-  std::vector<double> values_;               // nondimensional
-  Eigen::Vector2d axis_{1, 0};               // x axis of the frame of modal_, in O
+  std::vector<double> values_;  // nondimensional
+  Eigen::Vector2d axis_{1, 0};  // x axis of the frame of modal_, in O
   plate::Symmetry symmetry_ = plate::Symmetry::kMirror;
-  Tool* central_ = nullptr;                  // one contact at the centre: its tool
+  Tool* central_ = nullptr;  // one contact at the centre: its tool
   bool prepared_ = false;
 };
 

@@ -72,10 +72,11 @@ bool PlateModel::TryRespond(std::span<const Contact> contacts,
     ContactResponse& response = responses[i];
     const double w = deflections_[touch];
     response = {};
-    response.force_O.z() = IsMoved(touches_[i]) ? -force_unit_ * forces_[touch]
-                                                : contacts[i].value_O.z();
+    response.force_O.z() =
+        IsMoved(touches_[i]) ? -force_unit_ * forces_[touch] : contacts[i].value_O.z();
     response.displacement_O.z() = -params_.radius * w;
-    response.stiffness_O(2, 2) = force_unit_ / params_.radius * moved_.Stiffness(compliance_, touch);
+    response.stiffness_O(2, 2) =
+        force_unit_ / params_.radius * moved_.Stiffness(compliance_, touch);
     response.validity = std::abs(w) * params_.radius <= params_.range * params_.thickness
                             ? Validity::kValid
                             : Validity::kExtrapolated;
@@ -140,7 +141,7 @@ double PlateModel::Deflection(const Vector2d& x) const noexcept {
   return w;
 }
 
-double PlateModel::Displacement(const Vector2d& p_O) const noexcept {
+double PlateModel::Displacement(const Vector2d& p_O) noexcept {
   return answered_ ? -params_.radius * Deflection(p_O / params_.radius) : 0;
 }
 

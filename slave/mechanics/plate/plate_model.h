@@ -7,17 +7,17 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/plate/contacts.h"
 #include "slave/mechanics/plate/green.h"
 #include "slave/mechanics/plate/moved_contacts.h"
+#include "slave/mechanics/plate/plate_surface.h"
 
 namespace palpate {
 
 // Frame O: origin at the plate's centre, z along the outward normal: a displacement along -z is a
 // press. Thin plate, moderate slopes, no stretching: the force is low by 1.8 % at |w| = 0.2 t, 10 %
 // at 0.5 t and 30 % at t, and is marked kExtrapolated beyond 0.5 t.
-class PlateModel final : public DeformationModel {
+class PlateModel final : public PlateSurface {
  public:
   struct Params {
     double radius = 0;         // a [m], > 0
@@ -31,8 +31,9 @@ class PlateModel final : public DeformationModel {
   explicit PlateModel(const Params& params);
 
   // Contacts are points (width 0) or discs of diameter `width` under a uniform load, whose
-  // displacement counts at the centre, prescribed and answered alike; places in |z| <= t / 2, on the
-  // disc. Only z components act: others must be 0. O(S^2), with a new set of moved places O(S^3).
+  // displacement counts at the centre, prescribed and answered alike; places in |z| <= t / 2, on
+  // the disc. Only z components act: others must be 0. O(S^2), with a new set of moved places
+  // O(S^3).
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   // Of the nodes of MembraneGrid().
@@ -40,9 +41,9 @@ class PlateModel final : public DeformationModel {
   [[nodiscard]] std::string_view failure() const override { return failure_; }
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
-  // Displacement along z [m] at (x, y) on the plate [m], under the contacts of the last Respond;
-  // zero where it failed. O(S).
-  [[nodiscard]] double Displacement(const Eigen::Vector2d& p_O) const noexcept;
+  [[nodiscard]] double Displacement(const Eigen::Vector2d& p_O) noexcept override;
+  [[nodiscard]] double radius() const override { return params_.radius; }
+  [[nodiscard]] double thickness() const override { return params_.thickness; }
   [[nodiscard]] double flexural_rigidity() const { return rigidity_; }  // D [N m]
   [[nodiscard]] const Params& params() const { return params_; }
 
@@ -62,7 +63,7 @@ class PlateModel final : public DeformationModel {
 
   std::vector<plate::Touch> touches_, known_;  // of this set; of the one that is factorised
   bool prepared_ = false;
-  Eigen::MatrixXd compliance_;           // deflection at a contact, column: by a load of one there
+  Eigen::MatrixXd compliance_;            // deflection at a contact, column: by a load of one there
   Eigen::VectorXd forces_, deflections_;  // nondimensional
   plate::MovedContacts moved_;
   Eigen::VectorXd solution_;

@@ -58,8 +58,8 @@ struct Zernike {
       const double rm = std::pow(r, m);
       value[n] = rm * p[n];
       slope[n] = m * rm / r * p[n] + 4 * rm * r * d1;
-      curvature[n] = m * (m - 1) * rm / (r * r) * p[n] + (8 * m + 4) * rm * d1 +
-                     16 * rm * r * r * d2;
+      curvature[n] =
+          m * (m - 1) * rm / (r * r) * p[n] + (8 * m + 4) * rm * d1 + 16 * rm * r * r * d2;
     }
   }
   std::array<double, kMostRadial> value{}, slope{}, curvature{};
@@ -124,14 +124,14 @@ PlateModes::PlateModes(int order, double nu, Symmetry widest) : order_(order), w
       const double c = 1 - r * r;
       const double f = c * c * z.value[k];
       const double df = c * c * z.slope[k] - 4 * r * c * z.value[k];
-      const double ddf = c * c * z.curvature[k] - 8 * r * c * z.slope[k] +
-                         (12 * r * r - 4) * z.value[k];
+      const double ddf =
+          c * c * z.curvature[k] - 8 * r * c * z.slope[k] + (12 * r * r - 4) * z.value[k];
       slope(n, q) = df;
       swing(n, q) = m * f / r;
       laplacian(n, q) = ddf + df / r - m * m * f / (r * r);
     });
-    const MatrixXd gram = NormOfWave(m) * laplacian * radial.rule.weights.asDiagonal() *
-                          laplacian.transpose();
+    const MatrixXd gram =
+        NormOfWave(m) * laplacian * radial.rule.weights.asDiagonal() * laplacian.transpose();
     orthonormal_.push_back(Orthonormaliser(gram));
     radial.deflection.push_back({orthonormal_.back() * slope, orthonormal_.back() * swing});
   }
@@ -168,7 +168,8 @@ void PlateModes::Number(std::vector<Family>* families, int degree, bool is_stres
   int next = 0;
   for (const bool sine : {false, true}) {
     for (int m = sine ? 1 : 0; m <= degree; ++m) {
-      const bool wanted = widest_ == Symmetry::kNone || (!sine && (m == 0 || widest_ == Symmetry::kMirror));
+      const bool wanted =
+          widest_ == Symmetry::kNone || (!sine && (m == 0 || widest_ == Symmetry::kMirror));
       if (!wanted) continue;
       const int count = (degree - m) / 2 + 1 - (is_stress && m < 2 ? 1 : 0);
       families->push_back({m, sine, next, count});
@@ -248,7 +249,8 @@ void PlateModes::Mean(const Disc& disc, Eigen::Ref<Eigen::VectorXd> values) cons
   for (Index q = 0; q < rings.points.size(); ++q) {
     const double r = disc.radius * std::sqrt(rings.points[q]);  // equal areas for equal steps
     for (Index t = 0; t < angles; ++t) {
-      const double angle = 2 * std::numbers::pi * static_cast<double>(t) / static_cast<double>(angles);
+      const double angle =
+          2 * std::numbers::pi * static_cast<double>(t) / static_cast<double>(angles);
       Evaluate(disc.centre + r * Eigen::Vector2d(std::cos(angle), std::sin(angle)), one);
       values += rings.weights[q] / static_cast<double>(angles) * one;
     }
@@ -325,9 +327,8 @@ void PlateModes::MeasureSlopes(const Radial& radial) {
   for (const Family& family : deflections_) {
     const auto& f = radial.deflection[static_cast<std::size_t>(family.m)];
     slope_energy_.block(family.first, family.first, family.count, family.count) =
-        NormOfWave(family.m) *
-        (f.slope * radial.rule.weights.asDiagonal() * f.slope.transpose() +
-         f.swing * radial.rule.weights.asDiagonal() * f.swing.transpose());
+        NormOfWave(family.m) * (f.slope * radial.rule.weights.asDiagonal() * f.slope.transpose() +
+                                f.swing * radial.rule.weights.asDiagonal() * f.swing.transpose());
   }
 }
 

@@ -32,6 +32,20 @@ std::vector<double> Ends(double load_radius) {
   return ends;
 }
 
+// Lagrange's polynomial through `values` at `nodes`.
+double ValueAt(const Eigen::VectorXd& nodes, const Eigen::Ref<const Eigen::VectorXd>& values,
+               double place) {
+  double sum = 0;
+  for (Eigen::Index i = 0; i < nodes.size(); ++i) {
+    double value = values[i];
+    for (Eigen::Index j = 0; j < nodes.size(); ++j) {
+      if (j != i) value *= (place - nodes[j]) / (nodes[i] - nodes[j]);
+    }
+    sum += value;
+  }
+  return sum;
+}
+
 // Share of the load inside r.
 double Inside(double r, double load_radius) {
   return r < load_radius ? (r / load_radius) * (r / load_radius) : 1;
@@ -52,17 +66,18 @@ RoundPress::RoundPress(double nu, double load_radius, double prestress) {
 
 void RoundPress::Divide(double load_radius) {
   const std::vector<double> ends = Ends(load_radius);
-  const Eigen::VectorXd nodes = LobattoPoints(kNodes);
+  nodes_ = LobattoPoints(kNodes);
   radius_.setZero(static_cast<Eigen::Index>(ends.size()) * kDegree + 1);
   double inner = 0;
   for (std::size_t e = 0; e < ends.size(); ++e) {
     const auto first = static_cast<Eigen::Index>(e) * kDegree;
     elements_.push_back({inner, ends[e], static_cast<int>(first)});
-    radius_.segment(first, kNodes) = (inner + (ends[e] - inner) * nodes.array()).matrix();
+    radius_.segment(first, kNodes) = (inner + (ends[e] - inner) * nodes_.array()).matrix();
     inner = ends[e];
   }
   rule_ = GaussLegendre(kPoints);
-  polynomials_ = Interpolate(nodes, rule_.points);
+  polynomials_ = Interpolate(nodes_, rule_.points);
+  integral_ = polynomials_.value.transpose() * rule_.weights;
 }
 
 // What does not change: both operators of the slope and of psi, the load, the deflection at the
@@ -216,18 +231,21 @@ void RoundPress::UpdateTension() noexcept {
   stretching_factor_.Solve(psi_);
 }
 
-double RoundPress::Deflection(double r) const {
+double RoundPress::Deflection(double r) const noexcept {
   double w = 0;
-  const Eigen::VectorXd nodes = LobattoPoints(kNodes);
   for (const Element& element : elements_) {
-    const double inner = std::max(r, element.inner);
-    if (inner >= element.outer) continue;
     const double length = element.outer - element.inner;
-    const double share = (element.outer - inner) / length;
-    const Eigen::VectorXd places = 1 - share + share * rule_.points.array();
-    const Eigen::VectorXd slope =
-        Interpolate(nodes, places).value * slope_.segment(element.first, kNodes);
-    w -= share * length * rule_.weights.dot(slope);
+    const auto slope = slope_.segment<kNodes>(element.first);
+    if (element.outer <= r) continue;
+    if (element.inner >= r) {
+      w -= length * integral_.dot(slope);
+    } else {
+      const double share = (element.outer - r) / length;
+      for (int q = 0; q < kPoints; ++q) {
+        const double place = 1 - share + share * rule_.points[q];
+        w -= share * length * rule_.weights[q] * ValueAt(nodes_, slope, place);
+      }
+    }
   }
   return w;
 }

@@ -37,7 +37,7 @@ class RoundPress {
   [[nodiscard]] double deflection() const { return centre_ * slope_; }  // at the centre
   [[nodiscard]] double stiffness() const { return stiffness_; }         // d force / d deflection
   // Deflection at radius 0 <= r <= 1.
-  [[nodiscard]] double Deflection(double r) const;
+  [[nodiscard]] double Deflection(double r) const noexcept;
 
  private:
   struct Element {
@@ -60,7 +60,9 @@ class RoundPress {
   std::vector<Element> elements_;
   Eigen::VectorXd radius_;  // of the nodes
   Quadrature rule_;         // on [0, 1]
+  Eigen::VectorXd nodes_;   // of an element on [0, 1]
   Interpolation polynomials_;
+  Eigen::VectorXd integral_;                 // of each of them
   BandedSymmetric bending_{0, 0};            // D (r b' b' + b b / r) + N0 r b b
   BandedSymmetric stretching_{0, 0};         // r psi' psi' + psi psi / r, less nu at the rim
   BandedSymmetric stretching_factor_{0, 0};  // the same, factorised

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kLinear = 0.1;  // deflections below it are spaced evenly, above geometrically
 constexpr double kStep = 0.15;
-constexpr int kEntries = 56;  // to 220 thicknesses
+constexpr int kEntries = 56;                       // to 220 thicknesses
 constexpr double kFiner[] = {1, 1.25, 1.5, 2, 3};  // modes against the plate's own number
 
 }  // namespace
@@ -60,8 +60,7 @@ ShortWaves::Share ShortWaves::At(double force, double resolution) const noexcept
   const Level& coarse = levels_[finer - 1];
   const bool beyond = finer == levels_.size();
   const double fine_resolution = beyond ? 0 : levels_[finer].resolution;
-  const double mix =
-      (resolution - fine_resolution) / (coarse.resolution - fine_resolution);
+  const double mix = (resolution - fine_resolution) / (coarse.resolution - fine_resolution);
   const Share a = Interpolate(coarse, std::abs(force));
   const Share b = beyond ? Share{} : Interpolate(levels_[finer], std::abs(force));
   const double sign = force < 0 ? -1 : 1;

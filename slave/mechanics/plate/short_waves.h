@@ -4,8 +4,8 @@
 // Around a small load the plate looks the same wherever it is pressed: the tension there comes from
 // the load itself (in Schwerin's membrane slope and tension depend on the force and the distance
 // from it alone, not on the plate's size). So the modes' error at the same force is taken from the
-// centre, where it is known: d(F) = w_exact(F) - w_modes(F), with as many modes there as resolve the
-// load as finely as it is resolved where it is. d vanishes with the cube of the force where the
+// centre, where it is known: d(F) = w_exact(F) - w_modes(F), with as many modes there as resolve
+// the load as finely as it is resolved where it is. d vanishes with the cube of the force where the
 // plate bends only; a press at the centre becomes exact.
 #pragma once
 
