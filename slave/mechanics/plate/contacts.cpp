@@ -1,0 +1,91 @@
+#include "slave/mechanics/plate/contacts.h"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+namespace palpate::plate {
+namespace {
+
+constexpr double kSlack = 1e-9;    // of the radius: places on the disc's surface and rim
+constexpr double kAbsurd = 1e6;    // radii
+constexpr double kRim = 1e-6;      // nearer to the rim nothing can be moved [radii]
+constexpr double kNearest = 1e-7;  // moved points nearer than that are one [radii]
+
+[[noreturn]] void Refuse(const char* name, double value, const std::string& accepted) {
+  std::ostringstream text;
+  text << name << " = " << value << ": accepted is " << accepted;
+  throw std::invalid_argument(text.str());
+}
+
+std::string_view WhyNot(const Contact& contact, const Geometry& geometry) {
+  const bool moved = contact.kind == Contact::Kind::kDisplacement;
+  const double a = geometry.radius;
+  if (!contact.p_O.allFinite() || !contact.value_O.allFinite() || !std::isfinite(contact.width)) {
+    return "a contact's value is not finite";
+  }
+  if (contact.width < 0) return "a contact's width is negative";
+  if (contact.value_O.x() != 0 || contact.value_O.y() != 0) {
+    return "a plate is moved and loaded along its normal only: x and y must be 0";
+  }
+  if (moved && std::abs(contact.value_O.z()) > kAbsurd * a) {
+    return "a displacement is absurdly large";
+  }
+  if (std::abs(contact.p_O.z()) > geometry.thickness / 2 + kSlack * a) {
+    return "a contact's place is off the plate: |z| > thickness / 2";
+  }
+  const double r = contact.p_O.head<2>().stableNorm() / a;
+  if (!(r <= 1 + kSlack)) return "a contact's place is off the plate: beyond the rim";
+  if (!(r + contact.width / 2 / a <= 1 + kSlack)) return "a contact's patch reaches over the rim";
+  if (moved && r > 1 - kRim) return "a place on the clamped rim cannot be moved";
+  return {};
+}
+
+// Loads add up where they overlap; what is moved shares its place with nothing.
+bool Clash(const Touch& a, const Touch& b) {
+  using enum Contact::Kind;
+  if (a.kind == kForce && b.kind == kForce) return false;
+  const double gap = (a.disc.centre - b.disc.centre).norm() - a.disc.radius - b.disc.radius;
+  return gap < (a.disc.radius + b.disc.radius > 0 ? -kSlack : kNearest);
+}
+
+}  // namespace
+
+std::string_view Check(std::span<const Contact> contacts, const Geometry& geometry,
+                       std::vector<Touch>* touches) {
+  touches->resize(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& contact = contacts[i];
+    if (const auto why = WhyNot(contact, geometry); !why.empty()) return why;
+    Touch& touch = (*touches)[i];
+    const bool moved = contact.kind == Contact::Kind::kDisplacement;
+    touch.kind = contact.kind;
+    touch.disc = {contact.p_O.head<2>() / geometry.radius, contact.width / 2 / geometry.radius};
+    touch.value = -contact.value_O.z() / (moved ? geometry.radius : 1);
+    for (std::size_t j = 0; j < i; ++j) {
+      if (Clash(touch, (*touches)[j])) return "a moved patch overlaps with another contact";
+    }
+  }
+  return {};
+}
+
+void RequirePositive(const char* name, double value) {
+  if (!(value > 0 && std::isfinite(value))) Refuse(name, value, "finite and > 0");
+}
+
+void RequirePlate(const Geometry& geometry, double young_modulus, double poisson_ratio) {
+  RequirePositive("radius", geometry.radius);
+  RequirePositive("young_modulus", young_modulus);
+  const double thickest = geometry.radius / 10;
+  if (!(geometry.thickness > 0 && geometry.thickness <= thickest * (1 + kSlack))) {
+    std::ostringstream accepted;
+    accepted << "0 < t <= " << thickest << " (radius / 10)";
+    Refuse("thickness", geometry.thickness, accepted.str());
+  }
+  if (!(poisson_ratio > -1 && poisson_ratio <= 0.5)) {
+    Refuse("poisson_ratio", poisson_ratio, "-1 < nu <= 0.5");
+  }
+}
+
+}  // namespace palpate::plate

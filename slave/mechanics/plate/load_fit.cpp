@@ -1,0 +1,220 @@
+#include "slave/mechanics/plate/load_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <new>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+
+#include <Eigen/Cholesky>
+
+#include "slave/mechanics/plate/green.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector2d;
+
+constexpr int kIterations = 40;
+constexpr int kRings = 5;             // of places that are tried
+constexpr double kDifference = 1e-4;  // of the derivatives: radii, share of the force
+constexpr double kConverged = 1e-4;   // step by its standard deviation
+constexpr double kGoodFit = 3;        // residual that a start from the last answer must reach
+constexpr double kStandsOut = 25;     // misfit that the load must explain: five sigma squared
+constexpr double kVague = 0.25;       // standard deviation of a place not known [radii]
+constexpr double kRim = 1e-3;         // nearer than that a load is at the rim [radii]
+
+}  // namespace
+
+LoadFitter::LoadFitter(PlateSurface& plate, double width)
+    : plate_(plate), width_(width), margin_(1 - kRim - width / 2 / plate.radius()) {
+  if (width >= 0 && width < 1.8 * plate.radius()) return;
+  std::ostringstream text;
+  text << "width = " << width << ": accepted is 0 <= width < " << 1.8 * plate.radius();
+  throw std::invalid_argument(text.str());
+}
+
+LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> displacement,
+                        std::span<const double> sigma) noexcept {
+  LoadFit fit;
+  try {
+    fit.reason = Read(p_O, displacement, sigma);
+  } catch (const std::bad_alloc&) {
+    fit.reason = "out of memory";
+  }
+  if (!fit.reason.empty()) return fit;
+  Guess guess = last_;
+  bool found = known_ && Descend(&guess, &fit) && fit.residual <= kGoodFit;
+  if (!found) found = Search(&guess) && Descend(&guess, &fit);
+  known_ = false;
+  if (!found) {
+    fit = {};
+    fit.reason = "no load explains the points";
+    return fit;
+  }
+  Judge(guess, &fit);
+  known_ = fit.validity != Validity::kFailed;
+  last_ = guess;
+  return fit;
+}
+
+std::string_view LoadFitter::Read(std::span<const Vector2d> p_O,
+                                  std::span<const double> displacement,
+                                  std::span<const double> sigma) {
+  if (p_O.size() != displacement.size() || p_O.size() != sigma.size()) {
+    return "points, displacements and sigmas differ in number";
+  }
+  if (p_O.size() < 4) return "fewer than four points";
+  measured_.resize(p_O.size());
+  const auto count = static_cast<Index>(p_O.size());
+  misfit_.resize(count);
+  tried_.resize(count);
+  shape_.resize(count);
+  by_.resize(count, 3);
+  for (std::size_t i = 0; i < p_O.size(); ++i) {
+    measured_[i] = {p_O[i] / plate_.radius(), displacement[i], sigma[i]};
+    if (!(measured_[i].place.norm() <= 1 + 1e-9)) return "a point is off the plate or not finite";
+    if (!std::isfinite(displacement[i])) return "a displacement is not finite";
+    if (!(sigma[i] > 0 && std::isfinite(sigma[i]))) return "a sigma is not finite and > 0";
+  }
+  return {};
+}
+
+// The place whose small-deflection shape, at its best size, leaves the least; the force is what
+// holds the plate there at that deflection.
+bool LoadFitter::Search(Guess* best) noexcept {
+  double most = 0;
+  double deflection = 0;
+  const auto consider = [&](const Vector2d& place) {
+    const plate::Disc disc{place, width_ / 2 / plate_.radius()};
+    double mixed = 0, square = 0;
+    for (const Measured& m : measured_) {
+      const double shape = plate::Deflection(disc, m.place) / m.sigma;
+      mixed += shape * m.value / m.sigma;
+      square += shape * shape;
+    }
+    if (!(mixed * mixed > most * square)) return;
+    most = mixed * mixed / square;
+    best->place = place;
+    deflection = mixed / square * plate::Deflection(disc, place);
+  };
+  consider({0, 0});
+  for (int ring = 1; ring <= kRings; ++ring) {
+    const double r = margin_ * (ring - 0.1) / kRings;
+    for (int i = 0; i < 6 * ring; ++i) {
+      const double angle = std::numbers::pi * i / (3 * ring);
+      consider({r * std::cos(angle), r * std::sin(angle)});
+    }
+  }
+  Contact contact;
+  contact.p_O.head<2>() = plate_.radius() * best->place;
+  contact.width = width_;
+  contact.value_O.z() = deflection;
+  ContactResponse response;
+  plate_.Respond(std::span(&contact, 1), std::span(&response, 1));
+  best->force = response.force_O.z();
+  return response.validity != Validity::kFailed && best->force != 0;
+}
+
+Vector2d LoadFitter::Inside(const Vector2d& place) const noexcept {
+  const double r = place.norm();
+  return r > margin_ ? Vector2d(place * (margin_ / r)) : place;
+}
+
+bool LoadFitter::Press(const Guess& guess) noexcept {
+  Contact contact;
+  contact.kind = Contact::Kind::kForce;
+  contact.p_O.head<2>() = plate_.radius() * guess.place;
+  contact.width = width_;
+  contact.value_O.z() = guess.force;
+  ContactResponse response;
+  plate_.Respond(std::span(&contact, 1), std::span(&response, 1));
+  pressed_ = response.validity;
+  return pressed_ != Validity::kFailed;
+}
+
+bool LoadFitter::Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept {
+  if (!Press(guess)) return false;
+  for (std::size_t i = 0; i < measured_.size(); ++i) {
+    const Measured& m = measured_[i];
+    const double fitted = plate_.Displacement(plate_.radius() * m.place);
+    (*misfit)[static_cast<Index>(i)] = (m.value - fitted) / m.sigma;
+  }
+  return true;
+}
+
+// Derivatives by differences, inwards so as to stay on the plate.
+bool LoadFitter::Linearise(const Guess& guess) noexcept {
+  force_unit_ = std::abs(guess.force);
+  for (int k = 0; k < 3; ++k) {
+    Guess moved = guess;
+    double step = kDifference;
+    if (k < 2) {
+      if (guess.place[k] > 0) step = -step;
+      moved.place[k] += step;
+    } else {
+      moved.force += step * force_unit_;
+    }
+    if (!Misfit(moved, &shape_)) return false;
+    by_.col(k) = (misfit_ - shape_) / step;
+  }
+  return true;
+}
+
+bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
+  if (!Misfit(*guess, &misfit_)) return false;
+  double damping = 1e-3;
+  bool converged = false;
+  for (int iteration = 0; iteration < kIterations && !converged; ++iteration) {
+    if (guess->force == 0 || !Linearise(*guess)) return false;
+    const Eigen::Matrix3d normal = by_.transpose() * by_;
+    const Eigen::Vector3d slope = by_.transpose() * misfit_;
+    bool better = false;
+    while (!better && damping < 1e8) {
+      Eigen::Matrix3d damped = normal;
+      damped.diagonal() *= 1 + damping;
+      const Eigen::Vector3d step = damped.ldlt().solve(slope);
+      const Guess next{Inside(guess->place + step.head<2>()), guess->force + step[2] * force_unit_};
+      better = step.allFinite() && Misfit(next, &tried_) &&
+               tried_.squaredNorm() <= misfit_.squaredNorm();
+      damping = better ? std::max(1e-9, damping / 10) : damping * 10;
+      if (!better) continue;
+      const Eigen::Vector3d taken(next.place.x() - guess->place.x(),
+                                  next.place.y() - guess->place.y(),
+                                  (next.force - guess->force) / force_unit_);
+      converged = taken.dot(normal * taken) <= kConverged * kConverged;
+      misfit_.swap(tried_);
+      *guess = next;
+    }
+    if (!better) break;  // at the bottom as far as rounding lets one see
+  }
+  const auto freedom = std::max<Index>(1, misfit_.size() - 3);
+  fit->residual = std::sqrt(misfit_.squaredNorm() / static_cast<double>(freedom));
+  return Linearise(*guess) && Press(*guess);
+}
+
+void LoadFitter::Judge(const Guess& guess, LoadFit* fit) const noexcept {
+  const double a = plate_.radius();
+  double nothing = 0;
+  for (const Measured& m : measured_) nothing += (m.value / m.sigma) * (m.value / m.sigma);
+  const Eigen::Matrix3d normal = by_.transpose() * by_;
+  const Eigen::Vector3d unit(a, a, force_unit_);
+  fit->p_O = a * guess.place;
+  fit->force = guess.force;
+  fit->covariance = unit.asDiagonal() * normal.inverse() * unit.asDiagonal();
+  const double vague = std::sqrt(fit->covariance.topLeftCorner<2, 2>().trace()) / a;
+  if (nothing - misfit_.squaredNorm() < kStandsOut) {
+    fit->reason = "no load stands out of the noise";
+  } else if (guess.place.norm() > margin_ - kRim) {
+    fit->reason = "the load lies at the rim or beyond";
+  } else if (!(vague < kVague)) {
+    fit->reason = "the points do not determine the load's place";
+  } else {
+    fit->validity = pressed_;
+  }
+}
+
+}  // namespace palpate

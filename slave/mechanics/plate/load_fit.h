@@ -1,0 +1,78 @@
+// Where a plate is pressed and how hard, from its measured deflection: the inverse of a plate
+// model. The place of the largest deflection is not the load's: taken for it, it loses 15 % of the
+// force at half the radius and 36 % at 0.7 of it.
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/plate/plate_surface.h"
+
+namespace palpate {
+
+struct LoadFit {
+  Eigen::Vector2d p_O{0, 0};  // centre of the load [m]
+  double force = 0;           // along z, of the tool on the plate [N]: negative presses
+  // Of x, y [m] and force [N], from the points' sigmas, linear at the answer.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double residual = 0;  // rms of (measured - fitted) / sigma, by points - 3; about 1 if all is well
+  Validity validity = Validity::kFailed;  // kFailed: not identified, see reason
+  std::string_view reason;
+};
+
+// Weighted nonlinear least squares in (x, y, force) by Levenberg's and Marquardt's method. Starts
+// from the last answer if there is one that fits, else from the best of 91 places spread over the
+// plate with the small-deflection shape, so that no local minimum nearby is taken for the answer.
+class LoadFitter {
+ public:
+  // Keeps a reference to the plate and uses its Respond. `width`: diameter of the load [m], 0: a
+  // point; < 0.9 of the plate's. Throws std::invalid_argument.
+  LoadFitter(PlateSurface& plate, double width);
+
+  // Displacements along z [m] with sigmas [m] > 0 at points [m], all frame O. Not identified: fewer
+  // than four points, a point off the plate, values not finite; nothing that stands out of the
+  // noise (five sigma); a load at the rim or beyond; a place known to less than a quarter radius.
+  // Allocation-free after the first call with as many points.
+  [[nodiscard]] LoadFit Fit(std::span<const Eigen::Vector2d> p_O,
+                            std::span<const double> displacement,
+                            std::span<const double> sigma) noexcept;
+  // Forgets the last answer.
+  void Reset() { known_ = false; }
+
+ private:
+  struct Guess {
+    Eigen::Vector2d place{0, 0};  // [radii]
+    double force = 0;             // along z [N]
+  };
+  struct Measured {
+    Eigen::Vector2d place;  // [radii]
+    double value, sigma;    // displacement along z [m]
+  };
+
+  std::string_view Read(std::span<const Eigen::Vector2d> p_O, std::span<const double> displacement,
+                        std::span<const double> sigma);
+  bool Search(Guess* best) noexcept;
+  bool Descend(Guess* guess, LoadFit* fit) noexcept;
+  bool Linearise(const Guess& guess) noexcept;
+  bool Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept;
+  bool Press(const Guess& guess) noexcept;
+  void Judge(const Guess& guess, LoadFit* fit) const noexcept;
+  [[nodiscard]] Eigen::Vector2d Inside(const Eigen::Vector2d& place) const noexcept;
+
+  PlateSurface& plate_;
+  double width_;   // [m]
+  double margin_;  // largest |place| [radii]
+  bool known_ = false;
+  Guess last_;
+  Validity pressed_ = Validity::kFailed;  // of the last Press
+  std::vector<Measured> measured_;
+  Eigen::VectorXd misfit_, tried_, shape_;  // (measured - fitted) / sigma
+  Eigen::Matrix<double, Eigen::Dynamic, 3>
+      by_;                 // minus its derivatives by radii and by force_unit_
+  double force_unit_ = 1;  // size of the present force [N]
+};
+
+}  // namespace palpate

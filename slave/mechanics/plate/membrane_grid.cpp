@@ -1,0 +1,48 @@
+#include "slave/mechanics/plate/membrane_grid.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace palpate {
+namespace {
+
+constexpr int kRings = 24;
+
+int FirstOf(int ring) {
+  return ring == 0 ? 0 : 1 + 3 * ring * (ring - 1);
+}
+
+int NodeOf(int ring, int place) {
+  return ring == 0 ? 0 : FirstOf(ring) + place % (6 * ring);
+}
+
+// One of six equal sectors of the band between two rings: 2 ring - 1 triangles.
+void AppendSector(int ring, int sector, SurfaceMesh* grid) {
+  const int outer = sector * ring;
+  const int inner = sector * (ring - 1);
+  for (int i = 0; i < ring; ++i) {
+    grid->triangles.push_back(
+        {NodeOf(ring - 1, inner + i), NodeOf(ring, outer + i), NodeOf(ring, outer + i + 1)});
+    if (i + 1 == ring) continue;
+    grid->triangles.push_back({NodeOf(ring - 1, inner + i), NodeOf(ring, outer + i + 1),
+                               NodeOf(ring - 1, inner + i + 1)});
+  }
+}
+
+}  // namespace
+
+SurfaceMesh MembraneGrid(double radius) {
+  SurfaceMesh grid;
+  grid.nodes.emplace_back(0, 0, 0);
+  for (int ring = 1; ring <= kRings; ++ring) {
+    const double r = radius * ring / kRings;
+    for (int place = 0; place < 6 * ring; ++place) {
+      const double angle = std::numbers::pi * place / (3 * ring);
+      grid.nodes.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
+    }
+    for (int sector = 0; sector < 6; ++sector) AppendSector(ring, sector, &grid);
+  }
+  return grid;
+}
+
+}  // namespace palpate

@@ -1,0 +1,233 @@
+#include "slave/mechanics/plate/modal_plate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "slave/mechanics/plate/short_waves.h"
+
+namespace palpate::plate {
+namespace {
+
+using Eigen::Index;
+
+constexpr int kIterations = 30;
+constexpr double kConverged = 1e-7;  // last relative step: Newton squares it
+
+}  // namespace
+
+ModalPlate::ModalPlate(const PlateModes& modes, double D, double prestress)
+    : modes_(modes), D_(D), prestress_(prestress) {}
+
+void ModalPlate::Place(std::span<const Press> presses, Symmetry symmetry) {
+  const int modes = modes_.deflections(symmetry);
+  const auto count = static_cast<Index>(presses.size());
+  if (modes != amplitudes_.size()) {
+    symmetry_ = symmetry;
+    amplitudes_.setZero(modes);
+    gradient_.resize(modes);
+    step_.resize(modes);
+    point_.resize(modes);
+    stress_.resize(modes_.stresses(symmetry));
+    pull_.resize(stress_.size(), modes);
+    tangent_.resize(modes, modes);
+  }
+  if (count != forces_.size()) {
+    forces_.setZero(count);
+    deflections_.setZero(count);
+    compliance_.resize(count, count);
+    short_.resize(count, count);
+    resolution_.resize(count);
+  }
+  at_.resize(modes, count);
+  load_.resize(modes, count);
+  by_load_.resize(modes, count);
+  presses_.assign(presses.begin(), presses.end());
+  moved_.Clear();
+  for (Index s = 0; s < count; ++s) {
+    const Press& press = presses_[static_cast<std::size_t>(s)];
+    modes_.Evaluate(press.disc.centre, at_.col(s));
+    modes_.Mean(press.disc, load_.col(s));
+    if (!press.is_force) moved_.Add(s);
+    const Eigen::Vector2d& centre = press.disc.centre;
+    resolution_[s] = plate::Deflection(centre, centre) - at_.col(s).squaredNorm();
+  }
+  for (Index s = 0; s < count; ++s) {
+    const Disc& disc = presses_[static_cast<std::size_t>(s)].disc;
+    for (Index t = 0; t < count; ++t) {
+      const double bend =
+          plate::Deflection(presses_[static_cast<std::size_t>(t)].disc, disc.centre);
+      short_(s, t) = (bend - at_.col(s).dot(load_.col(t))) / D_;
+    }
+  }
+  more_.resize(static_cast<Index>(moved_.contacts().size()));
+}
+
+void ModalPlate::Reset() noexcept {
+  amplitudes_.setZero();
+  forces_.setZero();
+  deflections_.setZero();
+}
+
+bool ModalPlate::Solve(std::span<const double> values) noexcept {
+  double largest = 0;
+  for (std::size_t s = 0; s < values.size(); ++s) {
+    presses_[s].value = values[s];
+    if (!std::isfinite(values[s])) return false;
+    largest = std::max(largest, std::abs(values[s]));
+  }
+  if (Newton(1)) return true;
+  Reset();
+  int halvings = 0;
+  while (std::ldexp(largest, -halvings) > 0.5 && halvings < 64) ++halvings;
+  for (; halvings >= 0; --halvings) {
+    if (Newton(std::ldexp(1.0, -halvings))) continue;
+    Reset();
+    return false;
+  }
+  return true;
+}
+
+bool ModalPlate::Newton(double share) noexcept {
+  AddForces(share);
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    if (!Linearise()) return false;
+    Comply();
+    if (!moved_.Factorise(compliance_)) return false;
+    // The amplitudes first as they would be without a change of the moved contacts' forces.
+    step_ = -gradient_;
+    factor_.solveInPlace(step_);
+    Demand(share);
+    moved_.Solve(more_);
+    double force_change = 0;
+    for (std::size_t m = 0; m < moved_.contacts().size(); ++m) {
+      const double more = more_[static_cast<Index>(m)];
+      step_ += more * by_load_.col(moved_.contacts()[m]);
+      forces_[moved_.contacts()[m]] += more;
+      force_change = std::max(force_change, std::abs(more));
+    }
+    amplitudes_ += step_;
+    const double change = step_.norm();
+    const double largest_force = forces_.size() == 0 ? 0 : forces_.cwiseAbs().maxCoeff();
+    if (!std::isfinite(change) || !std::isfinite(force_change)) return false;
+    if (change <= kConverged * amplitudes_.norm() && force_change <= kConverged * largest_force) {
+      Answer(share);
+      return true;
+    }
+  }
+  return false;
+}
+
+// What is missing at the moved contacts after the step.
+void ModalPlate::Demand(double share) noexcept {
+  for (std::size_t m = 0; m < moved_.contacts().size(); ++m) {
+    const Index s = moved_.contacts()[m];
+    const double modes = at_.col(s).dot(amplitudes_) + at_.col(s).dot(step_);
+    more_[static_cast<Index>(m)] =
+        share * presses_[static_cast<std::size_t>(s)].value - modes - ShortWavesAt(s);
+  }
+}
+
+void ModalPlate::Answer(double share) noexcept {
+  for (Index s = 0; s < forces_.size(); ++s) {
+    const Press& press = presses_[static_cast<std::size_t>(s)];
+    deflections_[s] =
+        press.is_force ? at_.col(s).dot(amplitudes_) + ShortWavesAt(s) : share * press.value;
+  }
+}
+
+double ModalPlate::ShortWavesAt(Index contact) const noexcept {
+  const Press& press = presses_[static_cast<std::size_t>(contact)];
+  const double bending = short_.row(contact).dot(forces_);
+  if (press.waves == nullptr) return bending;
+  return bending + press.waves->At(forces_[contact], resolution_[contact]).deflection;
+}
+
+void ModalPlate::AddForces(double share) noexcept {
+  for (std::size_t s = 0; s < presses_.size(); ++s) {
+    if (presses_[s].is_force) forces_[static_cast<Index>(s)] = share * presses_[s].value;
+  }
+}
+
+// The energy's gradient at the amplitudes, and its tangent's factor. False: not convex there.
+bool ModalPlate::Linearise() noexcept {
+  Stretch();
+  gradient_ = D_ * amplitudes_;
+  gradient_.noalias() += pull_.transpose() * stress_;
+  gradient_.noalias() -= load_ * forces_;
+  if (prestress_ > 0) {
+    const auto size = amplitudes_.size();
+    const auto P = modes_.slope_energy().topLeftCorner(size, size);
+    gradient_.noalias() += prestress_ * (P * amplitudes_);
+    tangent_ += prestress_ * P;
+  }
+  tangent_.diagonal().array() += D_;
+  tangent_.selfadjointView<Eigen::Lower>().rankUpdate(pull_.transpose());
+  factor_.compute(tangent_);
+  return factor_.info() == Eigen::Success;
+}
+
+// pull_, stress_ c_k = a^T G_k a / 2, and sum_k c_k G_k into tangent_.
+void ModalPlate::Stretch() noexcept {
+  pull_.setZero();
+  tangent_.setZero();
+  const std::size_t blocks = modes_.blocks(symmetry_);
+  for (std::size_t n = 0; n < blocks; ++n) {
+    const PlateModes::Block& block = modes_.blocks()[n];
+    const double* G = block.values.data();
+    const bool square = block.first_i == block.first_j;
+    for (int i = 0; i < block.count_i; ++i) {
+      double* pull_i = &pull_(block.first_k, block.first_i + i);
+      const double a_i = amplitudes_[block.first_i + i];
+      for (int j = 0; j < block.count_j; ++j, G += block.count_k) {
+        double* pull_j = &pull_(block.first_k, block.first_j + j);
+        const double a_j = amplitudes_[block.first_j + j];
+        for (int k = 0; k < block.count_k; ++k) pull_i[k] += G[k] * a_j;
+        if (square) continue;
+        for (int k = 0; k < block.count_k; ++k) pull_j[k] += G[k] * a_i;
+      }
+    }
+  }
+  stress_.noalias() = 0.5 * (pull_ * amplitudes_);
+  for (std::size_t n = 0; n < blocks; ++n) {
+    const PlateModes::Block& block = modes_.blocks()[n];
+    const double* G = block.values.data();
+    const double* c = &stress_[block.first_k];
+    for (int i = 0; i < block.count_i; ++i) {
+      double* column = &tangent_(block.first_j, block.first_i + i);
+      for (int j = 0; j < block.count_j; ++j, G += block.count_k) {
+        double sum = 0;
+        for (int k = 0; k < block.count_k; ++k) sum += G[k] * c[k];
+        column[j] += sum;
+      }
+    }
+  }
+}
+
+void ModalPlate::Comply() noexcept {
+  by_load_ = load_;
+  factor_.solveInPlace(by_load_);
+  compliance_ = short_;
+  compliance_.noalias() += at_.transpose() * by_load_;
+  for (Index s = 0; s < forces_.size(); ++s) {
+    const Press& press = presses_[static_cast<std::size_t>(s)];
+    if (press.waves != nullptr)
+      compliance_(s, s) += press.waves->At(forces_[s], resolution_[s]).compliance;
+  }
+}
+
+// The short waves' own stretching has the shape of their bending.
+double ModalPlate::Deflection(const Eigen::Vector2d& x) noexcept {
+  modes_.Evaluate(x, point_);
+  double w = point_.dot(amplitudes_);
+  for (Index s = 0; s < forces_.size(); ++s) {
+    const Press& press = presses_[static_cast<std::size_t>(s)];
+    const double shape = plate::Deflection(press.disc, x) / D_ - point_.dot(load_.col(s)) / D_;
+    w += shape * forces_[s];
+    if (press.waves != nullptr && short_(s, s) > 0) {
+      w += shape / short_(s, s) * press.waves->At(forces_[s], resolution_[s]).deflection;
+    }
+  }
+  return w;
+}
+
+}  // namespace palpate::plate

@@ -1,0 +1,87 @@
+// The von Karman plate in its modes under several contacts: Newton's method on the amplitudes and
+// the contact forces together. Nondimensional as in round_press.h.
+//
+//   D a + N0 P a + sum_k c_k G_k a = sum_s F_s l_s          (l_s: means of the modes over the load)
+//   w_s = f_s^T a + sum_t g_st F_t + d_s(F_s)                (f_s: the modes at its centre)
+//
+// g is the deflection that the shapes beyond the modes add in bending, known in closed form: the
+// plate's Green's function less that of the modes. So the linear answer is exact whatever the
+// order. d is what stretching takes from it (short_waves.h).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "slave/mechanics/plate/green.h"
+#include "slave/mechanics/plate/moved_contacts.h"
+#include "slave/mechanics/plate/plate_modes.h"
+
+namespace palpate::plate {
+
+class ShortWaves;
+
+class ModalPlate {
+ public:
+  struct Press {
+    Disc disc;
+    bool is_force = false;
+    double value = 0;                   // deflection at the centre, or load
+    const ShortWaves* waves = nullptr;  // nullptr: d = 0
+  };
+
+  // Keeps a reference to the modes. D: bending stiffness; prestress N0 >= 0.
+  ModalPlate(const PlateModes& modes, double D, double prestress);
+
+  // Where they press, in a frame in which `symmetry` holds.
+  void Place(std::span<const Press> presses, Symmetry symmetry);
+  // Newton from the last answer, else in steps from rest. `values`: as many as were placed. False:
+  // no answer; then at rest. Allocation-free for known sizes.
+  bool Solve(std::span<const double> values) noexcept;
+  void Reset() noexcept;
+
+  [[nodiscard]] const Eigen::VectorXd& forces() const { return forces_; }
+  // At the contacts' centres.
+  [[nodiscard]] const Eigen::VectorXd& deflections() const { return deflections_; }
+  // d deflection at a contact / d force at another, at the answer.
+  [[nodiscard]] const Eigen::MatrixXd& compliance() const { return compliance_; }
+  // d force / d deflection of one contact while the others keep what is prescribed for them; 0: it
+  // cannot move.
+  [[nodiscard]] double Stiffness(Eigen::Index contact) const noexcept {
+    return moved_.Stiffness(compliance_, contact);
+  }
+  // At a place, in the frame of Place(). No allocation.
+  [[nodiscard]] double Deflection(const Eigen::Vector2d& x) noexcept;
+  [[nodiscard]] const std::vector<Press>& presses() const { return presses_; }
+
+ private:
+  bool Newton(double share) noexcept;
+  bool Linearise() noexcept;
+  void Stretch() noexcept;
+  void Comply() noexcept;
+  void AddForces(double share) noexcept;
+  void Demand(double share) noexcept;
+  void Answer(double share) noexcept;
+  // What the shapes beyond the modes add at a contact.
+  [[nodiscard]] double ShortWavesAt(Eigen::Index contact) const noexcept;
+
+  const PlateModes& modes_;
+  double D_, prestress_;
+  Symmetry symmetry_ = Symmetry::kRound;
+  std::vector<Press> presses_;
+  MovedContacts moved_;
+  Eigen::MatrixXd at_, load_, short_;  // f and l, column per contact; g
+  Eigen::VectorXd resolution_;  // of a point load there: the modes' lack in compliance, by 1 / D
+  Eigen::VectorXd amplitudes_, forces_, deflections_;
+  Eigen::VectorXd stress_, gradient_, step_, point_;
+  Eigen::MatrixXd pull_;     // column i: sum_j G_k,ij a_j, row per stress
+  Eigen::MatrixXd tangent_;  // of the amplitudes, lower half; then its factor
+  Eigen::LLT<Eigen::MatrixXd> factor_;
+  Eigen::MatrixXd by_load_;  // tangent^-1 load_
+  Eigen::MatrixXd compliance_;
+  Eigen::VectorXd more_;  // of the moved contacts' forces
+};
+
+}  // namespace palpate::plate

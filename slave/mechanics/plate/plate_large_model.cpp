@@ -1,0 +1,239 @@
+#include "slave/mechanics/plate/plate_large_model.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <new>
+#include <sstream>
+#include <stdexcept>
+
+#include "slave/mechanics/plate/membrane_grid.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector2d;
+using plate::ModalPlate;
+using plate::Symmetry;
+using plate::Touch;
+
+constexpr double kCentral = 1e-9;       // a place nearer to the centre is there [radii]
+constexpr double kCentralRange = 10;    // times the range elsewhere
+constexpr double kModerate = 0.3;       // |w| / a: rotations are moderate
+constexpr double kLargest = 1000;       // |w| / t that is attempted
+constexpr double kLargestForce = 1e11;  // E t^4 / a^2 that is attempted
+constexpr std::size_t kMostTools = 64;  // diameters remembered
+
+bool IsMoved(const Touch& touch) {
+  return touch.kind == Contact::Kind::kDisplacement;
+}
+
+PlateLargeModel::Params Checked(const PlateLargeModel::Params& params) {
+  plate::RequirePlate({params.radius, params.thickness}, params.young_modulus,
+                      params.poisson_ratio);
+  plate::RequirePositive("range", params.range);
+  if (!(params.prestress >= 0 && std::isfinite(params.prestress))) {
+    std::ostringstream text;
+    text << "prestress = " << params.prestress << ": accepted is finite and >= 0";
+    throw std::invalid_argument(text.str());
+  }
+  return params;
+}
+
+double BendingStiffness(double nu) {
+  return 1 / (12 * (1 - nu * nu));
+}
+
+// N0 by E t^3 / a^2.
+double ScaledPrestress(const PlateLargeModel::Params& params) {
+  const double slenderness = params.thickness / params.radius;
+  return params.prestress / params.young_modulus / params.thickness / (slenderness * slenderness);
+}
+
+plate::PlateModes MakeModes(const PlateLargeModel::Params& params, Progress* progress) {
+  if (progress != nullptr) {
+    const double order = params.order;
+    progress->Expect({.seconds = 0.05 + 4e-8 * std::pow(order, 5),
+                      .memory_bytes = static_cast<std::size_t>(8 * std::pow(order, 5)) / 2});
+    if (!progress->Report("plate modes", 0)) throw Interrupted();
+  }
+  return {params.order, params.poisson_ratio};
+}
+
+}  // namespace
+
+PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
+    : params_(Checked(params)),
+      prestress_(ScaledPrestress(params_)),
+      started_(std::chrono::steady_clock::now()),
+      modes_(MakeModes(params_, progress)),
+      modal_(modes_, BendingStiffness(params_.poisson_ratio), prestress_) {
+  const double slenderness = params_.thickness / params_.radius;
+  force_unit_ =
+      params_.young_modulus * params_.thickness * params_.thickness * slenderness * slenderness;
+  if (progress != nullptr && !progress->Report("central press", 0.7)) throw Interrupted();
+  ToolOf(0);
+  info_.kind = "plate-large";
+  info_.dof = static_cast<std::size_t>(modes_.deflections(Symmetry::kNone));
+  info_.memory_bytes = modes_.memory_bytes();
+  info_.range = std::min(params_.range * slenderness, kModerate) / 2;
+  info_.remark = "bends and stretches; moderate rotations, linear elasticity";
+  info_.precompute_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
+  if (progress != nullptr) progress->Report("central press", 1);
+}
+
+void PlateLargeModel::Respond(std::span<const Contact> contacts,
+                              std::span<ContactResponse> responses) noexcept {
+  failure_ = {};
+  try {
+    answered_ = responses.size() == contacts.size() && TryRespond(contacts, responses);
+  } catch (const std::bad_alloc&) {
+    answered_ = prepared_ = false;
+    failure_ = "out of memory";
+  } catch (const std::runtime_error&) {
+    answered_ = prepared_ = false;
+    failure_ = "the plate's response to a central press of this width is not found";
+  }
+  if (!answered_) std::ranges::fill(responses, ContactResponse{});
+}
+
+bool PlateLargeModel::TryRespond(std::span<const Contact> contacts,
+                                 std::span<ContactResponse> responses) {
+  failure_ = plate::Check(contacts, {params_.radius, params_.thickness}, &touches_);
+  if (!failure_.empty()) return false;
+  values_.resize(touches_.size());
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    const bool moved = IsMoved(touches_[i]);
+    values_[i] = moved ? touches_[i].value * (params_.radius / params_.thickness)
+                       : touches_[i].value / force_unit_;
+    if (!(std::abs(values_[i]) <= (moved ? kLargest : kLargestForce))) {
+      failure_ = moved ? "a deflection beyond 1000 thicknesses" : "a load is absurdly large";
+      return false;
+    }
+  }
+  if (!SameSet()) Prepare();
+  if (!(central_ != nullptr ? SolveCentral() : modal_.Solve(values_))) {
+    failure_ = "the equations of the stretching plate did not converge";
+    return false;
+  }
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    responses[i] = ResponseOf(contacts[i], static_cast<Index>(i));
+    if (responses[i].validity == Validity::kFailed) {
+      failure_ = "the answer is not finite or absurdly large";
+      return false;
+    }
+  }
+  return true;
+}
+
+bool PlateLargeModel::SameSet() const noexcept {
+  return prepared_ && std::ranges::equal(known_, touches_, [](const Touch& a, const Touch& b) {
+           return a.kind == b.kind && a.disc.centre == b.disc.centre &&
+                  a.disc.radius == b.disc.radius;
+         });
+}
+
+void PlateLargeModel::Prepare() {
+  prepared_ = false;
+  if (tools_.size() > kMostTools) tools_.clear();
+  known_ = touches_;
+  central_ = nullptr;
+  if (touches_.size() == 1 && touches_[0].disc.centre.norm() < kCentral) {
+    central_ = &ToolOf(touches_[0].disc.radius);
+  } else {
+    Orient();
+    presses_.clear();
+    for (const Touch& touch : touches_) {
+      const Vector2d& p = touch.disc.centre;
+      const Vector2d turned(axis_.dot(p), axis_.x() * p.y() - axis_.y() * p.x());
+      const double across = symmetry_ == Symmetry::kMirror ? 0 : turned.y();
+      presses_.push_back({.disc = {{turned.x(), across}, touch.disc.radius},
+                          .is_force = !IsMoved(touch),
+                          .waves = &ToolOf(touch.disc.radius).waves});
+    }
+    modal_.Place(presses_, symmetry_);
+  }
+  prepared_ = true;
+}
+
+// Contacts on one diameter leave the plate symmetric to it: half the modes will do.
+void PlateLargeModel::Orient() {
+  axis_ = {1, 0};
+  double farthest = 0;
+  for (const Touch& touch : touches_) {
+    const double r = touch.disc.centre.norm();
+    if (r <= farthest) continue;
+    farthest = r;
+    axis_ = touch.disc.centre / r;
+  }
+  const bool in_line = std::ranges::all_of(touches_, [this](const Touch& touch) {
+    const Vector2d& p = touch.disc.centre;
+    return std::abs(axis_.x() * p.y() - axis_.y() * p.x()) < kCentral;
+  });
+  symmetry_ = in_line ? Symmetry::kMirror : Symmetry::kNone;
+  if (!in_line) axis_ = {1, 0};
+}
+
+PlateLargeModel::Tool& PlateLargeModel::ToolOf(double load_radius) {
+  for (const auto& tool : tools_) {
+    if (tool->waves.load_radius() == load_radius) return *tool;
+  }
+  const double nu = params_.poisson_ratio;
+  tools_.push_back(
+      std::make_unique<Tool>(Tool{plate::ShortWaves(params_.order, nu, prestress_, load_radius),
+                                  plate::RoundPress(nu, load_radius, prestress_)}));
+  return *tools_.back();
+}
+
+bool PlateLargeModel::SolveCentral() {
+  plate::RoundPress& press = central_->central;
+  return IsMoved(touches_[0]) ? press.SolveDeflection(values_[0]) : press.SolveForce(values_[0]);
+}
+
+ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch) const {
+  const bool centred = central_ != nullptr;
+  const double t = params_.thickness;
+  const double force = centred ? central_->central.force() : modal_.forces()[touch];
+  const double w = centred ? central_->central.deflection() : modal_.deflections()[touch];
+  const double k = centred ? central_->central.stiffness() : modal_.Stiffness(touch);
+  const bool moved = contact.kind == Contact::Kind::kDisplacement;
+  ContactResponse response;
+  response.force_O.z() = moved ? -force_unit_ * force : contact.value_O.z();
+  response.displacement_O.z() = moved ? contact.value_O.z() : -t * w;
+  response.stiffness_O(2, 2) = force_unit_ / t * k;
+  const bool known =
+      std::isfinite(force_unit_ * force) && std::isfinite(k) && std::abs(w) <= kLargest;
+  if (!known) return {};
+  const double range = params_.range * (centred ? kCentralRange : 1);
+  const bool inside = std::abs(w) <= range && std::abs(w) * t <= kModerate * params_.radius;
+  response.validity = inside ? Validity::kValid : Validity::kExtrapolated;
+  return response;
+}
+
+void PlateLargeModel::Reset() {
+  modal_.Reset();
+  for (const auto& tool : tools_) tool->central.Reset();
+  answered_ = false;
+}
+
+// In thicknesses, at x [radii].
+double PlateLargeModel::Deflection(const Vector2d& x) {
+  if (!answered_) return 0;
+  if (central_ != nullptr) return central_->central.Deflection(std::min(1.0, x.norm()));
+  return modal_.Deflection({axis_.dot(x), axis_.x() * x.y() - axis_.y() * x.x()});
+}
+
+double PlateLargeModel::Displacement(const Vector2d& p_O) noexcept {
+  return -params_.thickness * Deflection(p_O / params_.radius);
+}
+
+void PlateLargeModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
+  displacement_O->clear();
+  for (const auto& node : MembraneGrid(1).nodes) {
+    displacement_O->emplace_back(0, 0, -params_.thickness * Deflection(node.head<2>()));
+  }
+}
+
+}  // namespace palpate

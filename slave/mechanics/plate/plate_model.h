@@ -1,0 +1,72 @@
+// `plate`: a clamped circular plate at small deflection, by its Green's function in closed form
+// (paper C, eqs. 1 and 2, with the part lost in the scan).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/plate/contacts.h"
+#include "slave/mechanics/plate/green.h"
+#include "slave/mechanics/plate/moved_contacts.h"
+#include "slave/mechanics/plate/plate_surface.h"
+
+namespace palpate {
+
+// Frame O: origin at the plate's centre, z along the outward normal: a displacement along -z is a
+// press. Thin plate, moderate slopes, no stretching: the force is low by 1.8 % at |w| = 0.2 t, 10 %
+// at 0.5 t and 30 % at t, and is marked kExtrapolated beyond 0.5 t.
+class PlateModel final : public PlateSurface {
+ public:
+  struct Params {
+    double radius = 0;         // a [m], > 0
+    double thickness = 0;      // t [m], 0 < t <= a / 10
+    double young_modulus = 0;  // E [Pa], > 0
+    double poisson_ratio = 0;  // nu [-], -1 < nu <= 0.5
+    double range = 0.5;        // largest |w| / t before `extrapolated` [-], > 0
+  };
+
+  // Throws std::invalid_argument naming the parameter, its value and what is accepted.
+  explicit PlateModel(const Params& params);
+
+  // Contacts are points (width 0) or discs of diameter `width` under a uniform load, whose
+  // displacement counts at the centre, prescribed and answered alike; places in |z| <= t / 2, on
+  // the disc. Only z components act: others must be 0. O(S^2), with a new set of moved places
+  // O(S^3).
+  void Respond(std::span<const Contact> contacts,
+               std::span<ContactResponse> responses) noexcept override;
+  // Of the nodes of MembraneGrid().
+  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] std::string_view failure() const override { return failure_; }
+  [[nodiscard]] const ModelInfo& info() const override { return info_; }
+
+  [[nodiscard]] double Displacement(const Eigen::Vector2d& p_O) noexcept override;
+  [[nodiscard]] double radius() const override { return params_.radius; }
+  [[nodiscard]] double thickness() const override { return params_.thickness; }
+  [[nodiscard]] double flexural_rigidity() const { return rigidity_; }  // D [N m]
+  [[nodiscard]] const Params& params() const { return params_; }
+
+ private:
+  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
+  [[nodiscard]] bool SameSet() const noexcept;
+  bool Prepare();
+  bool SolveForces();
+  [[nodiscard]] double Deflection(const Eigen::Vector2d& x) const noexcept;
+
+  Params params_;
+  double rigidity_ = 0;    // D [N m]
+  double force_unit_ = 0;  // D / a: deflects by about a [N]
+  ModelInfo info_;
+  std::string_view failure_;
+  bool answered_ = false;
+
+  std::vector<plate::Touch> touches_, known_;  // of this set; of the one that is factorised
+  bool prepared_ = false;
+  Eigen::MatrixXd compliance_;            // deflection at a contact, column: by a load of one there
+  Eigen::VectorXd forces_, deflections_;  // nondimensional
+  plate::MovedContacts moved_;
+  Eigen::VectorXd solution_;
+};
+
+}  // namespace palpate

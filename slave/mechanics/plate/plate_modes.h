@@ -1,0 +1,76 @@
+// Shapes in which the clamped plate bends and stresses with which it stretches, and how the two
+// work on each other: everything of the von Karman plate that does not depend on the load.
+//
+// Nondimensional as in round_press.h. Deflections are polynomials times (1 - r^2)^2, by Fourier's
+// modes in the angle, orthonormal in the bending energy: int (Laplace f_i)(Laplace f_j) = d_ij.
+// Stresses come from Airy functions, free polynomials, orthonormal in the complementary energy of
+// plane stress: the immovable edge is then a natural condition. So the plate's energy is
+//
+//   U(a) = D / 2 |a|^2 + N0 / 2 a^T P a + 1 / 2 sum_k c_k^2,   c_k = 1 / 2 a^T G_k a
+//
+// with G_k,ij = int N_k (grad f_i, grad f_j): the von Karman equations in Galerkin's form.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/plate/green.h"
+
+namespace palpate::plate {
+
+// Which modes take part: only round ones, those symmetric to the x axis, all. They come in this
+// order.
+enum class Symmetry { kRound, kMirror, kNone };
+
+class PlateModes {
+ public:
+  // Deflections of degree `order` times (1 - r^2)^2, 2 <= order <= 40, round ones only up to 120,
+  // even; -1 < nu <= 0.5. `widest`: only modes of this symmetry. Throws std::invalid_argument.
+  PlateModes(int order, double nu, Symmetry widest = Symmetry::kNone);
+
+  [[nodiscard]] int order() const { return order_; }
+  [[nodiscard]] int deflections(Symmetry symmetry) const;
+  [[nodiscard]] int stresses(Symmetry symmetry) const;
+  // Deflections at `x`, |x| <= 1, as many as `values` has rows. No allocation.
+  void Evaluate(const Eigen::Vector2d& x, Eigen::Ref<Eigen::VectorXd> values) const noexcept;
+  // Their means over a disc. No allocation.
+  void Mean(const Disc& disc, Eigen::Ref<Eigen::VectorXd> values) const noexcept;
+
+  // The G_k of one Fourier mode of stresses between two of deflections, for i, j, k fastest last.
+  // Deflections of the first mode never come after those of the second.
+  struct Block {
+    int first_i = 0, count_i = 0, first_j = 0, count_j = 0, first_k = 0, count_k = 0;
+    std::vector<double> values;
+  };
+  [[nodiscard]] const std::vector<Block>& blocks() const { return blocks_; }
+  // The leading ones that take part.
+  [[nodiscard]] std::size_t blocks(Symmetry symmetry) const;
+  // P: int grad f_i grad f_j.
+  [[nodiscard]] const Eigen::MatrixXd& slope_energy() const { return slope_energy_; }
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  struct Family {  // one Fourier mode
+    int m = 0;
+    bool sine = false;
+    int first = 0, count = 0;
+  };
+  struct Radial;  // tables on the radial rule
+
+  void Number(std::vector<Family>* families, int degree, bool is_stress) const;
+  [[nodiscard]] int Count(const std::vector<Family>& families, Symmetry symmetry) const;
+  void AppendBlocks(Symmetry symmetry, const Radial& radial);
+  void AppendBlock(const Family& k, const Family& i, const Family& j, const Radial& radial);
+  void MeasureSlopes(const Radial& radial);
+
+  int order_;
+  Symmetry widest_;
+  std::vector<Family> deflections_, stresses_;  // cosines from m = 0 on, then sines from m = 1 on
+  std::vector<Eigen::MatrixXd> orthonormal_;    // per m: from Jacobi's polynomials to the modes
+  std::vector<Block> blocks_;
+  std::size_t round_blocks_ = 0, mirror_blocks_ = 0;
+  Eigen::MatrixXd slope_energy_;
+};
+
+}  // namespace palpate::plate

@@ -1,0 +1,253 @@
+#include "slave/mechanics/plate/round_press.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+#include "slave/mechanics/plate/lobatto.h"
+
+namespace palpate::plate {
+namespace {
+
+constexpr int kDegree = 8;
+constexpr int kNodes = kDegree + 1;   // per element
+constexpr int kPoints = kDegree + 3;  // of the rule
+constexpr double kConverged = 1e-7;   // last relative step: Newton squares it
+constexpr int kIterations = 40;
+
+// Ends of the elements under a point load: graded by about five to the singular slope r ln r at the
+// centre and to the layer at the rim, 0.3 t / w thick.
+constexpr double kEnds[] = {1e-4, 1e-3, 6e-3, 0.03, 0.1, 0.25, 0.5, 0.75, 0.92, 0.98, 0.996, 1};
+
+// Under a disc the slope is smooth inside; its third derivative jumps at the edge.
+std::vector<double> Ends(double load_radius) {
+  const double R = load_radius;
+  std::vector<double> ends(std::begin(kEnds), std::end(kEnds));
+  if (R == 0) return ends;
+  const double apart = 0.15 * std::min(R, 1 - R);
+  std::erase_if(ends, [&](double end) { return end < R / 2 || std::abs(end - R) <= apart; });
+  ends.insert(ends.end(), {R / 2, R});
+  std::ranges::sort(ends);
+  return ends;
+}
+
+// Lagrange's polynomial through `values` at `nodes`.
+double ValueAt(const Eigen::VectorXd& nodes, const Eigen::Ref<const Eigen::VectorXd>& values,
+               double place) {
+  double sum = 0;
+  for (Eigen::Index i = 0; i < nodes.size(); ++i) {
+    double value = values[i];
+    for (Eigen::Index j = 0; j < nodes.size(); ++j) {
+      if (j != i) value *= (place - nodes[j]) / (nodes[i] - nodes[j]);
+    }
+    sum += value;
+  }
+  return sum;
+}
+
+// Share of the load inside r.
+double Inside(double r, double load_radius) {
+  return r < load_radius ? (r / load_radius) * (r / load_radius) : 1;
+}
+
+}  // namespace
+
+RoundPress::RoundPress(double nu, double load_radius, double prestress) {
+  Divide(load_radius);
+  const auto count = static_cast<int>(radius_.size());
+  bending_ = stretching_ = BandedSymmetric(count, kDegree);
+  tangent_ = BandedSymmetric(2 * count, 2 * kDegree + 1);
+  for (auto* v : {&slope_, &psi_, &load_, &residual_}) v->setZero(count);
+  centre_.setZero(count);
+  for (auto* v : {&step_, &by_load_}) v->setZero(2 * count);
+  AssembleLinear(nu, load_radius, prestress);
+}
+
+void RoundPress::Divide(double load_radius) {
+  const std::vector<double> ends = Ends(load_radius);
+  nodes_ = LobattoPoints(kNodes);
+  radius_.setZero(static_cast<Eigen::Index>(ends.size()) * kDegree + 1);
+  double inner = 0;
+  for (std::size_t e = 0; e < ends.size(); ++e) {
+    const auto first = static_cast<Eigen::Index>(e) * kDegree;
+    elements_.push_back({inner, ends[e], static_cast<int>(first)});
+    radius_.segment(first, kNodes) = (inner + (ends[e] - inner) * nodes_.array()).matrix();
+    inner = ends[e];
+  }
+  rule_ = GaussLegendre(kPoints);
+  polynomials_ = Interpolate(nodes_, rule_.points);
+  integral_ = polynomials_.value.transpose() * rule_.weights;
+}
+
+// What does not change: both operators of the slope and of psi, the load, the deflection at the
+// centre. The slope is held at the centre and the rim, psi at the centre: a one on the diagonal.
+void RoundPress::AssembleLinear(double nu, double load_radius, double prestress) {
+  const double D = 1 / (12 * (1 - nu * nu));
+  const auto last = static_cast<int>(radius_.size()) - 1;
+  for (const Element& element : elements_) {
+    const double length = element.outer - element.inner;
+    for (int q = 0; q < kPoints; ++q) {
+      const double r = element.inner + length * rule_.points[q];
+      const double weight = rule_.weights[q] * length;
+      for (int i = 0; i < kNodes; ++i) {
+        const double Ni = polynomials_.value(q, i);
+        const double dNi = polynomials_.slope(q, i) / length;
+        load_[element.first + i] += weight * Inside(r, load_radius) * Ni / (2 * std::numbers::pi);
+        centre_[element.first + i] -= weight * Ni;
+        for (int j = 0; j <= i; ++j) {
+          const double Nj = polynomials_.value(q, j);
+          const double laplace =
+              weight * (r * dNi * polynomials_.slope(q, j) / length + Ni * Nj / r);
+          bending_.at(element.first + i, element.first + j) +=
+              D * laplace + prestress * weight * r * Ni * Nj;
+          stretching_.at(element.first + i, element.first + j) += laplace;
+        }
+      }
+    }
+  }
+  stretching_.at(last, last) -= nu;
+  for (const int held : {0, last}) load_[held] = 0;
+  stretching_factor_ = stretching_;
+  stretching_factor_.Hold(0);
+  stretching_factor_.Factorise();
+}
+
+bool RoundPress::SolveDeflection(double w_centre) noexcept {
+  return Solve({.is_force = false, .value = w_centre});
+}
+
+bool RoundPress::SolveForce(double force) noexcept {
+  return Solve({.is_force = true, .value = force});
+}
+
+void RoundPress::Reset() noexcept {
+  slope_.setZero();
+  psi_.setZero();
+  force_ = stiffness_ = 0;
+}
+
+bool RoundPress::Solve(const Goal& goal) noexcept {
+  if (!std::isfinite(goal.value)) return false;
+  if (Newton(goal)) return true;
+  Reset();
+  int halvings = 0;
+  while (std::ldexp(std::abs(goal.value), -halvings) > 1 && halvings < 64) ++halvings;
+  for (; halvings >= 0; --halvings) {
+    if (!Newton({goal.is_force, std::ldexp(goal.value, -halvings)})) {
+      Reset();
+      return false;
+    }
+  }
+  return true;
+}
+
+bool RoundPress::Newton(const Goal& goal) noexcept {
+  const Eigen::Index count = slope_.size();
+  const auto odd = [count](Eigen::VectorXd& both) {
+    return Eigen::Map<Eigen::VectorXd, 0, Eigen::InnerStride<2>>(both.data(), count);
+  };
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    if (!Tangent()) return false;
+    step_.setZero();
+    by_load_.setZero();
+    odd(step_) = -residual_;
+    odd(by_load_) = -load_;
+    tangent_.Solve(step_);
+    tangent_.Solve(by_load_);
+    const double compliance = centre_ * odd(by_load_);
+    double more = goal.value - force_;
+    if (!goal.is_force) more = (goal.value - centre_ * (slope_ + odd(step_))) / compliance;
+    const double before = slope_.norm();
+    const double change = (odd(step_) + more * odd(by_load_)).norm();
+    if (!std::isfinite(change) || !(compliance > 0)) return false;
+    slope_ += odd(step_) + more * odd(by_load_);
+    force_ += more;
+    stiffness_ = 1 / compliance;
+    UpdateTension();
+    if (change <= kConverged * std::max(before, slope_.norm())) return true;
+  }
+  return false;
+}
+
+// Of the bordered system in slope and psi, and what is left of the first equation.
+bool RoundPress::Tangent() noexcept {
+  const auto last = static_cast<int>(radius_.size()) - 1;
+  tangent_.SetZero();
+  residual_ = force_ * load_;
+  for (int i = 0; i <= last; ++i) {
+    for (int j = std::max(0, i - kDegree); j <= i; ++j) {
+      const double stiffness = bending_.at(i, j);
+      tangent_.at(2 * i, 2 * j) = stiffness;
+      tangent_.at(2 * i + 1, 2 * j + 1) = -stretching_.at(i, j);
+      residual_[i] += stiffness * slope_[j];
+      if (j < i) residual_[j] += stiffness * slope_[i];
+    }
+  }
+  for (const Element& element : elements_) AddTension(element);
+  for (const int held : {0, 1, 2 * last}) tangent_.Hold(held);
+  residual_[0] = residual_[last] = 0;
+  return tangent_.Factorise();
+}
+
+void RoundPress::AddTension(const Element& element) noexcept {
+  const double length = element.outer - element.inner;
+  Eigen::Matrix<double, kNodes, kNodes> by_slope, by_psi;
+  by_slope.setZero();
+  by_psi.setZero();
+  for (int q = 0; q < kPoints; ++q) {
+    const auto N = polynomials_.value.row(q);
+    const double b = N * slope_.segment<kNodes>(element.first);
+    const double psi = N * psi_.segment<kNodes>(element.first);
+    const double weight = rule_.weights[q] * length;
+    by_slope.noalias() += (weight * psi) * N.transpose() * N;
+    by_psi.noalias() += (weight * b) * N.transpose() * N;
+    residual_.segment<kNodes>(element.first) += (weight * psi * b) * N.transpose();
+  }
+  for (int i = 0; i < kNodes; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      const int row = 2 * (element.first + i);
+      const int column = 2 * (element.first + j);
+      tangent_.at(row, column) += by_slope(i, j);
+      tangent_.at(row + 1, column) += by_psi(i, j);
+      if (j < i) tangent_.at(row, column + 1) += by_psi(i, j);
+    }
+  }
+}
+
+// psi of the present slope: its equation is linear.
+void RoundPress::UpdateTension() noexcept {
+  psi_.setZero();
+  for (const Element& element : elements_) {
+    const double length = element.outer - element.inner;
+    for (int q = 0; q < kPoints; ++q) {
+      const auto N = polynomials_.value.row(q);
+      const double b = N * slope_.segment<kNodes>(element.first);
+      psi_.segment<kNodes>(element.first) +=
+          (rule_.weights[q] * length * b * b / 2) * N.transpose();
+    }
+  }
+  psi_[0] = 0;
+  stretching_factor_.Solve(psi_);
+}
+
+double RoundPress::Deflection(double r) const noexcept {
+  double w = 0;
+  for (const Element& element : elements_) {
+    const double length = element.outer - element.inner;
+    const auto slope = slope_.segment<kNodes>(element.first);
+    if (element.outer <= r) continue;
+    if (element.inner >= r) {
+      w -= length * integral_.dot(slope);
+    } else {
+      const double share = (element.outer - r) / length;
+      for (int q = 0; q < kPoints; ++q) {
+        const double place = 1 - share + share * rule_.points[q];
+        w -= share * length * rule_.weights[q] * ValueAt(nodes_, slope, place);
+      }
+    }
+  }
+  return w;
+}
+
+}  // namespace palpate::plate

@@ -1,0 +1,78 @@
+// A clamped von Karman plate pressed at its centre: rotational symmetry leaves two functions of the
+// radius, solved to nine digits.
+//
+// Nondimensional: radius by a, deflection by t, force by E t^4 / a^2, tension (N per length) by
+// E t^3 / a^2; D = 1 / (12 (1 - nu^2)). With the slope b = dw/dr and psi = r N_r,
+//
+//   D (r b'' + b' - b / r) = (psi + N0 r) b + F f(r) / (2 pi),   b(0) = b(1) = 0
+//   r psi'' + psi' - psi / r = -b^2 / 2,   psi(0) = 0,   psi'(1) = nu psi(1)   (the edge stays)
+//
+// where f is the share of the load inside r. Source: von Karman 1910 in the form of Foeppl and
+// Hencky; Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, art. 96-100.
+// Weak form, polynomials of degree 8 on elements graded to the centre, the load's edge and the rim;
+// psi is eliminated (the energy is then convex in b where the plate is in tension), Newton.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/plate/banded.h"
+#include "slave/mechanics/plate/lobatto.h"
+
+namespace palpate::plate {
+
+class RoundPress {
+ public:
+  // -1 < nu <= 0.5; load over a disc of radius 0 (a point) to 1; prestress N0 >= 0.
+  RoundPress(double nu, double load_radius, double prestress = 0);
+
+  // Newton from the last answer, else in steps from rest. False: no answer to 1e-9; then at rest.
+  // No allocation.
+  bool SolveDeflection(double w_centre) noexcept;
+  bool SolveForce(double force) noexcept;
+  void Reset() noexcept;
+
+  [[nodiscard]] double force() const { return force_; }
+  [[nodiscard]] double deflection() const { return centre_ * slope_; }  // at the centre
+  [[nodiscard]] double stiffness() const { return stiffness_; }         // d force / d deflection
+  // Deflection at radius 0 <= r <= 1.
+  [[nodiscard]] double Deflection(double r) const noexcept;
+
+ private:
+  struct Element {
+    double inner = 0, outer = 0;
+    int first = 0;  // its first node
+  };
+  struct Goal {
+    bool is_force = false;
+    double value = 0;
+  };
+
+  void Divide(double load_radius);
+  void AssembleLinear(double nu, double load_radius, double prestress);
+  bool Solve(const Goal& goal) noexcept;
+  bool Newton(const Goal& goal) noexcept;
+  bool Tangent() noexcept;
+  void AddTension(const Element& element) noexcept;
+  void UpdateTension() noexcept;
+
+  std::vector<Element> elements_;
+  Eigen::VectorXd radius_;  // of the nodes
+  Quadrature rule_;         // on [0, 1]
+  Eigen::VectorXd nodes_;   // of an element on [0, 1]
+  Interpolation polynomials_;
+  Eigen::VectorXd integral_;                 // of each of them
+  BandedSymmetric bending_{0, 0};            // D (r b' b' + b b / r) + N0 r b b
+  BandedSymmetric stretching_{0, 0};         // r psi' psi' + psi psi / r, less nu at the rim
+  BandedSymmetric stretching_factor_{0, 0};  // the same, factorised
+  BandedSymmetric tangent_{0, 0};            // slope and psi by turns
+  Eigen::VectorXd slope_, psi_;              // b, psi at the nodes
+  Eigen::VectorXd load_;       // work of a load of one on a unit slope at each node, by 2 pi
+  Eigen::RowVectorXd centre_;  // w(0) = centre_ * slope_
+  Eigen::VectorXd residual_, step_, by_load_;
+  double force_ = 0;
+  double stiffness_ = 0;
+};
+
+}  // namespace palpate::plate
