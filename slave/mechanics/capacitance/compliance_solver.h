@@ -1,0 +1,62 @@
+// Contacts in 3D on a body with known compliance: displacements and loads prescribed together.
+//
+//   C f = u - u_loads,   C = block of the compliance at the touched places
+//
+// Source: capacitance matrix of James and Pai (2003); paper A, eqs. (5)-(7), in the form of a
+// compliance. What a contact touches is told by ContactPlaces, so that surface nodes (fem-green)
+// and triangles (bem3d) are answered alike. The inverse of C is kept and up- and downdated where few
+// contacts changed.
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/scene/scene.h"
+#include "slave/mechanics/capacitance/compliance.h"
+#include "slave/mechanics/capacitance/contact_places.h"
+#include "slave/mechanics/capacitance/updated_inverse.h"
+#include "slave/mechanics/deformation_model.h"
+
+namespace palpate {
+
+// A force on one place. Frame O.
+struct PlaceForce {
+  int place = -1;
+  Eigen::Vector3d force_O{0, 0, 0};  // [N]
+};
+
+// Not thread-safe. Keeps references to the compliance and the places.
+class ComplianceSolver {
+ public:
+  struct Params {
+    double young_modulus = 0;  // E [Pa]
+    double larger_side = 0;    // of the body [m]
+    double range = 0.1;        // largest |displacement| / larger side before `extrapolated` [-]
+    ContactLaw contact = ContactLaw::kBonded;
+  };
+
+  // Throws std::invalid_argument: a parameter is not finite and > 0.
+  ComplianceSolver(Compliance& compliance, ContactPlaces& places, const Params& params);
+
+  // As DeformationModel::Respond. Frictionless contacts prescribe the displacement along the
+  // outward normal at their place and are free across it. kFailed: a place that is not found or has
+  // no column, a held place that is moved (its compliance is zero), contacts that share a place, a
+  // load that lies wholly on such places, values that are not finite or beyond 1e6 larger sides.
+  // Components that are held and not moved are no unknowns: their force stays with the support.
+  // O(m^2) where nothing or little changed, O(m^3) otherwise, m unknown components.
+  void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
+
+  // Why the last Respond failed, one clause.
+  [[nodiscard]] std::string_view failure() const { return failure_; }
+
+  // Every force on a place under the contacts of the last Respond, contacts and loads, in the order
+  // of the contacts; a place may appear more than once. Empty where it failed.
+  void Forces(std::vector<PlaceForce>* forces) const;
+  // Displacement of every place of the compliance [m], by its columns. O(N S).
+  void Displacement(std::vector<Eigen::Vector3d>* displacement_O) const;
+};
+
+}  // namespace palpate
