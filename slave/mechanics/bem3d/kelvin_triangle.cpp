@@ -53,56 +53,86 @@ struct EdgeIntegrals {
   }
 };
 
-// Integrals over the triangle of what the kernels are made of, d = r . n.
+// Integrals over the triangle of what the kernels are made of, d = r . n and q = r - d n.
 struct TriangleIntegrals {
+  double d;
   double inverse_r = 0;                    // of 1 / r
   double solid_angle = 0;                  // of d / r^3
-  Vector3d pull = Vector3d::Zero();        // of the in-plane part of r / r^3
-  Matrix3d directions = Matrix3d::Zero();  // of r r^T / r^3
-  Matrix3d fluxes = Matrix3d::Zero();      // of 3 d r r^T / r^5
+  Vector3d pull = Vector3d::Zero();        // of q / r^3
+  Vector3d across = Vector3d::Zero();      // of -3 q / r^5
+  Matrix3d directions = Matrix3d::Zero();  // of q q^T / r^3
+  Matrix3d fluxes = Matrix3d::Zero();      // of 3 d q q^T / r^5
+  std::array<Matrix3d, 3> squares;         // of q q^T / r^3 along the edges
 
   TriangleIntegrals(const FlatTriangle& t, const Vector3d& x, bool on_itself) {
     const Corners corners(t, x);
     const auto& [r, length] = corners;
-    const double d = on_itself ? 0 : r[0].dot(t.normal);
+    d = on_itself ? 0 : r[0].dot(t.normal);
     if (!on_itself) solid_angle = Angle(corners, 2 * t.area * d);
-    Matrix3d turns = Matrix3d::Zero();
-    Matrix3d decays = Matrix3d::Zero();
-    Vector3d across = Vector3d::Zero();
-    double bulge = 0;
     for (std::size_t e = 0; e < 3; ++e) {
-      const std::size_t next = (e + 1) % 3;
       const double s_a = r[e].dot(t.along[e]);
       const double h = r[e].dot(t.outward[e]);
-      const EdgeIntegrals I(s_a, t.lengths[e], h * h + d * d, length[e], length[next]);
+      const double p2 = h * h + d * d;
+      const EdgeIntegrals I(s_a, t.lengths[e], p2, length[e], length[(e + 1) % 3]);
       const Vector3d& nu = t.outward[e];
+      const Vector3d decay = h * I.inverse * nu + I.decay * t.along[e];  // of q / r^3
       inverse_r += h * I.log_r;
       pull -= nu * I.log_r;
-      turns += nu * (h * I.log_r * nu + I.radius * t.along[e]).transpose();
-      decays += nu * (h * I.inverse * nu + I.decay * t.along[e]).transpose();
       across += nu * I.inverse;
-      bulge += h * I.inverse;
+      directions -= nu * (h * I.log_r * nu + I.radius * t.along[e]).transpose();
+      fluxes -= d * nu * decay.transpose();
+      squares[e] =
+          h * nu * decay.transpose() +
+          t.along[e] * (h * I.decay * nu + (I.log_r - p2 * I.inverse) * t.along[e]).transpose();
     }
-    const Vector3d& n = t.normal;
-    const double depth = d * solid_angle;
-    inverse_r -= depth;
-    directions = -turns + d * (pull * n.transpose() + n * pull.transpose());
-    directions += (depth - inverse_r) * n * n.transpose();
-    directions.diagonal().array() += inverse_r;
-    fluxes = -d * decays - d * d * (across * n.transpose() + n * across.transpose());
-    fluxes += d * bulge * n * n.transpose();
-    fluxes.diagonal().array() += solid_angle;
+    inverse_r -= d * solid_angle;
+    const Matrix3d in_plane = Matrix3d::Identity() - t.normal * t.normal.transpose();
+    directions += inverse_r * in_plane;
+    fluxes += solid_angle * in_plane;
   }
 };
 
+// The integral of T_ij, for a density that is constant.
+Matrix3d Constant(const KelvinSolidConstants& c, const TriangleIntegrals& I, const Vector3d& n) {
+  const Vector3d slant = -I.d * I.d * I.across - c.t_skew * I.pull;
+  const Vector3d slant_skewed = -I.d * I.d * I.across + c.t_skew * I.pull;
+  Matrix3d T = I.fluxes + slant * n.transpose() + n * slant_skewed.transpose();
+  T += (3 * I.solid_angle - I.fluxes.trace()) * n * n.transpose();
+  T.diagonal().array() += c.t_skew * I.solid_angle;
+  return -c.t * T;
+}
+
+// The integral of T_ij (q . slope), for a density that grows along `slope` in the triangle's plane.
+Matrix3d Growing(const KelvinSolidConstants& c, const TriangleIntegrals& I, const FlatTriangle& t,
+                 const Vector3d& slope) {
+  const Vector3d& n = t.normal;
+  Matrix3d T = slope * I.pull.transpose() + I.pull * slope.transpose();
+  for (std::size_t e = 0; e < 3; ++e) T -= t.outward[e].dot(slope) * I.squares[e];
+  T *= I.d;
+  const Vector3d flux = I.d * (I.fluxes * slope);
+  const Vector3d skew = c.t_skew * (I.directions * slope);
+  T += (flux - skew) * n.transpose() + n * (flux + skew).transpose();
+  T -= I.d * I.d * I.d * I.across.dot(slope) * n * n.transpose();
+  T.diagonal().array() += c.t_skew * I.d * I.pull.dot(slope);
+  return -c.t * T;
+}
+
 KelvinSolidBlocks Combine(const KelvinSolidConstants& c, const TriangleIntegrals& I,
-                          const Vector3d& n) {
+                          const FlatTriangle& t, const Vector3d& x) {
+  const Vector3d& n = t.normal;
   KelvinSolidBlocks blocks;
-  blocks.of_traction = c.u * I.directions;
-  blocks.of_traction.diagonal().array() += c.u * c.u_mean * I.inverse_r;
-  const Matrix3d skew = I.pull * n.transpose() - n * I.pull.transpose();
-  blocks.of_displacement = -c.t * (I.fluxes - c.t_skew * skew);
-  blocks.of_displacement.diagonal().array() -= c.t * c.t_skew * I.solid_angle;
+  blocks.of_traction =
+      I.directions + I.d * (I.pull * n.transpose() + n * (I.pull + I.solid_angle * n).transpose());
+  blocks.of_traction.diagonal().array() += c.u_mean * I.inverse_r;
+  blocks.of_traction *= c.u;
+  blocks.of_displacement = Constant(c, I, n);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::size_t opposite = (k + 1) % 3;
+    const Vector3d slope = -t.lengths[opposite] / (2 * t.area) * t.outward[opposite];
+    blocks.of_corner[k] =
+        Growing(c, I, t, slope) - slope.dot(t.centroid - x) * blocks.of_displacement;
+  }
+  blocks.of_corner[2] = -blocks.of_corner[0] - blocks.of_corner[1];
   return blocks;
 }
 
@@ -134,12 +164,13 @@ KelvinSolidConstants::KelvinSolidConstants(double nu)
 
 KelvinSolidBlocks IntegrateKelvin(const KelvinSolidConstants& constants,
                                   const FlatTriangle& triangle, const Vector3d& x) {
-  return Combine(constants, TriangleIntegrals(triangle, x, false), triangle.normal);
+  return Combine(constants, TriangleIntegrals(triangle, x, false), triangle, x);
 }
 
 KelvinSolidBlocks IntegrateKelvinOnItself(const KelvinSolidConstants& constants,
                                           const FlatTriangle& triangle) {
-  return Combine(constants, TriangleIntegrals(triangle, triangle.centroid, true), triangle.normal);
+  return Combine(constants, TriangleIntegrals(triangle, triangle.centroid, true), triangle,
+                 triangle.centroid);
 }
 
 }  // namespace palpate

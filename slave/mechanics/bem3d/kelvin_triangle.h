@@ -1,5 +1,5 @@
-// Integrals of Kelvin's solution over a flat triangle on which the density is constant, in closed
-// form wherever the point lies.
+// Integrals of Kelvin's solution over a flat triangle on which the traction is constant and the
+// displacement linear, in closed form wherever the point lies.
 //
 // A unit force at x in direction i causes at y, r = y - x, the displacement U_ij and, on a cut with
 // normal n, the traction T_ij in direction j (shear modulus G):
@@ -12,7 +12,8 @@
 // In the triangle's plane r is constant along n, every kernel is a derivative of 1 / r or r, and
 // the divergence theorem leaves the solid angle and integrals of 1 / r and 1 / r^3 along the edges.
 // All differences in those are taken analytically, so that nothing cancels on an edge's line or far
-// away. What is left of rounding is about 1e-16 times distance / size.
+// away. What is left of rounding is about 1e-16 times distance / size, for what grows linearly
+// times the square of length / width.
 #pragma once
 
 #include <array>
@@ -46,11 +47,14 @@ struct KelvinSolidConstants {
   explicit KelvinSolidConstants(double nu);
 };
 
-// What constant values on a triangle contribute at a point: row i for the unit force's direction,
-// column j for the component of the traction or displacement.
+// What values on a triangle contribute at a point: row i for the unit force's direction, column j
+// for the component of the traction or displacement. Principal values on the triangle itself.
 struct KelvinSolidBlocks {
   Eigen::Matrix3d of_traction;      // integral of U_ij
-  Eigen::Matrix3d of_displacement;  // integral of T_ij, principal value on the triangle
+  Eigen::Matrix3d of_displacement;  // integral of T_ij
+  // Integrals of T_ij (b_k - 1 / 3) with the barycentric coordinate b_k of corner k: what a
+  // displacement adds that grows linearly from the centroid.
+  std::array<Eigen::Matrix3d, 3> of_corner;
 };
 
 // At the point `x` off the triangle. On one of its edges: not finite.

@@ -16,6 +16,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Motions = Eigen::Matrix<double, 6, 6>;
 
+constexpr int kRows = 16;  // triangles whose rows are filled together: they stay in the cache
 constexpr double kHeldMotion = 1e-9;  // mean square of a rigid motion at what is held: it is free
 
 double Checked(double nu) {
@@ -28,12 +29,17 @@ double Checked(double nu) {
 
 ReferenceSystem::ReferenceSystem(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held,
                                  double nu)
-    : surface_(mesh), held_(std::move(held)), nu_(Checked(nu)), constants_(nu) {
+    : surface_(mesh),
+      fit_(mesh, surface_),
+      held_(std::move(held)),
+      nu_(Checked(nu)),
+      constants_(nu) {
   if (held_.size() != surface_.elements.size()) {
     throw std::invalid_argument("boundary conditions for " + std::to_string(held_.size()) + " of " +
                                 std::to_string(triangles()) + " triangles");
   }
   RequireCompressible();
+  MarkHeldNodes();
   FindFreeMotions();
 }
 
@@ -86,6 +92,17 @@ void ReferenceSystem::FindFreeMotions() {
   motions_.rightCols(6 - free_motions_).setZero();
 }
 
+void ReferenceSystem::MarkHeldNodes() {
+  held_nodes_.resize(static_cast<std::size_t>(fit_.nodes()));
+  for (int i = 0; i < triangles(); ++i) {
+    for (const int node : fit_.corners(i)) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (held(i, static_cast<int>(c))) held_nodes_[static_cast<std::size_t>(node)][c] = true;
+      }
+    }
+  }
+}
+
 KelvinSolidBlocks ReferenceSystem::Blocks(int i, int j) const {
   const auto& source = surface_.elements[static_cast<std::size_t>(j)];
   if (i == j) {
@@ -98,23 +115,55 @@ KelvinSolidBlocks ReferenceSystem::Blocks(int i, int j) const {
 }
 
 MatrixXd ReferenceSystem::Matrix(const std::function<void(int)>& before) const {
-  const Index n = 3 * Index{triangles()};
   MatrixXd A = MatrixXd::Zero(order(), order());
-  for (int j = 0; j < triangles(); ++j) {
-    before(j);
-    const auto& t = surface_.elements[static_cast<std::size_t>(j)];
-    const Eigen::Matrix<double, 3, 6> modes = RigidModes(t.centroid);
-    for (int i = 0; i < triangles(); ++i) {
-      const KelvinSolidBlocks blocks = Blocks(i, j);
-      for (int c = 0; c < 3; ++c) {
-        A.block<3, 1>(3 * i, 3 * j + c) = held(j, c) ? Vector3d(-blocks.of_traction.col(c))
-                                                     : Vector3d(blocks.of_displacement.col(c));
-      }
-      if (free_motions_ > 0) A.block<3, 6>(3 * i, n) -= blocks.of_traction * modes;
-    }
+  MatrixXd by_node;
+  for (int begin = 0; begin < triangles(); begin += kRows) {
+    before(begin);
+    const int end = std::min(begin + kRows, triangles());
+    FillRows(begin, end, &A, &by_node);
+    ShareNodes(begin, end, by_node, &A);
   }
   if (free_motions_ > 0) FillMeanMotions(&A);
   return A;
+}
+
+// Rows of the triangles [begin, end): what belongs to triangles goes to A, what belongs to the
+// displacements at their corners to `by_node`.
+void ReferenceSystem::FillRows(int begin, int end, MatrixXd* A, MatrixXd* by_node) const {
+  by_node->setZero(3 * Index{end - begin}, 3 * Index{fit_.nodes()});
+  const Index n = 3 * Index{triangles()};
+  for (int j = 0; j < triangles(); ++j) {
+    const auto modes = RigidModes(surface_.elements[static_cast<std::size_t>(j)].centroid);
+    for (int i = begin; i < end; ++i) {
+      const KelvinSolidBlocks blocks = Blocks(i, j);
+      for (int c = 0; c < 3; ++c) {
+        if (held(j, c)) {
+          A->block<3, 1>(3 * i, 3 * j + c) = -blocks.of_traction.col(c);
+        } else {
+          A->block<3, 1>(3 * i, 3 * j + c) = blocks.of_displacement.col(c);
+        }
+      }
+      for (std::size_t k = 0; k < 3; ++k) {
+        by_node->block<3, 3>(3 * (i - begin), 3 * fit_.corners(j)[k]) += blocks.of_corner[k];
+      }
+      if (free_motions_ > 0) A->block<3, 6>(3 * i, n) -= blocks.of_traction * modes;
+    }
+  }
+}
+
+// Held nodes stand still, all others move with the triangles around them.
+void ReferenceSystem::ShareNodes(int begin, int end, const MatrixXd& by_node, MatrixXd* A) const {
+  const Index rows = 3 * Index{end - begin};
+  for (int node = 0; node < fit_.nodes(); ++node) {
+    for (int c = 0; c < 3; ++c) {
+      if (held_nodes_[static_cast<std::size_t>(node)][static_cast<std::size_t>(c)]) continue;
+      for (const auto& [triangle, weight] : fit_.shares(node)) {
+        if (held(triangle, c)) continue;
+        A->col(3 * triangle + c).segment(3 * Index{begin}, rows) +=
+            weight * by_node.col(3 * node + c);
+      }
+    }
+  }
 }
 
 // H u - G m b = G t with the balancing tractions m b; the mean of m . u is zero.

@@ -1,10 +1,12 @@
 // The boundary element system of a body under the reference boundary conditions: held components
 // stand still, everything else is free of traction (paper A, eqs. 3-6, for solids).
 //
-// Constant triangles collocated at their centroids: H P = G V, H = I / 2 + principal values of the
-// traction kernel. The columns of H and G are sorted by what is unknown, A_0 Y + Abar_0 Ybar = 0.
-// A body that is not held against all rigid motions gets six more unknowns and rows, as in 2D: the
-// amplitudes of balancing tractions, and zero mean displacement and turn, weighted by area.
+// Tractions are constant on each triangle, displacements linear: their values at the centroids are
+// the unknowns, those at the corners follow from the triangles around (CornerFit). Collocated at
+// the centroids: H P = G V, H = I / 2 + principal values of the traction kernel. The columns of H
+// and G are sorted by what is unknown, A_0 Y + Abar_0 Ybar = 0. A body that is not held against all
+// rigid motions gets six more unknowns and rows, as in 2D: the amplitudes of balancing tractions,
+// and zero mean displacement and turn, weighted by area.
 //
 // Nondimensional: lengths by the surface's length unit, tractions by E.
 #pragma once
@@ -16,6 +18,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/bem3d/closed_surface.h"
+#include "slave/mechanics/bem3d/corner_fit.h"
 #include "slave/mechanics/bem3d/kelvin_triangle.h"
 
 namespace palpate {
@@ -35,7 +38,8 @@ class ReferenceSystem {
   // Unknowns: three per triangle, six more where the body is free to move.
   [[nodiscard]] int order() const { return 3 * triangles() + (free_motions_ > 0 ? 6 : 0); }
 
-  // A_0. Calls `before(j)` before each triangle's columns, which may throw. O(N^2) integrals.
+  // A_0. Calls `before(i)` now and then before the rows of triangle i; it may throw. O(N^2)
+  // integrals.
   [[nodiscard]] Eigen::MatrixXd Matrix(const std::function<void(int)>& before) const;
   // -Abar_0 by a unit force, spread evenly, along each component of the triangles [begin, end):
   // three columns each, zero where it is held.
@@ -59,11 +63,16 @@ class ReferenceSystem {
  private:
   void RequireCompressible() const;
   void FindFreeMotions();
+  void MarkHeldNodes();
+  void FillRows(int begin, int end, Eigen::MatrixXd* A, Eigen::MatrixXd* by_node) const;
+  void ShareNodes(int begin, int end, const Eigen::MatrixXd& by_node, Eigen::MatrixXd* A) const;
   void FillMeanMotions(Eigen::MatrixXd* A) const;
   [[nodiscard]] KelvinSolidBlocks Blocks(int i, int j) const;
 
   ClosedSurface surface_;
+  CornerFit fit_;
   std::vector<std::array<bool, 3>> held_;
+  std::vector<std::array<bool, 3>> held_nodes_;  // those of held triangles
   double nu_;
   KelvinSolidConstants constants_;
   Eigen::Vector3d mean_{0, 0, 0};  // of the surface
