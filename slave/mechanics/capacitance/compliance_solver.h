@@ -4,10 +4,11 @@
 //
 // Source: capacitance matrix of James and Pai (2003); paper A, eqs. (5)-(7), in the form of a
 // compliance. What a contact touches is told by ContactPlaces, so that surface nodes (fem-green)
-// and triangles (bem3d) are answered alike. The inverse of C is kept and up- and downdated where few
-// contacts changed.
+// and triangles (bem3d) are answered alike. The inverse of C is kept, and up- and downdated where
+// few contacts changed.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,8 @@
 #include "shared/scene/scene.h"
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/capacitance/contact_places.h"
+#include "slave/mechanics/capacitance/contact_set.h"
+#include "slave/mechanics/capacitance/load_coupling.h"
 #include "slave/mechanics/capacitance/updated_inverse.h"
 #include "slave/mechanics/deformation_model.h"
 
@@ -42,21 +45,57 @@ class ComplianceSolver {
   ComplianceSolver(Compliance& compliance, ContactPlaces& places, const Params& params);
 
   // As DeformationModel::Respond. Frictionless contacts prescribe the displacement along the
-  // outward normal at their place and are free across it. kFailed: a place that is not found or has
-  // no column, a held place that is moved (its compliance is zero), contacts that share a place, a
-  // load that lies wholly on such places, values that are not finite or beyond 1e6 larger sides.
-  // Components that are held and not moved are no unknowns: their force stays with the support.
+  // outward normal at their place and are free across it; the response repeats what was prescribed.
+  // kFailed: a place that is not found or has no column, a held place that is moved or loaded (its
+  // compliance is zero), contacts that share a place, a load that lies wholly under contacts,
+  // values that are not finite or beyond 1e6 larger sides. Components that are held and not moved
+  // are no unknowns: their force stays with the support.
   // O(m^2) where nothing or little changed, O(m^3) otherwise, m unknown components.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
 
   // Why the last Respond failed, one clause.
   [[nodiscard]] std::string_view failure() const { return failure_; }
 
-  // Every force on a place under the contacts of the last Respond, contacts and loads, in the order
-  // of the contacts; a place may appear more than once. Empty where it failed.
+  // Every force on a place under the contacts of the last Respond, contacts and loads; a place may
+  // appear more than once. Empty where it failed.
   void Forces(std::vector<PlaceForce>* forces) const;
   // Displacement of every place of the compliance [m], by its columns. O(N S).
-  void Displacement(std::vector<Eigen::Vector3d>* displacement_O) const;
+  void Displacement(std::vector<Eigen::Vector3d>* displacement_O);
+
+  [[nodiscard]] std::size_t memory_bytes() const { return inverse_.memory_bytes(); }
+
+ private:
+  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
+  bool Fail(std::string_view why);
+  [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
+  bool Prepare(std::span<const Contact> contacts);
+  bool Invert();
+  bool InvertAnew();
+  bool InvertChanged();
+  void FillStiffness();
+  [[nodiscard]] Eigen::Matrix3d StiffnessOfContact(const ContactSlot& slot) const;
+  [[nodiscard]] Eigen::Matrix3d StiffnessOfLoad(const ContactSlot& slot);
+  bool Prescribe(std::span<const Contact> contacts);
+  [[nodiscard]] bool MovesWhatIsHeld(const ContactSlot& slot, const Contact& contact) const;
+  [[nodiscard]] Eigen::Vector3d ForceOf(const ForceUnknown& unknown) const;
+  [[nodiscard]] ContactResponse ResponseOf(const ContactSlot& slot, const Contact& contact) const;
+  [[nodiscard]] Eigen::Vector3d DisplacementOfLoad(int load) const;
+
+  Compliance& compliance_;
+  Params params_;
+  double length_unit_ = 0;  // [m]
+  double force_unit_ = 0;   // [N]
+  ContactSet set_;
+  UpdatedInverse inverse_;
+  LoadCoupling loads_;
+
+  std::string_view failure_;
+  bool answered_ = false;
+  // Nondimensional, per unknown component, zeros behind.
+  AlignedArray prescribed_, forces_, scratch_;
+  int vector_room_ = 0;
+  std::vector<Eigen::Vector3d> load_forces_;  // nondimensional, per load
+  std::vector<Eigen::Matrix3d> stiffness_;    // nondimensional, per contact
 };
 
 }  // namespace palpate

@@ -36,9 +36,9 @@ class ContactPlaces {
   ContactPlaces(const ContactPlaces&) = delete;
   ContactPlaces& operator=(const ContactPlaces&) = delete;
 
-  // Finds what `contact` touches; its kind, p_O, element and width count, its value does not. Empty:
-  // found; otherwise why not, one clause that lives on. Allocates nothing where `footprint` has room
-  // already. Called only for contacts that changed; the contact is finite.
+  // Finds what `contact` touches; its kind, p_O, element and width count, its value does not.
+  // Empty: found; otherwise why not, one clause that lives on. Allocates nothing where `footprint`
+  // has room already. Called only for contacts that changed; the contact is finite.
   virtual std::string_view Find(const Contact& contact, ContactFootprint* footprint) = 0;
 };
 

@@ -1,0 +1,339 @@
+#include "slave/mechanics/capacitance/compliance_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/LU>
+
+namespace palpate {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kAbsurd = 1e6;  // larger sides
+// A fresh inverse costs m^3 operations, a row that goes or comes 4 m^2; measured, not counted.
+constexpr int kUpdateRows = 16;
+
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+void RequirePositive(const char* name, double value) {
+  if (value > 0 && std::isfinite(value)) return;
+  throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
+                              ": accepted is finite and > 0");
+}
+
+ComplianceSolver::Params Checked(const ComplianceSolver::Params& params) {
+  RequirePositive("young_modulus", params.young_modulus);
+  RequirePositive("larger_side", params.larger_side);
+  RequirePositive("range", params.range);
+  return params;
+}
+
+double Dot(const double* a, const double* b, int count) {
+  double sum = 0;
+  for (int i = 0; i < count; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+}  // namespace
+
+ComplianceSolver::ComplianceSolver(Compliance& compliance, ContactPlaces& places,
+                                   const Params& params)
+    : compliance_(compliance),
+      params_(Checked(params)),
+      length_unit_(compliance.length_unit()),
+      force_unit_(params_.young_modulus * length_unit_ * length_unit_),
+      set_(compliance, places, params_.contact),
+      inverse_(compliance.symmetric()),
+      loads_(compliance) {}
+
+void ComplianceSolver::Respond(std::span<const Contact> contacts,
+                               std::span<ContactResponse> responses) noexcept {
+  failure_ = {};
+  try {
+    answered_ = responses.size() == contacts.size() && TryRespond(contacts, responses);
+  } catch (const std::bad_alloc&) {
+    answered_ = Fail("out of memory");
+  } catch (const std::exception&) {
+    answered_ = Fail("the Green's functions of a touched place could not be computed");
+  }
+  if (!answered_) std::ranges::fill(responses, ContactResponse{});
+}
+
+bool ComplianceSolver::Fail(std::string_view why) {
+  failure_ = why;
+  set_.Forget();
+  return false;
+}
+
+bool ComplianceSolver::TryRespond(std::span<const Contact> contacts,
+                                  std::span<ContactResponse> responses) {
+  for (const auto& contact : contacts) {
+    if (!Acceptable(contact)) {
+      failure_ = "a value is not finite or absurdly large";
+      return false;
+    }
+  }
+  if (!Prepare(contacts) || !Prescribe(contacts)) return false;
+  if (set_.rows() > 0) inverse_.Solve(prescribed_.get(), forces_.get());
+  for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {
+    responses[Index(i)] = ResponseOf(set_.slots()[Index(i)], contacts[Index(i)]);
+    if (responses[Index(i)].validity == Validity::kFailed) {
+      failure_ = "the answer is not finite or absurdly large";
+      return false;
+    }
+  }
+  return true;
+}
+
+// Finite, and not absurdly large: 1e300 m is a fault, not a displacement.
+bool ComplianceSolver::Acceptable(const Contact& contact) const noexcept {
+  const bool moved = contact.kind == Contact::Kind::kDisplacement;
+  const double largest = kAbsurd * (moved ? params_.larger_side : force_unit_);
+  return contact.value_O.cwiseAbs().maxCoeff() <= largest && contact.value_O.allFinite() &&
+         contact.width >= 0 && std::isfinite(contact.width) && contact.p_O.allFinite() &&
+         contact.element >= -1;
+}
+
+bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
+  const auto outcome = set_.Update(contacts);
+  if (outcome == ContactSet::Outcome::kSame) return true;
+  if (outcome == ContactSet::Outcome::kFailed) return Fail(set_.failure());
+  const bool changed = outcome == ContactSet::Outcome::kChanged && InvertChanged();
+  if (!changed && !InvertAnew()) {
+    return Fail("contacts overlap: what one prescribes follows from the others");
+  }
+  if (inverse_.padded() > vector_room_) {
+    vector_room_ = inverse_.padded() + inverse_.padded() / 4;
+    for (auto* array : {&prescribed_, &forces_, &scratch_}) {
+      *array = MakeAligned(Index(PaddedTo8(vector_room_)));
+    }
+  }
+  if (!loads_.Fill(set_, inverse_.padded())) {
+    return Fail(
+        "the Green's functions of a loaded place are not there: the memory for them is "
+        "used up");
+  }
+  FillStiffness();
+  return true;
+}
+
+bool ComplianceSolver::InvertAnew() {
+  inverse_.Reset(set_.rows());
+  const auto unknowns = set_.unknowns();
+  const bool symmetric = compliance_.symmetric();
+  for (std::size_t by = 0; by < unknowns.size(); ++by) {
+    const std::size_t first = symmetric ? by : 0;
+    if (by + 1 < unknowns.size()) {
+      for (std::size_t at = symmetric ? by + 1 : 0; at < unknowns.size(); ++at) {
+        PrefetchBlock(unknowns[at], unknowns[by + 1]);
+      }
+    }
+    for (std::size_t at = first; at < unknowns.size(); ++at) {
+      FillBlock(unknowns[at], unknowns[by], inverse_.row(unknowns[at].row) + unknowns[by].row,
+                inverse_.stride());
+    }
+  }
+  return inverse_.Invert();
+}
+
+bool ComplianceSolver::InvertChanged() {
+  int rows = 0;
+  for (const auto& change : set_.changes()) rows += change.removed + change.inserted;
+  if (rows * kUpdateRows > set_.rows()) return false;
+  for (const auto& change : set_.changes()) {
+    if (!inverse_.Splice(change.row, change.removed, change.inserted)) return false;
+  }
+  const auto unknowns = set_.unknowns();
+  for (const auto& change : set_.changes()) {
+    const auto changed = unknowns.subspan(Index(change.unknown), Index(change.unknowns));
+    for (const auto& at : changed) {
+      for (const auto& by : unknowns) PrefetchBlock(by, at);
+      for (const auto& by : unknowns) {
+        double* to = inverse_.row(at.row) + by.row;
+        if (compliance_.symmetric()) {
+          FillBlockBySymmetry(at, by, to, inverse_.stride());
+        } else {
+          FillBlock(at, by, to, inverse_.stride());
+          FillBlock(by, at, inverse_.row(by.row) + at.row, inverse_.stride());
+        }
+      }
+    }
+    if (!inverse_.Border(change.row, change.inserted)) return false;
+  }
+  return inverse_.Settle();
+}
+
+void ComplianceSolver::FillStiffness() {
+  stiffness_.resize(set_.slots().size());
+  for (std::size_t i = 0; i < stiffness_.size(); ++i) {
+    const ContactSlot& slot = set_.slots()[i];
+    stiffness_[i] = slot.load < 0 ? StiffnessOfContact(slot) : StiffnessOfLoad(slot);
+  }
+}
+
+// Sum of the inverse's blocks: all forces of the contact by a displacement of all its places.
+Matrix3d ComplianceSolver::StiffnessOfContact(const ContactSlot& slot) const {
+  Matrix3d sum = Matrix3d::Zero();
+  const auto unknowns = set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns));
+  for (const auto& at : unknowns) {
+    for (const auto& by : unknowns) {
+      Matrix3d block = Matrix3d::Zero();
+      for (int r = 0; r < at.count; ++r) {
+        const double* row = inverse_.inverse_row(at.row + r) + by.row;
+        for (int c = 0; c < by.count; ++c) block(r, c) = row[c];
+      }
+      sum += at.plain && by.plain ? block : Matrix3d(at.basis * block * by.basis.transpose());
+    }
+  }
+  return sum;
+}
+
+// Inverse of the load's own compliance with the contacts kept in place.
+Matrix3d ComplianceSolver::StiffnessOfLoad(const ContactSlot& slot) {
+  Matrix3d own = loads_.between(slot.load, slot.load);
+  const int rows = set_.rows();
+  for (int c = 0; c < 3 && rows > 0; ++c) {
+    inverse_.Solve(loads_.unknowns_by(slot.load, c), scratch_.get());
+    for (int r = 0; r < 3; ++r) {
+      own(r, c) -= Dot(loads_.load_by_unknowns(slot.load, r), scratch_.get(), rows);
+    }
+  }
+  for (int c = 0; c < 3; ++c) {  // a held component moves by nothing, and no stiffness is known
+    if (!(loads_.between(slot.load, slot.load)(c, c) > 0)) own(c, c) = 1;
+  }
+  Matrix3d stiffness = own.inverse();
+  for (int c = 0; c < 3; ++c) {
+    if (!(loads_.between(slot.load, slot.load)(c, c) > 0)) stiffness(c, c) = 0;
+  }
+  return stiffness;
+}
+
+bool ComplianceSolver::MovesWhatIsHeld(const ContactSlot& slot, const Contact& contact) const {
+  Vector3d value = contact.value_O;
+  if (slot.load < 0 && params_.contact == ContactLaw::kFrictionless) {
+    value = slot.footprint.normal_O * slot.footprint.normal_O.dot(value);
+  }
+  for (int c = 0; c < 3; ++c) {
+    const bool held =
+        slot.load < 0 ? slot.held[Index(c)] : !(loads_.between(slot.load, slot.load)(c, c) > 0);
+    if (held && value[c] != 0) return true;
+  }
+  return false;
+}
+
+bool ComplianceSolver::Prescribe(std::span<const Contact> contacts) {
+  load_forces_.resize(Index(set_.loads()));
+  const auto slots = set_.slots();
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    const ContactSlot& slot = slots[i];
+    if (MovesWhatIsHeld(slot, contacts[i])) {
+      failure_ = "a place that a support holds is moved or loaded";
+      return false;
+    }
+    if (slot.load >= 0) {
+      load_forces_[Index(slot.load)] = contacts[i].value_O / force_unit_;
+      continue;
+    }
+    const Vector3d moved = contacts[i].value_O / length_unit_;
+    for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
+      for (int k = 0; k < u.count; ++k) {
+        prescribed_[Index(u.row + k)] = u.plain ? moved[k] : u.basis.col(k).dot(moved);
+      }
+    }
+  }
+  const int rows = set_.rows();
+  std::fill(prescribed_.get() + rows, prescribed_.get() + inverse_.padded(), 0.0);
+  for (int load = 0; load < set_.loads(); ++load) {
+    for (int c = 0; c < 3; ++c) {
+      const double force = load_forces_[Index(load)][c];
+      const double* by = loads_.unknowns_by(load, c);
+      for (int r = 0; r < rows; ++r) prescribed_[Index(r)] -= force * by[r];
+    }
+  }
+  return true;
+}
+
+Vector3d ComplianceSolver::ForceOf(const ForceUnknown& unknown) const {
+  if (unknown.plain) return Eigen::Map<const Vector3d>(forces_.get() + unknown.row);
+  Vector3d force = Vector3d::Zero();
+  for (int k = 0; k < unknown.count; ++k) {
+    force += forces_[Index(unknown.row + k)] * unknown.basis.col(k);
+  }
+  return force;
+}
+
+Vector3d ComplianceSolver::DisplacementOfLoad(int load) const {
+  Vector3d displacement = Vector3d::Zero();
+  for (int by = 0; by < set_.loads(); ++by) {
+    displacement += loads_.between(load, by) * load_forces_[Index(by)];
+  }
+  for (int c = 0; c < 3; ++c) {
+    displacement[c] += Dot(loads_.load_by_unknowns(load, c), forces_.get(), set_.rows());
+  }
+  return displacement;
+}
+
+ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
+                                             const Contact& contact) const {
+  ContactResponse response;
+  response.force_O = contact.value_O;
+  response.displacement_O = contact.value_O;
+  if (slot.load >= 0) {
+    response.displacement_O = length_unit_ * DisplacementOfLoad(slot.load);
+  } else {
+    Vector3d force = Vector3d::Zero();
+    for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
+      force += ForceOf(u);
+    }
+    response.force_O = force_unit_ * force;
+  }
+  response.stiffness_O = (force_unit_ / length_unit_) *
+                         stiffness_[static_cast<std::size_t>(&slot - set_.slots().data())];
+  const double deflection = (response.displacement_O / params_.larger_side).norm();
+  const bool known =
+      response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;
+  if (!known) return {};
+  response.validity = deflection <= params_.range ? Validity::kValid : Validity::kExtrapolated;
+  return response;
+}
+
+void ComplianceSolver::Forces(std::vector<PlaceForce>* forces) const {
+  forces->clear();
+  if (!answered_) return;
+  for (const auto& u : set_.unknowns()) {
+    const Vector3d force = force_unit_ * ForceOf(u);
+    for (int s = 0; s < u.share_count; ++s) {
+      forces->push_back({u.shares[Index(s)].place, u.shares[Index(s)].weight * force});
+    }
+  }
+  for (const auto& slot : set_.slots()) {
+    if (slot.load < 0) continue;
+    const Vector3d force = force_unit_ * load_forces_[Index(slot.load)];
+    for (const auto& [place, weight] : slot.footprint.places) {
+      forces->push_back({place, weight * force});
+    }
+  }
+}
+
+void ComplianceSolver::Displacement(std::vector<Vector3d>* displacement_O) {
+  displacement_O->assign(Index(compliance_.places()), Vector3d::Zero());
+  std::vector<PlaceForce> forces;
+  Forces(&forces);
+  for (const auto& [place, force_O] : forces) {
+    const double* column = compliance_.Column(place);
+    const Vector3d moved = force_O * (length_unit_ / force_unit_);
+    for (int i = 0; i < compliance_.places(); ++i) {
+      (*displacement_O)[Index(i)] += BlockAt(column, i) * moved;
+    }
+  }
+}
+
+}  // namespace palpate

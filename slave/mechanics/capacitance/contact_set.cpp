@@ -1,0 +1,204 @@
+#include "slave/mechanics/capacitance/contact_set.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace palpate {
+namespace {
+
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+bool Same(const ContactSlot& slot, const Contact& contact) {
+  return slot.kind == contact.kind && slot.element == contact.element &&
+         slot.width == contact.width && slot.p_O == contact.p_O;
+}
+
+}  // namespace
+
+ContactSet::Outcome ContactSet::Fail(std::string_view why) {
+  if (failure_.empty()) failure_ = why;
+  known_ = false;
+  return Outcome::kFailed;
+}
+
+ContactSet::Outcome ContactSet::Update(std::span<const Contact> contacts) {
+  failure_ = {};
+  changes_.clear();
+  const bool anew = !known_;
+  if (anew) count_ = 0;
+  const bool found = contacts.size() == Count() ? FindChanged(contacts) : FindSpliced(contacts);
+  if (!found) return Fail("no place is known there");
+  if (changes_.empty() && !anew) return Outcome::kSame;
+  known_ = true;
+  if (!Number()) return Fail("no answer is known there");
+  return anew ? Outcome::kAnew : Outcome::kChanged;
+}
+
+// Contacts that moved, each by itself.
+bool ContactSet::FindChanged(std::span<const Contact> contacts) {
+  for (int i = 0; i < count_; ++i) {
+    ContactSlot& slot = slots_[Index(i)];
+    if (Same(slot, contacts[Index(i)])) continue;
+    changes_.push_back({.removed = slot.rows, .slot = i, .slots = 1});
+    if (!Find(contacts[Index(i)], &slot)) return false;
+  }
+  return true;
+}
+
+// Contacts that came or went: everything between the common beginning and the common end.
+bool ContactSet::FindSpliced(std::span<const Contact> contacts) {
+  const int now = static_cast<int>(contacts.size());
+  const int shorter = std::min(now, count_);
+  int begin = 0, end = 0;
+  while (begin < shorter && Same(slots_[Index(begin)], contacts[Index(begin)])) ++begin;
+  while (end < shorter - begin &&
+         Same(slots_[Index(count_ - 1 - end)], contacts[Index(now - 1 - end)])) {
+    ++end;
+  }
+  Change change{.slot = begin, .slots = now - end - begin};
+  for (int i = begin; i < count_ - end; ++i) change.removed += slots_[Index(i)].rows;
+  changes_.push_back(change);
+  if (slots_.size() < contacts.size()) slots_.resize(contacts.size());
+  const auto first = slots_.begin() + begin;
+  const auto last = slots_.begin() + std::max(now, count_);
+  std::rotate(first, now > count_ ? last - (now - count_) : first + (count_ - now), last);
+  count_ = now;
+  for (int i = begin; i < now - end; ++i) {
+    if (!Find(contacts[Index(i)], &slots_[Index(i)])) return false;
+  }
+  return true;
+}
+
+bool ContactSet::Find(const Contact& contact, ContactSlot* slot) {
+  slot->kind = contact.kind;
+  slot->element = contact.element;
+  slot->width = contact.width;
+  slot->p_O = contact.p_O;
+  slot->footprint.places.clear();
+  failure_ = places_.Find(contact, &slot->footprint);
+  return failure_.empty() && !slot->footprint.places.empty();
+}
+
+// Unknown components row by row, in the order of the contacts.
+bool ContactSet::Number() {
+  ++set_;
+  rows_ = 0;
+  loads_ = 0;
+  unknowns_.clear();
+  for (auto& slot : std::span(slots_.data(), Count())) {
+    slot.unknown = static_cast<int>(unknowns_.size());
+    slot.row = rows_;
+    slot.held = {};
+    slot.load = slot.kind == Contact::Kind::kForce ? loads_++ : -1;
+    if (slot.load < 0) {
+      const std::span<const PlaceWeight> places = slot.footprint.places;
+      if (slot.footprint.point) {
+        if (!AddUnknown(places, &slot)) return false;
+      } else {
+        for (std::size_t p = 0; p < places.size(); ++p) {
+          if (!AddUnknown(places.subspan(p, 1), &slot)) return false;
+        }
+      }
+      if (!MarkMoved(slot)) return false;
+    }
+    slot.unknowns = static_cast<int>(unknowns_.size()) - slot.unknown;
+    slot.rows = rows_ - slot.row;
+  }
+  for (const auto& slot : slots()) {
+    if (slot.load >= 0 && LiesUnderContacts(slot)) {
+      failure_ = "a load lies wholly under contacts whose displacement is prescribed";
+      return false;
+    }
+  }
+  for (auto& change : changes_) {
+    const auto touched = slots().subspan(Index(change.slot), Index(change.slots));
+    const bool behind = change.slot == count_;
+    change.row = behind ? rows_ : slots_[Index(change.slot)].row;
+    change.unknown =
+        behind ? static_cast<int>(unknowns_.size()) : slots_[Index(change.slot)].unknown;
+    for (const auto& slot : touched) {
+      change.inserted += slot.rows;
+      change.unknowns += slot.unknowns;
+    }
+  }
+  return true;
+}
+
+bool ContactSet::AddUnknown(std::span<const PlaceWeight> places, ContactSlot* slot) {
+  ForceUnknown& unknown = unknowns_.emplace_back();
+  unknown.row = rows_;
+  unknown.share_count = static_cast<int>(places.size());
+  const bool alone = places.size() == 1;
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    const double* column = compliance_.Column(places[p].place);
+    if (column == nullptr) {
+      failure_ =
+          "the Green's functions of a touched place are not there: the memory for them is "
+          "used up";
+      return false;
+    }
+    unknown.shares[p] = {column, places[p].place, alone ? 1 : places[p].weight};
+  }
+  Eigen::Matrix3d self;
+  if (!SelfBlock(unknown, &self)) return false;
+  const Eigen::Array3d free(self(0, 0) > 0 ? 1 : 0, self(1, 1) > 0 ? 1 : 0, self(2, 2) > 0 ? 1 : 0);
+  if (law_ == ContactLaw::kFrictionless) {
+    if (slot->footprint.normal_O.isZero(0)) {
+      failure_ = "the surface has no normal there";
+      return false;
+    }
+    unknown.basis.col(0) = slot->footprint.normal_O.array() * free;
+    unknown.count = unknown.basis.col(0).isZero(0) ? 0 : 1;
+  } else if (free.minCoeff() == 0) {
+    unknown.count = 0;
+    for (int c = 0; c < 3; ++c) {
+      if (free[c] > 0) unknown.basis.col(unknown.count++) = Eigen::Vector3d::Unit(c);
+    }
+  }
+  unknown.plain = alone && unknown.count == 3;
+  for (int c = 0; c < 3; ++c) slot->held[Index(c)] = slot->held[Index(c)] || free[c] == 0;
+  rows_ += unknown.count;
+  if (unknown.count == 0) unknowns_.pop_back();
+  return true;
+}
+
+bool ContactSet::SelfBlock(const ForceUnknown& unknown, Eigen::Matrix3d* block) {
+  if (unknown.share_count > 1) {
+    *block = FullBlock(unknown, unknown);
+  } else {
+    Touched& touched = touched_[Index(unknown.shares[0].place)];
+    if (!touched.known) {
+      touched.self = BlockAt(unknown.shares[0].column, unknown.shares[0].place);
+      touched.known = true;
+    }
+    *block = touched.self;
+  }
+  const bool good = (*block)(0, 0) >= 0 && (*block)(1, 1) >= 0 && (*block)(2, 2) >= 0;
+  if (!good) failure_ = "the compliance of a touched place is not positive";
+  return good;
+}
+
+// Places with an unknown of their own cannot be moved twice.
+bool ContactSet::MarkMoved(const ContactSlot& slot) {
+  const auto& places = slot.footprint.places;
+  if (slot.footprint.point && places.size() > 1) return true;
+  for (const auto& [place, weight] : places) {
+    int& set = touched_[Index(place)].set;
+    if (set == set_) {
+      failure_ = "two contacts overlap: they share a place";
+      return false;
+    }
+    set = set_;
+  }
+  return true;
+}
+
+bool ContactSet::LiesUnderContacts(const ContactSlot& load) const {
+  return std::ranges::all_of(load.footprint.places, [&](const PlaceWeight& share) {
+    return touched_[Index(share.place)].set == set_;
+  });
+}
+
+}  // namespace palpate

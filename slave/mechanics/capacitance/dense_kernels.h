@@ -1,0 +1,38 @@
+// Inner loops on dense row-major matrices, eight doubles at a time. Every pointer is aligned to 64
+// bytes, every leading dimension and count of rows or columns is a multiple of kLane8.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+namespace palpate {
+
+constexpr int kLane8 = 8;
+constexpr int PaddedTo8(int n) {
+  return (n + kLane8 - 1) / kLane8 * kLane8;
+}
+
+struct AlignedFree {
+  void operator()(double* memory) const noexcept;
+};
+using AlignedArray = std::unique_ptr<double[], AlignedFree>;
+// Zeros. Throws std::bad_alloc.
+AlignedArray MakeAligned(std::size_t count);
+
+// C -= A B: A is order x depth with leading dimension kLane8, B depth x order, depth <= kLane8.
+// `lower`: tiles above the diagonal stay as they are.
+void SubtractProduct(double* c, int ldc, const double* a, const double* b, int ldb, int order,
+                     int depth, bool lower) noexcept;
+
+// out(i, q) = row i of P times row q of R, q < count <= kLane8; `out` has leading dimension kLane8.
+void RowDots(const double* p, int ldp, const double* r, int ldr, int order, int count,
+             double* out) noexcept;
+
+// y = P x.
+void RowDot(const double* p, int ldp, const double* x, int order, double* y) noexcept;
+
+// Inverts the leading size x size block of an 8 x 8 matrix (leading dimension kLane8) in place, the
+// rest being the identity; without pivoting. Pivot i must exceed `least[i]`, else false.
+bool Invert8(double* a, int size, const double* least) noexcept;
+
+}  // namespace palpate

@@ -1,0 +1,80 @@
+// Contacts on a triangulated surface (contracts, `solve`): where they touch its nodes or triangles.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/capacitance/contact_places.h"
+
+namespace palpate {
+
+// What FindPlace and PatchAt tell, from tables: O(1) where the contact names its triangle and has
+// no width, no allocation once patches of that size were seen.
+class SurfaceFinder {
+ public:
+  explicit SurfaceFinder(SurfaceMesh surface);
+
+  // The contact's triangle, or the nearest one; nullopt: farther than half its longest edge.
+  [[nodiscard]] std::optional<SurfacePlace> Find(const Contact& contact) const;
+  // Mean of the normals of the triangles there, unit; zero where they cancel.
+  [[nodiscard]] Eigen::Vector3d NormalAt(const SurfacePlace& place) const;
+  // As PatchAt; valid until the next call. Nodes in rising order, triangles too. O(N).
+  void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);
+  [[nodiscard]] std::span<const int> patch_nodes() const { return patch_nodes_; }
+  [[nodiscard]] std::span<const int> patch_triangles() const { return patch_triangles_; }
+
+  [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
+  [[nodiscard]] double area(int triangle) const {
+    return areas_[static_cast<std::size_t>(triangle)];
+  }
+
+ private:
+  [[nodiscard]] std::optional<SurfacePlace> OnTriangle(int triangle,
+                                                       const Eigen::Vector3d& p_O) const;
+  [[nodiscard]] std::span<const int> TrianglesOf(int node) const;
+
+  SurfaceMesh surface_;
+  double diagonal_ = 0;  // [m]
+  std::vector<Eigen::Vector3d> normals_, centroids_;
+  std::vector<double> areas_;
+  std::vector<int> first_of_node_, triangles_of_node_;
+  std::vector<int> patch_nodes_, patch_triangles_;
+  std::vector<int> seen_;  // per node: the last patch that it is in
+  int patch_ = 0;
+};
+
+// Places are the surface's nodes (fem-green): a contact moves a node, a point between three, or the
+// nodes of a disc alike; a load acts on a node, on three by its barycentric weights, or evenly on
+// the triangles of a disc, a third of each one's share per node.
+class SurfaceNodePlaces final : public ContactPlaces {
+ public:
+  // `place_of_node`: -1 for nodes that are none.
+  SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node);
+  std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;
+
+ private:
+  bool Add(int node, double weight, ContactFootprint* footprint);
+
+  SurfaceFinder finder_;
+  std::vector<int> place_of_node_;
+  std::vector<int> entry_of_place_;  // in the footprint that is being filled; -1: none
+};
+
+// Places are the surface's triangles, each moved or loaded evenly (bem3d): a contact without width
+// touches one, a disc all whose centroids lie in it.
+class SurfaceTrianglePlaces final : public ContactPlaces {
+ public:
+  explicit SurfaceTrianglePlaces(SurfaceMesh surface) : finder_(std::move(surface)) {}
+  std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;
+
+ private:
+  SurfaceFinder finder_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,357 @@
+#include "slave/mechanics/capacitance/updated_inverse.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include <Eigen/LU>
+
+namespace palpate {
+namespace {
+
+// Of the unknown's own compliance: below, a contact is the same as others together.
+constexpr double kLeastPivot = 1e-11;
+constexpr double kDrifted = 1e-11;  // error of the probe after an update, its size being one
+constexpr double kHopeless = 1e-5;  // the same of a fresh inverse
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Strided = Eigen::Map<RowMatrix, 0, Eigen::OuterStride<>>;
+struct alignas(64) Tile {
+  std::array<double, kLane8 * kLane8> a{};
+  double* row(int i) { return a.data() + static_cast<long>(i) * kLane8; }
+};
+
+void FillIdentity(Tile* tile) {
+  tile->a.fill(0);
+  for (int i = 0; i < kLane8; ++i) tile->row(i)[i] = 1;
+}
+
+// out = panel (order x 8) times tile.
+void Multiply(const double* panel, const Tile& tile, int order, double* out) {
+  using Map8 = Eigen::Map<const Eigen::Matrix<double, 8, 8, Eigen::RowMajor>, Eigen::Aligned64>;
+  const Map8 t(tile.a.data());
+  for (int i = 0; i < order; ++i) {
+    const double* x = panel + static_cast<long>(i) * kLane8;
+    Eigen::Map<Eigen::Matrix<double, 1, 8>, Eigen::Aligned64> y(out +
+                                                                static_cast<long>(i) * kLane8);
+    y = x[0] * t.row(0);
+    for (int q = 1; q < kLane8; ++q) y += x[q] * t.row(q);
+  }
+}
+
+}  // namespace
+
+void UpdatedInverse::Reset(int order) {
+  order_ = order;
+  if (PaddedTo8(order) > capacity_) {
+    capacity_ = PaddedTo8(order + order / 4);
+    stride_ = capacity_ | kLane8;  // an odd number of lanes: rows do not fall on the same cache set
+    const auto area = static_cast<std::size_t>(capacity_) * static_cast<std::size_t>(stride_);
+    matrix_ = MakeAligned(area);
+    inverse_ = MakeAligned(area);
+    const auto slab = static_cast<std::size_t>(kLane8) * static_cast<std::size_t>(stride_);
+    for (auto* array : {&panel_, &panel_by_pivot_, &rows_, &probe_, &image_, &returned_}) {
+      *array = MakeAligned(slab);
+    }
+  }
+}
+
+std::size_t UpdatedInverse::memory_bytes() const {
+  return sizeof(double) * 2 * static_cast<std::size_t>(capacity_) *
+         static_cast<std::size_t>(stride_);
+}
+
+bool UpdatedInverse::Invert() {
+  if (order_ == 0) return true;
+  if (symmetric_) Mirror(matrix_);
+  for (int i = 0; i < padded(); ++i) {  // what is left of larger matrices
+    std::fill(row(i) + (i < order_ ? order_ : 0), row(i) + padded(), 0.0);
+  }
+  if (order_ <= 3) return InvertUpTo3();
+  if (InvertBySweeps() && ProbeError() <= kHopeless) return true;
+  return !symmetric_ && InvertByPivoting() && ProbeError() <= kHopeless;
+}
+
+// Upper triangle from the lower one, tile by tile.
+void UpdatedInverse::Mirror(AlignedArray& a) const {
+  for (int i = 0; i < order_; i += kLane8) {
+    for (int j = 0; j <= i; j += kLane8) {
+      for (int r = i; r < std::min(i + kLane8, order_); ++r) {
+        const double* from = a.get() + static_cast<long>(r) * stride_;
+        for (int c = j; c < std::min(j + kLane8, r); ++c) {
+          a[static_cast<std::size_t>(c) * static_cast<std::size_t>(stride_) +
+            static_cast<std::size_t>(r)] = from[c];
+        }
+      }
+    }
+  }
+}
+
+bool UpdatedInverse::InvertUpTo3() {
+  Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
+  for (int i = 0; i < order_; ++i) {
+    for (int j = 0; j < order_; ++j) m(i, j) = row(i)[j];
+  }
+  const double volume = m.determinant();
+  const double largest = m(0, 0) * m(1, 1) * m(2, 2);
+  if (!(volume > kLeastPivot * largest) || !(largest > 0)) return false;
+  const Eigen::Matrix3d p = m.inverse();
+  for (int i = 0; i < kLane8; ++i) std::fill_n(InverseRow(i), kLane8, 0.0);
+  for (int i = 0; i < order_; ++i) {
+    for (int j = 0; j < order_; ++j) InverseRow(i)[j] = p(i, j);
+  }
+  return true;
+}
+
+bool UpdatedInverse::InvertBySweeps() {
+  const int size = padded();
+  for (int i = 0; i < order_; ++i) {
+    std::memcpy(InverseRow(i), row(i), static_cast<std::size_t>(size) * sizeof(double));
+    std::fill(InverseRow(i) + order_, InverseRow(i) + size, 0.0);
+  }
+  for (int i = order_; i < size; ++i) {
+    std::fill_n(InverseRow(i), size, 0.0);
+    InverseRow(i)[i] = 1;
+  }
+  for (int panel = 0; panel < size; panel += kLane8) {
+    if (!Sweep(panel)) return false;
+  }
+  for (int i = 0; i < size; ++i) {
+    const int end = symmetric_ ? i + 1 : size;
+    for (int j = 0; j < end; ++j) InverseRow(i)[j] = -InverseRow(i)[j];
+  }
+  if (symmetric_) Mirror(inverse_);
+  for (int i = order_; i < size; ++i) std::fill_n(InverseRow(i), size, 0.0);
+  return true;
+}
+
+// A_ij -= A_iK D A_Kj with D = (A_KK)^-1; then A_iK = A_iK D, A_Kj = D A_Kj, A_KK = -D. Where the
+// matrix is symmetric, so is everything here, and only the lower triangle is worked on.
+bool UpdatedInverse::Sweep(int panel) {
+  const int size = padded();
+  Tile D;
+  std::array<double, kLane8> least{};
+  for (int r = 0; r < kLane8; ++r) {
+    const int i = panel + r;
+    least[static_cast<std::size_t>(r)] = i < order_ ? kLeastPivot * row(i)[i] : 0;
+    if (!(least[static_cast<std::size_t>(r)] >= 0)) return false;
+    for (int c = 0; c < kLane8; ++c) {
+      D.row(r)[c] =
+          symmetric_ && c > r ? InverseRow(panel + c)[panel + r] : InverseRow(i)[panel + c];
+    }
+  }
+  if (!Invert8(D.a.data(), kLane8, least.data())) return false;
+  double* columns = panel_.get();  // A_:K, size x 8
+  double* rows = rows_.get();      // A_K:, 8 x stride
+  for (int i = 0; i < size; ++i) {
+    double* to = columns + static_cast<long>(i) * kLane8;
+    if (!symmetric_ || i >= panel + kLane8) {
+      std::memcpy(to, InverseRow(i) + panel, kLane8 * sizeof(double));
+    } else {
+      for (int r = 0; r < kLane8; ++r) to[r] = InverseRow(panel + r)[i];
+    }
+  }
+  for (int r = 0; r < kLane8; ++r) {
+    double* to = rows + static_cast<long>(r) * stride_;
+    if (symmetric_) {
+      for (int i = 0; i < size; ++i) to[i] = columns[i * kLane8 + r];
+    } else {
+      std::memcpy(to, InverseRow(panel + r), static_cast<std::size_t>(size) * sizeof(double));
+    }
+  }
+  double* by_pivot = panel_by_pivot_.get();
+  Multiply(columns, D, size, by_pivot);
+  SubtractProduct(inverse_.get(), stride_, by_pivot, rows, stride_, size, kLane8, symmetric_);
+  for (int i = 0; i < size; ++i) {
+    std::memcpy(InverseRow(i) + panel, by_pivot + static_cast<long>(i) * kLane8,
+                kLane8 * sizeof(double));
+  }
+  for (int r = 0; r < kLane8; ++r) {
+    double* to = InverseRow(panel + r);
+    if (symmetric_) {
+      for (int i = 0; i < panel; ++i) to[i] = by_pivot[i * kLane8 + r];
+    } else {
+      std::fill_n(to, size, 0.0);
+      for (int q = 0; q < kLane8; ++q) {
+        const double* from = rows + static_cast<long>(q) * stride_;
+        for (int j = 0; j < size; ++j) to[j] += D.row(r)[q] * from[j];
+      }
+    }
+    for (int c = 0; c < kLane8; ++c) to[panel + c] = -D.row(r)[c];
+  }
+  return true;
+}
+
+bool UpdatedInverse::InvertByPivoting() {
+  const Strided m(matrix_.get(), order_, order_, Eigen::OuterStride<>(stride_));
+  if (!m.allFinite()) return false;
+  const Eigen::FullPivLU<RowMatrix> lu(m);
+  if (!lu.isInvertible()) return false;
+  for (int i = 0; i < padded(); ++i) std::fill_n(InverseRow(i), padded(), 0.0);
+  Strided(inverse_.get(), order_, order_, Eigen::OuterStride<>(stride_)) = lu.inverse();
+  return true;
+}
+
+void UpdatedInverse::ClearInverse(int first, int count) {
+  for (int i = 0; i < padded(); ++i) std::fill_n(InverseRow(i) + first, count, 0.0);
+  for (int i = first; i < first + count; ++i) std::fill_n(InverseRow(i), padded(), 0.0);
+}
+
+void UpdatedInverse::TakeOut(int first, int count) {
+  Tile D;
+  FillIdentity(&D);
+  for (int r = 0; r < count; ++r) {
+    for (int c = 0; c < count; ++c) D.row(r)[c] = InverseRow(first + r)[first + c];
+  }
+  const std::array<double, kLane8> least{};
+  Invert8(D.a.data(), count, least.data());  // a drifted one is found by the probe
+  double* columns = panel_.get();
+  for (int i = 0; i < padded(); ++i) {
+    for (int c = 0; c < kLane8; ++c) {
+      columns[i * kLane8 + c] = c < count ? InverseRow(i)[first + c] : 0;
+    }
+  }
+  for (int r = 0; r < count; ++r) {
+    std::memcpy(rows_.get() + static_cast<long>(r) * stride_, InverseRow(first + r),
+                static_cast<std::size_t>(padded()) * sizeof(double));
+  }
+  Multiply(columns, D, padded(), panel_by_pivot_.get());
+  SubtractProduct(inverse_.get(), stride_, panel_by_pivot_.get(), rows_.get(), stride_, padded(),
+                  count, false);
+  ClearInverse(first, count);
+}
+
+// Moves what follows the removed unknowns to behind the inserted ones.
+void UpdatedInverse::Shift(AlignedArray& a, int first, int removed, int inserted) {
+  const int by = inserted - removed;
+  if (by == 0) return;
+  const int tail = order_ - first - removed;
+  const auto move = [&](int from_row, int to_row) {
+    double* from = a.get() + static_cast<long>(from_row) * stride_;
+    double* to = a.get() + static_cast<long>(to_row) * stride_;
+    if (from != to) std::memcpy(to, from, static_cast<std::size_t>(first) * sizeof(double));
+    std::memmove(to + first + inserted, from + first + removed,
+                 static_cast<std::size_t>(tail) * sizeof(double));
+    if (by < 0) std::fill(to + order_ + by, to + order_, 0.0);
+  };
+  for (int i = 0; i < first; ++i) move(i, i);
+  if (by < 0) {
+    for (int i = first + removed; i < order_; ++i) move(i, i + by);
+    for (int i = order_ + by; i < order_; ++i) {
+      std::fill_n(a.get() + static_cast<long>(i) * stride_, stride_, 0.0);
+    }
+  } else {
+    for (int i = order_ - 1; i >= first + removed; --i) move(i, i + by);
+  }
+}
+
+bool UpdatedInverse::Splice(int first, int removed, int inserted) {
+  if (PaddedTo8(order_ - removed + inserted) > capacity_) return false;
+  for (int done = 0; done < removed; done += kLane8) {
+    TakeOut(first + done, std::min(kLane8, removed - done));
+  }
+  const int before = padded();
+  Shift(matrix_, first, removed, inserted);
+  Shift(inverse_, first, removed, inserted);
+  order_ += inserted - removed;
+  for (int i = before; i < padded(); ++i) std::fill_n(InverseRow(i), padded(), 0.0);
+  for (int i = 0; i < before; ++i) {
+    if (padded() > before) std::fill(InverseRow(i) + before, InverseRow(i) + padded(), 0.0);
+  }
+  ClearInverse(first, inserted);
+  return true;
+}
+
+bool UpdatedInverse::Border(int first, int count) {
+  if (symmetric_) {
+    for (int i = first; i < first + count; ++i) {
+      for (int j = 0; j < order_; ++j) row(j)[i] = row(i)[j];
+    }
+  }
+  for (int done = 0; done < count; done += kLane8) {
+    const int at = first + done, size = std::min(kLane8, count - done);
+    // ... V = P c into panel_, order x 8; W = r P into rows_, 8 x stride.
+    double* V = panel_.get();
+    double* W = rows_.get();
+    double* c = image_.get();  // c^T, 8 x stride
+    for (int q = 0; q < size; ++q) {
+      double* to = c + static_cast<long>(q) * stride_;
+      if (symmetric_) {
+        std::memcpy(to, row(at + q), static_cast<std::size_t>(order_) * sizeof(double));
+      } else {
+        for (int i = 0; i < order_; ++i) to[i] = row(i)[at + q];
+      }
+      std::fill(to + order_, to + padded(), 0.0);
+    }
+    std::fill_n(V, padded() * kLane8, 0.0);
+    RowDots(inverse_.get(), stride_, c, stride_, padded(), size, V);
+    for (int q = 0; q < size; ++q) {
+      double* to = W + static_cast<long>(q) * stride_;
+      if (symmetric_) {
+        for (int i = 0; i < padded(); ++i) to[i] = V[i * kLane8 + q];
+        continue;
+      }
+      std::fill_n(to, padded(), 0.0);
+      for (int i = 0; i < order_; ++i) {
+        const double factor = row(at + q)[i];
+        const double* from = InverseRow(i);
+        for (int j = 0; j < padded(); ++j) to[j] += factor * from[j];
+      }
+    }
+    Tile s;
+    FillIdentity(&s);
+    std::array<double, kLane8> least{};
+    for (int r = 0; r < size; ++r) {
+      least[static_cast<std::size_t>(r)] = kLeastPivot * row(at + r)[at + r];
+      for (int k = 0; k < size; ++k) {
+        double sum = row(at + r)[at + k];
+        for (int i = 0; i < order_; ++i) sum -= row(at + r)[i] * V[i * kLane8 + k];
+        s.row(r)[k] = sum;
+      }
+    }
+    if (!Invert8(s.a.data(), size, least.data())) return false;
+    double* Vs = panel_by_pivot_.get();
+    Multiply(V, s, padded(), Vs);
+    for (int i = 0; i < padded() * kLane8; ++i) Vs[i] = -Vs[i];
+    SubtractProduct(inverse_.get(), stride_, Vs, W, stride_, padded(), size, false);
+    for (int i = 0; i < order_; ++i) {
+      for (int q = 0; q < size; ++q) InverseRow(i)[at + q] = Vs[i * kLane8 + q];
+    }
+    for (int r = 0; r < size; ++r) {
+      double* to = InverseRow(at + r);
+      if (symmetric_) {
+        for (int i = 0; i < order_; ++i) to[i] = Vs[i * kLane8 + r];
+      } else {
+        std::fill_n(to, order_, 0.0);
+        for (int q = 0; q < size; ++q) {
+          const double* from = W + static_cast<long>(q) * stride_;
+          for (int j = 0; j < order_; ++j) to[j] -= s.row(r)[q] * from[j];
+        }
+      }
+      for (int q = 0; q < size; ++q) to[at + q] = s.row(r)[q];
+    }
+  }
+  return true;
+}
+
+// Largest difference between a vector of signs and what comes back from the matrix and its inverse.
+double UpdatedInverse::ProbeError() {
+  double* x = probe_.get();
+  for (int i = 0; i < padded(); ++i) x[i] = i >= order_ ? 0 : (i * 5 / 3 % 2 == 0 ? 1 : -1);
+  RowDot(matrix_.get(), stride_, x, padded(), image_.get());
+  std::fill(image_.get() + order_, image_.get() + padded(), 0.0);
+  Solve(image_.get(), returned_.get());
+  double error = 0;
+  for (int i = 0; i < order_; ++i) {
+    const double off = std::abs(returned_[static_cast<std::size_t>(i)] - x[i]);
+    if (!(off <= error)) error = off;
+  }
+  return std::isfinite(error) ? error : 1e300;
+}
+
+bool UpdatedInverse::Settle() {
+  return order_ == 0 || ProbeError() <= kDrifted || Invert();
+}
+
+}  // namespace palpate

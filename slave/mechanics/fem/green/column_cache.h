@@ -1,0 +1,47 @@
+// Blocks of numbers on disk, recognised by a hash of what they depend on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+namespace palpate {
+
+// 64 bits, FNV-1a over whole words; chains.
+class Hash {
+ public:
+  Hash& Add(std::span<const std::byte> bytes);
+  template <typename T>
+  Hash& Add(const T& value) {
+    return Add(std::as_bytes(std::span(&value, 1)));
+  }
+  [[nodiscard]] std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325;
+};
+
+// One file per block, FOLDER/NAME-HASH/NUMBER.col: written beside and renamed, so that interrupted
+// work leaves whole blocks. Files that are short, torn, of another machine or another problem count
+// as absent. A folder that cannot be written keeps nothing and harms nobody.
+class ColumnCache {
+ public:
+  // No folder: nothing is kept or found.
+  ColumnCache() = default;
+  ColumnCache(const std::filesystem::path& folder, std::uint64_t hash);
+
+  [[nodiscard]] bool Load(int number, std::span<double> values) const;
+  // The file is there; its contents are looked at by Load only.
+  [[nodiscard]] bool Has(int number) const;
+  void Save(int number, std::span<const double> values) const;
+  [[nodiscard]] bool enabled() const { return !folder_.empty(); }
+
+ private:
+  [[nodiscard]] std::filesystem::path FileOf(int number) const;
+
+  std::filesystem::path folder_;
+  std::uint64_t hash_ = 0;
+};
+
+}  // namespace palpate

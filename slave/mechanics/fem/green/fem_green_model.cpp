@@ -1,0 +1,111 @@
+#include "slave/mechanics/fem/green/fem_green_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::string_view RemarkOf(TetElement element, double nu) {
+  if (element == TetElement::kTet4) {
+    return nu > 0.45 ? "linear tetrahedra lock near nu = 0.5: much too stiff"
+                     : "linear tetrahedra are stiff in bending; small strains only";
+  }
+  return nu > 0.49 ? "quadratic tetrahedra lock a little beyond nu = 0.49" : "small strains only";
+}
+
+}  // namespace
+
+FemGreenModel::FemGreenModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
+                             double young_modulus, double poisson_ratio, const Options& options,
+                             Progress* progress)
+    : surface_(SurfaceOf(mesh)),
+      columns_(AssembleTetStiffness(mesh, held, poisson_ratio, options.element), surface_,
+               options.memory_limit, options.cache, progress),
+      places_(surface_, columns_.place_of_node()),
+      solver_(columns_, places_,
+              {.young_modulus = young_modulus,
+               .larger_side = columns_.length_unit(),
+               .range = options.range,
+               .contact = options.contact}),
+      displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
+  Describe(options, young_modulus, poisson_ratio, mesh.tets.size());
+}
+
+void FemGreenModel::Describe(const Options& options, double young_modulus, double poisson_ratio,
+                             std::size_t tets) {
+  info_.kind = "fem-green";
+  info_.dof = static_cast<std::size_t>(columns_.order());
+  info_.elements = static_cast<int>(tets);
+  info_.range = options.range;
+  info_.remark = RemarkOf(options.element, poisson_ratio);
+  info_.update_us = MeasureUpdate(young_modulus, options);
+  info_.memory_bytes = columns_.memory_bytes();
+  info_.precompute_s = SecondsSince(started_);
+}
+
+// Two neighbours in turn [us]; 0 where no two can be moved.
+double FemGreenModel::MeasureUpdate(double young_modulus, const Options& options) {
+  ComplianceSolver solver(columns_, places_,
+                          {.young_modulus = young_modulus,
+                           .larger_side = columns_.length_unit(),
+                           .range = options.range});
+  std::array<Contact, 2> contacts;
+  const auto last = static_cast<int>(surface_.triangles.size()) - 1;
+  for (std::size_t k = 0; k < 2; ++k) {
+    contacts[k].element = last;
+    contacts[k].p_O =
+        surface_
+            .nodes[static_cast<std::size_t>(surface_.triangles[static_cast<std::size_t>(last)][k])];
+  }
+  ContactResponse response;
+  constexpr int kTimes = 1000;
+  Clock::time_point start;
+  for (int i = -2; i < kTimes; ++i) {  // the first two compute what is missing
+    if (i == 0) start = Clock::now();
+    solver.Respond({&contacts[static_cast<std::size_t>(i & 1)], 1}, {&response, 1});
+    if (response.validity == Validity::kFailed) return 0;
+  }
+  return 1e6 * SecondsSince(start) / kTimes;
+}
+
+void FemGreenModel::Respond(std::span<const Contact> contacts,
+                            std::span<ContactResponse> responses) noexcept {
+  solver_.Respond(contacts, responses);
+}
+
+void FemGreenModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
+  std::vector<PlaceForce> forces;
+  solver_.Forces(&forces);
+  std::vector<int> places;
+  std::vector<Eigen::Vector3d> forces_O;
+  for (const auto& [place, force_O] : forces) {
+    places.push_back(place);
+    forces_O.push_back(force_O);
+  }
+  if (forces.empty()) {
+    displacement_O->assign(surface_.nodes.size(), Eigen::Vector3d::Zero());
+    return;
+  }
+  columns_.Solve(places, forces_O, displacement_O);
+  for (auto& u : *displacement_O) u *= displacement_unit_;
+}
+
+bool FemGreenModel::Prefetch(std::span<const int> nodes, Progress* progress) {
+  std::vector<int> places;
+  for (const int node : nodes.empty() ? std::span<const int>(columns_.node_of_place()) : nodes) {
+    const int place = columns_.place_of_node().at(static_cast<std::size_t>(node));
+    if (place >= 0) places.push_back(place);
+  }
+  const bool all = columns_.Prefetch(places, progress);
+  info_.memory_bytes = columns_.memory_bytes();
+  return all;
+}
+
+}  // namespace palpate

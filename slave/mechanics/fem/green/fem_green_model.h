@@ -1,0 +1,73 @@
+// `fem-green`: a held elastic body by surface Green's functions condensed from tetrahedra, and the
+// capacitance of its contacts. Linear: small strains and rotations. A contact costs microseconds
+// whatever the mesh size, once the columns of its places are there; the first touch of a region
+// costs milliseconds to a few tenths of a second (100k tetrahedra).
+//
+// Source: James and Pai (2003); see compliance_solver.h and green_columns.h.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/scene/scene.h"
+#include "slave/mechanics/capacitance/compliance_solver.h"
+#include "slave/mechanics/capacitance/surface_places.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/fem/green/green_columns.h"
+#include "slave/mechanics/progress.h"
+
+namespace palpate {
+
+class FemGreenModel final : public DeformationModel {
+ public:
+  struct Options {
+    TetElement element = TetElement::kTet4;
+    ContactLaw contact = ContactLaw::kBonded;
+    double range = 0.1;           // largest |displacement| / larger side before `extrapolated` [-]
+    std::filesystem::path cache;  // folder for Green's functions; empty: none are kept
+    std::size_t memory_limit = std::size_t{1} << 31;  // for Green's functions [bytes]
+  };
+
+  // `held`: per node and component, kept at zero. Contacts touch the corner nodes of the surface,
+  // those of tet10 too. Throws std::invalid_argument: see AssembleTetStiffness; modulus or range
+  // not positive; Interrupted.
+  FemGreenModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
+                double young_modulus, double poisson_ratio, const Options& options,
+                Progress* progress = nullptr);
+
+  // See ComplianceSolver. Give `element` with p_O where time counts: a place without it is found by
+  // a walk over the surface when it changes.
+  void Respond(std::span<const Contact> contacts,
+               std::span<ContactResponse> responses) noexcept override;
+  // Of every node of the mesh, by one sparse solution.
+  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] std::string_view failure() const override { return solver_.failure(); }
+  [[nodiscard]] const ModelInfo& info() const override { return info_; }
+
+  // Makes the columns of nodes ready, those of the surface among them; none given: all that fit.
+  // False: the memory limit is reached. Throws Interrupted; what was finished stays, on disk too.
+  bool Prefetch(std::span<const int> nodes = {}, Progress* progress = nullptr);
+
+  [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
+  [[nodiscard]] GreenColumns& columns() { return columns_; }
+
+ private:
+  void Describe(const Options& options, double young_modulus, double poisson_ratio,
+                std::size_t tets);
+  [[nodiscard]] double MeasureUpdate(double young_modulus, const Options& options);
+
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+  SurfaceMesh surface_;
+  GreenColumns columns_;
+  SurfaceNodePlaces places_;
+  ComplianceSolver solver_;
+  ModelInfo info_;
+  double displacement_unit_ = 0;  // of a unit force in newtons: 1 / (E length unit) [m/N]
+};
+
+}  // namespace palpate

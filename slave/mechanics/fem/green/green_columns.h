@@ -1,0 +1,79 @@
+// Surface Green's functions of a held elastic body, condensed from a finite element stiffness:
+// column j is K^-1 e_j at the surface nodes. Computed when first asked for.
+//
+// Source: James and Pai (2003), sec. 4 (Green's functions from any linear code).
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/capacitance/compliance.h"
+#include "slave/mechanics/fem/green/column_cache.h"
+#include "slave/mechanics/fem/green/spd_factor.h"
+#include "slave/mechanics/fem/green/tet_stiffness.h"
+#include "slave/mechanics/progress.h"
+
+namespace palpate {
+
+// Places are the surface nodes, in the order of a space-filling curve: neighbours have near
+// numbers. Columns come in fixed groups of neighbours, so that what was asked first does not change
+// a digit, and a tool finds the next ones ready. Not thread-safe.
+class GreenColumns final : public Compliance {
+ public:
+  static constexpr int kGroup = 8;  // places
+
+  // `memory_limit` for columns [bytes]: beyond it Column() is nullptr. `cache` keeps groups on
+  // disk. Factorises at once unless the cache has every group. Throws: see SpdFactor; Interrupted.
+  GreenColumns(TetStiffness stiffness, const SurfaceMesh& surface, std::size_t memory_limit,
+               const std::filesystem::path& cache, Progress* progress);
+
+  [[nodiscard]] int places() const override { return static_cast<int>(node_of_place_.size()); }
+  [[nodiscard]] bool symmetric() const override { return true; }
+  const double* Column(int place) override {
+    const double* column = column_of_place_[static_cast<std::size_t>(place)];
+    return column != nullptr ? column : Compute(place);
+  }
+  [[nodiscard]] bool IsReady(int place) const override {
+    return column_of_place_[static_cast<std::size_t>(place)] != nullptr;
+  }
+  [[nodiscard]] double length_unit() const override { return stiffness_.length_unit; }
+  [[nodiscard]] std::size_t memory_bytes() const override;
+
+  // Makes the columns of some places ready. False: the memory for them is used up. Throws
+  // Interrupted; what was finished stays, on disk too.
+  bool Prefetch(std::span<const int> places, Progress* progress);
+
+  // Displacement of every node of the mesh by forces on places, by one sparse solution;
+  // nondimensional.
+  void Solve(std::span<const int> places, std::span<const Eigen::Vector3d> forces,
+             std::vector<Eigen::Vector3d>* displacement);
+
+  [[nodiscard]] const std::vector<int>& node_of_place() const { return node_of_place_; }
+  [[nodiscard]] const std::vector<int>& place_of_node() const { return place_of_node_; }
+  [[nodiscard]] int order() const { return static_cast<int>(stiffness_.lower.rows()); }
+  [[nodiscard]] std::size_t bytes_per_place() const;
+  [[nodiscard]] int groups_computed() const { return groups_computed_; }
+
+ private:
+  const double* Compute(int place);
+  void ComputeGroup(int group, std::span<double> values);
+  SpdFactor& Factor();
+
+  TetStiffness stiffness_;
+  std::vector<int> node_of_place_, place_of_node_;
+  std::size_t memory_limit_;
+  ColumnCache cache_;
+  std::optional<SpdFactor> factor_;
+  std::vector<std::unique_ptr<double[]>> groups_;
+  std::vector<const double*> column_of_place_;
+  std::size_t column_bytes_ = 0;
+  int groups_computed_ = 0;
+};
+
+}  // namespace palpate
