@@ -1,0 +1,168 @@
+#include "slave/mechanics/bem3d/closed_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kThinnest = 1e-10;  // area / longest edge^2
+
+[[noreturn]] void Refuse(int triangle, const std::string& why) {
+  throw std::invalid_argument("triangle " + std::to_string(triangle) + ": " + why);
+}
+
+void RequireNodes(const SurfaceMesh& mesh) {
+  const auto count = static_cast<int>(mesh.nodes.size());
+  for (int i = 0; const auto& triangle : mesh.triangles) {
+    for (const int node : triangle) {
+      if (node < 0 || node >= count) {
+        Refuse(i,
+               "node " + std::to_string(node) + ": accepted is 0 to " + std::to_string(count - 1));
+      }
+      if (!mesh.nodes[static_cast<std::size_t>(node)].allFinite()) {
+        Refuse(i, "node " + std::to_string(node) + " is not finite");
+      }
+    }
+    ++i;
+  }
+  if (mesh.triangles.size() < 4) {
+    throw std::invalid_argument("a surface of " + std::to_string(mesh.triangles.size()) +
+                                " triangles: accepted is 4 or more");
+  }
+}
+
+void RequireArea(int i, const FlatTriangle& triangle) {
+  const double longest = *std::ranges::max_element(triangle.lengths);
+  if (!(triangle.area > kThinnest * longest * longest)) {
+    Refuse(i, "it has no area: its corners lie on a line");
+  }
+}
+
+void RequireEachOnce(const SurfaceMesh& mesh) {
+  std::map<std::array<int, 3>, int> seen;
+  for (int i = 0; auto corners : mesh.triangles) {
+    std::ranges::sort(corners);
+    const auto [other, is_new] = seen.try_emplace(corners, i);
+    if (!is_new) Refuse(i, "it has the corners of triangle " + std::to_string(other->second));
+    ++i;
+  }
+}
+
+using Edges = std::map<std::pair<int, int>, int>;  // directed edge: its triangle
+
+Edges CollectEdges(const SurfaceMesh& mesh) {
+  Edges edges;
+  for (int i = 0; const auto& [a, b, c] : mesh.triangles) {
+    for (const auto& edge : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}}) {
+      const auto [other, is_new] = edges.try_emplace(edge, i);
+      if (is_new) continue;
+      Refuse(i, "it runs along the edge from node " + std::to_string(edge.first) + " to node " +
+                    std::to_string(edge.second) + " like triangle " +
+                    std::to_string(other->second) +
+                    ": accepted are neighbours of one orientation, two at an edge");
+    }
+    ++i;
+  }
+  return edges;
+}
+
+// The parts that hang together by edges: per triangle the first triangle of its part.
+std::vector<int> FindParts(const Edges& edges, int count) {
+  std::vector<int> part(static_cast<std::size_t>(count));
+  std::iota(part.begin(), part.end(), 0);
+  const auto root = [&](int i) {
+    while (part[static_cast<std::size_t>(i)] != i) i = part[static_cast<std::size_t>(i)];
+    return i;
+  };
+  for (const auto& [edge, triangle] : edges) {
+    const auto other = edges.find({edge.second, edge.first});
+    if (other == edges.end()) {
+      Refuse(triangle, "its edge from node " + std::to_string(edge.first) + " to node " +
+                           std::to_string(edge.second) +
+                           " has no neighbour: accepted is a closed surface");
+    }
+    const int a = root(triangle), b = root(other->second);
+    part[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    part[static_cast<std::size_t>(triangle)] = std::min(a, b);
+  }
+  for (int i = 0; i < count; ++i) part[static_cast<std::size_t>(i)] = root(i);
+  return part;
+}
+
+// Sees the part's inside under 4 pi, its outside under none.
+bool IsInside(const ClosedSurface& surface, const std::vector<int>& part, int body,
+              const Vector3d& x) {
+  double angle = 0;
+  for (std::size_t j = 0; j < part.size(); ++j) {
+    if (part[j] == body) angle += SolidAngle(surface.elements[j], x);
+  }
+  return angle > 2 * std::numbers::pi;
+}
+
+// One part encloses the body; all others are cavities, which it encloses.
+bool FindCavities(const ClosedSurface& surface, const std::vector<int>& part) {
+  std::map<int, double> volumes;
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    const auto& t = surface.elements[i];
+    volumes[part[i]] += t.area * t.normal.dot(t.centroid) / 3;
+  }
+  int body = -1;
+  for (const auto& [first, volume] : volumes) {
+    if (volume <= 0) continue;
+    if (body >= 0) Refuse(first, "a second body begins here: accepted is one closed surface");
+    body = first;
+  }
+  if (body < 0) {
+    Refuse(0,
+           "the surface is inside out: accepted are corners counter-clockwise seen from outside");
+  }
+  for (const auto& [first, volume] : volumes) {
+    if (first == body) continue;
+    if (!IsInside(surface, part, body,
+                  surface.elements[static_cast<std::size_t>(first)].centroid)) {
+      Refuse(first, "a part begins here that is inside out and no cavity of the body");
+    }
+  }
+  return volumes.size() > 1;
+}
+
+}  // namespace
+
+ClosedSurface::ClosedSurface(const SurfaceMesh& mesh) {
+  RequireNodes(mesh);
+  Eigen::AlignedBox3d box;
+  for (const auto& triangle : mesh.triangles) {
+    for (const int node : triangle) box.extend(mesh.nodes[static_cast<std::size_t>(node)]);
+  }
+  length_unit = box.sizes().maxCoeff();
+  origin_O = box.center();
+  if (!(length_unit > 0 && std::isfinite(length_unit))) {
+    throw std::invalid_argument("a surface of size " + std::to_string(length_unit) +
+                                " m: accepted is finite and > 0");
+  }
+  elements.reserve(mesh.triangles.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto p = [&](int node) -> Vector3d {
+      return (mesh.nodes[static_cast<std::size_t>(node)] - origin_O) / length_unit;
+    };
+    elements.emplace_back(p(a), p(b), p(c));
+    RequireArea(size() - 1, elements.back());
+  }
+  RequireEachOnce(mesh);
+  has_cavities = FindCavities(*this, FindParts(CollectEdges(mesh), size()));
+}
+
+}  // namespace palpate

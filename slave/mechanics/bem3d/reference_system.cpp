@@ -1,0 +1,198 @@
+#include "slave/mechanics/bem3d/reference_system.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Motions = Eigen::Matrix<double, 6, 6>;
+
+constexpr int kRows = 16;  // triangles whose rows are filled together: they stay in the cache
+constexpr double kHeldMotion = 1e-9;  // mean square of a rigid motion at what is held: it is free
+
+double Checked(double nu) {
+  if (nu > -1 && nu <= 0.5) return nu;
+  throw std::invalid_argument("poisson_ratio = " + std::to_string(nu) +
+                              ": accepted is -1 < nu <= 0.5");
+}
+
+}  // namespace
+
+ReferenceSystem::ReferenceSystem(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held,
+                                 double nu)
+    : surface_(mesh),
+      fit_(mesh, surface_),
+      held_(std::move(held)),
+      nu_(Checked(nu)),
+      constants_(nu) {
+  if (held_.size() != surface_.elements.size()) {
+    throw std::invalid_argument("boundary conditions for " + std::to_string(held_.size()) + " of " +
+                                std::to_string(triangles()) + " triangles");
+  }
+  RequireCompressible();
+  MarkHeldNodes();
+  FindFreeMotions();
+}
+
+void ReferenceSystem::RequireCompressible() const {
+  const auto refuse = [&](double largest, const char* body) {
+    if (nu_ <= largest) return;
+    throw std::invalid_argument("poisson_ratio = " + std::to_string(nu_) + " for " + body +
+                                ": accepted is at most " + std::to_string(largest) +
+                                " (the boundary integrals lose the pressure near 0.5)");
+  };
+  if (surface_.has_cavities) refuse(kLargestNuWithCavities, "a body with cavities");
+  const bool all_held =
+      std::ranges::all_of(held_, [](const auto& h) { return h[0] && h[1] && h[2]; });
+  if (all_held) refuse(kLargestNuAllHeld, "a body held on its whole surface");
+}
+
+Eigen::Matrix<double, 3, 6> ReferenceSystem::RigidModes(const Vector3d& p) const {
+  const Vector3d r = p - mean_;
+  Eigen::Matrix<double, 3, 6> modes;
+  modes << 1, 0, 0, 0, r.z(), -r.y(),  //
+      0, 1, 0, -r.z(), 0, r.x(),       //
+      0, 0, 1, r.y(), -r.x(), 0;
+  return modes * motions_;
+}
+
+// Rigid motions are u = c + w x (p - p_mean). Those that vanish at all held components remain.
+void ReferenceSystem::FindFreeMotions() {
+  double total = 0;
+  for (const auto& t : surface_.elements) {
+    mean_ += t.area * t.centroid;
+    total += t.area;
+  }
+  mean_ /= total;
+  Motions gram = Motions::Zero();
+  double held_area = 0;
+  for (int i = 0; i < triangles(); ++i) {
+    const auto& t = surface_.elements[static_cast<std::size_t>(i)];
+    for (int c = 0; c < 3; ++c) {
+      if (!held(i, c)) continue;
+      const Eigen::Matrix<double, 1, 6> moved = RigidModes(t.centroid).row(c);
+      gram += t.area * moved.transpose() * moved;
+      held_area += t.area;
+    }
+  }
+  if (held_area > 0) {
+    const Eigen::SelfAdjointEigenSolver<Motions> eigen(gram / held_area);
+    free_motions_ = static_cast<int>((eigen.eigenvalues().array() < kHeldMotion).count());
+    motions_ = eigen.eigenvectors();  // ascending: the free ones first
+  }
+  motions_.rightCols(6 - free_motions_).setZero();
+}
+
+void ReferenceSystem::MarkHeldNodes() {
+  held_nodes_.resize(static_cast<std::size_t>(fit_.nodes()));
+  for (int i = 0; i < triangles(); ++i) {
+    for (const int node : fit_.corners(i)) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (held(i, static_cast<int>(c))) held_nodes_[static_cast<std::size_t>(node)][c] = true;
+      }
+    }
+  }
+}
+
+KelvinSolidBlocks ReferenceSystem::Blocks(int i, int j) const {
+  const auto& source = surface_.elements[static_cast<std::size_t>(j)];
+  if (i == j) {
+    KelvinSolidBlocks blocks = IntegrateKelvinOnItself(constants_, source);
+    blocks.of_displacement.diagonal().array() += 0.5;
+    return blocks;
+  }
+  return IntegrateKelvin(constants_, source,
+                         surface_.elements[static_cast<std::size_t>(i)].centroid);
+}
+
+MatrixXd ReferenceSystem::Matrix(const std::function<void(int)>& before) const {
+  MatrixXd A = MatrixXd::Zero(order(), order());
+  MatrixXd by_node;
+  for (int begin = 0; begin < triangles(); begin += kRows) {
+    before(begin);
+    const int end = std::min(begin + kRows, triangles());
+    FillRows(begin, end, &A, &by_node);
+    ShareNodes(begin, end, by_node, &A);
+  }
+  if (free_motions_ > 0) FillMeanMotions(&A);
+  return A;
+}
+
+// Rows of the triangles [begin, end): what belongs to triangles goes to A, what belongs to the
+// displacements at their corners to `by_node`.
+void ReferenceSystem::FillRows(int begin, int end, MatrixXd* A, MatrixXd* by_node) const {
+  by_node->setZero(3 * Index{end - begin}, 3 * Index{fit_.nodes()});
+  const Index n = 3 * Index{triangles()};
+  for (int j = 0; j < triangles(); ++j) {
+    const auto modes = RigidModes(surface_.elements[static_cast<std::size_t>(j)].centroid);
+    for (int i = begin; i < end; ++i) {
+      const KelvinSolidBlocks blocks = Blocks(i, j);
+      for (int c = 0; c < 3; ++c) {
+        if (held(j, c)) {
+          A->block<3, 1>(3 * i, 3 * j + c) = -blocks.of_traction.col(c);
+        } else {
+          A->block<3, 1>(3 * i, 3 * j + c) = blocks.of_displacement.col(c);
+        }
+      }
+      for (std::size_t k = 0; k < 3; ++k) {
+        by_node->block<3, 3>(3 * (i - begin), 3 * fit_.corners(j)[k]) += blocks.of_corner[k];
+      }
+      if (free_motions_ > 0) A->block<3, 6>(3 * i, n) -= blocks.of_traction * modes;
+    }
+  }
+}
+
+// Held nodes stand still, all others move with the triangles around them.
+void ReferenceSystem::ShareNodes(int begin, int end, const MatrixXd& by_node, MatrixXd* A) const {
+  const Index rows = 3 * Index{end - begin};
+  for (int node = 0; node < fit_.nodes(); ++node) {
+    for (int c = 0; c < 3; ++c) {
+      if (held_nodes_[static_cast<std::size_t>(node)][static_cast<std::size_t>(c)]) continue;
+      for (const auto& [triangle, weight] : fit_.shares(node)) {
+        if (held(triangle, c)) continue;
+        A->col(3 * triangle + c).segment(3 * Index{begin}, rows) +=
+            weight * by_node.col(3 * node + c);
+      }
+    }
+  }
+}
+
+// H u - G m b = G t with the balancing tractions m b; the mean of m . u is zero.
+void ReferenceSystem::FillMeanMotions(MatrixXd* A) const {
+  const Index n = 3 * Index{triangles()};
+  A->bottomRightCorner(6, 6).diagonal().tail(6 - free_motions_).setOnes();
+  double total = 0;
+  for (const auto& t : surface_.elements) total += t.area;
+  for (int i = 0; i < triangles(); ++i) {
+    const auto& t = surface_.elements[static_cast<std::size_t>(i)];
+    const Eigen::Matrix<double, 3, 6> modes = RigidModes(t.centroid);
+    for (int c = 0; c < 3; ++c) {
+      if (!held(i, c)) A->block<6, 1>(n, 3 * i + c) = t.area / total * modes.row(c).transpose();
+    }
+  }
+}
+
+MatrixXd ReferenceSystem::Loads(int begin, int end) const {
+  MatrixXd loads = MatrixXd::Zero(order(), 3 * Index{end - begin});
+  for (int j = begin; j < end; ++j) {
+    const double traction = 1 / surface_.elements[static_cast<std::size_t>(j)].area;
+    for (int i = 0; i < triangles(); ++i) {
+      const Eigen::Matrix3d spread = traction * Blocks(i, j).of_traction;
+      for (int c = 0; c < 3; ++c) {
+        if (!held(j, c)) loads.block<3, 1>(3 * i, 3 * (j - begin) + c) = spread.col(c);
+      }
+    }
+  }
+  return loads;
+}
+
+}  // namespace palpate

@@ -1,0 +1,84 @@
+// The boundary element system of a body under the reference boundary conditions: held components
+// stand still, everything else is free of traction (paper A, eqs. 3-6, for solids).
+//
+// Tractions are constant on each triangle, displacements linear: their values at the centroids are
+// the unknowns, those at the corners follow from the triangles around (CornerFit). Collocated at
+// the centroids: H P = G V, H = I / 2 + principal values of the traction kernel. The columns of H
+// and G are sorted by what is unknown, A_0 Y + Abar_0 Ybar = 0. A body that is not held against all
+// rigid motions gets six more unknowns and rows, as in 2D: the amplitudes of balancing tractions,
+// and zero mean displacement and turn, weighted by area.
+//
+// Nondimensional: lengths by the surface's length unit, tractions by E.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/bem3d/closed_surface.h"
+#include "slave/mechanics/bem3d/corner_fit.h"
+#include "slave/mechanics/bem3d/kelvin_triangle.h"
+
+namespace palpate {
+
+class ReferenceSystem {
+ public:
+  // Largest Poisson ratios of bodies whose pressure the boundary integrals lose near 0.5, as in 2D
+  // (GreensFunctions): with cavities, and held all around.
+  static constexpr double kLargestNuWithCavities = 0.49;
+  static constexpr double kLargestNuAllHeld = 0.499;
+
+  // `held`: per triangle, components x, y, z. Throws std::invalid_argument: the surface (see
+  // ClosedSurface), not one entry per triangle, nu out of range or too near 0.5.
+  ReferenceSystem(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held, double nu);
+
+  [[nodiscard]] int triangles() const { return surface_.size(); }
+  // Unknowns: three per triangle, six more where the body is free to move.
+  [[nodiscard]] int order() const { return 3 * triangles() + (free_motions_ > 0 ? 6 : 0); }
+
+  // A_0. Calls `before(i)` now and then before the rows of triangle i; it may throw. O(N^2)
+  // integrals.
+  [[nodiscard]] Eigen::MatrixXd Matrix(const std::function<void(int)>& before) const;
+  // -Abar_0 by a unit force, spread evenly, along each component of the triangles [begin, end):
+  // three columns each, zero where it is held.
+  [[nodiscard]] Eigen::MatrixXd Loads(int begin, int end) const;
+
+  // A held triangle counts with its centroid: a single one does not hold against turning.
+  // 0: the body is held.
+  [[nodiscard]] int free_motions() const { return free_motions_; }
+  // Displacement at `p` (nondimensional) by a unit amplitude of each rigid motion that is left
+  // free, one column each, zero beyond free_motions().
+  [[nodiscard]] Eigen::Matrix<double, 3, 6> RigidModes(const Eigen::Vector3d& p) const;
+
+  [[nodiscard]] const ClosedSurface& surface() const { return surface_; }
+  [[nodiscard]] const std::vector<std::array<bool, 3>>& held() const { return held_; }
+  [[nodiscard]] bool held(int i, int component) const {
+    return held_[static_cast<std::size_t>(i)][static_cast<std::size_t>(component)];
+  }
+  [[nodiscard]] double nu() const { return nu_; }
+  [[nodiscard]] const KelvinSolidConstants& constants() const { return constants_; }
+
+ private:
+  void RequireCompressible() const;
+  void FindFreeMotions();
+  void MarkHeldNodes();
+  void FillRows(int begin, int end, Eigen::MatrixXd* A, Eigen::MatrixXd* by_node) const;
+  void ShareNodes(int begin, int end, const Eigen::MatrixXd& by_node, Eigen::MatrixXd* A) const;
+  void FillMeanMotions(Eigen::MatrixXd* A) const;
+  [[nodiscard]] KelvinSolidBlocks Blocks(int i, int j) const;
+
+  ClosedSurface surface_;
+  CornerFit fit_;
+  std::vector<std::array<bool, 3>> held_;
+  std::vector<std::array<bool, 3>> held_nodes_;  // those of held triangles
+  double nu_;
+  KelvinSolidConstants constants_;
+  Eigen::Vector3d mean_{0, 0, 0};  // of the surface
+  Eigen::Matrix<double, 6, 6> motions_ =
+      Eigen::Matrix<double, 6, 6>::Identity();  // shifts, turns about the mean; free ones first
+  int free_motions_ = 6;
+};
+
+}  // namespace palpate

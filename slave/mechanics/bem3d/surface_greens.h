@@ -1,0 +1,77 @@
+// Green's functions of a solid's free surface by boundary elements: what a unit force, spread
+// evenly over one triangle, does to the centroid of every other one while the held components stand
+// still (paper A, eqs. 3-6; James and Pai 2003).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/bem3d/greens_store.h"
+#include "slave/mechanics/bem3d/reference_system.h"
+#include "slave/mechanics/capacitance/compliance.h"
+#include "slave/mechanics/progress.h"
+
+namespace palpate {
+
+// Places are triangles; those that are held have zero blocks. Not symmetric: collocation keeps
+// Betti's reciprocity only as the mesh gets finer. A body that is free to move answers loads that
+// balance, with zero mean displacement and turn of its surface, weighted by area; to a load that
+// does not it adds the tractions, linear in space, that balance it.
+class SurfaceGreens final : public Compliance {
+ public:
+  struct Options {
+    std::filesystem::path cache;                       // folder; empty: nothing is kept
+    std::size_t memory_limit = std::size_t{8} << 30U;  // of the computation [bytes]
+  };
+
+  // O(N^3): LU and as many solutions as there are components; 144 N^2 bytes. Looks into the cache
+  // first. Throws std::invalid_argument: see ReferenceSystem; more memory than the limit; a system
+  // that is singular to working precision. Interrupted: finished blocks are in the cache.
+  SurfaceGreens(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held, double nu,
+                const Options& options, Progress* progress = nullptr);
+
+  [[nodiscard]] int places() const override { return system_.triangles(); }
+  [[nodiscard]] bool symmetric() const override { return false; }
+  const double* Column(int place) override { return column(place); }
+  [[nodiscard]] bool IsReady(int /*place*/) const override { return true; }
+  [[nodiscard]] double length_unit() const override { return system_.surface().length_unit; }
+  [[nodiscard]] std::size_t memory_bytes() const override;
+
+  [[nodiscard]] const double* column(int place) const {
+    return data_.blocks.data() +
+           9 * static_cast<std::size_t>(place) * static_cast<std::size_t>(places());
+  }
+  // Traction over E at the held components of `triangle` (zero at others) by `force`, over E and
+  // the length unit squared, on `place`.
+  [[nodiscard]] Eigen::Vector3d Reaction(int triangle, int place,
+                                         const Eigen::Vector3d& force) const;
+
+  [[nodiscard]] const ReferenceSystem& system() const { return system_; }
+  [[nodiscard]] double condition() const { return data_.condition; }  // of A_0, 1-norm estimate
+  [[nodiscard]] bool from_cache() const { return from_cache_; }
+  // What went wrong with the cache, one clause; empty: nothing.
+  [[nodiscard]] const std::string& remark() const { return remark_; }
+
+ private:
+  void NumberReactions();
+  [[nodiscard]] std::vector<double> Inputs() const;
+  [[nodiscard]] bool Fits(const GreensData& data) const;
+  void RequireMemory(std::size_t limit) const;
+  void Compute(GreensStore* store, Progress* progress);
+  void Store(int begin, const Eigen::MatrixXd& columns);
+
+  ReferenceSystem system_;
+  std::vector<int> reaction_;  // per component: its row in data_.reactions; -1: free
+  std::size_t reactions_ = 0;  // rows
+  GreensData data_;
+  bool from_cache_ = false;
+  std::string remark_;
+};
+
+}  // namespace palpate
