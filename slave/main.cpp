@@ -122,7 +122,7 @@ int Main(int argc, char** argv) {
   try {
     if (serve_command->parsed()) return RunServe(serve, stop.token());
     if (process_command->parsed()) return RunProcess(process, stop.token());
-    if (solve_command->parsed()) return RunSolve(solve);
+    if (solve_command->parsed()) return RunSolve(solve, stop.token());
     return RunCheck(check);
   } catch (const SceneError& e) {
     std::fprintf(stderr, "%s\n", e.what());

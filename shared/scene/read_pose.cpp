@@ -10,25 +10,43 @@ Eigen::Matrix3d FixedAxesRotation(const Eigen::Vector3d& angles) {
       .toRotationMatrix();
 }
 
+namespace {
+
+struct PoseParts {
+  Eigen::Vector3d translation, angles;
+};
+
+PoseParts ReadParts(Section& pose, const Eigen::Isometry3d& fallback) {
+  return {pose.Vector3("translation", Any(Dimension::kLength), fallback.translation()),
+          pose.Vector3("rotation", Any(Dimension::kAngle), Eigen::Vector3d::Zero())};
+}
+
+Eigen::Isometry3d PoseOf(const PoseParts& parts) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translate(parts.translation).rotate(FixedAxesRotation(parts.angles));
+  return X;
+}
+
+}  // namespace
+
+Eigen::Isometry3d ReadPose(Section& section, const Eigen::Isometry3d& fallback) {
+  Section pose = section.Open("pose");
+  return pose.present() ? PoseOf(ReadParts(pose, fallback)) : fallback;
+}
+
 Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fallback) {
   Section pose = section.Open("pose");
   if (!pose.present()) return fallback;
-  const Eigen::Vector3d translation =
-      pose.Vector3("translation", Any(Dimension::kLength), fallback.translation());
-  const Eigen::Vector3d angles =
-      pose.Vector3("rotation", Any(Dimension::kAngle), Eigen::Vector3d::Zero());
-  const bool is_raised = translation.z() != 0;
-  const bool is_tilted = angles.x() != 0 || angles.y() != 0;
+  const PoseParts parts = ReadParts(pose, fallback);
+  const bool is_raised = parts.translation.z() != 0;
+  const bool is_tilted = parts.angles.x() != 0 || parts.angles.y() != 0;
   if (is_raised) {
     pose.Refuse("translation", "[x, y, 0]: this version sees and models the plane z = 0 only");
   }
   if (is_tilted) {
     pose.Refuse("rotation", "[0, 0, angle]: this version sees and models the plane z = 0 only");
   }
-  if (is_raised || is_tilted) return fallback;
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translate(translation).rotate(FixedAxesRotation(angles));
-  return X;
+  return is_raised || is_tilted ? fallback : PoseOf(parts);
 }
 
 }  // namespace palpate

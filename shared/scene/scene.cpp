@@ -31,9 +31,12 @@ struct ToOutline {
 }  // namespace
 
 bool IsPlanar(const Geometry& geometry) {
-  return !std::holds_alternative<MembraneGeometry>(geometry) &&
-         !std::holds_alternative<BoxGeometry>(geometry) &&
-         !std::holds_alternative<MeshFileGeometry>(geometry);
+  return !IsVolume(geometry) && !std::holds_alternative<MembraneGeometry>(geometry);
+}
+
+bool IsVolume(const Geometry& geometry) {
+  return std::holds_alternative<BoxGeometry>(geometry) ||
+         std::holds_alternative<MeshFileGeometry>(geometry);
 }
 
 double ThicknessOf(const Geometry& geometry) {

@@ -55,6 +55,7 @@ using Geometry =
     std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
                  ImageContourGeometry, MembraneGeometry, BoxGeometry, MeshFileGeometry>;
 bool IsPlanar(const Geometry& geometry);
+bool IsVolume(const Geometry& geometry);
 double ThicknessOf(const Geometry& geometry);  // [m]; 0: a volume
 // The outline of a planar geometry, frame O; a disc as a 360-gon. Empty for ImageContourGeometry
 // and what is not planar.

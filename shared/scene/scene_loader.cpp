@@ -44,16 +44,37 @@ int ElementCount(const Scene& scene) {
 // What no section can tell by itself.
 class CrossCheck {
  public:
-  CrossCheck(const Scene& scene, const DocumentNode& document, Mistakes* mistakes)
-      : scene_(scene), document_(document), mistakes_(mistakes) {}
+  CrossCheck(const Scene& scene, const DocumentNode& document, SceneUse use, Mistakes* mistakes)
+      : scene_(scene), document_(document), use_(use), mistakes_(mistakes) {}
 
   void Run() {
+    CheckKind();
     if (BoxOf(scene_.object)) CheckElements();
     CheckHome();
     CheckContour();
   }
 
  private:
+  // Which models compute which objects.
+  void CheckKind() {
+    const Geometry& geometry = scene_.object.geometry;
+    const std::string& kind = scene_.model.kind;
+    if (use_ == SceneUse::kFull && !IsPlanar(geometry)) {
+      Refuse("object.geometry",
+             "rectangle, disc, polygon or contour where a camera watches; membranes and volumes "
+             "are answered by solve, study and check in this version");
+    }
+    if (kind == "auto") return;
+    const bool is_plate = kind == "plate" || kind == "plate-large";
+    if (IsPlanar(geometry) && kind != "bem2d") {
+      Refuse("model.kind", "auto or bem2d for a planar outline");
+    } else if (std::holds_alternative<MembraneGeometry>(geometry) && !is_plate) {
+      Refuse("model.kind", "auto, plate or plate-large for a membrane");
+    } else if (IsVolume(geometry) && (is_plate || kind == "bem2d")) {
+      Refuse("model.kind", "auto, fem, fem-hyperelastic, fem-green or bem3d for a volume");
+    }
+  }
+
   void CheckElements() {
     if (std::holds_alternative<RectangleGeometry>(scene_.object.geometry) &&
         scene_.model.elements < 4) {
@@ -93,6 +114,7 @@ class CrossCheck {
 
   const Scene& scene_;
   const DocumentNode& document_;
+  SceneUse use_;
   Mistakes* mistakes_;
 };
 
@@ -100,7 +122,7 @@ Scene ReadScene(Section& root, const SceneContext& context) {
   Scene scene;
   scene.name = root.Text("name", "a name");
   scene.object = ReadObject(root, context);
-  scene.model = ReadModel(root);
+  scene.model = ReadModel(root, context);
   const auto box = BoxOf(scene.object);
   scene.sense = ReadSense(root, context, CameraOver(box));
   scene.operator_options = ReadOperator(root, box);
@@ -126,7 +148,7 @@ Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string
     scene = ReadScene(root, {file.parent_path(), use});
   }
   scene.file = file;
-  CrossCheck(scene, document, &mistakes).Run();
+  CrossCheck(scene, document, use, &mistakes).Run();
   stop_at_mistakes();
   return scene;
 }

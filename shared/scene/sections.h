@@ -15,16 +15,22 @@ struct SceneContext {
 
 // `object`. Leaves geometry, material and fixed as far as they could be read.
 Object ReadObject(Section& scene, const SceneContext& context);
+// Its parts; `geometry` decides what may be held.
+Geometry ReadGeometry(Section& object, const SceneContext& context);
+std::vector<Fixed> ReadFixed(Section& object, const SceneContext& context,
+                             const Geometry& geometry);
 // Rotation about the fixed axes x, y, z in turn: R = R_z R_y R_x. `angles` [rad].
 Eigen::Matrix3d FixedAxesRotation(const Eigen::Vector3d& angles);
 // `pose` below `section`: translation and rotation about fixed x, y, z in turn; `fallback` if it is
 // absent. Only what keeps the plane z = 0 in place is accepted: translation in it, rotation about
 // z.
 Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fallback);
+// The same without the restriction to a plane.
+Eigen::Isometry3d ReadPose(Section& section, const Eigen::Isometry3d& fallback);
 
 // `sense`; the camera's pose is `X_SC` unless the scene says otherwise.
 Sense ReadSense(Section& scene, const SceneContext& context, const Eigen::Isometry3d& X_SC);
-ModelOptions ReadModel(Section& scene);
+ModelOptions ReadModel(Section& scene, const SceneContext& context);
 // `site`.
 SiteOptions ReadSite(Section& scene);
 

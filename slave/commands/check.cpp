@@ -47,8 +47,19 @@ std::string Describe(const Geometry& geometry) {
     std::string operator()(const ImageContourGeometry&) const {
       return "contour found in the first picture";
     }
+    std::string operator()(const MembraneGeometry& g) const {
+      return fmt::format("clamped membrane of radius {}", Length(g.radius));
+    }
+    std::string operator()(const BoxGeometry& g) const {
+      return fmt::format("box {} x {} x {}, {} x {} x {} cells", Length(g.size.x()),
+                         Length(g.size.y()), Length(g.size.z()), g.cells[0], g.cells[1],
+                         g.cells[2]);
+    }
+    std::string operator()(const MeshFileGeometry& g) const { return "mesh " + g.file.string(); }
   };
-  return std::visit(Visitor{}, geometry) + fmt::format(", {} thick", Length(ThicknessOf(geometry)));
+  const double thickness = ThicknessOf(geometry);
+  return std::visit(Visitor{}, geometry) +
+         (thickness > 0 ? fmt::format(", {} thick", Length(thickness)) : "");
 }
 
 std::string Source(const Camera& camera) {
@@ -118,7 +129,8 @@ std::optional<double> ExpectedError(const Scene& scene, const Eigen::Vector2d& p
   const bool refine = kFactor * elements <= kLargest;
   Scene other = scene;
   other.model.elements = refine ? kFactor * elements : elements / kFactor;
-  const std::unique_ptr<DeformationModel> model = MakeModel(other, MeshOutline(other, std::nullopt));
+  const std::unique_ptr<DeformationModel> model =
+      MakeModel(other, MeshOutline(other, std::nullopt));
   const double k = Press(*model, p_O, normal_O, scene.tool->width).stiffness;
   const double limit = refine ? 1.5 * k - 0.5 * stiffness : 1.5 * stiffness - 0.5 * k;
   if (!(limit > 0)) return std::nullopt;

@@ -93,6 +93,10 @@ const std::string* CsvTable::Find(std::size_t row, std::string_view column) cons
   return &rows_[row].cells[static_cast<std::size_t>(name - header_.begin())];
 }
 
+bool CsvTable::Has(std::string_view column) const {
+  return std::ranges::find(header_, column) != header_.end();
+}
+
 const std::string& CsvTable::Text(std::size_t row, std::string_view column) const {
   const std::string* cell = Find(row, column);
   if (cell == nullptr || cell->empty()) throw Refusal(row, column, "a name");

@@ -29,6 +29,7 @@ class CsvTable {
   CsvTable(const std::filesystem::path& file, std::span<const Column> columns);
 
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
+  [[nodiscard]] bool Has(std::string_view column) const;
   // Throws InputError for an empty cell.
   [[nodiscard]] const std::string& Text(std::size_t row, std::string_view column) const;
   // A finite number; 0 where an optional column or its cell is absent. Throws InputError.

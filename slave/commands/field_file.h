@@ -1,39 +1,30 @@
-// Displacement and stress of solved cases as a VTU file (VTK's XML unstructured grid, ASCII), for
-// ParaView.
+// The fields of solved cases as a VTU file (VTK's XML unstructured grid), for ParaView.
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
-#include <vector>
 
-#include "slave/mechanics/bem/interior_field.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/object_mesh.h"
 
 namespace palpate {
 
-// Points: the boundary elements' midpoints, joined by lines along each loop, then a grid inside the
-// body that keeps an element's length from the boundary. Every case adds two arrays:
-// displacement [m] and stress xx, yy, xy [Pa], named after the case if there are several.
 class FieldFile {
  public:
-  FieldFile(const std::filesystem::path& file, const Bem2dModel& model);
+  virtual ~FieldFile() = default;
+  FieldFile() = default;
+  FieldFile(const FieldFile&) = delete;
+  FieldFile& operator=(const FieldFile&) = delete;
 
   // The state of the model's last Respond.
-  void AddCase(const std::string& name);
+  virtual void AddCase(const std::string& name) = 0;
   // False: the file cannot be written.
-  [[nodiscard]] bool Write() const;
-
- private:
-  struct Case {
-    std::string name;
-    std::vector<PointState> points;
-  };
-
-  void WriteArray(std::ostream* stream, const Case& solved) const;
-
-  std::filesystem::path file_;
-  const Bem2dModel& model_;
-  std::vector<Eigen::Vector2d> inside_O_;  // [m]
-  std::vector<Case> cases_;
+  [[nodiscard]] virtual bool Write() const = 0;
 };
+
+// The file that fits the model. It keeps references to all its arguments.
+std::unique_ptr<FieldFile> MakeFieldFile(const std::filesystem::path& file, DeformationModel& model,
+                                         const ObjectMesh& mesh);
 
 }  // namespace palpate

@@ -1,6 +1,8 @@
 #include "slave/commands/solve.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <fstream>
@@ -11,11 +13,11 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 #include "shared/scene/scene_loader.h"
 #include "slave/commands/csv_table.h"
 #include "slave/commands/field_file.h"
+#include "slave/commands/progress_bar.h"
+#include "slave/commands/solve_history.h"
 #include "slave/commands/solve_rows.h"
 #include "slave/mechanics/make_model.h"
 
@@ -25,8 +27,6 @@ namespace {
 constexpr int kDone = 0;
 constexpr int kFailed = 1;
 constexpr int kUnusable = 2;
-constexpr int kSlowMesh = 1500;  // elements whose Green's functions take more than a second
-
 using Case = std::vector<std::size_t>;  // rows
 
 // Cases in the order of their first rows.
@@ -41,28 +41,79 @@ std::vector<Case> GroupByCase(const std::vector<SolveRow>& rows) {
   return cases;
 }
 
-// False: the case has no answer; the rows say so.
-bool SolveCase(const Case& one, DeformationModel* model, std::vector<SolveRow>* rows) {
-  std::vector<Contact> contacts;
-  for (const std::size_t i : one) contacts.push_back((*rows)[i].contact);
-  std::vector<ContactResponse> responses(contacts.size());
+// Answers `contacts` acting together and times it. False: there is no answer.
+bool Respond(const std::vector<Contact>& contacts, DeformationModel* model,
+             std::vector<ContactResponse>* responses, double* solve_us) {
+  responses->resize(contacts.size());
   const auto start = std::chrono::steady_clock::now();
-  model->Respond(contacts, responses);
+  model->Respond(contacts, *responses);
   const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
-  for (std::size_t k = 0; k < one.size(); ++k) {
-    (*rows)[one[k]].response = responses[k];
-    (*rows)[one[k]].solve_us = spent.count();
-  }
-  return responses.front().validity != Validity::kFailed;
+  *solve_us = spent.count();
+  return responses->front().validity != Validity::kFailed;
 }
 
-std::unique_ptr<DeformationModel> Build(const Scene& scene, const BoundaryMesh& mesh) {
-  const bool slow = mesh.size() > kSlowMesh && isatty(STDERR_FILENO) != 0;
-  if (slow) std::fprintf(stderr, "solve: Green's functions of %d elements ...\n", mesh.size());
-  auto model = MakeModel(scene, mesh);
+// The rows of one case, answered. False: it has no answer; the rows say so.
+bool SolveAtRest(const Case& one, DeformationModel* model, std::vector<SolveRow>* rows) {
+  std::vector<Contact> contacts;
+  for (const std::size_t i : one) contacts.push_back((*rows)[i].contact);
+  std::vector<ContactResponse> responses;
+  double solve_us = 0;
+  model->Reset();
+  const bool solved = Respond(contacts, model, &responses, &solve_us);
+  for (std::size_t k = 0; k < one.size(); ++k) {
+    (*rows)[one[k]].response = responses[k];
+    (*rows)[one[k]].solve_us = solve_us;
+  }
+  return solved;
+}
+
+// One row per step and place, from rest at t = 0 to the last row's time. False: a step failed, and
+// those after it were not tried.
+bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, DeformationModel* model,
+                 ProgressBar* progress, std::vector<SolveRow>* answers) {
+  constexpr double kRounding = 1e-9;  // of a step
+  const std::vector<PlaceHistory> histories = HistoriesOf(rows, one);
+  const double step = model->info().step;
+  double end = 0;
+  for (const auto& history : histories) end = std::max(end, history.end());
+  const auto steps = static_cast<long>(std::floor(end / step + kRounding));
+  if (steps < 1) {
+    throw std::invalid_argument("case " + rows[one.front()].case_name +
+                                ": the history ends before the first step of time: accepted is "
+                                "rows up to t = " +
+                                std::to_string(step) + " s or later");
+  }
+  model->Reset();
+  std::vector<Contact> contacts;
+  std::vector<ContactResponse> responses;
+  for (long k = 1; k <= steps; ++k) {
+    const double t = static_cast<double>(k) * step;
+    contacts.clear();
+    for (const auto& history : histories) contacts.push_back(history.At(t));
+    double solve_us = 0;
+    const bool solved = Respond(contacts, model, &responses, &solve_us);
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      answers->push_back({rows[one.front()].case_name, contacts[i], t, responses[i], solve_us});
+    }
+    if (!solved) return false;
+    if (!progress->Report("steps of time", static_cast<double>(k) / static_cast<double>(steps))) {
+      throw Interrupted();
+    }
+  }
+  return true;
+}
+
+std::unique_ptr<DeformationModel> Build(const Scene& scene, const ObjectMesh& mesh,
+                                        ProgressBar* progress) {
+  auto model = MakeModel(scene, mesh, progress);
+  progress->Clear();
   const ModelInfo& info = model->info();
-  std::fprintf(stderr, "solve: %s, %zu dof, condition %.3g, precomputed in %.3g s\n",
-               info.kind.c_str(), info.dof, info.condition, info.precompute_s);
+  std::fprintf(stderr, "solve: %s, %zu dof, precomputed in %.3g s, %.3g MB kept", info.kind.c_str(),
+               info.dof, info.precompute_s, 1e-6 * static_cast<double>(info.memory_bytes));
+  if (info.condition > 0) std::fprintf(stderr, ", condition %.3g", info.condition);
+  if (info.update_us > 0) std::fprintf(stderr, ", about %.3g us per update", info.update_us);
+  if (!info.remark.empty()) std::fprintf(stderr, "; %s", info.remark.c_str());
+  std::fputc('\n', stderr);
   return model;
 }
 
@@ -73,45 +124,69 @@ void RequireWritable(const std::filesystem::path& file) {
   }
 }
 
-int Solve(const SolveOptions& options) {
+std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& mesh, bool dynamic) {
+  std::vector<SolveRow> rows;
+  if (!options.contacts.empty()) {
+    AppendRows(options.contacts, Contact::Kind::kDisplacement, mesh, dynamic, &rows);
+  }
+  if (!options.loads.empty()) {
+    AppendRows(options.loads, Contact::Kind::kForce, mesh, dynamic, &rows);
+  }
+  if (dynamic &&
+      std::ranges::none_of(rows, [](const SolveRow& row) { return row.t.has_value(); })) {
+    throw InputError("solve: no column t: accepted with model.time = dynamic is a history");
+  }
+  return rows;
+}
+
+int Solve(const SolveOptions& options, const std::stop_token& stop) {
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
   if (options.contacts.empty() && options.loads.empty()) {
     throw InputError("solve: no input: accepted is --contacts, --loads or both");
   }
-  const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
-  std::vector<SolveRow> rows;
-  if (!options.contacts.empty()) {
-    AppendRows(options.contacts, Contact::Kind::kDisplacement, mesh, &rows);
-  }
-  if (!options.loads.empty()) AppendRows(options.loads, Contact::Kind::kForce, mesh, &rows);
+  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+  const bool dynamic = MovesInTime(scene);
+  std::vector<SolveRow> rows = ReadRows(options, mesh, dynamic);
   RequireWritable(options.out);
   if (!options.field.empty()) RequireWritable(options.field);
 
-  const auto model = Build(scene, mesh);
-  const auto* planar = dynamic_cast<const Bem2dModel*>(model.get());
-  std::optional<FieldFile> field;
-  if (!options.field.empty() && planar != nullptr) field.emplace(options.field, *planar);
+  ProgressBar progress("solve", stop);
+  const auto model = Build(scene, mesh, &progress);
+  const auto field = options.field.empty() ? nullptr : MakeFieldFile(options.field, *model, mesh);
+  std::vector<SolveRow> answers;
   bool all_solved = true;
-  for (const Case& one : GroupByCase(rows)) {
-    const std::string& name = rows[one.front()].case_name;
-    if (!SolveCase(one, model.get(), &rows)) {
-      all_solved = false;
-      std::fprintf(stderr, "solve: case %s failed: %s\n", name.c_str(),
-                   std::string(model->failure()).c_str());
-    } else if (field) {
-      field->AddCase(name);
+  try {
+    for (const Case& one : GroupByCase(rows)) {
+      const std::string& name = rows[one.front()].case_name;
+      const bool solved = dynamic ? SolveInTime(one, rows, model.get(), &progress, &answers)
+                                  : SolveAtRest(one, model.get(), &rows);
+      if (!solved) {
+        all_solved = false;
+        progress.Clear();
+        std::fprintf(stderr, "solve: case %s failed: %s\n", name.c_str(),
+                     std::string(model->failure()).c_str());
+      } else if (field) {
+        field->AddCase(name);
+      }
+      if (stop.stop_requested()) throw Interrupted();
     }
+  } catch (const Interrupted&) {
+    all_solved = false;
+    progress.Clear();
+    std::fprintf(stderr, "solve: interrupted; what was solved is written\n");
   }
-  const bool written = WriteRows(options.out, rows) && (!field || field->Write());
+  progress.Clear();
+  const bool written =
+      WriteRows(options.out, dynamic ? answers : rows) && (!field || field->Write());
   if (!written) std::fprintf(stderr, "solve: writing failed\n");
   return all_solved && written ? kDone : kFailed;
 }
 
 }  // namespace
 
-int RunSolve(const SolveOptions& options) noexcept {
+int RunSolve(const SolveOptions& options, const std::stop_token& stop) noexcept {
   try {
-    return Solve(options);
+    return Solve(options, stop);
   } catch (const SceneError& error) {
     std::fprintf(stderr, "%s\n", error.what());
   } catch (const InputError& error) {

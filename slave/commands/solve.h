@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,9 @@ struct SolveOptions {
   std::filesystem::path field;         // VTU; empty: none
 };
 
-// Returns the exit code: 0 done; 1 a case failed (the file is written, its rows say `failed`) or
-// writing did; 2 unusable files or scene, with `file:line: ...` on standard error.
-int RunSolve(const SolveOptions& options) noexcept;
+// Returns the exit code: 0 done; 1 a case failed (the file is written, its rows say `failed`),
+// writing did, or it was stopped (what was solved is written); 2 unusable files or scene, with
+// `file:line: ...` on standard error.
+int RunSolve(const SolveOptions& options, const std::stop_token& stop = {}) noexcept;
 
 }  // namespace palpate

@@ -17,37 +17,29 @@ constexpr Axes kPlace{"x", "y", "z"};
 constexpr Axes kMoved{"dx", "dy", "dz"};
 constexpr Axes kLoaded{"fx", "fy", "fz"};
 
-CsvTable ReadTable(const std::filesystem::path& file, const Axes& value) {
-  const std::array<CsvTable::Column, 8> columns{{{"case"},
-                                                 {kPlace[0]},
-                                                 {kPlace[1]},
-                                                 {kPlace[2], false},
-                                                 {value[0]},
-                                                 {value[1]},
-                                                 {value[2], false},
-                                                 {"width", false}}};
+CsvTable ReadTable(const std::filesystem::path& file, const Axes& value, bool dynamic) {
+  std::vector<CsvTable::Column> columns{{"case"},           {kPlace[0]},     {kPlace[1]},
+                                        {kPlace[2], false}, {value[0]},      {value[1]},
+                                        {value[2], false},  {"width", false}};
+  if (dynamic) columns.push_back({"t", false});
   return {file, columns};
 }
 
-Eigen::Vector3d PlanarVector(const CsvTable& table, std::size_t row, const Axes& axes) {
-  const Eigen::Vector3d v(table.Number(row, axes[0]), table.Number(row, axes[1]),
-                          table.Number(row, axes[2]));
-  if (v.z() != 0) throw table.Refusal(row, axes[2], "0 on a planar object");
-  return v;
+Eigen::Vector3d Vector(const CsvTable& table, std::size_t row, const Axes& axes) {
+  return {table.Number(row, axes[0]), table.Number(row, axes[1]), table.Number(row, axes[2])};
 }
 
-int ElementThere(const CsvTable& table, std::size_t row, const BoundaryMesh& mesh,
-                 const Eigen::Vector2d& place) {
-  const int element = FindElement(mesh, place);
-  const auto& found = mesh.elements[static_cast<std::size_t>(element)];
-  const double distance = DistanceTo(found, place);
-  if (distance <= 0.5 * found.length()) return element;
-  std::array<char, 160> accepted{};
-  std::snprintf(accepted.data(), accepted.size(),
-                "a place on the boundary; this one, y = %.6g, lies %.3g m from it, more than half "
-                "an element (%.3g m)",
-                place.y(), distance, 0.5 * found.length());
-  throw table.Refusal(row, "x", accepted.data());
+// A planar object moves in its plane, a membrane across it.
+void RefuseOtherAxes(const CsvTable& table, std::size_t row, const Axes& axes,
+                     const ObjectMesh& mesh, const Eigen::Vector3d& value) {
+  if (std::holds_alternative<BoundaryMesh>(mesh) && value.z() != 0) {
+    throw table.Refusal(row, axes[2], "0 on a planar object");
+  }
+  if (!std::holds_alternative<MembraneDisc>(mesh)) return;
+  for (const int axis : {0, 1}) {
+    const auto i = static_cast<std::size_t>(axis);
+    if (value[axis] != 0) throw table.Refusal(row, axes[i], "0 on a membrane");
+  }
 }
 
 std::string Digits(double value) {
@@ -62,27 +54,36 @@ void WriteVector(std::ofstream* stream, const Eigen::Vector3d& v, bool known) {
 
 }  // namespace
 
-void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const BoundaryMesh& mesh,
-                std::vector<SolveRow>* rows) {
+void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
+                bool dynamic, std::vector<SolveRow>* rows) {
   const bool moved = kind == Contact::Kind::kDisplacement;
   const Axes& value = moved ? kMoved : kLoaded;
-  const CsvTable table = ReadTable(file, value);
+  const CsvTable table = ReadTable(file, value, dynamic);
+  const TouchableSurface surface(mesh);
   for (std::size_t i = 0; i < table.size(); ++i) {
     SolveRow row;
     row.case_name = table.Text(i, "case");
     row.contact.kind = kind;
-    row.contact.p_O = PlanarVector(table, i, kPlace);
-    row.contact.element = ElementThere(table, i, mesh, row.contact.p_O.head<2>());
+    row.contact.p_O = Vector(table, i, kPlace);
+    if (std::holds_alternative<BoundaryMesh>(mesh) && row.contact.p_O.z() != 0) {
+      throw table.Refusal(i, "z", "0 on a planar object");
+    }
+    const auto refusal = surface.Refuse(row.contact.p_O);
+    if (refusal) throw table.Refusal(i, "x", *refusal);
     row.contact.width = table.Number(i, "width");
     if (row.contact.width < 0) throw table.Refusal(i, "width", "a width >= 0 [m]");
-    row.contact.value_O = PlanarVector(table, i, value);
+    row.contact.value_O = Vector(table, i, value);
+    RefuseOtherAxes(table, i, value, mesh, row.contact.value_O);
+    if (table.Has("t")) row.t = table.Number(i, "t");
+    if (row.t && *row.t < 0) throw table.Refusal(i, "t", "a time >= 0 [s]");
     rows->push_back(std::move(row));
   }
 }
 
 bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows) {
+  const bool in_time = !rows.empty() && rows.front().t.has_value();
   std::ofstream stream(file);
-  stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity\n";
+  stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity" << (in_time ? ",t\n" : "\n");
   for (const auto& row : rows) {
     const bool known = row.response.validity != Validity::kFailed;
     const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
@@ -90,7 +91,9 @@ bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& r
     WriteVector(&stream, row.contact.p_O, true);
     WriteVector(&stream, moved ? row.contact.value_O : row.response.displacement_O, known || moved);
     WriteVector(&stream, moved ? row.response.force_O : row.contact.value_O, known || !moved);
-    stream << ',' << Digits(row.solve_us) << ',' << ToString(row.response.validity) << '\n';
+    stream << ',' << Digits(row.solve_us) << ',' << ToString(row.response.validity);
+    if (in_time) stream << ',' << Digits(*row.t);
+    stream << '\n';
   }
   stream.flush();
   return stream.good();

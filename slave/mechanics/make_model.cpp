@@ -30,8 +30,22 @@ std::unique_ptr<DeformationModel> MakeBem2d(const Scene& scene, const BoundaryMe
 
 ModelChoice ChooseModel(const Scene& scene) {
   if (scene.model.kind != "auto") return {scene.model.kind, "asked for by model.kind"};
+  const Geometry& geometry = scene.object.geometry;
+  if (std::holds_alternative<MembraneGeometry>(geometry)) {
+    return {"plate",
+            "membrane: the clamped plate's closed form; no study of this scene exists yet"};
+  }
+  if (IsVolume(geometry)) {
+    return {"fem", "volume: co-rotational finite elements; no study of this scene exists yet"};
+  }
   return {"bem2d",
           "planar outline: two-dimensional boundary elements; no study of this scene exists yet"};
+}
+
+bool MovesInTime(const Scene& scene) {
+  const std::string kind = ChooseModel(scene).kind;
+  return (kind == "fem" || kind == "fem-hyperelastic") &&
+         scene.model.fem.time == FemOptions::Time::kDynamic;
 }
 
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,

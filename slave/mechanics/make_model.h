@@ -18,6 +18,8 @@ struct ModelChoice {
 
 // What `kind: auto` comes to, and why.
 ModelChoice ChooseModel(const Scene& scene);
+// Whether a Respond of the scene's model is a step of time.
+bool MovesInTime(const Scene& scene);
 // Precomputes the model; tells `progress`, if there is one, what to expect and how far it is.
 // Throws std::invalid_argument: fixed nothing, impossible combination (says why); Interrupted.
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,

@@ -23,7 +23,7 @@ std::string Words(const char* format, double a, double b) {
 }
 
 std::optional<std::string> RefuseAt(const BoundaryMesh& mesh, const Vector3d& p_O) {
-  if (p_O.z() != 0) return Words("z = 0 on a planar object", 0, 0);
+  if (p_O.z() != 0) return "a place in the plane z = 0";
   const int element = FindElement(mesh, p_O.head<2>());
   if (element < 0) return "a finite place";
   const auto& found = mesh.elements[static_cast<std::size_t>(element)];

@@ -30,6 +30,16 @@ struct InWords {
     out << "contour of " << g.outline.outer.size() << " points from " << g.file.filename().string();
   }
   void operator()(const ImageContourGeometry&) const { out << "contour found in the picture"; }
+  void operator()(const MembraneGeometry& g) const {
+    out << "clamped membrane of radius " << g.radius / kMillimetre << " mm";
+  }
+  void operator()(const BoxGeometry& g) const {
+    out << "box " << g.size.x() / kMillimetre << " mm x " << g.size.y() / kMillimetre << " mm x "
+        << g.size.z() / kMillimetre << " mm";
+  }
+  void operator()(const MeshFileGeometry& g) const {
+    out << "mesh from " << g.file.filename().string();
+  }
 };
 
 template <class Repeated>

@@ -111,9 +111,10 @@ TEST_F(SolveFiles, BlockAndEmbryoReproduceTheDiscreteReference) {
       const double low = p.at("patch_lo_m"), high = p.at("patch_hi_m");
       top = p.at("indented_side") == "top";
       const std::string middle = Text(0.5 * (low + high));
-      contacts += top ? "1," + middle + "," + Text(h) + ",0," + Text(-depth)
-                      : "1," + Text(w) + "," + middle + "," + Text(-depth) + ",0";
-      contacts += "," + Text(high - low) + "\n";
+      const std::string place = top ? middle + "," + Text(h) : Text(w) + "," + middle;
+      const std::string moved = top ? "0," + Text(-depth) : Text(-depth) + ",0";
+      contacts.append("1,").append(place).append(",").append(moved);
+      contacts.append(",").append(Text(high - low)).append("\n");
       scene = SceneText("rectangle: {width: " + Text(w) + ", height: " + Text(h) +
                             ", thickness: " + Text(thickness) + "}",
                         E, p.at("poisson_ratio"), "side: bottom", model);

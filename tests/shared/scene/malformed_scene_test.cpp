@@ -77,9 +77,6 @@ const BadLine kObjectLines[] = {
      "3: object.geometry = {}: accepted is exactly one of rectangle, disc, polygon, contour"},
     {"UnknownGeometry", 3, "  geometry: {disk: {radius: 1 mm, thickness: 1 mm}}",
      "3: object.geometry.disk = {radius: 1 mm, thickness: 1 mm}: accepted is `disc` (nearest)"},
-    {"LaterGeometry", 3, "  geometry: {membrane: {radius: 38 mm, thickness: 1 mm}}",
-     "3: object.geometry.membrane = {radius: 38 mm, thickness: 1 mm}: accepted is rectangle, disc, "
-     "polygon or contour in this version"},
     {"CrossingPolygon", 3,
      "  geometry: {polygon: {points: [[0, 0], [2, 2], [2, 0], [0, 1]], thickness: 9 mm}}",
      "3: object.geometry.polygon.points = [[0, 0], [2, 2], [2, 0], [0, 1]]: accepted is a simple "
@@ -105,11 +102,11 @@ const BadLine kObjectLines[] = {
     {"Twice", 4, "  material: {young_modulus: 1, poisson_ratio: 0.4, young_modulus: 2}",
      "4: object.material.young_modulus = 2: accepted is each key once: it already stands in line "
      "4"},
-    {"NoSuchSide", 5, "  fixed: {side: rim}",
-     "5: object.fixed.side = rim: accepted is bottom, top, left or right"},
+    {"NoSuchSide", 5, "  fixed: {side: front}",
+     "5: object.fixed.side = front: accepted is bottom, top, left, right or rim"},
     {"ArcOfRectangle", 5, "  fixed: {arc: {centre: 0 deg, half_angle: 10 deg}}",
-     "5: object.fixed.arc = {centre: 0 deg, half_angle: 10 deg}: accepted is no arc of a "
-     "rectangle"},
+     "5: object.fixed.arc = {centre: 0 deg, half_angle: 10 deg}: accepted is no arc of "
+     "this geometry"},
     {"TwoPlaces", 5, "  fixed: {side: top, nodes: [1]}",
      "5: object.fixed = {side: top, nodes: [1]}: accepted is exactly one of side, arc, plane, "
      "nodes"},
@@ -136,10 +133,11 @@ INSTANTIATE_TEST_SUITE_P(Object, BadLineTest, ::testing::ValuesIn(kObjectLines),
                          [](const auto& row) { return std::string(row.param.name); });
 
 const BadLine kOtherLines[] = {
-    {"LaterModel", 6, "model: {kind: fem}",
-     "6: model.kind = fem: accepted is auto or bem2d in this version"},
-    {"LaterOrder", 6, "model: {kind: bem2d, order: quadratic}",
-     "6: model.order = quadratic: accepted is constant in this version"},
+    {"ModelOfAVolume", 6, "model: {kind: fem}",
+     "6: model.kind = fem: accepted is auto or bem2d for a planar outline"},
+    {"NoSuchOrder", 6, "model: {kind: bem2d, order: cubic}",
+     "6: model.order = cubic: accepted is constant or linear or quadratic"},
+    {"KeyOfAnotherKind", 6, "model: {kind: bem2d, step: 1 ms}", "6: model.step = 1 ms"},
     {"FewElements", 6, "model: {elements: 2}",
      "6: model.elements = 2: accepted is a whole number from 3 to 4000"},
     {"ThreeForARectangle", 6, "model: {elements: 3}",
