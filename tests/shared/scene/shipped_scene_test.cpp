@@ -74,5 +74,22 @@ TEST(ShippedSceneTest, AFullPressOfTheEmbryoStaysWithinTheForceLimit) {
   EXPECT_GT(felt, 0.5 * scene.operator_options.force_limit);  // and is well felt
 }
 
+TEST(ShippedSceneTest, TheFoamCubeIsPaperBsHardOne) {
+  const Scene scene =
+      LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/foam-cube.yaml", {}, SceneUse::kSolve);
+  EXPECT_EQ(std::get<BoxGeometry>(scene.object.geometry).size, Eigen::Vector3d(0.06, 0.06, 0.06));
+  EXPECT_DOUBLE_EQ(scene.object.material.young_modulus, 3800);
+  EXPECT_DOUBLE_EQ(scene.object.material.density, 45);
+  EXPECT_EQ(scene.model.fem.law, FemOptions::Law::kCorotational);
+}
+
+TEST(ShippedSceneTest, TheMembraneIsPaperCs) {
+  const Scene scene =
+      LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/rubber-membrane.yaml", {}, SceneUse::kSolve);
+  EXPECT_DOUBLE_EQ(std::get<MembraneGeometry>(scene.object.geometry).radius, 0.039);
+  EXPECT_DOUBLE_EQ(scene.object.material.young_modulus, 27.2e6);
+  EXPECT_EQ(scene.model.kind, "plate-large");
+}
+
 }  // namespace
 }  // namespace palpate

@@ -1,0 +1,185 @@
+#include "tests/stability/extremes/bodies.h"
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/make_model.h"
+
+namespace palpate::extremes {
+namespace {
+
+using Fem = FemOptions;
+
+Fixed Roller(int axis) {
+  Fixed fixed{FixedPlane{axis, 0}, {false, false, false}};
+  fixed.components[static_cast<std::size_t>(axis)] = true;
+  return fixed;
+}
+
+Scene Named(const Family& family, double E, double nu) {
+  Scene scene;
+  scene.name = family.name;
+  scene.object.material = {.young_modulus = E, .poisson_ratio = nu, .density = 45};
+  scene.model.kind = family.kind;
+  if (family.set) family.set(&scene.model);
+  return scene;
+}
+
+bool Finite(const ContactResponse& r) {
+  return r.force_O.allFinite() && r.displacement_O.allFinite() && r.stiffness_O.allFinite();
+}
+
+// The answer of one question, in words of the sweep.
+void Conclude(double error, Validity worst, std::string_view failure, Cell* cell) {
+  cell->error = error;
+  if (worst == Validity::kFailed) {
+    cell->outcome = failure.empty() ? Outcome::kWrong : Outcome::kRefused;
+    cell->detail = failure.empty() ? "failed without a reason" : std::string(failure);
+  } else if (!std::isfinite(error)) {
+    cell->detail = "not finite";
+  } else if (worst != Validity::kValid) {
+    cell->outcome = Outcome::kFlagged;
+    cell->detail = ToString(worst);
+  } else {
+    cell->outcome = error <= cell->bound ? Outcome::kAccurate : Outcome::kWrong;
+    cell->detail = error <= cell->bound ? "" : "beyond the bound and not flagged";
+  }
+}
+
+}  // namespace
+
+const std::vector<Family>& Volumes() {
+  static const std::vector<Family> families{
+      {"fem linear", "fem", [](ModelOptions* m) { m->fem.law = Fem::Law::kLinear; }, 1e-5},
+      {"fem corotational", "fem", {}, 1e-5},
+      {"fem tet10", "fem",
+       [](ModelOptions* m) {
+         m->fem.element = Fem::Element::kTet10;
+         m->fem.law = Fem::Law::kLinear;
+       },
+       1e-5},
+      {"fem-hyperelastic", "fem-hyperelastic",
+       [](ModelOptions* m) { m->fem.law = Fem::Law::kNeoHookean; }, 1e-5},
+      {"fem-green", "fem-green", {}, 1e-5},
+      // Constant triangles do not pass the patch test: order one in the edge's length.
+      {"bem3d", "bem3d", {}, 0.2}};
+  return families;
+}
+
+const std::vector<Family>& Outlines() {
+  static const std::vector<Family> families{
+      // Constant elements do not pass the patch test either.
+      {"bem2d constant", "bem2d", {}, 0.1},
+      {"bem2d linear", "bem2d", [](ModelOptions* m) { m->order = ElementOrder::kLinear; }, 1e-6},
+      {"bem2d quadratic", "bem2d", [](ModelOptions* m) { m->order = ElementOrder::kQuadratic; },
+       1e-6}};
+  return families;
+}
+
+const std::vector<Family>& Membranes() {
+  static const std::vector<Family> families{{"plate", "plate", {}, 1e-9},
+                                            {"plate-large", "plate-large", {}, 1e-4}};
+  return families;
+}
+
+Scene VolumeScene(const Family& family, const Stretch& stretch) {
+  Scene scene = Named(family, stretch.E, stretch.nu);
+  const double across = stretch.length / stretch.aspect;
+  scene.object.geometry = BoxGeometry{{stretch.length, across, across}, stretch.cells};
+  scene.object.fixed = {Roller(0), Roller(1), Roller(2)};
+  scene.model.range = 0.1;
+  return scene;
+}
+
+Scene OutlineScene(const Family& family, const Stretch& stretch) {
+  Scene scene = Named(family, stretch.E, stretch.nu);
+  const double across = stretch.length / stretch.aspect;
+  scene.object.geometry = RectangleGeometry{stretch.length, across, 0.1 * across};
+  Fixed left{FixedSide{"left"}, {true, false, false}},
+      bottom{FixedSide{"bottom"}, {false, true, false}};
+  scene.object.fixed = {left, bottom};
+  scene.model.elements = stretch.elements;
+  scene.model.range = 0.1;
+  return scene;
+}
+
+Scene MembraneScene(const Family& family, double radius, double thickness, double E, double nu) {
+  Scene scene = Named(family, E, nu);
+  scene.object.geometry = MembraneGeometry{radius, thickness};
+  scene.object.fixed = {Fixed{FixedSide{"rim"}, {true, true, true}}};
+  scene.model.range = 0.1;
+  return scene;
+}
+
+std::vector<ContactResponse> Ask(DeformationModel& model, const std::vector<Contact>& contacts,
+                                 Validity* worst) {
+  std::vector<ContactResponse> responses(contacts.size());
+  model.Respond(contacts, responses);
+  for (const auto& r : responses) {
+    if (!Finite(r)) throw std::runtime_error("a number is not finite");
+    if (r.validity == Validity::kFailed || *worst == Validity::kValid) *worst = r.validity;
+  }
+  return responses;
+}
+
+void Judge(const Family& family, const std::string& axis, const std::string& value,
+           const Scene& scene, const ObjectMesh& mesh, double bound, const Question& ask) {
+  Cell cell;
+  cell.model = family.name;
+  cell.axis = axis;
+  cell.value = value;
+  cell.bound = bound;
+  const auto began = std::chrono::steady_clock::now();
+  try {
+    const auto model = MakeModel(scene, mesh);
+    Validity worst = Validity::kValid;
+    const double error = ask(*model, &worst);
+    Conclude(error, worst, model->failure(), &cell);
+  } catch (const std::invalid_argument& refusal) {
+    cell.outcome = Outcome::kRefused;
+    cell.detail = refusal.what();
+  } catch (const std::exception& fault) {
+    cell.detail = fault.what();
+  }
+  cell.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  EXPECT_TRUE(cell.outcome != Outcome::kWrong)
+      << cell.model << ", " << axis << " = " << value << ": error " << cell.error << " of "
+      << cell.bound << ": " << cell.detail;
+  Sweep::Instance().Add(std::move(cell));
+}
+
+void JudgeVolumeStretch(const Family& family, const Stretch& stretch, const std::string& axis,
+                        const std::string& value) {
+  const Scene scene = VolumeScene(family, stretch);
+  const double across = stretch.length / stretch.aspect;
+  const auto ask = [&](DeformationModel& model, Validity* worst) {
+    Contact pull{Contact::Kind::kForce, {stretch.length, across / 2, across / 2}};
+    pull.width = 4 * across;
+    pull.value_O.x() = stretch.strain * stretch.E * across * across;
+    const double moved = Ask(model, {pull}, worst)[0].displacement_O.x();
+    return std::abs(moved / (stretch.strain * stretch.length) - 1);
+  };
+  // What the laws for large strain add is of the order of the strain.
+  const double bound = family.bound + 2 * std::abs(stretch.strain);
+  Judge(family, axis, value, scene, MeshObject(scene, std::nullopt), bound, ask);
+}
+
+void JudgeOutlineStretch(const Family& family, const Stretch& stretch, const std::string& axis,
+                         const std::string& value) {
+  const Scene scene = OutlineScene(family, stretch);
+  const double across = stretch.length / stretch.aspect;
+  const auto ask = [&](DeformationModel& model, Validity* worst) {
+    Contact pull{Contact::Kind::kForce, {stretch.length, across / 2, 0}};
+    pull.width = across;
+    pull.value_O.x() = stretch.strain * stretch.E * across * 0.1 * across;
+    const double moved = Ask(model, {pull}, worst)[0].displacement_O.x();
+    return std::abs(moved / (stretch.strain * stretch.length) - 1);
+  };
+  Judge(family, axis, value, scene, MeshObject(scene, std::nullopt), family.bound, ask);
+}
+
+}  // namespace palpate::extremes

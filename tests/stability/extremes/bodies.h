@@ -1,0 +1,62 @@
+// Bodies whose answer is known in closed form, and how an answer is judged against it.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "shared/scene/scene.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/object_mesh.h"
+#include "tests/stability/extremes/sweep.h"
+
+namespace palpate::extremes {
+
+// A model of the family, as a scene asks for it, and what may be demanded of it.
+struct Family {
+  std::string name;                        // for people
+  std::string kind;                        // model.kind
+  std::function<void(ModelOptions*)> set;  // the other options; may be empty
+  double bound = 1e-6;  // relative error of a uniform stretch that the method allows
+};
+
+// Boxes under uniform tension along x, on rollers at x = 0, y = 0 and z = 0: u_x(L) = F L / (E A)
+// for any Poisson ratio, exactly so for every element that passes the patch test.
+const std::vector<Family>& Volumes();
+// Rectangles under the same, plane stress.
+const std::vector<Family>& Outlines();
+// Clamped discs pressed at their centre.
+const std::vector<Family>& Membranes();
+
+struct Stretch {
+  double length = 0.06;  // edge along x [m]
+  double E = 3800, nu = 0.15;
+  double aspect = 1;     // edge along x over the others'
+  double strain = 1e-6;  // F / (E A)
+  std::array<int, 3> cells{2, 2, 2};
+  int elements = 40;  // of outlines
+};
+
+Scene VolumeScene(const Family& family, const Stretch& stretch);
+Scene OutlineScene(const Family& family, const Stretch& stretch);
+Scene MembraneScene(const Family& family, double radius, double thickness, double E, double nu);
+
+// Runs one cell: builds the model, lets `ask` question it, and judges. `ask` returns the relative
+// error and leaves the worst validity in its second argument. Exceptions of std::invalid_argument
+// are refusals; any other fault is wrong.
+using Question = std::function<double(DeformationModel& model, Validity* worst)>;
+void Judge(const Family& family, const std::string& axis, const std::string& value,
+           const Scene& scene, const ObjectMesh& mesh, double bound, const Question& ask);
+
+// Pulls the far face with F = strain E A and compares its mean displacement.
+void JudgeVolumeStretch(const Family& family, const Stretch& stretch, const std::string& axis,
+                        const std::string& value);
+void JudgeOutlineStretch(const Family& family, const Stretch& stretch, const std::string& axis,
+                         const std::string& value);
+
+// Answers `contacts`; the worst validity so far stays in `worst`.
+std::vector<ContactResponse> Ask(DeformationModel& model, const std::vector<Contact>& contacts,
+                                 Validity* worst);
+
+}  // namespace palpate::extremes

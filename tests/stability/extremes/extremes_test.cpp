@@ -1,0 +1,412 @@
+// Every model at its extremes, one axis at a time and combined: the answer is accurate to a bound
+// stated beforehand, or flagged, or refused with a reason. `--full` sweeps finer and larger,
+// `--out DIR` says where the table and the map go.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <numbers>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "shared/mesh/surface_patch.h"
+#include "tests/stability/extremes/bodies.h"
+
+namespace palpate::extremes {
+namespace {
+
+using Eigen::Vector3d;
+
+bool full_sweep = false;
+
+std::string Text(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
+}
+
+std::vector<double> Fine(std::vector<double> quick, std::vector<double> full) {
+  return full_sweep ? full : quick;
+}
+
+const std::vector<double> kLengths{1e-9, 1e-6, 1e-3, 1, 1e3};
+const std::vector<double> kModuli{1, 1e3, 1e6, 1e9, 1e12};
+const std::vector<double> kPoisson{-0.9, -0.5, 0, 0.3, 0.45, 0.49, 0.499, 0.4999, 0.5};
+const std::vector<double> kAspects{1, 10, 100, 1e3, 1e4};
+
+// Reference: u = F L / (E A), see bodies.h; dimensional analysis besides.
+TEST(Extremes, LengthAndModulus) {
+  for (const double length : kLengths) {
+    for (const double E : Fine({1, 1e6, 1e12}, kModuli)) {
+      const std::string value = Text(length) + " m, " + Text(E) + " Pa";
+      for (const Family& f : Volumes()) {
+        JudgeVolumeStretch(f, {.length = length, .E = E}, "length, modulus", value);
+      }
+      for (const Family& f : Outlines()) {
+        JudgeOutlineStretch(f, {.length = length, .E = E}, "length, modulus", value);
+      }
+    }
+  }
+}
+
+TEST(Extremes, PoissonRatio) {
+  for (const double nu : kPoisson) {
+    for (const Family& f : Volumes()) JudgeVolumeStretch(f, {.nu = nu}, "nu", Text(nu));
+    for (const Family& f : Outlines()) JudgeOutlineStretch(f, {.nu = nu}, "nu", Text(nu));
+  }
+}
+
+TEST(Extremes, ElementAspect) {
+  for (const double aspect : kAspects) {
+    for (const double turned : {aspect, 1 / aspect}) {
+      for (const Family& f : Volumes()) {
+        JudgeVolumeStretch(f, {.aspect = turned}, "aspect", Text(turned));
+      }
+      for (const Family& f : Outlines()) {
+        JudgeOutlineStretch(f, {.aspect = turned}, "aspect", Text(turned));
+      }
+    }
+  }
+}
+
+// Up to and beyond what turns elements inside out.
+TEST(Extremes, Load) {
+  for (const double strain : {1e-12, 1e-6, 1e-3, 0.05, 1.0, 10.0, 1e6, -0.05, -0.5, -1.0, -10.0}) {
+    for (const Family& f : Volumes()) {
+      JudgeVolumeStretch(f, {.strain = strain}, "load / (E A)", Text(strain));
+    }
+    for (const Family& f : Outlines()) {
+      JudgeOutlineStretch(f, {.strain = strain}, "load / (E A)", Text(strain));
+    }
+  }
+}
+
+TEST(Extremes, Size) {
+  for (const double n : Fine({1, 3, 8}, {1, 2, 4, 8, 16, 32})) {
+    const int cells = static_cast<int>(n);
+    for (const Family& f : Volumes()) {
+      const bool dense = f.kind == "bem3d";
+      if (dense && cells > 12) continue;  // 12 n^2 triangles, full matrices
+      if (f.name == "fem tet10" && cells > 16) continue;
+      JudgeVolumeStretch(f, {.cells = {cells, cells, cells}}, "tetrahedra", Text(6 * n * n * n));
+    }
+  }
+  for (const double n : Fine({4, 40, 400}, {4, 10, 40, 100, 400, 1000})) {
+    for (const Family& f : Outlines()) {
+      JudgeOutlineStretch(f, {.elements = static_cast<int>(n)}, "elements", Text(n));
+    }
+  }
+}
+
+// Different nodes of the free surface, spread over it.
+std::vector<Vector3d> SpreadNodes(const SolidMesh& mesh, std::size_t count) {
+  const SurfaceMesh skin = SurfaceOf(mesh);
+  std::vector<char> touched(mesh.nodes.size(), 0);
+  for (const auto& t : skin.triangles) {
+    for (const int node : t) touched[static_cast<std::size_t>(node)] = 1;
+  }
+  std::vector<Vector3d> places;
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+    if (touched[i] != 0 && mesh.nodes[i].minCoeff() > 0) places.push_back(mesh.nodes[i]);
+  }
+  std::mt19937 random(1);
+  std::ranges::shuffle(places, random);
+  places.resize(std::min(count, places.size()));
+  return places;
+}
+
+std::vector<Contact> RandomLoads(const std::vector<Vector3d>& places, double force) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> component(-force, force);
+  std::vector<Contact> loads;
+  for (const auto& p : places) {
+    Contact load{Contact::Kind::kForce, p};
+    load.value_O = {component(random), component(random), component(random)};
+    loads.push_back(load);
+  }
+  return loads;
+}
+
+// Reference: the problem turned round: the displacements that loads cause, prescribed, must take
+// those loads. Bound: the residual of the answers times the condition of the capacitance matrix.
+double ThereAndBack(DeformationModel& model, const std::vector<Contact>& loads, Validity* worst) {
+  const auto moved = Ask(model, loads, worst);
+  std::vector<Contact> contacts = loads;
+  double scale = 0, error = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    contacts[i].kind = Contact::Kind::kDisplacement;
+    contacts[i].value_O = moved[i].displacement_O;
+    scale = std::max(scale, loads[i].value_O.norm());
+  }
+  const auto forces = Ask(model, contacts, worst);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    error = std::max(error, (forces[i].force_O - loads[i].value_O).norm());
+  }
+  return error / scale;
+}
+
+TEST(Extremes, SimultaneousContacts) {
+  for (const double count : Fine({1, 8, 64, 300}, {1, 2, 8, 32, 64, 128, 300, 500})) {
+    for (const Family& f : Volumes()) {
+      if (f.kind == "bem3d") continue;  // its places are triangles: below
+      const int n = count > 100 ? 12 : 4;
+      Stretch stretch{.cells = {n, n, n}};
+      Scene scene = VolumeScene(f, stretch);
+      scene.model.fem.residual = 1e-10;
+      const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+      const auto places = SpreadNodes(std::get<SolidMesh>(mesh), static_cast<std::size_t>(count));
+      const double force = 1e-6 * stretch.E * stretch.length * stretch.length;
+      Judge(f, "contacts", Text(count), scene, mesh, 1e-4,
+            [&](DeformationModel& model, Validity* worst) {
+              return ThereAndBack(model, RandomLoads(places, force), worst);
+            });
+    }
+  }
+}
+
+TEST(Extremes, SimultaneousContactsOnTriangles) {
+  const Family& f = Volumes().back();
+  for (const double count : {1.0, 8.0, 64.0, 200.0}) {
+    const Stretch stretch{.cells = {5, 5, 5}};
+    const Scene scene = VolumeScene(f, stretch);
+    const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+    const SurfaceMesh skin = SurfaceOf(std::get<SolidMesh>(mesh));
+    std::vector<Vector3d> places;
+    for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) {
+      const Vector3d p = Centroid(skin, t);
+      if (p.minCoeff() > 1e-9) places.push_back(p);
+    }
+    std::mt19937 random(3);
+    std::ranges::shuffle(places, random);
+    places.resize(std::min(places.size(), static_cast<std::size_t>(count)));
+    const double force = 1e-6 * stretch.E * stretch.length * stretch.length;
+    Judge(f, "contacts", Text(count), scene, mesh, 1e-6,
+          [&](DeformationModel& model, Validity* worst) {
+            return ThereAndBack(model, RandomLoads(places, force), worst);
+          });
+  }
+}
+
+// Corners can be pressed; what is held can be told to stay where it is, and not to move; one place
+// cannot be in two.
+TEST(Extremes, CornersHeldNodesAndTheSamePlaceTwice) {
+  for (const Family& f : Volumes()) {
+    if (f.kind == "bem3d") continue;
+    const Stretch stretch;
+    Scene scene = VolumeScene(f, stretch);
+    const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+    const double L = stretch.length;
+    const Contact corner{Contact::Kind::kDisplacement, {L, L, L}, -1, 0, {0, 0, -1e-6 * L}};
+    const Contact held{Contact::Kind::kDisplacement, {0, 0, 0}, -1, 0, {0, 0, 0}};
+    Contact moved = held;
+    moved.value_O.x() = 1e-6 * L;
+    Judge(f, "place", "corner", scene, mesh, 0, [&](DeformationModel& model, Validity* worst) {
+      return Ask(model, {corner}, worst)[0].force_O.z() < 0 ? 0.0 : 1.0;
+    });
+    Judge(f, "place", "held node stays", scene, mesh, 0,
+          [&](DeformationModel& model, Validity* worst) {
+            return Ask(model, {held}, worst)[0].displacement_O.norm();
+          });
+    for (const auto& [name, contacts] : {std::pair{"held node moved", std::vector{moved}},
+                                         std::pair{"twice", std::vector{corner, corner}}}) {
+      Judge(f, "place", name, scene, mesh, -1, [&](DeformationModel& model, Validity* worst) {
+        Ask(model, contacts, worst);
+        return 0.0;  // an answer, and no flag, is wrong: the bound is below zero
+      });
+    }
+  }
+}
+
+// Reference: the answer belongs to the body, not to the numbers of its nodes.
+TEST(Extremes, NodeOrder) {
+  for (const Family& f : Volumes()) {
+    Stretch stretch{.cells = {3, 3, 3}};
+    Scene scene = VolumeScene(f, stretch);
+    scene.model.fem.residual = 1e-11;
+    const auto mesh = std::get<SolidMesh>(MeshObject(scene, std::nullopt));
+    std::vector<int> order(mesh.nodes.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+    std::mt19937 random(4);
+    std::ranges::shuffle(order, random);
+    SolidMesh permuted{std::vector<Vector3d>(mesh.nodes.size()), mesh.tets};
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      permuted.nodes[static_cast<std::size_t>(order[i])] = mesh.nodes[i];
+    }
+    for (auto& tet : permuted.tets) {
+      for (int& node : tet) node = order[static_cast<std::size_t>(node)];
+    }
+    const double L = stretch.length;
+    Contact press{Contact::Kind::kForce, {L, 0.5 * L, 0.5 * L}};
+    press.width = 0.9 * L;
+    press.value_O = {-1e-6 * stretch.E * L * L, 0, 0};
+    double plain = 0;
+    Judge(f, "order of nodes", "as meshed", scene, mesh, 1,
+          [&](DeformationModel& model, Validity* worst) {
+            plain = Ask(model, {press}, worst)[0].displacement_O.x();
+            return 0.0;
+          });
+    Judge(f, "order of nodes", "permuted", scene, permuted, 1e-7,
+          [&](DeformationModel& model, Validity* worst) {
+            return std::abs(Ask(model, {press}, worst)[0].displacement_O.x() / plain - 1);
+          });
+  }
+}
+
+// Reference: the linear element's stiffness by hand: nodes 0 to 2 held, the apex pulled along z
+// gives F = (lambda + 2 mu) / 6 u for the unit tetrahedron (reference d, rational stiffness).
+TEST(Extremes, SingleElement) {
+  const SolidMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
+  for (const Family& f : Volumes()) {
+    if (f.kind == "bem3d" || f.name == "fem tet10") continue;
+    const double E = 1, nu = 0.25;
+    Scene scene = VolumeScene(f, {.length = 1, .E = E, .nu = nu});
+    scene.object.fixed = {Fixed{FixedNodes{{0, 1, 2}}, {true, true, true}}};
+    const Contact pull{Contact::Kind::kDisplacement, {0, 0, 1}, 0, 0, {0, 0, 1e-6}};
+    Judge(f, "single element", "unit", scene, mesh, 1e-5,
+          [&](DeformationModel& model, Validity* worst) {
+            const double force = Ask(model, {pull}, worst)[0].force_O.z();
+            return std::abs(force / (1e-6 * 0.2) - 1);
+          });
+  }
+}
+
+// Reference: energy. A body that is let go never swings beyond twice its static deflection, and
+// implicit Euler only takes energy away; at the smallest steps it has hardly moved at all.
+TEST(Extremes, TimeStepDensityAndModulus) {
+  for (const Family& f : Volumes()) {
+    if (f.kind != "fem" && f.kind != "fem-hyperelastic") continue;
+    for (const double step : Fine({1e-6, 1e-3, 1}, {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1})) {
+      for (const double density : Fine({1, 2e4}, {1, 45, 1e3, 2e4})) {
+        for (const double E : Fine({1, 1e9}, {1, 3800, 1e6, 1e9, 1e12})) {
+          const Stretch stretch{.E = E};
+          Scene scene = VolumeScene(f, stretch);
+          scene.object.material.density = density;
+          const double L = stretch.length, strain = 1e-3;
+          Contact pull{Contact::Kind::kForce, {L, L / 2, L / 2}};
+          pull.width = 4 * L;
+          pull.value_O.x() = strain * E * L * L;
+          const double at_rest = strain * L;
+          scene.model.fem.time = FemOptions::Time::kDynamic;
+          scene.model.fem.step = step;
+          scene.model.fem.newton = 0;
+          Judge(f, "step, density, modulus",
+                Text(step) + " s, " + Text(density) + " kg/m3, " + Text(E) + " Pa", scene,
+                MeshObject(scene, std::nullopt), 2.05, [&](DeformationModel& model, Validity* w) {
+                  double largest = 0;
+                  for (int k = 0; k < 40; ++k) {
+                    if (k == 20) pull.value_O.setZero();
+                    const auto r = Ask(model, {pull}, w);
+                    largest = std::max(largest, std::abs(r[0].displacement_O.x()));
+                  }
+                  return largest / at_rest;
+                });
+        }
+      }
+    }
+  }
+}
+
+// Reference: w = F a^2 / (16 pi D), the point load in the middle, in the small-deflection limit.
+void JudgePress(const Family& f, double radius, double thickness, double E, double nu,
+                double w_over_t, const std::string& axis, const std::string& value) {
+  const Scene scene = MembraneScene(f, radius, thickness, E, nu);
+  const double D = E * std::pow(thickness, 3) / (12 * (1 - nu * nu));
+  const double w = w_over_t * thickness;
+  const double linear = w * 16 * std::numbers::pi * D / (radius * radius);
+  // Stretching stiffens by about 0.45 (w/t)^2 at the point load (reference c,
+  // linear_plate_validity).
+  const double bound = f.bound + (f.kind == "plate" ? 0 : 0.6 * w_over_t * w_over_t);
+  Judge(f, axis, value, scene, MeshObject(scene, std::nullopt), bound,
+        [&](DeformationModel& model, Validity* worst) {
+          const Contact press{Contact::Kind::kDisplacement, {0, 0, 0}, -1, 0, {0, 0, -w}};
+          return std::abs(-Ask(model, {press}, worst)[0].force_O.z() / linear - 1);
+        });
+}
+
+TEST(Extremes, Membranes) {
+  for (const Family& f : Membranes()) {
+    for (const double radius : kLengths) {
+      for (const double E : Fine({1, 1e6, 1e12}, kModuli)) {
+        JudgePress(f, radius, 0.02 * radius, E, 0.45, 1e-3, "length, modulus",
+                   Text(radius) + " m, " + Text(E) + " Pa");
+      }
+    }
+    for (const double nu : kPoisson) JudgePress(f, 0.039, 1e-3, 1e6, nu, 1e-3, "nu", Text(nu));
+    for (const double slender : {5.0, 10.0, 100.0, 1e3, 1e4, 1e5}) {
+      JudgePress(f, 0.039, 0.039 / slender, 1e6, 0.45, 1e-3, "radius / thickness", Text(slender));
+    }
+    for (const double w : {1e-9, 1e-3, 0.1, 0.5}) {
+      JudgePress(f, 0.039, 1e-3, 1e6, 0.45, w, "w / t", Text(w));
+    }
+  }
+}
+
+TEST(Extremes, MembraneContacts) {
+  for (const Family& f : Membranes()) {
+    for (const double count : Fine({1, 4, 16, 64}, {1, 4, 16, 64, 200, 500})) {
+      const double a = 0.039;
+      const Scene scene = MembraneScene(f, a, 1e-3, 27.2e6, 0.45);
+      std::vector<Vector3d> places;  // Vogel's spiral: no two closer than their share of the disc
+      for (int i = 0; i < static_cast<int>(count); ++i) {
+        const double r = 0.9 * a * std::sqrt((i + 0.5) / count), angle = 2.399963 * i;
+        places.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
+      }
+      Judge(f, "contacts", Text(count), scene, MeshObject(scene, std::nullopt), 1e-5,
+            [&](DeformationModel& model, Validity* worst) {
+              auto loads = RandomLoads(places, 1e-4 / count);
+              for (auto& load : loads) load.value_O.head<2>().setZero();
+              return ThereAndBack(model, loads, worst);
+            });
+    }
+  }
+}
+
+// Everything at once, drawn at random with a fixed seed.
+TEST(Extremes, Combinations) {
+  std::mt19937 random(5);
+  const auto pick = [&](const std::vector<double>& from) {
+    return from[std::uniform_int_distribution<std::size_t>(0, from.size() - 1)(random)];
+  };
+  const int draws = full_sweep ? 200 : 20;
+  for (int i = 0; i < draws; ++i) {
+    const int n = static_cast<int>(pick({1, 2, 3}));
+    Stretch s{.length = pick(kLengths),
+              .E = pick(kModuli),
+              .nu = pick(kPoisson),
+              .aspect = pick({1e-4, 1e-2, 0.3, 1, 3, 1e2, 1e4}),
+              .strain = pick({1e-9, 1e-6, 1e-3, 0.3, -0.3, 3, -3}),
+              .cells = {n, 1 + i % 3, n},
+              .elements = static_cast<int>(pick({8, 40, 100}))};
+    const std::string value = Text(s.length) + " m, " + Text(s.E) + " Pa, nu " + Text(s.nu) +
+                              ", aspect " + Text(s.aspect) + ", strain " + Text(s.strain) +
+                              ", cells " + Text(n);
+    for (const Family& f : Volumes()) JudgeVolumeStretch(f, s, "combined", value);
+    for (const Family& f : Outlines()) JudgeOutlineStretch(f, s, "combined", value);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::extremes
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  std::filesystem::path out = std::filesystem::path(PALPATE_BINARY_DIR) / "test-output";
+  for (int i = 1; i < argc; ++i) {
+    if (std::string(argv[i]) == "--full") palpate::extremes::full_sweep = true;
+    if (std::string(argv[i]) == "--out" && i + 1 < argc) out = argv[++i];
+  }
+  const int result = RUN_ALL_TESTS();
+  const auto& sweep = palpate::extremes::Sweep::Instance();
+  sweep.Write(out);
+  std::map<std::string, int> counts;
+  for (const auto& cell : sweep.cells()) ++counts[palpate::extremes::ToString(cell.outcome)];
+  std::printf("%zu cells:", sweep.cells().size());
+  for (const auto& [outcome, count] : counts) std::printf(" %d %s", count, outcome.c_str());
+  std::printf("; table and map in %s\n", out.c_str());
+  return result;
+}
