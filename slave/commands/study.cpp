@@ -23,7 +23,6 @@ int RunStudyCommand(const StudyOptions& options, std::stop_token stop) {
   StudyResult study;
   {
     ProgressBar bar("study", stop);
-    bar.Expect({options.budget, 0});
     StudyWatcher watcher{[&](const StudyResult& so_far) { WriteStudy(so_far, options.out); }, &bar};
     study = RunStudy(scene, settings, RealWorkshop(), stop, watcher);
   }

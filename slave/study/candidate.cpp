@@ -43,11 +43,13 @@ bool HoldsByNumber(const Scene& scene) {
 // the error is the method's; coarser ones below, for who is in a hurry.
 std::set<int> ElementCounts(const Scene& scene, const Question& question) {
   constexpr int kFewest = 20, kMost = 1500;
+  constexpr double kNearlyWhole = 2e-3;
   std::set<int> counts{scene.model.elements};
   if (HoldsByNumber(scene)) return counts;  // the numbers belong to this division
   Scene trial = scene;
   trial.model.elements = kMost;
-  const double per_tool = Perimeter(MeshOutline(trial, std::nullopt)) / question.width;
+  double per_tool = Perimeter(MeshOutline(trial, std::nullopt)) / question.width;
+  if (std::abs(std::round(per_tool) / per_tool - 1) < kNearlyWhole) per_tool = std::round(per_tool);
   for (const int under_tool : {1, 2, 3, 5, 9, 15, 25, 45}) {
     const int wanted = static_cast<int>(std::lround(under_tool * per_tool));
     int best = 0;
@@ -61,7 +63,7 @@ std::set<int> ElementCounts(const Scene& scene, const Question& question) {
       for (const Press& press : question.presses) {
         mismatch = std::max(mismatch, std::abs(WidthMismatch(mesh, press, question.width)));
       }
-      mismatch += 1e-6 * std::abs(n - wanted);  // of equally good ones the nearest
+      mismatch += kNearlyWhole * std::abs(n - wanted);  // of equally good ones the nearest
       if (mismatch < smallest) best = n, smallest = mismatch;
     }
     if (best > 0) counts.insert(best);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -16,9 +17,11 @@ namespace {
 using Eigen::Vector2d;
 using Points = std::vector<Vector2d>;
 
-constexpr double kWidth = 860, kHeight = 520;
-constexpr double kLeft = 74, kRight = 640, kTop = 56, kBottom = 462;
-constexpr double kSmallestError = 1e-8;  // below it nothing is drawn to scale
+constexpr double kWidth = 1040, kHeight = 520;
+constexpr double kTop = 62, kBottom = 462, kLegend = 846;
+// Beyond them nothing is drawn to scale.
+constexpr double kSmallestError = 1e-8, kLargestError = 1e3;
+constexpr double kShortest = 1e-9, kLongest = 1e5;  // [s]
 
 constexpr std::string_view kStyle = R"(
 svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 12px; }
@@ -118,123 +121,153 @@ std::string Tooltip(const Row& row) {
   return row.family + ", " + row.resolution + text;
 }
 
+// Error over one cost.
+struct Panel {
+  double left = 0, right = 0;  // [px]
+  std::string_view caption;
+  double Row::*cost = nullptr;  // [s]
+  Decades decades;
+
+  [[nodiscard]] double X(double seconds) const {
+    return left + (right - left) * decades.Share(seconds);
+  }
+  [[nodiscard]] double middle() const { return 0.5 * (left + right); }
+};
+
 class Figure {
  public:
   explicit Figure(const StudyResult& study)
       : study_(study),
         svg_(kWidth, kHeight, "Speed against accuracy: " + study.scene_name, kStyle) {
-    std::vector<double> times{1 / study.rate}, errors{study.tolerance};
+    std::vector<double> errors{study.tolerance};
     for (const Row& row : study.rows) {
       if (!IsDrawn(row)) continue;
       drawn_.push_back(&row);
-      times.push_back(row.update_median_s);
-      errors.push_back(std::max(row.error.value, kSmallestError));
+      errors.push_back(std::clamp(row.error.value, kSmallestError, kLargestError));
       if (std::ranges::find(families_, row.family) == families_.end()) {
         families_.push_back(row.family);
       }
     }
     std::ranges::sort(families_);
-    x_ = Decades::Around(times);
-    y_ = Decades::Around(errors);
+    errors_ = Decades::Around(errors);
+    update_.decades = Costs(update_, {1 / study.rate});
+    precompute_.decades = Costs(precompute_, {});
   }
 
   std::string Draw() {
     svg_.Rectangle({0, 0}, {kWidth, kHeight}, "paper");
-    DrawAxes();
-    DrawTarget();
-    DrawFront();
-    for (const Row* row : drawn_) DrawRow(*row);
+    svg_.Text({update_.left, 26}, study_.scene_name + ": what speed costs in accuracy",
+              "ink heading");
+    svg_.Text({update_.left, 46}, "recommended: " + study_.recommendation, "soft small");
+    svg_.Text({18, 0.5 * (kTop + kBottom)}, "error of the contact force", "ink",
+              Svg::Anchor::kMiddle, -90);
+    for (const Panel& panel : {update_, precompute_}) {
+      DrawTarget(panel);
+      DrawAxes(panel);
+      DrawFront(panel);
+      for (const Row* row : drawn_) DrawRow(panel, *row);
+    }
     DrawLegend();
     return svg_.Document();
   }
 
  private:
-  [[nodiscard]] double X(double seconds) const {
-    return kLeft + (kRight - kLeft) * x_.Share(seconds);
+  [[nodiscard]] Decades Costs(const Panel& panel, std::vector<double> costs) const {
+    for (const Row* row : drawn_) {
+      costs.push_back(std::clamp(row->*panel.cost, kShortest, kLongest));
+    }
+    return costs.empty() ? Decades{-3, 0} : Decades::Around(costs);
   }
+
   [[nodiscard]] double Y(double error) const {
-    return kBottom - (kBottom - kTop) * y_.Share(std::max(error, kSmallestError));
+    return kBottom -
+           (kBottom - kTop) * errors_.Share(std::clamp(error, kSmallestError, kLargestError));
   }
-  [[nodiscard]] Vector2d At(const Row& row) const {
-    return {X(row.update_median_s), Y(row.error.value)};
+  [[nodiscard]] Vector2d At(const Panel& panel, const Row& row) const {
+    return {panel.X(row.*panel.cost), Y(row.error.value)};
   }
 
-  void DrawAxes() {
-    svg_.Text({kLeft, 26}, study_.scene_name + ": what speed costs in accuracy", "ink heading");
-    svg_.Text({kLeft, 44}, study_.recommendation, "soft small");
-    for (int d = x_.low; d <= x_.high; ++d) {
-      const double x = X(std::pow(10, d));
+  void DrawAxes(const Panel& panel) {
+    for (int d = panel.decades.low; d <= panel.decades.high; ++d) {
+      const double x = panel.X(std::pow(10, d));
       svg_.Line({x, kTop}, {x, kBottom}, "grid");
-      svg_.Text({x, kBottom + 18}, Seconds(d), "soft", Svg::Anchor::kMiddle);
+      svg_.Text({x, kBottom + 18}, Seconds(d), "soft small", Svg::Anchor::kMiddle);
     }
-    for (int d = y_.low; d <= y_.high; ++d) {
+    for (int d = errors_.low; d <= errors_.high; ++d) {
       const double y = Y(std::pow(10, d));
-      svg_.Line({kLeft, y}, {kRight, y}, "grid");
-      svg_.Text({kLeft - 8, y + 4}, PowerOfTen(d + 2, "%"), "soft", Svg::Anchor::kEnd);
+      svg_.Line({panel.left, y}, {panel.right, y}, "grid");
+      if (panel.cost != update_.cost) continue;
+      svg_.Text({panel.left - 8, y + 4}, PowerOfTen(d + 2, "%"), "soft small", Svg::Anchor::kEnd);
     }
-    svg_.Rectangle({kLeft, kTop}, {kRight - kLeft, kBottom - kTop}, "frame");
-    svg_.Text({0.5 * (kLeft + kRight), kBottom + 40}, "update of a moved contact (median)", "ink",
-              Svg::Anchor::kMiddle);
-    svg_.Text({18, 0.5 * (kTop + kBottom)}, "error of the contact force", "ink",
-              Svg::Anchor::kMiddle, -90);
+    svg_.Rectangle({panel.left, kTop}, {panel.right - panel.left, kBottom - kTop}, "frame");
+    svg_.Text({panel.middle(), kBottom + 40}, panel.caption, "ink", Svg::Anchor::kMiddle);
   }
 
-  void DrawTarget() {
-    const Vector2d corner(kLeft, Y(study_.tolerance));
-    const Vector2d size = Vector2d(X(1 / study_.rate), kBottom) - corner;
-    svg_.Rectangle(corner, size, "target");
+  // What the scene asks for; precompute may take as long as it likes.
+  void DrawTarget(const Panel& panel) {
+    const bool is_update = panel.cost == update_.cost;
+    const Vector2d corner(panel.left, Y(study_.tolerance));
+    const double right = is_update ? panel.X(1 / study_.rate) : panel.right;
+    svg_.Rectangle(corner, Vector2d(right, kBottom) - corner, "target");
+    if (!is_update) return;
     char words[80];
     std::snprintf(words, sizeof words, "asked for: %g %% at %g Hz", 100 * study_.tolerance,
                   study_.rate);
-    svg_.Text({kLeft + 8, kBottom - 8}, words, "soft small");
+    svg_.Text({panel.left + 8, kBottom - 8}, words, "soft small");
   }
 
   // A staircase: what is reachable lies above and to the right of it.
-  void DrawFront() {
-    std::vector<const Row*> front;
-    for (const Row* row : drawn_) {
-      if (row->on_front) front.push_back(row);
-    }
-    std::ranges::sort(front, {}, [](const Row* row) { return row->update_median_s; });
+  void DrawFront(const Panel& panel) {
+    std::vector<const Row*> sorted = drawn_;
+    std::ranges::sort(
+        sorted, {}, [&](const Row* row) { return std::pair(row->*panel.cost, row->error.value); });
     Points points;
-    for (const Row* row : front) {
-      const Vector2d at = At(*row);
+    double least = std::numeric_limits<double>::infinity();
+    for (const Row* row : sorted) {
+      if (row->error.value >= least) continue;
+      least = row->error.value;
+      const Vector2d at = At(panel, *row);
       if (!points.empty()) points.emplace_back(at.x(), points.back().y());
       points.push_back(at);
     }
-    if (points.size() > 1) svg_.Polyline(points, "front");
+    if (!points.empty()) points.emplace_back(panel.right, points.back().y());
+    svg_.Polyline(points, "front");
   }
 
-  void DrawRow(const Row& row) {
+  void DrawRow(const Panel& panel, const Row& row) {
     const auto family =
         static_cast<std::size_t>(std::ranges::find(families_, row.family) - families_.begin());
-    const Vector2d at = At(row);
+    const Vector2d at = At(panel, row);
     const std::string bar = "bar c" + std::to_string(family % kColours);
     svg_.Line({at.x(), Y(row.error.value + row.error.bar)},
               {at.x(), Y(row.error.value - row.error.bar)}, bar);
     Mark(&svg_, family, at, Tooltip(row));
     if (!row.recommended) return;
     svg_.Circle(at, 11, "choice");
-    const bool right = at.x() < 0.5 * (kLeft + kRight);
-    svg_.Text(at + Vector2d(right ? 16 : -16, -10), "recommended: " + row.resolution,
+    const bool right = at.x() < panel.middle();
+    svg_.Text(at + Vector2d(right ? 16 : -16, -10), row.family + ", " + row.resolution,
               "choice-ink small", right ? Svg::Anchor::kStart : Svg::Anchor::kEnd);
   }
 
   void DrawLegend() {
     double y = kTop + 10;
     for (std::size_t f = 0; f < families_.size(); ++f, y += 22) {
-      Mark(&svg_, f, {kRight + 26, y}, {});
-      svg_.Text({kRight + 40, y + 4}, families_[f], "ink");
+      Mark(&svg_, f, {kLegend + 10, y}, {});
+      svg_.Text({kLegend + 24, y + 4}, families_[f], "ink");
     }
-    svg_.Line({kRight + 16, y}, {kRight + 36, y}, "front");
-    svg_.Text({kRight + 40, y + 4}, "nothing beats these", "soft");
+    svg_.Line({kLegend, y}, {kLegend + 20, y}, "front");
+    svg_.Text({kLegend + 24, y + 4}, "nothing beats these", "soft");
+    svg_.Circle({kLegend + 10, y + 24}, 8, "choice");
+    svg_.Text({kLegend + 24, y + 28}, "recommended", "soft");
   }
 
   const StudyResult& study_;
   Svg svg_;
   std::vector<const Row*> drawn_;
   std::vector<std::string> families_;
-  Decades x_, y_;
+  Decades errors_;
+  Panel update_{74, 430, "update of a moved contact (median)", &Row::update_median_s, {}};
+  Panel precompute_{464, 820, "precompute, once", &Row::precompute_s, {}};
 };
 
 }  // namespace

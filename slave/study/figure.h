@@ -1,4 +1,4 @@
-// The trade as a picture: error over update time, both logarithmic.
+// The trade as a picture: error over update time and over precompute, all logarithmic.
 #pragma once
 
 #include <string>

@@ -168,21 +168,50 @@ References ReferenceFinder::Find(const std::vector<Row>& rows) const {
   return references;
 }
 
-void JudgeRows(const References& references, std::vector<Row>* rows) {
-  const auto judge = [](const Estimate& truth, double force, Estimate* worst) {
-    const double bar = std::abs(truth.bar / truth.value);
-    const double error = std::max(std::abs(force / truth.value - 1), bar);
-    if (error <= worst->value || std::isnan(worst->value)) return;  // so written, NaN is the worst
-    *worst = {error, bar};
-  };
-  for (Row& row : *rows) {
-    row.error = row.error_small = {};
+namespace {
+
+// Any row's d ln force / d ln width, for rows too coarse to tell; the largest.
+double LargestSlope(const std::vector<Row>& rows, std::size_t press) {
+  double slope = 0;
+  for (const Row& row : rows) {
     if (row.outcome != Outcome::kAnswered) continue;
-    row.error = row.error_small = {0, 0};
+    if (row.answers[press].width_slope > slope) slope = row.answers[press].width_slope;
+  }
+  return slope;
+}
+
+void JudgePress(const Reference& reference, const PressAnswers& answers, double slope, Row* row) {
+  const double width = 1 + answers.width_mismatch;
+  const double width_error = width > 0 ? std::abs(std::pow(width, slope) - 1) : 0;
+  const auto take_worse = [](double value, double* worst) {
+    if (value <= *worst || std::isnan(*worst)) return false;  // so written, NaN is the worst
+    *worst = value;
+    return true;
+  };
+  const auto judge = [&](const Estimate& truth, double force, Estimate* worst, double* deviation) {
+    const double bar = std::abs(truth.bar / truth.value);
+    const double off = std::abs(force / truth.value - 1);
+    if (deviation) take_worse(off, deviation);
+    if (take_worse(off >= 0 ? std::max({off, bar, width_error}) : kUnknown, &worst->value)) {
+      worst->bar = bar;
+    }
+  };
+  take_worse(width_error, &row->width_error);
+  judge(reference.small, answers.small.force, &row->error_small, nullptr);
+  judge(reference.full, answers.full.force, &row->error, &row->deviation);
+}
+
+}  // namespace
+
+void JudgeRows(const References& references, std::vector<Row>* rows) {
+  for (Row& row : *rows) {
+    if (row.outcome != Outcome::kAnswered) continue;
+    row.error = row.error_small = {-1, 0};
+    row.deviation = row.width_error = -1;
     for (std::size_t i = 0; i < row.answers.size(); ++i) {
-      const Reference& reference = references.presses[i];
-      judge(reference.small, row.answers[i].small.force, &row.error_small);
-      judge(reference.full, row.answers[i].full.force, &row.error);
+      const double own = row.answers[i].width_slope;
+      const double slope = std::isfinite(own) ? own : LargestSlope(*rows, i);
+      JudgePress(references.presses[i], row.answers[i], slope, &row);
     }
   }
 }

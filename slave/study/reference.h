@@ -40,8 +40,7 @@ class ReferenceFinder {
   std::vector<Estimate> planar_;  // force at the small depth, one per press; NaN: none
 };
 
-// Fills error, error_small of every row that answered. A stated error is never smaller than what is
-// known of the reference.
+// Fills the errors of every row that answered.
 void JudgeRows(const References& references, std::vector<Row>* rows);
 
 }  // namespace palpate

@@ -84,7 +84,8 @@ std::string ResidualOf(const Row& row) {
 std::string ToCsv(const StudyResult& study) {
   std::string csv =
       "family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,"
-      "validity,update_median_s,update_p99_s,precompute_s,memory_bytes,expected_s,on_front,"
+      "deviation,width_error,validity,update_median_s,update_p99_s,precompute_s,memory_bytes,"
+      "expected_s,on_front,"
       "meets_tolerance,meets_rate,recommended,reason\n";
   for (const Row& row : study.rows) {
     const auto number = [&](double value) {
@@ -97,6 +98,8 @@ std::string ToCsv(const StudyResult& study) {
     number(row.residual > 0 ? row.residual : kUnknown);
     csv += std::string(ToString(row.outcome)) + ",";
     for (const Estimate& e : {row.error, row.error_small}) number(e.value), number(e.bar);
+    number(row.deviation);
+    number(row.width_error);
     csv += row.outcome == Outcome::kAnswered ? std::string(ToString(row.validity)) + "," : ",";
     number(row.update_median_s);
     number(row.update_p99_s);

@@ -10,11 +10,14 @@ namespace palpate {
 
 // One line per row, in the order of the study, after the header
 //   family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,
+//   deviation,width_error,
 //   validity,update_median_s,update_p99_s,precompute_s,memory_bytes,expected_s,
 //   on_front,meets_tolerance,meets_rate,recommended,reason
-// error: relative error of the contact force at full depth, the worst press; error_bar: how far the
-// reference itself may be off; _small: the same at the small depth, where every model is linear.
-// A number that is not known is an empty cell; flags are 0 or 1; text with a comma is quoted.
+// error: relative error of the contact force at full depth, the worst press, never below error_bar
+// (how far the reference itself may be off) and width_error (what the mesh's idea of the tool's
+// width costs); deviation: from the reference, as it is; _small: at the small depth, where every
+// model is linear. A number that is not known is an empty cell; flags are 0 or 1; text with a comma
+// is quoted.
 std::string ToCsv(const StudyResult& study);
 
 // Everything: the question (with its unit), the settings, the references and where they come from,

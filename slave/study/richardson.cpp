@@ -89,7 +89,7 @@ Extrapolation Extrapolate(std::vector<MeshAnswer> answers) {
   if (const auto coarser = TripleFrom(answers, 1)) {
     const auto coarser_order = OrderOf(*coarser);
     const double other = coarser_order ? LimitOf(*coarser, *coarser_order) : answers[1].value;
-    bar = std::max(std::abs(limit - other), kLeastBar * step);
+    bar = std::clamp(std::abs(limit - other), kLeastBar * step, step);
   }
   return {{limit, bar}, *order};
 }

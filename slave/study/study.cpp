@@ -11,6 +11,8 @@
 namespace palpate {
 namespace {
 
+constexpr double kWorthABar = 2;  // [s]
+
 std::string Words(const char* format, double value) {
   char text[120];
   std::snprintf(text, sizeof text, format, value);
@@ -103,12 +105,11 @@ class Study {
   }
 
   void TryOne(const Candidate& candidate, double expected) {
-    const std::string name = candidate.family + ", " + candidate.resolution;
-    if (watcher_.progress) {
-      const double left = deadline_ - workshop_.now();
-      watcher_.progress->Report(name, std::clamp(1 - left / settings_.budget_s, 0.0, 1.0));
-    }
-    Allowance allowance(settings_, workshop_, deadline_, stop_, name, watcher_.progress);
+    ReportShare();
+    // What is over at once needs no bar of its own.
+    Progress* const shown = expected > kWorthABar ? watcher_.progress : nullptr;
+    Allowance allowance(settings_, workshop_, deadline_, stop_,
+                        candidate.family + ", " + candidate.resolution, shown);
     const double began = workshop_.now();
     Row row = Measure(candidate, result_.question, workshop_, &allowance, settings_.timing_s);
     row.expected_s = expected;
@@ -118,6 +119,15 @@ class Study {
       slower_by_[candidate.family] = spent / candidate.expected_s;
     }
     result_.rows.push_back(std::move(row));
+  }
+
+  // Of the models or of the time, whichever is further.
+  void ReportShare() {
+    if (!watcher_.progress) return;
+    const auto tried = static_cast<double>(result_.rows.size());
+    const double models = tried / (tried + 1 + static_cast<double>(waiting_.size()));
+    const double time = 1 - (deadline_ - workshop_.now()) / settings_.budget_s;
+    watcher_.progress->Report("models", std::clamp(std::max(models, time), 0.0, 1.0));
   }
 
   void Judge(const ReferenceFinder& finder) {

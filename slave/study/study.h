@@ -19,8 +19,8 @@ struct StudySettings {
   double budget_s = 120;                           // of all candidates together [s]
   double timing_s = 0.15;                          // of repeated updates, per candidate [s]
   std::size_t most_memory = std::size_t{3} << 30;  // asked by one precompute [bytes]
-  CandidateLimits limits;
-  std::vector<Eigen::Vector3d> places;  // instead of the scene's own contact, see AskedOf
+  CandidateLimits limits = {};
+  std::vector<Eigen::Vector3d> places = {};  // instead of the scene's own contact, see AskedOf
 };
 
 struct StudyResult {

@@ -64,7 +64,7 @@ std::string XmlEscaped(std::string_view text) {
 }
 
 Svg::Svg(double width, double height, std::string_view title, std::string_view style) {
-  body_ = "<svg xmlns=\"http://www.w3.org/2000/svg\"" + Attribute("width", width) +
+  body_ = std::string("<svg xmlns=\"http://www.w3.org/2000/svg\"") + Attribute("width", width) +
           Attribute("height", height) +
           Attribute("viewBox", Joined({"0 0", Number(width), Number(height)})) +
           " role=\"img\">\n<title>" + XmlEscaped(title) + "</title>\n<style>\n";
@@ -76,30 +76,32 @@ void Svg::Close(std::string_view element, std::string_view tooltip) {
     body_ += "/>\n";
     return;
   }
-  body_ += "><title>" + XmlEscaped(tooltip) + "</title></";
+  body_.append("><title>").append(XmlEscaped(tooltip)).append("</title></");
   body_.append(element).append(">\n");
 }
 
 void Svg::Line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::string_view style_class) {
-  body_ += "<line" + Attribute("class", style_class) + Attribute("x1", a.x()) +
+  body_ += std::string("<line") + Attribute("class", style_class) + Attribute("x1", a.x()) +
            Attribute("y1", a.y()) + Attribute("x2", b.x()) + Attribute("y2", b.y());
   Close("line", {});
 }
 
 void Svg::Polyline(const std::vector<Eigen::Vector2d>& points, std::string_view style_class) {
-  body_ += "<polyline" + Attribute("class", style_class) + Attribute("points", Points(points));
+  body_ += std::string("<polyline") + Attribute("class", style_class) +
+           Attribute("points", Points(points));
   Close("polyline", {});
 }
 
 void Svg::Polygon(const std::vector<Eigen::Vector2d>& points, std::string_view style_class,
                   std::string_view tooltip) {
-  body_ += "<polygon" + Attribute("class", style_class) + Attribute("points", Points(points));
+  body_ += std::string("<polygon") + Attribute("class", style_class) +
+           Attribute("points", Points(points));
   Close("polygon", tooltip);
 }
 
 void Svg::Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
                     std::string_view style_class) {
-  body_ += "<rect" + Attribute("class", style_class) + Attribute("x", corner.x()) +
+  body_ += std::string("<rect") + Attribute("class", style_class) + Attribute("x", corner.x()) +
            Attribute("y", corner.y()) + Attribute("width", size.x()) +
            Attribute("height", size.y());
   Close("rect", {});
@@ -107,7 +109,7 @@ void Svg::Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
 
 void Svg::Circle(const Eigen::Vector2d& centre, double radius, std::string_view style_class,
                  std::string_view tooltip) {
-  body_ += "<circle" + Attribute("class", style_class) + Attribute("cx", centre.x()) +
+  body_ += std::string("<circle") + Attribute("class", style_class) + Attribute("cx", centre.x()) +
            Attribute("cy", centre.y()) + Attribute("r", radius);
   Close("circle", tooltip);
 }
@@ -115,13 +117,13 @@ void Svg::Circle(const Eigen::Vector2d& centre, double radius, std::string_view 
 void Svg::Text(const Eigen::Vector2d& at, std::string_view words, std::string_view style_class,
                Anchor anchor, double degrees) {
   constexpr const char* kAnchors[] = {"start", "middle", "end"};
-  body_ += "<text" + Attribute("class", style_class) + Attribute("x", at.x()) +
+  body_ += std::string("<text") + Attribute("class", style_class) + Attribute("x", at.x()) +
            Attribute("y", at.y()) + Attribute("text-anchor", kAnchors[static_cast<int>(anchor)]);
   if (degrees != 0) {
     body_ += Attribute("transform",
                        Joined({"rotate(", Number(degrees), Number(at.x()), Number(at.y()), ")"}));
   }
-  body_ += ">" + XmlEscaped(words) + "</text>\n";
+  body_.append(">").append(XmlEscaped(words)).append("</text>\n");
 }
 
 }  // namespace palpate
