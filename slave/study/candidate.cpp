@@ -89,13 +89,14 @@ void AddPlanar(const Scene& scene, const Question& question, const CandidateLimi
       c.scene.model.kind = "bem2d";
       c.scene.model.order = order;
       c.scene.model.elements = n;
+      c.own = n == scene.model.elements;
       c.family = "bem2d " + OrderName(order);
       const BoundaryMesh mesh = MeshOutline(c.scene, std::nullopt);
       c.resolution = std::to_string(mesh.size()) + " elements";
       c.element_size = Perimeter(mesh) / mesh.size();
       c.dof = static_cast<std::size_t>(mesh.size()) * (order == ElementOrder::kQuadratic ? 4 : 2);
       c.expected_s = DenseSeconds(c.dof);
-      if (c.dof <= limits.dense_dof || n == scene.model.elements) {
+      if (c.dof <= limits.dense_dof || c.own) {
         candidates->push_back(std::move(c));
       }
     }
@@ -111,6 +112,7 @@ void AddMembrane(const Scene& scene, std::vector<Candidate>* candidates) {
     c.family = c.scene.model.kind;
     c.resolution = "as it is";
     c.expected_s = large ? 1.0 : 0.05;
+    c.own = true;
     c.linear = !large;
     candidates->push_back(std::move(c));
   }
@@ -119,6 +121,7 @@ void AddMembrane(const Scene& scene, std::vector<Candidate>* candidates) {
 // --- volumes
 struct Division {
   Scene scene;
+  bool own = false;
   int refinements = 0;
   std::string resolution;
   double element_size = 0;
@@ -133,7 +136,7 @@ std::string Times(const std::array<int, 3>& cells) {
 std::vector<Division> BoxDivisions(const Scene& scene, const BoxGeometry& box) {
   std::vector<Division> divisions;
   std::set<std::array<int, 3>> seen;
-  for (const double factor : {0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0}) {
+  for (const double factor : {1.0, 0.5, 1.5, 2.0, 3.0, 4.0, 6.0}) {
     BoxGeometry scaled = box;
     for (int& n : scaled.cells) n = std::max(1, static_cast<int>(std::lround(n * factor)));
     if (!seen.insert(scaled.cells).second) continue;
@@ -141,6 +144,7 @@ std::vector<Division> BoxDivisions(const Scene& scene, const BoxGeometry& box) {
     Division d;
     d.scene = scene;
     d.resolution = Times(scaled.cells);
+    d.own = factor == 1;
     d.scene.object.geometry = scaled;
     const double cell = box.size.prod() / (1.0 * i * j * k);
     d.element_size = std::cbrt(cell);
@@ -208,6 +212,7 @@ std::vector<Division> FileDivisions(const Scene& scene, std::size_t most_dof) {
     }
     Division d;
     d.scene = supported;
+    d.own = r == 0;
     d.refinements = r;
     const auto eights = static_cast<std::size_t>(1) << (3 * r);
     d.tets = solid ? solid->tets.size() * eights : 0;
@@ -226,6 +231,7 @@ std::vector<Division> FileDivisions(const Scene& scene, std::size_t most_dof) {
 Candidate Start(const Division& d, std::string kind, std::string family) {
   Candidate c;
   c.scene = d.scene;
+  c.own = d.own;
   c.refinements = d.refinements;
   c.scene.model.kind = std::move(kind);
   c.family = std::move(family);

@@ -18,6 +18,7 @@ struct Candidate {
   double element_size = 0;  // typical edge [m]; 0: the model has no resolution
   std::size_t dof = 0;      // expected
   double expected_s = 0;    // precompute and trial together, a rough prior [s]
+  bool own = false;         // the scene's own resolution
   bool linear = true;       // small strain and small rotation: force proportional to depth
 };
 

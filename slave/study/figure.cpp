@@ -17,8 +17,8 @@ namespace {
 using Eigen::Vector2d;
 using Points = std::vector<Vector2d>;
 
-constexpr double kWidth = 1040, kHeight = 520;
-constexpr double kTop = 62, kBottom = 462, kLegend = 846;
+constexpr double kWidth = 1060, kHeight = 520;
+constexpr double kTop = 62, kBottom = 462, kLegend = 864;
 // Beyond them nothing is drawn to scale.
 constexpr double kSmallestError = 1e-8, kLargestError = 1e3;
 constexpr double kShortest = 1e-9, kLongest = 1e5;  // [s]
@@ -245,7 +245,7 @@ class Figure {
     if (!row.recommended) return;
     svg_.Circle(at, 11, "choice");
     const bool right = at.x() < panel.middle();
-    svg_.Text(at + Vector2d(right ? 16 : -16, -10), row.family + ", " + row.resolution,
+    svg_.Text(at + Vector2d(right ? 16 : -16, 4), row.family + ", " + row.resolution,
               "choice-ink small", right ? Svg::Anchor::kStart : Svg::Anchor::kEnd);
   }
 
@@ -267,7 +267,7 @@ class Figure {
   std::vector<std::string> families_;
   Decades errors_;
   Panel update_{74, 430, "update of a moved contact (median)", &Row::update_median_s, {}};
-  Panel precompute_{464, 820, "precompute, once", &Row::precompute_s, {}};
+  Panel precompute_{482, 838, "precompute, once", &Row::precompute_s, {}};
 };
 
 }  // namespace

@@ -130,6 +130,8 @@ void Describe(const Candidate& candidate, Row* row) {
   row->resolution = candidate.resolution;
   row->element_size = candidate.element_size;
   row->linear = candidate.linear;
+  row->own = candidate.own;
+  row->model = candidate.scene.model;
   row->dof = candidate.dof;
   row->expected_s = candidate.expected_s;
   if (row->kind == "fem" || row->kind == "fem-hyperelastic") {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "shared/scene/scene.h"
 #include "shared/state/validity.h"
 
 namespace palpate {
@@ -35,9 +36,11 @@ enum class Outcome : std::uint8_t { kAnswered, kFailed, kSkipped };
 const char* ToString(Outcome outcome);
 
 struct Row {
+  ModelOptions model;  // of the candidate
   std::string family, kind, resolution;
   double element_size = 0;  // [m]; 0: the model has no resolution
   double residual = 0;      // asked of an iterative solver [-]; 0: none
+  bool own = false;         // the scene's own resolution
   bool linear = true;
   std::size_t dof = 0;
 
