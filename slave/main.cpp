@@ -17,6 +17,7 @@
 #include "slave/commands/process.h"
 #include "slave/commands/serve.h"
 #include "slave/commands/solve.h"
+#include "slave/commands/study.h"
 
 namespace palpate {
 namespace {
@@ -29,6 +30,7 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave serve deploy/scenes/silicone-block.yaml --override model.elements=60
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
   palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv
+  palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
 
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
 
@@ -114,6 +116,15 @@ int Main(int argc, char** argv) {
   CLI::App* check_command = app.add_subcommand("check", "Say what will run and why");
   add_scene(check_command, &check.scene, &check.overrides);
 
+  StudyOptions study;
+  CLI::App* study_command = app.add_subcommand(
+      "study", "Measure speed against accuracy of every model that fits the scene");
+  add_scene(study_command, &study.scene, &study.overrides);
+  study_command->add_option("--out", study.out, "Folder for study.csv, study.json and study.svg")
+      ->required();
+  study_command->add_option("--budget", study.budget, "Seconds for all models together")
+      ->capture_default_str();
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -123,6 +134,7 @@ int Main(int argc, char** argv) {
     if (serve_command->parsed()) return RunServe(serve, stop.token());
     if (process_command->parsed()) return RunProcess(process, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
+    if (study_command->parsed()) return RunStudyCommand(study, stop.token());
     return RunCheck(check);
   } catch (const SceneError& e) {
     std::fprintf(stderr, "%s\n", e.what());

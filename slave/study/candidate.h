@@ -1,0 +1,43 @@
+// The models a study tries on a scene: every applicable one, at several resolutions and residuals.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "shared/scene/scene.h"
+#include "slave/mechanics/object_mesh.h"
+#include "slave/study/question.h"
+
+namespace palpate {
+
+struct Candidate {
+  Scene scene;              // with the model options of this candidate
+  int refinements = 0;      // how often the object's mesh is cut into halves
+  std::string family;       // what differs in resolution only: "bem2d constant", "fem tet4 linear"
+  std::string resolution;   // for people: "180 elements", "6 x 6 x 6 cells"
+  double element_size = 0;  // typical edge [m]; 0: the model has no resolution
+  std::size_t dof = 0;      // expected
+  double expected_s = 0;    // precompute and trial together, a rough prior [s]
+  bool own = false;         // the scene's own resolution
+  bool linear = true;       // small strain and small rotation: force proportional to depth
+};
+
+struct CandidateLimits {
+  std::size_t dof = 200'000;     // of sparse models
+  std::size_t dense_dof = 4000;  // of models with a dense inverse
+  bool residuals = true;         // iterative solvers at several residuals, not one only
+};
+
+// Cheapest first. `scene.model.kind` is not looked at, its other options are kept; the scene's own
+// resolution is always among them.
+std::vector<Candidate> CandidatesFor(const Scene& scene, const Question& question,
+                                     const CandidateLimits& limits = {});
+
+// The object as this candidate divides it. Throws std::invalid_argument like MeshObject.
+ObjectMesh MeshOf(const Candidate& candidate);
+
+// How wide a tool the mesh sees at `press`, relative to the real one, minus 1: a discrete patch is
+// made of whole elements or nodes. 0 where the model has none. NaN: nothing can be touched there.
+double WidthMismatch(const ObjectMesh& mesh, const Press& press, double width);
+
+}  // namespace palpate

@@ -1,0 +1,279 @@
+#include "slave/study/figure.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "slave/study/svg.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector2d;
+using Points = std::vector<Vector2d>;
+
+constexpr double kWidth = 1060, kHeight = 520;
+constexpr double kTop = 62, kBottom = 462, kLegend = 864;
+// Beyond them nothing is drawn to scale.
+constexpr double kSmallestError = 1e-8, kLargestError = 1e3;
+constexpr double kShortest = 1e-9, kLongest = 1e5;  // [s]
+
+constexpr std::string_view kStyle = R"(
+svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 12px; }
+.paper { fill: #ffffff; }
+.ink { fill: #1d2430; } .soft { fill: #5b6576; }
+.heading { font-size: 16px; font-weight: 600; } .small { font-size: 11px; }
+.grid { stroke: #d9dee6; stroke-width: 1; } .frame { fill: none; stroke: #8a94a6; }
+.target { fill: #2f9e62; fill-opacity: 0.12; stroke: #2f9e62; stroke-dasharray: 4 3; }
+.front { fill: none; stroke: #5b6576; stroke-width: 1.5; stroke-dasharray: 7 3; }
+.choice { fill: none; stroke: #d6336c; stroke-width: 2; } .choice-ink { fill: #d6336c; }
+.mark { stroke-width: 1.5; fill-opacity: 0.75; } .bar { stroke-width: 1.2; fill: none; }
+.c0 { fill: #2f6fd6; stroke: #2f6fd6; } .c1 { fill: #e0701c; stroke: #e0701c; }
+.c2 { fill: #2f9e62; stroke: #2f9e62; } .c3 { fill: #a64fc9; stroke: #a64fc9; }
+.c4 { fill: #c98a00; stroke: #c98a00; } .c5 { fill: #149aa8; stroke: #149aa8; }
+.c6 { fill: #d14545; stroke: #d14545; } .c7 { fill: #76808f; stroke: #76808f; }
+@media (prefers-color-scheme: dark) {
+.paper { fill: #14181f; } .ink { fill: #e8ecf2; } .soft { fill: #a9b3c2; }
+.grid { stroke: #2a313c; } .frame { stroke: #6b7586; } .front { stroke: #a9b3c2; }
+.choice { stroke: #ff6b9a; } .choice-ink { fill: #ff6b9a; }
+.c0 { fill: #6ea4ff; stroke: #6ea4ff; } .c1 { fill: #ff9a4d; stroke: #ff9a4d; }
+.c2 { fill: #58c98c; stroke: #58c98c; } .c3 { fill: #cd85ec; stroke: #cd85ec; }
+.c4 { fill: #ecb53a; stroke: #ecb53a; } .c5 { fill: #4cc4d1; stroke: #4cc4d1; }
+.c6 { fill: #f07676; stroke: #f07676; } .c7 { fill: #a2acba; stroke: #a2acba; }
+}
+)";
+constexpr std::size_t kColours = 8;
+
+bool IsDrawn(const Row& row) {
+  return row.outcome == Outcome::kAnswered && std::isfinite(row.error.value) &&
+         row.update_median_s > 0;
+}
+
+// Whole decades around the values, at least two.
+struct Decades {
+  int low = 0, high = 0;
+  static Decades Around(const std::vector<double>& values) {
+    const auto [least, most] = std::ranges::minmax(values);
+    Decades d{static_cast<int>(std::floor(std::log10(least))),
+              static_cast<int>(std::ceil(std::log10(most)))};
+    while (d.high - d.low < 2) ++d.high;
+    return d;
+  }
+  [[nodiscard]] double Share(double value) const {
+    return std::clamp((std::log10(value) - low) / (high - low), 0.0, 1.0);
+  }
+};
+
+std::string PowerOfTen(int exponent, std::string_view unit) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%g", std::pow(10, exponent));
+  return std::string(text) + (unit.empty() ? "" : " ") + std::string(unit);
+}
+
+// Seconds with a readable unit, for whole decades.
+std::string Seconds(int exponent) {
+  if (exponent >= 0) return PowerOfTen(exponent, "s");
+  if (exponent >= -3) return PowerOfTen(exponent + 3, "ms");
+  if (exponent >= -6) return PowerOfTen(exponent + 6, "us");
+  return PowerOfTen(exponent + 9, "ns");
+}
+
+Points Star(const Vector2d& at, int corners, double radius, double inner, double turn) {
+  Points points;
+  const int count = inner < 1 ? 2 * corners : corners;
+  for (int i = 0; i < count; ++i) {
+    const double angle = turn + 2 * std::numbers::pi * i / count;
+    const double r = radius * (inner < 1 && i % 2 == 1 ? inner : 1);
+    points.emplace_back(at + r * Vector2d(std::sin(angle), -std::cos(angle)));
+  }
+  return points;
+}
+
+void Mark(Svg* svg, std::size_t family, const Vector2d& at, std::string_view tooltip) {
+  const std::string style = "mark c" + std::to_string(family % kColours);
+  constexpr double kQuarter = std::numbers::pi / 4;
+  switch (family % 6) {
+    case 0:
+      return svg->Circle(at, 5, style, tooltip);
+    case 1:
+      return svg->Polygon(Star(at, 4, 6.4, 1, kQuarter), style, tooltip);
+    case 2:
+      return svg->Polygon(Star(at, 3, 6.6, 1, 0), style, tooltip);
+    case 3:
+      return svg->Polygon(Star(at, 4, 6.4, 1, 0), style, tooltip);
+    case 4:
+      return svg->Polygon(Star(at, 3, 6.6, 1, std::numbers::pi), style, tooltip);
+    default:
+      return svg->Polygon(Star(at, 5, 7.4, 0.45, 0), style, tooltip);
+  }
+}
+
+std::string Tooltip(const Row& row) {
+  char text[160];
+  std::snprintf(
+      text, sizeof text, ": error %.3g %% (+- %.2g %%), update %.3g us, precompute %.3g s",
+      100 * row.error.value, 100 * row.error.bar, 1e6 * row.update_median_s, row.precompute_s);
+  return row.family + ", " + row.resolution + text;
+}
+
+// Error over one cost.
+struct Panel {
+  double left = 0, right = 0;  // [px]
+  std::string_view caption;
+  double Row::*cost = nullptr;  // [s]
+  Decades decades;
+
+  [[nodiscard]] double X(double seconds) const {
+    return left + (right - left) * decades.Share(seconds);
+  }
+  [[nodiscard]] double middle() const { return 0.5 * (left + right); }
+};
+
+class Figure {
+ public:
+  explicit Figure(const StudyResult& study)
+      : study_(study),
+        svg_(kWidth, kHeight, "Speed against accuracy: " + study.scene_name, kStyle) {
+    std::vector<double> errors{study.tolerance};
+    for (const Row& row : study.rows) {
+      if (!IsDrawn(row)) continue;
+      drawn_.push_back(&row);
+      errors.push_back(std::clamp(row.error.value, kSmallestError, kLargestError));
+      if (std::ranges::find(families_, row.family) == families_.end()) {
+        families_.push_back(row.family);
+      }
+    }
+    std::ranges::sort(families_);
+    errors_ = Decades::Around(errors);
+    update_.decades = Costs(update_, {1 / study.rate});
+    precompute_.decades = Costs(precompute_, {});
+  }
+
+  std::string Draw() {
+    svg_.Rectangle({0, 0}, {kWidth, kHeight}, "paper");
+    svg_.Text({update_.left, 26}, study_.scene_name + ": what speed costs in accuracy",
+              "ink heading");
+    svg_.Text({update_.left, 46}, "recommended: " + study_.recommendation, "soft small");
+    svg_.Text({18, 0.5 * (kTop + kBottom)}, "error of the contact force", "ink",
+              Svg::Anchor::kMiddle, -90);
+    for (const Panel& panel : {update_, precompute_}) {
+      DrawTarget(panel);
+      DrawAxes(panel);
+      DrawFront(panel);
+      for (const Row* row : drawn_) DrawRow(panel, *row);
+    }
+    DrawLegend();
+    return svg_.Document();
+  }
+
+ private:
+  [[nodiscard]] Decades Costs(const Panel& panel, std::vector<double> costs) const {
+    for (const Row* row : drawn_) {
+      costs.push_back(std::clamp(row->*panel.cost, kShortest, kLongest));
+    }
+    return costs.empty() ? Decades{-3, 0} : Decades::Around(costs);
+  }
+
+  [[nodiscard]] double Y(double error) const {
+    return kBottom -
+           (kBottom - kTop) * errors_.Share(std::clamp(error, kSmallestError, kLargestError));
+  }
+  [[nodiscard]] Vector2d At(const Panel& panel, const Row& row) const {
+    return {panel.X(row.*panel.cost), Y(row.error.value)};
+  }
+
+  void DrawAxes(const Panel& panel) {
+    for (int d = panel.decades.low; d <= panel.decades.high; ++d) {
+      const double x = panel.X(std::pow(10, d));
+      svg_.Line({x, kTop}, {x, kBottom}, "grid");
+      svg_.Text({x, kBottom + 18}, Seconds(d), "soft small", Svg::Anchor::kMiddle);
+    }
+    for (int d = errors_.low; d <= errors_.high; ++d) {
+      const double y = Y(std::pow(10, d));
+      svg_.Line({panel.left, y}, {panel.right, y}, "grid");
+      if (panel.cost != update_.cost) continue;
+      svg_.Text({panel.left - 8, y + 4}, PowerOfTen(d + 2, "%"), "soft small", Svg::Anchor::kEnd);
+    }
+    svg_.Rectangle({panel.left, kTop}, {panel.right - panel.left, kBottom - kTop}, "frame");
+    svg_.Text({panel.middle(), kBottom + 40}, panel.caption, "ink", Svg::Anchor::kMiddle);
+  }
+
+  // What the scene asks for; precompute may take as long as it likes.
+  void DrawTarget(const Panel& panel) {
+    const bool is_update = panel.cost == update_.cost;
+    const Vector2d corner(panel.left, Y(study_.tolerance));
+    const double right = is_update ? panel.X(1 / study_.rate) : panel.right;
+    svg_.Rectangle(corner, Vector2d(right, kBottom) - corner, "target");
+    if (!is_update) return;
+    char words[80];
+    std::snprintf(words, sizeof words, "asked for: %g %% at %g Hz", 100 * study_.tolerance,
+                  study_.rate);
+    svg_.Text({panel.left + 8, kBottom - 8}, words, "soft small");
+  }
+
+  // A staircase: what is reachable lies above and to the right of it.
+  void DrawFront(const Panel& panel) {
+    std::vector<const Row*> sorted = drawn_;
+    std::ranges::sort(
+        sorted, {}, [&](const Row* row) { return std::pair(row->*panel.cost, row->error.value); });
+    Points points;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Row* row : sorted) {
+      if (row->error.value >= least) continue;
+      least = row->error.value;
+      const Vector2d at = At(panel, *row);
+      if (!points.empty()) points.emplace_back(at.x(), points.back().y());
+      points.push_back(at);
+    }
+    if (!points.empty()) points.emplace_back(panel.right, points.back().y());
+    svg_.Polyline(points, "front");
+  }
+
+  void DrawRow(const Panel& panel, const Row& row) {
+    const auto family =
+        static_cast<std::size_t>(std::ranges::find(families_, row.family) - families_.begin());
+    const Vector2d at = At(panel, row);
+    const std::string bar = "bar c" + std::to_string(family % kColours);
+    svg_.Line({at.x(), Y(row.error.value + row.error.bar)},
+              {at.x(), Y(row.error.value - row.error.bar)}, bar);
+    Mark(&svg_, family, at, Tooltip(row));
+    if (!row.recommended) return;
+    svg_.Circle(at, 11, "choice");
+    const bool right = at.x() < panel.middle();
+    svg_.Text(at + Vector2d(right ? 16 : -16, 4), row.family + ", " + row.resolution,
+              "choice-ink small", right ? Svg::Anchor::kStart : Svg::Anchor::kEnd);
+  }
+
+  void DrawLegend() {
+    double y = kTop + 10;
+    for (std::size_t f = 0; f < families_.size(); ++f, y += 22) {
+      Mark(&svg_, f, {kLegend + 10, y}, {});
+      svg_.Text({kLegend + 24, y + 4}, families_[f], "ink");
+    }
+    svg_.Line({kLegend, y}, {kLegend + 20, y}, "front");
+    svg_.Text({kLegend + 24, y + 4}, "nothing beats these", "soft");
+    svg_.Circle({kLegend + 10, y + 24}, 8, "choice");
+    svg_.Text({kLegend + 24, y + 28}, "recommended", "soft");
+  }
+
+  const StudyResult& study_;
+  Svg svg_;
+  std::vector<const Row*> drawn_;
+  std::vector<std::string> families_;
+  Decades errors_;
+  Panel update_{74, 430, "update of a moved contact (median)", &Row::update_median_s, {}};
+  Panel precompute_{482, 838, "precompute, once", &Row::precompute_s, {}};
+};
+
+}  // namespace
+
+std::string DrawFigure(const StudyResult& study) {
+  return Figure(study).Draw();
+}
+
+}  // namespace palpate

@@ -1,0 +1,228 @@
+#include "slave/study/measurement.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <new>
+#include <span>
+#include <utility>
+
+#include "shared/mesh/boundary_patch.h"
+#include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/make_model.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kSteps = 4;  // from the small depth to the full one, as a hand would go
+constexpr double kNarrow = 0.75, kWide = 1.4;  // of the tool's width, for the slope
+constexpr std::size_t kFewestRepeats = 5, kMostRepeats = 1000;
+constexpr int kHop = 10;  // every tenth update touches other elements
+
+// Finds the elements of places, as the tracker does before it asks the model.
+class Finder {
+ public:
+  explicit Finder(const ObjectMesh& mesh) : mesh_(mesh) {
+    if (const auto* solid = std::get_if<SolidMesh>(&mesh)) skin_ = SurfaceOf(*solid);
+    if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) skin_ = *surface;
+  }
+  // -1 where the model has no elements.
+  [[nodiscard]] int ElementAt(const Vector3d& p_O) const {
+    if (const auto* boundary = std::get_if<BoundaryMesh>(&mesh_)) {
+      return FindElement(*boundary, p_O.head<2>());
+    }
+    if (skin_.triangles.empty()) return -1;
+    const auto place = FindPlace(skin_, p_O);
+    return place ? place->triangle : -1;
+  }
+
+ private:
+  const ObjectMesh& mesh_;
+  SurfaceMesh skin_;
+};
+
+Contact At(const Press& press, const Vector3d& p_O, int element, double width, double depth) {
+  return {Contact::Kind::kDisplacement, p_O, element, width, depth * press.inward_O};
+}
+
+class Trial {
+ public:
+  Trial(DeformationModel* model, const ObjectMesh& mesh, const Question& question,
+        const Workshop& workshop)
+      : model_(*model), mesh_(mesh), finder_(mesh), question_(question), workshop_(workshop) {}
+
+  PressAnswers Answer(const Press& press) {
+    PressAnswers answers;
+    answers.width_mismatch = WidthMismatch(mesh_, press, question_.width);
+    const int element = finder_.ElementAt(press.p_O);
+    const auto at = [&](double depth, double width_share) {
+      return Ask(press, At(press, press.p_O, element, width_share * question_.width, depth));
+    };
+    model_.Reset();
+    answers.small = at(question_.small_depth, 1);
+    answers.width_slope = SlopeOf(press, at);
+    model_.Reset();
+    for (int step = 1; step <= kSteps; ++step) {
+      answers.full = at(question_.depth * step / kSteps, 1);
+    }
+    return answers;
+  }
+
+  // Seconds of single updates: the tool goes deeper and back and, now and then, on to other
+  // elements, which is what the slowest percent shows.
+  std::vector<double> Updates(const Press& press, double timing_s) {
+    std::vector<Contact> contacts;
+    for (int hop = 0; hop < 3; ++hop) {
+      const Vector3d p_O = press.p_O + (hop - 1) * 0.5 * question_.width * press.along_O;
+      contacts.push_back(At(press, p_O, finder_.ElementAt(p_O), question_.width, 0));
+    }
+    model_.Reset();
+    for (const Contact& contact : contacts) Ask(press, contact);  // the first calls allocate
+    std::vector<double> seconds;
+    const double end = workshop_.now() + timing_s;
+    ContactResponse response;
+    while (seconds.size() < kMostRepeats &&
+           (seconds.size() < kFewestRepeats || workshop_.now() < end)) {
+      const auto i = static_cast<int>(seconds.size());
+      Contact& contact = contacts[static_cast<std::size_t>(i / kHop % 3)];
+      contact.value_O = question_.depth * (0.5 + 0.05 * (i % kHop)) * press.inward_O;
+      const double began = workshop_.now();
+      model_.Respond(std::span(&contact, 1), std::span(&response, 1));
+      seconds.push_back(workshop_.now() - began);
+    }
+    return seconds;
+  }
+
+ private:
+  palpate::Answer Ask(const Press& press, const Contact& contact) {
+    ContactResponse response;
+    model_.Respond(std::span(&contact, 1), std::span(&response, 1));
+    if (!IsForceKnown(response.validity)) return {};
+    return {press.inward_O.dot(response.force_O), response.validity};
+  }
+
+  // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
+  // tell.
+  template <typename At>
+  double SlopeOf(const Press& press, const At& at) {
+    const double narrow = 1 + WidthMismatch(mesh_, press, kNarrow * question_.width);
+    const double wide = 1 + WidthMismatch(mesh_, press, kWide * question_.width);
+    const double ratio = kWide * wide / (kNarrow * narrow);
+    if (!(ratio > 1.01)) return kUnknown;
+    const double thin = at(question_.small_depth, kNarrow).force;
+    const double thick = at(question_.small_depth, kWide).force;
+    return thin > 0 && thick > 0 ? std::log(thick / thin) / std::log(ratio) : kUnknown;
+  }
+
+  DeformationModel& model_;
+  const ObjectMesh& mesh_;
+  Finder finder_;
+  const Question& question_;
+  const Workshop& workshop_;
+};
+
+void Describe(const Candidate& candidate, Row* row) {
+  row->family = candidate.family;
+  row->kind = candidate.scene.model.kind;
+  row->resolution = candidate.resolution;
+  row->element_size = candidate.element_size;
+  row->linear = candidate.linear;
+  row->own = candidate.own;
+  row->model = candidate.scene.model;
+  row->dof = candidate.dof;
+  row->expected_s = candidate.expected_s;
+  if (row->kind == "fem" || row->kind == "fem-hyperelastic") {
+    row->residual = candidate.scene.model.fem.residual;
+  }
+}
+
+double Quantile(const std::vector<double>& sorted, double share) {
+  const auto last = static_cast<double>(sorted.size() - 1);
+  return sorted[static_cast<std::size_t>(std::ceil(share * last))];
+}
+
+bool IsAnswer(const Answer& answer) {
+  return answer.validity != Validity::kFailed && std::isfinite(answer.force);
+}
+
+void Try(const Candidate& candidate, const Question& question, const Workshop& workshop,
+         Progress* progress, double timing_s, Row* row) {
+  const ObjectMesh mesh = MeshOf(candidate);
+  const double began = workshop.now();
+  const auto model = workshop.make(candidate.scene, mesh, progress);
+  row->precompute_s = workshop.now() - began;
+  const ModelInfo& info = model->info();
+  if (info.dof > 0) row->dof = info.dof;
+  row->memory_bytes = info.memory_bytes;
+  row->reason = info.remark;
+  Trial trial(model.get(), mesh, question, workshop);
+  row->validity = Validity::kValid;
+  for (const Press& press : question.presses) {
+    row->answers.push_back(trial.Answer(press));
+    row->validity = Worse(row->validity, row->answers.back().full.validity);
+    if (IsAnswer(row->answers.back().small)) continue;
+    row->outcome = Outcome::kFailed;
+    row->reason = model->failure().empty() ? "no answer" : std::string(model->failure());
+    return;
+  }
+  std::vector<double> seconds = trial.Updates(question.presses.front(), timing_s);
+  std::ranges::sort(seconds);
+  row->update_median_s = Quantile(seconds, 0.5);
+  row->update_p99_s = Quantile(seconds, 0.99);
+  row->outcome = Outcome::kAnswered;
+}
+
+}  // namespace
+
+const char* ToString(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kAnswered:
+      return "answered";
+    case Outcome::kFailed:
+      return "failed";
+    case Outcome::kSkipped:
+      break;
+  }
+  return "skipped";
+}
+
+Workshop RealWorkshop() {
+  return {[](const Scene& scene, const ObjectMesh& mesh, Progress* progress) {
+            return MakeModel(scene, mesh, progress);
+          },
+          [] {
+            const auto now = std::chrono::steady_clock::now().time_since_epoch();
+            return std::chrono::duration<double>(now).count();
+          }};
+}
+
+Row Skipped(const Candidate& candidate, std::string reason) {
+  Row row;
+  Describe(candidate, &row);
+  row.reason = std::move(reason);
+  return row;
+}
+
+Row Measure(const Candidate& candidate, const Question& question, const Workshop& workshop,
+            Progress* progress, double timing_s) {
+  Row row;
+  Describe(candidate, &row);
+  try {
+    Try(candidate, question, workshop, progress, timing_s, &row);
+  } catch (const Interrupted&) {
+    row.outcome = Outcome::kSkipped;
+    row.reason = "stopped";
+  } catch (const std::bad_alloc&) {
+    row.outcome = Outcome::kFailed;
+    row.reason = "out of memory";
+  } catch (const std::exception& error) {
+    row.outcome = Outcome::kFailed;
+    row.reason = error.what();
+  }
+  return row;
+}
+
+}  // namespace palpate

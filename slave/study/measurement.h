@@ -1,0 +1,31 @@
+// One candidate, tried: how it answers the question and what that costs.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/progress.h"
+#include "slave/study/candidate.h"
+#include "slave/study/question.h"
+#include "slave/study/row.h"
+
+namespace palpate {
+
+// Where models and time come from; tests bring their own.
+struct Workshop {
+  std::function<std::unique_ptr<DeformationModel>(const Scene&, const ObjectMesh&, Progress*)> make;
+  std::function<double()> now;  // [s], from any zero
+};
+Workshop RealWorkshop();
+
+// Never throws: what goes wrong stands in the row; a precompute that `progress` stopped is skipped.
+// `timing_s`: how long updates are repeated for the median, at least five and at most a thousand of
+// them.
+Row Measure(const Candidate& candidate, const Question& question, const Workshop& workshop,
+            Progress* progress, double timing_s = 0.15);
+
+// The row of a candidate that did not run.
+Row Skipped(const Candidate& candidate, std::string reason);
+
+}  // namespace palpate

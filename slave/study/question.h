@@ -1,0 +1,35 @@
+// What a study asks of every model alike: presses of the scene's tool, where the tool would meet
+// the object. Frame O.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/scene/scene.h"
+
+namespace palpate {
+
+// The tool goes straight in at one place.
+struct Press {
+  Eigen::Vector3d p_O{0, 0, 0};       // centre of the patch at rest [m]
+  Eigen::Vector3d inward_O{0, 0, 0};  // unit vector
+  Eigen::Vector3d along_O{0, 0, 0};   // unit tangent: the way a moved contact goes
+};
+
+struct Question {
+  std::vector<Press> presses;  // one or more, each on its own
+  double width = 0;            // of the tool [m], > 0
+  double depth = 0;            // as deep as the operator goes, at most half the size [m]
+  double small_depth = 0;      // where every model is linear [m]
+  double size = 0;             // larger side of the bounding box, the radius of a membrane [m]
+};
+
+// The scene's own question. Planar objects: at the boundary nearest to the tool's home; membranes:
+// at the centre and at half the radius; volumes: on the surface opposite to what is held. `places`
+// [m] are taken instead, where given, each moved to the surface. A scene without a tool gets one as
+// wide as a fifteenth of the object. Throws std::invalid_argument: an outline that only a picture
+// knows, a place off the object.
+Question AskedOf(const Scene& scene, const std::vector<Eigen::Vector3d>& places = {});
+
+}  // namespace palpate

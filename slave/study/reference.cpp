@@ -1,0 +1,219 @@
+#include "slave/study/reference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "slave/study/planar_truth.h"
+#include "slave/study/richardson.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kOneMesh = 0.3;  // of its own effect: a nonlinearity known from one mesh only
+constexpr const char* kIndependent = "finite elements";
+
+struct Limit {
+  std::string kind, words;
+  Estimate force;
+  bool extrapolated = true;
+  [[nodiscard]] double relative_bar() const { return force.bar / std::abs(force.value); }
+};
+
+std::string Words(const char* format, double value) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+bool IsLarge(const Row& row) {
+  return row.kind == "fem-hyperelastic" || row.kind == "plate-large";
+}
+
+// Families in the order of their rows; within a resolution the smallest residual last.
+std::map<std::string, std::vector<const Row*>> Families(const std::vector<Row>& rows) {
+  std::map<std::string, std::vector<const Row*>> families;
+  for (const Row& row : rows) {
+    if (row.outcome == Outcome::kAnswered) families[row.family].push_back(&row);
+  }
+  for (auto& [name, members] : families) {
+    std::ranges::stable_sort(members, [](const Row* a, const Row* b) {
+      return std::pair(a->element_size, -a->residual) < std::pair(b->element_size, -b->residual);
+    });
+  }
+  return families;
+}
+
+// d ln force / d ln width: of the finest member that could tell, else of nobody.
+double SlopeOf(const std::vector<const Row*>& members, std::size_t press) {
+  for (const Row* row : members) {
+    const double slope = row->answers[press].width_slope;
+    if (std::isfinite(slope)) return slope;
+  }
+  return 0;
+}
+
+std::optional<Limit> LimitOf(const std::vector<const Row*>& members, std::size_t press) {
+  const Row& finest = *members.front();
+  if (finest.element_size == 0) {
+    const double force = members.back()->answers[press].small.force;
+    return Limit{finest.kind, finest.family + " (has no mesh)", {force, 0}, true};
+  }
+  const double slope = SlopeOf(members, press);
+  std::vector<MeshAnswer> answers;
+  for (const Row* row : members) {
+    const PressAnswers& a = row->answers[press];
+    const double width = 1 + a.width_mismatch;
+    if (!(width > 0) || !std::isfinite(a.small.force)) continue;
+    answers.push_back({row->element_size, a.small.force * std::pow(width, -slope)});
+  }
+  const Extrapolation limit = Extrapolate(std::move(answers));
+  if (!std::isfinite(limit.limit.value)) return std::nullopt;
+  std::string words = finest.family + ", finest " + finest.resolution;
+  words += std::isfinite(limit.order) ? Words(", extrapolated with order %.2f", limit.order)
+                                      : std::string(", not converging smoothly");
+  return Limit{finest.kind, std::move(words), limit.limit, std::isfinite(limit.order)};
+}
+
+// The nearest thing to a second opinion: of another kind if there is one, of small bar.
+const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) {
+  const Limit* second = nullptr;
+  const auto rank = [&](const Limit& l) {
+    return std::pair(l.kind == best.kind, l.relative_bar());
+  };
+  for (const Limit& l : limits) {
+    if (&l == &best || !l.extrapolated) continue;
+    if (!second || rank(l) < rank(*second)) second = &l;
+  }
+  return second;
+}
+
+// How much stiffer than linear the object is at full depth.
+Estimate Stiffening(const std::vector<const Row*>& members, std::size_t press, double depths) {
+  std::vector<MeshAnswer> ratios;
+  for (const Row* row : members) {
+    const PressAnswers& a = row->answers[press];
+    const double ratio = a.full.force / (a.small.force * depths);
+    if (std::isfinite(ratio)) ratios.push_back({row->element_size, ratio});
+  }
+  if (ratios.empty()) return {};
+  if (members.front()->element_size == 0) return {ratios.back().value, 0};
+  const Estimate limit = Extrapolate(ratios).limit;
+  if (std::isfinite(limit.value)) return limit;
+  return {ratios.back().value, kOneMesh * std::abs(ratios.back().value - 1)};
+}
+
+}  // namespace
+
+ReferenceFinder::ReferenceFinder(const Scene& scene, const Question& question)
+    : question_(question) {
+  for (const Press& press : question.presses) {
+    const auto stiffness = PlanarStiffness(scene, press, question.width);
+    const double d = question.small_depth;
+    planar_.push_back(stiffness ? Estimate{d * stiffness->value, d * stiffness->bar} : Estimate{});
+  }
+}
+
+Reference ReferenceFinder::FindOne(const std::vector<Row>& rows, std::size_t press) const {
+  const auto families = Families(rows);
+  std::vector<Limit> limits;
+  if (std::isfinite(planar_[press].value)) {
+    limits.push_back({kIndependent,
+                      "quadratic finite elements on a graded mesh, independent of the models",
+                      planar_[press], true});
+  }
+  for (const auto& [name, members] : families) {
+    if (auto limit = LimitOf(members, press)) limits.push_back(*std::move(limit));
+  }
+  if (limits.empty()) return {{}, {}, "none: too few answers to extrapolate"};
+  const Limit& best = *std::ranges::min_element(
+      limits, {}, [](const Limit& l) { return std::pair(!l.extrapolated, l.relative_bar()); });
+  Reference reference{best.force, {}, best.words};
+  if (const Limit* second = SecondOpinion(limits, best)) {
+    const double apart = std::abs(second->force.value - best.force.value);
+    reference.small.bar = std::max(best.force.bar, apart - second->force.bar);
+    reference.source += "; differs from " + second->words +
+                        Words(" by %.2g %%", 100 * apart / std::abs(best.force.value));
+  } else {
+    reference.source += "; no other formulation answered";
+  }
+
+  const double depths = question_.depth / question_.small_depth;
+  Estimate stiffening{1, 0};
+  for (const auto& [name, members] : families) {
+    if (!IsLarge(*members.front())) continue;
+    const Estimate found = Stiffening(members, press, depths);
+    if (std::isfinite(found.value)) stiffening = found;
+  }
+  reference.full.value = reference.small.value * depths * stiffening.value;
+  reference.full.bar = reference.full.value * (reference.small.bar / reference.small.value +
+                                               stiffening.bar / stiffening.value);
+  return reference;
+}
+
+References ReferenceFinder::Find(const std::vector<Row>& rows) const {
+  References references;
+  for (std::size_t press = 0; press < question_.presses.size(); ++press) {
+    references.presses.push_back(FindOne(rows, press));
+  }
+  const bool any_large = std::ranges::any_of(
+      rows, [](const Row& row) { return row.outcome == Outcome::kAnswered && IsLarge(row); });
+  if (!any_large) {
+    references.remark =
+        "no model of large deformation answered: the errors leave out what it would change";
+  }
+  return references;
+}
+
+namespace {
+
+// Any row's d ln force / d ln width, for rows too coarse to tell; the largest.
+double LargestSlope(const std::vector<Row>& rows, std::size_t press) {
+  double slope = 0;
+  for (const Row& row : rows) {
+    if (row.outcome != Outcome::kAnswered) continue;
+    if (row.answers[press].width_slope > slope) slope = row.answers[press].width_slope;
+  }
+  return slope;
+}
+
+void JudgePress(const Reference& reference, const PressAnswers& answers, double slope, Row* row) {
+  const double width = 1 + answers.width_mismatch;
+  const double width_error = width > 0 ? std::abs(std::pow(width, slope) - 1) : 0;
+  const auto take_worse = [](double value, double* worst) {
+    if (value <= *worst || std::isnan(*worst)) return false;  // so written, NaN is the worst
+    *worst = value;
+    return true;
+  };
+  const auto judge = [&](const Estimate& truth, double force, Estimate* worst, double* deviation) {
+    const double bar = std::abs(truth.bar / truth.value);
+    const double off = std::abs(force / truth.value - 1);
+    if (deviation) take_worse(off, deviation);
+    if (take_worse(off >= 0 ? std::max({off, bar, width_error}) : kUnknown, &worst->value)) {
+      worst->bar = bar;
+    }
+  };
+  take_worse(width_error, &row->width_error);
+  judge(reference.small, answers.small.force, &row->error_small, nullptr);
+  judge(reference.full, answers.full.force, &row->error, &row->deviation);
+}
+
+}  // namespace
+
+void JudgeRows(const References& references, std::vector<Row>* rows) {
+  for (Row& row : *rows) {
+    if (row.outcome != Outcome::kAnswered) continue;
+    row.error = row.error_small = {-1, 0};
+    row.deviation = row.width_error = -1;
+    for (std::size_t i = 0; i < row.answers.size(); ++i) {
+      const double own = row.answers[i].width_slope;
+      const double slope = std::isfinite(own) ? own : LargestSlope(*rows, i);
+      JudgePress(references.presses[i], row.answers[i], slope, &row);
+    }
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,46 @@
+// What the rows of a study are held against: for every press the force that the most trustworthy
+// formulation converges to, and its own uncertainty.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "shared/scene/scene.h"
+#include "slave/study/question.h"
+#include "slave/study/row.h"
+
+namespace palpate {
+
+struct Reference {
+  Estimate small, full;  // force at the question's two depths, bars absolute [N]
+  std::string source;    // where `small` comes from and what it was checked against
+};
+
+struct References {
+  std::vector<Reference> presses;  // as in the question
+  std::string remark;              // what they leave out; may be empty
+};
+
+// Small depth: the limit of each family under mesh refinement (Extrapolate, with every answer
+// brought to the tool's real width by the models' own d ln force / d ln width) and, for planar
+// objects, the independent finite element solution; the one with the smallest bar. Its bar grows to
+// what it differs from another formulation beyond that one's own bar.
+// Full depth: the same, times how much stiffer the object is there in a large-deformation model
+// (von Karman, neo-Hookean) than at the small depth; one where none answered.
+class ReferenceFinder {
+ public:
+  // Solves the independent planar case: up to a second for each press.
+  ReferenceFinder(const Scene& scene, const Question& question);
+  [[nodiscard]] References Find(const std::vector<Row>& rows) const;
+
+ private:
+  [[nodiscard]] Reference FindOne(const std::vector<Row>& rows, std::size_t press) const;
+
+  Question question_;
+  std::vector<Estimate> planar_;  // force at the small depth, one per press; NaN: none
+};
+
+// Fills the errors of every row that answered.
+void JudgeRows(const References& references, std::vector<Row>* rows);
+
+}  // namespace palpate

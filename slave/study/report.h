@@ -1,0 +1,34 @@
+// A study as files and as a table. SI units; times are the only numbers that differ between runs.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "slave/study/study.h"
+
+namespace palpate {
+
+// One line per row, in the order of the study, after the header
+//   family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,
+//   deviation,width_error,
+//   validity,update_median_s,update_p99_s,precompute_s,memory_bytes,expected_s,
+//   on_front,meets_tolerance,meets_rate,recommended,reason
+// error: relative error of the contact force at full depth, the worst press, never below error_bar
+// (how far the reference itself may be off) and width_error (what the mesh's idea of the tool's
+// width costs); deviation: from the reference, as it is; _small: at the small depth, where every
+// model is linear. A number that is not known is an empty cell; flags are 0 or 1; text with a comma
+// is quoted.
+std::string ToCsv(const StudyResult& study);
+
+// Everything: the question (with its unit), the settings, the references and where they come from,
+// the rows with every force. Unknown numbers are null.
+std::string ToJson(const StudyResult& study);
+
+// For people: the rows that answered, fastest first, then what failed or was skipped and why.
+std::string ToTable(const StudyResult& study);
+
+// Writes study.csv, study.json and study.svg, each whole or not at all. Throws std::runtime_error
+// naming the file.
+void WriteStudy(const StudyResult& study, const std::filesystem::path& folder);
+
+}  // namespace palpate

@@ -1,0 +1,158 @@
+#include "slave/study/study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <utility>
+
+#include "slave/study/pareto.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kWorthABar = 2;  // [s]
+
+std::string Words(const char* format, double value) {
+  char text[120];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+// Ends a precompute that would not fit any more, and remembers why.
+class Allowance final : public Progress {
+ public:
+  Allowance(const StudySettings& settings, const Workshop& workshop, double deadline,
+            const std::stop_token& stop, std::string name, Progress* outer)
+      : settings_(settings),
+        workshop_(workshop),
+        deadline_(deadline),
+        stop_(stop),
+        name_(std::move(name)),
+        outer_(outer) {}
+
+  void Expect(const PrecomputeCost& cost) override {
+    if (cost.memory_bytes > settings_.most_memory) {
+      refusal_ = Words("needs %.2g GB of memory", 1e-9 * static_cast<double>(cost.memory_bytes));
+    } else if (workshop_.now() + cost.seconds > deadline_) {
+      refusal_ = Words("would take %.2g s, more than is left of the budget", cost.seconds);
+    }
+  }
+  bool Report(std::string_view stage, double done) override {
+    if (stop_.stop_requested()) refusal_ = "interrupted";
+    if (workshop_.now() > deadline_) refusal_ = "stopped at the end of the budget";
+    if (outer_) outer_->Report(name_ + ", " + std::string(stage), done);
+    return refusal_.empty();
+  }
+  [[nodiscard]] const std::string& refusal() const { return refusal_; }
+
+ private:
+  const StudySettings& settings_;
+  const Workshop& workshop_;
+  double deadline_;
+  const std::stop_token& stop_;
+  std::string name_;
+  Progress* outer_;
+  std::string refusal_;
+};
+
+class Study {
+ public:
+  Study(const Scene& scene, const StudySettings& settings, const Workshop& workshop,
+        const std::stop_token& stop, const StudyWatcher& watcher)
+      : settings_(settings),
+        workshop_(workshop),
+        stop_(stop),
+        watcher_(watcher),
+        deadline_(workshop.now() + settings.budget_s),
+        scene_(scene) {
+    result_.scene_name = scene.name;
+    result_.question = AskedOf(scene, settings.places);
+    result_.tolerance = scene.model.tolerance;
+    result_.rate = scene.model.rate;
+    result_.budget_s = settings.budget_s;
+  }
+
+  StudyResult Run() {
+    waiting_ = CandidatesFor(scene_, result_.question, settings_.limits);
+    const ReferenceFinder finder(scene_, result_.question);
+    while (!waiting_.empty()) {
+      const auto next = std::ranges::min_element(
+          waiting_, {}, [&](const Candidate& c) { return ExpectedSeconds(c); });
+      const double expected = ExpectedSeconds(*next);
+      if (stop_.stop_requested() || workshop_.now() + expected > deadline_) break;
+      const Candidate candidate = std::move(*next);
+      waiting_.erase(next);
+      TryOne(candidate, expected);
+      Judge(finder);
+      if (watcher_.on_row) watcher_.on_row(result_);
+    }
+    result_.complete = waiting_.empty();
+    const char* why = stop_.stop_requested() ? "interrupted" : "no time left in the budget";
+    for (const Candidate& c : waiting_) {
+      result_.rows.push_back(Skipped(c, why));
+      result_.rows.back().expected_s = ExpectedSeconds(c);
+    }
+    Judge(finder);
+    if (watcher_.on_row) watcher_.on_row(result_);
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] double ExpectedSeconds(const Candidate& c) const {
+    const auto found = slower_by_.find(c.family);
+    return c.expected_s * (found == slower_by_.end() ? 1 : found->second);
+  }
+
+  void TryOne(const Candidate& candidate, double expected) {
+    ReportShare();
+    // What is over at once needs no bar of its own.
+    Progress* const shown = expected > kWorthABar ? watcher_.progress : nullptr;
+    Allowance allowance(settings_, workshop_, deadline_, stop_,
+                        candidate.family + ", " + candidate.resolution, shown);
+    const double began = workshop_.now();
+    Row row = Measure(candidate, result_.question, workshop_, &allowance, settings_.timing_s);
+    row.expected_s = expected;
+    if (row.outcome == Outcome::kSkipped) row.reason = allowance.refusal();
+    if (row.outcome == Outcome::kAnswered && candidate.expected_s > 0) {
+      const double spent = std::max(workshop_.now() - began - settings_.timing_s, 1e-3);
+      slower_by_[candidate.family] = spent / candidate.expected_s;
+    }
+    result_.rows.push_back(std::move(row));
+  }
+
+  // Of the models or of the time, whichever is further.
+  void ReportShare() {
+    if (!watcher_.progress) return;
+    const auto tried = static_cast<double>(result_.rows.size());
+    const double models = tried / (tried + 1 + static_cast<double>(waiting_.size()));
+    const double time = 1 - (deadline_ - workshop_.now()) / settings_.budget_s;
+    watcher_.progress->Report("models", std::clamp(std::max(models, time), 0.0, 1.0));
+  }
+
+  void Judge(const ReferenceFinder& finder) {
+    result_.references = finder.Find(result_.rows);
+    JudgeRows(result_.references, &result_.rows);
+    MarkFront(&result_.rows);
+    result_.recommendation = Recommend(result_.tolerance, result_.rate, &result_.rows);
+  }
+
+  const StudySettings& settings_;
+  const Workshop& workshop_;
+  const std::stop_token& stop_;
+  const StudyWatcher& watcher_;
+  double deadline_;
+  Scene scene_;
+  StudyResult result_;
+  std::vector<Candidate> waiting_;
+  std::map<std::string, double> slower_by_;  // measured over expected, of each family's last row
+};
+
+}  // namespace
+
+StudyResult RunStudy(const Scene& scene, const StudySettings& settings, const Workshop& workshop,
+                     const std::stop_token& stop, const StudyWatcher& watcher) {
+  return Study(scene, settings, workshop, stop, watcher).Run();
+}
+
+}  // namespace palpate

@@ -1,0 +1,48 @@
+// The speed-accuracy trade of a scene, measured on the scene itself.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "slave/study/candidate.h"
+#include "slave/study/measurement.h"
+#include "slave/study/question.h"
+#include "slave/study/reference.h"
+#include "slave/study/row.h"
+
+namespace palpate {
+
+struct StudySettings {
+  double budget_s = 120;                           // of all candidates together [s]
+  double timing_s = 0.15;                          // of repeated updates, per candidate [s]
+  std::size_t most_memory = std::size_t{3} << 30;  // asked by one precompute [bytes]
+  CandidateLimits limits = {};
+  std::vector<Eigen::Vector3d> places = {};  // instead of the scene's own contact, see AskedOf
+};
+
+struct StudyResult {
+  std::string scene_name;
+  Question question;
+  double tolerance = 0, rate = 0, budget_s = 0;
+  std::vector<Row> rows;  // in the order tried, then the skipped ones
+  References references;
+  std::string recommendation;  // one sentence
+  bool complete = false;       // every candidate was tried
+};
+
+// What the caller may want while it runs; both may be empty.
+struct StudyWatcher {
+  std::function<void(const StudyResult&)> on_row;  // judged as far as it is, after every row
+  Progress* progress = nullptr;
+};
+
+// Cheapest candidates first, expected costs corrected by what was measured; those that no longer
+// fit into the budget are listed as skipped with their expected cost. A stop ends it the same way.
+// Throws std::invalid_argument: see AskedOf.
+StudyResult RunStudy(const Scene& scene, const StudySettings& settings, const Workshop& workshop,
+                     const std::stop_token& stop = {}, const StudyWatcher& watcher = {});
+
+}  // namespace palpate

@@ -1,0 +1,109 @@
+// A study of the block and of the embryo's disc against the published forces of the reference set,
+// which were derived with another program.
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "slave/study/study.h"
+
+namespace palpate {
+namespace {
+
+using nlohmann::json;
+
+std::optional<json> BlockFile() {
+  std::ifstream stream(PALPATE_SOURCE_DIR "/../shared/reference/b_block_embryo.json");
+  return stream ? std::optional(json::parse(stream)) : std::nullopt;
+}
+
+Scene BlockScene(const json& params) {
+  Scene scene;
+  scene.name = "block";
+  scene.object.geometry =
+      RectangleGeometry{params.at("width_m"), params.at("height_m"), params.at("thickness_m")};
+  scene.object.material.young_modulus = params.at("youngs_modulus_Pa");
+  scene.object.material.poisson_ratio = params.at("poisson_ratio");
+  scene.object.fixed = {{FixedSide{"bottom"}, {true, true, true}}};
+  scene.tool = Tool{};
+  scene.tool->width = params.at("patch_hi_m").get<double>() - params.at("patch_lo_m").get<double>();
+  scene.model.plane = params.at("plane") == "stress" ? Plane::kStress : Plane::kStrain;
+  scene.model.contact = params.at("contact").get<std::string>().starts_with("bonded")
+                            ? ContactLaw::kBonded
+                            : ContactLaw::kFrictionless;
+  scene.model.elements = 60;
+  scene.operator_options.press_depth = 0.005;
+  return scene;
+}
+
+Eigen::Vector3d PlaceOf(const json& params) {
+  const double middle =
+      0.5 * (params.at("patch_lo_m").get<double>() + params.at("patch_hi_m").get<double>());
+  if (params.at("indented_side") == "top") return {middle, params.at("height_m"), 0};
+  return {params.at("width_m"), middle, 0};
+}
+
+StudyResult Study(const Scene& scene, const Eigen::Vector3d& place, std::size_t most_dof) {
+  StudySettings settings;
+  settings.timing_s = 0;
+  settings.limits.dense_dof = most_dof;
+  settings.places = {place};
+  return RunStudy(scene, settings, RealWorkshop());
+}
+
+bool IsChosen(const std::string& id) {
+  for (const char* part :
+       {"stress_nu0.3_bonded", "strain_nu0.49_bonded", "stress_nu0.49_frictionless"}) {
+    if (id.starts_with("block_") && id.find(part) != std::string::npos) return true;
+  }
+  return false;
+}
+
+// Relative error of the constant elements by their count, from the printed forces alone.
+double PublishedError(const json& c, const std::string& count) {
+  const double force = c.at("constant_element_bem").at("k_bar_by_element_count").at(count);
+  return std::abs(force / c.at("expected").at("k_bar").get<double>() - 1);
+}
+
+// The printed forces of constant elements at 60 to 540 elements and the printed continuum value
+// give the true error of each row. A factor of 1.5 is what users are promised; beside it the stated
+// error may be off by the reference's own bar, which the study states, and by what the tool's width
+// costs, which differs by less than 1e-3. The bar is no decoration: the printed continuum value
+// lies inside it, up to the 2e-6 that it leaves open itself.
+TEST(BlockStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedForces) {
+  const auto file = BlockFile();
+  if (!file) GTEST_SKIP() << "../shared/reference is absent";
+  int compared = 0;
+  for (const json& c : file->at("cases")) {
+    const std::string id = c.at("id");
+    if (!IsChosen(id)) continue;
+    SCOPED_TRACE(id);
+    const Scene scene = BlockScene(c.at("params"));
+    const bool bonded = scene.model.contact == ContactLaw::kBonded;
+    const StudyResult study = Study(scene, PlaceOf(c.at("params")), bonded ? 600 : 1100);
+    for (const Row& row : study.rows) {
+      const std::string count = row.resolution.substr(0, row.resolution.find(' '));
+      if (row.family != "bem2d constant" || count == "20") continue;
+      if (!c.at("constant_element_bem").at("k_bar_by_element_count").contains(count)) continue;
+      ASSERT_EQ(row.outcome, Outcome::kAnswered) << row.reason;
+      const double error = PublishedError(c, count);
+      EXPECT_LT(row.error.value, 1.5 * error) << count;
+      EXPECT_GT(row.error.value, error / 1.5) << count;
+      EXPECT_LE(std::abs(row.error.value - error), row.error.bar + 1e-3) << count;
+      ++compared;
+    }
+    const Reference& reference = study.references.presses.at(0);
+    const double force = c.at("expected").at("force_N_at_5mm");
+    EXPECT_LE(std::abs(reference.full.value - force), reference.full.bar + 1e-5 * force)
+        << reference.source << ", bar " << reference.full.bar / force;
+    EXPECT_LT(reference.full.bar, 5e-3 * force) << reference.source;
+  }
+  EXPECT_EQ(compared, 5 * (3 + 3 + 4));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,167 @@
+#include "slave/study/report.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "tests/slave/study/fake_workshop.h"
+#include "tests/slave/study/well_formed.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+// Answered, failed and skipped rows.
+StudyResult Mixed() {
+  fake::World world;
+  world.stiffness = [](const Scene& scene) -> double {
+    if (scene.model.elements == 120) throw std::runtime_error("no, \"really\"\nnot");
+    return 100 * (1 - 3.0 / scene.model.elements);
+  };
+  world.precompute = [](const Scene& scene) {
+    return 3 * std::pow(scene.model.elements / 300., 3);
+  };
+  return RunStudy(fake::Square(), {.budget_s = 40, .timing_s = 1e-4}, world.Make());
+}
+
+// One line into its cells, quotes undone.
+std::vector<std::string> Cells(const std::string& line) {
+  std::vector<std::string> cells{""};
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') {
+      cells.back() += line[i++];
+    } else if (line[i] == '"') {
+      quoted = !quoted;
+    } else if (line[i] == ',' && !quoted) {
+      cells.emplace_back();
+    } else {
+      cells.back() += line[i];
+    }
+  }
+  return cells;
+}
+
+class Folder {
+ public:
+  Folder()
+      : path_(std::filesystem::temp_directory_path() /
+              ("palpate_study_" + std::to_string(getpid()))) {
+    std::filesystem::create_directories(path_);
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  [[nodiscard]] std::string Read(const std::string& file) const {
+    std::stringstream text;
+    text << std::ifstream(path_ / file).rdbuf();
+    return text.str();
+  }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+TEST(ReportTest, CsvHasItsDocumentedHeaderAndNumbersThatRoundTrip) {
+  const StudyResult study = Mixed();
+  std::stringstream csv(ToCsv(study));
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(line,
+            "family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,"
+            "error_small_bar,deviation,width_error,validity,update_median_s,update_p99_s,"
+            "precompute_s,memory_bytes,expected_s,on_front,meets_tolerance,meets_rate,recommended,"
+            "reason");
+  const std::size_t columns = Cells(line).size();
+  for (const Row& row : study.rows) {
+    ASSERT_TRUE(std::getline(csv, line));
+    const auto cells = Cells(line);
+    ASSERT_EQ(cells.size(), columns) << line;
+    EXPECT_EQ(cells[0], row.family);
+    EXPECT_EQ(cells[5], ToString(row.outcome));
+    if (row.outcome == Outcome::kAnswered) {
+      EXPECT_EQ(std::stod(cells[6]), row.error.value);
+      EXPECT_EQ(std::stod(cells[13]), row.update_median_s);
+      EXPECT_EQ(cells[12], "valid");
+    } else {
+      EXPECT_EQ(cells[6], "") << "not known is empty";
+      EXPECT_NE(cells[22], "");
+    }
+  }
+  EXPECT_FALSE(std::getline(csv, line));
+}
+
+TEST(ReportTest, JsonHoldsEverythingAndUnknownNumbersAsNull) {
+  const StudyResult study = Mixed();
+  const auto json = nlohmann::json::parse(ToJson(study));
+  EXPECT_EQ(json.at("scene"), fake::Square().name);
+  EXPECT_EQ(json.at("settings").at("tolerance"), 0.05);
+  EXPECT_EQ(json.at("settings").at("rate_Hz"), 500);
+  EXPECT_EQ(json.at("settings").at("budget_s"), 40);
+  EXPECT_EQ(json.at("complete"), false);
+  EXPECT_EQ(json.at("question").at("width_m"), 0.004);
+  ASSERT_EQ(json.at("references").at("presses").size(), 1U);
+  EXPECT_TRUE(json.at("references").at("presses")[0].at("force_N").at("value").is_number());
+  ASSERT_EQ(json.at("rows").size(), study.rows.size());
+  int recommended = 0;
+  for (std::size_t i = 0; i < study.rows.size(); ++i) {
+    const auto& row = json.at("rows")[i];
+    EXPECT_EQ(row.at("family"), study.rows[i].family);
+    EXPECT_EQ(row.at("outcome"), ToString(study.rows[i].outcome));
+    const bool answered = study.rows[i].outcome == Outcome::kAnswered;
+    EXPECT_EQ(row.at("error").at("value").is_number(), answered);
+    EXPECT_EQ(row.at("update_s").at("median").is_number(), answered);
+    EXPECT_EQ(row.at("answers").size(), answered ? 1U : 0U);
+    recommended += row.at("recommended").get<bool>() ? 1 : 0;
+  }
+  EXPECT_EQ(recommended, 1);
+}
+
+TEST(ReportTest, TableNamesReferenceRecommendationAndWhatWasLeftOut) {
+  const std::string table = ToTable(Mixed());
+  EXPECT_THAT(table, HasSubstr("reference: "));
+  EXPECT_THAT(table, HasSubstr("recommended: "));
+  EXPECT_THAT(table, HasSubstr("failed: bem2d constant, 120 elements"));
+  EXPECT_THAT(table, HasSubstr("skipped: "));
+  EXPECT_THAT(table, HasSubstr("(expected "));
+}
+
+TEST(ReportTest, FilesAreCompleteAfterEveryRowSoThatAnInterruptionKeepsThem) {
+  const Folder folder;
+  fake::World world;
+  std::stop_source stop;
+  std::size_t rows = 0;
+  const StudyWatcher watcher{[&](const StudyResult& so_far) {
+                               WriteStudy(so_far, folder.path());
+                               const auto json = nlohmann::json::parse(folder.Read("study.json"));
+                               EXPECT_EQ(json.at("rows").size(), so_far.rows.size());
+                               if (++rows == 3) stop.request_stop();
+                             },
+                             nullptr};
+  const StudyResult study =
+      RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make(), stop.get_token(), watcher);
+  EXPECT_EQ(folder.Read("study.csv"), ToCsv(study)) << "the last one lists what was skipped too";
+  EXPECT_EQ(NotWellFormed(folder.Read("study.svg")), "");
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+    EXPECT_NE(entry.path().extension(), ".part");
+    ++files;
+  }
+  EXPECT_EQ(files, 3);
+}
+
+TEST(ReportTest, FolderThatIsNotThereIsSaid) {
+  EXPECT_THROW(WriteStudy(Mixed(), "/nonexistent/folder"), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,91 @@
+#include "slave/study/richardson.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+std::vector<MeshAnswer> Sequence(const std::vector<double>& sizes, double limit, double factor,
+                                 double order) {
+  std::vector<MeshAnswer> answers;
+  for (const double h : sizes) answers.push_back({h, limit + factor * std::pow(h, order)});
+  return answers;
+}
+
+// Reference: sequences made from the law itself, so limit and order are known. Tolerance: bisection
+// to 2^-60, then rounding of differences as small as C h^p.
+TEST(RichardsonTest, FindsLimitAndOrderOfAnExactSequenceWhateverTheRatios) {
+  for (const double order : {0.5, 1.0, 1.5, 2.0, 3.0}) {
+    for (const auto& sizes : {std::vector{1.0, 0.5, 0.25}, std::vector{1.0, 0.6, 0.4, 0.2, 0.07}}) {
+      for (const double factor : {-0.3, 0.2}) {
+        const Extrapolation found = Extrapolate(Sequence(sizes, 2.5, factor, order));
+        EXPECT_NEAR(found.limit.value, 2.5, 1e-9) << order;
+        EXPECT_NEAR(found.order, order, 1e-6);
+      }
+    }
+  }
+}
+
+TEST(RichardsonTest, DoesNotDependOnUnitsOrOnTheOrderOfTheAnswers) {
+  auto answers = Sequence({1, 0.5, 0.2, 0.1}, 3, 0.4, 1.3);
+  answers[1].value += 0.01;  // not an exact sequence
+  const Extrapolation plain = Extrapolate(answers);
+  for (MeshAnswer& a : answers) a = {1e-9 * a.size, 1e12 * a.value};
+  std::swap(answers[0], answers[3]);
+  const Extrapolation scaled = Extrapolate(answers);
+  EXPECT_NEAR(scaled.limit.value / plain.limit.value, 1e12, 1);
+  EXPECT_NEAR(scaled.limit.bar / plain.limit.bar, 1e12, 10);
+  EXPECT_NEAR(scaled.order, plain.order, 1e-9);
+}
+
+// A second power in the error makes the observed order only nearly right: the bar has to say so.
+TEST(RichardsonTest, BarCoversTheTruthOfMixedOrders) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int covered = 0, useful = 0;
+  constexpr int kCases = 400;
+  for (int i = 0; i < kCases; ++i) {
+    const double a = 0.2 + 0.1 * uniform(random), b = 0.1 * uniform(random);
+    std::vector<MeshAnswer> answers;
+    for (const double h : {1.0, 0.5, 0.25, 0.125}) answers.push_back({h, 1 + a * h + b * h * h});
+    const Extrapolation found = Extrapolate(answers);
+    covered += std::abs(found.limit.value - 1) <= found.limit.bar ? 1 : 0;
+    useful += found.limit.bar < 0.5 * std::abs(answers.back().value - 1) ? 1 : 0;
+  }
+  EXPECT_GE(covered, kCases * 95 / 100);
+  EXPECT_GE(useful, kCases / 2) << "as small as that it is worth extrapolating";
+}
+
+TEST(RichardsonTest, NoiseIsNotExtrapolatedButSpread) {
+  const std::vector<MeshAnswer> answers{{1, 1.0}, {0.5, 1.2}, {0.25, 1.1}};
+  const Extrapolation found = Extrapolate(answers);
+  EXPECT_EQ(found.limit.value, 1.1) << "the finest";
+  EXPECT_DOUBLE_EQ(found.limit.bar, 0.2);
+  EXPECT_TRUE(std::isnan(found.order));
+}
+
+TEST(RichardsonTest, DivergenceIsNotTakenForConvergence) {
+  // Differences that grow under refinement, as of a point load in two dimensions.
+  const Extrapolation found = Extrapolate({{1, 1.0}, {0.5, 1.1}, {0.25, 1.3}});
+  EXPECT_TRUE(std::isnan(found.order));
+  EXPECT_GE(found.limit.bar, 0.3 - 1e-12);
+}
+
+TEST(RichardsonTest, FewAnswersGiveWhatTheyCan) {
+  EXPECT_TRUE(std::isnan(Extrapolate({}).limit.value));
+  EXPECT_TRUE(std::isnan(Extrapolate({{1, 5}}).limit.value)) << "one answer has no bar";
+  const Extrapolation two = Extrapolate({{1, 5}, {0.5, 4}});
+  EXPECT_EQ(two.limit.value, 4);
+  EXPECT_EQ(two.limit.bar, 1);
+}
+
+TEST(RichardsonTest, OfEqualSizesTheLastAnswerCounts) {
+  const Extrapolation found = Extrapolate({{1, 1.4}, {0.5, 9}, {0.5, 1.2}, {0.25, 7}, {0.25, 1.1}});
+  EXPECT_NEAR(found.limit.value, 1.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace palpate

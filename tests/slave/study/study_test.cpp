@@ -1,0 +1,292 @@
+#include "slave/study/study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <stop_token>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/slave/study/fake_workshop.h"
+
+namespace palpate {
+namespace {
+
+using fake::World;
+using testing::HasSubstr;
+
+std::size_t Count(const StudyResult& study, Outcome outcome) {
+  return static_cast<std::size_t>(
+      std::ranges::count(study.rows, outcome, [](const Row& row) { return row.outcome; }));
+}
+
+const Row& RowOf(const StudyResult& study, const std::string& family,
+                 const std::string& resolution) {
+  for (const Row& row : study.rows) {
+    if (row.family == family && row.resolution == resolution) return row;
+  }
+  throw std::out_of_range(family + " " + resolution);
+}
+
+TEST(QuestionTest, PlanarObjectsArePressedWhereTheToolComesFrom) {
+  Scene scene = fake::Square();
+  Question question = AskedOf(scene);
+  ASSERT_EQ(question.presses.size(), 1U);
+  EXPECT_TRUE(question.presses[0].p_O.isApprox(Eigen::Vector3d(0.03, 0.06, 0)));
+  EXPECT_TRUE(question.presses[0].inward_O.isApprox(Eigen::Vector3d(0, -1, 0)));
+  scene.manipulator.home = {0.09, 0.02, 0};
+  question = AskedOf(scene);
+  EXPECT_TRUE(question.presses[0].p_O.isApprox(Eigen::Vector3d(0.06, 0.02, 0)));
+  EXPECT_TRUE(question.presses[0].inward_O.isApprox(Eigen::Vector3d(-1, 0, 0)));
+  EXPECT_EQ(question.width, 0.004);
+  EXPECT_EQ(question.depth, scene.operator_options.press_depth);
+}
+
+TEST(QuestionTest, VolumesArePressedOppositeToWhatIsHeld) {
+  Scene scene = fake::Square();
+  scene.object.geometry = BoxGeometry{{0.06, 0.04, 0.05}, {3, 2, 4}};
+  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
+  Press press = AskedOf(scene).presses.at(0);
+  EXPECT_TRUE(press.p_O.isApprox(Eigen::Vector3d(0.03, 0.02, 0.05)));
+  EXPECT_TRUE(press.inward_O.isApprox(Eigen::Vector3d(0, 0, -1)));
+  scene.object.fixed = {{FixedPlane{0, 0.06}, {true, true, true}}};
+  press = AskedOf(scene).presses.at(0);
+  EXPECT_NEAR(press.p_O.x(), 0, 1e-12);
+  EXPECT_TRUE(press.inward_O.isApprox(Eigen::Vector3d(1, 0, 0)));
+}
+
+TEST(QuestionTest, MembranesArePressedAtTheCentreAndHalfWayOut) {
+  Scene scene = fake::Square();
+  scene.object.geometry = MembraneGeometry{0.038, 0.001};
+  const Question question = AskedOf(scene);
+  ASSERT_EQ(question.presses.size(), 2U);
+  EXPECT_EQ(question.presses[0].p_O.norm(), 0);
+  EXPECT_NEAR(question.presses[1].p_O.norm(), 0.019, 1e-12);
+  EXPECT_NEAR(question.small_depth, 1e-5, 1e-15) << "a hundredth of the thickness";
+}
+
+TEST(QuestionTest, AnOutlineThatOnlyAPictureKnowsIsRefused) {
+  Scene scene = fake::Square();
+  scene.object.geometry = ImageContourGeometry{0.01};
+  EXPECT_THROW(AskedOf(scene), std::invalid_argument);
+}
+
+TEST(CandidateTest, PlanarScenesGetEveryOrderAtResolutionsThatFitTheTool) {
+  const Scene scene = fake::Square();
+  const Question question = AskedOf(scene);
+  std::set<std::string> families;
+  bool own = false;
+  for (const Candidate& c : CandidatesFor(scene, question)) {
+    families.insert(c.family);
+    own = own || c.scene.model.elements == scene.model.elements;
+    EXPECT_GE(c.scene.model.elements, 20);
+    EXPECT_LE(c.scene.model.elements, 1500);
+    if (c.scene.model.elements < 60) continue;
+    // 60 elements are as long as the tool is wide: finer ones divide it.
+    EXPECT_NEAR(WidthMismatch(MeshOf(c), question.presses[0], question.width), 0, 1e-9)
+        << c.resolution;
+  }
+  EXPECT_THAT(families, testing::ElementsAre("bem2d constant", "bem2d linear", "bem2d quadratic"));
+  EXPECT_TRUE(own) << "the scene's own resolution";
+}
+
+TEST(CandidateTest, VolumesGetSeveralResolutionsResidualsAndFormulations) {
+  Scene scene = fake::Square();
+  scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {6, 6, 6}};
+  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
+  std::set<std::string> families, own_sizes;
+  std::set<double> residuals;
+  for (const Candidate& c : CandidatesFor(scene, AskedOf(scene))) {
+    families.insert(c.family);
+    if (c.family == "fem tet4 linear") own_sizes.insert(c.resolution);
+    if (c.family == "fem tet4 corotational") residuals.insert(c.scene.model.fem.residual);
+  }
+  EXPECT_THAT(families,
+              testing::ElementsAre("bem3d", "fem tet10 linear", "fem tet4 corotational",
+                                   "fem tet4 linear", "fem-green", "fem-hyperelastic tet4"));
+  EXPECT_THAT(residuals, testing::ElementsAre(1e-9, 1e-6, 1e-3));
+  EXPECT_THAT(own_sizes, testing::Contains("6 x 6 x 6 cells"));
+  EXPECT_GE(own_sizes.size(), 4U);
+}
+
+TEST(CandidateTest, ElementsHeldByNumberKeepTheSceneItsDivision) {
+  Scene scene = fake::Square();
+  scene.object.fixed = {{FixedNodes{{0, 1, 2}}, {true, true, true}}};
+  for (const Candidate& c : CandidatesFor(scene, AskedOf(scene))) {
+    EXPECT_EQ(c.scene.model.elements, scene.model.elements);
+  }
+}
+
+// Reference: the springs' own law, stiffness 100 (1 - 3 / N), whose limit is 100.
+TEST(StudyTest, ErrorsAreThoseAgainstTheLimitThatTheModelsConvergeTo) {
+  World world;
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  EXPECT_TRUE(study.complete);
+  EXPECT_EQ(Count(study, Outcome::kAnswered), study.rows.size());
+  for (const Row& row : study.rows) {
+    const double elements = std::stod(row.resolution);
+    EXPECT_NEAR(row.deviation, 3 / elements, 1e-6) << row.family << row.resolution;
+  }
+  const Reference& reference = study.references.presses.at(0);
+  EXPECT_NEAR(reference.full.value, 100 * study.question.depth, 1e-6);
+  EXPECT_THAT(reference.source, HasSubstr("order 1.00"));
+}
+
+TEST(StudyTest, ReferenceAdmitsWhatAnotherFamilySays) {
+  World world;
+  world.stiffness = [](const Scene& scene) {
+    const bool biased = scene.model.order == ElementOrder::kLinear;
+    return (biased ? 102 : 100) * (1 - 3.0 / scene.model.elements);
+  };
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  const Reference& reference = study.references.presses.at(0);
+  // Two families agree on 100; the bar does not have to hide a third one as long as a second
+  // opinion agrees, but where only two exist it does.
+  EXPECT_NEAR(reference.full.value / study.question.depth, 100, 2.1);
+  world.stiffness = [](const Scene& scene) {
+    const bool biased = scene.model.order == ElementOrder::kLinear;
+    if (scene.model.order == ElementOrder::kQuadratic) return kUnknown;
+    return (biased ? 102 : 100) * (1 - 3.0 / scene.model.elements);
+  };
+  const StudyResult two = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  const Estimate& full = two.references.presses.at(0).full;
+  EXPECT_GE(full.bar / two.question.depth, 1.5);
+  EXPECT_LE(std::abs(full.value / two.question.depth - 100), full.bar / two.question.depth + 1e-9);
+}
+
+// Reference: the fake clock. Every second spent is one that the models asked for.
+TEST(StudyTest, BudgetIsRespectedAndTheRestListedWithItsCost) {
+  World world;
+  // Three seconds at 300 elements, 81 at 900.
+  world.precompute = [](const Scene& scene) {
+    return 3 * std::pow(scene.model.elements / 300., 3);
+  };
+  StudySettings settings{.budget_s = 40, .timing_s = 1e-4};
+  const double began = world.clock;
+  const StudyResult study = RunStudy(fake::Square(), settings, world.Make());
+  EXPECT_FALSE(study.complete);
+  // Costs are only expected: the first of an order may come dearer than thought, once.
+  EXPECT_LE(world.clock - began, settings.budget_s * 1.5);
+  EXPECT_GE(Count(study, Outcome::kAnswered), 10U);
+  double left_out = 0;
+  for (const Row& row : study.rows) {
+    if (row.outcome != Outcome::kSkipped) continue;
+    EXPECT_THAT(row.reason, HasSubstr("budget"));
+    EXPECT_GT(row.expected_s, 0);
+    left_out = std::max(left_out, row.expected_s);
+  }
+  EXPECT_GT(left_out, settings.budget_s / 2) << "what it learned from the cheap ones";
+}
+
+TEST(StudyTest, CheapestComeFirst) {
+  World world;
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  EXPECT_LE(std::stod(study.rows.front().resolution), 30);
+  EXPECT_GE(std::stod(study.rows.back().resolution), 900);
+}
+
+TEST(StudyTest, PrecomputeThatWouldNotFitIsRefusedBeforeItStarts) {
+  World world;
+  StudySettings settings{.budget_s = 60, .timing_s = 1e-4};
+  world.while_making = [&](Progress* progress) {
+    progress->Expect({.seconds = 1e4, .memory_bytes = 100});
+    if (!progress->Report("factor", 0)) throw Interrupted();
+  };
+  StudyResult study = RunStudy(fake::Square(), settings, world.Make());
+  EXPECT_EQ(Count(study, Outcome::kSkipped), study.rows.size());
+  EXPECT_THAT(study.rows[0].reason, HasSubstr("more than is left of the budget"));
+
+  world.while_making = [&](Progress* progress) {
+    progress->Expect({.seconds = 0, .memory_bytes = std::size_t{1} << 40});
+    if (!progress->Report("factor", 0)) throw Interrupted();
+  };
+  study = RunStudy(fake::Square(), settings, world.Make());
+  EXPECT_THAT(study.rows[0].reason, HasSubstr("of memory"));
+}
+
+TEST(StudyTest, FailuresAreRowsWithTheirReason) {
+  World world;
+  world.stiffness = [](const Scene& scene) -> double {
+    if (scene.model.elements == 60) throw std::invalid_argument("sixty is too many");
+    if (scene.model.order == ElementOrder::kLinear) return kUnknown;
+    return 100 * (1 - 3.0 / scene.model.elements);
+  };
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  EXPECT_TRUE(study.complete);
+  const Row& thrown = RowOf(study, "bem2d constant", "60 elements");
+  EXPECT_EQ(thrown.outcome, Outcome::kFailed);
+  EXPECT_EQ(thrown.reason, "sixty is too many");
+  const Row& refused = RowOf(study, "bem2d linear", "120 elements");
+  EXPECT_EQ(refused.outcome, Outcome::kFailed);
+  EXPECT_EQ(refused.reason, "spring broke");
+  EXPECT_EQ(RowOf(study, "bem2d quadratic", "120 elements").outcome, Outcome::kAnswered);
+}
+
+TEST(StudyTest, EverythingFailingIsAnAnswerToo) {
+  World world;
+  world.stiffness = [](const Scene&) { return kUnknown; };
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  EXPECT_EQ(Count(study, Outcome::kFailed), study.rows.size());
+  EXPECT_THAT(study.recommendation, HasSubstr("no model answered"));
+}
+
+TEST(StudyTest, StopEndsItWithWhatThereIs) {
+  World world;
+  std::stop_source stop;
+  int seen = 0;
+  const StudyWatcher watcher{[&](const StudyResult& so_far) {
+                               if (++seen == 5) stop.request_stop();
+                               EXPECT_GE(so_far.rows.size(), 1U);
+                             },
+                             nullptr};
+  const StudyResult study =
+      RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make(), stop.get_token(), watcher);
+  EXPECT_FALSE(study.complete);
+  EXPECT_EQ(Count(study, Outcome::kAnswered), 5U);
+  EXPECT_EQ(study.rows.back().reason, "interrupted");
+  EXPECT_EQ(world.made, 5);
+}
+
+TEST(StudyTest, LongPrecomputeHearsTheStop) {
+  World world;
+  std::stop_source stop;
+  world.while_making = [&](Progress* progress) {
+    stop.request_stop();
+    if (!progress->Report("factor", 0.5)) throw Interrupted();
+  };
+  const StudyResult study =
+      RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make(), stop.get_token());
+  EXPECT_EQ(world.made, 1);
+  EXPECT_EQ(study.rows[0].outcome, Outcome::kSkipped);
+  EXPECT_EQ(study.rows[0].reason, "interrupted");
+}
+
+TEST(StudyTest, TwoRunsDifferInTimesOnly) {
+  World first, second;
+  second.clock = 5;
+  const StudyResult a = RunStudy(fake::Square(), {.timing_s = 1e-4}, first.Make());
+  const StudyResult b = RunStudy(fake::Square(), {.timing_s = 1e-4}, second.Make());
+  ASSERT_EQ(a.rows.size(), b.rows.size());
+  for (std::size_t i = 0; i < a.rows.size(); ++i) {
+    EXPECT_EQ(a.rows[i].family + a.rows[i].resolution, b.rows[i].family + b.rows[i].resolution);
+    EXPECT_EQ(a.rows[i].error.value, b.rows[i].error.value);
+  }
+}
+
+// An element longer than the tool sees a wider one. Where the stiffness grows with the width, an
+// answer that happens to be right is no sign of accuracy.
+TEST(StudyTest, LuckyCancellationIsNotAccuracy) {
+  Row row;
+  row.outcome = Outcome::kAnswered;
+  row.answers = {{{1, Validity::kValid}, {1, Validity::kValid}, 0.5, 0.26}};
+  std::vector<Row> rows{row};
+  JudgeRows({{{{1, 0.001}, {1, 0.001}, ""}}, ""}, &rows);
+  EXPECT_EQ(rows[0].deviation, 0);
+  EXPECT_NEAR(rows[0].error.value, std::pow(1.5, 0.26) - 1, 1e-12);
+  EXPECT_EQ(rows[0].error.bar, 0.001);
+}
+
+}  // namespace
+}  // namespace palpate
