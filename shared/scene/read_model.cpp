@@ -102,6 +102,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     ReadFem(model, !is_hyperelastic, &options.fem);
   }
   if (options.kind == "fem-green") ReadElement(model, &options.fem);
+  if (options.kind == "plate-large") options.modes = model.Integer("modes", 2, 40, 0);
   if (is_hyperelastic) options.fem.law = Fem::Law::kNeoHookean;
   if (options.kind == "fem" && options.fem.law == Fem::Law::kNeoHookean) {
     options.kind = "fem-hyperelastic";
@@ -117,7 +118,10 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   }
   options.tolerance = model.Number("tolerance", Share(), options.tolerance);
   options.rate = model.Number("rate", Positive(Dimension::kFrequency), options.rate);
-  options.range = model.Number("range", Share(), 0.10);
+  // Plates have ranges of their own, in thicknesses.
+  if (options.kind.find("plate") == std::string::npos) {
+    options.range = model.Number("range", Share(), 0.10);
+  }
   Section puncture = model.Open("puncture");
   options.puncture_depth = puncture.Number("depth", Positive(Dimension::kLength));
   return options;

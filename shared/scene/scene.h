@@ -187,6 +187,7 @@ struct ModelOptions {
   std::string kind = "auto";  // auto bem2d plate plate-large fem fem-hyperelastic bem3d fem-green
   int elements = 180;
   ElementOrder order = ElementOrder::kConstant;
+  int modes = 0;  // of plate-large; 0: its own choice
   FemOptions fem;
   std::filesystem::path cache;  // folder for Green's functions; empty: none is kept
   Plane plane = Plane::kStress;

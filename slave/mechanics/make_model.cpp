@@ -5,6 +5,9 @@
 #include <variant>
 
 #include "slave/mechanics/bem/bem2d_model.h"
+#include "slave/mechanics/make_solid.h"
+#include "slave/mechanics/plate/plate_large_model.h"
+#include "slave/mechanics/plate/plate_model.h"
 
 namespace palpate {
 namespace {
@@ -26,6 +29,29 @@ std::unique_ptr<DeformationModel> MakeBem2d(const Scene& scene, const BoundaryMe
                        scene.model.plane},
       params);
 }
+
+std::unique_ptr<DeformationModel> MakePlate(const Scene& scene, const MembraneDisc& disc) {
+  const Material& material = scene.object.material;
+  PlateModel::Params params;
+  params.radius = disc.radius;
+  params.thickness = disc.thickness;
+  params.young_modulus = material.young_modulus;
+  params.poisson_ratio = material.poisson_ratio;
+  return std::make_unique<PlateModel>(params);
+}
+
+std::unique_ptr<DeformationModel> MakePlateLarge(const Scene& scene, const MembraneDisc& disc,
+                                                 Progress* progress) {
+  const Material& material = scene.object.material;
+  PlateLargeModel::Params params;
+  params.radius = disc.radius;
+  params.thickness = disc.thickness;
+  params.young_modulus = material.young_modulus;
+  params.poisson_ratio = material.poisson_ratio;
+  if (scene.model.modes > 0) params.order = scene.model.modes;
+  return std::make_unique<PlateLargeModel>(params, progress);
+}
+
 }  // namespace
 
 ModelChoice ChooseModel(const Scene& scene) {
@@ -49,12 +75,24 @@ bool MovesInTime(const Scene& scene) {
 }
 
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,
-                                            Progress* /*progress*/) {
-  const ModelChoice choice = ChooseModel(scene);
-  if (choice.kind == "bem2d" && std::holds_alternative<BoundaryMesh>(mesh)) {
-    return MakeBem2d(scene, std::get<BoundaryMesh>(mesh));
+                                            Progress* progress) {
+  const std::string kind = ChooseModel(scene).kind;
+  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh); outline && kind == "bem2d") {
+    return MakeBem2d(scene, *outline);
   }
-  throw std::invalid_argument("model.kind = " + choice.kind + ": accepted is auto or bem2d");
+  if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) {
+    if (kind == "plate") return MakePlate(scene, *disc);
+    if (kind == "plate-large") return MakePlateLarge(scene, *disc, progress);
+  }
+  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) {
+    if (kind == "fem" || kind == "fem-hyperelastic") return MakeFem(scene, *solid, progress);
+    if (kind == "fem-green") return MakeFemGreen(scene, *solid, progress);
+    if (kind == "bem3d") return MakeBem3d(scene, SurfaceOf(*solid), progress);
+  }
+  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh); surface && kind == "bem3d") {
+    return MakeBem3d(scene, *surface, progress);
+  }
+  throw std::invalid_argument("model.kind = " + kind + ": accepted is a model of this object");
 }
 
 }  // namespace palpate

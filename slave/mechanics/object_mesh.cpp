@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "shared/mesh/boundary_patch.h"
+#include "shared/mesh/files/mesh_file.h"
+#include "shared/mesh/mesh_check.h"
 #include "shared/mesh/surface_patch.h"
 
 namespace palpate {
@@ -47,6 +49,22 @@ std::optional<std::string> RefuseAt(const SurfaceMesh& surface, const Vector3d& 
   if (FindPlace(surface, p_O)) return std::nullopt;
   return "a node, or a place on the surface, half the longest edge of the nearest triangle from it "
          "at most";
+}
+
+ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const std::string& kind) {
+  MeshFile file = ReadMeshFile(geometry.file, geometry.unit);
+  try {
+    if (auto* solid = std::get_if<SolidMesh>(&file.mesh)) {
+      RequireSound(CheckMesh(*solid, file.numbers, true));
+      return std::move(*solid);
+    }
+    auto& surface = std::get<SurfaceMesh>(file.mesh);
+    RequireSound(CheckMesh(surface, file.numbers, true));
+    if (kind == "bem3d") return std::move(surface);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(geometry.file.string() + ": " + error.what());
+  }
+  throw std::invalid_argument(geometry.file.string() + ": a surface");
 }
 
 }  // namespace
@@ -95,6 +113,9 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
     return MembraneDisc{membrane->radius, membrane->thickness};
   }
   if (const auto* box = std::get_if<BoxGeometry>(&geometry)) return MeshBox(box->size, box->cells);
+  if (const auto* file = std::get_if<MeshFileGeometry>(&geometry)) {
+    return MeshOfFile(*file, scene.model.kind);
+  }
   return MeshOutline(scene, seen);
 }
 
