@@ -1,5 +1,5 @@
-// `bem2d`: a planar elastic body by constant boundary elements, precomputed Green's functions and
-// the capacitance matrix (paper A, 3.3-3.4).
+// `bem2d`: a planar elastic body by constant, linear or quadratic boundary elements, precomputed
+// Green's functions and the capacitance matrix (paper A, 3.3-3.4).
 #pragma once
 
 #include <chrono>
@@ -12,9 +12,10 @@
 
 namespace palpate {
 
-// Displacements and tractions on the boundary, element by element. Frame O.
+// Displacements and tractions on the boundary, node by node: the elements' midpoints where they are
+// constant, the points of ElementNodes in each element where not. Frame O.
 struct BoundaryState {
-  std::vector<Eigen::Vector2d> displacement;  // of the midpoints [m]
+  std::vector<Eigen::Vector2d> displacement;  // [m]
   std::vector<Eigen::Vector2d> traction;      // on the body [Pa]
 };
 
@@ -27,8 +28,14 @@ class Bem2dModel final : public DeformationModel {
     double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
   };
 
-  // Throws std::invalid_argument: see GreensFunctions; modulus, thickness or range not positive.
-  Bem2dModel(ReferenceProblem problem, const Params& params);
+  // Tells `progress`, if there is one, what to expect and how far it is. Throws
+  // std::invalid_argument: see GreensFunctions; modulus, thickness or range not positive;
+  // Interrupted.
+  Bem2dModel(ReferenceProblem problem, const Params& params, Progress* progress = nullptr);
+  // Of the precompute, before it starts.
+  static PrecomputeCost Estimate(int elements, ElementOrder order) {
+    return GreensFunctions::Estimate(elements, order);
+  }
 
   // Frictionless contacts prescribe the displacement along its own direction (a zero displacement:
   // along the outward normal at the patch's middle element) and leave the traction across it zero.
@@ -64,6 +71,7 @@ class Bem2dModel final : public DeformationModel {
   bool AppendPatch(const Contact& contact);
   [[nodiscard]] Eigen::Vector2d DirectionOf(const Contact& contact) const noexcept;
   [[nodiscard]] int ElementAt(const Contact& contact) const noexcept;
+  std::span<const int> NodesOf(const std::vector<int>& elements, std::vector<int>* nodes) const;
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) const noexcept;
   [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) const noexcept;
 
@@ -81,8 +89,8 @@ class Bem2dModel final : public DeformationModel {
   bool answered_ = false;  // prescribed_ and answer_ are those of the last Respond
   std::vector<Key> set_;
   std::vector<ContactPatch> patches_;
-  std::vector<std::vector<int>> elements_;   // per patch; never shrinks
-  std::vector<double> prescribed_, answer_;  // nondimensional
+  std::vector<std::vector<int>> elements_, nodes_;  // per patch; never shrink
+  std::vector<double> prescribed_, answer_;         // nondimensional
 };
 
 }  // namespace palpate
