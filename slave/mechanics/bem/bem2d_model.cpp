@@ -55,7 +55,8 @@ bool SameLine(const Vector2d& a, const Vector2d& b) {
 Bem2dModel::Bem2dModel(ReferenceProblem problem, const Params& params, Progress* progress)
     : params_(Checked(params, problem, progress)),
       greens_(std::move(problem), progress),
-      solver_(greens_) {
+      solver_(greens_),
+      moving_(greens_) {
   const BoundaryMesh& mesh = greens_.problem().mesh;
   larger_side_ = LargerSide(mesh);
   length_unit_ = mesh.length_unit;
@@ -78,6 +79,7 @@ void Bem2dModel::Respond(std::span<const Contact> contacts,
   } catch (const std::bad_alloc&) {
     answered_ = false;
     prepared_ = false;
+    moving_.Forget();
     failure_ = "out of memory";
   }
   if (!answered_) std::ranges::fill(responses, ContactResponse{});
@@ -100,7 +102,7 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
     prescribed_[2 * i] = contacts[i].value_O.x() / unit;
     prescribed_[2 * i + 1] = contacts[i].value_O.y() / unit;
   }
-  if (!solver_.Respond(prescribed_, answer_)) {
+  if (!Solve()) {
     failure_ = MovesWhatIsHeld() ? "an element that the scene holds is moved or loaded"
                                  : "loads on a body that is free to move do not balance";
     return false;
@@ -156,7 +158,8 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
     set_.push_back({contact.kind, contact.element, contact.width, contact.p_O.head<2>(),
                     DirectionOf(contact)});
   }
-  prepared_ = solver_.Prepare(patches_);
+  moving_knows_ = moving_.Prepare(patches_);
+  prepared_ = moving_knows_ || solver_.Prepare(patches_);
   if (!prepared_) {
     failure_ =
         "a contact shares an element with another or with a load, or contacts leave a body that "
@@ -164,6 +167,12 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
         "body";
   }
   return prepared_;
+}
+
+bool Bem2dModel::Solve() noexcept {
+  if (!moving_knows_) return solver_.Respond(prescribed_, answer_);
+  moving_.Respond(prescribed_, answer_);
+  return true;
 }
 
 bool Bem2dModel::MovesWhatIsHeld() const noexcept {
@@ -254,6 +263,8 @@ ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) const 
 
 // Components that the reference problem holds cannot move: no stiffness is known for them.
 Matrix2d Bem2dModel::StiffnessOf(const Contact& contact, int patch) const noexcept {
+  const double unit = force_unit_ / length_unit_;
+  if (moving_knows_) return unit * moving_.Derivative(patch);
   Matrix2d derivative = solver_.Derivative(patch);
   const bool load = contact.kind == Contact::Kind::kForce;
   for (int c = 0; c < 2; ++c) {
@@ -266,7 +277,7 @@ Matrix2d Bem2dModel::StiffnessOf(const Contact& contact, int patch) const noexce
   for (int c = 0; c < 2; ++c) {
     if (load && solver_.blocked(patch, c)) derivative(c, c) = 0;
   }
-  return (force_unit_ / length_unit_) * derivative;
+  return unit * derivative;
 }
 
 void Bem2dModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
@@ -286,7 +297,11 @@ BoundaryState Bem2dModel::Boundary() const {
     state.traction = state.displacement;
     return state;
   }
-  solver_.Boundary(prescribed_, &state.displacement, &state.traction);
+  if (moving_knows_) {
+    moving_.Boundary(prescribed_, &state.displacement, &state.traction);
+  } else {
+    solver_.Boundary(prescribed_, &state.displacement, &state.traction);
+  }
   for (auto& u : state.displacement) u *= length_unit_;
   for (auto& t : state.traction) t *= params_.young_modulus;
   return state;

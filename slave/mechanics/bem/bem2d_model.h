@@ -8,6 +8,7 @@
 
 #include "slave/mechanics/bem/capacitance_solver.h"
 #include "slave/mechanics/bem/greens_functions.h"
+#include "slave/mechanics/bem/moving_contacts.h"
 #include "slave/mechanics/deformation_model.h"
 
 namespace palpate {
@@ -52,6 +53,7 @@ class Bem2dModel final : public DeformationModel {
   // Under the contacts of the last Respond; zero where it failed.
   [[nodiscard]] BoundaryState Boundary() const;
   [[nodiscard]] const GreensFunctions& greens_functions() const { return greens_; }
+  [[nodiscard]] const MovingContacts& moving_contacts() const { return moving_; }
   [[nodiscard]] const Params& params() const { return params_; }
 
  private:
@@ -67,6 +69,7 @@ class Bem2dModel final : public DeformationModel {
   [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
   [[nodiscard]] bool SameSet(std::span<const Contact> contacts) const noexcept;
   bool PrepareSet(std::span<const Contact> contacts);
+  bool Solve() noexcept;
   [[nodiscard]] bool MovesWhatIsHeld() const noexcept;
   bool AppendPatch(const Contact& contact);
   [[nodiscard]] Eigen::Vector2d DirectionOf(const Contact& contact) const noexcept;
@@ -79,14 +82,16 @@ class Bem2dModel final : public DeformationModel {
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   GreensFunctions greens_;
   CapacitanceSolver solver_;
+  MovingContacts moving_;
   ModelInfo info_;
   double larger_side_ = 0;  // [m]
   double length_unit_ = 0;  // [m]
   double force_unit_ = 0;   // E times unit times thickness [N]
 
   std::string_view failure_;
-  bool prepared_ = false;  // the solver knows set_
-  bool answered_ = false;  // prescribed_ and answer_ are those of the last Respond
+  bool prepared_ = false;      // one of the two knows set_
+  bool moving_knows_ = false;  // it is moving_
+  bool answered_ = false;      // prescribed_ and answer_ are those of the last Respond
   std::vector<Key> set_;
   std::vector<ContactPatch> patches_;
   std::vector<std::vector<int>> elements_, nodes_;  // per patch; never shrink

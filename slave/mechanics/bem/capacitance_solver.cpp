@@ -5,6 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "slave/mechanics/bem/boundary_sum.h"
+
 namespace palpate {
 namespace {
 
@@ -278,14 +280,7 @@ Matrix2d CapacitanceSolver::Derivative(int patch) const noexcept {
 void CapacitanceSolver::Boundary(std::span<const double> prescribed,
                                  std::vector<Vector2d>* displacement,
                                  std::vector<Vector2d>* traction) const {
-  const auto nodes = Index(greens_.size());
-  displacement->assign(nodes, Vector2d::Zero());
-  traction->assign(nodes, Vector2d::Zero());
-  std::vector<Vector2d> answer(nodes, Vector2d::Zero());
-  const auto add = [&](int j, const Vector2d& value) {
-    for (std::size_t i = 0; i < nodes; ++i) answer[i] += Block(static_cast<int>(i), j) * value;
-    if (Index(j) < nodes) (*traction)[Index(j)] += value;
-  };
+  BoundarySum sum(greens_);
   for (const auto& u : unknowns_) {
     Vector2d value = Vector2d::Zero();
     for (int k = 0; k < u.count; ++k) {
@@ -294,19 +289,14 @@ void CapacitanceSolver::Boundary(std::span<const double> prescribed,
       for (std::size_t v = 0; v < prescribed.size(); ++v) amplitude += by_value[v] * prescribed[v];
       value += amplitude * u.basis.col(k);
     }
-    add(u.node, value);
+    sum.Add(u.node, value);
   }
   for (std::size_t p = 0; p < patches_.size(); ++p) {
     if (patches_[p].law != ContactPatch::Law::kLoad) continue;
     const Vector2d force(prescribed[2 * p], prescribed[2 * p + 1]);
-    for (const int j : NodesOf(patches_[p])) add(j, force / patches_[p].length);
+    for (const int j : NodesOf(patches_[p])) sum.Add(j, force / patches_[p].length);
   }
-  for (std::size_t i = 0; i < nodes; ++i) {
-    for (int c = 0; c < 2; ++c) {
-      auto& known = greens_.held(static_cast<int>(i), c) ? *traction : *displacement;
-      known[i][c] = answer[i][c];
-    }
-  }
+  sum.Finish(displacement, traction);
 }
 
 }  // namespace palpate
