@@ -34,7 +34,7 @@ bool CapacitanceSolver::Prepare(std::span<const ContactPatch> patches) {
   }
   const int values = 2 * static_cast<int>(patches_.size());
   first_value_ = PaddedTo(kLane, order_);
-  system_ = {nullptr, first_value_ + PaddedTo(kLane, values)};
+  system_ = {nullptr, OddLanes(first_value_ + values)};
   augmented_.resize(Index(order_) * Index(system_.stride));
   system_.data = augmented_.data();
   scratch_.resize(Index(kPanel * order_));

@@ -58,12 +58,11 @@ void UpdatedInverse::Clear(int block) {
   blocks_ = 0;
 }
 
-// A row's length must not be a power of two: the rows would share few places of the cache.
 void UpdatedInverse::Reserve(int blocks) {
   if (blocks <= capacity_) return;
   blocks = std::max(blocks, capacity_ + capacity_ / 2);
   const int order = blocks * block_;
-  const int stride = PaddedTo(kLane, order) + kLane;
+  const int stride = OddLanes(order);
   const auto widened = [&](const std::vector<double>& old) {
     std::vector<double> wide(static_cast<std::size_t>(order) * static_cast<std::size_t>(stride));
     for (int i = 0; i < this->order(); ++i) {
@@ -78,7 +77,7 @@ void UpdatedInverse::Reserve(int blocks) {
   columns_.assign(lines, 0.0);
   rows_.assign(lines, 0.0);
   factors_.assign(lines, 0.0);
-  augmented_.assign(2 * static_cast<std::size_t>(order) * static_cast<std::size_t>(stride), 0.0);
+  augmented_.assign(static_cast<std::size_t>(order * OddLanes(2 * PaddedTo(kLane, order))), 0.0);
   scratch_.assign(static_cast<std::size_t>(kPanel * order), 0.0);
   stride_ = stride;
   capacity_ = blocks;
@@ -186,11 +185,11 @@ void UpdatedInverse::MoveLastBlock(std::vector<double>* matrix, int to) const {
 bool UpdatedInverse::Factorise() {
   const int n = order();
   const int padded = PaddedTo(kLane, n);
-  const RowMajor system{augmented_.data(), 2 * padded};
+  const RowMajor system{augmented_.data(), OddLanes(2 * padded)};
   for (int i = 0; i < n; ++i) {
     double* row = system.row(i);
     std::copy_n(matrix_row(i), n, row);
-    std::fill(row + n, row + 2 * padded, 0.0);
+    std::fill(row + n, row + system.stride, 0.0);
     row[padded + i] = 1;
   }
   if (!SolveInPlace(system, n, scratch_.data())) {
