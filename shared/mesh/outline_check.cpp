@@ -101,7 +101,7 @@ void CheckLoop(const Loop& loop, std::size_t index) {
   }
 }
 
-bool LoopsMeet(const Loop& one, const Loop& other) {
+bool EdgesMeet(const Loop& one, const Loop& other) {
   for (std::size_t i = 0; i < one.size(); ++i) {
     for (std::size_t j = 0; j < other.size(); ++j) {
       if (Meet(one[i], one[(i + 1) % one.size()], other[j], other[(j + 1) % other.size()])) {
@@ -114,7 +114,7 @@ bool LoopsMeet(const Loop& one, const Loop& other) {
 
 // Loops that do not meet lie apart or one within the other: one point of each tells which.
 void CheckPair(const std::vector<Loop>& loops, std::size_t i, std::size_t j) {
-  if (LoopsMeet(loops[i], loops[j])) Refuse(j, "crosses or touches the " + NameOf(i));
+  if (EdgesMeet(loops[i], loops[j])) Refuse(j, "crosses or touches the " + NameOf(i));
   const bool inside = Contains({loops[i], {}}, loops[j][0]);
   if (i == 0 && !inside) Refuse(j, "lies outside the outer loop");
   if (i > 0 && (inside || Contains({loops[j], {}}, loops[i][0]))) {
@@ -130,6 +130,11 @@ void CheckOutline(const Outline& outline) {
   for (std::size_t i = 0; i < loops.size(); ++i) {
     for (std::size_t j = i + 1; j < loops.size(); ++j) CheckPair(loops, i, j);
   }
+}
+
+bool LoopsMeet(const std::vector<Eigen::Vector2d>& one, const std::vector<Eigen::Vector2d>& other) {
+  const std::vector<Loop> loops = Normalised({one, {other}});
+  return EdgesMeet(loops[0], loops[1]);
 }
 
 }  // namespace palpate

@@ -1,6 +1,10 @@
 // Whether an outline bounds a body at all.
 #pragma once
 
+#include <vector>
+
+#include <Eigen/Core>
+
 #include "shared/mesh/outline.h"
 
 namespace palpate {
@@ -10,5 +14,7 @@ namespace palpate {
 // edges that cross, touch or fold back, a hole outside the outer loop or inside another hole. The
 // loops may run either way. O(points^2).
 void CheckOutline(const Outline& outline);
+// Two closed polygons of three points or more share a point of their boundaries. O(points^2).
+bool LoopsMeet(const std::vector<Eigen::Vector2d>& one, const std::vector<Eigen::Vector2d>& other);
 
 }  // namespace palpate

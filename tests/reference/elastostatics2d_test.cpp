@@ -183,28 +183,31 @@ TEST(Elastostatics2d, LameCylinderReproducesTheDiscreteReference) {
   }
 }
 
-// Reference: the discrete numbers where the boundary integrals know the pressure, a refusal where
-// they have lost it. Plane stress is regular up to 0.5.
-TEST(Elastostatics2d, ARingNearNuOneHalfIsRightOrRefused) {
+// Reference: Lame's solution up to nu = 0.5. Where the plain equations answer, the discrete numbers
+// of the reference (5 %: at nu = 0.49 they are about to lose the pressure in the hole); beyond, the
+// equation for that pressure leaves the error at 0.1 %, the area that a polygon of 60 sides lacks.
+TEST(Elastostatics2d, ARingIsRightUpToNuOneHalf) {
   PALPATE_REFERENCE_OR_SKIP(file, "a_elastostatics2d.json");
   const json c = reference::CaseOf(file, "lame_near_incompressible");
-  int refused = 0;
+  int beyond = 0;
   for (const auto& row : c.at("expected")) {
     const double nu = row.at("nu");
     const Plane plane = reference::PlaneOf(row);
     const ReferenceProblem problem = bodies::Free(bodies::Ring(1, 2, 60), nu, plane);
-    if (plane == Plane::kStrain && nu > GreensFunctions::kLargestNuWithHoles) {
-      EXPECT_THROW(GreensFunctions{problem}, std::invalid_argument) << nu;
-      ++refused;
+    const RingAnswer answer = PressurisedRing(1, 2, 60, problem, 1, 1);
+    const double exact = row.at("u_a_E_over_p_a");
+    const bool plain =
+        plane == Plane::kStress || nu <= GreensFunctions::kLargestNuWithoutHolePressures;
+    EXPECT_NEAR(answer.u_a / exact, 1, plain ? 0.05 : 0.001) << nu;
+    if (!plain) {
+      ++beyond;
       continue;
     }
-    const RingAnswer answer = PressurisedRing(1, 2, 60, problem, 1, 1);
     const json& own = row.at("own_constant_bem_60_plus_60");
     EXPECT_NEAR(answer.u_a / own.at("u_a").get<double>(), 1, 1e-6) << nu;
     EXPECT_NEAR(answer.u_b / own.at("u_b").get<double>(), 1, 1e-6) << nu;
-    EXPECT_NEAR(answer.u_a / row.at("u_a_E_over_p_a").get<double>(), 1, 0.05) << nu;
   }
-  EXPECT_GE(refused, 3);
+  EXPECT_GE(beyond, 3);
 }
 
 std::vector<Contact> PressureOn(const BoundaryMesh& mesh, double pressure, double half_angle) {

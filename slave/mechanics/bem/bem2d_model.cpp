@@ -25,10 +25,14 @@ void RequirePositive(const char* name, double value) {
                               ": accepted is finite and > 0");
 }
 
-Bem2dModel::Params Checked(const Bem2dModel::Params& params) {
+Bem2dModel::Params Checked(const Bem2dModel::Params& params, const ReferenceProblem& problem,
+                           Progress* progress) {
   RequirePositive("young_modulus", params.young_modulus);
   RequirePositive("thickness", params.thickness);
   RequirePositive("range", params.range);
+  if (progress != nullptr) {
+    progress->Expect(Bem2dModel::Estimate(problem.mesh.size(), problem.order));
+  }
   return params;
 }
 
@@ -48,14 +52,17 @@ bool SameLine(const Vector2d& a, const Vector2d& b) {
 
 }  // namespace
 
-Bem2dModel::Bem2dModel(ReferenceProblem problem, const Params& params)
-    : params_(Checked(params)), greens_(std::move(problem)), solver_(greens_) {
+Bem2dModel::Bem2dModel(ReferenceProblem problem, const Params& params, Progress* progress)
+    : params_(Checked(params, problem, progress)),
+      greens_(std::move(problem), progress),
+      solver_(greens_),
+      moving_(greens_) {
   const BoundaryMesh& mesh = greens_.problem().mesh;
   larger_side_ = LargerSide(mesh);
   length_unit_ = mesh.length_unit;
   force_unit_ = params_.young_modulus * length_unit_ * params_.thickness;
   info_.kind = "bem2d";
-  info_.dof = 2 * mesh.elements.size();
+  info_.dof = 2 * static_cast<std::size_t>(greens_.size());
   info_.elements = mesh.size();
   info_.memory_bytes = greens_.memory_bytes();
   info_.condition = greens_.condition();
@@ -72,6 +79,7 @@ void Bem2dModel::Respond(std::span<const Contact> contacts,
   } catch (const std::bad_alloc&) {
     answered_ = false;
     prepared_ = false;
+    moving_.Forget();
     failure_ = "out of memory";
   }
   if (!answered_) std::ranges::fill(responses, ContactResponse{});
@@ -94,7 +102,7 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
     prescribed_[2 * i] = contacts[i].value_O.x() / unit;
     prescribed_[2 * i + 1] = contacts[i].value_O.y() / unit;
   }
-  if (!solver_.Respond(prescribed_, answer_)) {
+  if (!Solve()) {
     failure_ = MovesWhatIsHeld() ? "an element that the scene holds is moved or loaded"
                                  : "loads on a body that is free to move do not balance";
     return false;
@@ -138,7 +146,10 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
   prepared_ = false;
   set_.clear();
   patches_.clear();
-  if (elements_.size() < contacts.size()) elements_.resize(contacts.size());
+  if (elements_.size() < contacts.size()) {
+    elements_.resize(contacts.size());
+    nodes_.resize(contacts.size());
+  }
   for (const auto& contact : contacts) {
     if (!AppendPatch(contact)) {
       failure_ = "no element at a contact's place";
@@ -147,7 +158,8 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
     set_.push_back({contact.kind, contact.element, contact.width, contact.p_O.head<2>(),
                     DirectionOf(contact)});
   }
-  prepared_ = solver_.Prepare(patches_);
+  moving_knows_ = moving_.Prepare(patches_);
+  prepared_ = moving_knows_ || solver_.Prepare(patches_);
   if (!prepared_) {
     failure_ =
         "a contact shares an element with another or with a load, or contacts leave a body that "
@@ -155,6 +167,12 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
         "body";
   }
   return prepared_;
+}
+
+bool Bem2dModel::Solve() noexcept {
+  if (!moving_knows_) return solver_.Respond(prescribed_, answer_);
+  moving_.Respond(prescribed_, answer_);
+  return true;
 }
 
 bool Bem2dModel::MovesWhatIsHeld() const noexcept {
@@ -197,7 +215,7 @@ bool Bem2dModel::AppendPatch(const Contact& contact) {
     elements.resize(count);
   }
   ContactPatch patch;
-  patch.elements = elements;
+  patch.nodes = NodesOf(elements, &nodes_[patches_.size()]);
   if (contact.kind == Contact::Kind::kForce) {
     patch.law = ContactPatch::Law::kLoad;
   } else if (params_.contact == ContactLaw::kFrictionless) {
@@ -209,6 +227,18 @@ bool Bem2dModel::AppendPatch(const Contact& contact) {
   }
   patches_.push_back(patch);
   return true;
+}
+
+// All nodes of the elements; constant elements are their own.
+std::span<const int> Bem2dModel::NodesOf(const std::vector<int>& elements,
+                                         std::vector<int>* nodes) const {
+  const int count = greens_.element_nodes().count;
+  if (count == 1) return elements;
+  nodes->clear();
+  for (const int element : elements) {
+    for (int m = 0; m < count; ++m) nodes->push_back(element * count + m);
+  }
+  return *nodes;
 }
 
 ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) const noexcept {
@@ -233,6 +263,8 @@ ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) const 
 
 // Components that the reference problem holds cannot move: no stiffness is known for them.
 Matrix2d Bem2dModel::StiffnessOf(const Contact& contact, int patch) const noexcept {
+  const double unit = force_unit_ / length_unit_;
+  if (moving_knows_) return unit * moving_.Derivative(patch);
   Matrix2d derivative = solver_.Derivative(patch);
   const bool load = contact.kind == Contact::Kind::kForce;
   for (int c = 0; c < 2; ++c) {
@@ -245,22 +277,31 @@ Matrix2d Bem2dModel::StiffnessOf(const Contact& contact, int patch) const noexce
   for (int c = 0; c < 2; ++c) {
     if (load && solver_.blocked(patch, c)) derivative(c, c) = 0;
   }
-  return (force_unit_ / length_unit_) * derivative;
+  return unit * derivative;
 }
 
 void Bem2dModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
-  displacement_O->clear();
-  for (const auto& u : Boundary().displacement) displacement_O->emplace_back(u.x(), u.y(), 0);
+  const BoundaryState state = Boundary();
+  const ElementNodes& local = greens_.element_nodes();
+  displacement_O->assign(static_cast<std::size_t>(info_.elements), Eigen::Vector3d::Zero());
+  for (std::size_t v = 0; v < state.displacement.size(); ++v) {
+    const auto nodes = static_cast<std::size_t>(local.count);
+    (*displacement_O)[v / nodes].head<2>() += local.AtMidpoint(v % nodes) * state.displacement[v];
+  }
 }
 
 BoundaryState Bem2dModel::Boundary() const {
   BoundaryState state;
   if (!answered_) {
-    state.displacement.assign(static_cast<std::size_t>(info_.elements), Vector2d::Zero());
+    state.displacement.assign(static_cast<std::size_t>(greens_.size()), Vector2d::Zero());
     state.traction = state.displacement;
     return state;
   }
-  solver_.Boundary(prescribed_, &state.displacement, &state.traction);
+  if (moving_knows_) {
+    moving_.Boundary(prescribed_, &state.displacement, &state.traction);
+  } else {
+    solver_.Boundary(prescribed_, &state.displacement, &state.traction);
+  }
   for (auto& u : state.displacement) u *= length_unit_;
   for (auto& t : state.traction) t *= params_.young_modulus;
   return state;

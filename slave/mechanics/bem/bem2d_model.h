@@ -1,5 +1,5 @@
-// `bem2d`: a planar elastic body by constant boundary elements, precomputed Green's functions and
-// the capacitance matrix (paper A, 3.3-3.4).
+// `bem2d`: a planar elastic body by constant, linear or quadratic boundary elements, precomputed
+// Green's functions and the capacitance matrix (paper A, 3.3-3.4).
 #pragma once
 
 #include <chrono>
@@ -8,13 +8,15 @@
 
 #include "slave/mechanics/bem/capacitance_solver.h"
 #include "slave/mechanics/bem/greens_functions.h"
+#include "slave/mechanics/bem/moving_contacts.h"
 #include "slave/mechanics/deformation_model.h"
 
 namespace palpate {
 
-// Displacements and tractions on the boundary, element by element. Frame O.
+// Displacements and tractions on the boundary, node by node: the elements' midpoints where they are
+// constant, the points of ElementNodes in each element where not. Frame O.
 struct BoundaryState {
-  std::vector<Eigen::Vector2d> displacement;  // of the midpoints [m]
+  std::vector<Eigen::Vector2d> displacement;  // [m]
   std::vector<Eigen::Vector2d> traction;      // on the body [Pa]
 };
 
@@ -27,8 +29,14 @@ class Bem2dModel final : public DeformationModel {
     double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
   };
 
-  // Throws std::invalid_argument: see GreensFunctions; modulus, thickness or range not positive.
-  Bem2dModel(ReferenceProblem problem, const Params& params);
+  // Tells `progress`, if there is one, what to expect and how far it is. Throws
+  // std::invalid_argument: see GreensFunctions; modulus, thickness or range not positive;
+  // Interrupted.
+  Bem2dModel(ReferenceProblem problem, const Params& params, Progress* progress = nullptr);
+  // Of the precompute, before it starts.
+  static PrecomputeCost Estimate(int elements, ElementOrder order) {
+    return GreensFunctions::Estimate(elements, order);
+  }
 
   // Frictionless contacts prescribe the displacement along its own direction (a zero displacement:
   // along the outward normal at the patch's middle element) and leave the traction across it zero.
@@ -45,6 +53,7 @@ class Bem2dModel final : public DeformationModel {
   // Under the contacts of the last Respond; zero where it failed.
   [[nodiscard]] BoundaryState Boundary() const;
   [[nodiscard]] const GreensFunctions& greens_functions() const { return greens_; }
+  [[nodiscard]] const MovingContacts& moving_contacts() const { return moving_; }
   [[nodiscard]] const Params& params() const { return params_; }
 
  private:
@@ -60,10 +69,12 @@ class Bem2dModel final : public DeformationModel {
   [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
   [[nodiscard]] bool SameSet(std::span<const Contact> contacts) const noexcept;
   bool PrepareSet(std::span<const Contact> contacts);
+  bool Solve() noexcept;
   [[nodiscard]] bool MovesWhatIsHeld() const noexcept;
   bool AppendPatch(const Contact& contact);
   [[nodiscard]] Eigen::Vector2d DirectionOf(const Contact& contact) const noexcept;
   [[nodiscard]] int ElementAt(const Contact& contact) const noexcept;
+  std::span<const int> NodesOf(const std::vector<int>& elements, std::vector<int>* nodes) const;
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) const noexcept;
   [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) const noexcept;
 
@@ -71,18 +82,20 @@ class Bem2dModel final : public DeformationModel {
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   GreensFunctions greens_;
   CapacitanceSolver solver_;
+  MovingContacts moving_;
   ModelInfo info_;
   double larger_side_ = 0;  // [m]
   double length_unit_ = 0;  // [m]
   double force_unit_ = 0;   // E times unit times thickness [N]
 
   std::string_view failure_;
-  bool prepared_ = false;  // the solver knows set_
-  bool answered_ = false;  // prescribed_ and answer_ are those of the last Respond
+  bool prepared_ = false;      // one of the two knows set_
+  bool moving_knows_ = false;  // it is moving_
+  bool answered_ = false;      // prescribed_ and answer_ are those of the last Respond
   std::vector<Key> set_;
   std::vector<ContactPatch> patches_;
-  std::vector<std::vector<int>> elements_;   // per patch; never shrinks
-  std::vector<double> prescribed_, answer_;  // nondimensional
+  std::vector<std::vector<int>> elements_, nodes_;  // per patch; never shrink
+  std::vector<double> prescribed_, answer_;         // nondimensional
 };
 
 }  // namespace palpate

@@ -5,6 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "slave/mechanics/bem/boundary_sum.h"
+
 namespace palpate {
 namespace {
 
@@ -32,7 +34,7 @@ bool CapacitanceSolver::Prepare(std::span<const ContactPatch> patches) {
   }
   const int values = 2 * static_cast<int>(patches_.size());
   first_value_ = PaddedTo(kLane, order_);
-  system_ = {nullptr, first_value_ + PaddedTo(kLane, values)};
+  system_ = {nullptr, OddLanes(first_value_ + values)};
   augmented_.resize(Index(order_) * Index(system_.stride));
   system_.data = augmented_.data();
   scratch_.resize(Index(kPanel * order_));
@@ -50,21 +52,21 @@ bool CapacitanceSolver::CollectPatches(std::span<const ContactPatch> patches) {
   ++preparation_;
   order_ = 0;
   patches_.clear();
-  elements_.clear();
+  nodes_.clear();
   unknowns_.clear();
   for (const auto& given : patches) {
-    Patch patch{given.law, static_cast<int>(elements_.size()), 0, 0, {}};
+    Patch patch{given.law, static_cast<int>(nodes_.size()), 0, 0, {}};
     const bool load = given.law == ContactPatch::Law::kLoad;
-    for (const int i : given.elements) {
+    for (const int i : given.nodes) {
       int& taken = taken_by_[Index(i)];
       if (taken == preparation_ || (taken == -preparation_ && !load)) return false;
       taken = load ? -preparation_ : preparation_;
-      elements_.push_back(i);
+      nodes_.push_back(i);
       patch.length += greens_.lengths()[Index(i)];
       patch.blocked[0] = patch.blocked[0] || greens_.held(i, 0);
       patch.blocked[1] = patch.blocked[1] || greens_.held(i, 1);
     }
-    patch.end = static_cast<int>(elements_.size());
+    patch.end = static_cast<int>(nodes_.size());
     patches_.push_back(patch);
     if (!load) CollectUnknowns(given, static_cast<int>(patches_.size()) - 1);
   }
@@ -73,7 +75,7 @@ bool CapacitanceSolver::CollectPatches(std::span<const ContactPatch> patches) {
 
 // Components that the reference problem holds are no unknowns: they stay with the fixture.
 void CapacitanceSolver::CollectUnknowns(const ContactPatch& patch, int index) {
-  for (const int i : patch.elements) {
+  for (const int i : patch.nodes) {
     Unknowns unknowns{i, index, order_, 0, Matrix2d::Identity()};
     const Vector2d free(greens_.held(i, 0) ? 0 : 1, greens_.held(i, 1) ? 0 : 1);
     if (patch.law == ContactPatch::Law::kFrictionless) {
@@ -95,7 +97,9 @@ bool CapacitanceSolver::LosesPressure() const noexcept {
     return false;
   }
   int held = order_;
-  for (const auto& h : problem.held) held += (h[0] ? 1 : 0) + (h[1] ? 1 : 0);
+  for (int i = 0; i < greens_.size(); ++i) {
+    held += (greens_.held(i, 0) ? 1 : 0) + (greens_.held(i, 1) ? 1 : 0);
+  }
   return held == 2 * greens_.size();
 }
 
@@ -107,7 +111,7 @@ bool CapacitanceSolver::CollectFreeMotions() {
   Eigen::Matrix3d gram = Eigen::Matrix3d::Identity();
   gram.topLeftCorner(motions, motions).setZero();
   for (const auto& u : unknowns_) {
-    const auto& element = greens_.problem().mesh.elements[Index(u.element)];
+    const auto& element = greens_.problem().mesh.elements[Index(greens_.node(u.node).element)];
     for (const Vector2d& end : {element.a, element.b}) {
       const Eigen::Matrix<double, 3, 2> along = greens_.RigidModes(end).transpose() * u.basis;
       for (int k = 0; k < u.count; ++k) gram += along.col(k) * along.col(k).transpose() / order_;
@@ -125,14 +129,14 @@ Matrix2d CapacitanceSolver::Block(int i, int j) const noexcept {
   return Eigen::Map<const Matrix2d>(greens_.block(i, j));
 }
 
-std::span<const int> CapacitanceSolver::ElementsOf(const Patch& patch) const noexcept {
-  return std::span(elements_).subspan(Index(patch.begin), Index(patch.end - patch.begin));
+std::span<const int> CapacitanceSolver::NodesOf(const Patch& patch) const noexcept {
+  return std::span(nodes_).subspan(Index(patch.begin), Index(patch.end - patch.begin));
 }
 
 void CapacitanceSolver::FillCapacitance() {
   for (const auto& from : unknowns_) {
     for (const auto& to : unknowns_) {
-      const double* e = greens_.block(to.element, from.element);
+      const double* e = greens_.block(to.node, from.node);
       double* row = system_.row(to.row) + from.row;
       if (to.count == 2 && from.count == 2) {
         row[0] = e[0];
@@ -151,9 +155,9 @@ void CapacitanceSolver::FillCapacitance() {
 }
 
 // What a unit force on `load`, spread evenly, does at `element`.
-Matrix2d CapacitanceSolver::ByLoad(int element, const Patch& load) const noexcept {
+Matrix2d CapacitanceSolver::ByLoad(int node, const Patch& load) const noexcept {
   Matrix2d sum = Matrix2d::Zero();
-  for (const int j : ElementsOf(load)) sum += Block(element, j);
+  for (const int j : NodesOf(load)) sum += Block(node, j);
   for (int c = 0; c < 2; ++c) {
     if (load.blocked[Index(c)]) sum.col(c).setZero();
   }
@@ -171,7 +175,7 @@ void CapacitanceSolver::FillPrescribed() {
     }
     for (std::size_t p = 0; p < patches_.size(); ++p) {
       if (patches_[p].law != ContactPatch::Law::kLoad) continue;
-      const Matrix2d moved = u.basis.transpose() * ByLoad(u.element, patches_[p]);
+      const Matrix2d moved = u.basis.transpose() * ByLoad(u.node, patches_[p]);
       for (int r = 0; r < u.count; ++r) {
         double* row = system_.row(u.row + r) + first_value_ + 2 * static_cast<int>(p);
         row[0] = -moved(r, 0);
@@ -186,13 +190,13 @@ bool CapacitanceSolver::Observes(const Patch& patch) const noexcept {
   return patch.law == ContactPatch::Law::kLoad || patch.blocked[0] || patch.blocked[1];
 }
 
-Matrix2d CapacitanceSolver::Observed(const Patch& patch, int by_element) const noexcept {
+Matrix2d CapacitanceSolver::Observed(const Patch& patch, int by_node) const noexcept {
   const bool load = patch.law == ContactPatch::Law::kLoad;
   Matrix2d sum = Matrix2d::Zero();
-  for (const int i : ElementsOf(patch)) {
+  for (const int i : NodesOf(patch)) {
     const double length = greens_.lengths()[Index(i)];
     const double weight = load ? length / patch.length : length;
-    const Matrix2d block = Block(i, by_element);
+    const Matrix2d block = Block(i, by_node);
     for (int c = 0; c < 2; ++c) {
       if (greens_.held(i, c) != load) sum.row(c) += weight * block.row(c);
     }
@@ -209,7 +213,7 @@ void CapacitanceSolver::FillMap() {
   };
   for (const auto& u : unknowns_) {
     if (u.patch < 0) continue;
-    const double length = greens_.lengths()[Index(u.element)];
+    const double length = greens_.lengths()[Index(u.node)];
     for (int k = 0; k < u.count; ++k) {
       for (int c = 0; c < 2; ++c) {
         if (u.basis(c, k) != 0) add(2 * u.patch + c, length * u.basis(c, k), u, k);
@@ -220,7 +224,7 @@ void CapacitanceSolver::FillMap() {
     const Patch& patch = patches_[Index(p)];
     if (!Observes(patch)) continue;
     for (const auto& u : unknowns_) {
-      const Matrix2d seen = Observed(patch, u.element) * u.basis;
+      const Matrix2d seen = Observed(patch, u.node) * u.basis;
       for (int k = 0; k < u.count; ++k) {
         add(2 * p, seen(0, k), u, k);
         add(2 * p + 1, seen(1, k), u, k);
@@ -230,7 +234,7 @@ void CapacitanceSolver::FillMap() {
       const Patch& load = patches_[Index(q)];
       if (load.law != ContactPatch::Law::kLoad) continue;
       Eigen::Map<RowMatrix> map(map_.data(), values, values);
-      for (const int j : ElementsOf(load)) {
+      for (const int j : NodesOf(load)) {
         map.block<2, 2>(2 * p, 2 * q) += Observed(patch, j) / load.length;
       }
     }
@@ -243,10 +247,9 @@ bool CapacitanceSolver::Balanced(std::span<const double> prescribed) const noexc
   for (std::size_t p = 0; p < patches_.size(); ++p) {
     const Vector2d force(prescribed[2 * p], prescribed[2 * p + 1]);
     magnitude += force.norm();
-    for (const int i : ElementsOf(patches_[p])) {
+    for (const int i : NodesOf(patches_[p])) {
       sum += greens_.lengths()[Index(i)] / patches_[p].length *
-             greens_.RigidModes(greens_.problem().mesh.elements[Index(i)].midpoint()).transpose() *
-             force;
+             greens_.RigidModes(greens_.node(i).p_O).transpose() * force;
     }
   }
   return sum.cwiseAbs().maxCoeff() <= kBalance * magnitude;
@@ -277,14 +280,7 @@ Matrix2d CapacitanceSolver::Derivative(int patch) const noexcept {
 void CapacitanceSolver::Boundary(std::span<const double> prescribed,
                                  std::vector<Vector2d>* displacement,
                                  std::vector<Vector2d>* traction) const {
-  const auto elements = Index(greens_.size());
-  displacement->assign(elements, Vector2d::Zero());
-  traction->assign(elements, Vector2d::Zero());
-  std::vector<Vector2d> answer(elements, Vector2d::Zero());
-  const auto add = [&](int j, const Vector2d& value) {
-    for (std::size_t i = 0; i < elements; ++i) answer[i] += Block(static_cast<int>(i), j) * value;
-    if (Index(j) < elements) (*traction)[Index(j)] += value;
-  };
+  BoundarySum sum(greens_);
   for (const auto& u : unknowns_) {
     Vector2d value = Vector2d::Zero();
     for (int k = 0; k < u.count; ++k) {
@@ -293,19 +289,14 @@ void CapacitanceSolver::Boundary(std::span<const double> prescribed,
       for (std::size_t v = 0; v < prescribed.size(); ++v) amplitude += by_value[v] * prescribed[v];
       value += amplitude * u.basis.col(k);
     }
-    add(u.element, value);
+    sum.Add(u.node, value);
   }
   for (std::size_t p = 0; p < patches_.size(); ++p) {
     if (patches_[p].law != ContactPatch::Law::kLoad) continue;
     const Vector2d force(prescribed[2 * p], prescribed[2 * p + 1]);
-    for (const int j : ElementsOf(patches_[p])) add(j, force / patches_[p].length);
+    for (const int j : NodesOf(patches_[p])) sum.Add(j, force / patches_[p].length);
   }
-  for (std::size_t i = 0; i < elements; ++i) {
-    for (int c = 0; c < 2; ++c) {
-      auto& known = greens_.held(static_cast<int>(i), c) ? *traction : *displacement;
-      known[i][c] = answer[i][c];
-    }
-  }
+  sum.Finish(displacement, traction);
 }
 
 }  // namespace palpate

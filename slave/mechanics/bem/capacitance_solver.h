@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-// Elements that move or are loaded together.
+// Nodes of the boundary elements that move or are loaded together.
 struct ContactPatch {
   enum class Law : std::uint8_t {
     kBonded,        // both components of the displacement are prescribed
@@ -25,7 +25,7 @@ struct ContactPatch {
     kLoad           // a uniform traction is prescribed
   };
   Law law = Law::kBonded;
-  std::span<const int> elements;
+  std::span<const int> nodes;
   Eigen::Vector2d direction{0, 0};  // unit vector, kFrictionless only
 };
 
@@ -35,8 +35,8 @@ class CapacitanceSolver {
  public:
   explicit CapacitanceSolver(const GreensFunctions& greens);
 
-  // Prepares a set of patches; `elements` are copied. O(m^3 + m^2 M), m prescribed components, M
-  // patches. Loads add up where they overlap. False: an element of a contact in another patch, or a
+  // Prepares a set of patches; `nodes` are copied. O(m^3 + m^2 M), m prescribed components, M
+  // patches. Loads add up where they overlap. False: a node of a contact in another patch, or a
   // system without a unique answer (a body that is not held and whose contacts leave a rigid motion
   // free; displacements on the whole boundary near nu = 0.5 in plane strain).
   bool Prepare(std::span<const ContactPatch> patches);
@@ -54,20 +54,20 @@ class CapacitanceSolver {
     return patches_[static_cast<std::size_t>(patch)].blocked[static_cast<std::size_t>(component)];
   }
 
-  // Displacements and tractions of every element under `prescribed`. O(N m).
+  // Displacements and tractions of every node under `prescribed`. O(N m).
   void Boundary(std::span<const double> prescribed, std::vector<Eigen::Vector2d>* displacement,
                 std::vector<Eigen::Vector2d>* traction) const;
 
  private:
   struct Patch {
     ContactPatch::Law law = ContactPatch::Law::kBonded;
-    int begin = 0, end = 0;  // in elements_
-    double length = 0;       // of its elements together
+    int begin = 0, end = 0;  // in nodes_
+    double length = 0;       // of its nodes together
     std::array<bool, 2> blocked{};
   };
-  // The unknown traction components of one element: basis columns 0 to count.
+  // The unknown traction components of one node: basis columns 0 to count.
   struct Unknowns {
-    int element = 0;
+    int node = 0;
     int patch = -1;  // -1: free motions
     int row = 0;
     int count = 0;
@@ -82,16 +82,16 @@ class CapacitanceSolver {
   void FillPrescribed();
   void FillMap();
   [[nodiscard]] Eigen::Matrix2d Block(int i, int j) const noexcept;
-  [[nodiscard]] Eigen::Matrix2d ByLoad(int element, const Patch& load) const noexcept;
-  [[nodiscard]] Eigen::Matrix2d Observed(const Patch& patch, int by_element) const noexcept;
+  [[nodiscard]] Eigen::Matrix2d ByLoad(int node, const Patch& load) const noexcept;
+  [[nodiscard]] Eigen::Matrix2d Observed(const Patch& patch, int by_node) const noexcept;
   [[nodiscard]] bool Observes(const Patch& patch) const noexcept;
   [[nodiscard]] bool Balanced(std::span<const double> prescribed) const noexcept;
-  [[nodiscard]] std::span<const int> ElementsOf(const Patch& patch) const noexcept;
+  [[nodiscard]] std::span<const int> NodesOf(const Patch& patch) const noexcept;
 
   const GreensFunctions& greens_;
   std::vector<Patch> patches_;
-  std::vector<int> elements_;
-  std::vector<int> taken_by_;  // per element: preparation that used it last, negative for a load
+  std::vector<int> nodes_;
+  std::vector<int> taken_by_;  // per node: preparation that used it last, negative for a load
   int preparation_ = 0;
   std::vector<Unknowns> unknowns_;
   int order_ = 0;                  // unknown components in all

@@ -12,6 +12,11 @@ constexpr int PaddedTo(int lane, int n) {
   return (n + lane - 1) / lane * lane;
 }
 
+// The next odd number of lanes: rows of even ones would share few places of the cache.
+constexpr int OddLanes(int n) {
+  return PaddedTo(kLane, n) / kLane % 2 == 1 ? PaddedTo(kLane, n) : PaddedTo(kLane, n) + kLane;
+}
+
 // Rows of `stride` doubles, a multiple of kLane.
 struct RowMajor {
   double* data = nullptr;

@@ -6,14 +6,16 @@
 #include <utility>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
-#include "slave/mechanics/bem/kelvin_integrals.h"
+#include "slave/mechanics/bem/pivoted_lu.h"
 
 namespace palpate {
 namespace {
 
 constexpr double kSmallestReciprocalCondition = 1e-13;
+constexpr double kMatricesAtOnce = 2;   // A and E, then E and the blocks
+constexpr double kPerIntegral = 60e-9;  // [s] for each entry of A and Abar
+constexpr double kOperationsPerSecond = 8e9;
 constexpr double kHeldMotion = 1e-9;  // a rigid motion this small at all held places is free
 
 bool AllHeld(const ReferenceProblem& problem) {
@@ -47,51 +49,54 @@ void RequireUsable(const ReferenceProblem& problem) {
                                 std::to_string(largest) +
                                 " (the boundary integrals lose the pressure near 0.5)");
   };
-  if (mesh.loop_begin.size() > 2) {
-    refuse(GreensFunctions::kLargestNuWithHoles, "a body with holes");
-  }
   if (AllHeld(problem)) {
     refuse(GreensFunctions::kLargestNuAllHeld, "a body held on its whole boundary");
   }
 }
 
-}  // namespace
-
-PlaneElasticity PlaneElasticity::From(double nu, Plane plane) {
-  if (!(nu > -1 && nu <= 0.5)) {
-    throw std::invalid_argument("poisson_ratio = " + std::to_string(nu) +
-                                ": accepted is -1 < nu <= 0.5");
-  }
-  return {1 / (2 * (1 + nu)), plane == Plane::kStress ? nu / (1 + nu) : nu};
+bool NeedsHolePressures(const ReferenceProblem& problem) {
+  const bool plain = problem.order == ElementOrder::kConstant &&
+                     problem.nu <= GreensFunctions::kLargestNuWithoutHolePressures;
+  return problem.plane == Plane::kStrain && problem.mesh.loop_begin.size() > 2 && !plain;
 }
 
-GreensFunctions::GreensFunctions(ReferenceProblem problem)
+}  // namespace
+
+PrecomputeCost GreensFunctions::Estimate(int elements, ElementOrder order) {
+  const double unknowns = 2.0 * elements * ElementNodes::Of(order).count;
+  const double operations = 8.0 / 3 * unknowns * unknowns * unknowns;
+  const double bytes = kMatricesAtOnce * unknowns * unknowns * sizeof(double);
+  return {kPerIntegral * unknowns * unknowns + operations / kOperationsPerSecond,
+          static_cast<std::size_t>(bytes)};
+}
+
+GreensFunctions::GreensFunctions(ReferenceProblem problem, Progress* progress)
     : problem_(std::move(problem)),
       elasticity_(PlaneElasticity::From(problem_.nu, problem_.plane)) {
   RequireUsable(problem_);
-  for (const auto& e : problem_.mesh.elements) {
-    lengths_.push_back(e.length() / problem_.mesh.length_unit);
-  }
+  nodes_ = NodesOf(problem_);
+  for (const auto& node : nodes_) lengths_.push_back(node.length);
   FindFreeMotions();
-  stride_ = problem_.held.size() + (free_motions_ > 0 ? 2 : 0);
+  stride_ = nodes_.size() + (free_motions_ > 0 ? 2 : 0);
 
-  const auto order = static_cast<Eigen::Index>(2 * stride_);
-  Eigen::MatrixXd A(order, order);
-  Eigen::MatrixXd E(order, order);
-  Assemble(&A, &E);
+  const BoundarySystem system(problem_, nodes_, elasticity_);
+  const int pressures = NeedsHolePressures(problem_) ? system.holes() : 0;
+  const auto columns = static_cast<Eigen::Index>(2 * stride_);
+  Eigen::MatrixXd A(columns + pressures, columns + pressures);
+  Eigen::MatrixXd E(columns + pressures, columns);
+  system.Collocate(&A, &E, progress);
+  if (pressures > 0) system.AppendHolePressures(columns, &A, &E);
   if (free_motions_ > 0) AppendFreeMotions(&A, &E);
-  const Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>> lu(A);
-  const double reciprocal = lu.rcond();
+  const PivotedLu lu(&A, {progress, "factorising"});
+  const double reciprocal = lu.ReciprocalCondition();
   if (!(reciprocal > kSmallestReciprocalCondition)) {
     throw std::invalid_argument(
         "the boundary element system is singular (condition > 1e13): the outline touches itself, "
-        "or "
-        "its elements differ too much in length");
+        "or its elements differ too much in length");
   }
   condition_ = 1 / reciprocal;
-  E = lu.permutationP() * E;
-  lu.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(E);
-  lu.matrixLU().triangularView<Eigen::Upper>().solveInPlace(E);
+  lu.Solve(&E, {progress, "solving"});
+  A.resize(0, 0);
   StoreBlocks(E);
 }
 
@@ -104,20 +109,21 @@ Eigen::Matrix<double, 2, 3> GreensFunctions::RigidModes(const Eigen::Vector2d& p
 void GreensFunctions::FindFreeMotions() {
   const auto& elements = problem_.mesh.elements;
   double total = 0;
-  for (std::size_t i = 0; i < elements.size(); ++i) {
-    mean_p_O_ += lengths_[i] * elements[i].midpoint();
-    total += lengths_[i];
+  for (const auto& node : nodes_) {
+    mean_p_O_ += node.length * node.p_O;
+    total += node.length;
   }
   mean_p_O_ /= total;
   Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
   double held_length = 0;
-  for (std::size_t i = 0; i < elements.size(); ++i) {
+  for (int i = 0; i < size(); ++i) {
+    const auto& element = elements[static_cast<std::size_t>(node(i).element)];
     for (int c = 0; c < 2; ++c) {
-      if (!held(static_cast<int>(i), c)) continue;
-      for (const auto& end : {elements[i].a, elements[i].b}) {
+      if (!held(i, c)) continue;
+      for (const auto& end : {element.a, element.b}) {
         const Eigen::RowVector3d moved = RigidModes(end).row(c);
-        gram += lengths_[i] * moved.transpose() * moved;
-        held_length += lengths_[i];
+        gram += node(i).length * moved.transpose() * moved;
+        held_length += node(i).length;
       }
     }
   }
@@ -130,79 +136,36 @@ void GreensFunctions::FindFreeMotions() {
   motions_.rightCols(3 - free_motions_).setZero();
 }
 
-// Columns of A_0 and of -Abar_0.
-void GreensFunctions::Assemble(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar) const {
-  const KelvinConstants constants(elasticity_.shear_modulus, elasticity_.effective_nu);
-  const auto& elements = problem_.mesh.elements;
-  const double unit = problem_.mesh.length_unit;
-  std::vector<Eigen::Vector2d> midpoints;
-  midpoints.reserve(elements.size());
-  for (const auto& e : elements) midpoints.emplace_back(e.midpoint() / unit);
-
-  for (std::size_t j = 0; j < elements.size(); ++j) {
-    const Eigen::Vector2d a = elements[j].a / unit;
-    const Eigen::Vector2d t = (elements[j].b - elements[j].a).normalized();
-    const Eigen::Vector2d n(t.y(), -t.x());
-    const double length = lengths_[j];
-    const auto column = static_cast<Eigen::Index>(2 * j);
-    // Unknown displacement: H to the left, G to the right; unknown traction: -G and -H.
-    const auto place = [&](int c) {
-      const bool held = problem_.held[j][static_cast<std::size_t>(c)];
-      double* h = held ? &(*Abar)(0, column + c) : &(*A)(0, column + c);
-      double* g = held ? &(*A)(0, column + c) : &(*Abar)(0, column + c);
-      return std::pair{h, g};
-    };
-    const auto [hx, gx] = place(0);
-    const auto [hy, gy] = place(1);
-    const double sx = problem_.held[j][0] ? -1 : 1;
-    const double sy = problem_.held[j][1] ? -1 : 1;
-    for (std::size_t i = 0; i < elements.size(); ++i) {
-      const Eigen::Vector2d r = a - midpoints[i];
-      const bool self = i == j;
-      const KelvinIntegrals<double> integrals(self ? -0.5 * length : r.dot(t),
-                                              self ? 0.0 : r.dot(n), length);
-      const auto blocks = Combine(constants, integrals, length, t.x(), t.y());
-      const double c = self ? 0.5 : 0;
-      hx[2 * i] = sx * (blocks.of_displacement(0, 0) + c);
-      hx[2 * i + 1] = sx * blocks.of_displacement(1, 0);
-      hy[2 * i] = sy * blocks.of_displacement(0, 1);
-      hy[2 * i + 1] = sy * (blocks.of_displacement(1, 1) + c);
-      gx[2 * i] = sx * blocks.of_traction(0, 0);
-      gx[2 * i + 1] = sx * blocks.of_traction(1, 0);
-      gy[2 * i] = sy * blocks.of_traction(0, 1);
-      gy[2 * i + 1] = sy * blocks.of_traction(1, 1);
-    }
-  }
-}
-
-// H u - G m b = G t with the balancing tractions m b; the mean of m . u is prescribed.
+// H u - G m b = G t with the balancing tractions m b, which the holes' pressures see too; the mean
+// of m . u is prescribed.
 void GreensFunctions::AppendFreeMotions(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar) const {
   const Eigen::Index n = 2 * static_cast<Eigen::Index>(size());
-  A->rightCols(4).setZero();
-  A->bottomRows(4).setZero();
+  const Eigen::Index pressures = A->cols() - Abar->cols();
+  A->middleCols(n, 4).setZero();
+  A->middleRows(n, 4).setZero();
   Abar->rightCols(4).setZero();
-  Abar->bottomRows(4).setZero();
-  A->bottomRightCorner(4, 4).diagonal().tail(4 - free_motions_).setOnes();
-  Abar->bottomRightCorner(4, 4).setIdentity();
+  Abar->middleRows(n, 4).setZero();
+  A->block(n, n, 4, 4).diagonal().tail(4 - free_motions_).setOnes();
+  Abar->block(n, n, 4, 4).setIdentity();
   const double total = Eigen::Map<const Eigen::VectorXd>(lengths_.data(), size()).sum();
   Eigen::MatrixXd modes(n, 3);
   for (int i = 0; i < size(); ++i) {
-    const auto element = static_cast<std::size_t>(i);
-    modes.middleRows<2>(Eigen::Index{2} * i) =
-        RigidModes(problem_.mesh.elements[element].midpoint());
+    modes.middleRows<2>(Eigen::Index{2} * i) = RigidModes(node(i).p_O);
     for (int c = 0; c < 2; ++c) {
       if (held(i, c)) continue;
-      A->block(n, 2 * i + c, 3, 1) += lengths_[element] / total * modes.row(2 * i + c).transpose();
+      A->block(n, 2 * i + c, 3, 1) += node(i).length / total * modes.row(2 * i + c).transpose();
     }
   }
-  A->block(0, n, n, free_motions_) = -Abar->topLeftCorner(n, n) * modes.leftCols(free_motions_);
+  const auto balancing = modes.leftCols(free_motions_);
+  A->block(0, n, n, free_motions_) = -Abar->topLeftCorner(n, n) * balancing;
+  A->block(n + 4, n, pressures, free_motions_) = -Abar->bottomLeftCorner(pressures, n) * balancing;
 }
 
 void GreensFunctions::StoreBlocks(const Eigen::MatrixXd& E) {
   blocks_.resize(4 * stride_ * stride_);
   double* block = blocks_.data();
   for (Eigen::Index j = 0; j < E.cols(); j += 2) {
-    for (Eigen::Index i = 0; i < E.rows(); i += 2, block += 4) {
+    for (Eigen::Index i = 0; i < E.cols(); i += 2, block += 4) {
       Eigen::Map<Eigen::Matrix2d>(block, 2, 2) = E.block<2, 2>(i, j);
     }
   }

@@ -15,26 +15,32 @@ using Dual = Eigen::AutoDiffScalar<Vector2d>;  // a value and its derivatives by
 
 constexpr double kCorner = 0.5;  // cosine of the turn between two elements that makes a corner
 
-// The element seen from a point, in the element's frame [length units].
-struct View {
-  Vector2d t, n;
-  double xi_a, d, length;
-};
-
 // tr(strain) nu / (1 - 2 nu), from the divergence of the kernels, where 1 - 2 nu cancels:
 //   div U_j nu / (1 - 2 nu) = 2 nu c r,j / r,
 //   div T_j nu / (1 - 2 nu) = 4 G nu c (n_j - 2 r,j dr/dn) / r^2,  c = 1 / (8 pi G (1 - nu)).
-double PressurePart(const View& v, const PlaneElasticity& e, const KelvinConstants& c,
-                    const Vector2d& traction, const Vector2d& displacement) {
-  const double xi_b = v.xi_a + v.length;
-  const double d2 = v.d * v.d;
-  const double slope = v.length / ((v.xi_a * v.xi_a + d2) * (xi_b * xi_b + d2));
-  const KelvinIntegrals<double> I(v.xi_a, v.d, v.length);
-  const Vector2d by_traction = I.log_ratio * v.t + I.angle * v.n;
-  const Vector2d by_displacement =
-      -slope * (v.d * (v.xi_a + xi_b) * v.t + (d2 - v.xi_a * xi_b) * v.n);
+double PressurePart(const ElementView& v, const PlaneElasticity& e, const KelvinConstants& c,
+                    const LegendreMoments& moments, std::size_t k, const Vector2d& traction,
+                    const Vector2d& displacement) {
+  const auto pole = moments.pole[k];
+  const auto dipole = moments.dipole[k] / (0.5 * v.length);
+  const Vector2d by_traction = pole.real() * v.t - pole.imag() * v.n;
+  const Vector2d by_displacement = dipole.imag() * v.t + dipole.real() * v.n;
   return 2 * e.effective_nu * c.u *
          (by_traction.dot(traction) - 2 * e.shear_modulus * by_displacement.dot(displacement));
+}
+
+// The kernels' integrals with their derivatives by the place of the point: moving it by (dx, dy)
+// moves the element back.
+KelvinIntegrals<Dual> Integrate(const ElementView& v, const LegendreMoments& moments,
+                                std::size_t k) {
+  const Dual d(v.d, -v.n);
+  if (k == 0) return {Dual(v.xi_a, -v.t), d, v.length};
+  const double h = 0.5 * v.length;
+  return KelvinMode<Dual>(moments, k, h, d, [&](const auto& value, const auto& slope) {
+    const Vector2d of_real = (slope.real() * v.t - slope.imag() * v.n) / h;
+    const Vector2d of_imaginary = (slope.imag() * v.t + slope.real() * v.n) / h;
+    return std::pair{Dual(value.real(), of_real), Dual(value.imag(), of_imaginary)};
+  });
 }
 
 }  // namespace
@@ -42,33 +48,48 @@ double PressurePart(const View& v, const PlaneElasticity& e, const KelvinConstan
 InteriorField::InteriorField(const Bem2dModel& model, BoundaryState state)
     : model_(model), state_(std::move(state)) {}
 
+// An element's values along Legendre's polynomials.
+InteriorField::Modes InteriorField::ModesOf(const std::vector<Vector2d>& values,
+                                            int element) const {
+  const ElementNodes& local = model_.greens_functions().element_nodes();
+  const auto count = static_cast<std::size_t>(local.count);
+  Modes modes;
+  modes.fill(Vector2d::Zero());
+  for (std::size_t m = 0; m < count; ++m) {
+    const Vector2d& value = values[static_cast<std::size_t>(element) * count + m];
+    for (std::size_t k = 0; k < count; ++k) modes[k] += local.mode[m][k] * value;
+  }
+  return modes;
+}
+
 PointState InteriorField::At(const Vector2d& p_O) const {
   const GreensFunctions& greens = model_.greens_functions();
   const PlaneElasticity& elasticity = greens.elasticity();
   const KelvinConstants constants(elasticity.shear_modulus, elasticity.effective_nu);
   const BoundaryMesh& mesh = greens.problem().mesh;
+  const auto modes = static_cast<std::size_t>(greens.element_nodes().count);
   const double E = model_.params().young_modulus;
   Eigen::Matrix<Dual, 2, 1> u(Dual(0, Vector2d::Zero()), Dual(0, Vector2d::Zero()));
   double pressure_part = 0;
-  for (std::size_t j = 0; j < mesh.elements.size(); ++j) {
-    const auto& element = mesh.elements[j];
-    const Vector2d t = (element.b - element.a).normalized();
-    const Vector2d r = (element.a - p_O) / mesh.length_unit;
-    const View view{
-        t, {t.y(), -t.x()}, r.dot(t), r.dot(Vector2d(t.y(), -t.x())), greens.lengths()[j]};
-    const Vector2d traction = state_.traction[j] / E;
-    const Vector2d displacement = state_.displacement[j] / mesh.length_unit;
-    // Moving the point by (dx, dy) moves the element back.
-    const KelvinIntegrals<Dual> integrals(Dual(view.xi_a, -view.t), Dual(view.d, -view.n),
-                                          view.length);
-    const auto blocks = Combine(constants, integrals, view.length, t.x(), t.y());
-    for (int i = 0; i < 2; ++i) {
-      for (int k = 0; k < 2; ++k) {
-        u[i] += blocks.of_traction(i, k) * traction[k];
-        u[i] -= blocks.of_displacement(i, k) * displacement[k];
+  for (int j = 0; j < mesh.size(); ++j) {
+    const ElementView view = ViewOf(mesh, j, p_O);
+    const LegendreMoments moments(view.z());
+    const Modes tractions = ModesOf(state_.traction, j);
+    const Modes displacements = ModesOf(state_.displacement, j);
+    for (std::size_t k = 0; k < modes; ++k) {
+      const Vector2d traction = tractions[k] / E;
+      const Vector2d displacement = displacements[k] / mesh.length_unit;
+      const auto blocks = Combine(constants, Integrate(view, moments, k), k == 0 ? view.length : 0,
+                                  view.t.x(), view.t.y());
+      for (int i = 0; i < 2; ++i) {
+        for (int c = 0; c < 2; ++c) {
+          u[i] += blocks.of_traction(i, c) * traction[c];
+          u[i] -= blocks.of_displacement(i, c) * displacement[c];
+        }
       }
+      pressure_part +=
+          PressurePart(view, elasticity, constants, moments, k, traction, displacement);
     }
-    pressure_part += PressurePart(view, elasticity, constants, traction, displacement);
   }
   Matrix2d gradient;
   gradient << u[0].derivatives().transpose(), u[1].derivatives().transpose();
@@ -80,32 +101,45 @@ PointState InteriorField::At(const Vector2d& p_O) const {
 }
 
 PointState InteriorField::OnBoundary(int i) const {
+  const auto& element =
+      model_.greens_functions().problem().mesh.elements[static_cast<std::size_t>(i)];
   const PlaneElasticity& elasticity = model_.greens_functions().elasticity();
-  const BoundaryMesh& mesh = model_.greens_functions().problem().mesh;
-  const auto element = [&](int k) { return mesh.elements[static_cast<std::size_t>(k)]; };
-  const auto moved = [&](int k) { return state_.displacement[static_cast<std::size_t>(k)]; };
-  const Vector2d n = element(i).normal();
+  const Vector2d n = element.normal();
   const Vector2d t(-n.y(), n.x());
-  const auto continues = [&](int k) { return element(k).normal().dot(n) > kCorner; };
-  const int after = continues(mesh.Next(i)) ? mesh.Next(i) : i;
-  const int before = continues(mesh.Previous(i)) ? mesh.Previous(i) : i;
+  const Modes tractions = ModesOf(state_.traction, i);
+  const Modes displacements = ModesOf(state_.displacement, i);
+  const Vector2d traction = tractions[0] - 0.5 * tractions[2];
 
   PointState state;
-  state.displacement = moved(i);
-  double stretch = 0;
-  if (after != before) {
-    const Vector2d step = element(after).midpoint() - element(before).midpoint();
-    stretch = step.dot(moved(after) - moved(before)) / step.squaredNorm();
-  }
-  const Vector2d traction = state_.traction[static_cast<std::size_t>(i)];
+  state.displacement = displacements[0] - 0.5 * displacements[2];
   const double s_nn = traction.dot(n);
   const double s_nt = traction.dot(t);
   const double nu = elasticity.effective_nu;
   const double G = elasticity.shear_modulus * model_.params().young_modulus;
-  const double s_tt = (2 * G * stretch + nu * s_nn) / (1 - nu);
+  const double s_tt = (2 * G * StretchOf(i) + nu * s_nn) / (1 - nu);
   state.stress = s_nn * n * n.transpose() + s_tt * t * t.transpose() +
                  s_nt * (n * t.transpose() + t * n.transpose());
   return state;
+}
+
+// Strain along the boundary in the middle of element `i`: from the element's own displacements or,
+// where they are constant, from the neighbours that continue it without a corner.
+double InteriorField::StretchOf(int i) const {
+  const BoundaryMesh& mesh = model_.greens_functions().problem().mesh;
+  const auto element = [&](int k) { return mesh.elements[static_cast<std::size_t>(k)]; };
+  if (model_.greens_functions().element_nodes().count > 1) {
+    const Vector2d edge = element(i).b - element(i).a;
+    return 2 * edge.dot(ModesOf(state_.displacement, i)[1]) / edge.squaredNorm();
+  }
+  const auto moved = [&](int k) { return state_.displacement[static_cast<std::size_t>(k)]; };
+  const auto continues = [&](int k) {
+    return element(k).normal().dot(element(i).normal()) > kCorner;
+  };
+  const int after = continues(mesh.Next(i)) ? mesh.Next(i) : i;
+  const int before = continues(mesh.Previous(i)) ? mesh.Previous(i) : i;
+  if (after == before) return 0;
+  const Vector2d step = element(after).midpoint() - element(before).midpoint();
+  return step.dot(moved(after) - moved(before)) / step.squaredNorm();
 }
 
 }  // namespace palpate

@@ -1,4 +1,5 @@
-// Integrals of Kelvin's plane solution over a straight element on which the density is constant.
+// Integrals of Kelvin's plane solution over a straight element on which the density is constant or
+// one of Legendre's polynomials.
 //
 // A unit line force at x in direction i causes at y, r = y - x, the displacement U_ij and, on a cut
 // with normal n, the traction T_ij in direction j (plane strain, shear modulus G; plane stress with
@@ -15,10 +16,15 @@
 #pragma once
 
 #include <cmath>
+#include <complex>
+#include <cstddef>
 #include <numbers>
 #include <type_traits>
+#include <utility>
 
 #include <Eigen/Core>
+
+#include "slave/mechanics/bem/legendre_moments.h"
 
 namespace palpate {
 
@@ -42,7 +48,8 @@ struct KelvinIntegrals {
   T direction_tt, direction_tn;  // of r,t r,t and r,t r,n; r,n r,n follows from their sum
   T turn_n, turn_t;              // of (d^3 - d xi^2) / r^4 and of 2 d^2 xi / r^4
 
-  // From x to the element's ends: `xi_a` and `xi_a + length` along t, `d` along n.
+  KelvinIntegrals() = default;
+  // Of a constant. From x to the element's ends: `xi_a` and `xi_a + length` along t, `d` along n.
   KelvinIntegrals(const T& xi_a, const T& d, double length) {
     using std::atan2;
     using std::log;
@@ -63,7 +70,45 @@ struct KelvinIntegrals {
   }
 };
 
-// What constant values on an element contribute at a point: row i for the unit force's direction,
+// An element as a point sees it, lengths in units of the mesh: tangent, outward normal, and from
+// the point to the element's beginning along both.
+struct ElementView {
+  Eigen::Vector2d t, n;
+  double xi_a = 0, d = 0, length = 0;
+  // The point in the element's frame, over half its length.
+  [[nodiscard]] std::complex<double> z() const {
+    const double half = 0.5 * length;
+    return {-(xi_a + half) / half, -d / half};
+  }
+};
+
+// Of P_k, k > 0, over an element of half length `h`. `lift` turns a holomorphic function of z,
+// given with its derivative, into its real and imaginary parts: a pair of T.
+template <typename T, typename Lift>
+KelvinIntegrals<T> KelvinMode(const LegendreMoments& moments, std::size_t k, double h, const T& d,
+                              const Lift& lift) {
+  const auto log = lift(moments.log[k], -moments.pole[k]);
+  const auto pole = lift(moments.pole[k], moments.dipole[k]);
+  const auto dipole = lift(moments.dipole[k], moments.triple[k]);
+  KelvinIntegrals<T> I;
+  I.log_r = h * log.first;
+  I.angle = -pole.second;
+  I.log_ratio = pole.first;
+  I.direction_tt = d * pole.second;
+  I.direction_tn = d * pole.first;
+  I.turn_n = -(d * dipole.first) / h;
+  I.turn_t = -(d * dipole.second) / h;
+  return I;
+}
+
+inline KelvinIntegrals<double> KelvinMode(const LegendreMoments& moments, std::size_t k, double h,
+                                          double d) {
+  return KelvinMode<double>(moments, k, h, d, [](const auto& value, const auto& /*derivative*/) {
+    return std::pair{value.real(), value.imag()};
+  });
+}
+
+// What values on an element contribute at a point: row i for the unit force's direction,
 // column j for the component of the traction or displacement, frame of the mesh.
 template <typename T>
 struct KelvinBlocks {
@@ -85,7 +130,7 @@ struct KelvinConstants {
 };
 
 // Turns the integrals from the element's frame, tangent (tx, ty) and normal (ty, -tx), and adds
-// the kernels up.
+// the kernels up. `length`: the integral of the density, the element's length or, for k > 0, zero.
 template <typename T>
 KelvinBlocks<T> Combine(const KelvinConstants& c, const KelvinIntegrals<T>& I, double length,
                         double tx, double ty) {

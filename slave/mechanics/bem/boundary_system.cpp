@@ -1,0 +1,163 @@
+#include "slave/mechanics/bem/boundary_system.h"
+
+#include <cstddef>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "slave/mechanics/bem/hole_centre.h"
+#include "slave/mechanics/bem/kelvin_integrals.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr int kReportEvery = 16;  // elements
+
+std::size_t At(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+// What the element's Legendre modes contribute at a point.
+using ModeBlocks = std::array<KelvinBlocks<double>, kLargestNodeCount>;
+
+void Integrate(const KelvinConstants& constants, const ElementView& view, int modes,
+               ModeBlocks* blocks) {
+  const KelvinIntegrals<double> mean(view.xi_a, view.d, view.length);
+  (*blocks)[0] = Combine(constants, mean, view.length, view.t.x(), view.t.y());
+  if (modes == 1) return;
+  const LegendreMoments moments(view.z());
+  for (std::size_t k = 1; k < At(modes); ++k) {
+    const auto integrals = KelvinMode(moments, k, 0.5 * view.length, view.d);
+    (*blocks)[k] = Combine(constants, integrals, 0, view.t.x(), view.t.y());
+  }
+}
+
+}  // namespace
+
+PlaneElasticity PlaneElasticity::From(double nu, Plane plane) {
+  if (!(nu > -1 && nu <= 0.5)) {
+    throw std::invalid_argument("poisson_ratio = " + std::to_string(nu) +
+                                ": accepted is -1 < nu <= 0.5");
+  }
+  return {1 / (2 * (1 + nu)), plane == Plane::kStress ? nu / (1 + nu) : nu};
+}
+
+std::vector<BoundaryNode> NodesOf(const ReferenceProblem& problem) {
+  const ElementNodes& local = ElementNodes::Of(problem.order);
+  std::vector<BoundaryNode> nodes;
+  nodes.reserve(problem.mesh.elements.size() * At(local.count));
+  for (int i = 0; i < problem.mesh.size(); ++i) {
+    const auto& e = problem.mesh.elements[At(i)];
+    const double length = e.length() / problem.mesh.length_unit;
+    for (std::size_t m = 0; m < At(local.count); ++m) {
+      nodes.push_back({e.midpoint() + 0.5 * local.s[m] * (e.b - e.a), i, local.weight[m] * length});
+    }
+  }
+  return nodes;
+}
+
+ElementView ViewOf(const BoundaryMesh& mesh, int element, const Vector2d& p_O) {
+  const auto& e = mesh.elements[At(element)];
+  const Vector2d t = (e.b - e.a).normalized();
+  const Vector2d n(t.y(), -t.x());
+  const Vector2d r = e.a / mesh.length_unit - p_O / mesh.length_unit;
+  return {t, n, r.dot(t), r.dot(n), e.length() / mesh.length_unit};
+}
+
+void BoundarySystem::Collocate(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar,
+                               Progress* progress) const {
+  const int elements = problem_.mesh.size();
+  for (int j = 0; j < elements; ++j) {
+    CollocateElement(j, A, Abar);
+    if (progress == nullptr || j % kReportEvery != 0) continue;
+    if (!progress->Report("boundary integrals", static_cast<double>(j) / elements)) {
+      throw Interrupted();
+    }
+  }
+}
+
+// The columns of one element's nodes. Unknown displacement: H to the left, G to the right; unknown
+// traction: -G and -H.
+void BoundarySystem::CollocateElement(int element, Eigen::MatrixXd* A,
+                                      Eigen::MatrixXd* Abar) const {
+  const KelvinConstants constants(elasticity_.shear_modulus, elasticity_.effective_nu);
+  const ElementNodes& local = ElementNodes::Of(problem_.order);
+  const double unit = problem_.mesh.length_unit;
+  const Vector2d a = problem_.mesh.elements[At(element)].a / unit;
+  ElementView view = ViewOf(problem_.mesh, element, problem_.mesh.elements[At(element)].a);
+  ModeBlocks modes;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const Vector2d r = a - nodes_[i].p_O / unit;
+    const bool self = nodes_[i].element == element;
+    const std::size_t own = i - At(element) * At(local.count);
+    view.xi_a = self ? -0.5 * view.length * (1 + local.s[own]) : r.dot(view.t);
+    view.d = self ? 0 : r.dot(view.n);
+    Integrate(constants, view, local.count, &modes);
+    const auto row = static_cast<Index>(2 * i);
+    for (std::size_t m = 0; m < At(local.count); ++m) {
+      Matrix2d h = local.mode[m][0] * modes[0].of_displacement;
+      Matrix2d g = local.mode[m][0] * modes[0].of_traction;
+      for (std::size_t k = 1; k < At(local.count); ++k) {
+        h += local.mode[m][k] * modes[k].of_displacement;
+        g += local.mode[m][k] * modes[k].of_traction;
+      }
+      if (self && m == own) h.diagonal().array() += 0.5;
+      for (int c = 0; c < 2; ++c) {
+        const Index column = 2 * (Index{element} * local.count + static_cast<Index>(m)) + c;
+        const bool fixed = held(At(element), c);
+        const double sign = fixed ? -1 : 1;
+        A->block<2, 1>(row, column) = sign * (fixed ? g : h).col(c);
+        Abar->block<2, 1>(row, column) = sign * (fixed ? h : g).col(c);
+      }
+    }
+  }
+}
+
+void BoundarySystem::AppendHolePressures(Index first, Eigen::MatrixXd* A,
+                                         Eigen::MatrixXd* Abar) const {
+  const ElementNodes& local = ElementNodes::Of(problem_.order);
+  const BoundaryMesh& mesh = problem_.mesh;
+  A->rightCols(holes()).setZero();
+  A->bottomRows(holes()).setZero();
+  Abar->bottomRows(holes()).setZero();
+  for (int hole = 0; hole < holes(); ++hole) {
+    const HoleCentre centre = FindHoleCentre(mesh, hole + 1);
+    // The row's entries are of the order of one, as those of H are.
+    const double scale = centre.radius / (2 * std::numbers::pi * mesh.length_unit);
+    const Index row = first + hole;
+    for (int j = 0; j < mesh.size(); ++j) {
+      const ElementView view = ViewOf(mesh, j, centre.p_O);
+      const double h = 0.5 * view.length;
+      const LegendreMoments moments(view.z());
+      for (std::size_t m = 0; m < At(local.count); ++m) {
+        std::complex<double> pole, dipole;
+        for (std::size_t k = 0; k < At(local.count); ++k) {
+          pole += local.mode[m][k] * moments.pole[k];
+          dipole += local.mode[m][k] * moments.dipole[k];
+        }
+        const Vector2d g = scale * (pole.real() * view.t - pole.imag() * view.n);
+        const Vector2d u = 2 * elasticity_.shear_modulus * scale / h *
+                           (dipole.imag() * view.t + dipole.real() * view.n);
+        for (int c = 0; c < 2; ++c) {
+          const Index column = 2 * (Index{j} * local.count + static_cast<Index>(m)) + c;
+          const bool fixed = held(At(j), c);
+          (*A)(row, column) = fixed ? -g[c] : u[c];
+          (*Abar)(row, column) = fixed ? -u[c] : g[c];
+        }
+      }
+    }
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const int element = nodes_[i].element;
+      const bool on_hole =
+          element >= mesh.loop_begin[At(hole) + 1] && element < mesh.loop_begin[At(hole) + 2];
+      if (!on_hole) continue;
+      A->block<2, 1>(static_cast<Index>(2 * i), row) = mesh.elements[At(element)].normal();
+    }
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,85 @@
+// The equations of the boundary element method: H u = G t, collocated at the elements' nodes.
+//
+// Every unknown stands in the column of its node and component: A_0 Y + Abar_0 Ybar = 0 with the
+// columns of H and G sorted by what the reference problem holds. Nondimensional: lengths by the
+// mesh's unit, tractions by E.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/outline.h"
+#include "shared/scene/scene.h"
+#include "slave/mechanics/bem/element_nodes.h"
+#include "slave/mechanics/progress.h"
+
+namespace palpate {
+
+// The constants of a plane problem over Young's modulus. Plane stress is plane strain with the
+// effective nu / (1 + nu) and the same shear modulus.
+struct PlaneElasticity {
+  double shear_modulus = 0;  // G / E [-]
+  double effective_nu = 0;   // [-]
+  // Throws std::invalid_argument unless -1 < nu <= 0.5.
+  static PlaneElasticity From(double nu, Plane plane);
+};
+
+// What the reference problem holds at zero displacement; everything else is free of traction.
+struct ReferenceProblem {
+  BoundaryMesh mesh;                      // [m]
+  std::vector<std::array<bool, 2>> held;  // per element: x, y
+  double nu = 0;                          // Poisson ratio [-]
+  Plane plane = Plane::kStress;
+  ElementOrder order = ElementOrder::kConstant;
+};
+
+struct BoundaryNode {
+  Eigen::Vector2d p_O;  // [m]
+  int element = 0;
+  double length =
+      0;  // of the boundary it stands for: its weight times the element's [length units]
+};
+
+// Element by element, along the boundary.
+std::vector<BoundaryNode> NodesOf(const ReferenceProblem& problem);
+
+class BoundarySystem {
+ public:
+  // Keeps references to both.
+  BoundarySystem(const ReferenceProblem& problem, const std::vector<BoundaryNode>& nodes,
+                 const PlaneElasticity& elasticity)
+      : problem_(problem), nodes_(nodes), elasticity_(elasticity) {}
+
+  // The upper left corners of A_0 and of -Abar_0, two rows and columns for each node. O(N^2).
+  // Throws Interrupted.
+  void Collocate(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar, Progress* progress) const;
+
+  // Holes in a body that hardly changes its volume. At nu = 0.5 the collocated equations admit, for
+  // each hole, any pressure that stands in the hole and on its boundary; with 1 / (1 - 2 nu) they
+  // lose it before. In the hole Somigliana's identity gives zero, and its divergence, divided by
+  // 1 - 2 nu, the pressure,
+  //   int (r,j / r) t_j ds - 2 G int ((n_j - 2 r,j dr/dn) / r^2) u_j ds = 0,
+  // holds for every nu. One such row, taken in the hole's middle, makes up for what is lost. Column
+  // and row `first` + hole; the column's unknown, tractions along the normal at the hole's nodes,
+  // vanishes with the discretisation error.
+  void AppendHolePressures(Eigen::Index first, Eigen::MatrixXd* A, Eigen::MatrixXd* Abar) const;
+  [[nodiscard]] int holes() const { return static_cast<int>(problem_.mesh.loop_begin.size()) - 2; }
+
+ private:
+  struct Columns;  // of one element
+  void CollocateElement(int element, Eigen::MatrixXd* A, Eigen::MatrixXd* Abar) const;
+  [[nodiscard]] bool held(std::size_t element, int c) const {
+    return problem_.held[element][static_cast<std::size_t>(c)];
+  }
+
+  const ReferenceProblem& problem_;
+  const std::vector<BoundaryNode>& nodes_;
+  const PlaneElasticity& elasticity_;
+};
+
+// The element seen from `p_O` [m].
+struct ElementView ViewOf(const BoundaryMesh& mesh, int element, const Eigen::Vector2d& p_O);
+
+}  // namespace palpate
