@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kDefaultRange = 0.1;  // largest |displacement| / larger side
 
-std::unique_ptr<DeformationModel> MakeBem2d(const Scene& scene, const BoundaryMesh& mesh) {
+std::unique_ptr<DeformationModel> MakeBem2d(const Scene& scene, const BoundaryMesh& mesh,
+                                            Progress* progress) {
   if (mesh.size() < 3) {
     throw std::invalid_argument("a mesh of " + std::to_string(mesh.size()) +
                                 " elements: accepted is 3 or more");
@@ -26,8 +27,8 @@ std::unique_ptr<DeformationModel> MakeBem2d(const Scene& scene, const BoundaryMe
   params.range = scene.model.range > 0 ? scene.model.range : kDefaultRange;
   return std::make_unique<Bem2dModel>(
       ReferenceProblem{mesh, HeldElements(scene, mesh), scene.object.material.poisson_ratio,
-                       scene.model.plane},
-      params);
+                       scene.model.plane, scene.model.order},
+      params, progress);
 }
 
 std::unique_ptr<DeformationModel> MakePlate(const Scene& scene, const MembraneDisc& disc) {
@@ -78,7 +79,7 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh
                                             Progress* progress) {
   const std::string kind = ChooseModel(scene).kind;
   if (const auto* outline = std::get_if<BoundaryMesh>(&mesh); outline && kind == "bem2d") {
-    return MakeBem2d(scene, *outline);
+    return MakeBem2d(scene, *outline, progress);
   }
   if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) {
     if (kind == "plate") return MakePlate(scene, *disc);
