@@ -195,4 +195,30 @@ MatrixXd ReferenceSystem::Loads(int begin, int end) const {
   return loads;
 }
 
+Vector3d ReferenceSystem::AtNode(int node, const std::vector<Vector3d>& displacement) const {
+  Vector3d moved = Vector3d::Zero();
+  for (const auto& [triangle, weight] : fit_.shares(node)) {
+    moved += weight * displacement[static_cast<std::size_t>(triangle)];
+  }
+  for (int c = 0; c < 3; ++c) {
+    if (held_nodes_[static_cast<std::size_t>(node)][static_cast<std::size_t>(c)]) moved[c] = 0;
+  }
+  return moved;
+}
+
+Vector3d ReferenceSystem::Inside(const Vector3d& p, const std::vector<Vector3d>& displacement,
+                                 const std::vector<Vector3d>& traction) const {
+  Vector3d sum = Vector3d::Zero();
+  for (int j = 0; j < triangles(); ++j) {
+    const auto triangle = static_cast<std::size_t>(j);
+    const auto blocks = IntegrateKelvin(constants_, surface_.elements[triangle], p);
+    sum +=
+        blocks.of_traction * traction[triangle] - blocks.of_displacement * displacement[triangle];
+    for (std::size_t k = 0; k < 3; ++k) {
+      sum -= blocks.of_corner[k] * AtNode(fit_.corners(j)[k], displacement);
+    }
+  }
+  return sum;
+}
+
 }  // namespace palpate

@@ -26,7 +26,7 @@ namespace palpate {
 class SurfaceGreens final : public Compliance {
  public:
   struct Options {
-    std::filesystem::path cache;                       // folder; empty: nothing is kept
+    std::filesystem::path cache{};                     // folder; empty: nothing is kept
     std::size_t memory_limit = std::size_t{8} << 30U;  // of the computation [bytes]
   };
 

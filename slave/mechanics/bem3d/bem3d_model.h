@@ -1,0 +1,82 @@
+// `bem3d`: a solid elastic body by boundary elements on its triangulated surface, precomputed
+// Green's functions and the capacitance of its contacts (paper A, 3.3-3.4, for solids). Linear:
+// small strains and rotations. Once precomputed, a contact costs microseconds whatever the mesh.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/scene/scene.h"
+#include "slave/mechanics/bem3d/surface_greens.h"
+#include "slave/mechanics/capacitance/compliance_solver.h"
+#include "slave/mechanics/capacitance/surface_places.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/progress.h"
+
+namespace palpate {
+
+// On the surface, triangle by triangle. Frame O.
+struct SurfaceState {
+  std::vector<Eigen::Vector3d> displacement;  // of the centroids [m]
+  std::vector<Eigen::Vector3d> traction;      // on the body [Pa]
+};
+
+class Bem3dModel final : public DeformationModel {
+ public:
+  struct Options {
+    ContactLaw contact = ContactLaw::kBonded;
+    double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
+    std::filesystem::path cache{};                     // see SurfaceGreens
+    std::size_t memory_limit = std::size_t{8} << 30U;  // of the precompute [bytes]
+  };
+
+  // `held`: per triangle and component, kept at zero. Throws std::invalid_argument: see
+  // SurfaceGreens; modulus or range not positive. Interrupted.
+  Bem3dModel(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held, double young_modulus,
+             double poisson_ratio, const Options& options, Progress* progress = nullptr);
+
+  // See ComplianceSolver and SurfaceTrianglePlaces. A body that is free to move takes loads only;
+  // they must balance to 1e-6, and the answer has no mean displacement nor turn of the surface,
+  // weighted by area.
+  // A place is found by a walk over all triangles if `element` is -1 and the contact changed.
+  void Respond(std::span<const Contact> contacts,
+               std::span<ContactResponse> responses) noexcept override;
+  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] std::string_view failure() const override;
+  [[nodiscard]] const ModelInfo& info() const override { return info_; }
+
+  // Under the contacts of the last Respond; zero where it failed. O(N S).
+  [[nodiscard]] SurfaceState Surface();
+  // At a place inside, by Somigliana's identity; nearer to the surface than a triangle is long the
+  // steps of the tractions show. O(N).
+  [[nodiscard]] Eigen::Vector3d DisplacementInside(const SurfaceState& state,
+                                                   const Eigen::Vector3d& p_O) const;
+
+  [[nodiscard]] const SurfaceGreens& greens() const { return greens_; }
+
+ private:
+  void Describe(const Options& options);
+  [[nodiscard]] double MeasureUpdate(const Options& options);
+  [[nodiscard]] std::string_view Refuse(std::span<const Contact> contacts) const noexcept;
+  [[nodiscard]] bool Balanced();
+
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+  double young_modulus_;  // [Pa]
+  SurfaceGreens greens_;
+  SurfaceTrianglePlaces places_;
+  ComplianceSolver solver_;
+  ModelInfo info_;
+  double force_unit_ = 0;  // E times the length unit squared [N]
+  std::string_view refused_;
+  std::vector<PlaceForce> forces_;
+};
+
+}  // namespace palpate
