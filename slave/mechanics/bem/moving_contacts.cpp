@@ -171,7 +171,7 @@ void MovingContacts::FillBlocks(const Slot& slot) {
   }
 }
 
-// `moved` and `tractions`: as UpdatedInverse::Multiply wants them.
+// `moved` and `tractions`: as BlockInverse::Multiply wants them.
 void MovingContacts::SolveTractions(std::span<const double> prescribed, double* moved,
                                     double* tractions) const noexcept {
   for (std::size_t p = 0; p < slot_of_.size(); ++p) {

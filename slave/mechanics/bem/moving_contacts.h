@@ -70,7 +70,7 @@ class MovingContacts {
   int nodes_per_patch_ = 1;
   int components_ = 2;             // unknown at each node: 1 without friction
   std::size_t free_elements_ = 0;  // those that nothing holds
-  UpdatedInverse inverse_;
+  BlockInverse inverse_;
   std::vector<Slot> slots_;
   std::vector<int> slot_at_;               // per element; -1: none
   std::vector<int> slot_of_;               // per patch; -1: still to be added

@@ -11,7 +11,7 @@ namespace {
 
 // Row-major, of one block; no more than kLargestBlock squared numbers, none of them on the heap.
 using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor,
-                            UpdatedInverse::kLargestBlock, UpdatedInverse::kLargestBlock>;
+                            BlockInverse::kLargestBlock, BlockInverse::kLargestBlock>;
 using Lane = Eigen::Map<Eigen::Array<double, kLane, 1>>;
 using ConstLane = Eigen::Map<const Eigen::Array<double, kLane, 1>>;
 
@@ -52,13 +52,13 @@ bool Invert(const Block& block, Block* inverse) {
 
 }  // namespace
 
-void UpdatedInverse::Clear(int block) {
+void BlockInverse::Clear(int block) {
   if (block != block_) capacity_ = 0;
   block_ = block;
   blocks_ = 0;
 }
 
-void UpdatedInverse::Reserve(int blocks) {
+void BlockInverse::Reserve(int blocks) {
   if (blocks <= capacity_) return;
   blocks = std::max(blocks, capacity_ + capacity_ / 2);
   const int order = blocks * block_;
@@ -83,7 +83,7 @@ void UpdatedInverse::Reserve(int blocks) {
   capacity_ = blocks;
 }
 
-bool UpdatedInverse::Append() {
+bool BlockInverse::Append() {
   const int n = order();
   const int padded = PaddedTo(kLane, n);
   const int m = block_;
@@ -137,7 +137,7 @@ bool UpdatedInverse::Append() {
   return true;
 }
 
-bool UpdatedInverse::Remove(int k) {
+bool BlockInverse::Remove(int k) {
   const int n = order();
   const int padded = PaddedTo(kLane, n);
   const int m = block_;
@@ -166,7 +166,7 @@ bool UpdatedInverse::Remove(int k) {
 }
 
 // Rows and columns; what the last block leaves is zero.
-void UpdatedInverse::MoveLastBlock(std::vector<double>* matrix, int to) const {
+void BlockInverse::MoveLastBlock(std::vector<double>* matrix, int to) const {
   const int n = order();
   const int m = block_;
   const int last = n - m;
@@ -182,7 +182,7 @@ void UpdatedInverse::MoveLastBlock(std::vector<double>* matrix, int to) const {
   }
 }
 
-bool UpdatedInverse::Factorise() {
+bool BlockInverse::Factorise() {
   const int n = order();
   const int padded = PaddedTo(kLane, n);
   const RowMajor system{augmented_.data(), OddLanes(2 * padded)};
@@ -202,14 +202,14 @@ bool UpdatedInverse::Factorise() {
   return true;
 }
 
-void UpdatedInverse::Multiply(const double* x, double* y) const noexcept {
+void BlockInverse::Multiply(const double* x, double* y) const noexcept {
   const int n = order();
   const int padded = PaddedTo(kLane, n);
   for (int i = 0; i < n; ++i) y[i] = Dot(inverse_row(i), x, padded);
   std::fill(y + n, y + padded, 0.0);
 }
 
-double UpdatedInverse::Drift() {
+double BlockInverse::Drift() {
   const int n = order();
   const int padded = PaddedTo(kLane, n);
   double* v = columns_.data();

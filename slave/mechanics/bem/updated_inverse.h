@@ -17,7 +17,7 @@ namespace palpate {
 
 // Blocks of one size, 1 to 6. Memory only grows. The matrix itself is kept beside its inverse: to
 // see how far updates have drifted, and to start anew. Not finite or singular: false, and empty.
-class UpdatedInverse {
+class BlockInverse {
  public:
   static constexpr int kLargestBlock = 6;
 

@@ -61,7 +61,7 @@ class Chosen {
     return std::ranges::find(places_, place) != places_.end();
   }
   [[nodiscard]] std::size_t size() const { return places_.size(); }
-  UpdatedInverse& inverse() { return inverse_; }
+  BlockInverse& inverse() { return inverse_; }
   Eigen::MatrixXd& all() { return all_; }
 
  private:
@@ -83,7 +83,7 @@ class Chosen {
 
   int block_;
   Eigen::MatrixXd all_;
-  UpdatedInverse inverse_;
+  BlockInverse inverse_;
   std::vector<int> places_;
 };
 

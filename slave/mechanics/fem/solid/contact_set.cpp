@@ -33,17 +33,17 @@ std::optional<SurfacePlace> PlaceOn(const SurfaceMesh& surface, int triangle, co
 
 }  // namespace
 
-ContactSet::ContactSet(const ElementMesh& mesh, const std::vector<bool>& used, double length_unit)
+SolidContacts::SolidContacts(const ElementMesh& mesh, const std::vector<bool>& used, double length_unit)
     : mesh_(mesh), used_(used), unit_(length_unit) {}
 
-bool ContactSet::Same(std::span<const Contact> contacts) const {
+bool SolidContacts::Same(std::span<const Contact> contacts) const {
   return known_ && std::ranges::equal(contacts, contacts_, [](const Contact& a, const Contact& b) {
            return a.kind == b.kind && a.p_O == b.p_O && a.element == b.element &&
                   a.width == b.width;
          });
 }
 
-bool ContactSet::Prepare(std::span<const Contact> contacts) {
+bool SolidContacts::Prepare(std::span<const Contact> contacts) {
   failure_ = {};
   changed_ = !Same(contacts);
   if (!changed_) return true;
@@ -64,7 +64,7 @@ bool ContactSet::Prepare(std::span<const Contact> contacts) {
   return true;
 }
 
-bool ContactSet::Find(const Contact& contact, ContactPlace* place) {
+bool SolidContacts::Find(const Contact& contact, ContactPlace* place) {
   place->moved.clear();
   place->weights.clear();
   if (!contact.p_O.allFinite() || !std::isfinite(contact.width) || contact.width < 0 ||
@@ -97,7 +97,7 @@ bool ContactSet::Find(const Contact& contact, ContactPlace* place) {
 }
 
 // The element's own shape functions there.
-void ContactSet::PointWeights(int triangle, const Vector3d& weights, ContactPlace* place) const {
+void SolidContacts::PointWeights(int triangle, const Vector3d& weights, ContactPlace* place) const {
   const auto& face = mesh_.faces[Index(triangle)];
   const auto add = [&](std::size_t i, double weight) {
     if (weight != 0) place->weights.emplace_back(face[i], weight);
@@ -111,7 +111,7 @@ void ContactSet::PointWeights(int triangle, const Vector3d& weights, ContactPlac
   }
 }
 
-bool ContactSet::FindPatch(const Contact& contact, const Vector3d& p, ContactPlace* place) {
+bool SolidContacts::FindPatch(const Contact& contact, const Vector3d& p, ContactPlace* place) {
   const double width = contact.width / unit_;
   const auto found = contact.element >= 0 ? PlaceOn(mesh_.surface, contact.element, p)
                                           : FindPlace(mesh_.surface, p);
@@ -154,7 +154,7 @@ bool ContactSet::FindPatch(const Contact& contact, const Vector3d& p, ContactPla
 
 // No node is moved twice, and what else acts on moved nodes (the rim of a neighbouring patch) rests
 // for less than half on them.
-bool ContactSet::Overlap(std::span<const Contact> contacts) {
+bool SolidContacts::Overlap(std::span<const Contact> contacts) {
   owner_.assign(Index(mesh_.node_count()), -1);
   const auto moves_nodes = [&](std::size_t i) {
     return contacts[i].kind == Contact::Kind::kDisplacement && !places_[i].moved.empty();

@@ -22,10 +22,10 @@ struct ContactPlace {
                                                 // point where no node is `moved`
 };
 
-class ContactSet {
+class SolidContacts {
  public:
   // Keeps references. `used`: nodes that belong to an element.
-  ContactSet(const ElementMesh& mesh, const std::vector<bool>& used, double length_unit);
+  SolidContacts(const ElementMesh& mesh, const std::vector<bool>& used, double length_unit);
 
   // Finds the places; false: failure() says why. Does nothing for the same contacts as before,
   // whatever their values. O(N) per new contact.

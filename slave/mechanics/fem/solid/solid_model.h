@@ -100,7 +100,7 @@ class SolidModel final : public DeformationModel {
   ElasticBody body_;
   Equilibrium equilibrium_;
   std::vector<bool> used_;
-  ContactSet contacts_;
+  SolidContacts contacts_;
   Supports supports_;
   ModelInfo info_;
 
