@@ -1,6 +1,7 @@
 // The solid references through `solve`: scene, loads as files, answers read back.
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -33,17 +34,15 @@ void AppendLoad(const Vector3d& p, const Vector3d& f, std::string* loads) {
   loads->append(",").append(Text(f.z())).append("\n");
 }
 
-// Nodal forces of a pressure on the triangles of the top whose centroid lies inside the patch, a
-// third per node (the reference's rule).
-std::map<int, double> PatchLoads(const SolidMesh& mesh, double height, double low, double high,
-                                 double force) {
+// Nodal shares of a uniform traction on the triangles whose centroid lies `inside`, a third per
+// node (the reference's rule).
+std::map<int, double> TractionLoads(const SolidMesh& mesh, double force,
+                                    const std::function<bool(const Vector3d&)>& inside) {
   const SurfaceMesh skin = SurfaceOf(mesh);
   std::vector<int> loaded;
   double area = 0;
   for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) {
-    const Vector3d c = Centroid(skin, t);
-    const bool inside = c.x() > low && c.x() < high && c.y() > low && c.y() < high;
-    if (!inside || std::abs(c.z() - height) > 1e-9 * height) continue;
+    if (!inside(Centroid(skin, t))) continue;
     loaded.push_back(t);
     area += Area(skin, t);
   }
@@ -82,7 +81,10 @@ TEST_F(SolveSolids, TheFoamCubeGivesTheDiscreteAnswers) {
       if (!c.at("expected").contains(one.answer)) continue;
       const json& expected = c.at("expected").at(one.answer);
       const double F = p.at("total_force_N").get<double>() * one.force;
-      const auto forces = PatchLoads(mesh, L, p.at("patch")[0], p.at("patch")[1], F);
+      const double low = p.at("patch")[0], high = p.at("patch")[1];
+      const auto forces = TractionLoads(mesh, F, [&](const Vector3d& c) {
+        return c.z() > L * (1 - 1e-9) && c.x() > low && c.x() < high && c.y() > low && c.y() < high;
+      });
       std::string loads = kLoads;
       for (const auto& [node, force] : forces) {
         AppendLoad(mesh.nodes[static_cast<std::size_t>(node)], {0, 0, -force}, &loads);
@@ -114,7 +116,7 @@ TEST_F(SolveSolids, TheFoamCubeGivesTheDiscreteAnswers) {
 }
 
 // Reference: d cantilever_timoshenko: the discrete answers of linear tetrahedra, 1e-8, locking
-// included; the load is shared equally by the nodes of the end face.
+// included; the load is a uniform traction of the end face.
 TEST_F(SolveSolids, TheCantileverGivesTheDiscreteAnswers) {
   PALPATE_REFERENCE_OR_SKIP(file, "d_solid3d.json");
   const json c = reference::CaseOf(file, "cantilever_timoshenko");
@@ -126,9 +128,9 @@ TEST_F(SolveSolids, TheCantileverGivesTheDiscreteAnswers) {
     const SolidMesh mesh = MeshBox({L, w, h}, cells);
     for (const auto& [key, deflection] : row.at("mean_tip_deflection").items()) {
       std::string loads = kLoads;
-      const double share = P / ((n + 1) * (n + 1));
-      for (const auto& q : mesh.nodes) {
-        if (q.x() > L * (1 - 1e-9)) AppendLoad(q, {0, 0, -share}, &loads);
+      const auto at_end = [&](const Vector3d& c) { return c.x() > L * (1 - 1e-9); };
+      for (const auto& [node, share] : TractionLoads(mesh, P, at_end)) {
+        AppendLoad(mesh.nodes[static_cast<std::size_t>(node)], {0, 0, -share}, &loads);
       }
       const auto rows = Solve(BoxText({L, w, h}, cells, p.at("E"), std::stod(key.substr(3)), 1, "x",
                                       "law: linear, residual: 1e-12, range: 100 %"),
