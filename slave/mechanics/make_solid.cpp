@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "slave/mechanics/bem3d/bem3d_model.h"
+#include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
 
@@ -26,18 +27,34 @@ std::vector<std::array<bool, 3>> HeldTriangles(const SurfaceMesh& mesh,
   return held;
 }
 
+bool NeedsGeneralModel(const FemOptions& fem) {
+  const bool has_own_pressure = fem.pressure == FemOptions::Pressure::kAveraged ||
+                                fem.pressure == FemOptions::Pressure::kMixed;
+  return fem.element == FemOptions::Element::kTet10 || fem.law == FemOptions::Law::kNeoHookean ||
+         has_own_pressure;
+}
+
 }  // namespace
 
 std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& mesh,
                                           Progress* progress) {
   const Material& material = scene.object.material;
+  const auto held = HeldNodes(scene, mesh.nodes);
+  if (!NeedsGeneralModel(scene.model.fem)) {
+    FemModel::Params params;
+    params.material = material;
+    params.options = scene.model.fem;
+    const bool is_linear = scene.model.fem.law == FemOptions::Law::kLinear;
+    params.range = is_linear ? scene.model.range : 0;
+    return std::make_unique<FemModel>(mesh, held, params, progress);
+  }
   SolidModel::Params params;
   params.options = scene.model.fem;
   params.young_modulus = material.young_modulus;
   params.poisson_ratio = material.poisson_ratio;
   params.density = material.density;
   params.range = scene.model.range;
-  return std::make_unique<SolidModel>(mesh, HeldNodes(scene, mesh.nodes), params, progress);
+  return std::make_unique<SolidModel>(mesh, held, params, progress);
 }
 
 std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMesh& mesh,

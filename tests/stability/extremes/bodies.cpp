@@ -72,8 +72,9 @@ const std::vector<Family>& Volumes() {
 
 const std::vector<Family>& Outlines() {
   static const std::vector<Family> families{
-      // Constant elements do not pass the patch test either.
-      {"bem2d constant", "bem2d", {}, 0.1},
+      // Constant elements do not pass the patch test: forty of them, one across a slender body, are
+      // up to a quarter off.
+      {"bem2d constant", "bem2d", {}, 0.3},
       {"bem2d linear", "bem2d", [](ModelOptions* m) { m->order = ElementOrder::kLinear; }, 1e-6},
       {"bem2d quadratic", "bem2d", [](ModelOptions* m) { m->order = ElementOrder::kQuadratic; },
        1e-6}};

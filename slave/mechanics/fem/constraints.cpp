@@ -1,0 +1,272 @@
+#include "slave/mechanics/fem/constraints.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+
+namespace palpate::fem {
+namespace {
+
+using Eigen::Vector3d;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+constexpr double kNoWeight = 1e-9;        // of a point's weights, squared
+constexpr double kHoldsMotion = 1e-13;    // eigenvalue, of the largest
+constexpr int kMostMotions = 24;
+constexpr double kFreeMotionShift = 1e-5;  // keeps the factor definite
+
+std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+
+// The displacement component `c` at an arm `d` by translations and rotations is row . motion.
+Vector6d RowOf(const Vector3d& d, int c) {
+  Vector6d row;
+  row << Vector3d::Unit(c), d.cross(Vector3d::Unit(c));
+  return row;
+}
+
+}  // namespace
+
+Constraints::Constraints(const FemBody& body)
+    : body_(body), taken_by_(Index(body.size()), 0) {
+  held_.free = body.free();
+}
+
+void Constraints::Clear() {
+  std::copy(body_.free().begin(), body_.free().end(), held_.free.begin());
+  held_.sums.clear();
+  held_.shift = 0;
+  for (const int node : nodes_) taken_by_[Index(node)] = 0;
+  nodes_.clear();
+  contacts_.clear();
+  motion_count_ = 0;
+}
+
+bool Constraints::Take(std::span<const int> nodes) {
+  Contact& contact = contacts_.emplace_back();
+  contact.begin = nodes_.size();
+  const int number = static_cast<int>(contacts_.size());
+  for (const int node : nodes) {
+    int& taken = taken_by_[Index(node)];
+    if (taken != 0 && taken != number) return false;
+    taken = number;
+    nodes_.push_back(node);
+  }
+  contact.end = nodes_.size();
+  return true;
+}
+
+bool Constraints::HoldNodes(std::span<const int> nodes) {
+  if (!Take(nodes)) return false;
+  for (const int node : nodes) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (At(body_.free(), node).v[c] == 0) contacts_.back().blocked.v[c] = 1;
+      At(held_.free, node).v[c] = 0;
+    }
+  }
+  return true;
+}
+
+bool Constraints::HoldPoint(const std::array<int, 3>& nodes, const Vector3d& weights) {
+  if (!Take(nodes)) return false;
+  Contact& contact = contacts_.back();
+  HeldComponents::Sum sum;
+  for (std::size_t c = 0; c < 3; ++c) {
+    double square = 0;
+    for (int a = 0; a < 3; ++a) {
+      sum.node[a] = nodes[Index(a)];
+      sum.weight[a].v[c] = weights[a] * At(body_.free(), nodes[Index(a)]).v[c];
+      square += sum.weight[a].v[c] * sum.weight[a].v[c];
+    }
+    if (square > kNoWeight) continue;
+    contact.blocked.v[c] = 1;
+    for (auto& weight : sum.weight) weight.v[c] = 0;
+  }
+  contact.sum = static_cast<int>(held_.sums.size());
+  held_.sums.push_back(sum);
+  return true;
+}
+
+bool Constraints::Move(int k, const Vector3d& displacement) {
+  Contact& contact = contacts_[Index(k)];
+  contact.target = displacement;
+  for (int c = 0; c < 3; ++c) {
+    if (contact.blocked.v[c] > 0 && displacement[c] != 0) return false;
+  }
+  return true;
+}
+
+double Constraints::Lift(const NodeVector& u, double share, NodeVector& lift) const noexcept {
+  SetZero(lift);
+  double largest = 0;
+  for (const auto& contact : contacts_) {
+    for (int c = 0; c < 3; ++c) {
+      if (contact.blocked.v[c] > 0) continue;
+      if (contact.sum < 0) {
+        for (std::size_t n = contact.begin; n < contact.end; ++n) {
+          const double change = share * contact.target[c] - At(u, nodes_[n]).v[c];
+          At(lift, nodes_[n]).v[c] = change;
+          largest = std::max(largest, std::abs(change));
+        }
+        continue;
+      }
+      const auto& sum = held_.sums[Index(contact.sum)];
+      double square = 0, value = 0;
+      for (int a = 0; a < 3; ++a) {
+        square += sum.weight[a].v[c] * sum.weight[a].v[c];
+        value += sum.weight[a].v[c] * At(u, sum.node[a]).v[c];
+      }
+      const double change = (share * contact.target[c] - value) / square;
+      largest = std::max(largest, std::abs(change));
+      for (int a = 0; a < 3; ++a) At(lift, sum.node[a]).v[c] = change * sum.weight[a].v[c];
+    }
+  }
+  RemoveMotions(lift);
+  return largest;
+}
+
+void Constraints::ProjectSums(NodeVector& x) const noexcept {
+  for (const auto& sum : held_.sums) {
+    for (int c = 0; c < 3; ++c) {
+      double square = 0, value = 0;
+      for (int a = 0; a < 3; ++a) {
+        square += sum.weight[a].v[c] * sum.weight[a].v[c];
+        value += sum.weight[a].v[c] * At(x, sum.node[a]).v[c];
+      }
+      if (square == 0) continue;
+      for (int a = 0; a < 3; ++a) {
+        At(x, sum.node[a]).v[c] -= value / square * sum.weight[a].v[c];
+      }
+    }
+  }
+}
+
+void Constraints::ProjectMotion(NodeVector& change) const noexcept {
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    for (std::size_t c = 0; c < 4; ++c) change[i].v[c] *= held_.free[i].v[c];
+  }
+  ProjectSums(change);
+  RemoveMotions(change);
+}
+
+void Constraints::RemoveMotions(NodeVector& x) const noexcept {
+  for (int m = 0; m < motion_count_; ++m) {
+    Add(-Dot(weighted_motions_[Index(m)], x), motions_[Index(m)], x);
+  }
+}
+
+void Constraints::ProjectForce(NodeVector& force) const noexcept {
+  for (int m = 0; m < motion_count_; ++m) {
+    Add(-Dot(motions_[Index(m)], force), weighted_motions_[Index(m)], force);
+  }
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    for (std::size_t c = 0; c < 4; ++c) force[i].v[c] *= held_.free[i].v[c];
+  }
+  ProjectSums(force);
+}
+
+Vector3d Constraints::Sum(int k, const NodeVector& force) const noexcept {
+  const Contact& contact = contacts_[Index(k)];
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t n = contact.begin; n < contact.end; ++n) {
+    for (int c = 0; c < 3; ++c) sum[c] += At(force, nodes_[n]).v[c];
+  }
+  return sum;
+}
+
+double Constraints::Imbalance(const NodeVector& force) const noexcept {
+  double worst = 0;
+  for (int m = 0; m < motion_count_; ++m) {
+    const NodeVector& motion = motions_[Index(m)];
+    double sum = 0, size = 0;
+    for (std::size_t i = 0; i < force.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        sum += motion[i].v[c] * force[i].v[c];
+        size += std::abs(motion[i].v[c] * force[i].v[c]);
+      }
+    }
+    if (size > 0) worst = std::max(worst, std::abs(sum) / size);
+  }
+  return worst;
+}
+
+// The Gram matrix of what supports and contacts hold of a part's six rigid motions.
+Eigen::Matrix<double, 6, 6> Constraints::HeldMotions(int part, const Vector3d& centre,
+                                                     double radius) const {
+  Eigen::Matrix<double, 6, 6> gram = Eigen::Matrix<double, 6, 6>::Zero();
+  for (int i = 0; i < body_.size(); ++i) {
+    if (body_.part()[Index(i)] != part || body_.Dangling(i)) continue;
+    const Vector3d d = (body_.points()[Index(i)] - centre) / radius;
+    for (int c = 0; c < 3; ++c) {
+      if (At(held_.free, i).v[c] > 0) continue;
+      const Vector6d row = RowOf(d, c);
+      gram += row * row.transpose();
+    }
+  }
+  for (const auto& sum : held_.sums) {
+    if (body_.part()[Index(sum.node[0])] != part) continue;
+    for (int c = 0; c < 3; ++c) {
+      Vector6d row = Vector6d::Zero();
+      for (int a = 0; a < 3; ++a) {
+        const Vector3d d = (body_.points()[Index(sum.node[a])] - centre) / radius;
+        row += sum.weight[a].v[c] * RowOf(d, c);
+      }
+      gram += row * row.transpose();
+    }
+  }
+  return gram;
+}
+
+bool Constraints::FindFreeMotions() {
+  motion_count_ = 0;
+  std::vector<Vector3d> low(Index(body_.parts()), Vector3d::Constant(1e300)), high = low;
+  for (auto& h : high) h = -h;
+  for (int i = 0; i < body_.size(); ++i) {
+    const auto part = Index(body_.part()[Index(i)]);
+    low[part] = low[part].cwiseMin(body_.points()[Index(i)]);
+    high[part] = high[part].cwiseMax(body_.points()[Index(i)]);
+  }
+  for (int part = 0; part < body_.parts(); ++part) {
+    const Vector3d centre = 0.5 * (low[Index(part)] + high[Index(part)]);
+    const double radius = 0.5 * (high[Index(part)] - low[Index(part)]).norm();
+    if (!(radius > 0)) continue;  // a node of no element
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(
+        HeldMotions(part, centre, radius));
+    const double largest = std::max(eigen.eigenvalues()[5], 1.0);
+    for (int m = 0; m < 6 && eigen.eigenvalues()[m] < kHoldsMotion * largest; ++m) {
+      Vector6d motion = eigen.eigenvectors().col(m);
+      motion.tail<3>() /= radius;
+      if (!AddMotion(part, centre, motion)) return false;
+    }
+  }
+  held_.shift = motion_count_ > 0 ? kFreeMotionShift : 0;
+  return true;
+}
+
+bool Constraints::AddMotion(int part, const Vector3d& centre, const Vector6d& motion) {
+  if (motion_count_ == kMostMotions) return false;
+  const auto m = Index(motion_count_);
+  if (motions_.size() <= m) {
+    motions_.emplace_back(Index(body_.size()));
+    weighted_motions_.emplace_back(Index(body_.size()));
+  }
+  NodeVector &z = motions_[m], &weighted = weighted_motions_[m];
+  SetZero(z);
+  for (int i = 0; i < body_.size(); ++i) {
+    if (body_.part()[Index(i)] != part) continue;
+    const Vector3d arm = body_.points()[Index(i)] - centre;
+    const Vector3d u = motion.head<3>() + Vector3d(motion.tail<3>()).cross(arm);
+    for (int c = 0; c < 3; ++c) At(z, i).v[c] = u[c] * At(held_.free, i).v[c];
+  }
+  for (std::size_t k = 0; k < m; ++k) Add(-Dot(weighted_motions_[k], z), motions_[k], z);
+  body_.MultiplyMass(z, weighted);
+  const double size = std::sqrt(Dot(z, weighted));
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) z[i].v[c] /= size, weighted[i].v[c] /= size;
+  }
+  ++motion_count_;
+  return true;
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,75 @@
+// Which motions of a body's nodes are possible: supports, contacts that hold nodes or points, and,
+// in statics, rigid motions that nothing holds and that are left out by a zero mean.
+//
+// With C u = d for what is held and Z the free rigid motions (Z^T M Z = I) the possible changes are
+// the range of P = (I - Z Z^T M) P_C, P_C the orthogonal projector on the kernel of C. Contacts
+// share no node, so C's rows are orthogonal and P_C costs what C has entries.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/fem/fem_body.h"
+#include "slave/mechanics/fem/node_vector.h"
+#include "slave/mechanics/fem/sparse_cholesky.h"
+
+namespace palpate::fem {
+
+class Constraints {
+ public:
+  // Keeps a reference to the body.
+  explicit Constraints(const FemBody& body);
+
+  // Back to the supports.
+  void Clear();
+  // Each adds one contact, numbered from 0. False: a node is held by another contact already.
+  // Nodes that move alike.
+  [[nodiscard]] bool HoldNodes(std::span<const int> nodes);
+  // The point sum_k weights[k] u_node[k] of a triangle.
+  [[nodiscard]] bool HoldPoint(const std::array<int, 3>& nodes, const Eigen::Vector3d& weights);
+  // Finds the rigid motions that are free. False: more than 24 of them.
+  [[nodiscard]] bool FindFreeMotions();
+
+  // What contact k is moved to. False: not zero along a component that supports hold.
+  [[nodiscard]] bool Move(int k, const Eigen::Vector3d& displacement);
+
+  // lift = the least change of u that brings the contacts to `share` of where they are moved to,
+  // free of free motions. Returns its largest component.
+  double Lift(const NodeVector& u, double share, NodeVector& lift) const noexcept;
+  void ProjectMotion(NodeVector& change) const noexcept;  // P
+  void ProjectForce(NodeVector& force) const noexcept;    // P^T
+  // The sum of `force` over the nodes of contact k.
+  [[nodiscard]] Eigen::Vector3d Sum(int k, const NodeVector& force) const noexcept;
+  // The largest part of a free motion in `force`, of the forces' sizes together.
+  [[nodiscard]] double Imbalance(const NodeVector& force) const noexcept;
+  [[nodiscard]] bool has_free_motions() const { return motion_count_ > 0; }
+  [[nodiscard]] const HeldComponents& held() const { return held_; }
+
+ private:
+  struct Contact {
+    std::size_t begin = 0, end = 0;  // in nodes_
+    int sum = -1;                    // in held_.sums; -1: all nodes are held
+    Eigen::Vector3d target{0, 0, 0};
+    NodeValue blocked;               // per component: 1 where supports hold it
+  };
+
+  bool Take(std::span<const int> nodes);
+  void ProjectSums(NodeVector& x) const noexcept;
+  void RemoveMotions(NodeVector& x) const noexcept;
+  Eigen::Matrix<double, 6, 6> HeldMotions(int part, const Eigen::Vector3d& centre,
+                                          double radius) const;
+  bool AddMotion(int part, const Eigen::Vector3d& centre,
+                 const Eigen::Matrix<double, 6, 1>& motion);
+
+  const FemBody& body_;
+  HeldComponents held_;
+  std::vector<Contact> contacts_;
+  std::vector<int> nodes_;
+  std::vector<int> taken_by_;  // per node: contact + 1
+  std::vector<NodeVector> motions_, weighted_motions_;  // Z and M Z; never shrink
+  int motion_count_ = 0;
+};
+
+}  // namespace palpate::fem

@@ -1,0 +1,141 @@
+#include "slave/mechanics/fem/contact_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "shared/mesh/surface_patch.h"
+
+namespace palpate::fem {
+namespace {
+
+std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+
+bool Finite(const Contact& contact) {
+  return contact.p_O.allFinite() && contact.value_O.allFinite() && std::isfinite(contact.width) &&
+         contact.width >= 0;
+}
+
+}  // namespace
+
+ContactSet::ContactSet(const SolidMesh& mesh, const FemBody& body)
+    : body_(body), surface_(SurfaceOf(mesh)) {}
+
+ContactSet::Result ContactSet::Update(std::span<const Contact> contacts,
+                                      Constraints& constraints) {
+  bool holds_same = ready_ && keys_.size() == contacts.size(), same = holds_same;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const Contact& contact = contacts[k];
+    if (!Finite(contact)) return {Change::kHolds, "a number is not finite", static_cast<int>(k)};
+    if (!holds_same) continue;
+    if (keys_[k] == Key{contact.kind, contact.p_O, contact.width}) continue;
+    same = false;
+    const auto moves = Contact::Kind::kDisplacement;
+    if (contact.kind == moves || keys_[k].kind == moves) holds_same = false;
+  }
+  if (same) return {};
+  Forget();
+  places_.resize(contacts.size());
+  nodes_.clear();
+  weights_.clear();
+  if (!holds_same) constraints.Clear();
+  int holds = 0;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    Place& place = places_[k];
+    place = {};
+    if (const char* refusal = Find(contacts[k], place)) {
+      return {Change::kHolds, refusal, static_cast<int>(k)};
+    }
+    if (contacts[k].kind != Contact::Kind::kDisplacement) continue;
+    place.hold = holds++;
+    if (!holds_same && !Hold(place, constraints)) {
+      return {Change::kHolds, "it overlaps another contact", static_cast<int>(k)};
+    }
+  }
+  for (const Contact& c : contacts) keys_.push_back({c.kind, c.p_O, c.width});
+  ready_ = true;
+  return {holds_same ? Change::kLoads : Change::kHolds, nullptr, -1};
+}
+
+const char* ContactSet::Find(const Contact& contact, Place& place) {
+  const auto found = FindPlace(surface_, contact.p_O);
+  if (!found) return "no node or surface is there";
+  place.begin = nodes_.size();
+  const auto add = [&](int mesh_node, double weight) {
+    nodes_.push_back(body_.Number(mesh_node));
+    weights_.push_back(weight);
+  };
+  const bool holds = contact.kind == Contact::Kind::kDisplacement;
+  SurfacePatch patch;
+  if (contact.width > 0 && found->triangle >= 0) {
+    patch = PatchAt(surface_, *found, contact.p_O, contact.width);
+  }
+  if (!patch.triangles.empty() && !holds) {
+    AddLoad(patch.triangles);
+  } else if (!patch.nodes.empty() && holds) {
+    for (const int node : patch.nodes) add(node, 1.0 / static_cast<double>(patch.nodes.size()));
+  } else if (found->node >= 0) {
+    add(found->node, 1);
+  } else {
+    place.point = true;
+    const auto& triangle = surface_.triangles[Index(found->triangle)];
+    for (int a = 0; a < 3; ++a) {
+      if (found->weights[a] > 0 || holds) add(triangle[Index(a)], found->weights[a]);
+    }
+  }
+  place.end = nodes_.size();
+  for (std::size_t n = place.begin; n < place.end; ++n) {
+    if (body_.Dangling(nodes_[n])) return "its node belongs to no element";
+  }
+  return nullptr;
+}
+
+// A third of each triangle's share of the area per node.
+void ContactSet::AddLoad(const std::vector<int>& triangles) {
+  double area = 0;
+  std::map<int, double> share;
+  for (const int t : triangles) {
+    const double a = Area(surface_, t);
+    area += a;
+    for (const int node : surface_.triangles[Index(t)]) share[node] += a / 3;
+  }
+  for (const auto& [node, a] : share) {
+    nodes_.push_back(body_.Number(node));
+    weights_.push_back(a / area);
+  }
+}
+
+bool ContactSet::Hold(const Place& place, Constraints& constraints) const {
+  if (place.point) {
+    const std::size_t n = place.begin;
+    return constraints.HoldPoint({nodes_[n], nodes_[n + 1], nodes_[n + 2]},
+                                 {weights_[n], weights_[n + 1], weights_[n + 2]});
+  }
+  return constraints.HoldNodes({nodes_.data() + place.begin, place.end - place.begin});
+}
+
+bool ContactSet::Apply(std::span<const Contact> contacts, double length_unit, double force_unit,
+                       Constraints& constraints, NodeVector& f) const noexcept {
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const Place& place = places_[k];
+    if (place.hold >= 0) {
+      if (!constraints.Move(place.hold, contacts[k].value_O / length_unit)) return false;
+      continue;
+    }
+    const Eigen::Vector3d force = contacts[k].value_O / force_unit;
+    for (std::size_t n = place.begin; n < place.end; ++n) {
+      for (int c = 0; c < 3; ++c) At(f, nodes_[n]).v[c] += weights_[n] * force[c];
+    }
+  }
+  return true;
+}
+
+Eigen::Vector3d ContactSet::Mean(std::size_t k, const NodeVector& u) const noexcept {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (std::size_t n = places_[k].begin; n < places_[k].end; ++n) {
+    for (int c = 0; c < 3; ++c) mean[c] += weights_[n] * At(u, nodes_[n]).v[c];
+  }
+  return mean;
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,74 @@
+// Contacts as the nodes of a body that they load or move.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/fem/constraints.h"
+#include "slave/mechanics/fem/fem_body.h"
+
+namespace palpate::fem {
+
+// Remembers the last set, so that contacts that stay where they are cost nothing to find.
+class ContactSet {
+ public:
+  // Keeps references; copies the mesh's surface.
+  ContactSet(const SolidMesh& mesh, const FemBody& body);
+
+  enum class Change { kNone, kLoads, kHolds };
+  // Finds where the contacts are; `constraints` get those that prescribe displacements if these
+  // have changed. Returns what did, or why it cannot be.
+  struct Result {
+    Change change = Change::kNone;
+    const char* refusal = nullptr;
+    int contact = -1;  // the one refused
+  };
+  Result Update(std::span<const Contact> contacts, Constraints& constraints);
+  // The last set is not to be trusted.
+  void Forget() { keys_.clear(), ready_ = false; }
+
+  // Adds loads to f and moves what is held; values in SI, f and u in units of the body.
+  // False: a support is asked to move.
+  bool Apply(std::span<const Contact> contacts, double length_unit, double force_unit,
+             Constraints& constraints, NodeVector& f) const noexcept;
+  // The mean displacement of contact k weighted as its load is, or of the nodes it moves.
+  [[nodiscard]] Eigen::Vector3d Mean(std::size_t k, const NodeVector& u) const noexcept;
+  // Its number among those that prescribe displacements; -1: a load.
+  [[nodiscard]] int hold(std::size_t k) const { return places_[k].hold; }
+
+ private:
+  struct Key {
+    Contact::Kind kind;
+    Eigen::Vector3d p_O;
+    double width;
+    bool operator==(const Key& other) const {
+      return kind == other.kind && p_O == other.p_O && width == other.width;
+    }
+  };
+  struct Place {
+    std::size_t begin = 0, end = 0;  // in nodes_ and weights_, which sum to one
+    bool point = false;              // the weighted mean is held, not each node
+    int hold = -1;
+  };
+
+  const char* Find(const Contact& contact, Place& place);
+  void AddLoad(const std::vector<int>& triangles);
+  bool Hold(const Place& place, Constraints& constraints) const;
+
+  const FemBody& body_;
+  SurfaceMesh surface_;
+  std::vector<Key> keys_;
+  bool ready_ = false;
+  std::vector<Place> places_;
+  std::vector<int> nodes_;
+  std::vector<double> weights_;
+};
+
+}  // namespace palpate::fem

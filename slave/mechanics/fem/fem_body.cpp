@@ -1,0 +1,353 @@
+#include "slave/mechanics/fem/fem_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/Geometry>
+
+#include "slave/mechanics/fem/lanes.h"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t kMostElements = 4'000'000;
+
+std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+
+Lame LameOf(double nu) { return {0.5 / (1 + nu), nu / ((1 + nu) * (1 - 2 * nu))}; }
+
+double LargerSide(const SolidMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const auto& p : mesh.nodes) box.extend(p);
+  return mesh.nodes.empty() ? 0 : box.sizes().maxCoeff();
+}
+
+void Check(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held) {
+  if (mesh.tets.empty() || mesh.tets.size() > kMostElements) {
+    throw std::invalid_argument("elements = " + std::to_string(mesh.tets.size()) +
+                                ": accepted is 1 to " + std::to_string(kMostElements));
+  }
+  if (held.size() != mesh.nodes.size()) {
+    throw std::invalid_argument("held nodes = " + std::to_string(held.size()) +
+                                ": accepted is one per node, " +
+                                std::to_string(mesh.nodes.size()));
+  }
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+    if (mesh.nodes[i].allFinite()) continue;
+    throw std::invalid_argument("node " + std::to_string(i) + ": accepted is a finite place");
+  }
+  const int count = static_cast<int>(mesh.nodes.size());
+  for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+    for (const int node : mesh.tets[e]) {
+      if (node >= 0 && node < count) continue;
+      throw std::invalid_argument("element " + std::to_string(e) + ": node = " +
+                                  std::to_string(node) + ": accepted is 0 to " +
+                                  std::to_string(count - 1));
+    }
+  }
+}
+
+// Coordinates from the box's corner, so that a body far from the origin keeps its digits.
+std::vector<Eigen::Vector3d> Scaled(const SolidMesh& mesh, double unit) {
+  const Eigen::Vector3d origin = mesh.nodes.front();
+  std::vector<Eigen::Vector3d> points;
+  for (const auto& p : mesh.nodes) points.push_back((p - origin) / unit);
+  return points;
+}
+
+NodeGraph GraphOf(int rows, const std::vector<std::array<int, 4>>& tets) {
+  std::vector<int> count(Index(rows) + 1, 0);
+  const auto for_pairs = [&](const auto& action) {
+    for (const auto& tet : tets) {
+      for (const int i : tet) {
+        for (const int j : tet) {
+          if (i < rows && j < rows) action(i, j);
+        }
+      }
+    }
+  };
+  for_pairs([&](int i, int) { ++count[Index(i) + 1]; });
+  std::partial_sum(count.begin(), count.end(), count.begin());
+  std::vector<int> all(Index(count.back()));
+  std::vector<int> next(count.begin(), count.end() - 1);
+  for_pairs([&](int i, int j) { all[Index(next[Index(i)]++)] = j; });
+  NodeGraph graph{{0}, {}};
+  for (int i = 0; i < rows; ++i) {
+    const auto first = all.begin() + count[Index(i)], last = all.begin() + count[Index(i) + 1];
+    std::sort(first, last);
+    graph.column.insert(graph.column.end(), first, std::unique(first, last));
+    graph.begin.push_back(static_cast<int>(graph.column.size()));
+  }
+  return graph;
+}
+
+std::vector<std::array<int, 4>> Renumbered(const std::vector<std::array<int, 4>>& tets,
+                                           const std::vector<int>& number) {
+  auto result = tets;
+  for (auto& tet : result) {
+    for (int& node : tet) node = number[Index(node)];
+  }
+  return result;
+}
+
+struct Stencil {
+  const int* begin;
+  const int* block;
+  const int* transpose;
+  const double *mass, *isotropic;
+  double mass_factor, stiffness_factor, ratio;  // ratio = lambda / mu
+};
+
+// block = stiffness (ratio X + X^T) + (mass m + stiffness d) I, X = sum of q_a q_b^T.
+PALPATE_DISPATCHED void AssembleBlocks(const Stencil& s, const int* corners, const NodeValue* q,
+                                       double* values, int first, int last) {
+  for (int u = first; u < last; ++u) {
+    Double4 x0{}, x1{}, x2{};
+    for (int c = s.begin[u]; c < s.begin[u + 1]; ++c) {
+      const Double4 a = Load4(q[corners[2 * c]].v);
+      const double* b = q[corners[2 * c + 1]].v;
+      x0 += a * b[0];
+      x1 += a * b[1];
+      x2 += a * b[2];
+    }
+    const int k = s.block[u];
+    const double diagonal = s.mass_factor * s.mass[k] + s.stiffness_factor * s.isotropic[k];
+    const Double4 columns[3] = {x0, x1, x2};
+    double* block = values + 9 * static_cast<std::ptrdiff_t>(k);
+    double* mirror = values + 9 * static_cast<std::ptrdiff_t>(s.transpose[k]);
+    for (int c = 0; c < 3; ++c) {
+      for (int r = 0; r < 3; ++r) {
+        double value = s.stiffness_factor * (s.ratio * columns[c][r] + columns[r][c]);
+        if (r == c) value += diagonal;
+        block[r + 3 * c] = value;
+        mirror[c + 3 * r] = value;
+      }
+    }
+  }
+}
+
+PALPATE_DISPATCHED void GatherForces(const int* begin, const int* touching,
+                                     const NodeValue* corner_forces, NodeValue* f, int first,
+                                     int last) {
+  for (int i = first; i < last; ++i) {
+    Double4 sum{};
+    for (int t = begin[i]; t < begin[i + 1]; ++t) sum += Load4(corner_forces[touching[t]].v);
+    Store4(f[i].v) = sum;
+  }
+}
+
+Eigen::Matrix3d Cross(const NodeValue& q) {
+  Eigen::Matrix3d m;
+  m << 0, -q.v[2], q.v[1], q.v[2], 0, -q.v[0], -q.v[1], q.v[0], 0;
+  return m;
+}
+
+}  // namespace
+
+FemBody::FemBody(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
+                 const Params& params)
+    : length_unit_((Check(mesh, held), LargerSide(mesh))),
+      points_(Scaled(mesh, length_unit_)),
+      tets_((Number(mesh, held), Renumbered(mesh.tets, number_))),
+      elements_((SortElements(), points_), tets_, LameOf(params.poisson_ratio), params.law),
+      team_(params.threads) {
+  pattern_ = MakePattern(GraphOf(static_cast<int>(tree_.order.size()), tets_));
+  FindParts();
+  FindContributions(params.lumped_mass);
+}
+
+// The nodes that can move in the order of elimination, then the others.
+void FemBody::Number(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held) {
+  const std::size_t count = mesh.nodes.size();
+  std::vector<bool> used(count, false);
+  for (const auto& tet : mesh.tets) {
+    for (const int node : tet) used[Index(node)] = true;
+  }
+  const auto fixed = [&](std::size_t i) {
+    return !used[i] || (held[i][0] && held[i][1] && held[i][2]);
+  };
+  std::vector<int> moving, first_number(count, static_cast<int>(count));
+  std::vector<Eigen::Vector3d> places;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (fixed(i)) continue;
+    first_number[i] = static_cast<int>(moving.size());
+    moving.push_back(static_cast<int>(i));
+    places.push_back(points_[i]);
+  }
+  const int rows = static_cast<int>(moving.size());
+  tree_ = Dissect(GraphOf(rows, Renumbered(mesh.tets, first_number)), places);
+  std::vector<int> mesh_node;
+  for (const int i : tree_.order) mesh_node.push_back(moving[Index(i)]);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (fixed(i)) mesh_node.push_back(static_cast<int>(i));
+  }
+  number_.resize(count);
+  free_.resize(count);
+  const auto unordered = points_;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto old = Index(mesh_node[i]);
+    number_[old] = static_cast<int>(i);
+    points_[i] = unordered[old];
+    for (std::size_t c = 0; c < 3; ++c) free_[i].v[c] = used[old] && !held[old][c] ? 1 : 0;
+  }
+}
+
+// By their first node to be eliminated: neighbours in memory are neighbours in space.
+void FemBody::SortElements() {
+  mesh_element_.resize(tets_.size());
+  std::iota(mesh_element_.begin(), mesh_element_.end(), 0);
+  const auto first_node = [&](int e) { return *std::min_element(tets_[Index(e)].begin(), tets_[Index(e)].end()); };
+  std::stable_sort(mesh_element_.begin(), mesh_element_.end(),
+                   [&](int a, int b) { return first_node(a) < first_node(b); });
+  const auto unsorted = tets_;
+  for (std::size_t e = 0; e < tets_.size(); ++e) {
+    tets_[e] = unsorted[Index(mesh_element_[e])];
+    const auto& [a, b, c, d] = tets_[e];
+    const Eigen::Vector3d& o = points_[Index(a)];
+    const double volume =
+        (points_[Index(b)] - o).cross(points_[Index(c)] - o).dot(points_[Index(d)] - o) / 6;
+    if (volume > 0) continue;
+    throw std::invalid_argument("element " + std::to_string(mesh_element_[e]) +
+                                ": volume = " + std::to_string(volume) +
+                                " of the larger side cubed: accepted is a positive one");
+  }
+}
+
+void FemBody::FindParts() {
+  std::vector<int> root(points_.size());
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int i) {
+    while (root[Index(i)] != i) i = root[Index(i)] = root[Index(root[Index(i)])];
+    return i;
+  };
+  for (const auto& tet : tets_) {
+    for (const int node : tet) root[Index(find(node))] = find(tet[0]);
+  }
+  part_.assign(points_.size(), -1);
+  std::vector<int> part_of_root(points_.size(), -1);
+  for (int i = 0; i < size(); ++i) {
+    int& part = part_of_root[Index(find(i))];
+    if (part < 0) part = parts_++;
+    part_[Index(i)] = part;
+  }
+}
+
+void FemBody::FindContributions(bool lumped_mass) {
+  const std::size_t blocks = Index(pattern_.blocks());
+  std::vector<int> upper_of(blocks, -1);
+  for (int i = 0; i < moving(); ++i) {
+    for (int k = pattern_.diagonal[Index(i)]; k < pattern_.graph.begin[Index(i) + 1]; ++k) {
+      upper_of[Index(k)] = static_cast<int>(upper_.size());
+      upper_.push_back(k);
+    }
+  }
+  mass_.assign(blocks, 0);
+  isotropic_.assign(blocks, 0);
+  volume_.assign(points_.size(), 0);
+  const NodeVector& q = elements_.corner_gradients();
+  std::vector<std::array<int, 3>> found;  // upper block, corners
+  for (int e = 0; e < element_count(); ++e) {
+    const auto& tet = tets_[Index(e)];
+    const Eigen::Vector3d& o = points_[Index(tet[0])];
+    const double volume = (points_[Index(tet[1])] - o)
+                              .cross(points_[Index(tet[2])] - o)
+                              .dot(points_[Index(tet[3])] - o) / 6;
+    for (int a = 0; a < 4; ++a) {
+      const int i = tet[Index(a)];
+      volume_[Index(i)] += volume / 4;
+      if (i >= moving()) continue;
+      for (int b = 0; b < 4; ++b) {
+        const int j = tet[Index(b)];
+        if (j >= moving()) continue;
+        const int k = pattern_.Find(i, j);
+        const double share = lumped_mass ? (a == b ? 0.25 : 0) : (a == b ? 0.1 : 0.05);
+        mass_[Index(k)] += share * volume;
+        const auto *qa = At(q, 4 * e + a).v, *qb = At(q, 4 * e + b).v;
+        isotropic_[Index(k)] += qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2];
+        if (upper_of[Index(k)] >= 0) found.push_back({upper_of[Index(k)], 4 * e + a, 4 * e + b});
+      }
+    }
+  }
+  corners_begin_.assign(upper_.size() + 1, 0);
+  for (const auto& f : found) ++corners_begin_[Index(f[0]) + 1];
+  std::partial_sum(corners_begin_.begin(), corners_begin_.end(), corners_begin_.begin());
+  std::vector<int> next(corners_begin_.begin(), corners_begin_.end() - 1);
+  corners_.resize(2 * found.size());
+  for (const auto& f : found) {
+    const auto at = 2 * Index(next[Index(f[0])]++);
+    corners_[at] = f[1];
+    corners_[at + 1] = f[2];
+  }
+  FindTouching();
+}
+
+void FemBody::FindTouching() {
+  touching_begin_.assign(points_.size() + 1, 0);
+  for (const auto& tet : tets_) {
+    for (const int node : tet) ++touching_begin_[Index(node) + 1];
+  }
+  std::partial_sum(touching_begin_.begin(), touching_begin_.end(), touching_begin_.begin());
+  std::vector<int> next(touching_begin_.begin(), touching_begin_.end() - 1);
+  touching_.resize(4 * tets_.size());
+  for (int c = 0; c < 4 * element_count(); ++c) {
+    touching_[Index(next[Index(tets_[Index(c / 4)][Index(c % 4)])]++)] = c;
+  }
+}
+
+ElementSummary FemBody::Evaluate(const NodeVector& u) noexcept {
+  return elements_.Evaluate(u, team_);
+}
+
+void FemBody::InternalForce(NodeVector& f) noexcept {
+  team_.For(size(), [&](int first, int last) {
+    GatherForces(touching_begin_.data(), touching_.data(), elements_.corner_forces().data(),
+                 f.data(), first, last);
+  });
+}
+
+void FemBody::AssembleTangent(double mass, double stiffness, BlockMatrix& matrix) noexcept {
+  const Stencil stencil{corners_begin_.data(),
+                        upper_.data(),
+                        pattern_.transpose.data(),
+                        mass_.data(),
+                        isotropic_.data(),
+                        mass,
+                        stiffness,
+                        elements_.lame().lambda / elements_.lame().mu};
+  team_.For(static_cast<int>(upper_.size()), [&](int first, int last) {
+    AssembleBlocks(stencil, corners_.data(), elements_.corner_gradients().data(), matrix.block(0),
+                   first, last);
+  });
+}
+
+void FemBody::AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) noexcept {
+  spin_.resize(tets_.size());
+  elements_.SpinStiffness(u, spin_);
+  const NodeVector& q = elements_.corner_gradients();
+  team_.For(static_cast<int>(upper_.size()), [&](int first, int last) {
+    for (int n = first; n < last; ++n) {
+      Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+      for (int c = corners_begin_[Index(n)]; c < corners_begin_[Index(n) + 1]; ++c) {
+        const int a = corners_[2 * Index(c)], b = corners_[2 * Index(c) + 1];
+        sum -= Cross(At(q, a)) * spin_[Index(a / 4)] * Cross(At(q, b));
+      }
+      const int k = upper_[Index(n)], mirror = pattern_.transpose[Index(k)];
+      Eigen::Map<Eigen::Matrix3d>(matrix.block(k)) += factor * sum;
+      if (mirror != k) Eigen::Map<Eigen::Matrix3d>(matrix.block(mirror)) += factor * sum.transpose();
+    }
+  });
+}
+
+void FemBody::MultiplyMass(const NodeVector& x, NodeVector& y) const noexcept {
+  MultiplyScalars(pattern_, mass_, x, y);
+}
+
+std::size_t FemBody::memory_bytes() const {
+  return elements_.memory_bytes() + sizeof(int) * (corners_.size() + touching_.size()) +
+         pattern_.graph.column.size() * (2 * sizeof(int) + 2 * sizeof(double));
+}
+
+}  // namespace palpate::fem

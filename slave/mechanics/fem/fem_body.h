@@ -1,0 +1,100 @@
+// A body of linear tetrahedra, ready to be solved: nondimensional, its nodes in the order of
+// elimination, its matrices assembled from where each element adds to them.
+//
+// Units: length the larger side of the bounding box, stress Young's modulus; mass density times
+// length cubed, so that time runs in units of length / wave speed.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/fem/block_matrix.h"
+#include "slave/mechanics/fem/nested_dissection.h"
+#include "slave/mechanics/fem/tet_elements.h"
+#include "slave/mechanics/fem/worker_team.h"
+
+namespace palpate::fem {
+
+class FemBody {
+ public:
+  struct Params {
+    double poisson_ratio = 0;
+    bool lumped_mass = false;
+    TetElements::Law law = TetElements::Law::kCorotational;
+    int threads = 1;
+  };
+
+  // `held`: per node and component. Throws std::invalid_argument: no element, more than 4 million,
+  // nodes that are not finite or do not exist, an element without positive volume.
+  FemBody(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
+          const Params& params);
+
+  // Nodes [0, moving()) have a component that is not held; the others come after them.
+  [[nodiscard]] int moving() const { return pattern_.rows(); }
+  [[nodiscard]] int size() const { return static_cast<int>(points_.size()); }
+  [[nodiscard]] int element_count() const { return elements_.size(); }
+  [[nodiscard]] double length_unit() const { return length_unit_; }  // [m]
+  // Of a node of the mesh, and back.
+  [[nodiscard]] int Number(int mesh_node) const {
+    return number_[static_cast<std::size_t>(mesh_node)];
+  }
+  // The mesh's number of one of the body's elements.
+  [[nodiscard]] int MeshElement(int element) const {
+    return mesh_element_[static_cast<std::size_t>(element)];
+  }
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& points() const { return points_; }
+  // 1 free, 0 held, per node and component; nodes of no element count as held.
+  [[nodiscard]] const NodeVector& free() const { return free_; }
+  [[nodiscard]] bool Dangling(int node) const { return Volume(node) == 0; }
+  [[nodiscard]] const EliminationTree& tree() const { return tree_; }
+  [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
+  // A node's share of the volume: a quarter of each of its elements.
+  [[nodiscard]] double Volume(int node) const { return volume_[static_cast<std::size_t>(node)]; }
+  // Per node: which of the body's connected parts it belongs to.
+  [[nodiscard]] const std::vector<int>& part() const { return part_; }
+  [[nodiscard]] int parts() const { return parts_; }
+
+  // Forces, energy and rotations at a displacement; the two below are of the last one.
+  ElementSummary Evaluate(const NodeVector& u) noexcept;
+  void ForgetRotations() noexcept { elements_.ForgetRotations(); }
+  void InternalForce(NodeVector& f) noexcept;
+  // mass M + stiffness K, K with warped element matrices R K_0 R^T; the law being linear, K is K_0.
+  void AssembleTangent(double mass, double stiffness, BlockMatrix& matrix) noexcept;
+  // Adds factor (K_exact - K) at the displacement last evaluated.
+  void AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) noexcept;
+  void MultiplyMass(const NodeVector& x, NodeVector& y) const noexcept;
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  void Number(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held);
+  void SortElements();
+  void FindParts();
+  void FindContributions(bool lumped_mass);
+  void FindTouching();
+
+  double length_unit_ = 1;
+  std::vector<int> number_, mesh_element_;
+  std::vector<Eigen::Vector3d> points_;
+  NodeVector free_;
+  std::vector<double> volume_;  // per node
+  std::vector<int> part_;
+  int parts_ = 0;
+  EliminationTree tree_;
+  BlockPattern pattern_;
+  std::vector<std::array<int, 4>> tets_;
+  TetElements elements_;
+  WorkerTeam team_;
+
+  std::vector<int> upper_;          // blocks at or right of the diagonal
+  std::vector<int> corners_begin_;  // per upper block, in corners_
+  std::vector<int> corners_;        // pairs a, b of one element, in elements_.corner_gradients()
+  std::vector<int> touching_begin_, touching_;  // per node: corners of its elements
+  std::vector<double> mass_;                    // per block
+  std::vector<double> isotropic_;               // per block: sum mu V g_a . g_b
+  std::vector<Eigen::Matrix3d> spin_;           // per element; sized at the first use
+};
+
+}  // namespace palpate::fem

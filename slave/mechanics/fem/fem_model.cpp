@@ -1,0 +1,327 @@
+#include "slave/mechanics/fem/fem_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "shared/mesh/surface_patch.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using fem::At;
+using fem::NodeVector;
+
+constexpr double kLocks = 0.49;        // Poisson's ratio beyond which tet4 answers are far too stiff
+constexpr double kLinearRange = 0.1;   // of the larger side
+constexpr double kBalanced = 1e-6;     // of the loads' sizes
+constexpr double kAbsurd = 1e6;        // larger sides, or E times larger side squared
+constexpr int kRehearsed = 30'000;     // elements
+constexpr std::size_t kTextSize = 240;
+
+std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+
+void Refuse(const std::string& key, double value, const std::string& accepted) {
+  std::array<char, 40> number{};
+  std::snprintf(number.data(), number.size(), "%.6g", value);
+  throw std::invalid_argument(key + " = " + number.data() + ": accepted is " + accepted);
+}
+
+bool Dynamic(const FemOptions& options) { return options.time == FemOptions::Time::kDynamic; }
+bool Linear(const FemOptions& options) { return options.law == FemOptions::Law::kLinear; }
+
+void CheckOptions(const FemOptions& options) {
+  if (options.element != FemOptions::Element::kTet4) {
+    throw std::invalid_argument("element = tet10: accepted is tet4 in this model");
+  }
+  if (options.law == FemOptions::Law::kNeoHookean) {
+    throw std::invalid_argument("law = neo-hookean: accepted is linear, corotational in this model");
+  }
+  if (options.pressure != FemOptions::Pressure::kAuto &&
+      options.pressure != FemOptions::Pressure::kDisplacement) {
+    throw std::invalid_argument("pressure: accepted is auto, displacement in this model");
+  }
+  if (!(options.residual >= 1e-14 && options.residual < 1)) {
+    Refuse("residual", options.residual, "1e-14 <= residual < 1");
+  }
+  if (options.threads < 1 || options.threads > 256) {
+    Refuse("threads", options.threads, "1 to 256");
+  }
+  if (!options.gravity_O.allFinite()) throw std::invalid_argument("gravity: accepted is finite");
+  if (!Dynamic(options)) return;
+  if (!(options.step > 0) || !std::isfinite(options.step)) {
+    Refuse("step", options.step, "a time > 0 s");
+  }
+  if (options.newton < 0) Refuse("newton", options.newton, "0 (to residual) or more");
+  if (!(options.damping_mass >= 0) || !std::isfinite(options.damping_mass)) {
+    Refuse("damping.mass", options.damping_mass, "0 or more [1/s]");
+  }
+  if (!(options.damping_stiffness >= 0) || !std::isfinite(options.damping_stiffness)) {
+    Refuse("damping.stiffness", options.damping_stiffness, "0 or more [s]");
+  }
+}
+
+void CheckMaterial(const Material& material, const FemOptions& options) {
+  if (!(material.young_modulus > 0) || !std::isfinite(material.young_modulus)) {
+    Refuse("young_modulus", material.young_modulus, "more than 0 Pa");
+  }
+  if (!(material.poisson_ratio > -1 && material.poisson_ratio < 0.5)) {
+    Refuse("poisson_ratio", material.poisson_ratio,
+           "-1 < nu < 0.5 with linear tetrahedra whose pressure comes from the displacement");
+  }
+  const bool weighs = options.gravity_O != Vector3d::Zero();
+  const bool finite = material.density >= 0 && std::isfinite(material.density);
+  if (!finite || ((Dynamic(options) || weighs) && !(material.density > 0))) {
+    Refuse("density", material.density, "more than 0 kg/m3 for motion and weight");
+  }
+}
+
+void Tell(Progress* progress, const char* stage, double done) {
+  if (progress != nullptr && !progress->Report(stage, done)) throw Interrupted();
+}
+
+// All that can be refused is refused before the work starts.
+fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh& mesh,
+                                Progress* progress) {
+  CheckOptions(params.options);
+  CheckMaterial(params.material, params.options);
+  if (!(params.range >= 0)) Refuse("range", params.range, "0 (default) or more");
+  if (progress != nullptr) {
+    const auto elements = static_cast<double>(mesh.tets.size());
+    progress->Expect({5e-6 * elements, static_cast<std::size_t>(1500 * elements)});
+  }
+  Tell(progress, "numbering nodes", 0);
+  return {params.material.poisson_ratio, params.options.mass == FemOptions::Mass::kLumped,
+          Linear(params.options) ? fem::TetElements::Law::kLinear
+                                 : fem::TetElements::Law::kCorotational,
+          params.options.threads};
+}
+
+}  // namespace
+
+FemModel::FemModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
+                   const Params& params, Progress* progress)
+    : params_(params),
+      body_(mesh, held, BodyParams(params, mesh, progress)),
+      length_unit_(body_.length_unit()),
+      force_unit_(params.material.young_modulus * length_unit_ * length_unit_),
+      time_unit_(length_unit_ * std::sqrt(params.material.density / params.material.young_modulus)),
+      constraints_(body_),
+      contacts_(mesh, body_),
+      gravity_(Index(body_.size())),
+      f_ext_(Index(body_.size())) {
+  Tell(progress, "preparing the solver", 0.6);
+  const FemOptions& options = params.options;
+  const bool exact = options.tangent == FemOptions::Tangent::kExact;
+  SetGravity();
+  if (Dynamic(options)) {
+    stepper_.emplace(body_, fem::TimeStepper::Params{
+                                options.step / time_unit_,
+                                options.integrator == FemOptions::Integrator::kNewmark ? 0.5 : 1.0,
+                                options.newton, options.residual, options.damping_mass * time_unit_,
+                                options.damping_stiffness / time_unit_, exact, Linear(options)});
+  } else {
+    equilibrium_.emplace(
+        body_, fem::StaticEquilibrium::Params{options.residual, exact, Linear(options)});
+  }
+  Reset();
+  Describe(mesh);
+  Tell(progress, "trying one answer", 0.8);
+  Rehearse(mesh);
+  info_.precompute_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
+  Tell(progress, "ready", 1);
+}
+
+void FemModel::SetGravity() {
+  const Vector3d weight = params_.material.density * params_.options.gravity_O * length_unit_ /
+                          params_.material.young_modulus;
+  for (int i = 0; i < body_.size(); ++i) {
+    for (int c = 0; c < 3; ++c) At(gravity_, i).v[c] = body_.Volume(i) * weight[c];
+  }
+}
+
+void FemModel::Describe(const SolidMesh& mesh) {
+  info_.kind = "fem";
+  info_.elements = static_cast<int>(mesh.tets.size());
+  for (const auto& node : body_.free()) {
+    for (const double free : node.v) info_.dof += free > 0 ? 1 : 0;
+  }
+  info_.memory_bytes =
+      body_.memory_bytes() + (stepper_ ? stepper_->memory_bytes() : equilibrium_->memory_bytes());
+  info_.range = params_.range > 0 ? params_.range : Linear(params_.options) ? kLinearRange : 0;
+  info_.step = stepper_ ? params_.options.step : 0;
+  if (params_.material.poisson_ratio > kLocks) {
+    remark_ = "linear tetrahedra lock at this Poisson ratio: far too stiff";
+  }
+  info_.remark.reserve(kTextSize);
+  failure_.reserve(kTextSize);
+  info_.remark = remark_;
+}
+
+// What a moved contact costs, on meshes where that is soon known.
+void FemModel::Rehearse(const SolidMesh& mesh) {
+  if (body_.element_count() > kRehearsed) return;
+  const SurfaceMesh surface = SurfaceOf(mesh);
+  if (surface.triangles.empty()) return;
+  Contact contact{.kind = Contact::Kind::kForce, .p_O = Centroid(surface, 0)};
+  contact.value_O = -1e-6 * force_unit_ * Area(surface, 0) / (length_unit_ * length_unit_) *
+                    Normal(surface, 0);
+  ContactResponse response;
+  Respond({&contact, 1}, {&response, 1});
+  contact.value_O *= 2;
+  const auto start = std::chrono::steady_clock::now();
+  Respond({&contact, 1}, {&response, 1});
+  if (response.validity != Validity::kFailed) {
+    info_.update_us =
+        std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+  }
+  Reset();
+}
+
+void FemModel::Reset() {
+  failure_.clear();
+  contacts_.Forget();
+  if (stepper_) {
+    stepper_->Reset(gravity_);
+  } else {
+    equilibrium_->Reset();
+  }
+}
+
+void FemModel::Fail(const char* why, int contact) {
+  std::array<char, kTextSize> text{};
+  if (contact >= 0) {
+    std::snprintf(text.data(), text.size(), "contact %d: %s", contact, why);
+  } else {
+    std::snprintf(text.data(), text.size(), "%s", why);
+  }
+  failure_.assign(text.data());
+}
+
+void FemModel::Respond(std::span<const Contact> contacts,
+                       std::span<ContactResponse> responses) noexcept {
+  failure_.clear();
+  std::fill(responses.begin(), responses.end(), ContactResponse{});
+  if (contacts.size() != responses.size()) {
+    Fail("as many responses as contacts are wanted");
+    return;
+  }
+  bool answered = false;
+  try {
+    answered = TryRespond(contacts);
+  } catch (const std::exception& e) {  // out of memory
+    Fail(e.what());
+  }
+  if (!answered) return;
+  RemarkInversion();
+  const Validity validity = Judge();
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    responses[k] = ResponseOf(k, contacts[k], validity);
+  }
+}
+
+bool FemModel::TryRespond(std::span<const Contact> contacts) {
+  if (!Locate(contacts)) return false;
+  f_ext_ = gravity_;
+  if (!contacts_.Apply(contacts, length_unit_, force_unit_, constraints_, f_ext_)) {
+    Fail("a contact moves what supports hold");
+    return false;
+  }
+  if (stepper_) {
+    if (stepper_->Step(f_ext_, constraints_)) return true;
+    Fail("the step of time did not converge");
+    return false;
+  }
+  if (constraints_.Imbalance(f_ext_) > kBalanced) {
+    Fail("the loads are out of balance on an object that nothing holds");
+    return false;
+  }
+  if (equilibrium_->Solve(f_ext_, constraints_)) return true;
+  Fail("no equilibrium was found");
+  return false;
+}
+
+bool FemModel::Locate(std::span<const Contact> contacts) {
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const bool force = contacts[k].kind == Contact::Kind::kForce;
+    const double size = contacts[k].value_O.norm() / (force ? force_unit_ : length_unit_);
+    if (size <= kAbsurd || !std::isfinite(size)) continue;
+    Fail(force ? "the force is beyond a million times E times the larger side squared"
+               : "the displacement is beyond a million larger sides",
+         static_cast<int>(k));
+    return false;
+  }
+  const auto found = contacts_.Update(contacts, constraints_);
+  if (found.refusal != nullptr) {
+    contacts_.Forget();
+    Fail(found.refusal, found.contact);
+    return false;
+  }
+  if (found.change != fem::ContactSet::Change::kHolds) return true;
+  if (stepper_) {
+    stepper_->Renew();
+    return true;
+  }
+  equilibrium_->Renew();
+  if (constraints_.FindFreeMotions()) return true;
+  contacts_.Forget();
+  Fail("more than four pieces that nothing holds");
+  return false;
+}
+
+Validity FemModel::Judge() const noexcept {
+  bool inside = summary().inverted == 0 && params_.material.poisson_ratio <= kLocks;
+  if (info_.range > 0 && fem::LargestComponent(displacement()) > info_.range) inside = false;
+  if (stepper_ && stepper_->gained_energy()) inside = false;
+  return inside ? Validity::kValid : Validity::kExtrapolated;
+}
+
+void FemModel::RemarkInversion() {
+  if (summary().inverted == 0) {
+    info_.remark.assign(remark_);
+    return;
+  }
+  std::array<char, kTextSize> text{};
+  std::snprintf(text.data(), text.size(), "%d elements are inside out, the first is %d%s%s",
+                summary().inverted, body_.MeshElement(summary().first_inverted),
+                remark_.empty() ? "" : "; ", remark_.c_str());
+  info_.remark.assign(text.data());
+}
+
+ContactResponse FemModel::ResponseOf(std::size_t k, const Contact& contact,
+                                     Validity validity) const noexcept {
+  ContactResponse response;
+  response.validity = validity;
+  const int hold = contacts_.hold(k);
+  if (hold >= 0) {
+    const auto& reaction = stepper_ ? stepper_->reaction() : equilibrium_->reaction();
+    response.force_O = force_unit_ * constraints_.Sum(hold, reaction);
+    response.displacement_O = contact.value_O;
+  } else {
+    response.force_O = contact.value_O;
+    response.displacement_O = length_unit_ * contacts_.Mean(k, displacement());
+  }
+  return response;
+}
+
+void FemModel::BoundaryDisplacement(std::vector<Vector3d>* displacement_O) {
+  displacement_O->resize(displacement().size());
+  for (std::size_t i = 0; i < displacement_O->size(); ++i) {
+    const double* u = At(displacement(), body_.Number(static_cast<int>(i))).v;
+    (*displacement_O)[i] = length_unit_ * Vector3d(u[0], u[1], u[2]);
+  }
+}
+
+double FemModel::residual() const {
+  return stepper_ ? stepper_->residual() : equilibrium_->residual();
+}
+
+double FemModel::energy() const {
+  const double energy = stepper_ ? stepper_->energy() : equilibrium_->summary().energy;
+  return energy * force_unit_ * length_unit_;
+}
+
+}  // namespace palpate

@@ -1,0 +1,96 @@
+// `fem` with linear tetrahedra: linear or co-rotational, in equilibrium or in motion.
+//
+// The law is that of Mueller and Gross (2004), paper B [21], with the signed polar rotation
+// (fem/tet_elements.h); equilibria by Newton's method (fem/static_equilibrium.h), motion by
+// implicit Euler or Newmark's average acceleration (fem/time_stepper.h). Linear tetrahedra are
+// first order accurate in stress and lock as nu approaches 0.5.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/scene/scene.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/fem/contact_set.h"
+#include "slave/mechanics/fem/fem_body.h"
+#include "slave/mechanics/fem/static_equilibrium.h"
+#include "slave/mechanics/fem/time_stepper.h"
+#include "slave/mechanics/progress.h"
+
+namespace palpate {
+
+class FemModel final : public DeformationModel {
+ public:
+  struct Params {
+    Material material;   // E > 0 [Pa], -1 < nu < 0.5; a density wherever mass counts
+    FemOptions options;  // tet4, law linear or co-rotational, pressure from the displacement
+    // Largest |displacement| / larger side before `extrapolated` [-]; 0: 0.1 in the linear law, none
+    // in the co-rotational one.
+    double range = 0;
+  };
+
+  // `held`: the components that supports hold, per node. Nodes of no element stay where they are.
+  // Throws std::invalid_argument: a parameter, an element of no positive volume, a mesh that is no
+  // mesh; Interrupted.
+  FemModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
+           const Params& params, Progress* progress = nullptr);
+
+  // Places and widths: contracts, `solve`. A contact that prescribes displacements holds the nodes
+  // of its patch, or the weighted point of the triangle there, and reports what that takes; on
+  // supports it must be zero and reports the reaction (in motion: its elastic part). In statics an
+  // object that nothing holds takes balanced loads (to 1e-6) and moves without mean displacement
+  // and rotation.
+  //
+  // kExtrapolated: elements inside out (their number is in info().remark), nu > 0.49, the linear
+  // law out of range, a step of time that gained energy from nowhere. kFailed: contacts that are not
+  // finite, overlap or lie nowhere, loads out of balance, no convergence; failure() says which.
+  void Respond(std::span<const Contact> contacts,
+               std::span<ContactResponse> responses) noexcept override;
+  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  void Reset() override;
+  [[nodiscard]] std::string_view failure() const override { return failure_; }
+  [[nodiscard]] const ModelInfo& info() const override { return info_; }
+
+  // Of the last Respond.
+  [[nodiscard]] double residual() const;       // relative, reached
+  [[nodiscard]] double energy() const;         // elastic and kinetic [J]
+  [[nodiscard]] int inverted() const { return summary().inverted; }  // elements
+  [[nodiscard]] const fem::TimeStepper* stepper() const { return stepper_ ? &*stepper_ : nullptr; }
+
+ private:
+  bool TryRespond(std::span<const Contact> contacts);
+  bool Locate(std::span<const Contact> contacts);
+  void Fail(const char* why, int contact = -1);
+  void SetGravity();
+  void Describe(const SolidMesh& mesh);
+  void Rehearse(const SolidMesh& mesh);
+  void RemarkInversion();
+  [[nodiscard]] Validity Judge() const noexcept;
+  [[nodiscard]] ContactResponse ResponseOf(std::size_t k, const Contact& contact,
+                                           Validity validity) const noexcept;
+  [[nodiscard]] const fem::NodeVector& displacement() const {
+    return stepper_ ? stepper_->displacement() : equilibrium_->displacement();
+  }
+  [[nodiscard]] const fem::ElementSummary& summary() const {
+    return stepper_ ? stepper_->summary() : equilibrium_->summary();
+  }
+
+  Params params_;
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+  fem::FemBody body_;
+  double length_unit_, force_unit_, time_unit_;  // [m], [N], [s]
+  fem::Constraints constraints_;
+  fem::ContactSet contacts_;
+  std::optional<fem::StaticEquilibrium> equilibrium_;
+  std::optional<fem::TimeStepper> stepper_;
+  fem::NodeVector gravity_, f_ext_;
+  ModelInfo info_;
+  std::string remark_, failure_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,29 @@
+// Numbers side by side, which the compiler turns into the machine's vector instructions, and the
+// mark of the few kernels that are worth compiling for several of them.
+#pragma once
+
+// Compiled for the baseline, AVX2 and AVX-512; the loader picks. Only free functions; what they
+// call must be inlined into them. Not under the sanitizers, which start after the loader.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__AVX512F__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define PALPATE_DISPATCHED \
+  __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define PALPATE_DISPATCHED
+#endif
+#define PALPATE_INLINE [[gnu::always_inline]] inline
+
+namespace palpate::fem {
+
+// Four doubles read from anywhere; eight of eight elements.
+using Double4 [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = double;
+using Double8 [[gnu::vector_size(64)]] = double;
+using Mask8 [[gnu::vector_size(64)]] = long long;
+inline constexpr int kLanes = 8;
+
+PALPATE_INLINE const Double4& Load4(const double* p) {
+  return *reinterpret_cast<const Double4*>(p);
+}
+PALPATE_INLINE Double4& Store4(double* p) { return *reinterpret_cast<Double4*>(p); }
+
+}  // namespace palpate::fem

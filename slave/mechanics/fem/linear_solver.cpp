@@ -1,0 +1,171 @@
+#include "slave/mechanics/fem/linear_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t kMostEntries = 12'000'000;      // of a factor
+constexpr std::size_t kMostEntriesTwice = 2'000'000;  // of one kept in both precisions
+// Multiplications of a factorisation done in the time of one of a solution, which waits for memory.
+constexpr double kFactorSpeed = 4;
+constexpr int kMostIterations = 20'000;
+constexpr int kMostWithFactor = 400;  // then it is not worth its name
+constexpr int kPatience = 1'000;      // iterations without a better residual
+
+std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+
+double LargestDiagonal(const BlockMatrix& A) {
+  double largest = 0;
+  for (const int k : A.pattern().diagonal) {
+    const double* block = A.block(k);
+    largest = std::max({largest, block[0], block[4], block[8]});
+  }
+  return largest;
+}
+
+}  // namespace
+
+LinearSolver::LinearSolver(const FemBody& body, bool single)
+    : body_(body),
+      inverse_blocks_(9 * Index(body.moving())),
+      z_(Index(body.size())),
+      p_(Index(body.size())),
+      q_(Index(body.size())) {
+  double_factor_.emplace(body.tree(), body.pattern());
+  const auto entries = double_factor_->entries();
+  direct_ = entries <= kMostEntries;
+  refactor_worth_ = double_factor_->flops() / (2 * kFactorSpeed * static_cast<double>(entries));
+  if (single && direct_) single_factor_.emplace(body.tree(), body.pattern()).Reserve();
+  if (!direct_ || (single && entries > kMostEntriesTwice)) {
+    double_factor_.reset();
+  } else {
+    double_factor_->Reserve();
+  }
+}
+
+void LinearSolver::Reset() noexcept {
+  due_ = true;
+  kind_ = Kind::kNone;
+}
+
+std::size_t LinearSolver::memory_bytes() const {
+  std::size_t bytes = inverse_blocks_.size() * sizeof(double) + 3 * z_.size() * sizeof(NodeValue);
+  if (single_factor_) bytes += single_factor_->memory_bytes();
+  if (double_factor_) bytes += double_factor_->memory_bytes();
+  return bytes;
+}
+
+SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constraints,
+                                 NodeVector& r, NodeVector& x, double target) noexcept {
+  if (due_ && !Factor(A, constraints.held(), Kind::kSingle)) InvertDiagonal(A, constraints.held());
+  SolveOutcome outcome = Iterate(A, constraints, r, x, target);
+  // A factor that has aged too much, or was made of too few digits, is replaced by a better one.
+  for (const Kind better : {Kind::kSingle, Kind::kDouble}) {
+    if (outcome.converged || outcome.indefinite || kind_ == Kind::kDiagonal) break;
+    if (!Factor(A, constraints.held(), better)) InvertDiagonal(A, constraints.held());
+    const SolveOutcome again = Iterate(A, constraints, r, x, target);
+    outcome = {again.converged, again.indefinite, outcome.iterations + again.iterations};
+  }
+  CountAge(outcome.iterations);
+  return outcome;
+}
+
+void LinearSolver::CountAge(int iterations) noexcept {
+  if (kind_ == Kind::kDiagonal) return;
+  if (young_iterations_ < 0) {
+    young_iterations_ = iterations;
+    return;
+  }
+  excess_ += iterations - young_iterations_;
+  if (excess_ > refactor_worth_) due_ = true;
+}
+
+// In single precision if that is asked for and possible, else in double.
+bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept {
+  due_ = false;
+  young_iterations_ = -1;
+  excess_ = 0;
+  scale_ = 1 / LargestDiagonal(A);
+  kind_ = Kind::kSingle;
+  if (kind == Kind::kSingle && single_factor_ && single_factor_->Factor(A, scale_, held)) {
+    return true;
+  }
+  kind_ = Kind::kDouble;
+  return double_factor_ && double_factor_->Factor(A, scale_, held);
+}
+
+void LinearSolver::InvertDiagonal(const BlockMatrix& A, const HeldComponents& held) noexcept {
+  kind_ = Kind::kDiagonal;
+  for (int i = 0; i < body_.moving(); ++i) {
+    Eigen::Matrix3d block =
+        Eigen::Map<const Eigen::Matrix3d>(A.block(A.pattern().diagonal[Index(i)]));
+    for (int c = 0; c < 3; ++c) {
+      if (At(held.free, i).v[c] > 0) continue;
+      block.row(c).setZero();
+      block.col(c).setZero();
+      block(c, c) = 1;
+    }
+    Eigen::Map<Eigen::Matrix3d> inverse(&inverse_blocks_[9 * Index(i)]);
+    inverse = block.inverse();
+  }
+}
+
+void LinearSolver::Precondition(const Constraints& constraints, const NodeVector& r,
+                                NodeVector& z) noexcept {
+  if (kind_ == Kind::kSingle) {
+    single_factor_->Solve(r, z);
+  } else if (kind_ == Kind::kDouble) {
+    double_factor_->Solve(r, z);
+  } else {
+    for (int i = 0; i < body_.moving(); ++i) {
+      const Eigen::Map<const Eigen::Matrix3d> inverse(&inverse_blocks_[9 * Index(i)]);
+      const Eigen::Map<const Eigen::Vector3d> force(At(r, i).v);
+      Eigen::Map<Eigen::Vector3d> motion(At(z, i).v);
+      motion = inverse * force;
+    }
+  }
+  constraints.ProjectMotion(z);
+}
+
+SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& constraints,
+                                   NodeVector& r, NodeVector& x, double target) noexcept {
+  SolveOutcome outcome;
+  const int most = kind_ == Kind::kDiagonal ? kMostIterations : kMostWithFactor;
+  double best = Norm(r);
+  int best_at = 0;
+  double rho = 0;
+  for (; outcome.iterations < most; ++outcome.iterations) {
+    const double size = Norm(r);
+    if (size <= target) {
+      outcome.converged = true;
+      break;
+    }
+    if (size < best) best = size, best_at = outcome.iterations;
+    if (!std::isfinite(size) || outcome.iterations - best_at > kPatience) break;
+    Precondition(constraints, r, z_);
+    const double next = Dot(r, z_);
+    if (outcome.iterations == 0) {
+      p_ = z_;
+    } else {
+      ScaleAndAdd(next / rho, z_, p_);
+    }
+    rho = next;
+    A.Multiply(p_, q_);
+    constraints.ProjectForce(q_);
+    const double curvature = Dot(p_, q_);
+    if (!(curvature > 0)) {
+      outcome.indefinite = curvature < 0;
+      break;
+    }
+    Add(rho / curvature, p_, x);
+    Add(-rho / curvature, q_, r);
+  }
+  return outcome;
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,65 @@
+// Linear systems with the tangent of a body: conjugate gradients in double precision among the
+// possible motions, preconditioned by a factor of an earlier tangent or, for large bodies, by what
+// costs memory in proportion to the matrix.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "slave/mechanics/fem/block_matrix.h"
+#include "slave/mechanics/fem/constraints.h"
+#include "slave/mechanics/fem/fem_body.h"
+#include "slave/mechanics/fem/node_vector.h"
+#include "slave/mechanics/fem/sparse_cholesky.h"
+
+namespace palpate::fem {
+
+struct SolveOutcome {
+  bool converged = false;
+  bool indefinite = false;  // a direction of negative curvature was met; x is what came before it
+  int iterations = 0;
+};
+
+class LinearSolver {
+ public:
+  // `single`: a factor in single precision will do where it exists, as where tangents change and it
+  // ages anyway.
+  LinearSolver(const FemBody& body, bool single);
+
+  // The next Solve factors anew: the matrix or what is held is another one.
+  void Renew() noexcept { due_ = true; }
+  // As after construction.
+  void Reset() noexcept;
+  // A x = b: `r` is P^T (b - A x) on entry and exit, x changes within the possible motions until
+  // the norm of r is at most `target`. Allocation-free.
+  SolveOutcome Solve(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
+                     NodeVector& x, double target) noexcept;
+
+  [[nodiscard]] bool direct() const { return direct_; }
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  enum class Kind { kNone, kSingle, kDouble, kDiagonal };
+
+  bool Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept;
+  void InvertDiagonal(const BlockMatrix& A, const HeldComponents& held) noexcept;
+  void Precondition(const Constraints& constraints, const NodeVector& r, NodeVector& z) noexcept;
+  SolveOutcome Iterate(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
+                       NodeVector& x, double target) noexcept;
+  void CountAge(int iterations) noexcept;
+
+  const FemBody& body_;
+  bool direct_ = false;
+  std::optional<SparseCholesky<float>> single_factor_;
+  std::optional<SparseCholesky<double>> double_factor_;  // or where single precision fails
+  std::vector<double> inverse_blocks_;  // nine per row
+  Kind kind_ = Kind::kNone;
+  bool due_ = true;
+  double scale_ = 1;
+  int young_iterations_ = -1;  // of the first solution after factoring
+  double excess_ = 0;          // iterations beyond those, since
+  double refactor_worth_ = 0;  // in iterations
+  NodeVector z_, p_, q_;
+};
+
+}  // namespace palpate::fem

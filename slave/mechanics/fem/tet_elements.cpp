@@ -1,0 +1,284 @@
+#include "slave/mechanics/fem/tet_elements.h"
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "slave/mechanics/fem/signed_polar.h"
+
+namespace palpate::fem {
+namespace {
+
+constexpr int kNewtonSteps = 8;
+constexpr double kTurned = 1e-16;    // square of the last turn: the next one would be its square
+constexpr double kDefinite = 1e-9;   // det H of tr(H)^3, 1/27 at rest
+
+std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+
+PALPATE_INLINE bool Any(const Mask8& mask) {
+  long long any = 0;
+  for (int l = 0; l < kLanes; ++l) any |= mask[l];
+  return any != 0;
+}
+
+PALPATE_INLINE LaneQuaternion Turned(const LaneQuaternion& q, const Double8& x, const Double8& y,
+                                     const Double8& z) {
+  const LaneQuaternion t{q.s - q.x * x - q.y * y - q.z * z, q.x + q.s * x + q.y * z - q.z * y,
+                         q.y + q.s * y + q.z * x - q.x * z, q.z + q.s * z + q.x * y - q.y * x};
+  const Double8 n = 1.5 - 0.5 * (t.s * t.s + t.x * t.x + t.y * t.y + t.z * t.z);
+  return {t.s * n, t.x * n, t.y * n, t.z * n};
+}
+
+// One step of Newton's method; `open` says which lanes have not arrived, `wrong` where H is not
+// positive definite. A turn by d / (2 + d^2 / 2) is the exact half-angle to third order and bounded.
+PALPATE_INLINE LaneQuaternion NewtonTurn(const LaneQuaternion& q, const Lanes3x3& G, Mask8& open,
+                                         Mask8& wrong) {
+  const Lanes3x3 E = StretchMinusIdentity(RotationMinusIdentity(q), G);
+  const Double8 wx = E[2][1] - E[1][2], wy = E[0][2] - E[2][0], wz = E[1][0] - E[0][1];
+  const Double8 h00 = 2 + E[1][1] + E[2][2], h11 = 2 + E[2][2] + E[0][0],
+                h22 = 2 + E[0][0] + E[1][1];
+  const Double8 h01 = -0.5 * (E[0][1] + E[1][0]), h12 = -0.5 * (E[1][2] + E[2][1]),
+                h20 = -0.5 * (E[2][0] + E[0][2]);
+  const Double8 a00 = h11 * h22 - h12 * h12, a01 = h12 * h20 - h01 * h22,
+                a02 = h01 * h12 - h11 * h20;
+  const Double8 a11 = h22 * h00 - h20 * h20, a12 = h20 * h01 - h12 * h00,
+                a22 = h00 * h11 - h01 * h01;
+  const Double8 det = h00 * a00 + h01 * a01 + h20 * a02;
+  const Double8 trace = h00 + h11 + h22;
+  wrong = ~((trace > 0) & (a22 > 0) & (h00 > 0) & (det > kDefinite * trace * trace * trace));
+  const Double8 inverse = 1.0 / (wrong ? det * 0 + 1 : det);
+  const Double8 dx = (a00 * wx + a01 * wy + a02 * wz) * inverse;
+  const Double8 dy = (a01 * wx + a11 * wy + a12 * wz) * inverse;
+  const Double8 dz = (a02 * wx + a12 * wy + a22 * wz) * inverse;
+  const Double8 square = dx * dx + dy * dy + dz * dz;
+  open = ~(square < kTurned);
+  const Double8 half = 1.0 / (2 + 0.5 * square);
+  return Turned(q, half * dx, half * dy, half * dz);
+}
+
+// Lanes that Newton's method cannot vouch for, one by one.
+[[gnu::noinline]] void TurnOneByOne(const Lanes3x3& G, const Mask8& unsure, LaneQuaternion& q) {
+  for (int l = 0; l < kLanes; ++l) {
+    if (!unsure[l]) continue;
+    Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) F(i, j) += G[Index(i)][Index(j)][l];
+    }
+    const Eigen::Vector4d found = SignedPolarQuaternion(F);
+    q.s[l] = found[0], q.x[l] = found[1], q.y[l] = found[2], q.z[l] = found[3];
+  }
+}
+
+PALPATE_INLINE LaneQuaternion SignedPolar(LaneQuaternion q, const Lanes3x3& G) {
+  Mask8 open{}, wrong{};
+  for (int step = 0; step < kNewtonSteps; ++step) {
+    q = NewtonTurn(q, G, open, wrong);
+    if (!Any(open & ~wrong)) break;
+  }
+  if (Any(open | wrong)) TurnOneByOne(G, open | wrong, q);
+  return q;
+}
+
+PALPATE_INLINE Lanes3x3 GradientOf(const TetGroup& group, const NodeValue* u) {
+  std::array<std::array<Double8, 3>, 4> corner;
+  for (std::size_t a = 0; a < 4; ++a) {
+    for (int l = 0; l < kLanes; ++l) {
+      const double* value = u[group.node[a][Index(l)]].v;
+      for (std::size_t c = 0; c < 3; ++c) corner[a][c][l] = value[c];
+    }
+  }
+  Lanes3x3 G;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Double8 d1 = corner[1][i] - corner[0][i], d2 = corner[2][i] - corner[0][i],
+                  d3 = corner[3][i] - corner[0][i];
+    for (std::size_t j = 0; j < 3; ++j) {
+      G[i][j] = d1 * group.gradient[0][j] + d2 * group.gradient[1][j] + d3 * group.gradient[2][j];
+    }
+  }
+  return G;
+}
+
+// Eight vectors per corner, the first corner's minus the sum of the others'.
+PALPATE_INLINE void Scatter(const std::array<std::array<Double8, 3>, 3>& of, NodeValue* out) {
+  std::array<std::array<Double8, 3>, 4> corner;
+  for (std::size_t c = 0; c < 3; ++c) {
+    corner[0][c] = -(of[0][c] + of[1][c] + of[2][c]);
+    for (std::size_t a = 1; a < 4; ++a) corner[a][c] = of[a - 1][c];
+  }
+  for (int l = 0; l < kLanes; ++l) {
+    for (std::size_t a = 0; a < 4; ++a) {
+      Store4(out[4 * Index(l) + a].v) =
+          Double4{corner[a][0][l], corner[a][1][l], corner[a][2][l], 0};
+    }
+  }
+}
+
+// v + Q v for the three gradients, times a weight.
+PALPATE_INLINE std::array<std::array<Double8, 3>, 3> Applied(
+    const Lanes3x3& Q, const std::array<std::array<Double8, 3>, 3>& g, const Double8& weight,
+    bool plus_identity) {
+  std::array<std::array<Double8, 3>, 3> out;
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      Double8 sum = Q[i][0] * g[a][0] + Q[i][1] * g[a][1] + Q[i][2] * g[a][2];
+      if (plus_identity) sum += g[a][i];
+      out[a][i] = sum * weight;
+    }
+  }
+  return out;
+}
+
+struct Output {
+  NodeValue *forces, *gradients;
+};
+
+PALPATE_INLINE Lanes3x3 StressOf(const Lanes3x3& Q, const Lanes3x3& E, const Lame& lame,
+                                 Double8& energy) {
+  const Double8 trace = E[0][0] + E[1][1] + E[2][2];
+  Lanes3x3 T;
+  Double8 squares{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const Double8 strain = 0.5 * (E[i][j] + E[j][i]);
+      squares += strain * strain;
+      T[i][j] = 2 * lame.mu * strain;
+    }
+    T[i][i] += lame.lambda * trace;
+  }
+  energy = lame.mu * squares + 0.5 * lame.lambda * trace * trace;
+  Lanes3x3 P;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      P[i][j] = T[i][j] + Q[i][0] * T[0][j] + Q[i][1] * T[1][j] + Q[i][2] * T[2][j];
+    }
+  }
+  return P;
+}
+
+PALPATE_INLINE Double8 Determinant(const Lanes3x3& G) {
+  const Double8 a = 1 + G[0][0], b = 1 + G[1][1], c = 1 + G[2][2];
+  return a * (b * c - G[1][2] * G[2][1]) - G[0][1] * (G[1][0] * c - G[1][2] * G[2][0]) +
+         G[0][2] * (G[1][0] * G[2][1] - b * G[2][0]);
+}
+
+PALPATE_DISPATCHED void EvaluateGroups(TetGroup* groups, const NodeValue* u, const Lame& lame,
+                                       bool rotating, const Output& out, int first, int last) {
+  for (int g = first; g < last; ++g) {
+    TetGroup& group = groups[g];
+    const Lanes3x3 G = GradientOf(group, u);
+    Lanes3x3 Q{};
+    if (rotating) {
+      auto& [s, x, y, z] = group.quaternion;
+      const LaneQuaternion q = SignedPolar({s, x, y, z}, G);
+      s = q.s, x = q.x, y = q.y, z = q.z;
+      Q = RotationMinusIdentity(q);
+    }
+    const Lanes3x3 E = StretchMinusIdentity(Q, G);
+    const Lanes3x3 P = StressOf(Q, E, lame, group.energy);
+    group.energy *= group.volume;
+    group.determinant = Determinant(G);
+    const std::size_t at = 4 * kLanes * static_cast<std::size_t>(g);
+    Scatter(Applied(P, group.gradient, group.volume, false), out.forces + at);
+    if (rotating) {
+      Scatter(Applied(Q, group.gradient, group.root_volume_mu, true), out.gradients + at);
+    }
+  }
+}
+
+Eigen::Matrix3d GradientsOf(const std::vector<Eigen::Vector3d>& nodes,
+                            const std::array<int, 4>& tet, double& volume) {
+  Eigen::Matrix3d edges;
+  for (int a = 0; a < 3; ++a) {
+    edges.col(a) = nodes[Index(tet[Index(a) + 1])] - nodes[Index(tet[0])];
+  }
+  volume = edges.determinant() / 6;
+  return edges.inverse();
+}
+
+
+}  // namespace
+
+TetElements::TetElements(const std::vector<Eigen::Vector3d>& nodes,
+                         const std::vector<std::array<int, 4>>& tets, const Lame& lame, Law law)
+    : count_(static_cast<int>(tets.size())),
+      lame_(lame),
+      law_(law),
+      groups_((tets.size() + kLanes - 1) / kLanes),
+      forces_(4 * kLanes * groups_.size()),
+      gradients_(4 * kLanes * groups_.size()) {
+  ForgetRotations();
+  for (int e = 0; e < count_; ++e) {
+    TetGroup& group = groups_[Index(e / kLanes)];
+    const int l = e % kLanes;
+    double volume = 0;
+    const Eigen::Matrix3d gradients = GradientsOf(nodes, tets[Index(e)], volume);
+    const double root = std::sqrt(volume * lame.mu);
+    for (std::size_t a = 0; a < 4; ++a) group.node[a][Index(l)] = tets[Index(e)][a];
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (int a = 0; a < 3; ++a) {
+      const Eigen::Vector3d gradient = gradients.row(a);
+      for (int c = 0; c < 3; ++c) {
+        group.gradient[Index(a)][Index(c)][l] = gradient[c];
+        gradients_[4 * Index(e) + Index(a) + 1].v[c] = root * gradient[c];
+      }
+      sum += gradient;
+    }
+    for (int c = 0; c < 3; ++c) gradients_[4 * Index(e)].v[c] = -root * sum[c];
+    group.volume[l] = volume;
+    group.root_volume_mu[l] = root;
+  }
+}
+
+void TetElements::ForgetRotations() noexcept {
+  for (auto& group : groups_) group.quaternion = {Double8{} + 1, Double8{}, Double8{}, Double8{}};
+}
+
+ElementSummary TetElements::Evaluate(const NodeVector& u, WorkerTeam& team) noexcept {
+  const Output out{forces_.data(), gradients_.data()};
+  team.For(static_cast<int>(groups_.size()), [&](int first, int last) {
+    EvaluateGroups(groups_.data(), u.data(), lame_, law_ == Law::kCorotational, out, first, last);
+  });
+  ElementSummary summary;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    for (int l = 0; l < kLanes; ++l) {
+      summary.energy += groups_[g].energy[l];
+      if (groups_[g].determinant[l] > 0) continue;
+      const int element = kLanes * static_cast<int>(g) + l;
+      if (summary.inverted++ == 0) summary.first_inverted = element;
+    }
+  }
+  return summary;
+}
+
+void TetElements::SpinStiffness(const NodeVector& u,
+                                std::vector<Eigen::Matrix3d>& spin) const noexcept {
+  for (int e = 0; e < count_; ++e) {
+    const TetGroup& group = groups_[Index(e / kLanes)];
+    const int l = e % kLanes;
+    const auto& q = group.quaternion;
+    const Eigen::Matrix3d R =
+        Eigen::Quaterniond(q[0][l], q[1][l], q[2][l], q[3][l]).normalized().toRotationMatrix();
+    Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+    const double* origin = u[Index(group.node[0][Index(l)])].v;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double* corner = u[Index(group.node[a + 1][Index(l)])].v;
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+          F(i, j) += (corner[i] - origin[i]) * group.gradient[a][Index(j)][l];
+        }
+      }
+    }
+    const Eigen::Matrix3d S = 0.5 * (R.transpose() * F + F.transpose() * R);
+    const Eigen::Matrix3d H = S.trace() * Eigen::Matrix3d::Identity() - S;
+    const double c = lame_.lambda * (S.trace() - 3) - 2 * lame_.mu;
+    const Eigen::Matrix3d N = Eigen::Matrix3d::Identity() + c / lame_.mu * H.inverse();
+    spin[Index(e)] = R * N * R.transpose();
+  }
+}
+
+std::size_t TetElements::memory_bytes() const {
+  return groups_.size() * sizeof(TetGroup) + 2 * forces_.size() * sizeof(NodeValue);
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,76 @@
+// The linear tetrahedra of a body: forces, energy and rotated shape gradients at a displacement.
+//
+//   G = sum_a u_a g_a^T,  F = I + G = R S,  E = S - I,
+//   P = R (2 mu E + lambda tr(E) I),  f_a = V P g_a,  W = V (mu |E|^2 + lambda / 2 tr(E)^2)
+//
+// with the signed polar rotation R (det R = +1), or R = I and E = sym(G) in the linear law.
+// Source: Mueller and Gross (2004), paper B [21]; the law is linear in E, as there.
+// Nondimensional throughout: lengths by the caller's unit, stress by E.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/fem/lanes.h"
+#include "slave/mechanics/fem/node_vector.h"
+#include "slave/mechanics/fem/worker_team.h"
+
+namespace palpate::fem {
+
+struct Lame {
+  double mu = 0, lambda = 0;
+};
+
+// What an evaluation finds besides forces.
+struct ElementSummary {
+  double energy = 0;
+  int inverted = 0;         // elements with det F <= 0
+  int first_inverted = -1;  // the first of them
+};
+
+// Eight elements side by side; the last group is filled up with elements of no volume.
+struct TetGroup {
+  std::array<std::array<int, kLanes>, 4> node{};
+  std::array<std::array<Double8, 3>, 3> gradient{};  // of corners 1 to 3
+  Double8 volume{};
+  Double8 root_volume_mu{};            // sqrt(V mu)
+  std::array<Double8, 4> quaternion{};  // s, x, y, z
+  Double8 energy{}, determinant{};     // V-weighted; det F
+};
+
+class TetElements {
+ public:
+  enum class Law { kLinear, kCorotational };
+
+  // `tets` in whatever order is good for memory. Volumes must be positive.
+  TetElements(const std::vector<Eigen::Vector3d>& nodes,
+              const std::vector<std::array<int, 4>>& tets, const Lame& lame, Law law);
+
+  // Rotations start from those of the last evaluation. Allocation-free.
+  ElementSummary Evaluate(const NodeVector& u, WorkerTeam& team) noexcept;
+  // Rotations are the identity again.
+  void ForgetRotations() noexcept;
+
+  [[nodiscard]] int size() const { return count_; }
+  [[nodiscard]] const Lame& lame() const { return lame_; }
+  // Per element and corner, at [4 element + corner], of the last evaluation.
+  [[nodiscard]] const NodeVector& corner_forces() const { return forces_; }
+  // q_a = sqrt(V mu) R g_a.
+  [[nodiscard]] const NodeVector& corner_gradients() const { return gradients_; }
+  // N = R (I + c / mu H^-1) R^T, c = lambda tr(E) - 2 mu, H = tr(S) I - S: what the exact tangent
+  // adds to the warped one is sum q_a x (N (q_b x u_b)), up to its sign. One per element.
+  void SpinStiffness(const NodeVector& u, std::vector<Eigen::Matrix3d>& spin) const noexcept;
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  int count_ = 0;
+  Lame lame_;
+  Law law_;
+  std::vector<TetGroup> groups_;
+  NodeVector forces_, gradients_;
+};
+
+}  // namespace palpate::fem

@@ -1,0 +1,318 @@
+#include "slave/mechanics/fem/time_stepper.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::fem {
+namespace {
+
+constexpr int kMostNewton = 60;
+constexpr int kMostParts = 64;
+constexpr int kMostHalvings = 12;
+constexpr double kInner = 1e-3;      // of a residual, where another Newton step follows
+constexpr double kGain = 1e-6;       // of the energies that are exchanged
+constexpr double kRounding = 1e-14;  // of the forces that cancel
+constexpr double kSufficient = 1e-4;
+
+std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+TimeStepper::TimeStepper(FemBody& body, const Params& params)
+    : body_(body),
+      params_(params),
+      tangent_(body.pattern()),
+      solver_(body, !params.linear),
+      history_(body.size()) {
+  if (params.newton != 1 || params.exact_tangent) start_.emplace(body.pattern());
+  for (auto* x : {&u_, &v_, &f_int_, &reaction_, &momentum_force_, &u0_, &v0_, &dv_, &b_, &r_, &x_,
+                  &lift_, &work_, &kept_u_, &kept_v_, &kept_force_}) {
+    x->resize(Index(body.size()));
+  }
+}
+
+void TimeStepper::Reset(const NodeVector& f_ext) noexcept {
+  SetZero(u_);
+  SetZero(v_);
+  body_.ForgetRotations();
+  Evaluate();
+  momentum_force_ = f_ext;
+  energy_ = 0;
+  gained_energy_ = false;
+  solver_.Reset();
+  history_.Clear();
+}
+
+void TimeStepper::Renew() noexcept {
+  solver_.Renew();
+  history_.Clear();
+}
+
+bool TimeStepper::Evaluate() noexcept {
+  summary_ = body_.Evaluate(u_);
+  body_.InternalForce(f_int_);
+  return std::isfinite(summary_.energy);
+}
+
+bool TimeStepper::Step(const NodeVector& f_ext, const Constraints& constraints) noexcept {
+  kept_u_ = u_;
+  kept_v_ = v_;
+  kept_force_ = momentum_force_;
+  const double kept_energy = energy_;
+  const int most = params_.newton == 0 ? kMostParts : 1;
+  for (int parts = 1; parts <= most; parts *= 2) {
+    const bool arrived = StepInParts(f_ext, constraints, parts);
+    if (arrived && (!gained_energy_ || parts == most)) return true;
+    if (parts == most) break;
+    u_ = kept_u_;
+    v_ = kept_v_;
+    momentum_force_ = kept_force_;
+    energy_ = kept_energy;
+    Evaluate();
+  }
+  u_ = kept_u_;
+  v_ = kept_v_;
+  momentum_force_ = kept_force_;
+  energy_ = kept_energy;
+  body_.ForgetRotations();
+  Evaluate();
+  return false;
+}
+
+bool TimeStepper::StepInParts(const NodeVector& f_ext, const Constraints& constraints,
+                              int parts) noexcept {
+  bool gained = false;
+  for (int part = 0; part < parts; ++part) {
+    if (!Advance(f_ext, constraints, params_.step / parts, 1.0 / (parts - part))) return false;
+    gained = gained || gained_energy_;
+  }
+  gained_energy_ = gained;
+  return true;
+}
+
+bool TimeStepper::Advance(const NodeVector& f_ext, const Constraints& constraints, double h,
+                          double share) noexcept {
+  u0_ = u_;
+  v0_ = v_;
+  AssembleStart(h);
+  RightHandSide(f_ext, h);
+  if (!SolveStart(constraints, h, share)) return false;
+  SetMotion(h);
+  if (!Evaluate()) return false;
+  if (params_.newton != 1 && !params_.linear && !Refine(f_ext, constraints, h)) return false;
+  Finish(f_ext, h);
+  return std::isfinite(energy_);
+}
+
+// M + theta h D + theta^2 h^2 K, brought near one by a common factor.
+void TimeStepper::AssembleStart(double h) noexcept {
+  const double th = params_.theta * h;
+  const double mass = 1 + th * params_.damping_mass;
+  const double stiffness = th * (th + params_.damping_stiffness);
+  if (params_.linear && assembled_for_ == h) return;
+  body_.AssembleTangent(mass, stiffness, tangent_);
+  if (start_) *start_ = tangent_;
+  if (params_.exact_tangent && !params_.linear) body_.AddSpin(th * th, u_, tangent_);
+  if (assembled_for_ != h) solver_.Renew();
+  assembled_for_ = h;
+}
+
+// b = h theta (f_ext - f_int - h K_t v - D v) + h (1 - theta) F_0, at the start of the step.
+void TimeStepper::RightHandSide(const NodeVector& f_ext, double h) noexcept {
+  const double th = params_.theta * h;
+  b_ = f_ext;
+  Add(-1, f_int_, b_);
+  for (auto& node : b_) {
+    for (double& value : node.v) value *= th;
+  }
+  if (params_.theta < 1) Add(h * (1 - params_.theta), momentum_force_, b_);
+  // (mass) M v and (stiffness) K v from A v = (mass) M v + (stiffness) K v.
+  const BlockMatrix& warped = start_ ? *start_ : tangent_;
+  const double ratio = (h + params_.damping_stiffness) / (th + params_.damping_stiffness);
+  warped.Multiply(v_, work_);
+  Add(-ratio, work_, b_);
+  body_.MultiplyMass(v_, x_);
+  Add(ratio * (1 + th * params_.damping_mass) - th * params_.damping_mass, x_, b_);
+  if (!params_.exact_tangent || params_.linear) return;
+  tangent_.Multiply(v_, x_);
+  Add(-1, work_, x_);
+  Add(-1 / params_.theta, x_, b_);
+}
+
+// dv_ of the linearised step, with what contacts prescribe.
+bool TimeStepper::SolveStart(const Constraints& constraints, double h, double share) noexcept {
+  const double th = params_.theta * h;
+  constraints.Lift(u0_, 1, lift_);
+  work_ = u0_;
+  Add(h, v0_, work_);
+  for (auto& node : lift_) {
+    for (double& value : node.v) value *= share - 1;
+  }
+  x_ = lift_;
+  constraints.Lift(work_, 1, lift_);
+  Add(1, x_, lift_);
+  for (auto& node : lift_) {
+    for (double& value : node.v) value /= th;
+  }
+  r_ = b_;
+  const double lifted = LargestComponent(lift_);
+  if (lifted > 0) {
+    tangent_.Multiply(lift_, work_);
+    Add(-1, work_, r_);
+  }
+  constraints.ProjectForce(r_);
+  const double size = Norm(r_);
+  const bool last = params_.newton == 1 || params_.linear;
+  const double target =
+      std::max(size * (last ? params_.residual : std::max(kInner, params_.residual)), 1e-300);
+  SetZero(x_);
+  history_.Improve(tangent_, constraints, r_, x_);
+  SolveOutcome outcome = solver_.Solve(tangent_, constraints, r_, x_, target);
+  if (outcome.indefinite && start_) {
+    tangent_ = *start_;
+    solver_.Renew();
+    outcome = solver_.Solve(tangent_, constraints, r_, x_, target);
+  }
+  iterations_ = outcome.iterations;
+  relative_residual_ = size > 0 ? Norm(r_) / size : 0;
+  history_.Keep(x_);
+  dv_ = x_;
+  if (lifted > 0) Add(1, lift_, dv_);
+  tangent_.Multiply(dv_, work_);
+  reaction_ = work_;
+  Add(-1, b_, reaction_);
+  return outcome.converged || Norm(r_) <= kRounding * Norm(b_);
+}
+
+// v = v_0 + dv, u = u_0 + h (v_0 + theta dv).
+void TimeStepper::SetMotion(double h) noexcept {
+  v_ = v0_;
+  Add(1, dv_, v_);
+  u_ = u0_;
+  Add(h, v0_, u_);
+  Add(h * params_.theta, dv_, u_);
+}
+
+// Newton's method on the step itself, from where its linearisation led.
+bool TimeStepper::Refine(const NodeVector& f_ext, const Constraints& constraints,
+                         double h) noexcept {
+  const double th = params_.theta * h;
+  const int most = params_.newton == 0 ? kMostNewton : params_.newton - 1;
+  Residual(f_ext, h);
+  const double reference = std::max(Norm(b_), Norm(reaction_));
+  for (int step = 0; step < most; ++step) {
+    constraints.ProjectForce(r_);
+    const double size = Norm(r_);
+    relative_residual_ = reference > 0 ? size / reference : 0;
+    if (!std::isfinite(size)) return false;
+    if (size <= std::max(params_.residual, kRounding) * reference) return true;
+    body_.AssembleTangent(1 + th * params_.damping_mass, th * (th + params_.damping_stiffness),
+                          tangent_);
+    if (params_.exact_tangent) body_.AddSpin(th * th, u_, tangent_);
+    SetZero(x_);
+    const double target = std::max(kInner, 0.1 * params_.residual * reference / size) * size;
+    const SolveOutcome outcome = solver_.Solve(tangent_, constraints, r_, x_, target);
+    iterations_ += outcome.iterations;
+    const double merit = Merit(f_ext, h);
+    if (!TryMove(f_ext, constraints, h, size, merit)) return params_.newton != 0;
+  }
+  constraints.ProjectForce(r_);
+  relative_residual_ = reference > 0 ? Norm(r_) / reference : 0;
+  return params_.newton != 0 || relative_residual_ <= params_.residual;
+}
+
+// A share of x_ that lowers the residual or the incremental potential; r_ is the new residual.
+bool TimeStepper::TryMove(const NodeVector& f_ext, const Constraints& constraints, double h,
+                          double size, double merit) noexcept {
+  double length = 1;
+  for (int halving = 0; halving < kMostHalvings; ++halving) {
+    Add(length, x_, dv_);
+    SetMotion(h);
+    const bool finite = Evaluate();
+    Residual(f_ext, h);
+    work_ = r_;
+    constraints.ProjectForce(work_);
+    if (finite && (Norm(work_) < (1 - kSufficient * length) * size || Merit(f_ext, h) < merit)) {
+      return true;
+    }
+    Add(-length, x_, dv_);
+    length *= 0.5;
+  }
+  SetMotion(h);
+  Evaluate();
+  Residual(f_ext, h);
+  return false;
+}
+
+// r_ = h theta (f_ext - f_int - D v) + h (1 - theta) F_0 - M dv; reaction_ is its opposite.
+void TimeStepper::Residual(const NodeVector& f_ext, double h) noexcept {
+  const double th = params_.theta * h, b = params_.damping_stiffness;
+  r_ = f_ext;
+  Add(-1, f_int_, r_);
+  for (auto& node : r_) {
+    for (double& value : node.v) value *= th;
+  }
+  if (params_.theta < 1) Add(h * (1 - params_.theta), momentum_force_, r_);
+  body_.MultiplyMass(dv_, work_);
+  Add(-1, work_, r_);
+  body_.MultiplyMass(v_, work_);
+  const double share = b > 0 ? b / (th + b) : 0;
+  Add(share * (1 + th * params_.damping_mass) - th * params_.damping_mass, work_, r_);
+  if (b > 0) {
+    start_->Multiply(v_, work_);
+    Add(-share, work_, r_);
+  }
+  reaction_ = r_;
+  for (auto& node : reaction_) {
+    for (double& value : node.v) value = -value;
+  }
+}
+
+// |dv|_M^2 / 2 + theta h v D v / 2 + W - f_ext u - h (1 - theta) F_0 dv: its derivative is -r_.
+double TimeStepper::Merit(const NodeVector& f_ext, double h) noexcept {
+  const double th = params_.theta * h, b = params_.damping_stiffness;
+  body_.MultiplyMass(dv_, work_);
+  double merit = 0.5 * Dot(dv_, work_) + summary_.energy - Dot(f_ext, u_);
+  if (params_.theta < 1) merit -= h * (1 - params_.theta) * Dot(momentum_force_, dv_);
+  body_.MultiplyMass(v_, work_);
+  const double vMv = Dot(v_, work_);
+  double vDv = th * params_.damping_mass * vMv;
+  if (b > 0) {
+    start_->Multiply(v_, work_);
+    vDv += b / (th + b) * (Dot(v_, work_) - (1 + th * params_.damping_mass) * vMv);
+  }
+  return merit + 0.5 * vDv;
+}
+
+// Reactions as forces, the energies, and the forces that Newmark's method remembers.
+void TimeStepper::Finish(const NodeVector& f_ext, double h) noexcept {
+  const double th = params_.theta * h;
+  for (std::size_t i = 0; i < reaction_.size(); ++i) {
+    const bool moves = static_cast<int>(i) < body_.moving();
+    for (std::size_t c = 0; c < 3; ++c) {
+      reaction_[i].v[c] =
+          moves ? reaction_[i].v[c] / th : f_int_[i].v[c] - f_ext[i].v[c];
+    }
+  }
+  body_.MultiplyMass(v_, work_);
+  const double kinetic = 0.5 * Dot(v_, work_), before = energy_;
+  energy_ = summary_.energy + kinetic;
+  x_ = u_;
+  Add(-1, u0_, x_);
+  const double by_loads = Dot(f_ext, x_), by_contacts = Dot(reaction_, x_);
+  const double gain = energy_ - before - by_loads - by_contacts;
+  const double scale =
+      std::max({energy_, before, std::abs(by_loads), std::abs(by_contacts)});
+  gained_energy_ = params_.theta == 1 && gain > kGain * scale;
+  if (params_.theta == 1) return;
+  body_.MultiplyMass(dv_, work_);
+  for (std::size_t i = 0; i < work_.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      momentum_force_[i].v[c] = (work_[i].v[c] / h -
+                                 (1 - params_.theta) * momentum_force_[i].v[c]) /
+                                params_.theta;
+    }
+  }
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,106 @@
+// Bodies, contacts and reference cases that the tests of `fem` share.
+#pragma once
+
+#include <array>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/fem/fem_model.h"
+
+namespace palpate::solids {
+
+using Held = std::vector<std::array<bool, 3>>;
+using Eigen::Vector3d;
+
+inline std::optional<nlohmann::json> Reference(const std::string& id) {
+  std::ifstream stream(PALPATE_SOURCE_DIR "/../shared/reference/d_solid3d.json");
+  if (!stream) return std::nullopt;
+  const auto file = nlohmann::json::parse(stream);
+  for (const auto& c : file.at("cases")) {
+    if (c.at("id") == id) return c;
+  }
+  ADD_FAILURE() << "no case " << id;
+  return std::nullopt;
+}
+
+inline Vector3d VectorOf(const nlohmann::json& j) {
+  return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()};
+}
+
+inline Held HeldWhere(const SolidMesh& mesh, const std::function<bool(const Vector3d&)>& where) {
+  Held held;
+  for (const auto& p : mesh.nodes) {
+    const bool h = where(p);
+    held.push_back({h, h, h});
+  }
+  return held;
+}
+
+inline int NodeAt(const SolidMesh& mesh, const Vector3d& p) {
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+    if ((mesh.nodes[i] - p).norm() < 1e-9) return static_cast<int>(i);
+  }
+  ADD_FAILURE() << "no node at " << p.transpose();
+  return 0;
+}
+
+// A load or a displacement at a node.
+inline Contact Push(const SolidMesh& mesh, int node, const Vector3d& force) {
+  return {.kind = Contact::Kind::kForce,
+          .p_O = mesh.nodes[static_cast<std::size_t>(node)],
+          .value_O = force};
+}
+inline Contact Move(const SolidMesh& mesh, int node, const Vector3d& displacement) {
+  return {.kind = Contact::Kind::kDisplacement,
+          .p_O = mesh.nodes[static_cast<std::size_t>(node)],
+          .value_O = displacement};
+}
+
+inline std::vector<ContactResponse> Respond(DeformationModel& model,
+                                            const std::vector<Contact>& contacts) {
+  std::vector<ContactResponse> responses(contacts.size());
+  model.Respond(contacts, responses);
+  return responses;
+}
+
+inline std::vector<Vector3d> Displacement(DeformationModel& model) {
+  std::vector<Vector3d> u;
+  model.BoundaryDisplacement(&u);
+  return u;
+}
+
+inline FemModel::Params Foam() {
+  FemModel::Params params;
+  params.material = {.young_modulus = 3800, .poisson_ratio = 0.15, .density = 45};
+  params.options.residual = 1e-12;
+  return params;
+}
+inline FemModel::Params Linear(FemModel::Params params) {
+  params.options.law = FemOptions::Law::kLinear;
+  return params;
+}
+
+// Largest difference, of the largest displacement.
+inline double Difference(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  double difference = 0, size = 0;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    difference = std::max(difference, (a[i] - b[i]).lpNorm<Eigen::Infinity>());
+    size = std::max(size, b[i].lpNorm<Eigen::Infinity>());
+  }
+  return size > 0 ? difference / size : difference;
+}
+
+}  // namespace palpate::solids
+
+#define PALPATE_CASE_OR_SKIP(variable, id)                                \
+  const auto variable##_found = palpate::solids::Reference(id);           \
+  if (!variable##_found) GTEST_SKIP() << "../shared/reference is absent"; \
+  const auto& variable = *variable##_found
