@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kAbsurd = 1e6;  // larger sides
 // A fresh inverse costs m^3 operations, a row that goes or comes 4 m^2; measured, not counted.
-constexpr int kUpdateRows = 16;
+constexpr int kUpdateRows = 4;
 
 std::size_t Index(int i) {
   return static_cast<std::size_t>(i);

@@ -20,6 +20,13 @@ using Lane = double __attribute__((vector_size(64), may_alias));
 
 constexpr std::size_t kAlignment = 64;
 
+[[gnu::always_inline]] inline const Lane& At(const double* p) {
+  return *reinterpret_cast<const Lane*>(p);
+}
+[[gnu::always_inline]] inline Lane& At(double* p) {
+  return *reinterpret_cast<Lane*>(p);
+}
+
 }  // namespace
 
 void AlignedFree::operator()(double* memory) const noexcept {
@@ -33,6 +40,7 @@ AlignedArray MakeAligned(std::size_t count) {
   return AlignedArray(memory);
 }
 
+// Two lanes wide where it fits: every factor that is fetched serves both.
 PALPATE_EVERY_MACHINE
 void SubtractProduct(double* c, int ldc, const double* a, const double* b, int ldb, int order,
                      int depth, bool lower) noexcept {
@@ -40,19 +48,75 @@ void SubtractProduct(double* c, int ldc, const double* a, const double* b, int l
     const double* a_tile = a + static_cast<long>(i) * kLane8;
     double* c_rows = c + static_cast<long>(i) * ldc;
     const int end = lower ? i + kLane8 : order;
-    for (int j = 0; j < end; j += kLane8) {
-      Lane tile[kLane8];
+    int j = 0;
+    for (; j + 2 * kLane8 <= end; j += 2 * kLane8) {
+      Lane left[kLane8], right[kLane8];
       for (int r = 0; r < kLane8; ++r) {
-        tile[r] = *reinterpret_cast<const Lane*>(c_rows + static_cast<long>(r) * ldc + j);
+        left[r] = At(c_rows + static_cast<long>(r) * ldc + j);
+        right[r] = At(c_rows + static_cast<long>(r) * ldc + j + kLane8);
       }
       for (int q = 0; q < depth; ++q) {
-        const Lane b_row = *reinterpret_cast<const Lane*>(b + static_cast<long>(q) * ldb + j);
-        for (int r = 0; r < kLane8; ++r) tile[r] -= a_tile[r * kLane8 + q] * b_row;
+        const Lane b_left = At(b + static_cast<long>(q) * ldb + j);
+        const Lane b_right = At(b + static_cast<long>(q) * ldb + j + kLane8);
+        for (int r = 0; r < kLane8; ++r) {
+          left[r] -= a_tile[r * kLane8 + q] * b_left;
+          right[r] -= a_tile[r * kLane8 + q] * b_right;
+        }
       }
       for (int r = 0; r < kLane8; ++r) {
-        *reinterpret_cast<Lane*>(c_rows + static_cast<long>(r) * ldc + j) = tile[r];
+        At(c_rows + static_cast<long>(r) * ldc + j) = left[r];
+        At(c_rows + static_cast<long>(r) * ldc + j + kLane8) = right[r];
       }
     }
+    for (; j < end; j += kLane8) {
+      Lane tile[kLane8];
+      for (int r = 0; r < kLane8; ++r) tile[r] = At(c_rows + static_cast<long>(r) * ldc + j);
+      for (int q = 0; q < depth; ++q) {
+        const Lane b_row = At(b + static_cast<long>(q) * ldb + j);
+        for (int r = 0; r < kLane8; ++r) tile[r] -= a_tile[r * kLane8 + q] * b_row;
+      }
+      for (int r = 0; r < kLane8; ++r) At(c_rows + static_cast<long>(r) * ldc + j) = tile[r];
+    }
+  }
+}
+
+PALPATE_EVERY_MACHINE
+void MultiplyPanel(const double* panel, const double* tile, int order, double* out) noexcept {
+  Lane rows[kLane8];
+  for (int q = 0; q < kLane8; ++q) rows[q] = At(tile + static_cast<long>(q) * kLane8);
+  for (int i = 0; i < order; ++i) {
+    const double* x = panel + static_cast<long>(i) * kLane8;
+    Lane even = x[0] * rows[0], odd = x[1] * rows[1];
+    for (int q = 2; q < kLane8; q += 2) {
+      even += x[q] * rows[q];
+      odd += x[q + 1] * rows[q + 1];
+    }
+    At(out + static_cast<long>(i) * kLane8) = even + odd;
+  }
+}
+
+// Pairs, then fours, then eights change places.
+PALPATE_EVERY_MACHINE
+void Transpose8(const double* from, int ldf, double* to, int ldt) noexcept {
+  using Order = long __attribute__((vector_size(64)));
+  constexpr Order kPairsLow{0, 8, 2, 10, 4, 12, 6, 14}, kPairsHigh{1, 9, 3, 11, 5, 13, 7, 15};
+  constexpr Order kFoursLow{0, 1, 8, 9, 4, 5, 12, 13}, kFoursHigh{2, 3, 10, 11, 6, 7, 14, 15};
+  constexpr Order kEightsLow{0, 1, 2, 3, 8, 9, 10, 11}, kEightsHigh{4, 5, 6, 7, 12, 13, 14, 15};
+  Lane a[kLane8], b[kLane8];
+  for (int r = 0; r < kLane8; ++r) a[r] = At(from + static_cast<long>(r) * ldf);
+  for (int r = 0; r < kLane8; r += 2) {
+    b[r] = __builtin_shuffle(a[r], a[r + 1], kPairsLow);
+    b[r + 1] = __builtin_shuffle(a[r], a[r + 1], kPairsHigh);
+  }
+  for (int r = 0; r < kLane8; r += 4) {
+    for (int k = 0; k < 2; ++k) {
+      a[r + k] = __builtin_shuffle(b[r + k], b[r + k + 2], kFoursLow);
+      a[r + k + 2] = __builtin_shuffle(b[r + k], b[r + k + 2], kFoursHigh);
+    }
+  }
+  for (int r = 0; r < 4; ++r) {
+    At(to + static_cast<long>(r) * ldt) = __builtin_shuffle(a[r], a[r + 4], kEightsLow);
+    At(to + static_cast<long>(r + 4) * ldt) = __builtin_shuffle(a[r], a[r + 4], kEightsHigh);
   }
 }
 
@@ -66,9 +130,9 @@ void RowDots(const double* p, int ldp, const double* r, int ldr, int order, int 
       const double* other = r + static_cast<long>(q) * ldr;
       Lane sum[2] = {};
       for (int j = 0; j < order; j += kLane8) {
-        const Lane x = *reinterpret_cast<const Lane*>(other + j);
-        sum[0] += *reinterpret_cast<const Lane*>(first + j) * x;
-        sum[1] += *reinterpret_cast<const Lane*>(second + j) * x;
+        const Lane x = At(other + j);
+        sum[0] += At(first + j) * x;
+        sum[1] += At(second + j) * x;
       }
       for (int k = 0; k < 2; ++k) {
         out[(i + k) * kLane8 + q] = ((sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3])) +
@@ -84,9 +148,9 @@ void RowDot(const double* p, int ldp, const double* x, int order, double* y) noe
     const double* row = p + static_cast<long>(i) * ldp;
     Lane sum[4] = {};
     for (int j = 0; j < order; j += kLane8) {
-      const Lane lane = *reinterpret_cast<const Lane*>(x + j);
+      const Lane lane = At(x + j);
       for (int k = 0; k < 4; ++k) {
-        sum[k] += *reinterpret_cast<const Lane*>(row + static_cast<long>(k) * ldp + j) * lane;
+        sum[k] += At(row + static_cast<long>(k) * ldp + j) * lane;
       }
     }
     for (int k = 0; k < 4; ++k) {
@@ -96,25 +160,26 @@ void RowDot(const double* p, int ldp, const double* x, int order, double* y) noe
   }
 }
 
-// Gauss-Jordan: the column of each pivot gives way to that of the inverse.
+// Gauss-Jordan: the column of each pivot gives way to that of the inverse. All stays in registers.
 PALPATE_EVERY_MACHINE
-bool Invert8(double* a, int size, const double* least) noexcept {
-  for (int k = 0; k < size; ++k) {
-    double* row = a + static_cast<long>(k) * kLane8;
-    const double pivot = row[k];
+bool Invert8(double* a, const double* least) noexcept {
+  using Mask = long __attribute__((vector_size(64)));
+  constexpr Mask kNumbers{0, 1, 2, 3, 4, 5, 6, 7};
+  Lane rows[kLane8];
+  for (int r = 0; r < kLane8; ++r) rows[r] = At(a + static_cast<long>(r) * kLane8);
+  const Lane zero = {}, one = zero + 1;
+#pragma GCC unroll 8
+  for (int k = 0; k < kLane8; ++k) {
+    const double pivot = rows[k][k];
     if (!(pivot > least[k])) return false;
-    const double by_pivot = 1 / pivot;
-    row[k] = 1;
-    auto& lane = *reinterpret_cast<Lane*>(row);
-    lane *= by_pivot;
-    for (int i = 0; i < size; ++i) {
-      if (i == k) continue;
-      double* other = a + static_cast<long>(i) * kLane8;
-      const double factor = other[k];
-      other[k] = 0;
-      *reinterpret_cast<Lane*>(other) -= factor * lane;
+    const Mask at_pivot = kNumbers == k;
+    rows[k] = (at_pivot ? one : rows[k]) * (1 / pivot);
+#pragma GCC unroll 8
+    for (int i = 0; i < kLane8; ++i) {
+      if (i != k) rows[i] = (at_pivot ? zero : rows[i]) - rows[i][k] * rows[k];
     }
   }
+  for (int r = 0; r < kLane8; ++r) At(a + static_cast<long>(r) * kLane8) = rows[r];
   return true;
 }
 

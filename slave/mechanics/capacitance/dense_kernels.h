@@ -31,8 +31,14 @@ void RowDots(const double* p, int ldp, const double* r, int ldr, int order, int 
 // y = P x.
 void RowDot(const double* p, int ldp, const double* x, int order, double* y) noexcept;
 
-// Inverts the leading size x size block of an 8 x 8 matrix (leading dimension kLane8) in place, the
-// rest being the identity; without pivoting. Pivot i must exceed `least[i]`, else false.
-bool Invert8(double* a, int size, const double* least) noexcept;
+// out = panel (order x 8) times an 8 x 8 tile; leading dimensions kLane8.
+void MultiplyPanel(const double* panel, const double* tile, int order, double* out) noexcept;
+
+// An 8 x 8 tile, transposed.
+void Transpose8(const double* from, int ldf, double* to, int ldt) noexcept;
+
+// Inverts an 8 x 8 matrix (leading dimension kLane8) in place, without pivoting. Pivot i must
+// exceed `least[i]`, else false and the matrix stays.
+bool Invert8(double* a, const double* least) noexcept;
 
 }  // namespace palpate

@@ -22,22 +22,20 @@ struct alignas(64) Tile {
   double* row(int i) { return a.data() + static_cast<long>(i) * kLane8; }
 };
 
+void CopyRows(const double* from, int ldf, double* to, int ldt, int length) {
+  for (int r = 0; r < kLane8; ++r, from += ldf, to += ldt) std::copy_n(from, length, to);
+}
+
+// The upper triangle of a symmetric tile from the lower one.
+void MirrorTile(double* tile) {
+  for (int r = 1; r < kLane8; ++r) {
+    for (int c = 0; c < r; ++c) tile[c * kLane8 + r] = tile[r * kLane8 + c];
+  }
+}
+
 void FillIdentity(Tile* tile) {
   tile->a.fill(0);
   for (int i = 0; i < kLane8; ++i) tile->row(i)[i] = 1;
-}
-
-// out = panel (order x 8) times tile.
-void Multiply(const double* panel, const Tile& tile, int order, double* out) {
-  using Map8 = Eigen::Map<const Eigen::Matrix<double, 8, 8, Eigen::RowMajor>, Eigen::Aligned64>;
-  const Map8 t(tile.a.data());
-  for (int i = 0; i < order; ++i) {
-    const double* x = panel + static_cast<long>(i) * kLane8;
-    Eigen::Map<Eigen::Matrix<double, 1, 8>, Eigen::Aligned64> y(out +
-                                                                static_cast<long>(i) * kLane8);
-    y = x[0] * t.row(0);
-    for (int q = 1; q < kLane8; ++q) y += x[q] * t.row(q);
-  }
 }
 
 }  // namespace
@@ -75,15 +73,11 @@ bool UpdatedInverse::Invert() {
 
 // Upper triangle from the lower one, tile by tile.
 void UpdatedInverse::Mirror(AlignedArray& a) const {
-  for (int i = 0; i < order_; i += kLane8) {
-    for (int j = 0; j <= i; j += kLane8) {
-      for (int r = i; r < std::min(i + kLane8, order_); ++r) {
-        const double* from = a.get() + static_cast<long>(r) * stride_;
-        for (int c = j; c < std::min(j + kLane8, r); ++c) {
-          a[static_cast<std::size_t>(c) * static_cast<std::size_t>(stride_) +
-            static_cast<std::size_t>(r)] = from[c];
-        }
-      }
+  const auto tile = [&](int i, int j) { return a.get() + static_cast<long>(i) * stride_ + j; };
+  for (int i = 0; i < padded(); i += kLane8) {
+    for (int j = 0; j < i; j += kLane8) Transpose8(tile(i, j), stride_, tile(j, i), stride_);
+    for (int r = 1; r < kLane8; ++r) {
+      for (int c = 0; c < r; ++c) tile(i + c, i)[r] = tile(i + r, i)[c];
     }
   }
 }
@@ -131,47 +125,42 @@ bool UpdatedInverse::InvertBySweeps() {
 bool UpdatedInverse::Sweep(int panel) {
   const int size = padded();
   Tile D;
+  CopyRows(InverseRow(panel) + panel, stride_, D.a.data(), kLane8, kLane8);
+  if (symmetric_) MirrorTile(D.a.data());
   std::array<double, kLane8> least{};
   for (int r = 0; r < kLane8; ++r) {
     const int i = panel + r;
     least[static_cast<std::size_t>(r)] = i < order_ ? kLeastPivot * row(i)[i] : 0;
     if (!(least[static_cast<std::size_t>(r)] >= 0)) return false;
-    for (int c = 0; c < kLane8; ++c) {
-      D.row(r)[c] =
-          symmetric_ && c > r ? InverseRow(panel + c)[panel + r] : InverseRow(i)[panel + c];
-    }
   }
-  if (!Invert8(D.a.data(), kLane8, least.data())) return false;
+  if (!Invert8(D.a.data(), least.data())) return false;
   double* columns = panel_.get();  // A_:K, size x 8
   double* rows = rows_.get();      // A_K:, 8 x stride
-  for (int i = 0; i < size; ++i) {
+  for (int i = 0; i < size; i += kLane8) {
     double* to = columns + static_cast<long>(i) * kLane8;
-    if (!symmetric_ || i >= panel + kLane8) {
-      std::memcpy(to, InverseRow(i) + panel, kLane8 * sizeof(double));
+    if (symmetric_ && i < panel) {
+      Transpose8(InverseRow(panel) + i, stride_, to, kLane8);
     } else {
-      for (int r = 0; r < kLane8; ++r) to[r] = InverseRow(panel + r)[i];
+      CopyRows(InverseRow(i) + panel, stride_, to, kLane8, kLane8);
     }
+    if (symmetric_ && i == panel) MirrorTile(to);
+    if (symmetric_) Transpose8(to, kLane8, rows + i, stride_);
   }
-  for (int r = 0; r < kLane8; ++r) {
-    double* to = rows + static_cast<long>(r) * stride_;
-    if (symmetric_) {
-      for (int i = 0; i < size; ++i) to[i] = columns[i * kLane8 + r];
-    } else {
-      std::memcpy(to, InverseRow(panel + r), static_cast<std::size_t>(size) * sizeof(double));
-    }
-  }
+  if (!symmetric_) CopyRows(InverseRow(panel), stride_, rows, stride_, size);
   double* by_pivot = panel_by_pivot_.get();
-  Multiply(columns, D, size, by_pivot);
+  MultiplyPanel(columns, D.a.data(), size, by_pivot);
   SubtractProduct(inverse_.get(), stride_, by_pivot, rows, stride_, size, kLane8, symmetric_);
-  for (int i = 0; i < size; ++i) {
-    std::memcpy(InverseRow(i) + panel, by_pivot + static_cast<long>(i) * kLane8,
-                kLane8 * sizeof(double));
+  for (int i = 0; i < size; i += kLane8) {
+    const double* tile = by_pivot + static_cast<long>(i) * kLane8;
+    if (symmetric_ && i < panel) {
+      Transpose8(tile, kLane8, InverseRow(panel) + i, stride_);
+    } else {
+      CopyRows(tile, kLane8, InverseRow(i) + panel, stride_, kLane8);
+    }
   }
   for (int r = 0; r < kLane8; ++r) {
     double* to = InverseRow(panel + r);
-    if (symmetric_) {
-      for (int i = 0; i < panel; ++i) to[i] = by_pivot[i * kLane8 + r];
-    } else {
+    if (!symmetric_) {
       std::fill_n(to, size, 0.0);
       for (int q = 0; q < kLane8; ++q) {
         const double* from = rows + static_cast<long>(q) * stride_;
@@ -205,7 +194,7 @@ void UpdatedInverse::TakeOut(int first, int count) {
     for (int c = 0; c < count; ++c) D.row(r)[c] = InverseRow(first + r)[first + c];
   }
   const std::array<double, kLane8> least{};
-  Invert8(D.a.data(), count, least.data());  // a drifted one is found by the probe
+  Invert8(D.a.data(), least.data());  // a drifted one is found by the probe
   double* columns = panel_.get();
   for (int i = 0; i < padded(); ++i) {
     for (int c = 0; c < kLane8; ++c) {
@@ -216,7 +205,7 @@ void UpdatedInverse::TakeOut(int first, int count) {
     std::memcpy(rows_.get() + static_cast<long>(r) * stride_, InverseRow(first + r),
                 static_cast<std::size_t>(padded()) * sizeof(double));
   }
-  Multiply(columns, D, padded(), panel_by_pivot_.get());
+  MultiplyPanel(columns, D.a.data(), padded(), panel_by_pivot_.get());
   SubtractProduct(inverse_.get(), stride_, panel_by_pivot_.get(), rows_.get(), stride_, padded(),
                   count, false);
   ClearInverse(first, count);
@@ -310,9 +299,9 @@ bool UpdatedInverse::Border(int first, int count) {
         s.row(r)[k] = sum;
       }
     }
-    if (!Invert8(s.a.data(), size, least.data())) return false;
+    if (!Invert8(s.a.data(), least.data())) return false;
     double* Vs = panel_by_pivot_.get();
-    Multiply(V, s, padded(), Vs);
+    MultiplyPanel(V, s.a.data(), padded(), Vs);
     for (int i = 0; i < padded() * kLane8; ++i) Vs[i] = -Vs[i];
     SubtractProduct(inverse_.get(), stride_, Vs, W, stride_, padded(), size, false);
     for (int i = 0; i < order_; ++i) {
