@@ -130,9 +130,9 @@ double BendingError(int cells, double nu) {
                        [&](const Vector3d&) { return exact[static_cast<std::size_t>(i++)]; });
 }
 
-// Reference: Saint-Venant's pure bending, s_xx = E z, on a beam that nothing holds: displacements of
-// second order in space. Linear displacements leave an error of second order; where the tractions
-// vary, their steps add one that turns over from triangle to triangle.
+// Reference: Saint-Venant's pure bending, s_xx = E z, on a beam that nothing holds: displacements
+// of second order in space. Linear displacements leave an error of second order; where the
+// tractions vary, their steps add one that turns over from triangle to triangle.
 TEST(SurfaceGreens, PureBendingIsMetWithSecondOrder) {
   std::printf(
       "pure bending, |u - exact| / |exact|\n  nu     40 tri.   160 tri.  360 tri.  order\n");
