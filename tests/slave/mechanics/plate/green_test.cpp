@@ -1,0 +1,187 @@
+// The clamped plate's Green's functions: laws first, then the reference cases.
+#include "slave/mechanics/plate/green.h"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/reference/reference_file.h"
+
+namespace palpate::plate {
+namespace {
+
+using Eigen::Vector2d;
+using reference::CaseOf;
+using reference::json;
+
+Vector2d Polar(double r, double angle) {
+  return {r * std::cos(angle), r * std::sin(angle)};
+}
+
+// E and so on of the reference: w = F a^2 / D times the function.
+double DeflectionUnit(const json& params) {
+  const double E = params.at("E"), nu = params.at("nu"), a = params.at("a"), t = params.at("t");
+  const double W = params.at("W");
+  return W * a * a * 12 * (1 - nu * nu) / (E * t * t * t);
+}
+
+// Reference: c plate_green_function: closed form and Fourier series, 1e-12.
+TEST(Green, EccentricPointLoadsDeflectAsTheRecoveredEquationSays) {
+  PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
+  const json c = CaseOf(file, "plate_green_function");
+  const double unit = DeflectionUnit(c.at("params"));
+  for (const json& row : c.at("expected")) {
+    const Vector2d p(row.at("p_over_a").get<double>(), 0);
+    const bool at_load = row.contains("at_load_point");
+    const Vector2d x = at_load ? p : Polar(row.at("r_over_a"), row.at("theta"));
+    const double w = row.at(at_load ? "w_eq1" : "w");
+    EXPECT_NEAR(unit * Deflection(p, x) / w, 1, 1e-12) << row;
+  }
+}
+
+// Reference: c plate_finite_patch: closed form and quadrature, 1e-12.
+TEST(Green, LoadsOverACircleDeflectItsCentreAsTheClosedFormSays) {
+  PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
+  const json c = CaseOf(file, "plate_finite_patch");
+  const double unit = DeflectionUnit(c.at("params"));
+  for (const json& row : c.at("expected")) {
+    const Disc load{{row.at("p_over_a").get<double>(), 0}, row.at("r0_over_a")};
+    const double w = row.at("w_centre_of_patch");
+    EXPECT_NEAR(unit * Deflection(load, load.centre) / w, 1, 1e-12) << row;
+  }
+}
+
+// Reference: c plate_argmax_is_not_load_point, tolerances of the file.
+TEST(Green, TheLargestDeflectionLiesNearerToTheCentreThanTheLoad) {
+  PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
+  for (const json& row : CaseOf(file, "plate_argmax_is_not_load_point").at("expected")) {
+    const Vector2d p(row.at("p_over_a").get<double>(), 0);
+    double low = 0, high = p.x();
+    while (high - low > 1e-9) {  // golden enough: the deflection has one maximum on the radius
+      const double third = (high - low) / 3;
+      const bool left = Deflection(p, {low + third, 0}) > Deflection(p, {high - third, 0});
+      (left ? high : low) = left ? high - third : low + third;
+    }
+    EXPECT_NEAR(low, row.at("r_of_max_over_a").get<double>(), 1e-4) << row;
+    const double most = Deflection(p, {low, 0});
+    EXPECT_NEAR(most / Deflection(p, p), row.at("w_max_over_w_load").get<double>(), 1e-6) << row;
+    const double taken = most / Deflection({low, 0}, {low, 0});
+    EXPECT_NEAR(taken, row.at("force_ratio_if_argmax_taken_as_load_point").get<double>(), 1e-4)
+        << row;
+  }
+}
+
+// Reference: Betti. Rounding only.
+TEST(Green, PointsAreReciprocal) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int i = 0; i < 200; ++i) {
+    const Vector2d p = Polar(unit(random), 7 * unit(random));
+    const Vector2d x = Polar(unit(random), 7 * unit(random));
+    const double w = Deflection(p, x);
+    EXPECT_GT(w, 0);
+    EXPECT_NEAR(Deflection(x, p) / w, 1, 1e-12);
+  }
+}
+
+double Laplacian(const Disc& load, const Vector2d& x, double h) {
+  const auto w = [&](double dx, double dy) { return Deflection(load, x + Vector2d(dx, dy)); };
+  return (w(h, 0) + w(-h, 0) + w(0, h) + w(0, -h) - 4 * w(0, 0)) / (h * h);
+}
+
+// Reference: equilibrium. The shear d(Laplace w)/dn on a circle around the load carries all of it:
+// minus one with D = 1; on one that leaves the load outside, nothing. With h = 0.01 the differences
+// truncate at (h / distance)^2, at worst 1e-3 here.
+TEST(Green, TheShearAroundALoadCarriesTheWholeOfIt) {
+  const double h = 0.01;
+  const auto carried = [&](const Disc& load, const Vector2d& centre, double r) {
+    constexpr int kSteps = 64;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const Vector2d n = Polar(1, 2 * std::numbers::pi * i / kSteps);
+      const Vector2d x = centre + r * n;
+      sum += (Laplacian(load, x + h * n, h) - Laplacian(load, x - h * n, h)) / (2 * h);
+    }
+    return sum * 2 * std::numbers::pi * r / kSteps;
+  };
+  for (const double R : {0.0, 0.1}) {
+    const Disc load{{0.4, 0.1}, R};
+    EXPECT_NEAR(carried(load, load.centre, 0.3), 1, 2e-3);
+    EXPECT_NEAR(carried(load, load.centre, 0.4), 1, 2e-3);
+    EXPECT_NEAR(carried(load, {-0.3, 0}, 0.3), 0, 2e-3);
+  }
+  // Inside a loaded disc of radius R a circle of radius r carries its share r^2 / R^2.
+  EXPECT_NEAR(carried({{0.1, 0.2}, 0.5}, {0.1, 0.2}, 0.25), 0.25, 1e-3);
+}
+
+// Reference: the clamped edge: w and dw/dn vanish. w ~ (1 - r)^2 there: at 1 - r = e the slope by
+// a one-sided difference is e times a curvature of order one.
+TEST(Green, TheEdgeIsClamped) {
+  for (const double R : {0.0, 0.2}) {
+    const Disc load{{0.5, 0}, R};
+    for (const double angle : {0.0, 1.0, 3.0}) {
+      EXPECT_EQ(Deflection(load, Polar(1, angle)), 0);
+      for (const double e : {1e-3, 1e-5}) {
+        EXPECT_LT(Deflection(load, Polar(1 - e, angle)), e * e);
+        EXPECT_GT(Deflection(load, Polar(1 - e, angle)), 0);
+      }
+    }
+  }
+}
+
+// Mean over a disc by a rule of rings and angles, for smooth integrands.
+template <typename F>
+double MeanOver(const Disc& disc, int rings, const F& f) {
+  double sum = 0;
+  const int angles = 4 * rings;
+  for (int i = 0; i < rings; ++i) {
+    // Midpoints in r^2: second order where f has a kink, much better where it is smooth.
+    const double r = disc.radius * std::sqrt((i + 0.5) / rings);
+    for (int k = 0; k < angles; ++k) {
+      sum += f(Vector2d(disc.centre + Polar(r, 2 * std::numbers::pi * (k + 0.5) / angles)));
+    }
+  }
+  return sum / (rings * angles);
+}
+
+// Reference: the mean of point loads over the disc, by quadrature of second order: 200 rings leave
+// 1e-5 at worst, inside the disc, outside it, across its edge and near the rim.
+TEST(Green, ADiscLoadIsTheMeanOfPointLoads) {
+  for (const Disc& load : {Disc{{0.3, 0.2}, 0.15}, Disc{{0, 0}, 0.4}, Disc{{-0.85, 0}, 0.149}}) {
+    for (const double r : {0.0, 0.5, 1.0, 1.5}) {
+      const Vector2d x = load.centre + r * load.radius * Vector2d(0.6, 0.8);
+      if (x.norm() > 0.999) continue;
+      const double mean = MeanOver(load, 200, [&](const Vector2d& p) { return Deflection(p, x); });
+      EXPECT_NEAR(Deflection(load, x) / mean, 1, 1e-5) << load.centre.x() << " " << r;
+    }
+    const double own = MeanOver(load, 200, [&](const Vector2d& x) { return Deflection(load, x); });
+    EXPECT_NEAR(MeanDeflection(load) / own, 1, 1e-5);
+  }
+}
+
+// Reference: the point load, from which a disc differs by R^2 ln R.
+TEST(Green, SmallDiscsBecomePoints) {
+  const Vector2d p(0.35, -0.4);
+  const double point = Deflection(p, p);
+  for (const double R : {1e-3, 1e-6, 1e-12, 1e-100, 1e-160, 0.0}) {
+    const double w = Deflection(Disc{p, R}, p);
+    EXPECT_NEAR(w, point, 2 * R * R * std::abs(std::log(R + 1e-300)) + 1e-16) << R;
+    EXPECT_NEAR(MeanDeflection({p, R}), point, 2 * R * R * std::abs(std::log(R + 1e-300)) + 1e-16);
+  }
+}
+
+// Reference: w at the load = (1 - p^2)^2 / (16 pi), to rounding up to the rim itself.
+TEST(Green, LoadsNearTheRimKeepTheirDigits) {
+  for (const double e : {1e-2, 1e-5, 1e-8}) {
+    const Vector2d p(0, 1 - e);
+    const double r = p.norm();
+    const double inside = (1 - r) * (1 + r);
+    EXPECT_NEAR(Deflection(p, p) * 16 * std::numbers::pi / (inside * inside), 1, 1e-13);
+  }
+  EXPECT_EQ(Deflection(Vector2d(1, 0), Vector2d(1, 0)), 0);
+}
+
+}  // namespace
+}  // namespace palpate::plate

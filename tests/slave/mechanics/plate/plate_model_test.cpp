@@ -1,0 +1,204 @@
+#include "slave/mechanics/plate/plate_model.h"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/plate/membrane_grid.h"
+#include "tests/reference/reference_file.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector2d;
+using testing::HasSubstr;
+
+const PlateModel::Params kRubber{
+    .radius = 0.039, .thickness = 0.001, .young_modulus = 27.2e6, .poisson_ratio = 0.45};
+
+Contact Moved(const Vector2d& p, double depth, double width = 0) {
+  return {Contact::Kind::kDisplacement, {p.x(), p.y(), 0}, -1, width, {0, 0, -depth}};
+}
+
+Contact Loaded(const Vector2d& p, double force, double width = 0) {
+  return {Contact::Kind::kForce, {p.x(), p.y(), 0}, -1, width, {0, 0, -force}};
+}
+
+std::vector<ContactResponse> Ask(PlateModel& model, const std::vector<Contact>& contacts) {
+  std::vector<ContactResponse> responses(contacts.size());
+  model.Respond(contacts, responses);
+  return responses;
+}
+
+// Reference: paper C, eq. (1): F = 16 pi D w / a^2 at the centre, for any size, modulus and Poisson
+// ratio. Rounding only.
+TEST(PlateModel, TheCentralForceIsThatOfPaperC) {
+  for (const double a : {1e-9, 1e-3, 1.0, 1e3}) {
+    for (const double E : {1.0, 27.2e6, 1e12}) {
+      for (const double nu : {-0.9, 0.0, 0.45, 0.5}) {
+        PlateModel model({a, a / 50, E, nu});
+        const double D = E * std::pow(a / 50, 3) / (12 * (1 - nu * nu));
+        const double w = a / 500;
+        const auto r = Ask(model, {Moved({0, 0}, w)})[0];
+        EXPECT_EQ(r.validity, Validity::kValid);
+        EXPECT_NEAR(-r.force_O.z() / (16 * std::numbers::pi * D * w / (a * a)), 1, 1e-13);
+        EXPECT_NEAR(r.stiffness_O(2, 2) * w / -r.force_O.z(), 1, 1e-13);
+        EXPECT_NEAR(model.flexural_rigidity() / D, 1, 1e-13);
+      }
+    }
+  }
+}
+
+// Reference: c membrane_force_deflection, the linear column. The file's tolerance is 1e-5; its
+// digits are those of the closed form.
+TEST(PlateModel, TheRubberMembraneTakesTheTabulatedLinearForces) {
+  PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
+  const auto c = reference::CaseOf(file, "membrane_force_deflection");
+  for (const auto& row : c.at("expected")) {
+    PlateModel model({0.039, row.at("t").get<double>(), 27.2e6, 0.45});
+    const double w = row.at("w0"), R = row.at("r0");
+    const auto r = Ask(model, {Moved({0, 0}, w, 2 * R)})[0];
+    EXPECT_NEAR(-r.force_O.z() / row.at("F_linear").get<double>(), 1, 1e-12) << row;
+  }
+}
+
+// Reference: one is the other's inverse.
+TEST(PlateModel, LoadsAndDisplacementsAreInverse) {
+  PlateModel model(kRubber);
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::vector<Contact> loads;
+  for (int i = 0; i < 40; ++i) {  // on a spiral, so that no two meet
+    const double r = 0.036 * std::sqrt((i + 0.5) / 40);
+    loads.push_back(Loaded({r * std::cos(2.4 * i), r * std::sin(2.4 * i)}, 1e-3 * unit(random),
+                           i % 2 == 0 ? 0.002 : 0));
+  }
+  const auto deflected = Ask(model, loads);
+  auto moved = loads;
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    EXPECT_EQ(deflected[i].force_O, loads[i].value_O);
+    moved[i].kind = Contact::Kind::kDisplacement;
+    moved[i].value_O = deflected[i].displacement_O;
+  }
+  const auto held = Ask(model, moved);
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    EXPECT_NEAR(held[i].force_O.z(), loads[i].value_O.z(), 1e-9 * 1e-3) << i;
+    EXPECT_EQ(held[i].displacement_O, moved[i].value_O);
+  }
+}
+
+// Reference: Betti's law for points; the stiffness is what one more micrometre costs.
+TEST(PlateModel, HeldPlacesFeelEachOtherReciprocally) {
+  PlateModel model(kRubber);
+  const Vector2d p(0.01, 0.005), q(-0.012, 0.009);
+  const double at_q = Ask(model, {Moved(p, 1e-4), Moved(q, 0)})[1].force_O.z();
+  const double at_p = Ask(model, {Moved(p, 0), Moved(q, 1e-4)})[0].force_O.z();
+  EXPECT_NEAR(at_q / at_p, 1, 1e-11);
+  EXPECT_GT(at_q, 0);  // the held place pulls back
+
+  for (const Contact& first : {Moved(p, 1e-4), Loaded(p, 0.1)}) {
+    const auto now = Ask(model, {first, Moved(q, 1e-4)});
+    auto more = first;
+    more.value_O.z() *= 1.001;
+    const auto then = Ask(model, {more, Moved(q, 1e-4)});
+    const double slope = (then[0].force_O.z() - now[0].force_O.z()) /
+                         (then[0].displacement_O.z() - now[0].displacement_O.z());
+    EXPECT_NEAR(now[0].stiffness_O(2, 2) / slope, 1, 1e-9);
+  }
+}
+
+TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
+  PlateModel model(kRubber);
+  const auto responses = Ask(model, {Moved({0.01, 0}, 2e-4, 0.004), Loaded({-0.02, 0.003}, 0.05)});
+  EXPECT_NEAR(model.Displacement({0.01, 0}), -2e-4, 1e-16);
+  EXPECT_NEAR(model.Displacement({-0.02, 0.003}) / responses[1].displacement_O.z(), 1, 1e-12);
+  std::vector<Eigen::Vector3d> field;
+  model.BoundaryDisplacement(&field);
+  const auto grid = MembraneGrid(kRubber.radius);
+  ASSERT_EQ(field.size(), grid.nodes.size());
+  EXPECT_NEAR(field[100].z() / model.Displacement(grid.nodes[100].head<2>()), 1, 1e-12);
+  EXPECT_EQ(field.back(), Eigen::Vector3d::Zero());
+}
+
+TEST(PlateModel, HalfAThicknessIsItsRange) {
+  PlateModel model(kRubber);
+  EXPECT_EQ(Ask(model, {Moved({0, 0}, 4.9e-4)})[0].validity, Validity::kValid);
+  EXPECT_EQ(Ask(model, {Moved({0, 0}, 5.1e-4)})[0].validity, Validity::kExtrapolated);
+  EXPECT_EQ(Ask(model, {Loaded({0.01, 0}, 10)})[0].validity, Validity::kExtrapolated);
+}
+
+TEST(PlateModel, FailsWithItsReasonAndRecovers) {
+  PlateModel model(kRubber);
+  EXPECT_EQ(Ask(model, {Moved({0.05, 0}, 1e-4)})[0].validity, Validity::kFailed);
+  EXPECT_THAT(std::string(model.failure()), HasSubstr("rim"));
+  EXPECT_EQ(model.Displacement({0, 0}), 0);
+  EXPECT_EQ(Ask(model, {Loaded({0, 0}, 1e300)})[0].validity, Validity::kFailed);
+  EXPECT_THAT(std::string(model.failure()), HasSubstr("absurdly"));
+  EXPECT_EQ(Ask(model, {Moved({0, 0}, 1e-4), Moved({1e-8, 0}, 2e-4)})[0].validity,
+            Validity::kFailed);
+  EXPECT_THAT(std::string(model.failure()), HasSubstr("too close"));
+  std::vector<ContactResponse> too_few(1);
+  const std::vector contacts = {Moved({0, 0}, 1e-4), Moved({0.01, 0}, 1e-4)};
+  model.Respond(contacts, too_few);
+  EXPECT_EQ(too_few[0].validity, Validity::kFailed);
+  EXPECT_EQ(Ask(model, {Moved({0, 0}, 1e-4)})[0].validity, Validity::kValid);
+  EXPECT_EQ(model.failure(), "");
+  EXPECT_TRUE(Ask(model, {}).empty());
+}
+
+TEST(PlateModel, AContactSetThatChangesIsNoticed) {
+  PlateModel model(kRubber), fresh(kRubber);
+  Ask(model, {Moved({0, 0}, 1e-4)});
+  for (const auto& contacts :
+       {std::vector{Moved({0.01, 0}, 1e-4)}, std::vector{Moved({0.01, 0}, 1e-4, 0.002)},
+        std::vector{Loaded({0.01, 0}, 1e-4, 0.002)},
+        std::vector{Loaded({0.01, 0}, 1e-4), Moved({-0.01, 0}, 0)}}) {
+    EXPECT_EQ(Ask(model, contacts)[0].force_O, Ask(fresh, contacts)[0].force_O);
+    EXPECT_EQ(Ask(model, contacts)[0].displacement_O, Ask(fresh, contacts)[0].displacement_O);
+  }
+}
+
+TEST(PlateModel, RespondsWithoutAllocatingAfterTheFirstCall) {
+  PlateModel model(kRubber);
+  std::vector contacts = {Moved({0.01, 0}, 1e-4), Loaded({-0.01, 0}, 0.1, 0.004)};
+  std::vector<ContactResponse> responses(2);
+  model.Respond(contacts, responses);
+  const long before = AllocationCount();
+  for (int i = 0; i < 10000; ++i) {
+    contacts[0].p_O.x() = 0.01 + 1e-7 * i;
+    contacts[1].value_O.z() = i == 500 ? std::nan("") : i == 600 ? 1e300 : -0.1;
+    model.Respond(contacts, responses);
+  }
+  EXPECT_EQ(AllocationCount(), before);
+  EXPECT_EQ(responses[0].validity, Validity::kValid);
+}
+
+TEST(PlateModel, SaysWhatItIsAndRefusesImpossibleParams) {
+  const PlateModel model(kRubber);
+  EXPECT_EQ(model.info().kind, "plate");
+  EXPECT_NEAR(model.info().range, 0.5 * 0.001 / 0.078, 1e-15);
+  const auto refusal = [](PlateModel::Params params) -> std::string {
+    try {
+      const PlateModel refused(params);
+    } catch (const std::invalid_argument& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  const double nan = std::nan("");
+  EXPECT_THAT(refusal({0, 1e-3, 1e6, 0.3}), HasSubstr("radius = 0: accepted is"));
+  EXPECT_THAT(refusal({0.039, 5e-3, 1e6, 0.3}), HasSubstr("0 < t <= 0.0039 (radius / 10)"));
+  EXPECT_THAT(refusal({0.039, nan, 1e6, 0.3}), HasSubstr("thickness"));
+  EXPECT_THAT(refusal({0.039, 1e-3, -1, 0.3}), HasSubstr("young_modulus"));
+  EXPECT_THAT(refusal({0.039, 1e-3, 1e6, 0.51}), HasSubstr("-1 < nu <= 0.5"));
+  EXPECT_THAT(refusal({0.039, 1e-3, 1e6, nan}), HasSubstr("poisson_ratio"));
+  EXPECT_THAT(refusal({0.039, 1e-3, 1e6, 0.3, 0}), HasSubstr("range"));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,12 @@
+// The clamped von Karman plate by another way: Ritz's method in all three displacements with
+// Cartesian polynomials, no Airy function, no Fourier modes, no Green's function. For loads over
+// discs on the x axis; nondimensional as in round_press.h.
+#pragma once
+
+namespace palpate::plate {
+
+// Deflection at the centre (place, 0) of a disc under a load of `force`. The polynomials for the
+// deflection go to `degree` times (1 - r^2)^2, those in the plane four further, times (1 - r^2).
+double RitzDeflection(double nu, double place, double load_radius, double force, int degree);
+
+}  // namespace palpate::plate
