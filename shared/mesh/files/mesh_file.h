@@ -34,7 +34,7 @@ struct MeshFile {
 //   .msh         Gmsh 2.2 and 4.1, ASCII and binary of either byte order
 //   .vtu         ASCII, base64 and appended data, plain or compressed by zlib
 //   .stl         ASCII and binary; equal corners become one node
-//   .ply         ASCII and binary of either byte order
+//   .ply         ASCII and binary of either byte order; vertices at the same place become one node
 //
 // Of quadratic elements the corners are used. Triangles beside tetrahedra, lines and points are
 // passed over. Throws std::invalid_argument, `file:line: what: accepted is ...` (`file: byte n` in

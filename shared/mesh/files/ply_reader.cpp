@@ -8,6 +8,7 @@
 
 #include "shared/mesh/files/mesh_builder.h"
 #include "shared/mesh/files/readers.h"
+#include "shared/mesh/node_merger.h"
 
 namespace palpate {
 namespace {
@@ -61,6 +62,9 @@ class PlyReader {
     for (const Element& element : elements_) {
       RequireRoom(element);
       for (std::int64_t i = 0; i < element.count; ++i) ReadRow(element, i);
+    }
+    if (const std::size_t merged = node_of_.size() - builder_.node_count(); merged > 0) {
+      builder_.Remark(std::to_string(merged) + " vertices at the place of another: one node each");
     }
     return builder_.Finish(unit);
   }
@@ -201,7 +205,9 @@ class PlyReader {
     }
     if (!vertex) return;
     if (!p.allFinite()) cursor_.Refuse("vertices without x, y and z", "these three properties");
-    builder_.AddNode(row, p);
+    const int node = merger_.FindOrAdd(p);
+    if (static_cast<std::size_t>(node) == builder_.node_count()) builder_.AddNode(node, p);
+    node_of_.push_back(node);
   }
 
   std::int64_t ListCount(const Property& list) {
@@ -226,13 +232,22 @@ class PlyReader {
     }
     std::array<std::int64_t, 4> corners{};
     const auto used = std::span(corners).first(static_cast<std::size_t>(count));
-    for (std::int64_t& corner : used) corner = WholeNumber(list.type->scalar, "vertex");
+    for (std::int64_t& corner : used) {
+      const std::int64_t vertex = WholeNumber(list.type->scalar, "vertex");
+      if (vertex < 0 || vertex >= static_cast<std::int64_t>(node_of_.size())) {
+        cursor_.Refuse("vertex " + std::to_string(vertex),
+                       std::to_string(node_of_.size()) + " vertices, from 0, before the faces");
+      }
+      corner = node_of_[static_cast<std::size_t>(vertex)];
+    }
     builder_.AddCell(count == 3 ? kTriangle : kQuad, row, used);
   }
 
   FileCursor cursor_;
   MeshBuilder builder_;
   std::vector<Element> elements_;
+  NodeMerger merger_{0};  // of vertices at the very same place: some writers give each face its own
+  std::vector<int> node_of_;  // of each vertex
 };
 
 }  // namespace

@@ -149,6 +149,23 @@ TEST(MeshFileTest, MergesCornersThatDifferByRoundingOnly) {
   EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("1 triangles of no width")));
 }
 
+// Some writers give every face vertices of its own; the surface would seem open.
+TEST(MeshFileTest, MergesAPlysVerticesAtTheSamePlace) {
+  const TempFolder folder;
+  SurfaceMesh apart;
+  const SurfaceMesh whole = samples::Tetrahedron();
+  for (const auto& t : whole.triangles) {
+    const int first = static_cast<int>(apart.nodes.size());
+    for (const int i : t) apart.nodes.push_back(whole.nodes[static_cast<std::size_t>(i)]);
+    apart.triangles.push_back({first, first + 1, first + 2});
+  }
+  const MeshFile read =
+      ReadMeshFile(folder.Write("a.ply", samples::Ply(apart, "binary_little_endian")), 1);
+  EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).nodes.size(), 4U);
+  EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).triangles[1], (std::array{0, 2, 3}));
+  EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("8 vertices at the place of another")));
+}
+
 TEST(MeshFileTest, JoinsThePiecesOfAVtu) {
   const TempFolder folder;
   std::string file =

@@ -1,0 +1,202 @@
+#include "slave/mechanics/mesher/fill_surface.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "shared/mesh/files/file_cursor.h"
+#include "shared/mesh/files/mesh_file.h"
+#include "shared/mesh/mesh_check.h"
+#include "slave/mechanics/mesher/mesher_input.h"
+#include "slave/mechanics/mesher/run_program.h"
+
+namespace palpate {
+namespace {
+
+using Program = FillOptions::Program;
+using Eigen::Vector3d;
+
+constexpr double kMostTets = 4e6;
+constexpr double kVolumeSlack = 0.02;
+constexpr const char* kQuality = "1.4/12";  // radius-edge ratio, smallest dihedral angle [deg]
+
+// Of a regular tetrahedron.
+double VolumeOfEdge(double edge) {
+  return edge * edge * edge / (6 * std::numbers::sqrt2);
+}
+
+// Removed with everything in it.
+class PrivateFolder {
+ public:
+  PrivateFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr) {
+      throw std::runtime_error(pattern + ": no temporary folder can be made");
+    }
+    path_ = pattern;
+  }
+  ~PrivateFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+// Keeps the nodes that elements use.
+template <class Elements>
+void DropUnused(std::vector<Vector3d>* nodes, Elements* elements) {
+  std::vector<int> number(nodes->size(), -1);
+  for (const auto& element : *elements) {
+    for (const int i : element) number[static_cast<std::size_t>(i)] = 0;
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < nodes->size(); ++i) {
+    if (number[i] < 0) continue;
+    number[i] = static_cast<int>(kept);
+    (*nodes)[kept++] = (*nodes)[i];
+  }
+  nodes->resize(kept);
+  for (auto& element : *elements) {
+    for (int& i : element) i = number[static_cast<std::size_t>(i)];
+  }
+}
+
+void RequireResolution(double resolution, double volume) {
+  const double least = std::cbrt(6 * std::numbers::sqrt2 * volume / kMostTets);
+  if (resolution == 0 || (std::isfinite(resolution) && resolution >= least)) return;
+  throw std::invalid_argument("resolution = " + Brief(resolution) +
+                              " m: accepted is 0, or at least " + Brief(least) +
+                              " m (4 million tetrahedra)");
+}
+
+// The program that is asked for, or TetGen before Gmsh.
+std::pair<Program, std::filesystem::path> Choose(Program wanted) {
+  for (const auto& [program, name] :
+       {std::pair{Program::kTetgen, "tetgen"}, std::pair{Program::kGmsh, "gmsh"}}) {
+    if (wanted != Program::kFirstFound && wanted != program) continue;
+    if (auto path = FindProgram(name)) return {program, *std::move(path)};
+  }
+  const char* const accepted = wanted == Program::kTetgen ? "the package tetgen"
+                               : wanted == Program::kGmsh ? "the package gmsh"
+                                                          : "one of the packages tetgen and gmsh";
+  throw std::runtime_error(std::string("no mesher to fill a surface: accepted is ") + accepted +
+                           " to be installed, or a mesh of tetrahedra");
+}
+
+// One line for people out of a program's last words.
+std::string Words(const std::string& output) {
+  constexpr std::size_t kMost = 600;
+  std::string words;
+  for (const char c : output) {
+    const bool blank = c == '\n' || c == '\r' || c == '\t' || c == ' ';
+    if (!blank) words += c >= ' ' && c <= '~' ? c : '?';
+    if (blank && !words.empty() && words.back() != ' ') words += ' ';
+  }
+  return words.size() > kMost ? "..." + words.substr(words.size() - kMost) : words;
+}
+
+// Runs the chosen program on a surface in units of its diagonal, in a folder of its own.
+class Mesher {
+ public:
+  Mesher(const FillOptions& options, const std::stop_token& stop)
+      : options_(options), stop_(stop), program_(Choose(options.program)) {}
+
+  // `edge` 0: left to the program.
+  SolidMesh Fill(const SurfaceMesh& surface, double edge) {
+    return program_.first == Program::kTetgen ? ByTetgen(surface, edge) : ByGmsh(surface, edge);
+  }
+
+  [[noreturn]] void Fail(const std::string& what, const std::string& output) const {
+    throw std::runtime_error(program_.second.filename().string() + " " + what + ": " +
+                             Words(output));
+  }
+
+ private:
+  ProgramEnd Run(const std::vector<std::string>& arguments) const {
+    return RunProgram(program_.second, arguments, folder_.path(), options_.timeout, stop_);
+  }
+
+  SolidMesh ByTetgen(const SurfaceMesh& surface, double edge) {
+    WriteTetgenInput(folder_.path() / "in.smesh", surface);
+    std::string switches = std::string("-pzq") + kQuality;
+    if (edge > 0) {
+      // Its reader of switches does not know exponents.
+      std::array<char, 400> volume{};
+      const auto end = std::to_chars(volume.data(), volume.data() + volume.size(),
+                                     VolumeOfEdge(edge), std::chars_format::fixed, 24);
+      switches.append("a").append(volume.data(), end.ptr);
+    }
+    const ProgramEnd end = Run({switches, "in.smesh"});
+    if (end.status == 0 && std::filesystem::exists(folder_.path() / "in.1.ele")) {
+      return Read("in.1.node", end.output);
+    }
+    // A second run finds the triangles that cut each other, the usual reason.
+    const ProgramEnd why = Run({"-d", "in.smesh"});
+    Fail("cannot fill the surface (it may cut itself)", end.output + " " + why.output);
+  }
+
+  SolidMesh ByGmsh(const SurfaceMesh& surface, double edge) {
+    WriteGmshInput(folder_.path() / "in.geo", surface, edge);
+    const ProgramEnd end = Run({"-3", "-format", "msh41", "-o", "out.msh", "in.geo"});
+    if (end.status != 0 || !std::filesystem::exists(folder_.path() / "out.msh")) {
+      Fail("cannot fill the surface (it may cut itself)", end.output);
+    }
+    return Read("out.msh", end.output);
+  }
+
+  [[nodiscard]] SolidMesh Read(const char* name, const std::string& output) const {
+    try {
+      MeshFile file = ReadMeshFile(folder_.path() / name, 1);
+      if (auto* solid = std::get_if<SolidMesh>(&file.mesh)) return std::move(*solid);
+    } catch (const std::invalid_argument& error) {
+      Fail(std::string("left a file that cannot be read (") + error.what() + ")", output);
+    }
+    Fail("left no tetrahedra (the surface may cut itself)", output);
+  }
+
+  const FillOptions& options_;
+  const std::stop_token& stop_;
+  std::pair<Program, std::filesystem::path> program_;
+  PrivateFolder folder_;
+};
+
+}  // namespace
+
+SolidMesh FillSurface(const SurfaceMesh& surface, const FillOptions& options,
+                      const std::stop_token& stop) {
+  SurfaceMesh scaled = surface;
+  const MeshReport asked = CheckMesh(scaled, options.numbers, true);
+  RequireSound(asked);
+  RequireResolution(options.resolution, asked.volume);
+  const double unit = (asked.high_O - asked.low_O).norm();
+  DropUnused(&scaled.nodes, &scaled.triangles);
+  for (auto& p : scaled.nodes) p = (p - asked.low_O) / unit;
+
+  Mesher mesher(options, stop);
+  SolidMesh mesh = mesher.Fill(scaled, options.resolution / unit);
+  DropUnused(&mesh.nodes, &mesh.tets);
+  for (auto& p : mesh.nodes) p = asked.low_O + unit * p;
+  const MeshReport made = CheckMesh(mesh, {}, true);
+  if (!made.refusals.empty()) mesher.Fail("left an unusable mesh", made.refusals.front());
+  if (!(std::abs(made.volume / asked.volume - 1) <= kVolumeSlack)) {
+    mesher.Fail(
+        "filled another volume",
+        Brief(made.volume) + " m^3 instead of the surface's " + Brief(asked.volume) +
+            " m^3: accepted is 2 % (does the surface cut itself, or bend within the resolution?)");
+  }
+  return mesh;
+}
+
+}  // namespace palpate
