@@ -11,10 +11,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using MatrixMap = Eigen::Map<MatrixXd>;
 
-constexpr int kBlock = 48;            // columns of a panel that are eliminated together
-constexpr int kNarrow = 12;           // columns below which supernodes are merged freely
-constexpr double kFewZeros = 0.15;    // share of stored zeros that merging may cost
-constexpr double kManyZeros = 0.5;    // the same for narrow ones
+constexpr int kBlock = 48;          // columns of a panel that are eliminated together
+constexpr int kNarrow = 12;         // columns below which supernodes are merged freely
+constexpr double kFewZeros = 0.15;  // share of stored zeros that merging may cost
+constexpr double kManyZeros = 0.5;  // the same for narrow ones
 
 std::size_t Index(int i) {
   return static_cast<std::size_t>(i);
@@ -190,13 +190,14 @@ void SparseLdlt::Gather(int target) {
     while (end < s.rows && rows[end] < t.first + t.columns) ++end;
     const Panel L = PanelOf(s);
     MatrixMap scaled(scaled_.data(), end - begin, s.columns);
-    scaled.noalias() = L.middleRows(begin, end - begin) *
-                       pivots_.segment(s.first, s.columns).asDiagonal();
+    scaled.noalias() =
+        L.middleRows(begin, end - begin) * pivots_.segment(s.first, s.columns).asDiagonal();
     MatrixMap update(update_.data(), s.rows - begin, end - begin);
     update.noalias() = L.bottomRows(s.rows - begin) * scaled.transpose();
     for (int j = 0; j < end - begin; ++j) {
       double* column = panel.col(rows[begin + j] - t.first).data();
-      for (int i = j; i < s.rows - begin; ++i) column[place_[Index(rows[begin + i])]] -= update(i, j);
+      for (int i = j; i < s.rows - begin; ++i)
+        column[place_[Index(rows[begin + i])]] -= update(i, j);
     }
     used_[Index(source)] = end;
     Link(source);

@@ -3,12 +3,15 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
+#include <map>
 #include <numbers>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "tests/slave/mechanics/solid/bodies.h"
 
@@ -18,136 +21,350 @@ namespace {
 using namespace solid_tests;  // NOLINT(google-build-using-namespace): its helpers are for here
 using Eigen::Vector3d;
 
-// Root mean square over the vertices of `displacement` minus `exact`.
-double Error(const SolidModel& model, double unit,
-             const std::function<Vector3d(const Vector3d&)>& exact) {
+using Field = std::function<Vector3d(const Vector3d&)>;
+
+// Root mean square over the volume of the displacement minus `exact`; the body is the unit cube.
+double Error(const SolidModel& model, const Field& exact) {
   double sum = 0;
-  for (int i = 0; i < model.mesh().node_count(); ++i) {
-    const Vector3d p = unit * model.mesh().nodes[static_cast<std::size_t>(i)];
-    sum += (model.displacement(i) - exact(p)).squaredNorm();
+  const int n = model.mesh().nodes_per_element;
+  for (int e = 0; e < model.mesh().element_count(); ++e) {
+    const auto nodes = model.mesh().element(e);
+    for (const auto& q : QuadratureOf(10)) {
+      const ShapeValues shapes = ShapesAt(n, q.bary), corners = q.bary;
+      Vector3d u = Vector3d::Zero(), p = Vector3d::Zero();
+      for (int i = 0; i < n; ++i) {
+        const int node = nodes[static_cast<std::size_t>(i)];
+        u += shapes[i] * model.displacement(node);
+        if (i < 4) p += corners[i] * model.mesh().nodes[static_cast<std::size_t>(node)];
+      }
+      sum += q.weight * GeometryOf(model.mesh(), e).volume * (u - exact(p)).squaredNorm();
+    }
   }
-  return std::sqrt(sum / model.mesh().node_count());
+  return std::sqrt(sum);
 }
 
-// Moves every surface node of the body to where `exact` takes it.
-std::vector<Contact> OnSurface(const SolidModel& model, double unit,
-                               const std::function<Vector3d(const Vector3d&)>& exact) {
-  std::vector<bool> outer(static_cast<std::size_t>(model.mesh().node_count()), false);
-  for (const auto& t : model.mesh().touch_surface.triangles) {
-    for (const int node : t) outer[static_cast<std::size_t>(node)] = true;
+// Radon's seven-point rule on a triangle, degree 5: barycentric point and weight.
+std::vector<std::pair<Vector3d, double>> TriangleRule() {
+  std::vector<std::pair<Vector3d, double>> rule{{Vector3d::Constant(1.0 / 3), 9.0 / 40}};
+  for (const double sign : {-1.0, 1.0}) {
+    const double a = (6 + sign * std::sqrt(15.0)) / 21;
+    const double weight = (155 + sign * std::sqrt(15.0)) / 1200;
+    for (int i = 0; i < 3; ++i) {
+      Vector3d bary = Vector3d::Constant(a);
+      bary[i] = 1 - 2 * a;
+      rule.emplace_back(bary, weight);
+    }
+  }
+  return rule;
+}
+
+// A field in equilibrium without body force on the unit cube: u = a grad(e^x sin(y) z), whose
+// potential is harmonic, so div u = 0 and the stress 2 mu grad u has no divergence, whatever nu.
+struct Harmonic {
+  double a = 1e-3;
+  [[nodiscard]] Vector3d u(const Vector3d& p) const {
+    return a * std::exp(p.x()) *
+           Vector3d(std::sin(p.y()) * p.z(), std::cos(p.y()) * p.z(), std::sin(p.y()));
+  }
+  // Of stress on z = 1, over 2 mu.
+  [[nodiscard]] Vector3d top(const Vector3d& p) const {
+    return a * std::exp(p.x()) * Vector3d(std::sin(p.y()), std::cos(p.y()), 0);
+  }
+};
+
+// The field's displacements on five faces and its tractions on the sixth, at every node.
+std::vector<Contact> DriveBy(const Harmonic& field, const ElementMesh& mesh, double mu) {
+  std::map<int, Vector3d> moved, pushed;
+  for (std::size_t t = 0; t < mesh.surface.triangles.size(); ++t) {
+    const auto& face = mesh.faces[t];
+    const bool quadratic = face[3] >= 0;
+    const auto p = [&](std::size_t i) { return mesh.nodes[static_cast<std::size_t>(face[i])]; };
+    const bool top = p(0).z() == 1 && p(1).z() == 1 && p(2).z() == 1;
+    for (std::size_t i = 0; i < (quadratic ? 6u : 3u); ++i) {
+      if (!top) moved[face[i]] = field.u(p(i));
+    }
+    if (!top) continue;
+    const double area = Area(mesh.surface, static_cast<int>(t));
+    for (const auto& [bary, weight] : TriangleRule()) {
+      const Vector3d traction =
+          2 * mu * field.top(bary[0] * p(0) + bary[1] * p(1) + bary[2] * p(2));
+      for (int i = 0; i < 3; ++i) {
+        const double shape = quadratic ? bary[i] * (2 * bary[i] - 1) : bary[i];
+        const auto corner = static_cast<std::size_t>(i);
+        pushed.try_emplace(face[corner], 0, 0, 0).first->second += weight * area * shape * traction;
+        if (!quadratic) continue;
+        const double middle = 4 * bary[i] * bary[(i + 1) % 3];
+        pushed.try_emplace(face[3 + corner], 0, 0, 0).first->second +=
+            weight * area * middle * traction;
+      }
+    }
   }
   std::vector<Contact> contacts;
-  for (std::size_t i = 0; i < outer.size(); ++i) {
-    const Vector3d p = unit * model.mesh().nodes[i];
-    if (outer[i]) contacts.push_back(Move(p, exact(p)));
+  for (const auto& [node, u] : moved) {
+    contacts.push_back(Move(mesh.nodes[static_cast<std::size_t>(node)], u));
+  }
+  for (const auto& [node, force] : pushed) {
+    if (moved.contains(node)) continue;
+    contacts.push_back(Push(mesh.nodes[static_cast<std::size_t>(node)], force));
   }
   return contacts;
 }
 
-// Reference: a field in equilibrium without body force, u = grad of the harmonic function
-// e^x sin(y) z (then div u = 0 and the stress is 2 mu times its Hessian, whose divergence is the
-// gradient of the Laplacian, zero). Textbook orders of the displacement: 2 with four nodes, 3 with
-// ten.
+double HarmonicError(Element element, Pressure pressure, double nu, int cells,
+                     Law law = Law::kLinear) {
+  SolidModel::Params params;
+  params.options.element = element;
+  params.options.law = law;
+  params.options.pressure = pressure;
+  params.young_modulus = 1;
+  params.poisson_ratio = nu;
+  const SolidMesh mesh = MeshBox({1, 1, 1}, {cells, cells, cells});
+  SolidModel model(mesh, Nothing(mesh), params);
+  Harmonic field;
+  if (law != Law::kLinear) field.a = 1e-9;
+  const auto contacts = DriveBy(field, model.mesh(), 0.5 / (1 + nu));
+  std::vector<ContactResponse> responses(contacts.size());
+  model.Respond(contacts, responses);
+  EXPECT_EQ(responses[0].validity, Validity::kValid) << model.failure();
+  return Error(model, [&](const Vector3d& p) { return field.u(p); }) / field.a;
+}
+
+struct Formulation {
+  Element element;
+  Pressure pressure;
+  const char* name;
+};
+constexpr std::array<Formulation, 4> kFormulations{
+    {{Element::kTet4, Pressure::kDisplacement, "tet4"},
+     {Element::kTet4, Pressure::kAveraged, "tet4 averaged"},
+     {Element::kTet10, Pressure::kDisplacement, "tet10"},
+     {Element::kTet10, Pressure::kMixed, "tet10 mixed"}}};
+
+// Reference: the harmonic field. Textbook orders of the displacement in the mean: 2 with four
+// nodes, 3 with ten; these coarse meshes come within 0.3 of them or do better.
 TEST(ConvergenceOrder, IsTwoWithFourNodesAndThreeWithTen) {
-  const double a = 1e-3;  // small, for the laws that are not linear
-  const auto exact = [a](const Vector3d& p) -> Vector3d {
-    return a * std::exp(p.x()) *
-           Vector3d(std::sin(p.y()) * p.z(), std::cos(p.y()) * p.z(), std::sin(p.y()));
-  };
-  std::printf("%-6s %-9s %5s %12s %6s\n", "nodes", "pressure", "cells", "error", "order");
-  for (const auto& [element, pressure, nu, order] :
-       {std::tuple{Element::kTet4, Pressure::kDisplacement, 0.3, 1.8},
-        std::tuple{Element::kTet4, Pressure::kAveraged, 0.49, 1.8},
-        std::tuple{Element::kTet10, Pressure::kDisplacement, 0.3, 2.8},
-        std::tuple{Element::kTet10, Pressure::kMixed, 0.4999, 2.8},
-        std::tuple{Element::kTet10, Pressure::kMixed, 0.5, 2.8}}) {
-    double before = 0, measured = 0;
-    for (const int n : {2, 4, 8}) {
-      if (element == Element::kTet10 && pressure == Pressure::kMixed && n == 8) continue;
-      SolidModel::Params params;
-      params.options.element = element;
-      params.options.law = Law::kLinear;
-      params.options.pressure = pressure;
-      params.young_modulus = 1;
-      params.poisson_ratio = nu;
-      const SolidMesh mesh = MeshBox({1, 1, 1}, {n, n, n});
-      SolidModel model(mesh, Nothing(mesh), params);
-      const auto contacts = OnSurface(model, 1, exact);
-      std::vector<ContactResponse> responses(contacts.size());
-      model.Respond(contacts, responses);
-      ASSERT_EQ(responses[0].validity, Validity::kValid) << model.failure();
-      const double error = Error(model, 1, exact) / a;
-      measured = before > 0 ? std::log2(before / error) : 0;
-      std::printf("%-6d %-9s %5d %12.3e %6.2f\n", element == Element::kTet4 ? 4 : 10,
-                  pressure == Pressure::kDisplacement ? "none"
-                  : pressure == Pressure::kMixed      ? "mixed"
-                                                      : "averaged",
-                  n, error, measured);
-      before = error;
+  std::printf("%-14s %5s %12s %12s %12s %6s\n", "element", "nu", "4 cells", "8 cells", "law",
+              "order");
+  for (const auto& [element, pressure, name] : kFormulations) {
+    for (const double nu : {0.3, 0.45}) {
+      const double coarse = HarmonicError(element, pressure, nu, 4);
+      const double fine = HarmonicError(element, pressure, nu, 8);
+      const double order = std::log2(coarse / fine);
+      std::printf("%-14s %5.2f %12.3e %12.3e %12s %6.2f\n", name, nu, coarse, fine, "linear",
+                  order);
+      EXPECT_GT(order, element == Element::kTet4 ? 1.7 : 2.7) << name;
     }
-    EXPECT_GT(measured, order);
   }
 }
 
-// Reference: d_solid3d, cantilever_timoshenko: beam theory, 1 % for a converged body; and the
-// discrete answers of four nodes at three Poisson ratios, 1e-8.
+// The other laws come to the linear one's answer as strains vanish, with as many digits: errors
+// differ by strains of 1e-9 and the residual asked for, 1e-6 of forces of order one. (The pressure
+// of the neo-Hookean law acts on another share of the volume change, which makes it another
+// discretisation with a pressure unknown.)
+TEST(SmallStrains, MakeAllLawsAgree) {
+  for (const auto& [element, pressure, name] : kFormulations) {
+    const double linear = HarmonicError(element, pressure, 0.3, 3);
+    for (const Law law : {Law::kCorotational, Law::kNeoHookean}) {
+      if (law == Law::kNeoHookean && pressure != Pressure::kDisplacement) continue;
+      EXPECT_NEAR(HarmonicError(element, pressure, 0.3, 3, law), linear, 1e-5 * linear + 1e-7)
+          << name;
+    }
+  }
+}
+
+// Reference: the harmonic field does not depend on nu, so neither should the error. Displacement
+// alone locks as nu -> 0.5 (shown, not asked for); the others do not, up to and including 0.5.
+TEST(Incompressibility, DoesNotLockWithAPressureOfItsOwn) {
+  std::printf("%-14s", "error at nu =");
+  const std::array<double, 6> ratios{0.3, 0.45, 0.49, 0.499, 0.4999, 0.5};
+  for (const double nu : ratios) std::printf(" %10.4f", nu);
+  std::printf("\n");
+  for (const auto& [element, pressure, name] : kFormulations) {
+    std::printf("%-14s", name);
+    double first = 0;
+    for (const double nu : ratios) {
+      const bool limited = pressure != Pressure::kMixed && nu > 0.4999;
+      if (limited) continue;
+      const double error = HarmonicError(element, pressure, nu, 4);
+      if (first == 0) first = error;
+      std::printf(" %10.3e", error);
+      if (pressure != Pressure::kDisplacement) {
+        EXPECT_LT(error, 3 * first) << name << " " << nu;
+      }
+    }
+    std::printf("\n");
+  }
+}
+
+// Reference: a column between smooth walls under its own weight, exactly quadratic:
+// u_z = -(rho g / 2 M) (2 H z - z^2), M = E (1 - nu) / ((1 + nu) (1 - 2 nu)), pressure unknown
+// lambda div u = -lambda / M rho g (H - z). At nu = 0.5 nothing moves and the pressure is that of
+// water. Ten nodes hold these fields exactly: only rounding and the residual are left.
+TEST(Incompressibility, CarriesHydrostaticPressure) {
+  for (const double nu : {0.4, 0.49, 0.4999, 0.5}) {
+    SolidModel::Params params;
+    params.options.element = Element::kTet10;
+    params.options.law = Law::kLinear;
+    params.options.pressure = Pressure::kMixed;
+    params.options.gravity_O = {0, 0, -10};
+    params.young_modulus = 1e4;
+    params.poisson_ratio = nu;
+    params.density = 1000;
+    const double H = 0.1;
+    const SolidMesh mesh = MeshBox({H, H, H}, {2, 2, 3});
+    auto held = Nothing(mesh);
+    for (std::size_t i = 0; i < held.size(); ++i) {
+      for (int c = 0; c < 3; ++c) {
+        const double p = mesh.nodes[i][c];
+        held[i][static_cast<std::size_t>(c)] = p == 0 || (c < 2 && p > H * (1 - 1e-9));
+      }
+    }
+    SolidModel model(mesh, held, params);
+    model.Respond({}, {});
+    ASSERT_TRUE(model.failure().empty()) << model.failure();
+    const double M_inverse = (1 + nu) * (1 - 2 * nu) / (1e4 * (1 - nu));
+    for (int i = 0; i < model.mesh().vertex_count; ++i) {
+      const double z = H * model.mesh().nodes[static_cast<std::size_t>(i)].z();
+      const Vector3d u(0, 0, -0.5 * 1e4 * M_inverse * (2 * H * z - z * z));
+      EXPECT_LT((model.displacement(i) - u).norm(), 1e-9 * H) << "nu = " << nu;
+      EXPECT_NEAR(model.pressure(i), -nu / (1 - nu) * 1e4 * (H - z), 1e-6 * 1e4 * H)
+          << "nu = " << nu;
+    }
+  }
+}
+
+// Mean depth of the end of a cantilever along x, the load spread evenly over it.
+struct Beam {
+  double L = 0.2, h = 0.02;
+  std::array<int, 3> cells{10, 1, 1};
+  SolidModel::Params params;
+
+  [[nodiscard]] std::vector<Contact> EndLoad(const ElementMesh& mesh, const Vector3d& force) const {
+    std::vector<Contact> contacts;
+    for (int t = 0; t < static_cast<int>(mesh.surface.triangles.size()); ++t) {
+      const Vector3d centroid = Centroid(mesh.surface, t);
+      if (centroid.x() < 1 - 1e-9) continue;
+      contacts.push_back(Push(L * centroid, force, 1e-9 * h));
+      contacts.back().element = t;
+    }
+    for (auto& contact : contacts) contact.value_O /= static_cast<double>(contacts.size());
+    return contacts;
+  }
+
+  // Mean displacement of the loaded end.
+  [[nodiscard]] Vector3d Bend(const std::vector<Vector3d>& forces) const {
+    const SolidMesh mesh = MeshBox({L, h, h}, cells);
+    SolidModel model(mesh, HeldWhere(mesh, [](const Vector3d& p) { return p.x() == 0; }), params);
+    Vector3d mean = Vector3d::Zero();
+    for (const Vector3d& force : forces) {  // one after the other, each from the last one's answer
+      const auto contacts = EndLoad(model.mesh(), force);
+      std::vector<ContactResponse> responses(contacts.size());
+      model.Respond(contacts, responses);
+      EXPECT_EQ(responses[0].validity, Validity::kValid) << model.failure();
+      mean.setZero();
+      for (const auto& r : responses)
+        mean += r.displacement_O / static_cast<double>(responses.size());
+    }
+    return mean;
+  }
+};
+
+// Reference: d_solid3d, cantilever_timoshenko: the discrete answers of four nodes at three Poisson
+// ratios, 1e-8 relative (the stiffness is ill-conditioned: 8e-10 of it is rounding); beam theory,
+// 1 % for a converged body, which ten nodes are with two cells through the height.
 TEST(Cantilever, MeetsBeamTheoryWithTenNodesAndTheDiscreteAnswersWithFour) {
   const auto reference = Reference("d_solid3d.json", "cantilever_timoshenko");
   if (!reference) GTEST_SKIP() << "../shared/reference is absent";
-  const double L = 0.2, h = 0.02, P = 2e-4;
-  const auto tip_deflection = [&](Element element, Law law, int cells, double nu) {
-    const SolidMesh mesh = MeshBox({L, h, h}, {10 * cells, cells, cells});
-    SolidModel::Params params;
-    params.options.element = element;
-    params.options.law = law;
-    params.options.pressure = element == Element::kTet4 ? Pressure::kDisplacement : Pressure::kAuto;
-    params.young_modulus = 3000;
-    params.poisson_ratio = nu;
-    params.range = 1;
-    SolidModel model(mesh, HeldWhere(mesh, [](const Vector3d& p) { return p.x() == 0; }), params);
-    const Contact push = Push({L, h / 2, h / 2}, {0, 0, -P}, 4 * h);
-    // The disc covers all triangles of the end face but also of its neighbours: by triangle.
-    std::vector<Contact> contacts;
-    const SurfaceMesh& surface = model.mesh().surface;
-    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-      Vector3d centroid = Vector3d::Zero();
-      bool end = true;
-      for (const int node : surface.triangles[static_cast<std::size_t>(t)]) {
-        const Vector3d p = L * surface.nodes[static_cast<std::size_t>(node)];
-        centroid += p / 3;
-        end = end && p.x() > L * (1 - 1e-9);
-      }
-      if (!end) continue;
-      contacts.push_back(Push(centroid, push.value_O / (2.0 * cells * cells), 1e-9));
-      contacts.back().element = t;
-    }
-    EXPECT_EQ(contacts.size(), 2u * static_cast<std::size_t>(cells * cells));
-    std::vector<ContactResponse> responses(contacts.size());
-    model.Respond(contacts, responses);
-    double deflection = 0;  // mean over the end face's nodes
-    int count = 0;
-    for (int i = 0; i < model.mesh().vertex_count; ++i) {
-      if (model.mesh().nodes[static_cast<std::size_t>(i)].x() < 1 - 1e-9) continue;
-      deflection -= model.displacement(i).z();
-      ++count;
-    }
-    return std::pair{deflection / count, MeanDepth(contacts, responses)};
-  };
+  Beam beam;
+  beam.params.options.law = Law::kLinear;
+  beam.params.young_modulus = 3000;
+  const Vector3d force(0, 0, -2e-4);
   for (const auto& row : reference->at("expected").at("linear_tet_discrete")) {
-    const int cells = row.at("cells_through_height").get<int>();
-    for (const auto& [key, nu] : {std::pair{"nu_0.15", 0.15}, std::pair{"nu_0.45", 0.45},
-                                  std::pair{"nu_0.499", 0.499}}) {
+    const int n = row.at("cells_through_height").get<int>();
+    beam.cells = {10 * n, n, n};
+    for (const auto& [key, nu] :
+         {std::pair{"nu_0.15", 0.15}, std::pair{"nu_0.45", 0.45}, std::pair{"nu_0.499", 0.499}}) {
+      beam.params.poisson_ratio = nu;
       const double expected = row.at("mean_tip_deflection").at(key).get<double>();
-      const auto [nodes, loaded] = tip_deflection(Element::kTet4, Law::kLinear, cells, nu);
-      std::printf("%d %s %.15g nodes %.15g loaded %.15g\n", cells, key, expected, nodes, loaded);
+      EXPECT_NEAR(-beam.Bend({force}).z() / expected, 1, 1e-8) << n << " " << key;
     }
   }
+  beam.params.options.element = Element::kTet10;
+  beam.params.poisson_ratio = 0.15;
+  beam.cells = {20, 2, 2};
   const double theory = reference->at("expected").at("beam_theory").get<double>();
-  for (const int cells : {1, 2}) {
-    for (const double nu : {0.15, 0.499, 0.5}) {
-    const auto [nodes, loaded] = tip_deflection(Element::kTet10, Law::kLinear, cells, nu);
-    std::printf("%d %g theory %.8g nodes %.8g %.8g\n", cells, nu, theory, nodes, loaded);
+  EXPECT_NEAR(-beam.Bend({force}).z() / theory, 1, 0.01);
+}
+
+// Reference: d_solid3d, elastica_tip_load (Bisshopp and Drucker 1945): a slender beam under a dead
+// load, 2 % at L / h = 20, for both laws that know rotations.
+TEST(Cantilever, FollowsTheElastica) {
+  const auto reference = Reference("d_solid3d.json", "elastica_tip_load");
+  if (!reference) GTEST_SKIP() << "../shared/reference is absent";
+  Beam beam;
+  beam.L = 1;
+  beam.h = 0.05;
+  beam.cells = {20, 1, 1};
+  beam.params.options.element = Element::kTet10;
+  beam.params.young_modulus = 1e6;
+  beam.params.poisson_ratio = 0;
+  const double EI = 1e6 * std::pow(beam.h, 4) / 12;
+  for (const Law law : {Law::kCorotational, Law::kNeoHookean}) {
+    beam.params.options.law = law;
+    for (const auto& row : reference->at("expected")) {
+      const double load = row.at("PL2_over_EI").get<double>();
+      const Vector3d u = beam.Bend({Vector3d(0, 0, load * EI)});
+      EXPECT_NEAR(1 + u.x(), row.at("x_tip_over_L").get<double>(), 0.02) << load;
+      EXPECT_NEAR(u.z(), row.at("y_tip_over_L").get<double>(), 0.02) << load;
     }
+  }
+}
+
+// Reference: h_calculix, the foam cube by quadratic bricks: 0.5 % under the patch, 0.2 % under its
+// own weight, its tolerances.
+TEST(FoamCube, AgreesWithQuadraticBricks) {
+  const auto patch = Reference("h_calculix.json", "cube_linear_patch");
+  const auto weight = Reference("h_calculix.json", "cube_linear_gravity");
+  if (!patch || !weight) GTEST_SKIP() << "../shared/reference is absent";
+  const SolidMesh mesh = MeshBox(Vector3d::Constant(kCube), {9, 9, 9});
+  auto params = Foam(Element::kTet10, Law::kLinear);
+  const auto top_under = [&](const std::vector<Contact>& load) {
+    SolidModel model(mesh, Bottom(mesh), params);
+    std::vector<ContactResponse> responses(load.size());
+    model.Respond(load, responses);
+    EXPECT_TRUE(model.failure().empty()) << model.failure();
+    return model.displacement(NodeAt(model, kCube, {0.03, 0.03, kCube})).z();
+  };
+  const double pressed = VectorOf(patch->at("expected").back().at("u_top_centre")).z();
+  EXPECT_NEAR(top_under(SquareLoad(mesh, 1)) / pressed, 1, 0.005);
+  params.options.gravity_O = {0, 0, -9.80665};
+  const double sunk = VectorOf(weight->at("expected").back().at("u_top_centre")).z();
+  EXPECT_NEAR(top_under({}) / sunk, 1, 0.002);
+}
+
+// Reference: h_calculix with large strain. Its laws are others (St Venant-Kirchhoff under weight;
+// under the patch a neo-Hookean law whose shear part leaves out the volume change), so answers
+// differ by second order of the strain: it is 0.35 % under the weight and 4 % under a tenth of the
+// patch's load in the mean, 10 % at its rim. Asked for: 1 % and 3 %.
+TEST(FoamCube, ComesNearOtherLargeStrainLawsWhereStrainsAreModerate) {
+  const auto weight = Reference("h_calculix.json", "cube_nlgeom_gravity");
+  const auto neo = Reference("h_calculix.json", "cube_nlgeom_neo_fraction0.1");
+  if (!weight || !neo) GTEST_SKIP() << "../shared/reference is absent";
+  const SolidMesh mesh = MeshBox(Vector3d::Constant(kCube), {6, 6, 6});
+  for (const Law law : {Law::kNeoHookean, Law::kCorotational}) {
+    auto params = Foam(Element::kTet10, law);
+    const auto top_under = [&](const std::vector<Contact>& load) {
+      SolidModel model(mesh, Bottom(mesh), params);
+      std::vector<ContactResponse> responses(load.size());
+      model.Respond(load, responses);
+      EXPECT_TRUE(model.failure().empty()) << model.failure();
+      return model.displacement(NodeAt(model, kCube, {0.03, 0.03, kCube})).z();
+    };
+    const double pressed = VectorOf(neo->at("expected").back().at("u_top_centre")).z();
+    EXPECT_NEAR(top_under(SquareLoad(mesh, 0.1)) / pressed, 1, 0.03);
+    params.options.gravity_O = {0, 0, -9.80665};
+    const double sunk = VectorOf(weight->at("expected").at("u_top_centre")).z();
+    EXPECT_NEAR(top_under({}) / sunk, 1, 0.01);
   }
 }
 

@@ -1,0 +1,296 @@
+// Laws at a point: derivatives by differences, objectivity, rest, small strains, inversion; and the
+// element's patch tests.
+#include "slave/mechanics/fem/solid/material_law.h"
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/fem/solid/elastic_body.h"
+#include "tests/slave/mechanics/solid/bodies.h"
+
+namespace palpate {
+namespace {
+
+using namespace solid_tests;  // NOLINT(google-build-using-namespace): its helpers are for here
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Tangent = MaterialLaw::Tangent;
+
+Matrix3d Random(std::mt19937* engine, double size) {
+  std::uniform_real_distribution<double> uniform(-size, size);
+  return Matrix3d::NullaryExpr([&] { return uniform(*engine); });
+}
+
+Matrix3d Turn(const Vector3d& axis, double degrees) {
+  return Eigen::AngleAxisd(degrees * std::acos(-1.0) / 180, axis.normalized()).toRotationMatrix();
+}
+
+class EveryLaw : public testing::TestWithParam<std::tuple<Law, double>> {
+ protected:
+  MaterialLaw law_{std::get<0>(GetParam()), std::get<1>(GetParam())};
+};
+
+// Energy, stress and tangent are derivatives of each other: central differences with step 1e-5
+// truncate at 1e-10 and round at 1e-11 of values of order one, ten near nu = -0.9.
+TEST_P(EveryLaw, StressAndTangentAreDerivatives) {
+  std::mt19937 engine(1);
+  const double step = 1e-5;
+  for (int trial = 0; trial < 20; ++trial) {
+    const Matrix3d H = Random(&engine, 0.6);
+    const Matrix3d dH = Random(&engine, 1);
+    const double p = 0.3;
+    const auto energy = [&](double t) {
+      const auto point = law_.At(H + t * dH);
+      return point.energy + p * point.g;
+    };
+    const auto stress = [&](double t) {
+      const auto point = law_.At(H + t * dH);
+      return Matrix3d(point.stress + p * point.volume_stress);
+    };
+    const auto gap = SignedSvdOf(Matrix3d::Identity() + H).s;
+    if (gap[1] + gap[2] < 0.2) continue;  // near where a rotation is not defined
+    EXPECT_NEAR((energy(step) - energy(-step)) / (2 * step), (stress(0).array() * dH.array()).sum(),
+                1e-7);
+    const Eigen::Matrix<double, 9, 1> moved =
+        law_.TangentAt(H, p, 0, Tangent::kExact) * dH.reshaped();
+    const Matrix3d difference = (stress(step) - stress(-step)) / (2 * step);
+    EXPECT_LT((moved - difference.reshaped()).norm(), 1e-6);
+  }
+}
+
+// A bulk modulus adds the square of the volume change.
+TEST_P(EveryLaw, PressureThatFollowsTheVolumeAddsItsSquare) {
+  std::mt19937 engine(2);
+  const Matrix3d H = Random(&engine, 0.2);
+  const Eigen::Matrix<double, 9, 1> g = law_.At(H).volume_stress.reshaped();
+  const Matrix9d added =
+      law_.TangentAt(H, 0.1, 7, Tangent::kExact) - law_.TangentAt(H, 0.1, 0, Tangent::kExact);
+  EXPECT_LT((added - 7 * g * g.transpose()).norm(), 1e-12 * 7);
+}
+
+TEST_P(EveryLaw, ProjectedTangentIsNeverNegative) {
+  std::mt19937 engine(3);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Matrix9d D = law_.TangentAt(Random(&engine, 2), -1, 0, Tangent::kProjected);
+    const Eigen::SelfAdjointEigenSolver<Matrix9d> eigen(D);
+    EXPECT_GT(eigen.eigenvalues().minCoeff(), -1e-12 * eigen.eigenvalues().maxCoeff());
+  }
+}
+
+// At rest: no stress, and the tangent of Hooke's law.
+TEST_P(EveryLaw, RestIsStressFreeAndHookean) {
+  const auto rest = law_.At(Matrix3d::Zero());
+  EXPECT_EQ(rest.stress.norm(), 0);
+  EXPECT_EQ(rest.energy, 0);
+  const double nu = std::get<1>(GetParam());
+  const Matrix9d hooke =
+      MaterialLaw(Law::kLinear, nu)
+          .TangentAt(Matrix3d::Zero(), 0, nu / ((1 + nu) * (1 - 2 * nu)), Tangent::kExact);
+  const Matrix9d ours =
+      law_.TangentAt(Matrix3d::Zero(), 0, 1 / law_.compressibility(), Tangent::kExact);
+  EXPECT_LT((ours - hooke).norm(), 1e-13 * hooke.norm());
+}
+
+// Strains of 1e-18 keep their digits: stress is Hooke's to second order of the strain.
+TEST_P(EveryLaw, VanishingStrainsKeepTheirDigits) {
+  std::mt19937 engine(4);
+  const Matrix3d H = Random(&engine, 1e-18);
+  const double nu = std::get<1>(GetParam()), mu = 0.5 / (1 + nu);
+  const Matrix3d strain = 0.5 * (H + H.transpose());
+  const Matrix3d hooke =
+      2 * mu * strain + nu / ((1 + nu) * (1 - 2 * nu)) * strain.trace() * Matrix3d::Identity();
+  const auto point = law_.At(H);
+  const Matrix3d ours = point.stress + point.g / law_.compressibility() * point.volume_stress;
+  EXPECT_LT((ours - hooke).norm(), 1e-14 * hooke.norm());
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw,
+                         testing::Combine(testing::Values(Law::kLinear, Law::kCorotational,
+                                                          Law::kNeoHookean),
+                                          testing::Values(-0.9, 0.15, 0.45)));
+
+// Rotated, a body carries rotated stress (the linear law does not know rotations).
+TEST(LargeStrainLaws, AreObjective) {
+  std::mt19937 engine(5);
+  for (const Law kind : {Law::kCorotational, Law::kNeoHookean}) {
+    const MaterialLaw law(kind, 0.3);
+    const Matrix3d F = Matrix3d::Identity() + Random(&engine, 0.5);
+    const Matrix3d R = Turn({1, 2, 3}, 140);
+    const auto still = law.At(F - Matrix3d::Identity());
+    const auto turned = law.At(R * F - Matrix3d::Identity());
+    EXPECT_LT((turned.stress - R * still.stress).norm(), 1e-13);
+    EXPECT_LT((turned.volume_stress - R * still.volume_stress).norm(), 1e-13);
+    EXPECT_NEAR(turned.energy, still.energy, 1e-13);
+    EXPECT_LT(law.At(R - Matrix3d::Identity()).stress.norm(), 1e-14);
+  }
+}
+
+// The nodal forces of one element with unit edges, moved by F.
+struct OneElement {
+  SolidMesh solid{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
+  ElementMesh mesh = MakeElementMesh(solid, Element::kTet4, 1);
+  BlockLayout layout{mesh, false};
+  ElasticBody body;
+  explicit OneElement(Law law) : body(mesh, layout, MaterialLaw(law, 0.25)) {}
+
+  double Forces(const Matrix3d& F, std::vector<Vector3d>* forces) const {
+    VectorXd x(12), gradient(12);
+    for (int i = 0; i < 4; ++i) {
+      x.segment<3>(layout.first(i)) =
+          (F - Matrix3d::Identity()) * mesh.nodes[static_cast<std::size_t>(i)];
+    }
+    const double energy = body.Energy(x, &gradient);
+    for (int i = 0; i < 4; ++i) forces->push_back(gradient.segment<3>(layout.first(i)));
+    return energy;
+  }
+};
+
+// Reference: d_solid3d, inversion and inversion_recovery_apex: forces of the element turned inside
+// out, and its energy V (lambda/2 + mu) (z - 1)^2 along the way; 1e-12.
+TEST(InvertedElement, IsPushedBack) {
+  const auto apex = Reference("d_solid3d.json", "inversion_recovery_apex");
+  const auto states = Reference("d_solid3d.json", "inversion");
+  if (!apex || !states) GTEST_SKIP() << "../shared/reference is absent";
+  const OneElement element(Law::kCorotational);
+  for (const auto& state : states->at("expected")) {
+    Matrix3d F;
+    for (int i = 0; i < 3; ++i) F.row(i) = VectorOf(state.at("F").at(static_cast<std::size_t>(i)));
+    std::vector<Vector3d> forces;
+    element.Forces(F, &forces);
+    for (const auto& f : forces) EXPECT_TRUE(f.allFinite());
+    const bool unique = !state.at("force_signed_svd").is_null() && state.at("name") != "mirror";
+    for (std::size_t i = 0; unique && i < 4; ++i) {
+      EXPECT_LT((forces[i] - VectorOf(state.at("force_signed_svd").at(i))).norm(), 1e-12)
+          << state.at("name");
+    }
+    if (state.at("name") != "point") {
+      EXPECT_LT(forces[3].z(), 0) << state.at("name");
+    }
+  }
+  std::vector<Vector3d> forces;
+  const double energy = element.Forces(Vector3d(1, 1, -0.5).asDiagonal(), &forces);
+  EXPECT_NEAR(energy, apex->at("expected").at("energy_at_start").get<double>(), 1e-12);
+  EXPECT_NEAR(forces[3].z(),
+              apex->at("expected").at("apex_internal_force_z_at_start").get<double>(), 1e-12);
+}
+
+// Released where its apex was pushed through its base, an element comes back to rest: 1e-6.
+TEST(InvertedElement, RecoversWhenReleased) {
+  for (const Law law : {Law::kCorotational, Law::kNeoHookean}) {
+    const OneElement element(law);
+    SolidModel::Params params;
+    params.options.law = law;
+    params.young_modulus = 1;
+    params.poisson_ratio = 0.25;
+    SolidModel::Held held(4, {true, true, true});
+    held[3] = {false, false, false};
+    SolidModel model(element.solid, held, params);
+    const std::vector<Contact> push{Move({0, 0, 1}, {0, 0, -1.5})};
+    std::vector<ContactResponse> responses(1);
+    model.Respond(push, responses);
+    EXPECT_EQ(responses[0].validity, Validity::kExtrapolated);  // inside out
+    EXPECT_LT(responses[0].force_O.z(), 0);
+    model.Respond({}, {});
+    EXPECT_TRUE(model.failure().empty()) << model.failure();
+    EXPECT_LT(model.displacement(3).norm(), 1e-6);
+  }
+}
+
+// Reference: d_solid3d, tet_stiffness_exact: rational numbers; 1e-14 of order one.
+TEST(OneTetrahedron, HasTheExactStiffness) {
+  const auto reference = Reference("d_solid3d.json", "tet_stiffness_exact");
+  if (!reference) GTEST_SKIP() << "../shared/reference is absent";
+  const OneElement element(Law::kLinear);
+  SparseMatrix K = element.layout.pattern();
+  element.body.AddTangent(VectorXd::Zero(12), Tangent::kExact, false, &K);
+  Eigen::MatrixXd full = K;
+  full.triangularView<Eigen::StrictlyLower>() = full.transpose();
+  const json& rows = reference->at("expected").at("K_rows");
+  for (int i = 0; i < 12; ++i) {
+    for (int j = 0; j < 12; ++j) {
+      EXPECT_NEAR(
+          full(element.layout.first(i / 3) + i % 3, element.layout.first(j / 3) + j % 3),
+          rows.at(static_cast<std::size_t>(i)).at(static_cast<std::size_t>(j)).get<double>(),
+          1e-14);
+    }
+  }
+}
+
+// An irregular mesh about one inner node, moved by a linear or quadratic field at its surface,
+// quadratic ones balanced by a body force that is uniform: u = (x^2, 0, 0) c has div sigma =
+// 2 c (lambda + 2 mu) e_x. Ten nodes hold both fields exactly, four the linear one: rounding only.
+TEST(PatchTest, IsPassedByEveryElement) {
+  const SolidMesh mesh{{{0, 0, 0},
+                        {1, 0, 0},
+                        {1, 1, 0},
+                        {0, 1, 0},
+                        {0, 0, 1},
+                        {1, 0, 1},
+                        {1, 1, 1},
+                        {0, 1, 1},
+                        {0.45, 0.55, 0.4}},
+                       {{2, 0, 1, 8},
+                        {3, 0, 2, 8},
+                        {5, 4, 6, 8},
+                        {6, 4, 7, 8},
+                        {1, 0, 5, 8},
+                        {5, 0, 4, 8},
+                        {2, 1, 6, 8},
+                        {6, 1, 5, 8},
+                        {3, 2, 7, 8},
+                        {7, 2, 6, 8},
+                        {0, 3, 4, 8},
+                        {4, 3, 7, 8}}};
+  Matrix3d gradient;
+  gradient << 0.001, 0.002, -0.001, 0.0005, -0.002, 0.0015, 0.001, -0.0005, 0.003;
+  const double c = 1e-3, nu = 0.15, E = 3800;
+  const double modulus = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu));  // lambda + 2 mu
+  for (const bool quadratic : {false, true}) {
+    for (const Element element : {Element::kTet4, Element::kTet10}) {
+      for (const Pressure pressure : {Pressure::kDisplacement, Pressure::kAuto}) {
+        const bool mixed = pressure == Pressure::kAuto;
+        if (quadratic && (element == Element::kTet4 || mixed)) continue;
+        SolidModel::Params params;
+        params.options.element = element;
+        params.options.law = Law::kLinear;
+        params.options.pressure =
+            !mixed ? Pressure::kDisplacement
+                   : (element == Element::kTet10 ? Pressure::kMixed : Pressure::kAveraged);
+        params.young_modulus = E;
+        params.poisson_ratio = nu;
+        params.density = 1;
+        if (quadratic) params.options.gravity_O = {-2 * c * modulus, 0, 0};
+        const auto field = [&](const Vector3d& p) -> Vector3d {
+          return quadratic ? Vector3d(c * p.x() * p.x(), 0, 0) : Vector3d(gradient * p);
+        };
+        SolidModel model(mesh, Nothing(mesh), params);
+        std::vector<bool> outer(model.mesh().nodes.size(), false);
+        for (const auto& t : model.mesh().touch_surface.triangles) {
+          for (const int node : t) outer[static_cast<std::size_t>(node)] = true;
+        }
+        std::vector<Contact> contacts;
+        for (std::size_t i = 0; i < outer.size(); ++i) {
+          if (outer[i]) {
+            contacts.push_back(Move(model.mesh().nodes[i], field(model.mesh().nodes[i])));
+          }
+        }
+        std::vector<ContactResponse> responses(contacts.size());
+        model.Respond(contacts, responses);
+        ASSERT_EQ(responses[0].validity, Validity::kValid) << model.failure();
+        for (int i = 0; i < model.mesh().node_count(); ++i) {
+          const Vector3d exact = field(model.mesh().nodes[static_cast<std::size_t>(i)]);
+          EXPECT_LT((model.displacement(i) - exact).norm(), 1e-14) << i;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate
