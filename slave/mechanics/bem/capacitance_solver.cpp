@@ -13,7 +13,8 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr double kBalance = 1e-6;       // of the sum of the forces' magnitudes
+constexpr double kBalance = 1e-6;  // of the sum of the forces' magnitudes
+constexpr std::size_t kColumnsAhead = 4;
 constexpr double kFixesMotion = 1e-10;  // smallest eigenvalue of the modes at prescribed places
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -133,8 +134,17 @@ std::span<const int> CapacitanceSolver::NodesOf(const Patch& patch) const noexce
   return std::span(nodes_).subspan(Index(patch.begin), Index(patch.end - patch.begin));
 }
 
+// Blocks lie at random places of a large matrix: those of the next column are on their way while
+// one is copied.
+void CapacitanceSolver::Fetch(const Unknowns& from) const noexcept {
+  for (const auto& to : unknowns_) __builtin_prefetch(greens_.block(to.node, from.node));
+}
+
 void CapacitanceSolver::FillCapacitance() {
-  for (const auto& from : unknowns_) {
+  for (std::size_t i = 0; i < std::min(kColumnsAhead, unknowns_.size()); ++i) Fetch(unknowns_[i]);
+  for (std::size_t column = 0; column < unknowns_.size(); ++column) {
+    const Unknowns& from = unknowns_[column];
+    if (column + kColumnsAhead < unknowns_.size()) Fetch(unknowns_[column + kColumnsAhead]);
     for (const auto& to : unknowns_) {
       const double* e = greens_.block(to.node, from.node);
       double* row = system_.row(to.row) + from.row;

@@ -79,6 +79,7 @@ class CapacitanceSolver {
   bool CollectFreeMotions();
   [[nodiscard]] bool LosesPressure() const noexcept;
   void FillCapacitance();
+  void Fetch(const Unknowns& from) const noexcept;
   void FillPrescribed();
   void FillMap();
   [[nodiscard]] Eigen::Matrix2d Block(int i, int j) const noexcept;

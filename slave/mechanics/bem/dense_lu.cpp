@@ -62,29 +62,35 @@ struct Columns {  // [begin, end), whole lanes
   int begin, end;
 };
 
+// `kRows` rows from `first` on minus their `factors` times the kPanel rows from k0 on.
+template <int kRows>
+void SubtractPanelFrom(const RowMajor& a, int first, const double* factors, long pitch, int k0,
+                       const Columns& columns) noexcept {
+  for (int j = columns.begin; j < columns.end; j += kLane) {
+    std::array<Values, kRows> sums;
+    for (int r = 0; r < kRows; ++r) sums[static_cast<std::size_t>(r)] = Lane(a.row(first + r) + j);
+    for (int k = 0; k < kPanel; ++k) {
+      const Values row = Lane(a.row(k0 + k) + j);
+      for (int r = 0; r < kRows; ++r)
+        sums[static_cast<std::size_t>(r)] -= factors[r * pitch + k] * row;
+    }
+    for (int r = 0; r < kRows; ++r) Lane(a.row(first + r) + j) = sums[static_cast<std::size_t>(r)];
+  }
+}
+
 // Rows [first, last) minus their `factors`, kPanel for each and `pitch` apart, times the kPanel
-// rows from k0 on, two rows at a time.
+// rows from k0 on: as many rows at a time as the machine has registers for.
 void SubtractPanel(const RowMajor& a, int first, int last, const double* factors, long pitch,
                    int k0, const Columns& columns) noexcept {
+#ifdef __AVX512F__
+  for (; first + 8 <= last; first += 8, factors += 8 * pitch) {
+    SubtractPanelFrom<8>(a, first, factors, pitch, k0, columns);
+  }
+#endif
   for (; first + 2 <= last; first += 2, factors += 2 * pitch) {
-    for (int j = columns.begin; j < columns.end; j += kLane) {
-      Values one = Lane(a.row(first) + j);
-      Values other = Lane(a.row(first + 1) + j);
-      for (int k = 0; k < kPanel; ++k) {
-        const Values row = Lane(a.row(k0 + k) + j);
-        one -= factors[k] * row;
-        other -= factors[pitch + k] * row;
-      }
-      Lane(a.row(first) + j) = one;
-      Lane(a.row(first + 1) + j) = other;
-    }
+    SubtractPanelFrom<2>(a, first, factors, pitch, k0, columns);
   }
-  if (first == last) return;
-  for (int j = columns.begin; j < columns.end; j += kLane) {
-    Values one = Lane(a.row(first) + j);
-    for (int k = 0; k < kPanel; ++k) one -= factors[k] * Lane(a.row(k0 + k) + j);
-    Lane(a.row(first) + j) = one;
-  }
+  if (first < last) SubtractPanelFrom<1>(a, first, factors, pitch, k0, columns);
 }
 
 // The columns from `begin` on without the trailing zeros of the rows [k0, k1): unit vectors on the

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <new>
 #include <stdexcept>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
+#include <sys/mman.h>
 
 #include "slave/mechanics/bem/pivoted_lu.h"
 
@@ -16,6 +19,8 @@ constexpr double kSmallestReciprocalCondition = 1e-13;
 constexpr double kMatricesAtOnce = 2;   // A and E, then E and the blocks
 constexpr double kPerIntegral = 60e-9;  // [s] for each entry of A and Abar
 constexpr double kOperationsPerSecond = 8e9;
+constexpr std::size_t kCacheLine = 64;  // bytes
+constexpr std::size_t kLargePage = 2 << 20;
 constexpr double kHeldMotion = 1e-9;  // a rigid motion this small at all held places is free
 
 bool AllHeld(const ReferenceProblem& problem) {
@@ -161,9 +166,21 @@ void GreensFunctions::AppendFreeMotions(Eigen::MatrixXd* A, Eigen::MatrixXd* Aba
   A->block(n + 4, n, pressures, free_motions_) = -Abar->bottomLeftCorner(pressures, n) * balancing;
 }
 
+void GreensFunctions::Free::operator()(double* memory) const noexcept {
+  std::free(memory);  // NOLINT(cppcoreguidelines-no-malloc): it came from aligned_alloc
+}
+
+// Contacts read blocks at random places: blocks do not straddle cache lines, and large pages, where
+// the system has them, spare a walk through its tables for each.
 void GreensFunctions::StoreBlocks(const Eigen::MatrixXd& E) {
-  blocks_.resize(4 * stride_ * stride_);
-  double* block = blocks_.data();
+  const std::size_t alignment = memory_bytes() < kLargePage ? kCacheLine : kLargePage;
+  const std::size_t bytes = (memory_bytes() + alignment - 1) / alignment * alignment;
+  blocks_.reset(static_cast<double*>(std::aligned_alloc(alignment, bytes)));
+  if (!blocks_) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+  if (alignment == kLargePage) madvise(blocks_.get(), bytes, MADV_HUGEPAGE);
+#endif
+  double* block = blocks_.get();
   for (Eigen::Index j = 0; j < E.cols(); j += 2) {
     for (Eigen::Index i = 0; i < E.cols(); i += 2, block += 4) {
       Eigen::Map<Eigen::Matrix2d>(block, 2, 2) = E.block<2, 2>(i, j);

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
@@ -41,7 +42,7 @@ class GreensFunctions {
   // The 2x2 block of E, column-major: what node `j`'s prescribed components do at node `i`.
   // One cache line at most, blocks of one column `j` lie one after the other.
   [[nodiscard]] const double* block(int i, int j) const {
-    return blocks_.data() +
+    return blocks_.get() +
            4 * (static_cast<std::size_t>(j) * stride_ + static_cast<std::size_t>(i));
   }
 
@@ -72,7 +73,7 @@ class GreensFunctions {
         .held[static_cast<std::size_t>(node(i).element)][static_cast<std::size_t>(component)];
   }
   [[nodiscard]] double condition() const { return condition_; }  // of A_0, 1-norm estimate
-  [[nodiscard]] std::size_t memory_bytes() const { return blocks_.size() * sizeof(double); }
+  [[nodiscard]] std::size_t memory_bytes() const { return 4 * stride_ * stride_ * sizeof(double); }
 
  private:
   void FindFreeMotions();
@@ -88,7 +89,10 @@ class GreensFunctions {
       Eigen::Matrix3d::Identity();  // x, y, turn about the mean; free ones first
   int free_motions_ = 0;
   std::size_t stride_ = 0;
-  std::vector<double> blocks_;
+  struct Free {
+    void operator()(double* memory) const noexcept;
+  };
+  std::unique_ptr<double, Free> blocks_;
   double condition_ = 0;
 };
 

@@ -45,7 +45,7 @@ bool MovingContacts::Suits(std::span<const ContactPatch> patches) const noexcept
 
 bool MovingContacts::Prepare(std::span<const ContactPatch> patches) {
   if (!Suits(patches)) {
-    Forget();
+    if (!slots_.empty()) Forget();
     return false;
   }
   const int components = patches.front().law == ContactPatch::Law::kBonded ? 2 : 1;
@@ -85,6 +85,9 @@ bool MovingContacts::Match(std::span<const ContactPatch> patches, int* missing) 
 }
 
 bool MovingContacts::Update(std::span<const ContactPatch> patches) {
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    if (slot_of_[p] < 0) Fetch(patches[p], patches);
+  }
   for (int slot = static_cast<int>(slots_.size()); slot-- > 0;) {
     if (slots_[Index(slot)].set == set_) continue;
     if (!inverse_.Remove(slot)) return false;
@@ -119,6 +122,7 @@ bool MovingContacts::Rebuild(std::span<const ContactPatch> patches) {
   inverse_.Reserve(static_cast<int>(patches.size()));
   for (std::size_t p = 0; p < patches.size(); ++p) {
     if (slot_at_[Index(greens_.node(patches[p].nodes.front()).element)] >= 0) return false;
+    if (p + 1 < patches.size()) Fetch(patches[p + 1], patches.first(p + 2));
     Add(patches[p], static_cast<int>(p));
     inverse_.Extend();
   }
@@ -146,28 +150,45 @@ Vector2d MovingContacts::Basis(const Slot& slot, int k) const noexcept {
   return components_ == 1 ? slot.direction : Vector2d::Unit(k);
 }
 
-// What the last slot and every other one do to each other.
+// What two slots' nodes do to each other, into the matrix's rows of `to` and columns of `from`.
+void MovingContacts::FillBlock(const Slot& to, int row, const Slot& from, int column) {
+  for (int a = 0; a < nodes_per_patch_; ++a) {
+    for (int b = 0; b < nodes_per_patch_; ++b) {
+      const double* e = greens_.block(to.first_node + a, from.first_node + b);
+      double* first = inverse_.matrix_row(row + a * components_) + column + b * components_;
+      if (components_ == 1) {
+        *first = to.direction.dot(Eigen::Map<const Matrix2d>(e) * from.direction);
+        continue;
+      }
+      double* second = inverse_.matrix_row(row + a * 2 + 1) + column + b * 2;
+      first[0] = e[0];
+      first[1] = e[2];
+      second[0] = e[1];
+      second[1] = e[3];
+    }
+  }
+}
+
+// The last slot's rows and columns.
 void MovingContacts::FillBlocks(const Slot& slot) {
   const int last = static_cast<int>(slots_.size() - 1) * block();
-  const auto fill = [&](const Slot& to, int row, const Slot& from, int column) {
-    for (int a = 0; a < nodes_per_patch_; ++a) {
-      for (int b = 0; b < nodes_per_patch_; ++b) {
-        const Eigen::Map<const Matrix2d> moved(
-            greens_.block(to.first_node + a, from.first_node + b));
-        for (int r = 0; r < components_; ++r) {
-          double* target = inverse_.matrix_row(row + a * components_ + r) + column;
-          for (int c = 0; c < components_; ++c) {
-            target[b * components_ + c] =
-                components_ == 2 ? moved(r, c) : to.direction.dot(moved * from.direction);
-          }
-        }
+  for (std::size_t other = 0; other + 1 < slots_.size(); ++other) {
+    const int at = static_cast<int>(other) * block();
+    FillBlock(slots_[other], at, slot, last);
+    FillBlock(slot, last, slots_[other], at);
+  }
+  FillBlock(slot, last, slot, last);
+}
+
+// Asks for what FillBlocks will read: at random places of a large matrix, all on their way at once.
+void MovingContacts::Fetch(const ContactPatch& patch, std::span<const ContactPatch> others) const {
+  for (const auto& other : others) {
+    for (const int a : patch.nodes) {
+      for (const int b : other.nodes) {
+        __builtin_prefetch(greens_.block(a, b));
+        __builtin_prefetch(greens_.block(b, a));
       }
     }
-  };
-  for (std::size_t other = 0; other < slots_.size(); ++other) {
-    const int at = static_cast<int>(other) * block();
-    fill(slots_[other], at, slot, last);
-    if (at != last) fill(slot, last, slots_[other], at);
   }
 }
 
@@ -206,12 +227,11 @@ Matrix2d MovingContacts::Derivative(int patch) const noexcept {
   for (int r = 0; r < block(); ++r) {
     const double length = greens_.lengths()[Index(slot.first_node + r / components_)];
     const double* row = inverse_.inverse_row(first + r) + first;
-    for (int c = 0; c < block(); ++c) {
-      derivative +=
-          length * row[c] * Basis(slot, r % components_) * Basis(slot, c % components_).transpose();
-    }
+    for (int c = 0; c < block(); ++c)
+      derivative(r % components_, c % components_) += length * row[c];
   }
-  return derivative;
+  if (components_ == 2) return derivative;
+  return derivative(0, 0) * slot.direction * slot.direction.transpose();
 }
 
 void MovingContacts::Boundary(std::span<const double> prescribed,

@@ -60,7 +60,9 @@ class MovingContacts {
   bool Update(std::span<const ContactPatch> patches);
   bool Rebuild(std::span<const ContactPatch> patches);
   void Add(const ContactPatch& patch, int patch_index);
+  void FillBlock(const Slot& to, int row, const Slot& from, int column);
   void FillBlocks(const Slot& slot);
+  void Fetch(const ContactPatch& patch, std::span<const ContactPatch> others) const;
   [[nodiscard]] int block() const { return components_ * nodes_per_patch_; }
   [[nodiscard]] Eigen::Vector2d Basis(const Slot& slot, int k) const noexcept;
   void SolveTractions(std::span<const double> prescribed, double* moved,

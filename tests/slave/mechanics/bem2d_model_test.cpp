@@ -340,6 +340,42 @@ TEST(Bem2dModel, RespondsWithoutAllocatingAfterTheFirstCall) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
+// More contacts than are factorised anew each time: one moves, one comes, one goes. Reference: a
+// fresh model, which has nothing to update.
+TEST(Bem2dModel, ContactsComeMoveAndGoWithoutAllocating) {
+  for (const ElementOrder order : {ElementOrder::kConstant, ElementOrder::kLinear}) {
+    ReferenceProblem problem = Silicone(160);
+    problem.order = order;
+    Bem2dModel model(problem, kSilicone);
+    std::vector<Contact> contacts;
+    for (int i = 0; i < 20; ++i) contacts.push_back(bodies::Move(42 + 5 * i, {1e-4 * i, -1e-3}));
+    std::vector<ContactResponse> responses(contacts.size());
+    const auto tick = [&](int t) {
+      const int turn = t % 20;
+      contacts[static_cast<std::size_t>(turn)].element = 42 + 5 * turn + t / 20 % 4;
+      const std::size_t count = t % 3 == 0 ? 19 : 20;
+      model.Respond(std::span(contacts).first(count), std::span(responses).first(count));
+      return responses[0].validity == Validity::kValid;
+    };
+    for (int t = 0; t < 80; ++t) ASSERT_TRUE(tick(t));
+    const long before = AllocationCount();
+    bool valid = true;
+    for (int t = 80; t < 2000; ++t) valid = tick(t) && valid;
+    EXPECT_EQ(AllocationCount(), before);
+    EXPECT_TRUE(valid);
+    EXPECT_GT(model.moving_contacts().counts().updates, 1900);
+    Bem2dModel fresh(problem, kSilicone);
+    tick(2000);
+    const auto expected = bodies::Respond(fresh, contacts);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_LT((responses[i].force_O - expected[i].force_O).norm(),
+                1e-10 * expected[i].force_O.norm());
+      EXPECT_LT((responses[i].stiffness_O - expected[i].stiffness_O).norm(),
+                1e-10 * expected[i].stiffness_O.norm());
+    }
+  }
+}
+
 TEST(Bem2dModel, SaysWhatItIs) {
   Bem2dModel model(Silicone(), kSilicone);
   EXPECT_EQ(model.info().kind, "bem2d");

@@ -1,0 +1,428 @@
+// Linear and quadratic elements against exact solutions: what each order represents exactly, and
+// how fast the rest converges. The convergence is printed as a table.
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/bem/interior_field.h"
+#include "tests/slave/mechanics/bodies.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+constexpr std::array kOrders{ElementOrder::kConstant, ElementOrder::kLinear,
+                             ElementOrder::kQuadratic};
+
+// Displacement, and stress over E.
+struct Exact {
+  std::function<Vector2d(const Vector2d&)> displacement;
+  std::function<Matrix2d(const Vector2d&)> stress;
+};
+
+struct Material {
+  double nu;
+  Plane plane;
+  [[nodiscard]] double shear_modulus() const { return 1 / (2 * (1 + nu)); }
+  [[nodiscard]] double plane_modulus() const {
+    return plane == Plane::kStrain ? 1 / (1 - nu * nu) : 1;
+  }
+  [[nodiscard]] double plane_nu() const { return plane == Plane::kStrain ? nu / (1 - nu) : nu; }
+};
+
+// u = H p with a constant stress; at nu = 0.5 only traceless H, plus a pressure that moves nothing.
+Exact Uniform(const Material& material, const Matrix2d& stress) {
+  const double E = material.plane_modulus(), nu = material.plane_nu();
+  const Matrix2d strain = ((1 + nu) * stress - nu * stress.trace() * Matrix2d::Identity()) / E;
+  return {[=](const Vector2d& p) -> Vector2d {
+            return strain * p + Vector2d(0.1 - 0.3 * p.y(), 0.2 + 0.3 * p.x());
+          },
+          [=](const Vector2d&) { return stress; }};
+}
+
+// s_xx = y: pure bending.
+Exact Bending(const Material& material) {
+  const double E = material.plane_modulus(), nu = material.plane_nu();
+  return {[=](const Vector2d& p) -> Vector2d {
+            return Vector2d(p.x() * p.y(), -0.5 * (p.x() * p.x() + nu * p.y() * p.y())) / E;
+          },
+          [](const Vector2d& p) { return (Matrix2d() << p.y(), 0, 0, 0).finished(); }};
+}
+
+// u = grad f with f harmonic keeps every volume and solves Navier's equations for any nu; the
+// stress is 2 G grad grad f. Here f = exp(2 x) cos(2 y) / 4.
+Exact Harmonic(const Material& material) {
+  const double G = material.shear_modulus();
+  return {[](const Vector2d& p) -> Vector2d {
+            return 0.5 * std::exp(2 * p.x()) * Vector2d(std::cos(2 * p.y()), -std::sin(2 * p.y()));
+          },
+          [=](const Vector2d& p) -> Matrix2d {
+            const double c = std::cos(2 * p.y()), s = std::sin(2 * p.y());
+            return 2 * G * std::exp(2 * p.x()) * (Matrix2d() << c, -s, -s, -c).finished();
+          }};
+}
+
+// f = ln r about `centre`: a source in a hole, the very field that the plain equations lose at
+// nu = 0.5.
+Exact Source(const Material& material, const Vector2d& centre) {
+  const double G = material.shear_modulus();
+  return {[=](const Vector2d& p) -> Vector2d { return (p - centre) / (p - centre).squaredNorm(); },
+          [=](const Vector2d& p) -> Matrix2d {
+            const Vector2d r = p - centre;
+            const double r2 = r.squaredNorm();
+            return 2 * G * (Matrix2d::Identity() / r2 - 2 * r * r.transpose() / (r2 * r2));
+          }};
+}
+
+Exact Sum(const Exact& one, const Exact& other) {
+  return {
+      [=](const Vector2d& p) -> Vector2d { return one.displacement(p) + other.displacement(p); },
+      [=](const Vector2d& p) -> Matrix2d { return one.stress(p) + other.stress(p); }};
+}
+
+ReferenceProblem HeldOnTheLeft(const BoundaryMesh& mesh, const Material& material,
+                               ElementOrder order) {
+  ReferenceProblem problem = bodies::Free(mesh, material.nu, material.plane);
+  problem.order = order;
+  for (int i = 0; i < mesh.loop_begin[1]; ++i) {
+    const bool left = mesh.elements[static_cast<std::size_t>(i)].normal().x() < -0.9;
+    problem.held[static_cast<std::size_t>(i)] = {left, left};
+  }
+  return problem;
+}
+
+struct Errors {
+  double displacement = 0, traction = 0;  // largest, over the largest
+};
+
+// Prescribes the exact displacement at the held nodes and the exact traction at all others, and
+// compares what comes out for the rest.
+Errors ErrorsOf(const ReferenceProblem& problem, const Exact& exact) {
+  const GreensFunctions greens(problem);
+  const double unit = problem.mesh.length_unit;
+  const auto traction = [&](int i) -> Vector2d {
+    const auto element = static_cast<std::size_t>(greens.node(i).element);
+    return exact.stress(greens.node(i).p_O) * problem.mesh.elements[element].normal();
+  };
+  Errors errors;
+  double largest_u = 0, largest_t = 0;
+  for (int i = 0; i < greens.size(); ++i) {
+    Vector2d answer = Vector2d::Zero();
+    for (int j = 0; j < greens.size(); ++j) {
+      const Vector2d given =
+          greens.held(j, 0) ? Vector2d(exact.displacement(greens.node(j).p_O) / unit) : traction(j);
+      answer += Eigen::Map<const Matrix2d>(greens.block(i, j)) * given;
+    }
+    const Vector2d u = exact.displacement(greens.node(i).p_O) / unit;
+    largest_u = std::max(largest_u, u.norm());
+    largest_t = std::max(largest_t, traction(i).norm());
+    if (greens.held(i, 0)) {
+      errors.traction = std::max(errors.traction, (answer - traction(i)).norm());
+    } else {
+      errors.displacement = std::max(errors.displacement, (answer - u).norm());
+    }
+  }
+  return {errors.displacement / largest_u, errors.traction / std::max(largest_t, 1e-3)};
+}
+
+BoundaryMesh Rectangle(int count) {
+  return MeshRectangle(2, 1, count);
+}
+
+// A slanted body with a square and a triangular hole.
+BoundaryMesh Perforated(int count) {
+  return MeshPolygon(
+      {{{0, 0}, {4, 0}, {5, 3}, {0, 3}},
+       {{{0.6, 0.6}, {1.8, 0.6}, {1.8, 1.8}, {0.6, 1.8}}, {{2.6, 1.2}, {3.8, 1.2}, {3.2, 2.4}}}},
+      count);
+}
+
+const std::array<Material, 5> kMaterials{
+    Material{0.3, Plane::kStress}, Material{0.5, Plane::kStress}, Material{-0.9, Plane::kStrain},
+    Material{0.3, Plane::kStrain}, Material{0.5, Plane::kStrain}};
+
+std::string NameOf(const Material& m) {
+  return (m.plane == Plane::kStress ? "plane stress, nu " : "plane strain, nu ") +
+         std::to_string(m.nu);
+}
+
+// Reference: exact uniform stresses with a rigid motion. Tolerance: what the integrals and a system
+// of condition 1e3 to 1e5 leave of double precision.
+TEST(ElementOrder, LinearElementsPassThePatchTests) {
+  for (const auto& material : kMaterials) {
+    for (const auto& stress :
+         {Vector2d(1, 0).asDiagonal().toDenseMatrix(), Vector2d(0, 1).asDiagonal().toDenseMatrix(),
+          (Matrix2d() << 0, 1, 1, 0).finished(), (Matrix2d() << 1, 0, 0, 1).finished(),
+          Matrix2d::Zero().eval()}) {
+      const Exact exact = Uniform(material, stress);
+      for (const ElementOrder order : {ElementOrder::kLinear, ElementOrder::kQuadratic}) {
+        for (const auto& mesh : {Rectangle(12), Perforated(22)}) {
+          const Errors errors = ErrorsOf(HeldOnTheLeft(mesh, material, order), exact);
+          EXPECT_LT(errors.displacement, 1e-9) << NameOf(material) << "\n" << stress;
+          EXPECT_LT(errors.traction, 1e-9) << NameOf(material) << "\n" << stress;
+        }
+      }
+    }
+  }
+}
+
+TEST(ElementOrder, QuadraticElementsBendExactly) {
+  for (const auto& material : kMaterials) {
+    for (const auto& mesh : {Rectangle(12), Perforated(22)}) {
+      const Errors errors =
+          ErrorsOf(HeldOnTheLeft(mesh, material, ElementOrder::kQuadratic), Bending(material));
+      EXPECT_LT(errors.displacement, 1e-9) << NameOf(material);
+      EXPECT_LT(errors.traction, 1e-9) << NameOf(material);
+    }
+  }
+}
+
+// Prints the errors for each number of elements and returns the last order.
+double LastOrder(const std::string& title, const std::vector<int>& counts,
+                 const std::function<double(int)>& error_of) {
+  std::printf("  %-58s", title.c_str());
+  double previous = 0, order = 0;
+  int previous_count = 0;
+  for (const int count : counts) {
+    const double error = std::abs(error_of(count));
+    std::printf(" %4d: %8.1e", count, error);
+    if (previous_count > 0) {
+      order = std::log(previous / error) / std::log(static_cast<double>(count) / previous_count);
+      std::printf(" (%4.2f)", order);
+    }
+    previous = error;
+    previous_count = count;
+  }
+  std::printf("\n");
+  return order;
+}
+
+constexpr std::array<const char*, 3> kNames{"constant", "linear", "quadratic"};
+std::string Title(const char* what, ElementOrder order, const Material& material) {
+  return std::string(what) + ", " + kNames[static_cast<std::size_t>(order)] + ", " +
+         NameOf(material);
+}
+
+// Reference: an exact solution of which no order represents anything exactly, on a body with
+// corners, held and free sides. Orders: one more than the polynomials' degree, at least; the nodes
+// are points of superconvergence, but for the ends of what is held.
+TEST(ElementOrder, SmoothFieldsConvergeWithTheTextbooksOrder) {
+  for (const auto& material : {kMaterials[0], kMaterials[3], kMaterials[4]}) {
+    for (const ElementOrder order : kOrders) {
+      const double measured = LastOrder(
+          Title("smooth field on a rectangle", order, material), {24, 48, 96}, [&](int count) {
+            return ErrorsOf(HeldOnTheLeft(Rectangle(count), material, order), Harmonic(material))
+                .displacement;
+          });
+      EXPECT_GT(measured, static_cast<int>(order) + 1 - 0.25) << Title("", order, material);
+    }
+  }
+}
+
+// Reference: sources in both holes, the field that is lost with 1 - 2 nu, on top of a smooth one.
+TEST(ElementOrder, BodiesWithHolesConvergeUpToNuOneHalf) {
+  for (const double nu : {0.3, 0.4999, 0.5}) {
+    const Material material{nu, Plane::kStrain};
+    const Exact exact = Sum(Source(material, {1.3, 1.1}), Source(material, {3.2, 1.5}));
+    for (const ElementOrder order : kOrders) {
+      const double measured =
+          LastOrder(Title("sources in two holes", order, material), {66, 132, 264}, [&](int count) {
+            return ErrorsOf(HeldOnTheLeft(Perforated(count), material, order), exact).displacement;
+          });
+      EXPECT_GT(measured, static_cast<int>(order) + 1 - 0.3) << Title("", order, material);
+    }
+  }
+}
+
+// Reference: held outside, pressed inside, an incompressible ring does not move and passes the
+// pressure on; constant elements represent that exactly.
+TEST(ElementOrder, AnIncompressibleRingInARigidSocketPassesPressureOn) {
+  for (const ElementOrder order : kOrders) {
+    ReferenceProblem problem = bodies::Free(bodies::Ring(1, 2, 24), 0.5, Plane::kStrain);
+    problem.order = order;
+    for (std::size_t i = 0; i < 24; ++i) problem.held[i] = {true, true};
+    Bem2dModel model(problem, {.young_modulus = 1, .thickness = 1});
+    const auto responses = bodies::Respond(model, bodies::PressureOnLastLoop(problem.mesh, 1, 1));
+    ASSERT_EQ(responses[0].validity, Validity::kValid);
+    for (const auto& response : responses) EXPECT_LT(response.displacement_O.norm(), 1e-9);
+    const BoundaryState state = model.Boundary();
+    for (std::size_t i = 0; i < state.traction.size() / 2; ++i) {
+      const auto node = model.greens_functions().node(static_cast<int>(i));
+      const auto& element = problem.mesh.elements[static_cast<std::size_t>(node.element)];
+      EXPECT_LT((state.traction[i] + element.normal()).norm(), 1e-9);
+    }
+  }
+}
+
+// Reference: Lame's cylinder and the disc under pressure. The body is the inscribed polygon, whose
+// boundary is off by the square of the elements' length: order two at most, which linear elements
+// reach.
+TEST(ElementOrder, RingsAndDiscsConvergeAsTheirPolygonAllows) {
+  for (const auto& material : kMaterials) {
+    if (material.nu == -0.9) continue;
+    for (const ElementOrder order : kOrders) {
+      const double expected = order == ElementOrder::kConstant ? 1 : 2;
+      const Bem2dModel::Params params{.young_modulus = 1, .thickness = 1, .range = 10};
+      const double ring =
+          LastOrder(Title("Lame's cylinder", order, material), {30, 60, 120}, [&](int count) {
+            ReferenceProblem problem =
+                bodies::Free(bodies::Ring(1, 2, count), material.nu, material.plane);
+            problem.order = order;
+            Bem2dModel model(problem, params);
+            const auto answer =
+                bodies::Respond(model, bodies::PressureOnLastLoop(problem.mesh, 1, 1)).front();
+            const double exact =
+                ((1 - material.plane_nu()) / 3 + (1 + material.plane_nu()) * 4 / 3) /
+                material.plane_modulus();
+            return answer.displacement_O.norm() / exact - 1;
+          });
+      EXPECT_GT(ring, expected - 0.15) << Title("", order, material);
+      if (material.plane == Plane::kStrain && material.nu == 0.5) continue;  // does not shrink
+      const double disc =
+          LastOrder(Title("disc under pressure", order, material), {30, 60, 120}, [&](int count) {
+            const BoundaryMesh mesh = MeshDisc(1, count);
+            ReferenceProblem problem = bodies::Free(mesh, material.nu, material.plane);
+            problem.order = order;
+            Bem2dModel model(problem, params);
+            const auto answer =
+                bodies::Respond(model, bodies::PressureOnLastLoop(mesh, 1, 1)).front();
+            const double exact = (1 - material.plane_nu()) / material.plane_modulus();
+            return answer.displacement_O.norm() / exact - 1;
+          });
+      EXPECT_GT(disc, expected - 0.15) << Title("", order, material);
+    }
+  }
+}
+
+// Reference: exact uniform tension and pure bending, inside and on the boundary.
+TEST(ElementOrder, StressInsideIsExactWhereTheBoundaryIs) {
+  for (const auto& material : kMaterials) {
+    ReferenceProblem problem = bodies::Free(Rectangle(18), material.nu, material.plane);
+    for (const ElementOrder order : {ElementOrder::kLinear, ElementOrder::kQuadratic}) {
+      problem.order = order;
+      const Exact exact = Uniform(material, (Matrix2d() << 1, 0, 0, 0).finished());
+      Bem2dModel model(problem, {.young_modulus = 1000, .thickness = 0.1, .range = 1e3});
+      std::vector<Contact> loads;
+      for (int i = 0; i < problem.mesh.size(); ++i) {
+        const auto& e = problem.mesh.elements[static_cast<std::size_t>(i)];
+        loads.push_back(
+            bodies::Load(i, 1000 * 0.1 * e.length() * exact.stress({0, 0}) * e.normal()));
+      }
+      ASSERT_EQ(bodies::Respond(model, loads)[0].validity, Validity::kValid);
+      const InteriorField field(model, model.Boundary());
+      for (const Vector2d& p : {Vector2d(1, 0.5), Vector2d(0.2, 0.9), Vector2d(1.97, 0.02)}) {
+        EXPECT_LT((field.At(p).stress - 1000 * exact.stress(p)).norm(), 1e-6) << NameOf(material);
+        const Vector2d stretched =
+            field.At(p).displacement - field.At(Vector2d(1, 0.5)).displacement;
+        const double E = material.plane_modulus();
+        EXPECT_NEAR(stretched.x(), (p.x() - 1) / E, 1e-9);
+        EXPECT_NEAR(stretched.y(), -material.plane_nu() * (p.y() - 0.5) / E, 1e-9);
+      }
+      for (int i = 0; i < 18; ++i) {
+        EXPECT_LT((field.OnBoundary(i).stress - 1000 * exact.stress({0, 0})).norm(), 1e-6);
+      }
+    }
+  }
+}
+
+// Reference: differences of the displacement itself, Hooke's law for the shape and for the area;
+// near the boundary too, where the integrals are nearly singular.
+TEST(ElementOrder, StressFollowsFromTheDisplacement) {
+  for (const auto& material : kMaterials) {
+    ReferenceProblem problem = HeldOnTheLeft(Rectangle(18), material, ElementOrder::kQuadratic);
+    Bem2dModel model(problem, {.young_modulus = 1, .thickness = 1, .range = 1e3});
+    ASSERT_EQ(bodies::Respond(model, {bodies::Load(7, {0.1, 0.2})})[0].validity, Validity::kValid);
+    const InteriorField field(model, model.Boundary());
+    for (const Vector2d& p : {Vector2d(1.1, 0.4), Vector2d(1.3, 0.03)}) {
+      const double h = 1e-5;
+      Matrix2d gradient;
+      for (int k = 0; k < 2; ++k) {
+        const Vector2d step = h * Vector2d::Unit(k);
+        gradient.col(k) =
+            (field.At(p + step).displacement - field.At(p - step).displacement) / (2 * h);
+      }
+      const Matrix2d strain = 0.5 * (gradient + gradient.transpose());
+      const Matrix2d stress = field.At(p).stress;
+      const Matrix2d shear = stress - 0.5 * stress.trace() * Matrix2d::Identity();
+      const Matrix2d distortion = strain - 0.5 * strain.trace() * Matrix2d::Identity();
+      EXPECT_LT((shear - 2 * material.shear_modulus() * distortion).norm(), 1e-6 * stress.norm());
+      const double compliance = (1 - material.plane_nu()) / material.plane_modulus();
+      EXPECT_NEAR(strain.trace(), compliance * stress.trace(), 1e-6 * stress.norm());
+    }
+  }
+}
+
+// Reference: the definition of a contact on elements of several nodes, and equilibrium: the force
+// is what the reactions of the held side carry, to the discretisation error at the punch's edges.
+TEST(ElementOrder, AContactMovesAllNodesOfItsElementsAndReportsTheirForce) {
+  for (const ElementOrder order : {ElementOrder::kLinear, ElementOrder::kQuadratic}) {
+    ReferenceProblem problem = bodies::Block(60, 0.088, 0.49, Plane::kStress);
+    problem.order = order;
+    Bem2dModel model(problem, {.young_modulus = 127e3, .thickness = 9e-3});
+    Contact wide = bodies::Move(37, {0.2e-3, -1e-3});
+    wide.p_O = {0.044, 0.088, 0};
+    wide.width = 2 * 0.088 / 15;
+    const auto patch = bodies::Respond(model, {wide}).front();
+    ASSERT_EQ(patch.validity, Validity::kValid);
+    const auto& greens = model.greens_functions();
+    const BoundaryState state = model.Boundary();
+    Vector2d pressed = Vector2d::Zero(), carried = Vector2d::Zero();
+    for (int i = 0; i < greens.size(); ++i) {
+      const auto node = static_cast<std::size_t>(i);
+      const Vector2d force =
+          127e3 * 9e-3 * 0.088 * greens.node(i).length * state.traction[node] / 127e3;
+      const int element = greens.node(i).element;
+      if (element >= 36 && element <= 38) {
+        EXPECT_LT((state.displacement[node] - Vector2d(0.2e-3, -1e-3)).norm(), 1e-15);
+        pressed += force;
+      } else if (greens.held(i, 0)) {
+        carried += force;
+      } else {
+        EXPECT_LT(force.norm(), 1e-12);
+      }
+    }
+    EXPECT_LT((patch.force_O.head<2>() - pressed).norm(), 1e-9 * pressed.norm());
+    EXPECT_LT((pressed + carried).norm(), 0.005 * pressed.norm());
+    const auto loaded = bodies::Respond(model, {bodies::Load(37, {0, -0.1})}).front();
+    const BoundaryState pushed = model.Boundary();
+    Vector2d mean = Vector2d::Zero();
+    const ElementNodes& local = greens.element_nodes();
+    const auto count = static_cast<std::size_t>(local.count);
+    for (std::size_t m = 0; m < count; ++m) {
+      mean += local.weight[m] * pushed.displacement[37 * count + m];
+    }
+    EXPECT_LT((loaded.displacement_O.head<2>() - mean).norm(), 1e-12 * mean.norm());
+    std::vector<Eigen::Vector3d> midpoints;
+    model.BoundaryDisplacement(&midpoints);
+    ASSERT_EQ(midpoints.size(), 60U);
+    EXPECT_LT((midpoints[37].head<2>() - mean).norm(), 0.2 * mean.norm());
+    EXPECT_EQ(model.info().dof, 2 * 60 * count);
+  }
+}
+
+// Reference: the nodes mean the same at every scale.
+TEST(ElementOrder, ScaleAndStiffnessChangeNothing) {
+  for (const ElementOrder order : {ElementOrder::kLinear, ElementOrder::kQuadratic}) {
+    double first = 0;
+    for (const auto& [side, modulus] :
+         {std::pair{1.0, 1.0}, {1e-9, 1e12}, {1e3, 1.0}, {1e-9, 1.0}, {1e3, 1e12}}) {
+      ReferenceProblem problem = bodies::Block(60, side, 0.49, Plane::kStrain);
+      problem.order = order;
+      Bem2dModel model(problem, {.young_modulus = modulus, .thickness = side});
+      const auto response = bodies::Respond(model, {bodies::Move(37, {0, -1e-3 * side})}).front();
+      const double k_bar = -response.force_O.y() / (modulus * 1e-3 * side * side);
+      if (first == 0) first = k_bar;
+      EXPECT_NEAR(k_bar / first, 1, 1e-10) << side << ' ' << modulus;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate
