@@ -1,10 +1,9 @@
 #include "slave/mechanics/fem/solid/block_layout.h"
 
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 
-#include <Eigen/OrderingMethods>
+#include "slave/mechanics/fem/solid/node_ordering.h"
 
 namespace palpate {
 namespace {
@@ -13,46 +12,12 @@ std::size_t Index(int i) {
   return static_cast<std::size_t>(i);
 }
 
-// Neighbours of every node, itself included, rising.
-std::vector<std::vector<int>> Neighbours(const ElementMesh& mesh) {
-  std::vector<std::vector<int>> neighbours(Index(mesh.node_count()));
-  for (int node = 0; node < mesh.node_count(); ++node) neighbours[Index(node)].push_back(node);
-  for (int e = 0; e < mesh.element_count(); ++e) {
-    const auto nodes = mesh.element(e);
-    for (const int a : nodes) {
-      neighbours[Index(a)].insert(neighbours[Index(a)].end(), nodes.begin(), nodes.end());
-    }
-  }
-  for (auto& list : neighbours) {
-    std::ranges::sort(list);
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-    list.shrink_to_fit();
-  }
-  return neighbours;
-}
-
-// Approximate minimum degree over the nodes.
-std::vector<int> Ordering(const std::vector<std::vector<int>>& neighbours) {
-  const int n = static_cast<int>(neighbours.size());
-  SparseMatrix graph(n, n);
-  Eigen::VectorXi counts(n);
-  for (int i = 0; i < n; ++i) counts[i] = static_cast<int>(neighbours[Index(i)].size());
-  graph.reserve(counts);
-  for (int i = 0; i < n; ++i) {
-    for (const int j : neighbours[Index(i)]) graph.insert(j, i) = 1;
-  }
-  graph.makeCompressed();
-  Eigen::AMDOrdering<int>::PermutationType order;
-  Eigen::AMDOrdering<int>()(graph, order);
-  return {order.indices().data(), order.indices().data() + n};
-}
-
 }  // namespace
 
 BlockLayout::BlockLayout(const ElementMesh& mesh, bool pressure)
     : mesh_(mesh), pressure_(pressure) {
-  auto neighbours = Neighbours(mesh);
-  order_ = Ordering(neighbours);
+  auto neighbours = NeighboursOf(mesh);
+  order_ = EliminationOrder(mesh, neighbours);
   rank_.resize(order_.size());
   first_.resize(order_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) {

@@ -13,6 +13,7 @@ constexpr int kMostSteps = 100;  // of Newton's method
 constexpr int kMostRefinements = 60;
 constexpr int kMostHalvings = 40;
 constexpr double kNearby = 1e-2;  // relative residual below which the exact tangent is tried again
+constexpr double kVolume = 1e-8;      // change of volume over displacement that is none
 constexpr double kArmijo = 1e-4;
 constexpr double kRounding = 1e-14;   // of energies and forces
 constexpr double kStartShare = 1e-6;  // of the forces at the start that a residual is relative to
@@ -306,6 +307,18 @@ bool Equilibrium::Feasible(const Balance& balance, const VectorXd& x) const {
   return balance.rows.empty();
 }
 
+// An incompressible body whose whole surface is moved may be asked to change its volume.
+bool Equilibrium::KeepsVolume(const VectorXd& x) {
+  if (!linear() || !layout_.has_pressure() || body_.law().compressibility() > 0) return true;
+  double change = 0, largest = 0;
+  for (int i = 0; i < pressure_.size(); ++i) {
+    change += residual_[layout_.pressure(i)];
+    largest = std::max(largest, x.segment<3>(layout_.first(i)).lpNorm<Eigen::Infinity>());
+  }
+  return std::abs(change) <= kVolume * largest ||
+         Fail("prescribed displacements change the volume of an incompressible body");
+}
+
 bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
   const bool counted = options_.linear_solves > 0 && !linear();
   const int most = counted ? options_.linear_solves : linear() ? kMostRefinements : kMostSteps;
@@ -321,12 +334,12 @@ bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
     if (steps_ == 0) start_force_ = residual_.stableNorm();
     relative_ = Weigh(*balance);
     if (!std::isfinite(energy_) || std::isnan(relative_)) return Fail("the answer is not finite");
-    if (!moves && relative_ <= goal && !(counted && steps_ == 0)) return true;
+    if (!moves && relative_ <= goal && !(counted && steps_ == 0)) return KeepsVolume(*x);
     if (counted && steps_ >= most) return true;
     stalled = relative_ < 0.9 * best || moves ? 0 : stalled + 1;
     best = std::min(best, relative_);
     if (steps_ >= most || (linear() && stalled > 4)) {
-      if (relative_ <= options_.residual) return true;
+      if (relative_ <= options_.residual) return KeepsVolume(*x);
       return Fail(linear() ? "the linear solver does not reach the residual asked for"
                            : "no equilibrium was found: Newton's method did not converge");
     }

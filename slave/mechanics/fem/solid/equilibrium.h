@@ -82,6 +82,7 @@ class Equilibrium {
   bool Direction(Balance* balance, const Eigen::VectorXd& x, bool first);
   bool Search(const Balance& balance, double slope, Eigen::VectorXd* x);
   [[nodiscard]] bool Feasible(const Balance& balance, const Eigen::VectorXd& x) const;
+  bool KeepsVolume(const Eigen::VectorXd& x);
   bool Iterate(Balance* balance, Eigen::VectorXd* x);
   bool Fail(std::string_view why) {
     failure_ = why;
