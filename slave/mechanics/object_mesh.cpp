@@ -10,6 +10,7 @@
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
 #include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/mesher/fill_surface.h"
 
 namespace palpate {
 namespace {
@@ -52,19 +53,23 @@ std::optional<std::string> RefuseAt(const SurfaceMesh& surface, const Vector3d& 
 }
 
 ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const std::string& kind) {
+  const bool unit_given = geometry.unit != 1;
   MeshFile file = ReadMeshFile(geometry.file, geometry.unit);
   try {
     if (auto* solid = std::get_if<SolidMesh>(&file.mesh)) {
-      RequireSound(CheckMesh(*solid, file.numbers, true));
+      RequireSound(CheckMesh(*solid, file.numbers, unit_given));
       return std::move(*solid);
     }
     auto& surface = std::get<SurfaceMesh>(file.mesh);
-    RequireSound(CheckMesh(surface, file.numbers, true));
+    RequireSound(CheckMesh(surface, file.numbers, unit_given));
     if (kind == "bem3d") return std::move(surface);
+    FillOptions options;
+    options.resolution = geometry.resolution;
+    options.numbers = file.numbers;
+    return FillSurface(surface, options);
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(geometry.file.string() + ": " + error.what());
   }
-  throw std::invalid_argument(geometry.file.string() + ": a surface");
 }
 
 }  // namespace

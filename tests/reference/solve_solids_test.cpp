@@ -82,8 +82,8 @@ TEST_F(SolveSolids, TheFoamCubeGivesTheDiscreteAnswers) {
       const json& expected = c.at("expected").at(one.answer);
       const double F = p.at("total_force_N").get<double>() * one.force;
       const double low = p.at("patch")[0], high = p.at("patch")[1];
-      const auto forces = TractionLoads(mesh, F, [&](const Vector3d& c) {
-        return c.z() > L * (1 - 1e-9) && c.x() > low && c.x() < high && c.y() > low && c.y() < high;
+      const auto forces = TractionLoads(mesh, F, [&](const Vector3d& q) {
+        return q.z() > L * (1 - 1e-9) && q.x() > low && q.x() < high && q.y() > low && q.y() < high;
       });
       std::string loads = kLoads;
       for (const auto& [node, force] : forces) {
@@ -128,7 +128,7 @@ TEST_F(SolveSolids, TheCantileverGivesTheDiscreteAnswers) {
     const SolidMesh mesh = MeshBox({L, w, h}, cells);
     for (const auto& [key, deflection] : row.at("mean_tip_deflection").items()) {
       std::string loads = kLoads;
-      const auto at_end = [&](const Vector3d& c) { return c.x() > L * (1 - 1e-9); };
+      const auto at_end = [&](const Vector3d& q) { return q.x() > L * (1 - 1e-9); };
       for (const auto& [node, share] : TractionLoads(mesh, P, at_end)) {
         AppendLoad(mesh.nodes[static_cast<std::size_t>(node)], {0, 0, -share}, &loads);
       }

@@ -19,8 +19,8 @@ struct Cell {
   std::string axis{};   // what is varied: length, nu, contacts, ...
   std::string value{};  // of it
   Outcome outcome = Outcome::kWrong;
-  double error = 0;    // relative, where there is an answer and a truth
-  double bound = 0;    // stated beforehand
+  double error = 0;      // relative, where there is an answer and a truth
+  double bound = 0;      // stated beforehand
   std::string detail{};  // the reason, the place of the fault
   double seconds = 0;
 };
