@@ -32,7 +32,7 @@ struct ElementSummary {
 };
 
 // Eight elements side by side; the last group is filled up with elements of no volume.
-struct TetGroup {
+struct alignas(64) TetGroup {
   std::array<std::array<int, kLanes>, 4> node{};
   std::array<std::array<Double8, 3>, 3> gradient{};  // of corners 1 to 3
   Double8 volume{};
