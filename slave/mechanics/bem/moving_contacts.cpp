@@ -20,6 +20,14 @@ std::size_t Index(int i) {
   return static_cast<std::size_t>(i);
 }
 
+// A block of E, column-major, into two rows of the matrix.
+void CopyBlock(const double* e, double* first, double* second) {
+  first[0] = e[0];
+  first[1] = e[2];
+  second[0] = e[1];
+  second[1] = e[3];
+}
+
 }  // namespace
 
 MovingContacts::MovingContacts(const GreensFunctions& greens)
@@ -160,18 +168,25 @@ void MovingContacts::FillBlock(const Slot& to, int row, const Slot& from, int co
         *first = to.direction.dot(Eigen::Map<const Matrix2d>(e) * from.direction);
         continue;
       }
-      double* second = inverse_.matrix_row(row + a * 2 + 1) + column + b * 2;
-      first[0] = e[0];
-      first[1] = e[2];
-      second[0] = e[1];
-      second[1] = e[3];
+      CopyBlock(e, first, inverse_.matrix_row(row + a * 2 + 1) + column + b * 2);
     }
   }
 }
 
-// The last slot's rows and columns.
+// The last slot's rows and columns; two components of one node, the common case, in one go.
 void MovingContacts::FillBlocks(const Slot& slot) {
   const int last = static_cast<int>(slots_.size() - 1) * block();
+  if (components_ == 2 && nodes_per_patch_ == 1) {
+    double* first = inverse_.matrix_row(last);
+    double* second = inverse_.matrix_row(last + 1);
+    for (int at = 0; at <= last; at += 2) {
+      const int other = slots_[Index(at / 2)].first_node;
+      CopyBlock(greens_.block(other, slot.first_node), inverse_.matrix_row(at) + last,
+                inverse_.matrix_row(at + 1) + last);
+      CopyBlock(greens_.block(slot.first_node, other), first + at, second + at);
+    }
+    return;
+  }
   for (std::size_t other = 0; other + 1 < slots_.size(); ++other) {
     const int at = static_cast<int>(other) * block();
     FillBlock(slots_[other], at, slot, last);

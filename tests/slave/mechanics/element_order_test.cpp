@@ -233,7 +233,7 @@ TEST(ElementOrder, BodiesWithHolesConvergeUpToNuOneHalf) {
     const Exact exact = Sum(Source(material, {1.3, 1.1}), Source(material, {3.2, 1.5}));
     for (const ElementOrder order : kOrders) {
       const double measured =
-          LastOrder(Title("sources in two holes", order, material), {66, 132, 264}, [&](int count) {
+          LastOrder(Title("sources in two holes", order, material), {88, 176}, [&](int count) {
             return ErrorsOf(HeldOnTheLeft(Perforated(count), material, order), exact).displacement;
           });
       EXPECT_GT(measured, static_cast<int>(order) + 1 - 0.3) << Title("", order, material);
