@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace palpate {
@@ -15,6 +17,18 @@ constexpr double kBalanced = 1e-6;  // of all loads together
 
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Before the Green's functions, which take long.
+double Checked(double young_modulus, double range) {
+  const auto require = [](const char* name, double value) {
+    if (value > 0 && std::isfinite(value)) return;
+    throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
+                                ": accepted is finite and > 0");
+  };
+  require("young_modulus", young_modulus);
+  require("range", range);
+  return young_modulus;
 }
 
 ComplianceSolver::Params SolverParams(const SurfaceGreens& greens, double young_modulus,
@@ -30,7 +44,7 @@ ComplianceSolver::Params SolverParams(const SurfaceGreens& greens, double young_
 Bem3dModel::Bem3dModel(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held,
                        double young_modulus, double poisson_ratio, const Options& options,
                        Progress* progress)
-    : young_modulus_(young_modulus),
+    : young_modulus_(Checked(young_modulus, options.range)),
       greens_(mesh, std::move(held), poisson_ratio,
               {.cache = options.cache, .memory_limit = options.memory_limit}, progress),
       places_(mesh),

@@ -83,8 +83,9 @@ Edges CollectEdges(const SurfaceMesh& mesh) {
 std::vector<int> FindParts(const Edges& edges, int count) {
   std::vector<int> part(static_cast<std::size_t>(count));
   std::iota(part.begin(), part.end(), 0);
+  const auto parent = [&](int i) -> int& { return part[static_cast<std::size_t>(i)]; };
   const auto root = [&](int i) {
-    while (part[static_cast<std::size_t>(i)] != i) i = part[static_cast<std::size_t>(i)];
+    while (parent(i) != i) i = parent(i) = parent(parent(i));
     return i;
   };
   for (const auto& [edge, triangle] : edges) {
@@ -95,10 +96,9 @@ std::vector<int> FindParts(const Edges& edges, int count) {
                            " has no neighbour: accepted is a closed surface");
     }
     const int a = root(triangle), b = root(other->second);
-    part[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-    part[static_cast<std::size_t>(triangle)] = std::min(a, b);
+    parent(std::max(a, b)) = std::min(a, b);
   }
-  for (int i = 0; i < count; ++i) part[static_cast<std::size_t>(i)] = root(i);
+  for (int i = 0; i < count; ++i) parent(i) = root(i);
   return part;
 }
 

@@ -3,8 +3,9 @@
 //
 // At each node the displacements of the triangles around it are fitted by a function that is linear
 // in space (least squares), and the fit's value at the node is taken. So a displacement that is
-// linear in space is met exactly, a rigid turn among them, which constant triangles miss by O(h)
-// and, relative to the deformation, by O(h G / K): 66 % at nu = -0.9 on 432 triangles.
+// linear in space is met exactly, a rigid turn among them. Displacements that are constant on each
+// triangle miss it by O(h), and the deformation by O(h G / K): uniform tension by 1.3 % at nu = 0.3
+// but by 66 % at nu = -0.9, on a cube of 432 triangles.
 #pragma once
 
 #include <array>
