@@ -62,11 +62,11 @@ std::size_t UpdatedInverse::memory_bytes() const {
 
 bool UpdatedInverse::Invert() {
   if (order_ == 0) return true;
+  if (order_ <= 3) return InvertUpTo3();
   if (symmetric_) Mirror(matrix_);
   for (int i = 0; i < padded(); ++i) {  // what is left of larger matrices
     std::fill(row(i) + (i < order_ ? order_ : 0), row(i) + padded(), 0.0);
   }
-  if (order_ <= 3) return InvertUpTo3();
   if (InvertBySweeps() && ProbeError() <= kHopeless) return true;
   return !symmetric_ && InvertByPivoting() && ProbeError() <= kHopeless;
 }
@@ -85,12 +85,17 @@ void UpdatedInverse::Mirror(AlignedArray& a) const {
 bool UpdatedInverse::InvertUpTo3() {
   Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
   for (int i = 0; i < order_; ++i) {
-    for (int j = 0; j < order_; ++j) m(i, j) = row(i)[j];
+    for (int j = 0; j < order_; ++j) {
+      if (symmetric_ && j > i) row(i)[j] = row(j)[i];
+      m(i, j) = row(i)[j];
+    }
   }
-  const double volume = m.determinant();
+  Eigen::Matrix3d p;
+  double volume = 0;
+  bool invertible = false;
+  m.computeInverseAndDetWithCheck(p, volume, invertible, 0.0);
   const double largest = m(0, 0) * m(1, 1) * m(2, 2);
   if (!(volume > kLeastPivot * largest) || !(largest > 0)) return false;
-  const Eigen::Matrix3d p = m.inverse();
   for (int i = 0; i < kLane8; ++i) std::fill_n(InverseRow(i), kLane8, 0.0);
   for (int i = 0; i < order_; ++i) {
     for (int j = 0; j < order_; ++j) InverseRow(i)[j] = p(i, j);
