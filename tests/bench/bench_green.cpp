@@ -139,7 +139,7 @@ void Contacts(benchmark::State& state, Turn turn) {
     for (int k = 0; k < kBatch; ++k) {
       const std::size_t moved = turn == Turn::kAllMove ? S : turn == Turn::kOneMoves ? 1 : 0;
       for (std::size_t m = 0; m < moved; ++m) {
-        // The pool goes round: what comes in was out long ago, so no two contacts meet.
+        // Contacts change places with others of the pool: no two are at one place.
         const std::size_t i = moved == S ? m : dice[round++ % dice.size()];
         const Contact out = contacts[i];
         contacts[i] = ready.contacts[next % count];
@@ -150,7 +150,6 @@ void Contacts(benchmark::State& state, Turn turn) {
       benchmark::DoNotOptimize(responses.data());
     }
     least = std::min(least, (Now() - start) / kBatch);
-    // What was swapped out must not come in while its place is taken: the first S stay out.
     if (responses[0].validity == Validity::kFailed) state.SkipWithError("failed");
   }
   std::copy(contacts.begin(), contacts.end(), ready.contacts.begin());

@@ -97,25 +97,26 @@ TEST(GreenColumns, ComeFromTheCacheBitForBitAndOnlyForTheSameProblem) {
   const Body body = ShakenBox({4, 3, 3}, 1, 0.3);
   const Scratch scratch;
   GreenColumns first = ColumnsOf(body, scratch.path());
-  ASSERT_NE(first.Column(0), nullptr);
+  const int top = first.places() - 1;  // the last corner of the curve is free
+  ASSERT_NE(first.Column(top), nullptr);
   ASSERT_NE(first.Column(20), nullptr);
   EXPECT_EQ(first.groups_computed(), 2);
   GreenColumns second = ColumnsOf(body, scratch.path());
-  EXPECT_TRUE(SameBits(first, second, 0));
+  EXPECT_TRUE(SameBits(first, second, top));
   EXPECT_TRUE(SameBits(first, second, 20));
   EXPECT_EQ(second.groups_computed(), 0);
   Body other = body;
   other.nu = 0.31;
   GreenColumns by_nu = ColumnsOf(other, scratch.path());
-  EXPECT_FALSE(SameBits(first, by_nu, 0));
+  EXPECT_FALSE(SameBits(first, by_nu, top));
   other = body;
   other.held[30] = {true, true, true};
   GreenColumns by_support = ColumnsOf(other, scratch.path());
-  EXPECT_FALSE(SameBits(first, by_support, 0));
+  EXPECT_FALSE(SameBits(first, by_support, top));
   other = body;
   other.mesh.nodes[40].x() += 1e-5;
   GreenColumns by_mesh = ColumnsOf(other, scratch.path());
-  EXPECT_FALSE(SameBits(first, by_mesh, 0));
+  EXPECT_FALSE(SameBits(first, by_mesh, top));
   EXPECT_EQ(by_nu.groups_computed() + by_support.groups_computed() + by_mesh.groups_computed(), 3);
 }
 
@@ -207,7 +208,8 @@ TEST(GreenColumns, TheMemoryLimitIsKeptAndSaid) {
   EXPECT_FALSE(model.Prefetch());
   int ready = 0;
   for (int p = 0; p < model.columns().places(); ++p) ready += model.columns().IsReady(p) ? 1 : 0;
-  EXPECT_EQ(ready, 3 * GreenColumns::kGroup);
+  EXPECT_GE(ready, 3 * GreenColumns::kGroup);
+  EXPECT_LT(ready, 4 * GreenColumns::kGroup);  // the last group may be a small one
   bool said = false;
   for (int p = 0; p < model.columns().places(); ++p) {
     const int node = model.columns().node_of_place()[static_cast<std::size_t>(p)];

@@ -98,7 +98,7 @@ TEST(TetStiffness, PassesThePatchTestOfItsOrder) {
 // end falls with the square of the cells' size; measured orders 1.8 and 1.94.
 TEST(TetStiffness, Tet4ConvergesWithTheSquareOfTheSize) {
   double before = 0;
-  for (const int cells : {2, 4, 8}) {
+  for (const int cells : {4, 8, 16}) {
     const Body body = Bar(cells, 0);
     const SurfaceMesh surface = SurfaceOf(body.mesh);
     GreenColumns columns(AssembleTetStiffness(body.mesh, body.held, 0, TetElement::kTet4), surface,
@@ -129,7 +129,9 @@ TEST(TetStiffness, Tet4ConvergesWithTheSquareOfTheSize) {
     for (std::size_t n = 0; n < field.size(); ++n) {
       error = std::max(error, (kLength * field[n] - Bent(body.mesh.nodes[n])).norm());
     }
-    if (before > 0) EXPECT_NEAR(std::log2(before / error), 2, 0.35) << cells << " cells";
+    if (before > 0) {
+      EXPECT_NEAR(std::log2(before / error), 2, 0.35) << cells << " cells";
+    }
     before = error;
   }
 }

@@ -105,7 +105,7 @@ TEST_P(UpdatedInverseTest, TenThousandRandomStepsDoNotDrift) {
     if (step % 50 == 0 && now > 0) worst = std::max(worst, Error(inverse, unknowns.Of(chosen)));
   }
   EXPECT_LT(worst, 1e-9);
-  RecordProperty("worst", std::to_string(worst));
+  EXPECT_LT(inverse.inversions(), 500) << worst;  // updates hold for twenty steps and more
 }
 
 // Two ranges are taken out before either is put in again.
@@ -132,6 +132,7 @@ TEST_P(UpdatedInverseTest, SeveralRangesChangeTogether) {
     ASSERT_TRUE(inverse.Border(first, 3));
   }
   ASSERT_TRUE(inverse.Settle());
+  EXPECT_EQ(inverse.inversions(), 1);
   EXPECT_LT(Error(inverse, matrix), 1e-12);
 }
 
