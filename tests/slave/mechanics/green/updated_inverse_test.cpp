@@ -105,7 +105,7 @@ TEST_P(UpdatedInverseTest, TenThousandRandomStepsDoNotDrift) {
     if (step % 50 == 0 && now > 0) worst = std::max(worst, Error(inverse, unknowns.Of(chosen)));
   }
   EXPECT_LT(worst, 1e-9);
-  EXPECT_LT(inverse.inversions(), 500) << worst;  // updates hold for twenty steps and more
+  EXPECT_LT(inverse.inversions(), 10) << worst;  // one measured
 }
 
 // Two ranges are taken out before either is put in again.
