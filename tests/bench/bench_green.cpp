@@ -1,6 +1,6 @@
 // Cost of contacts on surface Green's functions against mesh size and number of contacts. One
-// thread. Counters: `dof` of the finite elements, `us` per update (CPU), `ratio` of it to Eigen's LU
-// and solution of the same capacitance matrix, measured in the same run, `error` of the forces
+// thread. Counters: `dof` of the finite elements, `us` per update (CPU), `ratio` of it to Eigen's
+// LU and solution of the same capacitance matrix, measured in the same run, `error` of the forces
 // against a fresh factorisation.
 #include <algorithm>
 #include <array>
@@ -50,8 +50,8 @@ Ready& ReadyOf(int cells) {
   Ready& ready = all[cells];
   if (ready.model) return ready;
   const Held cube = Cube(cells);
-  ready.model = std::make_unique<FemGreenModel>(cube.mesh, cube.held, 3800, 0.15,
-                                                FemGreenModel::Options{});
+  ready.model =
+      std::make_unique<FemGreenModel>(cube.mesh, cube.held, 3800, 0.15, FemGreenModel::Options{});
   std::mt19937 random(1);
   const SurfaceMesh& surface = ready.model->surface();
   std::vector<int> triangle_of_node(surface.nodes.size(), -1);
@@ -124,7 +124,8 @@ void Contacts(benchmark::State& state, Turn turn) {
   Ready& ready = ReadyOf(static_cast<int>(state.range(1)));
   const auto S = static_cast<std::size_t>(state.range(0));
   const std::size_t count = ready.contacts.size();
-  std::vector<Contact> contacts(ready.contacts.begin(), ready.contacts.begin() + static_cast<long>(S));
+  std::vector<Contact> contacts(ready.contacts.begin(),
+                                ready.contacts.begin() + static_cast<long>(S));
   std::vector<ContactResponse> responses(S);
   std::mt19937 random(2);
   std::vector<std::size_t> dice(4096);
@@ -138,7 +139,7 @@ void Contacts(benchmark::State& state, Turn turn) {
     for (int k = 0; k < kBatch; ++k) {
       const std::size_t moved = turn == Turn::kAllMove ? S : turn == Turn::kOneMoves ? 1 : 0;
       for (std::size_t m = 0; m < moved; ++m) {
-        // The pool goes round: what comes in was out long ago, so no two contacts meet.
+        // Contacts change places with others of the pool: no two are at one place.
         const std::size_t i = moved == S ? m : dice[round++ % dice.size()];
         const Contact out = contacts[i];
         contacts[i] = ready.contacts[next % count];
@@ -149,7 +150,6 @@ void Contacts(benchmark::State& state, Turn turn) {
       benchmark::DoNotOptimize(responses.data());
     }
     least = std::min(least, (Now() - start) / kBatch);
-    // What was swapped out must not come in while its place is taken: the first S stay out.
     if (responses[0].validity == Validity::kFailed) state.SkipWithError("failed");
   }
   std::copy(contacts.begin(), contacts.end(), ready.contacts.begin());
@@ -159,9 +159,15 @@ void Contacts(benchmark::State& state, Turn turn) {
   state.counters["dof"] = static_cast<double>(ready.model->info().dof);
 }
 
-void Unchanged(benchmark::State& state) { Contacts(state, Turn::kUnchanged); }
-void OneMoves(benchmark::State& state) { Contacts(state, Turn::kOneMoves); }
-void AllMove(benchmark::State& state) { Contacts(state, Turn::kAllMove); }
+void Unchanged(benchmark::State& state) {
+  Contacts(state, Turn::kUnchanged);
+}
+void OneMoves(benchmark::State& state) {
+  Contacts(state, Turn::kOneMoves);
+}
+void AllMove(benchmark::State& state) {
+  Contacts(state, Turn::kAllMove);
+}
 
 void Sizes(benchmark::internal::Benchmark* benchmark) {
   for (const int cells : {8, 16, 26}) {

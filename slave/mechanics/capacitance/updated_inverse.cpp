@@ -62,11 +62,12 @@ std::size_t UpdatedInverse::memory_bytes() const {
 
 bool UpdatedInverse::Invert() {
   if (order_ == 0) return true;
+  ++inversions_;
+  if (order_ <= 3) return InvertUpTo3();
   if (symmetric_) Mirror(matrix_);
   for (int i = 0; i < padded(); ++i) {  // what is left of larger matrices
     std::fill(row(i) + (i < order_ ? order_ : 0), row(i) + padded(), 0.0);
   }
-  if (order_ <= 3) return InvertUpTo3();
   if (InvertBySweeps() && ProbeError() <= kHopeless) return true;
   return !symmetric_ && InvertByPivoting() && ProbeError() <= kHopeless;
 }
@@ -85,12 +86,17 @@ void UpdatedInverse::Mirror(AlignedArray& a) const {
 bool UpdatedInverse::InvertUpTo3() {
   Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
   for (int i = 0; i < order_; ++i) {
-    for (int j = 0; j < order_; ++j) m(i, j) = row(i)[j];
+    for (int j = 0; j < order_; ++j) {
+      if (symmetric_ && j > i) row(i)[j] = row(j)[i];
+      m(i, j) = row(i)[j];
+    }
   }
-  const double volume = m.determinant();
+  Eigen::Matrix3d p;
+  double volume = 0;
+  bool invertible = false;
+  m.computeInverseAndDetWithCheck(p, volume, invertible, 0.0);
   const double largest = m(0, 0) * m(1, 1) * m(2, 2);
   if (!(volume > kLeastPivot * largest) || !(largest > 0)) return false;
-  const Eigen::Matrix3d p = m.inverse();
   for (int i = 0; i < kLane8; ++i) std::fill_n(InverseRow(i), kLane8, 0.0);
   for (int i = 0; i < order_; ++i) {
     for (int j = 0; j < order_; ++j) InverseRow(i)[j] = p(i, j);
@@ -240,14 +246,13 @@ bool UpdatedInverse::Splice(int first, int removed, int inserted) {
   for (int done = 0; done < removed; done += kLane8) {
     TakeOut(first + done, std::min(kLane8, removed - done));
   }
-  const int before = padded();
+  for (int i = padded(); i < PaddedTo8(order_ - removed + inserted); ++i) {
+    std::fill_n(InverseRow(i), stride_, 0.0);
+    for (int j = 0; j < i; ++j) InverseRow(j)[i] = 0;
+  }
   Shift(matrix_, first, removed, inserted);
   Shift(inverse_, first, removed, inserted);
   order_ += inserted - removed;
-  for (int i = before; i < padded(); ++i) std::fill_n(InverseRow(i), padded(), 0.0);
-  for (int i = 0; i < before; ++i) {
-    if (padded() > before) std::fill(InverseRow(i) + before, InverseRow(i) + padded(), 0.0);
-  }
   ClearInverse(first, inserted);
   return true;
 }
@@ -259,69 +264,70 @@ bool UpdatedInverse::Border(int first, int count) {
     }
   }
   for (int done = 0; done < count; done += kLane8) {
-    const int at = first + done, size = std::min(kLane8, count - done);
-    // ... V = P c into panel_, order x 8; W = r P into rows_, 8 x stride.
-    double* V = panel_.get();
-    double* W = rows_.get();
-    double* c = image_.get();  // c^T, 8 x stride
-    for (int q = 0; q < size; ++q) {
-      double* to = c + static_cast<long>(q) * stride_;
-      if (symmetric_) {
-        std::memcpy(to, row(at + q), static_cast<std::size_t>(order_) * sizeof(double));
-      } else {
-        for (int i = 0; i < order_; ++i) to[i] = row(i)[at + q];
-      }
-      std::fill(to + order_, to + padded(), 0.0);
-    }
-    std::fill_n(V, padded() * kLane8, 0.0);
-    RowDots(inverse_.get(), stride_, c, stride_, padded(), size, V);
-    for (int q = 0; q < size; ++q) {
-      double* to = W + static_cast<long>(q) * stride_;
-      if (symmetric_) {
-        for (int i = 0; i < padded(); ++i) to[i] = V[i * kLane8 + q];
-        continue;
-      }
-      std::fill_n(to, padded(), 0.0);
-      for (int i = 0; i < order_; ++i) {
-        const double factor = row(at + q)[i];
-        const double* from = InverseRow(i);
-        for (int j = 0; j < padded(); ++j) to[j] += factor * from[j];
-      }
-    }
-    Tile s;
-    FillIdentity(&s);
-    std::array<double, kLane8> least{};
-    for (int r = 0; r < size; ++r) {
-      least[static_cast<std::size_t>(r)] = kLeastPivot * row(at + r)[at + r];
-      for (int k = 0; k < size; ++k) {
-        double sum = row(at + r)[at + k];
-        for (int i = 0; i < order_; ++i) sum -= row(at + r)[i] * V[i * kLane8 + k];
-        s.row(r)[k] = sum;
-      }
-    }
-    if (!Invert8(s.a.data(), least.data())) return false;
-    double* Vs = panel_by_pivot_.get();
-    MultiplyPanel(V, s.a.data(), padded(), Vs);
-    for (int i = 0; i < padded() * kLane8; ++i) Vs[i] = -Vs[i];
-    SubtractProduct(inverse_.get(), stride_, Vs, W, stride_, padded(), size, false);
-    for (int i = 0; i < order_; ++i) {
-      for (int q = 0; q < size; ++q) InverseRow(i)[at + q] = Vs[i * kLane8 + q];
-    }
-    for (int r = 0; r < size; ++r) {
-      double* to = InverseRow(at + r);
-      if (symmetric_) {
-        for (int i = 0; i < order_; ++i) to[i] = Vs[i * kLane8 + r];
-      } else {
-        std::fill_n(to, order_, 0.0);
-        for (int q = 0; q < size; ++q) {
-          const double* from = W + static_cast<long>(q) * stride_;
-          for (int j = 0; j < order_; ++j) to[j] -= s.row(r)[q] * from[j];
-        }
-      }
-      for (int q = 0; q < size; ++q) to[at + q] = s.row(r)[q];
-    }
+    if (!BorderPanel(first + done, std::min(kLane8, count - done))) return false;
   }
   return true;
+}
+
+// What is not bordered yet is zero in the inverse and takes no part.
+bool UpdatedInverse::BorderPanel(int at, int size) {
+  FillBorder(at, size);
+  const double* V = panel_.get();
+  Tile s;
+  FillIdentity(&s);
+  std::array<double, kLane8> least{};
+  for (int r = 0; r < size; ++r) {
+    least[static_cast<std::size_t>(r)] = kLeastPivot * row(at + r)[at + r];
+    for (int k = 0; k < size; ++k) {
+      double sum = row(at + r)[at + k];
+      for (int i = 0; i < order_; ++i) sum -= row(at + r)[i] * V[i * kLane8 + k];
+      s.row(r)[k] = sum;
+    }
+  }
+  if (!Invert8(s.a.data(), least.data())) return false;
+  double* Vs = panel_by_pivot_.get();  // - V s
+  MultiplyPanel(V, s.a.data(), padded(), Vs);
+  for (int i = 0; i < padded() * kLane8; ++i) Vs[i] = -Vs[i];
+  SubtractProduct(inverse_.get(), stride_, Vs, rows_.get(), stride_, padded(), size, false);
+  for (int i = 0; i < order_; ++i) {
+    for (int q = 0; q < size; ++q) InverseRow(i)[at + q] = Vs[i * kLane8 + q];
+  }
+  for (int r = 0; r < size; ++r) {
+    double* to = InverseRow(at + r);
+    std::fill_n(to, order_, 0.0);
+    for (int q = 0; q < size; ++q) {  // - s W
+      const double* W = rows_.get() + static_cast<long>(q) * stride_;
+      for (int j = 0; j < order_; ++j) to[j] -= s.row(r)[q] * W[j];
+    }
+    for (int q = 0; q < size; ++q) to[at + q] = s.row(r)[q];
+  }
+  return true;
+}
+
+// V = P c into panel_, order x 8; W = r P into rows_, 8 x stride: c the new columns, r the new
+// rows.
+void UpdatedInverse::FillBorder(int at, int size) {
+  double* V = panel_.get();
+  double* c = image_.get();  // transposed, 8 x stride
+  for (int q = 0; q < size; ++q) {
+    double* to = c + static_cast<long>(q) * stride_;
+    for (int i = 0; i < order_; ++i) to[i] = symmetric_ ? row(at + q)[i] : row(i)[at + q];
+    std::fill(to + order_, to + padded(), 0.0);
+  }
+  std::fill_n(V, padded() * kLane8, 0.0);
+  RowDots(inverse_.get(), stride_, c, stride_, padded(), size, V);
+  for (int q = 0; q < size; ++q) {
+    double* W = rows_.get() + static_cast<long>(q) * stride_;
+    if (symmetric_) {
+      for (int i = 0; i < padded(); ++i) W[i] = V[i * kLane8 + q];
+      continue;
+    }
+    std::fill_n(W, padded(), 0.0);
+    for (int i = 0; i < order_; ++i) {
+      const double factor = row(at + q)[i];
+      for (int j = 0; j < padded(); ++j) W[j] += factor * InverseRow(i)[j];
+    }
+  }
 }
 
 // Largest difference between a vector of signs and what comes back from the matrix and its inverse.

@@ -48,6 +48,8 @@ class UpdatedInverse {
     return inverse_.get() + static_cast<long>(i) * stride_;
   }
   [[nodiscard]] std::size_t memory_bytes() const;
+  // Fresh inverses so far: what updates save.
+  [[nodiscard]] long inversions() const { return inversions_; }
 
  private:
   double* InverseRow(int i) { return inverse_.get() + static_cast<long>(i) * stride_; }
@@ -56,12 +58,15 @@ class UpdatedInverse {
   bool InvertByPivoting();
   bool Sweep(int panel);
   void TakeOut(int first, int count);
+  bool BorderPanel(int at, int size);
+  void FillBorder(int at, int size);
   void Shift(AlignedArray& a, int first, int removed, int inserted);
   void ClearInverse(int first, int count);
   void Mirror(AlignedArray& a) const;
   [[nodiscard]] double ProbeError();
 
   bool symmetric_;
+  long inversions_ = 0;
   int order_ = 0;
   int capacity_ = 0;  // padded
   int stride_ = 0;

@@ -150,7 +150,8 @@ DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, 
   VectorXd load = VectorXd::Zero(dofs);
   std::vector<Constraint> constraints;
   for (int d = 0; d < dofs; ++d) {
-    if (body.held[Index(d / 3)][Index(d % 3)]) constraints.push_back({{{d, 1.0}}, 0, -1, Vector3d::Zero()});
+    if (body.held[Index(d / 3)][Index(d % 3)])
+      constraints.push_back({{{d, 1.0}}, 0, -1, Vector3d::Zero()});
   }
   std::vector<Shares> shares;
   for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {

@@ -1,5 +1,6 @@
-// An independent formulation to hold fem-green to: strain-displacement matrices in Voigt's notation,
-// a dense stiffness in SI, supports and contacts by Lagrange multipliers, one LU factorisation.
+// An independent formulation to hold fem-green to: strain-displacement matrices in Voigt's
+// notation, a dense stiffness in SI, supports and contacts by Lagrange multipliers, one LU
+// factorisation.
 #pragma once
 
 #include <array>
@@ -24,7 +25,8 @@ struct Body {
 Body Standing(SolidMesh mesh, int axis, double E, double nu);
 // A box of some cells with its inner nodes shaken, standing on z = 0.
 Body ShakenBox(std::array<int, 3> cells, double E, double nu);
-// One of the foam meshes (`cube`, `bar`, `sponge`), held where x = 0; empty where the file is absent.
+// One of the foam meshes (`cube`, `bar`, `sponge`), held where x = 0; empty where the file is
+// absent.
 Body Foam(const char* name);
 
 struct DirectAnswer {

@@ -61,8 +61,8 @@ std::vector<Contact> Mixed(const Body& body) {
     if (apart) far.push_back(t);
   }
   const auto node = [&](std::size_t k) {
-    return surface.nodes[static_cast<std::size_t>(
-        surface.triangles[static_cast<std::size_t>(far.at(k))][0])];
+    return surface
+        .nodes[static_cast<std::size_t>(surface.triangles[static_cast<std::size_t>(far.at(k))][0])];
   };
   return {Move(node(0), {0.01 * side, -0.005 * side, 0.004 * side}),
           Load(Centroid(surface, far.at(1)), {0.02, 0.01, -0.03}, 0.2 * side),
@@ -132,8 +132,8 @@ TEST_P(FemGreenAgainstDirect, FrictionlessContactsAgree) {
   ExpectSameField(model, direct, 1e-9);
 }
 
-// Reference: differences of the force itself, which is linear in the displacement. Cancellation in a
-// step of the size of the displacement costs two digits.
+// Reference: differences of the force itself, which is linear in the displacement. Cancellation in
+// a step of the size of the displacement costs two digits.
 TEST_P(FemGreenAgainstDirect, StiffnessIsTheDerivativeOfTheForce) {
   FemGreenModel model = ModelOf(body_);
   const auto contacts = Mixed(body_);

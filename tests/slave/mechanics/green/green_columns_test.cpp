@@ -1,0 +1,228 @@
+#include "slave/mechanics/fem/green/green_columns.h"
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "slave/mechanics/fem/green/fem_green_model.h"
+#include "tests/slave/mechanics/green/direct_solution.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kPlenty = std::size_t{1} << 30;
+
+GreenColumns ColumnsOf(const Body& body, const fs::path& cache = {}, std::size_t limit = kPlenty,
+                       TetElement element = TetElement::kTet4) {
+  return {AssembleTetStiffness(body.mesh, body.held, body.nu, element), SurfaceOf(body.mesh), limit,
+          cache, nullptr};
+}
+
+bool SameBits(GreenColumns& a, GreenColumns& b, int place) {
+  return std::memcmp(a.Column(place), b.Column(place), a.bytes_per_place()) == 0;
+}
+
+// A folder of its own that goes with the test.
+class Scratch {
+ public:
+  Scratch() : path_(fs::temp_directory_path() / ("palpate-green-" + std::to_string(::getpid()))) {
+    fs::remove_all(path_);
+  }
+  ~Scratch() { fs::remove_all(path_); }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  [[nodiscard]] const fs::path& path() const { return path_; }
+  [[nodiscard]] std::vector<fs::path> Files() const {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(path_)) {
+      if (entry.is_regular_file()) files.push_back(entry.path());
+    }
+    std::ranges::sort(files);
+    return files;
+  }
+
+ private:
+  fs::path path_;
+};
+
+// What is asked first does not change a digit.
+TEST(GreenColumns, LazyIsEagerBitForBit) {
+  const Body body = ShakenBox({4, 4, 3}, 1, 0.3);
+  GreenColumns eager = ColumnsOf(body), lazy = ColumnsOf(body);
+  std::vector<int> all;
+  for (int p = 0; p < eager.places(); ++p) all.push_back(p);
+  ASSERT_TRUE(eager.Prefetch(all, nullptr));
+  for (int k = 0; k < 2 * lazy.places(); ++k) {
+    const int place = k * 37 % lazy.places();
+    ASSERT_TRUE(SameBits(lazy, eager, place)) << place;
+  }
+}
+
+// Reference: the whole inverse stiffness, applied by one solution for all surface forces together.
+TEST(GreenColumns, ColumnsAddUpToTheSolutionForAllForces) {
+  for (const TetElement element : {TetElement::kTet4, TetElement::kTet10}) {
+    const Body body = ShakenBox({3, 3, 3}, 1, 0.4);
+    GreenColumns columns = ColumnsOf(body, {}, kPlenty, element);
+    std::vector<int> places;
+    std::vector<Eigen::Vector3d> forces, together;
+    std::vector<Eigen::Vector3d> sum(static_cast<std::size_t>(columns.places()),
+                                     Eigen::Vector3d::Zero());
+    for (int p = 0; p < columns.places(); ++p) {
+      places.push_back(p);
+      forces.emplace_back(p % 3 - 1, p % 5 - 2, p % 7 - 3);
+      for (int i = 0; i < columns.places(); ++i) {
+        sum[static_cast<std::size_t>(i)] +=
+            Eigen::Map<const Eigen::Matrix3d>(columns.Column(p) + 9 * i) * forces.back();
+      }
+    }
+    columns.Solve(places, forces, &together);
+    double largest = 0;
+    for (const auto& u : together) largest = std::max(largest, u.norm());
+    for (int i = 0; i < columns.places(); ++i) {
+      const int node = columns.node_of_place()[static_cast<std::size_t>(i)];
+      EXPECT_LT(
+          (sum[static_cast<std::size_t>(i)] - together[static_cast<std::size_t>(node)]).norm(),
+          1e-12 * largest);
+    }
+  }
+}
+
+TEST(GreenColumns, ComeFromTheCacheBitForBitAndOnlyForTheSameProblem) {
+  const Body body = ShakenBox({4, 3, 3}, 1, 0.3);
+  const Scratch scratch;
+  GreenColumns first = ColumnsOf(body, scratch.path());
+  const int top = first.places() - 1;  // the last corner of the curve is free
+  ASSERT_NE(first.Column(top), nullptr);
+  ASSERT_NE(first.Column(20), nullptr);
+  EXPECT_EQ(first.groups_computed(), 2);
+  GreenColumns second = ColumnsOf(body, scratch.path());
+  EXPECT_TRUE(SameBits(first, second, top));
+  EXPECT_TRUE(SameBits(first, second, 20));
+  EXPECT_EQ(second.groups_computed(), 0);
+  Body other = body;
+  other.nu = 0.31;
+  GreenColumns by_nu = ColumnsOf(other, scratch.path());
+  EXPECT_FALSE(SameBits(first, by_nu, top));
+  other = body;
+  other.held[30] = {true, true, true};
+  GreenColumns by_support = ColumnsOf(other, scratch.path());
+  EXPECT_FALSE(SameBits(first, by_support, top));
+  other = body;
+  other.mesh.nodes[40].x() += 1e-5;
+  GreenColumns by_mesh = ColumnsOf(other, scratch.path());
+  EXPECT_FALSE(SameBits(first, by_mesh, top));
+  EXPECT_EQ(by_nu.groups_computed() + by_support.groups_computed() + by_mesh.groups_computed(), 3);
+}
+
+// Shortened, overwritten, emptied, of another number: each is computed again, and mended on disk.
+TEST(GreenColumns, ATornCacheIsNoticed) {
+  const Body body = ShakenBox({3, 3, 2}, 1, 0.3);
+  GreenColumns clean = ColumnsOf(body);
+  const int last = clean.places() - 1;
+  for (int damage = 0; damage < 5; ++damage) {
+    const Scratch scratch;
+    GreenColumns writer = ColumnsOf(body, scratch.path());
+    std::vector<int> all;
+    for (int p = 0; p <= last; ++p) all.push_back(p);
+    ASSERT_TRUE(writer.Prefetch(all, nullptr));
+    const auto files = scratch.Files();
+    ASSERT_GE(files.size(), 3U);
+    const auto bytes = fs::file_size(files[0]);
+    std::fstream file(files[0], std::ios::binary | std::ios::in | std::ios::out);
+    if (damage == 0) fs::resize_file(files[0], bytes - 8);
+    if (damage == 1) fs::resize_file(files[0], 0);
+    if (damage == 2) file.seekp(static_cast<long>(bytes / 2)).put('\x55').flush();
+    if (damage == 3) fs::copy_file(files[1], files[0], fs::copy_options::overwrite_existing);
+    if (damage == 4) file.seekp(0).put('\x55').flush();
+    file.close();
+    GreenColumns reader = ColumnsOf(body, scratch.path());
+    for (int p = 0; p <= last; ++p) ASSERT_TRUE(SameBits(reader, clean, p)) << damage;
+    EXPECT_EQ(reader.groups_computed(), 1) << damage;
+    GreenColumns again = ColumnsOf(body, scratch.path());
+    for (int p = 0; p <= last; ++p) again.Column(p);
+    EXPECT_EQ(again.groups_computed(), 0) << damage;
+  }
+}
+
+TEST(GreenColumns, AFolderThatCannotBeWrittenHarmsNobody) {
+  const Body body = ShakenBox({2, 2, 2}, 1, 0.3);
+  GreenColumns columns = ColumnsOf(body, "/proc/no/such/folder");
+  GreenColumns clean = ColumnsOf(body);
+  EXPECT_TRUE(SameBits(columns, clean, 3));
+}
+
+class StopAfter final : public Progress {
+ public:
+  explicit StopAfter(int reports) : left_(reports) {}
+  void Expect(const PrecomputeCost& cost) override { expected_ = cost; }
+  bool Report(std::string_view /*stage*/, double done) override {
+    done_ = done;
+    return --left_ >= 0;
+  }
+  PrecomputeCost expected_;
+  double done_ = 0;
+
+ private:
+  int left_;
+};
+
+TEST(GreenColumns, InterruptedWorkResumesFromTheCache) {
+  const Body body = ShakenBox({4, 4, 3}, 1, 0.3);
+  const Scratch scratch;
+  const FemGreenModel::Options options{.cache = scratch.path()};
+  int computed = 0;
+  {
+    FemGreenModel model(body.mesh, body.held, body.E, body.nu, options);
+    StopAfter progress(4);
+    EXPECT_THROW(model.Prefetch({}, &progress), Interrupted);
+    computed = model.columns().groups_computed();
+    EXPECT_GE(computed, 4);
+  }
+  FemGreenModel model(body.mesh, body.held, body.E, body.nu, options);
+  StopAfter progress(1000);
+  EXPECT_TRUE(model.Prefetch({}, &progress));
+  EXPECT_EQ(progress.done_, 1);
+  const int groups = (model.columns().places() + GreenColumns::kGroup - 1) / GreenColumns::kGroup;
+  EXPECT_EQ(model.columns().groups_computed(), groups - computed);
+}
+
+TEST(GreenColumns, TellsWhatToExpectAndStopsBeforeTheFactor) {
+  const Body body = ShakenBox({3, 3, 3}, 1, 0.3);
+  StopAfter progress(0);
+  EXPECT_THROW(FemGreenModel(body.mesh, body.held, 1, 0.3, {}, &progress), Interrupted);
+  EXPECT_GT(progress.expected_.seconds, 0);
+  EXPECT_GT(progress.expected_.memory_bytes, 0U);
+}
+
+TEST(GreenColumns, TheMemoryLimitIsKeptAndSaid) {
+  const Body body = ShakenBox({4, 4, 3}, 1, 0.3);
+  FemGreenModel probe(body.mesh, body.held, 1, 0.3, {});
+  const std::size_t group = GreenColumns::kGroup * probe.columns().bytes_per_place();
+  FemGreenModel model(body.mesh, body.held, 1, 0.3, {.memory_limit = 3 * group + group / 2});
+  EXPECT_FALSE(model.Prefetch());
+  int ready = 0;
+  for (int p = 0; p < model.columns().places(); ++p) ready += model.columns().IsReady(p) ? 1 : 0;
+  EXPECT_GE(ready, 3 * GreenColumns::kGroup);
+  EXPECT_LT(ready, 4 * GreenColumns::kGroup);  // the last group may be a small one
+  bool said = false;
+  for (int p = 0; p < model.columns().places(); ++p) {
+    const int node = model.columns().node_of_place()[static_cast<std::size_t>(p)];
+    if (model.columns().IsReady(p) || body.held[static_cast<std::size_t>(node)][0]) continue;
+    Contact contact;
+    contact.p_O = body.mesh.nodes[static_cast<std::size_t>(node)];
+    ContactResponse response;
+    model.Respond({&contact, 1}, {&response, 1});
+    EXPECT_EQ(response.validity, Validity::kFailed);
+    said = model.failure().find("memory") != std::string_view::npos;
+  }
+  EXPECT_TRUE(said);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,126 @@
+#include "slave/mechanics/capacitance/surface_places.h"
+
+#include <map>
+#include <numeric>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/slave/mechanics/green/direct_solution.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+// Places all over the surface: on nodes, edges, inside triangles, a little off.
+std::vector<Contact> Everywhere(const SurfaceMesh& surface) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::vector<Contact> contacts;
+  for (int t = 0; t < static_cast<int>(surface.triangles.size()); t += 3) {
+    const auto& nodes = surface.triangles[static_cast<std::size_t>(t)];
+    Vector3d w(unit(random), unit(random), unit(random));
+    if (t % 9 == 3) w = Vector3d::Unit(t % 3);
+    w /= w.sum();
+    Contact contact;
+    for (int v = 0; v < 3; ++v) {
+      contact.p_O +=
+          w[v] * surface.nodes[static_cast<std::size_t>(nodes[static_cast<std::size_t>(v)])];
+    }
+    if (t % 9 == 6) contact.p_O += 1e-4 * Normal(surface, t);
+    contacts.push_back(contact);
+  }
+  return contacts;
+}
+
+// Reference: PatchAt, which walks the surface without tables.
+TEST(SurfaceFinder, FindsThePatchesThatPatchAtFinds) {
+  const SurfaceMesh surface = SurfaceOf(ShakenBox({5, 4, 3}, 1, 0.3).mesh);
+  SurfaceFinder finder(surface);
+  for (const auto& contact : Everywhere(surface)) {
+    const auto place = finder.Find(contact);
+    ASSERT_TRUE(place);
+    for (const double width : {0.004, 0.02, 0.05}) {
+      const SurfacePatch patch = PatchAt(surface, *place, contact.p_O, width);
+      finder.FindPatch(*place, contact.p_O, width);
+      EXPECT_TRUE(std::ranges::equal(finder.patch_nodes(), patch.nodes)) << contact.p_O;
+      EXPECT_TRUE(std::ranges::equal(finder.patch_triangles(), patch.triangles)) << contact.p_O;
+    }
+  }
+}
+
+TEST(SurfaceFinder, ANamedTriangleGivesThePlaceThatTheWalkGives) {
+  const SurfaceMesh surface = SurfaceOf(ShakenBox({5, 4, 3}, 1, 0.3).mesh);
+  const SurfaceFinder finder(surface);
+  for (auto contact : Everywhere(surface)) {
+    const auto walked = finder.Find(contact);
+    contact.element = walked->triangle;
+    const auto named = finder.Find(contact);
+    ASSERT_TRUE(named);
+    EXPECT_EQ(named->node, walked->node);
+    EXPECT_LT((named->weights - walked->weights).norm(), 1e-9);
+    EXPECT_NEAR(named->distance, walked->distance, 1e-12);
+    contact.p_O += Vector3d(1, 1, 1);
+    EXPECT_FALSE(finder.Find(contact));
+  }
+}
+
+// Law: what a load puts on nodes or triangles has its sum and, spread over the triangles of a disc,
+// its moment: the centroid of the loaded area.
+TEST(SurfacePlaces, LoadsKeepTheirSumAndMoment) {
+  const SurfaceMesh surface = SurfaceOf(ShakenBox({5, 4, 3}, 1, 0.3).mesh);
+  std::vector<int> itself(surface.nodes.size());
+  std::iota(itself.begin(), itself.end(), 0);
+  SurfaceNodePlaces nodes(surface, itself);
+  SurfaceTrianglePlaces triangles(surface);
+  ContactFootprint by_node, by_triangle;
+  for (auto contact : Everywhere(surface)) {
+    contact.kind = Contact::Kind::kForce;
+    for (const double width : {0.0, 0.02}) {
+      contact.width = width;
+      ASSERT_TRUE(nodes.Find(contact, &by_node).empty());
+      ASSERT_TRUE(triangles.Find(contact, &by_triangle).empty());
+      double sum = 0, triangle_sum = 0;
+      Vector3d at = Vector3d::Zero(), triangle_at = Vector3d::Zero();
+      for (const auto& [n, w] : by_node.places) {
+        sum += w;
+        at += w * surface.nodes[static_cast<std::size_t>(n)];
+      }
+      for (const auto& [t, w] : by_triangle.places) {
+        triangle_sum += w;
+        triangle_at += w * Centroid(surface, t);
+      }
+      EXPECT_NEAR(sum, 1, 1e-12);
+      EXPECT_NEAR(triangle_sum, 1, 1e-12);
+      if (width > 0) {
+        EXPECT_LT((at - triangle_at).norm(), 1e-12);
+      } else {
+        EXPECT_LT((at - contact.p_O).norm(), 1.1e-4);  // some places are that far off
+      }
+    }
+  }
+}
+
+// Reference: the outline of a box. On its edges and corners the normals of the sides are averaged.
+TEST(SurfacePlaces, NormalsPointOutwards) {
+  const SurfaceMesh surface = SurfaceOf(MeshBox({1, 1, 1}, {2, 2, 2}));
+  SurfaceTrianglePlaces triangles(surface);
+  std::vector<int> itself(surface.nodes.size());
+  std::iota(itself.begin(), itself.end(), 0);
+  SurfaceNodePlaces nodes(surface, itself);
+  ContactFootprint footprint;
+  Contact contact;
+  contact.p_O = {0.5, 0.5, 1};
+  ASSERT_TRUE(nodes.Find(contact, &footprint).empty());
+  EXPECT_LT((footprint.normal_O - Vector3d::UnitZ()).norm(), 1e-12);
+  contact.p_O = {0.5, 0.2, 1};
+  ASSERT_TRUE(triangles.Find(contact, &footprint).empty());
+  EXPECT_LT((footprint.normal_O - Vector3d::UnitZ()).norm(), 1e-12);
+  contact.p_O = {0.25, 1, 1};  // in the middle of an edge of the mesh: one triangle on each side
+  ASSERT_TRUE(nodes.Find(contact, &footprint).empty());
+  EXPECT_LT((footprint.normal_O - Vector3d(0, 1, 1).normalized()).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace palpate
