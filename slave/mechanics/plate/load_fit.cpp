@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "slave/mechanics/plate/green.h"
 

@@ -114,8 +114,8 @@ TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
   }
 }
 
-// Reference: the finest order computed. What is stated of order 12: 0.5 % at half the radius, 2 %
-// at 0.8 of it, up to ten thicknesses; points are the hardest.
+// Reference: the finest order computed, by which the header states what order 12 is worth within
+// its range: 0.7 % within half the radius up to ten thicknesses, 1 % at 0.8 of it at one.
 TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
   const std::array orders = {8, 12, 16, 24};
   std::vector<std::unique_ptr<PlateLargeModel>> models;
@@ -135,8 +135,8 @@ TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
         const auto error = [&](std::size_t i) { return forces[i] / forces.back() - 1; };
         std::printf("%4.1f %4.2f %5.0f %14.6g   %8.1e %8.1e %8.1e\n", p, R, w, forces.back(),
                     error(0), error(1), error(2));
-        const double bound = (p < 0.6 ? 0.005 : 0.02) * (w < 10 ? 1 : 1.5);
-        EXPECT_LT(std::abs(error(1)), bound) << p << " " << R << " " << w;
+        const bool inside = w <= 20 * (1 - p * p) * (1 - p * p);
+        if (inside) EXPECT_LT(std::abs(error(1)), p < 0.6 ? 0.007 : 0.01) << p << " " << R;
       }
     }
   }
@@ -258,14 +258,14 @@ TEST(PlateLargeModel, LoadsInOnePlaceAddUp) {
   const double one = Ask(model, {Loaded({0.3, 0.3}, 30, 0.1)})[0].displacement_O.z();
   const double two =
       Ask(model, {Loaded({0.3, 0.3}, 10, 0.1), Loaded({0.3, 0.3}, 20, 0.1)})[0].displacement_O.z();
-  EXPECT_NEAR(two / one, 1, 5e-3);  // each share's short waves stretch for themselves
+  EXPECT_NEAR(two / one, 1, 1e-9);
 }
 
 TEST(PlateLargeModel, TheShapePassesThroughWhatIsPrescribed) {
   PlateLargeModel model(kRubber);
   Ask(model, {Moved({0.01, 0.005}, 3e-3, 0.004)});
   EXPECT_NEAR(model.Displacement({0.01, 0.005}) / -3e-3, 1, 1e-6);
-  EXPECT_EQ(model.Displacement({0.039, 0}), 0);
+  EXPECT_NEAR(model.Displacement({0.039, 0}), 0, 1e-30);
   std::vector<Eigen::Vector3d> field;
   model.BoundaryDisplacement(&field);
   const auto grid = MembraneGrid(kRubber.radius);
