@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "slave/mechanics/plate/green.h"
 
@@ -213,7 +214,9 @@ void LoadFitter::Judge(const Guess& guess, LoadFit* fit) const noexcept {
   } else if (!(vague < kVague)) {
     fit->reason = "the points do not determine the load's place";
   } else {
-    fit->validity = pressed_;
+    const bool explained = fit->residual <= kGoodFit;
+    fit->validity = explained ? pressed_ : Worse(pressed_, Validity::kExtrapolated);
+    if (!explained) fit->reason = "one load of this width leaves more than the points' noise";
   }
 }
 

@@ -19,7 +19,9 @@ struct LoadFit {
   // Of x, y [m] and force [N], from the points' sigmas, linear at the answer.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double residual = 0;  // rms of (measured - fitted) / sigma, by points - 3; about 1 if all is well
-  Validity validity = Validity::kFailed;  // kFailed: not identified, see reason
+  Validity validity =
+      Validity::kFailed;  // kFailed: not identified; kExtrapolated: the plate's range, or a
+  // residual beyond 3; see reason
   std::string_view reason;
 };
 

@@ -11,7 +11,8 @@ namespace {
 using Eigen::Index;
 
 constexpr int kIterations = 30;
-constexpr double kConverged = 1e-7;  // last relative step: Newton squares it
+constexpr double kConverged = 1e-7;      // last relative step: Newton squares it
+constexpr double kNoShortWaves = 1e-12;  // resolution at the very rim
 
 }  // namespace
 
@@ -37,6 +38,7 @@ void ModalPlate::Place(std::span<const Press> presses, Symmetry symmetry) {
     compliance_.resize(count, count);
     short_.resize(count, count);
     resolution_.resize(count);
+    near_.resize(count, count);
   }
   at_.resize(modes, count);
   load_.resize(modes, count);
@@ -52,11 +54,12 @@ void ModalPlate::Place(std::span<const Press> presses, Symmetry symmetry) {
     resolution_[s] = plate::Deflection(centre, centre) - at_.col(s).squaredNorm();
   }
   for (Index s = 0; s < count; ++s) {
-    const Disc& disc = presses_[static_cast<std::size_t>(s)].disc;
+    const Eigen::Vector2d& centre = presses_[static_cast<std::size_t>(s)].disc.centre;
     for (Index t = 0; t < count; ++t) {
-      const double bend =
-          plate::Deflection(presses_[static_cast<std::size_t>(t)].disc, disc.centre);
-      short_(s, t) = (bend - at_.col(s).dot(load_.col(t))) / D_;
+      const Disc& load = presses_[static_cast<std::size_t>(t)].disc;
+      const double between = plate::Deflection(load.centre, centre) - at_.col(s).dot(at_.col(t));
+      near_(s, t) = resolution_[s] > kNoShortWaves ? between / resolution_[s] : 0;
+      short_(s, t) = (plate::Deflection(load, centre) - at_.col(s).dot(load_.col(t))) / D_;
     }
   }
   more_.resize(static_cast<Index>(moved_.contacts().size()));
@@ -139,7 +142,8 @@ double ModalPlate::ShortWavesAt(Index contact) const noexcept {
   const Press& press = presses_[static_cast<std::size_t>(contact)];
   const double bending = short_.row(contact).dot(forces_);
   if (press.waves == nullptr) return bending;
-  return bending + press.waves->At(forces_[contact], resolution_[contact]).deflection;
+  const double force = near_.row(contact).dot(forces_);
+  return bending + press.waves->At(force, resolution_[contact]).deflection;
 }
 
 void ModalPlate::AddForces(double share) noexcept {
@@ -210,22 +214,30 @@ void ModalPlate::Comply() noexcept {
   compliance_.noalias() += at_.transpose() * by_load_;
   for (Index s = 0; s < forces_.size(); ++s) {
     const Press& press = presses_[static_cast<std::size_t>(s)];
-    if (press.waves != nullptr)
-      compliance_(s, s) += press.waves->At(forces_[s], resolution_[s]).compliance;
+    if (press.waves == nullptr) continue;
+    const double force = near_.row(s).dot(forces_);
+    compliance_.row(s) += press.waves->At(force, resolution_[s]).compliance * near_.row(s);
   }
 }
 
-// The short waves' own stretching has the shape of their bending.
+// As at a contact that stood there, of the width of the one that is nearest in short waves.
 double ModalPlate::Deflection(const Eigen::Vector2d& x) noexcept {
   modes_.Evaluate(x, point_);
   double w = point_.dot(amplitudes_);
+  const double resolution = plate::Deflection(x, x) - point_.squaredNorm();
+  const ShortWaves* waves = nullptr;
+  double force = 0, nearest = 0;
   for (Index s = 0; s < forces_.size(); ++s) {
     const Press& press = presses_[static_cast<std::size_t>(s)];
-    const double shape = plate::Deflection(press.disc, x) / D_ - point_.dot(load_.col(s)) / D_;
-    w += shape * forces_[s];
-    if (press.waves != nullptr && short_(s, s) > 0) {
-      w += shape / short_(s, s) * press.waves->At(forces_[s], resolution_[s]).deflection;
-    }
+    w += (plate::Deflection(press.disc, x) - point_.dot(load_.col(s))) / D_ * forces_[s];
+    const double between = plate::Deflection(press.disc.centre, x) - point_.dot(at_.col(s));
+    force += between * forces_[s];
+    if (std::abs(between) <= nearest) continue;
+    nearest = std::abs(between);
+    waves = press.waves;
+  }
+  if (waves != nullptr && resolution > kNoShortWaves) {
+    w += waves->At(force / resolution, resolution).deflection;
   }
   return w;
 }

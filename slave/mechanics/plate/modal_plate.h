@@ -2,11 +2,12 @@
 // the contact forces together. Nondimensional as in round_press.h.
 //
 //   D a + N0 P a + sum_k c_k G_k a = sum_s F_s l_s          (l_s: means of the modes over the load)
-//   w_s = f_s^T a + sum_t g_st F_t + d_s(F_s)                (f_s: the modes at its centre)
+//   w_s = f_s^T a + sum_t g_st F_t + d_s(sum_t h_st F_t)    (f_s: the modes at its centre)
 //
 // g is the deflection that the shapes beyond the modes add in bending, known in closed form: the
 // plate's Green's function less that of the modes. So the linear answer is exact whatever the
-// order. d is what stretching takes from it (short_waves.h).
+// order. d is what stretching takes from it (short_waves.h), of the load at s and those so near
+// that they share its short waves: h_st is g for points, by g_ss; one for loads in one place.
 #pragma once
 
 #include <span>
@@ -73,7 +74,8 @@ class ModalPlate {
   std::vector<Press> presses_;
   MovedContacts moved_;
   Eigen::MatrixXd at_, load_, short_;  // f and l, column per contact; g
-  Eigen::VectorXd resolution_;  // of a point load there: the modes' lack in compliance, by 1 / D
+  Eigen::VectorXd resolution_;         // g_ss for points, by 1 / D
+  Eigen::MatrixXd near_;               // h
   Eigen::VectorXd amplitudes_, forces_, deflections_;
   Eigen::VectorXd stress_, gradient_, step_, point_;
   Eigen::MatrixXd pull_;     // column i: sum_j G_k,ij a_j, row per stress

@@ -114,6 +114,7 @@ bool PlateLargeModel::TryRespond(std::span<const Contact> contacts,
     }
   }
   if (!SameSet()) Prepare();
+  shaped_ = false;
   if (!(central_ != nullptr ? SolveCentral() : modal_.Solve(values_))) {
     failure_ = "the equations of the stretching plate did not converge";
     return false;
@@ -142,19 +143,19 @@ void PlateLargeModel::Prepare() {
   central_ = nullptr;
   if (touches_.size() == 1 && touches_[0].disc.centre.norm() < kCentral) {
     central_ = &ToolOf(touches_[0].disc.radius);
-  } else {
-    Orient();
-    presses_.clear();
-    for (const Touch& touch : touches_) {
-      const Vector2d& p = touch.disc.centre;
-      const Vector2d turned(axis_.dot(p), axis_.x() * p.y() - axis_.y() * p.x());
-      const double across = symmetry_ == Symmetry::kMirror ? 0 : turned.y();
-      presses_.push_back({.disc = {{turned.x(), across}, touch.disc.radius},
-                          .is_force = !IsMoved(touch),
-                          .waves = &ToolOf(touch.disc.radius).waves});
-    }
-    modal_.Place(presses_, symmetry_);
   }
+  Orient();
+  presses_.clear();
+  for (const Touch& touch : touches_) {
+    const Vector2d& p = touch.disc.centre;
+    const Vector2d turned(axis_.dot(p), axis_.x() * p.y() - axis_.y() * p.x());
+    const double across = symmetry_ == Symmetry::kMirror ? 0 : turned.y();
+    presses_.push_back({.disc = {{turned.x(), across}, touch.disc.radius},
+                        .is_force = !IsMoved(touch),
+                        .value = 0,
+                        .waves = &ToolOf(touch.disc.radius).waves});
+  }
+  modal_.Place(presses_, symmetry_);
   prepared_ = true;
 }
 
@@ -206,7 +207,9 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch)
   const bool known =
       std::isfinite(force_unit_ * force) && std::isfinite(k) && std::abs(w) <= kLargest;
   if (!known) return {};
-  const double range = params_.range * (centred ? kCentralRange : 1);
+  const double p = known_[static_cast<std::size_t>(touch)].disc.centre.norm();
+  const double inside_rim = std::max(0.0, 1 - p * p);
+  const double range = params_.range * (centred ? kCentralRange : inside_rim * inside_rim);
   const bool inside = std::abs(w) <= range && std::abs(w) * t <= kModerate * params_.radius;
   response.validity = inside ? Validity::kValid : Validity::kExtrapolated;
   return response;
@@ -218,10 +221,14 @@ void PlateLargeModel::Reset() {
   answered_ = false;
 }
 
-// In thicknesses, at x [radii].
-double PlateLargeModel::Deflection(const Vector2d& x) {
+// In thicknesses, at x [radii]. Also under a press at the centre the shape is that of the modes, so
+// that it does not jump when the press moves on.
+double PlateLargeModel::Deflection(const Vector2d& x) noexcept {
   if (!answered_) return 0;
-  if (central_ != nullptr) return central_->central.Deflection(std::min(1.0, x.norm()));
+  if (central_ != nullptr && !shaped_) {
+    modal_.Solve(values_);
+    shaped_ = true;
+  }
   return modal_.Deflection({axis_.dot(x), axis_.x() * x.y() - axis_.y() * x.x()});
 }
 

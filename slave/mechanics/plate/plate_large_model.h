@@ -21,10 +21,11 @@ namespace palpate {
 
 // Frame O: origin at the plate's centre, z along the outward normal: a displacement along -z is a
 // press. Contacts as for PlateModel. One contact at the centre is solved to nine digits
-// (round_press.h); all others in modes (modal_plate.h), whose error falls with `order`: at order 12
-// about 0.3 % of the force at half the radius and 2 % at 0.8 of it, for |w| up to 10 t. Moderate
-// rotations, linear elasticity: against a neo-Hookean solid the force is high by 4 to 10 % at 5 mm
-// on a 1 mm rubber membrane of 39 mm radius.
+// (round_press.h); all others in modes (modal_plate.h), whose error falls with `order`. At order
+// 12, against order 24, up to |w| = 10 t: 0.7 % of the force within half the radius; at 0.8 of it 1
+// % at t, 4 % at 5 t and 10 % at 10 t, beyond the range. Moderate rotations, linear elasticity:
+// against a neo-Hookean solid the force is high by 4 to 10 % at 5 mm on a 1 mm rubber membrane of
+// 39 mm radius.
 class PlateLargeModel final : public PlateSurface {
  public:
   struct Params {
@@ -34,7 +35,10 @@ class PlateLargeModel final : public PlateSurface {
     double poisson_ratio = 0;  // nu [-], -1 < nu <= 0.5
     double prestress = 0;      // tension at rest N0 [N/m], >= 0
     int order = 12;            // of the modes: even, 2 to 40; cost of an update about order^4
-    double range = 20;         // largest |w| / t before `extrapolated`, at the centre ten times it
+    // Largest |w| / t before `extrapolated` for a contact near the centre; at the place p [radii]
+    // (1 - p^2)^2 of it, the share of the plate's compliance there; at the very centre ten times
+    // it.
+    double range = 20;
   };
 
   // Throws std::invalid_argument naming the parameter, its value and what is accepted; Interrupted.
@@ -68,7 +72,7 @@ class PlateLargeModel final : public PlateSurface {
   Tool& ToolOf(double load_radius);
   bool SolveCentral();
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, Eigen::Index touch) const;
-  [[nodiscard]] double Deflection(const Eigen::Vector2d& x);
+  [[nodiscard]] double Deflection(const Eigen::Vector2d& x) noexcept;
 
   Params params_;
   double force_unit_ = 0;  // E t^4 / a^2 [N]
@@ -88,6 +92,7 @@ class PlateLargeModel final : public PlateSurface {
   plate::Symmetry symmetry_ = plate::Symmetry::kMirror;
   Tool* central_ = nullptr;  // one contact at the centre: its tool
   bool prepared_ = false;
+  bool shaped_ = false;  // modal_ has solved for the press at the centre
 };
 
 }  // namespace palpate

@@ -26,7 +26,7 @@ std::vector<double> Ends(double load_radius) {
   std::vector<double> ends(std::begin(kEnds), std::end(kEnds));
   if (R == 0) return ends;
   const double apart = 0.15 * std::min(R, 1 - R);
-  std::erase_if(ends, [&](double end) { return end < R / 2 || std::abs(end - R) <= apart; });
+  std::erase_if(ends, [&](double end) { return end < 0.75 * R || std::abs(end - R) <= apart; });
   ends.insert(ends.end(), {R / 2, R});
   std::ranges::sort(ends);
   return ends;

@@ -31,7 +31,10 @@ ShortWaves::ShortWaves(int order, double nu, double prestress, double load_radiu
   std::vector<PlateModes> modes;
   std::vector<std::unique_ptr<ModalPlate>> modal;
   for (const double finer : kFiner) {
-    modes.emplace_back(2 * static_cast<int>(std::lround(finer * order / 2)), nu, Symmetry::kRound);
+    const int level = 2 * static_cast<int>(std::lround(finer * order / 2));
+    if (modes.empty() || level > modes.back().order()) {
+      modes.emplace_back(level, nu, Symmetry::kRound);
+    }
   }
   for (const PlateModes& m : modes) {
     modal.push_back(std::make_unique<ModalPlate>(m, D, prestress));

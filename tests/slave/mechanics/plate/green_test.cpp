@@ -122,7 +122,7 @@ TEST(Green, TheEdgeIsClamped) {
   for (const double R : {0.0, 0.2}) {
     const Disc load{{0.5, 0}, R};
     for (const double angle : {0.0, 1.0, 3.0}) {
-      EXPECT_EQ(Deflection(load, Polar(1, angle)), 0);
+      EXPECT_NEAR(Deflection(load, Polar(1, angle)), 0, 1e-30);
       for (const double e : {1e-3, 1e-5}) {
         EXPECT_LT(Deflection(load, Polar(1 - e, angle)), e * e);
         EXPECT_GT(Deflection(load, Polar(1 - e, angle)), 0);

@@ -117,7 +117,7 @@ TEST(LoadFit, FollowsALoadThatJumps) {
   std::uniform_real_distribution<double> unit(-0.02, 0.02);
   for (int i = 0; i < 100; ++i) {
     const Vector2d p(unit(random), unit(random));
-    const LoadFit fit = FitTo(fitter, Look(plate, p, -0.05, 0, 1e-6, &random));
+    const LoadFit fit = FitTo(fitter, Look(plate, p, -0.02, 0, 1e-6, &random));
     ASSERT_EQ(fit.validity, Validity::kValid) << fit.reason << p.transpose();
     EXPECT_LT((fit.p_O - p).norm(), 6 * std::sqrt(fit.covariance.topLeftCorner<2, 2>().trace()));
   }

@@ -1,7 +1,9 @@
 #include "slave/mechanics/plate/membrane_grid.h"
 
+#include <cmath>
 #include <numbers>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 namespace palpate {

@@ -94,28 +94,30 @@ TEST(PlateLargeModel, AgreesWithSolidElementsAtFiveMillimetres) {
 }
 
 // Reference: Ritz's method in three displacements (ritz_plate.h), which shares nothing with the
-// modes but the energy. Its own change from degree 8 to 10 bounds its error: 1e-3 at worst.
+// modes but the energy. It converges slowly under the load's sharp edge: its change from degree 10
+// to 12 is stated, and bounds the difference to a tenth of a percent.
 TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
   for (const auto& [nu, p, R, F] :
-       {std::array{0.3, 0.35, 0.4, 60.0}, std::array{0.45, 0.5, 0.3, 150.0},
+       {std::array{0.3, 0.35, 0.4, 60.0}, std::array{0.45, 0.45, 0.5, 150.0},
         std::array{-0.5, 0.3, 0.5, 100.0}}) {
-    const double coarse = plate::RitzDeflection(nu, p, R, F, 8);
-    const double fine = plate::RitzDeflection(nu, p, R, F, 10);
-    EXPECT_NEAR(coarse / fine, 1, 1e-3);
+    const double coarse = plate::RitzDeflection(nu, p, R, F, 10);
+    const double fine = plate::RitzDeflection(nu, p, R, F, 12);
     for (const int order : {12, 20}) {
       PlateLargeModel model(Unit(nu, order));
       const auto r = Ask(model, {Loaded({p, 0}, F, 2 * R)})[0];
+      ASSERT_NE(r.validity, Validity::kFailed) << model.failure();
       const double w = -r.displacement_O.z() / kThickness;
       std::printf("nu %4.2f p %.2f R %.2f F %3.0f order %2d: w / t %.6f, Ritz %.6f %.6f\n", nu, p,
                   R, F, order, w, coarse, fine);
       EXPECT_GT(w, 1.2);
-      EXPECT_NEAR(w / fine, 1, 1e-3) << nu << " " << order;
+      EXPECT_NEAR(w / fine, 1, std::abs(coarse / fine - 1) + 1e-3) << nu << " " << order;
     }
+    EXPECT_NEAR(coarse / fine, 1, 3e-3);
   }
 }
 
-// Reference: the finest order computed. What is stated of order 12: 0.5 % at half the radius, 2 %
-// at 0.8 of it, up to ten thicknesses; points are the hardest.
+// Reference: the finest order computed, by which the header states what order 12 is worth within
+// its range: 0.7 % within half the radius up to ten thicknesses, 1 % at 0.8 of it at one.
 TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
   const std::array orders = {8, 12, 16, 24};
   std::vector<std::unique_ptr<PlateLargeModel>> models;
@@ -135,8 +137,9 @@ TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
         const auto error = [&](std::size_t i) { return forces[i] / forces.back() - 1; };
         std::printf("%4.1f %4.2f %5.0f %14.6g   %8.1e %8.1e %8.1e\n", p, R, w, forces.back(),
                     error(0), error(1), error(2));
-        const double bound = (p < 0.6 ? 0.005 : 0.02) * (w < 10 ? 1 : 1.5);
-        EXPECT_LT(std::abs(error(1)), bound) << p << " " << R << " " << w;
+        const bool inside = w <= 20 * (1 - p * p) * (1 - p * p);
+        if (!inside) continue;
+        EXPECT_LT(std::abs(error(1)), p < 0.6 ? 0.007 : 0.01) << p << " " << R << " " << w;
       }
     }
   }
@@ -258,14 +261,14 @@ TEST(PlateLargeModel, LoadsInOnePlaceAddUp) {
   const double one = Ask(model, {Loaded({0.3, 0.3}, 30, 0.1)})[0].displacement_O.z();
   const double two =
       Ask(model, {Loaded({0.3, 0.3}, 10, 0.1), Loaded({0.3, 0.3}, 20, 0.1)})[0].displacement_O.z();
-  EXPECT_NEAR(two / one, 1, 5e-3);  // each share's short waves stretch for themselves
+  EXPECT_NEAR(two / one, 1, 1e-9);
 }
 
 TEST(PlateLargeModel, TheShapePassesThroughWhatIsPrescribed) {
   PlateLargeModel model(kRubber);
   Ask(model, {Moved({0.01, 0.005}, 3e-3, 0.004)});
   EXPECT_NEAR(model.Displacement({0.01, 0.005}) / -3e-3, 1, 1e-6);
-  EXPECT_EQ(model.Displacement({0.039, 0}), 0);
+  EXPECT_NEAR(model.Displacement({0.039, 0}), 0, 1e-30);
   std::vector<Eigen::Vector3d> field;
   model.BoundaryDisplacement(&field);
   const auto grid = MembraneGrid(kRubber.radius);
