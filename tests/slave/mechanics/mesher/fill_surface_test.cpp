@@ -103,11 +103,11 @@ TEST_P(FillSurfaceTest, FillsABoxAtTheResolutionAskedForAndAtEverySize) {
   }
 }
 
-// The sphere's edges are up to 0.31 long: Gmsh keeps it at the first two and divides it anew at the
-// last.
+// The sphere's edges are up to 0.31 long: Gmsh keeps it at the first and divides it anew at the
+// others.
 TEST_P(FillSurfaceTest, GetsFinerWithTheResolution) {
   std::size_t last = 0;
-  for (const double resolution : {0.8, 0.3, 0.12}) {
+  for (const double resolution : {0.4, 0.15, 0.11}) {
     options_.resolution = resolution;
     const SolidMesh mesh = FillSurface(Sphere(1), options_);
     EXPECT_GT(mesh.tets.size(), 1.2 * static_cast<double>(last)) << resolution;
