@@ -21,7 +21,6 @@ using Eigen::Vector3d;
 
 // A height below this is none, of the longest edge and of the largest coordinate.
 constexpr double kFlat = 1e-12, kRounding = 8 * std::numeric_limits<double>::epsilon();
-constexpr std::size_t kMostParts = 1000;  // each is held against every triangle
 
 struct EdgeUse {
   int triangle = 0;
@@ -145,12 +144,13 @@ void Orient(const EdgeMap& edges, SurfaceMesh* mesh, const MeshNumbers& numbers,
   for (std::size_t t = 0; t < turned.size(); ++t) {
     if (turned[t]) Turn(mesh, static_cast<int>(t));
   }
-  if (static_cast<std::size_t>(report->parts) > kMostParts) {
-    report->refusals.push_back(std::to_string(report->parts) + " parts: accepted are at most " +
+  const std::vector<SurfacePart> parts = ClosedParts(*mesh);
+  if (parts.empty()) {
+    report->refusals.push_back("too many parts: accepted are at most " +
                                std::to_string(kMostParts));
     return;
   }
-  for (const SurfacePart& part : PartsOf(*mesh)) {
+  for (const SurfacePart& part : parts) {
     const bool inward = EnclosedVolume(*mesh, part.triangles) < 0;
     if (inward == (part.depth % 2 == 1)) continue;
     for (const int t : part.triangles) {

@@ -1,6 +1,7 @@
 // The parts of a closed surface and which of them lie inside others.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -9,13 +10,15 @@
 
 namespace palpate {
 
-// Triangles that hang together by nodes.
+// Triangles that hang together by edges: parts that meet in a node only are two.
 struct SurfacePart {
   std::vector<int> triangles;
   int depth = 0;  // in how many other parts it lies; odd: it bounds a cavity
 };
-// Of a surface without open edges. O(parts x triangles).
-std::vector<SurfacePart> PartsOf(const SurfaceMesh& surface);
+// Of a surface without open edges. Empty: more than kMostParts, each of which is held against every
+// triangle. O(parts x triangles).
+constexpr std::size_t kMostParts = 1000;
+std::vector<SurfacePart> ClosedParts(const SurfaceMesh& surface);
 
 // How often the triangles wind round `p` (unsigned; sum of their solid angles over 4 pi): 1 inside
 // a simple closed part, 0 outside. Source: van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30

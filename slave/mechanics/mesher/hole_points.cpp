@@ -50,7 +50,7 @@ Vector3d PointBefore(const SurfaceMesh& surface, int triangle) {
 
 std::vector<Vector3d> HolePoints(const SurfaceMesh& surface) {
   std::vector<Vector3d> points;
-  for (const SurfacePart& part : PartsOf(surface)) {
+  for (const SurfacePart& part : ClosedParts(surface)) {
     if (part.depth % 2 == 0) continue;
     const int largest = *std::ranges::max_element(
         part.triangles, {}, [&](int triangle) { return Area(surface, triangle); });

@@ -29,6 +29,9 @@ void AppendPoints(const std::vector<Eigen::Vector3d>& points, std::string* text)
   }
 }
 
+// A surface divided anew at about its own edges would only lose volume where it bends.
+constexpr double kMuchLonger = 1.5;
+
 double LongestEdge(const SurfaceMesh& surface) {
   double longest = 0;
   for (const auto& t : surface.triangles) {
@@ -66,12 +69,11 @@ void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surfac
   if (!WriteGmsh(file.parent_path() / "surface.msh", surface)) {
     throw std::runtime_error(file.string() + " cannot be written");
   }
-  std::string text = "Merge \"surface.msh\";\n";
-  if (edge > 0 && LongestEdge(surface) > edge) {
-    // Faces that meet at less than 40 degrees are one surface.
-    text += "ClassifySurfaces{40*Pi/180, 1, 1, Pi};\nCreateGeometry;\n";
-  }
-  text += "Surface Loop(1) = Surface{:};\nVolume(1) = {1};\n";
+  // Classified, a cavity is a surface of its own, which Gmsh leaves empty.
+  std::string text = "Merge \"surface.msh\";\nClassifySurfaces{40*Pi/180, 1, 1, Pi};\n";
+  if (edge > 0 && LongestEdge(surface) > kMuchLonger * edge) text += "CreateGeometry;\n";
+  // The surface's file names a physical group; without SaveAll nothing else would be written.
+  text += "Surface Loop(1) = Surface{:};\nVolume(1) = {1};\nMesh.SaveAll = 1;\n";
   if (edge > 0) {
     for (const char* bound : {"Mesh.MeshSizeMin = ", "Mesh.MeshSizeMax = "}) {
       text += bound;

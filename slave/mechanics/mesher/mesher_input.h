@@ -11,8 +11,8 @@ namespace palpate {
 // be written.
 void WriteTetgenInput(const std::filesystem::path& file, const SurfaceMesh& surface);
 // Gmsh's .geo beside its surface as `surface.msh`. `edge` > 0 asks for edges of that length, and
-// divides the surface anew if it has longer ones; 0 leaves them to the program and the surface as
-// it is. Throws as above.
+// divides the surface anew if it has much longer ones; 0 leaves them to the program and the surface
+// as it is. Throws as above.
 void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surface, double edge);
 
 }  // namespace palpate

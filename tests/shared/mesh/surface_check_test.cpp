@@ -74,13 +74,27 @@ TEST(SurfaceCheckTest, TurnsCavitiesInward) {
     EXPECT_THAT(report.refusals, IsEmpty());
     EXPECT_EQ(report.parts, 4);
     EXPECT_NEAR(report.volume, 216 - 64 + 8 + 1, 1e-12);
-    const auto parts = PartsOf(s);
+    const auto parts = ClosedParts(s);
     ASSERT_THAT(parts, SizeIs(4));
     EXPECT_EQ(parts[0].depth, 2);
     EXPECT_EQ(parts[1].depth, 1);
     EXPECT_EQ(parts[2].depth, 0);
     EXPECT_EQ(parts[3].depth, 0);
   }
+}
+
+// Two tetrahedra with one node in common, the second inside out.
+TEST(SurfaceCheckTest, TurnsPartsThatTouchInANodeEachByItself) {
+  SurfaceMesh s{
+      {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}},
+      {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}, {0, 5, 4}, {0, 4, 6}, {4, 5, 6}, {0, 6, 5}}};
+  const double first = EnclosedVolume(s, {0, 1, 2, 3}), second = EnclosedVolume(s, {4, 5, 6, 7});
+  EXPECT_NEAR(std::abs(first), 1.0 / 6, 1e-15);
+  EXPECT_LT(first * second, 0);
+  const MeshReport report = CheckMesh(s);
+  EXPECT_EQ(report.parts, 1);
+  EXPECT_THAT(report.inverted, SizeIs(4));
+  EXPECT_NEAR(report.volume, 1.0 / 3, 1e-15);
 }
 
 TEST(SurfaceCheckTest, RefusesOpenSurfaces) {

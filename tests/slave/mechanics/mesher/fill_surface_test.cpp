@@ -79,8 +79,9 @@ class FillSurfaceTest : public ::testing::TestWithParam<Program> {
   FillOptions options_;
 };
 
-// Reference: the box's own volume. Asked for edges of a tenth of the diagonal, the largest
-// tetrahedron is no larger than a regular one of that edge (TetGen; Gmsh keeps to it on average).
+// Reference: the box's own volume. Asked for edges of a tenth of its side, TetGen makes no
+// tetrahedron larger than a regular one of that edge; Gmsh keeps to the length on average, with
+// tetrahedra up to a fourth longer on average, 1.26^3 = 2.
 TEST_P(FillSurfaceTest, FillsABoxAtTheResolutionAskedForAndAtEverySize) {
   for (const double size : {1e-9, 0.06, 1e3}) {
     options_.resolution = 0.1 * size;
@@ -97,14 +98,16 @@ TEST_P(FillSurfaceTest, FillsABoxAtTheResolutionAskedForAndAtEverySize) {
     if (GetParam() == Program::kTetgen) {
       EXPECT_LE(largest, (1 + 1e-9) * regular);
     }
-    EXPECT_GT(report.elements, report.volume / regular);
+    EXPECT_GT(report.elements,
+              (GetParam() == Program::kTetgen ? 1 : 0.5) * report.volume / regular);
   }
 }
 
-// The sphere's edges are 0.2 long: it is kept at the first two, divided anew at the last.
+// The sphere's edges are up to 0.31 long: Gmsh keeps it at the first and divides it anew at the
+// others.
 TEST_P(FillSurfaceTest, GetsFinerWithTheResolution) {
   std::size_t last = 0;
-  for (const double resolution : {0.8, 0.3, 0.12}) {
+  for (const double resolution : {0.4, 0.15, 0.11}) {
     options_.resolution = resolution;
     const SolidMesh mesh = FillSurface(Sphere(1), options_);
     EXPECT_GT(mesh.tets.size(), 1.2 * static_cast<double>(last)) << resolution;
