@@ -34,12 +34,9 @@ bool Finite(const ContactResponse& r) {
 }
 
 // The answer of one question, in words of the sweep.
-void Conclude(double error, Validity worst, std::string_view failure, Cell* cell) {
+void Conclude(double error, Validity worst, Cell* cell) {
   cell->error = error;
-  if (worst == Validity::kFailed) {
-    cell->outcome = failure.empty() ? Outcome::kWrong : Outcome::kRefused;
-    cell->detail = failure.empty() ? "failed without a reason" : std::string(failure);
-  } else if (!std::isfinite(error)) {
+  if (!std::isfinite(error)) {
     cell->detail = "not finite";
   } else if (worst != Validity::kValid) {
     cell->outcome = Outcome::kFlagged;
@@ -122,7 +119,11 @@ std::vector<ContactResponse> Ask(DeformationModel& model, const std::vector<Cont
   model.Respond(contacts, responses);
   for (const auto& r : responses) {
     if (!Finite(r)) throw std::runtime_error("a number is not finite");
-    if (r.validity == Validity::kFailed || *worst == Validity::kValid) *worst = r.validity;
+    if (r.validity == Validity::kFailed) {
+      if (model.failure().empty()) throw std::runtime_error("failed without a reason");
+      throw std::invalid_argument(std::string(model.failure()));
+    }
+    if (*worst == Validity::kValid) *worst = r.validity;
   }
   return responses;
 }
@@ -139,7 +140,7 @@ void Judge(const Family& family, const std::string& axis, const std::string& val
     const auto model = MakeModel(scene, mesh);
     Validity worst = Validity::kValid;
     const double error = ask(*model, &worst);
-    Conclude(error, worst, model->failure(), &cell);
+    Conclude(error, worst, &cell);
   } catch (const std::invalid_argument& refusal) {
     cell.outcome = Outcome::kRefused;
     cell.detail = refusal.what();

@@ -55,7 +55,9 @@ void JudgeVolumeStretch(const Family& family, const Stretch& stretch, const std:
 void JudgeOutlineStretch(const Family& family, const Stretch& stretch, const std::string& axis,
                          const std::string& value);
 
-// Answers `contacts`; the worst validity so far stays in `worst`.
+// Answers `contacts`; the first validity that is not kValid stays in `worst`. Throws: a failure
+// with its reason as std::invalid_argument, one without and what is not finite as
+// std::runtime_error.
 std::vector<ContactResponse> Ask(DeformationModel& model, const std::vector<Contact>& contacts,
                                  Validity* worst);
 

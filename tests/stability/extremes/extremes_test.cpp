@@ -266,7 +266,7 @@ TEST(Extremes, SingleElement) {
     const double E = 1, nu = 0.25;
     Scene scene = VolumeScene(f, {.length = 1, .E = E, .nu = nu});
     scene.object.fixed = {Fixed{FixedNodes{{0, 1, 2}}, {true, true, true}}};
-    const Contact pull{Contact::Kind::kDisplacement, {0, 0, 1}, 0, 0, {0, 0, 1e-6}};
+    const Contact pull{Contact::Kind::kDisplacement, {0, 0, 1}, -1, 0, {0, 0, 1e-6}};
     Judge(f, "single element", "unit", scene, mesh, 1e-5,
           [&](DeformationModel& model, Validity* worst) {
             const double force = Ask(model, {pull}, worst)[0].force_O.z();

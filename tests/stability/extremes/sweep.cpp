@@ -90,8 +90,9 @@ void Sweep::WriteTable(const std::filesystem::path& file) const {
   std::ofstream table(file);
   table << "model,axis,value,outcome,error,bound,seconds,detail\n";
   for (const Cell& c : cells_) {
-    table << c.model << ',' << c.axis << ',' << Quoted(c.value) << ',' << ToString(c.outcome) << ','
-          << c.error << ',' << c.bound << ',' << c.seconds << ',' << Quoted(c.detail) << '\n';
+    table << c.model << ',' << Quoted(c.axis) << ',' << Quoted(c.value) << ','
+          << ToString(c.outcome) << ',' << c.error << ',' << c.bound << ',' << c.seconds << ','
+          << Quoted(c.detail) << '\n';
   }
 }
 
