@@ -226,7 +226,7 @@ TEST(ElementOrder, SmoothFieldsConvergeWithTheTextbooksOrder) {
   }
 }
 
-// Reference: sources in both holes, the field that is lost with 1 - 2 nu, on top of a smooth one.
+// Reference: sources in both holes, the very fields that are lost with 1 - 2 nu.
 TEST(ElementOrder, BodiesWithHolesConvergeUpToNuOneHalf) {
   for (const double nu : {0.3, 0.4999, 0.5}) {
     const Material material{nu, Plane::kStrain};
