@@ -70,6 +70,7 @@ class Bem2dModel final : public DeformationModel {
   [[nodiscard]] bool SameSet(std::span<const Contact> contacts) const noexcept;
   bool PrepareSet(std::span<const Contact> contacts);
   bool Solve() noexcept;
+  void MeasureUpdate();
   [[nodiscard]] bool MovesWhatIsHeld() const noexcept;
   bool AppendPatch(const Contact& contact);
   [[nodiscard]] Eigen::Vector2d DirectionOf(const Contact& contact) const noexcept;

@@ -386,6 +386,8 @@ TEST(Bem2dModel, SaysWhatItIs) {
   EXPECT_GT(model.info().condition, 1);
   EXPECT_LT(model.info().condition, 1e4);
   EXPECT_EQ(model.info().range, 0.1);
+  EXPECT_GT(model.info().update_us, 0);
+  EXPECT_LT(model.info().update_us, 1e6 * model.info().precompute_s);
 }
 
 TEST(Bem2dModel, RefusesImpossibleParams) {

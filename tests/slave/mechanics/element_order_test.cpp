@@ -226,14 +226,15 @@ TEST(ElementOrder, SmoothFieldsConvergeWithTheTextbooksOrder) {
   }
 }
 
-// Reference: sources in both holes, the field that is lost with 1 - 2 nu, on top of a smooth one.
+// Reference: sources in both holes, the very fields that are lost with 1 - 2 nu.
 TEST(ElementOrder, BodiesWithHolesConvergeUpToNuOneHalf) {
   for (const double nu : {0.3, 0.4999, 0.5}) {
     const Material material{nu, Plane::kStrain};
     const Exact exact = Sum(Source(material, {1.3, 1.1}), Source(material, {3.2, 1.5}));
+    const std::vector<int> counts = nu == 0.5 ? std::vector{66, 132, 264} : std::vector{66, 132};
     for (const ElementOrder order : kOrders) {
       const double measured =
-          LastOrder(Title("sources in two holes", order, material), {88, 176}, [&](int count) {
+          LastOrder(Title("sources in two holes", order, material), counts, [&](int count) {
             return ErrorsOf(HeldOnTheLeft(Perforated(count), material, order), exact).displacement;
           });
       EXPECT_GT(measured, static_cast<int>(order) + 1 - 0.3) << Title("", order, material);
