@@ -24,6 +24,7 @@ constexpr int kRings = 5;             // of places that are tried
 constexpr double kDifference = 1e-4;  // of the derivatives: radii, share of the force
 constexpr double kConverged = 1e-4;   // step by its standard deviation
 constexpr double kGoodFit = 3;        // residual that a start from the last answer must reach
+constexpr double kInwards = 0.6;      // of a second start
 constexpr double kStandsOut = 25;     // misfit that the load must explain: five sigma squared
 constexpr double kVague = 0.25;       // standard deviation of a place not known [radii]
 constexpr double kRim = 1e-3;         // nearer than that a load is at the rim [radii]
@@ -49,7 +50,7 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
   if (!fit.reason.empty()) return fit;
   Guess guess = last_;
   bool found = known_ && Descend(&guess, &fit) && fit.residual <= kGoodFit;
-  if (!found) found = Search(&guess) && Descend(&guess, &fit);
+  if (!found) found = Search(&guess) && DescendTwice(&guess, &fit);
   known_ = false;
   if (!found) {
     fit = {};
@@ -163,6 +164,22 @@ bool LoadFitter::Linearise(const Guess& guess) noexcept {
     by_.col(k) = (misfit_ - shape_) / step;
   }
   return true;
+}
+
+// A stretched plate is blunter than the shape that was searched with, so that a load may seem
+// nearer to the rim than it is: what is not explained from there is tried from further inside.
+bool LoadFitter::DescendTwice(Guess* guess, LoadFit* fit) noexcept {
+  Guess inner{kInwards * guess->place, guess->force};
+  LoadFit inner_fit;
+  const bool found = Descend(guess, fit);
+  if (found && fit->residual <= kGoodFit) return true;
+  const bool better = Descend(&inner, &inner_fit) && (!found || inner_fit.residual < fit->residual);
+  if (better) {
+    *guess = inner;
+    *fit = inner_fit;
+    return true;
+  }
+  return found && Descend(guess, fit);
 }
 
 bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {

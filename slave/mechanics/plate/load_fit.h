@@ -57,6 +57,7 @@ class LoadFitter {
   std::string_view Read(std::span<const Eigen::Vector2d> p_O, std::span<const double> displacement,
                         std::span<const double> sigma);
   bool Search(Guess* best) noexcept;
+  bool DescendTwice(Guess* guess, LoadFit* fit) noexcept;
   bool Descend(Guess* guess, LoadFit* fit) noexcept;
   bool Linearise(const Guess& guess) noexcept;
   bool Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept;

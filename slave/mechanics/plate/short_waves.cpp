@@ -16,8 +16,8 @@ namespace palpate::plate {
 namespace {
 
 constexpr double kLinear = 0.1;  // deflections below it are spaced evenly, above geometrically
-constexpr double kStep = 0.15;
-constexpr int kEntries = 56;                       // to 220 thicknesses
+constexpr double kStep = 0.08;
+constexpr int kEntries = 104;                      // to 190 thicknesses
 constexpr double kFiner[] = {1, 1.25, 1.5, 2, 3};  // modes against the plate's own number
 
 }  // namespace
