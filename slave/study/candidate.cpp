@@ -10,6 +10,7 @@
 
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/surface_patch.h"
+#include "slave/study/row.h"
 
 namespace palpate {
 namespace {
@@ -61,7 +62,8 @@ std::set<int> ElementCounts(const Scene& scene, const Question& question) {
       const ObjectMesh mesh = MeshOutline(trial, std::nullopt);
       double mismatch = 0;
       for (const Press& press : question.presses) {
-        mismatch = std::max(mismatch, std::abs(WidthMismatch(mesh, press, question.width)));
+        mismatch =
+            std::max(mismatch, std::abs(WidthMismatch(mesh, trial.model, press, question.width)));
       }
       mismatch += kNearlyWhole * std::abs(n - wanted);  // of equally good ones the nearest
       if (mismatch < smallest) best = n, smallest = mismatch;
@@ -136,7 +138,7 @@ std::string Times(const std::array<int, 3>& cells) {
 std::vector<Division> BoxDivisions(const Scene& scene, const BoxGeometry& box) {
   std::vector<Division> divisions;
   std::set<std::array<int, 3>> seen;
-  for (const double factor : {1.0, 0.5, 1.5, 2.0, 3.0, 4.0, 6.0}) {
+  for (const double factor : {1.0, 0.5, 2.0, 3.0, 4.0, 6.0}) {
     BoxGeometry scaled = box;
     for (int& n : scaled.cells) n = std::max(1, static_cast<int>(std::lround(n * factor)));
     if (!seen.insert(scaled.cells).second) continue;
@@ -296,20 +298,32 @@ double PatchLength(const BoundaryMesh& mesh, const Press& press, double width) {
   return length;
 }
 
-// A third of the area of the triangles around each node of the patch.
-double PatchDiameter(const SurfaceMesh& surface, const Press& press, double width) {
+double Diameter(double area) {
+  return 2 * std::sqrt(area / std::numbers::pi);
+}
+
+// Nodes count with a third of the area of the triangles around them.
+double NodesDiameter(const SurfaceMesh& surface, const Press& press, double width) {
   const auto place = FindPlace(surface, press.p_O);
-  if (!place) return std::numeric_limits<double>::quiet_NaN();
+  if (!place) return kUnknown;
   const SurfacePatch patch = PatchAt(surface, *place, press.p_O, width);
   const std::set<int> nodes(patch.nodes.begin(), patch.nodes.end());
   double area = 0;
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-    if (Normal(surface, t).dot(press.inward_O) > -0.5) continue;
-    for (const int node : surface.triangles[static_cast<std::size_t>(t)]) {
-      if (nodes.contains(node)) area += Area(surface, t) / 3;
-    }
+    const auto& corners = surface.triangles[static_cast<std::size_t>(t)];
+    const auto in_patch = std::ranges::count_if(corners, [&](int n) { return nodes.contains(n); });
+    if (in_patch == 0 || Normal(surface, t).dot(press.inward_O) > -0.5) continue;
+    area += Area(surface, t) * static_cast<double>(in_patch) / 3;
   }
-  return 2 * std::sqrt(area / std::numbers::pi);
+  return Diameter(area);
+}
+
+double TrianglesDiameter(const SurfaceMesh& surface, const Press& press, double width) {
+  const auto place = FindPlace(surface, press.p_O);
+  if (!place) return kUnknown;
+  double area = 0;
+  for (const int t : PatchAt(surface, *place, press.p_O, width).triangles) area += Area(surface, t);
+  return Diameter(area);
 }
 
 }  // namespace
@@ -344,14 +358,23 @@ ObjectMesh MeshOf(const Candidate& candidate) {
   return mesh;
 }
 
-double WidthMismatch(const ObjectMesh& mesh, const Press& press, double width) {
+double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Press& press,
+                     double width) {
   if (std::holds_alternative<MembraneDisc>(mesh)) return 0;
-  const auto* boundary = std::get_if<BoundaryMesh>(&mesh);
-  const auto* solid = std::get_if<SolidMesh>(&mesh);
-  const double seen = boundary ? PatchLength(*boundary, press, width)
-                      : solid  ? PatchDiameter(SurfaceOf(*solid), press, width)
-                               : PatchDiameter(std::get<SurfaceMesh>(mesh), press, width);
-  return seen > 0 ? seen / width - 1 : std::numeric_limits<double>::quiet_NaN();
+  double seen = 0;
+  if (const auto* boundary = std::get_if<BoundaryMesh>(&mesh)) {
+    seen = PatchLength(*boundary, press, width);
+  } else {
+    const auto* solid = std::get_if<SolidMesh>(&mesh);
+    SurfaceMesh skin = solid ? SurfaceOf(*solid) : std::get<SurfaceMesh>(mesh);
+    const bool midnodes = model.kind == "fem" && model.fem.element == FemOptions::Element::kTet10;
+    if (press.loaded || model.kind == "bem3d") {
+      seen = TrianglesDiameter(skin, press, width);
+    } else {
+      seen = NodesDiameter(midnodes ? Refined(skin) : skin, press, width);
+    }
+  }
+  return seen > 0 ? seen / width - 1 : kUnknown;
 }
 
 }  // namespace palpate

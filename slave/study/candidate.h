@@ -36,8 +36,10 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const Question& questio
 // The object as this candidate divides it. Throws std::invalid_argument like MeshObject.
 ObjectMesh MeshOf(const Candidate& candidate);
 
-// How wide a tool the mesh sees at `press`, relative to the real one, minus 1: a discrete patch is
-// made of whole elements or nodes. 0 where the model has none. NaN: nothing can be touched there.
-double WidthMismatch(const ObjectMesh& mesh, const Press& press, double width);
+// How wide a tool a model on this mesh sees at `press`, relative to the real one, minus 1: a
+// discrete patch is made of whole elements, triangles or nodes (of fem tet10, those amid edges
+// too). 0 where the model has none. NaN: nothing can be touched there.
+double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Press& press,
+                     double width);
 
 }  // namespace palpate

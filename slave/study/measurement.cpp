@@ -44,22 +44,33 @@ class Finder {
   SurfaceMesh skin_;
 };
 
-Contact At(const Press& press, const Vector3d& p_O, int element, double width, double depth) {
+Contact At(const Press& press, const Question& question, const Vector3d& p_O, int element,
+           double width, double depth) {
+  if (press.loaded) {
+    const double force = question.load * depth / question.depth;
+    return {Contact::Kind::kForce, p_O, element, width, force * press.inward_O};
+  }
   return {Contact::Kind::kDisplacement, p_O, element, width, depth * press.inward_O};
 }
 
 class Trial {
  public:
-  Trial(DeformationModel* model, const ObjectMesh& mesh, const Question& question,
-        const Workshop& workshop)
-      : model_(*model), mesh_(mesh), finder_(mesh), question_(question), workshop_(workshop) {}
+  Trial(DeformationModel* model, const ModelOptions& options, const ObjectMesh& mesh,
+        const Question& question, const Workshop& workshop)
+      : model_(*model),
+        options_(options),
+        mesh_(mesh),
+        finder_(mesh),
+        question_(question),
+        workshop_(workshop) {}
 
   PressAnswers Answer(const Press& press) {
     PressAnswers answers;
-    answers.width_mismatch = WidthMismatch(mesh_, press, question_.width);
+    answers.width_mismatch = WidthMismatch(mesh_, options_, press, question_.width);
     const int element = finder_.ElementAt(press.p_O);
     const auto at = [&](double depth, double width_share) {
-      return Ask(press, At(press, press.p_O, element, width_share * question_.width, depth));
+      return Ask(press,
+                 At(press, question_, press.p_O, element, width_share * question_.width, depth));
     };
     model_.Reset();
     answers.small = at(question_.small_depth, 1);
@@ -77,7 +88,7 @@ class Trial {
     std::vector<Contact> contacts;
     for (int hop = 0; hop < 3; ++hop) {
       const Vector3d p_O = press.p_O + (hop - 1) * 0.5 * question_.width * press.along_O;
-      contacts.push_back(At(press, p_O, finder_.ElementAt(p_O), question_.width, 0));
+      contacts.push_back(At(press, question_, p_O, finder_.ElementAt(p_O), question_.width, 0));
     }
     model_.Reset();
     for (const Contact& contact : contacts) Ask(press, contact);  // the first calls allocate
@@ -101,23 +112,25 @@ class Trial {
     ContactResponse response;
     model_.Respond(std::span(&contact, 1), std::span(&response, 1));
     if (!IsForceKnown(response.validity)) return {};
-    return {press.inward_O.dot(response.force_O), response.validity};
+    const Vector3d& answer = press.loaded ? response.displacement_O : response.force_O;
+    return {press.inward_O.dot(answer), response.validity};
   }
 
   // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
   // tell.
   template <typename At>
   double SlopeOf(const Press& press, const At& at) {
-    const double narrow = 1 + WidthMismatch(mesh_, press, kNarrow * question_.width);
-    const double wide = 1 + WidthMismatch(mesh_, press, kWide * question_.width);
+    const double narrow = 1 + WidthMismatch(mesh_, options_, press, kNarrow * question_.width);
+    const double wide = 1 + WidthMismatch(mesh_, options_, press, kWide * question_.width);
     const double ratio = kWide * wide / (kNarrow * narrow);
     if (!(ratio > 1.01)) return kUnknown;
-    const double thin = at(question_.small_depth, kNarrow).force;
-    const double thick = at(question_.small_depth, kWide).force;
+    const double thin = at(question_.small_depth, kNarrow).value;
+    const double thick = at(question_.small_depth, kWide).value;
     return thin > 0 && thick > 0 ? std::log(thick / thin) / std::log(ratio) : kUnknown;
   }
 
   DeformationModel& model_;
+  const ModelOptions& options_;
   const ObjectMesh& mesh_;
   Finder finder_;
   const Question& question_;
@@ -145,7 +158,7 @@ double Quantile(const std::vector<double>& sorted, double share) {
 }
 
 bool IsAnswer(const Answer& answer) {
-  return answer.validity != Validity::kFailed && std::isfinite(answer.force);
+  return answer.validity != Validity::kFailed && std::isfinite(answer.value);
 }
 
 void Try(const Candidate& candidate, const Question& question, const Workshop& workshop,
@@ -158,7 +171,7 @@ void Try(const Candidate& candidate, const Question& question, const Workshop& w
   if (info.dof > 0) row->dof = info.dof;
   row->memory_bytes = info.memory_bytes;
   row->reason = info.remark;
-  Trial trial(model.get(), mesh, question, workshop);
+  Trial trial(model.get(), candidate.scene.model, mesh, question, workshop);
   row->validity = Validity::kValid;
   for (const Press& press : question.presses) {
     row->answers.push_back(trial.Answer(press));

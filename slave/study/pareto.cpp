@@ -54,7 +54,9 @@ std::string Recommend(double tolerance, double rate, std::vector<Row>* rows) {
   }
   const auto meets_both = [](const Row& row) { return row.meets_tolerance && row.meets_rate; };
   const auto update = [](const Row& row) { return row.update_median_s; };
-  const auto error = [](const Row& row) { return row.error.value; };
+  const auto miss = [&](const Row& row) {
+    return std::max(row.error.value / tolerance, row.update_p99_s * rate);
+  };
   Row* choice = nullptr;
   const char* because = "the cheapest that meets tolerance and rate";
   if (const Row* fastest = Least(rows, meets_both, update)) {
@@ -62,15 +64,10 @@ std::string Recommend(double tolerance, double rate, std::vector<Row>* rows) {
     choice = Least(
         rows, [&](const Row& row) { return meets_both(row) && row.update_median_s <= slowest; },
         [](const Row& row) { return row.precompute_s; });
-  } else if ((choice = Least(
-                  rows, [](const Row& row) { return row.meets_rate; }, error))) {
-    because = "none meets the tolerance; this is the most accurate that meets the rate";
-  } else if ((choice = Least(
-                  rows, [](const Row& row) { return row.meets_tolerance; }, update))) {
-    because = "none meets the rate; this is the fastest that meets the tolerance";
-  } else if ((choice = Least(
-                  rows, [](const Row&) { return true; }, error))) {
-    because = "none meets tolerance or rate; this is the most accurate";
+  } else {
+    choice = Least(
+        rows, [](const Row&) { return true; }, miss);
+    because = "none meets tolerance and rate; this one misses by the smallest factor";
   }
   if (!choice) return "no model answered with a known error";
   choice->recommended = true;

@@ -14,8 +14,8 @@ void MarkFront(std::vector<Row>* rows);
 
 // Marks what meets the tolerance (its error, as known) and the rate [Hz] (its slowest percent), and
 // recommends: of the rows that meet both and are at most twice as slow as the fastest of them, the
-// one with the least precompute. None: the most accurate that meets the rate, else the fastest that
-// meets the tolerance. Returns why, one sentence.
+// one with the least precompute. None: the one that
+// misses tolerance or rate by the smallest factor. Returns why, one sentence.
 std::string Recommend(double tolerance, double rate, std::vector<Row>* rows);
 
 }  // namespace palpate

@@ -170,12 +170,19 @@ Question AskedOf(const Scene& scene, const std::vector<Vector3d>& places) {
     const SurfaceMesh surface = SurfaceOf(MeshObject(scene, std::nullopt));
     question.size = LargerSide(surface.nodes);
     question.presses = OnVolume(scene, surface, places);
+    const std::vector<Press> rigid = question.presses;
+    for (Press press : rigid) {
+      press.loaded = true;
+      question.presses.push_back(press);
+    }
   }
   question.width = scene.tool ? scene.tool->width : kToolPerSize * question.size;
   question.depth = scene.tool ? std::min(scene.operator_options.press_depth, 0.5 * question.size)
                               : kDefaultDepth * question.size;
   question.small_depth = small_depth > 0 ? small_depth : kSmallDepth * question.size;
   question.small_depth = std::min(question.small_depth, question.depth);
+  // A flat punch on a half-space needs E w d / (1 - nu^2).
+  question.load = scene.object.material.young_modulus * question.width * question.depth;
   return question;
 }
 

@@ -10,11 +10,13 @@
 
 namespace palpate {
 
-// The tool goes straight in at one place.
+// The tool goes straight in at one place. Asked for is the force it takes or, if loaded, how far
+// the patch goes.
 struct Press {
   Eigen::Vector3d p_O{0, 0, 0};       // centre of the patch at rest [m]
   Eigen::Vector3d inward_O{0, 0, 0};  // unit vector
   Eigen::Vector3d along_O{0, 0, 0};   // unit tangent: the way a moved contact goes
+  bool loaded = false;                // pushed by a uniform load, not moved as a rigid patch
 };
 
 struct Question {
@@ -22,14 +24,16 @@ struct Question {
   double width = 0;            // of the tool [m], > 0
   double depth = 0;            // as deep as the operator goes, at most half the size [m]
   double small_depth = 0;      // where every model is linear [m]
-  double size = 0;             // larger side of the bounding box, the radius of a membrane [m]
+  double load = 0;  // of loaded presses, reaches about `depth` [N]; at the small depth its share
+  double size = 0;  // larger side of the bounding box, the radius of a membrane [m]
 };
 
 // The scene's own question. Planar objects: at the boundary nearest to the tool's home; membranes:
-// at the centre and at half the radius; volumes: on the surface opposite to what is held. `places`
-// [m] are taken instead, where given, each moved to the surface. A scene without a tool gets one as
-// wide as a fifteenth of the object. Throws std::invalid_argument: an outline that only a picture
-// knows, a place off the object.
+// at the centre and at half the radius; volumes: on the surface opposite to what is held, once as a
+// rigid tool and once as a soft one, whose force is known and spreads evenly. `places` [m] are
+// taken instead, where given, each moved to the surface. A scene without a tool gets one as wide as
+// a fifteenth of the object. Throws std::invalid_argument: an outline that only a picture knows, a
+// place off the object.
 Question AskedOf(const Scene& scene, const std::vector<Eigen::Vector3d>& places = {});
 
 }  // namespace palpate

@@ -22,7 +22,7 @@ Json ToJson(const Estimate& e) {
 }
 
 Json ToJson(const Answer& answer) {
-  return {{"force_N", NumberOrNull(answer.force)}, {"validity", ToString(answer.validity)}};
+  return {{"value", NumberOrNull(answer.value)}, {"validity", ToString(answer.validity)}};
 }
 
 Json ToJson(const Question& question) {
@@ -30,9 +30,12 @@ Json ToJson(const Question& question) {
             {"depth_m", question.depth},
             {"small_depth_m", question.small_depth},
             {"size_m", question.size},
+            {"load_N", question.load},
             {"presses", Json::array()}};
   for (const Press& press : question.presses) {
-    json["presses"].push_back({{"p_O_m", ToJson(press.p_O)}, {"inward_O", ToJson(press.inward_O)}});
+    json["presses"].push_back({{"p_O_m", ToJson(press.p_O)},
+                               {"inward_O", ToJson(press.inward_O)},
+                               {"asked", press.loaded ? "displacement_m" : "force_N"}});
   }
   return json;
 }
@@ -41,8 +44,8 @@ Json ToJson(const References& references) {
   Json json{{"remark", references.remark}, {"presses", Json::array()}};
   for (const Reference& reference : references.presses) {
     json["presses"].push_back({{"source", reference.source},
-                               {"force_small_N", ToJson(reference.small)},
-                               {"force_N", ToJson(reference.full)}});
+                               {"small", ToJson(reference.small)},
+                               {"full", ToJson(reference.full)}});
   }
   return json;
 }

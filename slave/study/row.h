@@ -20,16 +20,17 @@ struct Estimate {
   double bar = kUnknown;
 };
 
-// One press of one model: the force that pushes the tool back.
+// One press of one model: the force along the tool's way [N]; of a loaded press the displacement
+// along it, mean over the patch [m].
 struct Answer {
-  double force = kUnknown;  // along the tool's way [N]
+  double value = kUnknown;
   Validity validity = Validity::kFailed;
 };
 
 struct PressAnswers {
   Answer small, full;             // at the question's two depths
   double width_mismatch = 0;      // WidthMismatch of the mesh at this press [-]
-  double width_slope = kUnknown;  // d ln force / d ln width as this model finds it [-]
+  double width_slope = kUnknown;  // d ln value / d ln width as this model finds it [-]
 };
 
 enum class Outcome : std::uint8_t { kAnswered, kFailed, kSkipped };

@@ -45,7 +45,7 @@ TEST(QuickChoiceTest, SaysSoWhereNothingMeetsTheTolerance) {
   const auto choice = ChooseQuickly(scene, world.Make());
   ASSERT_TRUE(choice);
   EXPECT_FALSE(choice->meets);
-  EXPECT_THAT(choice->reason, HasSubstr("none meets the tolerance"));
+  EXPECT_THAT(choice->reason, HasSubstr("none meets tolerance and rate"));
 }
 
 TEST(QuickChoiceTest, WithoutAnAnswerInTimeThereIsNoChoice) {

@@ -110,7 +110,7 @@ TEST(ReportTest, JsonHoldsEverythingAndUnknownNumbersAsNull) {
   EXPECT_EQ(json.at("complete"), false);
   EXPECT_EQ(json.at("question").at("width_m"), 0.004);
   ASSERT_EQ(json.at("references").at("presses").size(), 1U);
-  EXPECT_TRUE(json.at("references").at("presses")[0].at("force_N").at("value").is_number());
+  EXPECT_TRUE(json.at("references").at("presses")[0].at("full").at("value").is_number());
   ASSERT_EQ(json.at("rows").size(), study.rows.size());
   int recommended = 0;
   for (std::size_t i = 0; i < study.rows.size(); ++i) {
