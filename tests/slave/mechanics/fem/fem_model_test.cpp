@@ -93,7 +93,8 @@ TEST(FemModel, APatchMovesAsOneAndReportsItsWholeForce) {
   const auto u = Displacement(model);
   int moved = 0;
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
-    if ((mesh.nodes[i] - Vector3d(0.03, 0.03, 0.06)).norm() > 0.0125 * (1 + 1e-9)) continue;
+    if (mesh.nodes[i].z() < 0.06 - 1e-9) continue;
+    if ((mesh.nodes[i] - Vector3d(0.03, 0.03, 0.06)).norm() > 0.0125) continue;
     EXPECT_LT((u[i] - d).norm(), 1e-15);
     ++moved;
   }
@@ -146,9 +147,9 @@ TEST(FemModel, ConvergesWithSecondOrderInDisplacement) {
     Respond(model, contacts);
     ASSERT_TRUE(model.failure().empty()) << model.failure();
     const auto u = Displacement(model);
-    double square = 0;
+    double square = 0;  // zero on the surface
     for (std::size_t i = 0; i < u.size(); ++i) square += (u[i] - exact(mesh.nodes[i])).squaredNorm();
-    const double error = std::sqrt(square / static_cast<double>(u.size()));
+    const double error = std::sqrt(square / static_cast<double>(u.size() - contacts.size()));
     if (previous > 0) {
       EXPECT_NEAR(std::log2(previous / error), 2, 0.35) << "n = " << n;
     }
