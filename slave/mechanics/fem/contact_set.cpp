@@ -34,25 +34,28 @@ ContactSet::Result ContactSet::Update(std::span<const Contact> contacts,
     if (contact.kind == moves || keys_[k].kind == moves) holds_same = false;
   }
   if (same) return {};
+  const std::size_t known = ready_ ? keys_.size() : 0;
   Forget();
   places_.resize(contacts.size());
-  nodes_.clear();
-  weights_.clear();
+  keys_.resize(contacts.size());
   if (!holds_same) constraints.Clear();
   int holds = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     Place& place = places_[k];
-    place = {};
-    if (const char* refusal = Find(contacts[k], place)) {
-      return {Change::kHolds, refusal, static_cast<int>(k)};
+    const Key key{contacts[k].kind, contacts[k].p_O, contacts[k].width};
+    if (k >= known || !(keys_[k] == key)) {
+      keys_[k] = key;
+      if (const char* refusal = Find(contacts[k], place)) {
+        return {Change::kHolds, refusal, static_cast<int>(k)};
+      }
     }
+    place.hold = -1;
     if (contacts[k].kind != Contact::Kind::kDisplacement) continue;
     place.hold = holds++;
     if (!holds_same && !Hold(place, constraints)) {
       return {Change::kHolds, "it overlaps another contact", static_cast<int>(k)};
     }
   }
-  for (const Contact& c : contacts) keys_.push_back({c.kind, c.p_O, c.width});
   ready_ = true;
   return {holds_same ? Change::kLoads : Change::kHolds, nullptr, -1};
 }
@@ -60,10 +63,12 @@ ContactSet::Result ContactSet::Update(std::span<const Contact> contacts,
 const char* ContactSet::Find(const Contact& contact, Place& place) {
   const auto found = FindPlace(surface_, contact.p_O);
   if (!found) return "no node or surface is there";
-  place.begin = nodes_.size();
+  place.nodes.clear();
+  place.weights.clear();
+  place.point = false;
   const auto add = [&](int mesh_node, double weight) {
-    nodes_.push_back(body_.Number(mesh_node));
-    weights_.push_back(weight);
+    place.nodes.push_back(body_.Number(mesh_node));
+    place.weights.push_back(weight);
   };
   const bool holds = contact.kind == Contact::Kind::kDisplacement;
   SurfacePatch patch;
@@ -71,7 +76,7 @@ const char* ContactSet::Find(const Contact& contact, Place& place) {
     patch = PatchAt(surface_, *found, contact.p_O, contact.width);
   }
   if (!patch.triangles.empty() && !holds) {
-    AddLoad(patch.triangles);
+    AddLoad(patch.triangles, place);
   } else if (!patch.nodes.empty() && holds) {
     for (const int node : patch.nodes) add(node, 1.0 / static_cast<double>(patch.nodes.size()));
   } else if (found->node >= 0) {
@@ -83,15 +88,14 @@ const char* ContactSet::Find(const Contact& contact, Place& place) {
       if (found->weights[a] > 0 || holds) add(triangle[Index(a)], found->weights[a]);
     }
   }
-  place.end = nodes_.size();
-  for (std::size_t n = place.begin; n < place.end; ++n) {
-    if (body_.Dangling(nodes_[n])) return "its node belongs to no element";
+  for (const int node : place.nodes) {
+    if (body_.Dangling(node)) return "its node belongs to no element";
   }
   return nullptr;
 }
 
 // A third of each triangle's share of the area per node.
-void ContactSet::AddLoad(const std::vector<int>& triangles) {
+void ContactSet::AddLoad(const std::vector<int>& triangles, Place& place) const {
   double area = 0;
   std::map<int, double> share;
   for (const int t : triangles) {
@@ -100,18 +104,17 @@ void ContactSet::AddLoad(const std::vector<int>& triangles) {
     for (const int node : surface_.triangles[Index(t)]) share[node] += a / 3;
   }
   for (const auto& [node, a] : share) {
-    nodes_.push_back(body_.Number(node));
-    weights_.push_back(a / area);
+    place.nodes.push_back(body_.Number(node));
+    place.weights.push_back(a / area);
   }
 }
 
 bool ContactSet::Hold(const Place& place, Constraints& constraints) const {
   if (place.point) {
-    const std::size_t n = place.begin;
-    return constraints.HoldPoint({nodes_[n], nodes_[n + 1], nodes_[n + 2]},
-                                 {weights_[n], weights_[n + 1], weights_[n + 2]});
+    return constraints.HoldPoint({place.nodes[0], place.nodes[1], place.nodes[2]},
+                                 {place.weights[0], place.weights[1], place.weights[2]});
   }
-  return constraints.HoldNodes({nodes_.data() + place.begin, place.end - place.begin});
+  return constraints.HoldNodes(place.nodes);
 }
 
 bool ContactSet::Apply(std::span<const Contact> contacts, double length_unit, double force_unit,
@@ -123,8 +126,8 @@ bool ContactSet::Apply(std::span<const Contact> contacts, double length_unit, do
       continue;
     }
     const Eigen::Vector3d force = contacts[k].value_O / force_unit;
-    for (std::size_t n = place.begin; n < place.end; ++n) {
-      for (int c = 0; c < 3; ++c) At(f, nodes_[n]).v[c] += weights_[n] * force[c];
+    for (std::size_t n = 0; n < place.nodes.size(); ++n) {
+      for (int c = 0; c < 3; ++c) At(f, place.nodes[n]).v[c] += place.weights[n] * force[c];
     }
   }
   return true;
@@ -132,8 +135,9 @@ bool ContactSet::Apply(std::span<const Contact> contacts, double length_unit, do
 
 Eigen::Vector3d ContactSet::Mean(std::size_t k, const NodeVector& u) const noexcept {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (std::size_t n = places_[k].begin; n < places_[k].end; ++n) {
-    for (int c = 0; c < 3; ++c) mean[c] += weights_[n] * At(u, nodes_[n]).v[c];
+  const Place& place = places_[k];
+  for (std::size_t n = 0; n < place.nodes.size(); ++n) {
+    for (int c = 0; c < 3; ++c) mean[c] += place.weights[n] * At(u, place.nodes[n]).v[c];
   }
   return mean;
 }

@@ -32,7 +32,7 @@ class ContactSet {
   };
   Result Update(std::span<const Contact> contacts, Constraints& constraints);
   // The last set is not to be trusted.
-  void Forget() { keys_.clear(), ready_ = false; }
+  void Forget() { ready_ = false; }
 
   // Adds loads to f and moves what is held; values in SI, f and u in units of the body.
   // False: a support is asked to move.
@@ -53,13 +53,14 @@ class ContactSet {
     }
   };
   struct Place {
-    std::size_t begin = 0, end = 0;  // in nodes_ and weights_, which sum to one
-    bool point = false;              // the weighted mean is held, not each node
+    std::vector<int> nodes;
+    std::vector<double> weights;  // sum to one
+    bool point = false;           // the weighted mean is held, not each node
     int hold = -1;
   };
 
   const char* Find(const Contact& contact, Place& place);
-  void AddLoad(const std::vector<int>& triangles);
+  void AddLoad(const std::vector<int>& triangles, Place& place) const;
   bool Hold(const Place& place, Constraints& constraints) const;
 
   const FemBody& body_;
@@ -67,8 +68,6 @@ class ContactSet {
   std::vector<Key> keys_;
   bool ready_ = false;
   std::vector<Place> places_;
-  std::vector<int> nodes_;
-  std::vector<double> weights_;
 };
 
 }  // namespace palpate::fem

@@ -6,7 +6,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr int kMostSteps = 300;    // of Newton's method
+constexpr int kMostSteps = 1000;   // of Newton's method
 constexpr int kMostHalvings = 24;  // of one such step
 constexpr double kInner = 1e-3;    // of a linear system's right hand side
 constexpr double kSufficient = 1e-4;

@@ -1,0 +1,434 @@
+// The model as its users see it: contacts, supports, histories, refusals, and scales.
+#include "slave/mechanics/fem/fem_model.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/slave/mechanics/fem/solids.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using solids::Displacement;
+using solids::Respond;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+SolidMesh Block(int n = 4) { return MeshBox({0.06, 0.06, 0.06}, {n, n, n}); }
+solids::Held OnFloor(const SolidMesh& mesh) {
+  return solids::HeldWhere(mesh, [](const Vector3d& p) { return p.z() < 1e-9; });
+}
+Contact Press(const Vector3d& p, double width, const Vector3d& displacement) {
+  return {.kind = Contact::Kind::kDisplacement, .p_O = p, .width = width, .value_O = displacement};
+}
+Contact Load(const Vector3d& p, double width, const Vector3d& force) {
+  return {.kind = Contact::Kind::kForce, .p_O = p, .width = width, .value_O = force};
+}
+
+// Reference d, patch_test_tet: linear displacements on the boundary give them inside, and constant
+// stress's nodal forces. The inner node has no contact.
+TEST(FemModel, PassesThePatchTest) {
+  PALPATE_CASE_OR_SKIP(given, "patch_test_tet");
+  SolidMesh mesh;
+  const auto& p = given.at("params");
+  for (const auto& node : p.at("nodes")) mesh.nodes.push_back(solids::VectorOf(node));
+  for (const auto& tet : p.at("tets")) mesh.tets.push_back(tet.get<std::array<int, 4>>());
+  for (auto& t : mesh.tets) {
+    if (SignedVolume(mesh, static_cast<int>(&t - mesh.tets.data())) < 0) std::swap(t[2], t[3]);
+  }
+  auto params = solids::Linear(solids::Foam());
+  params.material.young_modulus = p.at("E");
+  FemModel model(mesh, solids::Held(mesh.nodes.size()), params);
+  Eigen::Matrix3d gradient;
+  for (int i = 0; i < 3; ++i) {
+    gradient.row(i) = solids::VectorOf(p.at("displacement_gradient").at(static_cast<std::size_t>(i)));
+  }
+  std::vector<Contact> contacts;
+  for (int i = 0; i < 8; ++i) {
+    contacts.push_back(
+        solids::Move(mesh, i, gradient * mesh.nodes[static_cast<std::size_t>(i)]));
+  }
+  const auto responses = Respond(model, contacts);
+  const Vector3d inner = solids::VectorOf(given.at("expected").at("interior_node_displacement"));
+  EXPECT_LT((Displacement(model)[8] - inner).norm(), 1e-10 * inner.norm());
+  for (std::size_t i = 0; i < 8; ++i) {
+    const Vector3d force = solids::VectorOf(given.at("expected").at("nodal_forces").at(i));
+    EXPECT_LT((responses[i].force_O - force).norm(), 1e-10 * force.norm());
+  }
+}
+
+// Law: Betti. A load where a displacement was prescribed, as large as what that took, gives the
+// same field: at a node, at a point of a triangle, over a patch of one node's triangles.
+TEST(FemModel, LoadsAndDisplacementsAreTwoSidesOfOneContact) {
+  const SolidMesh mesh = Block();
+  for (const Vector3d& place : {Vector3d(0.03, 0.03, 0.06), Vector3d(0.0232, 0.0111, 0.06),
+                                Vector3d(0.06, 0.031, 0.0422)}) {
+    for (const bool linear : {true, false}) {
+      const auto params = linear ? solids::Linear(solids::Foam()) : solids::Foam();
+      FemModel pressed(mesh, OnFloor(mesh), params), loaded(mesh, OnFloor(mesh), params);
+      const Vector3d d(0.001, -0.002, -0.003);
+      const auto held = Respond(pressed, {Press(place, 0, d)}).front();
+      ASSERT_EQ(held.validity, Validity::kValid) << pressed.failure();
+      EXPECT_GT(held.force_O.dot(d), 0);
+      const auto pushed = Respond(loaded, {Load(place, 0, held.force_O)}).front();
+      EXPECT_LT((pushed.displacement_O - d).norm(), 1e-9 * d.norm());
+      EXPECT_LT(solids::Difference(Displacement(loaded), Displacement(pressed)), 1e-9);
+    }
+  }
+}
+
+// Law: nodes of a patch move alike, and the supports carry what the patch is pressed with.
+TEST(FemModel, APatchMovesAsOneAndReportsItsWholeForce) {
+  const SolidMesh mesh = Block(6);
+  FemModel model(mesh, OnFloor(mesh), solids::Foam());
+  const Vector3d d(0.001, 0, -0.006);
+  const auto r = Respond(model, {Press({0.03, 0.03, 0.06}, 0.025, d)}).front();
+  const auto u = Displacement(model);
+  int moved = 0;
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+    if (mesh.nodes[i].z() < 0.06 - 1e-9) continue;
+    if ((mesh.nodes[i] - Vector3d(0.03, 0.03, 0.06)).norm() > 0.0125) continue;
+    EXPECT_LT((u[i] - d).norm(), 1e-15);
+    ++moved;
+  }
+  EXPECT_EQ(moved, 5);
+  // The same with the floor as a second contact, which takes the reaction.
+  const auto both = Respond(model, {Press({0.03, 0.03, 0.06}, 0.025, d),
+                                    Press({0.03, 0.03, 0}, 0.2, Vector3d::Zero())});
+  EXPECT_LT((both[0].force_O - r.force_O).norm(), 1e-9 * r.force_O.norm());
+  EXPECT_LT((both[0].force_O + both[1].force_O).norm(), 1e-8 * r.force_O.norm());
+}
+
+// Law: a load is reported with the displacement its work is done along; loads add up.
+TEST(FemModel, PatchLoadsSuperpose) {
+  const SolidMesh mesh = Block(6);
+  FemModel model(mesh, OnFloor(mesh), solids::Linear(solids::Foam()));
+  const Contact a = Load({0.03, 0.03, 0.06}, 0.03, {0, 0, -0.1});
+  const Contact b = Load({0.06, 0.03, 0.03}, 0.02, {-0.05, 0.02, 0});
+  const auto ra = Respond(model, {a}).front();
+  const auto ua = Displacement(model);
+  Respond(model, {b});
+  const auto ub = Displacement(model);
+  const auto both = Respond(model, {a, b});
+  auto sum = ua;
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += ub[i];
+  EXPECT_LT(solids::Difference(Displacement(model), sum), 1e-10);
+  EXPECT_NEAR(0.5 * (a.value_O.dot(both[0].displacement_O) + b.value_O.dot(both[1].displacement_O)),
+              model.energy(), 1e-10 * model.energy());
+  EXPECT_EQ(ra.validity, Validity::kValid);
+}
+
+// Law: the order of the answer's error on a smooth solution, u = grad(e^(sqrt2 x) sin y sin z),
+// which is in equilibrium at any nu, prescribed on the whole surface. Halving the edges divides it
+// by four.
+TEST(FemModel, ConvergesWithSecondOrderInDisplacement) {
+  const auto exact = [](const Vector3d& p) {
+    const double e = 1e-3 * std::exp(std::numbers::sqrt2 * p.x());
+    return Vector3d(std::numbers::sqrt2 * e * std::sin(p.y()) * std::sin(p.z()),
+                    e * std::cos(p.y()) * std::sin(p.z()), e * std::sin(p.y()) * std::cos(p.z()));
+  };
+  double previous = 0;
+  for (const int n : {3, 6, 12}) {
+    const SolidMesh mesh = MeshBox({1, 1, 1}, {n, n, n});
+    FemModel model(mesh, solids::Held(mesh.nodes.size()), solids::Linear(solids::Foam()));
+    std::vector<Contact> contacts;
+    for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+      const Vector3d& p = mesh.nodes[i];
+      if (p.minCoeff() > 1e-9 && p.maxCoeff() < 1 - 1e-9) continue;
+      contacts.push_back(solids::Move(mesh, static_cast<int>(i), exact(p)));
+    }
+    Respond(model, contacts);
+    ASSERT_TRUE(model.failure().empty()) << model.failure();
+    const auto u = Displacement(model);
+    double square = 0;  // zero on the surface
+    for (std::size_t i = 0; i < u.size(); ++i) square += (u[i] - exact(mesh.nodes[i])).squaredNorm();
+    const double error = std::sqrt(square / static_cast<double>(u.size() - contacts.size()));
+    if (previous > 0) {
+      EXPECT_NEAR(std::log2(previous / error), 2, 0.35) << "n = " << n;
+    }
+    previous = error;
+  }
+}
+
+// Reference d, elastica_tip_load: the tip of a slender cantilever under a dead load, with the
+// bending stiffness that this mesh has in small deflections, so that what is compared is rotation.
+TEST(FemModel, ASlenderBeamFollowsTheElastica) {
+  PALPATE_CASE_OR_SKIP(given, "elastica_tip_load");
+  const double L = 1, h = 0.04;
+  const SolidMesh mesh = MeshBox({L, h, h}, {50, 2, 2});
+  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  auto params = solids::Foam();
+  params.material.poisson_ratio = 0;
+  params.options.residual = 1e-8;
+  params.options.tangent = FemOptions::Tangent::kExact;
+  FemModel model(mesh, held, params);
+  const Vector3d tip(L, h / 2, h / 2);
+  const double tiny = 1e-9;
+  const double per_force =
+      Respond(model, {Load(tip, 2 * h, {0, 0, tiny})}).front().displacement_O.z() / tiny;
+  const double EI = L * L * L / (3 * per_force);
+  for (const auto& row : given.at("expected")) {
+    const double P = row.at("PL2_over_EI").get<double>() * EI / (L * L);
+    if (row.at("PL2_over_EI").get<double>() > 5) continue;
+    const auto r = Respond(model, {Load(tip, 2 * h, {0, 0, P})}).front();
+    ASSERT_EQ(r.validity, Validity::kValid) << model.failure();
+    EXPECT_NEAR(L + r.displacement_O.x(), row.at("x_tip_over_L").get<double>() * L, 0.02 * L);
+    EXPECT_NEAR(r.displacement_O.z(), row.at("y_tip_over_L").get<double>() * L, 0.02 * L);
+  }
+}
+
+// Law: without supports balanced loads have an answer, free of rigid motion, and it does not
+// depend on where the body lies; others are refused.
+TEST(FemModel, AnUnsupportedBodyTakesBalancedLoadsOnly) {
+  SolidMesh mesh = Block();
+  for (auto& p : mesh.nodes) p += Vector3d(3, -2, 1);
+  for (const bool linear : {true, false}) {
+    FemModel model(mesh, solids::Held(mesh.nodes.size()),
+                   linear ? solids::Linear(solids::Foam()) : solids::Foam());
+    const Vector3d low(3.0, -1.97, 1.03), high(3.06, -1.97, 1.03);
+    const auto r = Respond(model, {Load(low, 0.03, {-0.2, 0, 0}), Load(high, 0.03, {0.2, 0, 0})});
+    ASSERT_EQ(r[0].validity, Validity::kValid) << model.failure();
+    EXPECT_GT(r[1].displacement_O.x(), 1e-4);
+    Vector3d mean = Vector3d::Zero();
+    const auto u = Displacement(model);
+    double volume = 0;
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+      const double V = SignedVolume(mesh, static_cast<int>(e));
+      for (const int i : mesh.tets[e]) mean += V / 4 * u[static_cast<std::size_t>(i)];
+      volume += V;
+    }
+    EXPECT_LT(mean.norm() / volume, 1e-9 * r[1].displacement_O.norm());
+    EXPECT_EQ(Respond(model, {Load(low, 0, {1, 0, 0})}).front().validity, Validity::kFailed);
+    EXPECT_THAT(std::string(model.failure()), testing::HasSubstr("balance"));
+    EXPECT_EQ(Respond(model, {Load(low, 0, {0, 1, 0}), Load(high, 0, {0, -1, 0})})[0].validity,
+              Validity::kFailed);  // a couple
+  }
+}
+
+// Law: after Reset() the answer is that of a new model, bit by bit.
+TEST(FemModel, ResetForgetsTheHistory) {
+  const SolidMesh mesh = Block();
+  for (const auto time : {FemOptions::Time::kStatic, FemOptions::Time::kDynamic}) {
+    auto params = solids::Foam();
+    params.options.time = time;
+    FemModel used(mesh, OnFloor(mesh), params), fresh(mesh, OnFloor(mesh), params);
+    const Contact first = Press({0.03, 0.03, 0.06}, 0.03, {0, 0.01, -0.02});
+    const Contact second = Load({0.06, 0.03, 0.03}, 0, {-0.05, 0, 0});
+    for (int i = 0; i < 3; ++i) Respond(used, {first});
+    used.Reset();
+    EXPECT_EQ(Respond(used, {second}).front().displacement_O,
+              Respond(fresh, {second}).front().displacement_O);
+    EXPECT_EQ(solids::Difference(Displacement(used), Displacement(fresh)), 0);
+  }
+}
+
+// Law: any number of threads gives the same bits.
+TEST(FemModel, ThreadsDoNotChangeABit) {
+  const SolidMesh mesh = Block(8);
+  for (const auto time : {FemOptions::Time::kStatic, FemOptions::Time::kDynamic}) {
+    std::vector<Vector3d> one;
+    for (const int threads : {1, 2, 3, 7}) {
+      auto params = solids::Foam();
+      params.options.time = time;
+      params.options.threads = threads;
+      FemModel model(mesh, OnFloor(mesh), params);
+      for (int i = 0; i < 3; ++i) {
+        Respond(model, {Load({0.03, 0.03, 0.06}, 0.02, {0, 0.03 * i, -0.1})});
+      }
+      const auto u = Displacement(model);
+      if (one.empty()) one = u;
+      EXPECT_EQ(solids::Difference(u, one), 0) << threads << " threads";
+    }
+  }
+}
+
+// Law: the loop never asks for memory after its first answer, moving loads included.
+TEST(FemModel, RespondsWithoutAllocating) {
+  const SolidMesh mesh = Block(5);
+  for (const auto time : {FemOptions::Time::kStatic, FemOptions::Time::kDynamic}) {
+    for (const auto law : {FemOptions::Law::kLinear, FemOptions::Law::kCorotational}) {
+      auto params = solids::Foam();
+      params.options.time = time;
+      params.options.law = law;
+      FemModel model(mesh, OnFloor(mesh), params);
+      std::vector<Contact> contacts{Load({0.06, 0.03, 0.03}, 0, {-0.02, 0, 0}),
+                                    Press({0.03, 0.03, 0.06}, 0.02, {0, 0, -0.003})};
+      std::vector<ContactResponse> responses(2);
+      model.Respond(contacts, responses);
+      const long before = AllocationCount();
+      for (int i = 0; i < 20; ++i) {
+        contacts[0].value_O *= 1.05;
+        contacts[0].p_O.y() += 1e-4;
+        contacts[1].value_O.z() -= 2e-4;
+        model.Respond(contacts, responses);
+        ASSERT_LT(responses[1].validity, Validity::kFailed) << model.failure();
+      }
+      EXPECT_EQ(AllocationCount(), before);
+    }
+  }
+}
+
+// Law: length and stiffness are units: from nanometres to kilometres, from 1 Pa to 1 TPa, the
+// same digits. Powers of ten round differently; 1e-9 leaves them room.
+TEST(FemModel, ScalesAreUnits) {
+  const auto respond = [](double length, double E, double nu, double strain, bool dynamic) {
+    const SolidMesh mesh = MeshBox(Vector3d::Constant(length), {3, 3, 3});
+    auto params = solids::Foam();
+    params.material = {.young_modulus = E, .poisson_ratio = nu, .density = 1000};
+    if (dynamic) {
+      params.options.time = FemOptions::Time::kDynamic;
+      params.options.step = 0.3 * length / std::sqrt(E / 1000);
+    }
+    const auto held = solids::HeldWhere(
+        mesh, [&](const Vector3d& p) { return p.z() < 1e-9 * length; });
+    FemModel model(mesh, held, params);
+    std::vector<Contact> contacts{
+        Press(length * Vector3d(0.5, 0.5, 1), 0.5 * length, {0, 0, -strain * length}),
+        Load(length * Vector3d(1, 0.5, 0.5), 0, {0, strain * E * length * length / 50, 0})};
+    std::vector<ContactResponse> r;
+    for (int i = 0; i < 3; ++i) r = Respond(model, contacts);
+    EXPECT_LT(r[0].validity, Validity::kFailed) << model.failure() << length << " " << E;
+    return Vector3d(r[0].force_O.z() / (E * length * length), r[1].displacement_O.x() / length,
+                    r[1].displacement_O.y() / length);
+  };
+  for (const double nu : {-0.9, 0.0, 0.3, 0.4999}) {
+    for (const double strain : {0.1, 1e-9}) {
+      for (const bool dynamic : {false, true}) {
+        const Vector3d unit = respond(1, 1e3, nu, strain, dynamic);
+        for (const double length : {1e-9, 1e3}) {
+          for (const double E : {1.0, 1e12}) {
+            const Vector3d scaled = respond(length, E, nu, strain, dynamic);
+            EXPECT_LT((scaled - unit).norm(), 1e-9 * unit.norm())
+                << nu << " " << strain << " " << dynamic << " " << length << " " << E;
+          }
+        }
+      }
+    }
+  }
+}
+
+// Law: slivers of aspect 1 to 1e4 under uniform tension stretch by F L / (E A).
+TEST(FemModel, SliversStretchAsTheirBarDoes) {
+  for (const double aspect : {1.0, 1e2, 1e4}) {
+    const SolidMesh mesh = MeshBox({1, 1, 1 / aspect}, {2, 2, 2});
+    auto held = solids::Held(mesh.nodes.size());
+    for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+      const Vector3d& p = mesh.nodes[i];
+      held[i] = {p.x() < 1e-9, p.y() < 1e-9, p.z() < 1e-9 / aspect};
+    }
+    auto params = solids::Linear(solids::Foam());
+    FemModel model(mesh, held, params);
+    std::vector<Contact> contacts;
+    const SurfaceMesh surface = SurfaceOf(mesh);
+    for (const auto& t : surface.triangles) {
+      bool end = true;
+      for (const int i : t) end = end && mesh.nodes[static_cast<std::size_t>(i)].x() > 1 - 1e-9;
+      for (const int i : t) {
+        if (end) contacts.push_back(solids::Push(mesh, i, {1e-3 * 3800 / aspect / 24, 0, 0}));
+      }
+    }
+    const auto r = Respond(model, contacts);
+    EXPECT_EQ(r.front().validity, Validity::kValid) << model.failure();
+    EXPECT_NEAR(r.front().displacement_O.x(), 1e-3, 1e-9) << aspect;
+  }
+}
+
+// Law: what cannot be answered fails with a reason, and the model goes on.
+TEST(FemModel, ImpossibleContactsFailAndSayWhy) {
+  const SolidMesh mesh = Block();
+  const Vector3d top(0.03, 0.03, 0.06);
+  for (const auto time : {FemOptions::Time::kStatic, FemOptions::Time::kDynamic}) {
+    auto params = solids::Foam();
+    params.options.time = time;
+    FemModel model(mesh, OnFloor(mesh), params);
+    for (const auto& contacts : std::vector<std::vector<Contact>>{
+             {Load({kNaN, 0, 0}, 0, {0, 0, 1})},
+             {Load(top, 0, {0, kNaN, 1})},
+             {Load(top, -1, {0, 0, 1})},
+             {Press(top, 0, {1e300, 0, 0})},
+             {Load({0.2, 0.03, 0.06}, 0, {0, 0, 1})},
+             {Press({0.03, 0.03, 0}, 0, {0, 0, 1e-3})},
+             {Press(top, 0, {0, 0, -1e-3}), Press(top, 0.03, {0, 0, -2e-3})}}) {
+      for (const auto& r : Respond(model, contacts)) {
+        EXPECT_EQ(r.validity, Validity::kFailed);
+        EXPECT_EQ(r.force_O, Vector3d::Zero());
+      }
+      EXPECT_FALSE(model.failure().empty());
+      EXPECT_EQ(Respond(model, {Load(top, 0, {0, 0, -0.01})}).front().validity, Validity::kValid);
+    }
+  }
+}
+
+// Law: press the cube flat and further: the elements inside out are counted, the answer flagged.
+TEST(FemModel, InversionIsFlaggedAndRecoveredFrom) {
+  const SolidMesh mesh = Block(3);
+  FemModel model(mesh, OnFloor(mesh), solids::Foam());
+  const auto deep = Respond(model, {Load({0.02, 0.02, 0.06}, 0, {0, 0, -3})}).front();
+  EXPECT_EQ(deep.validity, Validity::kExtrapolated) << model.failure();
+  EXPECT_GT(model.inverted(), 0);
+  EXPECT_THAT(model.info().remark, testing::HasSubstr("inside out"));
+  const auto back = Respond(model, {Load({0.02, 0.02, 0.06}, 0, {0, 0, 0})}).front();
+  EXPECT_LT(back.displacement_O.norm(), 1e-9) << model.failure();
+  EXPECT_EQ(back.validity, Validity::kValid);
+}
+
+// Law: a mesh or parameter that makes no sense is refused on construction, by name.
+TEST(FemModel, RefusesWhatMakesNoSense) {
+  const SolidMesh mesh = Block(1);
+  const auto message = [&](SolidMesh m, auto change) -> std::string {
+    auto params = solids::Foam();
+    change(m, params);
+    try {
+      const FemModel model(m, solids::Held(m.nodes.size()), params);
+    } catch (const std::invalid_argument& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  using P = FemModel::Params;
+  using testing::HasSubstr;
+  EXPECT_THAT(message(mesh, [](auto&, P& p) { p.material.poisson_ratio = 0.5; }),
+              HasSubstr("poisson_ratio = 0.5"));
+  EXPECT_THAT(message(mesh, [](auto&, P& p) { p.material.young_modulus = kNaN; }),
+              HasSubstr("young_modulus"));
+  EXPECT_THAT(message(mesh, [](auto&, P& p) { p.options.element = FemOptions::Element::kTet10; }),
+              HasSubstr("tet10"));
+  EXPECT_THAT(message(mesh, [](auto&, P& p) { p.options.gravity_O.z() = -9.8; p.material.density = 0; }),
+              HasSubstr("density"));
+  EXPECT_THAT(message(mesh, [](auto&, P& p) { p.options.residual = 0; }), HasSubstr("residual"));
+  EXPECT_THAT(message(mesh, [](auto& m, P&) { std::swap(m.tets[4][0], m.tets[4][1]); }),
+              HasSubstr("element 4: volume"));
+  EXPECT_THAT(message(mesh, [](auto& m, P&) { m.tets[2][1] = 99; }), HasSubstr("element 2: node"));
+  EXPECT_THAT(message(mesh, [](auto& m, P&) { m.nodes[3].x() = kNaN; }), HasSubstr("node 3"));
+  EXPECT_THAT(message(mesh, [](auto& m, P&) { m.tets.clear(); }), HasSubstr("elements = 0"));
+}
+
+// Law: the number of the nodes does not matter, nor one that belongs to no element; everything may
+// be held.
+TEST(FemModel, NodeOrderDanglingNodesAndFullSupportAreNoMatter) {
+  const SolidMesh mesh = Block(2);
+  SolidMesh turned = mesh;
+  const int last = static_cast<int>(mesh.nodes.size()) - 1;
+  for (auto& p : turned.nodes) p = mesh.nodes[static_cast<std::size_t>(last - (&p - turned.nodes.data()))];
+  for (auto& t : turned.tets) {
+    for (int& i : t) i = last - i;
+  }
+  turned.nodes.emplace_back(0.03, 0.03, 0.7);
+  const Contact contact = Load({0.06, 0.06, 0.06}, 0, {0, 0.01, -0.02});
+  FemModel a(mesh, OnFloor(mesh), solids::Foam()), b(turned, OnFloor(turned), solids::Foam());
+  const Vector3d ua = Respond(a, {contact}).front().displacement_O;
+  const Vector3d ub = Respond(b, {contact}).front().displacement_O;
+  EXPECT_LT((ua - ub).norm(), 1e-11 * ua.norm());
+  FemModel rigid(mesh, solids::Held(mesh.nodes.size(), {true, true, true}), solids::Foam());
+  EXPECT_EQ(Respond(rigid, {contact}).front().displacement_O, Vector3d::Zero());
+}
+
+}  // namespace
+}  // namespace palpate

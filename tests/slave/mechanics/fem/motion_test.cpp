@@ -1,0 +1,329 @@
+// Motion: integrators, damping, eigenfrequencies, energy, and an independent trajectory.
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include "tests/slave/mechanics/fem/solids.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using solids::Respond;
+
+FemModel::Params Dynamic(FemModel::Params params, double step) {
+  params.options.time = FemOptions::Time::kDynamic;
+  params.options.step = step;
+  return params;
+}
+
+// One node of one tetrahedron that can move along x only, as an oscillator of frequency `omega`.
+struct Oscillator {
+  explicit Oscillator(double omega, FemOptions::Mass mass)
+      : held(4, {true, true, true}), params(solids::Linear(solids::Foam())) {
+    held[1] = {false, true, true};
+    const double nu = 0.25, V = 1.0 / 6;
+    const double share = mass == FemOptions::Mass::kLumped ? 0.25 : 0.1;
+    // k = V (lambda + 2 mu) / 1^2 = V E (1 - nu) / ((1 + nu) (1 - 2 nu)), m = share rho V.
+    const double per_E = V * (1 - nu) / ((1 + nu) * (1 - 2 * nu));
+    params.material = {.young_modulus = omega * omega * share * 2 * V / per_E,
+                       .poisson_ratio = nu,
+                       .density = 2};
+    params.options.mass = mass;
+    stiffness = params.material.young_modulus * per_E;
+  }
+  SolidMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
+  solids::Held held;
+  FemModel::Params params;
+  double stiffness = 0;
+};
+
+// Distances from rest under a constant force, step by step.
+std::vector<double> Swing(const Oscillator& body, const FemModel::Params& params, int steps) {
+  FemModel model(body.mesh, body.held, params);
+  const double force = 1e-3 * body.stiffness;
+  std::vector<double> distance;
+  for (int i = 0; i < steps; ++i) {
+    const auto r = Respond(model, {solids::Push(body.mesh, 1, {force, 0, 0})});
+    distance.push_back(r.front().displacement_O.x() - force / body.stiffness);
+  }
+  return distance;
+}
+
+// Reference d, integrators_sdof: a linear recurrence of second order has the discrete amplitude
+// factor r and frequency w as e_{n+1} = 2 r cos(w h) e_n - r^2 e_{n-1}.
+TEST(FemMotion, IntegratorsHaveTheirDiscreteFrequencyAndDecay) {
+  PALPATE_CASE_OR_SKIP(given, "integrators_sdof");
+  const double omega = given.at("params").at("omega"), h = given.at("params").at("h");
+  const auto& expected = given.at("expected");
+  for (const auto mass : {FemOptions::Mass::kConsistent, FemOptions::Mass::kLumped}) {
+    const Oscillator body(omega, mass);
+    for (const bool newmark : {false, true}) {
+      auto params = Dynamic(body.params, h);
+      if (newmark) params.options.integrator = FemOptions::Integrator::kNewmark;
+      const double r = expected.at(newmark ? "newmark_average_amplitude_factor"
+                                           : "implicit_euler_amplitude_factor_per_step");
+      const double w = expected.at(newmark ? "newmark_average_numeric_frequency"
+                                           : "implicit_euler_numeric_frequency");
+      const auto e = Swing(body, params, 200);
+      for (std::size_t n = 2; n + 1 < e.size(); ++n) {
+        EXPECT_NEAR(e[n + 1], 2 * r * std::cos(w * h) * e[n] - r * r * e[n - 1], 1e-12 * 1e-3)
+            << newmark << " step " << n;
+      }
+    }
+  }
+}
+
+// Reference d, rayleigh_damping: implicit Euler with D = a M + b K obeys
+// (1 + h 2 zeta w + h^2 w^2) e_{n+1} = (2 + h 2 zeta w) e_n - e_{n-1}.
+TEST(FemMotion, RayleighDampingHasItsRatioAtEveryFrequency) {
+  PALPATE_CASE_OR_SKIP(given, "rayleigh_damping");
+  const double h = 1e-3;
+  for (const auto& row : given.at("expected")) {
+    const double omega = 2 * std::numbers::pi * row.at("f_hz").get<double>();
+    const double zeta = row.at("zeta");
+    const Oscillator body(omega, FemOptions::Mass::kConsistent);
+    auto params = Dynamic(body.params, h);
+    params.options.damping_mass = given.at("params").at("a_mass");
+    params.options.damping_stiffness = given.at("params").at("b_stiffness");
+    const auto e = Swing(body, params, 100);
+    const double d = 2 * h * zeta * omega, k = h * h * omega * omega;
+    for (std::size_t n = 1; n + 1 < e.size(); ++n) {
+      EXPECT_NEAR((1 + d + k) * e[n + 1], (2 + d) * e[n] - e[n - 1], 1e-12 * 1e-3);
+    }
+  }
+}
+
+MatrixXd DenseOf(fem::FemBody& body, double mass, double stiffness) {
+  fem::BlockMatrix A(body.pattern());
+  body.AssembleTangent(mass, stiffness, A);
+  const auto& graph = body.pattern().graph;
+  MatrixXd dense = MatrixXd::Zero(3 * body.moving(), 3 * body.moving());
+  for (int i = 0; i < body.moving(); ++i) {
+    int k = graph.begin[static_cast<std::size_t>(i)];
+    for (const int j : graph.of(i)) {
+      dense.block<3, 3>(3 * i, 3 * j) = Eigen::Map<const Matrix3d>(A.block(k++));
+    }
+  }
+  return dense;
+}
+
+// Reference d, bar_eigenfrequencies_discrete: the first six of K x = w^2 M x, dense.
+TEST(FemMotion, TheClampedBarHasItsDiscreteEigenfrequencies) {
+  PALPATE_CASE_OR_SKIP(given, "bar_eigenfrequencies_discrete");
+  const auto& p = given.at("params");
+  const double L = p.at("L"), w = p.at("w"), E = p.at("E"), rho = p.at("rho");
+  const SolidMesh mesh = MeshBox({L, w, w}, {10, 2, 2});
+  const auto held = solids::HeldWhere(mesh, [](const Vector3d& x) { return x.x() < 1e-9; });
+  for (const bool lumped : {false, true}) {
+    fem::FemBody body(mesh, held,
+                      {.poisson_ratio = p.at("nu"), .lumped_mass = lumped,
+                       .law = fem::TetElements::Law::kLinear});
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(
+        DenseOf(body, 0, 1), DenseOf(body, 1, 0), Eigen::EigenvaluesOnly);
+    const auto& expected = given.at("expected").at(lumped ? "lumped_mass_hz" : "consistent_mass_hz");
+    const double unit = std::sqrt(E / rho) / body.length_unit() / (2 * std::numbers::pi);
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double f = unit * std::sqrt(eigen.eigenvalues()[static_cast<Eigen::Index>(i)]);
+      EXPECT_NEAR(f / expected.at(i).get<double>(), 1, 1e-8) << lumped << " mode " << i;
+    }
+  }
+}
+
+// The step of the public co-rotational codes, written down densely: singular values instead of
+// quaternions, Lame's law by strains in Voigt's notation, the whole system by LU.
+class DenseTrajectory {
+ public:
+  DenseTrajectory(const SolidMesh& mesh, const solids::Held& held, const FemModel::Params& params)
+      : mesh_(mesh), held_(held), params_(params) {
+    const auto n = static_cast<Eigen::Index>(3 * mesh.nodes.size());
+    u_ = v_ = VectorXd::Zero(n);
+  }
+
+  void Step(const VectorXd& f_ext) {
+    const double h = params_.options.step;
+    const double a = params_.options.damping_mass, b = params_.options.damping_stiffness;
+    Assemble();
+    const MatrixXd D = a * M_ + b * K_;
+    MatrixXd A = M_ + h * D + h * h * K_;
+    VectorXd rhs = h * (f_ext - f_ - (h * K_ + D) * v_);
+    for (std::size_t i = 0; i < held_.size(); ++i) {
+      if (!held_[i][0]) continue;
+      for (int c = 0; c < 3; ++c) {
+        const auto d = static_cast<Eigen::Index>(3 * i) + c;
+        A.row(d).setZero();
+        A.col(d).setZero();
+        A(d, d) = 1;
+        rhs[d] = 0;
+      }
+    }
+    v_ += A.partialPivLu().solve(rhs);
+    u_ += h * v_;
+  }
+  [[nodiscard]] const VectorXd& u() const { return u_; }
+
+ private:
+  void Assemble() {
+    const double E = params_.material.young_modulus, nu = params_.material.poisson_ratio;
+    Eigen::Matrix<double, 6, 6> C = Eigen::Matrix<double, 6, 6>::Zero();
+    C.topLeftCorner<3, 3>().setConstant(nu);
+    C.diagonal().head<3>().setConstant(1 - nu);
+    C.diagonal().tail<3>().setConstant(0.5 - nu);
+    C *= E / ((1 + nu) * (1 - 2 * nu));
+    K_ = M_ = MatrixXd::Zero(u_.size(), u_.size());
+    f_ = VectorXd::Zero(u_.size());
+    for (const auto& tet : mesh_.tets) AddElement(tet, C);
+  }
+
+  void AddElement(const std::array<int, 4>& tet, const Eigen::Matrix<double, 6, 6>& C) {
+    Eigen::Matrix4d rest;
+    Matrix3d Ds;
+    Eigen::Matrix<double, 12, 1> X, x;
+    for (int i = 0; i < 4; ++i) {
+      const Vector3d p = mesh_.nodes[static_cast<std::size_t>(tet[static_cast<std::size_t>(i)])];
+      rest.row(i) << 1, p.transpose();
+      X.segment<3>(3 * i) = p;
+      x.segment<3>(3 * i) = p + u_.segment<3>(3 * tet[static_cast<std::size_t>(i)]);
+    }
+    const double V = rest.determinant() / 6;
+    const Eigen::Matrix4d shape = rest.inverse();  // column i: coefficients of N_i
+    Eigen::Matrix<double, 6, 12> B = Eigen::Matrix<double, 6, 12>::Zero();
+    Matrix3d F = Matrix3d::Zero();
+    for (int i = 0; i < 4; ++i) {
+      const Vector3d g = shape.col(i).tail<3>();
+      F += x.segment<3>(3 * i) * g.transpose();
+      B.block<6, 3>(0, 3 * i) << g.x(), 0, 0, 0, g.y(), 0, 0, 0, g.z(), g.y(), g.x(), 0, 0, g.z(),
+          g.y(), g.z(), 0, g.x();
+    }
+    const Eigen::JacobiSVD<Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Vector3d sign(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
+    const Matrix3d R = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+    Eigen::Matrix<double, 12, 12> R4 = Eigen::Matrix<double, 12, 12>::Zero();
+    for (int i = 0; i < 4; ++i) R4.block<3, 3>(3 * i, 3 * i) = R;
+    const Eigen::Matrix<double, 12, 12> K0 = V * B.transpose() * C * B;
+    const Eigen::Matrix<double, 12, 12> K = R4 * K0 * R4.transpose();
+    const Eigen::Matrix<double, 12, 1> f = R4 * K0 * (R4.transpose() * x - X);
+    for (int i = 0; i < 4; ++i) {
+      const int row = 3 * tet[static_cast<std::size_t>(i)];
+      f_.segment<3>(row) += f.segment<3>(3 * i);
+      for (int j = 0; j < 4; ++j) {
+        const int column = 3 * tet[static_cast<std::size_t>(j)];
+        K_.block<3, 3>(row, column) += K.block<3, 3>(3 * i, 3 * j);
+        M_.block<3, 3>(row, column) +=
+            params_.material.density * V / (i == j ? 10 : 20) * Matrix3d::Identity();
+      }
+    }
+  }
+
+  const SolidMesh& mesh_;
+  const solids::Held& held_;
+  FemModel::Params params_;
+  MatrixXd K_, M_;
+  VectorXd u_, v_, f_;
+};
+
+// Reference: DenseTrajectory. A residual of 1e-12 leaves 1e-9 of the displacement, the default of
+// 1e-6 leaves less than 1e-6.
+TEST(FemMotion, OneLinearSolvePerStepFollowsTheIndependentTrajectory) {
+  const SolidMesh mesh = MeshBox({0.06, 0.06, 0.06}, {3, 2, 2});
+  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  auto params = Dynamic(solids::Foam(), 0.02);
+  params.options.damping_mass = 1;
+  params.options.damping_stiffness = 0.01;
+  const int node = solids::NodeAt(mesh, {0.06, 0.03, 0.06});
+  for (const auto& [residual, tolerance] : {std::pair{1e-12, 1e-9}, {1e-6, 1e-6}}) {
+    params.options.residual = residual;
+    FemModel model(mesh, held, params);
+    DenseTrajectory dense(mesh, held, params);
+    VectorXd f = VectorXd::Zero(static_cast<Eigen::Index>(3 * mesh.nodes.size()));
+    for (int step = 1; step <= 30; ++step) {
+      const Vector3d force = Vector3d(-0.3, 0.2, -0.4) * std::min(1.0, step / 10.0);
+      f.segment<3>(3 * node) = force;
+      dense.Step(f);
+      const auto r = Respond(model, {solids::Push(mesh, node, force)});
+      const Vector3d expected = dense.u().segment<3>(3 * node);
+      EXPECT_LT((r.front().displacement_O - expected).norm(), tolerance * expected.norm())
+          << "step " << step;
+    }
+    EXPECT_GT(dense.u().segment<3>(3 * node).norm(), 0.01);  // far from small
+  }
+}
+
+// Law: released from a bent state, implicit Euler iterated to its residual never gains energy.
+// Steps long and short, with and without damping; the first step of each is still driven.
+TEST(FemMotion, UndrivenMotionNeverGainsEnergy) {
+  const SolidMesh mesh = MeshBox({0.12, 0.03, 0.03}, {8, 2, 2});
+  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  for (const double step : {1e-4, 0.01, 0.3}) {
+    for (const double damping : {0.0, 0.01}) {
+      auto params = Dynamic(solids::Foam(), step);
+      params.options.newton = 0;
+      params.options.residual = 1e-9;
+      params.options.damping_stiffness = damping;
+      FemModel model(mesh, held, params);
+      const int tip = solids::NodeAt(mesh, {0.12, 0.015, 0.03});
+      for (int i = 0; i < 5; ++i) Respond(model, {solids::Push(mesh, tip, {-0.1, 0.02, 0.3})});
+      double energy = model.energy();
+      ASSERT_GT(energy, 0);
+      for (int i = 0; i < 40; ++i) {
+        Respond(model, {});
+        ASSERT_TRUE(model.failure().empty()) << model.failure();
+        EXPECT_LE(model.energy(), energy * (1 + 1e-8)) << step << " " << damping << " " << i;
+        energy = model.energy();
+      }
+    }
+  }
+}
+
+// Law: what a step gains from nowhere is said. A linearised step from deep inversion overshoots.
+TEST(FemMotion, EnergyFromNowhereIsFlagged) {
+  const SolidMesh mesh = MeshBox({1, 1, 1}, {2, 2, 2});
+  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  auto params = Dynamic(solids::Foam(), 1.0);
+  FemModel model(mesh, held, params);
+  const int tip = solids::NodeAt(mesh, {1, 1, 1});
+  double before = 0;
+  int gained = 0;
+  for (int i = 0; i < 30; ++i) {
+    const double push = i < 10 ? -3000.0 : 0.0;
+    const auto r = Respond(model, {solids::Push(mesh, tip, {push, 0.7 * push, 0.3 * push})});
+    if (i > 10 && model.energy() > before * (1 + 1e-5)) {
+      ++gained;
+      EXPECT_EQ(r.front().validity, Validity::kExtrapolated) << "step " << i;
+    }
+    before = model.energy();
+  }
+  RecordProperty("steps_that_gained", gained);
+}
+
+// Reference: the static answer; a heavily damped motion ends there.
+TEST(FemMotion, MotionSettlesInTheStaticEquilibrium) {
+  const SolidMesh mesh = MeshBox({0.06, 0.06, 0.06}, {3, 3, 3});
+  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  const Contact patch{.kind = Contact::Kind::kDisplacement,
+                      .p_O = {0.06, 0.03, 0.03},
+                      .width = 0.04,
+                      .value_O = {-0.01, 0.004, 0}};
+  FemModel still(mesh, held, solids::Foam());
+  const auto expected = Respond(still, {patch}).front();
+  ASSERT_EQ(expected.validity, Validity::kValid) << still.failure();
+  for (const int newton : {1, 0}) {
+    auto params = Dynamic(solids::Foam(), 0.05);
+    params.options.newton = newton;
+    params.options.damping_mass = 5;
+    FemModel moving(mesh, held, params);
+    ContactResponse response;
+    for (int i = 0; i < 200; ++i) response = Respond(moving, {patch}).front();
+    EXPECT_LT((response.force_O - expected.force_O).norm(), 1e-6 * expected.force_O.norm())
+        << moving.failure();
+    EXPECT_LT(solids::Difference(solids::Displacement(moving), solids::Displacement(still)), 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,236 @@
+// Single elements: stiffness, rotations, inversion, and the exact tangent.
+#include "slave/mechanics/fem/tet_elements.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/fem/fem_body.h"
+#include "slave/mechanics/fem/signed_polar.h"
+#include "tests/slave/mechanics/fem/solids.h"
+
+namespace palpate::fem {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Vector12d = Eigen::Matrix<double, 12, 1>;
+
+const SolidMesh kUnitTet{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
+constexpr auto kCorotational = TetElements::Law::kCorotational;
+constexpr auto kLinear = TetElements::Law::kLinear;
+
+FemBody UnitTet(TetElements::Law law, double nu = 0.25) {
+  return FemBody(kUnitTet, solids::Held(4), {.poisson_ratio = nu, .law = law});
+}
+
+// Internal forces with the nodes of the mesh at `x`, node by node.
+Vector12d ForcesAt(FemBody& body, const std::array<Vector3d, 4>& x) {
+  NodeVector u(4), f(4);
+  for (int a = 0; a < 4; ++a) {
+    for (int c = 0; c < 3; ++c) {
+      At(u, body.Number(a)).v[c] = x[static_cast<std::size_t>(a)][c] -
+                                   kUnitTet.nodes[static_cast<std::size_t>(a)][c];
+    }
+  }
+  body.Evaluate(u);
+  body.InternalForce(f);
+  Vector12d forces;
+  for (int a = 0; a < 4; ++a) {
+    for (int c = 0; c < 3; ++c) forces[3 * a + c] = At(f, body.Number(a)).v[c];
+  }
+  return forces;
+}
+
+std::array<Vector3d, 4> Deformed(const Matrix3d& F, const Vector3d& t = {0, 0, 0}) {
+  std::array<Vector3d, 4> x;
+  for (std::size_t a = 0; a < 4; ++a) x[a] = F * kUnitTet.nodes[a] + t;
+  return x;
+}
+
+Matrix3d MatrixOf(const nlohmann::json& rows) {
+  Matrix3d m;
+  for (int i = 0; i < 3; ++i) m.row(i) = solids::VectorOf(rows.at(static_cast<std::size_t>(i)));
+  return m;
+}
+
+void ExpectForces(const Vector12d& forces, const nlohmann::json& expected, double tolerance) {
+  for (int a = 0; a < 4; ++a) {
+    const Vector3d f = solids::VectorOf(expected.at(static_cast<std::size_t>(a)));
+    EXPECT_LT((forces.segment<3>(3 * a) - f).cwiseAbs().maxCoeff(), tolerance) << "node " << a;
+  }
+}
+
+// Reference d: exact rational numbers.
+TEST(TetElements, StiffnessIsExact) {
+  PALPATE_CASE_OR_SKIP(given, "tet_stiffness_exact");
+  FemBody body = UnitTet(kLinear);
+  BlockMatrix K(body.pattern());
+  body.AssembleTangent(0, 1, K);
+  for (int a = 0; a < 4; ++a) {
+    for (int b = 0; b < 4; ++b) {
+      const double* block = K.block(body.pattern().Find(body.Number(a), body.Number(b)));
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+          const double expected = given.at("expected").at("K_rows").at(
+              static_cast<std::size_t>(3 * a + i)).at(static_cast<std::size_t>(3 * b + j));
+          EXPECT_NEAR(block[i + 3 * j], expected, 1e-13);
+        }
+      }
+    }
+  }
+}
+
+// Reference d: no force from rigid motion in the co-rotational law, the known spurious ones in the
+// linear one, for every rotation up to exactly 180 degrees.
+TEST(TetElements, RigidMotionCostsNothingWhereElementsRotate) {
+  PALPATE_CASE_OR_SKIP(given, "rigid_rotation");
+  const Vector3d shift = solids::VectorOf(given.at("params").at("translation"));
+  FemBody rotating = UnitTet(kCorotational), linear = UnitTet(kLinear);
+  for (const auto& c : given.at("expected")) {
+    const double angle = c.at("degrees").get<double>() * std::numbers::pi / 180;
+    const Vector3d axis = solids::VectorOf(c.at("axis")).normalized();
+    const Matrix3d R = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+    rotating.ForgetRotations();
+    EXPECT_LT(ForcesAt(rotating, Deformed(R, shift)).cwiseAbs().maxCoeff(), 1e-12);
+    ExpectForces(ForcesAt(linear, Deformed(R, shift)), c.at("linear_fem_spurious_forces"), 1e-12);
+  }
+}
+
+// Reference d.
+TEST(TetElements, ForcesTurnWithTheElement) {
+  PALPATE_CASE_OR_SKIP(given, "objectivity");
+  const auto& p = given.at("params");
+  const Matrix3d S = MatrixOf(p.at("S_rows"));
+  const Matrix3d R = Eigen::AngleAxisd(p.at("degrees").get<double>() * std::numbers::pi / 180,
+                                       solids::VectorOf(p.at("axis")).normalized())
+                         .toRotationMatrix();
+  FemBody body = UnitTet(kCorotational);
+  ExpectForces(ForcesAt(body, Deformed(S)), given.at("expected").at("force_unrotated"), 1e-12);
+  ExpectForces(ForcesAt(body, Deformed(R * S)), given.at("expected").at("force_rotated"), 1e-12);
+}
+
+// Reference d: with det R = +1 inverted elements push back. At the exact mirror every rotation
+// about an axis is as good, so only finiteness is asked for.
+TEST(TetElements, InvertedElementsPushBack) {
+  PALPATE_CASE_OR_SKIP(given, "inversion");
+  for (const auto& c : given.at("expected")) {
+    FemBody body = UnitTet(kCorotational);
+    const Vector12d forces = ForcesAt(body, Deformed(MatrixOf(c.at("F"))));
+    EXPECT_TRUE(forces.allFinite());
+    if (c.at("name") == "mirror" || !c.contains("force_signed_svd")) continue;
+    ExpectForces(forces, c.at("force_signed_svd"), 1e-12);
+  }
+}
+
+// Reference d: energy V (lambda / 2 + mu) (z - 1)^2 and force along the way through the base, and
+// relaxation from z = -0.5 to z = 1.
+TEST(TetElements, AnInvertedApexComesBack) {
+  PALPATE_CASE_OR_SKIP(given, "inversion_recovery_apex");
+  FemBody body = UnitTet(kCorotational);
+  double z = given.at("params").at("z_start");
+  NodeVector u(4);
+  At(u, body.Number(3)).v[2] = z - 1;
+  EXPECT_NEAR(body.Evaluate(u).energy, given.at("expected").at("energy_at_start").get<double>(),
+              1e-12);
+  EXPECT_EQ(body.Evaluate(u).inverted, 1);
+  const double expected = given.at("expected").at("apex_internal_force_z_at_start");
+  EXPECT_NEAR(ForcesAt(body, {Vector3d(0, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, z}})[11], expected,
+              1e-12);
+  for (int step = 0; step < 100; ++step) {
+    z -= ForcesAt(body, {Vector3d(0, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, z}})[11];
+  }
+  EXPECT_NEAR(z, 1, 1e-6);
+}
+
+// Reference: F = R Q diag(s) Q^T made from rotations, s1 >= s2 >= |s3|: its signed polar rotation is
+// R, to the conditioning 1 / (s2 + s3); with it P = R (2 mu (S - I) + lambda tr(S - I) I).
+TEST(TetElements, ForcesFollowTheSignedPolarRotationOfAnyMatrix) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const auto rotation = [&] {
+    return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
+        .normalized()
+        .toRotationMatrix();
+  };
+  FemBody body = UnitTet(kCorotational);
+  const double mu = 0.4, lambda = 0.4;
+  int inverted = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    Vector3d s(std::abs(normal(random)), std::abs(normal(random)), std::abs(normal(random)));
+    std::sort(s.begin(), s.end(), std::greater<>());
+    if (trial % 2 == 0) s[2] = -s[2];
+    if (s[1] + s[2] < 1e-3) continue;
+    inverted += s[2] < 0 ? 1 : 0;
+    const Matrix3d R = rotation(), Q = rotation();
+    const Matrix3d S = Q * s.asDiagonal() * Q.transpose(), E = S - Matrix3d::Identity();
+    const Matrix3d P = R * (2 * mu * E + lambda * E.trace() * Matrix3d::Identity()) / 6;
+    const Vector12d forces = ForcesAt(body, Deformed(R * S));
+    for (int a = 1; a < 4; ++a) {
+      EXPECT_LT((forces.segment<3>(3 * a) - P.col(a - 1)).norm(), 1e-13 / (s[1] + s[2]))
+          << "trial " << trial << ", s = " << s.transpose();
+    }
+  }
+  EXPECT_GT(inverted, 500);
+}
+
+// Law: the force is the derivative of the energy, the exact tangent that of the force; central
+// differences with 1e-5 truncate near 1e-9.
+TEST(TetElements, EnergyForceAndExactTangentAreDerivativesOfEachOther) {
+  FemBody body = UnitTet(kCorotational, 0.3);
+  Matrix3d F;
+  F << 0.9, 0.3, -0.2, 0.1, 0.6, 0.25, -0.15, 0.2, 1.3;
+  const auto x = Deformed(F);
+  const Vector12d f = ForcesAt(body, x);
+  BlockMatrix K(body.pattern());
+  NodeVector u(4);
+  for (int a = 0; a < 4; ++a) {
+    for (int c = 0; c < 3; ++c) {
+      At(u, body.Number(a)).v[c] =
+          x[static_cast<std::size_t>(a)][c] - kUnitTet.nodes[static_cast<std::size_t>(a)][c];
+    }
+  }
+  body.AssembleTangent(0, 1, K);
+  body.AddSpin(1, u, K);
+  const double h = 1e-5;
+  for (int d = 0; d < 12; ++d) {
+    auto ahead = x, behind = x;
+    ahead[static_cast<std::size_t>(d / 3)][d % 3] += h;
+    behind[static_cast<std::size_t>(d / 3)][d % 3] -= h;
+    const Vector12d column = (ForcesAt(body, ahead) - ForcesAt(body, behind)) / (2 * h);
+    NodeVector up = u, down = u;
+    At(up, body.Number(d / 3)).v[d % 3] += h;
+    At(down, body.Number(d / 3)).v[d % 3] -= h;
+    EXPECT_NEAR((body.Evaluate(up).energy - body.Evaluate(down).energy) / (2 * h), f[d], 1e-8);
+    for (int e = 0; e < 12; ++e) {
+      const double* block =
+          K.block(body.pattern().Find(body.Number(e / 3), body.Number(d / 3)));
+      EXPECT_NEAR(block[e % 3 + 3 * (d % 3)], column[e], 1e-8) << e << " " << d;
+    }
+  }
+}
+
+// Law: at strains of 1e-12 the force still has its digits: it is linear in the displacement there.
+TEST(TetElements, TinyStrainsKeepTheirDigits) {
+  FemBody rotating = UnitTet(kCorotational), linear = UnitTet(kLinear);
+  NodeVector u(4), f(4), g(4);
+  for (int a = 0; a < 4; ++a) {
+    for (int c = 0; c < 3; ++c) At(u, a).v[c] = 1e-12 * std::sin(1.0 + 3 * a + c);
+  }
+  rotating.Evaluate(u);
+  rotating.InternalForce(f);
+  linear.Evaluate(u);
+  linear.InternalForce(g);
+  const double size = Norm(g);
+  Add(-1, g, f);
+  EXPECT_LT(Norm(f), 1e-11 * size);
+}
+
+}  // namespace
+}  // namespace palpate::fem
