@@ -28,7 +28,7 @@ class FemGreenModel final : public DeformationModel {
   struct Options {
     TetElement element = TetElement::kTet4;
     ContactLaw contact = ContactLaw::kBonded;
-    double range = 0.1;           // largest |displacement| / larger side before `extrapolated` [-]
+    double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
     std::filesystem::path cache{};  // folder for Green's functions; empty: none are kept
     std::size_t memory_limit = std::size_t{1} << 31;  // for Green's functions [bytes]
   };

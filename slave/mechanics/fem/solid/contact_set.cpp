@@ -33,7 +33,8 @@ std::optional<SurfacePlace> PlaceOn(const SurfaceMesh& surface, int triangle, co
 
 }  // namespace
 
-SolidContacts::SolidContacts(const ElementMesh& mesh, const std::vector<bool>& used, double length_unit)
+SolidContacts::SolidContacts(const ElementMesh& mesh, const std::vector<bool>& used,
+                             double length_unit)
     : mesh_(mesh), used_(used), unit_(length_unit) {}
 
 bool SolidContacts::Same(std::span<const Contact> contacts) const {

@@ -1,4 +1,4 @@
-#include "slave/mechanics/bem/updated_inverse.h"
+#include "slave/mechanics/bem/block_inverse.h"
 
 #include <algorithm>
 #include <limits>
@@ -87,11 +87,11 @@ class Chosen {
   std::vector<int> places_;
 };
 
-class UpdatedInverseTest : public testing::TestWithParam<int> {};
+class BlockInverseTest : public testing::TestWithParam<int> {};
 
 // Reference: Eigen's LU of the same matrix. Tolerance: the entries are at most one and the
 // condition is below ten, so that each of some hundred updates adds a few units of the last place.
-TEST_P(UpdatedInverseTest, EqualsAFreshInverseAfterEveryStep) {
+TEST_P(BlockInverseTest, EqualsAFreshInverseAfterEveryStep) {
   Chosen chosen(40, GetParam(), 1);
   std::mt19937 random(2);
   for (int step = 0; step < 400; ++step) {
@@ -106,7 +106,7 @@ TEST_P(UpdatedInverseTest, EqualsAFreshInverseAfterEveryStep) {
   }
 }
 
-TEST_P(UpdatedInverseTest, FactorisesWhatWasWrittenAtOnce) {
+TEST_P(BlockInverseTest, FactorisesWhatWasWrittenAtOnce) {
   Chosen chosen(40, GetParam(), 3);
   ASSERT_TRUE(chosen.AppendAllAndFactorise({3, 7, 1, 39, 12, 20, 5}));
   EXPECT_LT(chosen.Error(), 1e-14);
@@ -116,7 +116,7 @@ TEST_P(UpdatedInverseTest, FactorisesWhatWasWrittenAtOnce) {
 }
 
 // Reference: a fault of known size in the matrix, of which the inverse knows nothing.
-TEST_P(UpdatedInverseTest, DriftIsNoticed) {
+TEST_P(BlockInverseTest, DriftIsNoticed) {
   Chosen chosen(40, GetParam(), 4);
   ASSERT_TRUE(chosen.AppendAllAndFactorise({3, 7, 1, 39, 12, 20, 5}));
   EXPECT_LT(chosen.inverse().Drift(), 1e-14);
@@ -127,7 +127,7 @@ TEST_P(UpdatedInverseTest, DriftIsNoticed) {
   EXPECT_LT(chosen.inverse().Drift(), 1e-14);
 }
 
-TEST_P(UpdatedInverseTest, RefusesWhatIsSingularOrNotFinite) {
+TEST_P(BlockInverseTest, RefusesWhatIsSingularOrNotFinite) {
   for (const double bad : {0.0, std::numeric_limits<double>::quiet_NaN()}) {
     Chosen chosen(6, GetParam(), 5);
     const int row = 4 * GetParam();
@@ -142,7 +142,7 @@ TEST_P(UpdatedInverseTest, RefusesWhatIsSingularOrNotFinite) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(BlockSizes, UpdatedInverseTest, testing::Values(1, 2, 3, 4, 6));
+INSTANTIATE_TEST_SUITE_P(BlockSizes, BlockInverseTest, testing::Values(1, 2, 3, 4, 6));
 
 }  // namespace
 }  // namespace palpate

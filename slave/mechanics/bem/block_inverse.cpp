@@ -1,4 +1,4 @@
-#include "slave/mechanics/bem/updated_inverse.h"
+#include "slave/mechanics/bem/block_inverse.h"
 
 #include <algorithm>
 #include <array>
