@@ -10,57 +10,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/scene/scene_loader.h"
+#include "slave/commands/check_body.h"
+#include "slave/commands/check_words.h"
 #include "slave/mechanics/make_model.h"
 
 namespace palpate {
 namespace {
-
-void Line(const std::string& what, const std::string& text) {
-  fmt::print("  {:<14} {}\n", what, text);
-}
-
-// Lengths with a readable unit.
-std::string Length(double metres) {
-  const double a = std::abs(metres);
-  if (a >= 1e3) return fmt::format("{:.4g} km", metres * 1e-3);
-  if (a >= 1) return fmt::format("{:.4g} m", metres);
-  if (a >= 1e-3) return fmt::format("{:.4g} mm", metres * 1e3);
-  if (a >= 1e-6) return fmt::format("{:.4g} um", metres * 1e6);
-  return fmt::format("{:.4g} nm", metres * 1e9);
-}
-
-std::string Describe(const Geometry& geometry) {
-  struct Visitor {
-    std::string operator()(const RectangleGeometry& g) const {
-      return fmt::format("rectangle {} x {}", Length(g.width), Length(g.height));
-    }
-    std::string operator()(const DiscGeometry& g) const {
-      return fmt::format("disc of radius {}", Length(g.radius));
-    }
-    std::string operator()(const PolygonGeometry& g) const {
-      return fmt::format("polygon with {} corners and {} holes", g.outline.outer.size(),
-                         g.outline.holes.size());
-    }
-    std::string operator()(const ContourFileGeometry& g) const {
-      return fmt::format("contour from {} ({} points)", g.file.string(), g.outline.outer.size());
-    }
-    std::string operator()(const ImageContourGeometry&) const {
-      return "contour found in the first picture";
-    }
-    std::string operator()(const MembraneGeometry& g) const {
-      return fmt::format("clamped membrane of radius {}", Length(g.radius));
-    }
-    std::string operator()(const BoxGeometry& g) const {
-      return fmt::format("box {} x {} x {}, {} x {} x {} cells", Length(g.size.x()),
-                         Length(g.size.y()), Length(g.size.z()), g.cells[0], g.cells[1],
-                         g.cells[2]);
-    }
-    std::string operator()(const MeshFileGeometry& g) const { return "mesh " + g.file.string(); }
-  };
-  const double thickness = ThicknessOf(geometry);
-  return std::visit(Visitor{}, geometry) +
-         (thickness > 0 ? fmt::format(", {} thick", Length(thickness)) : "");
-}
 
 std::string Source(const Camera& camera) {
   switch (camera.source) {
@@ -82,9 +37,9 @@ void PrintMesh(const BoundaryMesh& mesh) {
     shortest = std::min(shortest, e.length());
     longest = std::max(longest, e.length());
   }
-  Line("mesh", fmt::format("{} elements in {} loop(s), {} to {} long, ratio {:.2f}", mesh.size(),
-                           mesh.loop_begin.size() - 1, Length(shortest), Length(longest),
-                           longest / shortest));
+  PrintLine("mesh", fmt::format("{} elements in {} loop(s), {} to {} long, ratio {:.2f}",
+                                mesh.size(), mesh.loop_begin.size() - 1, LengthInWords(shortest),
+                                LengthInWords(longest), longest / shortest));
 }
 
 // The element a tool coming from home would meet first.
@@ -145,72 +100,78 @@ void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationM
   const Eigen::Vector2d normal_O = place.normal();
   const Probe probe = Press(model, p_O, normal_O, width);
   if (probe.validity == Validity::kFailed) {
-    Line("expectation",
-         "none: the place nearest to the tool's home cannot be pressed (it is fixed)");
+    PrintLine("expectation",
+              "none: the place nearest to the tool's home cannot be pressed (it is fixed)");
     return;
   }
-  Line("update", fmt::format("{:.3g} us per contact: {} the {:g} Hz asked for", probe.update_us,
-                             probe.update_us * 1e-6 * scene.model.rate < 1 ? "meets" : "MISSES",
-                             scene.model.rate));
-  Line("stiffness", fmt::format("{:.4g} N/m at ({}, {}), {:.3g} N for a {} press", probe.stiffness,
-                                Length(p_O.x()), Length(p_O.y()),
-                                probe.stiffness * scene.operator_options.press_depth,
-                                Length(scene.operator_options.press_depth)));
+  PrintLine("update",
+            fmt::format("{:.3g} us per contact: {} the {:g} Hz asked for", probe.update_us,
+                        probe.update_us * 1e-6 * scene.model.rate < 1 ? "meets" : "MISSES",
+                        scene.model.rate));
+  PrintLine("stiffness",
+            fmt::format("{:.4g} N/m at ({}, {}), {:.3g} N for a {} press", probe.stiffness,
+                        LengthInWords(p_O.x()), LengthInWords(p_O.y()),
+                        probe.stiffness * scene.operator_options.press_depth,
+                        LengthInWords(scene.operator_options.press_depth)));
   const std::optional<double> error = ExpectedError(scene, p_O, normal_O, probe.stiffness);
   if (error) {
-    Line("error",
-         fmt::format(
-             "about {:.1f} % of the contact force from the elements (two meshes, order one): {} "
-             "the {:g} % asked for",
-             100 * *error, *error <= scene.model.tolerance ? "meets" : "MISSES",
-             100 * scene.model.tolerance));
+    PrintLine(
+        "error",
+        fmt::format(
+            "about {:.1f} % of the contact force from the elements (two meshes, order one): {} "
+            "the {:g} % asked for",
+            100 * *error, *error <= scene.model.tolerance ? "meets" : "MISSES",
+            100 * scene.model.tolerance));
   }
 }
 
 void PrintOff(const Scene& scene) {
-  Line("off", "tactile sensing, stereo, volume models: not in this scene");
-  Line("on demand", "displacement field and pictures: computed only while somebody watches");
+  PrintLine("off", "tactile sensing, stereo, volume models: not in this scene");
+  PrintLine("on demand", "displacement field and pictures: computed only while somebody watches");
   if (!scene.sense.contour) {
-    Line("off", "contour: the object's pose is taken from the scene, not measured");
+    PrintLine("off", "contour: the object's pose is taken from the scene, not measured");
   }
 }
 
 void PrintModel(const Scene& scene) {
   const ModelChoice choice = ChooseModel(scene);
-  Line("model", choice.kind + ": " + choice.reason);
+  PrintLine("model", choice.kind + ": " + choice.reason);
   if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
-    Line("mesh", "made when the contour is found; conditioning and error are said then");
+    PrintLine("mesh", "made when the contour is found; conditioning and error are said then");
     return;
   }
   const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
   PrintMesh(mesh);
   const std::unique_ptr<DeformationModel> model = MakeModel(scene, mesh);
   const ModelInfo& info = model->info();
-  Line("precompute",
-       fmt::format("{:.1f} ms, {:.1f} MB kept, {} dof, condition {:.3g}", 1e3 * info.precompute_s,
-                   static_cast<double>(info.memory_bytes) * 1e-6, info.dof, info.condition));
+  PrintLine(
+      "precompute",
+      fmt::format("{:.1f} ms, {:.1f} MB kept, {} dof, condition {:.3g}", 1e3 * info.precompute_s,
+                  static_cast<double>(info.memory_bytes) * 1e-6, info.dof, info.condition));
   PrintExpectation(scene, mesh, *model);
 }
 
 }  // namespace
 
 int RunCheck(const CheckOptions& options) {
+  // Membranes and volumes have no eyes yet, so a scene of them needs none.
+  const Scene body = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  if (!IsPlanar(body.object.geometry)) {
+    CheckBody(body);
+    return 0;
+  }
   const Scene scene = LoadScene(options.scene, options.overrides);
-  const Material& m = scene.object.material;
-  fmt::print("{} ({})\n", scene.name, scene.file.string());
-  Line("object", Describe(scene.object.geometry));
-  Line("material", fmt::format("E = {:.4g} Pa, nu = {:g}{}", m.young_modulus, m.poisson_ratio,
-                               m.density > 0 ? fmt::format(", {:g} kg/m^3", m.density) : ""));
-  Line("tool",
-       fmt::format("{}, {} wide", scene.tool->shape == Tool::Shape::kFlat ? "flat" : "round",
-                   Length(scene.tool->width)));
+  PrintObject(scene);
+  PrintLine("tool",
+            fmt::format("{}, {} wide", scene.tool->shape == Tool::Shape::kFlat ? "flat" : "round",
+                        LengthInWords(scene.tool->width)));
   const Camera& camera = *scene.sense.camera;
-  Line("eyes",
-       fmt::format("{}, {:g} Hz, {} per pixel", Source(camera), camera.rate, Length(camera.pixel)));
-  Line("hand", fmt::format("position scale {:g}, force scale {:g}, at most {:g} N",
-                           scene.operator_options.transform.position_scale,
-                           scene.operator_options.transform.force_scale,
-                           scene.operator_options.force_limit));
+  PrintLine("eyes", fmt::format("{}, {:g} Hz, {} per pixel", Source(camera), camera.rate,
+                                LengthInWords(camera.pixel)));
+  PrintLine("hand", fmt::format("position scale {:g}, force scale {:g}, at most {:g} N",
+                                scene.operator_options.transform.position_scale,
+                                scene.operator_options.transform.force_scale,
+                                scene.operator_options.force_limit));
   PrintModel(scene);
   PrintOff(scene);
   return 0;
