@@ -8,9 +8,13 @@
 namespace palpate::fem {
 namespace {
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
 
-PALPATE_INLINE Double4 ThreeOf(const Double4& v) { return Double4{v[0], v[1], v[2], 0}; }
+PALPATE_INLINE Double4 ThreeOf(const Double4& v) {
+  return Double4{v[0], v[1], v[2], 0};
+}
 
 // Reads one number beyond each block and forgets it.
 PALPATE_DISPATCHED void MultiplyBlocks(const int* begin, const int* column, const double* values,

@@ -12,12 +12,14 @@ namespace {
 using Eigen::Vector3d;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kNoWeight = 1e-9;        // of a point's weights, squared
-constexpr double kHoldsMotion = 1e-13;    // eigenvalue, of the largest
+constexpr double kNoWeight = 1e-9;      // of a point's weights, squared
+constexpr double kHoldsMotion = 1e-13;  // eigenvalue, of the largest
 constexpr int kMostMotions = 24;
 constexpr double kFreeMotionShift = 1e-5;  // keeps the factor definite
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 // The displacement component `c` at an arm `d` by translations and rotations is row . motion.
 Vector6d RowOf(const Vector3d& d, int c) {
@@ -28,8 +30,7 @@ Vector6d RowOf(const Vector3d& d, int c) {
 
 }  // namespace
 
-Constraints::Constraints(const FemBody& body)
-    : body_(body), taken_by_(Index(body.size()), 0) {
+Constraints::Constraints(const FemBody& body) : body_(body), taken_by_(Index(body.size()), 0) {
   held_.free = body.free();
 }
 

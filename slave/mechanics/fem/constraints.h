@@ -52,7 +52,7 @@ class Constraints {
     std::size_t begin = 0, end = 0;  // in nodes_
     int sum = -1;                    // in held_.sums; -1: all nodes are held
     Eigen::Vector3d target{0, 0, 0};
-    NodeValue blocked;               // per component: 1 where supports hold it
+    NodeValue blocked;  // per component: 1 where supports hold it
   };
 
   bool Take(std::span<const int> nodes);
@@ -67,7 +67,7 @@ class Constraints {
   HeldComponents held_;
   std::vector<Contact> contacts_;
   std::vector<int> nodes_;
-  std::vector<int> taken_by_;  // per node: contact + 1
+  std::vector<int> taken_by_;                           // per node: contact + 1
   std::vector<NodeVector> motions_, weighted_motions_;  // Z and M Z; never shrink
   int motion_count_ = 0;
 };

@@ -9,7 +9,9 @@
 namespace palpate::fem {
 namespace {
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 bool Finite(const Contact& contact) {
   return contact.p_O.allFinite() && contact.value_O.allFinite() && std::isfinite(contact.width) &&
@@ -21,8 +23,7 @@ bool Finite(const Contact& contact) {
 ContactSet::ContactSet(const SolidMesh& mesh, const FemBody& body)
     : body_(body), surface_(SurfaceOf(mesh)) {}
 
-ContactSet::Result ContactSet::Update(std::span<const Contact> contacts,
-                                      Constraints& constraints) {
+ContactSet::Result ContactSet::Update(std::span<const Contact> contacts, Constraints& constraints) {
   bool holds_same = ready_ && keys_.size() == contacts.size(), same = holds_same;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const Contact& contact = contacts[k];

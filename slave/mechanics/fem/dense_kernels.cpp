@@ -18,9 +18,8 @@ template <typename Scalar>
 using Block = Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>, Eigen::Unaligned,
                          Eigen::OuterStride<>>;
 template <typename Scalar>
-using ConstBlock =
-    Eigen::Map<const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>, Eigen::Unaligned,
-               Eigen::OuterStride<>>;
+using ConstBlock = Eigen::Map<const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>,
+                              Eigen::Unaligned, Eigen::OuterStride<>>;
 
 template <typename Scalar>
 Block<Scalar> Tile(Scalar* a, int stride, int row, int column, int end_row, int end_column) {
@@ -109,18 +108,19 @@ template <typename Scalar>
 bool PartialCholesky(Scalar* a, int size, int eliminated) noexcept {
   for (int j = 0; j < eliminated; j += kTile) {
     auto pivot = Tile(a, size, j, j, eliminated, eliminated);
-    using Pivot = Eigen::Ref<Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>, 0,
-                             Eigen::OuterStride<>>;
+    using Pivot =
+        Eigen::Ref<Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>, 0, Eigen::OuterStride<>>;
     Pivot in_place(pivot);
     const Eigen::LLT<Pivot> llt(in_place);
     if (llt.info() != Eigen::Success || !pivot.diagonal().allFinite()) return false;
     const int next = j + static_cast<int>(pivot.cols());
     for (int i = next; i < size; i += kTile) {
-      auto below = Block<Scalar>(a + i + static_cast<std::ptrdiff_t>(j) * size,
-                                 std::min(kTile, size - i), pivot.cols(),
-                                 Eigen::OuterStride<>(size));
-      pivot.template triangularView<Eigen::Lower>().transpose().template solveInPlace<
-          Eigen::OnTheRight>(below);
+      auto below =
+          Block<Scalar>(a + i + static_cast<std::ptrdiff_t>(j) * size, std::min(kTile, size - i),
+                        pivot.cols(), Eigen::OuterStride<>(size));
+      pivot.template triangularView<Eigen::Lower>()
+          .transpose()
+          .template solveInPlace<Eigen::OnTheRight>(below);
     }
     for (int c = next; c < size; c += kTile) {
       const ConstBlock<Scalar> right(a + c + static_cast<std::ptrdiff_t>(j) * size,
@@ -149,8 +149,7 @@ void SolveFromRight(const Scalar* l, int l_stride, Scalar* b, int b_stride, int 
       for (int i = j + kTile; i < columns; i += kTile) {
         const auto known = Tile(b, b_stride, r, i, rows, columns);
         const ConstBlock<Scalar> below(l + i + static_cast<std::ptrdiff_t>(j) * l_stride,
-                                       known.cols(), solved.cols(),
-                                       Eigen::OuterStride<>(l_stride));
+                                       known.cols(), solved.cols(), Eigen::OuterStride<>(l_stride));
         solved.noalias() -= known * below;
       }
       pivot.template triangularView<Eigen::Lower>().template solveInPlace<Eigen::OnTheRight>(
@@ -175,8 +174,9 @@ void InvertSquare(const Scalar* l, int l_stride, Scalar* inverse, int stride, in
       }
       const ConstBlock<Scalar> pivot(l + j + static_cast<std::ptrdiff_t>(j) * l_stride,
                                      solved.cols(), solved.cols(), Eigen::OuterStride<>(l_stride));
-      pivot.template triangularView<Eigen::Lower>().transpose().template solveInPlace<
-          Eigen::OnTheRight>(solved);
+      pivot.template triangularView<Eigen::Lower>()
+          .transpose()
+          .template solveInPlace<Eigen::OnTheRight>(solved);
     }
   }
   SolveFromRight(l, l_stride, inverse, stride, size, size);
@@ -193,11 +193,11 @@ void MultiplyTransposed(const Scalar* a, int stride, int columns, const Scalar* 
   MultiplyTransposedOf(a, stride, columns, x, y);
 }
 
-#define PALPATE_INSTANTIATE(Scalar)                                                           \
-  template bool PartialCholesky(Scalar*, int, int) noexcept;                                  \
-  template void SolveFromRight(const Scalar*, int, Scalar*, int, int, int) noexcept;          \
-  template void InvertSquare(const Scalar*, int, Scalar*, int, int) noexcept;                 \
-  template void Multiply(const Scalar*, int, int, const Scalar*, Scalar*) noexcept;           \
+#define PALPATE_INSTANTIATE(Scalar)                                                  \
+  template bool PartialCholesky(Scalar*, int, int) noexcept;                         \
+  template void SolveFromRight(const Scalar*, int, Scalar*, int, int, int) noexcept; \
+  template void InvertSquare(const Scalar*, int, Scalar*, int, int) noexcept;        \
+  template void Multiply(const Scalar*, int, int, const Scalar*, Scalar*) noexcept;  \
   template void MultiplyTransposed(const Scalar*, int, int, const Scalar*, Scalar*) noexcept;
 PALPATE_INSTANTIATE(float)
 PALPATE_INSTANTIATE(double)

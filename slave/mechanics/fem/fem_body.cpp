@@ -15,9 +15,13 @@ namespace {
 
 constexpr std::size_t kMostElements = 4'000'000;
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
 
-Lame LameOf(double nu) { return {0.5 / (1 + nu), nu / ((1 + nu) * (1 - 2 * nu))}; }
+Lame LameOf(double nu) {
+  return {0.5 / (1 + nu), nu / ((1 + nu) * (1 - 2 * nu))};
+}
 
 double LargerSide(const SolidMesh& mesh) {
   Eigen::AlignedBox3d box;
@@ -32,8 +36,7 @@ void Check(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held) 
   }
   if (held.size() != mesh.nodes.size()) {
     throw std::invalid_argument("held nodes = " + std::to_string(held.size()) +
-                                ": accepted is one per node, " +
-                                std::to_string(mesh.nodes.size()));
+                                ": accepted is one per node, " + std::to_string(mesh.nodes.size()));
   }
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
     if (mesh.nodes[i].allFinite()) continue;
@@ -43,8 +46,8 @@ void Check(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held) 
   for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
     for (const int node : mesh.tets[e]) {
       if (node >= 0 && node < count) continue;
-      throw std::invalid_argument("element " + std::to_string(e) + ": node = " +
-                                  std::to_string(node) + ": accepted is 0 to " +
+      throw std::invalid_argument("element " + std::to_string(e) +
+                                  ": node = " + std::to_string(node) + ": accepted is 0 to " +
                                   std::to_string(count - 1));
     }
   }
@@ -199,7 +202,9 @@ void FemBody::Number(const SolidMesh& mesh, const std::vector<std::array<bool, 3
 void FemBody::SortElements() {
   mesh_element_.resize(tets_.size());
   std::iota(mesh_element_.begin(), mesh_element_.end(), 0);
-  const auto first_node = [&](int e) { return *std::min_element(tets_[Index(e)].begin(), tets_[Index(e)].end()); };
+  const auto first_node = [&](int e) {
+    return *std::min_element(tets_[Index(e)].begin(), tets_[Index(e)].end());
+  };
   std::stable_sort(mesh_element_.begin(), mesh_element_.end(),
                    [&](int a, int b) { return first_node(a) < first_node(b); });
   const auto unsorted = tets_;
@@ -254,7 +259,8 @@ void FemBody::FindContributions(bool lumped_mass) {
     const Eigen::Vector3d& o = points_[Index(tet[0])];
     const double volume = (points_[Index(tet[1])] - o)
                               .cross(points_[Index(tet[2])] - o)
-                              .dot(points_[Index(tet[3])] - o) / 6;
+                              .dot(points_[Index(tet[3])] - o) /
+                          6;
     for (int a = 0; a < 4; ++a) {
       const int i = tet[Index(a)];
       volume_[Index(i)] += volume / 4;
@@ -336,7 +342,8 @@ void FemBody::AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) n
       }
       const int k = upper_[Index(n)], mirror = pattern_.transpose[Index(k)];
       Eigen::Map<Eigen::Matrix3d>(matrix.block(k)) += factor * sum;
-      if (mirror != k) Eigen::Map<Eigen::Matrix3d>(matrix.block(mirror)) += factor * sum.transpose();
+      if (mirror != k)
+        Eigen::Map<Eigen::Matrix3d>(matrix.block(mirror)) += factor * sum.transpose();
     }
   });
 }

@@ -14,14 +14,16 @@ using Eigen::Vector3d;
 using fem::At;
 using fem::NodeVector;
 
-constexpr double kLocks = 0.49;        // Poisson's ratio beyond which tet4 answers are far too stiff
-constexpr double kLinearRange = 0.1;   // of the larger side
-constexpr double kBalanced = 1e-6;     // of the loads' sizes
-constexpr double kAbsurd = 1e6;        // larger sides, or E times larger side squared
-constexpr int kRehearsed = 30'000;     // elements
+constexpr double kLocks = 0.49;       // Poisson's ratio beyond which tet4 answers are far too stiff
+constexpr double kLinearRange = 0.1;  // of the larger side
+constexpr double kBalanced = 1e-6;    // of the loads' sizes
+constexpr double kAbsurd = 1e6;       // larger sides, or E times larger side squared
+constexpr int kRehearsed = 30'000;    // elements
 constexpr std::size_t kTextSize = 240;
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 void Refuse(const std::string& key, double value, const std::string& accepted) {
   std::array<char, 40> number{};
@@ -29,15 +31,20 @@ void Refuse(const std::string& key, double value, const std::string& accepted) {
   throw std::invalid_argument(key + " = " + number.data() + ": accepted is " + accepted);
 }
 
-bool Dynamic(const FemOptions& options) { return options.time == FemOptions::Time::kDynamic; }
-bool Linear(const FemOptions& options) { return options.law == FemOptions::Law::kLinear; }
+bool Dynamic(const FemOptions& options) {
+  return options.time == FemOptions::Time::kDynamic;
+}
+bool Linear(const FemOptions& options) {
+  return options.law == FemOptions::Law::kLinear;
+}
 
 void CheckOptions(const FemOptions& options) {
   if (options.element != FemOptions::Element::kTet4) {
     throw std::invalid_argument("element = tet10: accepted is tet4 in this model");
   }
   if (options.law == FemOptions::Law::kNeoHookean) {
-    throw std::invalid_argument("law = neo-hookean: accepted is linear, corotational in this model");
+    throw std::invalid_argument(
+        "law = neo-hookean: accepted is linear, corotational in this model");
   }
   if (options.pressure != FemOptions::Pressure::kAuto &&
       options.pressure != FemOptions::Pressure::kDisplacement) {
@@ -123,8 +130,8 @@ FemModel::FemModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>
                                 options.newton, options.residual, options.damping_mass * time_unit_,
                                 options.damping_stiffness / time_unit_, exact, Linear(options)});
   } else {
-    equilibrium_.emplace(
-        body_, fem::StaticEquilibrium::Params{options.residual, exact, Linear(options)});
+    equilibrium_.emplace(body_,
+                         fem::StaticEquilibrium::Params{options.residual, exact, Linear(options)});
   }
   Reset();
   Describe(mesh);
@@ -167,8 +174,8 @@ void FemModel::Rehearse(const SolidMesh& mesh) {
   const SurfaceMesh surface = SurfaceOf(mesh);
   if (surface.triangles.empty()) return;
   Contact contact{.kind = Contact::Kind::kForce, .p_O = Centroid(surface, 0)};
-  contact.value_O = -1e-6 * force_unit_ * Area(surface, 0) / (length_unit_ * length_unit_) *
-                    Normal(surface, 0);
+  contact.value_O =
+      -1e-6 * force_unit_ * Area(surface, 0) / (length_unit_ * length_unit_) * Normal(surface, 0);
   ContactResponse response;
   Respond({&contact, 1}, {&response, 1});
   contact.value_O *= 2;

@@ -29,8 +29,8 @@ class FemModel final : public DeformationModel {
   struct Params {
     Material material;   // E > 0 [Pa], -1 < nu < 0.5; a density wherever mass counts
     FemOptions options;  // tet4, law linear or co-rotational, pressure from the displacement
-    // Largest |displacement| / larger side before `extrapolated` [-]; 0: 0.1 in the linear law, none
-    // in the co-rotational one.
+    // Largest |displacement| / larger side before `extrapolated` [-]; 0: 0.1 in the linear law,
+    // none in the co-rotational one.
     double range = 0;
   };
 
@@ -47,8 +47,8 @@ class FemModel final : public DeformationModel {
   // and rotation.
   //
   // kExtrapolated: elements inside out (their number is in info().remark), nu > 0.49, the linear
-  // law out of range, a step of time that gained energy from nowhere. kFailed: contacts that are not
-  // finite, overlap or lie nowhere, loads out of balance, no convergence; failure() says which.
+  // law out of range, a step of time that gained energy from nowhere. kFailed: contacts that are
+  // not finite, overlap or lie nowhere, loads out of balance, no convergence; failure() says which.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
@@ -57,8 +57,8 @@ class FemModel final : public DeformationModel {
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
   // Of the last Respond.
-  [[nodiscard]] double residual() const;       // relative, reached
-  [[nodiscard]] double energy() const;         // elastic and kinetic [J]
+  [[nodiscard]] double residual() const;                             // relative, reached
+  [[nodiscard]] double energy() const;                               // elastic and kinetic [J]
   [[nodiscard]] int inverted() const { return summary().inverted; }  // elements
   [[nodiscard]] const fem::TimeStepper* stepper() const { return stepper_ ? &*stepper_ : nullptr; }
 

@@ -24,6 +24,8 @@ inline constexpr int kLanes = 8;
 PALPATE_INLINE const Double4& Load4(const double* p) {
   return *reinterpret_cast<const Double4*>(p);
 }
-PALPATE_INLINE Double4& Store4(double* p) { return *reinterpret_cast<Double4*>(p); }
+PALPATE_INLINE Double4& Store4(double* p) {
+  return *reinterpret_cast<Double4*>(p);
+}
 
 }  // namespace palpate::fem

@@ -52,7 +52,7 @@ class LinearSolver {
   bool direct_ = false;
   std::optional<SparseCholesky<float>> single_factor_;
   std::optional<SparseCholesky<double>> double_factor_;  // or where single precision fails
-  std::vector<double> inverse_blocks_;  // nine per row
+  std::vector<double> inverse_blocks_;                   // nine per row
   Kind kind_ = Kind::kNone;
   bool due_ = true;
   double scale_ = 1;

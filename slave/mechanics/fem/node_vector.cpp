@@ -39,7 +39,9 @@ double Dot(const NodeVector& a, const NodeVector& b) noexcept {
   return DotOf(a.data(), b.data(), a.size());
 }
 
-double Norm(const NodeVector& a) noexcept { return std::sqrt(Dot(a, a)); }
+double Norm(const NodeVector& a) noexcept {
+  return std::sqrt(Dot(a, a));
+}
 
 double LargestComponent(const NodeVector& a) noexcept {
   double largest = 0;
@@ -59,6 +61,8 @@ void ScaleAndAdd(double beta, const NodeVector& x, NodeVector& y) noexcept {
   ScaleAndAddTo(beta, x.data(), y.data(), y.size());
 }
 
-void SetZero(NodeVector& x) noexcept { std::fill(x.begin(), x.end(), NodeValue{}); }
+void SetZero(NodeVector& x) noexcept {
+  std::fill(x.begin(), x.end(), NodeValue{});
+}
 
 }  // namespace palpate::fem

@@ -24,7 +24,9 @@ void Add(double alpha, const NodeVector& x, NodeVector& y) noexcept;
 void ScaleAndAdd(double beta, const NodeVector& x, NodeVector& y) noexcept;
 void SetZero(NodeVector& x) noexcept;
 
-inline NodeValue& At(NodeVector& x, int node) { return x[static_cast<std::size_t>(node)]; }
+inline NodeValue& At(NodeVector& x, int node) {
+  return x[static_cast<std::size_t>(node)];
+}
 inline const NodeValue& At(const NodeVector& x, int node) {
   return x[static_cast<std::size_t>(node)];
 }

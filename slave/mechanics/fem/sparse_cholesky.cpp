@@ -12,7 +12,9 @@ namespace {
 
 constexpr double kPenalty = 1e4;  // of a held sum, of the diagonal
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 }  // namespace
 
@@ -155,8 +157,8 @@ void SparseCholesky<Scalar>::Assemble(const Front& front, const BlockMatrix& mat
         if (i < 0 || j < front.begin || j >= front.begin + front.width || i < j) continue;
         Scalar* to = F + 3 * Index(place_[Index(i)]) + 3 * Index(place_[Index(j)]) * size;
         for (std::size_t c = 0; c < 3; ++c) {
-          to[c + c * size] += static_cast<Scalar>(kPenalty * sum.weight[a].v[c] *
-                                                  sum.weight[b].v[c]);
+          to[c + c * size] +=
+              static_cast<Scalar>(kPenalty * sum.weight[a].v[c] * sum.weight[b].v[c]);
         }
       }
     }

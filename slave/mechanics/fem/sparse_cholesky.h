@@ -29,7 +29,8 @@ struct HeldComponents {
 template <typename Scalar>
 class SparseCholesky {
  public:
-  // Keeps a reference to the pattern; its nodes must be numbered by the tree. O(rows of the factor).
+  // Keeps a reference to the pattern; its nodes must be numbered by the tree. O(rows of the
+  // factor).
   SparseCholesky(const EliminationTree& tree, const BlockPattern& pattern);
   void Reserve();
 
@@ -48,13 +49,13 @@ class SparseCholesky {
     Scalar v[64 / sizeof(Scalar)];
   };
   struct Front {
-    int begin = 0, width = 0;      // nodes eliminated here
+    int begin = 0, width = 0;  // nodes eliminated here
     int parent = -1;
     std::vector<int> rows;         // the nodes coupled to them that come later, rising
     std::vector<int> into_parent;  // where those stand in the parent's front
     std::vector<int> children;
-    std::size_t panel = 0;         // line of U = L21 L11^-1, (3 rows) x (3 width)
-    std::size_t inverse = 0;       // line of D^-1, (3 width) x (3 width)
+    std::size_t panel = 0;    // line of U = L21 L11^-1, (3 rows) x (3 width)
+    std::size_t inverse = 0;  // line of D^-1, (3 width) x (3 width)
 
     [[nodiscard]] int height() const { return static_cast<int>(rows.size()); }
     [[nodiscard]] int size() const { return 3 * (width + height()); }
@@ -70,14 +71,14 @@ class SparseCholesky {
 
   const BlockPattern& pattern_;
   std::vector<Front> fronts_;
-  std::vector<int> place_;               // per node, in the front being assembled
+  std::vector<int> place_;  // per node, in the front being assembled
   std::vector<Line> panels_;
-  std::vector<Scalar> stack_;            // fronts and update matrices during Factor
-  std::vector<std::size_t> update_at_;   // per front, in stack_
-  std::vector<Scalar> x_;                // three per row
-  std::vector<Line> near_, product_;     // parts of x beside a panel
+  std::vector<Scalar> stack_;           // fronts and update matrices during Factor
+  std::vector<std::size_t> update_at_;  // per front, in stack_
+  std::vector<Scalar> x_;               // three per row
+  std::vector<Line> near_, product_;    // parts of x beside a panel
   std::size_t lines_ = 0, stack_size_ = 0, entries_ = 0;
-  int widest_ = 0;                       // lines of the longest panel column
+  int widest_ = 0;  // lines of the longest panel column
   double flops_ = 0;
 };
 

@@ -11,10 +11,12 @@ namespace palpate::fem {
 namespace {
 
 constexpr int kNewtonSteps = 8;
-constexpr double kTurned = 1e-16;    // square of the last turn: the next one would be its square
-constexpr double kDefinite = 1e-9;   // det H of tr(H)^3, 1/27 at rest
+constexpr double kTurned = 1e-16;   // square of the last turn: the next one would be its square
+constexpr double kDefinite = 1e-9;  // det H of tr(H)^3, 1/27 at rest
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 PALPATE_INLINE bool Any(const Mask8& mask) {
   long long any = 0;
@@ -31,7 +33,8 @@ PALPATE_INLINE LaneQuaternion Turned(const LaneQuaternion& q, const Double8& x, 
 }
 
 // One step of Newton's method; `open` says which lanes have not arrived, `wrong` where H is not
-// positive definite. A turn by d / (2 + d^2 / 2) is the exact half-angle to third order and bounded.
+// positive definite. A turn by d / (2 + d^2 / 2) is the exact half-angle to third order and
+// bounded.
 PALPATE_INLINE LaneQuaternion NewtonTurn(const LaneQuaternion& q, const Lanes3x3& G, Mask8& open,
                                          Mask8& wrong) {
   const Lanes3x3 E = StretchMinusIdentity(RotationMinusIdentity(q), G);
@@ -195,7 +198,6 @@ Eigen::Matrix3d GradientsOf(const std::vector<Eigen::Vector3d>& nodes,
   volume = edges.determinant() / 6;
   return edges.inverse();
 }
-
 
 }  // namespace
 

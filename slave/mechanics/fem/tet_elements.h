@@ -36,9 +36,9 @@ struct alignas(64) TetGroup {
   std::array<std::array<int, kLanes>, 4> node{};
   std::array<std::array<Double8, 3>, 3> gradient{};  // of corners 1 to 3
   Double8 volume{};
-  Double8 root_volume_mu{};            // sqrt(V mu)
+  Double8 root_volume_mu{};             // sqrt(V mu)
   std::array<Double8, 4> quaternion{};  // s, x, y, z
-  Double8 energy{}, determinant{};     // V-weighted; det F
+  Double8 energy{}, determinant{};      // V-weighted; det F
 };
 
 class TetElements {

@@ -6,7 +6,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr int kMostNewton = 60;
+constexpr int kMostNewton = 400;
 constexpr int kMostParts = 64;
 constexpr int kMostHalvings = 12;
 constexpr double kInner = 1e-3;      // of a residual, where another Newton step follows
@@ -14,7 +14,9 @@ constexpr double kGain = 1e-6;       // of the energies that are exchanged
 constexpr double kRounding = 1e-14;  // of the forces that cancel
 constexpr double kSufficient = 1e-4;
 
-std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 }  // namespace
 
@@ -290,8 +292,7 @@ void TimeStepper::Finish(const NodeVector& f_ext, double h) noexcept {
   for (std::size_t i = 0; i < reaction_.size(); ++i) {
     const bool moves = static_cast<int>(i) < body_.moving();
     for (std::size_t c = 0; c < 3; ++c) {
-      reaction_[i].v[c] =
-          moves ? reaction_[i].v[c] / th : f_int_[i].v[c] - f_ext[i].v[c];
+      reaction_[i].v[c] = moves ? reaction_[i].v[c] / th : f_int_[i].v[c] - f_ext[i].v[c];
     }
   }
   body_.MultiplyMass(v_, work_);
@@ -301,16 +302,14 @@ void TimeStepper::Finish(const NodeVector& f_ext, double h) noexcept {
   Add(-1, u0_, x_);
   const double by_loads = Dot(f_ext, x_), by_contacts = Dot(reaction_, x_);
   const double gain = energy_ - before - by_loads - by_contacts;
-  const double scale =
-      std::max({energy_, before, std::abs(by_loads), std::abs(by_contacts)});
+  const double scale = std::max({energy_, before, std::abs(by_loads), std::abs(by_contacts)});
   gained_energy_ = params_.theta == 1 && gain > kGain * scale;
   if (params_.theta == 1) return;
   body_.MultiplyMass(dv_, work_);
   for (std::size_t i = 0; i < work_.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
-      momentum_force_[i].v[c] = (work_[i].v[c] / h -
-                                 (1 - params_.theta) * momentum_force_[i].v[c]) /
-                                params_.theta;
+      momentum_force_[i].v[c] =
+          (work_[i].v[c] / h - (1 - params_.theta) * momentum_force_[i].v[c]) / params_.theta;
     }
   }
 }

@@ -20,11 +20,11 @@ namespace palpate::fem {
 class TimeStepper {
  public:
   struct Params {
-    double step = 0;               // h, in the body's unit of time, > 0
-    double theta = 1;              // 1 or 1/2
-    int newton = 1;                // linear solves per step; 0: until `residual`
-    double residual = 1e-6;        // of the right hand side's norm
-    double damping_mass = 0;       // a, b: in units of time
+    double step = 0;          // h, in the body's unit of time, > 0
+    double theta = 1;         // 1 or 1/2
+    int newton = 1;           // linear solves per step; 0: until `residual`
+    double residual = 1e-6;   // of the right hand side's norm
+    double damping_mass = 0;  // a, b: in units of time
     double damping_stiffness = 0;
     bool exact_tangent = false;
     bool linear = false;
@@ -80,7 +80,7 @@ class TimeStepper {
   SolutionHistory history_;
   double assembled_for_ = 0;  // the step the linear law's tangent is for
   NodeVector u_, v_, f_int_, reaction_;
-  NodeVector momentum_force_;          // F_0
+  NodeVector momentum_force_;  // F_0
   NodeVector u0_, v0_, dv_, b_, r_, x_, lift_, work_;
   NodeVector kept_u_, kept_v_, kept_force_;
   ElementSummary summary_;

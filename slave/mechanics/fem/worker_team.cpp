@@ -42,7 +42,7 @@ void WorkerTeam::DoShare(int worker) const noexcept {
 }
 
 void WorkerTeam::Serve(int worker) noexcept {
-  for (unsigned seen = 0;; ) {
+  for (unsigned seen = 0;;) {
     round_.wait(seen);
     seen = round_;
     if (stopping_) return;

@@ -124,8 +124,7 @@ TEST(FemCantilever, TheTipDeflectsAsTheDiscreteBeam) {
       }
       const double expected = row.at("mean_tip_deflection").at(key);
       EXPECT_NEAR(work / P / expected, 1, 1e-8) << n << " " << key;
-      EXPECT_EQ(responses.front().validity,
-                nu > 0.49 ? Validity::kExtrapolated : Validity::kValid);
+      EXPECT_EQ(responses.front().validity, nu > 0.49 ? Validity::kExtrapolated : Validity::kValid);
     }
   }
 }

@@ -21,7 +21,9 @@ using solids::Respond;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-SolidMesh Block(int n = 4) { return MeshBox({0.06, 0.06, 0.06}, {n, n, n}); }
+SolidMesh Block(int n = 4) {
+  return MeshBox({0.06, 0.06, 0.06}, {n, n, n});
+}
 solids::Held OnFloor(const SolidMesh& mesh) {
   return solids::HeldWhere(mesh, [](const Vector3d& p) { return p.z() < 1e-9; });
 }
@@ -48,12 +50,12 @@ TEST(FemModel, PassesThePatchTest) {
   FemModel model(mesh, solids::Held(mesh.nodes.size()), params);
   Eigen::Matrix3d gradient;
   for (int i = 0; i < 3; ++i) {
-    gradient.row(i) = solids::VectorOf(p.at("displacement_gradient").at(static_cast<std::size_t>(i)));
+    gradient.row(i) =
+        solids::VectorOf(p.at("displacement_gradient").at(static_cast<std::size_t>(i)));
   }
   std::vector<Contact> contacts;
   for (int i = 0; i < 8; ++i) {
-    contacts.push_back(
-        solids::Move(mesh, i, gradient * mesh.nodes[static_cast<std::size_t>(i)]));
+    contacts.push_back(solids::Move(mesh, i, gradient * mesh.nodes[static_cast<std::size_t>(i)]));
   }
   const auto responses = Respond(model, contacts);
   const Vector3d inner = solids::VectorOf(given.at("expected").at("interior_node_displacement"));
@@ -100,8 +102,8 @@ TEST(FemModel, APatchMovesAsOneAndReportsItsWholeForce) {
   }
   EXPECT_EQ(moved, 5);
   // The same with the floor as a second contact, which takes the reaction.
-  const auto both = Respond(model, {Press({0.03, 0.03, 0.06}, 0.025, d),
-                                    Press({0.03, 0.03, 0}, 0.2, Vector3d::Zero())});
+  const auto both = Respond(
+      model, {Press({0.03, 0.03, 0.06}, 0.025, d), Press({0.03, 0.03, 0}, 0.2, Vector3d::Zero())});
   EXPECT_LT((both[0].force_O - r.force_O).norm(), 1e-9 * r.force_O.norm());
   EXPECT_LT((both[0].force_O + both[1].force_O).norm(), 1e-8 * r.force_O.norm());
 }
@@ -148,7 +150,8 @@ TEST(FemModel, ConvergesWithSecondOrderInDisplacement) {
     ASSERT_TRUE(model.failure().empty()) << model.failure();
     const auto u = Displacement(model);
     double square = 0;  // zero on the surface
-    for (std::size_t i = 0; i < u.size(); ++i) square += (u[i] - exact(mesh.nodes[i])).squaredNorm();
+    for (std::size_t i = 0; i < u.size(); ++i)
+      square += (u[i] - exact(mesh.nodes[i])).squaredNorm();
     const double error = std::sqrt(square / static_cast<double>(u.size() - contacts.size()));
     if (previous > 0) {
       EXPECT_NEAR(std::log2(previous / error), 2, 0.35) << "n = " << n;
@@ -286,8 +289,8 @@ TEST(FemModel, ScalesAreUnits) {
       params.options.time = FemOptions::Time::kDynamic;
       params.options.step = 0.3 * length / std::sqrt(E / 1000);
     }
-    const auto held = solids::HeldWhere(
-        mesh, [&](const Vector3d& p) { return p.z() < 1e-9 * length; });
+    const auto held =
+        solids::HeldWhere(mesh, [&](const Vector3d& p) { return p.z() < 1e-9 * length; });
     FemModel model(mesh, held, params);
     std::vector<Contact> contacts{
         Press(length * Vector3d(0.5, 0.5, 1), 0.5 * length, {0, 0, -strain * length}),
@@ -400,7 +403,11 @@ TEST(FemModel, RefusesWhatMakesNoSense) {
               HasSubstr("young_modulus"));
   EXPECT_THAT(message(mesh, [](auto&, P& p) { p.options.element = FemOptions::Element::kTet10; }),
               HasSubstr("tet10"));
-  EXPECT_THAT(message(mesh, [](auto&, P& p) { p.options.gravity_O.z() = -9.8; p.material.density = 0; }),
+  EXPECT_THAT(message(mesh,
+                      [](auto&, P& p) {
+                        p.options.gravity_O.z() = -9.8;
+                        p.material.density = 0;
+                      }),
               HasSubstr("density"));
   EXPECT_THAT(message(mesh, [](auto&, P& p) { p.options.residual = 0; }), HasSubstr("residual"));
   EXPECT_THAT(message(mesh, [](auto& m, P&) { std::swap(m.tets[4][0], m.tets[4][1]); }),
@@ -416,7 +423,8 @@ TEST(FemModel, NodeOrderDanglingNodesAndFullSupportAreNoMatter) {
   const SolidMesh mesh = Block(2);
   SolidMesh turned = mesh;
   const int last = static_cast<int>(mesh.nodes.size()) - 1;
-  for (auto& p : turned.nodes) p = mesh.nodes[static_cast<std::size_t>(last - (&p - turned.nodes.data()))];
+  for (auto& p : turned.nodes)
+    p = mesh.nodes[static_cast<std::size_t>(last - (&p - turned.nodes.data()))];
   for (auto& t : turned.tets) {
     for (int& i : t) i = last - i;
   }

@@ -72,8 +72,8 @@ std::vector<Vector3d> IndependentLinear(const SolidMesh& mesh, const solids::Hel
   for (const auto& tet : mesh.tets) {
     Eigen::Matrix4d rest;
     for (std::size_t i = 0; i < 4; ++i) {
-      rest.row(static_cast<Eigen::Index>(i))
-          << 1, mesh.nodes[static_cast<std::size_t>(tet[i])].transpose();
+      rest.row(static_cast<Eigen::Index>(i)) << 1,
+          mesh.nodes[static_cast<std::size_t>(tet[i])].transpose();
     }
     const Eigen::Matrix4d shape = rest.inverse();
     Eigen::Matrix<double, 6, 12> B = Eigen::Matrix<double, 6, 12>::Zero();
@@ -155,8 +155,8 @@ TEST(FoamObjects, AnswerUnderWeightAndAPressOfOneNewton) {
       params.options.residual = 1e-8;
       FemModel corotational(mesh, held, params);
       const auto r = Respond(corotational, {press}).front();
-      EXPECT_EQ(r.validity, corotational.inverted() > 0 ? Validity::kExtrapolated
-                                                        : Validity::kValid)
+      EXPECT_EQ(r.validity,
+                corotational.inverted() > 0 ? Validity::kExtrapolated : Validity::kValid)
           << name << " " << material.young_modulus << " " << corotational.failure();
       EXPECT_GT(r.displacement_O.dot(press.value_O), 0);
     }

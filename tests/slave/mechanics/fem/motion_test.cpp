@@ -31,9 +31,8 @@ struct Oscillator {
     const double share = mass == FemOptions::Mass::kLumped ? 0.25 : 0.1;
     // k = V (lambda + 2 mu) / 1^2 = V E (1 - nu) / ((1 + nu) (1 - 2 nu)), m = share rho V.
     const double per_E = V * (1 - nu) / ((1 + nu) * (1 - 2 * nu));
-    params.material = {.young_modulus = omega * omega * share * 2 * V / per_E,
-                       .poisson_ratio = nu,
-                       .density = 2};
+    params.material = {
+        .young_modulus = omega * omega * share * 2 * V / per_E, .poisson_ratio = nu, .density = 2};
     params.options.mass = mass;
     stiffness = params.material.young_modulus * per_E;
   }
@@ -122,11 +121,13 @@ TEST(FemMotion, TheClampedBarHasItsDiscreteEigenfrequencies) {
   const auto held = solids::HeldWhere(mesh, [](const Vector3d& x) { return x.x() < 1e-9; });
   for (const bool lumped : {false, true}) {
     fem::FemBody body(mesh, held,
-                      {.poisson_ratio = p.at("nu"), .lumped_mass = lumped,
+                      {.poisson_ratio = p.at("nu"),
+                       .lumped_mass = lumped,
                        .law = fem::TetElements::Law::kLinear});
     const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(
         DenseOf(body, 0, 1), DenseOf(body, 1, 0), Eigen::EigenvaluesOnly);
-    const auto& expected = given.at("expected").at(lumped ? "lumped_mass_hz" : "consistent_mass_hz");
+    const auto& expected =
+        given.at("expected").at(lumped ? "lumped_mass_hz" : "consistent_mass_hz");
     const double unit = std::sqrt(E / rho) / body.length_unit() / (2 * std::numbers::pi);
     for (std::size_t i = 0; i < 6; ++i) {
       const double f = unit * std::sqrt(eigen.eigenvalues()[static_cast<Eigen::Index>(i)]);
