@@ -6,7 +6,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr int kMostNewton = 60;
+constexpr int kMostNewton = 400;
 constexpr int kMostParts = 64;
 constexpr int kMostHalvings = 12;
 constexpr double kInner = 1e-3;      // of a residual, where another Newton step follows
