@@ -116,7 +116,7 @@ double ElasticBody::Energy(const VectorXd& x) const {
   return energy;
 }
 
-void ElasticBody::AddTangent(const VectorXd& x, MaterialLaw::Tangent tangent, bool regularised,
+void ElasticBody::AddTangent(const VectorXd& x, const Tangent& tangent, bool regularised,
                              SparseMatrix* matrix) const {
   const int n = mesh_.nodes_per_element;
   const bool mixed = layout_.has_pressure();

@@ -78,10 +78,9 @@ class Dissection {
     int axis = 0;
     (high - low).maxCoeff(&axis);
     const auto half = elements.size() / 2;
-    std::nth_element(elements.begin(), elements.begin() + static_cast<std::ptrdiff_t>(half),
-                     elements.end(), [&](int a, int b) {
-                       return centres_[Index(a)][axis] < centres_[Index(b)][axis];
-                     });
+    std::nth_element(
+        elements.begin(), elements.begin() + static_cast<std::ptrdiff_t>(half), elements.end(),
+        [&](int a, int b) { return centres_[Index(a)][axis] < centres_[Index(b)][axis]; });
     const auto left = elements.first(half), right = elements.subspan(half);
     for (const int e : left) {
       for (const int node : mesh_.element(e)) side_[Index(node)] = left.front();

@@ -22,6 +22,7 @@ constexpr double kAutoMixed = 0.49;      // nu from which ten nodes take a press
 constexpr double kBalanced = 1e-6;       // work of loads on free motions over all work
 constexpr double kStillBalanced = 1e-3;  // force on pins over loads, once deformed
 constexpr double kLeastPart = 1.0 / 64;  // of a load that is applied at once
+constexpr int kMostSteps = 300;          // of Newton's method for one answer, all parts together
 constexpr double kGrowth = 1e-6;         // of energy, per step, that rounding explains
 constexpr double kLooseGrowth = 1e-2;    // where the step is not a minimum of energy
 
@@ -334,7 +335,8 @@ bool SolidModel::SolveStatic() {
   start_ = x_;
   newton_steps_ = 0;
   if (!SolveInParts()) {
-    if (params_.options.law == Law::kLinear) return false;
+    if (params_.options.law == Law::kLinear || start_.isZero(0)) return false;
+    newton_steps_ = 0;
     Reset();  // from rest instead of from the last answer
     start_ = x_;
     if (!SolveInParts()) return false;
@@ -374,9 +376,11 @@ bool SolidModel::SolveInParts() {
       good_ = x_;
       done = t;
       part *= 2;
-    } else {
-      part /= 2;
-      if (part < kLeastPart || params_.options.law == Law::kLinear) return false;
+      continue;
+    }
+    part /= 2;
+    if (part < kLeastPart || newton_steps_ > kMostSteps || params_.options.law == Law::kLinear) {
+      return false;
     }
   }
   return true;
