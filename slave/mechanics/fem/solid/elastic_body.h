@@ -44,7 +44,7 @@ class ElasticBody {
   // Integral of every node's shape function, per node: weight, and mean values.
   [[nodiscard]] Eigen::VectorXd NodeVolumes() const;
 
-  // Smallest det F over the quadrature points, of I + grad u.
+  // Smallest det F over the quadrature points and, with ten nodes, the corners; F = I + grad u.
   [[nodiscard]] double SmallestJacobian(const Eigen::VectorXd& x) const;
 
   [[nodiscard]] const MaterialLaw& law() const { return law_; }

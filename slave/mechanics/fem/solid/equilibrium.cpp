@@ -309,7 +309,7 @@ bool Equilibrium::KeepsVolume(const VectorXd& x) {
     change += residual_[layout_.pressure(i)];
     largest = std::max(largest, x.segment<3>(layout_.first(i)).lpNorm<Eigen::Infinity>());
   }
-  return std::abs(change) <= kVolume * largest ||
+  return std::abs(change) <= kVolume * largest + kTight * x.lpNorm<Eigen::Infinity>() ||
          Fail("prescribed displacements change the volume of an incompressible body");
 }
 

@@ -220,6 +220,7 @@ void SolidModel::Describe(Progress* progress) {
 
 void SolidModel::Reset() {
   x_.setZero();
+  inverted_ = false;
   start_loads_.setZero();
   row_start_.assign(row_start_.size(), 0);
   balance_.row_force.setZero();
@@ -332,6 +333,7 @@ bool SolidModel::CheckFreeBody() {
 
 bool SolidModel::SolveStatic() {
   if (!CheckFreeBody()) return false;
+  if (inverted_ && params_.options.law != Law::kLinear) Reset();  // such states may be traps
   start_ = x_;
   newton_steps_ = 0;
   if (!SolveInParts()) {
@@ -485,8 +487,9 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
     failure_ = "the answer is absurdly large";
     return false;
   }
+  inverted_ = !(body_.SmallestJacobian(x_) > 0);
   const bool beyond = (params_.options.law == Law::kLinear && largest > params_.range) ||
-                      !(body_.SmallestJacobian(x_) > 0) || (dynamic() && grew_);
+                      inverted_ || (dynamic() && grew_);
   const Validity validity = beyond ? Validity::kExtrapolated : Validity::kValid;
   const double force_unit = params_.young_modulus * unit_ * unit_;
   int row = 0;
