@@ -116,7 +116,7 @@ double ElasticBody::Energy(const VectorXd& x) const {
   return energy;
 }
 
-void ElasticBody::AddTangent(const VectorXd& x, MaterialLaw::Tangent tangent, bool regularised,
+void ElasticBody::AddTangent(const VectorXd& x, const Tangent& tangent, bool regularised,
                              SparseMatrix* matrix) const {
   const int n = mesh_.nodes_per_element;
   const bool mixed = layout_.has_pressure();
@@ -231,13 +231,16 @@ VectorXd ElasticBody::NodeVolumes() const {
 
 double ElasticBody::SmallestJacobian(const VectorXd& x) const {
   double smallest = std::numeric_limits<double>::infinity();
+  const int n = mesh_.nodes_per_element;
   for (int e = 0; e < mesh_.element_count(); ++e) {
     const Local local = Gather(x, e);
-    for (const auto& q : QuadratureOf(mesh_.nodes_per_element)) {
-      const ShapeGradients gradients = GradientsAt(local.geometry, mesh_.nodes_per_element, q.bary);
-      const Matrix3d F = Matrix3d::Identity() + local.u * gradients.transpose();
+    const auto meet = [&](const Vector4d& bary) {
+      const Matrix3d F =
+          Matrix3d::Identity() + local.u * GradientsAt(local.geometry, n, bary).transpose();
       smallest = std::min(smallest, F.determinant());
-    }
+    };
+    for (const auto& q : QuadratureOf(n)) meet(q.bary);
+    for (int corner = 0; n == 10 && corner < 4; ++corner) meet(Vector4d::Unit(corner));
   }
   return smallest;
 }

@@ -29,7 +29,7 @@ class ElasticBody {
   [[nodiscard]] double Energy(const Eigen::VectorXd& x) const;
   // Adds the second derivatives of W. `regularised` replaces 1 / k by at least
   // kLeastCompressibility in the rows of the pressure, so that the matrix can be factored.
-  void AddTangent(const Eigen::VectorXd& x, MaterialLaw::Tangent tangent, bool regularised,
+  void AddTangent(const Eigen::VectorXd& x, const Tangent& tangent, bool regularised,
                   SparseMatrix* matrix) const;
   static constexpr double kLeastCompressibility = 1e-5;
 
@@ -44,7 +44,7 @@ class ElasticBody {
   // Integral of every node's shape function, per node: weight, and mean values.
   [[nodiscard]] Eigen::VectorXd NodeVolumes() const;
 
-  // Smallest det F over the quadrature points, of I + grad u.
+  // Smallest det F over the quadrature points and, with ten nodes, the corners; F = I + grad u.
   [[nodiscard]] double SmallestJacobian(const Eigen::VectorXd& x) const;
 
   [[nodiscard]] const MaterialLaw& law() const { return law_; }

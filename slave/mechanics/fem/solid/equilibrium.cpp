@@ -9,11 +9,16 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kMostSteps = 100;  // of Newton's method
+constexpr int kMostSteps = 60;  // of Newton's method
 constexpr int kMostRefinements = 60;
 constexpr int kMostHalvings = 40;
+<<<<<<< HEAD
 constexpr double kNearby = 1e-2;  // relative residual below which the exact tangent is tried again
 constexpr double kVolume = 1e-8;  // change of volume over displacement that is none
+=======
+constexpr double kLeastRemoved = 1.0 / 64;  // of negative curvature, if any
+constexpr double kVolume = 1e-8;            // change of volume over displacement that is none
+>>>>>>> solid
 constexpr double kArmijo = 1e-4;
 constexpr double kRounding = 1e-14;   // of energies and forces
 constexpr double kStartShare = 1e-6;  // of the forces at the start that a residual is relative to
@@ -30,7 +35,7 @@ Equilibrium::Equilibrium(const BlockLayout& layout, const ElasticBody& body, con
       system_(layout.pattern()) {
   const VectorXd rest = VectorXd::Zero(layout.size());
   residual_ = right_ = step_ = trial_ = product_ = rest;
-  if (linear()) body_.AddTangent(rest, MaterialLaw::Tangent::kExact, false, &stiffness_);
+  if (linear()) body_.AddTangent(rest, kExactTangent, false, &stiffness_);
   if (layout.has_pressure()) {
     pressure_mass_ = body.PressureMass();
     pressure_change_ = pressure_ = VectorXd::Zero(pressure_mass_.cols());
@@ -50,9 +55,7 @@ void Equilibrium::Stiffness(const VectorXd& x, SparseMatrix* matrix) const {
     return;
   }
   *matrix = layout_.pattern();
-  body_.AddTangent(
-      x, options_.warped ? MaterialLaw::Tangent::kWarped : MaterialLaw::Tangent::kProjected, false,
-      matrix);
+  body_.AddTangent(x, options_.warped ? kWarpedTangent : kProjectedTangent, false, matrix);
 }
 
 double Equilibrium::Energy(const VectorXd& x) {
@@ -180,8 +183,7 @@ bool Equilibrium::PrepareRows(const Balance& balance) {
   return true;
 }
 
-bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x,
-                                MaterialLaw::Tangent tangent) {
+bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const Tangent& tangent) {
   std::copy_n(layout_.pattern().valuePtr(), system_.nonZeros(), system_.valuePtr());
   const bool regularise = layout_.has_pressure();
   body_.AddTangent(x, tangent, regularise, &system_);
@@ -191,7 +193,7 @@ bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x,
   }
   if (!linear()) std::copy_n(system_.valuePtr(), system_.nonZeros(), stiffness_.valuePtr());
   Constrain(balance);
-  return solver_.Factorize(system_);
+  return solver_.Factorize(system_, !layout_.has_pressure());
 }
 
 // A factored tangent with as many negative pivots as free pressures, so that its step descends.
@@ -201,21 +203,18 @@ bool Equilibrium::Prepare(const Balance& balance, const VectorXd& x) {
   for (int i = 0; i < pressure_.size(); ++i) {
     expected_negative_ += !balance.fixed[static_cast<std::size_t>(layout_.pressure(i))];
   }
-  const auto good = [&](MaterialLaw::Tangent tangent) {
+  const auto good = [&](const Tangent& tangent) {
     return FactorTangent(balance, x, tangent) &&
            (!solver_.is_direct() || solver_.negative_pivots() == expected_negative_);
   };
-  using Tangent = MaterialLaw::Tangent;
   bool done = false;
-  if (linear()) {
-    done = good(Tangent::kExact);
-  } else if (options_.warped) {
-    done = good(Tangent::kWarped);
+  if (linear() || options_.warped || !solver_.is_direct()) {
+    done = good(linear() ? kExactTangent : options_.warped ? kWarpedTangent : kProjectedTangent);
   } else {
-    done = !cautious_ && solver_.is_direct() && good(Tangent::kExact);
-    if (!done) {
-      cautious_ = true;
-      done = good(Tangent::kProjected);
+    // As little of the negative curvature goes as makes the whole definite: the more, the slower.
+    removed_ = removed_ > kLeastRemoved ? removed_ / 4 : 0;
+    while (!(done = good({removed_, false})) && removed_ < 1) {
+      removed_ = std::min(1.0, std::max(4 * removed_, kLeastRemoved));
     }
   }
   if (!done)
@@ -291,7 +290,7 @@ bool Equilibrium::Search(const Balance& balance, double slope, VectorXd* x) {
 
 bool Equilibrium::Solve(Balance* balance, VectorXd* x) {
   failure_ = {};
-  cautious_ = false;
+  removed_ = 0;
   if (balance->row_force.size() != static_cast<int>(balance->rows.size())) {
     balance->row_force.setZero(static_cast<int>(balance->rows.size()));
   }
@@ -315,7 +314,7 @@ bool Equilibrium::KeepsVolume(const VectorXd& x) {
     change += residual_[layout_.pressure(i)];
     largest = std::max(largest, x.segment<3>(layout_.first(i)).lpNorm<Eigen::Infinity>());
   }
-  return std::abs(change) <= kVolume * largest ||
+  return std::abs(change) <= kVolume * largest + kTight * x.lpNorm<Eigen::Infinity>() ||
          Fail("prescribed displacements change the volume of an incompressible body");
 }
 
@@ -351,12 +350,9 @@ bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
       moves = false;
       continue;
     }
-    if (Search(*balance, std::min(residual_.dot(step_), 0.0), x)) {
-      if (relative_ < kNearby) cautious_ = false;
-      continue;
+    if (!Search(*balance, std::min(residual_.dot(step_), 0.0), x)) {
+      return Fail("no equilibrium was found: the energy falls no further");
     }
-    if (cautious_) return Fail("no equilibrium was found: the energy falls no further");
-    cautious_ = true;
   }
 }
 

@@ -75,8 +75,7 @@ class Equilibrium {
   double Potential(const Balance& balance, const Eigen::VectorXd& x);
   double Weigh(const Balance& balance);
   bool Prepare(const Balance& balance, const Eigen::VectorXd& x);
-  bool FactorTangent(const Balance& balance, const Eigen::VectorXd& x,
-                     MaterialLaw::Tangent tangent);
+  bool FactorTangent(const Balance& balance, const Eigen::VectorXd& x, const Tangent& tangent);
   void Constrain(const Balance& balance);
   bool PrepareRows(const Balance& balance);
   bool Direction(Balance* balance, const Eigen::VectorXd& x, bool first);
@@ -104,9 +103,9 @@ class Equilibrium {
   Eigen::VectorXd pressure_change_, pressure_;
 
   Eigen::VectorXd residual_, right_, step_, trial_, product_, row_right_;
-  double energy_ = 0, relative_ = 0, start_force_ = 0;
+  double energy_ = 0, relative_ = 0, start_force_ = 0, removed_ = 0;
   int steps_ = 0, expected_negative_ = 0;
-  bool factored_ = false, cautious_ = false;
+  bool factored_ = false;
   std::string_view failure_;
 };
 

@@ -43,11 +43,16 @@ Matrix3d StretchMinusIdentity(const Matrix3d& H, const SignedSvd& svd) {
   return 0.5 * (stretch + stretch.transpose());
 }
 
-Matrix3d WithoutNegative(const Matrix3d& m) {
+Vector3d WithoutNegative(const Vector3d& v, double removed) {
+  return v.cwiseMax(0) + (1 - removed) * v.cwiseMin(0);
+}
+
+// Takes a share of every negative eigenvalue away.
+Matrix3d WithoutNegative(const Matrix3d& m, double removed) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(m);
   if (eigen.eigenvalues().minCoeff() >= 0) return m;
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() *
-         eigen.eigenvectors().transpose();
+  const Vector3d kept = WithoutNegative(Vector3d(eigen.eigenvalues()), removed);
+  return eigen.eigenvectors() * kept.asDiagonal() * eigen.eigenvectors().transpose();
 }
 
 }  // namespace
@@ -110,7 +115,7 @@ MaterialLaw::Point MaterialLaw::At(const Matrix3d& H) const {
 }
 
 MaterialLaw::Principal MaterialLaw::PrincipalAt(const Vector3d& s, double p, double bulk,
-                                                Tangent tangent) const {
+                                                const Tangent& tangent) const {
   Principal principal;
   if (law_ == FemOptions::Law::kCorotational) {
     principal.along = 2 * mu_ * Matrix3d::Identity() + Matrix3d::Constant(bulk);
@@ -119,7 +124,7 @@ MaterialLaw::Principal MaterialLaw::PrincipalAt(const Vector3d& s, double p, dou
       const double sum = std::max(s[First(i)] + s[Second(i)], kLeastStretchSum);
       principal.twist[i] = 2 * mu_ + 2 * (p - 2 * mu_) / sum;
     }
-    if (tangent == Tangent::kWarped) principal.twist.setZero();
+    if (tangent.warped) principal.twist.setZero();
     return principal;
   }
   const double m = 4.0 / 3 * mu_;
@@ -150,14 +155,15 @@ Matrix9d MaterialLaw::LinearTangent(double bulk) const {
   return D;
 }
 
-Matrix9d MaterialLaw::TangentAt(const Matrix3d& H, double p, double bulk, Tangent tangent) const {
+Matrix9d MaterialLaw::TangentAt(const Matrix3d& H, double p, double bulk,
+                                const Tangent& tangent) const {
   if (law_ == FemOptions::Law::kLinear) return LinearTangent(bulk);
   const SignedSvd svd = SignedSvdOf(Matrix3d::Identity() + H);
   Principal principal = PrincipalAt(svd.s, p, bulk, tangent);
-  if (tangent != Tangent::kExact) {
-    principal.along = WithoutNegative(principal.along);
-    principal.flip = principal.flip.cwiseMax(0);
-    principal.twist = principal.twist.cwiseMax(0);
+  if (tangent.removed > 0) {
+    principal.along = WithoutNegative(principal.along, tangent.removed);
+    principal.flip = WithoutNegative(principal.flip, tangent.removed);
+    principal.twist = WithoutNegative(principal.twist, tangent.removed);
   }
   Matrix9d D = Matrix9d::Zero();
   Matrix9d W;  // W vec(F) in the principal frame is vec(F) outside

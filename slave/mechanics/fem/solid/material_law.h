@@ -13,8 +13,6 @@
 // about rest. Stresses are in units of Young's modulus. Immutable, hence thread-safe.
 #pragma once
 
-#include <cstdint>
-
 #include <Eigen/Core>
 
 #include "shared/scene/scene.h"
@@ -23,13 +21,17 @@ namespace palpate {
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
+// How a tangent treats what makes it indefinite.
+struct Tangent {
+  double removed = 0;   // share of every negative curvature at a point that is taken away, 0 to 1
+  bool warped = false;  // hold the co-rotational law's rotation
+};
+constexpr Tangent kExactTangent{0, false};
+constexpr Tangent kProjectedTangent{1, false};  // positive semidefinite
+constexpr Tangent kWarpedTangent{1, true};
+
 class MaterialLaw {
  public:
-  enum class Tangent : std::uint8_t {
-    kExact,
-    kProjected,  // nearest positive semidefinite one
-    kWarped,     // of the co-rotational law with its rotation held; others: projected
-  };
   struct Point {
     double energy = 0;              // A [E]
     double g = 0;                   // the volume change that p acts on [-]
@@ -45,7 +47,7 @@ class MaterialLaw {
   // d2(A + p g) / dF dF + bulk dg/dF dg/dF^T over vec(F), column by column. `bulk`: k where the
   // pressure follows from g at the point itself, 0 where it is an unknown.
   [[nodiscard]] Matrix9d TangentAt(const Eigen::Matrix3d& H, double p, double bulk,
-                                   Tangent tangent) const;
+                                   const Tangent& tangent) const;
 
   // 1 / k [1/E]; zero at nu = 0.5, not positive for the first two laws where nu <= 0.
   [[nodiscard]] double compressibility() const { return compressibility_; }
@@ -60,7 +62,7 @@ class MaterialLaw {
     Eigen::Vector3d flip, twist;
   };
   [[nodiscard]] Principal PrincipalAt(const Eigen::Vector3d& s, double p, double bulk,
-                                      Tangent tangent) const;
+                                      const Tangent& tangent) const;
   [[nodiscard]] Matrix9d LinearTangent(double bulk) const;
 
   FemOptions::Law law_;

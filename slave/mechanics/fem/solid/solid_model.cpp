@@ -22,6 +22,7 @@ constexpr double kAutoMixed = 0.49;      // nu from which ten nodes take a press
 constexpr double kBalanced = 1e-6;       // work of loads on free motions over all work
 constexpr double kStillBalanced = 1e-3;  // force on pins over loads, once deformed
 constexpr double kLeastPart = 1.0 / 64;  // of a load that is applied at once
+constexpr int kMostSteps = 300;          // of Newton's method for one answer, all parts together
 constexpr double kGrowth = 1e-6;         // of energy, per step, that rounding explains
 constexpr double kLooseGrowth = 1e-2;    // where the step is not a minimum of energy
 
@@ -219,6 +220,7 @@ void SolidModel::Describe(Progress* progress) {
 
 void SolidModel::Reset() {
   x_.setZero();
+  inverted_ = false;
   start_loads_.setZero();
   row_start_.assign(row_start_.size(), 0);
   balance_.row_force.setZero();
@@ -331,10 +333,12 @@ bool SolidModel::CheckFreeBody() {
 
 bool SolidModel::SolveStatic() {
   if (!CheckFreeBody()) return false;
+  if (inverted_ && params_.options.law != Law::kLinear) Reset();  // such states may be traps
   start_ = x_;
   newton_steps_ = 0;
   if (!SolveInParts()) {
-    if (params_.options.law == Law::kLinear) return false;
+    if (params_.options.law == Law::kLinear || start_.isZero(0)) return false;
+    newton_steps_ = 0;
     Reset();  // from rest instead of from the last answer
     start_ = x_;
     if (!SolveInParts()) return false;
@@ -374,9 +378,11 @@ bool SolidModel::SolveInParts() {
       good_ = x_;
       done = t;
       part *= 2;
-    } else {
-      part /= 2;
-      if (part < kLeastPart || params_.options.law == Law::kLinear) return false;
+      continue;
+    }
+    part /= 2;
+    if (part < kLeastPart || newton_steps_ > kMostSteps || params_.options.law == Law::kLinear) {
+      return false;
     }
   }
   return true;
@@ -481,8 +487,9 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
     failure_ = "the answer is absurdly large";
     return false;
   }
+  inverted_ = !(body_.SmallestJacobian(x_) > 0);
   const bool beyond = (params_.options.law == Law::kLinear && largest > params_.range) ||
-                      !(body_.SmallestJacobian(x_) > 0) || (dynamic() && grew_);
+                      inverted_ || (dynamic() && grew_);
   const Validity validity = beyond ? Validity::kExtrapolated : Validity::kValid;
   const double force_unit = params_.young_modulus * unit_ * unit_;
   int row = 0;

@@ -112,7 +112,7 @@ class SolidModel final : public DeformationModel {
   // Of time: mass, damping, Q; velocity; forces at the start of a step (Newmark).
   SparseMatrix mass_, damping_, inertia_;
   Eigen::VectorXd velocity_, start_velocity_, start_forces_, product_;
-  bool step_ready_ = false, grew_ = false;
+  bool step_ready_ = false, grew_ = false, inverted_ = false;
   double start_energy_ = 0;
   int newton_steps_ = 0;
   std::string_view failure_;

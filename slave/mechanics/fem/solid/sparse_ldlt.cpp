@@ -237,7 +237,7 @@ bool SparseLdlt::FactorPanel(const Supernode& s) {
   return true;
 }
 
-bool SparseLdlt::Factorize(const Matrix& upper) {
+bool SparseLdlt::Factorize(const Matrix& upper, bool definite) {
   std::fill(values_.begin(), values_.end(), 0.0);
   for (std::size_t k = 0; k < destination_.size(); ++k) {
     values_[destination_[k]] = upper.valuePtr()[k];
@@ -245,7 +245,9 @@ bool SparseLdlt::Factorize(const Matrix& upper) {
   std::fill(head_.begin(), head_.end(), -1);
   for (int k = 0; k < static_cast<int>(supernodes_.size()); ++k) {
     Gather(k);
-    if (!FactorPanel(supernodes_[Index(k)])) return false;
+    const Supernode& s = supernodes_[Index(k)];
+    if (!FactorPanel(s)) return false;
+    if (definite && pivots_.segment(s.first, s.columns).minCoeff() < 0) return false;
     used_[Index(k)] = supernodes_[Index(k)].columns;
     Link(k);
   }

@@ -22,8 +22,9 @@ class SparseLdlt {
 
   // Takes memory for the factor.
   void Allocate(const Matrix& upper);
-  // False: a pivot is zero or not finite. Does not allocate.
-  bool Factorize(const Matrix& upper);
+  // False: a pivot is zero or not finite, or negative where the matrix must be `definite`. Does not
+  // allocate.
+  bool Factorize(const Matrix& upper, bool definite);
   // x becomes A^-1 x. Does not allocate.
   void Solve(Eigen::VectorXd* x);
   [[nodiscard]] int negative_pivots() const;

@@ -67,9 +67,9 @@ SymmetricSolver::SymmetricSolver(const SparseMatrix& pattern, const Limits& limi
 
 SymmetricSolver::~SymmetricSolver() = default;
 
-bool SymmetricSolver::Factorize(const SparseMatrix& matrix) {
+bool SymmetricSolver::Factorize(const SparseMatrix& matrix, bool definite) {
   if (direct_) {
-    if (!factor_->Factorize(matrix)) return false;
+    if (!factor_->Factorize(matrix, definite)) return false;
     negative_pivots_ = factor_->negative_pivots();
     return true;
   }

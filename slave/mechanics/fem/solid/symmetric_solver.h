@@ -17,14 +17,14 @@ class SymmetricSolver {
  public:
   struct Limits {
     std::size_t factor_bytes = std::size_t{2} << 30U;
-    double factor_flops = 2e11;  // some minutes
+    double factor_flops = 2e11;  // some tens of seconds
   };
   // Analyses the pattern (upper triangle, ordered to be sparse). O(entries of the factor).
   SymmetricSolver(const SparseMatrix& pattern, const Limits& limits);
   ~SymmetricSolver();
 
-  // False: a zero pivot, or (iterative) a negative diagonal.
-  bool Factorize(const SparseMatrix& matrix);
+  // False: a zero pivot, with `definite` a negative one, or (iterative) a negative diagonal.
+  bool Factorize(const SparseMatrix& matrix, bool definite = false);
   // x becomes A^-1 b. The matrix is that of Factorize, still unchanged. Iterations go on until the
   // true residual falls below `tolerance` of b. False: it did not.
   bool Solve(const Eigen::VectorXd& b, double tolerance, Eigen::VectorXd* x);

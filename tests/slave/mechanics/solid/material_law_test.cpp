@@ -20,7 +20,6 @@ using namespace solid_tests;  // NOLINT(google-build-using-namespace): its helpe
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using Tangent = MaterialLaw::Tangent;
 
 Matrix3d Random(std::mt19937* engine, double size) {
   std::uniform_real_distribution<double> uniform(-size, size);
@@ -58,7 +57,7 @@ TEST_P(EveryLaw, StressAndTangentAreDerivatives) {
     EXPECT_NEAR((energy(step) - energy(-step)) / (2 * step), (stress(0).array() * dH.array()).sum(),
                 1e-7);
     const Eigen::Matrix<double, 9, 1> moved =
-        law_.TangentAt(H, p, 0, Tangent::kExact) * dH.reshaped();
+        law_.TangentAt(H, p, 0, kExactTangent) * dH.reshaped();
     const Matrix3d difference = (stress(step) - stress(-step)) / (2 * step);
     EXPECT_LT((moved - difference.reshaped()).norm(), 1e-6);
   }
@@ -70,14 +69,14 @@ TEST_P(EveryLaw, PressureThatFollowsTheVolumeAddsItsSquare) {
   const Matrix3d H = Random(&engine, 0.2);
   const Eigen::Matrix<double, 9, 1> g = law_.At(H).volume_stress.reshaped();
   const Matrix9d added =
-      law_.TangentAt(H, 0.1, 7, Tangent::kExact) - law_.TangentAt(H, 0.1, 0, Tangent::kExact);
+      law_.TangentAt(H, 0.1, 7, kExactTangent) - law_.TangentAt(H, 0.1, 0, kExactTangent);
   EXPECT_LT((added - 7 * g * g.transpose()).norm(), 1e-12 * 7);
 }
 
 TEST_P(EveryLaw, ProjectedTangentIsNeverNegative) {
   std::mt19937 engine(3);
   for (int trial = 0; trial < 50; ++trial) {
-    const Matrix9d D = law_.TangentAt(Random(&engine, 2), -1, 0, Tangent::kProjected);
+    const Matrix9d D = law_.TangentAt(Random(&engine, 2), -1, 0, kProjectedTangent);
     const Eigen::SelfAdjointEigenSolver<Matrix9d> eigen(D);
     EXPECT_GT(eigen.eigenvalues().minCoeff(), -1e-12 * eigen.eigenvalues().maxCoeff());
   }
@@ -91,9 +90,9 @@ TEST_P(EveryLaw, RestIsStressFreeAndHookean) {
   const double nu = std::get<1>(GetParam());
   const Matrix9d hooke =
       MaterialLaw(Law::kLinear, nu)
-          .TangentAt(Matrix3d::Zero(), 0, nu / ((1 + nu) * (1 - 2 * nu)), Tangent::kExact);
+          .TangentAt(Matrix3d::Zero(), 0, nu / ((1 + nu) * (1 - 2 * nu)), kExactTangent);
   const Matrix9d ours =
-      law_.TangentAt(Matrix3d::Zero(), 0, 1 / law_.compressibility(), Tangent::kExact);
+      law_.TangentAt(Matrix3d::Zero(), 0, 1 / law_.compressibility(), kExactTangent);
   EXPECT_LT((ours - hooke).norm(), 1e-13 * hooke.norm());
 }
 
@@ -208,7 +207,7 @@ TEST(OneTetrahedron, HasTheExactStiffness) {
   if (!reference) GTEST_SKIP() << "../shared/reference is absent";
   const OneElement element(Law::kLinear);
   SparseMatrix K = element.layout.pattern();
-  element.body.AddTangent(VectorXd::Zero(12), Tangent::kExact, false, &K);
+  element.body.AddTangent(VectorXd::Zero(12), kExactTangent, false, &K);
   Eigen::MatrixXd full = K;
   full.triangularView<Eigen::StrictlyLower>() = full.transpose();
   const json& rows = reference->at("expected").at("K_rows");

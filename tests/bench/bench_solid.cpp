@@ -1,0 +1,178 @@
+// Solids of ten- and four-node tetrahedra: cost of one static answer against size, error beside
+// time. One thread, CPU time. Counters: `dof`; `error`, relative, of the foam cube's mean depth
+// against Richardson's limit of ten nodes (its own error 0.3 %); `steps` of Newton's method;
+// `ratio`, the time over that of a dense product of 768 x 768 matrices
+// measured in the same run.
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+#include <benchmark/benchmark.h>
+
+#include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/fem/solid/solid_model.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using Element = FemOptions::Element;
+using Law = FemOptions::Law;
+
+constexpr double kCube = 0.06;   // [m]
+constexpr double kForce = 0.25;  // [N]
+
+// CPU time of this thread [s].
+double Now() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+double ReferenceSeconds() {
+  static const double kSeconds = [] {
+    const Eigen::MatrixXd a = Eigen::MatrixXd::Random(768, 768);
+    Eigen::MatrixXd c = a * a;
+    double best = 1e9;
+    for (int i = 0; i < 5; ++i) {
+      const double start = Now();
+      c.noalias() = a * a;
+      best = std::min(best, Now() - start);
+      benchmark::DoNotOptimize(c.data());
+    }
+    return best;
+  }();
+  return kSeconds;
+}
+
+// A quarter of the foam cube, pressed on its middle square.
+struct Cube {
+  std::unique_ptr<SolidModel> model;
+  std::vector<Contact> load;
+  std::vector<ContactResponse> responses;
+
+  Cube(Element element, Law law, int cells, double nu) {
+    const SolidMesh mesh = MeshBox({kCube / 2, kCube / 2, kCube}, {cells, cells, 2 * cells});
+    SolidModel::Held held;
+    for (const auto& p : mesh.nodes) {
+      held.push_back({p.z() == 0 || p.x() == 0, p.z() == 0 || p.y() == 0, p.z() == 0});
+    }
+    SolidModel::Params params;
+    params.options.element = element;
+    params.options.law = law;
+    params.young_modulus = 3800;
+    params.poisson_ratio = nu;
+    params.range = 1;
+    model = std::make_unique<SolidModel>(mesh, held, params);
+    const SurfaceMesh& surface = model->mesh().surface;
+    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+      const Vector3d centroid = kCube * Centroid(surface, t);
+      if (centroid.z() < kCube * (1 - 1e-9) || centroid.x() > kCube / 6 ||
+          centroid.y() > kCube / 6) {
+        continue;
+      }
+      Contact contact;
+      contact.kind = Contact::Kind::kForce;
+      contact.element = t;
+      contact.p_O = centroid;
+      contact.width = 1e-9 * kCube;
+      load.push_back(contact);
+    }
+    for (auto& contact : load) {
+      contact.value_O = Vector3d(0, 0, -kForce / 4) / static_cast<double>(load.size());
+    }
+    responses.resize(load.size());
+  }
+
+  double Depth() {
+    model->Respond(load, responses);
+    double depth = 0;
+    for (const auto& r : responses) depth -= r.displacement_O.z();
+    return depth / static_cast<double>(responses.size());
+  }
+};
+
+// Limit of the depth from ten nodes on two meshes, by first order: the rim of the patch is
+// singular.
+double Limit(Law law, double nu) {
+  static std::map<std::pair<int, double>, double> limits;
+  auto& limit = limits[{static_cast<int>(law), nu}];
+  if (limit == 0) {
+    limit =
+        2 * Cube(Element::kTet10, law, 6, nu).Depth() - Cube(Element::kTet10, law, 3, nu).Depth();
+  }
+  return limit;
+}
+
+void StaticAnswer(benchmark::State& state, Element element, Law law, double nu) {
+  Cube cube(element, law, static_cast<int>(state.range(0)), nu);
+  const double limit = Limit(law, nu);
+  double depth = cube.Depth(), spent = 0;
+  for (auto _ : state) {
+    cube.model->Reset();
+    const double start = Now();
+    depth = cube.Depth();
+    spent += Now() - start;
+  }
+  state.counters["dof"] = static_cast<double>(cube.model->info().dof);
+  state.counters["error"] = std::abs(depth / limit - 1);
+  state.counters["steps"] = cube.model->newton_steps();
+  state.counters["ratio"] = spent / static_cast<double>(state.iterations()) / ReferenceSeconds();
+}
+
+void Precompute(benchmark::State& state, Element element) {
+  for (auto _ : state) {
+    const Cube cube(element, Law::kLinear, static_cast<int>(state.range(0)), 0.15);
+    state.counters["dof"] = static_cast<double>(cube.model->info().dof);
+    state.counters["MiB"] = static_cast<double>(cube.model->info().memory_bytes) / (1 << 20);
+  }
+}
+
+BENCHMARK_CAPTURE(Precompute, tet4, Element::kTet4)
+    ->Arg(3)
+    ->Arg(6)
+    ->Arg(12)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(Precompute, tet10, Element::kTet10)
+    ->Arg(3)
+    ->Arg(6)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(StaticAnswer, tet4_linear, Element::kTet4, Law::kLinear, 0.15)
+    ->Arg(3)
+    ->Arg(6)
+    ->Arg(12)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(StaticAnswer, tet10_linear, Element::kTet10, Law::kLinear, 0.15)
+    ->Arg(3)
+    ->Arg(6)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(StaticAnswer, tet10_mixed_linear, Element::kTet10, Law::kLinear, 0.4999)
+    ->Arg(3)
+    ->Arg(6)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(StaticAnswer, tet4_neo, Element::kTet4, Law::kNeoHookean, 0.15)
+    ->Arg(3)
+    ->Arg(6)
+    ->Arg(9)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(StaticAnswer, tet10_neo, Element::kTet10, Law::kNeoHookean, 0.15)
+    ->Arg(3)
+    ->Arg(6)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(StaticAnswer, tet10_mixed_neo, Element::kTet10, Law::kNeoHookean, 0.499)
+    ->Arg(3)
+    ->Arg(6)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(StaticAnswer, tet10_corotational, Element::kTet10, Law::kCorotational, 0.15)
+    ->Arg(3)
+    ->Arg(6)
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace palpate
+
+BENCHMARK_MAIN();
