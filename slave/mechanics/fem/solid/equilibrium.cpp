@@ -12,13 +12,8 @@ using Eigen::VectorXd;
 constexpr int kMostSteps = 60;  // of Newton's method
 constexpr int kMostRefinements = 60;
 constexpr int kMostHalvings = 40;
-<<<<<<< HEAD
-constexpr double kNearby = 1e-2;  // relative residual below which the exact tangent is tried again
-constexpr double kVolume = 1e-8;  // change of volume over displacement that is none
-=======
 constexpr double kLeastRemoved = 1.0 / 64;  // of negative curvature, if any
 constexpr double kVolume = 1e-8;            // change of volume over displacement that is none
->>>>>>> solid
 constexpr double kArmijo = 1e-4;
 constexpr double kRounding = 1e-14;   // of energies and forces
 constexpr double kStartShare = 1e-6;  // of the forces at the start that a residual is relative to
