@@ -145,7 +145,7 @@ TEST(SolidModel, PatchesFollowTheContract) {
   EXPECT_EQ(alike, 21);  // of a grid of 1/8, within 0.3 of one of its points: 21
   const ElementMesh& elements = model.mesh();
   const std::vector<bool> used(elements.nodes.size(), true);
-  ContactSet set(elements, used, 1);
+  SolidContacts set(elements, used, 1);
   const Contact push = Push(p, down, 0.6);
   ASSERT_TRUE(set.Prepare({&push, 1}));
   double sum = 0;
