@@ -95,8 +95,7 @@ struct Cube {
   }
 };
 
-// Limit of the depth from ten nodes on two meshes, by first order: the rim of the patch is
-// singular.
+// Limit of the depth from ten nodes on two meshes, by the order 2 that refinement shows.
 double Limit(Law law, double nu) {
   static std::map<std::pair<int, double>, double> limits;
   auto& limit = limits[{static_cast<int>(law), nu}];
