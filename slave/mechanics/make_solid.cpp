@@ -27,6 +27,19 @@ std::vector<std::array<bool, 3>> HeldTriangles(const SurfaceMesh& mesh,
   return held;
 }
 
+// What the scene holds, and nodes that belong to no element: they have no stiffness of their own.
+std::vector<std::array<bool, 3>> HeldNodesOf(const Scene& scene, const SolidMesh& mesh) {
+  auto held = HeldNodes(scene, mesh.nodes);
+  std::vector<char> used(mesh.nodes.size(), 0);
+  for (const auto& tet : mesh.tets) {
+    for (const int node : tet) used[static_cast<std::size_t>(node)] = 1;
+  }
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (used[i] == 0) held[i] = {true, true, true};
+  }
+  return held;
+}
+
 bool NeedsGeneralModel(const FemOptions& fem) {
   const bool has_own_pressure = fem.pressure == FemOptions::Pressure::kAveraged ||
                                 fem.pressure == FemOptions::Pressure::kMixed;
@@ -39,7 +52,7 @@ bool NeedsGeneralModel(const FemOptions& fem) {
 std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& mesh,
                                           Progress* progress) {
   const Material& material = scene.object.material;
-  const auto held = HeldNodes(scene, mesh.nodes);
+  const auto held = HeldNodesOf(scene, mesh);
   if (!NeedsGeneralModel(scene.model.fem)) {
     FemModel::Params params;
     params.material = material;
@@ -66,7 +79,7 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
   options.range = scene.model.range;
   options.cache = scene.model.cache;
   const Material& material = scene.object.material;
-  return std::make_unique<FemGreenModel>(mesh, HeldNodes(scene, mesh.nodes), material.young_modulus,
+  return std::make_unique<FemGreenModel>(mesh, HeldNodesOf(scene, mesh), material.young_modulus,
                                          material.poisson_ratio, options, progress);
 }
 
