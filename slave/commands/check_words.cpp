@@ -13,6 +13,7 @@ void PrintLine(const std::string& what, const std::string& text) {
 
 // Lengths with a readable unit.
 std::string LengthInWords(double metres) {
+  if (metres == 0) return "0";
   const double a = std::abs(metres);
   if (a >= 1e3) return fmt::format("{:.4g} km", metres * 1e-3);
   if (a >= 1) return fmt::format("{:.4g} m", metres);
