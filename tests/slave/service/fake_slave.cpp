@@ -143,7 +143,10 @@ SlaveDescription FakeSlave::Describe() const {
   description.scene.object.material = {127e3, 0.49, 1050, 0};
   if (has_camera_) description.scene.sense.camera.emplace();
   description.scene.operator_options.force_limit = parameters_.force_limit.value_or(3.3);
-  description.model = {"spring", 1, 4, 0, 0, 0, 0.05};
+  description.model.kind = "spring";
+  description.model.dof = 1;
+  description.model.elements = 4;
+  description.model.range = 0.05;
   description.model_reason = "it is a fake";
   description.source = "none";
   description.simulated = true;
