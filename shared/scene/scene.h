@@ -233,6 +233,8 @@ struct Scene {
   OperatorOptions operator_options;
   ManipulatorOptions manipulator;
   SiteOptions site;
+  // Where `study` presses, O [m]; empty: where the tool would meet the object.
+  std::vector<Eigen::Vector3d> study_contacts;
 };
 
 }  // namespace palpate

@@ -129,6 +129,7 @@ Scene ReadScene(Section& root, const SceneContext& context) {
   scene.manipulator = ReadManipulator(root, box, scene.operator_options.press_speed);
   scene.tool = ReadTool(root, context, box, scene.manipulator.home);
   scene.site = ReadSite(root);
+  scene.study_contacts = ReadStudyContacts(root);
   return scene;
 }
 

@@ -1,6 +1,8 @@
 // The sections of a scene, each read by its own function, before what depends on several of them.
 #pragma once
 
+#include <vector>
+
 #include "shared/scene/scene.h"
 #include "shared/scene/scene_loader.h"
 #include "shared/scene/section.h"
@@ -33,6 +35,8 @@ Sense ReadSense(Section& scene, const SceneContext& context, const Eigen::Isomet
 ModelOptions ReadModel(Section& scene, const SceneContext& context);
 // `site`.
 SiteOptions ReadSite(Section& scene);
+// `study`: {contacts: [[x, y, z], ...]}, at most a hundred; empty where nothing is asked for.
+std::vector<Eigen::Vector3d> ReadStudyContacts(Section& scene);
 
 // The object's bounding box in S, plane z = 0; what defaults are measured by.
 struct BoundingBox {

@@ -23,9 +23,10 @@ struct Candidate {
 };
 
 struct CandidateLimits {
-  std::size_t dof = 200'000;     // of sparse models
-  std::size_t dense_dof = 4000;  // of models with a dense inverse
-  bool residuals = true;         // iterative solvers at several residuals, not one only
+  std::size_t dof = 200'000;               // of sparse models
+  std::size_t dense_dof = 4000;            // of models with a dense inverse
+  bool residuals = true;                   // iterative solvers at several residuals, not one only
+  std::vector<std::string> families = {};  // these only; empty: all
 };
 
 // Cheapest first. `scene.model.kind` is not looked at, its other options are kept; the scene's own
@@ -36,9 +37,13 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const Question& questio
 // The object as this candidate divides it. Throws std::invalid_argument like MeshObject.
 ObjectMesh MeshOf(const Candidate& candidate);
 
-// How wide a tool a model on this mesh sees at `press`, relative to the real one, minus 1: a
+// Whether its nodes are in the middles of edges, too.
+bool HasMidnodes(const ModelOptions& model);
+
+// How wide a rigid tool a model on this mesh sees at `press`, relative to the real one, minus 1: a
 // discrete patch is made of whole elements, triangles or nodes (of fem tet10, those amid edges
-// too). 0 where the model has none. NaN: nothing can be touched there.
+// too). 0 where the
+// model has none. NaN: nothing can be touched there.
 double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Press& press,
                      double width);
 

@@ -11,6 +11,7 @@
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/study/round_load.h"
 
 namespace palpate {
 namespace {
@@ -29,6 +30,7 @@ class Finder {
     if (const auto* solid = std::get_if<SolidMesh>(&mesh)) skin_ = SurfaceOf(*solid);
     if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) skin_ = *surface;
   }
+  [[nodiscard]] const SurfaceMesh& skin() const { return skin_; }
   // -1 where the model has no elements.
   [[nodiscard]] int ElementAt(const Vector3d& p_O) const {
     if (const auto* boundary = std::get_if<BoundaryMesh>(&mesh_)) {
@@ -44,15 +46,6 @@ class Finder {
   SurfaceMesh skin_;
 };
 
-Contact At(const Press& press, const Question& question, const Vector3d& p_O, int element,
-           double width, double depth) {
-  if (press.loaded) {
-    const double force = question.load * depth / question.depth;
-    return {Contact::Kind::kForce, p_O, element, width, force * press.inward_O};
-  }
-  return {Contact::Kind::kDisplacement, p_O, element, width, depth * press.inward_O};
-}
-
 class Trial {
  public:
   Trial(DeformationModel* model, const ModelOptions& options, const ObjectMesh& mesh,
@@ -67,36 +60,46 @@ class Trial {
   PressAnswers Answer(const Press& press) {
     PressAnswers answers;
     answers.width_mismatch = WidthMismatch(mesh_, options_, press, question_.width);
-    const int element = finder_.ElementAt(press.p_O);
-    const auto at = [&](double depth, double width_share) {
-      return Ask(press,
-                 At(press, question_, press.p_O, element, width_share * question_.width, depth));
-    };
     model_.Reset();
-    answers.small = at(question_.small_depth, 1);
-    answers.width_slope = SlopeOf(press, at);
+    answers.small = At(press, question_.small_depth, 1);
+    answers.width_slope = SlopeOf(press);
     model_.Reset();
     for (int step = 1; step <= kSteps; ++step) {
-      answers.full = at(question_.depth * step / kSteps, 1);
+      answers.full = At(press, question_.depth * step / kSteps, 1);
     }
     return answers;
   }
 
   // Seconds of single updates: the tool goes deeper and back and, now and then, on to other
-  // elements, which is what the slowest percent shows.
+  // elements, which is what the slowest percent shows. The same updates are repeated and the
+  // fastest of each counts, so that what else the machine does is not taken for the model's.
   std::vector<double> Updates(const Press& press, double timing_s) {
+    constexpr int kPasses = 3;
+    std::vector<double> seconds = Pass(press, timing_s, kMostRepeats);
+    const bool slow = seconds.size() <= kFewestRepeats;
+    for (int pass = 1; pass < kPasses && !slow; ++pass) {
+      const std::vector<double> again = Pass(press, timing_s, seconds.size());
+      seconds.resize(again.size());
+      for (std::size_t i = 0; i < again.size(); ++i) seconds[i] = std::min(seconds[i], again[i]);
+    }
+    return seconds;
+  }
+
+ private:
+  std::vector<double> Pass(const Press& press, double timing_s, std::size_t most) {
     std::vector<Contact> contacts;
     for (int hop = 0; hop < 3; ++hop) {
       const Vector3d p_O = press.p_O + (hop - 1) * 0.5 * question_.width * press.along_O;
-      contacts.push_back(At(press, question_, p_O, finder_.ElementAt(p_O), question_.width, 0));
+      contacts.push_back(Moved(press, p_O, question_.width, 0));
     }
+    ContactResponse response;
     model_.Reset();
-    for (const Contact& contact : contacts) Ask(press, contact);  // the first calls allocate
+    for (const Contact& contact : contacts) {  // the first calls allocate
+      model_.Respond(std::span(&contact, 1), std::span(&response, 1));
+    }
     std::vector<double> seconds;
     const double end = workshop_.now() + timing_s;
-    ContactResponse response;
-    while (seconds.size() < kMostRepeats &&
-           (seconds.size() < kFewestRepeats || workshop_.now() < end)) {
+    while (seconds.size() < most && (seconds.size() < kFewestRepeats || workshop_.now() < end)) {
       const auto i = static_cast<int>(seconds.size());
       Contact& contact = contacts[static_cast<std::size_t>(i / kHop % 3)];
       contact.value_O = question_.depth * (0.5 + 0.05 * (i % kHop)) * press.inward_O;
@@ -107,25 +110,58 @@ class Trial {
     return seconds;
   }
 
- private:
-  palpate::Answer Ask(const Press& press, const Contact& contact) {
+  [[nodiscard]] Contact Moved(const Press& press, const Vector3d& p_O, double width,
+                              double depth) const {
+    return {Contact::Kind::kDisplacement, p_O, finder_.ElementAt(p_O), width,
+            depth * press.inward_O};
+  }
+
+  // The force that `depth` takes of a tool this much wider.
+  palpate::Answer At(const Press& press, double depth, double width_share) {
+    const double width = width_share * question_.width;
+    return press.loaded ? Push(press, depth, width) : Move(press, depth, width);
+  }
+
+  palpate::Answer Move(const Press& press, double depth, double width) {
+    const Contact contact = Moved(press, press.p_O, width, depth);
     ContactResponse response;
     model_.Respond(std::span(&contact, 1), std::span(&response, 1));
     if (!IsForceKnown(response.validity)) return {};
-    const Vector3d& answer = press.loaded ? response.displacement_O : response.force_O;
-    return {press.inward_O.dot(answer), response.validity};
+    return {press.inward_O.dot(response.force_O), response.validity};
+  }
+
+  palpate::Answer Push(const Press& press, double depth, double width) {
+    const double force = question_.load * depth / question_.depth;
+    const auto points =
+        RoundLoad(finder_.skin(), press.p_O, press.inward_O, width, HasMidnodes(options_));
+    std::vector<Contact> contacts;
+    for (const LoadPoint& point : points) {
+      contacts.push_back({Contact::Kind::kForce, point.p_O, point.triangle, 0,
+                          point.share * force * press.inward_O});
+    }
+    std::vector<ContactResponse> responses(contacts.size());
+    model_.Respond(contacts, responses);
+    double displacement = 0;
+    Validity validity = points.empty() ? Validity::kFailed : Validity::kValid;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!IsForceKnown(responses[i].validity)) return {};
+      displacement += points[i].share * press.inward_O.dot(responses[i].displacement_O);
+      validity = Worse(validity, responses[i].validity);
+    }
+    return {force * depth / displacement, validity};
   }
 
   // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
   // tell.
-  template <typename At>
-  double SlopeOf(const Press& press, const At& at) {
-    const double narrow = 1 + WidthMismatch(mesh_, options_, press, kNarrow * question_.width);
-    const double wide = 1 + WidthMismatch(mesh_, options_, press, kWide * question_.width);
-    const double ratio = kWide * wide / (kNarrow * narrow);
+  double SlopeOf(const Press& press) {
+    const auto seen = [&](double share) {
+      if (press.loaded) return share;
+      return share * (1 + WidthMismatch(mesh_, options_, press, share * question_.width));
+    };
+    const double ratio = seen(kWide) / seen(kNarrow);
     if (!(ratio > 1.01)) return kUnknown;
-    const double thin = at(question_.small_depth, kNarrow).value;
-    const double thick = at(question_.small_depth, kWide).value;
+    const double thin = At(press, question_.small_depth, kNarrow).value;
+    const double thick = At(press, question_.small_depth, kWide).value;
     return thin > 0 && thick > 0 ? std::log(thick / thin) / std::log(ratio) : kUnknown;
   }
 

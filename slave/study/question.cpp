@@ -145,7 +145,8 @@ std::vector<Press> OnOutline(const Scene& scene, const Outline& outline,
 
 }  // namespace
 
-Question AskedOf(const Scene& scene, const std::vector<Vector3d>& places) {
+Question AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places) {
+  const std::vector<Vector3d>& places = asked_places.empty() ? scene.study_contacts : asked_places;
   Question question;
   double small_depth = 0;
   if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
@@ -170,11 +171,7 @@ Question AskedOf(const Scene& scene, const std::vector<Vector3d>& places) {
     const SurfaceMesh surface = SurfaceOf(MeshObject(scene, std::nullopt));
     question.size = LargerSide(surface.nodes);
     question.presses = OnVolume(scene, surface, places);
-    const std::vector<Press> rigid = question.presses;
-    for (Press press : rigid) {
-      press.loaded = true;
-      question.presses.push_back(press);
-    }
+    for (Press& press : question.presses) press.loaded = true;
   }
   question.width = scene.tool ? scene.tool->width : kToolPerSize * question.size;
   question.depth = scene.tool ? std::min(scene.operator_options.press_depth, 0.5 * question.size)

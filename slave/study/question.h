@@ -10,13 +10,14 @@
 
 namespace palpate {
 
-// The tool goes straight in at one place. Asked for is the force it takes or, if loaded, how far
-// the patch goes.
+// The tool goes straight in at one place, as a rigid patch or, if loaded, as an even pressure over
+// its true area, which is the same on every mesh. Asked for is the force that the depth takes; of a
+// loaded press at the ratio of load and mean displacement (the secant).
 struct Press {
   Eigen::Vector3d p_O{0, 0, 0};       // centre of the patch at rest [m]
   Eigen::Vector3d inward_O{0, 0, 0};  // unit vector
   Eigen::Vector3d along_O{0, 0, 0};   // unit tangent: the way a moved contact goes
-  bool loaded = false;                // pushed by a uniform load, not moved as a rigid patch
+  bool loaded = false;                // by an even pressure
 };
 
 struct Question {
@@ -29,11 +30,11 @@ struct Question {
 };
 
 // The scene's own question. Planar objects: at the boundary nearest to the tool's home; membranes:
-// at the centre and at half the radius; volumes: on the surface opposite to what is held, once as a
-// rigid tool and once as a soft one, whose force is known and spreads evenly. `places` [m] are
-// taken instead, where given, each moved to the surface. A scene without a tool gets one as wide as
-// a fifteenth of the object. Throws std::invalid_argument: an outline that only a picture knows, a
-// place off the object.
+// at the centre and at half the radius; volumes: loaded, on the surface opposite to what is held
+// (the whole nodes under a rigid disc differ so much from mesh to mesh that no answer converges).
+// `places` [m] are taken instead, where given, each moved to the surface; without them those of the
+// scene. A scene without a tool gets one as wide as a fifteenth of the object. Throws
+// std::invalid_argument: an outline that only a picture knows, a place off the object.
 Question AskedOf(const Scene& scene, const std::vector<Eigen::Vector3d>& places = {});
 
 }  // namespace palpate

@@ -11,7 +11,7 @@ std::optional<QuickChoice> ChooseQuickly(const Scene& scene, const Workshop& wor
   StudySettings settings;
   settings.budget_s = budget_s;
   settings.timing_s = 0.01 * budget_s;
-  settings.limits = {.dof = 40'000, .dense_dof = 1200, .residuals = false};
+  settings.limits = {.dof = 40'000, .dense_dof = 1200, .residuals = false, .families = {}};
   StudyResult study = RunStudy(scene, settings, workshop);
   std::erase_if(study.rows, [](const Row& row) { return !row.own; });
   const std::string reason = Recommend(scene.model.tolerance, scene.model.rate, &study.rows);

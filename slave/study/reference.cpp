@@ -15,10 +15,6 @@ namespace {
 
 constexpr double kOneMesh = 0.3;  // of its own effect: a nonlinearity known from one mesh only
 constexpr const char* kIndependent = "finite elements";
-// A disc made of whole nodes or triangles is not round: what is left of the scatter after the width
-// is brought to the real one (a cube with 6 to 24 cells along an edge), and its share of the
-// mismatch.
-constexpr double kScatter = 0.014, kMismatchScatter = 0.2;
 
 struct Limit {
   std::string kind, words;
@@ -70,36 +66,27 @@ double SlopeOf(const std::vector<const Row*>& members, std::size_t press) {
   return 0;
 }
 
-std::optional<Limit> LimitOf(const std::vector<const Row*>& members, std::size_t press) {
+// `loaded`: every mesh saw the same load, so nothing is left to correct.
+std::optional<Limit> LimitOf(const std::vector<const Row*>& members, std::size_t press,
+                             bool loaded) {
   const Row& finest = *members.front();
   if (finest.element_size == 0) {
     const double force = members.back()->answers[press].small.value;
     return Limit{FormulationOf(finest), finest.family + " (has no mesh)", {force, 0}, true};
   }
-  const double slope = SlopeOf(members, press);
+  const double slope = loaded ? 0 : SlopeOf(members, press);
   std::vector<MeshAnswer> answers;
-  double largest_mismatch = 0;
   for (const Row* row : members) {
     const PressAnswers& a = row->answers[press];
-    const double width = 1 + a.width_mismatch;
+    const double width = loaded ? 1 : 1 + a.width_mismatch;
     if (!(width > 0) || !std::isfinite(a.small.value)) continue;
-    const double value = a.small.value * std::pow(width, -slope);
-    const double scatter = kScatter + kMismatchScatter * std::abs(a.width_mismatch);
-    answers.push_back({row->element_size, value, std::abs(value) * scatter});
-    largest_mismatch = std::max(largest_mismatch, std::abs(a.width_mismatch));
+    answers.push_back({row->element_size, a.small.value * std::pow(width, -slope)});
   }
-  const bool fitted = finest.kind != "bem2d" && largest_mismatch > kScatter;
-  const Extrapolation limit =
-      fitted ? FitFirstOrder(std::move(answers)) : Extrapolate(std::move(answers));
+  const Extrapolation limit = Extrapolate(std::move(answers));
   if (!std::isfinite(limit.limit.value)) return std::nullopt;
   std::string words = finest.family + ", finest " + finest.resolution;
-  if (fitted) {
-    words += ", a first-order fit through all resolutions";
-  } else if (std::isfinite(limit.order)) {
-    words += Words(", extrapolated with order %.2f", limit.order);
-  } else {
-    words += ", not converging smoothly";
-  }
+  words += std::isfinite(limit.order) ? Words(", extrapolated with order %.2f", limit.order)
+                                      : ", not converging smoothly";
   return Limit{FormulationOf(finest), std::move(words), limit.limit, std::isfinite(limit.order)};
 }
 
@@ -154,7 +141,8 @@ Reference ReferenceFinder::FindOne(const std::vector<Row>& rows, std::size_t pre
   for (const auto& [name, members] : families) {
     const Row& finest = *members.front();
     if (any_linear && !finest.linear && finest.element_size > 0) continue;
-    if (auto limit = LimitOf(members, press)) limits.push_back(*std::move(limit));
+    if (auto limit = LimitOf(members, press, question_.presses[press].loaded))
+      limits.push_back(*std::move(limit));
   }
   if (limits.empty()) return {{}, {}, "none: too few answers to extrapolate"};
   const Limit& best = *std::ranges::min_element(

@@ -35,7 +35,7 @@ Json ToJson(const Question& question) {
   for (const Press& press : question.presses) {
     json["presses"].push_back({{"p_O_m", ToJson(press.p_O)},
                                {"inward_O", ToJson(press.inward_O)},
-                               {"asked", press.loaded ? "displacement_m" : "force_N"}});
+                               {"tool", press.loaded ? "even pressure" : "rigid patch"}});
   }
   return json;
 }
@@ -62,6 +62,8 @@ Json ToJson(const Row& row) {
       {"reason", row.reason},
       {"error", ToJson(row.error)},
       {"error_small", ToJson(row.error_small)},
+      {"deviation", NumberOrNull(row.deviation)},
+      {"width_error", NumberOrNull(row.width_error)},
       {"validity", ToString(row.validity)},
       {"update_s",
        {{"median", NumberOrNull(row.update_median_s)}, {"p99", NumberOrNull(row.update_p99_s)}}},

@@ -94,24 +94,4 @@ Extrapolation Extrapolate(std::vector<MeshAnswer> answers) {
   return {{limit, bar}, *order};
 }
 
-Extrapolation FitFirstOrder(std::vector<MeshAnswer> answers) {
-  Sort(&answers);
-  const bool scatters = std::ranges::all_of(answers, [](const auto& a) { return a.scatter > 0; });
-  if (answers.size() < 3 || !scatters) return Extrapolate(std::move(answers));
-  double s = 0, sh = 0, shh = 0, sv = 0, shv = 0;
-  for (const MeshAnswer& a : answers) {
-    const double w = 1 / (a.scatter * a.scatter), h = a.size;
-    s += w, sh += w * h, shh += w * h * h, sv += w * a.value, shv += w * h * a.value;
-  }
-  const double determinant = s * shh - sh * sh;
-  const double limit = (shh * sv - sh * shv) / determinant;
-  const double slope = (s * shv - sh * sv) / determinant;
-  double misfit = 0;
-  for (const MeshAnswer& a : answers) {
-    misfit += std::pow((a.value - limit - slope * a.size) / a.scatter, 2);
-  }
-  misfit /= static_cast<double>(answers.size() - 2);
-  return {{limit, std::sqrt(shh / determinant * std::max(misfit, 1.0))}, 1.0};
-}
-
 }  // namespace palpate

@@ -8,9 +8,8 @@
 namespace palpate {
 
 struct MeshAnswer {
-  double size = 0;     // of the elements, any unit, > 0
-  double value = 0;    // computed there
-  double scatter = 0;  // one sigma of what else the mesh does to it, unit of `value`
+  double size = 0;   // of the elements, any unit, > 0
+  double value = 0;  // computed there
 };
 
 struct Extrapolation {
@@ -26,11 +25,5 @@ struct Extrapolation {
 // and the bar the spread of the three. Answers may come in any order; of equal sizes the last one
 // counts.
 Extrapolation Extrapolate(std::vector<MeshAnswer> answers);
-
-// L + C h fitted to all answers with weights 1 / scatter^2, for sequences that scatter too much to
-// show their order; one is what singular edges of a tool leave of every method on even meshes. The
-// bar is one standard error, from the scatters or the residuals, whichever is larger. Fewer than
-// three answers or no scatter: as Extrapolate.
-Extrapolation FitFirstOrder(std::vector<MeshAnswer> answers);
 
 }  // namespace palpate

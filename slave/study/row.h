@@ -20,8 +20,7 @@ struct Estimate {
   double bar = kUnknown;
 };
 
-// One press of one model: the force along the tool's way [N]; of a loaded press the displacement
-// along it, mean over the patch [m].
+// One press of one model: the force along the tool's way [N].
 struct Answer {
   double value = kUnknown;
   Validity validity = Validity::kFailed;
@@ -29,7 +28,7 @@ struct Answer {
 
 struct PressAnswers {
   Answer small, full;             // at the question's two depths
-  double width_mismatch = 0;      // WidthMismatch of the mesh at this press [-]
+  double width_mismatch = 0;      // WidthMismatch of the mesh there; not in loaded answers [-]
   double width_slope = kUnknown;  // d ln value / d ln width as this model finds it [-]
 };
 

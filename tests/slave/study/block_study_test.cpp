@@ -51,6 +51,7 @@ StudyResult Study(const Scene& scene, const Eigen::Vector3d& place, std::size_t 
   StudySettings settings;
   settings.timing_s = 0;
   settings.limits.dense_dof = most_dof;
+  settings.limits.families = {"bem2d constant", "bem2d linear"};
   settings.places = {place};
   return RunStudy(scene, settings, RealWorkshop());
 }

@@ -1,7 +1,6 @@
 #include "slave/study/richardson.h"
 
 #include <cmath>
-#include <random>
 
 #include <gtest/gtest.h>
 
@@ -85,28 +84,6 @@ TEST(RichardsonTest, FewAnswersGiveWhatTheyCan) {
 TEST(RichardsonTest, OfEqualSizesTheLastAnswerCounts) {
   const Extrapolation found = Extrapolate({{1, 1.4}, {0.5, 9}, {0.5, 1.2}, {0.25, 7}, {0.25, 1.1}});
   EXPECT_NEAR(found.limit.value, 1.0, 1e-9);
-}
-
-// Reference: the line itself, and for scattered answers the statistics of 500 seeded cases: one
-// standard error covers 68 % of a normal scatter.
-TEST(FirstOrderFitTest, FindsTheLineAndItsStandardError) {
-  std::vector<MeshAnswer> answers;
-  for (const double h : {1.0, 0.5, 0.3, 0.2}) answers.push_back({h, 4 + 0.7 * h, 0.01});
-  EXPECT_NEAR(FitFirstOrder(answers).limit.value, 4, 1e-12);
-  std::mt19937 random(11);
-  std::normal_distribution<double> normal(0, 1);
-  int covered = 0;
-  constexpr int kCases = 500;
-  for (int i = 0; i < kCases; ++i) {
-    for (MeshAnswer& a : answers) {
-      a.scatter = a.size > 0.9 ? 0.2 : 0.01;
-      a.value = 4 + 0.7 * a.size + a.scatter * normal(random);
-    }
-    const Extrapolation found = FitFirstOrder(answers);
-    covered += std::abs(found.limit.value - 4) <= found.limit.bar ? 1 : 0;
-  }
-  EXPECT_GE(covered, kCases * 64 / 100);
-  EXPECT_LE(covered, kCases * 85 / 100) << "larger of two estimates: some more than 68 %";
 }
 
 }  // namespace

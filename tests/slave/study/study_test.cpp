@@ -51,6 +51,7 @@ TEST(QuestionTest, VolumesArePressedOppositeToWhatIsHeld) {
   Press press = AskedOf(scene).presses.at(0);
   EXPECT_TRUE(press.p_O.isApprox(Eigen::Vector3d(0.03, 0.02, 0.05)));
   EXPECT_TRUE(press.inward_O.isApprox(Eigen::Vector3d(0, 0, -1)));
+  EXPECT_TRUE(press.loaded);
   scene.object.fixed = {{FixedPlane{0, 0.06}, {true, true, true}}};
   press = AskedOf(scene).presses.at(0);
   EXPECT_NEAR(press.p_O.x(), 0, 1e-12);
@@ -65,6 +66,17 @@ TEST(QuestionTest, MembranesArePressedAtTheCentreAndHalfWayOut) {
   EXPECT_EQ(question.presses[0].p_O.norm(), 0);
   EXPECT_NEAR(question.presses[1].p_O.norm(), 0.019, 1e-12);
   EXPECT_NEAR(question.small_depth, 1e-5, 1e-15) << "a hundredth of the thickness";
+}
+
+TEST(QuestionTest, PlacesOfTheCallerComeBeforeThoseOfTheScene) {
+  Scene scene = fake::Square();
+  scene.study_contacts = {{0.06, 0.02, 0}, {0.02, 0.06, 0}};
+  Question question = AskedOf(scene);
+  ASSERT_EQ(question.presses.size(), 2U);
+  EXPECT_TRUE(question.presses[0].inward_O.isApprox(Eigen::Vector3d(-1, 0, 0)));
+  question = AskedOf(scene, {{0, 0.03, 0}});
+  ASSERT_EQ(question.presses.size(), 1U);
+  EXPECT_TRUE(question.presses[0].inward_O.isApprox(Eigen::Vector3d(1, 0, 0)));
 }
 
 TEST(QuestionTest, AnOutlineThatOnlyAPictureKnowsIsRefused) {
@@ -104,12 +116,21 @@ TEST(CandidateTest, VolumesGetSeveralResolutionsResidualsAndFormulations) {
     if (c.family == "fem tet4 linear") own_sizes.insert(c.resolution);
     if (c.family == "fem tet4 corotational") residuals.insert(c.scene.model.fem.residual);
   }
-  EXPECT_THAT(families,
-              testing::ElementsAre("bem3d", "fem tet10 linear", "fem tet4 corotational",
-                                   "fem tet4 linear", "fem-green", "fem-hyperelastic tet4"));
+  EXPECT_THAT(families, testing::ElementsAre("bem3d", "fem tet10 linear", "fem tet4 corotational",
+                                             "fem tet4 linear", "fem-green",
+                                             "fem-hyperelastic tet10", "fem-hyperelastic tet4"));
   EXPECT_THAT(residuals, testing::ElementsAre(1e-9, 1e-6, 1e-3));
   EXPECT_THAT(own_sizes, testing::Contains("6 x 6 x 6 cells"));
   EXPECT_GE(own_sizes.size(), 4U);
+}
+
+TEST(CandidateTest, FamiliesMayBeNamed) {
+  const Scene scene = fake::Square();
+  CandidateLimits limits;
+  limits.families = {"bem2d linear"};
+  const auto candidates = CandidatesFor(scene, AskedOf(scene), limits);
+  EXPECT_GE(candidates.size(), 4U);
+  for (const Candidate& c : candidates) EXPECT_EQ(c.family, "bem2d linear");
 }
 
 TEST(CandidateTest, ElementsHeldByNumberKeepTheSceneItsDivision) {

@@ -1,0 +1,128 @@
+// A study of the foam cube against the answers of the reference set: discrete ones of linear
+// tetrahedra on the same meshes, and those that quadratic hexahedra converge to; both were derived
+// with other programs, for a square patch. The study's is a disc of the same area.
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "slave/study/study.h"
+
+namespace palpate {
+namespace {
+
+using nlohmann::json;
+
+std::optional<json> CaseOf(const std::string& file, const std::string& id) {
+  std::ifstream stream(PALPATE_SOURCE_DIR "/../shared/reference/" + file);
+  if (!stream) return std::nullopt;
+  for (const json& c : json::parse(stream).at("cases")) {
+    if (c.at("id") == id) return c;
+  }
+  return std::nullopt;
+}
+
+constexpr double kPatchArea = 4e-4;  // [m^2]
+constexpr double kForce = 0.25;      // a quarter of the published load [N]
+
+Scene CubeScene(const json& params) {
+  Scene scene;
+  const double side = params.at("L");
+  scene.object.geometry = BoxGeometry{{side, side, side}, {6, 6, 6}};
+  scene.object.material.young_modulus = params.at("E");
+  scene.object.material.poisson_ratio = params.at("nu");
+  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
+  scene.tool = Tool{};
+  scene.tool->width = 2 * std::sqrt(kPatchArea / std::numbers::pi);
+  scene.operator_options.press_depth =  // so that the study's load E w d is the published one
+      kForce / (scene.object.material.young_modulus * scene.tool->width);
+  return scene;
+}
+
+// Mean displacement under 1 N on the square patch, in the limit [m].
+double Converged(const json& c) {
+  return c.at("expected").back().at("mean_patch_depth");
+}
+
+// How much farther a disc of the same area goes than a square, in the mean, under an even pressure
+// on a half-space (Love 1929; Johnson, Contact Mechanics, 3.4): what a patch does beyond its force
+// is local, so the cube's walls, farther by its width, do not change it much.
+double DiscBeyondSquare(const json& params) {
+  const double nu = params.at("nu");
+  const double unit = (1 - nu * nu) / (params.at("E").get<double>() * std::sqrt(kPatchArea));
+  const double disc = 16 / (3 * std::pow(std::numbers::pi, 1.5));
+  const double root = std::numbers::sqrt2;
+  const double square = 4 / std::numbers::pi * (std::log(1 + root) - (root - 1) / 3);
+  return unit * (disc - square);
+}
+
+class CubeStudyTest : public testing::Test {
+ protected:
+  // One study for all tests: it takes seconds.
+  static void SetUpTestSuite() {
+    limit_ = CaseOf("h_calculix.json", "cube_linear_patch");
+    if (!limit_) return;
+    StudySettings settings;
+    settings.timing_s = 0;
+    settings.limits = {.dof = 25'000,
+                       .dense_dof = 1500,
+                       .residuals = false,
+                       .families = {"fem tet4 linear", "fem tet10 linear", "fem-green", "bem3d"}};
+    study_ = RunStudy(CubeScene(limit_->at("params")), settings, RealWorkshop());
+  }
+  static void TearDownTestSuite() {
+    limit_.reset();
+    study_.reset();
+  }
+  void SetUp() override {
+    if (!limit_) GTEST_SKIP() << "../shared/reference is absent";
+  }
+
+  static std::optional<json> limit_;
+  static std::optional<StudyResult> study_;
+};
+std::optional<json> CubeStudyTest::limit_;
+std::optional<StudyResult> CubeStudyTest::study_;
+
+// The force that a depth takes, in error because the elements are too stiff: what the discrete
+// answer gives way less than the converged one. A factor of 1.5 is what users are promised; how a
+// mesh divides a disc and how it divides a square differs by less.
+TEST_F(CubeStudyTest, StatedErrorsAgreeWithThePublishedDiscreteAnswers) {
+  int compared = 0;
+  for (const int n : {3, 6, 12}) {
+    const auto discrete = CaseOf("d_solid3d.json", "cube_n" + std::to_string(n));
+    ASSERT_TRUE(discrete);
+    const double depth = discrete->at("expected").at("linear_patch").at("mean_patch_depth");
+    const double error = Converged(*limit_) / depth - 1;
+    const std::string cells = std::to_string(n);
+    for (const Row& row : study_->rows) {
+      const bool tet4 = row.family == "fem tet4 linear" || row.family == "fem-green";
+      if (!tet4 || row.resolution != cells + " x " + cells + " x " + cells + " cells") continue;
+      ASSERT_EQ(row.outcome, Outcome::kAnswered) << row.reason;
+      EXPECT_LT(row.error_small.value, 1.5 * error) << row.family << n;
+      EXPECT_GT(row.error_small.value, error / 1.5) << row.family << n;
+      ++compared;
+    }
+  }
+  EXPECT_EQ(compared, 6);
+}
+
+// The reference lies within its own bar of the published limit; 0.3 % for what the published meshes
+// still miss (0.12 % between the last two) and for the walls' share in the disc's and the square's
+// difference, which is 1.2 % in all.
+TEST_F(CubeStudyTest, ReferenceIsThePublishedLimitWithinItsBar) {
+  const Reference& reference = study_->references.presses.at(0);
+  const double disc = Converged(*limit_) + DiscBeyondSquare(limit_->at("params"));
+  const double force = study_->question.small_depth / disc;
+  EXPECT_LE(std::abs(reference.small.value - force), reference.small.bar + 3e-3 * force)
+      << reference.source << ": " << reference.small.value / force - 1;
+  EXPECT_LT(reference.small.bar, 0.02 * force) << reference.source;
+}
+
+}  // namespace
+}  // namespace palpate
