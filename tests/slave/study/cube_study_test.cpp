@@ -18,10 +18,11 @@ namespace {
 
 using nlohmann::json;
 
-std::optional<json> CaseOf(const std::string& file, const std::string& id) {
-  std::ifstream stream(PALPATE_SOURCE_DIR "/../shared/reference/" + file);
+std::optional<json> CaseOf(const std::string& name, const std::string& id) {
+  std::ifstream stream(PALPATE_SOURCE_DIR "/../shared/reference/" + name);
   if (!stream) return std::nullopt;
-  for (const json& c : json::parse(stream).at("cases")) {
+  const json file = json::parse(stream);
+  for (const json& c : file.at("cases")) {
     if (c.at("id") == id) return c;
   }
   return std::nullopt;
