@@ -40,6 +40,7 @@ Scene CubeScene(const json& params) {
   scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
   scene.tool = Tool{};
   scene.tool->width = 2 * std::sqrt(kPatchArea / std::numbers::pi);
+  scene.model.range = 0.1;
   scene.operator_options.press_depth =  // so that the study's load E w d is the published one
       kForce / (scene.object.material.young_modulus * scene.tool->width);
   return scene;
