@@ -245,7 +245,7 @@ class Figure {
     if (!row.recommended) return;
     svg_.Circle(at, 11, "choice");
     const bool right = at.x() < panel.middle();
-    svg_.Text(at + Vector2d(right ? 16 : -16, 4), row.family + ", " + row.resolution,
+    svg_.Text(at + Vector2d(right ? 12 : -12, -10), row.family + ", " + row.resolution,
               "choice-ink small", right ? Svg::Anchor::kStart : Svg::Anchor::kEnd);
   }
 

@@ -78,7 +78,7 @@ class Study {
     const ReferenceFinder finder(scene_, result_.question);
     while (!waiting_.empty()) {
       const auto next = std::ranges::min_element(
-          waiting_, {}, [&](const Candidate& c) { return ExpectedSeconds(c); });
+          waiting_, {}, [&](const Candidate& c) { return Urgency(c) * ExpectedSeconds(c); });
       const double expected = ExpectedSeconds(*next);
       if (stop_.stop_requested() || workshop_.now() + expected > deadline_) break;
       const Candidate candidate = std::move(*next);
@@ -99,6 +99,8 @@ class Study {
   }
 
  private:
+  // Linear models carry the reference, without which no error is known.
+  [[nodiscard]] static double Urgency(const Candidate& c) { return c.linear ? 0.25 : 1; }
   [[nodiscard]] double ExpectedSeconds(const Candidate& c) const {
     const auto found = slower_by_.find(c.family);
     return c.expected_s * (found == slower_by_.end() ? 1 : found->second);

@@ -39,7 +39,8 @@ struct StudyWatcher {
   Progress* progress = nullptr;
 };
 
-// Cheapest candidates first, expected costs corrected by what was measured; those that no longer
+// Cheapest candidates first (linear ones, from which the reference comes, as if they cost a
+// quarter), expected costs corrected by what was measured; those that no longer
 // fit into the budget are listed as skipped with their expected cost. A stop ends it the same way.
 // Throws std::invalid_argument: see AskedOf.
 StudyResult RunStudy(const Scene& scene, const StudySettings& settings, const Workshop& workshop,

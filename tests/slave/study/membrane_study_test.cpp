@@ -17,7 +17,8 @@ using nlohmann::json;
 std::optional<json> MembraneCase() {
   std::ifstream stream(PALPATE_SOURCE_DIR "/../shared/reference/c_plate.json");
   if (!stream) return std::nullopt;
-  for (const json& c : json::parse(stream).at("cases")) {
+  const json file = json::parse(stream);
+  for (const json& c : file.at("cases")) {
     if (c.at("id") == "membrane_force_deflection") return c;
   }
   return std::nullopt;

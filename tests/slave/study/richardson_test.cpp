@@ -1,6 +1,7 @@
 #include "slave/study/richardson.h"
 
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
