@@ -24,7 +24,7 @@ TimeStepper::TimeStepper(FemBody& body, const Params& params)
     : body_(body),
       params_(params),
       tangent_(body.pattern()),
-      solver_(body, !params.linear),
+      solver_(body, {.single = !params.linear}),
       history_(body.size()) {
   if (params.newton != 1 || params.exact_tangent) start_.emplace(body.pattern());
   for (auto* x : {&u_, &v_, &f_int_, &reaction_, &momentum_force_, &u0_, &v0_, &dv_, &b_, &r_, &x_,
