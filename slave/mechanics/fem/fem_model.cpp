@@ -130,8 +130,8 @@ FemModel::FemModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>
                                 options.newton, options.residual, options.damping_mass * time_unit_,
                                 options.damping_stiffness / time_unit_, exact, Linear(options)});
   } else {
-    equilibrium_.emplace(body_,
-                         fem::StaticEquilibrium::Params{options.residual, exact, Linear(options)});
+    equilibrium_.emplace(
+        body_, fem::StaticEquilibrium::Params{options.residual, exact, Linear(options), progress});
   }
   Reset();
   Describe(mesh);
@@ -247,7 +247,7 @@ bool FemModel::TryRespond(std::span<const Contact> contacts) {
     return false;
   }
   if (equilibrium_->Solve(f_ext_, constraints_)) return true;
-  Fail("no equilibrium was found");
+  Fail(equilibrium_->interrupted() ? "interrupted" : "no equilibrium was found");
   return false;
 }
 

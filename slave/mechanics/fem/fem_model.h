@@ -36,7 +36,8 @@ class FemModel final : public DeformationModel {
 
   // `held`: the components that supports hold, per node. Nodes of no element stay where they are.
   // Throws std::invalid_argument: a parameter, an element of no positive volume, a mesh that is no
-  // mesh; Interrupted.
+  // mesh; Interrupted. In statics `progress` must outlive the model: searches for equilibrium that
+  // take longer than a tenth of a second tell it how far they are, and fail when told to stop.
   FemModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
            const Params& params, Progress* progress = nullptr);
 
@@ -48,7 +49,8 @@ class FemModel final : public DeformationModel {
   //
   // kExtrapolated: elements inside out (their number is in info().remark), nu > 0.49, the linear
   // law out of range, a step of time that gained energy from nowhere. kFailed: contacts that are
-  // not finite, overlap or lie nowhere, loads out of balance, no convergence; failure() says which.
+  // not finite, overlap or lie nowhere, loads out of balance, no convergence, interruption;
+  // failure() says which.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;

@@ -9,10 +9,13 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t kMostEntries = 12'000'000;      // of a factor
-constexpr std::size_t kMostEntriesTwice = 2'000'000;  // of one kept in both precisions
+constexpr std::size_t kMostEntries = 12'000'000;       // of a factor
+constexpr std::size_t kMostEntriesTwice = 2'000'000;   // of one kept in both precisions
+constexpr std::size_t kMostEntriesLate = 300'000'000;  // of a late one
 // Multiplications of a factorisation done in the time of one of a solution, which waits for memory.
 constexpr double kFactorSpeed = 4;
+// Operations of a factorisation done in the time that an iteration takes per block.
+constexpr double kLateSpeed = 150;
 constexpr int kMostIterations = 20'000;
 constexpr int kMostWithFactor = 400;  // then it is not worth its name
 constexpr int kPatience = 1'000;      // iterations without a better residual
@@ -32,8 +35,9 @@ double LargestDiagonal(const BlockMatrix& A) {
 
 }  // namespace
 
-LinearSolver::LinearSolver(const FemBody& body, bool single)
+LinearSolver::LinearSolver(const FemBody& body, const Params& params)
     : body_(body),
+      progress_(params.progress),
       inverse_blocks_(9 * Index(body.moving())),
       z_(Index(body.size())),
       p_(Index(body.size())),
@@ -42,8 +46,13 @@ LinearSolver::LinearSolver(const FemBody& body, bool single)
   const auto entries = double_factor_->entries();
   direct_ = entries <= kMostEntries;
   refactor_worth_ = double_factor_->flops() / (2 * kFactorSpeed * static_cast<double>(entries));
-  if (single && direct_) single_factor_.emplace(body.tree(), body.pattern()).Reserve();
-  if (!direct_ || (single && entries > kMostEntriesTwice)) {
+  late_factor_ = params.late_factor && !direct_ && entries <= kMostEntriesLate;
+  late_worth_ = static_cast<int>(
+      std::min(1e9, double_factor_->flops() / (kLateSpeed * body.pattern().blocks())));
+  if ((params.single && direct_) || late_factor_) {
+    single_factor_.emplace(body.tree(), body.pattern()).Reserve();
+  }
+  if (!direct_ || (params.single && entries > kMostEntriesTwice)) {
     double_factor_.reset();
   } else {
     double_factor_->Reserve();
@@ -52,6 +61,8 @@ LinearSolver::LinearSolver(const FemBody& body, bool single)
 
 void LinearSolver::Reset() noexcept {
   due_ = true;
+  factorable_ = true;
+  spent_ = 0;
   kind_ = Kind::kNone;
 }
 
@@ -64,17 +75,34 @@ std::size_t LinearSolver::memory_bytes() const {
 
 SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constraints,
                                  NodeVector& r, NodeVector& x, double target) noexcept {
-  if (due_ && !Factor(A, constraints.held(), Kind::kSingle)) InvertDiagonal(A, constraints.held());
+  if (due_ || (late_factor_ && kind_ == Kind::kDiagonal))
+    Prepare(A, constraints.held(), Kind::kSingle);
   SolveOutcome outcome = Iterate(A, constraints, r, x, target);
-  // A factor that has aged too much, or was made of too few digits, is replaced by a better one.
+  int before = 0;
+  // A factor that has aged too much, or was made of too few digits, is replaced by a better one,
+  // the diagonal by a factor.
   for (const Kind better : {Kind::kSingle, Kind::kDouble}) {
-    if (outcome.converged || outcome.indefinite || kind_ == Kind::kDiagonal) break;
-    if (!Factor(A, constraints.held(), better)) InvertDiagonal(A, constraints.held());
-    const SolveOutcome again = Iterate(A, constraints, r, x, target);
-    outcome = {again.converged, again.indefinite, outcome.iterations + again.iterations};
+    if (outcome.converged || outcome.indefinite || Stopped()) break;
+    if (kind_ == Kind::kDiagonal) {
+      if (!late_factor_ || !factorable_) break;
+      spent_ = late_worth_;
+    }
+    Prepare(A, constraints.held(), better);
+    before += outcome.iterations;
+    outcome = Iterate(A, constraints, r, x, target);
   }
   CountAge(outcome.iterations);
+  outcome.iterations += before;
   return outcome;
+}
+
+void LinearSolver::Prepare(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept {
+  due_ = false;
+  if (!late_factor_ || (factorable_ && spent_ >= late_worth_)) {
+    if (Factor(A, held, kind)) return;
+    factorable_ = Stopped();
+  }
+  InvertDiagonal(A, held);
 }
 
 void LinearSolver::CountAge(int iterations) noexcept {
@@ -89,16 +117,16 @@ void LinearSolver::CountAge(int iterations) noexcept {
 
 // In single precision if that is asked for and possible, else in double.
 bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept {
-  due_ = false;
   young_iterations_ = -1;
   excess_ = 0;
   scale_ = 1 / LargestDiagonal(A);
   kind_ = Kind::kSingle;
-  if (kind == Kind::kSingle && single_factor_ && single_factor_->Factor(A, scale_, held)) {
+  if (kind == Kind::kSingle && single_factor_ &&
+      single_factor_->Factor(A, scale_, held, progress_)) {
     return true;
   }
   kind_ = Kind::kDouble;
-  return double_factor_ && double_factor_->Factor(A, scale_, held);
+  return double_factor_ && double_factor_->Factor(A, scale_, held, progress_);
 }
 
 void LinearSolver::InvertDiagonal(const BlockMatrix& A, const HeldComponents& held) noexcept {
@@ -137,7 +165,9 @@ void LinearSolver::Precondition(const Constraints& constraints, const NodeVector
 SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& constraints,
                                    NodeVector& r, NodeVector& x, double target) noexcept {
   SolveOutcome outcome;
-  const int most = kind_ == Kind::kDiagonal ? kMostIterations : kMostWithFactor;
+  int most = kind_ == Kind::kDiagonal ? kMostIterations : kMostWithFactor;
+  const bool grows = kind_ == Kind::kDiagonal && late_factor_ && factorable_;
+  if (grows) most = std::max(0, late_worth_ - spent_);
   double best = Norm(r);
   int best_at = 0;
   double rho = 0;
@@ -146,6 +176,10 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
     if (size <= target) {
       outcome.converged = true;
       break;
+    }
+    if (progress_ != nullptr) {
+      progress_->ReachInner(size, target);
+      if (!progress_->Continue()) break;
     }
     if (size < best) best = size, best_at = outcome.iterations;
     if (!std::isfinite(size) || outcome.iterations - best_at > kPatience) break;
@@ -167,6 +201,7 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
     Add(rho / curvature, p_, x);
     Add(-rho / curvature, q_, r);
   }
+  if (grows) spent_ += outcome.iterations;
   return outcome;
 }
 

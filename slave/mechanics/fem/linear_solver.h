@@ -1,6 +1,6 @@
 // Linear systems with the tangent of a body: conjugate gradients in double precision among the
-// possible motions, preconditioned by a factor of an earlier tangent or, for large bodies, by what
-// costs memory in proportion to the matrix.
+// possible motions, preconditioned by a factor of an earlier tangent or, for large bodies, by the
+// diagonal; at rest these get a factor too, once they have iterated for as long as that takes.
 #pragma once
 
 #include <memory>
@@ -10,6 +10,7 @@
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/node_vector.h"
+#include "slave/mechanics/fem/search_progress.h"
 #include "slave/mechanics/fem/sparse_cholesky.h"
 
 namespace palpate::fem {
@@ -22,13 +23,19 @@ struct SolveOutcome {
 
 class LinearSolver {
  public:
-  // `single`: a factor in single precision will do where it exists, as where tangents change and it
-  // ages anyway.
-  LinearSolver(const FemBody& body, bool single);
+  struct Params {
+    // A factor in single precision will do where it exists, as where tangents change and it ages
+    // anyway.
+    bool single = false;
+    // Large bodies get one, of single precision, once it is worth its time.
+    bool late_factor = false;
+    SearchProgress* progress = nullptr;  // asked on the way whether to stop; may be null
+  };
+  LinearSolver(const FemBody& body, const Params& params);
 
-  // The next Solve factors anew: the matrix or what is held is another one.
+  // The next Solve factors anew: the matrix is another one.
   void Renew() noexcept { due_ = true; }
-  // As after construction.
+  // As after construction: what is held, too, is another.
   void Reset() noexcept;
   // A x = b: `r` is P^T (b - A x) on entry and exit, x changes within the possible motions until
   // the norm of r is at most `target`. Allocation-free.
@@ -41,15 +48,22 @@ class LinearSolver {
  private:
   enum class Kind { kNone, kSingle, kDouble, kDiagonal };
 
+  void Prepare(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept;
   bool Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept;
   void InvertDiagonal(const BlockMatrix& A, const HeldComponents& held) noexcept;
   void Precondition(const Constraints& constraints, const NodeVector& r, NodeVector& z) noexcept;
   SolveOutcome Iterate(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
                        NodeVector& x, double target) noexcept;
   void CountAge(int iterations) noexcept;
+  [[nodiscard]] bool Stopped() const { return progress_ != nullptr && progress_->stopped(); }
 
   const FemBody& body_;
+  SearchProgress* progress_;
   bool direct_ = false;
+  bool late_factor_ = false;  // the diagonal goes first
+  bool factorable_ = true;    // as far as is known
+  int spent_ = 0;             // iterations with the diagonal
+  int late_worth_ = 0;        // of the late factor, in such
   std::optional<SparseCholesky<float>> single_factor_;
   std::optional<SparseCholesky<double>> double_factor_;  // or where single precision fails
   std::vector<double> inverse_blocks_;                   // nine per row

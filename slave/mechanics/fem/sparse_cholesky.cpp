@@ -74,8 +74,7 @@ void SparseCholesky<Scalar>::PlacePanels() {
     lines_ += Index(lines(width)) * Index(width);
     widest_ = std::max({widest_, lines(width), lines(height)});
     entries_ += Index(width) * (Index(height) + Index(width));
-    const double w = width, h = height;
-    flops_ += w * w * w + 2 * w * w * h + w * h * h;
+    flops_ += FlopsOf(front);
     const auto size = Index(front.size());
     stack_size_ = std::max(stack_size_, top + size * size);
     for (const int c : front.children) top = std::min(top, update_at_[Index(c)]);
@@ -85,9 +84,15 @@ void SparseCholesky<Scalar>::PlacePanels() {
 }
 
 template <typename Scalar>
+double SparseCholesky<Scalar>::FlopsOf(const Front& front) {
+  const double w = 3.0 * front.width, h = 3.0 * front.height();
+  return w * w * w + 2 * w * w * h + w * h * h;
+}
+
+template <typename Scalar>
 void SparseCholesky<Scalar>::Reserve() {
-  panels_.resize(lines_);
-  stack_.resize(stack_size_);
+  panels_ = std::make_unique_for_overwrite<Line[]>(lines_);
+  stack_ = std::make_unique_for_overwrite<Scalar[]>(stack_size_);
   x_.resize(3 * Index(pattern_.rows()));
   near_.resize(Index(widest_) + 1);
   product_.resize(Index(widest_) + 1);
@@ -100,20 +105,23 @@ std::size_t SparseCholesky<Scalar>::memory_bytes() const {
 
 template <typename Scalar>
 bool SparseCholesky<Scalar>::Factor(const BlockMatrix& matrix, double scale,
-                                    const HeldComponents& held) noexcept {
+                                    const HeldComponents& held, SearchProgress* progress) noexcept {
   std::size_t top = 0;
+  double done = 0;
   for (std::size_t f = 0; f < fronts_.size(); ++f) {
+    if (progress != nullptr && !progress->ContinueFactor(done / flops_)) return false;
     const Front& front = fronts_[f];
     const int size = front.size(), width = 3 * front.width, height = size - width;
-    Scalar* F = stack_.data() + top;
+    done += FlopsOf(front);
+    Scalar* F = stack_.get() + top;
     std::fill_n(F, Index(size) * Index(size), Scalar(0));
     Assemble(front, matrix, scale, held, F);
     for (const int c : front.children) {
-      AddUpdate(fronts_[Index(c)], stack_.data() + update_at_[Index(c)], F, size);
+      AddUpdate(fronts_[Index(c)], stack_.get() + update_at_[Index(c)], F, size);
     }
     if (!PartialCholesky(F, size, width)) return false;
     KeepPanels(front, F);
-    Scalar* update = stack_.data() + update_at_[f];
+    Scalar* update = stack_.get() + update_at_[f];
     for (int j = 0; j < height; ++j) {
       const Scalar* from = F + width + Index(width + j) * Index(size);
       std::copy_n(from, height, update + Index(j) * Index(height));

@@ -6,9 +6,11 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "slave/mechanics/fem/block_matrix.h"
+#include "slave/mechanics/fem/search_progress.h"
 
 namespace palpate::fem {
 
@@ -24,8 +26,8 @@ struct HeldComponents {
   double shift = 0;       // added to the diagonal, relative to it: where rigid motions are free
 };
 
-// Sizes are found on construction, memory is taken by Reserve(); then Factor and Solve are
-// allocation-free.
+// Sizes are found on construction, memory is reserved by Reserve() and occupied by the first
+// Factor; Factor and Solve are allocation-free.
 template <typename Scalar>
 class SparseCholesky {
  public:
@@ -35,14 +37,15 @@ class SparseCholesky {
   void Reserve();
 
   // Factors scale * matrix; the scale brings its diagonal near one. False: not positive definite in
-  // this precision.
-  bool Factor(const BlockMatrix& matrix, double scale, const HeldComponents& held) noexcept;
+  // this precision, or told to stop by `progress`, if any.
+  bool Factor(const BlockMatrix& matrix, double scale, const HeldComponents& held,
+              SearchProgress* progress) noexcept;
   // z = (scale A)^-1 r on the rows of the matrix.
   void Solve(const NodeVector& r, NodeVector& z) noexcept;
 
   [[nodiscard]] std::size_t entries() const { return entries_; }  // of the factor
   [[nodiscard]] double flops() const { return flops_; }           // of Factor
-  [[nodiscard]] std::size_t memory_bytes() const;                 // taken by Reserve()
+  [[nodiscard]] std::size_t memory_bytes() const;                 // reserved by Reserve()
 
  private:
   struct alignas(64) Line {
@@ -63,6 +66,7 @@ class SparseCholesky {
 
   void FindRows(const EliminationTree& tree);
   void PlacePanels();
+  static double FlopsOf(const Front& front);
   void Assemble(const Front& front, const BlockMatrix& matrix, double scale,
                 const HeldComponents& held, Scalar* F) noexcept;
   void AddUpdate(const Front& child, const Scalar* update, Scalar* F, int size) const noexcept;
@@ -72,8 +76,8 @@ class SparseCholesky {
   const BlockPattern& pattern_;
   std::vector<Front> fronts_;
   std::vector<int> place_;  // per node, in the front being assembled
-  std::vector<Line> panels_;
-  std::vector<Scalar> stack_;           // fronts and update matrices during Factor
+  std::unique_ptr<Line[]> panels_;
+  std::unique_ptr<Scalar[]> stack_;     // fronts and update matrices during Factor
   std::vector<std::size_t> update_at_;  // per front, in stack_
   std::vector<Scalar> x_;               // three per row
   std::vector<Line> near_, product_;    // parts of x beside a panel

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kMostSteps = 1000;   // of Newton's method
 constexpr int kMostHalvings = 24;  // of one such step
-constexpr double kInner = 1e-3;    // of a linear system's right hand side
+constexpr double kInner = 1e-2;    // of a linear system's right hand side
 constexpr double kSufficient = 1e-4;
 // Where a factor makes digits cheap, the residual is driven this far below what is asked for.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3;
@@ -35,7 +35,11 @@ double RoundingFloor(const BlockMatrix& A, const NodeVector& u) {
 }  // namespace
 
 StaticEquilibrium::StaticEquilibrium(FemBody& body, const Params& params)
-    : body_(body), params_(params), tangent_(body.pattern()), solver_(body, false) {
+    : body_(body),
+      params_(params),
+      progress_(params.progress, params.linear),
+      tangent_(body.pattern()),
+      solver_(body, {.late_factor = true, .progress = &progress_}) {
   for (auto* x : {&u_, &last_u_, &f_ext_, &f_int_, &r_, &x_, &lift_, &trial_, &reaction_}) {
     x->resize(Index(body.size()));
   }
@@ -52,9 +56,11 @@ void StaticEquilibrium::Reset() noexcept {
 bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept {
   last_u_ = u_;
   f_ext_ = f_ext;
+  progress_.Begin();
   if (Iterate(constraints, 1)) return true;
   if (!params_.linear) {
     for (const int steps : {1, 8, 64}) {
+      if (progress_.stopped()) break;
       if (SolveInSteps(constraints, steps)) return true;
     }
   }
@@ -113,6 +119,8 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double share) no
     const double floor = RoundingFloor(tangent_, u_);
     if (!lifted && step > 0 && size <= floor) return true;
     previous = size;
+    progress_.Reach(size, aim * asked);
+    if (!progress_.Continue()) return false;
     if (!Advance(constraints, share, lifted, floor)) return size <= asked && !lifted;
     lifted = false;
     size = FreeResidual(constraints, share);

@@ -6,6 +6,7 @@
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/linear_solver.h"
+#include "slave/mechanics/fem/search_progress.h"
 
 namespace palpate::fem {
 
@@ -15,17 +16,20 @@ class StaticEquilibrium {
     double residual = 1e-6;  // of the loads' norm, supports' and contacts' reactions counted
     bool exact_tangent = false;
     bool linear = false;
+    Progress* progress = nullptr;  // of searches that take long; may be null, else outlives this
   };
   // Keeps a reference to the body.
   StaticEquilibrium(FemBody& body, const Params& params);
 
   // As after construction: at rest.
   void Reset() noexcept;
-  void Renew() noexcept { solver_.Renew(); }
+  // What is held has changed.
+  void Renew() noexcept { solver_.Reset(); }
   // Finds u for the forces and constraints, from the last one or, should that fail, from rest in
-  // steps. False: not found; the last equilibrium is kept.
+  // steps. False: not found, or told to stop; the last equilibrium is kept.
   bool Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept;
 
+  [[nodiscard]] bool interrupted() const { return progress_.stopped(); }
   [[nodiscard]] const NodeVector& displacement() const { return u_; }
   // f_int - f_ext: what supports and contacts add.
   [[nodiscard]] const NodeVector& reaction() const { return reaction_; }
@@ -45,6 +49,7 @@ class StaticEquilibrium {
 
   FemBody& body_;
   Params params_;
+  SearchProgress progress_;
   BlockMatrix tangent_;
   LinearSolver solver_;
   bool assembled_ = false;  // the linear law's tangent

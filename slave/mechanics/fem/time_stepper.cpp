@@ -9,9 +9,10 @@ namespace {
 constexpr int kMostNewton = 400;
 constexpr int kMostParts = 64;
 constexpr int kMostHalvings = 12;
-constexpr double kInner = 1e-3;      // of a residual, where another Newton step follows
-constexpr double kGain = 1e-6;       // of the energies that are exchanged
-constexpr double kRounding = 1e-14;  // of the forces that cancel
+constexpr double kInner = 1e-3;  // of a residual, where another Newton step follows
+constexpr double kGain = 1e-6;   // of the energies that are exchanged
+constexpr double kGainNewmark = 1e-3, kSurplus = 1e-2;  // the same
+constexpr double kRounding = 1e-14;                     // of the forces that cancel
 constexpr double kSufficient = 1e-4;
 
 std::size_t Index(int i) {
@@ -24,11 +25,11 @@ TimeStepper::TimeStepper(FemBody& body, const Params& params)
     : body_(body),
       params_(params),
       tangent_(body.pattern()),
-      solver_(body, !params.linear),
+      solver_(body, {.single = !params.linear}),
       history_(body.size()) {
   if (params.newton != 1 || params.exact_tangent) start_.emplace(body.pattern());
   for (auto* x : {&u_, &v_, &f_int_, &reaction_, &momentum_force_, &u0_, &v0_, &dv_, &b_, &r_, &x_,
-                  &lift_, &work_, &kept_u_, &kept_v_, &kept_force_}) {
+                  &lift_, &work_, &outer_, &kept_u_, &kept_v_, &kept_force_, &kept_outer_}) {
     x->resize(Index(body.size()));
   }
 }
@@ -39,7 +40,8 @@ void TimeStepper::Reset(const NodeVector& f_ext) noexcept {
   body_.ForgetRotations();
   Evaluate();
   momentum_force_ = f_ext;
-  energy_ = 0;
+  outer_ = f_ext;
+  energy_ = surplus_ = 0;
   gained_energy_ = false;
   solver_.Reset();
   history_.Clear();
@@ -57,37 +59,48 @@ bool TimeStepper::Evaluate() noexcept {
 }
 
 bool TimeStepper::Step(const NodeVector& f_ext, const Constraints& constraints) noexcept {
-  kept_u_ = u_;
-  kept_v_ = v_;
-  kept_force_ = momentum_force_;
-  const double kept_energy = energy_;
+  Keep();
   const int most = params_.newton == 0 ? kMostParts : 1;
   for (int parts = 1; parts <= most; parts *= 2) {
     const bool arrived = StepInParts(f_ext, constraints, parts);
-    if (arrived && (!gained_energy_ || parts == most)) return true;
+    if (arrived && (!step_gained_ || parts == most)) return true;
     if (parts == most) break;
-    u_ = kept_u_;
-    v_ = kept_v_;
-    momentum_force_ = kept_force_;
-    energy_ = kept_energy;
+    Restore();
     Evaluate();
   }
-  u_ = kept_u_;
-  v_ = kept_v_;
-  momentum_force_ = kept_force_;
-  energy_ = kept_energy;
+  Restore();
   body_.ForgetRotations();
   Evaluate();
   return false;
 }
 
+void TimeStepper::Keep() noexcept {
+  kept_u_ = u_;
+  kept_v_ = v_;
+  kept_force_ = momentum_force_;
+  kept_outer_ = outer_;
+  kept_energy_ = energy_;
+  kept_surplus_ = surplus_;
+}
+
+void TimeStepper::Restore() noexcept {
+  u_ = kept_u_;
+  v_ = kept_v_;
+  momentum_force_ = kept_force_;
+  outer_ = kept_outer_;
+  energy_ = kept_energy_;
+  surplus_ = kept_surplus_;
+}
+
 bool TimeStepper::StepInParts(const NodeVector& f_ext, const Constraints& constraints,
                               int parts) noexcept {
-  bool gained = false;
+  bool step_gained = false, gained = false;
   for (int part = 0; part < parts; ++part) {
     if (!Advance(f_ext, constraints, params_.step / parts, 1.0 / (parts - part))) return false;
+    step_gained = step_gained || step_gained_;
     gained = gained || gained_energy_;
   }
+  step_gained_ = step_gained;
   gained_energy_ = gained;
   return true;
 }
@@ -295,15 +308,7 @@ void TimeStepper::Finish(const NodeVector& f_ext, double h) noexcept {
       reaction_[i].v[c] = moves ? reaction_[i].v[c] / th : f_int_[i].v[c] - f_ext[i].v[c];
     }
   }
-  body_.MultiplyMass(v_, work_);
-  const double kinetic = 0.5 * Dot(v_, work_), before = energy_;
-  energy_ = summary_.energy + kinetic;
-  x_ = u_;
-  Add(-1, u0_, x_);
-  const double by_loads = Dot(f_ext, x_), by_contacts = Dot(reaction_, x_);
-  const double gain = energy_ - before - by_loads - by_contacts;
-  const double scale = std::max({energy_, before, std::abs(by_loads), std::abs(by_contacts)});
-  gained_energy_ = params_.theta == 1 && gain > kGain * scale;
+  Balance(f_ext);
   if (params_.theta == 1) return;
   body_.MultiplyMass(dv_, work_);
   for (std::size_t i = 0; i < work_.size(); ++i) {
@@ -312,6 +317,25 @@ void TimeStepper::Finish(const NodeVector& f_ext, double h) noexcept {
           (work_[i].v[c] / h - (1 - params_.theta) * momentum_force_[i].v[c]) / params_.theta;
     }
   }
+}
+
+// The energy, and what of it did not come in through loads and contacts.
+void TimeStepper::Balance(const NodeVector& f_ext) noexcept {
+  const double theta = params_.theta, before = energy_;
+  body_.MultiplyMass(v_, work_);
+  energy_ = summary_.energy + 0.5 * Dot(v_, work_);
+  x_ = u_;
+  Add(-1, u0_, x_);
+  const double earlier = (1 - theta) * Dot(outer_, x_);
+  const double by_loads = theta * Dot(f_ext, x_), by_contacts = theta * Dot(reaction_, x_);
+  outer_ = f_ext;
+  Add(1, reaction_, outer_);
+  const double gain = energy_ - before - earlier - by_loads - by_contacts;
+  const double scale =
+      std::max({energy_, before, std::abs(earlier), std::abs(by_loads), std::abs(by_contacts)});
+  surplus_ = theta < 1 ? std::max(0.0, surplus_ + gain) : 0;
+  step_gained_ = gain > (theta < 1 ? kGainNewmark : kGain) * scale;
+  gained_energy_ = step_gained_ || surplus_ > kSurplus * scale;
 }
 
 }  // namespace palpate::fem

@@ -1,6 +1,7 @@
 // The model as its users see it: contacts, supports, histories, refusals, and scales.
 #include "slave/mechanics/fem/fem_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -276,6 +277,44 @@ TEST(FemModel, RespondsWithoutAllocating) {
       EXPECT_EQ(AllocationCount(), before);
     }
   }
+}
+
+struct Listener final : Progress {
+  bool Report(std::string_view stage, double done) override {
+    ++calls;
+    if (stage == "finding the equilibrium") shares.push_back(done);
+    return !stop;
+  }
+  std::vector<double> shares;
+  int calls = 0;
+  bool stop = false;
+};
+
+// Law: a search that takes long says how far it is, stops when told to, and may be begun again.
+// The factor alone takes longer than the tenth of a second that is silent.
+TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
+  const SolidMesh mesh = MeshBox({1, 0.1, 0.1}, {64, 9, 9});
+  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  auto params = solids::Foam();
+  params.material.young_modulus = 1e5;
+  params.options.residual = 1e-6;
+  Listener listener;
+  FemModel model(mesh, held, params, &listener);
+  listener.stop = true;
+  const Contact load = Load({1, 0.05, 0.05}, 0.05, {0, 0, -0.05});
+  listener.calls = 0;
+  EXPECT_EQ(Respond(model, {load}).front().validity, Validity::kFailed);
+  EXPECT_EQ(model.failure(), "interrupted");
+  EXPECT_EQ(listener.calls, 1);
+  for (const auto& u : Displacement(model)) ASSERT_EQ(u, Vector3d(0, 0, 0));
+
+  listener.stop = false;
+  listener.shares.clear();
+  EXPECT_EQ(Respond(model, {load}).front().validity, Validity::kValid) << model.failure();
+  EXPECT_GT(listener.calls, 1);
+  ASSERT_FALSE(listener.shares.empty());
+  EXPECT_TRUE(std::is_sorted(listener.shares.begin(), listener.shares.end()));
+  EXPECT_LE(listener.shares.back(), 1);
 }
 
 // Law: length and stiffness are units: from nanometres to kilometres, from 1 Pa to 1 TPa, the
