@@ -4,8 +4,8 @@
 //
 // Source: capacitance matrix of James and Pai (2003); paper A, eqs. (5)-(7), in the form of a
 // compliance. What a contact touches is told by ContactPlaces, so that surface nodes (fem-green)
-// and triangles (bem3d) are answered alike. The inverse of C is kept, and up- and downdated where
-// few contacts changed.
+// and triangles (bem3d) are answered alike. Where few contacts changed, the inverse of C is up- and
+// downdated; where many did, C is factorised anew.
 #pragma once
 
 #include <cstddef>
@@ -69,11 +69,12 @@ class ComplianceSolver {
   bool Fail(std::string_view why);
   [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
   bool Prepare(std::span<const Contact> contacts);
-  bool Invert();
-  bool InvertAnew();
+  bool AnswerAnew(bool little_changed);
+  [[nodiscard]] bool LittleChanged() const;
   bool InvertChanged();
   void FillStiffness();
-  [[nodiscard]] Eigen::Matrix3d StiffnessOfContact(const ContactSlot& slot) const;
+  [[nodiscard]] Eigen::Matrix3d StiffnessBySolving(const ContactSlot& slot);
+  [[nodiscard]] Eigen::Matrix3d StiffnessByBlocks(const ContactSlot& slot) const;
   [[nodiscard]] Eigen::Matrix3d StiffnessOfLoad(const ContactSlot& slot);
   bool Prescribe(std::span<const Contact> contacts);
   [[nodiscard]] bool MovesWhatIsHeld(const ContactSlot& slot, const Contact& contact) const;
