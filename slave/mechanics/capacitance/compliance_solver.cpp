@@ -83,7 +83,11 @@ bool ComplianceSolver::TryRespond(std::span<const Contact> contacts,
       return false;
     }
   }
-  if (!Prepare(contacts) || !Prescribe(contacts)) return false;
+  if (!Prepare(contacts)) return false;
+  if (!stiffness_known_ && std::ranges::any_of(contacts, &Contact::wants_stiffness)) {
+    FillStiffness();
+  }
+  if (!Prescribe(contacts)) return false;
   if (set_.rows() > 0) inverse_.Solve(prescribed_.get(), forces_.get());
   for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {
     responses[Index(i)] = ResponseOf(set_.slots()[Index(i)], contacts[Index(i)]);
@@ -107,6 +111,7 @@ bool ComplianceSolver::Acceptable(const Contact& contact) const noexcept {
 bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
   const auto outcome = set_.Update(contacts);
   if (outcome == ContactSet::Outcome::kSame) return true;
+  stiffness_known_ = false;
   if (outcome == ContactSet::Outcome::kFailed) return Fail(set_.failure());
   const bool little = outcome == ContactSet::Outcome::kChanged && LittleChanged();
   const bool changed = little && inverse_.inverted() && InvertChanged();
@@ -124,7 +129,6 @@ bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
         "the Green's functions of a loaded place are not there: the memory for them is "
         "used up");
   }
-  FillStiffness();
   return true;
 }
 
@@ -180,6 +184,7 @@ bool ComplianceSolver::InvertChanged() {
 }
 
 void ComplianceSolver::FillStiffness() {
+  stiffness_known_ = true;
   const auto slots = set_.slots();
   stiffness_.resize(slots.size());
   const int contacts = static_cast<int>(slots.size()) - set_.loads();
@@ -329,8 +334,10 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
     }
     response.force_O = force_unit_ * force;
   }
-  response.stiffness_O = (force_unit_ / length_unit_) *
-                         stiffness_[static_cast<std::size_t>(&slot - set_.slots().data())];
+  if (contact.wants_stiffness) {
+    response.stiffness_O = (force_unit_ / length_unit_) *
+                           stiffness_[static_cast<std::size_t>(&slot - set_.slots().data())];
+  }
   const double deflection = (response.displacement_O / params_.larger_side).norm();
   const bool known =
       response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;

@@ -50,6 +50,7 @@ class ComplianceSolver {
   // compliance is zero), contacts that share a place, a load that lies wholly under contacts,
   // values that are not finite or beyond 1e6 larger sides. Components that are held and not moved
   // are no unknowns: their force stays with the support.
+  // Stiffness is found when it is first wanted.
   // O(m^2) where nothing or little changed, O(m^3) otherwise, m unknown components.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
 
@@ -96,7 +97,8 @@ class ComplianceSolver {
   AlignedArray prescribed_, forces_, scratch_;
   int vector_room_ = 0;
   std::vector<Eigen::Vector3d> load_forces_;  // nondimensional, per load
-  std::vector<Eigen::Matrix3d> stiffness_;    // nondimensional, per contact
+  bool stiffness_known_ = false;
+  std::vector<Eigen::Matrix3d> stiffness_;  // nondimensional, per contact
 };
 
 }  // namespace palpate

@@ -121,6 +121,16 @@ void DenseFactor::InvertRight() {
   }
 }
 
+double DenseFactor::InverseEntry(int i, int j) const noexcept {
+  std::array<double, 4> sums{};
+  for (int q = std::max(i, j) / kLane8 * kLane8; q < size(); q += 4) {
+    for (int l = 0; l < 4; ++l) {
+      sums[static_cast<std::size_t>(l)] += row_of_left(i)[q + l] * row_of_right(j)[q + l];
+    }
+  }
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
 void DenseFactor::Solve(const double* b, double* x) const noexcept {
   const int size = PaddedTo8(order_);
   alignas(64) std::array<double, kLane8> sums;

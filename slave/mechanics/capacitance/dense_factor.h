@@ -20,7 +20,7 @@ class DenseFactor {
   // above `least_pivot` times the entry it came from, or not finite. Memory only grows. O(n^3).
   bool Factorise(const double* a, int lda, int order, bool symmetric, double least_pivot);
 
-  // x = A^-1 b; both aligned and PaddedTo8(order) long, b zero beyond the order. O(n^2).
+  // x = A^-1 b; both PaddedTo8(order) long, b zero beyond the order. O(n^2).
   void Solve(const double* b, double* x) const noexcept;
 
   // Makes row_of_left() and row_of_right() ready: with them single entries of the inverse,
@@ -31,6 +31,7 @@ class DenseFactor {
   // mean nothing.
   [[nodiscard]] const double* row_of_left(int i) const { return left_.get() + Offset(i, 0); }
   [[nodiscard]] const double* row_of_right(int i) const { return right_.get() + Offset(i, 0); }
+  [[nodiscard]] double InverseEntry(int i, int j) const noexcept;
   [[nodiscard]] int size() const { return PaddedTo8(order_); }
   [[nodiscard]] int stride() const { return stride_; }
 

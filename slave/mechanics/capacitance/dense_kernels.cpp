@@ -18,6 +18,8 @@ namespace {
 
 using Lane = double __attribute__((vector_size(64), may_alias));
 
+using LooseLane = double __attribute__((vector_size(64), aligned(8), may_alias));
+
 constexpr std::size_t kAlignment = 64;
 
 [[gnu::always_inline]] inline const Lane& At(const double* p) {
@@ -275,7 +277,7 @@ PALPATE_EVERY_MACHINE
 void EightDots(const double* a, int lda, const double* x, int columns, double* y) noexcept {
   Lane sum[kLane8] = {};
   for (int j = 0; j < columns; j += kLane8) {
-    const Lane lane = At(x + j);
+    const Lane lane = *reinterpret_cast<const LooseLane*>(x + j);
     for (int r = 0; r < kLane8; ++r) sum[r] += At(a + static_cast<long>(r) * lda + j) * lane;
   }
   for (int r = 0; r < kLane8; ++r) {

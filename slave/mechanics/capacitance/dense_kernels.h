@@ -42,7 +42,7 @@ void MultiplyRight(const double* a, const double* tile, double* c, int ld, int r
 void ThreeByThreeDots(const double* a, const double* b, int ld, int columns, double* out) noexcept;
 // C = tile times C: the tile has leading dimension kLane8, C kLane8 rows.
 void MultiplyLeft(const double* tile, double* c, int ldc, int width) noexcept;
-// y = A x for kLane8 rows of A.
+// y = A x for kLane8 rows of A; x and y may lie anywhere.
 void EightDots(const double* a, int lda, const double* x, int columns, double* y) noexcept;
 
 // y = P x.
