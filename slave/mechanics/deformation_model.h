@@ -25,6 +25,8 @@ struct Contact {
                      // there (contracts, solve)
   Eigen::Vector3d value_O{
       0, 0, 0};  // displacement of the patch [m], or total force of the tool on the object [N]
+  // Where no contact of a set wants it, many that moved together are answered sooner.
+  bool wants_stiffness = true;
 };
 
 // The answer for one contact. Frame O.
@@ -33,7 +35,7 @@ struct ContactResponse {
   Eigen::Vector3d displacement_O{0, 0, 0};  // mean over the patch [m]
   Eigen::Matrix3d stiffness_O =
       Eigen::Matrix3d::Zero();  // d force_O / d displacement_O of this patch alone [N/m]; zero
-                                // where it costs more than the answer (fem)
+                                // where it costs more than the answer (fem) or is not wanted
   Validity validity = Validity::kFailed;
 };
 

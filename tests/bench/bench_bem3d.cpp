@@ -100,7 +100,8 @@ Bem3dModel& ModelOf(int cells) {
 }
 
 // `count` different free triangles, pressed.
-std::vector<Contact> RandomContacts(const Bem3dModel& model, int count, std::mt19937* random) {
+std::vector<Contact> RandomContacts(const Bem3dModel& model, int count, bool stiffness,
+                                    std::mt19937* random) {
   const auto& system = model.greens().system();
   std::vector<int> free;
   for (int i = 0; i < system.triangles(); ++i) {
@@ -111,6 +112,7 @@ std::vector<Contact> RandomContacts(const Bem3dModel& model, int count, std::mt1
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     contacts[k].element = free[k];
     contacts[k].value_O = {0, 0, -1e-4};
+    contacts[k].wants_stiffness = stiffness;
   }
   return contacts;
 }
@@ -121,21 +123,26 @@ void ContactsMoved(benchmark::State& state) {
   const int count = static_cast<int>(state.range(1));
   std::mt19937 random(1);
   std::vector<std::vector<Contact>> sets;
-  for (int k = 0; k < 64; ++k) sets.push_back(RandomContacts(model, count, &random));
+  for (int k = 0; k < 64; ++k) {
+    sets.push_back(RandomContacts(model, count, state.range(2) != 0, &random));
+  }
   std::vector<ContactResponse> responses(static_cast<std::size_t>(count));
   std::size_t k = 0;
   for (auto _ : state) model.Respond(sets[k++ % sets.size()], responses);
   state.counters["dof"] = static_cast<double>(model.info().dof);
   state.counters["S"] = count;
 }
-BENCHMARK(ContactsMoved)->ArgsProduct({{4, 9}, {1, 8, 64}})->Unit(benchmark::kMicrosecond);
+BENCHMARK(ContactsMoved)
+    ->ArgNames({"cells", "S", "stiffness"})
+    ->ArgsProduct({{4, 9}, {1, 8, 64}, {0, 1}})
+    ->Unit(benchmark::kMicrosecond);
 
 // The same places, other displacements.
 void ContactsUnchanged(benchmark::State& state) {
   Bem3dModel& model = ModelOf(static_cast<int>(state.range(0)));
   const int count = static_cast<int>(state.range(1));
   std::mt19937 random(1);
-  auto contacts = RandomContacts(model, count, &random);
+  auto contacts = RandomContacts(model, count, false, &random);
   std::vector<ContactResponse> responses(static_cast<std::size_t>(count));
   for (auto _ : state) {
     contacts[0].value_O.z() = -contacts[0].value_O.z();

@@ -1,7 +1,7 @@
 // Cost of contacts on surface Green's functions against mesh size and number of contacts. One
-// thread. Counters: `dof` of the finite elements, `us` per update (CPU), `ratio` of it to Eigen's
-// LU and solution of the same capacitance matrix, measured in the same run, `error` of the forces
-// against a fresh factorisation.
+// thread; forces alone but in AllMoveForStiffness. Counters: `dof` of the finite elements, `us` per
+// update (CPU), `ratio` of it to Eigen's LU and solution of the same capacitance matrix, measured
+// in the same run, `error` of the forces against a fresh factorisation.
 #include <algorithm>
 #include <array>
 #include <ctime>
@@ -118,12 +118,14 @@ double ErrorOf(const Ready& ready, const std::vector<Contact>& contacts,
   return error / largest;
 }
 
-enum class Turn { kUnchanged, kOneMoves, kAllMove };
+enum class Turn { kUnchanged, kOneMoves, kAllMove, kAllMoveForStiffness };
 
 void Contacts(benchmark::State& state, Turn turn) {
   Ready& ready = ReadyOf(static_cast<int>(state.range(1)));
   const auto S = static_cast<std::size_t>(state.range(0));
   const std::size_t count = ready.contacts.size();
+  const bool all = turn == Turn::kAllMove || turn == Turn::kAllMoveForStiffness;
+  for (auto& c : ready.contacts) c.wants_stiffness = turn == Turn::kAllMoveForStiffness;
   std::vector<Contact> contacts(ready.contacts.begin(),
                                 ready.contacts.begin() + static_cast<long>(S));
   std::vector<ContactResponse> responses(S);
@@ -137,7 +139,7 @@ void Contacts(benchmark::State& state, Turn turn) {
     constexpr int kBatch = 256;
     const double start = Now();
     for (int k = 0; k < kBatch; ++k) {
-      const std::size_t moved = turn == Turn::kAllMove ? S : turn == Turn::kOneMoves ? 1 : 0;
+      const std::size_t moved = all ? S : turn == Turn::kOneMoves ? 1 : 0;
       for (std::size_t m = 0; m < moved; ++m) {
         // Contacts change places with others of the pool: no two are at one place.
         const std::size_t i = moved == S ? m : dice[round++ % dice.size()];
@@ -169,6 +171,10 @@ void AllMove(benchmark::State& state) {
   Contacts(state, Turn::kAllMove);
 }
 
+void AllMoveForStiffness(benchmark::State& state) {
+  Contacts(state, Turn::kAllMoveForStiffness);
+}
+
 void Sizes(benchmark::internal::Benchmark* benchmark) {
   for (const int cells : {8, 16, 26}) {
     for (const int S : {1, 2, 8, 16, 64}) benchmark->Args({S, cells});
@@ -178,6 +184,7 @@ void Sizes(benchmark::internal::Benchmark* benchmark) {
 BENCHMARK(Unchanged)->Apply(Sizes);
 BENCHMARK(OneMoves)->Apply(Sizes);
 BENCHMARK(AllMove)->Apply(Sizes);
+BENCHMARK(AllMoveForStiffness)->Apply(Sizes);
 
 // Assembly and factorisation. `MB` kept.
 void Precompute(benchmark::State& state) {

@@ -151,21 +151,23 @@ class RandomContacts {
   std::vector<Contact> contacts_;
 };
 
-enum class Change { kNone, kOneMoves, kOneComesOrGoes, kAllMove };
+enum class Change { kNone, kOneMoves, kOneComesOrGoes, kAllMove, kAllMoveForStiffness };
 
-// One update after each change. `error`: of the last forces against a factorisation of their set.
+// One update after each change, forces alone but for the last kind. `error`: of the last forces
+// against a factorisation of their set.
 template <Change change>
 void Contacts(benchmark::State& state) {
   Bem2dModel& model = ModelOf(static_cast<int>(state.range(1)));
   const auto S = static_cast<std::size_t>(state.range(0));
   RandomContacts random(model, static_cast<int>(S));
   auto& contacts = random.contacts();
+  for (auto& c : contacts) c.wants_stiffness = change == Change::kAllMoveForStiffness;
   std::vector<ContactResponse> responses(S);
   const Contact last = contacts.back();
   const auto next = [&](bool turn) {
     if (change == Change::kOneMoves) {
       random.Move(static_cast<std::size_t>(random.Below(static_cast<int>(S))));
-    } else if (change == Change::kAllMove) {
+    } else if (change == Change::kAllMove || change == Change::kAllMoveForStiffness) {
       for (std::size_t k = 0; k < S; ++k) random.Move(k);
     } else if (change == Change::kNone) {
       for (auto& contact : contacts) contact.value_O *= 0.999999;
@@ -283,6 +285,9 @@ BENCHMARK(Contacts<Change::kOneComesOrGoes>)
 BENCHMARK(Contacts<Change::kAllMove>)
     ->ArgNames({"S", "N"})
     ->ArgsProduct({{1, 8, 16, 64}, {180, 2000}});
+BENCHMARK(Contacts<Change::kAllMoveForStiffness>)
+    ->ArgNames({"S", "N"})
+    ->ArgsProduct({{1, 8, 64}, {180, 2000}});
 BENCHMARK(PunchOnTheBlock)->ArgNames({"N", "order"})->ArgsProduct({{60, 180, 300, 540}, {0, 1, 2}});
 BENCHMARK(Precompute)
     ->ArgNames({"N", "order"})

@@ -268,7 +268,7 @@ std::span<const int> Bem2dModel::NodesOf(const std::vector<int>& elements,
   return *nodes;
 }
 
-ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) const noexcept {
+ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) noexcept {
   const auto first = 2 * static_cast<std::size_t>(patch);
   const Eigen::Vector3d answer(answer_[first], answer_[first + 1], 0);
   ContactResponse response;
@@ -279,7 +279,9 @@ ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) const 
   } else {
     response.displacement_O = length_unit_ * answer;
   }
-  response.stiffness_O.topLeftCorner<2, 2>() = StiffnessOf(contact, patch);
+  if (contact.wants_stiffness) {
+    response.stiffness_O.topLeftCorner<2, 2>() = StiffnessOf(contact, patch);
+  }
   const double deflection = response.displacement_O.stableNorm() / larger_side_;
   const bool known =
       response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;
@@ -289,7 +291,7 @@ ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) const 
 }
 
 // Components that the reference problem holds cannot move: no stiffness is known for them.
-Matrix2d Bem2dModel::StiffnessOf(const Contact& contact, int patch) const noexcept {
+Matrix2d Bem2dModel::StiffnessOf(const Contact& contact, int patch) noexcept {
   const double unit = force_unit_ / length_unit_;
   if (moving_knows_) return unit * moving_.Derivative(patch);
   Matrix2d derivative = solver_.Derivative(patch);

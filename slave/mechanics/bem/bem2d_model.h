@@ -76,8 +76,8 @@ class Bem2dModel final : public DeformationModel {
   [[nodiscard]] Eigen::Vector2d DirectionOf(const Contact& contact) const noexcept;
   [[nodiscard]] int ElementAt(const Contact& contact) const noexcept;
   std::span<const int> NodesOf(const std::vector<int>& elements, std::vector<int>* nodes) const;
-  [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) const noexcept;
-  [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) const noexcept;
+  [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) noexcept;
+  [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) noexcept;
 
   Params params_;
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();

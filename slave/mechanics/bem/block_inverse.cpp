@@ -17,6 +17,7 @@ using Lane = Eigen::Map<Eigen::Array<double, kLane, 1>>;
 using ConstLane = Eigen::Map<const Eigen::Array<double, kLane, 1>>;
 
 constexpr double kSmallestPivot = 1e-13;  // of the largest entry
+constexpr double kGoodFactors = 1e-12;    // largest drift of factors without row exchanges
 
 double Dot(const double* a, const double* b, int padded) {
   Eigen::Array<double, kLane, 1> sum = Eigen::Array<double, kLane, 1>::Zero();
@@ -42,7 +43,7 @@ void AddMultiple(double factor, const double* from, double* to, int padded) {
   for (int j = 0; j < padded; j += kLane) Lane(to + j) += factor * ConstLane(from + j);
 }
 
-bool Invert(const Block& block, Block* inverse) {
+bool InvertBlock(const Block& block, Block* inverse) {
   const double largest = block.cwiseAbs().maxCoeff();
   if (!(largest > 0 && std::isfinite(largest))) return false;
   if (block.rows() <= 2) {
@@ -71,6 +72,7 @@ void BlockInverse::Clear(int block) {
   if (block != block_) capacity_ = 0;
   block_ = block;
   blocks_ = 0;
+  inverted_ = true;
 }
 
 void BlockInverse::Reserve(int blocks) {
@@ -124,7 +126,7 @@ bool BlockInverse::Append() {
     }
   }
   Block inverse;
-  if (!Invert(schur, &inverse)) {
+  if (!InvertBlock(schur, &inverse)) {
     blocks_ = 0;
     return false;
   }
@@ -162,7 +164,7 @@ bool BlockInverse::Remove(int k) {
     for (int c = 0; c < m; ++c) corner(r, c) = inverse_row(first + r)[first + c];
   }
   Block inverse;
-  if (!Invert(corner, &inverse)) {
+  if (!InvertBlock(corner, &inverse)) {
     blocks_ = 0;
     return false;
   }
@@ -198,6 +200,22 @@ void BlockInverse::MoveLastBlock(std::vector<double>* matrix, int to) const {
 }
 
 bool BlockInverse::Factorise() {
+  inverted_ = false;
+  entries_known_ = false;
+  return (factor_.Factorise(matrix_.data(), stride_, order(), false, kSmallestPivot) &&
+          Drift() <= kGoodFactors) ||
+         Invert();
+}
+
+double BlockInverse::Entry(int i, int j) {
+  if (inverted_) return inverse_row(i)[j];
+  if (!entries_known_) factor_.InvertTriangles();
+  entries_known_ = true;
+  return factor_.InverseEntry(i, j);
+}
+
+bool BlockInverse::Invert() {
+  inverted_ = true;
   const int n = order();
   const int padded = PaddedTo(kLane, n);
   const RowMajor system{augmented_.data(), OddLanes(2 * padded)};
@@ -218,6 +236,7 @@ bool BlockInverse::Factorise() {
 }
 
 void BlockInverse::Multiply(const double* x, double* y) const noexcept {
+  if (!inverted_) return factor_.Solve(x, y);
   const int n = order();
   const int padded = PaddedTo(kLane, n);
   int i = 0;

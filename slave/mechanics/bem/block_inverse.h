@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/bem/dense_lu.h"
+#include "slave/mechanics/capacitance/dense_factor.h"
 
 namespace palpate {
 
@@ -30,17 +31,25 @@ class BlockInverse {
   [[nodiscard]] int order() const { return blocks_ * block_; }
 
   // Room for one more block: the caller writes the matrix's new rows and columns, [order(), order()
-  // + block), then calls Append, or Extend as often as it likes and then Factorise.
+  // + block), then calls Append, or Extend as often as it likes and then Invert or Factorise.
   [[nodiscard]] double* matrix_row(int i) { return matrix_.data() + Offset(i); }
+  // Only where inverted().
   [[nodiscard]] const double* inverse_row(int i) const { return inverse_.data() + Offset(i); }
   bool Append();
   void Extend() { ++blocks_; }
+  bool Invert();
+  // A quarter of the work of Invert: triangular factors, or the inverse where those do not do.
+  // Nothing can be appended or removed then.
   bool Factorise();
+  [[nodiscard]] bool inverted() const { return inverted_; }
   // The last block takes the place of block `k`.
   bool Remove(int k);
 
   // |C X v - v| / |v| for a fixed v without structure, largest components. O(n^2).
   [[nodiscard]] double Drift();
+
+  // Of the inverse. The first call after Factorise costs O(n^3).
+  [[nodiscard]] double Entry(int i, int j);
 
   // y := X x; both PaddedTo(kLane, order()) long, x zero beyond order().
   void Multiply(const double* x, double* y) const noexcept;
@@ -56,7 +65,9 @@ class BlockInverse {
   // Rows of `stride_`; entries beyond order() that share a lane with the matrix are zero.
   std::vector<double> matrix_, inverse_;
   std::vector<double> columns_, rows_, factors_;  // B^T, V: a row per column of a block; U
-  std::vector<double> augmented_, scratch_;       // to factorise
+  std::vector<double> augmented_, scratch_;       // to invert
+  bool inverted_ = true, entries_known_ = false;
+  DenseFactor factor_;  // where not inverted
 };
 
 }  // namespace palpate

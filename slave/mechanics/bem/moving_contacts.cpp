@@ -65,8 +65,8 @@ bool MovingContacts::Prepare(std::span<const ContactPatch> patches) {
     return false;
   }
   const auto gone = static_cast<int>(slots_.size() + Index(missing) - patches.size());
-  const bool faster = kUpdates * (missing + gone) < static_cast<double>(patches.size());
-  if (!(faster && Update(patches)) && !Rebuild(patches)) {
+  const bool few = kUpdates * (missing + gone) < static_cast<double>(patches.size());
+  if (!(few && inverse_.inverted() && Update(patches)) && !Rebuild(patches, few)) {
     Forget();
     return false;
   }
@@ -120,10 +120,11 @@ bool MovingContacts::Update(std::span<const ContactPatch> patches) {
   drift_ = inverse_.Drift();
   if (drift_ <= kLargestDrift) return true;
   ++counts_.factorisations;
-  return inverse_.Factorise();
+  return inverse_.Invert();
 }
 
-bool MovingContacts::Rebuild(std::span<const ContactPatch> patches) {
+// The inverse where few contacts changed, so that the next change, which may be as small, finds it.
+bool MovingContacts::Rebuild(std::span<const ContactPatch> patches, bool few_changed) {
   Forget();
   ++set_;
   slot_of_.assign(patches.size(), -1);
@@ -136,7 +137,7 @@ bool MovingContacts::Rebuild(std::span<const ContactPatch> patches) {
   }
   ++counts_.factorisations;
   drift_ = 0;
-  return inverse_.Factorise();
+  return few_changed ? inverse_.Invert() : inverse_.Factorise();
 }
 
 void MovingContacts::Forget() {
@@ -235,15 +236,15 @@ void MovingContacts::Respond(std::span<const double> prescribed,
   }
 }
 
-Matrix2d MovingContacts::Derivative(int patch) const noexcept {
+Matrix2d MovingContacts::Derivative(int patch) noexcept {
   const int first = slot_of_[Index(patch)] * block();
   const Slot& slot = slots_[Index(slot_of_[Index(patch)])];
   Matrix2d derivative = Matrix2d::Zero();
   for (int r = 0; r < block(); ++r) {
     const double length = greens_.lengths()[Index(slot.first_node + r / components_)];
-    const double* row = inverse_.inverse_row(first + r) + first;
-    for (int c = 0; c < block(); ++c)
-      derivative(r % components_, c % components_) += length * row[c];
+    for (int c = 0; c < block(); ++c) {
+      derivative(r % components_, c % components_) += length * inverse_.Entry(first + r, first + c);
+    }
   }
   if (components_ == 2) return derivative;
   return derivative(0, 0) * slot.direction * slot.direction.transpose();

@@ -27,8 +27,8 @@ class MovingContacts {
   explicit MovingContacts(const GreensFunctions& greens);
 
   // Prepares a set of patches of one element each. What is new since the last set is appended, what
-  // is gone removed, O(m^2) each; or the matrix is factorised, O(m^3), where that is faster or the
-  // updates have drifted. False: not what this class is for, or no unique answer; no set then.
+  // is gone removed, O(m^2) each; or the matrix is factorised anew, O(m^3), where that is faster or
+  // the updates have drifted. False: not what this class is for, or no unique answer; no set then.
   bool Prepare(std::span<const ContactPatch> patches);
 
   // The next set is prepared from nothing.
@@ -36,7 +36,8 @@ class MovingContacts {
 
   // Per patch x, y of the displacement; of the total force. O(m^2).
   void Respond(std::span<const double> prescribed, std::span<double> answer) noexcept;
-  [[nodiscard]] Eigen::Matrix2d Derivative(int patch) const noexcept;
+  // The first one after a factorisation costs as much as that.
+  [[nodiscard]] Eigen::Matrix2d Derivative(int patch) noexcept;
   void Boundary(std::span<const double> prescribed, std::vector<Eigen::Vector2d>* displacement,
                 std::vector<Eigen::Vector2d>* traction) const;
 
@@ -58,7 +59,7 @@ class MovingContacts {
   [[nodiscard]] bool Suits(std::span<const ContactPatch> patches) const noexcept;
   bool Match(std::span<const ContactPatch> patches, int* missing);
   bool Update(std::span<const ContactPatch> patches);
-  bool Rebuild(std::span<const ContactPatch> patches);
+  bool Rebuild(std::span<const ContactPatch> patches, bool few_changed);
   void Add(const ContactPatch& patch, int patch_index);
   void FillBlock(const Slot& to, int row, const Slot& from, int column);
   void FillBlocks(const Slot& slot);

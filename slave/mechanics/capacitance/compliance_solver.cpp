@@ -16,8 +16,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kAbsurd = 1e6;  // larger sides
-// A fresh inverse costs m^3 operations, a row that goes or comes 4 m^2; measured, not counted.
-constexpr int kUpdateRows = 4;
+// Fresh factors against rows that go and come one by one; measured, not counted.
+constexpr int kUpdateRows = 8;
+// Stiffness from three solutions per contact against triangles that are inverted; measured.
+constexpr int kRowsPerContact = 20;
 
 std::size_t Index(int i) {
   return static_cast<std::size_t>(i);
@@ -81,7 +83,11 @@ bool ComplianceSolver::TryRespond(std::span<const Contact> contacts,
       return false;
     }
   }
-  if (!Prepare(contacts) || !Prescribe(contacts)) return false;
+  if (!Prepare(contacts)) return false;
+  if (!stiffness_known_ && std::ranges::any_of(contacts, &Contact::wants_stiffness)) {
+    FillStiffness();
+  }
+  if (!Prescribe(contacts)) return false;
   if (set_.rows() > 0) inverse_.Solve(prescribed_.get(), forces_.get());
   for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {
     responses[Index(i)] = ResponseOf(set_.slots()[Index(i)], contacts[Index(i)]);
@@ -105,9 +111,11 @@ bool ComplianceSolver::Acceptable(const Contact& contact) const noexcept {
 bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
   const auto outcome = set_.Update(contacts);
   if (outcome == ContactSet::Outcome::kSame) return true;
+  stiffness_known_ = false;
   if (outcome == ContactSet::Outcome::kFailed) return Fail(set_.failure());
-  const bool changed = outcome == ContactSet::Outcome::kChanged && InvertChanged();
-  if (!changed && !InvertAnew()) {
+  const bool little = outcome == ContactSet::Outcome::kChanged && LittleChanged();
+  const bool changed = little && inverse_.inverted() && InvertChanged();
+  if (!changed && !AnswerAnew(little)) {
     return Fail("contacts overlap: what one prescribes follows from the others");
   }
   if (inverse_.padded() > vector_room_) {
@@ -121,11 +129,12 @@ bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
         "the Green's functions of a loaded place are not there: the memory for them is "
         "used up");
   }
-  FillStiffness();
   return true;
 }
 
-bool ComplianceSolver::InvertAnew() {
+// Factors where everything is new; the inverse where little changes, so that the next change, which
+// may be as small, finds it.
+bool ComplianceSolver::AnswerAnew(bool little_changed) {
   inverse_.Reset(set_.rows());
   const auto unknowns = set_.unknowns();
   const bool symmetric = compliance_.symmetric();
@@ -141,13 +150,16 @@ bool ComplianceSolver::InvertAnew() {
                 inverse_.stride());
     }
   }
-  return inverse_.Invert();
+  return little_changed ? inverse_.Invert() : inverse_.Factorise();
+}
+
+bool ComplianceSolver::LittleChanged() const {
+  int rows = 0;
+  for (const auto& change : set_.changes()) rows += change.removed + change.inserted;
+  return rows * kUpdateRows <= set_.rows();
 }
 
 bool ComplianceSolver::InvertChanged() {
-  int rows = 0;
-  for (const auto& change : set_.changes()) rows += change.removed + change.inserted;
-  if (rows * kUpdateRows > set_.rows()) return false;
   for (const auto& change : set_.changes()) {
     if (!inverse_.Splice(change.row, change.removed, change.inserted)) return false;
   }
@@ -172,25 +184,52 @@ bool ComplianceSolver::InvertChanged() {
 }
 
 void ComplianceSolver::FillStiffness() {
-  stiffness_.resize(set_.slots().size());
-  for (std::size_t i = 0; i < stiffness_.size(); ++i) {
-    const ContactSlot& slot = set_.slots()[i];
-    stiffness_[i] = slot.load < 0 ? StiffnessOfContact(slot) : StiffnessOfLoad(slot);
+  stiffness_known_ = true;
+  const auto slots = set_.slots();
+  stiffness_.resize(slots.size());
+  const int contacts = static_cast<int>(slots.size()) - set_.loads();
+  const bool by_solving = !inverse_.inverted() && contacts * kRowsPerContact <= set_.rows();
+  if (contacts > 0 && !by_solving) inverse_.PrepareBlocks();
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    stiffness_[i] = slots[i].load >= 0 ? StiffnessOfLoad(slots[i])
+                    : by_solving       ? StiffnessBySolving(slots[i])
+                                       : StiffnessByBlocks(slots[i]);
   }
 }
 
-// Sum of the inverse's blocks: all forces of the contact by a displacement of all its places.
-Matrix3d ComplianceSolver::StiffnessOfContact(const ContactSlot& slot) const {
+// All forces of the contact by a displacement of all its places.
+Matrix3d ComplianceSolver::StiffnessBySolving(const ContactSlot& slot) {
+  Matrix3d stiffness = Matrix3d::Zero();
+  const auto unknowns = set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns));
+  std::fill_n(prescribed_.get(), inverse_.padded(), 0.0);
+  for (int c = 0; c < 3; ++c) {
+    for (const auto& u : unknowns) {
+      for (int k = 0; k < u.count; ++k) prescribed_[Index(u.row + k)] = u.basis(c, k);
+    }
+    inverse_.Solve(prescribed_.get(), scratch_.get());
+    for (const auto& u : unknowns) {
+      for (int k = 0; k < u.count; ++k) {
+        stiffness.col(c) += scratch_[Index(u.row + k)] * u.basis.col(k);
+      }
+    }
+  }
+  return stiffness;
+}
+
+// The same as a sum of the inverse's blocks.
+Matrix3d ComplianceSolver::StiffnessByBlocks(const ContactSlot& slot) const {
   Matrix3d sum = Matrix3d::Zero();
   const auto unknowns = set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns));
   for (const auto& at : unknowns) {
     for (const auto& by : unknowns) {
-      Matrix3d block = Matrix3d::Zero();
-      for (int r = 0; r < at.count; ++r) {
-        const double* row = inverse_.inverse_row(at.row + r) + by.row;
-        for (int c = 0; c < by.count; ++c) block(r, c) = row[c];
+      Eigen::Matrix<double, 3, 3, Eigen::RowMajor> block;
+      inverse_.InverseBlock(at.row, by.row, block.data());
+      if (at.plain && by.plain) {
+        sum += block;
+      } else {
+        sum += at.basis.leftCols(at.count) * block.topLeftCorner(at.count, by.count) *
+               by.basis.leftCols(by.count).transpose();
       }
-      sum += at.plain && by.plain ? block : Matrix3d(at.basis * block * by.basis.transpose());
     }
   }
   return sum;
@@ -295,8 +334,10 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
     }
     response.force_O = force_unit_ * force;
   }
-  response.stiffness_O = (force_unit_ / length_unit_) *
-                         stiffness_[static_cast<std::size_t>(&slot - set_.slots().data())];
+  if (contact.wants_stiffness) {
+    response.stiffness_O = (force_unit_ / length_unit_) *
+                           stiffness_[static_cast<std::size_t>(&slot - set_.slots().data())];
+  }
   const double deflection = (response.displacement_O / params_.larger_side).norm();
   const bool known =
       response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;

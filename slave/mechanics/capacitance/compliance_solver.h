@@ -4,8 +4,8 @@
 //
 // Source: capacitance matrix of James and Pai (2003); paper A, eqs. (5)-(7), in the form of a
 // compliance. What a contact touches is told by ContactPlaces, so that surface nodes (fem-green)
-// and triangles (bem3d) are answered alike. The inverse of C is kept, and up- and downdated where
-// few contacts changed.
+// and triangles (bem3d) are answered alike. Where few contacts changed, the inverse of C is up- and
+// downdated; where many did, C is factorised anew.
 #pragma once
 
 #include <cstddef>
@@ -50,6 +50,7 @@ class ComplianceSolver {
   // compliance is zero), contacts that share a place, a load that lies wholly under contacts,
   // values that are not finite or beyond 1e6 larger sides. Components that are held and not moved
   // are no unknowns: their force stays with the support.
+  // Stiffness is found when it is first wanted.
   // O(m^2) where nothing or little changed, O(m^3) otherwise, m unknown components.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
 
@@ -69,11 +70,12 @@ class ComplianceSolver {
   bool Fail(std::string_view why);
   [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
   bool Prepare(std::span<const Contact> contacts);
-  bool Invert();
-  bool InvertAnew();
+  bool AnswerAnew(bool little_changed);
+  [[nodiscard]] bool LittleChanged() const;
   bool InvertChanged();
   void FillStiffness();
-  [[nodiscard]] Eigen::Matrix3d StiffnessOfContact(const ContactSlot& slot) const;
+  [[nodiscard]] Eigen::Matrix3d StiffnessBySolving(const ContactSlot& slot);
+  [[nodiscard]] Eigen::Matrix3d StiffnessByBlocks(const ContactSlot& slot) const;
   [[nodiscard]] Eigen::Matrix3d StiffnessOfLoad(const ContactSlot& slot);
   bool Prescribe(std::span<const Contact> contacts);
   [[nodiscard]] bool MovesWhatIsHeld(const ContactSlot& slot, const Contact& contact) const;
@@ -95,7 +97,8 @@ class ComplianceSolver {
   AlignedArray prescribed_, forces_, scratch_;
   int vector_room_ = 0;
   std::vector<Eigen::Vector3d> load_forces_;  // nondimensional, per load
-  std::vector<Eigen::Matrix3d> stiffness_;    // nondimensional, per contact
+  bool stiffness_known_ = false;
+  std::vector<Eigen::Matrix3d> stiffness_;  // nondimensional, per contact
 };
 
 }  // namespace palpate

@@ -18,6 +18,8 @@ namespace {
 
 using Lane = double __attribute__((vector_size(64), may_alias));
 
+using LooseLane = double __attribute__((vector_size(64), aligned(8), may_alias));
+
 constexpr std::size_t kAlignment = 64;
 
 [[gnu::always_inline]] inline const Lane& At(const double* p) {
@@ -25,6 +27,33 @@ constexpr std::size_t kAlignment = 64;
 }
 [[gnu::always_inline]] inline Lane& At(double* p) {
   return *reinterpret_cast<Lane*>(p);
+}
+
+// kRows x kLanes tiles of C -= A B, that stay in registers over the whole depth.
+template <int kRows, int kLanes>
+[[gnu::always_inline]] inline void SubtractTile(double* c, const double* a, const double* b,
+                                                long ld, int depth) {
+  Lane sum[kRows][kLanes];
+#pragma GCC unroll 24
+  for (int r = 0; r < kRows; ++r) {
+#pragma GCC unroll 3
+    for (int l = 0; l < kLanes; ++l) sum[r][l] = At(c + r * ld + l * kLane8);
+  }
+  for (int q = 0; q < depth; ++q, b += ld, ++a) {
+    Lane factors[kLanes];
+#pragma GCC unroll 3
+    for (int l = 0; l < kLanes; ++l) factors[l] = At(b + l * kLane8);
+#pragma GCC unroll 24
+    for (int r = 0; r < kRows; ++r) {
+#pragma GCC unroll 3
+      for (int l = 0; l < kLanes; ++l) sum[r][l] -= a[r * ld] * factors[l];
+    }
+  }
+#pragma GCC unroll 24
+  for (int r = 0; r < kRows; ++r) {
+#pragma GCC unroll 3
+    for (int l = 0; l < kLanes; ++l) At(c + r * ld + l * kLane8) = sum[r][l];
+  }
 }
 
 }  // namespace
@@ -157,6 +186,103 @@ void RowDot(const double* p, int ldp, const double* x, int order, double* y) noe
       y[i + k] = ((sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3])) +
                  ((sum[k][4] + sum[k][5]) + (sum[k][6] + sum[k][7]));
     }
+  }
+}
+
+PALPATE_EVERY_MACHINE
+void SubtractWide(double* c, const double* a, const double* b, int ld, int depth,
+                  int width) noexcept {
+  int j = 0;
+  for (; j + 3 * kLane8 <= width; j += 3 * kLane8) {
+    SubtractTile<kLane8, 3>(c + j, a, b + j, ld, depth);
+  }
+  if (width - j == 2 * kLane8) SubtractTile<kLane8, 2>(c + j, a, b + j, ld, depth);
+  if (width - j == kLane8) SubtractTile<kLane8, 1>(c + j, a, b + j, ld, depth);
+}
+
+PALPATE_EVERY_MACHINE
+void SubtractTall(double* c, const double* a, const double* b, int ld, int depth,
+                  int height) noexcept {
+  int i = 0;
+  for (; i + 2 * kLane8 <= height; i += 2 * kLane8) {
+    SubtractTile<2 * kLane8, 1>(c + static_cast<long>(i) * ld, a + static_cast<long>(i) * ld, b, ld,
+                                depth);
+  }
+  if (i < height) {
+    SubtractTile<kLane8, 1>(c + static_cast<long>(i) * ld, a + static_cast<long>(i) * ld, b, ld,
+                            depth);
+  }
+}
+
+// Where tiles of the lower triangle are met, they are zero.
+PALPATE_EVERY_MACHINE
+void SubtractByUpper(double* c, const double* a, const double* b, int ld, int width) noexcept {
+  int j = 0;
+  for (; j + 3 * kLane8 <= width; j += 3 * kLane8) {
+    SubtractTile<kLane8, 3>(c + j, a, b + j, ld, j + 3 * kLane8);
+  }
+  if (width - j == 2 * kLane8) SubtractTile<kLane8, 2>(c + j, a, b + j, ld, width);
+  if (width - j == kLane8) SubtractTile<kLane8, 1>(c + j, a, b + j, ld, width);
+}
+
+PALPATE_EVERY_MACHINE
+void MultiplyRight(const double* a, const double* tile, double* c, int ld, int rows) noexcept {
+  Lane b[kLane8];
+  for (int q = 0; q < kLane8; ++q) b[q] = At(tile + static_cast<long>(q) * kLane8);
+  for (int i = 0; i < rows; ++i, a += ld, c += ld) {
+    Lane even = a[0] * b[0], odd = a[1] * b[1];
+    for (int q = 2; q < kLane8; q += 2) {
+      even += a[q] * b[q];
+      odd += a[q + 1] * b[q + 1];
+    }
+    At(c) = even + odd;
+  }
+}
+
+PALPATE_EVERY_MACHINE
+void ThreeByThreeDots(const double* a, const double* b, int ld, int columns, double* out) noexcept {
+  Lane sum[9] = {};
+  for (int j = 0; j < columns; j += kLane8) {
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) {
+        sum[3 * r + c] +=
+            At(a + static_cast<long>(r) * ld + j) * At(b + static_cast<long>(c) * ld + j);
+      }
+    }
+  }
+  for (int i = 0; i < 9; ++i) {
+    out[i] = ((sum[i][0] + sum[i][1]) + (sum[i][2] + sum[i][3])) +
+             ((sum[i][4] + sum[i][5]) + (sum[i][6] + sum[i][7]));
+  }
+}
+
+PALPATE_EVERY_MACHINE
+void MultiplyLeft(const double* tile, double* c, int ldc, int width) noexcept {
+  for (int j = 0; j < width; j += kLane8) {
+    Lane rows[kLane8];
+    for (int q = 0; q < kLane8; ++q) rows[q] = At(c + static_cast<long>(q) * ldc + j);
+    for (int r = 0; r < kLane8; ++r) {
+      const double* factors = tile + static_cast<long>(r) * kLane8;
+      Lane even = factors[0] * rows[0], odd = factors[1] * rows[1];
+      for (int q = 2; q < kLane8; q += 2) {
+        even += factors[q] * rows[q];
+        odd += factors[q + 1] * rows[q + 1];
+      }
+      At(c + static_cast<long>(r) * ldc + j) = even + odd;
+    }
+  }
+}
+
+PALPATE_EVERY_MACHINE
+void EightDots(const double* a, int lda, const double* x, int columns, double* y) noexcept {
+  Lane sum[kLane8] = {};
+  for (int j = 0; j < columns; j += kLane8) {
+    const Lane lane = *reinterpret_cast<const LooseLane*>(x + j);
+    for (int r = 0; r < kLane8; ++r) sum[r] += At(a + static_cast<long>(r) * lda + j) * lane;
+  }
+  for (int r = 0; r < kLane8; ++r) {
+    y[r] = ((sum[r][0] + sum[r][1]) + (sum[r][2] + sum[r][3])) +
+           ((sum[r][4] + sum[r][5]) + (sum[r][6] + sum[r][7]));
   }
 }
 

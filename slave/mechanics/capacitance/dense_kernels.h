@@ -28,6 +28,23 @@ void SubtractProduct(double* c, int ldc, const double* a, const double* b, int l
 void RowDots(const double* p, int ldp, const double* r, int ldr, int order, int count,
              double* out) noexcept;
 
+// C -= A B, all with the same leading dimension: A is kLane8 x depth, B depth x width.
+void SubtractWide(double* c, const double* a, const double* b, int ld, int depth,
+                  int width) noexcept;
+// The same for A height x depth and B depth x kLane8.
+void SubtractTall(double* c, const double* a, const double* b, int ld, int depth,
+                  int height) noexcept;
+// C -= A B, where B is upper triangular in tiles, width x width, and A kLane8 x width.
+void SubtractByUpper(double* c, const double* a, const double* b, int ld, int width) noexcept;
+// C = A times tile, where A and C are rows x kLane8 with leading dimension `ld`.
+void MultiplyRight(const double* a, const double* tile, double* c, int ld, int rows) noexcept;
+// out = A B^T for three rows each; `out` is row-major.
+void ThreeByThreeDots(const double* a, const double* b, int ld, int columns, double* out) noexcept;
+// C = tile times C: the tile has leading dimension kLane8, C kLane8 rows.
+void MultiplyLeft(const double* tile, double* c, int ldc, int width) noexcept;
+// y = A x for kLane8 rows of A; x and y may lie anywhere.
+void EightDots(const double* a, int lda, const double* x, int columns, double* y) noexcept;
+
 // y = P x.
 void RowDot(const double* p, int ldp, const double* x, int order, double* y) noexcept;
 

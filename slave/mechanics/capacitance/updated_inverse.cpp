@@ -45,7 +45,9 @@ void UpdatedInverse::Reset(int order) {
   if (PaddedTo8(order) > capacity_) {
     capacity_ = PaddedTo8(order + order / 4);
     stride_ = capacity_ | kLane8;  // an odd number of lanes: rows do not fall on the same cache set
-    const auto area = static_cast<std::size_t>(capacity_) * static_cast<std::size_t>(stride_);
+    // The last unknown's block of three may overhang.
+    const auto area =
+        static_cast<std::size_t>(capacity_ + kLane8) * static_cast<std::size_t>(stride_);
     matrix_ = MakeAligned(area);
     inverse_ = MakeAligned(area);
     const auto slab = static_cast<std::size_t>(kLane8) * static_cast<std::size_t>(stride_);
@@ -57,19 +59,46 @@ void UpdatedInverse::Reset(int order) {
 
 std::size_t UpdatedInverse::memory_bytes() const {
   return sizeof(double) * 2 * static_cast<std::size_t>(capacity_) *
-         static_cast<std::size_t>(stride_);
+             static_cast<std::size_t>(stride_) +
+         factor_.memory_bytes();
 }
 
 bool UpdatedInverse::Invert() {
+  inverted_ = true;
   if (order_ == 0) return true;
   ++inversions_;
   if (order_ <= 3) return InvertUpTo3();
+  Complete();
+  if (InvertBySweeps() && ProbeError() <= kHopeless) return true;
+  return !symmetric_ && InvertByPivoting() && ProbeError() <= kHopeless;
+}
+
+bool UpdatedInverse::Factorise() {
+  if (order_ <= 3) return Invert();
+  inverted_ = false;
+  Complete();
+  const bool good = factor_.Factorise(matrix_.get(), stride_, order_, symmetric_, kLeastPivot) &&
+                    ProbeError() <= kHopeless;
+  return good || Invert();
+}
+
+void UpdatedInverse::Complete() {
   if (symmetric_) Mirror(matrix_);
   for (int i = 0; i < padded(); ++i) {  // what is left of larger matrices
     std::fill(row(i) + (i < order_ ? order_ : 0), row(i) + padded(), 0.0);
   }
-  if (InvertBySweeps() && ProbeError() <= kHopeless) return true;
-  return !symmetric_ && InvertByPivoting() && ProbeError() <= kHopeless;
+}
+
+void UpdatedInverse::InverseBlock(int row, int column, double* block) const noexcept {
+  if (!inverted_) {
+    const int from = std::max(row, column) / kLane8 * kLane8;
+    ThreeByThreeDots(factor_.row_of_left(row) + from, factor_.row_of_right(column) + from,
+                     factor_.stride(), factor_.size() - from, block);
+    return;
+  }
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) block[3 * r + c] = inverse_row(row + r)[column + c];
+  }
 }
 
 // Upper triangle from the lower one, tile by tile.
@@ -242,7 +271,7 @@ void UpdatedInverse::Shift(AlignedArray& a, int first, int removed, int inserted
 }
 
 bool UpdatedInverse::Splice(int first, int removed, int inserted) {
-  if (PaddedTo8(order_ - removed + inserted) > capacity_) return false;
+  if (!inverted_ || PaddedTo8(order_ - removed + inserted) > capacity_) return false;
   for (int done = 0; done < removed; done += kLane8) {
     TakeOut(first + done, std::min(kLane8, removed - done));
   }

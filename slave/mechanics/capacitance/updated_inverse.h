@@ -7,9 +7,11 @@
 //
 // For matrices whose symmetric part is positive definite, as compliances are. After every change a
 // probe vector is sent through the matrix and back; where it does not return, the inverse is taken
-// afresh.
+// afresh. Where all unknowns changed and few answers are wanted, triangular factors do in its
+// place.
 #pragma once
 
+#include "slave/mechanics/capacitance/dense_factor.h"
 #include "slave/mechanics/capacitance/dense_kernels.h"
 
 namespace palpate {
@@ -19,10 +21,16 @@ class UpdatedInverse {
   // Symmetric matrices are read in their lower triangle only.
   explicit UpdatedInverse(bool symmetric) : symmetric_(symmetric) {}
 
-  // Starts anew: the matrix is to be filled by row(), then Invert(). Memory only grows.
+  // Starts anew: the matrix is to be filled by row(), then Invert() or Factorise(). Memory only
+  // grows.
   void Reset(int order);
   // False: singular, nearly so, or not finite; the state is then that after Reset.
   bool Invert();
+  // A good half of the work of Invert(): Solve() and InverseBlock() answer by triangular factors.
+  // Where those are not good enough the inverse is taken. False: as Invert().
+  bool Factorise();
+  // The inverse itself is there: needed to Splice().
+  [[nodiscard]] bool inverted() const { return inverted_; }
 
   // Takes out `removed` unknowns at `first` and makes room for `inserted` there: fill their rows
   // (not symmetric: and columns), then Border() them. False: no room, or drifted; start anew.
@@ -32,10 +40,21 @@ class UpdatedInverse {
   // After the last Border: true where the probe returned, or a fresh inverse was good.
   bool Settle();
 
-  // x = inverse times b; both have room for padded() numbers, b ends in zeros.
+  // x = inverse times b; both aligned with room for padded() numbers, b ends in zeros.
   void Solve(const double* b, double* x) const noexcept {
-    RowDot(inverse_.get(), stride_, b, padded(), x);
+    if (inverted_) {
+      RowDot(inverse_.get(), stride_, b, padded(), x);
+    } else {
+      factor_.Solve(b, x);
+    }
   }
+  // Before InverseBlock(); nothing to do where inverted(). O(m^3).
+  void PrepareBlocks() {
+    if (!inverted_) factor_.InvertTriangles();
+  }
+  // The 3 x 3 block of the inverse that begins at these unknowns, row-major; what overhangs the
+  // order means nothing.
+  void InverseBlock(int row, int column, double* block) const noexcept;
 
   [[nodiscard]] int order() const { return order_; }
   [[nodiscard]] int stride() const { return stride_; }
@@ -44,6 +63,7 @@ class UpdatedInverse {
   [[nodiscard]] const double* row(int i) const {
     return matrix_.get() + static_cast<long>(i) * stride_;
   }
+  // Only where inverted().
   [[nodiscard]] const double* inverse_row(int i) const {
     return inverse_.get() + static_cast<long>(i) * stride_;
   }
@@ -53,6 +73,7 @@ class UpdatedInverse {
 
  private:
   double* InverseRow(int i) { return inverse_.get() + static_cast<long>(i) * stride_; }
+  void Complete();
   bool InvertUpTo3();
   bool InvertBySweeps();
   bool InvertByPivoting();
@@ -66,6 +87,8 @@ class UpdatedInverse {
   [[nodiscard]] double ProbeError();
 
   bool symmetric_;
+  bool inverted_ = false;
+  DenseFactor factor_;  // where not inverted
   long inversions_ = 0;
   int order_ = 0;
   int capacity_ = 0;  // padded

@@ -34,14 +34,14 @@ class Chosen {
     places_.pop_back();
     return inverse_.Remove(static_cast<int>(k));
   }
-  bool AppendAllAndFactorise(const std::vector<int>& places) {
+  bool AppendAll(const std::vector<int>& places, bool factors) {
     inverse_.Reserve(static_cast<int>(places.size()));
     for (const int place : places) {
       Write(place);
       places_.push_back(place);
       inverse_.Extend();
     }
-    return inverse_.Factorise();
+    return factors ? inverse_.Factorise() : inverse_.Invert();
   }
 
   // Largest difference of the inverse from that by Eigen's LU.
@@ -51,7 +51,7 @@ class Chosen {
     for (int i = 0; i < n; ++i) {
       for (int j = 0; j < n; ++j) {
         chosen(i, j) = all_(Row(i), Row(j));
-        inverse(i, j) = inverse_.inverse_row(i)[j];
+        inverse(i, j) = inverse_.Entry(i, j);
       }
     }
     return (chosen.inverse() - inverse).cwiseAbs().maxCoeff();
@@ -107,23 +107,38 @@ TEST_P(BlockInverseTest, EqualsAFreshInverseAfterEveryStep) {
 }
 
 TEST_P(BlockInverseTest, FactorisesWhatWasWrittenAtOnce) {
+  Chosen factors(40, GetParam(), 3);
+  ASSERT_TRUE(factors.AppendAll({3, 7, 1, 39, 12, 20, 5}, true));
+  EXPECT_FALSE(factors.inverse().inverted());
+  EXPECT_LT(factors.inverse().Drift(), 1e-14);
+  EXPECT_LT(factors.Error(), 1e-14);
   Chosen chosen(40, GetParam(), 3);
-  ASSERT_TRUE(chosen.AppendAllAndFactorise({3, 7, 1, 39, 12, 20, 5}));
+  ASSERT_TRUE(chosen.AppendAll({3, 7, 1, 39, 12, 20, 5}, false));
   EXPECT_LT(chosen.Error(), 1e-14);
   ASSERT_TRUE(chosen.Remove(2));
   ASSERT_TRUE(chosen.Append(30));
   EXPECT_LT(chosen.Error(), 1e-13);
 }
 
+// Two rows in the wrong order: no pivot without an exchange.
+TEST_P(BlockInverseTest, InvertsWhereFactorsWithoutExchangesWouldFail) {
+  Chosen chosen(6, GetParam(), 6);
+  chosen.all().row(2 * GetParam()).swap(chosen.all().row(4 * GetParam()));
+  chosen.all()(2 * GetParam(), 2 * GetParam()) = 0;
+  ASSERT_TRUE(chosen.AppendAll({0, 2, 4}, true));
+  EXPECT_TRUE(chosen.inverse().inverted());
+  EXPECT_LT(chosen.Error(), 1e-14);
+}
+
 // Reference: a fault of known size in the matrix, of which the inverse knows nothing.
 TEST_P(BlockInverseTest, DriftIsNoticed) {
   Chosen chosen(40, GetParam(), 4);
-  ASSERT_TRUE(chosen.AppendAllAndFactorise({3, 7, 1, 39, 12, 20, 5}));
+  ASSERT_TRUE(chosen.AppendAll({3, 7, 1, 39, 12, 20, 5}, false));
   EXPECT_LT(chosen.inverse().Drift(), 1e-14);
   chosen.inverse().matrix_row(2)[1] += 1e-6;
   EXPECT_GT(chosen.inverse().Drift(), 1e-9);
   EXPECT_LT(chosen.inverse().Drift(), 1e-5);
-  ASSERT_TRUE(chosen.inverse().Factorise());
+  ASSERT_TRUE(chosen.inverse().Invert());
   EXPECT_LT(chosen.inverse().Drift(), 1e-14);
 }
 
@@ -138,7 +153,10 @@ TEST_P(BlockInverseTest, RefusesWhatIsSingularOrNotFinite) {
     EXPECT_EQ(chosen.inverse().blocks(), 0);
     Chosen anew(6, GetParam(), 5);
     anew.all().row(row).setConstant(bad);
-    EXPECT_FALSE(anew.AppendAllAndFactorise({1, 3, 4})) << bad;
+    EXPECT_FALSE(anew.AppendAll({1, 3, 4}, false)) << bad;
+    Chosen factors(6, GetParam(), 5);
+    factors.all().row(row).setConstant(bad);
+    EXPECT_FALSE(factors.AppendAll({1, 3, 4}, true)) << bad;
   }
 }
 
