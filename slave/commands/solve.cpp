@@ -83,13 +83,24 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
                                 "rows up to t = " +
                                 std::to_string(step) + " s or later");
   }
+  const auto contacts_at = [&](double t) {
+    std::vector<Contact> contacts;
+    for (const auto& history : histories) contacts.push_back(history.At(t));
+    return contacts;
+  };
+  if (end > (static_cast<double>(steps) + kRounding) * step) {
+    progress->Clear();
+    std::fprintf(stderr,
+                 "solve: case %s: the history ends at %.6g s, between steps; the last step ends at "
+                 "%.6g s\n",
+                 rows[one.front()].case_name.c_str(), end, static_cast<double>(steps) * step);
+  }
   model->Reset();
-  std::vector<Contact> contacts;
+  model->Start(contacts_at(0));
   std::vector<ContactResponse> responses;
   for (long k = 1; k <= steps; ++k) {
     const double t = static_cast<double>(k) * step;
-    contacts.clear();
-    for (const auto& history : histories) contacts.push_back(history.At(t));
+    const std::vector<Contact> contacts = contacts_at(t);
     double solve_us = 0;
     const bool solved = Respond(contacts, model, &responses, &solve_us);
     for (std::size_t i = 0; i < contacts.size(); ++i) {

@@ -17,10 +17,11 @@ constexpr Axes kPlace{"x", "y", "z"};
 constexpr Axes kMoved{"dx", "dy", "dz"};
 constexpr Axes kLoaded{"fx", "fy", "fz"};
 
-CsvTable ReadTable(const std::filesystem::path& file, const Axes& value, bool dynamic) {
-  std::vector<CsvTable::Column> columns{{"case"},           {kPlace[0]},     {kPlace[1]},
-                                        {kPlace[2], false}, {value[0]},      {value[1]},
-                                        {value[2], false},  {"width", false}};
+CsvTable ReadTable(const std::filesystem::path& file, const Axes& value, bool planar,
+                   bool dynamic) {
+  std::vector<CsvTable::Column> columns{
+      {"case"},   {kPlace[0]}, {kPlace[1]},         {kPlace[2], !planar},
+      {value[0]}, {value[1]},  {value[2], !planar}, {"width", false}};
   if (dynamic) columns.push_back({"t", false});
   return {file, columns};
 }
@@ -58,7 +59,8 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
                 bool dynamic, std::vector<SolveRow>* rows) {
   const bool moved = kind == Contact::Kind::kDisplacement;
   const Axes& value = moved ? kMoved : kLoaded;
-  const CsvTable table = ReadTable(file, value, dynamic);
+  const CsvTable table =
+      ReadTable(file, value, std::holds_alternative<BoundaryMesh>(mesh), dynamic);
   const TouchableSurface surface(mesh);
   for (std::size_t i = 0; i < table.size(); ++i) {
     SolveRow row;

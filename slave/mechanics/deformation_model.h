@@ -75,6 +75,10 @@ class DeformationModel {
   // on those before. With `time: dynamic` a Respond is one step of time, whose contacts hold at its
   // end.
   virtual void Reset() {}
+  // What acts at the instant at which the body at rest begins to move, before the first step: the
+  // first acceleration of Newmark's method counts it. Call after Reset; without it nothing but
+  // gravity acts then. What cannot act is ignored here and fails in Respond.
+  virtual void Start(std::span<const Contact> /*contacts*/) {}
 
   // Why the last Respond failed, one clause; empty where it did not or where no more is known.
   [[nodiscard]] virtual std::string_view failure() const { return {}; }

@@ -198,6 +198,14 @@ void FemModel::Reset() {
   }
 }
 
+void FemModel::Start(std::span<const Contact> contacts) {
+  if (!stepper_ || !Locate(contacts)) return;
+  f_ext_ = gravity_;
+  if (contacts_.Apply(contacts, length_unit_, force_unit_, constraints_, f_ext_)) {
+    stepper_->Reset(f_ext_);
+  }
+}
+
 void FemModel::Fail(const char* why, int contact) {
   std::array<char, kTextSize> text{};
   if (contact >= 0) {
@@ -280,7 +288,7 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
 }
 
 Validity FemModel::Judge() const noexcept {
-  bool inside = summary().inverted == 0 && params_.material.poisson_ratio <= kLocks;
+  bool inside = summary().inverted == 0 && params_.material.poisson_ratio < kLocks;
   if (info_.range > 0 && fem::LargestComponent(displacement()) > info_.range) inside = false;
   if (stepper_ && stepper_->gained_energy()) inside = false;
   return inside ? Validity::kValid : Validity::kExtrapolated;

@@ -55,6 +55,7 @@ class FemModel final : public DeformationModel {
                std::span<ContactResponse> responses) noexcept override;
   void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
   void Reset() override;
+  void Start(std::span<const Contact> contacts) override;
   [[nodiscard]] std::string_view failure() const override { return failure_; }
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 

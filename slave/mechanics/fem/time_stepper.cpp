@@ -177,7 +177,8 @@ bool TimeStepper::SolveStart(const Constraints& constraints, double h, double sh
   }
   constraints.ProjectForce(r_);
   const double size = Norm(r_);
-  const bool last = params_.newton == 1 || params_.linear;
+  // A given number of linear solves is worth what each of them is.
+  const bool last = params_.newton != 0 || params_.linear;
   const double target =
       std::max(size * (last ? params_.residual : std::max(kInner, params_.residual)), 1e-300);
   SetZero(x_);
@@ -225,7 +226,10 @@ bool TimeStepper::Refine(const NodeVector& f_ext, const Constraints& constraints
                           tangent_);
     if (params_.exact_tangent) body_.AddSpin(th * th, u_, tangent_);
     SetZero(x_);
-    const double target = std::max(kInner, 0.1 * params_.residual * reference / size) * size;
+    const double inner = params_.newton != 0
+                             ? params_.residual
+                             : std::max(kInner, 0.1 * params_.residual * reference / size);
+    const double target = inner * size;
     const SolveOutcome outcome = solver_.Solve(tangent_, constraints, r_, x_, target);
     iterations_ += outcome.iterations;
     const double merit = Merit(f_ext, h);

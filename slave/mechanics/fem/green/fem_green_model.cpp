@@ -12,12 +12,15 @@ double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+constexpr double kLocks = 0.49;
+
 std::string_view RemarkOf(TetElement element, double nu) {
   if (element == TetElement::kTet4) {
-    return nu > 0.45 ? "linear tetrahedra lock near nu = 0.5: much too stiff"
-                     : "linear tetrahedra are stiff in bending; small strains only";
+    return nu >= kLocks ? "linear tetrahedra lock near nu = 0.5: much too stiff"
+                        : "linear tetrahedra are stiff in bending; small strains only";
   }
-  return nu > 0.49 ? "quadratic tetrahedra lock a little beyond nu = 0.49" : "small strains only";
+  return nu >= kLocks ? "quadratic tetrahedra without a pressure of their own lock a little"
+                      : "small strains only; places without width only";
 }
 
 }  // namespace
@@ -34,6 +37,8 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const std::vector<std::array
                .larger_side = columns_.length_unit(),
                .range = options.range,
                .contact = options.contact}),
+      element_(options.element),
+      locks_(poisson_ratio >= kLocks),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   Describe(options, young_modulus, poisson_ratio, mesh.tets.size());
 }
@@ -77,7 +82,19 @@ double FemGreenModel::MeasureUpdate(double young_modulus, const Options& options
 
 void FemGreenModel::Respond(std::span<const Contact> contacts,
                             std::span<ContactResponse> responses) noexcept {
+  refused_ = {};
+  const auto is_patch = [](const Contact& contact) { return contact.width > 0; };
+  if (element_ == TetElement::kTet10 && std::ranges::any_of(contacts, is_patch)) {
+    refused_ = "a patch on tet10: accepted with fem-green are places without width, or tet4";
+    std::ranges::fill(responses, ContactResponse{});
+    return;
+  }
   solver_.Respond(contacts, responses);
+  for (auto& response : responses) {
+    if (locks_ && response.validity == Validity::kValid) {
+      response.validity = Validity::kExtrapolated;
+    }
+  }
 }
 
 void FemGreenModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {

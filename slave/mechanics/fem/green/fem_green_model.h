@@ -40,13 +40,17 @@ class FemGreenModel final : public DeformationModel {
                 double young_modulus, double poisson_ratio, const Options& options,
                 Progress* progress = nullptr);
 
-  // See ComplianceSolver. Give `element` with p_O where time counts: a place without it is found by
-  // a walk over the surface when it changes.
+  // Both elements lock as nu approaches 0.5: from 0.49 on answers are kExtrapolated. Patches are
+  // not offered with tet10, whose middle nodes no contact touches: kFailed. See ComplianceSolver.
+  // Give `element` with p_O where time counts: a place without it is found by a walk over the
+  // surface when it changes.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   // Of every node of the mesh, by one sparse solution.
   void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
-  [[nodiscard]] std::string_view failure() const override { return solver_.failure(); }
+  [[nodiscard]] std::string_view failure() const override {
+    return refused_.empty() ? solver_.failure() : refused_;
+  }
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
   // Makes the columns of nodes ready, those of the surface among them; none given: all that fit.
@@ -67,6 +71,9 @@ class FemGreenModel final : public DeformationModel {
   SurfaceNodePlaces places_;
   ComplianceSolver solver_;
   ModelInfo info_;
+  TetElement element_;
+  bool locks_ = false;
+  std::string_view refused_;
   double displacement_unit_ = 0;  // of a unit force in newtons: 1 / (E length unit) [m/N]
 };
 

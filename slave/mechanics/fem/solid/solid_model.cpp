@@ -231,6 +231,17 @@ void SolidModel::Reset() {
   }
 }
 
+void SolidModel::Start(std::span<const Contact> contacts) {
+  if (!dynamic() || !Acceptable(contacts)) return;
+  if (PrepareSet(contacts) && Prescribe(contacts)) start_forces_ = loads_;
+}
+
+bool SolidModel::locks() const {
+  constexpr double kLocks = 0.49;
+  return params_.options.element == FemOptions::Element::kTet4 && !layout_.has_pressure() &&
+         params_.poisson_ratio >= kLocks;
+}
+
 void SolidModel::Respond(std::span<const Contact> contacts,
                          std::span<ContactResponse> responses) noexcept {
   failure_ = {};
@@ -489,7 +500,7 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
   }
   inverted_ = !(body_.SmallestJacobian(x_) > 0);
   const bool beyond = (params_.options.law == Law::kLinear && largest > params_.range) ||
-                      inverted_ || (dynamic() && grew_);
+                      inverted_ || (dynamic() && grew_) || locks();
   const Validity validity = beyond ? Validity::kExtrapolated : Validity::kValid;
   const double force_unit = params_.young_modulus * unit_ * unit_;
   int row = 0;

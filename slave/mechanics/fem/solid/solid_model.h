@@ -57,6 +57,7 @@ class SolidModel final : public DeformationModel {
   // Of the nodes of the mesh given.
   void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
   void Reset() override;
+  void Start(std::span<const Contact> contacts) override;
   [[nodiscard]] std::string_view failure() const override { return failure_; }
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
@@ -88,6 +89,8 @@ class SolidModel final : public DeformationModel {
   bool Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   [[nodiscard]] Eigen::Vector3d ForceOn(const ContactPlace& place) const;
   [[nodiscard]] bool dynamic() const { return params_.options.time == FemOptions::Time::kDynamic; }
+  // Without a pressure of their own four-node elements are too stiff near nu = 0.5.
+  [[nodiscard]] bool locks() const;
   [[nodiscard]] bool newmark() const {
     return params_.options.integrator == FemOptions::Integrator::kNewmark;
   }
