@@ -154,7 +154,7 @@ TEST(SolidSceneTest, StudyContactsAreReadWithTheirUnits) {
   const std::string scene = SolidScene(kBox, kBottom, "{kind: fem}");
   EXPECT_TRUE(Load(scene).study_contacts.empty());
   const auto places =
-      Load(scene + "study: {contacts: [[30 mm, 3 cm, 0.06], [0, 0, 60 mm]]}\n").study_contacts;
+      Load(scene + "study: {contacts: [[30 mm, 30000 um, 0.06], [0, 0, 60 mm]]}\n").study_contacts;
   ASSERT_EQ(places.size(), 2U);
   EXPECT_TRUE(places[0].isApprox(Eigen::Vector3d(0.03, 0.03, 0.06)));
   EXPECT_TRUE(places[1].isApprox(Eigen::Vector3d(0, 0, 0.06)));
