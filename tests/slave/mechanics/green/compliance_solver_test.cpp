@@ -242,6 +242,42 @@ TEST_P(ComplianceSolverTest, StiffnessIsTheDerivative) {
   }
 }
 
+// Reference: the same contacts of a solver that is asked for all at once.
+TEST_P(ComplianceSolverTest, StiffnessIsFoundWhenItIsFirstWanted) {
+  ComplianceSolver solver(body_, places_, params_), other(body_, places_, params_);
+  std::vector<Contact> contacts{At(3, {0.1, -0.2, 0.3}), At(10, {0.2, 0.1, -0.1}, 4),
+                                LoadAt(20, {0.3, -0.1, 0.2}), At(25, {-0.1, 0.1, 0.2}, 0, 0.3)};
+  std::vector<ContactResponse> got(contacts.size()), expected(contacts.size());
+  other.Respond(contacts, expected);
+  for (auto& contact : contacts) contact.wants_stiffness = false;
+  solver.Respond(contacts, got);
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    EXPECT_TRUE(got[i].stiffness_O.isZero(0)) << i;
+    EXPECT_EQ(got[i].force_O, expected[i].force_O) << i;
+  }
+  for (auto& contact : contacts) contact.wants_stiffness = true;
+  solver.Respond(contacts, got);
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    EXPECT_TRUE(got[i].stiffness_O.isApprox(expected[i].stiffness_O, 1e-12)) << i;
+  }
+}
+
+// One wide patch: its stiffness is found by solving, not from blocks of the inverse. Reference: the
+// differences of the answers, exact for a linear body.
+TEST_P(ComplianceSolverTest, StiffnessOfAWidePatchIsTheDerivative) {
+  ComplianceSolver solver(body_, places_, params_);
+  std::vector<Contact> contacts{At(10, {0.2, 0.1, -0.1}, 19)};
+  std::vector<ContactResponse> before(1), after(1);
+  solver.Respond(contacts, before);
+  for (int c = 0; c < 3; ++c) {
+    auto moved = contacts;
+    moved[0].value_O[c] += kUnit;
+    solver.Respond(moved, after);
+    const Vector3d df = after[0].force_O - before[0].force_O;
+    EXPECT_LT((before[0].stiffness_O.col(c) * kUnit - df).norm(), 1e-10 * df.norm());
+  }
+}
+
 // Contacts come, go and move one at a time, ten thousand times; every hundredth answer is held to a
 // solver that has seen nothing before.
 TEST_P(ComplianceSolverTest, TenThousandUpdatesAgreeWithAFreshSolver) {
