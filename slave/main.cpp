@@ -1,4 +1,5 @@
 // palpate-slave: the command line.
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -56,13 +57,19 @@ class StopOnSignal {
           source_.request_stop();
           last_call = now + kPatience;
         }
-        if (last_call && now > *last_call) std::_Exit(0);
+        if (last_call && now > *last_call) {
+          if (exit_code_ != 0) std::fputs("stopped before it was done\n", stderr);
+          std::_Exit(exit_code_);
+        }
       }
     });
   }
   [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
+  // What is ended before it has answered has failed; a service that is ended has not.
+  void ExpectAnswer() { exit_code_ = kFailed; }
 
  private:
+  std::atomic<int> exit_code_ = 0;
   sigset_t signals_{};
   std::stop_source source_;
   std::jthread waiter_;
@@ -107,8 +114,10 @@ int Main(int argc, char** argv) {
   SolveOptions solve;
   CLI::App* solve_command = app.add_subcommand("solve", "Run the model alone on rows of a file");
   add_scene(solve_command, &solve.scene, &solve.overrides);
-  solve_command->add_option("--contacts", solve.contacts, "CSV case,x,y,z,dx,dy,dz[,width]");
-  solve_command->add_option("--loads", solve.loads, "CSV case,x,y,z,fx,fy,fz[,width]");
+  solve_command->add_option("--contacts", solve.contacts,
+                            "CSV case,x,y,z,dx,dy,dz[,width][,t]; planar scenes need no z");
+  solve_command->add_option("--loads", solve.loads,
+                            "CSV case,x,y,z,fx,fy,fz[,width][,t]; t: a history for time: dynamic");
   solve_command->add_option("--out", solve.out, "CSV with one row per input row")->required();
   solve_command->add_option("--field", solve.field, "VTU of the deformed body");
 
@@ -132,6 +141,7 @@ int Main(int argc, char** argv) {
   }
   try {
     if (serve_command->parsed()) return RunServe(serve, stop.token());
+    stop.ExpectAnswer();
     if (process_command->parsed()) return RunProcess(process, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
     if (study_command->parsed()) return RunStudyCommand(study, stop.token());

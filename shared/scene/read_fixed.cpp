@@ -89,7 +89,11 @@ Fixed ReadFixedEntry(Section& section, const Geometry& geometry) {
     section.mistakes()->Add(*section.node(), section.path(), kOneOf);
     return fixed;
   }
-  if (IsOneOf<MembraneGeometry>(geometry) && !section.Has("side")) {
+  const bool is_membrane = IsOneOf<MembraneGeometry>(geometry);
+  if (is_membrane && section.Has("components")) {
+    section.Refuse("components", "nothing here: a membrane is clamped in all of them");
+  }
+  if (is_membrane && !section.Has("side")) {
     section.mistakes()->Add(*section.node(), section.path(), "{side: rim}: a membrane is clamped");
     return fixed;
   }

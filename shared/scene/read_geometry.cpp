@@ -81,6 +81,17 @@ BoxGeometry ReadBox(Section& geometry) {
   return box;
 }
 
+// One unit of the file: `mm` or `1 mm`.
+double ReadUnit(Section& geometry) {
+  const std::string accepted = "a unit such as mm, or " + AcceptedBy(Positive(Dimension::kLength));
+  const std::string text = geometry.Text("unit", accepted, "1 m");
+  const auto bare = ParseQuantity("1 " + text, Dimension::kLength);
+  const auto unit = bare ? bare : ParseQuantity(text, Dimension::kLength);
+  if (unit && *unit >= kSmallest && *unit <= kLargest) return *unit;
+  geometry.Refuse("unit", accepted);
+  return 1;
+}
+
 // `mesh`, `unit` and `resolution` stand side by side in `geometry`.
 MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
   constexpr const char* kAccepted =
@@ -88,7 +99,7 @@ MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
   constexpr std::array kEndings{".veg", ".node", ".ele", ".msh", ".vtu", ".stl", ".ply"};
   const std::string name = geometry.Text("mesh", kAccepted);
   const Rule length = Positive(Dimension::kLength);
-  MeshFileGeometry mesh{context.folder / name, geometry.Number("unit", length, 1.0),
+  MeshFileGeometry mesh{context.folder / name, ReadUnit(geometry),
                         geometry.Number("resolution", length, 0.0)};
   if (name.empty()) return mesh;
   std::error_code error;

@@ -107,7 +107,10 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   if (options.kind == "fem" && options.fem.law == Fem::Law::kNeoHookean) {
     options.kind = "fem-hyperelastic";
   }
-  if (options.kind.find("plate") == std::string::npos) {
+  const bool is_bonded = options.kind == "fem" || is_hyperelastic;
+  if (is_bonded) {
+    model.OneOf("contact", std::array{Contact{"bonded", ContactLaw::kBonded}}, " with this kind");
+  } else if (options.kind.find("plate") == std::string::npos) {
     options.contact =
         model.OneOf("contact", std::array{Contact{"bonded", ContactLaw::kBonded},
                                           Contact{"frictionless", ContactLaw::kFrictionless}});

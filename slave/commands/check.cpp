@@ -10,6 +10,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/scene/scene_loader.h"
+#include "slave/commands/check_auto.h"
 #include "slave/commands/check_body.h"
 #include "slave/commands/check_words.h"
 #include "slave/mechanics/make_model.h"
@@ -136,6 +137,7 @@ void PrintOff(const Scene& scene) {
 void PrintModel(const Scene& scene) {
   const ModelChoice choice = ChooseModel(scene);
   PrintLine("model", choice.kind + ": " + choice.reason);
+  if (scene.model.kind == "auto") PrintAuto(scene);
   if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
     PrintLine("mesh", "made when the contour is found; conditioning and error are said then");
     return;
@@ -156,7 +158,8 @@ void PrintModel(const Scene& scene) {
 int RunCheck(const CheckOptions& options) {
   // Membranes and volumes have no eyes yet, so a scene of them needs none.
   const Scene body = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
-  if (!IsPlanar(body.object.geometry)) {
+  const bool is_model_only = !body.sense.camera && !body.sense.tip && !body.tool;
+  if (!IsPlanar(body.object.geometry) || is_model_only) {
     CheckBody(body);
     return 0;
   }

@@ -1,6 +1,7 @@
 #include "slave/commands/check_words.h"
 
 #include <cmath>
+#include <cstdio>
 #include <variant>
 
 #include <spdlog/fmt/fmt.h>
@@ -9,6 +10,7 @@ namespace palpate {
 
 void PrintLine(const std::string& what, const std::string& text) {
   fmt::print("  {:<14} {}\n", what, text);
+  std::fflush(stdout);  // what comes next may take a while
 }
 
 // Lengths with a readable unit.

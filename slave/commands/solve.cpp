@@ -59,6 +59,7 @@ bool SolveAtRest(const Case& one, DeformationModel* model, std::vector<SolveRow>
   std::vector<ContactResponse> responses;
   double solve_us = 0;
   model->Reset();
+  model->Prefetch(contacts);
   const bool solved = Respond(contacts, model, &responses, &solve_us);
   for (std::size_t k = 0; k < one.size(); ++k) {
     (*rows)[one[k]].response = responses[k];
@@ -76,6 +77,12 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
   const double step = model->info().step;
   double end = 0;
   for (const auto& history : histories) end = std::max(end, history.end());
+  constexpr double kMostRows = 1e7;
+  if (end / step * static_cast<double>(histories.size()) > kMostRows) {
+    throw std::invalid_argument("case " + rows[one.front()].case_name +
+                                ": a history of more than ten million rows: accepted is a shorter "
+                                "one, or longer steps");
+  }
   const auto steps = static_cast<long>(std::floor(end / step + kRounding));
   if (steps < 1) {
     throw std::invalid_argument("case " + rows[one.front()].case_name +

@@ -79,6 +79,8 @@ class DeformationModel {
   // first acceleration of Newmark's method counts it. Call after Reset; without it nothing but
   // gravity acts then. What cannot act is ignored here and fails in Respond.
   virtual void Start(std::span<const Contact> /*contacts*/) {}
+  // Computes what is still missing of the precompute for contacts at these places.
+  virtual void Prefetch(std::span<const Contact> /*contacts*/) {}
 
   // Why the last Respond failed, one clause; empty where it did not or where no more is known.
   [[nodiscard]] virtual std::string_view failure() const { return {}; }

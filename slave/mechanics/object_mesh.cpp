@@ -63,6 +63,11 @@ ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const std::string& kind)
     auto& surface = std::get<SurfaceMesh>(file.mesh);
     RequireSound(CheckMesh(surface, file.numbers, unit_given));
     if (kind == "bem3d") return std::move(surface);
+    if (geometry.resolution > Diagonal(surface.nodes)) {
+      throw std::invalid_argument(
+          "object.geometry.resolution is larger than the object: accepted "
+          "is the edge of a tetrahedron, with its unit");
+    }
     FillOptions options;
     options.resolution = geometry.resolution;
     options.numbers = file.numbers;

@@ -114,7 +114,18 @@ void FemGreenModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacem
   for (auto& u : *displacement_O) u *= displacement_unit_;
 }
 
-bool FemGreenModel::Prefetch(std::span<const int> nodes, Progress* progress) {
+void FemGreenModel::Prefetch(std::span<const Contact> contacts) {
+  std::vector<int> wanted;
+  for (const Contact& contact : contacts) {
+    ContactFootprint footprint;
+    if (!contact.p_O.allFinite() || !(contact.width >= 0)) continue;
+    if (!places_.Find(contact, &footprint).empty()) continue;
+    for (const auto& touched : footprint.places) wanted.push_back(touched.place);
+  }
+  columns_.Prefetch(wanted, nullptr);
+}
+
+bool FemGreenModel::PrefetchNodes(std::span<const int> nodes, Progress* progress) {
   std::vector<int> places;
   for (const int node : nodes.empty() ? std::span<const int>(columns_.node_of_place()) : nodes) {
     const int place = columns_.place_of_node().at(static_cast<std::size_t>(node));

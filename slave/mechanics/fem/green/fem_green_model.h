@@ -46,6 +46,8 @@ class FemGreenModel final : public DeformationModel {
   // surface when it changes.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
+  // The columns of their places.
+  void Prefetch(std::span<const Contact> contacts) override;
   // Of every node of the mesh, by one sparse solution.
   void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
   [[nodiscard]] std::string_view failure() const override {
@@ -55,7 +57,7 @@ class FemGreenModel final : public DeformationModel {
 
   // Makes the columns of nodes ready, those of the surface among them; none given: all that fit.
   // False: the memory limit is reached. Throws Interrupted; what was finished stays, on disk too.
-  bool Prefetch(std::span<const int> nodes = {}, Progress* progress = nullptr);
+  bool PrefetchNodes(std::span<const int> nodes = {}, Progress* progress = nullptr);
 
   [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
   [[nodiscard]] GreenColumns& columns() { return columns_; }

@@ -210,7 +210,7 @@ TEST(FemGreenModel, WorksAreReciprocal) {
 TEST(FemGreenModel, AllocatesNothingOnceSizesWereSeen) {
   const Body body = ShakenBox({5, 4, 4}, 5e4, 0.3);
   FemGreenModel model = ModelOf(body);
-  ASSERT_TRUE(model.Prefetch());
+  ASSERT_TRUE(model.PrefetchNodes());
   std::vector<std::vector<Contact>> sets;
   for (int turn = 0; turn < 4; ++turn) {
     auto contacts = Mixed(body);

@@ -180,13 +180,13 @@ TEST(GreenColumns, InterruptedWorkResumesFromTheCache) {
   {
     FemGreenModel model(body.mesh, body.held, body.E, body.nu, options);
     StopAfter progress(4);
-    EXPECT_THROW(model.Prefetch({}, &progress), Interrupted);
+    EXPECT_THROW(model.PrefetchNodes({}, &progress), Interrupted);
     computed = model.columns().groups_computed();
     EXPECT_GE(computed, 4);
   }
   FemGreenModel model(body.mesh, body.held, body.E, body.nu, options);
   StopAfter progress(1000);
-  EXPECT_TRUE(model.Prefetch({}, &progress));
+  EXPECT_TRUE(model.PrefetchNodes({}, &progress));
   EXPECT_EQ(progress.done_, 1);
   const int groups = (model.columns().places() + GreenColumns::kGroup - 1) / GreenColumns::kGroup;
   EXPECT_EQ(model.columns().groups_computed(), groups - computed);
@@ -205,7 +205,7 @@ TEST(GreenColumns, TheMemoryLimitIsKeptAndSaid) {
   FemGreenModel probe(body.mesh, body.held, 1, 0.3, {});
   const std::size_t group = GreenColumns::kGroup * probe.columns().bytes_per_place();
   FemGreenModel model(body.mesh, body.held, 1, 0.3, {.memory_limit = 3 * group + group / 2});
-  EXPECT_FALSE(model.Prefetch());
+  EXPECT_FALSE(model.PrefetchNodes());
   int ready = 0;
   for (int p = 0; p < model.columns().places(); ++p) ready += model.columns().IsReady(p) ? 1 : 0;
   EXPECT_GE(ready, 3 * GreenColumns::kGroup);
