@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/mesh/surface_patch.h"
 #include "tests/slave/mechanics/fem/solids.h"
 #include "tests/support/allocation_count.h"
 
@@ -289,6 +290,30 @@ struct Listener final : Progress {
   int calls = 0;
   bool stop = false;
 };
+
+// Contract: a patch's load is uniform over its triangles: a third of each one's share per node. The
+// patch is cut off by an edge of the block, so that its nodes' shares differ.
+TEST(FemModel, PatchLoadsSpreadByArea) {
+  const SolidMesh mesh = Block();
+  const Vector3d place(0.055, 0.03, 0.06), force(0.01, 0.02, -0.05);
+  FemModel model(mesh, OnFloor(mesh), solids::Linear(solids::Foam()));
+  const auto patch = Respond(model, {Load(place, 0.035, force)}).front();
+  const auto expected = Displacement(model);
+  const SurfaceMesh surface = SurfaceOf(mesh);
+  std::vector<Contact> loads;
+  double area = 0;
+  const auto triangles = PatchAt(surface, *FindPlace(surface, place), place, 0.035).triangles;
+  for (const int t : triangles) area += Area(surface, t);
+  for (const int t : triangles) {
+    for (const int node : surface.triangles[static_cast<std::size_t>(t)]) {
+      loads.push_back(solids::Push(mesh, node, Area(surface, t) / area / 3 * force));
+    }
+  }
+  double work = 0;
+  for (const auto& r : Respond(model, loads)) work += r.force_O.dot(r.displacement_O);
+  EXPECT_LT(solids::Difference(Displacement(model), expected), 1e-9);
+  EXPECT_NEAR(work, force.dot(patch.displacement_O), 1e-9 * work);
+}
 
 // Law: a search that takes long says how far it is, stops when told to, and may be begun again.
 // The factor alone takes longer than the tenth of a second that is silent.
