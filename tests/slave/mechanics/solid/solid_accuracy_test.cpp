@@ -125,7 +125,10 @@ double HarmonicError(Element element, Pressure pressure, double nu, int cells,
   const auto contacts = DriveBy(field, model.mesh(), 0.5 / (1 + nu));
   std::vector<ContactResponse> responses(contacts.size());
   model.Respond(contacts, responses);
-  EXPECT_EQ(responses[0].validity, Validity::kValid) << model.failure();
+  // Four nodes without a pressure of their own are known to lock from 0.49 on, and say so.
+  const bool locks = element == Element::kTet4 && pressure == Pressure::kDisplacement && nu >= 0.49;
+  EXPECT_EQ(responses[0].validity, locks ? Validity::kExtrapolated : Validity::kValid)
+      << model.failure();
   return Error(model, [&](const Vector3d& p) { return field.u(p); }) / field.a;
 }
 
@@ -260,7 +263,9 @@ struct Beam {
       const auto contacts = EndLoad(model.mesh(), force);
       std::vector<ContactResponse> responses(contacts.size());
       model.Respond(contacts, responses);
-      EXPECT_EQ(responses[0].validity, Validity::kValid) << model.failure();
+      const bool locks = params.options.element == Element::kTet4 && params.poisson_ratio >= 0.49;
+      EXPECT_EQ(responses[0].validity, locks ? Validity::kExtrapolated : Validity::kValid)
+          << model.failure();
       mean.setZero();
       for (const auto& r : responses)
         mean += r.displacement_O / static_cast<double>(responses.size());
