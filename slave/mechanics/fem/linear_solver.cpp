@@ -16,6 +16,9 @@ constexpr std::size_t kMostEntriesLate = 300'000'000;  // of a late one
 constexpr double kFactorSpeed = 4;
 // Operations of a factorisation done in the time that an iteration takes per block.
 constexpr double kLateSpeed = 150;
+// Of a residual: what is left of one so small need not be among the possible forces, and iterating
+// on it spoils the answer.
+constexpr double kRounding = 2e-15;
 constexpr int kMostIterations = 20'000;
 constexpr int kMostWithFactor = 400;  // then it is not worth its name
 constexpr int kPatience = 1'000;      // iterations without a better residual
@@ -169,11 +172,12 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
   const bool grows = kind_ == Kind::kDiagonal && late_factor_ && factorable_;
   if (grows) most = std::max(0, late_worth_ - spent_);
   double best = Norm(r);
+  const double reachable = std::max(target, kRounding * best);
   int best_at = 0;
   double rho = 0;
   for (; outcome.iterations < most; ++outcome.iterations) {
     const double size = Norm(r);
-    if (size <= target) {
+    if (size <= reachable) {
       outcome.converged = true;
       break;
     }
@@ -185,6 +189,7 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
     if (!std::isfinite(size) || outcome.iterations - best_at > kPatience) break;
     Precondition(constraints, r, z_);
     const double next = Dot(r, z_);
+    if (!(next > 0)) break;  // rounding
     if (outcome.iterations == 0) {
       p_ = z_;
     } else {

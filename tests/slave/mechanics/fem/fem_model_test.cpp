@@ -88,6 +88,27 @@ TEST(FemModel, LoadsAndDisplacementsAreTwoSidesOfOneContact) {
   }
 }
 
+// Law: the linear law's force is in proportion to the displacement, however few digits a residual
+// leaves to rounding.
+TEST(FemModel, AskingForMoreDigitsThanThereAreIsHarmless) {
+  const SolidMesh mesh = Block();
+  for (const Vector3d& place : {Vector3d(0.0232, 0.0111, 0.06), Vector3d(0.06, 0.031, 0.0422)}) {
+    Vector3d per_size(0, 0, 0);
+    for (const double residual : {1e-8, 1e-12, 1e-14}) {
+      auto params = solids::Linear(solids::Foam());
+      params.options.residual = residual;
+      FemModel model(mesh, OnFloor(mesh), params);
+      for (const double size : {0.5, 0.9, 1.0, 1.01}) {
+        const auto r =
+            Respond(model, {Press(place, 0, size * Vector3d(0.001, -0.002, -0.003))}).front();
+        ASSERT_EQ(r.validity, Validity::kValid) << model.failure();
+        if (per_size.isZero()) per_size = r.force_O / size;
+        EXPECT_LT((r.force_O / size - per_size).norm(), 1e-8 * per_size.norm()) << residual;
+      }
+    }
+  }
+}
+
 // Law: nodes of a patch move alike, and the supports carry what the patch is pressed with.
 TEST(FemModel, APatchMovesAsOneAndReportsItsWholeForce) {
   const SolidMesh mesh = Block(6);
