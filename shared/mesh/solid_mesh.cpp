@@ -7,10 +7,11 @@
 #include <map>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 #include <utility>
 
 #include <Eigen/Geometry>
+
+#include "shared/mesh/edge_middles.h"
 
 namespace palpate {
 namespace {
@@ -35,28 +36,6 @@ Triangle Sorted(Triangle t) {
 double Volume(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
   return (b - a).dot((c - a).cross(d - a)) / 6;
 }
-
-// Middles of edges as new nodes, each once.
-class Middles {
- public:
-  explicit Middles(std::vector<Vector3d>* nodes) : nodes_(*nodes) {}
-  int operator()(int a, int b) {
-    const auto low = static_cast<std::uint64_t>(std::min(a, b));
-    const auto high = static_cast<std::uint64_t>(std::max(a, b));
-    const auto [found, is_new] =
-        numbers_.try_emplace(high << 32U | low, static_cast<int>(nodes_.size()));
-    if (is_new) {
-      const Vector3d middle =
-          0.5 * (nodes_[static_cast<std::size_t>(a)] + nodes_[static_cast<std::size_t>(b)]);
-      nodes_.push_back(middle);
-    }
-    return found->second;
-  }
-
- private:
-  std::vector<Vector3d>& nodes_;
-  std::unordered_map<std::uint64_t, int> numbers_;
-};
 
 }  // namespace
 
@@ -121,7 +100,7 @@ SolidMesh MeshBox(const Vector3d& size, const std::array<int, 3>& cells) {
 SolidMesh Refined(const SolidMesh& mesh) {
   SolidMesh fine{mesh.nodes, {}};
   fine.tets.reserve(8 * mesh.tets.size());
-  Middles middle(&fine.nodes);
+  EdgeMiddles middle(&fine.nodes);
   for (const auto& [a, b, c, d] : mesh.tets) {
     const int ab = middle(a, b), ac = middle(a, c), ad = middle(a, d);
     const int bc = middle(b, c), bd = middle(b, d), cd = middle(c, d);
@@ -147,7 +126,7 @@ SolidMesh Refined(const SolidMesh& mesh) {
 SurfaceMesh Refined(const SurfaceMesh& mesh) {
   SurfaceMesh fine{mesh.nodes, {}};
   fine.triangles.reserve(4 * mesh.triangles.size());
-  Middles middle(&fine.nodes);
+  EdgeMiddles middle(&fine.nodes);
   for (const auto& [a, b, c] : mesh.triangles) {
     const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
     for (const Triangle& t :

@@ -4,10 +4,11 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 #include <utility>
 
 #include <Eigen/Geometry>
+
+#include "shared/mesh/edge_middles.h"
 
 namespace palpate {
 namespace {
@@ -22,24 +23,6 @@ constexpr double kFlat = 1e-14;  // volume / longest edge^3 of what counts as no
 std::size_t Index(int i) {
   return static_cast<std::size_t>(i);
 }
-
-// Numbers of edge middles; makes the node where there is none yet.
-class Middles {
- public:
-  explicit Middles(std::vector<Vector3d>* nodes) : nodes_(*nodes) {}
-  int operator()(int a, int b) {
-    const auto low = static_cast<std::uint64_t>(std::min(a, b));
-    const auto high = static_cast<std::uint64_t>(std::max(a, b));
-    const auto [found, is_new] =
-        numbers_.try_emplace(high << 32U | low, static_cast<int>(nodes_.size()));
-    if (is_new) nodes_.emplace_back(0.5 * (nodes_[Index(a)] + nodes_[Index(b)]));
-    return found->second;
-  }
-
- private:
-  std::vector<Vector3d>& nodes_;
-  std::unordered_map<std::uint64_t, int> numbers_;
-};
 
 void Check(const SolidMesh& mesh) {
   if (mesh.tets.empty()) throw std::invalid_argument("mesh: accepted is at least one tetrahedron");
@@ -66,7 +49,7 @@ void Check(const SolidMesh& mesh) {
   }
 }
 
-void AddFaces(ElementMesh* mesh, Middles* middle) {
+void AddFaces(ElementMesh* mesh, EdgeMiddles* middle) {
   mesh->touch_surface.nodes = mesh->nodes;
   for (const auto& [a, b, c] : mesh->surface.triangles) {
     if (mesh->nodes_per_element == 4) {
@@ -91,7 +74,7 @@ ElementMesh MakeElementMesh(const SolidMesh& mesh, FemOptions::Element element, 
   made.vertex_count = static_cast<int>(mesh.nodes.size());
   made.nodes_per_element = element == FemOptions::Element::kTet10 ? 10 : 4;
   for (const auto& p : mesh.nodes) made.nodes.emplace_back(p / unit);
-  Middles middle(&made.nodes);
+  EdgeMiddles middle(&made.nodes);
   for (const auto& tet : mesh.tets) {
     made.connectivity.insert(made.connectivity.end(), tet.begin(), tet.end());
     if (made.nodes_per_element == 4) continue;
