@@ -103,6 +103,27 @@ TEST(SolidSceneTest, AVolumeMayStandAnywhere) {
   EXPECT_TRUE((scene.object.X_SO * Eigen::Vector3d(0, 1, 0)).isApprox(Eigen::Vector3d(1, 2, 4)));
 }
 
+TEST(SolidSceneTest, AMeshFilesUnitMayStandAlone) {
+  const SceneFolder folder;
+  folder.Write("cube.stl", "solid cube\nendsolid cube\n");
+  for (const auto& [unit, metres] :
+       {std::pair{"mm", 1e-3}, std::pair{"1 mm", 1e-3}, std::pair{"25.4 mm", 25.4e-3}}) {
+    const std::string geometry = std::string("{mesh: cube.stl, unit: ") + unit + "}";
+    const Scene scene =
+        LoadScene(folder.Write("scene.yaml", SolidScene(geometry, kBottom, "{kind: bem3d}")), {},
+                  SceneUse::kSolve);
+    EXPECT_DOUBLE_EQ(std::get<MeshFileGeometry>(scene.object.geometry).unit, metres);
+  }
+  const std::string dozen = "{mesh: cube.stl, unit: dozen}";
+  try {
+    LoadScene(folder.Write("scene.yaml", SolidScene(dozen, kBottom, "{kind: bem3d}")), {},
+              SceneUse::kSolve);
+    FAIL() << "a dozen is no length";
+  } catch (const SceneError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("unit = dozen: accepted is a unit such as mm"));
+  }
+}
+
 struct Refusal {
   const char* name;
   const char *geometry, *fixed, *model;
@@ -139,6 +160,10 @@ const Refusal kRefusals[] = {
      "model.damping = much: accepted is none or {mass: 1.0 /s, stiffness: 0.01 s}"},
     {"NoStep", kBox, kBottom, "{kind: fem, step: 0 s}", "model.step = 0 s: accepted is a time"},
     {"ResidualOfNothing", kBox, kBottom, "{kind: fem, residual: 0}", "1e-14 to 0.1"},
+    {"FrictionlessFem", kBox, kBottom, "{kind: fem, contact: frictionless}",
+     "model.contact = frictionless: accepted is bonded with this kind"},
+    {"HalfClampedMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}",
+     "{side: rim, components: z}", "{kind: plate}", "components = z: accepted is nothing here"},
     {"ElementsOfABox", kBox, kBottom, "{kind: fem, elements: 60}", "model.elements = 60"},
 };
 

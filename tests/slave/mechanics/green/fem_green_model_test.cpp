@@ -352,5 +352,30 @@ TEST(FemGreenModel, RollersAreNotPushed) {
   EXPECT_EQ(Answer(model, {Move(on_roller, {1e-3, 0, 0})})[0].validity, Validity::kFailed);
 }
 
+Body Cube(double nu) {
+  return Standing(MeshBox({1, 1, 1}, {2, 2, 2}), 2, 1, nu);
+}
+
+// Elements without a pressure of their own are known to lock from nu = 0.49 on.
+TEST(FemGreenLimits, LockingIsFlagged) {
+  for (const TetElement element : {TetElement::kTet4, TetElement::kTet10}) {
+    for (const double nu : {0.489, 0.49, 0.499}) {
+      FemGreenModel model = ModelOf(Cube(nu), {.element = element});
+      const auto answer = Answer(model, {Move({1, 1, 1}, {0, 0, -1e-3})});
+      EXPECT_EQ(answer[0].validity, nu < 0.49 ? Validity::kValid : Validity::kExtrapolated) << nu;
+    }
+  }
+}
+
+// No contact touches tet10's middle nodes, so a patch of its corners would be too soft.
+TEST(FemGreenLimits, PatchesOnTenNodesAreRefusedInWords) {
+  FemGreenModel model = ModelOf(Cube(0.3), {.element = TetElement::kTet10});
+  EXPECT_EQ(Answer(model, {Move({0.5, 0.5, 1}, {0, 0, -1e-3}, 0.6)})[0].validity,
+            Validity::kFailed);
+  EXPECT_THAT(std::string(model.failure()), ::testing::HasSubstr("a patch on tet10"));
+  EXPECT_EQ(Answer(model, {Move({0.5, 0.5, 1}, {0, 0, -1e-3})})[0].validity, Validity::kValid);
+  EXPECT_TRUE(model.failure().empty());
+}
+
 }  // namespace
 }  // namespace palpate
