@@ -313,14 +313,16 @@ TEST_F(SolveTest, AHistoryGivesOneRowPerStepAndPlace) {
   options_.scene = Write("cube.yaml", kCube);
   options_.loads = Write("loads.csv",
                          "case,x,y,z,fx,fy,fz,t\nA,0.03,0.03,0.06,0,0,0,0\n"
-                         "A,0.03,0.03,0.06,0,0,-0.01,0.1\nA,0.06,0.06,0.06,0,0,0,0\n");
+                         "A,0.03,0.03,0.06,0,0,-0.002,0.04\nA,0.03,0.03,0.06,0,0,-0.011,0.1\nA,0."
+                         "06,0.06,0.06,0,0,0,0\n");
   const Outcome outcome = Run();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.message;
   ASSERT_EQ(outcome.rows.size(), 10U);  // five steps, two places
   for (std::size_t k = 0; k < 5; ++k) {
     const double t = 0.02 * static_cast<double>(k + 1);
     EXPECT_NEAR(Number(outcome, 2 * k, "t"), t, 1e-15);
-    EXPECT_NEAR(Number(outcome, 2 * k, "fz"), -0.1 * t, 1e-15);
+    const double force = t < 0.05 ? 0.05 * t : 0.002 + 0.15 * (t - 0.04);
+    EXPECT_NEAR(Number(outcome, 2 * k, "fz"), -force, 1e-15);
     EXPECT_EQ(Number(outcome, 2 * k + 1, "x"), 0.06);
   }
   EXPECT_LT(Number(outcome, 8, "dz"), Number(outcome, 2, "dz")) << "pressed on and on";
