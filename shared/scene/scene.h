@@ -144,10 +144,47 @@ struct ContourTracking {
   };
   std::variant<std::monostate, Circle, Polygon> start;
 };
+// One fingertip. Frame F is the electrodes' frame: finger axis x with the tip at +x, pad towards
+// -z, origin at the centre of the sphere that rounds the tip off. The tip that the hand moves is
+// the apex of the first finger's pad, p_F = (0, 0, -radius).
+struct Finger {
+  std::string name;                                        // as the source calls it, `rf` say
+  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();  // while the hand is at manipulator.home
+  // How it moves with the hand: along, by the opposite displacement (a pinch), not at all.
+  enum class Motion : std::uint8_t { kHand, kOpposite, kStands } motion = Motion::kHand;
+};
+// Tactile fingertips (paper B).
+struct Tactile {
+  enum class Source : std::uint8_t { kRecording, kStream, kSimulated } source = Source::kRecording;
+  std::filesystem::path file;        // of the recording
+  std::filesystem::path poses;       // CSV of fingertip poses; empty: they follow the hand
+  double rate = 100;                 // of the samples [Hz]
+  std::vector<Finger> fingers;       // 1 to 5; the operator's hand is the first
+  std::filesystem::path network;     // folder or .onnx file; empty: forces stay unknown
+  bool carries_state = false;        // a network that carries its state on, not the exact window
+  int rest_samples = 50;             // whose mean is the rest value
+  std::filesystem::path electrodes;  // layout file; empty: that of the simulated fingertip
+  std::string localise = "auto";     // auto paper polarity-free pressure-weighted, or a fitted file
+  double threshold = 5;              // change of an active electrode [counts]
+  double full_scale = 200;           // change of intensity 1 [counts]
+  double finger_radius = 7e-3;       // of sphere and cylinder [m]
+  double gate = 0.01;                // farther contacts do not touch the object [m]
+  double patch = 0;                  // diameter of a contact's area [m]; 0: a point
+  enum class Hold : std::uint8_t { kForce, kDisplacement } hold = Hold::kForce;
+};
+// A depth camera, real or virtual, that sees the object's shape. D: z forward, x right, y down.
+struct DepthCamera {
+  Eigen::Isometry3d X_SD = Eigen::Isometry3d::Identity();
+  std::array<int, 2> size{640, 480};  // [px]
+  double focal = 525;                 // [px]
+  double noise = 0.002;               // one sigma along the ray [m]
+};
 struct Sense {
   std::optional<Camera> camera;
   std::optional<TipTracking> tip;
   std::optional<ContourTracking> contour;
+  std::optional<Tactile> tactile;
+  std::optional<DepthCamera> depth_camera;
 };
 
 // --- model

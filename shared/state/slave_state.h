@@ -43,6 +43,16 @@ class Events {
 
 enum class Phase : std::uint8_t { kReady = 1, kFollowing, kClutched, kHold, kEstop };
 
+inline constexpr int kMaxFingers = 5;
+
+// One of several fingertips.
+struct FingerState {
+  Eigen::Vector3f p_S_contact = Eigen::Vector3f::Zero();  // [m]; the fingertip's while it is free
+  std::optional<Eigen::Vector3f> force;  // object on fingertip, S [N]; nullopt: unknown
+  bool in_contact = false;
+  Validity validity = Validity::kFailed;
+};
+
 struct SlaveState {
   std::uint64_t sequence = 0;
   Time sensed_at{};                                   // slave's clock
@@ -61,6 +71,9 @@ struct SlaveState {
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // of T^p, S [m]
   Phase phase = Phase::kReady;
   std::optional<Eigen::Vector3d> true_force;  // object on tool, S [N], at sent_at
+  // Of scenes with more than one fingertip, in the scene's order; the first is the tool.
+  std::array<FingerState, kMaxFingers> fingers;
+  int finger_count = 0;
 };
 
 struct OperatorCommand {

@@ -48,12 +48,13 @@ struct ModelChange {
   std::string plane, contact;
 };
 
-// The deformed boundary: nodes are element midpoints' ends (vertices), frame S [m].
+// The deformed boundary: its vertices, frame S [m].
 struct BoundaryShape {
   std::uint64_t state_sequence = 0;
   Time sensed_at{};
   Validity validity = Validity::kFailed;
-  std::vector<std::uint32_t> elements;  // two vertex indices per element
+  int nodes_per_element = 2;            // 2: lines of a planar object, 3: triangles
+  std::vector<std::uint32_t> elements;  // vertex indices, `nodes_per_element` at a time
   std::vector<float> rest, positions;   // x, y, z per vertex
   std::vector<float>
       nodal_forces;  // x, y, z per vertex, of the tool on the object [N]; empty unless asked for
@@ -66,6 +67,8 @@ struct JpegPicture {
 };
 
 inline constexpr double kMaxPositionScale = 100, kMaxForceScale = 1e9;
+
+class TactileInbox;
 
 class Slave {
  public:
@@ -106,6 +109,9 @@ class Slave {
   [[nodiscard]] virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // nullopt: the scene has no camera, or nothing was seen yet.
   [[nodiscard]] virtual std::optional<JpegPicture> Picture(bool overlays, int quality) = 0;
+
+  // Where streamed tactile samples go; null: the scene takes none.
+  [[nodiscard]] virtual TactileInbox* tactile_inbox() { return nullptr; }
 };
 
 }  // namespace palpate

@@ -1,0 +1,43 @@
+// Where drivers in any language feed tactile samples (FeedTactile): assembles the fingers' streams
+// into frames at a steady rate.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shared/scene/scene.h"
+#include "slave/capture/tactile_frame.h"
+
+namespace palpate {
+
+// Thread-safe. Bounded: what comes faster than it is taken replaces what is old.
+class TactileInbox final : public TactileSource {
+ public:
+  // What a sample is refused for, in words that follow the finger's name.
+  struct Refusal {
+    std::string why;
+  };
+
+  explicit TactileInbox(const Tactile& tactile);
+  ~TactileInbox() override;
+
+  // One sample of one finger, taken at `sensed_at` of the sender's clock; `arrived_at` is the
+  // slave's, from which the two clocks' offset is known. Refused: no such finger, counts that are
+  // not finite, a clock that goes back, an older sequence, a pose that is no pose.
+  std::optional<Refusal> Feed(std::string_view finger, std::uint64_t sequence, Time sensed_at,
+                              const FingerReading& reading, Time arrived_at);
+
+  // Frames at the scene's rate as long as at least one finger sends; silence longer than three
+  // periods is a gap.
+  std::optional<TactileFrame> Next(const std::stop_token& stop) override;
+  [[nodiscard]] std::string description() const override;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace palpate

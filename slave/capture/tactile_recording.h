@@ -1,0 +1,47 @@
+// Tactile recordings: CSV files of raw counts.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "shared/scene/scene.h"
+#include "slave/capture/tactile_frame.h"
+
+namespace palpate {
+
+struct RecordedFinger {
+  std::string name;  // empty where the file has one finger without a name
+  bool has_pac = false, has_pdc = false;
+  std::vector<FingerReading> samples;  // one per instant
+};
+struct TactileRecording {
+  std::vector<double> t;  // [s], rising, as in the file
+  std::vector<RecordedFinger> fingers;
+  std::map<std::string, std::vector<double>> others;  // every other numeric column by its name
+};
+
+// Columns: a time in seconds (`time_s`, `t`, `rel_time_s`, `timestamp`, the first that is there;
+// `rel_time_s` before the others), per finger `NAME_E1` to `NAME_E19`, `NAME_pac0`, `NAME_pdc`, or
+// without `NAME_` where there is one finger; `ele1` and `pac1` are understood too. A header row;
+// lines that begin with # are comments. `wanted`: the fingers to read, empty: all. Throws
+// std::runtime_error `file:line: ...`: unreadable, a finger or an electrode missing (which), a row
+// with more or fewer columns than the header, not a finite number, a clock that goes back.
+TactileRecording ReadTactileRecording(const std::filesystem::path& file,
+                                      std::span<const std::string> wanted);
+
+// `recording` at a steady `rate` [Hz], linear between samples; gaps longer than `largest_gap` [s]
+// are left out and the instant after one is marked. Linear over O(samples).
+std::vector<TactileFrame> Resample(const TactileRecording& recording, double rate,
+                                   double largest_gap);
+
+// The recording that the scene names, at the scene's rate (samples within a tenth of a period of it
+// are taken as they are, others resampled), with its fingertip poses. `paced`: in the pace in which
+// it was recorded; otherwise as fast as it is read. Throws std::runtime_error like
+// ReadTactileRecording.
+std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool paced);
+
+}  // namespace palpate

@@ -1,0 +1,56 @@
+// A fingertip's contact meets the object's mesh (paper B, III.B, equations 5 to 7).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/mesh/solid_mesh.h"
+
+namespace palpate {
+
+// Where a point meets a surface. Frame O.
+struct SurfacePlace {
+  int triangle = -1;
+  Eigen::Vector3d p_O{0, 0, 0};      // closest point of the surface at rest [m]
+  Eigen::Vector3d n_O{0, 0, 0};      // outward unit normal of its triangle
+  Eigen::Vector3d weights{0, 0, 0};  // of the triangle's three nodes, each 0 to 1, sum 1
+  double distance = 0;               // [m], >= 0
+  bool inside = false;               // the point lies behind the surface
+};
+
+// Finds the closest place of a closed surface. Keeps its own search tree; const members are
+// thread-safe and allocation-free.
+class SurfaceContact {
+ public:
+  // O(N log N). Throws std::invalid_argument: no triangles.
+  explicit SurfaceContact(SurfaceMesh surface);
+  ~SurfaceContact();
+
+  // nullopt: farther than `gate` [m] from the surface (paper B: 1 cm), or not finite.
+  [[nodiscard]] std::optional<SurfacePlace> Find(const Eigen::Vector3d& p_O,
+                                                 double gate) const noexcept;
+  [[nodiscard]] const SurfaceMesh& surface() const;
+
+ private:
+  struct Tree;
+  std::unique_ptr<Tree> tree_;
+};
+
+// Equation 6 at `p` for the triangle a, b, c: weights of its nodes. `kUnsigned` are the
+// sub-triangle areas as the paper prints them, which make force from nothing outside the triangle;
+// `kSigned` are exact in force and moment, and negative outside; `kClosest` are those of the
+// triangle's closest point, exact in force.
+enum class AreaWeights : std::uint8_t { kClosest, kSigned, kUnsigned };
+Eigen::Vector3d TriangleWeights(const Eigen::Vector3d& p, const std::array<Eigen::Vector3d, 3>& abc,
+                                AreaWeights kind) noexcept;
+
+// The paper's choice of the triangle: the three nodes nearest to `p_O`. They need not form a
+// triangle of the surface.
+std::array<int, 3> NearestNodes(const SurfaceMesh& surface, const Eigen::Vector3d& p_O);
+
+}  // namespace palpate

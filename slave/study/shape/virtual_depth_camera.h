@@ -1,0 +1,28 @@
+// What a depth camera would see of a surface (paper B, IV.C: the virtual Kinect).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/scene/scene.h"
+
+namespace palpate {
+
+// Spheres that stand in the view, a finger's occlusion: frame S [m].
+struct Occluder {
+  Eigen::Vector3d a{0, 0, 0}, b{0, 0, 0};  // ends of the capsule's axis
+  double radius = 0;
+};
+
+// Points of the surface that `camera` sees, one ray through each pixel's centre, the first hit
+// counts, hits on occluders are not reported; Gaussian noise along the ray. Frame S [m]. The same
+// seed gives the same cloud. `camera.X_SD` etc. as in the scene.
+std::vector<Eigen::Vector3d> SeeSurface(const DepthCamera& camera, const SurfaceMesh& surface,
+                                        std::span<const Occluder> occluders, std::uint32_t seed);
+
+}  // namespace palpate

@@ -1,0 +1,53 @@
+// Electrodes do not start with the same values every time: what they read untouched is subtracted
+// (paper B, III.A.2).
+#pragma once
+
+#include <array>
+
+#include "slave/capture/tactile_frame.h"
+
+namespace palpate {
+
+// E1 to E19, pac0, pdc: the order in which the networks take them.
+inline constexpr int kSignalCount = kElectrodeCount + 2;
+using TactileSignals = std::array<float, kSignalCount>;
+
+// The mean of the first samples of a fingertip.
+class RestValues {
+ public:
+  explicit RestValues(int samples) : wanted_(samples) {}
+
+  // Takes one more sample while they are wanted.
+  void Take(const FingerReading& reading) noexcept {
+    if (known()) return;
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+      sum_[i] += static_cast<double>(reading.electrodes[i]);
+    }
+    sum_[kElectrodeCount] += static_cast<double>(reading.pac);
+    sum_[kElectrodeCount + 1] += static_cast<double>(reading.pdc);
+    ++taken_;
+  }
+  [[nodiscard]] bool known() const noexcept { return taken_ >= wanted_; }
+  void Reset() noexcept { sum_.fill(0), taken_ = 0; }
+  // Counts minus rest. Call when known.
+  [[nodiscard]] TactileSignals Change(const FingerReading& reading) const noexcept {
+    TactileSignals change{};
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+      change[i] = Minus(reading.electrodes[i], sum_[i]);
+    }
+    change[kElectrodeCount] = Minus(reading.pac, sum_[kElectrodeCount]);
+    change[kElectrodeCount + 1] = Minus(reading.pdc, sum_[kElectrodeCount + 1]);
+    return change;
+  }
+
+ private:
+  [[nodiscard]] float Minus(float value, double sum) const noexcept {
+    return static_cast<float>(static_cast<double>(value) - sum / taken_);
+  }
+
+  int wanted_;
+  int taken_ = 0;
+  std::array<double, kSignalCount> sum_{};
+};
+
+}  // namespace palpate
