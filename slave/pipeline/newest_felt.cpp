@@ -13,8 +13,10 @@ constexpr std::size_t kMaxAlarms = 16;
 
 }  // namespace
 
-NewestFelt::NewestFelt(double sensor_rate)
-    : stale_after_(std::max(kStaleAfter, kStalePeriods / sensor_rate)) {}
+NewestFelt::NewestFelt(double sensor_rate, const Eigen::Vector3d& p_S_tip)
+    : stale_after_(std::max(kStaleAfter, kStalePeriods / sensor_rate)) {
+  felt_.p_S_tip = p_S_tip;
+}
 
 void NewestFelt::Put(const Felt& felt) {
   {

@@ -19,7 +19,8 @@ class NewestFelt {
  public:
   // `sensor_rate` [Hz] decides when it is stale: after three periods, or 60 ms if that is longer
   // (contracts, wire).
-  explicit NewestFelt(double sensor_rate);
+  // `p_S_tip`: where the tip is before anything was sensed [m].
+  NewestFelt(double sensor_rate, const Eigen::Vector3d& p_S_tip);
 
   void Put(const Felt& felt);
   void Add(Event event);

@@ -30,7 +30,7 @@ VisionSlave::VisionSlave(Scene scene)
       started_at_(Clock::now()),
       // A twentieth of a pixel is what the eyes resolve; slower than that is standing.
       tip_registration_(0.05 * scene_.sense.camera->pixel),
-      newest_(scene_.sense.camera->rate) {
+      newest_(scene_.sense.camera->rate, scene_.manipulator.home) {
   const bool simulated = scene_.sense.camera->source == Camera::Source::kSimulated;
   if (simulated) site_ = std::make_unique<SimulatedSite>(scene_);
   manipulator_ = std::make_unique<SimulatedManipulator>(
