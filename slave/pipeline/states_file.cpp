@@ -16,7 +16,7 @@ std::string Number(double x) {
 
 // With a comma before each.
 std::string Numbers(const Eigen::Vector3d& v) {
-  return "," + Number(v.x()) + "," + Number(v.y()) + "," + Number(v.z());
+  return fmt::format(",{},{},{}", Number(v.x()), Number(v.y()), Number(v.z()));
 }
 
 const Eigen::Vector3d kUnknown =

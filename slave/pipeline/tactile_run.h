@@ -20,8 +20,7 @@ struct TouchError {
   double rms = 0, peak = 0;  // of the force's vector, estimate minus truth
   double true_peak = 0;      // largest true force
   double model_rms = 0;  // of what the master would render at the true depth: size, first fingertip
-  double place_rms =
-      0;  // of the place touched, against the true one brought to rest; 0: unknown [m]
+  0;  // of the place touched, against the true one brought to rest; 0: unknown [m]
 };
 
 struct TactileSummary {
