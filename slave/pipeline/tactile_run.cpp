@@ -178,7 +178,7 @@ TactileSummary RunTactile(const Scene& scene, const TactileRunOptions& options,
     if (!frame) break;
     if (!start) start = frame->sensed_at;
     const Felt& felt = estimator.Feel(*frame, scene.manipulator.home);
-    const Truths truths = origin.touch != nullptr ? origin.touch->truth() : Truths{};
+    const Truths truths = origin.touch != nullptr ? origin.touch->site().truth() : Truths{};
     for (int i = 0; i < estimator.finger_count(); ++i) {
       const auto k = static_cast<std::size_t>(i);
       StateRow row = RowOf(estimator.finger(i), scene.sense.tactile->fingers[k].name, felt, *start);
