@@ -74,6 +74,15 @@ SolidMesh MeshGradedBox(const std::array<std::vector<double>, 3>& axes) {
   return mesh;
 }
 
+SolidMesh OwnMesh(const Geometry& geometry) {
+  Scene scene;
+  scene.object.geometry = geometry;
+  ObjectMesh own = MeshObject(scene, std::nullopt);
+  if (auto* solid = std::get_if<SolidMesh>(&own)) return std::move(*solid);
+  throw std::invalid_argument(
+      "object.geometry: accepted by a site with fingertips is a volume: box or mesh");
+}
+
 SolidMesh MeshForFingers(const Geometry& geometry, std::span<const Vector3d> focuses_O,
                          const SiteResolution& resolution) {
   if (const auto* box = std::get_if<BoxGeometry>(&geometry)) {
@@ -85,15 +94,7 @@ SolidMesh MeshForFingers(const Geometry& geometry, std::span<const Vector3d> foc
     }
     return MeshGradedBox(axes);
   }
-  Scene scene;
-  scene.object.geometry = geometry;
-  ObjectMesh own = MeshObject(scene, std::nullopt);
-  auto* solid = std::get_if<SolidMesh>(&own);
-  if (solid == nullptr) {
-    throw std::invalid_argument(
-        "object.geometry: accepted by a site with fingertips is a volume: box or mesh");
-  }
-  SolidMesh mesh = std::move(*solid);
+  SolidMesh mesh = OwnMesh(geometry);
   for (int i = 0; i < 2 && 8 * mesh.tets.size() <= resolution.most_tets; ++i) mesh = Refined(mesh);
   return mesh;
 }

@@ -1,6 +1,8 @@
 // Meshes of the true body, finer where fingers come, and none that an estimator uses.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -26,8 +28,11 @@ std::vector<double> GradedAxis(double length, std::span<const double> focuses,
 // A box over three axes' points, cut like MeshBox.
 SolidMesh MeshGradedBox(const std::array<std::vector<double>, 3>& axes);
 
-// The mesh for `object`, whose fingers touch near `focuses_O`. `own` is the object's own mesh (of a
-// file). Throws std::invalid_argument: no volume.
+// A mesh file's own tetrahedra. Throws std::invalid_argument: no volume, an unusable file.
+SolidMesh OwnMesh(const Geometry& geometry);
+
+// The mesh for a volume whose fingers touch near `focuses_O`: a graded box, or a file's own mesh
+// refined. Throws as OwnMesh.
 SolidMesh MeshForFingers(const Geometry& geometry, std::span<const Eigen::Vector3d> focuses_O,
                          const SiteResolution& resolution);
 
