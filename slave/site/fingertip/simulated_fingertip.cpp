@@ -172,6 +172,8 @@ FingerReading SimulatedFingertip::Skin::Read() noexcept {
 SimulatedFingertip::SimulatedFingertip(std::uint32_t seed) : skin_(std::make_unique<Skin>(seed)) {}
 
 SimulatedFingertip::~SimulatedFingertip() = default;
+SimulatedFingertip::SimulatedFingertip(SimulatedFingertip&&) noexcept = default;
+SimulatedFingertip& SimulatedFingertip::operator=(SimulatedFingertip&&) noexcept = default;
 
 FingerReading SimulatedFingertip::Sample(const FingertipLoad* load, double seconds) noexcept {
   skin_->Advance(load, std::isfinite(seconds) && seconds > 0 ? seconds : 0);
