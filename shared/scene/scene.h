@@ -180,12 +180,48 @@ struct DepthCamera {
   double focal = 525;                 // [px]
   double noise = 0.002;               // one sigma along the ray [m]
 };
+// Two cameras, or one with a known lens (paper C). Camera frames L and R: z forward, x right, y
+// down, origin at the centre of projection.
+struct StereoCameras {
+  enum class Source : std::uint8_t { kSimulated, kFiles } source = Source::kSimulated;
+  std::string left, right;    // printf pattern or glob, from the working directory
+  std::filesystem::path rig;  // as `calibrate` writes it; empty: the simulated pair's
+  double rate = 30;           // [Hz]
+  Eigen::Isometry3d X_SL = Eigen::Isometry3d::Identity();  // the left camera
+  // Of the simulated pair: parallel but for the vergence that makes both look at the object.
+  std::array<int, 2> size{640, 480};  // [px]
+  double focal = 800;                 // [px]
+  double baseline = 0.06;             // [m]
+};
+// Depth pictures, pixel for pixel; 0 is no measurement.
+struct DepthPictures {
+  std::string pattern;                                // printf pattern or glob of 16-bit pictures
+  double unit = 1e-3;                                 // of a count [m]
+  double rate = 30;                                   // [Hz]
+  double fx = 525, fy = 525, cx = 319.5, cy = 239.5;  // [px]
+  Eigen::Isometry3d X_SD = Eigen::Isometry3d::Identity();  // D: z forward, x right, y down
+  double sigma = 0.5e-3;                                   // of a depth [m]
+};
+// Points on the object that the eyes follow.
+struct PointTracking {
+  enum class Track : std::uint8_t { kDots, kTexture, kSurface } track = Track::kDots;
+  int count = 31;                         // dots, or windows of texture
+  Eigen::Vector2d spacing{0.015, 0.010};  // of the array of dots, x and y of O [m]
+  double dot_radius = 0.002;              // [m]
+  std::filesystem::path layout;           // CSV x,y of the dots in O; empty: rows by `spacing`
+  std::vector<Eigen::Vector2d> at;        // windows of texture in the first left picture [px]
+  int window = 31;                        // edge of a window of texture [px]
+  double sigma = 0.1;                     // of a point's place in a picture [px]
+};
 struct Sense {
   std::optional<Camera> camera;
   std::optional<TipTracking> tip;
   std::optional<ContourTracking> contour;
   std::optional<Tactile> tactile;
   std::optional<DepthCamera> depth_camera;
+  std::optional<StereoCameras> stereo;
+  std::optional<DepthPictures> depth;
+  std::optional<PointTracking> points;
 };
 
 // --- model

@@ -1,0 +1,53 @@
+// A camera's lens, a pair of cameras, and what a point seen by them says of its place (paper C,
+// 3.1).
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace palpate {
+
+// Pinhole with distortion as OpenCV has it. Pixels: (0, 0) is the centre of the upper left one.
+struct Lens {
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // [px]
+  std::array<double, 5> distortion{};     // k1 k2 p1 p2 k3 [-]
+  std::array<int, 2> size{0, 0};          // [px] width, height
+};
+
+// Camera frames L, R: z forward, x right, y down.
+struct StereoRig {
+  Lens left, right;
+  Eigen::Isometry3d X_RL = Eigen::Isometry3d::Identity();  // p_R = X_RL p_L [m]
+  double rms_px = 0;  // reprojection over all pictures of the calibration; 0: not known
+  [[nodiscard]] double baseline() const { return X_RL.translation().norm(); }
+};
+
+// YAML files in the manner of OpenCV's FileStorage, documented in the .cpp; `right` is absent in
+// the file of one camera. Throws std::runtime_error `file: ...`: unreadable, a key missing (which),
+// numbers that make no lens.
+StereoRig ReadRig(const std::filesystem::path& file);
+void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera = false);
+
+// Picture -> ray: (x/z, y/z) in the camera's frame, without distortion. nullopt: outside the lens's
+// invertible range, or not finite.
+std::optional<Eigen::Vector2d> RayOf(const Lens& lens, const Eigen::Vector2d& p_I) noexcept;
+// Camera frame [m] -> picture [px], with distortion. nullopt: behind the camera.
+std::optional<Eigen::Vector2d> Project(const Lens& lens, const Eigen::Vector3d& p_C) noexcept;
+
+struct Triangulated {
+  Eigen::Vector3d p_L{0, 0, 0};                          // [m]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // [m^2]
+  double miss_px = 0;  // how far the rays pass each other, in pixels of the left picture
+};
+// The point whose pictures are nearest to both, with its covariance for `sigma_px` per axis.
+// nullopt: rays that do not meet in front of both cameras, parallel rays, not finite.
+std::optional<Triangulated> Triangulate(const StereoRig& rig, const Eigen::Vector2d& left_I,
+                                        const Eigen::Vector2d& right_I, double sigma_px) noexcept;
+
+}  // namespace palpate
