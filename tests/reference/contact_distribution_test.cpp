@@ -22,7 +22,7 @@ using reference::json;
 constexpr double kTolerance = 1e-12;  // the file's, in its units: mm and weights
 
 Vector3d VectorOf(const json& v) {
-  return {v.at(0), v.at(1), v.at(2)};
+  return {v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>()};
 }
 std::vector<Vector3d> VectorsOf(const json& rows) {
   std::vector<Vector3d> vectors;
