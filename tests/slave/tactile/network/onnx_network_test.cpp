@@ -165,6 +165,17 @@ TEST(OnnxNetworkTest, OtherShapesAreRefusedWithTheirExtents) {
   EXPECT_NE(ErrorOf(TwoLayers(19).Model({1, 21})), "");
 }
 
+// OpenCV would divide by zero.
+TEST(OnnxNetworkTest, WeightsWithoutTheirDataAreRefused) {
+  TwoLayers layers(21);
+  layers.W.data.pop_back();
+  EXPECT_NE(ErrorOf(layers.Model({1, 21})).find("weights W do not fill their extents"),
+            std::string::npos);
+  layers.W.data.clear();
+  EXPECT_NE(ErrorOf(layers.Model({1, 21})).find("weights W do not fill their extents"),
+            std::string::npos);
+}
+
 TEST(OnnxNetworkTest, WeightsThatAreNotFiniteAreRefused) {
   TwoLayers layers(21);
   layers.c.data[0] = std::numeric_limits<float>::quiet_NaN();
