@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 
@@ -21,7 +22,6 @@ constexpr int kModelGraph = 7;
 constexpr int kGraphNode = 1, kGraphWeights = 5, kGraphInput = 11, kGraphOutput = 12;
 constexpr int kNodeOperator = 4;
 constexpr int kTensorExtents = 1, kTensorType = 2, kTensorName = 8, kTensorRaw = 9;
-constexpr int kTensorNumbers[] = {4, 5, 7, 10, 11};  // typed data: floats, integers, doubles
 constexpr int kValueName = 1, kValueType = 2;
 constexpr int kTypeTensor = 1, kTensorShape = 2, kShapeDimension = 1, kDimensionValue = 1;
 }  // namespace field
@@ -71,11 +71,16 @@ class Message {
     const std::vector<long> numbers = Numbers(number);
     return numbers.empty() ? 0 : numbers.back();
   }
-  [[nodiscard]] bool Has(int number) const {
+  // How many numbers of so many bytes there are of that number, one by one or packed.
+  [[nodiscard]] std::size_t CountFixed(int number, std::size_t size) const {
+    std::size_t count = 0;
     for (int i = 0; i < fields_.field_count(); ++i) {
-      if (fields_.field(i).number() == number) return true;
+      const UnknownField& one = fields_.field(i);
+      if (one.number() != number) continue;
+      const bool packed = one.type() == UnknownField::TYPE_LENGTH_DELIMITED;
+      count += packed ? one.length_delimited().size() / size : 1;
     }
-    return false;
+    return count;
   }
 
  private:
@@ -94,23 +99,40 @@ OnnxValue ReadValue(const std::string& bytes) {
   return read;
 }
 
+// How the numbers of a type (TensorProto.DataType) are kept where they are not raw.
+struct NumberType {
+  long type;
+  int field;
+  std::size_t size;  // raw [bytes]
+};
+constexpr NumberType kFloat = {1, 4, 4}, kDouble = {11, 10, 8};
+constexpr NumberType kNumberTypes[] = {kFloat,    kDouble,   {6, 5, 4}, {7, 7, 8},
+                                       {2, 5, 1}, {3, 5, 1}, {9, 5, 1}, {10, 5, 2}};
+
 // Name of a tensor of weights. Throws where its data do not fill its extents: the library that runs
 // the model takes that for granted.
 std::string CheckedWeights(const std::string& bytes) {
-  constexpr long kFloat = 1;
   const Message tensor(bytes);
   const std::string name = tensor.Text(field::kTensorName);
   double count = 1;
   for (const long extent : tensor.Numbers(field::kTensorExtents)) {
     count *= static_cast<double>(extent);
   }
-  const std::string raw = tensor.Text(field::kTensorRaw);
-  const bool typed =
-      std::ranges::any_of(field::kTensorNumbers, [&](int number) { return tensor.Has(number); });
-  const bool floats = tensor.Number(field::kTensorType) == kFloat;
-  const bool filled = floats && !typed ? static_cast<double>(raw.size()) == count * sizeof(float)
-                                       : typed || !raw.empty();
-  if (!filled) throw std::runtime_error("weights " + name + " do not fill their extents");
+  const long type = tensor.Number(field::kTensorType);
+  const auto* known = std::ranges::find(kNumberTypes, type, &NumberType::type);
+  if (known == std::end(kNumberTypes)) {
+    throw std::runtime_error("weights " + name + " are no numbers (type " + std::to_string(type) +
+                             ")");
+  }
+  const bool fixed = type == kFloat.type || type == kDouble.type;
+  std::size_t numbers = tensor.Text(field::kTensorRaw).size() / known->size;
+  if (numbers == 0) {
+    numbers =
+        fixed ? tensor.CountFixed(known->field, known->size) : tensor.Numbers(known->field).size();
+  }
+  if (numbers == 0 || static_cast<double>(numbers) != count) {
+    throw std::runtime_error("weights " + name + " do not fill their extents");
+  }
   return name;
 }
 
