@@ -13,6 +13,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/scene/scene.h"
 #include "slave/capture/tactile_frame.h"
+#include "slave/site/fingertip/site_resolution.h"
 
 namespace palpate {
 
@@ -37,7 +38,7 @@ class TactileSite {
   // A few milliseconds; the first press is solved in the background from here on. Throws
   // std::invalid_argument naming the key where the scene cannot be simulated: no fingertips, an
   // object that is no volume or is held nowhere, a fingertip that is inside it at home.
-  explicit TactileSite(const Scene& scene);
+  explicit TactileSite(const Scene& scene, const SiteResolution& resolution = {});
   ~TactileSite();
   TactileSite(const TactileSite&) = delete;
   TactileSite& operator=(const TactileSite&) = delete;
@@ -58,8 +59,10 @@ class TactileSite {
   // One sample of every finger; the world moves on by one sample period (1 / rate). One thread; the
   // same calls in the same order give the same samples.
   TactileFrame TakeSample(Time now);
-  // Surface of the true body at rest and as it is deformed now, frame S [m]; same triangles. For
-  // reports and for the pictures of a virtual depth camera.
+  // Surface of the true body at rest and as it is deformed now, frame S [m]; same triangles. The
+  // nodes of a box gather where it is pressed, so they move over the surface when the hand presses
+  // elsewhere (5 mm beside the last place, or more). For reports and for the pictures of a virtual
+  // depth camera.
   [[nodiscard]] SurfaceMesh rest_surface() const;
   [[nodiscard]] std::vector<Eigen::Vector3d> DeformedSurface() const;
 
