@@ -53,7 +53,9 @@ std::vector<double> LaddersAhead::WaysOf(const Key& key, const RestBody& body) c
   std::vector<double> ways;
   for (std::size_t f = 0; f < hand.fingers.size(); ++f) {
     const double touch = hand.FirstTouch(f, LateralOf(key), body.touchable_O);
-    if (std::isfinite(touch)) ways.push_back(touch);
+    // What an opposite finger met before home lies behind it.
+    const bool is_behind = hand.fingers[f].sense < 0 && touch < 0;
+    if (std::isfinite(touch) && !is_behind) ways.push_back(touch);
   }
   if (ways.empty()) return ways;
   const double radius = hand.shape.radius;

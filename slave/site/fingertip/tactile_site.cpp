@@ -73,6 +73,8 @@ struct TactileSite::World {
   [[nodiscard]] Vector3d Sideways(std::size_t f, const HandState& hand,
                                   const site::TouchBetween& between) const;
   [[nodiscard]] FingerTruth TruthOf(std::size_t f, const HandState& hand) const;
+  // How the finger nearest to `p_O` moves with the hand.
+  [[nodiscard]] double SenseNear(const Vector3d& p_O, const HandState& hand) const;
   FingerReading ReadingOf(std::size_t f, const HandState& hand);
   [[nodiscard]] HandState now() const {
     const std::lock_guard lock(mutex);
@@ -146,6 +148,17 @@ FingerTruth TactileSite::World::TruthOf(std::size_t f, const HandState& hand) co
   const Vector3d force_O = between.touch.force_O + Sideways(f, hand, between);
   truth.force = -(object.X_SO().linear() * force_O);
   return truth;
+}
+
+double TactileSite::World::SenseNear(const Vector3d& p_O, const HandState& hand) const {
+  double nearest = std::numeric_limits<double>::infinity(), sense = 0;
+  for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
+    const double distance = (object.hand().PoseOf(f, hand.h_O).translation() - p_O).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    sense = object.hand().fingers[f].sense;
+  }
+  return sense;
 }
 
 FingerReading TactileSite::World::ReadingOf(std::size_t f, const HandState& hand) {
@@ -222,8 +235,8 @@ std::vector<Vector3d> TactileSite::DeformedSurface() const {
     Vector3d p_O = body.surface.nodes[i];
     if (largest > 0) {
       const Vector3d& u = displacement_O[static_cast<std::size_t>(body.node_of[i])];
-      // What is pressed in goes sideways with the first finger, as far as it is pressed in.
-      p_O += u + u.norm() / largest * hand.slip_O;
+      // What is pressed in goes sideways with its finger, as far as it is pressed in.
+      p_O += u + u.norm() / largest * world_->SenseNear(p_O, hand) * hand.slip_O;
     }
     deformed_S.push_back(world_->object.X_SO() * p_O);
   }

@@ -109,6 +109,20 @@ TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
   EXPECT_NEAR(site.truth()[0].force.x(), across, 1e-9);
 }
 
+TEST(TactileSite, AnOppositeFingerOnTheSameSideTouchesNothingOnTheWay) {
+  Scene scene = CubeScene();
+  Finger other = scene.sense.tactile->fingers[0];
+  other.name = "th";
+  other.motion = Finger::Motion::kOpposite;
+  other.X_SF.translation().y() = 0.01;
+  scene.sense.tactile->fingers.push_back(other);
+  TactileSite site(scene, kCoarse);
+  EXPECT_NEAR(site.gap(), 5e-3, 1e-6);
+  PressBy(&site, 1e-3);
+  EXPECT_TRUE(site.truth()[0].in_contact);
+  EXPECT_FALSE(site.truth()[1].in_contact);
+}
+
 TEST(TactileSite, SurfaceIsClosedAndDentsUnderTheFinger) {
   TactileSite site(CubeScene(), kCoarse);
   const SurfaceMesh rest = site.rest_surface();
