@@ -154,10 +154,25 @@ TrueObject::TrueObject(const Scene& scene, const SiteResolution& resolution)
   hand_.approach_O =
       -Ahead(plain_, X_OF.translation(), X_OF.linear() * Vector3d(0, 0, -1), &place_O).n_O;
   if (const auto* box = std::get_if<BoxGeometry>(&scene.object.geometry)) {
-    const auto axes = GradedAxes(*box, Vector3d::Zero());
-    for (std::size_t a = 0; a < 3; ++a) cells_[a] = static_cast<int>(axes[a].size()) - 1;
+    CountCells(*box);
   } else {
     file_body_ = Finish(RefinedWithin(OwnMesh(scene.object.geometry), resolution.most_tets));
+  }
+}
+
+void TrueObject::CountCells(const BoxGeometry& box) {
+  constexpr double kCoarser = 1.1;
+  for (;;) {
+    const auto axes = GradedAxes(box, Vector3d::Zero());
+    std::array<int, 3> cells{};
+    for (std::size_t a = 0; a < 3; ++a) cells[a] = static_cast<int>(axes[a].size()) - 1;
+    const bool is_coarsest = resolution_.edge > box.size.maxCoeff();
+    if (is_coarsest || cells[0] * cells[1] * cells[2] <= resolution_.most_cells) {
+      cells_ = cells;
+      return;
+    }
+    resolution_.edge *= kCoarser;
+    resolution_.growth *= kCoarser;
   }
 }
 

@@ -42,6 +42,7 @@ class TrueObject {
   [[nodiscard]] std::shared_ptr<const RestBody> BodyFor(const Eigen::Vector3d& lateral_O) const;
 
  private:
+  void CountCells(const BoxGeometry& box);
   void CheckHome() const;
   [[nodiscard]] std::vector<Eigen::Vector3d> Focuses(const Eigen::Vector3d& lateral_O) const;
   [[nodiscard]] std::array<std::vector<double>, 3> GradedAxes(
