@@ -8,7 +8,7 @@ usage() {
 usage: deploy/demo.sh [--duration S] [--scene NAME] [--out DIR]
   --duration S   how long the hand presses and retreats [s], default 20
   --scene NAME   a scene of deploy/scenes without .yaml, default silicone-block
-  --out DIR      gets report.json, log.csv, slave.log and the offline runs, default build/demo
+  --out DIR      gets report.json, log.csv, shape.svg, slave.log and the offline runs, default build/demo
 TEXT
 }
 
@@ -53,7 +53,7 @@ done
 address=$(sed -n 's/^listening on //p' "$out/slave.out")
 [ -n "$address" ] || { echo "the slave did not answer within 30 s: see $out/slave.log" >&2; exit 1; }
 $master connect "$address" --device sim-hand --render local --duration "$duration" \
-  --report "$out/report.json" --log "$out/log.csv"
+  --report "$out/report.json" --log "$out/log.csv" --shape "$out/shape.svg"
 kill -TERM $pid
 wait $pid || { echo "the slave did not stop cleanly: see $out/slave.log" >&2; exit 1; }
 trap - EXIT
@@ -67,3 +67,4 @@ for elements in ${own:-180} 60; do
 done
 echo
 echo "report: $out/report.json   every tick: $out/log.csv   slave's log: $out/slave.log"
+echo "the object when it was pressed most: $out/shape-deepest.svg   at the end: $out/shape.svg"

@@ -107,10 +107,11 @@ void Declare(CLI::App* app, Arguments* a) {
   connect->add_option("--report", a->report, "Write a summary of the run as JSON");
   connect->add_option("--log", a->log, "Write every tick as CSV");
   connect
-      ->add_option("--shape", a->shapes,
-                   "Keep a file of the deformed object and the fingers' forces up to date, at most "
-                   "once a second: FILE.svg (a picture) or FILE.vtu (a mesh for ParaView); may be "
-                   "given more than once")
+      ->add_option(
+          "--shape", a->shapes,
+          "Keep a file of the deformed object and the fingers' forces up to date, at most "
+          "once a second: FILE.svg (a picture) or FILE.vtu (a mesh for ParaView); may be "
+          "given more than once. FILE-deepest is written at the end: the largest deflection seen")
       ->allow_extra_args(false)
       ->type_name("FILE.svg|FILE.vtu");
   connect->add_flag("--insecure", a->link.insecure,

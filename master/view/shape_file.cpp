@@ -76,6 +76,12 @@ bool WriteShape(const ShapeMoment& moment, const std::filesystem::path& file) {
   return false;
 }
 
+std::filesystem::path DeepestFile(const std::filesystem::path& file) {
+  std::filesystem::path deepest = file;
+  deepest.replace_filename(file.stem().string() + "-deepest" + file.extension().string());
+  return deepest;
+}
+
 ShapeFile::ShapeFile(std::filesystem::path file, std::string scene,
                      std::vector<Eigen::Vector3d> homes,
                      std::function<std::shared_ptr<const RemoteMesh>()> newest)
@@ -104,7 +110,8 @@ std::string ShapeFile::Finish() {
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
   if (failed_) return file_.string() + ": cannot be written";
-  if (!written_) return file_.string() + ": not written, the slave never told the object's shape";
+  if (!deepest_.mesh)
+    return file_.string() + ": not written, the slave never told the object's shape";
   return {};
 }
 
@@ -115,6 +122,7 @@ void ShapeFile::Run() {
     if (changed_.wait_for(lock, kPeriod, [this] { return stopping_; })) break;
   }
   Write();
+  if (deepest_.mesh) failed_ |= !WriteShape(deepest_, DeepestFile(file_));
 }
 
 void ShapeFile::Write() {
@@ -126,7 +134,9 @@ void ShapeFile::Write() {
   moment.mesh = newest_();
   if (!moment.mesh) return;
   failed_ = !WriteShape(moment, file_);
-  written_ |= !failed_;
+  const bool deeper =
+      !deepest_.mesh || moment.mesh->LargestDeflection() > deepest_.mesh->LargestDeflection();
+  if (deeper) deepest_ = std::move(moment);
 }
 
 }  // namespace palpate

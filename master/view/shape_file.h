@@ -26,6 +26,9 @@ bool NeedsNodalForces(const std::filesystem::path& file);
 // vertex with its `finger_force` on the object. False: it cannot be written.
 bool WriteShape(const ShapeMoment& moment, const std::filesystem::path& file);
 
+// Where the moment of the largest deflection goes: `pinch.svg` -> `pinch-deepest.svg`.
+std::filesystem::path DeepestFile(const std::filesystem::path& file);
+
 class ShapeFile {
  public:
   static constexpr std::chrono::milliseconds kPeriod{1000};  // not more often than this
@@ -38,7 +41,8 @@ class ShapeFile {
 
   // What the fingers feel at this moment. Returns at once.
   void See(double t, std::vector<NamedFinger> fingers);
-  // Writes once more and ends. Empty, or why the file is not there.
+  // Writes once more, and besides the deepest of the moments written so far, and ends. Empty, or
+  // why the files are not there.
   std::string Finish();
 
  private:
@@ -47,7 +51,8 @@ class ShapeFile {
 
   const std::filesystem::path file_;
   const std::function<std::shared_ptr<const RemoteMesh>()> newest_;
-  bool written_ = false, failed_ = false;  // the writer's own until it has ended
+  bool failed_ = false;  // the writer's own until it has ended, as is what follows
+  ShapeMoment deepest_;  // without a mesh: nothing was written yet
 
   std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;

@@ -19,7 +19,7 @@ using Anchor = Drawing::Anchor;
 constexpr double kWidth = 960, kHeight = 640;       // [px], as all here
 const Vector2d kCorner(140, 130), kRoom(460, 400);  // of the object; arrows stand around it
 constexpr double kLegend = 750;
-constexpr double kArrow = 130;         // the longest arrow at its scale's end
+constexpr double kArrow = 130;        // the longest arrow at its scale's end
 constexpr double kLeastForce = 0.05;  // that a scale ends with [N]
 constexpr double kLeastShare = 1e-3;  // of the object's size, that a colour scale ends with [-]
 

@@ -3,8 +3,9 @@
 
 usage: watch.py HOST:PORT [--states N]
 
-Prints how many states came and how many were skipped, and what the fingertips felt last, if there are several. Exit code 0: the sequence rose throughout and
-a state that was sensed came; 1: it did not.
+Prints how many states came and how many were skipped, and what the fingertips felt last, if there
+are several. Exit code 0: the sequence rose throughout and a state that was sensed came; 1: it did
+not.
 """
 import argparse
 import math

@@ -85,8 +85,30 @@ TEST_F(ShapeFileTest, TheLastMomentIsWrittenAtTheEnd) {
   EXPECT_EQ(file.Finish(), "");
   EXPECT_THAT(Read(folder_ / "a.svg"), HasSubstr("my cube at 77.7 s"));
   EXPECT_THAT(Read(folder_ / "a.svg"), HasSubstr("</svg>"));
-  EXPECT_EQ(FilesThere(), 1);
+  EXPECT_EQ(FilesThere(), 2) << "and the deepest moment";
   EXPECT_EQ(file.Finish(), "") << "twice is fine";
+}
+
+// The hand presses and goes back: the last picture shows the object at rest, the other one the
+// press.
+TEST_F(ShapeFileTest, TheDeepestMomentIsKeptForTheEnd) {
+  std::mutex mutex;
+  ShapeMoment now = PinchedCube(0.004);
+  std::atomic<int> looked{0};
+  ShapeFile file(folder_ / "a.svg", "cube", {}, [&] {
+    const std::scoped_lock lock(mutex);
+    ++looked;
+    return now.mesh;
+  });
+  while (looked == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  {
+    const std::scoped_lock lock(mutex);
+    now = PinchedCube(0);
+  }
+  EXPECT_EQ(file.Finish(), "");
+  EXPECT_THAT(Read(folder_ / "a.svg"), HasSubstr(">moved by up to 0 mm<"));
+  EXPECT_THAT(Read(DeepestFile(folder_ / "a.svg")), HasSubstr(">moved by up to 4 mm<"));
+  EXPECT_EQ(DeepestFile("x/pinch.vtu"), "x/pinch-deepest.vtu");
 }
 
 // However often it is told of fingers: once at the beginning, once at the end, and between them not
