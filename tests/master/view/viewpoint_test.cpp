@@ -39,6 +39,7 @@ TEST(ViewpointTest, WhatHappensAlongTheDirectionIsSeenFromTheSideWithZUp) {
     EXPECT_NEAR(up.x(), 0, 1e-12) << along.transpose();
     EXPECT_LT(up.y(), -0.8) << along.transpose();
     EXPECT_GT(view.Nearness({0, 0, 1}), 0) << "from above";
+    EXPECT_GE(view.Direction({1, 0, 0}, 1).x(), 0) << "x runs to the right";
     Eigen::Vector3d flat(along.x(), along.y(), 0);
     if (!(flat.norm() > 0)) flat = {1, 0, 0};
     EXPECT_NEAR(std::abs(view.Direction(flat.normalized(), 1).x()), 0.9397, 1e-4)
