@@ -12,6 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr int kLine = 2, kTriangle = 3;
+constexpr double kSinglePrecision = 1e-7;  // of the object's size
 
 using Floats = google::protobuf::RepeatedField<float>;
 
@@ -68,7 +69,8 @@ double RemoteMesh::LargestDeflection() const {
   for (std::size_t i = 0; i < positions.size(); ++i) {
     largest = std::max(largest, (positions[i] - topology->surface.nodes[i]).squaredNorm());
   }
-  return std::sqrt(largest);
+  const double told = kSinglePrecision * Diagonal(topology->surface.nodes);
+  return largest > told * told ? std::sqrt(largest) : 0;
 }
 
 std::optional<RemoteMesh> FromProto(const v1::MeshState& message,

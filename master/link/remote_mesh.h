@@ -34,7 +34,8 @@ struct RemoteMesh {
   std::vector<Eigen::Vector3d> positions;        // deformed, one per node
   std::vector<Eigen::Vector3d> nodal_forces;     // tool on node [N]; empty: not told
 
-  // How far the node that moved most is from its place at rest [m].
+  // How far the node that moved most is from its place at rest [m]; none if less than single
+  // precision tells of an object of this size.
   [[nodiscard]] double LargestDeflection() const;
 };
 

@@ -55,6 +55,17 @@ TEST(RemoteMeshTest, TheTopologyOfTheFirstMessageStaysForThoseThatFollow) {
   EXPECT_EQ(second->positions[3], Eigen::Vector3d(0, 0, 0.5));
 }
 
+// Reference: a float resolves 6e-8 of the tetrahedron's size of about a metre.
+TEST(RemoteMeshTest, RoundingIsNoDeflection) {
+  v1::MeshState message = Tetrahedron();
+  message.set_positions(11, 1.F);
+  message.set_positions(0, 3e-9F);
+  std::string reason;
+  EXPECT_EQ(FromProto(message, nullptr, &reason)->LargestDeflection(), 0);
+  message.set_positions(0, 1e-6F);
+  EXPECT_NEAR(FromProto(message, nullptr, &reason)->LargestDeflection(), 1e-6, 1e-12);
+}
+
 TEST(RemoteMeshTest, PlanarObjectsComeAsLines) {
   v1::MeshState message = Tetrahedron();
   message.set_nodes_per_element(2);
