@@ -17,6 +17,7 @@
 #include "master/haptics/session.h"
 #include "master/link/slave_link.h"
 #include "master/view/console.h"
+#include "master/view/finger_table.h"
 #include "master/view/shape_watch.h"
 #include "master/view/summary_table.h"
 
@@ -142,6 +143,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   }
   console.Say("connected to " + a.link.target + ": " + scene.name + ", " + scene.model + ", " +
               scene.source);
+  if (!scene.fingertips.empty()) console.Say(FingertipsInWords(scene.fingertips));
   console.Say("device " + device->description() + "; rendering " + a.render);
 
   line->link.Start(&line->states, &line->commands);

@@ -63,4 +63,15 @@ std::string FingerBrief(const std::vector<NamedFinger>& fingers, const RemoteMes
   return line;
 }
 
+std::string FingertipsInWords(const std::vector<RemoteFingertip>& fingertips) {
+  std::string words;
+  for (const RemoteFingertip& tip : fingertips) {
+    const std::string network =
+        tip.network.empty() ? "no network: its force stays unknown" : tip.network;
+    const std::string localiser = tip.localiser.empty() ? "" : "; " + tip.localiser;
+    words += (words.empty() ? "fingertips " : ", ") + tip.name + " (" + network + localiser + ")";
+  }
+  return words;
+}
+
 }  // namespace palpate

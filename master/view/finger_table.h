@@ -6,6 +6,7 @@
 
 #include "master/haptics/session.h"
 #include "master/link/remote_mesh.h"
+#include "master/link/slave_link.h"
 
 namespace palpate {
 
@@ -20,5 +21,8 @@ std::vector<std::string> FingerTable(const std::vector<NamedFinger>& fingers,
 
 // The same in one line: `  ff 0.41 N  th free  moved 4.2 mm`.
 std::string FingerBrief(const std::vector<NamedFinger>& fingers, const RemoteMesh* mesh);
+
+// Who they are: `fingertips ff (rnn_21; polarity-free), th (no network: its force stays unknown)`.
+std::string FingertipsInWords(const std::vector<RemoteFingertip>& fingertips);
 
 }  // namespace palpate

@@ -38,6 +38,12 @@ TEST(FingerTableTest, ALoneToolIsTheStatusLinesBusiness) {
   EXPECT_THAT(FingerTable({}, nullptr), IsEmpty());
 }
 
+TEST(FingerTableTest, SaysWhoTheFingertipsAre) {
+  EXPECT_EQ(FingertipsInWords({}), "");
+  EXPECT_EQ(FingertipsInWords({{"ff", "rnn_21", "polarity-free", {}}, {"th", "", "", {}}}),
+            "fingertips ff (rnn_21; polarity-free), th (no network: its force stays unknown)");
+}
+
 TEST(FingerTableTest, TheSameInOneLine) {
   ShapeMoment moment = PinchedCube(0.006);
   moment.fingers[1].felt.in_contact = false;
