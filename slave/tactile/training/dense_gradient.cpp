@@ -77,8 +77,7 @@ class DenseGradient final : public BatchGradient {
     network->activation = HiddenActivation::kTanh;
     for (const Layer& layer : layers_) {
       const Eigen::Map<const MatrixXf> W(weights.data() + layer.at, layer.inputs, layer.outputs);
-      network->dense.push_back(
-          {W, Eigen::Map<const VectorXf>(W.data() + W.size(), layer.outputs)});
+      network->dense.push_back({W, Eigen::Map<const VectorXf>(W.data() + W.size(), layer.outputs)});
     }
   }
 

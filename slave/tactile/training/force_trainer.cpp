@@ -18,9 +18,9 @@ namespace {
 
 using Descent = ForceTrainingOptions::Descent;
 
-constexpr std::size_t kFewestWindows = 100;       // one second of samples
-constexpr std::size_t kMostValidation = 4096;     // windows looked at after every epoch
-constexpr float kLargestGradient = 5;             // longer ones are cut to this length
+constexpr std::size_t kFewestWindows = 100;    // one second of samples
+constexpr std::size_t kMostValidation = 4096;  // windows looked at after every epoch
+constexpr float kLargestGradient = 5;          // longer ones are cut to this length
 constexpr double kSgdRate = 0.01, kAdamRate = 4e-3;
 
 void Accept(bool good, const char* what, double value, const char* accepted) {
@@ -51,7 +51,8 @@ std::unique_ptr<BatchGradient> MakeGradient(const std::string& architecture) {
 // Windows in a shuffled order, from the start again when all have been drawn.
 class Deck {
  public:
-  Deck(std::vector<Window> windows, std::uint64_t seed) : windows_(std::move(windows)), random_(seed) {
+  Deck(std::vector<Window> windows, std::uint64_t seed)
+      : windows_(std::move(windows)), random_(seed) {
     Shuffle();
   }
   // Up to `count`; fewer at the end of a pass.
@@ -133,9 +134,9 @@ class Descender {
   bool RunEpoch(TrainingEpoch* record) {
     std::size_t seen = 0;
     while (seen < per_epoch_) {
-      const double done = (record->epoch - 1 + static_cast<double>(seen) /
-                                                   static_cast<double>(per_epoch_)) /
-                          options_.epochs;
+      const double done =
+          (record->epoch - 1 + static_cast<double>(seen) / static_cast<double>(per_epoch_)) /
+          options_.epochs;
       if (!progress_->Report(options_.architecture, done)) return false;
       const auto wanted = std::min(static_cast<std::size_t>(options_.batch), per_epoch_ - seen);
       const std::span<const Window> batch = deck_.Draw(wanted);
@@ -161,10 +162,9 @@ class Descender {
 
 void CheckWindows(const char* part, std::size_t windows, std::size_t fewest) {
   if (windows >= fewest) return;
-  throw std::invalid_argument(
-      "too few samples: " + std::to_string(windows) + " windows of " +
-      std::to_string(kNetworkWindow) + " samples for " + part + ", needed are " +
-      std::to_string(fewest));
+  throw std::invalid_argument("too few samples: " + std::to_string(windows) + " windows of " +
+                              std::to_string(kNetworkWindow) + " samples for " + part +
+                              ", needed are " + std::to_string(fewest));
 }
 
 }  // namespace
@@ -189,8 +189,9 @@ LearntForce TrainForce(std::span<const LabelledRecording> recordings, const Spli
   learnt.info.outputs = 3;
   learnt.info.rate = kNetworkRate;
   for (const Window& w : train) {
-    learnt.info.learnt_force = std::max(
-        learnt.info.learnt_force, static_cast<double>(recordings[w.recording].force[w.last].norm()));
+    learnt.info.learnt_force =
+        std::max(learnt.info.learnt_force,
+                 static_cast<double>(recordings[w.recording].force[w.last].norm()));
   }
   learnt.weights.LeaveUnscaled(inputs, 3);
   learnt.weights.input_scale = scales.signals;

@@ -15,10 +15,10 @@
 
 namespace palpate {
 
-inline constexpr int kNetworkWindow = 50;      // samples that recurrent networks look back over
-inline constexpr double kNetworkRate = 100;    // of the samples [Hz]
-inline constexpr int kLstmUnits = 20;          // per layer, two layers
-inline constexpr int kDenseUnits = 38;         // per hidden layer, two layers: twice 19 (Su et al.)
+inline constexpr int kNetworkWindow = 50;    // samples that recurrent networks look back over
+inline constexpr double kNetworkRate = 100;  // of the samples [Hz]
+inline constexpr int kLstmUnits = 20;        // per layer, two layers
+inline constexpr int kDenseUnits = 38;       // per hidden layer, two layers: twice 19 (Su et al.)
 
 struct ForceTrainingOptions {
   std::string architecture = "rnn_21";  // rnn_21 rnn_19 dnn_21 dnn_19
@@ -34,8 +34,8 @@ struct ForceTrainingOptions {
 };
 
 struct TrainingEpoch {
-  int epoch = 0;              // from 1
-  double loss = 0;            // mean squared error over axes of unit size, training windows
+  int epoch = 0;    // from 1
+  double loss = 0;  // mean squared error over axes of unit size, training windows
   double validation_loss = 0;
 };
 
@@ -56,14 +56,5 @@ struct LearntForce {
 // stopped before the first epoch was over.
 LearntForce TrainForce(std::span<const LabelledRecording> recordings, const Split& split,
                        const ForceTrainingOptions& options, Progress& progress);
-
-// What `network` says at the windows' ends [N]: its exact windowed evaluation, run through every
-// recording sample by sample.
-std::vector<Eigen::Vector3f> EstimateForces(const ForceNetwork& network,
-                                            std::span<const LabelledRecording> recordings,
-                                            std::span<const Window> windows);
-// What was measured there [N].
-std::vector<Eigen::Vector3f> MeasuredForces(std::span<const LabelledRecording> recordings,
-                                            std::span<const Window> windows);
 
 }  // namespace palpate

@@ -35,7 +35,8 @@ std::vector<Window> WindowsOf(std::span<const Stretch> stretches, int steps) {
   const auto before = static_cast<std::size_t>(steps - 1);
   std::vector<Window> windows;
   for (const Stretch& stretch : stretches) {
-    for (std::size_t i = std::max(stretch.begin, stretch.look_back + before); i < stretch.end; ++i) {
+    for (std::size_t i = std::max(stretch.begin, stretch.look_back + before); i < stretch.end;
+         ++i) {
       windows.push_back({stretch.recording, i});
     }
   }
@@ -52,7 +53,7 @@ std::vector<Stretch> FindPresses(std::span<const LabelledRecording> recordings) 
     const LabelledRecording& r = recordings[k];
     const std::vector<Contact> contacts = ContactsOf(r, kContactShare * largest);
     for (std::size_t i = 0; i < contacts.size(); ++i) {
-      Stretch press{k, r.begin, r.end, 0};
+      Stretch press{k, r.begin, r.end, r.begin};
       if (i > 0) press.begin = press.look_back = presses.back().end;
       if (i + 1 < contacts.size()) press.end = (contacts[i].end + contacts[i + 1].begin) / 2;
       presses.push_back(press);

@@ -15,6 +15,15 @@ using Eigen::VectorXf;
 
 constexpr int kOutputs = 3;
 
+enum Gate : int { kI, kJ, kF, kO };
+
+// The columns of one gate.
+template <typename Matrix>
+auto Block(Matrix& gates, Gate gate) {
+  const Index units = gates.cols() / 4;
+  return gates.middleCols(gate * units, units);
+}
+
 // One layer over a batch, every step kept. The batch is the fast axis of every matrix.
 class LstmLayerGradient {
  public:
@@ -100,17 +109,11 @@ class LstmLayerGradient {
   }
 
  private:
-  enum Gate : int { kI, kJ, kF, kO };
   struct Step {
     MatrixXf xh;     // batch x (inputs + hidden): what is read and the state before
     MatrixXf gates;  // batch x 4 hidden, after their sigmoid or tanh
     MatrixXf c, tanh_c, h;
   };
-
-  template <typename Matrix>
-  auto Block(Matrix& gates, Gate gate) const {
-    return gates.middleCols(gate * hidden_, hidden_);
-  }
 
   Index inputs_, hidden_;
   std::vector<Step> steps_;
@@ -120,12 +123,16 @@ class LstmLayerGradient {
 class LstmGradient final : public BatchGradient {
  public:
   LstmGradient(int inputs, int hidden, int steps)
-      : inputs_(inputs), hidden_(hidden), first_(inputs, hidden, steps),
+      : inputs_(inputs),
+        hidden_(hidden),
+        first_(inputs, hidden, steps),
         second_(hidden, hidden, steps) {}
 
   [[nodiscard]] int steps() const override { return static_cast<int>(first_.step_count()); }
   [[nodiscard]] int inputs() const override { return inputs_; }
-  [[nodiscard]] Index weight_count() const override { return OutputAt() + (hidden_ + 1) * kOutputs; }
+  [[nodiscard]] Index weight_count() const override {
+    return OutputAt() + (hidden_ + 1) * kOutputs;
+  }
 
   [[nodiscard]] VectorXf Initial(std::uint64_t seed) const override {
     VectorXf weights = VectorXf::Zero(weight_count());

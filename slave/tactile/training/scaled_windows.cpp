@@ -21,7 +21,8 @@ TrainingScales ScalesOf(std::span<const LabelledRecording> recordings,
   for (const Window& w : windows) {
     const LabelledRecording& r = recordings[w.recording];
     signals += Eigen::Map<const Eigen::VectorXf>(r.change[w.last].data(), kSignalCount)
-                   .cast<double>().cwiseAbs2();
+                   .cast<double>()
+                   .cwiseAbs2();
     forces += r.force[w.last].cast<double>().cwiseAbs2();
     mean += r.force[w.last].cast<double>();
   }
@@ -54,9 +55,8 @@ ScaledWindows::ScaledWindows(std::span<const LabelledRecording> recordings,
     MatrixXf signals(scales.signals.size(), samples), forces(3, samples);
     for (Index i = 0; i < samples; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      signals.col(i) =
-          Eigen::Map<const Eigen::VectorXf>(r.change[at].data(), scales.signals.size())
-              .cwiseQuotient(scales.signals);
+      signals.col(i) = Eigen::Map<const Eigen::VectorXf>(r.change[at].data(), scales.signals.size())
+                           .cwiseQuotient(scales.signals);
       forces.col(i) = r.force[at].cwiseQuotient(scales.forces);
     }
     signals_.push_back(std::move(signals));

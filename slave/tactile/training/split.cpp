@@ -31,7 +31,8 @@ std::vector<Unit> UnitsOf(const std::vector<Stretch>& presses, bool by_recording
 // Not std::shuffle, which differs from library to library.
 void Shuffle(std::vector<Unit>* units, std::uint64_t seed) {
   std::mt19937_64 random(seed);
-  for (std::size_t i = units->size(); i > 1; --i) std::swap((*units)[i - 1], (*units)[random() % i]);
+  for (std::size_t i = units->size(); i > 1; --i)
+    std::swap((*units)[i - 1], (*units)[random() % i]);
 }
 
 // Takes a fifth of the units, at least one, off the end.
@@ -50,7 +51,9 @@ std::vector<Stretch> TakeFifth(std::vector<Unit>* units) {
 std::vector<Stretch> TakeTenths(std::vector<Stretch>* stretches) {
   std::vector<Stretch> taken, left;
   for (const Stretch& s : *stretches) {
-    const auto edge = [&](std::size_t tenth) { return s.begin + (s.end - s.begin) * tenth / kTenths; };
+    const auto edge = [&](std::size_t tenth) {
+      return s.begin + (s.end - s.begin) * tenth / kTenths;
+    };
     Stretch rest{s.recording, s.begin, s.begin, s.look_back};
     for (const std::size_t tenth : {std::size_t{3}, std::size_t{6}}) {
       rest.end = edge(tenth);
@@ -66,7 +69,10 @@ std::vector<Stretch> TakeTenths(std::vector<Stretch>* stretches) {
 }
 
 std::string Count(std::size_t n, const char* one) {
-  return std::to_string(n) + " " + one + (n == 1 ? "" : one[std::string(one).size() - 1] == 's' ? "es" : "s");
+  return std::to_string(n) + " " + one +
+         (n == 1                                    ? ""
+          : one[std::string(one).size() - 1] == 's' ? "es"
+                                                    : "s");
 }
 
 }  // namespace
