@@ -8,6 +8,7 @@
 #include "slave/commands/train_forces.h"
 #include "slave/commands/train_words.h"
 #include "slave/tactile/network/network_file.h"
+#include "slave/tactile/network/tensors_file.h"
 #include "slave/tactile/training/estimate_forces.h"
 #include "slave/tactile/training/force_gain.h"
 
@@ -32,9 +33,12 @@ Comparison Compare(const ForceNetwork& network, std::span<const LabelledRecordin
   return {EstimateForces(network, recordings, windows), MeasuredForces(recordings, windows)};
 }
 
+// ONNX files keep no gain and are not accepted.
 NetworkFile ReadKnown(const std::filesystem::path& from) {
   try {
-    return ReadForceNetwork(from);
+    std::error_code unreadable;
+    const bool own = std::filesystem::exists(from / kNetworkFileName, unreadable);
+    return own ? ReadForceNetwork(from) : ImportTensors(from);
   } catch (const std::runtime_error& e) {
     throw std::invalid_argument("--from " + std::string(e.what()));
   }

@@ -113,10 +113,6 @@ class Descender {
         break;
       }
       record.validation_loss = workers_.Loss(weights_, validation_);
-      if (!std::isfinite(record.loss) || !std::isfinite(record.validation_loss)) {
-        throw std::runtime_error("the loss is no number any more in epoch " +
-                                 std::to_string(epoch) + ": a smaller learning rate may help");
-      }
       learnt->epochs.push_back(record);
       if (epoch == 1 || record.validation_loss < best) {
         best = record.validation_loss;

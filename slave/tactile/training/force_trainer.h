@@ -52,8 +52,7 @@ struct LearntForce {
 // Trains on the split's stretches. Signals are scaled by their size in training, rest stays 0.
 // `progress` names the architecture; where it says so training stops and gives the best so far.
 // Throws std::invalid_argument: an option (which, what is accepted), too few windows, signals or
-// forces that do not vary; std::runtime_error: the loss grew beyond all numbers; Interrupted:
-// stopped before the first epoch was over.
+// forces that do not vary or are not finite; Interrupted: stopped before the first epoch was over.
 LearntForce TrainForce(std::span<const LabelledRecording> recordings, const Split& split,
                        const ForceTrainingOptions& options, Progress& progress);
 

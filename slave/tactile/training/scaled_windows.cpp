@@ -29,6 +29,9 @@ TrainingScales ScalesOf(std::span<const LabelledRecording> recordings,
   const double count = std::max<double>(1, static_cast<double>(windows.size()));
   const Eigen::VectorXf rms = (signals / count).cwiseSqrt().cast<float>();
   const Eigen::Vector3d variance = forces / count - (mean / count).cwiseAbs2();
+  if (!rms.allFinite() || !forces.allFinite()) {
+    throw std::invalid_argument("signals or forces are not finite");
+  }
   if (!(variance.sum() > 1e-12 * forces.sum() / count)) {
     throw std::invalid_argument("the force is the same in all training samples: nothing to learn");
   }

@@ -19,7 +19,7 @@ struct TrainingScales {
 // Their rms over the windows' last samples. A signal that hardly moves compared with its kind
 // (electrodes; pac; pdc) is noise and must not be blown up: at least a quarter of the kind's rms;
 // in the same way for axes of force, a tenth of the largest.
-// Throws std::invalid_argument: all electrodes, or all forces, are constant.
+// Throws std::invalid_argument: all electrodes, or all forces, are constant or not finite.
 TrainingScales ScalesOf(std::span<const LabelledRecording> recordings,
                         std::span<const Window> windows, int inputs);
 

@@ -5,13 +5,14 @@
 #include <iterator>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 namespace palpate {
 namespace {
 
 constexpr double kSetAside = 0.2;
 constexpr std::size_t kEnoughRecordings = 5;
-constexpr std::size_t kTenths = 10;
+constexpr std::size_t kShortestPart = 60;  // samples: windows of 50 and a few more
 
 // What moves as one from part to part.
 using Unit = std::vector<Stretch>;
@@ -47,19 +48,25 @@ std::vector<Stretch> TakeFifth(std::vector<Unit>* units) {
   return taken;
 }
 
-// Two tenths of every stretch, from its middle parts; the rest no longer looks back into them.
-std::vector<Stretch> TakeTenths(std::vector<Stretch>* stretches) {
+// Where a stretch of `length` is cut: two of its tenths are taken, or the fifth in its middle where
+// tenths were too short for windows, or nothing.
+std::vector<std::pair<std::size_t, std::size_t>> CutsOf(std::size_t length) {
+  const std::size_t tenth = length / 10;
+  if (tenth >= kShortestPart) return {{3 * tenth, 4 * tenth}, {6 * tenth, 7 * tenth}};
+  if (2 * tenth >= kShortestPart) return {{4 * tenth, 6 * tenth}};
+  return {};
+}
+
+// Parts of every stretch; what is left no longer looks back into them.
+std::vector<Stretch> TakeParts(std::vector<Stretch>* stretches) {
   std::vector<Stretch> taken, left;
   for (const Stretch& s : *stretches) {
-    const auto edge = [&](std::size_t tenth) {
-      return s.begin + (s.end - s.begin) * tenth / kTenths;
-    };
-    Stretch rest{s.recording, s.begin, s.begin, s.look_back};
-    for (const std::size_t tenth : {std::size_t{3}, std::size_t{6}}) {
-      rest.end = edge(tenth);
+    Stretch rest = s;
+    for (const auto& [from, to] : CutsOf(s.end - s.begin)) {
+      rest.end = s.begin + from;
       left.push_back(rest);
-      taken.push_back({s.recording, edge(tenth), edge(tenth + 1), edge(tenth)});
-      rest.begin = rest.look_back = edge(tenth + 1);
+      taken.push_back({s.recording, s.begin + from, s.begin + to, s.begin + from});
+      rest.begin = rest.look_back = s.begin + to;
     }
     rest.end = s.end;
     left.push_back(rest);
@@ -68,11 +75,10 @@ std::vector<Stretch> TakeTenths(std::vector<Stretch>* stretches) {
   return taken;
 }
 
-std::string Count(std::size_t n, const char* one) {
-  return std::to_string(n) + " " + one +
-         (n == 1                                    ? ""
-          : one[std::string(one).size() - 1] == 's' ? "es"
-                                                    : "s");
+std::string Count(std::size_t n, bool recordings) {
+  const char* many = recordings ? " recordings" : " presses";
+  const char* one = recordings ? " recording" : " press";
+  return std::to_string(n) + (n == 1 ? one : many);
 }
 
 }  // namespace
@@ -84,7 +90,6 @@ Split SplitContacts(std::span<const LabelledRecording> recordings, bool test_is_
   const bool by_recording = UnitsOf(presses, true).size() >= kEnoughRecordings;
   std::vector<Unit> units = UnitsOf(presses, by_recording);
   Shuffle(&units, seed);
-  const char* one = by_recording ? "recording" : "press";
 
   Split split;
   std::string test = "a set of its own", validation;
@@ -92,26 +97,26 @@ Split SplitContacts(std::span<const LabelledRecording> recordings, bool test_is_
   if (test_by_unit) {
     const std::size_t before = units.size();
     split.test = TakeFifth(&units);
-    test = Count(before - units.size(), one);
+    test = Count(before - units.size(), by_recording);
   }
   const bool validate_by_unit = units.size() >= 3;
   if (validate_by_unit) {
     const std::size_t before = units.size();
     split.validation = TakeFifth(&units);
-    validation = Count(before - units.size(), one);
+    validation = Count(before - units.size(), by_recording);
   }
   const std::size_t left = units.size();
   for (const Unit& unit : units) std::ranges::copy(unit, std::back_inserter(split.train));
   if (!test_by_unit && !test_is_apart) {
-    split.test = TakeTenths(&split.train);
-    test = "tenths of the same press (there is only one: the figures flatter)";
+    split.test = TakeParts(&split.train);
+    test = "parts of the same press (there is only one: the figures flatter)";
   }
   if (!validate_by_unit) {
-    split.validation = TakeTenths(&split.train);
-    validation = "tenths of the same";
+    split.validation = TakeParts(&split.train);
+    validation = "parts of the same";
   }
   split.how = "by whole " + std::string(by_recording ? "recordings" : "presses") + ": train " +
-              Count(left, one) + ", validation " + validation + ", test " + test;
+              Count(left, by_recording) + ", validation " + validation + ", test " + test;
   return split;
 }
 

@@ -48,7 +48,9 @@ TEST(CompareForcesTest, PeakAndWorstAreThoseOfTheCurve) {
   EXPECT_NEAR(errors.worst.z(), 0.5, 1e-7);
 }
 
-TEST(CompareForcesTest, NothingComparedGivesNothing) { EXPECT_EQ(CompareForces({}, {}).count, 0U); }
+TEST(CompareForcesTest, NothingComparedGivesNothing) {
+  EXPECT_EQ(CompareForces({}, {}).count, 0U);
+}
 
 TEST(FitForceGainTest, RecoversTheFactorAndIgnoresTheOtherAxes) {
   Forces estimated = Measured();

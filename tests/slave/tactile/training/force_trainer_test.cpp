@@ -1,5 +1,6 @@
 #include "slave/tactile/training/force_trainer.h"
 
+#include <cmath>
 #include <stdexcept>
 #include <vector>
 
@@ -29,7 +30,8 @@ class StopAfter final : public Progress {
 class TrainForceTest : public ::testing::Test {
  protected:
   TrainForceTest() {
-    for (std::uint32_t i = 0; i < 6; ++i) recordings_.push_back(testing::SyntheticRecording(3, i));
+    for (std::uint32_t i = 0; i < 6; ++i)
+      recordings_.push_back(testing::SyntheticRecording(8, i, 30));
     split_ = SplitContacts(recordings_, false, 1);
   }
   [[nodiscard]] ForceErrors Test(const LearntForce& learnt) const {
@@ -54,14 +56,14 @@ TEST_F(TrainForceTest, LearnsAForceThatFollowsTheElectrodes) {
   for (const char* architecture : {"dnn_19", "dnn_21", "rnn_19", "rnn_21"}) {
     ForceTrainingOptions options;
     options.architecture = architecture;
-    options.epochs = 8;
+    options.epochs = 6;
     const LearntForce learnt = Train(options);
     const ForceErrors errors = Test(learnt);
     EXPECT_LT(errors.smse.maxCoeff(), 0.05) << architecture << "\n" << errors.smse.transpose();
     EXPECT_EQ(learnt.info.architecture, architecture);
     EXPECT_GT(learnt.info.learnt_force, 0.8);
     EXPECT_LT(learnt.info.learnt_force, 1.2);
-    EXPECT_EQ(learnt.epochs.size(), 8U);
+    EXPECT_EQ(learnt.epochs.size(), 6U);
   }
 }
 
@@ -103,7 +105,8 @@ TEST_F(TrainForceTest, StopsEarlyAndKeepsTheBestEpoch) {
   EXPECT_LT(learnt.epochs.size(), 400U);
   EXPECT_FALSE(learnt.stopped);
   EXPECT_EQ(learnt.epochs.size(), static_cast<std::size_t>(learnt.best_epoch + 3));
-  const double best = learnt.epochs[static_cast<std::size_t>(learnt.best_epoch - 1)].validation_loss;
+  const double best =
+      learnt.epochs[static_cast<std::size_t>(learnt.best_epoch - 1)].validation_loss;
   for (const TrainingEpoch& e : learnt.epochs) EXPECT_GE(e.validation_loss, best);
 }
 
@@ -160,14 +163,13 @@ TEST_F(TrainForceTest, RefusesWhatCannotBeLearnt) {
       for (auto& change : recording.change) change.fill(0);
     }
   });
-}
-
-TEST_F(TrainForceTest, ALossBeyondAllNumbersIsSaid) {
-  ForceTrainingOptions options;
-  options.architecture = "dnn_21";
-  options.epochs = 2;
-  recordings_[split_.train[0].recording].force[split_.train[0].begin + 200].x() = 3e38F;
-  EXPECT_THROW(Train(options), std::runtime_error);
+  const float nan = std::nanf("");
+  refused([&](Set* r, Split*, ForceTrainingOptions*) {
+    for (auto& x : *r) x.change[150][3] = nan;
+  });
+  refused([&](Set* r, Split*, ForceTrainingOptions*) {
+    for (auto& x : *r) x.force[150].y() = nan;
+  });
 }
 
 }  // namespace

@@ -13,10 +13,12 @@ namespace {
 
 using testing::SyntheticRecording;
 
+// One press alone has rest enough around it to be cut twice.
 std::vector<LabelledRecording> Recordings(int count, int presses) {
+  const int rest = count * presses == 1 ? 500 : 100;
   std::vector<LabelledRecording> recordings;
   for (int i = 0; i < count; ++i) {
-    recordings.push_back(SyntheticRecording(presses, static_cast<std::uint32_t>(i)));
+    recordings.push_back(SyntheticRecording(presses, static_cast<std::uint32_t>(i), rest));
   }
   return recordings;
 }
@@ -123,6 +125,12 @@ TEST(SplitContactsTest, SharesAreThePapersByWholeRecordings) {
 TEST(SplitContactsTest, ATestOnTheTrainedPressIsSaid) {
   EXPECT_NE(SplitContacts(Recordings(1, 1), false, 1).how.find("flatter"), std::string::npos);
   EXPECT_EQ(SplitContacts(Recordings(1, 4), false, 1).how.find("flatter"), std::string::npos);
+}
+
+// Four seconds alone cannot be cut into parts of more than a window: they are not.
+TEST(SplitContactsTest, AShortPressIsNotCutToPieces) {
+  const std::vector<LabelledRecording> recordings{SyntheticRecording(1, 1)};
+  EXPECT_TRUE(SplitContacts(recordings, false, 1).validation.empty());
 }
 
 TEST(SplitContactsTest, RecordingsWithoutContactAreRefused) {

@@ -10,9 +10,9 @@
 
 namespace palpate::testing {
 
-// Presses of two seconds with a second of rest before and after each. The force follows three
+// Presses of two seconds with `rest` samples before and after each. The force follows three
 // electrodes, each with gains of its own; the others are noise of one count.
-inline LabelledRecording SyntheticRecording(int presses, std::uint32_t seed) {
+inline LabelledRecording SyntheticRecording(int presses, std::uint32_t seed, int rest = 100) {
   std::mt19937 random(seed);
   std::normal_distribution<float> noise(0, 1);
   std::uniform_real_distribution<float> peak(0.2F, 1);
@@ -20,10 +20,10 @@ inline LabelledRecording SyntheticRecording(int presses, std::uint32_t seed) {
   recording.name = "synthetic " + std::to_string(seed);
   for (int press = 0; press < presses; ++press) {
     const Eigen::Vector3f size(peak(random) - 0.6F, peak(random) - 0.6F, -peak(random));
-    for (int i = 0; i < 400; ++i) {
-      const bool touching = i >= 100 && i < 300;
+    for (int i = 0; i < 2 * rest + 200; ++i) {
+      const bool touching = i >= rest && i < rest + 200;
       const float share =
-          touching ? std::sin(static_cast<float>(M_PI) * static_cast<float>(i - 100) / 200) : 0.0F;
+          touching ? std::sin(static_cast<float>(M_PI) * static_cast<float>(i - rest) / 200) : 0.0F;
       const Eigen::Vector3f force = share * size;
       TactileSignals change{};
       for (float& signal : change) signal = noise(random);
