@@ -13,7 +13,7 @@ namespace {
 // Angles within which 68 % of the presses on a plate are (contact_direction_test.cpp). With
 // pressure-weighted intensities it falls as the noise of a mean does with what is counted.
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kPolarityFreeSigma = 9.4 * kDegree;
+constexpr double kPolarityFreeSigma = 8.4 * kDegree;
 constexpr double kSigmaOfOneCount = 200 * kDegree;
 constexpr double kLeastSigma = 4 * kDegree;
 constexpr double kLargestSigma = 30 * kDegree;

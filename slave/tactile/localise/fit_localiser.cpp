@@ -21,7 +21,7 @@ namespace {
 
 // Weights of the ridge to choose from; the kernel of a sample with itself is 1. The least stands
 // where stretches of one recording still profit from less: another recording would not.
-constexpr std::array<double, 4> kRidges{1, 3, 10, 30};
+constexpr std::array<double, 3> kRidges{3, 10, 30};
 constexpr double kUnitTolerance = 1e-3;
 constexpr int kLeastPerFold = 10;
 
@@ -94,7 +94,7 @@ Samples Thinned(const Samples& samples, int count) {
 }
 
 // R and the corrections from `samples`, into `weights`.
-void Regress(const Samples& samples, int centres, double ridge, LocaliserWeights* weights) {
+void Regress(const Samples& samples, int centres, LocaliserWeights* weights) {
   weights->R = BestRotation(samples);
   const Samples chosen = Thinned(samples, centres);
   const auto m = static_cast<Eigen::Index>(chosen.size());
@@ -110,7 +110,7 @@ void Regress(const Samples& samples, int centres, double ridge, LocaliserWeights
     const auto apart = (weights->centres.colwise() - weights->centres.col(j)).colwise();
     kernel.col(j) = (-weights->gamma * apart.squaredNorm().array()).exp().transpose();
   }
-  kernel.diagonal().array() += ridge;
+  kernel.diagonal().array() += weights->ridge;
   weights->corrections = kernel.llt().solve(left).transpose();
 }
 
@@ -121,7 +121,7 @@ double AngleOf(const Sample& sample, const LocaliserWeights& weights) {
 
 // Errors of all samples, each stretch fitted by the others.
 std::vector<double> LeftOutErrors(const Samples& samples, const FitLocaliserOptions& options,
-                                  double ridge, LocaliserWeights weights) {
+                                  LocaliserWeights weights) {
   const auto folds = static_cast<std::size_t>(options.folds);
   std::vector<double> errors;
   for (std::size_t k = 0; k < folds; ++k) {
@@ -129,13 +129,20 @@ std::vector<double> LeftOutErrors(const Samples& samples, const FitLocaliserOpti
     const auto end = static_cast<std::ptrdiff_t>(samples.size() * (k + 1) / folds);
     Samples others(samples.begin(), samples.begin() + begin);
     others.insert(others.end(), samples.begin() + end, samples.end());
-    Regress(others, options.centres, ridge, &weights);
+    Regress(others, options.centres, &weights);
     for (auto s = begin; s < end; ++s) {
       errors.push_back(AngleOf(samples[static_cast<std::size_t>(s)], weights));
     }
   }
   std::sort(errors.begin(), errors.end());
   return errors;
+}
+
+void CheckCount(std::size_t in_contact, const FitLocaliserOptions& options) {
+  const auto wanted = static_cast<std::size_t>(kLeastPerFold * options.folds);
+  if (in_contact >= wanted) return;
+  Refuse(std::to_string(in_contact) + " samples are in contact: accepted are " +
+         std::to_string(wanted) + " or more");
 }
 
 double Quantile(const std::vector<double>& sorted, double share) {
@@ -152,24 +159,21 @@ LocaliserWeights FitLocaliser(std::span<const TactileSignals> changes,
   weights.layout = layout;
   weights.threshold = options.threshold;
   const Samples samples = ThoseInContact(changes, normals_F, weights);
-  const auto wanted = static_cast<std::size_t>(kLeastPerFold * options.folds);
-  if (samples.size() < wanted) {
-    Refuse(std::to_string(samples.size()) + " samples are in contact: accepted are " +
-           std::to_string(wanted) + " or more");
-  }
-  double best_ridge = 0;
-  weights.median_error = std::numbers::pi;
-  for (const double ridge : kRidges) {
-    const std::vector<double> errors = LeftOutErrors(samples, options, ridge, weights);
-    const double median = Quantile(errors, 0.5);
-    if (median >= weights.median_error) continue;
-    best_ridge = ridge;
-    weights.median_error = median;
-    weights.sigma_angle = Quantile(errors, 0.68);
-  }
+  CheckCount(samples.size(), options);
   weights.samples = static_cast<int>(samples.size());
-  Regress(samples, options.centres, best_ridge, &weights);
-  return weights;
+  weights.median_error = std::numbers::pi;
+  LocaliserWeights best = weights;
+  for (const double ridge : kRidges) {
+    weights.ridge = ridge;
+    const std::vector<double> errors = LeftOutErrors(samples, options, weights);
+    const double median = Quantile(errors, 0.5);
+    if (median >= best.median_error) continue;
+    best.ridge = ridge;
+    best.median_error = median;
+    best.sigma_angle = Quantile(errors, 0.68);
+  }
+  Regress(samples, options.centres, &best);
+  return best;
 }
 
 }  // namespace palpate

@@ -27,12 +27,13 @@ struct LocaliserWeights {
   ElectrodeLayout layout;
   double threshold = 5;                                            // of n_0 [counts]
   double quiet = 20;                                               // [counts]
-  double gamma = 3;                                                // [-]
+  double gamma = 5;                                                // [-]
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();                 // rotation
   Eigen::Matrix<double, kElectrodeCount, Eigen::Dynamic> centres;  // u_j, one per column
   Eigen::Matrix<double, 3, Eigen::Dynamic> corrections;            // a_j, frame F
   double sigma_angle = 0;  // within which 68 % of left-out samples are [rad]
   // How the fit went.
+  double ridge = 1;         // chosen; the kernel of a sample with itself is 1
   int samples = 0;          // that were in contact
   double median_error = 0;  // of the left-out samples [rad]
 };

@@ -90,6 +90,7 @@ LocaliserWeights WeightsOf(const json& file) {
   weights.quiet = NumberOf(file, "quiet", 0, 1e6);
   weights.gamma = NumberOf(file, "gamma", 0, 1e6);
   weights.sigma_angle = NumberOf(file, "sigma_angle", 0, 4);
+  weights.ridge = NumberOf(file, "ridge", 0, 1e6);
   weights.median_error = file.at("median_error").get<double>();
   weights.samples = file.at("samples").get<int>();
   const Eigen::MatrixXd R = MatrixOf(file, "rotation", 3);
@@ -116,6 +117,7 @@ void WriteLocaliser(const LocaliserWeights& weights, const std::filesystem::path
                         {"quiet", weights.quiet},
                         {"gamma", weights.gamma},
                         {"sigma_angle", weights.sigma_angle},
+                        {"ridge", weights.ridge},
                         {"median_error", weights.median_error},
                         {"samples", weights.samples},
                         {"rotation", RowsOf(weights.R)},

@@ -13,7 +13,7 @@ namespace palpate {
 namespace {
 
 // 68 % of the presses on a plate are nearer to the measured normal (contact_direction_test.cpp).
-constexpr double kSigmaAngle = 10.6 * std::numbers::pi / 180;
+constexpr double kSigmaAngle = 10.5 * std::numbers::pi / 180;
 
 }  // namespace
 

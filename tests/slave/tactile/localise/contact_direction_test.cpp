@@ -53,7 +53,7 @@ TEST_F(ContactDirectionTest, Table) {
   const auto a = FitLocaliser(first.change, first.normal_F, *layout_, {});
   const auto b = FitLocaliser(second.change, second.normal_F, *layout_, {});
   const auto c = FitLocaliser(trial_->change, trial_->normal_F, *layout_, {});
-  std::printf("%g %g %g\n", a.median_error * 57.3, b.median_error * 57.3, c.median_error * 57.3);
+  for (const auto& w : {a, b, c}) std::printf("cv %g share %g ridge %g\n", w.median_error * 57.3, 0.0, w.ridge);
   Print("fitted", "1 -> 2", presses::ErrorsOf(*MakeFittedLocaliser(a, 7e-3), second));
   Print("fitted", "2 -> 1", presses::ErrorsOf(*MakeFittedLocaliser(b, 7e-3), first));
   Print("fitted", "1 -> short", presses::ErrorsOf(*MakeFittedLocaliser(a, 7e-3), *short_));
