@@ -25,6 +25,7 @@ struct TrainOptions {
   std::uint64_t seed = 1;
   int threads = 2;
   int presses = 1500;                 // of `simulated`
+  std::filesystem::path electrodes;   // localiser: layout file; empty: the simulated one
   std::optional<double> contact_pdc;  // localiser: contact is above it [counts]
   std::string normals = "auto";       // localiser: how nx, ny, nz stand in frame F
 };

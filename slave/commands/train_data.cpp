@@ -1,6 +1,7 @@
 #include "slave/commands/train_data.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iterator>
 #include <stdexcept>
@@ -59,16 +60,16 @@ TrainingData ReadTrainingData(const TrainOptions& options) {
 std::string NamesOf(std::span<const std::string> data) {
   std::string names;
   for (const std::string& argument : data) {
-    if (!names.empty()) names += ", ";
+    if (!names.empty()) names.append(", ");
     if (argument == kSimulated) {
-      names += argument;
+      names.append(argument);
       continue;
     }
     const DataArgument parsed = ParseDataArgument(argument);
-    names += parsed.tactile.filename().string();
-    if (!parsed.wrench.empty()) names += "+" + parsed.wrench.filename().string();
-    const std::size_t at = argument.rfind('@');
-    if (parsed.from > -1e300 || parsed.to < 1e300) names += argument.substr(at);
+    names.append(parsed.tactile.filename().string());
+    if (!parsed.wrench.empty()) names.append("+").append(parsed.wrench.filename().string());
+    const bool sliced = std::isfinite(parsed.from) || std::isfinite(parsed.to);
+    if (sliced) names.append(argument, argument.rfind('@'));
   }
   return names;
 }

@@ -5,9 +5,9 @@
 #include <stdexcept>
 
 #include "slave/capture/tactile_instants.h"
-#include "slave/capture/tactile_recording.h"
 #include "slave/tactile/training/force_curve.h"
 #include "slave/tactile/training/force_trainer.h"
+#include "slave/tactile/training/recorded_finger.h"
 
 namespace palpate {
 namespace {
@@ -15,16 +15,6 @@ namespace {
 constexpr double kPeriod = 1 / kNetworkRate;  // [s]
 constexpr double kSamePeriod = 0.1;           // parts by which a sample period may differ
 constexpr double kLargestGap = 3;             // periods
-
-TactileRecording ReadFinger(const DataArgument& data, const std::string& finger) {
-  const std::vector<std::string> wanted(finger.empty() ? 0 : 1, finger);
-  TactileRecording recording = ReadTactileRecording(data.tactile, wanted);
-  if (recording.fingers.size() == 1) return recording;
-  std::string names;
-  for (const RecordedFinger& f : recording.fingers) names += (names.empty() ? "" : ", ") + f.name;
-  throw std::runtime_error(data.tactile.string() +
-                           ": several fingers: choose one with --finger: " + names);
-}
 
 std::vector<TactileInstant> InstantsOf(const TactileRecording& recording) {
   const double period = MedianPeriod(recording.t);
@@ -47,7 +37,7 @@ void SetWanted(const DataArgument& data, LabelledRecording* recording) {
 
 std::vector<LabelledRecording> ReadRecordedForces(const DataArgument& data,
                                                   const RecordedForceOptions& options) {
-  const TactileRecording recording = ReadFinger(data, options.finger);
+  const TactileRecording recording = ReadRecordedFinger(data, options.finger);
   const ForceCurve curve = data.wrench.empty()
                                ? ForceCurve(data.tactile, recording.t, recording.others)
                                : ForceCurve(data.wrench);
