@@ -1,7 +1,5 @@
 #include "slave/commands/train_localiser.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <span>
@@ -10,6 +8,7 @@
 
 #include "slave/tactile/localise/fitted_localiser.h"
 #include "slave/tactile/training/normal_axes.h"
+#include "slave/tactile/training/normal_errors.h"
 #include "slave/tactile/training/recorded_normals.h"
 
 namespace palpate {
@@ -46,23 +45,18 @@ void Turn(const Eigen::Matrix3d& axes, Samples* samples) {
   for (Eigen::Vector3d& n : samples->normals) n = axes * n;
 }
 
-// Median angle between found and measured normals [rad]; samples without a place count as 90 deg.
-double MedianAngle(const LocaliserWeights& weights, const Samples& samples) {
-  const auto localiser = MakeFittedLocaliser(weights, kFingerRadius);
-  std::vector<double> angles;
-  for (std::size_t k = 0; k < samples.change.size(); ++k) {
-    const TouchPlace place = localiser->Locate(samples.change[k], FingerReading{});
-    const double cosine = place.usable() ? place.n_F.dot(samples.normals[k]) : 0.0;
-    angles.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)));
-  }
-  const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
-  std::nth_element(angles.begin(), middle, angles.end());
-  return *middle;
+void Print(const char* what, const LocaliserWeights& weights, const Samples& samples) {
+  const NormalErrors errors =
+      CompareNormals(*MakeFittedLocaliser(weights, kFingerRadius), samples.change, samples.normals);
+  std::printf("%s: median angle %.2f deg, %.2f deg after the best rotation, %zu of %zu found\n",
+              what, errors.median / kDegree, errors.aligned_median / kDegree, errors.found,
+              samples.change.size());
 }
 
 ElectrodeLayout LayoutOf(const TrainOptions& options) {
-  return options.electrodes.empty() ? SimulatedLayout(kFingerRadius)
-                                    : ReadElectrodeLayout(options.electrodes);
+  if (!options.electrodes.empty()) return ReadElectrodeLayout(options.electrodes);
+  std::printf("electrodes where the simulated fingertip has them (--electrodes names others)\n");
+  return SimulatedLayout(kFingerRadius);
 }
 
 // Turns the measured normals into frame F, as the options say or as the formula finds it.
@@ -100,13 +94,10 @@ int TrainLocaliser(const TrainOptions& options) {
   };
   const std::size_t all = lesson.data.change.size();
   const Samples first = Part(lesson.data, 0, all / 2), second = Part(lesson.data, all / 2, all);
-  std::printf("median angle, first half fitted, second tested: %.2f deg; the other way: %.2f deg\n",
-              MedianAngle(fit(first), second) / kDegree, MedianAngle(fit(second), first) / kDegree);
+  Print("first half fitted, second half tested", fit(first), second);
+  Print("second half fitted, first half tested", fit(second), first);
   const LocaliserWeights weights = fit(lesson.data);
-  if (!options.test.empty() && !lesson.test.change.empty()) {
-    std::printf("median angle on the test recordings: %.2f deg\n",
-                MedianAngle(weights, lesson.test) / kDegree);
-  }
+  if (!options.test.empty()) Print("all fitted, test recordings", weights, lesson.test);
   const std::filesystem::path file = options.out / "localiser.json";
   WriteLocaliser(weights, file);
   std::printf("%s: %d samples, %.2f deg where left out\n", file.c_str(), weights.samples,

@@ -17,9 +17,9 @@ struct SimulatedPresses {
 };
 
 // One recording per start at 100 Hz. Every press has a place on the pad, the tip or the sides, a
-// peak force, a contact area that grows with the force more or less (hard to soft objects), and
-// tangential forces up to half of the normal one that come and go; it is ramped up, held and
-// released, and the next one follows after a pause. Throws std::invalid_argument: an option.
+// peak force, an object between foam and hard rubber that yields to a sphere or a probe of its own
+// width, and tangential forces up to half of the normal one that come and go; it is ramped up, held
+// and released, and the next one follows after a pause. Throws std::invalid_argument: an option.
 std::vector<LabelledRecording> SimulatePresses(const SimulatedPresses& options);
 
 }  // namespace palpate
