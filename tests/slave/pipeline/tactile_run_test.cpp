@@ -115,7 +115,7 @@ TEST_F(TactileRunTest, EveryFingertipHasARowPerSample) {
   const auto& pressing = states[199];
   EXPECT_NE(pressing.at(6), "");  // it touches somewhere
   EXPECT_EQ(pressing.at(9), "");  // with a force that nobody knows
-  EXPECT_EQ(pressing.at(12), "failed");
+  EXPECT_EQ(pressing.at(13), "failed");
   EXPECT_EQ(states[200].at(6), "");
 }
 

@@ -103,7 +103,7 @@ TEST_F(TactileSlaveTest, ATouchIsFeltAndSeen) {
   const SlaveStatus status = slave_.Status();
   ASSERT_EQ(status.stages.size(), 4U);
   EXPECT_EQ(status.stages[0].stage, "tactile");
-  EXPECT_GT(status.frames, 10U);
+  EXPECT_GE(status.frames, 10U);
   EXPECT_EQ(slave_.Describe().model.kind, "fem");
 }
 
