@@ -19,6 +19,7 @@
 #include "slave/commands/serve.h"
 #include "slave/commands/solve.h"
 #include "slave/commands/study.h"
+#include "slave/commands/train.h"
 
 namespace palpate {
 namespace {
@@ -32,6 +33,7 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
   palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
+  palpate-slave train simulated --out build/fingertip
 
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
 
@@ -74,6 +76,41 @@ class StopOnSignal {
   std::stop_source source_;
   std::jthread waiter_;
 };
+
+void AddTrainOptions(CLI::App* command, TrainOptions* train) {
+  command->footer(kTrainHelp);
+  command->add_option("DATA", train->data, "Recordings or simulated, see below")->required();
+  command->add_option("--network", train->networks,
+                      "rnn_21 (default), rnn_19, dnn_21, dnn_19, several, all; or localiser");
+  command->add_option("--out", train->out, "Folder for network.json and training.csv")->required();
+  command->add_option("--test", train->test, "Recordings to test on instead of a fifth of DATA");
+  command->add_option("--from", train->from, "Known network: only its gain is fitted, on fz");
+  command->add_option("--finger", train->finger, "Finger of recordings with several");
+  command->add_option("--rest", train->rest, "First samples whose mean is the rest value")
+      ->capture_default_str();
+  command->add_option("--optimiser", train->optimiser, "adam, or sgd as in the paper")
+      ->capture_default_str();
+  command->add_option("--rate", train->rate, "Learning rate; 0: 0.004 for adam, 0.01 for sgd")
+      ->capture_default_str();
+  command->add_option("--epochs", train->epochs, "At most")->capture_default_str();
+  command
+      ->add_option("--patience", train->patience,
+                   "Epochs without a better validation before it stops")
+      ->capture_default_str();
+  command->add_option("--batch", train->batch, "Windows per step")->capture_default_str();
+  command->add_option("--seed", train->seed, "Same seed, same weights")->capture_default_str();
+  command->add_option("--threads", train->threads, "Do not change the result")
+      ->capture_default_str();
+  command->add_option("--presses", train->presses, "Of `simulated`")->capture_default_str();
+  command->add_option("--electrodes", train->electrodes,
+                      "localiser: layout NAME,x,y,z,nx,ny,nz in mm; default: the simulated one");
+  command->add_option("--contact-pdc", train->contact_pdc,
+                      "localiser: contact is above it; default: found by itself");
+  command
+      ->add_option("--normals", train->normals,
+                   "localiser: nx,ny,nz in the fingertip's frame, -x,y,-z say; auto: found")
+      ->capture_default_str();
+}
 
 int Main(int argc, char** argv) {
   // Standard output belongs to the answers; the log goes beside it.
@@ -134,6 +171,11 @@ int Main(int argc, char** argv) {
   study_command->add_option("--budget", study.budget, "Seconds for all models together")
       ->capture_default_str();
 
+  TrainOptions train;
+  CLI::App* train_command =
+      app.add_subcommand("train", "Learn a fingertip's force network or localiser");
+  AddTrainOptions(train_command, &train);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -145,6 +187,7 @@ int Main(int argc, char** argv) {
     if (process_command->parsed()) return RunProcess(process, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
     if (study_command->parsed()) return RunStudyCommand(study, stop.token());
+    if (train_command->parsed()) return RunTrain(train, stop.token());
     return RunCheck(check);
   } catch (const SceneError& e) {
     std::fprintf(stderr, "%s\n", e.what());
