@@ -12,26 +12,23 @@ constexpr double kPressPerSecond = 4;    // press depths per second
 constexpr double kHomeClearance = 0.07;  // of the larger side
 constexpr double kSpeedReserve = 2.5;    // times the press speed
 
-Eigen::Vector3d InPlane(const Eigen::Vector2d& p) {
-  return {p.x(), p.y(), 0};
-}
-
 ManipulatorOptions DefaultManipulator(const std::optional<BoundingBox>& box, double press_speed) {
   ManipulatorOptions options;
   options.max_speed = kSpeedReserve * press_speed;
   if (!box) return options;
   const double side = box->larger_side();
+  const Eigen::Vector3d margin(side, side, box->is_flat() ? 0 : side);
   options.home = {box->centre().x(), box->upper.y() + kHomeClearance * side, 0};
-  options.workspace_min = InPlane(box->lower.array() - side);
-  options.workspace_max = InPlane(box->upper.array() + side);
+  options.workspace_min = box->lower - margin;
+  options.workspace_max = box->upper + margin;
   return options;
 }
 
 // The axis along which `home` lies farthest outside the box, towards the box.
 Eigen::Vector2d TowardsBox(const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
   if (!box) return {0, -1};
-  const Eigen::Vector2d below = box->lower - home.head<2>();  // > 0: home lies left of / under it
-  const Eigen::Vector2d beyond = home.head<2>() - box->upper;
+  const Eigen::Vector2d below = (box->lower - home).head<2>();  // > 0: home lies left of / under it
+  const Eigen::Vector2d beyond = (home - box->upper).head<2>();
   const Eigen::Vector2d outside = below.cwiseMax(beyond);
   const int axis = outside.x() > outside.y() ? 0 : 1;
   Eigen::Vector2d direction(0, 0);
@@ -62,12 +59,31 @@ OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& b
   return options;
 }
 
+void PlaceFingers(const std::optional<BoundingBox>& box, Tactile* tactile) {
+  if (!box) return;
+  const double lift = tactile->finger_radius + kHomeClearance * box->larger_side();
+  for (Finger& finger : tactile->fingers) {
+    if (finger.has_pose) continue;
+    finger.X_SF.translation() = box->centre();
+    finger.X_SF.translation().z() = box->upper.z() + lift;
+  }
+}
+
 ManipulatorOptions ReadManipulator(Section& scene, const std::optional<BoundingBox>& box,
-                                   double press_speed) {
+                                   double press_speed, const std::optional<Eigen::Vector3d>& pad) {
   const Rule place = Any(Dimension::kLength);
   ManipulatorOptions options = DefaultManipulator(box, press_speed);
   Section section = scene.Open("manipulator");
-  options.home = section.Vector3("home", place, options.home);
+  if (!pad) {
+    options.home = section.Vector3("home", place, options.home);
+  } else {
+    options.home = *pad;
+    options.workspace_min = options.workspace_min.cwiseMin(*pad);
+    options.workspace_max = options.workspace_max.cwiseMax(*pad);
+    if (section.Has("home")) {
+      section.Refuse("home", "nothing here: home is where the first finger's pose has its pad");
+    }
+  }
   options.max_speed = section.Number("max_speed", Positive(Dimension::kSpeed), options.max_speed);
   Section workspace = section.Open("workspace");
   options.workspace_min = workspace.Vector3("min", place, options.workspace_min);
@@ -76,16 +92,19 @@ ManipulatorOptions ReadManipulator(Section& scene, const std::optional<BoundingB
     workspace.Refuse("max", "a corner with no coordinate below that of workspace.min");
   } else if ((options.home.array() < options.workspace_min.array()).any() ||
              (options.home.array() > options.workspace_max.array()).any()) {
-    section.Refuse("home", "a place inside the manipulator's workspace");
+    if (pad) {
+      section.Refuse("workspace", "one that holds the pad of the first finger at home");
+    } else {
+      section.Refuse("home", "a place inside the manipulator's workspace");
+    }
   }
   return options;
 }
 
-std::optional<Tool> ReadTool(Section& scene, const SceneContext& context,
-                             const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
+std::optional<Tool> ReadTool(Section& scene, bool is_needed, const std::optional<BoundingBox>& box,
+                             const Eigen::Vector3d& home) {
   using Shape = Section::Choice<Tool::Shape>;
-  Section section =
-      scene.Open("tool", context.use == SceneUse::kFull ? "a map of shape and width" : "");
+  Section section = scene.Open("tool", is_needed ? "a map of shape and width" : "");
   if (!section.present()) return std::nullopt;
   Tool tool;
   tool.shape = section.OneOf(

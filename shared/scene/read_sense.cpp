@@ -27,18 +27,6 @@ bool IsPrintfPattern(const std::string& pattern) {
   return letter != std::string::npos && letter - percent <= 3 && pattern[letter] == 'd';
 }
 
-std::filesystem::path ExistingFile(Section& section, std::string_view key,
-                                   const SceneContext& context) {
-  const std::string name = section.Text(key, "a file", "");
-  if (name.empty()) return {};
-  auto file = context.folder / name;
-  std::error_code error;
-  if (context.use == SceneUse::kFull && !std::filesystem::is_regular_file(file, error)) {
-    section.Refuse(key, "a file that exists; there is no " + file.string());
-  }
-  return file;
-}
-
 void ReadFiles(Section& section, const SceneContext& context, Camera* camera) {
   const std::string pattern =
       section.Text("file", "a printf pattern, a glob, a directory, a picture or a video");
@@ -49,7 +37,7 @@ void ReadFiles(Section& section, const SceneContext& context, Camera* camera) {
       section.Refuse("file", "one number like %d or %04d in a pattern");
   } else if (std::error_code error; pattern.find_first_of("*?[") == std::string::npos &&
                                     !std::filesystem::is_directory(camera->pattern, error)) {
-    ExistingFile(section, "file", context);
+    ReadExistingFile(section, "file", context);
   }
 }
 
@@ -74,16 +62,20 @@ void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
   }
 }
 
-// [width, height] in pixels; of files and videos they come with the pictures.
-std::array<int, 2> ReadSize(Section& section, const Camera& camera) {
-  const bool comes_with_pictures =
-      camera.source == Camera::Source::kFiles || camera.source == Camera::Source::kVideo;
-  const Camera defaults;
-  if (!section.Has("size")) return comes_with_pictures ? std::array{0, 0} : defaults.size;
+// [width, height] in pixels.
+std::array<int, 2> ReadSize(Section& section, const std::array<int, 2>& fallback) {
+  if (!section.Has("size")) return fallback;
   const Rule edge = Between(Dimension::kPixels, 16, kLargestPicture, "16 to 16384, whole");
   const Eigen::Vector2d size = section.Vector2("size", edge);
   if (size != size.array().floor().matrix()) section.Refuse("size", "whole numbers of pixels");
   return {static_cast<int>(size.x()), static_cast<int>(size.y())};
+}
+
+// What stands there when the scene does not say it: of files and videos it comes with the pictures.
+std::array<int, 2> DefaultSize(const Camera& camera) {
+  const bool comes_with_pictures =
+      camera.source == Camera::Source::kFiles || camera.source == Camera::Source::kVideo;
+  return comes_with_pictures ? std::array{0, 0} : camera.size;
 }
 
 std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,
@@ -95,7 +87,7 @@ std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,
   ReadSource(section, context, &camera);
   camera.rate = section.Number(
       "rate", Between(Dimension::kFrequency, 1e-3, 1e5, "> 0 (1e-3 to 1e5)"), camera.rate);
-  camera.size = ReadSize(section, camera);
+  camera.size = ReadSize(section, DefaultSize(camera));
   const Rule pixel = Positive(Dimension::kLength);
   camera.pixel = is_needed ? section.Number("pixel", pixel) : section.Number("pixel", pixel, 0.0);
   camera.X_SC = ReadPlanarPose(section, X_SC);
@@ -109,7 +101,7 @@ std::optional<TipTracking> ReadTip(Section& sense, const SceneContext& context) 
   if (!section.present()) return std::nullopt;
   TipTracking tip;
   section.OneOf("track", std::array{Track{"template", 0}}, " in this version");
-  tip.template_file = ExistingFile(section, "template", context);
+  tip.template_file = ReadExistingFile(section, "template", context);
   if (section.Has("anchor")) {
     tip.anchor = section.Vector2("anchor", Between(Dimension::kPixels, -kLargestPicture,
                                                    kLargestPicture, "-16384 to 16384"));
@@ -158,14 +150,54 @@ std::optional<ContourTracking> ReadContour(Section& sense) {
   return contour;
 }
 
+// Where the virtual or real depth camera stands must be said: nothing of the scene tells it.
+std::optional<DepthCamera> ReadDepthCamera(Section& sense) {
+  Section section = sense.Open("depth_camera");
+  if (!section.present()) return std::nullopt;
+  DepthCamera camera;
+  if (!section.Has("pose")) section.Refuse("pose", "a map of translation, rotation");
+  camera.X_SD = ReadPose(section, camera.X_SD);
+  camera.size = ReadSize(section, camera.size);
+  camera.focal =
+      section.Number("focal", Between(Dimension::kPixels, 1, 1e6, "1 to 1e6"), camera.focal);
+  camera.noise =
+      section.Number("noise", Between(Dimension::kLength, 0, 1, "0 to 1 m"), camera.noise);
+  return camera;
+}
+
+// A scene senses in one way.
+void RefuseBeside(Section& section, std::string_view key) {
+  if (section.Has(key)) section.Refuse(key, "nothing beside `tactile`: fingertips need no picture");
+}
+
 }  // namespace
+
+std::filesystem::path ReadExistingFile(Section& section, std::string_view key,
+                                       const SceneContext& context) {
+  const std::string name = section.Text(key, "a file", "");
+  if (name.empty()) return {};
+  auto file = context.folder / name;
+  std::error_code error;
+  if (context.use == SceneUse::kFull && !std::filesystem::is_regular_file(file, error)) {
+    section.Refuse(key, "a file that exists; there is no " + file.string());
+  }
+  return file;
+}
 
 Sense ReadSense(Section& scene, const SceneContext& context, const Eigen::Isometry3d& X_SC) {
   const bool is_needed = context.use == SceneUse::kFull;
-  Section section = scene.Open("sense", is_needed ? "a map of camera, tip, contour" : "");
-  section.RefuseLater("tactile", "camera, tip, contour");
+  Section section =
+      scene.Open("sense", is_needed ? "a map of camera, tip, contour, or of tactile" : "");
   section.RefuseLater("points", "camera, tip, contour");
   Sense sense;
+  sense.tactile = ReadTactile(section, context);
+  sense.depth_camera = ReadDepthCamera(section);
+  if (sense.tactile) {
+    RefuseBeside(section, "camera");
+    RefuseBeside(section, "tip");
+    RefuseBeside(section, "contour");
+    return sense;
+  }
   sense.camera = ReadCamera(section, context, X_SC);
   sense.tip = ReadTip(section, context);
   sense.contour = ReadContour(section);

@@ -150,6 +150,7 @@ struct ContourTracking {
 struct Finger {
   std::string name;                                        // as the source calls it, `rf` say
   Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();  // while the hand is at manipulator.home
+  bool has_pose = false;  // the scene says X_SF; else the pad hangs over the middle of the object
   // How it moves with the hand: along, by the opposite displacement (a pinch), not at all.
   enum class Motion : std::uint8_t { kHand, kOpposite, kStands } motion = Motion::kHand;
 };

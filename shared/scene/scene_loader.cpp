@@ -10,24 +10,9 @@
 namespace palpate {
 namespace {
 
-// nullopt: the outline is found later, in a picture, or the geometry has mistakes.
-std::optional<BoundingBox> BoxOf(const Object& object) {
-  const Outline outline = OutlineOf(object.geometry);
-  if (outline.outer.empty()) return std::nullopt;
-  const auto in_S = [&](const Eigen::Vector2d& p) -> Eigen::Vector2d {
-    return (object.X_SO * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>();
-  };
-  BoundingBox box{in_S(outline.outer[0]), in_S(outline.outer[0])};
-  for (const auto& p : outline.outer) {
-    box.lower = box.lower.cwiseMin(in_S(p));
-    box.upper = box.upper.cwiseMax(in_S(p));
-  }
-  return box.larger_side() > 0 ? std::optional(box) : std::nullopt;
-}
-
 Eigen::Isometry3d CameraOver(const std::optional<BoundingBox>& box) {
   Eigen::Isometry3d X_SC = Eigen::Isometry3d::Identity();
-  if (box) X_SC.translation().head<2>() = box->centre();
+  if (box) X_SC.translation() = box->centre();
   return X_SC;
 }
 
@@ -49,8 +34,9 @@ class CrossCheck {
 
   void Run() {
     CheckKind();
-    if (BoxOf(scene_.object)) CheckElements();
+    if (OutlineBox(scene_.object)) CheckElements();
     CheckHome();
+    CheckFingers();
     CheckContour();
   }
 
@@ -59,10 +45,14 @@ class CrossCheck {
   void CheckKind() {
     const Geometry& geometry = scene_.object.geometry;
     const std::string& kind = scene_.model.kind;
-    if (use_ == SceneUse::kFull && !IsPlanar(geometry)) {
+    const bool is_full = use_ == SceneUse::kFull;
+    if (is_full && scene_.sense.tactile && !IsVolume(geometry)) {
+      Refuse("object.geometry", "box or mesh where fingertips touch");
+    } else if (is_full && !scene_.sense.tactile && !IsPlanar(geometry)) {
       Refuse("object.geometry",
-             "rectangle, disc, polygon or contour where a camera watches; membranes and volumes "
-             "are answered by solve, study and check in this version");
+             "rectangle, disc, polygon or contour where a camera watches, box or mesh where "
+             "fingertips touch; without them membranes and volumes are answered by solve, study "
+             "and check in this version");
     }
     if (kind == "auto") return;
     const bool is_plate = kind == "plate" || kind == "plate-large";
@@ -92,8 +82,24 @@ class CrossCheck {
   // A first tip inside the object would count as contact.
   void CheckHome() {
     const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * scene_.manipulator.home;
-    if (scene_.tool && Contains(OutlineOf(scene_.object.geometry), p_O.head<2>())) {
+    if (scene_.tool && !scene_.sense.tactile &&
+        Contains(OutlineOf(scene_.object.geometry), p_O.head<2>())) {
       Refuse("manipulator.home", "a place outside the object");
+    }
+  }
+
+  // Where a recording tells the poses, what stands here is not used.
+  void CheckFingers() {
+    const auto* box = std::get_if<BoxGeometry>(&scene_.object.geometry);
+    const auto& tactile = scene_.sense.tactile;
+    if (box == nullptr || !tactile || !tactile->poses.empty()) return;
+    for (const Finger& finger : tactile->fingers) {
+      const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * finger.X_SF.translation();
+      const bool is_inside = (p_O.array() > 0).all() && (p_O.array() < box->size.array()).all();
+      if (!is_inside) continue;
+      const bool is_named = document_.Find("sense")->Find("tactile")->Find("fingers") != nullptr;
+      Refuse(is_named ? "sense.tactile.fingers." + finger.name + ".pose" : "sense.tactile.pose",
+             "a fingertip whose middle lies outside the object");
     }
   }
 
@@ -123,11 +129,18 @@ Scene ReadScene(Section& root, const SceneContext& context) {
   scene.name = root.Text("name", "a name");
   scene.object = ReadObject(root, context);
   scene.model = ReadModel(root, context);
-  const auto box = BoxOf(scene.object);
+  auto box = OutlineBox(scene.object);
   scene.sense = ReadSense(root, context, CameraOver(box));
+  std::optional<Eigen::Vector3d> pad;
+  if (auto& tactile = scene.sense.tactile) {
+    if (IsVolume(scene.object.geometry)) box = VolumeBox(scene.object, root);
+    PlaceFingers(box, &*tactile);
+    pad = tactile->fingers.front().X_SF * Eigen::Vector3d(0, 0, -tactile->finger_radius);
+  }
   scene.operator_options = ReadOperator(root, box);
-  scene.manipulator = ReadManipulator(root, box, scene.operator_options.press_speed);
-  scene.tool = ReadTool(root, context, box, scene.manipulator.home);
+  scene.manipulator = ReadManipulator(root, box, scene.operator_options.press_speed, pad);
+  const bool needs_tool = context.use == SceneUse::kFull && !scene.sense.tactile;
+  scene.tool = ReadTool(root, needs_tool, box, scene.manipulator.home);
   scene.site = ReadSite(root);
   scene.study_contacts = ReadStudyContacts(root);
   return scene;

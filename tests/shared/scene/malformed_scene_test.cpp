@@ -196,8 +196,6 @@ const BadLine kOtherLines[] = {
      "10: sense.tip.min_score = 2: accepted is a number, plain or %, 0 to 1"},
     {"RoiInMillimetres", 10, "  tip: {roi: 64 mm}",
      "10: sense.tip.roi = 64 mm: accepted is a whole number from 8"},
-    {"LaterTactile", 10, "  tip: {}\n  tactile: {source: a.csv}",
-     "11: sense.tactile = {source: a.csv}: accepted is camera, tip, contour in this version"},
     {"FewControlPoints", 11, "  contour: {control_points: 2}",
      "11: sense.contour.control_points = 2: accepted is"},
     {"NegativeWeight", 11, "  contour: {alpha: -1}", "11: sense.contour.alpha = -1: accepted is"},

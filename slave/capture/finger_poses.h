@@ -1,0 +1,40 @@
+// Where recorded fingertips were: a CSV file of poses.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "shared/scene/scene.h"
+
+namespace palpate {
+
+// Columns `t,finger,x,y,z,qw,qx,qy,qz`: time on the recording's clock [s] (or another of its
+// names), finger as the scene calls it (without the column: all fingers), origin of F in S [m],
+// rotation of F in S as a quaternion of length one to 1 %. Rows of fingers that the scene does not
+// have are passed over, and of two at the same time the second.
+class FingerPoses {
+ public:
+  // Throws std::runtime_error `file:line: ...`: unreadable, a column missing, not a finite number,
+  // no unit quaternion, a finger's clock that goes back, no pose of any of `fingers`.
+  FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers);
+
+  // X_SF of `finger` at `t` [s]: between two poses linear in place and spherically linear in
+  // rotation; before the first and after the last one, that one. nullopt: the file has none of it.
+  [[nodiscard]] std::optional<Eigen::Isometry3d> At(std::string_view finger, double t) const;
+
+ private:
+  struct Pose {
+    double t = 0;
+    Eigen::Vector3d p_S{0, 0, 0};
+    Eigen::Quaterniond q_SF{1, 0, 0, 0};
+  };
+  std::map<std::string, std::vector<Pose>, std::less<>> poses_;  // by finger, times rising
+};
+
+}  // namespace palpate

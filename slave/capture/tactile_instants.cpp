@@ -1,0 +1,122 @@
+#include "slave/capture/tactile_instants.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+constexpr double kRounding = 1e-6;  // of a period: so late a sample still counts as on time
+constexpr double kMissing = 1.5;    // periods from one sample to the next: one is missing between
+
+// Whether the sample after `i` belongs to another stretch.
+bool EndsStretch(const std::vector<double>& t, std::size_t i, double largest_gap) {
+  return i + 1 == t.size() || t[i + 1] - t[i] > largest_gap;
+}
+
+TactileInstant InstantAt(const std::vector<double>& t, std::size_t before, double at) {
+  TactileInstant instant{at, before, 0, false};
+  if (before + 1 < t.size()) {
+    instant.share = std::clamp((at - t[before]) / (t[before + 1] - t[before]), 0.0, 1.0);
+  }
+  return instant;
+}
+
+}  // namespace
+
+double MedianPeriod(const std::vector<double>& t) {
+  if (t.size() < 2) return 0;
+  std::vector<double> periods;
+  for (std::size_t i = 1; i < t.size(); ++i) periods.push_back(t[i] - t[i - 1]);
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+  std::nth_element(periods.begin(), middle, periods.end());
+  return *middle;
+}
+
+std::vector<TactileInstant> SteadyInstants(const std::vector<double>& t, double rate,
+                                           double largest_gap) {
+  std::vector<TactileInstant> instants;
+  const double slack = kRounding / rate;
+  for (std::size_t first = 0; first < t.size();) {
+    std::size_t last = first;
+    while (!EndsStretch(t, last, largest_gap)) ++last;
+    std::size_t before = first;
+    const auto count =
+        static_cast<std::size_t>(std::floor((t[last] - t[first] + slack) * rate)) + 1;
+    for (std::size_t k = 0; k < count; ++k) {
+      const double at = t[first] + static_cast<double>(k) / rate;
+      while (before < last && t[before + 1] <= at + slack) ++before;
+      instants.push_back(before == last ? TactileInstant{at, last, 0, false}
+                                        : InstantAt(t, before, at));
+      instants.back().after_gap = k == 0 && first > 0;
+    }
+    first = last + 1;
+  }
+  return instants;
+}
+
+std::vector<TactileInstant> InstantsOfSamples(const std::vector<double>& t, double period,
+                                              double largest_gap) {
+  std::vector<TactileInstant> instants;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const bool after_gap = i > 0 && EndsStretch(t, i - 1, largest_gap);
+    instants.push_back({t[i], i, 0, after_gap});
+    if (EndsStretch(t, i, largest_gap)) continue;
+    const double length = t[i + 1] - t[i];
+    const int missing =
+        length > kMissing * period ? static_cast<int>(std::lround(length / period)) - 1 : 0;
+    for (int k = 1; k <= missing; ++k) {
+      instants.push_back(InstantAt(t, i, t[i] + length * k / (missing + 1)));
+    }
+  }
+  return instants;
+}
+
+FingerReading Between(const FingerReading& from, const FingerReading& to, double share) noexcept {
+  const auto mix = [share](float a, float b) {
+    return static_cast<float>((1 - share) * static_cast<double>(a) +
+                              share * static_cast<double>(b));
+  };
+  FingerReading reading;
+  reading.present = from.present && to.present;
+  for (std::size_t i = 0; i < reading.electrodes.size(); ++i) {
+    reading.electrodes[i] = mix(from.electrodes[i], to.electrodes[i]);
+  }
+  reading.pac = mix(from.pac, to.pac);
+  reading.pdc = mix(from.pdc, to.pdc);
+  return reading;
+}
+
+TactileFrame FrameAt(const TactileRecording& recording, const TactileInstant& instant) {
+  TactileFrame frame;
+  frame.after_gap = instant.after_gap;
+  for (std::size_t i = 0; i < recording.fingers.size(); ++i) {
+    const auto& samples = recording.fingers[i].samples;
+    const FingerReading& before = samples[instant.before];
+    frame.fingers[i] =
+        instant.share > 0 ? Between(before, samples[instant.before + 1], instant.share) : before;
+  }
+  return frame;
+}
+
+std::vector<TactileFrame> Resample(const TactileRecording& recording, double rate,
+                                   double largest_gap) {
+  if (!(rate > 0 && rate <= 1e6)) {
+    throw std::invalid_argument("rate = " + std::to_string(rate) +
+                                " Hz: accepted is > 0, up to 1e6");
+  }
+  if (recording.fingers.size() > kMaxFingers) {
+    throw std::invalid_argument(std::to_string(recording.fingers.size()) +
+                                " fingers: accepted is at most 5");
+  }
+  std::vector<TactileFrame> frames;
+  for (const TactileInstant& instant : SteadyInstants(recording.t, rate, largest_gap)) {
+    frames.push_back(FrameAt(recording, instant));
+    frames.back().sequence = frames.size();
+    frames.back().sensed_at = Time(Seconds(instant.t - recording.t.front()));
+  }
+  return frames;
+}
+
+}  // namespace palpate

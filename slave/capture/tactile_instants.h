@@ -1,0 +1,34 @@
+// When the frames of a recording are due, and between which of its samples each lies.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "slave/capture/tactile_recording.h"
+
+namespace palpate {
+
+struct TactileInstant {
+  double t = 0;            // [s], of the recording's clock
+  std::size_t before = 0;  // index of the sample at or before it
+  double share = 0;        // of the sample after `before`, 0 to less than 1
+  bool after_gap = false;
+};
+
+// The typical time between two samples [s]: the median. 0: fewer than two samples.
+double MedianPeriod(const std::vector<double>& t);
+
+// Instants 1 / `rate` [Hz] apart; after a gap longer than `largest_gap` [s], anew from the first
+// sample behind it.
+std::vector<TactileInstant> SteadyInstants(const std::vector<double>& t, double rate,
+                                           double largest_gap);
+// Every sample as it is, and instants `period` [s] apart where samples are missing.
+std::vector<TactileInstant> InstantsOfSamples(const std::vector<double>& t, double period,
+                                              double largest_gap);
+
+// What the fingers read at `instant`, linear between samples.
+TactileFrame FrameAt(const TactileRecording& recording, const TactileInstant& instant);
+// `share` of the way from one reading to another; poses are left out.
+FingerReading Between(const FingerReading& from, const FingerReading& to, double share) noexcept;
+
+}  // namespace palpate

@@ -1,0 +1,184 @@
+#include "slave/capture/tactile_recording.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "slave/capture/csv_rows.h"
+#include "slave/capture/time_column.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
+constexpr double kMostOther = 1e300;
+
+// Where one finger stands in the file.
+struct FingerColumns {
+  std::string prefix;  // of its columns: empty, or `rf_`
+  std::array<std::size_t, kElectrodeCount> electrodes{};
+  std::optional<std::size_t> pac, pdc;
+};
+
+// The number of `E7`, `ele7`, 1 or more; 0: no electrode.
+int ElectrodeNumber(std::string_view name) {
+  if (name.starts_with("ele")) {
+    name.remove_prefix(3);
+  } else if (name.starts_with('E')) {
+    name.remove_prefix(1);
+  } else {
+    return 0;
+  }
+  if (name.empty() || name.size() > 2 || name.front() == '0') return 0;
+  int number = 0;
+  for (const char c : name) {
+    if (c < '0' || c > '9') return 0;
+    number = 10 * number + (c - '0');
+  }
+  return number;
+}
+
+// The prefixes of all columns that name an electrode, in the file's order.
+std::vector<std::string> PrefixesIn(const CsvRows& rows) {
+  std::vector<std::string> prefixes;
+  for (const std::string& name : rows.header()) {
+    const std::size_t begin = name.rfind('_') + 1;  // 0 where there is none
+    if (ElectrodeNumber(std::string_view(name).substr(begin)) == 0) continue;
+    const std::string prefix = name.substr(0, begin);
+    if (std::ranges::find(prefixes, prefix) == prefixes.end()) prefixes.push_back(prefix);
+  }
+  return prefixes;
+}
+
+std::string NameOf(std::string_view prefix) {
+  return std::string(prefix.substr(0, prefix.size() - (prefix.empty() ? 0 : 1)));
+}
+
+// The prefixes of the fingers wanted. A file of one finger without a name holds whichever is
+// wanted.
+std::vector<std::string> ChoosePrefixes(const CsvRows& rows, std::span<const std::string> wanted) {
+  auto prefixes = PrefixesIn(rows);
+  if (prefixes.empty())
+    rows.Fail("no electrodes: accepted is columns E1 to E19 or NAME_E1 to NAME_E19");
+  if (wanted.empty()) return prefixes;
+  if (wanted.size() == 1 && prefixes.size() == 1 && prefixes[0].empty()) return prefixes;
+  std::vector<std::string> chosen;
+  for (const std::string& name : wanted) {
+    chosen.push_back(name.empty() ? name : name + "_");
+    if (std::ranges::find(prefixes, chosen.back()) != prefixes.end()) continue;
+    std::string there;
+    for (const auto& prefix : prefixes) {
+      there +=
+          (there.empty() ? "" : ", ") + (prefix.empty() ? "one without a name" : NameOf(prefix));
+    }
+    rows.Fail("finger = " + name + ": accepted is a finger of this recording: " + there);
+  }
+  return chosen;
+}
+
+FingerColumns FindFinger(const CsvRows& rows, const std::string& prefix) {
+  FingerColumns columns;
+  columns.prefix = prefix;
+  const auto find = [&](int electrode) {
+    const std::string number = std::to_string(electrode);
+    const auto column = rows.Find(prefix + "E" + number);
+    return column ? column : rows.Find(prefix + "ele" + number);
+  };
+  const std::string all = prefix + "E1 to " + prefix + "E" + std::to_string(kElectrodeCount);
+  for (int i = 0; i < kElectrodeCount; ++i) {
+    const auto column = find(i + 1);
+    if (!column) {
+      rows.Fail("electrode " + prefix + "E" + std::to_string(i + 1) + " is missing: accepted is " +
+                all);
+    }
+    columns.electrodes[static_cast<std::size_t>(i)] = *column;
+  }
+  if (find(kElectrodeCount + 1)) {
+    rows.Fail("electrode " + prefix + "E" + std::to_string(kElectrodeCount + 1) + ": accepted is " +
+              all);
+  }
+  columns.pac = rows.Find(prefix + "pac0");
+  if (!columns.pac) columns.pac = rows.Find(prefix + "pac1");
+  columns.pdc = rows.Find(prefix + "pdc");
+  return columns;
+}
+
+FingerReading ReadSample(const CsvRows& rows, const FingerColumns& columns) {
+  const auto counts = [&](std::size_t column) {
+    return static_cast<float>(rows.Number(column, kMostCounts));
+  };
+  FingerReading reading;
+  reading.present = true;
+  for (std::size_t i = 0; i < columns.electrodes.size(); ++i) {
+    reading.electrodes[i] = counts(columns.electrodes[i]);
+  }
+  if (columns.pac) reading.pac = counts(*columns.pac);
+  if (columns.pdc) reading.pdc = counts(*columns.pdc);
+  return reading;
+}
+
+// Columns that are neither time nor of the fingers read, as long as all their cells are numbers.
+class OtherColumns {
+ public:
+  OtherColumns(const CsvRows& rows, std::size_t time, const std::vector<FingerColumns>& fingers)
+      : is_kept_(rows.header().size(), true), values_(rows.header().size()) {
+    is_kept_[time] = false;
+    for (const FingerColumns& finger : fingers) {
+      for (const std::size_t column : finger.electrodes) is_kept_[column] = false;
+      if (finger.pac) is_kept_[*finger.pac] = false;
+      if (finger.pdc) is_kept_[*finger.pdc] = false;
+    }
+  }
+  void Take(const CsvRows& rows) {
+    for (std::size_t i = 0; i < is_kept_.size(); ++i) {
+      if (!is_kept_[i]) continue;
+      const auto value = ParseCell(rows.Text(i));
+      is_kept_[i] = value.has_value();
+      if (value) values_[i].push_back(std::clamp(*value, -kMostOther, kMostOther));
+    }
+  }
+  std::map<std::string, std::vector<double>> Release(const CsvRows& rows) {
+    std::map<std::string, std::vector<double>> named;
+    for (std::size_t i = 0; i < is_kept_.size(); ++i) {
+      if (is_kept_[i]) named.emplace(rows.header()[i], std::move(values_[i]));
+    }
+    return named;
+  }
+
+ private:
+  std::vector<bool> is_kept_;
+  std::vector<std::vector<double>> values_;
+};
+
+}  // namespace
+
+TactileRecording ReadTactileRecording(const std::filesystem::path& file,
+                                      std::span<const std::string> wanted) {
+  CsvRows rows(file);
+  const std::size_t time = FindTimeColumn(rows);
+  TactileRecording recording;
+  std::vector<FingerColumns> fingers;
+  for (const std::string& prefix : ChoosePrefixes(rows, wanted)) {
+    fingers.push_back(FindFinger(rows, prefix));
+    recording.fingers.push_back(
+        {NameOf(prefix), fingers.back().pac.has_value(), fingers.back().pdc.has_value(), {}});
+  }
+  OtherColumns others(rows, time, fingers);
+  while (rows.Next()) {
+    const double t = ReadTime(rows, time, recording.t.empty() ? nullptr : &recording.t.back());
+    if (!recording.t.empty() && t == recording.t.back()) continue;
+    recording.t.push_back(t);
+    for (std::size_t i = 0; i < fingers.size(); ++i) {
+      recording.fingers[i].samples.push_back(ReadSample(rows, fingers[i]));
+    }
+    others.Take(rows);
+  }
+  if (recording.t.empty()) rows.Fail("no samples: accepted is a header and one row or more");
+  recording.others = others.Release(rows);
+  return recording;
+}
+
+}  // namespace palpate

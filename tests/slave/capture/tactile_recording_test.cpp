@@ -1,0 +1,475 @@
+// Recordings of tactile samples: what is understood, what is refused, how they come as frames.
+#include "slave/capture/tactile_recording.h"
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/slave/capture/scratch.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+// E1 to E19 with `prefix`, comma-separated.
+std::string Electrodes(const std::string& prefix, int count = kElectrodeCount) {
+  std::string text;
+  for (int i = 1; i <= count; ++i)
+    text.append(i > 1 ? "," : "").append(prefix).append(std::to_string(i));
+  return text;
+}
+// base + 1 to base + 19.
+std::string Counts(double base) {
+  std::string text;
+  for (int i = 1; i <= kElectrodeCount; ++i) {
+    text.append(i > 1 ? "," : "").append(std::to_string(base + i));
+  }
+  return text;
+}
+// One finger without a name, a sample at each of `times` whose counts tell its time: 1000 t + i.
+std::string Recording(const std::vector<double>& times) {
+  std::string text = "t,pac0,pdc," + Electrodes("E") + "\n";
+  for (const double t : times) {
+    text += std::to_string(t) + "," + std::to_string(1000 * t) + "," + std::to_string(2000 * t) +
+            "," + Counts(1000 * t) + "\n";
+  }
+  return text;
+}
+
+TactileRecording Read(const std::string& text, const std::vector<std::string>& wanted = {}) {
+  const Scratch scratch;
+  return ReadTactileRecording(scratch.Write("touch.csv", text), wanted);
+}
+
+std::string MessageOf(const std::string& text, const std::vector<std::string>& wanted = {}) {
+  try {
+    Read(text, wanted);
+    return {};
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+}
+
+TEST(TactileRecordingTest, AFingerWithoutANameIsWhicheverIsWanted) {
+  const auto recording = Read(Recording({0, 0.01, 0.02}), {"rf"});
+  EXPECT_EQ(recording.t, (std::vector<double>{0, 0.01, 0.02}));
+  ASSERT_EQ(recording.fingers.size(), 1U);
+  EXPECT_EQ(recording.fingers[0].name, "");
+  EXPECT_TRUE(recording.fingers[0].has_pac);
+  EXPECT_TRUE(recording.fingers[0].has_pdc);
+  ASSERT_EQ(recording.fingers[0].samples.size(), 3U);
+  const FingerReading& last = recording.fingers[0].samples[2];
+  EXPECT_TRUE(last.present);
+  EXPECT_FLOAT_EQ(last.electrodes[0], 21);
+  EXPECT_FLOAT_EQ(last.electrodes[18], 39);
+  EXPECT_FLOAT_EQ(last.pac, 20);
+  EXPECT_FLOAT_EQ(last.pdc, 40);
+}
+
+TEST(TactileRecordingTest, FingersComeInTheOrderWanted) {
+  const std::string text = "# five were worn, two are here\n\nmf_pdc,time_s," + Electrodes("mf_E") +
+                           "," + Electrodes("th_E") + ",fx,remark\n" + "7,0.5," + Counts(100) +
+                           "," + Counts(200) + ",-0.25,good\n";
+  const auto both = Read(text, {"th", "mf"});
+  ASSERT_EQ(both.fingers.size(), 2U);
+  EXPECT_EQ(both.fingers[0].name, "th");
+  EXPECT_FALSE(both.fingers[0].has_pdc);
+  EXPECT_FLOAT_EQ(both.fingers[0].samples[0].electrodes[0], 201);
+  EXPECT_TRUE(both.fingers[1].has_pdc);
+  EXPECT_FALSE(both.fingers[1].has_pac);
+  EXPECT_FLOAT_EQ(both.fingers[1].samples[0].pdc, 7);
+  EXPECT_THAT(both.others, ::testing::ElementsAre(::testing::Pair("fx", std::vector{-0.25})));
+  EXPECT_EQ(Read(text).fingers.size(), 2U);
+  EXPECT_EQ(Read(text).fingers[0].name, "mf");
+  // What was not asked for is a number like others.
+  EXPECT_EQ(Read(text, {"th"}).others.at("mf_E19"), std::vector{119.0});
+}
+
+TEST(TactileRecordingTest, ColumnsOfAnotherDriverAreUnderstood) {
+  const auto recording = Read("timestamp,pdc,pac1,pac2," + Electrodes("ele") + "\r\n" +
+                              "1581073084.69,91,1211,1209," + Counts(0) + ",\r\n");
+  EXPECT_DOUBLE_EQ(recording.t.at(0), 1581073084.69);
+  EXPECT_FLOAT_EQ(recording.fingers.at(0).samples.at(0).pac, 1211);
+  EXPECT_FLOAT_EQ(recording.fingers.at(0).samples.at(0).electrodes[18], 19);
+}
+
+TEST(TactileRecordingTest, TheRelativeClockComesFirst) {
+  const auto recording =
+      Read("timestamp,rel_time_s," + Electrodes("E") + "\n" + "15810,0.25," + Counts(0) + "\n");
+  EXPECT_EQ(recording.t, std::vector{0.25});
+  EXPECT_EQ(recording.others.at("timestamp"), std::vector{15810.0});
+}
+
+TEST(TactileRecordingTest, OfTwoSamplesAtTheSameTimeTheFirstCounts) {
+  const auto recording = Read("t,x," + Electrodes("E") + "\n" + "1,5," + Counts(0) + "\n1,6," +
+                              Counts(50) + "\n2,7," + Counts(100) + "\n");
+  EXPECT_EQ(recording.t, (std::vector<double>{1, 2}));
+  EXPECT_EQ(recording.others.at("x"), (std::vector<double>{5, 7}));
+  EXPECT_FLOAT_EQ(recording.fingers[0].samples[0].electrodes[0], 1);
+  EXPECT_FLOAT_EQ(recording.fingers[0].samples[1].electrodes[0], 101);
+}
+
+struct BadRecording {
+  const char* name;
+  std::string text;
+  std::vector<std::string> wanted;
+  const char* message;
+};
+
+class BadRecordingTest : public ::testing::TestWithParam<BadRecording> {};
+
+TEST_P(BadRecordingTest, IsRefusedWithItsLine) {
+  EXPECT_THAT(MessageOf(GetParam().text, GetParam().wanted),
+              HasSubstr(std::string("touch.csv:") + GetParam().message));
+}
+
+const std::string kHead = "t," + Electrodes("E") + "\n";
+const std::string kNamed = "t," + Electrodes("ff_E") + "," + Electrodes("rf_E") + "\n";
+
+INSTANTIATE_TEST_SUITE_P(
+    Files, BadRecordingTest,
+    ::testing::Values(
+        BadRecording{"Empty", "", {}, "1: empty: accepted is a CSV file with a header row"},
+        BadRecording{"HeaderOnly", kHead, {}, "1: no samples: accepted is a header and one row"},
+        BadRecording{"NoTime",
+                     Electrodes("E") + "\n" + Counts(0) + "\n",
+                     {},
+                     "1: no time: accepted is a column rel_time_s, time_s, t, time or timestamp"},
+        BadRecording{
+            "NoElectrodes", "t,pdc\n0,1\n", {}, "1: no electrodes: accepted is columns E1"},
+        BadRecording{"ElectrodeMissing",
+                     "t," + Electrodes("rf_E", 18) + "\n",
+                     {"rf"},
+                     "1: electrode rf_E19 is missing: accepted is rf_E1 to rf_E19"},
+        BadRecording{"AnotherSensor",
+                     "t," + Electrodes("E", 24) + "\n",
+                     {},
+                     "1: electrode E20: accepted is E1 to E19"},
+        BadRecording{"NoSuchFinger",
+                     kNamed,
+                     {"th"},
+                     "1: finger = th: accepted is a finger of this recording: ff, rf"},
+        BadRecording{"NamelessAmongTwo",
+                     kHead,
+                     {"ff", "rf"},
+                     "1: finger = ff: accepted is a finger of this recording: one without a name"},
+        BadRecording{
+            "ColumnTwice", "t,t," + Electrodes("E") + "\n", {}, "1: column t stands twice"},
+        BadRecording{"ShortRow",
+                     kHead + "0," + Counts(0) + "\n0.01,1,2\n",
+                     {},
+                     "3: 3 columns: accepted is 20, as in the header"},
+        BadRecording{
+            "LongRow", kHead + "0," + Counts(0) + ",5\n", {}, "2: 21 columns: accepted is 20"},
+        BadRecording{
+            "TwoCommasAtTheEnd", kHead + "0," + Counts(0) + ",,\n", {}, "2: 22 columns: acc"},
+        BadRecording{"NotANumber",
+                     kHead + "0,nan" + Counts(0).substr(8) + "\n",
+                     {},
+                     "2: E1 = nan: accepted is a finite number"},
+        BadRecording{"Infinite",
+                     kHead + "0,inf" + Counts(0).substr(8) + "\n",
+                     {},
+                     "2: E1 = inf: accepted is a finite number"},
+        BadRecording{"TooLargeForAFloat",
+                     kHead + "0,1e39" + Counts(0).substr(8) + "\n",
+                     {},
+                     "2: E1 = 1e39: accepted is a finite number"},
+        BadRecording{"EmptyCell",
+                     kHead + "0," + Counts(0).substr(8) + "\n",
+                     {},
+                     "2: E1 = : accepted is a finite number"},
+        BadRecording{
+            "Words", kHead + "0,many" + Counts(0).substr(8) + "\n", {}, "2: E1 = many: acc"},
+        BadRecording{"ClockBack",
+                     kHead + "0.02," + Counts(0) + "\n# here\n0.01," + Counts(0) + "\n",
+                     {},
+                     "4: t = 0.01: accepted is a clock that does not go back, from 0.02"},
+        BadRecording{"ClockInNanoseconds",
+                     kHead + "1581073084690542596," + Counts(0) + "\n",
+                     {},
+                     "2: t = 1581073084690542596: accepted is a time in seconds"},
+        BadRecording{
+            "ClockOfNaN", kHead + "nan," + Counts(0) + "\n", {}, "2: t = nan: accepted is a"},
+        BadRecording{"Endless", std::string(1 << 17, 'x'), {}, "1: a line of 64 KiB or more"},
+        BadRecording{"Binary", std::string(3000, '\0'), {}, "1: no time"}),
+    [](const auto& row) { return std::string(row.param.name); });
+
+TEST(TactileRecordingTest, AMissingFileAndAFolderAreSaidToBeSo) {
+  const Scratch scratch;
+  for (const auto& file : {scratch.path() / "none.csv", scratch.path()}) {
+    try {
+      ReadTactileRecording(file, {});
+      FAIL() << file;
+    } catch (const std::runtime_error& error) {
+      EXPECT_THAT(error.what(), HasSubstr(file.string() + ": cannot be read"));
+    }
+  }
+}
+
+// Whatever is cut off or changed: a recording of finite numbers in rising time, or an error that
+// names the file.
+TEST(TactileRecordingTest, BrokenFilesAreReadOrRefused) {
+  const Scratch scratch;
+  const std::string text = Recording({0, 0.01, 0.02, 0.03});
+  const std::string bytes("\0\xff,\n\r#\"-+e9.naif", 17);
+  std::mt19937 random(1);
+  int refused = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::string broken = text;
+    for (int k = 0; k <= trial % 3; ++k) {
+      broken[random() % broken.size()] = bytes[random() % bytes.size()];
+    }
+    if (trial % 5 == 0) broken.resize(random() % broken.size());
+    const auto file = scratch.Write("broken.csv", broken);
+    try {
+      const auto recording = ReadTactileRecording(file, {});
+      ASSERT_EQ(recording.fingers.size(), 1U);
+      ASSERT_EQ(recording.fingers[0].samples.size(), recording.t.size());
+      for (std::size_t i = 0; i < recording.t.size(); ++i) {
+        ASSERT_TRUE(std::isfinite(recording.t[i]));
+        ASSERT_TRUE(i == 0 || recording.t[i] > recording.t[i - 1]);
+        for (const float e : recording.fingers[0].samples[i].electrodes) {
+          ASSERT_TRUE(std::isfinite(e));
+        }
+      }
+    } catch (const std::runtime_error& error) {
+      ++refused;
+      ASSERT_THAT(error.what(), HasSubstr("broken.csv:"));
+    }
+  }
+  EXPECT_GT(refused, 1000);
+  EXPECT_LT(refused, 3000);
+}
+
+// --- frames
+
+// Reference: counts are 1000 t + i, so linear interpolation is exact to a float's rounding.
+TEST(TactileRecordingTest, ResamplingIsLinearAndSteady) {
+  const auto recording = Read(Recording({0.5, 0.513, 0.529, 0.541, 0.56}));
+  const auto frames = Resample(recording, 200, 0.03);
+  ASSERT_EQ(frames.size(), 13U);
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const double t = 0.005 * static_cast<double>(k);
+    EXPECT_EQ(frames[k].sequence, k + 1);
+    EXPECT_NEAR(SecondsBetween(Time{}, frames[k].sensed_at), t, 2e-9);
+    EXPECT_FALSE(frames[k].after_gap);
+    EXPECT_TRUE(frames[k].fingers[0].present);
+    EXPECT_FALSE(frames[k].fingers[1].present);
+    EXPECT_NEAR(frames[k].fingers[0].electrodes[4], 1000 * (0.5 + t) + 5, 1e-3);
+    EXPECT_NEAR(frames[k].fingers[0].pac, 1000 * (0.5 + t), 1e-3);
+    EXPECT_NEAR(frames[k].fingers[0].pdc, 2000 * (0.5 + t), 1e-3);
+  }
+}
+
+TEST(TactileRecordingTest, NothingIsMadeUpInsideAGap) {
+  const auto recording = Read(Recording({0, 0.01, 0.02, 0.123, 0.133}));
+  const auto frames = Resample(recording, 200, 0.03);
+  ASSERT_EQ(frames.size(), 8U);
+  for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].after_gap, k == 5) << k;
+  EXPECT_NEAR(SecondsBetween(Time{}, frames[4].sensed_at), 0.02, 2e-9);
+  EXPECT_NEAR(SecondsBetween(Time{}, frames[5].sensed_at), 0.123, 2e-9);
+  EXPECT_FLOAT_EQ(frames[5].fingers[0].electrodes[0], 124);
+}
+
+TEST(TactileRecordingTest, ARateOfNothingIsRefused) {
+  const auto recording = Read(Recording({0, 0.01}));
+  for (const double rate : {0.0, -1.0, std::nan(""), 1e300}) {
+    EXPECT_THROW(Resample(recording, rate, 0.03), std::invalid_argument) << rate;
+  }
+}
+
+Scene SceneOf(const std::filesystem::path& file, double rate = 100) {
+  Scene scene;
+  scene.name = "recorded";
+  Tactile& tactile = scene.sense.tactile.emplace();
+  tactile.file = file;
+  tactile.rate = rate;
+  tactile.fingers.resize(1);
+  tactile.fingers[0].name = "rf";
+  return scene;
+}
+
+std::vector<TactileFrame> AllFrames(const Scene& scene) {
+  const auto source = OpenTactileRecording(scene, false);
+  std::vector<TactileFrame> frames;
+  while (const auto frame = source->Next({})) frames.push_back(*frame);
+  return frames;
+}
+
+TEST(RecordedTactileTest, SamplesAtAboutTheScenesRateAreTakenAsTheyAre) {
+  const Scratch scratch;
+  const std::vector<double> t{0.4, 0.4075, 0.42, 0.43, 0.44};
+  const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", Recording(t))));
+  ASSERT_EQ(frames.size(), t.size());
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    EXPECT_EQ(frames[i].sequence, i + 1);
+    EXPECT_NEAR(SecondsBetween(frames[0].sensed_at, frames[i].sensed_at), t[i] - t[0], 2e-9);
+    EXPECT_FLOAT_EQ(frames[i].fingers[0].electrodes[0], static_cast<float>(1000 * t[i] + 1));
+    EXPECT_FALSE(frames[i].fingers[0].X_SF);
+  }
+}
+
+TEST(RecordedTactileTest, MissingSamplesAreFilledAndLongPausesAreGaps) {
+  const Scratch scratch;
+  const std::vector<double> t{0, 0.01, 0.02, 0.049, 0.059, 0.1, 0.11};
+  const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", Recording(t))));
+  ASSERT_EQ(frames.size(), 9U);
+  EXPECT_NEAR(frames[3].fingers[0].electrodes[0], 1000 * (0.02 + 0.029 / 3) + 1, 1e-3);
+  EXPECT_NEAR(frames[4].fingers[0].electrodes[0], 1000 * (0.02 + 2 * 0.029 / 3) + 1, 1e-3);
+  for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].after_gap, k == 7) << k;
+}
+
+TEST(RecordedTactileTest, AnotherRateIsResampledAndSaidSo) {
+  const Scratch scratch;
+  std::vector<double> t;
+  for (int i = 0; i < 40; ++i) t.push_back(0.025 * i);  // 40 Hz: each pause is 2.5 of our periods
+  const Scene scene = SceneOf(scratch.Write("touch.csv", Recording(t)));
+  const auto frames = AllFrames(scene);
+  ASSERT_EQ(frames.size(), 98U);  // 0 to 0.97 s
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    EXPECT_NEAR(frames[k].fingers[0].electrodes[0], 10.0 * static_cast<double>(k) + 1, 1e-3);
+    EXPECT_FALSE(frames[k].after_gap);
+  }
+  EXPECT_THAT(OpenTactileRecording(scene, false)->description(),
+              ::testing::EndsWith("touch.csv (40 samples, resampled from 40 Hz)"));
+}
+
+// A pause of 31 years between two samples must not become 10^11 frames.
+TEST(RecordedTactileTest, SamplesYearsApartAreRefused) {
+  const Scratch scratch;
+  EXPECT_THROW(AllFrames(SceneOf(scratch.Write("touch.csv", Recording({0, 1e9})))),
+               std::runtime_error);
+  EXPECT_EQ(AllFrames(SceneOf(scratch.Write("touch.csv", Recording({5})))).size(), 1U);
+}
+
+TEST(RecordedTactileTest, APacedRecordingComesWhenItWasTaken) {
+  const Scratch scratch;
+  const Scene scene = SceneOf(scratch.Write("touch.csv", Recording({7, 7.01, 7.02, 7.03})));
+  const auto source = OpenTactileRecording(scene, true);
+  while (const auto frame = source->Next({})) EXPECT_GE(Clock::now(), frame->sensed_at);
+}
+
+TEST(RecordedTactileTest, AStopEndsTheWait) {
+  const Scratch scratch;
+  std::vector<double> t;
+  for (int i = 0; i < 20; ++i) t.push_back(0.9 * i);
+  Scene scene = SceneOf(scratch.Write("touch.csv", Recording(t)), 1);
+  const auto source = OpenTactileRecording(scene, true);
+  ASSERT_TRUE(source->Next({}));
+  std::stop_source stop;
+  const std::jthread stopper([&stop] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    stop.request_stop();
+  });
+  EXPECT_FALSE(source->Next(stop.get_token()));
+}
+
+TEST(RecordedTactileTest, OnlyARecordingIsOpened) {
+  Scene scene;
+  EXPECT_THROW(OpenTactileRecording(scene, false), std::runtime_error);
+  scene.sense.tactile.emplace().source = Tactile::Source::kStream;
+  EXPECT_THROW(OpenTactileRecording(scene, false), std::runtime_error);
+}
+
+// --- poses
+
+constexpr double kHalf = 0.70710678118654752;  // a quarter turn's quaternion
+
+// Reference: half of a quarter turn about z is 45 degrees; half of the way is the middle.
+TEST(FingerPosesTest, LieBetweenTheRecordedOnes) {
+  const Scratch scratch;
+  Scene scene = SceneOf(scratch.Write("touch.csv", Recording({1, 1.01, 1.02, 1.03, 1.04})));
+  scene.sense.tactile->poses =
+      scratch.Write("poses.csv",
+                    "t,finger,x,y,z,qw,qx,qy,qz\n1.01,rf,0,0,0.5,1,0,0,0\n1.01,th,9,9,9,1,0,0,0\n"
+                    "1.03,rf,0.25,0,0.5," +
+                        std::to_string(kHalf) + ",0,0," + std::to_string(kHalf) + "\n");
+  const auto frames = AllFrames(scene);
+  ASSERT_EQ(frames.size(), 5U);
+  const auto at = [&](std::size_t i) { return frames[i].fingers[0].X_SF.value(); };
+  EXPECT_TRUE(at(0).isApprox(at(1), 1e-12));  // the first one holds before
+  EXPECT_TRUE(at(4).isApprox(at(3), 1e-12));  // the last one after
+  EXPECT_TRUE(at(2).translation().isApprox(Eigen::Vector3d(0.125, 0, 0.5), 1e-9));
+  EXPECT_LT((at(2).linear() * Eigen::Vector3d::UnitX() - Eigen::Vector3d(kHalf, kHalf, 0)).norm(),
+            1e-6);
+  EXPECT_NEAR(at(3).linear().determinant(), 1, 1e-12);
+}
+
+TEST(FingerPosesTest, MistakesAreRefusedWithTheirLine) {
+  const Scratch scratch;
+  Scene scene = SceneOf(scratch.Write("touch.csv", Recording({1, 1.01})));
+  const std::string head = "t,finger,x,y,z,qw,qx,qy,qz\n";
+  const struct {
+    std::string text;
+    const char* message;
+  } kRows[] = {
+      {"t,finger,x,y,z,qw,qx,qy\n", "poses.csv:1: column qz is missing"},
+      {"finger,x,y,z,qw,qx,qy,qz\n", "poses.csv:1: no time"},
+      {head, "poses.csv:1: no pose"},
+      {head + "0,th,0,0,0,1,0,0,0\n", "poses.csv:2: no pose"},
+      {head + "0,rf,0,0,0,1,1,0,0\n", "poses.csv:2: qw,qx,qy,qz of length 1.414214: accepted is"},
+      {head + "0,rf,0,0,0,0,0,0,0\n", "poses.csv:2: qw,qx,qy,qz of length 0"},
+      {head + "0,rf,0,0,nan,1,0,0,0\n", "poses.csv:2: z = nan: accepted is a finite number"},
+      {head + "0,rf,0,0,1e9,1,0,0,0\n", "poses.csv:2: z = 1e9: accepted is a finite number"},
+      {head + "0,rf,0,0,0,1,0,0\n", "poses.csv:2: 8 columns: accepted is 9"},
+      {head + "1,rf,0,0,0,1,0,0,0\n0.5,rf,0,0,0,1,0,0,0\n", "poses.csv:3: t = 0.5: accepted is a"},
+  };
+  for (const auto& row : kRows) {
+    scene.sense.tactile->poses = scratch.Write("poses.csv", row.text);
+    try {
+      OpenTactileRecording(scene, false);
+      ADD_FAILURE() << row.message;
+    } catch (const std::runtime_error& error) {
+      EXPECT_THAT(error.what(), HasSubstr(row.message));
+    }
+  }
+}
+
+// --- the real ones
+
+class RealRecordingTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::is_directory(kData)) GTEST_SKIP() << kData << " is not here";
+  }
+  const std::filesystem::path kData = PALPATE_SOURCE_DIR "/../shared/data";
+};
+
+// Reference: the file's first row.
+TEST_F(RealRecordingTest, TheAuthorsRecordingIsReadWithoutResampling) {
+  const auto file = kData / "seed001_rf_foam_bar/rh_tactile.csv";
+  const auto recording = ReadTactileRecording(file, {});
+  ASSERT_EQ(recording.fingers.size(), 5U);
+  EXPECT_EQ(recording.fingers[0].name, "ff");
+  EXPECT_EQ(recording.fingers[4].name, "th");
+  EXPECT_EQ(recording.t.size(), 1500U);
+  const auto frames = AllFrames(SceneOf(file));
+  ASSERT_EQ(frames.size(), recording.t.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    ASSERT_EQ(frames[i].fingers[0].electrodes, recording.fingers[2].samples[i].electrodes);
+    ASSERT_FALSE(frames[i].after_gap);
+  }
+}
+
+TEST_F(RealRecordingTest, RecordingsOfOtherLabsAreRead) {
+  const auto pressed = ReadTactileRecording(kData / "biotac_contact_direction/trial1.csv", {});
+  EXPECT_EQ(pressed.t.size(), 5185U);
+  EXPECT_FALSE(pressed.fingers.at(0).has_pac);
+  EXPECT_TRUE(pressed.fingers.at(0).has_pdc);
+  EXPECT_EQ(pressed.others.count("nx") + pressed.others.count("nz"), 2U);
+  const auto slid = ReadTactileRecording(kData / "biotac_slide/mat1_10_bio.csv", {});
+  EXPECT_EQ(slid.t.size(), 600U);
+  EXPECT_TRUE(slid.fingers.at(0).has_pac);
+}
+
+}  // namespace
+}  // namespace palpate
