@@ -22,13 +22,6 @@ Json NumberOrNull(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
-Json ToJson(const DistanceSummary& d) {
-  return {{"mean", NumberOrNull(d.mean)},
-          {"rms", NumberOrNull(d.rms)},
-          {"p95", NumberOrNull(d.p95)},
-          {"max", NumberOrNull(d.max)}};
-}
-
 }  // namespace
 
 std::string Percent(double share) {
@@ -48,13 +41,20 @@ std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& di
           Millimetres(distances.p95), Millimetres(distances.max)};
 }
 
+Json DistanceJson(const DistanceSummary& distances) {
+  return {{"mean", NumberOrNull(distances.mean)},
+          {"rms", NumberOrNull(distances.rms)},
+          {"p95", NumberOrNull(distances.p95)},
+          {"max", NumberOrNull(distances.max)}};
+}
+
 Json ScoreJson(const ShapeScore& score, double leaf) {
   return {{"octree", NumberOrNull(score.octree)},
           {"leaf_m", leaf},
           {"measured_points", score.measured},
           {"simulated_points", score.simulated},
-          {"measured_to_surface_m", ToJson(score.measured_to_surface)},
-          {"simulated_to_measured_m", ToJson(score.simulated_to_measured)}};
+          {"measured_to_surface_m", DistanceJson(score.measured_to_surface)},
+          {"simulated_to_measured_m", DistanceJson(score.simulated_to_measured)}};
 }
 
 bool WriteText(const std::filesystem::path& file, std::string_view text) {

@@ -20,6 +20,7 @@ std::string Millimetres(double length);
 std::vector<std::string> DistanceHead(std::string first);
 std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& distances);
 // What is not known is null.
+nlohmann::ordered_json DistanceJson(const DistanceSummary& distances);
 nlohmann::ordered_json ScoreJson(const ShapeScore& score, double leaf);
 // False: cannot be written.
 bool WriteText(const std::filesystem::path& file, std::string_view text);

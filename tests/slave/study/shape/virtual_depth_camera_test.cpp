@@ -79,6 +79,7 @@ TEST(VirtualDepthCameraTest, PosedCameraSeesTheSameInItsOwnFrame) {
 TEST(VirtualDepthCameraTest, BoxShowsTheThreeFacesThatFaceTheCamera) {
   SurfaceMesh box = SurfaceOf(MeshBox({0.1, 0.1, 0.1}, {3, 2, 4}));
   DepthCamera camera = Camera();
+  camera.focal = 260;
   const Vector3d from(0.4, 0.3, 0.5);  // sees x = 0.1, y = 0.1, z = 0.1
   const Vector3d look = (Vector3d::Constant(0.05) - from).normalized();
   const Vector3d right = look.cross(Vector3d::UnitZ()).normalized();
@@ -106,7 +107,6 @@ TEST(VirtualDepthCameraTest, SphereIsSeenWhereRaysMeetIt) {
   const double edge = 0.5 * std::numbers::pi / 64;
   const double sagitta = radius * (1 - std::cos(edge));
   std::size_t expected = 0;
-  const DepthCamera camera = Camera();
   for (int v = 0; v < 120; ++v) {
     for (int u = 0; u < 160; ++u) {
       const Vector3d ray((u + 0.5 - 80) / 130, (v + 0.5 - 60) / 130, 1);
