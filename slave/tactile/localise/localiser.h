@@ -47,8 +47,9 @@ class Localiser {
 };
 
 // The variant that `tactile.localise` names, with its thresholds; `auto` is the best of the formula
-// variants. Throws std::runtime_error: a fitted file that cannot be used, std::invalid_argument: an
-// unknown name.
+// variants, pressure-weighted. A fitted file brings its own layout and threshold. Throws
+// std::runtime_error: a fitted file that cannot be used, std::invalid_argument: an unknown name, an
+// electrode on the finger's axis.
 std::unique_ptr<Localiser> MakeLocaliser(const Tactile& tactile, const ElectrodeLayout& layout);
 
 }  // namespace palpate

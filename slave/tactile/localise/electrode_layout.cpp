@@ -1,0 +1,158 @@
+#include "slave/tactile/localise/electrode_layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <fstream>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "shared/scene/units.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kMillimetre = 1e-3;
+constexpr double kFarthest = 1000;       // of an electrode from the origin [mm]
+constexpr double kUnitTolerance = 0.05;  // of a normal's length: files print three digits
+constexpr std::size_t kLongestQuote = 60;
+
+using Row = std::array<double, 6>;  // x y z [mm], nx ny nz
+
+std::string_view Trimmed(std::string_view text) {
+  const auto begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+std::string NameOf(std::size_t electrode) {
+  return std::string("E").append(std::to_string(electrode + 1));
+}
+
+// 0 for E1 to 18 for E19; nothing for other names.
+std::optional<std::size_t> ElectrodeOf(std::string_view name) {
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    if (name == NameOf(i)) return i;
+  }
+  return std::nullopt;
+}
+
+std::optional<Row> ParseRow(std::string_view text) {
+  Row row{};
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const auto comma = text.find(',');
+    if ((comma == std::string_view::npos) != (i + 1 == row.size())) return std::nullopt;
+    const auto number = ParseNumber(Trimmed(text.substr(0, comma)));
+    if (!number || !std::isfinite(*number)) return std::nullopt;
+    row[i] = *number;
+    if (comma != std::string_view::npos) text.remove_prefix(comma + 1);
+  }
+  return row;
+}
+
+// Collects the rows of a file; the functions return what is wrong, empty if nothing.
+class LayoutReader {
+ public:
+  std::string Take(std::string_view line) {
+    line = Trimmed(line);
+    if (line.empty() || line.front() == '#') return {};
+    const auto comma = line.find(',');
+    const auto electrode = ElectrodeOf(Trimmed(line.substr(0, comma)));
+    if (!electrode) return {};
+    const auto row =
+        comma == std::string_view::npos ? std::nullopt : ParseRow(line.substr(comma + 1));
+    if (!row) {
+      return std::string(line.substr(0, kLongestQuote)) +
+             ": accepted is NAME,x,y,z,nx,ny,nz in millimetres";
+    }
+    return Place(*electrode, *row);
+  }
+  [[nodiscard]] std::string Missing() const {
+    const auto absent = std::find(known_.begin(), known_.end(), false);
+    if (absent == known_.end()) return {};
+    return NameOf(static_cast<std::size_t>(absent - known_.begin())) +
+           " is missing: accepted are all of E1 to E19";
+  }
+  [[nodiscard]] const ElectrodeLayout& layout() const { return layout_; }
+
+ private:
+  std::string Place(std::size_t electrode, const Row& row) {
+    const std::string name = NameOf(electrode);
+    if (known_[electrode]) return name + " comes twice: accepted is one row each";
+    const Eigen::Vector3d p(row[0], row[1], row[2]), n(row[3], row[4], row[5]);
+    if (p.stableNorm() > kFarthest) {
+      return name + " is farther than 1 m from the origin: accepted are millimetres";
+    }
+    if (!(std::abs(n.stableNorm() - 1) < kUnitTolerance)) {
+      return name + ": nx,ny,nz is no unit vector";
+    }
+    layout_.p_F[electrode] = kMillimetre * p;
+    layout_.n_F[electrode] = n.normalized();
+    known_[electrode] = true;
+    return {};
+  }
+
+  ElectrodeLayout layout_;
+  std::array<bool, kElectrodeCount> known_{};
+};
+
+// Where a simulated electrode sits. On the cylinder: `along` the axis from the origin in radii,
+// <= 0. On the sphere: `along` is the elevation from the plane x = 0 towards the tip [degrees].
+// Azimuth about the axis from the middle of the pad towards +y [degrees].
+struct Site {
+  bool on_tip;
+  double along;
+  double azimuth;
+};
+constexpr std::array<Site, kElectrodeCount> kSites{{
+    {true, 62, 0},       {true, 36, -38},     {true, 36, 38},  // round the tip
+    {true, 18, -82},     {true, 18, 82},      {true, 12, 0},   // and down its sides
+    {false, -0.30, -42}, {false, -0.30, 42},                   // pad and its flanks, backwards
+    {false, -0.62, 0},   {false, -0.70, -84}, {false, -0.70, 84},  {false, -0.98, -42},
+    {false, -0.98, 42},  {false, -1.32, 0},   {false, -1.38, -84}, {false, -1.38, 84},
+    {false, -1.66, -42}, {false, -1.66, 42},  {false, -2.00, 0},
+}};
+constexpr double kCore = 0.78;  // core's radius over the finger's
+
+}  // namespace
+
+ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file) {
+  const auto refuse = [&](const std::string& where, const std::string& what) {
+    throw std::runtime_error(file.string() + where + ": " + what);
+  };
+  std::error_code error;
+  const bool is_file = std::filesystem::is_regular_file(file, error);
+  std::ifstream stream(file);
+  if (!is_file || !stream) refuse("", "cannot be read: accepted is a CSV file of electrodes");
+  LayoutReader reader;
+  std::string line;
+  int number = 1;
+  for (; std::getline(stream, line); ++number) {
+    const std::string wrong = reader.Take(line);
+    if (!wrong.empty()) refuse(std::string(":").append(std::to_string(number)), wrong);
+  }
+  const std::string wrong = reader.Missing();
+  if (!wrong.empty()) refuse(std::string(":").append(std::to_string(number)), wrong);
+  return reader.layout();
+}
+
+ElectrodeLayout SimulatedLayout(double radius) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  ElectrodeLayout layout;
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    const Site& site = kSites[i];
+    const double elevation = site.on_tip ? site.along * kDegree : 0;
+    const double azimuth = site.azimuth * kDegree;
+    const Eigen::Vector3d n(std::sin(elevation), std::cos(elevation) * std::sin(azimuth),
+                            -std::cos(elevation) * std::cos(azimuth));
+    const double x = site.on_tip ? 0 : site.along * radius;
+    layout.n_F[i] = n;
+    layout.p_F[i] = kCore * radius * n + Eigen::Vector3d(x, 0, 0);
+  }
+  return layout;
+}
+
+}  // namespace palpate

@@ -1,0 +1,110 @@
+#include "slave/tactile/localise/electrode_layout.h"
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/slave/capture/scratch.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+// Nineteen rows; electrode i sits at (-i, i / 2, -3) mm.
+std::string Rows(int leave_out = 0) {
+  std::string text = "# name,x,y,z,nx,ny,nz\nname,x,y,z,nx,ny,nz\n";
+  for (int i = kElectrodeCount; i >= 1; --i) {
+    if (i == leave_out) continue;
+    const std::string number = std::to_string(i);
+    text.append("E").append(number).append(", -").append(number).append(",");
+    text.append(std::to_string(0.5 * i)).append(",-3,0,0.6,-0.8\r\n");
+  }
+  return text + "X1,1,2,3,0,0,1\n\n";
+}
+
+std::string Complaint(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "nothing thrown";
+}
+
+std::string ComplaintAbout(const Scratch& scratch, const std::string& content) {
+  const auto file = scratch.Write("layout.csv", content);
+  return Complaint([&] { ReadElectrodeLayout(file); });
+}
+
+TEST(ElectrodeLayoutTest, ReadsMillimetresInAnyOrderAndPassesOverOtherNames) {
+  const Scratch scratch;
+  const ElectrodeLayout layout = ReadElectrodeLayout(scratch.Write("layout.csv", Rows()));
+  for (int i = 1; i <= kElectrodeCount; ++i) {
+    const auto k = static_cast<std::size_t>(i - 1);
+    EXPECT_LT((layout.p_F[k] - Eigen::Vector3d(-1e-3 * i, 0.5e-3 * i, -3e-3)).norm(), 1e-15) << i;
+    EXPECT_LT((layout.n_F[k] - Eigen::Vector3d(0, 0.6, -0.8)).norm(), 1e-15) << i;
+  }
+}
+
+TEST(ElectrodeLayoutTest, SaysWhatIsWrongAndInWhichLine) {
+  const Scratch scratch;
+  EXPECT_THAT(ComplaintAbout(scratch, Rows(7)), HasSubstr("E7 is missing"));
+  EXPECT_THAT(ComplaintAbout(scratch, Rows() + "E3,1,2,3,0,0,1\n"),
+              HasSubstr("layout.csv:24: E3 comes twice"));
+  EXPECT_THAT(ComplaintAbout(scratch, "E3,1,2,3,0,0\n"), HasSubstr("layout.csv:1: E3,1,2,3,0,0"));
+  EXPECT_THAT(ComplaintAbout(scratch, "\nE3,1,2,3,0,0,1,5\n"), HasSubstr("layout.csv:2: E3"));
+  EXPECT_THAT(ComplaintAbout(scratch, "E3\n"), HasSubstr("accepted is NAME,x,y,z,nx,ny,nz"));
+  EXPECT_THAT(ComplaintAbout(scratch, "E3,1,nan,3,0,0,1\n"), HasSubstr("layout.csv:1: E3"));
+  EXPECT_THAT(ComplaintAbout(scratch, "E3,1,2,3e4,0,0,1\n"), HasSubstr("farther than 1 m"));
+  EXPECT_THAT(ComplaintAbout(scratch, "E3,1,2,3,0,0,0\n"), HasSubstr("no unit vector"));
+  EXPECT_THAT(ComplaintAbout(scratch, ""), HasSubstr("E1 is missing"));
+  EXPECT_THAT(Complaint([&] { ReadElectrodeLayout(scratch.path()); }), HasSubstr("cannot be read"));
+}
+
+// Reference: the authors' file as it is. Its own normals are printed to three digits; sphere and
+// cylinder of the core leave E1 to E19 between 4 and 6 mm from origin or axis.
+TEST(ElectrodeLayoutTest, ReadsTheFileOfTheAuthors) {
+  const std::filesystem::path file =
+      PALPATE_SOURCE_DIR "/../shared/data/seed001_biotac_lstm/biotac_electrodes_pose.csv";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "../shared/data is absent";
+  const ElectrodeLayout layout = ReadElectrodeLayout(file);
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    const Eigen::Vector3d& p = layout.p_F[i];
+    const double from_core = p.x() > 0 ? p.norm() : std::hypot(p.y(), p.z());
+    EXPECT_GT(from_core, 4e-3) << "E" << i + 1;
+    EXPECT_LT(from_core, 6e-3) << "E" << i + 1;
+    EXPECT_NEAR(layout.n_F[i].norm(), 1, 1e-12) << "E" << i + 1;
+  }
+}
+
+// What SimulatedLayout promises at any size: electrodes apart from each other, under the skin, on
+// the pad's side, mirrored about the plane y = 0, normals outward.
+TEST(ElectrodeLayoutTest, SimulatedElectrodesAreSpreadUnderTheSkinAtAnySize) {
+  for (const double radius : {1e-9, 7e-3, 1e3}) {
+    const ElectrodeLayout layout = SimulatedLayout(radius);
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+      const Eigen::Vector3d p = layout.p_F[i] / radius;
+      const Eigen::Vector3d outward(std::max(p.x(), 0.0), p.y(), p.z());
+      EXPECT_GT(outward.norm(), 0.5) << i;
+      EXPECT_LT(outward.norm(), 0.9) << i;
+      EXPECT_LT(p.z(), 0) << i;
+      EXPECT_LT((layout.n_F[i] - outward.normalized()).norm(), 1e-12) << i;
+      bool has_mirror = false;
+      for (std::size_t j = 0; j < kElectrodeCount; ++j) {
+        const Eigen::Vector3d q = layout.p_F[j] / radius;
+        EXPECT_TRUE(i == j || (p - q).norm() > 0.3) << i << " and " << j;
+        has_mirror |= (q - Eigen::Vector3d(p.x(), -p.y(), p.z())).norm() < 1e-12;
+      }
+      EXPECT_TRUE(has_mirror) << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate

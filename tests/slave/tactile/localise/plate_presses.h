@@ -1,0 +1,39 @@
+// Presses on a plate whose normal is known (../shared/data/biotac_contact_direction), and how the
+// error of a localiser on them is defined.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/tactile/localise/localiser.h"
+
+namespace palpate::presses {
+
+struct Presses {
+  std::vector<TactileSignals> change;  // rows in contact; rest: the median of the others
+  std::vector<FingerReading> raw;
+  std::vector<Eigen::Vector3d> normal_F;  // outward at the contact, by diag(-1, 1, -1)
+};
+
+// `file` without `.csv`; contact where pdc >= `least_pdc`. nullopt where the data are absent.
+std::optional<Presses> Read(const std::string& file, double least_pdc);
+// The authors' electrodes. nullopt where the data are absent.
+std::optional<ElectrodeLayout> Layout();
+
+Presses Part(const Presses& all, std::size_t begin, std::size_t end);
+
+struct Errors {
+  std::vector<double> degrees;   // rising, of the rows where a place was found
+  std::vector<double> of_sigma;  // rising, error over the place's own sigma
+  int rows = 0;
+  [[nodiscard]] double Quantile(double share) const;
+  [[nodiscard]] double median() const { return Quantile(0.5); }
+};
+// Angles between located and measured normals after the one rotation that aligns them best (least
+// squares).
+Errors ErrorsOf(const Localiser& localiser, const Presses& presses);
+
+}  // namespace palpate::presses
