@@ -8,6 +8,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/stopwatch.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/contour_registration.h"
 
@@ -19,20 +20,6 @@ std::optional<Eigen::Vector2d> ToImage(const CameraView& view,
   if (!p_S) return std::nullopt;
   return view.ToImage(*p_S);
 }
-
-class Stopwatch {
- public:
-  // Time since the last lap [us].
-  double Lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double us = std::chrono::duration<double, std::micro>(now - last_).count();
-    last_ = now;
-    return us;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 // A loop seen in S as an outline in O.
 Outline ToOutline(const std::vector<Eigen::Vector2d>& loop_S, const Eigen::Isometry3d& X_SO) {

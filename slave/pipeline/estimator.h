@@ -18,26 +18,11 @@
 #include "slave/capture/frame_source.h"
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/felt.h"
 #include "slave/vision/camera_view.h"
 #include "slave/vision/eyes.h"
 
 namespace palpate {
-
-// What one picture told. Frame S.
-struct Felt {
-  std::uint64_t sequence = 0;  // of the picture
-  Time sensed_at{};
-  Eigen::Vector3d p_S_tip =
-      Eigen::Vector3d::Zero();  // [m]; the last seen one while tracking is lost
-  Eigen::Vector3d p_S_contact =
-      Eigen::Vector3d::Zero();           // place touched, or the nearest, at rest [m]
-  double depth = 0;                      // indentation along the normal [m]; 0: no contact
-  std::optional<Eigen::Vector3d> force;  // object on tool [N]; nullopt: unknown
-  double sigma = 0;                      // of the force's magnitude [N]
-  Validity validity = Validity::kFailed;
-  LocalModel local_model;
-  Events events;
-};
 
 // How the rest surface was found in the first picture.
 struct Registration {

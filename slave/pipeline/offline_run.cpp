@@ -10,6 +10,7 @@
 #include "slave/capture/jpeg.h"
 #include "slave/capture/picture_files.h"
 #include "slave/pipeline/overlay.h"
+#include "slave/pipeline/states_file.h"
 #include "slave/site/scripted_camera.h"
 
 namespace palpate {
@@ -17,30 +18,23 @@ namespace {
 
 constexpr double kContactShare = 0.01;  // of the peak: below it a picture does not count as contact
 
-std::string Row(const Felt& felt, Time start, const SiteTruth* truth) {
-  const auto number = [](double x) { return std::isfinite(x) ? fmt::format("{:.9g}", x) : ""; };
-  const Eigen::Vector3d f = felt.force.value_or(Eigen::Vector3d::Constant(std::nan("")));
-  const Eigen::Vector3d& tip = felt.p_S_tip;
-  const Eigen::Vector3d& place = felt.p_S_contact;
-  std::string row = fmt::format(
-      "{:.6f},{},,{},{},{},{},{},{},{},{},{},{},{}", SecondsBetween(start, felt.sensed_at),
-      felt.sequence, number(tip.x()), number(tip.y()), number(tip.z()), number(place.x()),
-      number(place.y()), number(place.z()), number(f.x()), number(f.y()), number(f.z()),
-      felt.force ? number(felt.sigma) : "", ToString(felt.validity));
-  if (truth != nullptr) {
-    row += fmt::format(",{},{},{}", number(truth->force.x()), number(truth->force.y()),
-                       number(truth->force.z()));
-  }
-  return row + "\n";
-}
-
-void Require(bool written, const std::filesystem::path& file) {
-  if (!written) throw std::runtime_error(file.string() + ": cannot be written");
+StateRow RowOf(const Felt& felt, Time start, const SiteTruth* truth) {
+  StateRow row{SecondsBetween(start, felt.sensed_at),
+               felt.sequence,
+               "",
+               felt.p_S_tip,
+               felt.p_S_contact,
+               felt.force,
+               felt.sigma,
+               felt.validity,
+               std::nullopt};
+  if (truth != nullptr) row.true_force = truth->force;
+  return row;
 }
 
 void WriteFrame(const std::filesystem::path& folder, const Frame& frame) {
   const std::filesystem::path file = folder / fmt::format("{:06}.png", frame.sequence);
-  Require(WritePng(frame.image, file), file);
+  RequireWritten(WritePng(frame.image, file), file);
 }
 
 void WritePicture(const std::filesystem::path& folder, const Frame& frame,
@@ -59,11 +53,7 @@ void WritePicture(const std::filesystem::path& folder, const Frame& frame,
   }
   const std::string jpeg = EncodeJpeg(DrawOverlay(frame.image, overlay), 90);
   const std::filesystem::path file = folder / fmt::format("{:06}.jpg", frame.sequence);
-  Require((std::ofstream(file, std::ios::binary) << jpeg << std::flush).good(), file);
-}
-
-nlohmann::ordered_json StageJson(const LatencyHistogram& h) {
-  return {{"p50", h.Quantile(0.5)}, {"p99", h.Quantile(0.99)}, {"max", h.max()}};
+  RequireWritten((std::ofstream(file, std::ios::binary) << jpeg << std::flush).good(), file);
 }
 
 // Forces of one picture at a site that knows the truth [N].
@@ -99,7 +89,7 @@ void WriteSummary(const OfflineSummary& s, const Scene& scene, const std::filesy
   json["rest_surface"] = {{"measured", s.registration.measured},
                           {"rms_px", s.registration.rms_px},
                           {"points", s.registration.points}};
-  Require((std::ofstream(file) << json.dump(2) << "\n" << std::flush).good(), file);
+  RequireWritten((std::ofstream(file) << json.dump(2) << "\n" << std::flush).good(), file);
 }
 
 // What is written picture by picture.
@@ -107,32 +97,25 @@ class Output {
  public:
   Output(const OfflineOptions& options, bool has_truth)
       : options_(options),
-        states_file_(options.out / "states.csv"),
+        states_(options.out, has_truth),
         pictures_(options.out / "pictures"),
         frames_(options.out / "frames") {
-    std::filesystem::create_directories(options.out);
     if (options.pictures) std::filesystem::create_directories(pictures_);
     if (options.frames) std::filesystem::create_directories(frames_);
-    std::filesystem::remove(options.out / "summary.json");  // of an earlier run
-    states_.open(states_file_);
-    states_ << "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,fx,fy,fz,sigma,"
-            << (has_truth ? "validity,true_fx,true_fy,true_fz\n" : "validity\n") << std::flush;
-    Require(states_.good(), states_file_);
   }
 
   void Write(const Scene& scene, const Frame& frame, const Estimator& estimator,
              const SiteTruth* truth) {
     if (frame.sequence == 1) start_ = frame.sensed_at;
-    states_ << Row(estimator.felt(), start_, truth) << std::flush;
-    Require(states_.good(), states_file_);
+    states_.Write(RowOf(estimator.felt(), start_, truth));
     if (options_.frames) WriteFrame(frames_, frame);
     if (options_.pictures) WritePicture(pictures_, frame, estimator, scene);
   }
 
  private:
   const OfflineOptions& options_;
-  const std::filesystem::path states_file_, pictures_, frames_;
-  std::ofstream states_;
+  StatesFile states_;
+  const std::filesystem::path pictures_, frames_;
   Time start_{};
 };
 

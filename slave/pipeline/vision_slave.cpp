@@ -17,10 +17,6 @@
 namespace palpate {
 namespace {
 
-constexpr auto kWatchPeriod = std::chrono::milliseconds(2);
-constexpr double kStaleAfter = 0.060;  // or three sensor periods, whichever is longer [s]
-constexpr std::size_t kMaxAlarms = 16;
-
 Frame FirstPicture(FrameSource& source) {
   std::optional<Frame> first = source.Next({});
   if (!first) throw std::runtime_error(source.description() + ": no picture came");
@@ -31,10 +27,10 @@ Frame FirstPicture(FrameSource& source) {
 
 VisionSlave::VisionSlave(Scene scene)
     : scene_(std::move(scene)),
-      sensor_rate_(scene_.sense.camera->rate),
       started_at_(Clock::now()),
       // A twentieth of a pixel is what the eyes resolve; slower than that is standing.
-      tip_registration_(0.05 * scene_.sense.camera->pixel) {
+      tip_registration_(0.05 * scene_.sense.camera->pixel),
+      newest_(scene_.sense.camera->rate, scene_.manipulator.home) {
   const bool simulated = scene_.sense.camera->source == Camera::Source::kSimulated;
   if (simulated) site_ = std::make_unique<SimulatedSite>(scene_);
   manipulator_ = std::make_unique<SimulatedManipulator>(
@@ -61,13 +57,12 @@ VisionSlave::VisionSlave(Scene scene)
   Publish(first, estimator_->Feel(first), manipulator_->Tip());
 
   picture_thread_ = std::jthread([this](const std::stop_token& stop) { WatchPictures(stop); });
-  operator_thread_ = std::jthread([this](const std::stop_token& stop) { WatchOperator(stop); });
+  operator_watch_.emplace(*port_, [this] { return newest_.Force(); });
 }
 
 VisionSlave::~VisionSlave() {
-  operator_thread_.request_stop();
   picture_thread_.request_stop();
-  newest_changed_.notify_all();
+  newest_.Wake();
 }
 
 void VisionSlave::WatchPictures(const std::stop_token& stop) {
@@ -78,9 +73,10 @@ void VisionSlave::WatchPictures(const std::stop_token& stop) {
       const std::lock_guard lock(touch_mutex_);
       Publish(*frame, estimator_->Feel(*frame), p_S_encoders);
     }
-    if (!stop.stop_requested()) RaiseAlarm(source_->description() + ": the source has ended");
+    if (!stop.stop_requested())
+      newest_.RaiseAlarm(source_->description() + ": the source has ended");
   } catch (const std::exception& e) {
-    RaiseAlarm(e.what());
+    newest_.RaiseAlarm(e.what());
   }
 }
 
@@ -91,38 +87,14 @@ void VisionSlave::Publish(const Frame& frame, const Felt& felt,
     port_->SetRegistration(tip_registration_.offset());
   }
   {
-    const std::lock_guard lock(newest_mutex_);
-    newest_ = felt;
+    const std::lock_guard lock(picture_mutex_);
     newest_frame_ = frame;
     newest_observation_ = estimator_->observation();
     newest_contour_I_.assign(newest_observation_.contour_I.begin(),
                              newest_observation_.contour_I.end());
     newest_window_ = estimator_->eyes().search_window();
-    events_.Add(felt.events);
-    ++frames_;
-    std::erase_if(recent_frames_, [&](Time t) { return SecondsBetween(t, felt.sensed_at) > 1.0; });
-    recent_frames_.push_back(felt.sensed_at);
   }
-  newest_changed_.notify_all();
-}
-
-void VisionSlave::WatchOperator(const std::stop_token& stop) {
-  MakeThreadRealtime(kLinkPriority);
-  while (!stop.stop_requested()) {
-    std::optional<Eigen::Vector3d> force;
-    {
-      const std::lock_guard lock(newest_mutex_);
-      force = newest_.force;
-    }
-    port_->Watch(Clock::now(), force.value_or(Eigen::Vector3d::Zero()));
-    std::this_thread::sleep_for(kWatchPeriod);
-  }
-}
-
-void VisionSlave::RaiseAlarm(const std::string& text) {
-  spdlog::warn("{}", text);
-  const std::lock_guard lock(newest_mutex_);
-  if (alarms_.size() < kMaxAlarms) alarms_.push_back(text);
+  newest_.Put(felt);
 }
 
 void VisionSlave::BeginOperating() {
@@ -138,45 +110,19 @@ void VisionSlave::EndOperating() {
 }
 
 SlaveState VisionSlave::Compose(Time now) {
-  SlaveState state;
-  {
-    const std::lock_guard lock(newest_mutex_);
-    state.sensed_at = newest_.sensed_at;
-    state.p_S_tip = newest_.p_S_tip;
-    state.force = newest_.force;
-    state.sigma = newest_.sigma;
-    state.validity = newest_.validity;
-    state.local_model = newest_.local_model;
-  }
-  if (SecondsBetween(state.sensed_at, now) > std::max(kStaleAfter, 3 / sensor_rate_)) {
-    state.validity = Worse(state.validity, Validity::kStale);
-  }
-  const OperatorView view = port_->view();
-  state.sent_at = now;
-  state.phase = view.phase;
-  state.epoch = view.epoch;
-  state.offset = view.offset;
-  state.command_sequence = view.command_sequence;
-  state.echo = view.echo;
-  // A command may have been taken since `now`.
-  state.echo_delay = view.echo ? std::max(0.0, SecondsBetween(view.taken_at, now)) : 0;
-  state.energy_in = view.energy_in;
-  state.energy_out = view.energy_out;
+  SlaveState state = newest_.Compose(*port_, now);
   if (site_ != nullptr) state.true_force = site_->truth().force;
   return state;
 }
 
 Events VisionSlave::TakeEvents() {
   Events events = port_->TakeEvents();
-  const std::lock_guard lock(newest_mutex_);
-  events.Add(events_);
-  events_.Clear();
+  events.Add(newest_.TakeEvents());
   return events;
 }
 
 bool VisionSlave::WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) {
-  std::unique_lock lock(newest_mutex_);
-  return newest_changed_.wait_for(lock, patience, [&] { return newest_.sensed_at > sensed_at; });
+  return newest_.WaitForNewer(sensed_at, patience);
 }
 
 SlaveDescription VisionSlave::Describe() const {
@@ -185,10 +131,9 @@ SlaveDescription VisionSlave::Describe() const {
     const std::lock_guard lock(settings_mutex_);
     description.scene = scene_;
     description.model_reason = model_reason_;
+    description.model = model_info_;
   }
   description.scene.operator_options.transform = port_->transform();
-  const std::lock_guard lock(newest_mutex_);
-  description.model = model_info_;
   description.source = source_->description();
   description.simulated = site_ != nullptr;
   return description;
@@ -210,26 +155,13 @@ SlaveStatus VisionSlave::Status() const {
   };
   status.stages = {stage("vision", times.vision), stage("contact", times.contact),
                    stage("mechanics", times.mechanics), stage("total", times.total)};
-  const std::lock_guard lock(newest_mutex_);
-  status.validity = newest_.validity;
-  status.frames = frames_;
-  const Time now = Clock::now();
-  status.frame_rate =
-      static_cast<double>(std::count_if(recent_frames_.begin(), recent_frames_.end(),
-                                        [&](Time t) { return SecondsBetween(t, now) <= 1.0; }));
-  status.alarms = alarms_;
+  newest_.Describe(&status);
   return status;
 }
 
 Scene VisionSlave::scene() const {
   const std::lock_guard lock(settings_mutex_);
   return scene_;
-}
-
-void VisionSlave::RefuseWhileFollowing() const {
-  if (port_->view().phase == Phase::kFollowing) {
-    throw std::logic_error("the model changes only while nobody follows: open the clutch first");
-  }
 }
 
 void VisionSlave::Rebuild(const Scene& changed, const std::function<void()>& may_adopt) {
@@ -243,10 +175,9 @@ void VisionSlave::Rebuild(const Scene& changed, const std::function<void()>& may
   {
     const std::lock_guard lock(settings_mutex_);
     scene_ = changed;
+    model_info_ = info;
   }
-  const std::lock_guard lock(newest_mutex_);
-  model_info_ = info;
-  events_.Add(Event::kModelChanged);
+  newest_.Add(Event::kModelChanged);
 }
 
 void VisionSlave::SetModel(const ModelChange& change) {
@@ -254,7 +185,7 @@ void VisionSlave::SetModel(const ModelChange& change) {
     throw std::invalid_argument(what + ": accepted is " + accepted);
   };
   const std::lock_guard one_at_a_time(change_mutex_);
-  RefuseWhileFollowing();
+  RefuseWhileFollowing(*port_);
   Scene changed = scene();
   ModelOptions& model = changed.model;
   if (!change.kind.empty() && change.kind != "bem2d" && change.kind != "auto") {
@@ -277,22 +208,13 @@ void VisionSlave::SetModel(const ModelChange& change) {
   } else if (!change.contact.empty()) {
     refuse("contact = " + change.contact, "bonded, frictionless");
   }
-  Rebuild(changed, [this] { RefuseWhileFollowing(); });  // somebody may have begun meanwhile
+  Rebuild(changed, [this] { RefuseWhileFollowing(*port_); });  // somebody may have begun meanwhile
   const std::lock_guard lock(settings_mutex_);
   model_reason_ = "asked for by SetModel";
 }
 
 void VisionSlave::SetParameters(const ParameterChange& change) {
-  const auto check = [](const char* name, std::optional<double> value, double low, double high) {
-    if (value && !(*value > low && *value <= high)) {
-      throw std::invalid_argument(
-          fmt::format("{} = {:g}: accepted is {:g} < {} <= {:g}", name, *value, low, name, high));
-    }
-  };
-  check("position_scale", change.position_scale, 0, kMaxPositionScale);
-  check("force_scale", change.force_scale, 0, kMaxForceScale);
-  check("force_limit", change.force_limit, 0, 100);
-  check("young_modulus", change.young_modulus, 0, 1e13);
+  CheckRanges(change);
   const std::lock_guard one_at_a_time(change_mutex_);
   if (change.position_scale || change.force_scale) {
     port_->SetScales(change.position_scale, change.force_scale);
@@ -335,15 +257,16 @@ std::optional<JpegPicture> VisionSlave::Picture(bool overlays, int quality) {
     const std::lock_guard lock(settings_mutex_);
     full_scale = scene_.operator_options.force_limit / port_->transform().force_scale;
   }
+  const Felt felt = newest_.Get();
   {
-    const std::lock_guard lock(newest_mutex_);
+    const std::lock_guard lock(picture_mutex_);
     if (newest_frame_.image.empty()) return std::nullopt;
     frame = newest_frame_;
-    overlay = {newest_contour_I_, newest_window_, newest_observation_.tip, newest_.force, {0, 0}};
-    if (overlay.force) {
-      overlay.force_I = ForceArrow(estimator_->view(), newest_.p_S_tip, *overlay.force, full_scale,
-                                   frame.image.rows);
-    }
+    overlay = {newest_contour_I_, newest_window_, newest_observation_.tip, felt.force, {0, 0}};
+  }
+  if (overlay.force) {
+    overlay.force_I =
+        ForceArrow(estimator_->view(), felt.p_S_tip, *overlay.force, full_scale, frame.image.rows);
   }
   JpegPicture picture;
   picture.sensed_at = frame.sensed_at;

@@ -1,17 +1,19 @@
 // The slave that feels with a camera: ties source, estimator, manipulator and operator together.
 #pragma once
 
-#include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "slave/manipulator/manipulator.h"
 #include "slave/pipeline/estimator.h"
+#include "slave/pipeline/newest_felt.h"
 #include "slave/pipeline/operator_port.h"
+#include "slave/pipeline/operator_watch.h"
 #include "slave/pipeline/slave.h"
 #include "slave/pipeline/tip_registration.h"
 #include "slave/site/simulated_site.h"
@@ -19,7 +21,7 @@
 namespace palpate {
 
 // Threads: one for the camera, which owns the estimator under `touch_mutex_`, one that watches the
-// operator. What they share with callers is `newest_` under `newest_mutex_`.
+// operator. What they share with callers is `newest_` and the newest picture.
 class VisionSlave : public Slave {
  public:
   // Opens the source, looks at the first picture, precomputes the model, starts. Throws
@@ -48,22 +50,19 @@ class VisionSlave : public Slave {
  private:
   void WatchPictures(const std::stop_token& stop);
   void Publish(const Frame& frame, const Felt& felt, const Eigen::Vector3d& p_S_encoders);
-  void WatchOperator(const std::stop_token& stop);
-  void RaiseAlarm(const std::string& text);
   // Makes the model of `changed` and puts it to work unless `may_adopt` throws just before.
   void Rebuild(const Scene& changed, const std::function<void()>& may_adopt);
-  void RefuseWhileFollowing() const;
   [[nodiscard]] Scene scene() const;
 
   std::mutex change_mutex_;  // one change of settings at a time; held while a model is made
-  mutable std::mutex settings_mutex_;    // never held long; guards scene_ and model_reason_
-  Scene scene_;                          // with the parameters in force
-  const double sensor_rate_;             // [Hz]
+  mutable std::mutex settings_mutex_;  // never held long; guards the next three
+  Scene scene_;                        // with the parameters in force
+  std::string model_reason_;
+  ModelInfo model_info_;
   std::unique_ptr<SimulatedSite> site_;  // null where the site is real
   std::unique_ptr<Manipulator> manipulator_;
   std::unique_ptr<FrameSource> source_;
   std::unique_ptr<OperatorPort> port_;
-  std::string model_reason_;
   Time started_at_;
   Registration registration_;
 
@@ -71,21 +70,16 @@ class VisionSlave : public Slave {
   std::unique_ptr<Estimator> estimator_;
   TipRegistration tip_registration_;
 
-  mutable std::mutex newest_mutex_;  // guards what follows
-  std::condition_variable newest_changed_;
-  Felt newest_;
+  NewestFelt newest_;
+
+  mutable std::mutex picture_mutex_;  // guards what follows
   Frame newest_frame_;
   Observation newest_observation_;
   std::vector<Eigen::Vector2d> newest_contour_I_;
   cv::Rect newest_window_;
-  Events events_;
-  std::vector<std::string> alarms_;
-  std::uint64_t frames_ = 0;
-  std::vector<Time> recent_frames_;  // ring of the last second's stamps
-  ModelInfo model_info_;
 
   std::jthread picture_thread_;
-  std::jthread operator_thread_;
+  std::optional<OperatorWatch> operator_watch_;
 };
 
 }  // namespace palpate

@@ -1,0 +1,79 @@
+#include "slave/pipeline/local_touch.h"
+
+#include <exception>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kVouchedFor = 0.5;  // of the larger side, where the model states no range
+constexpr double kOnSurface = 1e-6;  // of the radius
+
+}  // namespace
+
+LocalModel Revised(LocalModel next, const LocalModel& last) noexcept {
+  const bool same = next.reference == last.reference && next.normal == last.normal &&
+                    next.stiffness == last.stiffness;
+  next.revision = same && last.known() ? last.revision : last.revision + 1;
+  return next;
+}
+
+LocalTouch::LocalTouch(const Scene& scene)
+    : material_(scene.object.material),
+      law_(scene.model.contact),
+      radius_(scene.sense.tactile->finger_radius),
+      disc_radius_(scene.sense.tactile->patch > 0
+                       ? scene.sense.tactile->patch / 2
+                       : DiscOfSphere(radius_, scene.operator_options.press_depth)),
+      range_(scene.model.range > 0 ? scene.model.range : kVouchedFor) {}
+
+void LocalTouch::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
+                        bool in_contact, LocalModel* model) noexcept {
+  const Vector3d p_O_centre = X_SO.inverse() * X_SF.translation();
+  FindPlane(body, p_O_centre);
+  if (triangle_ < 0) return;
+  const Matrix3d& R = X_SO.linear();
+  LocalModel next;
+  next.normal = R * n_O_;
+  // From where the sphere reaches deepest to the apex of the pad.
+  const Vector3d to_apex = radius_ * (next.normal - X_SF.linear().col(2));
+  next.reference = X_SO * p_O_ + to_apex;
+  next.stiffness = R * StiffnessOf(body) * R.transpose();
+  next.valid_radius = range_ * body.larger_side;
+  next.in_contact = in_contact;
+  *model = Revised(next, *model);
+}
+
+void LocalTouch::FindPlane(const TactileBody& body, const Vector3d& p_O_centre) noexcept {
+  const auto nearest = body.contact->Find(p_O_centre, std::numeric_limits<double>::infinity());
+  if (!nearest) return;
+  const bool touches = nearest->inside || nearest->distance < radius_;
+  const bool stays = touches && (law_ == ContactLaw::kBonded || nearest->inside);
+  if (!stays || triangle_ < 0) {
+    triangle_ = nearest->triangle;
+    p_O_ = nearest->p_O;
+    weights_ = nearest->weights;
+    // Beside an edge or a corner the sphere meets it from its own side.
+    const Vector3d away = p_O_centre - p_O_;
+    n_O_ =
+        nearest->inside || !(away.norm() > kOnSurface * radius_) ? nearest->n_O : away.normalized();
+  }
+  depth_ = radius_ - n_O_.dot(p_O_centre - p_O_);
+}
+
+Matrix3d LocalTouch::StiffnessOf(TactileBody& body) noexcept {
+  Matrix3d K;
+  try {
+    K = body.stiffness->At(triangle_, weights_, disc_radius_);
+  } catch (const std::exception&) {  // out of memory for what is computed when first asked for
+    K = DiscStiffness(material_, disc_radius_, n_O_);
+  }
+  return law_ == ContactLaw::kFrictionless ? Matrix3d(n_O_.dot(K * n_O_) * n_O_ * n_O_.transpose())
+                                           : K;
+}
+
+}  // namespace palpate

@@ -1,0 +1,91 @@
+#include "slave/pipeline/tactile_body.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include "slave/mechanics/make_model.h"
+
+namespace palpate {
+namespace {
+
+double LargerSide(const SurfaceMesh& surface) {
+  Eigen::Vector3d lower = surface.nodes.front(), upper = lower;
+  for (const Eigen::Vector3d& p : surface.nodes) {
+    lower = lower.cwiseMin(p);
+    upper = upper.cwiseMax(p);
+  }
+  return (upper - lower).maxCoeff();
+}
+
+void NumberSkin(TactileBody* body) {
+  std::vector<int> number(body->surface.nodes.size(), -1);
+  for (const auto& triangle : body->surface.triangles) {
+    for (const int node : triangle) {
+      int& known = number[static_cast<std::size_t>(node)];
+      if (known < 0) {
+        known = static_cast<int>(body->skin.size());
+        body->skin.push_back(node);
+      }
+      body->skin_triangles.push_back(static_cast<std::uint32_t>(known));
+    }
+  }
+}
+
+// The mean of the triangles at each node.
+void FromTriangles(const SurfaceMesh& surface, const std::vector<Eigen::Vector3d>& of_triangle,
+                   std::vector<Eigen::Vector3d>* of_node) {
+  of_node->assign(surface.nodes.size(), Eigen::Vector3d::Zero());
+  std::vector<int> count(surface.nodes.size(), 0);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    for (const int node : surface.triangles[t]) {
+      (*of_node)[static_cast<std::size_t>(node)] += of_triangle[t];
+      ++count[static_cast<std::size_t>(node)];
+    }
+  }
+  for (std::size_t i = 0; i < count.size(); ++i) (*of_node)[i] /= std::max(count[i], 1);
+}
+
+}  // namespace
+
+bool MeetsObject(const Scene& scene) {
+  const Tactile& tactile = *scene.sense.tactile;
+  return tactile.source == Tactile::Source::kSimulated || !tactile.poses.empty() ||
+         std::ranges::any_of(tactile.fingers, &Finger::has_pose);
+}
+
+Scene InStepWithSamples(const Scene& scene) {
+  Scene stepped = scene;
+  stepped.model.fem.step = 1 / scene.sense.tactile->rate;
+  return stepped;
+}
+
+std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene) {
+  const Scene stepped = InStepWithSamples(scene);
+  const ObjectMesh mesh = MeshObject(stepped, std::nullopt);
+  const auto* solid = std::get_if<SolidMesh>(&mesh);
+  const auto* closed = std::get_if<SurfaceMesh>(&mesh);
+  if (solid == nullptr && closed == nullptr) {
+    throw std::invalid_argument(
+        "object.geometry: accepted under fingertips with a pose is a volume: box or mesh");
+  }
+  auto body = std::make_unique<TactileBody>();
+  body->surface = solid != nullptr ? SurfaceOf(*solid) : *closed;
+  body->deformation = MakeModel(stepped, mesh);
+  body->contact = std::make_unique<SurfaceContact>(body->surface);
+  body->stiffness = std::make_unique<TouchStiffness>(stepped, body->surface, solid);
+  NumberSkin(body.get());
+  body->larger_side = LargerSide(body->surface);
+  body->moves_in_time = MovesInTime(stepped);
+  return body;
+}
+
+void NodeDisplacement(TactileBody& body, std::vector<Eigen::Vector3d>* u_O) {
+  body.deformation->BoundaryDisplacement(u_O);
+  if (u_O->size() == body.surface.nodes.size()) return;
+  const std::vector<Eigen::Vector3d> of_triangle = std::move(*u_O);
+  FromTriangles(body.surface, of_triangle, u_O);
+}
+
+}  // namespace palpate

@@ -1,0 +1,79 @@
+// One fingertip: counts in; its force, the place it touches with and whether it touches at all out
+// (paper B, III.A).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/scene/scene.h"
+#include "shared/state/validity.h"
+#include "slave/tactile/localise/localiser.h"
+#include "slave/tactile/network/force_network.h"
+#include "slave/tactile/rest_values.h"
+
+namespace palpate {
+
+// What one sample told of a fingertip. Frame F.
+struct FingerTouch {
+  std::optional<Eigen::Vector3d> force_F;  // of the fingertip on the object [N]; nullopt: unknown
+  double sigma = 0;                        // of its magnitude, one standard deviation [N]
+  TouchPlace place;                        // of this sample; while touching the last usable one
+  bool touching = false;
+  Validity validity = Validity::kTrackingLost;  // of the force
+  std::string_view why;                         // it is not kValid, one clause; lives on
+};
+
+// Validity: kTrackingLost while rest values are taken, until the network's window is full, after
+// samples that are missing for 60 ms or are no numbers; kStale, with the last numbers, before that;
+// kExtrapolated for forces beyond the largest one learnt, saturated or dead electrodes, a force
+// without an active electrode; kFailed without a network. A gap starts the window anew, rest values
+// stay.
+//
+// It touches from the sample on that has an active electrode and a force above half the network's
+// error, until for 50 ms no electrode is active or the force is below a quarter of it: soft foam
+// lets contacts drop out for a few samples (paper B, V), which must not shake what follows. Without
+// a force the electrodes decide alone.
+class Fingertip {
+ public:
+  // `network` null: forces stay unknown. What is given must outlive the fingertip.
+  Fingertip(const Tactile& tactile, const ForceNetwork* network, const Localiser& localiser);
+  ~Fingertip();
+  Fingertip(Fingertip&&) noexcept;
+
+  // Takes the next sample; `after_gap`: others are missing just before it. Allocation-free; the
+  // sample that completes the rest values runs the network over all that were kept.
+  const FingerTouch& Feel(const FingerReading& reading, bool after_gap) noexcept;
+  // Rest values are taken anew.
+  void Reset() noexcept;
+
+  [[nodiscard]] const FingerTouch& touch() const { return touch_; }
+
+ private:
+  void Miss() noexcept;
+  void Lose(std::string_view why) noexcept;
+  void ForgetWindow() noexcept;
+  bool Push(const TactileSignals& change) noexcept;
+  bool PushKept() noexcept;
+  void TakeForce(bool known) noexcept;
+  void DecideTouch(const TouchPlace& place) noexcept;
+  void Judge() noexcept;
+  [[nodiscard]] double SigmaOf(const Eigen::Vector3d& force_F) const noexcept;
+
+  const Localiser* localiser_;
+  NetworkInfo network_;
+  std::unique_ptr<ForceEstimate> estimate_;  // null: no network
+  std::vector<double> outputs_;
+  RestValues rest_;
+  int miss_patience_;                // samples
+  int release_patience_;             // samples
+  std::vector<FingerReading> kept_;  // ring of readings whose rest values are not known yet
+  std::size_t kept_count_ = 0, kept_next_ = 0;
+  int missed_ = 0, quiet_ = 0;
+  FingerTouch touch_;
+};
+
+}  // namespace palpate

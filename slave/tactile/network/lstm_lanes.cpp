@@ -1,0 +1,60 @@
+#include "slave/tactile/network/lstm_lanes.h"
+
+#include <utility>
+
+namespace palpate {
+
+LstmLanes::LstmLanes(std::shared_ptr<const LstmPlan> plan, int lanes) : plan_(std::move(plan)) {
+  const int width = plan_->kernel().width;
+  stride_ = (lanes + width - 1) / width * width;
+  projected_ = CacheLines(static_cast<std::size_t>(4 * plan_->layers().front().units));
+  for (const auto& layer : plan_->layers()) {
+    const auto count = static_cast<std::size_t>(layer.units) * static_cast<std::size_t>(stride_);
+    states_.push_back({CacheLines(count), CacheLines(count), CacheLines(count)});
+  }
+}
+
+void LstmLanes::Restart() noexcept {
+  for (State& state : states_) {
+    state.own.Clear();
+    state.cell.Clear();
+  }
+}
+
+void LstmLanes::Restart(int lane) noexcept {
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    for (int unit = 0; unit < plan_->layers()[k].units; ++unit) {
+      const auto place = static_cast<std::size_t>(unit * stride_ + lane);
+      states_[k].own[place] = 0;
+      states_[k].cell[place] = 0;
+    }
+  }
+}
+
+void LstmLanes::Step(const float* change) noexcept {
+  plan_->Project(change, projected_.data());
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    const LstmPlan::Layer& layer = plan_->layers()[k];
+    State& state = states_[k];
+    plan_->kernel().step({.units = layer.units,
+                          .lanes = stride_,
+                          .stride = stride_,
+                          .base = k == 0 ? projected_.data() : layer.base.data(),
+                          .weights = layer.weights.data(),
+                          .below_rows = layer.below_rows,
+                          .below = k == 0 ? nullptr : states_[k - 1].own.data(),
+                          .own = state.own.data(),
+                          .next = state.next.data(),
+                          .cell = state.cell.data()});
+    std::swap(state.own, state.next);
+  }
+}
+
+void LstmLanes::Output(int lane, double* h) const noexcept {
+  const double* own = states_.back().own.data();
+  for (int unit = 0; unit < plan_->layers().back().units; ++unit) {
+    h[unit] = own[unit * stride_ + lane];
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,138 @@
+#include "slave/tactile/network/network_weights.h"
+
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr int kLargestWindow = 1000;
+constexpr Eigen::Index kLargestWidth = 1024;
+
+std::string Shape(Eigen::Index rows, Eigen::Index columns) {
+  return std::to_string(rows) + " x " + std::to_string(columns);
+}
+
+std::string FaultOfVector(const std::string& name, const Eigen::VectorXf& vector,
+                          Eigen::Index expected) {
+  if (vector.size() != expected) {
+    return name + " has " + std::to_string(vector.size()) + " numbers, expected " +
+           std::to_string(expected);
+  }
+  return vector.allFinite() ? "" : name + " holds a number that is not finite";
+}
+
+std::string FaultOfKernel(const std::string& name, const WeightMatrix& kernel, Eigen::Index rows,
+                          Eigen::Index columns) {
+  if (kernel.rows() != rows || kernel.cols() != columns) {
+    return name + " is " + Shape(kernel.rows(), kernel.cols()) + ", expected " +
+           Shape(rows, columns);
+  }
+  return kernel.allFinite() ? "" : name + " holds a number that is not finite";
+}
+
+std::string FaultOfScale(const std::string& name, const Eigen::VectorXf& mean,
+                         const Eigen::VectorXf& scale, Eigen::Index expected) {
+  std::string fault = FaultOfVector(name + ".mean", mean, expected);
+  if (fault.empty()) fault = FaultOfVector(name + ".scale", scale, expected);
+  if (fault.empty() && (scale.array() == 0).any()) fault = name + ".scale holds a 0";
+  return fault;
+}
+
+std::string FaultOfInfo(const NetworkInfo& info) {
+  const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
+  const int inputs = InputsOf(info.architecture);
+  if (inputs == 0) {
+    return "architecture = " + info.architecture + ": accepted is rnn_21, rnn_19, dnn_21 or dnn_19";
+  }
+  if (info.inputs != inputs) {
+    return "inputs = " + std::to_string(info.inputs) + ": " + info.architecture + " has " +
+           std::to_string(inputs);
+  }
+  const int most = IsRecurrent(info.architecture) ? kLargestWindow : 1;
+  if (info.window < 1 || info.window > most) {
+    return "window = " + std::to_string(info.window) + ": accepted is 1" +
+           (most > 1 ? " to " + std::to_string(most) : "") + " for " + info.architecture;
+  }
+  if (info.outputs < 3 || info.outputs > kLargestWidth) {
+    return "outputs = " + std::to_string(info.outputs) + ": accepted is 3 to " +
+           std::to_string(kLargestWidth) + " (fx, fy, fz first)";
+  }
+  if (!positive(info.rate)) return "rate is not a positive number";
+  if (!std::isfinite(info.gain) || info.gain == 0) return "gain is 0 or not a number";
+  if (!info.sigma.allFinite() || (info.sigma.array() < 0).any()) return "sigma is not three errors";
+  if (!std::isfinite(info.learnt_force) || info.learnt_force < 0) return "learnt_force is no force";
+  return "";
+}
+
+// Walks through the layers, each as wide as the one before gives.
+class LayerCheck {
+ public:
+  explicit LayerCheck(Eigen::Index inputs) : width_(inputs) {}
+
+  std::string Lstm(const std::string& name, const LstmLayer& layer) {
+    const Eigen::Index n = layer.units();
+    if (n < 1 || n > kLargestWidth || layer.kernel.cols() != 4 * n) {
+      return name + ".kernel has " + std::to_string(layer.kernel.cols()) +
+             " columns, expected 4 for each of 1 to " + std::to_string(kLargestWidth) + " units";
+    }
+    std::string fault = FaultOfKernel(name + ".kernel", layer.kernel, width_ + n, 4 * n);
+    if (fault.empty()) fault = FaultOfVector(name + ".bias", layer.bias, 4 * n);
+    width_ = n;
+    return fault;
+  }
+  std::string Dense(const std::string& name, const DenseLayer& layer, bool last, int outputs) {
+    const Eigen::Index n = last ? outputs : layer.kernel.cols();
+    if (n < 1 || n > kLargestWidth) {
+      return name + ".kernel has " + std::to_string(n) + " columns, expected 1 to " +
+             std::to_string(kLargestWidth);
+    }
+    std::string fault = FaultOfKernel(name + ".kernel", layer.kernel, width_, n);
+    if (fault.empty()) fault = FaultOfVector(name + ".bias", layer.bias, n);
+    width_ = n;
+    return fault;
+  }
+
+ private:
+  Eigen::Index width_;
+};
+
+}  // namespace
+
+void NetworkWeights::LeaveUnscaled(int inputs, int outputs) {
+  input_mean = Eigen::VectorXf::Zero(inputs);
+  input_scale = Eigen::VectorXf::Ones(inputs);
+  output_mean = Eigen::VectorXf::Zero(outputs);
+  output_scale = Eigen::VectorXf::Ones(outputs);
+}
+
+int InputsOf(std::string_view architecture) {
+  if (architecture == "rnn_21" || architecture == "dnn_21") return 21;
+  if (architecture == "rnn_19" || architecture == "dnn_19") return 19;
+  return 0;
+}
+
+bool IsRecurrent(std::string_view architecture) {
+  return architecture.substr(0, 4) == "rnn_";
+}
+
+std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
+  std::string fault = FaultOfInfo(info);
+  if (!fault.empty()) return fault;
+  if (IsRecurrent(info.architecture) == weights.lstm.empty()) {
+    return info.architecture + (weights.lstm.empty() ? " without an lstm layer" : " has no lstm");
+  }
+  if (weights.dense.empty()) return "there is no dense layer that gives the outputs";
+  fault = FaultOfScale("input", weights.input_mean, weights.input_scale, info.inputs);
+  LayerCheck check(info.inputs);
+  for (std::size_t k = 0; k < weights.lstm.size() && fault.empty(); ++k) {
+    fault = check.Lstm("lstm[" + std::to_string(k) + "]", weights.lstm[k]);
+  }
+  for (std::size_t k = 0; k < weights.dense.size() && fault.empty(); ++k) {
+    fault = check.Dense("dense[" + std::to_string(k) + "]", weights.dense[k],
+                        k + 1 == weights.dense.size(), info.outputs);
+  }
+  if (!fault.empty()) return fault;
+  return FaultOfScale("output", weights.output_mean, weights.output_scale, info.outputs);
+}
+
+}  // namespace palpate

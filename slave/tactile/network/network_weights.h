@@ -1,0 +1,64 @@
+// The numbers a force network consists of.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/tactile/network/force_network.h"
+
+namespace palpate {
+
+using WeightMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// A layer of long short-term memory with n units. With z = [x, h] kernel + bias cut into four parts
+// i, j, f, o of n columns each, one step is
+//
+//   c' = c sigmoid(f + 1) + sigmoid(i) tanh(j),   h' = tanh(c') sigmoid(o)
+//
+// The 1 is kForgetBias; `bias` does not contain it.
+struct LstmLayer {
+  WeightMatrix kernel;   // (inputs + n) x 4 n: rows the inputs, then the units
+  Eigen::VectorXf bias;  // 4 n
+  [[nodiscard]] Eigen::Index units() const { return kernel.cols() / 4; }
+};
+inline constexpr float kForgetBias = 1;
+
+// y = x kernel + bias.
+struct DenseLayer {
+  WeightMatrix kernel;   // inputs x outputs
+  Eigen::VectorXf bias;  // outputs
+};
+
+enum class HiddenActivation { kTanh, kRelu };
+
+// x = (change - input_mean) / input_scale goes into the first layer of `lstm`, which feeds its
+// whole sequence to the next; the last one's last state goes through `dense`, `activation` after
+// each of these but the last. The outputs are NetworkInfo::gain (output_mean + output_scale y),
+// entry by entry. Without `lstm` the network is feed-forward and sees one sample.
+struct NetworkWeights {
+  Eigen::VectorXf input_mean, input_scale;  // NetworkInfo::inputs [counts]; scale not 0
+  std::vector<LstmLayer> lstm;              // rnn_*: at least one; dnn_*: none
+  std::vector<DenseLayer> dense;            // at least one, the last one's columns are the outputs
+  HiddenActivation activation = HiddenActivation::kTanh;
+  Eigen::VectorXf output_mean, output_scale;  // NetworkInfo::outputs [N]
+
+  // 0 and 1: for networks that take counts and give newtons.
+  void LeaveUnscaled(int inputs, int outputs);
+};
+
+// What is wrong with it, naming tensor, value and what is expected; empty: nothing.
+std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights);
+
+// 21 or 19 for rnn_21 dnn_21, rnn_19 dnn_19; 0 for others.
+int InputsOf(std::string_view architecture);
+bool IsRecurrent(std::string_view architecture);
+
+// Evaluates the weights. Throws std::invalid_argument: FaultOf.
+std::unique_ptr<ForceNetwork> MakeForceNetwork(const NetworkInfo& info,
+                                               const NetworkWeights& weights);
+
+}  // namespace palpate

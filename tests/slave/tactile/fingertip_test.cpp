@@ -1,0 +1,219 @@
+#include "slave/tactile/fingertip.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "tests/slave/tactile/fakes.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using testing_fakes::MeanNetwork;
+using testing_fakes::PadLocaliser;
+using testing_fakes::ReadingOf;
+
+const Vector3d kNothing(0, 0, 0);
+
+// Rest values from the first five samples, a network that looks back over ten, 100 Hz.
+class FingertipTest : public ::testing::Test {
+ protected:
+  static Tactile Options() {
+    Tactile tactile;
+    tactile.rest_samples = 5;
+    return tactile;
+  }
+  const FingerTouch& Feel(const Vector3d& force_F, bool active, bool after_gap = false) {
+    return fingertip_.Feel(ReadingOf(force_F, active), after_gap);
+  }
+  void Rest(int samples) {
+    for (int i = 0; i < samples; ++i) Feel(kNothing, false);
+  }
+  void Press(const Vector3d& force_F, int samples) {
+    for (int i = 0; i < samples; ++i) Feel(force_F, true);
+  }
+
+  MeanNetwork network_{10, 0.02, 1.0};
+  PadLocaliser localiser_;
+  Fingertip fingertip_{Options(), &network_, localiser_};
+};
+
+TEST_F(FingertipTest, TheForceIsUnknownUntilTheWindowOfRestSamplesAndOthersIsFull) {
+  for (int i = 1; i <= 9; ++i) {
+    const FingerTouch& touch = Feel(kNothing, false);
+    EXPECT_FALSE(touch.force_F.has_value()) << i;
+    EXPECT_EQ(touch.validity, Validity::kTrackingLost) << i;
+    EXPECT_FALSE(touch.why.empty()) << i;
+  }
+  // The tenth sample fills the window: those from which the rest values came count.
+  const FingerTouch& touch = Feel(kNothing, false);
+  ASSERT_TRUE(touch.force_F.has_value());
+  EXPECT_EQ(touch.validity, Validity::kValid);
+  EXPECT_NEAR(touch.force_F->norm(), 0, 1e-12);
+}
+
+TEST_F(FingertipTest, RestValuesThatTakeLongerThanTheWindowLeaveItFull) {
+  Tactile tactile = Options();
+  tactile.rest_samples = 25;
+  Fingertip fingertip(tactile, &network_, localiser_);
+  for (int i = 0; i < 24; ++i) {
+    EXPECT_FALSE(fingertip.Feel(ReadingOf(kNothing, false), false).force_F.has_value());
+  }
+  EXPECT_TRUE(fingertip.Feel(ReadingOf(kNothing, false), false).force_F.has_value());
+}
+
+TEST_F(FingertipTest, APressIsFeltWithItsPlaceAndLetGo) {
+  Rest(10);
+  const Vector3d force(0.1, -0.05, -0.4);
+  Press(force, 10);
+  const FingerTouch& touch = fingertip_.touch();
+  EXPECT_TRUE(touch.touching);
+  ASSERT_TRUE(touch.force_F.has_value());
+  EXPECT_NEAR((*touch.force_F - force).norm(), 0, 1e-6);
+  EXPECT_NEAR((touch.place.p_F - Vector3d(0, 0, -7e-3)).norm(), 0, 1e-12);
+  EXPECT_NEAR(touch.sigma, 0.02, 1e-12);
+  Rest(11);
+  EXPECT_FALSE(fingertip_.touch().touching);
+}
+
+// Paper B, V: soft contacts drop out for a few samples; here for two of five.
+TEST_F(FingertipTest, AnIntermittentContactDoesNotFlicker) {
+  Rest(10);
+  Press({0, 0, -0.4}, 10);
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_TRUE(Feel({0, 0, -0.4}, i % 5 > 1).touching) << i;
+    EXPECT_TRUE(fingertip_.touch().place.usable()) << i;
+  }
+}
+
+TEST_F(FingertipTest, AForceWithinTheNetworksErrorIsNoTouch) {
+  Rest(10);
+  // Half of |sigma| = 0.02 sqrt(3) begins a touch, a quarter ends it.
+  Press({0, 0, -0.016}, 20);
+  EXPECT_FALSE(fingertip_.touch().touching);
+  Press({0, 0, -0.019}, 20);
+  EXPECT_TRUE(fingertip_.touch().touching);
+  Press({0, 0, -0.010}, 20);
+  EXPECT_TRUE(fingertip_.touch().touching);
+  Press({0, 0, -0.008}, 20);
+  EXPECT_FALSE(fingertip_.touch().touching);
+}
+
+TEST_F(FingertipTest, AfterAGapTheWindowStartsAnewAndRestValuesStay) {
+  Rest(30);
+  EXPECT_FALSE(Feel(kNothing, false, true).force_F.has_value());
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kTrackingLost);
+  Press({0, 0, -0.4}, 9);
+  ASSERT_TRUE(fingertip_.touch().force_F.has_value());
+  EXPECT_NEAR(fingertip_.touch().force_F->z(), -0.4 * 9 / 10, 1e-6);
+}
+
+TEST_F(FingertipTest, ASilentFingertipIsStaleThenLostAndStartsItsWindowAnew) {
+  Rest(10);
+  Press({0, 0, -0.4}, 10);
+  const FingerReading missing;
+  for (int i = 0; i < 5; ++i) fingertip_.Feel(missing, false);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kStale);
+  EXPECT_TRUE(fingertip_.touch().force_F.has_value());  // the last numbers
+  fingertip_.Feel(missing, false);                      // 60 ms
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kTrackingLost);
+  EXPECT_FALSE(fingertip_.touch().force_F.has_value());
+  EXPECT_FALSE(fingertip_.touch().touching);
+  Rest(9);
+  EXPECT_FALSE(fingertip_.touch().force_F.has_value());
+  Rest(1);
+  EXPECT_TRUE(fingertip_.touch().force_F.has_value());
+}
+
+TEST_F(FingertipTest, CountsThatAreNotFiniteAreFlaggedAndForgotten) {
+  for (const float bad :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    Rest(20);
+    FingerReading reading = ReadingOf(kNothing, true);
+    reading.pdc = bad;
+    const FingerTouch& touch = fingertip_.Feel(reading, false);
+    EXPECT_EQ(touch.validity, Validity::kTrackingLost);
+    EXPECT_FALSE(touch.force_F.has_value());
+    EXPECT_FALSE(touch.touching);
+    Rest(9);
+    EXPECT_FALSE(fingertip_.touch().force_F.has_value());
+    Rest(1);
+    ASSERT_TRUE(fingertip_.touch().force_F.has_value());
+    EXPECT_NEAR(fingertip_.touch().force_F->norm(), 0, 1e-9);
+  }
+}
+
+TEST_F(FingertipTest, NotFiniteCountsAreNoRestValues) {
+  FingerReading bad = ReadingOf(kNothing, false);
+  bad.electrodes[7] = std::numeric_limits<float>::quiet_NaN();
+  for (int i = 0; i < 20; ++i) fingertip_.Feel(bad, false);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kTrackingLost);
+  Rest(10);
+  ASSERT_TRUE(fingertip_.touch().force_F.has_value());
+  EXPECT_NEAR(fingertip_.touch().force_F->norm(), 0, 1e-9);
+}
+
+TEST_F(FingertipTest, WhatIsBeyondTheLearntOrOfSaturatedElectrodesIsExtrapolated) {
+  Rest(10);
+  Press({0, 0, -1.01}, 10);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated);
+  EXPECT_GT(fingertip_.touch().sigma, 0.02);
+  Press({0, 0, -0.9}, 10);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
+  FingerReading saturated = ReadingOf({0, 0, -0.9}, true);
+  saturated.electrodes[4] = 4095;
+  EXPECT_EQ(fingertip_.Feel(saturated, false).validity, Validity::kExtrapolated);
+  EXPECT_TRUE(fingertip_.touch().touching);
+}
+
+TEST_F(FingertipTest, AForceWithoutAnActiveElectrodeIsFlagged) {
+  Rest(10);
+  for (int i = 0; i < 10; ++i) Feel({0, 0, -0.5}, false);
+  EXPECT_FALSE(fingertip_.touch().touching);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated);
+}
+
+TEST_F(FingertipTest, WithoutANetworkTheElectrodesDecideAndTheForceIsUnknown) {
+  Fingertip fingertip(Options(), nullptr, localiser_);
+  for (int i = 0; i < 6; ++i) fingertip.Feel(ReadingOf(kNothing, false), false);
+  const FingerTouch& touch = fingertip.Feel(ReadingOf(kNothing, true), false);
+  EXPECT_TRUE(touch.touching);
+  EXPECT_FALSE(touch.force_F.has_value());
+  EXPECT_EQ(touch.validity, Validity::kFailed);
+}
+
+TEST_F(FingertipTest, ACarriedStateIsAnotherFunctionAndNeedsNoWindow) {
+  Tactile tactile = Options();
+  tactile.carries_state = true;
+  Fingertip fingertip(tactile, &network_, localiser_);
+  for (int i = 0; i < 5; ++i) fingertip.Feel(ReadingOf(kNothing, false), false);
+  EXPECT_TRUE(fingertip.touch().force_F.has_value());
+  for (int i = 0; i < 20; ++i) fingertip.Feel(ReadingOf({0, 0, -0.1}, true), false);
+  EXPECT_NEAR(fingertip.touch().force_F->z(), -20 * 0.1, 1e-5);
+}
+
+TEST_F(FingertipTest, AfterAResetRestValuesAreTakenAnew) {
+  Rest(20);
+  fingertip_.Reset();
+  const Vector3d offset(0.3, 0, 0);
+  for (int i = 0; i < 10; ++i) Feel(offset, false);
+  ASSERT_TRUE(fingertip_.touch().force_F.has_value());
+  EXPECT_NEAR(fingertip_.touch().force_F->norm(), 0, 1e-9);
+}
+
+TEST_F(FingertipTest, NoSampleAllocates) {
+  const FingerReading missing;
+  FingerReading bad = ReadingOf(kNothing, true);
+  bad.pac = std::numeric_limits<float>::quiet_NaN();
+  const FingerReading reading = ReadingOf({0, 0, -0.3}, true);
+  const long before = AllocationCount();
+  for (int i = 0; i < 10'000; ++i) {
+    fingertip_.Feel(i % 97 == 0 ? missing : i % 89 == 0 ? bad : reading, i % 83 == 0);
+  }
+  EXPECT_EQ(AllocationCount() - before, 0);
+}
+
+}  // namespace
+}  // namespace palpate
