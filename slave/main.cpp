@@ -33,6 +33,7 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
   palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
+  palpate-slave evaluate deploy/scenes/foam-cube.yaml --materials --out build/cube
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube
 
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
@@ -78,10 +79,9 @@ class StopOnSignal {
 };
 
 void AddOptions(CLI::App* command, EvaluateOptions* options) {
-  command
-      ->add_option("--cloud", options->cloud,
-                   "Measured points in the frame of sense.depth_camera (PCD)")
-      ->required();
+  command->add_option("--cloud", options->cloud,
+                      "Measured points in the frame of sense.depth_camera (PCD); without, a "
+                      "simulated hand presses the object and a virtual camera measures it");
   command->add_option("--out", options->out, "Folder for report.html, report.json and clouds")
       ->required();
   command->add_option("--contacts", options->contacts,
@@ -105,6 +105,10 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
       ->capture_default_str();
   command->add_option("--region-colour", options->region_colour, "Regions less different unite")
       ->capture_default_str();
+  command->add_option("--repetitions", options->repetitions, "Presses of the simulated hand")
+      ->capture_default_str();
+  command->add_flag("--materials", options->materials,
+                    "The simulated object in each of paper B's three foams");
   command->add_option("--leaf", options->leaf, "Edge of the octree's leaves [m]")
       ->capture_default_str();
 }

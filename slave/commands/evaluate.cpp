@@ -8,6 +8,7 @@
 #include "slave/commands/progress_bar.h"
 #include "slave/study/shape/measured_evaluation.h"
 #include "slave/study/shape/report_words.h"
+#include "slave/study/shape/simulated_report.h"
 
 namespace palpate {
 namespace {
@@ -111,6 +112,46 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   return 0;
 }
 
+std::vector<SimulatedObject> Experiments(const EvaluateOptions& options, const Scene& scene,
+                                         ProgressBar* bar) {
+  std::vector<SimulatedObject> objects;
+  ExperimentOptions experiment;
+  experiment.repetitions = options.repetitions;
+  experiment.leaf = options.leaf;
+  const auto run = [&](const Scene& one, std::string_view material) {
+    const std::string stage = material.empty() ? one.name : one.name + " " + std::string(material);
+    experiment.progress = [&](double done) { return bar->Report(stage, done); };
+    objects.push_back(RunExperiment(one, experiment));
+    objects.back().material = material;
+  };
+  if (!options.materials) run(scene, "");
+  for (const Foam& foam : kFoams) {
+    if (options.materials) run(MadeOf(foam, scene), foam.name);
+  }
+  return objects;
+}
+
+int EvaluateSimulated(const EvaluateOptions& options, const std::stop_token& stop) {
+  if (!options.contacts.empty() || !options.loads.empty() || !options.at.empty() ||
+      !options.colour.empty()) {
+    throw std::invalid_argument(
+        "--contacts, --loads, --at, --colour: accepted is these with --cloud only");
+  }
+  const Scene scene = LoadScene(options.scene, options.overrides);
+  std::vector<SimulatedObject> objects;
+  {
+    ProgressBar bar("evaluate", stop);
+    objects = Experiments(options, scene, &bar);
+  }
+  std::filesystem::create_directories(options.out);
+  if (!WriteSimulated(objects, *scene.sense.depth_camera, options.leaf, options.out)) {
+    std::fprintf(stderr, "evaluate: %s cannot be written\n", options.out.c_str());
+    return 1;
+  }
+  std::fputs(ToTable(objects).c_str(), stdout);
+  return 0;
+}
+
 }  // namespace
 
 int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop) {
@@ -118,7 +159,7 @@ int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop) {
     throw std::invalid_argument("--leaf " + std::to_string(options.leaf) +
                                 ": accepted is 0.0001 to 1 m");
   }
-  return EvaluateCloud(options, stop);
+  return options.cloud.empty() ? EvaluateSimulated(options, stop) : EvaluateCloud(options, stop);
 }
 
 }  // namespace palpate

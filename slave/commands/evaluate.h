@@ -22,6 +22,8 @@ struct EvaluateOptions {
   int neighbours = 30;      // of a point, for growing by colour
   double point_colour = 20, region_colour = 10;  // largest differences [0 to 442]
   double leaf = 0.01;                            // of the octree [m]
+  int repetitions = 5;                           // presses of the simulated experiment
+  bool materials = false;                        // it is made with each of the paper's three foams
 };
 
 // Returns the exit code: 0 done, 1 the files cannot be written. Throws SceneError, InputError,
