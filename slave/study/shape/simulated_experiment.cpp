@@ -47,7 +47,7 @@ class Experiment {
     while (const auto frame = touch_.Next({})) {
       Tell(frame->sequence);
       const Felt& felt = estimator_.Feel(*frame, scene_.manipulator.home);
-      const auto truth = touch_.truth();
+      const auto truth = touch_.site().truth();
       const FingerTruth& first = truth[0];
       if (!AnyTouches(truth)) {
         touched = false;

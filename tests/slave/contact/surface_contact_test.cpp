@@ -41,12 +41,29 @@ SurfaceMesh Box(const Vector3d& size, const std::array<int, 3>& cells) {
   return surface;
 }
 
-// Box, sphere, a star with dents and spikes, and a needle with slivers, all about 1 across.
+// A thin spike along x whose lower side is cut into a fan of triangles, so that most of the normals
+// round its tip point down.
+SurfaceMesh FannedSpike() {
+  constexpr int kCuts = 20;
+  SurfaceMesh surface;
+  surface.nodes = {{0.9, 0, 0}, {0, 0, 0.1}};  // tip, ridge of the base
+  for (int i = 0; i <= kCuts; ++i) surface.nodes.emplace_back(0, 0.3 - 0.6 * i / kCuts, 0);
+  for (int i = 2; i < kCuts + 2; ++i) {
+    surface.triangles.push_back({0, i + 1, i});  // below
+    surface.triangles.push_back({1, i, i + 1});  // base
+  }
+  surface.triangles.push_back({0, 2, 1});
+  surface.triangles.push_back({0, 1, kCuts + 2});
+  return surface;
+}
+
+// Box, sphere, a star with dents and spikes, a needle with slivers, a spike, all about 1 across.
 std::vector<Body> Bodies(double scale) {
   std::vector<Body> bodies{{"box", Box({1, 0.7, 0.4}, {3, 2, 2})},
                            {"sphere", Refined(Box({1, 1, 1}, {2, 2, 2}))},
                            {"star", Refined(Box({1, 1, 1}, {3, 3, 3}))},
-                           {"needle", Box({1, 1e-4, 2e-4}, {7, 1, 1})}};
+                           {"needle", Box({1, 1e-4, 2e-4}, {7, 1, 1})},
+                           {"spike", FannedSpike()}};
   for (Vector3d& p : bodies[1].surface.nodes) p = 0.5 * p.normalized();
   for (Vector3d& p : bodies[2].surface.nodes) {
     const Vector3d u = p.normalized();
