@@ -84,8 +84,10 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
                       "simulated hand presses the object and a virtual camera measures it");
   command->add_option("--out", options->out, "Folder for report.html, report.json and clouds")
       ->required();
-  command->add_option("--contacts", options->contacts,
-                      "What deforms the object: CSV as for solve; without, it is at rest");
+  command->add_option(
+      "--contacts", options->contacts,
+      "What deforms the object: CSV as for solve; without, what the scene's tactile "
+      "recording tells at its end, or nothing");
   command->add_option("--loads", options->loads, "The same with forces");
   command
       ->add_option("--segment", options->segment,

@@ -5,9 +5,12 @@
 #include <stdexcept>
 #include <variant>
 
+#include "slave/capture/tactile_recording.h"
 #include "slave/commands/solve_rows.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/pipeline/tactile_estimator.h"
+#include "slave/study/shape/finger_capsule.h"
 
 namespace palpate {
 namespace {
@@ -85,6 +88,31 @@ EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path&
   for (SurfaceMesh* surface : {&shape.rest_S, &shape.estimate_S}) {
     for (auto& p : surface->nodes) p = still.object.X_SO * p;
   }
+  return shape;
+}
+
+EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
+  EstimatedShape shape = ShapeUnderTables(scene, {}, {}, nullptr);
+  const auto& tactile = scene.sense.tactile;
+  if (!tactile || tactile->source != Tactile::Source::kRecording) return shape;
+  const auto source = OpenTactileRecording(scene, false);
+  TactileEstimator estimator(scene);
+  while (const auto frame = source->Next({})) {
+    estimator.Feel(*frame, scene.manipulator.home);
+    if (progress && !progress->Report(source->description(), 0)) throw Interrupted();
+  }
+  for (int i = 0; i < estimator.finger_count(); ++i) {
+    const FeltFinger& finger = estimator.finger(i);
+    if (!finger.has_pose) continue;
+    shape.fingers_S.push_back(FingerCapsule(finger.X_SF, tactile->finger_radius));
+  }
+  if (estimator.body() == nullptr) {
+    shape.state = "at rest: nobody says where the fingertips are";
+    return shape;
+  }
+  shape.estimate_S.triangles = estimator.body()->surface.triangles;
+  estimator.DeformedNodes(&shape.estimate_S.nodes);
+  shape.state = "what the fingertips tell at the end of " + tactile->file.filename().string();
   return shape;
 }
 

@@ -97,10 +97,13 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   question.camera = scene.sense.depth_camera;
   {
     ProgressBar bar("evaluate", stop);
-    EstimatedShape shape = ShapeUnderTables(scene, options.contacts, options.loads, &bar);
+    const bool tables = !options.contacts.empty() || !options.loads.empty();
+    EstimatedShape shape = tables ? ShapeUnderTables(scene, options.contacts, options.loads, &bar)
+                                  : ShapeAfterRecording(scene, &bar);
     question.rest_S = std::move(shape.rest_S);
     question.estimate_S = std::move(shape.estimate_S);
     question.state = std::move(shape.state);
+    question.fingers_S = std::move(shape.fingers_S);
   }
   const MeasuredAnswer answer = Evaluate(question);
   std::filesystem::create_directories(options.out);

@@ -14,7 +14,7 @@ struct EvaluateOptions {
   std::vector<std::string> overrides;  // key.path=value
   std::filesystem::path cloud;         // PCD, frame of the camera; empty: the simulated experiment
   std::filesystem::path out;           // folder
-  std::filesystem::path contacts, loads;  // CSV as for `solve`; empty: the object at rest
+  std::filesystem::path contacts, loads;  // CSV as for `solve`; empty: what fingertips tell
   std::string segment = "surfaces";       // surfaces colour no
   std::vector<double> at;   // x, y, z of a point on the object, frame of the camera [m]
   std::vector<int> colour;  // red, green, blue of the object

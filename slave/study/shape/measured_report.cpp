@@ -73,12 +73,10 @@ std::vector<HtmlPage::Figure> Figures(const MeasuredQuestion& question,
   const Eigen::Isometry3d& X_SD = question.camera->X_SD;
   std::vector<Eigen::Vector3d> both = answer.measured_S;
   both.insert(both.end(), answer.simulated_S.begin(), answer.simulated_S.end());
-  figures.push_back({PictureOfShapes(ViewOf(X_SD, both), answer.measured_S, answer.simulated_S,
-                                     question.estimate_S),
-                     "Measured points dark, what the camera would see of the estimate blue, its "
-                     "mesh orange"});
-  figures.push_back({PictureOfLeaves(ViewOf(X_SD, both, kTurn), answer.measured_S,
-                                     answer.simulated_S, question.leaf),
+  const PictureView aside = ViewOf(X_SD, both, kTurn);
+  figures.push_back({PictureOfShapes(aside, answer.measured_S, question.estimate_S),
+                     "The object's points, near ones dark, and the estimate's mesh"});
+  figures.push_back({PictureOfLeaves(aside, answer.measured_S, answer.simulated_S, question.leaf),
                      "Octree of the measured points; simulated points green inside its leaves, red "
                      "outside"});
   return figures;

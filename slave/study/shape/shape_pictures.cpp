@@ -7,8 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr Rgb kGrey{205, 210, 218}, kDark{90, 100, 116}, kBlue{47, 111, 214}, kGreen{47, 158, 98},
-    kRed{209, 40, 60}, kWire{224, 112, 28};
+constexpr Rgb kGrey{205, 210, 218}, kGreen{47, 158, 98}, kRed{209, 40, 60}, kWire{224, 112, 28};
 
 // Near is dark, far is light.
 std::vector<Rgb> ByDepth(const PictureView& view, std::span<const Eigen::Vector3d> points_S) {
@@ -52,11 +51,9 @@ std::string PictureOfRegions(const PictureView& view, const PointCloud& cloud_S,
 }
 
 std::string PictureOfShapes(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
-                            std::span<const Eigen::Vector3d> simulated_S,
                             const SurfaceMesh& estimate_S) {
   CloudPicture picture(view);
-  picture.Points(measured_S, {&kDark, 1}, 3);
-  picture.Points(simulated_S, {&kBlue, 1}, 2);
+  picture.Points(measured_S, ByDepth(view, measured_S), 3);
   picture.Wires(estimate_S, kWire);
   return picture.Png();
 }
@@ -68,7 +65,7 @@ std::string PictureOfLeaves(const PictureView& view, std::span<const Eigen::Vect
   for (const auto& p : simulated_S) colours.push_back(leaves.Contains(p) ? kGreen : kRed);
   CloudPicture picture(view);
   picture.Boxes(leaves.corners(), leaf, kGrey);
-  picture.Points(simulated_S, colours);
+  picture.Points(simulated_S, colours, 3);
   return picture.Png();
 }
 

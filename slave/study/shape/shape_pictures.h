@@ -17,9 +17,8 @@ std::string PictureOfCloud(const PictureView& view, const PointCloud& cloud_S);
 // Every region in a colour of its own, what belongs to none in grey.
 std::string PictureOfRegions(const PictureView& view, const PointCloud& cloud_S,
                              const Segmentation& segmentation);
-// Measured points dark, simulated ones on top, and the wires of the estimate.
+// Measured points, near ones dark, and the wires of the estimate.
 std::string PictureOfShapes(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
-                            std::span<const Eigen::Vector3d> simulated_S,
                             const SurfaceMesh& estimate_S);
 // Leaves in grey, simulated points green inside them and red outside.
 std::string PictureOfLeaves(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,

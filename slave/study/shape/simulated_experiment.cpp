@@ -10,14 +10,15 @@
 #include "slave/mechanics/progress.h"
 #include "slave/pipeline/tactile_estimator.h"
 #include "slave/site/fingertip/scripted_touch.h"
+#include "slave/study/shape/finger_capsule.h"
 
 namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kFingerLength = 0.06;  // that is seen of it behind the tip [m]
-constexpr double kStill = 0.5;          // of a hold, before its picture is taken [s]
+constexpr double kApart = 0.3;  // of the hand, before the object is pictured alone [s]
+constexpr double kStill = 0.5;  // of a hold, before its picture is taken [s]
 
 // The truth and the estimate at one instant. Frame S.
 struct Instant {
@@ -39,8 +40,9 @@ class Experiment {
   }
 
   SimulatedObject Run() {
+    const double rate = scene_.sense.tactile->rate;
     bool touched = false;
-    int still = 0;
+    long apart = 0, still = 0;  // samples
     double depth = 0;
     std::optional<Instant> open;
     std::optional<Instant> before;  // the touch
@@ -53,7 +55,7 @@ class Experiment {
         touched = false;
         if (!felt.force) continue;  // rest values are taken
         before = Now(truth);
-        if (!open) open = before;
+        if (++apart == std::lround(kApart * rate)) open = before;
         continue;
       }
       if (!touched && open && before) {
@@ -61,9 +63,10 @@ class Experiment {
         Take(1, *before);
       }
       touched = true;
+      apart = 0;
       still = std::abs(first.depth - depth) < 1e-9 ? still + 1 : 0;
       depth = first.depth;
-      if (still == std::lround(kStill * scene_.sense.tactile->rate)) {
+      if (still == std::lround(kStill * rate)) {
         Take(2, Now(truth));
         object_.true_force = first.force.norm();
         object_.estimated_force =
@@ -174,10 +177,6 @@ SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& optio
                                 ": accepted is 1 or more");
   }
   return Experiment(scene, options).Run();
-}
-
-Occluder FingerCapsule(const Eigen::Isometry3d& X_SF, double radius) noexcept {
-  return {X_SF.translation(), X_SF * Vector3d(-kFingerLength, 0, 0), radius};
 }
 
 }  // namespace palpate

@@ -65,7 +65,4 @@ struct ExperimentOptions {
 // fingertips, no sense.depth_camera, what ScriptedTouch and TactileEstimator refuse; Interrupted.
 SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& options);
 
-// The part of a finger that a camera sees: a capsule from the tip's sphere along the finger [m].
-Occluder FingerCapsule(const Eigen::Isometry3d& X_SF, double radius) noexcept;
-
 }  // namespace palpate

@@ -94,12 +94,11 @@ std::vector<HtmlPage::Figure> Figures(const SimulatedObject& object, const Depth
   std::vector<HtmlPage::Figure> figures;
   // One view for all states, so that they can be compared.
   const auto& all = object.states[0].measured_S;
-  const PictureView front = ViewOf(camera.X_SD, all), aside = ViewOf(camera.X_SD, all, kTurn);
+  const PictureView aside = ViewOf(camera.X_SD, all, kTurn);
   for (const ShapeState& state : object.states) {
-    figures.push_back(
-        {PictureOfShapes(front, state.measured_S, state.simulated_S, state.estimate_S),
-         NameOf(object) + ", " + state.name +
-             ": measured dark, what the camera would see of the estimate blue, its mesh orange"});
+    figures.push_back({PictureOfShapes(aside, state.measured_S, state.estimate_S),
+                       NameOf(object) + ", " + state.name +
+                           ": measured points, near ones dark, and the estimate's mesh"});
     figures.push_back({PictureOfLeaves(aside, state.measured_S, state.simulated_S, leaf),
                        NameOf(object) + ", " + state.name + ": octree score " +
                            Percent(state.scores.back().octree) +

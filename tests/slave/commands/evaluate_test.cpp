@@ -159,7 +159,7 @@ TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
   bad = options_;
   bad.scene = Write("flat.yaml",
                     "name: flat\nobject:\n  geometry: {rectangle: {width: 1 m, height: 1 m, "
-                    "thickness: 1 mm}}\n  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\n");
+                    "thickness: 1 mm}}\n  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\nmodel: {}\n");
   refuses(bad, "accepted by evaluate is a volume");
   bad = options_;
   bad.cloud.clear();
