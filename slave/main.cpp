@@ -20,6 +20,7 @@
 #include "slave/commands/serve.h"
 #include "slave/commands/solve.h"
 #include "slave/commands/study.h"
+#include "slave/commands/train.h"
 
 namespace palpate {
 namespace {
@@ -35,6 +36,7 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --materials --out build/cube
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube
+  palpate-slave train simulated --out build/fingertip
 
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
 
@@ -78,7 +80,7 @@ class StopOnSignal {
   std::jthread waiter_;
 };
 
-void AddOptions(CLI::App* command, EvaluateOptions* options) {
+void AddEvaluateOptions(CLI::App* command, EvaluateOptions* options) {
   command->add_option("--cloud", options->cloud,
                       "Measured points in the frame of sense.depth_camera (PCD); without, a "
                       "simulated hand presses the object and a virtual camera measures it");
@@ -112,6 +114,41 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
   command->add_flag("--materials", options->materials,
                     "The simulated object in each of paper B's three foams");
   command->add_option("--leaf", options->leaf, "Edge of the octree's leaves [m]")
+      ->capture_default_str();
+}
+
+void AddTrainOptions(CLI::App* command, TrainOptions* train) {
+  command->footer(kTrainHelp);
+  command->add_option("DATA", train->data, "Recordings or simulated, see below")->required();
+  command->add_option("--network", train->networks,
+                      "rnn_21 (default), rnn_19, dnn_21, dnn_19, several, all; or localiser");
+  command->add_option("--out", train->out, "Folder for network.json and training.csv")->required();
+  command->add_option("--test", train->test, "Recordings to test on instead of a fifth of DATA");
+  command->add_option("--from", train->from, "Known network: only its gain is fitted, on fz");
+  command->add_option("--finger", train->finger, "Finger of recordings with several");
+  command->add_option("--rest", train->rest, "First samples whose mean is the rest value")
+      ->capture_default_str();
+  command->add_option("--optimiser", train->optimiser, "adam, or sgd as in the paper")
+      ->capture_default_str();
+  command->add_option("--rate", train->rate, "Learning rate; 0: 0.004 for adam, 0.01 for sgd")
+      ->capture_default_str();
+  command->add_option("--epochs", train->epochs, "At most")->capture_default_str();
+  command
+      ->add_option("--patience", train->patience,
+                   "Epochs without a better validation before it stops")
+      ->capture_default_str();
+  command->add_option("--batch", train->batch, "Windows per step")->capture_default_str();
+  command->add_option("--seed", train->seed, "Same seed, same weights")->capture_default_str();
+  command->add_option("--threads", train->threads, "Do not change the result")
+      ->capture_default_str();
+  command->add_option("--presses", train->presses, "Of `simulated`")->capture_default_str();
+  command->add_option("--electrodes", train->electrodes,
+                      "localiser: layout NAME,x,y,z,nx,ny,nz in mm; default: the simulated one");
+  command->add_option("--contact-pdc", train->contact_pdc,
+                      "localiser: contact is above it; default: found by itself");
+  command
+      ->add_option("--normals", train->normals,
+                   "localiser: nx,ny,nz in the fingertip's frame, -x,y,-z say; auto: found")
       ->capture_default_str();
 }
 
@@ -178,7 +215,12 @@ int Main(int argc, char** argv) {
   CLI::App* evaluate_command =
       app.add_subcommand("evaluate", "Score the estimated shape against a measured cloud");
   add_scene(evaluate_command, &evaluate.scene, &evaluate.overrides);
-  AddOptions(evaluate_command, &evaluate);
+  AddEvaluateOptions(evaluate_command, &evaluate);
+
+  TrainOptions train;
+  CLI::App* train_command =
+      app.add_subcommand("train", "Learn a fingertip's force network or localiser");
+  AddTrainOptions(train_command, &train);
 
   try {
     app.parse(argc, argv);
@@ -192,6 +234,7 @@ int Main(int argc, char** argv) {
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
     if (study_command->parsed()) return RunStudyCommand(study, stop.token());
     if (evaluate_command->parsed()) return RunEvaluate(evaluate, stop.token());
+    if (train_command->parsed()) return RunTrain(train, stop.token());
     return RunCheck(check);
   } catch (const SceneError& e) {
     std::fprintf(stderr, "%s\n", e.what());

@@ -64,7 +64,7 @@ double AngleAt(const Vector3d& corner, const Vector3d& a, const Vector3d& b) {
 struct SurfaceContact::Tree {
   explicit Tree(SurfaceMesh mesh);
 
-  [[nodiscard]] std::optional<SurfacePlace> Find(const Vector3d& p, double gate) const noexcept;
+  [[nodiscard]] std::optional<TouchedPlace> Find(const Vector3d& p, double gate) const noexcept;
 
  private:
   friend class SurfaceContact;
@@ -218,7 +218,7 @@ const Vector3d& SurfaceContact::Tree::PseudoNormal(const Candidate& candidate) c
   return face.normal;
 }
 
-std::optional<SurfacePlace> SurfaceContact::Tree::Find(const Vector3d& p,
+std::optional<TouchedPlace> SurfaceContact::Tree::Find(const Vector3d& p,
                                                        double gate) const noexcept {
   if (!p.allFinite() || !(gate >= 0)) return std::nullopt;
   Candidate best;
@@ -245,7 +245,7 @@ std::optional<SurfacePlace> SurfaceContact::Tree::Find(const Vector3d& p,
   }
   if (best.face < 0 || !std::isfinite(best.place.distance_squared)) return std::nullopt;
   const Face& face = FaceAt(best.face);
-  SurfacePlace place;
+  TouchedPlace place;
   place.triangle = face.triangle;
   place.p_O = best.place.p;
   place.n_O = face.normal;
@@ -260,7 +260,7 @@ SurfaceContact::SurfaceContact(SurfaceMesh surface)
 
 SurfaceContact::~SurfaceContact() = default;
 
-std::optional<SurfacePlace> SurfaceContact::Find(const Vector3d& p_O, double gate) const noexcept {
+std::optional<TouchedPlace> SurfaceContact::Find(const Vector3d& p_O, double gate) const noexcept {
   return tree_->Find(p_O, gate);
 }
 

@@ -14,7 +14,7 @@
 namespace palpate {
 
 // Where a point meets a surface. Frame O.
-struct SurfacePlace {
+struct TouchedPlace {
   int triangle = -1;
   Eigen::Vector3d p_O{0, 0, 0};      // closest point of the surface at rest [m]
   Eigen::Vector3d n_O{0, 0, 0};      // outward unit normal of its triangle
@@ -34,7 +34,7 @@ class SurfaceContact {
   ~SurfaceContact();
 
   // nullopt: farther than `gate` [m] from the surface (paper B: 1 cm), or not finite.
-  [[nodiscard]] std::optional<SurfacePlace> Find(const Eigen::Vector3d& p_O,
+  [[nodiscard]] std::optional<TouchedPlace> Find(const Eigen::Vector3d& p_O,
                                                  double gate) const noexcept;
   [[nodiscard]] const SurfaceMesh& surface() const;
 

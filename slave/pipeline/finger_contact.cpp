@@ -41,7 +41,7 @@ void FingerContact::LetGo() noexcept {
 }
 
 void FingerContact::Meet(const SurfaceContact& surface, const Isometry3d& X_OF,
-                         const FingerTouch& touch) noexcept {
+                         const FingerTouch& touch, double largest_force) noexcept {
   acts_ = has_force_ = false;
   why_ = {};
   // Deeper than a radius behind the surface no fingertip gets by pressing.
@@ -64,6 +64,10 @@ void FingerContact::Meet(const SurfaceContact& surface, const Isometry3d& X_OF,
     return;
   }
   if (touch.touching) SetForce(X_OF, touch);
+  if (has_force_ && !(force_O_.norm() <= largest_force)) {
+    has_force_ = false;
+    why_ = "the force is more than the object can take";
+  }
   const double pressed_in = holds_ ? DepthAtPlace(X_OF) : 0;
   if (pressed_in > 0) {
     contact_.kind = Contact::Kind::kDisplacement;

@@ -26,9 +26,9 @@ class FingerContact {
  public:
   explicit FingerContact(const Tactile& tactile);
 
-  // `X_OF`: where the fingertip is. Allocation-free.
-  void Meet(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
-            const FingerTouch& touch) noexcept;
+  // `X_OF`: where the fingertip is; forces beyond `largest_force` [N] do not act. Allocation-free.
+  void Meet(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
+            double largest_force) noexcept;
   // Nothing is known of where the fingertip is, or it touches nothing.
   void LetGo() noexcept;
   // What the model answered: where the place is now.

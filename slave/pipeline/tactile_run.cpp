@@ -175,7 +175,8 @@ TactileSummary RunTactile(const Scene& scene, const TactileRunOptions& options,
   for (;;) {
     const auto fetch = SteadyClock::now();
     const std::optional<TactileFrame> frame = origin.source->Next(stop);
-    summary.capture.Add(std::chrono::duration<double, std::micro>(SteadyClock::now() - fetch).count());
+    summary.capture.Add(
+        std::chrono::duration<double, std::micro>(SteadyClock::now() - fetch).count());
     if (!frame) break;
     if (!start) start = frame->sensed_at;
     const Felt& felt = estimator.Feel(*frame, scene.manipulator.home);

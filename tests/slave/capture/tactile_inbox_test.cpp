@@ -226,6 +226,21 @@ TEST(TactileInboxTest, BurstsAreTakenApart) {
   }
 }
 
+// A driver that sends what it recorded, without keeping its pace: nothing was sensed in the future.
+TEST(TactileInboxTest, ARecordingMayComeFasterThanItWasTaken) {
+  TactileInbox inbox(Scened({"rf"}));
+  for (int i = 0; i < 50; ++i) {
+    ASSERT_FALSE(inbox.Feed("rf", 0, At(0.01 * i), Reading(0.01 * i), At(1e-4 * i)));
+  }
+  const auto frames = TakeAll(&inbox);
+  ASSERT_EQ(frames.size(), 50U);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_NEAR(TimeIn(frames[i].fingers[0]), 0.01 * static_cast<double>(i), 1e-6);
+    EXPECT_LE(frames[i].sensed_at, At(1e-4 * static_cast<double>(i)));
+    EXPECT_FALSE(frames[i].after_gap);
+  }
+}
+
 TEST(TactileInboxTest, WhatIsNotTakenIsReplacedByWhatIsNew) {
   TactileInbox inbox(Scened({"rf"}));
   Driver driver(&inbox, "rf");

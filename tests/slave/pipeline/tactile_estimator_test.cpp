@@ -134,7 +134,7 @@ TEST(TactileEstimatorTest, TheAnswerTurnsWithObjectAndFingertip) {
 TEST(TactileEstimatorTest, ADeepPressKeepsItsPlace) {
   Touching t(CubeScene(kAbove + ", gate: 3 mm"));
   for (int mm = 1; mm <= 10; ++mm) {
-    const Felt& felt = t.Press({0, 0, -0.06 * mm}, {0, 0, -1e-3 * mm});
+    const Felt& felt = t.Press({0, 0, -0.035 * mm}, {0, 0, -1e-3 * mm});
     ASSERT_TRUE(t.estimator.finger(0).p_S_contact.has_value()) << mm << " mm";
     EXPECT_NEAR((felt.p_S_contact - Vector3d(0.02, 0.02, 0.04)).norm(), 0, 2e-3) << mm << " mm";
   }
@@ -155,7 +155,7 @@ TEST(TactileEstimatorTest, APoseInsideTheObjectIsFlagged) {
   for (const bool active : {true, false}) {
     Touching t(CubeScene(kAbove));
     t.hand.active[0] = active;
-    t.hand.forces_F[0] = {0, 0, -0.2};
+    t.hand.forces_F[0] = {0, 0, active ? -0.2 : 0.0};
     const Felt& felt = t.Feel(kWindow, {0, 0, -0.027});  // its middle in the cube's middle
     EXPECT_EQ(felt.validity, Validity::kExtrapolated) << active;
     EXPECT_NE(t.estimator.finger(0).why.find("inside"), std::string_view::npos) << active;
@@ -185,13 +185,17 @@ TEST(TactileEstimatorTest, PlacesThatAreNoNumbersHarmNothing) {
   EXPECT_GT(t.LargestMove(), 1e-3);
 }
 
-TEST(TactileEstimatorTest, AnAbsurdForceLeavesAFlaggedShape) {
-  Touching t(CubeScene(kAbove));
-  const Felt& felt = t.Press({0, 0, -1e5}, {0, 0, -0.003});
-  ASSERT_TRUE(felt.force.has_value());
-  const BoundaryShape shape = MakeTactileShape(t.estimator, true);
-  EXPECT_NE(shape.validity, Validity::kValid);
-  for (const float x : shape.positions) ASSERT_TRUE(std::isfinite(x));
+// E L^2 = 6.4 N is more than any strain gives; below it a search for equilibrium may be long, but
+// ends.
+TEST(TactileEstimatorTest, AnAbsurdForceIsFlaggedAndHoldsNobodyUp) {
+  for (const double newtons : {1e5, 7.0, 5.0, 2.0}) {
+    Touching t(CubeScene(kAbove));
+    const Felt& felt = t.Press({0, 0, -newtons}, {0, 0, -0.003}, 0, 2 * kWindow);
+    ASSERT_TRUE(felt.force.has_value());
+    const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+    EXPECT_NE(Worse(felt.validity, shape.validity), Validity::kValid) << newtons;
+    for (const float x : shape.positions) ASSERT_TRUE(std::isfinite(x));
+  }
 }
 
 // Without a pose nobody knows where the object is touched: the force is told as it is, in frame F.
@@ -367,18 +371,19 @@ TEST(TactileEstimatorTest, BesideTheObjectThereIsNoPenetration) {
 
 TEST(TactileEstimatorTest, TheRevisionRisesOnlyWithAChange) {
   Touching t(CubeScene(kAbove));
+  t.Feel(1, {0, 0, 0.005});
   const auto revision = t.estimator.felt().local_model.revision;
-  t.Feel(10);
+  t.Feel(10, {0, 0, 0.005});
   EXPECT_EQ(t.estimator.felt().local_model.revision, revision);
-  t.Feel(1, {0.001, 0, 0});
+  t.Feel(1, {0.001, 0, 0.005});
   EXPECT_EQ(t.estimator.felt().local_model.revision, revision + 1);
 }
 
 // A bonded contact keeps its reference while the fingertip shears it; a frictionless one follows.
 TEST(TactileEstimatorTest, ABondedContactKeepsItsReferenceAFrictionlessFollows) {
   for (const char* law : {"bonded", "frictionless"}) {
-    Touching t(CubeScene(kAbove, std::string("kind: fem, contact: ") + law));
-    t.Feel(1);
+    Touching t(CubeScene(kAbove, std::string("kind: fem-green, contact: ") + law));
+    t.Feel(1, {0, 0, 0.001});
     t.Feel(1, {0, 0, -0.002});
     const Vector3d before = t.estimator.felt().local_model.reference;
     t.Feel(1, {0.003, 0, -0.002});
@@ -393,18 +398,18 @@ TEST(TactileEstimatorTest, ABondedContactKeepsItsReferenceAFrictionlessFollows) 
 
 TEST(TactileEstimatorTest, AnotherModelTakesOverWhileAContactGoesOn) {
   Touching t(CubeScene(kAbove));
-  t.Press({0, 0, -0.2}, {0, 0, -0.003});
+  t.Press({0, 0, -0.05}, {0, 0, -0.001});
   const double before = t.LargestMove();
   Scene softer = t.scene;
   softer.object.material.young_modulus /= 2;
   t.estimator.Adopt(TactileEstimator::Prepare(softer), softer);
-  t.Feel(2, {0, 0, -0.003});
+  t.Feel(2, {0, 0, -0.001});
   EXPECT_GT(t.LargestMove(), 1.5 * before);
   for (const char* kind : {"fem-green", "bem3d", "fem-hyperelastic"}) {
     Scene other = t.scene;
     other.model.kind = kind;
     t.estimator.Adopt(TactileEstimator::Prepare(other), other);
-    t.Feel(2, {0, 0, -0.003});
+    t.Feel(2, {0, 0, -0.001});
     EXPECT_EQ(t.estimator.shape_validity(), Validity::kValid) << kind;
     // Whatever the method, a point force on 10 mm elements: within a factor of two.
     EXPECT_NEAR(std::log2(t.LargestMove() / before), 0, 1) << kind;
