@@ -11,6 +11,7 @@
 #include "slave/pipeline/tactile_estimator.h"
 #include "slave/site/fingertip/scripted_touch.h"
 #include "slave/study/shape/finger_capsule.h"
+#include "slave/study/shape/octree_leaves.h"
 
 namespace palpate {
 namespace {
@@ -99,6 +100,13 @@ class Experiment {
     return now;
   }
 
+  // The estimate of who feels nothing.
+  [[nodiscard]] SurfaceMesh AtRest() const {
+    SurfaceMesh surface = estimator_.body()->surface;
+    for (auto& p : surface.nodes) p = estimator_.X_SO() * p;
+    return surface;
+  }
+
   void Take(std::size_t k, const Instant& instant) {
     ShapeState& state = object_.states[k];
     const DepthCamera& camera = *scene_.sense.depth_camera;
@@ -107,6 +115,8 @@ class Experiment {
     state.estimate_S = instant.estimate;
     state.scores.push_back(
         Score(state.measured_S, state.simulated_S, instant.estimate, options_.leaf));
+    const auto undeformed = SeeSurface(camera, AtRest(), instant.fingers, seed_);
+    state.undeformed.push_back(OctreeLeaves(state.measured_S, options_.leaf).Share(undeformed));
     std::vector<Vector3d> skin;
     state.displacement = 0;
     for (std::size_t i = 0; i < rest_.nodes.size(); ++i) {
@@ -153,6 +163,11 @@ Scene MadeOf(const Foam& foam, Scene scene) {
   scene.object.material.density = foam.density;
   scene.object.material.poisson_ratio = kFoamPoissonRatio;
   return scene;
+}
+
+double ShapeState::mean_undeformed() const {
+  return std::accumulate(undeformed.begin(), undeformed.end(), 0.0) /
+         static_cast<double>(undeformed.size());
 }
 
 double ShapeState::mean_octree() const {

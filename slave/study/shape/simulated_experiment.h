@@ -33,7 +33,9 @@ Scene MadeOf(const Foam& foam, Scene scene);
 struct ShapeState {
   std::string name;  // unoccluded, occluded, deformed
   std::vector<ShapeScore>
-      scores;               // one per repetition; measured: what the camera sees of the truth
+      scores;  // one per repetition; measured: what the camera sees of the truth
+  std::vector<double>
+      undeformed;           // octree scores of the estimate at rest instead: of knowing nothing
   DistanceSummary error;    // of the last one: true surface's nodes to the estimate
   double displacement = 0;  // of the true surface, the largest, of the last one [m]
   // Of the last repetition. Frame S [m].
@@ -41,6 +43,7 @@ struct ShapeState {
   SurfaceMesh estimate_S;
 
   [[nodiscard]] double mean_octree() const;
+  [[nodiscard]] double mean_undeformed() const;
 };
 
 struct SimulatedObject {

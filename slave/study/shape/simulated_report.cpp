@@ -48,7 +48,7 @@ std::vector<std::vector<std::string>> Rows(const std::vector<SimulatedObject>& o
     for (const ShapeState& state : object.states) {
       const auto [low, high] = RangeOf(state);
       rows.push_back({NameOf(object), state.name, Percent(state.mean_octree()),
-                      Percent(low) + " to " + Percent(high),
+                      Percent(low) + " to " + Percent(high), Percent(state.mean_undeformed()),
                       Millimetres(state.scores.back().measured_to_surface.rms),
                       Millimetres(state.displacement), Millimetres(state.error.mean),
                       Millimetres(state.error.p95), Millimetres(state.error.max)});
@@ -62,6 +62,7 @@ const std::vector<std::string>& Head() {
                                              "state",
                                              "octree score",
                                              "of the repetitions",
+                                             "of the shape at rest",
                                              "measured to estimate, rms",
                                              "true deformation",
                                              "its error, mean",
@@ -82,6 +83,7 @@ Json ToJson(const SimulatedObject& object, double leaf) {
     for (const ShapeScore& score : state.scores) scores.push_back(ScoreJson(score, leaf));
     json["states"].push_back({{"state", state.name},
                               {"octree_mean", state.mean_octree()},
+                              {"undeformed_octree_mean", state.mean_undeformed()},
                               {"true_displacement_max_m", state.displacement},
                               {"true_surface_to_estimate_m", DistanceJson(state.error)},
                               {"repetitions", std::move(scores)}});
