@@ -43,7 +43,7 @@ TEST_P(NineObjects, DeformedShapeScoresWithinTwoPointsOfTheUnoccludedOne) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, NineObjects,
                          testing::Values("foam-cube", "foam-sponge", "foam-bar"),
-                         [](const auto& info) { return info.param.substr(5); });
+                         [](const auto& scene) { return scene.param.substr(5); });
 
 }  // namespace
 }  // namespace palpate
