@@ -54,13 +54,14 @@ PictureView ViewOf(const Eigen::Isometry3d& X_SD, std::span<const Vector3d> poin
     if (p.allFinite()) sum += p, count += 1;
   }
   if (count == 0) return view;
-  const Vector3d middle_D = X_SD.inverse() * Vector3d(sum / count);
-  // Round the middle, then straight at it.
-  const Eigen::AngleAxisd round(turn, Vector3d::UnitY());
-  const Vector3d from_D = middle_D - round * middle_D;
-  const Eigen::Quaterniond look =
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d(middle_D - from_D));
-  view.X_SV = X_SD * Eigen::Translation3d(from_D) * look;
+  const Vector3d middle_S = sum / count;
+  constexpr double kSteep = 0.8;
+  const bool looks_steeply = std::abs(X_SD.linear()(2, 2)) > kSteep;
+  const Eigen::AngleAxisd round(turn,
+                                looks_steeply ? Vector3d(X_SD.linear().col(0)) : Vector3d::UnitZ());
+  view.X_SV = Eigen::Translation3d(middle_S) * round * Eigen::Translation3d(-middle_S) * X_SD;
+  const Vector3d middle_V = view.X_SV.inverse() * middle_S;
+  view.X_SV = view.X_SV * Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), middle_V);
 
   double reach = 1e-9;  // largest tangent of the angle to a point
   const Eigen::Isometry3d X_VS = view.X_SV.inverse();
@@ -119,6 +120,18 @@ void CloudPicture::Wires(const SurfaceMesh& surface_S, Rgb colour) {
     const Vector3d n = (node(1) - node(0)).cross(node(2) - node(0));
     if (!(n.dot(node(0) - canvas_->view.X_SV.translation()) < 0)) continue;
     for (std::size_t k = 0; k < 3; ++k) canvas_->Line(node(k), node((k + 1) % 3), ToCv(colour));
+  }
+}
+
+void CloudPicture::Capsules(std::span<const Occluder> capsules_S, Rgb colour) {
+  for (const auto& [a, b, radius] : capsules_S) {
+    const Vector3d a_V = canvas_->X_VS * a, b_V = canvas_->X_VS * b;
+    const auto from = Pixel(canvas_->view, a_V), to = Pixel(canvas_->view, b_V);
+    if (!from || !to) continue;
+    constexpr double kWidest = 1000;  // [px]
+    const double width = 2 * radius * canvas_->view.focal / (0.5 * (a_V.z() + b_V.z()));
+    cv::line(canvas_->pixels, *from, *to, ToCv(colour),
+             static_cast<int>(std::clamp(width, 1.0, kWidest)), cv::LINE_AA);
   }
 }
 

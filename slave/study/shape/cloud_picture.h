@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/mesh/solid_mesh.h"
+#include "slave/study/shape/virtual_depth_camera.h"
 
 namespace palpate {
 
@@ -27,8 +28,9 @@ struct PictureView {
   Eigen::Vector2d centre{320, 240};   // where z meets the picture [px]
   std::array<int, 2> size{640, 480};  // [px]
 };
-// From where `X_SD` stands, turned and zoomed so that `points_S` fill the picture; `turn` [rad]
-// goes round their middle first, about the vertical of the picture. No points: straight ahead.
+// From where `X_SD` stands, aimed and zoomed so that `points_S` fill the picture; `turn` [rad] goes
+// round their middle first, about S's vertical z, or, for who looks down or up, over the top. No
+// points: straight ahead.
 PictureView ViewOf(const Eigen::Isometry3d& X_SD, std::span<const Eigen::Vector3d> points_S,
                    double turn = 0);
 
@@ -44,6 +46,8 @@ class CloudPicture {
               int size = 2);
   // Edges of triangles that face the view.
   void Wires(const SurfaceMesh& surface_S, Rgb colour);
+  // Thick lines with round ends.
+  void Capsules(std::span<const Occluder> capsules_S, Rgb colour);
   // Edges of cubes.
   void Boxes(std::span<const Eigen::Vector3d> corners_S, double edge, Rgb colour);
   [[nodiscard]] std::string Png() const;

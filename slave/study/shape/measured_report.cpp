@@ -74,8 +74,9 @@ std::vector<HtmlPage::Figure> Figures(const MeasuredQuestion& question,
   std::vector<Eigen::Vector3d> both = answer.measured_S;
   both.insert(both.end(), answer.simulated_S.begin(), answer.simulated_S.end());
   const PictureView aside = ViewOf(X_SD, both, kTurn);
-  figures.push_back({PictureOfShapes(aside, answer.measured_S, question.estimate_S),
-                     "The object's points, near ones dark, and the estimate's mesh"});
+  figures.push_back(
+      {PictureOfShapes(aside, answer.measured_S, question.estimate_S, question.fingers_S),
+       "The object's points, near ones dark, and the estimate's mesh"});
   figures.push_back({PictureOfLeaves(aside, answer.measured_S, answer.simulated_S, question.leaf),
                      "Octree of the measured points; simulated points green inside its leaves, red "
                      "outside"});

@@ -7,7 +7,8 @@
 namespace palpate {
 namespace {
 
-constexpr Rgb kGrey{205, 210, 218}, kGreen{47, 158, 98}, kRed{209, 40, 60}, kWire{224, 112, 28};
+constexpr Rgb kGrey{205, 210, 218}, kFinger{228, 230, 235}, kGreen{47, 158, 98}, kRed{209, 40, 60},
+    kWire{224, 112, 28};
 
 // Near is dark, far is light.
 std::vector<Rgb> ByDepth(const PictureView& view, std::span<const Eigen::Vector3d> points_S) {
@@ -51,8 +52,9 @@ std::string PictureOfRegions(const PictureView& view, const PointCloud& cloud_S,
 }
 
 std::string PictureOfShapes(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
-                            const SurfaceMesh& estimate_S) {
+                            const SurfaceMesh& estimate_S, std::span<const Occluder> fingers_S) {
   CloudPicture picture(view);
+  picture.Capsules(fingers_S, kFinger);
   picture.Points(measured_S, ByDepth(view, measured_S), 3);
   picture.Wires(estimate_S, kWire);
   return picture.Png();

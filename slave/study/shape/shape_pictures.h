@@ -17,9 +17,9 @@ std::string PictureOfCloud(const PictureView& view, const PointCloud& cloud_S);
 // Every region in a colour of its own, what belongs to none in grey.
 std::string PictureOfRegions(const PictureView& view, const PointCloud& cloud_S,
                              const Segmentation& segmentation);
-// Measured points, near ones dark, and the wires of the estimate.
+// Fingers in grey, measured points, near ones dark, and the wires of the estimate.
 std::string PictureOfShapes(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
-                            const SurfaceMesh& estimate_S);
+                            const SurfaceMesh& estimate_S, std::span<const Occluder> fingers_S);
 // Leaves in grey, simulated points green inside them and red outside.
 std::string PictureOfLeaves(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
                             std::span<const Eigen::Vector3d> simulated_S, double leaf);

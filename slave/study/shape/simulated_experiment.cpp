@@ -113,6 +113,7 @@ class Experiment {
     state.measured_S = SeeSurface(camera, instant.truth, instant.fingers, ++seed_);
     state.simulated_S = SeeSurface(camera, instant.estimate, instant.fingers, ++seed_);
     state.estimate_S = instant.estimate;
+    state.fingers_S = instant.fingers;
     state.scores.push_back(
         Score(state.measured_S, state.simulated_S, instant.estimate, options_.leaf));
     const auto undeformed = SeeSurface(camera, AtRest(), instant.fingers, seed_);

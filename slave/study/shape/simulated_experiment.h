@@ -41,6 +41,7 @@ struct ShapeState {
   // Of the last repetition. Frame S [m].
   std::vector<Eigen::Vector3d> measured_S, simulated_S;
   SurfaceMesh estimate_S;
+  std::vector<Occluder> fingers_S;
 
   [[nodiscard]] double mean_octree() const;
   [[nodiscard]] double mean_undeformed() const;

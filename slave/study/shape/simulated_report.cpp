@@ -95,10 +95,9 @@ std::vector<HtmlPage::Figure> Figures(const SimulatedObject& object, const Depth
                                       double leaf) {
   std::vector<HtmlPage::Figure> figures;
   // One view for all states, so that they can be compared.
-  const auto& all = object.states[0].measured_S;
-  const PictureView aside = ViewOf(camera.X_SD, all, kTurn);
+  const PictureView aside = ViewOf(camera.X_SD, object.states[0].estimate_S.nodes, kTurn);
   for (const ShapeState& state : object.states) {
-    figures.push_back({PictureOfShapes(aside, state.measured_S, state.estimate_S),
+    figures.push_back({PictureOfShapes(aside, state.measured_S, state.estimate_S, state.fingers_S),
                        NameOf(object) + ", " + state.name +
                            ": measured points, near ones dark, and the estimate's mesh"});
     figures.push_back({PictureOfLeaves(aside, state.measured_S, state.simulated_S, leaf),
