@@ -53,7 +53,8 @@ int Nearest(const std::vector<Region>& regions, const Distance& distance) {
 
 ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentation,
                           const ObjectHint& hint) {
-  if (segmentation.size.empty()) return {{}, "the cloud has no region", false};
+  if (segmentation.size.empty())
+    return {{}, "the cloud has no region (where every point is the object's: --segment no)", false};
   if (hint.at) return {{NearestTo(*hint.at, cloud, segmentation)}, "nearest to the given point"};
   const std::vector<Region> regions = Regions(cloud, segmentation, hint);
   if (hint.colour && !cloud.colours.empty()) {

@@ -20,6 +20,7 @@ svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 12px; }
 .grid { stroke: #d9dee6; } .bar { stroke-width: 2; }
 .s0 { fill: #2f6fd6; stroke: #2f6fd6; } .s1 { fill: #c98a00; stroke: #c98a00; }
 .s2 { fill: #2f9e62; stroke: #2f9e62; }
+.rest { fill: none; stroke: #d14545; stroke-width: 1.5; }
 )";
 constexpr std::array<std::string_view, 3> kClasses{"s0", "s1", "s2"};
 
@@ -62,12 +63,17 @@ std::string DrawScores(const std::vector<SimulatedObject>& objects) {
       svg.Circle({at, y(state.mean_octree())}, 5, style,
                  state.name + " " + Percent(state.mean_octree()));
     }
+    const double rest = std::max(low, objects[k].states[2].mean_undeformed());
+    svg.Circle({x + 28, y(rest)}, 5, "rest", "shape at rest " + Percent(rest));
   }
   for (std::size_t s = 0; s < 3 && !objects.empty(); ++s) {
     const Vector2d at(kLeft + 6 + 110 * static_cast<double>(s), kTop + kHeight + 54);
     svg.Circle(at, 5, kClasses[s]);
     svg.Text(at + Vector2d(10, 4), objects[0].states[s].name, "ink");
   }
+  const Vector2d at(kLeft + 336, kTop + kHeight + 54);
+  svg.Circle(at, 5, "rest");
+  svg.Text(at + Vector2d(10, 4), "deformed, against the shape at rest", "ink");
   return svg.Document();
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kTurn = 0.5;  // by which one looks past the leaves [rad]
+constexpr double kTurn = -0.4;  // by which one looks past the leaves [rad]
 
 std::string NameOf(const SimulatedObject& object) {
   return object.material.empty() ? object.name : object.name + ", " + object.material;

@@ -57,6 +57,7 @@ TEST(ShapeScoreTest, NothingHasNoDistances) {
   EXPECT_TRUE(DistancesToCloud(point, {}).empty());
   const SurfaceMesh broken{{{0, 0, 0}, {1, 0, 0}, {kNan, 1, 0}}, {{0, 1, 2}}};
   EXPECT_TRUE(DistancesToSurface(point, broken).empty());
+  EXPECT_TRUE(std::isnan(Score({}, point, {}, 0.01).octree));
   const ShapeScore score = Score({}, {}, {}, 0.01);
   EXPECT_TRUE(std::isnan(score.octree));
   EXPECT_TRUE(std::isnan(score.measured_to_surface.mean));
