@@ -31,7 +31,7 @@ void LstmLanes::Restart(int lane) noexcept {
   }
 }
 
-void LstmLanes::Step(const float* change) noexcept {
+void LstmLanes::Step(const TactileSignals& change) noexcept {
   plan_->Project(change, projected_.data());
   for (std::size_t k = 0; k < states_.size(); ++k) {
     const LstmPlan::Layer& layer = plan_->layers()[k];

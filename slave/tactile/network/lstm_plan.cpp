@@ -71,7 +71,7 @@ LstmPlan::LstmPlan(const NetworkWeights& weights, const LstmKernel& kernel) : ke
   }
 }
 
-void LstmPlan::Project(const float* change, double* base) const noexcept {
+void LstmPlan::Project(const TactileSignals& change, double* base) const noexcept {
   const auto gates = static_cast<std::size_t>(4 * layers_.front().units);
   const double* bias = layers_.front().base.data();
   for (std::size_t g = 0; g < gates; ++g) base[g] = bias[g];

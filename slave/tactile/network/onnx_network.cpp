@@ -84,17 +84,19 @@ void ReadShapes(const OnnxGraph& graph, Model* model) {
   if (sequence) model->shape = {1, model->window, model->inputs};
 }
 
-// The operator that OpenCV complains of; its sentence where it names none.
+// The operator that OpenCV complains of, where it names one, and its reason: the innermost of
+// `... error: REASON in function ...`.
 std::string Complaint(const std::string& what, const OnnxGraph& graph) {
+  std::string subject = "OpenCV cannot run it: ";
   for (const std::string& name : graph.operators) {
-    for (const std::string& quoted :
-         {"of type \"" + name + "\"", "[" + name + "@", "[" + name + "]"}) {
-      if (what.find(quoted) != std::string::npos) {
-        return "operator " + name + " is not supported by OpenCV as it stands here";
-      }
-    }
+    const bool meant = what.find("[" + name + "@") != std::string::npos ||
+                       what.find("of type \"" + name + "\"") != std::string::npos;
+    if (meant) subject = "operator " + name + " is none that OpenCV runs here: ";
   }
-  return "OpenCV cannot run it: " + what;
+  const std::size_t begin = what.rfind("error: ");
+  if (begin == std::string::npos) return subject + what;
+  const std::size_t end = what.find(" in function", begin);
+  return subject + what.substr(begin + 7, end == std::string::npos ? end : end - begin - 7);
 }
 
 class OnnxEstimate final : public ForceEstimate {
@@ -116,7 +118,7 @@ class OnnxEstimate final : public ForceEstimate {
   void Reset() noexcept override { seen_ = 0; }
   bool Push(const TactileSignals& change, std::span<double> outputs) noexcept override {
     const auto end = change.begin() + model_->inputs;
-    if (!std::all_of(change.begin(), end, [](float x) { return std::isfinite(x); })) {
+    if (!std::all_of(change.begin(), end, [](auto x) { return std::isfinite(x); })) {
       Reset();
       return false;
     }
