@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "slave/capture/csv_rows.h"
+#include "slave/capture/tactile_instants.h"
 #include "slave/capture/time_column.h"
 
 namespace palpate {
@@ -29,15 +30,17 @@ NumberColumns FindNumbers(const CsvRows& rows) {
   return columns;
 }
 
-std::array<double, kNumbers.size()> ReadNumbers(const CsvRows& rows, const NumberColumns& columns) {
+Eigen::Isometry3d ReadPose(const CsvRows& rows, const NumberColumns& columns) {
   std::array<double, kNumbers.size()> v{};
   for (std::size_t i = 0; i < v.size(); ++i) v[i] = rows.Number(columns[i], kFarthest);
-  const double length = std::sqrt(v[3] * v[3] + v[4] * v[4] + v[5] * v[5] + v[6] * v[6]);
-  if (!(std::abs(length - 1) <= kUnitTolerance)) {
-    rows.Fail("qw,qx,qy,qz of length " + std::to_string(length) +
+  const Eigen::Quaterniond q_SF(v[3], v[4], v[5], v[6]);
+  if (!(std::abs(q_SF.norm() - 1) <= kUnitTolerance)) {
+    rows.Fail("qw,qx,qy,qz of length " + std::to_string(q_SF.norm()) +
               ": accepted is a unit quaternion");
   }
-  return v;
+  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
+  X_SF.translate(Eigen::Vector3d(v[0], v[1], v[2])).rotate(q_SF.normalized());
+  return X_SF;
 }
 
 }  // namespace
@@ -48,14 +51,13 @@ FingerPoses::FingerPoses(const std::filesystem::path& file, const std::vector<Fi
   const NumberColumns columns = FindNumbers(rows);
   const auto name = rows.Find("finger");
   while (rows.Next()) {
-    const auto v = ReadNumbers(rows, columns);
+    const Eigen::Isometry3d X_SF = ReadPose(rows, columns);
     for (const Finger& finger : fingers) {
       if (name && rows.Text(*name) != finger.name) continue;
       auto& poses = poses_[finger.name];
       const double t = ReadTime(rows, time, poses.empty() ? nullptr : &poses.back().t);
       if (!poses.empty() && t == poses.back().t) continue;
-      poses.push_back(
-          {t, {v[0], v[1], v[2]}, Eigen::Quaterniond(v[3], v[4], v[5], v[6]).normalized()});
+      poses.push_back({t, X_SF});
     }
   }
   if (poses_.empty()) rows.Fail("no pose: accepted is one row or more of the scene's fingers");
@@ -68,10 +70,7 @@ std::optional<Eigen::Isometry3d> FingerPoses::At(std::string_view finger, double
   const auto after = std::ranges::upper_bound(poses, t, {}, &Pose::t);
   const Pose& to = after == poses.end() ? poses.back() : *after;
   const Pose& from = after == poses.begin() ? to : *std::prev(after);
-  const double share = to.t > from.t ? (t - from.t) / (to.t - from.t) : 0;
-  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
-  X_SF.translate((1 - share) * from.p_S + share * to.p_S).rotate(from.q_SF.slerp(share, to.q_SF));
-  return X_SF;
+  return to.t > from.t ? Between(from.X_SF, to.X_SF, (t - from.t) / (to.t - from.t)) : to.X_SF;
 }
 
 }  // namespace palpate

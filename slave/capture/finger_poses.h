@@ -31,8 +31,7 @@ class FingerPoses {
  private:
   struct Pose {
     double t = 0;
-    Eigen::Vector3d p_S{0, 0, 0};
-    Eigen::Quaterniond q_SF{1, 0, 0, 0};
+    Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
   };
   std::map<std::string, std::vector<Pose>, std::less<>> poses_;  // by finger, times rising
 };

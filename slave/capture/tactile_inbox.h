@@ -25,13 +25,21 @@ class TactileInbox final : public TactileSource {
   ~TactileInbox() override;
 
   // One sample of one finger, taken at `sensed_at` of the sender's clock; `arrived_at` is the
-  // slave's, from which the two clocks' offset is known. Refused: no such finger, counts that are
-  // not finite, a clock that goes back, an older sequence, a pose that is no pose.
+  // slave's, from which the two clocks' offset is known: the smallest delay of the last seconds
+  // counts as none. Refused: no such finger, counts that are not finite, a clock that goes back, a
+  // sequence that does not rise (0: none is told), a pose that is no pose. A sample of the same
+  // time as the one before is that sample again: taken, and dropped.
   std::optional<Refusal> Feed(std::string_view finger, std::uint64_t sequence, Time sensed_at,
                               const FingerReading& reading, Time arrived_at);
 
+  // The sender of `finger` has left: the next one's clock and sequence begin anew, after a gap.
+  void Leave(std::string_view finger);
+
   // Frames at the scene's rate as long as at least one finger sends; silence longer than three
-  // periods is a gap.
+  // periods is a gap. A finger that is silent for so long while others send is absent, and the
+  // frame with which it returns comes after a gap. While the first finger that sends keeps the
+  // scene's rate to a tenth, its samples are the frames as they are; whatever else is linear in
+  // between.
   std::optional<TactileFrame> Next(const std::stop_token& stop) override;
   [[nodiscard]] std::string description() const override;
 

@@ -85,7 +85,18 @@ FingerReading Between(const FingerReading& from, const FingerReading& to, double
   }
   reading.pac = mix(from.pac, to.pac);
   reading.pdc = mix(from.pdc, to.pdc);
+  if (from.X_SF && to.X_SF) reading.X_SF = Between(*from.X_SF, *to.X_SF, share);
   return reading;
+}
+
+Eigen::Isometry3d Between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+                          double share) noexcept {
+  const Eigen::Quaterniond q_from(from.linear());
+  const Eigen::Quaterniond q_to(to.linear());
+  Eigen::Isometry3d between = Eigen::Isometry3d::Identity();
+  between.translation() = (1 - share) * from.translation() + share * to.translation();
+  between.linear() = q_from.slerp(share, q_to).normalized().toRotationMatrix();
+  return between;
 }
 
 TactileFrame FrameAt(const TactileRecording& recording, const TactileInstant& instant) {

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "slave/capture/tactile_recording.h"
 
 namespace palpate {
@@ -28,7 +30,10 @@ std::vector<TactileInstant> InstantsOfSamples(const std::vector<double>& t, doub
 
 // What the fingers read at `instant`, linear between samples.
 TactileFrame FrameAt(const TactileRecording& recording, const TactileInstant& instant);
-// `share` of the way from one reading to another; poses are left out.
+// `share` of the way from one reading to another, 0 to 1; a pose where both have one.
 FingerReading Between(const FingerReading& from, const FingerReading& to, double share) noexcept;
+// Linear in place, spherically linear in rotation.
+Eigen::Isometry3d Between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+                          double share) noexcept;
 
 }  // namespace palpate

@@ -223,7 +223,7 @@ TEST(TactileRecordingTest, BrokenFilesAreReadOrRefused) {
   const std::string bytes("\0\xff,\n\r#\"-+e9.naif", 17);
   std::mt19937 random(1);
   int refused = 0;
-  for (int trial = 0; trial < 3000; ++trial) {
+  for (int trial = 0; trial < 500; ++trial) {
     std::string broken = text;
     for (int k = 0; k <= trial % 3; ++k) {
       broken[random() % broken.size()] = bytes[random() % bytes.size()];
@@ -246,8 +246,8 @@ TEST(TactileRecordingTest, BrokenFilesAreReadOrRefused) {
       ASSERT_THAT(error.what(), HasSubstr("broken.csv:"));
     }
   }
-  EXPECT_GT(refused, 1000);
-  EXPECT_LT(refused, 3000);
+  EXPECT_GT(refused, 150);
+  EXPECT_LT(refused, 500);
 }
 
 // --- frames

@@ -1,0 +1,139 @@
+#include "slave/capture/finger_stream.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "slave/capture/tactile_instants.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
+constexpr double kFarthest = 1e6;    // [m]
+constexpr double kRigid = 1e-6;      // of a rotation matrix
+constexpr double kLongestPause = 3;  // periods; longer ones are gaps
+constexpr double kSameRate = 0.1;    // of the scene's period
+constexpr double kSmoothing = 0.05;  // share of the newest interval in the sender's period
+
+std::optional<std::string> RefuseCounts(const FingerReading& reading) {
+  const auto is_count = [](float x) { return std::abs(static_cast<double>(x)) <= kMostCounts; };
+  const auto refuse = [](const std::string& which, float value) {
+    return which + " = " + std::to_string(value) + ": accepted is a finite number of counts";
+  };
+  for (std::size_t i = 0; i < reading.electrodes.size(); ++i) {
+    if (is_count(reading.electrodes[i])) continue;
+    return refuse("electrode E" + std::to_string(i + 1), reading.electrodes[i]);
+  }
+  if (!is_count(reading.pac)) return refuse("pressure pac", reading.pac);
+  if (!is_count(reading.pdc)) return refuse("pressure pdc", reading.pdc);
+  return std::nullopt;
+}
+
+bool IsPose(const Eigen::Isometry3d& X) {
+  const Eigen::Matrix3d R = X.linear();
+  const bool is_rotation =
+      ((R * R.transpose()) - Eigen::Matrix3d::Identity()).norm() < kRigid && R.determinant() > 0;
+  return is_rotation && X.translation().norm() <= kFarthest;  // so written, NaN is refused too
+}
+
+}  // namespace
+
+FingerStream::FingerStream(std::string name, Clock::duration period, std::size_t capacity)
+    : name_(std::move(name)),
+      period_(std::chrono::duration<double>(period).count()),
+      sender_period_(period_),
+      ring_(capacity) {}
+
+std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sensed_at,
+                                              const FingerReading& reading, Time arrived_at) {
+  if (auto why = RefuseCounts(reading)) return why;
+  if (reading.X_SF && !IsPose(*reading.X_SF)) {
+    return "pose: accepted is a finite place and a rotation";
+  }
+  if (sensed_at_ && sensed_at < *sensed_at_) {
+    return "sensed_at: accepted is a clock that does not go back; this one went back by " +
+           std::to_string(SecondsBetween(sensed_at, *sensed_at_)) + " s";
+  }
+  if (sensed_at_ && sensed_at == *sensed_at_) return std::nullopt;  // the same sample again
+  if (sensed_at_ && sequence != 0 && sequence <= sequence_) {
+    return "sequence = " + std::to_string(sequence) + ": accepted is one above the last, " +
+           std::to_string(sequence_);
+  }
+  Sample sample{clock_.Map(sensed_at, arrived_at), !sensed_at_, reading};
+  sample.reading.present = true;
+  if (sensed_at_) {
+    const double interval = SecondsBetween(*sensed_at_, sensed_at);
+    const double longest = kLongestPause * std::max(period_, sender_period_);
+    sample.begins = interval > longest;
+    sender_period_ += kSmoothing * (std::min(interval, longest) - sender_period_);
+  }
+  // Times rise, even where the fastest sample so far moves those after it back.
+  if (newest() != nullptr) sample.at = std::max(sample.at, newest()->at + Clock::duration(1));
+  sequence_ = sequence;
+  sensed_at_ = sensed_at;
+  Push(sample);
+  return std::nullopt;
+}
+
+void FingerStream::Leave() noexcept {
+  sensed_at_.reset();
+  clock_.Reset();
+  sender_period_ = period_;
+}
+
+Clock::duration FingerStream::patience() const noexcept {
+  return Seconds(kLongestPause * std::max(period_, sender_period_));
+}
+
+bool FingerStream::IsSending(Time now) const noexcept {
+  return count_ > 0 && now - Get(count_ - 1).at <= patience();
+}
+
+bool FingerStream::KeepsRate() const noexcept {
+  return std::abs(sender_period_ - period_) <= kSameRate * period_;
+}
+
+const FingerStream::Sample* FingerStream::newest() const noexcept {
+  return count_ > 0 ? &Get(count_ - 1) : nullptr;
+}
+
+const FingerStream::Sample* FingerStream::After(Time t) const noexcept {
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (Get(i).at > t) return &Get(i);
+  }
+  return nullptr;
+}
+
+FingerReading FingerStream::At(Time t) const noexcept {
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Sample& sample = Get(i);
+    if (sample.at < t) continue;
+    if (sample.at == t) return sample.reading;
+    if (i == 0 || sample.begins) break;
+    const Sample& before = Get(i - 1);
+    return Between(before.reading, sample.reading,
+                   SecondsBetween(before.at, t) / SecondsBetween(before.at, sample.at));
+  }
+  return {};
+}
+
+void FingerStream::Forget(Time t) noexcept {
+  while (count_ > 1 && Get(1).at <= t) DropFirst();
+}
+
+void FingerStream::Push(const Sample& sample) noexcept {
+  if (count_ == ring_.size()) {
+    DropFirst();
+    ring_[first_].begins = true;
+  }
+  ring_[(first_ + count_) % ring_.size()] = sample;
+  ++count_;
+}
+
+void FingerStream::DropFirst() noexcept {
+  first_ = (first_ + 1) % ring_.size();
+  --count_;
+}
+
+}  // namespace palpate

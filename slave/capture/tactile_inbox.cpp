@@ -1,0 +1,179 @@
+#include "slave/capture/tactile_inbox.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <condition_variable>
+#include <cstddef>
+#include <mutex>
+#include <utility>
+
+#include "slave/capture/finger_stream.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kLeastKept = 64;  // samples per finger
+constexpr double kKept = 0.5;           // [s] of samples at the scene's rate
+constexpr double kMissing = 1.5;        // periods to the next sample: one is missing between
+
+using Sample = FingerStream::Sample;
+
+}  // namespace
+
+struct TactileInbox::State {
+  explicit State(const Tactile& tactile) : period(Seconds(1 / tactile.rate)) {
+    const auto kept = static_cast<std::size_t>(std::lround(kKept * tactile.rate));
+    for (const Finger& finger : tactile.fingers) {
+      fingers.emplace_back(finger.name, period, std::max(kLeastKept, kept));
+    }
+  }
+
+  FingerStream* Find(std::string_view name) {
+    const auto found = std::ranges::find(fingers, name, &FingerStream::name);
+    return found == fingers.end() ? nullptr : &*found;
+  }
+  std::optional<Time> Newest() const;
+  std::size_t Leader(Time now) const;
+  std::optional<Time> NextInstant(std::size_t leader);
+  std::optional<TactileFrame> TryFrame();
+  TactileFrame FrameOf(Time t);
+
+  const Clock::duration period;
+
+  std::mutex mutex;  // guards what follows
+  std::condition_variable_any fed;
+  std::vector<FingerStream> fingers;
+  std::array<bool, kMaxFingers> was_present{}, is_absent{};
+  std::optional<Time> last;  // instant of the last frame
+  std::size_t led = 0;       // the finger that gave it
+  bool after_gap = false;    // of the next one
+  std::uint64_t frames = 0;
+};
+
+// The newest time of which any finger tells: what is meant by now, so that fingers are compared
+// with each other and not with the wall clock.
+std::optional<Time> TactileInbox::State::Newest() const {
+  std::optional<Time> newest;
+  for (const FingerStream& finger : fingers) {
+    const Sample* sample = finger.newest();
+    if (sample != nullptr && (!newest || sample->at > *newest)) newest = sample->at;
+  }
+  return newest;
+}
+
+// nullopt: the leader has not told so much yet.
+std::optional<Time> TactileInbox::State::NextInstant(std::size_t leader) {
+  const FingerStream& finger = fingers[leader];
+  if (!last) return finger.After(Time::min())->at;
+  // Another leader's samples lie otherwise: the first may follow the last frame too soon.
+  const Sample* next = finger.After(*last + (leader == led ? Clock::duration(0) : period / 2));
+  if (next == nullptr) return std::nullopt;
+  Time t = *last + period;
+  const Clock::duration ahead = next->at - *last;
+  if (finger.KeepsRate()) {
+    const bool is_next = SecondsBetween(*last, next->at) <= kMissing * SecondsBetween(*last, t);
+    t = is_next ? next->at : *last + ahead / ((ahead + period / 2) / period);
+  } else if (!next->begins) {
+    next = finger.After(t - Clock::duration(1));
+    if (next == nullptr) return std::nullopt;
+  }
+  if (!next->begins) return t;
+  after_gap = after_gap || was_present[leader];
+  return next->at;
+}
+
+// The first finger that sends without a gap just ahead; if all have one, the first to be back.
+std::size_t TactileInbox::State::Leader(Time now) const {
+  std::size_t leader = fingers.size();
+  Time back = Time::max();
+  for (std::size_t i = 0; i < fingers.size(); ++i) {
+    if (!fingers[i].IsSending(now)) continue;
+    const Sample* next = fingers[i].After(last.value_or(Time::min()));
+    if (next == nullptr || !next->begins) return i;
+    if (next->at < back) {
+      back = next->at;
+      leader = i;
+    }
+  }
+  return leader;
+}
+
+std::optional<TactileFrame> TactileInbox::State::TryFrame() {
+  const auto now = Newest();
+  if (!now) return std::nullopt;
+  const std::size_t leader = Leader(*now);
+  const auto t = NextInstant(leader);
+  if (!t) return std::nullopt;
+  for (const FingerStream& finger : fingers) {
+    if (finger.IsSending(*now) && finger.newest()->at < *t) return std::nullopt;
+  }
+  led = leader;
+  return FrameOf(*t);
+}
+
+TactileFrame TactileInbox::State::FrameOf(Time t) {
+  TactileFrame frame;
+  frame.sequence = ++frames;
+  frame.sensed_at = t;
+  for (std::size_t i = 0; i < fingers.size(); ++i) {
+    frame.fingers[i] = fingers[i].At(t);
+    const bool is_present = frame.fingers[i].present;
+    if (is_present && is_absent[i] && was_present[i]) after_gap = true;
+    is_absent[i] = !is_present;
+    was_present[i] = was_present[i] || is_present;
+    fingers[i].Forget(t);
+  }
+  frame.after_gap = std::exchange(after_gap, false);
+  last = t;
+  return frame;
+}
+
+TactileInbox::TactileInbox(const Tactile& tactile) : state_(std::make_unique<State>(tactile)) {}
+
+TactileInbox::~TactileInbox() = default;
+
+std::optional<TactileInbox::Refusal> TactileInbox::Feed(std::string_view finger,
+                                                        std::uint64_t sequence, Time sensed_at,
+                                                        const FingerReading& reading,
+                                                        Time arrived_at) {
+  {
+    const std::scoped_lock lock(state_->mutex);
+    FingerStream* const stream = state_->Find(finger);
+    if (stream == nullptr) {
+      std::string known;
+      for (const FingerStream& one : state_->fingers) {
+        known.append(known.empty() ? "" : ", ").append(one.name());
+      }
+      return Refusal{"is no finger of this scene: accepted is " + known};
+    }
+    if (auto why = stream->Take(sequence, sensed_at, reading, arrived_at)) {
+      return Refusal{std::move(*why)};
+    }
+  }
+  state_->fed.notify_all();
+  return std::nullopt;
+}
+
+void TactileInbox::Leave(std::string_view finger) {
+  const std::scoped_lock lock(state_->mutex);
+  if (FingerStream* const stream = state_->Find(finger)) stream->Leave();
+}
+
+std::optional<TactileFrame> TactileInbox::Next(const std::stop_token& stop) {
+  std::unique_lock lock(state_->mutex);
+  std::optional<TactileFrame> frame;
+  state_->fed.wait(lock, stop, [&] { return (frame = state_->TryFrame()).has_value(); });
+  return stop.stop_requested() ? std::nullopt : frame;
+}
+
+std::string TactileInbox::description() const {
+  const std::scoped_lock lock(state_->mutex);
+  std::string names;
+  for (const FingerStream& finger : state_->fingers) {
+    names.append(names.empty() ? "" : ", ").append(finger.name());
+  }
+  return "stream of " + names;
+}
+
+}  // namespace palpate

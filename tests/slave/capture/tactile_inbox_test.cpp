@@ -1,0 +1,432 @@
+// Live tactile streams: what comes out as frames, whatever comes in.
+#include "slave/capture/tactile_inbox.h"
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <string>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/capture/sender_clock.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+const Time kStart(std::chrono::hours(400'000));
+Time At(double t) {
+  return kStart + Seconds(t);
+}
+
+Tactile Scened(const std::vector<std::string>& names, double rate = 100) {
+  Tactile tactile;
+  tactile.source = Tactile::Source::kStream;
+  tactile.rate = rate;
+  for (const auto& name : names) tactile.fingers.emplace_back().name = name;
+  return tactile;
+}
+
+// Counts that tell when they were taken: electrode i reads 1000 t + i.
+FingerReading Reading(double t) {
+  FingerReading reading;
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    reading.electrodes[i] = static_cast<float>(1000 * t + static_cast<double>(i));
+  }
+  reading.pac = static_cast<float>(-1000 * t);
+  reading.pdc = static_cast<float>(2000 * t);
+  return reading;
+}
+double TimeIn(const FingerReading& reading) {
+  return static_cast<double>(reading.electrodes[0]) / 1000;
+}
+
+// Feeds inboxes as drivers would: sequences rise by themselves.
+class Driver {
+ public:
+  Driver(TactileInbox* inbox, std::string finger, double clock = 0)
+      : inbox_(inbox), finger_(std::move(finger)), clock_(clock) {}
+  // A sample taken at `t` of the true time that arrives `delay` later. Empty: taken.
+  std::string Send(double t, double delay = 0.002) {
+    const auto refusal =
+        inbox_->Feed(finger_, ++sequence_, At(t + clock_), Reading(t), At(t + delay));
+    return refusal ? refusal->why : "";
+  }
+
+ private:
+  TactileInbox* inbox_;
+  std::string finger_;
+  double clock_;  // how far the sender's clock is ahead [s]
+  std::uint64_t sequence_ = 0;
+};
+
+// Takes frames until none has come for a while.
+std::vector<TactileFrame> TakeAll(TactileInbox* inbox) {
+  std::vector<TactileFrame> frames;
+  std::stop_source stop;
+  std::atomic<int> taken{0};
+  const std::jthread idle([&] {
+    for (int seen = -1; seen != taken;) {
+      seen = taken;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    stop.request_stop();
+  });
+  while (const auto frame = inbox->Next(stop.get_token())) {
+    frames.push_back(*frame);
+    ++taken;
+  }
+  return frames;
+}
+
+TEST(TactileInboxTest, SamplesAtTheScenesRateAreTheFrames) {
+  TactileInbox inbox(Scened({"rf"}));
+  Driver driver(&inbox, "rf");
+  const double jitter[] = {0, 0.002, -0.002, 0.001};
+  std::vector<double> times;
+  for (int i = 0; i < 40; ++i) times.push_back(0.01 * i + jitter[i % 4]);
+  for (const double t : times) EXPECT_EQ(driver.Send(t), "");
+  const auto frames = TakeAll(&inbox);
+  ASSERT_EQ(frames.size(), times.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i].sequence, i + 1);
+    EXPECT_EQ(frames[i].fingers[0].electrodes, Reading(times[i]).electrodes);
+    EXPECT_EQ(frames[i].fingers[0].pac, Reading(times[i]).pac);
+    EXPECT_EQ(frames[i].fingers[0].pdc, Reading(times[i]).pdc);
+    EXPECT_TRUE(frames[i].fingers[0].present);
+    EXPECT_FALSE(frames[i].fingers[1].present);
+    EXPECT_FALSE(frames[i].after_gap);
+    // The smallest delay counts as none.
+    EXPECT_NEAR(SecondsBetween(At(times[i]), frames[i].sensed_at), 0.002, 1e-8);
+  }
+}
+
+// Reference: counts are linear in time, so resampled ones tell their frame's time; the first delay
+// of 2 ms counts as none. Tolerance: a float of 1000 counts rounds to 6e-5 counts, 6e-8 s.
+class OtherRateTest : public ::testing::TestWithParam<double> {};
+
+TEST_P(OtherRateTest, IsResampledToTheScenesRate) {
+  TactileInbox inbox(Scened({"rf"}));
+  Driver driver(&inbox, "rf");
+  std::vector<TactileFrame> frames;
+  const int batch = 40;
+  for (int i = 0; i < 4 * batch; ++i) {
+    ASSERT_EQ(driver.Send(i / GetParam()), "");
+    if (i % batch != batch - 1) continue;
+    for (const auto& frame : TakeAll(&inbox)) frames.push_back(frame);
+  }
+  // Until the rate is known, in at most 0.3 s, its samples may be taken as they are.
+  std::size_t settled = frames.size();
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    EXPECT_NEAR(SecondsBetween(At(TimeIn(frames[i].fingers[0])), frames[i].sensed_at), 0.002, 1e-7);
+    const double step = SecondsBetween(frames[i - 1].sensed_at, frames[i].sensed_at);
+    const bool is_steady = std::abs(step - 0.01) < 1e-8 && !frames[i].after_gap;
+    settled = is_steady ? std::min(settled, i) : frames.size();
+  }
+  EXPECT_LT(settled, 15U);
+  const double duration = (4 * batch - 1) / GetParam();
+  EXPECT_NEAR(static_cast<double>(frames.size()), 100 * duration, 30);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rates, OtherRateTest,
+                         ::testing::Values(20.0, 40.0, 71.0, 131.0, 200.0, 1000.0));
+
+// Two senders whose clocks are a year apart and whose samples do not coincide.
+TEST(TactileInboxTest, FingersMeetOnTheSlavesClock) {
+  TactileInbox inbox(Scened({"ff", "th"}));
+  Driver ff(&inbox, "ff");
+  Driver th(&inbox, "th", 3.2e7);
+  for (int i = 0; i < 50; ++i) {
+    ff.Send(0.01 * i, 0.001);
+    th.Send(0.01 * i + 0.004, 0.001 + 0.001 * (i % 3));
+  }
+  const auto frames = TakeAll(&inbox);
+  ASSERT_GE(frames.size(), 45U);
+  for (std::size_t i = 5; i < frames.size(); ++i) {
+    ASSERT_TRUE(frames[i].fingers[0].present && frames[i].fingers[1].present);
+    EXPECT_NEAR(TimeIn(frames[i].fingers[0]), TimeIn(frames[i].fingers[1]), 1e-6);
+    EXPECT_FALSE(frames[i].after_gap);
+  }
+}
+
+TEST(TactileInboxTest, ASilentFingerIsAbsentAndReturnsAfterAGap) {
+  TactileInbox inbox(Scened({"ff", "th"}));
+  Driver ff(&inbox, "ff");
+  Driver th(&inbox, "th");
+  std::vector<TactileFrame> frames;
+  for (int i = 0; i < 60; ++i) {
+    const bool ff_speaks = i < 20 || i >= 40;
+    if (ff_speaks) ff.Send(0.01 * i);
+    th.Send(0.01 * i);
+  }
+  frames = TakeAll(&inbox);
+  ASSERT_EQ(frames.size(), 60U);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_TRUE(frames[i].fingers[1].present) << i;
+    EXPECT_EQ(frames[i].fingers[0].present, i < 20 || i >= 40) << i;
+    EXPECT_EQ(frames[i].after_gap, i == 40) << i;
+  }
+}
+
+// The others wait three periods for it, not longer.
+TEST(TactileInboxTest, AFingerThatStopsHoldsTheOthersUpForThreePeriods) {
+  TactileInbox inbox(Scened({"ff", "th"}));
+  Driver ff(&inbox, "ff");
+  Driver th(&inbox, "th");
+  for (int i = 0; i < 20; ++i) ff.Send(0.01 * i);
+  for (int i = 0; i < 10; ++i) th.Send(0.01 * i);
+  EXPECT_EQ(TakeAll(&inbox).size(), 20U);
+  for (int i = 20; i < 23; ++i) ff.Send(0.01 * i);
+  EXPECT_EQ(TakeAll(&inbox).size(), 3U);
+}
+
+TEST(TactileInboxTest, SilenceOfAllIsAGap) {
+  TactileInbox inbox(Scened({"rf"}));
+  Driver driver(&inbox, "rf");
+  for (int i = 0; i < 10; ++i) driver.Send(0.01 * i);
+  for (int i = 0; i < 10; ++i) driver.Send(0.5 + 0.01 * i);
+  const auto frames = TakeAll(&inbox);
+  ASSERT_EQ(frames.size(), 20U);
+  for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_EQ(frames[i].after_gap, i == 10) << i;
+  EXPECT_NEAR(TimeIn(frames[10].fingers[0]), 0.5, 1e-6);
+}
+
+TEST(TactileInboxTest, AFewMissingSamplesAreFilled) {
+  TactileInbox inbox(Scened({"rf"}));
+  Driver driver(&inbox, "rf");
+  for (int i = 0; i < 30; ++i) {
+    if (i != 12 && i != 20 && i != 21) driver.Send(0.01 * i);
+  }
+  const auto frames = TakeAll(&inbox);
+  ASSERT_EQ(frames.size(), 30U);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_NEAR(TimeIn(frames[i].fingers[0]), 0.01 * static_cast<double>(i), 1e-6);
+    EXPECT_FALSE(frames[i].after_gap);
+  }
+}
+
+// Ten samples at once ten times a second: nothing is lost and nothing is a gap.
+TEST(TactileInboxTest, BurstsAreTakenApart) {
+  TactileInbox inbox(Scened({"rf"}));
+  Driver driver(&inbox, "rf");
+  for (int i = 0; i < 50; ++i) driver.Send(0.01 * i, 0.01 * (10 - i % 10));
+  const auto frames = TakeAll(&inbox);
+  ASSERT_EQ(frames.size(), 50U);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_NEAR(TimeIn(frames[i].fingers[0]), 0.01 * static_cast<double>(i), 1e-6);
+    EXPECT_FALSE(frames[i].after_gap);
+    EXPECT_TRUE(i == 0 || frames[i].sensed_at > frames[i - 1].sensed_at);
+  }
+}
+
+// A driver that sends what it recorded, without keeping its pace: nothing was sensed in the future.
+TEST(TactileInboxTest, ARecordingMayComeFasterThanItWasTaken) {
+  TactileInbox inbox(Scened({"rf"}));
+  for (int i = 0; i < 50; ++i) {
+    ASSERT_FALSE(inbox.Feed("rf", 0, At(0.01 * i), Reading(0.01 * i), At(1e-4 * i)));
+  }
+  const auto frames = TakeAll(&inbox);
+  ASSERT_EQ(frames.size(), 50U);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_NEAR(TimeIn(frames[i].fingers[0]), 0.01 * static_cast<double>(i), 1e-6);
+    EXPECT_LE(frames[i].sensed_at, At(1e-4 * static_cast<double>(i)));
+    EXPECT_FALSE(frames[i].after_gap);
+  }
+}
+
+TEST(TactileInboxTest, WhatIsNotTakenIsReplacedByWhatIsNew) {
+  TactileInbox inbox(Scened({"rf"}));
+  Driver driver(&inbox, "rf");
+  driver.Send(0);
+  EXPECT_EQ(TakeAll(&inbox).size(), 1U);
+  for (int i = 1; i <= 5000; ++i) driver.Send(0.01 * i);
+  const auto frames = TakeAll(&inbox);
+  ASSERT_GE(frames.size(), 50U);
+  ASSERT_LE(frames.size(), 100U);
+  EXPECT_TRUE(frames.front().after_gap);
+  EXPECT_NEAR(TimeIn(frames.back().fingers[0]), 50, 1e-5);
+}
+
+TEST(TactileInboxTest, PosesTravelWithTheSamples) {
+  TactileInbox inbox(Scened({"rf"}, 100));
+  for (int i = 0; i < 3; ++i) {
+    FingerReading reading = Reading(0.02 * i);
+    reading.X_SF = Eigen::Translation3d(0.5 * i, 0, 0) *
+                   Eigen::AngleAxisd(0.25 * std::numbers::pi * i, Eigen::Vector3d::UnitZ());
+    ASSERT_FALSE(inbox.Feed("rf", 0, At(0.02 * i), reading, At(0.02 * i)));
+  }
+  const auto frames = TakeAll(&inbox);
+  ASSERT_EQ(frames.size(), 5U);
+  EXPECT_TRUE(frames[1].fingers[0].X_SF->translation().isApprox(Eigen::Vector3d(0.25, 0, 0), 1e-9));
+  const Eigen::Vector3d x = frames[1].fingers[0].X_SF->linear().col(0);
+  EXPECT_NEAR(std::atan2(x.y(), x.x()), 0.125 * std::numbers::pi, 1e-9);
+}
+
+TEST(TactileInboxTest, TheSameSampleAgainIsDropped) {
+  TactileInbox inbox(Scened({"rf"}));
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_FALSE(inbox.Feed("rf", 0, At(0.01 * (i / 2)), Reading(0.01 * (i / 2)), At(0.01 * i)));
+  }
+  EXPECT_EQ(TakeAll(&inbox).size(), 10U);
+}
+
+TEST(TactileInboxTest, SaysWhatItRefuses) {
+  TactileInbox inbox(Scened({"ff", "th"}));
+  ASSERT_FALSE(inbox.Feed("ff", 7, At(1), Reading(1), At(1)));
+  const auto why = [&](const char* finger, std::uint64_t sequence, double t,
+                       const FingerReading& reading) {
+    const auto refusal = inbox.Feed(finger, sequence, At(t), reading, At(2));
+    return refusal ? refusal->why : "taken";
+  };
+  EXPECT_EQ(why("rf", 8, 2, Reading(2)), "is no finger of this scene: accepted is ff, th");
+  EXPECT_THAT(why("ff", 8, 0.5, Reading(2)), HasSubstr("sensed_at: accepted is a clock that does"));
+  EXPECT_THAT(why("ff", 8, 0.5, Reading(2)), HasSubstr("went back by 0.5"));
+  EXPECT_EQ(why("ff", 7, 2, Reading(2)), "sequence = 7: accepted is one above the last, 7");
+  for (const float bad :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1e30F}) {
+    FingerReading reading = Reading(2);
+    reading.electrodes[18] = bad;
+    EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("electrode E19 = "));
+    reading = Reading(2);
+    reading.pac = bad;
+    EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("pressure pac = "));
+    reading = Reading(2);
+    reading.pdc = bad;
+    EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("pressure pdc = "));
+  }
+  FingerReading reading = Reading(2);
+  reading.X_SF = Eigen::Isometry3d::Identity();
+  reading.X_SF->translation().x() = std::nan("");
+  EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("pose: accepted is"));
+  reading.X_SF = Eigen::Isometry3d::Identity();
+  reading.X_SF->matrix()(0, 0) = -1;  // a mirror
+  EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("pose: accepted is"));
+  EXPECT_EQ(why("ff", 8, 2, Reading(2)), "taken");  // nothing of it counted
+}
+
+TEST(TactileInboxTest, AfterOneHasLeftTheNextSendersClockBeginsAnew) {
+  TactileInbox inbox(Scened({"rf"}));
+  Driver first(&inbox, "rf", 1000);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(first.Send(0.01 * i), "");
+  Driver second(&inbox, "rf", -1000);
+  EXPECT_NE(second.Send(0.1), "");
+  inbox.Leave("rf");
+  inbox.Leave("nobody");
+  Driver third(&inbox, "rf", -1000);
+  for (int i = 10; i < 20; ++i) EXPECT_EQ(third.Send(0.01 * i), "");
+  const auto frames = TakeAll(&inbox);
+  ASSERT_EQ(frames.size(), 20U);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i].after_gap, i == 10) << i;
+    EXPECT_NEAR(SecondsBetween(At(TimeIn(frames[i].fingers[0])), frames[i].sensed_at), 0.002, 1e-6);
+  }
+}
+
+TEST(TactileInboxTest, AStopEndsTheWait) {
+  TactileInbox inbox(Scened({"rf"}));
+  std::stop_source stop;
+  const std::jthread stopper([&stop] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    stop.request_stop();
+  });
+  EXPECT_FALSE(inbox.Next(stop.get_token()));
+  EXPECT_EQ(inbox.description(), "stream of rf");
+}
+
+// Two drivers and a reader at once; the thread sanitizer watches this one too.
+TEST(TactileInboxTest, TwoThreadsFeedWhileOneReads) {
+  TactileInbox inbox(Scened({"ff", "th"}, 1000));
+  std::stop_source stop;
+  std::atomic<int> frames{0}, whole{0};
+  std::jthread reader([&] {
+    Time last{};
+    while (const auto frame = inbox.Next(stop.get_token())) {
+      EXPECT_GT(frame->sensed_at, last);
+      last = frame->sensed_at;
+      ++frames;
+      whole += frame->fingers[0].present && frame->fingers[1].present;
+    }
+  });
+  const auto feed = [&](const char* finger) {
+    Driver driver(&inbox, finger);
+    for (int i = 0; i < 300; ++i) {
+      EXPECT_EQ(driver.Send(0.001 * i), "");
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+    }
+  };
+  {
+    const std::jthread ff(feed, "ff");
+    const std::jthread th(feed, "th");
+  }
+  while (frames < 250) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  stop.request_stop();
+  reader.join();
+  EXPECT_GT(whole, 0);
+}
+
+// Whatever order, delay, clock and rate: times rise, counts are finite, nothing blocks.
+TEST(TactileInboxTest, WildStreamsGiveOrderedFiniteFrames) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  TactileInbox inbox(Scened({"a", "b", "c"}));
+  const char* names[] = {"a", "b", "c"};
+  double sent[] = {0, 1e6, -1e6};
+  double now = 0;
+  Time last{};
+  int taken = 0;
+  for (int round = 0; round < 10; ++round) {
+    for (int i = 0; i < 200; ++i) {
+      const std::size_t k = random() % 3;
+      const double u = uniform(random);
+      sent[k] += u < 0.02 ? -0.5 : u < 0.05 ? 10 : u < 0.1 ? 0 : 0.02 * uniform(random);
+      now += 0.005 * uniform(random);
+      if (u > 0.99) inbox.Leave(names[k]);
+      taken += !inbox.Feed(names[k], random() % 3, At(sent[k]), Reading(now), At(now));
+    }
+    for (const auto& frame : TakeAll(&inbox)) {
+      EXPECT_GT(frame.sensed_at, last);
+      last = frame.sensed_at;
+      for (const auto& finger : frame.fingers) EXPECT_TRUE(std::isfinite(finger.electrodes[18]));
+    }
+  }
+  EXPECT_GT(taken, 500);
+  EXPECT_LT(taken, 2000);
+}
+
+TEST(TactileInboxTest, ASampleAllocatesNothing) {
+  TactileInbox inbox(Scened({"ff", "th"}));
+  const FingerReading reading = Reading(1);
+  const long before = AllocationCount();
+  for (int i = 0; i < 1000; ++i) {
+    inbox.Feed("ff", 0, At(0.01 * i), reading, At(0.01 * i));
+    inbox.Feed("th", 0, At(0.01 * i), reading, At(0.01 * i));
+    ASSERT_TRUE(inbox.Next({}));
+  }
+  EXPECT_EQ(AllocationCount() - before, 0);
+}
+
+// Reference: delays are 1 to 5 ms; the clock of the sender loses 100 us per second for an hour.
+// What is remembered for 20 s is at most 2 ms old by then.
+TEST(SenderClockTest, FollowsAClockThatDrifts) {
+  SenderClock clock;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> delay(0.001, 0.005);
+  for (int i = 0; i < 36'000; ++i) {
+    const double t = 0.1 * i;
+    const double arrived = t + delay(random);
+    const Time at = clock.Map(At(5000 + t * (1 - 1e-4)), At(arrived));
+    ASSERT_LE(at, At(arrived)) << t;
+    if (i <= 100) continue;
+    ASSERT_NEAR(SecondsBetween(At(t), at), 0.0, 0.0035) << t;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
