@@ -5,25 +5,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "slave/site/minimum_jerk.h"
 #include "slave/site/true_body.h"
 
 namespace palpate {
 namespace {
-
-// Part of the way after part `u` of the time.
-double MinimumJerk(double u) {
-  return u * u * u * (10 + u * (-15 + 6 * u));
-}
-
-// Part of the time after which part `way` has been gone: the ramp rises, so halving finds it.
-double InverseMinimumJerk(double way) {
-  double low = 0, high = 1;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (MinimumJerk(middle) < way ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
 
 double Positive(double value, const char* key, const char* unit) {
   if (value > 0 && std::isfinite(value)) return value;
@@ -65,7 +51,7 @@ ScriptedPress::ScriptedPress(const Scene& scene, int presses)
   const double way = gap_ + depth;
   way_ = {way * direction.x(), way * direction.y(), 0};
   touch_ = InverseMinimumJerk(gap_ / way);
-  ramp_ = 15.0 / 8.0 * way / speed;
+  ramp_ = kMinimumJerkPeak * way / speed;
   // Contact = hold + both ramps' deep parts; hold >= contact / 3 means hold >= one such part.
   hold_ = std::max(kHold, ramp_ * (1 - touch_));
   period_ = 2 * ramp_ + hold_ + kRest;

@@ -24,6 +24,8 @@ class SimulatedFingertip {
   // `seed` decides rest values, noise and drift: another one is another start.
   explicit SimulatedFingertip(std::uint32_t seed);
   ~SimulatedFingertip();
+  SimulatedFingertip(SimulatedFingertip&&) noexcept;
+  SimulatedFingertip& operator=(SimulatedFingertip&&) noexcept;
   // The reading `seconds` after the last one, under `load` (null: nothing touches). The skin
   // relaxes, the fluid flows, the counts drift.
   FingerReading Sample(const FingertipLoad* load, double seconds) noexcept;

@@ -1,0 +1,167 @@
+#include "slave/site/fingertip/ladders_ahead.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+
+namespace palpate::site {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::size_t kKept = 8;  // ladders
+// Rungs beyond the first touch, in finger radii: force grows there like depth^1.5, so they begin
+// near each other; then one every kEvery.
+constexpr std::array kFirstRungs{0.02, 0.05, 0.09, 0.14, 0.20, 0.28, 0.38, 0.50};
+constexpr double kEvery = 0.14;    // radii
+constexpr int kMostHalvings = 4;   // of a step that finds no equilibrium
+constexpr double kSameWay = 1e-6;  // radii: rungs nearer than this are one
+
+// Two unit vectors across `axis`.
+std::array<Vector3d, 2> Across(const Vector3d& axis) {
+  const Vector3d first = axis.unitOrthogonal();
+  return {first, axis.cross(first)};
+}
+
+}  // namespace
+
+LaddersAhead::LaddersAhead(const BodyAtRest& body, const FingerHand& hand, double deepest)
+    : body_(body),
+      hand_(hand),
+      deepest_(deepest),
+      beside_O_(Across(hand.approach_O)),
+      thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+
+LaddersAhead::~LaddersAhead() = default;
+
+LaddersAhead::Key LaddersAhead::KeyOf(const Vector3d& h_O) const {
+  constexpr double kFarthest = 1e6;
+  const auto multiple = [&](const Vector3d& across) {
+    return static_cast<int>(
+        std::lround(std::clamp(h_O.dot(across) / kRaster, -kFarthest, kFarthest)));
+  };
+  return {multiple(beside_O_[0]), multiple(beside_O_[1])};
+}
+
+Vector3d LaddersAhead::LateralOf(const Key& key) const {
+  return kRaster * (key.first * beside_O_[0] + key.second * beside_O_[1]);
+}
+
+// Every finger's first touch is a rung of its own: forces have a kink there.
+std::vector<double> LaddersAhead::WaysOf(const Key& key) const {
+  std::vector<double> ways;
+  for (std::size_t f = 0; f < hand_.fingers.size(); ++f) {
+    const double touch = hand_.FirstTouch(f, LateralOf(key), body_.touchable_O);
+    if (std::isfinite(touch)) ways.push_back(touch);
+  }
+  if (ways.empty()) return ways;
+  const double radius = hand_.shape.radius;
+  const double first = *std::ranges::min_element(ways);
+  std::erase_if(ways, [&](double way) { return way > first + deepest_; });
+  for (const double part : kFirstRungs) ways.push_back(first + part * radius);
+  for (double depth = (kFirstRungs.back() + kEvery) * radius; depth < deepest_ + kEvery * radius;
+       depth += kEvery * radius) {
+    ways.push_back(first + depth);
+  }
+  std::ranges::sort(ways);
+  const auto same = [&](double a, double b) { return b - a < kSameWay * radius; };
+  ways.erase(std::ranges::unique(ways, same).begin(), ways.end());
+  return ways;
+}
+
+std::shared_ptr<LaddersAhead::Ladder> LaddersAhead::Find(const Key& key) const {
+  const auto it = std::ranges::find_if(ladders_, [&](const auto& l) { return l->key == key; });
+  return it == ladders_.end() ? nullptr : *it;
+}
+
+// Moves the ladder to the front.
+std::shared_ptr<LaddersAhead::Ladder> LaddersAhead::Wanted(const Key& key) {
+  std::shared_ptr<Ladder> ladder = Find(key);
+  if (ladder && ladders_.front() == ladder) return ladder;
+  if (ladder) {
+    std::erase(ladders_, ladder);
+  } else {
+    ladder = std::make_shared<Ladder>();
+    ladder->key = key;
+    ladder->ways = WaysOf(key);
+    ladder->complete = ladder->ways.empty();
+  }
+  ladders_.push_front(ladder);
+  if (ladders_.size() > kKept) ladders_.pop_back();
+  changed_.notify_all();
+  return ladder;
+}
+
+double LaddersAhead::Expect(const Key& key) {
+  const std::lock_guard lock(mutex_);
+  const std::shared_ptr<Ladder> ladder = Wanted(key);
+  return ladder->ways.empty() ? std::numeric_limits<double>::infinity() : ladder->ways.front();
+}
+
+std::shared_ptr<const Rungs> LaddersAhead::Await(const Key& key, double s) {
+  std::unique_lock lock(mutex_);
+  const std::shared_ptr<Ladder> ladder = Wanted(key);
+  changed_.wait(lock, [&] {
+    return ladder->complete || (ladder->rungs->size() > 1 && ladder->rungs->back()->s >= s);
+  });
+  return ladder->rungs;
+}
+
+std::shared_ptr<LaddersAhead::Ladder> LaddersAhead::Next() const {
+  const auto it = std::ranges::find_if(ladders_, [](const auto& l) { return !l->complete; });
+  return it == ladders_.end() ? nullptr : *it;
+}
+
+bool LaddersAhead::Press(const Ladder& ladder, double from, double to, int halvings) const {
+  if (ladder.body->Press(hand_.Placements(LateralOf(ladder.key), to))) return true;
+  if (halvings == 0) return false;
+  const double middle = 0.5 * (from + to);
+  return Press(ladder, from, middle, halvings - 1) && Press(ladder, middle, to, halvings - 1);
+}
+
+// nullptr: the body takes no deeper press.
+std::shared_ptr<const Rung> LaddersAhead::Grow(Ladder* ladder, std::size_t rung) const noexcept {
+  try {
+    auto grown = std::make_shared<Rung>();
+    grown->s = ladder->ways[rung];
+    if (rung == 0) {
+      ladder->body = std::make_unique<PressedBody>(body_.mesh, body_.held, body_.young_modulus,
+                                                   body_.poisson_ratio, hand_.shape.radius);
+      grown->displacements_O.assign(body_.mesh.nodes.size(), Eigen::Vector3f::Zero());
+      return grown;
+    }
+    if (!Press(*ladder, ladder->ways[rung - 1], grown->s, kMostHalvings)) return nullptr;
+    for (std::size_t f = 0; f < hand_.fingers.size(); ++f) {
+      grown->touches[f] = ladder->body->TouchOf(static_cast<int>(f));
+    }
+    for (const Vector3d& u : ladder->body->Displacements()) {
+      grown->displacements_O.emplace_back(u.cast<float>());
+    }
+    return grown;
+  } catch (const std::exception&) {
+    return nullptr;
+  }
+}
+
+void LaddersAhead::Run(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (changed_.wait(lock, stop, [this] { return Next() != nullptr; })) {
+    if (stop.stop_requested()) return;
+    const std::shared_ptr<Ladder> ladder = Next();
+    const std::size_t rung = ladder->rungs->size();
+    lock.unlock();
+    const auto grown = Grow(ladder.get(), rung);
+    lock.lock();
+    if (grown) {
+      auto rungs = std::make_shared<Rungs>(*ladder->rungs);
+      rungs->push_back(grown);
+      ladder->rungs = std::move(rungs);
+    }
+    ladder->complete = !grown || ladder->rungs->size() == ladder->ways.size();
+    if (ladder->complete) ladder->body.reset();
+    changed_.notify_all();
+  }
+}
+
+}  // namespace palpate::site

@@ -1,0 +1,228 @@
+#include "slave/site/fingertip/tactile_site.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "slave/site/fingertip/ladders_ahead.h"
+#include "slave/site/fingertip/simulated_fingertip.h"
+#include "slave/site/fingertip/skin_surface.h"
+#include "slave/site/fingertip/true_object.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using site::LaddersAhead;
+using site::Rungs;
+
+constexpr double kFriction = 1;        // of the skin on the object [-]
+constexpr double kFarthest = 1e6;      // hands farther from home are none [m]
+constexpr double kLeastDepth = 0.01;   // a ladder reaches so far at least [m]
+constexpr double kDepthReserve = 1.5;  // and so many times operator.press.depth
+constexpr double kMostOfBody = 0.6;    // but not farther into the body than this part of it
+
+// Where the hand is and what it presses.
+struct HandState {
+  Vector3d h_O{0, 0, 0};  // displacement from home
+  double s = 0;           // of it along the approach
+  bool pressing = false;
+  Vector3d slip_O{0, 0, 0};  // sideways since the contact stuck
+  std::shared_ptr<const Rungs> rungs = std::make_shared<Rungs>();
+};
+
+double DeepestOf(const Scene& scene, const site::TrueObject& object) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Vector3d& p_O : object.surface.nodes) {
+    const double along = p_O.dot(object.hand.approach_O);
+    low = std::min(low, along);
+    high = std::max(high, along);
+  }
+  const double wanted = std::max(kLeastDepth, kDepthReserve * scene.operator_options.press_depth);
+  return std::min(wanted, kMostOfBody * (high - low));
+}
+
+}  // namespace
+
+struct TactileSite::World {
+  explicit World(const Scene& scene)
+      : object(site::MakeTrueObject(scene, site::SiteResolution{})),
+        period(1 / scene.sense.tactile->rate),
+        skin_scale(site::kSkinRadius / scene.sense.tactile->finger_radius),
+        tangential_part(2 * (1 - object.body.poisson_ratio) / (2 - object.body.poisson_ratio)),
+        ladders(object.body, object.hand, DeepestOf(scene, object)) {
+    for (std::size_t f = 0; f < object.hand.fingers.size(); ++f) {
+      fingertips.emplace_back(scene.site.seed + static_cast<std::uint32_t>(f));
+    }
+    home_gap = ladders.Expect(ladders.KeyOf(Vector3d::Zero()));
+  }
+
+  [[nodiscard]] Isometry3d PoseOf(std::size_t f, const HandState& hand) const {
+    return object.X_SO * object.hand.PoseOf(f, hand.h_O);
+  }
+  [[nodiscard]] Vector3d home() const {
+    return object.X_SO * object.hand.fingers.front().X_OF_home *
+           Vector3d(0, 0, -object.hand.shape.radius);
+  }
+  void Move(const Vector3d& h_O);
+  void Stick(HandState* hand);
+  [[nodiscard]] Vector3d Sideways(std::size_t f, const HandState& hand,
+                                  const site::TouchBetween& between) const;
+  [[nodiscard]] FingerTruth TruthOf(std::size_t f, const HandState& hand) const;
+  FingerReading ReadingOf(std::size_t f, const HandState& hand);
+  [[nodiscard]] HandState now() const {
+    const std::lock_guard lock(mutex);
+    return hand_now;
+  }
+
+  const site::TrueObject object;
+  const double period, skin_scale, tangential_part;
+  double home_gap = 0;
+  std::vector<SimulatedFingertip> fingertips;  // TakeSample's thread only
+  std::uint64_t sequence = 0;                  // likewise
+
+  std::mutex moving;                // one mover at a time; guards what follows
+  LaddersAhead::Key pressed{0, 0};  // ladder of the press that goes on
+  Vector3d anchor_O{0, 0, 0};       // where beside the approach it stuck
+
+  mutable std::mutex mutex;  // guards what others read
+  HandState hand_now;
+
+  LaddersAhead ladders;
+};
+
+// Of finger `f` on the object, across the approach [N].
+Vector3d TactileSite::World::Sideways(std::size_t f, const HandState& hand,
+                                      const site::TouchBetween& between) const {
+  const double stiffness = tangential_part * std::max(between.slope, 0.0);
+  const Vector3d force = object.hand.fingers[f].sense * stiffness * hand.slip_O;
+  const double most = kFriction * between.touch.force_O.norm();
+  return force.norm() > most ? Vector3d(most * force.normalized()) : force;
+}
+
+// The contact is dragged along where friction does not hold the first finger.
+void TactileSite::World::Stick(HandState* hand) {
+  const Vector3d lateral_O = hand->h_O - hand->s * object.hand.approach_O;
+  const auto between = site::TouchAt(*hand->rungs, 0, hand->s);
+  const double stiffness = tangential_part * between.slope;
+  Vector3d slip_O = lateral_O - anchor_O;
+  const double most = stiffness > 0 ? kFriction * between.touch.force_O.norm() / stiffness : 0;
+  if (slip_O.norm() > most) slip_O *= most / slip_O.norm();
+  anchor_O = lateral_O - slip_O;
+  hand->slip_O = slip_O;
+}
+
+void TactileSite::World::Move(const Vector3d& h_O) {
+  HandState next;
+  next.h_O = h_O;
+  next.s = h_O.dot(object.hand.approach_O);
+  const bool was_pressing = now().pressing;
+  if (!was_pressing) pressed = ladders.KeyOf(h_O);
+  if (next.s > ladders.Expect(pressed)) {
+    next.rungs = ladders.Await(pressed, next.s);
+    next.pressing = true;
+    if (!was_pressing) anchor_O = h_O - next.s * object.hand.approach_O;
+    Stick(&next);
+  }
+  const std::lock_guard lock(mutex);
+  hand_now = std::move(next);
+}
+
+FingerTruth TactileSite::World::TruthOf(std::size_t f, const HandState& hand) const {
+  FingerTruth truth;
+  truth.X_SF = PoseOf(f, hand);
+  truth.p_S_contact = truth.X_SF * Vector3d(0, 0, -object.hand.shape.radius);
+  const auto between = site::TouchAt(*hand.rungs, static_cast<int>(f), hand.s);
+  if (!between.touch.touching) return truth;
+  truth.in_contact = true;
+  truth.p_S_contact = truth.X_SF * between.touch.p_F;
+  truth.depth = between.touch.depth;
+  const Vector3d force_O = between.touch.force_O + Sideways(f, hand, between);
+  truth.force = -(object.X_SO.linear() * force_O);
+  return truth;
+}
+
+FingerReading TactileSite::World::ReadingOf(std::size_t f, const HandState& hand) {
+  const FingerTruth truth = TruthOf(f, hand);
+  const auto between = site::TouchAt(*hand.rungs, static_cast<int>(f), hand.s);
+  FingertipLoad load;
+  load.p_F = skin_scale * between.touch.p_F;
+  load.f_F = truth.X_SF.linear().transpose() * truth.force;
+  load.radius = skin_scale * between.touch.radius;
+  FingerReading reading = fingertips[f].Sample(truth.in_contact ? &load : nullptr, period);
+  reading.X_SF = truth.X_SF;
+  return reading;
+}
+
+TactileSite::TactileSite(const Scene& scene) : world_(std::make_unique<World>(scene)) {}
+
+TactileSite::~TactileSite() = default;
+
+void TactileSite::MoveTool(const Vector3d& p_S_tip) {
+  if (!p_S_tip.allFinite()) return;
+  const Vector3d h_O = world_->object.X_SO.linear().transpose() * (p_S_tip - world_->home());
+  if (h_O.cwiseAbs().maxCoeff() > kFarthest) return;
+  const std::lock_guard moving(world_->moving);
+  world_->Move(h_O);
+}
+
+std::array<FingerTruth, kMaxFingers> TactileSite::truth() const {
+  const HandState hand = world_->now();
+  std::array<FingerTruth, kMaxFingers> truth;
+  for (std::size_t f = 0; f < world_->fingertips.size(); ++f) truth[f] = world_->TruthOf(f, hand);
+  return truth;
+}
+
+Vector3d TactileSite::approach() const {
+  return world_->object.X_SO.linear() * world_->object.hand.approach_O;
+}
+
+double TactileSite::gap() const {
+  return world_->home_gap;
+}
+
+Vector3d TactileSite::home() const {
+  return world_->home();
+}
+
+TactileFrame TactileSite::TakeSample(Time now) {
+  const HandState hand = world_->now();
+  TactileFrame frame;
+  frame.sequence = ++world_->sequence;
+  frame.sensed_at = now;
+  for (std::size_t f = 0; f < world_->fingertips.size(); ++f) {
+    frame.fingers[f] = world_->ReadingOf(f, hand);
+  }
+  return frame;
+}
+
+SurfaceMesh TactileSite::rest_surface() const {
+  SurfaceMesh surface = world_->object.surface;
+  for (Vector3d& p : surface.nodes) p = world_->object.X_SO * p;
+  return surface;
+}
+
+std::vector<Vector3d> TactileSite::DeformedSurface() const {
+  const HandState hand = world_->now();
+  const site::TrueObject& object = world_->object;
+  std::vector<Vector3d> displacement_O;
+  site::DisplacementsAt(*hand.rungs, hand.s, &displacement_O);
+  double largest = 0;
+  for (const Vector3d& u : displacement_O) largest = std::max(largest, u.norm());
+  std::vector<Vector3d> deformed_S;
+  deformed_S.reserve(object.surface.nodes.size());
+  for (std::size_t i = 0; i < object.surface.nodes.size(); ++i) {
+    Vector3d p_O = object.surface.nodes[i];
+    if (largest > 0) {
+      const Vector3d& u = displacement_O[static_cast<std::size_t>(object.node_of[i])];
+      // What is pressed in goes sideways with the first finger, as far as it is pressed in.
+      p_O += u + u.norm() / largest * hand.slip_O;
+    }
+    deformed_S.push_back(object.X_SO * p_O);
+  }
+  return deformed_S;
+}
+
+}  // namespace palpate
