@@ -15,6 +15,7 @@
 
 #include "shared/scene/scene_loader.h"
 #include "slave/commands/check.h"
+#include "slave/commands/evaluate.h"
 #include "slave/commands/process.h"
 #include "slave/commands/serve.h"
 #include "slave/commands/solve.h"
@@ -33,6 +34,8 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
   palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
+  palpate-slave evaluate deploy/scenes/foam-cube.yaml --materials --out build/cube
+  palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube
   palpate-slave train simulated --out build/fingertip
 
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
@@ -76,6 +79,43 @@ class StopOnSignal {
   std::stop_source source_;
   std::jthread waiter_;
 };
+
+void AddEvaluateOptions(CLI::App* command, EvaluateOptions* options) {
+  command->add_option("--cloud", options->cloud,
+                      "Measured points in the frame of sense.depth_camera (PCD); without, a "
+                      "simulated hand presses the object and a virtual camera measures it");
+  command->add_option("--out", options->out, "Folder for report.html, report.json and clouds")
+      ->required();
+  command->add_option(
+      "--contacts", options->contacts,
+      "What deforms the object: CSV as for solve; without, what the scene's tactile "
+      "recording tells at its end, or nothing");
+  command->add_option("--loads", options->loads, "The same with forces");
+  command
+      ->add_option("--segment", options->segment,
+                   "surfaces: by colour and shape; colour: by colour alone; no: all is the object")
+      ->capture_default_str();
+  command->add_option("--at", options->at, "A point on the object, x,y,z [m], frame of the cloud")
+      ->delimiter(',')
+      ->expected(3);
+  command->add_option("--colour", options->colour, "Colour of the object, red,green,blue")
+      ->delimiter(',')
+      ->expected(3);
+  command->add_option("--voxel", options->voxel, "Cells of the cloud thinned out [m]; 0: by itself")
+      ->capture_default_str();
+  command->add_option("--neighbours", options->neighbours, "Of a point that grows by colour")
+      ->capture_default_str();
+  command->add_option("--point-colour", options->point_colour, "Within a region, 0 to 442")
+      ->capture_default_str();
+  command->add_option("--region-colour", options->region_colour, "Regions less different unite")
+      ->capture_default_str();
+  command->add_option("--repetitions", options->repetitions, "Presses of the simulated hand")
+      ->capture_default_str();
+  command->add_flag("--materials", options->materials,
+                    "The simulated object in each of paper B's three foams");
+  command->add_option("--leaf", options->leaf, "Edge of the octree's leaves [m]")
+      ->capture_default_str();
+}
 
 void AddTrainOptions(CLI::App* command, TrainOptions* train) {
   command->footer(kTrainHelp);
@@ -171,6 +211,12 @@ int Main(int argc, char** argv) {
   study_command->add_option("--budget", study.budget, "Seconds for all models together")
       ->capture_default_str();
 
+  EvaluateOptions evaluate;
+  CLI::App* evaluate_command =
+      app.add_subcommand("evaluate", "Score the estimated shape against a measured cloud");
+  add_scene(evaluate_command, &evaluate.scene, &evaluate.overrides);
+  AddEvaluateOptions(evaluate_command, &evaluate);
+
   TrainOptions train;
   CLI::App* train_command =
       app.add_subcommand("train", "Learn a fingertip's force network or localiser");
@@ -187,6 +233,7 @@ int Main(int argc, char** argv) {
     if (process_command->parsed()) return RunProcess(process, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
     if (study_command->parsed()) return RunStudyCommand(study, stop.token());
+    if (evaluate_command->parsed()) return RunEvaluate(evaluate, stop.token());
     if (train_command->parsed()) return RunTrain(train, stop.token());
     return RunCheck(check);
   } catch (const SceneError& e) {
