@@ -107,7 +107,9 @@ SolvedPress LaddersAhead::Await(const Key& key, double s) {
   const std::shared_ptr<Ladder> ladder = Wanted(key);
   changed_.wait(lock, [&] {
     const Rungs& rungs = *ladder->solved.rungs;
-    return ladder->complete || (rungs.size() > 1 && rungs.back()->s >= s);
+    // One rung more than `s` lies below: the cubics use it, and answers must not depend on how far
+    // the thread has come.
+    return ladder->complete || (rungs.size() > 2 && rungs[rungs.size() - 2]->s >= s);
   });
   return ladder->solved;
 }

@@ -38,7 +38,7 @@ TEST(PressLadder, AnswersAtTheRungsAreThoseOfTheRungs) {
   }
 }
 
-// Reference: the power law of Hertz's contact. The worst between these rungs measured is 1.8 % of
+// Reference: the power law of Hertz's contact. The worst between these rungs is 2.47 % of
 // the force there, right after the first touch excepted.
 TEST(PressLadder, ForcesBetweenTheRungsFollowTheLaw) {
   const Rungs rungs = PowerLadder();
