@@ -198,6 +198,16 @@ TEST(TactileInboxTest, SilenceOfAllIsAGap) {
   EXPECT_NEAR(TimeIn(frames[10].fingers[0]), 0.5, 1e-6);
 }
 
+// However long it lasts, a trickle does not become a stream of what lies between.
+TEST(TactileInboxTest, ATrickleIsNoStream) {
+  TactileInbox inbox(Scened({"rf"}));
+  Driver driver(&inbox, "rf");
+  for (int i = 0; i < 60; ++i) driver.Send(10.0 * i);
+  const auto frames = TakeAll(&inbox);
+  ASSERT_EQ(frames.size(), 60U);
+  for (std::size_t i = 1; i < frames.size(); ++i) EXPECT_TRUE(frames[i].after_gap) << i;
+}
+
 TEST(TactileInboxTest, AFewMissingSamplesAreFilled) {
   TactileInbox inbox(Scened({"rf"}));
   Driver driver(&inbox, "rf");
