@@ -29,7 +29,7 @@ class LstmLanes {
   };
 
   std::shared_ptr<const LstmPlan> plan_;
-  int stride_;
+  long stride_;
   CacheLines projected_;
   std::vector<State> states_;  // one per layer
 };

@@ -113,7 +113,7 @@ constexpr NumberType kNumberTypes[] = {kFloat,    kDouble,   {6, 5, 4}, {7, 7, 8
 // the model takes that for granted.
 std::string CheckedWeights(const std::string& bytes) {
   const Message tensor(bytes);
-  const std::string name = tensor.Text(field::kTensorName);
+  std::string name = tensor.Text(field::kTensorName);
   double count = 1;
   for (const long extent : tensor.Numbers(field::kTensorExtents)) {
     count *= static_cast<double>(extent);

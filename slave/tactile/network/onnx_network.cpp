@@ -123,9 +123,10 @@ class OnnxEstimate final : public ForceEstimate {
       return false;
     }
     // The oldest sample comes first.
-    float* samples = input_.ptr<float>();
-    std::rotate(samples, samples + model_->inputs, samples + model_->inputs * model_->window);
-    std::copy(change.begin(), end, samples + model_->inputs * (model_->window - 1));
+    const std::span<float> samples(input_.ptr<float>(), input_.total());
+    const auto newest =
+        std::rotate(samples.begin(), samples.begin() + model_->inputs, samples.end());
+    std::copy(change.begin(), end, newest);
     seen_ = std::min(seen_ + 1, model_->window);
     return seen_ == model_->window && Evaluate(outputs);
   }
@@ -135,7 +136,7 @@ class OnnxEstimate final : public ForceEstimate {
     try {
       const cv::Mat row = Forward();
       if (row.total() != outputs.size() || row.type() != CV_32F) return false;
-      const float* numbers = row.ptr<float>();
+      const auto* numbers = row.ptr<float>();
       std::copy(numbers, numbers + outputs.size(), outputs.begin());
       return std::all_of(outputs.begin(), outputs.end(), [](double y) { return std::isfinite(y); });
     } catch (...) {

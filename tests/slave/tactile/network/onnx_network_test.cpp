@@ -41,7 +41,7 @@ struct TwoLayers {
                       {"Gemm", {"h", "V", "c"}, "y", {{"transB", 1}}}},
                      {W, b, V, c});
   }
-  [[nodiscard]] std::array<double, 3> Evaluate(const float* x) const {
+  [[nodiscard]] std::array<double, 3> Evaluate(const TactileSignals& x) const {
     std::array<double, 3> y{};
     for (std::size_t k = 0; k < 3; ++k) y[k] = static_cast<double>(c.data[k]);
     for (std::size_t j = 0; j < kHidden; ++j) {
@@ -86,7 +86,7 @@ TEST(OnnxNetworkTest, AModelOfOneSampleIsItsFormula) {
       for (const TactileSignals& sample : RandomSignals(20, 100, 5)) {
         std::array<double, 3> outputs{};
         ASSERT_TRUE(estimate->Push(sample, outputs));
-        const auto expected = layers.Evaluate(sample.data());
+        const auto expected = layers.Evaluate(sample);
         for (std::size_t k = 0; k < 3; ++k) ASSERT_NEAR(outputs[k], expected[k], 1e-5);
       }
     }

@@ -129,12 +129,13 @@ std::vector<TactileSignals> RandomSignals(int count, float counts, unsigned seed
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> phase(0, 6.28f), rate(0.01f, 0.3f), noise(-1, 1);
   TactileSignals phases{}, rates{};
-  for (float& x : phases) x = phase(random);
-  for (float& x : rates) x = rate(random);
+  for (auto& x : phases) x = phase(random);
+  for (auto& x : rates) x = rate(random);
   std::vector<TactileSignals> signals(static_cast<std::size_t>(count));
   for (std::size_t t = 0; t < signals.size(); ++t) {
     for (std::size_t i = 0; i < phases.size(); ++i) {
-      const float wave = std::sin(phases[i] + rates[i] * static_cast<float>(t));
+      const auto time = static_cast<TactileSignals::value_type>(t);
+      const auto wave = std::sin(phases[i] + rates[i] * time);
       signals[t][i] = counts * (0.9f * wave + 0.1f * noise(random));
     }
   }
