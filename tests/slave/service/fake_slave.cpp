@@ -135,6 +135,14 @@ SlaveState FakeSlave::Compose(Time now) {
   SlaveState state = state_;
   state.sent_at = now;
   if (state.echo) state.echo_delay = std::max(0.0, SecondsBetween(command_at_, now));
+  if (!tactile_) return state;
+  state.finger_count = static_cast<int>(tactile_->fingers.size());
+  FingerState felt;  // by each of them
+  felt.p_S_contact = state.p_S_tip.cast<float>();
+  if (state.force) felt.force = state.force->cast<float>();
+  felt.in_contact = state.local_model.in_contact;
+  felt.validity = state.validity;
+  state.fingers.fill(felt);
   return state;
 }
 

@@ -34,7 +34,8 @@ class FakeSlave : public Slave {
   [[nodiscard]] std::string stop_reason() const;
   [[nodiscard]] ParameterChange parameters() const;
   void set_has_camera(bool has_camera);
-  // From now on the scene has fingertips whose samples are streamed, and the object is a triangle.
+  // From now on the scene has fingertips whose samples are streamed, each of which feels what the
+  // tool feels, and the object is a triangle.
   void TakeTactile(const std::vector<std::string>& fingers);
 
   // --- Slave.
