@@ -60,15 +60,16 @@ wait $pid || { echo "the slave did not stop cleanly: see $out/slave.log" >&2; ex
 trap - EXIT
 
 echo
-echo "== where the estimate's error comes from: the same press sample by sample, against the simulated site's truth"
-if grep -q '^ *model  *bem2d' <<<"$plan"; then
+if grep -q '^  *tactile:' "$file"; then
+  echo "== where the estimate's error comes from: the same press sample by sample, against the simulated site's truth"
+  $slave process "$file" --out "$out/offline" | grep -v '^written'
+else
+  echo "== where the estimate's error comes from: the same press picture by picture, against the simulated site's truth"
   own=$(sed -n 's/^info .* with \([0-9]*\) elements.*/\1/p' "$out/slave.log" | head -n 1)
   for elements in ${own:-180} 60; do
     echo "-- $elements boundary elements"
     $slave process "$file" --override model.elements=$elements --out "$out/offline-$elements" | grep -v '^written'
   done
-else
-  $slave process "$file" --out "$out/offline" | grep -v '^written'
 fi
 echo
 echo "report: $out/report.json   every tick: $out/log.csv   slave's log: $out/slave.log"

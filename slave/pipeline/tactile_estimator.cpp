@@ -187,12 +187,7 @@ bool TactileEstimator::Respond() noexcept {
   for (std::size_t k = 0; k < responses_.size(); ++k) {
     shape_validity_ = Worse(shape_validity_, responses_[k].validity);
   }
-  const bool answered =
-      shape_validity_ != Validity::kFailed && body_->deformation->failure().empty();
-  for (std::size_t k = 0; answered && k < responses_.size(); ++k) {
-    finger_contacts_[acting_[k]].Learn(responses_[k]);
-  }
-  return answered;
+  return shape_validity_ != Validity::kFailed && body_->deformation->failure().empty();
 }
 
 void TactileEstimator::Tell(std::size_t i) noexcept {

@@ -129,8 +129,7 @@ TEST(TactileEstimatorTest, TheAnswerTurnsWithObjectAndFingertip) {
   for (std::size_t i = 0; i < pa.size(); ++i) EXPECT_NEAR((pb[i] - X * pa[i]).norm(), 0, 1e-7);
 }
 
-// Places lie on the deformed surface: a finger that goes in farther than the gate keeps its place,
-// because the model says that the surface went with it.
+// Places lie on the deformed surface: a finger that goes in farther than the gate keeps its place.
 TEST(TactileEstimatorTest, ADeepPressKeepsItsPlace) {
   Touching t(CubeScene(kAbove + ", gate: 3 mm"));
   for (int mm = 1; mm <= 10; ++mm) {
