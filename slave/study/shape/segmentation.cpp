@@ -1,6 +1,7 @@
 #include "slave/study/shape/segmentation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -15,12 +16,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Shares of a voxel's edge and of the neighbourhood's radius, for 3 mm: 12 mm, 8 mm, 6 mm. On the
+// Shares of a voxel's edge and of the neighbourhood's radius, for 3 mm: 12 mm, 6 mm, 6 mm. On the
 // labelled cloud of cylindrical objects every label keeps the same region for voxels of 3 and 4 mm,
 // neighbourhoods of 10 to 15 mm, borders from 0.20 to 0.25 and links of 6 to 8 mm.
-constexpr double kRadius = 4, kLink = 8.0 / 3, kTolerance = 2;
+constexpr double kRadius = 4, kLink = 2, kTolerance = 2;
 constexpr double kBorder = 0.25;
-constexpr double kGroove = 0.12;         // folded by about 33 degrees
+constexpr double kGroove = 0.10;         // folded by about 27 degrees
 constexpr double kShallowGroove = 0.06;  // by 16 degrees
 constexpr double kOtherColour = 40;      // of 442
 constexpr std::size_t kFewest = 6;       // neighbours that make a surface
@@ -112,7 +113,10 @@ std::vector<std::size_t> GrowSurfaces(const PointCloud& core, const std::vector<
   for (const auto& [i, j] : across) {
     const Border& border = borders[std::minmax(patch_of[i], patch_of[j])];
     const bool other_colour = (mean[patch(i)] - mean[patch(j)]).norm() > kOtherColour;
-    if (!other_colour || border.before <= kShallowGroove * border.links) surfaces.Unite(i, j);
+    // A few links round the end of a groove are no border.
+    const double fewest = 2 * std::sqrt(std::min(count[patch(i)], count[patch(j)]));
+    const bool smooth = border.links >= fewest && border.before <= kShallowGroove * border.links;
+    if (!other_colour || smooth) surfaces.Unite(i, j);
   }
   std::vector<std::size_t> surface_of(core.size());
   for (std::size_t i = 0; i < core.size(); ++i) surface_of[i] = surfaces.Find(i);

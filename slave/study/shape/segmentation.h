@@ -34,8 +34,8 @@ struct Segmentation {
 // 2. Every voxel looks at its neighbours: where their centroid lies beside it, the surface ends
 //    here; where it lies in front of it, two surfaces meet in a groove. Neither passes anything on.
 // 3. What is left grows by colour into patches, and patches that touch are one surface, unless
-//    their colours differ and they meet in a groove however shallow: a printed tin stays whole, a
-//    finger on foam does not join it.
+//    their colours differ and they meet in a groove however shallow, or hardly: a printed tin stays
+//    whole, a finger on foam does not join it.
 // 4. What had passed nothing on joins the nearest region.
 // Regions are surfaces in one piece: the inside of a bowl that is seen over its rim is another one
 // than its outside, as are the two halves of what is seen left and right of a post.
