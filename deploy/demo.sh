@@ -8,7 +8,7 @@ usage() {
 usage: deploy/demo.sh [--duration S] [--scene NAME] [--out DIR]
   --duration S   how long the hand presses and retreats [s], default 20
   --scene NAME   a scene of deploy/scenes without .yaml, default silicone-block
-  --out DIR      gets report.json, log.csv, slave.log and the offline runs, default build/demo
+  --out DIR      gets report.json, log.csv, shape.svg, slave.log and the offline runs, default build/demo
 TEXT
 }
 
@@ -38,7 +38,8 @@ slave=build/release/bin/palpate-slave master=build/release/bin/palpate-master
 
 echo
 echo "== what will run"
-$slave check "$file"
+plan=$($slave check "$file")
+echo "$plan"
 
 echo
 echo "== a hand presses for $duration s"
@@ -53,17 +54,23 @@ done
 address=$(sed -n 's/^listening on //p' "$out/slave.out")
 [ -n "$address" ] || { echo "the slave did not answer within 30 s: see $out/slave.log" >&2; exit 1; }
 $master connect "$address" --device sim-hand --render local --duration "$duration" \
-  --report "$out/report.json" --log "$out/log.csv"
+  --report "$out/report.json" --log "$out/log.csv" --shape "$out/shape.svg"
 kill -TERM $pid
 wait $pid || { echo "the slave did not stop cleanly: see $out/slave.log" >&2; exit 1; }
 trap - EXIT
 
 echo
-echo "== where the estimate's error comes from: the same press picture by picture, against the simulated site's truth"
-own=$(sed -n 's/^info .* with \([0-9]*\) elements.*/\1/p' "$out/slave.log" | head -n 1)
-for elements in ${own:-180} 60; do
-  echo "-- $elements boundary elements"
-  $slave process "$file" --override model.elements=$elements --out "$out/offline-$elements" | grep -v '^written'
-done
+if grep -q '^  *tactile:' "$file"; then
+  echo "== where the estimate's error comes from: the same press sample by sample, against the simulated site's truth"
+  $slave process "$file" --out "$out/offline" | grep -v '^written'
+else
+  echo "== where the estimate's error comes from: the same press picture by picture, against the simulated site's truth"
+  own=$(sed -n 's/^info .* with \([0-9]*\) elements.*/\1/p' "$out/slave.log" | head -n 1)
+  for elements in ${own:-180} 60; do
+    echo "-- $elements boundary elements"
+    $slave process "$file" --override model.elements=$elements --out "$out/offline-$elements" | grep -v '^written'
+  done
+fi
 echo
 echo "report: $out/report.json   every tick: $out/log.csv   slave's log: $out/slave.log"
+echo "the object when it was pressed most: $out/shape-deepest.svg   at the end: $out/shape.svg"

@@ -17,6 +17,8 @@
 #include "master/haptics/session.h"
 #include "master/link/slave_link.h"
 #include "master/view/console.h"
+#include "master/view/finger_table.h"
+#include "master/view/shape_watch.h"
 #include "master/view/summary_table.h"
 
 namespace palpate {
@@ -32,6 +34,7 @@ struct Arguments {
   std::string render = "local";
   double duration = 0;
   std::filesystem::path report, log;
+  std::vector<std::filesystem::path> shapes;
 };
 
 // The link and the slots that must outlive it.
@@ -84,6 +87,7 @@ void Declare(CLI::App* app, Arguments* a) {
       "Examples:\n"
       "  palpate-master connect localhost:50051\n"
       "  palpate-master connect localhost:50051 --duration 20 --report report.json --log log.csv\n"
+      "  palpate-master connect localhost:50051 --shape pinch.svg\n"
       "  palpate-master connect 10.0.0.7:50051 --insecure --device playback:hand.csv --render "
       "interpolate\n\n"
       "Exit codes: 0 done, 1 ran and failed, 2 unusable arguments.");
@@ -103,6 +107,14 @@ void Declare(CLI::App* app, Arguments* a) {
       ->check(Between(1e-3, 1e8));
   connect->add_option("--report", a->report, "Write a summary of the run as JSON");
   connect->add_option("--log", a->log, "Write every tick as CSV");
+  connect
+      ->add_option(
+          "--shape", a->shapes,
+          "Keep a file of the deformed object and the fingers' forces up to date, at most "
+          "once a second: FILE.svg (a picture) or FILE.vtu (a mesh for ParaView); may be "
+          "given more than once. FILE-deepest is written at the end: the largest deflection seen")
+      ->allow_extra_args(false)
+      ->type_name("FILE.svg|FILE.vtu");
   connect->add_flag("--insecure", a->link.insecure,
                     "Connect to other machines in plain text (without it only to this one)");
   connect->add_option("--name", a->link.operator_name, "Who operates, told to others who ask");
@@ -112,6 +124,10 @@ void Declare(CLI::App* app, Arguments* a) {
 void CheckBeforehand(const Arguments& a) {
   if (!a.report.empty()) CheckWritable(a.report);
   if (!a.log.empty()) CheckWritable(a.log);
+  for (const auto& shape : a.shapes) {
+    CheckShapeFile(shape);
+    CheckWritable(shape);
+  }
 }
 
 bool IsScripted(const Arguments& a) {
@@ -127,6 +143,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   }
   console.Say("connected to " + a.link.target + ": " + scene.name + ", " + scene.model + ", " +
               scene.source);
+  if (!scene.fingertips.empty()) console.Say(FingertipsInWords(scene.fingertips));
   console.Say("device " + device->description() + "; rendering " + a.render);
 
   line->link.Start(&line->states, &line->commands);
@@ -134,11 +151,18 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   options.loop = {*ParseRenderMode(a.render), scene.transform, scene.force_limit};
   options.duration = a.duration;
   options.log = a.log;
+  for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);
+  ShapeWatch shape(a.link, scene, a.shapes, console.live());
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
-      [] { return g_stop.load(); }, [&console](const Status& status) { console.Show(status); });
+      [] { return g_stop.load(); },
+      [&](const Status& status) {
+        console.Show(status, shape.newest().get());
+        shape.See(status);
+      });
   std::this_thread::sleep_for(kLastWords);
   line->link.Stop();
+  const bool shapes_written = shape.Finish(&report);
 
   report.scene = scene.name;
   report.model = scene.model;
@@ -146,7 +170,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   if (!a.report.empty()) WriteReport(report, a.report);
   const bool never_served = report.link.states == 0 && !g_stop;
   if (never_served) console.Say("failed: the slave never sent a state");
-  return report.log_failed || never_served ? kFailed : kDone;
+  return report.log_failed || never_served || !shapes_written ? kFailed : kDone;
 }
 
 int Main(int argc, char** argv) {

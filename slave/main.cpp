@@ -15,10 +15,12 @@
 
 #include "shared/scene/scene_loader.h"
 #include "slave/commands/check.h"
+#include "slave/commands/evaluate.h"
 #include "slave/commands/process.h"
 #include "slave/commands/serve.h"
 #include "slave/commands/solve.h"
 #include "slave/commands/study.h"
+#include "slave/commands/train.h"
 
 namespace palpate {
 namespace {
@@ -32,6 +34,9 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
   palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
+  palpate-slave evaluate deploy/scenes/foam-cube.yaml --materials --out build/cube
+  palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube
+  palpate-slave train simulated --out build/fingertip
 
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
 
@@ -74,6 +79,78 @@ class StopOnSignal {
   std::stop_source source_;
   std::jthread waiter_;
 };
+
+void AddEvaluateOptions(CLI::App* command, EvaluateOptions* options) {
+  command->add_option("--cloud", options->cloud,
+                      "Measured points in the frame of sense.depth_camera (PCD); without, a "
+                      "simulated hand presses the object and a virtual camera measures it");
+  command->add_option("--out", options->out, "Folder for report.html, report.json and clouds")
+      ->required();
+  command->add_option(
+      "--contacts", options->contacts,
+      "What deforms the object: CSV as for solve; without, what the scene's tactile "
+      "recording tells at its end, or nothing");
+  command->add_option("--loads", options->loads, "The same with forces");
+  command
+      ->add_option("--segment", options->segment,
+                   "surfaces: by colour and shape; colour: by colour alone; no: all is the object")
+      ->capture_default_str();
+  command->add_option("--at", options->at, "A point on the object, x,y,z [m], frame of the cloud")
+      ->delimiter(',')
+      ->expected(3);
+  command->add_option("--colour", options->colour, "Colour of the object, red,green,blue")
+      ->delimiter(',')
+      ->expected(3);
+  command->add_option("--voxel", options->voxel, "Cells of the cloud thinned out [m]; 0: by itself")
+      ->capture_default_str();
+  command->add_option("--neighbours", options->neighbours, "Of a point that grows by colour")
+      ->capture_default_str();
+  command->add_option("--point-colour", options->point_colour, "Within a region, 0 to 442")
+      ->capture_default_str();
+  command->add_option("--region-colour", options->region_colour, "Regions less different unite")
+      ->capture_default_str();
+  command->add_option("--repetitions", options->repetitions, "Presses of the simulated hand")
+      ->capture_default_str();
+  command->add_flag("--materials", options->materials,
+                    "The simulated object in each of paper B's three foams");
+  command->add_option("--leaf", options->leaf, "Edge of the octree's leaves [m]")
+      ->capture_default_str();
+}
+
+void AddTrainOptions(CLI::App* command, TrainOptions* train) {
+  command->footer(kTrainHelp);
+  command->add_option("DATA", train->data, "Recordings or simulated, see below")->required();
+  command->add_option("--network", train->networks,
+                      "rnn_21 (default), rnn_19, dnn_21, dnn_19, several, all; or localiser");
+  command->add_option("--out", train->out, "Folder for network.json and training.csv")->required();
+  command->add_option("--test", train->test, "Recordings to test on instead of a fifth of DATA");
+  command->add_option("--from", train->from, "Known network: only its gain is fitted, on fz");
+  command->add_option("--finger", train->finger, "Finger of recordings with several");
+  command->add_option("--rest", train->rest, "First samples whose mean is the rest value")
+      ->capture_default_str();
+  command->add_option("--optimiser", train->optimiser, "adam, or sgd as in the paper")
+      ->capture_default_str();
+  command->add_option("--rate", train->rate, "Learning rate; 0: 0.004 for adam, 0.01 for sgd")
+      ->capture_default_str();
+  command->add_option("--epochs", train->epochs, "At most")->capture_default_str();
+  command
+      ->add_option("--patience", train->patience,
+                   "Epochs without a better validation before it stops")
+      ->capture_default_str();
+  command->add_option("--batch", train->batch, "Windows per step")->capture_default_str();
+  command->add_option("--seed", train->seed, "Same seed, same weights")->capture_default_str();
+  command->add_option("--threads", train->threads, "Do not change the result")
+      ->capture_default_str();
+  command->add_option("--presses", train->presses, "Of `simulated`")->capture_default_str();
+  command->add_option("--electrodes", train->electrodes,
+                      "localiser: layout NAME,x,y,z,nx,ny,nz in mm; default: the simulated one");
+  command->add_option("--contact-pdc", train->contact_pdc,
+                      "localiser: contact is above it; default: found by itself");
+  command
+      ->add_option("--normals", train->normals,
+                   "localiser: nx,ny,nz in the fingertip's frame, -x,y,-z say; auto: found")
+      ->capture_default_str();
+}
 
 int Main(int argc, char** argv) {
   // Standard output belongs to the answers; the log goes beside it.
@@ -134,6 +211,17 @@ int Main(int argc, char** argv) {
   study_command->add_option("--budget", study.budget, "Seconds for all models together")
       ->capture_default_str();
 
+  EvaluateOptions evaluate;
+  CLI::App* evaluate_command =
+      app.add_subcommand("evaluate", "Score the estimated shape against a measured cloud");
+  add_scene(evaluate_command, &evaluate.scene, &evaluate.overrides);
+  AddEvaluateOptions(evaluate_command, &evaluate);
+
+  TrainOptions train;
+  CLI::App* train_command =
+      app.add_subcommand("train", "Learn a fingertip's force network or localiser");
+  AddTrainOptions(train_command, &train);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -145,6 +233,8 @@ int Main(int argc, char** argv) {
     if (process_command->parsed()) return RunProcess(process, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
     if (study_command->parsed()) return RunStudyCommand(study, stop.token());
+    if (evaluate_command->parsed()) return RunEvaluate(evaluate, stop.token());
+    if (train_command->parsed()) return RunTrain(train, stop.token());
     return RunCheck(check);
   } catch (const SceneError& e) {
     std::fprintf(stderr, "%s\n", e.what());

@@ -89,8 +89,8 @@ HandIntent PressScript::Step(double t, double dt, const DeviceGuide& guide) noex
       break;
     case Phase::kRetreat: {
       const double tau = std::min(elapsed / ramp_, 1.0);
-      advance_ = length_ * (1 - Ease(tau));
-      rate = -length_ * EaseRate(tau) / ramp_;
+      advance_ = back_ + (length_ - back_) * (1 - Ease(tau));
+      rate = -(length_ - back_) * EaseRate(tau) / ramp_;
       if (tau >= 1) Release(t);
       break;
     }
@@ -111,6 +111,7 @@ bool PressScript::PlanPress(double t, const DeviceGuide& guide) noexcept {
   if (!(length > 0 && ramp <= kLongest)) return false;
   inward_ = guide.inward_M;
   length_ = length;
+  back_ = guide.gap_M < 0 ? guide.gap_M - depth_ : 0;
   ramp_ = ramp;
   const double touching = 1 - InverseEase(std::clamp(guide.gap_M / length, 0.0, 1.0));
   const double left = next_press_ + kPeriod - kMargin - t - 2 * ramp_;
@@ -131,7 +132,7 @@ void PressScript::Correct(double dt, const DeviceGuide& guide) noexcept {
 // The correction is let go with the force that it overcame, so the tip keeps to the speed.
 void PressScript::Retreat(double t) noexcept {
   length_ = advance_;
-  ramp_ = std::max(kPeakRate * (advance_ - correction_) / speed_, kShortest);
+  ramp_ = std::max(kPeakRate * (advance_ - correction_ - back_) / speed_, kShortest);
   Go(Phase::kRetreat, t);
 }
 

@@ -4,7 +4,8 @@
 //   s(tau) = 10 tau^3 - 15 tau^4 + 6 tau^5,   peak of ds/dtau = 15/8 at tau = 1/2
 //
 // Source: minimum-jerk reaching (Flash & Hogan 1985, rest to rest). Frame M, straight along the
-// guided direction through the origin, where the hand rests.
+// guided direction through the origin, where the hand rests. A tool that is inside already when the
+// hand engages is drawn out to `depth` before the surface, so that the next press begins there.
 #pragma once
 
 #include <cstdint>
@@ -49,7 +50,8 @@ class PressScript {
   double since_ = 0;       // when the phase began [s]
   double next_press_ = 0;  // when the next cycle begins [s]
   Eigen::Vector3d inward_{0, -1, 0};
-  double length_ = 0;      // of the ramp, in or out [m]
+  double length_ = 0;      // of the ramp in, or where the ramp out begins [m]
+  double back_ = 0;        // where the ramp out ends [m]; negative: farther out than it began
   double ramp_ = 0;        // how long it takes [s]
   double hold_ = 0;        // how long the hand stays [s]
   double advance_ = 0;     // how far in the hand aims now [m]

@@ -17,7 +17,18 @@ bool IsWithin(const Eigen::Vector3d& v, double limit) {
   return v.allFinite() && v.cwiseAbs().maxCoeff() <= limit;
 }
 
+bool IsSane(const FingerState& finger) {
+  return IsWithin(finger.p_S_contact.cast<double>(), kFarthest) &&
+         (!finger.force || IsWithin(finger.force->cast<double>(), kLargestForce));
+}
+
 bool IsSane(const SlaveState& state) {
+  if (state.finger_count < 0 || state.finger_count > kMaxFingers) return false;
+  const auto* fingers = state.fingers.data();
+  if (!std::all_of(fingers, fingers + state.finger_count,
+                   [](const FingerState& finger) { return IsSane(finger); })) {
+    return false;
+  }
   return IsWithin(state.p_S_tip, kFarthest) && IsWithin(state.offset, kFarthest) &&
          (!state.force || IsWithin(*state.force, kLargestForce)) &&
          (!state.true_force || IsWithin(*state.true_force, kLargestForce)) &&
@@ -26,6 +37,22 @@ bool IsSane(const SlaveState& state) {
 
 bool IsForceKnown(const SlaveState& state) {
   return state.force.has_value() && IsForceKnown(state.validity);
+}
+
+// The tool as if it were a fingertip: of scenes that tell of no several ones.
+FingerState ToolOf(const SlaveState& state) {
+  FingerState tool;
+  tool.p_S_contact = state.p_S_tip.cast<float>();
+  if (state.force) tool.force = state.force->cast<float>();
+  tool.in_contact = state.local_model.in_contact;
+  tool.validity = state.validity;
+  return tool;
+}
+
+void RecordFingers(const SlaveState& state, TickRecord* record) {
+  record->finger_count = std::max(state.finger_count, 1);
+  record->fingers = state.fingers;
+  if (state.finger_count == 0) record->fingers[0] = ToolOf(state);
 }
 
 double PositiveOrThrow(double value, const char* name) {
@@ -67,6 +94,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   record_ = TickRecord();
   record_.at = now;
   TakeState(now);
+  if (newest_) RecordFingers(newest_->state, &record_);
   const DeviceReading reading = Checked(raw);
   passivity_.Observe(reading.p_M, sent_, dt);
   StepMachine(now, reading.engaged);

@@ -36,6 +36,16 @@ Json ErrorOf(const Report& report) {
   return json;
 }
 
+Json FingersOf(const Report& report) {
+  Json fingers = Json::array();
+  for (const FingerReport& finger : report.fingers) {
+    fingers.push_back({{"name", finger.name},
+                       {"contact_share", Tidy(finger.contact_share)},
+                       {"force_peak_N", Tidy(finger.force_peak)}});
+  }
+  return fingers;
+}
+
 }  // namespace
 
 std::string ToJson(const Report& report) {
@@ -56,6 +66,11 @@ std::string ToJson(const Report& report) {
   json["force_peak_is"] = report.truth_known ? "true" : "estimated";
   json["force_sent_peak_N"] = Tidy(report.force_sent_peak);
   json["force_error"] = ErrorOf(report);
+  if (!report.fingers.empty()) json["fingers"] = FingersOf(report);
+  if (report.shape) {
+    json["shape"] = {{"meshes", report.shape->meshes},
+                     {"deflection_peak_m", Tidy(report.shape->deflection_peak)}};
+  }
   json["energy_min_J"] = Tidy(report.energy_min);
   json["clamped_ticks"] = report.clamped_ticks;
   json["stale_ticks"] = report.stale_ticks;

@@ -14,6 +14,19 @@
 
 namespace palpate {
 
+// One of several fingertips.
+struct FingerReport {
+  std::string name;
+  double contact_share = 0;  // of the run's ticks that it touched [-]
+  double force_peak = 0;     // largest estimated force, S [N]
+};
+
+// The object's surface, where somebody watched it.
+struct ShapeReport {
+  std::uint64_t meshes = 0;    // that came
+  double deflection_peak = 0;  // [m]
+};
+
 // A run in numbers. Times [s] unless named, forces [N].
 struct Report {
   std::string scene, model, device, render, realtime;  // in words
@@ -26,6 +39,8 @@ struct Report {
   bool truth_known = false;    // the site told its true force
   double force_sent_peak = 0;  // M
   std::optional<ForceError::Summary> force_error;
+  std::vector<FingerReport> fingers;  // empty: one tool
+  std::optional<ShapeReport> shape;
   double energy_min = 0;  // [J]
   std::uint64_t clamped_ticks = 0, stale_ticks = 0, records_dropped = 0;
   std::uint32_t epochs = 0;

@@ -21,6 +21,20 @@ void RunSummary::Add(const TickRecord& record,
   if (record.state_age >= 0 && chain.reasons.Has(Reason::kStale)) ++stale_ticks_;
   ++state_ticks_[static_cast<std::size_t>(record.state)];
   epochs_ = std::max(epochs_, record.epoch);
+  AddFingers(record);
+}
+
+void RunSummary::AddFingers(const TickRecord& record) noexcept {
+  const auto count = static_cast<std::size_t>(record.finger_count);
+  finger_count_ = std::max(finger_count_, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const FingerState& felt = record.fingers[i];
+    FingerSummary& finger = fingers_[i];
+    ++finger.ticks;
+    if (felt.in_contact) ++finger.contact_ticks;
+    if (!felt.force || !IsForceKnown(felt.validity)) continue;
+    finger.force_peak = std::max(finger.force_peak, felt.force->cast<double>().norm());
+  }
 }
 
 void RunSummary::SeeTruth(const Eigen::Vector3d& truth) noexcept {

@@ -43,6 +43,29 @@ OperatorState AfterLettingGo(OperatorState state) {
   return could_go_on ? OperatorState::kReady : state;
 }
 
+std::string NameOf(std::size_t finger, const std::vector<std::string>& names) {
+  if (finger < names.size() && !names[finger].empty()) return names[finger];
+  return "finger " + std::to_string(finger + 1);
+}
+
+std::vector<NamedFinger> Named(const TickRecord& record, const std::vector<std::string>& names) {
+  std::vector<NamedFinger> fingers(static_cast<std::size_t>(record.finger_count));
+  for (std::size_t i = 0; i < fingers.size(); ++i) {
+    fingers[i] = {fingers.size() == 1 && names.empty() ? "tool" : NameOf(i, names),
+                  record.fingers[i]};
+  }
+  return fingers;
+}
+
+void AddFingers(const RunSummary& summary, const std::vector<std::string>& names, Report* report) {
+  const auto fingers = summary.fingers();
+  if (fingers.size() < 2) return;
+  for (std::size_t i = 0; i < fingers.size(); ++i) {
+    report->fingers.push_back(
+        {NameOf(i, names), fingers[i].contact_share(), fingers[i].force_peak});
+  }
+}
+
 void AddSummary(const RunSummary& summary, double duration, Report* report) {
   report->force_peak = summary.force_peak();
   report->force_error = summary.force_error();
@@ -103,7 +126,8 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
     const double t = SecondsBetween(begin, Clock::now());
     if (t - shown < kShowEvery || recorder.newest().at == Time{}) continue;
     shown = t;
-    show({t, recorder.newest(), meter.Update(t, recorder.taken()), limited.force_limit, link()});
+    show({t, recorder.newest(), meter.Update(t, recorder.taken()), limited.force_limit,
+          Named(recorder.newest(), options.finger_names), link()});
   }
   haptic.join();
   bare.Stop();
@@ -123,6 +147,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.records_dropped = ring.dropped();
   report.state = AfterLettingGo(loop.record().state);
   AddSummary(recorder.summary(), report.duration, &report);
+  AddFingers(recorder.summary(), options.finger_names, &report);
   report.log_failed = !recorder.trouble().empty();
   if (report.log_failed) report.trouble.push_back(recorder.trouble());
   if (!report.link.trouble.empty()) report.trouble.push_back(report.link.trouble);

@@ -7,17 +7,25 @@
 
 namespace palpate {
 
+// A fingertip, or the tool of a scene without several, as of the newest state.
+struct NamedFinger {
+  std::string name;
+  FingerState felt;
+};
+
 // What the operator sees while it runs.
 struct Status {
   double t = 0;  // [s] since the run began
   TickRecord tick;
-  double rate = 0;         // ticks per second over the last while [Hz]
-  double force_limit = 0;  // [N]
+  double rate = 0;                   // ticks per second over the last while [Hz]
+  double force_limit = 0;            // [N]
+  std::vector<NamedFinger> fingers;  // in the scene's order; empty: no state yet
   LinkStats link;
 };
 
 struct SessionOptions {
   HapticLoop::Options loop;
+  std::vector<std::string> finger_names;  // in the scene's order; those it lacks are numbered
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over
   std::filesystem::path log;  // empty: none
 };

@@ -1,11 +1,14 @@
 // Everything worth knowing about one tick, as it leaves the haptic loop for log, report and view.
 #pragma once
 
+#include <array>
+
 #include <Eigen/Core>
 
 #include "master/haptics/force_chain.h"
 #include "master/haptics/operator_machine.h"
 #include "shared/state/clock.h"
+#include "shared/state/slave_state.h"
 
 namespace palpate {
 
@@ -17,6 +20,9 @@ struct TickRecord {
   ForceChain chain;
   double state_age = -1;  // since the newest state was received [s]; negative: none yet
   std::uint32_t epoch = 0;
+  // What each fingertip feels, by the newest state; one: the tool alone. 0: no state yet.
+  std::array<FingerState, kMaxFingers> fingers;
+  int finger_count = 0;
   // True force that came with a state first seen at this tick: simulated sites only.
   bool has_truth = false;
   Time truth_at{};                 // master's clock

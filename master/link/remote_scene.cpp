@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/wire/fields.h"
+
 namespace palpate {
 namespace {
 
@@ -40,6 +42,17 @@ Eigen::Matrix3d Rotation(const v1::SceneDescription::Operator& mapping) {
   return R;
 }
 
+RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& told) {
+  RemoteFingertip fingertip{told.name(), told.network(), told.localiser(), {}};
+  const auto& p = told.p_s_finger();
+  fingertip.p_S_home = {p.x(), p.y(), p.z()};
+  const double far = fingertip.p_S_home.norm();
+  if (!(far <= kMaxLength)) {
+    Refuse("fingertips.p_S_finger of " + told.name(), far, "a place at most 1e6 m away");
+  }
+  return fingertip;
+}
+
 }  // namespace
 
 RemoteScene ToRemoteScene(const v1::SceneDescription& scene, const v1::Capabilities& capabilities) {
@@ -57,6 +70,7 @@ RemoteScene ToRemoteScene(const v1::SceneDescription& scene, const v1::Capabilit
   remote.press_speed = NonNegative("operator.press_speed", mapping.press_speed());
   remote.simulated = capabilities.simulated();
   remote.sensor_rate = NonNegative("sensor_rate", capabilities.sensor_rate());
+  for (const auto& told : scene.fingertips()) remote.fingertips.push_back(Fingertip(told));
   return remote;
 }
 

@@ -8,17 +8,15 @@
 #include <thread>
 #include <utility>
 
-#include <grpcpp/create_channel.h>
-#include <grpcpp/security/credentials.h>
-#include <grpcpp/support/channel_arguments.h>
+#include <grpcpp/client_context.h>
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
+#include "master/link/channel.h"
 #include "master/link/operate_session.h"
 #include "master/link/remote_scene.h"
 #include "master/link/round_trips.h"
 #include "shared/link/backoff.h"
-#include "shared/link/loopback.h"
 #include "shared/link/thread_priority.h"
 
 namespace palpate {
@@ -30,32 +28,9 @@ constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
 constexpr milliseconds kCallDeadline(1000);
 constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
-constexpr int kKeepaliveMs = 1000;
-constexpr int kLookaheadBytes = 8192;  // a stalled reader shall not find seconds of old states
-
-std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target) {
-  grpc::ChannelArguments arguments;
-  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetry.count());
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kFirstRetry.count());
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLongestRetry.count());
-  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
-  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kLookaheadBytes);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveMs);
-  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
-  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // a proxy between hand and tool only delays
-  return grpc::CreateCustomChannel(target, grpc::InsecureChannelCredentials(), arguments);
-}
 
 void SetDeadline(grpc::ClientContext* context) {
   context->set_deadline(std::chrono::system_clock::now() + kCallDeadline);
-}
-
-std::string Permitted(const SlaveLink::Options& options) {
-  const Endpoint endpoint = ParseEndpoint(options.target);
-  RequireLoopbackUnless(options.insecure, endpoint);
-  return ToString(endpoint);
 }
 
 }  // namespace
@@ -63,8 +38,8 @@ std::string Permitted(const SlaveLink::Options& options) {
 struct SlaveLink::Parts {
   explicit Parts(Options chosen)
       : options(std::move(chosen)),
-        target(Permitted(options)),
-        stub(v1::Teleoperation::NewStub(OpenChannel(target))) {}
+        target(PermittedTarget(options.target, options.insecure)),
+        stub(v1::Teleoperation::NewStub(OpenChannel(target, Traffic::kTicks))) {}
 
   grpc::Status AskForScene(RemoteScene* scene);
   void Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,

@@ -1,11 +1,13 @@
-// Where the operator's lines go: one live line on a terminal, plain lines in a pipe.
+// Where the operator's lines go: live lines on a terminal, plain lines in a pipe.
 #pragma once
 
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "master/haptics/session.h"
+#include "master/link/remote_mesh.h"
 
 namespace palpate {
 
@@ -21,15 +23,18 @@ class Console {
 
   // A line of its own.
   void Say(const std::string& line);
-  // Live: replaces the status line. In a pipe: a line each second and at each change of state.
-  void Show(const Status& status);
+  // Live: replaces the status line and the table of fingertips below it. In a pipe: a line each
+  // second and at each change of state. `mesh`: the object's shape, null: not watched.
+  void Show(const Status& status, const RemoteMesh* mesh = nullptr);
+  [[nodiscard]] bool live() const { return live_; }
 
  private:
+  void ShowLive(const std::vector<std::string>& lines);
   void EndLine();
 
   std::FILE* out_;
   bool live_;
-  bool open_ = false;  // a live line stands without its end
+  std::size_t open_ = 0;  // live lines that stand there, the last without its end
   std::optional<OperatorState> state_;
   double said_ = 0;  // when the last plain line was printed [s]
 };

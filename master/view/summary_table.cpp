@@ -57,6 +57,14 @@ void AddForces(const Report& r, Table* table) {
   } else {
     table->Row("force error", "not known: the slave's site tells no true force");
   }
+  for (const FingerReport& finger : r.fingers) {
+    table->Row("finger " + finger.name, Text("touched %.0f %% of the time, at most %.3f N",
+                                             100 * finger.contact_share, finger.force_peak));
+  }
+  if (r.shape) {
+    table->Row("largest deflection", Text("%.2f mm in %llu meshes", 1e3 * r.shape->deflection_peak,
+                                          static_cast<unsigned long long>(r.shape->meshes)));
+  }
   table->Row("least energy at port", Text("%.2e J", r.energy_min));
 }
 

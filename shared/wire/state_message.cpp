@@ -1,5 +1,6 @@
 #include "shared/wire/state_message.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "shared/wire/enums.h"
@@ -59,6 +60,39 @@ LocalModel ReadModel(const v1::LocalModel& message, FieldReader* reader) {
   return model;
 }
 
+void WriteFinger(const FingerState& finger, v1::FingerContact* message) {
+  if (finger.p_S_contact.allFinite()) {
+    ToProto(Eigen::Vector3d(finger.p_S_contact.cast<double>()), message->mutable_p_s_contact());
+  }
+  const bool sendable = !finger.force || finger.force->allFinite();
+  if (finger.force && sendable) {
+    ToProto(Eigen::Vector3d(finger.force->cast<double>()), message->mutable_force());
+  }
+  message->set_in_contact(finger.in_contact);
+  message->set_validity(sendable ? ToProto(finger.validity) : v1::VALIDITY_FAILED);
+}
+
+FingerState ReadFinger(const v1::FingerContact& message, FieldReader* reader) {
+  FingerState finger;
+  finger.p_S_contact =
+      reader->Vector("fingers.p_S_contact", message.p_s_contact(), kMaxLength).cast<float>();
+  finger.validity = FromProto(message.validity());
+  if (message.has_force()) {
+    finger.force = reader->Vector("fingers.force", message.force(), kMaxForce).cast<float>();
+  }
+  reader->Require(message.has_force() || !IsForceKnown(finger.validity), "fingers.force is absent",
+                  "a force, or a validity that says it is unknown");
+  finger.in_contact = message.in_contact();
+  return finger;
+}
+
+void ReadFingers(const v1::SlaveState& message, FieldReader* reader, SlaveState* state) {
+  state->finger_count = std::min(message.fingers_size(), kMaxFingers);
+  for (int i = 0; i < state->finger_count; ++i) {
+    state->fingers[static_cast<std::size_t>(i)] = ReadFinger(message.fingers(i), reader);
+  }
+}
+
 void ReadEcho(const v1::SlaveState& message, FieldReader* reader, SlaveState* state) {
   state->command_sequence = message.command_sequence();
   if (message.has_echo()) state->echo = reader->Stamp("echo", message.echo());
@@ -100,6 +134,10 @@ void ToProto(const SlaveState& state, v1::SlaveState* message) {
   if (!state.offset.isZero(0)) ToProto(state.offset, message->mutable_offset());
   message->set_phase(ToProto(state.phase));
   if (state.true_force) ToProto(*state.true_force, message->mutable_true_force());
+  if (state.finger_count < 2) return;
+  for (int i = 0; i < std::min(state.finger_count, kMaxFingers); ++i) {
+    WriteFinger(state.fingers[static_cast<std::size_t>(i)], message->add_fingers());
+  }
 }
 
 std::optional<SlaveState> FromProto(const v1::SlaveState& message, std::string* reason) {
@@ -121,6 +159,7 @@ std::optional<SlaveState> FromProto(const v1::SlaveState& message, std::string* 
   state.epoch = message.epoch();
   state.offset = reader.Vector("offset", message.offset(), kMaxLength);
   state.phase = FromProto(message.phase());
+  ReadFingers(message, &reader, &state);
   if (!reader.ok()) return std::nullopt;
   return state;
 }

@@ -9,13 +9,13 @@
 namespace palpate {
 namespace {
 
-constexpr double kMostCounts = 1e9;      // beyond, no sensor and soon no float
-constexpr double kFarthest = 1e6;        // [m]
-constexpr double kRigid = 1e-6;          // of a rotation matrix
-constexpr double kLongestPause = 3;      // periods; longer ones are gaps
-constexpr double kSameRate = 0.1;        // of the scene's period
-constexpr double kSmoothing = 0.05;      // share of the newest interval in the sender's period
-constexpr double kSlowestCatchUp = 0.1;  // of an interval: by how little a stamp may follow another
+constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
+constexpr double kFarthest = 1e6;    // [m]
+constexpr double kRigid = 1e-6;      // of a rotation matrix
+constexpr double kLongestPause = 3;  // periods; longer ones are gaps
+constexpr double kSlowest = 10;      // of the scene's periods: what comes more rarely comes in gaps
+constexpr double kSameRate = 0.1;    // of the scene's period
+constexpr double kSmoothing = 0.05;  // share of the newest interval in the sender's period
 
 std::optional<std::string> RefuseCounts(const FingerReading& reading) {
   const auto is_count = [](float x) { return std::abs(static_cast<double>(x)) <= kMostCounts; };
@@ -68,11 +68,10 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
     const double longest = kLongestPause * std::max(period_, sender_period_);
     sample.begins = interval > longest;
     sender_period_ += kSmoothing * (std::min(interval, longest) - sender_period_);
-    sample.at =
-        std::max(sample.at, newest()->at + Seconds(kSlowestCatchUp * std::min(interval, longest)));
-  } else if (newest() != nullptr) {
-    sample.at = std::max(sample.at, newest()->at + Clock::duration(1));
+    sender_period_ = std::min(sender_period_, kSlowest * period_);
   }
+  // Times rise, even where the fastest sample so far moves those after it back.
+  if (newest() != nullptr) sample.at = std::max(sample.at, newest()->at + Clock::duration(1));
   sequence_ = sequence;
   sensed_at_ = sensed_at;
   Push(sample);

@@ -12,6 +12,7 @@
 #include "shared/scene/scene_loader.h"
 #include "slave/commands/check_auto.h"
 #include "slave/commands/check_body.h"
+#include "slave/commands/check_tactile.h"
 #include "slave/commands/check_words.h"
 #include "slave/mechanics/make_model.h"
 
@@ -156,8 +157,12 @@ void PrintModel(const Scene& scene) {
 }  // namespace
 
 int RunCheck(const CheckOptions& options) {
-  // Membranes and volumes have no eyes yet, so a scene of them needs none.
+  // Membranes and volumes need no senses.
   const Scene body = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  if (body.sense.tactile) {
+    CheckTactile(LoadScene(options.scene, options.overrides));
+    return 0;
+  }
   const bool is_model_only = !body.sense.camera && !body.sense.tip && !body.tool;
   if (!IsPlanar(body.object.geometry) || is_model_only) {
     CheckBody(body);

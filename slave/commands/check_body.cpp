@@ -149,7 +149,7 @@ void PrintPress(const Scene& scene, const ObjectMesh& mesh, DeformationModel& mo
 
 }  // namespace
 
-void CheckBody(const Scene& scene) {
+void PrintBody(const Scene& scene) {
   PrintObject(scene);
   if (const auto* file = std::get_if<MeshFileGeometry>(&scene.object.geometry)) {
     PrintMeshFile(*file);
@@ -177,8 +177,11 @@ void CheckBody(const Scene& scene) {
   } else {
     PrintPress(scene, mesh, *model);
   }
-  PrintLine("off",
-            "eyes: nothing watches this object in this version; `solve` and `study` take it");
+}
+
+void CheckBody(const Scene& scene) {
+  PrintBody(scene);
+  PrintLine("off", "senses: nothing watches this object; `solve` and `study` take it");
 }
 
 }  // namespace palpate

@@ -5,7 +5,11 @@
 
 namespace palpate {
 
-// Prints the report. Throws std::invalid_argument: the scene cannot be computed.
+// Prints the object, its mesh, the model and a press. Throws std::invalid_argument: the scene
+// cannot be computed.
+void PrintBody(const Scene& scene);
+// Prints the report of a scene without senses. Throws std::invalid_argument: the scene cannot be
+// computed.
 void CheckBody(const Scene& scene);
 
 }  // namespace palpate

@@ -27,8 +27,8 @@ void Introduce(const SlaveDescription& d, const std::string& model) {
 std::unique_ptr<Slave> StartWithCamera(Scene scene) {
   auto slave = std::make_unique<VisionSlave>(std::move(scene));
   const SlaveDescription d = slave->Describe();
-  Introduce(d, d.model.kind + (d.scene.model.plane == Plane::kStress ? " plane stress"
-                                                                      : " plane strain"));
+  Introduce(d, d.model.kind +
+                   (d.scene.model.plane == Plane::kStress ? " plane stress" : " plane strain"));
   const Registration& r = slave->registration();
   if (r.measured) {
     spdlog::info("rest surface found in the picture: {} points, {:.3f} px rms", r.points, r.rms_px);

@@ -36,12 +36,11 @@ FingerContact::FingerContact(const Tactile& tactile)
 
 void FingerContact::LetGo() noexcept {
   has_place_ = has_force_ = acts_ = false;
-  u_O_.setZero();
   why_ = {};
 }
 
 void FingerContact::Meet(const SurfaceContact& surface, const Isometry3d& X_OF,
-                         const FingerTouch& touch) noexcept {
+                         const FingerTouch& touch, double largest_force) noexcept {
   acts_ = has_force_ = false;
   why_ = {};
   // Deeper than a radius behind the surface no fingertip gets by pressing.
@@ -64,6 +63,10 @@ void FingerContact::Meet(const SurfaceContact& surface, const Isometry3d& X_OF,
     return;
   }
   if (touch.touching) SetForce(X_OF, touch);
+  if (has_force_ && !(force_O_.norm() <= largest_force)) {
+    has_force_ = false;
+    why_ = "the force is more than the object can take";
+  }
   const double pressed_in = holds_ ? DepthAtPlace(X_OF) : 0;
   if (pressed_in > 0) {
     contact_.kind = Contact::Kind::kDisplacement;
@@ -77,10 +80,18 @@ void FingerContact::Meet(const SurfaceContact& surface, const Isometry3d& X_OF,
 bool FingerContact::FindPlace(const SurfaceContact& surface, const Isometry3d& X_OF,
                               const FingerTouch& touch) noexcept {
   if (!touch.place.usable()) return has_place_;
-  const auto found = surface.Find(X_OF * touch.place.p_F - u_O_, gate_);
+  const Vector3d p_O = X_OF * touch.place.p_F;
+  Vector3d rest_O = p_O;
+  if (has_place_) {
+    const Vector3d way = p_O - found_from_O_;
+    const Vector3d along = way - n_O_.dot(way) * n_O_;
+    if (along.norm() <= kSlip) return true;
+    rest_O = contact_.p_O + along;
+  }
+  const auto found = surface.Find(rest_O, gate_);
   if (!found) return false;
-  if (has_place_ && (found->p_O - contact_.p_O).norm() <= kSlip) return true;
   has_place_ = true;
+  found_from_O_ = p_O;
   contact_.p_O = found->p_O;
   contact_.element = found->triangle;
   n_O_ = found->n_O;
@@ -104,10 +115,6 @@ void FingerContact::ActByForce() noexcept {
   acts_ = has_place_ && has_force_;
   contact_.kind = Contact::Kind::kForce;
   contact_.value_O = has_force_ ? force_O_ : Vector3d::Zero();
-}
-
-void FingerContact::Learn(const ContactResponse& response) noexcept {
-  if (response.displacement_O.allFinite()) u_O_ = response.displacement_O;
 }
 
 }  // namespace palpate

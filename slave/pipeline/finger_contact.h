@@ -15,10 +15,11 @@
 
 namespace palpate {
 
-// The contact point lies on the deformed surface, the model takes places at rest. So the model's
-// displacement there, as of the last answer, is taken off before the closest place is looked for;
-// the place found is kept while later ones lie within 2 mm of it, which is what localising is good
-// for: a place that hops from sample to sample would shake the mesh.
+// The contact point lies on the deformed surface, the model takes places at rest. The place is the
+// closest one where contact begins, and moves along the surface with the contact point from then
+// on, once that is 2 mm away: localising is good for no less, and a place that hops from sample to
+// sample shakes the mesh. Taking off the model's displacement instead feeds the model's error back:
+// on the narrow side of the foam sponge the place ran away.
 //
 // Holding by displacement takes the place's depth under the fingertip's surface from the pose, and
 // lasts until the pose lets go: samples in which the contact is not felt change nothing.
@@ -26,13 +27,11 @@ class FingerContact {
  public:
   explicit FingerContact(const Tactile& tactile);
 
-  // `X_OF`: where the fingertip is. Allocation-free.
-  void Meet(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
-            const FingerTouch& touch) noexcept;
+  // `X_OF`: where the fingertip is; forces beyond `largest_force` [N] do not act. Allocation-free.
+  void Meet(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
+            double largest_force) noexcept;
   // Nothing is known of where the fingertip is, or it touches nothing.
   void LetGo() noexcept;
-  // What the model answered: where the place is now.
-  void Learn(const ContactResponse& response) noexcept;
   // The force of the fingertip acts instead of its displacement, if it is known.
   void ActByForce() noexcept;
 
@@ -60,8 +59,8 @@ class FingerContact {
   bool holds_;
   Contact contact_;  // p_O, element and width: the place
   Eigen::Vector3d n_O_{0, 0, 0}, weights_{0, 0, 0};
-  Eigen::Vector3d u_O_{0, 0, 0};      // of the place, as the model last said [m]
-  Eigen::Vector3d force_O_{0, 0, 0};  // of the fingertip on the object [N]
+  Eigen::Vector3d found_from_O_{0, 0, 0};  // the contact point that the place was found for [m]
+  Eigen::Vector3d force_O_{0, 0, 0};       // of the fingertip on the object [N]
   bool has_place_ = false, has_force_ = false, acts_ = false;
   std::string_view why_;
 };

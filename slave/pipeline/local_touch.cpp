@@ -1,5 +1,7 @@
 #include "slave/pipeline/local_touch.h"
 
+#include <algorithm>
+#include <cmath>
 #include <exception>
 #include <limits>
 
@@ -10,8 +12,9 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kVouchedFor = 0.5;  // of the larger side, where the model states no range
-constexpr double kOnSurface = 1e-6;  // of the radius
+constexpr double kVouchedFor = 0.5;   // of the larger side, where the model states no range
+constexpr double kLeastShare = 0.25;  // of the full depth: contact does not begin without stiffness
+constexpr double kOnSurface = 1e-6;   // of the radius
 
 }  // namespace
 
@@ -29,7 +32,7 @@ LocalTouch::LocalTouch(const Scene& scene)
       disc_radius_(scene.sense.tactile->patch > 0
                        ? scene.sense.tactile->patch / 2
                        : DiscOfSphere(radius_, scene.operator_options.press_depth)),
-      range_(scene.model.range > 0 ? scene.model.range : kVouchedFor) {}
+      full_depth_(scene.operator_options.press_depth) {}
 
 void LocalTouch::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
                         bool in_contact, LocalModel* model) noexcept {
@@ -43,7 +46,8 @@ void LocalTouch::Update(TactileBody& body, const Isometry3d& X_SO, const Isometr
   const Vector3d to_apex = radius_ * (next.normal - X_SF.linear().col(2));
   next.reference = X_SO * p_O_ + to_apex;
   next.stiffness = R * StiffnessOf(body) * R.transpose();
-  next.valid_radius = range_ * body.larger_side;
+  const double range = body.deformation->info().range;
+  next.valid_radius = (range > 0 ? range : kVouchedFor) * body.larger_side;
   next.in_contact = in_contact;
   *model = Revised(next, *model);
 }
@@ -66,11 +70,13 @@ void LocalTouch::FindPlane(const TactileBody& body, const Vector3d& p_O_centre) 
 }
 
 Matrix3d LocalTouch::StiffnessOf(TactileBody& body) noexcept {
+  const double share = std::clamp(depth_ / full_depth_, kLeastShare, 1.0);
+  const double radius = disc_radius_ * std::sqrt(share);
   Matrix3d K;
   try {
-    K = body.stiffness->At(triangle_, weights_, disc_radius_);
+    K = body.stiffness->At(triangle_, weights_, radius);
   } catch (const std::exception&) {  // out of memory for what is computed when first asked for
-    K = DiscStiffness(material_, disc_radius_, n_O_);
+    K = DiscStiffness(material_, radius, n_O_);
   }
   return law_ == ContactLaw::kFrictionless ? Matrix3d(n_O_.dot(K * n_O_) * n_O_ * n_O_.transpose())
                                            : K;

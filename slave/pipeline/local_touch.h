@@ -39,7 +39,7 @@ class LocalTouch {
 
   Material material_;
   ContactLaw law_;
-  double radius_, disc_radius_, range_;
+  double radius_, disc_radius_, full_depth_;
   int triangle_ = -1;
   Eigen::Vector3d p_O_{0, 0, 0}, n_O_{0, 0, 0}, weights_{0, 0, 0};
   double depth_ = 0;

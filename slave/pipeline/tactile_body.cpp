@@ -72,11 +72,13 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene) {
   }
   auto body = std::make_unique<TactileBody>();
   body->surface = solid != nullptr ? SurfaceOf(*solid) : *closed;
-  body->deformation = MakeModel(stepped, mesh);
+  body->deformation = MakeModel(stepped, mesh, &body->limit);
   body->contact = std::make_unique<SurfaceContact>(body->surface);
   body->stiffness = std::make_unique<TouchStiffness>(stepped, body->surface, solid);
   NumberSkin(body.get());
   body->larger_side = LargerSide(body->surface);
+  body->largest_force = scene.object.material.young_modulus * body->larger_side * body->larger_side;
+  body->limit.running = true;
   body->moves_in_time = MovesInTime(stepped);
   return body;
 }

@@ -3,19 +3,30 @@
 
 #include <cstdint>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
 #include "shared/scene/scene.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/progress.h"
 #include "slave/pipeline/touch_stiffness.h"
 
 namespace palpate {
 
+// Ends searches for equilibrium that take longer than a sample can wait: they hear of it after a
+// tenth of a second, and fail.
+class SearchLimit final : public Progress {
+ public:
+  bool Report(std::string_view /*stage*/, double /*done*/) override { return !running; }
+  bool running = false;  // the precompute may take its time
+};
+
 // The part that SetModel replaces as a whole.
 struct TactileBody {
   SurfaceMesh surface;  // at rest, frame O; inner nodes too
+  SearchLimit limit;
   std::unique_ptr<DeformationModel> deformation;
   std::unique_ptr<SurfaceContact> contact;
   std::unique_ptr<TouchStiffness> stiffness;
@@ -24,6 +35,7 @@ struct TactileBody {
   std::vector<int> skin;
   std::vector<std::uint32_t> skin_triangles;
   double larger_side = 0;      // of the bounding box [m]
+  double largest_force = 0;    // that is believed: E times the larger side squared [N]
   bool moves_in_time = false;  // a Respond is one sample's period
 };
 

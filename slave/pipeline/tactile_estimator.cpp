@@ -138,7 +138,7 @@ void TactileEstimator::Place(std::size_t i, const FingerReading& reading,
 void TactileEstimator::Meet(std::size_t i) noexcept {
   if (body_ && fingers_[i].has_pose) {
     finger_contacts_[i].Meet(*body_->contact, X_SO_.inverse() * fingers_[i].X_SF,
-                             fingertips_[i].touch());
+                             fingertips_[i].touch(), body_->largest_force);
   } else {
     finger_contacts_[i].LetGo();
   }
@@ -148,9 +148,12 @@ void TactileEstimator::Meet(std::size_t i) noexcept {
 void TactileEstimator::Deform() noexcept {
   SeparateHeld();
   if (Respond()) return;
-  // What cannot be held so, on supports say, may still be loaded.
-  for (const std::size_t i : acting_) finger_contacts_[i].ActByForce();
-  if (Respond()) return;
+  const bool holds = std::ranges::any_of(
+      contacts_, [](const Contact& c) { return c.kind == Contact::Kind::kDisplacement; });
+  if (holds) {  // what cannot be held so, on supports say, may still be loaded
+    for (const std::size_t i : acting_) finger_contacts_[i].ActByForce();
+    if (Respond()) return;
+  }
   shape_validity_ = Validity::kFailed;
 }
 
@@ -184,12 +187,7 @@ bool TactileEstimator::Respond() noexcept {
   for (std::size_t k = 0; k < responses_.size(); ++k) {
     shape_validity_ = Worse(shape_validity_, responses_[k].validity);
   }
-  const bool answered =
-      shape_validity_ != Validity::kFailed && body_->deformation->failure().empty();
-  for (std::size_t k = 0; answered && k < responses_.size(); ++k) {
-    finger_contacts_[acting_[k]].Learn(responses_[k]);
-  }
-  return answered;
+  return shape_validity_ != Validity::kFailed && body_->deformation->failure().empty();
 }
 
 void TactileEstimator::Tell(std::size_t i) noexcept {

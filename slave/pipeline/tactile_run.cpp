@@ -1,5 +1,6 @@
 #include "slave/pipeline/tactile_run.h"
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -17,7 +18,7 @@
 namespace palpate {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 using Eigen::Vector3d;
 using Truths = std::array<FingerTruth, kMaxFingers>;
 
@@ -170,11 +171,12 @@ TactileSummary RunTactile(const Scene& scene, const TactileRunOptions& options,
   StatesFile states(options.out, summary.has_truth);
   Comparison comparison;
   std::optional<Time> start;
-  const auto began = Clock::now();
+  const auto began = SteadyClock::now();
   for (;;) {
-    const auto fetch = Clock::now();
+    const auto fetch = SteadyClock::now();
     const std::optional<TactileFrame> frame = origin.source->Next(stop);
-    summary.capture.Add(std::chrono::duration<double, std::micro>(Clock::now() - fetch).count());
+    summary.capture.Add(
+        std::chrono::duration<double, std::micro>(SteadyClock::now() - fetch).count());
     if (!frame) break;
     if (!start) start = frame->sensed_at;
     const Felt& felt = estimator.Feel(*frame, scene.manipulator.home);
@@ -192,7 +194,7 @@ TactileSummary RunTactile(const Scene& scene, const TactileRunOptions& options,
   if (!start && !stop.stop_requested()) {
     throw std::runtime_error(origin.source->description() + ": no sample came");
   }
-  summary.seconds = std::chrono::duration<double>(Clock::now() - began).count();
+  summary.seconds = std::chrono::duration<double>(SteadyClock::now() - began).count();
   summary.times = estimator.times();
   summary.error = comparison.Result();
   WriteSummary(summary, scene, options.out / "summary.json");

@@ -19,8 +19,7 @@ struct TouchError {
   std::uint64_t count = 0;   // samples of all fingertips
   double rms = 0, peak = 0;  // of the force's vector, estimate minus truth
   double true_peak = 0;      // largest true force
-  double model_rms = 0;  // of what the master would render at the true depth: size, first fingertip
-  0;  // of the place touched, against the true one brought to rest; 0: unknown [m]
+  double model_rms = 0;      // size of what the master would render at the true depth, the first's
 };
 
 struct TactileSummary {

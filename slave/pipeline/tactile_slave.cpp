@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -58,6 +59,18 @@ std::string ReasonOf(const Scene& scene, const TactileBody* body) {
                          : "nothing says where the fingertips are, so nothing deforms";
 }
 
+// A press is as slow as its solution: the scene's own, to its full depth, is solved before anybody
+// operates. Seconds.
+void SolveAhead(const Scene& scene, TactileSite* site) {
+  const double way = site->gap() + scene.operator_options.press_depth;
+  if (std::isfinite(way)) {
+    spdlog::info("the simulated site solves a press of {:.3g} mm ahead",
+                 1e3 * scene.operator_options.press_depth);
+    site->MoveTool(site->home() + way * site->approach());
+  }
+  site->MoveTool(site->home());
+}
+
 StageTimes Stage(const char* name, const LatencyHistogram& h) {
   return {name, h.Quantile(0.5), h.Quantile(0.99), h.max()};
 }
@@ -89,7 +102,7 @@ void TactileSlave::OpenSource() {
   switch (scene_.sense.tactile->source) {
     case Tactile::Source::kSimulated:
       site_ = std::make_unique<TactileSite>(scene_);
-      site_->MoveTool(scene_.manipulator.home);
+      SolveAhead(scene_, site_.get());
       source_ = std::make_unique<SimulatedFingers>(*site_, scene_.sense.tactile->rate);
       break;
     case Tactile::Source::kStream:

@@ -1,5 +1,6 @@
 #include "slave/service/describe.h"
 
+#include <filesystem>
 #include <sstream>
 #include <utility>
 #include <variant>
@@ -41,6 +42,23 @@ struct InWords {
     out << "mesh from " << g.file.filename().string();
   }
 };
+
+// The last name of a path, for people; `localiser.json`, `rnn_21` of `nets/rnn_21/`.
+std::string NameOf(const std::filesystem::path& path) {
+  return path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
+}
+
+void AddFingertips(const Tactile& tactile, v1::SceneDescription* message) {
+  for (const Finger& finger : tactile.fingers) {
+    auto* fingertip = message->add_fingertips();
+    fingertip->set_name(finger.name);
+    fingertip->set_network(NameOf(tactile.network));
+    fingertip->set_localiser(NameOf(tactile.localise));
+    fingertip->set_rate(tactile.rate);
+    ToProto(finger.X_SF.translation(), fingertip->mutable_p_s_finger());
+    for (int i = 0; i < 9; ++i) fingertip->add_rotation(finger.X_SF.linear()(i / 3, i % 3));
+  }
+}
 
 template <class Repeated>
 void Assign(const std::vector<float>& values, Repeated* message) {
@@ -86,15 +104,18 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   for (int i = 0; i < 9; ++i) mapping->add_rotation(options.transform.R_SM(i / 3, i % 3));
   mapping->set_press_depth(options.press_depth);
   mapping->set_press_speed(options.press_speed);
+  if (scene.sense.tactile) AddFingertips(*scene.sense.tactile, message);
 }
 
 void ToProto(const SlaveDescription& description, v1::Capabilities* message) {
-  constexpr std::uint32_t kPlanarFreedom = 2;
+  constexpr std::uint32_t kPlanarFreedom = 2, kFreedom = 3;
   const Scene& scene = description.scene;
   ToProto(scene.manipulator.workspace_min, message->mutable_workspace_min());
   ToProto(scene.manipulator.workspace_max, message->mutable_workspace_max());
-  message->set_degrees_of_freedom(kPlanarFreedom);
-  message->set_sensor_rate(scene.sense.camera ? scene.sense.camera->rate : 0);
+  const auto& camera = scene.sense.camera;
+  const auto& tactile = scene.sense.tactile;
+  message->set_degrees_of_freedom(tactile ? kFreedom : kPlanarFreedom);
+  message->set_sensor_rate(camera ? camera->rate : tactile ? tactile->rate : 0);
   message->set_state_rate(Publisher::kStateRate);
   message->add_local_models(v1::LocalModel::KIND_UNILATERAL_PLANE);
   message->set_max_speed(scene.manipulator.max_speed);
@@ -124,14 +145,13 @@ void ToProto(const SlaveStatus& status, v1::Status* message) {
 }
 
 void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* message) {
-  constexpr std::uint32_t kLine = 2;
   message->Clear();
   message->set_sequence(shape.state_sequence);
   ToProto(shape.sensed_at, message->mutable_sensed_at());
   message->set_validity(ToProto(shape.validity));
   if (with_topology) {
     message->mutable_elements()->Assign(shape.elements.begin(), shape.elements.end());
-    message->set_nodes_per_element(kLine);
+    message->set_nodes_per_element(static_cast<std::uint32_t>(shape.nodes_per_element));
     Assign(shape.rest, message->mutable_rest());
   }
   Assign(shape.positions, message->mutable_positions());

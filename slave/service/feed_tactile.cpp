@@ -1,12 +1,11 @@
-// FeedTactile: no scene has a tactile sensor yet.
+// FeedTactile.
 #include "slave/service/teleoperation_service.h"
 
 namespace palpate {
 
-grpc::Status TeleoperationService::FeedTactile(grpc::ServerContext* /*context*/,
-                                               grpc::ServerReader<v1::TactileSample>* /*reader*/,
-                                               v1::FeedTactileReply* /*reply*/) {
-  return {grpc::StatusCode::FAILED_PRECONDITION, "the scene has no tactile sensor"};
+grpc::ServerReadReactor<v1::TactileSample>* TeleoperationService::FeedTactile(
+    grpc::CallbackServerContext* /*context*/, v1::FeedTactileReply* reply) {
+  return FeedStream::Open(slave_.tactile_inbox(), &feeds_, reply);
 }
 
 }  // namespace palpate

@@ -90,6 +90,7 @@ void Server::Stop() {
   std::call_once(parts_->stopped, [this] {
     parts_->server->GetHealthCheckService()->Shutdown();
     parts_->publisher.Stop();
+    parts_->service.Stop();
     parts_->server->Shutdown(std::chrono::system_clock::now() + kGrace);
     parts_->server->Wait();
   });

@@ -7,6 +7,7 @@
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "slave/pipeline/slave.h"
+#include "slave/service/feed_stream.h"
 #include "slave/service/observer_seats.h"
 #include "slave/service/operate_stream.h"
 #include "slave/service/operator_lease.h"
@@ -14,10 +15,11 @@
 
 namespace palpate {
 
-// Operate is a reactor (see OperateStream); everything else is a blocking handler, since a change
-// of the model may take a while and a watcher mostly waits.
+// Operate and FeedTactile are reactors (see OperateStream); everything else is a blocking handler,
+// since a change of the model may take a while and a watcher mostly waits.
 class TeleoperationService final
-    : public v1::Teleoperation::WithCallbackMethod_Operate<v1::Teleoperation::Service> {
+    : public v1::Teleoperation::WithCallbackMethod_FeedTactile<
+          v1::Teleoperation::WithCallbackMethod_Operate<v1::Teleoperation::Service>> {
  public:
   // `slave` and `publisher` outlive the service.
   TeleoperationService(Slave& slave, Publisher& publisher)
@@ -51,9 +53,11 @@ class TeleoperationService final
   grpc::Status Stop(grpc::ServerContext* context, const v1::StopRequest* request,
                     v1::Status* reply) override;
   // feed_tactile.cpp
-  grpc::Status FeedTactile(grpc::ServerContext* context,
-                           grpc::ServerReader<v1::TactileSample>* reader,
-                           v1::FeedTactileReply* reply) override;
+  grpc::ServerReadReactor<v1::TactileSample>* FeedTactile(grpc::CallbackServerContext* context,
+                                                          v1::FeedTactileReply* reply) override;
+
+  // Ends the streams that only listen; those that watch end with the publisher.
+  void Stop() { feeds_.Close(); }
 
  private:
   void FillStatus(v1::Status* reply) const;
@@ -62,6 +66,7 @@ class TeleoperationService final
   Publisher& publisher_;
   OperatorLease lease_;
   ObserverSeats seats_;
+  FeedStreams feeds_;
   std::atomic<std::uint64_t> states_sent_{0};  // to all readers together
 };
 

@@ -1,8 +1,10 @@
 // A slave without pictures (see FakeSlave) that senses 60 times a second, for the scripted clients.
+//   fake_slave_server [ADDRESS] [--insecure | --tactile]   with --tactile: fed by fingers rf and th
 // Prints `listening on HOST:PORT` and serves until SIGTERM or SIGINT.
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <string_view>
 #include <thread>
 
 #include "slave/service/server.h"
@@ -19,6 +21,7 @@ int main(int argc, char** argv) {
   const bool insecure = argc > 2 && std::string_view(argv[2]) == "--insecure";
   try {
     palpate::FakeSlave slave;
+    if (argc > 2 && std::string_view(argv[2]) == "--tactile") slave.TakeTactile({"rf", "th"});
     palpate::Server server(slave, address, insecure);
     const std::jthread camera([&slave](const std::stop_token& stop) {
       while (!stop.stop_requested()) {

@@ -4,7 +4,8 @@
 start_listening() {
   local log=$1
   shift
-  "$@" >"$log" 2>&1 &
+  : >"$log"  # so that it is there to be read
+  "$@" >>"$log" 2>&1 &
   server=$!
   for _ in $(seq 600); do
     address=$(sed -n 's/^listening on //p' "$log")

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs the scripted clients of one language against a slave: one operates while the other watches.
+# Runs the scripted clients of one language against a slave: one operates while the other watches;
+# or, with PALPATE_CLIENTS=feed, a driver feeds it tactile samples.
 #   run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]
 # SERVER must print `listening on HOST:PORT` and end on SIGTERM. Exit code 77: the language's gRPC is
 # not here and cannot be installed.
@@ -30,6 +31,7 @@ case $language in
     export PALPATE_STUBS=$scratch/python-stubs PYTHONDONTWRITEBYTECODE=1
     operate=("$python" "$here/operate.py")
     watch=("$python" "$here/watch.py")
+    feed=("$python" "$here/feed_tactile.py" --check)
     # Made once here: two clients that make them at once would read each other's halves.
     "$python" -c "import sys; sys.path.insert(0, '$here'); import palpate_stubs; palpate_stubs.load()"
     export PALPATE_STUBS_READY=1
@@ -44,6 +46,7 @@ case $language in
     export NODE_PATH=$scratch/node_modules
     operate=(node "$here/operate.js")
     watch=(node "$here/watch.js")
+    feed=(node "$here/feed_tactile.js")
     ;;
   *)
     echo "usage: run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]" >&2
@@ -55,6 +58,11 @@ esac
 source "$here/listening.sh"
 start_listening "$scratch/server.log" "$@"
 trap stop_listening EXIT
+
+if [[ ${PALPATE_CLIENTS:-} == feed ]]; then
+  "${feed[@]}" "$address"
+  exit
+fi
 
 "${watch[@]}" "$address" &
 watcher=$!

@@ -3,16 +3,29 @@
 
 usage: watch.py HOST:PORT [--states N]
 
-Prints how many states came and how many were skipped. Exit code 0: the sequence rose throughout and
-a state that was sensed came; 1: it did not.
+Prints how many states came and how many were skipped, and what the fingertips felt last, if there
+are several. Exit code 0: the sequence rose throughout and a state that was sensed came; 1: it did
+not.
 """
 import argparse
+import math
 
 import grpc
 
 import palpate_stubs
 
 messages, services, states = palpate_stubs.load()
+
+
+def numbers(vector):
+    return vector.x, vector.y, vector.z
+
+
+def words(finger):
+    """What a fingertip feels, for people."""
+    touch = "touches" if finger.in_contact else "free"
+    force = f"{math.hypot(*numbers(finger.force)):.4f} N" if finger.HasField("force") else "force unknown"
+    return f"{touch}, {force}, {states.Validity.Name(finger.validity)}"
 
 
 def main():
@@ -32,7 +45,7 @@ def main():
             wrong.append(f"sequence {state.sequence} after {last}")
         last = state.sequence
         sensed.add(state.sensed_at.ToNanoseconds())
-        if len(state.SerializeToString()) > 256:
+        if len(state.fingers) < 2 and len(state.SerializeToString()) > 256:
             wrong.append(f"state {last} is {len(state.SerializeToString())} bytes long")
         if count == arguments.states:
             stream.cancel()
@@ -42,6 +55,10 @@ def main():
     mesh_stream.cancel()
     if len(mesh.positions) != len(mesh.rest) or not mesh.elements:
         wrong.append("the first mesh has no topology, or positions that do not fit it")
+    for number, finger in enumerate(state.fingers, start=1):
+        if finger.HasField("force") and not all(map(math.isfinite, numbers(finger.force))):
+            wrong.append(f"the force of finger {number} is no number")
+        print(f"finger {number}: {words(finger)}")
     skipped = last - first + 1 - arguments.states
     print(f"phase {states.Phase.Name(status.phase)}: {arguments.states} states, {skipped} skipped, "
           f"{len(sensed)} sensed, {len(mesh.positions) // 3} nodes")

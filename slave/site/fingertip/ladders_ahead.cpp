@@ -26,11 +26,10 @@ std::array<Vector3d, 2> Across(const Vector3d& axis) {
 
 }  // namespace
 
-LaddersAhead::LaddersAhead(const BodyAtRest& body, const FingerHand& hand, double deepest)
-    : body_(body),
-      hand_(hand),
+LaddersAhead::LaddersAhead(const TrueObject& object, double deepest)
+    : object_(object),
       deepest_(deepest),
-      beside_O_(Across(hand.approach_O)),
+      beside_O_(Across(object.hand().approach_O)),
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
 LaddersAhead::~LaddersAhead() = default;
@@ -49,14 +48,17 @@ Vector3d LaddersAhead::LateralOf(const Key& key) const {
 }
 
 // Every finger's first touch is a rung of its own: forces have a kink there.
-std::vector<double> LaddersAhead::WaysOf(const Key& key) const {
+std::vector<double> LaddersAhead::WaysOf(const Key& key, const RestBody& body) const {
+  const FingerHand& hand = object_.hand();
   std::vector<double> ways;
-  for (std::size_t f = 0; f < hand_.fingers.size(); ++f) {
-    const double touch = hand_.FirstTouch(f, LateralOf(key), body_.touchable_O);
-    if (std::isfinite(touch)) ways.push_back(touch);
+  for (std::size_t f = 0; f < hand.fingers.size(); ++f) {
+    const double touch = hand.FirstTouch(f, LateralOf(key), body.touchable_O);
+    // What an opposite finger met before home lies behind it.
+    const bool is_behind = hand.fingers[f].sense < 0 && touch < 0;
+    if (std::isfinite(touch) && !is_behind) ways.push_back(touch);
   }
   if (ways.empty()) return ways;
-  const double radius = hand_.shape.radius;
+  const double radius = hand.shape.radius;
   const double first = *std::ranges::min_element(ways);
   std::erase_if(ways, [&](double way) { return way > first + deepest_; });
   for (const double part : kFirstRungs) ways.push_back(first + part * radius);
@@ -84,7 +86,8 @@ std::shared_ptr<LaddersAhead::Ladder> LaddersAhead::Wanted(const Key& key) {
   } else {
     ladder = std::make_shared<Ladder>();
     ladder->key = key;
-    ladder->ways = WaysOf(key);
+    ladder->solved.body = object_.BodyFor(LateralOf(key));
+    ladder->ways = WaysOf(key, *ladder->solved.body);
     ladder->complete = ladder->ways.empty();
   }
   ladders_.push_front(ladder);
@@ -99,13 +102,16 @@ double LaddersAhead::Expect(const Key& key) {
   return ladder->ways.empty() ? std::numeric_limits<double>::infinity() : ladder->ways.front();
 }
 
-std::shared_ptr<const Rungs> LaddersAhead::Await(const Key& key, double s) {
+SolvedPress LaddersAhead::Await(const Key& key, double s) {
   std::unique_lock lock(mutex_);
   const std::shared_ptr<Ladder> ladder = Wanted(key);
   changed_.wait(lock, [&] {
-    return ladder->complete || (ladder->rungs->size() > 1 && ladder->rungs->back()->s >= s);
+    const Rungs& rungs = *ladder->solved.rungs;
+    // One rung more than `s` lies below: the cubics use it, and answers must not depend on how far
+    // the thread has come.
+    return ladder->complete || (rungs.size() > 2 && rungs[rungs.size() - 2]->s >= s);
   });
-  return ladder->rungs;
+  return ladder->solved;
 }
 
 std::shared_ptr<LaddersAhead::Ladder> LaddersAhead::Next() const {
@@ -114,7 +120,7 @@ std::shared_ptr<LaddersAhead::Ladder> LaddersAhead::Next() const {
 }
 
 bool LaddersAhead::Press(const Ladder& ladder, double from, double to, int halvings) const {
-  if (ladder.body->Press(hand_.Placements(LateralOf(ladder.key), to))) return true;
+  if (ladder.body->Press(object_.hand().Placements(LateralOf(ladder.key), to))) return true;
   if (halvings == 0) return false;
   const double middle = 0.5 * (from + to);
   return Press(ladder, from, middle, halvings - 1) && Press(ladder, middle, to, halvings - 1);
@@ -123,16 +129,19 @@ bool LaddersAhead::Press(const Ladder& ladder, double from, double to, int halvi
 // nullptr: the body takes no deeper press.
 std::shared_ptr<const Rung> LaddersAhead::Grow(Ladder* ladder, std::size_t rung) const noexcept {
   try {
+    const RestBody& body = *ladder->solved.body;
     auto grown = std::make_shared<Rung>();
     grown->s = ladder->ways[rung];
     if (rung == 0) {
-      ladder->body = std::make_unique<PressedBody>(body_.mesh, body_.held, body_.young_modulus,
-                                                   body_.poisson_ratio, hand_.shape.radius);
-      grown->displacements_O.assign(body_.mesh.nodes.size(), Eigen::Vector3f::Zero());
+      const Material& material = object_.material();
+      ladder->body =
+          std::make_unique<PressedBody>(body.mesh, body.held, material.young_modulus,
+                                        material.poisson_ratio, object_.hand().shape.radius);
+      grown->displacements_O.assign(body.mesh.nodes.size(), Eigen::Vector3f::Zero());
       return grown;
     }
     if (!Press(*ladder, ladder->ways[rung - 1], grown->s, kMostHalvings)) return nullptr;
-    for (std::size_t f = 0; f < hand_.fingers.size(); ++f) {
+    for (std::size_t f = 0; f < object_.hand().fingers.size(); ++f) {
       grown->touches[f] = ladder->body->TouchOf(static_cast<int>(f));
     }
     for (const Vector3d& u : ladder->body->Displacements()) {
@@ -149,16 +158,16 @@ void LaddersAhead::Run(const std::stop_token& stop) {
   while (changed_.wait(lock, stop, [this] { return Next() != nullptr; })) {
     if (stop.stop_requested()) return;
     const std::shared_ptr<Ladder> ladder = Next();
-    const std::size_t rung = ladder->rungs->size();
+    const std::size_t rung = ladder->solved.rungs->size();
     lock.unlock();
     const auto grown = Grow(ladder.get(), rung);
     lock.lock();
     if (grown) {
-      auto rungs = std::make_shared<Rungs>(*ladder->rungs);
+      auto rungs = std::make_shared<Rungs>(*ladder->solved.rungs);
       rungs->push_back(grown);
-      ladder->rungs = std::move(rungs);
+      ladder->solved.rungs = std::move(rungs);
     }
-    ladder->complete = !grown || ladder->rungs->size() == ladder->ways.size();
+    ladder->complete = !grown || ladder->solved.rungs->size() == ladder->ways.size();
     if (ladder->complete) ladder->body.reset();
     changed_.notify_all();
   }

@@ -13,20 +13,16 @@
 
 #include <Eigen/Core>
 
-#include "shared/mesh/solid_mesh.h"
-#include "slave/site/fingertip/finger_hand.h"
 #include "slave/site/fingertip/press_ladder.h"
 #include "slave/site/fingertip/pressed_body.h"
+#include "slave/site/fingertip/true_object.h"
 
 namespace palpate::site {
 
-// The true body at rest, and what it is made of. Frame O.
-struct BodyAtRest {
-  SolidMesh mesh;
-  PressedBody::Held held;
-  double young_modulus = 0;  // [Pa]
-  double poisson_ratio = 0;
-  std::vector<Eigen::Vector3d> touchable_O;  // nodes of the surface that fingers can meet [m]
+// What is known of presses at one place so far. Rungs and body belong together.
+struct SolvedPress {
+  std::shared_ptr<const RestBody> body;
+  std::shared_ptr<const Rungs> rungs = std::make_shared<Rungs>();
 };
 
 class LaddersAhead {
@@ -36,8 +32,8 @@ class LaddersAhead {
   using Key = std::pair<int, int>;
   static constexpr double kRaster = 5e-3;  // [m]
 
-  // References must outlive this. `deepest` [m]: how far beyond the first touch a ladder goes.
-  LaddersAhead(const BodyAtRest& body, const FingerHand& hand, double deepest);
+  // The object must outlive this. `deepest` [m]: how far beyond the first touch a ladder goes.
+  LaddersAhead(const TrueObject& object, double deepest);
   ~LaddersAhead();
 
   [[nodiscard]] Key KeyOf(const Eigen::Vector3d& h_O) const;
@@ -46,19 +42,19 @@ class LaddersAhead {
   double Expect(const Key& key);
   // The ladder here, as far as way `s` at least if there is one so far, waiting for it if need be
   // (a second or so per millimetre of depth). May be shorter where no equilibrium was found.
-  std::shared_ptr<const Rungs> Await(const Key& key, double s);
+  SolvedPress Await(const Key& key, double s);
 
  private:
   struct Ladder {
     Key key;
     std::vector<double> ways;  // of the rungs, rising
-    std::shared_ptr<const Rungs> rungs = std::make_shared<Rungs>();
+    SolvedPress solved;
     std::unique_ptr<PressedBody> body;  // while it grows; the thread's only
     bool complete = false;
   };
 
   [[nodiscard]] Eigen::Vector3d LateralOf(const Key& key) const;
-  [[nodiscard]] std::vector<double> WaysOf(const Key& key) const;
+  [[nodiscard]] std::vector<double> WaysOf(const Key& key, const RestBody& body) const;
   [[nodiscard]] std::shared_ptr<Ladder> Find(const Key& key) const;  // with mutex_ held
   std::shared_ptr<Ladder> Wanted(const Key& key);                    // with mutex_ held
   [[nodiscard]] std::shared_ptr<Ladder> Next() const;                // with mutex_ held
@@ -66,8 +62,7 @@ class LaddersAhead {
   bool Press(const Ladder& ladder, double from, double to, int halvings) const;
   void Run(const std::stop_token& stop);
 
-  const BodyAtRest& body_;
-  const FingerHand& hand_;
+  const TrueObject& object_;
   double deepest_;
   std::array<Eigen::Vector3d, 2> beside_O_;  // unit vectors across the approach
 

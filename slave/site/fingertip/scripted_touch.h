@@ -19,7 +19,8 @@ class ScriptedTouch final : public TactileSource {
 
   // Throws std::invalid_argument naming the key: what TactileSite refuses, nothing in front of the
   // fingers, depth or speed not positive.
-  explicit ScriptedTouch(const Scene& scene, int presses = 1);
+  explicit ScriptedTouch(const Scene& scene, int presses = 1,
+                         const SiteResolution& resolution = {});
 
   // As fast as it can be computed; sensed_at counts from Time{}. Ends after the last press.
   std::optional<TactileFrame> Next(const std::stop_token& stop) override;

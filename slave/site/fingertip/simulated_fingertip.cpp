@@ -46,10 +46,12 @@ constexpr double kLargestForce = 100;    // [N]; more changes nothing
 // scale. Current comes through the fluid around, so the bulge elsewhere counts with kPath.
 constexpr double kHalfGap = 0.26, kPath = 0.6;
 
-// Time. Foam, holds of 1.3 to 2.3 s: electrodes per force creep by 4 to 6 %, and keep 3 to 5 %
-// after release, both mostly within a second; pdc per force falls by 1 to 1.5 %.
-constexpr double kCreep = 0.06, kCreepTime = 0.9;  // [-], [s]
-constexpr double kRelaxation = 0.015;              // of the pressure [-]
+// Time. Foam, holds of 1.3 to 2.3 s: electrodes per force creep by 4 to 6 %, a tenth of their
+// change is left 0.4 s after release and half of that seconds later; pdc per force falls by 1 to
+// 1.5 %.
+constexpr double kLongestStep = 60;             // more counts as this much [s]
+constexpr double kCreep = 0.1, kCreepTime = 2;  // [-], [s]
+constexpr double kRelaxation = 0.015;           // of the pressure [-]
 // Foam: pdc 144 to 150 counts/N; it trails pac0 by two samples, whose swing is -0.9 to -1.0 counts
 // per count/s of pdc at touch and release.
 constexpr double kPressure = 1800;                   // counts of pdc per mean bulge
@@ -176,7 +178,7 @@ SimulatedFingertip::SimulatedFingertip(SimulatedFingertip&&) noexcept = default;
 SimulatedFingertip& SimulatedFingertip::operator=(SimulatedFingertip&&) noexcept = default;
 
 FingerReading SimulatedFingertip::Sample(const FingertipLoad* load, double seconds) noexcept {
-  skin_->Advance(load, std::isfinite(seconds) && seconds > 0 ? seconds : 0);
+  skin_->Advance(load, seconds > 0 ? std::min(seconds, kLongestStep) : 0);
   return skin_->Read();
 }
 

@@ -16,7 +16,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using site::LaddersAhead;
-using site::Rungs;
 
 constexpr double kFriction = 1;        // of the skin on the object [-]
 constexpr double kFarthest = 1e6;      // hands farther from home are none [m]
@@ -30,13 +29,13 @@ struct HandState {
   double s = 0;           // of it along the approach
   bool pressing = false;
   Vector3d slip_O{0, 0, 0};  // sideways since the contact stuck
-  std::shared_ptr<const Rungs> rungs = std::make_shared<Rungs>();
+  site::SolvedPress press;   // without rungs while nothing touches
 };
 
-double DeepestOf(const Scene& scene, const site::TrueObject& object) {
+double DeepestOf(const Scene& scene, const site::TrueObject& object, const site::RestBody& body) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Vector3d& p_O : object.surface.nodes) {
-    const double along = p_O.dot(object.hand.approach_O);
+  for (const Vector3d& p_O : body.surface.nodes) {
+    const double along = p_O.dot(object.hand().approach_O);
     low = std::min(low, along);
     high = std::max(high, along);
   }
@@ -47,30 +46,35 @@ double DeepestOf(const Scene& scene, const site::TrueObject& object) {
 }  // namespace
 
 struct TactileSite::World {
-  explicit World(const Scene& scene)
-      : object(site::MakeTrueObject(scene, site::SiteResolution{})),
+  World(const Scene& scene, const SiteResolution& resolution)
+      : object(scene, resolution),
+        home_body(object.BodyFor(Vector3d::Zero())),
         period(1 / scene.sense.tactile->rate),
         skin_scale(site::kSkinRadius / scene.sense.tactile->finger_radius),
-        tangential_part(2 * (1 - object.body.poisson_ratio) / (2 - object.body.poisson_ratio)),
-        ladders(object.body, object.hand, DeepestOf(scene, object)) {
-    for (std::size_t f = 0; f < object.hand.fingers.size(); ++f) {
+        tangential_part(2 * (1 - object.material().poisson_ratio) /
+                        (2 - object.material().poisson_ratio)),
+        ladders(object, DeepestOf(scene, object, *home_body)) {
+    hand_now.press.body = home_body;
+    for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
       fingertips.emplace_back(scene.site.seed + static_cast<std::uint32_t>(f));
     }
     home_gap = ladders.Expect(ladders.KeyOf(Vector3d::Zero()));
   }
 
   [[nodiscard]] Isometry3d PoseOf(std::size_t f, const HandState& hand) const {
-    return object.X_SO * object.hand.PoseOf(f, hand.h_O);
+    return object.X_SO() * object.hand().PoseOf(f, hand.h_O);
   }
   [[nodiscard]] Vector3d home() const {
-    return object.X_SO * object.hand.fingers.front().X_OF_home *
-           Vector3d(0, 0, -object.hand.shape.radius);
+    return object.X_SO() * object.hand().fingers.front().X_OF_home *
+           Vector3d(0, 0, -object.hand().shape.radius);
   }
   void Move(const Vector3d& h_O);
   void Stick(HandState* hand);
   [[nodiscard]] Vector3d Sideways(std::size_t f, const HandState& hand,
                                   const site::TouchBetween& between) const;
   [[nodiscard]] FingerTruth TruthOf(std::size_t f, const HandState& hand) const;
+  // How the finger nearest to `p_O` moves with the hand.
+  [[nodiscard]] double SenseNear(const Vector3d& p_O, const HandState& hand) const;
   FingerReading ReadingOf(std::size_t f, const HandState& hand);
   [[nodiscard]] HandState now() const {
     const std::lock_guard lock(mutex);
@@ -78,6 +82,7 @@ struct TactileSite::World {
   }
 
   const site::TrueObject object;
+  const std::shared_ptr<const site::RestBody> home_body;
   const double period, skin_scale, tangential_part;
   double home_gap = 0;
   std::vector<SimulatedFingertip> fingertips;  // TakeSample's thread only
@@ -97,15 +102,15 @@ struct TactileSite::World {
 Vector3d TactileSite::World::Sideways(std::size_t f, const HandState& hand,
                                       const site::TouchBetween& between) const {
   const double stiffness = tangential_part * std::max(between.slope, 0.0);
-  const Vector3d force = object.hand.fingers[f].sense * stiffness * hand.slip_O;
+  const Vector3d force = object.hand().fingers[f].sense * stiffness * hand.slip_O;
   const double most = kFriction * between.touch.force_O.norm();
   return force.norm() > most ? Vector3d(most * force.normalized()) : force;
 }
 
 // The contact is dragged along where friction does not hold the first finger.
 void TactileSite::World::Stick(HandState* hand) {
-  const Vector3d lateral_O = hand->h_O - hand->s * object.hand.approach_O;
-  const auto between = site::TouchAt(*hand->rungs, 0, hand->s);
+  const Vector3d lateral_O = hand->h_O - hand->s * object.hand().approach_O;
+  const auto between = site::TouchAt(*hand->press.rungs, 0, hand->s);
   const double stiffness = tangential_part * between.slope;
   Vector3d slip_O = lateral_O - anchor_O;
   const double most = stiffness > 0 ? kFriction * between.touch.force_O.norm() / stiffness : 0;
@@ -117,13 +122,14 @@ void TactileSite::World::Stick(HandState* hand) {
 void TactileSite::World::Move(const Vector3d& h_O) {
   HandState next;
   next.h_O = h_O;
-  next.s = h_O.dot(object.hand.approach_O);
+  next.s = h_O.dot(object.hand().approach_O);
+  next.press.body = now().press.body;
   const bool was_pressing = now().pressing;
   if (!was_pressing) pressed = ladders.KeyOf(h_O);
   if (next.s > ladders.Expect(pressed)) {
-    next.rungs = ladders.Await(pressed, next.s);
+    next.press = ladders.Await(pressed, next.s);
     next.pressing = true;
-    if (!was_pressing) anchor_O = h_O - next.s * object.hand.approach_O;
+    if (!was_pressing) anchor_O = h_O - next.s * object.hand().approach_O;
     Stick(&next);
   }
   const std::lock_guard lock(mutex);
@@ -133,20 +139,31 @@ void TactileSite::World::Move(const Vector3d& h_O) {
 FingerTruth TactileSite::World::TruthOf(std::size_t f, const HandState& hand) const {
   FingerTruth truth;
   truth.X_SF = PoseOf(f, hand);
-  truth.p_S_contact = truth.X_SF * Vector3d(0, 0, -object.hand.shape.radius);
-  const auto between = site::TouchAt(*hand.rungs, static_cast<int>(f), hand.s);
+  truth.p_S_contact = truth.X_SF * Vector3d(0, 0, -object.hand().shape.radius);
+  const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.s);
   if (!between.touch.touching) return truth;
   truth.in_contact = true;
   truth.p_S_contact = truth.X_SF * between.touch.p_F;
   truth.depth = between.touch.depth;
   const Vector3d force_O = between.touch.force_O + Sideways(f, hand, between);
-  truth.force = -(object.X_SO.linear() * force_O);
+  truth.force = -(object.X_SO().linear() * force_O);
   return truth;
+}
+
+double TactileSite::World::SenseNear(const Vector3d& p_O, const HandState& hand) const {
+  double nearest = std::numeric_limits<double>::infinity(), sense = 0;
+  for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
+    const double distance = (object.hand().PoseOf(f, hand.h_O).translation() - p_O).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    sense = object.hand().fingers[f].sense;
+  }
+  return sense;
 }
 
 FingerReading TactileSite::World::ReadingOf(std::size_t f, const HandState& hand) {
   const FingerTruth truth = TruthOf(f, hand);
-  const auto between = site::TouchAt(*hand.rungs, static_cast<int>(f), hand.s);
+  const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.s);
   FingertipLoad load;
   load.p_F = skin_scale * between.touch.p_F;
   load.f_F = truth.X_SF.linear().transpose() * truth.force;
@@ -156,13 +173,14 @@ FingerReading TactileSite::World::ReadingOf(std::size_t f, const HandState& hand
   return reading;
 }
 
-TactileSite::TactileSite(const Scene& scene) : world_(std::make_unique<World>(scene)) {}
+TactileSite::TactileSite(const Scene& scene, const SiteResolution& resolution)
+    : world_(std::make_unique<World>(scene, resolution)) {}
 
 TactileSite::~TactileSite() = default;
 
 void TactileSite::MoveTool(const Vector3d& p_S_tip) {
   if (!p_S_tip.allFinite()) return;
-  const Vector3d h_O = world_->object.X_SO.linear().transpose() * (p_S_tip - world_->home());
+  const Vector3d h_O = world_->object.X_SO().linear().transpose() * (p_S_tip - world_->home());
   if (h_O.cwiseAbs().maxCoeff() > kFarthest) return;
   const std::lock_guard moving(world_->moving);
   world_->Move(h_O);
@@ -176,7 +194,7 @@ std::array<FingerTruth, kMaxFingers> TactileSite::truth() const {
 }
 
 Vector3d TactileSite::approach() const {
-  return world_->object.X_SO.linear() * world_->object.hand.approach_O;
+  return world_->object.X_SO().linear() * world_->object.hand().approach_O;
 }
 
 double TactileSite::gap() const {
@@ -199,28 +217,28 @@ TactileFrame TactileSite::TakeSample(Time now) {
 }
 
 SurfaceMesh TactileSite::rest_surface() const {
-  SurfaceMesh surface = world_->object.surface;
-  for (Vector3d& p : surface.nodes) p = world_->object.X_SO * p;
+  SurfaceMesh surface = world_->now().press.body->surface;
+  for (Vector3d& p : surface.nodes) p = world_->object.X_SO() * p;
   return surface;
 }
 
 std::vector<Vector3d> TactileSite::DeformedSurface() const {
   const HandState hand = world_->now();
-  const site::TrueObject& object = world_->object;
-  std::vector<Vector3d> displacement_O;
-  site::DisplacementsAt(*hand.rungs, hand.s, &displacement_O);
+  const site::RestBody& body = *hand.press.body;
+  std::vector<Vector3d> displacement_O(body.mesh.nodes.size(), Vector3d::Zero());
+  site::DisplacementsAt(*hand.press.rungs, hand.s, &displacement_O);
   double largest = 0;
   for (const Vector3d& u : displacement_O) largest = std::max(largest, u.norm());
   std::vector<Vector3d> deformed_S;
-  deformed_S.reserve(object.surface.nodes.size());
-  for (std::size_t i = 0; i < object.surface.nodes.size(); ++i) {
-    Vector3d p_O = object.surface.nodes[i];
+  deformed_S.reserve(body.surface.nodes.size());
+  for (std::size_t i = 0; i < body.surface.nodes.size(); ++i) {
+    Vector3d p_O = body.surface.nodes[i];
     if (largest > 0) {
-      const Vector3d& u = displacement_O[static_cast<std::size_t>(object.node_of[i])];
-      // What is pressed in goes sideways with the first finger, as far as it is pressed in.
-      p_O += u + u.norm() / largest * hand.slip_O;
+      const Vector3d& u = displacement_O[static_cast<std::size_t>(body.node_of[i])];
+      // What is pressed in goes sideways with its finger, as far as it is pressed in.
+      p_O += u + u.norm() / largest * world_->SenseNear(p_O, hand) * hand.slip_O;
     }
-    deformed_S.push_back(object.X_SO * p_O);
+    deformed_S.push_back(world_->object.X_SO() * p_O);
   }
   return deformed_S;
 }

@@ -5,9 +5,15 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <variant>
 
+#include <spdlog/fmt/fmt.h>
+
+#include "shared/state/slave_state.h"
+#include "slave/contact/surface_contact.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/site/fingertip/site_mesh.h"
 #include "slave/site/fingertip/surface_rays.h"
 
 namespace palpate::site {
@@ -60,6 +66,16 @@ void CheckObject(const Object& object) {
     Refuse(
         "object.fixed.nodes: accepted by a site with fingertips is a plane; its mesh is another");
   }
+  const double E = object.material.young_modulus, nu = object.material.poisson_ratio;
+  if (!(E > 0 && std::isfinite(E))) {
+    Refuse(fmt::format("object.material.young_modulus = {:g} Pa: accepted is > 0", E));
+  }
+  if (!(nu > -1 && nu < TrueObject::kMostPoisson)) {
+    Refuse(
+        fmt::format("object.material.poisson_ratio = {:g}: accepted by a site with fingertips is "
+                    "-1 < nu < {:g}",
+                    nu, TrueObject::kMostPoisson));
+  }
 }
 
 // The surface before it is refined.
@@ -90,95 +106,133 @@ RayHit Ahead(const SurfaceMesh& surface, const Vector3d& p_O, const Vector3d& di
   return *hit;
 }
 
+bool Overlaps(const SurfaceContact& surface, const RigidFinger& finger, const Isometry3d& X_OF) {
+  constexpr int kPlaces = 16;  // along the axis
+  for (int i = 0; i <= kPlaces; ++i) {
+    const Vector3d p_O = X_OF * Vector3d(-finger.length * i / kPlaces, 0, 0);
+    const auto place = surface.Find(p_O, (1 - kTouching) * finger.radius);
+    if (place || IsInside(surface.surface(), p_O)) return true;
+  }
+  return false;
+}
+
+// Keeps the nodes that triangles use.
+void Compact(RestBody* body) {
+  std::vector<int> number(body->surface.nodes.size(), -1);
+  std::vector<Vector3d> nodes;
+  for (auto& triangle : body->surface.triangles) {
+    for (int& node : triangle) {
+      int& known = number[static_cast<std::size_t>(node)];
+      if (known < 0) {
+        known = static_cast<int>(nodes.size());
+        nodes.push_back(body->surface.nodes[static_cast<std::size_t>(node)]);
+        body->node_of.push_back(node);
+      }
+      node = known;
+    }
+  }
+  body->surface.nodes = std::move(nodes);
+}
+
+Isometry3d TruePose(const Scene& scene) {
+  Isometry3d X_SO = scene.object.X_SO;
+  X_SO.translation().head<2>() += scene.site.misplacement;
+  return X_SO;
+}
+
+}  // namespace
+
+TrueObject::TrueObject(const Scene& scene, const SiteResolution& resolution)
+    : scene_(scene),
+      resolution_(resolution),
+      X_SO_(TruePose(scene)),
+      hand_((CheckObject(scene.object), MakeFingerHand(CheckedTactile(scene), X_SO_))),
+      plain_(PlainSurface(scene.object.geometry)) {
+  CheckHome();
+  const Isometry3d& X_OF = hand_.fingers.front().X_OF_home;
+  Vector3d place_O;
+  hand_.approach_O =
+      -Ahead(plain_, X_OF.translation(), X_OF.linear() * Vector3d(0, 0, -1), &place_O).n_O;
+  if (const auto* box = std::get_if<BoxGeometry>(&scene.object.geometry)) {
+    CountCells(*box);
+  } else {
+    file_body_ = Finish(RefinedWithin(OwnMesh(scene.object.geometry), resolution.most_tets));
+  }
+}
+
+void TrueObject::CountCells(const BoxGeometry& box) {
+  constexpr double kCoarser = 1.1;
+  for (;;) {
+    const auto axes = GradedAxes(box, Vector3d::Zero());
+    std::array<int, 3> cells{};
+    for (std::size_t a = 0; a < 3; ++a) cells[a] = static_cast<int>(axes[a].size()) - 1;
+    const bool is_coarsest = resolution_.edge > box.size.maxCoeff();
+    if (is_coarsest || cells[0] * cells[1] * cells[2] <= resolution_.most_cells) {
+      cells_ = cells;
+      return;
+    }
+    resolution_.edge *= kCoarser;
+    resolution_.growth *= kCoarser;
+  }
+}
+
+void TrueObject::CheckHome() const {
+  const SurfaceContact surface(plain_);
+  for (std::size_t f = 0; f < hand_.fingers.size(); ++f) {
+    if (!Overlaps(surface, hand_.shape, hand_.fingers[f].X_OF_home)) continue;
+    const std::string& name = scene_.sense.tactile->fingers[f].name;
+    Refuse("sense.tactile.fingers." + name +
+           ".pose: the fingertip is inside the object; accepted is a pose outside it");
+  }
+}
+
 // Where each finger will touch.
-std::vector<Vector3d> Focuses(const SurfaceMesh& surface, const FingerHand& hand) {
+std::vector<Vector3d> TrueObject::Focuses(const Vector3d& lateral_O) const {
   std::vector<Vector3d> focuses;
-  for (const auto& finger : hand.fingers) {
-    const Vector3d pad_O = finger.X_OF_home.linear() * Vector3d(0, 0, -1);
-    const Vector3d way_O = finger.sense != 0 ? Vector3d(finger.sense * hand.approach_O) : pad_O;
+  for (std::size_t f = 0; f < hand_.fingers.size(); ++f) {
+    const Isometry3d X_OF = hand_.PoseOf(f, lateral_O);
+    const double sense = hand_.fingers[f].sense;
+    const Vector3d pad_O = X_OF.linear() * Vector3d(0, 0, -1);
     Vector3d place_O;
-    Ahead(surface, finger.X_OF_home.translation(), way_O, &place_O);
+    Ahead(plain_, X_OF.translation(), sense != 0 ? Vector3d(sense * hand_.approach_O) : pad_O,
+          &place_O);
     focuses.push_back(place_O);
   }
   return focuses;
 }
 
-bool Overlaps(const SurfaceMesh& surface, const RigidFinger& finger, const Isometry3d& X_OF) {
-  const Isometry3d X_FO = X_OF.inverse();
-  const auto is_in_finger = [&](const Vector3d& p_O) {
-    return finger.Distance(X_FO * p_O) < -kTouching * finger.radius;
-  };
-  if (std::ranges::any_of(surface.nodes, is_in_finger)) return true;
-  // A finger in the middle of a large face, or of the object, has no node in it.
-  const double r = (1 - kTouching) * finger.radius;
-  for (const double x : {0.0, -0.25, -0.5, -0.75, -1.0}) {
-    const Vector3d axis(x * finger.length, 0, 0);
-    for (const Vector3d& out :
-         {Vector3d(0, 0, 0), Vector3d(r, 0, 0), Vector3d(-r, 0, 0), Vector3d(0, r, 0),
-          Vector3d(0, -r, 0), Vector3d(0, 0, r), Vector3d(0, 0, -r)}) {
-      const Vector3d p_F = axis + out;
-      if (finger.Distance(p_F) < 0 && IsInside(surface, X_OF * p_F)) return true;
-    }
+std::array<std::vector<double>, 3> TrueObject::GradedAxes(const BoxGeometry& box,
+                                                          const Vector3d& lateral_O) const {
+  std::array<AxisWishes, 3> wishes;
+  for (int a = 0; a < 3; ++a) wishes[static_cast<std::size_t>(a)].length = box.size[a];
+  for (const Vector3d& p_O : Focuses(lateral_O)) {
+    for (int a = 0; a < 3; ++a) wishes[static_cast<std::size_t>(a)].focuses.push_back(p_O[a]);
   }
-  return false;
+  for (const Fixed& fixed : scene_.object.fixed) {
+    const auto* plane = std::get_if<FixedPlane>(&fixed.where);
+    if (plane) wishes[static_cast<std::size_t>(plane->axis)].others.push_back(plane->at);
+  }
+  std::array<std::vector<double>, 3> axes;
+  for (std::size_t a = 0; a < 3; ++a) axes[a] = GradedAxis(wishes[a], resolution_, cells_[a]);
+  return axes;
 }
 
-void CheckHome(const Tactile& tactile, const SurfaceMesh& surface, const FingerHand& hand) {
-  for (std::size_t f = 0; f < hand.fingers.size(); ++f) {
-    if (!Overlaps(surface, hand.shape, hand.fingers[f].X_OF_home)) continue;
-    const std::string& name = tactile.fingers[f].name;
-    Refuse("sense.tactile.fingers" + (name.empty() ? std::string() : "." + name) +
-           ".pose: the fingertip is inside the object; accepted is a pose outside it");
-  }
+std::shared_ptr<const RestBody> TrueObject::BodyFor(const Vector3d& lateral_O) const {
+  const auto* box = std::get_if<BoxGeometry>(&scene_.object.geometry);
+  return box ? Finish(MeshGradedBox(GradedAxes(*box, lateral_O))) : file_body_;
 }
 
-// Keeps the nodes that triangles use.
-void Compact(TrueObject* object) {
-  std::vector<int> number(object->surface.nodes.size(), -1);
-  std::vector<Vector3d> nodes;
-  for (auto& triangle : object->surface.triangles) {
-    for (int& node : triangle) {
-      int& known = number[static_cast<std::size_t>(node)];
-      if (known < 0) {
-        known = static_cast<int>(nodes.size());
-        nodes.push_back(object->surface.nodes[static_cast<std::size_t>(node)]);
-        object->node_of.push_back(node);
-      }
-      node = known;
-    }
+std::shared_ptr<const RestBody> TrueObject::Finish(SolidMesh mesh) const {
+  auto body = std::make_shared<RestBody>();
+  body->mesh = std::move(mesh);
+  body->held = HeldNodes(scene_, body->mesh.nodes);
+  body->surface = SurfaceOf(body->mesh);
+  Compact(body.get());
+  for (std::size_t i = 0; i < body->node_of.size(); ++i) {
+    if (body->held[static_cast<std::size_t>(body->node_of[i])][0]) continue;
+    body->touchable_O.push_back(body->surface.nodes[i]);
   }
-  object->surface.nodes = std::move(nodes);
-}
-
-}  // namespace
-
-TrueObject MakeTrueObject(const Scene& scene, const SiteResolution& resolution) {
-  const Tactile& tactile = CheckedTactile(scene);
-  CheckObject(scene.object);
-  TrueObject object;
-  object.X_SO = scene.object.X_SO;
-  object.X_SO.translation().head<2>() += scene.site.misplacement;
-  object.hand = MakeFingerHand(tactile, object.X_SO);
-
-  const SurfaceMesh plain = PlainSurface(scene.object.geometry);
-  CheckHome(tactile, plain, object.hand);
-  const Isometry3d& X_OF = object.hand.fingers.front().X_OF_home;
-  Vector3d place_O;
-  object.hand.approach_O =
-      -Ahead(plain, X_OF.translation(), X_OF.linear() * Vector3d(0, 0, -1), &place_O).n_O;
-
-  BodyAtRest& body = object.body;
-  body.mesh = MeshForFingers(scene.object.geometry, Focuses(plain, object.hand), resolution);
-  body.held = HeldNodes(scene, body.mesh.nodes);
-  body.young_modulus = scene.object.material.young_modulus;
-  body.poisson_ratio = scene.object.material.poisson_ratio;
-  object.surface = SurfaceOf(body.mesh);
-  Compact(&object);
-  for (std::size_t i = 0; i < object.node_of.size(); ++i) {
-    if (body.held[static_cast<std::size_t>(object.node_of[i])][0]) continue;
-    body.touchable_O.push_back(object.surface.nodes[i]);
-  }
-  return object;
+  return body;
 }
 
 }  // namespace palpate::site

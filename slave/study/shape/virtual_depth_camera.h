@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-// Spheres that stand in the view, a finger's occlusion: frame S [m].
+// A capsule that stands in the view, a finger's occlusion: frame S [m].
 struct Occluder {
   Eigen::Vector3d a{0, 0, 0}, b{0, 0, 0};  // ends of the capsule's axis
   double radius = 0;

@@ -10,6 +10,7 @@ namespace {
 constexpr float kLowest = 0, kHighest = 4095;  // of a 12-bit converter [counts]
 constexpr double kStuck = 1e-6;                // [counts]
 constexpr double kMoved = 4;                   // thresholds
+constexpr int kMostDead = 9;                   // where more are at rest, nothing is said of them
 
 // The two electrodes nearest to electrode `i`.
 std::array<int, 2> NearestTwo(const ElectrodeLayout& layout, std::size_t i) {
@@ -41,10 +42,12 @@ SignalFlaws SignalCheck::Check(const TactileSignals& change,
   const auto has_moved = [&](int k) {
     return std::abs(change[static_cast<std::size_t>(k)]) > moved_;
   };
+  const auto is_stuck = [](float count) { return std::abs(count) < kStuck; };
+  const auto stuck = std::count_if(change.begin(), change.begin() + kElectrodeCount, is_stuck);
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     flaws.saturated |= raw.electrodes[i] <= kLowest || raw.electrodes[i] >= kHighest;
-    flaws.dead[i] =
-        std::abs(change[i]) < kStuck && has_moved(nearest_[i][0]) && has_moved(nearest_[i][1]);
+    flaws.dead[i] = is_stuck(change[i]) && stuck <= kMostDead && has_moved(nearest_[i][0]) &&
+                    has_moved(nearest_[i][1]);
     flaws.any_dead |= flaws.dead[i];
   }
   return flaws;

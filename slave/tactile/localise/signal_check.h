@@ -21,9 +21,9 @@ class SignalCheck {
   SignalCheck(const ElectrodeLayout& layout, double threshold);
 
   // An electrode is taken for dead that reads its rest value to the last digit while the two
-  // nearest to it have moved by four thresholds. Where readings and rest are whole counts, an
-  // electrode that passes its rest value looks the same for a sample: 2 % of the samples of
-  // presses on a plate. Allocation-free.
+  // nearest to it have moved by four thresholds and most others at all. Where readings and rest are
+  // whole counts, an electrode that passes its rest value looks the same for a sample: 2 % of the
+  // samples of presses on a plate. Allocation-free.
   [[nodiscard]] SignalFlaws Check(const TactileSignals& change,
                                   const FingerReading& raw) const noexcept;
 

@@ -9,12 +9,12 @@ namespace palpate {
 // One step of one layer. Arrays `rows x stride` hold one row per unit and one column per lane; rows
 // begin at multiples of the kernel's width.
 struct LstmStep {
-  int units = 0;
-  int lanes = 0;                    // a multiple of the kernel's width
-  int stride = 0;                   // >= lanes, a multiple of the kernel's width
+  long units = 0;
+  long lanes = 0;                   // a multiple of the kernel's width
+  long stride = 0;                  // >= lanes, a multiple of the kernel's width
   const double* base = nullptr;     // 4 units, unit by unit i j f o: what all lanes have in common
   const double* weights = nullptr;  // units x (below_rows + units) x 4 gates
-  int below_rows = 0;
+  long below_rows = 0;
   const double* below = nullptr;  // below_rows x stride: what the layer below has just put out
   const double* own = nullptr;    // units x stride: h before the step
   double* next = nullptr;         // units x stride: h after it; not `own`
@@ -25,9 +25,9 @@ struct LstmStep {
 // -log2(e), j by -2 log2(e); the forget bias is in the base. Powers are good to
 // 2e-10; beyond 2^60 and 2^-60 they change nothing and are clamped.
 struct LstmKernel {
-  const char* name;   // of its instructions
-  int width;          // lanes per instruction
-  int weight_copies;  // how often each weight stands in LstmStep::weights, one beside the other
+  const char* name;    // of its instructions
+  long width;          // lanes per instruction
+  long weight_copies;  // how often each weight stands in LstmStep::weights, one beside the other
   void (*step)(const LstmStep&) noexcept;
 };
 

@@ -10,8 +10,8 @@ namespace {
 using Lane = double __attribute__((vector_size(PALPATE_LANE_BYTES), may_alias));
 using LaneBits = long long __attribute__((vector_size(PALPATE_LANE_BYTES), may_alias));
 
-constexpr int kWidth = PALPATE_LANE_BYTES / static_cast<int>(sizeof(double));
-constexpr int kWeightCopies = PALPATE_WEIGHT_COPIES;
+constexpr long kWidth = PALPATE_LANE_BYTES / static_cast<long>(sizeof(double));
+constexpr long kWeightCopies = PALPATE_WEIGHT_COPIES;
 constexpr double kLog2E = 1.4426950408889634;
 
 [[gnu::always_inline]] inline Lane& At(double* p) {
@@ -62,7 +62,7 @@ constexpr double kLog2E = 1.4426950408889634;
 }
 
 // The weight of one gate for all lanes of a register.
-[[gnu::always_inline]] inline auto Weight(const double* weights, int gate) {
+[[gnu::always_inline]] inline auto Weight(const double* weights, long gate) {
   if constexpr (kWeightCopies == 1) {
     return weights[gate];
   } else {
@@ -70,43 +70,42 @@ constexpr double kLog2E = 1.4426950408889634;
   }
 }
 
-template <int kBlock>
+template <long kBlock>
 [[gnu::always_inline]] inline void Accumulate(Lane (&z)[4][kBlock], const double* weights,
-                                              const double* rows, int count, int stride) {
-  for (int k = 0; k < count; ++k, weights += 4 * kWeightCopies, rows += stride) {
+                                              const double* rows, long count, long stride) {
+  for (long k = 0; k < count; ++k, weights += 4 * kWeightCopies, rows += stride) {
 #pragma GCC unroll 8
-    for (int v = 0; v < kBlock; ++v) {
+    for (long v = 0; v < kBlock; ++v) {
       const Lane h = At(rows + v * kWidth);
 #pragma GCC unroll 4
-      for (int g = 0; g < 4; ++g) z[g][v] += Weight(weights, g) * h;
+      for (long g = 0; g < 4; ++g) z[g][v] += Weight(weights, g) * h;
     }
   }
 }
 
-template <int kBlock>
-[[gnu::always_inline]] inline void StepBlock(const LstmStep& step, int unit, int lane) {
+template <long kBlock>
+[[gnu::always_inline]] inline void StepBlock(const LstmStep& step, long unit, long lane) {
   Lane z[4][kBlock];
 #pragma GCC unroll 4
-  for (int g = 0; g < 4; ++g) {
+  for (long g = 0; g < 4; ++g) {
 #pragma GCC unroll 8
-    for (int v = 0; v < kBlock; ++v) z[g][v] = Lane{} + step.base[4 * unit + g];
+    for (long v = 0; v < kBlock; ++v) z[g][v] = Lane{} + step.base[4 * unit + g];
   }
-  const double* weights =
-      step.weights + static_cast<long>(unit) * 4 * kWeightCopies * (step.below_rows + step.units);
+  const double* weights = step.weights + unit * 4 * kWeightCopies * (step.below_rows + step.units);
   Accumulate<kBlock>(z, weights, step.below + lane, step.below_rows, step.stride);
   Accumulate<kBlock>(z, weights + 4 * kWeightCopies * step.below_rows, step.own + lane, step.units,
                      step.stride);
-  const long place = static_cast<long>(unit) * step.stride + lane;
+  const long place = unit * step.stride + lane;
 #pragma GCC unroll 8
-  for (int v = 0; v < kBlock; ++v) {
+  for (long v = 0; v < kBlock; ++v) {
     Cell(z[0][v], z[1][v], z[2][v], z[3][v], step.cell + place + v * kWidth,
          step.next + place + v * kWidth);
   }
 }
 
 // What is left after the whole blocks, fewer than kBlock registers.
-template <int kBlock>
-[[gnu::always_inline]] inline void StepRest(const LstmStep& step, int unit, int lane) {
+template <long kBlock>
+[[gnu::always_inline]] inline void StepRest(const LstmStep& step, long unit, long lane) {
   if constexpr (kBlock > 0) {
     if (lane + kBlock * kWidth <= step.lanes) {
       StepBlock<kBlock>(step, unit, lane);
@@ -117,9 +116,9 @@ template <int kBlock>
 }
 
 void StepAllLanes(const LstmStep& step) noexcept {
-  constexpr int kBlock = PALPATE_LANE_BLOCK;
-  for (int unit = 0; unit < step.units; ++unit) {
-    int lane = 0;
+  constexpr long kBlock = PALPATE_LANE_BLOCK;
+  for (long unit = 0; unit < step.units; ++unit) {
+    long lane = 0;
     for (; lane + kBlock * kWidth <= step.lanes; lane += kBlock * kWidth) {
       StepBlock<kBlock>(step, unit, lane);
     }

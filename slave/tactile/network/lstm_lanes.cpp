@@ -5,9 +5,9 @@
 namespace palpate {
 
 LstmLanes::LstmLanes(std::shared_ptr<const LstmPlan> plan, int lanes) : plan_(std::move(plan)) {
-  const int width = plan_->kernel().width;
+  const long width = plan_->kernel().width;
   stride_ = (lanes + width - 1) / width * width;
-  projected_ = CacheLines(static_cast<std::size_t>(4 * plan_->layers().front().units));
+  projected_ = CacheLines(4 * static_cast<std::size_t>(plan_->layers().front().units));
   for (const auto& layer : plan_->layers()) {
     const auto count = static_cast<std::size_t>(layer.units) * static_cast<std::size_t>(stride_);
     states_.push_back({CacheLines(count), CacheLines(count), CacheLines(count)});
@@ -31,7 +31,7 @@ void LstmLanes::Restart(int lane) noexcept {
   }
 }
 
-void LstmLanes::Step(const float* change) noexcept {
+void LstmLanes::Step(const TactileSignals& change) noexcept {
   plan_->Project(change, projected_.data());
   for (std::size_t k = 0; k < states_.size(); ++k) {
     const LstmPlan::Layer& layer = plan_->layers()[k];

@@ -18,8 +18,8 @@ class LstmLanes {
   // The state of zero, for all lanes or for one.
   void Restart() noexcept;
   void Restart(int lane) noexcept;
-  // All lanes take the next sample: inputs() finite counts minus rest.
-  void Step(const float* change) noexcept;
+  // All lanes take the next sample: counts minus rest, the network's inputs of them finite.
+  void Step(const TactileSignals& change) noexcept;
   // The last layer's h of a lane, one number per unit.
   void Output(int lane, double* h) const noexcept;
 
@@ -29,7 +29,7 @@ class LstmLanes {
   };
 
   std::shared_ptr<const LstmPlan> plan_;
-  int stride_;
+  long stride_;
   CacheLines projected_;
   std::vector<State> states_;  // one per layer
 };

@@ -21,7 +21,7 @@ double BiasOf(const LstmLayer& layer, Eigen::Index unit, Eigen::Index gate) {
 }
 
 // Rows of the kernel matrix from `first` on, unit by unit.
-CacheLines Arrange(const LstmLayer& layer, Eigen::Index first, int copies) {
+CacheLines Arrange(const LstmLayer& layer, Eigen::Index first, long copies) {
   const Eigen::Index units = layer.units(), rows = layer.kernel.rows() - first;
   CacheLines arranged(static_cast<std::size_t>(units * rows * 4 * copies));
   std::size_t k = 0;
@@ -29,7 +29,7 @@ CacheLines Arrange(const LstmLayer& layer, Eigen::Index first, int copies) {
     for (Eigen::Index row = first; row < layer.kernel.rows(); ++row) {
       for (Eigen::Index gate = 0; gate < 4; ++gate) {
         const auto weight = static_cast<double>(layer.kernel(row, gate * units + unit));
-        for (int copy = 0; copy < copies; ++copy) arranged[k++] = GateScale(gate) * weight;
+        for (long copy = 0; copy < copies; ++copy) arranged[k++] = GateScale(gate) * weight;
       }
     }
   }
@@ -71,8 +71,8 @@ LstmPlan::LstmPlan(const NetworkWeights& weights, const LstmKernel& kernel) : ke
   }
 }
 
-void LstmPlan::Project(const float* change, double* base) const noexcept {
-  const auto gates = static_cast<std::size_t>(4 * layers_.front().units);
+void LstmPlan::Project(const TactileSignals& change, double* base) const noexcept {
+  const auto gates = 4 * static_cast<std::size_t>(layers_.front().units);
   const double* bias = layers_.front().base.data();
   for (std::size_t g = 0; g < gates; ++g) base[g] = bias[g];
   const double* row = projection_.data();

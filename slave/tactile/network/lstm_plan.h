@@ -28,7 +28,7 @@ class LstmPlan {
 
   // What the first layer's lanes have in common when they take the sample `change` (inputs() counts
   // minus rest): `base`, 4 units. Real-time safe.
-  void Project(const float* change, double* base) const noexcept;
+  void Project(const TactileSignals& change, double* base) const noexcept;
 
  private:
   LstmKernel kernel_;

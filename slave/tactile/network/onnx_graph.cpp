@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 
+#include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/unknown_field_set.h>
 
 namespace palpate {
@@ -19,7 +21,7 @@ namespace field {
 constexpr int kModelGraph = 7;
 constexpr int kGraphNode = 1, kGraphWeights = 5, kGraphInput = 11, kGraphOutput = 12;
 constexpr int kNodeOperator = 4;
-constexpr int kTensorName = 8;
+constexpr int kTensorExtents = 1, kTensorType = 2, kTensorName = 8, kTensorRaw = 9;
 constexpr int kValueName = 1, kValueType = 2;
 constexpr int kTypeTensor = 1, kTensorShape = 2, kShapeDimension = 1, kDimensionValue = 1;
 }  // namespace field
@@ -45,15 +47,40 @@ class Message {
     ForEach(number, [&](const std::string& bytes) { text = bytes; });
     return text;
   }
-  // 0: there is none.
-  [[nodiscard]] long Number(int number) const {
-    std::uint64_t value = 0;
+  // All integers of that number, one by one or packed; beyond an int: the largest one.
+  [[nodiscard]] std::vector<long> Numbers(int number) const {
+    std::vector<long> numbers;
+    const auto append = [&](std::uint64_t value) {
+      const auto most = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
+      numbers.push_back(static_cast<long>(std::min(value, most)));
+    };
     for (int i = 0; i < fields_.field_count(); ++i) {
       const UnknownField& one = fields_.field(i);
-      if (one.number() == number && one.type() == UnknownField::TYPE_VARINT) value = one.varint();
+      if (one.number() == number && one.type() == UnknownField::TYPE_VARINT) append(one.varint());
     }
-    const auto most = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
-    return static_cast<long>(std::min(value, most));
+    ForEach(number, [&](const std::string& packed) {
+      google::protobuf::io::CodedInputStream stream(
+          reinterpret_cast<const std::uint8_t*>(packed.data()), static_cast<int>(packed.size()));
+      std::uint64_t value = 0;
+      while (stream.ReadVarint64(&value)) append(value);
+    });
+    return numbers;
+  }
+  // The last integer; 0: there is none.
+  [[nodiscard]] long Number(int number) const {
+    const std::vector<long> numbers = Numbers(number);
+    return numbers.empty() ? 0 : numbers.back();
+  }
+  // How many numbers of so many bytes there are of that number, one by one or packed.
+  [[nodiscard]] std::size_t CountFixed(int number, std::size_t size) const {
+    std::size_t count = 0;
+    for (int i = 0; i < fields_.field_count(); ++i) {
+      const UnknownField& one = fields_.field(i);
+      if (one.number() != number) continue;
+      const bool packed = one.type() == UnknownField::TYPE_LENGTH_DELIMITED;
+      count += packed ? one.length_delimited().size() / size : 1;
+    }
+    return count;
   }
 
  private:
@@ -72,6 +99,43 @@ OnnxValue ReadValue(const std::string& bytes) {
   return read;
 }
 
+// How the numbers of a type (TensorProto.DataType) are kept where they are not raw.
+struct NumberType {
+  long type;
+  int field;
+  std::size_t size;  // raw [bytes]
+};
+constexpr NumberType kFloat = {1, 4, 4}, kDouble = {11, 10, 8};
+constexpr NumberType kNumberTypes[] = {kFloat,    kDouble,   {6, 5, 4}, {7, 7, 8},
+                                       {2, 5, 1}, {3, 5, 1}, {9, 5, 1}, {10, 5, 2}};
+
+// Name of a tensor of weights. Throws where its data do not fill its extents: the library that runs
+// the model takes that for granted.
+std::string CheckedWeights(const std::string& bytes) {
+  const Message tensor(bytes);
+  std::string name = tensor.Text(field::kTensorName);
+  double count = 1;
+  for (const long extent : tensor.Numbers(field::kTensorExtents)) {
+    count *= static_cast<double>(extent);
+  }
+  const long type = tensor.Number(field::kTensorType);
+  const auto* known = std::ranges::find(kNumberTypes, type, &NumberType::type);
+  if (known == std::end(kNumberTypes)) {
+    throw std::runtime_error("weights " + name + " are no numbers (type " + std::to_string(type) +
+                             ")");
+  }
+  const bool fixed = type == kFloat.type || type == kDouble.type;
+  std::size_t numbers = tensor.Text(field::kTensorRaw).size() / known->size;
+  if (numbers == 0) {
+    numbers =
+        fixed ? tensor.CountFixed(known->field, known->size) : tensor.Numbers(known->field).size();
+  }
+  if (numbers == 0 || static_cast<double>(numbers) != count) {
+    throw std::runtime_error("weights " + name + " do not fill their extents");
+  }
+  return name;
+}
+
 }  // namespace
 
 OnnxGraph ReadOnnxGraph(std::string_view bytes) {
@@ -79,9 +143,8 @@ OnnxGraph ReadOnnxGraph(std::string_view bytes) {
   const Message fields(model.Text(field::kModelGraph));
   OnnxGraph graph;
   std::vector<std::string> weights;
-  fields.ForEach(field::kGraphWeights, [&](const std::string& tensor) {
-    weights.push_back(Message(tensor).Text(field::kTensorName));
-  });
+  fields.ForEach(field::kGraphWeights,
+                 [&](const std::string& tensor) { weights.push_back(CheckedWeights(tensor)); });
   fields.ForEach(field::kGraphNode, [&](const std::string& node) {
     graph.operators.push_back(Message(node).Text(field::kNodeOperator));
   });

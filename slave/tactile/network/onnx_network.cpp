@@ -84,17 +84,19 @@ void ReadShapes(const OnnxGraph& graph, Model* model) {
   if (sequence) model->shape = {1, model->window, model->inputs};
 }
 
-// The operator that OpenCV complains of; its sentence where it names none.
+// The operator that OpenCV complains of, where it names one, and its reason: the innermost of
+// `... error: REASON in function ...`.
 std::string Complaint(const std::string& what, const OnnxGraph& graph) {
+  std::string subject = "OpenCV cannot run it: ";
   for (const std::string& name : graph.operators) {
-    for (const std::string& quoted :
-         {"of type \"" + name + "\"", "[" + name + "@", "[" + name + "]"}) {
-      if (what.find(quoted) != std::string::npos) {
-        return "operator " + name + " is not supported by OpenCV as it stands here";
-      }
-    }
+    const bool meant = what.find("[" + name + "@") != std::string::npos ||
+                       what.find("of type \"" + name + "\"") != std::string::npos;
+    if (meant) subject = "operator " + name + " is none that OpenCV runs here: ";
   }
-  return "OpenCV cannot run it: " + what;
+  const std::size_t begin = what.rfind("error: ");
+  if (begin == std::string::npos) return subject + what;
+  const std::size_t end = what.find(" in function", begin);
+  return subject + what.substr(begin + 7, end == std::string::npos ? end : end - begin - 7);
 }
 
 class OnnxEstimate final : public ForceEstimate {
@@ -116,14 +118,15 @@ class OnnxEstimate final : public ForceEstimate {
   void Reset() noexcept override { seen_ = 0; }
   bool Push(const TactileSignals& change, std::span<double> outputs) noexcept override {
     const auto end = change.begin() + model_->inputs;
-    if (!std::all_of(change.begin(), end, [](float x) { return std::isfinite(x); })) {
+    if (!std::all_of(change.begin(), end, [](auto x) { return std::isfinite(x); })) {
       Reset();
       return false;
     }
     // The oldest sample comes first.
-    float* samples = input_.ptr<float>();
-    std::rotate(samples, samples + model_->inputs, samples + model_->inputs * model_->window);
-    std::copy(change.begin(), end, samples + model_->inputs * (model_->window - 1));
+    const std::span<float> samples(input_.ptr<float>(), input_.total());
+    const auto newest =
+        std::rotate(samples.begin(), samples.begin() + model_->inputs, samples.end());
+    std::copy(change.begin(), end, newest);
     seen_ = std::min(seen_ + 1, model_->window);
     return seen_ == model_->window && Evaluate(outputs);
   }
@@ -133,7 +136,7 @@ class OnnxEstimate final : public ForceEstimate {
     try {
       const cv::Mat row = Forward();
       if (row.total() != outputs.size() || row.type() != CV_32F) return false;
-      const float* numbers = row.ptr<float>();
+      const auto* numbers = row.ptr<float>();
       std::copy(numbers, numbers + outputs.size(), outputs.begin());
       return std::all_of(outputs.begin(), outputs.end(), [](double y) { return std::isfinite(y); });
     } catch (...) {

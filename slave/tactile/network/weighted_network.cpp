@@ -16,7 +16,7 @@ namespace {
 // The signals that the network takes.
 bool Finite(const TactileSignals& change, int inputs) noexcept {
   return std::all_of(change.begin(), change.begin() + inputs,
-                     [](float x) { return std::isfinite(x); });
+                     [](auto x) { return std::isfinite(x); });
 }
 
 // What an estimate shares with the network it comes from.
@@ -49,7 +49,7 @@ class LstmEstimate final : public ForceEstimate {
       return false;
     }
     if (windowed_) lanes_.Restart(oldest_);
-    lanes_.Step(change.data());
+    lanes_.Step(change);
     oldest_ = (oldest_ + 1) % lane_count_;
     seen_ = std::min(seen_ + 1, parts_->window);
     if (seen_ < parts_->window) return false;

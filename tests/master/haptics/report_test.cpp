@@ -47,6 +47,21 @@ TEST(ReportTest, HasEveryKeyOfTheContract) {
   EXPECT_EQ(report["state"], "READY");
 }
 
+TEST(ReportTest, FingersAndShapeAreToldWhereThereAreSome) {
+  const json plain = json::parse(ToJson(Example()));
+  EXPECT_FALSE(plain.contains("fingers"));
+  EXPECT_FALSE(plain.contains("shape"));
+  Report report = Example();
+  report.fingers = {{"ff", 0.5, 0.42}, {"th", 0.25, std::nan("")}};
+  report.shape = ShapeReport{37, 0.0063};
+  const json told = json::parse(ToJson(report));
+  EXPECT_EQ(told["fingers"].size(), 2U);
+  EXPECT_EQ(told["fingers"][0],
+            json({{"name", "ff"}, {"contact_share", 0.5}, {"force_peak_N", 0.42}}));
+  EXPECT_EQ(told["fingers"][1]["force_peak_N"], 0);
+  EXPECT_EQ(told["shape"], json({{"meshes", 37}, {"deflection_peak_m", 0.0063}}));
+}
+
 TEST(ReportTest, ForceErrorIsNullWithoutATrueForce) {
   Report report = Example();
   report.force_error.reset();

@@ -16,7 +16,9 @@ class Beside {
  public:
   LatestValue<ReceivedState> states;
   LatestValue<OperatorCommand> commands;
-  VirtualSlave slave{{}};
+  VirtualSlave slave;
+
+  explicit Beside(const VirtualSlave::Options& options = {}) : slave(options) {}
 
  private:
   std::jthread thread_{[this](const std::stop_token& stop) {
@@ -45,6 +47,28 @@ TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
   EXPECT_GT(shown, 0);
   EXPECT_EQ(report.state, OperatorState::kReady);
   EXPECT_TRUE(report.truth_known);
+}
+
+// Names come from the scene; a finger that the scene does not name is numbered.
+TEST(SessionTest, SeveralFingersAreNamedInViewAndReport) {
+  VirtualSlave::Options slave;
+  slave.several = true;
+  Beside beside(slave);
+  Puppet puppet;
+  SessionOptions options;
+  options.duration = 0.4;
+  options.finger_names = {"ff"};
+  std::vector<NamedFinger> shown;
+  const Report report = RunSession(
+      options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
+      [] { return false; }, [&](const Status& status) { shown = status.fingers; });
+  ASSERT_EQ(shown.size(), 2U);
+  EXPECT_EQ(shown[0].name, "ff");
+  EXPECT_EQ(shown[1].name, "finger 2");
+  EXPECT_EQ(shown[0].felt.validity, Validity::kValid);
+  ASSERT_EQ(report.fingers.size(), 2U);
+  EXPECT_EQ(report.fingers[0].name, "ff");
+  EXPECT_EQ(report.fingers[0].contact_share, 0);
 }
 
 TEST(SessionTest, StopsWhenAsked) {

@@ -33,7 +33,14 @@ void VirtualSlave::set_K(double K) {
 }
 
 Eigen::Vector3d VirtualSlave::ForceAt(const Eigen::Vector3d& p) const {
-  return {0, std::max(0.0, options_.K * (options_.surface - p.y())), 0};
+  const double depth = DepthOf(p);
+  if (!(depth > 0)) return {0, 0, 0};
+  return options_.K * depth * options_.normal + options_.shear * (entry_ - OnPlane(p));
+}
+
+void VirtualSlave::MoveTo(const Eigen::Vector3d& p) {
+  if (!(DepthOf(p) > 0) || !(DepthOf(tip_) > 0)) entry_ = OnPlane(p);
+  tip_ = p;
 }
 
 void VirtualSlave::Follow(const OperatorCommand& command) {
@@ -44,13 +51,16 @@ void VirtualSlave::Follow(const OperatorCommand& command) {
     mapping_.ZeroOffset(command.p_M, tip_);
   }
   engaged_ = command.engaged;
-  if (engaged_) tip_ = mapping_.ToSlave(command.p_M);
+  if (engaged_) MoveTo(mapping_.ToSlave(command.p_M));
 }
 
 void VirtualSlave::Sense(Time now) {
   sensed_at_ = now;
   sensed_tip_ = tip_;
-  sensed_force_ = ForceAt(tip_);
+  felt_.push_back(ForceAt(tip_));
+  if (felt_.size() > static_cast<std::size_t>(options_.window)) felt_.pop_front();
+  sensed_force_.setZero();
+  for (const Eigen::Vector3d& f : felt_) sensed_force_ += f / static_cast<double>(felt_.size());
 }
 
 SlaveState VirtualSlave::Compose(Time now) const {
@@ -61,16 +71,28 @@ SlaveState VirtualSlave::Compose(Time now) const {
   state.p_S_tip = sensed_tip_;
   state.force = sensed_force_;
   state.validity = validity;
-  state.local_model.reference = {0, options_.surface, 0};
-  state.local_model.stiffness(1, 1) = options_.K;
+  const Eigen::Vector3d& n = options_.normal;
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - n * n.transpose();
+  state.local_model.reference = entry_;
+  state.local_model.normal = n;
+  state.local_model.stiffness = options_.K * n * n.transpose() + options_.shear * across;
   state.local_model.valid_radius = 0.05;
   state.local_model.revision = revision_;
-  state.local_model.in_contact = sensed_force_.y() > 0;
+  state.local_model.in_contact = sensed_force_.dot(n) > 0;
   state.epoch = forgets ? 0 : epoch_;
   state.offset = mapping_.offset;
   state.phase = engaged_ ? Phase::kFollowing : Phase::kClutched;
   if (forced_phase == Phase::kEstop) state.phase = forced_phase;
   state.true_force = ForceAt(tip_);
+  if (!options_.several) return state;
+  state.finger_count = 2;
+  for (int i = 0; i < 2; ++i) {
+    FingerState& finger = state.fingers[static_cast<std::size_t>(i)];
+    finger.p_S_contact = entry_.cast<float>();
+    finger.force = (sensed_force_ / (1 + i)).cast<float>();
+    finger.in_contact = state.local_model.in_contact;
+    finger.validity = validity;
+  }
   return state;
 }
 

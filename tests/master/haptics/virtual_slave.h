@@ -1,5 +1,5 @@
-// A slave for tests: a soft wall below y = `surface`, a tool that follows at once, a line with
-// delay, jitter and loss. Runs on whatever clock it is stepped with.
+// A slave for tests: a soft wall behind a plane, a tool that follows at once, a line with delay,
+// jitter and loss. Runs on whatever clock it is stepped with.
 #pragma once
 
 #include <cstdint>
@@ -13,18 +13,23 @@ namespace palpate {
 class VirtualSlave {
  public:
   struct Options {
-    double K = 500;                 // of the wall, along y [N/m]
-    double surface = -0.004;        // [m]
-    Eigen::Vector3d home{0, 0, 0};  // where the tool stands first, S [m]
-    double delay = 0;               // each way [s]
-    double jitter = 0;              // on top, uniform up to it [s]
-    double loss = 0;                // share of messages [-]
-    double clock_offset = 1000;     // slave's clock minus master's [s]
-    double sensor_rate = 60;        // [Hz]
-    double state_rate = 500;        // [Hz]
-    TeleopTransform transform;      // scales and rotation
+    double K = 500;                   // of the wall, along its normal [N/m]
+    double shear = 0;                 // across it, from where the tool came through [N/m]
+    Eigen::Vector3d normal{0, 1, 0};  // outward, S
+    double surface = -0.004;          // the wall begins at normal . p = surface [m]
+    Eigen::Vector3d home{0, 0, 0};    // where the tool stands first, S [m]
+    double delay = 0;                 // each way [s]
+    double jitter = 0;                // on top, uniform up to it [s]
+    double loss = 0;                  // share of messages [-]
+    double clock_offset = 1000;       // slave's clock minus master's [s]
+    double sensor_rate = 60;          // [Hz]
+    int window = 1;                   // samples that an estimate is the mean of: a network's lag
+    bool several = false;             // two fingertips; the second feels half of the first's force
+    double state_rate = 500;          // [Hz]
+    TeleopTransform transform;        // scales and rotation
   };
-  explicit VirtualSlave(const Options& options) : options_(options), tip_(options.home) {}
+  explicit VirtualSlave(const Options& options)
+      : options_(options), entry_(OnPlane(options.home)), tip_(options.home) {}
 
   // One millisecond: takes commands, moves, senses, sends.
   void Step(Time now, LatestValue<OperatorCommand>* commands, LatestValue<ReceivedState>* states);
@@ -38,6 +43,7 @@ class VirtualSlave {
   void set_K(double K);  // the object changes, and so does the model's revision
   [[nodiscard]] Eigen::Vector3d TrueForce() const { return ForceAt(tip_); }
   [[nodiscard]] const Eigen::Vector3d& tip() const { return tip_; }
+  [[nodiscard]] double depth() const { return DepthOf(tip_); }  // of the tip in the wall [m]
   [[nodiscard]] bool engaged() const { return engaged_; }
 
  private:
@@ -46,7 +52,14 @@ class VirtualSlave {
     Time arrives;
     T message;
   };
+  [[nodiscard]] double DepthOf(const Eigen::Vector3d& p) const {
+    return options_.surface - options_.normal.dot(p);
+  }
+  [[nodiscard]] Eigen::Vector3d OnPlane(const Eigen::Vector3d& p) const {
+    return p + DepthOf(p) * options_.normal;
+  }
   [[nodiscard]] Eigen::Vector3d ForceAt(const Eigen::Vector3d& p) const;
+  void MoveTo(const Eigen::Vector3d& p);
   [[nodiscard]] bool IsLost() { return uniform_(random_) < options_.loss; }
   [[nodiscard]] Time Arrival(Time now) {
     return now + Seconds(options_.delay + options_.jitter * uniform_(random_));
@@ -61,7 +74,9 @@ class VirtualSlave {
   std::uniform_real_distribution<double> uniform_{0, 1};
   std::deque<Late<OperatorCommand>> commands_;
   std::deque<Late<SlaveState>> states_;
+  Eigen::Vector3d entry_;  // where the tip came through the plane, or would
   Eigen::Vector3d tip_, sensed_tip_{0, 0, 0}, sensed_force_{0, 0, 0};
+  std::deque<Eigen::Vector3d> felt_;  // the window's forces
   Time sensed_at_{}, sent_at_{};
   std::uint64_t command_sequence_ = 0, state_sequence_ = 0, delivered_ = 0;
   std::uint32_t epoch_ = 0, revision_ = 1;

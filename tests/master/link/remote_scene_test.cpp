@@ -1,5 +1,6 @@
 #include "master/link/remote_scene.h"
 
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <stdexcept>
@@ -39,6 +40,25 @@ TEST(RemoteSceneTest, WhatTheSlaveSaysIsTaken) {
   // A quarter turn: x of M is y of S.
   EXPECT_EQ(remote.transform.R_SM * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY());
   EXPECT_TRUE(remote.transform.offset.isZero(0));
+}
+
+TEST(RemoteSceneTest, FingertipsAreKnownByNameAndPlace) {
+  v1::SceneDescription scene = GoodScene();
+  EXPECT_TRUE(ToRemoteScene(scene, {}).fingertips.empty());
+  scene.add_fingertips()->set_name("ff");
+  scene.mutable_fingertips(0)->set_network("rnn_21");
+  scene.mutable_fingertips(0)->set_localiser("pressure-weighted");
+  scene.mutable_fingertips(0)->mutable_p_s_finger()->set_y(0.25);
+  scene.add_fingertips()->set_name("th");  // no pose: an older or simpler slave
+  const auto tips = ToRemoteScene(scene, {}).fingertips;
+  ASSERT_EQ(tips.size(), 2U);
+  EXPECT_EQ(tips[0].name, "ff");
+  EXPECT_EQ(tips[0].network, "rnn_21");
+  EXPECT_EQ(tips[0].localiser, "pressure-weighted");
+  EXPECT_EQ(tips[0].p_S_home, Eigen::Vector3d(0, 0.25, 0));
+  EXPECT_EQ(tips[1].name, "th");
+  scene.mutable_fingertips(1)->mutable_p_s_finger()->set_z(std::nan(""));
+  EXPECT_THROW(ToRemoteScene(scene, {}), std::runtime_error);
 }
 
 struct Malformation {

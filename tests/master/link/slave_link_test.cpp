@@ -88,6 +88,23 @@ TEST_F(SlaveLinkTest, CommandsArriveAndTheForceComesBack) {
   EXPECT_EQ(slave_.ends(), 1);
 }
 
+// Reference: the fake's fingers, which feel what its tool feels.
+TEST_F(SlaveLinkTest, FingertipsAreToldInSceneAndStates) {
+  slave_.TakeTactile({"ff", "th"});
+  SlaveLink link(To(server_->address()));
+  const RemoteScene scene = link.Connect();
+  ASSERT_EQ(scene.fingertips.size(), 2U);
+  EXPECT_EQ(scene.fingertips[0].name, "ff");
+  EXPECT_EQ(scene.fingertips[0].p_S_home, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(scene.fingertips[1].name, "th");
+  link.Start(&loop_.states, &loop_.commands);
+  ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.finger_count == 2; }));
+  const FingerState& second = loop_.newest.state.fingers[1];
+  EXPECT_EQ(second.validity, Validity::kValid);
+  EXPECT_EQ(second.force, Eigen::Vector3f(0, 0, 0));
+  EXPECT_EQ(second.p_S_contact, Eigen::Vector3d(0, FakeSlave::kHome, 0).cast<float>());
+}
+
 TEST_F(SlaveLinkTest, TheLinkFillsSequenceStampAndEcho) {
   SlaveLink link(To(server_->address()));
   link.Start(&loop_.states, &loop_.commands);

@@ -8,11 +8,13 @@
 #include <gtest/gtest.h>
 
 #include "master/view/status_line.h"
+#include "tests/master/view/pinched_cube.h"
 
 namespace palpate {
 namespace {
 
 using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -97,6 +99,61 @@ TEST_F(ConsoleTest, OnATerminalOneLineIsReplacedAndEndedBeforeOthers) {
   const std::string text = Written();
   EXPECT_EQ(Count(text, '\r'), 5);
   EXPECT_THAT(text, HasSubstr("\ndone\n"));
+}
+
+// What a terminal shows after `text`: knows the three controls that the console uses.
+std::vector<std::string> Screen(const std::string& text) {
+  std::vector<std::string> rows{""};
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\r') continue;  // every line is written whole
+    if (text[i] == '\n') {
+      if (++row == rows.size()) rows.emplace_back();
+      rows[row].clear();
+    } else if (text[i] == '\x1b') {
+      const std::size_t end = text.find_first_of("AJK", i);
+      if (text[end] == 'A') row -= std::stoul(text.substr(i + 2, end - i - 2));
+      if (text[end] == 'A') rows[row].clear();
+      if (text[end] == 'J') rows.resize(row + 1);
+      i = end;
+    } else {
+      if (i > 0 && text[i - 1] == '\r') rows[row].clear();
+      rows[row] += text[i];
+    }
+  }
+  return rows;
+}
+
+TEST_F(ConsoleTest, OnATerminalTheTableOfFingersIsReplacedAsAWhole) {
+  const ShapeMoment moment = PinchedCube(0.006);
+  Status status = Following();
+  status.fingers = moment.fingers;
+  {
+    Console console(file_, true);
+    console.Show(status);
+    console.Show(status, moment.mesh.get());
+    console.Show(status, moment.mesh.get());
+    status.fingers.pop_back();  // one finger: the status line tells of it
+    status.fingers[0].felt.in_contact = false;
+    console.Show(status);
+    status.fingers = moment.fingers;
+    console.Show(status, moment.mesh.get());
+    console.Say("done");
+  }
+  EXPECT_THAT(Screen(Written()), ElementsAre(HasSubstr("FOLLOWING"), HasSubstr("ff       touches"),
+                                             HasSubstr("th       touches"),
+                                             HasSubstr("moved by up to 6 mm"), "done", ""));
+}
+
+TEST_F(ConsoleTest, InAPipeTheFingersStandBehindTheStatus) {
+  const ShapeMoment moment = PinchedCube(0.006);
+  Status status = Following();
+  status.fingers = moment.fingers;
+  Console console(file_, false);
+  console.Show(status, moment.mesh.get());
+  const std::string text = Written();
+  EXPECT_EQ(Count(text, '\n'), 1);
+  EXPECT_THAT(text, HasSubstr("  ff 0.423 N  th 0.401 N  moved 6 mm\n"));
 }
 
 }  // namespace

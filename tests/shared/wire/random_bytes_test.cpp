@@ -12,7 +12,14 @@
 namespace palpate {
 namespace {
 
+bool AllFinite(const FingerState& finger) {
+  return finger.p_S_contact.allFinite() && (!finger.force || finger.force->allFinite());
+}
+
 bool AllFinite(const SlaveState& s) {
+  for (const FingerState& finger : s.fingers) {
+    if (!AllFinite(finger)) return false;
+  }
   return s.p_S_tip.allFinite() && (!s.force || s.force->allFinite()) &&
          (!s.true_force || s.true_force->allFinite()) && s.offset.allFinite() &&
          s.local_model.reference.allFinite() && s.local_model.normal.allFinite() &&

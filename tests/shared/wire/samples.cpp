@@ -36,6 +36,9 @@ SlaveState FullState() {
   state.offset = {0.5, 0.25, -0.125};
   state.phase = Phase::kFollowing;
   state.true_force = Eigen::Vector3d(-1, 2, 3);
+  state.finger_count = 2;
+  state.fingers[0] = {{0.5F, -0.25F, 0.125F}, Eigen::Vector3f(1, -2, 4), true, Validity::kValid};
+  state.fingers[1] = {{0.25F, 0.5F, -2}, std::nullopt, true, Validity::kTrackingLost};
   return state;
 }
 

@@ -60,6 +60,42 @@ TEST(StateMessageTest, WhatWasSentIsWhatArrives) {
   EXPECT_EQ(got.offset, sent.offset);
   EXPECT_EQ(got.phase, sent.phase);
   EXPECT_EQ(got.true_force, sent.true_force);
+  ASSERT_EQ(got.finger_count, sent.finger_count);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(got.fingers[i].p_S_contact, sent.fingers[i].p_S_contact);
+    EXPECT_EQ(got.fingers[i].force, sent.fingers[i].force);
+    EXPECT_EQ(got.fingers[i].in_contact, sent.fingers[i].in_contact);
+    EXPECT_EQ(got.fingers[i].validity, sent.fingers[i].validity);
+  }
+}
+
+TEST(StateMessageTest, OneFingerIsTheToolAndIsNotSentTwice) {
+  SlaveState state = FullState();
+  state.finger_count = 1;
+  v1::SlaveState message;
+  ToProto(state, &message);
+  EXPECT_EQ(message.fingers_size(), 0);
+  state.finger_count = kMaxFingers;
+  ToProto(state, &message);
+  EXPECT_EQ(message.fingers_size(), kMaxFingers);
+}
+
+TEST(StateMessageTest, WhatIsNotFiniteAtAFingerIsSentAsUnknown) {
+  SlaveState state = FullState();
+  state.fingers[0].force = Eigen::Vector3f(1, NAN, 0);
+  state.fingers[1].p_S_contact.x() = INFINITY;
+  v1::SlaveState message;
+  ToProto(state, &message);
+  EXPECT_FALSE(message.fingers(0).has_force());
+  EXPECT_EQ(message.fingers(0).validity(), v1::VALIDITY_FAILED);
+  EXPECT_FALSE(message.fingers(1).has_p_s_contact());
+  EXPECT_FALSE(Read(message).fingers[0].force.has_value());
+}
+
+TEST(StateMessageTest, OfMoreFingersThanAHandHasTheFirstAreRead) {
+  v1::SlaveState message = FullMessage();
+  while (message.fingers_size() < 9) *message.add_fingers() = message.fingers(0);
+  EXPECT_EQ(Read(message).finger_count, kMaxFingers);
 }
 
 TEST(StateMessageTest, AStiffnessMatrixTravelsRowByRow) {
@@ -110,6 +146,7 @@ TEST(StateMessageTest, AReusedMessageKeepsNothingOfTheStateBefore) {
 // at 1 kHz, revision and epoch at their largest. The force at a linear model's reference is zero.
 TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
   SlaveState state = FullState();
+  state.finger_count = 0;
   constexpr std::uint64_t kTenYears = 315'360'000'000;
   state.sequence = state.command_sequence = kTenYears;
   state.sensed_at = state.sent_at = Time(std::chrono::nanoseconds(4'102'444'799'999'999'999));
@@ -185,6 +222,12 @@ INSTANTIATE_TEST_SUITE_P(
         Malformation{"echo", [](auto* m) { m->mutable_echo()->set_nanos(-1); }},
         Malformation{"offset.x", [](auto* m) { m->mutable_offset()->set_x(NAN); }},
         Malformation{"true_force.x", [](auto* m) { m->mutable_true_force()->set_x(kNan); }},
+        Malformation{"fingers.force is absent",
+                     [](auto* m) { m->mutable_fingers(0)->clear_force(); }},
+        Malformation{"fingers.force.y = nan",
+                     [](auto* m) { m->mutable_fingers(0)->mutable_force()->set_y(NAN); }},
+        Malformation{"fingers.p_S_contact.z",
+                     [](auto* m) { m->mutable_fingers(1)->mutable_p_s_contact()->set_z(1e9F); }},
         Malformation{"local_model.stiffness",
                      [](auto* m) { m->mutable_local_model()->mutable_stiffness()->RemoveLast(); }},
         Malformation{"local_model.stiffness",

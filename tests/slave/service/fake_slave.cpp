@@ -77,6 +77,21 @@ void FakeSlave::set_has_camera(bool has_camera) {
   has_camera_ = has_camera;
 }
 
+void FakeSlave::TakeTactile(const std::vector<std::string>& fingers) {
+  const std::scoped_lock lock(mutex_);
+  Tactile& tactile = tactile_.emplace();
+  tactile.source = Tactile::Source::kStream;
+  tactile.network = "nets/rnn_21/";
+  for (const std::string& name : fingers) tactile.fingers.emplace_back().name = name;
+  tactile.fingers.front().X_SF.translation() = Eigen::Vector3d(0.1, 0.2, 0.3);
+  inbox_ = std::make_unique<TactileInbox>(tactile);
+}
+
+TactileInbox* FakeSlave::tactile_inbox() {
+  const std::scoped_lock lock(mutex_);
+  return inbox_.get();
+}
+
 void FakeSlave::BeginOperating() {
   const std::scoped_lock lock(mutex_);
   ++begins_;
@@ -120,6 +135,14 @@ SlaveState FakeSlave::Compose(Time now) {
   SlaveState state = state_;
   state.sent_at = now;
   if (state.echo) state.echo_delay = std::max(0.0, SecondsBetween(command_at_, now));
+  if (!tactile_) return state;
+  state.finger_count = static_cast<int>(tactile_->fingers.size());
+  FingerState felt;  // by each of them
+  felt.p_S_contact = state.p_S_tip.cast<float>();
+  if (state.force) felt.force = state.force->cast<float>();
+  felt.in_contact = state.local_model.in_contact;
+  felt.validity = state.validity;
+  state.fingers.fill(felt);
   return state;
 }
 
@@ -141,7 +164,8 @@ SlaveDescription FakeSlave::Describe() const {
   description.scene.name = "spring-surface";
   description.scene.object.geometry = RectangleGeometry{0.088, 0.088, 0.009};
   description.scene.object.material = {127e3, 0.49, 1050, 0};
-  if (has_camera_) description.scene.sense.camera.emplace();
+  if (has_camera_ && !tactile_) description.scene.sense.camera.emplace();
+  description.scene.sense.tactile = tactile_;
   description.scene.operator_options.force_limit = parameters_.force_limit.value_or(3.3);
   description.model.kind = "spring";
   description.model.dof = 1;
@@ -197,6 +221,10 @@ BoundaryShape FakeSlave::Shape(bool nodal_forces) {
   shape.sensed_at = state_.sensed_at;
   shape.validity = state_.validity;
   shape.elements = {0, 1, 1, 2, 2, 0};
+  if (tactile_) {
+    shape.nodes_per_element = 3;
+    shape.elements = {0, 1, 2};
+  }
   shape.rest = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   shape.positions = {0, 0.5F, 0, 1, 0, 0, 0, 1, 0};
   if (nodal_forces) shape.nodal_forces.assign(9, 0.25F);

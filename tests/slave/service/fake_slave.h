@@ -3,10 +3,13 @@
 #pragma once
 
 #include <condition_variable>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "slave/capture/tactile_inbox.h"
 #include "slave/pipeline/slave.h"
 
 namespace palpate {
@@ -31,6 +34,9 @@ class FakeSlave : public Slave {
   [[nodiscard]] std::string stop_reason() const;
   [[nodiscard]] ParameterChange parameters() const;
   void set_has_camera(bool has_camera);
+  // From now on the scene has fingertips whose samples are streamed, each of which feels what the
+  // tool feels, and the object is a triangle.
+  void TakeTactile(const std::vector<std::string>& fingers);
 
   // --- Slave.
   void BeginOperating() override;
@@ -48,6 +54,7 @@ class FakeSlave : public Slave {
   void EmergencyStop(const std::string& reason) override;
   BoundaryShape Shape(bool nodal_forces) override;
   std::optional<JpegPicture> Picture(bool overlays, int quality) override;
+  TactileInbox* tactile_inbox() override;
 
  private:
   mutable std::mutex mutex_;  // guards everything below
@@ -63,6 +70,8 @@ class FakeSlave : public Slave {
   std::uint64_t came_ = 0, refused_ = 0;
   int begins_ = 0, ends_ = 0, shapes_ = 0, pictures_ = 0;
   bool has_camera_ = true;
+  std::optional<Tactile> tactile_;
+  std::unique_ptr<TactileInbox> inbox_;
 };
 
 }  // namespace palpate

@@ -120,7 +120,7 @@ TEST_F(ServerTest, ParametersArriveAndTheSceneInForceComesBack) {
   EXPECT_FALSE(slave_.parameters().position_scale.has_value());
 }
 
-TEST_F(ServerTest, ThereIsNoTactileSensor) {
+TEST_F(ServerTest, ASceneWithoutStreamedFingertipsTakesNoSamples) {
   grpc::ClientContext context;
   SetDeadline(&context);
   v1::FeedTactileReply reply;
@@ -129,7 +129,8 @@ TEST_F(ServerTest, ThereIsNoTactileSensor) {
   writer->WritesDone();
   const grpc::Status status = writer->Finish();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(status.error_message(), "the scene has no tactile sensor");
+  EXPECT_EQ(status.error_message(),
+            "the scene takes no tactile samples: its sense.tactile.source is no stream");
 }
 
 TEST_F(ServerTest, ARequestThatIsFarTooLongIsRefused) {

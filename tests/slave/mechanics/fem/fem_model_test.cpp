@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/surface_patch.h"
+#include "slave/contact/surface_contact.h"
 #include "tests/slave/mechanics/fem/solids.h"
 #include "tests/support/allocation_count.h"
 
@@ -148,6 +149,28 @@ TEST(FemModel, PatchLoadsSuperpose) {
   EXPECT_NEAR(0.5 * (a.value_O.dot(both[0].displacement_O) + b.value_O.dot(both[1].displacement_O)),
               model.energy(), 1e-10 * model.energy());
   EXPECT_EQ(ra.validity, Validity::kValid);
+}
+
+// Paper B, equations (6) and (7): a point load within a triangle is one on its three nodes by the
+// weights of its closest point. Reference: those three as loads of their own. The point is off the
+// surface, as a fingertip's is. Tolerance: rounding.
+TEST(FemModel, APointLoadActsOnItsTrianglesNodesByTheirAreas) {
+  const SolidMesh mesh = Block();
+  const Vector3d f(0.1, -0.2, -0.3);
+  const auto place = SurfaceContact(SurfaceOf(mesh)).Find({0.034, 0.021, 0.0603}, 0.01);
+  ASSERT_TRUE(place);
+  EXPECT_GT(place->weights.minCoeff(), 0.05);
+  FemModel model(mesh, OnFloor(mesh), solids::Linear(solids::Foam()));
+  Respond(model, {Load(place->p_O, 0, f)});
+  const auto at_point = Displacement(model);
+  const auto triangle = SurfaceOf(mesh).triangles[static_cast<std::size_t>(place->triangle)];
+  std::vector<Contact> at_nodes;
+  for (std::size_t i = 0; i < 3; ++i) {
+    at_nodes.push_back(
+        solids::Push(mesh, triangle[i], place->weights[static_cast<Eigen::Index>(i)] * f));
+  }
+  Respond(model, at_nodes);
+  EXPECT_LT(solids::Difference(at_point, Displacement(model)), 1e-9);
 }
 
 // Law: the order of the answer's error on a smooth solution, u = grad(e^(sqrt2 x) sin y sin z),

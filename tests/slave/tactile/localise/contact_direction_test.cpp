@@ -1,12 +1,21 @@
 // Localisers against a measured contact normal: another laboratory's presses of such a fingertip on
 // a plate that is followed by motion capture. Errors are medians after the best single rotation.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "slave/tactile/localise/contact_point.h"
+#include "slave/tactile/localise/finger_surface.h"
 #include "slave/tactile/localise/fitted_localiser.h"
+#include "slave/tactile/localise/found_place.h"
 #include "slave/tactile/localise/localiser.h"
 #include "tests/slave/tactile/localise/plate_presses.h"
 
@@ -38,27 +47,142 @@ class ContactDirectionTest : public ::testing::Test {
   std::optional<presses::Presses> trial_, short_;
 };
 
-TEST_F(ContactDirectionTest, Table) {
-  const std::size_t half = trial_->change.size() / 2;
-  for (const char* variant : {"paper", "polarity-free", "pressure-weighted"}) {
-    const auto localiser = Make(variant);
-    Print(variant, "trial 1", presses::ErrorsOf(*localiser, *trial_));
-    Print(variant, "first half", presses::ErrorsOf(*localiser, presses::Part(*trial_, 0, half)));
-    Print(variant, "second half",
-          presses::ErrorsOf(*localiser, presses::Part(*trial_, half, 2 * half)));
-    Print(variant, "short take", presses::ErrorsOf(*localiser, *short_));
+// The paper's equations with the last division by m left out, by which the figure beside the data
+// was made.
+class DividedOnce final : public Localiser {
+ public:
+  explicit DividedOnce(const ElectrodeLayout& layout) : layout_(layout) {}
+  [[nodiscard]] TouchPlace Locate(const TactileSignals& change,
+                                  const FingerReading& /*raw*/) const noexcept override {
+    std::vector<Eigen::Vector3d> p_F;
+    std::vector<double> intensity;
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+      if (!(change[i] < -5)) continue;
+      p_F.push_back(layout_.p_F[i]);
+      intensity.push_back(std::min(-static_cast<double>(change[i]) / 200, 1.0));
+    }
+    TouchPlace place;
+    const auto point = ContactPointOf(p_F, intensity, Division::kOnce);
+    if (!point) return place;
+    place.status = TouchPlace::Status::kFound;
+    place.sigma = 1;
+    place.n_F = FingerSurface{}.Normal(*FingerSurface{}.Project(point->c));
+    return place;
   }
-  const auto first = presses::Part(*trial_, 0, half),
-             second = presses::Part(*trial_, half, trial_->change.size());
-  const auto a = FitLocaliser(first.change, first.normal_F, *layout_, {});
-  const auto b = FitLocaliser(second.change, second.normal_F, *layout_, {});
-  const auto c = FitLocaliser(trial_->change, trial_->normal_F, *layout_, {});
-  for (const auto& w : {a, b, c}) std::printf("cv %g share %g ridge %g\n", w.median_error * 57.3, 0.0, w.ridge);
-  Print("fitted", "1 -> 2", presses::ErrorsOf(*MakeFittedLocaliser(a, 7e-3), second));
-  Print("fitted", "2 -> 1", presses::ErrorsOf(*MakeFittedLocaliser(b, 7e-3), first));
-  Print("fitted", "1 -> short", presses::ErrorsOf(*MakeFittedLocaliser(a, 7e-3), *short_));
-  Print("fitted", "2 -> short", presses::ErrorsOf(*MakeFittedLocaliser(b, 7e-3), *short_));
-  Print("fitted", "all -> short", presses::ErrorsOf(*MakeFittedLocaliser(c, 7e-3), *short_));
+  [[nodiscard]] std::string_view name() const override { return "divided once"; }
+
+ private:
+  ElectrodeLayout layout_;
+};
+
+// Reference: 7.9 degrees beside the data for the paper's formula on trial 1. Divided once it is
+// 7.96; as the paper prints it, 8.24. Tolerance: the last digit given.
+TEST_F(ContactDirectionTest, PaperErrsAsTheDataSay) {
+  const auto once = presses::ErrorsOf(DividedOnce(*layout_), *trial_);
+  Print("paper, once", "trial 1", once);
+  EXPECT_NEAR(once.median(), 7.9, 0.1);
+  const auto paper = presses::ErrorsOf(*Make("paper"), *trial_);
+  Print("paper", "trial 1", paper);
+  Print("paper", "short take", presses::ErrorsOf(*Make("paper"), *short_));
+  EXPECT_NEAR(paper.median(), 7.9, 0.4);
+  EXPECT_GT(paper.degrees.size(), 0.98 * paper.rows);
+}
+
+// Bounds: 7 degrees are asked for; what was measured is printed. The default is the best.
+TEST_F(ContactDirectionTest, FormulasOfDirectionsErrLess) {
+  for (const char* variant : {"polarity-free", "auto"}) {
+    const auto errors = presses::ErrorsOf(*Make(variant), *trial_);
+    Print(variant, "trial 1", errors);
+    Print(variant, "short take", presses::ErrorsOf(*Make(variant), *short_));
+    EXPECT_LT(errors.median(), 7.0);
+    EXPECT_GT(errors.degrees.size(), 0.99 * errors.rows);
+  }
+  const auto best = presses::ErrorsOf(*Make("auto"), *trial_);
+  EXPECT_LT(best.median(), 5.5);
+  EXPECT_LT(best.median(), presses::ErrorsOf(*Make("polarity-free"), *trial_).median());
+  EXPECT_LT(presses::ErrorsOf(*Make("auto"), *short_).median(), 5.5);
+}
+
+// What `sigma` means: 68 % of the places are within it. Tolerance: the law by which it falls with
+// the strength of the contact fits its twelfths to 40 %, all of them together to a tenth.
+TEST_F(ContactDirectionTest, SigmaHoldsTwoThirdsOfThePlaces) {
+  for (const char* variant : {"paper", "polarity-free", "pressure-weighted"}) {
+    const auto errors = presses::ErrorsOf(*Make(variant), *trial_);
+    EXPECT_NEAR(errors.of_sigma[errors.of_sigma.size() * 68 / 100], 1, 0.1) << variant;
+  }
+}
+
+// Reference: the same without the dead electrode's loss. The bound is kFlawedSigma's.
+TEST_F(ContactDirectionTest, OneDeadElectrodeAddsNoMoreThanSigmaSays) {
+  const auto localiser = Make("auto");
+  const double sound = presses::ErrorsOf(*localiser, *trial_).median();
+  double worst = 0;
+  for (std::size_t dead = 0; dead < kElectrodeCount; ++dead) {
+    presses::Presses presses = *trial_;
+    for (TactileSignals& change : presses.change) change[dead] = 0;
+    worst = std::max(worst, presses::ErrorsOf(*localiser, presses).median() / sound);
+  }
+  std::printf("  worst dead electrode: error %4.2f times\n", worst);
+  EXPECT_LT(worst, kFlawedSigma + 0.05);
+}
+
+// The other half of the trial in time, both ways: 5.5 degrees are asked for.
+TEST_F(ContactDirectionTest, FittedToOneHalfErrsLittleOnTheOther) {
+  const std::size_t middle = trial_->change.size() / 2;
+  const auto first = presses::Part(*trial_, 0, middle);
+  const auto second = presses::Part(*trial_, middle, trial_->change.size());
+  const auto error = [&](const char* what, const presses::Presses& learnt,
+                         const presses::Presses& tested) {
+    const auto localiser = MakeFittedLocaliser(
+        FitLocaliser(learnt.change, learnt.normal_F, *layout_, {}), FingerSurface{}.radius);
+    const auto errors = presses::ErrorsOf(*localiser, tested);
+    Print("fitted", what, errors);
+    return errors;
+  };
+  const auto forth = error("1st -> 2nd", first, second);
+  const auto back = error("2nd -> 1st", second, first);
+  EXPECT_LT(forth.median(), 5.5);
+  EXPECT_LT(back.median(), 5.5);
+  // Its sigma comes from the half it knows, which the other resembles more or less.
+  EXPECT_LT(forth.of_sigma[forth.of_sigma.size() * 68 / 100], 1.5);
+  EXPECT_LT(back.of_sigma[back.of_sigma.size() * 68 / 100], 1.5);
+  EXPECT_LT(error("1st -> short", first, *short_).median(), 5.5);
+  EXPECT_LT(error("2nd -> short", second, *short_).median(), 5.5);
+  EXPECT_LT(error("all -> short", *trial_, *short_).median(), 5.5);
+}
+
+// The authors' own recording: a soft bar, under which hardly an electrode falls. Reference: the
+// force that their network gives there points within a cone of friction about the normal; 30
+// degrees are a coefficient of 0.58. Rows where pdc is 20 counts above rest are in contact.
+TEST(SoftContactTest, IsFoundByTheDefaultWhereTheForcePointsAndNotByThePaper) {
+  const auto layout = presses::Layout();
+  const auto press = presses::ReadSoftPress();
+  if (!layout || !press) GTEST_SKIP() << "../shared/data is absent";
+  for (const char* variant : {"paper", "polarity-free", "pressure-weighted"}) {
+    Tactile tactile;
+    tactile.localise = variant;
+    const auto localiser = MakeLocaliser(tactile, *layout);
+    int found = 0;
+    std::vector<double> angles;
+    for (std::size_t k = 0; k < press->change.size(); ++k) {
+      const TouchPlace place = localiser->Locate(press->change[k], press->raw[k]);
+      if (!place.usable()) continue;
+      ++found;
+      angles.push_back(std::acos(place.n_F.dot(press->normal_F[k])) * 180 / std::numbers::pi);
+    }
+    std::sort(angles.begin(), angles.end());
+    const double share = static_cast<double>(found) / static_cast<double>(press->change.size());
+    const double median = angles.empty() ? 0 : angles[angles.size() / 2];
+    std::printf("  %-18s found %5.1f %%, median %5.1f degrees from the force\n", variant,
+                100 * share, median);
+    if (std::string(variant) == "paper") {
+      EXPECT_LT(share, 0.1);
+    }
+    if (std::string(variant) == "pressure-weighted") {
+      EXPECT_GT(share, 0.95);
+      EXPECT_LT(median, 30);
+    }
+  }
 }
 
 }  // namespace

@@ -20,6 +20,9 @@ struct Presses {
 
 // `file` without `.csv`; contact where pdc >= `least_pdc`. nullopt where the data are absent.
 std::optional<Presses> Read(const std::string& file, double least_pdc);
+// The authors' press of a foam bar (../shared/data/seed001_rf_foam_bar), rows with pdc 20 counts
+// above rest; as normal, the direction of the force that their network gives. nullopt: absent.
+std::optional<Presses> ReadSoftPress();
 // The authors' electrodes. nullopt where the data are absent.
 std::optional<ElectrodeLayout> Layout();
 

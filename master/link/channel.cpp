@@ -1,0 +1,42 @@
+#include "master/link/channel.h"
+
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+#include <grpcpp/support/channel_arguments.h>
+
+#include "shared/link/loopback.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kFirstRetryMs = 50, kLongestRetryMs = 500;
+constexpr int kKeepaliveMs = 1000;
+constexpr int kTickWindow = 8192, kBulkWindow = 65536;  // [bytes] on their way at most
+constexpr int kLargestMesh = 64 << 20;                  // [bytes]
+
+}  // namespace
+
+std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic) {
+  const bool bulk = traffic == Traffic::kBulk;
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetryMs);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kFirstRetryMs);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLongestRetryMs);
+  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, bulk ? kBulkWindow : kTickWindow);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveMs);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // a proxy between hand and tool only delays
+  if (bulk) arguments.SetMaxReceiveMessageSize(kLargestMesh);
+  return grpc::CreateCustomChannel(target, grpc::InsecureChannelCredentials(), arguments);
+}
+
+std::string PermittedTarget(const std::string& target, bool insecure) {
+  const Endpoint endpoint = ParseEndpoint(target);
+  RequireLoopbackUnless(insecure, endpoint);
+  return ToString(endpoint);
+}
+
+}  // namespace palpate

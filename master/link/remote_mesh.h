@@ -1,0 +1,49 @@
+// The object's surface as the slave sees it: what a MeshState says, checked. Frame S [m].
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/state/clock.h"
+#include "shared/state/validity.h"
+
+namespace palpate {
+
+namespace v1 {
+class MeshState;
+}
+
+// What stays while the object deforms. Of triangles and lines one is empty.
+struct MeshTopology {
+  SurfaceMesh surface;                    // nodes at rest, and the triangles of a volume's surface
+  std::vector<std::array<int, 2>> lines;  // the outline of a planar object
+};
+
+struct RemoteMesh {
+  std::uint64_t sequence = 0;  // of the state it belongs to
+  Time sensed_at{};            // slave's clock
+  Validity validity = Validity::kFailed;
+  std::shared_ptr<const MeshTopology> topology;  // never null
+  std::vector<Eigen::Vector3d> positions;        // deformed, one per node
+  std::vector<Eigen::Vector3d> nodal_forces;     // tool on node [N]; empty: not told
+
+  // How far the node that moved most is from its place at rest [m]; none if less than single
+  // precision tells of an object of this size.
+  [[nodiscard]] double LargestDeflection() const;
+};
+
+// `known`: the topology that came before, null: none; it stays unless the message brings another.
+// nullopt: a number is not finite or absurd, an index points nowhere, sizes do not fit; `reason`
+// then says which.
+std::optional<RemoteMesh> FromProto(const v1::MeshState& message,
+                                    const std::shared_ptr<const MeshTopology>& known,
+                                    std::string* reason);
+
+}  // namespace palpate

@@ -1,0 +1,33 @@
+// `palpate-slave evaluate`: the estimated shape against a measured cloud, or against the truth of a
+// simulated site (contracts; paper B, IV.C).
+#pragma once
+
+#include <filesystem>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+struct EvaluateOptions {
+  std::filesystem::path scene;
+  std::vector<std::string> overrides;  // key.path=value
+  std::filesystem::path cloud;         // PCD, frame of the camera; empty: the simulated experiment
+  std::filesystem::path out;           // folder
+  std::filesystem::path contacts, loads;  // CSV as for `solve`; empty: what fingertips tell
+  std::string segment = "surfaces";       // surfaces colour no
+  std::vector<double> at;   // x, y, z of a point on the object, frame of the camera [m]
+  std::vector<int> colour;  // red, green, blue of the object
+  double voxel = 0;         // [m]; 0: by the cloud
+  int neighbours = 30;      // of a point, for growing by colour
+  double point_colour = 20, region_colour = 10;  // largest differences [0 to 442]
+  double leaf = 0.01;                            // of the octree [m]
+  int repetitions = 5;                           // presses of the simulated experiment
+  bool materials = false;                        // it is made with each of the paper's three foams
+};
+
+// Returns the exit code: 0 done, 1 the files cannot be written. Throws SceneError, InputError,
+// std::invalid_argument: what is unusable.
+int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop);
+
+}  // namespace palpate

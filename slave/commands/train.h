@@ -1,0 +1,40 @@
+// `palpate-slave train`: networks that turn a fingertip's signals into force, one gain that fits a
+// known network to another fingertip, and localisers.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+struct TrainOptions {
+  std::vector<std::string> data;      // see DataArgument, or `simulated`
+  std::vector<std::string> test;      // the same; empty: a fifth of the data
+  std::vector<std::string> networks;  // rnn_21 (empty) rnn_19 dnn_21 dnn_19 all | localiser
+  std::filesystem::path out;          // folder, made if it is not there
+  std::filesystem::path from;         // a known network: only its gain is fitted
+  std::string finger;                 // of recordings with several
+  int rest = 50;                      // samples whose mean is the rest value
+  std::string optimiser = "adam";     // or sgd
+  double rate = 0;                    // learning rate; 0: the optimiser's own
+  int epochs = 60, patience = 20, batch = 128;
+  std::uint64_t seed = 1;
+  int threads = 2;
+  int presses = 1500;                 // of `simulated`
+  std::filesystem::path electrodes;   // localiser: layout file; empty: the simulated one
+  std::optional<double> contact_pdc;  // localiser: contact is above it [counts]
+  std::string normals = "auto";       // localiser: how nx, ny, nz stand in frame F
+};
+
+extern const char* const kTrainHelp;  // what --help says below the options
+
+// 0: trained, or stopped with something learnt (the files hold it); 1: nothing learnt or not
+// written. Throws std::invalid_argument for options and data that cannot be used, and what writing
+// throws.
+int RunTrain(const TrainOptions& options, const std::stop_token& stop);
+
+}  // namespace palpate

@@ -1,0 +1,77 @@
+#include "slave/commands/train_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+#include <stdexcept>
+
+#include "slave/tactile/training/recorded_forces.h"
+#include "slave/tactile/training/simulated_presses.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::string_view kSimulated = "simulated";
+constexpr std::uint64_t kTestSeed = 1'000'000;  // simulated tests are other starts
+
+std::vector<LabelledRecording> Read(std::span<const std::string> arguments,
+                                    const TrainOptions& options, std::uint64_t seed) {
+  std::vector<LabelledRecording> all;
+  for (const std::string& argument : arguments) {
+    std::vector<LabelledRecording> some;
+    if (argument == kSimulated) {
+      SimulatedPresses presses;
+      presses.presses = options.presses;
+      presses.rest_samples = options.rest;
+      presses.seed = seed;
+      some = SimulatePresses(presses);
+    } else {
+      some = ReadRecordedForces(ParseDataArgument(argument), {options.finger, options.rest});
+    }
+    std::ranges::move(some, std::back_inserter(all));
+  }
+  return all;
+}
+
+void WarnOfOverlap(const TrainingData& data) {
+  for (const LabelledRecording& test : data.test) {
+    for (const LabelledRecording& train : data.data) {
+      if (!Overlap(test, train)) continue;
+      std::fprintf(stderr, "train: warning: %s and %s share samples: the test flatters\n",
+                   test.name.c_str(), train.name.c_str());
+    }
+  }
+}
+
+}  // namespace
+
+TrainingData ReadTrainingData(const TrainOptions& options) {
+  try {
+    TrainingData read{Read(options.data, options, options.seed),
+                      Read(options.test, options, options.seed + kTestSeed)};
+    WarnOfOverlap(read);
+    return read;
+  } catch (const std::runtime_error& e) {
+    throw std::invalid_argument(e.what());
+  }
+}
+
+std::string NamesOf(std::span<const std::string> data) {
+  std::string names;
+  for (const std::string& argument : data) {
+    if (!names.empty()) names.append(", ");
+    if (argument == kSimulated) {
+      names.append(argument);
+      continue;
+    }
+    const DataArgument parsed = ParseDataArgument(argument);
+    names.append(parsed.tactile.filename().string());
+    if (!parsed.wrench.empty()) names.append("+").append(parsed.wrench.filename().string());
+    const bool sliced = std::isfinite(parsed.from) || std::isfinite(parsed.to);
+    if (sliced) names.append(argument, argument.rfind('@'));
+  }
+  return names;
+}
+
+}  // namespace palpate

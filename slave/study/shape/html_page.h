@@ -1,0 +1,38 @@
+// A report that opens in any browser and is one file: pictures are inside.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpate {
+
+class HtmlPage {
+ public:
+  explicit HtmlPage(std::string_view title);
+
+  // All words are escaped.
+  void Heading(std::string_view words);
+  void Paragraph(std::string_view words);
+  // `align` left; numbers stand better right.
+  void Table(const std::vector<std::string>& head,
+             const std::vector<std::vector<std::string>>& rows);
+  struct Figure {
+    std::string png;  // bytes
+    std::string caption;
+  };
+  // Side by side, as many as fit.
+  void Figures(const std::vector<Figure>& figures);
+  // An SVG document as it is.
+  void Drawing(std::string_view svg);
+
+  [[nodiscard]] std::string Document() const { return body_ + "</body></html>\n"; }
+
+ private:
+  std::string body_;
+};
+
+// RFC 4648, with padding.
+std::string Base64(std::string_view bytes);
+
+}  // namespace palpate

@@ -1,0 +1,51 @@
+// A measured cloud against the estimated shape (paper B, IV.C, figures 11 and 12).
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/scene/scene.h"
+#include "slave/study/shape/label_score.h"
+#include "slave/study/shape/object_choice.h"
+#include "slave/study/shape/pcd_file.h"
+#include "slave/study/shape/segmentation.h"
+#include "slave/study/shape/shape_score.h"
+#include "slave/study/shape/virtual_depth_camera.h"
+
+namespace palpate {
+
+struct MeasuredQuestion {
+  std::string scene;                  // its name
+  std::string file;                   // of the cloud
+  PcdCloud measured;                  // frame D of the camera
+  std::optional<DepthCamera> camera;  // absent: nothing is scored
+  SurfaceMesh rest_S, estimate_S;     // the object's surface [m]
+  std::string state;                  // in words, how the estimate came about
+  std::vector<Occluder> fingers_S;
+  bool segment = true;  // false: every point is the object's
+  SegmentationOptions segmentation;
+  ObjectHint hint;     // where the scene has the object is filled in
+  double leaf = 0.01;  // [m]
+};
+
+struct MeasuredAnswer {
+  Segmentation segmentation;
+  std::vector<LabelScore> labels;
+  ObjectChoice choice;
+  PointCloud object;                         // frame D
+  std::vector<Eigen::Vector3d> measured_S;   // the object's points
+  std::vector<Eigen::Vector3d> simulated_S;  // what the camera would see of the estimate
+  ShapeScore score;
+};
+
+MeasuredAnswer Evaluate(const MeasuredQuestion& question);
+
+// Writes report.json, report.html, object.pcd and segmentation.pcd (frame D; `label` is 1 + region,
+// 0: none) and, where something was scored, simulated.pcd (frame D). False: cannot be written.
+bool WriteMeasured(const MeasuredQuestion& question, const MeasuredAnswer& answer,
+                   const std::filesystem::path& folder);
+
+}  // namespace palpate

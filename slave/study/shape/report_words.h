@@ -1,0 +1,28 @@
+// Numbers of an evaluation, for people and for programs.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "slave/study/shape/shape_score.h"
+
+namespace palpate {
+
+// 0.9731: `97.3 %`; NaN: `unknown`.
+std::string Percent(double share);
+// 0.0123: `12.3 mm`.
+std::string Millimetres(double length);
+// A table of distances.
+std::vector<std::string> DistanceHead(std::string first);
+std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& distances);
+// What is not known is null.
+nlohmann::ordered_json DistanceJson(const DistanceSummary& distances);
+nlohmann::ordered_json ScoreJson(const ShapeScore& score, double leaf);
+// False: cannot be written.
+bool WriteText(const std::filesystem::path& file, std::string_view text);
+
+}  // namespace palpate

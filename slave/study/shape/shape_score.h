@@ -1,0 +1,41 @@
+// How well an estimated shape agrees with a measured cloud.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+
+namespace palpate {
+
+// Of unsigned distances [m]; NaN where there are none.
+struct DistanceSummary {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  double mean = kNone, rms = kNone, p95 = kNone, max = kNone;
+};
+// p95: the smallest that 95 % do not exceed.
+DistanceSummary Summarised(std::vector<double> distances);
+
+// From every point to the closest point of the surface, or of the cloud. Points and nodes that are
+// not finite are left out; empty surface or cloud: no distances.
+std::vector<double> DistancesToSurface(std::span<const Eigen::Vector3d> points,
+                                       const SurfaceMesh& surface);
+std::vector<double> DistancesToCloud(std::span<const Eigen::Vector3d> points,
+                                     std::span<const Eigen::Vector3d> cloud);
+
+struct ShapeScore {
+  double octree = DistanceSummary::kNone;   // share of simulated points in the leaves [-]
+  std::size_t measured = 0, simulated = 0;  // points
+  DistanceSummary measured_to_surface;      // how far measured points are from the estimate
+  DistanceSummary simulated_to_measured;    // how far simulated points are from measured ones
+};
+// All in one frame; `leaf` [m] as in OctreeLeaves.
+ShapeScore Score(std::span<const Eigen::Vector3d> measured,
+                 std::span<const Eigen::Vector3d> simulated, const SurfaceMesh& estimate,
+                 double leaf);
+
+}  // namespace palpate

@@ -1,0 +1,198 @@
+#include "slave/study/shape/simulated_experiment.h"
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "slave/mechanics/progress.h"
+#include "slave/pipeline/tactile_estimator.h"
+#include "slave/site/fingertip/scripted_touch.h"
+#include "slave/study/shape/finger_capsule.h"
+#include "slave/study/shape/octree_leaves.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kApart = 0.3;  // of the hand, before the object is pictured alone [s]
+constexpr double kStill = 0.5;  // of a hold, before its picture is taken [s]
+
+// The truth and the estimate at one instant. Frame S.
+struct Instant {
+  SurfaceMesh truth, estimate;
+  std::vector<Occluder> fingers;
+};
+
+class Experiment {
+ public:
+  Experiment(const Scene& scene, const ExperimentOptions& options)
+      : scene_(scene),
+        options_(options),
+        touch_(scene, options.repetitions),
+        estimator_(scene),
+        rest_(touch_.site().rest_surface()) {
+    object_.name = scene.name;
+    static constexpr std::array kNames{"unoccluded", "occluded", "deformed"};
+    for (std::size_t k = 0; k < 3; ++k) object_.states[k].name = kNames[k];
+  }
+
+  SimulatedObject Run() {
+    const double rate = scene_.sense.tactile->rate;
+    bool touched = false;
+    long apart = 0, still = 0;  // samples
+    double depth = 0;
+    std::optional<Instant> open;
+    std::optional<Instant> before;  // the touch
+    while (const auto frame = touch_.Next({})) {
+      Tell(frame->sequence);
+      const Felt& felt = estimator_.Feel(*frame, scene_.manipulator.home);
+      const auto truth = touch_.site().truth();
+      const FingerTruth& first = truth[0];
+      if (!AnyTouches(truth)) {
+        touched = false;
+        if (!felt.force) continue;  // rest values are taken
+        before = Now(truth);
+        if (++apart == std::lround(kApart * rate)) open = before;
+        continue;
+      }
+      if (!touched && open && before) {
+        Take(0, Instant{open->truth, open->estimate, {}});
+        Take(1, *before);
+      }
+      touched = true;
+      apart = 0;
+      still = std::abs(first.depth - depth) < 1e-9 ? still + 1 : 0;
+      depth = first.depth;
+      if (still == std::lround(kStill * rate)) {
+        Take(2, Now(truth));
+        object_.true_force = first.force.norm();
+        object_.estimated_force =
+            felt.force ? felt.force->norm() : std::numeric_limits<double>::quiet_NaN();
+        open.reset();
+      }
+    }
+    RequireComplete();
+    return std::move(object_);
+  }
+
+ private:
+  using Truths = std::array<FingerTruth, kMaxFingers>;
+
+  [[nodiscard]] bool AnyTouches(const Truths& truth) const {
+    for (std::size_t i = 0; i < scene_.sense.tactile->fingers.size(); ++i) {
+      if (truth[i].in_contact) return true;
+    }
+    return false;
+  }
+
+  Instant Now(const Truths& truth) {
+    Instant now;
+    now.truth = {touch_.site().DeformedSurface(), rest_.triangles};
+    now.estimate.triangles = estimator_.body()->surface.triangles;
+    estimator_.DeformedNodes(&now.estimate.nodes);
+    for (std::size_t i = 0; i < scene_.sense.tactile->fingers.size(); ++i) {
+      now.fingers.push_back(FingerCapsule(truth[i].X_SF, scene_.sense.tactile->finger_radius));
+    }
+    return now;
+  }
+
+  // The estimate of who feels nothing.
+  [[nodiscard]] SurfaceMesh AtRest() const {
+    SurfaceMesh surface = estimator_.body()->surface;
+    for (auto& p : surface.nodes) p = estimator_.X_SO() * p;
+    return surface;
+  }
+
+  void Take(std::size_t k, const Instant& instant) {
+    ShapeState& state = object_.states[k];
+    const DepthCamera& camera = *scene_.sense.depth_camera;
+    state.measured_S = SeeSurface(camera, instant.truth, instant.fingers, ++seed_);
+    state.simulated_S = SeeSurface(camera, instant.estimate, instant.fingers, ++seed_);
+    state.estimate_S = instant.estimate;
+    state.fingers_S = instant.fingers;
+    state.scores.push_back(
+        Score(state.measured_S, state.simulated_S, instant.estimate, options_.leaf));
+    const auto undeformed = SeeSurface(camera, AtRest(), instant.fingers, seed_);
+    state.undeformed.push_back(OctreeLeaves(state.measured_S, options_.leaf).Share(undeformed));
+    std::vector<Vector3d> skin;
+    state.displacement = 0;
+    for (std::size_t i = 0; i < rest_.nodes.size(); ++i) {
+      state.displacement =
+          std::fmax(state.displacement, (instant.truth.nodes[i] - rest_.nodes[i]).norm());
+    }
+    for (const auto& triangle : rest_.triangles) {
+      for (const int i : triangle) skin.push_back(instant.truth.nodes[static_cast<std::size_t>(i)]);
+    }
+    state.error = Summarised(DistancesToSurface(skin, instant.estimate));
+  }
+
+  void Tell(std::uint64_t samples) {
+    const double all = touch_.duration() * scene_.sense.tactile->rate;
+    if (options_.progress && !options_.progress(static_cast<double>(samples) / all)) {
+      throw Interrupted();
+    }
+  }
+
+  void RequireComplete() const {
+    for (const ShapeState& state : object_.states) {
+      if (static_cast<int>(state.scores.size()) == options_.repetitions) continue;
+      throw std::invalid_argument(scene_.name + ": the " + state.name + " state came about " +
+                                  std::to_string(state.scores.size()) + " times in " +
+                                  std::to_string(options_.repetitions) +
+                                  " presses: accepted is a scene whose fingertips have forces, "
+                                  "rest off the object and press it");
+    }
+  }
+
+  const Scene& scene_;
+  const ExperimentOptions& options_;
+  ScriptedTouch touch_;
+  TactileEstimator estimator_;
+  SurfaceMesh rest_;
+  SimulatedObject object_;
+  std::uint32_t seed_ = 0;
+};
+
+}  // namespace
+
+Scene MadeOf(const Foam& foam, Scene scene) {
+  scene.object.material.young_modulus = foam.young_modulus;
+  scene.object.material.density = foam.density;
+  scene.object.material.poisson_ratio = kFoamPoissonRatio;
+  return scene;
+}
+
+double ShapeState::mean_undeformed() const {
+  return std::accumulate(undeformed.begin(), undeformed.end(), 0.0) /
+         static_cast<double>(undeformed.size());
+}
+
+double ShapeState::mean_octree() const {
+  double sum = 0;
+  for (const ShapeScore& score : scores) sum += score.octree;
+  return sum / static_cast<double>(scores.size());
+}
+
+SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& options) {
+  if (!scene.sense.tactile || scene.sense.tactile->source != Tactile::Source::kSimulated) {
+    throw std::invalid_argument(scene.file.string() +
+                                ": sense.tactile.source: accepted by evaluate without --cloud is "
+                                "simulated");
+  }
+  if (!scene.sense.depth_camera) {
+    throw std::invalid_argument(scene.file.string() +
+                                ": sense.depth_camera: missing: accepted is {pose: {...}}, where "
+                                "the object is seen from");
+  }
+  if (options.repetitions < 1) {
+    throw std::invalid_argument("--repetitions " + std::to_string(options.repetitions) +
+                                ": accepted is 1 or more");
+  }
+  return Experiment(scene, options).Run();
+}
+
+}  // namespace palpate

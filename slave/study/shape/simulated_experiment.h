@@ -1,0 +1,72 @@
+// Paper B, IV.C, with a simulated hand, object and camera: what the fingertips alone tell of the
+// shape, against the truth (figures 10 and 13).
+#pragma once
+
+#include <array>
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/scene/scene.h"
+#include "slave/study/shape/shape_score.h"
+#include "slave/study/shape/virtual_depth_camera.h"
+
+namespace palpate {
+
+// The paper's foams (table III; Poisson's ratio from the authors' material files).
+struct Foam {
+  std::string_view name;
+  double young_modulus, density;  // [Pa], [kg/m^3]
+};
+inline constexpr double kFoamPoissonRatio = 0.15;
+inline constexpr std::array<Foam, 3> kFoams{
+    {{"hard", 3800, 45}, {"medium", 3200, 30}, {"soft", 3000, 26}}};
+// The scene with its object made of another foam.
+Scene MadeOf(const Foam& foam, Scene scene);
+
+// One state of the object, as often as it was brought about.
+struct ShapeState {
+  std::string name;  // unoccluded, occluded, deformed
+  std::vector<ShapeScore>
+      scores;  // one per repetition; measured: what the camera sees of the truth
+  std::vector<double>
+      undeformed;           // octree scores of the estimate at rest instead: of knowing nothing
+  DistanceSummary error;    // of the last one: true surface's nodes to the estimate
+  double displacement = 0;  // of the true surface, the largest, of the last one [m]
+  // Of the last repetition. Frame S [m].
+  std::vector<Eigen::Vector3d> measured_S, simulated_S;
+  SurfaceMesh estimate_S;
+  std::vector<Occluder> fingers_S;
+
+  [[nodiscard]] double mean_octree() const;
+  [[nodiscard]] double mean_undeformed() const;
+};
+
+struct SimulatedObject {
+  std::string name;                  // of the scene
+  std::string material;              // of kFoams, or empty
+  std::array<ShapeState, 3> states;  // in the order of figure 10
+  double true_force = 0,
+         estimated_force = 0;  // of the first fingertip, last hold [N]; NaN: unknown
+};
+
+struct ExperimentOptions {
+  int repetitions = 5;  // presses, at least 1
+  double leaf = 0.01;   // [m]
+  // Called with the share done; false: stop.
+  std::function<bool(double)> progress;
+};
+
+// Presses the scene's object by its simulated site; the estimator has the tactile samples and the
+// fingertips' poses, nothing else. Three pictures of each press: before it, without the hand
+// (unoccluded); at the last sample before it touches (occluded); in the middle of the hold
+// (deformed). The same scene gives the same answer. Throws std::invalid_argument: not simulated
+// fingertips, no sense.depth_camera, what ScriptedTouch and TactileEstimator refuse; Interrupted.
+SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& options);
+
+}  // namespace palpate

@@ -1,0 +1,29 @@
+// The table, the floor, the wall: what an object stands on or before.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+// Noise of a structured-light camera at depth `z` [m]: 1.2 mm + 1.9 mm/m^2 (z - 0.4 m)^2, one sigma
+// [m] (Nguyen, Izadi & Lovell 2012, axial noise of the Kinect).
+double DepthNoise(double z) noexcept;
+
+struct SupportPlaneOptions {
+  double tolerance = 0.006;  // of a point [m]; three sigma of DepthNoise where that is more
+  double extent = 0.3;       // smaller planes belong to objects [m]; four sigma of their points'
+                             // spread across their longer direction
+  double share = 0.1;        // of all points that must lie in it
+  int planes = 3;            // looked for, at most
+};
+
+// Which points lie in supporting planes: the largest plane, then the largest of what is left.
+// Frame: the camera's, z forward. Found by RANSAC with a fixed seed: the same points give the same
+// answer.
+std::vector<bool> InSupportPlanes(std::span<const Eigen::Vector3d> points,
+                                  const SupportPlaneOptions& options);
+
+}  // namespace palpate

@@ -1,0 +1,156 @@
+"""A hand that feels and sees a pinch through fingertips: slave, master and drivers together."""
+import csv
+import json
+import math
+import os
+import pathlib
+import random
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+from programs import BARE, MASTER, OUT, PATIENCE, ROOT, Slave, run, wait_until
+
+CUBE = ROOT / "deploy/scenes/foam-cube.yaml"
+CLIENTS = ROOT / "tests/clients"
+ELECTRODES = [f"E{i}" for i in range(1, 20)]
+STREAM = ("--override", "sense.tactile.source=stream")
+
+
+def load_stubs():
+    """(grpc, palpate_stubs, messages, services, states), or None where Python has no gRPC."""
+    try:
+        import grpc
+    except ImportError:
+        return None
+    os.environ.setdefault("PALPATE_STUBS", str(OUT / "fingertips-stubs"))
+    sys.path.insert(0, str(CLIENTS))
+    import palpate_stubs
+    return (grpc, palpate_stubs, *palpate_stubs.load())
+
+
+def refuse_constant(name):
+    raise AssertionError(f"{name} in a report")
+
+
+@unittest.skipUnless("tactile:" in CUBE.read_text(), "the foam cube has no fingertips here")
+class Fingertips(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.out = pathlib.Path(self.folder.name)
+
+    def client(self, address):
+        stubs = load_stubs()
+        if stubs is None:
+            self.skipTest("no python3 with grpc (apt-get install python3-grpcio)")
+        grpc, palpate_stubs, self.messages, services, self.states = stubs
+        channel = palpate_stubs.connect(grpc, address)
+        self.addCleanup(channel.close)
+        return services.TeleoperationStub(channel)
+
+    def test_a_pinch_is_felt_and_seen(self):
+        with Slave(CUBE) as slave:
+            done = run(MASTER, "connect", slave.address, "--duration", "10", "--report", self.out / "report.json",
+                       "--log", self.out / "log.csv", "--shape", self.out / "pinch.svg", "--shape",
+                       self.out / "pinch.vtu")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertEqual(slave.stop(), 0)
+        report = json.loads((self.out / "report.json").read_text(), parse_constant=refuse_constant)
+        error, peak = report["force_error"], report["force_peak_N"]
+        print(f"force error {error['rms_N']:.4f} N rms, {error['rms_N'] / peak:.0%} of {peak:.3f} N; "
+              f"{report['states'] / report['duration_s']:.0f} states/s; fingers {report['fingers']}")
+        self.assertEqual(report["force_peak_is"], "true")
+        self.assertGreater(error["contact_ticks"], 500)
+        # What shows nothing at all is wrong by less than the peak: no bound on quality, that is printed.
+        self.assertLess(error["rms_N"], peak)
+        self.assertGreater(report["states"] / report["duration_s"], 90, "states are repeated at 100 Hz or more")
+        self.assertEqual([finger["name"] for finger in report["fingers"]], ["ff", "th"])
+        for finger in report["fingers"]:
+            self.assertGreater(finger["contact_share"], 0.05, finger)
+            self.assertGreater(finger["force_peak_N"], 0.05, finger)
+        # A deformation is felt, and stays within what the hand was asked for, twice over.
+        self.assertGreater(report["shape"]["deflection_peak_m"], 0.5e-3)
+        self.assertLess(report["shape"]["deflection_peak_m"], 20e-3)
+        self.assert_finite_rows(self.out / "log.csv")
+        for name in ("pinch.svg", "pinch-deepest.svg", "pinch.vtu", "pinch-deepest.vtu"):
+            self.assertTrue((self.out / name).exists(), name)
+        words = [text.text for text in xml.etree.ElementTree.parse(self.out / "pinch-deepest.svg").iter()
+                 if text.tag.endswith("text")]
+        self.assertIn("ff", words)
+        self.assertIn("th", words)
+        self.assertIn("ff", done.stdout, "a person sees the fingers")
+
+    def assert_finite_rows(self, path):
+        with open(path, newline="") as log:
+            for row in csv.DictReader(log):
+                for key, text in row.items():
+                    if key not in ("state", "reason") and text:
+                        self.assertTrue(math.isfinite(float(text)), f"{key} = {text} at {row['t']} s")
+
+    def test_a_meshs_topology_comes_once_and_then_positions(self):
+        with Slave(CUBE) as slave:
+            stub = self.client(slave.address)
+            stream = stub.WatchMesh(self.messages.WatchMeshRequest(max_rate_hz=30), timeout=PATIENCE)
+            meshes = [next(stream) for _ in range(5)]
+            stream.cancel()
+        first = meshes[0]
+        self.assertEqual(first.nodes_per_element, 3)
+        self.assertEqual(len(first.elements) % 3, 0)
+        self.assertLess(max(first.elements), len(first.rest) // 3)
+        for mesh in meshes:
+            self.assertEqual(len(mesh.positions), len(first.rest))
+            self.assertTrue(all(map(math.isfinite, mesh.positions)))
+        for mesh in meshes[1:]:
+            self.assertEqual(len(mesh.elements) + len(mesh.rest), 0, "the topology comes once")
+
+    def rest_recording(self, seconds):
+        """Both fingers untouched: counts around 3000 with the noise of a count."""
+        noise = random.Random(1)
+        path = self.out / "rest.csv"
+        with open(path, "w", newline="") as out:
+            rows = csv.writer(out)
+            names = [f"{finger}_{name}" for finger in ("ff", "th") for name in (*ELECTRODES, "pdc", "pac0")]
+            rows.writerow(["time_s", *names])
+            for i in range(int(100 * seconds)):
+                rows.writerow([f"{i * 0.01:.2f}", *(f"{3000 + noise.gauss(0, 1):.1f}" for _ in names)])
+        return path
+
+    def test_a_driver_in_another_language_feeds_the_fingertips(self):
+        with Slave(CUBE, *STREAM) as slave:
+            stub = self.client(slave.address)
+            environment = {**BARE, "PALPATE_STUBS": os.environ["PALPATE_STUBS"], "PALPATE_STUBS_READY": "1"}
+            driver = subprocess.Popen(["/usr/bin/python3", CLIENTS / "feed_tactile.py", slave.address,
+                                       self.rest_recording(4)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                      stderr=subprocess.STDOUT, text=True, env=environment)
+            known = (self.states.VALIDITY_VALID, self.states.VALIDITY_EXTRAPOLATED)
+            stream = stub.WatchState(self.messages.WatchStateRequest(max_rate_hz=100), timeout=PATIENCE)
+            seen = []
+
+            def both_are_known():
+                seen.append(next(stream))
+                fingers = seen[-1].fingers
+                return len(fingers) == 2 and all(finger.validity in known for finger in fingers)
+
+            self.assertTrue(wait_until(both_are_known), "no force was ever known")
+            force = [seen[-1].fingers[0].force.x, seen[-1].fingers[0].force.y, seen[-1].fingers[0].force.z]
+            self.assertTrue(all(map(math.isfinite, force)))
+            said, _ = driver.communicate(timeout=PATIENCE)
+            self.assertEqual(driver.returncode, 0, said)
+            silent = wait_until(lambda: all(finger.validity not in known for finger in next(stream).fingers))
+            self.assertTrue(silent, "a driver that is gone is noticed")
+            stream.cancel()
+
+    def test_a_scene_that_simulates_takes_no_stream(self):
+        with Slave(CUBE) as slave:
+            self.client(slave.address)
+            environment = {**BARE, "PALPATE_STUBS": os.environ["PALPATE_STUBS"], "PALPATE_STUBS_READY": "1"}
+            done = run("/usr/bin/python3", CLIENTS / "feed_tactile.py", slave.address, env=environment)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn("FAILED_PRECONDITION", done.stdout + done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

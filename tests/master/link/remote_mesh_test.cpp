@@ -1,0 +1,117 @@
+#include "master/link/remote_mesh.h"
+
+#include <functional>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "palpate/v1/state.pb.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+// A tetrahedron's surface, its top pressed down by 0.25 m.
+v1::MeshState Tetrahedron() {
+  v1::MeshState message;
+  message.set_sequence(7);
+  message.mutable_sensed_at()->set_seconds(1000);
+  message.set_nodes_per_element(3);
+  for (const unsigned node : {0U, 2U, 1U, 0U, 1U, 3U, 1U, 2U, 3U, 2U, 0U, 3U}) {
+    message.add_elements(node);
+  }
+  for (const float x : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F})
+    message.add_rest(x);
+  message.mutable_positions()->CopyFrom(message.rest());
+  message.set_positions(11, 0.75F);
+  message.set_validity(v1::VALIDITY_VALID);
+  return message;
+}
+
+v1::MeshState Later() {
+  v1::MeshState message = Tetrahedron();
+  message.clear_elements();
+  message.clear_rest();
+  message.clear_nodes_per_element();
+  message.set_positions(11, 0.5F);
+  return message;
+}
+
+TEST(RemoteMeshTest, TheTopologyOfTheFirstMessageStaysForThoseThatFollow) {
+  std::string reason;
+  const auto first = FromProto(Tetrahedron(), nullptr, &reason);
+  ASSERT_TRUE(first) << reason;
+  EXPECT_EQ(first->sequence, 7U);
+  EXPECT_EQ(first->validity, Validity::kValid);
+  EXPECT_EQ(first->topology->surface.triangles.size(), 4U);
+  EXPECT_TRUE(first->topology->lines.empty());
+  EXPECT_EQ(first->LargestDeflection(), 0.25);
+  const auto second = FromProto(Later(), first->topology, &reason);
+  ASSERT_TRUE(second) << reason;
+  EXPECT_EQ(second->topology, first->topology);
+  EXPECT_EQ(second->LargestDeflection(), 0.5);
+  EXPECT_EQ(second->positions[3], Eigen::Vector3d(0, 0, 0.5));
+}
+
+// Reference: a float resolves 6e-8 of the tetrahedron's size of about a metre.
+TEST(RemoteMeshTest, RoundingIsNoDeflection) {
+  v1::MeshState message = Tetrahedron();
+  message.set_positions(11, 1.F);
+  message.set_positions(0, 3e-9F);
+  std::string reason;
+  EXPECT_EQ(FromProto(message, nullptr, &reason)->LargestDeflection(), 0);
+  message.set_positions(0, 1e-6F);
+  EXPECT_NEAR(FromProto(message, nullptr, &reason)->LargestDeflection(), 1e-6, 1e-12);
+}
+
+TEST(RemoteMeshTest, PlanarObjectsComeAsLines) {
+  v1::MeshState message = Tetrahedron();
+  message.set_nodes_per_element(2);
+  std::string reason;
+  const auto mesh = FromProto(message, nullptr, &reason);
+  ASSERT_TRUE(mesh) << reason;
+  EXPECT_EQ(mesh->topology->lines.size(), 6U);
+  EXPECT_TRUE(mesh->topology->surface.triangles.empty());
+}
+
+struct Damage {
+  const char* reason;
+  std::function<void(v1::MeshState*)> apply;
+};
+
+class DamagedMeshTest : public testing::TestWithParam<Damage> {};
+
+TEST_P(DamagedMeshTest, IsRefusedAndSaidWhy) {
+  v1::MeshState message = Tetrahedron();
+  GetParam().apply(&message);
+  std::string reason;
+  EXPECT_FALSE(FromProto(message, nullptr, &reason));
+  EXPECT_THAT(reason, HasSubstr(GetParam().reason));
+}
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+INSTANTIATE_TEST_SUITE_P(
+    OneEach, DamagedMeshTest,
+    testing::Values(Damage{"rest is absent", [](auto* m) { *m = Later(); }},
+                    Damage{"nodes_per_element", [](auto* m) { m->set_nodes_per_element(4); }},
+                    Damage{"nodes_per_element",
+                           [](auto* m) { m->set_nodes_per_element(0xffffffffU); }},
+                    Damage{"elements", [](auto* m) { m->add_elements(0); }},
+                    Damage{"elements", [](auto* m) { m->set_elements(5, 4); }},
+                    Damage{"elements", [](auto* m) { m->set_elements(5, 0xffffffffU); }},
+                    Damage{"rest", [](auto* m) { m->add_rest(0); }},
+                    Damage{"rest", [](auto* m) { m->set_rest(2, kNan); }},
+                    Damage{"positions", [](auto* m) { m->set_positions(2, kNan); }},
+                    Damage{"positions", [](auto* m) { m->set_positions(2, 1e30F); }},
+                    Damage{"positions", [](auto* m) { m->mutable_positions()->Truncate(9); }},
+                    Damage{"positions", [](auto* m) { m->mutable_positions()->Truncate(10); }},
+                    Damage{"nodal_forces", [](auto* m) { m->add_nodal_forces(1); }},
+                    Damage{"nodal_forces", [](auto* m) {
+                             for (int i = 0; i < 3; ++i) m->add_nodal_forces(1);
+                           }}));
+
+}  // namespace
+}  // namespace palpate

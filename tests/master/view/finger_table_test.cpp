@@ -1,0 +1,54 @@
+#include "master/view/finger_table.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/master/view/pinched_cube.h"
+
+namespace palpate {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST(FingerTableTest, TellsOfEachFingerAndOfTheObject) {
+  ShapeMoment moment = PinchedCube(0.006);
+  moment.fingers[1].felt.in_contact = false;
+  moment.fingers[1].felt.force = Eigen::Vector3f(0, 0, 0);
+  moment.fingers.push_back(moment.fingers[0]);
+  moment.fingers[2].name = "a very long name";
+  moment.fingers[2].felt.validity = Validity::kExtrapolated;
+  moment.fingers.push_back(moment.fingers[0]);
+  moment.fingers[3].felt.force.reset();
+  moment.fingers[3].felt.validity = Validity::kTrackingLost;
+  EXPECT_THAT(
+      FingerTable(moment.fingers, moment.mesh.get()),
+      ElementsAre("  ff       touches     0.423 N  (-0.42 +0 +0.05) N",
+                  "  th       free            0 N  (+0 +0 +0) N",
+                  "  a very l touches     0.423 N  (-0.42 +0 +0.05) N  extrapolated",
+                  "  ff       force unknown (tracking lost)", "  object   moved by up to 6 mm"));
+}
+
+TEST(FingerTableTest, ALoneToolIsTheStatusLinesBusiness) {
+  EXPECT_THAT(FingerTable({{"tool", FingerState()}}, nullptr), IsEmpty());
+  EXPECT_EQ(FingerBrief({{"tool", FingerState()}}, nullptr), "");
+  EXPECT_THAT(FingerTable({}, nullptr), IsEmpty());
+}
+
+TEST(FingerTableTest, SaysWhoTheFingertipsAre) {
+  EXPECT_EQ(FingertipsInWords({}), "");
+  EXPECT_EQ(FingertipsInWords({{"ff", "rnn_21", "polarity-free", {}}, {"th", "", "", {}}}),
+            "fingertips ff (rnn_21; polarity-free), th (no network: its force stays unknown)");
+}
+
+TEST(FingerTableTest, TheSameInOneLine) {
+  ShapeMoment moment = PinchedCube(0.006);
+  moment.fingers[1].felt.in_contact = false;
+  EXPECT_EQ(FingerBrief(moment.fingers, moment.mesh.get()), "  ff 0.423 N  th free  moved 6 mm");
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,52 @@
+// A cube between two fingers, as a slave might tell of it: displacements made up, not computed.
+#pragma once
+
+#include <cmath>
+#include <memory>
+
+#include <Eigen/Geometry>
+
+#include "master/view/shape_picture.h"
+
+namespace palpate {
+
+inline constexpr double kCubeSide = 0.06;  // [m], lower corner at the origin of S
+
+// Pressed `depth` [m] deep at the middles of the faces x = 0 and x = side, dents 12 mm wide; turned
+// about z by `turn` [rad].
+inline ShapeMoment PinchedCube(double depth, double turn = 0) {
+  const SolidMesh solid = MeshBox({kCubeSide, kCubeSide, kCubeSide}, {6, 6, 6});
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  auto topology = std::make_shared<MeshTopology>();
+  topology->surface = SurfaceOf(solid);
+  RemoteMesh mesh;
+  mesh.validity = Validity::kValid;
+  const Eigen::Vector3d left(0, kCubeSide / 2, kCubeSide / 2);
+  const Eigen::Vector3d right(kCubeSide, kCubeSide / 2, kCubeSide / 2);
+  for (Eigen::Vector3d& node : topology->surface.nodes) {
+    const auto dent = [&](const Eigen::Vector3d& at) {
+      return depth * std::exp(-(node - at).squaredNorm() / (2 * 0.012 * 0.012));
+    };
+    mesh.positions.push_back(R * (node + Eigen::Vector3d(dent(left) - dent(right), 0, 0)));
+    node = R * node;
+  }
+  mesh.topology = topology;
+  FingerState first, second;
+  first.p_S_contact = (R * left).cast<float>();
+  first.force = (R * Eigen::Vector3d(-0.42, 0, 0.05)).cast<float>();
+  first.in_contact = true;
+  first.validity = Validity::kValid;
+  second = first;
+  second.p_S_contact = (R * right).cast<float>();
+  second.force = (R * Eigen::Vector3d(0.40, 0, 0.03)).cast<float>();
+  ShapeMoment moment;
+  moment.scene = "foam-cube";
+  moment.t = 12.34;
+  moment.mesh = std::make_shared<const RemoteMesh>(std::move(mesh));
+  moment.fingers = {{"ff", first}, {"th", second}};
+  moment.homes = {R * (left - Eigen::Vector3d(0.02, 0, 0)),
+                  R * (right + Eigen::Vector3d(0.02, 0, 0))};
+  return moment;
+}
+
+}  // namespace palpate

@@ -1,0 +1,131 @@
+#include "master/view/shape_file.h"
+
+#include <atomic>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "shared/mesh/files/mesh_file.h"
+#include "tests/master/view/pinched_cube.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class ShapeFileTest : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  static std::string Read(const std::filesystem::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    return text.str();
+  }
+  [[nodiscard]] std::ptrdiff_t FilesThere() const {
+    return std::distance(std::filesystem::directory_iterator(folder_), {});
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) / "palpate-shape-file";
+  const ShapeMoment moment_ = PinchedCube(0.006);
+};
+
+TEST_F(ShapeFileTest, NamesThatSayNothingAreRefused) {
+  EXPECT_NO_THROW(CheckShapeFile("a.svg"));
+  EXPECT_NO_THROW(CheckShapeFile("b/a.vtu"));
+  for (const char* name : {"a", "a.png", "svg", ".svg", "a.SVG"}) {
+    EXPECT_THROW(CheckShapeFile(name), std::invalid_argument) << name;
+  }
+}
+
+// Reference: the mesh itself, read back by the house's own reader: two points more, the fingers.
+TEST_F(ShapeFileTest, AVtuHasTheDeformedSurfaceItsDisplacementAndTheFingersForces) {
+  ASSERT_TRUE(WriteShape(moment_, folder_ / "a.vtu"));
+  const std::string text = Read(folder_ / "a.vtu");
+  const std::size_t nodes = moment_.mesh->positions.size();
+  EXPECT_THAT(text, HasSubstr("NumberOfPoints=\"" + std::to_string(nodes + 2) + "\""));
+  EXPECT_THAT(text, HasSubstr("\"displacement\""));
+  EXPECT_THAT(text, HasSubstr("\"finger_force\""));
+  EXPECT_THAT(text, testing::Not(HasSubstr("\"nodal_force\"")));
+  const MeshFile read = ReadMeshFile(folder_ / "a.vtu", 1);
+  const auto& surface = std::get<SurfaceMesh>(read.mesh);
+  EXPECT_EQ(surface.triangles, moment_.mesh->topology->surface.triangles);
+  ASSERT_GE(surface.nodes.size(), nodes);
+  for (std::size_t i = 0; i < nodes; ++i) EXPECT_EQ(surface.nodes[i], moment_.mesh->positions[i]);
+  RemoteMesh mesh = *moment_.mesh;
+  mesh.nodal_forces.assign(nodes, {0, 0, 1});
+  ShapeMoment told = moment_;
+  told.mesh = std::make_shared<const RemoteMesh>(mesh);
+  ASSERT_TRUE(WriteShape(told, folder_ / "a.vtu"));
+  EXPECT_THAT(Read(folder_ / "a.vtu"), HasSubstr("\"nodal_force\""));
+  EXPECT_EQ(FilesThere(), 1) << "nothing half written is left";
+}
+
+TEST_F(ShapeFileTest, AFileThatCannotBeWrittenIsTold) {
+  EXPECT_FALSE(WriteShape(moment_, "/nowhere/a.svg"));
+  EXPECT_FALSE(WriteShape(moment_, "/nowhere/a.vtu"));
+  ShapeFile file("/nowhere/a.svg", "cube", {}, [this] { return moment_.mesh; });
+  EXPECT_THAT(file.Finish(), HasSubstr("/nowhere/a.svg: cannot be written"));
+}
+
+TEST_F(ShapeFileTest, WithoutAMeshThereIsNoFileAndItIsSaid) {
+  ShapeFile file(folder_ / "a.svg", "cube", {}, [] { return nullptr; });
+  EXPECT_THAT(file.Finish(), HasSubstr("never told the object's shape"));
+  EXPECT_EQ(FilesThere(), 0);
+}
+
+TEST_F(ShapeFileTest, TheLastMomentIsWrittenAtTheEnd) {
+  ShapeFile file(folder_ / "a.svg", "my cube", moment_.homes, [this] { return moment_.mesh; });
+  file.See(1, moment_.fingers);
+  file.See(77.7, moment_.fingers);
+  EXPECT_EQ(file.Finish(), "");
+  EXPECT_THAT(Read(folder_ / "a.svg"), HasSubstr("my cube at 77.7 s"));
+  EXPECT_THAT(Read(folder_ / "a.svg"), HasSubstr("</svg>"));
+  EXPECT_EQ(FilesThere(), 2) << "and the deepest moment";
+  EXPECT_EQ(file.Finish(), "") << "twice is fine";
+}
+
+// The hand presses and goes back: the last picture shows the object at rest, the other one the
+// press.
+TEST_F(ShapeFileTest, TheDeepestMomentIsKeptForTheEnd) {
+  std::mutex mutex;
+  ShapeMoment now = PinchedCube(0.004);
+  std::atomic<int> looked{0};
+  ShapeFile file(folder_ / "a.svg", "cube", {}, [&] {
+    const std::scoped_lock lock(mutex);
+    ++looked;
+    return now.mesh;
+  });
+  while (looked == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  {
+    const std::scoped_lock lock(mutex);
+    now = PinchedCube(0);
+  }
+  EXPECT_EQ(file.Finish(), "");
+  EXPECT_THAT(Read(folder_ / "a.svg"), HasSubstr(">moved by up to 0 mm<"));
+  EXPECT_THAT(Read(DeepestFile(folder_ / "a.svg")), HasSubstr(">moved by up to 4 mm<"));
+  EXPECT_EQ(DeepestFile("x/pinch.vtu"), "x/pinch-deepest.vtu");
+}
+
+// However often it is told of fingers: once at the beginning, once at the end, and between them not
+// more than once a second.
+TEST_F(ShapeFileTest, IsNotWrittenMoreThanOnceASecond) {
+  std::atomic<int> writes{0};
+  const Time begin = Clock::now();
+  ShapeFile file(folder_ / "a.svg", "cube", {}, [&] {
+    ++writes;
+    return moment_.mesh;
+  });
+  for (int i = 0; i < 1000; ++i) file.See(i, moment_.fingers);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  file.Finish();
+  EXPECT_GE(writes, 1);
+  EXPECT_LE(writes, 2 + SecondsBetween(begin, Clock::now()));
+}
+
+}  // namespace
+}  // namespace palpate

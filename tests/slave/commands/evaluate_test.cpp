@@ -1,0 +1,171 @@
+// `palpate-slave evaluate` as a user calls it, on clouds made from shapes that are known.
+#include "slave/commands/evaluate.h"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "shared/scene/scene_loader.h"
+#include "slave/commands/csv_table.h"
+#include "slave/commands/estimated_shape.h"
+#include "slave/study/shape/pcd_file.h"
+#include "slave/study/shape/virtual_depth_camera.h"
+#include "tests/slave/study/well_formed.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+namespace fs = std::filesystem;
+
+constexpr const char* kCamera = R"(
+sense:
+  depth_camera:
+    pose: {translation: [30 mm, 30 mm, 500 mm], rotation: [180 deg, 0 deg, 0 deg]}
+    noise: 1 mm
+)";
+
+class EvaluateTest : public testing::Test {
+ protected:
+  EvaluateTest()
+      : folder_(fs::path(PALPATE_BINARY_DIR) / "test_evaluate" /
+                testing::UnitTest::GetInstance()->current_test_info()->name()) {
+    fs::create_directories(folder_);
+    options_.out = folder_ / "out";
+    options_.scene = Scene(kCamera);
+  }
+
+  fs::path Write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+  fs::path Scene(const std::string& sense) {
+    return Write("scene.yaml", R"(
+name: foam
+object:
+  geometry: {box: {size: [60 mm, 60 mm, 60 mm], cells: [6, 6, 6]}}
+  material: {young_modulus: 3.8 kPa, poisson_ratio: 0.15}
+  fixed: {plane: {axis: z, at: 0 mm}}
+model: {kind: fem}
+)" + sense);
+  }
+  // What the scene's camera sees of the object under `loads`.
+  fs::path Picture(const fs::path& loads) {
+    const auto scene = LoadScene(options_.scene, {}, SceneUse::kSolve);
+    const auto shape = ShapeUnderTables(scene, {}, loads, nullptr);
+    PointCloud cloud;
+    const auto& camera = *scene.sense.depth_camera;
+    for (const auto& p : SeeSurface(camera, shape.estimate_S, {}, 9)) {
+      cloud.points.emplace_back(camera.X_SD.inverse() * p);
+    }
+    EXPECT_TRUE(WritePcd(folder_ / "cloud.pcd", cloud));
+    return folder_ / "cloud.pcd";
+  }
+  nlohmann::json Run() {
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(RunEvaluate(options_, {}), 0);
+    said_ = testing::internal::GetCapturedStdout();
+    std::ifstream stream(options_.out / "report.json");
+    return nlohmann::json::parse(stream);
+  }
+
+  fs::path folder_;
+  EvaluateOptions options_;
+  std::string said_;
+};
+
+// Two pictures of one surface differ by their noise: 1 mm in leaves of 10 mm.
+TEST_F(EvaluateTest, ShapeUnderTheRightLoadsScoresHighAndTheOneAtRestDoesNot) {
+  // Pulled up by 1 N over a patch: the top bulges by more than a leaf.
+  const auto loads = Write("loads.csv", "case,x,y,z,fx,fy,fz,width\na,0.03,0.03,0.06,0,0,2,0.03\n");
+  options_.cloud = Picture(loads);
+  options_.segment = "no";
+  options_.loads = loads;
+  const auto right = Run();
+  EXPECT_THAT(said_, HasSubstr("octree score"));
+  EXPECT_GT(right["score"]["octree"], 0.98);
+  EXPECT_LT(right["score"]["measured_to_surface_m"]["rms"], 0.0015);
+  options_.loads.clear();
+  const auto wrong = Run();
+  EXPECT_EQ(wrong["state"], "at rest");
+  EXPECT_LT(wrong["score"]["octree"], right["score"]["octree"].get<double>() - 0.1);
+  EXPECT_GT(wrong["score"]["measured_to_surface_m"]["max"], 0.01);
+}
+
+TEST_F(EvaluateTest, ReportIsOneWellFormedPageAndCloudsAreReadable) {
+  options_.cloud = Picture({});
+  const auto report = Run();
+  std::ifstream stream(options_.out / "report.html");
+  std::stringstream html;
+  html << stream.rdbuf();
+  const std::string page = html.str();
+  EXPECT_EQ(NotWellFormed(page.substr(page.find('\n') + 1)), "");
+  EXPECT_THAT(page, HasSubstr("data:image/png;base64,iVBORw0KGgo"));
+  const auto object = ReadPcd(options_.out / "object.pcd").cloud;
+  EXPECT_EQ(object.size(), report["object"]["points"]);
+  EXPECT_EQ(ReadPcd(options_.out / "segmentation.pcd").cloud.size(), report["cloud"]["points"]);
+  EXPECT_EQ(ReadPcd(options_.out / "simulated.pcd").cloud.size(),
+            report["score"]["simulated_points"]);
+}
+
+TEST_F(EvaluateTest, WithoutACameraTheCloudIsOnlySegmented) {
+  options_.cloud = Picture({});
+  options_.scene = Scene("");
+  const auto report = Run();
+  EXPECT_TRUE(report["score"].is_null());
+  EXPECT_EQ(report["segmentation"]["regions"].size(), 1U);
+  EXPECT_THAT(said_, HasSubstr("no sense.depth_camera"));
+}
+
+TEST_F(EvaluateTest, CloudWithoutAnyPointIsReportedAsOne) {
+  options_.cloud = folder_ / "empty.pcd";
+  ASSERT_TRUE(WritePcd(options_.cloud, {}));
+  const auto report = Run();
+  EXPECT_EQ(report["object"]["points"], 0);
+  EXPECT_TRUE(report["score"]["octree"].is_null());
+}
+
+TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
+  const auto refuses = [&](EvaluateOptions options, const char* words) {
+    EXPECT_THAT([&] { RunEvaluate(options, {}); }, ThrowsMessage<std::exception>(HasSubstr(words)));
+  };
+  options_.cloud = Picture({});
+  auto bad = options_;
+  bad.segment = "magic";
+  refuses(bad, "accepted is surfaces, colour or no");
+  bad = options_;
+  bad.leaf = 0;
+  refuses(bad, "--leaf");
+  bad = options_;
+  bad.colour = {1, 2, 256};
+  refuses(bad, "0 to 255");
+  bad = options_;
+  bad.at = {0, 0, std::numeric_limits<double>::infinity()};
+  refuses(bad, "--at");
+  bad = options_;
+  bad.voxel = -1;
+  refuses(bad, "--voxel");
+  bad = options_;
+  bad.cloud = folder_ / "no.pcd";
+  refuses(bad, "accepted is a PCD file");
+  bad = options_;
+  bad.loads = Write("outside.csv", "case,x,y,z,fx,fy,fz\na,0.03,0.03,0.5,0,0,1\n");
+  refuses(bad, "outside.csv:2");
+  bad = options_;
+  bad.scene = Write("flat.yaml",
+                    "name: flat\nobject:\n  geometry: {rectangle: {width: 1 m, height: 1 m, "
+                    "thickness: 1 mm}}\n  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\nmodel: {}\n");
+  refuses(bad, "accepted by evaluate is a volume");
+  bad = options_;
+  bad.cloud.clear();
+  bad.at = {0, 0, 1};
+  refuses(bad, "with --cloud only");
+}
+
+}  // namespace
+}  // namespace palpate

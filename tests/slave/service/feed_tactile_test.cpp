@@ -1,0 +1,229 @@
+// Drivers feed tactile samples; what they are told if something is wrong with them.
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/service/tactile_sample.h"
+#include "tests/slave/service/service_fixture.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kPeriod = 0.01;  // [s]
+
+// Sample `i` of `finger`, at 100 Hz: electrode k reads 3000 + k.
+v1::TactileSample Sample(const std::string& finger, int i) {
+  v1::TactileSample sample;
+  sample.set_sequence(static_cast<std::uint64_t>(i + 1));
+  sample.mutable_sensed_at()->set_seconds(1'000'000 + i / 100);
+  sample.mutable_sensed_at()->set_nanos(i % 100 * 10'000'000);
+  sample.set_finger(finger);
+  for (int k = 0; k < kElectrodeCount; ++k) sample.add_electrodes(static_cast<float>(3000 + k));
+  sample.add_pressure(2000);
+  sample.add_pressure(1800);
+  return sample;
+}
+
+class FeedTactileTest : public ServiceTest {
+ protected:
+  FeedTactileTest() { slave_.TakeTactile({"rf", "th"}); }
+
+  // A driver's stream as a client sees it.
+  class Feed {
+   public:
+    explicit Feed(std::unique_ptr<v1::Teleoperation::Stub> stub) : stub_(std::move(stub)) {
+      SetDeadline(&context_);
+      writer_ = stub_->FeedTactile(&context_, &reply_);
+    }
+    bool Send(const v1::TactileSample& sample) { return writer_->Write(sample); }
+    grpc::Status Finish() {
+      writer_->WritesDone();
+      return writer_->Finish();
+    }
+    // Without half-closing: the slave ends it.
+    grpc::Status WaitForEnd() { return writer_->Finish(); }
+    void Vanish() { context_.TryCancel(); }
+    std::uint64_t samples() const { return reply_.samples(); }
+
+   private:
+    std::unique_ptr<v1::Teleoperation::Stub> stub_;
+    grpc::ClientContext context_;
+    v1::FeedTactileReply reply_;
+    std::unique_ptr<grpc::ClientWriter<v1::TactileSample>> writer_;
+  };
+
+  std::optional<TactileFrame> NextFrame() { return slave_.tactile_inbox()->Next({}); }
+};
+
+TEST_F(FeedTactileTest, SamplesComeOutAsFramesAndAreCounted) {
+  Feed feed(Connect());
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(feed.Send(Sample("th", i)));
+  ASSERT_TRUE(feed.Finish().ok());
+  EXPECT_EQ(feed.samples(), 20U);
+  std::optional<TactileFrame> frame;
+  for (int i = 0; i < 20; ++i) frame = NextFrame();
+  EXPECT_EQ(frame->sequence, 20U);
+  EXPECT_FALSE(frame->fingers[0].present);
+  EXPECT_TRUE(frame->fingers[1].present);
+  EXPECT_EQ(frame->fingers[1].electrodes[18], 3018);
+  EXPECT_EQ(frame->fingers[1].pdc, 2000);
+  EXPECT_EQ(frame->fingers[1].pac, 1800);
+  EXPECT_LE(frame->sensed_at, Clock::now());
+}
+
+TEST_F(FeedTactileTest, OneStreamMayBringSeveralFingersAndSeveralStreamsOneSlave) {
+  Feed both(Connect());
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(both.Send(Sample("rf", i)));
+    ASSERT_TRUE(both.Send(Sample("th", i)));
+  }
+  ASSERT_TRUE(both.Finish().ok());
+  EXPECT_EQ(both.samples(), 20U);
+  Feed rf(Connect());
+  Feed th(Connect());
+  ASSERT_TRUE(rf.Send(Sample("rf", 0)));  // a new driver: clock and sequence begin anew
+  ASSERT_TRUE(th.Send(Sample("th", 0)));
+  EXPECT_TRUE(rf.Finish().ok());
+  EXPECT_TRUE(th.Finish().ok());
+}
+
+struct BadSample {
+  const char* name;
+  std::function<void(v1::TactileSample*)> apply;
+  const char* message;
+};
+
+class BadSampleTest : public FeedTactileTest, public testing::WithParamInterface<BadSample> {};
+
+// The samples before it were taken; the stream is over.
+TEST_P(BadSampleTest, EndsTheStreamWithASentence) {
+  Feed feed(Connect());
+  ASSERT_TRUE(feed.Send(Sample("rf", 0)));
+  v1::TactileSample bad = Sample("rf", 1);
+  GetParam().apply(&bad);
+  ASSERT_TRUE(feed.Send(bad));
+  const grpc::Status status = feed.WaitForEnd();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(status.error_message(), HasSubstr(GetParam().message));
+  EXPECT_THAT(status.error_message(), HasSubstr("accepted is"));
+  EXPECT_TRUE(NextFrame()->fingers[0].present);
+}
+
+void Pose(v1::TactileSample* sample, double x, double qw, double qx) {
+  sample->mutable_p_s_finger()->set_x(x);
+  for (const double q : {qw, qx, 0.0, 0.0}) sample->add_orientation(q);
+}
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+INSTANTIATE_TEST_SUITE_P(
+    Samples, BadSampleTest,
+    testing::Values(
+        BadSample{"Eighteen", [](auto* s) { s->mutable_electrodes()->RemoveLast(); },
+                  "finger rf: 18 electrodes: accepted is 19"},
+        BadSample{"TwentyFour",
+                  [](auto* s) {
+                    for (int i = 0; i < 5; ++i) s->add_electrodes(1);
+                  },
+                  "finger rf: 24 electrodes: accepted is 19"},
+        BadSample{"NotANumber", [](auto* s) { s->set_electrodes(6, kNan); },
+                  "finger rf electrode E7 = nan: accepted is a finite number"},
+        BadSample{"PressureOfNaN", [](auto* s) { s->set_pressure(0, kNan); },
+                  "finger rf pressure pdc = nan"},
+        BadSample{"ThreePressures", [](auto* s) { s->add_pressure(1); },
+                  "3 pressures: accepted is"},
+        BadSample{"NoSuchFinger", [](auto* s) { s->set_finger("mf"); },
+                  "finger mf is no finger of this scene: accepted is rf, th"},
+        BadSample{"EndlessName", [](auto* s) { s->set_finger(std::string(9000, 'x')); },
+                  "x is no finger of this scene: accepted is rf, th"},
+        BadSample{"NoStamp", [](auto* s) { s->clear_sensed_at(); }, "sensed_at is absent"},
+        BadSample{"StampOfNothing", [](auto* s) { s->mutable_sensed_at()->set_nanos(-1); },
+                  "sensed_at = "},
+        BadSample{"ClockBack", [](auto* s) { s->mutable_sensed_at()->set_seconds(999'999); },
+                  "finger rf sensed_at: accepted is a clock that does not go back"},
+        BadSample{"SequenceBack", [](auto* s) { s->set_sequence(1); },
+                  "finger rf sequence = 1: acc"},
+        BadSample{"HalfAPose", [](auto* s) { s->mutable_p_s_finger()->set_x(1); },
+                  "orientation of 0 numbers: accepted is four"},
+        BadSample{"OtherHalf", [](auto* s) { Pose(s, 0, 1, 0), s->clear_p_s_finger(); },
+                  "p_S_finger is absent"},
+        BadSample{"NoUnitQuaternion", [](auto* s) { Pose(s, 0, 1, 1); },
+                  "orientation of length 1.4"},
+        BadSample{"QuaternionOfNaN", [](auto* s) { Pose(s, 0, std::nan(""), 0); },
+                  "orientation of length nan"},
+        BadSample{"PlaceOfNaN", [](auto* s) { Pose(s, std::nan(""), 1, 0); },
+                  "p_S_finger.x = nan"}),
+    [](const auto& row) { return std::string(row.param.name); });
+
+TEST_F(FeedTactileTest, APoseTravelsWithItsSample) {
+  Feed feed(Connect());
+  v1::TactileSample sample = Sample("rf", 0);
+  Pose(&sample, 0.5, std::sqrt(0.5), std::sqrt(0.5));
+  ASSERT_TRUE(feed.Send(sample));
+  const auto frame = NextFrame();
+  ASSERT_TRUE(frame->fingers[0].X_SF.has_value());
+  const Eigen::Vector3d p_S = *frame->fingers[0].X_SF * Eigen::Vector3d(0, 1, 0);
+  EXPECT_LT((p_S - Eigen::Vector3d(0.5, 0, 1)).norm(), 1e-12);
+}
+
+TEST_F(FeedTactileTest, ADriverThatVanishesMakesRoomForTheNext) {
+  {
+    Feed feed(Connect());
+    for (int i = 0; i < 5; ++i) ASSERT_TRUE(feed.Send(Sample("rf", i)));
+    for (int i = 0; i < 5; ++i) NextFrame();
+    feed.Vanish();
+  }
+  EXPECT_TRUE(Eventually([&] {  // as soon as its end is known
+    Feed feed(Connect());
+    feed.Send(Sample("rf", 0));
+    return feed.Finish().ok() && feed.samples() == 1;
+  }));
+  EXPECT_TRUE(NextFrame()->after_gap);
+}
+
+TEST_F(FeedTactileTest, OpenStreamsEndWhenTheSlaveStops) {
+  Feed feed(Connect());
+  ASSERT_TRUE(feed.Send(Sample("rf", 0)));
+  ASSERT_TRUE(NextFrame());
+  server_->Stop();
+  const grpc::Status status = feed.WaitForEnd();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(status.error_message(), "the slave is stopping");
+}
+
+TEST_F(FeedTactileTest, TheSceneTellsItsFingertips) {
+  grpc::ClientContext context;
+  v1::SceneDescription scene;
+  ASSERT_TRUE(Connect()->GetScene(&context, {}, &scene).ok());
+  ASSERT_EQ(scene.fingertips_size(), 2);
+  EXPECT_EQ(scene.fingertips(0).name(), "rf");
+  EXPECT_EQ(scene.fingertips(0).network(), "rnn_21");
+  EXPECT_EQ(scene.fingertips(0).localiser(), "auto");
+  EXPECT_EQ(scene.fingertips(0).rate(), 1 / kPeriod);
+  EXPECT_EQ(scene.fingertips(0).p_s_finger().z(), 0.3);
+  EXPECT_THAT(scene.fingertips(1).rotation(), testing::ElementsAre(1, 0, 0, 0, 1, 0, 0, 0, 1));
+  grpc::ClientContext capabilities_context;
+  v1::Capabilities capabilities;
+  ASSERT_TRUE(Connect()->GetCapabilities(&capabilities_context, {}, &capabilities).ok());
+  EXPECT_EQ(capabilities.degrees_of_freedom(), 3U);
+  EXPECT_EQ(capabilities.sensor_rate(), 1 / kPeriod);
+}
+
+TEST_F(FeedTactileTest, TheMeshOfAVolumeIsMadeOfTriangles) {
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  const auto stream = stub->WatchMesh(&context, {});
+  v1::MeshState mesh;
+  ASSERT_TRUE(stream->Read(&mesh));
+  EXPECT_EQ(mesh.nodes_per_element(), 3U);
+  EXPECT_THAT(mesh.elements(), testing::ElementsAre(0, 1, 2));
+  context.TryCancel();
+}
+
+}  // namespace
+}  // namespace palpate

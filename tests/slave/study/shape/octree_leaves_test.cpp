@@ -1,0 +1,90 @@
+// Reference: the Point Cloud Library's octree with the same leaves, told where they begin.
+#include "slave/study/shape/octree_leaves.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <pcl/octree/octree_search.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+std::vector<Vector3d> RandomPoints(int n, double reach, unsigned seed) {
+  std::mt19937 generator(seed);
+  // Whole twentieths of a millimetre and a bit: never on a leaf's face, where single precision and
+  // double need not agree.
+  std::uniform_int_distribution<int> steps(0, static_cast<int>(reach / 5e-5));
+  std::vector<Vector3d> points;
+  for (int i = 0; i < n; ++i) {
+    Vector3d p;
+    for (double& x : p) x = 5e-5 * steps(generator) - 0.5 * reach + 2.3e-5;
+    points.push_back(p);
+  }
+  return points;
+}
+
+TEST(OctreeLeavesTest, LeavesAreThoseOfAnOctree) {
+  constexpr double kLeaf = 0.01;
+  const auto cloud = RandomPoints(300, 0.3, 1), asked = RandomPoints(20000, 0.4, 2);
+  const OctreeLeaves leaves(cloud, kLeaf);
+  auto input = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const auto& p : cloud) {
+    const Eigen::Vector3f q = p.cast<float>();
+    input->push_back({q.x(), q.y(), q.z()});
+  }
+  pcl::octree::OctreePointCloudSearch<pcl::PointXYZ> octree(kLeaf);
+  octree.defineBoundingBox(-64 * kLeaf, -64 * kLeaf, -64 * kLeaf, 64 * kLeaf, 64 * kLeaf,
+                           64 * kLeaf);
+  octree.setInputCloud(input);
+  octree.addPointsFromInputCloud();
+  EXPECT_EQ(leaves.corners().size(), octree.getLeafCount());
+  int inside = 0;
+  for (const auto& p : asked) {
+    const Eigen::Vector3f q = p.cast<float>();
+    const bool expected = octree.isVoxelOccupiedAtPoint({q.x(), q.y(), q.z()});
+    ASSERT_EQ(leaves.Contains(p), expected) << p.transpose();
+    inside += expected ? 1 : 0;
+  }
+  EXPECT_DOUBLE_EQ(leaves.Share(asked), inside / 20000.0);
+  EXPECT_GT(inside, 50);
+}
+
+TEST(OctreeLeavesTest, LeafHoldsItsLowerFacesAndNotItsUpperOnes) {
+  const std::vector<Vector3d> one{{-0.005, 0.015, 0.025}};
+  const OctreeLeaves leaves(one, 0.01);
+  ASSERT_EQ(leaves.corners().size(), 1U);
+  EXPECT_NEAR((leaves.corners()[0] - Vector3d(-0.01, 0.01, 0.02)).norm(), 0, 1e-15);
+  EXPECT_TRUE(leaves.Contains({-0.01, 0.01, 0.02}));
+  EXPECT_FALSE(leaves.Contains({0, 0.01, 0.02}));
+  EXPECT_FALSE(leaves.Contains({-0.0101, 0.01, 0.02}));
+}
+
+TEST(OctreeLeavesTest, CloudScoresOneAgainstItselfAndZeroFarAway) {
+  auto cloud = RandomPoints(1000, 0.2, 3);
+  const OctreeLeaves leaves(cloud, 0.01);
+  EXPECT_EQ(leaves.Share(cloud), 1);
+  for (auto& p : cloud) p.x() += 0.5;
+  EXPECT_EQ(leaves.Share(cloud), 0);
+}
+
+TEST(OctreeLeavesTest, WhatIsNotFiniteIsNowhereAndNothingHasNoScore) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const std::vector<Vector3d> bad{{kNan, 0, 0}, {0, kInfinite, 0}, {0, 0, -1e300}};
+  const OctreeLeaves none(bad, 0.01);
+  EXPECT_TRUE(none.corners().empty());
+  EXPECT_EQ(none.Share(bad), 0);
+  EXPECT_TRUE(std::isnan(none.Share({})));
+  EXPECT_EQ(OctreeLeaves({}, 0.01).Share(RandomPoints(3, 1, 1)), 0);
+  EXPECT_THROW(OctreeLeaves({}, 0), std::invalid_argument);
+  EXPECT_THROW(OctreeLeaves({}, kNan), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,221 @@
+// Reference: the Point Cloud Library's writer and reader.
+#include "slave/study/shape/pcd_file.h"
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class PcdFileTest : public testing::Test {
+ protected:
+  PcdFileTest() : folder_(fs::path(PALPATE_BINARY_DIR) / "test_shape_files") {
+    fs::create_directories(folder_);
+  }
+  fs::path Write(const std::string& content) {
+    const fs::path file = folder_ / "cloud.pcd";
+    std::ofstream(file, std::ios::binary) << content;
+    return file;
+  }
+  std::string Complaint(const std::string& content) {
+    try {
+      ReadPcd(Write(content));
+    } catch (const std::invalid_argument& e) {
+      return e.what();
+    }
+    return "";
+  }
+  fs::path folder_;
+};
+
+std::string Slurp(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// Organised, every fifth point not measured, repetitive so that it compresses.
+pcl::PointCloud<pcl::PointXYZRGBL> Sample() {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  pcl::PointCloud<pcl::PointXYZRGBL> cloud(40, 30);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    auto& p = cloud[i];
+    const auto k = static_cast<float>(i % 40);
+    p.x = 0.01F * k - 0.2F, p.y = 0.013F * static_cast<float>(i / 40), p.z = 0.9F;
+    if (i % 5 == 0) p.x = p.y = p.z = kNan;
+    p.r = static_cast<std::uint8_t>(200 + i % 50), p.g = static_cast<std::uint8_t>(i % 7), p.b = 13;
+    p.a = 255;
+    p.label = static_cast<std::uint32_t>(i % 3) + 70000;
+  }
+  cloud.is_dense = false;
+  return cloud;
+}
+
+void ExpectSample(const PcdCloud& read, double tolerance) {
+  const auto expected = Sample();
+  std::size_t k = 0;
+  for (const auto& p : expected) {
+    if (!std::isfinite(p.x)) continue;
+    ASSERT_LT(k, read.cloud.size());
+    ASSERT_NEAR((read.cloud.points[k].cast<float>() - p.getVector3fMap()).norm(), 0, tolerance);
+    ASSERT_EQ(read.cloud.colours[k], (std::array<std::uint8_t, 3>{p.r, p.g, p.b}));
+    ASSERT_EQ(read.cloud.labels[k], p.label);
+    ++k;
+  }
+  EXPECT_EQ(k, read.cloud.size());
+  EXPECT_EQ(read.dropped, expected.size() - k);
+}
+
+TEST_F(PcdFileTest, AllThreeFormsReadAsThePointCloudLibraryWroteThem) {
+  const fs::path file = folder_ / "form.pcd";
+  const auto cloud = Sample();
+  pcl::PCDWriter writer;
+  writer.writeBinary(file.string(), cloud);
+  ExpectSample(ReadPcd(file), 0);
+  writer.writeBinaryCompressed(file.string(), cloud);
+  EXPECT_LT(fs::file_size(file), 8 * cloud.size());  // it did compress: repeats are tested
+  ExpectSample(ReadPcd(file), 0);
+  writer.writeASCII(file.string(), cloud, 8);
+  ExpectSample(ReadPcd(file), 1e-7);  // eight digits
+}
+
+TEST_F(PcdFileTest, WhatIsWrittenTheLibraryReads) {
+  const PointCloud cloud{{{0.1, -0.2, 0.3}, {1, 2, 3}}, {{{1, 2, 3}}, {{250, 0, 9}}}, {7, 0}};
+  const fs::path file = folder_ / "ours.pcd";
+  ASSERT_TRUE(WritePcd(file, cloud));
+  pcl::PointCloud<pcl::PointXYZRGBL> read;
+  ASSERT_EQ(pcl::io::loadPCDFile(file.string(), read), 0);
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_EQ(read[0].getVector3fMap(), Eigen::Vector3f(0.1F, -0.2F, 0.3F));
+  EXPECT_EQ(read[1].r, 250);
+  EXPECT_EQ(read[1].b, 9);
+  EXPECT_EQ(read[0].label, 7U);
+  EXPECT_FALSE(WritePcd(folder_ / "no" / "such" / "folder.pcd", cloud));
+}
+
+TEST_F(PcdFileTest, CloudsOfManyCamerasReadAsTheLibraryReadsThem) {
+  const fs::path folder = fs::path(PALPATE_SOURCE_DIR) / "../shared/data/pointclouds";
+  if (!fs::exists(folder)) GTEST_SKIP() << "no recorded clouds here";
+  int files = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() != ".pcd") continue;
+    ++files;
+    const PcdCloud ours = ReadPcd(entry.path());
+    pcl::PointCloud<pcl::PointXYZRGBA> theirs;
+    testing::internal::CaptureStderr();  // it complains of fields that a file does not have
+    ASSERT_EQ(pcl::io::loadPCDFile(entry.path().string(), theirs), 0);
+    testing::internal::GetCapturedStderr();
+    std::size_t k = 0;
+    for (const auto& p : theirs) {
+      if (!p.getVector3fMap().allFinite()) continue;
+      ASSERT_LT(k, ours.cloud.size());
+      ASSERT_EQ(ours.cloud.points[k].cast<float>(), p.getVector3fMap());
+      ++k;
+    }
+    EXPECT_EQ(k, ours.cloud.size()) << entry.path();
+    EXPECT_EQ(ours.dropped, theirs.size() - k);
+    EXPECT_EQ(ours.cloud.colours.size(), k);
+  }
+  EXPECT_GT(files, 0);
+}
+
+std::string Header(const std::string& data, const std::string& count = "2") {
+  return "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " + count +
+         "\nHEIGHT 1\nPOINTS " + count + "\nDATA " + data + "\n";
+}
+
+TEST_F(PcdFileTest, ColourAndLabelMayBeMissing) {
+  const PcdCloud read = ReadPcd(Write(Header("ascii") + "1 2 3\n4 nan 6"));
+  ASSERT_EQ(read.cloud.size(), 1U);
+  EXPECT_EQ(read.dropped, 1U);
+  EXPECT_EQ(read.cloud.points[0], Eigen::Vector3d(1, 2, 3));
+  EXPECT_TRUE(read.cloud.colours.empty());
+  EXPECT_TRUE(read.cloud.labels.empty());
+}
+
+TEST_F(PcdFileTest, EmptyCloudIsACloud) {
+  EXPECT_EQ(ReadPcd(Write(Header("ascii", "0"))).cloud.size(), 0U);
+  EXPECT_EQ(ReadPcd(Write(Header("binary", "0"))).cloud.size(), 0U);
+}
+
+TEST_F(PcdFileTest, FarthestAndInfinitePointsAreDropped) {
+  const PcdCloud read = ReadPcd(Write(Header("ascii", "4") + "1 2 500 1 2 501 1e999 0 0 inf 0 0"));
+  EXPECT_EQ(read.cloud.size(), 1U);
+  EXPECT_EQ(read.dropped, 3U);
+}
+
+TEST_F(PcdFileTest, ComplaintsNameFileLineAndWhatIsAccepted) {
+  EXPECT_THAT(Complaint(""), HasSubstr("no PCD header"));
+  EXPECT_THAT(Complaint("\x89PNG\r\n\x1a\n...."), HasSubstr("cloud.pcd:1: no PCD header"));
+  EXPECT_THAT(Complaint("VERSION 0.7\nFIELDS x y z\n"), HasSubstr("no PCD header"));
+  EXPECT_THAT(Complaint(Header("zip")), HasSubstr(":9: DATA = zip: accepted is ascii"));
+  EXPECT_THAT(Complaint(Header("ascii") + "1 2 3 4 five 6"), HasSubstr("point 1: five"));
+  EXPECT_THAT(Complaint(Header("ascii") + "1 2 3 4 5      "), HasSubstr("the file ends"));
+  EXPECT_THAT(Complaint(Header("ascii", "-2")), HasSubstr("WIDTH = -2"));
+  EXPECT_THAT(Complaint(Header("ascii", "1e3")), HasSubstr("WIDTH = 1e3"));
+  EXPECT_THAT(Complaint(Header("binary") + "12345678"), HasSubstr("cut off"));
+  EXPECT_THAT(Complaint("FIELDS x y w\nSIZE 4 4 4\nTYPE F F F\nWIDTH 0\nHEIGHT 1\nDATA ascii\n"),
+              HasSubstr("x, y and z"));
+  EXPECT_THAT(Complaint("FIELDS x y z\nSIZE 4 4\nTYPE F F F\nWIDTH 0\nHEIGHT 1\nDATA ascii\n"),
+              HasSubstr(":2: 2 values: accepted is 3"));
+  EXPECT_THAT(Complaint("FIELDS x y z\nSIZE 4 4 3\nTYPE F F F\nWIDTH 0\nHEIGHT 1\nDATA ascii\n"),
+              HasSubstr("SIZE = 3"));
+  EXPECT_THROW(ReadPcd(folder_ / "there is none.pcd"), std::invalid_argument);
+  EXPECT_THROW(ReadPcd(folder_), std::invalid_argument);
+}
+
+TEST_F(PcdFileTest, HugeCountsAreRefusedBeforeAnythingIsReserved) {
+  EXPECT_THAT(Complaint(Header("binary", "4294967295")), HasSubstr("POINTS = 4294967295"));
+  EXPECT_THAT(Complaint(Header("ascii", "4294967295")), HasSubstr("POINTS = 4294967295"));
+  EXPECT_THAT(Complaint(Header("binary_compressed", "4294967295") + std::string(8, '\xff')),
+              HasSubstr("POINTS = 4294967295"));
+  EXPECT_THAT(Complaint(Header("ascii", "99999999999999999999")), HasSubstr("whole number"));
+}
+
+// Reference: none is needed; every damaged file is either refused or makes finite points.
+TEST_F(PcdFileTest, DamagedFilesAreRefusedOrReadNeverWorse) {
+  std::mt19937 generator(4);
+  const fs::path file = folder_ / "whole.pcd";
+  pcl::PCDWriter writer;
+  int refused = 0;
+  for (int form = 0; form < 3; ++form) {
+    if (form == 0) writer.writeBinary(file.string(), Sample());
+    if (form == 1) writer.writeBinaryCompressed(file.string(), Sample());
+    if (form == 2) writer.writeASCII(file.string(), Sample());
+    const std::string whole = Slurp(file);
+    for (int i = 0; i < 300; ++i) {
+      std::string damaged = whole;
+      std::uniform_int_distribution<std::size_t> place(0, whole.size() - 1);
+      if (i % 3 == 0) {
+        damaged.resize(place(generator));
+      } else {
+        for (int k = 0; k < 3; ++k) {
+          damaged[place(generator) % (i % 3 == 1 ? 250 : whole.size())] =
+              static_cast<char>(generator());
+        }
+      }
+      try {
+        const PcdCloud read = ReadPcd(Write(damaged));
+        for (const auto& p : read.cloud.points) ASSERT_TRUE(p.allFinite());
+      } catch (const std::invalid_argument&) {
+        ++refused;
+      }
+    }
+  }
+  EXPECT_GT(refused, 300);  // at least those cut off
+}
+
+}  // namespace
+}  // namespace palpate

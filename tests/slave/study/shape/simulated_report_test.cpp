@@ -1,0 +1,86 @@
+// The page and the figure of a simulated experiment, from made-up scores.
+#include "slave/study/shape/simulated_report.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "slave/study/shape/html_page.h"
+#include "tests/slave/study/well_formed.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+SimulatedObject MadeUp(const std::string& name, const std::vector<double>& deformed) {
+  SimulatedObject object;
+  object.name = name;
+  object.true_force = 0.5;
+  object.estimated_force = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t s = 0; s < 3; ++s) {
+    ShapeState& state = object.states[s];
+    state.name = std::array{"unoccluded", "occluded", "deformed"}[s];
+    for (const double octree : s == 2 ? deformed : std::vector<double>{0.98, 0.99}) {
+      state.scores.push_back({octree, 10, 10, {}, {}});
+      state.undeformed.push_back(octree);
+    }
+  }
+  return object;
+}
+
+TEST(SimulatedReportTest, TableSaysByHowMuchTheDeformedStateFallsBehind) {
+  const std::string table = ToTable({MadeUp("a <b>", {0.95, 0.97})});
+  EXPECT_THAT(table,
+              HasSubstr("deformed against unoccluded -2.50 points, force unknown of 0.500 N"));
+  EXPECT_THAT(table, HasSubstr("95.0 % to 97.0 %"));
+}
+
+TEST(SimulatedReportTest, FigureAndPageAreWellFormedWhateverTheNamesAndScores) {
+  const std::vector<SimulatedObject> objects{MadeUp("a <b> & \"c\"", {0.2, 0.4}),
+                                             MadeUp("d", {0, 1})};
+  EXPECT_EQ(NotWellFormed(DrawScores(objects)), "");
+  EXPECT_EQ(NotWellFormed(DrawScores({})), "");
+  const auto folder = std::filesystem::path(PALPATE_BINARY_DIR) / "test_simulated_report";
+  std::filesystem::create_directories(folder);
+  ASSERT_TRUE(WriteSimulated(objects, {}, 0.01, folder));
+  std::ifstream html(folder / "report.html"), json(folder / "report.json");
+  std::stringstream page;
+  page << html.rdbuf();
+  EXPECT_EQ(NotWellFormed(page.str().substr(page.str().find('\n') + 1)), "");
+  const auto report = nlohmann::json::parse(json);
+  EXPECT_EQ(report["objects"][1]["states"][2]["octree_mean"], 0.5);
+  EXPECT_TRUE(report["objects"][0]["estimated_force_N"].is_null());
+  EXPECT_FALSE(WriteSimulated(objects, {}, 0.01, folder / "no such folder"));
+}
+
+// Reference: the test vectors of RFC 4648.
+TEST(HtmlPageTest, PicturesAreInBase64) {
+  EXPECT_EQ(Base64(""), "");
+  EXPECT_EQ(Base64("f"), "Zg==");
+  EXPECT_EQ(Base64("fo"), "Zm8=");
+  EXPECT_EQ(Base64("foo"), "Zm9v");
+  EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(Base64("\xff\xfe\xfd"), "//79");
+}
+
+TEST(FoamTest, SceneIsMadeOfTheFoamAndNothingElseChanges) {
+  Scene scene;
+  scene.name = "x";
+  scene.object.material = {1, 0.3, 2, 0.1};
+  const Scene soft = MadeOf(kFoams[2], scene);
+  EXPECT_EQ(soft.object.material.young_modulus, 3000);
+  EXPECT_EQ(soft.object.material.density, 26);
+  EXPECT_EQ(soft.object.material.poisson_ratio, 0.15);
+  EXPECT_EQ(soft.object.material.young_modulus_tolerance, 0.1);
+  EXPECT_EQ(soft.name, "x");
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,225 @@
+// References: where rays meet planes, boxes, spheres and capsules, in closed form; the law of large
+// numbers for the noise.
+#include "slave/study/shape/virtual_depth_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+// Looks along S's z from its origin, x right, y down.
+DepthCamera Camera(double noise = 0) {
+  DepthCamera camera;
+  camera.size = {160, 120};
+  camera.focal = 130;
+  camera.noise = noise;
+  return camera;
+}
+
+SurfaceMesh Square(double half, double z) {
+  return {{{-half, -half, z}, {half, -half, z}, {half, half, z}, {-half, half, z}},
+          {{0, 2, 1}, {0, 3, 2}}};
+}
+
+SurfaceMesh Sphere(const Vector3d& centre, double radius, int refinements) {
+  SurfaceMesh mesh{
+      {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+      {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
+  for (int i = 0; i < refinements; ++i) {
+    mesh = Refined(mesh);
+    for (auto& p : mesh.nodes) p.normalize();
+  }
+  for (auto& p : mesh.nodes) p = centre + radius * p;
+  return mesh;
+}
+
+// Distance of `p` to the ray through the nearest pixel's centre, in pixels.
+double PixelError(const DepthCamera& camera, const Vector3d& p) {
+  double worst = 0;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double at =
+        camera.focal * p[axis] / p.z() + 0.5 * camera.size[static_cast<std::size_t>(axis)] - 0.5;
+    worst = std::max(worst, std::abs(at - std::round(at)));
+  }
+  return worst;
+}
+
+TEST(VirtualDepthCameraTest, PlaneIsHitOncePerPixelOnTheRayThroughItsCentre) {
+  const DepthCamera camera = Camera();
+  const auto cloud = SeeSurface(camera, Square(10, 0.8), {}, 1);
+  ASSERT_EQ(cloud.size(), 160U * 120U);  // every ray, also those along the shared edge
+  for (const auto& p : cloud) {
+    ASSERT_NEAR(p.z(), 0.8, 1e-12);  // a division and a product of numbers near one
+    ASSERT_LT(PixelError(camera, p), 1e-9);
+  }
+}
+
+TEST(VirtualDepthCameraTest, PosedCameraSeesTheSameInItsOwnFrame) {
+  DepthCamera camera = Camera();
+  const SurfaceMesh square = Square(0.1, 0.5);
+  const auto straight = SeeSurface(camera, square, {}, 1);
+  camera.X_SD =
+      Eigen::Translation3d(1, -2, 3) * Eigen::AngleAxisd(2.1, Vector3d(1, 2, -1).normalized());
+  SurfaceMesh moved = square;
+  for (auto& p : moved.nodes) p = camera.X_SD * p;
+  const auto cloud = SeeSurface(camera, moved, {}, 1);
+  ASSERT_EQ(cloud.size(), straight.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    ASSERT_NEAR((cloud[i] - camera.X_SD * straight[i]).norm(), 0, 1e-12);
+  }
+}
+
+TEST(VirtualDepthCameraTest, BoxShowsTheThreeFacesThatFaceTheCamera) {
+  SurfaceMesh box = SurfaceOf(MeshBox({0.1, 0.1, 0.1}, {3, 2, 4}));
+  DepthCamera camera = Camera();
+  camera.focal = 260;
+  const Vector3d from(0.4, 0.3, 0.5);  // sees x = 0.1, y = 0.1, z = 0.1
+  const Vector3d look = (Vector3d::Constant(0.05) - from).normalized();
+  const Vector3d right = look.cross(Vector3d::UnitZ()).normalized();
+  camera.X_SD.linear() << right, look.cross(right), look;
+  camera.X_SD.translation() = from;
+  const auto cloud = SeeSurface(camera, box, {}, 1);
+  ASSERT_GT(cloud.size(), 1000U);
+  std::array<int, 3> on_face{};
+  for (const auto& p : cloud) {
+    // The first hit of a ray in a convex body is where it enters by the slab method.
+    const Vector3d ray = p - from;
+    const Vector3d enter = ((Vector3d::Constant(0.1) - from).array() / ray.array()).matrix();
+    int face = 0;
+    ASSERT_NEAR(enter.maxCoeff(&face), 1, 1e-9);
+    ++on_face[static_cast<std::size_t>(face)];
+  }
+  EXPECT_GT(*std::ranges::min_element(on_face), 100);
+}
+
+TEST(VirtualDepthCameraTest, SphereIsSeenWhereRaysMeetIt) {
+  const Vector3d centre(0.02, -0.01, 0.6);
+  const double radius = 0.08;
+  const auto cloud = SeeSurface(Camera(), Sphere(centre, radius, 6), {}, 1);
+  // Edges of the mesh span 2^-6 of a right angle; a chord sinks by r (1 - cos(angle / 2)).
+  const double edge = 0.5 * std::numbers::pi / 64;
+  const double sagitta = radius * (1 - std::cos(edge));
+  std::size_t expected = 0;
+  for (int v = 0; v < 120; ++v) {
+    for (int u = 0; u < 160; ++u) {
+      const Vector3d ray((u + 0.5 - 80) / 130, (v + 0.5 - 60) / 130, 1);
+      if (ray.cross(centre).norm() / ray.norm() < radius) ++expected;
+    }
+  }
+  EXPECT_NEAR(static_cast<double>(cloud.size()), static_cast<double>(expected),
+              0.01 * static_cast<double>(expected));
+  for (const auto& p : cloud) {
+    EXPECT_NEAR((p - centre).norm(), radius - 0.5 * sagitta, 0.6 * sagitta);
+    EXPECT_LT(p.dot(p - centre), 0);  // the near side
+  }
+}
+
+TEST(VirtualDepthCameraTest, NearSurfaceHidesTheFarOneInAnyOrder) {
+  SurfaceMesh both = Square(10, 0.8);
+  const SurfaceMesh near = Square(0.05, 0.4);
+  for (const auto& [a, b, c] : near.triangles) both.triangles.push_back({a + 4, b + 4, c + 4});
+  both.nodes.insert(both.nodes.end(), near.nodes.begin(), near.nodes.end());
+  const auto cloud = SeeSurface(Camera(), both, {}, 1);
+  std::ranges::reverse(both.triangles);
+  EXPECT_EQ(cloud, SeeSurface(Camera(), both, {}, 1));
+  // The square of 0.1 m at 0.4 m is 32.5 pixels wide, which are 32 centres.
+  const auto hits = std::ranges::count_if(cloud, [](const auto& p) { return p.z() < 0.5; });
+  EXPECT_EQ(hits, 32 * 32);
+}
+
+TEST(VirtualDepthCameraTest, CapsuleHidesTheConeBehindItAndIsNotSeenItself) {
+  const SurfaceMesh plane = Square(10, 0.8);
+  const Occluder finger{{-0.03, 0, 0.4}, {0.05, 0.02, 0.45}, 0.01};
+  const auto open = SeeSurface(Camera(), plane, {}, 1);
+  const auto cloud = SeeSurface(Camera(), plane, {&finger, 1}, 1);
+  // Reference: the distance between a ray and the axis as two segments, by fine sampling.
+  const auto hidden = [&](const Vector3d& p) {
+    double nearest = 1;
+    constexpr int kSteps = 4000;
+    for (int i = 0; i <= kSteps; ++i) {
+      const Vector3d q = finger.a + (finger.b - finger.a) * i / kSteps;
+      nearest = std::min(nearest, q.cross(p).norm() / p.norm());
+    }
+    return nearest < finger.radius;
+  };
+  const auto expected = std::ranges::count_if(open, [&](const auto& p) { return !hidden(p); });
+  EXPECT_LT(cloud.size(), open.size());
+  // Sampling misses the radius by no more than 1e-7 m: no pixel of 3 mm.
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(cloud.size()), expected);
+  for (const auto& p : cloud) EXPECT_NEAR(p.z(), 0.8, 1e-12);
+}
+
+TEST(VirtualDepthCameraTest, CapsuleBehindTheSurfaceOrTheCameraHidesNothing) {
+  const SurfaceMesh plane = Square(10, 0.8);
+  const std::array<Occluder, 3> away{{{{0, 0, 0.9}, {0.1, 0, 0.9}, 0.05},
+                                      {{0, 0, -0.4}, {0.1, 0, -0.4}, 0.05},
+                                      {{0, 0, 0.9}, {0, 0, 0.9}, 0.05}}};
+  EXPECT_EQ(SeeSurface(Camera(), plane, away, 1).size(), 160U * 120U);
+}
+
+TEST(VirtualDepthCameraTest, NoiseIsGaussianAlongTheRayAndDependsOnTheSeedAlone) {
+  const double sigma = 0.003;
+  const auto exact = SeeSurface(Camera(), Square(10, 0.8), {}, 1);
+  const auto noisy = SeeSurface(Camera(sigma), Square(10, 0.8), {}, 7);
+  ASSERT_EQ(exact.size(), noisy.size());
+  EXPECT_EQ(noisy, SeeSurface(Camera(sigma), Square(10, 0.8), {}, 7));
+  EXPECT_NE(noisy, SeeSurface(Camera(sigma), Square(10, 0.8), {}, 8));
+  double sum = 0, squares = 0, within = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const Vector3d off = noisy[i] - exact[i];
+    const double along = off.dot(exact[i].normalized());
+    ASSERT_NEAR(off.norm(), std::abs(along), 1e-12);
+    sum += along;
+    squares += along * along;
+    within += std::abs(along) < sigma ? 1 : 0;
+  }
+  const auto n = static_cast<double>(exact.size());  // 19200: four standard errors below
+  EXPECT_NEAR(sum / n, 0, 4 * sigma / std::sqrt(n));
+  EXPECT_NEAR(std::sqrt(squares / n), sigma, 4 * sigma / std::sqrt(2 * n));
+  EXPECT_NEAR(within / n, 0.6827, 4 * std::sqrt(0.6827 * 0.3173 / n));
+}
+
+TEST(VirtualDepthCameraTest, OccluderChangesNoOtherPixelsNoise) {
+  const Occluder finger{{0, 0, 0.4}, {0.05, 0, 0.4}, 0.01};
+  const auto open = SeeSurface(Camera(0.002), Square(10, 0.8), {}, 3);
+  const auto cloud = SeeSurface(Camera(0.002), Square(10, 0.8), {&finger, 1}, 3);
+  std::size_t at = 0;
+  for (const auto& p : cloud) {
+    while (at < open.size() && open[at] != p) ++at;
+    ASSERT_LT(at, open.size());
+  }
+}
+
+TEST(VirtualDepthCameraTest, TriangleThatReachesBehindTheCameraIsCutNotMirrored) {
+  // A floor 0.2 m below the camera (y is down) from 1 m behind it to 3 m before it.
+  const SurfaceMesh floor{{{-50, 0.2, -1}, {50, 0.2, -1}, {0, 0.2, 3}}, {{0, 1, 2}}};
+  const auto cloud = SeeSurface(Camera(), floor, {}, 1);
+  ASSERT_GT(cloud.size(), 1000U);
+  for (const auto& p : cloud) {
+    EXPECT_NEAR(p.y(), 0.2, 1e-12);
+    EXPECT_GT(p.z(), 0);
+  }
+}
+
+TEST(VirtualDepthCameraTest, WhatCannotBeSeenGivesNoPoints) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(SeeSurface(Camera(), {}, {}, 1).empty());
+  EXPECT_TRUE(SeeSurface(Camera(), Square(1, -0.5), {}, 1).empty());  // behind
+  EXPECT_TRUE(SeeSurface(Camera(), Square(1, 0), {}, 1).empty());     // through the pupil
+  EXPECT_TRUE(SeeSurface(Camera(), Square(0, 0.5), {}, 1).empty());   // no area
+  SurfaceMesh broken = Square(1, 0.5);
+  broken.nodes[0].x() = kNan;
+  EXPECT_TRUE(SeeSurface(Camera(), broken, {}, 1).empty());
+  broken.nodes[0].x() = 1e300;
+  for (const auto& p : SeeSurface(Camera(), broken, {}, 1)) EXPECT_TRUE(p.allFinite());
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,86 @@
+#include "slave/tactile/localise/direction_mean.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kRadius = 7e-3;
+
+Intensities Only(std::initializer_list<std::pair<std::size_t, double>> active) {
+  Intensities intensities;
+  for (const auto& [electrode, intensity] : active) intensities.Set(electrode, intensity);
+  return intensities;
+}
+
+class DirectionMeanTest : public ::testing::Test {
+ protected:
+  ElectrodeLayout layout_ = SimulatedLayout(kRadius);
+  DirectionMean mean_{layout_, kRadius};
+};
+
+// Reference: equation (4) for that electrode alone. The simulated electrodes on the tip are above
+// the blend or on the plane of symmetry far from it, so its whole table is met.
+TEST_F(DirectionMeanTest, PutsTheContactOverTheOnlyElectrodeThatIsActive) {
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    const auto direction = mean_.Mean(Only({{i, 3.0}}));
+    ASSERT_TRUE(direction);
+    const Vector3d expected = *FingerSurface{kRadius}.Project(layout_.p_F[i]);
+    EXPECT_LT((mean_.PlaceOf(*direction) - expected).norm(), 1e-15) << "electrode " << i + 1;
+  }
+}
+
+// Laws: the unit of intensity does not matter; mirrored intensities give the mirrored contact.
+TEST_F(DirectionMeanTest, KnowsNoUnitAndNoSide) {
+  ElectrodeLayout mirrored = layout_;
+  for (Vector3d& p : mirrored.p_F) p.y() = -p.y();
+  const DirectionMean other(mirrored, kRadius);
+  const Intensities one = Only({{0, 1.0}, {4, 2.0}, {9, 5.0}});
+  const Intensities million = Only({{0, 1e6}, {4, 2e6}, {9, 5e6}});
+  const Vector3d p = mean_.PlaceOf(*mean_.Mean(one)), q = other.PlaceOf(*other.Mean(one));
+  EXPECT_LT((p - mean_.PlaceOf(*mean_.Mean(million))).norm(), 1e-16);
+  EXPECT_LT((p - Vector3d(q.x(), -q.y(), q.z())).norm(), 1e-16);
+}
+
+// Law: every place is on the surface, and near normals are near places, from the cylinder's back to
+// the very tip. Tolerance: over the 8 degrees of blending the place runs through the mean on the
+// axis, here 10 mm behind, and the pad: 10 mm / 8 degrees is 1.3 mm a degree.
+TEST_F(DirectionMeanTest, RunsOverTheSurfaceWithoutLeaps) {
+  const FingerSurface surface{kRadius};
+  const double degree = std::numbers::pi / 180;
+  std::optional<Vector3d> last;
+  for (double elevation = -20; elevation <= 90; elevation += 0.01) {
+    const double e = elevation * degree;
+    const Vector3d p = mean_.PlaceOf({{std::sin(e), 0.6 * std::cos(e), -0.8 * std::cos(e)}, -0.01});
+    const auto on_surface = surface.Project(p);
+    ASSERT_TRUE(on_surface);
+    EXPECT_LT((*on_surface - p).norm(), 1e-12);
+    if (last) {
+      EXPECT_LT((p - *last).norm(), 0.03e-3) << elevation;
+    }
+    last = p;
+  }
+  EXPECT_LT((*last - Vector3d(kRadius, 0, 0)).norm(), 1e-5);
+  EXPECT_EQ(mean_.PlaceOf({{1, 0, 0}, 0}), Vector3d(kRadius, 0, 0));
+  EXPECT_LT((mean_.PlaceOf({{0, 0, -1}, -0.01}) - Vector3d(-0.01, 0, -kRadius)).norm(), 1e-16);
+}
+
+TEST_F(DirectionMeanTest, HasNoDirectionOutOfNothing) {
+  EXPECT_FALSE(mean_.Mean({}));
+  layout_.p_F[0] = {-1e-3, 0, 4e-3};
+  layout_.p_F[1] = {-1e-3, 0, -4e-3};
+  EXPECT_FALSE(DirectionMean(layout_, kRadius).Mean(Only({{0, 1.0}, {1, 1.0}})));
+  layout_.p_F[2] = {-1e-3, 0, 0};
+  EXPECT_THROW(DirectionMean(layout_, kRadius), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace palpate

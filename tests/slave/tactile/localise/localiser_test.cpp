@@ -1,0 +1,227 @@
+#include "slave/tactile/localise/localiser.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/tactile/localise/finger_surface.h"
+#include "slave/tactile/localise/fitted_localiser.h"
+#include "tests/slave/capture/scratch.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using Status = TouchPlace::Status;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kRest = 3000;
+constexpr std::size_t kPdc = kElectrodeCount + 1;
+
+// A fitted localiser that knows nothing yet: the formula, turned by nothing.
+LocaliserWeights Untaught(const ElectrodeLayout& layout) {
+  LocaliserWeights weights;
+  weights.layout = layout;
+  weights.centres =
+      Eigen::Matrix<double, kElectrodeCount, Eigen::Dynamic>::Zero(kElectrodeCount, 1);
+  weights.corrections = Eigen::Matrix3Xd::Zero(3, 1);
+  weights.sigma_angle = 0.1;
+  return weights;
+}
+
+// All kinds of localisers, on the simulated layout.
+class LocaliserTest : public ::testing::TestWithParam<std::string> {
+ protected:
+  [[nodiscard]] std::unique_ptr<Localiser> Make(const ElectrodeLayout& layout) const {
+    if (GetParam() == "fitted") return MakeFittedLocaliser(Untaught(layout), 7e-3);
+    Tactile tactile;
+    tactile.localise = GetParam();
+    return MakeLocaliser(tactile, layout);
+  }
+  static FingerReading RawOf(const TactileSignals& change) {
+    FingerReading raw;
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) raw.electrodes[i] = kRest + change[i];
+    return raw;
+  }
+  [[nodiscard]] TouchPlace Locate(const TactileSignals& change) const {
+    return localiser_->Locate(change, RawOf(change));
+  }
+
+  ElectrodeLayout layout_ = SimulatedLayout(7e-3);
+  std::unique_ptr<Localiser> localiser_ = Make(layout_);
+};
+
+TEST_P(LocaliserTest, FindsAContactOverTheElectrodeThatFalls) {
+  const FingerSurface surface{7e-3};
+  EXPECT_EQ(localiser_->name(), GetParam());
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    TactileSignals change{};
+    change[i] = -80;
+    const TouchPlace place = Locate(change);
+    EXPECT_EQ(place.status, Status::kFound) << i;
+    EXPECT_EQ(place.active, 1);
+    EXPECT_LT((place.p_F - *surface.Project(layout_.p_F[i])).norm(), 1e-15) << i;
+    EXPECT_LT((place.n_F - surface.Normal(place.p_F)).norm(), 1e-15) << i;
+    EXPECT_GT(place.sigma, 0.2e-3);
+    EXPECT_LT(place.sigma, 4e-3);
+  }
+}
+
+TEST_P(LocaliserTest, SaysThatThereIsNoContact) {
+  TactileSignals change{};
+  change[3] = -4.9F;  // below the threshold of 5
+  change[8] = 4.9F;
+  const TouchPlace place = Locate(change);
+  EXPECT_EQ(place.status, Status::kNoContact);
+  EXPECT_FALSE(place.usable());
+  EXPECT_EQ(place.p_F, Vector3d(0, 0, 0));
+}
+
+TEST_P(LocaliserTest, SaysThatTheContactHasNoDirection) {
+  layout_.p_F[0] = {2e-3, 0, 4e-3};
+  layout_.p_F[1] = {-2e-3, 0, -4e-3};
+  layout_.p_F[0].x() = -2e-3;
+  const auto localiser = Make(layout_);
+  TactileSignals change{};
+  change[0] = change[1] = -50;
+  EXPECT_EQ(localiser->Locate(change, RawOf(change)).status, Status::kAtOrigin);
+}
+
+TEST_P(LocaliserTest, FailsOnSignalsThatAreNotFinite) {
+  for (std::size_t i = 0; i < kSignalCount; ++i) {
+    TactileSignals change{};
+    change[2] = -50;
+    FingerReading raw = RawOf(change);
+    change[i] = kNan;
+    EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFailed) << i;
+    change[i] = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFailed) << i;
+  }
+  TactileSignals change{};
+  FingerReading raw = RawOf(change);
+  raw.electrodes[4] = kNan;
+  EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFailed);
+}
+
+TEST_P(LocaliserTest, StaysFiniteWhereSignalsAreHuge) {
+  for (const float size : {1e-30F, 1e6F, 3e38F}) {
+    TactileSignals change{};
+    for (std::size_t i = 0; i < kSignalCount; ++i) change[i] = i % 2 == 0 ? -size : size;
+    const TouchPlace place = localiser_->Locate(change, RawOf({}));
+    EXPECT_TRUE(place.p_F.allFinite() && place.n_F.allFinite() && std::isfinite(place.sigma));
+  }
+}
+
+TEST_P(LocaliserTest, FlagsSaturatedElectrodes) {
+  TactileSignals change{};
+  change[6] = -80;
+  FingerReading raw = RawOf(change);
+  raw.electrodes[11] = 4095;
+  EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFlawed);
+  raw.electrodes[11] = 0;
+  EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFlawed);
+  EXPECT_TRUE(localiser_->Locate(change, raw).usable());
+  raw.electrodes[11] = 1;
+  EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFound);
+}
+
+// All electrodes move but one. Where pressure alone would make the dead one active, it must not be:
+// its neighbours rose by what the pressure explains and more.
+TEST_P(LocaliserTest, FlagsAndLeavesOutADeadElectrode) {
+  TactileSignals change{};
+  change.fill(90);
+  change[kPdc] = 500;
+  change[13] = -200;
+  EXPECT_EQ(Locate(change).status, Status::kFound);
+  const Vector3d sound = Locate(change).p_F;
+  change[6] = 0;
+  const TouchPlace place = Locate(change);
+  EXPECT_EQ(place.status, Status::kFlawed);
+  EXPECT_LT((place.p_F - sound).norm(), GetParam() == "polarity-free" ? 1e-3 : 1e-15);
+}
+
+TEST_P(LocaliserTest, AllocatesNothing) {
+  TactileSignals change{};
+  const FingerReading raw = RawOf(change);
+  const long before = AllocationCount();
+  for (int k = 0; k < 100; ++k) {
+    change[static_cast<std::size_t>(k) % kElectrodeCount] = static_cast<float>(-k);
+    (void)localiser_->Locate(change, raw);
+  }
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+INSTANTIATE_TEST_SUITE_P(Variants, LocaliserTest,
+                         ::testing::Values("paper", "polarity-free", "pressure-weighted", "fitted"),
+                         [](const auto& variant) {
+                           std::string name = variant.param;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+TEST(MakeLocaliserTest, TakesTheBestFormulaByItself) {
+  EXPECT_EQ(MakeLocaliser(Tactile{}, SimulatedLayout(7e-3))->name(), "pressure-weighted");
+}
+
+TEST(MakeLocaliserTest, RefusesWhatItDoesNotKnow) {
+  Tactile tactile;
+  const ElectrodeLayout layout = SimulatedLayout(7e-3);
+  tactile.localise = "best";
+  EXPECT_THROW(MakeLocaliser(tactile, layout), std::invalid_argument);
+  tactile.localise = "absent/localiser.json";
+  EXPECT_THROW(MakeLocaliser(tactile, layout), std::runtime_error);
+}
+
+// A soft contact: pressure rises, all electrodes rise with it, least under the finger's side at +y.
+// The paper's formula sees nothing, the default sees the side.
+TEST(MakeLocaliserTest, FindsASoftContactUnderWhichNoElectrodeFalls) {
+  const ElectrodeLayout layout = SimulatedLayout(7e-3);
+  TactileSignals change{};
+  change[kPdc] = 200;
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    change[i] = layout.n_F[i].y() > 0.5 ? 2.0F : 40.0F;
+  }
+  Tactile tactile;
+  FingerReading raw;
+  raw.electrodes.fill(kRest);
+  const TouchPlace place = MakeLocaliser(tactile, layout)->Locate(change, raw);
+  EXPECT_TRUE(place.usable());
+  EXPECT_GT(place.n_F.y(), 0.7);
+  tactile.localise = "paper";
+  EXPECT_EQ(MakeLocaliser(tactile, layout)->Locate(change, raw).status, Status::kNoContact);
+}
+
+// Paper B as printed; a hand calculation: of electrodes at (3, 2, -4) and (3, -2, -4) mm with
+// intensities 0.9 and 0.3 the centroid is (3, 0, -4), sum d = (0, 1, 0), c = (3, 0.5, -4).
+TEST(PaperLocaliserTest, DividesTwiceAndClipsAtFullScale) {
+  ElectrodeLayout layout = SimulatedLayout(7e-3);
+  layout.p_F[0] = {3e-3, 2e-3, -4e-3};
+  layout.p_F[1] = {3e-3, -2e-3, -4e-3};
+  Tactile tactile;
+  tactile.localise = "paper";
+  const auto localiser = MakeLocaliser(tactile, layout);
+  FingerReading raw;
+  raw.electrodes.fill(kRest);
+  TactileSignals change{};
+  change[0] = -180;
+  change[1] = -60;
+  const Vector3d c(3, 0.5, -4);
+  EXPECT_LT((localiser->Locate(change, raw).p_F - 7e-3 * c.normalized()).norm(), 1e-12);
+  change[0] = -900;  // as far as full scale
+  change[1] = -100;
+  const Vector3d clipped(3, 1.0 / 3, -4);
+  EXPECT_LT((localiser->Locate(change, raw).p_F - 7e-3 * clipped.normalized()).norm(), 1e-12);
+  EXPECT_EQ(localiser->Locate(change, raw).status, Status::kFound);
+  change[1] = -200;  // now no intensity tells anything
+  EXPECT_EQ(localiser->Locate(change, raw).status, Status::kFlawed);
+}
+
+}  // namespace
+}  // namespace palpate

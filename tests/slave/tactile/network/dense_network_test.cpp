@@ -1,0 +1,71 @@
+#include <array>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "tests/slave/tactile/network/reference_network.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Outputs = std::array<double, 4>;
+
+// Reference: the formulas, in double precision here and there; they differ in the order of sums.
+TEST(DenseNetworkTest, EverySampleIsTheReference) {
+  for (const char* architecture : {"dnn_21", "dnn_19"}) {
+    for (const auto activation : {HiddenActivation::kTanh, HiddenActivation::kRelu}) {
+      RandomNetwork network = MakeRandomNetwork(architecture, 33, 0.5f, 1);
+      network.weights.activation = activation;
+      const auto made = MakeForceNetwork(network.info, network.weights);
+      const auto windowed = made->Windowed(), carrying = made->CarryingState();
+      for (const TactileSignals& sample : RandomSignals(100, 4095, 2)) {
+        Outputs outputs{}, carried{};
+        ASSERT_TRUE(windowed->Push(sample, outputs));
+        ASSERT_TRUE(carrying->Push(sample, carried));
+        EXPECT_EQ(outputs, carried) << "there is no state to carry";
+        const auto expected = ReferenceOutputs(network.info, network.weights, {&sample, 1});
+        for (std::size_t k = 0; k < expected.size(); ++k) {
+          ASSERT_NEAR(outputs[k], expected[k], 1e-12 * (1 + std::abs(expected[k])));
+        }
+      }
+    }
+  }
+}
+
+TEST(DenseNetworkTest, SamplesThatAreNotFiniteGiveNothing) {
+  const RandomNetwork network = MakeRandomNetwork("dnn_19", 20, 0.5f, 3);
+  const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
+  TactileSignals sample{};
+  Outputs outputs{};
+  sample[19] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(estimate->Push(sample, outputs)) << "the pressures are not looked at";
+  sample[0] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(estimate->Push(sample, outputs));
+}
+
+// Eight factors of 1e38 are beyond double precision: what is not finite is no estimate.
+TEST(DenseNetworkTest, OutputsBeyondAllNumbersAreNone) {
+  RandomNetwork network = MakeRandomNetwork("dnn_21", 20, 1e38f, 4);
+  network.weights.activation = HiddenActivation::kRelu;
+  const DenseLayer hidden = network.weights.dense[1];
+  for (int k = 0; k < 8; ++k) network.weights.dense.insert(network.weights.dense.end() - 1, hidden);
+  const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
+  TactileSignals sample{};
+  sample.fill(1e30f);
+  Outputs outputs{};
+  EXPECT_FALSE(estimate->Push(sample, outputs));
+}
+
+TEST(DenseNetworkTest, PushingAllocatesNothing) {
+  const RandomNetwork network = MakeRandomNetwork("dnn_21", 20, 0.5f, 5);
+  const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
+  const auto samples = RandomSignals(100, 150, 6);
+  Outputs outputs{};
+  const long before = AllocationCount();
+  for (const auto& sample : samples) estimate->Push(sample, outputs);
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,228 @@
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <memory>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "slave/tactile/network/lstm_lanes.h"
+#include "tests/slave/tactile/network/reference_network.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Outputs = std::array<double, 4>;
+using Samples = std::span<const TactileSignals>;
+
+// The largest difference from the reference over all full windows, the reference taken anew from
+// the state of zero for each.
+double WorstWindow(const RandomNetwork& network, Samples samples) {
+  const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
+  const auto window = static_cast<std::size_t>(network.info.window);
+  double worst = 0;
+  for (std::size_t t = 0; t < samples.size(); ++t) {
+    Outputs outputs{};
+    const bool full = estimate->Push(samples[t], outputs);
+    EXPECT_EQ(full, t + 1 >= window) << "sample " << t;
+    if (!full) continue;
+    const auto expected =
+        ReferenceOutputs(network.info, network.weights, samples.subspan(t + 1 - window, window));
+    for (std::size_t k = 0; k < outputs.size(); ++k) {
+      worst = std::max(worst, std::abs(outputs[k] - expected[k]));
+    }
+  }
+  return worst;
+}
+
+// Reference: the formulas, unit by unit. Tolerance: the kernel's powers are good to 2e-10, and so
+// is each gate; sums over 20 to 40 units of weights within 0.3 and 50 steps in which such networks
+// forget leave the outputs, of order 1, at 1e-9. The worst measured is 1.2e-10.
+TEST(LstmNetworkTest, EveryWindowIsTheReferenceFromTheStateOfZero) {
+  for (const char* architecture : {"rnn_21", "rnn_19"}) {
+    const RandomNetwork network = MakeRandomNetwork(architecture, 20, 0.3f, 1);
+    EXPECT_LT(WorstWindow(network, RandomSignals(180, 150, 2)), 1e-9) << architecture;
+  }
+}
+
+// Reference and tolerance as above. Signals as far from rest as 12 bits allow saturate most gates.
+TEST(LstmNetworkTest, ExtremeCountsAreEvaluatedAsExactly) {
+  const RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0.3f, 3);
+  EXPECT_LT(WorstWindow(network, RandomSignals(120, 4095, 4)), 1e-9);
+  std::vector<TactileSignals> steps(120);
+  for (std::size_t t = 0; t < steps.size(); ++t) {
+    steps[t].fill(t % 7 < 3 ? -4095.0f : 4095.0f);
+  }
+  EXPECT_LT(WorstWindow(network, steps), 1e-9);
+}
+
+// Other widths than the kernels' and other depths: units and windows that fill no register.
+TEST(LstmNetworkTest, AnyShapeIsTheReference) {
+  for (const int units : {1, 3, 15, 32}) {
+    for (const int window : {1, 2, 7, 64}) {
+      RandomNetwork network = MakeRandomNetwork("rnn_19", units, 0.3f, 5);
+      network.info.window = window;
+      EXPECT_LT(WorstWindow(network, RandomSignals(window + 20, 150, 6)), 1e-9)
+          << units << " units, window " << window;
+    }
+  }
+}
+
+// Reference and tolerance as above, for each instruction set that this machine runs.
+TEST(LstmNetworkTest, EveryKernelIsTheReference) {
+  const RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0.3f, 7);
+  const auto samples = RandomSignals(50, 200, 8);
+  for (const LstmKernel& kernel : LstmKernels()) {
+    LstmLanes lanes(std::make_shared<LstmPlan>(network.weights, kernel), 50);
+    for (std::size_t t = 0; t < samples.size(); ++t) {
+      lanes.Restart(static_cast<int>(t));
+      lanes.Step(samples[t]);
+    }
+    for (const std::size_t lane : {0, 1, 23, 48, 49}) {  // lane k began with sample k
+      std::vector<double> h(20);
+      lanes.Output(static_cast<int>(lane), h.data());
+      const auto expected = ReferenceState(network.weights, Samples(samples).subspan(lane));
+      for (std::size_t u = 0; u < h.size(); ++u) {
+        EXPECT_NEAR(h[u], expected[u], 1e-9) << kernel.name << ", lane " << lane << ", unit " << u;
+      }
+    }
+  }
+}
+
+// Law: without weights and biases no gate opens to anything: tanh(0) is 0 exactly.
+TEST(LstmNetworkTest, ANetworkOfZerosGivesItsOutputMeanExactly) {
+  RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0, 9);
+  network.weights.lstm[0].kernel.topRows(21).setOnes();
+  network.weights.lstm[0].kernel.middleCols(20, 20).setZero();  // j
+  const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
+  Outputs outputs{};
+  for (const auto& sample : RandomSignals(60, 4095, 10)) estimate->Push(sample, outputs);
+  for (std::size_t k = 0; k < outputs.size(); ++k) {
+    EXPECT_EQ(outputs[k], 1.25 * static_cast<double>(
+                                     network.weights.output_mean[static_cast<Eigen::Index>(k)]));
+  }
+}
+
+// Reference: the formulas over all samples since the start, tolerance as above.
+TEST(CarryingStateTest, GoesOnFromTheFirstSample) {
+  const RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0.3f, 11);
+  const auto made = MakeForceNetwork(network.info, network.weights);
+  const auto carrying = made->CarryingState(), windowed = made->Windowed();
+  const auto samples = RandomSignals(150, 150, 12);
+  double apart = 0;
+  for (std::size_t t = 0; t < samples.size(); ++t) {
+    Outputs carried{}, exact{};
+    ASSERT_EQ(carrying->Push(samples[t], carried), t >= 49);
+    windowed->Push(samples[t], exact);
+    if (t < 49) continue;
+    const auto expected =
+        ReferenceOutputs(network.info, network.weights, Samples(samples).first(t + 1));
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+      ASSERT_NEAR(carried[k], expected[k], 1e-9) << "sample " << t;
+      if (t == 49) {
+        ASSERT_NEAR(carried[k], exact[k], 1e-12) << "the first window is the same";
+      }
+      apart = std::max(apart, std::abs(carried[k] - exact[k]));
+    }
+  }
+  EXPECT_GT(apart, 1e-6) << "then it is another function";
+}
+
+// A window with a bad sample in it would be silent garbage: it starts anew.
+TEST(LstmNetworkTest, SamplesThatAreNotFiniteStartTheWindowAnew) {
+  const RandomNetwork network = MakeRandomNetwork("rnn_19", 20, 0.3f, 13);
+  const auto made = MakeForceNetwork(network.info, network.weights);
+  const auto samples = RandomSignals(130, 150, 14);
+  for (const float bad :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    for (const bool carry : {false, true}) {
+      const auto estimate = carry ? made->CarryingState() : made->Windowed();
+      const auto fresh = carry ? made->CarryingState() : made->Windowed();
+      Outputs outputs{}, expected{};
+      for (std::size_t t = 0; t < 70; ++t) estimate->Push(samples[t], outputs);
+      TactileSignals broken = samples[70];
+      broken[18] = bad;
+      EXPECT_FALSE(estimate->Push(broken, outputs));
+      for (std::size_t t = 71; t < 130; ++t) {
+        const bool full = estimate->Push(samples[t], outputs);
+        ASSERT_EQ(full, t >= 71 + 49);
+        ASSERT_EQ(fresh->Push(samples[t], expected), full);
+        if (full) {
+          ASSERT_EQ(outputs, expected) << "as if it began here";
+        }
+      }
+      estimate->Reset();
+      EXPECT_FALSE(estimate->Push(samples[0], outputs));
+    }
+  }
+}
+
+// A network of the electrodes alone does not look at the pressures.
+TEST(LstmNetworkTest, NineteenInputsLeaveThePressuresAlone) {
+  const RandomNetwork network = MakeRandomNetwork("rnn_19", 20, 0.3f, 15);
+  const auto made = MakeForceNetwork(network.info, network.weights);
+  const auto with = made->Windowed(), without = made->Windowed();
+  Outputs one{}, other{};
+  for (TactileSignals sample : RandomSignals(50, 150, 16)) {
+    with->Push(sample, one);
+    sample[19] = std::numeric_limits<float>::quiet_NaN();
+    sample[20] = 1e30f;
+    without->Push(sample, other);
+  }
+  EXPECT_EQ(one, other);
+}
+
+// Absurd but finite numbers must neither hang nor turn into NaN.
+TEST(LstmNetworkTest, HugeWeightsAndSamplesGiveFiniteOutputsOrNone) {
+  for (const float size : {1e4f, 1e30f, 1.5e38f}) {
+    const RandomNetwork network = MakeRandomNetwork("rnn_21", 20, size, 17);
+    const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
+    for (const auto& sample : RandomSignals(80, 3e38f, 18)) {
+      Outputs outputs{};
+      estimate->Push(sample, outputs);
+      for (const double y : outputs) EXPECT_TRUE(std::isfinite(y)) << size;
+    }
+  }
+}
+
+TEST(LstmNetworkTest, PushingAllocatesNothing) {
+  const RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0.3f, 19);
+  const auto made = MakeForceNetwork(network.info, network.weights);
+  const auto windowed = made->Windowed(), carrying = made->CarryingState();
+  auto samples = RandomSignals(300, 150, 20);
+  samples[200][3] = std::numeric_limits<float>::quiet_NaN();
+  Outputs outputs{};
+  const long before = AllocationCount();
+  for (const auto& sample : samples) {
+    windowed->Push(sample, outputs);
+    carrying->Push(sample, outputs);
+  }
+  windowed->Reset();
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+// Estimates share what they do not change: five fingers in five threads give what one gives, and
+// they may outlive the network.
+TEST(LstmNetworkTest, EstimatesOfOneNetworkAreIndependent) {
+  const RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0.3f, 21);
+  auto made = MakeForceNetwork(network.info, network.weights);
+  std::vector<std::unique_ptr<ForceEstimate>> estimates;
+  for (int k = 0; k < 5; ++k) estimates.push_back(made->Windowed());
+  made.reset();
+  const auto samples = RandomSignals(200, 150, 22);
+  std::array<Outputs, 5> last{};
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t k = 0; k < 5; ++k) {
+      threads.emplace_back([&, k] {
+        for (const auto& sample : samples) estimates[k]->Push(sample, last[k]);
+      });
+    }
+  }
+  for (const Outputs& outputs : last) EXPECT_EQ(outputs, last[0]);
+  EXPECT_NE(last[0], Outputs{});
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,186 @@
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "slave/tactile/network/force_network.h"
+#include "tests/slave/capture/scratch.h"
+#include "tests/slave/tactile/network/onnx_writer.h"
+#include "tests/slave/tactile/network/reference_network.h"
+
+namespace palpate {
+namespace {
+
+constexpr long kHidden = 8, kOutputs = 3;
+
+OnnxWeights Random(const std::string& name, const std::vector<long>& extents, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> within(-0.05f, 0.05f);
+  OnnxWeights weights{name, extents, {}};
+  long count = 1;
+  for (const long extent : extents) count *= extent;
+  for (long k = 0; k < count; ++k) weights.data.push_back(within(random));
+  return weights;
+}
+
+// y = tanh(x W^T + b) V^T + c, with n inputs. (Gemm without transB is none that OpenCV 4.6 takes.)
+struct TwoLayers {
+  explicit TwoLayers(long count)
+      : W(Random("W", {kHidden, count}, 1)),
+        b(Random("b", {kHidden}, 2)),
+        V(Random("V", {kOutputs, kHidden}, 3)),
+        c(Random("c", {kOutputs}, 4)),
+        n(count) {}
+  [[nodiscard]] std::string Model(const std::vector<long>& input,
+                                  const std::string& hidden = "Tanh") const {
+    return OnnxModel(input, {1, kOutputs},
+                     {{"Gemm", {"x", "W", "b"}, "z", {{"transB", 1}}},
+                      {hidden, {"z"}, "h"},
+                      {"Gemm", {"h", "V", "c"}, "y", {{"transB", 1}}}},
+                     {W, b, V, c});
+  }
+  [[nodiscard]] std::array<double, 3> Evaluate(const TactileSignals& x) const {
+    std::array<double, 3> y{};
+    for (std::size_t k = 0; k < 3; ++k) y[k] = static_cast<double>(c.data[k]);
+    for (std::size_t j = 0; j < kHidden; ++j) {
+      double z = static_cast<double>(b.data[j]);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+        z += static_cast<double>(x[i]) *
+             static_cast<double>(W.data[j * static_cast<std::size_t>(n) + i]);
+      }
+      for (std::size_t k = 0; k < 3; ++k) {
+        y[k] += std::tanh(z) * static_cast<double>(V.data[k * kHidden + j]);
+      }
+    }
+    return y;
+  }
+  OnnxWeights W, b, V, c;
+  long n;
+};
+
+std::string ErrorOf(const std::string& bytes) {
+  const Scratch scratch;
+  try {
+    LoadForceNetwork(scratch.Write("model.onnx", bytes));
+    return "";
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+}
+
+// Reference: the formula in double precision. Tolerance: OpenCV computes in single precision, sums
+// of 21 terms up to 5 counts, and outputs up to 0.4.
+TEST(OnnxNetworkTest, AModelOfOneSampleIsItsFormula) {
+  const Scratch scratch;
+  for (const long n : {19, 21}) {
+    for (const long batch : {0, 1}) {
+      const TwoLayers layers(n);
+      const auto network = LoadForceNetwork(scratch.Write("model.onnx", layers.Model({batch, n})));
+      EXPECT_EQ(network->info().architecture, "onnx");
+      EXPECT_EQ(network->info().inputs, n);
+      EXPECT_EQ(network->info().window, 1);
+      EXPECT_EQ(network->info().outputs, 3);
+      const auto estimate = network->Windowed();
+      for (const TactileSignals& sample : RandomSignals(20, 100, 5)) {
+        std::array<double, 3> outputs{};
+        ASSERT_TRUE(estimate->Push(sample, outputs));
+        const auto expected = layers.Evaluate(sample);
+        for (std::size_t k = 0; k < 3; ++k) ASSERT_NEAR(outputs[k], expected[k], 1e-5);
+      }
+    }
+  }
+}
+
+// The window goes in with the oldest sample first: Flatten and a Gemm that looks at one number of
+// each sample.
+TEST(OnnxNetworkTest, AModelOfAWindowTakesItsSamplesInOrder) {
+  constexpr long kWindow = 4, kInputs = 19;
+  OnnxWeights W{"W", {3, kWindow * kInputs}, std::vector<float>(kWindow * kInputs * 3)};
+  OnnxWeights b{"b", {3}, {0, 0, 0}};
+  W.data[0] = 1;                          // y0: E1 of the oldest
+  W.data[2 * kWindow * kInputs - 1] = 1;  // y1: E19 of the newest
+  for (std::size_t t = 0; t < kWindow; ++t)
+    W.data[(2 * kWindow + t) * kInputs] = static_cast<float>(t);
+  const Scratch scratch;
+  const auto network = LoadForceNetwork(scratch.Write(
+      "model.onnx",
+      OnnxModel({1, kWindow, kInputs}, {1, 3},
+                {{"Flatten", {"x"}, "f"}, {"Gemm", {"f", "W", "b"}, "y", {{"transB", 1}}}},
+                {W, b})));
+  ASSERT_EQ(network->info().window, kWindow);
+  const auto estimate = network->Windowed();
+  const auto samples = RandomSignals(12, 100, 6);
+  const auto value = [&](std::size_t t, std::size_t i) {
+    return static_cast<double>(samples[t][i]);
+  };
+  for (std::size_t t = 0; t < samples.size(); ++t) {
+    std::array<double, 3> y{};
+    if (t == 6) {
+      TactileSignals broken{};
+      broken[3] = std::numeric_limits<float>::quiet_NaN();
+      EXPECT_FALSE(estimate->Push(broken, y)) << "and the window starts anew";
+    }
+    const bool full = estimate->Push(samples[t], y);
+    ASSERT_EQ(full, t == 3 || t == 4 || t == 5 || t >= 9) << t;
+    if (!full) continue;
+    EXPECT_NEAR(y[0], value(t - 3, 0), 1e-4);
+    EXPECT_NEAR(y[1], value(t, 18), 1e-4);
+    EXPECT_NEAR(y[2], value(t - 2, 0) + 2 * value(t - 1, 0) + 3 * value(t, 0), 1e-3);
+  }
+}
+
+TEST(OnnxNetworkTest, AnUnknownOperatorIsNamed) {
+  testing::internal::CaptureStderr();
+  const std::string error = ErrorOf(TwoLayers(21).Model({1, 21}, "Feel"));
+  EXPECT_NE(error.find("model.onnx: operator Feel is none that OpenCV runs here: "),
+            std::string::npos)
+      << error;
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "the error says it";
+}
+
+TEST(OnnxNetworkTest, AModelCutOffAnywhereIsRefused) {
+  testing::internal::CaptureStderr();
+  const std::string whole = TwoLayers(19).Model({1, 19});
+  for (std::size_t size = 0; size < whole.size(); size += 1 + size / 20) {
+    EXPECT_NE(ErrorOf(whole.substr(0, size)), "") << "after " << size << " bytes";
+  }
+  EXPECT_NE(ErrorOf("this is no model"), "");
+  EXPECT_NE(ErrorOf(std::string(1000, '\0')), "");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(OnnxNetworkTest, OtherShapesAreRefusedWithTheirExtents) {
+  EXPECT_NE(ErrorOf(TwoLayers(13).Model({1, 13})).find("[1, 13], expected [1, n]"),
+            std::string::npos);
+  EXPECT_NE(ErrorOf(TwoLayers(21).Model({4, 21})).find("[4, 21], expected"), std::string::npos);
+  EXPECT_NE(ErrorOf(TwoLayers(21).Model({21})).find("[21], expected"), std::string::npos);
+  EXPECT_NE(ErrorOf(TwoLayers(21).Model({1, 100000, 21})).find("expected"), std::string::npos);
+  const std::string two =
+      OnnxModel({1, 21}, {1, 2}, {{"Gemm", {"x", "W", "b"}, "y", {{"transB", 1}}}},
+                {Random("W", {2, 21}, 7), Random("b", {2}, 8)});
+  EXPECT_NE(ErrorOf(two).find("expected one row of 3 or more"), std::string::npos) << ErrorOf(two);
+  // Weights that do not fit the input.
+  EXPECT_NE(ErrorOf(TwoLayers(19).Model({1, 21})), "");
+}
+
+// OpenCV would divide by zero.
+TEST(OnnxNetworkTest, WeightsWithoutTheirDataAreRefused) {
+  TwoLayers layers(21);
+  layers.W.data.pop_back();
+  EXPECT_NE(ErrorOf(layers.Model({1, 21})).find("weights W do not fill their extents"),
+            std::string::npos);
+  layers.W.data.clear();
+  EXPECT_NE(ErrorOf(layers.Model({1, 21})).find("weights W do not fill their extents"),
+            std::string::npos);
+}
+
+TEST(OnnxNetworkTest, WeightsThatAreNotFiniteAreRefused) {
+  TwoLayers layers(21);
+  layers.c.data[0] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_NE(ErrorOf(layers.Model({1, 21})).find("not finite"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpate

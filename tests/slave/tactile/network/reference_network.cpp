@@ -1,0 +1,145 @@
+#include "tests/slave/tactile/network/reference_network.h"
+
+#include <cmath>
+#include <string>
+
+namespace palpate {
+namespace {
+
+using Vector = std::vector<double>;
+
+double Sigmoid(double z) {
+  return 1 / (1 + std::exp(-z));
+}
+
+Vector Scaled(const NetworkWeights& weights, const TactileSignals& change) {
+  Vector x;
+  for (Eigen::Index i = 0; i < weights.input_mean.size(); ++i) {
+    const double value = change[static_cast<std::size_t>(i)];
+    x.push_back((value - static_cast<double>(weights.input_mean[i])) /
+                static_cast<double>(weights.input_scale[i]));
+  }
+  return x;
+}
+
+void Step(const LstmLayer& layer, const Vector& x, Vector* c, Vector* h) {
+  const auto n = static_cast<std::size_t>(layer.units());
+  Vector row = x;
+  row.insert(row.end(), h->begin(), h->end());
+  Vector z(4 * n);
+  for (std::size_t column = 0; column < 4 * n; ++column) {
+    const auto j = static_cast<Eigen::Index>(column);
+    z[column] = static_cast<double>(layer.bias[j]);
+    for (std::size_t k = 0; k < row.size(); ++k) {
+      z[column] += row[k] * static_cast<double>(layer.kernel(static_cast<Eigen::Index>(k), j));
+    }
+  }
+  for (std::size_t u = 0; u < n; ++u) {
+    (*c)[u] = (*c)[u] * Sigmoid(z[2 * n + u] + 1) + Sigmoid(z[u]) * std::tanh(z[n + u]);
+    (*h)[u] = std::tanh((*c)[u]) * Sigmoid(z[3 * n + u]);
+  }
+}
+
+Vector Dense(const DenseLayer& layer, const Vector& x) {
+  Vector y;
+  for (Eigen::Index j = 0; j < layer.kernel.cols(); ++j) {
+    double sum = static_cast<double>(layer.bias[j]);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      sum += x[i] * static_cast<double>(layer.kernel(static_cast<Eigen::Index>(i), j));
+    }
+    y.push_back(sum);
+  }
+  return y;
+}
+
+}  // namespace
+
+Vector ReferenceState(const NetworkWeights& weights, std::span<const TactileSignals> samples) {
+  std::vector<Vector> c, h;
+  for (const LstmLayer& layer : weights.lstm) {
+    c.emplace_back(layer.units(), 0.0);
+    h.emplace_back(layer.units(), 0.0);
+  }
+  for (const TactileSignals& sample : samples) {
+    Vector x = Scaled(weights, sample);
+    for (std::size_t k = 0; k < weights.lstm.size(); ++k) {
+      Step(weights.lstm[k], x, &c[k], &h[k]);
+      x = h[k];
+    }
+  }
+  return h.back();
+}
+
+Vector ReferenceOutputs(const NetworkInfo& info, const NetworkWeights& weights,
+                        std::span<const TactileSignals> samples) {
+  Vector y =
+      weights.lstm.empty() ? Scaled(weights, samples.back()) : ReferenceState(weights, samples);
+  for (const DenseLayer& layer : weights.dense) {
+    y = Dense(layer, y);
+    if (&layer == &weights.dense.back()) break;
+    for (double& value : y) {
+      const bool tanh = weights.activation == HiddenActivation::kTanh;
+      value = tanh ? std::tanh(value) : value > 0 ? value : 0;
+    }
+  }
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    const auto j = static_cast<Eigen::Index>(k);
+    y[k] = info.gain * (static_cast<double>(weights.output_mean[j]) +
+                        static_cast<double>(weights.output_scale[j]) * y[k]);
+  }
+  return y;
+}
+
+RandomNetwork MakeRandomNetwork(const std::string& architecture, int units, float size,
+                                unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> within(-size, size);
+  const auto number = [&] { return within(random); };
+  RandomNetwork made;
+  NetworkInfo& info = made.info;
+  info.architecture = architecture;
+  info.inputs = InputsOf(architecture);
+  info.window = IsRecurrent(architecture) ? 50 : 1;
+  info.outputs = 4;
+  info.gain = 1.25;
+  NetworkWeights& weights = made.weights;
+  weights.LeaveUnscaled(info.inputs, info.outputs);
+  weights.input_mean.setLinSpaced(-3, 5);
+  weights.input_scale.setLinSpaced(80, 120);
+  weights.output_mean.setLinSpaced(-1, 1);
+  weights.output_scale.setLinSpaced(0.5, 2);
+  int width = info.inputs;
+  for (int layer = 0; layer < 2; ++layer, width = units) {
+    const bool recurrent = IsRecurrent(architecture);
+    const int rows = recurrent ? width + units : width, columns = recurrent ? 4 * units : units;
+    const WeightMatrix kernel = WeightMatrix::NullaryExpr(rows, columns, number);
+    const Eigen::VectorXf bias = Eigen::VectorXf::NullaryExpr(columns, number);
+    if (recurrent) {
+      weights.lstm.push_back({kernel, bias});
+    } else {
+      weights.dense.push_back({kernel, bias});
+    }
+  }
+  weights.dense.push_back({WeightMatrix::NullaryExpr(width, info.outputs, number),
+                           Eigen::VectorXf::NullaryExpr(info.outputs, number)});
+  return made;
+}
+
+std::vector<TactileSignals> RandomSignals(int count, float counts, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> phase(0, 6.28f), rate(0.01f, 0.3f), noise(-1, 1);
+  TactileSignals phases{}, rates{};
+  for (auto& x : phases) x = phase(random);
+  for (auto& x : rates) x = rate(random);
+  std::vector<TactileSignals> signals(static_cast<std::size_t>(count));
+  for (std::size_t t = 0; t < signals.size(); ++t) {
+    for (std::size_t i = 0; i < phases.size(); ++i) {
+      const auto time = static_cast<TactileSignals::value_type>(t);
+      const auto wave = std::sin(phases[i] + rates[i] * time);
+      signals[t][i] = counts * (0.9f * wave + 0.1f * noise(random));
+    }
+  }
+  return signals;
+}
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+// The formulas of force networks as they stand in FORMAT.md, in double precision, one sample and
+// one unit at a time: what the networks under test are compared with.
+#pragma once
+
+#include <random>
+#include <span>
+#include <vector>
+
+#include "slave/tactile/network/network_weights.h"
+
+namespace palpate {
+
+// The outputs after `samples`, from the state of zero.
+std::vector<double> ReferenceOutputs(const NetworkInfo& info, const NetworkWeights& weights,
+                                     std::span<const TactileSignals> samples);
+// The last lstm layer's h.
+std::vector<double> ReferenceState(const NetworkWeights& weights,
+                                   std::span<const TactileSignals> samples);
+
+// A network with random weights: two lstm layers of `units` for rnn_*, two hidden layers for dnn_*,
+// uniform within +-size; inputs are scaled so that 100 counts are about 1.
+struct RandomNetwork {
+  NetworkInfo info;
+  NetworkWeights weights;
+};
+RandomNetwork MakeRandomNetwork(const std::string& architecture, int units, float size,
+                                unsigned seed);
+
+// Changes as a finger makes them: each signal wanders by up to `counts`.
+std::vector<TactileSignals> RandomSignals(int count, float counts, unsigned seed);
+
+}  // namespace palpate
