@@ -157,9 +157,10 @@ TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
   bad.loads = Write("outside.csv", "case,x,y,z,fx,fy,fz\na,0.03,0.03,0.5,0,0,1\n");
   refuses(bad, "outside.csv:2");
   bad = options_;
-  bad.scene = Write("flat.yaml",
-                    "name: flat\nobject:\n  geometry: {rectangle: {width: 1 m, height: 1 m, "
-                    "thickness: 1 mm}}\n  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\nmodel: {}\n");
+  bad.scene = Write(
+      "flat.yaml",
+      "name: flat\nobject:\n  geometry: {rectangle: {width: 1 m, height: 1 m, "
+      "thickness: 1 mm}}\n  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\nmodel: {}\n");
   refuses(bad, "accepted by evaluate is a volume");
   bad = options_;
   bad.cloud.clear();
