@@ -230,7 +230,11 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
   felt_.p_S_contact = first.p_S_contact.value_or(felt_.p_S_tip);
   felt_.depth = 0;
   if (body_ && first.has_pose) {
-    local_touch_->Update(*body_, X_SO_, first.X_SF, first.in_contact, &felt_.local_model);
+    std::optional<LocalTouch::FeltForce> felt;
+    if (first.in_contact && first.force && first.validity == Validity::kValid) {
+      felt = {*first.force, first.sigma};
+    }
+    local_touch_->Update(*body_, X_SO_, first.X_SF, first.in_contact, felt, &felt_.local_model);
     if (!first.p_S_contact) felt_.p_S_contact = X_SO_ * local_touch_->p_O();
     felt_.depth = first.in_contact ? std::max(0.0, local_touch_->depth()) : 0;
   }
