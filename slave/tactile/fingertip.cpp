@@ -126,11 +126,12 @@ void Fingertip::TakeForce(bool known) noexcept {
   touch_.sigma = SigmaOf(force_F);
 }
 
-// Along the force; beyond what was learnt it grows with it.
+// Along the force; beyond what was learnt it grows with it. Components whose error is not known are
+// taken for as wrong as the worst that is.
 double Fingertip::SigmaOf(const Eigen::Vector3d& force_F) const noexcept {
-  const double size = force_F.norm();
-  const double sigma =
-      size > 0 ? force_F.cwiseProduct(network_.sigma).norm() / size : network_.sigma.maxCoeff();
+  const double size = force_F.norm(), largest = network_.sigma.maxCoeff();
+  const Eigen::Vector3d sigma_F = (network_.sigma.array() > 0).select(network_.sigma, largest);
+  const double sigma = size > 0 ? force_F.cwiseProduct(sigma_F).norm() / size : largest;
   return network_.learnt_force > 0 ? sigma * std::max(1.0, size / network_.learnt_force) : sigma;
 }
 
