@@ -137,15 +137,18 @@ class OtherColumns {
       if (!is_kept_[i]) continue;
       const auto value = ParseCell(rows.Text(i));
       is_kept_[i] = value.has_value();
-      if (value) values_[i].push_back(std::clamp(*value, -kMostOther, kMostOther));
+      if (value) {
+        values_[i].push_back(std::clamp(*value, -kMostOther, kMostOther));
+      } else {
+        refused_.emplace(rows.header()[i], rows.Complaint(i, "a finite number"));
+      }
     }
   }
-  std::map<std::string, std::vector<double>> Release(const CsvRows& rows) {
-    std::map<std::string, std::vector<double>> named;
+  void Release(const CsvRows& rows, TactileRecording* recording) {
     for (std::size_t i = 0; i < is_kept_.size(); ++i) {
-      if (is_kept_[i]) named.emplace(rows.header()[i], std::move(values_[i]));
+      if (is_kept_[i]) recording->others.emplace(rows.header()[i], std::move(values_[i]));
     }
-    return named;
+    recording->refused = std::move(refused_);
   }
 
  private:
@@ -164,6 +167,7 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
   for (const std::string& prefix : ChoosePrefixes(rows, wanted)) {
     fingers.push_back(FindFinger(rows, prefix));
     recording.fingers.push_back(
+  std::map<std::string, std::string> refused_;
         {NameOf(prefix), fingers.back().pac.has_value(), fingers.back().pdc.has_value(), {}});
   }
   OtherColumns others(rows, time, fingers);
@@ -177,7 +181,7 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
     others.Take(rows);
   }
   if (recording.t.empty()) rows.Fail("no samples: accepted is a header and one row or more");
-  recording.others = others.Release(rows);
+  others.Release(rows, &recording);
   return recording;
 }
 

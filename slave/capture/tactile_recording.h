@@ -24,6 +24,8 @@ struct TactileRecording {
   std::map<std::string, std::vector<double>> others;  // every other numeric column by its name
 };
 
+  std::map<std::string, std::string>
+      refused;  // the others: where they are no numbers, `file:line: ...`
 // Columns: a time in seconds (`time_s`, `t`, `rel_time_s`, `timestamp`, the first that is there;
 // `rel_time_s` before the others), per finger `NAME_E1` to `NAME_E19`, `NAME_pac0`, `NAME_pdc`, or
 // without `NAME_` where there is one finger; `ele1` and `pac1` are understood too. A header row;
@@ -39,7 +41,8 @@ std::vector<TactileFrame> Resample(const TactileRecording& recording, double rat
                                    double largest_gap);
 
 // The recording that the scene names, at the scene's rate (samples within a tenth of a period of it
-// are taken as they are, others resampled), with its fingertip poses. `paced`: in the pace in which
+// are taken as they are, others resampled; a quarter of it is the slowest), with its fingertip
+// poses. `paced`: in the pace in which
 // it was recorded; otherwise as fast as it is read. Throws std::runtime_error like
 // ReadTactileRecording.
 std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool paced);
