@@ -101,9 +101,22 @@ FingerColumns FindFinger(const CsvRows& rows, const std::string& prefix) {
               all);
   }
   columns.pac = rows.Find(prefix + "pac0");
-  if (!columns.pac) columns.pac = rows.Find(prefix + "pac1");
+  // Where electrodes are `ele1`, the first of the pac is `pac1`; beside `E1` that is the second.
+  if (!columns.pac && rows.Find(prefix + "ele1")) columns.pac = rows.Find(prefix + "pac1");
   columns.pdc = rows.Find(prefix + "pdc");
   return columns;
+}
+
+std::vector<FingerColumns> FindFingers(const CsvRows& rows, std::span<const std::string> wanted) {
+  std::vector<FingerColumns> fingers;
+  for (const std::string& prefix : ChoosePrefixes(rows, wanted)) {
+    fingers.push_back(FindFinger(rows, prefix));
+  }
+  return fingers;
+}
+
+RecordedFinger Described(const FingerColumns& columns) {
+  return {NameOf(columns.prefix), columns.pac.has_value(), columns.pdc.has_value(), {}};
 }
 
 FingerReading ReadSample(const CsvRows& rows, const FingerColumns& columns) {
@@ -154,22 +167,33 @@ class OtherColumns {
  private:
   std::vector<bool> is_kept_;
   std::vector<std::vector<double>> values_;
+  std::map<std::string, std::string> refused_;
 };
 
 }  // namespace
+
+std::string RecordedFinger::MissingColumn() const {
+  if (has_pac && has_pdc) return {};
+  return (name.empty() ? "" : name + "_") + (has_pac ? "pdc" : "pac0");
+}
+
+std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file,
+                                               std::span<const std::string> wanted) {
+  const CsvRows rows(file);
+  std::vector<RecordedFinger> fingers;
+  for (const FingerColumns& columns : FindFingers(rows, wanted)) {
+    fingers.push_back(Described(columns));
+  }
+  return fingers;
+}
 
 TactileRecording ReadTactileRecording(const std::filesystem::path& file,
                                       std::span<const std::string> wanted) {
   CsvRows rows(file);
   const std::size_t time = FindTimeColumn(rows);
   TactileRecording recording;
-  std::vector<FingerColumns> fingers;
-  for (const std::string& prefix : ChoosePrefixes(rows, wanted)) {
-    fingers.push_back(FindFinger(rows, prefix));
-    recording.fingers.push_back(
-  std::map<std::string, std::string> refused_;
-        {NameOf(prefix), fingers.back().pac.has_value(), fingers.back().pdc.has_value(), {}});
-  }
+  const std::vector<FingerColumns> fingers = FindFingers(rows, wanted);
+  for (const FingerColumns& columns : fingers) recording.fingers.push_back(Described(columns));
   OtherColumns others(rows, time, fingers);
   while (rows.Next()) {
     const double t = ReadTime(rows, time, recording.t.empty() ? nullptr : &recording.t.back());

@@ -17,15 +17,17 @@ struct RecordedFinger {
   std::string name;  // empty where the file has one finger without a name
   bool has_pac = false, has_pdc = false;
   std::vector<FingerReading> samples;  // one per instant
+  // The column pac0 or pdc that the file does not have, `rf_pdc` say; empty: it has both.
+  [[nodiscard]] std::string MissingColumn() const;
 };
 struct TactileRecording {
   std::vector<double> t;  // [s], rising, as in the file
   std::vector<RecordedFinger> fingers;
   std::map<std::string, std::vector<double>> others;  // every other numeric column by its name
-};
-
   std::map<std::string, std::string>
       refused;  // the others: where they are no numbers, `file:line: ...`
+};
+
 // Columns: a time in seconds (`time_s`, `t`, `rel_time_s`, `timestamp`, the first that is there;
 // `rel_time_s` before the others), per finger `NAME_E1` to `NAME_E19`, `NAME_pac0`, `NAME_pdc`, or
 // without `NAME_` where there is one finger; `ele1` and `pac1` are understood too. A header row;
@@ -34,6 +36,11 @@ struct TactileRecording {
 // with more or fewer columns than the header, not a finite number, a clock that goes back.
 TactileRecording ReadTactileRecording(const std::filesystem::path& file,
                                       std::span<const std::string> wanted);
+
+// The fingers that ReadTactileRecording would read, without their samples: the header alone is
+// read. Throws as it does.
+std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file,
+                                               std::span<const std::string> wanted);
 
 // `recording` at a steady `rate` [Hz], linear between samples; gaps longer than `largest_gap` [s]
 // are left out and the instant after one is marked. Linear over O(samples).

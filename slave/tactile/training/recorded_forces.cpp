@@ -56,7 +56,11 @@ std::vector<LabelledRecording> ReadRecordedForces(const DataArgument& data,
     const std::optional<Eigen::Vector3d> force = curve.At(i.t);
     if (i.after_gap || !force) joined = false;
     if (!force) continue;
-    if (!joined) labelled.push_back({data.text, data.tactile, {}, {}, {}, 0, 0});
+    if (!joined) {
+      labelled.push_back({.name = data.text,
+                          .file = data.tactile,
+                          .missing_column = recording.fingers[0].MissingColumn()});
+    }
     joined = true;
     labelled.back().t.push_back(i.t);
     labelled.back().change.push_back(rest.Change(FrameAt(recording, i).fingers[0]));
