@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "slave/commands/train_data.h"
 #include "slave/commands/train_forces.h"
 #include "slave/commands/train_localiser.h"
 #include "slave/commands/train_words.h"
@@ -41,6 +42,9 @@ void Check(const TrainOptions& o) {
   if (o.optimiser != "adam" && o.optimiser != "sgd") {
     throw std::invalid_argument("--optimiser " + o.optimiser + ": accepted is adam or sgd");
   }
+  if (o.seed < 0) {
+    throw std::invalid_argument("--seed " + std::to_string(o.seed) + ": accepted is 0 or more");
+  }
   if (o.rest < 1) {
     throw std::invalid_argument("--rest " + std::to_string(o.rest) + ": accepted is 1 or more");
   }
@@ -48,6 +52,8 @@ void Check(const TrainOptions& o) {
     throw std::invalid_argument("--presses " + std::to_string(o.presses) +
                                 ": accepted is 1 or more");
   }
+  RefuseRepetitions(o.data);
+  RefuseRepetitions(o.test);
 }
 
 }  // namespace

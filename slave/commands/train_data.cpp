@@ -44,16 +44,16 @@ void WarnOfOverlap(const TrainingData& data) {
   }
 }
 
+bool ShareSamples(const std::string& one, const std::string& other) {
+  if (one == kSimulated || other == kSimulated) return one == other;
+  const DataArgument a = ParseDataArgument(one), b = ParseDataArgument(other);
+  std::error_code missing;
+  return std::filesystem::equivalent(a.tactile, b.tactile, missing) && a.from < b.to &&
+         b.from < a.to;
+}
+
 }  // namespace
 
-TrainingData ReadTrainingData(const TrainOptions& options) {
-  try {
-    TrainingData read{Read(options.data, options, options.seed),
-                      Read(options.test, options, options.seed + kTestSeed)};
-    WarnOfOverlap(read);
-    return read;
-  } catch (const std::runtime_error& e) {
-    throw std::invalid_argument(e.what());
 void RefuseRepetitions(std::span<const std::string> data) {
   for (std::size_t i = 0; i < data.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
@@ -75,6 +75,14 @@ void RequireSignals(const TrainingData& data, const std::string& network, int in
   }
 }
 
+TrainingData ReadTrainingData(const TrainOptions& options) {
+  try {
+    TrainingData read{Read(options.data, options, options.seed),
+                      Read(options.test, options, options.seed + kTestSeed)};
+    WarnOfOverlap(read);
+    return read;
+  } catch (const std::runtime_error& e) {
+    throw std::invalid_argument(e.what());
   }
 }
 
