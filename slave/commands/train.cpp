@@ -69,6 +69,8 @@ samples, the force's offset that of its first half second: start recordings unto
 
 A fifth of the contacts is for the test, a fifth of the others decides when to stop: by whole
 recordings where there are five or more, else by whole presses. Windows lie wholly in their slice.
+With --from only a gain is fitted, which cannot see what is not there: slices begin and end
+untouched, with the rest around their presses.
 
 Examples:
   palpate-slave train simulated --network all --out build/fingertip
