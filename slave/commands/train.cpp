@@ -76,8 +76,8 @@ Examples:
   palpate-slave train simulated --network all --out build/fingertip
   palpate-slave train day1.csv day2.csv+wrench2.csv --finger rf --out build/rf
   palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --finger rf --out build/rf
-  palpate-slave train rec.csv+wrench.csv@2.7:7.7 --from authors-network --finger rf --out build/gain
-  palpate-slave train normals.csv --network localiser --contact-pdc 2440 --out build/localiser)";
+  palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --from authors-network --finger rf --out build/gain
+  palpate-slave train normals.csv --network localiser --electrodes layout.csv --contact-pdc 2440 --out build/localiser)";
 
 int RunTrain(const TrainOptions& options, const std::stop_token& stop) {
   Check(options);
