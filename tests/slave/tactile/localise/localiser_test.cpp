@@ -47,7 +47,9 @@ class LocaliserTest : public ::testing::TestWithParam<std::string> {
   }
   static FingerReading RawOf(const TactileSignals& change) {
     FingerReading raw;
-    for (std::size_t i = 0; i < kElectrodeCount; ++i) raw.electrodes[i] = kRest + change[i];
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+      raw.electrodes[i] = kRest + static_cast<float>(change[i]);
+    }
     return raw;
   }
   [[nodiscard]] TouchPlace Locate(const TactileSignals& change) const {
