@@ -14,7 +14,6 @@ namespace palpate {
 namespace {
 
 constexpr double kSameRate = 0.1;    // of a period: a recording this close is taken as it is
-constexpr double kSlowest = 100;     // periods from sample to sample; nothing lies between such
 constexpr double kLongestPause = 3;  // periods; longer ones are gaps
 
 class RecordedTactile final : public TactileSource {
@@ -26,15 +25,11 @@ class RecordedTactile final : public TactileSource {
     if (!tactile.poses.empty()) poses_.emplace(tactile.poses, tactile.fingers);
     const double period = 1 / tactile.rate;
     const double recorded = MedianPeriod(recording_.t);
-    if (recorded > kSlowest * period) {
-      throw std::runtime_error(tactile.file.string() + ": a sample every " +
-                               std::to_string(recorded) + " s: accepted is one in " +
-                               std::to_string(kSlowest * period) + " s (sense.tactile.rate)");
-    }
+    RefuseSlow(tactile.file, recorded, tactile.rate);
     const double gap = kLongestPause * std::max(period, recorded);
     is_resampled_ = recorded > 0 && std::abs(recorded - period) > kSameRate * period;
     instants_ = is_resampled_ ? SteadyInstants(recording_.t, tactile.rate, gap)
-                              : InstantsOfSamples(recording_.t, period, gap);
+                              : InstantsOfSamples(recording_.t, recorded, gap);
   }
 
   std::optional<TactileFrame> Next(const std::stop_token& stop) override {

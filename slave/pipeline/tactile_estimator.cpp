@@ -4,9 +4,12 @@
 #include <cmath>
 #include <span>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/capture/tactile_recording.h"
 #include "slave/pipeline/stopwatch.h"
 
 namespace palpate {
@@ -30,6 +33,23 @@ Isometry3d Carried(const Finger& finger, const Vector3d& way) {
   return X_SF;
 }
 
+// What a recording does not have reads 0, at rest and in contact: to a network that takes it that
+// is a wrong number, and nobody would notice. Throws std::runtime_error naming the column.
+void RequireSignals(const Tactile& tactile, const ForceNetwork& network) {
+  const bool takes_all = network.info().inputs > kElectrodeCount;
+  if (tactile.source != Tactile::Source::kRecording || !takes_all) return;
+  std::vector<std::string> wanted;
+  for (const Finger& finger : tactile.fingers) wanted.push_back(finger.name);
+  for (const RecordedFinger& finger : ReadTactileFingers(tactile.file, wanted)) {
+    const std::string missing = finger.MissingColumn();
+    if (missing.empty()) continue;
+    throw std::runtime_error(fmt::format(
+        "{}: no column {}: {} takes E1 to E19, pac0 and pdc (accepted without: a network of the "
+        "electrodes alone)",
+        tactile.file.string(), missing, tactile.network.string()));
+  }
+}
+
 }  // namespace
 
 TactileSenses LoadSenses(const Scene& scene) {
@@ -44,6 +64,13 @@ TactileSenses LoadSenses(const Scene& scene) {
                       "trained",
                       scene.file.string(), tactile.rate, rate, tactile.network.string()));
     }
+    if (tactile.carries_state && !senses.network->HasState()) {
+      throw std::invalid_argument(
+          fmt::format("{}: sense.tactile.state = carried: accepted is windowed for {}, which has "
+                      "no state",
+                      scene.file.string(), tactile.network.string()));
+    }
+    RequireSignals(tactile, *senses.network);
   }
   const ElectrodeLayout layout = tactile.electrodes.empty()
                                      ? SimulatedLayout(tactile.finger_radius)

@@ -43,7 +43,8 @@ struct TactileSenses {
   std::shared_ptr<const Localiser> localiser;
 };
 // As the scene says. Throws std::runtime_error or std::invalid_argument: see LoadForceNetwork,
-// MakeLocaliser; a network for samples of another rate.
+// MakeLocaliser; a network for samples of another rate; a state to carry that the network
+// does not have; a recording without the pac0 or pdc that it takes.
 TactileSenses LoadSenses(const Scene& scene);
 
 struct TactileTimes {

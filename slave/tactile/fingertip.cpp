@@ -11,6 +11,7 @@ const Eigen::Vector3d kPaperSigma{0.01807, 0.03107, 0.05171};
 constexpr double kBeginShare = 0.5, kEndShare = 0.25;  // of the error's size
 constexpr double kUnseenTouch = 3;                     // times the error: no electrode, yet a force
 constexpr double kRelease = 0.050, kMissing = 0.060;   // [s]
+constexpr double kDead = 0.5;  // from the start; a live sensor's noise shows within a sample [s]
 
 bool IsFinite(const FingerReading& reading) {
   return std::ranges::all_of(reading.electrodes, [](float x) { return std::isfinite(x); }) &&
@@ -34,6 +35,7 @@ Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
       rest_(tactile.rest_samples),
       miss_patience_(Samples(kMissing, tactile.rate)),
       release_patience_(Samples(kRelease, tactile.rate)),
+      dead_patience_(Samples(kDead, tactile.rate)),
       kept_(KeptSamples(tactile, network)) {
   if (network == nullptr) return;
   network_ = network->info();
@@ -48,7 +50,7 @@ Fingertip::Fingertip(Fingertip&&) noexcept = default;
 void Fingertip::Reset() noexcept {
   rest_.Reset();
   ForgetWindow();
-  missed_ = quiet_ = 0;
+  missed_ = quiet_ = unchanged_ = 0;
   touch_ = {};
 }
 
@@ -64,6 +66,7 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap)
     Lose("the counts are not finite");
     return touch_;
   }
+  Watch(reading);
   const bool was_known = rest_.known();
   if (!was_known) {
     kept_[kept_next_] = reading;
@@ -80,6 +83,15 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap)
   DecideTouch(localiser_->Locate(change, reading));
   Judge();
   return touch_;
+}
+
+void Fingertip::Watch(const FingerReading& reading) noexcept {
+  if (unchanged_ == 0) first_ = reading.electrodes;
+  if (unchanged_ < 0 || reading.electrodes != first_) {
+    unchanged_ = -1;
+  } else if (unchanged_ < dead_patience_) {
+    ++unchanged_;
+  }
 }
 
 void Fingertip::Miss() noexcept {
@@ -126,11 +138,12 @@ void Fingertip::TakeForce(bool known) noexcept {
   touch_.sigma = SigmaOf(force_F);
 }
 
-// Along the force; beyond what was learnt it grows with it.
+// Along the force; beyond what was learnt it grows with it. Components whose error is not known are
+// taken for as wrong as the worst that is.
 double Fingertip::SigmaOf(const Eigen::Vector3d& force_F) const noexcept {
-  const double size = force_F.norm();
-  const double sigma =
-      size > 0 ? force_F.cwiseProduct(network_.sigma).norm() / size : network_.sigma.maxCoeff();
+  const double size = force_F.norm(), largest = network_.sigma.maxCoeff();
+  const Eigen::Vector3d sigma_F = (network_.sigma.array() > 0).select(network_.sigma, largest);
+  const double sigma = size > 0 ? force_F.cwiseProduct(sigma_F).norm() / size : largest;
   return network_.learnt_force > 0 ? sigma * std::max(1.0, size / network_.learnt_force) : sigma;
 }
 
@@ -162,8 +175,10 @@ void Fingertip::Judge() noexcept {
   const double size = touch_.force_F->norm();
   if (network_.learnt_force > 0 && size > network_.learnt_force) {
     touch_.why = "the force is beyond what the network has learnt";
-  } else if (touch_.place.status == TouchPlace::Status::kFlawed) {
+  } else if (touch_.place.is_flawed) {
     touch_.why = "electrodes are saturated or dead";
+  } else if (unchanged_ >= dead_patience_) {
+    touch_.why = "the electrodes have not changed since the start: they are dead";
   } else if (!touch_.touching && !touch_.place.usable() &&
              size > kUnseenTouch * network_.sigma.norm()) {
     touch_.why = "there is a force, but no place of it";

@@ -2,6 +2,7 @@
 // (paper B, III.A).
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -29,8 +30,9 @@ struct FingerTouch {
 
 // Validity: kTrackingLost while rest values are taken, until the network's window is full, after
 // samples that are missing for 60 ms or are no numbers; kStale, with the last numbers, before that;
-// kExtrapolated for forces beyond the largest one learnt, saturated or dead electrodes, a force
-// without an active electrode; kFailed without a network. A gap starts the window anew, rest values
+// kExtrapolated for forces beyond the largest one learnt, saturated or dead electrodes, touched or
+// not, electrodes that have not changed for half a second since the start, a force without an
+// active electrode; kFailed without a network. A gap starts the window anew, rest values
 // stay.
 //
 // It touches from the sample on that has an active electrode and a force above half the network's
@@ -54,6 +56,7 @@ class Fingertip {
 
  private:
   void Miss() noexcept;
+  void Watch(const FingerReading& reading) noexcept;
   void Lose(std::string_view why) noexcept;
   void ForgetWindow() noexcept;
   bool Push(const TactileSignals& change) noexcept;
@@ -70,9 +73,12 @@ class Fingertip {
   RestValues rest_;
   int miss_patience_;                // samples
   int release_patience_;             // samples
+  int dead_patience_;                // samples
   std::vector<FingerReading> kept_;  // ring of readings whose rest values are not known yet
   std::size_t kept_count_ = 0, kept_next_ = 0;
   int missed_ = 0, quiet_ = 0;
+  std::array<float, kElectrodeCount> first_{};  // what the electrodes read first
+  int unchanged_ = 0;                           // samples like it, from the start; -1: it changed
   FingerTouch touch_;
 };
 

@@ -117,6 +117,29 @@ TEST(TactileRecordingTest, OfTwoSamplesAtTheSameTimeTheFirstCounts) {
   EXPECT_FLOAT_EQ(recording.fingers[0].samples[1].electrodes[0], 101);
 }
 
+TEST(TactileRecordingTest, FingersAreToldFromTheHeaderAlone) {
+  const Scratch scratch;
+  const auto file = scratch.Write(
+      "touch.csv", "t,rf_pdc," + Electrodes("rf_E") + "," + Electrodes("th_E") + ",th_pac0\n");
+  const auto fingers = ReadTactileFingers(file, {});
+  ASSERT_EQ(fingers.size(), 2U);
+  EXPECT_EQ(fingers[0].MissingColumn(), "rf_pac0");
+  EXPECT_EQ(fingers[1].MissingColumn(), "th_pdc");
+  EXPECT_TRUE(fingers[0].samples.empty());
+  const auto second = scratch.Write("pac1.csv", "t,pac1,pdc," + Electrodes("E") + "\n");
+  EXPECT_EQ(ReadTactileFingers(second, {})[0].MissingColumn(), "pac0");
+  EXPECT_EQ(Read(Recording({0})).fingers[0].MissingColumn(), "");
+}
+
+TEST(TactileRecordingTest, ColumnsThatAreNoNumbersAreToldWithTheirLine) {
+  const auto recording = Read("t,fz,remark," + Electrodes("E") + "\n0,1,a," + Counts(0) +
+                              "\n1,nan,b," + Counts(0) + "\n2,,c," + Counts(0) + "\n");
+  EXPECT_TRUE(recording.others.empty());
+  EXPECT_THAT(recording.refused.at("fz"),
+              ::testing::EndsWith("touch.csv:3: fz = nan: accepted is a finite number"));
+  EXPECT_THAT(recording.refused.at("remark"), HasSubstr("touch.csv:2: remark = a"));
+}
+
 struct BadRecording {
   const char* name;
   std::string text;
@@ -328,6 +351,43 @@ TEST(RecordedTactileTest, MissingSamplesAreFilledAndLongPausesAreGaps) {
   for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].after_gap, k == 7) << k;
 }
 
+// A stamp that comes late, or early, moves a sample; it does not lose one. The second row is that
+// of a recording in which two come late together.
+TEST(RecordedTactileTest, AStampThatIsOffInventsNoSample) {
+  const Scratch scratch;
+  for (const std::vector<double>& t :
+       {std::vector<double>{0, 0.01, 0.02, 0.0366, 0.04, 0.05, 0.06},
+        std::vector<double>{0, 0.01, 0.0366, 0.0398, 0.0431, 0.05, 0.06},
+        std::vector<double>{0, 0.01, 0.0134, 0.03, 0.04, 0.05, 0.06}}) {
+    const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", Recording(t))));
+    const bool late_pair = t[2] > 0.03;
+    ASSERT_EQ(frames.size(), t.size()) << late_pair;
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      EXPECT_NEAR(frames[i].fingers[0].electrodes[0], 1000 * t[i] + 1, 1e-3);
+    }
+  }
+  // Late and lost: the two steps are three periods long.
+  const std::vector<double> t{0, 0.01, 0.02, 0.0466, 0.05, 0.06, 0.07};
+  EXPECT_EQ(AllFrames(SceneOf(scratch.Write("touch.csv", Recording(t)))).size(), t.size() + 1);
+}
+
+TEST(RecordedTactileTest, RecordingsSlowerThanAQuarterOfTheRateAreRefused) {
+  const Scratch scratch;
+  const auto every = [&](double period) {
+    std::vector<double> t;
+    for (int i = 0; i < 10; ++i) t.push_back(period * i);
+    return SceneOf(scratch.Write("touch.csv", Recording(t)));
+  };
+  EXPECT_GT(AllFrames(every(0.04)).size(), 30U);
+  try {
+    AllFrames(every(0.2));
+    ADD_FAILURE();
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(),
+                ::testing::EndsWith("touch.csv: 5 Hz: accepted is 25 Hz or more for 100 Hz"));
+  }
+}
+
 TEST(RecordedTactileTest, AnotherRateIsResampledAndSaidSo) {
   const Scratch scratch;
   std::vector<double> t;
@@ -469,6 +529,12 @@ TEST_F(RealRecordingTest, RecordingsOfOtherLabsAreRead) {
   const auto slid = ReadTactileRecording(kData / "biotac_slide/mat1_10_bio.csv", {});
   EXPECT_EQ(slid.t.size(), 600U);
   EXPECT_TRUE(slid.fingers.at(0).has_pac);
+}
+
+// One of its stamps comes 0.66 periods late; networks look back over exactly 50 of its rows.
+TEST_F(RealRecordingTest, ALateStampOfARealRecordingInventsNoSample) {
+  const auto frames = AllFrames(SceneOf(kData / "biotac_slide/mat1_10_bio.csv"));
+  EXPECT_EQ(frames.size(), 600U);
 }
 
 }  // namespace

@@ -3,12 +3,15 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/tactile_shape.h"
+#include "slave/tactile/network/network_file.h"
+#include "tests/slave/capture/scratch.h"
 #include "tests/slave/pipeline/tactile_scene.h"
 #include "tests/support/allocation_count.h"
 
@@ -429,6 +432,57 @@ TEST(TactileEstimatorTest, FramesOfFiveFingertipsAllocateNothing) {
   const long before = AllocationCount();
   for (int i = 0; i < 300; ++i) t.Feel(1, circle(i));
   EXPECT_EQ(AllocationCount() - before, 0);
+}
+
+// --- what the scene names
+
+const char* const kShipped = PALPATE_SOURCE_DIR "/deploy/fingertips/simulated-rnn21";
+
+std::string ComplaintOf(const Scene& scene) {
+  try {
+    LoadSenses(scene);
+    return {};
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
+  const Scratch scratch;
+  Scene scene = CubeScene(kAbove);
+  Tactile& tactile = *scene.sense.tactile;
+  tactile.source = Tactile::Source::kRecording;
+  tactile.network = kShipped;
+  const auto write = [&](const char* columns) {
+    std::string text = columns;
+    for (int e = 1; e <= kElectrodeCount; ++e) text += ",E" + std::to_string(e);
+    tactile.file = scratch.Write("touch.csv", text + "\n");
+  };
+  write("t,pac0,pdc");
+  EXPECT_EQ(ComplaintOf(scene), "");
+  write("t,pac0");
+  EXPECT_NE(ComplaintOf(scene).find("touch.csv: no column pdc: " + std::string(kShipped)),
+            std::string::npos);
+  write("t,pdc");
+  EXPECT_NE(ComplaintOf(scene).find("no column pac0"), std::string::npos);
+}
+
+TEST(LoadSensesTest, ANetworkWithoutAStateCarriesNone) {
+  const Scratch scratch;
+  Scene scene = CubeScene(kAbove);
+  Tactile& tactile = *scene.sense.tactile;
+  tactile.carries_state = true;
+  tactile.network = kShipped;
+  EXPECT_EQ(ComplaintOf(scene), "");
+  NetworkInfo info{.architecture = "dnn_19", .inputs = 19, .window = 1, .outputs = 3};
+  NetworkWeights weights;
+  weights.LeaveUnscaled(info.inputs, info.outputs);
+  weights.dense = {{WeightMatrix::Zero(19, 3), Eigen::VectorXf::Zero(3)}};
+  WriteForceNetwork(scratch.path() / "dense", info, weights);
+  tactile.network = scratch.path() / "dense";
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.state = carried: accepted is windowed"),
+            std::string::npos)
+      << ComplaintOf(scene);
 }
 
 }  // namespace

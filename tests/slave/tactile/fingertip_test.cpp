@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "slave/tactile/localise/electrode_layout.h"
+#include "slave/tactile/localise/localiser.h"
 #include "tests/slave/tactile/fakes.h"
 #include "tests/support/allocation_count.h"
 
@@ -166,6 +168,51 @@ TEST_F(FingertipTest, WhatIsBeyondTheLearntOrOfSaturatedElectrodesIsExtrapolated
   saturated.electrodes[4] = 4095;
   EXPECT_EQ(fingertip_.Feel(saturated, false).validity, Validity::kExtrapolated);
   EXPECT_TRUE(fingertip_.touch().touching);
+}
+
+// A network whose gain was fitted knows the error of fz alone: [0, 0, 0.03].
+TEST_F(FingertipTest, ComponentsOfUnknownErrorAreAsWrongAsTheWorstKnown) {
+  network_.SetSigma({0, 0, 0.03});
+  Fingertip fingertip(Options(), &network_, localiser_);
+  for (int i = 0; i < 10; ++i) fingertip.Feel(ReadingOf(kNothing, false), false);
+  for (const Vector3d& force : {Vector3d(0.3, 0, 0), Vector3d(0.2, -0.2, -0.1)}) {
+    for (int i = 0; i < 10; ++i) fingertip.Feel(ReadingOf(force, true), false);
+    EXPECT_NEAR(fingertip.touch().sigma, 0.03, 1e-9);
+  }
+}
+
+TEST_F(FingertipTest, ElectrodesThatNeverChangeAreDeadAfterHalfASecond) {
+  Rest(49);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
+  for (int i = 0; i < 30; ++i) {
+    const FingerTouch& touch = Feel(kNothing, false);
+    EXPECT_EQ(touch.validity, Validity::kExtrapolated) << i;
+    EXPECT_NE(touch.why.find("dead"), std::string_view::npos);
+  }
+  Press({0, 0, -0.4}, 1);  // they do live
+  Rest(100);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
+  fingertip_.Reset();
+  Rest(60);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated);
+}
+
+// Silent from the start at either end of the converter: nothing seems to touch, which is not known.
+TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
+  for (const float end : {0.0F, 4095.0F}) {
+    for (const char* variant : {"auto", "polarity-free", "paper"}) {
+      Tactile tactile = Options();
+      tactile.localise = variant;
+      const auto localiser = MakeLocaliser(tactile, SimulatedLayout(7e-3));
+      Fingertip fingertip(tactile, &network_, *localiser);
+      FingerReading reading = ReadingOf(kNothing, false);
+      reading.electrodes.fill(end);
+      for (int i = 0; i < 10; ++i) fingertip.Feel(reading, false);
+      EXPECT_EQ(fingertip.touch().validity, Validity::kExtrapolated) << variant << " " << end;
+      EXPECT_EQ(fingertip.touch().why, "electrodes are saturated or dead");
+      EXPECT_FALSE(fingertip.touch().touching);
+    }
+  }
 }
 
 TEST_F(FingertipTest, AForceWithoutAnActiveElectrodeIsFlagged) {
