@@ -79,6 +79,10 @@ class TactileEstimator {
   [[nodiscard]] const FingerTouch& touch(int i) const {
     return fingertips_[static_cast<std::size_t>(i)].touch();
   }
+  // Where fingertip `i` meets the object.
+  [[nodiscard]] const FingerContact& contact(int i) const {
+    return finger_contacts_[static_cast<std::size_t>(i)];
+  }
   [[nodiscard]] const ForceNetwork* network() const { return senses_.network.get(); }
   [[nodiscard]] const Localiser& localiser() const { return *senses_.localiser; }
   // Null: nobody knows where the fingertips are, nothing deforms.
