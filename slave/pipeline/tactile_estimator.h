@@ -47,7 +47,8 @@ struct TactileSenses {
 TactileSenses LoadSenses(const Scene& scene);
 
 struct TactileTimes {
-  LatencyHistogram tactile, contact, mechanics, total;
+  LatencyHistogram tactile, contact, total;
+  LatencyHistogram mechanics;  // of samples in which a contact acts
 };
 
 // One thread at a time. The force felt is the network's, in contact or not; the object's model says

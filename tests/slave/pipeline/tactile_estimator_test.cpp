@@ -417,6 +417,14 @@ TEST(TactileEstimatorTest, NoForcesAreStreamedWhileOneIsUnknown) {
   EXPECT_TRUE(shape.nodal_forces.empty());
 }
 
+TEST(TactileEstimatorTest, TimesOfMechanicsAreThoseOfSamplesThatTouch) {
+  Touching t(CubeScene(kAbove));
+  EXPECT_EQ(t.estimator.times().mechanics.count(), 0U);
+  t.Press({0, 0, -0.2}, {0, 0, -0.003});
+  EXPECT_GT(t.estimator.times().mechanics.count(), 0U);
+  EXPECT_LE(t.estimator.times().mechanics.count(), static_cast<std::uint64_t>(kWindow));
+}
+
 // --- the contact that the master renders
 
 // The plane is known before anything touches: the sphere comes through it when its centre is one
