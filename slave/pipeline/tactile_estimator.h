@@ -48,7 +48,8 @@ struct TactileSenses {
 TactileSenses LoadSenses(const Scene& scene);
 
 struct TactileTimes {
-  LatencyHistogram tactile, contact, mechanics, total;
+  LatencyHistogram tactile, contact, total;
+  LatencyHistogram mechanics;  // of samples in which a contact acts
 };
 
 // One thread at a time. The force felt is the network's, in contact or not; the object's model says
@@ -79,6 +80,10 @@ class TactileEstimator {
   }
   [[nodiscard]] const FingerTouch& touch(int i) const {
     return fingertips_[static_cast<std::size_t>(i)].touch();
+  }
+  // Where fingertip `i` meets the object.
+  [[nodiscard]] const FingerContact& contact(int i) const {
+    return finger_contacts_[static_cast<std::size_t>(i)];
   }
   [[nodiscard]] const ForceNetwork* network() const { return senses_.network.get(); }
   [[nodiscard]] const Localiser& localiser() const { return *senses_.localiser; }

@@ -17,8 +17,9 @@ struct PcdCloud {
 };
 
 // Reads PCD 0.7 and older: ascii, binary and compressed, with fields x, y, z and, if they are
-// there, rgb or rgba and label. Throws std::invalid_argument, which names the file: unreadable, no
-// PCD file, cut off, x, y or z missing or not floating point.
+// there, rgb or rgba and label; a point of an ascii file is a line. Throws std::invalid_argument,
+// which names the file and, where there is one, the line: unreadable, no PCD file, cut off, a line
+// of too few or too many numbers, x, y or z missing or not floating point.
 PcdCloud ReadPcd(const std::filesystem::path& file);
 
 // Writes x, y, z, with colours rgb and with labels label, binary. False: cannot be written.
