@@ -11,7 +11,6 @@ const Eigen::Vector3d kPaperSigma{0.01807, 0.03107, 0.05171};
 constexpr double kBeginShare = 0.5, kEndShare = 0.25;  // of the error's size
 constexpr double kUnseenTouch = 3;                     // times the error: no electrode, yet a force
 constexpr double kRelease = 0.050, kMissing = 0.060;   // [s]
-constexpr double kDead = 0.5;  // from the start; a live sensor's noise shows within a sample [s]
 
 bool IsFinite(const FingerReading& reading) {
   return std::ranges::all_of(reading.electrodes, [](float x) { return std::isfinite(x); }) &&
@@ -33,9 +32,9 @@ Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
                      const Localiser& localiser)
     : localiser_(&localiser),
       rest_(tactile.rest_samples),
+      stuck_(std::max(2, Samples(kStandsStill, tactile.rate))),
       miss_patience_(Samples(kMissing, tactile.rate)),
       release_patience_(Samples(kRelease, tactile.rate)),
-      dead_patience_(Samples(kDead, tactile.rate)),
       kept_(KeptSamples(tactile, network)) {
   if (network == nullptr) return;
   network_ = network->info();
@@ -49,8 +48,9 @@ Fingertip::Fingertip(Fingertip&&) noexcept = default;
 
 void Fingertip::Reset() noexcept {
   rest_.Reset();
+  stuck_.Reset();
   ForgetWindow();
-  missed_ = quiet_ = unchanged_ = 0;
+  missed_ = quiet_ = 0;
   touch_ = {};
 }
 
@@ -66,7 +66,7 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap)
     Lose("the counts are not finite");
     return touch_;
   }
-  Watch(reading);
+  stuck_.Take(reading);
   const bool was_known = rest_.known();
   if (!was_known) {
     kept_[kept_next_] = reading;
@@ -80,18 +80,11 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap)
   }
   const TactileSignals change = rest_.Change(reading);
   TakeForce(was_known ? Push(change) : PushKept());
-  DecideTouch(localiser_->Locate(change, reading));
+  const TouchPlace place = localiser_->Locate(change, reading);
+  DecideTouch(place);
+  NoteFlaws(place);
   Judge();
   return touch_;
-}
-
-void Fingertip::Watch(const FingerReading& reading) noexcept {
-  if (unchanged_ == 0) first_ = reading.electrodes;
-  if (unchanged_ < 0 || reading.electrodes != first_) {
-    unchanged_ = -1;
-  } else if (unchanged_ < dead_patience_) {
-    ++unchanged_;
-  }
 }
 
 void Fingertip::Miss() noexcept {
@@ -113,6 +106,7 @@ void Fingertip::Lose(std::string_view why) noexcept {
 void Fingertip::ForgetWindow() noexcept {
   if (estimate_) estimate_->Reset();
   kept_count_ = kept_next_ = 0;
+  flawed_left_ = 0;
 }
 
 bool Fingertip::Push(const TactileSignals& change) noexcept {
@@ -160,6 +154,14 @@ void Fingertip::DecideTouch(const TouchPlace& place) noexcept {
   if (place.usable() || !touch_.touching) touch_.place = place;
 }
 
+void Fingertip::NoteFlaws(const TouchPlace& place) noexcept {
+  if (place.status == TouchPlace::Status::kFlawed || stuck_.count() > 0) {
+    flawed_left_ = network_.window;
+  } else if (flawed_left_ > 0) {
+    --flawed_left_;
+  }
+}
+
 void Fingertip::Judge() noexcept {
   touch_.why = {};
   if (!estimate_) {
@@ -177,8 +179,12 @@ void Fingertip::Judge() noexcept {
     touch_.why = "the force is beyond what the network has learnt";
   } else if (touch_.place.is_flawed) {
     touch_.why = "electrodes are saturated or dead";
-  } else if (unchanged_ >= dead_patience_) {
-    touch_.why = "the electrodes have not changed since the start: they are dead";
+  } else if (stuck_.count() == kElectrodeCount) {
+    touch_.why = "all electrodes stand still: the sensor is dead or its driver repeats itself";
+  } else if (stuck_.count() > 0) {
+    touch_.why = "an electrode stands still: it is dead";
+  } else if (flawed_left_ > 0) {
+    touch_.why = "a flawed sample in the window";
   } else if (!touch_.touching && !touch_.place.usable() &&
              size > kUnseenTouch * network_.sigma.norm()) {
     touch_.why = "there is a force, but no place of it";

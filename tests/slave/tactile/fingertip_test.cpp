@@ -181,22 +181,6 @@ TEST_F(FingertipTest, ComponentsOfUnknownErrorAreAsWrongAsTheWorstKnown) {
   }
 }
 
-TEST_F(FingertipTest, ElectrodesThatNeverChangeAreDeadAfterHalfASecond) {
-  Rest(49);
-  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
-  for (int i = 0; i < 30; ++i) {
-    const FingerTouch& touch = Feel(kNothing, false);
-    EXPECT_EQ(touch.validity, Validity::kExtrapolated) << i;
-    EXPECT_NE(touch.why.find("dead"), std::string_view::npos);
-  }
-  Press({0, 0, -0.4}, 1);  // they do live
-  Rest(100);
-  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
-  fingertip_.Reset();
-  Rest(60);
-  EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated);
-}
-
 // Silent from the start at either end of the converter: nothing seems to touch, which is not known.
 TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
   for (const float end : {0.0F, 4095.0F}) {
@@ -211,6 +195,47 @@ TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
       EXPECT_EQ(fingertip.touch().validity, Validity::kExtrapolated) << variant << " " << end;
       EXPECT_EQ(fingertip.touch().why, "electrodes are saturated or dead");
       EXPECT_FALSE(fingertip.touch().touching);
+    }
+  }
+}
+
+// The network looks back over ten samples: nine more hold the flawed one.
+TEST_F(FingertipTest, AForceStaysFlaggedUntilTheWindowHasLeftTheFlawedSample) {
+  Rest(10);
+  Press({0, 0, -0.9}, 10);
+  FingerReading saturated = ReadingOf({0, 0, -0.9}, true);
+  saturated.electrodes[4] = 4095;
+  fingertip_.Feel(saturated, false);
+  for (int i = 1; i <= 9; ++i) {
+    Press({0, 0, -0.9}, 1);
+    EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated) << i;
+    EXPECT_EQ(fingertip_.touch().why, "a flawed sample in the window") << i;
+  }
+  Press({0, 0, -0.9}, 1);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
+}
+
+// What stands still for 100 samples at 100 Hz has no noise: it is no electrode that works.
+TEST_F(FingertipTest, ElectrodesThatStandStillAreFlaggedAtRestAndTouching) {
+  for (const bool touches : {false, true}) {
+    for (const std::size_t stuck : {std::size_t{0}, std::size_t{7}, kElectrodeCount * 1UL}) {
+      fingertip_.Reset();
+      const Vector3d force(0, 0, touches ? -0.3 : 0);
+      for (int i = 0; i < 130; ++i) {
+        FingerReading reading = ReadingOf(force, touches && i >= 5);
+        for (std::size_t e = 0; e < kElectrodeCount; ++e) {
+          if (stuck != kElectrodeCount && e != stuck) {
+            reading.electrodes[e] += static_cast<float>(i % 2);
+          }
+        }
+        const FingerTouch& touch = fingertip_.Feel(reading, false);
+        const bool is_late = i >= 105;
+        if (i >= 20 && (i < 99 || is_late)) {
+          EXPECT_EQ(touch.validity, is_late ? Validity::kExtrapolated : Validity::kValid)
+              << i << " " << stuck << " " << touch.why;
+        }
+      }
+      EXPECT_NE(fingertip_.touch().why.find("still"), std::string_view::npos);
     }
   }
 }
