@@ -560,7 +560,10 @@ TEST(LoadSensesTest, ANetworkWithoutAStateCarriesNone) {
   tactile.carries_state = true;
   tactile.network = kShipped;
   EXPECT_EQ(ComplaintOf(scene), "");
-  NetworkInfo info{.architecture = "dnn_19", .inputs = 19, .window = 1, .outputs = 3};
+  NetworkInfo info;
+  info.architecture = "dnn_19";
+  info.inputs = 19;
+  info.outputs = 3;
   NetworkWeights weights;
   weights.LeaveUnscaled(info.inputs, info.outputs);
   weights.dense = {{WeightMatrix::Zero(19, 3), Eigen::VectorXf::Zero(3)}};
