@@ -77,6 +77,7 @@ class Collector {
   void Add(const Eigen::Vector3d& p, std::uint32_t rgb, double label) {
     if (!(p.array().abs() <= kFarthestPoint).all()) {  // so written, NaN is dropped too
       ++read_.dropped;
+      if (p.allFinite()) ++read_.too_far;
       return;
     }
     read_.cloud.points.push_back(p);

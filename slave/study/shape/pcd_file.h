@@ -14,6 +14,7 @@ inline constexpr double kFarthestPoint = 500;  // [m]
 struct PcdCloud {
   PointCloud cloud;         // in the file's frame, that of the camera: z forward, x right, y down
   std::size_t dropped = 0;  // points without a finite place, and such farther away than 500 m
+  std::size_t too_far = 0;  // of these, the latter
 };
 
 // Reads PCD 0.7 and older: ascii, binary and compressed, with fields x, y, z and, if they are

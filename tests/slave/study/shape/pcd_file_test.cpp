@@ -155,6 +155,7 @@ TEST_F(PcdFileTest, FarthestAndInfinitePointsAreDropped) {
       ReadPcd(Write(Header("ascii", "4") + "1 2 500\n1 2 501\n1e999 0 0\ninf 0 0"));
   EXPECT_EQ(read.cloud.size(), 1U);
   EXPECT_EQ(read.dropped, 3U);
+  EXPECT_EQ(read.too_far, 1U);
 }
 
 TEST_F(PcdFileTest, ComplaintsNameFileLineAndWhatIsAccepted) {
