@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kSameRate = 0.1;    // of a period: a recording this close is taken as it is
 constexpr double kLongestPause = 3;  // periods; longer ones are gaps
+constexpr double kHeldPose = 3;      // periods before the first and after the last pose
 
 class RecordedTactile final : public TactileSource {
  public:
@@ -22,8 +23,11 @@ class RecordedTactile final : public TactileSource {
     std::vector<std::string> wanted;
     for (const Finger& finger : tactile.fingers) wanted.push_back(finger.name);
     recording_ = ReadTactileRecording(tactile.file, wanted);
-    if (!tactile.poses.empty()) poses_.emplace(tactile.poses, tactile.fingers);
     const double period = 1 / tactile.rate;
+    if (!tactile.poses.empty()) {
+      poses_.emplace(tactile.poses, tactile.fingers, kHeldPose * period);
+      poses_->RequireWithin(recording_.t.front(), recording_.t.back());
+    }
     const double recorded = MedianPeriod(recording_.t);
     RefuseSlow(tactile.file, recorded, tactile.rate);
     const double gap = kLongestPause * std::max(period, recorded);

@@ -84,6 +84,7 @@ TactileEstimator::TactileEstimator(const Scene& scene)
 
 TactileEstimator::TactileEstimator(const Scene& scene, TactileSenses senses)
     : scene_fingers_(scene.sense.tactile->fingers),
+      has_poses_file_(!scene.sense.tactile->poses.empty()),
       X_SO_(scene.object.X_SO),
       p_S_home_(scene.manipulator.home),
       radius_(scene.sense.tactile->finger_radius),
@@ -151,7 +152,7 @@ const Felt& TactileEstimator::Feel(const TactileFrame& frame, const Vector3d& p_
 void TactileEstimator::Place(std::size_t i, const FingerReading& reading,
                              const Vector3d& p_S_tip) noexcept {
   FeltFinger& finger = fingers_[i];
-  finger.has_pose = reading.X_SF.has_value() || scene_fingers_[i].has_pose;
+  finger.has_pose = reading.X_SF.has_value() || (scene_fingers_[i].has_pose && !has_poses_file_);
   if (reading.X_SF) {
     finger.X_SF = *reading.X_SF;
   } else if (finger.has_pose && p_S_tip.allFinite()) {
@@ -229,6 +230,7 @@ void TactileEstimator::Tell(std::size_t i) noexcept {
   finger.sigma = touch.sigma;
   finger.validity = Worse(touch.validity, contact.validity());
   finger.why = touch.why.empty() ? contact.why() : touch.why;
+  if (has_poses_file_ && !finger.has_pose) FlagLostPose(&finger);
   finger.p_S_contact.reset();
   if (contact.has_place()) finger.p_S_contact = X_SO_ * contact.p_O();
 
@@ -238,6 +240,14 @@ void TactileEstimator::Tell(std::size_t i) noexcept {
   if (finger.force) state.force = finger.force->cast<float>();
   state.in_contact = finger.in_contact;
   state.validity = finger.validity;
+}
+
+// The network's force is known, but not the way it points in S.
+void TactileEstimator::FlagLostPose(FeltFinger* finger) const noexcept {
+  finger->force.reset();
+  finger->sigma = 0;
+  finger->validity = Worse(finger->validity, Validity::kTrackingLost);
+  finger->why = "the poses file tells no pose for this time";
 }
 
 // The first fingertip is the tool.

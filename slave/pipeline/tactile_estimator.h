@@ -108,9 +108,11 @@ class TactileEstimator {
   [[nodiscard]] bool Respond() noexcept;
   void SeparateHeld() noexcept;
   void Tell(std::size_t i) noexcept;
+  void FlagLostPose(FeltFinger* finger) const noexcept;
   void TellFirst(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
 
   std::vector<Finger> scene_fingers_;
+  bool has_poses_file_;  // which alone tells where fingertips are
   Eigen::Isometry3d X_SO_;
   Eigen::Vector3d p_S_home_;
   double radius_;

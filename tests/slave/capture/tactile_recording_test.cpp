@@ -464,6 +464,36 @@ TEST(FingerPosesTest, LieBetweenTheRecordedOnes) {
   EXPECT_NEAR(at(3).linear().determinant(), 1, 1e-12);
 }
 
+// At 100 Hz three periods are 30 ms.
+TEST(FingerPosesTest, CountForThreePeriodsBeyondTheirTimeAndNoLonger) {
+  const Scratch scratch;
+  std::vector<double> t;
+  for (int i = 0; i < 20; ++i) t.push_back(5 + 0.01 * i);
+  Scene scene = SceneOf(scratch.Write("touch.csv", Recording(t)));
+  const std::string head = "t,finger,x,y,z,qw,qx,qy,qz\n";
+  scene.sense.tactile->poses =
+      scratch.Write("poses.csv", head + "5.075,rf,0,0,1,1,0,0,0\n5.125,rf,0,0,1,1,0,0,0\n");
+  const auto frames = AllFrames(scene);
+  ASSERT_EQ(frames.size(), 20U);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i].fingers[0].X_SF.has_value(), i >= 5 && i <= 15) << i;
+  }
+}
+
+TEST(FingerPosesTest, OfAnotherTimeAltogetherAreRefused) {
+  const Scratch scratch;
+  Scene scene = SceneOf(scratch.Write("touch.csv", Recording({1, 1.01, 1.02, 1.03, 1.04})));
+  scene.sense.tactile->poses = scratch.Write(  // milliseconds
+      "poses.csv", "t,finger,x,y,z,qw,qx,qy,qz\n1000,rf,0,0,0,1,0,0,0\n1040,rf,0,0,0,1,0,0,0\n");
+  try {
+    OpenTactileRecording(scene, false);
+    ADD_FAILURE();
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("poses.csv: poses from 1000 to 1040 s: accepted are poses "
+                                        "on the recording's clock, 1 to 1.04 s"));
+  }
+}
+
 TEST(FingerPosesTest, MistakesAreRefusedWithTheirLine) {
   const Scratch scratch;
   Scene scene = SceneOf(scratch.Write("touch.csv", Recording({1, 1.01})));
