@@ -50,8 +50,8 @@ std::vector<TactileFrame> Resample(const TactileRecording& recording, double rat
 // The recording that the scene names, at the scene's rate (samples within a tenth of a period of it
 // are taken as they are, others resampled; a quarter of it is the slowest), with its fingertip
 // poses. A finger's first pose counts for three periods before its time and its last one for three
-// after it; beyond, the finger has no pose, and whoever feels says so. `paced`: in the pace in which
-// it was recorded; otherwise as fast as it is read. Throws std::runtime_error like
+// after it; beyond, the finger has no pose, and whoever feels says so. `paced`: in the pace in
+// which it was recorded; otherwise as fast as it is read. Throws std::runtime_error like
 // ReadTactileRecording, and where not one pose falls into the recording's time.
 std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool paced);
 
