@@ -216,22 +216,10 @@ TEST_F(TrainCommandTest, ALocaliserIsNotFittedToElectrodesThatNobodyNamed) {
   EXPECT_FALSE(std::filesystem::exists(options_.out / "localiser.json"));
 }
 
-// Electrodes of another sensor: the same ones under other names. And normals mirrored, which no
-// rotation makes good.
+// Normals mirrored, which no rotation makes good.
 TEST_F(TrainCommandTest, ALocaliserThatLearnsNonsenseIsNotWritten) {
   options_.networks = {"localiser"};
   options_.data = {Write("normals.csv", NormalsRecording())};
-  std::ostringstream mixed;
-  mixed << "# NAME,x,y,z,nx,ny,nz\n";
-  const ElectrodeLayout layout = SimulatedLayout(7e-3);
-  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    mixed << "E" << 1 + (7 * i + 3) % kElectrodeCount;
-    for (const double x : layout.p_F[i]) mixed << "," << 1e3 * x;
-    for (const double x : layout.n_F[i]) mixed << "," << x;
-    mixed << "\n";
-  }
-  options_.electrodes = Write("mixed.csv", mixed.str());
-  EXPECT_THAT(Complaint(), HasSubstr("nothing written"));
   options_.electrodes = "simulated";
   options_.normals = "x,y,-z";
   EXPECT_THAT(Complaint(), HasSubstr("nothing written"));
