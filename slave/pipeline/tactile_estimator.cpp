@@ -50,13 +50,25 @@ void RequireSignals(const Tactile& tactile, const ForceNetwork& network) {
   }
 }
 
+// A file that a scene names and that cannot be used makes the scene unusable.
+template <typename Load>
+auto NamingTheKey(const Scene& scene, const char* key, const Load& load) {
+  try {
+    return load();
+  } catch (const std::runtime_error& e) {
+    throw std::invalid_argument(
+        fmt::format("{}: sense.tactile.{}: {}", scene.file.string(), key, e.what()));
+  }
+}
+
 }  // namespace
 
 TactileSenses LoadSenses(const Scene& scene) {
   const Tactile& tactile = *scene.sense.tactile;
   TactileSenses senses;
   if (!tactile.network.empty()) {
-    senses.network = LoadForceNetwork(tactile.network);
+    senses.network =
+        NamingTheKey(scene, "network", [&] { return LoadForceNetwork(tactile.network); });
     const double rate = senses.network->info().rate;
     if (std::abs(rate - tactile.rate) > kSameRate * rate) {
       throw std::invalid_argument(
@@ -72,10 +84,12 @@ TactileSenses LoadSenses(const Scene& scene) {
     }
     RequireSignals(tactile, *senses.network);
   }
-  const ElectrodeLayout layout = tactile.electrodes.empty()
-                                     ? SimulatedLayout(tactile.finger_radius)
-                                     : ReadElectrodeLayout(tactile.electrodes);
-  senses.localiser = MakeLocaliser(tactile, layout);
+  const ElectrodeLayout layout = NamingTheKey(scene, "electrodes", [&] {
+    return tactile.electrodes.empty() ? SimulatedLayout(tactile.finger_radius)
+                                      : ReadElectrodeLayout(tactile.electrodes);
+  });
+  senses.localiser =
+      NamingTheKey(scene, "localise", [&] { return MakeLocaliser(tactile, layout); });
   return senses;
 }
 

@@ -553,6 +553,22 @@ TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
   EXPECT_NE(ComplaintOf(scene).find("no column pac0"), std::string::npos);
 }
 
+TEST(LoadSensesTest, FilesThatCannotBeUsedNameTheirKey) {
+  const Scratch scratch;
+  const auto none = scratch.path() / "nothing";
+  Scene scene = CubeScene(kAbove);
+  scene.sense.tactile->network = none;
+  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.network: "), std::string::npos);
+  scene.sense.tactile->network.clear();
+  scene.sense.tactile->electrodes = none;
+  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.electrodes: "), std::string::npos);
+  scene.sense.tactile->electrodes.clear();
+  scene.sense.tactile->localise = (scratch.path() / "none.json").string();
+  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
+}
+
 TEST(LoadSensesTest, ANetworkWithoutAStateCarriesNone) {
   const Scratch scratch;
   Scene scene = CubeScene(kAbove);
