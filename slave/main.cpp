@@ -143,7 +143,7 @@ void AddTrainOptions(CLI::App* command, TrainOptions* train) {
       ->capture_default_str();
   command->add_option("--presses", train->presses, "Of `simulated`")->capture_default_str();
   command->add_option("--electrodes", train->electrodes,
-                      "localiser: layout NAME,x,y,z,nx,ny,nz in mm; default: the simulated one");
+                      "localiser, wanted: layout NAME,x,y,z,nx,ny,nz in mm, or simulated");
   command->add_option("--contact-pdc", train->contact_pdc,
                       "localiser: contact is above it; default: found by itself");
   command

@@ -17,7 +17,10 @@ struct PoseParts {
 };
 
 PoseParts ReadParts(Section& pose, const Eigen::Isometry3d& fallback) {
-  return {pose.Vector3("translation", Any(Dimension::kLength), fallback.translation()),
+  constexpr double kFarthest = 1e3;  // [m]
+  return {pose.Vector3("translation",
+                       Between(Dimension::kLength, -kFarthest, kFarthest, "-1 km to 1 km"),
+                       fallback.translation()),
           pose.Vector3("rotation", Any(Dimension::kAngle), Eigen::Vector3d::Zero())};
 }
 

@@ -155,7 +155,9 @@ std::optional<DepthCamera> ReadDepthCamera(Section& sense) {
   Section section = sense.Open("depth_camera");
   if (!section.present()) return std::nullopt;
   DepthCamera camera;
-  if (!section.Has("pose")) section.Refuse("pose", "a map of translation, rotation");
+  if (!section.Has("pose") || section.node()->Find("pose")->children.empty()) {
+    section.Refuse("pose", "a map of translation, rotation");
+  }
   camera.X_SD = ReadPose(section, camera.X_SD);
   camera.size = ReadSize(section, camera.size);
   camera.focal =

@@ -123,12 +123,25 @@ Finger ReadOnlyFinger(Section& tactile) {
   return finger;
 }
 
+// Of what is counted there is no per cent.
+void RefusePercent(Section& section, std::string_view key, const Rule& counts) {
+  const DocumentNode* node = section.Has(key) ? section.node()->Find(key) : nullptr;
+  if (node == nullptr || !node->text.ends_with('%')) return;
+  section.Refuse(key, "a plain number, " + std::string(counts.range));
+}
+
 void ReadMeasures(Section& section, Tactile* tactile) {
   const Rule counts = Between(Dimension::kNumber, 1e-6, 1e6, "> 0 counts (1e-6 to 1e6)");
   tactile->rate = section.Number("rate", Between(Dimension::kFrequency, 1, 1e4, "1 Hz to 10 kHz"),
                                  tactile->rate);
   tactile->threshold = section.Number("threshold", counts, tactile->threshold);
   tactile->full_scale = section.Number("full_scale", counts, tactile->full_scale);
+  RefusePercent(section, "threshold", counts);
+  RefusePercent(section, "full_scale", counts);
+  if (!(tactile->full_scale > tactile->threshold)) {
+    section.Refuse(section.Has("full_scale") ? "full_scale" : "threshold",
+                   "a threshold below full_scale");
+  }
   tactile->finger_radius = section.Number(
       "radius", Between(Dimension::kLength, 1e-3, 0.05, "1 mm to 50 mm"), tactile->finger_radius);
   tactile->gate = section.Number(

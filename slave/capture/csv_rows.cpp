@@ -100,12 +100,20 @@ double CsvRows::Number(std::size_t column, double limit) const {
 }
 
 void CsvRows::Fail(const std::string& what) const {
-  throw std::runtime_error(file_.string() + ":" + std::to_string(std::max(number_, 1)) + ": " +
-                           what);
+  throw std::runtime_error(Located(what));
+}
+
+std::string CsvRows::Located(const std::string& what) const {
+  return file_.string() + ":" + std::to_string(std::max(number_, 1)) + ": " + what;
+}
+
+std::string CsvRows::Complaint(std::size_t column, const std::string& accepted) const {
+  return Located(Quote(header_[column]) + " = " + Quote(cells_[column]) + ": accepted is " +
+                 accepted);
 }
 
 void CsvRows::Refuse(std::size_t column, const std::string& accepted) const {
-  Fail(Quote(header_[column]) + " = " + Quote(cells_[column]) + ": accepted is " + accepted);
+  throw std::runtime_error(Complaint(column, accepted));
 }
 
 }  // namespace palpate

@@ -34,11 +34,13 @@ class CsvRows {
   [[nodiscard]] double Number(std::size_t column, double limit) const;
   // Throws std::runtime_error `file:line: what`, of the line last read.
   [[noreturn]] void Fail(const std::string& what) const;
-  // `column = cell: accepted is ...`.
+  // `file:line: column = cell: accepted is ...`; Refuse throws it.
+  [[nodiscard]] std::string Complaint(std::size_t column, const std::string& accepted) const;
   [[noreturn]] void Refuse(std::size_t column, const std::string& accepted) const;
 
  private:
   bool ReadLine();
+  [[nodiscard]] std::string Located(const std::string& what) const;
 
   std::filesystem::path file_;
   std::ifstream stream_;

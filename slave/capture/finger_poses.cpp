@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 #include "slave/capture/csv_rows.h"
 #include "slave/capture/tactile_instants.h"
@@ -45,7 +49,9 @@ Eigen::Isometry3d ReadPose(const CsvRows& rows, const NumberColumns& columns) {
 
 }  // namespace
 
-FingerPoses::FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers) {
+FingerPoses::FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers,
+                         double hold)
+    : file_(file), hold_(hold) {
   CsvRows rows(file);
   const std::size_t time = FindTimeColumn(rows);
   const NumberColumns columns = FindNumbers(rows);
@@ -67,10 +73,24 @@ std::optional<Eigen::Isometry3d> FingerPoses::At(std::string_view finger, double
   const auto found = poses_.find(finger);
   if (found == poses_.end()) return std::nullopt;
   const std::vector<Pose>& poses = found->second;
+  if (t < poses.front().t - hold_ || t > poses.back().t + hold_) return std::nullopt;
   const auto after = std::ranges::upper_bound(poses, t, {}, &Pose::t);
   const Pose& to = after == poses.end() ? poses.back() : *after;
   const Pose& from = after == poses.begin() ? to : *std::prev(after);
   return to.t > from.t ? Between(from.X_SF, to.X_SF, (t - from.t) / (to.t - from.t)) : to.X_SF;
+}
+
+void FingerPoses::RequireWithin(double begin, double end) const {
+  double first = std::numeric_limits<double>::infinity(), last = -first;
+  for (const auto& [finger, poses] : poses_) {
+    if (poses.front().t <= end + hold_ && poses.back().t >= begin - hold_) return;
+    first = std::min(first, poses.front().t);
+    last = std::max(last, poses.back().t);
+  }
+  throw std::runtime_error(fmt::format(
+      "{}: poses from {:.6g} to {:.6g} s: accepted are poses on the recording's clock, {:.6g} to "
+      "{:.6g} s",
+      file_.string(), first, last, begin, end));
 }
 
 }  // namespace palpate

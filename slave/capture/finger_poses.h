@@ -21,18 +21,23 @@ namespace palpate {
 class FingerPoses {
  public:
   // Throws std::runtime_error `file:line: ...`: unreadable, a column missing, not a finite number,
-  // no unit quaternion, a finger's clock that goes back, no pose of any of `fingers`.
-  FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers);
+  // no unit quaternion, a finger's clock that goes back, no pose of any of `fingers`. `hold`: for
+  // so long the first pose counts before its time and the last one after it [s].
+  FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers, double hold);
 
   // X_SF of `finger` at `t` [s]: between two poses linear in place and spherically linear in
-  // rotation; before the first and after the last one, that one. nullopt: the file has none of it.
+  // rotation. nullopt: the file has none of it for this time.
   [[nodiscard]] std::optional<Eigen::Isometry3d> At(std::string_view finger, double t) const;
+  // Throws std::runtime_error naming both: no pose of any finger counts from `begin` to `end` [s].
+  void RequireWithin(double begin, double end) const;
 
  private:
   struct Pose {
     double t = 0;
     Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
   };
+  std::filesystem::path file_;
+  double hold_;
   std::map<std::string, std::vector<Pose>, std::less<>> poses_;  // by finger, times rising
 };
 

@@ -9,6 +9,7 @@
 namespace palpate {
 namespace {
 
+constexpr Clock::duration kSilence = std::chrono::seconds(1);  // of a sender, gives way to another
 constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
 constexpr double kFarthest = 1e6;    // [m]
 constexpr double kRigid = 1e-6;      // of a rotation matrix
@@ -47,16 +48,24 @@ FingerStream::FingerStream(std::string name, Clock::duration period, std::size_t
       ring_(capacity) {}
 
 std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sensed_at,
-                                              const FingerReading& reading, Time arrived_at) {
+                                              const FingerReading& reading, Time arrived_at,
+                                              SenderId sender) {
+  if (sensed_at_ && sender != sender_ && arrived_at - heard_at_ < kSilence) {
+    return "is fed already: accepted is one stream, or another one a second after its last sample";
+  }
   if (auto why = RefuseCounts(reading)) return why;
   if (reading.X_SF && !IsPose(*reading.X_SF)) {
     return "pose: accepted is a finite place and a rotation";
   }
+  if (sender != sender_) BeginAnew();
   if (sensed_at_ && sensed_at < *sensed_at_) {
     return "sensed_at: accepted is a clock that does not go back; this one went back by " +
            std::to_string(SecondsBetween(sensed_at, *sensed_at_)) + " s";
   }
-  if (sensed_at_ && sensed_at == *sensed_at_) return std::nullopt;  // the same sample again
+  if (sensed_at_ && sensed_at == *sensed_at_) {  // the same sample again
+    heard_at_ = arrived_at;
+    return std::nullopt;
+  }
   if (sensed_at_ && sequence != 0 && sequence <= sequence_) {
     return "sequence = " + std::to_string(sequence) + ": accepted is one above the last, " +
            std::to_string(sequence_);
@@ -72,13 +81,19 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
   }
   // Times rise, even where the fastest sample so far moves those after it back.
   if (newest() != nullptr) sample.at = std::max(sample.at, newest()->at + Clock::duration(1));
+  sender_ = sender;
+  heard_at_ = arrived_at;
   sequence_ = sequence;
   sensed_at_ = sensed_at;
   Push(sample);
   return std::nullopt;
 }
 
-void FingerStream::Leave() noexcept {
+void FingerStream::Leave(SenderId sender) noexcept {
+  if (sender == sender_) BeginAnew();
+}
+
+void FingerStream::BeginAnew() noexcept {
   sensed_at_.reset();
   clock_.Reset();
   sender_period_ = period_;

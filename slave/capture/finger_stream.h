@@ -25,11 +25,14 @@ class FingerStream {
   FingerStream(std::string name, Clock::duration period, std::size_t capacity);
 
   [[nodiscard]] const std::string& name() const { return name_; }
-  // nullopt: taken. Else why not, in words that follow the finger's name.
+  using SenderId = std::uint64_t;
+
+  // nullopt: taken. Else why not, in words that follow the finger's name. A sender who has been
+  // silent for a second gives way to another.
   std::optional<std::string> Take(std::uint64_t sequence, Time sensed_at,
-                                  const FingerReading& reading, Time arrived_at);
-  // Its sender left.
-  void Leave() noexcept;
+                                  const FingerReading& reading, Time arrived_at, SenderId sender);
+  // If it is its sender: the next one begins anew.
+  void Leave(SenderId sender) noexcept;
 
   // Whether samples come, as far as is known at `now`, the newest time of any finger.
   [[nodiscard]] bool IsSending(Time now) const noexcept;
@@ -50,6 +53,7 @@ class FingerStream {
   [[nodiscard]] const Sample& Get(std::size_t i) const noexcept {
     return ring_[(first_ + i) % ring_.size()];
   }
+  void BeginAnew() noexcept;
   void Push(const Sample& sample) noexcept;
   void DropFirst() noexcept;
 
@@ -57,6 +61,8 @@ class FingerStream {
   double period_;         // of the scene [s]
   double sender_period_;  // of the sender, smoothed [s]
   SenderClock clock_;
+  SenderId sender_ = 0;            // of the newest sample
+  Time heard_at_{};                // when it arrived
   std::uint64_t sequence_ = 0;     // of the newest sample
   std::optional<Time> sensed_at_;  // of the newest sample, sender's clock; nullopt: a new sender
   std::vector<Sample> ring_;       // times rise

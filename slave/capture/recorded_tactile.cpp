@@ -14,8 +14,8 @@ namespace palpate {
 namespace {
 
 constexpr double kSameRate = 0.1;    // of a period: a recording this close is taken as it is
-constexpr double kSlowest = 100;     // periods from sample to sample; nothing lies between such
 constexpr double kLongestPause = 3;  // periods; longer ones are gaps
+constexpr double kHeldPose = 3;      // periods before the first and after the last pose
 
 class RecordedTactile final : public TactileSource {
  public:
@@ -23,18 +23,17 @@ class RecordedTactile final : public TactileSource {
     std::vector<std::string> wanted;
     for (const Finger& finger : tactile.fingers) wanted.push_back(finger.name);
     recording_ = ReadTactileRecording(tactile.file, wanted);
-    if (!tactile.poses.empty()) poses_.emplace(tactile.poses, tactile.fingers);
     const double period = 1 / tactile.rate;
-    const double recorded = MedianPeriod(recording_.t);
-    if (recorded > kSlowest * period) {
-      throw std::runtime_error(tactile.file.string() + ": a sample every " +
-                               std::to_string(recorded) + " s: accepted is one in " +
-                               std::to_string(kSlowest * period) + " s (sense.tactile.rate)");
+    if (!tactile.poses.empty()) {
+      poses_.emplace(tactile.poses, tactile.fingers, kHeldPose * period);
+      poses_->RequireWithin(recording_.t.front(), recording_.t.back());
     }
+    const double recorded = MedianPeriod(recording_.t);
+    RefuseSlow(tactile.file, recorded, tactile.rate);
     const double gap = kLongestPause * std::max(period, recorded);
     is_resampled_ = recorded > 0 && std::abs(recorded - period) > kSameRate * period;
     instants_ = is_resampled_ ? SteadyInstants(recording_.t, tactile.rate, gap)
-                              : InstantsOfSamples(recording_.t, period, gap);
+                              : InstantsOfSamples(recording_.t, recorded, gap);
   }
 
   std::optional<TactileFrame> Next(const std::stop_token& stop) override {

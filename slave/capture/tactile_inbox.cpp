@@ -136,7 +136,7 @@ TactileInbox::~TactileInbox() = default;
 std::optional<TactileInbox::Refusal> TactileInbox::Feed(std::string_view finger,
                                                         std::uint64_t sequence, Time sensed_at,
                                                         const FingerReading& reading,
-                                                        Time arrived_at) {
+                                                        Time arrived_at, SenderId sender) {
   {
     const std::scoped_lock lock(state_->mutex);
     FingerStream* const stream = state_->Find(finger);
@@ -147,7 +147,7 @@ std::optional<TactileInbox::Refusal> TactileInbox::Feed(std::string_view finger,
       }
       return Refusal{"is no finger of this scene: accepted is " + known};
     }
-    if (auto why = stream->Take(sequence, sensed_at, reading, arrived_at)) {
+    if (auto why = stream->Take(sequence, sensed_at, reading, arrived_at, sender)) {
       return Refusal{std::move(*why)};
     }
   }
@@ -155,9 +155,9 @@ std::optional<TactileInbox::Refusal> TactileInbox::Feed(std::string_view finger,
   return std::nullopt;
 }
 
-void TactileInbox::Leave(std::string_view finger) {
+void TactileInbox::Leave(std::string_view finger, SenderId sender) {
   const std::scoped_lock lock(state_->mutex);
-  if (FingerStream* const stream = state_->Find(finger)) stream->Leave();
+  if (FingerStream* const stream = state_->Find(finger)) stream->Leave(sender);
 }
 
 std::optional<TactileFrame> TactileInbox::Next(const std::stop_token& stop) {

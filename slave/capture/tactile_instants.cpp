@@ -2,17 +2,40 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
+
+#include <fmt/format.h>
 
 namespace palpate {
 namespace {
 
 constexpr double kRounding = 1e-6;  // of a period: so late a sample still counts as on time
 constexpr double kMissing = 1.5;    // periods from one sample to the next: one is missing between
+constexpr std::size_t kNeighbours = 2;  // samples on either side that tell whether a stamp was late
+constexpr double kSlowest = 4;          // wanted periods from one sample to the next
+constexpr double kJitter = 0.02;        // of a period
 
 // Whether the sample after `i` belongs to another stretch.
 bool EndsStretch(const std::vector<double>& t, std::size_t i, double largest_gap) {
   return i + 1 == t.size() || t[i + 1] - t[i] > largest_gap;
+}
+
+// How many samples are missing between sample `i` and the next one: as many as are over the
+// shortest of all stretches around this step that are as long as their samples say.
+int MissingBehind(const std::vector<double>& t, std::size_t i, double period, double largest_gap) {
+  if (!(t[i + 1] - t[i] > kMissing * period)) return 0;
+  std::size_t first = i, last = i + 1;
+  while (first > 0 && i - first < kNeighbours && !EndsStretch(t, first - 1, largest_gap)) --first;
+  while (last - i - 1 < kNeighbours && !EndsStretch(t, last, largest_gap)) ++last;
+  long missing = std::numeric_limits<long>::max();
+  for (std::size_t from = first; from <= i; ++from) {
+    for (std::size_t to = i + 1; to <= last; ++to) {
+      const long steps = std::lround((t[to] - t[from]) / period);
+      missing = std::min(missing, steps - static_cast<long>(to - from));
+    }
+  }
+  return static_cast<int>(std::max(missing, 0L));
 }
 
 TactileInstant InstantAt(const std::vector<double>& t, std::size_t before, double at) {
@@ -32,6 +55,12 @@ double MedianPeriod(const std::vector<double>& t) {
   const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
   std::nth_element(periods.begin(), middle, periods.end());
   return *middle;
+}
+
+void RefuseSlow(const std::filesystem::path& file, double period, double rate) {
+  if (!(period * rate > kSlowest * (1 + kJitter))) return;
+  throw std::runtime_error(fmt::format("{}: {:.3g} Hz: accepted is {:g} Hz or more for {:g} Hz",
+                                       file.string(), 1 / period, rate / kSlowest, rate));
 }
 
 std::vector<TactileInstant> SteadyInstants(const std::vector<double>& t, double rate,
@@ -64,8 +93,7 @@ std::vector<TactileInstant> InstantsOfSamples(const std::vector<double>& t, doub
     instants.push_back({t[i], i, 0, after_gap});
     if (EndsStretch(t, i, largest_gap)) continue;
     const double length = t[i + 1] - t[i];
-    const int missing =
-        length > kMissing * period ? static_cast<int>(std::lround(length / period)) - 1 : 0;
+    const int missing = MissingBehind(t, i, period, largest_gap);
     for (int k = 1; k <= missing; ++k) {
       instants.push_back(InstantAt(t, i, t[i] + length * k / (missing + 1)));
     }

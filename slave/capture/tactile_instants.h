@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -20,11 +21,17 @@ struct TactileInstant {
 // The typical time between two samples [s]: the median. 0: fewer than two samples.
 double MedianPeriod(const std::vector<double>& t);
 
+// Throws std::runtime_error `file: ...`: a sample every `period` [s] is less than a quarter of
+// `rate` [Hz]; what lies between such samples would be made up.
+void RefuseSlow(const std::filesystem::path& file, double period, double rate);
+
 // Instants 1 / `rate` [Hz] apart; after a gap longer than `largest_gap` [s], anew from the first
 // sample behind it.
 std::vector<TactileInstant> SteadyInstants(const std::vector<double>& t, double rate,
                                            double largest_gap);
-// Every sample as it is, and instants `period` [s] apart where samples are missing.
+// Every sample as it is, and instants about `period` [s] apart where samples are missing: that is,
+// where the two samples before and behind a long step do not make up for it. A stamp that comes
+// late is followed by one that seems early, and nothing is missing. `period`: the typical one.
 std::vector<TactileInstant> InstantsOfSamples(const std::vector<double>& t, double period,
                                               double largest_gap);
 

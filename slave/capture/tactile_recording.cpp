@@ -101,9 +101,22 @@ FingerColumns FindFinger(const CsvRows& rows, const std::string& prefix) {
               all);
   }
   columns.pac = rows.Find(prefix + "pac0");
-  if (!columns.pac) columns.pac = rows.Find(prefix + "pac1");
+  // Where electrodes are `ele1`, the first of the pac is `pac1`; beside `E1` that is the second.
+  if (!columns.pac && rows.Find(prefix + "ele1")) columns.pac = rows.Find(prefix + "pac1");
   columns.pdc = rows.Find(prefix + "pdc");
   return columns;
+}
+
+std::vector<FingerColumns> FindFingers(const CsvRows& rows, std::span<const std::string> wanted) {
+  std::vector<FingerColumns> fingers;
+  for (const std::string& prefix : ChoosePrefixes(rows, wanted)) {
+    fingers.push_back(FindFinger(rows, prefix));
+  }
+  return fingers;
+}
+
+RecordedFinger Described(const FingerColumns& columns) {
+  return {NameOf(columns.prefix), columns.pac.has_value(), columns.pdc.has_value(), {}};
 }
 
 FingerReading ReadSample(const CsvRows& rows, const FingerColumns& columns) {
@@ -137,35 +150,50 @@ class OtherColumns {
       if (!is_kept_[i]) continue;
       const auto value = ParseCell(rows.Text(i));
       is_kept_[i] = value.has_value();
-      if (value) values_[i].push_back(std::clamp(*value, -kMostOther, kMostOther));
+      if (value) {
+        values_[i].push_back(std::clamp(*value, -kMostOther, kMostOther));
+      } else {
+        refused_.emplace(rows.header()[i], rows.Complaint(i, "a finite number"));
+      }
     }
   }
-  std::map<std::string, std::vector<double>> Release(const CsvRows& rows) {
-    std::map<std::string, std::vector<double>> named;
+  void Release(const CsvRows& rows, TactileRecording* recording) {
     for (std::size_t i = 0; i < is_kept_.size(); ++i) {
-      if (is_kept_[i]) named.emplace(rows.header()[i], std::move(values_[i]));
+      if (is_kept_[i]) recording->others.emplace(rows.header()[i], std::move(values_[i]));
     }
-    return named;
+    recording->refused = std::move(refused_);
   }
 
  private:
   std::vector<bool> is_kept_;
   std::vector<std::vector<double>> values_;
+  std::map<std::string, std::string> refused_;
 };
 
 }  // namespace
+
+std::string RecordedFinger::MissingColumn() const {
+  if (has_pac && has_pdc) return {};
+  return (name.empty() ? "" : name + "_") + (has_pac ? "pdc" : "pac0");
+}
+
+std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file,
+                                               std::span<const std::string> wanted) {
+  const CsvRows rows(file);
+  std::vector<RecordedFinger> fingers;
+  for (const FingerColumns& columns : FindFingers(rows, wanted)) {
+    fingers.push_back(Described(columns));
+  }
+  return fingers;
+}
 
 TactileRecording ReadTactileRecording(const std::filesystem::path& file,
                                       std::span<const std::string> wanted) {
   CsvRows rows(file);
   const std::size_t time = FindTimeColumn(rows);
   TactileRecording recording;
-  std::vector<FingerColumns> fingers;
-  for (const std::string& prefix : ChoosePrefixes(rows, wanted)) {
-    fingers.push_back(FindFinger(rows, prefix));
-    recording.fingers.push_back(
-        {NameOf(prefix), fingers.back().pac.has_value(), fingers.back().pdc.has_value(), {}});
-  }
+  const std::vector<FingerColumns> fingers = FindFingers(rows, wanted);
+  for (const FingerColumns& columns : fingers) recording.fingers.push_back(Described(columns));
   OtherColumns others(rows, time, fingers);
   while (rows.Next()) {
     const double t = ReadTime(rows, time, recording.t.empty() ? nullptr : &recording.t.back());
@@ -177,7 +205,7 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
     others.Take(rows);
   }
   if (recording.t.empty()) rows.Fail("no samples: accepted is a header and one row or more");
-  recording.others = others.Release(rows);
+  others.Release(rows, &recording);
   return recording;
 }
 

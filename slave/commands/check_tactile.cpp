@@ -124,11 +124,12 @@ void PrintFelt(const Scene& scene, TactileEstimator& estimator) {
   const double stiffness = local.normal.dot(local.stiffness * local.normal);
   const double depth = scene.operator_options.press_depth;
   const Eigen::Vector3d& n = local.normal;
-  PrintLine("felt",
-            fmt::format("{:.3g} N/m against ({:.2g}, {:.2g}, {:.2g}), {:.3g} N for a {} "
-                        "press, from {} away",
-                        stiffness, -n.x(), -n.y(), -n.z(), stiffness * depth, LengthInWords(depth),
-                        LengthInWords(-local.Penetration(scene.manipulator.home))));
+  PrintLine(
+      "felt",
+      fmt::format("{:.3g} N/m against ({:.2g}, {:.2g}, {:.2g}) before anything is felt, {:.3g} "
+                  "N for a {} press, from {} away; the force felt corrects it",
+                  stiffness, -n.x(), -n.y(), -n.z(), stiffness * depth, LengthInWords(depth),
+                  LengthInWords(-local.Penetration(scene.manipulator.home))));
 }
 
 void PrintHand(const Scene& scene) {

@@ -1,5 +1,6 @@
 #include "slave/commands/evaluate.h"
 
+#include <cmath>
 #include <cstdio>
 #include <stdexcept>
 
@@ -65,17 +66,25 @@ ObjectHint Hint(const EvaluateOptions& options) {
   return hint;
 }
 
+// Why there is no score where one was asked for; empty: there is one.
+std::string NotScored(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
+  if (answer.object.size() == 0) return answer.choice.why;
+  if (!question.camera || std::isfinite(answer.score.octree)) return "";
+  return "sense.depth_camera sees nothing of the estimated shape";
+}
+
 void Say(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
   std::printf("object: %zu of %zu points, %s\n", answer.object.size(),
               question.measured.cloud.size(), answer.choice.why.c_str());
   for (const LabelScore& row : answer.labels) {
-    std::printf("label %u: %zu points, intersection over union %s\n", row.label, row.points,
-                Percent(row.iou).c_str());
+    std::printf("label %u: %zu points, %s%s\n", row.label, row.points,
+                row.support ? "" : "intersection over union ", LabelWords(row).c_str());
   }
   if (!question.camera) {
     std::puts("not scored: the scene has no sense.depth_camera");
     return;
   }
+  if (!std::isfinite(answer.score.octree)) return;
   std::printf("octree score: %s, %zu simulated points, leaves of %s\n",
               Percent(answer.score.octree).c_str(), answer.score.simulated,
               Millimetres(question.leaf).c_str());
@@ -112,7 +121,11 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
     return 1;
   }
   Say(question, answer);
-  return 0;
+  const std::string why = NotScored(question, answer);
+  if (why.empty()) return 0;
+  std::fprintf(stderr, "evaluate: %s: nothing was scored: %s\n", options.cloud.c_str(),
+               why.c_str());
+  return 1;
 }
 
 std::vector<SimulatedObject> Experiments(const EvaluateOptions& options, const Scene& scene,

@@ -26,7 +26,8 @@ struct EvaluateOptions {
   bool materials = false;                        // it is made with each of the paper's three foams
 };
 
-// Returns the exit code: 0 done, 1 the files cannot be written. Throws SceneError, InputError,
+// Returns the exit code: 0 done, 1 the files cannot be written or nothing of the cloud could be
+// scored. Throws SceneError, InputError,
 // std::invalid_argument: what is unusable.
 int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "slave/commands/train_data.h"
 #include "slave/commands/train_forces.h"
 #include "slave/commands/train_localiser.h"
 #include "slave/commands/train_words.h"
@@ -41,6 +42,9 @@ void Check(const TrainOptions& o) {
   if (o.optimiser != "adam" && o.optimiser != "sgd") {
     throw std::invalid_argument("--optimiser " + o.optimiser + ": accepted is adam or sgd");
   }
+  if (o.seed < 0) {
+    throw std::invalid_argument("--seed " + std::to_string(o.seed) + ": accepted is 0 or more");
+  }
   if (o.rest < 1) {
     throw std::invalid_argument("--rest " + std::to_string(o.rest) + ": accepted is 1 or more");
   }
@@ -48,6 +52,8 @@ void Check(const TrainOptions& o) {
     throw std::invalid_argument("--presses " + std::to_string(o.presses) +
                                 ": accepted is 1 or more");
   }
+  RefuseRepetitions(o.data);
+  RefuseRepetitions(o.test);
 }
 
 }  // namespace
@@ -63,13 +69,15 @@ samples, the force's offset that of its first half second: start recordings unto
 
 A fifth of the contacts is for the test, a fifth of the others decides when to stop: by whole
 recordings where there are five or more, else by whole presses. Windows lie wholly in their slice.
+With --from only a gain is fitted, which cannot see what is not there: slices begin and end
+untouched, with the rest around their presses.
 
 Examples:
   palpate-slave train simulated --network all --out build/fingertip
   palpate-slave train day1.csv day2.csv+wrench2.csv --finger rf --out build/rf
   palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --finger rf --out build/rf
-  palpate-slave train rec.csv+wrench.csv@2.7:7.7 --from authors-network --finger rf --out build/gain
-  palpate-slave train normals.csv --network localiser --contact-pdc 2440 --out build/localiser)";
+  palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --from authors-network --finger rf --out build/gain
+  palpate-slave train normals.csv --network localiser --electrodes layout.csv --contact-pdc 2440 --out build/localiser)";
 
 int RunTrain(const TrainOptions& options, const std::stop_token& stop) {
   Check(options);

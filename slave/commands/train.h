@@ -22,10 +22,10 @@ struct TrainOptions {
   std::string optimiser = "adam";     // or sgd
   double rate = 0;                    // learning rate; 0: the optimiser's own
   int epochs = 60, patience = 20, batch = 128;
-  std::uint64_t seed = 1;
+  std::int64_t seed = 1;  // >= 0
   int threads = 2;
   int presses = 1500;                 // of `simulated`
-  std::filesystem::path electrodes;   // localiser: layout file; empty: the simulated one
+  std::filesystem::path electrodes;   // localiser: layout file, or `simulated`; wanted
   std::optional<double> contact_pdc;  // localiser: contact is above it [counts]
   std::string normals = "auto";       // localiser: how nx, ny, nz stand in frame F
 };

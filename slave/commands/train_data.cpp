@@ -44,7 +44,36 @@ void WarnOfOverlap(const TrainingData& data) {
   }
 }
 
+bool ShareSamples(const std::string& one, const std::string& other) {
+  if (one == kSimulated || other == kSimulated) return one == other;
+  const DataArgument a = ParseDataArgument(one), b = ParseDataArgument(other);
+  std::error_code missing;
+  return std::filesystem::equivalent(a.tactile, b.tactile, missing) && a.from < b.to &&
+         b.from < a.to;
+}
+
 }  // namespace
+
+void RefuseRepetitions(std::span<const std::string> data) {
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!ShareSamples(data[k], data[i])) continue;
+      throw std::invalid_argument(data[k] + " and " + data[i] +
+                                  " share samples: accepted is every sample once");
+    }
+  }
+}
+
+void RequireSignals(const TrainingData& data, const std::string& network, int inputs) {
+  if (inputs <= kElectrodeCount) return;
+  for (const auto* recordings : {&data.data, &data.test}) {
+    for (const LabelledRecording& r : *recordings) {
+      if (r.missing_column.empty()) continue;
+      throw std::invalid_argument(r.name + ": no column " + r.missing_column + ": network " +
+                                  network + " takes E1 to E19, pac0 and pdc");
+    }
+  }
+}
 
 TrainingData ReadTrainingData(const TrainOptions& options) {
   try {

@@ -43,6 +43,9 @@ struct Lesson {
 
 Lesson Prepare(const TrainOptions& options) {
   Lesson lesson{ReadTrainingData(options), {}};
+  for (const std::string& network : options.networks) {
+    RequireSignals(lesson.data, network, InputsOf(network));
+  }
   lesson.split = SplitContacts(lesson.data.data, !lesson.data.test.empty(), options.seed);
   for (std::size_t i = 0; i < lesson.data.test.size(); ++i) {
     const LabelledRecording& r = lesson.data.test[i];

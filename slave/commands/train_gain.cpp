@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "slave/commands/train_data.h"
@@ -14,6 +17,9 @@
 
 namespace palpate {
 namespace {
+
+constexpr double kLeastForce = 1e-6;  // fz that varies by less does not vary [N]
+constexpr double kLeastCorrelation = 0.5;
 
 struct Comparison {
   std::vector<Eigen::Vector3f> estimated, measured;  // [N]
@@ -44,11 +50,34 @@ NetworkFile ReadKnown(const std::filesystem::path& from) {
   }
 }
 
+void RefuseConstantForce(std::span<const LabelledRecording> recordings) {
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (const LabelledRecording& r : recordings) {
+    for (std::size_t i = r.begin; i < r.end; ++i) {
+      least = std::fmin(least, static_cast<double>(r.force[i].z()));
+      most = std::fmax(most, static_cast<double>(r.force[i].z()));
+    }
+  }
+  if (most - least > kLeastForce) return;
+  throw std::invalid_argument("fz is the same in all samples: no gain can be fitted to it");
+}
+
+// A gain makes forces larger or smaller; it does not make them others.
+void RefuseUnlike(const ForceErrors& errors, const TrainOptions& options) {
+  if (errors.correlation.z() >= kLeastCorrelation) return;
+  throw std::invalid_argument(fmt::format(
+      "{}: fz of the network and of the recording have correlation {:.2f}: accepted is {:g} or "
+      "more. Another finger, another sensor, or a slice without rest around its presses?",
+      NamesOf(options.data), errors.correlation.z(), kLeastCorrelation));
+}
+
 }  // namespace
 
 int TrainForceGain(const TrainOptions& options) {
   NetworkFile known = ReadKnown(options.from);
   const TrainingData data = ReadTrainingData(options);
+  RequireSignals(data, options.from.string(), known.info.inputs);
+  RefuseConstantForce(data.data);
   known.info.gain = 1;
   const Comparison fit = Compare(*MakeForceNetwork(known.info, known.weights), data.data);
   known.info.gain = FitForceGain(fit.estimated, fit.measured);
@@ -63,6 +92,7 @@ int TrainForceGain(const TrainOptions& options) {
     return CompareForces(c.estimated, c.measured);
   };
   const ForceErrors own = errors(data.data);
+  RefuseUnlike(own, options);
   std::printf("gain %.4f, learnt up to %.3f N\nfitted on %s\n  %s\n", known.info.gain,
               known.info.learnt_force, NamesOf(options.data).c_str(), AlongNormal(own).c_str());
   ForceErrors tested = own;

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "slave/contact/box_stack.h"
+
 namespace palpate {
 namespace {
 
@@ -25,17 +27,7 @@ Eigen::Vector2d Turned(const Eigen::Vector2d& axis) {
   return {-axis.y(), axis.x()};
 }
 
-// The boxes still to visit; never more than one per level and one.
-class Stack {
- public:
-  void Push(int box) { boxes_[static_cast<std::size_t>(size_++)] = box; }
-  int Pop() { return boxes_[static_cast<std::size_t>(--size_)]; }
-  [[nodiscard]] bool empty() const { return size_ == 0; }
-
- private:
-  std::array<int, kDeepest + 1> boxes_{};
-  int size_ = 0;
-};
+using Stack = BoxStack<kDeepest>;
 
 }  // namespace
 

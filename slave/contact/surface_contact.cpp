@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 
+#include "slave/contact/box_stack.h"
 #include "slave/contact/triangle_places.h"
 
 namespace palpate {
@@ -24,17 +25,7 @@ constexpr int kLeafSize = 4;
 constexpr int kDeepest = 64;         // halving: 2^32 triangles need 32 levels
 constexpr double kRounding = 1e-13;  // of the coordinates at hand
 
-// The boxes still to visit; never more than one per level and one.
-class Stack {
- public:
-  void Push(int box) { boxes_[static_cast<std::size_t>(size_++)] = box; }
-  int Pop() { return boxes_[static_cast<std::size_t>(--size_)]; }
-  [[nodiscard]] bool empty() const { return size_ == 0; }
-
- private:
-  std::array<int, kDeepest + 1> boxes_{};
-  int size_ = 0;
-};
+using Stack = BoxStack<kDeepest>;
 
 struct Face {
   int triangle = -1;

@@ -15,6 +15,11 @@ using Eigen::Vector3d;
 constexpr double kVouchedFor = 0.5;   // of the larger side, where the model states no range
 constexpr double kLeastShare = 0.25;  // of the full depth: contact does not begin without stiffness
 constexpr double kOnSurface = 1e-6;   // of the radius
+// The felt force's say in the stiffness.
+constexpr double kLearningTime = 0.05;  // [s]
+constexpr double kTellingDepth = 0.1;   // of the full depth: shallower says nothing of stiffness
+constexpr double kErrors = 3;           // sigmas at which a force has half its say
+constexpr double kLeastRatio = 0.25, kLargestRatio = 4;
 
 }  // namespace
 
@@ -32,10 +37,12 @@ LocalTouch::LocalTouch(const Scene& scene)
       disc_radius_(scene.sense.tactile->patch > 0
                        ? scene.sense.tactile->patch / 2
                        : DiscOfSphere(radius_, scene.operator_options.press_depth)),
-      full_depth_(scene.operator_options.press_depth) {}
+      full_depth_(scene.operator_options.press_depth),
+      learning_rate_(1 - std::exp(-1 / (kLearningTime * scene.sense.tactile->rate))) {}
 
 void LocalTouch::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
-                        bool in_contact, LocalModel* model) noexcept {
+                        bool in_contact, const std::optional<FeltForce>& felt,
+                        LocalModel* model) noexcept {
   const Vector3d p_O_centre = X_SO.inverse() * X_SF.translation();
   FindPlane(body, p_O_centre);
   if (triangle_ < 0) return;
@@ -45,7 +52,9 @@ void LocalTouch::Update(TactileBody& body, const Isometry3d& X_SO, const Isometr
   // From where the sphere reaches deepest to the apex of the pad.
   const Vector3d to_apex = radius_ * (next.normal - X_SF.linear().col(2));
   next.reference = X_SO * p_O_ + to_apex;
-  next.stiffness = R * StiffnessOf(body) * R.transpose();
+  const Matrix3d K_S = R * StiffnessOf(body) * R.transpose();
+  if (felt) Learn(*felt, next.normal, depth_ * next.normal.dot(K_S * next.normal));
+  next.stiffness = felt_ratio_ * K_S;
   const double range = body.deformation->info().range;
   next.valid_radius = (range > 0 ? range : kVouchedFor) * body.larger_side;
   next.in_contact = in_contact;
@@ -67,6 +76,17 @@ void LocalTouch::FindPlane(const TactileBody& body, const Vector3d& p_O_centre) 
         nearest->inside || !(away.norm() > kOnSurface * radius_) ? nearest->n_O : away.normalized();
   }
   depth_ = radius_ - n_O_.dot(p_O_centre - p_O_);
+}
+
+// `modelled`: the normal force of the model at this depth [N].
+void LocalTouch::Learn(const FeltForce& felt, const Vector3d& n_S, double modelled) noexcept {
+  const double force = felt.force_S.dot(n_S);
+  const bool tells = depth_ > kTellingDepth * full_depth_ && force > 0 && modelled > 0;
+  if (!tells || !std::isfinite(force) || !std::isfinite(felt.sigma)) return;
+  const double ratio = std::clamp(force / modelled, kLeastRatio, kLargestRatio);
+  const double error = kErrors * felt.sigma;
+  const double say = force * force / (force * force + error * error);
+  felt_ratio_ += learning_rate_ * say * (ratio - felt_ratio_);
 }
 
 Matrix3d LocalTouch::StiffnessOf(TactileBody& body) noexcept {

@@ -4,9 +4,12 @@
 #include <cmath>
 #include <span>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/capture/tactile_recording.h"
 #include "slave/pipeline/stopwatch.h"
 
 namespace palpate {
@@ -30,13 +33,42 @@ Isometry3d Carried(const Finger& finger, const Vector3d& way) {
   return X_SF;
 }
 
+// What a recording does not have reads 0, at rest and in contact: to a network that takes it that
+// is a wrong number, and nobody would notice. Throws std::runtime_error naming the column.
+void RequireSignals(const Tactile& tactile, const ForceNetwork& network) {
+  const bool takes_all = network.info().inputs > kElectrodeCount;
+  if (tactile.source != Tactile::Source::kRecording || !takes_all) return;
+  std::vector<std::string> wanted;
+  for (const Finger& finger : tactile.fingers) wanted.push_back(finger.name);
+  for (const RecordedFinger& finger : ReadTactileFingers(tactile.file, wanted)) {
+    const std::string missing = finger.MissingColumn();
+    if (missing.empty()) continue;
+    throw std::runtime_error(fmt::format(
+        "{}: no column {}: {} takes E1 to E19, pac0 and pdc (accepted without: a network of the "
+        "electrodes alone)",
+        tactile.file.string(), missing, tactile.network.string()));
+  }
+}
+
+// A file that a scene names and that cannot be used makes the scene unusable.
+template <typename Load>
+auto NamingTheKey(const Scene& scene, const char* key, const Load& load) {
+  try {
+    return load();
+  } catch (const std::runtime_error& e) {
+    throw std::invalid_argument(
+        fmt::format("{}: sense.tactile.{}: {}", scene.file.string(), key, e.what()));
+  }
+}
+
 }  // namespace
 
 TactileSenses LoadSenses(const Scene& scene) {
   const Tactile& tactile = *scene.sense.tactile;
   TactileSenses senses;
   if (!tactile.network.empty()) {
-    senses.network = LoadForceNetwork(tactile.network);
+    senses.network =
+        NamingTheKey(scene, "network", [&] { return LoadForceNetwork(tactile.network); });
     const double rate = senses.network->info().rate;
     if (std::abs(rate - tactile.rate) > kSameRate * rate) {
       throw std::invalid_argument(
@@ -44,11 +76,20 @@ TactileSenses LoadSenses(const Scene& scene) {
                       "trained",
                       scene.file.string(), tactile.rate, rate, tactile.network.string()));
     }
+    if (tactile.carries_state && !senses.network->HasState()) {
+      throw std::invalid_argument(
+          fmt::format("{}: sense.tactile.state = carried: accepted is windowed for {}, which has "
+                      "no state",
+                      scene.file.string(), tactile.network.string()));
+    }
+    RequireSignals(tactile, *senses.network);
   }
-  const ElectrodeLayout layout = tactile.electrodes.empty()
-                                     ? SimulatedLayout(tactile.finger_radius)
-                                     : ReadElectrodeLayout(tactile.electrodes);
-  senses.localiser = MakeLocaliser(tactile, layout);
+  const ElectrodeLayout layout = NamingTheKey(scene, "electrodes", [&] {
+    return tactile.electrodes.empty() ? SimulatedLayout(tactile.finger_radius)
+                                      : ReadElectrodeLayout(tactile.electrodes);
+  });
+  senses.localiser =
+      NamingTheKey(scene, "localise", [&] { return MakeLocaliser(tactile, layout); });
   return senses;
 }
 
@@ -57,6 +98,7 @@ TactileEstimator::TactileEstimator(const Scene& scene)
 
 TactileEstimator::TactileEstimator(const Scene& scene, TactileSenses senses)
     : scene_fingers_(scene.sense.tactile->fingers),
+      has_poses_file_(!scene.sense.tactile->poses.empty()),
       X_SO_(scene.object.X_SO),
       p_S_home_(scene.manipulator.home),
       radius_(scene.sense.tactile->finger_radius),
@@ -112,7 +154,9 @@ const Felt& TactileEstimator::Feel(const TactileFrame& frame, const Vector3d& p_
   }
   times_.contact.Add(lap.Lap());
   if (body_) Deform();
-  times_.mechanics.Add(lap.Lap());
+  // Samples that touch nothing would hide how long those take that do.
+  const double mechanics = lap.Lap();
+  if (!contacts_.empty()) times_.mechanics.Add(mechanics);
   for (std::size_t i = 0; i < fingertips_.size(); ++i) Tell(i);
   TellFirst(frame, p_S_tip);
   times_.total.Add(total.Lap());
@@ -122,7 +166,7 @@ const Felt& TactileEstimator::Feel(const TactileFrame& frame, const Vector3d& p_
 void TactileEstimator::Place(std::size_t i, const FingerReading& reading,
                              const Vector3d& p_S_tip) noexcept {
   FeltFinger& finger = fingers_[i];
-  finger.has_pose = reading.X_SF.has_value() || scene_fingers_[i].has_pose;
+  finger.has_pose = reading.X_SF.has_value() || (scene_fingers_[i].has_pose && !has_poses_file_);
   if (reading.X_SF) {
     finger.X_SF = *reading.X_SF;
   } else if (finger.has_pose && p_S_tip.allFinite()) {
@@ -200,6 +244,7 @@ void TactileEstimator::Tell(std::size_t i) noexcept {
   finger.sigma = touch.sigma;
   finger.validity = Worse(touch.validity, contact.validity());
   finger.why = touch.why.empty() ? contact.why() : touch.why;
+  if (has_poses_file_ && !finger.has_pose) FlagLostPose(&finger);
   finger.p_S_contact.reset();
   if (contact.has_place()) finger.p_S_contact = X_SO_ * contact.p_O();
 
@@ -209,6 +254,14 @@ void TactileEstimator::Tell(std::size_t i) noexcept {
   if (finger.force) state.force = finger.force->cast<float>();
   state.in_contact = finger.in_contact;
   state.validity = finger.validity;
+}
+
+// The network's force is known, but not the way it points in S.
+void TactileEstimator::FlagLostPose(FeltFinger* finger) const noexcept {
+  finger->force.reset();
+  finger->sigma = 0;
+  finger->validity = Worse(finger->validity, Validity::kTrackingLost);
+  finger->why = "the poses file tells no pose for this time";
 }
 
 // The first fingertip is the tool.
@@ -230,7 +283,11 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
   felt_.p_S_contact = first.p_S_contact.value_or(felt_.p_S_tip);
   felt_.depth = 0;
   if (body_ && first.has_pose) {
-    local_touch_->Update(*body_, X_SO_, first.X_SF, first.in_contact, &felt_.local_model);
+    std::optional<LocalTouch::FeltForce> felt;
+    if (first.in_contact && first.force && first.validity == Validity::kValid) {
+      felt = {*first.force, first.sigma};
+    }
+    local_touch_->Update(*body_, X_SO_, first.X_SF, first.in_contact, felt, &felt_.local_model);
     if (!first.p_S_contact) felt_.p_S_contact = X_SO_ * local_touch_->p_O();
     felt_.depth = first.in_contact ? std::max(0.0, local_touch_->depth()) : 0;
   }

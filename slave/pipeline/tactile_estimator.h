@@ -43,11 +43,13 @@ struct TactileSenses {
   std::shared_ptr<const Localiser> localiser;
 };
 // As the scene says. Throws std::runtime_error or std::invalid_argument: see LoadForceNetwork,
-// MakeLocaliser; a network for samples of another rate.
+// MakeLocaliser; a network for samples of another rate; a state to carry that the network
+// does not have; a recording without the pac0 or pdc that it takes.
 TactileSenses LoadSenses(const Scene& scene);
 
 struct TactileTimes {
-  LatencyHistogram tactile, contact, mechanics, total;
+  LatencyHistogram tactile, contact, total;
+  LatencyHistogram mechanics;  // of samples in which a contact acts
 };
 
 // One thread at a time. The force felt is the network's, in contact or not; the object's model says
@@ -79,6 +81,10 @@ class TactileEstimator {
   [[nodiscard]] const FingerTouch& touch(int i) const {
     return fingertips_[static_cast<std::size_t>(i)].touch();
   }
+  // Where fingertip `i` meets the object.
+  [[nodiscard]] const FingerContact& contact(int i) const {
+    return finger_contacts_[static_cast<std::size_t>(i)];
+  }
   [[nodiscard]] const ForceNetwork* network() const { return senses_.network.get(); }
   [[nodiscard]] const Localiser& localiser() const { return *senses_.localiser; }
   // Null: nobody knows where the fingertips are, nothing deforms.
@@ -102,9 +108,11 @@ class TactileEstimator {
   [[nodiscard]] bool Respond() noexcept;
   void SeparateHeld() noexcept;
   void Tell(std::size_t i) noexcept;
+  void FlagLostPose(FeltFinger* finger) const noexcept;
   void TellFirst(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
 
   std::vector<Finger> scene_fingers_;
+  bool has_poses_file_;  // which alone tells where fingertips are
   Eigen::Isometry3d X_SO_;
   Eigen::Vector3d p_S_home_;
   double radius_;

@@ -195,6 +195,13 @@ TactileSummary RunTactile(const Scene& scene, const TactileRunOptions& options,
     throw std::runtime_error(origin.source->description() + ": no sample came");
   }
   summary.seconds = std::chrono::duration<double>(SteadyClock::now() - began).count();
+  const int rest = scene.sense.tactile->rest_samples;
+  if (!stop.stop_requested() && summary.frames < static_cast<std::uint64_t>(rest)) {
+    throw std::runtime_error(
+        fmt::format("{}: {} samples are fewer than the {} of `rest`: nothing "
+                    "can be said",
+                    origin.source->description(), summary.frames, rest));
+  }
   summary.times = estimator.times();
   summary.error = comparison.Result();
   WriteSummary(summary, scene, options.out / "summary.json");

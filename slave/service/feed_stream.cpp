@@ -1,5 +1,6 @@
 #include "slave/service/feed_stream.h"
 
+#include <atomic>
 #include <utility>
 
 #include "slave/service/status.h"
@@ -19,7 +20,15 @@ class RefusedFeed final : public Reactor {
   void OnDone() override { delete this; }
 };
 
+TactileInbox::SenderId NewSender() {
+  static std::atomic<TactileInbox::SenderId> last{TactileInbox::kOnlySender};
+  return ++last;
+}
+
 }  // namespace
+
+FeedStream::FeedStream(TactileInbox* inbox, v1::FeedTactileReply* reply)
+    : inbox_(inbox), sender_(NewSender()), reply_(reply) {}
 
 Reactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams, v1::FeedTactileReply* reply) {
   if (inbox == nullptr) {
@@ -47,7 +56,7 @@ std::string FeedStream::Feed() {
   const std::string name = sample_.finger().substr(0, kLongestName);
   if (!sample) return "finger " + name + ": " + reason;
   const auto refusal = inbox_->Feed(sample_.finger(), sample_.sequence(), sample->sensed_at,
-                                    sample->reading, Clock::now());
+                                    sample->reading, Clock::now(), sender_);
   if (refusal) return "finger " + name + " " + refusal->why;
   fingers_.insert(sample_.finger());
   ++samples_;
@@ -55,13 +64,16 @@ std::string FeedStream::Feed() {
 }
 
 void FeedStream::OnReadDone(bool ok) {
-  if (!ok) {  // the driver has sent all, or is gone
+  if (!Enter()) return;
+  std::string reason;
+  if (ok) {
+    reason = Feed();
+  } else {  // the driver has sent all, or is gone
     reply_->set_samples(samples_);
-    return End(grpc::Status::OK);
   }
-  if (const std::string reason = Feed(); !reason.empty()) {
-    return End({grpc::StatusCode::INVALID_ARGUMENT, reason});
-  }
+  Exit();
+  if (!ok) return End(grpc::Status::OK);
+  if (!reason.empty()) return End({grpc::StatusCode::INVALID_ARGUMENT, reason});
   ReadNext();
 }
 
@@ -70,20 +82,26 @@ void FeedStream::OnCancel() {
 }
 
 void FeedStream::OnDone() {
-  for (const std::string& finger : fingers_) inbox_->Leave(finger);
   const auto last = std::move(self_);
 }
 
 void FeedStream::ReadNext() {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (ending_) return;
-    ++arming_reads_;
-  }
+  if (!Enter()) return;
   StartRead(&sample_);
+  Exit();
+}
+
+bool FeedStream::Enter() {
+  const std::scoped_lock lock(mutex_);
+  if (ending_) return false;
+  ++busy_;
+  return true;
+}
+
+void FeedStream::Exit() {
   {
     const std::scoped_lock lock(mutex_);
-    --arming_reads_;
+    --busy_;
   }
   FinishIfQuiet();
 }
@@ -100,10 +118,12 @@ void FeedStream::FinishIfQuiet() {
   grpc::Status status;
   {
     const std::scoped_lock lock(mutex_);
-    if (!ending_ || arming_reads_ > 0 || finished_) return;
+    if (!ending_ || busy_ > 0 || finished_) return;
     finished_ = true;
     status = *ending_;
   }
+  // Before the driver hears that its stream is over: it may start anew at once.
+  for (const std::string& finger : fingers_) inbox_->Leave(finger, sender_);
   Finish(status);
 }
 

@@ -36,24 +36,29 @@ class FeedStream final : public grpc::ServerReadReactor<v1::TactileSample> {
   void OnDone() override;
 
  private:
-  FeedStream(TactileInbox* inbox, v1::FeedTactileReply* reply) : inbox_(inbox), reply_(reply) {}
+  FeedStream(TactileInbox* inbox, v1::FeedTactileReply* reply);
 
   // The first sentence about this sample that must be said; empty: it was taken.
   std::string Feed();
   void ReadNext();
   void End(const grpc::Status& status);
   void FinishIfQuiet();
+  // A thread begins to start a read or to take a sample; false: the stream is ending.
+  bool Enter();
+  void Exit();
 
   TactileInbox* const inbox_;
+  const TactileInbox::SenderId sender_;
   v1::FeedTactileReply* const reply_;
   std::shared_ptr<FeedStream> self_;  // until OnDone
   v1::TactileSample sample_;          // gRPC's while a read is waiting
-  std::uint64_t samples_ = 0;         // taken; the reads' own, as is `fingers_`
-  std::set<std::string> fingers_;     // of which samples were taken
+  // Of samples that were taken: the reads' own, while `busy_`.
+  std::uint64_t samples_ = 0;
+  std::set<std::string> fingers_;
 
   std::mutex mutex_;  // guards what follows
   std::optional<grpc::Status> ending_;
-  int arming_reads_ = 0;  // threads that are inside StartRead
+  int busy_ = 0;  // threads that start a read or take a sample
   bool finished_ = false;
 };
 

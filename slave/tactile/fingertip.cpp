@@ -32,6 +32,7 @@ Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
                      const Localiser& localiser)
     : localiser_(&localiser),
       rest_(tactile.rest_samples),
+      stuck_(std::max(2, Samples(kStandsStill, tactile.rate))),
       miss_patience_(Samples(kMissing, tactile.rate)),
       release_patience_(Samples(kRelease, tactile.rate)),
       kept_(KeptSamples(tactile, network)) {
@@ -47,6 +48,7 @@ Fingertip::Fingertip(Fingertip&&) noexcept = default;
 
 void Fingertip::Reset() noexcept {
   rest_.Reset();
+  stuck_.Reset();
   ForgetWindow();
   missed_ = quiet_ = 0;
   touch_ = {};
@@ -64,6 +66,7 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap)
     Lose("the counts are not finite");
     return touch_;
   }
+  stuck_.Take(reading);
   const bool was_known = rest_.known();
   if (!was_known) {
     kept_[kept_next_] = reading;
@@ -77,7 +80,9 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap)
   }
   const TactileSignals change = rest_.Change(reading);
   TakeForce(was_known ? Push(change) : PushKept());
-  DecideTouch(localiser_->Locate(change, reading));
+  const TouchPlace place = localiser_->Locate(change, reading);
+  DecideTouch(place);
+  NoteFlaws(place);
   Judge();
   return touch_;
 }
@@ -101,6 +106,7 @@ void Fingertip::Lose(std::string_view why) noexcept {
 void Fingertip::ForgetWindow() noexcept {
   if (estimate_) estimate_->Reset();
   kept_count_ = kept_next_ = 0;
+  flawed_left_ = 0;
 }
 
 bool Fingertip::Push(const TactileSignals& change) noexcept {
@@ -126,11 +132,12 @@ void Fingertip::TakeForce(bool known) noexcept {
   touch_.sigma = SigmaOf(force_F);
 }
 
-// Along the force; beyond what was learnt it grows with it.
+// Along the force; beyond what was learnt it grows with it. Components whose error is not known are
+// taken for as wrong as the worst that is.
 double Fingertip::SigmaOf(const Eigen::Vector3d& force_F) const noexcept {
-  const double size = force_F.norm();
-  const double sigma =
-      size > 0 ? force_F.cwiseProduct(network_.sigma).norm() / size : network_.sigma.maxCoeff();
+  const double size = force_F.norm(), largest = network_.sigma.maxCoeff();
+  const Eigen::Vector3d sigma_F = (network_.sigma.array() > 0).select(network_.sigma, largest);
+  const double sigma = size > 0 ? force_F.cwiseProduct(sigma_F).norm() / size : largest;
   return network_.learnt_force > 0 ? sigma * std::max(1.0, size / network_.learnt_force) : sigma;
 }
 
@@ -145,6 +152,14 @@ void Fingertip::DecideTouch(const TouchPlace& place) noexcept {
     touch_.touching = false;
   }
   if (place.usable() || !touch_.touching) touch_.place = place;
+}
+
+void Fingertip::NoteFlaws(const TouchPlace& place) noexcept {
+  if (place.status == TouchPlace::Status::kFlawed || stuck_.count() > 0) {
+    flawed_left_ = network_.window;
+  } else if (flawed_left_ > 0) {
+    --flawed_left_;
+  }
 }
 
 void Fingertip::Judge() noexcept {
@@ -162,8 +177,14 @@ void Fingertip::Judge() noexcept {
   const double size = touch_.force_F->norm();
   if (network_.learnt_force > 0 && size > network_.learnt_force) {
     touch_.why = "the force is beyond what the network has learnt";
-  } else if (touch_.place.status == TouchPlace::Status::kFlawed) {
+  } else if (touch_.place.is_flawed) {
     touch_.why = "electrodes are saturated or dead";
+  } else if (stuck_.count() == kElectrodeCount) {
+    touch_.why = "all electrodes stand still: the sensor is dead or its driver repeats itself";
+  } else if (stuck_.count() > 0) {
+    touch_.why = "an electrode stands still: it is dead";
+  } else if (flawed_left_ > 0) {
+    touch_.why = "a flawed sample in the window";
   } else if (!touch_.touching && !touch_.place.usable() &&
              size > kUnseenTouch * network_.sigma.norm()) {
     touch_.why = "there is a force, but no place of it";

@@ -2,6 +2,7 @@
 // (paper B, III.A).
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -14,6 +15,7 @@
 #include "slave/tactile/localise/localiser.h"
 #include "slave/tactile/network/force_network.h"
 #include "slave/tactile/rest_values.h"
+#include "slave/tactile/stuck_electrodes.h"
 
 namespace palpate {
 
@@ -29,7 +31,8 @@ struct FingerTouch {
 
 // Validity: kTrackingLost while rest values are taken, until the network's window is full, after
 // samples that are missing for 60 ms or are no numbers; kStale, with the last numbers, before that;
-// kExtrapolated for forces beyond the largest one learnt, saturated or dead electrodes, a force
+// kExtrapolated for forces beyond the largest one learnt, saturated or dead electrodes, touched or
+// not, electrodes that stand still, as long as the network's window holds such a sample, a force
 // without an active electrode; kFailed without a network. A gap starts the window anew, rest values
 // stay.
 //
@@ -60,6 +63,7 @@ class Fingertip {
   bool PushKept() noexcept;
   void TakeForce(bool known) noexcept;
   void DecideTouch(const TouchPlace& place) noexcept;
+  void NoteFlaws(const TouchPlace& place) noexcept;
   void Judge() noexcept;
   [[nodiscard]] double SigmaOf(const Eigen::Vector3d& force_F) const noexcept;
 
@@ -68,11 +72,13 @@ class Fingertip {
   std::unique_ptr<ForceEstimate> estimate_;  // null: no network
   std::vector<double> outputs_;
   RestValues rest_;
+  StuckElectrodes stuck_;
   int miss_patience_;                // samples
   int release_patience_;             // samples
   std::vector<FingerReading> kept_;  // ring of readings whose rest values are not known yet
   std::size_t kept_count_ = 0, kept_next_ = 0;
   int missed_ = 0, quiet_ = 0;
+  int flawed_left_ = 0;  // samples until the window holds no flawed one; the window: this one is
   FingerTouch touch_;
 };
 

@@ -10,7 +10,7 @@ namespace palpate {
 
 // E1 to E19, pac0, pdc: the order in which the networks take them.
 inline constexpr int kSignalCount = kElectrodeCount + 2;
-using TactileSignals = std::array<float, kSignalCount>;
+using TactileSignals = std::array<double, kSignalCount>;
 
 // The mean of the first samples of a fingertip.
 class RestValues {
@@ -41,8 +41,8 @@ class RestValues {
   }
 
  private:
-  [[nodiscard]] float Minus(float value, double sum) const noexcept {
-    return static_cast<float>(static_cast<double>(value) - sum / taken_);
+  [[nodiscard]] double Minus(float value, double sum) const noexcept {
+    return static_cast<double>(value) - sum / taken_;
   }
 
   int wanted_;

@@ -1,5 +1,10 @@
 #include "slave/study/shape/measured_evaluation.h"
 
+#include <algorithm>
+#include <stdexcept>
+
+#include <spdlog/fmt/fmt.h>
+
 namespace palpate {
 namespace {
 
@@ -22,7 +27,35 @@ ObjectHint WithBox(const MeasuredQuestion& question) {
 }
 
 Segmentation Everything(std::size_t points) {
-  return {std::vector<int>(points, 0), {points}, 0};
+  return {std::vector<int>(points, 0), {points}, 0, {}};
+}
+
+// What the middle 90 % of the points span along the axis in which they span most [m].
+double Span(const std::vector<Eigen::Vector3d>& points) {
+  double widest = 0;
+  std::vector<double> values(points.size());
+  for (Eigen::Index axis = 0; axis < 3 && !points.empty(); ++axis) {
+    std::ranges::transform(points, values.begin(), [&](const auto& p) { return p[axis]; });
+    std::ranges::sort(values);
+    const std::size_t cut = values.size() / 20;
+    widest = std::max(widest, values[values.size() - 1 - cut] - values[cut]);
+  }
+  return widest;
+}
+
+// Cameras that write millimetres are common.
+void RequireMetres(const MeasuredQuestion& question) {
+  constexpr double kWidest = 20, kSmall = 1;  // [m]
+  const double object = Span(question.rest_S.nodes), cloud = Span(question.measured.cloud.points);
+  if (object >= kSmall) return;
+  const bool far = question.measured.too_far > question.measured.cloud.size();
+  if (!far && !(cloud > kWidest)) return;
+  const std::string what =
+      far ? fmt::format("most of its points are farther than {:g} m", kFarthestPoint)
+          : fmt::format("it spans {:.3g} m", cloud);
+  throw std::invalid_argument(
+      fmt::format("{}: {}, the object {:.3g} m: units look wrong: accepted is a cloud in metres",
+                  question.file, what, object));
 }
 
 }  // namespace
@@ -30,8 +63,11 @@ Segmentation Everything(std::size_t points) {
 MeasuredAnswer Evaluate(const MeasuredQuestion& question) {
   const PointCloud& cloud = question.measured.cloud;
   MeasuredAnswer answer;
-  if (cloud.size() == 0) {
-    answer.choice = {{}, "the cloud has no point", false};
+  RequireMetres(question);
+  if (cloud.size() < 2) {
+    answer.choice = {
+        {}, cloud.size() == 0 ? "the cloud has no point" : "the cloud has a single point", false};
+    answer.segmentation.region_of.assign(cloud.size(), -1);
     return answer;
   }
   if (question.segment) {

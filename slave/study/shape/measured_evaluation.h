@@ -41,6 +41,9 @@ struct MeasuredAnswer {
   ShapeScore score;
 };
 
+// Fewer than two points, or nothing that the camera sees of the estimate: `score.octree` is NaN.
+// Throws std::invalid_argument: see ChooseObject; a cloud that spans more than 20 m about an object
+// below 1 m, which is not in metres.
 MeasuredAnswer Evaluate(const MeasuredQuestion& question);
 
 // Writes report.json, report.html, object.pcd and segmentation.pcd (frame D; `label` is 1 + region,

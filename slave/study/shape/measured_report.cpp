@@ -27,8 +27,11 @@ Json Regions(const MeasuredAnswer& answer) {
 Json Labels(const MeasuredAnswer& answer) {
   Json labels = Json::array();
   for (const LabelScore& row : answer.labels) {
-    labels.push_back(
-        {{"label", row.label}, {"points", row.points}, {"region", row.region}, {"iou", row.iou}});
+    labels.push_back({{"label", row.label},
+                      {"points", row.points},
+                      {"support", row.support},
+                      {"region", row.region},
+                      {"iou", row.support ? Json(nullptr) : Json(row.iou)}});
   }
   return labels;
 }
@@ -77,9 +80,10 @@ std::vector<HtmlPage::Figure> Figures(const MeasuredQuestion& question,
   figures.push_back(
       {PictureOfShapes(aside, answer.measured_S, question.estimate_S, question.fingers_S),
        "The object's points, near ones dark, and the estimate's mesh"});
-  figures.push_back({PictureOfLeaves(aside, answer.measured_S, answer.simulated_S, question.leaf),
-                     "Octree of the measured points; simulated points green inside its leaves, red "
-                     "outside"});
+  figures.push_back(
+      {PictureOfLeaves(aside, answer.measured_S, answer.simulated_S, question.leaf),
+       "One of the eight octrees of the measured points; simulated points green inside "
+       "its leaves, red outside"});
   return figures;
 }
 
@@ -87,7 +91,8 @@ std::string ToHtml(const MeasuredQuestion& question, const MeasuredAnswer& answe
   HtmlPage page("Shape of " + question.scene + " against " + question.file);
   if (question.camera) {
     page.Paragraph("Octree score " + Percent(answer.score.octree) + " at leaves of " +
-                   Millimetres(question.leaf) + "; the estimate is " + question.state + ".");
+                   Millimetres(question.leaf) + ", mean over eight lattices half a leaf apart" +
+                   "; the estimate is " + question.state + ".");
     page.Table(DistanceHead("distance"),
                {DistanceRow("measured points to the estimate", answer.score.measured_to_surface),
                 DistanceRow("simulated points to measured", answer.score.simulated_to_measured)});
@@ -102,7 +107,7 @@ std::string ToHtml(const MeasuredQuestion& question, const MeasuredAnswer& answe
     std::vector<std::vector<std::string>> rows;
     for (const LabelScore& row : answer.labels) {
       rows.push_back({std::to_string(row.label), std::to_string(row.points),
-                      row.region < 0 ? "none" : std::to_string(row.region), Percent(row.iou)});
+                      row.region < 0 ? "none" : std::to_string(row.region), LabelWords(row)});
     }
     page.Table({"label", "points", "region", "intersection over union"}, rows);
   }

@@ -1,7 +1,11 @@
 #include "slave/study/shape/object_choice.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <stdexcept>
+
+#include <spdlog/fmt/fmt.h>
 
 namespace palpate {
 namespace {
@@ -31,6 +35,9 @@ std::vector<Region> Regions(const PointCloud& cloud, const Segmentation& segment
   return regions;
 }
 
+// Farther from `--at` nothing is what it points at [m].
+constexpr double kReach = 0.05;
+
 int NearestTo(const Vector3d& at, const PointCloud& cloud, const Segmentation& segmentation) {
   int best = 0;
   double nearest = kFar;
@@ -39,6 +46,12 @@ int NearestTo(const Vector3d& at, const PointCloud& cloud, const Segmentation& s
     if (segmentation.region_of[i] >= 0 && d < nearest) {
       nearest = d, best = segmentation.region_of[i];
     }
+  }
+  if (!(nearest <= kReach * kReach)) {
+    throw std::invalid_argument(fmt::format(
+        "--at {:g},{:g},{:g}: the nearest point of an object is {:.3g} m away: accepted "
+        "is a point within {:g} m of one",
+        at.x(), at.y(), at.z(), std::sqrt(nearest), kReach));
   }
   return best;
 }
@@ -57,7 +70,10 @@ ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentat
     return {{}, "the cloud has no region (where every point is the object's: --segment no)", false};
   if (hint.at) return {{NearestTo(*hint.at, cloud, segmentation)}, "nearest to the given point"};
   const std::vector<Region> regions = Regions(cloud, segmentation, hint);
-  if (hint.colour && !cloud.colours.empty()) {
+  if (hint.colour && cloud.colours.empty()) {
+    throw std::invalid_argument("--colour: accepted is a cloud with colours (rgb), this has none");
+  }
+  if (hint.colour) {
     const auto& [r, g, b] = *hint.colour;
     const Vector3d wanted(r, g, b);
     const int best = Nearest(regions, [&](const Region& region) {

@@ -30,8 +30,9 @@ struct ObjectChoice {
 };
 
 // `at`: the region of the segmented point nearest to it. `colour`: the region whose mean colour is
-// nearest to it. Otherwise every region that lies in the box for the most part (fingers cut what is
-// seen of an object into several), or else the region nearest to the box's centre.
+// nearest to it. Throws std::invalid_argument: no segmented point within 5 cm of `at`; `colour` for
+// a cloud without colours. Otherwise every region that lies in the box for the most part (fingers
+// cut what is seen of an object into several), or else the region nearest to the box's centre.
 ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentation,
                           const ObjectHint& hint);
 

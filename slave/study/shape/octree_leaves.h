@@ -1,7 +1,11 @@
 // How alike two clouds are (paper B, IV.C, figures 11 and 13): the share of one's points that lie
-// inside the leaves of an octree around the other.
+// inside the leaves of an octree around the other. Where the leaves' borders lie decides much of
+// it: a flat face on a border has half of its noise in leaves that nothing occupies, one amid the
+// leaves hardly any. OctreeScore therefore asks eight octrees whose lattice the cloud itself
+// carries with it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <unordered_set>
@@ -12,12 +16,13 @@
 namespace palpate {
 
 // The leaves of an octree of which all are divided down to one size are the occupied cells of a
-// grid; its corner is the frame's origin, so that no cloud moves it.
+// grid.
 class OctreeLeaves {
  public:
-  // `leaf` [m]: their edge, 1 cm in the paper. Points that are not finite are left out. O(N).
-  // Throws std::invalid_argument: leaf not positive and finite.
-  explicit OctreeLeaves(std::span<const Eigen::Vector3d> cloud, double leaf = 0.01);
+  // `leaf` [m]: their edge, 1 cm in the paper; `corner` [m]: a corner of the grid. Points that are
+  // not finite are left out. O(N). Throws std::invalid_argument: leaf not positive and finite.
+  explicit OctreeLeaves(std::span<const Eigen::Vector3d> cloud, double leaf = 0.01,
+                        const Eigen::Vector3d& corner = Eigen::Vector3d::Zero());
 
   [[nodiscard]] bool Contains(const Eigen::Vector3d& p) const noexcept;
   // Share of the points that lie inside leaves [-]; those that are not finite do not. NaN: none are
@@ -29,7 +34,17 @@ class OctreeLeaves {
 
  private:
   double leaf_;
+  Eigen::Vector3d corner_;
   std::unordered_set<std::uint64_t> cells_;
 };
+
+// Corners of eight grids, each half a leaf from the next along each axis, a quarter to either side
+// of the cloud's centroid [m]: they move with the cloud. Points that are not finite are left out.
+std::array<Eigen::Vector3d, 8> LatticeCorners(std::span<const Eigen::Vector3d> cloud, double leaf);
+
+// Mean of `Share` over the octrees of `measured` on these eight grids [-]: the same wherever the
+// frame's origin lies. NaN: no points are given on one side. Throws as OctreeLeaves.
+double OctreeScore(std::span<const Eigen::Vector3d> measured,
+                   std::span<const Eigen::Vector3d> simulated, double leaf);
 
 }  // namespace palpate

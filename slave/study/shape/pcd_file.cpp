@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "slave/study/shape/lzf.h"
 #include "slave/study/shape/pcd_header.h"
@@ -76,6 +77,7 @@ class Collector {
   void Add(const Eigen::Vector3d& p, std::uint32_t rgb, double label) {
     if (!(p.array().abs() <= kFarthestPoint).all()) {  // so written, NaN is dropped too
       ++read_.dropped;
+      if (p.allFinite()) ++read_.too_far;
       return;
     }
     read_.cloud.points.push_back(p);
@@ -118,47 +120,59 @@ std::uint32_t PackedColour(const PcdField& field, double value) {
   return value >= 0 && value <= 0xFFFFFFFFU ? static_cast<std::uint32_t>(value) : 0;
 }
 
-// The numbers of a text one by one.
-class Numbers {
- public:
-  explicit Numbers(std::string_view text) : text_(text) {}
-  // The next word and, if it is one, its number.
-  std::pair<std::string_view, std::optional<double>> Next() {
-    text_.remove_prefix(std::min(text_.find_first_not_of(kBlank), text_.size()));
-    const std::string_view word = text_.substr(0, text_.find_first_of(kBlank));
-    text_.remove_prefix(word.size());
-    double value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error == std::errc::result_out_of_range) return {word, kTooLarge};
-    if (error != std::errc{} || end != word.data() + word.size()) return {word, std::nullopt};
-    return {word, value};
-  }
+constexpr std::string_view kBlank = " \t\r";
 
- private:
-  static constexpr std::string_view kBlank = " \t\r\n";
-  static constexpr double kTooLarge = std::numeric_limits<double>::infinity();
-  std::string_view text_;
-};
+// What stands before the next of `ends`; it is taken off `text` together with that.
+std::string_view Cut(std::string_view* text, std::string_view ends) {
+  const std::string_view cut = text->substr(0, text->find_first_of(ends));
+  text->remove_prefix(std::min(cut.size() + 1, text->size()));
+  return cut;
+}
+
+// nullopt: no number. Too large a one is infinite.
+std::optional<double> ToNumber(std::string_view word) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error == std::errc::result_out_of_range) return std::numeric_limits<double>::infinity();
+  if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
+
+// Fills `row` from a line; tells what is wrong with it, or nothing. A number too few or too many
+// would make columns of other columns from there on.
+std::string FillRow(std::string_view line, std::vector<double>* row) {
+  std::size_t count = 0;
+  while (!line.empty()) {
+    const std::string_view word = Cut(&line, kBlank);
+    if (word.empty()) continue;
+    const std::optional<double> number = ToNumber(word);
+    if (!number) return std::string(word.substr(0, 20));
+    if (count < row->size()) (*row)[count] = *number;
+    ++count;
+  }
+  return count == row->size() ? "" : std::to_string(count) + " numbers";
+}
 
 void CollectText(const std::filesystem::path& file, const PcdHeader& header, const Columns& columns,
                  std::string_view text, Collector* collector) {
   std::vector<double> row(header.columns);
-  Numbers numbers(text);
-  for (std::size_t i = 0; i < header.points; ++i) {
-    for (double& value : row) {
-      const auto [word, number] = numbers.Next();
-      if (!number) {
-        std::string what = file.string() + ": point " + std::to_string(i) + ": ";
-        what.append(word.empty() ? "the file ends" : word.substr(0, 20));
-        throw std::invalid_argument(what + ": accepted is " + std::to_string(header.columns) +
-                                    " numbers for each of " + std::to_string(header.points) +
-                                    " points");
-      }
-      value = *number;
+  int line_number = header.lines;
+  for (std::size_t i = 0; i < header.points;) {
+    const bool ended = text.empty();
+    const std::string_view line = Cut(&text, "\n");
+    ++line_number;
+    if (!ended && line.find_first_not_of(kBlank) == std::string_view::npos) continue;
+    const std::string wrong = ended ? "the file ends" : FillRow(line, &row);
+    if (!wrong.empty()) {
+      throw std::invalid_argument(file.string() + ":" + std::to_string(line_number) + ": " + wrong +
+                                  ": accepted is a line of " + std::to_string(header.columns) +
+                                  " numbers for each of " + std::to_string(header.points) +
+                                  " points");
     }
     collector->Add({row[columns.x->column], row[columns.y->column], row[columns.z->column]},
                    columns.colour ? PackedColour(*columns.colour, row[columns.colour->column]) : 0,
                    columns.label ? row[columns.label->column] : 0);
+    ++i;
   }
 }
 

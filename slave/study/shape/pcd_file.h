@@ -14,11 +14,13 @@ inline constexpr double kFarthestPoint = 500;  // [m]
 struct PcdCloud {
   PointCloud cloud;         // in the file's frame, that of the camera: z forward, x right, y down
   std::size_t dropped = 0;  // points without a finite place, and such farther away than 500 m
+  std::size_t too_far = 0;  // of these, the latter
 };
 
 // Reads PCD 0.7 and older: ascii, binary and compressed, with fields x, y, z and, if they are
-// there, rgb or rgba and label. Throws std::invalid_argument, which names the file: unreadable, no
-// PCD file, cut off, x, y or z missing or not floating point.
+// there, rgb or rgba and label; a point of an ascii file is a line. Throws std::invalid_argument,
+// which names the file and, where there is one, the line: unreadable, no PCD file, cut off, a line
+// of too few or too many numbers, x, y or z missing or not floating point.
 PcdCloud ReadPcd(const std::filesystem::path& file);
 
 // Writes x, y, z, with colours rgb and with labels label, binary. False: cannot be written.

@@ -32,6 +32,10 @@ std::string Millimetres(double length) {
   return Text("%.1f mm", 1e3 * length);
 }
 
+std::string LabelWords(const LabelScore& label) {
+  return label.support ? "support" : Percent(label.iou);
+}
+
 std::vector<std::string> DistanceHead(std::string first) {
   return {std::move(first), "mean", "rms", "95 %", "largest"};
 }
@@ -51,6 +55,7 @@ Json DistanceJson(const DistanceSummary& distances) {
 Json ScoreJson(const ShapeScore& score, double leaf) {
   return {{"octree", NumberOrNull(score.octree)},
           {"leaf_m", leaf},
+          {"lattices", 8},
           {"measured_points", score.measured},
           {"simulated_points", score.simulated},
           {"measured_to_surface_m", DistanceJson(score.measured_to_surface)},

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "slave/study/shape/label_score.h"
 #include "slave/study/shape/shape_score.h"
 
 namespace palpate {
@@ -16,6 +17,8 @@ namespace palpate {
 std::string Percent(double share);
 // 0.0123: `12.3 mm`.
 std::string Millimetres(double length);
+// Intersection over union, or that it is a support.
+std::string LabelWords(const LabelScore& label);
 // A table of distances.
 std::vector<std::string> DistanceHead(std::string first);
 std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& distances);

@@ -123,19 +123,38 @@ std::vector<std::size_t> GrowSurfaces(const PointCloud& core, const std::vector<
   return surface_of;
 }
 
-// Steps 1 to 4 on voxels: a region's name per voxel, -1 for none.
-std::vector<long> SurfacesOf(const VoxelCloud& voxels, double edge,
-                             const SegmentationOptions& options) {
+// Those with enough neighbours to lie on a surface; the others are strays.
+std::vector<std::size_t> WithoutStrays(const PointCloud& cloud, double radius) {
+  std::vector<std::size_t> kept, near;
+  const PointTree tree(cloud.points);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    tree.Within(cloud.points[i], radius, &near);
+    if (near.size() >= kFewest) kept.push_back(i);
+  }
+  return kept;
+}
+
+// Steps 1 to 4 on voxels.
+struct Surfaces {
+  std::vector<long> region_of;  // a name per voxel, -1 for none
+  std::vector<bool> in_support;
+};
+
+Surfaces SurfacesOf(const VoxelCloud& voxels, double edge, const SegmentationOptions& options) {
   SupportPlaneOptions plane;
   plane.tolerance = kTolerance * edge;
   plane.extent = options.plane;
-  const std::vector<bool> supports = InSupportPlanes(voxels.cloud.points, plane);
+  const std::vector<std::size_t> sound = WithoutStrays(voxels.cloud, kRadius * edge);
+  const std::vector<bool> supports = InSupportPlanes(Selected(voxels.cloud, sound).points, plane);
+  Surfaces surfaces{std::vector<long>(voxels.cloud.size(), -1),
+                    std::vector<bool>(voxels.cloud.size(), false)};
+  auto& region_of = surfaces.region_of;
   std::vector<std::size_t> standing;
-  for (std::size_t i = 0; i < supports.size(); ++i) {
-    if (!supports[i]) standing.push_back(i);
+  for (std::size_t i = 0; i < sound.size(); ++i) {
+    surfaces.in_support[sound[i]] = supports[i];
+    if (!supports[i]) standing.push_back(sound[i]);
   }
-  std::vector<long> region_of(supports.size(), -1);
-  if (standing.empty()) return region_of;
+  if (standing.empty()) return surfaces;
 
   const PointCloud rest = Selected(voxels.cloud, standing);
   const std::vector<SurfacePoint> around =
@@ -150,7 +169,7 @@ std::vector<long> SurfacesOf(const VoxelCloud& voxels, double edge,
     core.push_back(i);
     before.push_back(around[i].before);
   }
-  if (core.empty()) return region_of;
+  if (core.empty()) return surfaces;
 
   const PointCloud grown = Selected(rest, core);
   std::vector<std::size_t> surface_of = GrowSurfaces(grown, before, kLink * edge, options.colour);
@@ -162,14 +181,14 @@ std::vector<long> SurfacesOf(const VoxelCloud& voxels, double edge,
   for (std::size_t k = 0; k < core.size(); ++k) {
     if (points_of[surface_of[k]] >= options.smallest) kept.push_back(k);
   }
-  if (kept.empty()) return region_of;
+  if (kept.empty()) return surfaces;
   const PointTree tree(Selected(grown, kept).points);
   for (std::size_t i = 0; i < rest.size(); ++i) {
     const auto [nearest, distance] = tree.Nearest(rest.points[i]);
     if (distance > 2 * kRadius * edge) continue;
     region_of[standing[i]] = static_cast<long>(surface_of[kept[nearest]]);
   }
-  return region_of;
+  return surfaces;
 }
 
 // Names become numbers, the largest region first; small ones are dropped.
@@ -203,15 +222,19 @@ Segmentation Segment(const PointCloud& cloud, const SegmentationOptions& options
   if (cloud.size() == 0) return {};
   const double edge = options.voxel > 0 ? options.voxel : std::max(0.003, 1.5 * Spacing(cloud));
   const VoxelCloud voxels = Voxelised(cloud, edge);
-  std::vector<long> name_of;
+  Surfaces surfaces;
   if (options.method == SegmentationOptions::Method::kColour) {
     const std::vector<int> region_of = GrowColours(voxels.cloud, options.colour);
-    name_of.assign(region_of.begin(), region_of.end());
+    surfaces.region_of.assign(region_of.begin(), region_of.end());
   } else {
-    name_of = SurfacesOf(voxels, edge, options);
+    surfaces = SurfacesOf(voxels, edge, options);
   }
-  Segmentation segmentation = Numbered(voxels, name_of, options.smallest);
+  Segmentation segmentation = Numbered(voxels, surfaces.region_of, options.smallest);
   segmentation.voxel = edge;
+  if (surfaces.in_support.empty()) return segmentation;
+  for (const std::size_t voxel : voxels.voxel_of) {
+    segmentation.in_support.push_back(surfaces.in_support[voxel]);
+  }
   return segmentation;
 }
 

@@ -22,6 +22,7 @@ struct Segmentation {
   std::vector<int> region_of;     // per point, from 0 for the largest region; -1: none
   std::vector<std::size_t> size;  // points of each region
   double voxel = 0;               // that was used [m]
+  std::vector<bool> in_support;   // per point: it lies in a supporting plane; empty: not asked
 };
 
 // Frame of the cloud: the camera's, pupil at the origin, z forward. The same cloud gives the same
@@ -30,7 +31,7 @@ struct Segmentation {
 // `kColour` is the paper's way: colour-based region growing over the whole cloud.
 //
 // `kSurfaces` tells objects apart that have many colours, or one colour with others:
-// 1. The cloud is thinned out; planes that support (table, floor, wall) are taken out.
+// 1. The cloud is thinned out; strays and planes that support (table, floor, wall) are taken out.
 // 2. Every voxel looks at its neighbours: where their centroid lies beside it, the surface ends
 //    here; where it lies in front of it, two surfaces meet in a groove. Neither passes anything on.
 // 3. What is left grows by colour into patches, and patches that touch are one surface, unless

@@ -62,7 +62,7 @@ std::string PictureOfShapes(const PictureView& view, std::span<const Eigen::Vect
 
 std::string PictureOfLeaves(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
                             std::span<const Eigen::Vector3d> simulated_S, double leaf) {
-  const OctreeLeaves leaves(measured_S, leaf);
+  const OctreeLeaves leaves(measured_S, leaf, LatticeCorners(measured_S, leaf).front());
   std::vector<Rgb> colours;
   for (const auto& p : simulated_S) colours.push_back(leaves.Contains(p) ? kGreen : kRed);
   CloudPicture picture(view);

@@ -20,7 +20,8 @@ std::string PictureOfRegions(const PictureView& view, const PointCloud& cloud_S,
 // Fingers in grey, measured points, near ones dark, and the wires of the estimate.
 std::string PictureOfShapes(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
                             const SurfaceMesh& estimate_S, std::span<const Occluder> fingers_S);
-// Leaves in grey, simulated points green inside them and red outside.
+// Leaves of the first of LatticeCorners in grey, simulated points green inside them and red
+// outside.
 std::string PictureOfLeaves(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
                             std::span<const Eigen::Vector3d> simulated_S, double leaf);
 

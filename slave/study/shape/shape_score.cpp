@@ -56,10 +56,7 @@ std::vector<double> DistancesToCloud(std::span<const Eigen::Vector3d> points,
 ShapeScore Score(std::span<const Eigen::Vector3d> measured,
                  std::span<const Eigen::Vector3d> simulated, const SurfaceMesh& estimate,
                  double leaf) {
-  // Without measured points there is nothing to agree or disagree with.
-  const double octree =
-      measured.empty() ? DistanceSummary::kNone : OctreeLeaves(measured, leaf).Share(simulated);
-  return {octree, measured.size(), simulated.size(),
+  return {OctreeScore(measured, simulated, leaf), measured.size(), simulated.size(),
           Summarised(DistancesToSurface(measured, estimate)),
           Summarised(DistancesToCloud(simulated, measured))};
 }

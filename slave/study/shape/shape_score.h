@@ -28,7 +28,7 @@ std::vector<double> DistancesToCloud(std::span<const Eigen::Vector3d> points,
                                      std::span<const Eigen::Vector3d> cloud);
 
 struct ShapeScore {
-  double octree = DistanceSummary::kNone;   // share of simulated points in the leaves [-]
+  double octree = DistanceSummary::kNone;   // OctreeScore [-]
   std::size_t measured = 0, simulated = 0;  // points
   DistanceSummary measured_to_surface;      // how far measured points are from the estimate
   DistanceSummary simulated_to_measured;    // how far simulated points are from measured ones

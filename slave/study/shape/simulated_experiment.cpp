@@ -117,7 +117,7 @@ class Experiment {
     state.scores.push_back(
         Score(state.measured_S, state.simulated_S, instant.estimate, options_.leaf));
     const auto undeformed = SeeSurface(camera, AtRest(), instant.fingers, seed_);
-    state.undeformed.push_back(OctreeLeaves(state.measured_S, options_.leaf).Share(undeformed));
+    state.undeformed.push_back(OctreeScore(state.measured_S, undeformed, options_.leaf));
     std::vector<Vector3d> skin;
     state.displacement = 0;
     for (std::size_t i = 0; i < rest_.nodes.size(); ++i) {

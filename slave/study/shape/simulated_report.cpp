@@ -100,10 +100,11 @@ std::vector<HtmlPage::Figure> Figures(const SimulatedObject& object, const Depth
     figures.push_back({PictureOfShapes(aside, state.measured_S, state.estimate_S, state.fingers_S),
                        NameOf(object) + ", " + state.name +
                            ": measured points, near ones dark, and the estimate's mesh"});
-    figures.push_back({PictureOfLeaves(aside, state.measured_S, state.simulated_S, leaf),
-                       NameOf(object) + ", " + state.name + ": octree score " +
-                           Percent(state.scores.back().octree) +
-                           "; simulated points green inside its leaves, red outside"});
+    figures.push_back(
+        {PictureOfLeaves(aside, state.measured_S, state.simulated_S, leaf),
+         NameOf(object) + ", " + state.name + ": octree score " +
+             Percent(state.scores.back().octree) +
+             "; simulated points green inside the leaves of one of its octrees, red outside"});
   }
   return figures;
 }
@@ -141,7 +142,8 @@ bool WriteSimulated(const std::vector<SimulatedObject>& objects, const DepthCame
   page.Paragraph(
       "Octree score: share of what a virtual depth camera sees of the estimated shape that lies in "
       "the leaves of an octree around what it sees of the true one, both with its noise (paper B, "
-      "figure 13). The estimate knows tactile samples and the fingertips' poses only.");
+      "figure 13), mean over eight lattices half a leaf apart, which move with the measured cloud. "
+      "The estimate knows tactile samples and the fingertips' poses only.");
   page.Drawing(DrawScores(objects));
   page.Table(Head(), Rows(objects));
   for (const SimulatedObject& object : objects) {

@@ -13,16 +13,18 @@ namespace palpate {
 double DepthNoise(double z) noexcept;
 
 struct SupportPlaneOptions {
-  double tolerance = 0.006;  // of a point [m]; three sigma of DepthNoise where that is more
-  double extent = 0.3;       // smaller planes belong to objects [m]; four sigma of their points'
-                             // spread across their longer direction
-  double share = 0.1;        // of all points that must lie in it
-  int planes = 3;            // looked for, at most
+  double tolerance = 0.006;  // of a point [m]; three sigma of DepthNoise where that is more, at no
+                             // more than twice the points' median depth
+  double extent = 0.3;  // smaller planes belong to objects [m]; four sigma of the spread across
+                        // their longer direction, of points no farther than three times the
+                        // median distance from their middle
+  double share = 0.1;   // of all points that must lie in it
+  int planes = 3;       // looked for, at most
 };
 
 // Which points lie in supporting planes: the largest plane, then the largest of what is left.
 // Frame: the camera's, z forward. Found by RANSAC with a fixed seed: the same points give the same
-// answer.
+// answer. Strays that lie far out change neither tolerance nor extent.
 std::vector<bool> InSupportPlanes(std::span<const Eigen::Vector3d> points,
                                   const SupportPlaneOptions& options);
 

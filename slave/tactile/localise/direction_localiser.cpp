@@ -44,13 +44,13 @@ TouchPlace DirectionLocaliser::Locate(const TactileSignals& change,
   const Intensities intensities = is_polarity_free
                                       ? PolarityFree(change, flaws, threshold_, full_scale_)
                                       : PressureWeighted(change, flaws, threshold_);
-  if (intensities.active == 0) return NoPlace(TouchPlace::Status::kNoContact);
+  if (intensities.active == 0) return NoPlace(TouchPlace::Status::kNoContact, flaws.any());
   const auto direction = mean_.Mean(intensities);
-  if (!direction) return NoPlace(TouchPlace::Status::kAtOrigin);
+  if (!direction) return NoPlace(TouchPlace::Status::kAtOrigin, flaws.any());
   const double sigma =
       is_polarity_free ? kPolarityFreeSigma : PressureWeightedSigma(intensities.total);
-  return FoundPlace(mean_.surface(), mean_.PlaceOf(*direction), sigma,
-                    flaws.saturated || flaws.any_dead, intensities.active);
+  return FoundPlace(mean_.surface(), mean_.PlaceOf(*direction), sigma, flaws.any(),
+                    intensities.active);
 }
 
 }  // namespace palpate

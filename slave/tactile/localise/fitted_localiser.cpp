@@ -24,15 +24,14 @@ class FittedLocaliser final : public Localiser {
     const SignalFlaws flaws = check_.Check(change, raw);
     if (!flaws.finite) return NoPlace(TouchPlace::Status::kFailed);
     const Intensities intensities = PressureWeighted(change, flaws, weights_.threshold);
-    if (intensities.active == 0) return NoPlace(TouchPlace::Status::kNoContact);
+    if (intensities.active == 0) return NoPlace(TouchPlace::Status::kNoContact, flaws.any());
     const auto direction = mean_.Mean(intensities);
-    if (!direction) return NoPlace(TouchPlace::Status::kAtOrigin);
+    if (!direction) return NoPlace(TouchPlace::Status::kAtOrigin, flaws.any());
     const Eigen::Vector3d n_F =
         weights_.R * direction->n_F + Correction(weights_, ShapeOf(change, weights_.quiet));
-    if (!(n_F.norm() > kCancelled)) return NoPlace(TouchPlace::Status::kAtOrigin);
+    if (!(n_F.norm() > kCancelled)) return NoPlace(TouchPlace::Status::kAtOrigin, flaws.any());
     const Eigen::Vector3d p_F = mean_.PlaceOf({n_F.normalized(), direction->axis_x});
-    return FoundPlace(mean_.surface(), p_F, weights_.sigma_angle, flaws.saturated || flaws.any_dead,
-                      intensities.active);
+    return FoundPlace(mean_.surface(), p_F, weights_.sigma_angle, flaws.any(), intensities.active);
   }
   [[nodiscard]] std::string_view name() const override { return "fitted"; }
 

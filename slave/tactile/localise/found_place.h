@@ -6,9 +6,10 @@
 
 namespace palpate {
 
-inline TouchPlace NoPlace(TouchPlace::Status status) noexcept {
+inline TouchPlace NoPlace(TouchPlace::Status status, bool is_flawed = false) noexcept {
   TouchPlace place;
   place.status = status;
+  place.is_flawed = is_flawed;
   return place;
 }
 
@@ -25,6 +26,7 @@ inline TouchPlace FoundPlace(const FingerSurface& surface, const Eigen::Vector3d
   place.n_F = surface.Normal(p_F);
   place.sigma = surface.radius * sigma_angle * (is_flawed ? kFlawedSigma : 1);
   place.active = active;
+  place.is_flawed = is_flawed;
   return place;
 }
 

@@ -27,6 +27,8 @@ struct TouchPlace {
   Eigen::Vector3d n_F{0, 0, 0};  // its outward unit normal there
   double sigma = 0;              // one sigma of the place along the surface [m]; 0: not known
   int active = 0;                // electrodes used
+  // Electrodes are saturated or dead. Where nothing is found, that may be why.
+  bool is_flawed = false;
   [[nodiscard]] bool usable() const {
     return status == Status::kFound || status == Status::kFlawed;
   }

@@ -41,10 +41,10 @@ TouchPlace PaperLocaliser::Locate(const TactileSignals& change,
   }
   const auto point = ContactPointOf(std::span(p_F.data(), active),
                                     std::span(intensity.data(), active), Division::kTwice);
-  if (!point) return NoPlace(TouchPlace::Status::kNoContact);
+  if (!point) return NoPlace(TouchPlace::Status::kNoContact, flaws.any());
   const auto place_F = surface_.Project(point->c);
-  if (!place_F) return NoPlace(TouchPlace::Status::kAtOrigin);
-  const bool is_flawed = flaws.saturated || flaws.any_dead || (active > 1 && clipped == active);
+  if (!place_F) return NoPlace(TouchPlace::Status::kAtOrigin, flaws.any());
+  const bool is_flawed = flaws.any() || (active > 1 && clipped == active);
   return FoundPlace(surface_, *place_F, kSigmaAngle, is_flawed, static_cast<int>(active));
 }
 

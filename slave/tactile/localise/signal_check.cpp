@@ -36,13 +36,13 @@ SignalCheck::SignalCheck(const ElectrodeLayout& layout, double threshold)
 SignalFlaws SignalCheck::Check(const TactileSignals& change,
                                const FingerReading& raw) const noexcept {
   SignalFlaws flaws;
-  const auto is_finite = [](float count) { return std::isfinite(count); };
+  const auto is_finite = [](double count) { return std::isfinite(count); };
   flaws.finite = std::all_of(change.begin(), change.end(), is_finite) &&
                  std::all_of(raw.electrodes.begin(), raw.electrodes.end(), is_finite);
   const auto has_moved = [&](int k) {
     return std::abs(change[static_cast<std::size_t>(k)]) > moved_;
   };
-  const auto is_stuck = [](float count) { return std::abs(count) < kStuck; };
+  const auto is_stuck = [](double count) { return std::abs(count) < kStuck; };
   const auto stuck = std::count_if(change.begin(), change.begin() + kElectrodeCount, is_stuck);
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     flaws.saturated |= raw.electrodes[i] <= kLowest || raw.electrodes[i] >= kHighest;

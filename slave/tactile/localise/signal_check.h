@@ -13,6 +13,7 @@ struct SignalFlaws {
   bool saturated = false;  // an electrode reads the end of its 12 bits
   std::array<bool, kElectrodeCount> dead{};
   bool any_dead = false;
+  [[nodiscard]] bool any() const { return saturated || any_dead; }
 };
 
 class SignalCheck {

@@ -50,6 +50,8 @@ class ForceNetwork {
   [[nodiscard]] virtual const NetworkInfo& info() const = 0;
   // The network evaluated over exactly the last `window` samples, from a state of zero.
   [[nodiscard]] virtual std::unique_ptr<ForceEstimate> Windowed() const = 0;
+  // Whether there is a state to carry on.
+  [[nodiscard]] virtual bool HasState() const { return false; }
   // The state is carried on from sample to sample instead: cheaper, and another function. Networks
   // without a state: the same as Windowed.
   [[nodiscard]] virtual std::unique_ptr<ForceEstimate> CarryingState() const = 0;

@@ -73,7 +73,8 @@ constexpr double kLog2E = 1.4426950408889634;
 template <long kBlock>
 [[gnu::always_inline]] inline void Accumulate(Lane (&z)[4][kBlock], const double* weights,
                                               const double* rows, long count, long stride) {
-  for (long k = 0; k < count; ++k, weights += 4 * kWeightCopies, rows += stride) {
+  const double* end = rows + count * stride;
+  for (; rows != end; weights += 4 * kWeightCopies, rows += stride) {
 #pragma GCC unroll 8
     for (long v = 0; v < kBlock; ++v) {
       const Lane h = At(rows + v * kWidth);

@@ -36,16 +36,17 @@ void LstmLanes::Step(const TactileSignals& change) noexcept {
   for (std::size_t k = 0; k < states_.size(); ++k) {
     const LstmPlan::Layer& layer = plan_->layers()[k];
     State& state = states_[k];
-    plan_->kernel().step({.units = layer.units,
-                          .lanes = stride_,
-                          .stride = stride_,
-                          .base = k == 0 ? projected_.data() : layer.base.data(),
-                          .weights = layer.weights.data(),
-                          .below_rows = layer.below_rows,
-                          .below = k == 0 ? nullptr : states_[k - 1].own.data(),
-                          .own = state.own.data(),
-                          .next = state.next.data(),
-                          .cell = state.cell.data()});
+    plan_->kernel().step(
+        {.units = layer.units,
+         .lanes = stride_,
+         .stride = stride_,
+         .base = k == 0 ? projected_.data() : layer.base.data(),
+         .weights = layer.weights.data(),
+         .below_rows = layer.below_rows,
+         .below = states_[k == 0 ? 0 : k - 1].own.data(),  // no rows of it for the first
+         .own = state.own.data(),
+         .next = state.next.data(),
+         .cell = state.cell.data()});
     std::swap(state.own, state.next);
   }
 }

@@ -1,12 +1,14 @@
 #include "slave/tactile/network/onnx_graph.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <functional>
 #include <iterator>
 #include <limits>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/unknown_field_set.h>
 
@@ -20,7 +22,8 @@ using google::protobuf::UnknownFieldSet;
 namespace field {
 constexpr int kModelGraph = 7;
 constexpr int kGraphNode = 1, kGraphWeights = 5, kGraphInput = 11, kGraphOutput = 12;
-constexpr int kNodeOperator = 4;
+constexpr int kNodeOperator = 4, kNodeAttribute = 5;
+constexpr int kAttributeName = 1, kAttributeFloat = 2, kAttributeInteger = 3;
 constexpr int kTensorExtents = 1, kTensorType = 2, kTensorName = 8, kTensorRaw = 9;
 constexpr int kValueName = 1, kValueType = 2;
 constexpr int kTypeTensor = 1, kTensorShape = 2, kShapeDimension = 1, kDimensionValue = 1;
@@ -70,6 +73,17 @@ class Message {
   [[nodiscard]] long Number(int number) const {
     const std::vector<long> numbers = Numbers(number);
     return numbers.empty() ? 0 : numbers.back();
+  }
+  // The last single-precision number; 0: there is none.
+  [[nodiscard]] float Float(int number) const {
+    float value = 0;
+    for (int i = 0; i < fields_.field_count(); ++i) {
+      const UnknownField& one = fields_.field(i);
+      if (one.number() == number && one.type() == UnknownField::TYPE_FIXED32) {
+        value = std::bit_cast<float>(one.fixed32());
+      }
+    }
+    return value;
   }
   // How many numbers of so many bytes there are of that number, one by one or packed.
   [[nodiscard]] std::size_t CountFixed(int number, std::size_t size) const {
@@ -136,6 +150,28 @@ std::string CheckedWeights(const std::string& bytes) {
   return name;
 }
 
+// y = alpha A B + beta C: of these factors and of a transposed A the library that runs the model
+// takes no notice, and it wants B transposed. Throws naming what it would get wrong.
+void RefuseOtherGemm(const Message& node) {
+  float alpha = 1, beta = 1;
+  long transA = 0, transB = 0;
+  node.ForEach(field::kNodeAttribute, [&](const std::string& bytes) {
+    const Message attribute(bytes);
+    const std::string name = attribute.Text(field::kAttributeName);
+    if (name == "alpha") alpha = attribute.Float(field::kAttributeFloat);
+    if (name == "beta") beta = attribute.Float(field::kAttributeFloat);
+    if (name == "transA") transA = attribute.Number(field::kAttributeInteger);
+    if (name == "transB") transB = attribute.Number(field::kAttributeInteger);
+  });
+  const auto refuse = [](const std::string& what, const std::string& accepted) {
+    throw std::runtime_error("operator Gemm: " + what + ": accepted is " + accepted);
+  };
+  if (alpha != 1) refuse(fmt::format("alpha = {:g}", alpha), "alpha = 1");
+  if (beta != 1) refuse(fmt::format("beta = {:g}", beta), "beta = 1");
+  if (transA != 0) refuse(fmt::format("transA = {}", transA), "transA = 0");
+  if (transB != 1) refuse(fmt::format("transB = {}", transB), "transB = 1, or MatMul and Add");
+}
+
 }  // namespace
 
 OnnxGraph ReadOnnxGraph(std::string_view bytes) {
@@ -146,7 +182,9 @@ OnnxGraph ReadOnnxGraph(std::string_view bytes) {
   fields.ForEach(field::kGraphWeights,
                  [&](const std::string& tensor) { weights.push_back(CheckedWeights(tensor)); });
   fields.ForEach(field::kGraphNode, [&](const std::string& node) {
-    graph.operators.push_back(Message(node).Text(field::kNodeOperator));
+    const Message fields_of_node(node);
+    graph.operators.push_back(fields_of_node.Text(field::kNodeOperator));
+    if (graph.operators.back() == "Gemm") RefuseOtherGemm(fields_of_node);
   });
   fields.ForEach(field::kGraphInput, [&](const std::string& value) {
     OnnxValue input = ReadValue(value);

@@ -18,7 +18,8 @@ struct OnnxGraph {
   std::vector<std::string> operators;  // of the nodes, in their order
 };
 
-// Throws std::runtime_error: the bytes are no ONNX model.
+// Throws std::runtime_error: the bytes are no ONNX model; a Gemm with attributes of which OpenCV
+// takes no notice (alpha, beta, transA) or that it does not run (transB = 0).
 OnnxGraph ReadOnnxGraph(std::string_view bytes);
 
 }  // namespace palpate

@@ -12,6 +12,7 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 constexpr int kLargestExtent = 1 << 20;
+constexpr double kLearntForce = 1.0;  // paper B, IV.A [N]
 
 std::string InWords(const std::vector<int>& shape) {
   std::string words;
@@ -89,7 +90,8 @@ NetworkFile Assemble(const Tensors& tensors) {
   info.outputs = static_cast<int>(weights.dense.back().kernel.cols());
   info.window = kWindow;
   info.architecture = "rnn_" + std::to_string(info.inputs);
-  info.origin = "weights of the authors of paper B";
+  info.learnt_force = kLearntForce;
+  info.origin = "weights of the authors of paper B, learnt from forces of 0.1 to 1.0 N (IV.A)";
   if (InputsOf(info.architecture) == 0) {
     throw std::runtime_error("the network takes " + std::to_string(info.inputs) +
                              " inputs and gives " + std::to_string(info.outputs) +

@@ -79,6 +79,7 @@ class RecurrentNetwork final : public ForceNetwork {
   [[nodiscard]] std::unique_ptr<ForceEstimate> Windowed() const override {
     return std::make_unique<LstmEstimate>(parts_, true);
   }
+  [[nodiscard]] bool HasState() const override { return true; }
   [[nodiscard]] std::unique_ptr<ForceEstimate> CarryingState() const override {
     return std::make_unique<LstmEstimate>(parts_, false);
   }

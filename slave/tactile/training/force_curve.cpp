@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <string>
 
 #include "slave/capture/csv_rows.h"
 #include "slave/capture/time_column.h"
@@ -20,10 +21,14 @@ const std::array<Names, 2> kNames{Names{"fx", "fy", "fz"}, Names{"fx_N", "fy_N",
 
 }  // namespace
 
-ForceCurve::ForceCurve(const std::filesystem::path& file, std::vector<double> t,
-                       const std::map<std::string, std::vector<double>>& columns)
-    : t_(std::move(t)) {
+ForceCurve::ForceCurve(const std::filesystem::path& file, const TactileRecording& recording)
+    : t_(recording.t) {
+  const auto& columns = recording.others;
   for (const Names& names : kNames) {
+    for (const std::string& name : names) {
+      const auto refused = recording.refused.find(name);
+      if (refused != recording.refused.end()) throw std::runtime_error(refused->second);
+    }
     if (!std::ranges::all_of(names, [&](const auto& n) { return columns.contains(n); })) continue;
     const auto &x = columns.at(names[0]), &y = columns.at(names[1]), &z = columns.at(names[2]);
     for (std::size_t i = 0; i < t_.size(); ++i) force_.emplace_back(x[i], y[i], z[i]);

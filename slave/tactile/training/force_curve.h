@@ -2,12 +2,12 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>
+
+#include "slave/capture/tactile_recording.h"
 
 namespace palpate {
 
@@ -15,9 +15,8 @@ namespace palpate {
 class ForceCurve {
  public:
   // Columns fx, fy, fz or fx_N, fy_N, fz_N among those of a tactile recording; `file` is for
-  // errors. Throws std::runtime_error: there are none.
-  ForceCurve(const std::filesystem::path& file, std::vector<double> t,
-             const std::map<std::string, std::vector<double>>& columns);
+  // errors. Throws std::runtime_error: there are none, or `file:line: ...` what is no number.
+  ForceCurve(const std::filesystem::path& file, const TactileRecording& recording);
   // A file of its own with a time and these columns. Throws std::runtime_error `file:line: ...`.
   explicit ForceCurve(const std::filesystem::path& file);
 

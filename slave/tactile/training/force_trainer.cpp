@@ -7,6 +7,8 @@
 #include <random>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
 #include "slave/tactile/training/batch_workers.h"
 #include "slave/tactile/training/dense_gradient.h"
 #include "slave/tactile/training/lstm_gradient.h"
@@ -25,8 +27,7 @@ constexpr double kSgdRate = 0.01, kAdamRate = 4e-3;
 
 void Accept(bool good, const char* what, double value, const char* accepted) {
   if (good) return;
-  throw std::invalid_argument(std::string(what) + " " + std::to_string(value) + ": accepted is " +
-                              accepted);
+  throw std::invalid_argument(fmt::format("{} {:g}: accepted is {}", what, value, accepted));
 }
 
 void Check(const ForceTrainingOptions& o) {

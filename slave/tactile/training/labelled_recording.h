@@ -15,13 +15,14 @@ namespace palpate {
 
 // One fingertip without a gap, at the rate of the networks. All vectors are of the same length.
 struct LabelledRecording {
-  std::string name;                    // for people: the file's name, or which simulated start
-  std::filesystem::path file;          // empty: simulated
-  std::vector<double> t;               // [s], as in the file
-  std::vector<TactileSignals> change;  // counts minus rest
-  std::vector<Eigen::Vector3f> force;  // of the fingertip on the object, frame F [N]
+  std::string name;                         // for people: the file's name, or which simulated start
+  std::filesystem::path file;               // empty: simulated
+  std::vector<double> t = {};               // [s], as in the file
+  std::vector<TactileSignals> change = {};  // counts minus rest
+  std::vector<Eigen::Vector3f> force = {};  // of the fingertip on the object, frame F [N]
   // The instants that are wanted, [begin, end). Windows may look back before `begin`.
   std::size_t begin = 0, end = 0;
+  std::string missing_column = {};  // pac0 or pdc where the file lacks it; those read 0
 };
 
 // Instants [begin, end) of a recording that belong together, a whole press as a rule. Windows that

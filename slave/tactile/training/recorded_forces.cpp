@@ -16,10 +16,12 @@ constexpr double kPeriod = 1 / kNetworkRate;  // [s]
 constexpr double kSamePeriod = 0.1;           // parts by which a sample period may differ
 constexpr double kLargestGap = 3;             // periods
 
-std::vector<TactileInstant> InstantsOf(const TactileRecording& recording) {
+std::vector<TactileInstant> InstantsOf(const DataArgument& data,
+                                       const TactileRecording& recording) {
   const double period = MedianPeriod(recording.t);
+  RefuseSlow(data.tactile, period, kNetworkRate);
   if (std::abs(period - kPeriod) <= kSamePeriod * kPeriod) {
-    return InstantsOfSamples(recording.t, kPeriod, kLargestGap * kPeriod);
+    return InstantsOfSamples(recording.t, period, kLargestGap * kPeriod);
   }
   return SteadyInstants(recording.t, kNetworkRate, kLargestGap * std::max(period, kPeriod));
 }
@@ -38,10 +40,9 @@ void SetWanted(const DataArgument& data, LabelledRecording* recording) {
 std::vector<LabelledRecording> ReadRecordedForces(const DataArgument& data,
                                                   const RecordedForceOptions& options) {
   const TactileRecording recording = ReadRecordedFinger(data, options.finger);
-  const ForceCurve curve = data.wrench.empty()
-                               ? ForceCurve(data.tactile, recording.t, recording.others)
-                               : ForceCurve(data.wrench);
-  const std::vector<TactileInstant> instants = InstantsOf(recording);
+  const ForceCurve curve =
+      data.wrench.empty() ? ForceCurve(data.tactile, recording) : ForceCurve(data.wrench);
+  const std::vector<TactileInstant> instants = InstantsOf(data, recording);
   RestValues rest(options.rest_samples);
   for (const TactileInstant& i : instants) rest.Take(FrameAt(recording, i).fingers[0]);
   if (!rest.known()) {
@@ -55,7 +56,11 @@ std::vector<LabelledRecording> ReadRecordedForces(const DataArgument& data,
     const std::optional<Eigen::Vector3d> force = curve.At(i.t);
     if (i.after_gap || !force) joined = false;
     if (!force) continue;
-    if (!joined) labelled.push_back({data.text, data.tactile, {}, {}, {}, 0, 0});
+    if (!joined) {
+      labelled.push_back({.name = data.text,
+                          .file = data.tactile,
+                          .missing_column = recording.fingers[0].MissingColumn()});
+    }
     joined = true;
     labelled.back().t.push_back(i.t);
     labelled.back().change.push_back(rest.Change(FrameAt(recording, i).fingers[0]));

@@ -18,8 +18,8 @@ struct RecordedForceOptions {
 // fx, fy, fz or fx_N, fy_N, fz_N [N], of the fingertip on the object, in the tactile file or in the
 // wrench file, which is interpolated to the tactile times; the mean of the force's first half
 // second is its offset and taken off. Rest values and offset are those of the whole files, whatever
-// slice is wanted. Samples at another rate than that of the networks are resampled. Throws
-// std::runtime_error naming file (and line) and what is wrong with it.
+// slice is wanted. Samples at another rate than that of the networks are resampled, a quarter of it
+// is the slowest. Throws std::runtime_error naming file (and line) and what is wrong with it.
 std::vector<LabelledRecording> ReadRecordedForces(const DataArgument& data,
                                                   const RecordedForceOptions& options);
 

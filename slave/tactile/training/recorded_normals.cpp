@@ -59,6 +59,8 @@ std::vector<Eigen::Vector3d> NormalsOf(const DataArgument& data,
   std::array<const std::vector<double>*, 3> columns{};
   const std::array<const char*, 3> names{"nx", "ny", "nz"};
   for (std::size_t i = 0; i < 3; ++i) {
+    const auto refused = recording.refused.find(names[i]);
+    if (refused != recording.refused.end()) throw std::runtime_error(refused->second);
     const auto column = recording.others.find(names[i]);
     if (column == recording.others.end()) {
       throw std::runtime_error(data.tactile.string() +

@@ -20,9 +20,7 @@ TrainingScales ScalesOf(std::span<const LabelledRecording> recordings,
   Eigen::Vector3d forces = Eigen::Vector3d::Zero(), mean = forces;
   for (const Window& w : windows) {
     const LabelledRecording& r = recordings[w.recording];
-    signals += Eigen::Map<const Eigen::VectorXf>(r.change[w.last].data(), kSignalCount)
-                   .cast<double>()
-                   .cwiseAbs2();
+    signals += Eigen::Map<const Eigen::VectorXd>(r.change[w.last].data(), kSignalCount).cwiseAbs2();
     forces += r.force[w.last].cast<double>().cwiseAbs2();
     mean += r.force[w.last].cast<double>();
   }
@@ -58,7 +56,8 @@ ScaledWindows::ScaledWindows(std::span<const LabelledRecording> recordings,
     MatrixXf signals(scales.signals.size(), samples), forces(3, samples);
     for (Index i = 0; i < samples; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      signals.col(i) = Eigen::Map<const Eigen::VectorXf>(r.change[at].data(), scales.signals.size())
+      signals.col(i) = Eigen::Map<const Eigen::VectorXd>(r.change[at].data(), scales.signals.size())
+                           .cast<float>()
                            .cwiseQuotient(scales.signals);
       forces.col(i) = r.force[at].cwiseQuotient(scales.forces);
     }

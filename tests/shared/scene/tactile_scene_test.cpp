@@ -192,7 +192,8 @@ TEST_F(TactileSceneTest, ADepthCameraStandsWhereItIsSaidTo) {
   EXPECT_EQ(camera.size, (std::array{320, 240}));
   EXPECT_EQ(camera.focal, 260);
   EXPECT_DOUBLE_EQ(camera.noise, 5e-3);
-  const Scene plain = Load(TouchScene("  depth_camera: {pose: {}}\n"), {}, SceneUse::kSolve);
+  const Scene plain =
+      Load(TouchScene("  depth_camera: {pose: {rotation: [0, 0, 0]}}\n"), {}, SceneUse::kSolve);
   EXPECT_EQ(plain.sense.depth_camera->size, (std::array{640, 480}));
   EXPECT_EQ(plain.sense.depth_camera->focal, 525);
   EXPECT_DOUBLE_EQ(plain.sense.depth_camera->noise, 2e-3);
@@ -309,6 +310,15 @@ TEST_F(TactileSceneTest, HomeIsSaidByThePoseAlone) {
                         "the pad"));
 }
 
+TEST_F(TactileSceneTest, CountsAreNoPerCentAndTheThresholdLiesBelowTheFullScale) {
+  EXPECT_THAT(MistakesOf(Tactile8("source: stream, threshold: 500 %")),
+              HasSubstr("sense.tactile.threshold = 500 %: accepted is a plain number"));
+  EXPECT_THAT(MistakesOf(Tactile8("source: stream, threshold: 50, full_scale: 50")),
+              HasSubstr("sense.tactile.full_scale = 50: accepted is a threshold below full_scale"));
+  EXPECT_THAT(MistakesOf(Tactile8("source: stream, threshold: 300")),
+              HasSubstr("sense.tactile.threshold = 300: accepted is a threshold below full_scale"));
+}
+
 TEST_F(TactileSceneTest, ASceneSensesInOneWay) {
   const std::string mistakes = MistakesOf(
       Tactile8("source: stream") + "  camera: {source: simulated, pixel: 1 mm}\n  tip: {}\n");
@@ -323,10 +333,17 @@ TEST_F(TactileSceneTest, ADepthCamerasMistakesAreSaid) {
     const char* message;
   } kRows[] = {
       {"size: [640, 480]", "depth_camera.pose = (missing): accepted is a map of translation"},
-      {"pose: {}, focal: 0 px", "depth_camera.focal = 0 px: accepted is a number of pixels"},
-      {"pose: {}, noise: -1 mm", "depth_camera.noise = -1 mm: accepted is a length"},
-      {"pose: {}, size: [640, 480.5]", "depth_camera.size = [640, 480.5]: accepted is whole"},
-      {"pose: {}, fokal: 525", "depth_camera.fokal = 525: accepted is `focal` (nearest)"},
+      {"pose: {}", "depth_camera.pose = {}: accepted is a map of translation"},
+      {"pose: {translation: [0, 0, 1001 m]}",
+       "depth_camera.pose.translation.2 = 1001 m: accepted is a length"},
+      {"pose: {translation: [0, 0, 1]}, focal: 0 px",
+       "depth_camera.focal = 0 px: accepted is a number of pixels"},
+      {"pose: {translation: [0, 0, 1]}, noise: -1 mm",
+       "depth_camera.noise = -1 mm: accepted is a length"},
+      {"pose: {translation: [0, 0, 1]}, size: [640, 480.5]",
+       "depth_camera.size = [640, 480.5]: accepted is whole"},
+      {"pose: {translation: [0, 0, 1]}, fokal: 525",
+       "depth_camera.fokal = 525: accepted is `focal` (nearest)"},
   };
   for (const auto& row : kRows) {
     EXPECT_THAT(MistakesOf(TouchScene("  tactile: {source: simulated}\n  depth_camera: {" +

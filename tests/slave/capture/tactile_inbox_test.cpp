@@ -340,6 +340,24 @@ TEST(TactileInboxTest, AfterOneHasLeftTheNextSendersClockBeginsAnew) {
   }
 }
 
+TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
+  TactileInbox inbox(Scened({"rf"}));
+  const auto feed = [&](std::uint64_t sequence, double t, TactileInbox::SenderId sender) {
+    const auto refusal = inbox.Feed("rf", sequence, At(t), Reading(t), At(t), sender);
+    return refusal ? refusal->why : "taken";
+  };
+  EXPECT_EQ(feed(1, 0, 7), "taken");
+  EXPECT_EQ(feed(2, 0.01, 7), "taken");
+  EXPECT_THAT(feed(1, 0.02, 8), HasSubstr("is fed already: accepted is one stream"));
+  inbox.Leave("rf", 8);  // not its own
+  EXPECT_EQ(feed(3, 0.03, 7), "taken");
+  EXPECT_THAT(feed(1, 1.02, 8), HasSubstr("is fed already"));
+  EXPECT_EQ(feed(1, 1.04, 8), "taken");  // whatever the sequence and clock of the other
+  EXPECT_THAT(feed(4, 1.05, 7), HasSubstr("is fed already"));
+  inbox.Leave("rf", 8);
+  EXPECT_EQ(feed(1, 1.06, 9), "taken");
+}
+
 TEST(TactileInboxTest, AStopEndsTheWait) {
   TactileInbox inbox(Scened({"rf"}));
   std::stop_source stop;

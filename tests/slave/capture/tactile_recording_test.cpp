@@ -117,6 +117,29 @@ TEST(TactileRecordingTest, OfTwoSamplesAtTheSameTimeTheFirstCounts) {
   EXPECT_FLOAT_EQ(recording.fingers[0].samples[1].electrodes[0], 101);
 }
 
+TEST(TactileRecordingTest, FingersAreToldFromTheHeaderAlone) {
+  const Scratch scratch;
+  const auto file = scratch.Write(
+      "touch.csv", "t,rf_pdc," + Electrodes("rf_E") + "," + Electrodes("th_E") + ",th_pac0\n");
+  const auto fingers = ReadTactileFingers(file, {});
+  ASSERT_EQ(fingers.size(), 2U);
+  EXPECT_EQ(fingers[0].MissingColumn(), "rf_pac0");
+  EXPECT_EQ(fingers[1].MissingColumn(), "th_pdc");
+  EXPECT_TRUE(fingers[0].samples.empty());
+  const auto second = scratch.Write("pac1.csv", "t,pac1,pdc," + Electrodes("E") + "\n");
+  EXPECT_EQ(ReadTactileFingers(second, {})[0].MissingColumn(), "pac0");
+  EXPECT_EQ(Read(Recording({0})).fingers[0].MissingColumn(), "");
+}
+
+TEST(TactileRecordingTest, ColumnsThatAreNoNumbersAreToldWithTheirLine) {
+  const auto recording = Read("t,fz,remark," + Electrodes("E") + "\n0,1,a," + Counts(0) +
+                              "\n1,nan,b," + Counts(0) + "\n2,,c," + Counts(0) + "\n");
+  EXPECT_TRUE(recording.others.empty());
+  EXPECT_THAT(recording.refused.at("fz"),
+              ::testing::EndsWith("touch.csv:3: fz = nan: accepted is a finite number"));
+  EXPECT_THAT(recording.refused.at("remark"), HasSubstr("touch.csv:2: remark = a"));
+}
+
 struct BadRecording {
   const char* name;
   std::string text;
@@ -328,6 +351,43 @@ TEST(RecordedTactileTest, MissingSamplesAreFilledAndLongPausesAreGaps) {
   for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].after_gap, k == 7) << k;
 }
 
+// A stamp that comes late, or early, moves a sample; it does not lose one. The second row is that
+// of a recording in which two come late together.
+TEST(RecordedTactileTest, AStampThatIsOffInventsNoSample) {
+  const Scratch scratch;
+  for (const std::vector<double>& t :
+       {std::vector<double>{0, 0.01, 0.02, 0.0366, 0.04, 0.05, 0.06},
+        std::vector<double>{0, 0.01, 0.0366, 0.0398, 0.0431, 0.05, 0.06},
+        std::vector<double>{0, 0.01, 0.0134, 0.03, 0.04, 0.05, 0.06}}) {
+    const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", Recording(t))));
+    const bool late_pair = t[2] > 0.03;
+    ASSERT_EQ(frames.size(), t.size()) << late_pair;
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      EXPECT_NEAR(frames[i].fingers[0].electrodes[0], 1000 * t[i] + 1, 1e-3);
+    }
+  }
+  // Late and lost: the two steps are three periods long.
+  const std::vector<double> t{0, 0.01, 0.02, 0.0466, 0.05, 0.06, 0.07};
+  EXPECT_EQ(AllFrames(SceneOf(scratch.Write("touch.csv", Recording(t)))).size(), t.size() + 1);
+}
+
+TEST(RecordedTactileTest, RecordingsSlowerThanAQuarterOfTheRateAreRefused) {
+  const Scratch scratch;
+  const auto every = [&](double period) {
+    std::vector<double> t;
+    for (int i = 0; i < 10; ++i) t.push_back(period * i);
+    return SceneOf(scratch.Write("touch.csv", Recording(t)));
+  };
+  EXPECT_GT(AllFrames(every(0.04)).size(), 30U);
+  try {
+    AllFrames(every(0.2));
+    ADD_FAILURE();
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(),
+                ::testing::EndsWith("touch.csv: 5 Hz: accepted is 25 Hz or more for 100 Hz"));
+  }
+}
+
 TEST(RecordedTactileTest, AnotherRateIsResampledAndSaidSo) {
   const Scratch scratch;
   std::vector<double> t;
@@ -404,6 +464,36 @@ TEST(FingerPosesTest, LieBetweenTheRecordedOnes) {
   EXPECT_NEAR(at(3).linear().determinant(), 1, 1e-12);
 }
 
+// At 100 Hz three periods are 30 ms.
+TEST(FingerPosesTest, CountForThreePeriodsBeyondTheirTimeAndNoLonger) {
+  const Scratch scratch;
+  std::vector<double> t;
+  for (int i = 0; i < 20; ++i) t.push_back(5 + 0.01 * i);
+  Scene scene = SceneOf(scratch.Write("touch.csv", Recording(t)));
+  const std::string head = "t,finger,x,y,z,qw,qx,qy,qz\n";
+  scene.sense.tactile->poses =
+      scratch.Write("poses.csv", head + "5.075,rf,0,0,1,1,0,0,0\n5.125,rf,0,0,1,1,0,0,0\n");
+  const auto frames = AllFrames(scene);
+  ASSERT_EQ(frames.size(), 20U);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i].fingers[0].X_SF.has_value(), i >= 5 && i <= 15) << i;
+  }
+}
+
+TEST(FingerPosesTest, OfAnotherTimeAltogetherAreRefused) {
+  const Scratch scratch;
+  Scene scene = SceneOf(scratch.Write("touch.csv", Recording({1, 1.01, 1.02, 1.03, 1.04})));
+  scene.sense.tactile->poses = scratch.Write(  // milliseconds
+      "poses.csv", "t,finger,x,y,z,qw,qx,qy,qz\n1000,rf,0,0,0,1,0,0,0\n1040,rf,0,0,0,1,0,0,0\n");
+  try {
+    OpenTactileRecording(scene, false);
+    ADD_FAILURE();
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("poses.csv: poses from 1000 to 1040 s: accepted are poses "
+                                        "on the recording's clock, 1 to 1.04 s"));
+  }
+}
+
 TEST(FingerPosesTest, MistakesAreRefusedWithTheirLine) {
   const Scratch scratch;
   Scene scene = SceneOf(scratch.Write("touch.csv", Recording({1, 1.01})));
@@ -469,6 +559,12 @@ TEST_F(RealRecordingTest, RecordingsOfOtherLabsAreRead) {
   const auto slid = ReadTactileRecording(kData / "biotac_slide/mat1_10_bio.csv", {});
   EXPECT_EQ(slid.t.size(), 600U);
   EXPECT_TRUE(slid.fingers.at(0).has_pac);
+}
+
+// One of its stamps comes 0.66 periods late; networks look back over exactly 50 of its rows.
+TEST_F(RealRecordingTest, ALateStampOfARealRecordingInventsNoSample) {
+  const auto frames = AllFrames(SceneOf(kData / "biotac_slide/mat1_10_bio.csv"));
+  EXPECT_EQ(frames.size(), 600U);
 }
 
 }  // namespace

@@ -66,17 +66,19 @@ model: {kind: fem}
     EXPECT_TRUE(WritePcd(folder_ / "cloud.pcd", cloud));
     return folder_ / "cloud.pcd";
   }
-  nlohmann::json Run() {
+  nlohmann::json Run(int exit_code = 0) {
     testing::internal::CaptureStdout();
-    EXPECT_EQ(RunEvaluate(options_, {}), 0);
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(RunEvaluate(options_, {}), exit_code);
     said_ = testing::internal::GetCapturedStdout();
+    complained_ = testing::internal::GetCapturedStderr();
     std::ifstream stream(options_.out / "report.json");
     return nlohmann::json::parse(stream);
   }
 
   fs::path folder_;
   EvaluateOptions options_;
-  std::string said_;
+  std::string said_, complained_;
 };
 
 // Two pictures of one surface differ by their noise: 1 mm in leaves of 10 mm.
@@ -122,12 +124,39 @@ TEST_F(EvaluateTest, WithoutACameraTheCloudIsOnlySegmented) {
   EXPECT_THAT(said_, HasSubstr("no sense.depth_camera"));
 }
 
-TEST_F(EvaluateTest, CloudWithoutAnyPointIsReportedAsOne) {
-  options_.cloud = folder_ / "empty.pcd";
-  ASSERT_TRUE(WritePcd(options_.cloud, {}));
-  const auto report = Run();
-  EXPECT_EQ(report["object"]["points"], 0);
-  EXPECT_TRUE(report["score"]["octree"].is_null());
+TEST_F(EvaluateTest, WhereNothingCanBeScoredItFailsAndSaysWhy) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  options_.cloud = folder_ / "few.pcd";
+  const auto fails = [&](const PointCloud& cloud, const char* words) {
+    ASSERT_TRUE(WritePcd(options_.cloud, cloud));
+    const auto report = Run(1);
+    EXPECT_THAT(complained_, HasSubstr("nothing was scored: the cloud has "));
+    EXPECT_THAT(complained_, HasSubstr(words));
+    EXPECT_EQ(report["object"]["points"], 0);
+    EXPECT_TRUE(report["score"]["octree"].is_null());
+  };
+  for (const char* segment : {"surfaces", "no"}) {
+    options_.segment = segment;
+    fails({}, "no point");
+    fails({{{kNan, kNan, kNan}, {kNan, 0, 1}}, {}, {}}, "no point");
+    fails({{{0, 0, 0.4}}, {}, {}}, "a single point");
+  }
+  options_.segment = "surfaces";
+  fails({{{0, 0, 0.4}, {0, 0.1, 0.4}}, {}, {}}, "no region");
+}
+
+TEST_F(EvaluateTest, CloudInMillimetresIsRefusedAsOne) {
+  PointCloud cloud = ReadPcd(Picture({})).cloud;
+  options_.cloud = folder_ / "millimetres.pcd";
+  const auto refuses = [&](double unit) {
+    PointCloud scaled = cloud;
+    for (auto& p : scaled.points) p *= unit;
+    ASSERT_TRUE(WritePcd(options_.cloud, scaled));
+    EXPECT_THAT([&] { RunEvaluate(options_, {}); },
+                ThrowsMessage<std::exception>(HasSubstr("units look wrong")));
+  };
+  refuses(1000);  // 440 to 500 mm away
+  refuses(3000);  // farther than any depth camera sees
 }
 
 TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
@@ -148,6 +177,12 @@ TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
   bad.at = {0, 0, std::numeric_limits<double>::infinity()};
   refuses(bad, "--at");
   bad = options_;
+  bad.at = {0, 0.3, 0.44};
+  refuses(bad, "--at 0,0.3,0.44: the nearest point of an object is 0.2");
+  bad = options_;
+  bad.colour = {200, 180, 60};
+  refuses(bad, "a cloud with colours");
+  bad = options_;
   bad.voxel = -1;
   refuses(bad, "--voxel");
   bad = options_;
@@ -157,9 +192,10 @@ TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
   bad.loads = Write("outside.csv", "case,x,y,z,fx,fy,fz\na,0.03,0.03,0.5,0,0,1\n");
   refuses(bad, "outside.csv:2");
   bad = options_;
-  bad.scene = Write("flat.yaml",
-                    "name: flat\nobject:\n  geometry: {rectangle: {width: 1 m, height: 1 m, "
-                    "thickness: 1 mm}}\n  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\nmodel: {}\n");
+  bad.scene = Write(
+      "flat.yaml",
+      "name: flat\nobject:\n  geometry: {rectangle: {width: 1 m, height: 1 m, "
+      "thickness: 1 mm}}\n  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\nmodel: {}\n");
   refuses(bad, "accepted by evaluate is a volume");
   bad = options_;
   bad.cloud.clear();

@@ -144,7 +144,8 @@ TEST_F(TrainCommandTest, WhatCannotBeUsedIsSaid) {
   EXPECT_THAT(complaint([](O* o) { o->optimiser = "momentum"; }), HasSubstr("adam or sgd"));
   EXPECT_THAT(complaint([](O* o) { o->rest = 0; }), HasSubstr("--rest 0"));
   EXPECT_THAT(complaint([](O* o) { o->presses = 0; }), HasSubstr("--presses 0"));
-  EXPECT_THAT(complaint([](O* o) { o->epochs = 0; }), HasSubstr("epochs 0"));
+  EXPECT_THAT(complaint([](O* o) { o->epochs = 0; }), HasSubstr("epochs 0: accepted is 1"));
+  EXPECT_THAT(complaint([](O* o) { o->seed = -1; }), HasSubstr("--seed -1: accepted is 0 or more"));
   EXPECT_THAT(complaint([](O* o) { o->data = {"none.csv"}; }), HasSubstr("none.csv"));
   EXPECT_THAT(complaint([](O* o) { o->data = {}; }), HasSubstr("DATA"));
   EXPECT_THAT(complaint([](O* o) { o->from = "nowhere"; }), HasSubstr("nowhere"));
@@ -181,6 +182,7 @@ std::string NormalsRecording() {
 TEST_F(TrainCommandTest, LocalisersAreFittedInTheFingertipsFrame) {
   options_.data = {Write("normals.csv", NormalsRecording())};
   options_.networks = {"localiser"};
+  options_.electrodes = "simulated";
   const std::string printed = Run();
   EXPECT_THAT(printed, HasSubstr("400 samples in contact"));
   EXPECT_THAT(printed, HasSubstr("-x,y,-z"));
@@ -190,6 +192,7 @@ TEST_F(TrainCommandTest, LocalisersAreFittedInTheFingertipsFrame) {
 
 TEST_F(TrainCommandTest, LocaliserDataThatCannotBeUsedIsSaid) {
   options_.networks = {"localiser"};
+  options_.electrodes = "simulated";
   const std::string good = NormalsRecording();
   options_.data = {Write("a.csv", good)};
   options_.normals = "x,y,y";
@@ -204,6 +207,114 @@ TEST_F(TrainCommandTest, LocaliserDataThatCannotBeUsedIsSaid) {
   other.replace(other.find(",nx"), 3, ",mx");
   options_.data = {Write("b.csv", other)};
   EXPECT_THAT(Complaint(), HasSubstr("nx, ny, nz"));
+}
+
+TEST_F(TrainCommandTest, ALocaliserIsNotFittedToElectrodesThatNobodyNamed) {
+  options_.data = {Write("normals.csv", NormalsRecording())};
+  options_.networks = {"localiser"};
+  EXPECT_THAT(Complaint(), HasSubstr("--electrodes simulated"));
+  EXPECT_FALSE(std::filesystem::exists(options_.out / "localiser.json"));
+}
+
+// Normals mirrored, which no rotation makes good.
+TEST_F(TrainCommandTest, ALocaliserThatLearnsNonsenseIsNotWritten) {
+  options_.networks = {"localiser"};
+  options_.data = {Write("normals.csv", NormalsRecording())};
+  options_.electrodes = "simulated";
+  options_.normals = "x,y,-z";
+  EXPECT_THAT(Complaint(), HasSubstr("nothing written"));
+  EXPECT_FALSE(std::filesystem::exists(options_.out / "localiser.json"));
+}
+
+TEST_F(TrainCommandTest, OfSeveralLocaliserRecordingsTheUsableOnesAreTaken) {
+  options_.networks = {"localiser"};
+  options_.electrodes = "simulated";
+  const std::string good = Write("normals.csv", NormalsRecording());
+  const std::string bad = Write("bad.csv", "t,E1\n0,1\n");
+  options_.data = {bad, good};
+  testing::internal::CaptureStderr();
+  EXPECT_THAT(Run(), HasSubstr("400 samples in contact"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("warning: left out: " + bad));
+  options_.data = {bad, Write("worse.csv", "")};
+  EXPECT_THAT(Complaint(), testing::AllOf(HasSubstr("bad.csv"), HasSubstr("worse.csv")));
+}
+
+TEST_F(TrainCommandTest, ALocaliserTestWithoutAContactIsNoTest) {
+  options_.networks = {"localiser"};
+  options_.electrodes = "simulated";
+  options_.data = {Write("normals.csv", NormalsRecording())};
+  options_.test = {Write("other.csv", NormalsRecording()) + "@0:0.1"};
+  EXPECT_THAT(Complaint(), HasSubstr("other.csv@0:0.1: no sample in contact"));
+  // Contacts by pdc, of which no electrode tells anything.
+  std::string silent = "rel_time_s,pdc";
+  for (int e = 1; e <= kElectrodeCount; ++e) silent += ",E" + std::to_string(e);
+  silent += ",nx,ny,nz\n";
+  for (int i = 0; i < 200; ++i) {
+    silent += std::to_string(0.01 * i) + (i % 20 < 10 ? ",2400" : ",2440");
+    for (int e = 1; e <= kElectrodeCount; ++e) silent += i % 20 < 10 ? ",3000" : ",3100";
+    silent += ",0,0,1\n";
+  }
+  options_.test = {Write("silent.csv", silent)};
+  EXPECT_THAT(Complaint(), HasSubstr("test recordings: no contact found in any of 100 samples"));
+}
+
+// A press every 1.2 s: the force is -amplitude |sin| while E1 to E19 fall with it, or `wrong`ly.
+std::string PressesRecording(const std::string& columns, double amplitude = 1, bool wrong = false) {
+  std::ostringstream text;
+  text << "rel_time_s,pac0," << columns;
+  for (int e = 1; e <= kElectrodeCount; ++e) text << ",E" << e;
+  text << ",fx,fy,fz\n";
+  for (int i = 0; i < 1300; ++i) {
+    const double phase = i < 100 ? 0 : std::fmod(i - 100, 120) / 120;
+    const double press = phase > 0.5 ? std::sin(2 * M_PI * (phase - 0.5)) : 0;
+    const double signal = wrong ? std::sin(0.7 * i) : press;
+    text << 0.01 * i << ",2000," << 2400 + std::round(100 * signal);
+    for (int e = 1; e <= kElectrodeCount; ++e) text << "," << 3000 - std::round(10 * e * signal);
+    text << ",0,0," << -amplitude * press << "\n";
+  }
+  return text.str();
+}
+
+TEST_F(TrainCommandTest, SamplesCountOnce) {
+  const std::string file = Write("a.csv", PressesRecording("pdc"));
+  options_.networks = {"dnn_21"};
+  options_.data = {file, file};
+  EXPECT_THAT(Complaint(), HasSubstr("share samples"));
+  options_.data = {file + "@0:5", folder_ / "." / "a.csv@4:13"};
+  EXPECT_THAT(Complaint(), HasSubstr("share samples"));
+  options_.data = {"simulated", "simulated"};
+  EXPECT_THAT(Complaint(), HasSubstr("share samples"));
+  options_.data = {file + "@0:5", file + "@5:13"};
+  Run();
+}
+
+TEST_F(TrainCommandTest, ANetworkOfAllSignalsIsNotTrainedWithoutOne) {
+  options_.data = {Write("a.csv", PressesRecording("other"))};
+  options_.networks = {"dnn_19", "dnn_21"};
+  EXPECT_THAT(Complaint(), HasSubstr("a.csv: no column pdc: network dnn_21 takes"));
+  options_.networks = {"dnn_19"};
+  Run();
+}
+
+TEST_F(TrainCommandTest, AGainIsFittedToForcesLikeTheNetworksOnly) {
+  options_.networks = {"dnn_21"};
+  options_.data = {Write("a.csv", PressesRecording("pdc"))};
+  options_.epochs = 15;
+  options_.out = folder_ / "known";
+  Run();
+  options_.from = options_.out;
+  options_.out = folder_ / "out";
+  options_.data = {Write("twice.csv", PressesRecording("pdc", 2))};
+  Run();
+  EXPECT_NEAR(ReadForceNetwork(options_.out).info.gain, 2, 0.2);
+  std::filesystem::remove_all(options_.out);
+  options_.data = {Write("constant.csv", PressesRecording("pdc", 0))};
+  EXPECT_THAT(Complaint(), HasSubstr("fz is the same"));
+  options_.data = {Write("unlike.csv", PressesRecording("pdc", 1, true))};
+  EXPECT_THAT(Complaint(), testing::AnyOf(HasSubstr("correlation"), HasSubstr("no gain")));
+  options_.data = {Write("b.csv", PressesRecording("other"))};
+  EXPECT_THAT(Complaint(), HasSubstr("b.csv: no column pdc"));
+  EXPECT_FALSE(std::filesystem::exists(options_.out / "network.json"));
 }
 
 class RealFoamTest : public TrainCommandTest {

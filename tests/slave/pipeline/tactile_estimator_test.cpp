@@ -3,12 +3,15 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/tactile_shape.h"
+#include "slave/tactile/network/network_file.h"
+#include "tests/slave/capture/scratch.h"
 #include "tests/slave/pipeline/tactile_scene.h"
 #include "tests/support/allocation_count.h"
 
@@ -339,6 +342,92 @@ TEST(TactileEstimatorTest, APatchSpreadsTheLoad) {
   EXPECT_GT(patch.LargestMove(), 0.1 * point.LargestMove());
 }
 
+// Sum over the nodes of the streamed forces, frame S, and on how many nodes they act.
+struct Streamed {
+  Vector3d sum{0, 0, 0};
+  int nodes = 0;
+};
+Streamed Forces(Touching& t) {
+  const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+  Streamed streamed;
+  for (std::size_t i = 0; i + 2 < shape.nodal_forces.size(); i += 3) {
+    const Eigen::Vector3f f(&shape.nodal_forces[i]);
+    streamed.sum += f.cast<double>();
+    if (f.norm() > 0) ++streamed.nodes;
+  }
+  return streamed;
+}
+
+// The tolerance is single precision of 0.2 N. A place that is pulled, which the model leaves out,
+// is felt as well.
+TEST(TactileEstimatorTest, StreamedForcesAreThoseFeltHoweverTheContactActs) {
+  const Isometry3d turned(Eigen::AngleAxisd(0.5, Vector3d::UnitZ()));
+  for (const char* extra :
+       {"", ", hold: displacement", ", patch: 22 mm", ", hold: displacement, patch: 22 mm"}) {
+    Scene scene = CubeScene(kAbove + extra);
+    scene.object.X_SO = turned;
+    scene.sense.tactile->fingers[0].X_SF.translation() = turned * Vector3d(0.02, 0.02, 0.047);
+    scene.manipulator.home = turned * Vector3d(0.02, 0.02, 0.04);
+    Touching t(scene);
+    for (const Vector3d& force : {Vector3d(0.03, 0.01, -0.2), Vector3d(0.03, 0.01, 0.05)}) {
+      const Felt& felt = t.Press(force, {0, 0, -0.004});
+      ASSERT_TRUE(felt.force && t.estimator.finger(0).p_S_contact);
+      EXPECT_NEAR((Forces(t).sum + *felt.force).norm(), 0, 1e-7) << extra;
+    }
+  }
+}
+
+// Reference: the model alone, each streamed force put on its node by itself; loads superpose, so
+// the object deforms as under the patch. Single precision of forces and places: 1e-7 m of 1 mm.
+TEST(TactileEstimatorTest, StreamedForcesOfAPatchAreSpreadAsTheModelSpreadsThem) {
+  Touching t(CubeScene(kAbove + ", patch: 22 mm"));
+  t.Press({0.01, 0, -0.1}, {0, 0, -0.002});
+  EXPECT_GE(Forces(t).nodes, 9);  // the corners of the four middle faces
+  const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+  const auto at = [](const std::vector<float>& values, std::size_t i) -> Vector3d {
+    return Eigen::Vector3f(&values[i]).cast<double>();
+  };
+  std::vector<Contact> loads;
+  for (std::size_t i = 0; i < shape.nodal_forces.size(); i += 3) {
+    const Vector3d force = at(shape.nodal_forces, i);
+    if (force.norm() == 0) continue;
+    loads.push_back({.kind = Contact::Kind::kForce, .p_O = at(shape.rest, i), .value_O = force});
+  }
+  const auto model = MakeModel(t.scene, MeshObject(t.scene, std::nullopt));
+  std::vector<ContactResponse> responses(loads.size());
+  model->Respond(loads, responses);
+  std::vector<Vector3d> u;
+  model->BoundaryDisplacement(&u);
+  const std::vector<Vector3d> p = t.Nodes();
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    EXPECT_NEAR((p[i] - t.estimator.body()->surface.nodes[i] - u[i]).norm(), 0, 1e-6) << i;
+  }
+}
+
+TEST(TactileEstimatorTest, NoForcesAreStreamedWhileOneIsUnknown) {
+  const Scene scene = CubeScene(kAbove + ", hold: displacement");
+  TactileSenses senses = Fakes();
+  senses.network = nullptr;
+  TactileEstimator estimator(scene, senses);
+  Hand hand(1);
+  for (int i = 0; i < kRest + 2 * kWindow; ++i) {
+    hand.active[0] = i > kRest;
+    estimator.Feel(hand.Next(), scene.manipulator.home - Vector3d(0, 0, 0.004));
+  }
+  ASSERT_TRUE(estimator.finger(0).p_S_contact && !estimator.finger(0).force);
+  const BoundaryShape shape = MakeTactileShape(estimator, true);
+  EXPECT_FALSE(shape.positions.empty());
+  EXPECT_TRUE(shape.nodal_forces.empty());
+}
+
+TEST(TactileEstimatorTest, TimesOfMechanicsAreThoseOfSamplesThatTouch) {
+  Touching t(CubeScene(kAbove));
+  EXPECT_EQ(t.estimator.times().mechanics.count(), 0U);
+  t.Press({0, 0, -0.2}, {0, 0, -0.003});
+  EXPECT_GT(t.estimator.times().mechanics.count(), 0U);
+  EXPECT_LE(t.estimator.times().mechanics.count(), static_cast<std::uint64_t>(kWindow));
+}
+
 // --- the contact that the master renders
 
 // The plane is known before anything touches: the sphere comes through it when its centre is one
@@ -429,6 +518,76 @@ TEST(TactileEstimatorTest, FramesOfFiveFingertipsAllocateNothing) {
   const long before = AllocationCount();
   for (int i = 0; i < 300; ++i) t.Feel(1, circle(i));
   EXPECT_EQ(AllocationCount() - before, 0);
+}
+
+// --- what the scene names
+
+const char* const kShipped = PALPATE_SOURCE_DIR "/deploy/fingertips/simulated-rnn21";
+
+std::string ComplaintOf(const Scene& scene) {
+  try {
+    LoadSenses(scene);
+    return {};
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
+  const Scratch scratch;
+  Scene scene = CubeScene(kAbove);
+  Tactile& tactile = *scene.sense.tactile;
+  tactile.source = Tactile::Source::kRecording;
+  tactile.network = kShipped;
+  const auto write = [&](const char* columns) {
+    std::string text = columns;
+    for (int e = 1; e <= kElectrodeCount; ++e) text += ",E" + std::to_string(e);
+    tactile.file = scratch.Write("touch.csv", text + "\n");
+  };
+  write("t,pac0,pdc");
+  EXPECT_EQ(ComplaintOf(scene), "");
+  write("t,pac0");
+  EXPECT_NE(ComplaintOf(scene).find("touch.csv: no column pdc: " + std::string(kShipped)),
+            std::string::npos);
+  write("t,pdc");
+  EXPECT_NE(ComplaintOf(scene).find("no column pac0"), std::string::npos);
+}
+
+TEST(LoadSensesTest, FilesThatCannotBeUsedNameTheirKey) {
+  const Scratch scratch;
+  const auto none = scratch.path() / "nothing";
+  Scene scene = CubeScene(kAbove);
+  scene.sense.tactile->network = none;
+  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.network: "), std::string::npos);
+  scene.sense.tactile->network.clear();
+  scene.sense.tactile->electrodes = none;
+  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.electrodes: "), std::string::npos);
+  scene.sense.tactile->electrodes.clear();
+  scene.sense.tactile->localise = (scratch.path() / "none.json").string();
+  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
+}
+
+TEST(LoadSensesTest, ANetworkWithoutAStateCarriesNone) {
+  const Scratch scratch;
+  Scene scene = CubeScene(kAbove);
+  Tactile& tactile = *scene.sense.tactile;
+  tactile.carries_state = true;
+  tactile.network = kShipped;
+  EXPECT_EQ(ComplaintOf(scene), "");
+  NetworkInfo info;
+  info.architecture = "dnn_19";
+  info.inputs = 19;
+  info.outputs = 3;
+  NetworkWeights weights;
+  weights.LeaveUnscaled(info.inputs, info.outputs);
+  weights.dense = {{WeightMatrix::Zero(19, 3), Eigen::VectorXf::Zero(3)}};
+  WriteForceNetwork(scratch.path() / "dense", info, weights);
+  tactile.network = scratch.path() / "dense";
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.state = carried: accepted is windowed"),
+            std::string::npos)
+      << ComplaintOf(scene);
 }
 
 }  // namespace

@@ -119,6 +119,24 @@ TEST_F(TactileRunTest, EveryFingertipHasARowPerSample) {
   EXPECT_EQ(states[200].at(6), "");
 }
 
+TEST_F(TactileRunTest, ARecordingShorterThanItsRestIsRefused) {
+  std::ofstream csv(folder_ / "short.csv");
+  csv << "t";
+  for (int e = 1; e <= 19; ++e) csv << ",E" << e;
+  csv << ",pac0,pdc\n";
+  for (int i = 0; i < 12; ++i) {
+    csv << 0.01 * i;
+    for (int e = 0; e < 21; ++e) csv << ',' << 3000 + (i + e) % 2;
+    csv << '\n';
+  }
+  csv.close();
+  const auto run = [&](const std::string& rest) {
+    return RunTactile(Load("source: short.csv, rest: " + rest), {folder_ / "out", 1, nullptr}, {});
+  };
+  EXPECT_EQ(run("first 12").frames, 12U);
+  EXPECT_THROW(run("first 13"), std::runtime_error);
+}
+
 TEST_F(TactileRunTest, AStreamHasNoEndAndIsRefused) {
   EXPECT_THROW(RunTactile(Load("source: stream"), {folder_ / "out", 1, nullptr}, {}),
                std::invalid_argument);

@@ -185,6 +185,32 @@ TEST_F(FeedTactileTest, ADriverThatVanishesMakesRoomForTheNext) {
   EXPECT_TRUE(NextFrame()->after_gap);
 }
 
+TEST_F(FeedTactileTest, ASecondStreamOfAFingerIsRefusedWhileTheFirstFeedsIt) {
+  Feed first(Connect());
+  ASSERT_TRUE(first.Send(Sample("rf", 0)));
+  ASSERT_TRUE(NextFrame());
+  Feed second(Connect());
+  second.Send(Sample("rf", 1));
+  const grpc::Status status = second.WaitForEnd();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(status.error_message(), HasSubstr("finger rf is fed already: accepted is"));
+  Feed other(Connect());
+  ASSERT_TRUE(other.Send(Sample("th", 0)));
+  EXPECT_TRUE(other.Finish().ok());
+  EXPECT_TRUE(first.Finish().ok());
+  EXPECT_EQ(first.samples(), 1U);
+}
+
+// A driver that is told the end of its stream finds the finger free.
+TEST_F(FeedTactileTest, ARestartedDriverIsNeverRefused) {
+  for (int i = 0; i < 200; ++i) {
+    Feed feed(Connect());
+    ASSERT_TRUE(feed.Send(Sample("rf", 0)));
+    ASSERT_TRUE(feed.Finish().ok()) << i;
+    ASSERT_EQ(feed.samples(), 1U) << i;
+  }
+}
+
 TEST_F(FeedTactileTest, OpenStreamsEndWhenTheSlaveStops) {
   Feed feed(Connect());
   ASSERT_TRUE(feed.Send(Sample("rf", 0)));

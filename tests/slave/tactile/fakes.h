@@ -23,6 +23,7 @@ class MeanNetwork final : public ForceNetwork {
     info_.sigma.setConstant(sigma);
     info_.learnt_force = learnt_force;
   }
+  void SetSigma(const Eigen::Vector3d& sigma) { info_.sigma = sigma; }
   [[nodiscard]] const NetworkInfo& info() const override { return info_; }
   [[nodiscard]] std::unique_ptr<ForceEstimate> Windowed() const override {
     return std::make_unique<Estimate>(info_.window);
@@ -75,8 +76,8 @@ class PadLocaliser final : public Localiser {
     if (!std::isfinite(change[3])) {
       place.status = TouchPlace::Status::kFailed;
     } else if (std::abs(change[3]) >= 5) {
-      place.status =
-          raw.electrodes[4] >= 4095 ? TouchPlace::Status::kFlawed : TouchPlace::Status::kFound;
+      place.is_flawed = raw.electrodes[4] >= 4095;
+      place.status = place.is_flawed ? TouchPlace::Status::kFlawed : TouchPlace::Status::kFound;
       place.active = 1;
       place.p_F = {0, 0, -radius_};
       place.n_F = {0, 0, -1};

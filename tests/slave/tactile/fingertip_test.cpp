@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "slave/tactile/localise/electrode_layout.h"
+#include "slave/tactile/localise/localiser.h"
 #include "tests/slave/tactile/fakes.h"
 #include "tests/support/allocation_count.h"
 
@@ -166,6 +168,76 @@ TEST_F(FingertipTest, WhatIsBeyondTheLearntOrOfSaturatedElectrodesIsExtrapolated
   saturated.electrodes[4] = 4095;
   EXPECT_EQ(fingertip_.Feel(saturated, false).validity, Validity::kExtrapolated);
   EXPECT_TRUE(fingertip_.touch().touching);
+}
+
+// A network whose gain was fitted knows the error of fz alone: [0, 0, 0.03].
+TEST_F(FingertipTest, ComponentsOfUnknownErrorAreAsWrongAsTheWorstKnown) {
+  network_.SetSigma({0, 0, 0.03});
+  Fingertip fingertip(Options(), &network_, localiser_);
+  for (int i = 0; i < 10; ++i) fingertip.Feel(ReadingOf(kNothing, false), false);
+  for (const Vector3d& force : {Vector3d(0.3, 0, 0), Vector3d(0.2, -0.2, -0.1)}) {
+    for (int i = 0; i < 10; ++i) fingertip.Feel(ReadingOf(force, true), false);
+    EXPECT_NEAR(fingertip.touch().sigma, 0.03, 1e-9);
+  }
+}
+
+// Silent from the start at either end of the converter: nothing seems to touch, which is not known.
+TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
+  for (const float end : {0.0F, 4095.0F}) {
+    for (const char* variant : {"auto", "polarity-free", "paper"}) {
+      Tactile tactile = Options();
+      tactile.localise = variant;
+      const auto localiser = MakeLocaliser(tactile, SimulatedLayout(7e-3));
+      Fingertip fingertip(tactile, &network_, *localiser);
+      FingerReading reading = ReadingOf(kNothing, false);
+      reading.electrodes.fill(end);
+      for (int i = 0; i < 10; ++i) fingertip.Feel(reading, false);
+      EXPECT_EQ(fingertip.touch().validity, Validity::kExtrapolated) << variant << " " << end;
+      EXPECT_EQ(fingertip.touch().why, "electrodes are saturated or dead");
+      EXPECT_FALSE(fingertip.touch().touching);
+    }
+  }
+}
+
+// The network looks back over ten samples: nine more hold the flawed one.
+TEST_F(FingertipTest, AForceStaysFlaggedUntilTheWindowHasLeftTheFlawedSample) {
+  Rest(10);
+  Press({0, 0, -0.9}, 10);
+  FingerReading saturated = ReadingOf({0, 0, -0.9}, true);
+  saturated.electrodes[4] = 4095;
+  fingertip_.Feel(saturated, false);
+  for (int i = 1; i <= 9; ++i) {
+    Press({0, 0, -0.9}, 1);
+    EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated) << i;
+    EXPECT_EQ(fingertip_.touch().why, "a flawed sample in the window") << i;
+  }
+  Press({0, 0, -0.9}, 1);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
+}
+
+// What stands still for 100 samples at 100 Hz has no noise: it is no electrode that works.
+TEST_F(FingertipTest, ElectrodesThatStandStillAreFlaggedAtRestAndTouching) {
+  for (const bool touches : {false, true}) {
+    for (const std::size_t stuck : {std::size_t{0}, std::size_t{7}, kElectrodeCount * 1UL}) {
+      fingertip_.Reset();
+      const Vector3d force(0, 0, touches ? -0.3 : 0);
+      for (int i = 0; i < 130; ++i) {
+        FingerReading reading = ReadingOf(force, touches && i >= 5);
+        for (std::size_t e = 0; e < kElectrodeCount; ++e) {
+          if (stuck != kElectrodeCount && e != stuck) {
+            reading.electrodes[e] += static_cast<float>(i % 2);
+          }
+        }
+        const FingerTouch& touch = fingertip_.Feel(reading, false);
+        const bool is_late = i >= 105;
+        if (i >= 20 && (i < 99 || is_late)) {
+          EXPECT_EQ(touch.validity, is_late ? Validity::kExtrapolated : Validity::kValid)
+              << i << " " << stuck << " " << touch.why;
+        }
+      }
+      EXPECT_NE(fingertip_.touch().why.find("still"), std::string_view::npos);
+    }
+  }
 }
 
 TEST_F(FingertipTest, AForceWithoutAnActiveElectrodeIsFlagged) {

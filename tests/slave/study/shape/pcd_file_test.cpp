@@ -151,9 +151,11 @@ TEST_F(PcdFileTest, EmptyCloudIsACloud) {
 }
 
 TEST_F(PcdFileTest, FarthestAndInfinitePointsAreDropped) {
-  const PcdCloud read = ReadPcd(Write(Header("ascii", "4") + "1 2 500 1 2 501 1e999 0 0 inf 0 0"));
+  const PcdCloud read =
+      ReadPcd(Write(Header("ascii", "4") + "1 2 500\n1 2 501\n1e999 0 0\ninf 0 0"));
   EXPECT_EQ(read.cloud.size(), 1U);
   EXPECT_EQ(read.dropped, 3U);
+  EXPECT_EQ(read.too_far, 1U);
 }
 
 TEST_F(PcdFileTest, ComplaintsNameFileLineAndWhatIsAccepted) {
@@ -161,8 +163,8 @@ TEST_F(PcdFileTest, ComplaintsNameFileLineAndWhatIsAccepted) {
   EXPECT_THAT(Complaint("\x89PNG\r\n\x1a\n...."), HasSubstr("cloud.pcd:1: no PCD header"));
   EXPECT_THAT(Complaint("VERSION 0.7\nFIELDS x y z\n"), HasSubstr("no PCD header"));
   EXPECT_THAT(Complaint(Header("zip")), HasSubstr(":9: DATA = zip: accepted is ascii"));
-  EXPECT_THAT(Complaint(Header("ascii") + "1 2 3 4 five 6"), HasSubstr("point 1: five"));
-  EXPECT_THAT(Complaint(Header("ascii") + "1 2 3 4 5      "), HasSubstr("the file ends"));
+  EXPECT_THAT(Complaint(Header("ascii") + "1 2 3\n4 five 6"), HasSubstr(":11: five"));
+  EXPECT_THAT(Complaint(Header("ascii") + "1 2 3\n     \n"), HasSubstr(":12: the file ends"));
   EXPECT_THAT(Complaint(Header("ascii", "-2")), HasSubstr("WIDTH = -2"));
   EXPECT_THAT(Complaint(Header("ascii", "1e3")), HasSubstr("WIDTH = 1e3"));
   EXPECT_THAT(Complaint(Header("binary") + "12345678"), HasSubstr("cut off"));
@@ -174,6 +176,18 @@ TEST_F(PcdFileTest, ComplaintsNameFileLineAndWhatIsAccepted) {
               HasSubstr("SIZE = 3"));
   EXPECT_THROW(ReadPcd(folder_ / "there is none.pcd"), std::invalid_argument);
   EXPECT_THROW(ReadPcd(folder_), std::invalid_argument);
+}
+
+// One value too few and, later, one too many make up for each other in number.
+TEST_F(PcdFileTest, LineOfTooFewOrTooManyNumbersIsRefusedNotMadeUpForByOthers) {
+  const std::string header = Header("ascii", "3");
+  EXPECT_THAT(Complaint(header + "1 2 3\n4 5\n6 7 8 9\n"),
+              HasSubstr("cloud.pcd:11: 2 numbers: accepted is a line of 3 numbers"));
+  EXPECT_THAT(Complaint(header + "1 2 3 4\n5 6\n7 8 9\n"), HasSubstr("cloud.pcd:10: 4 numbers"));
+  const PcdCloud read = ReadPcd(Write(header + "1 2 3\r\n\r\n\n4\t5  6 \r\n 7 8 9"));
+  ASSERT_EQ(read.cloud.size(), 3U);
+  EXPECT_EQ(read.cloud.points[1], Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(read.cloud.points[2], Eigen::Vector3d(7, 8, 9));
 }
 
 TEST_F(PcdFileTest, HugeCountsAreRefusedBeforeAnythingIsReserved) {

@@ -6,11 +6,13 @@
 #include <filesystem>
 #include <random>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/study/shape/label_score.h"
 #include "slave/study/shape/object_choice.h"
 #include "slave/study/shape/pcd_file.h"
+#include "slave/study/shape/support_plane.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
 namespace palpate {
@@ -32,6 +34,7 @@ TEST(SegmentationTest, LabelledObjectsOfRecordedCloudsAreFound) {
     if (cloud.labels.empty()) continue;
     ++labelled;
     for (const LabelScore& row : ScoreLabels(cloud, Segment(cloud, {}))) {
+      EXPECT_EQ(row.support, row.label == 1) << "label " << row.label;
       if (row.label < 2) continue;
       std::printf("%s label %u: %zu points, intersection over union %.3f\n",
                   entry.path().filename().c_str(), row.label, row.points, row.iou);
@@ -182,6 +185,54 @@ TEST(SegmentationTest, CloudWithoutColoursIsCutByShapeAlone) {
   EXPECT_GT(Iou(rows, 2), 0.85);
 }
 
+// Cameras give strays at the edges of what they see. A cube alone, without a table: none of its
+// faces may pass for one because of points far out that happen to lie in its plane, or because the
+// tolerance grew with the depth of those.
+TEST(SegmentationTest, StraysAreNoReasonToTakeAFaceForASupport) {
+  TableScene scene;
+  scene.Add(Box({-0.03, -0.03, 0}, {0.06, 0.06, 0.06}), kFoam);
+  struct Strays {
+    int count;
+    double reach;  // [m]
+  };
+  for (const auto& [count, reach] : {Strays{20, 100}, {100, 20}, {500, 3}}) {
+    PointCloud cloud = scene.Cloud();
+    std::mt19937 generator(8);
+    std::uniform_real_distribution<double> place(-reach, reach);
+    for (int i = 0; i < count; ++i) {
+      cloud.points.emplace_back(place(generator), place(generator), place(generator));
+      cloud.colours.push_back(kFoam);
+      cloud.labels.push_back(1);
+    }
+    const auto rows = ScoreLabels(cloud, Segment(cloud, {}));
+    EXPECT_FALSE(rows[0].support) << reach;
+    EXPECT_GT(rows[0].iou, 0.95) << count << " strays within " << reach << " m";
+  }
+}
+
+// The strays alone, as the planes see them: 40 mm of a face, and points in its plane up to 100 m
+// away.
+TEST(SupportPlaneTest, FarPointsInItsPlaneDoNotMakeAFaceLarge) {
+  std::vector<Vector3d> points;
+  for (int i = 0; i < 400; ++i) points.emplace_back(2e-3 * (i % 20), 2e-3 * (i / 20.0), 0.5);
+  for (int i = 0; i < 20; ++i) points.emplace_back(5.0 * i - 50, 90.0 - 9 * i, 0.5);
+  EXPECT_EQ(std::ranges::count(InSupportPlanes(points, {}), true), 0);
+  for (auto& p : points) p.head<2>() *= 20;  // a table of 0.8 m
+  EXPECT_GE(std::ranges::count(InSupportPlanes(points, {}), true), 400);
+}
+
+TEST(SegmentationTest, LabelOfTheTableIsToldAsSupportAndNotScored) {
+  TableScene scene;
+  scene.Add(Box({-0.5, -0.4, -0.02}, {1, 0.8, 0.02}), kWood);
+  scene.Add(Box({-0.03, -0.03, 0}, {0.06, 0.06, 0.06}), kFoam);
+  const PointCloud cloud = scene.Cloud();
+  const auto rows = ScoreLabels(cloud, Segment(cloud, {}));
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_TRUE(rows[0].support);
+  EXPECT_EQ(rows[0].region, -1);
+  EXPECT_FALSE(rows[1].support);
+}
+
 TEST(SegmentationTest, OnePointFewPointsAndAllInOnePlaceGiveNoRegion) {
   EXPECT_TRUE(Segment({}, {}).size.empty());
   EXPECT_TRUE(Segment({{{0, 0, 1}}, {}, {}}, {}).size.empty());
@@ -219,6 +270,21 @@ TEST(ObjectChoiceTest, PointColourAndPlaceEachChooseTheirRegion) {
   EXPECT_FALSE(ChooseObject(cloud, segmentation, hint).sure);
   EXPECT_GT(share_of(hint, 1), 0.95);
   EXPECT_TRUE(ChooseObject({}, {}, hint).regions.empty());
+}
+
+TEST(ObjectChoiceTest, PointOffEveryObjectAndColourOfACloudWithoutAreRefused) {
+  const PointCloud cloud{{{0, 0, 1}, {0.01, 0, 1}}, {}, {}};
+  const Segmentation segmentation{{0, 0}, {2}, 0, {}};
+  ObjectHint hint;
+  hint.at = Vector3d(0, 0.049, 1);
+  EXPECT_EQ(ChooseObject(cloud, segmentation, hint).regions, std::vector<int>{0});
+  hint.at = Vector3d(0, 0.12, 1);
+  EXPECT_THAT([&] { ChooseObject(cloud, segmentation, hint); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("0.12 m away")));
+  hint.at.reset();
+  hint.colour = kFoam;
+  EXPECT_THAT([&] { ChooseObject(cloud, segmentation, hint); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("--colour")));
 }
 
 }  // namespace

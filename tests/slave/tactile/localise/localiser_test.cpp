@@ -47,7 +47,9 @@ class LocaliserTest : public ::testing::TestWithParam<std::string> {
   }
   static FingerReading RawOf(const TactileSignals& change) {
     FingerReading raw;
-    for (std::size_t i = 0; i < kElectrodeCount; ++i) raw.electrodes[i] = kRest + change[i];
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+      raw.electrodes[i] = kRest + static_cast<float>(change[i]);
+    }
     return raw;
   }
   [[nodiscard]] TouchPlace Locate(const TactileSignals& change) const {
@@ -130,6 +132,14 @@ TEST_P(LocaliserTest, FlagsSaturatedElectrodes) {
   EXPECT_TRUE(localiser_->Locate(change, raw).usable());
   raw.electrodes[11] = 1;
   EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFound);
+}
+
+TEST_P(LocaliserTest, SaysOfSaturatedElectrodesWhereItFindsNothing) {
+  FingerReading raw = RawOf({});
+  EXPECT_FALSE(localiser_->Locate({}, raw).is_flawed);
+  raw.electrodes.fill(4095);
+  EXPECT_EQ(localiser_->Locate({}, raw).status, Status::kNoContact);
+  EXPECT_TRUE(localiser_->Locate({}, raw).is_flawed);
 }
 
 // All electrodes move but one. Where pressure alone would make the dead one active, it must not be:

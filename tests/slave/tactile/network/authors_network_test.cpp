@@ -101,6 +101,13 @@ TEST_F(AuthorsNetworkTest, TheirWeightsOnTheirRecordingGiveTheExpectedForces) {
 // counts at random up to the limits of 12 bits. Reference: the formulas in double precision on the
 // same signals. Tolerance: this network multiplies an error in one gate by up to 80 on the way to
 // its fourth output (single precision, 6e-8, comes out as 5e-6 there), so 2e-10 becomes 2e-8.
+// Paper B, IV.A: forces of 0.1 to 1.0 N.
+TEST_F(AuthorsNetworkTest, ItSaysUpToWhichForceItHasLearnt) {
+  const NetworkInfo info = ImportTensors(kModels / "biotac_rnn21").info;
+  EXPECT_EQ(info.learnt_force, 1.0);
+  EXPECT_NE(info.origin.find("0.1 to 1.0 N"), std::string::npos);
+}
+
 TEST_F(AuthorsNetworkTest, OtherSignalsAreEvaluatedAsExactly) {
   const NetworkFile file = ImportTensors(kModels / "biotac_rnn21");
   const auto network = MakeForceNetwork(file.info, file.weights);

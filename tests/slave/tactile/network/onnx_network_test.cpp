@@ -3,6 +3,7 @@
 #include <limits>
 #include <random>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/tactile/network/force_network.h"
@@ -12,6 +13,9 @@
 
 namespace palpate {
 namespace {
+
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
 
 constexpr long kHidden = 8, kOutputs = 3;
 
@@ -163,6 +167,33 @@ TEST(OnnxNetworkTest, OtherShapesAreRefusedWithTheirExtents) {
   EXPECT_NE(ErrorOf(two).find("expected one row of 3 or more"), std::string::npos) << ErrorOf(two);
   // Weights that do not fit the input.
   EXPECT_NE(ErrorOf(TwoLayers(19).Model({1, 21})), "");
+}
+
+// OpenCV takes no notice of these: forces would be wrong by the factor.
+TEST(OnnxNetworkTest, AGemmThatWouldBeComputedOtherwiseIsRefused) {
+  const auto error = [](std::map<std::string, long> attributes,
+                        std::map<std::string, float> factors) {
+    return ErrorOf(
+        OnnxModel({1, 21}, {1, 3},
+                  {{"Gemm", {"x", "W", "b"}, "y", std::move(attributes), std::move(factors)}},
+                  {Random("W", {3, 21}, 7), Random("b", {3}, 8)}));
+  };
+  EXPECT_EQ(error({{"transB", 1}, {"transA", 0}}, {{"alpha", 1}, {"beta", 1}}), "");
+  EXPECT_THAT(error({{"transB", 1}}, {{"alpha", 2}}),
+              EndsWith("model.onnx: operator Gemm: alpha = 2: accepted is alpha = 1"));
+  EXPECT_THAT(error({{"transB", 1}}, {{"beta", 0.5F}}),
+              EndsWith("Gemm: beta = 0.5: accepted is beta = 1"));
+  EXPECT_THAT(error({{"transB", 1}, {"transA", 1}}, {}), HasSubstr("Gemm: transA = 1: accepted"));
+  for (const auto& attributes : {std::map<std::string, long>{}, {{"transB", 0}}}) {
+    EXPECT_THAT(error(attributes, {}),
+                EndsWith("Gemm: transB = 0: accepted is transB = 1, or MatMul and Add"));
+  }
+}
+
+TEST(OnnxNetworkTest, ThereIsNoStateToCarry) {
+  const Scratch scratch;
+  EXPECT_FALSE(
+      LoadForceNetwork(scratch.Write("model.onnx", TwoLayers(21).Model({1, 21})))->HasState());
 }
 
 // OpenCV would divide by zero.

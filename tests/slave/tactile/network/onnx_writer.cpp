@@ -21,8 +21,13 @@ std::string Bytes(int field, const std::string& content) {
   return Varint(static_cast<std::uint64_t>(field) << 3 | 2) + Varint(content.size()) + content;
 }
 
-constexpr int kFloat = 1;    // TensorProto.DataType
-constexpr int kInteger = 2;  // AttributeProto.AttributeType
+std::string Float(int field, float value) {
+  return Varint(static_cast<std::uint64_t>(field) << 3 | 5) +
+         std::string(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+constexpr int kFloat = 1;                 // TensorProto.DataType
+constexpr int kFactor = 1, kInteger = 2;  // AttributeProto.AttributeType
 
 std::string Value(const std::string& name, const std::vector<long>& extents) {
   std::string shape;
@@ -51,6 +56,9 @@ std::string OnnxModel(const std::vector<long>& input, const std::vector<long>& o
     fields += Bytes(2, node.output) + Bytes(3, "node " + node.output) + Bytes(4, node.op);
     for (const auto& [name, value] : node.attributes) {
       fields += Bytes(5, Bytes(1, name) + Number(3, value) + Number(20, kInteger));
+    }
+    for (const auto& [name, value] : node.factors) {
+      fields += Bytes(5, Bytes(1, name) + Float(2, value) + Number(20, kFactor));
     }
     graph += Bytes(1, fields);
   }

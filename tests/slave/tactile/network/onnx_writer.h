@@ -18,6 +18,7 @@ struct OnnxNode {
   std::vector<std::string> inputs;
   std::string output;
   std::map<std::string, long> attributes = {};
+  std::map<std::string, float> factors = {};  // attributes that are not whole
 };
 
 // One input `x` and one output `y` of these extents; 0: left open.

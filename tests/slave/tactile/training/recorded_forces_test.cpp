@@ -186,6 +186,39 @@ TEST_F(RecordedForcesTest, WhatIsWrongIsSaid) {
   EXPECT_THAT(Complaint(Write("few.csv", few.Text()) + "+" + wrench), HasSubstr("too few"));
 }
 
+TEST_F(RecordedForcesTest, AForceThatIsNoNumberIsToldWithItsCell) {
+  TactileRows rows;
+  rows.extra_header = ",fx,fy,fz";
+  rows.extra = [](double t) { return std::string(t > 1.235 && t < 1.245 ? ",1,2,nan" : ",1,2,3"); };
+  EXPECT_THAT(Complaint(Write("a.csv", rows.Text())),
+              ::testing::EndsWith("a.csv:126: fz = nan: accepted is a finite number"));
+}
+
+TEST_F(RecordedForcesTest, TooSlowARecordingIsRefused) {
+  TactileRows rows;
+  rows.period = 0.2;
+  EXPECT_THAT(Complaint(Write("a.csv", rows.Text()) + "+" + Write("w.csv", Wrench(0, 70))),
+              ::testing::EndsWith("a.csv: 5 Hz: accepted is 25 Hz or more for 100 Hz"));
+}
+
+// The stamp of one sample comes 0.66 periods late.
+TEST_F(RecordedForcesTest, ALateStampInventsNoSample) {
+  std::string text = TactileRows().Text();
+  text.replace(text.find("\n1.5,") + 1, 3, "1.5066");
+  const auto recordings = Read(Write("a.csv", text) + "+" + Write("w.csv", Wrench(0, 3)));
+  EXPECT_EQ(recordings[0].t.size(), 300U);
+}
+
+TEST_F(RecordedForcesTest, AColumnThatIsNotThereIsNamed) {
+  TactileRows rows;
+  rows.prefix = "rf_";
+  std::string text = rows.Text();
+  const std::string wrench = "+" + Write("w.csv", Wrench(0, 3));
+  EXPECT_EQ(Read(Write("a.csv", text) + wrench)[0].missing_column, "");
+  text.replace(text.find("rf_pdc"), 6, "other");
+  EXPECT_EQ(Read(Write("b.csv", text) + wrench)[0].missing_column, "rf_pdc");
+}
+
 TEST_F(RecordedForcesTest, TwoFingersNeedAChoice) {
   std::ostringstream text;
   text << "t";

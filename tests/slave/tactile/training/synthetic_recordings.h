@@ -26,10 +26,10 @@ inline LabelledRecording SyntheticRecording(int presses, std::uint32_t seed, int
           touching ? std::sin(static_cast<float>(M_PI) * static_cast<float>(i - rest) / 200) : 0.0F;
       const Eigen::Vector3f force = share * size;
       TactileSignals change{};
-      for (float& signal : change) signal = noise(random);
-      change[0] += 100 * force.x();
-      change[1] += 80 * force.y();
-      change[2] += 120 * force.z();
+      for (double& signal : change) signal = static_cast<double>(noise(random));
+      change[0] += static_cast<double>(100 * force.x());
+      change[1] += static_cast<double>(80 * force.y());
+      change[2] += static_cast<double>(120 * force.z());
       recording.t.push_back(0.01 * static_cast<double>(recording.t.size()));
       recording.change.push_back(change);
       recording.force.push_back(force);
