@@ -143,7 +143,7 @@ MatchedPairs Match(const BoardPictures& left, const BoardPictures& right,
   }
   const std::size_t alone = left.pictures.size() + right.pictures.size() - 2 * matches.size();
   if (alone > 0) {
-    report->notes.push_back(fmt::format("{} pictures have no partner on the other side", alone));
+    report->notes.push_back(fmt::format("pictures without a partner on the other side: {}", alone));
   }
   return out;
 }

@@ -333,7 +333,9 @@ std::string ScenePose(const Eigen::Isometry3d& X) {
   return fmt::format(
       "pose: {{translation: [{:.6g} mm, {:.6g} mm, {:.6g} mm], rotation: [{:.8g} deg, {:.8g} deg, "
       "{:.8g} deg]}}",
-      t.x(), t.y(), t.z(), x * kDegrees, y * kDegrees, z * kDegrees);
+      // + 0.0: no "-0" is printed
+      t.x() + 0.0, t.y() + 0.0, t.z() + 0.0, x * kDegrees + 0.0, y * kDegrees + 0.0,
+      z * kDegrees + 0.0);
 }
 
 }  // namespace palpate
