@@ -50,7 +50,7 @@ LensCalibration CalibrateLens(const Board& board, const std::vector<Corners>& vi
                               const std::array<int, 2>& size) {
   if (views.size() < 2) throw std::runtime_error("fewer than two pictures define no lens");
   const std::vector<std::vector<cv::Point3f>> boards(views.size(), BoardPoints(board));
-  const cv::TermCriteria settled(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 200, 1e-9);
+  const cv::TermCriteria settled(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-9);
   cv::Mat K, D, sigmas, sigmas_of_poses, per_view;
   std::vector<cv::Mat> rotations, translations;
   LensCalibration out;

@@ -123,7 +123,7 @@ PairFit FitPair(const Board& board, const std::vector<PairView>& pairs, const Pa
   const LensCalibration left = CalibrateLens(board, lefts, sizes.left);
   const LensCalibration right = CalibrateLens(board, rights, sizes.right);
   const std::vector<std::vector<cv::Point3f>> boards(pairs.size(), BoardPoints(board));
-  const cv::TermCriteria settled(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 200, 1e-9);
+  const cv::TermCriteria settled(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-9);
   cv::Mat K_L(CameraMatrixOf(left.lens)), K_R(CameraMatrixOf(right.lens));
   cv::Mat D_L = DistortionOf(left.lens), D_R = DistortionOf(right.lens);
   cv::Mat R, T, E, F, per_view;

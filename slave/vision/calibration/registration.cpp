@@ -98,7 +98,8 @@ Indices All(std::size_t count) {
 
 [[noreturn]] void RefuseTooFew(std::size_t usable, std::size_t fewest) {
   throw std::runtime_error(fmt::format(
-      "{} usable places define no camera pose: accepted is {} or more", usable, fewest));
+      "{} usable places define no camera pose: accepted is {} or more that do not lie on a line",
+      usable, fewest));
 }
 
 std::optional<CameraGuess> SolvePnp(const Lens& lens, const std::vector<TipPlace>& places,

@@ -80,16 +80,14 @@ TEST(PairCalibrationTest, LeavesOutAPairWhoseBoardMovedBetweenTheShots) {
   std::mt19937 random(12);
   const auto poses = Poses(2, 0.5, &random);
   pairs[4].right = See(rig.right, rig.X_RL * poses[0], 0.1, &random);
-  // 1 mm only: 3 px.
-  std::mt19937 again(11);
-  for (cv::Point2f& p : pairs[7].right) p.x += 3;
+  for (cv::Point2f& p : pairs[7].right) p.y += 3;  // by 1 mm only
   const auto found = CalibratePair(TestBoard(), pairs, kSizes);
   std::vector<std::size_t> dropped;
   for (const auto& d : found.dropped) dropped.push_back(d.pair);
   std::sort(dropped.begin(), dropped.end());
   EXPECT_THAT(dropped, ElementsAre(4, 7));
   EXPECT_NEAR(found.fit.rig.baseline(), 0.06, 0.003);
-  EXPECT_LT(found.fit.rig.rms_px, 0.12);
+  EXPECT_LT(found.fit.rig.rms_px, 0.15);  // the noise of both axes: 0.1 sqrt 2
 }
 
 TEST(PairCalibrationTest, PairsThatShareNoPoseAreRefused) {
@@ -111,17 +109,17 @@ TEST(PairCalibrationTest, PairsThatShareNoPoseAreRefused) {
   EXPECT_THROW(CalibratePair(TestBoard(), {pairs[0], pairs[1]}, kSizes), std::runtime_error);
 }
 
-// Boards that all face the cameras tell focal length from distance badly: the residual is that of
-// the noise, and the halves disagree.
+// Boards that all face the camera tell focal length from distance badly: the halves disagree.
 TEST(TrustTest, BoardsWithoutTiltAreRefusedByTheirHalves) {
   const auto judge = [](double tilt) {
-    const auto pairs = SeePairs(VergedTestRig(), 10, tilt, 0.2);
-    const auto found = CalibratePair(TestBoard(), pairs, kSizes);
+    std::vector<Corners> views;
+    for (const PairView& pair : SeePairs(VergedTestRig(), 8, tilt, 0.2)) views.push_back(pair.left);
+    const LensCalibration found = CalibrateLens(TestBoard(), views, kSizes.left);
     TrustQuestion question;
-    question.used = question.given = pairs.size();
-    question.rms_px = found.fit.rig.rms_px;
-    EXPECT_LT(question.rms_px, 0.25);
-    question.halves = CheckHalves(TestBoard(), pairs, kSizes, found.fit.rig.baseline());
+    question.quantity = "focal length";
+    question.used = question.given = views.size();
+    question.rms_px = found.rms_px;
+    question.halves = CheckHalves(TestBoard(), views, kSizes.left, found.lens.fx);
     return Judge(question).reasons;
   };
   EXPECT_TRUE(judge(0.6).empty());
