@@ -14,6 +14,7 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/scene/scene_loader.h"
+#include "slave/commands/calibrate.h"
 #include "slave/commands/check.h"
 #include "slave/commands/evaluate.h"
 #include "slave/commands/process.h"
@@ -37,6 +38,8 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --materials --out build/cube
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube
   palpate-slave train simulated --out build/fingertip
+  palpate-slave calibrate --left 'left*.jpg' --right 'right*.jpg' --board 9x6 --square 25mm \
+      --out rig.yaml
 
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
 
@@ -152,6 +155,25 @@ void AddTrainOptions(CLI::App* command, TrainOptions* train) {
       ->capture_default_str();
 }
 
+void AddCalibrateOptions(CLI::App* command, CalibrateOptions* calibrate) {
+  command->footer(kCalibrateHelp);
+  command->add_option("--left", calibrate->left, "Pictures of the left, or the only, camera");
+  command->add_option("--right", calibrate->right, "Pictures of the right camera");
+  command->add_option("--board", calibrate->board, "Inner corners or circles, 9x6 say");
+  command->add_option("--square", calibrate->square, "Between neighbours, 25mm say");
+  command->add_option("--pattern", calibrate->pattern, "chessboard or circles")
+      ->capture_default_str();
+  command->add_option("--out", calibrate->out, "File of the rig, or of the lens of one camera");
+  command->add_option("--drawing", calibrate->drawing, "SVG of boards, coverage and residuals");
+  command->add_flag("--force", calibrate->force,
+                    "Write also what cannot be trusted; still exits 1");
+  command->add_option("--register", calibrate->tip_places,
+                      "CSV x,y,z,u,v[,u_right,v_right] of the tip: the camera's pose for a scene");
+  command->add_option("--rig", calibrate->rig, "For --register: a rig or lens known already");
+  command->add_option("--size", calibrate->size,
+                      "For --register: a camera straight above z = 0, 640x480 say");
+}
+
 int Main(int argc, char** argv) {
   // Standard output belongs to the answers; the log goes beside it.
   spdlog::set_default_logger(spdlog::stderr_color_mt("palpate"));
@@ -222,6 +244,11 @@ int Main(int argc, char** argv) {
       app.add_subcommand("train", "Learn a fingertip's force network or localiser");
   AddTrainOptions(train_command, &train);
 
+  CalibrateOptions calibrate;
+  CLI::App* calibrate_command =
+      app.add_subcommand("calibrate", "Lens, rig and pose of cameras, from pictures of a board");
+  AddCalibrateOptions(calibrate_command, &calibrate);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -235,6 +262,7 @@ int Main(int argc, char** argv) {
     if (study_command->parsed()) return RunStudyCommand(study, stop.token());
     if (evaluate_command->parsed()) return RunEvaluate(evaluate, stop.token());
     if (train_command->parsed()) return RunTrain(train, stop.token());
+    if (calibrate_command->parsed()) return RunCalibrate(calibrate, stop.token());
     return RunCheck(check);
   } catch (const SceneError& e) {
     std::fprintf(stderr, "%s\n", e.what());

@@ -1,0 +1,140 @@
+#include "slave/commands/calibrate_pictures.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <map>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "slave/capture/picture_files.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> List(const std::string& option, const std::string& pattern) {
+  try {
+    return ListPictures(pattern, fs::current_path());
+  } catch (const std::runtime_error& error) {
+    throw std::invalid_argument(option + " " + error.what());
+  }
+}
+
+// Most frequent; the larger among equals.
+std::array<int, 2> MostFrequent(const std::vector<std::array<int, 2>>& sizes) {
+  std::map<std::array<int, 2>, int> counts;
+  for (const auto& size : sizes) ++counts[size];
+  const auto most =
+      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
+        return a.second != b.second ? a.second < b.second : a.first < b.first;
+      });
+  return most == counts.end() ? std::array<int, 2>{0, 0} : most->first;
+}
+
+// What the user may have meant: squares instead of inner corners, or one fewer of either.
+std::string OtherCount(const cv::Mat& grey, const Board& board) {
+  if (board.pattern != Board::Pattern::kChessboard) return "";
+  for (const auto& [columns, rows] : {std::pair{1, 1}, {1, 0}, {0, 1}, {-1, -1}}) {
+    Board other = board;
+    other.columns -= columns, other.rows -= rows;
+    if (other.columns < 3 || other.rows < 3 || !FindBoard(grey, other)) continue;
+    return fmt::format("; {}x{} was found: --board counts inner corners, not squares",
+                       other.columns, other.rows);
+  }
+  return "";
+}
+
+std::string LastNumber(const std::string& name) {
+  const std::string stem = fs::path(name).stem().string();
+  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
+  const auto end = std::find_if(stem.rbegin(), stem.rend(), is_digit);
+  const auto begin = std::find_if_not(end, stem.rend(), is_digit);
+  const std::string digits(begin.base(), end.base());
+  const auto first = digits.find_first_not_of('0');
+  return first == std::string::npos ? digits.substr(0, 1) : digits.substr(first);
+}
+
+// Number -> index; empty where a name has none or two share one.
+std::map<std::string, std::size_t> Numbered(const BoardPictures& side) {
+  std::map<std::string, std::size_t> numbers;
+  for (std::size_t i = 0; i < side.pictures.size(); ++i) {
+    const std::string number = LastNumber(side.pictures[i].name);
+    if (number.empty() || !numbers.emplace(number, i).second) return {};
+  }
+  return numbers;
+}
+
+}  // namespace
+
+BoardPictures FindBoards(const std::string& option, const std::string& pattern, const Board& board,
+                         ProgressBar* bar) {
+  const std::vector<fs::path> files = List(option, pattern);
+  BoardPictures out;
+  std::vector<std::array<int, 2>> sizes;
+  std::vector<std::array<int, 2>> read;
+  cv::Mat first;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (!bar->Report("boards of " + option,
+                     static_cast<double>(i) / static_cast<double>(files.size()))) {
+      throw std::runtime_error("stopped before it was done");
+    }
+    BoardPicture picture;
+    picture.name = files[i].filename().string();
+    std::array<int, 2> size{0, 0};
+    try {
+      const cv::Mat grey = BoardGrey(ReadPicture(files[i], i + 1));
+      size = {grey.cols, grey.rows};
+      read.push_back(size);
+      picture.corners = FindBoard(grey, board);
+      if (!picture.corners) picture.why_not = "the board is not (wholly) seen";
+      if (first.empty()) first = grey;
+    } catch (const std::runtime_error& error) {
+      picture.why_not = error.what();
+    }
+    sizes.push_back(size);
+    out.pictures.push_back(std::move(picture));
+  }
+  out.size = MostFrequent(read);
+  bool any = false;
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    if (out.pictures[i].corners && sizes[i] != out.size) {
+      out.pictures[i].corners.reset();
+      out.pictures[i].why_not = fmt::format("is {} x {}, most are {} x {}", sizes[i][0],
+                                            sizes[i][1], out.size[0], out.size[1]);
+    }
+    any = any || out.pictures[i].corners.has_value();
+  }
+  if (!any) {
+    throw std::runtime_error(fmt::format("{} {}: none of {} pictures shows a board of {}x{}{}{}",
+                                         option, pattern, out.pictures.size(), board.columns,
+                                         board.rows,
+                                         first.empty() ? ": " + out.pictures.front().why_not : "",
+                                         first.empty() ? "" : OtherCount(first, board)));
+  }
+  return out;
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> MatchPictures(const BoardPictures& left,
+                                                               const BoardPictures& right) {
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  const auto of_left = Numbered(left), of_right = Numbered(right);
+  for (const auto& [number, i] : of_left) {
+    const auto twin = of_right.find(number);
+    if (twin != of_right.end()) pairs.emplace_back(i, twin->second);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  if (!pairs.empty()) return pairs;
+  if (left.pictures.size() != right.pictures.size()) {
+    throw std::invalid_argument(fmt::format(
+        "--left names {} pictures, --right {}, and no number in their names tells which belong "
+        "together: accepted is as many of both, or numbered names",
+        left.pictures.size(), right.pictures.size()));
+  }
+  for (std::size_t i = 0; i < left.pictures.size(); ++i) pairs.emplace_back(i, i);
+  return pairs;
+}
+
+}  // namespace palpate

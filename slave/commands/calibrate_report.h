@@ -1,0 +1,48 @@
+// What `calibrate` has found, for people: tables, sentences and a drawing.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "slave/vision/calibration/lens_calibration.h"
+#include "slave/vision/calibration/registration.h"
+#include "slave/vision/calibration/trust.h"
+
+namespace palpate {
+
+// One picture or pair.
+struct CalibrationRow {
+  std::string name;
+  bool used = false;
+  std::string why_not;                                     // where it is not used
+  double left_px = 0;                                      // rms
+  double right_px = 0;                                     // pairs only
+  double pixel = 0;                                        // on the board [m]
+  Eigen::Isometry3d X_LB = Eigen::Isometry3d::Identity();  // of the board
+  Corners left, right;                                     // as seen [px]
+};
+
+struct CalibrationReport {
+  Board board;
+  bool is_pair = false;
+  StereoRig rig;
+  std::vector<CalibrationRow> rows;
+  std::vector<std::string> notes;  // before the verdict
+  TrustQuestion question;
+  Trust trust;
+};
+
+// Size of a pixel on the board [m], as its neighbours lie apart.
+double PixelOnBoard(const Corners& corners, const Board& board);
+
+std::string Words(const CalibrationReport& report);
+std::string Words(const CameraRegistration& registration);
+
+// Boards and cameras from above, corners over the pictures, residuals. Throws std::runtime_error
+// naming the file.
+void WriteDrawing(const std::filesystem::path& file, const CalibrationReport& report);
+
+}  // namespace palpate

@@ -1,0 +1,41 @@
+// One camera's lens from pictures of a board.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <opencv2/core/types.hpp>
+
+#include "slave/vision/calibration/board.h"
+#include "slave/vision/stereo/rig.h"
+
+namespace palpate {
+
+using Corners = std::vector<cv::Point2f>;  // [px], in the order of BoardPoints
+
+struct LensCalibration {
+  Lens lens;
+  double rms_px = 0;
+  double sigma_focal = 0;               // relative, as the corners' scatter has it
+  std::vector<double> view_rms_px;      // one per picture
+  std::vector<Eigen::Isometry3d> X_CB;  // of the board, one per picture [m]
+};
+
+// Least squares of reprojection, k1 k2 p1 p2; k3 stays 0: boards seldom reach the picture's
+// corners, which alone tell it from k2. Throws std::runtime_error in words where the pictures
+// define no lens.
+LensCalibration CalibrateLens(const Board& board, const std::vector<Corners>& views,
+                              const std::array<int, 2>& size);
+
+// OpenCV's forms of a lens.
+cv::Matx33d CameraMatrixOf(const Lens& lens);
+cv::Mat DistortionOf(const Lens& lens);
+// Throws std::runtime_error where the numbers make no lens.
+Lens LensOf(const cv::Mat& camera_matrix, const cv::Mat& distortion,
+            const std::array<int, 2>& size);
+// rotation: vector or matrix. Throws std::runtime_error where it is not finite.
+Eigen::Isometry3d PoseOf(const cv::Mat& rotation, const cv::Mat& translation);
+
+}  // namespace palpate

@@ -1,0 +1,163 @@
+#include "slave/vision/calibration/trust.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "slave/vision/calibration/robust_fit.h"
+
+namespace palpate {
+namespace {
+
+// Fisher-Yates with an engine whose numbers are the same everywhere; std::shuffle's are not.
+Indices Shuffled(Indices order, std::mt19937* random) {
+  for (std::size_t i = order.size() - 1; i > 0; --i) {
+    std::swap(order[i], order[(*random)() % (i + 1)]);
+  }
+  return order;
+}
+
+// `estimate`: from some of the `count` pictures; throws std::runtime_error where it cannot.
+HalvesCheck Halve(std::size_t count, double whole,
+                  const std::function<double(const Indices&)>& estimate) {
+  HalvesCheck out;
+  if (count < kFewestForHalves) return out;
+  const auto disagreement = [&](const Indices& a, const Indices& b) {
+    try {
+      return std::abs(estimate(a) - estimate(b)) / whole;
+    } catch (const std::runtime_error&) {
+      ++out.failed;
+      return 1.0;  // as wrong as can be said
+    }
+  };
+  Indices odd, even, all(count);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  for (const std::size_t i : all) (i % 2 == 0 ? odd : even).push_back(i);
+  out.odd_even = disagreement(odd, even);
+  std::mt19937 random(20);
+  for (int k = 0; k < kRandomHalves; ++k) {
+    const Indices order = Shuffled(all, &random);
+    const auto middle = order.begin() + static_cast<std::ptrdiff_t>(count / 2);
+    out.random.push_back(
+        disagreement(Indices(order.begin(), middle), Indices(middle, order.end())));
+  }
+  std::sort(out.random.begin(), out.random.end());
+  return out;
+}
+
+template <typename View>
+std::vector<View> Chosen(const std::vector<View>& views, const Indices& which) {
+  std::vector<View> chosen;
+  for (const std::size_t i : which) chosen.push_back(views[i]);
+  return chosen;
+}
+
+std::string Percent(double ratio) {
+  return fmt::format("{:.2g} %", 100 * ratio);
+}
+
+// Limits, and from where on one is warned.
+constexpr double kSigma = 0.01, kSigmaWarned = 0.005;      // of baseline or focal length
+constexpr double kResidual = 1.0, kResidualWarned = 0.5;   // [px]
+constexpr double kCoverage = 0.15, kCoverageWarned = 0.4;  //
+constexpr double kFocal = 0.02;                            // sigma, relative
+constexpr double kUsed = 0.5;                              // of the pairs that show the board
+
+}  // namespace
+
+double HalvesCheck::sigma() const {
+  double sum = odd_even * odd_even;
+  for (const double d : random) sum += d * d;
+  return 0.5 * std::sqrt(sum / static_cast<double>(random.size() + 1));
+}
+
+double HalvesCheck::worst() const {
+  return random.empty() ? odd_even : std::max(odd_even, random.back());
+}
+
+HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
+                        const PairSizes& sizes, double baseline) {
+  return Halve(pairs.size(), baseline, [&](const Indices& half) {
+    return FitPair(board, Chosen(pairs, half), sizes).rig.baseline();
+  });
+}
+
+HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
+                        const std::array<int, 2>& size, double focal) {
+  return Halve(views.size(), focal, [&](const Indices& half) {
+    const Lens lens = CalibrateLens(board, Chosen(views, half), size).lens;
+    return std::sqrt(lens.fx * lens.fy);
+  });
+}
+
+double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size) {
+  constexpr int kColumns = 8, kRows = 6;
+  std::set<std::pair<int, int>> seen;
+  for (const Corners& view : views) {
+    for (const cv::Point2f& p : view) {
+      const int i = static_cast<int>(p.x * kColumns / static_cast<float>(size[0]));
+      const int j = static_cast<int>(p.y * kRows / static_cast<float>(size[1]));
+      seen.emplace(std::clamp(i, 0, kColumns - 1), std::clamp(j, 0, kRows - 1));
+    }
+  }
+  return static_cast<double>(seen.size()) / (kColumns * kRows);
+}
+
+Trust Judge(const TrustQuestion& question) {
+  Trust trust;
+  const auto judge = [&](bool refused, bool warned, const std::string& words) {
+    if (refused) {
+      trust.reasons.push_back(words);
+    } else if (warned) {
+      trust.warnings.push_back(words);
+    }
+  };
+  const HalvesCheck& halves = question.halves;
+  if (halves.random.empty()) {
+    trust.reasons.push_back(fmt::format(
+        "{} pictures cannot be halved to see whether the {} repeats: accepted is {} or more",
+        question.used, question.quantity, kFewestForHalves));
+  } else {
+    judge(!(halves.sigma() <= kSigma), halves.sigma() > kSigmaWarned,
+          fmt::format("halves of the pictures disagree on the {} by {} (odd and even) and up to {} "
+                      "(random halves): one sigma of {} from all, accepted is {}",
+                      question.quantity, Percent(halves.odd_even), Percent(halves.worst()),
+                      Percent(halves.sigma()), Percent(kSigma)));
+  }
+  judge(!(question.rms_px <= kResidual), question.rms_px > kResidualWarned,
+        fmt::format("the corners are off by {:.2f} px rms: accepted is {} px", question.rms_px,
+                    kResidual));
+  judge(!(question.sigma_focal <= kFocal), false,
+        fmt::format("the focal length is uncertain by {} (one sigma): accepted is {}; tilt the "
+                    "board more",
+                    Percent(question.sigma_focal), Percent(kFocal)));
+  for (const double coverage : question.coverage) {
+    judge(!(coverage >= kCoverage), coverage < kCoverageWarned,
+          fmt::format("corners were seen in {:.0f} % of the picture only: {} is accepted, {} good",
+                      100 * coverage, Percent(kCoverage), Percent(kCoverageWarned)));
+  }
+  judge(static_cast<double>(question.used) < kUsed * static_cast<double>(question.given), false,
+        fmt::format("only {} of {} pairs agree with each other", question.used, question.given));
+  return trust;
+}
+
+bool AreSidesExchanged(const StereoRig& rig) {
+  const Eigen::Vector3d right_L = rig.X_RL.inverse().translation();
+  return right_L.x() < 0 && std::abs(right_L.x()) > std::abs(right_L.y());
+}
+
+StereoRig Exchanged(const StereoRig& rig) {
+  StereoRig out = rig;
+  std::swap(out.left, out.right);
+  out.X_RL = rig.X_RL.inverse();
+  return out;
+}
+
+}  // namespace palpate

@@ -1,0 +1,56 @@
+// Whether a calibration may be trusted: a small residual says that the numbers fit these pictures,
+// not that other pictures would have given the same ones.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "slave/vision/calibration/pair_calibration.h"
+
+namespace palpate {
+
+// A quantity estimated from each half of the pictures alone: first the odd against the even ones,
+// then halves drawn at random (fixed seed).
+struct HalvesCheck {
+  double odd_even = 0;         // |a - b|, relative to the estimate from all
+  std::vector<double> random;  // the same for 20 random halves, sorted
+  int failed = 0;              // halves that give no estimate at all
+  // One standard deviation of the estimate from all: a half has twice its variance, the difference
+  // of two halves four times.
+  [[nodiscard]] double sigma() const;
+  [[nodiscard]] double worst() const;
+};
+constexpr int kRandomHalves = 20;
+constexpr std::size_t kFewestForHalves = 4;  // pictures, or pairs
+
+// Of the baseline. Pairs as used.
+HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
+                        const PairSizes& sizes, double baseline);
+// Of the focal length.
+HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
+                        const std::array<int, 2>& size, double focal);
+
+// Part of the picture, in 8 x 6 cells, in which a corner was ever seen.
+double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size);
+
+struct Trust {
+  std::vector<std::string> reasons;   // why not; empty: it may be trusted
+  std::vector<std::string> warnings;  // what is weak and does not forbid it
+};
+
+struct TrustQuestion {
+  const char* quantity = "baseline";  // what the halves estimate
+  std::size_t used = 0, given = 0;    // pictures or pairs with a board
+  double rms_px = 0;
+  double sigma_focal = 0;  // relative
+  HalvesCheck halves;
+  std::vector<double> coverage;  // of each camera
+};
+Trust Judge(const TrustQuestion& question);
+
+// The camera given as the right one stands left of the other.
+bool AreSidesExchanged(const StereoRig& rig);
+// The same pair with left and right exchanged.
+StereoRig Exchanged(const StereoRig& rig);
+
+}  // namespace palpate

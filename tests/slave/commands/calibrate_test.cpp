@@ -1,0 +1,191 @@
+// `palpate-slave calibrate` as a user calls it, on real chessboards.
+#include "slave/commands/calibrate.h"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/vision/stereo/rig.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+namespace fs = std::filesystem;
+
+class CalibrateTest : public testing::Test {
+ protected:
+  CalibrateTest()
+      : folder_(fs::path(PALPATE_BINARY_DIR) / "test_calibrate" /
+                testing::UnitTest::GetInstance()->current_test_info()->name()) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    options_.out = folder_ / "rig.yaml";
+  }
+
+  // Standard output and error go to said_.
+  int Run() {
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    int code = -1;
+    try {
+      code = RunCalibrate(options_, {});
+    } catch (const std::invalid_argument& error) {
+      said_ = error.what();
+      code = 2;
+    } catch (const std::runtime_error& error) {
+      said_ = error.what();
+      code = 1;
+    }
+    said_ += testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
+    return code;
+  }
+  void Chessboards(const fs::path& left, const fs::path& right) {
+    options_.left = left, options_.right = right;
+    options_.board = "9x6", options_.square = "25mm";
+  }
+  fs::path Write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+
+  const fs::path data_ = PALPATE_SOURCE_DIR "/../shared/data";
+  const fs::path chess_ = data_ / "stereo_chessboard_opencv";
+  const fs::path folder_;
+  CalibrateOptions options_;
+  std::string said_;
+};
+
+// Reference: the baseline and focal lengths that the data's README states for its own calibration
+// of the same pairs (0.0832 m, 533.2 and 537.5 px); free choices of model move them by 0.3 %.
+TEST_F(CalibrateTest, ARealPairFitsWithinAThirdOfAPixelAndSaysHowItRepeats) {
+  if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
+  Chessboards(chess_ / "left*.jpg", chess_ / "right*.jpg");
+  options_.drawing = folder_ / "rig.svg";
+  ASSERT_EQ(Run(), 0) << said_;
+  const StereoRig rig = ReadRig(options_.out);
+  EXPECT_LE(rig.rms_px, 0.3);
+  EXPECT_NEAR(rig.baseline(), 0.0832, 0.003 * 0.0832);
+  EXPECT_NEAR(rig.left.fx, 533.2, 2);
+  EXPECT_NEAR(rig.right.fx, 537.5, 2);
+  EXPECT_GT(rig.X_RL.inverse().translation().x(), 0.08);
+  EXPECT_THAT(said_, HasSubstr("baseline of halves: odd and even differ by 0."));
+  std::stringstream svg;
+  svg << std::ifstream(options_.drawing).rdbuf();
+  EXPECT_THAT(svg.str(), HasSubstr("left09.jpg"));
+}
+
+TEST_F(CalibrateTest, HalvesThatDisagreeAreRefusedHoweverSmallTheResidual) {
+  const fs::path endoscope = data_ / "stereo_endoscope_dvrk";
+  if (!fs::exists(endoscope)) GTEST_SKIP() << "../shared is absent";
+  options_.left = endoscope / "chess_left*.png", options_.right = endoscope / "chess_right*.png";
+  options_.board = "6x9", options_.square = "11.66 mm";
+  EXPECT_EQ(Run(), 1);
+  EXPECT_THAT(said_, HasSubstr("halves of the pictures disagree on the baseline"));
+  EXPECT_FALSE(fs::exists(options_.out));
+  options_.force = true;
+  EXPECT_EQ(Run(), 1);
+  EXPECT_LT(ReadRig(options_.out).rms_px, 0.35);
+}
+
+TEST_F(CalibrateTest, ExchangedSidesAreSaidAndPutRight) {
+  if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
+  Chessboards(chess_ / "right*.jpg", chess_ / "left*.jpg");
+  options_.board = "6x9";  // transposed
+  ASSERT_EQ(Run(), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr("left and right are exchanged"));
+  const StereoRig rig = ReadRig(options_.out);
+  EXPECT_GT(rig.X_RL.inverse().translation().x(), 0.08);
+  EXPECT_NEAR(rig.left.fx, 533.2, 2);
+}
+
+// One pair whose right picture is of another instant, one picture that is none, one without a
+// board, one without a partner: the rest give the same pair as before.
+TEST_F(CalibrateTest, WhatIsBadIsNamedAndLeftOut) {
+  if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
+  for (int i = 1; i <= 9; ++i) {
+    const std::string number = "0" + std::to_string(i) + ".jpg";
+    fs::copy(chess_ / ("left" + number), folder_ / ("left" + number));
+    if (i != 5) fs::copy(chess_ / ("right" + number), folder_ / ("right" + number));
+  }
+  fs::copy(chess_ / "right06.jpg", folder_ / "right02.jpg", fs::copy_options::overwrite_existing);
+  Write("right07.jpg", "not a picture");
+  fs::copy(data_ / "stereo_endoscope_dvrk" / "scene_cap_left.png", folder_ / "left08.jpg",
+           fs::copy_options::overwrite_existing);
+  Chessboards(folder_ / "left*.jpg", folder_ / "right*.jpg");
+  options_.force = true;  // five pairs are few
+  Run();
+  EXPECT_THAT(said_, HasSubstr("left02.jpg right02.jpg  left out: off by"));
+  EXPECT_THAT(said_, HasSubstr("left out: right07.jpg: "));
+  EXPECT_THAT(said_, HasSubstr("left08.jpg: the board is not (wholly) seen"));
+  EXPECT_THAT(said_, HasSubstr("without a partner on the other side: 1"));
+  EXPECT_NEAR(ReadRig(options_.out).baseline(), 0.0832, 0.01 * 0.0832) << said_;
+}
+
+TEST_F(CalibrateTest, OneCameraGivesALens) {
+  if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
+  Chessboards(chess_ / "left*.jpg", "");
+  options_.square = "0.025";
+  ASSERT_EQ(Run(), 0) << said_;
+  const StereoRig rig = ReadRig(options_.out);
+  EXPECT_EQ(rig.baseline(), 0);
+  EXPECT_NEAR(rig.left.fx, 533.2, 2);
+  EXPECT_LE(rig.rms_px, 0.25);
+  options_.left = chess_ / "left01.jpg";
+  EXPECT_EQ(Run(), 1);
+  EXPECT_THAT(said_, HasSubstr("Pixel size on the board"));
+}
+
+TEST_F(CalibrateTest, SaysWhatItCannotUse) {
+  EXPECT_EQ(Run(), 2);
+  Chessboards("none*.jpg", "");
+  EXPECT_EQ(Run(), 2);
+  EXPECT_THAT(said_, HasSubstr("--left"));
+  for (const char* board : {"9", "9x", "0x6", "9x6x2", "-9x6", "1000x6"}) {
+    options_.board = board;
+    EXPECT_EQ(Run(), 2) << board;
+    EXPECT_THAT(said_, HasSubstr("accepted is two counts"));
+  }
+  options_.board = "9x6";
+  for (const char* square : {"0", "-1mm", "25 kPa", "nan", "x"}) {
+    options_.square = square;
+    EXPECT_EQ(Run(), 2) << square;
+    EXPECT_THAT(said_, HasSubstr("--square"));
+  }
+  options_.square = "25mm";
+  options_.pattern = "stripes";
+  EXPECT_EQ(Run(), 2);
+  if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
+  options_.pattern = "chessboard";
+  options_.left = chess_ / "left0?.jpg";
+  options_.right = chess_ / "right01.jpg";
+  EXPECT_EQ(Run(), 1) << "one pair is too few";
+  options_.right = "";
+  options_.left = chess_ / "left01.jpg";
+  options_.board = "10x7";
+  EXPECT_EQ(Run(), 1);
+  EXPECT_THAT(said_, HasSubstr("9x6 was found: --board counts inner corners"));
+}
+
+// A camera 0.5 mm per pixel, turned by 90 deg, its centre (319.5, 239.5) over (10, 20) mm.
+TEST_F(CalibrateTest, RegistersACameraAboveThePlane) {
+  options_.size = "640x480";
+  options_.tip_places = Write("tips.csv",
+                              "x,y,z,u,v\n0.01,0.02,0,319.5,239.5\n0.01,0.07,0,419.5,239.5\n"
+                              "-0.04,0.02,0,319.5,139.5\n-0.04,0.07,0,419.5,139.5\n");
+  ASSERT_EQ(Run(), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr("pixel: 0.5 mm\n"));
+  EXPECT_THAT(said_, HasSubstr("pose: {translation: [10 mm, 20 mm, 0 mm], rotation: [0 deg, 0 deg, "
+                               "90 deg]}"));
+  EXPECT_TRUE(fs::exists(options_.out));
+  options_.tip_places = Write("bad.csv", "x,y,z,u\n1,2,3,4\n");
+  EXPECT_EQ(Run(), 2);
+  EXPECT_THAT(said_, HasSubstr("bad.csv"));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,164 @@
+#include "slave/vision/calibration/registration.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/slave/vision/stereo/test_rigs.h"
+
+namespace palpate {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+Eigen::Isometry3d TruePose() {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Eigen::Vector3d(0.1, -0.2, -0.25);
+  X.linear() = (Eigen::AngleAxisd(20 * kDegree, Eigen::Vector3d::UnitZ()) *
+                Eigen::AngleAxisd(-10 * kDegree, Eigen::Vector3d::UnitY()) *
+                Eigen::AngleAxisd(170 * kDegree, Eigen::Vector3d::UnitX()))
+                   .toRotationMatrix();
+  return X;
+}
+
+// Tips about 250 mm before the left camera, seen with `sigma` [px] of noise.
+std::vector<TipPlace> Tips(const StereoRig& rig, int count, double sigma) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-0.03, 0.03);
+  std::normal_distribution<double> noise(0, 1);
+  const auto jitter = [&] {
+    const double du = noise(random), dv = noise(random);
+    return Eigen::Vector2d(sigma * du, sigma * dv);
+  };
+  std::vector<TipPlace> tips;
+  for (int i = 0; i < count; ++i) {
+    const double x = place(random), y = place(random), z = place(random);
+    const Eigen::Vector3d p_L(x + 0.03, y, 0.25 + z);
+    TipPlace tip;
+    tip.p_S = TruePose() * p_L;
+    tip.left_I = *Project(rig.left, p_L) + jitter();
+    tip.right_I = *Project(rig.right, rig.X_RL * p_L) + jitter();
+    tips.push_back(tip);
+  }
+  return tips;
+}
+
+double AngleBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+}
+
+const std::array<double, 5> kBarrel{-0.2, 0.05, 0.001, 0, 0};
+
+TEST(RegistrationTest, WithoutNoiseEveryWayFindsThePose) {
+  const StereoRig rig = VergedTestRig(kBarrel);
+  const auto tips = Tips(rig, 12, 0);
+  for (const auto& found : {RegisterPair(rig, tips), RegisterLens(rig.left, tips)}) {
+    EXPECT_LT((found.X_SC.translation() - TruePose().translation()).norm(), 1e-6);
+    EXPECT_LT(AngleBetween(found.X_SC, TruePose()), 1e-6);
+    EXPECT_THAT(found.reasons, IsEmpty());
+  }
+}
+
+// 0.2 px are 0.06 mm across and 0.2 mm along at 250 mm; the stated sigma must cover the error of
+// this fixed draw (four sigma) and not be idle (a tenth of the tips' own spread).
+TEST(RegistrationTest, NoiseMovesThePoseByNoMoreThanStated) {
+  const StereoRig rig = VergedTestRig(kBarrel);
+  const auto tips = Tips(rig, 20, 0.2);
+  for (const auto& found : {RegisterPair(rig, tips), RegisterLens(rig.left, tips)}) {
+    EXPECT_LT(AngleBetween(found.X_SC, TruePose()), 4 * found.sigma_angle);
+    EXPECT_LT((found.X_SC.translation() - TruePose().translation()).norm(), 4 * found.sigma_place);
+    EXPECT_LT(found.sigma_angle, 0.5 * kDegree);
+    EXPECT_LT(found.sigma_place, 0.003);
+    EXPECT_THAT(found.reasons, IsEmpty());
+  }
+}
+
+TEST(RegistrationTest, OutliersAreLeftOutByName) {
+  const StereoRig rig = VergedTestRig(kBarrel);
+  auto tips = Tips(rig, 15, 0.1);
+  tips[3].p_S += Eigen::Vector3d(0.02, 0, 0);
+  tips[11].left_I += Eigen::Vector2d(30, 20);
+  for (const auto& found : {RegisterPair(rig, tips), RegisterLens(rig.left, tips)}) {
+    EXPECT_FALSE(found.used[3]);
+    EXPECT_FALSE(found.used[11]);
+    EXPECT_GE(std::count(found.used.begin(), found.used.end(), true), 11);
+    EXPECT_LT(AngleBetween(found.X_SC, TruePose()), 0.5 * kDegree);
+    EXPECT_THAT(found.reasons, IsEmpty());
+  }
+}
+
+TEST(RegistrationTest, PlacesOnALineDefineNoPose) {
+  const StereoRig rig = VergedTestRig();
+  std::vector<TipPlace> tips;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d p_L(0.01 + 0.006 * i, 0.004 * i, 0.25 + 0.002 * i);
+    tips.push_back(
+        {TruePose() * p_L, *Project(rig.left, p_L), *Project(rig.right, rig.X_RL * p_L)});
+  }
+  EXPECT_THAT(RegisterPair(rig, tips).reasons, Contains(HasSubstr("on a line")));
+  try {
+    EXPECT_THAT(RegisterLens(rig.left, tips).reasons, Contains(HasSubstr("on a line")));
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("on a line"));
+  }
+}
+
+TEST(RegistrationTest, TooFewOrSenselessPlacesAreRefused) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const StereoRig rig = VergedTestRig();
+  auto tips = Tips(rig, 2, 0);
+  EXPECT_THROW(RegisterPair(rig, tips), std::runtime_error);
+  EXPECT_THROW(RegisterLens(rig.left, tips), std::runtime_error);
+  EXPECT_THROW(RegisterPlane({640, 480}, {}), std::runtime_error);
+  tips = Tips(rig, 3, 0);
+  EXPECT_THAT(RegisterPair(rig, tips).reasons, Contains(HasSubstr("nothing to check them by")));
+  tips = Tips(rig, 5, 0);
+  for (TipPlace& tip : tips) tip.left_I.x() = kNan;
+  EXPECT_THROW(RegisterPair(rig, tips), std::runtime_error);
+  EXPECT_THROW(RegisterLens(rig.left, tips), std::runtime_error);
+  EXPECT_THROW(RegisterPlane({640, 480}, tips), std::runtime_error);
+  for (TipPlace& tip : tips) tip = {{0, 0, 0}, {100, 100}, std::nullopt};
+  EXPECT_THROW(RegisterPair(rig, tips), std::runtime_error);
+  EXPECT_THROW(RegisterPlane({640, 480}, tips), std::runtime_error);
+}
+
+// Places scattered at random share no pose; what fits three of them is not agreement.
+TEST(RegistrationTest, PlacesThatShareNoPoseAreRefused) {
+  const StereoRig rig = VergedTestRig();
+  auto tips = Tips(rig, 12, 0);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> place(-0.05, 0.05);
+  for (TipPlace& tip : tips) tip.p_S = {place(random), place(random), place(random)};
+  EXPECT_FALSE(RegisterPair(rig, tips).reasons.empty());
+  EXPECT_FALSE(RegisterLens(rig.left, tips).reasons.empty());
+}
+
+TEST(RegistrationTest, APictureThatIsMirroredIsSaidToBe) {
+  std::vector<TipPlace> straight, mirrored;
+  for (const auto& [u, v] : {std::pair{10.0, 20.0}, {600.0, 50.0}, {300.0, 400.0}, {70.0, 350.0}}) {
+    straight.push_back({{1e-3 * u, -1e-3 * v, 0}, {u, v}, std::nullopt});
+    mirrored.push_back({{1e-3 * u, 1e-3 * v, 0}, {u, v}, std::nullopt});
+  }
+  const auto found = RegisterPlane({640, 480}, straight);
+  EXPECT_NEAR(found.pixel, 1e-3, 1e-12);
+  EXPECT_THAT(found.reasons, IsEmpty());
+  EXPECT_THAT(RegisterPlane({640, 480}, mirrored).reasons, Contains(HasSubstr("mirror image")));
+}
+
+// Reference: the scene's convention, rotation about fixed x, y, z in turn, multiplied out.
+TEST(RegistrationTest, ThePoseIsWrittenAsScenesReadIt) {
+  EXPECT_EQ(ScenePose(TruePose()),
+            "pose: {translation: [100 mm, -200 mm, -250 mm], rotation: [170 deg, -10 deg, 20 "
+            "deg]}");
+}
+
+}  // namespace
+}  // namespace palpate
