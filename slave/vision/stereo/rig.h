@@ -37,7 +37,8 @@ void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_
 // Picture -> ray: (x/z, y/z) in the camera's frame, without distortion. nullopt: outside the lens's
 // invertible range, or not finite.
 std::optional<Eigen::Vector2d> RayOf(const Lens& lens, const Eigen::Vector2d& p_I) noexcept;
-// Camera frame [m] -> picture [px], with distortion. nullopt: behind the camera.
+// Camera frame [m] -> picture [px], with distortion. nullopt: behind the camera, or so far off axis
+// that the distortion folds back and another ray has that pixel.
 std::optional<Eigen::Vector2d> Project(const Lens& lens, const Eigen::Vector3d& p_C) noexcept;
 
 struct Triangulated {

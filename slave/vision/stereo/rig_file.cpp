@@ -1,0 +1,200 @@
+// A rig's file, in the manner of OpenCV's FileStorage (which reads it, too):
+//
+//   %YAML:1.0
+//   ---
+//   left:                          # one camera: these four at the top, and nothing else
+//      image_width: 640
+//      image_height: 480
+//      camera_matrix: !!opencv-matrix
+//         rows: 3
+//         cols: 3
+//         dt: d
+//         data: [ fx, 0., cx, 0., fy, cy, 0., 0., 1. ]
+//      distortion_coefficients: ...   1 x 5: k1 k2 p1 p2 k3; 4 are read, too
+//   right: ...
+//   R: ...                         # p_R = R p_L + T, 3 x 3 and 3 x 1 [m]
+//   T: ...
+//   rms_px: 0.2
+//   R1, R2, P1, P2, Q              # the rectification that follows, for other programs
+//
+// Files of one camera by ROS's camera_calibration are read as they are.
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+#include <opencv2/calib3d.hpp>
+#include <yaml-cpp/yaml.h>
+
+#include "slave/vision/stereo/rig.h"
+
+namespace palpate {
+namespace {
+
+class RigReader {
+ public:
+  explicit RigReader(const std::filesystem::path& file) : file_(file) {
+    std::ifstream stream(file);
+    if (!stream || std::filesystem::is_directory(file)) Refuse("cannot be read");
+    std::stringstream text;
+    text << stream.rdbuf();
+    try {
+      root_ = YAML::Load(text.str());
+    } catch (const YAML::Exception& error) {
+      Refuse(error.what());
+    }
+    if (!root_.IsMap()) Refuse("is not a map of keys (a camera rig in YAML)");
+  }
+
+  StereoRig Read() const {
+    StereoRig rig;
+    const bool is_pair = Has(root_, "left") || Has(root_, "right");
+    rig.left = ReadLens(is_pair ? Child(root_, "left", "left") : root_, is_pair ? "left." : "");
+    if (Has(root_, "rms_px")) rig.rms_px = Number(root_["rms_px"], "rms_px");
+    if (!is_pair) return rig;
+    rig.right = ReadLens(Child(root_, "right", "right"), "right.");
+    const std::vector<double> R = Matrix(root_, "R", "R"), T = Matrix(root_, "T", "T");
+    if (R.size() != 9) Refuse("R = " + std::to_string(R.size()) + " numbers: accepted is 3 x 3");
+    if (T.size() != 3) Refuse("T = " + std::to_string(T.size()) + " numbers: accepted is 3 x 1");
+    const Eigen::Matrix3d rotation =
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R.data());
+    const double skew = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm();
+    if (!(skew < 1e-5) || rotation.determinant() < 0) Refuse("R: accepted is a rotation");
+    rig.X_RL.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
+    rig.X_RL.translation() = Eigen::Map<const Eigen::Vector3d>(T.data());
+    if (!(rig.baseline() > 0)) Refuse("T = 0: accepted is two cameras apart");
+    return rig;
+  }
+
+ private:
+  [[noreturn]] void Refuse(const std::string& why) const {
+    throw std::runtime_error(file_.string() + ": " + why);
+  }
+  static bool Has(const YAML::Node& map, const char* key) {
+    return map.IsMap() && map[key].IsDefined();
+  }
+  YAML::Node Child(const YAML::Node& map, const char* key, const std::string& name) const {
+    if (!Has(map, key)) Refuse("has no `" + name + "`");
+    return map[key];
+  }
+  double Number(const YAML::Node& node, const std::string& name) const {
+    double value = NAN;
+    if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
+      Refuse(name + ": accepted is a finite number");
+    }
+    return value;
+  }
+  std::vector<double> Matrix(const YAML::Node& map, const char* key,
+                             const std::string& name) const {
+    YAML::Node node = Child(map, key, name);
+    if (node.IsMap()) node = Child(node, "data", name + ".data");
+    if (!node.IsSequence()) Refuse(name + ": accepted is a matrix with `data`");
+    std::vector<double> values;
+    for (const YAML::Node& entry : node) values.push_back(Number(entry, name));
+    return values;
+  }
+  int Pixels(const YAML::Node& map, const char* key, const std::string& name) const {
+    const double value = Number(Child(map, key, name), name);
+    if (!(value >= 1 && value <= 1e5) || value != std::floor(value)) {
+      Refuse(fmt::format("{} = {}: accepted is 1 to 100000 pixels", name, value));
+    }
+    return static_cast<int>(value);
+  }
+
+  Lens ReadLens(const YAML::Node& map, const std::string& at) const {
+    Lens lens;
+    lens.size = {Pixels(map, "image_width", at + "image_width"),
+                 Pixels(map, "image_height", at + "image_height")};
+    const std::vector<double> K = Matrix(map, "camera_matrix", at + "camera_matrix");
+    if (K.size() != 9) Refuse(at + "camera_matrix: accepted is 3 x 3");
+    lens.fx = K[0], lens.cx = K[2], lens.fy = K[4], lens.cy = K[5];
+    if (!(lens.fx > 0) || !(lens.fy > 0)) Refuse(at + "camera_matrix: accepted is focal > 0");
+    if (K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) {
+      Refuse(at + "camera_matrix: accepted is [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
+    }
+    const std::vector<double> d =
+        Matrix(map, "distortion_coefficients", at + "distortion_coefficients");
+    if (d.size() < 4) Refuse(at + "distortion_coefficients: accepted is k1 k2 p1 p2 [k3]");
+    for (std::size_t i = 0; i < d.size(); ++i) {
+      if (i < lens.distortion.size()) {
+        lens.distortion[i] = d[i];
+      } else if (d[i] != 0) {
+        Refuse(at + "distortion_coefficients: accepted is k1 k2 p1 p2 k3 (plumb bob); this lens " +
+               "has more");
+      }
+    }
+    return lens;
+  }
+
+  std::filesystem::path file_;
+  YAML::Node root_;
+};
+
+std::string MatrixText(const std::string& key, int rows, int cols, const double* row_major,
+                       const std::string& indent) {
+  std::string data;
+  for (int i = 0; i < rows * cols; ++i) {
+    data += fmt::format("{}{:.17g}", i == 0 ? "" : ", ", row_major[i]);
+  }
+  return fmt::format(
+      "{0}{1}: !!opencv-matrix\n{0}   rows: {2}\n{0}   cols: {3}\n{0}   dt: d\n"
+      "{0}   data: [ {4} ]\n",
+      indent, key, rows, cols, data);
+}
+
+std::string LensText(const Lens& lens, const std::string& indent) {
+  const double K[9] = {lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1};
+  return fmt::format("{0}image_width: {1}\n{0}image_height: {2}\n", indent, lens.size[0],
+                     lens.size[1]) +
+         MatrixText("camera_matrix", 3, 3, K, indent) +
+         MatrixText("distortion_coefficients", 1, 5, lens.distortion.data(), indent);
+}
+
+cv::Matx33d CameraMatrix(const Lens& lens) {
+  return {lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1};
+}
+
+std::string RectificationText(const StereoRig& rig, const cv::Matx33d& R, const cv::Vec3d& T) {
+  cv::Mat R1, R2, P1, P2, Q;
+  cv::stereoRectify(CameraMatrix(rig.left), cv::Mat(rig.left.distortion), CameraMatrix(rig.right),
+                    cv::Mat(rig.right.distortion), cv::Size(rig.left.size[0], rig.left.size[1]),
+                    cv::Mat(R), cv::Mat(T), R1, R2, P1, P2, Q, cv::CALIB_ZERO_DISPARITY, 0);
+  std::string text;
+  const auto add = [&](const char* key, const cv::Mat& m) {
+    text += MatrixText(key, m.rows, m.cols, m.ptr<double>(), "");
+  };
+  add("R1", R1), add("R2", R2), add("P1", P1), add("P2", P2), add("Q", Q);
+  return text;
+}
+
+}  // namespace
+
+StereoRig ReadRig(const std::filesystem::path& file) {
+  return RigReader(file).Read();
+}
+
+void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera) {
+  std::string text = "%YAML:1.0\n---\n";
+  if (one_camera) {
+    text += LensText(rig.left, "");
+  } else {
+    cv::Matx33d R;
+    cv::Vec3d T;
+    for (int i = 0; i < 3; ++i) {
+      T[i] = rig.X_RL.translation()[i];
+      for (int j = 0; j < 3; ++j) R(i, j) = rig.X_RL.linear()(i, j);
+    }
+    text += "left:\n" + LensText(rig.left, "   ") + "right:\n" + LensText(rig.right, "   ") +
+            "# p_R = R p_L + T [m]\n" + MatrixText("R", 3, 3, R.val, "") +
+            MatrixText("T", 3, 1, T.val, "") + RectificationText(rig, R, T);
+  }
+  text += fmt::format("rms_px: {:.17g}\n", rig.rms_px);
+  std::ofstream stream(file);
+  stream << text;
+  stream.close();
+  if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+}  // namespace palpate

@@ -1,0 +1,100 @@
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "slave/vision/stereo/lens_model.h"
+#include "tests/slave/vision/stereo/test_rigs.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::array<double, 5> kBarrel{-0.27, -0.04, 0.0018, -0.0003, 0.24};
+constexpr std::array<double, 5> kPincushion{0.3, 0.1, -0.002, 0.001, 0.05};
+
+// The inverse of what Project does, over the whole picture; Newton settles to rounding.
+TEST(LensTest, EveryPixelGoesOutAndComesBack) {
+  for (const auto& distortion : {std::array<double, 5>{}, kBarrel, kPincushion}) {
+    const Lens lens = TestLens(distortion);
+    for (double u = 0; u <= 639; u += 71) {
+      for (double v = 0; v <= 479; v += 53.2) {
+        const auto ray = RayOf(lens, {u, v});
+        ASSERT_TRUE(ray) << u << " " << v;
+        const auto back = Project(lens, 3.7 * ray->homogeneous());
+        ASSERT_TRUE(back);
+        EXPECT_LT((*back - Eigen::Vector2d(u, v)).norm(), 1e-9) << u << " " << v;
+      }
+    }
+  }
+}
+
+// Reference: OpenCV's documented formula written out for one ray.
+TEST(LensTest, DistortsAsDocumented) {
+  const Lens lens = TestLens(kBarrel);
+  const double x = 0.3, y = -0.2, s = x * x + y * y;
+  const double radial = 1 - 0.27 * s - 0.04 * s * s + 0.24 * s * s * s;
+  const auto p = Project(lens, {x * 2, y * 2, 2});
+  ASSERT_TRUE(p);
+  EXPECT_NEAR(p->x(), 320 + 800 * (x * radial + 2 * 0.0018 * x * y - 0.0003 * (s + 2 * x * x)),
+              1e-10);
+  EXPECT_NEAR(p->y(), 240 + 800 * (y * radial + 0.0018 * (s + 2 * y * y) - 2 * 0.0003 * x * y),
+              1e-10);
+}
+
+// Central differences with step h err by h^2 and round by eps / h: 1e-6 of 800 px at h = 1e-6.
+TEST(LensTest, TheJacobianIsTheDerivative) {
+  const Lens lens = TestLens(kPincushion);
+  const Eigen::Vector3d p(0.08, -0.05, 0.3);
+  Eigen::Vector2d at;
+  Eigen::Matrix<double, 2, 3> J;
+  ASSERT_TRUE(ProjectWithJacobian(lens, p, &at, &J));
+  const double h = 1e-6;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d d = h * Eigen::Vector3d::Unit(i);
+    const Eigen::Vector2d slope = (*Project(lens, p + d) - *Project(lens, p - d)) / (2 * h);
+    EXPECT_LT((slope - J.col(i)).norm(), 1e-5 * J.norm()) << i;
+  }
+}
+
+// k1 = -1: r (1 - r^2) peaks at r = 1/sqrt 3 with 0.385; no ray has a picture beyond, and rays
+// beyond would have the picture of one within.
+TEST(LensTest, ThereIsNoRayBeyondTheFold) {
+  const Lens lens = TestLens({-1, 0, 0, 0, 0});
+  EXPECT_TRUE(RayOf(lens, {320 + 800 * 0.38, 240}));
+  EXPECT_FALSE(RayOf(lens, {320 + 800 * 0.39, 240}));
+  EXPECT_FALSE(RayOf(lens, {320, 240 + 800 * 5}));
+  EXPECT_TRUE(Project(lens, {0.57, 0, 1}));
+  EXPECT_FALSE(Project(lens, {0.59, 0, 1}));
+  // Folds, then rises again: 1 + 3 k1 s + 5 k2 s^2 < 0 for s in 0.44 to 0.76 only.
+  const Lens wavy = TestLens({-1.2, 0.6, 0, 0, 0});
+  EXPECT_TRUE(Project(wavy, {0.5, 0, 1}));
+  EXPECT_FALSE(Project(wavy, {1, 0, 1}));
+}
+
+TEST(LensTest, NonsenseHasNoPicture) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  const Lens lens = TestLens(kBarrel);
+  for (const double bad : {kNan, kInf, -kInf, 1e300}) {
+    EXPECT_FALSE(RayOf(lens, {bad, 1}));
+    EXPECT_FALSE(RayOf(lens, {1, bad}));
+    EXPECT_FALSE(Project(lens, {bad, 0, 1}));
+  }
+  EXPECT_FALSE(Project(lens, {0, 0, 0}));
+  EXPECT_FALSE(Project(lens, {0, 0, -1}));
+  EXPECT_FALSE(Project(lens, {0, 0, kNan}));
+}
+
+TEST(LensTest, TakesNothingFromTheHeap) {
+  const Lens lens = TestLens(kBarrel);
+  const long before = AllocationCount();
+  for (int i = 0; i < 100; ++i) {
+    (void)RayOf(lens, {6.0 * i, 4.0 * i});
+    (void)Project(lens, {0.001 * i, 0.002 * i, 0.25});
+  }
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,152 @@
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core/persistence.hpp>
+
+#include "slave/vision/stereo/rig.h"
+#include "tests/slave/vision/stereo/test_rigs.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class RigFileTest : public testing::Test {
+ protected:
+  RigFileTest() { fs::create_directories(folder_); }
+
+  fs::path Write(const std::string& text) const {
+    std::ofstream(folder_ / "rig.yaml") << text;
+    return folder_ / "rig.yaml";
+  }
+  std::string Refusal(const std::string& text) const {
+    try {
+      ReadRig(Write(text));
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "read";
+  }
+
+  const fs::path folder_ = fs::path(PALPATE_BINARY_DIR) / "test_stereo";
+  const StereoRig rig_ = [] {
+    StereoRig rig = VergedTestRig({-0.27, -1.0 / 3, 0.0018, -0.0003, 0.24});
+    rig.right = {811.1, 812.2, 300.3, 250.4, {1e-3, 0, 0, 0, 0}, {1280, 960}};
+    rig.rms_px = 0.21;
+    return rig;
+  }();
+};
+
+void ExpectSame(const Lens& a, const Lens& b) {
+  EXPECT_EQ(a.fx, b.fx);
+  EXPECT_EQ(a.fy, b.fy);
+  EXPECT_EQ(a.cx, b.cx);
+  EXPECT_EQ(a.cy, b.cy);
+  EXPECT_EQ(a.distortion, b.distortion);
+  EXPECT_EQ(a.size, b.size);
+}
+
+TEST_F(RigFileTest, WhatIsWrittenIsReadAgain) {
+  const fs::path file = folder_ / "written.yaml";
+  WriteRig(file, rig_);
+  const StereoRig read = ReadRig(file);
+  ExpectSame(read.left, rig_.left);
+  ExpectSame(read.right, rig_.right);
+  EXPECT_LT((read.X_RL.matrix() - rig_.X_RL.matrix()).norm(), 1e-15);
+  EXPECT_EQ(read.rms_px, rig_.rms_px);
+}
+
+TEST_F(RigFileTest, OneCameraHasNoRight) {
+  const fs::path file = folder_ / "one.yaml";
+  WriteRig(file, rig_, true);
+  const StereoRig read = ReadRig(file);
+  ExpectSame(read.left, rig_.left);
+  EXPECT_EQ(read.right.size[0], 0);
+  EXPECT_EQ(read.baseline(), 0);
+}
+
+// The rectification beside the rig: after R1 and R2 a point stands on the same row of both.
+TEST_F(RigFileTest, OpenCvReadsTheFileAndItsRectificationAlignsTheRows) {
+  StereoRig rig = VergedTestRig();
+  const fs::path file = folder_ / "rectified.yaml";
+  WriteRig(file, rig);
+  const cv::FileStorage storage(file.string(), cv::FileStorage::READ);
+  ASSERT_TRUE(storage.isOpened());
+  cv::Mat1d R1, R2, P1, P2, K;
+  storage["R1"] >> R1, storage["R2"] >> R2, storage["P1"] >> P1, storage["P2"] >> P2;
+  storage["left"]["camera_matrix"] >> K;
+  ASSERT_EQ(K.size(), cv::Size(3, 3));
+  EXPECT_EQ(K(0, 0), 800);
+  const Eigen::Vector3d p_L(0.02, 0.03, 0.25), p_R = rig.X_RL * p_L;
+  const auto row = [](const cv::Mat1d& R, const cv::Mat1d& P, const Eigen::Vector3d& p) {
+    const cv::Vec3d c = cv::Matx33d(R.ptr<double>()) * cv::Vec3d(p.x(), p.y(), p.z());
+    return P(1, 1) * c[1] / c[2] + P(1, 2);
+  };
+  EXPECT_NEAR(row(R1, P1, p_L), row(R2, P2, p_R), 1e-9);
+}
+
+TEST_F(RigFileTest, FilesOfOpenCvAndOfRosAreRead) {
+  const StereoRig opencv = ReadRig(Write(R"(%YAML:1.0
+---
+image_width: 640
+image_height: 480
+camera_matrix: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ 5.3e+02, 0., 3.4e+02, 0.,
+       5.4e+02, 2.3e+02, 0., 0., 1. ]
+distortion_coefficients: !!opencv-matrix
+   rows: 4
+   cols: 1
+   dt: d
+   data: [ -2.6e-01, -3.8e-02, 1.7e-03, -2.8e-04 ]
+)"));
+  EXPECT_EQ(opencv.left.fy, 540);
+  EXPECT_EQ(opencv.left.distortion, (std::array<double, 5>{-0.26, -0.038, 0.0017, -0.00028, 0}));
+  const StereoRig ros = ReadRig(Write(R"(
+image_width: 720
+image_height: 576
+camera_name: left
+camera_matrix: {rows: 3, cols: 3, data: [553.6, 0, 345.1, 0, 590.9, 291.0, 0, 0, 1]}
+distortion_coefficients: {rows: 1, cols: 5, data: [-0.01, 0.003, 0.001, 0.002, 0]}
+)"));
+  EXPECT_EQ(ros.left.size[1], 576);
+}
+
+TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
+  const std::string lens =
+      "image_width: 640\nimage_height: 480\n"
+      "camera_matrix: {data: [800, 0, 320, 0, 800, 240, 0, 0, 1]}\n";
+  EXPECT_THAT(Refusal(lens), HasSubstr("rig.yaml: has no `distortion_coefficients`"));
+  EXPECT_THAT(Refusal("left: {image_width: 640}"), HasSubstr("has no `left.image_height`"));
+  EXPECT_THAT(Refusal("image_width: -3"), HasSubstr("accepted is 1 to 100000"));
+  EXPECT_THAT(Refusal("image_width: 640\nimage_height: 480\n"
+                      "camera_matrix: {data: [0, 0, 320, 0, 800, 240, 0, 0, 1]}\n"),
+              HasSubstr("focal > 0"));
+  EXPECT_THAT(Refusal("image_width: 640\nimage_height: 480\n"
+                      "camera_matrix: {data: [.nan, 0, 320, 0, 800, 240, 0, 0, 1]}\n"),
+              HasSubstr("finite"));
+  EXPECT_THAT(Refusal(lens + "distortion_coefficients: {data: [0, 0, 0, 0, 0, 1, 0, 0]}"),
+              HasSubstr("plumb bob"));
+  EXPECT_THAT(Refusal("a: [1"), HasSubstr("rig.yaml: "));
+  EXPECT_THAT(Refusal("just words"), HasSubstr("not a map"));
+  EXPECT_THAT(Refusal(""), HasSubstr("not a map"));
+  const std::string pair =
+      "left: &lens {image_width: 640, image_height: 480, camera_matrix: {data: [800, 0, 320, 0, "
+      "800, 240, 0, 0, 1]}, distortion_coefficients: {data: [0, 0, 0, 0, 0]}}\nright: *lens\n";
+  EXPECT_THAT(Refusal(pair), HasSubstr("has no `R`"));
+  EXPECT_THAT(Refusal(pair + "R: {data: [1, 0, 0, 0, 1, 0, 0, 0, -1]}\nT: {data: [1, 0, 0]}"),
+              HasSubstr("rotation"));
+  EXPECT_THAT(Refusal(pair + "R: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\nT: {data: [0, 0, 0]}"),
+              HasSubstr("two cameras apart"));
+  EXPECT_THROW(ReadRig(folder_), std::runtime_error);
+  EXPECT_THROW(ReadRig(folder_ / "missing.yaml"), std::runtime_error);
+  EXPECT_THROW(WriteRig(folder_ / "no" / "such" / "rig.yaml", rig_), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace palpate
