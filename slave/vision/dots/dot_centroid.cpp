@@ -13,6 +13,8 @@ namespace {
 constexpr double kReach = 2.5;          // the dot's blurred edge ends within so much of it [px]
 constexpr double kRing = 4.5;           // and the ring of ground here
 constexpr double kForeignInRing = 0.2;  // share of the ring that may be something else
+constexpr double kRagged = 1;           // an ellipse's edge is nowhere farther off [px]
+constexpr double kForeignInDot = 0.01;  // share of the dot's area that may be farther off
 constexpr double kSigmaFloor = 0.01;    // what pixels' uneven response leaves [px]
 
 struct Axes {
@@ -146,7 +148,7 @@ std::optional<Dot> EllipseOf(const Blob& blob, const DotShapeLimits& limits) noe
   dot.shape(1, 0) = dot.shape(0, 1);
   const Axes axes = AxesOf(dot.shape);
   if (!(axes.shorter >= limits.axes_ratio_min * axes.longer)) return std::nullopt;
-  // 1 for an ellipse, less for everything else; whole pixels blur it for small ones.
+  // 1 for an ellipse, less for everything else; small ones are blurred by whole pixels.
   const double filled = n / (std::numbers::pi * axes.longer * axes.shorter);
   if (!(filled >= 0.94 - 1 / n && filled <= 1.03 + 1 / n)) return std::nullopt;
   return dot;
@@ -160,13 +162,16 @@ std::optional<Dot> RefineDot(const cv::Mat& image, const Dot& dot, int threshold
   if (!FitGround(w, w.level(threshold), &ground, &inside)) return std::nullopt;
   const double contrast = ground.level0 - inside;
   if (!(contrast >= limits.contrast_min)) return std::nullopt;
-  double sum = 0, sum_x = 0, sum_y = 0, spread = 0;
-  const Outline edge(w.axes, kReach);
+  double sum = 0, sum_x = 0, sum_y = 0, spread = 0, foreign = 0;
+  const Outline edge(w.axes, kReach), hull(w.axes, kRagged);
+  const Outline core(w.axes, -std::min(kRagged, w.axes.shorter / 2));
   const auto rows = w.Rows(edge);
   for (int y = rows[0]; y <= rows[1]; ++y) {
     const std::uint8_t* row = image.ptr<std::uint8_t>(y);
     const double dy = y - w.centre.y();
     const auto span = edge.Row(w.centre, y, image.cols);
+    const auto dot_span = hull.Row(w.centre, y, image.cols);
+    const auto core_span = core.Row(w.centre, y, image.cols);
     for (int x = span[0]; x <= span[1]; ++x) {
       const double dx = x - w.centre.x();
       const double weight =
@@ -174,9 +179,13 @@ std::optional<Dot> RefineDot(const cv::Mat& image, const Dot& dot, int threshold
                      -0.25 * contrast, 1.25 * contrast);
       sum += weight, sum_x += weight * dx, sum_y += weight * dy;
       spread += (dx * dx + dy * dy) / 2;
+      const bool is_dot = 2 * weight > contrast;
+      const bool may_be_dot = x >= dot_span[0] && x <= dot_span[1];
+      const bool must_be_dot = x >= core_span[0] && x <= core_span[1];
+      if (is_dot ? !may_be_dot : must_be_dot) ++foreign;
     }
   }
-  if (!(sum > 0)) return std::nullopt;
+  if (!(sum > 0) || foreign > 1 + kForeignInDot * dot.area) return std::nullopt;
   Dot refined = dot;
   const Eigen::Vector2d moved(sum_x / sum, sum_y / sum);
   if (!(moved.norm() < 1 + 0.1 * w.axes.longer)) return std::nullopt;
