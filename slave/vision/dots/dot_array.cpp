@@ -18,10 +18,18 @@ namespace {
 constexpr std::size_t kMostAnchors = 5;
 constexpr std::size_t kMostCandidates = 256;
 constexpr std::size_t kNeighbours = 8;
-constexpr double kGoodEnough = 0.9;  // share of the array at which no further anchor is tried
+constexpr double kFarNearer = 4;
+constexpr double kSamePlace = 25;   // [px^2]
+constexpr double kResidual = 0.15;  // of an affine map, to the array's extent: perspective and bend
+constexpr double kResidualWeight = 9;  // against the distance from the hint
 
 double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
+}
+
+// So many spurious dots may look as if they belonged.
+int Slack(std::size_t dots) {
+  return static_cast<int>(dots / 12);
 }
 
 bool Alike(double area, double other, double ratio) {
@@ -74,7 +82,7 @@ int DotArray::Match(std::span<const Dot> dots, std::span<const Eigen::Vector2d> 
   int best = 0;
   double best_cost = std::numeric_limits<double>::infinity();
   for (const Growth& growth : growths_) {
-    if (best >= kGoodEnough * static_cast<double>(size())) break;
+    if (best == static_cast<int>(size())) break;
     for (std::size_t c = 0; c < candidates_.size(); ++c) {
       const auto& around = around_[c];
       for (int j = 0; j < around.count; ++j) {
@@ -83,10 +91,11 @@ int DotArray::Match(std::span<const Dot> dots, std::span<const Eigen::Vector2d> 
           const std::array<int, 3> seeds{candidates_[c], around.dots[static_cast<std::size_t>(j)],
                                          around.dots[static_cast<std::size_t>(k)]};
           if (!SeedsFit(growth, dots, seeds)) continue;
-          const int found = Grow(growth, dots, seeds, std::max(least_, best));
-          if (found < std::max(least_, best)) continue;
+          const int to_beat = std::max(least_, best - Slack(size()));
+          const int found = Grow(growth, dots, seeds, to_beat);
+          if (found < to_beat) continue;
           const double cost = Cost(dots, hint);
-          if (found == best && cost >= best_cost) continue;
+          if (!Better(found, cost, best, best_cost, !hint.empty())) continue;
           best = found;
           best_cost = cost;
           *picks = trial_;
@@ -188,19 +197,48 @@ int DotArray::Grow(const Growth& growth, std::span<const Dot> dots, const std::a
   return found;
 }
 
+// More dots are better, but a few spurious ones do not outweigh a place far nearer to the hint.
+bool DotArray::Better(int found, double cost, int best, double best_cost,
+                      bool hinted) const noexcept {
+  if (!std::isfinite(cost)) return false;
+  if (found == best) return cost < best_cost;
+  const bool close = hinted && std::abs(found - best) <= Slack(size());
+  if (found > best) return !(close && kFarNearer * (best_cost + kSamePlace) < cost);
+  return close && kFarNearer * (cost + kSamePlace) < best_cost;
+}
+
+// Mean square distance from the hint, or how far x runs from rightwards; and how badly an affine
+// map takes the layout to the dots, which tells a few dots that are the array from a few that are
+// not.
 double DotArray::Cost(std::span<const Dot> dots,
                       std::span<const Eigen::Vector2d> hint) const noexcept {
-  double cost = 0, count = 0;
-  Eigen::Vector2d middle(0, 0);
-  for (const Eigen::Vector2d& p : layout_) middle += p / static_cast<double>(size());
+  Eigen::Matrix2d MM = Eigen::Matrix2d::Zero(), PM = MM;
+  Eigen::Vector2d m_sum(0, 0), p_sum(0, 0);
+  double n = 0, squares = 0, from_hint = 0;
   for (std::size_t k = 0; k < size(); ++k) {
     if (trial_[k] == kNobody) continue;
-    const Eigen::Vector2d& centre = dots[static_cast<std::size_t>(trial_[k])].centre;
-    cost += hint.empty() ? -(layout_[k].x() - middle.x()) * centre.x()
-                         : (centre - hint[k]).squaredNorm();
-    ++count;
+    const Eigen::Vector2d& m = layout_[k];
+    const Eigen::Vector2d& p = dots[static_cast<std::size_t>(trial_[k])].centre;
+    MM += m * m.transpose();
+    PM += p * m.transpose();
+    m_sum += m, p_sum += p;
+    squares += p.squaredNorm();
+    if (!hint.empty()) from_hint += (p - hint[k]).squaredNorm();
+    ++n;
   }
-  return cost / count;
+  MM -= m_sum * m_sum.transpose() / n;
+  PM -= p_sum * m_sum.transpose() / n;
+  squares -= p_sum.squaredNorm() / n;
+  const double determinant = MM(0, 0) * MM(1, 1) - MM(0, 1) * MM(1, 0);
+  const double none = std::numeric_limits<double>::infinity();
+  if (!(determinant > 1e-6 * MM.trace() * MM.trace())) return none;
+  Eigen::Matrix2d inverse;
+  inverse << MM(1, 1), -MM(0, 1), -MM(1, 0), MM(0, 0);
+  const Eigen::Matrix2d map = PM * inverse / determinant;
+  const double residual = std::max(0.0, squares - map.cwiseProduct(PM).sum());
+  if (!(residual < kResidual * kResidual * squares)) return none;
+  const double astray = hint.empty() ? squares * (1 - map(0, 0) / map.col(0).norm()) : from_hint;
+  return (astray + kResidualWeight * residual) / n;
 }
 
 int DotArray::Follow(std::span<const Dot> dots, std::span<const Eigen::Vector2d> places,

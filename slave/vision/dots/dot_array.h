@@ -25,7 +25,7 @@ class DotArray {
   enum class Handedness : std::uint8_t { kAsDrawn, kMirrored, kEither };
   struct Params {
     Handedness handedness = Handedness::kAsDrawn;
-    double gate = 0.3;        // a dot lies within so much of a spacing from where it is expected
+    double gate = 0.35;       // a dot lies within so much of a spacing from where it is expected
     double area_ratio = 3;    // neighbours differ by no more; large: dots of different sizes
     double least_seen = 0.6;  // share of the array that must be there
   };
@@ -75,6 +75,9 @@ class DotArray {
                               const std::array<int, 3>& seeds) const noexcept;
   int Grow(const Growth& growth, std::span<const Dot> dots, const std::array<int, 3>& seeds,
            int to_beat) noexcept;
+  [[nodiscard]] bool Better(int found, double cost, int best, double best_cost,
+                            bool hinted) const noexcept;
+  // [px^2]; infinite where the dots found are no picture of the layout.
   [[nodiscard]] double Cost(std::span<const Dot> dots,
                             std::span<const Eigen::Vector2d> hint) const noexcept;
 

@@ -10,12 +10,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kReach = 2.5;          // the dot's blurred edge ends within so much of it [px]
-constexpr double kRing = 4.5;           // and the ring of ground here
+constexpr double kReach = 2;            // the dot's blurred edge ends within so much of it [px]
+constexpr double kRing = 5;             // and the ring of ground here
 constexpr double kForeignInRing = 0.2;  // share of the ring that may be something else
 constexpr double kRagged = 1;           // an ellipse's edge is nowhere farther off [px]
 constexpr double kForeignInDot = 0.01;  // share of the dot's area that may be farther off
-constexpr double kSigmaFloor = 0.01;    // what pixels' uneven response leaves [px]
+constexpr double kSigmaFloor = 0.003;   // what pixels' uneven response leaves [px]
 
 struct Axes {
   double longer = 0, shorter = 0;  // half axes [px]
@@ -60,6 +60,7 @@ struct Ground {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0, v = 0, xv = 0, yv = 0, vv = 0;
   int seen = 0;
   double level0 = 0, gx = 0, gy = 0, variance = 0;
+  double slope_variance = 0;  // of gx and gy, their mean
 
   void Add(double dx, double dy, double value) noexcept {
     ++n;
@@ -78,6 +79,7 @@ struct Ground {
     gy = (cxx * cyv - cxy * cxv) / determinant;
     level0 = (v - gx * x - gy * y) / n;
     variance = std::max(0.0, vv - v * v / n - gx * cxv - gy * cyv) / std::max(1.0, n - 3);
+    slope_variance = variance * (cxx + cyy) / (2 * determinant);
     return true;
   }
 };
@@ -192,7 +194,9 @@ std::optional<Dot> RefineDot(const cv::Mat& image, const Dot& dot, int threshold
   refined.centre += moved;
   refined.contrast = contrast;
   refined.area = sum / contrast;
-  refined.sigma = std::hypot(std::sqrt(ground.variance * spread) / sum, kSigmaFloor);
+  const double variance =
+      (ground.variance * spread + ground.slope_variance * spread * spread) / (sum * sum);
+  refined.sigma = std::sqrt(variance + kSigmaFloor * kSigmaFloor);
   return refined;
 }
 

@@ -39,7 +39,8 @@ std::vector<Eigen::Vector2d> LatticePlaces(int count, const Eigen::Vector2d& spa
   if (count < 1 || count > 400) {
     throw std::invalid_argument("count = " + std::to_string(count) + ": accepted is 1 to 400");
   }
-  if (!(spacing.minCoeff() > 0 && spacing.maxCoeff() < 1e3 * spacing.minCoeff())) {
+  if (!(spacing.allFinite() && spacing.minCoeff() > 0 &&
+        spacing.maxCoeff() < 1e3 * spacing.minCoeff())) {
     throw std::invalid_argument("spacing = [" + std::to_string(spacing.x()) + ", " +
                                 std::to_string(spacing.y()) +
                                 "]: accepted are two lengths > 0, at most 1000 to 1");

@@ -87,6 +87,7 @@ bool DotTracker::LookAnew(const cv::Mat& image) {
 
 // Takes the array as it is found in all dots of the picture if that shows more of it than is seen.
 bool DotTracker::Rematch() {
+  if (static_cast<int>(all_.size()) <= seen_) return false;
   const int matched = array_.Match(all_, places_, &picks_);
   if (matched <= seen_) return false;
   Take(picks_);

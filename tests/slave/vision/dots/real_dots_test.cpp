@@ -53,7 +53,9 @@ double HomographyResidual(const std::vector<SightedDot>& dots) {
   return std::sqrt(squares / static_cast<double>(2 * back.size()));
 }
 
-// Reference: the printed grid has 36 dots and nothing else that is one.
+// Reference: the printed grid has 36 dots and nothing else that is one. The centres' residual to a
+// square grid through a homography holds the uncorrected lens and the paper's bend besides the
+// centroids' own error: 0.14, 0.24 and 0.19 px per axis.
 TEST(RealDots, EveryGridPictureShowsItsThirtySixDotsAndNoOther) {
   const auto files = Pictures(kDots, "grid36_");
   if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;
@@ -68,7 +70,38 @@ TEST(RealDots, EveryGridPictureShowsItsThirtySixDotsAndNoOther) {
     EXPECT_EQ(tracker.seen(), 36) << file;
     const double residual = HomographyResidual(tracker.dots());
     RecordProperty(file.stem().string() + "_homography_rms_px", std::to_string(residual));
-    std::printf("%s %.3f\n", file.c_str(), residual);
+    EXPECT_LT(residual, 0.4) << file;
+  }
+}
+
+// Reference: told in each picture anew, from that picture alone: the box's big dot is by far the
+// largest of what is found, and lies between the other four: left and above, right and above, ...
+// of it. Everything else that is found lies off the box.
+TEST(RealDots, FiveDotsKeepTheirIdentitiesThroughTheSequence) {
+  const auto files = Pictures(kDots / "five_dots_seq", "frame_");
+  if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;
+  DotTracker::Params params;
+  params.finder.tone = DotTone::kLight;
+  params.any_tone = false;
+  params.array.area_ratio = 30;  // the middle one is larger
+  const std::vector<Eigen::Vector2d> layout = {{-1, -1}, {1, -1}, {0, 0}, {-1, 1}, {1, 1}};
+  for (const auto search : {DotTracker::Search::kWhole, DotTracker::Search::kNear}) {
+    params.search = search;
+    DotTracker tracker(layout, params);
+    for (const auto& file : files) {
+      ASSERT_TRUE(tracker.Look(cv::imread(file.string(), cv::IMREAD_GRAYSCALE))) << file;
+      ASSERT_EQ(tracker.seen(), 5) << file;
+      const Dot& middle = tracker.dots()[2].dot;
+      EXPECT_GT(middle.area, 1500) << file;
+      for (const std::size_t k : {0u, 1u, 3u, 4u}) {
+        const Dot& dot = tracker.dots()[k].dot;
+        EXPECT_LT(dot.area, 300) << file;
+        const Eigen::Vector2d from_middle = dot.centre - middle.centre;
+        EXPECT_GT(from_middle.x() * layout[k].x(), 40) << file << " " << k;
+        EXPECT_GT(from_middle.y() * layout[k].y(), 25) << file << " " << k;
+        EXPECT_LT(from_middle.norm(), 120) << file << " " << k;
+      }
+    }
   }
 }
 
