@@ -1,0 +1,53 @@
+// Where a point goes when its neighbours move: least squares of an affine map.
+#pragma once
+
+#include <limits>
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+class AffineMove {
+ public:
+  // `point`: where it was.
+  explicit AffineMove(const Eigen::Vector2d& point) : point_(point) {}
+  // A neighbour was at `before` and is at `now`; the nearer ones weigh more.
+  void Add(const Eigen::Vector2d& before, const Eigen::Vector2d& now) noexcept {
+    const Eigen::Vector2d d = before - point_, move = now - before;
+    const double weight = 1 / (d.squaredNorm() + 1e-12);
+    ++count_;
+    sum_ += weight;
+    d_ += weight * d;
+    move_ += weight * move;
+    dd_ += weight * d * d.transpose();
+    move_d_ += weight * move * d.transpose();
+  }
+  [[nodiscard]] int count() const { return count_; }
+  // Where the point is now. Neighbours on one line, or fewer than three: nothing is said across
+  // them, so across them they shift as one. Nobody: NaN.
+  [[nodiscard]] Eigen::Vector2d Carry() const noexcept {
+    if (count_ == 0) {
+      return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+    }
+    const Eigen::Vector2d d = d_ / sum_, move = move_ / sum_;
+    Eigen::Matrix2d D = dd_ - sum_ * d * d.transpose();
+    const Eigen::Matrix2d M = move_d_ - sum_ * move * d.transpose();
+    const double ridge = 1e-6 * dd_.trace();
+    D(0, 0) += ridge;
+    D(1, 1) += ridge;
+    const double determinant = D(0, 0) * D(1, 1) - D(0, 1) * D(1, 0);
+    if (!(determinant > 0)) return point_ + move;
+    Eigen::Matrix2d inverse;
+    inverse << D(1, 1), -D(0, 1), -D(1, 0), D(0, 0);
+    return point_ + move - M * inverse * d / determinant;
+  }
+
+ private:
+  Eigen::Vector2d point_;
+  int count_ = 0;
+  double sum_ = 0;
+  Eigen::Vector2d d_{0, 0}, move_{0, 0};
+  Eigen::Matrix2d dd_ = Eigen::Matrix2d::Zero(), move_d_ = Eigen::Matrix2d::Zero();
+};
+
+}  // namespace palpate

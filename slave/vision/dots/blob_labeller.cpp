@@ -1,0 +1,144 @@
+#include "slave/vision/dots/blob_labeller.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <utility>
+
+#include <opencv2/core/hal/intrin.hpp>
+
+namespace palpate {
+namespace {
+
+constexpr int kLane = 16;
+
+// Sixteen pixels to sixteen bits.
+std::uint64_t Lane(const std::uint8_t* pixels, std::uint8_t threshold) noexcept {
+  const cv::v_uint8x16 level = cv::v_load(pixels);
+  return static_cast<std::uint64_t>(
+      static_cast<std::uint16_t>(cv::v_signmask(level < cv::v_setall_u8(threshold))));
+}
+
+Blob BlobOfRun(int y, int begin, int end) noexcept {
+  const std::int64_t n = end - begin, first = begin, last = end - 1;
+  const auto squares = [](std::int64_t k) { return k * (k + 1) * (2 * k + 1) / 6; };
+  Blob blob;
+  blob.area = n;
+  blob.x = n * (first + last) / 2;
+  blob.y = n * y;
+  blob.xx = squares(last) - squares(first - 1);
+  blob.xy = blob.x * y;
+  blob.yy = n * y * y;
+  blob.left = begin, blob.right = end - 1;
+  blob.top = blob.bottom = y;
+  return blob;
+}
+
+void Add(const Blob& part, Blob& whole) noexcept {
+  whole.area += part.area;
+  whole.x += part.x, whole.y += part.y;
+  whole.xx += part.xx, whole.xy += part.xy, whole.yy += part.yy;
+  whole.left = std::min(whole.left, part.left);
+  whole.right = std::max(whole.right, part.right);
+  whole.top = std::min(whole.top, part.top);
+  whole.bottom = std::max(whole.bottom, part.bottom);
+}
+
+}  // namespace
+
+void DarkBits(const std::uint8_t* row, int width, const std::uint8_t* thresholds,
+              std::uint64_t* bits) noexcept {
+  const int whole = width / kLane;
+  std::fill_n(bits, (width + 63) / 64, std::uint64_t{0});
+  for (int lane = 0; lane < whole; ++lane) {
+    bits[lane / 4] |= Lane(row + lane * kLane, thresholds[lane]) << (lane % 4 * kLane);
+  }
+  for (int x = whole * kLane; x < width; ++x) {
+    if (row[x] < thresholds[whole]) bits[x / 64] |= std::uint64_t{1} << (x % 64);
+  }
+}
+
+void BlobLabeller::Begin(int width) {
+  width_ = width;
+  parents_.reserve(kMaxRegions);
+  blobs_.reserve(kMaxRegions);
+  above_.reserve(static_cast<std::size_t>(width) / 2 + 1);
+  here_.reserve(static_cast<std::size_t>(width) / 2 + 1);
+  parents_.clear();
+  blobs_.clear();
+  above_.clear();
+  here_.clear();
+  overrun_ = false;
+}
+
+void BlobLabeller::AddRow(int y, const std::uint64_t* bits, bool inverted) noexcept {
+  std::swap(above_, here_);
+  here_.clear();
+  next_above_ = 0;
+  const int words = (width_ + 63) / 64;
+  std::uint64_t before = 0;  // the last pixel of the word before
+  int begin = 0;
+  bool open = false;
+  for (int i = 0; i < words; ++i) {
+    std::uint64_t word = inverted ? ~bits[i] : bits[i];
+    const int beyond = 64 * (i + 1) - width_;
+    if (beyond > 0) word &= ~std::uint64_t{0} >> beyond;
+    for (std::uint64_t changes = word ^ (word << 1 | before); changes != 0;
+         changes &= changes - 1) {
+      const int x = 64 * i + std::countr_zero(changes);
+      if (open) AddRun(y, begin, x);
+      begin = x;
+      open = !open;
+    }
+    before = word >> 63;
+  }
+  if (open) AddRun(y, begin, width_);
+}
+
+// Joins what touches it in the row above; runs of a row come from left to right.
+void BlobLabeller::AddRun(int y, int begin, int end) noexcept {
+  while (next_above_ < above_.size() && above_[next_above_].end <= begin) ++next_above_;
+  int label = -1;
+  for (std::size_t k = next_above_; k < above_.size() && above_[k].begin < end; ++k) {
+    const int touched = Root(above_[k].label);
+    label = label < 0 ? touched : Join(label, touched);
+  }
+  const Blob run = BlobOfRun(y, begin, end);
+  if (label < 0) {
+    if (blobs_.size() == kMaxRegions) {
+      overrun_ = true;
+      return;
+    }
+    label = static_cast<int>(blobs_.size());
+    parents_.push_back(label);
+    blobs_.push_back(run);
+  } else {
+    Add(run, blobs_[static_cast<std::size_t>(label)]);
+  }
+  here_.push_back({begin, end, label});
+}
+
+int BlobLabeller::Root(int label) noexcept {
+  while (parents_[static_cast<std::size_t>(label)] != label) {
+    int& parent = parents_[static_cast<std::size_t>(label)];
+    parent = parents_[static_cast<std::size_t>(parent)];  // halves the path
+    label = parent;
+  }
+  return label;
+}
+
+int BlobLabeller::Join(int a, int b) noexcept {
+  if (a == b) return a;
+  if (b < a) std::swap(a, b);
+  parents_[static_cast<std::size_t>(b)] = a;
+  Add(blobs_[static_cast<std::size_t>(b)], blobs_[static_cast<std::size_t>(a)]);
+  blobs_[static_cast<std::size_t>(b)].area = 0;
+  return a;
+}
+
+const std::vector<Blob>& BlobLabeller::Finish() noexcept {
+  std::erase_if(blobs_, [](const Blob& blob) { return blob.area == 0; });
+  return blobs_;
+}
+
+}  // namespace palpate

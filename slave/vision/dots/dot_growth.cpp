@@ -1,0 +1,143 @@
+#include "slave/vision/dots/dot_growth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/LU>
+
+namespace palpate {
+namespace {
+
+using Places = std::vector<Eigen::Vector2d>;
+
+Eigen::Vector2d Middle(const Places& layout) {
+  Eigen::Vector2d sum(0, 0);
+  for (const Eigen::Vector2d& p : layout) sum += p;
+  return sum / static_cast<double>(layout.size());
+}
+
+// Indices by distance from `place`.
+std::vector<int> ByDistance(const Places& layout, const Eigen::Vector2d& place,
+                            std::vector<int> which) {
+  const auto distance = [&](int k) { return (layout[static_cast<std::size_t>(k)] - place).norm(); };
+  std::stable_sort(which.begin(), which.end(),
+                   [&](int a, int b) { return distance(a) < distance(b); });
+  return which;
+}
+
+std::vector<int> All(std::size_t count) {
+  std::vector<int> all(count);
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+// The smallest weights with sum 1 that give `place`; false: the parents lie on one line.
+bool Weigh(const Places& layout, const Eigen::Vector2d& place, GrowthStep* step) {
+  Eigen::Matrix<double, 3, Eigen::Dynamic> A(3, step->parents);
+  double scale = 0;
+  for (int p = 0; p < step->parents; ++p) {
+    const auto parent = static_cast<std::size_t>(step->parent[static_cast<std::size_t>(p)]);
+    A.col(p) << 1, layout[parent] - place;
+    scale = std::max(scale, (layout[parent] - place).norm());
+  }
+  A.bottomRows(2) /= scale;
+  const Eigen::Matrix3d square = A * A.transpose();
+  if (!(std::abs(square.determinant()) > 1e-2)) return false;
+  const Eigen::VectorXd weights =
+      A.transpose() * (square.inverse() * Eigen::Vector3d(1, 0, 0)).eval();
+  for (int p = 0; p < step->parents; ++p) step->weight[static_cast<std::size_t>(p)] = weights[p];
+  return true;
+}
+
+// The nearest of those already there, as many as it takes not to lie on one line.
+GrowthStep StepTo(const Places& layout, int dot, const std::vector<int>& there) {
+  GrowthStep step;
+  step.dot = dot;
+  const Eigen::Vector2d& place = layout[static_cast<std::size_t>(dot)];
+  const std::vector<int> nearest = ByDistance(layout, place, there);
+  const std::size_t most = std::min(nearest.size(), GrowthStep::kMostParents);
+  for (std::size_t n = std::min<std::size_t>(4, most); n <= most; ++n) {
+    step.parents = static_cast<int>(n);
+    std::copy_n(nearest.begin(), n, step.parent.begin());
+    if (Weigh(layout, place, &step)) return step;
+  }
+  step.parents = 4;  // the nearest, and the first three, which do not lie on one line
+  step.parent = {nearest[0], there[0], there[1], there[2]};
+  Weigh(layout, place, &step);
+  return step;
+}
+
+}  // namespace
+
+Growth GrowthFrom(const Places& layout, std::size_t anchor) {
+  const Eigen::Vector2d& origin = layout[anchor];
+  const std::vector<int> order = ByDistance(layout, origin, All(layout.size()));
+  std::vector<int> there{order[0], order[1]};
+  const Eigen::Vector2d a = layout[static_cast<std::size_t>(order[1])] - origin;
+  for (std::size_t i = 2; i < order.size() && there.size() < 3; ++i) {
+    const Eigen::Vector2d b = layout[static_cast<std::size_t>(order[i])] - origin;
+    if (std::abs(a.x() * b.y() - a.y() * b.x()) > 0.3 * a.norm() * b.norm()) {
+      there.push_back(order[i]);
+    }
+  }
+  if (there.size() < 3) throw std::invalid_argument("the dots of the layout lie on one line");
+  Growth growth(3);
+  for (std::size_t i = 0; i < 3; ++i) growth[i].dot = there[i];
+  std::vector<char> done(layout.size(), 0);
+  for (const int k : there) done[static_cast<std::size_t>(k)] = 1;
+  while (there.size() < layout.size()) {  // the one nearest to any that is there
+    int next = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (const int k : order) {
+      if (done[static_cast<std::size_t>(k)] != 0) continue;
+      for (const int other : there) {
+        const double distance =
+            (layout[static_cast<std::size_t>(k)] - layout[static_cast<std::size_t>(other)]).norm();
+        if (distance < least) least = distance, next = k;
+      }
+    }
+    growth.push_back(StepTo(layout, next, there));
+    there.push_back(next);
+    done[static_cast<std::size_t>(next)] = 1;
+  }
+  return growth;
+}
+
+std::vector<std::size_t> SpreadAnchors(const Places& layout, std::size_t most) {
+  const std::vector<int> order = ByDistance(layout, Middle(layout), All(layout.size()));
+  // The inner half has neighbours on all sides.
+  const std::size_t inner = std::max(std::min(layout.size(), most), layout.size() / 2);
+  std::vector<std::size_t> anchors{static_cast<std::size_t>(order[0])};
+  while (anchors.size() < std::min(most, inner)) {
+    std::size_t farthest = anchors[0];
+    double most_apart = 0;
+    for (std::size_t i = 0; i < inner; ++i) {
+      const auto k = static_cast<std::size_t>(order[i]);
+      double apart = std::numeric_limits<double>::infinity();
+      for (const std::size_t anchor : anchors) {
+        apart = std::min(apart, (layout[k] - layout[anchor]).norm());
+      }
+      if (apart > most_apart) most_apart = apart, farthest = k;
+    }
+    if (!(most_apart > 0)) break;
+    anchors.push_back(farthest);
+  }
+  return anchors;
+}
+
+std::vector<std::vector<int>> NearestNeighbours(const Places& layout, std::size_t most) {
+  std::vector<std::vector<int>> neighbours;
+  for (std::size_t k = 0; k < layout.size(); ++k) {
+    std::vector<int> nearest = ByDistance(layout, layout[k], All(layout.size()));
+    std::erase(nearest, static_cast<int>(k));
+    nearest.resize(std::min(nearest.size(), most));
+    neighbours.push_back(std::move(nearest));
+  }
+  return neighbours;
+}
+
+}  // namespace palpate

@@ -1,0 +1,22 @@
+// Where the dots of an array lie on the object at rest, frame O.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/scene/scene.h"
+
+namespace palpate {
+
+// `count` points of the lattice `spacing` [m] that lie nearest to the origin, row by row (y, then
+// x, rising). Of the lattices centred on a point, on the middle of an edge and on the middle of a
+// cell, that one whose points complete a symmetric figure; 31 points 15 by 10 mm are seven rows of
+// 3, 5, 5, 5, 5, 5, 3 within 36.1 mm. Throws std::invalid_argument: count < 1, spacing not > 0.
+std::vector<Eigen::Vector2d> LatticePlaces(int count, const Eigen::Vector2d& spacing);
+
+// The array of a scene: its file `layout` (CSV with columns x, y [m]) or its lattice. Throws
+// std::runtime_error (the file), std::invalid_argument (the numbers).
+std::vector<Eigen::Vector2d> DotPlaces(const PointTracking& points);
+
+}  // namespace palpate

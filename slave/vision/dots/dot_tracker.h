@@ -1,0 +1,76 @@
+// One eye on an array of dots: each dot keeps its identity from picture to picture.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include "slave/vision/dots/dot_array.h"
+#include "slave/vision/dots/dot_finder.h"
+
+namespace palpate {
+
+// Not thread-safe. Allocates in the first pictures only.
+class DotTracker {
+ public:
+  // kNear looks about the last places and searches the whole picture when dots are missing (every
+  // eighth picture, at once when many are lost); kWhole searches it every time.
+  enum class Search { kNear, kWhole };
+  struct Params {
+    DotFinder::Params finder;
+    bool any_tone = true;  // take the tone that shows the array, whatever `finder` says
+    DotArray::Params array;
+    Search search = Search::kNear;
+  };
+  // Throws as DotFinder and DotArray do.
+  DotTracker(std::vector<Eigen::Vector2d> layout, const Params& params);
+
+  // About where the array is in the first picture, a place per dot [px]; tells the ways apart in
+  // which a symmetric array can be seen.
+  void Hint(std::vector<Eigen::Vector2d> places);
+  // Looks at the next picture. False: the array is not there, or the picture is no 8-bit grey one
+  // with something in it.
+  bool Look(const cv::Mat& image) noexcept;
+  // Forgets all but the places: the next picture is matched anew.
+  void Lose() noexcept { found_ = false; }
+
+  // One per dot of the layout; where not seen, `dot.centre` is where it should be, from its
+  // neighbours, and may be NaN.
+  [[nodiscard]] const std::vector<SightedDot>& dots() const { return dots_; }
+  [[nodiscard]] int seen() const { return seen_; }
+  [[nodiscard]] bool found() const { return found_; }
+  [[nodiscard]] const DotArray& array() const { return array_; }
+
+ private:
+  bool LookAnew(const cv::Mat& image);
+  void LookNear(const cv::Mat& image);
+  void LookEverywhere(const cv::Mat& image);
+  bool Rematch();
+  void Take(std::span<const int> picks);
+  void See(std::size_t k, const Dot& dot);
+  void DropStrays();
+  void ExpectTheMissing();
+  void Start();
+
+  Params params_;
+  DotFinder finder_;
+  DotArray array_;
+  bool found_ = false;
+  int seen_ = 0, last_seen_ = 0;
+  int pictures_missing_ = 0;             // in a row, with a dot missing
+  std::vector<Eigen::Vector2d> places_;  // last known, or hinted; empty: nothing known
+  std::vector<Eigen::Vector2d> start_;   // where the dots were when the array was matched
+  std::vector<double> areas_;            // last seen
+  std::vector<SightedDot> dots_;
+  // Work space.
+  std::vector<Dot> all_;
+  std::vector<int> picks_;
+  std::vector<ExpectedDot> expected_;
+  std::vector<SightedDot> dots_sighted_;
+  std::vector<Eigen::Vector2d> now_;
+  std::vector<char> flags_, strays_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,212 @@
+#include "slave/vision/dots/stereo_dots.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "slave/vision/dots/circle_bias.h"
+
+namespace palpate {
+namespace {
+
+// Neighbours are as far from each other as the layout says, within so much: a membrane stretches
+// little, but an array taken for its own shifted copy lies at another depth, and has another size.
+constexpr double kSizeTolerance = 0.12;
+
+bool Fits(const cv::Mat& image, const Lens& lens) {
+  return image.dims == 2 && image.type() == CV_8UC1 && image.data != nullptr &&
+         image.cols == lens.size[0] && image.rows == lens.size[1];
+}
+
+void Refuse(const std::string& what) {
+  throw std::invalid_argument(what);
+}
+
+StereoDots::Params Checked(StereoDots::Params params) {
+  for (const Lens* lens : {&params.rig.left, &params.rig.right}) {
+    if (!(lens->fx > 0 && lens->fy > 0 && lens->size[0] > 0 && lens->size[1] > 0)) {
+      Refuse("rig: accepted are lenses with focal lengths > 0 and a size > 0");
+    }
+  }
+  if (!(params.rig.baseline() > 0)) Refuse("rig: baseline = 0: accepted is > 0");
+  const auto number = [](const std::string& name, double value, bool accepted,
+                         const std::string& what) {
+    if (!accepted) Refuse(name + " = " + std::to_string(value) + ": accepted is " + what);
+  };
+  number("dot_radius", params.dot_radius, params.dot_radius >= 0 && params.dot_radius < 1,
+         "0 <= radius < 1 m");
+  number("sigma_px", params.sigma_px, params.sigma_px >= 0 && params.sigma_px < 100,
+         "0 <= sigma < 100 px");
+  number("rest_pictures", params.rest_pictures, params.rest_pictures >= 1, "at least 1");
+  number("miss_px", params.miss_px, params.miss_px > 0, "> 0");
+  return params;
+}
+
+// From inside, x turns to y as the picture's do; from outside, against that.
+DotTracker::Params TrackerParams(const StereoDots::Params& params) {
+  DotTracker::Params tracker;
+  tracker.finder = params.finder;
+  tracker.search = params.search;
+  const Eigen::Isometry3d X_LO = params.X_SL.inverse() * params.X_SO;
+  const bool from_inside = X_LO.linear().col(2).dot(X_LO.translation()) > 0;
+  tracker.array.handedness =
+      from_inside ? DotArray::Handedness::kAsDrawn : DotArray::Handedness::kMirrored;
+  return tracker;
+}
+
+}  // namespace
+
+StereoDots::StereoDots(const Params& params)
+    : params_(Checked(params)),
+      eyes_{DotTracker(params.layout, TrackerParams(params)),
+            DotTracker(params.layout, TrackerParams(params))} {
+  const std::size_t n = params_.layout.size();
+  observation_.points.resize(n);
+  for (std::size_t k = 0; k < n; ++k) observation_.points[k].id = static_cast<int>(k);
+  rest_counts_.assign(n, 0);
+  rest_sums_.assign(n, Eigen::Vector3d::Zero());
+  raw_.resize(n);
+  located_.resize(n);
+  ratios_.reserve(8 * n);
+  Hint();
+}
+
+void StereoDots::Hint() {
+  const Eigen::Isometry3d X_LO = params_.X_SL.inverse() * params_.X_SO;
+  std::array<std::vector<Eigen::Vector2d>, 2> places;
+  for (const Eigen::Vector2d& p_O : params_.layout) {
+    const Eigen::Vector3d p_L = X_LO * Eigen::Vector3d(p_O.x(), p_O.y(), 0);
+    const auto left = Project(params_.rig.left, p_L);
+    const auto right = Project(params_.rig.right, params_.rig.X_RL * p_L);
+    if (!left || !right) Refuse("pose: accepted is the array of dots in front of both cameras");
+    places[0].push_back(*left);
+    places[1].push_back(*right);
+  }
+  for (std::size_t i = 0; i < 2; ++i) eyes_[i].Hint(std::move(places[i]));
+}
+
+const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat& right,
+                                              Time sensed_at) noexcept {
+  ++observation_.sequence;
+  observation_.sensed_at = sensed_at;
+  observation_.found = false;
+  for (SurfacePoint& point : observation_.points) point.seen = false;
+  if (!Fits(left, params_.rig.left) || !Fits(right, params_.rig.right)) return observation_;
+  const bool in_left = eyes_[0].Look(left), in_right = eyes_[1].Look(right);
+  if (!in_left || !in_right) return observation_;
+  if (!Locate()) {
+    for (DotTracker& eye : eyes_) eye.Lose();
+    return observation_;
+  }
+  const bool was_known = at_rest_known();
+  int seen = 0;
+  for (std::size_t k = 0; k < located_.size(); ++k) {
+    if (!located_[k] || (was_known && rest_counts_[k] == 0)) continue;
+    SurfacePoint& point = observation_.points[k];
+    const Eigen::Matrix3d R_SL = params_.X_SL.linear();
+    point.p_S = params_.X_SL * located_[k]->p_L;
+    point.covariance = R_SL * located_[k]->covariance * R_SL.transpose();
+    point.seen = true;
+    ++seen;
+  }
+  if (!was_known) TakeRest();
+  observation_.found = was_known && seen >= 3;
+  return observation_;
+}
+
+// Twice: the first places say how the dots are tilted, which the second ones take into account.
+// False: what is seen is not the array.
+bool StereoDots::Locate() {
+  const Eigen::Vector3d flat = Eigen::Vector3d::Zero();
+  int both = 0, met = 0;
+  for (std::size_t k = 0; k < raw_.size(); ++k) {
+    raw_[k].reset();
+    if (!eyes_[0].dots()[k].seen || !eyes_[1].dots()[k].seen) continue;
+    ++both;
+    raw_[k] = Place(k, flat);
+    if (raw_[k] && raw_[k]->miss_px > params_.miss_px) raw_[k].reset();
+    if (raw_[k]) ++met;
+  }
+  if (met < 3 || 2 * met < both || !SizeFits()) return false;
+  for (std::size_t k = 0; k < raw_.size(); ++k) {
+    located_[k] = raw_[k] ? Place(k, Normal(k)) : std::nullopt;
+  }
+  return true;
+}
+
+// `n_L`: of the dot; zero: its tilt is not known, and not corrected.
+std::optional<Triangulated> StereoDots::Place(std::size_t k,
+                                              const Eigen::Vector3d& n_L) const noexcept {
+  const Dot& left = eyes_[0].dots()[k].dot;
+  const Dot& right = eyes_[1].dots()[k].dot;
+  Eigen::Vector2d left_I = left.centre, right_I = right.centre;
+  if (raw_[k] && n_L.squaredNorm() > 0) {
+    const Eigen::Vector3d p_L = raw_[k]->p_L;
+    const Eigen::Isometry3d& X_RL = params_.rig.X_RL;
+    const auto bias_left = CircleCentroidBias(params_.rig.left, p_L, n_L, params_.dot_radius);
+    const auto bias_right =
+        CircleCentroidBias(params_.rig.right, X_RL * p_L, X_RL.linear() * n_L, params_.dot_radius);
+    if (bias_left && bias_right) {
+      left_I -= *bias_left;
+      right_I -= *bias_right;
+    }
+  }
+  const double sigma = std::max({params_.sigma_px, left.sigma, right.sigma});
+  return Triangulate(params_.rig, left_I, right_I, sigma);
+}
+
+// Of the plane through the neighbours: least squares of places against the layout's x and y.
+Eigen::Vector3d StereoDots::Normal(std::size_t k) const noexcept {
+  Eigen::Matrix2d D = Eigen::Matrix2d::Zero();
+  Eigen::Matrix<double, 3, 2> P = Eigen::Matrix<double, 3, 2>::Zero();
+  for (const int j : eyes_[0].array().neighbours(k)) {
+    const auto other = static_cast<std::size_t>(j);
+    if (!raw_[other]) continue;
+    const Eigen::Vector2d d = params_.layout[other] - params_.layout[k];
+    D += d * d.transpose();
+    P += (raw_[other]->p_L - raw_[k]->p_L) * d.transpose();
+  }
+  const double determinant = D(0, 0) * D(1, 1) - D(0, 1) * D(1, 0);
+  if (!(determinant > 1e-3 * D.trace() * D.trace())) return Eigen::Vector3d::Zero();
+  Eigen::Matrix2d inverse;
+  inverse << D(1, 1), -D(0, 1), -D(1, 0), D(0, 0);
+  const Eigen::Matrix<double, 3, 2> tangents = P * inverse / determinant;
+  const Eigen::Vector3d normal = tangents.col(0).cross(tangents.col(1));
+  const double length = normal.norm();
+  return length > 0 ? Eigen::Vector3d(normal / length) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
+bool StereoDots::SizeFits() noexcept {
+  ratios_.clear();
+  for (std::size_t k = 0; k < raw_.size(); ++k) {
+    for (const int j : eyes_[0].array().neighbours(k)) {
+      const auto other = static_cast<std::size_t>(j);
+      if (other < k || !raw_[k] || !raw_[other]) continue;
+      ratios_.push_back((raw_[k]->p_L - raw_[other]->p_L).norm() /
+                        (params_.layout[k] - params_.layout[other]).norm());
+    }
+  }
+  if (ratios_.empty()) return true;
+  const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>(ratios_.size() / 2);
+  std::nth_element(ratios_.begin(), middle, ratios_.end());
+  return std::abs(*middle - 1) < kSizeTolerance;
+}
+
+void StereoDots::TakeRest() noexcept {
+  ++rest_taken_;
+  for (std::size_t k = 0; k < rest_sums_.size(); ++k) {
+    SurfacePoint& point = observation_.points[k];
+    if (point.seen) {
+      rest_sums_[k] += point.p_S;
+      ++rest_counts_[k];
+    }
+    if (rest_counts_[k] > 0) point.p_S_rest = rest_sums_[k] / rest_counts_[k];
+    if (!point.seen) point.p_S = point.p_S_rest;
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,67 @@
+// Two eyes on an array of dots: where each dot is in space, and how far from rest.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
+
+#include "shared/state/clock.h"
+#include "slave/vision/dots/dot_tracker.h"
+#include "slave/vision/stereo/rig.h"
+#include "slave/vision/stereo/surface_points.h"
+
+namespace palpate {
+
+// Not thread-safe. Allocates in the first pictures only.
+class StereoDots {
+ public:
+  struct Params {
+    StereoRig rig;
+    Eigen::Isometry3d X_SL = Eigen::Isometry3d::Identity();
+    Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();  // about: where the array is looked for
+    std::vector<Eigen::Vector2d> layout;                     // of the dots, frame O [m]
+    double dot_radius = 0.002;                               // [m]
+    double sigma_px = 0.1;   // least one-sigma of a dot's place in a picture, per axis [px]
+    int rest_pictures = 10;  // the rest frame is their mean
+    double miss_px = 3;      // the two rays of a dot pass no farther from each other [px]
+    DotTracker::Search search = DotTracker::Search::kNear;
+    DotFinder::Params finder;
+  };
+  // Throws std::invalid_argument naming the parameter: a lens without focal length or size, no
+  // baseline, the array not in view of both cameras, what DotTracker refuses.
+  explicit StereoDots(const Params& params);
+
+  // One pair: 8-bit grey, of the lenses' sizes. One point per dot, in the order of the layout.
+  // `found` is false while the rest frame is taken, when the array is not in both pictures, when
+  // what is seen has not the layout's size, and for bad pictures. A dot that was not seen while the
+  // rest frame was taken never is. Valid until the next call.
+  const SurfaceObservation& Observe(const cv::Mat& left, const cv::Mat& right,
+                                    Time sensed_at) noexcept;
+
+  [[nodiscard]] bool at_rest_known() const { return rest_taken_ >= params_.rest_pictures; }
+  [[nodiscard]] const DotTracker& left() const { return eyes_[0]; }
+  [[nodiscard]] const DotTracker& right() const { return eyes_[1]; }
+
+ private:
+  void Hint();
+  bool Locate();
+  [[nodiscard]] bool SizeFits() noexcept;
+  [[nodiscard]] Eigen::Vector3d Normal(std::size_t k) const noexcept;
+  [[nodiscard]] std::optional<Triangulated> Place(std::size_t k,
+                                                  const Eigen::Vector3d& n_L) const noexcept;
+  void TakeRest() noexcept;
+
+  Params params_;
+  std::array<DotTracker, 2> eyes_;
+  SurfaceObservation observation_;
+  int rest_taken_ = 0;
+  std::vector<int> rest_counts_;            // per dot
+  std::vector<Eigen::Vector3d> rest_sums_;  // per dot, frame S [m]
+  std::vector<std::optional<Triangulated>> raw_, located_;
+  std::vector<double> ratios_;
+};
+
+}  // namespace palpate

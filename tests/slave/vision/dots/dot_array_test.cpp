@@ -1,0 +1,256 @@
+#include "slave/vision/dots/dot_array.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "slave/vision/dots/circle_bias.h"
+#include "slave/vision/dots/dot_layout.h"
+#include "tests/slave/vision/dots/dot_pictures.h"
+#include "tests/slave/vision/reference_case.h"
+
+namespace palpate {
+namespace {
+
+const std::vector<Eigen::Vector2d>& Array31() {
+  static const auto layout = LatticePlaces(31, {0.015, 0.010});
+  return layout;
+}
+
+// A plane seen in perspective: shift [px], turn, tilt about two axes.
+struct View {
+  Eigen::Vector2d shift{320, 240};
+  double turn = 0, tilt_x = 0, tilt_y = 0, scale = 3200;  // [px/m]
+  [[nodiscard]] Eigen::Vector2d operator()(const Eigen::Vector2d& p) const {
+    const Eigen::Vector2d turned = Eigen::Rotation2Dd(turn) * p;
+    const double depth = 1 + tilt_x * turned.x() + tilt_y * turned.y();
+    return shift + scale * turned / depth;
+  }
+};
+
+std::vector<Dot> Seen(const std::vector<Eigen::Vector2d>& layout, const View& view) {
+  std::vector<Dot> dots;
+  for (const Eigen::Vector2d& p : layout) {
+    dots.emplace_back().centre = view(p);
+    dots.back().area = 130;
+  }
+  return dots;
+}
+
+std::vector<Eigen::Vector2d> Places(const std::vector<Eigen::Vector2d>& layout, const View& view) {
+  std::vector<Eigen::Vector2d> places;
+  for (const Eigen::Vector2d& p : layout) places.push_back(view(p));
+  return places;
+}
+
+// How many of the picks are the dot itself, when dots come in the order `order`.
+int Right(const std::vector<int>& picks, const std::vector<int>& order) {
+  int right = 0;
+  for (std::size_t k = 0; k < picks.size(); ++k) {
+    if (picks[k] >= 0 && order[static_cast<std::size_t>(picks[k])] == static_cast<int>(k)) ++right;
+  }
+  return right;
+}
+
+struct Shuffled {
+  std::vector<Dot> dots;
+  std::vector<int> order;  // identity; -1: spurious
+};
+
+Shuffled Shuffle(const std::vector<Dot>& dots, const std::set<int>& without, int spurious,
+                 std::mt19937& random) {
+  Shuffled shuffled;
+  for (std::size_t k = 0; k < dots.size(); ++k) {
+    if (!without.contains(static_cast<int>(k))) shuffled.order.push_back(static_cast<int>(k));
+  }
+  for (int i = 0; i < spurious; ++i) shuffled.order.push_back(-1);
+  std::shuffle(shuffled.order.begin(), shuffled.order.end(), random);
+  std::uniform_real_distribution<double> x(0, 640), y(0, 480);
+  for (const int k : shuffled.order) {
+    if (k >= 0) {
+      shuffled.dots.push_back(dots[static_cast<std::size_t>(k)]);
+      continue;
+    }
+    Dot dot;
+    dot.area = 130;
+    do {  // off the array's dots: what lies on one of them cannot be told from it
+      dot.centre = {x(random), y(random)};
+    } while (std::any_of(dots.begin(), dots.end(), [&](const Dot& other) {
+      return (other.centre - dot.centre).norm() < 12;
+    }));
+    shuffled.dots.push_back(dot);
+  }
+  return shuffled;
+}
+
+// Reference: the lattice points within 37 mm of the centre, counted by hand.
+TEST(DotLayout, ThirtyOneDotsAreSevenSymmetricRows) {
+  const auto& layout = Array31();
+  std::vector<int> rows(7, 0);
+  double farthest = 0;
+  Eigen::Vector2d sum(0, 0);
+  for (const Eigen::Vector2d& p : layout) {
+    ++rows[static_cast<std::size_t>(std::lround(p.y() / 0.010) + 3)];
+    farthest = std::max(farthest, p.norm());
+    sum += p;
+  }
+  EXPECT_EQ(rows, (std::vector<int>{3, 5, 5, 5, 5, 5, 3}));
+  EXPECT_LT(farthest + 0.002, 0.039);
+  EXPECT_LT(sum.norm(), 1e-12);
+}
+
+TEST(DotLayout, EvenCountsAreSymmetricToo) {
+  for (const int count : {4, 12, 16, 21}) {
+    Eigen::Vector2d sum(0, 0);
+    const auto layout = LatticePlaces(count, {0.01, 0.01});
+    EXPECT_EQ(layout.size(), static_cast<std::size_t>(count));
+    for (const Eigen::Vector2d& p : layout) sum += p;
+    EXPECT_LT(sum.norm(), 1e-12) << count;
+  }
+  EXPECT_THROW(LatticePlaces(0, {1, 1}), std::invalid_argument);
+  EXPECT_THROW(LatticePlaces(9, {1, std::nan("")}), std::invalid_argument);
+}
+
+// Reference: g_vision.json, circle_centroid_bias; exact for a pinhole.
+TEST(CircleBias, IsWhatTheReferenceSays) {
+  const auto reference = ReferenceCase("circle_centroid_bias");
+  if (!reference) GTEST_SKIP() << "no ../shared/reference";
+  const auto& params = reference->at("params");
+  Lens lens;
+  lens.fx = lens.fy = params.at("f_px");
+  lens.size = {640, 480};
+  const double tilt = params.at("tilt_rad");
+  const auto bias = CircleCentroidBias(lens, {0, 0, params.at("Z0_m")},
+                                       {std::sin(tilt), 0, -std::cos(tilt)}, params.at("r_m"));
+  ASSERT_TRUE(bias.has_value());
+  EXPECT_NEAR(bias->x(), reference->at("expected").at("bias_px").get<double>(), 1e-10);
+  EXPECT_NEAR(bias->y(), 0, 1e-12);
+}
+
+// Reference: the middle of the ellipse that is the disc's picture, from its conic (the renderer's,
+// another derivation): the centre is where the conic's gradient vanishes.
+TEST(CircleBias, IsTheCentreOfTheConicForAnyPlaceAndTilt) {
+  const Lens lens = TestRig().left;
+  const Eigen::Vector3d p_C(0.031, -0.022, 0.24);
+  const Eigen::Vector3d n_C = Eigen::Vector3d(0.4, -0.3, -0.9).normalized();
+  const Conic Q = DiscSeen(lens, p_C, n_C, 0.004);
+  const Eigen::Vector2d centre = -Q.topLeftCorner<2, 2>().inverse() * Q.topRightCorner<2, 1>();
+  const auto bias = CircleCentroidBias(lens, p_C, n_C, 0.004);
+  ASSERT_TRUE(bias.has_value());
+  EXPECT_LT((*Project(lens, p_C) + *bias - centre).norm(), 1e-8);
+  EXPECT_GT(bias->norm(), 0.05);
+  EXPECT_FALSE(CircleCentroidBias(lens, {0, 0, -0.2}, {0, 0, 1}, 0.004).has_value());
+  EXPECT_FALSE(CircleCentroidBias(lens, {0, 0, std::nan("")}, {0, 0, 1}, 0.004).has_value());
+}
+
+// Reference: the order in which the dots were shuffled.
+TEST(DotArray, FindsItselfTurnedShiftedAndTilted) {
+  DotArray array(Array31(), {});
+  std::mt19937 random(3);
+  for (const double turn : {-1.4, -0.7, 0.0, 0.3, 1.2}) {
+    for (const double tilt : {-5.0, 0.0, 5.0}) {
+      const View view{{300, 260}, turn, tilt, -0.7 * tilt};
+      const Shuffled seen = Shuffle(Seen(Array31(), view), {}, 0, random);
+      std::vector<int> picks;
+      EXPECT_EQ(array.Match(seen.dots, {}, &picks), 31) << turn << " " << tilt;
+      EXPECT_EQ(Right(picks, seen.order), 31) << turn << " " << tilt;
+    }
+  }
+}
+
+TEST(DotArray, HintTellsHalfTurnsApart) {
+  DotArray array(Array31(), {});
+  std::mt19937 random(4);
+  for (const double turn : {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0}) {
+    const View view{{320, 240}, turn};
+    View about = view;
+    about.turn += 0.5;
+    about.shift += Eigen::Vector2d(25, -20);
+    const Shuffled seen = Shuffle(Seen(Array31(), view), {}, 3, random);
+    std::vector<int> picks;
+    EXPECT_EQ(array.Match(seen.dots, Places(Array31(), about), &picks), 31) << turn;
+    EXPECT_EQ(Right(picks, seen.order), 31) << turn;
+  }
+}
+
+// With up to five dots missing anywhere and ten things that are no dots.
+TEST(DotArray, MissingAndSpuriousDotsDoNotMixIdentities) {
+  DotArray array(Array31(), {});
+  std::mt19937 random(5);
+  for (int trial = 0; trial < 60; ++trial) {
+    std::set<int> without;
+    while (static_cast<int>(without.size()) < trial % 6) {
+      without.insert(static_cast<int>(random() % 31));
+    }
+    const View view{{320, 240}, 0.02 * (trial - 30), 3, -2};
+    const Shuffled seen = Shuffle(Seen(Array31(), view), without, 10, random);
+    std::vector<int> picks;
+    array.Match(seen.dots, Places(Array31(), view), &picks);
+    const int there = 31 - static_cast<int>(without.size());
+    EXPECT_EQ(Right(picks, seen.order), there) << trial;
+  }
+}
+
+// A layout that is not its own mirror image, seen from the other side.
+TEST(DotArray, MirroredArraysAreRecognisedOnlyWhenExpected) {
+  std::vector<Eigen::Vector2d> layout = {{0, 0}, {3, 0}, {0, 2}, {4, 3}, {1, 5}, {6, 1}};
+  std::vector<Eigen::Vector2d> mirrored = layout;
+  for (Eigen::Vector2d& p : mirrored) p.y() = -p.y();
+  const auto dots = Seen(mirrored, View{{320, 240}, 0.2, 0, 0, 40});
+  const std::vector<int> itself{0, 1, 2, 3, 4, 5};
+  std::vector<int> picks;
+  DotArray::Params params;
+  DotArray(layout, params).Match(dots, {}, &picks);
+  EXPECT_NE(picks, itself);
+  for (const auto expected : {DotArray::Handedness::kMirrored, DotArray::Handedness::kEither}) {
+    params.handedness = expected;
+    EXPECT_EQ(DotArray(layout, params).Match(dots, {}, &picks), 6);
+    EXPECT_EQ(picks, itself);
+  }
+}
+
+TEST(DotArray, CrowdsAndNonsenseAreAnsweredWithNobody) {
+  DotArray array(Array31(), {});
+  std::vector<int> picks;
+  EXPECT_EQ(array.Match({}, {}, &picks), 0);
+  EXPECT_EQ(picks, std::vector<int>(31, DotArray::kNobody));
+  std::mt19937 random(6);
+  const Shuffled crowd = Shuffle({}, {}, 1000, random);
+  array.Match(crowd.dots, {}, &picks);
+  for (const int pick : picks) EXPECT_LT(pick, 1000);
+  std::vector<Eigen::Vector2d> nowhere(31, Eigen::Vector2d::Constant(std::nan("")));
+  std::vector<double> areas(31, 0);
+  EXPECT_EQ(array.Follow(crowd.dots, nowhere, areas, &picks), 0);
+  EXPECT_EQ(array.Follow(crowd.dots, {}, areas, &picks), 0);
+}
+
+TEST(DotArray, ImpossibleLayoutsAreRefused) {
+  using Layout = std::vector<Eigen::Vector2d>;
+  EXPECT_THROW(DotArray(Layout{{0, 0}, {1, 0}}, {}), std::invalid_argument);
+  EXPECT_THROW(DotArray(Layout{{0, 0}, {1, 0}, {2, 0}, {3, 0}}, {}), std::invalid_argument);
+  EXPECT_THROW(DotArray(Layout{{0, 0}, {1, 0}, {0, 1}, {0, 1}}, {}), std::invalid_argument);
+  EXPECT_THROW(DotArray(Layout{{0, 0}, {1, 0}, {0, std::nan("")}}, {}), std::invalid_argument);
+}
+
+// Reference: an affine map of the neighbours, drawn at random.
+TEST(DotArray, MissingDotsAreExpectedWhereTheirNeighboursPutThem) {
+  const DotArray array(Array31(), {});
+  const auto before = Places(Array31(), View{});
+  View moved;
+  moved.turn = 0.2;
+  moved.shift += Eigen::Vector2d(30, 11);
+  const auto now = Places(Array31(), moved);
+  for (std::size_t k = 0; k < 31; ++k) {
+    std::vector<char> seen(31, 1);
+    seen[k] = 0;
+    EXPECT_LT((array.Expect(k, before, now, seen) - now[k]).norm(), 0.01);
+  }
+  EXPECT_FALSE(array.Expect(0, before, now, std::vector<char>(31, 0)).allFinite());
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,139 @@
+#include "tests/slave/vision/dots/dot_pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <Eigen/LU>
+
+namespace palpate {
+namespace {
+
+constexpr int kLines = 16;  // thin scan lines per row
+
+// [first, last] where the line y cuts the conic; empty: first > last.
+std::pair<double, double> Chord(const Conic& Q, double y) {
+  const double a = Q(0, 0), b = Q(0, 1) * y + Q(0, 2);
+  const double c = Q(1, 1) * y * y + 2 * Q(1, 2) * y + Q(2, 2);
+  const double root = b * b - a * c;
+  if (root <= 0) return {1, 0};
+  return {(-b - std::sqrt(root)) / a, (-b + std::sqrt(root)) / a};
+}
+
+void Cover(const Conic& Q, int width, int height, std::vector<double>* coverage) {
+  for (int line = 0; line < height * kLines; ++line) {
+    const double y = (line + 0.5) / kLines - 0.5;
+    const auto [first, last] = Chord(Q, y);
+    const int begin = std::max(0, static_cast<int>(std::floor(first + 0.5)));
+    const int end = std::min(width - 1, static_cast<int>(std::ceil(last - 0.5)));
+    for (int x = begin; x <= end && first < last; ++x) {
+      const double share = std::min(last, x + 0.5) - std::max(first, x - 0.5);
+      (*coverage)[static_cast<std::size_t>(line / kLines * width + x)] +=
+          std::max(0.0, share) / kLines;
+    }
+  }
+}
+
+void Blur(double sigma, int width, int height, std::vector<double>* values) {
+  if (sigma <= 0) return;
+  const int reach = static_cast<int>(std::ceil(4 * sigma));
+  std::vector<double> kernel;
+  double sum = 0;
+  for (int k = -reach; k <= reach; ++k) {
+    kernel.push_back(std::exp(-k * k / (2 * sigma * sigma)));
+    sum += kernel.back();
+  }
+  const auto pass = [&](int dx, int dy) {
+    const std::vector<double> from = *values;
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        double value = 0;
+        for (int k = -reach; k <= reach; ++k) {
+          const int a = std::clamp(x + k * dx, 0, width - 1);
+          const int b = std::clamp(y + k * dy, 0, height - 1);
+          value += kernel[static_cast<std::size_t>(k + reach)] / sum *
+                   from[static_cast<std::size_t>(b * width + a)];
+        }
+        (*values)[static_cast<std::size_t>(y * width + x)] = value;
+      }
+    }
+  };
+  pass(1, 0);
+  pass(0, 1);
+}
+
+}  // namespace
+
+Conic Ellipse(const Eigen::Vector2d& centre, double a, double b, double angle) {
+  Eigen::Matrix3d T = Eigen::Matrix3d::Identity();
+  T.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-angle).toRotationMatrix();
+  T.topRightCorner<2, 1>() = -T.topLeftCorner<2, 2>() * centre;
+  return T.transpose() * Eigen::Vector3d(1 / (a * a), 1 / (b * b), -1).asDiagonal() * T;
+}
+
+// A ray d meets the plane at d (n . c) / (n . d); inside, that is nearer to c than r.
+Conic DiscSeen(const Lens& lens, const Eigen::Vector3d& p_C, const Eigen::Vector3d& n_C,
+               double radius) {
+  Eigen::Matrix3d to_ray = Eigen::Matrix3d::Identity();
+  to_ray << 1 / lens.fx, 0, -lens.cx / lens.fx, 0, 1 / lens.fy, -lens.cy / lens.fy, 0, 0, 1;
+  const Eigen::Matrix3d A = n_C.dot(p_C) * Eigen::Matrix3d::Identity() - p_C * n_C.transpose();
+  const Eigen::Matrix3d Q = A.transpose() * A - radius * radius * n_C * n_C.transpose();
+  return to_ray.transpose() * Q * to_ray;
+}
+
+cv::Mat DotPicture::Render(std::uint64_t seed) const {
+  std::vector<double> coverage(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  for (const Conic& Q : dots) Cover(Q, width, height, &coverage);
+  Blur(blur, width, height, &coverage);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> gaussian(0, 1);
+  cv::Mat image(height, width, CV_8UC1);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const double share = coverage[static_cast<std::size_t>(y * width + x)];
+      const double light = 1 - light_fall * x / width;
+      const double level = light * (ground + (dot - ground) * share) + noise * gaussian(random);
+      image.at<std::uint8_t>(y, x) =
+          static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L));
+    }
+  }
+  return image;
+}
+
+StereoRig TestRig() {
+  StereoRig rig;
+  rig.left.fx = rig.left.fy = 800;
+  rig.left.cx = 319.5, rig.left.cy = 239.5;
+  rig.left.size = {640, 480};
+  rig.right = rig.left;
+  const double verge = std::atan(0.03 / 0.25);
+  const Eigen::Isometry3d X_OL = TestPoseOfLeft();
+  Eigen::Isometry3d X_OR = Eigen::Isometry3d::Identity();
+  X_OR.linear() = Eigen::AngleAxisd(-verge, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  X_OR.translation() << 0.03, 0, -0.25;
+  rig.X_RL = X_OR.inverse() * X_OL;
+  return rig;
+}
+
+Eigen::Isometry3d TestPoseOfLeft() {
+  Eigen::Isometry3d X_OL = Eigen::Isometry3d::Identity();
+  X_OL.linear() =
+      Eigen::AngleAxisd(std::atan(0.03 / 0.25), Eigen::Vector3d::UnitY()).toRotationMatrix();
+  X_OL.translation() << -0.03, 0, -0.25;
+  return X_OL;
+}
+
+std::vector<Conic> ArraySeen(int eye, const std::vector<Eigen::Vector3d>& places,
+                             const std::vector<Eigen::Vector3d>& normals, double radius) {
+  const StereoRig rig = TestRig();
+  Eigen::Isometry3d X_CO = TestPoseOfLeft().inverse();
+  if (eye == 1) X_CO = rig.X_RL * X_CO;
+  const Lens& lens = eye == 0 ? rig.left : rig.right;
+  std::vector<Conic> seen;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    seen.push_back(DiscSeen(lens, X_CO * places[k], X_CO.linear() * normals[k], radius));
+  }
+  return seen;
+}
+
+}  // namespace palpate

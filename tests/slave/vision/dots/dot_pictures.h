@@ -1,0 +1,46 @@
+// Pictures of discs whose truth is known: an ellipse covers each pixel by its exact share of thin
+// scan lines; then blur, light and noise.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
+
+#include "slave/vision/stereo/rig.h"
+
+namespace palpate {
+
+// The inside is p' Q p < 0, p = (x, y, 1) [px]; positive far outside.
+using Conic = Eigen::Matrix3d;
+
+// Half axes `a`, `b` [px], the first turned by `angle` [rad].
+Conic Ellipse(const Eigen::Vector2d& centre, double a, double b, double angle = 0);
+// A disc seen through a lens without distortion: centre and unit normal in the camera's frame.
+Conic DiscSeen(const Lens& lens, const Eigen::Vector3d& p_C, const Eigen::Vector3d& n_C,
+               double radius);
+
+struct DotPicture {
+  int width = 640, height = 480;
+  double ground = 180, dot = 50;  // grey levels
+  double blur = 0.7;              // sigma [px]
+  double noise = 2;               // sigma [levels]
+  double light_fall = 0;          // relative, from left to right
+  std::vector<Conic> dots;
+
+  [[nodiscard]] cv::Mat Render(std::uint64_t seed = 1) const;
+};
+
+// The pair of the scenes: 640 x 480, 800 px, 60 mm apart, verged on a point 250 mm ahead of their
+// middle, which is the origin of O: cameras at z_O < 0, z_L about along +z_O.
+StereoRig TestRig();
+Eigen::Isometry3d TestPoseOfLeft();  // X_OL
+
+// Discs of `radius` lying flat on the surface at `places` [m], tilted as the normals say, frame O,
+// seen by the left (0) or the right camera.
+std::vector<Conic> ArraySeen(int eye, const std::vector<Eigen::Vector3d>& places,
+                             const std::vector<Eigen::Vector3d>& normals, double radius);
+
+}  // namespace palpate

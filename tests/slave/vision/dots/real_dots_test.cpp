@@ -1,0 +1,109 @@
+// Real pictures: ../shared/data/dot_patterns.
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "slave/vision/dots/dot_array.h"
+#include "slave/vision/dots/dot_finder.h"
+#include "slave/vision/dots/dot_tracker.h"
+
+namespace palpate {
+namespace {
+
+const std::filesystem::path kDots = PALPATE_SOURCE_DIR "/../shared/data/dot_patterns";
+
+std::vector<std::filesystem::path> Pictures(const std::filesystem::path& folder,
+                                            const std::string& prefix) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (entry.path().filename().string().starts_with(prefix)) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<Eigen::Vector2d> SixBySix() {
+  std::vector<Eigen::Vector2d> layout;
+  for (int j = 0; j < 6; ++j) {
+    for (int i = 0; i < 6; ++i) layout.emplace_back(i, j);
+  }
+  return layout;
+}
+
+// RMS of centres against a square grid seen through a homography [px].
+double HomographyResidual(const std::vector<SightedDot>& dots) {
+  std::vector<cv::Point2d> grid, seen;
+  for (std::size_t k = 0; k < dots.size(); ++k) {
+    grid.emplace_back(static_cast<double>(k % 6), static_cast<double>(k / 6));
+    seen.emplace_back(dots[k].dot.centre.x(), dots[k].dot.centre.y());
+  }
+  const cv::Mat H = cv::findHomography(grid, seen, 0);
+  std::vector<cv::Point2d> back;
+  cv::perspectiveTransform(grid, back, H);
+  double squares = 0;
+  for (std::size_t k = 0; k < back.size(); ++k) {
+    squares += std::pow(back[k].x - seen[k].x, 2) + std::pow(back[k].y - seen[k].y, 2);
+  }
+  return std::sqrt(squares / static_cast<double>(2 * back.size()));
+}
+
+// Reference: the printed grid has 36 dots and nothing else that is one. The centres' residual to a
+// square grid through a homography holds the uncorrected lens and the paper's bend besides the
+// centroids' own error: 0.14, 0.24 and 0.19 px per axis.
+TEST(RealDots, EveryGridPictureShowsItsThirtySixDotsAndNoOther) {
+  const auto files = Pictures(kDots, "grid36_");
+  if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;
+  for (const auto& file : files) {
+    const cv::Mat image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+    DotFinder finder(DotFinder::Params{});
+    std::vector<Dot> dots;
+    ASSERT_TRUE(finder.Find(image, &dots));
+    EXPECT_EQ(dots.size(), 36u) << file;
+    DotTracker tracker(SixBySix(), DotTracker::Params{});
+    ASSERT_TRUE(tracker.Look(image)) << file;
+    EXPECT_EQ(tracker.seen(), 36) << file;
+    const double residual = HomographyResidual(tracker.dots());
+    RecordProperty(file.stem().string() + "_homography_rms_px", std::to_string(residual));
+    EXPECT_LT(residual, 0.4) << file;
+  }
+}
+
+// Reference: told in each picture anew, from that picture alone: the box's big dot is by far the
+// largest of what is found, and lies between the other four: left and above, right and above, ...
+// of it. Everything else that is found lies off the box.
+TEST(RealDots, FiveDotsKeepTheirIdentitiesThroughTheSequence) {
+  const auto files = Pictures(kDots / "five_dots_seq", "frame_");
+  if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;
+  DotTracker::Params params;
+  params.finder.tone = DotTone::kLight;
+  params.any_tone = false;
+  params.array.area_ratio = 30;  // the middle one is larger
+  const std::vector<Eigen::Vector2d> layout = {{-1, -1}, {1, -1}, {0, 0}, {-1, 1}, {1, 1}};
+  for (const auto search : {DotTracker::Search::kWhole, DotTracker::Search::kNear}) {
+    params.search = search;
+    DotTracker tracker(layout, params);
+    for (const auto& file : files) {
+      ASSERT_TRUE(tracker.Look(cv::imread(file.string(), cv::IMREAD_GRAYSCALE))) << file;
+      ASSERT_EQ(tracker.seen(), 5) << file;
+      const Dot& middle = tracker.dots()[2].dot;
+      EXPECT_GT(middle.area, 1500) << file;
+      for (const std::size_t k : {0u, 1u, 3u, 4u}) {
+        const Dot& dot = tracker.dots()[k].dot;
+        EXPECT_LT(dot.area, 300) << file;
+        const Eigen::Vector2d from_middle = dot.centre - middle.centre;
+        EXPECT_GT(from_middle.x() * layout[k].x(), 40) << file << " " << k;
+        EXPECT_GT(from_middle.y() * layout[k].y(), 25) << file << " " << k;
+        EXPECT_LT(from_middle.norm(), 120) << file << " " << k;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate
