@@ -10,7 +10,7 @@ namespace palpate::site {
 namespace {
 
 constexpr double kTexelsPerGrain = 5;
-constexpr int kRings = 40;   // from the tip to the rim
+constexpr int kRings = 40;  // from the tip to the rim
 constexpr int kAround = 160;
 
 // Twice the signed area of a facet in the picture; positive where its outside faces the camera.
@@ -58,8 +58,7 @@ TexturedTarget::TexturedTarget(const Shape& shape)
   }
 }
 
-void TexturedTarget::Draw(const Lens& lens, const Eigen::Isometry3d& X_CB,
-                          cv::Mat& canvas) const {
+void TexturedTarget::Draw(const Lens& lens, const Eigen::Isometry3d& X_CB, cv::Mat& canvas) const {
   std::vector<std::optional<Eigen::Vector2d>> p_I(p_B_.size());
   for (std::size_t i = 0; i < p_B_.size(); ++i) p_I[i] = Project(lens, X_CB * p_B_[i]);
   for (const auto& triangle : triangles_) {

@@ -44,8 +44,8 @@ class TexturedTarget {
 
  private:
   Texture texture_;
-  std::vector<Eigen::Vector3d> p_B_;          // vertices [m]
-  std::vector<Eigen::Vector2d> on_texture_;   // per vertex [texels]
+  std::vector<Eigen::Vector3d> p_B_;         // vertices [m]
+  std::vector<Eigen::Vector2d> on_texture_;  // per vertex [texels]
   std::vector<std::array<int, 3>> triangles_;
 };
 

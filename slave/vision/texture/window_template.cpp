@@ -17,15 +17,17 @@ namespace {
 // much root mean square: below it the camera's noise (2 of 255) has the say.
 constexpr double kLeastSlope = 1.0;    // [levels/px]
 constexpr double kLeastAffine = 1e-4;  // of the affine Hessian's eigenvalues, least to largest
+constexpr double kSigma = 0.2;         // of the weights, in edges
 constexpr int kMostSteps = 30;
 constexpr double kSettled = 0.003;  // [px]
 constexpr double kFloor = 0.01;     // what interpolation leaves [px]
 
 }  // namespace
 
+// Weighted, of the picture under the window.
 struct WindowTemplate::Sums {
   Eigen::Matrix<double, kMost + 1, 1> on_basis;
-  double contrast = 0;  // of the picture under the window
+  double contrast = 0;
 };
 
 WindowTemplate::WindowTemplate(int edge) : edge_(edge), count_(std::ptrdiff_t{edge} * edge) {
@@ -35,6 +37,16 @@ WindowTemplate::WindowTemplate(int edge) : edge_(edge), count_(std::ptrdiff_t{ed
   }
   basis_.resize(count_, kMost + 1);
   levels_.resize(std::ptrdiff_t{edge + 2} * (edge + 2));
+  root_weights_.resize(count_);
+  const int half = edge / 2;
+  const double sigma = kSigma * edge;
+  for (int v = -half; v <= half; ++v) {
+    for (int u = -half; u <= half; ++u) {
+      root_weights_((v + half) * std::ptrdiff_t{edge} + u + half) =
+          static_cast<float>(std::exp(-(u * u + v * v) / (4 * sigma * sigma)));
+    }
+  }
+  weight_ = root_weights_.squaredNorm();
 }
 
 // Bilinear. The picture of a square is a parallelogram: its corners say whether all is inside.
@@ -76,39 +88,44 @@ bool WindowTemplate::Cut(const cv::Mat& grey, const WindowWarp& warp, Freedom fr
   textured_ = affine_ = false;
   mean_ = 0;
   if (!Sample(grey, warp, 1)) return false;
-  const int wide = edge_ + 2, half = edge_ / 2;
   const bool affine = freedom == Freedom::kAffine;
-  double sum = 0;
+  FillBasis(affine);
+  contrast_ = basis_.col(kMost).squaredNorm();
+  if (!(contrast_ > weight_)) return false;  // less than a level
+  const int freedoms = affine ? kMost : 2;
+  for (int k = 0; k < freedoms; ++k) {
+    auto g = basis_.col(k);
+    const float along = g.dot(basis_.col(kMost)) / static_cast<float>(contrast_);
+    const float level = g.dot(root_weights_) / static_cast<float>(weight_);
+    g -= level * root_weights_ + along * basis_.col(kMost);
+  }
+  return Invert(freedoms);
+}
+
+// Columns as in the header, each times the roots of the weights.
+void WindowTemplate::FillBasis(bool affine) noexcept {
+  const int wide = edge_ + 2, half = edge_ / 2;
   for (int v = 0; v < edge_; ++v) {
     for (int u = 0; u < edge_; ++u) {
       const float* at = levels_.data() + (v + 1) * wide + u + 1;
-      const float gx = 0.5F * (at[1] - at[-1]), gy = 0.5F * (at[wide] - at[-wide]);
       const auto i = std::ptrdiff_t{v} * edge_ + u;
+      const float root = 0.5F * root_weights_(i);
+      const float gx = root * (at[1] - at[-1]), gy = root * (at[wide] - at[-wide]);
       basis_(i, 0) = gx;
       basis_(i, 1) = gy;
       if (affine) {  // in half edges, so that all columns are of one size
         const float x = static_cast<float>(u - half) / static_cast<float>(half);
         const float y = static_cast<float>(v - half) / static_cast<float>(half);
-        basis_(i, 2) = gx * x;
-        basis_(i, 3) = gx * y;
-        basis_(i, 4) = gy * x;
-        basis_(i, 5) = gy * y;
+        basis_.row(i).segment<4>(2) << gx * x, gx * y, gy * x, gy * y;
       }
-      basis_(i, kMost) = *at;
-      sum += *at;
+      basis_(i, kMost) = root_weights_(i) * *at;
     }
   }
-  mean_ = static_cast<float>(sum / static_cast<double>(count_));
-  basis_.col(kMost).array() -= mean_;
-  contrast_ = basis_.col(kMost).squaredNorm();
-  if (!(contrast_ > static_cast<double>(count_))) return false;  // less than a level
-  const int freedoms = affine ? kMost : 2;
-  for (int k = 0; k < freedoms; ++k) {
-    auto g = basis_.col(k);
-    const float along = g.dot(basis_.col(kMost)) / static_cast<float>(contrast_);
-    g.array() -= g.mean();
-    g -= along * basis_.col(kMost);
-  }
+  mean_ = basis_.col(kMost).dot(root_weights_) / static_cast<float>(weight_);
+  basis_.col(kMost) -= mean_ * root_weights_;
+}
+
+bool WindowTemplate::Invert(int freedoms) noexcept {
   Eigen::Matrix<double, kMost, kMost> H = Eigen::Matrix<double, kMost, kMost>::Zero();
   for (int k = 0; k < freedoms; ++k) {
     for (int l = 0; l <= k; ++l) H(k, l) = H(l, k) = basis_.col(k).dot(basis_.col(l));
@@ -116,10 +133,10 @@ bool WindowTemplate::Cut(const cv::Mat& grey, const WindowWarp& warp, Freedom fr
   const Eigen::Matrix2d shift = H.topLeftCorner<2, 2>();
   const double mean_slope = shift.trace() / 2, determinant = shift.determinant();
   const double least = mean_slope - std::sqrt(std::max(0.0, mean_slope * mean_slope - determinant));
-  textured_ = least > kLeastSlope * kLeastSlope * static_cast<double>(count_);
+  textured_ = least > kLeastSlope * kLeastSlope * weight_;
   if (!textured_) return false;
   shift_inverse_ = shift.inverse();
-  if (affine) {
+  if (freedoms == kMost) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kMost, kMost>> eigen(
         H, Eigen::EigenvaluesOnly);
     affine_ = eigen.eigenvalues()(0) > kLeastAffine * eigen.eigenvalues()(kMost - 1);
@@ -128,26 +145,31 @@ bool WindowTemplate::Cut(const cv::Mat& grey, const WindowWarp& warp, Freedom fr
   return true;
 }
 
-WindowTemplate::Sums WindowTemplate::Project(bool affine) const noexcept {
-  const auto levels = levels_.head(count_);
+// Levels times the roots of the weights, and what is left of them beside the weighted mean.
+double WindowTemplate::WeighLevels() noexcept {
+  auto levels = levels_.head(count_);
+  levels.array() *= root_weights_.array();
+  const double sum = root_weights_.dot(levels);
+  return levels.squaredNorm() - sum * sum / weight_;
+}
+
+WindowTemplate::Sums WindowTemplate::Project(bool affine) noexcept {
   Sums sums;
+  sums.contrast = WeighLevels();
   sums.on_basis.setZero();
+  const auto levels = levels_.head(count_);
   for (int k = 0; k <= kMost; ++k) {
-    if (k >= 2 && k < kMost && !affine) continue;
-    sums.on_basis(k) = basis_.col(k).dot(levels);
+    const bool used = k < 2 || k == kMost || affine;
+    if (used) sums.on_basis(k) = basis_.col(k).dot(levels);
   }
-  const double mean = levels.sum() / static_cast<float>(count_);
-  sums.contrast = levels.squaredNorm() - static_cast<double>(count_) * mean * mean;
   return sums;
 }
 
 double WindowTemplate::Score(const cv::Mat& grey, const WindowWarp& warp) noexcept {
   if (!textured_ || !Sample(grey, warp, 0)) return -1;
-  const auto levels = levels_.head(count_);
-  const double mean = levels.sum() / static_cast<float>(count_);
-  const double contrast = levels.squaredNorm() - static_cast<double>(count_) * mean * mean;
-  if (!(contrast > static_cast<double>(count_))) return -1;
-  return basis_.col(kMost).dot(levels) / std::sqrt(contrast_ * contrast);
+  const double contrast = WeighLevels();
+  if (!(contrast > weight_)) return -1;
+  return basis_.col(kMost).dot(levels_.head(count_)) / std::sqrt(contrast_ * contrast);
 }
 
 WindowTemplate::Match WindowTemplate::Align(const cv::Mat& grey, const WindowWarp& start,
@@ -179,9 +201,9 @@ WindowTemplate::Match WindowTemplate::Align(const cv::Mat& grey, const WindowWar
     const double area = warp.A.determinant();
     if (!(area > 0.25 && area < 4) || !((warp.p - start.p).norm() < half)) return match;
     if (delta.cwiseAbs().maxCoeff() < kSettled) {
+      // White noise of the residual's size; the weights, at most 1, make this an upper bound.
       const double left = std::max(0.0, 1 - match.correlation * match.correlation);
-      const double variance =
-          sums.contrast * left / static_cast<double>(count_ - (affine ? 8 : 4)) / (gain * gain);
+      const double variance = sums.contrast * left / weight_ / (gain * gain);
       const Eigen::Matrix2d inverse =
           affine ? Eigen::Matrix2d(affine_inverse_.topLeftCorner<2, 2>()) : shift_inverse_;
       match.covariance = variance * warp.A * inverse * warp.A.transpose() +

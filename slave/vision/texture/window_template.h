@@ -1,10 +1,12 @@
 // A window of texture that finds itself in another picture.
 //
 // Sum of squared differences over an affine warp, with gain a and offset b of the light:
-//   sum (I(A u + p) - a T(u) - b)^2 -> min
+//   sum w (I(A u + p) - a T(u) - b)^2 -> min
 // by Gauss-Newton with the template's gradients, made orthogonal to T and 1 beforehand so that gain
 // and offset drop out (inverse compositional form: S. Baker and I. Matthews, IJCV 56, 2004). Paper
-// C tracks shifts only; an approaching or turning organ needs the affine part.
+// C tracks shifts only; an approaching or turning organ needs the affine part. The weights w are a
+// Gaussian about the centre, whose place is asked for: where the surface bends, what lies further
+// out pulls the answer away.
 #pragma once
 
 #include <cstddef>
@@ -51,14 +53,19 @@ class WindowTemplate {
   struct Sums;
 
   bool Sample(const cv::Mat& grey, const WindowWarp& warp, int ring) noexcept;
-  [[nodiscard]] Sums Project(bool affine) const noexcept;
+  void FillBasis(bool affine) noexcept;
+  bool Invert(int freedoms) noexcept;
+  double WeighLevels() noexcept;
+  Sums Project(bool affine) noexcept;
 
   int edge_;
   std::ptrdiff_t count_;
   bool textured_ = false, affine_ = false;
-  float mean_ = 0;          // of the template
-  double contrast_ = 0;     // sum T~^2
-  Eigen::MatrixXf basis_;   // pixels x 7: gradients g' (shift, affine), T~
+  float mean_ = 0;         // of the template
+  double contrast_ = 0;    // sum T~^2
+  Eigen::MatrixXf basis_;  // pixels x 7: gradients g' (shift, affine), T~; times sqrt(w)
+  Eigen::VectorXf root_weights_;
+  double weight_ = 0;       // sum of the weights
   Eigen::VectorXf levels_;  // as sampled, with a ring around when a template is cut
   Eigen::Matrix2d shift_inverse_ = Eigen::Matrix2d::Zero();
   Eigen::Matrix<double, kMost, kMost> affine_inverse_ = Eigen::Matrix<double, kMost, kMost>::Zero();

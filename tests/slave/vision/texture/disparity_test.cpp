@@ -19,8 +19,8 @@ struct RealPair {
   const char* left;
   const char* right;
   const char* truth;
-  double scale;         // truth's levels per pixel of disparity
-  int most;             // disparity searched [px]
+  double scale;             // truth's levels per pixel of disparity
+  int most;                 // disparity searched [px]
   double median, outliers;  // required
 };
 
@@ -61,11 +61,11 @@ TEST_P(RealPairTest, CornersAreMatched) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    , RealPairTest,
-    testing::Values(RealPair{"aloeL.jpg", "aloeR.jpg", "aloeGT.png", 1, 255, 0.35, 0.15},
-                    RealPair{"cones_im2.png", "cones_im6.png", "cones_disp2.png", 4, 64, 0.2,
-                             0.07}));
+INSTANTIATE_TEST_SUITE_P(, RealPairTest,
+                         testing::Values(RealPair{"aloeL.jpg", "aloeR.jpg", "aloeGT.png", 1, 255,
+                                                  0.35, 0.15},
+                                         RealPair{"cones_im2.png", "cones_im6.png",
+                                                  "cones_disp2.png", 4, 64, 0.2, 0.07}));
 
 }  // namespace
 }  // namespace palpate

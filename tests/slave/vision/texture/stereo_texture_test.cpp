@@ -32,10 +32,10 @@ struct Path {
 
 class HeartPathTest : public testing::TestWithParam<Path> {};
 
-// Reference: the point of the renderer's own surface that lay under the window's centre in the first
-// picture, moved as the body was. Tolerance: paper C's experiment, required to 0.5 mm; a pixel of
-// disparity is 1.3 mm of depth here, so this is 0.3 px with the cameras' noise. Measured: see the
-// recorded properties.
+// Reference: the point of the renderer's own surface that lay under the window's centre in the
+// first picture, moved as the body was. Tolerance: paper C's experiment, required to 0.5 mm; a
+// pixel of disparity is 1.3 mm of depth here, so this is 0.3 px with the cameras' noise. Measured:
+// see the recorded properties.
 TEST_P(HeartPathTest, IsFollowedIn3dToHalfAMillimetreWithoutLoss) {
   const auto [pace, seconds] = GetParam();
   TargetPictures pictures;

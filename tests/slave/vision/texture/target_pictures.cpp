@@ -13,7 +13,9 @@ constexpr double kBaseline = 0.06;  // [m]
 constexpr double kNoise = 2, kBlur = 0.7, kBehind = 60;
 constexpr int kSpare = 256;  // of the noise beyond a picture's size [px]
 
-Lens LensOfTheRig() { return {800, 800, 319.5, 239.5, {}, {640, 480}}; }
+Lens LensOfTheRig() {
+  return {800, 800, 319.5, 239.5, {}, {640, 480}};
+}
 
 }  // namespace
 
@@ -24,8 +26,7 @@ TargetPictures::TargetPictures() : target_(site::TexturedTarget::Shape{}) {
   const auto pose = [&](double side) {
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
     X.translation() = Eigen::Vector3d(side * kBaseline / 2, 0, -kDistance);
-    X.linear() =
-        Eigen::AngleAxisd(-side * vergence, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    X.linear() = Eigen::AngleAxisd(-side * vergence, Eigen::Vector3d::UnitY()).toRotationMatrix();
     return X;
   };
   X_SL = pose(-1);
@@ -54,8 +55,7 @@ cv::Mat TargetPictures::Finish(const cv::Mat& canvas) {
   return picture;
 }
 
-TargetPictures::Pair TargetPictures::Take(const Eigen::Vector3d& p_S,
-                                          const Eigen::Vector3d& turn) {
+TargetPictures::Pair TargetPictures::Take(const Eigen::Vector3d& p_S, const Eigen::Vector3d& turn) {
   const Eigen::Isometry3d X_LB = X_SL.inverse() * X_SB(p_S, turn);
   const auto take = [&](const Lens& lens, const Eigen::Isometry3d& X_CB) {
     canvas_.create(lens.size[1], lens.size[0], CV_32F);
