@@ -18,6 +18,10 @@ namespace {
 constexpr double kLeastSlope = 1.0;    // [levels/px]
 constexpr double kLeastAffine = 1e-4;  // of the affine Hessian's eigenvalues, least to largest
 constexpr double kSigma = 0.2;         // of the weights, in edges
+// White noise, linearly interpolated, loses all but 4/9 of its variance in the residual (the mean
+// over a pixel's parts) though not of its effect on the place, where a Gaussian's weights halve it:
+// sum w^2 / sum w = 1/2.
+constexpr double kNoiseOfResidual = 9.0 / 4 / 2;
 constexpr int kMostSteps = 30;
 constexpr double kSettled = 0.003;  // [px]
 constexpr double kFloor = 0.01;     // what interpolation leaves [px]
@@ -201,9 +205,8 @@ WindowTemplate::Match WindowTemplate::Align(const cv::Mat& grey, const WindowWar
     const double area = warp.A.determinant();
     if (!(area > 0.25 && area < 4) || !((warp.p - start.p).norm() < half)) return match;
     if (delta.cwiseAbs().maxCoeff() < kSettled) {
-      // White noise of the residual's size; the weights, at most 1, make this an upper bound.
       const double left = std::max(0.0, 1 - match.correlation * match.correlation);
-      const double variance = sums.contrast * left / weight_ / (gain * gain);
+      const double variance = kNoiseOfResidual * sums.contrast * left / weight_ / (gain * gain);
       const Eigen::Matrix2d inverse =
           affine ? Eigen::Matrix2d(affine_inverse_.topLeftCorner<2, 2>()) : shift_inverse_;
       match.covariance = variance * warp.A * inverse * warp.A.transpose() +

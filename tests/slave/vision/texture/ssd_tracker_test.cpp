@@ -102,27 +102,33 @@ TEST(SsdTrackerTest, WindowsThatLeaveThePictureAreLostAndComeBack) {
 }
 
 // The look changes beyond the first template; the recent one, cut while the first still matched,
-// bridges. Reference: the texture does not move. Beyond half the stain the picture is rather another
-// texture, whose place means nothing.
-TEST(SsdTrackerTest, AChangedLookIsBridgedByOneLink) {
+// bridges and says so. Reference: the texture does not move; beyond half the stain the picture is
+// rather another texture, whose place means little.
+TEST(SsdTrackerTest, ALookThatChangesSlowlyIsBridgedByOneLink) {
   WavyTexture texture(3), stain(4);
-  const cv::Mat under = texture.Picture({});
-  const auto look = [&](double share) {
-    cv::Mat mixed;
-    cv::addWeighted(under, 1 - share, stain.Picture({}), share, 0, mixed);
-    return mixed;
-  };
-  SsdTracker tracker(look(0), {{160, 120}}, {});
+  const cv::Mat under = texture.Picture({}), over = stain.Picture({});
+  SsdTracker tracker(under, {{160, 120}}, {});
   bool bridged = false;
-  for (int k = 1; k <= 60; ++k) {
-    const auto& window = tracker.Track(look(0.01 * k)).front();
+  for (int k = 1; k <= 100; ++k) {
+    cv::Mat mixed;
+    cv::addWeighted(under, 1 - 0.01 * k, over, 0.01 * k, 0, mixed);
+    const auto& window = tracker.Track(mixed).front();
     bridged = bridged || window.state == WindowState::kBridged;
     if (window.seen() && k <= 50) {
       ASSERT_LT((window.warp.p - Eigen::Vector2d(160, 120)).norm(), 1.0) << k;
     }
   }
   EXPECT_TRUE(bridged);
-  EXPECT_FALSE(tracker.windows().front().seen());  // 60 % stain is another texture
+  EXPECT_NE(tracker.windows().front().state,
+            WindowState::kTracked);  // nothing of the first is left
+}
+
+TEST(SsdTrackerTest, ALookThatChangesAtOnceIsLost) {
+  WavyTexture texture(3), stain(4);
+  SsdTracker tracker(texture.Picture({}, 2), {{160, 120}}, {});
+  for (int k = 1; k <= 5; ++k) {
+    EXPECT_FALSE(tracker.Track(stain.Picture({}, 2)).front().seen()) << k;
+  }
 }
 
 TEST(SsdTrackerTest, PicturesOfAnotherKindAreFlaggedAndJumpedOver) {

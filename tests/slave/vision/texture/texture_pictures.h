@@ -13,10 +13,8 @@ namespace palpate {
 class WavyTexture {
  public:
   explicit WavyTexture(std::uint64_t seed = 3);
-  // About 120 +- 40 levels.
-  [[nodiscard]] double At(const Eigen::Vector2d& p) const;
-  // The picture in which the texture's place x lies at A x + p, times `gain` plus `offset`, with
-  // white noise of `noise` levels.
+  // About 120 +- 40 levels. The picture in which the texture's place x lies at A x + p, times
+  // `gain` plus `offset`, with white noise of `noise` levels.
   [[nodiscard]] cv::Mat Picture(const WindowWarp& warp, double noise = 0, double gain = 1,
                                 double offset = 0, const cv::Size& size = {320, 240});
 
