@@ -12,8 +12,10 @@ namespace {
 
 using Freedom = WindowTemplate::Freedom;
 
-constexpr int kSmallestEdge = 9;     // of a coarse window [px]
-constexpr int kPicturesPerCut = 10;  // between two recent templates
+constexpr int kSmallestEdge = 9;      // of a window [px]
+constexpr double kCoarseMatch = 0.6;  // correlation below which a coarse place is not believed
+constexpr int kNearby = 12;           // searched where the way down misled [px]
+constexpr int kPicturesPerCut = 10;   // between two recent templates
 constexpr int kSearchesPerPicture = 4;
 
 void Check(const SsdOptions& options) {
@@ -92,18 +94,43 @@ bool SsdTracker::Cut(Templates& templates, const WindowWarp& warp) noexcept {
   return templates.front().Cut(now_[0], warp);
 }
 
-WindowTemplate::Match SsdTracker::Descend(Templates& templates, const PicturePyramid& picture,
-                                          const WindowWarp& start, int top) noexcept {
+WindowWarp SsdTracker::Coarse(Templates& templates, const PicturePyramid& picture,
+                              const WindowWarp& start, int top) noexcept {
   WindowWarp warp = start;
   for (int level = top; level >= 0; --level) {
     const auto match = templates[static_cast<std::size_t>(level)].Align(
         picture[level], warp.OnLevel(level), Freedom::kShift);
-    if (match.converged) warp = match.warp.FromLevel(level);
+    if (match.converged && match.correlation >= kCoarseMatch) warp = match.warp.FromLevel(level);
   }
-  return templates.front().Align(picture[0], warp, Freedom::kAffine);
+  return warp;
 }
 
-bool SsdTracker::Found(const WindowTemplate::Match& match, double least) const noexcept {
+WindowTemplate::Match SsdTracker::Descend(Templates& templates, const PicturePyramid& picture,
+                                          const WindowWarp& start, int top) noexcept {
+  return templates.front().Align(picture[0], Coarse(templates, picture, start, top),
+                                 Freedom::kAffine);
+}
+
+WindowWarp SsdTracker::Search(Templates& templates, const PicturePyramid& picture,
+                              const WindowWarp& start, int level, int radius) noexcept {
+  WindowTemplate& window = templates[static_cast<std::size_t>(level)];
+  const WindowWarp centre = start.OnLevel(level);
+  WindowWarp best = centre;
+  double best_score = -1;
+  for (int dy = -radius; dy <= radius; ++dy) {
+    for (int dx = -radius; dx <= radius; ++dx) {
+      const WindowWarp there{centre.A, centre.p + Eigen::Vector2d(dx, dy)};
+      const double score = window.Score(picture[level], there);
+      if (score > best_score) {
+        best_score = score;
+        best = there;
+      }
+    }
+  }
+  return best.FromLevel(level);
+}
+
+bool SsdTracker::Found(const WindowTemplate::Match& match, double least) noexcept {
   return match.converged && match.correlation >= least;
 }
 
@@ -118,24 +145,31 @@ void SsdTracker::Accept(TrackedWindow& window, const WindowTemplate::Match& matc
 // The window as it looks now, looked for in the picture before, starting where it is now.
 bool SsdTracker::LeadsBack(const WindowWarp& now, const WindowWarp& before) noexcept {
   if (!Cut(back_, now)) return false;
-  WindowWarp warp = now;
-  for (int level = now_.levels() - 1; level >= 0; --level) {
-    const auto match = back_[static_cast<std::size_t>(level)].Align(
-        before_[level], warp.OnLevel(level), Freedom::kShift);
-    if (match.converged) warp = match.warp.FromLevel(level);
-    if (level == 0 && !match.converged) return false;
+  const int top = now_.levels() - 1, near = std::min(1, top);
+  for (const bool search : {false, true}) {
+    const WindowWarp start = search ? Search(back_, before_, now, near, kNearby >> near) : now;
+    const WindowWarp coarse = Coarse(back_, before_, start, search ? 0 : top);
+    const auto match = back_.front().Align(before_[0], coarse, Freedom::kShift);
+    const bool back = (match.warp.p - before.p).norm() <= options_.most_return_miss;
+    if (match.converged && back) return true;
   }
-  return (warp.p - before.p).norm() <= options_.most_return_miss;
+  return false;
 }
 
+// Down the pyramid from where it should be, and from where it was; where fine texture misled both,
+// from the best of all places nearby.
 bool SsdTracker::Follow(TrackedWindow& window, Memory& memory) noexcept {
   const WindowWarp before = window.warp;
   const WindowWarp predicted{before.A, before.p + memory.velocity};
-  const int top = now_.levels() - 1;
+  const int top = now_.levels() - 1, near = std::min(1, top);
   for (const bool bridge : {false, true}) {
     Templates& templates = bridge ? memory.recent : memory.first;
-    for (const WindowWarp& start : {predicted, before}) {
-      const auto match = Descend(templates, now_, start, top);
+    if (!templates.front().textured()) continue;
+    for (int attempt = 0; attempt < 4; ++attempt) {
+      WindowWarp start = attempt % 2 == 0 ? predicted : before;
+      const bool search = attempt >= 2;
+      if (search) start = Search(templates, now_, start, near, kNearby >> near);
+      const auto match = Descend(templates, now_, start, search ? 0 : top);
       if (!Found(match, options_.least_correlation) || !LeadsBack(match.warp, before)) continue;
       Accept(window, match, bridge ? WindowState::kBridged : WindowState::kTracked);
       memory.velocity = window.warp.p - before.p;
@@ -153,21 +187,8 @@ bool SsdTracker::Refind(TrackedWindow& window, Memory& memory) noexcept {
   const int top = now_.levels() - 1;
   const double wider = options_.window + 8.0 * memory.lost_for;
   const int radius = static_cast<int>(std::min<double>(options_.search_radius, wider)) >> top;
-  const WindowWarp centre = window.warp.OnLevel(top);
-  WindowTemplate& coarse = memory.first[static_cast<std::size_t>(top)];
-  WindowWarp best = centre;
-  double best_score = -1;
-  for (int dy = -radius; dy <= radius; ++dy) {
-    for (int dx = -radius; dx <= radius; ++dx) {
-      const WindowWarp there{centre.A, centre.p + Eigen::Vector2d(dx, dy)};
-      const double score = coarse.Score(now_[top], there);
-      if (score > best_score) {
-        best_score = score;
-        best = there;
-      }
-    }
-  }
-  const auto match = Descend(memory.first, now_, best.FromLevel(top), top);
+  const WindowWarp best = Search(memory.first, now_, window.warp, top, radius);
+  const auto match = Descend(memory.first, now_, best, top);
   if (!Found(match, options_.refind_correlation)) return false;
   Accept(window, match, WindowState::kTracked);
   memory.velocity.setZero();

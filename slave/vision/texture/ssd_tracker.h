@@ -81,9 +81,13 @@ class SsdTracker {
   };
 
   bool Cut(Templates& templates, const WindowWarp& warp) noexcept;
-  WindowTemplate::Match Descend(Templates& templates, const PicturePyramid& picture,
-                                const WindowWarp& start, int top) noexcept;
-  [[nodiscard]] bool Found(const WindowTemplate::Match& match, double least) const noexcept;
+  static WindowWarp Coarse(Templates& templates, const PicturePyramid& picture,
+                           const WindowWarp& start, int top) noexcept;
+  static WindowWarp Search(Templates& templates, const PicturePyramid& picture,
+                           const WindowWarp& start, int level, int radius) noexcept;
+  static WindowTemplate::Match Descend(Templates& templates, const PicturePyramid& picture,
+                                       const WindowWarp& start, int top) noexcept;
+  [[nodiscard]] static bool Found(const WindowTemplate::Match& match, double least) noexcept;
   bool Follow(TrackedWindow& window, Memory& memory) noexcept;
   bool LeadsBack(const WindowWarp& now, const WindowWarp& before) noexcept;
   bool Refind(TrackedWindow& window, Memory& memory) noexcept;

@@ -67,6 +67,21 @@ TEST(StereoTextureTest, ATurningBodyIsFollowed) {
   }
 }
 
+// As fast as the path run three times as fast, and turning round at once, which no prediction
+// knows.
+TEST(StereoTextureTest, NoWindowOfAGridIsLostWhereTheBodyTurnsRound) {
+  TargetPictures pictures;
+  StereoTextureOptions options;
+  for (int i = 0; i < 25; ++i) options.at.emplace_back(290 + 15 * (i % 5), 210 + 15 * (i / 5));
+  StereoTexture texture(pictures.rig, pictures.X_SL, options);
+  for (const int step : {0, 1, 2, 3, 2, 1, 0, 1, 2, 3, 2, 1, 0}) {
+    const auto pair = pictures.Take({0.0015 * step, 0, 0.0005 * step});
+    for (const SurfacePoint& point : texture.Look(pair.left, pair.right, 0, Time{}).points) {
+      EXPECT_TRUE(point.seen) << "step " << step << ", window " << point.id;
+    }
+  }
+}
+
 TEST(StereoTextureTest, WindowsAreChosenWhereNoneIsNamed) {
   TargetPictures pictures;
   StereoTextureOptions options;
