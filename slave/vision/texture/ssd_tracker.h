@@ -1,0 +1,105 @@
+// Follows windows of texture through the pictures of one camera (paper C, 5.2).
+//
+// A window is always looked for as it was in the first picture, from coarse to fine, so that its
+// place does not drift. Beside that template a recent one is kept for when the look has changed too
+// far; it is cut only where the first still matches, so at most one link lies between them. Each
+// find must lead back to where the window was in the picture before. What is lost is searched for
+// around its last place, wider with every picture.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include "slave/vision/texture/picture_pyramid.h"
+#include "slave/vision/texture/window_template.h"
+
+namespace palpate {
+
+struct SsdOptions {
+  int window = 31;                  // edge [px], odd, 9 to 255
+  int levels = 3;                   // of the pyramid, 1 to 6
+  double least_correlation = 0.8;   // of a window that is still the same, (0, 1)
+  double refind_correlation = 0.9;  // of one that was lost, (0, 1)
+  double most_return_miss = 0.5;    // of the way back, in pixels of the picture before [px]
+  int search_radius = 96;           // of lost windows, at most [px]
+};
+
+enum class WindowState : std::uint8_t {
+  kTracked,     // by the first template
+  kBridged,     // by the recent template: as good as one link
+  kNoTexture,   // the first picture shows no structure there, or the window leaves it
+  kLost,        // covered, left the picture, or changed
+  kBadPicture,  // not of the first picture's size and type
+};
+
+struct TrackedWindow {
+  WindowState state = WindowState::kLost;
+  WindowWarp warp;  // the last one found
+  double correlation = -1;
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of warp.p [px^2]
+  [[nodiscard]] bool seen() const {
+    return state == WindowState::kTracked || state == WindowState::kBridged;
+  }
+};
+
+class SsdTracker {
+ public:
+  // `at`: centres in the first picture [px]. Throws std::invalid_argument: options, or a picture
+  // that is not 8 bit grey or BGR. A window without texture is kept, kNoTexture for ever.
+  SsdTracker(const cv::Mat& first, const std::vector<Eigen::Vector2d>& at,
+             const SsdOptions& options);
+
+  // Real-time safe. One thread.
+  const std::vector<TrackedWindow>& Track(const cv::Mat& picture) noexcept;
+  [[nodiscard]] const std::vector<TrackedWindow>& windows() const { return windows_; }
+
+  // The same templates, looked for by another camera whose first picture is `picture`: all windows
+  // are lost until Place() says where they are, and lost ones are not searched for: who knows both
+  // cameras knows better where. Throws std::invalid_argument as the constructor.
+  [[nodiscard]] SsdTracker InOtherCamera(const cv::Mat& picture) const;
+  // Looks for window `i` near `start` in the last picture and follows it from there; false: not
+  // there. Real-time safe.
+  bool Place(std::size_t i, const WindowWarp& start) noexcept;
+  // The caller knows better: window `i` is not where it was found. Real-time safe.
+  void Lose(std::size_t i) noexcept;
+
+  // Correlation of window `i` with a place of the last picture's `level`; -1: outside.
+  double Score(std::size_t i, const WindowWarp& warp, int level) noexcept;
+  [[nodiscard]] const PicturePyramid& picture() const { return now_; }
+  [[nodiscard]] const SsdOptions& options() const { return options_; }
+
+ private:
+  using Templates = std::vector<WindowTemplate>;  // one per level, fine first
+  struct Memory {
+    Templates first, recent;
+    Eigen::Vector2d velocity{0, 0};  // [px/picture]
+    int since_cut = 0;               // pictures since `recent` was cut
+    int lost_for = 0;                // pictures
+  };
+
+  bool Cut(Templates& templates, const WindowWarp& warp) noexcept;
+  static WindowWarp Coarse(Templates& templates, const PicturePyramid& picture,
+                           const WindowWarp& start, int top) noexcept;
+  static WindowWarp Search(Templates& templates, const PicturePyramid& picture,
+                           const WindowWarp& start, int level, int radius) noexcept;
+  static WindowTemplate::Match Descend(Templates& templates, const PicturePyramid& picture,
+                                       const WindowWarp& start, int top) noexcept;
+  [[nodiscard]] static bool Found(const WindowTemplate::Match& match, double least) noexcept;
+  bool Follow(TrackedWindow& window, Memory& memory) noexcept;
+  bool LeadsBack(const WindowWarp& now, const WindowWarp& before) noexcept;
+  bool Refind(TrackedWindow& window, Memory& memory) noexcept;
+  static void Accept(TrackedWindow& window, const WindowTemplate::Match& match,
+                     WindowState state) noexcept;
+
+  SsdOptions options_;
+  PicturePyramid now_, before_;
+  std::vector<TrackedWindow> windows_;
+  std::vector<Memory> memories_;
+  Templates back_;               // cut anew for every way back
+  std::size_t next_search_ = 0;  // lost windows take turns
+};
+
+}  // namespace palpate

@@ -1,0 +1,154 @@
+#include "slave/vision/texture/stereo_texture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "slave/vision/texture/good_windows.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kSearchesPerPair = 4;
+
+bool IsPicture(const cv::Mat& picture, const Lens& lens) {
+  return picture.dims == 2 && picture.data != nullptr &&
+         (picture.type() == CV_8UC1 || picture.type() == CV_8UC3) && picture.cols == lens.size[0] &&
+         picture.rows == lens.size[1];
+}
+
+void Check(const StereoTextureOptions& options) {
+  const auto refuse = [](const std::string& key, double value, const std::string& accepted) {
+    throw std::invalid_argument(key + " = " + std::to_string(value) + ": accepted is " + accepted);
+  };
+  if (options.count < 1 || options.count > 10000) refuse("count", options.count, "1 to 10000");
+  if (!(options.sigma > 0)) refuse("sigma", options.sigma, "> 0 [px]");
+  if (!(options.most_miss > 0)) refuse("most_miss", options.most_miss, "> 0 [px]");
+  if (!(options.search.near > 0)) refuse("near", options.search.near, "> 0 [m]");
+  if (!(options.search.far > options.search.near) || !std::isfinite(options.search.far)) {
+    refuse("far", options.search.far, "> near [m]");
+  }
+}
+
+}  // namespace
+
+StereoTextureOptions StereoTextureOptions::From(const PointTracking& points) {
+  StereoTextureOptions options;
+  options.at = points.at;
+  options.count = points.count;
+  options.sigma = points.sigma;
+  options.ssd.window = points.window;
+  return options;
+}
+
+StereoTexture::StereoTexture(const StereoRig& rig, const Eigen::Isometry3d& X_SL,
+                             const StereoTextureOptions& options)
+    : rig_(rig), X_RL_(rig.X_RL), X_LR_(rig.X_RL.inverse()), X_SL_(X_SL), options_(options) {
+  Check(options);
+  SsdTracker(cv::Mat::zeros(64, 64, CV_8UC1), {}, options.ssd);  // refuses what it does not accept
+}
+
+StereoTexture::~StereoTexture() = default;
+
+bool StereoTexture::Start(const cv::Mat& left, const cv::Mat& right) {
+  const int edge = options_.ssd.window;
+  const auto at =
+      !options_.at.empty() ? options_.at : ChooseWindows(left, options_.count, edge, 0.5 * edge);
+  if (at.empty()) return false;
+  left_ = std::make_unique<SsdTracker>(left, at, options_.ssd);
+  right_ = std::make_unique<SsdTracker>(left_->InOtherCamera(right));
+  has_rest_.assign(at.size(), false);
+  observation_.points.assign(at.size(), {});
+  bool any = false;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    observation_.points[i].id = static_cast<int>(i);
+    MeetAgain(i);
+    any = Locate(i) || any;
+  }
+  if (!any) {
+    left_.reset();
+    right_.reset();
+    observation_.points.clear();
+  }
+  return any;
+}
+
+// One camera sees the window, the other has lost it or never had it.
+void StereoTexture::MeetAgain(std::size_t i) noexcept {
+  const TrackedWindow &l = left_->windows()[i], &r = right_->windows()[i];
+  if (l.seen() && !r.seen()) {
+    const auto there =
+        SearchEpipolar(rig_.left, rig_.right, X_RL_, l.warp, *right_, i, options_.search);
+    if (there) right_->Place(i, *there);
+  } else if (r.seen() && !l.seen()) {
+    const auto there =
+        SearchEpipolar(rig_.right, rig_.left, X_LR_, r.warp, *left_, i, options_.search);
+    if (there) left_->Place(i, *there);
+  }
+}
+
+bool StereoTexture::Locate(std::size_t i) noexcept {
+  SurfacePoint& point = observation_.points[i];
+  point.seen = false;
+  const TrackedWindow &l = left_->windows()[i], &r = right_->windows()[i];
+  if (!l.seen() || !r.seen()) return false;
+  // The worse of the two pictures' axes, never better than the scene says.
+  const double variance = std::max(l.covariance.trace(), r.covariance.trace()) / 2;
+  const double sigma = std::max(options_.sigma, std::sqrt(variance));
+  const auto met = Triangulate(rig_, l.warp.p, r.warp.p, sigma);
+  if (!met || met->miss_px > options_.most_miss) {
+    right_->Lose(i);  // the templates are the left camera's: its window is the better known
+    return false;
+  }
+  point.seen = true;
+  point.p_S = X_SL_ * met->p_L;
+  point.covariance = X_SL_.linear() * met->covariance * X_SL_.linear().transpose();
+  if (!has_rest_[i]) {
+    point.p_S_rest = point.p_S;
+    has_rest_[i] = true;
+  }
+  return true;
+}
+
+void StereoTexture::Pair() noexcept {
+  const std::size_t count = observation_.points.size();
+  int searches = kSearchesPerPair;
+  for (std::size_t n = 0; n < count && searches > 0; ++n) {
+    const std::size_t i = (next_search_ + n) % count;
+    if (left_->windows()[i].seen() == right_->windows()[i].seen()) continue;
+    MeetAgain(i);
+    if (--searches == 0) next_search_ = i + 1;
+  }
+  for (std::size_t i = 0; i < count; ++i) observation_.found |= Locate(i);
+}
+
+const SurfaceObservation& StereoTexture::Look(const cv::Mat& left, const cv::Mat& right,
+                                              std::uint64_t sequence, Time sensed_at) {
+  observation_.sequence = sequence;
+  observation_.sensed_at = sensed_at;
+  observation_.found = false;
+  for (SurfacePoint& point : observation_.points) point.seen = false;
+  const bool usable = IsPicture(left, rig_.left) && IsPicture(right, rig_.right);
+  if (!started()) {
+    observation_.found = usable && Start(left, right);
+    return observation_;
+  }
+  if (!usable) return observation_;
+  left_->Track(left);
+  right_->Track(right);
+  Pair();
+  return observation_;
+}
+
+const std::vector<TrackedWindow>& StereoTexture::left_windows() const {
+  static const std::vector<TrackedWindow> none;
+  return left_ ? left_->windows() : none;
+}
+
+const std::vector<TrackedWindow>& StereoTexture::right_windows() const {
+  static const std::vector<TrackedWindow> none;
+  return right_ ? right_->windows() : none;
+}
+
+}  // namespace palpate

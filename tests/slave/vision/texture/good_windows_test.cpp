@@ -1,0 +1,34 @@
+#include "slave/vision/texture/good_windows.h"
+
+#include <gtest/gtest.h>
+
+#include "slave/vision/texture/window_template.h"
+#include "tests/slave/vision/texture/texture_pictures.h"
+
+namespace palpate {
+namespace {
+
+// Reference: what is chosen can be cut as a template, and lies apart and inside.
+TEST(ChooseWindowsTest, ChosenWindowsHaveTextureLieApartAndInside) {
+  cv::Mat picture = WavyTexture().Picture({}, 2);
+  picture(cv::Rect(0, 0, 150, 240)).setTo(90);
+  const auto centres = ChooseWindows(picture, 12, 31, 20);
+  ASSERT_GE(centres.size(), 4U);
+  ASSERT_LE(centres.size(), 12U);
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    WindowTemplate window(31);
+    EXPECT_TRUE(window.Cut(picture, {Eigen::Matrix2d::Identity(), centres[i]}));
+    EXPECT_GT(centres[i].x(), 130);
+    for (std::size_t j = 0; j < i; ++j) EXPECT_GE((centres[i] - centres[j]).norm(), 20);
+  }
+}
+
+TEST(ChooseWindowsTest, NothingIsChosenWhereThereIsNothing) {
+  EXPECT_TRUE(ChooseWindows(cv::Mat(240, 320, CV_8UC1, cv::Scalar(9)), 12, 31, 20).empty());
+  EXPECT_TRUE(ChooseWindows(cv::Mat(), 12, 31, 20).empty());
+  EXPECT_TRUE(ChooseWindows(cv::Mat::zeros(240, 320, CV_16U), 12, 31, 20).empty());
+  EXPECT_TRUE(ChooseWindows(cv::Mat::zeros(30, 30, CV_8U), 12, 31, 20).empty());
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,207 @@
+#include "slave/vision/texture/ssd_tracker.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/slave/vision/texture/texture_pictures.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+const std::vector<Eigen::Vector2d> kAt{{100, 100}, {160, 120}, {210, 130}};
+
+WindowWarp Shifted(double x, double y) {
+  return {Eigen::Matrix2d::Identity(), {x, y}};
+}
+
+// Reference: the known motion. A tracker from picture to picture would add up its errors: after 200
+// pictures of 0.03 px each, 0.4 px. This one is as good at the end as at the beginning.
+TEST(SsdTrackerTest, PlacesDoNotDriftOverALongWay) {
+  WavyTexture texture;
+  SsdTracker tracker(texture.Picture({}, 2), kAt, {});
+  double first_half = 0, second_half = 0;
+  constexpr int kPictures = 200;
+  for (int k = 1; k <= kPictures; ++k) {
+    const Eigen::Vector2d by(20 * std::sin(0.11 * k), 12 * std::sin(0.07 * k));
+    const auto& windows = tracker.Track(texture.Picture(Shifted(by.x(), by.y()), 2));
+    for (std::size_t i = 0; i < kAt.size(); ++i) {
+      ASSERT_EQ(windows[i].state, WindowState::kTracked) << k;
+      const double miss = (windows[i].warp.p - kAt[i] - by).norm();
+      (k <= kPictures / 2 ? first_half : second_half) += miss;
+    }
+  }
+  const double each = kPictures / 2.0 * static_cast<double>(kAt.size());
+  EXPECT_LT(first_half / each, 0.05);
+  EXPECT_LT(second_half / each, 0.05);
+}
+
+TEST(SsdTrackerTest, JumpsOfTenPixelsAndMoreAreFollowed) {
+  WavyTexture texture;
+  SsdTracker tracker(texture.Picture({}, 2), {{160, 120}}, {});
+  const auto& window = tracker.Track(texture.Picture(Shifted(10, -6), 2)).front();
+  ASSERT_TRUE(window.seen());
+  EXPECT_LT((window.warp.p - Eigen::Vector2d(170, 114)).norm(), 0.1);
+}
+
+// Slow growth far beyond what a shift could follow, with the light changing.
+TEST(SsdTrackerTest, ApproachAndLightAreFollowed) {
+  WavyTexture texture;
+  const Eigen::Vector2d centre(160, 120);
+  SsdTracker tracker(texture.Picture({}, 2), {centre}, {});
+  for (int k = 1; k <= 40; ++k) {
+    WindowWarp by;
+    by.A *= 1 + 0.005 * k;
+    by.p = centre - by.A * centre;
+    const auto& window = tracker.Track(texture.Picture(by, 2, 1 - 0.01 * k, 0.5 * k)).front();
+    ASSERT_TRUE(window.seen()) << k;
+    ASSERT_LT((window.warp.p - centre).norm(), 0.15) << k;
+  }
+}
+
+TEST(SsdTrackerTest, CoveredWindowsAreLostAndFoundAgainWithTheirIdentity) {
+  WavyTexture texture;
+  SsdTracker tracker(texture.Picture({}, 2), kAt, {});
+  for (int k = 1; k <= 30; ++k) {
+    const Eigen::Vector2d by(0.8 * k, 0.3 * k);
+    cv::Mat picture = texture.Picture(Shifted(by.x(), by.y()), 2);
+    const bool covered = k >= 10 && k < 20;
+    if (covered) {
+      const Eigen::Vector2d p = kAt[1] + by;
+      cv::circle(picture, {static_cast<int>(p.x()), static_cast<int>(p.y())}, 22, 90, -1);
+    }
+    const auto& windows = tracker.Track(picture);
+    ASSERT_TRUE(windows[0].seen()) << k;
+    ASSERT_EQ(windows[1].seen(), !covered) << k;
+    for (std::size_t i = 0; i < kAt.size(); ++i) {
+      if (!windows[i].seen()) continue;
+      ASSERT_LT((windows[i].warp.p - kAt[i] - by).norm(), 0.15) << k << ' ' << i;
+    }
+  }
+}
+
+TEST(SsdTrackerTest, WindowsThatLeaveThePictureAreLostAndComeBack) {
+  WavyTexture texture;
+  SsdTracker tracker(texture.Picture({}, 2), {{40, 120}}, {});
+  for (int k = 1; k <= 24; ++k) {
+    const double x = -4.0 * (k <= 12 ? k : 24 - k);
+    const auto& window = tracker.Track(texture.Picture(Shifted(x, 0), 2)).front();
+    const bool inside = 40 + x > 20;
+    if (inside && (k < 6 || k > 20)) {
+      ASSERT_TRUE(window.seen()) << k;
+      ASSERT_LT(std::abs(window.warp.p.x() - 40 - x), 0.15) << k;
+    }
+    if (40 + x < 10) {
+      ASSERT_FALSE(window.seen()) << k;
+    }
+  }
+}
+
+// The look changes beyond the first template; the recent one, cut while the first still matched,
+// bridges and says so. Reference: the texture does not move; beyond half the stain the picture is
+// rather another texture, whose place means little.
+TEST(SsdTrackerTest, ALookThatChangesSlowlyIsBridgedByOneLink) {
+  WavyTexture texture(3), stain(4);
+  const cv::Mat under = texture.Picture({}), over = stain.Picture({});
+  SsdTracker tracker(under, {{160, 120}}, {});
+  bool bridged = false;
+  for (int k = 1; k <= 100; ++k) {
+    cv::Mat mixed;
+    cv::addWeighted(under, 1 - 0.01 * k, over, 0.01 * k, 0, mixed);
+    const auto& window = tracker.Track(mixed).front();
+    bridged = bridged || window.state == WindowState::kBridged;
+    if (window.seen() && k <= 50) {
+      ASSERT_LT((window.warp.p - Eigen::Vector2d(160, 120)).norm(), 1.0) << k;
+    }
+  }
+  EXPECT_TRUE(bridged);
+  EXPECT_NE(tracker.windows().front().state,
+            WindowState::kTracked);  // nothing of the first is left
+}
+
+TEST(SsdTrackerTest, ALookThatChangesAtOnceIsLost) {
+  WavyTexture texture(3), stain(4);
+  SsdTracker tracker(texture.Picture({}, 2), {{160, 120}}, {});
+  for (int k = 1; k <= 5; ++k) {
+    EXPECT_FALSE(tracker.Track(stain.Picture({}, 2)).front().seen()) << k;
+  }
+}
+
+TEST(SsdTrackerTest, PicturesOfAnotherKindAreFlaggedAndJumpedOver) {
+  WavyTexture texture;
+  SsdTracker tracker(texture.Picture({}), kAt, {});
+  const cv::Mat wide = texture.Picture({}, 0, 1, 0, {330, 240});
+  cv::Mat deep;
+  texture.Picture({}).convertTo(deep, CV_16U, 256);
+  for (const cv::Mat& bad : {wide, deep, cv::Mat()}) {
+    for (const TrackedWindow& window : tracker.Track(bad)) {
+      EXPECT_EQ(window.state, WindowState::kBadPicture);
+    }
+  }
+  for (const TrackedWindow& window : tracker.Track(texture.Picture(Shifted(1, 1)))) {
+    EXPECT_EQ(window.state, WindowState::kTracked);
+  }
+}
+
+TEST(SsdTrackerTest, WindowsWithoutTextureOrPlaceAreSaidSoForEver) {
+  WavyTexture texture;
+  cv::Mat picture = texture.Picture({});
+  picture(cv::Rect(0, 0, 120, 240)).setTo(80);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  SsdTracker tracker(picture, {{60, 120}, {318, 120}, {nan, 5}, {1e300, -1e300}, {200, 120}}, {});
+  for (int k = 0; k < 3; ++k) {
+    const auto& windows = tracker.Track(picture);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(windows[i].state, WindowState::kNoTexture) << i;
+    EXPECT_EQ(windows[4].state, WindowState::kTracked);
+  }
+}
+
+TEST(SsdTrackerTest, ColourIsReadAsGrey) {
+  WavyTexture texture;
+  cv::Mat first, second;
+  cv::cvtColor(texture.Picture({}), first, cv::COLOR_GRAY2BGR);
+  cv::cvtColor(texture.Picture(Shifted(2, 1)), second, cv::COLOR_GRAY2BGR);
+  SsdTracker tracker(first, {{160, 120}}, {});
+  const auto& window = tracker.Track(second).front();
+  ASSERT_TRUE(window.seen());
+  EXPECT_LT((window.warp.p - Eigen::Vector2d(162, 121)).norm(), 0.05);
+}
+
+TEST(SsdTrackerTest, WhatCannotBeIsRefusedAtOnce) {
+  const cv::Mat picture = WavyTexture().Picture({});
+  const auto with = [&](auto change) {
+    SsdOptions options;
+    change(options);
+    SsdTracker(picture, kAt, options);
+  };
+  EXPECT_THROW(with([](SsdOptions& o) { o.window = 30; }), std::invalid_argument);
+  EXPECT_THROW(with([](SsdOptions& o) { o.window = 7; }), std::invalid_argument);
+  EXPECT_THROW(with([](SsdOptions& o) { o.levels = 0; }), std::invalid_argument);
+  EXPECT_THROW(with([](SsdOptions& o) { o.least_correlation = 1; }), std::invalid_argument);
+  EXPECT_THROW(with([](SsdOptions& o) { o.refind_correlation = NAN; }), std::invalid_argument);
+  EXPECT_THROW(with([](SsdOptions& o) { o.most_return_miss = 0; }), std::invalid_argument);
+  EXPECT_THROW(with([](SsdOptions& o) { o.search_radius = -1; }), std::invalid_argument);
+  EXPECT_THROW(SsdTracker(cv::Mat(), kAt, {}), std::invalid_argument);
+  EXPECT_THROW(SsdTracker(cv::Mat::zeros(240, 320, CV_16U), kAt, {}), std::invalid_argument);
+  EXPECT_THROW(SsdTracker(cv::Mat::zeros(20, 320, CV_8U), kAt, {}), std::invalid_argument);
+}
+
+// Followed, lost and searched for.
+TEST(SsdTrackerTest, NothingIsAllocatedPerPicture) {
+  WavyTexture texture;
+  SsdTracker tracker(texture.Picture({}), kAt, {});
+  const cv::Mat moved = texture.Picture(Shifted(1, 1)), flat(240, 320, CV_8UC1, cv::Scalar(90));
+  const long before = AllocationCount();
+  for (int k = 0; k < 15; ++k) tracker.Track(moved);
+  tracker.Track(flat);
+  tracker.Track(moved);
+  EXPECT_EQ(AllocationCount(), before);
+  EXPECT_TRUE(tracker.windows().front().seen());
+}
+
+}  // namespace
+}  // namespace palpate

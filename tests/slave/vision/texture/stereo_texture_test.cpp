@@ -1,0 +1,180 @@
+#include "slave/vision/texture/stereo_texture.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/slave/vision/texture/target_pictures.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+StereoTextureOptions ThreeWindows() {
+  StereoTextureOptions options;
+  options.at = {{320, 240}, {350, 220}, {290, 260}};
+  return options;
+}
+
+const Eigen::Vector3d kRest(0, 0, 0);
+
+// Reference: the drawn surface under the window's centre. The windows' bent surface leaves 0.2 mm,
+// the cameras' noise less.
+TEST(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
+  TargetPictures pictures;
+  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
+  for (int k = 0; k <= 10; ++k) {
+    const Eigen::Vector3d p_S(0.0005 * k, -0.0003 * k, 0.0006 * k);
+    const auto pair = pictures.Take(p_S);
+    const auto& seen = texture.Look(pair.left, pair.right, static_cast<std::uint64_t>(k), Time{});
+    ASSERT_TRUE(seen.found);
+    EXPECT_EQ(seen.sequence, static_cast<std::uint64_t>(k));
+    for (std::size_t i = 0; i < 3; ++i) {
+      const SurfacePoint& point = seen.points[i];
+      ASSERT_TRUE(point.seen);
+      EXPECT_EQ(point.id, static_cast<int>(i));
+      const Eigen::Vector3d miss = point.p_S - pictures.PointOf(ThreeWindows().at[i], kRest, p_S);
+      EXPECT_LT(miss.norm(), 0.5e-3);
+      EXPECT_LT((point.p_S - point.p_S_rest - p_S).norm(), 0.2e-3);
+      // Depth is the worst known direction: 1.3 mm per pixel, sigma 0.1 px in each picture.
+      EXPECT_GT(point.covariance(2, 2), point.covariance(0, 0));
+      EXPECT_NEAR(std::sqrt(point.covariance(2, 2)), 0.19e-3, 0.06e-3);
+    }
+  }
+}
+
+TEST(StereoTextureTest, ATurningBodyIsFollowed) {
+  TargetPictures pictures;
+  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
+  for (int k = 0; k <= 20; ++k) {
+    const Eigen::Vector3d turn(0.004 * k, -0.003 * k, 0.01 * k);
+    const auto pair = pictures.Take(kRest, turn);
+    const auto& seen = texture.Look(pair.left, pair.right, 0, Time{});
+    // It turns about the ellipsoid's centre, semi-axis z behind S's origin.
+    const Eigen::Vector3d centre(0, 0, site::TexturedTarget::Shape{}.semi_axes.z());
+    const Eigen::Matrix3d R =
+        turn.norm() > 0 ? Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix()
+                        : Eigen::Matrix3d::Identity();
+    for (const SurfacePoint& point : seen.points) {
+      ASSERT_TRUE(point.seen) << k;
+      EXPECT_LT((point.p_S - centre - R * (point.p_S_rest - centre)).norm(), 0.3e-3) << k;
+    }
+  }
+}
+
+// As fast as the path run three times as fast, and turning round at once, which no prediction
+// knows.
+TEST(StereoTextureTest, NoWindowOfAGridIsLostWhereTheBodyTurnsRound) {
+  TargetPictures pictures;
+  StereoTextureOptions options;
+  for (int i = 0; i < 25; ++i) options.at.emplace_back(290 + 15 * (i % 5), 210 + 15 * (i / 5));
+  StereoTexture texture(pictures.rig, pictures.X_SL, options);
+  for (const int step : {0, 1, 2, 3, 2, 1, 0, 1, 2, 3, 2, 1, 0}) {
+    const auto pair = pictures.Take({0.0015 * step, 0, 0.0005 * step});
+    for (const SurfacePoint& point : texture.Look(pair.left, pair.right, 0, Time{}).points) {
+      EXPECT_TRUE(point.seen) << "step " << step << ", window " << point.id;
+    }
+  }
+}
+
+TEST(StereoTextureTest, WindowsAreChosenWhereNoneIsNamed) {
+  TargetPictures pictures;
+  StereoTextureOptions options;
+  options.count = 12;
+  StereoTexture texture(pictures.rig, pictures.X_SL, options);
+  const auto pair = pictures.Take(kRest);
+  const auto& seen = texture.Look(pair.left, pair.right, 0, Time{});
+  ASSERT_TRUE(seen.found);
+  ASSERT_EQ(seen.points.size(), 12U);
+  int count = 0;
+  for (const SurfacePoint& point : seen.points) {
+    if (!point.seen) continue;
+    ++count;
+    EXPECT_LT(point.p_S.norm(), 0.05);
+  }
+  EXPECT_GE(count, 8);
+}
+
+TEST(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
+  TargetPictures pictures;
+  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
+  for (int k = 0; k <= 12; ++k) {
+    const Eigen::Vector3d p_S(0.001 * k, 0, 0.0005 * k);
+    auto pair = pictures.Take(p_S);
+    const bool covered = k >= 4 && k < 8;
+    if (covered) pair.right.colRange(0, 640).setTo(60);
+    const auto& seen = texture.Look(pair.left, pair.right, 0, Time{});
+    EXPECT_EQ(seen.found, !covered) << k;
+    for (std::size_t i = 0; i < 3; ++i) {
+      ASSERT_EQ(seen.points[i].seen, !covered) << k;
+      if (covered) continue;
+      EXPECT_LT((seen.points[i].p_S - seen.points[i].p_S_rest - p_S).norm(), 0.2e-3) << k;
+    }
+  }
+}
+
+TEST(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
+  TargetPictures pictures;
+  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
+  const auto pair = pictures.Take(kRest);
+  const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(80));
+  EXPECT_FALSE(texture.Look(cv::Mat(), pair.right, 0, Time{}).found);
+  EXPECT_FALSE(texture.Look(flat, flat, 0, Time{}).found);
+  EXPECT_FALSE(texture.Look(pair.left, flat, 0, Time{}).found);
+  EXPECT_FALSE(texture.started());
+  EXPECT_TRUE(texture.Look(pair.left, pair.right, 1, Time{}).found);
+  cv::Mat deep;
+  pair.left.convertTo(deep, CV_16U, 256);
+  for (const cv::Mat& bad : {deep, cv::Mat(pair.left, cv::Rect(0, 0, 320, 240)), cv::Mat()}) {
+    const auto& seen = texture.Look(bad, pair.right, 2, Time{});
+    EXPECT_FALSE(seen.found);
+    EXPECT_FALSE(seen.points.front().seen);
+    EXPECT_TRUE(seen.points.front().p_S.allFinite());
+  }
+  EXPECT_TRUE(texture.Look(pair.left, pair.right, 3, Time{}).found);
+}
+
+TEST(StereoTextureTest, SwappedPicturesAreNoPointsBehindTheCameras) {
+  TargetPictures pictures;
+  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
+  const auto pair = pictures.Take(kRest);
+  for (const SurfacePoint& point : texture.Look(pair.right, pair.left, 0, Time{}).points) {
+    if (point.seen) {
+      EXPECT_GT((pictures.X_SL.inverse() * point.p_S).z(), 0);
+    }
+  }
+}
+
+TEST(StereoTextureTest, OptionsThatCannotBeAreRefused) {
+  TargetPictures pictures;
+  const auto with = [&](auto change) {
+    StereoTextureOptions options;
+    change(options);
+    StereoTexture(pictures.rig, pictures.X_SL, options);
+  };
+  EXPECT_THROW(with([](StereoTextureOptions& o) { o.count = 0; }), std::invalid_argument);
+  EXPECT_THROW(with([](StereoTextureOptions& o) { o.sigma = NAN; }), std::invalid_argument);
+  EXPECT_THROW(with([](StereoTextureOptions& o) { o.most_miss = 0; }), std::invalid_argument);
+  EXPECT_THROW(with([](StereoTextureOptions& o) { o.search.near = 0; }), std::invalid_argument);
+  EXPECT_THROW(with([](StereoTextureOptions& o) { o.search.far = 0.01; }), std::invalid_argument);
+  EXPECT_THROW(with([](StereoTextureOptions& o) { o.ssd.window = 12; }), std::invalid_argument);
+}
+
+TEST(StereoTextureTest, NothingIsAllocatedPerPair) {
+  TargetPictures pictures;
+  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
+  const auto rest = pictures.Take(kRest), moved = pictures.Take({0.001, 0, 0.001});
+  ASSERT_TRUE(texture.Look(rest.left, rest.right, 0, Time{}).found);
+  const long before = AllocationCount();
+  const bool found = texture.Look(moved.left, moved.right, 1, Time{}).found;
+  EXPECT_EQ(AllocationCount(), before);
+  EXPECT_TRUE(found);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,75 @@
+#include "tests/slave/vision/texture/target_pictures.h"
+
+#include <cmath>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace palpate {
+namespace {
+
+constexpr double kDistance = 0.25;  // of the surface's tip from the middle between the cameras [m]
+constexpr double kBaseline = 0.06;  // [m]
+constexpr double kNoise = 2, kBlur = 0.7, kBehind = 60;
+constexpr int kSpare = 256;  // of the noise beyond a picture's size [px]
+
+Lens LensOfTheRig() {
+  return {800, 800, 319.5, 239.5, {}, {640, 480}};
+}
+
+}  // namespace
+
+// S as the middle camera would have it, at the point both look at.
+TargetPictures::TargetPictures() : target_(site::TexturedTarget::Shape{}) {
+  rig.left = rig.right = LensOfTheRig();
+  const double vergence = std::atan2(kBaseline / 2, kDistance);
+  const auto pose = [&](double side) {
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    X.translation() = Eigen::Vector3d(side * kBaseline / 2, 0, -kDistance);
+    X.linear() = Eigen::AngleAxisd(-side * vergence, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    return X;
+  };
+  X_SL = pose(-1);
+  rig.X_RL = pose(1).inverse() * X_SL;
+  noise_.create(rig.left.size[1] + kSpare, rig.left.size[0] + kSpare, CV_32F);
+  random_.fill(noise_, cv::RNG::NORMAL, 0, kNoise);
+}
+
+Eigen::Isometry3d TargetPictures::X_SB(const Eigen::Vector3d& p_S,
+                                       const Eigen::Vector3d& turn) const {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  const double tip = site::TexturedTarget::Shape{}.semi_axes.z();  // its tip rests at S's origin
+  X.translation() = p_S + Eigen::Vector3d(0, 0, tip);
+  if (turn.norm() > 0) {
+    X.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+  }
+  return X;
+}
+
+cv::Mat TargetPictures::Finish(const cv::Mat& canvas) {
+  cv::GaussianBlur(canvas, blurred_, {7, 7}, kBlur);
+  const int x = random_.uniform(0, kSpare), y = random_.uniform(0, kSpare);
+  cv::Mat picture;
+  cv::Mat seen = gain * blurred_ + offset + noise_(cv::Rect(x, y, canvas.cols, canvas.rows));
+  seen.convertTo(picture, CV_8U);
+  return picture;
+}
+
+TargetPictures::Pair TargetPictures::Take(const Eigen::Vector3d& p_S, const Eigen::Vector3d& turn) {
+  const Eigen::Isometry3d X_LB = X_SL.inverse() * X_SB(p_S, turn);
+  const auto take = [&](const Lens& lens, const Eigen::Isometry3d& X_CB) {
+    canvas_.create(lens.size[1], lens.size[0], CV_32F);
+    canvas_.setTo(kBehind);
+    target_.Draw(lens, X_CB, canvas_);
+    return Finish(canvas_);
+  };
+  return {take(rig.left, X_LB), take(rig.right, rig.X_RL * X_LB)};
+}
+
+Eigen::Vector3d TargetPictures::PointOf(const Eigen::Vector2d& p_I, const Eigen::Vector3d& from,
+                                        const Eigen::Vector3d& to) const {
+  const auto p_B = target_.PointAt(rig.left, X_SL.inverse() * X_SB(from, {0, 0, 0}), p_I);
+  return X_SB(to, {0, 0, 0}) * p_B.value();
+}
+
+}  // namespace palpate
