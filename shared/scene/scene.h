@@ -115,8 +115,9 @@ struct Camera {
   // Files: printf pattern, glob, directory or one picture; video: its path. From the working
   // directory: the scene's folder is in it.
   std::string pattern;
-  int device = 0;    // camera number
-  double rate = 60;  // [Hz]
+  std::filesystem::path lens;  // as `calibrate` writes it; empty: no distortion
+  int device = 0;              // camera number
+  double rate = 60;            // [Hz]
   std::array<int, 2> size{
       640, 480};     // [px] width, height; simulated and device; 0, 0: as the picture comes
   double pixel = 0;  // edge of a pixel in the plane z = 0 of S [m/px]
@@ -270,6 +271,7 @@ struct ModelOptions {
   double rate = 500;          // asked for [Hz]
   double range = 0;           // largest |displacement| / larger side before `extrapolated` [-]
   double puncture_depth = 0;  // overshoot beyond which the puncture cue fires [m]; 0: never
+  double prestress = 0;       // of membranes: tension at rest [N/m]
 };
 
 // --- operator, manipulator, site
@@ -295,6 +297,7 @@ struct SiteOptions {
   double flicker = 0.02;   // relative change of the light in time [-]
   Eigen::Vector2d misplacement{0,
                                0};  // how far the object really is from where the scene says, S [m]
+  double pace = 1;  // of a textured target on its path: 1 is paper C's, 17 mm/s at most
 };
 
 struct Scene {

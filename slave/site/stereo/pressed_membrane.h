@@ -1,0 +1,60 @@
+// What a clamped rubber membrane really does under a flat round tool: a hyperelastic solid, solved
+// at rising depths of one press.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/scene/scene.h"
+
+namespace palpate::site {
+
+// The membrane under the tool at one depth. Frame O; immutable once made.
+struct MembraneRung {
+  double depth = 0;  // way of the tool beyond the first touch, along -z [m]
+  double force = 0;  // of the tool on the membrane along z [N]: negative presses
+  std::vector<Eigen::Vector3f> displacements_O;  // of the inner face's nodes [m]
+};
+
+// A press at one place, as far as it is solved.
+struct MembranePress {
+  std::vector<Eigen::Vector2d> nodes_O;       // of the inner face (towards -z), at rest [m]
+  std::vector<std::array<int, 3>> triangles;  // of the inner face
+  std::vector<std::shared_ptr<const MembraneRung>> rungs;  // depths rising, from zero
+};
+
+// Force along z [N] at `depth` by monotone cubics between rungs; beyond the last one it goes on as
+// between the last two. Zero at depth <= 0.
+double ForceAt(const MembranePress& press, double depth) noexcept;
+// Displacement of the inner face's point that rests at p_O [m], frame O, at `depth`: linear between
+// rungs, of the mesh's own order in space. Zero outside the rim.
+Eigen::Vector3d DisplacementAt(const MembranePress& press, const Eigen::Vector2d& p_O,
+                               double depth) noexcept;
+
+struct MembraneResolution {
+  int across = 0;   // elements from the centre to the rim; 0: what the stated accuracy needs
+  int through = 0;  // layers through the thickness; 0: as above
+};
+
+// Solves a press of a flat round tool of diameter `width` [m] at p_O, deeper and deeper.
+class PressedMembrane {
+ public:
+  // Throws std::invalid_argument naming the key: no membrane, a place whose tool does not fit
+  // inside the rim, numbers out of range.
+  PressedMembrane(const MembraneGeometry& geometry, const Material& material, double width,
+                  const Eigen::Vector2d& p_O, const MembraneResolution& resolution = {});
+  ~PressedMembrane();
+
+  // Solves the next rung at `depth`, deeper than the last one. False: no equilibrium was found.
+  bool Deepen(double depth);
+  [[nodiscard]] const MembranePress& press() const;
+
+ private:
+  struct World;
+  std::unique_ptr<World> world_;
+};
+
+}  // namespace palpate::site
