@@ -36,8 +36,8 @@ Vector3d DisplacementOf(const Dent& dent, const Vector2d& p_O) noexcept {
   Vector3d u = Vector3d::Zero();
   for (const Dent::Part& part : dent.parts) {
     if (!part.press || !(part.share > 0)) continue;
-    u += part.share * DisplacementAt(*part.press, Carried(turned, p, part.radius, dent.rim),
-                                     dent.depth);
+    u += part.share *
+         DisplacementAt(*part.press, Carried(turned, p, part.radius, dent.rim), dent.depth);
   }
   Vector3d u_O;
   u_O << u.x() * axis + u.y() * across, u.z();

@@ -24,10 +24,10 @@ struct Dent {
     double radius = 0;  // of the place at which it was solved [m]
     double share = 0;   // of the blend; the shares' sum is 1
   };
-  double rim = 0;                     // radius of the membrane [m]
-  Eigen::Vector2d place_O{0, 0};      // of the tool's axis [m]
-  double depth = 0;                   // of the tool's tip below the rest plane [m]
-  std::array<Part, 2> parts;          // without presses: nothing touches
+  double rim = 0;                 // radius of the membrane [m]
+  Eigen::Vector2d place_O{0, 0};  // of the tool's axis [m]
+  double depth = 0;               // of the tool's tip below the rest plane [m]
+  std::array<Part, 2> parts;      // without presses: nothing touches
 };
 
 // Of the tool on the membrane along z [N]: negative presses.

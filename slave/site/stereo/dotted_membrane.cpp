@@ -21,9 +21,10 @@ constexpr int kCorners = 32;  // of an outline
 DotOutlines OutlinesOf(const PointTracking& points, const MembraneGeometry& membrane) {
   const double radius = points.dot_radius;
   if (!(radius > 0 && radius < membrane.radius)) {
-    throw std::invalid_argument(fmt::format("sense.points.radius = {:g} m: accepted is > 0, and "
-                                            "less than the membrane's radius, {:g} m",
-                                            radius, membrane.radius));
+    throw std::invalid_argument(
+        fmt::format("sense.points.radius = {:g} m: accepted is > 0, and "
+                    "less than the membrane's radius, {:g} m",
+                    radius, membrane.radius));
   }
   // An inscribed polygon has less area than its circle.
   const double turn = 2 * std::numbers::pi / kCorners;

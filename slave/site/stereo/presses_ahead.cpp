@@ -32,8 +32,7 @@ std::vector<double> Depths(const PressesAhead::Plan& plan) {
 // Every raster from the centre on as far as the tool keeps away from the rim, and home.
 std::vector<double> Radii(const PressesAhead::Plan& plan) {
   const double rim = plan.geometry.radius, raster = PressesAhead::kRaster * rim;
-  const double farthest =
-      std::max(0.0, std::min(PressesAhead::kFarthest * rim, rim - plan.width));
+  const double farthest = std::max(0.0, std::min(PressesAhead::kFarthest * rim, rim - plan.width));
   std::vector<double> radii{0};
   for (int k = 1; k * raster < farthest - kSameRadius * raster; ++k) radii.push_back(k * raster);
   if (farthest > 0) radii.push_back(farthest);
@@ -114,8 +113,7 @@ std::array<Dent::Part, 2> PressesAhead::Await(double radius, double depth) {
 // The nearest to the tool that is not complete; only that one if the tool is exactly over it.
 PressesAhead::Ladder* PressesAhead::Next() const {
   const Around around = Find(focus_);
-  const double reach =
-      around.below == around.above ? 0 : kAhead * kRaster * plan_.geometry.radius;
+  const double reach = around.below == around.above ? 0 : kAhead * kRaster * plan_.geometry.radius;
   Ladder* next = nullptr;
   double nearest = 0;
   for (std::size_t k = 0; k < ladders_.size(); ++k) {
@@ -132,8 +130,7 @@ bool PressesAhead::Deepen(PressedMembrane* membrane, double from, double to, int
   if (membrane->Deepen(to)) return true;
   if (halvings == 0) return false;
   const double middle = 0.5 * (from + to);
-  return Deepen(membrane, from, middle, halvings - 1) &&
-         Deepen(membrane, middle, to, halvings - 1);
+  return Deepen(membrane, from, middle, halvings - 1) && Deepen(membrane, middle, to, halvings - 1);
 }
 
 // The press with one rung more; the same one: the membrane takes no deeper press.

@@ -26,9 +26,9 @@ class PressesAhead {
     double press_depth = 0;  // rungs are a tenth of it apart, finer at first [m]
     MembraneResolution resolution;
   };
-  static constexpr double kDeeper = 1.6;      // rungs go so many press depths deep,
-  static constexpr double kDeepest = 0.35;    // but not deeper than this part of the radius
-  static constexpr double kFarthest = 0.75;   // radii of presses, in those of the membrane
+  static constexpr double kDeeper = 1.6;       // rungs go so many press depths deep,
+  static constexpr double kDeepest = 0.35;     // but not deeper than this part of the radius
+  static constexpr double kFarthest = 0.75;    // radii of presses, in those of the membrane
   static constexpr double kRaster = 1.0 / 13;  // between them, likewise
 
   // The first press is made here, the rungs follow in the thread. Throws std::invalid_argument as

@@ -191,7 +191,7 @@ struct StereoSite::World {
   const StereoRig rig;
   site::Exposure exposure;  // TakePictures's thread only
   const std::unique_ptr<Stage> stage;
-  const double rate;            // [Hz]
+  const double rate;           // [Hz]
   std::uint64_t pictures = 0;  // pairs taken; TakePictures's thread only
 };
 

@@ -29,8 +29,8 @@ class TexturedMembrane {
   MembraneView view_;
   const Exposure& exposure_;
   Texture texture_;
-  std::vector<Eigen::Vector2d> nodes_O_;      // at rest [m]
-  std::vector<Eigen::Vector2d> on_texture_;   // [texels]
+  std::vector<Eigen::Vector2d> nodes_O_;     // at rest [m]
+  std::vector<Eigen::Vector2d> on_texture_;  // [texels]
   std::vector<std::array<int, 3>> triangles_;
   cv::Mat ground_, seen_;  // CV_32F
 };
