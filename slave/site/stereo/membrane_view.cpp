@@ -1,0 +1,39 @@
+#include "slave/site/stereo/membrane_view.h"
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "slave/site/coverage.h"
+
+namespace palpate::site {
+namespace {
+
+constexpr int kRimCorners = 720;
+
+}  // namespace
+
+std::optional<Eigen::Vector2d> MembraneView::See(const Eigen::Vector2d& p_O,
+                                                 const Dent& dent) const {
+  const Eigen::Vector3d rest(p_O.x(), p_O.y(), -thickness);
+  return Project(lens, X_CO * (rest + DisplacementOf(dent, p_O)));
+}
+
+cv::Mat MembraneView::PlainFace() const {
+  std::vector<Eigen::Vector2d> rim;
+  for (int k = 0; k < kRimCorners; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kRimCorners;
+    const auto p_I = See(radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)), {});
+    if (p_I) rim.push_back(*p_I);
+  }
+  Coverage coverage({0, 0, lens.size[0], lens.size[1]});
+  coverage.Add(rim);
+  cv::Mat face;
+  coverage.Resolve(face);
+  face = kBeyond + (kRubber - kBeyond) * face;
+  return face;
+}
+
+}  // namespace palpate::site
