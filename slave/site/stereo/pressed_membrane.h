@@ -1,5 +1,11 @@
 // What a clamped rubber membrane really does under a flat round tool: a hyperelastic solid, solved
 // at rising depths of one press.
+//
+// The membrane is a thick plate of neo-Hookean rubber in three dimensions (neo_hookean_disc.h), on
+// cubic hexahedra fitted to the tool (disc_mesh.h): no hypothesis of a plate, no von Karman, no
+// modes. The tool is one of the house (slave/mechanics/plate): it presses evenly over its round
+// face, along -z whatever the membrane does, and its depth is the way of the membrane's outer face
+// below its centre. So force and depth mean here what they mean to the plates.
 #pragma once
 
 #include <array>
@@ -9,6 +15,7 @@
 #include <Eigen/Core>
 
 #include "shared/scene/scene.h"
+#include "slave/site/stereo/membrane_face.h"
 
 namespace palpate::site {
 
@@ -24,13 +31,14 @@ struct MembranePress {
   std::vector<Eigen::Vector2d> nodes_O;       // of the inner face (towards -z), at rest [m]
   std::vector<std::array<int, 3>> triangles;  // of the inner face
   std::vector<std::shared_ptr<const MembraneRung>> rungs;  // depths rising, from zero
+  std::shared_ptr<const MembraneFace> face;                // what lies between the nodes
 };
 
 // Force along z [N] at `depth` by monotone cubics between rungs; beyond the last one it goes on as
 // between the last two. Zero at depth <= 0.
 double ForceAt(const MembranePress& press, double depth) noexcept;
 // Displacement of the inner face's point that rests at p_O [m], frame O, at `depth`: linear between
-// rungs, of the mesh's own order in space. Zero outside the rim.
+// rungs, of the mesh's own order in space; beyond the last rung as at it. Zero outside the rim.
 Eigen::Vector3d DisplacementAt(const MembranePress& press, const Eigen::Vector2d& p_O,
                                double depth) noexcept;
 

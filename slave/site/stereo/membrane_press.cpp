@@ -1,0 +1,78 @@
+// What lies between the rungs of a press.
+#include <algorithm>
+#include <cstddef>
+
+#include "slave/site/stereo/pressed_membrane.h"
+
+namespace palpate::site {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// The first of the two rungs around `depth`, of two or more.
+std::size_t Below(const MembranePress& press, double depth) {
+  const auto above = std::ranges::upper_bound(press.rungs, depth, {},
+                                              [](const auto& rung) { return rung->depth; });
+  const auto index = static_cast<std::size_t>(above - press.rungs.begin());
+  return std::clamp<std::size_t>(index, 1, press.rungs.size() - 1) - 1;
+}
+
+double Chord(const MembranePress& press, std::size_t i) {
+  const MembraneRung &a = *press.rungs[i], &b = *press.rungs[i + 1];
+  return (b.force - a.force) / (b.depth - a.depth);
+}
+
+// At a rung: that of the parabola through its neighbours; at the ends, of the outermost three.
+double Slope(const MembranePress& press, std::size_t i) {
+  const std::size_t last = press.rungs.size() - 1;
+  if (last == 1) return Chord(press, 0);
+  const std::size_t middle = std::clamp<std::size_t>(i, 1, last - 1);
+  const double before = Chord(press, middle - 1), after = Chord(press, middle);
+  const double h0 = press.rungs[middle]->depth - press.rungs[middle - 1]->depth;
+  const double h1 = press.rungs[middle + 1]->depth - press.rungs[middle]->depth;
+  const double bend = (after - before) / (h0 + h1);
+  if (i < middle) return before - bend * h0;
+  if (i > middle) return after + bend * h1;
+  return before + bend * h0;
+}
+
+// Fritsch and Carlson 1980: a cubic stays monotone if its slopes at the ends are of the chord's
+// sign and at most three times as steep.
+double Limited(double slope, double chord) {
+  const double share = chord == 0 ? 0 : std::clamp(slope / chord, 0.0, 3.0);
+  return share * chord;
+}
+
+}  // namespace
+
+double ForceAt(const MembranePress& press, double depth) noexcept {
+  if (press.rungs.size() < 2 || !(depth > 0)) return 0;
+  const std::size_t i = Below(press, depth);
+  const MembraneRung &a = *press.rungs[i], &b = *press.rungs[i + 1];
+  const double h = b.depth - a.depth, t = (depth - a.depth) / h, u = 1 - t;
+  const double chord = Chord(press, i);
+  if (t > 1) return b.force + (depth - b.depth) * chord;
+  const double at_a = Limited(Slope(press, i), chord), at_b = Limited(Slope(press, i + 1), chord);
+  return u * u * ((1 + 2 * t) * a.force + t * h * at_a) +
+         t * t * ((1 + 2 * u) * b.force - u * h * at_b);
+}
+
+Vector3d DisplacementAt(const MembranePress& press, const Vector2d& p_O, double depth) noexcept {
+  MembraneFace::Stencil stencil;
+  if (press.rungs.size() < 2 || !(depth > 0) || !press.face->Find(p_O, &stencil)) {
+    return Vector3d::Zero();
+  }
+  const std::size_t i = Below(press, depth);
+  const MembraneRung &a = *press.rungs[i], &b = *press.rungs[i + 1];
+  const double part = std::min((depth - a.depth) / (b.depth - a.depth), 1.0);
+  Vector3d displacement = Vector3d::Zero();
+  for (std::size_t k = 0; k < stencil.nodes.size(); ++k) {
+    const auto n = static_cast<std::size_t>(stencil.nodes[k]);
+    displacement += stencil.weights[k] * ((1 - part) * a.displacements_O[n].cast<double>() +
+                                          part * b.displacements_O[n].cast<double>());
+  }
+  return displacement;
+}
+
+}  // namespace palpate::site
