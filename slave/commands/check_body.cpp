@@ -100,9 +100,7 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
 
 // What would be pressed; nullopt, and a line that says why: nothing.
 std::optional<Question> QuestionOf(const Scene& scene) {
-  const bool is_held = !scene.object.fixed.empty() ||
-                       std::holds_alternative<MembraneGeometry>(scene.object.geometry);
-  if (!is_held) {
+  if (!IsHeld(scene.object)) {
     PrintLine("press", "not tried: nothing holds the object, so it takes balanced loads only");
     return std::nullopt;
   }

@@ -228,6 +228,14 @@ TEST_F(StereoSceneTest, WindowsOfTextureAreRead) {
   EXPECT_EQ(Load(lines).sense.points->count, 1);
 }
 
+TEST_F(StereoSceneTest, AMembranesTextureMayBeFollowed) {
+  Lines lines;
+  lines.points = "{track: texture, count: 40}";
+  const PointTracking points = *Load(lines).sense.points;
+  EXPECT_EQ(points.track, PointTracking::Track::kTexture);
+  EXPECT_EQ(points.count, 40);
+}
+
 // What nothing holds is followed; no force is told, so no camera's place need be known.
 TEST_F(StereoSceneTest, WhatNothingHoldsIsFollowedByItsTexture) {
   Lines lines;
@@ -467,8 +475,9 @@ const BadScene kPoints[] = {
      "10: sense.points.track = stripes: accepted is dots or texture or surface"},
     {"SurfaceOfAPair", Points("{track: surface}"),
      "10: sense.points.track = surface: accepted is dots or texture with two cameras"},
-    {"TextureOfASimulatedMembrane", Points("{track: texture}"),
-     "10: sense.points.track = texture: accepted is dots where a membrane is simulated"},
+    {"DotsOfASimulatedTarget", Volume(kPair, "{track: dots, layout: dots.csv}", ""),
+     "10: sense.points.track = dots: accepted is texture: a simulated pair sees dots on a "
+     "membrane"},
     {"DotsInDepth", PointsInDepth("{track: dots}"),
      "10: sense.points.track = dots: accepted is surface with depth pictures"},
     {"WindowOfDots", Points("{window: 31 px}"), "10: sense.points.window = 31 px: accepted is"},
