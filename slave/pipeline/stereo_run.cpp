@@ -19,7 +19,7 @@
 #include "slave/pipeline/states_file.h"
 #include "slave/pipeline/stopwatch.h"
 #include "slave/pipeline/surface_teller.h"
-#include "slave/site/stereo/scripted_pair.h"
+#include "slave/site/stereo/scripted_membrane.h"
 #include "slave/vision/dots/dot_layout.h"
 
 namespace palpate {
@@ -34,7 +34,7 @@ const Vector3d kNowhere = Vector3d::Constant(std::numeric_limits<double>::quiet_
 struct Origin {
   explicit Origin(const Scene& scene) {
     if (scene.sense.stereo && scene.sense.stereo->source == StereoCameras::Source::kSimulated) {
-      auto scripted = std::make_unique<ScriptedPair>(scene);
+      auto scripted = std::make_unique<ScriptedMembrane>(scene);
       site = &scripted->site();
       source = std::move(scripted);
     } else {
@@ -89,7 +89,7 @@ class Comparison {
   }
   // Each point belongs to the target's place when it was first seen.
   void AddTarget(const SurfaceObservation& seen) {
-    const Isometry3d X_SB = site_.TargetPose();
+    const Isometry3d X_SB = site_.target()->X_SB;
     X_SB_first_.resize(seen.points.size());
     for (std::size_t i = 0; i < seen.points.size(); ++i) {
       const SurfacePoint& point = seen.points[i];

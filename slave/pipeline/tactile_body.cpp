@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/node_displacement.h"
 
 namespace palpate {
 namespace {
@@ -31,20 +32,6 @@ void NumberSkin(TactileBody* body) {
       body->skin_triangles.push_back(static_cast<std::uint32_t>(known));
     }
   }
-}
-
-// The mean of the triangles at each node.
-void FromTriangles(const SurfaceMesh& surface, const std::vector<Eigen::Vector3d>& of_triangle,
-                   std::vector<Eigen::Vector3d>* of_node) {
-  of_node->assign(surface.nodes.size(), Eigen::Vector3d::Zero());
-  std::vector<int> count(surface.nodes.size(), 0);
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    for (const int node : surface.triangles[t]) {
-      (*of_node)[static_cast<std::size_t>(node)] += of_triangle[t];
-      ++count[static_cast<std::size_t>(node)];
-    }
-  }
-  for (std::size_t i = 0; i < count.size(); ++i) (*of_node)[i] /= std::max(count[i], 1);
 }
 
 }  // namespace
@@ -84,10 +71,7 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene) {
 }
 
 void NodeDisplacement(TactileBody& body, std::vector<Eigen::Vector3d>* u_O) {
-  body.deformation->BoundaryDisplacement(u_O);
-  if (u_O->size() == body.surface.nodes.size()) return;
-  const std::vector<Eigen::Vector3d> of_triangle = std::move(*u_O);
-  FromTriangles(body.surface, of_triangle, u_O);
+  NodeDisplacement(*body.deformation, body.surface, u_O);
 }
 
 }  // namespace palpate

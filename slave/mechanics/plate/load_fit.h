@@ -3,6 +3,7 @@
 // force at half the radius and 36 % at 0.7 of it.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -19,11 +20,19 @@ struct LoadFit {
   // Of x, y [m] and force [N], from the points' sigmas, linear at the answer.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double residual = 0;  // rms of (measured - fitted) / sigma, by points - 3; about 1 if all is well
-  Validity validity =
-      Validity::kFailed;  // kFailed: not identified; kExtrapolated: the plate's range, or a
-  // residual beyond 3; see reason
+  // c0 + c1 x + c2 y along z, x and y in radii [m]: how the rim has moved. Where it is taken to
+  // stay, what of such a motion is left in the residuals: less than the truth, for the load takes a
+  // part.
+  Eigen::Vector3d rim_motion{0, 0, 0};
+  // kFailed: not identified; kExtrapolated: the plate's range, or a residual beyond 3; see reason.
+  Validity validity = Validity::kFailed;
+  bool nothing = false;  // kFailed since no load stands out of the noise
   std::string_view reason;
 };
+
+// Whether the frame that holds the plate is where it was at rest, or may have moved along z and
+// tilted: three more unknowns.
+enum class Rim : std::uint8_t { kStays, kMayMove };
 
 // Weighted nonlinear least squares in (x, y, force) by Levenberg's and Marquardt's method. Starts
 // from the last answer if there is one that fits, else from the best of 91 places spread over the
@@ -34,13 +43,15 @@ class LoadFitter {
   // point; < 0.9 of the plate's. Throws std::invalid_argument.
   LoadFitter(PlateSurface& plate, double width);
 
-  // Displacements along z [m] with sigmas [m] > 0 at points [m], all frame O. Not identified: fewer
-  // than four points, a point off the plate, values not finite; nothing that stands out of the
-  // noise (five sigma); a load at the rim or beyond; a place known to less than a quarter radius.
-  // Allocation-free after the first call with as many points.
+  // Displacements along z [m] with sigmas [m] > 0 at points [m], all frame O; a point with an
+  // infinite sigma does not count. Not identified: fewer
+  // than four points (seven if the rim may move), a point off the plate, values not finite; nothing
+  // that stands out of the noise (five sigma; where the points scatter by much less than their
+  // sigmas, of that scatter); a load at the rim or beyond; a place known to less than a quarter
+  // radius. Allocation-free after the first call with as many points.
   [[nodiscard]] LoadFit Fit(std::span<const Eigen::Vector2d> p_O,
-                            std::span<const double> displacement,
-                            std::span<const double> sigma) noexcept;
+                            std::span<const double> displacement, std::span<const double> sigma,
+                            Rim rim = Rim::kStays) noexcept;
   // Forgets the last answer.
   void Reset() { known_ = false; }
 
@@ -56,13 +67,16 @@ class LoadFitter {
 
   std::string_view Read(std::span<const Eigen::Vector2d> p_O, std::span<const double> displacement,
                         std::span<const double> sigma);
+  void SpanRimMotion();
+  void LeaveOutRimMotion(Eigen::VectorXd* values) const noexcept;
   bool Search(Guess* best) noexcept;
   bool DescendTwice(Guess* guess, LoadFit* fit) noexcept;
   bool Descend(Guess* guess, LoadFit* fit) noexcept;
   bool Linearise(const Guess& guess) noexcept;
   bool Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept;
   bool Press(const Guess& guess) noexcept;
-  void Judge(const Guess& guess, LoadFit* fit) const noexcept;
+  void Judge(const Guess& guess, LoadFit* fit) noexcept;
+  [[nodiscard]] Eigen::Vector3d RimMotion() noexcept;
   [[nodiscard]] Eigen::Vector2d Inside(const Eigen::Vector2d& place) const noexcept;
 
   PlateSurface& plate_;
@@ -72,6 +86,12 @@ class LoadFitter {
   Guess last_;
   Validity pressed_ = Validity::kFailed;  // of the last Press
   std::vector<Measured> measured_;
+  int count_ = 0;  // of those that count
+  Rim rim_ = Rim::kStays;
+  // Orthonormal columns that span the rim's motions by the points' sigmas: what they explain is
+  // taken out of measured and fitted alike. rim_values_ leads back to the motions.
+  Eigen::Matrix<double, Eigen::Dynamic, 3> rim_motions_;
+  Eigen::Matrix3d rim_values_ = Eigen::Matrix3d::Identity();
   Eigen::VectorXd misfit_, tried_, shape_;  // (measured - fitted) / sigma
   Eigen::Matrix<double, Eigen::Dynamic, 3>
       by_;                 // minus its derivatives by radii and by force_unit_

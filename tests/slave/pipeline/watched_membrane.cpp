@@ -86,6 +86,12 @@ void MembraneWorld::Show(const Press& press) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) pairs.push_back(DotPairs().Draw(press, seed));
   const std::lock_guard lock(mutex_);
   pairs_ = std::move(pairs);
+  silent_ = false;
+}
+
+void MembraneWorld::FallSilent() {
+  const std::lock_guard lock(mutex_);
+  silent_ = true;
 }
 
 void MembraneWorld::End() {
@@ -99,14 +105,18 @@ void MembraneWorld::Break() {
 }
 
 std::optional<StereoPair> MembraneSource::Next(const std::stop_token& stop) {
-  std::this_thread::sleep_for(kPeriod);
-  const std::lock_guard lock(world_->mutex_);
-  if (world_->broken_) throw std::runtime_error("the cable is off");
-  if (world_->ended_ || stop.stop_requested()) return std::nullopt;
-  StereoPair pair = world_->pairs_[sequence_ % world_->pairs_.size()];
-  pair.sequence = ++sequence_;
-  pair.sensed_at = Clock::now();
-  return pair;
+  while (!stop.stop_requested()) {
+    std::this_thread::sleep_for(kPeriod);
+    const std::lock_guard lock(world_->mutex_);
+    if (world_->broken_) throw std::runtime_error("the cable is off");
+    if (world_->ended_) break;
+    if (world_->silent_) continue;
+    StereoPair pair = world_->pairs_[sequence_ % world_->pairs_.size()];
+    pair.sequence = ++sequence_;
+    pair.sensed_at = Clock::now();
+    return pair;
+  }
+  return std::nullopt;
 }
 
 }  // namespace palpate::testing_fakes

@@ -36,7 +36,8 @@ class DotPairs {
 // What a test's source shows, a pair every 5 ms.
 class MembraneWorld {
  public:
-  void Show(const Press& press);
+  void Show(const Press& press);  // again, after FallSilent() too
+  void FallSilent();              // silent
   void End();
   void Break();
 
@@ -44,7 +45,7 @@ class MembraneWorld {
   friend class MembraneSource;
   std::mutex mutex_;
   std::vector<StereoPair> pairs_;  // shown in turn
-  bool ended_ = false, broken_ = false;
+  bool silent_ = false, ended_ = false, broken_ = false;
 };
 
 class MembraneSource final : public StereoSource {

@@ -1,0 +1,102 @@
+#include "slave/mechanics/plate/press_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+constexpr int kColumns = 16, kRows = 17;  // radii, depths
+constexpr double kOuter = 0.9;            // largest radius of the tool's edge [radii]
+constexpr double kDeepest = 0.3;          // at the centre [radii]: rotations are moderate
+constexpr double kFirst = 1e-6;           // of the deepest: stands for the first touch
+
+double RimShare(double r) {
+  return (1 - r * r) * (1 - r * r);
+}
+
+}  // namespace
+
+PressTable::PressTable(PlateSurface& plate, double width)
+    : radius_(plate.radius()),
+      largest_radius_(std::max(0.1 * plate.radius(), kOuter * plate.radius() - width / 2)),
+      entries_(kColumns * kRows) {
+  for (int column = 0; column < kColumns; ++column) FillColumn(plate, column, width);
+  plate.Reset();
+}
+
+// Towards the rim the plate gives way less.
+double PressTable::Deepest(double r) const noexcept {
+  return kDeepest * radius_ * (1 - r * r);
+}
+
+void PressTable::FillColumn(PlateSurface& plate, int column, double width) {
+  const double r = largest_radius_ / radius_ * column / (kColumns - 1);
+  const double step = Deepest(r) / (kRows - 1);
+  Contact contact;
+  contact.p_O.x() = r * radius_;
+  contact.width = width;
+  ContactResponse response;
+  plate.Reset();
+  for (int row = 0; row < kRows; ++row) {
+    const double depth = row == 0 ? kFirst * Deepest(r) : step * row;
+    contact.value_O.z() = -depth;
+    plate.Respond(std::span(&contact, 1), std::span(&response, 1));
+    Entry& entry = entries_[static_cast<std::size_t>(column * kRows + row)];
+    if (response.validity == Validity::kFailed) {
+      if (row == 0) throw std::runtime_error("the plate's answer to a small press is not found");
+      // On along the last tangent.
+      const Entry& last = *(&entry - 1);
+      entry = {last.secant + last.slope, last.slope, false};
+      continue;
+    }
+    const double secant = -response.force_O.z() / depth;
+    const double tangent = response.stiffness_O(2, 2);
+    entry.secant = RimShare(r) * secant;
+    entry.slope = row == 0 ? 0 : RimShare(r) * (tangent - secant) / depth * step;
+    entry.valid = response.validity == Validity::kValid;
+  }
+}
+
+const PressTable::Entry& PressTable::EntryAt(int column, int row) const {
+  const int mirrored = std::min(std::abs(column), kColumns - 1);
+  return entries_[static_cast<std::size_t>(mirrored * kRows + row)];
+}
+
+PressTable::Press PressTable::At(double radius, double depth) const noexcept {
+  if (!std::isfinite(radius) || !std::isfinite(depth)) return {};
+  const double r = std::min(std::abs(radius), largest_radius_) / radius_;
+  const double x = r / (largest_radius_ / radius_) * (kColumns - 1);
+  const int column = std::min(static_cast<int>(x), kColumns - 2);
+  const double u = x - column;
+  const double step = Deepest(r) / (kRows - 1);
+  const double y = std::max(depth, 0.0) / step;
+  const int row = std::min(static_cast<int>(std::min(y, 1e6)), kRows - 2);
+  const double v = std::min(y - row, 1.0);
+  // Catmull and Rom across radii, Hermite over depth: value and change by v.
+  const std::array across = {u * (-0.5 + u * (1 - 0.5 * u)), 1 + u * u * (1.5 * u - 2.5),
+                             u * (0.5 + u * (2 - 1.5 * u)), u * u * (0.5 * u - 0.5)};
+  double secant = 0, change = 0;
+  bool valid = true;
+  for (int k = 0; k < 4; ++k) {
+    const Entry& a = EntryAt(column + k - 1, row);
+    const Entry& b = EntryAt(column + k - 1, row + 1);
+    const double c2 = 3 * (b.secant - a.secant) - 2 * a.slope - b.slope;
+    const double c3 = 2 * (a.secant - b.secant) + a.slope + b.slope;
+    const double share = across[static_cast<std::size_t>(k)];
+    secant += share * (a.secant + v * (a.slope + v * (c2 + v * c3)));
+    change += share * (a.slope + v * (2 * c2 + v * 3 * c3));
+    if (k == 1 || k == 2) valid = valid && a.valid && (b.valid || v == 0);
+  }
+  const double known = std::min(std::max(depth, 0.0), Deepest(r));
+  Press press;
+  press.stiffness = (secant + known * change / step) / RimShare(r);
+  press.force = secant / RimShare(r) * known + press.stiffness * (std::max(depth, 0.0) - known);
+  press.valid = valid && depth <= Deepest(r);
+  return press;
+}
+
+}  // namespace palpate

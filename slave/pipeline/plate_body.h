@@ -1,0 +1,47 @@
+// Clamped round membranes under the eyes: `plate` and `plate-large`.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "slave/mechanics/plate/plate_surface.h"
+#include "slave/mechanics/plate/press_table.h"
+#include "slave/pipeline/sifted_fit.h"
+#include "slave/pipeline/surface_estimator.h"
+
+namespace palpate {
+
+// Frame O: origin at the membrane's centre, z along the outward normal. The points lie on a face of
+// the membrane; their displacement along z is the plate's at their place at rest.
+class PlateBody final : public SurfaceBody {
+ public:
+  // `width`: diameter of the load [m], 0: a point. Throws std::invalid_argument,
+  // std::runtime_error: see LoadFitter, PressTable.
+  PlateBody(std::unique_ptr<PlateSurface> plate, double width);
+
+  SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;
+  // The plate depends on the radius alone; at the rim as at 0.9 of the radius.
+  Press PressAt(const Eigen::Vector3d& p_O, double depth) noexcept override;
+  void Nearest(const Eigen::Vector3d& p_O_tip, Eigen::Vector3d* p_O,
+               Eigen::Vector3d* n_O) const noexcept override;
+  // The nodes of MembraneGrid().
+  [[nodiscard]] const SurfaceMesh& surface() const override { return surface_; }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
+  void NodalForces(std::vector<Eigen::Vector3d>* f_O) override;
+  void Reset() override;
+  [[nodiscard]] const ModelInfo& info() const override { return plate_->info(); }
+
+ private:
+  void Judge(const SiftedFit::Answer& answer, SurfaceLoad* load) const noexcept;
+  [[nodiscard]] double SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept;
+
+  std::unique_ptr<PlateSurface> plate_;
+  double width_;  // [m]
+  PressTable table_;
+  SiftedFit fit_;
+  SurfaceMesh surface_;
+  SurfaceLoad load_;  // the last one
+};
+
+}  // namespace palpate

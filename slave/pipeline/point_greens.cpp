@@ -1,0 +1,98 @@
+#include "slave/pipeline/point_greens.h"
+
+#include <limits>
+#include <span>
+
+#include "slave/pipeline/node_displacement.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+constexpr double kSamePlace = 1e-9;  // of the distance from the origin
+constexpr double kFacing = 0.5;      // cosine: nodes of a patch face alike
+
+std::size_t At(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+bool IsSamePlace(const Vector3d& a, const Vector3d& b) {
+  return (a - b).norm() <= kSamePlace * (a.norm() + b.norm());
+}
+
+}  // namespace
+
+PointGreens::PointGreens(const SurfaceMesh& surface, double load, double patch)
+    : surface_(surface), load_(load), index_(surface.nodes.size(), -1) {
+  for (const auto& triangle : surface_.triangles) {
+    for (const int node : triangle) {
+      if (index_[At(node)] >= 0) continue;
+      index_[At(node)] = static_cast<int>(nodes_.size());
+      nodes_.push_back(node);
+    }
+  }
+  FindPatches(patch);
+}
+
+void PointGreens::FindPatches(double patch) {
+  std::vector<Vector3d> normals(surface_.nodes.size(), Vector3d::Zero());
+  for (const auto& [a, b, c] : surface_.triangles) {
+    const Vector3d& p = surface_.nodes[At(a)];
+    const Vector3d area = (surface_.nodes[At(b)] - p).cross(surface_.nodes[At(c)] - p);
+    for (const int node : {a, b, c}) normals[At(node)] += area;
+  }
+  for (Vector3d& n : normals) n.normalize();
+  patches_.resize(nodes_.size());
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const int node = nodes_[i];
+    for (const int other : nodes_) {
+      const bool near = (surface_.nodes[At(other)] - surface_.nodes[At(node)]).norm() <= patch / 2;
+      const bool alike = normals[At(other)].dot(normals[At(node)]) >= kFacing;
+      if (other == node || (near && alike)) patches_[i].push_back(other);
+    }
+  }
+}
+
+void PointGreens::See(DeformationModel& model, const SurfaceContact& contact,
+                      const std::vector<Vector3d>& p_O_rest) {
+  if (rest_.size() != p_O_rest.size()) {
+    rest_.assign(p_O_rest.size(), Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+    known_.assign(p_O_rest.size(), false);
+    for (auto& by : by_) {
+      by.setZero(3 * static_cast<Index>(p_O_rest.size()), static_cast<Index>(nodes_.size()));
+    }
+  }
+  for (std::size_t i = 0; i < rest_.size(); ++i) {
+    if (!p_O_rest[i].allFinite() || IsSamePlace(rest_[i], p_O_rest[i])) continue;
+    rest_[i] = p_O_rest[i];
+    known_[i] = false;
+    const auto place = contact.Find(rest_[i], std::numeric_limits<double>::infinity());
+    if (!place) continue;
+    Contact press{.kind = Contact::Kind::kForce, .p_O = place->p_O, .element = place->triangle};
+    bool answered = true;
+    for (int axis = 0; axis < 3 && answered; ++axis) {
+      press.value_O = load_ * Vector3d::Unit(axis);
+      answered = Load(model, press, 3 * static_cast<Index>(i) + axis);
+    }
+    known_[i] = answered;
+  }
+}
+
+bool PointGreens::Load(DeformationModel& model, const Contact& contact, Index row) {
+  ContactResponse response;
+  model.Reset();
+  model.Respond(std::span(&contact, 1), std::span(&response, 1));
+  if (response.validity == Validity::kFailed) return false;
+  NodeDisplacement(model, surface_, &field_);
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    Vector3d mean = Vector3d::Zero();
+    for (const int node : patches_[k]) mean += field_[At(node)];
+    mean /= load_ * static_cast<double>(patches_[k].size());
+    for (int axis = 0; axis < 3; ++axis) by_[At(axis)](row, static_cast<Index>(k)) = mean[axis];
+  }
+  return true;
+}
+
+}  // namespace palpate

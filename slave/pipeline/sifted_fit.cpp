@@ -1,0 +1,174 @@
+#include "slave/pipeline/sifted_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kRounds = 4;              // of leaving out
+constexpr double kOutlier = 5;          // standard deviations of the points' scatter
+constexpr double kLeastScatter = 0.25;  // of the stated sigmas
+constexpr double kModelError = 0.05;    // of the largest deflection: may be the model's own
+constexpr double kToNormal = 1.4826;    // from a median of sizes to a standard deviation
+constexpr double kManyLeftOut = 0.15;   // share: a moved rim may explain them better
+constexpr double kPoorFit = 2;          // residual: likewise
+constexpr double kClearlyBetter = 0.7;  // residual with a moved rim by that without
+constexpr double kMotionSigmas = 6;     // at which a motion counts
+constexpr double kRimShare = 0.02;      // of the depth: as much may be the model's error
+constexpr double kSidewaysShare = 0.1;  // of the depth: a press carries its points so far
+constexpr int kLeastPoints = 5;
+
+double MedianOf(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+}  // namespace
+
+// One entry per point, so that nothing is allocated when some hide.
+void SiftedFit::Read(const std::vector<SurfacePoint>& points_O) {
+  seen_.clear();
+  seen_.reserve(points_O.size());
+  sorted_.reserve(points_O.size());
+  places_.resize(points_O.size());
+  displacements_.resize(points_O.size());
+  sigmas_.resize(points_O.size());
+  for (const SurfacePoint& point : points_O) {
+    Seen seen;
+    const Vector2d place = point.p_S_rest.head<2>();
+    const Vector3d moved = point.p_S - point.p_S_rest;
+    const double sigma = std::sqrt(point.covariance(2, 2));
+    const double sideways = std::sqrt(point.covariance.topLeftCorner<2, 2>().trace() / 2);
+    seen.usable = point.seen && place.norm() <= plate_.radius() && moved.allFinite() && sigma > 0 &&
+                  std::isfinite(sigma) && std::isfinite(sideways);
+    if (seen.usable) seen = {place, moved, sigma, sideways, 0, true, true};
+    seen_.push_back(seen);
+  }
+  usable_ = static_cast<int>(std::ranges::count_if(seen_, &Seen::usable));
+}
+
+SiftedFit::Answer SiftedFit::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
+  try {
+    Read(points_O);
+  } catch (const std::bad_alloc&) {
+    Answer none;
+    none.load.reason = "out of memory";
+    return none;
+  }
+  KeepAll();
+  Answer answer = FitKept(Rim::kStays);
+  if (answer.left_out > kManyLeftOut * answer.points || answer.load.residual > kPoorFit ||
+      RimMoved(answer.load)) {
+    KeepAll();
+    const Answer freed = FitKept(Rim::kMayMove);
+    const bool better = freed.left_out < answer.left_out ||
+                        freed.load.residual < kClearlyBetter * answer.load.residual;
+    const bool known = freed.load.validity != Validity::kFailed || freed.load.nothing;
+    if (known && better && RimMoved(freed.load)) {
+      answer = freed;
+      answer.moved = true;
+    } else {
+      KeepAll();
+      answer = FitKept(Rim::kStays);
+    }
+  }
+  answer.moved = answer.moved || SlidSideways(answer.load);
+  return answer;
+}
+
+void SiftedFit::KeepAll() noexcept {
+  for (Seen& point : seen_) point.kept = point.usable;
+  kept_ = usable_;
+}
+
+SiftedFit::Answer SiftedFit::FitKept(Rim rim) noexcept {
+  Answer answer;
+  answer.points = usable_;
+  for (int round = 0; round <= kRounds; ++round) {
+    for (std::size_t i = 0; i < seen_.size(); ++i) {
+      places_[i] = seen_[i].place;
+      displacements_[i] = seen_[i].moved.z();
+      sigmas_[i] = seen_[i].kept ? seen_[i].sigma : std::numeric_limits<double>::infinity();
+    }
+    answer.left_out = usable_ - kept_;
+    answer.load = fitter_.Fit(places_, displacements_, sigmas_, rim);
+    if (round == kRounds || !LeaveOut(answer.load, rim)) break;
+    fitter_.Reset();
+  }
+  return answer;
+}
+
+// The worst, and those at least half as bad: a wrong point bends the fit towards itself, so that
+// good ones near it look bad too.
+bool SiftedFit::LeaveOut(const LoadFit& load, Rim rim) noexcept {
+  if (kept_ <= kLeastPoints) return false;
+  deepest_ = 0;
+  sorted_.clear();
+  for (Seen& point : seen_) {
+    if (!point.kept) continue;
+    double fitted = load.nothing ? 0 : plate_.Displacement(point.place);
+    deepest_ = std::max(deepest_, std::abs(fitted));
+    if (rim == Rim::kMayMove) {
+      const Vector2d x = point.place / plate_.radius();
+      fitted += load.rim_motion[0] + load.rim_motion.tail<2>().dot(x);
+    }
+    point.residual = point.moved.z() - fitted;
+    sorted_.push_back(std::abs(point.residual) / point.sigma);
+  }
+  const double scatter = std::max(kLeastScatter, kToNormal * MedianOf(&sorted_));
+  const auto excess = [&](const Seen& point) {
+    const double accepted = std::max(kOutlier * scatter * point.sigma, kModelError * deepest_);
+    return point.kept ? std::abs(point.residual) / accepted : 0;
+  };
+  double worst = 1;
+  for (const Seen& point : seen_) worst = std::max(worst, excess(point));
+  bool left_out = false;
+  for (Seen& point : seen_) {
+    if (excess(point) <= std::max(1.0, worst / 2) || kept_ <= kLeastPoints) continue;
+    point.kept = false;
+    left_out = true;
+    --kept_;
+  }
+  return left_out;
+}
+
+// One standard deviation of a motion of all points together, by their sigma along z [-].
+double SiftedFit::NoiseOfMotion(const LoadFit& load) const noexcept {
+  const double scatter = std::clamp(load.residual, kLeastScatter, kPoorFit);
+  return scatter * std::sqrt(3.0 / kept_);
+}
+
+bool SiftedFit::RimMoved(const LoadFit& load) const noexcept {
+  if (kept_ < kLeastPoints) return false;
+  double sum = 0;
+  for (const Seen& point : seen_) sum += point.kept ? point.sigma * point.sigma : 0;
+  const double sigma = std::sqrt(sum / kept_);
+  const double motion =
+      std::hypot(load.rim_motion[0], load.rim_motion[1] / 2, load.rim_motion[2] / 2);
+  return motion > kMotionSigmas * NoiseOfMotion(load) * sigma + kRimShare * deepest_;
+}
+
+bool SiftedFit::SlidSideways(const LoadFit& load) noexcept {
+  if (kept_ < kLeastPoints) return false;
+  double slid = 0, sigma = 0;
+  for (const int axis : {0, 1}) {
+    sorted_.clear();
+    sigma = 0;
+    for (const Seen& point : seen_) {
+      if (!point.kept) continue;
+      sorted_.push_back(point.moved[axis]);
+      sigma = std::max(sigma, point.sideways);
+    }
+    slid = std::max(slid, std::abs(MedianOf(&sorted_)));
+  }
+  return slid > kMotionSigmas * NoiseOfMotion(load) * sigma + kSidewaysShare * deepest_;
+}
+
+}  // namespace palpate

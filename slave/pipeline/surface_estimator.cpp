@@ -1,0 +1,187 @@
+#include "slave/pipeline/surface_estimator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "slave/pipeline/local_touch.h"
+#include "slave/pipeline/stopwatch.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kVouchedFor = 0.5;  // of the larger side, where the model states no range
+
+double LargerSide(const SurfaceMesh& surface) {
+  Vector3d lower = surface.nodes.front(), upper = lower;
+  for (const Vector3d& p : surface.nodes) {
+    lower = lower.cwiseMin(p);
+    upper = upper.cwiseMax(p);
+  }
+  return (upper - lower).maxCoeff();
+}
+
+}  // namespace
+
+struct SurfaceEstimator::Parts {
+  std::unique_ptr<SurfaceBody> body;
+  Isometry3d X_SO = Isometry3d::Identity(), X_OS = Isometry3d::Identity();
+  double modulus_tolerance = 0;  // one sigma of E, relative [-]
+  double puncture_depth = 0;     // [m]; 0: never
+  double valid_radius = 0;       // of local models [m]
+
+  std::vector<SurfacePoint> points_O;
+  SurfaceLoad load;
+  Felt felt;
+  LocalModel local;  // the last one told
+  SurfaceTimes times;
+  bool tracking = true, in_contact = false, punctured = false;
+
+  void ToObject(const std::vector<SurfacePoint>& points_S);
+  void Tell() noexcept;
+  void Lose(Validity validity) noexcept;
+};
+
+SurfaceEstimator::SurfaceEstimator(const Scene& scene) : parts_(std::make_unique<Parts>()) {
+  parts_->X_SO = scene.object.X_SO;
+  parts_->X_OS = scene.object.X_SO.inverse();
+  Adopt(MakeSurfaceBody(scene), scene);
+}
+
+SurfaceEstimator::~SurfaceEstimator() = default;
+
+void SurfaceEstimator::Adopt(std::unique_ptr<SurfaceBody> body, const Scene& scene) {
+  parts_->body = std::move(body);
+  parts_->modulus_tolerance = scene.object.material.young_modulus_tolerance;
+  parts_->puncture_depth = scene.model.puncture_depth;
+  const double range = parts_->body->info().range;
+  parts_->valid_radius = (range > 0 ? range : kVouchedFor) * LargerSide(parts_->body->surface());
+}
+
+void SurfaceEstimator::Reset() noexcept {
+  parts_->body->Reset();
+  parts_->load = {};
+  parts_->in_contact = parts_->punctured = false;
+}
+
+const Felt& SurfaceEstimator::Feel(const SurfaceObservation& seen,
+                                   const Vector3d& p_S_tip) noexcept {
+  Parts& my = *parts_;
+  Felt& felt = my.felt;
+  felt.sequence = seen.sequence;
+  felt.sensed_at = seen.sensed_at;
+  felt.events.Clear();
+  if (p_S_tip.allFinite()) felt.p_S_tip = p_S_tip;
+  if (seen.found != my.tracking) {
+    felt.events.Add(seen.found ? Event::kTrackingRegained : Event::kTrackingLost);
+    my.tracking = seen.found;
+  }
+  if (seen.found) {
+    Stopwatch lap;
+    my.ToObject(seen.points);
+    my.load = my.body->Fit(my.points_O);
+    my.times.mechanics.Add(lap.Lap());
+    my.Tell();
+  } else {
+    my.Lose(Validity::kTrackingLost);
+  }
+  felt.local_model = LocalAt(felt.p_S_tip);
+  return felt;
+}
+
+void SurfaceEstimator::Parts::ToObject(const std::vector<SurfacePoint>& points_S) {
+  const Matrix3d R_OS = X_OS.linear();
+  points_O = points_S;
+  for (SurfacePoint& point : points_O) {
+    point.p_S_rest = X_OS * point.p_S_rest;
+    point.p_S = X_OS * point.p_S;
+    point.covariance = R_OS * point.covariance * R_OS.transpose();
+  }
+}
+
+// The load as the slave's words have it: the force of the object on the tool, frame S.
+void SurfaceEstimator::Parts::Tell() noexcept {
+  if (!IsForceKnown(load.validity)) return Lose(load.validity);
+  const bool pressed = load.force != 0;
+  if (pressed != in_contact) felt.events.Add(pressed ? Event::kContact : Event::kRelease);
+  in_contact = pressed;
+  Vector3d p_O = load.p_O, n_O = load.n_O;
+  if (!pressed) body->Nearest(X_OS * felt.p_S_tip, &p_O, &n_O);
+  felt.p_S_contact = X_SO * p_O;
+  felt.depth = std::max(0.0, load.depth);
+  felt.force = -load.force * (X_SO.linear() * n_O);
+  felt.sigma = std::hypot(load.sigma_force, modulus_tolerance * load.force);
+  felt.validity = load.validity;
+  const bool overshot = puncture_depth > 0 && felt.depth > puncture_depth;
+  if (overshot && !punctured) felt.events.Add(Event::kPuncture);
+  punctured = pressed && (punctured || overshot);
+  if (punctured) {  // the cue of paper A, 4.2: the resistance is gone
+    felt.force = Vector3d::Zero();
+    felt.validity = Validity::kPunctured;
+  }
+}
+
+void SurfaceEstimator::Parts::Lose(Validity validity) noexcept {
+  felt.force.reset();
+  felt.sigma = 0;
+  felt.validity = validity;
+}
+
+// f(p) = k n n^T (reference - p) is right in force and slope at the present depth d where the
+// reference lies F / k above the tip: for a stiffening membrane that is below the surface at rest.
+LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
+  Parts& my = *parts_;
+  if (!p_S_tip.allFinite()) return my.local;
+  const Vector3d p_O_tip = my.X_OS * p_S_tip;
+  Vector3d p_O, n_O;
+  my.body->Nearest(p_O_tip, &p_O, &n_O);
+  const double depth = n_O.dot(p_O - p_O_tip);
+  const SurfaceBody::Press press = my.body->PressAt(p_O, std::max(0.0, depth));
+  const bool usable =
+      std::isfinite(press.force) && std::isfinite(press.stiffness) && press.stiffness > 0;
+  if (!usable) return my.local;
+  const double sunk = depth > 0 ? depth - press.force / press.stiffness : 0;
+  LocalModel next;
+  next.normal = my.X_SO.linear() * n_O;
+  next.reference = my.X_SO * (p_O - sunk * n_O);
+  next.stiffness = press.stiffness * next.normal * next.normal.transpose();
+  next.valid_radius = my.valid_radius;
+  next.in_contact = depth > 0;
+  my.local = Revised(next, my.local);
+  return my.local;
+}
+
+const Felt& SurfaceEstimator::felt() const {
+  return parts_->felt;
+}
+const SurfaceLoad& SurfaceEstimator::load() const {
+  return parts_->load;
+}
+SurfaceBody& SurfaceEstimator::body() {
+  return *parts_->body;
+}
+const Isometry3d& SurfaceEstimator::X_SO() const {
+  return parts_->X_SO;
+}
+const SurfaceTimes& SurfaceEstimator::times() const {
+  return parts_->times;
+}
+
+void SurfaceEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {
+  parts_->body->Displacements(p_S);
+  const std::vector<Vector3d>& rest = parts_->body->surface().nodes;
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    (*p_S)[i] = parts_->X_SO * Vector3d(rest[i] + (*p_S)[i]);
+  }
+}
+
+void SurfaceEstimator::NodalForces(std::vector<Vector3d>* f_S) {
+  parts_->body->NodalForces(f_S);
+  for (Vector3d& force : *f_S) force = parts_->X_SO.linear() * force;
+}
+
+}  // namespace palpate
