@@ -26,9 +26,13 @@ std::vector<double> StepsTo(double depth) {
 
 }  // namespace
 
-ScriptedMembrane::ScriptedMembrane(const Scene& scene, const MembraneScript& script)
-    : site_(scene), rate_(scene.sense.stereo->rate) {
-  if (!site_.target()) return ScriptPress(scene, script);
+ScriptedMembrane::ScriptedMembrane(const Scene& scene, const MembraneScript& script,
+                                   const site::MembraneResolution& resolution)
+    : site_(scene, resolution), rate_(scene.sense.stereo->rate) {
+  if (!site_.target()) {
+    ScriptPress(scene, script);
+    return;
+  }
   const auto pairs = static_cast<std::size_t>(std::clamp(script.target_seconds * rate_, 1.0, 1e6));
   script_.assign(pairs, {scene.manipulator.home, -1});
 }

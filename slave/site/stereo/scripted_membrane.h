@@ -26,7 +26,8 @@ class ScriptedMembrane final : public StereoSource {
 
   // Throws std::invalid_argument naming the key: what StereoSite refuses, a membrane that home is
   // not over.
-  explicit ScriptedMembrane(const Scene& scene, const MembraneScript& script = {});
+  explicit ScriptedMembrane(const Scene& scene, const MembraneScript& script = {},
+                            const site::MembraneResolution& resolution = {});
 
   // As fast as it can be computed; sensed_at counts from Time{}.
   std::optional<StereoPair> Next(const std::stop_token& stop) override;

@@ -49,8 +49,9 @@ class MembraneStage final : public Stage {
  public:
   // `make` gives the painter of one eye, from its view.
   template <typename Make>
-  MembraneStage(const Scene& scene, const StereoRig& rig, const Make& make)
-      : membrane_(scene),
+  MembraneStage(const Scene& scene, const site::MembraneResolution& resolution,
+                const StereoRig& rig, const Make& make)
+      : membrane_(scene, resolution),
         painters_{make(View(scene, rig.left, Isometry3d::Identity())),
                   make(View(scene, rig.right, rig.X_RL))} {}
 
@@ -144,8 +145,8 @@ class TargetStage final : public Stage {
   TargetTruth now_;
 };
 
-std::unique_ptr<Stage> MakeStage(const Scene& scene, const StereoRig& rig,
-                                 const site::Exposure& exposure) {
+std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolution& resolution,
+                                 const StereoRig& rig, const site::Exposure& exposure) {
   using Track = PointTracking::Track;
   const PointTracking& points = PointsOf(scene);
   const auto* geometry = std::get_if<MembraneGeometry>(&scene.object.geometry);
@@ -158,7 +159,7 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const StereoRig& rig,
   }
   if (points.track == Track::kTexture) {
     return std::make_unique<MembraneStage<site::TexturedMembrane>>(
-        scene, rig, [&](const site::MembraneView& view) {
+        scene, resolution, rig, [&](const site::MembraneView& view) {
           return site::TexturedMembrane(view, scene.site.seed, exposure);
         });
   }
@@ -169,7 +170,7 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const StereoRig& rig,
   }
   const site::DotOutlines outlines = site::OutlinesOf(points, *geometry);
   return std::make_unique<MembraneStage<site::DottedMembrane>>(
-      scene, rig, [&](const site::MembraneView& view) {
+      scene, resolution, rig, [&](const site::MembraneView& view) {
         return site::DottedMembrane(view, outlines, exposure);
       });
 }
@@ -177,10 +178,10 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const StereoRig& rig,
 }  // namespace
 
 struct StereoSite::World {
-  explicit World(const Scene& scene)
+  World(const Scene& scene, const site::MembraneResolution& resolution)
       : rig(SimulatedRig(scene)),
         exposure(scene.site, rig.left.size),
-        stage(MakeStage(scene, rig, exposure)),
+        stage(MakeStage(scene, resolution, rig, exposure)),
         rate(scene.sense.stereo->rate) {
     if (!(rate > 0)) {
       throw std::invalid_argument("sense.camera.rate = " + std::to_string(rate) +
@@ -195,7 +196,8 @@ struct StereoSite::World {
   std::uint64_t pictures = 0;  // pairs taken; TakePictures's thread only
 };
 
-StereoSite::StereoSite(const Scene& scene) : world_(std::make_unique<World>(scene)) {}
+StereoSite::StereoSite(const Scene& scene, const site::MembraneResolution& resolution)
+    : world_(std::make_unique<World>(scene, resolution)) {}
 
 StereoSite::~StereoSite() = default;
 

@@ -10,6 +10,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "shared/scene/scene.h"
+#include "slave/site/stereo/pressed_membrane.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate {
@@ -54,7 +55,7 @@ class StereoSite {
   // Throws std::invalid_argument naming the key where the scene cannot be simulated: no simulated
   // pair (slave/site/stereo/pair_rig.h), no points or no tool, an object that cannot carry the
   // points, dots beyond the rim.
-  explicit StereoSite(const Scene& scene);
+  explicit StereoSite(const Scene& scene, const site::MembraneResolution& resolution = {});
   ~StereoSite();
   StereoSite(const StereoSite&) = delete;
   StereoSite& operator=(const StereoSite&) = delete;

@@ -22,7 +22,8 @@ const MembraneGeometry& GeometryOf(const Scene& scene) {
   throw std::invalid_argument("object.geometry: accepted by the simulated site is a membrane");
 }
 
-PressesAhead::Plan PlanOf(const Scene& scene, const Eigen::Isometry3d& X_SO) {
+PressesAhead::Plan PlanOf(const Scene& scene, const Eigen::Isometry3d& X_SO,
+                          const MembraneResolution& resolution) {
   if (!scene.tool || !(scene.tool->width > 0)) {
     throw std::invalid_argument(
         "tool.width: missing; accepted by the simulated site is the diameter of the tool, > 0");
@@ -38,6 +39,7 @@ PressesAhead::Plan PlanOf(const Scene& scene, const Eigen::Isometry3d& X_SO) {
   plan.width = scene.tool->width;
   plan.home_radius = (X_SO.inverse() * scene.manipulator.home).head<2>().norm();
   plan.press_depth = depth;
+  plan.resolution = resolution;
   return plan;
 }
 
@@ -49,8 +51,10 @@ Eigen::Isometry3d TruePose(const Scene& scene) {
 
 }  // namespace
 
-TrueMembrane::TrueMembrane(const Scene& scene)
-    : X_SO_(TruePose(scene)), rim_(GeometryOf(scene).radius), presses_(PlanOf(scene, X_SO_)) {
+TrueMembrane::TrueMembrane(const Scene& scene, const MembraneResolution& resolution)
+    : X_SO_(TruePose(scene)),
+      rim_(GeometryOf(scene).radius),
+      presses_(PlanOf(scene, X_SO_, resolution)) {
   now_.p_S_tip = scene.manipulator.home;
   now_.dent.rim = rim_;
 }

@@ -24,7 +24,7 @@ class TrueMembrane {
 
   // Throws std::invalid_argument naming the key: no membrane, no tool, no press depth, what
   // PressedMembrane refuses.
-  explicit TrueMembrane(const Scene& scene);
+  TrueMembrane(const Scene& scene, const MembraneResolution& resolution);
 
   // See StereoSite. Thread-safe.
   void MoveTool(const Eigen::Vector3d& p_S_tip);
