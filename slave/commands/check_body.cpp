@@ -76,7 +76,7 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
                                     const Question& question, double force) {
   Scene better = scene;
   if (std::holds_alternative<MembraneDisc>(mesh)) {
-    if (scene.model.kind == "plate-large") return std::nullopt;
+    if (ChooseModel(scene).kind == "plate-large") return std::nullopt;
     better.model.kind = "plate-large";
     const auto stretched = ForceOf(better, mesh, question);
     return stretched ? std::optional(std::abs(force / *stretched - 1)) : std::nullopt;

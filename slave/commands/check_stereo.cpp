@@ -78,14 +78,14 @@ void PrintForce(const Scene& scene, const StereoRig& rig,
 
 void PrintDots(const Scene& scene, const StereoRig& rig) {
   const auto places_O = DotPlaces(*scene.sense.points);
-  const int seen = CountInBothPictures(scene, rig, places_O);
-  const int count = static_cast<int>(places_O.size());
-  PrintLine(
-      "dots",
-      fmt::format("{} of {} of radius {} in view of both cameras at rest{}", seen, count,
-                  LengthInWords(scene.sense.points->dot_radius),
-                  seen == count ? "" : ": a wider view, or an array that fits it, shows the rest"));
-  if (TellsForce(scene)) PrintForce(scene, rig, places_O);
+  const auto seen_O = InBothPictures(scene, rig, places_O);
+  PrintLine("dots",
+            fmt::format("{} of {} of radius {} in view of both cameras at rest{}", seen_O.size(),
+                        places_O.size(), LengthInWords(scene.sense.points->dot_radius),
+                        seen_O.size() == places_O.size()
+                            ? ""
+                            : ": a wider view, or an array that fits it, shows the rest"));
+  if (TellsForce(scene)) PrintForce(scene, rig, seen_O);
 }
 
 void PrintPoints(const Scene& scene, const StereoRig& rig) {
@@ -127,10 +127,11 @@ void PrintPace(const Scene& scene, const StereoRig& rig) {
     if (!pair) break;
     if (taken++ == 0) RequireRigFits(scene, rig, *pair);
     const bool is_warm = taken > 1;  // the first picture makes room
+    const bool is_resting = !eyes->at_rest_known();
     const auto began = std::chrono::steady_clock::now();
     const SurfaceObservation& observation = eyes->Look(*pair);
     if (is_warm) spent += std::chrono::steady_clock::now() - began;
-    found += observation.found || !eyes->at_rest_known() ? 1 : 0;
+    found += observation.found || is_resting ? 1 : 0;
     points = observation.points.size();
     seen = 0;
     for (const SurfacePoint& point : observation.points) seen += point.seen ? 1U : 0U;

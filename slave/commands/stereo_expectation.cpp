@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <span>
 
@@ -63,14 +64,16 @@ std::optional<SightExpectation> ExpectedSight(const Scene& scene, const StereoRi
                           std::sqrt(std::max(0.0, spread.eigenvalues().maxCoeff()))};
 }
 
-int CountInBothPictures(const Scene& scene, const StereoRig& rig,
-                        const std::vector<Vector2d>& places_O) {
+std::vector<Vector2d> InBothPictures(const Scene& scene, const StereoRig& rig,
+                                     const std::vector<Vector2d>& places_O) {
   const double margin = RadiusInPicture(scene, rig);
-  return static_cast<int>(std::ranges::count_if(places_O, [&](const Vector2d& p) {
+  std::vector<Vector2d> seen_O;
+  std::ranges::copy_if(places_O, std::back_inserter(seen_O), [&](const Vector2d& p) {
     const auto seen = Sight(scene, rig, Vector3d(p.x(), p.y(), 0));
     return seen && IsInside(rig.left, seen->left_I, margin) &&
            IsInside(rig.right, seen->right_I, margin);
-  }));
+  });
+  return seen_O;
 }
 
 std::optional<ForceExpectation> ExpectedForce(const Scene& scene, const StereoRig& rig,

@@ -21,10 +21,10 @@ struct SightExpectation {
 // nullopt: the origin is not in front of both cameras.
 std::optional<SightExpectation> ExpectedSight(const Scene& scene, const StereoRig& rig);
 
-// How many of the places (x, y of O at z = 0 [m]) lie in both pictures, a dot's radius from the
+// Those of the places (x, y of O at z = 0 [m]) that lie in both pictures, a dot's radius from the
 // edge.
-int CountInBothPictures(const Scene& scene, const StereoRig& rig,
-                        const std::vector<Eigen::Vector2d>& places_O);
+std::vector<Eigen::Vector2d> InBothPictures(const Scene& scene, const StereoRig& rig,
+                                            const std::vector<Eigen::Vector2d>& places_O);
 
 // The force that the places' displacements tell of the scene's press under home.
 struct ForceExpectation {
@@ -32,8 +32,9 @@ struct ForceExpectation {
   double sigma = 0;  // from the places' sigmas alone: that of the model is not in it [N]
   Validity validity = Validity::kFailed;
 };
-// Solves the press by the scene's own model and fits it back from the displacements at the places.
-// nullopt: no membrane, or home is not over it. Throws std::invalid_argument: no model.
+// Solves the press by the scene's own model and fits it back from the displacements at the places,
+// all of which are seen. nullopt: no membrane, or home is not over it. Throws
+// std::invalid_argument: no model.
 std::optional<ForceExpectation> ExpectedForce(const Scene& scene, const StereoRig& rig,
                                               const std::vector<Eigen::Vector2d>& places_O);
 

@@ -332,7 +332,7 @@ Lines PointsInFiles(const std::string& points) {
 }
 Lines PointsInDepth(const std::string& points) {
   Lines lines = Points(points);
-  lines.camera = "{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {rotation: [0, 0, 0]}}";
+  lines.camera = "{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, -1]}}";
   return lines;
 }
 Lines Files(const std::string& left, const std::string& right, const std::string& rig) {
@@ -362,6 +362,15 @@ const BadScene kCameras[] = {
      "9: sense.camera.pair.baseline = 0: accepted is a length in m mm um nm km, > 0"},
     {"NegativeBaseline", Camera("{source: simulated, pair: {baseline: -60 mm}}"),
      "9: sense.camera.pair.baseline = -60 mm: accepted is a length"},
+    {"BaselineBeyondTheObject", Camera("{source: simulated, pair: {baseline: 1 m}}"),
+     "9: sense.camera.pair.baseline = 1 m: accepted is less than 1.5 times the distance"},
+    {"BackToTheMembrane",
+     Camera("{source: simulated, pair: {}, pose: {translation: [0, 0, 250 mm]}}"),
+     "9: sense.camera.pose = {translation: [0, 0, 250 mm]}: accepted is one that has the object's "
+     "origin before the camera"},
+    {"DepthFromBehind",
+     Camera("{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, 0]}}"),
+     "9: sense.camera.pose = {translation: [0, 0, 0]}: accepted is one that has the object's"},
     {"BaselineInPixels", Camera("{source: simulated, pair: {baseline: 60 px}}"),
      "9: sense.camera.pair.baseline = 60 px: accepted is a length"},
     {"NoFocal", Camera("{source: simulated, pair: {focal: 0 px}}"),
@@ -398,7 +407,7 @@ const BadScene kCameras[] = {
      Camera("{stereo: {left: pairs, right: pairs, rig: rig.yaml}, size: [640, 480], pose: "
             "{translation: [0, 0, 0]}}"),
      "9: sense.camera.size = [640, 480]: accepted is"},
-    {"NoLeft", Camera("{stereo: {right: pairs, rig: rig.yaml}, pose: {translation: [0, 0, 0]}}"),
+    {"NoLeft", Camera("{stereo: {right: pairs, rig: rig.yaml}, pose: {translation: [0, 0, -1]}}"),
      "9: sense.camera.stereo.left = (missing): accepted is a printf pattern"},
     {"EmptyGlob", Files("pairs/none*.png", "pairs", "rig.yaml"),
      "9: sense.camera.stereo.left = pairs/none*.png: accepted is a pattern that names a file"},
@@ -441,7 +450,7 @@ const BadScene kCameras[] = {
     {"CentreIsNan", Depth("fx: 1, fy: 600, cx: .nan, cy: 240, pose: {translation: [0, 0, -1]}"),
      "9: sense.camera.cx = .nan: accepted is a number of pixels"},
     {"NoDepth",
-     Camera("{depth: none.png, fx: 1, fy: 1, cx: 1, cy: 1, pose: {rotation: [0, 0, 0]}}"),
+     Camera("{depth: none.png, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, -1]}}"),
      "9: sense.camera.depth = none.png: accepted is a file that exists"},
 };
 INSTANTIATE_TEST_SUITE_P(Cameras, BadStereoSceneTest, ::testing::ValuesIn(kCameras),
@@ -534,7 +543,7 @@ const BadScene kRest[] = {
     {"TensionOfAPlate", Model("{kind: plate, prestress: 12 N/m}"),
      "6: model.prestress = 12 N/m: accepted is nothing with this kind: plate-large"},
     {"TensionOfABox",
-     {"{stereo: {left: pairs, right: pairs, rig: rig.yaml}, pose: {rotation: [0, 0, 0]}}",
+     {"{stereo: {left: pairs, right: pairs, rig: rig.yaml}, pose: {translation: [0, 0, -1]}}",
       "{}",
       kBox,
       "{plane: {axis: z, at: 0 m}}",
@@ -555,7 +564,8 @@ const BadScene kRest[] = {
     {"DotsOfABox", Volume(kFiles, "{track: dots}", "{plane: {axis: z, at: 0 m}}"),
      "10: sense.points.track = dots: accepted is texture, or dots with their `layout`"},
     {"DepthOfWhatIsNotHeld",
-     Volume("{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {rotation: [0, 0, 0]}}", "{}", ""),
+     Volume("{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, -1]}}", "{}",
+            ""),
      "2: object.fixed = (missing): accepted is where the object is held"},
 };
 INSTANTIATE_TEST_SUITE_P(Rest, BadStereoSceneTest, ::testing::ValuesIn(kRest),
