@@ -36,10 +36,8 @@ Track ReadTrack(Section& points, const Object& object, const Sense& eyes) {
     points.Refuse("track", "dots or texture with two cameras: depth pictures show the surface");
   } else if (track == Track::kDots && !has_array) {
     points.Refuse("track", "texture, or dots with their `layout`: none is known but a membrane's");
-  } else if (is_simulated && (track == Track::kDots) != (MembraneOf(object) != nullptr)) {
-    points.Refuse("track", MembraneOf(object) != nullptr
-                               ? "dots where a membrane is simulated"
-                               : "texture where no membrane is simulated");
+  } else if (is_simulated && track == Track::kDots && MembraneOf(object) == nullptr) {
+    points.Refuse("track", "texture: a simulated pair sees dots on a membrane only");
   }
   return track;
 }

@@ -39,6 +39,7 @@ class CrossCheck {
     if (OutlineBox(scene_.object)) CheckElements();
     CheckHome();
     CheckFingers();
+    CheckSight();
     CheckContour();
   }
 
@@ -133,6 +134,22 @@ class CrossCheck {
       const bool is_named = document_.Find("sense")->Find("tactile")->Find("fingers") != nullptr;
       Refuse(is_named ? "sense.tactile.fingers." + finger.name + ".pose" : "sense.tactile.pose",
              "a fingertip whose middle lies outside the object");
+    }
+  }
+
+  // Cameras look at the object, and a simulated pair stands closer together than it is far.
+  void CheckSight() {
+    const auto& stereo = scene_.sense.stereo;
+    const bool is_simulated = stereo && stereo->source == StereoCameras::Source::kSimulated;
+    const bool is_membrane = std::holds_alternative<MembraneGeometry>(scene_.object.geometry);
+    if (!HasEyes(scene_.sense) || !(is_simulated || is_membrane) || mistakes_->count() > 0) return;
+    const Eigen::Isometry3d& X_SC = stereo ? stereo->X_SL : scene_.sense.depth->X_SD;
+    const Eigen::Vector3d p_C = X_SC.inverse() * scene_.object.X_SO.translation();
+    constexpr double kWidest = 1.5;  // baseline / distance: the cameras turn by 97 degrees
+    if (use_ == SceneUse::kFull && !(p_C.z() > 0)) {
+      Refuse("sense.camera.pose", "one that has the object's origin before the camera, z > 0");
+    } else if (is_simulated && !(stereo->baseline < kWidest * p_C.norm())) {
+      Refuse("sense.camera.pair.baseline", "less than 1.5 times the distance to the object");
     }
   }
 

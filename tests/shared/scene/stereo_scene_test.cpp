@@ -228,6 +228,14 @@ TEST_F(StereoSceneTest, WindowsOfTextureAreRead) {
   EXPECT_EQ(Load(lines).sense.points->count, 1);
 }
 
+TEST_F(StereoSceneTest, AMembranesTextureMayBeFollowed) {
+  Lines lines;
+  lines.points = "{track: texture, count: 40}";
+  const PointTracking points = *Load(lines).sense.points;
+  EXPECT_EQ(points.track, PointTracking::Track::kTexture);
+  EXPECT_EQ(points.count, 40);
+}
+
 // What nothing holds is followed; no force is told, so no camera's place need be known.
 TEST_F(StereoSceneTest, WhatNothingHoldsIsFollowedByItsTexture) {
   Lines lines;
@@ -324,7 +332,7 @@ Lines PointsInFiles(const std::string& points) {
 }
 Lines PointsInDepth(const std::string& points) {
   Lines lines = Points(points);
-  lines.camera = "{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {rotation: [0, 0, 0]}}";
+  lines.camera = "{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, -1]}}";
   return lines;
 }
 Lines Files(const std::string& left, const std::string& right, const std::string& rig) {
@@ -354,6 +362,15 @@ const BadScene kCameras[] = {
      "9: sense.camera.pair.baseline = 0: accepted is a length in m mm um nm km, > 0"},
     {"NegativeBaseline", Camera("{source: simulated, pair: {baseline: -60 mm}}"),
      "9: sense.camera.pair.baseline = -60 mm: accepted is a length"},
+    {"BaselineBeyondTheObject", Camera("{source: simulated, pair: {baseline: 1 m}}"),
+     "9: sense.camera.pair.baseline = 1 m: accepted is less than 1.5 times the distance"},
+    {"BackToTheMembrane",
+     Camera("{source: simulated, pair: {}, pose: {translation: [0, 0, 250 mm]}}"),
+     "9: sense.camera.pose = {translation: [0, 0, 250 mm]}: accepted is one that has the object's "
+     "origin before the camera"},
+    {"DepthFromBehind",
+     Camera("{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, 0]}}"),
+     "9: sense.camera.pose = {translation: [0, 0, 0]}: accepted is one that has the object's"},
     {"BaselineInPixels", Camera("{source: simulated, pair: {baseline: 60 px}}"),
      "9: sense.camera.pair.baseline = 60 px: accepted is a length"},
     {"NoFocal", Camera("{source: simulated, pair: {focal: 0 px}}"),
@@ -390,7 +407,7 @@ const BadScene kCameras[] = {
      Camera("{stereo: {left: pairs, right: pairs, rig: rig.yaml}, size: [640, 480], pose: "
             "{translation: [0, 0, 0]}}"),
      "9: sense.camera.size = [640, 480]: accepted is"},
-    {"NoLeft", Camera("{stereo: {right: pairs, rig: rig.yaml}, pose: {translation: [0, 0, 0]}}"),
+    {"NoLeft", Camera("{stereo: {right: pairs, rig: rig.yaml}, pose: {translation: [0, 0, -1]}}"),
      "9: sense.camera.stereo.left = (missing): accepted is a printf pattern"},
     {"EmptyGlob", Files("pairs/none*.png", "pairs", "rig.yaml"),
      "9: sense.camera.stereo.left = pairs/none*.png: accepted is a pattern that names a file"},
@@ -433,7 +450,7 @@ const BadScene kCameras[] = {
     {"CentreIsNan", Depth("fx: 1, fy: 600, cx: .nan, cy: 240, pose: {translation: [0, 0, -1]}"),
      "9: sense.camera.cx = .nan: accepted is a number of pixels"},
     {"NoDepth",
-     Camera("{depth: none.png, fx: 1, fy: 1, cx: 1, cy: 1, pose: {rotation: [0, 0, 0]}}"),
+     Camera("{depth: none.png, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, -1]}}"),
      "9: sense.camera.depth = none.png: accepted is a file that exists"},
 };
 INSTANTIATE_TEST_SUITE_P(Cameras, BadStereoSceneTest, ::testing::ValuesIn(kCameras),
@@ -467,8 +484,9 @@ const BadScene kPoints[] = {
      "10: sense.points.track = stripes: accepted is dots or texture or surface"},
     {"SurfaceOfAPair", Points("{track: surface}"),
      "10: sense.points.track = surface: accepted is dots or texture with two cameras"},
-    {"TextureOfASimulatedMembrane", Points("{track: texture}"),
-     "10: sense.points.track = texture: accepted is dots where a membrane is simulated"},
+    {"DotsOfASimulatedTarget", Volume(kPair, "{track: dots, layout: dots.csv}", ""),
+     "10: sense.points.track = dots: accepted is texture: a simulated pair sees dots on a "
+     "membrane"},
     {"DotsInDepth", PointsInDepth("{track: dots}"),
      "10: sense.points.track = dots: accepted is surface with depth pictures"},
     {"WindowOfDots", Points("{window: 31 px}"), "10: sense.points.window = 31 px: accepted is"},
@@ -525,7 +543,7 @@ const BadScene kRest[] = {
     {"TensionOfAPlate", Model("{kind: plate, prestress: 12 N/m}"),
      "6: model.prestress = 12 N/m: accepted is nothing with this kind: plate-large"},
     {"TensionOfABox",
-     {"{stereo: {left: pairs, right: pairs, rig: rig.yaml}, pose: {rotation: [0, 0, 0]}}",
+     {"{stereo: {left: pairs, right: pairs, rig: rig.yaml}, pose: {translation: [0, 0, -1]}}",
       "{}",
       kBox,
       "{plane: {axis: z, at: 0 m}}",
@@ -546,7 +564,8 @@ const BadScene kRest[] = {
     {"DotsOfABox", Volume(kFiles, "{track: dots}", "{plane: {axis: z, at: 0 m}}"),
      "10: sense.points.track = dots: accepted is texture, or dots with their `layout`"},
     {"DepthOfWhatIsNotHeld",
-     Volume("{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {rotation: [0, 0, 0]}}", "{}", ""),
+     Volume("{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, -1]}}", "{}",
+            ""),
      "2: object.fixed = (missing): accepted is where the object is held"},
 };
 INSTANTIATE_TEST_SUITE_P(Rest, BadStereoSceneTest, ::testing::ValuesIn(kRest),
