@@ -9,22 +9,21 @@ namespace {
 
 constexpr std::array kFirstRungs{0.02, 0.05, 0.15};  // in press depths, beside every tenth
 constexpr double kEvery = 0.1;
+constexpr double kLinear = 0.1;       // of the thickness: so far the first rung may be
 constexpr double kSameRadius = 0.02;  // of the raster: radii nearer than this are one
 constexpr double kAhead = 1.5;        // rasters around the tool in which presses are solved
-constexpr int kMostHalvings = 3;      // of a step that finds no equilibrium
 
 std::vector<double> Depths(const PressesAhead::Plan& plan) {
+  const double first = kLinear * plan.geometry.thickness;
   const double deepest = std::min(PressesAhead::kDeeper * plan.press_depth,
                                   PressesAhead::kDeepest * plan.geometry.radius);
-  std::vector<double> depths;
-  const auto add = [&](double depth) {
-    if (depth < deepest * (1 + 1e-9)) depths.push_back(depth);
+  std::vector<double> depths{first, std::max(deepest, 3 * first)};
+  const auto add = [&](double part) {
+    const double depth = part * plan.press_depth;
+    if (depth > 1.01 * first && depth < 0.99 * depths[1]) depths.push_back(depth);
   };
-  for (const double part : kFirstRungs) add(part * plan.press_depth);
-  for (int k = 1; kEvery * k < PressesAhead::kDeeper + 1e-9; ++k) {
-    add(kEvery * k * plan.press_depth);
-  }
-  if (depths.empty() || depths.back() < deepest * (1 - 1e-9)) depths.push_back(deepest);
+  for (const double part : kFirstRungs) add(part);
+  for (int k = 1; kEvery * k < PressesAhead::kDeeper; ++k) add(kEvery * k);
   std::ranges::sort(depths);
   return depths;
 }
@@ -126,13 +125,6 @@ PressesAhead::Ladder* PressesAhead::Next() const {
   return next;
 }
 
-bool PressesAhead::Deepen(PressedMembrane* membrane, double from, double to, int halvings) const {
-  if (membrane->Deepen(to)) return true;
-  if (halvings == 0) return false;
-  const double middle = 0.5 * (from + to);
-  return Deepen(membrane, from, middle, halvings - 1) && Deepen(membrane, middle, to, halvings - 1);
-}
-
 // The press with one rung more; the same one: the membrane takes no deeper press.
 std::shared_ptr<const MembranePress> PressesAhead::Grow(Ladder* ladder) const noexcept {
   try {
@@ -140,7 +132,7 @@ std::shared_ptr<const MembranePress> PressesAhead::Grow(Ladder* ladder) const no
     const double reached = DepthOf(*ladder->press);
     const auto next = std::ranges::upper_bound(depths_, reached * (1 + 1e-9));
     if (next == depths_.end()) return ladder->press;
-    Deepen(ladder->membrane.get(), reached, *next, kMostHalvings);
+    ladder->membrane->Deepen(*next);
     return std::make_shared<const MembranePress>(ladder->membrane->press());
   } catch (const std::exception&) {
     return ladder->press;

@@ -60,7 +60,6 @@ class PressesAhead {
   [[nodiscard]] bool Reaches(const Ladder& ladder, double depth) const;  // with mutex_ held
   [[nodiscard]] Ladder* Next() const;                                    // with mutex_ held
   [[nodiscard]] std::unique_ptr<PressedMembrane> Make(double radius) const;
-  bool Deepen(PressedMembrane* membrane, double from, double to, int halvings) const;
   std::shared_ptr<const MembranePress> Grow(Ladder* ladder) const noexcept;
   void Run(const std::stop_token& stop);
 

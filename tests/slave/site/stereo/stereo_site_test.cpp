@@ -54,7 +54,8 @@ Eye EyeAt(double x_O) {
   return {X_OC.inverse()};
 }
 
-// Centroid of the dots' share near `at` [px]: dark on light, of a picture without flaws.
+// Centroid of the dot near `at` [px]: dark on light, of a picture without flaws. Its edge is 6.4 px
+// from its middle, the rim of the membrane 9.3 px at least.
 Vector2d DotCentroid(const cv::Mat& picture, const Vector2d& at) {
   const int x0 = static_cast<int>(std::lround(at.x())), y0 = static_cast<int>(std::lround(at.y()));
   const double ground = site::MembraneView::kRubber;
@@ -62,6 +63,7 @@ Vector2d DotCentroid(const cv::Mat& picture, const Vector2d& at) {
   Vector2d moment(0, 0);
   for (int y = y0 - 10; y <= y0 + 10; ++y) {
     for (int x = x0 - 10; x <= x0 + 10; ++x) {
+      if ((Vector2d(x, y) - at).norm() > 8.5) continue;
       const double share = ground - picture.at<uchar>(y, x);
       sum += share;
       moment += share * Vector2d(x, y);
@@ -128,7 +130,7 @@ TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   }
   RecordProperty("worst_px", std::to_string(worst));
   EXPECT_LT(worst, 0.02);
-  EXPECT_GT(moved, press.depth > 0 ? 600 * press.depth : -1) << "the dots did not move";
+  EXPECT_GT(moved, press.depth > 0 ? 300 * press.depth : -1) << "the dots did not move";
 }
 
 INSTANTIATE_TEST_SUITE_P(Presses, MembranePictureTest,
@@ -183,10 +185,11 @@ TEST(StereoSite, ForceDependsOnTheRadiusAloneAndGrowsTowardsTheRim) {
   EXPECT_NEAR(force({0, 0.012}) / there, 1, 1e-12);
   EXPECT_NEAR(force({-0.012 * 0.6, -0.012 * 0.8}) / there, 1, 1e-12);
   site.MoveTool(Tip(scene, {0, 0.012}, 1e-3));
-  const Vector3d u = site.TrueDisplacement({0, 0.012});
+  const Vector3d u = site.TrueDisplacement({0, 0.008});
   site.MoveTool(Tip(scene, {0.012, 0}, 1e-3));
-  EXPECT_NEAR((u - site.TrueDisplacement({0.012, 0})).norm(), 0, 1e-9)
-      << "under the tool the membrane goes down by as much";
+  const Vector3d v = site.TrueDisplacement({0.008, 0});
+  EXPECT_NEAR((u - Vector3d(-v.y(), v.x(), v.z())).norm(), 0, 1e-9) << "turned by a right angle";
+  EXPECT_LT(u.z(), -0.5e-3);
   EXPECT_GT(force({0.0135, 0}), 1.01 * there);
 }
 
@@ -232,7 +235,7 @@ TEST(StereoSite, TooDeepAndTooNearTheRimSaySo) {
   EXPECT_FALSE(site.truth().solved);
   EXPECT_GT(site.truth().force.norm(), force);
   EXPECT_LT(site.truth().force.norm(), 2 * force);
-  EXPECT_EQ(site.truth().depth, 0.9e-3);
+  EXPECT_NEAR(site.truth().depth, 0.9e-3, 1e-15);
   site.MoveTool(Tip(scene, {0.035, 0}, 0.2e-3));
   EXPECT_TRUE(site.truth().in_contact);
   EXPECT_FALSE(site.truth().solved);
@@ -248,8 +251,9 @@ TEST(StereoSite, TheSameCallsGiveTheSamePictures) {
   for (const auto track : {PointTracking::Track::kDots, PointTracking::Track::kTexture}) {
     scene.sense.points->track = track;
     StereoSite a(scene, kCoarse), b(scene, kCoarse);
-    scene.site.seed = 2;
-    StereoSite other(scene, kCoarse);
+    Scene reseeded = scene;
+    reseeded.site.seed = 2;
+    StereoSite other(reseeded, kCoarse);
     for (const double depth : {-1e-3, 0.3e-3}) {
       for (StereoSite* site : {&a, &b, &other}) site->MoveTool(Tip(scene, {0.001, 0}, depth));
       const StereoPictures of_a = a.TakePictures(), of_b = b.TakePictures();
@@ -349,28 +353,33 @@ TEST(StereoSite, TheTargetsTextureMovesWithIt) {
   }
 }
 
-// Reference: as above, for texture printed on the membrane.
+// Reference: the projection of the truth. A window of the picture at rest is found again there, and
+// not where it was: the noise of two pictures remains, sqrt(2) sigma.
 TEST(StereoSite, TheMembranesTextureMovesWithIt) {
   Scene scene = MembraneScene();
   scene.sense.points->track = PointTracking::Track::kTexture;
-  scene.operator_options.press_depth = 1e-3;
+  scene.operator_options.press_depth = 3e-3;
+  scene.site.flicker = 0;
   StereoSite site(scene, kCoarse);
   EXPECT_FALSE(site.target());
   const cv::Mat rest = site.TakePictures().right;
-  site.MoveTool(Tip(scene, {0, 0}, 1e-3));
+  site.MoveTool(Tip(scene, {0, 0}, 3e-3));
   const cv::Mat pressed = site.TakePictures().right;
   const Eye eye = EyeAt(0.03);
-  for (const Vector2d& p_O : {Vector2d(0.004, 0.002), Vector2d(-0.003, 0.006)}) {
+  const auto window = [](const cv::Mat& picture, const Vector2d& p_I) {
+    cv::Mat part;
+    const cv::Point2f centre(static_cast<float>(p_I.x()), static_cast<float>(p_I.y()));
+    cv::getRectSubPix(picture, {9, 9}, centre, part, CV_32F);
+    return part;
+  };
+  for (const Vector2d& p_O : {Vector2d(0.009, 0.004), Vector2d(-0.007, 0.01)}) {
     const Vector3d p(p_O.x(), p_O.y(), -0.001);
     const Vector2d from = eye.See(p), to = eye.See(p + site.TrueDisplacement(p_O));
-    cv::Mat window, score;
-    cv::getRectSubPix(rest, {21, 21}, cv::Point2f(float(from.x()), float(from.y())), window);
-    cv::matchTemplate(pressed, window, score, cv::TM_SQDIFF);
-    cv::Point best;
-    cv::minMaxLoc(score, nullptr, nullptr, &best);
-    EXPECT_NEAR(best.x + 10, to.x(), 1);
-    EXPECT_NEAR(best.y + 10, to.y(), 1);
-    EXPECT_GT((to - from).norm(), 0.5);
+    const cv::Mat before = window(rest, from);
+    const double there = cv::norm(before, window(pressed, to)) / 9;
+    const double stayed = cv::norm(before, window(pressed, from)) / 9;
+    EXPECT_LT(there, 6) << p_O.transpose();
+    EXPECT_GT(stayed, 2.5 * there) << p_O.transpose();
   }
 }
 
