@@ -16,7 +16,7 @@ namespace palpate::site {
 
 class DiscMesh {
  public:
-  static constexpr int kAcross = 3, kThrough = 2;  // degrees
+  static constexpr int kAcross = 3, kThrough = 3;  // degrees
   static constexpr int kElementColumns = (kAcross + 1) * (kAcross + 1);
 
   struct Size {

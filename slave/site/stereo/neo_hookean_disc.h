@@ -42,9 +42,10 @@ class NeoHookeanDisc {
 
  private:
   static constexpr int kColumns = DiscMesh::kElementColumns;
-  static constexpr int kNodes = kColumns * (DiscMesh::kThrough + 1);
+  static constexpr int kLevels = DiscMesh::kThrough + 1;
+  static constexpr int kNodes = kColumns * kLevels;
   static constexpr int kAlong = DiscMesh::kAcross + 1;
-  static constexpr int kPoints = kAlong * kAlong * (DiscMesh::kThrough + 1);
+  static constexpr int kPoints = kAlong * kAlong * kLevels;
   struct Element {
     std::array<int, kColumns> columns{};
     std::array<int, kColumns * kColumns> positions{};  // of the block (i, j) in the columns of j

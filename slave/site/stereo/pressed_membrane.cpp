@@ -18,8 +18,10 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kNearlyIncompressible = 0.499;
-constexpr double kResidual = 1e-8;  // of the load
-constexpr int kNewtonSteps = 12, kHalvings = 6;
+constexpr double kDeepest = 0.5;     // of the radius
+constexpr double kResidual = 1e-6;   // of the load
+constexpr double kWorthwhile = 0.3;  // reduction of the residual by one step
+constexpr int kNewtonSteps = 60, kFactors = 9, kHalvings = 6;
 
 void Require(bool good, const std::string& what) {
   if (!good) throw std::invalid_argument(what);
@@ -64,7 +66,7 @@ NestedCircles CirclesOf(double radius, double width, const Vector2d& p_O) {
 }
 
 DiscMesh::Size SizeOf(const MembraneResolution& resolution, bool at_centre) {
-  const int across = resolution.across > 0 ? resolution.across : 10;
+  const int across = resolution.across > 0 ? resolution.across : 8;
   const int inner = std::max(1, across / 5);
   const int rays = std::max(4, across * 4 / 5);
   return {inner, across - inner, at_centre ? (rays + 1) / 2 : rays,
@@ -84,6 +86,7 @@ struct PressedMembrane::World {
         const Vector2d& p_O, const MembraneResolution& resolution);
   bool Reach(double depth, int halvings);
   std::optional<State> Solve(double depth);
+  bool Linearise(const VectorXd& u, VectorXd* by_load);
   [[nodiscard]] State Predict(double depth) const;
   void Record();
 
@@ -135,19 +138,22 @@ PressedMembrane::World::State PressedMembrane::World::Predict(double depth) cons
   return guess;
 }
 
-// Newton's method for displacements and the force that brings the tool to its depth.
+// Newton's method for displacements and the force that brings the tool to its depth. Forces cost a
+// fiftieth of a factor, so a factor is kept as long as it brings the balance closer.
 std::optional<PressedMembrane::World::State> PressedMembrane::World::Solve(double depth) {
   State state = Predict(depth);
   VectorXd residual, by_load;
+  double last = 0;
+  int factors = 0;
   for (int step = 0; step < kNewtonSteps; ++step) {
-    if (!solid.Linearise(state.u, &residual, &stiffness)) return std::nullopt;
+    if (!solid.Forces(state.u, &residual)) return std::nullopt;
     residual = state.force * load - residual;
-    const double allowed = kResidual * std::abs(state.force) * load.norm();
-    const bool deep = std::abs(state.u[touched] + depth) <= 1e-12 * depth;
-    if (step > 0 && deep && residual.norm() <= allowed) return state;
-    if (!factor.Factorize(stiffness, false)) return std::nullopt;
-    by_load = load;
-    factor.Solve(&by_load);
+    const double norm = residual.norm();
+    if (step > 0 && norm <= kResidual * std::abs(state.force) * load.norm()) return state;
+    if (factors == 0 || norm > kWorthwhile * last) {
+      if (++factors > kFactors || !Linearise(state.u, &by_load)) return std::nullopt;
+    }
+    last = norm;
     factor.Solve(&residual);
     const double force = (-depth - state.u[touched] - residual[touched]) / by_load[touched];
     state.force += force;
@@ -155,6 +161,15 @@ std::optional<PressedMembrane::World::State> PressedMembrane::World::Solve(doubl
     if (!state.u.allFinite()) return std::nullopt;
   }
   return std::nullopt;
+}
+
+// Also what a load of one does.
+bool PressedMembrane::World::Linearise(const VectorXd& u, VectorXd* by_load) {
+  VectorXd forces;
+  if (!solid.Linearise(u, &forces, &stiffness) || !factor.Factorize(stiffness, false)) return false;
+  *by_load = load;
+  factor.Solve(by_load);
+  return true;
 }
 
 bool PressedMembrane::World::Reach(double depth, int halvings) {
@@ -194,7 +209,9 @@ PressedMembrane::PressedMembrane(const MembraneGeometry& geometry, const Materia
 PressedMembrane::~PressedMembrane() = default;
 
 bool PressedMembrane::Deepen(double depth) {
-  if (!(depth > world_->press.rungs.back()->depth)) return false;
+  if (!(depth > world_->press.rungs.back()->depth && depth <= kDeepest * world_->length)) {
+    return false;
+  }
   if (!world_->Reach(depth / world_->length, kHalvings)) return false;
   world_->Record();
   return true;

@@ -56,7 +56,8 @@ class PressedMembrane {
                   const Eigen::Vector2d& p_O, const MembraneResolution& resolution = {});
   ~PressedMembrane();
 
-  // Solves the next rung at `depth`, deeper than the last one. False: no equilibrium was found.
+  // Solves the next rung at `depth`, deeper than the last one. False: no equilibrium was found, or
+  // the depth is beyond half the radius; the press is as it was.
   bool Deepen(double depth);
   [[nodiscard]] const MembranePress& press() const;
 
