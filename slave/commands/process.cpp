@@ -83,9 +83,8 @@ void Print(const StereoSummary& s, const std::filesystem::path& out) {
   PrintStage("mechanics", s.mechanics);
   PrintStage("total", s.total);
   PrintValidity(s.validity);
+  for (const auto& [why, count] : s.reasons) fmt::print("  {} times: {}\n", count, why);
   fmt::print("{} points followed, {} times one was not seen\n", s.points, s.points_unseen);
-  if (!s.tells_force)
-    fmt::print("nothing holds the object: its points' places are told, no force\n");
   if (s.has_truth) PrintBudget(s.budget, "pairs");
   PrintPoints(s.displacement, "error of the points' displacements");
   PrintPoints(s.place, "error of the points' places since the first pair");

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -20,7 +21,6 @@
 #include "slave/pipeline/stopwatch.h"
 #include "slave/pipeline/surface_teller.h"
 #include "slave/site/stereo/scripted_membrane.h"
-#include "slave/vision/dots/dot_layout.h"
 
 namespace palpate {
 namespace {
@@ -48,9 +48,9 @@ struct Origin {
 // What the site knows of each pair, beside what was told.
 class Comparison {
  public:
-  Comparison(const Scene& scene, const StereoSite& site)
-      : site_(site), R_SO_(scene.object.X_SO.linear()) {
-    if (TellsForce(scene)) layout_ = DotPlaces(*scene.sense.points);
+  Comparison(const Scene& scene, const StereoSite& site) : site_(site), X_SO_(scene.object.X_SO) {
+    const PointTracking& points = *scene.sense.points;
+    if (points.track == PointTracking::Track::kDots) rim_ = points.dot_radius;
   }
 
   void Add(const SurfaceObservation& seen, SurfaceTeller* teller) {
@@ -81,11 +81,23 @@ class Comparison {
   void AddDisplacements(const SurfaceObservation& seen) {
     for (const SurfacePoint& point : seen.points) {
       if (!point.seen) continue;
-      const Eigen::Vector2d& p_O = layout_[static_cast<std::size_t>(point.id)];
-      const Vector3d error = point.p_S - point.p_S_rest - R_SO_ * site_.TrueDisplacement(p_O);
+      const Vector3d p_O = X_SO_.inverse() * point.p_S_rest;
+      const Vector3d error =
+          point.p_S - point.p_S_rest - X_SO_.linear() * TrueDisplacement(p_O.head<2>());
       displacement_.Add(error);
       steps_.Add(error);
     }
+  }
+  // Of a dot that is the mean over its rim, which is all that shows of it.
+  [[nodiscard]] Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const {
+    if (rim_ == 0) return site_.TrueDisplacement(p_O);
+    constexpr int kPlaces = 16;
+    Vector3d sum = Vector3d::Zero();
+    for (int i = 0; i < kPlaces; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kPlaces;
+      sum += site_.TrueDisplacement(p_O + rim_ * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+    }
+    return sum / kPlaces;
   }
   // Each point belongs to the target's place when it was first seen.
   void AddTarget(const SurfaceObservation& seen) {
@@ -100,8 +112,8 @@ class Comparison {
   }
 
   const StereoSite& site_;
-  Eigen::Matrix3d R_SO_;
-  std::vector<Eigen::Vector2d> layout_;  // of the dots, O [m]
+  Isometry3d X_SO_;
+  double rim_ = 0;  // radius of the dots [m]; 0: no dots
   std::vector<std::optional<Isometry3d>> X_SB_first_;
   std::vector<ComparedForces> compared_;
   PressSteps steps_;
@@ -127,6 +139,7 @@ void WriteSummary(const StereoSummary& s, const Scene& scene, const std::filesys
   nlohmann::ordered_json json =
       SummaryJson(s, scene.name, {{s.eyes, s.look}, {"mechanics", s.mechanics}, {"total", s.total}},
                   compares_forces ? ErrorJson(s.budget) : nullptr);
+  json["reasons"] = s.reasons;
   json["points"] = {{"count", s.points}, {"unseen", s.points_unseen}};
   json["displacement_error"] = ErrorJson(s.displacement);
   json["place_error"] = ErrorJson(s.place);
@@ -193,9 +206,10 @@ class Run {
     const Vector3d p_S_tip =
         origin_.site != nullptr ? origin_.site->truth().p_S_tip : scene_.manipulator.home;
     Stopwatch lap, total;
+    const bool rest_known = eyes_->at_rest_known();
     const SurfaceObservation& seen = eyes_->Look(pair);
     summary_.look.Add(lap.Lap());
-    const Felt& felt = teller_.Feel(seen, eyes_->at_rest_known(), p_S_tip);
+    const Felt& felt = teller_.Feel(seen, rest_known || seen.found, p_S_tip);
     summary_.total.Add(total.Lap());
     if (comparison_) comparison_->Add(seen, &teller_);
     Count(seen, felt);
@@ -207,6 +221,7 @@ class Run {
   void Count(const SurfaceObservation& seen, const Felt& felt) {
     ++summary_.frames;
     summary_.Count(felt.validity);
+    if (!teller_.why().empty()) ++summary_.reasons[std::string(teller_.why())];
     summary_.points = seen.points.size();
     if (!eyes_->at_rest_known()) return;
     for (const SurfacePoint& point : seen.points) summary_.points_unseen += point.seen ? 0 : 1;

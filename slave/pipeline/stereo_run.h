@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -22,12 +23,13 @@ struct StereoSummary : RunSummary {
   LatencyHistogram look, total;  // of the eyes; of eyes and mechanics
   LatencyHistogram mechanics;
   bool tells_force = false;
-  std::size_t points = 0;           // followed
-  std::uint64_t points_unseen = 0;  // over all pairs after the rest frame
-  ErrorBudget budget;               // of the force, where the truth is known
-  std::vector<PressStep> steps;     // of a simulated press
-  ErrorOfPoints displacement;       // of a simulated membrane's points
-  ErrorOfPoints place;              // of a simulated target's points
+  std::map<std::string, std::uint64_t> reasons;  // why pairs are not `valid`
+  std::size_t points = 0;                        // followed
+  std::uint64_t points_unseen = 0;               // over all pairs after the rest frame
+  ErrorBudget budget;                            // of the force, where the truth is known
+  std::vector<PressStep> steps;                  // of a simulated press
+  ErrorOfPoints displacement;                    // of a simulated membrane's points
+  ErrorOfPoints place;                           // of a simulated target's points
 };
 
 struct StereoRunOptions {

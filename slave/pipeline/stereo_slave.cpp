@@ -103,13 +103,14 @@ void StereoSlave::Look(const StereoPair& pair) {
   if (reset) eyes_->Reset();
   Stopwatch lap;
   const Eigen::Vector3d p_S_tip = manipulator().Tip();
+  const bool rest_known = eyes_->at_rest_known();
   const SurfaceObservation& seen = eyes_->Look(pair);
   const double look_us = lap.Lap();
   Felt felt;
   {
     const std::lock_guard lock(touch_mutex());
     if (reset) teller_.Reset();
-    felt = teller_.Feel(seen, eyes_->at_rest_known(), p_S_tip);
+    felt = teller_.Feel(seen, rest_known || seen.found, p_S_tip);
     look_times_.Add(look_us);
     total_times_.Add(look_us + lap.Lap());
   }

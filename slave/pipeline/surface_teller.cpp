@@ -37,6 +37,13 @@ void SurfaceTeller::Reset() noexcept {
   place_.Reset();
 }
 
+std::string_view SurfaceTeller::why() const {
+  if (felt_ == &before_rest_) return "the rest frame is taken";
+  if (felt_->validity == Validity::kValid) return {};
+  if (felt_->validity == Validity::kTrackingLost) return "the points are not seen";
+  return estimator_ ? estimator_->load().why : "nothing holds the object: its force is unknown";
+}
+
 ModelInfo SurfaceTeller::info() const {
   if (estimator_) return estimator_->body().info();
   ModelInfo none;

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include <Eigen/Core>
 
@@ -23,13 +24,15 @@ class SurfaceTeller {
   // Precomputes the model. Throws as SurfaceEstimator does.
   explicit SurfaceTeller(const Scene& scene);
 
-  // `rest_known`: the eyes know the rest frame; before, the force is unknown, kFailed. Never
-  // throws.
+  // `rest_known`: the eyes knew the rest frame before they saw this; until then the force is
+  // unknown, kFailed. Never throws.
   const Felt& Feel(const SurfaceObservation& seen, bool rest_known,
                    const Eigen::Vector3d& p_S_tip) noexcept;
   void Reset() noexcept;
 
   [[nodiscard]] const Felt& felt() const { return *felt_; }
+  // Why felt() is not kValid, one clause; empty: it is.
+  [[nodiscard]] std::string_view why() const;
   // Null: no force is told.
   [[nodiscard]] SurfaceEstimator* estimator() { return estimator_.get(); }
   [[nodiscard]] const SurfaceEstimator* estimator() const { return estimator_.get(); }

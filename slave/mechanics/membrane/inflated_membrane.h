@@ -34,11 +34,11 @@ struct MembraneShape {
 class InflatedMembrane {
  public:
   struct Params {
-    double modulus = 0;              // E h: Young's modulus times thickness [N/m], >= 0
-    double poisson_ratio = 0.5;      // -1 < nu <= 0.5
-    double tension = 0;              // T [N/m], >= 0; it or the modulus > 0
-    std::optional<double> pressure;  // p, inside less outside [Pa]; absent: what T balances best
-    double air_stiffness = 0;        // k: pressure per volume pressed out [Pa/m^3], >= 0
+    double modulus = 0;                // E h: Young's modulus times thickness [N/m], >= 0
+    double poisson_ratio = 0.5;        // -1 < nu <= 0.5
+    double tension = 0;                // T [N/m], >= 0; it or the modulus > 0
+    std::optional<double> pressure{};  // p, inside less outside [Pa]; absent: what T balances best
+    double air_stiffness = 0;          // k: pressure per volume pressed out [Pa/m^3], >= 0
   };
   // Throws std::invalid_argument naming what is wrong: the parameter, a triangle, a node that
   // nothing holds; or that the rest shape is not stable at this pressure.

@@ -222,8 +222,10 @@ void MembranePress::ReadAt() noexcept {
   const Amplitudes both = Explaining(sums);
   reading_.own_force = sums.gy / sums.gg;
   reading_.air_area = -sums.gb / sums.gg;
+  reading_.explained_force = both.force;
   reading_.own_pressure = both.pressure;
   const double sum_of_weights = w_.sum();
+  reading_.deflection = std::sqrt(yy_ / sum_of_weights);
   reading_.residual = std::sqrt(std::max(0.0, both.misfit) / sum_of_weights);
   // What the model does not explain counts as error too.
   const double scatter = std::max(1.0, std::sqrt(std::max(0.0, both.misfit) / reading_.points));

@@ -40,11 +40,14 @@ class MembranePress {
     Eigen::Vector3d n_O{0, 0, 1};  // outward normal there
     double own_force = 0;          // F_own [N]; it or F positive: presses
     double air_area = 0;           // A [m^2]
-    double own_pressure = 0;       // dp / s that explains most beside the force [Pa]
-    double depth = 0;              // of the surface as it is explained there, along -n_O [m]
-    double sigma_own_force = 0;    // [N]
-    double sigma_place = 0;        // the larger of the two along the surface [m]
-    double residual = 0;           // rms of (measured - explained) [m]
+    // The two amplitudes that together explain most, at the model's own stiffness.
+    double explained_force = 0;  // [N]
+    double own_pressure = 0;     // [Pa]
+    double depth = 0;            // of the surface as it is explained there, along -n_O [m]
+    double sigma_own_force = 0;  // [N]
+    double sigma_place = 0;      // the larger of the two along the surface [m]
+    double deflection = 0;       // rms of what is measured, y [m]
+    double residual = 0;         // rms of (measured - explained) [m]
     // Size of the force of the tool on the membrane, along -n_O [N].
     [[nodiscard]] double Force(double stiffness, double pressure_rise) const {
       return stiffness * own_force + air_area * pressure_rise;

@@ -44,7 +44,7 @@ TEST(EyesTest, DotsTellHowTheMembraneIsBent) {
     EXPECT_FALSE(eyes->Look(pair).found);
   }
   EXPECT_EQ(sequence, static_cast<std::uint64_t>(eyes->rest_pictures()));
-  const Press press{2.0, {0.008, -0.004}, false};
+  const Press press{4.0, {0.008, -0.004}, false};
   StereoPair pair = DotPairs().Draw(press, 77);
   pair.sequence = 78;
   const SurfaceObservation& seen = eyes->Look(pair);
@@ -71,7 +71,7 @@ TEST(EyesTest, CoveredEyesSeeNothingAndAResetTakesTheRestAnew) {
   const auto eyes = MakePointEyes(scene, RigOf(scene));
   const StereoPair rest = DotPairs().Draw({}, 1);
   const StereoPair covered = DotPairs().Draw({0, {0, 0}, true}, 2);
-  const StereoPair pressed = DotPairs().Draw({3.0, {0, 0}, false}, 3);
+  const StereoPair pressed = DotPairs().Draw({4.0, {0, 0}, false}, 3);
   while (!eyes->at_rest_known()) eyes->Look(rest);
   EXPECT_TRUE(eyes->Look(rest).found);
   EXPECT_FALSE(eyes->Look(covered).found);
@@ -83,14 +83,15 @@ TEST(EyesTest, CoveredEyesSeeNothingAndAResetTakesTheRestAnew) {
   const SurfaceObservation& seen = eyes->Look(pressed);
   ASSERT_TRUE(seen.found);
   for (const SurfacePoint& point : seen.points) {
-    EXPECT_LT((point.p_S - point.p_S_rest).norm(), 1e-9);  // the same picture
+    EXPECT_LT((point.p_S - point.p_S_rest).norm(),
+              5e-6);  // the same picture, searched near the last places
   }
 }
 
 TEST(EyesTest, LookingAllocatesNothingAfterTheFirstPictures) {
   const Scene scene = MembraneScene();
   const auto eyes = MakePointEyes(scene, RigOf(scene));
-  const StereoPair rest = DotPairs().Draw({}, 1), pressed = DotPairs().Draw({3.0, {0, 0}}, 2);
+  const StereoPair rest = DotPairs().Draw({}, 1), pressed = DotPairs().Draw({4.0, {0, 0}}, 2);
   for (int i = 0; i < 20; ++i) eyes->Look(i % 2 == 0 ? rest : pressed);
   const long before = AllocationCount();
   for (int i = 0; i < 20; ++i) eyes->Look(i % 2 == 0 ? rest : pressed);

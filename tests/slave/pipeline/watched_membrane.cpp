@@ -17,9 +17,9 @@
 namespace palpate::testing_fakes {
 namespace {
 
-constexpr double kRadius = 0.039, kThickness = 0.001;  // [m]
-constexpr double kYoung = 27.2e6, kPoisson = 0.45;     // [Pa], [-]
-constexpr double kDotRadius = 0.002;                   // [m]
+constexpr double kRadius = 0.039, kThickness = 0.0035;  // [m]
+constexpr double kYoung = 27.2e6, kPoisson = 0.45;      // [Pa], [-]
+constexpr double kDotRadius = 0.002;                    // [m]
 constexpr auto kPeriod = std::chrono::milliseconds(5);
 
 Eigen::Vector3d Normal(const Press& press, const Eigen::Vector2d& p) {
@@ -40,7 +40,7 @@ Scene MembraneScene(const std::string& points, const std::string& model) {
   std::ofstream(file)
       << "name: membrane\n"
          "object:\n"
-         "  geometry: {membrane: {radius: 39 mm, thickness: 1 mm}}\n"
+         "  geometry: {membrane: {radius: 39 mm, thickness: 3.5 mm}}\n"
          "  material: {young_modulus: 27.2 MPa, poisson_ratio: 0.45}\n"
          "  fixed: {side: rim}\n"
          "tool: {shape: round, width: 1 mm}\n"
