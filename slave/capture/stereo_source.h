@@ -35,10 +35,13 @@ class StereoSource {
   [[nodiscard]] virtual std::string description() const = 0;
 };
 
-// Opens the files of sense.camera.stereo or sense.camera.depth. `paced`: pairs come at the scene's
-// rate; otherwise as fast as they are read, with stamps at that rate. Throws std::runtime_error:
-// nothing matches, left and right are not equally many (how many), unreadable. Not for simulated
-// cameras.
+// Opens the files of sense.camera.stereo or sense.camera.depth, listed as ListPictures() does; the
+// first of each sort of name is paired with the first of the other, and so on. Colour becomes grey
+// (ITU-R BT.601); 16-bit pictures are refused, since two eyes scaled differently would not match.
+// Depth is one channel of 16 bit. `paced`: pairs come at the scene's rate; otherwise as fast as
+// they are read, with stamps at that rate. Throws std::runtime_error: nothing matches, left and
+// right are not equally many (how many) or numbered differently, the first pair is unreadable. Not
+// for simulated cameras.
 std::unique_ptr<StereoSource> OpenStereoFiles(const Scene& scene, bool paced);
 
 }  // namespace palpate

@@ -3,11 +3,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
 #include "shared/scene/scene.h"
+#include "slave/site/stereo/pressed_membrane.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate {
@@ -22,18 +25,50 @@ struct MembraneTruth {
   bool in_contact = false;
   Eigen::Vector3d force{0, 0, 0};  // of the object on the tool [N]
   double depth = 0;                // of the membrane under the tool's centre [m]
+  // False: the tool is deeper, or nearer to the rim, than presses are solved; the pictures show the
+  // nearest one and the force is extrapolated from it.
+  bool solved = true;
 };
 
+// Of a textured target, a rigid body. Frame B as TexturedTarget has it.
+struct TargetTruth {
+  double seconds = 0;  // on its path, since the first pictures
+  Eigen::Isometry3d X_SB_first = Eigen::Isometry3d::Identity();  // in the first pictures
+  Eigen::Isometry3d X_SB = Eigen::Isometry3d::Identity();        // in the last ones
+  // Where the body's point is in the last pictures that was at `p_S_first` [m] in the first ones.
+  [[nodiscard]] Eigen::Vector3d PlaceOf(const Eigen::Vector3d& p_S_first) const {
+    return X_SB * (X_SB_first.inverse() * p_S_first);
+  }
+};
+
+// What is simulated follows from the scene:
+// - a membrane, under a flat round tool of the scene's width: dark dots (`track: dots`) or a fine
+//   texture (`track: texture`) on its inner face. The tool does not rub: its place on the membrane
+//   is where its tip is over it, and as deep as the tip is below the rest plane z_O = 0. Presses
+//   are solved ahead (slave/site/stereo/presses_ahead.h) and blended in between (dent.h), exactly
+//   at the radius of manipulator.home and near it within 1 % of the force.
+// - anything else with `track: texture`: the textured target of paper C's second experiment on its
+//   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
+//   on by 1 / rate from one pair of pictures to the next.
 class StereoSite {
  public:
-  // Throws std::invalid_argument naming the key where the scene cannot be simulated.
-  explicit StereoSite(const Scene& scene);
+  // Throws std::invalid_argument naming the key where the scene cannot be simulated: no simulated
+  // pair (slave/site/stereo/pair_rig.h), no points or no tool, an object that cannot carry the
+  // points, dots beyond the rim.
+  explicit StereoSite(const Scene& scene, const site::MembraneResolution& resolution = {});
   ~StereoSite();
+  StereoSite(const StereoSite&) = delete;
+  StereoSite& operator=(const StereoSite&) = delete;
 
-  // The manipulator carries the tool here. Thread-safe, short.
+  // The manipulator carries the tool here. Thread-safe. Short, unless the press is deeper than what
+  // is solved so far: then it waits. Places that are not finite are ignored; a target is not
+  // touched.
   void MoveTool(const Eigen::Vector3d& p_S_tip);
   [[nodiscard]] MembraneTruth truth() const;
-  // True displacement of the membrane's point that rests at p_O [m], frame O. For reports.
+  // nullopt: a membrane. Thread-safe.
+  [[nodiscard]] std::optional<TargetTruth> target() const;
+  // True displacement of the membrane's point that rests at p_O [m] on the inner face, frame O.
+  // For reports. Thread-safe.
   [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const;
   // Both cameras at once, noise, blur and light as the scene's `site` says. One thread; the same
   // calls in the same order give the same pictures.

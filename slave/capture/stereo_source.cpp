@@ -1,0 +1,200 @@
+#include "slave/capture/stereo_source.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "slave/capture/decode_ahead.h"
+#include "slave/capture/picture_files.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void Refuse(const fs::path& file, std::size_t number, const std::string& why) {
+  throw std::runtime_error(fmt::format("{}: picture {}: {}", file.string(), number, why));
+}
+
+void RequireRate(double rate) {
+  if (rate > 0 && rate < 1e6) return;
+  throw std::runtime_error(fmt::format("sense.camera.rate = {:g} Hz: accepted is > 0", rate));
+}
+
+// The pictures of one eye, in order, all of one size.
+class PictureRow {
+ public:
+  explicit PictureRow(const std::string& pattern) : files_(ListPictures(pattern, {})) {}
+
+  [[nodiscard]] const std::vector<fs::path>& files() const { return files_; }
+  [[nodiscard]] std::size_t count() const { return files_.size(); }
+  [[nodiscard]] bool ended() const { return index_ == files_.size(); }
+  [[nodiscard]] const fs::path& last_file() const { return files_[index_ - 1]; }
+  [[nodiscard]] std::size_t last_number() const { return index_; }
+
+  cv::Mat ReadNext() {
+    const fs::path& file = files_[index_++];
+    cv::Mat picture = ReadPicture(file, index_);
+    if (size_.empty()) size_ = picture.size();
+    RequireSize(picture, size_, "the first one's");
+    return picture;
+  }
+  // Of the picture read last.
+  void RequireSize(const cv::Mat& picture, const cv::Size& size, const std::string& whose) const {
+    if (picture.size() == size) return;
+    Refuse(last_file(), index_,
+           fmt::format("{} x {} px: accepted is {} size, {} x {} px", picture.cols, picture.rows,
+                       whose, size.width, size.height));
+  }
+
+ private:
+  std::vector<fs::path> files_;
+  std::size_t index_ = 0;  // pictures read
+  cv::Size size_;          // of the first
+};
+
+cv::Mat Grey(const cv::Mat& picture, const PictureRow& row) {
+  if (picture.depth() != CV_8U) {
+    Refuse(row.last_file(), row.last_number(),
+           "16 bit: accepted for a pair of cameras is 8 bit, grey or colour");
+  }
+  if (picture.channels() == 1) return picture;
+  cv::Mat grey;
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
+cv::Mat Depth(const cv::Mat& picture, const PictureRow& row) {
+  if (picture.type() == CV_16UC1) return picture;
+  Refuse(
+      row.last_file(), row.last_number(),
+      fmt::format("{} channel{} of {} bit: accepted for depth is one channel of 16 bit",
+                  picture.channels(), picture.channels() == 1 ? "" : "s", 8 * picture.elemSize1()));
+}
+
+// A pair travels through DecodeAhead as one picture, the left above the right.
+cv::Mat ReadPair(PictureRow& left, PictureRow& right) {
+  if (left.ended()) return {};
+  const cv::Mat of_left = Grey(left.ReadNext(), left);
+  const cv::Mat of_right = Grey(right.ReadNext(), right);
+  right.RequireSize(of_right, of_left.size(), "the left picture's");
+  cv::Mat both;
+  cv::vconcat(of_left, of_right, both);
+  return both;
+}
+
+cv::Mat ReadDepth(PictureRow& row) {
+  return row.ended() ? cv::Mat() : Depth(row.ReadNext(), row);
+}
+
+// The last number in a file's name, without leading zeros; empty: none.
+std::string NumberOf(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  const std::size_t last = stem.find_last_of("0123456789");
+  if (last == std::string::npos) return {};
+  const std::size_t before = stem.find_last_not_of("0123456789", last);
+  const std::size_t first = before == std::string::npos ? 0 : before + 1;
+  const std::string digits = stem.substr(first, last + 1 - first);
+  return digits.substr(std::min(digits.find_first_not_of('0'), digits.size() - 1));
+}
+
+// Where the first two bear the same number, all must: a picture missing on the left and another one
+// on the right would pair what does not belong together.
+void RequireSameNumbers(const PictureRow& left, const PictureRow& right) {
+  if (NumberOf(left.files().front()) != NumberOf(right.files().front())) return;
+  for (std::size_t k = 0; k < left.count(); ++k) {
+    const fs::path &a = left.files()[k], &b = right.files()[k];
+    if (NumberOf(a) == NumberOf(b)) continue;
+    throw std::runtime_error(
+        fmt::format("sense.camera.stereo: pair {} would be {} and {}: accepted are pictures of the "
+                    "same number, as in the first pair",
+                    k + 1, a.string(), b.string()));
+  }
+}
+
+class StereoFiles final : public StereoSource {
+ public:
+  StereoFiles(DecodeAhead::Decode decode, DecodeAhead::Options options, bool pairs)
+      : ahead_(std::move(decode), std::move(options)), pairs_(pairs) {}
+
+  std::optional<StereoPair> Next(const std::stop_token& stop) override {
+    auto frame = ahead_.Next(stop);
+    if (!frame) return std::nullopt;
+    const int height = pairs_ ? frame->image.rows / 2 : frame->image.rows;
+    StereoPair pair;
+    pair.left = frame->image.rowRange(0, height);
+    if (pairs_) pair.right = frame->image.rowRange(height, 2 * height);
+    pair.sequence = frame->sequence;
+    pair.sensed_at = frame->sensed_at;
+    return pair;
+  }
+  [[nodiscard]] std::string description() const override { return ahead_.description(); }
+
+ private:
+  DecodeAhead ahead_;
+  bool pairs_;
+};
+
+// `read` gives one picture after the other; the first is read at once, so that a wrong file is
+// found here and not in the loop.
+template <typename Read>
+std::unique_ptr<StereoSource> Open(Read read, DecodeAhead::Options options, bool pairs) {
+  cv::Mat first = read();
+  auto next = [read = std::move(read), first = std::move(first)]() mutable {
+    return first.empty() ? read() : std::exchange(first, cv::Mat());
+  };
+  return std::make_unique<StereoFiles>(std::move(next), std::move(options), pairs);
+}
+
+std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced) {
+  RequireRate(cameras.rate);
+  PictureRow left(cameras.left), right(cameras.right);
+  if (left.count() != right.count()) {
+    throw std::runtime_error(
+        fmt::format("sense.camera.stereo: left = {} are {} pictures, right = {} are {}: accepted "
+                    "is as many of each",
+                    cameras.left, left.count(), cameras.right, right.count()));
+  }
+  RequireSameNumbers(left, right);
+  DecodeAhead::Options options;
+  options.description =
+      fmt::format("files {} | {} ({} pairs)", cameras.left, cameras.right, left.count());
+  options.rate = cameras.rate;
+  options.paced = paced;
+  return Open([left = std::move(left),
+               right = std::move(right)]() mutable { return ReadPair(left, right); },
+              std::move(options), true);
+}
+
+std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth, bool paced) {
+  RequireRate(depth.rate);
+  PictureRow row(depth.pattern);
+  DecodeAhead::Options options;
+  options.description = fmt::format("files {} ({} depth pictures)", depth.pattern, row.count());
+  options.rate = depth.rate;
+  options.paced = paced;
+  return Open([row = std::move(row)]() mutable { return ReadDepth(row); }, std::move(options),
+              false);
+}
+
+}  // namespace
+
+std::unique_ptr<StereoSource> OpenStereoFiles(const Scene& scene, bool paced) {
+  if (scene.sense.depth) return OpenDepth(*scene.sense.depth, paced);
+  if (!scene.sense.stereo) {
+    throw std::runtime_error(scene.name + ": the scene has no pair of cameras");
+  }
+  if (scene.sense.stereo->source == StereoCameras::Source::kSimulated) {
+    throw std::runtime_error(scene.name + ": a simulated pair is opened by the simulated site");
+  }
+  return OpenPairs(*scene.sense.stereo, paced);
+}
+
+}  // namespace palpate

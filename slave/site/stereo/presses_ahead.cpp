@@ -1,0 +1,158 @@
+#include "slave/site/stereo/presses_ahead.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+namespace palpate::site {
+namespace {
+
+constexpr std::array kFirstRungs{0.02, 0.05, 0.15};  // in press depths, beside every tenth
+constexpr double kEvery = 0.1;
+constexpr double kLinear = 0.1;       // of the thickness: so far the first rung may be
+constexpr double kSameRadius = 0.02;  // of the raster: radii nearer than this are one
+constexpr double kAhead = 1.5;        // rasters around the tool in which presses are solved
+
+std::vector<double> Depths(const PressesAhead::Plan& plan) {
+  const double first = kLinear * plan.geometry.thickness;
+  const double deepest = std::min(PressesAhead::kDeeper * plan.press_depth,
+                                  PressesAhead::kDeepest * plan.geometry.radius);
+  std::vector<double> depths{first, std::max(deepest, 3 * first)};
+  const auto add = [&](double part) {
+    const double depth = part * plan.press_depth;
+    if (depth > 1.01 * first && depth < 0.99 * depths[1]) depths.push_back(depth);
+  };
+  for (const double part : kFirstRungs) add(part);
+  for (int k = 1; kEvery * k < PressesAhead::kDeeper; ++k) add(kEvery * k);
+  std::ranges::sort(depths);
+  return depths;
+}
+
+// Every raster from the centre on as far as the tool keeps away from the rim, and home.
+std::vector<double> Radii(const PressesAhead::Plan& plan) {
+  const double rim = plan.geometry.radius, raster = PressesAhead::kRaster * rim;
+  const double farthest = std::max(0.0, std::min(PressesAhead::kFarthest * rim, rim - plan.width));
+  std::vector<double> radii{0};
+  for (int k = 1; k * raster < farthest - kSameRadius * raster; ++k) radii.push_back(k * raster);
+  if (farthest > 0) radii.push_back(farthest);
+  if (!(plan.home_radius < farthest)) return radii;
+  std::erase_if(radii, [&](double radius) {
+    return std::abs(radius - plan.home_radius) < kSameRadius * raster && radius < farthest;
+  });
+  radii.push_back(plan.home_radius);
+  std::ranges::sort(radii);
+  return radii;
+}
+
+double DepthOf(const MembranePress& press) {
+  return press.rungs.empty() ? 0 : press.rungs.back()->depth;
+}
+
+bool IsOn(double radius, double line, double rim) {
+  return std::abs(radius - line) <= 1e-6 * rim;
+}
+
+}  // namespace
+
+PressesAhead::PressesAhead(const Plan& plan) : plan_(plan), depths_(Depths(plan)) {
+  for (const double radius : Radii(plan)) {
+    auto& ladder = ladders_.emplace_back(std::make_unique<Ladder>());
+    ladder->radius = radius;
+    ladder->press = std::make_shared<MembranePress>();
+  }
+  focus_ = std::min(plan.home_radius, farthest());
+  Ladder& first = *Next();
+  first.membrane = Make(first.radius);
+  thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+}
+
+PressesAhead::~PressesAhead() = default;
+
+std::unique_ptr<PressedMembrane> PressesAhead::Make(double radius) const {
+  return std::make_unique<PressedMembrane>(plan_.geometry, plan_.material, plan_.width,
+                                           Eigen::Vector2d(radius, 0), plan_.resolution);
+}
+
+PressesAhead::Around PressesAhead::Find(double radius) const {
+  const auto above = std::ranges::lower_bound(ladders_, radius, {},
+                                              [](const auto& ladder) { return ladder->radius; });
+  const std::size_t last = ladders_.size() - 1;
+  const auto index = std::min(static_cast<std::size_t>(above - ladders_.begin()), last);
+  const double rim = plan_.geometry.radius;
+  if (IsOn(radius, ladders_[index]->radius, rim) || index == 0) return {index, index, 0};
+  const double from = ladders_[index - 1]->radius, to = ladders_[index]->radius;
+  if (IsOn(radius, from, rim)) return {index - 1, index - 1, 0};
+  return {index - 1, index, (radius - from) / (to - from)};
+}
+
+void PressesAhead::Expect(double radius) {
+  const std::lock_guard lock(mutex_);
+  if (radius == focus_) return;
+  focus_ = radius;
+  changed_.notify_all();
+}
+
+// One rung more than `depth` lies below: the cubics use it, and answers must not depend on how far
+// the thread has come.
+bool PressesAhead::Reaches(const Ladder& ladder, double depth) const {
+  const auto& rungs = ladder.press->rungs;
+  return ladder.complete || (rungs.size() > 2 && rungs[rungs.size() - 2]->depth >= depth);
+}
+
+std::array<Dent::Part, 2> PressesAhead::Await(double radius, double depth) {
+  Expect(radius);
+  const Around around = Find(radius);
+  const Ladder &below = *ladders_[around.below], &above = *ladders_[around.above];
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return Reaches(below, depth) && Reaches(above, depth); });
+  return {Dent::Part{below.press, below.radius, 1 - around.part},
+          Dent::Part{above.press, above.radius, around.part}};
+}
+
+// The nearest to the tool that is not complete; only that one if the tool is exactly over it.
+PressesAhead::Ladder* PressesAhead::Next() const {
+  const Around around = Find(focus_);
+  const double reach = around.below == around.above ? 0 : kAhead * kRaster * plan_.geometry.radius;
+  Ladder* next = nullptr;
+  double nearest = 0;
+  for (std::size_t k = 0; k < ladders_.size(); ++k) {
+    const double distance = std::abs(ladders_[k]->radius - focus_);
+    const bool wanted = k == around.below || k == around.above || distance <= reach;
+    if (ladders_[k]->complete || !wanted || (next && distance >= nearest)) continue;
+    next = ladders_[k].get();
+    nearest = distance;
+  }
+  return next;
+}
+
+// The press with one rung more; the same one: the membrane takes no deeper press.
+std::shared_ptr<const MembranePress> PressesAhead::Grow(Ladder* ladder) const noexcept {
+  try {
+    if (!ladder->membrane) ladder->membrane = Make(ladder->radius);
+    const double reached = DepthOf(*ladder->press);
+    const auto next = std::ranges::upper_bound(depths_, reached * (1 + 1e-9));
+    if (next == depths_.end()) return ladder->press;
+    ladder->membrane->Deepen(*next);
+    return std::make_shared<const MembranePress>(ladder->membrane->press());
+  } catch (const std::exception&) {
+    return ladder->press;
+  }
+}
+
+void PressesAhead::Run(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (changed_.wait(lock, stop, [this] { return Next() != nullptr; })) {
+    if (stop.stop_requested()) return;
+    Ladder* const ladder = Next();
+    lock.unlock();
+    auto press = Grow(ladder);
+    lock.lock();
+    const bool deeper = DepthOf(*press) > DepthOf(*ladder->press);
+    ladder->complete = !deeper || DepthOf(*press) >= depths_.back() * (1 - 1e-9);
+    ladder->press = std::move(press);
+    if (ladder->complete) ladder->membrane.reset();
+    changed_.notify_all();
+  }
+}
+
+}  // namespace palpate::site

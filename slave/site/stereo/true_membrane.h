@@ -1,0 +1,48 @@
+// The membrane of a scene as it really is, and the tool on it.
+#pragma once
+
+#include <memory>
+#include <mutex>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/scene/scene.h"
+#include "slave/site/stereo/dent.h"
+#include "slave/site/stereo/presses_ahead.h"
+
+namespace palpate::site {
+
+class TrueMembrane {
+ public:
+  struct Now {
+    Eigen::Vector3d p_S_tip{0, 0, 0};
+    bool in_contact = false;
+    bool solved = true;  // false: the tool is deeper or nearer to the rim than any press solved
+    Dent dent;
+  };
+
+  // Throws std::invalid_argument naming the key: no membrane, no tool, no press depth, what
+  // PressedMembrane refuses.
+  TrueMembrane(const Scene& scene, const MembraneResolution& resolution);
+
+  // See StereoSite. Thread-safe.
+  void MoveTool(const Eigen::Vector3d& p_S_tip);
+  [[nodiscard]] Now now() const;
+  [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }  // misplacement included
+
+ private:
+  void Move(const Eigen::Vector3d& p_S_tip);
+
+  Eigen::Isometry3d X_SO_;
+  double rim_;  // [m]
+
+  std::mutex moving_;  // one mover at a time
+
+  mutable std::mutex mutex_;  // guards what others read
+  Now now_;
+
+  PressesAhead presses_;
+};
+
+}  // namespace palpate::site

@@ -1,0 +1,241 @@
+#include "slave/capture/stereo_source.h"
+
+#include <chrono>
+#include <limits>
+#include <stdexcept>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tests/slave/capture/scratch.h"
+
+namespace palpate {
+namespace {
+
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+
+constexpr int kWidth = 32, kHeight = 24;
+
+Scene PairScene(const Scratch& scratch, const std::string& left = "l%d.png",
+                const std::string& right = "r%d.png") {
+  Scene scene;
+  scene.name = "recorded";
+  scene.sense.stereo.emplace();
+  scene.sense.stereo->source = StereoCameras::Source::kFiles;
+  scene.sense.stereo->left = (scratch.path() / left).string();
+  scene.sense.stereo->right = (scratch.path() / right).string();
+  scene.sense.stereo->rate = 50;
+  return scene;
+}
+
+Scene DepthScene(const Scratch& scratch, const std::string& pattern) {
+  Scene scene;
+  scene.name = "depth";
+  scene.sense.depth.emplace();
+  scene.sense.depth->pattern = (scratch.path() / pattern).string();
+  return scene;
+}
+
+void Write(const Scratch& scratch, const std::string& name, double level, int type = CV_8UC1,
+           int width = kWidth) {
+  const cv::Mat image(kHeight, width, type, cv::Scalar::all(level));
+  ASSERT_TRUE(cv::imwrite((scratch.path() / name).string(), image));
+}
+
+void WritePairs(const Scratch& scratch, int count) {
+  for (int k = 0; k < count; ++k) {
+    Write(scratch, cv::format("l%d.png", k), k);
+    Write(scratch, cv::format("r%d.png", k), 100 + k);
+  }
+}
+
+// What is said when the scene is opened, and else when it is read to its end.
+std::string Message(const Scene& scene) {
+  try {
+    const auto source = OpenStereoFiles(scene, false);
+    try {
+      while (source->Next({})) continue;
+    } catch (const std::runtime_error& error) {
+      return std::string("reading: ") + error.what();
+    }
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+TEST(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate) {
+  const Scratch scratch;
+  WritePairs(scratch, 12);
+  for (const bool glob : {false, true}) {
+    const auto source =
+        OpenStereoFiles(glob ? PairScene(scratch, "l*.png", "r*.png") : PairScene(scratch), false);
+    EXPECT_THAT(source->description(), EndsWith("(12 pairs)"));
+    Time first{};
+    for (int k = 0; k < 12; ++k) {
+      const auto pair = source->Next({});
+      ASSERT_TRUE(pair) << k;
+      if (k == 0) first = pair->sensed_at;
+      EXPECT_EQ(pair->sequence, static_cast<std::uint64_t>(k + 1));
+      EXPECT_NEAR(SecondsBetween(first, pair->sensed_at), 0.02 * k, 2e-9);
+      for (const cv::Mat& picture : {pair->left, pair->right}) {
+        ASSERT_EQ(picture.size(), cv::Size(kWidth, kHeight));
+        ASSERT_EQ(picture.type(), CV_8UC1);
+        EXPECT_TRUE(picture.isContinuous());
+      }
+      EXPECT_EQ(cv::norm(pair->left, cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(k))), 0);
+      EXPECT_EQ(cv::norm(pair->right, cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(100 + k))), 0);
+    }
+    EXPECT_FALSE(source->Next({}));
+    EXPECT_FALSE(source->Next({})) << "an ended source stays ended";
+  }
+}
+
+TEST(StereoFilesTest, DirectoriesAreSourcesToo) {
+  const Scratch scratch;
+  for (const char* side : {"left", "right"}) {
+    std::filesystem::create_directory(scratch.path() / side);
+    for (int k = 1; k <= 3; ++k) Write(scratch, cv::format("%s/%d.png", side, k), k);
+  }
+  const auto source = OpenStereoFiles(PairScene(scratch, "left", "right"), false);
+  EXPECT_THAT(source->description(), EndsWith("(3 pairs)"));
+}
+
+// Reference: ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B.
+TEST(StereoFilesTest, ColourBecomesGrey) {
+  const Scratch scratch;
+  for (const char* name : {"l0.png", "r0.png"}) {
+    const cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(200, 100, 50));
+    ASSERT_TRUE(cv::imwrite((scratch.path() / name).string(), image));
+  }
+  const auto pair = OpenStereoFiles(PairScene(scratch), false)->Next({});
+  ASSERT_TRUE(pair);
+  EXPECT_EQ(pair->left.type(), CV_8UC1);
+  EXPECT_NEAR(pair->left.at<uchar>(3, 3), 0.114 * 200 + 0.587 * 100 + 0.299 * 50, 0.51);
+}
+
+TEST(StereoFilesTest, ADecodedPairOutlivesTheSource) {
+  const Scratch scratch;
+  WritePairs(scratch, 2);
+  auto source = OpenStereoFiles(PairScene(scratch), false);
+  const auto first = source->Next({});
+  const auto second = source->Next({});
+  source.reset();
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->right.at<uchar>(0, 0), 100);
+  EXPECT_EQ(second->right.at<uchar>(0, 0), 101);
+}
+
+TEST(StereoFilesTest, AStoppedReaderLeavesAtOnce) {
+  const Scratch scratch;
+  WritePairs(scratch, 3);
+  Scene scene = PairScene(scratch);
+  scene.sense.stereo->rate = 0.001;  // paced, the second pair is due in a quarter of an hour
+  const auto source = OpenStereoFiles(scene, true);
+  std::stop_source stop;
+  ASSERT_TRUE(source->Next(stop.get_token()));
+  std::jthread stopper([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    stop.request_stop();
+  });
+  EXPECT_FALSE(source->Next(stop.get_token()));
+}
+
+TEST(StereoFilesTest, UnequalCountsSayHowManyOfEach) {
+  const Scratch scratch;
+  WritePairs(scratch, 3);
+  Write(scratch, "l3.png", 3);
+  EXPECT_THAT(Message(PairScene(scratch)),
+              AllOf(HasSubstr("l%d.png are 4 pictures"), HasSubstr("r%d.png are 3"),
+                    HasSubstr("accepted")));
+}
+
+TEST(StereoFilesTest, PicturesMissingOnEitherSideDoNotPairWhatDoesNotBelongTogether) {
+  const Scratch scratch;
+  WritePairs(scratch, 5);
+  std::filesystem::remove(scratch.path() / "l2.png");
+  std::filesystem::remove(scratch.path() / "r3.png");
+  EXPECT_THAT(Message(PairScene(scratch, "l*.png", "r*.png")),
+              AllOf(HasSubstr("pair 3"), HasSubstr("l3.png"), HasSubstr("r2.png")));
+}
+
+TEST(StereoFilesTest, WhatMatchesNothingIsNamed) {
+  const Scratch scratch;
+  WritePairs(scratch, 1);
+  EXPECT_THAT(Message(PairScene(scratch, "l%d.png", "q*.png")),
+              HasSubstr("q*.png: no picture matches"));
+  EXPECT_THAT(Message(PairScene(scratch, "away/l%d.png")), HasSubstr("no such directory"));
+  EXPECT_THAT(Message(DepthScene(scratch, "d*.png")), HasSubstr("d*.png: no picture matches"));
+}
+
+TEST(StereoFilesTest, SizesThatDifferNameTheFile) {
+  const Scratch scratch;
+  WritePairs(scratch, 3);
+  Write(scratch, "r0.png", 0, CV_8UC1, 40);
+  EXPECT_THAT(Message(PairScene(scratch)),
+              AllOf(HasSubstr("r0.png: picture 1: 40 x 24 px"), HasSubstr("left picture's size")));
+  Write(scratch, "r0.png", 0);
+  Write(scratch, "l2.png", 0, CV_8UC1, 48);
+  EXPECT_THAT(Message(PairScene(scratch)),
+              AllOf(HasSubstr("reading: "), HasSubstr("l2.png: picture 3: 48 x 24 px"),
+                    HasSubstr("first one's size, 32 x 24 px")));
+}
+
+TEST(StereoFilesTest, PicturesOfAnotherDepthAreRefused) {
+  const Scratch scratch;
+  WritePairs(scratch, 2);
+  Write(scratch, "r1.png", 1000, CV_16UC1);
+  EXPECT_THAT(Message(PairScene(scratch)),
+              AllOf(HasSubstr("r1.png: picture 2: 16 bit"), HasSubstr("accepted")));
+  EXPECT_THAT(Message(DepthScene(scratch, "l*.png")),
+              AllOf(HasSubstr("l0.png: picture 1: 1 channel of 8 bit"), HasSubstr("accepted")));
+  Write(scratch, "c0.png", 1000, CV_16UC3);
+  EXPECT_THAT(Message(DepthScene(scratch, "c*.png")), HasSubstr("3 channels of 16 bit"));
+}
+
+TEST(StereoFilesTest, DamagedFilesAreNamedWhenTheirTurnComes) {
+  const Scratch scratch;
+  WritePairs(scratch, 3);
+  scratch.Write("r2.png", "no picture");
+  EXPECT_THAT(Message(PairScene(scratch)), AllOf(HasSubstr("reading: "), HasSubstr("r2.png")));
+  scratch.Write("l0.png", "");
+  EXPECT_THAT(Message(PairScene(scratch)), HasSubstr("l0.png: picture 1 is empty"));
+}
+
+TEST(StereoFilesTest, DepthPicturesComeAsTheyAreWithoutARightOne) {
+  const Scratch scratch;
+  for (int k = 0; k < 3; ++k) Write(scratch, cv::format("d%d.png", k), 2500 + k, CV_16UC1);
+  const auto source = OpenStereoFiles(DepthScene(scratch, "d*.png"), false);
+  EXPECT_THAT(source->description(), EndsWith("(3 depth pictures)"));
+  for (int k = 0; k < 3; ++k) {
+    const auto pair = source->Next({});
+    ASSERT_TRUE(pair);
+    EXPECT_TRUE(pair->right.empty());
+    ASSERT_EQ(pair->left.type(), CV_16UC1);
+    EXPECT_EQ(pair->left.at<ushort>(7, 7), 2500 + k);
+  }
+  EXPECT_FALSE(source->Next({}));
+}
+
+TEST(StereoFilesTest, ScenesWithoutSuchFilesAreRefused) {
+  Scene scene;
+  scene.name = "blind";
+  EXPECT_THAT(Message(scene), HasSubstr("no pair of cameras"));
+  scene.sense.stereo.emplace();
+  EXPECT_THAT(Message(scene), HasSubstr("simulated"));
+  const Scratch scratch;
+  WritePairs(scratch, 1);
+  Scene slow = PairScene(scratch);
+  for (const double rate : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    slow.sense.stereo->rate = rate;
+    EXPECT_THAT(Message(slow), HasSubstr("sense.camera.rate"));
+  }
+}
+
+}  // namespace
+}  // namespace palpate
