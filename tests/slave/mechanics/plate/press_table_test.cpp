@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -43,7 +44,7 @@ TEST(PressTable, OfTheSmallDeflectionPlateIsPaperCsEquationOne) {
   const PressTable table(plate, 0);
   for (const double p : {0.0, 0.01, 0.0233, 0.03}) {
     const double inside = kRadius * kRadius - p * p;
-    const double k = 4 * M_PI * kModulus * t * t * t * kRadius * kRadius /
+    const double k = 4 * std::numbers::pi * kModulus * t * t * t * kRadius * kRadius /
                      (3 * (1 - kNu * kNu) * inside * inside);
     const PressTable::Press press = table.At(p, 2e-4);
     EXPECT_NEAR(press.force / (k * 2e-4), 1, 1e-6) << p;
