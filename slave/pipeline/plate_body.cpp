@@ -14,6 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kHidden = 2.5;  // standard deviations: loads up to twice that do not stand out
 constexpr double kMostLeftOut = 0.25;  // share of the points that may contradict the others
 
 }  // namespace
@@ -72,8 +73,8 @@ void PlateBody::Judge(const SiftedFit::Answer& answer, SurfaceLoad* load) const 
   }
 }
 
-// One standard deviation of the force of a load at the centre, whose place is known: the
-// small-deflection shape's size from all points, times the stiffness of first touch.
+// Where no load stands out: half of what may hide in the noise, five standard deviations of a load
+// at the centre, from the small-deflection shape's size and the stiffness of first touch.
 double PlateBody::SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept {
   const plate::Disc disc{{0, 0}, width_ / 2 / plate_->radius()};
   const double under_load = plate::Deflection(disc, Vector2d(0, 0));
@@ -85,7 +86,7 @@ double PlateBody::SigmaAtRest(const std::vector<SurfacePoint>& points_O) const n
     const double shape = plate::Deflection(disc, x) / under_load;
     square += shape * shape / variance;
   }
-  return square > 0 ? table_.At(0, 0).stiffness / std::sqrt(square) : 0;
+  return square > 0 ? kHidden * table_.At(0, 0).stiffness / std::sqrt(square) : 0;
 }
 
 SurfaceBody::Press PlateBody::PressAt(const Vector3d& p_O, double depth) noexcept {

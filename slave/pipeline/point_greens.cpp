@@ -3,6 +3,7 @@
 #include <limits>
 #include <span>
 
+#include "shared/mesh/surface_patch.h"
 #include "slave/pipeline/node_displacement.h"
 
 namespace palpate {
@@ -12,7 +13,6 @@ using Eigen::Index;
 using Eigen::Vector3d;
 
 constexpr double kSamePlace = 1e-9;  // of the distance from the origin
-constexpr double kFacing = 0.5;      // cosine: nodes of a patch face alike
 
 std::size_t At(int i) {
   return static_cast<std::size_t>(i);
@@ -36,22 +36,23 @@ PointGreens::PointGreens(const SurfaceMesh& surface, double load, double patch)
   FindPatches(patch);
 }
 
+// As the models spread a load (contracts, `solve`): over triangles, a third of each one's share per
+// node; so the same load through the model moves the points alike.
 void PointGreens::FindPatches(double patch) {
-  std::vector<Vector3d> normals(surface_.nodes.size(), Vector3d::Zero());
-  for (const auto& [a, b, c] : surface_.triangles) {
-    const Vector3d& p = surface_.nodes[At(a)];
-    const Vector3d area = (surface_.nodes[At(b)] - p).cross(surface_.nodes[At(c)] - p);
-    for (const int node : {a, b, c}) normals[At(node)] += area;
-  }
-  for (Vector3d& n : normals) n.normalize();
   patches_.resize(nodes_.size());
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    const int node = nodes_[i];
-    for (const int other : nodes_) {
-      const bool near = (surface_.nodes[At(other)] - surface_.nodes[At(node)]).norm() <= patch / 2;
-      const bool alike = normals[At(other)].dot(normals[At(node)]) >= kFacing;
-      if (other == node || (near && alike)) patches_[i].push_back(other);
+    const Vector3d& p = surface_.nodes[At(nodes_[i])];
+    const auto place = FindPlace(surface_, p);
+    const std::vector<int> triangles =
+        place ? PatchAt(surface_, *place, p, patch).triangles : std::vector<int>{};
+    double area = 0;
+    for (const int t : triangles) area += Area(surface_, t);
+    for (const int t : triangles) {
+      for (const int node : surface_.triangles[At(t)]) {
+        patches_[i].push_back({node, Area(surface_, t) / area / 3});
+      }
     }
+    if (!(area > 0)) patches_[i] = {{nodes_[i], 1.0}};
   }
 }
 
@@ -88,8 +89,7 @@ bool PointGreens::Load(DeformationModel& model, const Contact& contact, Index ro
   NodeDisplacement(model, surface_, &field_);
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     Vector3d mean = Vector3d::Zero();
-    for (const int node : patches_[k]) mean += field_[At(node)];
-    mean /= load_ * static_cast<double>(patches_[k].size());
+    for (const Share& share : patches_[k]) mean += share.weight / load_ * field_[At(share.node)];
     for (int axis = 0; axis < 3; ++axis) by_[At(axis)](row, static_cast<Index>(k)) = mean[axis];
   }
   return true;

@@ -41,7 +41,11 @@ class PointGreens {
   const SurfaceMesh& surface_;
   double load_;
   std::vector<int> nodes_, index_;
-  std::vector<std::vector<int>> patches_;  // nodes that share a node's load, equally
+  struct Share {
+    int node = 0;
+    double weight = 0;
+  };
+  std::vector<std::vector<Share>> patches_;  // nodes that share a node's load
   std::vector<Eigen::Vector3d> rest_, field_;
   std::vector<bool> known_;
   std::array<Eigen::MatrixXd, 3> by_;

@@ -11,7 +11,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kRounds = 4;              // of leaving out
+constexpr int kSoftRounds = 6;          // of fits with softened weights
+constexpr double kSoft = 2;             // standard deviations of the scatter at which they fall
 constexpr double kOutlier = 5;          // standard deviations of the points' scatter
 constexpr double kLeastScatter = 0.25;  // of the stated sigmas
 constexpr double kModelError = 0.05;    // of the largest deflection: may be the model's own
@@ -48,7 +49,7 @@ void SiftedFit::Read(const std::vector<SurfacePoint>& points_O) {
     const double sideways = std::sqrt(point.covariance.topLeftCorner<2, 2>().trace() / 2);
     seen.usable = point.seen && place.norm() <= plate_.radius() && moved.allFinite() && sigma > 0 &&
                   std::isfinite(sigma) && std::isfinite(sideways);
-    if (seen.usable) seen = {place, moved, sigma, sideways, 0, true, true};
+    if (seen.usable) seen = {place, moved, sigma, sideways, 0, 1, true, true};
     seen_.push_back(seen);
   }
   usable_ = static_cast<int>(std::ranges::count_if(seen_, &Seen::usable));
@@ -84,35 +85,59 @@ SiftedFit::Answer SiftedFit::Fit(const std::vector<SurfacePoint>& points_O) noex
 }
 
 void SiftedFit::KeepAll() noexcept {
-  for (Seen& point : seen_) point.kept = point.usable;
+  for (Seen& point : seen_) {
+    point.kept = point.usable;
+    point.weight = point.usable ? 1 : 0;
+  }
   kept_ = usable_;
 }
 
+// Where points stand out of the fit's residuals, least squares are bent by them and may hide one
+// behind another: so first fits in which a point weighs the less the farther it lies off (Cauchy's
+// weights), and then one without those that lie off that.
 SiftedFit::Answer SiftedFit::FitKept(Rim rim) noexcept {
   Answer answer;
   answer.points = usable_;
-  for (int round = 0; round <= kRounds; ++round) {
-    for (std::size_t i = 0; i < seen_.size(); ++i) {
-      places_[i] = seen_[i].place;
-      displacements_[i] = seen_[i].moved.z();
-      sigmas_[i] = seen_[i].kept ? seen_[i].sigma : std::numeric_limits<double>::infinity();
+  answer.load = FitWeighed(rim);
+  if (Sift(answer.load, rim)) {
+    for (int round = 0; round < kSoftRounds; ++round) {
+      Soften();
+      fitter_.Reset();
+      answer.load = FitWeighed(rim);
+      Sift(answer.load, rim);
     }
-    answer.left_out = usable_ - kept_;
-    answer.load = fitter_.Fit(places_, displacements_, sigmas_, rim);
-    if (round == kRounds || !LeaveOut(answer.load, rim)) break;
+    for (Seen& point : seen_) point.weight = point.kept ? 1 : 0;
     fitter_.Reset();
+    answer.load = FitWeighed(rim);
   }
+  answer.left_out = usable_ - kept_;
   return answer;
 }
 
-// The worst, and those at least half as bad: a wrong point bends the fit towards itself, so that
-// good ones near it look bad too.
-bool SiftedFit::LeaveOut(const LoadFit& load, Rim rim) noexcept {
-  if (kept_ <= kLeastPoints) return false;
+LoadFit SiftedFit::FitWeighed(Rim rim) noexcept {
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    places_[i] = seen_[i].place;
+    displacements_[i] = seen_[i].moved.z();
+    sigmas_[i] = seen_[i].weight > 0 ? seen_[i].sigma / seen_[i].weight
+                                     : std::numeric_limits<double>::infinity();
+  }
+  return fitter_.Fit(places_, displacements_, sigmas_, rim);
+}
+
+void SiftedFit::Soften() noexcept {
+  for (Seen& point : seen_) {
+    if (!point.usable) continue;
+    const double off = point.residual / (kSoft * scatter_ * point.sigma);
+    point.weight = 1 / std::sqrt(1 + off * off);
+  }
+}
+
+// Which points lie within what is accepted; true: not all.
+bool SiftedFit::Sift(const LoadFit& load, Rim rim) noexcept {
   deepest_ = 0;
   sorted_.clear();
   for (Seen& point : seen_) {
-    if (!point.kept) continue;
+    if (!point.usable) continue;
     double fitted = load.nothing ? 0 : plate_.Displacement(point.place);
     deepest_ = std::max(deepest_, std::abs(fitted));
     if (rim == Rim::kMayMove) {
@@ -122,21 +147,15 @@ bool SiftedFit::LeaveOut(const LoadFit& load, Rim rim) noexcept {
     point.residual = point.moved.z() - fitted;
     sorted_.push_back(std::abs(point.residual) / point.sigma);
   }
-  const double scatter = std::max(kLeastScatter, kToNormal * MedianOf(&sorted_));
-  const auto excess = [&](const Seen& point) {
-    const double accepted = std::max(kOutlier * scatter * point.sigma, kModelError * deepest_);
-    return point.kept ? std::abs(point.residual) / accepted : 0;
-  };
-  double worst = 1;
-  for (const Seen& point : seen_) worst = std::max(worst, excess(point));
-  bool left_out = false;
+  if (usable_ <= kLeastPoints) return false;
+  scatter_ = std::max(kLeastScatter, kToNormal * MedianOf(&sorted_));
+  kept_ = 0;
   for (Seen& point : seen_) {
-    if (excess(point) <= std::max(1.0, worst / 2) || kept_ <= kLeastPoints) continue;
-    point.kept = false;
-    left_out = true;
-    --kept_;
+    const double accepted = std::max(kOutlier * scatter_ * point.sigma, kModelError * deepest_);
+    point.kept = point.usable && std::abs(point.residual) <= accepted;
+    kept_ += point.kept ? 1 : 0;
   }
-  return left_out;
+  return kept_ < usable_;
 }
 
 // One standard deviation of a motion of all points together, by their sigma along z [-].

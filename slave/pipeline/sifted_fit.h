@@ -35,7 +35,9 @@ class SiftedFit {
   void Read(const std::vector<SurfacePoint>& points_O);
   void KeepAll() noexcept;
   Answer FitKept(Rim rim) noexcept;
-  bool LeaveOut(const LoadFit& load, Rim rim) noexcept;
+  LoadFit FitWeighed(Rim rim) noexcept;
+  bool Sift(const LoadFit& load, Rim rim) noexcept;
+  void Soften() noexcept;
   [[nodiscard]] double NoiseOfMotion(const LoadFit& load) const noexcept;
   [[nodiscard]] bool RimMoved(const LoadFit& load) const noexcept;
   [[nodiscard]] bool SlidSideways(const LoadFit& load) noexcept;
@@ -45,6 +47,7 @@ class SiftedFit {
     Eigen::Vector3d moved{0, 0, 0};  // since [m]
     double sigma = 1, sideways = 0;  // along z, along the plate [m]
     double residual = 0;             // along z [m]
+    double weight = 0;
     bool usable = false, kept = false;
   };
   PlateSurface& plate_;
@@ -52,6 +55,7 @@ class SiftedFit {
   std::vector<Seen> seen_;
   int usable_ = 0, kept_ = 0;
   double deepest_ = 0;  // of the fitted points [m]
+  double scatter_ = 1;  // of the residuals by sigma
   std::vector<Eigen::Vector2d> places_;
   std::vector<double> displacements_, sigmas_, sorted_;
 };

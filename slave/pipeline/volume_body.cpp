@@ -41,7 +41,7 @@ constexpr double kOutlier = 5;                          // standard deviations o
 constexpr double kLeastScatter = 0.25;                  // of the stated sigmas
 constexpr double kMostLeftOut = 0.25;                   // share
 constexpr int kLeastPoints = 4;
-constexpr int kRefinements = 4;  // of the force through a model that is not linear
+constexpr int kRefinements = 5;  // of the load through a model that is not linear
 constexpr double kRefined = 1e-4;
 
 std::size_t At(int i) {
@@ -117,12 +117,14 @@ class VolumeBody final : public SurfaceBody {
   void SolveTriangle(int triangle, Best* best) noexcept;
   bool LeaveOut(const Best& best) noexcept;
   void Place(const Best& best, SurfaceLoad* load);
-  void Refine(SurfaceLoad* load) noexcept;
+  void Refine(Best* best, SurfaceLoad* load) noexcept;
+  [[nodiscard]] Vector3d LinearDisplacement(const Best& best, std::size_t point) const noexcept;
   void Judge(const Best& best, SurfaceLoad* load) const noexcept;
   bool Load(const SurfaceLoad& load) noexcept;
 
   struct Seen {
     Vector3d moved{0, 0, 0};               // [m]
+    Vector3d beyond{0, 0, 0};              // the model's share beyond the linear one [m]
     Matrix3d whitener = Matrix3d::Zero();  // inverse of the covariance's Cholesky factor
     double residual = 0;                   // by sigma
     bool usable = false, kept = false;
@@ -144,6 +146,7 @@ class VolumeBody final : public SurfaceBody {
   std::array<VectorXd, 3> corner_;     // shapes of a triangle's nodes, by sigma
   double nothing_ = 0;                 // squares of what was measured
   int usable_ = 0, kept_ = 0;
+  bool unsolved_ = false;  // the model found no equilibrium under the load
   SurfaceLoad load_;
 };
 
@@ -176,8 +179,8 @@ SurfaceLoad VolumeBody::TryFit(const std::vector<SurfacePoint>& points_O) {
     return load;
   }
   Place(best, &load);
+  if (!linear_) Refine(&best, &load);
   Judge(best, &load);
-  if (!linear_ && load.force != 0) Refine(&load);
   return load;
 }
 
@@ -198,6 +201,7 @@ void VolumeBody::Read(const std::vector<SurfacePoint>& points_O) {
     usable_ += seen.usable ? 1 : 0;
   }
   kept_ = usable_;
+  unsolved_ = false;
   const auto rows = 3 * static_cast<Index>(points_O.size());
   measured_.resize(rows);
   shape_.resize(rows);
@@ -210,7 +214,7 @@ void VolumeBody::Weigh() noexcept {
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     const Seen& seen = seen_[i];
     measured_.segment<3>(3 * static_cast<Index>(i)) =
-        seen.kept ? Vector3d(seen.whitener * seen.moved) : Vector3d::Zero();
+        seen.kept ? Vector3d(seen.whitener * (seen.moved - seen.beyond)) : Vector3d::Zero();
   }
   nothing_ = measured_.squaredNorm();
 }
@@ -276,24 +280,12 @@ void VolumeBody::SolveTriangle(int triangle, Best* best) noexcept {
 }
 
 bool VolumeBody::LeaveOut(const Best& best) noexcept {
-  shape_ = measured_;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const Index column = greens_.IndexOf(surface_.triangles[At(best.triangle)][c]);
-    const Vector3d f = best.forces[static_cast<Index>(c)] * normals_[At(best.triangle)];
-    for (std::size_t i = 0; i < seen_.size(); ++i) {
-      const Index row = 3 * static_cast<Index>(i);
-      Vector3d u = Vector3d::Zero();
-      for (int axis = 0; axis < 3; ++axis) {
-        u += f[axis] * greens_.by(axis).col(column).segment<3>(row);
-      }
-      if (seen_[i].kept) shape_.segment<3>(row) -= seen_[i].whitener * u;
-    }
-  }
   sorted_.clear();
   double worst = 0;
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     if (!seen_[i].kept) continue;
-    seen_[i].residual = shape_.segment<3>(3 * static_cast<Index>(i)).norm() / std::sqrt(3.0);
+    const Vector3d misfit = seen_[i].whitener * (seen_[i].moved - LinearDisplacement(best, i));
+    seen_[i].residual = misfit.norm() / std::sqrt(3.0);
     worst = std::max(worst, seen_[i].residual);
     sorted_.push_back(seen_[i].residual);
   }
@@ -352,6 +344,7 @@ void VolumeBody::Judge(const Best& best, SurfaceLoad* load) const noexcept {
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     flag("the deflection is beyond the model's range");
   }
+  if (unsolved_) flag("the model finds no equilibrium under this load: it is that of small strain");
   if (load->residual > kGoodFit) {
     flag("one load of this width leaves more than the points' noise");
   }
@@ -360,37 +353,43 @@ void VolumeBody::Judge(const Best& best, SurfaceLoad* load) const noexcept {
   }
 }
 
-// The size of the force through the model itself; what is proportional stays as it was found.
-void VolumeBody::Refine(SurfaceLoad* load) noexcept {
-  const double found = load->force;
-  for (int iteration = 0; iteration < kRefinements; ++iteration) {
+// Newton's method with the tangent at rest: what the model makes of the load beyond its linear part
+// is taken off the measured displacements, and the load fitted anew.
+void VolumeBody::Refine(Best* best, SurfaceLoad* load) noexcept {
+  for (int iteration = 0; iteration < kRefinements && load->force != 0; ++iteration) {
     if (!Load(*load)) {
-      load->validity = Worse(load->validity, Validity::kExtrapolated);
-      load->why = "the model finds no equilibrium under this load: it is that of small strain";
-      load->force = found;
-      return;
+      unsolved_ = true;
+      break;
     }
-    double mixed = 0, square = 0;
     for (std::size_t i = 0; i < seen_.size(); ++i) {
-      if (!seen_[i].kept) continue;
       const auto place = contact_.Find(rest_[i], std::numeric_limits<double>::infinity());
-      if (!place) continue;
+      if (!seen_[i].kept || !place) continue;
       Vector3d u = Vector3d::Zero();
       for (std::size_t c = 0; c < 3; ++c) {
         u += place->weights[static_cast<Index>(c)] *
              field_[At(surface_.triangles[At(place->triangle)][c])];
       }
-      const Vector3d fitted = seen_[i].whitener * u;
-      mixed += fitted.dot(seen_[i].whitener * seen_[i].moved);
-      square += fitted.squaredNorm();
+      seen_[i].beyond = u - LinearDisplacement(*best, i);
     }
-    const double ratio = square > 0 ? mixed / square : 1;
-    if (!(ratio > 0) || !std::isfinite(ratio)) return;
-    load->force *= std::clamp(ratio, 0.5, 2.0);
-    if (std::abs(ratio - 1) < kRefined) break;
+    const double last = load->force;
+    Weigh();
+    *best = Search();
+    if (best->triangle < 0) return;
+    Place(*best, load);
+    if (std::abs(load->force - last) < kRefined * std::abs(last)) break;
   }
-  load->sigma_force *= load->force / found;
-  load->depth *= load->force / found;
+}
+
+Vector3d VolumeBody::LinearDisplacement(const Best& best, std::size_t point) const noexcept {
+  Vector3d u = Vector3d::Zero();
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Index column = greens_.IndexOf(surface_.triangles[At(best.triangle)][c]);
+    const Vector3d f = best.forces[static_cast<Index>(c)] * normals_[At(best.triangle)];
+    for (int axis = 0; axis < 3; ++axis) {
+      u += f[axis] * greens_.by(axis).col(column).segment<3>(3 * static_cast<Index>(point));
+    }
+  }
+  return u;
 }
 
 bool VolumeBody::Load(const SurfaceLoad& load) noexcept {

@@ -4,14 +4,11 @@
 #include <array>
 #include <cmath>
 #include <new>
-#include <numbers>
 #include <sstream>
 #include <stdexcept>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-
-#include "slave/mechanics/plate/green.h"
 
 namespace palpate {
 namespace {
@@ -27,15 +24,23 @@ constexpr double kGoodFit = 3;          // residual that a start from the last a
 constexpr double kInwards = 0.6;        // of a second start
 constexpr double kStandsOut = 25;       // misfit that the load must explain: five sigma squared
 constexpr double kTrusted = 0.7;        // a residual below it says that the sigmas are too large
+constexpr int kTelling = 10;            // degrees of freedom from which on it does
 constexpr double kLeastResidual = 0.1;  // by which sigmas may be too large
+constexpr double kBarely = 0.5;         // of kStandsOut: by the small-deflection shape alone
+constexpr double kFaint = 4;            // times kStandsOut: the place may be open
+constexpr double kFaintInside = 0.7;    // where such a load is taken to be [radii]
 constexpr double kVague = 0.25;         // standard deviation of a place not known [radii]
 constexpr double kNoDirection = 1e-6;   // share of a rim's motion that others do not explain
-constexpr double kRim = 1e-3;           // nearer than that a load is at the rim [radii]
+constexpr std::string_view kNothing = "no load stands out of the noise";
+constexpr double kRim = 1e-3;  // nearer than that a load is at the rim [radii]
 
 }  // namespace
 
 LoadFitter::LoadFitter(PlateSurface& plate, double width)
-    : plate_(plate), width_(width), margin_(1 - kRim - width / 2 / plate.radius()) {
+    : plate_(plate),
+      width_(width),
+      margin_(1 - kRim - width / 2 / plate.radius()),
+      search_(width / 2 / plate.radius(), margin_) {
   if (width >= 0 && width < 1.8 * plate.radius()) return;
   std::ostringstream text;
   text << "width = " << width << ": accepted is 0 <= width < " << 1.8 * plate.radius();
@@ -53,22 +58,57 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
     fit.reason = "out of memory";
   }
   if (!fit.reason.empty()) return fit;
-  Guess guess = last_;
-  bool found = known_ && Descend(&guess, &fit) && fit.residual <= kGoodFit;
-  if (!found) found = Search(&guess) && DescendTwice(&guess, &fit);
-  known_ = false;
-  if (!found) {
-    fit = {};
-    double nothing = 0;
-    for (const Measured& m : measured_) nothing += (m.value / m.sigma) * (m.value / m.sigma);
-    fit.nothing = nothing < kStandsOut;
-    fit.reason = fit.nothing ? "no load stands out of the noise" : "no load explains the points";
+  const plate::LoadSearch::Found seek = Search(1);
+  const double unexplained = std::max(0.0, values_.squaredNorm() - seek.explained);
+  fit.residual = std::sqrt(unexplained / Freedom());
+  const double doubt = DoubtOf(fit.residual);
+  fit.nothing = seek.explained < kBarely * kStandsOut * doubt * doubt;
+  if (fit.nothing) {
+    known_ = false;
+    fit.reason = kNothing;
+    fit.rim_motion = rim_values_ * rim_share_;
     return fit;
   }
-  Judge(guess, &fit);
-  known_ = fit.validity != Validity::kFailed;
+  Guess guess = last_;
+  bool found = known_ && Descend(&guess, &fit) && fit.residual <= kGoodFit;
+  if (!found) found = HoldAt(seek, &guess) && DescendTwice(&guess, &fit);
+  if (found) Judge(guess, &fit);
+  known_ = found && fit.validity != Validity::kFailed;
   last_ = guess;
+  const bool faint = seek.explained < kFaint * kStandsOut * doubt * doubt;
+  const bool placed = known_ && !(faint && guess.place.norm() > kFaintInside);
+  if (placed || fit.nothing) return fit;
+  if (faint && FitFaint(&fit)) return fit;
+  if (!found) {
+    fit = {};
+    fit.reason = "no load explains the points";
+  }
   return fit;
+}
+
+// A residual below one says that the sigmas are too large by so much, if enough points say it.
+double LoadFitter::DoubtOf(double residual) const noexcept {
+  if (Freedom() < kTelling) return 1;
+  return std::clamp(residual / kTrusted, kLeastResidual / kTrusted, 1.0);
+}
+
+int LoadFitter::Freedom() const noexcept {
+  return std::max(1, count_ - (rim_ == Rim::kStays ? 3 : 6));
+}
+
+bool LoadFitter::FitFaint(LoadFit* fit) noexcept {
+  const plate::LoadSearch::Found seek = Search(kFaintInside);
+  Guess guess;
+  if (!HoldAt(seek, &guess) || !Press(guess)) return false;
+  const double a = plate_.radius(), place = kVague * a, force = guess.force;
+  *fit = {};
+  fit->p_O = a * guess.place;
+  fit->force = force;
+  fit->covariance.diagonal() << place * place, place * place, force * force / seek.explained;
+  fit->residual = std::sqrt(std::max(0.0, values_.squaredNorm() - seek.explained) / Freedom());
+  fit->validity = Validity::kExtrapolated;
+  fit->reason = "so small a load that the points leave its place open";
+  return true;
 }
 
 std::string_view LoadFitter::Read(std::span<const Vector2d> p_O,
@@ -84,16 +124,25 @@ std::string_view LoadFitter::Read(std::span<const Vector2d> p_O,
   tried_.resize(count);
   shape_.resize(count);
   by_.resize(count, 3);
+  values_.resize(count);
+  weights_.resize(count);
+  places_.resize(p_O.size());
   for (std::size_t i = 0; i < p_O.size(); ++i) {
     measured_[i] = {p_O[i] / plate_.radius(), displacement[i], sigma[i]};
     if (!(measured_[i].place.norm() <= 1 + 1e-9)) return "a point is off the plate or not finite";
     if (!std::isfinite(displacement[i])) return "a displacement is not finite";
     if (!(sigma[i] > 0)) return "a sigma is not > 0";
     if (std::isfinite(sigma[i])) ++count_;
+    places_[i] = measured_[i].place;
+    values_[static_cast<Index>(i)] = displacement[i] / sigma[i];
+    weights_[static_cast<Index>(i)] = 1 / sigma[i];
   }
   if (count_ < 4) return "fewer than four points";
   if (rim_ == Rim::kMayMove && count_ < 7) return "fewer than seven points";
   SpanRimMotion();
+  rim_share_ = rim_motions_.transpose() * values_;
+  LeaveOutRimMotion(&values_);
+  search_.See(places_);
   return {};
 }
 
@@ -124,44 +173,21 @@ void LoadFitter::LeaveOutRimMotion(Eigen::VectorXd* values) const noexcept {
   for (int k = 0; k < 3; ++k) *values -= rim_motions_.col(k).dot(*values) * rim_motions_.col(k);
 }
 
-// The place whose small-deflection shape, at its best size, leaves the least; the force is what
-// holds the plate there at that deflection.
-bool LoadFitter::Search(Guess* best) noexcept {
-  double most = 0;
-  double deflection = 0;
-  for (std::size_t i = 0; i < measured_.size(); ++i) {
-    misfit_[static_cast<Index>(i)] = measured_[i].value / measured_[i].sigma;
-  }
-  LeaveOutRimMotion(&misfit_);
-  const auto consider = [&](const Vector2d& place) {
-    const plate::Disc disc{place, width_ / 2 / plate_.radius()};
-    for (std::size_t i = 0; i < measured_.size(); ++i) {
-      const Measured& m = measured_[i];
-      shape_[static_cast<Index>(i)] = plate::Deflection(disc, m.place) / m.sigma;
-    }
-    LeaveOutRimMotion(&shape_);
-    const double mixed = shape_.dot(misfit_), square = shape_.squaredNorm();
-    if (!(mixed * mixed > most * square)) return;
-    most = mixed * mixed / square;
-    best->place = place;
-    deflection = mixed / square * plate::Deflection(disc, place);
-  };
-  consider({0, 0});
-  for (int ring = 1; ring <= kRings; ++ring) {
-    const double r = margin_ * (ring - 0.1) / kRings;
-    for (int i = 0; i < 6 * ring; ++i) {
-      const double angle = std::numbers::pi * i / (3 * ring);
-      consider({r * std::cos(angle), r * std::sin(angle)});
-    }
-  }
+plate::LoadSearch::Found LoadFitter::Search(double farthest) noexcept {
+  return search_.Best(values_, weights_, rim_ == Rim::kStays ? nullptr : &rim_motions_, farthest);
+}
+
+// The force is what holds the plate there at that deflection.
+bool LoadFitter::HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept {
   Contact contact;
-  contact.p_O.head<2>() = plate_.radius() * best->place;
+  contact.p_O.head<2>() = plate_.radius() * found.place;
   contact.width = width_;
-  contact.value_O.z() = deflection;
+  contact.value_O.z() = found.deflection;
   ContactResponse response;
   plate_.Respond(std::span(&contact, 1), std::span(&response, 1));
-  best->force = response.force_O.z();
-  return response.validity != Validity::kFailed && best->force != 0;
+  guess->place = found.place;
+  guess->force = response.force_O.z();
+  return response.validity != Validity::kFailed && guess->force != 0;
 }
 
 Vector2d LoadFitter::Inside(const Vector2d& place) const noexcept {
@@ -254,8 +280,7 @@ bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
     }
     if (!better) break;  // at the bottom as far as rounding lets one see
   }
-  const int freedom = std::max(1, count_ - (rim_ == Rim::kStays ? 3 : 6));
-  fit->residual = std::sqrt(misfit_.squaredNorm() / freedom);
+  fit->residual = std::sqrt(misfit_.squaredNorm() / Freedom());
   return Linearise(*guess) && Press(*guess);
 }
 
@@ -272,22 +297,18 @@ Eigen::Vector3d LoadFitter::RimMotion() noexcept {
 
 void LoadFitter::Judge(const Guess& guess, LoadFit* fit) noexcept {
   const double a = plate_.radius();
-  for (std::size_t i = 0; i < measured_.size(); ++i) {
-    shape_[static_cast<Index>(i)] = measured_[i].value / measured_[i].sigma;
-  }
-  LeaveOutRimMotion(&shape_);
-  const double explained = shape_.squaredNorm() - misfit_.squaredNorm();
-  const double doubt = std::clamp(fit->residual / kTrusted, kLeastResidual / kTrusted, 1.0);
+  const double explained = values_.squaredNorm() - misfit_.squaredNorm();
+  const double doubt = DoubtOf(fit->residual);
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::Vector3d unit(a, a, force_unit_);
   fit->p_O = a * guess.place;
   fit->force = guess.force;
   fit->covariance = unit.asDiagonal() * normal.inverse() * unit.asDiagonal();
-  const double vague = std::sqrt(fit->covariance.topLeftCorner<2, 2>().trace()) / a;
+  const double vague = doubt * std::sqrt(fit->covariance.topLeftCorner<2, 2>().trace()) / a;
   fit->rim_motion = RimMotion();
   if (explained < kStandsOut * doubt * doubt) {
     fit->nothing = true;
-    fit->reason = "no load stands out of the noise";
+    fit->reason = kNothing;
   } else if (guess.place.norm() > margin_ - kRim) {
     fit->reason = "the load lies at the rim or beyond";
   } else if (!(vague < kVague)) {

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "slave/mechanics/plate/load_search.h"
 #include "slave/mechanics/plate/plate_surface.h"
 
 namespace palpate {
@@ -43,6 +44,8 @@ class LoadFitter {
   // point; < 0.9 of the plate's. Throws std::invalid_argument.
   LoadFitter(PlateSurface& plate, double width);
 
+  // A load that barely stands out, so that the points leave its place open, is answered where the
+  // small-deflection shape explains them best, kExtrapolated.
   // Displacements along z [m] with sigmas [m] > 0 at points [m], all frame O; a point with an
   // infinite sigma does not count. Not identified: fewer
   // than four points (seven if the rim may move), a point off the plate, values not finite; nothing
@@ -69,7 +72,11 @@ class LoadFitter {
                         std::span<const double> sigma);
   void SpanRimMotion();
   void LeaveOutRimMotion(Eigen::VectorXd* values) const noexcept;
-  bool Search(Guess* best) noexcept;
+  bool HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept;
+  [[nodiscard]] plate::LoadSearch::Found Search(double farthest) noexcept;
+  [[nodiscard]] double DoubtOf(double residual) const noexcept;
+  [[nodiscard]] int Freedom() const noexcept;
+  bool FitFaint(LoadFit* fit) noexcept;
   bool DescendTwice(Guess* guess, LoadFit* fit) noexcept;
   bool Descend(Guess* guess, LoadFit* fit) noexcept;
   bool Linearise(const Guess& guess) noexcept;
@@ -86,11 +93,15 @@ class LoadFitter {
   Guess last_;
   Validity pressed_ = Validity::kFailed;  // of the last Press
   std::vector<Measured> measured_;
+  std::vector<Eigen::Vector2d> places_;  // [radii]
+  Eigen::VectorXd values_, weights_;     // displacements by sigma, 1 / sigma
+  plate::LoadSearch search_;
   int count_ = 0;  // of those that count
   Rim rim_ = Rim::kStays;
   // Orthonormal columns that span the rim's motions by the points' sigmas: what they explain is
   // taken out of measured and fitted alike. rim_values_ leads back to the motions.
   Eigen::Matrix<double, Eigen::Dynamic, 3> rim_motions_;
+  Eigen::Vector3d rim_share_{0, 0, 0};  // of the values
   Eigen::Matrix3d rim_values_ = Eigen::Matrix3d::Identity();
   Eigen::VectorXd misfit_, tried_, shape_;  // (measured - fitted) / sigma
   Eigen::Matrix<double, Eigen::Dynamic, 3>

@@ -12,7 +12,18 @@ namespace {
 constexpr int kColumns = 16, kRows = 17;  // radii, depths
 constexpr double kOuter = 0.9;            // largest radius of the tool's edge [radii]
 constexpr double kDeepest = 0.3;          // at the centre [radii]: rotations are moderate
-constexpr double kFirst = 1e-6;           // of the deepest: stands for the first touch
+constexpr int kBisections = 12;
+constexpr double kFirst = 1e-6;  // of the deepest: stands for the first touch
+
+ContactResponse Push(PlateSurface& plate, const Eigen::Vector2d& p_O, double width, double depth) {
+  Contact contact;
+  contact.p_O.head<2>() = p_O;
+  contact.width = width;
+  contact.value_O.z() = -depth;
+  ContactResponse response;
+  plate.Respond(std::span(&contact, 1), std::span(&response, 1));
+  return response;
+}
 
 double RimShare(double r) {
   return (1 - r * r) * (1 - r * r);
@@ -24,7 +35,11 @@ PressTable::PressTable(PlateSurface& plate, double width)
     : radius_(plate.radius()),
       largest_radius_(std::max(0.1 * plate.radius(), kOuter * plate.radius() - width / 2)),
       entries_(kColumns * kRows) {
-  for (int column = 0; column < kColumns; ++column) FillColumn(plate, column, width);
+  for (int column = 0; column < kColumns; ++column) {
+    FillColumn(plate, column, width);
+    const double r = largest_radius_ / radius_ * column / (kColumns - 1);
+    valid_depths_.push_back(ValidDepth(plate, r, width));
+  }
   plate.Reset();
 }
 
@@ -35,30 +50,34 @@ double PressTable::Deepest(double r) const noexcept {
 
 void PressTable::FillColumn(PlateSurface& plate, int column, double width) {
   const double r = largest_radius_ / radius_ * column / (kColumns - 1);
-  const double step = Deepest(r) / (kRows - 1);
-  Contact contact;
-  contact.p_O.x() = r * radius_;
-  contact.width = width;
-  ContactResponse response;
+  Entry* const first = &entries_[static_cast<std::size_t>(column * kRows)];
   plate.Reset();
   for (int row = 0; row < kRows; ++row) {
-    const double depth = row == 0 ? kFirst * Deepest(r) : step * row;
-    contact.value_O.z() = -depth;
-    plate.Respond(std::span(&contact, 1), std::span(&response, 1));
-    Entry& entry = entries_[static_cast<std::size_t>(column * kRows + row)];
+    const double share = static_cast<double>(row) / (kRows - 1);
+    const double depth = Deepest(r) * (row == 0 ? kFirst : share * share);
+    const ContactResponse response = Push(plate, {r * radius_, 0}, width, depth);
+    Entry& entry = first[row];
     if (response.validity == Validity::kFailed) {
       if (row == 0) throw std::runtime_error("the plate's answer to a small press is not found");
-      // On along the last tangent.
-      const Entry& last = *(&entry - 1);
-      entry = {last.secant + last.slope, last.slope, false};
+      entry = {first[row - 1].secant + first[row - 1].slope, first[row - 1].slope};
       continue;
     }
     const double secant = -response.force_O.z() / depth;
     const double tangent = response.stiffness_O(2, 2);
     entry.secant = RimShare(r) * secant;
-    entry.slope = row == 0 ? 0 : RimShare(r) * (tangent - secant) / depth * step;
-    entry.valid = response.validity == Validity::kValid;
+    entry.slope = row == 0 ? 0 : RimShare(r) * (tangent - secant) * 2 / row;
   }
+}
+
+// By bisection.
+double PressTable::ValidDepth(PlateSurface& plate, double r, double width) const {
+  double valid = 0, beyond = Deepest(r);
+  for (int step = 0; step < kBisections; ++step) {
+    const double depth = (valid + beyond) / 2;
+    const bool inside = Push(plate, {r * radius_, 0}, width, depth).validity == Validity::kValid;
+    (inside ? valid : beyond) = depth;
+  }
+  return valid;
 }
 
 const PressTable::Entry& PressTable::EntryAt(int column, int row) const {
@@ -72,15 +91,14 @@ PressTable::Press PressTable::At(double radius, double depth) const noexcept {
   const double x = r / (largest_radius_ / radius_) * (kColumns - 1);
   const int column = std::min(static_cast<int>(x), kColumns - 2);
   const double u = x - column;
-  const double step = Deepest(r) / (kRows - 1);
-  const double y = std::max(depth, 0.0) / step;
-  const int row = std::min(static_cast<int>(std::min(y, 1e6)), kRows - 2);
-  const double v = std::min(y - row, 1.0);
+  const double known = std::clamp(depth, 0.0, Deepest(r));
+  const double y = std::sqrt(known / Deepest(r)) * (kRows - 1);
+  const int row = std::min(static_cast<int>(y), kRows - 2);
+  const double v = y - row;
   // Catmull and Rom across radii, Hermite over depth: value and change by v.
   const std::array across = {u * (-0.5 + u * (1 - 0.5 * u)), 1 + u * u * (1.5 * u - 2.5),
                              u * (0.5 + u * (2 - 1.5 * u)), u * u * (0.5 * u - 0.5)};
   double secant = 0, change = 0;
-  bool valid = true;
   for (int k = 0; k < 4; ++k) {
     const Entry& a = EntryAt(column + k - 1, row);
     const Entry& b = EntryAt(column + k - 1, row + 1);
@@ -89,13 +107,12 @@ PressTable::Press PressTable::At(double radius, double depth) const noexcept {
     const double share = across[static_cast<std::size_t>(k)];
     secant += share * (a.secant + v * (a.slope + v * (c2 + v * c3)));
     change += share * (a.slope + v * (2 * c2 + v * 3 * c3));
-    if (k == 1 || k == 2) valid = valid && a.valid && (b.valid || v == 0);
   }
-  const double known = std::min(std::max(depth, 0.0), Deepest(r));
   Press press;
-  press.stiffness = (secant + known * change / step) / RimShare(r);
+  press.stiffness = (secant + change * y / 2) / RimShare(r);
   press.force = secant / RimShare(r) * known + press.stiffness * (std::max(depth, 0.0) - known);
-  press.valid = valid && depth <= Deepest(r);
+  const auto at = static_cast<std::size_t>(column);
+  press.valid = depth <= std::min(valid_depths_[at], valid_depths_[at + 1]);
   return press;
 }
 

@@ -10,7 +10,7 @@ namespace palpate {
 
 // The secant stiffness S = F / d over radius and depth, both sides of the plate's symmetry used: it
 // depends on the radius alone. Between depths cubic with the model's own tangents, between radii
-// cubic through four neighbours, of S (1 - r^2 / a^2)^2, which changes little. Within 0.2 % of the
+// cubic through four neighbours, of S (1 - r^2 / a^2)^2, which changes little. Within 0.5 % of the
 // model up to three quarters of the radius. Const members are thread-safe.
 class PressTable {
  public:
@@ -30,15 +30,17 @@ class PressTable {
 
  private:
   struct Entry {
-    double secant = 0, slope = 0;  // S (1 - r^2)^2 [N/m], its change over a step in depth
-    bool valid = false;
+    double secant = 0, slope = 0;  // S (1 - r^2)^2 [N/m], its change from row to row
   };
   [[nodiscard]] double Deepest(double r) const noexcept;
   void FillColumn(PlateSurface& plate, int column, double width);
+  [[nodiscard]] double ValidDepth(PlateSurface& plate, double r, double width) const;
   [[nodiscard]] const Entry& EntryAt(int column, int row) const;
 
   double radius_ = 0, largest_radius_ = 0;  // [m]
-  std::vector<Entry> entries_;              // row by depth, fastest
+  // Row k at the depth (k / (rows - 1))^2 of the deepest: a thin plate stiffens early.
+  std::vector<Entry> entries_;        // rows fastest
+  std::vector<double> valid_depths_;  // per column [m]
 };
 
 }  // namespace palpate

@@ -15,17 +15,16 @@ constexpr int kRimCorners = 720;
 
 }  // namespace
 
-std::optional<Eigen::Vector2d> MembraneView::See(const Eigen::Vector2d& p_O,
-                                                 const Dent& dent) const {
-  const Eigen::Vector3d rest(p_O.x(), p_O.y(), -thickness);
-  return Project(lens, X_CO * (rest + DisplacementOf(dent, p_O)));
+Eigen::Vector3d MembraneView::Place(const Eigen::Vector2d& p_O, const Dent& dent) const {
+  return Eigen::Vector3d(p_O.x(), p_O.y(), -thickness) + DisplacementOf(dent, p_O);
 }
 
 cv::Mat MembraneView::PlainFace() const {
   std::vector<Eigen::Vector2d> rim;
   for (int k = 0; k < kRimCorners; ++k) {
     const double angle = 2 * std::numbers::pi * k / kRimCorners;
-    const auto p_I = See(radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)), {});
+    const Eigen::Vector3d p_O(radius * std::cos(angle), radius * std::sin(angle), -thickness);
+    const auto p_I = Project(lens, X_CO * p_O);
     if (p_I) rim.push_back(*p_I);
   }
   Coverage coverage({0, 0, lens.size[0], lens.size[1]});

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "slave/mechanics/plate/lobatto.h"
@@ -29,6 +30,12 @@ struct Line {
   plate::Interpolation shapes;
 };
 
+Matrix3d CofactorOf(const Matrix3d& F) {
+  Matrix3d cofactor;
+  cofactor << F.col(1).cross(F.col(2)), F.col(2).cross(F.col(0)), F.col(0).cross(F.col(1));
+  return cofactor;
+}
+
 // First Piola-Kirchhoff stress P = dW / dF and its derivative over vec(F), column by column: with
 // G = F^-T, c = mu J^(-2/3) and q = K J (J - 1),
 //
@@ -40,10 +47,18 @@ struct Stress {
   Matrix9d tangent;
 };
 
-void StressAt(const Matrix3d& F, double J, double mu, double bulk, Stress* stress) {
-  const Matrix3d G = F.inverse().transpose();
-  const double c = mu / std::cbrt(J * J), trace = F.squaredNorm(), q = bulk * J * (J - 1);
-  stress->P = c * F + (q - c * trace / 3) * G;
+// From H = F - I, so that small strains keep their digits. False: not J > 0.
+bool StressAt(const Matrix3d& H, double mu, double bulk, bool with_tangent, Stress* stress) {
+  const Matrix3d minors = CofactorOf(H);
+  const Matrix3d area = H.trace() * Matrix3d::Identity() - H.transpose() + minors;  // cof F - I
+  const double volume = H.trace() + minors.trace() + H.determinant();               // J - 1
+  const double stretch = 2 * H.trace() + H.squaredNorm();                           // tr F^T F - 3
+  const double J = 1 + volume;
+  if (!(J > 0)) return false;
+  const Matrix3d F = Matrix3d::Identity() + H, G = (Matrix3d::Identity() + area) / J;
+  const double c = mu / std::cbrt(J * J), q = bulk * J * volume, trace = 3 + stretch;
+  stress->P = c / J * (H - area + volume * F - stretch / 3 * (Matrix3d::Identity() + area)) + q * G;
+  if (!with_tangent) return true;
   const auto f = F.reshaped(), g = G.reshaped();
   stress->tangent = (2 * c * trace / 9 + bulk * J * (2 * J - 1)) * g * g.transpose() -
                     2 * c / 3 * (f * g.transpose() + g * f.transpose());
@@ -54,6 +69,7 @@ void StressAt(const Matrix3d& F, double J, double mu, double bulk, Stress* stres
       stress->tangent.block<3, 3>(3 * i, 3 * j) += crossed * G.col(j) * G.col(i).transpose();
     }
   }
+  return true;
 }
 
 }  // namespace
@@ -245,10 +261,8 @@ bool NeoHookeanDisc::Integrate(const Element& element, const VectorXd& u, bool w
   work->H.noalias() = work->u * element.gradients;
   Stress stress;
   for (int p = 0; p < kPoints; ++p) {
-    const Matrix3d F = Matrix3d::Identity() + work->H.middleCols<3>(3 * p);
-    const double J = F.determinant();
-    if (!(J > 0)) return false;
-    StressAt(F, J, mu_, bulk_, &stress);
+    const Matrix3d H = work->H.middleCols<3>(3 * p);
+    if (!StressAt(H, mu_, bulk_, with_stiffness, &stress)) return false;
     const double weight = element.weights[p];
     work->P.middleCols<3>(3 * p) = weight * stress.P;
     if (!with_stiffness) continue;

@@ -168,11 +168,10 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolut
         "object.geometry: accepted by the simulated site for sense.points.track = dots is a "
         "membrane");
   }
-  const site::DotOutlines outlines = site::OutlinesOf(points, *geometry);
+  const site::PrintedDots dots = site::DotsOn(*geometry, points);
   return std::make_unique<MembraneStage<site::DottedMembrane>>(
-      scene, resolution, rig, [&](const site::MembraneView& view) {
-        return site::DottedMembrane(view, outlines, exposure);
-      });
+      scene, resolution, rig,
+      [&](const site::MembraneView& view) { return site::DottedMembrane(view, dots, exposure); });
 }
 
 }  // namespace

@@ -50,7 +50,8 @@ const cv::Mat& TexturedMembrane::Paint(const Dent& dent) {
   ground_.copyTo(seen_);
   std::vector<std::optional<Vector2d>> p_I;
   p_I.reserve(nodes_O_.size());
-  for (const Vector2d& p_O : nodes_O_) p_I.push_back(view_.See(p_O, dent));
+  for (const Vector2d& p_O : nodes_O_)
+    p_I.push_back(Project(view_.lens, view_.X_CO * view_.Place(p_O, dent)));
   for (const auto& [i, j, k] : triangles_) {
     const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
     const auto c = static_cast<std::size_t>(k);

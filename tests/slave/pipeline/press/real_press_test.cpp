@@ -1,5 +1,6 @@
 // A robot presses a real air-filled membrane while a depth camera watches from inside. Reference:
 // the wrench measured at the robot, against its mean over frames 40 to 58, before the contact.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>

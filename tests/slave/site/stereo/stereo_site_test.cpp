@@ -72,26 +72,31 @@ Vector2d DotCentroid(const cv::Mat& picture, const Vector2d& at) {
   return moment / sum;
 }
 
-// Mean of the picture places of a dot's points: rings of equal area, carried with the truth.
-Vector2d MeanSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_O, double radius,
-                  double thickness) {
+// Mean picture place of the disc at centre_O, by area in the picture: rings cut into cells. It lies
+// where the true centre is and across the surface's normal there.
+Vector2d MeanSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_O) {
   constexpr int kRings = 24, kTurns = 48;
+  constexpr double kRadius = 0.002, kThickness = 0.001, kStep = 3e-5;
+  const auto place = [&](const Vector2d& p) {
+    return Vector3d(Vector3d(p.x(), p.y(), -kThickness) + site.TrueDisplacement(p));
+  };
+  const Vector2d dx(kStep, 0), dy(0, kStep);
+  const Vector3d n = (place(centre_O + dx) - place(centre_O - dx))
+                         .cross(place(centre_O + dy) - place(centre_O - dy))
+                         .normalized();
+  const Vector3d across = n.unitOrthogonal(), other = n.cross(across), middle = place(centre_O);
+  const auto see = [&](double r, double angle) {
+    return eye.See(middle + r * (std::cos(angle) * across + std::sin(angle) * other));
+  };
   Vector2d moment(0, 0);
   double sum = 0;
-  // Image area of a cell by the cross product of its diagonals.
-  const auto see = [&](double r, double angle) {
-    const Vector2d p = centre_O + r * Vector2d(std::cos(angle), std::sin(angle));
-    const Vector3d rest(p.x(), p.y(), -thickness);
-    return eye.See(rest + site.TrueDisplacement(p));
-  };
   for (int i = 0; i < kRings; ++i) {
     for (int k = 0; k < kTurns; ++k) {
-      const double r0 = radius * i / kRings, r1 = radius * (i + 1) / kRings;
+      const double r0 = kRadius * i / kRings, r1 = kRadius * (i + 1) / kRings;
       const double a0 = 2 * std::numbers::pi * k / kTurns;
       const double a1 = 2 * std::numbers::pi * (k + 1) / kTurns;
-      const Vector2d a = see(r0, a0), b = see(r1, a0), c = see(r1, a1), d = see(r0, a1);
-      const Vector2d p = c - a, q = d - b;
-      const double area = 0.5 * std::abs(p.x() * q.y() - p.y() * q.x());
+      const Vector2d p = see(r1, a1) - see(r0, a0), q = see(r0, a1) - see(r1, a0);
+      const double area = 0.5 * std::abs(p.x() * q.y() - p.y() * q.x());  // by the diagonals
       sum += area;
       moment += area * see(0.5 * (r0 + r1), 0.5 * (a0 + a1));
     }
@@ -107,10 +112,10 @@ struct Press {
 
 class MembranePictureTest : public testing::TestWithParam<Press> {};
 
-// Reference: the dots' own points projected through the rig written down by hand, with the area
-// that they have in the picture (which is the known bias of circles, and that of bent dots).
-// Tolerance: 8-bit rounding moves the centroid of the 128 px of a dot by less than 0.01 px, the
-// reference's cells by 0.002 px.
+// Reference: discs on the true surface, projected through the rig written down by hand, with the
+// area that they have in the picture (the known bias of circles is in it). Tolerance: rounding to 8
+// bit moves the centroid of the 128 px of a dot by less than 0.01 px, the reference's cells by
+// 0.002 px.
 TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   const Press press = GetParam();
   Scene scene = WithoutFlaws(MembraneScene());
@@ -122,7 +127,7 @@ TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   double worst = 0, moved = 0;
   for (const Vector2d& p_O : DotPlaces(*scene.sense.points)) {
     for (std::size_t e = 0; e < 2; ++e) {
-      const Vector2d expected = MeanSeen(site, eyes[e], p_O, 0.002, 0.001);
+      const Vector2d expected = MeanSeen(site, eyes[e], p_O);
       const cv::Mat& picture = e == 0 ? pictures.left : pictures.right;
       worst = std::max(worst, (DotCentroid(picture, expected) - expected).norm());
       moved = std::max(moved, (expected - eyes[e].See({p_O.x(), p_O.y(), -0.001})).norm());
@@ -135,7 +140,7 @@ TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
 
 INSTANTIATE_TEST_SUITE_P(Presses, MembranePictureTest,
                          testing::Values(Press{"rest", {0, 0}, -1e-3},
-                                         Press{"centre", {0, 0}, 2e-3},
+                                         Press{"centre", {0, 0}, 4e-3},
                                          Press{"eccentric", {0.0117 * 0.6, 0.0117 * 0.8}, 2e-3}),
                          [](const auto& press) { return press.param.name; });
 
