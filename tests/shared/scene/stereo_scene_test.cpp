@@ -152,6 +152,21 @@ TEST_F(StereoSceneTest, FilesOfTwoCamerasAreRead) {
   EXPECT_TRUE((pair.X_SL.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
 }
 
+// The scene's name may come without a folder, and so may the pictures'.
+TEST_F(StereoSceneTest, PatternsAreFoundFromTheWorkingDirectory) {
+  folder_.Write("l1.png", "");
+  folder_.Write("r1.png", "");
+  Lines lines;
+  lines.camera =
+      "{stereo: {left: \"l*.png\", right: \"r%d.png\", rig: rig.yaml}, pose: {translation: [0, 0, "
+      "-1]}}";
+  folder_.Write("scene.yaml", StereoScene(lines));
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder_.path());
+  EXPECT_EQ(LoadScene("scene.yaml").sense.stereo.value().left, "l*.png");
+  std::filesystem::current_path(before);
+}
+
 TEST_F(StereoSceneTest, DepthPicturesAreReadAndShowTheSurface) {
   Lines lines;
   lines.camera =
