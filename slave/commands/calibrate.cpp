@@ -133,7 +133,6 @@ MatchedPairs Match(const BoardPictures& left, const BoardPictures& right,
     if (a.corners && b.corners) {
       row = RowOf(row.name, *a.corners, report->board);
       row.right = *b.corners;
-      AlignCorners(row.left, &row.right);
       out.views.push_back({row.left, row.right});
       out.rows.push_back(report->rows.size());
     } else {
@@ -162,7 +161,7 @@ void FillRows(const PairCalibration& pair, const MatchedPairs& matched, Calibrat
         "off by {:.2f} px from what the other pairs agree on: the board moved between the shots, "
         "or "
         "they do not belong together",
-        dropped.residual_px);
+        dropped.miss_px);
   }
 }
 
@@ -189,19 +188,17 @@ CalibrationReport TwoCameras(const Board& board, const BoardPictures& left,
   const PairCalibration pair = CalibratePair(board, matched.views, sizes);
   FillRows(pair, matched, &report);
   report.rig = pair.fit.rig;
-  std::vector<PairView> used;
   std::vector<Corners> lefts, rights;
-  for (const std::size_t i : pair.used) {
-    used.push_back(matched.views[i]);
-    lefts.push_back(used.back().left);
-    rights.push_back(used.back().right);
+  for (const PairView& view : pair.views) {
+    lefts.push_back(view.left);
+    rights.push_back(view.right);
   }
   TrustQuestion& question = report.question;
-  question.used = used.size();
+  question.used = pair.used.size();
   question.given = matched.views.size();
   question.rms_px = report.rig.rms_px;
   question.sigma_focal = pair.fit.sigma_focal;
-  question.halves = CheckHalves(board, used, sizes, report.rig.baseline());
+  question.halves = CheckHalves(board, pair.views, report.rig);
   question.coverage = {CoverageOf(lefts, left.size), CoverageOf(rights, right.size)};
   if (AreSidesExchanged(report.rig)) PutSidesRight(&report);
   return report;

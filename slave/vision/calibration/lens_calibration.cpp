@@ -8,6 +8,15 @@
 
 namespace palpate {
 
+Board UnitBoard(Board board) {
+  board.square = 1;
+  return board;
+}
+
+cv::TermCriteria Settled() {
+  return {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-9};
+}
+
 cv::Matx33d CameraMatrixOf(const Lens& lens) {
   return {lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1};
 }
@@ -49,18 +58,17 @@ Eigen::Isometry3d PoseOf(const cv::Mat& rotation, const cv::Mat& translation) {
 LensCalibration CalibrateLens(const Board& board, const std::vector<Corners>& views,
                               const std::array<int, 2>& size) {
   if (views.size() < 2) throw std::runtime_error("fewer than two pictures define no lens");
-  const std::vector<std::vector<cv::Point3f>> boards(views.size(), BoardPoints(board));
-  const cv::TermCriteria settled(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-9);
+  const std::vector<std::vector<cv::Point3f>> boards(views.size(), BoardPoints(UnitBoard(board)));
   cv::Mat K, D, sigmas, sigmas_of_poses, per_view;
   std::vector<cv::Mat> rotations, translations;
   LensCalibration out;
   try {
     out.rms_px =
         cv::calibrateCamera(boards, views, {size[0], size[1]}, K, D, rotations, translations,
-                            sigmas, sigmas_of_poses, per_view, cv::CALIB_FIX_K3, settled);
+                            sigmas, sigmas_of_poses, per_view, cv::CALIB_FIX_K3, Settled());
     out.lens = LensOf(K, D, size);
     for (std::size_t i = 0; i < views.size(); ++i) {
-      out.X_CB.push_back(PoseOf(rotations[i], translations[i]));
+      out.X_CB.push_back(PoseOf(rotations[i], board.square * translations[i]));
       out.view_rms_px.push_back(per_view.at<double>(static_cast<int>(i)));
     }
   } catch (const cv::Exception&) {

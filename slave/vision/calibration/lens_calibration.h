@@ -13,8 +13,6 @@
 
 namespace palpate {
 
-using Corners = std::vector<cv::Point2f>;  // [px], in the order of BoardPoints
-
 struct LensCalibration {
   Lens lens;
   double rms_px = 0;
@@ -29,6 +27,11 @@ struct LensCalibration {
 LensCalibration CalibrateLens(const Board& board, const std::vector<Corners>& views,
                               const std::array<int, 2>& size);
 
+// OpenCV iterates until the norm of all parameters settles, focal lengths of hundreds of pixels
+// among them: places count for something in it where the unit is a square, and the answer does not
+// hang on the unit.
+Board UnitBoard(Board board);
+cv::TermCriteria Settled();
 // OpenCV's forms of a lens.
 cv::Matx33d CameraMatrixOf(const Lens& lens);
 cv::Mat DistortionOf(const Lens& lens);

@@ -83,9 +83,9 @@ double HalvesCheck::worst() const {
 }
 
 HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
-                        const PairSizes& sizes, double baseline) {
-  return Halve(pairs.size(), baseline, [&](const Indices& half) {
-    return FitPair(board, Chosen(pairs, half), sizes).rig.baseline();
+                        const StereoRig& rig) {
+  return Halve(pairs.size(), rig.baseline(), [&](const Indices& half) {
+    return RefinePair(board, Chosen(pairs, half), rig).baseline();
   });
 }
 

@@ -23,9 +23,9 @@ struct HalvesCheck {
 constexpr int kRandomHalves = 20;
 constexpr std::size_t kFewestForHalves = 4;  // pictures, or pairs
 
-// Of the baseline. Pairs as used.
+// Of the baseline. Pairs as used for `rig`, from which the halves are refined.
 HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
-                        const PairSizes& sizes, double baseline);
+                        const StereoRig& rig);
 // Of the focal length.
 HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
                         const std::array<int, 2>& size, double focal);
