@@ -79,4 +79,33 @@ LensCalibration CalibrateLens(const Board& board, const std::vector<Corners>& vi
   return out;
 }
 
+CameraCalibration CalibrateCamera(const Board& board, const std::vector<Corners>& views,
+                                  const std::array<int, 2>& size) {
+  CameraCalibration out;
+  for (std::size_t i = 0; i < views.size(); ++i) out.used.push_back(i);
+  std::vector<Corners> used = views;
+  for (;;) {
+    out.fit = CalibrateLens(board, used, size);
+    const auto worst = Outlier(out.fit.view_rms_px, kCornerPixels);
+    if (!worst) return out;
+    const auto at = static_cast<std::ptrdiff_t>(*worst);
+    out.dropped.push_back({out.used[*worst], out.fit.view_rms_px[*worst]});
+    out.used.erase(out.used.begin() + at);
+    used.erase(used.begin() + at);
+  }
+}
+
+std::optional<std::size_t> Outlier(const std::vector<double>& misses, double pixels) {
+  constexpr double kTimesMedian = 3;
+  const auto worst = std::max_element(misses.begin(), misses.end());
+  if (*worst <= std::max(kTimesMedian * Median(misses), pixels)) return std::nullopt;
+  return static_cast<std::size_t>(worst - misses.begin());
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 }  // namespace palpate

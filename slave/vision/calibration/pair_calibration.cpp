@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -11,27 +12,19 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kFewest = 3;  // pairs
-// A pair contradicts the others where it is this many times worse than their median, and by more
-// pixels than an honest pair ever is: against another pair's pose (which a single board only tells
-// to a pixel or two), by its corners, and by its rift.
+// What an honest pair stays below: against another pair's pose, which a single board only tells to
+// a pixel or two; and by its rift.
+constexpr double kRoughPixels = 3, kRiftPixels = 0.25;
 constexpr double kTimesMedian = 3;
-constexpr double kRoughPixels = 3, kCornerPixels = 0.6, kRiftPixels = 0.25;
+// Of the picture's width: beyond it there is no agreement. Real pairs stay below 0.3 %, pictures of
+// different instants miss each other by 7 % and more.
+constexpr double kNoAgreement = 0.02;
 
 std::vector<Corners> SidesOf(const std::vector<PairView>& pairs, Corners PairView::*side) {
   std::vector<Corners> views;
   views.reserve(pairs.size());
   for (const PairView& pair : pairs) views.push_back(pair.*side);
   return views;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double LimitOf(const std::vector<double>& misses, double pixels) {
-  return std::max(kTimesMedian * Median(misses), pixels);
 }
 
 // Rms [px] of a board's corners where X_RB puts them, against where they are seen.
@@ -112,7 +105,8 @@ PairCalibration TakeRough(const Board& board, const std::vector<PairView>& pairs
                           const PairSizes& sizes) {
   const AgreementSearch search(board, pairs, sizes);
   const Agreement agreement = search.Best();
-  const double limit = LimitOf(agreement.misses, kRoughPixels);
+  const double limit = std::min(std::max(kTimesMedian * Median(agreement.misses), kRoughPixels),
+                                kNoAgreement * sizes.right[0]);
   PairCalibration out;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (agreement.misses[i] <= limit) {
@@ -123,26 +117,6 @@ PairCalibration TakeRough(const Board& board, const std::vector<PairView>& pairs
     }
   }
   return out;
-}
-
-// Leaves out the pair that contradicts the rest most, if one does; whether it did. Its miss is
-// `misses[i]`.
-bool DropWorst(const std::vector<double>& misses, double pixels, PairCalibration* out) {
-  const auto worst = std::max_element(misses.begin(), misses.end());
-  if (*worst <= LimitOf(misses, pixels)) return false;
-  const auto at = worst - misses.begin();
-  out->dropped.push_back({out->used[static_cast<std::size_t>(at)], *worst});
-  out->used.erase(out->used.begin() + at);
-  out->views.erase(out->views.begin() + at);
-  return true;
-}
-
-bool DropWorst(PairCalibration* out) {
-  std::vector<double> corners;
-  for (std::size_t i = 0; i < out->used.size(); ++i) {
-    corners.push_back(std::hypot(out->fit.left_px[i], out->fit.right_px[i]) / std::sqrt(2.0));
-  }
-  return DropWorst(out->fit.rift_px, kRiftPixels, out) || DropWorst(corners, kCornerPixels, out);
 }
 
 // Of a board seen by one known camera.
@@ -183,11 +157,46 @@ Refined Refine(const Board& board, const std::vector<PairView>& pairs, const Ste
   return out;
 }
 
+PairCalibration Without(PairCalibration calibration, std::size_t k) {
+  const PairFit& fit = calibration.fit;
+  const double miss = std::hypot(fit.left_px[k], fit.right_px[k]) / std::sqrt(2.0);
+  calibration.dropped.push_back({calibration.used[k], miss});
+  calibration.used.erase(calibration.used.begin() + static_cast<std::ptrdiff_t>(k));
+  calibration.views.erase(calibration.views.begin() + static_cast<std::ptrdiff_t>(k));
+  return calibration;
+}
+
 void RequireEnough(const PairCalibration& calibration) {
   if (calibration.used.size() >= kFewest) return;
   throw std::runtime_error(
       "no three pairs agree on how the cameras stand to each other: accepted is a rigid pair and a "
       "board that does not move between the two shots");
+}
+
+// A pair that is torn pulls the common pose towards itself and tears at the others: it is compared
+// to what they are like without it.
+std::optional<PairCalibration> WithoutTorn(const Board& board, const PairSizes& sizes,
+                                           const PairCalibration& calibration) {
+  const std::vector<double>& rifts = calibration.fit.rift_px;
+  const auto worst = std::max_element(rifts.begin(), rifts.end());
+  if (*worst <= kRiftPixels || rifts.size() <= kFewest) return std::nullopt;
+  PairCalibration rest = Without(calibration, static_cast<std::size_t>(worst - rifts.begin()));
+  rest.fit = FitPair(board, rest.views, sizes);
+  if (*worst <= kTimesMedian * Median(rest.fit.rift_px)) return std::nullopt;
+  return rest;
+}
+
+std::optional<PairCalibration> WithoutMisseen(const Board& board, const PairSizes& sizes,
+                                              const PairCalibration& calibration) {
+  std::vector<double> corners;
+  for (std::size_t k = 0; k < calibration.used.size(); ++k) {
+    corners.push_back(std::max(calibration.fit.left_px[k], calibration.fit.right_px[k]));
+  }
+  const auto worst = Outlier(corners, kCornerPixels);
+  if (!worst || corners.size() <= kFewest) return std::nullopt;
+  PairCalibration rest = Without(calibration, *worst);
+  rest.fit = FitPair(board, rest.views, sizes);
+  return rest;
 }
 
 }  // namespace
@@ -229,11 +238,14 @@ PairCalibration CalibratePair(const Board& board, const std::vector<PairView>& p
                              " pairs show the board: accepted is 3 or more");
   }
   PairCalibration out = TakeRough(board, pairs, sizes);
-  do {
-    RequireEnough(out);
-    out.fit = FitPair(board, out.views, sizes);
-  } while (DropWorst(&out));
-  return out;
+  RequireEnough(out);
+  out.fit = FitPair(board, out.views, sizes);
+  for (;;) {
+    auto rest = WithoutTorn(board, sizes, out);
+    if (!rest) rest = WithoutMisseen(board, sizes, out);
+    if (!rest) return out;
+    out = *std::move(rest);
+  }
 }
 
 }  // namespace palpate

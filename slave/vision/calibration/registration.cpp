@@ -16,6 +16,7 @@
 #include "slave/vision/calibration/lens_calibration.h"
 #include "slave/vision/calibration/robust_fit.h"
 #include "slave/vision/stereo/lens_model.h"
+#include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {
 namespace {
@@ -88,6 +89,17 @@ void JudgeScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistrati
         "the places are off by {:.3g} mm rms, more than {:.0f} % of their spread of {:.3g} mm",
         1e3 * rms_m, 100 * kScatter, 1e3 * extents[2]));
   }
+}
+
+// A place above the plane is seen where another one of the plane is.
+void JudgeHeights(const Indices& used, const std::vector<TipPlace>& places,
+                  const Eigen::Vector3d& extents, CameraRegistration* r) {
+  double highest = 0;
+  for (const std::size_t i : used) highest = std::max(highest, std::abs(places[i].p_S.z()));
+  if (highest <= kScatter * extents[2]) return;
+  r->reasons.push_back(fmt::format(
+      "a place is {:.3g} mm off the plane z = 0 of S that the camera is to look down on",
+      1e3 * highest));
 }
 
 Indices All(std::size_t count) {
@@ -318,7 +330,22 @@ CameraRegistration RegisterPlane(const std::array<int, 2>& size,
   extents[1] = extents[2];  // two places define the turn: a line is enough
   JudgePlaces(extents, kFewest, &out);
   JudgeScatter(out.rms, extents, &out);
+  JudgeHeights(used, places, extents, &out);
   return out;
+}
+
+CameraRegistration RegisterLensPlane(const Lens& lens, const std::vector<TipPlace>& places) {
+  std::vector<TipPlace> straight = places;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto at = Straight(lens, places[i].left_I);
+    if (!at) {
+      throw std::runtime_error(fmt::format(
+          "place {}: u, v = {:g}, {:g}: accepted is a pixel of the lens's picture, {} x {}", i + 1,
+          places[i].left_I.x(), places[i].left_I.y(), lens.size[0], lens.size[1]));
+    }
+    straight[i].left_I = *at;
+  }
+  return RegisterPlane(lens.size, straight);
 }
 
 std::string ScenePose(const Eigen::Isometry3d& X) {
