@@ -38,7 +38,7 @@ Board BoardOf(const CalibrateOptions& options) {
   }
   Board board;
   board.pattern = PatternOf(options.pattern);
-  const auto counts = TwoCounts("--board", options.board, 3, 100);
+  const auto counts = TwoCounts("--board", options.board, 3, 100, "9x6");
   board.columns = counts[0], board.rows = counts[1];
   board.square = Length("--square", options.square);
   return board;
@@ -76,6 +76,14 @@ void RequireWritable(const std::filesystem::path& file) {
   if (!existed) std::filesystem::remove(file);
 }
 
+StereoRig RigOf(const std::filesystem::path& file) {
+  try {
+    return ReadRig(file);
+  } catch (const std::runtime_error& error) {
+    throw std::invalid_argument(std::string("--rig ") + error.what());
+  }
+}
+
 CalibrationReport Calibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   const Board board = BoardOf(options);
   ProgressBar bar("calibrate", stop);
@@ -92,7 +100,7 @@ CalibrationReport Calibrate(const CalibrateOptions& options, const std::stop_tok
 }  // namespace
 
 std::array<int, 2> TwoCounts(const std::string& option, const std::string& text, int least,
-                             int most) {
+                             int most, const char* example) {
   const auto cross = text.find_first_of("xX");
   if (cross != std::string::npos) {
     const auto a = ParseInteger(text.substr(0, cross)), b = ParseInteger(text.substr(cross + 1));
@@ -100,8 +108,8 @@ std::array<int, 2> TwoCounts(const std::string& option, const std::string& text,
       return {static_cast<int>(*a), static_cast<int>(*b)};
     }
   }
-  throw std::invalid_argument(fmt::format("{} {}: accepted is two counts of {} to {} as in {}x{}",
-                                          option, text, least, most, least + 6, least + 3));
+  throw std::invalid_argument(fmt::format("{} {}: accepted is two counts of {} to {} as in {}",
+                                          option, text, least, most, example));
 }
 
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
@@ -110,7 +118,7 @@ int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   RequireWritable(options.drawing);
   if (options.left.empty()) {
     if (options.rig.empty()) return RunRegister(options, nullptr, {}, options.out);
-    const StereoRig rig = ReadRig(options.rig);
+    const StereoRig rig = RigOf(options.rig);
     return RunRegister(options, &rig, options.rig, options.out);
   }
   const double distance = options.distance.empty() ? 0 : Length("--distance", options.distance);

@@ -55,6 +55,6 @@ int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop);
 
 // `9x6`. Throws std::invalid_argument naming the option.
 std::array<int, 2> TwoCounts(const std::string& option, const std::string& text, int least,
-                             int most);
+                             int most, const char* example);
 
 }  // namespace palpate

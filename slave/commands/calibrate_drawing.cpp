@@ -17,7 +17,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kPanel = 380, kGap = 40, kTop = 60, kLine = 18;
-constexpr double kBars = 150, kLabels = 120;  // heights
+constexpr double kBars = 150;    // height
+constexpr double kLetter = 5.5;  // width of a small one
 constexpr const char* kStyle =
     "text{font:12px sans-serif;fill:#222}.title{font-size:13px;font-weight:bold}"
     ".bad{fill:#b02a30;font-weight:bold}.good{fill:#2b7a3d;font-weight:bold}.small{font-size:10px}"
@@ -137,6 +138,12 @@ class ResidualsPanel {
     most_ *= 1.1;
   }
 
+  // What the labels need beyond the last bar and below the bars.
+  [[nodiscard]] Vector2d LabelSpace() const {
+    std::size_t most = 0;
+    for (std::size_t i = 0; i < report_.rows.size(); ++i) most = std::max(most, Label(i).size());
+    return kLetter * static_cast<double>(most) * Vector2d(std::sqrt(0.75), 0.5) + Vector2d(0, 40);
+  }
   void Draw(const Vector2d& at, double width, Svg* svg) const {
     svg->Text(at - Vector2d(0, 10), "rms residual of each picture [px]", "title");
     DrawLegend(at, width, svg);
@@ -167,6 +174,10 @@ class ResidualsPanel {
       svg->Text(to, side, "small");
     }
   }
+  [[nodiscard]] std::string Label(std::size_t i) const {
+    const CalibrationRow& row = report_.rows[i];
+    return fmt::format("{}: {}{}", i + 1, row.full_name(), row.used ? "" : ", left out");
+  }
   void DrawRow(std::size_t i, const Vector2d& at, double step, Svg* svg) const {
     const CalibrationRow& row = report_.rows[i];
     const double wide = std::min(0.3 * step, 40.0);
@@ -177,9 +188,7 @@ class ResidualsPanel {
     };
     if (row.used) bar(report_.is_pair ? -1 : -0.5, row.left_px, "left");
     if (row.used && report_.is_pair) bar(0, row.right_px, "right");
-    std::string label = fmt::format("{}: {}", i + 1, row.full_name());
-    if (!row.used) label += ", left out";
-    svg->Text(middle + Vector2d(-4, 14), label, row.used ? "small" : "small bad",
+    svg->Text(middle + Vector2d(-4, 14), Label(i), row.used ? "small" : "small bad",
               Svg::Anchor::kStart, 30);
   }
 
@@ -206,9 +215,10 @@ void WriteDrawing(const std::filesystem::path& file, const CalibrationReport& re
   const double inside = panels * kPanel + (panels - 1) * kGap;
   const auto verdict = Verdict(report);
   const double residuals = kTop + kPanel + kGap;
-  const double words = residuals + kBars + kLabels;
-  Svg svg(inside + 2 * kGap + 60, words + kLine * static_cast<double>(verdict.size()) + 10,
-          "Calibration", kStyle);
+  const ResidualsPanel bars(report);
+  const double words = residuals + kBars + bars.LabelSpace().y();
+  Svg svg(inside + 1.5 * kGap + bars.LabelSpace().x(),
+          words + kLine * static_cast<double>(verdict.size()) + 10, "Calibration", kStyle);
   svg.Text(
       {kGap, 24},
       fmt::format(
@@ -219,7 +229,7 @@ void WriteDrawing(const std::filesystem::path& file, const CalibrationReport& re
   PosesPanel(report).Draw({kGap, kTop}, &svg);
   DrawCoverage(report, false, {2 * kGap + kPanel, kTop}, &svg);
   if (report.is_pair) DrawCoverage(report, true, {3 * kGap + 2 * kPanel, kTop}, &svg);
-  ResidualsPanel(report).Draw({kGap, residuals}, inside, &svg);
+  bars.Draw({kGap, residuals}, inside, &svg);
   double y = words;
   for (const auto& [line, style] : verdict) {
     svg.Text({kGap, y}, line, style);

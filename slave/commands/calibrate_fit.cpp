@@ -89,6 +89,19 @@ MatchedPairs Match(const BoardPictures& left, const BoardPictures& right,
   return out;
 }
 
+void RequireEnough(const MatchedPairs& matched, const CalibrationReport& report) {
+  if (matched.views.size() >= 3) return;
+  std::string words = fmt::format(
+      "{} of {} pairs show the board in both pictures: accepted is 3 or more, 4 or more to be "
+      "trusted",
+      matched.views.size(), report.rows.size());
+  for (const CalibrationRow& row : report.rows) {
+    if (!row.used) words += "; " + row.why_not;
+  }
+  for (const std::string& note : report.notes) words += "; " + note;
+  throw std::runtime_error(words);
+}
+
 void FillRows(const PairCalibration& pair, const MatchedPairs& matched, CalibrationReport* report) {
   for (std::size_t k = 0; k < pair.used.size(); ++k) {
     CalibrationRow& row = report->rows[matched.rows[pair.used[k]]];
@@ -137,9 +150,10 @@ CalibrationReport CalibrateOneCamera(const Board& board, const BoardPictures& si
   if (views.size() < 3) {
     const CalibrationRow& seen = report.rows[rows.front()];
     throw std::runtime_error(fmt::format(
-        "{} pictures show the board: accepted is 3 or more for a lens, 4 or more for one that can "
-        "be trusted. Pixel size on the board of {}, if it is seen straight on: {:.5g} mm",
-        views.size(), seen.name, 1e3 * seen.pixel));
+        "{} of {} pictures show the board: accepted is 3 or more for a lens, 4 or more for one "
+        "that "
+        "can be trusted. Pixel size on the board of {}, if it is seen straight on: {:.5g} mm",
+        views.size(), side.pictures.size(), seen.name, 1e3 * seen.pixel));
   }
   const CameraCalibration camera = CalibrateCamera(board, views, side.size);
   report.rig.left = camera.fit.lens;
@@ -170,6 +184,7 @@ CalibrationReport CalibrateTwoCameras(const Board& board, const BoardPictures& l
   report.board = board;
   report.is_pair = true;
   const MatchedPairs matched = Match(left, right, &report);
+  RequireEnough(matched, report);
   const PairCalibration pair = CalibratePair(board, matched.views, {left.size, right.size});
   FillRows(pair, matched, &report);
   report.rig = pair.fit.rig;

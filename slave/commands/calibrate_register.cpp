@@ -46,7 +46,8 @@ Registered RegisterSize(const CalibrateOptions& options, const std::vector<TipPl
     throw std::invalid_argument(
         "--register: accepted is with --left, --rig, or --size of a camera straight above z = 0");
   }
-  Registered out{RegisterPlane(TwoCounts("--size", options.size, 1, 100000), places), {}};
+  Registered out{RegisterPlane(TwoCounts("--size", options.size, 1, 100000, "640x480"), places),
+                 {}};
   out.lines = PlaneLines(out.registration);
   return out;
 }

@@ -73,7 +73,9 @@ void JudgePlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegis
         fmt::format("only {} of {} places agree with each other", used, r->used.size()));
   }
   if (!(extents[1] > kWidth * extents[2])) {
-    r->reasons.push_back("the places lie on a line: the turn about it is not defined");
+    r->reasons.push_back(
+        "the places lie on a line: the turn about it is not defined, and nothing tells a mirror "
+        "image");
   }
 }
 
@@ -110,8 +112,9 @@ Indices All(std::size_t count) {
 
 [[noreturn]] void RefuseTooFew(std::size_t usable, std::size_t fewest) {
   throw std::runtime_error(fmt::format(
-      "{} usable places define no camera pose: accepted is {} or more that do not lie on a line",
-      usable, fewest));
+      "places that can be used: {}; they define no camera pose: accepted is {} or more that do not "
+      "lie on a line",
+      usable, fewest + 1));
 }
 
 std::optional<CameraGuess> SolvePnp(const Lens& lens, const std::vector<TipPlace>& places,
@@ -316,7 +319,7 @@ CameraRegistration RegisterPlane(const std::array<int, 2>& size,
   if (!fit) RefuseTooFew(places.size(), kFewest);
   CameraRegistration out = Finish(*fit, false);
   const Indices used = UsedOf(out);
-  Eigen::Vector3d extents = Extents(used, places);
+  const Eigen::Vector3d extents = Extents(used, places);
   const double across = std::hypot(extents[1], extents[2]);
   out.sigma_angle =
       across > 0 ? out.rms / std::sqrt(2.0) / (across * std::sqrt(static_cast<double>(used.size())))
@@ -327,7 +330,6 @@ CameraRegistration RegisterPlane(const std::array<int, 2>& size,
           "the picture is a mirror image of S: accepted is a camera that looks along -z of S");
     }
   }
-  extents[1] = extents[2];  // two places define the turn: a line is enough
   JudgePlaces(extents, kFewest, &out);
   JudgeScatter(out.rms, extents, &out);
   JudgeHeights(used, places, extents, &out);

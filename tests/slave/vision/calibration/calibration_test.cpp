@@ -291,6 +291,28 @@ cv::Mat DrawCircles(const Board& board, double radius, const Lens& lens,
   return picture;
 }
 
+// Whichever way the camera is rolled: a board seen from behind would be another board.
+TEST(BoardTest, CornersTurnAsTheyDoOnTheBoard) {
+  const Lens lens{300, 300, 159.5, 119.5, {}, {320, 240}};
+  for (const Board& board :
+       {Board{Board::Pattern::kCircles, 6, 5, 0.012}, Board{Board::Pattern::kCircles, 5, 6, 0.012},
+        Board{Board::Pattern::kAsymmetricCircles, 4, 9, 0.010}}) {
+    const cv::Size2d extent = BoardExtent(board);
+    for (int k = 0; k < 4; ++k) {
+      Eigen::Isometry3d X_CB = Eigen::Isometry3d::Identity();
+      X_CB.translation().z() = 0.18;
+      X_CB.rotate(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()))
+          .rotate(Eigen::AngleAxisd(0.1 + k * M_PI / 2, Eigen::Vector3d::UnitZ()))
+          .translate(Eigen::Vector3d(-extent.width / 2, -extent.height / 2, 0));
+      const auto found = FindBoard(DrawCircles(board, 0.0035, lens, X_CB), board);
+      ASSERT_TRUE(found) << board.rows << " " << k;
+      const cv::Point2f along = (*found)[1] - (*found)[0];
+      const cv::Point2f down = (*found)[2 * static_cast<std::size_t>(board.columns)] - (*found)[0];
+      EXPECT_GT(along.cross(down), 0) << board.rows << " " << k;
+    }
+  }
+}
+
 // Reference: the pinhole's picture of each centre plus the bias of a tilted disc's middle
 // (reference g). Tolerance: the blob finder counts whole pixels.
 TEST(BoardTest, TiltedCirclesAreFoundAtTheirMiddles) {
