@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include <opencv2/calib3d.hpp>
+#include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace palpate {
@@ -36,27 +37,30 @@ bool FindCorners(const cv::Mat& grey, const Board& board, std::vector<cv::Point2
   return true;
 }
 
+// OpenCV's own limits suit circles of 6 to 80 px.
+cv::Ptr<cv::FeatureDetector> CircleFinder(const cv::Size& picture) {
+  cv::SimpleBlobDetector::Params params;
+  params.minArea = 20;
+  params.maxArea = static_cast<float>(picture.area()) / 12;  // a grid has at least nine of them
+  params.minDistBetweenBlobs = 5;
+  return cv::SimpleBlobDetector::create(params);
+}
+
+// Dark on bright, then bright on dark; each by the graph of neighbours, then by the grid's outline,
+// which finds some that are rolled by about a right angle.
 bool FindCircles(const cv::Mat& grey, const Board& board, std::vector<cv::Point2f>* centres) {
   const cv::Size size(board.columns, board.rows);
   const int grid = board.pattern == Board::Pattern::kCircles ? cv::CALIB_CB_SYMMETRIC_GRID
                                                              : cv::CALIB_CB_ASYMMETRIC_GRID;
-  if (cv::findCirclesGrid(grey, size, *centres, grid)) return true;
-  cv::Mat negative;  // bright on dark
+  const cv::Ptr<cv::FeatureDetector> finder = CircleFinder(grey.size());
+  cv::Mat negative;
   cv::bitwise_not(grey, negative);
-  return cv::findCirclesGrid(negative, size, *centres, grid);
-}
-
-// A grid read from its last row upwards would be a board seen from behind.
-void TurnToFront(const Board& board, Corners* corners) {
-  const auto columns = static_cast<std::ptrdiff_t>(board.columns);
-  const cv::Point2f along = corners->at(board.columns - 1) - corners->front();
-  const cv::Point2f down = *(corners->end() - columns) - corners->front();
-  if (along.cross(down) > 0) return;
-  Corners turned;
-  for (auto row = corners->end(); row != corners->begin(); row -= columns) {
-    turned.insert(turned.end(), row - columns, row);
+  for (const int way : {grid, grid | cv::CALIB_CB_CLUSTERING}) {
+    for (const cv::Mat& shown : {grey, negative}) {
+      if (cv::findCirclesGrid(shown, size, *centres, way, finder)) return true;
+    }
   }
-  *corners = std::move(turned);
+  return false;
 }
 
 // The point of `points` at `at`, up to a thousandth of `unit`.
@@ -142,7 +146,6 @@ std::optional<Corners> FindBoard(const cv::Mat& grey, const Board& board) {
                           return std::isfinite(p.x) && std::isfinite(p.y);
                         });
   if (!is_whole) return std::nullopt;
-  TurnToFront(board, &corners);
   return corners;
 }
 
