@@ -69,7 +69,8 @@ Registered RegisterWith(const CalibrateOptions& options, const StereoRig* rig,
   Registered out;
   if (options.plane) {
     out.registration = RegisterLensPlane(rig->left, places);
-    out.lines = "intrinsics: " + lens_file.string() + "\n" + PlaneLines(out.registration);
+    out.lines = "intrinsics: " + lens_file.string() + "  # from the scene's folder\n" +
+                PlaneLines(out.registration);
     return out;
   }
   out.registration = in_both ? RegisterPair(*rig, places) : RegisterLens(rig->left, places);
