@@ -5,7 +5,6 @@
 #include <fstream>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -48,10 +47,7 @@ struct Origin {
 // What the site knows of each pair, beside what was told.
 class Comparison {
  public:
-  Comparison(const Scene& scene, const StereoSite& site) : site_(site), X_SO_(scene.object.X_SO) {
-    const PointTracking& points = *scene.sense.points;
-    if (points.track == PointTracking::Track::kDots) rim_ = points.dot_radius;
-  }
+  Comparison(const Scene& scene, const StereoSite& site) : site_(site), X_SO_(scene.object.X_SO) {}
 
   void Add(const SurfaceObservation& seen, SurfaceTeller* teller) {
     if (teller->estimator() == nullptr) {
@@ -83,21 +79,10 @@ class Comparison {
       if (!point.seen) continue;
       const Vector3d p_O = X_SO_.inverse() * point.p_S_rest;
       const Vector3d error =
-          point.p_S - point.p_S_rest - X_SO_.linear() * TrueDisplacement(p_O.head<2>());
+          point.p_S - point.p_S_rest - X_SO_.linear() * site_.TrueDisplacement(p_O.head<2>());
       displacement_.Add(error);
       steps_.Add(error);
     }
-  }
-  // Of a dot that is the mean over its rim, which is all that shows of it.
-  [[nodiscard]] Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const {
-    if (rim_ == 0) return site_.TrueDisplacement(p_O);
-    constexpr int kPlaces = 16;
-    Vector3d sum = Vector3d::Zero();
-    for (int i = 0; i < kPlaces; ++i) {
-      const double angle = 2 * std::numbers::pi * i / kPlaces;
-      sum += site_.TrueDisplacement(p_O + rim_ * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-    }
-    return sum / kPlaces;
   }
   // Each point belongs to the target's place when it was first seen.
   void AddTarget(const SurfaceObservation& seen) {
@@ -113,7 +98,6 @@ class Comparison {
 
   const StereoSite& site_;
   Isometry3d X_SO_;
-  double rim_ = 0;  // radius of the dots [m]; 0: no dots
   std::vector<std::optional<Isometry3d>> X_SB_first_;
   std::vector<ComparedForces> compared_;
   PressSteps steps_;
