@@ -69,7 +69,7 @@ bool LatticeFits(int count, const Vector2d& spacing, double reach) {
 Vector2d DefaultSpacing(const Object& object, int count) {
   const PointTracking paper;
   constexpr double kRadius = 0.039;  // of paper C's membrane [m]
-  constexpr double kMargin = 0.95;   // more dots lie less evenly
+  constexpr double kMargin = 0.85;   // more dots lie less evenly, and none too near the rim
   const auto* membrane = MembraneOf(object);
   const double size = membrane != nullptr && membrane->radius > 0 ? membrane->radius / kRadius : 1;
   const double density = count > paper.count ? kMargin * std::sqrt(1.0 * paper.count / count) : 1;

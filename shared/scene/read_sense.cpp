@@ -35,8 +35,9 @@ bool NamesAFile(const std::filesystem::path& pattern) {
       percent == std::string::npos
           ? name
           : name.substr(0, percent) + '*' + name.substr(name.find('d', percent) + 1);
+  const auto folder = pattern.has_parent_path() ? pattern.parent_path() : ".";
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(pattern.parent_path(), error)) {
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
     if (fnmatch(glob.c_str(), entry.path().filename().c_str(), 0) == 0) return true;
   }
   return false;

@@ -39,18 +39,14 @@ void PrintModelOf(const Scene& scene) {
             "not known");
 }
 
-void PrintRig(const Scene& scene, const StereoRig& rig) {
-  PrintLine("cameras",
-            fmt::format("{}, {}, focal length {:.4g} px, {} apart{}",
-                        IsSimulated(scene) ? "simulated pair" : "pair of picture files",
-                        Size(rig.left.size), rig.left.fx, LengthInWords(rig.baseline()),
-                        rig.rms_px > 0 ? fmt::format("; calibrated to {:.3g} px rms", rig.rms_px)
-                                       : std::string()));
+void PrintSight(const Scene& scene, const StereoRig& rig) {
   const auto sight = ExpectedSight(scene, rig);
   if (!sight) {
-    PrintLine("sight",
-              "NOTHING: the object's origin is not in front of both cameras; "
-              "sense.camera.pose says where the left one stands");
+    PrintLine("sight", IsHeld(scene.object)
+                           ? "NOTHING: the object's origin is not in front of both cameras; "
+                             "sense.camera.pose says where the left one stands"
+                           : "not known: nobody says where the left camera stands, so points are "
+                             "told in its own frame");
     return;
   }
   PrintLine("sight",
@@ -58,6 +54,16 @@ void PrintRig(const Scene& scene, const StereoRig& rig) {
                         "the line of sight and {} across it (one sigma)",
                         LengthInWords(sight->distance), scene.sense.points->sigma,
                         LengthInWords(sight->sigma_depth), LengthInWords(sight->sigma_across)));
+}
+
+void PrintRig(const Scene& scene, const StereoRig& rig) {
+  PrintLine("cameras",
+            fmt::format("{}, {}, focal length {:.4g} px, {} apart{}",
+                        IsSimulated(scene) ? "simulated pair" : "pair of picture files",
+                        Size(rig.left.size), rig.left.fx, LengthInWords(rig.baseline()),
+                        rig.rms_px > 0 ? fmt::format("; calibrated to {:.3g} px rms", rig.rms_px)
+                                       : std::string()));
+  PrintSight(scene, rig);
 }
 
 void PrintForce(const Scene& scene, const StereoRig& rig,

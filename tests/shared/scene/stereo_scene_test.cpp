@@ -152,6 +152,21 @@ TEST_F(StereoSceneTest, FilesOfTwoCamerasAreRead) {
   EXPECT_TRUE((pair.X_SL.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
 }
 
+// The scene's name may come without a folder, and so may the pictures'.
+TEST_F(StereoSceneTest, PatternsAreFoundFromTheWorkingDirectory) {
+  folder_.Write("l1.png", "");
+  folder_.Write("r1.png", "");
+  Lines lines;
+  lines.camera =
+      "{stereo: {left: \"l*.png\", right: \"r%d.png\", rig: rig.yaml}, pose: {translation: [0, 0, "
+      "-1]}}";
+  folder_.Write("scene.yaml", StereoScene(lines));
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder_.path());
+  EXPECT_EQ(LoadScene("scene.yaml").sense.stereo.value().left, "l*.png");
+  std::filesystem::current_path(before);
+}
+
 TEST_F(StereoSceneTest, DepthPicturesAreReadAndShowTheSurface) {
   Lines lines;
   lines.camera =
@@ -570,6 +585,30 @@ const BadScene kRest[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Rest, BadStereoSceneTest, ::testing::ValuesIn(kRest),
                          [](const auto& row) { return std::string(row.param.name); });
+
+// Cut short or changed at any third byte: whatever happens, it is a SceneError or a scene.
+TEST_F(StereoSceneTest, NoBrokenTextCrashes) {
+  Lines lines;
+  lines.camera = kFiles;
+  lines.points = "{track: texture, at: [[100, 100], [200, 120]], window: 31 px, sigma: 0.3 px}";
+  const std::string text = StereoScene(lines);
+  const std::string bytes = "\xff\x01:[]{}&*!|>%@`'\"#,-?\n\t~9";
+  int refused = 0;
+  const auto load = [&](const std::string& broken) {
+    try {
+      LoadScene(folder_.Write("scene.yaml", broken));
+    } catch (const SceneError&) {
+      ++refused;
+    }
+  };
+  for (std::size_t i = 0; i < text.size(); i += 3) {
+    load(text.substr(0, i));
+    std::string changed = text;
+    changed[i] = bytes[i % bytes.size()];
+    load(changed);
+  }
+  EXPECT_GT(refused, static_cast<int>(text.size()) / 3);
+}
 
 TEST_F(StereoSceneTest, PointsBesideFingertipsAreRefused) {
   const std::string text = "name: touch\nobject:\n  geometry: " + std::string(kBox) +
