@@ -120,6 +120,26 @@ TEST(PressedMembrane, DirectionsAreAlike) {
   }
 }
 
+// Reference: symmetry. At the centre every point moves along its radius and alike on a circle;
+// beside it, what is mirrored at the line through the tool moves mirrored.
+TEST(PressedMembrane, FieldIsAsSymmetricAsThePress) {
+  const MembraneResolution coarse{5, 1};
+  const auto centre = Pressed({0, 0}, {1e-3}, coarse), beside = Pressed({0.012, 0}, {1e-3}, coarse);
+  for (const double radius : {0.001, 0.01, 0.03}) {
+    const Vector3d along = DisplacementAt(centre, {radius, 0}, 1e-3);
+    for (double angle = -3; angle < 3.1; angle += 0.7) {
+      const Vector2d n(std::cos(angle), std::sin(angle));
+      const Vector3d u = DisplacementAt(centre, radius * n, 1e-3);
+      EXPECT_NEAR(u.head<2>().dot(n), along.x(), 5e-7);
+      EXPECT_NEAR(u.x() * n.y() - u.y() * n.x(), 0, 5e-7);
+      EXPECT_NEAR(u.z(), along.z(), 5e-7);
+      const Vector3d v = DisplacementAt(beside, radius * n, 1e-3);
+      const Vector3d w = DisplacementAt(beside, {radius * n.x(), -radius * n.y()}, 1e-3);
+      EXPECT_LT((v - Vector3d(w.x(), -w.y(), w.z())).norm(), 1e-9);
+    }
+  }
+}
+
 // Below the tool's centre the inner face follows the outer one but for what the rubber is squeezed
 // and thinned there, some per cent of the thickness; nothing of the membrane rises.
 TEST(PressedMembrane, InnerFaceFollowsTheTool) {
