@@ -8,6 +8,7 @@ namespace palpate {
 namespace {
 
 constexpr double kSameDepth = 1e-6;  // [m]
+constexpr int kFewest = 3;           // pairs of a halt
 
 }  // namespace
 
@@ -29,9 +30,13 @@ void PressSteps::Add(double depth, double true_force, const std::optional<double
 
 std::vector<PressStep> PressSteps::steps() const {
   std::vector<PressStep> halts;
+  std::size_t way_in = 0;  // how many of them
   for (const PressStep& step : steps_) {
-    if (step.pairs >= 2) halts.push_back(step);
+    if (step.pairs < kFewest) continue;
+    halts.push_back(step);
+    if (step.depth >= halts[way_in > 0 ? way_in - 1 : 0].depth) way_in = halts.size();
   }
+  halts.resize(way_in);
   return halts;
 }
 

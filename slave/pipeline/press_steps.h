@@ -28,7 +28,8 @@ class PressSteps {
   void Add(const Eigen::Vector3d& displacement_error) { points_.push_back(displacement_error); }
   // `force`: size [N]; nullopt: unknown.
   void Add(double depth, double true_force, const std::optional<double>& force);
-  // Those that lasted for two pairs or more with a known force.
+  // Those that lasted for three pairs or more with a known force, up to the deepest: on the way
+  // back a press does not halt, but it ends somewhere.
   [[nodiscard]] std::vector<PressStep> steps() const;
 
  private:

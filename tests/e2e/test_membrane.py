@@ -53,7 +53,7 @@ class TwoEyes(unittest.TestCase):
         return services.TeleoperationStub(channel)
 
     def rows(self, name):
-        with open(self.out / name, newline="") as file:
+        with open(self.out / name, newline="") as file:  # a name in the folder, or a path
             return list(csv.DictReader(file))
 
     def test_a_press_is_felt_and_seen_live(self):
@@ -102,22 +102,37 @@ class TwoEyes(unittest.TestCase):
         self.assertLess(max(surface.elements), len(surface.rest) // 3)
         self.assertEqual(len(surface.positions), len(surface.rest))
 
-    def test_a_press_runs_offline_step_by_step(self):
-        done = run(SLAVE, "process", MEMBRANE, "--out", self.out, "--pictures", timeout=LONG)
+    def press(self, *override):
+        """(summary, rows) of the scene's press offline."""
+        out = self.out / f"run-{len(list(self.out.iterdir()))}"
+        done = run(SLAVE, "process", MEMBRANE, "--out", out, "--pictures", *override, timeout=LONG)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         print(done.stdout)
-        summary = read_json(self.out / "summary.json")
-        rows = self.rows("states.csv")
+        rows = self.rows(out / "states.csv")
+        self.assertEqual(len(list((out / "pictures").glob("*.jpg"))), len(rows))
+        return read_json(out / "summary.json"), rows
+
+    def test_a_press_runs_offline_step_by_step(self):
+        summary, rows = self.press()
         self.assertEqual(summary["frames"], len(rows))
-        self.assertEqual(len(list((self.out / "pictures").glob("*.jpg"))), len(rows))
-        depths = [step["depth_m"] for step in summary["steps"]]
-        self.assertEqual([round(1e4 * depth) for depth in depths], [5 * i for i in range(11)], "0 to 5 mm")
         for stage in ("capture", "dots", "mechanics", "total"):
             self.assertIn("p50", summary["stages"][stage])
         pressed = [row for row in rows if row["fz"] and float(row["true_fz"]) > 1]
         self.assertGreater(len(pressed), 20)
         for row in pressed:
             self.assertGreater(float(row["fz"]), 0, "the membrane pushes the tool out")
+
+    def test_every_step_of_a_press_is_told_well_wherever_it_is(self):
+        """The bounds are the product's, as its readers were told; figures 5 and 6 of paper C."""
+        for place in ("0 mm, 0 mm", "11.7 mm, 0 mm", "0 mm, 19.5 mm"):
+            summary, _ = self.press("--override", f"manipulator.home=[{place}, 5 mm]")
+            steps = summary["steps"]
+            self.assertEqual([round(1e4 * step["depth_m"]) for step in steps], [5 * i for i in range(11)])
+            peak = steps[-1]["true_force_N"]
+            for step in steps:
+                with self.subTest(place=place, depth=step["depth_m"]):
+                    self.assertLess(step["displacement_error_peak_m"], 0.1e-3)
+                    self.assertLess(step["force_error_N"], max(0.05 * step["true_force_N"], 0.01 * peak))
 
     def test_a_target_is_followed_and_no_force_is_told(self):
         done = run(SLAVE, "process", TARGET, "--out", self.out, timeout=LONG)

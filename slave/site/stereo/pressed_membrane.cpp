@@ -21,7 +21,8 @@ constexpr double kNearlyIncompressible = 0.499;
 constexpr double kDeepest = 0.5;     // of the radius
 constexpr double kResidual = 1e-6;   // of the load
 constexpr double kWorthwhile = 0.3;  // reduction of the residual by one step
-constexpr int kNewtonSteps = 60, kFactors = 9, kHalvings = 6;
+constexpr double kNear = 0.5;        // of the load: a residual with which a factor may be kept
+constexpr int kNewtonSteps = 60, kFactors = 12, kHalvings = 6;
 
 void Require(bool good, const std::string& what) {
   if (!good) throw std::invalid_argument(what);
@@ -148,9 +149,9 @@ std::optional<PressedMembrane::World::State> PressedMembrane::World::Solve(doubl
   for (int step = 0; step < kNewtonSteps; ++step) {
     if (!solid.Forces(state.u, &residual)) return std::nullopt;
     residual = state.force * load - residual;
-    const double norm = residual.norm();
-    if (step > 0 && norm <= kResidual * std::abs(state.force) * load.norm()) return state;
-    if (factors == 0 || norm > kWorthwhile * last) {
+    const double norm = residual.norm() / load.norm(), applied = std::abs(state.force);
+    if (step > 0 && norm <= kResidual * applied) return state;
+    if (factors == 0 || norm > kWorthwhile * last || norm > kNear * applied) {
       if (++factors > kFactors || !Linearise(state.u, &by_load)) return std::nullopt;
     }
     last = norm;

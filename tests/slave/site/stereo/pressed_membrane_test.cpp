@@ -50,8 +50,8 @@ TEST(PressedMembrane, TakesTheForceOfAnotherProgramsSolid) {
 }
 
 // Reference: Kirchhoff's plate (green.h), to which a solid tends with its thickness and depth. What
-// is left is shear, of the order of (t / a)^2 ln(a / r0) times nine: 1.0 % for t = a / 39 at the
-// centre, less for thinner ones.
+// shear takes from its force is about 9 (t / a)^2 at the centre, 16 at half the radius; the mesh
+// adds 0.2 % to that of the thinnest. Measured: -0.3 to 0.18 %.
 TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
   for (const double thickness : {0.001, 0.0005, 0.00025}) {
     for (const double p : {0.0, 0.5}) {
@@ -64,8 +64,8 @@ TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
       ContactResponse response;
       plate.Respond({&press, 1}, {&response, 1});
       const double ratio = membrane.press().rungs.back()->force / response.force_O.z();
-      printf("RATIO %g %g %.5f\n",thickness,p,ratio);
       EXPECT_LT(ratio, 1.003) << thickness << " " << p;
+      EXPECT_GT(ratio, 1 - 16 * std::pow(thickness / kRadius, 2)) << thickness << " " << p;
     }
   }
 }
@@ -87,8 +87,9 @@ Difference Compare(const MembranePress& a, const MembranePress& b, double depth)
 }
 
 // Reference: half as many elements more in every direction along the plate. Measured at 1, 3 and
-// 5 mm: force 0.10, 0.05, 0.03 % at the centre and 0.18, 0.08, 0.04 % at half the radius; field
-// within 0.1 % of the depth. Another layer changes the force by 0.1 % and the field by 0.02 %.
+// 5 mm: force 0.05, 0.05, 0.04 % at the centre and 0.04, 0.05, 0.01 % at half the radius; field
+// within 0.04 and 0.1 % of the depth. (Another layer changes the force by 0.03 %, and by 0.1 % at a
+// thickness of 2 mm; the field by 0.005 %.)
 TEST(PressedMembrane, MeshIsFineEnough) {
   const std::vector<double> depths{1e-3, 2e-3, 3e-3, 4e-3, 5e-3};
   for (const double p : {0.0, 0.5}) {
@@ -96,10 +97,8 @@ TEST(PressedMembrane, MeshIsFineEnough) {
     const auto fine = Pressed({p * kRadius, 0}, depths, {12, 1});
     for (const double depth : {1e-3, 3e-3, 5e-3}) {
       const auto difference = Compare(coarse, fine, depth);
-      EXPECT_LT(difference.force, 3e-3) << p << " " << depth;
-      EXPECT_LT(difference.field, 2e-3) << p << " " << depth;
-      GTEST_LOG_(INFO) << "p = " << p << " a, depth " << depth << ": force " << difference.force
-                       << ", field " << difference.field;
+      EXPECT_LT(difference.force, 1e-3) << p << " " << depth;
+      EXPECT_LT(difference.field, 1.5e-3) << p << " " << depth;
     }
   }
 }
@@ -121,9 +120,8 @@ TEST(PressedMembrane, DirectionsAreAlike) {
   }
 }
 
-// Reference: at the tool the outer face has gone its depth; the inner face follows but for what
-// the rubber is squeezed and stretched, a few per cent of the thickness. Around it the membrane is
-// drawn towards... the tool when it deepens a little, and everything goes down with it.
+// Below the tool's centre the inner face follows the outer one but for what the rubber is squeezed
+// and thinned there, some per cent of the thickness; nothing of the membrane rises.
 TEST(PressedMembrane, InnerFaceFollowsTheTool) {
   const Vector2d p(0.0, -0.015);
   const auto press = Pressed(p, {1e-3, 2e-3, 3e-3});
@@ -137,8 +135,8 @@ TEST(PressedMembrane, InnerFaceFollowsTheTool) {
   }
 }
 
-// A press solved in rungs of a half millimetre, asked in between, against one solved there.
-// Measured: force within 0.2 % from the second rung on, the field within 2 um.
+// Reference: a press solved where the other one, in rungs of half a millimetre, is asked between
+// them. Linear in the depth, the field is late by h^2 / 8 of its second derivative: 4 um.
 TEST(PressedMembrane, BetweenRungsIsInterpolated) {
   const MembraneResolution coarse{5, 1};
   std::vector<double> rungs, between;
