@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "slave/mechanics/plate/lobatto.h"
@@ -15,7 +14,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
 std::size_t Index(int i) {
   return static_cast<std::size_t>(i);
@@ -30,46 +28,31 @@ struct Line {
   plate::Interpolation shapes;
 };
 
-Matrix3d CofactorOf(const Matrix3d& F) {
-  Matrix3d cofactor;
-  cofactor << F.col(1).cross(F.col(2)), F.col(2).cross(F.col(0)), F.col(0).cross(F.col(1));
-  return cofactor;
-}
-
-// First Piola-Kirchhoff stress P = dW / dF and its derivative over vec(F), column by column: with
-// G = F^-T, c = mu J^(-2/3) and q = K J (J - 1),
-//
-//   P = c (F - tr(F^T F) / 3 G) + q G
-//   dP_ai / dF_bj = c (d_ab d_ij - 2/3 (F_ai G_bj + G_ai F_bj)) + (c tr / 3 - q) G_aj G_bi
-//                   + (2/9 c tr + K J (2 J - 1)) G_ai G_bj
-struct Stress {
-  Matrix3d P;
-  Matrix9d tangent;
+// A point of Gauss's rule on the face of an element, cubic in both directions.
+struct FacePoint {
+  static constexpr int kColumns = DiscMesh::kElementColumns, kSide = DiscMesh::kAcross + 1;
+  Eigen::Matrix<double, kColumns, 1> value;     // of the shape functions
+  Eigen::Matrix<double, kColumns, 2> gradient;  // [1 / length]
+  double area = 0;
 };
 
-// From H = F - I, so that small strains keep their digits. False: not J > 0.
-bool StressAt(const Matrix3d& H, double mu, double bulk, bool with_tangent, Stress* stress) {
-  const Matrix3d minors = CofactorOf(H);
-  const Matrix3d area = H.trace() * Matrix3d::Identity() - H.transpose() + minors;  // cof F - I
-  const double volume = H.trace() + minors.trace() + H.determinant();               // J - 1
-  const double stretch = 2 * H.trace() + H.squaredNorm();                           // tr F^T F - 3
-  const double J = 1 + volume;
-  if (!(J > 0)) return false;
-  const Matrix3d F = Matrix3d::Identity() + H, G = (Matrix3d::Identity() + area) / J;
-  const double c = mu / std::cbrt(J * J), q = bulk * J * volume, trace = 3 + stretch;
-  stress->P = c / J * (H - area + volume * F - stretch / 3 * (Matrix3d::Identity() + area)) + q * G;
-  if (!with_tangent) return true;
-  const auto f = F.reshaped(), g = G.reshaped();
-  stress->tangent = (2 * c * trace / 9 + bulk * J * (2 * J - 1)) * g * g.transpose() -
-                    2 * c / 3 * (f * g.transpose() + g * f.transpose());
-  stress->tangent.diagonal().array() += c;
-  const double crossed = c * trace / 3 - q;
-  for (int j = 0; j < 3; ++j) {
-    for (int i = 0; i < 3; ++i) {
-      stress->tangent.block<3, 3>(3 * i, 3 * j) += crossed * G.col(j) * G.col(i).transpose();
-    }
+FacePoint FacePointOf(const DiscMesh& mesh, const std::array<int, FacePoint::kColumns>& columns,
+                      int point) {
+  static const Line line(DiscMesh::kAcross);
+  const int p = point / FacePoint::kSide, q = point % FacePoint::kSide;
+  FacePoint at;
+  Eigen::Matrix<double, FacePoint::kColumns, 2> slope;
+  Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
+  for (int i = 0; i < FacePoint::kColumns; ++i) {
+    const int a = i / FacePoint::kSide, b = i % FacePoint::kSide;
+    at.value[i] = line.shapes.value(p, a) * line.shapes.value(q, b);
+    slope(i, 0) = line.shapes.slope(p, a) * line.shapes.value(q, b);
+    slope(i, 1) = line.shapes.value(p, a) * line.shapes.slope(q, b);
+    jacobian += mesh.place(columns[Index(i)]) * slope.row(i);
   }
-  return true;
+  at.gradient = slope * jacobian.inverse();
+  at.area = line.rule.weights[p] * line.rule.weights[q] * jacobian.determinant();
+  return at;
 }
 
 }  // namespace
@@ -85,8 +68,8 @@ struct NeoHookeanDisc::Work {
   MatrixXd stiffness{kNodes, kNodes * 6};
 };
 
-NeoHookeanDisc::NeoHookeanDisc(const DiscMesh& mesh, double nu)
-    : mesh_(mesh), mu_(0.5 / (1 + nu)), bulk_(1 / (3 * (1 - 2 * nu))) {
+NeoHookeanDisc::NeoHookeanDisc(const DiscMesh& mesh, double nu, double tension)
+    : mesh_(mesh), rubber_(nu, tension) {
   for (int ring = 0; ring < mesh.rings(); ++ring) {
     for (int ray = 0; ray < mesh.rays(); ++ray) {
       for (int layer = 0; layer < mesh.layers(); ++layer) AddElement(ring, ray, layer);
@@ -105,40 +88,23 @@ NeoHookeanDisc::NeoHookeanDisc(const DiscMesh& mesh, double nu)
 }
 
 void NeoHookeanDisc::AddElement(int ring, int ray, int layer) {
-  static const Line along(DiscMesh::kAcross), through(DiscMesh::kThrough);
+  static const Line through(DiscMesh::kThrough);
   Element element;
   element.columns = mesh_.element(ring, ray);
   element.layer = layer;
   element.gradients.resize(kNodes, 3 * kPoints);
   element.weights.resize(kPoints);
   const double height = mesh_.thickness() / mesh_.layers();
-  int point = 0;
-  for (int p = 0; p < kAlong; ++p) {
-    for (int q = 0; q < kAlong; ++q) {
-      Eigen::Matrix<double, kColumns, 1> value;
-      Eigen::Matrix<double, kColumns, 2> slope;
-      Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
-      for (int i = 0; i < kColumns; ++i) {
-        const int a = i / kAlong, b = i % kAlong;
-        value[i] = along.shapes.value(p, a) * along.shapes.value(q, b);
-        slope(i, 0) = along.shapes.slope(p, a) * along.shapes.value(q, b);
-        slope(i, 1) = along.shapes.value(p, a) * along.shapes.slope(q, b);
-        jacobian += mesh_.place(element.columns[Index(i)]) * slope.row(i);
-      }
-      const Eigen::Matrix<double, kColumns, 2> gradient = slope * jacobian.inverse();
-      const double area = along.rule.weights[p] * along.rule.weights[q] * jacobian.determinant();
-      for (int r = 0; r <= DiscMesh::kThrough; ++r, ++point) {
-        for (int i = 0; i < kColumns; ++i) {
-          for (int l = 0; l <= DiscMesh::kThrough; ++l) {
-            const int node = i * (DiscMesh::kThrough + 1) + l;
-            element.gradients(node, 3 * point) = gradient(i, 0) * through.shapes.value(r, l);
-            element.gradients(node, 3 * point + 1) = gradient(i, 1) * through.shapes.value(r, l);
-            element.gradients(node, 3 * point + 2) = value[i] * through.shapes.slope(r, l) / height;
-          }
-        }
-        element.weights[point] = area * through.rule.weights[r] * height;
-      }
+  for (int point = 0; point < kPoints; ++point) {
+    const FacePoint face = FacePointOf(mesh_, element.columns, point / kLevels);
+    const int r = point % kLevels;
+    for (int node = 0; node < kNodes; ++node) {
+      const int i = node / kLevels, l = node % kLevels;
+      element.gradients.block<1, 2>(node, 3 * point) =
+          face.gradient.row(i) * through.shapes.value(r, l);
+      element.gradients(node, 3 * point + 2) = face.value[i] * through.shapes.slope(r, l) / height;
     }
+    element.weights[point] = face.area * through.rule.weights[r] * height;
   }
   elements_.push_back(std::move(element));
 }
@@ -189,24 +155,14 @@ NeoHookeanDisc::Matrix NeoHookeanDisc::EmptyMatrix() const {
 }
 
 VectorXd NeoHookeanDisc::ToolLoad() const {
-  static const Line along(DiscMesh::kAcross);
   VectorXd load = VectorXd::Zero(size());
   for (int ring = 0; ring < mesh_.inner_rings(); ++ring) {
     for (int ray = 0; ray < mesh_.rays(); ++ray) {
       const auto columns = mesh_.element(ring, ray);
-      for (int k = 0; k < kColumns; ++k) {
-        const int p = k / kAlong, q = k % kAlong;
-        Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
+      for (int point = 0; point < kColumns; ++point) {
+        const FacePoint face = FacePointOf(mesh_, columns, point);
         for (int i = 0; i < kColumns; ++i) {
-          const int a = i / kAlong, b = i % kAlong;
-          jacobian += mesh_.place(columns[Index(i)]) *
-                      Eigen::RowVector2d(along.shapes.slope(p, a) * along.shapes.value(q, b),
-                                         along.shapes.value(p, a) * along.shapes.slope(q, b));
-        }
-        const double area = along.rule.weights[p] * along.rule.weights[q] * jacobian.determinant();
-        for (int i = 0; i < kColumns; ++i) {
-          load[unknown(columns[Index(i)], mesh_.levels() - 1, 2)] -=
-              area * along.shapes.value(p, i / kAlong) * along.shapes.value(q, i % kAlong);
+          load[unknown(columns[Index(i)], mesh_.levels() - 1, 2)] -= face.area * face.value[i];
         }
       }
     }
@@ -259,10 +215,10 @@ bool NeoHookeanDisc::Integrate(const Element& element, const VectorXd& u, bool w
     }
   }
   work->H.noalias() = work->u * element.gradients;
-  Stress stress;
+  NeoHookean::Stress stress;
   for (int p = 0; p < kPoints; ++p) {
     const Matrix3d H = work->H.middleCols<3>(3 * p);
-    if (!StressAt(H, mu_, bulk_, with_stiffness, &stress)) return false;
+    if (!rubber_.At(H, with_stiffness, &stress)) return false;
     const double weight = element.weights[p];
     work->P.middleCols<3>(3 * p) = weight * stress.P;
     if (!with_stiffness) continue;

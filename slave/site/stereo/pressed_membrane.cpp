@@ -33,7 +33,7 @@ bool Within(double value, double low, double high) {
 }
 
 void CheckParameters(const MembraneGeometry& geometry, const Material& material, double width,
-                     const Vector2d& p_O, const MembraneResolution& resolution) {
+                     const Vector2d& p_O, const MembraneResolution& resolution, double prestress) {
   const double a = geometry.radius, t = geometry.thickness;
   Require(a > 0 && std::isfinite(a),
           fmt::format("object.geometry.membrane.radius = {} m: accepted is > 0", a));
@@ -55,6 +55,12 @@ void CheckParameters(const MembraneGeometry& geometry, const Material& material,
           fmt::format("a tool of width {} m at ({}, {}) m does not fit inside the rim: accepted is "
                       "a tool that stays within {} m of the centre",
                       width, p_O.x(), p_O.y(), 0.95 * a));
+  const double most = 0.5 * material.young_modulus * t;
+  Require(
+      Within(prestress, 0, most),
+      fmt::format("model.prestress = {} N/m: accepted is 0 to {} N/m (half of young_modulus times "
+                  "thickness)",
+                  prestress, most));
   Require(resolution.across == 0 || Within(resolution.across, 4, 40),
           fmt::format("across = {}: accepted is 0, or 4 to 40", resolution.across));
   Require(resolution.through == 0 || Within(resolution.through, 1, 4),
@@ -84,7 +90,7 @@ struct PressedMembrane::World {
   };
 
   World(const MembraneGeometry& geometry, const Material& material, double width,
-        const Vector2d& p_O, const MembraneResolution& resolution);
+        const Vector2d& p_O, const MembraneResolution& resolution, double prestress);
   bool Reach(double depth, int halvings);
   std::optional<State> Solve(double depth);
   bool Linearise(const VectorXd& u, VectorXd* by_load);
@@ -105,12 +111,13 @@ struct PressedMembrane::World {
 
 PressedMembrane::World::World(const MembraneGeometry& geometry, const Material& material,
                               double width, const Vector2d& p_O,
-                              const MembraneResolution& resolution)
+                              const MembraneResolution& resolution, double prestress)
     : length(geometry.radius),
       force_unit(material.young_modulus * length * length),
       mesh(CirclesOf(length, width, p_O), geometry.thickness / length,
            SizeOf(resolution, CirclesOf(length, width, p_O).eccentricity == 0)),
-      solid(mesh, std::min(material.poisson_ratio, kNearlyIncompressible)),
+      solid(mesh, std::min(material.poisson_ratio, kNearlyIncompressible),
+            prestress / (material.young_modulus * geometry.thickness)),
       stiffness(solid.EmptyMatrix()),
       factor(stiffness),
       load(solid.ToolLoad()),
@@ -202,9 +209,9 @@ void PressedMembrane::World::Record() {
 
 PressedMembrane::PressedMembrane(const MembraneGeometry& geometry, const Material& material,
                                  double width, const Vector2d& p_O,
-                                 const MembraneResolution& resolution) {
-  CheckParameters(geometry, material, width, p_O, resolution);
-  world_ = std::make_unique<World>(geometry, material, width, p_O, resolution);
+                                 const MembraneResolution& resolution, double prestress) {
+  CheckParameters(geometry, material, width, p_O, resolution, prestress);
+  world_ = std::make_unique<World>(geometry, material, width, p_O, resolution, prestress);
 }
 
 PressedMembrane::~PressedMembrane() = default;

@@ -70,7 +70,8 @@ PressesAhead::~PressesAhead() = default;
 
 std::unique_ptr<PressedMembrane> PressesAhead::Make(double radius) const {
   return std::make_unique<PressedMembrane>(plan_.geometry, plan_.material, plan_.width,
-                                           Eigen::Vector2d(radius, 0), plan_.resolution);
+                                           Eigen::Vector2d(radius, 0), plan_.resolution,
+                                           plan_.prestress);
 }
 
 PressesAhead::Around PressesAhead::Find(double radius) const {

@@ -16,6 +16,7 @@
 #include "slave/vision/calibration/lens_calibration.h"
 #include "slave/vision/calibration/robust_fit.h"
 #include "slave/vision/stereo/lens_model.h"
+#include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {
 namespace {
@@ -72,7 +73,9 @@ void JudgePlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegis
         fmt::format("only {} of {} places agree with each other", used, r->used.size()));
   }
   if (!(extents[1] > kWidth * extents[2])) {
-    r->reasons.push_back("the places lie on a line: the turn about it is not defined");
+    r->reasons.push_back(
+        "the places lie on a line: the turn about it is not defined, and nothing tells a mirror "
+        "image");
   }
 }
 
@@ -90,6 +93,17 @@ void JudgeScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistrati
   }
 }
 
+// A place above the plane is seen where another one of the plane is.
+void JudgeHeights(const Indices& used, const std::vector<TipPlace>& places,
+                  const Eigen::Vector3d& extents, CameraRegistration* r) {
+  double highest = 0;
+  for (const std::size_t i : used) highest = std::max(highest, std::abs(places[i].p_S.z()));
+  if (highest <= kScatter * extents[2]) return;
+  r->reasons.push_back(fmt::format(
+      "a place is {:.3g} mm off the plane z = 0 of S that the camera is to look down on",
+      1e3 * highest));
+}
+
 Indices All(std::size_t count) {
   Indices all(count);
   for (std::size_t i = 0; i < count; ++i) all[i] = i;
@@ -98,8 +112,9 @@ Indices All(std::size_t count) {
 
 [[noreturn]] void RefuseTooFew(std::size_t usable, std::size_t fewest) {
   throw std::runtime_error(fmt::format(
-      "{} usable places define no camera pose: accepted is {} or more that do not lie on a line",
-      usable, fewest));
+      "places that can be used: {}; they define no camera pose: accepted is {} or more that do not "
+      "lie on a line",
+      usable, fewest + 1));
 }
 
 std::optional<CameraGuess> SolvePnp(const Lens& lens, const std::vector<TipPlace>& places,
@@ -304,7 +319,7 @@ CameraRegistration RegisterPlane(const std::array<int, 2>& size,
   if (!fit) RefuseTooFew(places.size(), kFewest);
   CameraRegistration out = Finish(*fit, false);
   const Indices used = UsedOf(out);
-  Eigen::Vector3d extents = Extents(used, places);
+  const Eigen::Vector3d extents = Extents(used, places);
   const double across = std::hypot(extents[1], extents[2]);
   out.sigma_angle =
       across > 0 ? out.rms / std::sqrt(2.0) / (across * std::sqrt(static_cast<double>(used.size())))
@@ -315,10 +330,24 @@ CameraRegistration RegisterPlane(const std::array<int, 2>& size,
           "the picture is a mirror image of S: accepted is a camera that looks along -z of S");
     }
   }
-  extents[1] = extents[2];  // two places define the turn: a line is enough
   JudgePlaces(extents, kFewest, &out);
   JudgeScatter(out.rms, extents, &out);
+  JudgeHeights(used, places, extents, &out);
   return out;
+}
+
+CameraRegistration RegisterLensPlane(const Lens& lens, const std::vector<TipPlace>& places) {
+  std::vector<TipPlace> straight = places;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto at = Straight(lens, places[i].left_I);
+    if (!at) {
+      throw std::runtime_error(fmt::format(
+          "place {}: u, v = {:g}, {:g}: accepted is a pixel of the lens's picture, {} x {}", i + 1,
+          places[i].left_I.x(), places[i].left_I.y(), lens.size[0], lens.size[1]));
+    }
+    straight[i].left_I = *at;
+  }
+  return RegisterPlane(lens.size, straight);
 }
 
 std::string ScenePose(const Eigen::Isometry3d& X) {

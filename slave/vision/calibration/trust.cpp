@@ -5,7 +5,6 @@
 #include <functional>
 #include <numeric>
 #include <random>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -60,7 +59,8 @@ std::vector<View> Chosen(const std::vector<View>& views, const Indices& which) {
 }
 
 std::string Percent(double ratio) {
-  return fmt::format("{:.2g} %", 100 * ratio);
+  return ratio < 0.995 ? fmt::format("{:.2g} %", 100 * ratio)
+                       : fmt::format("{:.0f} %", 100 * ratio);
 }
 
 // Limits, and from where on one is warned.
@@ -83,9 +83,9 @@ double HalvesCheck::worst() const {
 }
 
 HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
-                        const PairSizes& sizes, double baseline) {
-  return Halve(pairs.size(), baseline, [&](const Indices& half) {
-    return FitPair(board, Chosen(pairs, half), sizes).rig.baseline();
+                        const StereoRig& rig) {
+  return Halve(pairs.size(), rig.baseline(), [&](const Indices& half) {
+    return RefinePair(board, Chosen(pairs, half), rig).baseline();
   });
 }
 
@@ -97,17 +97,19 @@ HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
   });
 }
 
-double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size) {
-  constexpr int kColumns = 8, kRows = 6;
-  std::set<std::pair<int, int>> seen;
-  for (const Corners& view : views) {
-    for (const cv::Point2f& p : view) {
-      const int i = static_cast<int>(p.x * kColumns / static_cast<float>(size[0]));
-      const int j = static_cast<int>(p.y * kRows / static_cast<float>(size[1]));
-      seen.emplace(std::clamp(i, 0, kColumns - 1), std::clamp(j, 0, kRows - 1));
-    }
+void CoverCells(const Corners& corners, const std::array<int, 2>& size,
+                std::set<CoverageCell>* cells) {
+  for (const cv::Point2f& p : corners) {
+    const int i = static_cast<int>(p.x * kCoverageColumns / static_cast<float>(size[0]));
+    const int j = static_cast<int>(p.y * kCoverageRows / static_cast<float>(size[1]));
+    cells->emplace(std::clamp(i, 0, kCoverageColumns - 1), std::clamp(j, 0, kCoverageRows - 1));
   }
-  return static_cast<double>(seen.size()) / (kColumns * kRows);
+}
+
+double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size) {
+  std::set<CoverageCell> seen;
+  for (const Corners& view : views) CoverCells(view, size, &seen);
+  return static_cast<double>(seen.size()) / (kCoverageColumns * kCoverageRows);
 }
 
 Trust Judge(const TrustQuestion& question) {
@@ -121,9 +123,9 @@ Trust Judge(const TrustQuestion& question) {
   };
   const HalvesCheck& halves = question.halves;
   if (halves.random.empty()) {
-    trust.reasons.push_back(fmt::format(
-        "{} pictures cannot be halved to see whether the {} repeats: accepted is {} or more",
-        question.used, question.quantity, kFewestForHalves));
+    trust.reasons.push_back(
+        fmt::format("{} {} cannot be halved to see whether the {} repeats: accepted is {} or more",
+                    question.used, question.things, question.quantity, kFewestForHalves));
   } else {
     judge(!(halves.sigma() <= kSigma), halves.sigma() > kSigmaWarned,
           fmt::format("halves of the pictures disagree on the {} by {} (odd and even) and up to {} "
@@ -144,7 +146,8 @@ Trust Judge(const TrustQuestion& question) {
                       100 * coverage, Percent(kCoverage), Percent(kCoverageWarned)));
   }
   judge(static_cast<double>(question.used) < kUsed * static_cast<double>(question.given), false,
-        fmt::format("only {} of {} pairs agree with each other", question.used, question.given));
+        fmt::format("only {} of {} {} agree with each other", question.used, question.given,
+                    question.things));
   return trust;
 }
 

@@ -2,7 +2,10 @@
 // not that other pictures would have given the same ones.
 #pragma once
 
+#include <array>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "slave/vision/calibration/pair_calibration.h"
@@ -23,14 +26,20 @@ struct HalvesCheck {
 constexpr int kRandomHalves = 20;
 constexpr std::size_t kFewestForHalves = 4;  // pictures, or pairs
 
-// Of the baseline. Pairs as used.
+// Of the baseline. Pairs as used for `rig`, from which the halves are refined.
 HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
-                        const PairSizes& sizes, double baseline);
+                        const StereoRig& rig);
 // Of the focal length.
 HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
                         const std::array<int, 2>& size, double focal);
 
-// Part of the picture, in 8 x 6 cells, in which a corner was ever seen.
+// Column and row of a cell of the picture.
+constexpr int kCoverageColumns = 8, kCoverageRows = 6;
+using CoverageCell = std::pair<int, int>;
+// Adds the cells in which `corners` lie.
+void CoverCells(const Corners& corners, const std::array<int, 2>& size,
+                std::set<CoverageCell>* cells);
+// Part of the picture's cells in which a corner was ever seen.
 double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size);
 
 struct Trust {
@@ -40,7 +49,8 @@ struct Trust {
 
 struct TrustQuestion {
   const char* quantity = "baseline";  // what the halves estimate
-  std::size_t used = 0, given = 0;    // pictures or pairs with a board
+  const char* things = "pairs";       // of what
+  std::size_t used = 0, given = 0;    // of them, with a board
   double rms_px = 0;
   double sigma_focal = 0;  // relative
   HalvesCheck halves;

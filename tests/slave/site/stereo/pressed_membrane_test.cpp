@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "tests/reference/reference_file.h"
 
@@ -70,6 +71,39 @@ TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
   }
 }
 
+// Reference: von Karman's plate under tension (round_press.h), which for depths of a tenth of the
+// thickness is a linear plate with N0. Tensions of 0.1 to 3 % of E t; the moduli of rubber that is
+// stretched so far are others by as much. And the ideal membrane, without stiffness, which a thin
+// sheet is nearly: F = 2 pi N0 w / (ln(a / r0) + 1 / 2) below the centre of an even load.
+TEST(PressedMembrane, TensionAtRestHoldsTheTool) {
+  const double stiffness = kRubber.young_modulus * kSheet.thickness, depth = 1e-4;
+  for (const double share : {0.001, 0.01, 0.03}) {
+    const double prestress = share * stiffness;
+    for (const double p : {0.0, 0.4}) {
+      PressedMembrane membrane(kSheet, kRubber, kWidth, {p * kRadius, 0}, {}, prestress);
+      ASSERT_TRUE(membrane.Deepen(depth));
+      PlateLargeModel plate({.radius = kRadius,
+                             .thickness = kSheet.thickness,
+                             .young_modulus = kRubber.young_modulus,
+                             .poisson_ratio = kRubber.poisson_ratio,
+                             .prestress = prestress,
+                             .order = 20});
+      const Contact press{
+          Contact::Kind::kDisplacement, {p * kRadius, 0, 0}, -1, kWidth, {0, 0, -depth}};
+      ContactResponse response;
+      plate.Respond({&press, 1}, {&response, 1});
+      EXPECT_NEAR(membrane.press().rungs.back()->force / response.force_O.z(), 1, 0.01 + share)
+          << share << " " << p;
+    }
+  }
+  const MembraneGeometry thin{kRadius, 1e-4};
+  const double prestress = 0.3 * kRubber.young_modulus * thin.thickness, width = 0.02;
+  PressedMembrane membrane(thin, kRubber, width, {0, 0}, {}, prestress);
+  ASSERT_TRUE(membrane.Deepen(1e-5));
+  const double ideal = 2 * M_PI * prestress * 1e-5 / (std::log(2 * kRadius / width) + 0.5);
+  EXPECT_NEAR(-membrane.press().rungs.back()->force / ideal, 1, 0.01);
+}
+
 struct Difference {
   double force = 0;  // relative
   double field = 0;  // largest, of the depth
@@ -117,6 +151,26 @@ TEST(PressedMembrane, DirectionsAreAlike) {
     const Vector3d v = DisplacementAt(b, R * q, 1e-3);
     EXPECT_LT((R * u.head<2>() - v.head<2>()).norm(), 1e-9);
     EXPECT_NEAR(u.z(), v.z(), 1e-9);
+  }
+}
+
+// Reference: symmetry. At the centre every point moves along its radius and alike on a circle;
+// beside it, what is mirrored at the line through the tool moves mirrored.
+TEST(PressedMembrane, FieldIsAsSymmetricAsThePress) {
+  const MembraneResolution coarse{5, 1};
+  const auto centre = Pressed({0, 0}, {1e-3}, coarse), beside = Pressed({0.012, 0}, {1e-3}, coarse);
+  for (const double radius : {0.001, 0.01, 0.03}) {
+    const Vector3d along = DisplacementAt(centre, {radius, 0}, 1e-3);
+    for (double angle = -3; angle < 3.1; angle += 0.7) {
+      const Vector2d n(std::cos(angle), std::sin(angle));
+      const Vector3d u = DisplacementAt(centre, radius * n, 1e-3);
+      EXPECT_NEAR(u.head<2>().dot(n), along.x(), 5e-7);
+      EXPECT_NEAR(u.x() * n.y() - u.y() * n.x(), 0, 5e-7);
+      EXPECT_NEAR(u.z(), along.z(), 5e-7);
+      const Vector3d v = DisplacementAt(beside, radius * n, 1e-3);
+      const Vector3d w = DisplacementAt(beside, {radius * n.x(), -radius * n.y()}, 1e-3);
+      EXPECT_LT((v - Vector3d(w.x(), -w.y(), w.z())).norm(), 1e-9);
+    }
   }
 }
 
@@ -224,9 +278,10 @@ TEST(PressedMembrane, SolvesTheExtremes) {
 }
 
 std::string Refusal(const MembraneGeometry& geometry, const Material& material, double width,
-                    const Vector2d& p_O, const MembraneResolution& resolution = {}) {
+                    const Vector2d& p_O, const MembraneResolution& resolution = {},
+                    double prestress = 0) {
   try {
-    const PressedMembrane membrane(geometry, material, width, p_O, resolution);
+    const PressedMembrane membrane(geometry, material, width, p_O, resolution, prestress);
   } catch (const std::invalid_argument& error) {
     return error.what();
   }
@@ -246,6 +301,9 @@ TEST(PressedMembrane, RefusesWhatItCannotSolve) {
   }
   EXPECT_THAT(Refusal(kSheet, kRubber, kWidth, {0.036, 0}), HasSubstr("does not fit inside"));
   EXPECT_THAT(Refusal(kSheet, kRubber, kWidth, {nan, 0}), HasSubstr("does not fit inside"));
+  for (const double bad : {-1.0, 1e5, nan}) {
+    EXPECT_THAT(Refusal(kSheet, kRubber, kWidth, {0, 0}, {}, bad), HasSubstr("prestress = "));
+  }
   EXPECT_THAT(Refusal(kSheet, kRubber, kWidth, {0, 0}, {3, 1}), HasSubstr("across = 3"));
   EXPECT_THAT(Refusal(kSheet, kRubber, kWidth, {0, 0}, {8, 9}), HasSubstr("through = 9"));
 }
