@@ -13,7 +13,7 @@ namespace {
 using Track = PointTracking::Track;
 using Eigen::Vector2d;
 
-constexpr int kFewestDots = 3, kMostDots = 400;  // that one array may have
+constexpr int kFewestDots = 4, kMostDots = 400;  // of a lattice: three would be a line
 constexpr int kMostWindows = 10'000;
 constexpr double kRadiusPerSpacing = 0.2;  // of a dot: 2 mm where they are 10 mm apart
 

@@ -1,7 +1,7 @@
 #include "slave/commands/check_stereo.h"
 
+#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -74,12 +74,12 @@ void PrintForce(const Scene& scene, const StereoRig& rig,
     PrintLine("force", "NOT TOLD by these dots for this press: deeper, or more exact ones, would");
     return;
   }
-  PrintLine(
-      "force",
-      fmt::format("{:.4g} N for a {} press at the place under home, of which the dots' places "
-                  "alone make {:.3g} N uncertain ({:.2g} %)",
-                  expected->force, LengthInWords(scene.operator_options.press_depth),
-                  expected->sigma, 100 * expected->sigma / expected->force));
+  PrintLine("force",
+            fmt::format("{:.4g} N for a {} press at the place under home{}; the dots' "
+                        "places alone make {:.3g} N of it uncertain ({:.2g} %)",
+                        expected->force, LengthInWords(scene.operator_options.press_depth),
+                        expected->validity == Validity::kValid ? "" : ", beyond the model's range",
+                        expected->sigma, 100 * expected->sigma / expected->force));
 }
 
 void PrintDots(const Scene& scene, const StereoRig& rig) {
@@ -118,39 +118,57 @@ std::unique_ptr<StereoSource> Open(const Scene& scene) {
   return std::make_unique<ScriptedMembrane>(scene);
 }
 
-// The first pictures, as `process` would see them.
-void PrintPace(const Scene& scene, const StereoRig& rig) {
+// What the eyes make of the first pictures.
+struct FirstLook {
+  int pictures = 0;
+  int until_rest = 0;                // pictures until the rest frame was known; 0: it was not
+  std::size_t points = 0, seen = 0;  // in the last one
+  double us = 0;                     // per picture, the first one apart, which makes room
+};
+
+FirstLook Look(const Scene& scene, const StereoRig& rig, StereoSource& source, PointEyes& eyes) {
   constexpr int kPictures = 15;
+  FirstLook look;
+  std::chrono::duration<double, std::micro> spent(0);
+  while (look.pictures < kPictures) {
+    const auto pair = source.Next(std::stop_token());
+    if (!pair) break;
+    if (look.pictures++ == 0) RequireRigFits(scene, rig, *pair);
+    const auto began = std::chrono::steady_clock::now();
+    const SurfaceObservation& observation = eyes.Look(*pair);
+    if (look.pictures > 1) spent += std::chrono::steady_clock::now() - began;
+    if (look.until_rest == 0 && eyes.at_rest_known()) look.until_rest = look.pictures;
+    look.points = observation.points.size();
+    look.seen = static_cast<std::size_t>(
+        std::ranges::count_if(observation.points, [](const SurfacePoint& p) { return p.seen; }));
+  }
+  look.us = look.pictures > 1 ? spent.count() / (look.pictures - 1) : 0;
+  return look;
+}
+
+void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   const auto source = Open(scene);
   const auto eyes = MakePointEyes(scene, rig);
   PrintLine("pictures", source->description());
-  const double rate = SensorRate(scene.sense);
-  std::chrono::duration<double, std::micro> spent(0);
-  int taken = 0, found = 0;
-  std::size_t points = 0, seen = 0;
-  while (taken < kPictures) {
-    const auto pair = source->Next(std::stop_token());
-    if (!pair) break;
-    if (taken++ == 0) RequireRigFits(scene, rig, *pair);
-    const bool is_warm = taken > 1;  // the first picture makes room
-    const bool is_resting = !eyes->at_rest_known();
-    const auto began = std::chrono::steady_clock::now();
-    const SurfaceObservation& observation = eyes->Look(*pair);
-    if (is_warm) spent += std::chrono::steady_clock::now() - began;
-    found += observation.found || is_resting ? 1 : 0;
-    points = observation.points.size();
-    seen = 0;
-    for (const SurfacePoint& point : observation.points) seen += point.seen ? 1U : 0U;
+  const FirstLook look = Look(scene, rig, *source, *eyes);
+  if (look.until_rest == 0) {
+    PrintLine(
+        "seen",
+        fmt::format("NOTHING yet: the rest frame takes {} that show the untouched object, and "
+                    "the first {} do not",
+                    eyes->rest_pictures() == 1 ? std::string("one picture")
+                                               : fmt::format("{} pictures", eyes->rest_pictures()),
+                    look.pictures));
+  } else {
+    PrintLine("seen", fmt::format("{} of {} points in the last of {} pictures; the rest frame took "
+                                  "the first {}: nothing may touch the object in it",
+                                  look.seen, look.points, look.pictures, look.until_rest));
   }
-  PrintLine("seen",
-            fmt::format("{} of {} points in the last of {} pictures, {} of them usable; the "
-                        "rest frame takes {}: nothing may touch the object in it",
-                        seen, points, taken, found, eyes->rest_pictures()));
-  if (taken < 2) return;
-  const double us = spent.count() / (taken - 1);
+  if (look.pictures < 2) return;
+  const double rate = SensorRate(scene.sense);
   PrintLine("pace", fmt::format("{:.3g} us per picture to find the points: {} the {:g} Hz of the "
                                 "pictures",
-                                us, us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));
+                                look.us, look.us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));
 }
 
 void PrintDepthCamera(const DepthPictures& depth, const Scene& scene) {
@@ -170,7 +188,7 @@ void CheckStereo(const Scene& scene) {
   if (scene.sense.stereo) PrintRig(scene, rig);
   if (scene.sense.depth) PrintDepthCamera(*scene.sense.depth, scene);
   PrintPoints(scene, rig);
-  PrintPace(scene, rig);
+  PrintFirstLook(scene, rig);
   if (TellsForce(scene)) PrintHand(scene);
   PrintLine("off", "fingertips and the tool's tip: the object's points alone tell");
   PrintLine("on demand", "the deformed shape and the pictures: sent only while somebody watches");

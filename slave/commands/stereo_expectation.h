@@ -30,7 +30,7 @@ std::vector<Eigen::Vector2d> InBothPictures(const Scene& scene, const StereoRig&
 struct ForceExpectation {
   double force = 0;  // its size [N]
   double sigma = 0;  // from the places' sigmas alone: that of the model is not in it [N]
-  Validity validity = Validity::kFailed;
+  Validity validity = Validity::kFailed;  // kFailed: the places do not tell it
 };
 // Solves the press by the scene's own model and fits it back from the displacements at the places,
 // all of which are seen. nullopt: no membrane, or home is not over it. Throws

@@ -200,7 +200,7 @@ TEST_F(StereoSceneTest, AMembraneHasThePapersDotsByDefault) {
 
 // Any count fits, on a membrane of any size, without a word about spacing.
 TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
-  for (const int count : {3, 4, 7, 13, 31, 32, 37, 45, 49, 100, 399, 400}) {
+  for (const int count : {4, 5, 7, 13, 31, 32, 37, 45, 49, 100, 399, 400}) {
     for (const char* radius : {"3 mm", "38 mm", "2 m"}) {
       Lines lines;
       lines.geometry = std::string("{membrane: {radius: ") + radius + ", thickness: 0.1 mm}}";
@@ -473,11 +473,12 @@ INSTANTIATE_TEST_SUITE_P(Cameras, BadStereoSceneTest, ::testing::ValuesIn(kCamer
 
 const BadScene kPoints[] = {
     {"NoDots", Points("{count: 0}"),
-     "10: sense.points.count = 0: accepted is a whole number from 3 to 400"},
+     "10: sense.points.count = 0: accepted is a whole number from 4 to 400"},
     {"OneDot", Points("{count: 1}"), "10: sense.points.count = 1: accepted is a whole number"},
     {"TwoDots", Points("{count: 2}"), "10: sense.points.count = 2: accepted is a whole number"},
+    {"DotsOnALine", Points("{count: 3}"), "10: sense.points.count = 3: accepted is a whole number"},
     {"AMillionDots", Points("{count: 1000000}"),
-     "10: sense.points.count = 1000000: accepted is a whole number from 3 to 400"},
+     "10: sense.points.count = 1000000: accepted is a whole number from 4 to 400"},
     {"HalfADot", Points("{count: 31.5}"), "10: sense.points.count = 31.5: accepted is a whole"},
     {"NegativeRadius", Points("{radius: -2 mm}"),
      "10: sense.points.radius = -2 mm: accepted is a length"},

@@ -45,7 +45,9 @@ TEST(CheckStereoTest, TheMembranesEyesAreTold) {
                         "56"));
   EXPECT_THAT(said, HasSubstr("31 of 31 of radius 2 mm in view of both cameras at rest"));
   EXPECT_THAT(said, HasSubstr("for a 5 mm press at the place under home"));
-  EXPECT_THAT(said, HasSubstr("31 of 31 points in the last of 15 pictures, 15 of them usable"));
+  EXPECT_THAT(
+      said,
+      HasSubstr("31 of 31 points in the last of 15 pictures; the rest frame took the first 10"));
 }
 
 TEST(CheckStereoTest, ANarrowViewIsSaidToBeNarrow) {
@@ -53,6 +55,18 @@ TEST(CheckStereoTest, ANarrowViewIsSaidToBeNarrow) {
       Said(kScenes / "rubber-membrane.yaml", {"sense.camera.pair.focal=2000 px"});
   EXPECT_THAT(said,
               HasSubstr("25 of 31 of radius 2 mm in view of both cameras at rest: a wider view"));
+}
+
+// 400 dots are 1.5 px in radius: too small to be found.
+TEST(CheckStereoTest, DotsThatAreNotFoundAreSaidNotToBe) {
+  EXPECT_THAT(Said(kScenes / "rubber-membrane.yaml", {"sense.points={count: 400}"}),
+              HasSubstr("NOTHING yet: the rest frame takes 10 pictures that show the untouched "
+                        "object, and the first 15 do not"));
+}
+
+TEST(CheckStereoTest, APressBeyondTheModelIsSaidToBe) {
+  EXPECT_THAT(Said(kScenes / "rubber-membrane.yaml", {"operator.press.depth=25 mm"}),
+              HasSubstr("press at the place under home, beyond the model's range"));
 }
 
 // A press within half the thickness is the closed form's, if the tolerance allows.
