@@ -27,8 +27,8 @@ struct Misfit {
   double absolute = 0;  // mean square [m^2]
 };
 
-// Of the samples in contact. Each counts by the share that is left unexplained: the model is linear,
-// and deep dents, which it fits worst, must not decide.
+// Of the samples in contact. Each counts by the share that is left unexplained: the model is
+// linear, and deep dents, which it fits worst, must not decide.
 Misfit MisfitOf(MembranePress* press, std::span<const PressSample> samples) {
   Misfit misfit;
   int count = 0;

@@ -227,8 +227,9 @@ void MembranePress::ReadAt() noexcept {
   const double sum_of_weights = w_.sum();
   reading_.deflection = std::sqrt(yy_ / sum_of_weights);
   reading_.residual = std::sqrt(std::max(0.0, both.misfit) / sum_of_weights);
+  reading_.relative_residual = std::sqrt(std::max(0.0, both.misfit) / reading_.points);
   // What the model does not explain counts as error too.
-  const double scatter = std::max(1.0, std::sqrt(std::max(0.0, both.misfit) / reading_.points));
+  const double scatter = std::max(1.0, reading_.relative_residual);
   reading_.sigma_own_force = scatter / std::sqrt(sums.gg);
   reading_.sigma_place *= scatter;
   double by_pressure = 0;

@@ -41,13 +41,14 @@ class MembranePress {
     double own_force = 0;          // F_own [N]; it or F positive: presses
     double air_area = 0;           // A [m^2]
     // The two amplitudes that together explain most, at the model's own stiffness.
-    double explained_force = 0;  // [N]
-    double own_pressure = 0;     // [Pa]
-    double depth = 0;            // of the surface as it is explained there, along -n_O [m]
-    double sigma_own_force = 0;  // [N]
-    double sigma_place = 0;      // the larger of the two along the surface [m]
-    double deflection = 0;       // rms of what is measured, y [m]
-    double residual = 0;         // rms of (measured - explained) [m]
+    double explained_force = 0;    // [N]
+    double own_pressure = 0;       // [Pa]
+    double depth = 0;              // of the surface as it is explained there, along -n_O [m]
+    double sigma_own_force = 0;    // [N]
+    double sigma_place = 0;        // the larger of the two along the surface [m]
+    double deflection = 0;         // rms of what is measured, y [m]
+    double residual = 0;           // rms of (measured - explained) [m]
+    double relative_residual = 0;  // the same in sigmas, with the model's own error [-]
     // Size of the force of the tool on the membrane, along -n_O [N].
     [[nodiscard]] double Force(double stiffness, double pressure_rise) const {
       return stiffness * own_force + air_area * pressure_rise;

@@ -14,8 +14,8 @@ using Eigen::Vector2d;
 
 constexpr double kWidth = 1180, kHeight = 470;
 constexpr double kFirstFrame = 54, kLastFrame = 96, kMostForce = 6;
-constexpr double kMostWay = 6e-3;
-constexpr int kShades = 12;
+constexpr double kMostWay = 5e-3;
+constexpr int kShades = 24;
 
 std::string Style() {
   std::string style = R"(
@@ -78,7 +78,7 @@ void DrawForces(const PressFigure& figure, Svg* svg) {
                 fmt::format("frame {}: {:.2f} N, wrench {:.2f} N", force.frame, force.estimated,
                             force.measured));
   }
-  svg->Text({70, 104}, "grey: wrench, blue: from the depth picture", "soft");
+  svg->Text({290, 384}, "grey: wrench, blue: from the depth picture", "soft");
 }
 
 void DrawField(const PressFigure& figure, bool explained, const Vector2d& corner, Svg* svg) {
@@ -106,7 +106,7 @@ std::string Drawn(const PressFigure& figure) {
   DrawField(figure, true, {870, 90}, &svg);
   // The scale of the ways.
   for (int k = -kShades; k <= kShades; ++k) {
-    svg.Rectangle({740 + 10.0 * k, 350}, {10.2, 14}, fmt::format("w{}", k + kShades));
+    svg.Rectangle({740 + 5.0 * k, 350}, {5.2, 14}, fmt::format("w{}", k + kShades));
   }
   svg.Text({740, 384},
            fmt::format("{:.0f} mm inwards to {:.0f} mm outwards along the normal", 1e3 * kMostWay,

@@ -76,14 +76,20 @@ class RealPressTest : public ::testing::Test {
     for (const auto& row : press_->rows) peak = std::max(peak, row.force.norm());
     return peak;
   }
+  // Frames 40 to 58, zero force, and those in contact up to 65. Just before contact, in 59 and 60,
+  // the wrench shows the arm's own inertia.
   static std::vector<PressSample> Training() {
     std::vector<PressSample> samples;
-    for (const auto& frame : press_->frames) {
-      // Just before contact, in 59 and 60, the wrench shows the arm's own inertia.
-      if (frame.number > kLastTraining || (frame.number > 58 && frame.number < 61)) continue;
-      samples.push_back({frame.points,
-                         press_->rows[static_cast<std::size_t>(frame.number)].pressure_rise,
-                         MeasuredAlong(frame.number)});
+    const auto add = [&](int row, const std::vector<SurfacePoint>& points) {
+      samples.push_back(
+          {points, press_->rows[static_cast<std::size_t>(row)].pressure_rise, MeasuredAlong(row)});
+    };
+    // Where a row has no picture before the contact: those around it show no dent.
+    auto frame = press_->frames.begin();
+    for (int row = 40; row <= kLastTraining; ++row) {
+      while (frame + 1 != press_->frames.end() && (frame + 1)->number <= row) ++frame;
+      const bool has_picture = frame->number == row;
+      if (row <= 58 || (row >= 61 && has_picture)) add(row, frame->points);
     }
     return samples;
   }
@@ -191,7 +197,7 @@ TEST_F(RealPressTest, TheRestShapeIsAnEllipsoid) {
 // the peak; the wrench's own noise is 4 to 5 %.
 TEST_F(RealPressTest, ForceFromTheDeflectionFollowsTheWrenchOnLaterFrames) {
   const MembranePress::Params params;
-  const auto identified = IdentifyMembrane(*shape_, kPoisson, params, Training(), false);
+  const auto identified = IdentifyMembrane(*shape_, kPoisson, params, Training(), true);
   MembranePress press(InflatedMembrane(*shape_, identified.params), params);
   const auto judged = Judge(&press, identified.fit.offset);
   const double share = RmsLater(judged) / Peak();
@@ -212,6 +218,55 @@ TEST_F(RealPressTest, ForceFromTheDeflectionFollowsTheWrenchOnLaterFrames) {
   }
   Draw(*press_, press, judged, remark);
   EXPECT_LE(share, 0.08);
+}
+
+// What is assumed and not measured: how wide the tool is, where the rim lies, how much of the
+// stiffness is tension, that the air's pressure is known, that the wrench has an offset. Stiffness
+// and offset are fitted anew each time. No one of them, moved as far as one might err, takes the
+// later frames beyond twice the wrench's own noise.
+TEST_F(RealPressTest, NoAssumptionAloneMakesTheResult) {
+  struct Variant {
+    std::string what;
+    double patch = 0.014, rim = kRim, tension_share = 0.24;
+    bool with_pressure = true, with_offset = true;
+  };
+  std::vector<Variant> variants(8);
+  variants[0].what = "as above";
+  variants[1] = {.what = "contact 8 mm wide", .patch = 0.008};
+  variants[2] = {.what = "contact 20 mm wide", .patch = 0.020};
+  variants[3] = {.what = "rim 3 mm lower", .rim = kRim - 3e-3};
+  variants[4] = {.what = "half the tension", .tension_share = 0.12};
+  variants[5] = {.what = "a quarter more tension", .tension_share = 0.30};
+  variants[6] = {.what = "pressure not measured", .with_pressure = false};
+  variants[7] = {.what = "no offset", .with_offset = false};
+  for (const Variant& variant : variants) {
+    MembranePress press(
+        InflatedMembrane(
+            MeshDomedMembrane(ellipsoid_, Eigen::Vector3d::UnitZ(), variant.rim, kRings),
+            {.modulus = 1, .poisson_ratio = kPoisson, .tension = variant.tension_share}),
+        {.patch = variant.patch});
+    const double air = variant.with_pressure ? 1 : 0;
+    std::vector<KnownPress> known;
+    for (const PressSample& sample : Training()) {
+      const auto& reading = press.Fit(sample.points_O);
+      const bool contact = reading.own_force > 5 * reading.sigma_own_force;
+      if (!contact && !variant.with_offset) continue;
+      known.push_back({contact ? reading.own_force : 0,
+                       contact ? air * reading.air_area * sample.pressure_rise : 0, sample.force});
+    }
+    const auto fit = FitStiffness(known, variant.with_offset);
+    std::vector<Judged> judged;
+    for (const auto& frame : press_->frames) {
+      const auto& row = press_->rows[static_cast<std::size_t>(frame.number)];
+      const auto& reading = press.Fit(frame.points);
+      judged.push_back({frame.number, reading, Measured(frame.number),
+                        reading.Force(fit.stiffness, air * row.pressure_rise) + fit.offset});
+    }
+    const double share = RmsLater(judged) / Peak();
+    fmt::print("  {:24s} E h = {:4.0f} N/m, offset {:+.2f} N: {:4.1f} %\n", variant.what,
+               fit.stiffness, fit.offset, 100 * share);
+    EXPECT_LE(share, 0.10) << variant.what;
+  }
 }
 
 }  // namespace
