@@ -112,7 +112,8 @@ void ToProto(const SlaveDescription& description, v1::Capabilities* message) {
   const Scene& scene = description.scene;
   ToProto(scene.manipulator.workspace_min, message->mutable_workspace_min());
   ToProto(scene.manipulator.workspace_max, message->mutable_workspace_max());
-  message->set_degrees_of_freedom(IsPlanar(scene.object.geometry) ? kPlanarFreedom : kFreedom);
+  const bool is_planar = IsPlanar(scene.object.geometry) && !scene.sense.tactile;
+  message->set_degrees_of_freedom(is_planar ? kPlanarFreedom : kFreedom);
   message->set_sensor_rate(SensorRate(scene.sense));
   message->set_state_rate(Publisher::kStateRate);
   message->add_local_models(v1::LocalModel::KIND_UNILATERAL_PLANE);
