@@ -141,6 +141,12 @@ TEST(PairCalibrationTest, PairsThatShareNoPoseAreRefused) {
   EXPECT_THROW(CalibratePair(TestBoard(), {pairs[0], pairs[1]}, kSizes), std::runtime_error);
 }
 
+TEST(PairCalibrationTest, OneCameraTwiceIsNoPair) {
+  auto pairs = SeePairs(VergedTestRig(), 6, 0.5, 0.1);
+  for (PairView& pair : pairs) pair.right = pair.left;
+  EXPECT_THROW(CalibratePair(TestBoard(), pairs, kSizes), std::runtime_error);
+}
+
 // The answer is as large as the square is said to be, and no less exact.
 TEST(PairCalibrationTest, TheRigScalesWithTheSquare) {
   const auto pairs = SeePairs(VergedTestRig(), 8, 0.5, 0.1);
@@ -180,6 +186,28 @@ TEST(TrustTest, BoardsWithoutTiltAreRefusedByTheirHalves) {
   };
   EXPECT_TRUE(judge(0.6).empty());
   EXPECT_THAT(judge(0.02), testing::Contains(HasSubstr("halves")));
+}
+
+// One picture given again and again agrees with itself; so do pictures of a board that hardly
+// moved.
+TEST(TrustTest, PicturesOfOnePoseAreOneOpinion) {
+  const auto pairs = SeePairs(VergedTestRig(), 8, 0.5, 0.1);
+  std::vector<Corners> views;
+  for (int i = 0; i < 12; ++i) {
+    views.push_back(pairs[static_cast<std::size_t>(i % 3)].left);
+    for (cv::Point2f& p : views.back()) p.x += 0.3F * static_cast<float>(i);
+  }
+  TrustQuestion question;
+  question.halves = CheckHalves(TestBoard(), views, kSizes.left, 800);
+  EXPECT_EQ(question.halves.distinct, 3U);
+  EXPECT_THAT(Judge(question).reasons, testing::Contains(HasSubstr("3 different pairs")));
+  views.clear();
+  for (const PairView& pair : pairs) views.push_back(pair.left);
+  const HalvesCheck once = CheckHalves(TestBoard(), views, kSizes.left, 800);
+  for (const PairView& pair : pairs) views.push_back(pair.left);
+  const HalvesCheck twice = CheckHalves(TestBoard(), views, kSizes.left, 800);
+  EXPECT_EQ(twice.distinct, 8U);
+  EXPECT_NEAR(twice.sigma(), once.sigma(), 1e-3 * once.sigma());
 }
 
 // If a half estimates with variance 2 s^2, |a - b| is 2 s times a unit normal's size.
