@@ -111,6 +111,7 @@ InflatedMembrane::InflatedMembrane(MembraneShape shape, const Params& params)
     unknowns += held != 0 ? 0 : 3;
   }
   if (unknowns == 0) Refuse("every node is held");
+  FindNormals();
   Assemble();
 }
 
@@ -118,37 +119,41 @@ InflatedMembrane::~InflatedMembrane() = default;
 InflatedMembrane::InflatedMembrane(InflatedMembrane&&) noexcept = default;
 InflatedMembrane& InflatedMembrane::operator=(InflatedMembrane&&) noexcept = default;
 
-void InflatedMembrane::Assemble() {
+// Normals, areas, and the pressure that balances the tension best.
+void InflatedMembrane::FindNormals() {
   const SurfaceMesh& mesh = shape_.surface;
-  const auto unknowns =
-      3 * static_cast<Eigen::Index>(std::count(held_.begin(), held_.end(), char{0}));
-  std::vector<Eigen::Vector3d> volume(mesh.nodes.size(), Eigen::Vector3d::Zero());
-  std::vector<Eigen::Vector3d> tension = volume;  // of the rest shape's own tension, per T
+  std::vector<Eigen::Vector3d> push(mesh.nodes.size(), Eigen::Vector3d::Zero());  // per pressure
+  std::vector<Eigen::Vector3d> pull = push;                                       // per tension
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const MembraneTriangle triangle = TriangleOf(mesh, t);
     Eigen::Matrix<double, 9, 1> p;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto node = static_cast<std::size_t>(mesh.triangles[t][k]);
-      volume[node] += triangle.area() / 3 * triangle.normal();
-      p.segment<3>(3 * static_cast<Eigen::Index>(k)) = mesh.nodes[node];
+    for (int k = 0; k < 3; ++k) {
+      const int node = mesh.triangles[t][static_cast<std::size_t>(k)];
+      push[static_cast<std::size_t>(node)] += triangle.area() / 3 * triangle.normal();
+      p.segment<3>(3 * k) = mesh.nodes[static_cast<std::size_t>(node)];
     }
-    const Eigen::Matrix<double, 9, 1> pull = triangle.Tension() * p;
-    for (std::size_t k = 0; k < 3; ++k) {
-      tension[static_cast<std::size_t>(mesh.triangles[t][k])] +=
-          pull.segment<3>(3 * static_cast<Eigen::Index>(k));
+    const Eigen::Matrix<double, 9, 1> pulled = triangle.Tension() * p;
+    for (int k = 0; k < 3; ++k) {
+      const int node = mesh.triangles[t][static_cast<std::size_t>(k)];
+      pull[static_cast<std::size_t>(node)] += pulled.segment<3>(3 * k);
     }
   }
   double pull_by_push = 0;
   double push_by_push = 0;
-  for (std::size_t i = 0; i < volume.size(); ++i) {
-    normals_.push_back(volume[i].normalized());
-    areas_.push_back(volume[i].norm());
+  for (std::size_t i = 0; i < push.size(); ++i) {
+    normals_.push_back(push[i].normalized());
+    areas_.push_back(push[i].norm());
     if (held_[i] != 0) continue;
-    pull_by_push += tension[i].dot(volume[i]);
-    push_by_push += volume[i].squaredNorm();
+    pull_by_push += pull[i].dot(push[i]);
+    push_by_push += push[i].squaredNorm();
   }
   pressure_ = params_.pressure.value_or(params_.tension * pull_by_push / push_by_push);
+}
 
+void InflatedMembrane::Assemble() {
+  const SurfaceMesh& mesh = shape_.surface;
+  const auto unknowns =
+      3 * static_cast<Eigen::Index>(std::count(held_.begin(), held_.end(), char{0}));
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const MembraneTriangle triangle = TriangleOf(mesh, t);
@@ -176,8 +181,8 @@ void InflatedMembrane::Assemble() {
            " Pa: accepted is less pressure, or more tension or modulus");
   }
   factor_->volume.resize(unknowns);
-  for (std::size_t i = 0; i < volume.size(); ++i) {
-    if (unknown_[i] >= 0) factor_->volume.segment<3>(unknown_[i]) = volume[i];
+  for (std::size_t i = 0; i < unknown_.size(); ++i) {
+    if (unknown_[i] >= 0) factor_->volume.segment<3>(unknown_[i]) = areas_[i] * normals_[i];
   }
   factor_->by_volume = factor_->cholesky.solve(factor_->volume) * factor_->scale;
   factor_->give_by_volume = factor_->volume.dot(factor_->by_volume);

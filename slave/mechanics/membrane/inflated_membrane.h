@@ -65,10 +65,10 @@ class InflatedMembrane {
   [[nodiscard]] const std::vector<double>& areas() const { return areas_; }
   [[nodiscard]] double pressure() const { return pressure_; }  // p at rest [Pa]
   [[nodiscard]] const Params& params() const { return params_; }
-  [[nodiscard]] double air_stiffness() const { return params_.air_stiffness; }
 
  private:
   struct Factor;
+  void FindNormals();
   void Assemble();
 
   MembraneShape shape_;

@@ -1,6 +1,5 @@
 #include "tests/slave/pipeline/press/press_recording.h"
 
-#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -57,7 +56,6 @@ RecordedPress ReadRecordedPress(const std::filesystem::path& folder) {
   RecordedPress press;
   press.rows = ReadRows(folder / "robot_pressure_wrench.csv");
   DepthPoints eyes(RecordedPressCamera());
-  double seconds = 0;
   double squares = 0;
   double scaled_squares = 0;
   int rest_points = 0;
@@ -65,9 +63,7 @@ RecordedPress ReadRecordedPress(const std::filesystem::path& folder) {
     const auto file = folder / fmt::format("depth_{:03d}.png", number);
     if (!std::filesystem::exists(file)) continue;
     const cv::Mat picture = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
-    const auto start = std::chrono::steady_clock::now();
     const auto& seen = eyes.Observe(picture, static_cast<std::uint64_t>(number), {});
-    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (!seen.found) continue;
     press.frames.push_back({number, seen.points});
     for (std::size_t i = 0; i < seen.points.size() && number <= kRestLast; ++i) {
@@ -80,7 +76,6 @@ RecordedPress ReadRecordedPress(const std::filesystem::path& folder) {
       ++rest_points;
     }
   }
-  press.seconds_per_frame = seconds / static_cast<double>(press.frames.size());
   press.rest_rms = std::sqrt(squares / rest_points);
   press.rest_scatter = std::sqrt(scaled_squares / rest_points);
   return press;

@@ -19,11 +19,10 @@ struct RecordedPress {
     int number = 0;
     std::vector<SurfacePoint> points;
   };
-  std::vector<Row> rows;         // one per frame of the recording
-  std::vector<Frame> frames;     // those whose depth picture is there, after the rest frame
-  double seconds_per_frame = 0;  // of DepthPoints alone
-  double rest_scatter = 0;       // of frames up to 58: rms of (way along the normal / its sigma)
-  double rest_rms = 0;           // the same, not divided [m]
+  std::vector<Row> rows;      // one per frame of the recording
+  std::vector<Frame> frames;  // those whose depth picture is there, after the rest frame
+  double rest_scatter = 0;    // of frames up to 58: rms of (way along the normal / its sigma)
+  double rest_rms = 0;        // the same, not divided [m]
 };
 
 inline std::filesystem::path RecordedPressFolder() {
