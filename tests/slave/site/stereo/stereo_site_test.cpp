@@ -133,7 +133,6 @@ TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
       moved = std::max(moved, (expected - eyes[e].See({p_O.x(), p_O.y(), -0.001})).norm());
     }
   }
-  RecordProperty("worst_px", std::to_string(worst));
   EXPECT_LT(worst, 0.02);
   EXPECT_GT(moved, press.depth > 0 ? 300 * press.depth : -1) << "the dots did not move";
 }
@@ -218,9 +217,10 @@ TEST(StereoSite, TensionAtRestStiffens) {
   }
 }
 
-// Reference: the press solved at that very place. Tolerance: half a raster off both neighbours the
-// blend is a second-order interpolation of forces that differ by 10 %.
-TEST(StereoSite, PressesBetweenTheSolvedRadiiAreBlendedWithinAPercent) {
+// Reference: the press solved at that very place. Tolerance: half a raster from both neighbours the
+// worst measured are 1e-3 of the depth, and as much of the force; fields that are not carried to
+// the tool's place are off by 1e-2.
+TEST(StereoSite, PressesBetweenTheSolvedRadiiAreBlendedWithinAFewThousandths) {
   const double radius = 0.0105;
   Scene scene = MembraneScene();
   scene.operator_options.press_depth = 1e-3;
@@ -228,13 +228,13 @@ TEST(StereoSite, PressesBetweenTheSolvedRadiiAreBlendedWithinAPercent) {
   scene.manipulator.home = Tip(scene, {radius, 0}, -5e-3);
   StereoSite exact(scene, kCoarse);
   for (StereoSite* site : {&blended, &exact}) site->MoveTool(Tip(scene, {radius, 0}, 1e-3));
-  EXPECT_NEAR(blended.truth().force.norm() / exact.truth().force.norm(), 1, 0.01);
+  EXPECT_NEAR(blended.truth().force.norm() / exact.truth().force.norm(), 1, 0.003);
   double worst = 0;
-  for (const Vector2d& p_O : DotPlaces(*scene.sense.points)) {
+  for (int k = -36; k <= 36; ++k) {
+    const Vector2d p_O(1e-3 * k, 0.5e-3);
     worst = std::max(worst, (blended.TrueDisplacement(p_O) - exact.TrueDisplacement(p_O)).norm());
   }
-  RecordProperty("worst_m", std::to_string(worst));
-  EXPECT_LT(worst, 0.01 * 1e-3);
+  EXPECT_LT(worst, 0.003 * 1e-3);
 }
 
 // Reference: a press that is read late is the press that was waited for.
