@@ -46,13 +46,13 @@ echo "== a hand presses for $duration s"
 $slave serve "$file" --listen 127.0.0.1:0 >"$out/slave.out" 2>"$out/slave.log" &
 pid=$!
 trap 'kill $pid 2>/dev/null || true' EXIT
-for _ in $(seq 300); do
+for _ in $(seq 900); do
   grep -q '^listening on ' "$out/slave.out" && break
   kill -0 $pid 2>/dev/null || { echo "the slave did not start:" >&2; cat "$out/slave.log" >&2; exit 1; }
   sleep 0.1
 done
 address=$(sed -n 's/^listening on //p' "$out/slave.out")
-[ -n "$address" ] || { echo "the slave did not answer within 30 s: see $out/slave.log" >&2; exit 1; }
+[ -n "$address" ] || { echo "the slave did not answer within 90 s: see $out/slave.log" >&2; exit 1; }
 $master connect "$address" --device sim-hand --render local --duration "$duration" \
   --report "$out/report.json" --log "$out/log.csv" --shape "$out/shape.svg"
 kill -TERM $pid
@@ -60,11 +60,10 @@ wait $pid || { echo "the slave did not stop cleanly: see $out/slave.log" >&2; ex
 trap - EXIT
 
 echo
-if grep -q '^  *tactile:' "$file"; then
-  echo "== where the estimate's error comes from: the same press sample by sample, against the simulated site's truth"
+echo "== where the estimate's error comes from: the scene's own press offline, against the simulated site's truth"
+if grep -q '^  *\(tactile\|points\):' "$file"; then
   $slave process "$file" --out "$out/offline" | grep -v '^written'
 else
-  echo "== where the estimate's error comes from: the same press picture by picture, against the simulated site's truth"
   own=$(sed -n 's/^info .* with \([0-9]*\) elements.*/\1/p' "$out/slave.log" | head -n 1)
   for elements in ${own:-180} 60; do
     echo "-- $elements boundary elements"

@@ -161,8 +161,10 @@ void AddCalibrateOptions(CLI::App* command, CalibrateOptions* calibrate) {
   command->add_option("--right", calibrate->right, "Pictures of the right camera");
   command->add_option("--board", calibrate->board, "Inner corners or circles, 9x6 say");
   command->add_option("--square", calibrate->square, "Between neighbours, 25mm say");
-  command->add_option("--pattern", calibrate->pattern, "chessboard or circles")
+  command->add_option("--pattern", calibrate->pattern, "chessboard, circles or asymmetric-circles")
       ->capture_default_str();
+  command->add_option("--distance", calibrate->distance,
+                      "Of a plane, 250mm say: prints what a pixel shows there");
   command->add_option("--out", calibrate->out, "File of the rig, or of the lens of one camera");
   command->add_option("--drawing", calibrate->drawing, "SVG of boards, coverage and residuals");
   command->add_flag("--force", calibrate->force,
@@ -172,6 +174,9 @@ void AddCalibrateOptions(CLI::App* command, CalibrateOptions* calibrate) {
   command->add_option("--rig", calibrate->rig, "For --register: a rig or lens known already");
   command->add_option("--size", calibrate->size,
                       "For --register: a camera straight above z = 0, 640x480 say");
+  command->add_option("unquoted", calibrate->unquoted)->group("");
+  command->add_flag("--plane", calibrate->plane,
+                    "For --register: the camera of the lens looks straight down on z = 0");
 }
 
 int Main(int argc, char** argv) {

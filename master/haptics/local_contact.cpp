@@ -43,7 +43,10 @@ Eigen::Vector3d LocalContact::ForceAt(const Eigen::Vector3d& p_S, double now) no
   }
   if (!entry_) entry_ = p_S;
   const LocalModel model = At(now);
-  return model.force + model.stiffness * (model.reference - p_S);
+  const Eigen::Vector3d force = model.force + model.stiffness * (model.reference - p_S);
+  // The tangent to a law that stiffens lies below zero near the surface, where it does not pull.
+  const bool pulls = model.force.dot(model.normal) < 0 && force.dot(model.normal) < 0;
+  return pulls ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : force;
 }
 
 LocalModel LocalContact::At(double now) const noexcept {

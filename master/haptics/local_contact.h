@@ -3,6 +3,8 @@
 //
 //   f = f_r + K (x_r - p)   for n . (x_r - p) > 0,   else 0
 //
+// An f_r into the object, as of the tangent to a law that stiffens, never makes the contact pull.
+//
 // When the slave changes the plane or the stiffness, x_r, n, f_r and K go from their present to
 // their new values in 30 ms, straight in time. The force follows the hand at once and both ways:
 // a limit on its rise alone would make a limit cycle, as would dropping the plane on a late "no

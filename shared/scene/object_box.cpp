@@ -21,11 +21,11 @@ std::optional<BoundingBox> BoxAround(const std::vector<Eigen::Vector3d>& nodes_O
   return box.larger_side() > 0 ? std::optional(box) : std::nullopt;
 }
 
-std::vector<Eigen::Vector3d> CornersOf(const BoxGeometry& box) {
+std::vector<Eigen::Vector3d> Corners(const Eigen::Vector3d& lower, const Eigen::Vector3d& size) {
   std::vector<Eigen::Vector3d> corners;
   for (int i = 0; i < 8; ++i) {
     const Eigen::Vector3d share(i & 1, (i >> 1) & 1, (i >> 2) & 1);
-    corners.emplace_back(share.cwiseProduct(box.size));
+    corners.emplace_back(lower + share.cwiseProduct(size));
   }
   return corners;
 }
@@ -40,10 +40,14 @@ std::optional<BoundingBox> OutlineBox(const Object& object) {
   return box;
 }
 
-std::optional<BoundingBox> VolumeBox(const Object& object, const Section& scene) {
-  if (!IsVolume(object.geometry) || scene.mistakes()->count() > 0) return std::nullopt;
+std::optional<BoundingBox> SolidBox(const Object& object, const Section& scene) {
+  if (IsPlanar(object.geometry) || scene.mistakes()->count() > 0) return std::nullopt;
   if (const auto* box = std::get_if<BoxGeometry>(&object.geometry)) {
-    return BoxAround(CornersOf(*box), object.X_SO);
+    return BoxAround(Corners(Eigen::Vector3d::Zero(), box->size), object.X_SO);
+  }
+  if (const auto* disc = std::get_if<MembraneGeometry>(&object.geometry)) {
+    const Eigen::Vector3d size(2 * disc->radius, 2 * disc->radius, disc->thickness);
+    return BoxAround(Corners(-0.5 * size, size), object.X_SO);
   }
   const auto& geometry = std::get<MeshFileGeometry>(object.geometry);
   try {

@@ -106,15 +106,9 @@ Fixed ReadFixedEntry(Section& section, const Geometry& geometry) {
 
 }  // namespace
 
-std::vector<Fixed> ReadFixed(Section& object, const SceneContext& context,
-                             const Geometry& geometry) {
+std::vector<Fixed> ReadFixed(Section& object, const Geometry& geometry) {
   std::vector<Fixed> fixed;
-  if (!object.Has("fixed")) {
-    if (context.use == SceneUse::kFull) {
-      object.Refuse("fixed", "where the object is held: side, arc, plane or nodes");
-    }
-    return fixed;
-  }
+  if (!object.Has("fixed")) return fixed;
   if (object.node()->Find("fixed")->kind == DocumentNode::Kind::kList) {
     Section list = object.OpenList("fixed");
     for (std::size_t i = 0; i < list.size(); ++i) {

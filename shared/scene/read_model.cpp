@@ -103,6 +103,11 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   }
   if (options.kind == "fem-green") ReadElement(model, &options.fem);
   if (options.kind == "plate-large") options.modes = model.Integer("modes", 2, 40, 0);
+  if (is_auto || options.kind == "plate-large") {
+    options.prestress = model.Number("prestress", NotNegative(Dimension::kTension), 0.0);
+  } else if (options.kind == "plate" && model.Has("prestress")) {
+    model.Refuse("prestress", "nothing with this kind: plate-large takes a tension at rest");
+  }
   if (is_hyperelastic) options.fem.law = Fem::Law::kNeoHookean;
   if (options.kind == "fem" && options.fem.law == Fem::Law::kNeoHookean) {
     options.kind = "fem-hyperelastic";

@@ -29,7 +29,7 @@ Object ReadObject(Section& scene, const SceneContext& context) {
   object.X_SO =
       IsPlanar(object.geometry) ? ReadPlanarPose(section, at_origin) : ReadPose(section, at_origin);
   object.material = ReadMaterial(section);
-  object.fixed = ReadFixed(section, context, object.geometry);
+  object.fixed = ReadFixed(section, object.geometry);
   return object;
 }
 

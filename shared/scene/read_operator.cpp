@@ -11,14 +11,25 @@ constexpr double kPressDepth = 0.055;    // of the larger side
 constexpr double kPressPerSecond = 4;    // press depths per second
 constexpr double kHomeClearance = 0.07;  // of the larger side
 constexpr double kSpeedReserve = 2.5;    // times the press speed
+constexpr double kToolPerSide = 1.0 / 15;
 
-ManipulatorOptions DefaultManipulator(const std::optional<BoundingBox>& box, double press_speed) {
+// Where a press begins.
+Eigen::Vector3d HomeOver(const Object& object, const BoundingBox& box) {
+  const double clearance = kHomeClearance * box.larger_side();
+  const Eigen::Vector3d centre = box.centre();
+  if (box.is_flat()) return {centre.x(), box.upper.y() + clearance, 0};
+  if (IsVolume(object.geometry)) return {centre.x(), centre.y(), box.upper.z() + clearance};
+  return object.X_SO * Eigen::Vector3d(0, 0, clearance);
+}
+
+ManipulatorOptions DefaultManipulator(const Object& object, const std::optional<BoundingBox>& box,
+                                      double press_speed) {
   ManipulatorOptions options;
   options.max_speed = kSpeedReserve * press_speed;
   if (!box) return options;
   const double side = box->larger_side();
   const Eigen::Vector3d margin(side, side, box->is_flat() ? 0 : side);
-  options.home = {box->centre().x(), box->upper.y() + kHomeClearance * side, 0};
+  options.home = HomeOver(object, *box);
   options.workspace_min = box->lower - margin;
   options.workspace_max = box->upper + margin;
   return options;
@@ -54,6 +65,7 @@ OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& b
   transform.R_SM = FixedAxesRotation(
       section.Vector3("rotation", Any(Dimension::kAngle), Eigen::Vector3d::Zero()));
   Section press = section.Open("press");
+  options.press_told = press.Has("depth");
   options.press_depth = press.Number("depth", depth_rule, options.press_depth);
   options.press_speed = press.Number("speed", Positive(Dimension::kSpeed), options.press_speed);
   return options;
@@ -69,10 +81,11 @@ void PlaceFingers(const std::optional<BoundingBox>& box, Tactile* tactile) {
   }
 }
 
-ManipulatorOptions ReadManipulator(Section& scene, const std::optional<BoundingBox>& box,
-                                   double press_speed, const std::optional<Eigen::Vector3d>& pad) {
+ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
+                                   const std::optional<BoundingBox>& box, double press_speed,
+                                   const std::optional<Eigen::Vector3d>& pad) {
   const Rule place = Any(Dimension::kLength);
-  ManipulatorOptions options = DefaultManipulator(box, press_speed);
+  ManipulatorOptions options = DefaultManipulator(object, box, press_speed);
   Section section = scene.Open("manipulator");
   if (!pad) {
     options.home = section.Vector3("home", place, options.home);
@@ -118,6 +131,13 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const std::optional
   return tool;
 }
 
+Tool UsualTool(const BoundingBox& box) {
+  Tool tool;
+  tool.shape = Tool::Shape::kRound;
+  tool.width = kToolPerSide * box.larger_side();
+  return tool;
+}
+
 SiteOptions ReadSite(Section& scene) {
   Section section = scene.Open("site");
   SiteOptions site;
@@ -129,6 +149,8 @@ SiteOptions ReadSite(Section& scene) {
   site.blur = section.Number("blur", Between(Dimension::kPixels, 0, 100, "0 to 100"), site.blur);
   site.lighting = section.Number("lighting", share, site.lighting);
   site.flicker = section.Number("flicker", share, site.flicker);
+  site.pace =
+      section.Number("pace", Between(Dimension::kNumber, 1e-3, 1e3, "0.001 to 1000"), site.pace);
   site.misplacement = section.Vector2("misplacement", Any(Dimension::kLength), site.misplacement);
   return site;
 }

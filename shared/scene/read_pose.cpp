@@ -37,6 +37,14 @@ Eigen::Isometry3d ReadPose(Section& section, const Eigen::Isometry3d& fallback) 
   return pose.present() ? PoseOf(ReadParts(pose, fallback)) : fallback;
 }
 
+Eigen::Isometry3d ReadKnownPose(Section& section) {
+  if (section.present() &&
+      (!section.Has("pose") || section.node()->Find("pose")->children.empty())) {
+    section.Refuse("pose", "a map of translation, rotation");
+  }
+  return ReadPose(section, Eigen::Isometry3d::Identity());
+}
+
 Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fallback) {
   Section pose = section.Open("pose");
   if (!pose.present()) return fallback;

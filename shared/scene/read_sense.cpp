@@ -2,12 +2,12 @@
 #include <cctype>
 #include <system_error>
 
+#include <fnmatch.h>
+
 #include "shared/scene/sections.h"
 
 namespace palpate {
 namespace {
-
-constexpr int kLargestPicture = 16384;  // [px]
 
 bool IsVideo(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
@@ -27,48 +27,38 @@ bool IsPrintfPattern(const std::string& pattern) {
   return letter != std::string::npos && letter - percent <= 3 && pattern[letter] == 'd';
 }
 
-void ReadFiles(Section& section, const SceneContext& context, Camera* camera) {
-  const std::string pattern =
-      section.Text("file", "a printf pattern, a glob, a directory, a picture or a video");
-  camera->pattern = (context.folder / pattern).string();
-  camera->source = IsVideo(pattern) ? Camera::Source::kVideo : Camera::Source::kFiles;
-  if (pattern.find('%') != std::string::npos) {
-    if (!IsPrintfPattern(pattern))
-      section.Refuse("file", "one number like %d or %04d in a pattern");
-  } else if (std::error_code error; pattern.find_first_of("*?[") == std::string::npos &&
-                                    !std::filesystem::is_directory(camera->pattern, error)) {
-    ReadExistingFile(section, "file", context);
+// Whether a file's name matches a printf pattern or a glob, in a folder that is none.
+bool NamesAFile(const std::filesystem::path& pattern) {
+  const std::string name = pattern.filename().string();
+  const auto percent = name.find('%');
+  const std::string glob =
+      percent == std::string::npos
+          ? name
+          : name.substr(0, percent) + '*' + name.substr(name.find('d', percent) + 1);
+  const auto folder = pattern.has_parent_path() ? pattern.parent_path() : ".";
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (fnmatch(glob.c_str(), entry.path().filename().c_str(), 0) == 0) return true;
   }
+  return false;
+}
+
+void ReadFiles(Section& section, const SceneContext& context, Camera* camera) {
+  camera->pattern = ReadPictures(section, "file", context);
+  camera->source = IsVideo(camera->pattern) ? Camera::Source::kVideo : Camera::Source::kFiles;
 }
 
 void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
   using Source = Section::Choice<Camera::Source>;
-  constexpr const char* kOneOf = "exactly one of `source: simulated`, `file` and `device`";
-  section.RefuseLater("stereo", "one camera");
-  section.RefuseLater("pair", "one camera");
-  section.RefuseLater("intrinsics", "a camera without distortion, given by `pixel` and `pose`");
-  const bool is_simulated = section.Has("source");
-  const bool has_file = section.Has("file");
-  const bool has_device = section.Has("device");
-  if (section.present() && (is_simulated + has_file + has_device) != 1) {
-    section.Refuse(is_simulated ? "source" : has_file ? "file" : "source", kOneOf);
-  } else if (has_file) {
+  if (!NamesOneSource(section)) return;
+  if (section.Has("file")) {
     ReadFiles(section, context, camera);
-  } else if (has_device) {
+  } else if (section.Has("device")) {
     camera->source = Camera::Source::kDevice;
     camera->device = section.Integer("device", 0, 1000);
   } else {
     section.OneOf("source", std::array{Source{"simulated", Camera::Source::kSimulated}});
   }
-}
-
-// [width, height] in pixels.
-std::array<int, 2> ReadSize(Section& section, const std::array<int, 2>& fallback) {
-  if (!section.Has("size")) return fallback;
-  const Rule edge = Between(Dimension::kPixels, 16, kLargestPicture, "16 to 16384, whole");
-  const Eigen::Vector2d size = section.Vector2("size", edge);
-  if (size != size.array().floor().matrix()) section.Refuse("size", "whole numbers of pixels");
-  return {static_cast<int>(size.x()), static_cast<int>(size.y())};
 }
 
 // What stands there when the scene does not say it: of files and videos it comes with the pictures.
@@ -91,6 +81,7 @@ std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,
   const Rule pixel = Positive(Dimension::kLength);
   camera.pixel = is_needed ? section.Number("pixel", pixel) : section.Number("pixel", pixel, 0.0);
   camera.X_SC = ReadPlanarPose(section, X_SC);
+  camera.lens = ReadExistingFile(section, "intrinsics", context);
   return camera;
 }
 
@@ -155,10 +146,7 @@ std::optional<DepthCamera> ReadDepthCamera(Section& sense) {
   Section section = sense.Open("depth_camera");
   if (!section.present()) return std::nullopt;
   DepthCamera camera;
-  if (!section.Has("pose") || section.node()->Find("pose")->children.empty()) {
-    section.Refuse("pose", "a map of translation, rotation");
-  }
-  camera.X_SD = ReadPose(section, camera.X_SD);
+  camera.X_SD = ReadKnownPose(section);
   camera.size = ReadSize(section, camera.size);
   camera.focal =
       section.Number("focal", Between(Dimension::kPixels, 1, 1e6, "1 to 1e6"), camera.focal);
@@ -174,6 +162,54 @@ void RefuseBeside(Section& section, std::string_view key) {
 
 }  // namespace
 
+std::array<int, 2> ReadSize(Section& section, const std::array<int, 2>& fallback) {
+  if (!section.Has("size")) return fallback;
+  const Rule edge = Between(Dimension::kPixels, 16, kLargestPicture, "16 to 16384, whole");
+  const Eigen::Vector2d size = section.Vector2("size", edge);
+  if (size != size.array().floor().matrix()) section.Refuse("size", "whole numbers of pixels");
+  return {static_cast<int>(size.x()), static_cast<int>(size.y())};
+}
+
+std::string ReadPictures(Section& section, std::string_view key, const SceneContext& context) {
+  const std::string pattern =
+      section.Text(key, "a printf pattern, a glob, a directory or a picture");
+  const auto path = context.folder / pattern;
+  if (pattern.empty()) return {};
+  std::error_code error;
+  if (pattern.find('%') != std::string::npos && !IsPrintfPattern(path.filename().string())) {
+    section.Refuse(key, "one number like %d or %04d in the pattern of a file's name");
+  } else if (context.use != SceneUse::kFull || std::filesystem::is_directory(path, error)) {
+    return path.string();
+  } else if (pattern.find_first_of("%*?[") == std::string::npos) {
+    ReadExistingFile(section, key, context);
+  } else if (!NamesAFile(path)) {
+    section.Refuse(key, "a pattern that names a file; none is " + path.string());
+  }
+  return path.string();
+}
+
+bool NamesOneSource(Section& camera) {
+  constexpr std::array kSources{"source", "file", "device", "stereo", "depth"};
+  std::string_view named = "source";
+  int count = 0;
+  for (const char* key : kSources) {
+    if (!camera.Has(key)) continue;
+    if (count++ == 0) named = key;
+  }
+  const bool has_pair = camera.Has("pair");
+  if (!camera.present()) return false;
+  if (count != 1) {
+    camera.Refuse(named,
+                  "exactly one of `source: simulated`, `file`, `device`, `stereo` and `depth`");
+  } else if (has_pair && named != "source") {
+    camera.Refuse("pair", "nothing beside `" + std::string(named) +
+                              "`: it tells how two simulated cameras stand");
+  } else {
+    return true;
+  }
+  return false;
+}
+
 std::filesystem::path ReadExistingFile(Section& section, std::string_view key,
                                        const SceneContext& context) {
   const std::string name = section.Text(key, "a file", "");
@@ -186,11 +222,11 @@ std::filesystem::path ReadExistingFile(Section& section, std::string_view key,
   return file;
 }
 
-Sense ReadSense(Section& scene, const SceneContext& context, const Eigen::Isometry3d& X_SC) {
+Sense ReadSense(Section& scene, const SceneContext& context, const Object& object,
+                const Eigen::Isometry3d& X_SC) {
   const bool is_needed = context.use == SceneUse::kFull;
-  Section section =
-      scene.Open("sense", is_needed ? "a map of camera, tip, contour, or of tactile" : "");
-  section.RefuseLater("points", "camera, tip, contour");
+  Section section = scene.Open(
+      "sense", is_needed ? "a map of camera, tip, contour, of camera, points, or of tactile" : "");
   Sense sense;
   sense.tactile = ReadTactile(section, context);
   sense.depth_camera = ReadDepthCamera(section);
@@ -198,7 +234,17 @@ Sense ReadSense(Section& scene, const SceneContext& context, const Eigen::Isomet
     RefuseBeside(section, "camera");
     RefuseBeside(section, "tip");
     RefuseBeside(section, "contour");
+    RefuseBeside(section, "points");
     return sense;
+  }
+  if (NamesEyes(section.node())) {
+    ReadEyes(section, context, object, &sense);
+    return sense;
+  }
+  if (section.Has("points")) {
+    section.Refuse("points",
+                   "nothing beside one camera: points in space take `camera: {source: simulated, "
+                   "pair: {}}`, `camera: {stereo: {left, right, rig}}` or `camera: {depth: ...}`");
   }
   sense.camera = ReadCamera(section, context, X_SC);
   sense.tip = ReadTip(section, context);

@@ -39,6 +39,25 @@ bool IsVolume(const Geometry& geometry) {
          std::holds_alternative<MeshFileGeometry>(geometry);
 }
 
+bool IsHeld(const Object& object) {
+  return !object.fixed.empty() || std::holds_alternative<MembraneGeometry>(object.geometry);
+}
+
+bool HasEyes(const Sense& sense) {
+  return sense.stereo || sense.depth;
+}
+
+bool HasPictures(const Sense& sense) {
+  return sense.camera || HasEyes(sense);
+}
+
+double SensorRate(const Sense& sense) {
+  if (sense.camera) return sense.camera->rate;
+  if (sense.stereo) return sense.stereo->rate;
+  if (sense.depth) return sense.depth->rate;
+  return sense.tactile ? sense.tactile->rate : 0;
+}
+
 double ThicknessOf(const Geometry& geometry) {
   return std::visit(
       [](const auto& g) {

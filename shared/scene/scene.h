@@ -93,6 +93,9 @@ struct Object {
   Material material;
   std::vector<Fixed> fixed;  // empty: balanced loads only
 };
+// Whether something holds the object; a membrane's rim always does. Where nothing does it may move
+// as a whole: its points are followed, but what they tell of a force is not known.
+bool IsHeld(const Object& object);
 
 // --- tool
 // -------------------------------------------------------------------------------------------------------
@@ -224,6 +227,11 @@ struct Sense {
   std::optional<DepthPictures> depth;
   std::optional<PointTracking> points;
 };
+// Two cameras or depth pictures: points in space, followed by `points`, which then is there.
+bool HasEyes(const Sense& sense);
+// Cameras of any kind.
+bool HasPictures(const Sense& sense);
+double SensorRate(const Sense& sense);  // of pictures or samples [Hz]; 0: nothing is sensed
 
 // --- model
 // ------------------------------------------------------------------------------------------------------
@@ -280,6 +288,7 @@ struct OperatorOptions {
   TeleopTransform transform;   // scales and R_SM; the offset is the clutch's
   double force_limit = 3.3;    // at the device [N]
   double press_depth = 0.005;  // what a scripted hand does, at the tool [m]
+  bool press_told = false;     // the scene says how deep
   double press_speed = 0.020;  // [m/s]
 };
 struct ManipulatorOptions {

@@ -33,26 +33,55 @@ class CrossCheck {
       : scene_(scene), document_(document), use_(use), mistakes_(mistakes) {}
 
   void Run() {
+    CheckGeometry();
+    CheckHeld();
     CheckKind();
     if (OutlineBox(scene_.object)) CheckElements();
     CheckHome();
     CheckFingers();
+    CheckSight();
     CheckContour();
   }
 
  private:
+  // Which senses tell of which objects.
+  void CheckGeometry() {
+    if (use_ != SceneUse::kFull) return;
+    const Geometry& geometry = scene_.object.geometry;
+    if (scene_.sense.tactile && !IsVolume(geometry)) {
+      Refuse("object.geometry", "box or mesh where fingertips touch");
+    } else if (HasEyes(scene_.sense) && IsPlanar(geometry)) {
+      Refuse("object.geometry", "membrane, box or mesh where two cameras or depth pictures look");
+    } else if (!scene_.sense.tactile && !named_eyes_ && !IsPlanar(geometry)) {
+      Refuse("object.geometry",
+             "rectangle, disc, polygon or contour where one camera watches; membranes, boxes and "
+             "meshes take two (`camera: {source: simulated, pair: {}}` or `camera: {stereo: {left, "
+             "right, rig}}`), depth pictures (`camera: {depth: ...}`) or fingertips (`tactile`), "
+             "and none for solve, study and check");
+    }
+  }
+
+  // Two cameras may also follow what moves as a whole; a simulated target does so on its path.
+  void CheckHeld() {
+    const auto& stereo = scene_.sense.stereo;
+    const bool is_told = IsPresent("object", "fixed");
+    const bool may_move = named_eyes_ && !scene_.sense.depth;
+    if (use_ == SceneUse::kFull && !may_move && !is_told && !IsHeld(scene_.object)) {
+      Refuse("object.fixed", "where the object is held: side, arc, plane or nodes");
+    }
+    const bool is_target = stereo && stereo->source == StereoCameras::Source::kSimulated &&
+                           IsVolume(scene_.object.geometry);
+    if (is_target && is_told) {
+      Refuse("object.fixed", "nothing where a textured target is simulated: it moves as a whole");
+    }
+  }
+
   // Which models compute which objects.
   void CheckKind() {
     const Geometry& geometry = scene_.object.geometry;
     const std::string& kind = scene_.model.kind;
-    const bool is_full = use_ == SceneUse::kFull;
-    if (is_full && scene_.sense.tactile && !IsVolume(geometry)) {
-      Refuse("object.geometry", "box or mesh where fingertips touch");
-    } else if (is_full && !scene_.sense.tactile && !IsPlanar(geometry)) {
-      Refuse("object.geometry",
-             "rectangle, disc, polygon or contour where a camera watches, box or mesh where "
-             "fingertips touch; without them membranes and volumes are answered by solve, study "
-             "and check in this version");
+    if (scene_.model.prestress > 0 && !std::holds_alternative<MembraneGeometry>(geometry)) {
+      Refuse("model.prestress", "nothing here: a membrane alone is under tension at rest");
     }
     if (kind == "auto") return;
     const bool is_plate = kind == "plate" || kind == "plate-large";
@@ -86,6 +115,11 @@ class CrossCheck {
         Contains(OutlineOf(scene_.object.geometry), p_O.head<2>())) {
       Refuse("manipulator.home", "a place outside the object");
     }
+    const bool is_membrane = std::holds_alternative<MembraneGeometry>(scene_.object.geometry);
+    const bool is_told = IsPresent("manipulator", "home");
+    if (is_membrane && HasEyes(scene_.sense) && is_told && !(p_O.z() > 0)) {
+      Refuse("manipulator.home", "a place before the membrane, on the side that z of O points to");
+    }
   }
 
   // Where a recording tells the poses, what stands here is not used.
@@ -103,6 +137,22 @@ class CrossCheck {
     }
   }
 
+  // Cameras look at the object, and a simulated pair stands closer together than it is far.
+  void CheckSight() {
+    const auto& stereo = scene_.sense.stereo;
+    const bool is_simulated = stereo && stereo->source == StereoCameras::Source::kSimulated;
+    const bool is_membrane = std::holds_alternative<MembraneGeometry>(scene_.object.geometry);
+    if (!HasEyes(scene_.sense) || !(is_simulated || is_membrane) || mistakes_->count() > 0) return;
+    const Eigen::Isometry3d& X_SC = stereo ? stereo->X_SL : scene_.sense.depth->X_SD;
+    const Eigen::Vector3d p_C = X_SC.inverse() * scene_.object.X_SO.translation();
+    constexpr double kWidest = 1.5;  // baseline / distance: the cameras turn by 97 degrees
+    if (use_ == SceneUse::kFull && !(p_C.z() > 0)) {
+      Refuse("sense.camera.pose", "one that has the object's origin before the camera, z > 0");
+    } else if (is_simulated && !(stereo->baseline < kWidest * p_C.norm())) {
+      Refuse("sense.camera.pair.baseline", "less than 1.5 times the distance to the object");
+    }
+  }
+
   void CheckContour() {
     if (!std::holds_alternative<ImageContourGeometry>(scene_.object.geometry)) return;
     if (!scene_.sense.contour) {
@@ -114,6 +164,10 @@ class CrossCheck {
     }
   }
 
+  [[nodiscard]] bool IsPresent(std::string_view section, std::string_view key) const {
+    const DocumentNode* node = document_.Find(section);
+    return node != nullptr && node->Find(key) != nullptr;
+  }
   void Refuse(std::string_view path, std::string_view accepted) {
     mistakes_->AddAtPath(document_, path, accepted);
   }
@@ -122,6 +176,7 @@ class CrossCheck {
   const DocumentNode& document_;
   SceneUse use_;
   Mistakes* mistakes_;
+  bool named_eyes_ = NamesEyes(document_.Find("sense"));
 };
 
 Scene ReadScene(Section& root, const SceneContext& context) {
@@ -130,17 +185,21 @@ Scene ReadScene(Section& root, const SceneContext& context) {
   scene.object = ReadObject(root, context);
   scene.model = ReadModel(root, context);
   auto box = OutlineBox(scene.object);
-  scene.sense = ReadSense(root, context, CameraOver(box));
+  scene.sense = ReadSense(root, context, scene.object, CameraOver(box));
+  if (HasEyes(scene.sense) && !box) box = SolidBox(scene.object, root);
   std::optional<Eigen::Vector3d> pad;
   if (auto& tactile = scene.sense.tactile) {
-    if (IsVolume(scene.object.geometry)) box = VolumeBox(scene.object, root);
+    if (IsVolume(scene.object.geometry)) box = SolidBox(scene.object, root);
     PlaceFingers(box, &*tactile);
     pad = tactile->fingers.front().X_SF * Eigen::Vector3d(0, 0, -tactile->finger_radius);
   }
   scene.operator_options = ReadOperator(root, box);
-  scene.manipulator = ReadManipulator(root, box, scene.operator_options.press_speed, pad);
-  const bool needs_tool = context.use == SceneUse::kFull && !scene.sense.tactile;
+  scene.manipulator =
+      ReadManipulator(root, scene.object, box, scene.operator_options.press_speed, pad);
+  const bool has_eyes = HasEyes(scene.sense);
+  const bool needs_tool = context.use == SceneUse::kFull && !scene.sense.tactile && !has_eyes;
   scene.tool = ReadTool(root, needs_tool, box, scene.manipulator.home);
+  if (has_eyes && !scene.tool && box) scene.tool = UsualTool(*box);
   scene.site = ReadSite(root);
   scene.study_contacts = ReadStudyContacts(root);
   return scene;

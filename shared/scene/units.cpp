@@ -32,6 +32,8 @@ constexpr std::array kUnits{
     Unit{kSpeed, "m/s", 1},       Unit{kSpeed, "mm/s", 1e-3},
     Unit{kSpeed, "um/s", 1e-6},   Unit{kSpeed, "nm/s", 1e-9},
     Unit{kSpeed, "km/s", 1e3},    Unit{kPixels, "px", 1},
+    Unit{kTension, "N/m", 1},     Unit{kTension, "mN/m", 1e-3},
+    Unit{kTension, "N/mm", 1e3},
 };
 
 std::string_view NameOf(Dimension dimension) {
@@ -56,6 +58,8 @@ std::string_view NameOf(Dimension dimension) {
       return "a rate";
     case kSpeed:
       return "a speed";
+    case kTension:
+      return "a tension";
     case kPixels:
       break;
   }

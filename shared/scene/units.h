@@ -21,6 +21,7 @@ enum class Dimension : std::uint8_t {
   kRate,       // /s
   kSpeed,      // m/s mm/s um/s nm/s km/s
   kPixels,     // px
+  kTension,    // N/m mN/m N/mm
 };
 
 // A finite decimal number in the C locale's notation, whatever the process's locale; nothing else

@@ -9,6 +9,7 @@
 
 #include "slave/capture/decode_ahead.h"
 #include "slave/capture/picture_files.h"
+#include "slave/capture/straightening.h"
 
 namespace palpate {
 namespace {
@@ -25,6 +26,16 @@ void RequireSize(const Camera& camera, const cv::Mat& first) {
                            std::to_string(first.rows) + "], or no size");
 }
 
+// What the lens has bent is put straight before anybody looks at it, by the thread that decodes.
+// `first`: tried at once, so that a lens of other pictures is refused here, not in the loop.
+DecodeAhead::Decode Straightening(const Camera& camera, const cv::Mat& first,
+                                  DecodeAhead::Decode next) {
+  if (camera.lens.empty()) return next;
+  const std::optional<LensWarp> warp = StraighteningOf(camera);
+  static_cast<void>(Straightened(camera, warp, first));
+  return [camera, warp, next = std::move(next)] { return Straightened(camera, warp, next()); };
+}
+
 std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced) {
   auto files = ListPictures(camera.pattern, {});
   DecodeAhead::Options options;
@@ -33,13 +44,13 @@ std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced) {
   options.paced = paced;
   cv::Mat first = ReadPicture(files.front(), 1);  // a wrong file is found here, not in the loop
   RequireSize(camera, first);
-  auto next = [files = std::move(files), first = std::move(first),
-               index = std::size_t{0}]() mutable {
+  auto next = [files = std::move(files), first, index = std::size_t{0}]() mutable {
     if (index == files.size()) return cv::Mat();
     ++index;
     return index == 1 ? std::exchange(first, cv::Mat()) : ReadPicture(files[index - 1], index);
   };
-  return std::make_unique<DecodeAhead>(std::move(next), std::move(options));
+  return std::make_unique<DecodeAhead>(Straightening(camera, first, std::move(next)),
+                                       std::move(options));
 }
 
 std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced) {
@@ -60,7 +71,8 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced) {
     cv::Mat image;  // a new one each time: the reader keeps it
     return video.read(image) ? image : cv::Mat();
   };
-  return std::make_unique<DecodeAhead>(std::move(next), std::move(options));
+  return std::make_unique<DecodeAhead>(Straightening(camera, first, std::move(next)),
+                                       std::move(options));
 }
 
 std::unique_ptr<FrameSource> OpenDevice(const Camera& camera) {
@@ -84,7 +96,8 @@ std::unique_ptr<FrameSource> OpenDevice(const Camera& camera) {
     if (!device.read(image) || image.empty()) throw std::runtime_error(name + ": gone");
     return image;
   };
-  return std::make_unique<DecodeAhead>(std::move(next), std::move(options));
+  return std::make_unique<DecodeAhead>(Straightening(camera, {}, std::move(next)),
+                                       std::move(options));
 }
 
 }  // namespace

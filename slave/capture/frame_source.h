@@ -16,7 +16,7 @@
 namespace palpate {
 
 struct Frame {
-  cv::Mat image;               // as the source gives it: 1 or 3 channels, 8 or 16 bit
+  cv::Mat image;  // 1 or 3 channels, 8 or 16 bit; straight, if the scene names the camera's lens
   std::uint64_t sequence = 0;  // from 1
   Time sensed_at{};            // when the picture was taken (middle of the exposure)
 };
@@ -37,8 +37,8 @@ class FrameSource {
 
 // Opens what the scene names (files, video, device); relative paths are relative to the scene file.
 // `paced`: pictures come at the scene's rate; otherwise as fast as they are read, with stamps at
-// that rate. Throws std::runtime_error: nothing matches, unreadable, no such camera. Not for
-// Source::kSimulated.
+// that rate. Throws std::runtime_error: nothing matches, unreadable, no such camera, a lens of
+// another picture size. Not for Source::kSimulated.
 std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced);
 
 }  // namespace palpate

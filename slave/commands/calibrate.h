@@ -2,9 +2,11 @@
 // in the slave's frame (contracts).
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 namespace palpate {
 
@@ -12,21 +14,32 @@ struct CalibrateOptions {
   std::string left, right;             // globs as of a scene's camera; empty `right`: one camera
   std::string board;                   // inner corners, or circles: 9x6
   std::string square;                  // between neighbours: 25mm
-  std::string pattern = "chessboard";  // or circles
+  std::string pattern = "chessboard";  // circles, asymmetric-circles
+  std::string distance;                // of a plane whose pixel size is asked for: 250mm
   std::filesystem::path out;           // rig or lens; of a registration alone: the scene's lines
   std::filesystem::path drawing;       // SVG; empty: none
   bool force = false;                  // write what cannot be trusted
   std::filesystem::path tip_places;    // CSV x,y,z,u,v[,u_right,v_right]: registers the camera
   std::filesystem::path rig;           // for the registration, where no board is given
   std::string size;                    // 640x480: registers a camera straight above the plane z = 0
+  bool plane = false;                  // the same with the lens known
+  std::vector<std::string> unquoted;   // names that a shell made of a glob without quotes
 };
 
 inline constexpr const char* kCalibrateHelp = R"(Examples:
   palpate-slave calibrate --left 'left*.jpg' --right 'right*.jpg' --board 9x6 --square 25mm \
       --out rig.yaml --drawing rig.svg
-  palpate-slave calibrate --left 'board*.png' --board 9x6 --square 2.5mm --out lens.yaml
+  palpate-slave calibrate --left 'board*.png' --board 9x6 --square 2.5mm --out lens.yaml \
+      --distance 250mm
+  palpate-slave calibrate --left 'grid*.png' --pattern asymmetric-circles --board 4x11 \
+      --square 10mm --out lens.yaml
   palpate-slave calibrate --register tips.csv --rig rig.yaml --out pose.yaml
+  palpate-slave calibrate --register tips.csv --rig lens.yaml --plane
   palpate-slave calibrate --register tips.csv --size 640x480
+
+The board: ten to twenty pictures (pairs at the same instant), tilted to all sides by 20 to 40
+degrees, near and far, in every corner of the picture. Left and right belong together by the last
+number in their names. --square of asymmetric circles is the distance of two rows.
 
 Pictures without the board, unreadable ones and pairs that contradict the others are named and left
 out; exchanged sides are named and put right. What cannot be trusted is said with the reason, exits
@@ -34,11 +47,16 @@ out; exchanged sides are named and put right. What cannot be trusted is said wit
 focal length) to 1 % (one sigma), corners be off by 1 px rms at most and lie in 15 % of the picture.
 
 --register: rows of the tip's place in S [m] and in the picture [px]. With u_right,v_right and a
-pair the places are triangulated; with one lens its pose is fitted; with --size alone the camera
-looks straight down on z = 0 (pixel size and pose). The lines for the scene go to standard output.)";
+pair the places are triangulated; with one lens its pose is fitted, or with --plane, or --size and
+no lens at all, pixel size and pose of a camera that looks straight down on z = 0. The lines for the
+scene's sense.camera go to standard output.)";
 
 // Returns the exit code: 0 done, 1 not to be trusted (nothing is written without `force`). Throws
 // std::invalid_argument: what is unusable; std::runtime_error: ran and failed.
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop);
+
+// `9x6`. Throws std::invalid_argument naming the option.
+std::array<int, 2> TwoCounts(const std::string& option, const std::string& text, int least,
+                             int most, const char* example);
 
 }  // namespace palpate

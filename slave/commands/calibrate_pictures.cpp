@@ -34,15 +34,44 @@ std::array<int, 2> MostFrequent(const std::vector<std::array<int, 2>>& sizes) {
   return most == counts.end() ? std::array<int, 2>{0, 0} : most->first;
 }
 
-// What the user may have meant: squares instead of inner corners, or one fewer of either.
-std::string OtherCount(const cv::Mat& grey, const Board& board) {
-  if (board.pattern != Board::Pattern::kChessboard) return "";
+const char* NameOf(Board::Pattern pattern) {
+  switch (pattern) {
+    case Board::Pattern::kCircles:
+      return "circles";
+    case Board::Pattern::kAsymmetricCircles:
+      return "asymmetric-circles";
+    case Board::Pattern::kChessboard:
+      break;
+  }
+  return "chessboard";
+}
+
+// What the user may have meant: squares instead of inner corners, one fewer of either, columns for
+// rows, or another pattern.
+std::string OtherBoard(const cv::Mat& grey, const Board& board) {
+  const auto is_seen = [&](const Board& other) {
+    return other.columns >= 3 && other.rows >= 3 && FindBoard(grey, other).has_value();
+  };
   for (const auto& [columns, rows] : {std::pair{1, 1}, {1, 0}, {0, 1}, {-1, -1}}) {
     Board other = board;
     other.columns -= columns, other.rows -= rows;
-    if (other.columns < 3 || other.rows < 3 || !FindBoard(grey, other)) continue;
-    return fmt::format("; {}x{} was found: --board counts inner corners, not squares",
-                       other.columns, other.rows);
+    if (board.pattern == Board::Pattern::kChessboard && is_seen(other)) {
+      return fmt::format("; {}x{} was found: --board counts inner corners, not squares",
+                         other.columns, other.rows);
+    }
+  }
+  for (const auto pattern : {Board::Pattern::kChessboard, Board::Pattern::kCircles,
+                             Board::Pattern::kAsymmetricCircles}) {
+    for (const bool is_transposed : {false, true}) {
+      Board other = board;
+      other.pattern = pattern;
+      if (is_transposed) std::swap(other.columns, other.rows);
+      if (pattern == board.pattern && !is_transposed) continue;
+      if (is_seen(other)) {
+        return fmt::format("; --pattern {} --board {}x{} was found", NameOf(pattern), other.columns,
+                           other.rows);
+      }
+    }
   }
   return "";
 }
@@ -112,7 +141,7 @@ BoardPictures FindBoards(const std::string& option, const std::string& pattern, 
                                          option, pattern, out.pictures.size(), board.columns,
                                          board.rows,
                                          first.empty() ? ": " + out.pictures.front().why_not : "",
-                                         first.empty() ? "" : OtherCount(first, board)));
+                                         first.empty() ? "" : OtherBoard(first, board)));
   }
   return out;
 }

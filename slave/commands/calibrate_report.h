@@ -15,7 +15,8 @@ namespace palpate {
 
 // One picture or pair.
 struct CalibrationRow {
-  std::string name;
+  std::string name;        // of the picture, or of the left one
+  std::string right_name;  // pairs only
   bool used = false;
   std::string why_not;                                     // where it is not used
   double left_px = 0;                                      // rms
@@ -23,11 +24,16 @@ struct CalibrationRow {
   double pixel = 0;                                        // on the board [m]
   Eigen::Isometry3d X_LB = Eigen::Isometry3d::Identity();  // of the board
   Corners left, right;                                     // as seen [px]
+
+  [[nodiscard]] std::string full_name() const {
+    return right_name.empty() ? name : name + " " + right_name;
+  }
 };
 
 struct CalibrationReport {
   Board board;
   bool is_pair = false;
+  double distance = 0;  // of a plane whose pixel size is asked for [m]; 0: none
   StereoRig rig;
   std::vector<CalibrationRow> rows;
   std::vector<std::string> notes;  // before the verdict

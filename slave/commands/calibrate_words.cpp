@@ -19,12 +19,12 @@ std::string LensWords(const char* side, const Lens& lens) {
 
 std::string Table(const CalibrationReport& report) {
   std::size_t width = 8;
-  for (const CalibrationRow& row : report.rows) width = std::max(width, row.name.size());
+  for (const CalibrationRow& row : report.rows) width = std::max(width, row.full_name().size());
   std::string table =
       fmt::format("{:<{}}  {}  pixel on the board [mm]\n", report.is_pair ? "pair" : "picture",
                   width, report.is_pair ? "left [px]  right [px]" : "rms [px]");
   for (const CalibrationRow& row : report.rows) {
-    table += fmt::format("{:<{}}  ", row.name, width);
+    table += fmt::format("{:<{}}  ", row.full_name(), width);
     if (!row.used) {
       table += "left out: " + row.why_not + "\n";
     } else if (report.is_pair) {
@@ -46,12 +46,33 @@ std::string PairWords(const StereoRig& rig) {
       1e3 * rig.baseline(), at.x(), at.y(), at.z(), turn.angle() * 180 / std::numbers::pi);
 }
 
+// Numbers that a ruler can check: a wrong --square shows here and nowhere else.
+std::string ScaleWords(const CalibrationReport& report) {
+  double nearest = HUGE_VAL, farthest = 0;
+  for (const CalibrationRow& row : report.rows) {
+    if (!row.used) continue;
+    const double z = row.X_LB.translation().z();
+    nearest = std::min(nearest, z), farthest = std::max(farthest, z);
+  }
+  const cv::Size2d extent = BoardExtent(report.board);
+  std::string words = fmt::format(
+      "the board, {:.4g} x {:.4g} mm from first to last, was seen {:.4g} to {:.4g} mm away\n",
+      1e3 * extent.width, 1e3 * extent.height, 1e3 * nearest, 1e3 * farthest);
+  if (report.distance > 0) {
+    const Lens& lens = report.rig.left;
+    words +=
+        fmt::format("straight ahead at {:.4g} mm a pixel shows {:.5g} mm\n", 1e3 * report.distance,
+                    1e3 * report.distance / std::sqrt(lens.fx * lens.fy));
+  }
+  return words;
+}
+
 std::string HalvesWords(const TrustQuestion& question) {
   const HalvesCheck& halves = question.halves;
   if (halves.random.empty()) return "";
   std::string words = fmt::format(
-      "{} of halves: odd and even differ by {:.3f} %, {} random halves by {:.3f} % (median) and "
-      "{:.3f} % (worst); one sigma from all {:.3f} %",
+      "{} of halves: odd and even differ by {:.3g} %, {} random halves by {:.3g} % (median) and "
+      "{:.3g} % (worst); one sigma from all {:.3g} %",
       question.quantity, 100 * halves.odd_even, halves.random.size(),
       100 * halves.random[halves.random.size() / 2], 100 * halves.worst(), 100 * halves.sigma());
   if (halves.failed > 0) words += fmt::format("; {} halves define none", halves.failed);
@@ -77,6 +98,7 @@ std::string Words(const CalibrationReport& report) {
   if (report.is_pair) words += LensWords("right", report.rig.right) + PairWords(report.rig);
   words += fmt::format("reprojection rms {:.4f} px over {} {}\n", report.rig.rms_px,
                        report.question.used, report.is_pair ? "pairs (joint)" : "pictures");
+  words += ScaleWords(report);
   words += HalvesWords(report.question);
   words += "coverage:";
   for (const double coverage : report.question.coverage) {

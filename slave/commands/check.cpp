@@ -12,6 +12,7 @@
 #include "shared/scene/scene_loader.h"
 #include "slave/commands/check_auto.h"
 #include "slave/commands/check_body.h"
+#include "slave/commands/check_stereo.h"
 #include "slave/commands/check_tactile.h"
 #include "slave/commands/check_words.h"
 #include "slave/mechanics/make_model.h"
@@ -163,6 +164,10 @@ int RunCheck(const CheckOptions& options) {
     CheckTactile(LoadScene(options.scene, options.overrides));
     return 0;
   }
+  if (HasEyes(body.sense)) {
+    CheckStereo(LoadScene(options.scene, options.overrides));
+    return 0;
+  }
   const bool is_model_only = !body.sense.camera && !body.sense.tip && !body.tool;
   if (!IsPlanar(body.object.geometry) || is_model_only) {
     CheckBody(body);
@@ -176,10 +181,7 @@ int RunCheck(const CheckOptions& options) {
   const Camera& camera = *scene.sense.camera;
   PrintLine("eyes", fmt::format("{}, {:g} Hz, {} per pixel", Source(camera), camera.rate,
                                 LengthInWords(camera.pixel)));
-  PrintLine("hand", fmt::format("position scale {:g}, force scale {:g}, at most {:g} N",
-                                scene.operator_options.transform.position_scale,
-                                scene.operator_options.transform.force_scale,
-                                scene.operator_options.force_limit));
+  PrintHand(scene);
   PrintModel(scene);
   PrintOff(scene);
   return 0;

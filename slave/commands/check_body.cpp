@@ -76,7 +76,7 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
                                     const Question& question, double force) {
   Scene better = scene;
   if (std::holds_alternative<MembraneDisc>(mesh)) {
-    if (scene.model.kind == "plate-large") return std::nullopt;
+    if (ChooseModel(scene).kind == "plate-large") return std::nullopt;
     better.model.kind = "plate-large";
     const auto stretched = ForceOf(better, mesh, question);
     return stretched ? std::optional(std::abs(force / *stretched - 1)) : std::nullopt;
@@ -100,9 +100,7 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
 
 // What would be pressed; nullopt, and a line that says why: nothing.
 std::optional<Question> QuestionOf(const Scene& scene) {
-  const bool is_held = !scene.object.fixed.empty() ||
-                       std::holds_alternative<MembraneGeometry>(scene.object.geometry);
-  if (!is_held) {
+  if (!IsHeld(scene.object)) {
     PrintLine("press", "not tried: nothing holds the object, so it takes balanced loads only");
     return std::nullopt;
   }

@@ -132,13 +132,6 @@ void PrintFelt(const Scene& scene, TactileEstimator& estimator) {
                   LengthInWords(-local.Penetration(scene.manipulator.home))));
 }
 
-void PrintHand(const Scene& scene) {
-  PrintLine("hand", fmt::format("position scale {:g}, force scale {:g}, at most {:g} N",
-                                scene.operator_options.transform.position_scale,
-                                scene.operator_options.transform.force_scale,
-                                scene.operator_options.force_limit));
-}
-
 }  // namespace
 
 void CheckTactile(const Scene& scene) {

@@ -57,6 +57,13 @@ std::string InWords(const Geometry& geometry) {
          (thickness > 0 ? fmt::format(", {} thick", LengthInWords(thickness)) : "");
 }
 
+void PrintHand(const Scene& scene) {
+  PrintLine("hand", fmt::format("position scale {:g}, force scale {:g}, at most {:g} N",
+                                scene.operator_options.transform.position_scale,
+                                scene.operator_options.transform.force_scale,
+                                scene.operator_options.force_limit));
+}
+
 void PrintObject(const Scene& scene) {
   const Material& m = scene.object.material;
   fmt::print("{} ({})\n", scene.name, scene.file.string());

@@ -12,5 +12,7 @@ std::string LengthInWords(double metres);
 std::string InWords(const Geometry& geometry);
 // Name, object and material.
 void PrintObject(const Scene& scene);
+// Scales and limit of the operator's hand.
+void PrintHand(const Scene& scene);
 
 }  // namespace palpate

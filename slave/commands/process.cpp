@@ -10,6 +10,7 @@
 
 #include "shared/scene/scene_loader.h"
 #include "slave/pipeline/offline_run.h"
+#include "slave/pipeline/stereo_run.h"
 #include "slave/pipeline/tactile_run.h"
 
 namespace palpate {
@@ -20,11 +21,9 @@ void PrintStage(const char* name, const LatencyHistogram& h) {
              h.max());
 }
 
-// `what`: pictures or samples.
-template <class Summary>
-void PrintPace(const Summary& s, const char* what) {
-  fmt::print("{} {} in {:.2f} s: {:.0f} {}/s\n", s.frames, what, s.seconds,
-             s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0.0, what);
+// `what`: pictures, pairs or samples.
+void PrintPace(const RunSummary& s, const char* what) {
+  fmt::print("{} {} in {:.2f} s: {:.0f} {}/s\n", s.frames, what, s.seconds, s.rate(), what);
   fmt::print("  {:<10} {:>9} {:>9} {:>9}\n", "step [us]", "median", "99 %", "worst");
   PrintStage("capture", s.capture);
 }
@@ -39,20 +38,57 @@ void PrintWritten(const std::filesystem::path& out) {
   fmt::print("written: {}, {}\n", (out / "states.csv").string(), (out / "summary.json").string());
 }
 
+void PrintBudget(const ErrorBudget& budget, const char* what) {
+  if (budget.count() == 0) return;
+  const double peak = budget.peak_force();
+  fmt::print(
+      "force error over {} {} in contact, true peak {:.4g} N: rms {:.3g} N ({:.2f} % of the peak); "
+      "from the model {:.2f} %, from tracking {:.2f} %\n",
+      budget.count(), what, peak, budget.rms(), 100 * budget.rms() / peak,
+      100 * budget.model_rms() / peak, 100 * budget.tracking_rms() / peak);
+}
+
 void Print(const OfflineSummary& s, const std::filesystem::path& out) {
   PrintPace(s, "pictures");
   PrintStage("vision", s.times.vision);
   PrintStage("contact", s.times.contact);
   PrintStage("mechanics", s.times.mechanics);
   PrintValidity(s.validity);
-  if (s.has_truth && s.budget.count() > 0) {
-    const double peak = s.budget.peak_force();
-    fmt::print(
-        "force error over {} pictures in contact, true peak {:.4g} N: rms {:.3g} N ({:.2f} % of "
-        "the peak); from the model {:.2f} %, from tracking {:.2f} %\n",
-        s.budget.count(), peak, s.budget.rms(), 100 * s.budget.rms() / peak,
-        100 * s.budget.model_rms() / peak, 100 * s.budget.tracking_rms() / peak);
+  if (s.has_truth) PrintBudget(s.budget, "pictures");
+  PrintWritten(out);
+}
+
+// What the steps of paper C's figures 5 and 6 came to.
+void PrintSteps(const std::vector<PressStep>& steps) {
+  if (steps.empty()) return;
+  fmt::print("  {:>10} {:>12} {:>13} {:>12} {:>7} {:>21}\n", "depth [mm]", "true [N]",
+             "estimated [N]", "worst [N]", "[%]", "worst point [mm]");
+  for (const PressStep& step : steps) {
+    const double share = step.true_force > 0 ? 100 * step.force_error / step.true_force : 0;
+    fmt::print("  {:>10.2f} {:>12.4f} {:>13.4f} {:>12.4f} {:>7.1f} {:>21.3f}\n", 1e3 * step.depth,
+               step.true_force, step.force, step.force_error, share,
+               1e3 * step.displacement.peak());
   }
+}
+
+void PrintPoints(const ErrorOfPoints& error, const char* what) {
+  if (error.count() == 0) return;
+  fmt::print("{}: rms {:.3f} mm, largest {:.3f} mm, over {} places\n", what, 1e3 * error.rms(),
+             1e3 * error.peak(), error.count());
+}
+
+void Print(const StereoSummary& s, const std::filesystem::path& out) {
+  PrintPace(s, "pairs");
+  PrintStage(s.eyes.c_str(), s.look);
+  PrintStage("mechanics", s.mechanics);
+  PrintStage("total", s.total);
+  PrintValidity(s.validity);
+  for (const auto& [why, count] : s.reasons) fmt::print("  {} times: {}\n", count, why);
+  fmt::print("{} points followed, {} times one was not seen\n", s.points, s.points_unseen);
+  if (s.has_truth) PrintBudget(s.budget, "pairs");
+  PrintPoints(s.displacement, "error of the points' displacements");
+  PrintPoints(s.place, "error of the points' places since the first pair");
+  PrintSteps(s.steps);
   PrintWritten(out);
 }
 
@@ -84,7 +120,8 @@ void RefusePictures(const ProcessOptions& options, const Scene& scene) {
 int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   const Scene scene = LoadScene(options.scene, options.overrides);
   const bool terminal = isatty(STDERR_FILENO) != 0;
-  const char* what = scene.sense.tactile ? "samples" : "pictures";
+  const bool has_eyes = HasEyes(scene.sense);
+  const char* what = scene.sense.tactile ? "samples" : has_eyes ? "pairs" : "pictures";
   const auto progress = [&](std::uint64_t done) {
     if (terminal && done % 50 == 0) fmt::print(stderr, "\r{} {}", done, what);
   };
@@ -95,6 +132,8 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   if (scene.sense.tactile) {
     RefusePictures(options, scene);
     finish(RunTactile(scene, {options.out, 1, progress}, stop));
+  } else if (has_eyes) {
+    finish(RunStereo(scene, {options.out, options.pictures, options.frames, progress}, stop));
   } else {
     finish(RunOffline(scene, {options.out, options.pictures, options.frames, progress}, stop));
   }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 namespace palpate {
 
@@ -35,5 +36,25 @@ class ErrorBudget {
   std::uint64_t count_ = 0;
   double total_ = 0, model_ = 0, tracking_ = 0, peak_ = 0, worst_ = 0;
 };
+
+// Sizes of the forces of one picture at a site that knows the truth [N].
+struct ComparedForces {
+  double estimated = 0;  // NaN: unknown
+  double model_at_truth = 0, truth = 0;
+};
+
+// Over pictures in contact, by the truth or by the estimate: those in which either exceeds 1 % of
+// the peak. Unknown forces cannot be compared.
+inline ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared) {
+  constexpr double kContactShare = 0.01;
+  ErrorBudget budget;
+  double peak = 0;
+  for (const ComparedForces& c : compared) peak = std::fmax(peak, c.truth);
+  for (const ComparedForces& c : compared) {
+    const bool contact = c.truth > kContactShare * peak || c.estimated > kContactShare * peak;
+    if (contact && std::isfinite(c.estimated)) budget.Add(c.estimated, c.model_at_truth, c.truth);
+  }
+  return budget;
+}
 
 }  // namespace palpate

@@ -3,7 +3,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+
+#include <Eigen/Core>
 
 #include "shared/scene/scene.h"
 #include "slave/capture/stereo_source.h"
@@ -12,12 +15,13 @@
 
 namespace palpate {
 
-class Eyes {
+// One thread at a time.
+class PointEyes {
  public:
-  virtual ~Eyes() = default;
-  Eyes() = default;
-  Eyes(const Eyes&) = delete;
-  Eyes& operator=(const Eyes&) = delete;
+  virtual ~PointEyes() = default;
+  PointEyes() = default;
+  PointEyes(const PointEyes&) = delete;
+  PointEyes& operator=(const PointEyes&) = delete;
   // Never throws; allocation-free after the first pictures. Valid until the next call.
   virtual const SurfaceObservation& Look(const StereoPair& pair) noexcept = 0;
   // The rest frame is taken anew: nothing must touch the object.
@@ -25,14 +29,25 @@ class Eyes {
   [[nodiscard]] virtual bool at_rest_known() const = 0;
   // Where point `i` of the last observation is in the left picture [px]; not finite: unseen.
   [[nodiscard]] virtual Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept = 0;
+  // Where p_S [m] would be in the left picture [px], whether or not it lies inside; nullopt: behind
+  // the camera.
+  [[nodiscard]] virtual std::optional<Eigen::Vector2d> Project(
+      const Eigen::Vector3d& p_S) const noexcept = 0;
+  // Radius that the followed points have in the left picture, about [px]: half a window's edge.
+  [[nodiscard]] virtual double radius_px() const = 0;
+  // Pictures before the rest frame is known, at least.
+  [[nodiscard]] virtual int rest_pictures() const = 0;
   // Name of the stage in reports: dots, texture, depth.
   [[nodiscard]] virtual std::string stage() const = 0;
 };
 
 // `rig`: as the source has it; unused for depth pictures. Throws std::runtime_error or
 // std::invalid_argument naming the key.
-std::unique_ptr<Eyes> MakeEyes(const Scene& scene, const StereoRig& rig);
-// The rig that the scene names, or that of its simulated pair (StereoSite::rig()). Throws.
+std::unique_ptr<PointEyes> MakePointEyes(const Scene& scene, const StereoRig& rig);
+// The rig that the scene names, or that of its simulated pair. Throws.
 StereoRig RigOf(const Scene& scene);
+// Throws std::runtime_error where pictures of `pair` have not the size that the rig was calibrated
+// for; both sizes are named. Depth pictures of any size fit.
+void RequireRigFits(const Scene& scene, const StereoRig& rig, const StereoPair& pair);
 
 }  // namespace palpate

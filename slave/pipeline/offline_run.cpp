@@ -16,22 +16,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kContactShare = 0.01;  // of the peak: below it a picture does not count as contact
-
-StateRow RowOf(const Felt& felt, Time start, const SiteTruth* truth) {
-  StateRow row{SecondsBetween(start, felt.sensed_at),
-               felt.sequence,
-               "",
-               felt.p_S_tip,
-               felt.p_S_contact,
-               felt.force,
-               felt.sigma,
-               felt.validity,
-               std::nullopt};
-  if (truth != nullptr) row.true_force = truth->force;
-  return row;
-}
-
 void WriteFrame(const std::filesystem::path& folder, const Frame& frame) {
   const std::filesystem::path file = folder / fmt::format("{:06}.png", frame.sequence);
   RequireWritten(WritePng(frame.image, file), file);
@@ -56,40 +40,26 @@ void WritePicture(const std::filesystem::path& folder, const Frame& frame,
   RequireWritten((std::ofstream(file, std::ios::binary) << jpeg << std::flush).good(), file);
 }
 
-// Forces of one picture at a site that knows the truth [N].
-struct Compared {
-  double estimated, model_at_truth, truth;
-};
+nlohmann::ordered_json ErrorJson(const ErrorBudget& budget) {
+  return {{"rms_N", budget.rms()},
+          {"peak_N", budget.peak_error()},
+          {"contact_frames", budget.count()},
+          {"true_peak_N", budget.peak_force()},
+          {"model_rms_N", budget.model_rms()},
+          {"tracking_rms_N", budget.tracking_rms()}};
+}
 
 void WriteSummary(const OfflineSummary& s, const Scene& scene, const std::filesystem::path& file) {
-  nlohmann::ordered_json json;
-  json["scene"] = scene.name;
-  json["frames"] = s.frames;
-  json["fps"] = s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0;
-  json["stages"] = {{"capture", StageJson(s.capture)},
-                    {"vision", StageJson(s.times.vision)},
-                    {"contact", StageJson(s.times.contact)},
-                    {"mechanics", StageJson(s.times.mechanics)},
-                    {"total", StageJson(s.times.total)}};
-  json["tracking_lost"] = s.tracking_lost;
-  json["force_error"] = nullptr;
-  if (s.has_truth) {
-    json["force_error"] = {{"rms_N", s.budget.rms()},
-                           {"peak_N", s.budget.peak_error()},
-                           {"contact_frames", s.budget.count()},
-                           {"true_peak_N", s.budget.peak_force()},
-                           {"model_rms_N", s.budget.model_rms()},
-                           {"tracking_rms_N", s.budget.tracking_rms()}};
-  }
-  json["validity"] = s.validity;
-  json["model"] = {{"kind", s.model.kind},
-                   {"elements", s.model.elements},
-                   {"dof", s.model.dof},
-                   {"precompute_s", s.model.precompute_s}};
+  nlohmann::ordered_json json = SummaryJson(s, scene.name,
+                                            {{"vision", s.times.vision},
+                                             {"contact", s.times.contact},
+                                             {"mechanics", s.times.mechanics},
+                                             {"total", s.times.total}},
+                                            s.has_truth ? ErrorJson(s.budget) : nullptr);
   json["rest_surface"] = {{"measured", s.registration.measured},
                           {"rms_px", s.registration.rms_px},
                           {"points", s.registration.points}};
-  RequireWritten((std::ofstream(file) << json.dump(2) << "\n" << std::flush).good(), file);
+  WriteJson(json, file);
 }
 
 // What is written picture by picture.
@@ -107,7 +77,8 @@ class Output {
   void Write(const Scene& scene, const Frame& frame, const Estimator& estimator,
              const SiteTruth* truth) {
     if (frame.sequence == 1) start_ = frame.sensed_at;
-    states_.Write(RowOf(estimator.felt(), start_, truth));
+    states_.Write(RowOf(estimator.felt(), start_,
+                        truth != nullptr ? std::optional(truth->force) : std::nullopt));
     if (options_.frames) WriteFrame(frames_, frame);
     if (options_.pictures) WritePicture(pictures_, frame, estimator, scene);
   }
@@ -119,28 +90,10 @@ class Output {
   Time start_{};
 };
 
-// Pictures in contact, by the truth or by the estimate; unknown forces cannot be compared.
-ErrorBudget BudgetOf(const std::vector<Compared>& compared) {
-  ErrorBudget budget;
-  double peak = 0;
-  for (const Compared& c : compared) peak = std::fmax(peak, c.truth);
-  for (const Compared& c : compared) {
-    const bool contact = c.truth > kContactShare * peak || c.estimated > kContactShare * peak;
-    if (contact && std::isfinite(c.estimated)) budget.Add(c.estimated, c.model_at_truth, c.truth);
-  }
-  return budget;
-}
-
-Compared Compare(const Felt& felt, const SiteTruth& truth) {
+ComparedForces Compare(const Felt& felt, const SiteTruth& truth) {
   const LocalModel& local = felt.local_model;
   return {felt.force ? felt.force->norm() : std::nan(""),
           (local.stiffness * local.normal * truth.depth).norm(), truth.force.norm()};
-}
-
-void Count(const Felt& felt, OfflineSummary* summary) {
-  ++summary->frames;
-  ++summary->validity[std::string(ToString(felt.validity))];
-  if (felt.validity == Validity::kTrackingLost) ++summary->tracking_lost;
 }
 
 // Feels `frame` and all that follow it.
@@ -153,13 +106,14 @@ void Feel(const Scene& scene, Frame frame, FrameSource* source, const ScriptedCa
   Estimator estimator(scene, frame, at_home ? std::optional(scene.manipulator.home) : std::nullopt);
   summary->registration = estimator.registration();
   summary->model = estimator.touch().deformation->info();
-  std::vector<Compared> compared;
+  std::vector<ComparedForces> compared;
   const auto began = Clock::now();
   for (std::optional<Frame> next = std::move(frame); next;) {
     const SiteTruth* truth = scripted != nullptr ? &scripted->truth() : nullptr;
     const Felt& felt = estimator.Feel(*next);
     output->Write(scene, *next, estimator, truth);
-    Count(felt, summary);
+    ++summary->frames;
+    summary->Count(felt.validity);
     if (truth != nullptr) compared.push_back(Compare(felt, *truth));
     if (options.progress) options.progress(summary->frames);
     const auto fetch = Clock::now();

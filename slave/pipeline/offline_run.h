@@ -5,28 +5,20 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <stop_token>
-#include <string>
 
 #include "shared/scene/scene.h"
 #include "slave/pipeline/error_budget.h"
 #include "slave/pipeline/estimator.h"
+#include "slave/pipeline/run_summary.h"
 
 namespace palpate {
 
 // What a run came to.
-struct OfflineSummary {
-  std::uint64_t frames = 0;
-  double seconds = 0;  // wall clock, without the model's precompute [s]
-  std::uint64_t tracking_lost = 0;
-  std::map<std::string, std::uint64_t> validity;  // pictures per validity
+struct OfflineSummary : RunSummary {
   StageHistograms times;
-  LatencyHistogram capture;
   ErrorBudget budget;  // empty unless the site is simulated
-  bool has_truth = false;
   Registration registration;
-  ModelInfo model;
 };
 
 struct OfflineOptions {

@@ -4,7 +4,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
 namespace palpate {
@@ -23,6 +22,18 @@ const Eigen::Vector3d kUnknown =
     Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 
 }  // namespace
+
+StateRow RowOf(const Felt& felt, Time start, const std::optional<Eigen::Vector3d>& true_force) {
+  return {SecondsBetween(start, felt.sensed_at),
+          felt.sequence,
+          "",
+          felt.p_S_tip,
+          felt.p_S_contact,
+          felt.force,
+          felt.sigma,
+          felt.validity,
+          true_force};
+}
 
 StatesFile::StatesFile(const std::filesystem::path& folder, bool has_truth)
     : file_(folder / "states.csv"), has_truth_(has_truth) {
@@ -45,10 +56,6 @@ void StatesFile::Write(const StateRow& row) {
 
 void RequireWritten(bool written, const std::filesystem::path& file) {
   if (!written) throw std::runtime_error(file.string() + ": cannot be written");
-}
-
-nlohmann::ordered_json StageJson(const LatencyHistogram& h) {
-  return {{"p50", h.Quantile(0.5)}, {"p99", h.Quantile(0.99)}, {"max", h.max()}};
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// What runs without an operator write: states.csv row by row, and pieces of summary.json.
+// What runs without an operator write row by row: states.csv.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,9 @@
 #include <string>
 
 #include <Eigen/Core>
-#include <nlohmann/json_fwd.hpp>
 
 #include "shared/state/validity.h"
-#include "shared/telemetry/latency_histogram.h"
+#include "slave/pipeline/felt.h"
 
 namespace palpate {
 
@@ -26,6 +25,9 @@ struct StateRow {
   Validity validity = Validity::kFailed;
   std::optional<Eigen::Vector3d> true_force;  // [N]; only where the file has its columns
 };
+
+// What a camera's tool felt; `start`: of the run.
+StateRow RowOf(const Felt& felt, Time start, const std::optional<Eigen::Vector3d>& true_force);
 
 // Rows are flushed one by one, so that the file stays readable whatever happens.
 class StatesFile {
@@ -43,7 +45,5 @@ class StatesFile {
 
 // Throws std::runtime_error naming the file.
 void RequireWritten(bool written, const std::filesystem::path& file);
-// {p50, p99, max} [us].
-nlohmann::ordered_json StageJson(const LatencyHistogram& h);
 
 }  // namespace palpate

@@ -131,8 +131,8 @@ void SurfaceEstimator::Parts::Lose(Validity validity) noexcept {
   felt.validity = validity;
 }
 
-// f(p) = k n n^T (reference - p) is right in force and slope at the present depth d where the
-// reference lies F / k above the tip: for a stiffening membrane that is below the surface at rest.
+// f(p) = F_r n + k n n^T (reference - p) is right in force and slope at the present depth d with
+// F_r = F - k d: below zero for a stiffening membrane, whose tangent meets zero below the surface.
 LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   Parts& my = *parts_;
   if (!p_S_tip.allFinite()) return my.local;
@@ -144,10 +144,10 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   const bool usable =
       std::isfinite(press.force) && std::isfinite(press.stiffness) && press.stiffness > 0;
   if (!usable) return my.local;
-  const double sunk = depth > 0 ? depth - press.force / press.stiffness : 0;
   LocalModel next;
   next.normal = my.X_SO.linear() * n_O;
-  next.reference = my.X_SO * (p_O - sunk * n_O);
+  next.reference = my.X_SO * p_O;
+  if (depth > 0) next.force = (press.force - press.stiffness * depth) * next.normal;
   next.stiffness = press.stiffness * next.normal * next.normal.transpose();
   next.valid_radius = my.valid_radius;
   next.in_contact = depth > 0;

@@ -120,35 +120,22 @@ nlohmann::ordered_json ErrorJson(const TouchError& error) {
 }
 
 void WriteSummary(const TactileSummary& s, const Scene& scene, const std::filesystem::path& file) {
-  nlohmann::ordered_json json;
-  json["scene"] = scene.name;
-  json["frames"] = s.frames;
-  json["fps"] = s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0;
-  json["stages"] = {{"capture", StageJson(s.capture)},
-                    {"tactile", StageJson(s.times.tactile)},
-                    {"contact", StageJson(s.times.contact)},
-                    {"mechanics", StageJson(s.times.mechanics)},
-                    {"total", StageJson(s.times.total)}};
-  json["tracking_lost"] = s.tracking_lost;
-  json["force_error"] = nullptr;
-  if (s.has_truth) json["force_error"] = ErrorJson(s.error);
-  json["validity"] = s.validity;
-  json["model"] = {{"kind", s.model.kind},
-                   {"elements", s.model.elements},
-                   {"dof", s.model.dof},
-                   {"precompute_s", s.model.precompute_s}};
+  nlohmann::ordered_json json = SummaryJson(s, scene.name,
+                                            {{"tactile", s.times.tactile},
+                                             {"contact", s.times.contact},
+                                             {"mechanics", s.times.mechanics},
+                                             {"total", s.times.total}},
+                                            s.has_truth ? ErrorJson(s.error) : nullptr);
   json["fingers"] = scene.sense.tactile->fingers.size();
   json["network"] = s.network;
   json["localiser"] = s.localiser;
-  RequireWritten((std::ofstream(file) << json.dump(2) << "\n" << std::flush).good(), file);
+  WriteJson(json, file);
 }
 
 void Count(const TactileEstimator& estimator, TactileSummary* summary) {
   ++summary->frames;
   for (int i = 0; i < estimator.finger_count(); ++i) {
-    const Validity validity = estimator.finger(i).validity;
-    ++summary->validity[std::string(ToString(validity))];
-    if (validity == Validity::kTrackingLost) ++summary->tracking_lost;
+    summary->Count(estimator.finger(i).validity);
   }
 }
 

@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <stop_token>
 #include <string>
 
 #include "shared/scene/scene.h"
+#include "slave/pipeline/run_summary.h"
 #include "slave/pipeline/tactile_estimator.h"
 
 namespace palpate {
@@ -22,16 +22,9 @@ struct TouchError {
   double model_rms = 0;      // size of what the master would render at the true depth, the first's
 };
 
-struct TactileSummary {
-  std::uint64_t frames = 0;
-  double seconds = 0;                             // wall clock, without precompute [s]
-  std::uint64_t tracking_lost = 0;                // rows
-  std::map<std::string, std::uint64_t> validity;  // rows per validity
+struct TactileSummary : RunSummary {  // frames: samples; one row per sample and fingertip
   TactileTimes times;
-  LatencyHistogram capture;
-  bool has_truth = false;
   TouchError error;
-  ModelInfo model;
   std::string network;  // in words; empty: none
   std::string localiser;
 };

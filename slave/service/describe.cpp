@@ -112,10 +112,9 @@ void ToProto(const SlaveDescription& description, v1::Capabilities* message) {
   const Scene& scene = description.scene;
   ToProto(scene.manipulator.workspace_min, message->mutable_workspace_min());
   ToProto(scene.manipulator.workspace_max, message->mutable_workspace_max());
-  const auto& camera = scene.sense.camera;
-  const auto& tactile = scene.sense.tactile;
-  message->set_degrees_of_freedom(tactile ? kFreedom : kPlanarFreedom);
-  message->set_sensor_rate(camera ? camera->rate : tactile ? tactile->rate : 0);
+  const bool is_planar = IsPlanar(scene.object.geometry) && !scene.sense.tactile;
+  message->set_degrees_of_freedom(is_planar ? kPlanarFreedom : kFreedom);
+  message->set_sensor_rate(SensorRate(scene.sense));
   message->set_state_rate(Publisher::kStateRate);
   message->add_local_models(v1::LocalModel::KIND_UNILATERAL_PLANE);
   message->set_max_speed(scene.manipulator.max_speed);

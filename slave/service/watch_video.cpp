@@ -14,7 +14,9 @@ namespace {
 constexpr std::chrono::milliseconds kPatience(50);
 
 void RequireCamera(const Slave& slave) {
-  if (!slave.Describe().scene.sense.camera) throw std::logic_error("the scene has no camera");
+  if (!HasPictures(slave.Describe().scene.sense)) {
+    throw std::logic_error("the scene has no camera");
+  }
 }
 
 }  // namespace

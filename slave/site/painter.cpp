@@ -8,6 +8,7 @@
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <spdlog/fmt/fmt.h>
 
 #include "slave/site/coverage.h"
 #include "slave/vision/camera_view.h"
@@ -53,6 +54,19 @@ Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO)
   return X;
 }
 
+std::optional<LensWarp> LensOf(const Camera& camera) {
+  if (camera.lens.empty()) return std::nullopt;
+  const Lens lens = ReadLens(camera.lens);
+  if (lens.size != camera.size) {
+    throw std::invalid_argument(fmt::format(
+        "sense.camera.intrinsics = {}: its pictures have {} x {} px: accepted is "
+        "sense.camera.size, "
+        "{} x {}",
+        camera.lens.string(), lens.size[0], lens.size[1], camera.size[0], camera.size[1]));
+  }
+  return LensWarp::Distorting(lens);
+}
+
 // Brightest at the upper left, `fall` darker at the lower right.
 cv::Mat Light(const cv::Size& size, double fall) {
   cv::Mat light(size, CV_32F);
@@ -88,7 +102,8 @@ Painter::Painter(const Scene& scene, const TrueBody& body)
       light_(Light(size_, scene.site.lighting)),
       noise_(Noise(size_, scene.site.noise, scene.site.seed + 2)),
       random_(scene.site.seed),
-      seen_(size_, CV_32F, cv::Scalar(kGround)) {}
+      seen_(size_, CV_32F, cv::Scalar(kGround)),
+      lens_(LensOf(*scene.sense.camera)) {}
 
 // The body's loops in the picture [px], deformed if there is a contact.
 std::vector<std::vector<Point>> Painter::BodyLoops(const Pose& pose) const {
@@ -264,9 +279,10 @@ cv::Mat Painter::Expose() {
   const int top = static_cast<int>(random_() % kNoiseMargin);
   const double phase = 2 * std::numbers::pi * static_cast<double>(pictures_++) / kFlickerPeriod;
   const auto gain = static_cast<float>(1 + flicker_ * std::sin(phase));
+  const cv::Mat shown = lens_ ? lens_->Apply(seen_) : seen_;
   cv::Mat picture(size_, CV_8U);
   for (int y = 0; y < size_.height; ++y) {
-    const auto* seen = seen_.ptr<float>(y);
+    const auto* seen = shown.ptr<float>(y);
     const auto* light = light_.ptr<float>(y);
     const auto* noise = noise_.ptr<float>(y + top) + left;
     auto* out = picture.ptr<std::uint8_t>(y);

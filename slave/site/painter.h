@@ -1,10 +1,11 @@
 // Paints what the site's camera sees: a bright plain ground, the textured body as it is deformed,
-// the dark marked tool in front; then light, blur and noise. Linear in grey up to the last
-// rounding.
+// the dark marked tool in front; then the camera's lens, light, blur and noise. Linear in grey up
+// to the last rounding.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "slave/site/patch_solution.h"
 #include "slave/site/texture.h"
 #include "slave/site/true_body.h"
+#include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate::site {
 
@@ -33,7 +35,7 @@ class Painter {
   static constexpr float kToolDark = 25, kToolLight = 75;
 
   // `body` must outlive this. Throws std::invalid_argument naming the key: no camera, no size, no
-  // pixel size.
+  // pixel size, a lens of another size; std::runtime_error: its file cannot be read.
   Painter(const Scene& scene, const TrueBody& body);
 
   // 8 bit grey. The same sequence of calls gives the same pictures. One thread at a time.
@@ -71,6 +73,7 @@ class Painter {
   Pose painted_;         // what body_layer_ shows
   cv::Mat seen_;         // CV_32F: the world before light and noise
   cv::Rect seen_dirty_;  // where it is not plain ground
+  std::optional<LensWarp> lens_;
 };
 
 }  // namespace palpate::site

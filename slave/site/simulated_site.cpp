@@ -3,6 +3,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "slave/capture/straightening.h"
 #include "slave/site/painter.h"
 #include "slave/site/solutions_ahead.h"
 #include "slave/site/true_body.h"
@@ -35,6 +36,7 @@ struct SimulatedSite::World {
         force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
         ahead(body, scene.object.material.poisson_ratio, scene.model.plane, scene.tool->width),
         painter(scene, body),
+        straightening(StraighteningOf(*scene.sense.camera)),
         p_S_tip(scene.manipulator.home) {
     pose.p_O_tip = ToBody(p_S_tip);
     if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side()))) {
@@ -59,7 +61,8 @@ struct SimulatedSite::World {
   const Eigen::Vector2d direction_O;  // along which the tool points
   const double force_scale;           // E t [N/m]
   site::SolutionsAhead ahead;
-  site::Painter painter;  // TakePicture's thread only
+  site::Painter painter;                        // TakePicture's thread only
+  const std::optional<LensWarp> straightening;  // as every source does it
 
   std::mutex moving;                     // one mover at a time; guards `touched`
   std::optional<BoundaryPlace> touched;  // where the contact began
@@ -121,7 +124,8 @@ cv::Mat SimulatedSite::TakePicture() {
     const std::lock_guard lock(world_->mutex);
     pose = world_->pose;
   }
-  return world_->painter.Paint(pose);
+  const cv::Mat picture = world_->painter.Paint(pose);
+  return world_->straightening ? world_->straightening->Apply(picture) : picture;
 }
 
 }  // namespace palpate

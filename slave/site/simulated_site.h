@@ -41,7 +41,8 @@ class SimulatedSite {
   void MoveTool(const Eigen::Vector3d& p_S_tip);
   // Thread-safe.
   [[nodiscard]] SiteTruth truth() const;
-  // Takes a picture of the world as it is now: 8 bit grey. Thread-safe against MoveTool; call from
+  // Takes a picture of the world as it is now, through the scene's lens if it names one, and
+  // straightened as a FrameSource does it: 8 bit grey. Thread-safe against MoveTool; call from
   // one thread. The same calls in the same order give the same pictures. A millisecond or two.
   cv::Mat TakePicture();
 

@@ -78,7 +78,7 @@ DiscMesh::DiscMesh(const NestedCircles& circles, double thickness, const Size& s
 
 void DiscMesh::PlaceCircles() {
   const double gap = circles_.radius - circles_.tool;
-  const double near = circles_.tool + 2 * thickness_, rim = 5 * thickness_;  // lengths of bending
+  const double near = circles_.tool + thickness_, rim = 0.5 * thickness_;  // lengths of bending
   const auto outer = [&](double x) {
     return std::min(near + kGrowth * 2 * gap * x, rim + kGrowth * 2 * gap * (1 - x));
   };

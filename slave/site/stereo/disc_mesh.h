@@ -1,4 +1,4 @@
-// Hexahedra for a round plate under a round tool: cubic along the plate, quadratic through it.
+// Hexahedra for a round plate under a round tool: cubic along the plate and through it.
 //
 // One sector of the plate between mirror planes: half of it, or a quarter where the tool is at the
 // centre. Elements lie between nested circles, closer to each other near the tool's edge and the
@@ -16,7 +16,7 @@ namespace palpate::site {
 
 class DiscMesh {
  public:
-  static constexpr int kAcross = 3, kThrough = 2;  // degrees
+  static constexpr int kAcross = 3, kThrough = 3;  // degrees
   static constexpr int kElementColumns = (kAcross + 1) * (kAcross + 1);
 
   struct Size {

@@ -23,18 +23,30 @@ double Chord(const MembranePress& press, std::size_t i) {
   return (b.force - a.force) / (b.depth - a.depth);
 }
 
-// At a rung: that of the parabola through its neighbours; at the ends, of the outermost three.
-double Slope(const MembranePress& press, std::size_t i) {
-  const std::size_t last = press.rungs.size() - 1;
-  if (last == 1) return Chord(press, 0);
-  const std::size_t middle = std::clamp<std::size_t>(i, 1, last - 1);
-  const double before = Chord(press, middle - 1), after = Chord(press, middle);
-  const double h0 = press.rungs[middle]->depth - press.rungs[middle - 1]->depth;
-  const double h1 = press.rungs[middle + 1]->depth - press.rungs[middle]->depth;
-  const double bend = (after - before) / (h0 + h1);
-  if (i < middle) return before - bend * h0;
-  if (i > middle) return after + bend * h1;
-  return before + bend * h0;
+// A rung, or for i < 0 what pulling would do: the opposite, since a plate has no side.
+double DepthOf(const MembranePress& press, int i) {
+  return i < 0 ? -DepthOf(press, -i) : press.rungs[static_cast<std::size_t>(i)]->depth;
+}
+double ForceOf(const MembranePress& press, int i) {
+  return i < 0 ? -ForceOf(press, -i) : press.rungs[static_cast<std::size_t>(i)]->force;
+}
+
+// At a rung: that of the polynomial through it and up to two rungs on either side.
+double Slope(const MembranePress& press, std::size_t rung) {
+  const int at = static_cast<int>(rung), last = static_cast<int>(press.rungs.size()) - 1;
+  const int first = std::max(at - 2, -last), end = std::min(at + 2, last);
+  double slope = 0;
+  for (int i = first; i <= end; ++i) {
+    if (i == at) continue;
+    const double from_at = DepthOf(press, i) - DepthOf(press, at);
+    double weight = 1 / from_at;  // Lagrange's polynomial of rung i, its slope at this one
+    for (int j = first; j <= end; ++j) {
+      if (j == i || j == at) continue;
+      weight *= (DepthOf(press, at) - DepthOf(press, j)) / (DepthOf(press, i) - DepthOf(press, j));
+    }
+    slope += weight * (ForceOf(press, i) - ForceOf(press, at));
+  }
+  return slope;
 }
 
 // Fritsch and Carlson 1980: a cubic stays monotone if its slopes at the ends are of the chord's

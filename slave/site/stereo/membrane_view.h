@@ -11,7 +11,9 @@
 namespace palpate::site {
 
 struct MembraneView {
-  static constexpr float kBeyond = 150, kRubber = 190;  // grey levels: the clamp, the rubber
+  // Grey levels: the clamp, the rubber. The clamp is painted nearly as light: a dark one, a
+  // millimetre from the outermost dots, would pull at their centroids.
+  static constexpr float kBeyond = 175, kRubber = 190;
 
   Lens lens;
   Eigen::Isometry3d X_CO = Eigen::Isometry3d::Identity();  // p_C = X_CO p_O

@@ -14,11 +14,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-// Voigt's order of a symmetric tensor's components.
-constexpr std::array<int, 6> kRow{0, 1, 2, 0, 1, 0}, kColumn{0, 1, 2, 1, 2, 2};
 
 std::size_t Index(int i) {
   return static_cast<std::size_t>(i);
@@ -33,55 +28,48 @@ struct Line {
   plate::Interpolation shapes;
 };
 
-// Second Piola-Kirchhoff stress and its derivative by Green's strain (shears doubled).
-struct Stress {
-  Vector6d S;
-  Matrix6d tangent;
+// A point of Gauss's rule on the face of an element, cubic in both directions.
+struct FacePoint {
+  static constexpr int kColumns = DiscMesh::kElementColumns, kSide = DiscMesh::kAcross + 1;
+  Eigen::Matrix<double, kColumns, 1> value;     // of the shape functions
+  Eigen::Matrix<double, kColumns, 2> gradient;  // [1 / length]
+  double area = 0;
 };
 
-Stress StressAt(const Matrix3d& F, double J, double mu, double bulk) {
-  const Matrix3d C = F.transpose() * F;
-  const Matrix3d inverse = C.inverse();
-  const double shear = mu / std::cbrt(J * J), trace = C.trace();
-  const double pressure = bulk * J * (J - 1);
-  Stress stress;
-  Vector6d inverse_v, identity_v;
-  for (int v = 0; v < 6; ++v) {
-    inverse_v[v] = inverse(kRow[Index(v)], kColumn[Index(v)]);
-    identity_v[v] = v < 3 ? 1 : 0;
+FacePoint FacePointOf(const DiscMesh& mesh, const std::array<int, FacePoint::kColumns>& columns,
+                      int point) {
+  static const Line line(DiscMesh::kAcross);
+  const int p = point / FacePoint::kSide, q = point % FacePoint::kSide;
+  FacePoint at;
+  Eigen::Matrix<double, FacePoint::kColumns, 2> slope;
+  Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
+  for (int i = 0; i < FacePoint::kColumns; ++i) {
+    const int a = i / FacePoint::kSide, b = i % FacePoint::kSide;
+    at.value[i] = line.shapes.value(p, a) * line.shapes.value(q, b);
+    slope(i, 0) = line.shapes.slope(p, a) * line.shapes.value(q, b);
+    slope(i, 1) = line.shapes.value(p, a) * line.shapes.slope(q, b);
+    jacobian += mesh.place(columns[Index(i)]) * slope.row(i);
   }
-  stress.S = shear * (identity_v - trace / 3 * inverse_v) + pressure * inverse_v;
-  const double both = 2 * shear * trace / 9 + bulk * J * (2 * J - 1);
-  const double mixed = 2 * shear * trace / 3 - 2 * pressure;
-  stress.tangent =
-      both * inverse_v * inverse_v.transpose() -
-      2 * shear / 3 * (identity_v * inverse_v.transpose() + inverse_v * identity_v.transpose());
-  for (int v = 0; v < 6; ++v) {
-    for (int w = 0; w < 6; ++w) {
-      const int i = kRow[Index(v)], j = kColumn[Index(v)], k = kRow[Index(w)],
-                l = kColumn[Index(w)];
-      stress.tangent(v, w) +=
-          0.5 * mixed * (inverse(i, k) * inverse(j, l) + inverse(i, l) * inverse(j, k));
-    }
-  }
-  return stress;
+  at.gradient = slope * jacobian.inverse();
+  at.area = line.rule.weights[p] * line.rule.weights[q] * jacobian.determinant();
+  return at;
 }
 
 }  // namespace
 
-// Of one element; unknowns column by column of the mesh, as in the whole.
+// Of one element. The stiffness between components a <= b of all its nodes is the product of the
+// shape functions' gradients with theirs times dP_a / dF_b, one such block beside the other.
 struct NeoHookeanDisc::Work {
-  Eigen::Matrix<double, 3, Eigen::Dynamic> u{3, kNodes};
+  static constexpr std::array<int, 6> kFirst{0, 0, 0, 1, 1, 2}, kSecond{0, 1, 2, 1, 2, 2};
+  Eigen::Matrix<double, 3, Eigen::Dynamic> u{3, kNodes}, forces{3, kNodes};
   MatrixXd H{3, 3 * kPoints};                // displacement gradients
-  MatrixXd strain{3 * kNodes, 6 * kPoints};  // by the unknowns
-  MatrixXd stress{3 * kNodes, 6 * kPoints};  // by the unknowns, times weights
-  MatrixXd by_stress{kNodes, 3 * kPoints};   // S times gradients, times weights
-  MatrixXd geometric{kNodes, kNodes}, stiffness{3 * kNodes, 3 * kNodes};
-  VectorXd S{6 * kPoints}, forces{3 * kNodes};
+  MatrixXd P{3, 3 * kPoints};                // stresses, times weights
+  MatrixXd turned{kNodes * 6, 3 * kPoints};  // gradients times tangents, times weights
+  MatrixXd stiffness{kNodes, kNodes * 6};
 };
 
-NeoHookeanDisc::NeoHookeanDisc(const DiscMesh& mesh, double nu)
-    : mesh_(mesh), mu_(0.5 / (1 + nu)), bulk_(1 / (3 * (1 - 2 * nu))) {
+NeoHookeanDisc::NeoHookeanDisc(const DiscMesh& mesh, double nu, double tension)
+    : mesh_(mesh), rubber_(nu, tension) {
   for (int ring = 0; ring < mesh.rings(); ++ring) {
     for (int ray = 0; ray < mesh.rays(); ++ray) {
       for (int layer = 0; layer < mesh.layers(); ++layer) AddElement(ring, ray, layer);
@@ -100,40 +88,23 @@ NeoHookeanDisc::NeoHookeanDisc(const DiscMesh& mesh, double nu)
 }
 
 void NeoHookeanDisc::AddElement(int ring, int ray, int layer) {
-  static const Line along(DiscMesh::kAcross), through(DiscMesh::kThrough);
+  static const Line through(DiscMesh::kThrough);
   Element element;
   element.columns = mesh_.element(ring, ray);
   element.layer = layer;
   element.gradients.resize(kNodes, 3 * kPoints);
   element.weights.resize(kPoints);
   const double height = mesh_.thickness() / mesh_.layers();
-  int point = 0;
-  for (int p = 0; p < kAlong; ++p) {
-    for (int q = 0; q < kAlong; ++q) {
-      Eigen::Matrix<double, kColumns, 1> value;
-      Eigen::Matrix<double, kColumns, 2> slope;
-      Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
-      for (int i = 0; i < kColumns; ++i) {
-        const int a = i / kAlong, b = i % kAlong;
-        value[i] = along.shapes.value(p, a) * along.shapes.value(q, b);
-        slope(i, 0) = along.shapes.slope(p, a) * along.shapes.value(q, b);
-        slope(i, 1) = along.shapes.value(p, a) * along.shapes.slope(q, b);
-        jacobian += mesh_.place(element.columns[Index(i)]) * slope.row(i);
-      }
-      const Eigen::Matrix<double, kColumns, 2> gradient = slope * jacobian.inverse();
-      const double area = along.rule.weights[p] * along.rule.weights[q] * jacobian.determinant();
-      for (int r = 0; r <= DiscMesh::kThrough; ++r, ++point) {
-        for (int i = 0; i < kColumns; ++i) {
-          for (int l = 0; l <= DiscMesh::kThrough; ++l) {
-            const int node = i * (DiscMesh::kThrough + 1) + l;
-            element.gradients(node, 3 * point) = gradient(i, 0) * through.shapes.value(r, l);
-            element.gradients(node, 3 * point + 1) = gradient(i, 1) * through.shapes.value(r, l);
-            element.gradients(node, 3 * point + 2) = value[i] * through.shapes.slope(r, l) / height;
-          }
-        }
-        element.weights[point] = area * through.rule.weights[r] * height;
-      }
+  for (int point = 0; point < kPoints; ++point) {
+    const FacePoint face = FacePointOf(mesh_, element.columns, point / kLevels);
+    const int r = point % kLevels;
+    for (int node = 0; node < kNodes; ++node) {
+      const int i = node / kLevels, l = node % kLevels;
+      element.gradients.block<1, 2>(node, 3 * point) =
+          face.gradient.row(i) * through.shapes.value(r, l);
+      element.gradients(node, 3 * point + 2) = face.value[i] * through.shapes.slope(r, l) / height;
     }
+    element.weights[point] = face.area * through.rule.weights[r] * height;
   }
   elements_.push_back(std::move(element));
 }
@@ -184,24 +155,14 @@ NeoHookeanDisc::Matrix NeoHookeanDisc::EmptyMatrix() const {
 }
 
 VectorXd NeoHookeanDisc::ToolLoad() const {
-  static const Line along(DiscMesh::kAcross);
   VectorXd load = VectorXd::Zero(size());
   for (int ring = 0; ring < mesh_.inner_rings(); ++ring) {
     for (int ray = 0; ray < mesh_.rays(); ++ray) {
       const auto columns = mesh_.element(ring, ray);
-      for (int k = 0; k < kColumns; ++k) {
-        const int p = k / kAlong, q = k % kAlong;
-        Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
+      for (int point = 0; point < kColumns; ++point) {
+        const FacePoint face = FacePointOf(mesh_, columns, point);
         for (int i = 0; i < kColumns; ++i) {
-          const int a = i / kAlong, b = i % kAlong;
-          jacobian += mesh_.place(columns[Index(i)]) *
-                      Eigen::RowVector2d(along.shapes.slope(p, a) * along.shapes.value(q, b),
-                                         along.shapes.value(p, a) * along.shapes.slope(q, b));
-        }
-        const double area = along.rule.weights[p] * along.rule.weights[q] * jacobian.determinant();
-        for (int i = 0; i < kColumns; ++i) {
-          load[unknown(columns[Index(i)], mesh_.levels() - 1, 2)] -=
-              area * along.shapes.value(p, i / kAlong) * along.shapes.value(q, i % kAlong);
+          load[unknown(columns[Index(i)], mesh_.levels() - 1, 2)] -= face.area * face.value[i];
         }
       }
     }
@@ -243,7 +204,6 @@ void NeoHookeanDisc::HoldMirrorPlanes(Matrix* stiffness) const {
 
 bool NeoHookeanDisc::Integrate(const Element& element, const VectorXd& u, bool with_stiffness,
                                Work* work) const {
-  constexpr int kLevels = DiscMesh::kThrough + 1;
   for (int i = 0; i < kColumns; ++i) {
     const int column = element.columns[Index(i)];
     if (column < mesh_.free_columns()) {
@@ -255,68 +215,57 @@ bool NeoHookeanDisc::Integrate(const Element& element, const VectorXd& u, bool w
     }
   }
   work->H.noalias() = work->u * element.gradients;
+  NeoHookean::Stress stress;
   for (int p = 0; p < kPoints; ++p) {
-    const Matrix3d F = Matrix3d::Identity() + work->H.middleCols<3>(3 * p);
-    const double J = F.determinant();
-    if (!(J > 0)) return false;
-    const Stress stress = StressAt(F, J, mu_, bulk_);
+    const Matrix3d H = work->H.middleCols<3>(3 * p);
+    if (!rubber_.At(H, with_stiffness, &stress)) return false;
     const double weight = element.weights[p];
-    work->S.segment<6>(6 * p) = weight * stress.S;
-    const auto gradient = element.gradients.middleCols<3>(3 * p);
-    for (int v = 0; v < 6; ++v) {
-      const int i = kRow[Index(v)], j = kColumn[Index(v)];
-      double* to = &work->strain(0, 6 * p + v);
-      for (int node = 0; node < kNodes; ++node) {
-        for (int c = 0; c < 3; ++c) {
-          *to++ = i == j ? F(c, i) * gradient(node, i)
-                         : F(c, i) * gradient(node, j) + F(c, j) * gradient(node, i);
-        }
-      }
-    }
+    work->P.middleCols<3>(3 * p) = weight * stress.P;
     if (!with_stiffness) continue;
-    work->stress.middleCols<6>(6 * p).noalias() =
-        work->strain.middleCols<6>(6 * p) * (weight * stress.tangent);
-    Matrix3d S;
-    for (int v = 0; v < 6; ++v) {
-      S(kRow[Index(v)], kColumn[Index(v)]) = S(kColumn[Index(v)], kRow[Index(v)]) = stress.S[v];
+    for (std::size_t k = 0; k < 6; ++k) {
+      // Of dP_ai / dF_bj: row i, column j.
+      const Matrix3d of_pair = weight * stress.tangent(Eigen::seqN(Work::kFirst[k], 3, 3),
+                                                       Eigen::seqN(Work::kSecond[k], 3, 3));
+      work->turned.block<kNodes, 3>(static_cast<Eigen::Index>(k) * kNodes, 3 * p).noalias() =
+          element.gradients.middleCols<3>(3 * p) * of_pair.transpose();
     }
-    work->by_stress.middleCols<3>(3 * p).noalias() = gradient * (weight * S);
   }
+  work->forces.noalias() = work->P * element.gradients.transpose();
+  if (with_stiffness) work->stiffness.noalias() = element.gradients * work->turned.transpose();
   return true;
 }
 
 void NeoHookeanDisc::AddForces(const Element& element, const Work& work, VectorXd* forces) const {
-  constexpr int kBlock = 3 * (DiscMesh::kThrough + 1);
-  const VectorXd of_nodes = work.strain * work.S;
   for (int i = 0; i < kColumns; ++i) {
     const int column = element.columns[Index(i)];
     if (column >= mesh_.free_columns()) continue;
-    forces->segment<kBlock>(unknown(column, DiscMesh::kThrough * element.layer, 0)) +=
-        of_nodes.segment<kBlock>(i * kBlock);
+    forces->segment<3 * kLevels>(unknown(column, DiscMesh::kThrough * element.layer, 0)) +=
+        work.forces.middleCols<kLevels>(i * kLevels).reshaped();
   }
 }
 
 void NeoHookeanDisc::AddStiffness(const Element& element, const Work& work,
                                   Matrix* stiffness) const {
-  constexpr int kBlock = 3 * (DiscMesh::kThrough + 1);
-  MatrixXd K = work.strain * work.stress.transpose();
-  const MatrixXd geometric = element.gradients * work.by_stress.transpose();
-  for (int c = 0; c < 3; ++c) {
-    K(Eigen::seqN(c, kNodes, 3), Eigen::seqN(c, kNodes, 3)) += geometric;
-  }
   const int whole = 3 * mesh_.levels(), first = 3 * DiscMesh::kThrough * element.layer;
+  const auto block = [&](int a, int b) {  // between components a <= b
+    return work.stiffness.middleCols<kNodes>(kNodes * (a == 0 ? b : a + b + 1));
+  };
+  const auto entry = [&](int i, int a, int j, int b) {
+    return a <= b ? block(a, b)(i, j) : block(b, a)(j, i);
+  };
   for (int j = 0; j < kColumns; ++j) {
     const int column = element.columns[Index(j)];
     if (column >= mesh_.free_columns()) continue;
     for (int i = 0; i < kColumns; ++i) {
       const int row = element.columns[Index(i)];
       if (row > column) continue;
-      for (int c = 0; c < kBlock; ++c) {
-        const int at = stiffness->outerIndexPtr()[whole * column + first + c] + first +
-                       whole * element.positions[Index(i * kColumns + j)];
-        const int rows = row == column ? c + 1 : kBlock;
+      for (int c = 0; c < 3 * kLevels; ++c) {
+        double* to = stiffness->valuePtr() +
+                     stiffness->outerIndexPtr()[whole * column + first + c] + first +
+                     whole * element.positions[Index(i * kColumns + j)];
+        const int rows = row == column ? c + 1 : 3 * kLevels;
         for (int r = 0; r < rows; ++r) {
-          stiffness->valuePtr()[at + r] += K(i * kBlock + r, j * kBlock + c);
+          to[r] += entry(i * kLevels + r / 3, r % 3, j * kLevels + c / 3, c % 3);
         }
       }
     }

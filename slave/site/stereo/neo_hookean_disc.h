@@ -1,12 +1,8 @@
 // Elastic forces and stiffness of a thick plate of neo-Hookean rubber, without any assumption on
-// its kinematics:
+// its kinematics.
 //
-//   W(F) = mu / 2 (J^(-2/3) tr F^T F - 3) + K / 2 (J - 1)^2,   J = det F
-//   mu = E / (2 (1 + nu)),   K = E / (3 (1 - 2 nu))
-//
-// Nondimensional: stresses by E, lengths as the mesh. Total Lagrangian (Bonet and Wood, Nonlinear
-// Continuum Mechanics, 2008, 6.5), Gauss's rule with four points along the plate, three through a
-// layer. Displacements alone are unknowns: of degree three and two they do not lock.
+// Nondimensional: stresses by E, lengths as the mesh. Total Lagrangian, Gauss's rule with four
+// points in each direction. Displacements alone are unknowns: cubic ones do not lock.
 #pragma once
 
 #include <array>
@@ -16,6 +12,7 @@
 
 #include "slave/mechanics/fem/solid/sparse_ldlt.h"
 #include "slave/site/stereo/disc_mesh.h"
+#include "slave/site/stereo/neo_hookean.h"
 
 namespace palpate::site {
 
@@ -23,8 +20,8 @@ class NeoHookeanDisc {
  public:
   using Matrix = SparseLdlt::Matrix;
 
-  // Keeps a reference to the mesh. -1 < nu < 0.5.
-  NeoHookeanDisc(const DiscMesh& mesh, double nu);
+  // Keeps a reference to the mesh. -1 < nu < 0.5; `tension` at rest in the plate's plane, >= 0.
+  NeoHookeanDisc(const DiscMesh& mesh, double nu, double tension = 0);
 
   // Unknowns: column by column of the mesh, upward, x, y, z.
   [[nodiscard]] int size() const { return 3 * mesh_.levels() * mesh_.free_columns(); }
@@ -42,9 +39,9 @@ class NeoHookeanDisc {
 
  private:
   static constexpr int kColumns = DiscMesh::kElementColumns;
-  static constexpr int kNodes = kColumns * (DiscMesh::kThrough + 1);
-  static constexpr int kAlong = DiscMesh::kAcross + 1;
-  static constexpr int kPoints = kAlong * kAlong * (DiscMesh::kThrough + 1);
+  static constexpr int kLevels = DiscMesh::kThrough + 1;
+  static constexpr int kNodes = kColumns * kLevels;
+  static constexpr int kPoints = kColumns * kLevels;
   struct Element {
     std::array<int, kColumns> columns{};
     std::array<int, kColumns * kColumns> positions{};  // of the block (i, j) in the columns of j
@@ -64,7 +61,7 @@ class NeoHookeanDisc {
   void AddStiffness(const Element& element, const Work& work, Matrix* stiffness) const;
 
   const DiscMesh& mesh_;
-  double mu_, bulk_;
+  NeoHookean rubber_;
   std::vector<Element> elements_;
   Eigen::VectorXd free_;                 // 0 for what the mirror planes hold, else 1
   std::vector<std::vector<int>> upper_;  // per free column: those before it that it couples with

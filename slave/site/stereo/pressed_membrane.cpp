@@ -18,8 +18,11 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kNearlyIncompressible = 0.499;
-constexpr double kResidual = 1e-8;  // of the load
-constexpr int kNewtonSteps = 12, kHalvings = 6;
+constexpr double kDeepest = 0.5;     // of the radius
+constexpr double kResidual = 1e-6;   // of the load
+constexpr double kWorthwhile = 0.3;  // reduction of the residual by one step
+constexpr double kNear = 0.5;        // of the load: a residual with which a factor may be kept
+constexpr int kNewtonSteps = 60, kFactors = 12, kHalvings = 6;
 
 void Require(bool good, const std::string& what) {
   if (!good) throw std::invalid_argument(what);
@@ -30,7 +33,7 @@ bool Within(double value, double low, double high) {
 }
 
 void CheckParameters(const MembraneGeometry& geometry, const Material& material, double width,
-                     const Vector2d& p_O, const MembraneResolution& resolution) {
+                     const Vector2d& p_O, const MembraneResolution& resolution, double prestress) {
   const double a = geometry.radius, t = geometry.thickness;
   Require(a > 0 && std::isfinite(a),
           fmt::format("object.geometry.membrane.radius = {} m: accepted is > 0", a));
@@ -52,6 +55,12 @@ void CheckParameters(const MembraneGeometry& geometry, const Material& material,
           fmt::format("a tool of width {} m at ({}, {}) m does not fit inside the rim: accepted is "
                       "a tool that stays within {} m of the centre",
                       width, p_O.x(), p_O.y(), 0.95 * a));
+  const double most = 0.5 * material.young_modulus * t;
+  Require(
+      Within(prestress, 0, most),
+      fmt::format("model.prestress = {} N/m: accepted is 0 to {} N/m (half of young_modulus times "
+                  "thickness)",
+                  prestress, most));
   Require(resolution.across == 0 || Within(resolution.across, 4, 40),
           fmt::format("across = {}: accepted is 0, or 4 to 40", resolution.across));
   Require(resolution.through == 0 || Within(resolution.through, 1, 4),
@@ -64,7 +73,7 @@ NestedCircles CirclesOf(double radius, double width, const Vector2d& p_O) {
 }
 
 DiscMesh::Size SizeOf(const MembraneResolution& resolution, bool at_centre) {
-  const int across = resolution.across > 0 ? resolution.across : 10;
+  const int across = resolution.across > 0 ? resolution.across : 8;
   const int inner = std::max(1, across / 5);
   const int rays = std::max(4, across * 4 / 5);
   return {inner, across - inner, at_centre ? (rays + 1) / 2 : rays,
@@ -81,9 +90,10 @@ struct PressedMembrane::World {
   };
 
   World(const MembraneGeometry& geometry, const Material& material, double width,
-        const Vector2d& p_O, const MembraneResolution& resolution);
+        const Vector2d& p_O, const MembraneResolution& resolution, double prestress);
   bool Reach(double depth, int halvings);
   std::optional<State> Solve(double depth);
+  bool Linearise(const VectorXd& u, VectorXd* by_load);
   [[nodiscard]] State Predict(double depth) const;
   void Record();
 
@@ -101,12 +111,13 @@ struct PressedMembrane::World {
 
 PressedMembrane::World::World(const MembraneGeometry& geometry, const Material& material,
                               double width, const Vector2d& p_O,
-                              const MembraneResolution& resolution)
+                              const MembraneResolution& resolution, double prestress)
     : length(geometry.radius),
       force_unit(material.young_modulus * length * length),
       mesh(CirclesOf(length, width, p_O), geometry.thickness / length,
            SizeOf(resolution, CirclesOf(length, width, p_O).eccentricity == 0)),
-      solid(mesh, std::min(material.poisson_ratio, kNearlyIncompressible)),
+      solid(mesh, std::min(material.poisson_ratio, kNearlyIncompressible),
+            prestress / (material.young_modulus * geometry.thickness)),
       stiffness(solid.EmptyMatrix()),
       factor(stiffness),
       load(solid.ToolLoad()),
@@ -135,19 +146,22 @@ PressedMembrane::World::State PressedMembrane::World::Predict(double depth) cons
   return guess;
 }
 
-// Newton's method for displacements and the force that brings the tool to its depth.
+// Newton's method for displacements and the force that brings the tool to its depth. Forces cost a
+// fiftieth of a factor, so a factor is kept as long as it brings the balance closer.
 std::optional<PressedMembrane::World::State> PressedMembrane::World::Solve(double depth) {
   State state = Predict(depth);
   VectorXd residual, by_load;
+  double last = 0;
+  int factors = 0;
   for (int step = 0; step < kNewtonSteps; ++step) {
-    if (!solid.Linearise(state.u, &residual, &stiffness)) return std::nullopt;
+    if (!solid.Forces(state.u, &residual)) return std::nullopt;
     residual = state.force * load - residual;
-    const double allowed = kResidual * std::abs(state.force) * load.norm();
-    const bool deep = std::abs(state.u[touched] + depth) <= 1e-12 * depth;
-    if (step > 0 && deep && residual.norm() <= allowed) return state;
-    if (!factor.Factorize(stiffness, false)) return std::nullopt;
-    by_load = load;
-    factor.Solve(&by_load);
+    const double norm = residual.norm() / load.norm(), applied = std::abs(state.force);
+    if (step > 0 && norm <= kResidual * applied) return state;
+    if (factors == 0 || norm > kWorthwhile * last || norm > kNear * applied) {
+      if (++factors > kFactors || !Linearise(state.u, &by_load)) return std::nullopt;
+    }
+    last = norm;
     factor.Solve(&residual);
     const double force = (-depth - state.u[touched] - residual[touched]) / by_load[touched];
     state.force += force;
@@ -155,6 +169,15 @@ std::optional<PressedMembrane::World::State> PressedMembrane::World::Solve(doubl
     if (!state.u.allFinite()) return std::nullopt;
   }
   return std::nullopt;
+}
+
+// Also what a load of one does.
+bool PressedMembrane::World::Linearise(const VectorXd& u, VectorXd* by_load) {
+  VectorXd forces;
+  if (!solid.Linearise(u, &forces, &stiffness) || !factor.Factorize(stiffness, false)) return false;
+  *by_load = load;
+  factor.Solve(by_load);
+  return true;
 }
 
 bool PressedMembrane::World::Reach(double depth, int halvings) {
@@ -186,15 +209,17 @@ void PressedMembrane::World::Record() {
 
 PressedMembrane::PressedMembrane(const MembraneGeometry& geometry, const Material& material,
                                  double width, const Vector2d& p_O,
-                                 const MembraneResolution& resolution) {
-  CheckParameters(geometry, material, width, p_O, resolution);
-  world_ = std::make_unique<World>(geometry, material, width, p_O, resolution);
+                                 const MembraneResolution& resolution, double prestress) {
+  CheckParameters(geometry, material, width, p_O, resolution, prestress);
+  world_ = std::make_unique<World>(geometry, material, width, p_O, resolution, prestress);
 }
 
 PressedMembrane::~PressedMembrane() = default;
 
 bool PressedMembrane::Deepen(double depth) {
-  if (!(depth > world_->press.rungs.back()->depth)) return false;
+  if (!(depth > world_->press.rungs.back()->depth && depth <= kDeepest * world_->length)) {
+    return false;
+  }
   if (!world_->Reach(depth / world_->length, kHalvings)) return false;
   world_->Record();
   return true;

@@ -50,13 +50,17 @@ struct MembraneResolution {
 // Solves a press of a flat round tool of diameter `width` [m] at p_O, deeper and deeper.
 class PressedMembrane {
  public:
-  // Throws std::invalid_argument naming the key: no membrane, a place whose tool does not fit
-  // inside the rim, numbers out of range.
+  // `prestress`: tension at rest [N/m], from a stretch of the sheet that then had the geometry's
+  // radius and thickness. Throws std::invalid_argument naming the key: no membrane, a place whose
+  // tool does not fit inside the rim, numbers out of range. nu beyond 0.499 is taken for that: its
+  // force is low by less than 0.2 %.
   PressedMembrane(const MembraneGeometry& geometry, const Material& material, double width,
-                  const Eigen::Vector2d& p_O, const MembraneResolution& resolution = {});
+                  const Eigen::Vector2d& p_O, const MembraneResolution& resolution = {},
+                  double prestress = 0);
   ~PressedMembrane();
 
-  // Solves the next rung at `depth`, deeper than the last one. False: no equilibrium was found.
+  // Solves the next rung at `depth`, deeper than the last one. False: no equilibrium was found, or
+  // the depth is beyond half the radius; the press is as it was.
   bool Deepen(double depth);
   [[nodiscard]] const MembranePress& press() const;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <utility>
 
 namespace palpate::site {
 namespace {
@@ -70,7 +71,8 @@ PressesAhead::~PressesAhead() = default;
 
 std::unique_ptr<PressedMembrane> PressesAhead::Make(double radius) const {
   return std::make_unique<PressedMembrane>(plan_.geometry, plan_.material, plan_.width,
-                                           Eigen::Vector2d(radius, 0), plan_.resolution);
+                                           Eigen::Vector2d(radius, 0), plan_.resolution,
+                                           plan_.prestress);
 }
 
 PressesAhead::Around PressesAhead::Find(double radius) const {
@@ -109,18 +111,23 @@ std::array<Dent::Part, 2> PressesAhead::Await(double radius, double depth) {
           Dent::Part{above.press, above.radius, around.part}};
 }
 
-// The nearest to the tool that is not complete; only that one if the tool is exactly over it.
+// The two around the tool, the less deep one first; then the others near it. None but the one under
+// the tool if it is exactly over it.
 PressesAhead::Ladder* PressesAhead::Next() const {
   const Around around = Find(focus_);
-  const double reach = around.below == around.above ? 0 : kAhead * kRaster * plan_.geometry.radius;
+  const bool is_on_one = around.below == around.above;
+  const double reach = is_on_one ? 0 : kAhead * kRaster * plan_.geometry.radius;
   Ladder* next = nullptr;
-  double nearest = 0;
+  std::pair<bool, double> first;
   for (std::size_t k = 0; k < ladders_.size(); ++k) {
-    const double distance = std::abs(ladders_[k]->radius - focus_);
-    const bool wanted = k == around.below || k == around.above || distance <= reach;
-    if (ladders_[k]->complete || !wanted || (next && distance >= nearest)) continue;
-    next = ladders_[k].get();
-    nearest = distance;
+    Ladder& ladder = *ladders_[k];
+    const double distance = std::abs(ladder.radius - focus_);
+    const bool is_around = k == around.below || k == around.above;
+    if (ladder.complete || !(is_around || distance <= reach)) continue;
+    const std::pair rank(!is_around, is_around ? DepthOf(*ladder.press) : distance);
+    if (next && rank >= first) continue;
+    next = &ladder;
+    first = rank;
   }
   return next;
 }

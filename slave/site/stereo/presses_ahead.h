@@ -24,6 +24,7 @@ class PressesAhead {
     double width = 0;        // of the tool [m]
     double home_radius = 0;  // one of the radii at which presses are solved [m]
     double press_depth = 0;  // rungs are a tenth of it apart, finer at first [m]
+    double prestress = 0;    // tension at rest [N/m]
     MembraneResolution resolution;
   };
   static constexpr double kDeeper = 1.6;       // rungs go so many press depths deep,

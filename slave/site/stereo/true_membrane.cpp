@@ -39,6 +39,7 @@ PressesAhead::Plan PlanOf(const Scene& scene, const Eigen::Isometry3d& X_SO,
   plan.width = scene.tool->width;
   plan.home_radius = (X_SO.inverse() * scene.manipulator.home).head<2>().norm();
   plan.press_depth = depth;
+  plan.prestress = scene.model.prestress;
   plan.resolution = resolution;
   return plan;
 }

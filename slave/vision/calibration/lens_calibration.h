@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,6 @@
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate {
-
-using Corners = std::vector<cv::Point2f>;  // [px], in the order of BoardPoints
 
 struct LensCalibration {
   Lens lens;
@@ -29,6 +28,31 @@ struct LensCalibration {
 LensCalibration CalibrateLens(const Board& board, const std::vector<Corners>& views,
                               const std::array<int, 2>& size);
 
+struct CameraCalibration {
+  LensCalibration fit;            // of what is used
+  std::vector<std::size_t> used;  // of the views given, rising; fit's lists are in this order
+  struct Dropped {
+    std::size_t view = 0;
+    double miss_px = 0;  // rms
+  };
+  std::vector<Dropped> dropped;  // views that contradict the others
+};
+
+// CalibrateLens without the views whose corners are off by three times the median and kCornerPixels
+// or more: blurred, bent, or of another board.
+CameraCalibration CalibrateCamera(const Board& board, const std::vector<Corners>& views,
+                                  const std::array<int, 2>& size);
+
+double Median(std::vector<double> values);  // not empty; the upper one of two
+// The worst of `misses`, if it contradicts the rest: three times their median, and `pixels`.
+std::optional<std::size_t> Outlier(const std::vector<double>& misses, double pixels);
+constexpr double kCornerPixels = 0.6;  // rms; an honest picture's are less
+
+// OpenCV iterates until the norm of all parameters settles, focal lengths of hundreds of pixels
+// among them: places count for something in it where the unit is a square, and the answer does not
+// hang on the unit.
+Board UnitBoard(Board board);
+cv::TermCriteria Settled();
 // OpenCV's forms of a lens.
 cv::Matx33d CameraMatrixOf(const Lens& lens);
 cv::Mat DistortionOf(const Lens& lens);

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include <opencv2/calib3d.hpp>
 
@@ -11,11 +12,13 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kFewest = 3;  // pairs
-// A pair contradicts the others where it is this many times worse than their median, and by more
-// pixels than an honest corner is ever off: against another pair's pose (which a single board only
-// tells to a pixel or two), and in the joint refinement.
+// What an honest pair stays below: against another pair's pose, which a single board only tells to
+// a pixel or two; and by its rift.
+constexpr double kRoughPixels = 3, kRiftPixels = 0.25;
 constexpr double kTimesMedian = 3;
-constexpr double kRoughPixels = 3, kFinePixels = 0.6;
+// Of the picture's width: beyond it there is no agreement. Real pairs stay below 0.3 %, pictures of
+// different instants miss each other by 7 % and more.
+constexpr double kNoAgreement = 0.02;
 
 std::vector<Corners> SidesOf(const std::vector<PairView>& pairs, Corners PairView::*side) {
   std::vector<Corners> views;
@@ -24,20 +27,7 @@ std::vector<Corners> SidesOf(const std::vector<PairView>& pairs, Corners PairVie
   return views;
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-std::vector<PairView> Chosen(const std::vector<PairView>& pairs,
-                             const std::vector<std::size_t>& which) {
-  std::vector<PairView> chosen;
-  for (const std::size_t i : which) chosen.push_back(pairs[i]);
-  return chosen;
-}
-
-// Rms [px] of a board's corners in the right picture, where the left one puts it.
+// Rms [px] of a board's corners where X_RB puts them, against where they are seen.
 double MissIn(const Lens& lens, const Eigen::Isometry3d& X_RB,
               const std::vector<cv::Point3f>& board, const Corners& seen) {
   double sum = 0;
@@ -49,63 +39,131 @@ double MissIn(const Lens& lens, const Eigen::Isometry3d& X_RB,
   return std::sqrt(sum / static_cast<double>(board.size()));
 }
 
-// Every pair's miss under the relative pose that the larger half of the pairs agrees on best: each
-// pair proposes one.
-std::vector<double> MissesOfTheAgreed(const Board& board, const std::vector<PairView>& pairs,
-                                      const LensCalibration& left, const LensCalibration& right) {
-  const std::vector<cv::Point3f> points = BoardPoints(board);
-  std::vector<double> best;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const Eigen::Isometry3d X_RL = right.X_CB[i] * left.X_CB[i].inverse();
-    std::vector<double> misses;
-    for (std::size_t j = 0; j < pairs.size(); ++j) {
-      misses.push_back(MissIn(right.lens, X_RL * left.X_CB[j], points, pairs[j].right));
+// Under one relative pose of the cameras, every pair's miss in the symmetry that fits it best.
+struct Agreement {
+  std::vector<double> misses;         // [px]
+  std::vector<std::size_t> symmetry;  // of the right board
+};
+
+// The relative pose that the larger half of the pairs agrees on best: each pair proposes one for
+// each symmetry.
+class AgreementSearch {
+ public:
+  AgreementSearch(const Board& board, const std::vector<PairView>& pairs, const PairSizes& sizes)
+      : points_(BoardPoints(board)),
+        symmetries_(SymmetriesOf(board)),
+        left_(CalibrateLens(board, SidesOf(pairs, &PairView::left), sizes.left)),
+        right_(CalibrateLens(board, SidesOf(pairs, &PairView::right), sizes.right)) {
+    for (const PairView& pair : pairs) {
+      auto& orders = rights_.emplace_back();
+      for (const auto& symmetry : symmetries_) orders.push_back(Reordered(pair.right, symmetry));
     }
-    if (best.empty() || Median(misses) < Median(best)) best = misses;
   }
-  return best;
-}
 
-double LimitOf(const std::vector<double>& residuals, double pixels) {
-  return std::max(kTimesMedian * Median(residuals), pixels);
-}
+  [[nodiscard]] Agreement Best() const {
+    Agreement best;
+    for (std::size_t i = 0; i < rights_.size(); ++i) {
+      for (const BoardSymmetry& symmetry : symmetries_) {
+        const Eigen::Isometry3d X_RL = right_.X_CB[i] * symmetry.X_BB * left_.X_CB[i].inverse();
+        Agreement found = Under(X_RL);
+        if (best.misses.empty() || Median(found.misses) < Median(best.misses)) {
+          best = std::move(found);
+        }
+      }
+    }
+    return best;
+  }
+  [[nodiscard]] const Corners& Right(std::size_t pair, std::size_t symmetry) const {
+    return rights_[pair][symmetry];
+  }
 
-// Takes what is above the limit out of `used`.
-void DropRough(const Board& board, const std::vector<PairView>& pairs, const PairSizes& sizes,
-               PairCalibration* out) {
-  const auto left = CalibrateLens(board, SidesOf(pairs, &PairView::left), sizes.left);
-  const auto right = CalibrateLens(board, SidesOf(pairs, &PairView::right), sizes.right);
-  const std::vector<double> misses = MissesOfTheAgreed(board, pairs, left, right);
-  const double limit = LimitOf(misses, kRoughPixels);
-  out->used.clear();
+ private:
+  [[nodiscard]] Agreement Under(const Eigen::Isometry3d& X_RL) const {
+    Agreement out;
+    for (std::size_t j = 0; j < rights_.size(); ++j) {
+      const Eigen::Isometry3d X_RB = X_RL * left_.X_CB[j];
+      double least = HUGE_VAL;
+      std::size_t at = 0;
+      for (std::size_t k = 0; k < symmetries_.size(); ++k) {
+        const double miss = MissIn(right_.lens, X_RB, points_, rights_[j][k]);
+        if (miss < least) least = miss, at = k;
+      }
+      out.misses.push_back(least);
+      out.symmetry.push_back(at);
+    }
+    return out;
+  }
+
+  std::vector<cv::Point3f> points_;
+  std::vector<BoardSymmetry> symmetries_;
+  LensCalibration left_, right_;
+  std::vector<std::vector<Corners>> rights_;  // of each pair, in the order of each symmetry
+};
+
+// What the others agree on roughly, in one order of corners.
+PairCalibration TakeRough(const Board& board, const std::vector<PairView>& pairs,
+                          const PairSizes& sizes) {
+  const AgreementSearch search(board, pairs, sizes);
+  const Agreement agreement = search.Best();
+  const double limit = std::min(std::max(kTimesMedian * Median(agreement.misses), kRoughPixels),
+                                kNoAgreement * sizes.right[0]);
+  PairCalibration out;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (misses[i] <= limit) {
-      out->used.push_back(i);
+    if (agreement.misses[i] <= limit) {
+      out.used.push_back(i);
+      out.views.push_back({pairs[i].left, search.Right(i, agreement.symmetry[i])});
     } else {
-      out->dropped.push_back({i, misses[i]});
+      out.dropped.push_back({i, agreement.misses[i]});
     }
   }
+  return out;
 }
 
-// Leaves the worst pair out if it contradicts the rest; whether it did.
-bool DropWorst(PairCalibration* out) {
-  std::vector<double> residuals;
-  for (std::size_t i = 0; i < out->used.size(); ++i) {
-    residuals.push_back(std::hypot(out->fit.left_px[i], out->fit.right_px[i]) / std::sqrt(2.0));
-  }
-  const auto worst = std::max_element(residuals.begin(), residuals.end());
-  if (*worst <= LimitOf(residuals, kFinePixels)) return false;
-  const auto at = worst - residuals.begin();
-  out->dropped.push_back({out->used[static_cast<std::size_t>(at)], *worst});
-  out->used.erase(out->used.begin() + at);
-  return true;
-}
-
-Eigen::Isometry3d PoseOfBoard(const std::vector<cv::Point3f>& board, const Corners& seen,
-                              const cv::Mat& K, const cv::Mat& D) {
+// Of a board seen by one known camera.
+struct BoardPose {
+  Eigen::Isometry3d X_CB = Eigen::Isometry3d::Identity();
+  double rms_px = 0;
+};
+BoardPose PoseOfBoard(const std::vector<cv::Point3f>& board, const Corners& seen,
+                      const Lens& lens) {
   cv::Mat rotation, translation;
-  cv::solvePnP(board, seen, K, D, rotation, translation);
-  return PoseOf(rotation, translation);
+  cv::solvePnP(board, seen, CameraMatrixOf(lens), DistortionOf(lens), rotation, translation);
+  const Eigen::Isometry3d X_CB = PoseOf(rotation, translation);
+  return {X_CB, MissIn(lens, X_CB, board, seen)};
+}
+
+struct Refined {
+  StereoRig rig;
+  cv::Mat per_view;  // pairs x 2 [px]
+};
+
+Refined Refine(const Board& board, const std::vector<PairView>& pairs, const StereoRig& start) {
+  const std::vector<std::vector<cv::Point3f>> boards(pairs.size(), BoardPoints(UnitBoard(board)));
+  cv::Mat K_L(CameraMatrixOf(start.left)), K_R(CameraMatrixOf(start.right));
+  cv::Mat D_L = DistortionOf(start.left), D_R = DistortionOf(start.right);
+  cv::Mat R, T, E, F;
+  Refined out;
+  try {
+    out.rig.rms_px = cv::stereoCalibrate(
+        boards, SidesOf(pairs, &PairView::left), SidesOf(pairs, &PairView::right), K_L, D_L, K_R,
+        D_R, {start.left.size[0], start.left.size[1]}, R, T, E, F, out.per_view,
+        cv::CALIB_USE_INTRINSIC_GUESS | cv::CALIB_FIX_K3, Settled());
+  } catch (const cv::Exception&) {
+    throw std::runtime_error("the pictures define no pair of cameras");
+  }
+  out.rig.left = LensOf(K_L, D_L, start.left.size);
+  out.rig.right = LensOf(K_R, D_R, start.right.size);
+  out.rig.X_RL = PoseOf(R, board.square * T);
+  return out;
+}
+
+PairCalibration Without(PairCalibration calibration, std::size_t k) {
+  const PairFit& fit = calibration.fit;
+  const double miss = std::hypot(fit.left_px[k], fit.right_px[k]) / std::sqrt(2.0);
+  calibration.dropped.push_back({calibration.used[k], miss});
+  calibration.used.erase(calibration.used.begin() + static_cast<std::ptrdiff_t>(k));
+  calibration.views.erase(calibration.views.begin() + static_cast<std::ptrdiff_t>(k));
+  return calibration;
 }
 
 void RequireEnough(const PairCalibration& calibration) {
@@ -115,38 +173,76 @@ void RequireEnough(const PairCalibration& calibration) {
       "board that does not move between the two shots");
 }
 
+// A baseline of nothing cannot be checked by its halves, and sees no depth.
+void RequireApart(const PairFit& fit) {
+  constexpr double kLeast = 1e-3;  // of the board's distance
+  double distance = 0;
+  for (const Eigen::Isometry3d& X_LB : fit.X_LB) {
+    distance = std::max(distance, X_LB.translation().norm());
+  }
+  if (fit.rig.baseline() > kLeast * distance) return;
+  throw std::runtime_error(
+      "both cameras stand at the same place: accepted are pictures of two cameras side by side, "
+      "not "
+      "the same pictures twice");
+}
+
+// A pair that is torn pulls the common pose towards itself and tears at the others: it is compared
+// to what they are like without it.
+std::optional<PairCalibration> WithoutTorn(const Board& board, const PairSizes& sizes,
+                                           const PairCalibration& calibration) {
+  const std::vector<double>& rifts = calibration.fit.rift_px;
+  const auto worst = std::max_element(rifts.begin(), rifts.end());
+  if (*worst <= kRiftPixels || rifts.size() <= kFewest) return std::nullopt;
+  PairCalibration rest = Without(calibration, static_cast<std::size_t>(worst - rifts.begin()));
+  rest.fit = FitPair(board, rest.views, sizes);
+  if (*worst <= kTimesMedian * Median(rest.fit.rift_px)) return std::nullopt;
+  return rest;
+}
+
+std::optional<PairCalibration> WithoutMisseen(const Board& board, const PairSizes& sizes,
+                                              const PairCalibration& calibration) {
+  std::vector<double> corners;
+  for (std::size_t k = 0; k < calibration.used.size(); ++k) {
+    corners.push_back(std::max(calibration.fit.left_px[k], calibration.fit.right_px[k]));
+  }
+  const auto worst = Outlier(corners, kCornerPixels);
+  if (!worst || corners.size() <= kFewest) return std::nullopt;
+  PairCalibration rest = Without(calibration, *worst);
+  rest.fit = FitPair(board, rest.views, sizes);
+  return rest;
+}
+
 }  // namespace
 
 PairFit FitPair(const Board& board, const std::vector<PairView>& pairs, const PairSizes& sizes) {
-  const std::vector<Corners> lefts = SidesOf(pairs, &PairView::left);
-  const std::vector<Corners> rights = SidesOf(pairs, &PairView::right);
-  const LensCalibration left = CalibrateLens(board, lefts, sizes.left);
-  const LensCalibration right = CalibrateLens(board, rights, sizes.right);
-  const std::vector<std::vector<cv::Point3f>> boards(pairs.size(), BoardPoints(board));
-  const cv::TermCriteria settled(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-9);
-  cv::Mat K_L(CameraMatrixOf(left.lens)), K_R(CameraMatrixOf(right.lens));
-  cv::Mat D_L = DistortionOf(left.lens), D_R = DistortionOf(right.lens);
-  cv::Mat R, T, E, F, per_view;
+  const LensCalibration left = CalibrateLens(board, SidesOf(pairs, &PairView::left), sizes.left);
+  const LensCalibration right = CalibrateLens(board, SidesOf(pairs, &PairView::right), sizes.right);
+  StereoRig start;
+  start.left = left.lens, start.right = right.lens;
+  const Refined refined = Refine(board, pairs, start);
   PairFit out;
-  try {
-    out.rig.rms_px = cv::stereoCalibrate(boards, lefts, rights, K_L, D_L, K_R, D_R,
-                                         {sizes.left[0], sizes.left[1]}, R, T, E, F, per_view,
-                                         cv::CALIB_USE_INTRINSIC_GUESS | cv::CALIB_FIX_K3, settled);
-    out.rig.left = LensOf(K_L, D_L, sizes.left);
-    out.rig.right = LensOf(K_R, D_R, sizes.right);
-    out.rig.X_RL = PoseOf(R, T);
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      out.X_LB.push_back(PoseOfBoard(boards[i], lefts[i], K_L, D_L));
-      out.left_px.push_back(per_view.at<double>(static_cast<int>(i), 0));
-      out.right_px.push_back(per_view.at<double>(static_cast<int>(i), 1));
-    }
-  } catch (const cv::Exception&) {
-    throw std::runtime_error("the pictures define no pair of cameras");
+  out.rig = refined.rig;
+  const std::vector<cv::Point3f> points = BoardPoints(board);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const BoardPose in_left = PoseOfBoard(points, pairs[i].left, out.rig.left);
+    const BoardPose in_right = PoseOfBoard(points, pairs[i].right, out.rig.right);
+    out.left_px.push_back(refined.per_view.at<double>(static_cast<int>(i), 0));
+    out.right_px.push_back(refined.per_view.at<double>(static_cast<int>(i), 1));
+    const double joint = std::hypot(out.left_px[i], out.right_px[i]);
+    const double own = std::hypot(in_left.rms_px, in_right.rms_px);
+    out.rift_px.push_back(std::sqrt(std::max(0.0, 0.5 * (joint * joint - own * own))));
+    out.X_LB.push_back(in_left.X_CB);
   }
   out.left_rms_px = left.rms_px;
   out.right_rms_px = right.rms_px;
   out.sigma_focal = std::max(left.sigma_focal, right.sigma_focal);
   return out;
+}
+
+StereoRig RefinePair(const Board& board, const std::vector<PairView>& pairs,
+                     const StereoRig& start) {
+  return Refine(board, pairs, start).rig;
 }
 
 PairCalibration CalibratePair(const Board& board, const std::vector<PairView>& pairs,
@@ -155,12 +251,16 @@ PairCalibration CalibratePair(const Board& board, const std::vector<PairView>& p
     throw std::runtime_error(std::to_string(pairs.size()) +
                              " pairs show the board: accepted is 3 or more");
   }
-  PairCalibration out;
-  DropRough(board, pairs, sizes, &out);
-  do {
-    RequireEnough(out);
-    out.fit = FitPair(board, Chosen(pairs, out.used), sizes);
-  } while (DropWorst(&out));
+  PairCalibration out = TakeRough(board, pairs, sizes);
+  RequireEnough(out);
+  out.fit = FitPair(board, out.views, sizes);
+  for (;;) {
+    auto rest = WithoutTorn(board, sizes, out);
+    if (!rest) rest = WithoutMisseen(board, sizes, out);
+    if (!rest) break;
+    out = *std::move(rest);
+  }
+  RequireApart(out.fit);
   return out;
 }
 

@@ -43,6 +43,8 @@ CameraRegistration RegisterLens(const Lens& lens, const std::vector<TipPlace>& p
 // of CameraView: origin in the picture's centre, x right, y up. `size` of the picture [px].
 CameraRegistration RegisterPlane(const std::array<int, 2>& size,
                                  const std::vector<TipPlace>& places);
+// The same for the lens's straight pictures (LensWarp); `places` as seen, before that.
+CameraRegistration RegisterLensPlane(const Lens& lens, const std::vector<TipPlace>& places);
 
 // The line of a scene: `pose: {translation: [...], rotation: [...]}`, rotation about fixed x, y, z.
 std::string ScenePose(const Eigen::Isometry3d& X);

@@ -5,7 +5,6 @@
 #include <functional>
 #include <numeric>
 #include <random>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -24,14 +23,46 @@ Indices Shuffled(Indices order, std::mt19937* random) {
   return order;
 }
 
-// `estimate`: from some of the `count` pictures; throws std::runtime_error where it cannot.
-HalvesCheck Halve(std::size_t count, double whole,
+// Pictures whose corners all lie near those of the group's first one: by 1 % of the picture's
+// width, root mean square.
+std::vector<Indices> GroupsOf(const std::vector<const Corners*>& views, int width) {
+  constexpr double kAlike = 0.01;
+  const auto is_alike = [&](const Corners& a, const Corners& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).ddot(a[i] - b[i]);
+    return std::sqrt(sum / static_cast<double>(a.size())) < kAlike * width;
+  };
+  std::vector<Indices> groups;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto like = std::find_if(groups.begin(), groups.end(), [&](const Indices& group) {
+      return is_alike(*views[i], *views[group.front()]);
+    });
+    if (like == groups.end()) {
+      groups.push_back({i});
+    } else {
+      like->push_back(i);
+    }
+  }
+  return groups;
+}
+
+Indices Members(const std::vector<Indices>& groups, const Indices& which) {
+  Indices members;
+  for (const std::size_t k : which) {
+    members.insert(members.end(), groups[k].begin(), groups[k].end());
+  }
+  return members;
+}
+
+// `estimate`: from some of the pictures; throws std::runtime_error where it cannot.
+HalvesCheck Halve(const std::vector<Indices>& groups, double whole,
                   const std::function<double(const Indices&)>& estimate) {
   HalvesCheck out;
+  const std::size_t count = out.distinct = groups.size();
   if (count < kFewestForHalves) return out;
   const auto disagreement = [&](const Indices& a, const Indices& b) {
     try {
-      return std::abs(estimate(a) - estimate(b)) / whole;
+      return std::abs(estimate(Members(groups, a)) - estimate(Members(groups, b))) / whole;
     } catch (const std::runtime_error&) {
       ++out.failed;
       return 1.0;  // as wrong as can be said
@@ -60,7 +91,8 @@ std::vector<View> Chosen(const std::vector<View>& views, const Indices& which) {
 }
 
 std::string Percent(double ratio) {
-  return fmt::format("{:.2g} %", 100 * ratio);
+  return ratio < 0.995 ? fmt::format("{:.2g} %", 100 * ratio)
+                       : fmt::format("{:.0f} %", 100 * ratio);
 }
 
 // Limits, and from where on one is warned.
@@ -83,31 +115,38 @@ double HalvesCheck::worst() const {
 }
 
 HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
-                        const PairSizes& sizes, double baseline) {
-  return Halve(pairs.size(), baseline, [&](const Indices& half) {
-    return FitPair(board, Chosen(pairs, half), sizes).rig.baseline();
+                        const StereoRig& rig) {
+  std::vector<const Corners*> lefts;
+  for (const PairView& pair : pairs) lefts.push_back(&pair.left);
+  const auto groups = GroupsOf(lefts, rig.left.size[0]);
+  return Halve(groups, rig.baseline(), [&](const Indices& half) {
+    return RefinePair(board, Chosen(pairs, half), rig).baseline();
   });
 }
 
 HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
                         const std::array<int, 2>& size, double focal) {
-  return Halve(views.size(), focal, [&](const Indices& half) {
+  std::vector<const Corners*> all;
+  for (const Corners& view : views) all.push_back(&view);
+  return Halve(GroupsOf(all, size[0]), focal, [&](const Indices& half) {
     const Lens lens = CalibrateLens(board, Chosen(views, half), size).lens;
     return std::sqrt(lens.fx * lens.fy);
   });
 }
 
-double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size) {
-  constexpr int kColumns = 8, kRows = 6;
-  std::set<std::pair<int, int>> seen;
-  for (const Corners& view : views) {
-    for (const cv::Point2f& p : view) {
-      const int i = static_cast<int>(p.x * kColumns / static_cast<float>(size[0]));
-      const int j = static_cast<int>(p.y * kRows / static_cast<float>(size[1]));
-      seen.emplace(std::clamp(i, 0, kColumns - 1), std::clamp(j, 0, kRows - 1));
-    }
+void CoverCells(const Corners& corners, const std::array<int, 2>& size,
+                std::set<CoverageCell>* cells) {
+  for (const cv::Point2f& p : corners) {
+    const int i = static_cast<int>(p.x * kCoverageColumns / static_cast<float>(size[0]));
+    const int j = static_cast<int>(p.y * kCoverageRows / static_cast<float>(size[1]));
+    cells->emplace(std::clamp(i, 0, kCoverageColumns - 1), std::clamp(j, 0, kCoverageRows - 1));
   }
-  return static_cast<double>(seen.size()) / (kColumns * kRows);
+}
+
+double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size) {
+  std::set<CoverageCell> seen;
+  for (const Corners& view : views) CoverCells(view, size, &seen);
+  return static_cast<double>(seen.size()) / (kCoverageColumns * kCoverageRows);
 }
 
 Trust Judge(const TrustQuestion& question) {
@@ -122,8 +161,9 @@ Trust Judge(const TrustQuestion& question) {
   const HalvesCheck& halves = question.halves;
   if (halves.random.empty()) {
     trust.reasons.push_back(fmt::format(
-        "{} pictures cannot be halved to see whether the {} repeats: accepted is {} or more",
-        question.used, question.quantity, kFewestForHalves));
+        "{} different {} cannot be halved to see whether the {} repeats: accepted is {} or more, "
+        "the board standing elsewhere in each",
+        halves.distinct, question.things, question.quantity, kFewestForHalves));
   } else {
     judge(!(halves.sigma() <= kSigma), halves.sigma() > kSigmaWarned,
           fmt::format("halves of the pictures disagree on the {} by {} (odd and even) and up to {} "
@@ -144,7 +184,8 @@ Trust Judge(const TrustQuestion& question) {
                       100 * coverage, Percent(kCoverage), Percent(kCoverageWarned)));
   }
   judge(static_cast<double>(question.used) < kUsed * static_cast<double>(question.given), false,
-        fmt::format("only {} of {} pairs agree with each other", question.used, question.given));
+        fmt::format("only {} of {} {} agree with each other", question.used, question.given,
+                    question.things));
   return trust;
 }
 

@@ -2,7 +2,10 @@
 // not that other pictures would have given the same ones.
 #pragma once
 
+#include <array>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "slave/vision/calibration/pair_calibration.h"
@@ -10,27 +13,35 @@
 namespace palpate {
 
 // A quantity estimated from each half of the pictures alone: first the odd against the even ones,
-// then halves drawn at random (fixed seed).
+// then halves drawn at random (fixed seed). Pictures in which the board stands nearly where it
+// stood in an earlier one are of one opinion: they count as one and go to the same half.
 struct HalvesCheck {
   double odd_even = 0;         // |a - b|, relative to the estimate from all
   std::vector<double> random;  // the same for 20 random halves, sorted
   int failed = 0;              // halves that give no estimate at all
+  std::size_t distinct = 0;    // pictures, or pairs, that differ
   // One standard deviation of the estimate from all: a half has twice its variance, the difference
   // of two halves four times.
   [[nodiscard]] double sigma() const;
   [[nodiscard]] double worst() const;
 };
 constexpr int kRandomHalves = 20;
-constexpr std::size_t kFewestForHalves = 4;  // pictures, or pairs
+constexpr std::size_t kFewestForHalves = 4;  // pictures, or pairs, that differ
 
-// Of the baseline. Pairs as used.
+// Of the baseline. Pairs as used for `rig`, from which the halves are refined.
 HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
-                        const PairSizes& sizes, double baseline);
+                        const StereoRig& rig);
 // Of the focal length.
 HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
                         const std::array<int, 2>& size, double focal);
 
-// Part of the picture, in 8 x 6 cells, in which a corner was ever seen.
+// Column and row of a cell of the picture.
+constexpr int kCoverageColumns = 8, kCoverageRows = 6;
+using CoverageCell = std::pair<int, int>;
+// Adds the cells in which `corners` lie.
+void CoverCells(const Corners& corners, const std::array<int, 2>& size,
+                std::set<CoverageCell>* cells);
+// Part of the picture's cells in which a corner was ever seen.
 double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size);
 
 struct Trust {
@@ -40,7 +51,8 @@ struct Trust {
 
 struct TrustQuestion {
   const char* quantity = "baseline";  // what the halves estimate
-  std::size_t used = 0, given = 0;    // pictures or pairs with a board
+  const char* things = "pairs";       // of what
+  std::size_t used = 0, given = 0;    // of them, with a board
   double rms_px = 0;
   double sigma_focal = 0;  // relative
   HalvesCheck halves;

@@ -36,6 +36,21 @@ TEST(LocalContactTest, IsTheLinearLawInsideAndZeroOutside) {
   EXPECT_EQ(contact.ForceAt({std::nan(""), 0, 0}, kLater).norm(), 0);
 }
 
+// Reference: the tangent to F = c d^3 at d = 3 mm, which meets zero at 2 mm.
+TEST(LocalContactTest, TheTangentToAStiffeningLawNeverPulls) {
+  constexpr double c = 1e8, d = 0.003;  // [N/m^3], [m]
+  LocalModel model = Wall(3 * c * d * d, 0, 1);
+  model.force = {0, c * d * d * d - 3 * c * d * d * d, 0};
+  model.in_contact = true;
+  LocalContact contact;
+  contact.Take(model, 0);
+  EXPECT_NEAR(contact.ForceAt({0, -d, 0}, kLater).y(), c * d * d * d, 1e-12);
+  for (const double depth : {0.0001, 0.001, 0.0019999}) {
+    EXPECT_EQ(contact.ForceAt({0, -depth, 0}, kLater).norm(), 0) << depth;
+  }
+  EXPECT_GT(contact.ForceAt({0, -0.0021, 0}, kLater).y(), 0);
+}
+
 TEST(LocalContactTest, NothingKnownIsNoForce) {
   LocalContact contact;
   EXPECT_FALSE(contact.known());

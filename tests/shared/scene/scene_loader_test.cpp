@@ -160,6 +160,8 @@ TEST(SceneLoaderTest, KnowsWherePicturesComeFrom) {
   const SceneFolder folder;
   folder.Write("one.png", "");
   folder.Write("film.MP4", "");
+  std::filesystem::create_directory(folder.path() / "frames");
+  folder.Write("frames/0007.png", "");
   const struct {
     const char* camera;
     Camera::Source source;

@@ -1,4 +1,4 @@
-// The scenes in deploy/scenes load, and say what paper A says.
+// The scenes in deploy/scenes load, and say what the papers say.
 #include <algorithm>
 #include <numbers>
 
@@ -83,12 +83,40 @@ TEST(ShippedSceneTest, TheFoamCubeIsPaperBsHardOne) {
   EXPECT_EQ(scene.model.fem.law, FemOptions::Law::kCorotational);
 }
 
-TEST(ShippedSceneTest, TheMembraneIsPaperCs) {
-  const Scene scene =
-      LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/rubber-membrane.yaml", {}, SceneUse::kSolve);
+// Reference: paper C, 5.1, and the rig stated for its simulated site.
+TEST(ShippedSceneTest, TheMembraneIsPaperCsFirstExperiment) {
+  const Scene scene = LoadShipped("rubber-membrane");
   EXPECT_DOUBLE_EQ(std::get<MembraneGeometry>(scene.object.geometry).radius, 0.039);
   EXPECT_DOUBLE_EQ(scene.object.material.young_modulus, 27.2e6);
+  EXPECT_DOUBLE_EQ(scene.object.material.poisson_ratio, 0.45);
   EXPECT_EQ(scene.model.kind, "plate-large");
+  EXPECT_DOUBLE_EQ(scene.operator_options.press_depth, 5e-3);
+  const StereoCameras& pair = scene.sense.stereo.value();
+  EXPECT_EQ(pair.source, StereoCameras::Source::kSimulated);
+  EXPECT_EQ(pair.rate, 30);
+  EXPECT_EQ(pair.focal, 800);
+  EXPECT_DOUBLE_EQ(pair.baseline, 0.06);
+  EXPECT_NEAR(pair.X_SL.translation().z(), -0.25, 1e-12);
+  const PointTracking& points = scene.sense.points.value();
+  EXPECT_EQ(points.track, PointTracking::Track::kDots);
+  EXPECT_EQ(points.count, 31);
+  EXPECT_TRUE(points.spacing.isApprox(Eigen::Vector2d(0.015, 0.010)));
+  EXPECT_EQ(scene.site.noise, 2);
+  EXPECT_EQ(scene.site.blur, 0.7);
+}
+
+// Reference: paper C, 5.2. Nothing holds what moves as a whole, so no force is told. The mesh has
+// the extent of the surface that the simulated site draws: semi-axes of 34, 30 and 20 mm, and bumps
+// of 0.6 mm.
+TEST(ShippedSceneTest, TheHeartIsPaperCsSecondExperiment) {
+  const Scene scene = LoadShipped("heart-target");
+  EXPECT_TRUE(std::holds_alternative<MeshFileGeometry>(scene.object.geometry));
+  EXPECT_FALSE(IsHeld(scene.object));
+  EXPECT_EQ(scene.sense.points.value().track, PointTracking::Track::kTexture);
+  EXPECT_EQ(scene.sense.stereo.value().rate, 30);
+  EXPECT_EQ(scene.site.pace, 1);
+  // The tool's default width is a fifteenth of the larger side.
+  EXPECT_NEAR(15 * scene.tool.value().width, 0.068, 2 * 0.0006);
 }
 
 }  // namespace

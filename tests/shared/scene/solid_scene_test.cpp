@@ -170,9 +170,9 @@ const Refusal kRefusals[] = {
 INSTANTIATE_TEST_SUITE_P(Scenes, SolidRefusalTest, ::testing::ValuesIn(kRefusals),
                          [](const auto& row) { return std::string(row.param.name); });
 
-TEST(SolidSceneTest, ACameraWatchesPlanarObjectsOnly) {
+TEST(SolidSceneTest, OneCameraWatchesPlanarObjectsOnly) {
   EXPECT_THAT(MistakesOf(SolidScene(kBox, kBottom, "{kind: fem}"), SceneUse::kFull),
-              HasSubstr("answered by solve, study and check in this version"));
+              HasSubstr("and none for solve, study and check"));
 }
 
 TEST(SolidSceneTest, StudyContactsAreReadWithTheirUnits) {

@@ -42,6 +42,9 @@ TEST(UnitsTest, EveryUnitIsItsDefinition) {
       {"1.0 /s", kRate, 1},
       {"20 mm/s", kSpeed, 20 / 1e3},
       {"64 px", kPixels, 64},
+      {"12 N/m", kTension, 12},
+      {"12 mN/m", kTension, 12 / 1e3},
+      {"1.5 N/mm", kTension, 1500},
       {"5 %", kNumber, 5 / 1e2},
   };
   for (const auto& [text, dimension, expected] : kRows) {
@@ -53,7 +56,7 @@ TEST(UnitsTest, EveryUnitIsItsDefinition) {
 
 TEST(UnitsTest, PlainNumbersAreSi) {
   for (const auto dimension : {kNumber, kLength, kPressure, kForce, kTime, kFrequency, kAngle,
-                               kDensity, kRate, kSpeed, kPixels}) {
+                               kDensity, kRate, kSpeed, kPixels, kTension}) {
     EXPECT_EQ(ParseQuantity(" -1.5e-3 ", dimension), -1.5e-3);
   }
 }

@@ -8,8 +8,10 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "slave/vision/stereo/lens_warp.h"
 #include "tests/slave/capture/scratch.h"
 
 namespace palpate {
@@ -73,6 +75,45 @@ TEST(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
   }
   EXPECT_FALSE(source->Next({}));
   EXPECT_FALSE(source->Next({})) << "an ended source stays ended";
+}
+
+// A camera with a lens: a white spot is moved to where a pinhole would see it.
+TEST(FrameSourceTest, PicturesOfALensComeStraight) {
+  const Scratch scratch;
+  StereoRig camera;
+  camera.left = {300, 300, 160, 120, {-0.4, 0, 0, 0, 0}, {320, 240}};
+  WriteRig(scratch.path() / "lens.yaml", camera, true);
+  const Eigen::Vector2d spot(290, 30);
+  cv::Mat picture(240, 320, CV_8UC1, cv::Scalar(0));
+  picture(cv::Rect(289, 29, 3, 3)) = 200;
+  ASSERT_TRUE(cv::imwrite((scratch.path() / "a.png").string(), picture));
+  Scene scene = SceneWith(Camera::Source::kFiles, "a.png", scratch);
+  scene.sense.camera->lens = scratch.path() / "lens.yaml";
+  const auto frame = OpenFrameSource(scene, false)->Next({});
+  ASSERT_TRUE(frame);
+  const cv::Moments m = cv::moments(frame->image);
+  const Eigen::Vector2d seen(m.m10 / m.m00, m.m01 / m.m00);
+  const Eigen::Vector2d expected = Straight(camera.left, spot).value();
+  EXPECT_GT((expected - spot).norm(), 5);
+  EXPECT_LT((seen - expected).norm(), 0.1);
+}
+
+TEST(FrameSourceTest, ALensOfOtherPicturesIsNamed) {
+  const Scratch scratch;
+  WriteNumbered(scratch, 1);
+  StereoRig camera;
+  camera.left = {300, 300, 160, 120, {-0.4, 0, 0, 0, 0}, {320, 240}};
+  camera.right = camera.left;
+  WriteRig(scratch.path() / "lens.yaml", camera, true);
+  Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
+  scene.sense.camera->lens = scratch.path() / "lens.yaml";
+  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("sense.camera.intrinsics"));
+  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("320 x 240 px, this one has 32 x 24"));
+  camera.X_RL.translation().x() = -0.06;
+  WriteRig(scratch.path() / "lens.yaml", camera);
+  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("is of two cameras"));
+  scene.sense.camera->lens = scratch.path() / "none.yaml";
+  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("cannot be read"));
 }
 
 // A picture may be late (a busy machine), never early.

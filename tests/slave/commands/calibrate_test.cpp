@@ -7,8 +7,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
+#include "shared/scene/scene_loader.h"
 #include "slave/vision/stereo/rig.h"
+#include "tests/slave/vision/calibration/drawn_circles.h"
 
 namespace palpate {
 namespace {
@@ -44,6 +49,13 @@ class CalibrateTest : public testing::Test {
     said_ += testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
     return code;
   }
+  [[nodiscard]] int Occurrences(const std::string& words) const {
+    int count = 0;
+    for (auto at = said_.find(words); at != std::string::npos; at = said_.find(words, at + 1)) {
+      ++count;
+    }
+    return count;
+  }
   void Chessboards(const fs::path& left, const fs::path& right) {
     options_.left = left, options_.right = right;
     options_.board = "9x6", options_.square = "25mm";
@@ -59,6 +71,25 @@ class CalibrateTest : public testing::Test {
   CalibrateOptions options_;
   std::string said_;
 };
+
+// The shipped block with `lines` as its camera's.
+Scene BlockWithCamera(const std::vector<std::string>& lines) {
+  std::vector<std::string> overrides;
+  for (const std::string& line : lines) {
+    const auto colon = line.find(": ");
+    overrides.push_back("sense.camera." + line.substr(0, colon) + "=" + line.substr(colon + 2));
+  }
+  return LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/silicone-block.yaml", overrides);
+}
+
+std::vector<std::string> LinesOf(const fs::path& file) {
+  std::vector<std::string> lines;
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) {
+    if (line.front() != '#') lines.push_back(line);
+  }
+  return lines;
+}
 
 // Reference: the baseline and focal lengths that the data's README states for its own calibration
 // of the same pairs (0.0832 m, 533.2 and 537.5 px); free choices of model move them by 0.3 %.
@@ -104,26 +135,62 @@ TEST_F(CalibrateTest, ExchangedSidesAreSaidAndPutRight) {
 }
 
 // One pair whose right picture is of another instant, one picture that is none, one without a
-// board, one without a partner: the rest give the same pair as before.
+// board, one without a partner: the rest give the very rig that they give alone.
 TEST_F(CalibrateTest, WhatIsBadIsNamedAndLeftOut) {
   if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
+  const fs::path alone = folder_ / "alone";
+  fs::create_directories(alone);
   for (int i = 1; i <= 9; ++i) {
     const std::string number = "0" + std::to_string(i) + ".jpg";
     fs::copy(chess_ / ("left" + number), folder_ / ("left" + number));
     if (i != 5) fs::copy(chess_ / ("right" + number), folder_ / ("right" + number));
+    if (i == 2 || i == 5 || i == 7 || i == 8) continue;
+    fs::copy(chess_ / ("left" + number), alone / ("left" + number));
+    fs::copy(chess_ / ("right" + number), alone / ("right" + number));
   }
   fs::copy(chess_ / "right06.jpg", folder_ / "right02.jpg", fs::copy_options::overwrite_existing);
   Write("right07.jpg", "not a picture");
   fs::copy(data_ / "stereo_endoscope_dvrk" / "scene_cap_left.png", folder_ / "left08.jpg",
            fs::copy_options::overwrite_existing);
+  Chessboards(alone / "left*.jpg", alone / "right*.jpg");
+  ASSERT_EQ(Run(), 0) << said_;
+  const StereoRig expected = ReadRig(options_.out);
   Chessboards(folder_ / "left*.jpg", folder_ / "right*.jpg");
-  options_.force = true;  // five pairs are few
-  Run();
+  ASSERT_EQ(Run(), 0) << said_;
   EXPECT_THAT(said_, HasSubstr("left02.jpg right02.jpg  left out: off by"));
   EXPECT_THAT(said_, HasSubstr("left out: right07.jpg: "));
   EXPECT_THAT(said_, HasSubstr("left08.jpg: the board is not (wholly) seen"));
   EXPECT_THAT(said_, HasSubstr("without a partner on the other side: 1"));
-  EXPECT_NEAR(ReadRig(options_.out).baseline(), 0.0832, 0.01 * 0.0832) << said_;
+  EXPECT_EQ(Occurrences("left out"), 3) << said_;
+  const StereoRig found = ReadRig(options_.out);
+  EXPECT_EQ(found.X_RL.matrix(), expected.X_RL.matrix()) << said_;
+  EXPECT_NEAR(found.baseline(), 0.0832, 0.01 * 0.0832);
+}
+
+// Upside-down pictures of one or both cameras are of another rig, and no worse.
+TEST_F(CalibrateTest, PicturesTurnedAndShrunkGiveTheSameBaseline) {
+  if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
+  struct Case {
+    const char* name;
+    bool turn_left, turn_right;
+    double scale;
+  };
+  for (const Case& c :
+       {Case{"both", true, true, 1}, {"right", false, true, 1}, {"half", false, false, 0.5}}) {
+    for (int i = 1; i <= 9; ++i) {
+      for (const bool right : {false, true}) {
+        const std::string name = (right ? "right0" : "left0") + std::to_string(i);
+        cv::Mat picture = cv::imread(chess_ / (name + ".jpg"));
+        if (right ? c.turn_right : c.turn_left) cv::rotate(picture, picture, cv::ROTATE_180);
+        cv::resize(picture, picture, {}, c.scale, c.scale, cv::INTER_AREA);
+        ASSERT_TRUE(cv::imwrite(folder_ / (name + ".png"), picture));
+      }
+    }
+    Chessboards(folder_ / "left*.png", folder_ / "right*.png");
+    ASSERT_EQ(Run(), 0) << c.name << said_;
+    EXPECT_NEAR(ReadRig(options_.out).baseline(), 0.0832, 0.003 * 0.0832) << c.name;
+    EXPECT_EQ(Occurrences("left out"), 0) << c.name;
+  }
 }
 
 TEST_F(CalibrateTest, OneCameraGivesALens) {
@@ -135,9 +202,38 @@ TEST_F(CalibrateTest, OneCameraGivesALens) {
   EXPECT_EQ(rig.baseline(), 0);
   EXPECT_NEAR(rig.left.fx, 533.2, 2);
   EXPECT_LE(rig.rms_px, 0.25);
+  options_.distance = "0.25 m";
+  ASSERT_EQ(Run(), 0);
+  EXPECT_THAT(said_, HasSubstr("straight ahead at 250 mm a pixel shows 0.468"));  // 250 / 533.2
   options_.left = chess_ / "left01.jpg";
   EXPECT_EQ(Run(), 1);
   EXPECT_THAT(said_, HasSubstr("Pixel size on the board"));
+}
+
+// Reference: the pinhole that saw the grid. Tolerance: blobs are found to 0.1 px of 100, and
+// perspective moves their middles by as much.
+TEST_F(CalibrateTest, ACircleGridGivesALens) {
+  const Board board{Board::Pattern::kAsymmetricCircles, 4, 9, 0.010};
+  const Lens lens{300, 300, 159.5, 119.5, {}, {320, 240}};
+  const cv::Size2d extent = BoardExtent(board);
+  for (int k = 0; k < 8; ++k) {
+    Eigen::Isometry3d X_CB = Eigen::Isometry3d::Identity();
+    const double way = k * M_PI / 4;
+    X_CB.translation() = Eigen::Vector3d(0.015 * std::cos(way), 0.01 * std::sin(way), 0.15);
+    X_CB.rotate(Eigen::AngleAxisd(0.5, Eigen::Vector3d(std::cos(way), std::sin(way), 0)))
+        .translate(Eigen::Vector3d(-extent.width / 2, -extent.height / 2, 0));
+    ASSERT_TRUE(cv::imwrite(folder_ / ("grid" + std::to_string(k) + ".png"),
+                            DrawCircles(board, 0.003, lens, X_CB)));
+  }
+  options_.left = folder_ / "grid*.png";
+  options_.board = "4x9", options_.square = "10 mm", options_.pattern = "asymmetric-circles";
+  ASSERT_EQ(Run(), 0) << said_;
+  EXPECT_NEAR(ReadRig(options_.out).left.fx, 300, 3) << said_;
+  EXPECT_EQ(Occurrences("left out"), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr("perspective draws the middles of circles away"));
+  options_.board = "9x4";
+  EXPECT_EQ(Run(), 1);
+  EXPECT_THAT(said_, HasSubstr("--pattern asymmetric-circles --board 4x9 was found"));
 }
 
 TEST_F(CalibrateTest, SaysWhatItCannotUse) {
@@ -159,6 +255,10 @@ TEST_F(CalibrateTest, SaysWhatItCannotUse) {
   options_.square = "25mm";
   options_.pattern = "stripes";
   EXPECT_EQ(Run(), 2);
+  options_.unquoted = {"left02.jpg"};
+  EXPECT_EQ(Run(), 2);
+  EXPECT_THAT(said_, HasSubstr("in quotes"));
+  options_.unquoted.clear();
   if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
   options_.pattern = "chessboard";
   options_.left = chess_ / "left0?.jpg";
@@ -178,6 +278,12 @@ TEST_F(CalibrateTest, RegistersACameraAboveThePlane) {
                               "x,y,z,u,v\n0.01,0.02,0,319.5,239.5\n0.01,0.07,0,419.5,239.5\n"
                               "-0.04,0.02,0,319.5,139.5\n-0.04,0.07,0,419.5,139.5\n");
   ASSERT_EQ(Run(), 0) << said_;
+  const Scene scene = BlockWithCamera(LinesOf(options_.out));
+  EXPECT_NEAR(scene.sense.camera->pixel, 0.5e-3, 1e-12);
+  EXPECT_LT(
+      (scene.sense.camera->X_SC * Eigen::Vector3d(0.05, 0, 0) - Eigen::Vector3d(0.01, 0.07, 0))
+          .norm(),
+      1e-9);
   EXPECT_THAT(said_, HasSubstr("pixel: 0.5 mm\n"));
   EXPECT_THAT(said_, HasSubstr("pose: {translation: [10 mm, 20 mm, 0 mm], rotation: [0 deg, 0 deg, "
                                "90 deg]}"));
@@ -185,6 +291,64 @@ TEST_F(CalibrateTest, RegistersACameraAboveThePlane) {
   options_.tip_places = Write("bad.csv", "x,y,z,u\n1,2,3,4\n");
   EXPECT_EQ(Run(), 2);
   EXPECT_THAT(said_, HasSubstr("bad.csv"));
+}
+
+// Places on the plane z = 0 that a camera 0.4 m above it sees through its lens; the sixth is wrong.
+std::string PlacesThroughALens(const Lens& lens, const Eigen::Isometry3d& X_SC) {
+  std::string rows = "x,y,z,u,v\n";
+  int number = 0;
+  for (const double x : {-0.06, 0.0, 0.07}) {
+    for (const double y : {-0.05, 0.01, 0.04}) {
+      const Eigen::Vector2d at = *Project(lens, X_SC.inverse() * Eigen::Vector3d(x, y, 0));
+      const double off = ++number == 6 ? 0.01 : 0;
+      char row[128];
+      std::snprintf(row, sizeof row, "%.17g,%.17g,0,%.17g,%.17g\n", x + off, y, at.x(), at.y());
+      rows += row;
+    }
+  }
+  return rows;
+}
+
+// Reference: the lens that saw the places: Z / f per pixel, the picture's centre where the straight
+// picture's centre looks, up in the picture against y of the camera.
+TEST_F(CalibrateTest, RegistersACameraWithALensAboveThePlane) {
+  StereoRig camera;
+  camera.left = {800, 800, 322, 236, {-0.3, 0.1, 0, 0, 0}, {640, 480}};
+  WriteRig(folder_ / "lens.yaml", camera, true);
+  Eigen::Isometry3d X_SC = Eigen::Isometry3d::Identity();  // z forward: straight down
+  X_SC.translation() = Eigen::Vector3d(0.01, -0.005, 0.4);
+  X_SC.linear() = (Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()) *
+                   Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()))
+                      .toRotationMatrix();
+  options_.tip_places = Write("tips.csv", PlacesThroughALens(camera.left, X_SC));
+  options_.rig = folder_ / "lens.yaml";
+  options_.plane = true;
+  options_.out = folder_ / "lines.yaml";
+  ASSERT_EQ(Run(), 0) << said_;
+  EXPECT_EQ(Occurrences("left out"), 1) << said_;
+  auto lines = LinesOf(options_.out);
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_THAT(lines[0], testing::StartsWith("intrinsics: " + options_.rig.string()));
+  const Scene scene = BlockWithCamera({lines[1], lines[2]});
+  EXPECT_NEAR(scene.sense.camera->pixel, 0.4 / 800, 1e-9);
+  const Eigen::Vector3d centre_C((319.5 - 322) / 800, (239.5 - 236) / 800, 1);
+  Eigen::Vector3d centre_S = X_SC * (0.4 * centre_C);
+  EXPECT_LT((scene.sense.camera->X_SC.translation() - centre_S).norm(), 1e-8);
+  const Eigen::Vector3d right_S = X_SC.linear() * Eigen::Vector3d::UnitX();
+  EXPECT_LT((scene.sense.camera->X_SC.linear().col(0) - right_S).norm(), 1e-6);
+
+  options_.plane = false;  // the camera itself, for a depth camera
+  ASSERT_EQ(Run(), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr("of a depth camera"));
+
+  options_.tip_places = Write("line.csv",
+                              "x,y,z,u,v\n0,0,0,10,10\n0.1,0,0,11,10\n0,0.1,0,10,11\n"
+                              "0.1,0.1,0,14,17\n0.2,0.1,0,9,9\n");
+  options_.plane = true;
+  fs::remove(options_.out);
+  EXPECT_EQ(Run(), 1);
+  EXPECT_THAT(said_, HasSubstr("cannot be trusted"));
+  EXPECT_FALSE(fs::exists(options_.out));
 }
 
 }  // namespace

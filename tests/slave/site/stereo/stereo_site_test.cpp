@@ -198,6 +198,26 @@ TEST(StereoSite, ForceDependsOnTheRadiusAloneAndGrowsTowardsTheRim) {
   EXPECT_GT(force({0.0135, 0}), 1.01 * there);
 }
 
+// Reference: a sheet under tension N resists a push as a string does, by N times its slopes: a
+// membrane that is tight at rest is stiffer, by a force that grows with the depth.
+TEST(StereoSite, TensionAtRestStiffens) {
+  Scene scene = MembraneScene();
+  scene.operator_options.press_depth = 1e-3;
+  StereoSite slack(scene, kCoarse);
+  scene.model.prestress = 500;
+  StereoSite tight(scene, kCoarse);
+  double before = 0;
+  for (const double depth : {0.3e-3, 0.6e-3}) {
+    for (StereoSite* site : {&slack, &tight}) site->MoveTool(Tip(scene, {0, 0}, depth));
+    const double more = tight.truth().force.z() - slack.truth().force.z();
+    // Point load on a round membrane, w = F ln(a / r) / (2 pi N), under the tool's edge; the
+    // plate's bending shares the way.
+    EXPECT_GT(more, 0.5 * 2 * std::numbers::pi * 500 * depth / std::log(39.0 / 2));
+    EXPECT_GT(more, 1.5 * before);
+    before = more;
+  }
+}
+
 // Reference: the press solved at that very place. Tolerance: half a raster off both neighbours the
 // blend is a second-order interpolation of forces that differ by 10 %.
 TEST(StereoSite, PressesBetweenTheSolvedRadiiAreBlendedWithinAPercent) {

@@ -1,0 +1,35 @@
+// Shapes of membranes: a flat disc, and what is left of an ellipsoid above the plane of its rim.
+#pragma once
+
+#include <span>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/membrane/inflated_membrane.h"
+
+namespace palpate {
+
+// p = centre + semi_axes times a point of the unit sphere.
+struct Ellipsoid {
+  Eigen::Vector3d centre{0, 0, 0};                          // [m]
+  Eigen::Matrix3d semi_axes = Eigen::Matrix3d::Identity();  // symmetric, eigenvalues > 0 [m]
+};
+
+// The ellipsoid through `points`, by least squares of their algebraic distance, those that stand
+// out weighted down (Huber, at `scatter` [m] from the surface). Throws std::invalid_argument: fewer
+// than nine points, scatter not positive, or what fits is no ellipsoid.
+Ellipsoid FitEllipsoid(std::span<const Eigen::Vector3d> points, double scatter);
+// How far `p` is outside [m], to first order in the distance.
+double DistanceOutside(const Ellipsoid& ellipsoid, const Eigen::Vector3d& p);
+
+// Flat, in the plane z = 0, normal along z; `rings` of triangles about the centre, 6 rings^2 in
+// all, the outermost nodes held. Throws std::invalid_argument: radius not positive, rings not in 1
+// to 1000.
+MembraneShape MeshFlatMembrane(double radius, int rings);
+// The part of the ellipsoid where p . axis > rim, seen from the centre; `axis` is a unit vector,
+// the rim is held. Throws std::invalid_argument: as MeshFlatMembrane, or where the plane passes the
+// ellipsoid by.
+MembraneShape MeshDomedMembrane(const Ellipsoid& ellipsoid, const Eigen::Vector3d& axis, double rim,
+                                int rings);
+
+}  // namespace palpate

@@ -1,0 +1,229 @@
+#include "slave/mechanics/membrane/inflated_membrane.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCholesky>
+
+#include "slave/mechanics/membrane/membrane_triangle.h"
+
+namespace palpate {
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+
+void Refuse(const std::string& what) {
+  throw std::invalid_argument("membrane: " + what);
+}
+void Refuse(const std::string& name, double value, const std::string& accepted) {
+  Refuse(name + " = " + std::to_string(value) + ": accepted is " + accepted);
+}
+
+void CheckParams(const InflatedMembrane::Params& params) {
+  const auto not_negative = [](const std::string& name, double value) {
+    if (!(value >= 0 && std::isfinite(value))) Refuse(name, value, ">= 0");
+  };
+  not_negative("modulus", params.modulus);
+  not_negative("tension", params.tension);
+  not_negative("air_stiffness", params.air_stiffness);
+  if (!(params.modulus + params.tension > 0)) {
+    Refuse("modulus", params.modulus, "> 0, or a tension > 0");
+  }
+  if (!(params.poisson_ratio > -1 && params.poisson_ratio <= 0.5)) {
+    Refuse("poisson_ratio", params.poisson_ratio, "-1 < nu <= 0.5");
+  }
+  if (params.pressure && !std::isfinite(*params.pressure)) {
+    Refuse("pressure", *params.pressure, "a number");
+  }
+}
+
+MembraneTriangle TriangleOf(const SurfaceMesh& mesh, std::size_t t) {
+  const auto at = [&](int corner) {
+    return mesh
+        .nodes[static_cast<std::size_t>(mesh.triangles[t][static_cast<std::size_t>(corner)])];
+  };
+  return MembraneTriangle({at(0), at(1), at(2)});
+}
+
+// Which nodes are held; throws where the shape cannot be computed on.
+std::vector<char> CheckShape(const MembraneShape& shape) {
+  const SurfaceMesh& mesh = shape.surface;
+  const auto nodes = static_cast<int>(mesh.nodes.size());
+  if (mesh.triangles.empty()) Refuse("no triangle");
+  for (int i = 0; i < nodes; ++i) {
+    if (!mesh.nodes[static_cast<std::size_t>(i)].allFinite()) {
+      Refuse("node " + std::to_string(i) + " is nowhere");
+    }
+  }
+  std::vector<char> used(mesh.nodes.size(), 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int node = mesh.triangles[t][k];
+      if (node < 0 || node >= nodes) Refuse("triangle " + std::to_string(t) + " has no such node");
+      used[static_cast<std::size_t>(node)] = 1;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto a = static_cast<std::size_t>(mesh.triangles[t][k]);
+      const auto b = static_cast<std::size_t>(mesh.triangles[t][(k + 1) % 3]);
+      longest = std::max(longest, (mesh.nodes[a] - mesh.nodes[b]).squaredNorm());
+    }
+    if (!(TriangleOf(mesh, t).area() > 1e-9 * longest)) {
+      Refuse("triangle " + std::to_string(t) + " has no area");
+    }
+  }
+  std::vector<char> held(mesh.nodes.size(), 0);
+  for (const int node : shape.held) {
+    if (node < 0 || node >= nodes) Refuse("held node " + std::to_string(node) + " does not exist");
+    held[static_cast<std::size_t>(node)] = 1;
+  }
+  for (int i = 0; i < nodes; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (used[at] == 0 && held[at] == 0) {
+      Refuse("node " + std::to_string(i) + " belongs to no triangle");
+    }
+  }
+  return held;
+}
+
+}  // namespace
+
+struct InflatedMembrane::Factor {
+  Eigen::SimplicialLLT<Sparse, Eigen::Lower, Eigen::AMDOrdering<int>> cholesky;
+  double scale = 1;           // of K before it was factored
+  Eigen::VectorXd volume;     // v, of the unknown components
+  Eigen::VectorXd by_volume;  // K^-1 v, without the air
+  double give_by_volume = 0;  // v . K^-1 v
+};
+
+InflatedMembrane::InflatedMembrane(MembraneShape shape, const Params& params)
+    : shape_(std::move(shape)), params_(params), factor_(std::make_unique<Factor>()) {
+  CheckParams(params_);
+  held_ = CheckShape(shape_);
+  int unknowns = 0;
+  for (const char held : held_) {
+    unknown_.push_back(held != 0 ? -1 : unknowns);
+    unknowns += held != 0 ? 0 : 3;
+  }
+  if (unknowns == 0) Refuse("every node is held");
+  Assemble();
+}
+
+InflatedMembrane::~InflatedMembrane() = default;
+InflatedMembrane::InflatedMembrane(InflatedMembrane&&) noexcept = default;
+InflatedMembrane& InflatedMembrane::operator=(InflatedMembrane&&) noexcept = default;
+
+void InflatedMembrane::Assemble() {
+  const SurfaceMesh& mesh = shape_.surface;
+  const auto unknowns =
+      3 * static_cast<Eigen::Index>(std::count(held_.begin(), held_.end(), char{0}));
+  std::vector<Eigen::Vector3d> volume(mesh.nodes.size(), Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> tension = volume;  // of the rest shape's own tension, per T
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const MembraneTriangle triangle = TriangleOf(mesh, t);
+    Eigen::Matrix<double, 9, 1> p;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto node = static_cast<std::size_t>(mesh.triangles[t][k]);
+      volume[node] += triangle.area() / 3 * triangle.normal();
+      p.segment<3>(3 * static_cast<Eigen::Index>(k)) = mesh.nodes[node];
+    }
+    const Eigen::Matrix<double, 9, 1> pull = triangle.Tension() * p;
+    for (std::size_t k = 0; k < 3; ++k) {
+      tension[static_cast<std::size_t>(mesh.triangles[t][k])] +=
+          pull.segment<3>(3 * static_cast<Eigen::Index>(k));
+    }
+  }
+  double pull_by_push = 0;
+  double push_by_push = 0;
+  for (std::size_t i = 0; i < volume.size(); ++i) {
+    normals_.push_back(volume[i].normalized());
+    areas_.push_back(volume[i].norm());
+    if (held_[i] != 0) continue;
+    pull_by_push += tension[i].dot(volume[i]);
+    push_by_push += volume[i].squaredNorm();
+  }
+  pressure_ = params_.pressure.value_or(params_.tension * pull_by_push / push_by_push);
+
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const MembraneTriangle triangle = TriangleOf(mesh, t);
+    const TriangleMatrix k = params_.modulus * triangle.Elastic(params_.poisson_ratio) +
+                             params_.tension * triangle.Tension() - pressure_ * triangle.Volume();
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        const int row = unknown_[static_cast<std::size_t>(mesh.triangles[t][i])];
+        const int column = unknown_[static_cast<std::size_t>(mesh.triangles[t][j])];
+        if (row < 0 || column < 0) continue;
+        for (int a = 0; a < 9; ++a) {
+          entries.emplace_back(row + a % 3, column + a / 3,
+                               k(3 * static_cast<int>(i) + a % 3, 3 * static_cast<int>(j) + a / 3));
+        }
+      }
+    }
+  }
+  Sparse stiffness(unknowns, unknowns);
+  stiffness.setFromTriplets(entries.begin(), entries.end());
+  factor_->scale = 1 / (params_.modulus + params_.tension);
+  stiffness *= factor_->scale;
+  factor_->cholesky.compute(stiffness);
+  if (factor_->cholesky.info() != Eigen::Success) {
+    Refuse("not stable at a pressure of " + std::to_string(pressure_) +
+           " Pa: accepted is less pressure, or more tension or modulus");
+  }
+  factor_->volume.resize(unknowns);
+  for (std::size_t i = 0; i < volume.size(); ++i) {
+    if (unknown_[i] >= 0) factor_->volume.segment<3>(unknown_[i]) = volume[i];
+  }
+  factor_->by_volume = factor_->cholesky.solve(factor_->volume) * factor_->scale;
+  factor_->give_by_volume = factor_->volume.dot(factor_->by_volume);
+}
+
+double InflatedMembrane::Displace(std::span<const Eigen::Vector3d> forces,
+                                  std::vector<Eigen::Vector3d>* displacements) const {
+  Eigen::VectorXd f(factor_->volume.size());
+  for (std::size_t i = 0; i < unknown_.size(); ++i) {
+    if (unknown_[i] >= 0) f.segment<3>(unknown_[i]) = forces[i];
+  }
+  Eigen::VectorXd u = factor_->cholesky.solve(f) * factor_->scale;
+  const double k = params_.air_stiffness;
+  const double rise =
+      -k * factor_->volume.dot(u) / (1 + k * factor_->give_by_volume);  // Sherman-Morrison
+  u += rise * factor_->by_volume;
+  displacements->assign(unknown_.size(), Eigen::Vector3d::Zero());
+  for (std::size_t i = 0; i < unknown_.size(); ++i) {
+    if (unknown_[i] >= 0) (*displacements)[i] = u.segment<3>(unknown_[i]);
+  }
+  return rise;
+}
+
+Eigen::MatrixXd InflatedMembrane::NormalCompliance(bool steady_air) const {
+  const auto nodes = static_cast<Eigen::Index>(unknown_.size());
+  Eigen::MatrixXd compliance = Eigen::MatrixXd::Zero(nodes, nodes);
+  const auto normal_part = [this](const Eigen::VectorXd& u, Eigen::Index i) {
+    const int at = unknown_[static_cast<std::size_t>(i)];
+    return at < 0 ? 0.0 : normals_[static_cast<std::size_t>(i)].dot(u.segment<3>(at));
+  };
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(factor_->volume.size());
+  for (Eigen::Index j = 0; j < nodes; ++j) {
+    const int at = unknown_[static_cast<std::size_t>(j)];
+    if (at < 0) continue;
+    f.segment<3>(at) = normals_[static_cast<std::size_t>(j)];
+    const Eigen::VectorXd u = factor_->cholesky.solve(f) * factor_->scale;
+    f.segment<3>(at).setZero();
+    for (Eigen::Index i = 0; i < nodes; ++i) compliance(i, j) = normal_part(u, i);
+  }
+  if (!steady_air && params_.air_stiffness > 0) {
+    Eigen::VectorXd by_volume(nodes);
+    for (Eigen::Index i = 0; i < nodes; ++i) by_volume[i] = normal_part(factor_->by_volume, i);
+    compliance -= params_.air_stiffness / (1 + params_.air_stiffness * factor_->give_by_volume) *
+                  by_volume * by_volume.transpose();
+  }
+  return compliance;
+}
+
+}  // namespace palpate

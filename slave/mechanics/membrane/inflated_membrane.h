@@ -1,0 +1,84 @@
+// An elastic skin without bending stiffness, held at its rim, under tension and with air behind it:
+// how it gives to small loads, about the shape that it has at rest.
+//
+//   K u = f,   K = E h K_e + T K_t - p H_V + k v v^T
+//
+// K_e: plane-stress stiffness of linear triangles in space, which is stiff against normal loads
+// where the skin is curved; K_t: int grad u : grad u, of the tension T, the same everywhere and in
+// all directions; H_V: second derivative of the enclosed volume, by which the pressure p follows
+// the turning surface; v: its first derivative, along which the air resists being pressed together.
+// Source: total Lagrangian membrane (Bonet and Wood, Nonlinear Continuum Mechanics, 1997, ch. 8),
+// linear about the rest shape. Without modulus, on a flat disc: Poisson's equation, T lap w = -q.
+//
+// Range: displacements that turn the surface by small angles and change T little. Frame O.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+
+namespace palpate {
+
+// The surface that one looks at, and the nodes of its rim.
+struct MembraneShape {
+  SurfaceMesh surface;    // at rest, triangles counter-clockwise seen from outside
+  std::vector<int> held;  // nodes that do not move
+};
+
+// Const members are thread-safe.
+class InflatedMembrane {
+ public:
+  struct Params {
+    double modulus = 0;                // E h: Young's modulus times thickness [N/m], >= 0
+    double poisson_ratio = 0.5;        // -1 < nu <= 0.5
+    double tension = 0;                // T [N/m], >= 0; it or the modulus > 0
+    std::optional<double> pressure{};  // p, inside less outside [Pa]; absent: what T balances best
+    double air_stiffness = 0;          // k: pressure per volume pressed out [Pa/m^3], >= 0
+  };
+  // Throws std::invalid_argument naming what is wrong: the parameter, a triangle, a node that
+  // nothing holds; or that the rest shape is not stable at this pressure.
+  InflatedMembrane(MembraneShape shape, const Params& params);
+  ~InflatedMembrane();
+  InflatedMembrane(InflatedMembrane&&) noexcept;
+  InflatedMembrane& operator=(InflatedMembrane&&) noexcept;
+
+  // Displacements of the nodes [m] under `forces` on them [N], and what the air's pressure rises by
+  // [Pa]. Both as many as nodes; what acts on held nodes is ignored.
+  double Displace(std::span<const Eigen::Vector3d> forces,
+                  std::vector<Eigen::Vector3d>* displacements) const;
+  // nodes x nodes, symmetric [m/N]: displacement of node i along its normal under a unit force on
+  // node j along its normal. With the air's stiffness or, `steady_air`, at constant pressure.
+  // O(nodes^2).
+  [[nodiscard]] Eigen::MatrixXd NormalCompliance(bool steady_air = false) const;
+
+  [[nodiscard]] const SurfaceMesh& surface() const { return shape_.surface; }
+  [[nodiscard]] const std::vector<int>& held() const { return shape_.held; }
+  [[nodiscard]] bool IsHeld(int node) const { return held_[static_cast<std::size_t>(node)] != 0; }
+  // Unit outward normals of the nodes, and the areas that a pressure acts on there [m^2]: together
+  // the derivative v of the enclosed volume.
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& normals() const { return normals_; }
+  [[nodiscard]] const std::vector<double>& areas() const { return areas_; }
+  [[nodiscard]] double pressure() const { return pressure_; }  // p at rest [Pa]
+  [[nodiscard]] const Params& params() const { return params_; }
+  [[nodiscard]] double air_stiffness() const { return params_.air_stiffness; }
+
+ private:
+  struct Factor;
+  void Assemble();
+
+  MembraneShape shape_;
+  Params params_;
+  std::vector<char> held_;
+  std::vector<int> unknown_;  // first component of a node; -1: held
+  std::vector<Eigen::Vector3d> normals_;
+  std::vector<double> areas_;
+  double pressure_ = 0;
+  std::unique_ptr<Factor> factor_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,39 @@
+// What a membrane is made of, from presses whose force and air pressure were measured.
+//
+// Two steps, because the numbers show in different things. How tight the skin is, T / (E h), shows
+// in the shape of the deflection: a tight skin makes a pointed dent, a slack one that stands by its
+// curvature a wide one with a rim; forces take no part in it. How stiff it all is shows in the
+// force alone.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "slave/pipeline/press/membrane_press.h"
+#include "slave/pipeline/press/stiffness_fit.h"
+
+namespace palpate {
+
+struct PressSample {
+  std::vector<SurfacePoint> points_O;
+  double pressure_rise = 0;  // against the rest frame [Pa]
+  double force = 0;          // of the tool on the membrane, inward [N]
+};
+
+struct IdentifiedMembrane {
+  // The membrane at its measured stiffness; its pressure is the one that balances the tension.
+  InflatedMembrane::Params params;
+  double tension_share = 0;  // T / (E h) [-]
+  double misfit = 0;         // of the deflections, rms over the samples in contact [m]
+  StiffnessFit fit;          // of modulus 1 N/m
+  int in_contact = 0;        // samples whose deflection stands out of the noise
+};
+
+// `with_offset`: a constant force beside the press is allowed for; samples without contact then
+// tell it. Throws std::invalid_argument: fewer than three samples in contact, or what
+// InflatedMembrane and FitStiffness refuse.
+IdentifiedMembrane IdentifyMembrane(const MembraneShape& shape, double poisson_ratio,
+                                    const MembranePress::Params& press,
+                                    std::span<const PressSample> samples, bool with_offset);
+
+}  // namespace palpate

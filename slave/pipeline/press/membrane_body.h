@@ -1,0 +1,41 @@
+// An air-filled membrane under the eyes: the body of a SurfaceEstimator.
+#pragma once
+
+#include <chrono>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/pipeline/press/membrane_press.h"
+#include "slave/pipeline/surface_estimator.h"
+
+namespace palpate {
+
+// The membrane's own air answers the press (InflatedMembrane::Params::air_stiffness): no pressure
+// sensor is read. Loads are even pressures on the tool's round patch; what pulls is no load.
+class MembraneBody final : public SurfaceBody {
+ public:
+  // `patch`: diameter of the tool's contact [m], > 0; dents deeper than half of it turn the surface
+  // by more than the linear model counts and are extrapolated. Throws std::invalid_argument naming
+  // the parameter.
+  MembraneBody(InflatedMembrane membrane, double patch);
+
+  SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;
+  Press PressAt(const Eigen::Vector3d& p_O, double depth) noexcept override;
+  void Nearest(const Eigen::Vector3d& p_O_tip, Eigen::Vector3d* p_O,
+               Eigen::Vector3d* n_O) const noexcept override;
+  [[nodiscard]] const SurfaceMesh& surface() const override { return press_.membrane().surface(); }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
+  void NodalForces(std::vector<Eigen::Vector3d>* f_O) override;
+  void Reset() override { load_ = {}; }
+  [[nodiscard]] const ModelInfo& info() const override { return info_; }
+
+ private:
+  std::chrono::steady_clock::time_point started_;
+  MembranePress press_;
+  double patch_;
+  ModelInfo info_;
+  SurfaceLoad load_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,53 @@
+// What is told of an observation of the surface: the force where the scene has a model for it, else
+// the place alone.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include "shared/scene/scene.h"
+#include "slave/pipeline/surface_estimator.h"
+#include "slave/pipeline/tracked_place.h"
+
+namespace palpate {
+
+// Whether a force can be told: a tool presses an object that something holds. What moves as a whole
+// is followed only.
+bool TellsForce(const Scene& scene);
+
+// One thread at a time.
+class SurfaceTeller {
+ public:
+  // Precomputes the model. Throws as SurfaceEstimator does.
+  explicit SurfaceTeller(const Scene& scene);
+
+  // `rest_known`: the eyes knew the rest frame before they saw this; until then the force is
+  // unknown, kFailed. Never throws.
+  const Felt& Feel(const SurfaceObservation& seen, bool rest_known,
+                   const Eigen::Vector3d& p_S_tip) noexcept;
+  void Reset() noexcept;
+
+  [[nodiscard]] const Felt& felt() const { return *felt_; }
+  // Why felt() is not kValid, one clause; empty: it is.
+  [[nodiscard]] std::string_view why() const;
+  // Null: no force is told.
+  [[nodiscard]] SurfaceEstimator* estimator() { return estimator_.get(); }
+  [[nodiscard]] const SurfaceEstimator* estimator() const { return estimator_.get(); }
+  // Of the model; kind `none` where no force is told.
+  [[nodiscard]] ModelInfo info() const;
+  // Why this model, in a sentence.
+  [[nodiscard]] std::string reason() const { return reason_; }
+  [[nodiscard]] LatencyHistogram mechanics() const;
+
+ private:
+  std::unique_ptr<SurfaceEstimator> estimator_;
+  std::string reason_;
+  TrackedPlace place_;
+  Felt before_rest_;
+  const Felt* felt_ = &before_rest_;
+};
+
+}  // namespace palpate

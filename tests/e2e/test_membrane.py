@@ -1,0 +1,162 @@
+"""A hand that feels a membrane through two eyes, and a target that is only followed: slave and master together."""
+import csv
+import json
+import math
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+from programs import MASTER, OUT, PATIENCE, ROOT, SLAVE, Slave, run
+
+MEMBRANE = ROOT / "deploy/scenes/rubber-membrane.yaml"
+TARGET = ROOT / "deploy/scenes/heart-target.yaml"
+CLIENTS = ROOT / "tests/clients"
+LONG = 4 * PATIENCE  # [s]: presses are solved ahead, on machines that do other things too
+
+
+def load_stubs():
+    """(grpc, palpate_stubs, messages, services, states), or None where Python has no gRPC."""
+    try:
+        import grpc
+    except ImportError:
+        return None
+    os.environ.setdefault("PALPATE_STUBS", str(OUT / "membrane-stubs"))
+    sys.path.insert(0, str(CLIENTS))
+    import palpate_stubs
+    return (grpc, palpate_stubs, *palpate_stubs.load())
+
+
+def refuse_constant(name):
+    raise AssertionError(f"{name} in a report")
+
+
+def read_json(path):
+    return json.loads(path.read_text(), parse_constant=refuse_constant)
+
+
+class TwoEyes(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.out = pathlib.Path(self.folder.name)
+
+    def client(self, address):
+        stubs = load_stubs()
+        if stubs is None:
+            self.skipTest("no python3 with grpc (apt-get install python3-grpcio)")
+        grpc, palpate_stubs, self.messages, services, self.states = stubs
+        channel = palpate_stubs.connect(grpc, address)
+        self.addCleanup(channel.close)
+        return services.TeleoperationStub(channel)
+
+    def rows(self, name):
+        with open(self.out / name, newline="") as file:  # a name in the folder, or a path
+            return list(csv.DictReader(file))
+
+    def test_a_press_is_felt_and_seen_live(self):
+        with Slave(MEMBRANE) as slave:
+            done = run(MASTER, "connect", slave.address, "--duration", "10", "--report", self.out / "report.json",
+                       "--log", self.out / "log.csv", "--shape", self.out / "press.svg")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertEqual(slave.stop(), 0)
+        report = read_json(self.out / "report.json")
+        error, peak = report["force_error"], report["force_peak_N"]
+        print(f"force error {error['rms_N']:.3f} N rms, {error['rms_N'] / peak:.0%} of {peak:.2f} N; "
+              f"{report['states'] / report['duration_s']:.0f} states/s")
+        self.assertEqual(report["force_peak_is"], "true")
+        self.assertGreater(error["contact_ticks"], 500)
+        # What shows nothing at all is wrong by about half the peak: no bound on quality, that is printed.
+        self.assertLess(error["rms_N"], 0.25 * peak)
+        self.assertGreater(report["states"] / report["duration_s"], 90, "states are repeated at 100 Hz or more")
+        self.assertGreater(report["shape"]["deflection_peak_m"], 1e-3)
+        self.assertLess(report["shape"]["deflection_peak_m"], 10e-3)
+        for row in self.rows("log.csv"):
+            for key, text in row.items():
+                if key not in ("state", "reason") and text:
+                    self.assertTrue(math.isfinite(float(text)), f"{key} = {text} at {row['t']} s")
+        xml.etree.ElementTree.parse(self.out / "press-deepest.svg")
+
+    def test_pictures_and_the_surface_stream_beside_the_forces(self):
+        with Slave(MEMBRANE) as slave:
+            stub = self.client(slave.address)
+            scene = stub.GetScene(self.messages.GetSceneRequest(), timeout=PATIENCE)
+            self.assertIn("membrane", scene.geometry)
+            able = stub.GetCapabilities(self.messages.GetCapabilitiesRequest(), timeout=PATIENCE)
+            self.assertEqual(able.degrees_of_freedom, 3)
+            self.assertEqual(able.sensor_rate, 30)
+            video = stub.WatchVideo(self.messages.WatchVideoRequest(overlays=True), timeout=PATIENCE)
+            pictures = [next(video) for _ in range(5)]
+            video.cancel()
+            mesh = stub.WatchMesh(self.messages.WatchMeshRequest(nodal_forces=True), timeout=PATIENCE)
+            surface = next(mesh)
+            mesh.cancel()
+        for picture in pictures:
+            self.assertEqual((picture.width, picture.height), (640, 480))
+            self.assertTrue(picture.jpeg.startswith(b"\xff\xd8"))
+        times = [picture.sensed_at.ToNanoseconds() for picture in pictures]
+        self.assertEqual(times, sorted(set(times)), "each picture comes once")
+        self.assertEqual(surface.nodes_per_element, 3)
+        self.assertLess(max(surface.elements), len(surface.rest) // 3)
+        self.assertEqual(len(surface.positions), len(surface.rest))
+
+    def press(self, *override):
+        """(summary, rows) of the scene's press offline."""
+        out = self.out / f"run-{len(list(self.out.iterdir()))}"
+        done = run(SLAVE, "process", MEMBRANE, "--out", out, "--pictures", *override, timeout=LONG)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        print(done.stdout)
+        rows = self.rows(out / "states.csv")
+        self.assertEqual(len(list((out / "pictures").glob("*.jpg"))), len(rows))
+        return read_json(out / "summary.json"), rows
+
+    def test_a_press_runs_offline_step_by_step(self):
+        summary, rows = self.press()
+        self.assertEqual(summary["frames"], len(rows))
+        for stage in ("capture", "dots", "mechanics", "total"):
+            self.assertIn("p50", summary["stages"][stage])
+        pressed = [row for row in rows if row["fz"] and float(row["true_fz"]) > 1]
+        self.assertGreater(len(pressed), 20)
+        for row in pressed:
+            self.assertGreater(float(row["fz"]), 0, "the membrane pushes the tool out")
+
+    def test_every_step_of_a_press_is_told_well_wherever_it_is(self):
+        """The bounds are the product's, as its readers were told; figures 5 and 6 of paper C."""
+        for place in ("0 mm, 0 mm", "11.7 mm, 0 mm", "0 mm, 19.5 mm"):
+            summary, _ = self.press("--override", f"manipulator.home=[{place}, 5 mm]")
+            steps = summary["steps"]
+            self.assertEqual([round(1e4 * step["depth_m"]) for step in steps], [5 * i for i in range(11)])
+            peak = steps[-1]["true_force_N"]
+            for step in steps:
+                with self.subTest(place=place, depth=step["depth_m"]):
+                    self.assertLess(step["displacement_error_peak_m"], 0.1e-3)
+                    self.assertLess(step["force_error_N"], max(0.05 * step["true_force_N"], 0.01 * peak))
+
+    def test_a_target_is_followed_and_no_force_is_told(self):
+        done = run(SLAVE, "process", TARGET, "--out", self.out, timeout=LONG)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        print(done.stdout)
+        summary = read_json(self.out / "summary.json")
+        self.assertIsNone(summary["force_error"])
+        self.assertEqual(summary["tracking_lost"], 0)
+        self.assertLess(summary["place_error"]["rms_m"], 0.5e-3)
+        rows = self.rows("states.csv")
+        self.assertTrue(all(row["fx"] == "" and row["sigma"] == "" for row in rows), "unknown, not zero")
+        path = [tuple(float(row[f"contact_{axis}"]) for axis in "xyz") for row in rows]
+        self.assertGreater(max(math.dist(path[0], place) for place in path), 0.02, "it moves")
+
+    def test_a_target_is_watched_live(self):
+        with Slave(TARGET) as slave:
+            stub = self.client(slave.address)
+            stream = stub.WatchState(self.messages.WatchStateRequest(max_rate_hz=100), timeout=PATIENCE)
+            seen = [next(stream) for _ in range(100)]
+            stream.cancel()
+        self.assertFalse(any(state.HasField("force") for state in seen))
+        places = {(state.p_S_tip.x, state.p_S_tip.y, state.p_S_tip.z) for state in seen}
+        self.assertGreater(len(places), 10, "the place that is followed is told")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,134 @@
+// What `check` says of two cameras, simulated and from files.
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "shared/scene/scene_loader.h"
+#include "slave/capture/picture_files.h"
+#include "slave/commands/check.h"
+#include "slave/site/stereo/pair_rig.h"
+#include "slave/site/stereo/stereo_site.h"
+#include "tests/shared/scene/scene_file.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const std::filesystem::path kScenes = PALPATE_SOURCE_DIR "/deploy/scenes";
+
+std::string Said(const std::filesystem::path& scene,
+                 const std::vector<std::string>& overrides = {}) {
+  ::testing::internal::CaptureStdout();
+  std::string error;
+  try {
+    RunCheck({scene, overrides});
+  } catch (const std::exception& e) {
+    error = e.what();
+  }
+  return ::testing::internal::GetCapturedStdout() + error;
+}
+
+// Reference: the stated rig: z^2 / (f b) sqrt(2) 0.03 px = 56 um at 250 mm, and all 31 dots in
+// view.
+TEST(CheckStereoTest, TheMembranesEyesAreTold) {
+  const std::string said = Said(kScenes / "rubber-membrane.yaml");
+  EXPECT_THAT(said, HasSubstr("plate-large: asked for by model.kind"));
+  EXPECT_THAT(said, HasSubstr("simulated pair, 640 x 480 px, focal length 800 px, 60 mm apart"));
+  EXPECT_THAT(said,
+              HasSubstr("250 mm from the object's origin: a point seen to 0.03 px is known to "
+                        "56"));
+  EXPECT_THAT(said, HasSubstr("31 of 31 of radius 2 mm in view of both cameras at rest"));
+  EXPECT_THAT(said, HasSubstr("for a 5 mm press at the place under home"));
+  EXPECT_THAT(
+      said,
+      HasSubstr("31 of 31 points in the last of 15 pictures; the rest frame took the first 10"));
+}
+
+TEST(CheckStereoTest, ANarrowViewIsSaidToBeNarrow) {
+  const std::string said =
+      Said(kScenes / "rubber-membrane.yaml", {"sense.camera.pair.focal=2000 px"});
+  EXPECT_THAT(said,
+              HasSubstr("25 of 31 of radius 2 mm in view of both cameras at rest: a wider view"));
+}
+
+// 400 dots are 1.5 px in radius: too small to be found.
+TEST(CheckStereoTest, DotsThatAreNotFoundAreSaidNotToBe) {
+  EXPECT_THAT(Said(kScenes / "rubber-membrane.yaml", {"sense.points={count: 400}"}),
+              HasSubstr("NOTHING yet: the rest frame takes 10 pictures that show the untouched "
+                        "object, and the first 15 do not"));
+}
+
+TEST(CheckStereoTest, APressBeyondTheModelIsSaidToBe) {
+  EXPECT_THAT(Said(kScenes / "rubber-membrane.yaml", {"operator.press.depth=25 mm"}),
+              HasSubstr("press at the place under home, beyond the model's range"));
+}
+
+// A press within half the thickness is the closed form's, if the tolerance allows.
+TEST(CheckStereoTest, AutoFollowsThePress) {
+  const auto scene = kScenes / "rubber-membrane.yaml";
+  EXPECT_THAT(Said(scene, {"model={kind: auto}"}), HasSubstr("plate-large: membrane: a press 5"));
+  EXPECT_THAT(Said(scene, {"model={kind: auto}", "operator.press.depth=0.2 mm"}),
+              HasSubstr("plate: membrane: a press 0.2"));
+}
+
+TEST(CheckStereoTest, WhatMovesAsAWholeTellsNoForce) {
+  const std::string said = Said(kScenes / "heart-target.yaml");
+  EXPECT_THAT(said, HasSubstr("none: nothing holds the object"));
+  EXPECT_THAT(said, HasSubstr("up to 31 windows of 31 px"));
+  EXPECT_THAT(said, Not(HasSubstr(" N for ")));
+}
+
+// The simulated pair's pictures of the membrane at rest, as files.
+class CheckFilesTest : public ::testing::Test {
+ protected:
+  CheckFilesTest() {
+    const Scene scene = LoadScene(kScenes / "rubber-membrane.yaml");
+    StereoSite site(scene);
+    for (int i = 0; i < kPairs; ++i) {
+      const StereoPictures pair = site.TakePictures();
+      WritePng(pair.left, folder_.path() / ("left" + std::to_string(i) + ".png"));
+      WritePng(pair.right, folder_.path() / ("right" + std::to_string(i) + ".png"));
+    }
+    WriteRig(folder_.path() / "rig.yaml", site.rig());
+    StereoRig other = site.rig();
+    other.left.size = other.right.size = {320, 240};
+    WriteRig(folder_.path() / "small.yaml", other);
+  }
+  std::string SaidOfFiles(const std::string& right, const std::string& rig) const {
+    return Said(folder_.Write(
+        "scene.yaml",
+        "name: files\nobject:\n  geometry: {membrane: {radius: 39 mm, thickness: 1 mm}}\n"
+        "  material: {young_modulus: 27.2 MPa, poisson_ratio: 0.45}\nmodel: {kind: plate-large}\n"
+        "sense:\n  camera:\n    stereo: {left: \"left*.png\", right: \"" +
+            right + "\", rig: " + rig +
+            "}\n    pose: {translation: [-30 mm, 0, -250 mm], rotation: [0, 6.8428 deg, 0]}\n"));
+  }
+  static constexpr int kPairs = 12;
+  SceneFolder folder_;
+};
+
+TEST_F(CheckFilesTest, TheirDotsAreLookedFor) {
+  const std::string said = SaidOfFiles("right*.png", "rig.yaml");
+  EXPECT_THAT(said, HasSubstr("pair of picture files, 640 x 480 px"));
+  EXPECT_THAT(said, HasSubstr("(12 pairs)"));
+  EXPECT_THAT(said, HasSubstr("31 of 31 points in the last of 12 pictures"));
+}
+
+TEST_F(CheckFilesTest, ARigOfOtherPicturesIsRefused) {
+  EXPECT_THAT(SaidOfFiles("right*.png", "small.yaml"),
+              AllOf(HasSubstr("640 x 480"), HasSubstr("320 x 240")));
+}
+
+TEST_F(CheckFilesTest, UnequalNumbersOfPicturesAreCounted) {
+  EXPECT_THAT(SaidOfFiles("right?.png", "rig.yaml"),
+              AllOf(HasSubstr("are 12 pictures"), HasSubstr("are 10")));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,243 @@
+#include "slave/mechanics/membrane/inflated_membrane.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/membrane/dome_shape.h"
+
+namespace palpate {
+namespace {
+
+using Forces = std::vector<Eigen::Vector3d>;
+constexpr double kPi = std::numbers::pi;
+
+Forces PressureOn(const InflatedMembrane& membrane, double pressure) {
+  Forces forces;
+  for (std::size_t i = 0; i < membrane.areas().size(); ++i) {
+    forces.push_back(pressure * membrane.areas()[i] * membrane.normals()[i]);
+  }
+  return forces;
+}
+
+Ellipsoid Sphere(double radius) {
+  Ellipsoid sphere;
+  sphere.semi_axes *= radius;
+  return sphere;
+}
+
+// Reference: T lap w = -q on a disc, w = q (a^2 - r^2) / (4 T). Linear triangles on the polygon err
+// by (h / a)^2 with h = a / 24, some 2e-3; no modulus, no curvature, so nothing else holds it.
+TEST(InflatedMembrane, AFlatDiscUnderTensionBulgesAsAParabola) {
+  const double a = 0.04;
+  const double T = 120;
+  const double q = 35;
+  const InflatedMembrane membrane(MeshFlatMembrane(a, 24), {.tension = T});
+  EXPECT_NEAR(membrane.pressure(), 0, 1e-9);
+  Forces u;
+  membrane.Displace(PressureOn(membrane, q), &u);
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    const double r = membrane.surface().nodes[i].norm();
+    EXPECT_NEAR(u[i].z(), q * (a * a - r * r) / (4 * T), 4e-3 * q * a * a / (4 * T)) << r / a;
+    EXPECT_NEAR(u[i].head<2>().norm(), 0, 1e-12);
+  }
+}
+
+// Reference: w = F / (2 pi T) ln(a / r) under a force at the centre. Beyond three triangles from it
+// the mesh errs by less than 1 %.
+TEST(InflatedMembrane, APointLoadMakesALogarithm) {
+  const double a = 0.04;
+  const double T = 120;
+  const double F = 0.7;
+  const InflatedMembrane membrane(MeshFlatMembrane(a, 30), {.tension = T});
+  Forces forces(membrane.surface().nodes.size(), Eigen::Vector3d::Zero());
+  forces[0].z() = -F;
+  Forces u;
+  membrane.Displace(forces, &u);
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    const double r = membrane.surface().nodes[i].norm();
+    if (r < 0.1 * a || r > 0.98 * a) continue;
+    const double w = F / (2 * kPi * T) * std::log(a / r);
+    EXPECT_NEAR(u[i].z(), -w, 0.01 * w) << r / a;
+  }
+}
+
+// Reference: Laplace's law, p = 2 T / R.
+TEST(InflatedMembrane, TheBalancingPressureOfASphereIsLaplaces) {
+  const double R = 0.05;
+  const InflatedMembrane membrane(MeshDomedMembrane(Sphere(R), {0, 0, 1}, 0.01, 16),
+                                  {.modulus = 1500, .tension = 90});
+  EXPECT_NEAR(membrane.pressure(), 2 * 90 / R, 0.01 * 2 * 90 / R);
+}
+
+// Reference: a cap's area is 2 pi R h; a pressure pushes on all of it, with the rim's share.
+TEST(InflatedMembrane, NodalAreasAddUpToTheCap) {
+  const double R = 0.05;
+  const double rim = 0.02;
+  const InflatedMembrane membrane(MeshDomedMembrane(Sphere(R), {0, 0, 1}, rim, 24), {.tension = 1});
+  double area = 0;
+  Eigen::Vector3d pushed = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < membrane.areas().size(); ++i) {
+    area += membrane.areas()[i];
+    pushed += membrane.areas()[i] * membrane.normals()[i];
+  }
+  EXPECT_NEAR(area / (2 * kPi * R * (R - rim)), 1, 5e-3);
+  // And the pushes add up to the pressure on the opening, exactly: the polygon's own.
+  const double opening = kPi * (R * R - rim * rim);
+  EXPECT_NEAR(pushed.z() / opening, 1, 2e-3);
+  EXPECT_NEAR(pushed.head<2>().norm(), 0, 1e-12);
+}
+
+// Reference: equilibrium of a sphere that grows by u: 2 E h u / ((1 - nu) R^2) of the skin, less
+// 2 T u / R^2, by which tension at the larger radius falls behind the pressure: 3 % of it where
+// T = E h / 20. At the equator of a bowl that is held far below it, for tension lets the rim's
+// effect die away over R sqrt(T / (2 E h)) = R / 6, and the bowl as a whole may shift along its
+// axis. Tolerance: triangles of R / 20 stand inside the sphere.
+TEST(InflatedMembrane, ASphereUnderMorePressureGrowsByTheSkinsOwnStiffness) {
+  const double R = 0.05;
+  const double nu = 0.4;
+  for (const double T : {4.0, 100.0}) {
+    const double Eh = 2000;
+    const InflatedMembrane membrane(MeshDomedMembrane(Sphere(R), {0, 0, 1}, -0.9 * R, 60),
+                                    {.modulus = Eh, .poisson_ratio = nu, .tension = T});
+    Forces u;
+    membrane.Displace(PressureOn(membrane, 100), &u);
+    double mean = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      const Eigen::Vector3d& p = membrane.surface().nodes[i];
+      if (std::abs(p.z()) > 0.05 * R) continue;
+      mean += u[i].head<2>().dot(p.head<2>().normalized());
+      ++count;
+    }
+    mean /= count;
+    EXPECT_NEAR(mean / (100 * R * R / (2 * Eh / (1 - nu) - 2 * T)), 1, 0.01) << T;
+  }
+}
+
+// Reference: reciprocity, and the displacements themselves.
+TEST(InflatedMembrane, TheComplianceIsSymmetricAndThatOfTheDisplacements) {
+  const InflatedMembrane membrane(
+      MeshDomedMembrane(Sphere(0.05), Eigen::Vector3d(0.6, 0, 0.8), 0.01, 6),
+      {.modulus = 1500, .tension = 300, .air_stiffness = 2e8});
+  const auto C = membrane.NormalCompliance();
+  EXPECT_LT((C - C.transpose()).norm(), 1e-12 * C.norm());
+  Forces forces(membrane.surface().nodes.size(), Eigen::Vector3d::Zero());
+  forces[11] = 2 * membrane.normals()[11];
+  Forces u;
+  membrane.Displace(forces, &u);
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    EXPECT_NEAR(u[i].dot(membrane.normals()[i]), 2 * C(static_cast<int>(i), 11), 1e-12);
+  }
+}
+
+// Reference: the gas law of a small volume: what goes in somewhere comes out elsewhere, and the
+// pressure rises by k times the volume that is missing.
+TEST(InflatedMembrane, AirThatHardlyGivesKeepsItsVolume) {
+  for (const double k : {1e8, 1e13}) {
+    const InflatedMembrane membrane(MeshDomedMembrane(Sphere(0.05), {0, 0, 1}, 0.01, 12),
+                                    {.modulus = 1500, .tension = 300, .air_stiffness = k});
+    Forces forces(membrane.surface().nodes.size(), Eigen::Vector3d::Zero());
+    forces[3] = -membrane.normals()[3];
+    Forces u;
+    const double rise = membrane.Displace(forces, &u);
+    double volume = 0;
+    double moved = 0;
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      volume += membrane.areas()[i] * membrane.normals()[i].dot(u[i]);
+      moved += membrane.areas()[i] * std::abs(membrane.normals()[i].dot(u[i]));
+    }
+    EXPECT_GT(rise, 0);
+    if (k == 1e13) {
+      EXPECT_LT(std::abs(volume), 1e-4 * moved);
+    } else {
+      EXPECT_NEAR(rise, -k * volume, 1e-9 * rise);
+    }
+  }
+}
+
+// Reference: itself on finer meshes. Linear triangles converge with the square of their size: from
+// mesh to mesh of half the size the give under a load over a fixed patch changes by a quarter as
+// much, or less.
+TEST(InflatedMembrane, GiveUnderALoadConvergesWithTheSquareOfTheMesh) {
+  const auto give = [](int rings) {
+    const InflatedMembrane membrane(MeshDomedMembrane(Sphere(0.05), {0, 0, 1}, 0.01, rings),
+                                    {.modulus = 1500, .tension = 300});
+    // A pressure that falls off smoothly around the top.
+    Forces forces = PressureOn(membrane, -100);
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+      const double r = membrane.surface().nodes[i].head<2>().norm() / 0.02;
+      forces[i] *= std::exp(-r * r);
+    }
+    Forces u;
+    membrane.Displace(forces, &u);
+    return -u[0].z();
+  };
+  const double coarse = give(8);
+  const double middle = give(16);
+  const double fine = give(32);
+  EXPECT_LT(std::abs(fine - middle), 0.35 * std::abs(middle - coarse));
+  EXPECT_LT(std::abs(fine - middle), 0.01 * fine);
+}
+
+// Reference: units. The same membrane a thousand times larger, with forces to match.
+TEST(InflatedMembrane, SizeAndStiffnessScaleOut) {
+  const auto share = [](double metre, double newton) {
+    const InflatedMembrane membrane(
+        MeshDomedMembrane(Sphere(0.05 * metre), {0, 0, 1}, 0.01 * metre, 8),
+        {.modulus = 1500 * newton / metre, .tension = 300 * newton / metre});
+    return membrane.NormalCompliance()(2, 5) * newton / metre;
+  };
+  const double reference = share(1, 1);
+  for (const double metre : {1e-9, 1e-3, 1e3}) {
+    for (const double newton : {1e-9, 1.0, 1e12}) {
+      EXPECT_NEAR(share(metre, newton) / reference, 1, 1e-9) << metre << " m, " << newton << " N";
+    }
+  }
+}
+
+TEST(InflatedMembrane, WhatCannotBeComputedIsRefusedWithItsReason) {
+  const auto refusal =
+      [](const std::function<void(MembraneShape*, InflatedMembrane::Params*)>& change) {
+        MembraneShape shape = MeshFlatMembrane(0.04, 3);
+        InflatedMembrane::Params params{.modulus = 1000, .tension = 100};
+        change(&shape, &params);
+        try {
+          const InflatedMembrane membrane(std::move(shape), params);
+        } catch (const std::invalid_argument& error) {
+          return std::string(error.what());
+        }
+        return std::string();
+      };
+  using S = MembraneShape*;
+  using P = InflatedMembrane::Params*;
+  using ::testing::HasSubstr;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refusal([](S, P) {}), "");
+  EXPECT_THAT(refusal([](S, P p) { p->modulus = -1; }), HasSubstr("modulus = -1"));
+  EXPECT_THAT(refusal([](S, P p) { p->modulus = p->tension = 0; }), HasSubstr("modulus = 0"));
+  EXPECT_THAT(refusal([&](S, P p) { p->tension = nan; }), HasSubstr("tension = "));
+  EXPECT_THAT(refusal([](S, P p) { p->poisson_ratio = 0.6; }), HasSubstr("poisson_ratio = 0.6"));
+  EXPECT_THAT(refusal([](S, P p) { p->air_stiffness = -2; }), HasSubstr("air_stiffness = -2"));
+  EXPECT_THAT(refusal([&](S, P p) { p->pressure = nan; }), HasSubstr("pressure = "));
+  EXPECT_THAT(refusal([](S s, P) { s->surface.triangles.clear(); }), HasSubstr("no triangle"));
+  EXPECT_THAT(refusal([&](S s, P) { s->surface.nodes[2].x() = nan; }), HasSubstr("node 2"));
+  EXPECT_THAT(refusal([](S s, P) { s->surface.triangles[4][1] = 999; }), HasSubstr("triangle 4"));
+  EXPECT_THAT(refusal([](S s, P) { s->surface.triangles[4][1] = s->surface.triangles[4][0]; }),
+              HasSubstr("triangle 4 has no area"));
+  EXPECT_THAT(refusal([](S s, P) { s->held.push_back(-1); }), HasSubstr("held node -1"));
+  EXPECT_THAT(refusal([](S s, P) { s->surface.nodes.emplace_back(1, 0, 0); }),
+              HasSubstr("belongs to no triangle"));
+  // Nothing holds it, or the skin is flat and slack: no stiffness along the normal.
+  EXPECT_THAT(refusal([](S s, P) { s->held.clear(); }), HasSubstr("not stable"));
+  EXPECT_THAT(refusal([](S, P p) { p->tension = 0; }), HasSubstr("not stable"));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,123 @@
+#include "slave/pipeline/press/membrane_body.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/membrane/dome_shape.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kRadius = 0.05;
+
+InflatedMembrane TestMembrane() {
+  Ellipsoid sphere;
+  sphere.semi_axes *= kRadius;
+  return {MeshDomedMembrane(sphere, {0, 0, 1}, 0.01, 10),
+          {.modulus = 1400, .tension = 320, .air_stiffness = 3e8}};
+}
+
+class MembraneBodyTest : public ::testing::Test {
+ protected:
+  // The nodes, displaced as a unit pressure patch of `force` at a node displaces them.
+  std::vector<SurfacePoint> Points(int node, double force) {
+    const PatchCompliance patch(membrane_, 0.014, false);
+    std::vector<SurfacePoint> points;
+    for (std::size_t i = 0; i < membrane_.surface().nodes.size(); ++i) {
+      SurfacePoint point;
+      point.id = static_cast<int>(i);
+      point.seen = true;
+      point.p_S_rest = membrane_.surface().nodes[i];
+      point.p_S = point.p_S_rest +
+                  force * patch.by_patch()(static_cast<int>(i), node) * membrane_.normals()[i];
+      point.covariance = 1e-10 * Eigen::Matrix3d::Identity();
+      points.push_back(point);
+    }
+    return points;
+  }
+  InflatedMembrane membrane_ = TestMembrane();
+  MembraneBody body_{TestMembrane(), 0.014};
+};
+
+// Reference: the force that pressed, Newton's third law between load and nodes, and the
+// displacement that was seen.
+TEST_F(MembraneBodyTest, TheLoadIsFoundAndItsFieldIsTheOneSeen) {
+  const int node = 60;
+  const auto points = Points(node, 2);
+  const SurfaceLoad load = body_.Fit(points);
+  EXPECT_EQ(load.validity, Validity::kValid) << load.why;
+  EXPECT_NEAR(load.force, -2, 0.01);
+  EXPECT_LT((load.p_O - membrane_.surface().nodes[node]).norm(), 0.3e-3);
+  EXPECT_LT(load.residual, 1);
+  std::vector<Eigen::Vector3d> forces;
+  body_.NodalForces(&forces);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& f : forces) sum += f;
+  EXPECT_NEAR(sum.dot(load.n_O), load.force, 0.01);
+  std::vector<Eigen::Vector3d> u;
+  body_.Displacements(&u);
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    const Eigen::Vector3d& n = membrane_.normals()[i];
+    EXPECT_NEAR(n.dot(u[i]), n.dot(points[i].p_S - points[i].p_S_rest), 0.02e-3) << i;
+  }
+}
+
+// Reference: the same compliance both ways. What a press there takes is what a press there gives.
+TEST_F(MembraneBodyTest, APressTakesTheForceThatMakesItsDepth) {
+  const SurfaceLoad load = body_.Fit(Points(60, 2));
+  const auto press = body_.PressAt(load.p_O, load.depth);
+  ASSERT_TRUE(press.valid);
+  EXPECT_NEAR(press.force, 2, 0.01);
+  EXPECT_NEAR(press.stiffness, press.force / load.depth, 1e-9 * press.stiffness);
+  EXPECT_EQ(body_.PressAt(load.p_O, -1e-3).force, 0);
+  EXPECT_FALSE(body_.PressAt(load.p_O, std::nan("")).valid);
+  EXPECT_FALSE(body_.PressAt(membrane_.surface().nodes.back(), 1e-3).valid);
+}
+
+TEST_F(MembraneBodyTest, NothingThatStandsOutIsNoForce) {
+  const SurfaceLoad load = body_.Fit(Points(60, 0));
+  EXPECT_EQ(load.validity, Validity::kValid);
+  EXPECT_EQ(load.force, 0);
+  EXPECT_GT(load.sigma_force, 0);
+  std::vector<Eigen::Vector3d> forces;
+  body_.NodalForces(&forces);
+  for (const auto& f : forces) EXPECT_EQ(f.norm(), 0);
+}
+
+TEST_F(MembraneBodyTest, WhatIsTooDeepIsFlaggedAndWhatIsNotSeenIsLost) {
+  EXPECT_EQ(body_.Fit(Points(60, 30)).validity, Validity::kExtrapolated);
+  EXPECT_EQ(body_.Fit({}).validity, Validity::kTrackingLost);
+  EXPECT_THROW(MembraneBody(TestMembrane(), 0), std::invalid_argument);
+}
+
+// Reference: a sphere: the nearest place lies on the ray from its centre, and so does its normal.
+TEST_F(MembraneBodyTest, TheNearestPlaceLiesUnderTheTip) {
+  const Eigen::Vector3d direction = Eigen::Vector3d(0.3, -0.2, 1).normalized();
+  for (const double r : {0.03, 0.06}) {
+    Eigen::Vector3d p_O;
+    Eigen::Vector3d n_O;
+    body_.Nearest(r * direction, &p_O, &n_O);
+    // Triangles of 7 mm stand up to h^2 / (6 R) inside the sphere.
+    EXPECT_NEAR(p_O.norm(), kRadius, 0.2e-3);
+    EXPECT_LT((p_O.normalized() - direction).norm(), 0.06);
+    EXPECT_LT((n_O - direction).norm(), 0.08);
+  }
+}
+
+TEST_F(MembraneBodyTest, FittingAllocatesNothingForThePointsItKnows) {
+  const auto points = Points(60, 2);
+  body_.Fit(points);
+  const long before = AllocationCount();
+  for (int k = 0; k < 5; ++k) {
+    body_.Fit(points);
+    body_.PressAt({0, 0, kRadius}, 1e-3);
+  }
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,89 @@
+#include "tests/slave/pipeline/press/press_recording.h"
+
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+
+namespace palpate {
+namespace {
+
+constexpr int kRestFirst = 40, kRestLast = 58;
+
+// frame, time, pressure [hPa], six joints, force [N], torque.
+std::vector<RecordedPress::Row> ReadRows(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  std::vector<RecordedPress::Row> rows;
+  while (std::getline(in, line)) {
+    std::istringstream cells(line);
+    std::vector<double> numbers;
+    for (std::string cell; std::getline(cells, cell, ',');) numbers.push_back(std::stod(cell));
+    if (numbers.size() < 12) throw std::runtime_error(file.string() + ": a row is cut off");
+    rows.push_back({100 * numbers[2], {numbers[9], numbers[10], numbers[11]}});
+  }
+  RecordedPress::Row rest;
+  for (int k = kRestFirst; k <= kRestLast; ++k) {
+    rest.pressure_rise += rows.at(static_cast<std::size_t>(k)).pressure_rise;
+    rest.force += rows[static_cast<std::size_t>(k)].force;
+  }
+  for (auto& row : rows) {
+    row.pressure_rise -= rest.pressure_rise / (kRestLast - kRestFirst + 1);
+    row.force -= rest.force / (kRestLast - kRestFirst + 1);
+  }
+  return rows;
+}
+
+}  // namespace
+
+DepthPoints::Params RecordedPressCamera() {
+  DepthPoints::Params params;
+  params.camera.unit = 1e-4;
+  params.camera.fx = 434.34;
+  params.camera.fy = 433.36;
+  params.camera.cx = 313.71;
+  params.camera.cy = 247.54;
+  params.camera.sigma = 0.08e-3;
+  params.farthest = 0.115;
+  return params;
+}
+
+RecordedPress ReadRecordedPress(const std::filesystem::path& folder) {
+  RecordedPress press;
+  press.rows = ReadRows(folder / "robot_pressure_wrench.csv");
+  DepthPoints eyes(RecordedPressCamera());
+  double seconds = 0;
+  double squares = 0;
+  double scaled_squares = 0;
+  int rest_points = 0;
+  for (int number = 0; number < static_cast<int>(press.rows.size()); ++number) {
+    const auto file = folder / fmt::format("depth_{:03d}.png", number);
+    if (!std::filesystem::exists(file)) continue;
+    const cv::Mat picture = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+    const auto start = std::chrono::steady_clock::now();
+    const auto& seen = eyes.Observe(picture, static_cast<std::uint64_t>(number), {});
+    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (!seen.found) continue;
+    press.frames.push_back({number, seen.points});
+    for (std::size_t i = 0; i < seen.points.size() && number <= kRestLast; ++i) {
+      const SurfacePoint& point = seen.points[i];
+      const Eigen::Vector3d n = eyes.normal_S(i);
+      const double way = n.dot(point.p_S - point.p_S_rest);
+      if (!point.seen || std::abs(way) > 1e-3) continue;  // cells on the edge of a hole
+      squares += way * way;
+      scaled_squares += way * way / n.dot(point.covariance * n);
+      ++rest_points;
+    }
+  }
+  press.seconds_per_frame = seconds / static_cast<double>(press.frames.size());
+  press.rest_rms = std::sqrt(squares / rest_points);
+  press.rest_scatter = std::sqrt(scaled_squares / rest_points);
+  return press;
+}
+
+}  // namespace palpate

@@ -1,0 +1,36 @@
+// The recorded press on an air-filled membrane: depth pictures, air pressure and wrench.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/vision/depth/depth_points.h"
+
+namespace palpate {
+
+struct RecordedPress {
+  struct Row {
+    double pressure_rise = 0;        // against frames 40 to 58 [Pa]
+    Eigen::Vector3d force{0, 0, 0};  // change against frames 40 to 58, the wrench's frame [N]
+  };
+  struct Frame {
+    int number = 0;
+    std::vector<SurfacePoint> points;
+  };
+  std::vector<Row> rows;         // one per frame of the recording
+  std::vector<Frame> frames;     // those whose depth picture is there, after the rest frame
+  double seconds_per_frame = 0;  // of DepthPoints alone
+  double rest_scatter = 0;       // of frames up to 58: rms of (way along the normal / its sigma)
+  double rest_rms = 0;           // the same, not divided [m]
+};
+
+inline std::filesystem::path RecordedPressFolder() {
+  return PALPATE_SOURCE_DIR "/../shared/data/membrane_press_rgbd";
+}
+// As the folder's description has them; 0.08 mm: what single depths scatter by at rest.
+DepthPoints::Params RecordedPressCamera();
+RecordedPress ReadRecordedPress(const std::filesystem::path& folder);
+
+}  // namespace palpate

@@ -1,0 +1,62 @@
+// A membrane with dots for tests of what its two eyes feel: its pictures come from the closed form
+// of a thin plate, not from any model of the house.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "slave/capture/stereo_source.h"
+
+namespace palpate::testing_fakes {
+
+// The membrane of paper C, 3.5 mm thick (1 mm deep under 4 N), before the usual simulated pair; `sense` and `model` are the
+// keys of a flow map each.
+Scene MembraneScene(const std::string& points = "track: dots",
+                    const std::string& model = "kind: plate");
+
+// Down displacement [m] at p_O of that plate under `force` [N] at p_O_load: paper C, eqs. (1) and
+// (2), as restored in terms of R1 and R2.
+double PlateDeflection(double force, const Eigen::Vector2d& p_O_load, const Eigen::Vector2d& p_O);
+
+struct Press {
+  double force = 0;  // of the tool on the membrane, downward [N]
+  Eigen::Vector2d p_O{0, 0};
+  bool covered = false;  // a hand before the left camera
+};
+
+// Draws the array of 31 dots under a press.
+class DotPairs {
+ public:
+  StereoPair Draw(const Press& press, std::uint64_t seed = 1) const;
+};
+
+// What a test's source shows, a pair every 5 ms.
+class MembraneWorld {
+ public:
+  void Show(const Press& press);  // again, after FallSilent() too
+  void FallSilent();              // silent
+  void End();
+  void Break();
+
+ private:
+  friend class MembraneSource;
+  std::mutex mutex_;
+  std::vector<StereoPair> pairs_;  // shown in turn
+  bool silent_ = false, ended_ = false, broken_ = false;
+};
+
+class MembraneSource final : public StereoSource {
+ public:
+  explicit MembraneSource(std::shared_ptr<MembraneWorld> world) : world_(std::move(world)) {}
+  std::optional<StereoPair> Next(const std::stop_token& stop) override;
+  [[nodiscard]] std::string description() const override { return "a fake"; }
+
+ private:
+  std::shared_ptr<MembraneWorld> world_;
+  std::uint64_t sequence_ = 0;
+};
+
+}  // namespace palpate::testing_fakes

@@ -1,0 +1,283 @@
+#include "slave/vision/depth/depth_points.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/slave/vision/depth/depth_pictures.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Surface = std::function<double(double, double)>;
+
+// Enough to spread the rounding to 0.1 mm evenly: together one sigma of 0.058 mm.
+constexpr DepthNoise kDither{0.05e-3, 1};
+constexpr double kHole = std::numeric_limits<double>::quiet_NaN();
+
+// Of a plane n . p = d.
+Surface Plane(const Eigen::Vector3d& n, double d) {
+  return [=](double x, double y) { return d / n.dot(Eigen::Vector3d(x, y, 1)); };
+}
+// The far side of a sphere, seen from inside.
+Surface Dome(const Eigen::Vector3d& centre, double radius) {
+  return [=](double x, double y) {
+    const Eigen::Vector3d ray(x, y, 1);
+    const double b = ray.dot(centre);
+    return (b + std::sqrt(b * b - ray.squaredNorm() * (centre.squaredNorm() - radius * radius))) /
+           ray.squaredNorm();
+  };
+}
+
+DepthPoints::Params TestParams() {
+  DepthPoints::Params params;
+  params.camera = TestDepthCamera();
+  params.rest_pictures = 4;
+  return params;
+}
+
+class DepthPointsTest : public ::testing::Test {
+ protected:
+  cv::Mat Picture(const Surface& surface, DepthNoise noise = {}) {
+    return DepthPicture(TestDepthCamera(), surface, noise, &random_);
+  }
+  void TakeRest(DepthPoints* eyes, const Surface& surface, DepthNoise noise = {}) {
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_FALSE(eyes->Observe(Picture(surface, noise), ++sequence_, {}).found);
+    }
+    EXPECT_TRUE(eyes->at_rest_known());
+  }
+  std::mt19937 random_{7};
+  std::uint64_t sequence_ = 0;
+};
+
+// Reference: a plane is a plane: every rest point lies on it, every normal is its own. Tolerance:
+// the mean over four pictures of 256 pixels has a sigma of 2 um, the slope over a cell of 6 mm one
+// of 1e-3; each times five.
+TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
+  auto params = TestParams();
+  params.camera.X_SD = Eigen::Translation3d(0.1, -0.2, 0.3) *
+                       Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, -0.5).normalized());
+  DepthPoints eyes(params);
+  const Eigen::Vector3d n = Eigen::Vector3d(0.5, -0.3, 1).normalized();
+  TakeRest(&eyes, Plane(n, 0.11), kDither);
+  const auto& seen = eyes.Observe(Picture(Plane(n, 0.11)), 9, {});
+  ASSERT_TRUE(seen.found);
+  ASSERT_EQ(seen.points.size(), 20U * 15U);
+  const Eigen::Vector3d n_S = params.camera.X_SD.linear() * n;
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    const Eigen::Vector3d p_D = params.camera.X_SD.inverse() * seen.points[i].p_S_rest;
+    EXPECT_NEAR(n.dot(p_D), 0.11, 10e-6) << i;
+    EXPECT_LT((eyes.normal_S(i) + n_S).norm(), 5e-3) << i;
+    // And in the middle of its cell.
+    EXPECT_NEAR(p_D.x() / p_D.z() * params.camera.fx + params.camera.cx, eyes.place(i).x(), 1e-9);
+    EXPECT_NEAR(p_D.y() / p_D.z() * params.camera.fy + params.camera.cy, eyes.place(i).y(), 1e-9);
+    EXPECT_EQ(seen.points[i].id, static_cast<int>(i));
+  }
+}
+
+// Reference: a plane moved by s along its normal moves every point by s along the normal, whatever
+// the slant. Tolerance: five sigma of a mean over 256 pixels, now and at rest: 5 * 4 um.
+TEST_F(DepthPointsTest, APlaneThatMovesAlongItsNormalIsSeenToDoSo) {
+  DepthPoints eyes(TestParams());
+  const Eigen::Vector3d n = Eigen::Vector3d(-0.6, 0.4, 1).normalized();
+  TakeRest(&eyes, Plane(n, 0.11), kDither);
+  for (const double s : {-0.004, -0.0002, 0.0, 0.0013}) {
+    const auto& seen = eyes.Observe(Picture(Plane(n, 0.11 + s), kDither), 9, {});
+    for (const SurfacePoint& point : seen.points) {
+      EXPECT_NEAR(n.dot(point.p_S - point.p_S_rest), s, 20e-6) << point.id;
+    }
+  }
+}
+
+// Reference: the same plane, with a quarter of every cell's pixels lost on one side at rest and on
+// the other side now: what is seen of the slant differs, where the surface is does not. Tolerance:
+// five sigma of a mean over the 128 pixels in common.
+TEST_F(DepthPointsTest, HolesOnASlantDoNotMoveThePoint) {
+  DepthPoints eyes(TestParams());
+  const Eigen::Vector3d n = Eigen::Vector3d(-0.8, 0, 1).normalized();
+  const auto with_hole = [&](bool left, double s) {
+    cv::Mat picture = Picture(Plane(n, 0.11 + s), kDither);
+    for (int u = 0; u < picture.cols; ++u) {
+      if (left ? u % 16 < 4 : u % 16 >= 12) picture.col(u).setTo(0);
+    }
+    return picture;
+  };
+  for (int k = 0; k < 4; ++k) eyes.Observe(with_hole(true, 0), 1, {});
+  const auto& seen = eyes.Observe(with_hole(false, 0.001), 2, {});
+  ASSERT_TRUE(seen.found);
+  for (const SurfacePoint& point : seen.points) {
+    EXPECT_NEAR(n.dot(point.p_S - point.p_S_rest), 0.001, 30e-6) << point.id;
+  }
+}
+
+// Reference: the sphere that was drawn. The radius grows by 2 mm; along the normal of the old
+// surface the way to the new one is 2 mm, up to the second order of the slant's change. Tolerance:
+// the plane through a cell, 6 mm wide, runs w^2 / (12 R) = 60 um inside the sphere.
+TEST_F(DepthPointsTest, ADomeThatGrowsMovesAlongItsNormals) {
+  DepthPoints eyes(TestParams());
+  const Eigen::Vector3d centre(0.002, -0.003, 0.06);
+  TakeRest(&eyes, Dome(centre, 0.05));
+  const auto& seen = eyes.Observe(Picture(Dome(centre, 0.052)), 9, {});
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    const SurfacePoint& point = seen.points[i];
+    const Eigen::Vector3d outward = (point.p_S_rest - centre).normalized();
+    EXPECT_LT((eyes.normal_S(i) + outward).norm(), 0.02) << point.id;
+    EXPECT_NEAR((point.p_S - centre).norm(), 0.052, 70e-6) << point.id;
+  }
+}
+
+// Reference: the noise that was put in: patches of 8 x 8 pixels err alike by 0.08 mm. The stated
+// one-sigma is that of the scatter in a cell of four such patches, or up to a half more: from four
+// values the spread comes out too large as often as too small, and the larger of it and the stated
+// sigma counts. With independent pixels it is within a tenth.
+TEST_F(DepthPointsTest, TheStatedSigmaIsThatOfTheScatter) {
+  const auto scatter = [this](int patch) {
+    auto params = TestParams();
+    params.correlation = patch;
+    DepthPoints eyes(params);
+    const DepthNoise noise{params.camera.sigma, patch};
+    const Surface plane = Plane({0, 0, 1}, 0.1);
+    TakeRest(&eyes, plane, noise);
+    double squares = 0;
+    int count = 0;
+    for (int k = 0; k < 20; ++k) {
+      for (const SurfacePoint& point : eyes.Observe(Picture(plane, noise), 9, {}).points) {
+        const double off = point.p_S.z() - point.p_S_rest.z();
+        squares += off * off / point.covariance(2, 2);
+        ++count;
+      }
+    }
+    return std::sqrt(squares / count);
+  };
+  EXPECT_NEAR(scatter(1), 1, 0.1);
+  EXPECT_GT(scatter(8), 0.67);
+  EXPECT_LT(scatter(8), 1.05);
+}
+
+// Reference: 30 % of the pixels lost and 10 % thrown by 20 mm, both at random: the mean over the
+// cell stays within five sigma of a mean over clean pixels, 0.08 mm / sqrt(150), and of the rest's.
+TEST_F(DepthPointsTest, OutliersAndHolesDoNotShiftTheMean) {
+  DepthPoints eyes(TestParams());
+  const Surface plane = Plane(Eigen::Vector3d(0.3, 0, 1).normalized(), 0.1);
+  TakeRest(&eyes, plane, kDither);
+  cv::Mat picture = Picture(plane, {0.08e-3, 1});
+  std::uniform_real_distribution<double> uniform;
+  for (auto it = picture.begin<std::uint16_t>(); it != picture.end<std::uint16_t>(); ++it) {
+    const double dice = uniform(random_);
+    if (dice < 0.3) *it = 0;
+    if (dice > 0.9) *it = static_cast<std::uint16_t>(*it + 200);
+  }
+  const auto& seen = eyes.Observe(picture, 9, {});
+  for (const SurfacePoint& point : seen.points) {
+    ASSERT_TRUE(point.seen);
+    EXPECT_LT((point.p_S - point.p_S_rest).norm(), 40e-6) << point.id;
+  }
+}
+
+TEST_F(DepthPointsTest, ACellWithTooFewDepthsIsUnseenAndKeepsItsPlace) {
+  DepthPoints eyes(TestParams());
+  const Surface plane = Plane({0, 0, 1}, 0.1);
+  TakeRest(&eyes, plane);
+  const Eigen::Vector3d before =
+      eyes.Observe(Picture(Plane({0, 0, 1}, 0.098)), 9, {}).points[25].p_S;
+  cv::Mat picture = Picture(plane);
+  picture(cv::Rect(80, 16, 16, 9)).setTo(0);      // cell 25: 7 rows of 16 are left
+  picture(cv::Rect(96, 16, 16, 8)).setTo(65535);  // cell 26: half of it
+  const auto& seen = eyes.Observe(picture, 10, {});
+  EXPECT_TRUE(seen.found);
+  EXPECT_FALSE(seen.points[25].seen);
+  EXPECT_EQ(seen.points[25].p_S, before);
+  EXPECT_TRUE(seen.points[26].seen);
+  EXPECT_NEAR(seen.points[26].p_S.z(), 0.1, 1e-6);
+}
+
+TEST_F(DepthPointsTest, PixelsThatFlickerAtRestHaveNoRestDepth) {
+  DepthPoints eyes(TestParams());
+  const Surface plane = Plane({0, 0, 1}, 0.1);
+  for (int k = 0; k < 4; ++k) {
+    cv::Mat picture = Picture(plane);
+    picture(cv::Rect(0, 0, 16, 16)).setTo(k % 2 == 0 ? 1000 : 1200);
+    eyes.Observe(picture, 1, {});
+  }
+  const auto& seen = eyes.Observe(Picture(plane), 2, {});
+  EXPECT_EQ(seen.points.size(), 299U);
+  EXPECT_EQ(seen.points[0].id, 1);
+}
+
+TEST_F(DepthPointsTest, PicturesThatCannotBeUsedAreNoObservation) {
+  DepthPoints eyes(TestParams());
+  const Surface plane = Plane({0, 0, 1}, 0.1);
+  const cv::Mat empty, zeros(240, 320, CV_16UC1, cv::Scalar(0)), bytes(240, 320, CV_8UC1),
+      wide(240, 400, CV_16UC1, cv::Scalar(1000)), saturated(240, 320, CV_16UC1, cv::Scalar(65535));
+  for (const cv::Mat* bad : {&empty, &zeros, &bytes, &saturated}) {
+    EXPECT_FALSE(eyes.Observe(*bad, 1, {}).found);
+    EXPECT_FALSE(eyes.at_rest_known());
+  }
+  TakeRest(&eyes, plane);
+  for (const cv::Mat* bad : {&empty, &zeros, &bytes, &wide, &saturated}) {
+    const auto& seen = eyes.Observe(*bad, 2, {});
+    EXPECT_FALSE(seen.found);
+    EXPECT_THAT(seen.points, ::testing::Each(::testing::Field(&SurfacePoint::seen, false)));
+    EXPECT_TRUE(eyes.Observe(Picture(plane), 3, {}).found);
+  }
+  eyes.Reset();
+  EXPECT_FALSE(eyes.Observe(wide, 4, {}).found);
+  EXPECT_FALSE(eyes.at_rest_known());
+  EXPECT_TRUE(eyes.Observe(wide, 4, {}).points.empty());
+}
+
+TEST_F(DepthPointsTest, WhatLiesOutsideTheRangeIsNoMeasurement) {
+  auto params = TestParams();
+  params.nearest = 0.05;
+  params.farthest = 0.09;
+  DepthPoints eyes(params);
+  for (int k = 0; k < 4; ++k) eyes.Observe(Picture(Plane({0, 0, 1}, 0.1)), 1, {});
+  EXPECT_FALSE(eyes.at_rest_known());
+}
+
+TEST_F(DepthPointsTest, ObservingAllocatesNothingOnceTheRestIsKnown) {
+  DepthPoints eyes(TestParams());
+  const Surface plane = Plane({0, 0, 1}, 0.1);
+  TakeRest(&eyes, plane);
+  const cv::Mat picture = Picture(Plane({0, 0, 1}, 0.101), {0.08e-3, 8});
+  const long before = AllocationCount();
+  for (int k = 0; k < 20; ++k) eyes.Observe(picture, 9, {});
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+TEST(DepthPointsParams, WhatIsImpossibleIsRefusedByName) {
+  const auto refusal = [](auto change) {
+    auto params = TestParams();
+    change(&params);
+    try {
+      DepthPoints eyes(params);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  using P = DepthPoints::Params;
+  using ::testing::StartsWith;
+  EXPECT_EQ(refusal([](P*) {}), "");
+  EXPECT_THAT(refusal([](P* p) { p->camera.fx = 0; }), StartsWith("fx = 0"));
+  EXPECT_THAT(refusal([](P* p) { p->camera.fy = kHole; }), StartsWith("fy = "));
+  EXPECT_THAT(refusal([](P* p) { p->camera.cx = kHole; }), StartsWith("cx = "));
+  EXPECT_THAT(refusal([](P* p) { p->camera.unit = -1e-4; }), StartsWith("unit = "));
+  EXPECT_THAT(refusal([](P* p) { p->camera.sigma = 0; }), StartsWith("sigma = 0"));
+  EXPECT_THAT(refusal([](P* p) { p->cell = 1; }), StartsWith("cell = 1"));
+  EXPECT_THAT(refusal([](P* p) { p->rest_pictures = 0; }), StartsWith("rest_pictures = 0"));
+  EXPECT_THAT(refusal([](P* p) { p->least_full = 1.5; }), StartsWith("least_full = 1.5"));
+  EXPECT_THAT(refusal([](P* p) { p->farthest = 0; }), StartsWith("farthest = 0"));
+  EXPECT_THAT(refusal([](P* p) { p->nearest = 10, p->farthest = 20; }), StartsWith("nearest = 10"));
+  EXPECT_THAT(refusal([](P* p) { p->correlation = 0; }), StartsWith("correlation = 0"));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,102 @@
+#include "slave/vision/stereo/lens_warp.h"
+
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "tests/slave/vision/stereo/test_rigs.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::array<double, 5> kBarrel{-0.25, 0.08, 0.001, -0.0005, 0};
+
+// Reference: a pinhole's picture of the same place.
+TEST(LensWarpTest, StraightPlacesAreAPinholes) {
+  Lens lens = TestLens(kBarrel);
+  lens.fx = 810, lens.fy = 790;
+  const double f = std::sqrt(810.0 * 790.0);
+  for (const double x : {-0.08, 0.0, 0.05}) {
+    for (const double y : {-0.05, 0.02, 0.06}) {
+      const auto at = Straight(lens, *Project(lens, {x, y, 0.25}));
+      ASSERT_TRUE(at);
+      EXPECT_LT((*at - Eigen::Vector2d(320 + f * x / 0.25, 240 + f * y / 0.25)).norm(), 1e-9);
+    }
+  }
+  EXPECT_FALSE(Straight(lens, {NAN, 0}));
+}
+
+// Waves of 40 px, as bright as grey levels go.
+cv::Mat Waves(const Lens& lens, bool bent) {
+  cv::Mat picture(lens.size[1], lens.size[0], CV_8U);
+  for (int v = 0; v < picture.rows; ++v) {
+    for (int u = 0; u < picture.cols; ++u) {
+      const Eigen::Vector2d p_I(u, v);
+      const Eigen::Vector2d at = bent ? Straight(lens, p_I).value() : p_I;
+      const double wave = std::sin(at.x() / 40 * 2 * M_PI) + std::cos(at.y() / 40 * 2 * M_PI);
+      picture.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(std::lround(127.5 + 60 * wave));
+    }
+  }
+  return picture;
+}
+
+// Reference: the waves as they are, and as the lens bends them, point by point. Tolerance: a 64th
+// of a pixel where they rise by up to 13 levels per px is 0.2, chords for curves 0.4, two
+// roundings 1.
+TEST(LensWarpTest, PicturesAreStraightenedAndBent) {
+  const Lens lens = TestLens(kBarrel);
+  const cv::Rect inside(8, 8, 624, 464);  // what both pictures show
+  const auto worst = [&](const cv::Mat& a, const cv::Mat& b) {
+    cv::Mat miss;
+    cv::absdiff(a(inside), b(inside), miss);
+    double most = 0;
+    cv::minMaxLoc(miss, nullptr, &most);
+    return most;
+  };
+  EXPECT_LE(worst(LensWarp::Straightening(lens).Apply(Waves(lens, true)), Waves(lens, false)), 2);
+  const cv::Mat expected = Waves(lens, true);
+  cv::Mat bent = LensWarp::Distorting(lens).Apply(Waves(lens, false));
+  // Where the lens sees beyond the straight picture there is nothing to compare.
+  for (int v = 0; v < bent.rows; ++v) {
+    for (int u = 0; u < bent.cols; ++u) {
+      const Eigen::Vector2d at = Straight(lens, Eigen::Vector2d(u, v)).value();
+      const bool is_seen = at.x() >= 0 && at.y() >= 0 && at.x() <= 639 && at.y() <= 479;
+      if (!is_seen) bent.at<std::uint8_t>(v, u) = expected.at<std::uint8_t>(v, u);
+    }
+  }
+  EXPECT_LE(worst(bent, expected), 2);
+  EXPECT_GT(worst(expected, Waves(lens, false)), 100);  // or the test shows nothing
+}
+
+TEST(LensWarpTest, PicturesOfEveryKindKeepTheirKind) {
+  const LensWarp warp = LensWarp::Straightening(TestLens(kBarrel));
+  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3, CV_32FC1}) {
+    const cv::Mat picture(480, 640, type, cv::Scalar::all(77));
+    const cv::Mat straight = warp.Apply(picture);
+    EXPECT_EQ(straight.type(), type);
+    EXPECT_EQ(cv::norm(straight, picture, cv::NORM_INF), 0);
+  }
+  EXPECT_THROW(static_cast<void>(warp.Apply(cv::Mat(480, 641, CV_8U))), std::runtime_error);
+  EXPECT_THROW(static_cast<void>(warp.Apply(cv::Mat())), std::runtime_error);
+}
+
+TEST(LensWarpTest, ThePairsFileIsNoLens) {
+  const auto folder = std::filesystem::path(PALPATE_BINARY_DIR) / "test-output";
+  std::filesystem::create_directories(folder);
+  WriteRig(folder / "warp-pair.yaml", VergedTestRig());
+  WriteRig(folder / "warp-lens.yaml", VergedTestRig(kBarrel), true);
+  EXPECT_EQ(ReadLens(folder / "warp-lens.yaml").distortion, kBarrel);
+  try {
+    ReadLens(folder / "warp-pair.yaml");
+    FAIL() << "accepted";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("is of two cameras"));
+  }
+}
+
+}  // namespace
+}  // namespace palpate
