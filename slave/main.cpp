@@ -174,6 +174,7 @@ void AddCalibrateOptions(CLI::App* command, CalibrateOptions* calibrate) {
   command->add_option("--rig", calibrate->rig, "For --register: a rig or lens known already");
   command->add_option("--size", calibrate->size,
                       "For --register: a camera straight above z = 0, 640x480 say");
+  command->add_option("unquoted", calibrate->unquoted)->group("");
   command->add_flag("--plane", calibrate->plane,
                     "For --register: the camera of the lens looks straight down on z = 0");
 }

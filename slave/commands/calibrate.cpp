@@ -48,6 +48,12 @@ void RequireUsable(const CalibrateOptions& options) {
   const auto require = [](bool usable, const char* words) {
     if (!usable) throw std::invalid_argument(words);
   };
+  if (!options.unquoted.empty()) {
+    throw std::invalid_argument(
+        options.unquoted.front() +
+        ": accepted are options only; put the patterns of --left and --right in quotes, or the "
+        "shell replaces them by the names of the pictures");
+  }
   const bool has_left = !options.left.empty(), registers = !options.tip_places.empty();
   require(has_left || registers, "calibrate: accepted is --left, --register, or both");
   require(has_left || options.right.empty(),

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 namespace palpate {
 
@@ -22,6 +23,7 @@ struct CalibrateOptions {
   std::filesystem::path rig;           // for the registration, where no board is given
   std::string size;                    // 640x480: registers a camera straight above the plane z = 0
   bool plane = false;                  // the same with the lens known
+  std::vector<std::string> unquoted;   // names that a shell made of a glob without quotes
 };
 
 inline constexpr const char* kCalibrateHelp = R"(Examples:

@@ -173,6 +173,20 @@ void RequireEnough(const PairCalibration& calibration) {
       "board that does not move between the two shots");
 }
 
+// A baseline of nothing cannot be checked by its halves, and sees no depth.
+void RequireApart(const PairFit& fit) {
+  constexpr double kLeast = 1e-3;  // of the board's distance
+  double distance = 0;
+  for (const Eigen::Isometry3d& X_LB : fit.X_LB) {
+    distance = std::max(distance, X_LB.translation().norm());
+  }
+  if (fit.rig.baseline() > kLeast * distance) return;
+  throw std::runtime_error(
+      "both cameras stand at the same place: accepted are pictures of two cameras side by side, "
+      "not "
+      "the same pictures twice");
+}
+
 // A pair that is torn pulls the common pose towards itself and tears at the others: it is compared
 // to what they are like without it.
 std::optional<PairCalibration> WithoutTorn(const Board& board, const PairSizes& sizes,
@@ -243,9 +257,11 @@ PairCalibration CalibratePair(const Board& board, const std::vector<PairView>& p
   for (;;) {
     auto rest = WithoutTorn(board, sizes, out);
     if (!rest) rest = WithoutMisseen(board, sizes, out);
-    if (!rest) return out;
+    if (!rest) break;
     out = *std::move(rest);
   }
+  RequireApart(out.fit);
+  return out;
 }
 
 }  // namespace palpate

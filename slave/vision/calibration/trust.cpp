@@ -23,14 +23,46 @@ Indices Shuffled(Indices order, std::mt19937* random) {
   return order;
 }
 
-// `estimate`: from some of the `count` pictures; throws std::runtime_error where it cannot.
-HalvesCheck Halve(std::size_t count, double whole,
+// Pictures whose corners all lie near those of the group's first one: by 1 % of the picture's
+// width, root mean square.
+std::vector<Indices> GroupsOf(const std::vector<const Corners*>& views, int width) {
+  constexpr double kAlike = 0.01;
+  const auto is_alike = [&](const Corners& a, const Corners& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).ddot(a[i] - b[i]);
+    return std::sqrt(sum / static_cast<double>(a.size())) < kAlike * width;
+  };
+  std::vector<Indices> groups;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto like = std::find_if(groups.begin(), groups.end(), [&](const Indices& group) {
+      return is_alike(*views[i], *views[group.front()]);
+    });
+    if (like == groups.end()) {
+      groups.push_back({i});
+    } else {
+      like->push_back(i);
+    }
+  }
+  return groups;
+}
+
+Indices Members(const std::vector<Indices>& groups, const Indices& which) {
+  Indices members;
+  for (const std::size_t k : which) {
+    members.insert(members.end(), groups[k].begin(), groups[k].end());
+  }
+  return members;
+}
+
+// `estimate`: from some of the pictures; throws std::runtime_error where it cannot.
+HalvesCheck Halve(const std::vector<Indices>& groups, double whole,
                   const std::function<double(const Indices&)>& estimate) {
   HalvesCheck out;
+  const std::size_t count = out.distinct = groups.size();
   if (count < kFewestForHalves) return out;
   const auto disagreement = [&](const Indices& a, const Indices& b) {
     try {
-      return std::abs(estimate(a) - estimate(b)) / whole;
+      return std::abs(estimate(Members(groups, a)) - estimate(Members(groups, b))) / whole;
     } catch (const std::runtime_error&) {
       ++out.failed;
       return 1.0;  // as wrong as can be said
@@ -84,14 +116,19 @@ double HalvesCheck::worst() const {
 
 HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
                         const StereoRig& rig) {
-  return Halve(pairs.size(), rig.baseline(), [&](const Indices& half) {
+  std::vector<const Corners*> lefts;
+  for (const PairView& pair : pairs) lefts.push_back(&pair.left);
+  const auto groups = GroupsOf(lefts, rig.left.size[0]);
+  return Halve(groups, rig.baseline(), [&](const Indices& half) {
     return RefinePair(board, Chosen(pairs, half), rig).baseline();
   });
 }
 
 HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
                         const std::array<int, 2>& size, double focal) {
-  return Halve(views.size(), focal, [&](const Indices& half) {
+  std::vector<const Corners*> all;
+  for (const Corners& view : views) all.push_back(&view);
+  return Halve(GroupsOf(all, size[0]), focal, [&](const Indices& half) {
     const Lens lens = CalibrateLens(board, Chosen(views, half), size).lens;
     return std::sqrt(lens.fx * lens.fy);
   });
@@ -123,9 +160,10 @@ Trust Judge(const TrustQuestion& question) {
   };
   const HalvesCheck& halves = question.halves;
   if (halves.random.empty()) {
-    trust.reasons.push_back(
-        fmt::format("{} {} cannot be halved to see whether the {} repeats: accepted is {} or more",
-                    question.used, question.things, question.quantity, kFewestForHalves));
+    trust.reasons.push_back(fmt::format(
+        "{} different {} cannot be halved to see whether the {} repeats: accepted is {} or more, "
+        "the board standing elsewhere in each",
+        halves.distinct, question.things, question.quantity, kFewestForHalves));
   } else {
     judge(!(halves.sigma() <= kSigma), halves.sigma() > kSigmaWarned,
           fmt::format("halves of the pictures disagree on the {} by {} (odd and even) and up to {} "

@@ -13,18 +13,20 @@
 namespace palpate {
 
 // A quantity estimated from each half of the pictures alone: first the odd against the even ones,
-// then halves drawn at random (fixed seed).
+// then halves drawn at random (fixed seed). Pictures in which the board stands nearly where it
+// stood in an earlier one are of one opinion: they count as one and go to the same half.
 struct HalvesCheck {
   double odd_even = 0;         // |a - b|, relative to the estimate from all
   std::vector<double> random;  // the same for 20 random halves, sorted
   int failed = 0;              // halves that give no estimate at all
+  std::size_t distinct = 0;    // pictures, or pairs, that differ
   // One standard deviation of the estimate from all: a half has twice its variance, the difference
   // of two halves four times.
   [[nodiscard]] double sigma() const;
   [[nodiscard]] double worst() const;
 };
 constexpr int kRandomHalves = 20;
-constexpr std::size_t kFewestForHalves = 4;  // pictures, or pairs
+constexpr std::size_t kFewestForHalves = 4;  // pictures, or pairs, that differ
 
 // Of the baseline. Pairs as used for `rig`, from which the halves are refined.
 HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,

@@ -13,6 +13,7 @@
 
 #include "shared/scene/scene_loader.h"
 #include "slave/vision/stereo/rig.h"
+#include "tests/slave/vision/calibration/drawn_circles.h"
 
 namespace palpate {
 namespace {
@@ -209,6 +210,32 @@ TEST_F(CalibrateTest, OneCameraGivesALens) {
   EXPECT_THAT(said_, HasSubstr("Pixel size on the board"));
 }
 
+// Reference: the pinhole that saw the grid. Tolerance: blobs are found to 0.1 px of 100, and
+// perspective moves their middles by as much.
+TEST_F(CalibrateTest, ACircleGridGivesALens) {
+  const Board board{Board::Pattern::kAsymmetricCircles, 4, 9, 0.010};
+  const Lens lens{300, 300, 159.5, 119.5, {}, {320, 240}};
+  const cv::Size2d extent = BoardExtent(board);
+  for (int k = 0; k < 8; ++k) {
+    Eigen::Isometry3d X_CB = Eigen::Isometry3d::Identity();
+    const double way = k * M_PI / 4;
+    X_CB.translation() = Eigen::Vector3d(0.015 * std::cos(way), 0.01 * std::sin(way), 0.15);
+    X_CB.rotate(Eigen::AngleAxisd(0.5, Eigen::Vector3d(std::cos(way), std::sin(way), 0)))
+        .translate(Eigen::Vector3d(-extent.width / 2, -extent.height / 2, 0));
+    ASSERT_TRUE(cv::imwrite(folder_ / ("grid" + std::to_string(k) + ".png"),
+                            DrawCircles(board, 0.003, lens, X_CB)));
+  }
+  options_.left = folder_ / "grid*.png";
+  options_.board = "4x9", options_.square = "10 mm", options_.pattern = "asymmetric-circles";
+  ASSERT_EQ(Run(), 0) << said_;
+  EXPECT_NEAR(ReadRig(options_.out).left.fx, 300, 3) << said_;
+  EXPECT_EQ(Occurrences("left out"), 0) << said_;
+  EXPECT_THAT(said_, HasSubstr("perspective draws the middles of circles away"));
+  options_.board = "9x4";
+  EXPECT_EQ(Run(), 1);
+  EXPECT_THAT(said_, HasSubstr("--pattern asymmetric-circles --board 4x9 was found"));
+}
+
 TEST_F(CalibrateTest, SaysWhatItCannotUse) {
   EXPECT_EQ(Run(), 2);
   Chessboards("none*.jpg", "");
@@ -228,6 +255,10 @@ TEST_F(CalibrateTest, SaysWhatItCannotUse) {
   options_.square = "25mm";
   options_.pattern = "stripes";
   EXPECT_EQ(Run(), 2);
+  options_.unquoted = {"left02.jpg"};
+  EXPECT_EQ(Run(), 2);
+  EXPECT_THAT(said_, HasSubstr("in quotes"));
+  options_.unquoted.clear();
   if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
   options_.pattern = "chessboard";
   options_.left = chess_ / "left0?.jpg";

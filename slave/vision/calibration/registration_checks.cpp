@@ -1,0 +1,109 @@
+#include "slave/vision/calibration/registration_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+namespace palpate {
+namespace {
+
+// Accepted: places at least this wide across their longest direction, at most this uncertain, and
+// no more outliers than half of what fits.
+constexpr double kWidth = 0.05, kAngle = 2 * std::numbers::pi / 180, kScatter = 0.05;
+constexpr double kUsed = 2.0 / 3;
+
+}  // namespace
+
+Indices UsedOf(const CameraRegistration& r) {
+  Indices used;
+  for (std::size_t i = 0; i < r.used.size(); ++i) {
+    if (r.used[i]) used.push_back(i);
+  }
+  return used;
+}
+
+Eigen::Vector3d Extents(const Indices& used, const std::vector<TipPlace>& places) {
+  Eigen::Vector3d mean(0, 0, 0);
+  for (const std::size_t i : used) mean += places[i].p_S / static_cast<double>(used.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const std::size_t i : used) {
+    const Eigen::Vector3d d = places[i].p_S - mean;
+    scatter += d * d.transpose() / static_cast<double>(used.size());
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+}
+
+CameraRegistration RegistrationOf(const RobustFit& fit, bool in_pixels) {
+  CameraRegistration out;
+  out.X_SC = fit.guess.X_SC;
+  out.pixel = fit.guess.pixel;
+  out.in_pixels = in_pixels;
+  out.residuals = fit.residuals;
+  out.used = fit.used;
+  double sum = 0;
+  const Indices used = UsedOf(out);
+  for (const std::size_t i : used) sum += out.residuals[i] * out.residuals[i];
+  out.rms = std::sqrt(sum / static_cast<double>(used.size()));
+  return out;
+}
+
+void JudgePlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegistration* r) {
+  const std::size_t used = UsedOf(*r).size();
+  if (used <= fewest) {
+    r->reasons.push_back(
+        fmt::format("{} places leave nothing to check them by: accepted is {}", used, fewest + 1));
+  }
+  if (static_cast<double>(used) < kUsed * static_cast<double>(r->used.size())) {
+    r->reasons.push_back(
+        fmt::format("only {} of {} places agree with each other", used, r->used.size()));
+  }
+  if (!(extents[1] > kWidth * extents[2])) {
+    r->reasons.push_back(
+        "the places lie on a line: the turn about it is not defined, and nothing tells a mirror "
+        "image");
+  }
+}
+
+void JudgeScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r) {
+  if (!(r->sigma_angle <= kAngle)) {
+    r->reasons.push_back(
+        fmt::format("the camera's direction is uncertain by {:.2g} deg (one sigma): accepted is "
+                    "{:.2g}; spread the places wider",
+                    r->sigma_angle * 180 / std::numbers::pi, kAngle * 180 / std::numbers::pi));
+  }
+  if (!(rms_m <= kScatter * extents[2])) {
+    r->reasons.push_back(fmt::format(
+        "the places are off by {:.3g} mm rms, more than {:.0f} % of their spread of {:.3g} mm",
+        1e3 * rms_m, 100 * kScatter, 1e3 * extents[2]));
+  }
+}
+
+Indices AllIndices(std::size_t count) {
+  Indices all(count);
+  for (std::size_t i = 0; i < count; ++i) all[i] = i;
+  return all;
+}
+
+void RefuseTooFew(std::size_t usable, std::size_t fewest) {
+  throw std::runtime_error(fmt::format(
+      "places that can be used: {}; they define no camera pose: accepted is {} or more that do not "
+      "lie on a line",
+      usable, fewest + 1));
+}
+
+void JudgeHeights(const Indices& used, const std::vector<TipPlace>& places,
+                  const Eigen::Vector3d& extents, CameraRegistration* r) {
+  double highest = 0;
+  for (const std::size_t i : used) highest = std::max(highest, std::abs(places[i].p_S.z()));
+  if (highest <= kScatter * extents[2]) return;
+  r->reasons.push_back(fmt::format(
+      "a place is {:.3g} mm off the plane z = 0 of S that the camera is to look down on",
+      1e3 * highest));
+}
+
+}  // namespace palpate

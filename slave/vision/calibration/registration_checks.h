@@ -1,0 +1,25 @@
+// What all registrations share: how a robust fit is told, and what makes it doubtful.
+#pragma once
+
+#include <vector>
+
+#include "slave/vision/calibration/registration.h"
+#include "slave/vision/calibration/robust_fit.h"
+
+namespace palpate {
+
+Indices AllIndices(std::size_t count);
+Indices UsedOf(const CameraRegistration& r);
+// Root mean square extent of the places used along their principal directions, rising [m].
+Eigen::Vector3d Extents(const Indices& used, const std::vector<TipPlace>& places);
+CameraRegistration RegistrationOf(const RobustFit& fit, bool in_pixels);
+
+// Each adds to r->reasons. `fewest` places define a pose; `rms_m` [m].
+void JudgePlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegistration* r);
+void JudgeScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r);
+// A place above the plane is seen where another one of the plane is.
+void JudgeHeights(const Indices& used, const std::vector<TipPlace>& places,
+                  const Eigen::Vector3d& extents, CameraRegistration* r);
+[[noreturn]] void RefuseTooFew(std::size_t usable, std::size_t fewest);
+
+}  // namespace palpate

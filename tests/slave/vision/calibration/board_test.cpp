@@ -1,0 +1,135 @@
+#include "slave/vision/calibration/board.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "slave/vision/dots/circle_bias.h"
+#include "tests/slave/vision/calibration/drawn_circles.h"
+
+namespace palpate {
+namespace {
+
+// A board drawn with corners at known places; they are found to a tenth of a pixel.
+TEST(BoardTest, ChessboardsAndCirclesAreFoundWhereTheyWereDrawn) {
+  for (const auto pattern : {Board::Pattern::kChessboard, Board::Pattern::kCircles}) {
+    const Board board{pattern, 7, 5, 0.01};
+    constexpr int kStep = 40;
+    cv::Mat picture(400, 480, CV_8UC3, cv::Scalar(230, 230, 230));
+    const bool chess = pattern == Board::Pattern::kChessboard;
+    for (int j = 0; j < (chess ? 6 : 5); ++j) {
+      for (int i = 0; i < (chess ? 8 : 7); ++i) {
+        const cv::Scalar dark(20, 20, 20);
+        const cv::Point at(80 + kStep * i, 80 + kStep * j);
+        if (!chess) cv::circle(picture, at, 10, dark, cv::FILLED, cv::LINE_AA);
+        if (chess && (i + j) % 2 == 0) {
+          cv::rectangle(picture, {at.x, at.y, kStep, kStep}, dark, cv::FILLED);
+        }
+      }
+    }
+    for (const bool negative : {false, true}) {
+      cv::Mat shown = picture;
+      if (negative && !chess) cv::bitwise_not(picture, shown);
+      auto corners = FindBoard(BoardGrey(shown), board);
+      ASSERT_TRUE(corners);
+      Corners expected;
+      const double first = chess ? 80 + kStep - 0.5 : 80;
+      for (int j = 0; j < 5; ++j) {
+        for (int i = 0; i < 7; ++i) {
+          expected.emplace_back(static_cast<float>(first + kStep * i),
+                                static_cast<float>(first + kStep * j));
+        }
+      }
+      if (cv::norm(corners->front() - expected.front()) > kStep) {
+        std::reverse(corners->begin(), corners->end());
+      }
+      for (std::size_t i = 0; i < expected.size(); ++i) {
+        EXPECT_LT(cv::norm((*corners)[i] - expected[i]), 0.1) << i;
+      }
+    }
+    EXPECT_FALSE(FindBoard(BoardGrey(picture), {pattern, 9, 8, 0.01}));
+  }
+  EXPECT_THROW(BoardGrey(cv::Mat()), std::runtime_error);
+  EXPECT_THROW(BoardGrey(cv::Mat1f(9, 9)), std::runtime_error);
+}
+
+TEST(BoardTest, TurnsThatLookTheSameAreItsSymmetries) {
+  const auto count = [](Board::Pattern pattern, int columns, int rows) {
+    return SymmetriesOf({pattern, columns, rows, 0.01}).size();
+  };
+  EXPECT_EQ(count(Board::Pattern::kChessboard, 9, 6), 2U);
+  EXPECT_EQ(count(Board::Pattern::kCircles, 6, 6), 4U);
+  EXPECT_EQ(count(Board::Pattern::kAsymmetricCircles, 4, 11), 1U);
+  const Board board{Board::Pattern::kChessboard, 9, 6, 0.01};
+  for (const BoardSymmetry& symmetry : SymmetriesOf(board)) {
+    const auto points = BoardPoints(board);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const cv::Point3f& to = points[symmetry.order[i]];
+      const Eigen::Vector3d moved =
+          symmetry.X_BB * Eigen::Vector3d(points[i].x, points[i].y, points[i].z);
+      EXPECT_LT((moved - Eigen::Vector3d(to.x, to.y, to.z)).norm(), 1e-8);
+    }
+  }
+}
+
+// Whichever way the camera is rolled: a board seen from behind would be another board.
+TEST(BoardTest, CornersTurnAsTheyDoOnTheBoard) {
+  const Lens lens{300, 300, 159.5, 119.5, {}, {320, 240}};
+  for (const Board& board :
+       {Board{Board::Pattern::kCircles, 6, 5, 0.012}, Board{Board::Pattern::kCircles, 5, 6, 0.012},
+        Board{Board::Pattern::kAsymmetricCircles, 4, 9, 0.010}}) {
+    const cv::Size2d extent = BoardExtent(board);
+    for (int k = 0; k < 4; ++k) {
+      Eigen::Isometry3d X_CB = Eigen::Isometry3d::Identity();
+      X_CB.translation().z() = 0.18;
+      X_CB.rotate(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()))
+          .rotate(Eigen::AngleAxisd(0.1 + k * M_PI / 2, Eigen::Vector3d::UnitZ()))
+          .translate(Eigen::Vector3d(-extent.width / 2, -extent.height / 2, 0));
+      const auto found = FindBoard(DrawCircles(board, 0.0035, lens, X_CB), board);
+      ASSERT_TRUE(found) << board.rows << " " << k;
+      const cv::Point2f along = (*found)[1] - (*found)[0];
+      const cv::Point2f down = (*found)[2 * static_cast<std::size_t>(board.columns)] - (*found)[0];
+      EXPECT_GT(along.cross(down), 0) << board.rows << " " << k;
+    }
+  }
+}
+
+// Reference: the pinhole's picture of each centre plus the bias of a tilted disc's middle
+// (reference g). Tolerance: the blob finder counts whole pixels.
+TEST(BoardTest, TiltedCirclesAreFoundAtTheirMiddles) {
+  const Lens lens{300, 300, 159.5, 119.5, {}, {320, 240}};
+  for (const Board& board : {Board{Board::Pattern::kCircles, 7, 5, 0.012},
+                             Board{Board::Pattern::kAsymmetricCircles, 4, 9, 0.010}}) {
+    const cv::Size2d extent = BoardExtent(board);
+    Eigen::Isometry3d X_CB = Eigen::Isometry3d::Identity();
+    X_CB.translation().z() = 0.14;
+    X_CB.rotate(Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 0.4, 0.2).normalized()))
+        .translate(Eigen::Vector3d(-extent.width / 2, -extent.height / 2, 0));
+    constexpr double kRadius = 0.0035;
+    const auto found = FindBoard(DrawCircles(board, kRadius, lens, X_CB), board);
+    ASSERT_TRUE(found);
+    const auto points = BoardPoints(board);
+    const auto miss = [&](const BoardSymmetry& symmetry) {
+      double most = 0;
+      const Corners corners = Reordered(*found, symmetry);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const Eigen::Vector3d p_C = X_CB * Eigen::Vector3d(points[i].x, points[i].y, points[i].z);
+        const Eigen::Vector2d middle =
+            *Project(lens, p_C) + *CircleCentroidBias(lens, p_C, X_CB.linear().col(2), kRadius);
+        most = std::max(most, (middle - Eigen::Vector2d(corners[i].x, corners[i].y)).norm());
+      }
+      return most;
+    };
+    double least = HUGE_VAL;
+    for (const BoardSymmetry& symmetry : SymmetriesOf(board)) {
+      least = std::min(least, miss(symmetry));
+    }
+    EXPECT_LT(least, 0.15) << board.rows;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
