@@ -94,11 +94,11 @@ void PressesAhead::Expect(double radius) {
   changed_.notify_all();
 }
 
-// One rung more than `depth` lies below: the cubics use it, and answers must not depend on how far
-// the thread has come.
+// Two rungs lie beyond the one above `depth`: ForceAt uses them, and answers must not depend on how
+// far the thread has come.
 bool PressesAhead::Reaches(const Ladder& ladder, double depth) const {
   const auto& rungs = ladder.press->rungs;
-  return ladder.complete || (rungs.size() > 2 && rungs[rungs.size() - 2]->depth >= depth);
+  return ladder.complete || (rungs.size() > 3 && rungs[rungs.size() - 3]->depth >= depth);
 }
 
 std::array<Dent::Part, 2> PressesAhead::Await(double radius, double depth) {

@@ -54,9 +54,14 @@ Eye EyeAt(double x_O) {
   return {X_OC.inverse()};
 }
 
-// Centroid of the dot near `at` [px]: dark on light, of a picture without flaws. Its edge is 6.4 px
+// The dot near `at` [px]: dark on light, of a picture without flaws. Its edge is 6.4 px
 // from its middle, the rim of the membrane 9.3 px at least.
-Vector2d DotCentroid(const cv::Mat& picture, const Vector2d& at) {
+struct SeenDot {
+  Vector2d centre;
+  double area = 0;  // [px^2]
+};
+
+SeenDot DotNear(const cv::Mat& picture, const Vector2d& at) {
   const int x0 = static_cast<int>(std::lround(at.x())), y0 = static_cast<int>(std::lround(at.y()));
   const double ground = site::MembraneView::kRubber;
   double sum = 0;
@@ -69,12 +74,12 @@ Vector2d DotCentroid(const cv::Mat& picture, const Vector2d& at) {
       moment += share * Vector2d(x, y);
     }
   }
-  return moment / sum;
+  return {moment / sum, sum / (ground - site::DottedMembrane::kDot)};
 }
 
 // Mean picture place of the disc at centre_O, by area in the picture: rings cut into cells. It lies
 // where the true centre is and across the surface's normal there.
-Vector2d MeanSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_O) {
+SeenDot DiscSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_O) {
   constexpr int kRings = 24, kTurns = 48;
   constexpr double kRadius = 0.002, kThickness = 0.001, kStep = 3e-5;
   const auto place = [&](const Vector2d& p) {
@@ -101,7 +106,7 @@ Vector2d MeanSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre
       moment += area * see(0.5 * (r0 + r1), 0.5 * (a0 + a1));
     }
   }
-  return moment / sum;
+  return {moment / sum, sum};
 }
 
 struct Press {
@@ -114,8 +119,8 @@ class MembranePictureTest : public testing::TestWithParam<Press> {};
 
 // Reference: discs on the true surface, projected through the rig written down by hand, with the
 // area that they have in the picture (the known bias of circles is in it). Tolerance: rounding to 8
-// bit moves the centroid of the 128 px of a dot by less than 0.01 px, the reference's cells by
-// 0.002 px.
+// bit moves the centroid of the 128 px of a dot by less than 0.01 px and its area by less than
+// 0.5 %, the reference's cells by 0.002 px and 0.3 %.
 TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   const Press press = GetParam();
   Scene scene = WithoutFlaws(MembraneScene());
@@ -124,17 +129,19 @@ TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   site.MoveTool(Tip(scene, press.p_O, press.depth));
   const StereoPictures pictures = site.TakePictures();
   const std::array<Eye, 2> eyes{EyeAt(-0.03), EyeAt(0.03)};
-  double worst = 0, moved = 0;
+  double worst = 0, worst_area = 0, moved = 0;
   for (const Vector2d& p_O : DotPlaces(*scene.sense.points)) {
     for (std::size_t e = 0; e < 2; ++e) {
-      const Vector2d expected = MeanSeen(site, eyes[e], p_O);
+      const SeenDot expected = DiscSeen(site, eyes[e], p_O);
       const cv::Mat& picture = e == 0 ? pictures.left : pictures.right;
-      worst = std::max(worst, (DotCentroid(picture, expected) - expected).norm());
-      moved = std::max(moved, (expected - eyes[e].See({p_O.x(), p_O.y(), -0.001})).norm());
+      const SeenDot dot = DotNear(picture, expected.centre);
+      worst = std::max(worst, (dot.centre - expected.centre).norm());
+      worst_area = std::max(worst_area, std::abs(dot.area / expected.area - 1));
+      moved = std::max(moved, (expected.centre - eyes[e].See({p_O.x(), p_O.y(), -0.001})).norm());
     }
   }
-  RecordProperty("worst_px", std::to_string(worst));
   EXPECT_LT(worst, 0.02);
+  EXPECT_LT(worst_area, 0.01);
   EXPECT_GT(moved, press.depth > 0 ? 300 * press.depth : -1) << "the dots did not move";
 }
 
@@ -218,9 +225,10 @@ TEST(StereoSite, TensionAtRestStiffens) {
   }
 }
 
-// Reference: the press solved at that very place. Tolerance: half a raster off both neighbours the
-// blend is a second-order interpolation of forces that differ by 10 %.
-TEST(StereoSite, PressesBetweenTheSolvedRadiiAreBlendedWithinAPercent) {
+// Reference: the press solved at that very place. Tolerance: half a raster from both neighbours the
+// worst measured are 1e-3 of the depth and 4.5e-3 of the force; fields that are not carried to the
+// tool's place are off by 1e-2.
+TEST(StereoSite, PressesBetweenTheSolvedRadiiAreBlendedWithinHalfAPercent) {
   const double radius = 0.0105;
   Scene scene = MembraneScene();
   scene.operator_options.press_depth = 1e-3;
@@ -228,13 +236,13 @@ TEST(StereoSite, PressesBetweenTheSolvedRadiiAreBlendedWithinAPercent) {
   scene.manipulator.home = Tip(scene, {radius, 0}, -5e-3);
   StereoSite exact(scene, kCoarse);
   for (StereoSite* site : {&blended, &exact}) site->MoveTool(Tip(scene, {radius, 0}, 1e-3));
-  EXPECT_NEAR(blended.truth().force.norm() / exact.truth().force.norm(), 1, 0.01);
+  EXPECT_NEAR(blended.truth().force.norm() / exact.truth().force.norm(), 1, 0.006);
   double worst = 0;
-  for (const Vector2d& p_O : DotPlaces(*scene.sense.points)) {
+  for (int k = -36; k <= 36; ++k) {
+    const Vector2d p_O(1e-3 * k, 0.5e-3);
     worst = std::max(worst, (blended.TrueDisplacement(p_O) - exact.TrueDisplacement(p_O)).norm());
   }
-  RecordProperty("worst_m", std::to_string(worst));
-  EXPECT_LT(worst, 0.01 * 1e-3);
+  EXPECT_LT(worst, 0.003 * 1e-3);
 }
 
 // Reference: a press that is read late is the press that was waited for.
@@ -242,9 +250,9 @@ TEST(StereoSite, WhatIsTrueDoesNotDependOnHowFarTheThreadHasCome) {
   Scene scene = MembraneScene();
   scene.operator_options.press_depth = 1e-3;
   StereoSite waited(scene, kCoarse), late(scene, kCoarse);
-  waited.MoveTool(Tip(scene, {0, 0}, 0.4e-3));
+  waited.MoveTool(Tip(scene, {0, 0}, 0.35e-3));
   late.MoveTool(Tip(scene, {0, 0}, 1e-3));
-  late.MoveTool(Tip(scene, {0, 0}, 0.4e-3));
+  late.MoveTool(Tip(scene, {0, 0}, 0.35e-3));
   EXPECT_EQ(waited.truth().force, late.truth().force);
   EXPECT_EQ(waited.TrueDisplacement({0.01, 0.01}), late.TrueDisplacement({0.01, 0.01}));
 }
