@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "slave/contact/triangle_places.h"
@@ -32,27 +33,27 @@ TrianglePlace NearestOn(const SurfaceMesh& mesh, const Eigen::Vector3d& p, int* 
   return nearest;
 }
 
-MembranePress MakePress(InflatedMembrane membrane, double patch) {
+// `seconds`: what the precompute took.
+MembranePress MakePress(InflatedMembrane membrane, double patch, double* seconds) {
   if (!(patch > 0)) {
     throw std::invalid_argument("patch = " + std::to_string(patch) + ": accepted is > 0 m");
   }
   MembranePress::Params params;
   params.pressure_is_measured = false;
   params.patch = patch;
-  return {std::move(membrane), params};
+  const auto start = std::chrono::steady_clock::now();
+  MembranePress press(std::move(membrane), params);
+  *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return press;
 }
 
 }  // namespace
 
 MembraneBody::MembraneBody(InflatedMembrane membrane, double patch)
-    : started_(std::chrono::steady_clock::now()),
-      press_(MakePress(std::move(membrane), patch)),
-      patch_(patch) {
+    : press_(MakePress(std::move(membrane), patch, &info_.precompute_s)), patch_(patch) {
   info_.kind = "membrane";
   info_.dof = 3 * (surface().nodes.size() - press_.membrane().held().size());
   info_.elements = static_cast<int>(surface().triangles.size());
-  info_.precompute_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
   info_.memory_bytes = sizeof(double) * surface().nodes.size() * surface().nodes.size();
   info_.remark = "linear about the shape at rest";
 }

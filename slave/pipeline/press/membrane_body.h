@@ -1,7 +1,6 @@
 // An air-filled membrane under the eyes: the body of a SurfaceEstimator.
 #pragma once
 
-#include <chrono>
 #include <vector>
 
 #include <Eigen/Core>
@@ -31,10 +30,9 @@ class MembraneBody final : public SurfaceBody {
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
  private:
-  std::chrono::steady_clock::time_point started_;
+  ModelInfo info_;
   MembranePress press_;
   double patch_;
-  ModelInfo info_;
   SurfaceLoad load_;
 };
 

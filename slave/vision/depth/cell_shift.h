@@ -27,8 +27,8 @@ class CellShift {
                                        const DepthCell& cell, int least) noexcept;
 
  private:
-  double sigma_;                       // in fractions of a count
-  std::vector<std::int32_t> changes_;  // in fractions of a count
+  double sigma_;                                // in fractions of a count
+  std::vector<std::int32_t> changes_, sample_;  // in fractions of a count
 };
 
 }  // namespace palpate

@@ -78,7 +78,7 @@ void DrawForces(const PressFigure& figure, Svg* svg) {
                 fmt::format("frame {}: {:.2f} N, wrench {:.2f} N", force.frame, force.estimated,
                             force.measured));
   }
-  svg->Text({290, 384}, "grey: wrench, blue: from the depth picture", "soft");
+  svg->Text({225, 384}, "grey: wrench, blue: from the depth picture", "soft");
 }
 
 void DrawField(const PressFigure& figure, bool explained, const Vector2d& corner, Svg* svg) {

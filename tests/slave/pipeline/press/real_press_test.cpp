@@ -220,6 +220,30 @@ TEST_F(RealPressTest, ForceFromTheDeflectionFollowsTheWrenchOnLaterFrames) {
   EXPECT_LE(share, 0.08);
 }
 
+// The tool stands still from frame 74 on, so must its place; and it lies under the dent: the load's
+// place and the deepest point differ where the load is eccentric, by less than the tool's width.
+TEST_F(RealPressTest, TheContactStaysWhereTheToolStands) {
+  MembranePress press(InflatedMembrane(*shape_, {.modulus = 1200, .tension = 290}), {});
+  std::optional<Eigen::Vector3d> stood;
+  for (const auto& frame : press_->frames) {
+    if (frame.number < 70 || frame.number > 95) continue;
+    const auto& reading = press.Fit(frame.points);
+    ASSERT_TRUE(reading.found) << frame.number;
+    const auto depth = [](const SurfacePoint& point) {
+      return point.seen ? (point.p_S_rest - point.p_S).norm() *
+                              (point.p_S.z() < point.p_S_rest.z() ? 1 : -1)
+                        : 0.0;
+    };
+    const SurfacePoint& deepest =
+        *std::max_element(frame.points.begin(), frame.points.end(),
+                          [&](const auto& a, const auto& b) { return depth(a) < depth(b); });
+    EXPECT_LT((deepest.p_S_rest - reading.p_O).norm(), 8e-3) << frame.number;
+    if (frame.number < 74) continue;
+    if (!stood) stood = reading.p_O;
+    EXPECT_LT((*stood - reading.p_O).norm(), 0.5e-3) << frame.number;
+  }
+}
+
 // What is assumed and not measured: how wide the tool is, where the rim lies, how much of the
 // stiffness is tension, that the air's pressure is known, that the wrench has an offset. Stiffness
 // and offset are fitted anew each time. No one of them, moved as far as one might err, takes the

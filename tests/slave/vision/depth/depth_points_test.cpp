@@ -148,9 +148,12 @@ TEST_F(DepthPointsTest, TheStatedSigmaIsThatOfTheScatter) {
     double squares = 0;
     int count = 0;
     for (int k = 0; k < 20; ++k) {
-      for (const SurfacePoint& point : eyes.Observe(Picture(plane, noise), 9, {}).points) {
-        const double off = point.p_S.z() - point.p_S_rest.z();
-        squares += off * off / point.covariance(2, 2);
+      const auto& seen = eyes.Observe(Picture(plane, noise), 9, {});
+      for (std::size_t i = 0; i < seen.points.size(); ++i) {
+        const SurfacePoint& point = seen.points[i];
+        const Eigen::Vector3d& n = eyes.normal_S(i);
+        const double off = n.dot(point.p_S - point.p_S_rest);
+        squares += off * off / n.dot(point.covariance * n);
         ++count;
       }
     }
