@@ -87,6 +87,8 @@ void StereoSlave::Start(const Scene& scene) {
     if (site != nullptr) site->MoveTool(p_S_tip);
   });
   SetRunning(teller_.info(), teller_.reason());
+  X_SO_ = scene.object.X_SO;
+  if (!TellsForce(scene)) followed_ = FollowedSurface(scene);
   const std::optional<StereoPair> first = source_->Next({});
   if (!first) throw std::runtime_error(source_->description() + ": no pictures came");
   RequireRigFits(scene, rig_, *first);
@@ -183,12 +185,7 @@ ModelInfo StereoSlave::Replace(const Scene& changed, const std::function<void()>
 BoundaryShape StereoSlave::Shape(bool nodal_forces) {
   const std::lock_guard lock(touch_mutex());
   if (teller_.estimator() != nullptr) return MakeSurfaceShape(*teller_.estimator(), nodal_forces);
-  BoundaryShape nothing;
-  nothing.nodes_per_element = 3;
-  nothing.state_sequence = teller_.felt().sequence;
-  nothing.sensed_at = teller_.felt().sensed_at;
-  nothing.validity = teller_.felt().validity;
-  return nothing;
+  return MakeFollowedShape(followed_, X_SO_, teller_.felt(), teller_.place().moved());
 }
 
 std::optional<JpegPicture> StereoSlave::Picture(bool overlays, int quality) {

@@ -33,7 +33,7 @@ class StereoSlave final : public OperatedSlave {
 
   // As every slave's; the local model follows the hand between pictures.
   [[nodiscard]] SlaveState Compose(Time now) override;
-  // Empty where no force is told.
+  // Where no force is told, the object as it is followed: moved as a whole.
   [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
   // The left picture.
   [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
@@ -61,6 +61,8 @@ class StereoSlave final : public OperatedSlave {
   StereoRig rig_;
   std::unique_ptr<PointEyes> eyes_;
   SurfaceTeller teller_;
+  Eigen::Isometry3d X_SO_ = Eigen::Isometry3d::Identity();
+  SurfaceMesh followed_;                       // frame O; empty where a force is told
   LatencyHistogram look_times_, total_times_;  // under touch_mutex()
   std::shared_ptr<StereoSite> site_;  // null where the site is real; the tool moves in it too
   std::unique_ptr<StereoSource> source_;

@@ -1,4 +1,4 @@
-// The deformed surface that the eyes' points tell, for those who watch it.
+// The deformed or moved surface that the eyes' points tell, for those who watch it.
 #pragma once
 
 #include "slave/pipeline/slave.h"
@@ -9,5 +9,12 @@ namespace palpate {
 // Triangles of the model's surface at rest and displaced, frame S [m]; forces of the tool on their
 // nodes [N] if asked for and known.
 BoundaryShape MakeSurfaceShape(SurfaceEstimator& estimator, bool nodal_forces);
+
+// Of an object that is followed as a whole, without a model: the surface of the scene's mesh, frame
+// O. Empty where the scene has none. Throws std::invalid_argument (file:line) as ReadMeshFile does.
+SurfaceMesh FollowedSurface(const Scene& scene);
+// That surface moved by `moved` [m], frame S.
+BoundaryShape MakeFollowedShape(const SurfaceMesh& surface, const Eigen::Isometry3d& X_SO,
+                                const Felt& felt, const Eigen::Vector3d& moved);
 
 }  // namespace palpate

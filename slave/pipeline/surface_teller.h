@@ -36,6 +36,8 @@ class SurfaceTeller {
   // Null: no force is told.
   [[nodiscard]] SurfaceEstimator* estimator() { return estimator_.get(); }
   [[nodiscard]] const SurfaceEstimator* estimator() const { return estimator_.get(); }
+  // What stands for the estimator where no force is told.
+  [[nodiscard]] const TrackedPlace& place() const { return place_; }
   // Of the model; kind `none` where no force is told.
   [[nodiscard]] ModelInfo info() const;
   // Why this model, in a sentence.

@@ -28,7 +28,10 @@ const Felt& TrackedPlace::Feel(const SurfaceObservation& seen) noexcept {
     moved += point.p_S - point.p_S_rest;
     ++count;
   }
-  if (count > 0) felt_.p_S_tip = felt_.p_S_contact = p_S_rest_ + moved / count;
+  if (count > 0) {
+    moved_ = moved / count;
+    felt_.p_S_tip = felt_.p_S_contact = p_S_rest_ + moved_;
+  }
   const Validity validity = count > 0 ? Validity::kFailed : Validity::kTrackingLost;
   if (validity != felt_.validity) {
     felt_.events.Add(count > 0 ? Event::kTrackingRegained : Event::kTrackingLost);

@@ -19,12 +19,14 @@ class TrackedPlace {
   const Felt& Feel(const SurfaceObservation& seen) noexcept;
   void Reset() noexcept { first_.clear(); }
   [[nodiscard]] const Felt& felt() const { return felt_; }
+  // From the place at rest [m]; while it is lost that of before.
+  [[nodiscard]] const Eigen::Vector3d& moved() const { return moved_; }
 
  private:
   void Start(const SurfaceObservation& seen) noexcept;
 
   std::vector<char> first_;  // per point: in the first observation; empty: nothing was seen yet
-  Eigen::Vector3d p_S_rest_{0, 0, 0};
+  Eigen::Vector3d p_S_rest_{0, 0, 0}, moved_{0, 0, 0};
   Felt felt_;
 };
 

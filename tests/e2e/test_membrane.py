@@ -153,7 +153,12 @@ class TwoEyes(unittest.TestCase):
             stream = stub.WatchState(self.messages.WatchStateRequest(max_rate_hz=100), timeout=PATIENCE)
             seen = [next(stream) for _ in range(100)]
             stream.cancel()
+            mesh = stub.WatchMesh(self.messages.WatchMeshRequest(), timeout=PATIENCE)
+            bodies = [next(mesh) for _ in range(10)]
+            mesh.cancel()
         self.assertFalse(any(state.HasField("force") for state in seen))
+        self.assertGreater(len(bodies[0].elements), 0)
+        self.assertNotEqual(list(bodies[0].positions), list(bodies[-1].positions), "the body moves as a whole")
         places = {(state.p_S_tip.x, state.p_S_tip.y, state.p_S_tip.z) for state in seen}
         self.assertGreater(len(places), 10, "the place that is followed is told")
 

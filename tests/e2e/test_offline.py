@@ -164,7 +164,7 @@ class BadInput(unittest.TestCase):
 
     def test_an_empty_directory_is_named(self):
         (self.out / "frames").mkdir()
-        said = self.refuse(1, "process", self.pictures("frames/%04d.png"), "--out", self.out / "out")
+        said = self.refuse(2, "process", self.pictures("frames/%04d.png"), "--out", self.out / "out")
         self.assertIn("frames/%04d.png", said)
 
     def test_a_broken_picture_is_named(self):

@@ -118,7 +118,7 @@ TEST_F(StereoRunTest, AStopLeavesReadableFiles) {
 }
 
 // The shipped target for two seconds of its path, 30 pairs a second. The bound is that of the
-// product; what comes out is a fifth of it.
+// product; what comes out is a twentieth of it.
 TEST_F(StereoRunTest, AMovingTargetIsFollowedAndItsForceUnknown) {
   const Scene scene = LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/heart-target.yaml");
   std::stop_source source;

@@ -35,6 +35,7 @@ TEST(TrackedPlaceTest, ABodyThatDoesNotTurnIsFollowedWhicheverPointsAreHidden) {
     for (std::size_t i = 0; i < 4; ++i) seen.points[i].seen = (hidden >> i & 1U) == 0;
     const Felt& felt = place.Feel(seen);
     EXPECT_TRUE(felt.p_S_contact.isApprox(kMean + way, 1e-12)) << hidden;
+    EXPECT_TRUE(place.moved().isApprox(way, 1e-12));
     EXPECT_FALSE(felt.force.has_value());
     EXPECT_EQ(felt.validity, Validity::kFailed);  // the force is unknown, the place is not
   }
