@@ -59,3 +59,5 @@ BENCHMARK(BM_Press)->ArgsProduct({{0, 50, 70}, {6, 8, 10}})->Unit(benchmark::kMi
 
 }  // namespace
 }  // namespace palpate::site
+
+BENCHMARK_MAIN();
