@@ -72,11 +72,12 @@ NestedCircles CirclesOf(double radius, double width, const Vector2d& p_O) {
   return {1, width / (2 * radius), p > 1e-9 ? p : 0};
 }
 
-DiscMesh::Size SizeOf(const MembraneResolution& resolution, bool at_centre) {
+DiscMesh::Size SizeOf(const MembraneResolution& resolution, const NestedCircles& circles) {
+  constexpr double kWide = 0.1;  // a tool below which the membrane bends near its edge only
   const int across = resolution.across > 0 ? resolution.across : 8;
-  const int inner = std::max(1, across / 5);
-  const int rays = std::max(4, across * 4 / 5);
-  return {inner, across - inner, at_centre ? (rays + 1) / 2 : rays,
+  const int inner = std::max(1, across / 5), rays = std::max(4, across * 4 / 5);
+  return {circles.tool > kWide ? inner + 1 : inner, across - inner,
+          circles.eccentricity == 0 ? (rays + 1) / 2 : rays,
           resolution.through > 0 ? resolution.through : 1};
 }
 
@@ -115,7 +116,7 @@ PressedMembrane::World::World(const MembraneGeometry& geometry, const Material& 
     : length(geometry.radius),
       force_unit(material.young_modulus * length * length),
       mesh(CirclesOf(length, width, p_O), geometry.thickness / length,
-           SizeOf(resolution, CirclesOf(length, width, p_O).eccentricity == 0)),
+           SizeOf(resolution, CirclesOf(length, width, p_O))),
       solid(mesh, std::min(material.poisson_ratio, kNearlyIncompressible),
             prestress / (material.young_modulus * geometry.thickness)),
       stiffness(solid.EmptyMatrix()),
@@ -220,7 +221,11 @@ bool PressedMembrane::Deepen(double depth) {
   if (!(depth > world_->press.rungs.back()->depth && depth <= kDeepest * world_->length)) {
     return false;
   }
-  if (!world_->Reach(depth / world_->length, kHalvings)) return false;
+  auto before = world_->states;
+  if (!world_->Reach(depth / world_->length, kHalvings)) {
+    world_->states = std::move(before);
+    return false;
+  }
   world_->Record();
   return true;
 }
