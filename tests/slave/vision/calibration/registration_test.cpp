@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/vision/calibration/lens_pose.h"
 #include "slave/vision/calibration/pose_noise.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 
@@ -165,23 +166,38 @@ TEST(RegistrationTest, PlacesOnAPlaneSayOnWhichSideTheCameraStands) {
   }
 }
 
-// Far from the origin of S a turn of the camera is nearly a shift of it.
-TEST(RegistrationTest, PlacesFarFromTheOriginFindTheSamePose) {
-  const StereoRig rig = VergedTestRig(kBarrel);
-  for (const double thickness : {0.0, 1.0}) {
-    for (const double way : {0.3, 3.0}) {
-      for (const double turn : {0.0, 2.4, 3.1}) {
-        Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  // of the places and the camera
-        X.translation() = Eigen::Vector3d(-way, 0.5 * way, way);
-        X.rotate(Eigen::AngleAxisd(turn, Eigen::Vector3d(0.15, -0.16, 0.98).normalized()));
-        auto tips = Tips(rig, 14, 0.2, thickness);
-        for (TipPlace& tip : tips) tip.p_S = X * tip.p_S;
-        const auto found = RegisterLens(rig.left, tips);
-        EXPECT_LT(AngleBetween(found.X_SC, X * TruePose()), 4 * found.sigma_angle) << way << turn;
-        EXPECT_LT(found.rms, 0.4) << way << turn;
-        EXPECT_THAT(found.reasons, IsEmpty());
-      }
+// Reference: least squares misses no more than the truth does. Far from the origin of S a turn of
+// the camera is nearly a shift of it, and a plane's second pose is near: one start that is not
+// about the places' middle ends elsewhere in one of 25 draws.
+TEST(RegistrationTest, NoPoseMissesLessThanTheOneFound) {
+  const Lens lens = TestLens(kBarrel);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-1, 1);
+  std::normal_distribution<double> noise(0, 0.3);
+  const auto vector = [&](double size) {
+    const double x = any(random), y = any(random), z = any(random);
+    return Eigen::Vector3d(size * x, size * y, size * z);
+  };
+  for (int draw = 0; draw < 300; ++draw) {
+    const Eigen::AngleAxisd tilt(0.5 * any(random), vector(1).normalized());
+    Eigen::Isometry3d X_SC = Eigen::Isometry3d::Identity();
+    X_SC.translation() = vector(0.4);
+    X_SC.rotate(Eigen::AngleAxisd(std::numbers::pi * any(random), vector(1).normalized()));
+    std::vector<TipPlace> tips;
+    Indices all;
+    double misses = 0;
+    for (std::size_t i = 0; i < 14; ++i) {
+      Eigen::Vector3d p_C = vector(0.04);
+      p_C.z() = 0;
+      p_C = tilt * p_C + Eigen::Vector3d(0, 0, 0.25);
+      const double du = noise(random), dv = noise(random);
+      misses += du * du + dv * dv;
+      tips.push_back({X_SC * p_C, *Project(lens, p_C) + Eigen::Vector2d(du, dv), std::nullopt});
+      all.push_back(i);
     }
+    const auto poses = LensPoses(lens, tips, all);
+    ASSERT_FALSE(poses.empty()) << draw;
+    EXPECT_LE(poses.front().sum_of_squares, misses) << draw;
   }
 }
 
