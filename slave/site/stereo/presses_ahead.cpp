@@ -12,12 +12,13 @@
 namespace palpate::site {
 namespace {
 
-constexpr std::array kFirstRungs{0.02, 0.05, 0.15};  // in press depths, beside every tenth
-constexpr double kEvery = 0.1;
+constexpr std::array kFirstRungs{0.05, 0.1};  // in press depths, beside every fifth
+constexpr double kEvery = 0.2;
 constexpr double kLinear = 0.1;       // of the thickness: so far the first rung may be
 constexpr double kSameRadius = 0.02;  // of the raster: radii nearer than this are one
 constexpr double kAhead = 1.5;        // rasters around the tool in which presses are solved
-constexpr int kNice = 10;             // of the thread that solves what nobody asked for yet
+constexpr int kElsewhere = 7;         // elements across, where the tool is not at home
+constexpr int kNice = 5;              // of the thread that solves what nobody asked for yet
 
 std::vector<double> Depths(const PressesAhead::Plan& plan) {
   const double first = kLinear * plan.geometry.thickness;
@@ -75,9 +76,10 @@ PressesAhead::PressesAhead(const Plan& plan) : plan_(plan), depths_(Depths(plan)
 PressesAhead::~PressesAhead() = default;
 
 std::unique_ptr<PressedMembrane> PressesAhead::Make(double radius) const {
+  MembraneResolution resolution = plan_.resolution;
+  if (resolution.across == 0 && radius != plan_.home_radius) resolution.across = kElsewhere;
   return std::make_unique<PressedMembrane>(plan_.geometry, plan_.material, plan_.width,
-                                           Eigen::Vector2d(radius, 0), plan_.resolution,
-                                           plan_.prestress);
+                                           Eigen::Vector2d(radius, 0), resolution, plan_.prestress);
 }
 
 PressesAhead::Around PressesAhead::FindAround(double radius) const {

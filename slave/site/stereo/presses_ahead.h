@@ -1,5 +1,8 @@
 // Solves presses before they happen: a thread of its own works out, rung by rung, what the tool
 // will do near where it is, and everywhere else when asked to, so that a press only reads it.
+//
+// At home's radius presses are solved on PressedMembrane's own mesh, elsewhere on one that takes
+// half the time and is good for 0.2 % of the force and 10 um of the field.
 #pragma once
 
 #include <array>
@@ -25,7 +28,7 @@ class PressesAhead {
     Material material;
     double width = 0;        // of the tool [m]
     double home_radius = 0;  // one of the radii at which presses are solved [m]
-    double press_depth = 0;  // rungs are a tenth of it apart, finer at first [m]
+    double press_depth = 0;  // rungs are a fifth of it apart, finer at first [m]
     double prestress = 0;    // tension at rest [N/m]
     MembraneResolution resolution;
   };
