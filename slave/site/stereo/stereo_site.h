@@ -49,7 +49,7 @@ struct TargetTruth {
 //   or a fine texture (`track: texture`) on its inner face. The tool does not rub: its place on the
 //   membrane is where its tip is over it, and as deep as the tip is below the rest plane z_O = 0.
 //   Presses are solved ahead (slave/site/stereo/presses_ahead.h) and blended in between (dent.h),
-//   exactly at the radius of manipulator.home, elsewhere within half a percent.
+//   exactly at the radius of manipulator.home, elsewhere within 0.6 % of the force.
 // - anything else with `track: texture`: the textured target of paper C's second experiment on its
 //   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
 //   on by 1 / rate from one pair of pictures to the next.
