@@ -23,7 +23,9 @@ class PlateBody final : public SurfaceBody {
  public:
   // `width`: diameter of the load [m], 0: a point. Throws std::invalid_argument,
   // std::runtime_error: see LoadFitter, PressTable.
-  PlateBody(std::unique_ptr<PlateSurface> plate, double width);
+  // `finer`: the same plate in more modes for what `plate` does not resolve, nullptr: none.
+  PlateBody(std::unique_ptr<PlateSurface> plate, double width,
+            std::unique_ptr<PlateSurface> finer = nullptr);
 
   SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;
   // The plate depends on the radius alone; at the rim as at 0.9 of the radius.
@@ -39,9 +41,10 @@ class PlateBody final : public SurfaceBody {
 
  private:
   void Judge(const SiftedFit::Answer& answer, SurfaceLoad* load) const noexcept;
+  [[nodiscard]] double LawsShare(const SurfaceLoad& load) const noexcept;
   [[nodiscard]] double SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept;
 
-  std::unique_ptr<PlateSurface> plate_;
+  std::unique_ptr<PlateSurface> plate_, finer_;
   double width_;  // [m]
   PressTable table_;
   SiftedFit fit_;

@@ -2,6 +2,7 @@
 // least squares of LoadFitter need around them where eyes err.
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
@@ -15,8 +16,9 @@ namespace palpate {
 // One thread; allocation-free after the first call with as many points.
 class SiftedFit {
  public:
-  // Keeps a reference to the plate; see LoadFitter.
-  SiftedFit(PlateSurface& plate, double width) : plate_(plate), fitter_(plate, width) {}
+  // Keeps references to the plates; see LoadFitter.
+  SiftedFit(PlateSurface& plate, double width, PlateSurface* finer = nullptr)
+      : plate_(plate), fitter_(plate, width, finer) {}
 
   struct Answer {
     LoadFit load;
@@ -30,12 +32,15 @@ class SiftedFit {
   // point is that of its own place at rest: a point that moved sideways is used where it rests.
   Answer Fit(const std::vector<SurfacePoint>& points_O) noexcept;
   void Reset() noexcept { fitter_.Reset(); }
+  // The plate that gave the last answer, as it is pressed.
+  [[nodiscard]] PlateSurface& answered() noexcept { return fitter_.answered(); }
 
  private:
+  enum class Modes : std::uint8_t { kFew, kAsNeeded };
   void Read(const std::vector<SurfacePoint>& points_O);
   void KeepAll() noexcept;
   Answer FitKept(Rim rim) noexcept;
-  LoadFit FitWeighed(Rim rim) noexcept;
+  LoadFit FitWeighed(Rim rim, Modes modes) noexcept;
   bool Sift(const LoadFit& load, Rim rim) noexcept;
   void Soften() noexcept;
   [[nodiscard]] double NoiseOfMotion(const LoadFit& load) const noexcept;
