@@ -37,7 +37,7 @@ constexpr double kNoDirection = 1e-6;   // share of a rim's motion that others d
 constexpr std::string_view kNothing = "no load stands out of the noise";
 constexpr int kFineSteps = 3;
 constexpr double kFineConverged = 0.05;  // step by its standard deviation
-constexpr double kAsWell = 1;            // squared misfit: as much is one point's noise
+constexpr double kAsWell = 1.1;          // squared misfit by that before
 constexpr double kRim = 1e-3;            // nearer than that a load is at the rim [radii]
 
 }  // namespace
@@ -315,7 +315,8 @@ bool LoadFitter::AsksForMoreModes(const Guess& guess) noexcept {
 }
 
 // By Gauss and Newton with the derivatives of the coarse plate: they differ from the fine one's by
-// several percent, and so much of its length each step leaves. False: as it was.
+// several percent, and so much of its length each step leaves. Where that fails, with its own
+// derivatives. False: as it was.
 bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::LDLT<Eigen::Matrix3d> factor(normal);
@@ -330,7 +331,11 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
     fine.force += step[2] * force_unit_;
     pressed = step.allFinite() && Misfit(fine, &misfit_);
   }
-  const bool better = pressed && misfit_.squaredNorm() <= before + kAsWell;
+  bool better = pressed && misfit_.squaredNorm() <= kAsWell * before + 1;
+  if (!better) {  // as near the centre, where the derivatives jump
+    fine = *guess;
+    better = Descend(&fine, fit);
+  }
   if (better) {
     *guess = fine;
   } else {

@@ -43,7 +43,8 @@ class LoadFitter {
   // Keeps a reference to the plate and uses its Respond. `width`: diameter of the load [m], 0: a
   // point; < 0.9 of the plate's. `finer`: the same plate in more modes, asked where the first does
   // not resolve the shape (plate_law.h): from its answer up to three steps with its derivatives, so
-  // at four answers of the finer plate in all. Throws std::invalid_argument.
+  // at most four answers of the finer plate; the whole fit where these fail. Throws
+  // std::invalid_argument.
   LoadFitter(PlateSurface& plate, double width, PlateSurface* finer = nullptr);
 
   // A load that barely stands out, so that the points leave its place open, is answered where the
