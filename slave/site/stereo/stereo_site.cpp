@@ -8,8 +8,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "slave/site/exposure.h"
 #include "slave/site/stereo/dotted_membrane.h"
-#include "slave/site/stereo/exposure.h"
 #include "slave/site/stereo/pair_rig.h"
 #include "slave/site/stereo/textured_membrane.h"
 #include "slave/site/stereo/textured_target.h"
