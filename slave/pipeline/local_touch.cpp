@@ -5,6 +5,8 @@
 #include <exception>
 #include <limits>
 
+#include "slave/pipeline/felt_ratio.h"
+
 namespace palpate {
 namespace {
 
@@ -15,11 +17,7 @@ using Eigen::Vector3d;
 constexpr double kVouchedFor = 0.5;   // of the larger side, where the model states no range
 constexpr double kLeastShare = 0.25;  // of the full depth: contact does not begin without stiffness
 constexpr double kOnSurface = 1e-6;   // of the radius
-// The felt force's say in the stiffness.
-constexpr double kLearningTime = 0.05;  // [s]
-constexpr double kTellingDepth = 0.1;   // of the full depth: shallower says nothing of stiffness
-constexpr double kErrors = 3;           // sigmas at which a force has half its say
-constexpr double kLeastRatio = 0.25, kLargestRatio = 4;
+constexpr double kLearningTime = 0.05;  // [s], of the felt force's say in the stiffness
 
 }  // namespace
 
@@ -38,7 +36,7 @@ LocalTouch::LocalTouch(const Scene& scene)
                        ? scene.sense.tactile->patch / 2
                        : DiscOfSphere(radius_, scene.operator_options.press_depth)),
       full_depth_(scene.operator_options.press_depth),
-      learning_rate_(1 - std::exp(-1 / (kLearningTime * scene.sense.tactile->rate))) {}
+      learning_rate_(LearningRate(kLearningTime, scene.sense.tactile->rate)) {}
 
 void LocalTouch::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
                         bool in_contact, const std::optional<FeltForce>& felt,
@@ -80,13 +78,10 @@ void LocalTouch::FindPlane(const TactileBody& body, const Vector3d& p_O_centre) 
 
 // `modelled`: the normal force of the model at this depth [N].
 void LocalTouch::Learn(const FeltForce& felt, const Vector3d& n_S, double modelled) noexcept {
-  const double force = felt.force_S.dot(n_S);
-  const bool tells = depth_ > kTellingDepth * full_depth_ && force > 0 && modelled > 0;
-  if (!tells || !std::isfinite(force) || !std::isfinite(felt.sigma)) return;
-  const double ratio = std::clamp(force / modelled, kLeastRatio, kLargestRatio);
-  const double error = kErrors * felt.sigma;
-  const double say = force * force / (force * force + error * error);
-  felt_ratio_ += learning_rate_ * say * (ratio - felt_ratio_);
+  const RatioSample sample = CompareForces(felt.force_S.dot(n_S), felt.sigma, modelled);
+  if (!sample.tells || !(depth_ > kTellingDepth * full_depth_)) return;
+  const double say = 1 / (1 + sample.error * sample.error);
+  felt_ratio_ += learning_rate_ * say * (sample.ratio - felt_ratio_);
 }
 
 Matrix3d LocalTouch::StiffnessOf(TactileBody& body) noexcept {

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "slave/pipeline/felt_ratio.h"
 #include "slave/pipeline/local_touch.h"
 #include "slave/pipeline/stopwatch.h"
 
@@ -16,7 +18,9 @@ using Eigen::Vector3d;
 
 constexpr std::string_view kPulls =
     "the load pulls outward: check the sides (left, right), the rig and the object's pose";
-constexpr double kVouchedFor = 0.5;  // of the larger side, where the model states no range
+constexpr double kVouchedFor = 0.5;    // of the larger side, where the model states no range
+constexpr double kLearningTime = 0.1;  // [s], of the ratio felt / modelled
+constexpr double kNear = 0.1;  // of the larger side: a load farther from the tip is another's
 
 double LargerSide(const SurfaceMesh& surface) {
   Vector3d lower = surface.nodes.front(), upper = lower;
@@ -41,21 +45,31 @@ struct SurfaceEstimator::Parts {
   Isometry3d X_SO = Isometry3d::Identity(), X_OS = Isometry3d::Identity();
   double modulus_tolerance = 0;  // one sigma of E, relative [-]
   double puncture_depth = 0;     // [m]; 0: never
+  double larger_side = 0;        // [m]
   double valid_radius = 0;       // of local models [m]
+  double telling_depth = 0;      // [m]
 
   std::vector<SurfacePoint> points_O;
   SurfaceLoad load;
   Felt felt;
-  LocalModel local;  // the last one told
+  RatioByDepth felt_ratio;
+  double last_depth = std::numeric_limits<double>::quiet_NaN();  // of the tip, last picture [m]
+  LocalModel local;                                              // the last one told
   SurfaceTimes times;
   bool tracking = true, in_contact = false, punctured = false;
 
+  explicit Parts(const Scene& scene)
+      : telling_depth(kTellingDepth * scene.operator_options.press_depth),
+        felt_ratio(scene.operator_options.press_depth,
+                   LearningRate(kLearningTime, SensorRate(scene.sense))) {}
   void ToObject(const std::vector<SurfacePoint>& points_S);
+  void Learn() noexcept;
+  SurfaceBody::Press Rendered(const Vector3d& p_O, double depth) noexcept;
   void Tell() noexcept;
   void Lose(Validity validity) noexcept;
 };
 
-SurfaceEstimator::SurfaceEstimator(const Scene& scene) : parts_(std::make_unique<Parts>()) {
+SurfaceEstimator::SurfaceEstimator(const Scene& scene) : parts_(std::make_unique<Parts>(scene)) {
   parts_->X_SO = scene.object.X_SO;
   parts_->X_OS = scene.object.X_SO.inverse();
   Adopt(MakeSurfaceBody(scene), scene);
@@ -68,12 +82,15 @@ void SurfaceEstimator::Adopt(std::unique_ptr<SurfaceBody> body, const Scene& sce
   parts_->modulus_tolerance = scene.object.material.young_modulus_tolerance;
   parts_->puncture_depth = scene.model.puncture_depth;
   const double range = parts_->body->info().range;
-  parts_->valid_radius = (range > 0 ? range : kVouchedFor) * LargerSide(parts_->body->surface());
+  parts_->larger_side = LargerSide(parts_->body->surface());
+  parts_->valid_radius = (range > 0 ? range : kVouchedFor) * parts_->larger_side;
+  parts_->felt_ratio.Forget();
 }
 
 void SurfaceEstimator::Reset() noexcept {
   parts_->body->Reset();
   parts_->load = {};
+  parts_->felt_ratio.Forget();
   parts_->in_contact = parts_->punctured = false;
 }
 
@@ -96,6 +113,7 @@ const Felt& SurfaceEstimator::Feel(const SurfaceObservation& seen,
     DoubtPull(&my.load);
     my.times.mechanics.Add(lap.Lap());
     my.Tell();
+    my.Learn();
   } else {
     my.Lose(Validity::kTrackingLost);
   }
@@ -139,6 +157,34 @@ void SurfaceEstimator::Parts::Lose(Validity validity) noexcept {
   felt.force.reset();
   felt.sigma = 0;
   felt.validity = validity;
+  last_depth = std::numeric_limits<double>::quiet_NaN();
+}
+
+// What the load that explains the points says of the press that the tip's depth alone would be. The
+// tip's depth is of another moment than the picture: what it moved since the last one is an error.
+void SurfaceEstimator::Parts::Learn() noexcept {
+  const Vector3d p_O_tip = X_OS * felt.p_S_tip;
+  Vector3d p_O, n_O;
+  body->Nearest(p_O_tip, &p_O, &n_O);
+  const double depth = n_O.dot(p_O - p_O_tip);
+  const double moved = std::abs(depth - std::exchange(last_depth, depth));
+  const bool is_the_tips = (load.p_O - p_O).norm() < kNear * larger_side;
+  if (felt.validity != Validity::kValid || !is_the_tips || !(depth > telling_depth)) return;
+  const SurfaceBody::Press press = body->PressAt(p_O, depth);
+  if (!press.valid) return;
+  const double sigma = std::hypot(load.sigma_force, press.stiffness * moved);
+  felt_ratio.Learn(depth, CompareForces(-load.force, sigma, press.force));
+}
+
+// The model's press, sized as it was felt.
+SurfaceBody::Press SurfaceEstimator::Parts::Rendered(const Vector3d& p_O, double depth) noexcept {
+  SurfaceBody::Press press = body->PressAt(p_O, depth);
+  const RatioByDepth::Value felt_by_modelled = felt_ratio.At(depth);
+  const double stiffness = press.stiffness * felt_by_modelled.ratio;
+  const double bent = stiffness + press.force * felt_by_modelled.slope;
+  press.stiffness = std::max(bent, stiffness / 2);
+  press.force *= felt_by_modelled.ratio;
+  return press;
 }
 
 // f(p) = F_r n + k n n^T (reference - p) is right in force and slope at the present depth d with
@@ -150,7 +196,7 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   Vector3d p_O, n_O;
   my.body->Nearest(p_O_tip, &p_O, &n_O);
   const double depth = n_O.dot(p_O - p_O_tip);
-  const SurfaceBody::Press press = my.body->PressAt(p_O, std::max(0.0, depth));
+  const SurfaceBody::Press press = my.Rendered(p_O, std::max(0.0, depth));
   const bool usable =
       std::isfinite(press.force) && std::isfinite(press.stiffness) && press.stiffness > 0;
   if (!usable) return my.local;

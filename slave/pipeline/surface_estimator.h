@@ -79,7 +79,10 @@ class SurfaceEstimator {
   // observations.
   const Felt& Feel(const SurfaceObservation& seen, const Eigen::Vector3d& p_S_tip) noexcept;
   // The contact that the master renders for a tip at p_S_tip now, between pictures too: the plane
-  // at the membrane's own place under it, tangent to the model's force at its depth.
+  // at the membrane's own place under it, tangent at its depth to the model's force times what was
+  // felt by what the model has at that depth (RatioByDepth): learnt from valid loads under the tip
+  // over tenths of a second, the slower the less the force stands out of its error and the faster
+  // the tip moves, and kept for the next contact.
   [[nodiscard]] LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // Puts a replacement to work; made by MakeSurfaceBody, in another thread if need be.
   void Adopt(std::unique_ptr<SurfaceBody> body, const Scene& scene);

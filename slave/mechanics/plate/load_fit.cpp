@@ -20,9 +20,11 @@ using Eigen::Index;
 using Eigen::Vector2d;
 
 constexpr int kIterations = 40;
-constexpr int kRings = 5;               // of places that are tried
-constexpr double kDifference = 1e-4;    // of the derivatives: radii, share of the force
-constexpr double kConverged = 1e-4;     // step by its standard deviation
+constexpr int kRings = 5;             // of places that are tried
+constexpr double kDifference = 1e-4;  // of the derivatives: radii, share of the force
+constexpr double kConverged = 1e-3;   // step by its standard deviation
+constexpr double kSmallStep = 0.02;   // radii, share of the force: derivatives may stay
+constexpr double kDamping = 1e-3, kMostDamping = 1e8;
 constexpr double kGoodFit = 3;          // residual that a start from the last answer must reach
 constexpr double kInwards = 0.6;        // of a second start
 constexpr double kStandsOut = 25;       // misfit that the load must explain: five sigma squared
@@ -277,35 +279,55 @@ bool LoadFitter::DescendTwice(Guess* guess, LoadFit* fit) noexcept {
   return found && Descend(guess, fit);
 }
 
+// The derivatives take three solutions of the plate, a step one: small steps share them.
 bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
   if (!Misfit(*guess, &misfit_)) return false;
-  double damping = 1e-3;
-  bool converged = false;
-  for (int iteration = 0; iteration < kIterations && !converged; ++iteration) {
-    if (guess->force == 0 || !Linearise(*guess)) return false;
-    const Eigen::Matrix3d normal = by_.transpose() * by_;
-    const Eigen::Vector3d slope = by_.transpose() * misfit_;
-    bool better = false;
-    while (!better && damping < 1e8) {
-      Eigen::Matrix3d damped = normal;
-      damped.diagonal() *= 1 + damping;
-      const Eigen::Vector3d step = damped.ldlt().solve(slope);
-      const Guess next{Inside(guess->place + step.head<2>()), guess->force + step[2] * force_unit_};
-      better = step.allFinite() && Misfit(next, &tried_) &&
-               tried_.squaredNorm() <= misfit_.squaredNorm();
-      damping = better ? std::max(1e-9, damping / 10) : damping * 10;
-      if (!better) continue;
-      const Eigen::Vector3d taken(next.place.x() - guess->place.x(),
-                                  next.place.y() - guess->place.y(),
-                                  (next.force - guess->force) / force_unit_);
-      converged = taken.dot(normal * taken) <= kConverged * kConverged;
-      misfit_.swap(tried_);
-      *guess = next;
+  double damping = kDamping;
+  bool share = false, pressed = true;  // as the guess has it
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    if (guess->force == 0) return false;
+    if (!share) {
+      if (!Linearise(*guess)) return false;
+      pressed = false;
     }
-    if (!better) break;  // at the bottom as far as rounding lets one see
+    const Eigen::Matrix3d normal = by_.transpose() * by_;
+    const Eigen::Vector3d whole = normal.ldlt().solve(by_.transpose() * misfit_);
+    if (whole.dot(normal * whole) <= kConverged * kConverged) break;
+    const Guess last = *guess;
+    pressed = Step(normal, &damping, guess);
+    if (!pressed) {
+      if (!share) break;  // at the bottom as far as rounding lets one see
+      share = false;
+      damping = kDamping;
+      continue;
+    }
+    const Vector2d moved = guess->place - last.place;
+    const Eigen::Vector3d taken(moved.x(), moved.y(), (guess->force - last.force) / force_unit_);
+    if (taken.dot(normal * taken) <= kConverged * kConverged) break;
+    share = moved.norm() < kSmallStep && std::abs(taken[2]) < kSmallStep;
   }
   fit->residual = std::sqrt(misfit_.squaredNorm() / Freedom());
-  return Linearise(*guess) && Press(*guess);
+  return pressed || Press(*guess);
+}
+
+// True: better than before, and the plate is pressed so.
+bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* guess) noexcept {
+  const Eigen::Vector3d slope = by_.transpose() * misfit_;
+  for (; *damping < kMostDamping; *damping *= 10) {
+    Eigen::Matrix3d damped = normal;
+    damped.diagonal() *= 1 + *damping;
+    const Eigen::Vector3d step = damped.ldlt().solve(slope);
+    const Guess next{Inside(guess->place + step.head<2>()), guess->force + step[2] * force_unit_};
+    if (!step.allFinite() || !Misfit(next, &tried_) ||
+        tried_.squaredNorm() > misfit_.squaredNorm()) {
+      continue;
+    }
+    *damping = std::max(1e-9, *damping / 10);
+    misfit_.swap(tried_);
+    *guess = next;
+    return true;
+  }
+  return false;
 }
 
 // Of the plate as it is pressed at the guess.

@@ -88,6 +88,7 @@ class LoadFitter {
   bool FitFaint(LoadFit* fit) noexcept;
   bool DescendTwice(Guess* guess, LoadFit* fit) noexcept;
   bool Descend(Guess* guess, LoadFit* fit) noexcept;
+  bool Step(const Eigen::Matrix3d& normal, double* damping, Guess* guess) noexcept;
   bool Linearise(const Guess& guess) noexcept;
   bool Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept;
   [[nodiscard]] bool AsksForMoreModes(const Guess& guess) noexcept;
