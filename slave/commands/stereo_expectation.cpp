@@ -104,9 +104,8 @@ std::optional<ForceExpectation> ExpectedForce(const Scene& scene, const StereoRi
   }
   LoadFitter fitter(plate, scene.tool->width);
   const LoadFit fit = fitter.Fit(seen_O, displacements, sigmas);
-  const bool is_within = response.validity == Validity::kValid || fit.validity == Validity::kFailed;
   return ForceExpectation{std::abs(response.force_O.z()), std::sqrt(fit.covariance(2, 2)),
-                          is_within ? fit.validity : response.validity};
+                          fit.validity};
 }
 
 }  // namespace palpate

@@ -10,6 +10,8 @@
 namespace palpate {
 namespace {
 
+constexpr int kFineModes = 20;  // order: resolves a tool of a tenth of the radius 10 t deep
+
 std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeometry& membrane) {
   const std::string kind = ChooseModel(scene).kind;
   if (kind != "plate" && kind != "plate-large") {
@@ -27,12 +29,21 @@ std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeomet
   return std::unique_ptr<PlateSurface>(plate);
 }
 
+// Where the scene leaves the modes to the model.
+std::unique_ptr<PlateSurface> MakeFinerPlate(const Scene& scene, const MembraneGeometry& membrane) {
+  if (ChooseModel(scene).kind != "plate-large" || scene.model.modes > 0) return nullptr;
+  Scene finer = scene;
+  finer.model.modes = kFineModes;
+  return MakePlate(finer, membrane);
+}
+
 }  // namespace
 
 std::unique_ptr<SurfaceBody> MakeSurfaceBody(const Scene& scene) {
   const double width = scene.tool ? scene.tool->width : 0;
   if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
-    return std::make_unique<PlateBody>(MakePlate(scene, *membrane), width);
+    return std::make_unique<PlateBody>(MakePlate(scene, *membrane), width,
+                                       MakeFinerPlate(scene, *membrane));
   }
   return MakeVolumeBody(scene, width);
 }

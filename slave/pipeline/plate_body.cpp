@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "slave/mechanics/plate/green.h"
 #include "slave/mechanics/plate/membrane_grid.h"
+#include "slave/mechanics/plate/plate_law.h"
 #include "slave/pipeline/nodal_load.h"
 
 namespace palpate {
@@ -17,14 +19,30 @@ using Eigen::Vector3d;
 constexpr double kHidden = 2.5;  // standard deviations: loads up to twice that do not stand out
 constexpr double kMostLeftOut = 0.25;  // share of the points that may contradict the others
 
+// What a plate works out for a tool that it has not met, and its memory for a press beside the
+// centre.
+void WarmUp(PlateSurface& plate, double width) {
+  Contact contact;
+  contact.p_O.x() = plate.radius() / 2;
+  contact.width = width;
+  contact.value_O.z() = -plate.thickness();
+  ContactResponse response;
+  plate.Respond(std::span(&contact, 1), std::span(&response, 1));
+  plate.Reset();
+}
+
 }  // namespace
 
-PlateBody::PlateBody(std::unique_ptr<PlateSurface> plate, double width)
+PlateBody::PlateBody(std::unique_ptr<PlateSurface> plate, double width,
+                     std::unique_ptr<PlateSurface> finer)
     : plate_(std::move(plate)),
+      finer_(std::move(finer)),
       width_(width),
       table_(*plate_, width),
-      fit_(*plate_, width),
-      surface_(MembraneGrid(plate_->radius())) {}
+      fit_(*plate_, width, finer_.get()),
+      surface_(MembraneGrid(plate_->radius())) {
+  if (finer_ != nullptr) WarmUp(*finer_, width);
+}
 
 SurfaceLoad PlateBody::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
   const SiftedFit::Answer answer = fit_.Fit(points_O);
@@ -40,9 +58,10 @@ SurfaceLoad PlateBody::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
   } else if (fit.validity != Validity::kFailed) {
     load.p_O = {fit.p_O.x(), fit.p_O.y(), 0};
     load.force = fit.force;
-    load.depth = -plate_->Displacement(fit.p_O);
+    load.depth = -fit_.answered().Displacement(fit.p_O);
     const double scatter = std::max(1.0, fit.residual);
-    load.sigma_force = scatter * std::sqrt(fit.covariance(2, 2));
+    load.sigma_force =
+        std::hypot(scatter * std::sqrt(fit.covariance(2, 2)), LawsShare(load) * load.force);
     const Eigen::Matrix2d place = fit.covariance.topLeftCorner<2, 2>();
     const double half = (place(0, 0) - place(1, 1)) / 2;
     load.sigma_place = scatter * std::sqrt(place.trace() / 2 + std::hypot(half, place(0, 1)));
@@ -52,6 +71,15 @@ SurfaceLoad PlateBody::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
   return load;
 }
 
+// One standard deviation of what the plate's law costs. A plate that bends only has an error of its
+// own, and is valid only where it is so flat that this one counts little.
+double PlateBody::LawsShare(const SurfaceLoad& load) const noexcept {
+  const double a = plate_->radius();
+  return plate::LawsSigma({.place = load.p_O.head<2>().norm() / a,
+                           .deflection = load.depth / a,
+                           .slenderness = plate_->thickness() / a});
+}
+
 // What speaks against the load, the gravest last.
 void PlateBody::Judge(const SiftedFit::Answer& answer, SurfaceLoad* load) const noexcept {
   const auto doubt = [load](std::string_view why) {
@@ -59,7 +87,7 @@ void PlateBody::Judge(const SiftedFit::Answer& answer, SurfaceLoad* load) const 
     load->why = why;
   };
   if (load->validity == Validity::kExtrapolated && load->why.empty()) {
-    load->why = "the deflection is beyond the plate model's range";
+    load->why = "the press is beyond the plate model's range";
   }
   if (answer.points < 4) {
     load->validity = Validity::kTrackingLost;
@@ -102,7 +130,7 @@ void PlateBody::Nearest(const Vector3d& p_O_tip, Vector3d* p_O, Vector3d* n_O) c
 }
 
 void PlateBody::Displacements(std::vector<Vector3d>* u_O) {
-  if (load_.force != 0) return plate_->BoundaryDisplacement(u_O);
+  if (load_.force != 0) return fit_.answered().BoundaryDisplacement(u_O);
   u_O->assign(surface_.nodes.size(), Vector3d::Zero());
 }
 
@@ -113,6 +141,7 @@ void PlateBody::NodalForces(std::vector<Vector3d>* f_O) {
 void PlateBody::Reset() {
   fit_.Reset();
   plate_->Reset();
+  if (finer_ != nullptr) finer_->Reset();
   load_ = {};
 }
 

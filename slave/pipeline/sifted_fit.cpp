@@ -99,30 +99,31 @@ void SiftedFit::KeepAll() noexcept {
 SiftedFit::Answer SiftedFit::FitKept(Rim rim) noexcept {
   Answer answer;
   answer.points = usable_;
-  answer.load = FitWeighed(rim);
+  answer.load = FitWeighed(rim, Modes::kAsNeeded);
   if (Sift(answer.load, rim)) {
     for (int round = 0; round < kSoftRounds; ++round) {
       Soften();
       fitter_.Reset();
-      answer.load = FitWeighed(rim);
+      answer.load = FitWeighed(rim, Modes::kFew);
       Sift(answer.load, rim);
     }
     for (Seen& point : seen_) point.weight = point.kept ? 1 : 0;
     fitter_.Reset();
-    answer.load = FitWeighed(rim);
+    answer.load = FitWeighed(rim, Modes::kAsNeeded);
   }
   answer.left_out = usable_ - kept_;
   return answer;
 }
 
-LoadFit SiftedFit::FitWeighed(Rim rim) noexcept {
+LoadFit SiftedFit::FitWeighed(Rim rim, Modes modes) noexcept {
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     places_[i] = seen_[i].place;
     displacements_[i] = seen_[i].moved.z();
     sigmas_[i] = seen_[i].weight > 0 ? seen_[i].sigma / seen_[i].weight
                                      : std::numeric_limits<double>::infinity();
   }
-  return fitter_.Fit(places_, displacements_, sigmas_, rim);
+  return modes == Modes::kFew ? fitter_.FitCoarsely(places_, displacements_, sigmas_, rim)
+                              : fitter_.Fit(places_, displacements_, sigmas_, rim);
 }
 
 void SiftedFit::Soften() noexcept {
@@ -139,7 +140,7 @@ bool SiftedFit::Sift(const LoadFit& load, Rim rim) noexcept {
   sorted_.clear();
   for (Seen& point : seen_) {
     if (!point.usable) continue;
-    double fitted = load.nothing ? 0 : plate_.Displacement(point.place);
+    double fitted = load.nothing ? 0 : answered().Displacement(point.place);
     deepest_ = std::max(deepest_, std::abs(fitted));
     if (rim == Rim::kMayMove) {
       const Vector2d x = point.place / plate_.radius();

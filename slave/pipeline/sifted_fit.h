@@ -2,6 +2,7 @@
 // least squares of LoadFitter need around them where eyes err.
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
@@ -16,9 +17,9 @@ namespace palpate {
 // One thread; allocation-free after the first call with as many points.
 class SiftedFit {
  public:
-  // Keeps a reference to the plate; see LoadFitter.
-  SiftedFit(PlateSurface& plate, double width)
-      : plate_(plate), fitter_(plate, width), choice_(plate.radius()) {}
+  // Keeps references to the plates; see LoadFitter.
+  SiftedFit(PlateSurface& plate, double width, PlateSurface* finer = nullptr)
+      : plate_(plate), fitter_(plate, width, finer), choice_(plate.radius()) {}
 
   struct Answer {
     LoadFit load;
@@ -33,12 +34,15 @@ class SiftedFit {
   // used where it rests.
   Answer Fit(const std::vector<SurfacePoint>& points_O) noexcept;
   void Reset() noexcept { fitter_.Reset(); }
+  // The plate that gave the last answer, as it is pressed.
+  [[nodiscard]] PlateSurface& answered() noexcept { return fitter_.answered(); }
 
  private:
+  enum class Modes : std::uint8_t { kFew, kAsNeeded };
   void Read(const std::vector<SurfacePoint>& points_O);
   void KeepAll() noexcept;
   Answer FitKept(Rim rim) noexcept;
-  LoadFit FitWeighed(Rim rim) noexcept;
+  LoadFit FitWeighed(Rim rim, Modes modes) noexcept;
   bool Sift(const LoadFit& load, Rim rim) noexcept;
   void Soften() noexcept;
   [[nodiscard]] double NoiseOfMotion(const LoadFit& load) const noexcept;

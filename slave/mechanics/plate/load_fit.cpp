@@ -6,9 +6,12 @@
 #include <new>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+
+#include "slave/mechanics/plate/plate_law.h"
 
 namespace palpate {
 namespace {
@@ -34,12 +37,17 @@ constexpr double kFaintInside = 0.7;    // where such a load is taken to be [rad
 constexpr double kVague = 0.25;         // standard deviation of a place not known [radii]
 constexpr double kNoDirection = 1e-6;   // share of a rim's motion that others do not explain
 constexpr std::string_view kNothing = "no load stands out of the noise";
-constexpr double kRim = 1e-3;  // nearer than that a load is at the rim [radii]
+constexpr int kFineSteps = 3;
+constexpr double kFineConverged = 0.05;  // step by its standard deviation
+constexpr double kAsWell = 1.1;          // squared misfit by that before
+constexpr double kRim = 1e-3;            // nearer than that a load is at the rim [radii]
 
 }  // namespace
 
-LoadFitter::LoadFitter(PlateSurface& plate, double width)
+LoadFitter::LoadFitter(PlateSurface& plate, double width, PlateSurface* finer)
     : plate_(plate),
+      finer_(finer),
+      asked_(&plate),
       width_(width),
       margin_(1 - kRim - width / 2 / plate.radius()),
       search_(width / 2 / plate.radius(), margin_) {
@@ -52,6 +60,7 @@ LoadFitter::LoadFitter(PlateSurface& plate, double width)
 LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> displacement,
                         std::span<const double> sigma, Rim rim) noexcept {
   LoadFit fit;
+  asked_ = &plate_;
   if (rim != rim_) known_ = false;
   rim_ = rim;
   try {
@@ -74,9 +83,15 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
   Guess guess = last_;
   bool found = known_ && Descend(&guess, &fit) && fit.residual <= kGoodFit;
   if (!found) found = HoldAt(seek, &guess) && DescendTwice(&guess, &fit);
-  if (found) Judge(guess, &fit);
-  known_ = found && fit.validity != Validity::kFailed;
   last_ = guess;
+  const bool refined =
+      !found || finer_ == nullptr || !AsksForMoreModes(guess) || Refine(&guess, &fit);
+  if (found) Judge(guess, &fit);
+  if (!refined && fit.validity == Validity::kValid) {
+    fit.validity = Validity::kExtrapolated;
+    fit.reason = "the plate in more modes does not find the load";
+  }
+  known_ = found && fit.validity != Validity::kFailed;
   const bool faint = seek.explained < kFaint * kStandsOut * doubt * doubt;
   const bool placed = known_ && !(faint && guess.place.norm() > kFaintInside);
   if (placed || fit.nothing) return fit;
@@ -85,6 +100,14 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
     fit = {};
     fit.reason = "no load explains the points";
   }
+  return fit;
+}
+
+LoadFit LoadFitter::FitCoarsely(std::span<const Vector2d> p_O, std::span<const double> displacement,
+                                std::span<const double> sigma, Rim rim) noexcept {
+  PlateSurface* const finer = std::exchange(finer_, nullptr);
+  const LoadFit fit = Fit(p_O, displacement, sigma, rim);
+  finer_ = finer;
   return fit;
 }
 
@@ -99,6 +122,7 @@ int LoadFitter::Freedom() const noexcept {
 }
 
 bool LoadFitter::FitFaint(LoadFit* fit) noexcept {
+  asked_ = &plate_;
   const plate::LoadSearch::Found seek = Search(kFaintInside);
   Guess guess;
   if (!HoldAt(seek, &guess) || !Press(guess)) return false;
@@ -204,7 +228,7 @@ bool LoadFitter::Press(const Guess& guess) noexcept {
   contact.width = width_;
   contact.value_O.z() = guess.force;
   ContactResponse response;
-  plate_.Respond(std::span(&contact, 1), std::span(&response, 1));
+  asked_->Respond(std::span(&contact, 1), std::span(&response, 1));
   pressed_ = response.validity;
   return pressed_ != Validity::kFailed;
 }
@@ -214,7 +238,7 @@ bool LoadFitter::Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept {
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const Measured& m = measured_[i];
     const bool counts = std::isfinite(m.sigma);
-    const double fitted = counts ? plate_.Displacement(plate_.radius() * m.place) : 0;
+    const double fitted = counts ? asked_->Displacement(plate_.radius() * m.place) : 0;
     (*misfit)[static_cast<Index>(i)] = (m.value - fitted) / m.sigma;
   }
   LeaveOutRimMotion(misfit);
@@ -306,12 +330,50 @@ bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* gue
   return false;
 }
 
+// Of the plate as it is pressed at the guess.
+bool LoadFitter::AsksForMoreModes(const Guess& guess) noexcept {
+  const double w = std::abs(plate_.Displacement(plate_.radius() * guess.place));
+  return w > plate_.thickness() * plate::ResolvedDeflection(guess.place.norm());
+}
+
+// By Gauss and Newton with the derivatives of the coarse plate: they differ from the fine one's by
+// several percent, and so much of its length each step leaves. Where that fails, with its own
+// derivatives. False: as it was.
+bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
+  const Eigen::Matrix3d normal = by_.transpose() * by_;
+  const Eigen::LDLT<Eigen::Matrix3d> factor(normal);
+  Guess fine = *guess;
+  asked_ = finer_;
+  bool pressed = Misfit(fine, &misfit_);
+  const double before = misfit_.squaredNorm();
+  for (int taken = 0; pressed && taken < kFineSteps; ++taken) {
+    const Eigen::Vector3d step = factor.solve(by_.transpose() * misfit_);
+    if (step.dot(normal * step) <= kFineConverged * kFineConverged) break;
+    fine.place = Inside(fine.place + step.head<2>());
+    fine.force += step[2] * force_unit_;
+    pressed = step.allFinite() && Misfit(fine, &misfit_);
+  }
+  bool better = pressed && misfit_.squaredNorm() <= kAsWell * before + 1;
+  if (!better) {  // as near the centre, where the derivatives jump
+    fine = *guess;
+    better = Descend(&fine, fit);
+  }
+  if (better) {
+    *guess = fine;
+  } else {
+    asked_ = &plate_;
+    Misfit(*guess, &misfit_);
+  }
+  fit->residual = std::sqrt(misfit_.squaredNorm() / Freedom());
+  return better;
+}
+
 // By the residuals of the plate as it is pressed now.
 Eigen::Vector3d LoadFitter::RimMotion() noexcept {
   if (rim_ == Rim::kStays) return rim_values_ * (rim_motions_.transpose() * misfit_);
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const Measured& m = measured_[i];
-    const double fitted = plate_.Displacement(plate_.radius() * m.place);
+    const double fitted = asked_->Displacement(plate_.radius() * m.place);
     shape_[static_cast<Index>(i)] = (m.value - fitted) / m.sigma;
   }
   return rim_values_ * (rim_motions_.transpose() * shape_);

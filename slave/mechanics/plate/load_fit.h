@@ -41,8 +41,11 @@ enum class Rim : std::uint8_t { kStays, kMayMove };
 class LoadFitter {
  public:
   // Keeps a reference to the plate and uses its Respond. `width`: diameter of the load [m], 0: a
-  // point; < 0.9 of the plate's. Throws std::invalid_argument.
-  LoadFitter(PlateSurface& plate, double width);
+  // point; < 0.9 of the plate's. `finer`: the same plate in more modes, asked where the first does
+  // not resolve the shape (plate_law.h): from its answer up to three steps with its derivatives, so
+  // at most four answers of the finer plate; the whole fit where these fail. Throws
+  // std::invalid_argument.
+  LoadFitter(PlateSurface& plate, double width, PlateSurface* finer = nullptr);
 
   // A load that barely stands out, so that the points leave its place open, is answered where the
   // small-deflection shape explains them best, kExtrapolated.
@@ -55,6 +58,12 @@ class LoadFitter {
   [[nodiscard]] LoadFit Fit(std::span<const Eigen::Vector2d> p_O,
                             std::span<const double> displacement, std::span<const double> sigma,
                             Rim rim = Rim::kStays) noexcept;
+  // As Fit without the finer plate.
+  [[nodiscard]] LoadFit FitCoarsely(std::span<const Eigen::Vector2d> p_O,
+                                    std::span<const double> displacement,
+                                    std::span<const double> sigma, Rim rim) noexcept;
+  // The plate that gave the last answer, as it is pressed.
+  [[nodiscard]] PlateSurface& answered() noexcept { return *asked_; }
   // Forgets the last answer.
   void Reset() { known_ = false; }
 
@@ -82,14 +91,18 @@ class LoadFitter {
   bool Step(const Eigen::Matrix3d& normal, double* damping, Guess* guess) noexcept;
   bool Linearise(const Guess& guess) noexcept;
   bool Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept;
+  [[nodiscard]] bool AsksForMoreModes(const Guess& guess) noexcept;
+  bool Refine(Guess* guess, LoadFit* fit) noexcept;
   bool Press(const Guess& guess) noexcept;
   void Judge(const Guess& guess, LoadFit* fit) noexcept;
   [[nodiscard]] Eigen::Vector3d RimMotion() noexcept;
   [[nodiscard]] Eigen::Vector2d Inside(const Eigen::Vector2d& place) const noexcept;
 
   PlateSurface& plate_;
-  double width_;   // [m]
-  double margin_;  // largest |place| [radii]
+  PlateSurface* finer_;
+  PlateSurface* asked_;  // one of the two
+  double width_;         // [m]
+  double margin_;        // largest |place| [radii]
   bool known_ = false;
   Guess last_;
   Validity pressed_ = Validity::kFailed;  // of the last Press

@@ -22,10 +22,16 @@ namespace palpate {
 // Frame O: origin at the plate's centre, z along the outward normal: a displacement along -z is a
 // press. Contacts as for PlateModel. One contact at the centre is solved to nine digits
 // (round_press.h); all others in modes (modal_plate.h), whose error falls with `order`. At order
-// 12, against order 24, up to |w| = 10 t: 0.7 % of the force within half the radius; at 0.8 of it 1
-// % at t, 4 % at 5 t and 10 % at 10 t, beyond the range. Moderate rotations, linear elasticity:
-// against a neo-Hookean solid the force is high by 4 to 10 % at 5 mm on a 1 mm rubber membrane of
-// 39 mm radius.
+// 12, against order 24, up to |w| = 10 t, at a given depth: 0.7 % of the force within half the
+// radius; at 0.8 of it 1 % at t, 4 % at 5 t and 10 % at 10 t, beyond the range. The shape around
+// the load is found less well: a force sought from it is 4 % low at 0.7 of the radius at 5 t, 8 %
+// at half of it at 10 t (see load_fit.h).
+//
+// The law, whatever the order: moderate rotations, linear elasticity, no shear. Against a
+// neo-Hookean solid, 1 mm of rubber with a radius of 39 mm under a tool of 4 mm, 5 mm deep, the
+// force at that depth is high by 7 % at the centre, 8 % at 0.3, 9 % at 0.5, 13 % at 0.7 and 17 % at
+// 0.8 of the radius; at 0.5 mm thickness by 5 to 6 %, at 2 mm by 12 to 31 %. plate_law.h states it
+// for all; what it puts beyond 10 % is kExtrapolated.
 class PlateLargeModel final : public PlateSurface {
  public:
   struct Params {
@@ -45,7 +51,9 @@ class PlateLargeModel final : public PlateSurface {
   explicit PlateLargeModel(const Params& params, Progress* progress = nullptr);
 
   // Newton's method from the last answer. Beyond |w| = 0.3 a rotations are not moderate any more:
-  // kExtrapolated. A diameter not met before takes tens of milliseconds and memory.
+  // kExtrapolated; likewise where the law's error in the answer, a force or the deflection under a
+  // force, is beyond 10 % (plate_law.h). A diameter not met before takes tens of milliseconds and
+  // memory.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   // Of the nodes of MembraneGrid().

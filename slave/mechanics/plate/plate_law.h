@@ -1,0 +1,37 @@
+// What von Karman's plate leaves out, measured against rubber sheets as solids: how far its answers
+// may be trusted, by place, depth and thickness.
+//
+// The solid: neo-Hookean, nu 0.45, clamped at radius a, under an even round load of a / 10; t of
+// a / 80 to a / 10, w up to a / 4 at the centre and to a / 8 beside it, up to 0.8 of the radius
+// (tests/slave/site/stereo/membrane_laws_test.cpp). Bending without shear makes the plate too stiff
+// where it is thick or held near the load, moderate rotations and linear elasticity where it is
+// steep. Wider loads differ by less, narrower ones by more.
+#pragma once
+
+namespace palpate::plate {
+
+struct Dent {
+  double place = 0;        // of the load [radii], below 1
+  double deflection = 0;   // under it, by the radius
+  double slenderness = 0;  // t / a
+};
+
+// By how much of the solid's force the plate's is high at the same deflection:
+//   7.2 (t/a)^2 / (1 - p^2)^2 + (1.95 + 90 t/a) (w/a)^2 / (1 - p^2)^(3/4).
+// Where that is below 0.15, within 0.03 of what was measured.
+double ExcessAtDepth(const Dent& dent) noexcept;
+
+// Where at the centre that is `excess`, by the radius; 0: nowhere, the plate is too thick.
+double DeflectionOfExcess(double excess, double slenderness) noexcept;
+
+// One standard deviation, by the force, of what the law does to the force found from the shape
+// around the load:
+//   2.5 (t/a)^2 / (1 - p^2)^3 and 1.25 (w/a)^2 / (1 - p^2), of opposite signs or not.
+// What was measured is within twice of it wherever the plate's answer is valid.
+double LawsSigma(const Dent& dent) noexcept;
+
+// Largest |w| / t at a place [radii] up to which modes of order 12 find the force from the shape as
+// those of order 20 do, within 1 %: 6 (1 - p^2)^2.
+double ResolvedDeflection(double place) noexcept;
+
+}  // namespace palpate::plate
