@@ -21,6 +21,8 @@ constexpr std::string_view kPulls =
 constexpr double kVouchedFor = 0.5;    // of the larger side, where the model states no range
 constexpr double kLearningTime = 0.1;  // [s], of the ratio felt / modelled
 constexpr double kNear = 0.1;  // of the larger side: a load farther from the tip is another's
+constexpr double kBesideEdge =
+    1e-3;  // of the larger side: a tip so far beside the surface is off it
 
 double LargerSide(const SurfaceMesh& surface) {
   Vector3d lower = surface.nodes.front(), upper = lower;
@@ -195,11 +197,14 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   const Vector3d p_O_tip = my.X_OS * p_S_tip;
   Vector3d p_O, n_O;
   my.body->Nearest(p_O_tip, &p_O, &n_O);
-  const double depth = n_O.dot(p_O - p_O_tip);
-  const SurfaceBody::Press press = my.Rendered(p_O, std::max(0.0, depth));
+  double depth = n_O.dot(p_O - p_O_tip);
+  SurfaceBody::Press press = my.Rendered(p_O, std::max(0.0, depth));
   const bool usable =
       std::isfinite(press.force) && std::isfinite(press.stiffness) && press.stiffness > 0;
   if (!usable) return my.local;
+  // The plane goes on where the surface has ended: beyond its edge nothing is touched.
+  const double beside = (p_O_tip - p_O + depth * n_O).norm();
+  if (beside > kBesideEdge * my.larger_side) depth = press.stiffness = 0;
   LocalModel next;
   next.normal = my.X_SO.linear() * n_O;
   next.reference = my.X_SO * p_O;

@@ -310,13 +310,24 @@ TEST(SurfaceEstimatorTest, TheLocalContactIsTangentToTheMembranesForce) {
   EXPECT_NEAR(above.stiffness.norm() / touch.stiffness.norm(), 1, 1e-3);
 }
 
+TEST(SurfaceEstimatorTest, BesideTheRimNothingIsTouched) {
+  const auto felt_at = [](const Vector3d& tip) {
+    const LocalModel local = Large().LocalAt(tip);
+    return (local.force + local.stiffness * (local.reference - tip)).norm();
+  };
+  EXPECT_GT(felt_at({0.0385, 0, -0.001}), 0.1);
+  EXPECT_EQ(felt_at({0.0395, 0, -0.001}), 0);
+  EXPECT_EQ(felt_at({0.042, 0, -0.003}), 0);
+  EXPECT_FALSE(Large().LocalAt({0.042, 0, -0.003}).in_contact);
+}
+
 TEST(SurfaceEstimatorTest, TheLocalContactIsUsableAnywhereAndKeepsTheLastForNonsense) {
   SurfaceEstimator& estimator = Large();
   for (const Vector3d& tip : {Vector3d(0.0385, 0, -0.001), Vector3d(0.2, 0.3, -0.05),
                               Vector3d(0, 0, -1e3), Vector3d(1e300, 0, 0), Vector3d(0, 0, 1e300)}) {
     const LocalModel local = estimator.LocalAt(tip);
     EXPECT_TRUE(local.reference.allFinite() && local.stiffness.allFinite()) << tip.transpose();
-    EXPECT_GT(local.stiffness.trace(), 0);
+    EXPECT_GE(local.stiffness.trace(), 0);
   }
   const LocalModel last = estimator.LocalAt({0.01, 0, 0});
   const LocalModel kept = estimator.LocalAt({std::nan(""), 0, 0});
