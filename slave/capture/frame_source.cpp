@@ -9,7 +9,6 @@
 
 #include "slave/capture/decode_ahead.h"
 #include "slave/capture/picture_files.h"
-#include "slave/capture/straightening.h"
 
 namespace palpate {
 namespace {
@@ -26,17 +25,19 @@ void RequireSize(const Camera& camera, const cv::Mat& first) {
                            std::to_string(first.rows) + "], or no size");
 }
 
-// What the lens has bent is put straight before anybody looks at it, by the thread that decodes.
-// `first`: tried at once, so that a lens of other pictures is refused here, not in the loop.
-DecodeAhead::Decode Straightening(const Camera& camera, const cv::Mat& first,
-                                  DecodeAhead::Decode next) {
-  if (camera.lens.empty()) return next;
-  const std::optional<LensWarp> warp = StraighteningOf(camera);
-  static_cast<void>(Straightened(camera, warp, first));
-  return [camera, warp, next = std::move(next)] { return Straightened(camera, warp, next()); };
+// `first`: tried at once, so that pictures the filter refuses are refused here, not in the loop.
+DecodeAhead::Decode Filtered(const PictureFilter& filter, const cv::Mat& first,
+                             DecodeAhead::Decode next) {
+  if (!filter) return next;
+  if (!first.empty()) static_cast<void>(filter(first));
+  return [filter, next = std::move(next)] {
+    cv::Mat picture = next();
+    return picture.empty() ? picture : filter(picture);
+  };
 }
 
-std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced) {
+std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced,
+                                       const PictureFilter& filter) {
   auto files = ListPictures(camera.pattern, {});
   DecodeAhead::Options options;
   options.description = "files " + camera.pattern + " (" + std::to_string(files.size()) + ")";
@@ -49,11 +50,12 @@ std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced) {
     ++index;
     return index == 1 ? std::exchange(first, cv::Mat()) : ReadPicture(files[index - 1], index);
   };
-  return std::make_unique<DecodeAhead>(Straightening(camera, first, std::move(next)),
+  return std::make_unique<DecodeAhead>(Filtered(filter, first, std::move(next)),
                                        std::move(options));
 }
 
-std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced) {
+std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
+                                       const PictureFilter& filter) {
   const fs::path file = camera.pattern;
   if (!fs::is_regular_file(file)) throw std::runtime_error(file.string() + ": no such video");
   cv::VideoCapture video(file.string(), cv::CAP_FFMPEG);  // other backends load half a desktop
@@ -71,11 +73,11 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced) {
     cv::Mat image;  // a new one each time: the reader keeps it
     return video.read(image) ? image : cv::Mat();
   };
-  return std::make_unique<DecodeAhead>(Straightening(camera, first, std::move(next)),
+  return std::make_unique<DecodeAhead>(Filtered(filter, first, std::move(next)),
                                        std::move(options));
 }
 
-std::unique_ptr<FrameSource> OpenDevice(const Camera& camera) {
+std::unique_ptr<FrameSource> OpenDevice(const Camera& camera, const PictureFilter& filter) {
   const std::string name = "camera " + std::to_string(camera.device);
   cv::VideoCapture device(camera.device, cv::CAP_V4L2);
   if (!device.isOpened()) {
@@ -96,13 +98,13 @@ std::unique_ptr<FrameSource> OpenDevice(const Camera& camera) {
     if (!device.read(image) || image.empty()) throw std::runtime_error(name + ": gone");
     return image;
   };
-  return std::make_unique<DecodeAhead>(Straightening(camera, {}, std::move(next)),
-                                       std::move(options));
+  return std::make_unique<DecodeAhead>(Filtered(filter, {}, std::move(next)), std::move(options));
 }
 
 }  // namespace
 
-std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced) {
+std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
+                                             const PictureFilter& filter) {
   if (!scene.sense.camera) throw std::runtime_error(scene.name + ": the scene has no camera");
   const Camera& camera = *scene.sense.camera;
   if (!(camera.rate > 0)) {
@@ -111,11 +113,11 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced) {
   }
   switch (camera.source) {
     case Camera::Source::kFiles:
-      return OpenFiles(camera, paced);
+      return OpenFiles(camera, paced, filter);
     case Camera::Source::kVideo:
-      return OpenVideo(camera, paced);
+      return OpenVideo(camera, paced, filter);
     case Camera::Source::kDevice:
-      return OpenDevice(camera);
+      return OpenDevice(camera, filter);
     case Camera::Source::kSimulated:
       break;
   }

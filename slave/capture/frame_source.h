@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -35,10 +36,15 @@ class FrameSource {
   [[nodiscard]] virtual std::string description() const = 0;
 };
 
+// Never given an empty picture; throws std::runtime_error where it cannot take one.
+using PictureFilter = std::function<cv::Mat(const cv::Mat&)>;
+
 // Opens what the scene names (files, video, device); relative paths are relative to the scene file.
 // `paced`: pictures come at the scene's rate; otherwise as fast as they are read, with stamps at
-// that rate. Throws std::runtime_error: nothing matches, unreadable, no such camera, a lens of
-// another picture size. Not for Source::kSimulated.
-std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced);
+// that rate. `filter`: what the decoding thread makes of each picture, if anything; files and
+// videos try it on the first one at once. Throws std::runtime_error: nothing matches, unreadable,
+// no such camera, a picture that the filter refuses. Not for Source::kSimulated.
+std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
+                                             const PictureFilter& filter = {});
 
 }  // namespace palpate

@@ -12,6 +12,7 @@
 #include "slave/pipeline/overlay.h"
 #include "slave/pipeline/states_file.h"
 #include "slave/site/scripted_camera.h"
+#include "slave/vision/stereo/straightening.h"
 
 namespace palpate {
 namespace {
@@ -137,7 +138,7 @@ OfflineSummary RunOffline(const Scene& scene, const OfflineOptions& options,
   if (summary.has_truth) {
     scripted = std::make_unique<ScriptedCamera>(scene);
   } else {
-    recorded = OpenFrameSource(scene, false);
+    recorded = OpenFrameSource(scene, false, StraighteningOf(*scene.sense.camera));
   }
   FrameSource* source = scripted ? static_cast<FrameSource*>(scripted.get()) : recorded.get();
   std::optional<Frame> first = source->Next(stop);

@@ -8,6 +8,7 @@
 #include "slave/pipeline/overlay.h"
 #include "slave/pipeline/shape.h"
 #include "slave/site/simulated_camera.h"
+#include "slave/vision/stereo/straightening.h"
 
 namespace palpate {
 namespace {
@@ -33,7 +34,7 @@ VisionSlave::VisionSlave(const Scene& scene)
     site_->MoveTool(manipulator().Tip());
     source_ = std::make_unique<SimulatedCamera>(*site_, scene.sense.camera->rate);
   } else {
-    source_ = OpenFrameSource(scene, true);
+    source_ = OpenFrameSource(scene, true, StraighteningOf(*scene.sense.camera));
   }
 
   const Frame first = FirstPicture(*source_);

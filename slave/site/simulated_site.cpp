@@ -3,10 +3,10 @@
 #include <optional>
 #include <stdexcept>
 
-#include "slave/capture/straightening.h"
 #include "slave/site/painter.h"
 #include "slave/site/solutions_ahead.h"
 #include "slave/site/true_body.h"
+#include "slave/vision/stereo/straightening.h"
 
 namespace palpate {
 namespace {
@@ -61,8 +61,8 @@ struct SimulatedSite::World {
   const Eigen::Vector2d direction_O;  // along which the tool points
   const double force_scale;           // E t [N/m]
   site::SolutionsAhead ahead;
-  site::Painter painter;                        // TakePicture's thread only
-  const std::optional<LensWarp> straightening;  // as every source does it
+  site::Painter painter;              // TakePicture's thread only
+  const PictureFilter straightening;  // as every source does it; empty: no lens
 
   std::mutex moving;                     // one mover at a time; guards `touched`
   std::optional<BoundaryPlace> touched;  // where the contact began
@@ -125,7 +125,7 @@ cv::Mat SimulatedSite::TakePicture() {
     pose = world_->pose;
   }
   const cv::Mat picture = world_->painter.Paint(pose);
-  return world_->straightening ? world_->straightening->Apply(picture) : picture;
+  return world_->straightening ? world_->straightening(picture) : picture;
 }
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 #include "slave/capture/frame_source.h"
 
 #include <chrono>
+#include <cstdint>
 #include <stdexcept>
 #include <thread>
 
@@ -8,10 +9,8 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "slave/vision/stereo/lens_warp.h"
 #include "tests/slave/capture/scratch.h"
 
 namespace palpate {
@@ -77,43 +76,23 @@ TEST(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
   EXPECT_FALSE(source->Next({})) << "an ended source stays ended";
 }
 
-// A camera with a lens: a white spot is moved to where a pinhole would see it.
-TEST(FrameSourceTest, PicturesOfALensComeStraight) {
+TEST(FrameSourceTest, EveryPictureIsFilteredAndTheFirstIsTriedAtOnce) {
   const Scratch scratch;
-  StereoRig camera;
-  camera.left = {300, 300, 160, 120, {-0.4, 0, 0, 0, 0}, {320, 240}};
-  WriteRig(scratch.path() / "lens.yaml", camera, true);
-  const Eigen::Vector2d spot(290, 30);
-  cv::Mat picture(240, 320, CV_8UC1, cv::Scalar(0));
-  picture(cv::Rect(289, 29, 3, 3)) = 200;
-  ASSERT_TRUE(cv::imwrite((scratch.path() / "a.png").string(), picture));
-  Scene scene = SceneWith(Camera::Source::kFiles, "a.png", scratch);
-  scene.sense.camera->lens = scratch.path() / "lens.yaml";
-  const auto frame = OpenFrameSource(scene, false)->Next({});
-  ASSERT_TRUE(frame);
-  const cv::Moments m = cv::moments(frame->image);
-  const Eigen::Vector2d seen(m.m10 / m.m00, m.m01 / m.m00);
-  const Eigen::Vector2d expected = Straight(camera.left, spot).value();
-  EXPECT_GT((expected - spot).norm(), 5);
-  EXPECT_LT((seen - expected).norm(), 0.1);
-}
-
-TEST(FrameSourceTest, ALensOfOtherPicturesIsNamed) {
-  const Scratch scratch;
-  WriteNumbered(scratch, 1);
-  StereoRig camera;
-  camera.left = {300, 300, 160, 120, {-0.4, 0, 0, 0, 0}, {320, 240}};
-  camera.right = camera.left;
-  WriteRig(scratch.path() / "lens.yaml", camera, true);
-  Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
-  scene.sense.camera->lens = scratch.path() / "lens.yaml";
-  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("sense.camera.intrinsics"));
-  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("320 x 240 px, this one has 32 x 24"));
-  camera.X_RL.translation().x() = -0.06;
-  WriteRig(scratch.path() / "lens.yaml", camera);
-  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("is of two cameras"));
-  scene.sense.camera->lens = scratch.path() / "none.yaml";
-  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("cannot be read"));
+  WriteNumbered(scratch, 3);
+  const Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
+  const auto source = OpenFrameSource(scene, false, [](const cv::Mat& picture) -> cv::Mat {
+    return picture + cv::Scalar::all(100);
+  });
+  for (int k = 0; k < 3; ++k) {
+    const auto frame = source->Next({});
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->image.at<std::uint8_t>(3, 5), 100 + k);
+  }
+  EXPECT_FALSE(source->Next({}));
+  const PictureFilter refuses = [](const cv::Mat&) -> cv::Mat {
+    throw std::runtime_error("of another camera");
+  };
+  EXPECT_THROW(OpenFrameSource(scene, false, refuses), std::runtime_error);
 }
 
 // A picture may be late (a busy machine), never early.
