@@ -214,6 +214,9 @@ int Main(int argc, char** argv) {
                             "Also write every picture with what was seen drawn in");
   process_command->add_flag("--frames", process.frames,
                             "Also write every picture as it came: a recording to process again");
+  process_command->add_option("--duration", process.duration,
+                              "Seconds of a simulated target's path; files and scripted presses "
+                              "end by themselves");
 
   SolveOptions solve;
   CLI::App* solve_command = app.add_subcommand("solve", "Run the model alone on rows of a file");

@@ -5,6 +5,7 @@
 #include <memory>
 #include <stop_token>
 #include <string>
+#include <variant>
 
 #include <spdlog/fmt/fmt.h>
 
@@ -12,6 +13,7 @@
 #include "slave/commands/check_body.h"
 #include "slave/commands/check_words.h"
 #include "slave/commands/stereo_expectation.h"
+#include "slave/pipeline/even_choice.h"
 #include "slave/pipeline/eyes.h"
 #include "slave/pipeline/surface_teller.h"
 #include "slave/site/stereo/scripted_membrane.h"
@@ -94,6 +96,15 @@ void PrintDots(const Scene& scene, const StereoRig& rig) {
   if (TellsForce(scene)) PrintForce(scene, rig, seen_O);
 }
 
+std::string FittedTo(const Scene& scene) {
+  const bool is_plate = std::holds_alternative<MembraneGeometry>(scene.object.geometry);
+  if (!TellsForce(scene) || !is_plate) return {};
+  return fmt::format(
+      "; of more than {0} on the membrane, the force is fitted to {0} at most, "
+      "spread evenly, so as to keep up with the pictures",
+      EvenChoice::kMost);
+}
+
 void PrintPoints(const Scene& scene, const StereoRig& rig) {
   const PointTracking& points = *scene.sense.points;
   switch (points.track) {
@@ -108,7 +119,7 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
                             points.window));
       break;
     case PointTracking::Track::kSurface:
-      PrintLine("surface", "followed cell by cell of the depth pictures");
+      PrintLine("surface", "followed cell by cell of the depth pictures" + FittedTo(scene));
       break;
   }
 }
@@ -154,11 +165,13 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   if (look.until_rest == 0) {
     PrintLine(
         "seen",
-        fmt::format("NOTHING yet: the rest frame takes {} that show the untouched object, and "
-                    "the first {} do not",
-                    eyes->rest_pictures() == 1 ? std::string("one picture")
-                                               : fmt::format("{} pictures", eyes->rest_pictures()),
-                    look.pictures));
+        fmt::format(
+            "NOTHING yet: the rest frame takes {} that show the untouched object, and the first {} "
+            "do not{}{}",
+            eyes->rest_pictures() == 1 ? std::string("one picture")
+                                       : fmt::format("{} pictures", eyes->rest_pictures()),
+            look.pictures, look.pictures < eyes->rest_pictures() ? "" : ": ",
+            look.pictures < eyes->rest_pictures() ? "" : WhyNotFound(scene)));
   } else {
     PrintLine("seen", fmt::format("{} of {} points in the last of {} pictures; the rest frame took "
                                   "the first {}: nothing may touch the object in it",

@@ -84,7 +84,8 @@ void Print(const StereoSummary& s, const std::filesystem::path& out) {
   PrintStage("total", s.total);
   PrintValidity(s.validity);
   for (const auto& [why, count] : s.reasons) fmt::print("  {} times: {}\n", count, why);
-  fmt::print("{} points followed, {} times one was not seen\n", s.points, s.points_unseen);
+  fmt::print("{} of {} points followed, {} never seen; {} times one of those followed was not\n",
+             s.points_followed, s.points, s.points - s.points_followed, s.points_unseen);
   if (s.has_truth) PrintBudget(s.budget, "pairs");
   PrintPoints(s.displacement, "error of the points' displacements");
   PrintPoints(s.place, "error of the points' places since the first pair");
@@ -115,10 +116,28 @@ void RefusePictures(const ProcessOptions& options, const Scene& scene) {
                               scene.file.string() + " has no camera");
 }
 
+// Of --duration; 0: not asked for.
+double Duration(const ProcessOptions& options, const Scene& scene) {
+  constexpr double kLongest = 86400;  // [s]
+  if (!options.duration) return 0;
+  const double duration = *options.duration;
+  if (!(duration > 0 && duration <= kLongest)) {
+    throw std::invalid_argument(
+        fmt::format("--duration = {:g}: accepted is 0 < seconds <= {:g}", duration, kLongest));
+  }
+  if (!HasEyes(scene.sense)) {
+    throw std::invalid_argument(
+        fmt::format("--duration: accepted for a simulated target that goes on; {} has none",
+                    scene.file.string()));
+  }
+  return duration;
+}
+
 }  // namespace
 
 int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   const Scene scene = LoadScene(options.scene, options.overrides);
+  const double duration = Duration(options, scene);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   const bool has_eyes = HasEyes(scene.sense);
   const char* what = scene.sense.tactile ? "samples" : has_eyes ? "pairs" : "pictures";
@@ -133,7 +152,8 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
     RefusePictures(options, scene);
     finish(RunTactile(scene, {options.out, 1, progress}, stop));
   } else if (has_eyes) {
-    finish(RunStereo(scene, {options.out, options.pictures, options.frames, progress}, stop));
+    finish(RunStereo(scene, {options.out, options.pictures, options.frames, progress, duration},
+                     stop));
   } else {
     finish(RunOffline(scene, {options.out, options.pictures, options.frames, progress}, stop));
   }

@@ -1,5 +1,6 @@
 #include "slave/pipeline/eyes.h"
 
+#include <filesystem>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -166,10 +167,37 @@ std::unique_ptr<PointEyes> MakePointEyes(const Scene& scene, const StereoRig& ri
   return std::make_unique<DotEyes>(scene, rig);
 }
 
+std::string_view WhyNotFound(const Scene& scene) {
+  if (scene.sense.depth) {
+    return "the depth pictures show too little of a surface within reach: check the pictures and "
+           "their unit";
+  }
+  if (scene.sense.points->track == PointTracking::Track::kTexture) {
+    return "no window of texture was found in both pictures: check the sides (left, right), the "
+           "rig and the places of the windows";
+  }
+  return "the dots were not found as an array of this size in both pictures: check the sides "
+         "(left, right), the rig and the layout";
+}
+
 StereoRig RigOf(const Scene& scene) {
   if (!scene.sense.stereo) return {};
-  const StereoCameras& stereo = *scene.sense.stereo;
-  return stereo.rig.empty() ? SimulatedRig(scene) : ReadRig(stereo.rig);
+  const std::filesystem::path& file = scene.sense.stereo->rig;
+  if (file.empty()) return SimulatedRig(scene);
+  const auto refuse = [&](const std::string& why) {
+    throw std::invalid_argument(
+        fmt::format("{}: sense.camera.stereo.rig: {}", scene.file.string(), why));
+  };
+  StereoRig rig;
+  try {
+    rig = ReadRig(file);
+  } catch (const std::runtime_error& error) {
+    refuse(error.what());
+  }
+  if (!(rig.baseline() > 0)) {
+    refuse(file.string() + " is of one camera: accepted is the rig of a pair");
+  }
+  return rig;
 }
 
 void RequireRigFits(const Scene& scene, const StereoRig& rig, const StereoPair& pair) {

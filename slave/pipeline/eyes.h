@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <Eigen/Core>
 
@@ -44,7 +45,10 @@ class PointEyes {
 // `rig`: as the source has it; unused for depth pictures. Throws std::runtime_error or
 // std::invalid_argument naming the key.
 std::unique_ptr<PointEyes> MakePointEyes(const Scene& scene, const StereoRig& rig);
-// The rig that the scene names, or that of its simulated pair. Throws.
+// What may be wrong where the scene's eyes do not find what they look for, one clause; lives on.
+std::string_view WhyNotFound(const Scene& scene);
+// The rig that the scene names, or that of its simulated pair. Throws std::invalid_argument naming
+// the key.
 StereoRig RigOf(const Scene& scene);
 // Throws std::runtime_error where pictures of `pair` have not the size that the rig was calibrated
 // for; both sizes are named. Depth pictures of any size fit.

@@ -33,24 +33,25 @@ double MedianOf(std::vector<double>* values) {
 
 }  // namespace
 
-// One entry per point, so that nothing is allocated when some hide.
+// One entry per point or square, so that nothing is allocated when some hide.
 void SiftedFit::Read(const std::vector<SurfacePoint>& points_O) {
-  seen_.clear();
-  seen_.reserve(points_O.size());
-  sorted_.reserve(points_O.size());
-  places_.resize(points_O.size());
-  displacements_.resize(points_O.size());
-  sigmas_.resize(points_O.size());
-  for (const SurfacePoint& point : points_O) {
-    Seen seen;
+  const std::vector<int>& chosen = choice_.Of(points_O);
+  seen_.assign(chosen.size(), {});
+  sorted_.reserve(chosen.size());
+  places_.resize(chosen.size());
+  displacements_.resize(chosen.size());
+  sigmas_.resize(chosen.size());
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (chosen[i] == EvenChoice::kNone) continue;
+    const SurfacePoint& point = points_O[static_cast<std::size_t>(chosen[i])];
+    Seen& seen = seen_[i];
     const Vector2d place = point.p_S_rest.head<2>();
     const Vector3d moved = point.p_S - point.p_S_rest;
     const double sigma = std::sqrt(point.covariance(2, 2));
     const double sideways = std::sqrt(point.covariance.topLeftCorner<2, 2>().trace() / 2);
-    seen.usable = point.seen && place.norm() <= plate_.radius() && moved.allFinite() && sigma > 0 &&
-                  std::isfinite(sigma) && std::isfinite(sideways);
-    if (seen.usable) seen = {place, moved, sigma, sideways, 0, 1, true, true};
-    seen_.push_back(seen);
+    const bool usable = point.seen && moved.allFinite() && sigma > 0 && std::isfinite(sigma) &&
+                        std::isfinite(sideways);
+    if (usable) seen = {place, moved, sigma, sideways, 0, 1, true, true};
   }
   usable_ = static_cast<int>(std::ranges::count_if(seen_, &Seen::usable));
 }

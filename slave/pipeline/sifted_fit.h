@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/plate/load_fit.h"
+#include "slave/pipeline/even_choice.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {
@@ -16,18 +17,20 @@ namespace palpate {
 class SiftedFit {
  public:
   // Keeps a reference to the plate; see LoadFitter.
-  SiftedFit(PlateSurface& plate, double width) : plate_(plate), fitter_(plate, width) {}
+  SiftedFit(PlateSurface& plate, double width)
+      : plate_(plate), fitter_(plate, width), choice_(plate.radius()) {}
 
   struct Answer {
     LoadFit load;
-    int points = 0;      // on the plate and seen
+    int points = 0;      // on the plate, seen and chosen
     int left_out = 0;    // of them: they contradict the others
     bool moved = false;  // the rim or the eyes have moved since rest; the load is free of it
   };
-  // Points in frame O; those not seen, off the plate, not finite or without a sigma do not count.
-  // A point more than five standard deviations (of the points' own scatter) and a twentieth of the
-  // largest deflection from the fit is left out and the load fitted anew. The displacement of a
-  // point is that of its own place at rest: a point that moved sideways is used where it rests.
+  // Points in frame O, of many an even choice; those not seen, off the plate, not finite or without
+  // a sigma do not count. A point more than five standard deviations (of the points' own scatter)
+  // and a twentieth of the largest deflection from the fit is left out and the load fitted anew.
+  // The displacement of a point is that of its own place at rest: a point that moved sideways is
+  // used where it rests.
   Answer Fit(const std::vector<SurfacePoint>& points_O) noexcept;
   void Reset() noexcept { fitter_.Reset(); }
 
@@ -52,6 +55,7 @@ class SiftedFit {
   };
   PlateSurface& plate_;
   LoadFitter fitter_;
+  EvenChoice choice_;
   std::vector<Seen> seen_;
   int usable_ = 0, kept_ = 0;
   double deepest_ = 0;  // of the fitted points [m]

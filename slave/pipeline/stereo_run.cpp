@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
@@ -15,6 +16,7 @@
 #include "slave/capture/jpeg.h"
 #include "slave/capture/picture_files.h"
 #include "slave/pipeline/eyes.h"
+#include "slave/pipeline/point_tally.h"
 #include "slave/pipeline/points_overlay.h"
 #include "slave/pipeline/states_file.h"
 #include "slave/pipeline/stopwatch.h"
@@ -31,9 +33,21 @@ const Vector3d kNowhere = Vector3d::Constant(std::numeric_limits<double>::quiet_
 
 // Where the pairs come from, and the site that knows the truth.
 struct Origin {
-  explicit Origin(const Scene& scene) {
-    if (scene.sense.stereo && scene.sense.stereo->source == StereoCameras::Source::kSimulated) {
-      auto scripted = std::make_unique<ScriptedMembrane>(scene);
+  Origin(const Scene& scene, double duration) {
+    const bool is_simulated =
+        scene.sense.stereo && scene.sense.stereo->source == StereoCameras::Source::kSimulated;
+    const bool goes_on =
+        is_simulated && !std::holds_alternative<MembraneGeometry>(scene.object.geometry);
+    if (duration > 0 && !goes_on) {
+      throw std::invalid_argument(
+          fmt::format("--duration: accepted for a simulated target that goes on; {} of {} end by "
+                      "themselves",
+                      is_simulated ? "the scripted presses" : "the files", scene.file.string()));
+    }
+    if (is_simulated) {
+      MembraneScript script;
+      if (duration > 0) script.target_seconds = duration;
+      auto scripted = std::make_unique<ScriptedMembrane>(scene, script);
       site = &scripted->site();
       source = std::move(scripted);
     } else {
@@ -124,7 +138,8 @@ void WriteSummary(const StereoSummary& s, const Scene& scene, const std::filesys
       SummaryJson(s, scene.name, {{s.eyes, s.look}, {"mechanics", s.mechanics}, {"total", s.total}},
                   compares_forces ? ErrorJson(s.budget) : nullptr);
   json["reasons"] = s.reasons;
-  json["points"] = {{"count", s.points}, {"unseen", s.points_unseen}};
+  json["points"] = {
+      {"count", s.points}, {"followed", s.points_followed}, {"unseen", s.points_unseen}};
   json["displacement_error"] = ErrorJson(s.displacement);
   json["place_error"] = ErrorJson(s.place);
   json["steps"] = ToJson(s.steps);
@@ -140,18 +155,14 @@ class Run {
   Run(const Scene& scene, const StereoRunOptions& options)
       : scene_(scene),
         options_(options),
-        origin_(scene),
+        origin_(scene, options.duration),
         rig_(RigOf(scene)),
         eyes_(MakePointEyes(scene, rig_)),
         teller_(scene),
         states_(options.out, origin_.site != nullptr && TellsForce(scene)) {
     if (origin_.site != nullptr) comparison_.emplace(scene, *origin_.site);
     if (options.pictures) std::filesystem::create_directories(options.out / "pictures");
-    if (options.frames) {
-      for (const char* side : {"left", "right"}) {
-        std::filesystem::create_directories(options.out / "frames" / side);
-      }
-    }
+    if (options.frames) MakeFramesFolder();
     summary_.has_truth = origin_.site != nullptr;
     summary_.eyes = eyes_->stage();
     summary_.tells_force = TellsForce(scene);
@@ -171,7 +182,11 @@ class Run {
     if (summary_.frames == 0 && !stop.stop_requested()) {
       throw std::runtime_error(origin_.source->description() + ": no pictures came");
     }
+    if (!eyes_->at_rest_known() && !stop.stop_requested()) RefuseRest();
     summary_.seconds = 1e-6 * whole.Lap();
+    summary_.points = tally_.points();
+    summary_.points_followed = tally_.followed();
+    summary_.points_unseen = tally_.missed();
     summary_.mechanics = teller_.mechanics();
     if (comparison_) comparison_->Write(&summary_);
     WriteSummary(summary_, scene_, options_.out / "summary.json");
@@ -179,6 +194,26 @@ class Run {
   }
 
  private:
+  void MakeFramesFolder() {
+    const auto folder = options_.out / "frames";
+    std::filesystem::create_directories(folder / "left");
+    if (!scene_.sense.stereo) return;
+    std::filesystem::create_directories(folder / "right");
+    WriteRig(folder / "rig.yaml", rig_);
+  }
+
+  [[noreturn]] void RefuseRest() const {
+    const auto needed = static_cast<std::uint64_t>(eyes_->rest_pictures());
+    const std::string source = origin_.source->description();
+    throw std::runtime_error(
+        summary_.frames < needed
+            ? fmt::format("{}: {} are fewer than the {} of the rest frame: nothing can be said",
+                          source, summary_.frames, needed)
+            : fmt::format("{}: the rest frame takes {} that show the untouched object, and was "
+                          "never complete in these {}: {}",
+                          source, needed, summary_.frames, WhyNotFound(scene_)));
+  }
+
   std::optional<StereoPair> Fetch(const std::stop_token& stop) {
     Stopwatch lap;
     std::optional<StereoPair> pair = origin_.source->Next(stop);
@@ -196,26 +231,26 @@ class Run {
     const Felt& felt = teller_.Feel(seen, rest_known || seen.found, p_S_tip);
     summary_.total.Add(total.Lap());
     if (comparison_) comparison_->Add(seen, &teller_);
-    Count(seen, felt);
-    WriteRow(felt);
+    Count(felt);
+    tally_.Add(seen.points, !teller_.takes_rest());
+    WriteRow(seen, felt);
     if (options_.frames) WriteFrames(pair);
     if (options_.pictures) WritePicture(pair, seen, felt);
   }
 
-  void Count(const SurfaceObservation& seen, const Felt& felt) {
+  void Count(const Felt& felt) {
     ++summary_.frames;
     summary_.Count(felt.validity);
     if (!teller_.why().empty()) ++summary_.reasons[std::string(teller_.why())];
-    summary_.points = seen.points.size();
-    if (!eyes_->at_rest_known()) return;
-    for (const SurfacePoint& point : seen.points) summary_.points_unseen += point.seen ? 0 : 1;
   }
 
-  void WriteRow(const Felt& felt) {
+  void WriteRow(const SurfaceObservation& seen, const Felt& felt) {
     const bool has_true_force = summary_.has_truth && summary_.tells_force;
     StateRow row = RowOf(
         felt, start_, has_true_force ? std::optional(origin_.site->truth().force) : std::nullopt);
     if (!summary_.has_truth && summary_.tells_force) row.p_S_tip = kNowhere;
+    was_placed_ |= summary_.tells_force ? felt.force.has_value() : seen.found;
+    if (!was_placed_) row.p_S_contact = kNowhere;
     states_.Write(row);
   }
 
@@ -246,6 +281,8 @@ class Run {
   StatesFile states_;
   std::optional<Comparison> comparison_;  // where the site knows the truth
   StereoSummary summary_;
+  PointTally tally_;
+  bool was_placed_ = false;  // the contact, once
   Time start_{};
 };
 

@@ -14,6 +14,8 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr std::string_view kPulls =
+    "the load pulls outward: check the sides (left, right), the rig and the object's pose";
 constexpr double kVouchedFor = 0.5;  // of the larger side, where the model states no range
 
 double LargerSide(const SurfaceMesh& surface) {
@@ -23,6 +25,13 @@ double LargerSide(const SurfaceMesh& surface) {
     upper = upper.cwiseMax(p);
   }
   return (upper - lower).maxCoeff();
+}
+
+// A tool can only press; what pulls is seen the wrong way round.
+void DoubtPull(SurfaceLoad* load) {
+  if (!IsForceKnown(load->validity) || !(load->force > load->sigma_force)) return;
+  load->validity = Worse(load->validity, Validity::kExtrapolated);
+  load->why = kPulls;
 }
 
 }  // namespace
@@ -84,6 +93,7 @@ const Felt& SurfaceEstimator::Feel(const SurfaceObservation& seen,
     Stopwatch lap;
     my.ToObject(seen.points);
     my.load = my.body->Fit(my.points_O);
+    DoubtPull(&my.load);
     my.times.mechanics.Add(lap.Lap());
     my.Tell();
   } else {

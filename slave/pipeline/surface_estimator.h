@@ -74,8 +74,9 @@ class SurfaceEstimator {
   explicit SurfaceEstimator(const Scene& scene);
   ~SurfaceEstimator();
 
-  // `p_S_tip`: where the manipulator says that the hand has its tip. Never throws; allocation-free
-  // after the first observations.
+  // `p_S_tip`: where the manipulator says that the hand has its tip. A load that pulls outward by
+  // more than its sigma is no press: kExtrapolated. Never throws; allocation-free after the first
+  // observations.
   const Felt& Feel(const SurfaceObservation& seen, const Eigen::Vector3d& p_S_tip) noexcept;
   // The contact that the master renders for a tip at p_S_tip now, between pictures too: the plane
   // at the membrane's own place under it, tangent to the model's force at its depth.

@@ -1,6 +1,9 @@
 #include "slave/pipeline/surface_teller.h"
 
+#include <algorithm>
+
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/eyes.h"
 
 namespace palpate {
 
@@ -8,7 +11,8 @@ bool TellsForce(const Scene& scene) {
   return IsHeld(scene.object) && scene.tool.has_value();
 }
 
-SurfaceTeller::SurfaceTeller(const Scene& scene) {
+SurfaceTeller::SurfaceTeller(const Scene& scene)
+    : is_depth_(scene.sense.depth.has_value()), not_found_(WhyNotFound(scene)) {
   if (TellsForce(scene)) {
     estimator_ = std::make_unique<SurfaceEstimator>(scene);
     reason_ = ChooseModel(scene).reason;
@@ -24,6 +28,8 @@ const Felt& SurfaceTeller::Feel(const SurfaceObservation& seen, bool rest_known,
     before_rest_.sensed_at = seen.sensed_at;
     before_rest_.p_S_tip = before_rest_.p_S_contact = p_S_tip;
     felt_ = &before_rest_;
+    // The cells of a depth picture are not known before the rest frame.
+    sees_rest_ = is_depth_ || std::ranges::any_of(seen.points, &SurfacePoint::seen);
   } else if (estimator_) {
     felt_ = &estimator_->Feel(seen, p_S_tip);
   } else {
@@ -38,7 +44,7 @@ void SurfaceTeller::Reset() noexcept {
 }
 
 std::string_view SurfaceTeller::why() const {
-  if (felt_ == &before_rest_) return "the rest frame is taken";
+  if (felt_ == &before_rest_) return sees_rest_ ? "the rest frame is taken" : not_found_;
   if (felt_->validity == Validity::kValid) return {};
   if (felt_->validity == Validity::kTrackingLost) return "the points are not seen";
   return estimator_ ? estimator_->load().why : "nothing holds the object: its force is unknown";

@@ -31,6 +31,9 @@ class SurfaceTeller {
   void Reset() noexcept;
 
   [[nodiscard]] const Felt& felt() const { return *felt_; }
+  // Whether the eyes saw what they take the rest frame from when felt() was told, and nothing else
+  // can be told yet.
+  [[nodiscard]] bool takes_rest() const { return felt_ == &before_rest_ && sees_rest_; }
   // Why felt() is not kValid, one clause; empty: it is.
   [[nodiscard]] std::string_view why() const;
   // Null: no force is told.
@@ -47,8 +50,11 @@ class SurfaceTeller {
  private:
   std::unique_ptr<SurfaceEstimator> estimator_;
   std::string reason_;
+  bool is_depth_ = false;
+  std::string_view not_found_;
   TrackedPlace place_;
   Felt before_rest_;
+  bool sees_rest_ = false;
   const Felt* felt_ = &before_rest_;
 };
 
