@@ -73,7 +73,7 @@ class CrossCheck {
     }
     const bool is_target = stereo && stereo->source == StereoCameras::Source::kSimulated &&
                            IsVolume(scene_.object.geometry);
-    if (is_target && is_told) {
+    if (use_ == SceneUse::kFull && is_target && is_told) {
       Refuse("object.fixed", "nothing where a textured target is simulated: it moves as a whole");
     }
   }

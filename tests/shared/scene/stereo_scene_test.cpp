@@ -382,6 +382,16 @@ TEST_F(StereoSceneTest, TheModelAloneNeedsNoFiles) {
   EXPECT_NE(MistakesOf(lines), "");
 }
 
+// What moves as a whole before the cameras may be held for the model alone.
+TEST_F(StereoSceneTest, ATargetMayBeHeldToBeSolved) {
+  Lines lines;
+  lines.geometry = kBox;
+  lines.fixed = "{plane: {axis: z, at: 0 m}}";
+  lines.model = "{kind: fem}";
+  EXPECT_EQ(MistakesOf(lines, SceneUse::kSolve), "");
+  EXPECT_THAT(MistakesOf(lines), HasSubstr(":5: object.fixed = "));
+}
+
 // One mistake each, reported as `scene.yaml:message`.
 struct BadScene {
   const char* name;

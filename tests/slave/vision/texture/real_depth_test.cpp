@@ -18,8 +18,8 @@ const std::filesystem::path kFolder = PALPATE_SOURCE_DIR "/../shared/data/stereo
 
 struct RealPair {
   std::string left, right, truth;
-  double scale;  // levels of `truth` per pixel of disparity
-  double found, outliers;
+  double scale;                    // levels of `truth` per pixel of disparity
+  double found, outliers, median;  // required
 };
 
 class RealDepthTest : public testing::TestWithParam<RealPair> {};
@@ -37,7 +37,9 @@ StereoRig RigFor(const cv::Size& size, double baseline) {
 
 // Reference: the sets' true disparities. Which focal length and baseline took them does not matter
 // to what is found, so they are made up: 1000 px, and baselines that put the scenes at 0.2 to 80 m.
-// Outlier: more than 2 px off. Many windows lie across the edges of leaves and cones.
+// Outlier: more than 2 px off. Many windows lie across the edges of leaves and cones. Measured are
+// 69 % of the windows (median 0.27 px, no outlier; 5.6 % without the way back from right to left)
+// and 70 % (0.17 px, 3.0 %).
 TEST_P(RealDepthTest, WindowsAreFoundAtAnyDistance) {
   const RealPair& pair = GetParam();
   if (!std::filesystem::exists(kFolder)) GTEST_SKIP() << kFolder << " is absent";
@@ -74,13 +76,14 @@ TEST_P(RealDepthTest, WindowsAreFoundAtAnyDistance) {
     RecordProperty("median_px", std::to_string(misses[misses.size() / 2]));
     EXPECT_GE(share, pair.found) << baseline;
     EXPECT_LE(outliers, pair.outliers) << baseline;
+    EXPECT_LE(misses[misses.size() / 2], pair.median) << baseline;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(
     , RealDepthTest,
-    testing::Values(RealPair{"aloeL.jpg", "aloeR.jpg", "aloeGT.png", 1, 0.6, 0.15},
-                    RealPair{"cones_im2.png", "cones_im6.png", "cones_disp2.png", 4, 0.6, 0.07}));
+    testing::Values(RealPair{"aloeL.jpg", "aloeR.jpg", "aloeGT.png", 1, 0.6, 0.02},
+                    RealPair{"cones_im2.png", "cones_im6.png", "cones_disp2.png", 4, 0.6, 0.05}));
 
 }  // namespace
 }  // namespace palpate
