@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "slave/vision/dots/circle_bias.h"
 
@@ -64,6 +66,22 @@ struct MatchedPairs {
   std::vector<std::size_t> rows;  // of each view
 };
 
+// Names of the pictures of `side` that are not `matched`; what is no picture is noted.
+std::vector<std::string> PicturesBut(const std::set<std::size_t>& matched,
+                                     const BoardPictures& side, CalibrationReport* report) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < side.pictures.size(); ++i) {
+    if (matched.count(i) > 0) continue;
+    const BoardPicture& picture = side.pictures[i];
+    if (picture.is_readable) {
+      names.push_back(picture.name);
+    } else {
+      report->notes.push_back("left out: " + picture.why_not);
+    }
+  }
+  return names;
+}
+
 MatchedPairs Match(const BoardPictures& left, const BoardPictures& right,
                    CalibrationReport* report) {
   MatchedPairs out;
@@ -82,9 +100,13 @@ MatchedPairs Match(const BoardPictures& left, const BoardPictures& right,
     }
     report->rows.push_back(std::move(row));
   }
-  const std::size_t alone = left.pictures.size() + right.pictures.size() - 2 * matches.size();
-  if (alone > 0) {
-    report->notes.push_back(fmt::format("pictures without a partner on the other side: {}", alone));
+  std::set<std::size_t> of_left, of_right;
+  for (const auto& [i, j] : matches) of_left.insert(i), of_right.insert(j);
+  std::vector<std::string> alone = PicturesBut(of_left, left, report);
+  for (std::string& name : PicturesBut(of_right, right, report)) alone.push_back(std::move(name));
+  if (!alone.empty()) {
+    report->notes.push_back(fmt::format("pictures without a partner on the other side: {} ({})",
+                                        alone.size(), fmt::join(alone, ", ")));
   }
   return out;
 }
@@ -125,6 +147,7 @@ void PutSidesRight(CalibrationReport* report) {
     std::swap(row.name, row.right_name);
     std::swap(row.left, row.right);
     std::swap(row.left_px, row.right_px);
+    row.pixel = PixelOnBoard(row.left, report->board);
     row.X_LB = report->rig.X_RL * row.X_LB;
   }
   report->rig = Exchanged(report->rig);
@@ -200,8 +223,8 @@ CalibrationReport CalibrateTwoCameras(const Board& board, const BoardPictures& l
   question.sigma_focal = pair.fit.sigma_focal;
   question.halves = CheckHalves(board, pair.views, report.rig);
   question.coverage = {CoverageOf(lefts, left.size), CoverageOf(rights, right.size)};
-  NoteCircles(&report);
   if (Judge(question).reasons.empty() && AreSidesExchanged(report.rig)) PutSidesRight(&report);
+  NoteCircles(&report);
   return report;
 }
 

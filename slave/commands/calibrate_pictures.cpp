@@ -86,14 +86,27 @@ std::string LastNumber(const std::string& name) {
   return first == std::string::npos ? digits.substr(0, 1) : digits.substr(first);
 }
 
-// Number -> index; empty where a name has none or two share one.
+// Number -> index; empty where a picture's name has none or two share one. An unreadable file takes
+// part if its number is its own: a damaged picture, not a file that a wide glob names by chance.
 std::map<std::string, std::size_t> Numbered(const BoardPictures& side) {
   std::map<std::string, std::size_t> numbers;
-  for (std::size_t i = 0; i < side.pictures.size(); ++i) {
-    const std::string number = LastNumber(side.pictures[i].name);
-    if (number.empty() || !numbers.emplace(number, i).second) return {};
+  for (const bool is_readable : {true, false}) {
+    for (std::size_t i = 0; i < side.pictures.size(); ++i) {
+      if (side.pictures[i].is_readable != is_readable) continue;
+      const std::string number = LastNumber(side.pictures[i].name);
+      const bool is_own = !number.empty() && numbers.emplace(number, i).second;
+      if (is_readable && !is_own) return {};
+    }
   }
   return numbers;
+}
+
+std::vector<std::size_t> Readable(const BoardPictures& side) {
+  std::vector<std::size_t> readable;
+  for (std::size_t i = 0; i < side.pictures.size(); ++i) {
+    if (side.pictures[i].is_readable) readable.push_back(i);
+  }
+  return readable;
 }
 
 }  // namespace
@@ -122,6 +135,7 @@ BoardPictures FindBoards(const std::string& option, const std::string& pattern, 
       if (first.empty()) first = grey;
     } catch (const std::runtime_error& error) {
       picture.why_not = error.what();
+      picture.is_readable = false;
     }
     sizes.push_back(size);
     out.pictures.push_back(std::move(picture));
@@ -156,13 +170,18 @@ std::vector<std::pair<std::size_t, std::size_t>> MatchPictures(const BoardPictur
   }
   std::sort(pairs.begin(), pairs.end());
   if (!pairs.empty()) return pairs;
-  if (left.pictures.size() != right.pictures.size()) {
+  if (left.pictures.size() == right.pictures.size()) {
+    for (std::size_t i = 0; i < left.pictures.size(); ++i) pairs.emplace_back(i, i);
+    return pairs;
+  }
+  const auto lefts = Readable(left), rights = Readable(right);
+  if (lefts.size() != rights.size()) {
     throw std::invalid_argument(fmt::format(
         "--left names {} pictures, --right {}, and no number in their names tells which belong "
         "together: accepted is as many of both, or numbered names",
-        left.pictures.size(), right.pictures.size()));
+        lefts.size(), rights.size()));
   }
-  for (std::size_t i = 0; i < left.pictures.size(); ++i) pairs.emplace_back(i, i);
+  for (std::size_t k = 0; k < lefts.size(); ++k) pairs.emplace_back(lefts[k], rights[k]);
   return pairs;
 }
 

@@ -16,6 +16,7 @@ struct BoardPicture {
   std::string name;  // of the file
   std::optional<Corners> corners;
   std::string why_not;  // where there are none
+  bool is_readable = true;
 };
 
 struct BoardPictures {
@@ -30,7 +31,8 @@ BoardPictures FindBoards(const std::string& option, const std::string& pattern, 
                          ProgressBar* bar);
 
 // Indices of pictures that belong together: by the last number of their names where these have some
-// in common, else by order. Throws std::invalid_argument where neither tells.
+// in common, else by order. Unreadable files whose names do not tell are left without a partner.
+// Throws std::invalid_argument where neither tells.
 std::vector<std::pair<std::size_t, std::size_t>> MatchPictures(const BoardPictures& left,
                                                                const BoardPictures& right);
 

@@ -74,7 +74,11 @@ Registered RegisterWith(const CalibrateOptions& options, const StereoRig* rig,
     return out;
   }
   out.registration = in_both ? RegisterPair(*rig, places) : RegisterLens(rig->left, places);
-  out.lines = ScenePose(out.registration.X_SC) + "\n";
+  out.lines = "# " + StandingWords(out.registration.X_SC) + "\n";
+  for (const std::string& warning : out.registration.warnings) {
+    out.lines += "# check: " + warning + "\n";
+  }
+  out.lines += ScenePose(out.registration.X_SC) + "\n";
   if (!is_pair) {
     out.lines = "# of a depth camera; a planar scene takes what --plane prints\n" + out.lines;
   }

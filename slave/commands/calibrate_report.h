@@ -46,6 +46,8 @@ double PixelOnBoard(const Corners& corners, const Board& board);
 
 std::string Words(const CalibrationReport& report);
 std::string Words(const CameraRegistration& registration);
+// Where a camera with z forward stands and looks.
+std::string StandingWords(const Eigen::Isometry3d& X_SC);
 
 // Boards and cameras from above, corners over the pictures, residuals. Throws std::runtime_error
 // naming the file.

@@ -113,6 +113,17 @@ std::string Words(const CalibrationReport& report) {
   return words;
 }
 
+std::string StandingWords(const Eigen::Isometry3d& X_SC) {
+  const Eigen::Vector3d at = 1e3 * X_SC.translation(), forward = X_SC.linear().col(2);
+  int axis = 0;
+  forward.cwiseAbs().maxCoeff(&axis);
+  return fmt::format(
+      "the camera stands at [{:.1f}, {:.1f}, {:.1f}] mm of S and looks along [{:.2f}, {:.2f}, "
+      "{:.2f}], towards {}{}",
+      at.x(), at.y(), at.z(), forward.x(), forward.y(), forward.z(), forward[axis] > 0 ? '+' : '-',
+      "xyz"[axis]);
+}
+
 std::string Words(const CameraRegistration& registration) {
   const double scale = registration.in_pixels ? 1 : 1e3;
   const char* unit = registration.in_pixels ? "px" : "mm";
@@ -130,6 +141,8 @@ std::string Words(const CameraRegistration& registration) {
     words += fmt::format(", of the camera's place {:.3g} mm", 1e3 * registration.sigma_place);
   }
   words += "\n";
+  if (registration.pixel == 0) words += StandingWords(registration.X_SC) + "\n";
+  for (const std::string& warning : registration.warnings) words += "check: " + warning + "\n";
   for (const std::string& reason : registration.reasons) {
     words += "cannot be trusted: " + reason + "\n";
   }

@@ -179,8 +179,11 @@ int RunCheck(const CheckOptions& options) {
             fmt::format("{}, {} wide", scene.tool->shape == Tool::Shape::kFlat ? "flat" : "round",
                         LengthInWords(scene.tool->width)));
   const Camera& camera = *scene.sense.camera;
-  PrintLine("eyes", fmt::format("{}, {:g} Hz, {} per pixel", Source(camera), camera.rate,
-                                LengthInWords(camera.pixel)));
+  const std::string lens =
+      camera.lens.empty() ? ""
+                          : ", straightened from the lens of " + camera.lens.filename().string();
+  PrintLine("eyes", fmt::format("{}, {:g} Hz, {} per pixel{}", Source(camera), camera.rate,
+                                LengthInWords(camera.pixel), lens));
   PrintHand(scene);
   PrintModel(scene);
   PrintOff(scene);

@@ -12,6 +12,7 @@
 #include "slave/pipeline/offline_run.h"
 #include "slave/pipeline/stereo_run.h"
 #include "slave/pipeline/tactile_run.h"
+#include "slave/vision/calibration/registration.h"
 
 namespace palpate {
 namespace {
@@ -110,6 +111,16 @@ void Print(const TactileSummary& s, const std::filesystem::path& out) {
   PrintWritten(out);
 }
 
+// The keys that make a recording of the frames just written.
+void PrintFrames(const Scene& scene, const std::filesystem::path& out) {
+  if (!scene.sense.stereo) return;
+  const auto folder = std::filesystem::absolute(out / "frames");
+  fmt::print(
+      "to process them again:\n  sense.camera={{stereo: {{left: \"{0}/left/*.png\", right: "
+      "\"{0}/right/*.png\", rig: \"{0}/rig.yaml\"}}, rate: {1:g} Hz, {2}}}\n",
+      folder.string(), scene.sense.stereo->rate, ScenePose(scene.sense.stereo->X_SL));
+}
+
 void RefusePictures(const ProcessOptions& options, const Scene& scene) {
   if (!options.pictures && !options.frames) return;
   throw std::invalid_argument(std::string(options.pictures ? "--pictures" : "--frames") + ": " +
@@ -154,6 +165,7 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   } else if (has_eyes) {
     finish(RunStereo(scene, {options.out, options.pictures, options.frames, progress, duration},
                      stop));
+    if (options.frames) PrintFrames(scene, options.out);
   } else {
     finish(RunOffline(scene, {options.out, options.pictures, options.frames, progress}, stop));
   }

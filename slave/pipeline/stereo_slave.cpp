@@ -34,8 +34,8 @@ std::string Listed(std::span<const std::string_view> words) {
   return list;
 }
 
-// A press is as slow as its solution: the scene's own, to its full depth, is solved before anybody
-// operates. Seconds.
+// What is not solved yet is guessed: the scene's own press, to its full depth, is solved before
+// anybody operates, which takes seconds; those elsewhere while the slave runs.
 void SolveAhead(const Scene& scene, StereoSite* site) {
   const Eigen::Vector3d& p_S_home = scene.manipulator.home;
   if (TellsForce(scene)) {
@@ -46,6 +46,7 @@ void SolveAhead(const Scene& scene, StereoSite* site) {
     site->MoveTool(p_S_home - (height + depth) * n_S);
   }
   site->MoveTool(p_S_home);
+  site->SolveEverywhere();
 }
 
 }  // namespace
@@ -84,7 +85,7 @@ void StereoSlave::OpenSource(const Scene& scene) {
 
 void StereoSlave::Start(const Scene& scene) {
   StartTool([site = site_](const Eigen::Vector3d& p_S_tip) {
-    if (site != nullptr) site->MoveTool(p_S_tip);
+    if (site != nullptr) site->MoveToolAtOnce(p_S_tip);
   });
   SetRunning(teller_.info(), teller_.reason());
   X_SO_ = scene.object.X_SO;
@@ -141,7 +142,8 @@ LocalModel StereoSlave::LocalNow() {
 
 std::optional<Eigen::Vector3d> StereoSlave::TrueForce() const {
   if (site_ == nullptr || teller_.estimator() == nullptr) return std::nullopt;
-  return site_->truth().force;
+  const MembraneTruth truth = site_->truth();
+  return truth.solved ? std::optional(truth.force) : std::nullopt;
 }
 
 std::vector<StageTimes> StereoSlave::Stages() const {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -18,9 +17,7 @@ namespace {
 
 using Point = Eigen::Vector2d;
 
-constexpr int kNoiseMargin = 64;         // the noise picture's offsets [px]
-constexpr double kFlickerPeriod = 41.3;  // [pictures]
-constexpr double kSmallTriangle = 4;     // [px]; larger ones are drawn in four
+constexpr double kSmallTriangle = 4;  // [px]; larger ones are drawn in four
 
 const Camera& CameraOf(const Scene& scene) {
   if (!scene.sense.camera) {
@@ -67,24 +64,6 @@ std::optional<LensWarp> LensOf(const Camera& camera) {
   return LensWarp::Distorting(lens);
 }
 
-// Brightest at the upper left, `fall` darker at the lower right.
-cv::Mat Light(const cv::Size& size, double fall) {
-  cv::Mat light(size, CV_32F);
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      const double way = 0.5 * (x / (size.width - 1.0) + y / (size.height - 1.0));
-      light.at<float>(y, x) = static_cast<float>(1 - fall * way);
-    }
-  }
-  return light;
-}
-
-cv::Mat Noise(const cv::Size& size, double sigma, std::uint32_t seed) {
-  cv::Mat noise(size.height + kNoiseMargin, size.width + kNoiseMargin, CV_32F, cv::Scalar(0));
-  if (sigma > 0) cv::RNG(std::mt19937_64(seed)()).fill(noise, cv::RNG::NORMAL, 0, sigma);
-  return noise;
-}
-
 }  // namespace
 
 Painter::Painter(const Scene& scene, const TrueBody& body)
@@ -94,14 +73,10 @@ Painter::Painter(const Scene& scene, const TrueBody& body)
       X_IO_(ImageOfBody(*scene.sense.camera, body.X_SO())),
       tool_width_(scene.tool->width),
       tool_O_(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
-      blur_(scene.site.blur),
-      flicker_(scene.site.flicker),
       speckle_(Texture::Speckle(scene.site.seed, 3, kBody, kBodyContrast)),
       marks_(Texture::Blotches(scene.site.seed + 1, std::max(3.0, tool_width_ / pixel_ / 4),
                                kToolDark, kToolLight)),
-      light_(Light(size_, scene.site.lighting)),
-      noise_(Noise(size_, scene.site.noise, scene.site.seed + 2)),
-      random_(scene.site.seed),
+      exposure_(scene.site, scene.sense.camera->size),
       seen_(size_, CV_32F, cv::Scalar(kGround)),
       lens_(LensOf(*scene.sense.camera)) {}
 
@@ -233,7 +208,7 @@ void Painter::PaintTool(const Pose& pose) {
 // the pixel add up, and the tool wins where they do not fit.
 void Painter::Compose() {
   seen_(seen_dirty_).setTo(kGround);
-  const int reach = blur_ > 0 ? static_cast<int>(std::ceil(4 * blur_)) : 0;
+  const int reach = exposure_.reach();
   const cv::Rect picture(cv::Point(0, 0), size_);
   const cv::Rect drawn = body_layer_.window | tool_layer_.window;
   seen_dirty_ = cv::Rect(drawn.x - reach, drawn.y - reach, drawn.width + 2 * reach,
@@ -267,38 +242,16 @@ void Painter::Compose() {
       out[x] = alpha[x] * grey[x] + body * body_grey + (1 - alpha[x] - body) * kGround;
     }
   }
-  if (blur_ > 0) {
-    cv::Mat window = seen_(seen_dirty_);
-    cv::GaussianBlur(window, window, {2 * reach + 1, 2 * reach + 1}, blur_, blur_,
-                     cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
-  }
-}
-
-cv::Mat Painter::Expose() {
-  const int left = static_cast<int>(random_() % kNoiseMargin);
-  const int top = static_cast<int>(random_() % kNoiseMargin);
-  const double phase = 2 * std::numbers::pi * static_cast<double>(pictures_++) / kFlickerPeriod;
-  const auto gain = static_cast<float>(1 + flicker_ * std::sin(phase));
-  const cv::Mat shown = lens_ ? lens_->Apply(seen_) : seen_;
-  cv::Mat picture(size_, CV_8U);
-  for (int y = 0; y < size_.height; ++y) {
-    const auto* seen = shown.ptr<float>(y);
-    const auto* light = light_.ptr<float>(y);
-    const auto* noise = noise_.ptr<float>(y + top) + left;
-    auto* out = picture.ptr<std::uint8_t>(y);
-    for (int x = 0; x < size_.width; ++x) {
-      const float grey = gain * light[x] * seen[x] + noise[x] + 0.5F;
-      out[x] = static_cast<std::uint8_t>(std::clamp(grey, 0.0F, 255.0F));
-    }
-  }
-  return picture;
+  cv::Mat window = seen_(seen_dirty_);
+  exposure_.Blur(window);
 }
 
 cv::Mat Painter::Paint(const Pose& pose) {
   PaintBody(pose);
   PaintTool(pose);
   Compose();
-  return Expose();
+  exposure_.Advance();
+  return exposure_.Expose(lens_ ? lens_->Apply(seen_) : seen_);
 }
 
 }  // namespace palpate::site

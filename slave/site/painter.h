@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <random>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,6 +14,7 @@
 #include <opencv2/core/types.hpp>
 
 #include "shared/scene/scene.h"
+#include "slave/site/exposure.h"
 #include "slave/site/patch_solution.h"
 #include "slave/site/texture.h"
 #include "slave/site/true_body.h"
@@ -54,7 +54,6 @@ class Painter {
   void FillBodyDeformed(const Pose& pose);
   void PaintTool(const Pose& pose);
   void Compose();
-  cv::Mat Expose();
 
   const TrueBody& body_;
   cv::Size size_;
@@ -62,11 +61,8 @@ class Painter {
   Eigen::Affine2d X_IO_;    // O [m] -> picture [px]
   double tool_width_;       // [m]
   Eigen::Vector2d tool_O_;  // along which the tool points
-  double blur_, flicker_;
   Texture speckle_, marks_;
-  cv::Mat light_, noise_;  // CV_32F; noise larger than the picture
-  std::mt19937 random_;
-  std::uint64_t pictures_ = 0;
+  Exposure exposure_;
 
   Layer body_layer_, tool_layer_;
   bool body_painted_ = false;

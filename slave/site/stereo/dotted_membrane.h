@@ -7,7 +7,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "shared/scene/scene.h"
-#include "slave/site/stereo/exposure.h"
+#include "slave/site/exposure.h"
 #include "slave/site/stereo/membrane_view.h"
 
 namespace palpate::site {

@@ -1,5 +1,6 @@
 // What lies between the rungs of a press.
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 #include "slave/site/stereo/pressed_membrane.h"
@@ -56,6 +57,35 @@ double Limited(double slope, double chord) {
   return share * chord;
 }
 
+// Of the rungs from one before `below` to two after it in what lies between it and the next one, at
+// the part t of the way: a cubic with the slopes, at either end, of the parabola through that rung
+// and its neighbours (at the first and the last rung, through the three nearest).
+using Weights = std::array<double, 4>;
+
+void AddSlope(const MembranePress& press, int at, int below, double factor, Weights* weights) {
+  const int last = static_cast<int>(press.rungs.size()) - 1;
+  const int first = std::clamp(at - 1, 0, std::max(0, last - 2)), end = std::min(first + 2, last);
+  for (int i = first; i <= end; ++i) {
+    if (i == at) continue;
+    double slope = 1 / (DepthOf(press, i) - DepthOf(press, at));
+    for (int j = first; j <= end; ++j) {
+      if (j == i || j == at) continue;
+      slope *= (DepthOf(press, at) - DepthOf(press, j)) / (DepthOf(press, i) - DepthOf(press, j));
+    }
+    (*weights)[static_cast<std::size_t>(i - below + 1)] += factor * slope;
+    (*weights)[static_cast<std::size_t>(at - below + 1)] -= factor * slope;
+  }
+}
+
+Weights WeightsAt(const MembranePress& press, std::size_t below, double t) {
+  const int i = static_cast<int>(below);
+  const double h = DepthOf(press, i + 1) - DepthOf(press, i), u = 1 - t;
+  Weights weights{0, u * u * (1 + 2 * t), t * t * (1 + 2 * u), 0};
+  AddSlope(press, i, i, h * t * u * u, &weights);
+  AddSlope(press, i + 1, i, -h * t * t * u, &weights);
+  return weights;
+}
+
 }  // namespace
 
 double ForceAt(const MembranePress& press, double depth) noexcept {
@@ -76,13 +106,16 @@ Vector3d DisplacementAt(const MembranePress& press, const Vector2d& p_O, double 
     return Vector3d::Zero();
   }
   const std::size_t i = Below(press, depth);
-  const MembraneRung &a = *press.rungs[i], &b = *press.rungs[i + 1];
-  const double part = std::min((depth - a.depth) / (b.depth - a.depth), 1.0);
+  const double from = press.rungs[i]->depth, to = press.rungs[i + 1]->depth;
+  const Weights weights = WeightsAt(press, i, std::min((depth - from) / (to - from), 1.0));
   Vector3d displacement = Vector3d::Zero();
-  for (std::size_t k = 0; k < stencil.nodes.size(); ++k) {
-    const auto n = static_cast<std::size_t>(stencil.nodes[k]);
-    displacement += stencil.weights[k] * ((1 - part) * a.displacements_O[n].cast<double>() +
-                                          part * b.displacements_O[n].cast<double>());
+  for (std::size_t r = 0; r < weights.size(); ++r) {
+    if (weights[r] == 0) continue;  // also where there is no such rung
+    const MembraneRung& rung = *press.rungs[i + r - 1];
+    for (std::size_t k = 0; k < stencil.nodes.size(); ++k) {
+      const auto n = static_cast<std::size_t>(stencil.nodes[k]);
+      displacement += weights[r] * stencil.weights[k] * rung.displacements_O[n].cast<double>();
+    }
   }
   return displacement;
 }

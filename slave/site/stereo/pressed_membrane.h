@@ -41,8 +41,9 @@ struct MembranePress {
 // Force along z [N] at `depth` by monotone cubics between rungs; beyond the last one it goes on as
 // between the last two. Zero at depth <= 0.
 double ForceAt(const MembranePress& press, double depth) noexcept;
-// Displacement of the inner face's point that rests at p_O [m], frame O, at `depth`: linear between
-// rungs, of the mesh's own order in space; beyond the last rung as at it. Zero outside the rim.
+// Displacement of the inner face's point that rests at p_O [m], frame O, at `depth`: by cubics
+// between rungs, of the mesh's own order in space; beyond the last rung as at it. Zero outside the
+// rim.
 Eigen::Vector3d DisplacementAt(const MembranePress& press, const Eigen::Vector2d& p_O,
                                double depth) noexcept;
 

@@ -3,16 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <tuple>
 #include <utility>
+
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
 
 namespace palpate::site {
 namespace {
 
-constexpr std::array kFirstRungs{0.02, 0.05, 0.15};  // in press depths, beside every tenth
-constexpr double kEvery = 0.1;
+constexpr std::array kFirstRungs{0.05, 0.1};  // in press depths, beside every fifth
+constexpr double kEvery = 0.2;
 constexpr double kLinear = 0.1;       // of the thickness: so far the first rung may be
 constexpr double kSameRadius = 0.02;  // of the raster: radii nearer than this are one
 constexpr double kAhead = 1.5;        // rasters around the tool in which presses are solved
+constexpr int kElsewhere = 7;         // elements across, where the tool is not at home
+constexpr int kNice = 5;              // of the thread that solves what nobody asked for yet
 
 std::vector<double> Depths(const PressesAhead::Plan& plan) {
   const double first = kLinear * plan.geometry.thickness;
@@ -70,21 +76,21 @@ PressesAhead::PressesAhead(const Plan& plan) : plan_(plan), depths_(Depths(plan)
 PressesAhead::~PressesAhead() = default;
 
 std::unique_ptr<PressedMembrane> PressesAhead::Make(double radius) const {
+  MembraneResolution resolution = plan_.resolution;
+  if (resolution.across == 0 && radius != plan_.home_radius) resolution.across = kElsewhere;
   return std::make_unique<PressedMembrane>(plan_.geometry, plan_.material, plan_.width,
-                                           Eigen::Vector2d(radius, 0), plan_.resolution,
-                                           plan_.prestress);
+                                           Eigen::Vector2d(radius, 0), resolution, plan_.prestress);
 }
 
-PressesAhead::Around PressesAhead::Find(double radius) const {
+PressesAhead::Around PressesAhead::FindAround(double radius) const {
   const auto above = std::ranges::lower_bound(ladders_, radius, {},
                                               [](const auto& ladder) { return ladder->radius; });
   const std::size_t last = ladders_.size() - 1;
   const auto index = std::min(static_cast<std::size_t>(above - ladders_.begin()), last);
   const double rim = plan_.geometry.radius;
-  if (IsOn(radius, ladders_[index]->radius, rim) || index == 0) return {index, index, 0};
-  const double from = ladders_[index - 1]->radius, to = ladders_[index]->radius;
-  if (IsOn(radius, from, rim)) return {index - 1, index - 1, 0};
-  return {index - 1, index, (radius - from) / (to - from)};
+  if (IsOn(radius, ladders_[index]->radius, rim) || index == 0) return {index, index};
+  if (IsOn(radius, ladders_[index - 1]->radius, rim)) return {index - 1, index - 1};
+  return {index - 1, index};
 }
 
 void PressesAhead::Expect(double radius) {
@@ -101,30 +107,85 @@ bool PressesAhead::Reaches(const Ladder& ladder, double depth) const {
   return ladder.complete || (rungs.size() > 3 && rungs[rungs.size() - 3]->depth >= depth);
 }
 
-std::array<Dent::Part, 2> PressesAhead::Await(double radius, double depth) {
-  Expect(radius);
-  const Around around = Find(radius);
-  const Ladder &below = *ladders_[around.below], &above = *ladders_[around.above];
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return Reaches(below, depth) && Reaches(above, depth); });
-  return {Dent::Part{below.press, below.radius, 1 - around.part},
-          Dent::Part{above.press, above.radius, around.part}};
+void PressesAhead::SolveEverywhere() {
+  const std::lock_guard lock(mutex_);
+  everywhere_ = true;
+  changed_.notify_all();
 }
 
-// The two around the tool, the less deep one first; then the others near it. None but the one under
-// the tool if it is exactly over it.
+bool PressesAhead::is_solved_everywhere() const {
+  const std::lock_guard lock(mutex_);
+  return std::ranges::all_of(ladders_, [](const auto& ladder) { return ladder->complete; });
+}
+
+PressesAhead::Presses PressesAhead::Between(const Ladder& below, const Ladder& above,
+                                            double radius) const {
+  const double way = above.radius - below.radius;
+  const double part = way > 0 ? std::clamp((radius - below.radius) / way, 0.0, 1.0) : 0;
+  return {{Dent::Part{below.press, below.radius, 1 - part},
+           Dent::Part{above.press, above.radius, part}}};
+}
+
+PressesAhead::Presses PressesAhead::Await(double radius, double depth) {
+  Expect(radius);
+  const Around around = FindAround(radius);
+  const Ladder &below = *ladders_[around.below], &above = *ladders_[around.above];
+  const auto is_solved = [&] { return Reaches(below, depth) && Reaches(above, depth); };
+  std::unique_lock lock(mutex_);
+  if (!is_solved()) ++waits_;
+  changed_.wait(lock, is_solved);
+  return Between(below, above, radius);
+}
+
+PressesAhead::Presses PressesAhead::Find(double radius, double depth) {
+  Expect(radius);
+  const Around around = FindAround(radius);
+  Ladder &below = *ladders_[around.below], &above = *ladders_[around.above];
+  const std::lock_guard lock(mutex_);
+  bool is_solved = true;
+  for (Ladder* ladder : {&below, &above}) {
+    if (Reaches(*ladder, depth)) continue;
+    ladder->missed = true;
+    is_solved = false;
+  }
+  return is_solved ? Between(below, above, radius) : Nearest(around, radius, depth);
+}
+
+PressesAhead::Presses PressesAhead::Nearest(const Around& around, double radius,
+                                            double depth) const {
+  const Ladder *below = nullptr, *above = nullptr, *deepest = ladders_.front().get();
+  for (std::size_t k = 0; k < ladders_.size(); ++k) {
+    const Ladder& ladder = *ladders_[k];
+    if (DepthOf(*ladder.press) > DepthOf(*deepest->press)) deepest = &ladder;
+    if (!Reaches(ladder, depth)) continue;
+    if (k <= around.below) below = &ladder;
+    if (k >= around.above && !above) above = &ladder;
+  }
+  if (!below) below = above ? above : deepest;
+  if (!above) above = below;
+  Presses presses = Between(*below, *above, radius);
+  presses.solved = false;
+  return presses;
+}
+
+// The two around the tool, the less deep one first; then the others near it; then, if asked for,
+// all others. None but the one under the tool if it is exactly over it.
 PressesAhead::Ladder* PressesAhead::Next() const {
-  const Around around = Find(focus_);
+  const Around around = FindAround(focus_);
   const bool is_on_one = around.below == around.above;
   const double reach = is_on_one ? 0 : kAhead * kRaster * plan_.geometry.radius;
   Ladder* next = nullptr;
-  std::pair<bool, double> first;
+  std::tuple<bool, bool, double> first;
   for (std::size_t k = 0; k < ladders_.size(); ++k) {
     Ladder& ladder = *ladders_[k];
     const double distance = std::abs(ladder.radius - focus_);
     const bool is_around = k == around.below || k == around.above;
-    if (ladder.complete || !(is_around || distance <= reach)) continue;
-    const std::pair rank(!is_around, is_around ? DepthOf(*ladder.press) : distance);
+    const bool is_near = is_around || distance <= reach;
+    if (ladder.complete || !(is_near || everywhere_)) continue;
+    const std::tuple rank(!is_around, !is_near,
+                          is_around ? DepthOf(*ladder.press)
+                          : is_near ? distance
+                                    : std::abs(ladder.radius - plan_.home_radius));
     if (next && rank >= first) continue;
     next = &ladder;
     first = rank;
@@ -146,11 +207,24 @@ std::shared_ptr<const MembranePress> PressesAhead::Grow(Ladder* ladder) const no
   }
 }
 
+void PressesAhead::Announce(Ladder* ladder) {
+  if (!ladder->missed || ladder->announced) return;
+  ladder->announced = true;
+  spdlog::info(
+      "the simulated site solves a press {:.3g} mm from the membrane's axis; until it has, its "
+      "pictures there are a guess and the true force is not told",
+      1e3 * ladder->radius);
+}
+
 void PressesAhead::Run(const std::stop_token& stop) {
+  bool is_nice = false;
   std::unique_lock lock(mutex_);
   while (changed_.wait(lock, stop, [this] { return Next() != nullptr; })) {
     if (stop.stop_requested()) return;
+    // 0: the calling thread (setpriority(2), Linux).
+    if (everywhere_ && !is_nice) is_nice = setpriority(PRIO_PROCESS, 0, kNice) == 0;
     Ladder* const ladder = Next();
+    Announce(ladder);
     lock.unlock();
     auto press = Grow(ladder);
     lock.lock();

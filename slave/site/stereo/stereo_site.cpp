@@ -8,8 +8,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "slave/site/exposure.h"
 #include "slave/site/stereo/dotted_membrane.h"
-#include "slave/site/stereo/exposure.h"
 #include "slave/site/stereo/pair_rig.h"
 #include "slave/site/stereo/textured_membrane.h"
 #include "slave/site/stereo/textured_target.h"
@@ -34,7 +34,10 @@ class Stage {
   Stage() = default;
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
-  virtual void MoveTool(const Vector3d& p_S_tip) = 0;
+  virtual void MoveTool(const Vector3d& p_S_tip, site::Patience patience) = 0;
+  virtual void SolveEverywhere() {}
+  [[nodiscard]] virtual bool IsSolvedEverywhere() const { return true; }
+  [[nodiscard]] virtual std::uint64_t Waits() const { return 0; }
   [[nodiscard]] virtual MembraneTruth Truth() const = 0;
   [[nodiscard]] virtual std::optional<TargetTruth> Target() const { return std::nullopt; }
   [[nodiscard]] virtual Vector3d Displacement(const Eigen::Vector2d& p_O) const = 0;
@@ -55,7 +58,14 @@ class MembraneStage final : public Stage {
         painters_{make(View(scene, rig.left, Isometry3d::Identity())),
                   make(View(scene, rig.right, rig.X_RL))} {}
 
-  void MoveTool(const Vector3d& p_S_tip) override { membrane_.MoveTool(p_S_tip); }
+  void MoveTool(const Vector3d& p_S_tip, site::Patience patience) override {
+    membrane_.MoveTool(p_S_tip, patience);
+  }
+  void SolveEverywhere() override { membrane_.SolveEverywhere(); }
+  [[nodiscard]] bool IsSolvedEverywhere() const override {
+    return membrane_.is_solved_everywhere();
+  }
+  [[nodiscard]] std::uint64_t Waits() const override { return membrane_.waits(); }
   [[nodiscard]] MembraneTruth Truth() const override {
     const auto now = membrane_.now();
     const Vector3d f_O(0, 0, -site::ForceOf(now.dent));
@@ -97,7 +107,7 @@ class TargetStage final : public Stage {
     now_.X_SB_first = now_.X_SB = Pose(0);
   }
 
-  void MoveTool(const Vector3d& p_S_tip) override {
+  void MoveTool(const Vector3d& p_S_tip, site::Patience) override {
     if (!p_S_tip.allFinite()) return;
     const std::lock_guard lock(mutex_);
     truth_.p_S_tip = p_S_tip;
@@ -205,7 +215,23 @@ StereoSite::StereoSite(const Scene& scene, const site::MembraneResolution& resol
 StereoSite::~StereoSite() = default;
 
 void StereoSite::MoveTool(const Vector3d& p_S_tip) {
-  world_->stage->MoveTool(p_S_tip);
+  world_->stage->MoveTool(p_S_tip, site::Patience::kWaits);
+}
+
+void StereoSite::MoveToolAtOnce(const Vector3d& p_S_tip) {
+  world_->stage->MoveTool(p_S_tip, site::Patience::kNone);
+}
+
+void StereoSite::SolveEverywhere() {
+  world_->stage->SolveEverywhere();
+}
+
+bool StereoSite::is_solved_everywhere() const {
+  return world_->stage->IsSolvedEverywhere();
+}
+
+std::uint64_t StereoSite::waits() const {
+  return world_->stage->Waits();
 }
 
 MembraneTruth StereoSite::truth() const {

@@ -2,6 +2,7 @@
 // its own, or a textured target on its path. It shows itself through pictures only.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 
@@ -25,8 +26,9 @@ struct MembraneTruth {
   bool in_contact = false;
   Eigen::Vector3d force{0, 0, 0};  // of the object on the tool [N]
   double depth = 0;                // of the membrane under the tool's centre [m]
-  // False: the tool is deeper, or nearer to the rim, than presses are solved; the pictures show the
-  // nearest one and the force is extrapolated from it.
+  // False: the tool is deeper, or nearer to the rim, than presses are solved, or they are not
+  // solved yet (MoveToolAtOnce). The pictures show the nearest ones, carried to the tool's place,
+  // and the force is theirs, beyond their depth extrapolated: a guess.
   bool solved = true;
 };
 
@@ -47,7 +49,7 @@ struct TargetTruth {
 //   or a fine texture (`track: texture`) on its inner face. The tool does not rub: its place on the
 //   membrane is where its tip is over it, and as deep as the tip is below the rest plane z_O = 0.
 //   Presses are solved ahead (slave/site/stereo/presses_ahead.h) and blended in between (dent.h),
-//   exactly at the radius of manipulator.home, elsewhere within half a percent.
+//   exactly at the radius of manipulator.home, elsewhere within 0.6 % of the force.
 // - anything else with `track: texture`: the textured target of paper C's second experiment on its
 //   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
 //   on by 1 / rate from one pair of pictures to the next.
@@ -65,6 +67,17 @@ class StereoSite {
   // is solved so far: then it waits. Places that are not finite are ignored; a target is not
   // touched.
   void MoveTool(const Eigen::Vector3d& p_S_tip);
+  // For a hand that must not be held up: never waits. Where the presses around the tool are not
+  // solved as deep as it is, they are solved next (a log line tells, once per radius), and until
+  // they are, truth().solved is false. When they are, the membrane jumps from what was guessed to
+  // what is true.
+  void MoveToolAtOnce(const Eigen::Vector3d& p_S_tip);
+  // From now on presses are solved all over the membrane, in the background, nearest to home first
+  // but those under the tool before all. About a second each, a dozen of them.
+  void SolveEverywhere();
+  [[nodiscard]] bool is_solved_everywhere() const;
+  // How often MoveTool waited for a press.
+  [[nodiscard]] std::uint64_t waits() const;
   [[nodiscard]] MembraneTruth truth() const;
   // nullopt: a membrane. Thread-safe.
   [[nodiscard]] std::optional<TargetTruth> target() const;

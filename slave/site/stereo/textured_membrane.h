@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "slave/site/stereo/exposure.h"
+#include "slave/site/exposure.h"
 #include "slave/site/stereo/membrane_view.h"
 #include "slave/site/texture.h"
 

@@ -60,14 +60,14 @@ TrueMembrane::TrueMembrane(const Scene& scene, const MembraneResolution& resolut
   now_.dent.rim = rim_;
 }
 
-void TrueMembrane::MoveTool(const Vector3d& p_S_tip) {
+void TrueMembrane::MoveTool(const Vector3d& p_S_tip, Patience patience) {
   if (!p_S_tip.allFinite()) return;
   if ((p_S_tip - X_SO_.translation()).norm() > kFarthest * rim_) return;
   const std::lock_guard moving(moving_);
-  Move(p_S_tip);
+  Move(p_S_tip, patience);
 }
 
-void TrueMembrane::Move(const Vector3d& p_S_tip) {
+void TrueMembrane::Move(const Vector3d& p_S_tip, Patience patience) {
   const Vector3d p_O = X_SO_.inverse() * p_S_tip;
   const double radius = p_O.head<2>().norm();
   Now next;
@@ -79,8 +79,11 @@ void TrueMembrane::Move(const Vector3d& p_S_tip) {
     Dent& dent = next.dent;
     dent.depth = -p_O.z();
     dent.place_O = radius > 0 ? Vector2d(pressed / radius * p_O.head<2>()) : Vector2d(0, 0);
-    dent.parts = presses_.Await(pressed, dent.depth);
-    next.solved = radius <= presses_.farthest();
+    const PressesAhead::Presses presses = patience == Patience::kWaits
+                                              ? presses_.Await(pressed, dent.depth)
+                                              : presses_.Find(pressed, dent.depth);
+    dent.parts = presses.parts;
+    next.solved = presses.solved && radius <= presses_.farthest();
     for (const Dent::Part& part : dent.parts) {
       const auto& rungs = part.press->rungs;
       next.solved = next.solved && !rungs.empty() && rungs.back()->depth >= dent.depth;

@@ -1,6 +1,7 @@
 // The membrane of a scene as it really is, and the tool on it.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <mutex>
 
@@ -13,12 +14,14 @@
 
 namespace palpate::site {
 
+enum class Patience { kWaits, kNone };  // until presses are solved
+
 class TrueMembrane {
  public:
   struct Now {
     Eigen::Vector3d p_S_tip{0, 0, 0};
     bool in_contact = false;
-    bool solved = true;  // false: the tool is deeper or nearer to the rim than any press solved
+    bool solved = true;  // as MembraneTruth has it
     Dent dent;
   };
 
@@ -27,12 +30,15 @@ class TrueMembrane {
   TrueMembrane(const Scene& scene, const MembraneResolution& resolution);
 
   // See StereoSite. Thread-safe.
-  void MoveTool(const Eigen::Vector3d& p_S_tip);
+  void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience);
+  void SolveEverywhere() { presses_.SolveEverywhere(); }
+  [[nodiscard]] bool is_solved_everywhere() const { return presses_.is_solved_everywhere(); }
+  [[nodiscard]] std::uint64_t waits() const { return presses_.waits(); }
   [[nodiscard]] Now now() const;
   [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }  // misplacement included
 
  private:
-  void Move(const Eigen::Vector3d& p_S_tip);
+  void Move(const Eigen::Vector3d& p_S_tip, Patience patience);
 
   Eigen::Isometry3d X_SO_;
   double rim_;  // [m]

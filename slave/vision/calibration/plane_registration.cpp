@@ -73,7 +73,7 @@ CameraRegistration RegisterPlane(const std::array<int, 2>& size,
   if (!fit) RefuseTooFew(places.size(), kFewest);
   CameraRegistration out = RegistrationOf(*fit, false);
   const Indices used = UsedOf(out);
-  const Eigen::Vector3d extents = Extents(used, places);
+  const Eigen::Vector3d extents = CloudOf(used, places).extents;
   const double across = std::hypot(extents[1], extents[2]);
   out.sigma_angle =
       across > 0 ? out.rms / std::sqrt(2.0) / (across * std::sqrt(static_cast<double>(used.size())))

@@ -2,75 +2,51 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <stdexcept>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <fmt/format.h>
-#include <opencv2/calib3d.hpp>
 
-#include "slave/vision/calibration/lens_calibration.h"
+#include "slave/vision/calibration/lens_pose.h"
+#include "slave/vision/calibration/pose_noise.h"
 #include "slave/vision/calibration/registration_checks.h"
 #include "slave/vision/stereo/lens_model.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-std::optional<CameraGuess> SolvePnp(const Lens& lens, const std::vector<TipPlace>& places,
-                                    const Indices& which) {
-  std::vector<cv::Point3d> objects;
-  std::vector<cv::Point2d> pictures;
-  for (const std::size_t i : which) {
-    const TipPlace& at = places[i];
-    objects.emplace_back(at.p_S.x(), at.p_S.y(), at.p_S.z());
-    pictures.emplace_back(at.left_I.x(), at.left_I.y());
-  }
-  try {
-    cv::Mat rotation, translation;
-    const cv::Matx33d K = CameraMatrixOf(lens);
-    const cv::Mat D = DistortionOf(lens);
-    if (!cv::solvePnP(objects, pictures, K, D, rotation, translation, false, cv::SOLVEPNP_SQPNP)) {
-      return std::nullopt;
-    }
-    cv::solvePnPRefineLM(objects, pictures, K, D, rotation, translation);
-    return CameraGuess{PoseOf(rotation, translation).inverse(), 0};
-  } catch (const std::exception&) {  // cv::Exception or no finite pose
-    return std::nullopt;
-  }
+double SumOfSquares(const CameraRegistration& r) {
+  return r.rms * r.rms * static_cast<double>(UsedOf(r).size());
 }
 
-// One sigma of the pose's angle [rad] and place [m] from the pictures' misses, by the curvature of
-// their squares.
-void SetSigmas(const Lens& lens, const std::vector<TipPlace>& places, CameraRegistration* r) {
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-  const Eigen::Isometry3d X_CS = r->X_SC.inverse();
-  const Indices used = UsedOf(*r);
-  for (const std::size_t i : used) {
+void SetSigmas(const PoseNoise& noise, CameraRegistration* r) {
+  const PoseNoise::Sigmas sigmas = noise.Of(SumOfSquares(*r));
+  r->sigma_angle = sigmas.angle;
+  r->sigma_place = sigmas.place;
+}
+
+// d p_C / d (turn, shift) of the camera.
+Eigen::Matrix<double, 3, 6> ByPose(const Eigen::Vector3d& p_C) {
+  Eigen::Matrix<double, 3, 6> J;
+  J.leftCols<3>() << 0, -p_C.z(), p_C.y(), p_C.z(), 0, -p_C.x(), -p_C.y(), p_C.x(), 0;
+  J.rightCols<3>().setIdentity();
+  return J;
+}
+
+// The pictures' noise is the same in all of them.
+PoseNoise NoiseOf(const Lens& lens, const std::vector<TipPlace>& places,
+                  const CameraRegistration& r) {
+  PoseNoise noise;
+  const Eigen::Isometry3d X_CS = r.X_SC.inverse();
+  for (const std::size_t i : UsedOf(r)) {
     const Eigen::Vector3d p_C = X_CS * places[i].p_S;
     Eigen::Vector2d at;
     Eigen::Matrix<double, 2, 3> by_place;
     if (!ProjectWithJacobian(lens, p_C, &at, &by_place)) continue;
-    Eigen::Matrix3d cross;  // turning the camera moves the place across
-    cross << 0, -p_C.z(), p_C.y(), p_C.z(), 0, -p_C.x(), -p_C.y(), p_C.x(), 0;
-    Eigen::Matrix<double, 2, 6> J;
-    J << -by_place * cross, by_place;
-    normal += J.transpose() * J;
+    noise.Add(by_place * ByPose(p_C), Eigen::Matrix2d::Identity());
   }
-  const double spare = std::max(1.0, 2.0 * static_cast<double>(used.size()) - 6);
-  const double variance = r->rms * r->rms * static_cast<double>(used.size()) / spare;
-  const Eigen::Matrix<double, 6, 6> covariance = variance * normal.inverse();
-  const auto largest = [](const Eigen::Matrix3d& block) {
-    if (!block.allFinite()) return std::numeric_limits<double>::infinity();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(block, Eigen::EigenvaluesOnly);
-    return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
-  };
-  r->sigma_angle = largest(covariance.topLeftCorner<3, 3>());
-  r->sigma_place = largest(covariance.bottomRightCorner<3, 3>());
+  return noise;
 }
 
 // The rigid motion from p_L to the places in S of least squares (Kabsch 1976).
@@ -100,39 +76,97 @@ std::optional<CameraGuess> Kabsch(const std::vector<Eigen::Vector3d>& p_L,
   return guess;
 }
 
-}  // namespace
+// Places on a plane, seen from afar, may be tilted either way.
+void JudgeOtherPose(const std::vector<LensPose>& poses, CameraRegistration* r) {
+  if (poses.size() < 2) return;
+  const Eigen::Matrix3d turn =
+      poses[0].guess.X_SC.linear().transpose() * poses[1].guess.X_SC.linear();
+  const double angle = Eigen::AngleAxisd(turn).angle();
+  constexpr double kSame = 1e-3;  // [rad]: two ways to the same minimum
+  const double spare = 2.0 * static_cast<double>(UsedOf(*r).size()) - 6;
+  // Accepted: the other one misses by three sigma more.
+  const double limit = poses[0].sum_of_squares * (1 + 9 / std::max(spare, 1.0)) + 1e-12;
+  if (angle < kSame || poses[1].sum_of_squares > limit) return;
+  r->reasons.push_back(fmt::format(
+      "a second pose, turned by {:.3g} deg, fits nearly as well ({:.3g} px rms): places that do "
+      "not lie on a plane, or nearer to the camera, tell them apart",
+      angle * 180 / std::numbers::pi,
+      std::sqrt(poses[1].sum_of_squares / static_cast<double>(UsedOf(*r).size()))));
+}
 
-CameraRegistration RegisterPair(const StereoRig& rig, const std::vector<TipPlace>& places) {
-  constexpr std::size_t kFewest = 3;
-  std::vector<Eigen::Vector3d> p_L(places.size(), Eigen::Vector3d::Zero());
+// The tips as the pair sees them; noise along the view counts several times that across it.
+struct SeenTips {
+  std::vector<Eigen::Vector3d> p_L;
+  std::vector<Eigen::Matrix3d> covariance;  // for one px of noise [m^2]
   Indices usable;
+};
+
+SeenTips Triangulate(const StereoRig& rig, const std::vector<TipPlace>& places) {
+  SeenTips seen;
+  seen.p_L.resize(places.size(), Eigen::Vector3d::Zero());
+  seen.covariance.resize(places.size(), Eigen::Matrix3d::Zero());
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (!places[i].right_I) continue;
     const auto point = Triangulate(rig, places[i].left_I, *places[i].right_I, 1);
     if (!point) continue;
-    p_L[i] = point->p_L;
-    usable.push_back(i);
+    seen.p_L[i] = point->p_L;
+    seen.covariance[i] = point->covariance;
+    seen.usable.push_back(i);
   }
-  const auto solve = [&](const Indices& which) { return Kabsch(p_L, places, which); };
-  const auto miss = [&](const CameraGuess& guess, std::size_t i) {
-    return (guess.X_SC * p_L[i] - places[i].p_S).norm();
-  };
-  const auto fit = usable.size() < kFewest
-                       ? std::nullopt
-                       : FitRobustly(places.size(), usable, kFewest, solve, miss);
-  if (!fit) RefuseTooFew(usable.size(), kFewest);
-  CameraRegistration out = RegistrationOf(*fit, false);
+  return seen;
+}
+
+// Of the places used, were the table their mirror image.
+template <typename Solve, typename Miss>
+double MirroredRms(const std::vector<TipPlace>& places, const Indices& used, const Solve& solve,
+                   const Miss& miss) {
+  std::vector<TipPlace> mirrored = places;
+  for (TipPlace& place : mirrored) place.p_S.x() *= -1;
+  const auto guess = solve(mirrored, used);
+  if (!guess) return HUGE_VAL;
+  double sum = 0;
+  for (const std::size_t i : used) {
+    const double m = miss(mirrored, *guess, i);
+    sum += std::isfinite(m) ? m * m : HUGE_VAL;
+  }
+  return std::sqrt(sum / static_cast<double>(used.size()));
+}
+
+// The robust fit, and what speaks against the places themselves.
+template <typename Solve, typename Miss>
+CameraRegistration Register(const std::vector<TipPlace>& places, const Indices& usable,
+                            std::size_t fewest, const Solve& solve, const Miss& miss,
+                            bool in_pixels) {
+  const auto fit =
+      usable.size() < fewest
+          ? std::nullopt
+          : FitRobustly(
+                places.size(), usable, fewest,
+                [&](const Indices& which) { return solve(places, which); },
+                [&](const CameraGuess& guess, std::size_t i) { return miss(places, guess, i); });
+  if (!fit) RefuseTooFew(usable.size(), fewest);
+  CameraRegistration out = RegistrationOf(*fit, in_pixels);
   const Indices used = UsedOf(out);
-  const Eigen::Vector3d extents = Extents(used, places);
-  // A turn about the longest direction moves the places by their extent across it.
-  const double root = std::sqrt(static_cast<double>(used.size()));
-  const double across = std::hypot(extents[0], extents[1]);
-  out.sigma_angle = across > 0 ? out.rms / std::sqrt(3.0) / (across * root) : HUGE_VAL;
-  const Eigen::Vector3d first_S = places[used.front()].p_S;
-  out.sigma_place = std::hypot(out.rms / std::sqrt(3.0) / root,
-                               out.sigma_angle * (out.X_SC.translation() - first_S).norm());
-  JudgePlaces(extents, kFewest, &out);
-  JudgeScatter(out.rms, extents, &out);
+  JudgePlaces(CloudOf(used, places).extents, fewest, &out);
+  JudgeMirror(MirroredRms(places, used, solve, miss), places, &out);
+  return out;
+}
+
+}  // namespace
+
+CameraRegistration RegisterPair(const StereoRig& rig, const std::vector<TipPlace>& places) {
+  constexpr std::size_t kFewest = 3;
+  const SeenTips seen = Triangulate(rig, places);
+  const auto solve = [&](const std::vector<TipPlace>& table, const Indices& which) {
+    return Kabsch(seen.p_L, table, which);
+  };
+  const auto miss = [&](const std::vector<TipPlace>& table, const CameraGuess& guess,
+                        std::size_t i) { return (guess.X_SC * seen.p_L[i] - table[i].p_S).norm(); };
+  CameraRegistration out = Register(places, seen.usable, kFewest, solve, miss, false);
+  PoseNoise noise;
+  for (const std::size_t i : UsedOf(out)) noise.Add(ByPose(seen.p_L[i]), seen.covariance[i]);
+  SetSigmas(noise, &out);
+  JudgeScatter(out.rms, CloudOf(UsedOf(out), places).extents, &out);
   return out;
 }
 
@@ -142,25 +176,22 @@ CameraRegistration RegisterLens(const Lens& lens, const std::vector<TipPlace>& p
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (RayOf(lens, places[i].left_I)) usable.push_back(i);
   }
-  const auto miss = [&](const CameraGuess& guess, std::size_t i) {
-    const auto at = Project(lens, guess.X_SC.inverse() * places[i].p_S);
-    return at ? (*at - places[i].left_I).norm() : kNan;
+  const auto solve = [&](const std::vector<TipPlace>& table, const Indices& which) {
+    const auto poses = LensPoses(lens, table, which);
+    return poses.empty() ? std::nullopt : std::optional(poses.front().guess);
   };
-  const auto solve = [&](const Indices& which) { return SolvePnp(lens, places, which); };
-  const auto fit = usable.size() < kFewest
-                       ? std::nullopt
-                       : FitRobustly(places.size(), usable, kFewest, solve, miss);
-  if (!fit) RefuseTooFew(usable.size(), kFewest);
-  CameraRegistration out = RegistrationOf(*fit, true);
-  SetSigmas(lens, places, &out);
+  const auto miss = [&](const std::vector<TipPlace>& table, const CameraGuess& guess,
+                        std::size_t i) { return LensMiss(lens, guess.X_SC, table[i]); };
+  CameraRegistration out = Register(places, usable, kFewest, solve, miss, true);
+  SetSigmas(NoiseOf(lens, places, out), &out);
   const Indices used = UsedOf(out);
-  const Eigen::Vector3d extents = Extents(used, places);
   double distance = 0;  // [m], mean
   for (const std::size_t i : used) {
     distance += (out.X_SC.inverse() * places[i].p_S).z() / static_cast<double>(used.size());
   }
-  JudgePlaces(extents, kFewest, &out);
-  JudgeScatter(out.rms * distance / std::sqrt(lens.fx * lens.fy), extents, &out);
+  JudgeOtherPose(LensPoses(lens, places, used), &out);
+  JudgeScatter(out.rms * distance / std::sqrt(lens.fx * lens.fy), CloudOf(used, places).extents,
+               &out);
   return out;
 }
 

@@ -15,6 +15,8 @@ namespace {
 // no more outliers than half of what fits.
 constexpr double kWidth = 0.05, kAngle = 2 * std::numbers::pi / 180, kScatter = 0.05;
 constexpr double kUsed = 2.0 / 3;
+// Two fits of the same places are alike where their misses differ by less than this factor.
+constexpr double kAlike = 2;
 
 }  // namespace
 
@@ -26,16 +28,18 @@ Indices UsedOf(const CameraRegistration& r) {
   return used;
 }
 
-Eigen::Vector3d Extents(const Indices& used, const std::vector<TipPlace>& places) {
-  Eigen::Vector3d mean(0, 0, 0);
-  for (const std::size_t i : used) mean += places[i].p_S / static_cast<double>(used.size());
+PlaceCloud CloudOf(const Indices& used, const std::vector<TipPlace>& places) {
+  PlaceCloud cloud;
+  for (const std::size_t i : used) cloud.mean += places[i].p_S / static_cast<double>(used.size());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::size_t i : used) {
-    const Eigen::Vector3d d = places[i].p_S - mean;
+    const Eigen::Vector3d d = places[i].p_S - cloud.mean;
     scatter += d * d.transpose() / static_cast<double>(used.size());
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
+  cloud.extents = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  cloud.normal = solver.eigenvectors().col(0);
+  return cloud;
 }
 
 CameraRegistration RegistrationOf(const RobustFit& fit, bool in_pixels) {
@@ -67,6 +71,30 @@ void JudgePlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegis
         "the places lie on a line: the turn about it is not defined, and nothing tells a mirror "
         "image");
   }
+}
+
+void JudgeMirror(double mirrored_rms, const std::vector<TipPlace>& places, CameraRegistration* r) {
+  const PlaceCloud cloud = CloudOf(UsedOf(*r), places);
+  if (!(cloud.extents[1] > kWidth * cloud.extents[2])) return;  // on a line: told already
+  constexpr double kExact = 1e-9;  // [m] or [px]: both fit without any miss
+  if (kAlike * mirrored_rms + kExact < r->rms) {
+    r->reasons.push_back(
+        "the places are a mirror image of what is seen: the sign of a column x, y or z is wrong, "
+        "or two columns are exchanged");
+    return;
+  }
+  if (mirrored_rms > kAlike * r->rms + kExact) return;
+  int axis = 0;  // of S, the one the plane faces most
+  cloud.normal.cwiseAbs().maxCoeff(&axis);
+  const Eigen::Vector3d camera = r->X_SC.translation() - cloud.mean;
+  const bool is_greater = camera.dot(cloud.normal) * cloud.normal[axis] > 0;
+  const char name = "xyz"[axis];
+  r->warnings.push_back(fmt::format(
+      "the places lie on a plane, where a table with a wrong sign or exchanged columns fits as "
+      "well and puts the camera on the plane's other side: make sure that it stands {:.3g} mm from "
+      "the plane where {} of S is {}, and looks towards {}{}",
+      1e3 * std::abs(camera.dot(cloud.normal)), name, is_greater ? "greater" : "smaller",
+      is_greater ? '-' : '+', name));
 }
 
 void JudgeScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r) {

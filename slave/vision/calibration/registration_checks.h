@@ -10,13 +10,22 @@ namespace palpate {
 
 Indices AllIndices(std::size_t count);
 Indices UsedOf(const CameraRegistration& r);
-// Root mean square extent of the places used along their principal directions, rising [m].
-Eigen::Vector3d Extents(const Indices& used, const std::vector<TipPlace>& places);
+
+// Places and their principal directions.
+struct PlaceCloud {
+  Eigen::Vector3d mean{0, 0, 0};
+  Eigen::Vector3d extents{0, 0, 0};  // root mean square along the directions, rising [m]
+  Eigen::Vector3d normal{0, 0, 1};   // the direction of the smallest extent
+};
+PlaceCloud CloudOf(const Indices& used, const std::vector<TipPlace>& places);
+
 CameraRegistration RegistrationOf(const RobustFit& fit, bool in_pixels);
 
 // Each adds to r->reasons. `fewest` places define a pose; `rms_m` [m].
 void JudgePlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegistration* r);
 void JudgeScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r);
+// `mirrored_rms` of the places used, were the table their mirror image, in the unit of r->rms.
+void JudgeMirror(double mirrored_rms, const std::vector<TipPlace>& places, CameraRegistration* r);
 // A place above the plane is seen where another one of the plane is.
 void JudgeHeights(const Indices& used, const std::vector<TipPlace>& places,
                   const Eigen::Vector3d& extents, CameraRegistration* r);

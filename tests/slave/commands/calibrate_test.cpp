@@ -18,6 +18,7 @@
 namespace palpate {
 namespace {
 
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 namespace fs = std::filesystem;
@@ -34,6 +35,7 @@ class CalibrateTest : public testing::Test {
 
   // Standard output and error go to said_.
   int Run() {
+    said_.clear();
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     int code = -1;
@@ -132,6 +134,19 @@ TEST_F(CalibrateTest, ExchangedSidesAreSaidAndPutRight) {
   const StereoRig rig = ReadRig(options_.out);
   EXPECT_GT(rig.X_RL.inverse().translation().x(), 0.08);
   EXPECT_NEAR(rig.left.fx, 533.2, 2);
+
+  options_.board = "9x6";
+  ASSERT_EQ(Run(), 0) << said_;
+  std::stringstream exchanged(said_);
+  std::swap(options_.left, options_.right);
+  ASSERT_EQ(Run(), 0) << said_;
+  int rows = 0;
+  for (std::string row; std::getline(exchanged, row);) {
+    if (row.rfind("left0", 0) != 0) continue;
+    EXPECT_THAT(said_, HasSubstr(row + "\n"));  // misses and pixel on the board, word for word
+    ++rows;
+  }
+  EXPECT_EQ(rows, 9);
 }
 
 // One pair whose right picture is of another instant, one picture that is none, one without a
@@ -160,11 +175,36 @@ TEST_F(CalibrateTest, WhatIsBadIsNamedAndLeftOut) {
   EXPECT_THAT(said_, HasSubstr("left02.jpg right02.jpg  left out: off by"));
   EXPECT_THAT(said_, HasSubstr("left out: right07.jpg: "));
   EXPECT_THAT(said_, HasSubstr("left08.jpg: the board is not (wholly) seen"));
-  EXPECT_THAT(said_, HasSubstr("without a partner on the other side: 1"));
+  EXPECT_THAT(said_, HasSubstr("without a partner on the other side: 1 (left05.jpg)"));
   EXPECT_EQ(Occurrences("left out"), 3) << said_;
   const StereoRig found = ReadRig(options_.out);
   EXPECT_EQ(found.X_RL.matrix(), expected.X_RL.matrix()) << said_;
   EXPECT_NEAR(found.baseline(), 0.0832, 0.01 * 0.0832);
+}
+
+// The data's folder has left_intrinsics.yml, and no such file for the right camera; nor do numbers
+// tell where pictures have none.
+TEST_F(CalibrateTest, AFileThatIsNoPictureIsNamedAndHindersNoPairing) {
+  if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
+  for (const bool numbered : {true, false}) {
+    const fs::path folder = folder_ / (numbered ? "numbered" : "lettered");
+    fs::create_directories(folder);
+    for (int i = 1; i <= 6; ++i) {
+      for (const std::string side : {"left", "right"}) {
+        const std::string letter(1, static_cast<char>('a' + i));
+        fs::copy(chess_ / (side + "0" + std::to_string(i) + ".jpg"),
+                 folder / (side + (numbered ? std::to_string(i) : letter) + ".jpg"));
+      }
+    }
+    std::ofstream(folder / "left_intrinsics.yml") << "%YAML:1.0\n";
+    std::ofstream(folder / "left2.txt") << "its number is a picture's, too";
+    Chessboards(folder / "left*", folder / "right*");
+    ASSERT_EQ(Run(), 0) << said_;
+    EXPECT_THAT(said_, ContainsRegex("left out: .*left_intrinsics.yml: "));
+    EXPECT_THAT(said_, ContainsRegex("left out: .*left2.txt: "));
+    EXPECT_THAT(said_, Not(HasSubstr("without a partner")));
+    EXPECT_NEAR(ReadRig(options_.out).baseline(), 0.0832, 0.01 * 0.0832);
+  }
 }
 
 // Upside-down pictures of one or both cameras are of another rig, and no worse.
@@ -291,6 +331,35 @@ TEST_F(CalibrateTest, RegistersACameraAboveThePlane) {
   options_.tip_places = Write("bad.csv", "x,y,z,u\n1,2,3,4\n");
   EXPECT_EQ(Run(), 2);
   EXPECT_THAT(said_, HasSubstr("bad.csv"));
+}
+
+// With the sign of x wrong the camera would stand on the other side of the plane: the words and the
+// written lines must say on which it is taken to be.
+TEST_F(CalibrateTest, AFlatTableSaysOnWhichSideItsCameraStands) {
+  StereoRig camera;
+  camera.left = {800, 800, 319.5, 239.5, {}, {640, 480}};
+  WriteRig(folder_ / "lens.yaml", camera, true);
+  options_.rig = folder_ / "lens.yaml";
+  options_.out = folder_ / "lines.yaml";
+  for (const double sign : {1.0, -1.0}) {
+    std::string rows = "x,y,z,u,v\n";
+    for (const double x : {-0.04, 0.01, 0.05}) {
+      for (const double y : {-0.05, 0.0, 0.04}) {
+        const Eigen::Vector2d at = *Project(camera.left, {x, -y, 0.4});  // looks down from z = 0.4
+        rows += std::to_string(sign * x) + "," + std::to_string(y) + ",0," +
+                std::to_string(at.x()) + "," + std::to_string(at.y()) + "\n";
+      }
+    }
+    options_.tip_places = Write("tips.csv", rows);
+    ASSERT_EQ(Run(), 0) << said_;
+    std::stringstream lines;
+    lines << std::ifstream(options_.out).rdbuf();
+    const char* side = sign > 0 ? "where z of S is greater, and looks towards -z"
+                                : "where z of S is smaller, and looks towards +z";
+    EXPECT_THAT(said_, HasSubstr(side));
+    EXPECT_THAT(said_, HasSubstr(sign > 0 ? ", 400.0] mm of S" : ", -400.0] mm of S"));
+    EXPECT_THAT(lines.str(), HasSubstr(side));
+  }
 }
 
 // Places on the plane z = 0 that a camera 0.4 m above it sees through its lens; the sixth is wrong.

@@ -114,6 +114,9 @@ class CheckFilesTest : public ::testing::Test {
     StereoRig other = site.rig();
     other.left.size = other.right.size = {320, 240};
     WriteRig(folder_.path() / "small.yaml", other);
+    StereoRig wide = site.rig();
+    wide.X_RL.translation() *= 1.5;
+    WriteRig(folder_.path() / "wide.yaml", wide);
   }
   std::string SaidOfFiles(const std::string& right, const std::string& rig) const {
     return Said(folder_.Write(
@@ -133,6 +136,11 @@ TEST_F(CheckFilesTest, TheirDotsAreLookedFor) {
   EXPECT_THAT(said, HasSubstr("pair of picture files, 640 x 480 px"));
   EXPECT_THAT(said, HasSubstr("(12 pairs)"));
   EXPECT_THAT(said, HasSubstr("31 of 31 points in the last of 12 pictures"));
+}
+
+TEST_F(CheckFilesTest, ARigOfOtherCamerasIsSuspected) {
+  EXPECT_THAT(SaidOfFiles("right*.png", "wide.yaml"),
+              AllOf(HasSubstr("NOTHING yet"), HasSubstr("check the sides (left, right), the rig")));
 }
 
 TEST_F(CheckFilesTest, ARigOfOtherPicturesIsRefused) {

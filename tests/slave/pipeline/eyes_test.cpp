@@ -1,9 +1,12 @@
 #include "slave/pipeline/eyes.h"
 
 #include <cmath>
+#include <filesystem>
 #include <random>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "slave/vision/dots/dot_layout.h"
 #include "tests/slave/pipeline/watched_membrane.h"
@@ -166,6 +169,33 @@ TEST(EyesTest, DepthTellsWhereTheSurfaceWent) {
   eyes->Reset();
   EXPECT_FALSE(eyes->at_rest_known());
   EXPECT_FALSE(eyes->PlaceInPicture(0).allFinite());
+}
+
+// A rig that is none is a mistake of the scene, not of the run.
+TEST(EyesTest, ARigThatCannotBeUsedIsTheScenesMistake) {
+  Scene scene = MembraneScene();
+  StereoRig rig = RigOf(scene);
+  const auto file =
+      std::filesystem::temp_directory_path() / ("eyes-rig-" + std::to_string(getpid()) + ".yaml");
+  scene.sense.stereo->rig = file;
+  const auto refusal = [&]() -> std::string {
+    try {
+      RigOf(scene);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  WriteRig(file, rig);
+  EXPECT_EQ(refusal(), "nothing");
+  WriteRig(file, rig, true);
+  EXPECT_NE(refusal().find("sense.camera.stereo.rig"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("one camera"), std::string::npos) << refusal();
+  rig.left.fx = -800;
+  WriteRig(file, rig);
+  EXPECT_NE(refusal().find("sense.camera.stereo.rig"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("focal > 0"), std::string::npos) << refusal();
+  std::filesystem::remove(file);
 }
 
 TEST(EyesTest, PicturesThatAreNotTheRigsAreRefusedInWords) {

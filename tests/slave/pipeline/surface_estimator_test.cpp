@@ -11,6 +11,7 @@
 
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
+#include "slave/pipeline/sifted_fit.h"
 #include "tests/slave/pipeline/membrane_scene.h"
 #include "tests/support/allocation_count.h"
 
@@ -91,6 +92,48 @@ TEST(SurfaceEstimatorTest, SigmaIsTheForcesStandardDeviation) {
     sum += error * error;
   }
   EXPECT_NEAR(sum / kPictures, 0.9, 0.48);
+}
+
+// As exchanged cameras show it. A press of the same size is valid.
+TEST(SurfaceEstimatorTest, ALoadThatPullsIsNoPress) {
+  SurfaceEstimator& estimator = Large();
+  for (const double force : {-1.0, 1.0}) {
+    const Felt& felt =
+        estimator.Feel(DotsUnder(FinerPlate(), {0, 0}, force, kSigma, nullptr), kAway);
+    ASSERT_TRUE(felt.force.has_value());
+    EXPECT_NEAR(felt.force->z(), -force, 0.02);
+    EXPECT_EQ(felt.validity, force < 0 ? Validity::kValid : Validity::kExtrapolated);
+  }
+  EXPECT_THAT(std::string(estimator.load().why), HasSubstr("pulls outward: check the sides"));
+}
+
+// Reference: the force itself, five sigma; of 1681 points those that are left see it as well.
+TEST(SurfaceEstimatorTest, ManyPointsTellTheForceOfAFew) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(6);
+  SurfaceObservation seen = DotsUnder(FinerPlate(), {0.01, 0.004}, -2, 0, nullptr);
+  std::normal_distribution<double> noise(0, kSigma);
+  SurfacePoint point = seen.points.front();
+  seen.points.clear();
+  for (int k = 0; k < 41 * 41; ++k) {
+    const Vector2d rest = Vector2d(k % 41 - 20, k / 41 - 20) * 0.002;
+    if (rest.norm() > kRadius) continue;
+    point.p_S_rest = Vector3d(rest.x(), rest.y(), 0);
+    point.p_S = {rest.x(), rest.y(), FinerPlate().Displacement(rest) + noise(random)};
+    point.covariance = kSigma * kSigma * Eigen::Matrix3d::Identity();
+    seen.points.push_back(point);
+  }
+  const Felt& felt = estimator.Feel(seen, kAway);
+  EXPECT_EQ(felt.validity, Validity::kValid) << estimator.load().why;
+  EXPECT_NEAR(felt.force->z(), 2, 0.02 * 2);
+  SiftedFit fit(FinerPlate(), kToolWidth);
+  const int used = fit.Fit(seen.points).points;
+  EXPECT_LE(used, EvenChoice::kMost);
+  EXPECT_GE(used, 100);
+  const long before = AllocationCount();
+  seen.points[7].seen = seen.points[300].seen = false;
+  estimator.Feel(seen, kAway);
+  EXPECT_EQ(AllocationCount(), before);
 }
 
 // Reference: the same picture without those dots.

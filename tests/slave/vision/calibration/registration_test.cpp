@@ -8,12 +8,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/vision/calibration/lens_pose.h"
+#include "slave/vision/calibration/pose_noise.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 
 namespace palpate {
 namespace {
 
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -29,9 +32,11 @@ Eigen::Isometry3d TruePose() {
   return X;
 }
 
-// Tips about 250 mm before the left camera, seen with `sigma` [px] of noise.
-std::vector<TipPlace> Tips(const StereoRig& rig, int count, double sigma) {
-  std::mt19937 random(3);
+// Tips about 250 mm before the left camera, seen with `sigma` [px] of noise; `thickness` 0: on a
+// plane.
+std::vector<TipPlace> Tips(const StereoRig& rig, int count, double sigma, double thickness = 1,
+                           unsigned seed = 3) {
+  std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-0.03, 0.03);
   std::normal_distribution<double> noise(0, 1);
   const auto jitter = [&] {
@@ -41,7 +46,7 @@ std::vector<TipPlace> Tips(const StereoRig& rig, int count, double sigma) {
   std::vector<TipPlace> tips;
   for (int i = 0; i < count; ++i) {
     const double x = place(random), y = place(random), z = place(random);
-    const Eigen::Vector3d p_L(x + 0.03, y, 0.25 + z);
+    const Eigen::Vector3d p_L(x + 0.03, y, 0.25 + thickness * z);
     TipPlace tip;
     tip.p_S = TruePose() * p_L;
     tip.left_I = *Project(rig.left, p_L) + jitter();
@@ -78,6 +83,146 @@ TEST(RegistrationTest, NoiseMovesThePoseByNoMoreThanStated) {
     EXPECT_LT(found.sigma_angle, 0.5 * kDegree);
     EXPECT_LT(found.sigma_place, 0.003);
     EXPECT_THAT(found.reasons, IsEmpty());
+  }
+}
+
+// Reference: chi square. Two sigma hold 86 % of what has two directions of that size (the tilts
+// seen by a pair) and 74 % of what has three; less two standard deviations of 200 draws' count, 5
+// and 6
+// %. Four places leave the pair's depths one degree of freedom and the lens two.
+TEST(RegistrationTest, TheSigmaHoldsWithFewPlacesAsWithMany) {
+  const StereoRig rig = VergedTestRig(kBarrel);
+  constexpr int kDraws = 200;
+  for (const int count : {4, 5, 8, 20}) {
+    int pairs = 0, lenses = 0, lens_draws = 0;
+    for (unsigned seed = 0; seed < kDraws; ++seed) {
+      const auto tips = Tips(rig, count, 0.2, 1, 100 + seed);
+      const auto holds = [](const CameraRegistration& found) {
+        const double off = (found.X_SC.translation() - TruePose().translation()).norm();
+        return off < 2 * found.sigma_place &&
+               AngleBetween(found.X_SC, TruePose()) < 2 * found.sigma_angle;
+      };
+      pairs += holds(RegisterPair(rig, tips)) ? 1 : 0;
+      if (count > 5) continue;  // 400 trial poses a time take long
+      lenses += holds(RegisterLens(rig.left, tips)) ? 1 : 0;
+      ++lens_draws;
+    }
+    EXPECT_GT(pairs, 0.81 * kDraws) << count;
+    EXPECT_GE(lenses, 0.68 * lens_draws) << count;
+  }
+}
+
+// Reference: quantiles of Student's distribution at 84.13 %, from tables.
+TEST(RegistrationTest, FewDegreesOfFreedomWidenASigma) {
+  EXPECT_NEAR(StudentOneSigma(1), 1.837, 0.03);
+  EXPECT_NEAR(StudentOneSigma(2), 1.321, 0.01);
+  EXPECT_NEAR(StudentOneSigma(6), 1.091, 0.001);
+  EXPECT_NEAR(StudentOneSigma(1e9), 1, 1e-8);
+}
+
+// A table with a wrong sign, or with exchanged columns.
+std::vector<std::vector<TipPlace>> MirrorsOf(const std::vector<TipPlace>& tips) {
+  std::vector<std::vector<TipPlace>> mirrors(4, tips);
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) mirrors[static_cast<std::size_t>(axis)][i].p_S[axis] *= -1;
+    std::swap(mirrors[3][i].p_S.x(), mirrors[3][i].p_S.y());
+  }
+  return mirrors;
+}
+
+TEST(RegistrationTest, AMirroredTableOfPlacesInSpaceIsRefused) {
+  const StereoRig rig = VergedTestRig(kBarrel);
+  const auto tips = Tips(rig, 14, 0.2);
+  EXPECT_THAT(RegisterPair(rig, tips).warnings, IsEmpty());
+  EXPECT_THAT(RegisterLens(rig.left, tips).warnings, IsEmpty());
+  for (const auto& mirror : MirrorsOf(tips)) {
+    EXPECT_THAT(RegisterPair(rig, mirror).reasons, Contains(HasSubstr("mirror image")));
+    EXPECT_THAT(RegisterLens(rig.left, mirror).reasons, Contains(HasSubstr("mirror image")));
+  }
+}
+
+// Nothing in places on a plane tells a mirrored table; the side on which the camera is taken to
+// stand does. The true one looks towards -z of S from 250 mm above the plane.
+TEST(RegistrationTest, PlacesOnAPlaneSayOnWhichSideTheCameraStands) {
+  const StereoRig rig = VergedTestRig(kBarrel);
+  for (const double thickness : {0.0, 0.001}) {
+    const auto tips = Tips(rig, 14, 0.2, thickness);
+    for (const auto& found : {RegisterPair(rig, tips), RegisterLens(rig.left, tips)}) {
+      EXPECT_LT(AngleBetween(found.X_SC, TruePose()), 4 * found.sigma_angle);
+      EXPECT_THAT(found.reasons, IsEmpty());
+      EXPECT_THAT(found.warnings,
+                  ElementsAre(HasSubstr("where z of S is greater, and looks towards -z")));
+    }
+    const auto mirrors = MirrorsOf(tips);
+    for (const std::size_t k : {0U, 1U, 3U}) {  // a wrong sign of z turns the taken side, too
+      for (const auto& found :
+           {RegisterPair(rig, mirrors[k]), RegisterLens(rig.left, mirrors[k])}) {
+        EXPECT_THAT(found.reasons, IsEmpty()) << k;
+        EXPECT_THAT(found.warnings,
+                    ElementsAre(HasSubstr("where z of S is smaller, and looks towards +z")))
+            << k;
+      }
+    }
+  }
+}
+
+// Reference: least squares misses no more than the truth does. Far from the origin of S a turn of
+// the camera is nearly a shift of it, and a plane's second pose is near: one start that is not
+// about the places' middle ends elsewhere in one of 25 draws.
+TEST(RegistrationTest, NoPoseMissesLessThanTheOneFound) {
+  const Lens lens = TestLens(kBarrel);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-1, 1);
+  std::normal_distribution<double> noise(0, 0.3);
+  const auto vector = [&](double size) {
+    const double x = any(random), y = any(random), z = any(random);
+    return Eigen::Vector3d(size * x, size * y, size * z);
+  };
+  for (int draw = 0; draw < 300; ++draw) {
+    const Eigen::AngleAxisd tilt(0.5 * any(random), vector(1).normalized());
+    Eigen::Isometry3d X_SC = Eigen::Isometry3d::Identity();
+    X_SC.translation() = vector(0.4);
+    X_SC.rotate(Eigen::AngleAxisd(std::numbers::pi * any(random), vector(1).normalized()));
+    std::vector<TipPlace> tips;
+    Indices all;
+    double misses = 0;
+    for (std::size_t i = 0; i < 14; ++i) {
+      Eigen::Vector3d p_C = vector(0.04);
+      p_C.z() = 0;
+      p_C = tilt * p_C + Eigen::Vector3d(0, 0, 0.25);
+      const double du = noise(random), dv = noise(random);
+      misses += du * du + dv * dv;
+      tips.push_back({X_SC * p_C, *Project(lens, p_C) + Eigen::Vector2d(du, dv), std::nullopt});
+      all.push_back(i);
+    }
+    const auto poses = LensPoses(lens, tips, all);
+    ASSERT_FALSE(poses.empty()) << draw;
+    EXPECT_LE(poses.front().sum_of_squares, misses) << draw;
+  }
+}
+
+// From afar a plane tilted by 30 deg to one side looks as one tilted to the other.
+TEST(RegistrationTest, ASmallPlaneThatMayBeTiltedEitherWayIsRefused) {
+  const Lens lens = TestLens();
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0, 0.3);
+  const Eigen::AngleAxisd tilt(30 * kDegree, Eigen::Vector3d::UnitX());
+  for (const double size : {0.004, 0.04}) {
+    std::vector<TipPlace> tips;
+    for (const double x : {-1.0, 0.0, 1.0}) {
+      for (const double y : {-1.0, 0.0, 1.0}) {
+        const Eigen::Vector3d p_C =
+            tilt * Eigen::Vector3d(size * x, size * y, 0) + Eigen::Vector3d(0, 0, 0.25);
+        const double du = noise(random), dv = noise(random);
+        tips.push_back({TruePose() * p_C, *Project(lens, p_C) + Eigen::Vector2d(du, dv), {}});
+      }
+    }
+    const auto found = RegisterLens(lens, tips);
+    if (size < 0.01) {
+      EXPECT_THAT(found.reasons, Contains(HasSubstr("a second pose")));
+    } else {
+      EXPECT_THAT(found.reasons, IsEmpty());
+    }
   }
 }
 

@@ -1,4 +1,4 @@
-#include "slave/site/stereo/exposure.h"
+#include "slave/site/exposure.h"
 
 #include <algorithm>
 #include <cmath>

@@ -12,7 +12,7 @@
 
 namespace palpate::site {
 
-// Two cameras that expose at the same instants: the same light, noise of their own. The same
+// One camera, or two that expose at the same instants: the same light, noise of their own. The same
 // sequence of calls gives the same pictures.
 class Exposure {
  public:
