@@ -114,15 +114,15 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
   return options;
 }
 
-std::optional<Tool> ReadTool(Section& scene, bool is_needed, const std::optional<BoundingBox>& box,
-                             const Eigen::Vector3d& home) {
+std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
+                             const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
   using Shape = Section::Choice<Tool::Shape>;
   Section section = scene.Open("tool", is_needed ? "a map of shape and width" : "");
   if (!section.present()) return std::nullopt;
   Tool tool;
   tool.shape = section.OneOf(
       "shape", std::array{Shape{"flat", Tool::Shape::kFlat}, Shape{"round", Tool::Shape::kRound}});
-  tool.width = section.Number("width", Positive(Dimension::kLength));
+  tool.width = section.Number("width", width);
   const Eigen::Vector2d direction =
       section.Vector2("direction", Any(Dimension::kNumber), TowardsBox(box, home));
   if (direction.norm() < kSmallest)

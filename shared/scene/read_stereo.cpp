@@ -1,5 +1,6 @@
 // `sense.camera` where it is a pair of cameras, simulated or from files, or takes depth pictures
 // (paper C).
+#include <algorithm>
 #include <cmath>
 
 #include "shared/scene/sections.h"
@@ -24,6 +25,10 @@ StereoCameras ReadSimulated(Section& camera, const Object& object) {
   StereoCameras pair;
   camera.OneOf("source", std::array{Source{"simulated", 0}});
   pair.size = ReadSize(camera, pair.size);
+  constexpr int kLargestPainted = 8192;  // edge [px]
+  if (std::max(pair.size[0], pair.size[1]) > kLargestPainted) {
+    camera.Refuse("size", "[width, height], 16 to 8192 px each where a pair is simulated");
+  }
   Section section = camera.Open("pair");
   pair.focal = section.Number("focal", kFocal, pair.focal);
   pair.baseline = section.Number(

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "shared/scene/document.h"
+#include "shared/scene/membrane_limits.h"
 #include "shared/scene/section.h"
 #include "shared/scene/sections.h"
 
@@ -40,6 +41,7 @@ class CrossCheck {
     CheckHome();
     CheckFingers();
     CheckSight();
+    CheckMembrane();
     CheckContour();
   }
 
@@ -71,7 +73,7 @@ class CrossCheck {
     }
     const bool is_target = stereo && stereo->source == StereoCameras::Source::kSimulated &&
                            IsVolume(scene_.object.geometry);
-    if (is_target && is_told) {
+    if (use_ == SceneUse::kFull && is_target && is_told) {
       Refuse("object.fixed", "nothing where a textured target is simulated: it moves as a whole");
     }
   }
@@ -153,6 +155,24 @@ class CrossCheck {
     }
   }
 
+  // What the models of a membrane, and the simulated one, can do.
+  void CheckMembrane() {
+    const MembraneLimits limits(scene_);
+    if (!limits.apply() || mistakes_->count() > 0) return;
+    if (!limits.allows_thickness()) {
+      Refuse("object.geometry.membrane.thickness", limits.thickness());
+      return;
+    }
+    if (use_ != SceneUse::kFull || !limits.is_simulated()) return;
+    if (!limits.allows_prestress()) Refuse("model.prestress", limits.prestress());
+    if (!limits.allows_press()) Refuse("operator.press.depth", limits.press());
+    if (!limits.allows_home()) {
+      const bool is_moved = !IsPresent("manipulator", "home") && IsPresent("site", "misplacement");
+      Refuse(is_moved ? "site.misplacement" : "manipulator.home", limits.home());
+    }
+    if (scene_.site.blur > MembraneLimits::kMostBlur) Refuse("site.blur", MembraneLimits::kBlur);
+  }
+
   void CheckContour() {
     if (!std::holds_alternative<ImageContourGeometry>(scene_.object.geometry)) return;
     if (!scene_.sense.contour) {
@@ -198,7 +218,8 @@ Scene ReadScene(Section& root, const SceneContext& context) {
       ReadManipulator(root, scene.object, box, scene.operator_options.press_speed, pad);
   const bool has_eyes = HasEyes(scene.sense);
   const bool needs_tool = context.use == SceneUse::kFull && !scene.sense.tactile && !has_eyes;
-  scene.tool = ReadTool(root, needs_tool, box, scene.manipulator.home);
+  scene.tool =
+      ReadTool(root, needs_tool, MembraneLimits(scene).width_rule(), box, scene.manipulator.home);
   if (has_eyes && !scene.tool && box) scene.tool = UsualTool(*box);
   scene.site = ReadSite(root);
   scene.study_contacts = ReadStudyContacts(root);

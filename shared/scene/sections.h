@@ -93,9 +93,9 @@ OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& b
 ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
                                    const std::optional<BoundingBox>& box, double press_speed,
                                    const std::optional<Eigen::Vector3d>& pad);
-// `tool`, pointing from `home` along the axis towards the box by default.
-std::optional<Tool> ReadTool(Section& scene, bool is_needed, const std::optional<BoundingBox>& box,
-                             const Eigen::Vector3d& home);
+// `tool`, as wide as the rule says, pointing from `home` along the axis towards the box by default.
+std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
+                             const std::optional<BoundingBox>& box, const Eigen::Vector3d& home);
 // The tool of a scene that names none: round, a fifteenth of the larger side wide.
 Tool UsualTool(const BoundingBox& box);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cstring>
 #include <fstream>
 #include <optional>
 #include <stdexcept>
@@ -127,6 +128,25 @@ bool IsTruncatedJpeg(const std::vector<unsigned char>& bytes) {
                      std::end(kEnd)) == bytes.end();
 }
 
+// The decoder says so too, but first in words of its own to stderr. A PNG is a signature of 8 bytes
+// and chunks: length (4 bytes, the highest first), name (4), data, checksum (4); IEND is the last.
+bool IsTruncatedPng(const std::vector<unsigned char>& bytes) {
+  static constexpr unsigned char kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  constexpr std::size_t kHead = 8, kChecksum = 4;
+  const auto rest =
+      std::mismatch(std::begin(kSignature), std::end(kSignature), bytes.begin(), bytes.end());
+  if (rest.first != std::end(kSignature)) return false;
+  for (std::size_t at = kHead; at + kHead + kChecksum <= bytes.size();) {
+    std::size_t length = 0;
+    for (std::size_t i = 0; i < 4; ++i) length = 256 * length + bytes[at + i];
+    const std::size_t next = at + kHead + length + kChecksum;
+    const bool is_last = std::memcmp(&bytes[at + 4], "IEND", 4) == 0;
+    if (is_last && next <= bytes.size()) return false;
+    at = next;
+  }
+  return true;
+}
+
 cv::Mat WithoutAlpha(const cv::Mat& image) {
   if (image.channels() != 4) return image;
   cv::Mat colour(image.size(), CV_MAKETYPE(image.depth(), 3));
@@ -184,7 +204,7 @@ std::vector<fs::path> ListPictures(const std::string& pattern, const fs::path& b
 cv::Mat ReadPicture(const fs::path& file, std::size_t number) {
   const std::string which = "picture " + std::to_string(number);
   const std::vector<unsigned char> bytes = ReadBytes(file, which);
-  if (IsTruncatedJpeg(bytes)) Refuse(file, which + " is truncated");
+  if (IsTruncatedJpeg(bytes) || IsTruncatedPng(bytes)) Refuse(file, which + " is truncated");
   cv::Mat image;
   try {
     image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);

@@ -18,6 +18,7 @@
 #include "slave/pipeline/surface_teller.h"
 #include "slave/site/stereo/scripted_membrane.h"
 #include "slave/vision/dots/dot_layout.h"
+#include "slave/vision/texture/epipolar_line.h"
 
 namespace palpate {
 namespace {
@@ -105,6 +106,13 @@ std::string FittedTo(const Scene& scene) {
       EvenChoice::kMost);
 }
 
+std::string RangeInWords(const StereoRig& rig) {
+  const auto nearest = NearestInBoth(rig);
+  if (!nearest) return "NONE of the left camera's axis is in the right picture: is this their rig?";
+  return fmt::format("they are found from {} on, nearer both cameras do not see them",
+                     LengthInWords(*nearest));
+}
+
 void PrintPoints(const Scene& scene, const StereoRig& rig) {
   const PointTracking& points = *scene.sense.points;
   switch (points.track) {
@@ -113,10 +121,10 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
       break;
     case PointTracking::Track::kTexture:
       PrintLine("texture",
-                fmt::format("{} of {} px, as the first left picture shows them",
+                fmt::format("{} of {} px, as the first left picture shows them; {}",
                             points.at.empty() ? fmt::format("up to {} windows", points.count)
                                               : fmt::format("{} windows", points.at.size()),
-                            points.window));
+                            points.window, RangeInWords(rig)));
       break;
     case PointTracking::Track::kSurface:
       PrintLine("surface", "followed cell by cell of the depth pictures" + FittedTo(scene));
@@ -157,26 +165,30 @@ FirstLook Look(const Scene& scene, const StereoRig& rig, StereoSource& source, P
   return look;
 }
 
+std::string SeenInWords(const Scene& scene, const PointEyes& eyes, const FirstLook& look) {
+  if (look.until_rest == 0) {
+    const bool are_enough = look.pictures >= eyes.rest_pictures();
+    return fmt::format("NOTHING yet: {}, and the first {} do not{}{}", RestInWords(eyes),
+                       look.pictures, are_enough ? ": " : "", are_enough ? WhyNotFound(scene) : "");
+  }
+  std::string words = fmt::format(
+      "{} of {} points in the last of {} pictures; the rest frame took the first {}: "
+      "nothing may touch the object in it",
+      look.seen, look.points, look.pictures, look.until_rest);
+  const bool is_texture =
+      scene.sense.points && scene.sense.points->track == PointTracking::Track::kTexture;
+  if (is_texture && 2 * look.seen < look.points) {
+    words += fmt::format(". FEW are in both pictures: {}; or change too fast", WhyFewWindows());
+  }
+  return words;
+}
+
 void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   const auto source = Open(scene);
   const auto eyes = MakePointEyes(scene, rig);
   PrintLine("pictures", source->description());
   const FirstLook look = Look(scene, rig, *source, *eyes);
-  if (look.until_rest == 0) {
-    PrintLine(
-        "seen",
-        fmt::format(
-            "NOTHING yet: the rest frame takes {} that show the untouched object, and the first {} "
-            "do not{}{}",
-            eyes->rest_pictures() == 1 ? std::string("one picture")
-                                       : fmt::format("{} pictures", eyes->rest_pictures()),
-            look.pictures, look.pictures < eyes->rest_pictures() ? "" : ": ",
-            look.pictures < eyes->rest_pictures() ? "" : WhyNotFound(scene)));
-  } else {
-    PrintLine("seen", fmt::format("{} of {} points in the last of {} pictures; the rest frame took "
-                                  "the first {}: nothing may touch the object in it",
-                                  look.seen, look.points, look.pictures, look.until_rest));
-  }
+  PrintLine("seen", SeenInWords(scene, *eyes, look));
   if (look.pictures < 2) return;
   const double rate = SensorRate(scene.sense);
   PrintLine("pace", fmt::format("{:.3g} us per picture to find the points: {} the {:g} Hz of the "
@@ -188,9 +200,9 @@ void PrintDepthCamera(const DepthPictures& depth, const Scene& scene) {
   const Eigen::Vector3d p_D = depth.X_SD.inverse() * scene.object.X_SO.translation();
   PrintLine("depth",
             fmt::format("counts of {}, focal length {:.4g} px, {} from the object's origin; "
-                        "one depth is known to {}",
+                        "one depth is known to {}; beyond {} they show no object",
                         LengthInWords(depth.unit), depth.fx, LengthInWords(p_D.norm()),
-                        LengthInWords(depth.sigma)));
+                        LengthInWords(depth.sigma), LengthInWords(FarthestDepth(scene))));
 }
 
 }  // namespace

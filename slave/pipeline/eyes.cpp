@@ -1,5 +1,6 @@
 #include "slave/pipeline/eyes.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <stdexcept>
@@ -114,6 +115,7 @@ class TextureEyes final : public PairEyes {
 DepthPoints::Params DepthParams(const Scene& scene) {
   DepthPoints::Params params;
   params.camera = *scene.sense.depth;
+  params.farthest = FarthestDepth(scene);
   return params;
 }
 
@@ -153,6 +155,11 @@ class DepthEyes final : public PointEyes {
   const SurfaceObservation* newest_ = nullptr;
 };
 
+constexpr const char* kNoWindow =
+    "no window of texture was found in both pictures: they may show too little texture, or one "
+    "that repeats; be swapped (left, right), or not taken by this rig; or show what is too near to "
+    "be in both";
+
 std::string Size(const std::array<int, 2>& size) {
   return fmt::format("{} x {}", size[0], size[1]);
 }
@@ -167,14 +174,31 @@ std::unique_ptr<PointEyes> MakePointEyes(const Scene& scene, const StereoRig& ri
   return std::make_unique<DotEyes>(scene, rig);
 }
 
+std::string RestInWords(const PointEyes& eyes) {
+  const int pictures = eyes.rest_pictures();
+  return pictures == 1
+             ? "the rest frame takes one picture that shows the untouched object"
+             : fmt::format("the rest frame takes {} pictures that show the untouched object",
+                           pictures);
+}
+
+double FarthestDepth(const Scene& scene) {
+  const DepthPictures& depth = *scene.sense.depth;
+  const double distance = (depth.X_SD.inverse() * scene.object.X_SO.translation()).norm();
+  return std::max(DepthPoints::Params().farthest, 2 * distance);
+}
+
+std::string_view WhyFewWindows() {
+  return std::string_view(kNoWindow).substr(std::string_view(kNoWindow).find("they may"));
+}
+
 std::string_view WhyNotFound(const Scene& scene) {
   if (scene.sense.depth) {
     return "the depth pictures show too little of a surface within reach: check the pictures and "
            "their unit";
   }
   if (scene.sense.points->track == PointTracking::Track::kTexture) {
-    return "no window of texture was found in both pictures: check the sides (left, right), the "
-           "rig and the places of the windows";
+    return kNoWindow;
   }
   return "the dots were not found as an array of this size in both pictures: check the sides "
          "(left, right), the rig and the layout";
@@ -183,19 +207,25 @@ std::string_view WhyNotFound(const Scene& scene) {
 StereoRig RigOf(const Scene& scene) {
   if (!scene.sense.stereo) return {};
   const std::filesystem::path& file = scene.sense.stereo->rig;
-  if (file.empty()) return SimulatedRig(scene);
   const auto refuse = [&](const std::string& why) {
-    throw std::invalid_argument(
-        fmt::format("{}: sense.camera.stereo.rig: {}", scene.file.string(), why));
+    throw std::invalid_argument(fmt::format("{}: {}", scene.file.string(), why));
   };
+  if (file.empty()) {
+    try {
+      return SimulatedRig(scene);
+    } catch (const std::invalid_argument& error) {
+      refuse(error.what());
+    }
+  }
   StereoRig rig;
   try {
     rig = ReadRig(file);
   } catch (const std::runtime_error& error) {
-    refuse(error.what());
+    refuse(std::string("sense.camera.stereo.rig: ") + error.what());
   }
   if (!(rig.baseline() > 0)) {
-    refuse(file.string() + " is of one camera: accepted is the rig of a pair");
+    refuse("sense.camera.stereo.rig: " + file.string() +
+           " is of one camera: accepted is the rig of a pair");
   }
   return rig;
 }

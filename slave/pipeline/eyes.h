@@ -45,8 +45,15 @@ class PointEyes {
 // `rig`: as the source has it; unused for depth pictures. Throws std::runtime_error or
 // std::invalid_argument naming the key.
 std::unique_ptr<PointEyes> MakePointEyes(const Scene& scene, const StereoRig& rig);
+// How many pictures of what the rest frame takes, one clause.
+std::string RestInWords(const PointEyes& eyes);
+// Beyond this depth [m] pictures show no object: twice as far as its origin, 1 m at least. For
+// scenes of depth pictures.
+double FarthestDepth(const Scene& scene);
 // What may be wrong where the scene's eyes do not find what they look for, one clause; lives on.
 std::string_view WhyNotFound(const Scene& scene);
+// What may be wrong with the pictures where few windows of texture are found, likewise.
+std::string_view WhyFewWindows();
 // The rig that the scene names, or that of its simulated pair. Throws std::invalid_argument naming
 // the key.
 StereoRig RigOf(const Scene& scene);

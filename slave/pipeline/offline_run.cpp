@@ -41,22 +41,13 @@ void WritePicture(const std::filesystem::path& folder, const Frame& frame,
   RequireWritten((std::ofstream(file, std::ios::binary) << jpeg << std::flush).good(), file);
 }
 
-nlohmann::ordered_json ErrorJson(const ErrorBudget& budget) {
-  return {{"rms_N", budget.rms()},
-          {"peak_N", budget.peak_error()},
-          {"contact_frames", budget.count()},
-          {"true_peak_N", budget.peak_force()},
-          {"model_rms_N", budget.model_rms()},
-          {"tracking_rms_N", budget.tracking_rms()}};
-}
-
 void WriteSummary(const OfflineSummary& s, const Scene& scene, const std::filesystem::path& file) {
   nlohmann::ordered_json json = SummaryJson(s, scene.name,
                                             {{"vision", s.times.vision},
                                              {"contact", s.times.contact},
                                              {"mechanics", s.times.mechanics},
                                              {"total", s.times.total}},
-                                            s.has_truth ? ErrorJson(s.budget) : nullptr);
+                                            s.has_truth ? ToJson(s.budget) : nullptr);
   json["rest_surface"] = {{"measured", s.registration.measured},
                           {"rms_px", s.registration.rms_px},
                           {"points", s.registration.points}};

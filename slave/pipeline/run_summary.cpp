@@ -25,6 +25,16 @@ double RunSummary::rate() const {
   return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
 }
 
+nlohmann::ordered_json ToJson(const ErrorBudget& budget) {
+  if (budget.count() == 0) return nullptr;
+  return {{"rms_N", budget.rms()},
+          {"peak_N", budget.peak_error()},
+          {"contact_frames", budget.count()},
+          {"true_peak_N", budget.peak_force()},
+          {"model_rms_N", budget.model_rms()},
+          {"tracking_rms_N", budget.tracking_rms()}};
+}
+
 nlohmann::ordered_json SummaryJson(const RunSummary& summary, const std::string& scene,
                                    const std::vector<NamedStage>& stages,
                                    const nlohmann::ordered_json& force_error) {

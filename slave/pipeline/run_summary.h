@@ -13,6 +13,7 @@
 #include "shared/state/validity.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/error_budget.h"
 
 namespace palpate {
 
@@ -35,7 +36,10 @@ struct NamedStage {
   const LatencyHistogram& times;
 };
 
-// `stages`: those after `capture`. `force_error`: null without a truth.
+// null where no picture in contact was compared.
+nlohmann::ordered_json ToJson(const ErrorBudget& budget);
+// `stages`: those after `capture`. `force_error`: null without a truth, or where nothing was
+// compared with it.
 nlohmann::ordered_json SummaryJson(const RunSummary& summary, const std::string& scene,
                                    const std::vector<NamedStage>& stages,
                                    const nlohmann::ordered_json& force_error);

@@ -70,6 +70,7 @@ class Comparison {
     }
     if (seen.found) AddDisplacements(seen);
     const MembraneTruth truth = site_.truth();
+    if (!truth.solved) return;
     const std::optional<Vector3d>& force = teller->felt().force;
     steps_.Add(truth.depth, truth.force.norm(),
                force ? std::optional(force->norm()) : std::nullopt);
@@ -118,15 +119,6 @@ class Comparison {
   ErrorOfPoints displacement_, place_;
 };
 
-nlohmann::ordered_json ErrorJson(const ErrorBudget& budget) {
-  return {{"rms_N", budget.rms()},
-          {"peak_N", budget.peak_error()},
-          {"contact_frames", budget.count()},
-          {"true_peak_N", budget.peak_force()},
-          {"model_rms_N", budget.model_rms()},
-          {"tracking_rms_N", budget.tracking_rms()}};
-}
-
 nlohmann::ordered_json ErrorJson(const ErrorOfPoints& error) {
   if (error.count() == 0) return nullptr;
   return {{"rms_m", error.rms()}, {"peak_m", error.peak()}, {"count", error.count()}};
@@ -136,7 +128,7 @@ void WriteSummary(const StereoSummary& s, const Scene& scene, const std::filesys
   const bool compares_forces = s.has_truth && s.tells_force;
   nlohmann::ordered_json json =
       SummaryJson(s, scene.name, {{s.eyes, s.look}, {"mechanics", s.mechanics}, {"total", s.total}},
-                  compares_forces ? ErrorJson(s.budget) : nullptr);
+                  compares_forces ? ToJson(s.budget) : nullptr);
   json["reasons"] = s.reasons;
   json["points"] = {
       {"count", s.points}, {"followed", s.points_followed}, {"unseen", s.points_unseen}};
@@ -209,9 +201,8 @@ class Run {
         summary_.frames < needed
             ? fmt::format("{}: {} are fewer than the {} of the rest frame: nothing can be said",
                           source, summary_.frames, needed)
-            : fmt::format("{}: the rest frame takes {} that show the untouched object, and was "
-                          "never complete in these {}: {}",
-                          source, needed, summary_.frames, WhyNotFound(scene_)));
+            : fmt::format("{}: {}, and was never complete in these {}: {}", source,
+                          RestInWords(*eyes_), summary_.frames, WhyNotFound(scene_)));
   }
 
   std::optional<StereoPair> Fetch(const std::stop_token& stop) {
@@ -245,9 +236,12 @@ class Run {
   }
 
   void WriteRow(const SurfaceObservation& seen, const Felt& felt) {
-    const bool has_true_force = summary_.has_truth && summary_.tells_force;
-    StateRow row = RowOf(
-        felt, start_, has_true_force ? std::optional(origin_.site->truth().force) : std::nullopt);
+    std::optional<Vector3d> true_force;
+    if (summary_.has_truth && summary_.tells_force) {
+      const MembraneTruth truth = origin_.site->truth();
+      if (truth.solved) true_force = truth.force;
+    }
+    StateRow row = RowOf(felt, start_, true_force);
     if (!summary_.has_truth && summary_.tells_force) row.p_S_tip = kNowhere;
     was_placed_ |= summary_.tells_force ? felt.force.has_value() : seen.found;
     if (!was_placed_) row.p_S_contact = kNowhere;

@@ -112,6 +112,7 @@ StateRow RowOf(const FeltFinger& finger, const std::string& name, const Felt& fe
 }
 
 nlohmann::ordered_json ErrorJson(const TouchError& error) {
+  if (error.count == 0) return nullptr;
   return {{"rms_N", error.rms},
           {"peak_N", error.peak},
           {"contact_samples", error.count},

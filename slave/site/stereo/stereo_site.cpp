@@ -205,8 +205,12 @@ struct StereoSite::World {
   std::uint64_t pictures = 0;  // pairs taken; TakePictures's thread only
 };
 
-StereoSite::StereoSite(const Scene& scene, const site::MembraneResolution& resolution)
-    : world_(std::make_unique<World>(scene, resolution)) {}
+StereoSite::StereoSite(const Scene& scene, const site::MembraneResolution& resolution) try
+    : world_(std::make_unique<World>(scene, resolution)) {
+} catch (const std::invalid_argument& mistake) {
+  if (scene.file.empty()) throw;
+  throw std::invalid_argument(scene.file.string() + ": " + mistake.what());
+}
 
 StereoSite::~StereoSite() = default;
 

@@ -1,43 +1,23 @@
 #include "slave/vision/texture/epipolar_search.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "slave/vision/texture/epipolar_line.h"
 
 namespace palpate {
 namespace {
 
-// The line of places, as pictures of the window's centre at the depth 1 / q.
-class Line {
- public:
-  Line(const Lens& from, const Lens& to, const Eigen::Isometry3d& X_TF, const WindowWarp& seen)
-      : to_(to), X_TF_(X_TF), seen_(seen), centre_(RayOf(from, seen.p)) {
-    constexpr double kArm = 4;  // [px]
-    for (int k = 0; k < 2; ++k) arms_[k] = RayOf(from, seen.p + kArm * Eigen::Vector2d::Unit(k));
-    arm_ = kArm;
-  }
-  [[nodiscard]] bool valid() const { return centre_ && arms_[0] && arms_[1]; }
-
-  [[nodiscard]] std::optional<Eigen::Vector2d> At(double q) const { return Picture(*centre_, q); }
-  // With the affine part of a piece of surface that faces the first camera.
-  [[nodiscard]] std::optional<WindowWarp> WarpAt(double q) const {
-    const auto p = At(q), x = Picture(*arms_[0], q), y = Picture(*arms_[1], q);
-    if (!p || !x || !y) return std::nullopt;
-    Eigen::Matrix2d A;
-    A << (*x - *p) / arm_, (*y - *p) / arm_;
-    return WindowWarp{A * seen_.A, *p};
-  }
-
- private:
-  [[nodiscard]] std::optional<Eigen::Vector2d> Picture(const Eigen::Vector2d& ray, double q) const {
-    return Project(to_, X_TF_ * (ray.homogeneous() / q));
-  }
-
-  const Lens& to_;
-  const Eigen::Isometry3d& X_TF_;
-  const WindowWarp& seen_;
-  std::optional<Eigen::Vector2d> centre_, arms_[2];
-  double arm_ = 1;
-};
+// The window at the line's place, as a piece of surface that faces the first camera is seen.
+std::optional<WindowWarp> WarpAt(const EpipolarLine& line, const WindowWarp& seen) noexcept {
+  constexpr double kArm = 4;  // [px]
+  if (!line.in_picture()) return std::nullopt;
+  const auto x = line.Neighbour(seen.p + kArm * Eigen::Vector2d::UnitX());
+  const auto y = line.Neighbour(seen.p + kArm * Eigen::Vector2d::UnitY());
+  if (!x || !y) return std::nullopt;
+  Eigen::Matrix2d A;
+  A << (*x - *line.place()) / kArm, (*y - *line.place()) / kArm;
+  return WindowWarp{A * seen.A, *line.place()};
+}
 
 struct Peak {
   double score = -1;
@@ -48,28 +28,22 @@ struct Peak {
 
 std::optional<WindowWarp> SearchEpipolar(const Lens& from, const Lens& to,
                                          const Eigen::Isometry3d& X_TF, const WindowWarp& seen,
-                                         SsdTracker& tracker, std::size_t i,
-                                         const EpipolarOptions& options) noexcept {
-  const Line line(from, to, X_TF, seen);
-  if (!line.valid()) return std::nullopt;
-  const double q_near = 1 / options.near, q_far = 1 / options.far;
-  const int level = std::min(1, tracker.picture().levels() - 1);
-  // A picture's place is nearly linear in q: steps of about a pixel of the level.
-  const double most_px = 1.0 * (1 << level);
-  const auto first = line.At(q_far), last = line.At(q_near);
-  constexpr int kMostSteps = 4000;
-  const double length = first && last ? (*last - *first).norm() : most_px * kMostSteps;
-  const int steps = static_cast<int>(std::clamp(length / most_px, 1.0, double{kMostSteps}));
-  const double apart = 3 * most_px;  // another peak, not this one's slope
+                                         WindowTemplate& window, const PicturePyramid& picture,
+                                         int level, const EpipolarOptions& options) noexcept {
+  const double step = 1 << level;  // a pixel of the level
+  const double apart = 3 * step;   // another peak, not this one's slope
+  // The longest line crosses the picture; what it walks outside is bounded by the same.
+  const int most_steps = 4 * (to.size[0] + to.size[1]);
+  EpipolarLine line(from, to, X_TF, seen.p);
 
   // The best so far, and the best elsewhere; a peak that is overtaken from far away is the next
   // best elsewhere.
   Peak best;
   double elsewhere = -1;
-  for (int k = 0; k <= steps; ++k) {
-    const auto warp = line.WarpAt(q_far + (q_near - q_far) * k / steps);
+  for (int k = 0; k < most_steps && line.Next(step); ++k) {
+    const auto warp = WarpAt(line, seen);
     if (!warp) continue;
-    const double score = tracker.Score(i, *warp, level);
+    const double score = window.Score(picture[level], warp->OnLevel(level));
     const bool same = best.score > -1 && (warp->p - best.warp.p).norm() <= apart;
     if (score > best.score) {
       if (!same) elsewhere = std::max(elsewhere, best.score);

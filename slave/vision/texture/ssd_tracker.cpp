@@ -244,9 +244,4 @@ void SsdTracker::Lose(std::size_t i) noexcept {
   memories_[i].lost_for = std::max(1, memories_[i].lost_for);
 }
 
-double SsdTracker::Score(std::size_t i, const WindowWarp& warp, int level) noexcept {
-  return memories_[i].first[static_cast<std::size_t>(level)].Score(now_[level],
-                                                                   warp.OnLevel(level));
-}
-
 }  // namespace palpate

@@ -66,8 +66,10 @@ class SsdTracker {
   // The caller knows better: window `i` is not where it was found. Real-time safe.
   void Lose(std::size_t i) noexcept;
 
-  // Correlation of window `i` with a place of the last picture's `level`; -1: outside.
-  double Score(std::size_t i, const WindowWarp& warp, int level) noexcept;
+  // Window `i` as the first picture shows it on a level, 0 <= level < picture().levels().
+  [[nodiscard]] WindowTemplate& Template(std::size_t i, int level) noexcept {
+    return memories_[i].first[static_cast<std::size_t>(level)];
+  }
   [[nodiscard]] const PicturePyramid& picture() const { return now_; }
   [[nodiscard]] const SsdOptions& options() const { return options_; }
 

@@ -25,10 +25,6 @@ void Check(const StereoTextureOptions& options) {
   if (options.count < 1 || options.count > 10000) refuse("count", options.count, "1 to 10000");
   if (!(options.sigma > 0)) refuse("sigma", options.sigma, "> 0 [px]");
   if (!(options.most_miss > 0)) refuse("most_miss", options.most_miss, "> 0 [px]");
-  if (!(options.search.near > 0)) refuse("near", options.search.near, "> 0 [m]");
-  if (!(options.search.far > options.search.near) || !std::isfinite(options.search.far)) {
-    refuse("far", options.search.far, "> near [m]");
-  }
 }
 
 }  // namespace
@@ -58,6 +54,8 @@ bool StereoTexture::Start(const cv::Mat& left, const cv::Mat& right) {
   if (at.empty()) return false;
   left_ = std::make_unique<SsdTracker>(left, at, options_.ssd);
   right_ = std::make_unique<SsdTracker>(left_->InOtherCamera(right));
+  level_ = std::min(1, left_->picture().levels() - 1);
+  back_ = std::make_unique<WindowTemplate>(left_->Template(0, level_).edge());
   has_rest_.assign(at.size(), false);
   observation_.points.assign(at.size(), {});
   bool any = false;
@@ -77,15 +75,33 @@ bool StereoTexture::Start(const cv::Mat& left, const cv::Mat& right) {
 // One camera sees the window, the other has lost it or never had it.
 void StereoTexture::MeetAgain(std::size_t i) noexcept {
   const TrackedWindow &l = left_->windows()[i], &r = right_->windows()[i];
-  if (l.seen() && !r.seen()) {
-    const auto there =
-        SearchEpipolar(rig_.left, rig_.right, X_RL_, l.warp, *right_, i, options_.search);
-    if (there) right_->Place(i, *there);
-  } else if (r.seen() && !l.seen()) {
-    const auto there =
-        SearchEpipolar(rig_.right, rig_.left, X_LR_, r.warp, *left_, i, options_.search);
-    if (there) left_->Place(i, *there);
+  if (l.seen() == r.seen()) return;
+  const bool to_left = r.seen();
+  SsdTracker& other = to_left ? *left_ : *right_;
+  const auto there =
+      to_left ? SearchEpipolar(rig_.right, rig_.left, X_LR_, r.warp, left_->Template(i, level_),
+                               left_->picture(), level_, options_.search)
+              : SearchEpipolar(rig_.left, rig_.right, X_RL_, l.warp, right_->Template(i, level_),
+                               right_->picture(), level_, options_.search);
+  if (there && other.Place(i, *there) && !LeadsBack(i, to_left)) other.Lose(i);
+}
+
+// The window as the found picture shows it must be found where the other one has it.
+bool StereoTexture::LeadsBack(std::size_t i, bool to_left) noexcept {
+  const WindowWarp &l = left_->windows()[i].warp, &r = right_->windows()[i].warp;
+  const WindowWarp &found = to_left ? l : r, &known = to_left ? r : l;
+  const PicturePyramid& picture = (to_left ? left_ : right_)->picture();
+  if (!back_->Cut(picture[level_], found.OnLevel(level_), WindowTemplate::Freedom::kShift)) {
+    return false;
   }
+  EpipolarOptions best_alone = options_.search;
+  best_alone.least_margin = 0;
+  const auto home = to_left ? SearchEpipolar(rig_.left, rig_.right, X_RL_, found, *back_,
+                                             right_->picture(), level_, best_alone)
+                            : SearchEpipolar(rig_.right, rig_.left, X_LR_, found, *back_,
+                                             left_->picture(), level_, best_alone);
+  const double most_miss = 2 * (1 << level_);  // [px]: the search's own steps
+  return home && (home->p - known.p).norm() <= most_miss;
 }
 
 bool StereoTexture::Locate(std::size_t i) noexcept {

@@ -1,7 +1,8 @@
 // Windows of texture seen by two cameras: points of a surface in space (paper C, 5.2).
 //
 // The left camera's first picture gives the templates; both cameras look for the same ones, so that
-// the two places belong to one point. A pair counts where the two rays meet.
+// the two places belong to one point. A pair counts where the two rays meet, at any distance, where
+// each picture leads to the other, and where nothing else along the line looks alike.
 #pragma once
 
 #include <memory>
@@ -53,12 +54,15 @@ class StereoTexture {
   bool Start(const cv::Mat& left, const cv::Mat& right);
   void Pair() noexcept;
   void MeetAgain(std::size_t i) noexcept;
+  [[nodiscard]] bool LeadsBack(std::size_t i, bool to_left) noexcept;
   bool Locate(std::size_t i) noexcept;
 
   StereoRig rig_;
   Eigen::Isometry3d X_RL_, X_LR_, X_SL_;
   StereoTextureOptions options_;
   std::unique_ptr<SsdTracker> left_, right_;
+  std::unique_ptr<WindowTemplate> back_;  // cut anew for every way back
+  int level_ = 0;  // of the pyramid, on which one camera searches the other's
   std::vector<bool> has_rest_;
   std::size_t next_search_ = 0;  // windows that one camera lost take turns
   SurfaceObservation observation_;

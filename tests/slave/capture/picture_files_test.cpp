@@ -99,6 +99,25 @@ TEST(ReadPictureTest, PicturesComeAsTheyAreWithoutAlpha) {
 }
 
 // Truncation at any place must be refused: a decoder alone would answer with grey.
+// libpng would tell stderr of it, too.
+TEST(ReadPictureTest, ATruncatedPngIsRefusedWithoutOtherWords) {
+  const Scratch scratch;
+  const auto file = scratch.path() / "cut.png";
+  cv::Mat noise(48, 64, CV_16UC1);
+  cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 65535);
+  ASSERT_TRUE(WritePng(noise, file));
+  const auto whole = std::filesystem::file_size(file);
+  for (const auto size : {std::uintmax_t{9}, std::uintmax_t{40}, whole / 2, whole - 1}) {
+    ASSERT_TRUE(WritePng(noise, file));
+    EXPECT_EQ(ReadPicture(file, 8).cols, 64);
+    std::filesystem::resize_file(file, size);
+    ::testing::internal::CaptureStderr();
+    const std::string message = Message([&] { ReadPicture(file, 8); });
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << size;
+    EXPECT_THAT(message, testing::HasSubstr("cut.png: picture 8 is truncated")) << size;
+  }
+}
+
 TEST(ReadPictureTest, DamagedPicturesAreRefusedByNameAndNumber) {
   const Scratch scratch;
   cv::Mat image(96, 128, CV_8UC1);

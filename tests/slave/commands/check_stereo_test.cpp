@@ -65,7 +65,7 @@ TEST(CheckStereoTest, DotsThatAreNotFoundAreSaidNotToBe) {
 }
 
 TEST(CheckStereoTest, APressBeyondTheModelIsSaidToBe) {
-  EXPECT_THAT(Said(kScenes / "rubber-membrane.yaml", {"operator.press.depth=25 mm"}),
+  EXPECT_THAT(Said(kScenes / "rubber-membrane.yaml", {"operator.press.depth=19 mm"}),
               HasSubstr("press at the place under home, beyond the model's range"));
 }
 
@@ -82,6 +82,21 @@ TEST(CheckStereoTest, WhatMovesAsAWholeTellsNoForce) {
   EXPECT_THAT(said, HasSubstr("none: nothing holds the object"));
   EXPECT_THAT(said, HasSubstr("up to 31 windows of 31 px"));
   EXPECT_THAT(said, Not(HasSubstr(" N for ")));
+}
+
+// Noise drowns the texture.
+TEST(CheckStereoTest, WhatMayKeepWindowsFromBeingFoundIsNamed) {
+  EXPECT_THAT(Said(kScenes / "heart-target.yaml", {"site.noise=150"}),
+              AllOf(HasSubstr("takes one picture that shows the untouched object"),
+                    HasSubstr("too little texture"), HasSubstr("this rig"),
+                    HasSubstr("too near to be in both")));
+}
+
+// A path a thousand times as fast leaves most windows behind.
+TEST(CheckStereoTest, FewWindowsAreSaidToBeFew) {
+  EXPECT_THAT(Said(kScenes / "heart-target.yaml", {"site.pace=1000"}),
+              AllOf(HasSubstr("FEW are in both pictures"), HasSubstr("or change too fast")));
+  EXPECT_THAT(Said(kScenes / "heart-target.yaml"), Not(HasSubstr("FEW")));
 }
 
 // The simulated pair's pictures of the membrane at rest, as files.

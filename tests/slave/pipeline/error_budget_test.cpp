@@ -1,6 +1,9 @@
 #include "slave/pipeline/error_budget.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "slave/pipeline/run_summary.h"
 
 namespace palpate {
 namespace {
@@ -19,6 +22,15 @@ TEST(ErrorBudgetTest, SplitsTheErrorIntoModelAndTracking) {
 
 TEST(ErrorBudgetTest, AnEmptyOneIsZero) {
   EXPECT_EQ(ErrorBudget().rms(), 0);
+}
+
+// No error was measured, which is not an error of zero.
+TEST(ErrorBudgetTest, AnEmptyOneIsNullInTheSummary) {
+  EXPECT_TRUE(ToJson(ErrorBudget()).is_null());
+  ErrorBudget budget;
+  budget.Add(1.1, 1.3, 1.0);
+  EXPECT_NEAR(ToJson(budget)["rms_N"], 0.1, 1e-12);
+  EXPECT_EQ(ToJson(budget)["contact_frames"], 1);
 }
 
 }  // namespace

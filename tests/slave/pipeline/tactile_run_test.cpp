@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "shared/scene/scene_loader.h"
@@ -81,6 +82,21 @@ TEST_F(TactileRunTest, TheAuthorsNetworkOnTheAuthorsRecordingComesOutOfProcess) 
   }
   EXPECT_EQ(summary.tracking_lost, 49U);
   EXPECT_TRUE(fs::exists(folder_ / "out" / "summary.json"));
+}
+
+// Without a network no force is told, so none is compared: an error that is not known, not zero.
+TEST_F(TactileRunTest, WhereNoForceIsToldItsErrorIsNull) {
+  const Scene scene = Load("source: simulated, rate: 100 Hz, localise: polarity-free");
+  std::stop_source stop;
+  const auto progress = [&](std::uint64_t done) {
+    if (done == 5) stop.request_stop();
+  };
+  const TactileSummary summary =
+      RunTactile(scene, {folder_ / "out", 1, progress}, stop.get_token());
+  EXPECT_TRUE(summary.has_truth);
+  EXPECT_EQ(summary.error.count, 0U);
+  const auto json = nlohmann::json::parse(std::ifstream(folder_ / "out" / "summary.json"));
+  EXPECT_TRUE(json["force_error"].is_null());
 }
 
 // A recording of two fingertips, one of which presses: nothing is known of forces without a

@@ -43,13 +43,14 @@ Scene MembraneScene(const std::string& points, const std::string& model) {
          "  geometry: {membrane: {radius: 39 mm, thickness: 3.5 mm}}\n"
          "  material: {young_modulus: 27.2 MPa, poisson_ratio: 0.45}\n"
          "  fixed: {side: rim}\n"
-         "tool: {shape: round, width: 1 mm}\n"
+         "tool: {shape: round, width: 3.5 mm}\n"
          "sense:\n"
          "  camera: {source: simulated, rate: 30 Hz, size: [640, 480], pair: {baseline: 60 mm, "
          "focal: 800 px}}\n"
          "  points: {"
       << points << "}\nmodel: {" << model << "}\n";
   Scene scene = LoadScene(file);
+  scene.tool->width = 1e-3;  // the drawn load is a point's, narrower than a simulated site's tools
   std::filesystem::remove(file);
   return scene;
 }

@@ -1,0 +1,80 @@
+#include "slave/vision/texture/epipolar_line.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+constexpr double kClosest =
+    20;                        // q: a twentieth of the baseline away, nearer than any lens focuses
+constexpr int kHalvings = 40;  // of one step
+
+}  // namespace
+
+EpipolarLine::EpipolarLine(const Lens& from, const Lens& to, const Eigen::Isometry3d& X_TF,
+                           const Eigen::Vector2d& p_F) noexcept
+    : from_(from),
+      to_(to),
+      R_TF_(X_TF.linear()),
+      t_TF_(X_TF.translation().normalized()),
+      ray_(RayOf(from, p_F)) {}
+
+// Along ray + q t: projecting does not ask how far away a point is, so infinity is a place.
+std::optional<Eigen::Vector2d> EpipolarLine::Picture(const Eigen::Vector2d& ray,
+                                                     double q) const noexcept {
+  return Project(to_, R_TF_ * ray.homogeneous() + q * t_TF_);
+}
+
+std::optional<Eigen::Vector2d> EpipolarLine::Neighbour(const Eigen::Vector2d& p_F) const noexcept {
+  const auto ray = RayOf(from_, p_F);
+  return ray ? Picture(*ray, q_) : std::nullopt;
+}
+
+bool EpipolarLine::IsInside(const Eigen::Vector2d& p) const {
+  return p.minCoeff() >= -0.5 && p.x() <= to_.size[0] - 0.5 && p.y() <= to_.size[1] - 0.5;
+}
+
+// A straight line that moves away from the picture does not come back.
+bool EpipolarLine::Leaves(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+  const Eigen::Vector2d middle(0.5 * to_.size[0], 0.5 * to_.size[1]);
+  return !IsInside(to) && (to - from).dot(middle - to) <= 0;
+}
+
+bool EpipolarLine::Next(double step) noexcept {
+  if (!ray_) return false;
+  if (dq_ == 0) {
+    dq_ = step / std::max(to_.fx, to_.fy);
+    place_ = Picture(*ray_, 0);
+    return true;
+  }
+  for (int k = 0; k < kHalvings; ++k) {
+    const double q = q_ + dq_;
+    if (!(q <= kClosest)) return false;
+    const auto next = Picture(*ray_, q);
+    if (place_) {
+      if (!next || Leaves(*place_, *next)) return false;
+      const double moved = (*next - *place_).norm() / step;
+      if (moved > 1.5) {
+        dq_ /= 2;
+        continue;
+      }
+      dq_ *= moved > 0.5 ? 1 / moved : 2;
+    }
+    q_ = q;
+    place_ = next;
+    return true;
+  }
+  return false;
+}
+
+std::optional<double> NearestInBoth(const StereoRig& rig) noexcept {
+  EpipolarLine line(rig.left, rig.right, rig.X_RL, {rig.left.cx, rig.left.cy});
+  constexpr int kMostSteps = 100'000;
+  double q = 0;
+  for (int k = 0; k < kMostSteps && line.Next(1); ++k) {
+    if (line.in_picture()) q = line.q();
+  }
+  return q > 0 ? std::optional(rig.baseline() / q) : std::nullopt;
+}
+
+}  // namespace palpate
