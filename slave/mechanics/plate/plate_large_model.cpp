@@ -83,9 +83,8 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
                           plate::DeflectionOfExcess(kLawsLargest, slenderness)}) /
                 2;
   info_.remark =
-      "bends and stretches; moderate rotations, linear elasticity, no shear: at a depth known the "
-      "force is high, by 7 % at a / 8 on t = a / 39 at the centre, 9 % at 0.5 a, 13 % at 0.7 a; "
-      "extrapolated beyond 10 %";
+      "bends and stretches, without shear; the force at a depth of a / 8 is high by 7 % at the "
+      "centre, 9 % at 0.5 a, 13 % at 0.7 a (t = a / 39)";
   info_.precompute_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
   if (progress != nullptr) progress->Report("central press", 1);
