@@ -17,8 +17,8 @@ constexpr double kFarthest = 8;         // and a blurred one's [px]
 constexpr double kReachInBlurs = 2.65;  // which is so many sigma of its blur
 constexpr double kWider = 0.3;          // a reach that is worth another look [px]
 constexpr double kRing = 3;             // the ring of ground about that [px]
-constexpr double kBeside = 0.6;          // towards an edge that passes by, the reach is this [px]
-constexpr double kRagged = 1;           // an ellipse's edge is nowhere farther off [px]
+constexpr double kFade = 1.4;  // towards an edge that passes by, pixels fade out so fast [px]
+constexpr double kRagged = 1;  // an ellipse's edge is nowhere farther off [px]
 constexpr double kForeignInDot = 0.01;  // share of the dot's area that may be farther off
 constexpr int kLooks = 3;               // each with a reach by the blur that the last one saw
 constexpr int kRounds = 3;              // of a window that cuts the dot's edge
@@ -147,7 +147,7 @@ struct Weighed {
 // would make steps.
 Weighed Weigh(const Window& w, const Eigen::Vector2d& middle, const GroundRing& ring,
               double contrast) noexcept {
-  const Outline edge(w.axes, w.reach), hull(w.axes, kRagged), beside(w.axes, kBeside - 0.5);
+  const Outline edge(w.axes, w.reach), hull(w.axes, kRagged), beside(w.axes, 0);
   const Outline core(w.axes, -std::min(kRagged, w.axes.shorter / 2));
   const Directions directions(w.axes, w.reach);
   const GroundPlane& ground = ring.plane();
@@ -168,7 +168,7 @@ Weighed Weigh(const Window& w, const Eigen::Vector2d& middle, const GroundRing& 
       if (x < near_span[0] || x > near_span[1]) {
         const Eigen::Vector2d d(x - middle.x(), y - middle.y());
         if (ring.LeavesOut(directions.SectorOf(d.x(), d.y()))) {
-          share = 1 - beside.Beyond(d.x(), d.y());
+          share = 1 - beside.Beyond(d.x(), d.y()) / kFade;
           if (share <= 0) continue;
         }
       }
@@ -180,8 +180,8 @@ Weighed Weigh(const Window& w, const Eigen::Vector2d& middle, const GroundRing& 
       const bool is_dot = 2 * weight > contrast;
       const bool may_be_dot = x >= dot_span[0] && x <= dot_span[1];
       const bool must_be_dot = x >= core_span[0] && x <= core_span[1];
-      if (is_dot ? !may_be_dot : must_be_dot) ++weighed.foreign;
-      if (std::abs(weight / contrast - 0.5) < 0.25) ++weighed.edge;
+      weighed.foreign += static_cast<int>(is_dot ? !may_be_dot : must_be_dot);
+      weighed.edge += static_cast<int>(std::abs(2 * weight - contrast) < 0.5 * contrast);
     }
   }
   return weighed;
@@ -215,9 +215,9 @@ std::optional<Look> LookWithin(const Window& w, const Dot& dot, double threshold
   look.dot.centre += moved;
   look.dot.contrast = contrast;
   look.dot.area = weighed.sum / contrast;
-  const double variance = (ground.variance * weighed.spread +
-                           ground.slope_variance * weighed.spread * weighed.spread) /
-                          (weighed.sum * weighed.sum);
+  const double variance =
+      (ground.variance * weighed.spread + ground.slope_variance * weighed.spread * weighed.spread) /
+      (weighed.sum * weighed.sum);
   look.dot.sigma = std::sqrt(variance + kSigmaFloor * kSigmaFloor);
   // A blurred edge passes from one to three quarters within 1.349 sigma.
   const double perimeter = std::numbers::pi * (w.axes.longer + w.axes.shorter);
