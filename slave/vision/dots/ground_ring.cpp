@@ -16,12 +16,6 @@ constexpr double kRounding = 0.3;  // levels are whole numbers, light is no exac
 
 }  // namespace
 
-void GroundPlane::Add(const GroundPlane& other) noexcept {
-  n += other.n, x += other.x, y += other.y, v += other.v;
-  xx += other.xx, xy += other.xy, yy += other.yy;
-  xv += other.xv, yv += other.yv, vv += other.vv;
-}
-
 bool GroundPlane::Fit() noexcept {
   if (n < 8) return false;
   const double cxx = xx - x * x / n, cxy = xy - x * y / n, cyy = yy - y * y / n;
@@ -54,13 +48,15 @@ bool GroundRing::Fit() noexcept {
 }
 
 bool GroundRing::FitArc(int first, int count) noexcept {
-  plane_ = {};
+  GroundPlane plane;
   int seen = 0;
   for (int s = first; s < first + count; ++s) {
-    plane_.Add(At(s).sums);
+    plane.Add(At(s).sums);
     seen += At(s).seen;
   }
-  return plane_.n >= (1 - kForeign) * seen && plane_.Fit();
+  const bool fits = plane.n >= (1 - kForeign) * seen && plane.Fit();
+  plane_ = plane;
+  return fits;
 }
 
 // At both ends, as far as the next sector lies in the plane.

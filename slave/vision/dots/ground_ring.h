@@ -19,7 +19,11 @@ struct GroundPlane {
     xx += dx * dx, xy += dx * dy, yy += dy * dy;
     xv += dx * value, yv += dy * value, vv += value * value;
   }
-  void Add(const GroundPlane& other) noexcept;
+  void Add(const GroundPlane& other) noexcept {
+    n += other.n, x += other.x, y += other.y, v += other.v;
+    xx += other.xx, xy += other.xy, yy += other.yy;
+    xv += other.xv, yv += other.yv, vv += other.vv;
+  }
   // False: too few pixels, or all on one side.
   bool Fit() noexcept;
   [[nodiscard]] double At(double dx, double dy) const { return level0 + gx * dx + gy * dy; }
