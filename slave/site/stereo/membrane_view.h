@@ -11,9 +11,8 @@
 namespace palpate::site {
 
 struct MembraneView {
-  // Grey levels: the clamp, the rubber. The clamp is painted nearly as light: a dark one, a
-  // millimetre from the outermost dots, would pull at their centroids.
-  static constexpr float kBeyond = 175, kRubber = 190;
+  // Grey levels: the clamp, the rubber.
+  static constexpr float kBeyond = 150, kRubber = 190;
 
   Lens lens;
   Eigen::Isometry3d X_CO = Eigen::Isometry3d::Identity();  // p_C = X_CO p_O

@@ -21,9 +21,11 @@ struct DotShapeLimits {
 std::optional<Dot> EllipseOf(const Blob& blob, const DotShapeLimits& limits) noexcept;
 
 // The grey-weighted centroid. The ground is a plane fitted to a ring around the dot, so that light
-// that changes across the dot does not pull; each pixel weighs what it differs from the ground,
-// within 2 px of the dot's edge. `dot` is what EllipseOf says. nullopt: too little contrast, the
-// ring is not ground, no picture around it, an edge that leaves the ellipse by a pixel or more.
+// that changes across the dot does not pull, without the part of the ring in which an edge passes
+// by. Each pixel weighs what it differs from the ground, within 2 px of the dot's edge or as far as
+// its blur reaches; less far towards that edge and opposite to it. `dot` is what EllipseOf says.
+// nullopt: too little contrast, half the ring is not ground, no picture around it, an edge that
+// leaves the ellipse by a pixel or more.
 std::optional<Dot> RefineDot(const cv::Mat& image, const Dot& dot, int threshold, DotTone tone,
                              const DotShapeLimits& limits) noexcept;
 

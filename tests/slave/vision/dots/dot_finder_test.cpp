@@ -3,6 +3,8 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <numbers>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -106,6 +108,83 @@ TEST(DotFinder, LightThatFallsAcrossThePictureLosesNoDot) {
         EXPECT_LT((NearestTo(dots, place)->centre - place).norm(), 0.04 + 0.06 * fall);
       }
     }
+  }
+}
+
+// One dot, where it was told to be looked for.
+std::optional<Dot> Tracked(const DotPicture& picture, const Eigen::Vector2d& place) {
+  DotFinder finder = Finder();
+  ExpectedDot expected;
+  expected.place = place + Eigen::Vector2d(1, -1);
+  expected.extent = {8, 8};
+  expected.search = 10;
+  std::vector<SightedDot> sighted;
+  EXPECT_TRUE(finder.Track(picture.Render(), std::vector{expected}, &sighted));
+  return sighted[0].seen ? std::optional(sighted[0].dot) : std::nullopt;
+}
+
+struct OffTheDot {
+  double mean = 0, worst = 0;  // towards the edge, and in any direction [px]
+};
+
+// Round dots at many fractions of a pixel, each with an edge `gap` px off on another side, beyond
+// which the level is `beyond`.
+OffTheDot BesideAnEdge(DotPicture picture, double radius, double gap, double beyond) {
+  constexpr int kSides = 16;
+  OffTheDot off;
+  for (int k = 0; k < kSides; ++k) {
+    const double turn = 2 * std::numbers::pi * k / kSides;
+    const Eigen::Vector2d n(std::cos(turn), std::sin(turn));
+    const Eigen::Vector2d place(40 + 0.37 * k - std::floor(0.37 * k), 40 - 0.061 * k);
+    picture.width = picture.height = 80;
+    picture.dots = {Ellipse(place, radius, radius)};
+    picture.edges = {{n, n.dot(place) + radius + gap, beyond}};
+    const auto dot = Tracked(picture, place);
+    if (!dot) return {1e3, 1e3};
+    off.mean += n.dot(dot->centre - place) / kSides;
+    off.worst = std::max(off.worst, (dot->centre - place).norm());
+  }
+  return off;
+}
+
+// Reference: the discs drawn. What is left at 1.5 px is the edge's own blur, which reaches under
+// the dot's: the darkness beyond, times the share of it that passes the gap (a twentieth), over the
+// dot's. A lighter edge lightens the rim of the dot in the same way.
+TEST(DotFinder, AnEdgeBesideADotDoesNotPullIt) {
+  DotPicture picture;
+  picture.noise = 0;
+  picture.ground = 190;
+  for (const double radius : {5.0, 6.4, 10.0}) {
+    for (const double beyond : {120.0, 150.0, 165.0, 230.0}) {
+      for (const double gap : {1.5, 2.0, 2.5, 3.0, 4.0, 5.0}) {
+        const OffTheDot off = BesideAnEdge(picture, radius, gap, beyond);
+        EXPECT_LT(std::abs(off.mean), gap < 2 ? 0.02 : 0.008)
+            << radius << " " << beyond << " " << gap;
+        EXPECT_LT(off.worst, gap < 2 ? 0.03 : 0.02) << radius << " " << beyond << " " << gap;
+      }
+    }
+  }
+}
+
+// The same with noise: what is left out makes the ground less certain, not wrong.
+TEST(DotFinder, AnEdgeBesideADotDoesNotPullItInNoise) {
+  DotPicture picture;
+  picture.ground = 190;
+  picture.light_fall = 0.15;
+  for (const double gap : {2.0, 3.0, 4.0}) {
+    EXPECT_LT(std::abs(BesideAnEdge(picture, 6.4, gap, 120).mean), 0.02) << gap;
+  }
+}
+
+// Reference: the discs drawn. Pixels that a window cuts off weigh what the blurred edge has there;
+// one of 2 px about edges blurred by 3 px would be off by 0.1 px.
+TEST(DotFinder, BlurDoesNotMoveADot) {
+  DotPicture picture;
+  picture.noise = 0;
+  for (const double blur : {0.3, 0.7, 1.0, 1.5, 2.0, 3.0}) {
+    picture.blur = blur;
+    EXPECT_LT(BesideAnEdge(picture, 6.4, 200, 0).worst, blur < 1.2 ? 0.006 : 0.012 + 0.02 * blur)
+        << blur;
   }
 }
 

@@ -34,6 +34,20 @@ void Cover(const Conic& Q, int width, int height, std::vector<double>* coverage)
   }
 }
 
+// The share of the pixel's thin squares that lie in the half-plane.
+double ShareBeyond(const DotPicture::Beyond& edge, int x, int y) {
+  const double off = edge.n.dot(Eigen::Vector2d(x, y)) - edge.offset;
+  if (std::abs(off) > 1) return off > 0 ? 1 : 0;
+  int inside = 0;
+  for (int i = 0; i < kLines; ++i) {
+    for (int j = 0; j < kLines; ++j) {
+      const Eigen::Vector2d step((i + 0.5) / kLines - 0.5, (j + 0.5) / kLines - 0.5);
+      if (off + edge.n.dot(step) > 0) ++inside;
+    }
+  }
+  return inside / static_cast<double>(kLines * kLines);
+}
+
 void Blur(double sigma, int width, int height, std::vector<double>* values) {
   if (sigma <= 0) return;
   const int reach = static_cast<int>(std::ceil(4 * sigma));
@@ -84,15 +98,25 @@ Conic DiscSeen(const Lens& lens, const Eigen::Vector3d& p_C, const Eigen::Vector
 cv::Mat DotPicture::Render(std::uint64_t seed) const {
   std::vector<double> coverage(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (const Conic& Q : dots) Cover(Q, width, height, &coverage);
-  Blur(blur, width, height, &coverage);
+  std::vector<double> levels(coverage.size());
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const auto i = static_cast<std::size_t>(y * width + x);
+      levels[i] = ground + (dot - ground) * coverage[i];
+      for (const Beyond& edge : edges) {
+        levels[i] += (edge.level - levels[i]) * ShareBeyond(edge, x, y);
+      }
+    }
+  }
+  Blur(blur, width, height, &levels);
   std::mt19937_64 random(seed);
   std::normal_distribution<double> gaussian(0, 1);
   cv::Mat image(height, width, CV_8UC1);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      const double share = coverage[static_cast<std::size_t>(y * width + x)];
       const double light = 1 - light_fall * x / width;
-      const double level = light * (ground + (dot - ground) * share) + noise * gaussian(random);
+      const double level =
+          light * levels[static_cast<std::size_t>(y * width + x)] + noise * gaussian(random);
       image.at<std::uint8_t>(y, x) =
           static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L));
     }

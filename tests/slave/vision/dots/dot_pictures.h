@@ -29,6 +29,13 @@ struct DotPicture {
   double noise = 2;               // sigma [levels]
   double light_fall = 0;          // relative, from left to right
   std::vector<Conic> dots;
+  // Half-planes of another grey level, n . p > offset; where several overlap, the last one counts.
+  struct Beyond {
+    Eigen::Vector2d n{1, 0};
+    double offset = 0;
+    double level = 0;
+  };
+  std::vector<Beyond> edges;
 
   [[nodiscard]] cv::Mat Render(std::uint64_t seed = 1) const;
 };

@@ -47,7 +47,8 @@ struct Pair {
   cv::Mat left, right;
 };
 
-Pair Pictures(const World& world, std::uint64_t seed, double noise = 2, double fall = 0.15) {
+Pair Pictures(const World& world, std::uint64_t seed, double noise = 2, double fall = 0.15,
+              double blur = 0.7) {
   std::vector<Eigen::Vector3d> places, normals;
   for (std::size_t k = 0; k < Layout().size(); ++k) {
     if (std::find(world.hidden.begin(), world.hidden.end(), static_cast<int>(k)) !=
@@ -61,6 +62,7 @@ Pair Pictures(const World& world, std::uint64_t seed, double noise = 2, double f
   for (const int eye : {0, 1}) {
     DotPicture picture;
     picture.noise = noise;
+    picture.blur = blur;
     picture.light_fall = fall;
     picture.dots = ArraySeen(eye, places, normals, kRadius);
     (eye == 0 ? pair.left : pair.right) =
@@ -127,6 +129,22 @@ TEST_P(StereoDotsTest, SeesEveryDotMoveByWhatItMoved) {
   }
   RecordProperty("worst_displacement_error_um", std::to_string(worst * 1e6));
   EXPECT_LT(worst, 0.09e-3);
+}
+
+// Reference: the bump drawn. Blur sets in after a sharp rest; it makes places less certain, by as
+// much as the slopes of the dots' edges are less steep, and pulls none.
+TEST_P(StereoDotsTest, BlurAfterASharpRestIsNoDisplacement) {
+  StereoDots eyes(Params(GetParam()));
+  Rest(&eyes);
+  World world;
+  world.depth = 0.002;
+  for (const double blur : {1.5, 3.0}) {
+    const Pair pair = Pictures(world, 7, 2, 0.15, blur);
+    const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
+    ASSERT_TRUE(seen.found);
+    EXPECT_EQ(Seen(seen), 31) << blur;
+    EXPECT_LT(Worst(seen, world), 0.05e-3 * (1 + blur)) << blur;
+  }
 }
 
 // Reference: the places drawn. Without the tilt's bias the places in depth would be off by up to

@@ -1,0 +1,98 @@
+#include "slave/vision/dots/ground_ring.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr double kForeign = 0.2;   // share of a ring or sector that may be darker than ground
+constexpr int kShortest = 9;       // sectors of an arc to start from
+constexpr int kStep = 2;           // from one to the next
+constexpr double kNoisier = 1.5;   // a whole ring than its quietest arc, by chance [variance]
+constexpr double kUnlike = 3;      // sectors' means, in sigma
+constexpr double kUneven = 3;      // a sector's variance against the arc's
+constexpr double kRounding = 0.3;  // levels are whole numbers, light is no exact plane [levels]
+
+}  // namespace
+
+bool GroundPlane::Fit() noexcept {
+  if (n < 8) return false;
+  const double cxx = xx - x * x / n, cxy = xy - x * y / n, cyy = yy - y * y / n;
+  const double cxv = xv - x * v / n, cyv = yv - y * v / n;
+  const double determinant = cxx * cyy - cxy * cxy;
+  if (!(determinant > 0.1 * cxx * cyy)) return false;
+  gx = (cyy * cxv - cxy * cyv) / determinant;
+  gy = (cxx * cyv - cxy * cxv) / determinant;
+  level0 = (v - gx * x - gy * y) / n;
+  variance = std::max(0.0, vv - v * v / n - gx * cxv - gy * cyv) / std::max(1.0, n - 3);
+  slope_variance = variance * (cxx + cyy) / (2 * determinant);
+  return true;
+}
+
+bool GroundRing::Fit() noexcept {
+  left_out_ = 0;
+  int quietest = -1;
+  double variance = 0;
+  for (int first = 0; first < kSectors; first += kStep) {
+    if (!FitArc(first, kShortest) || (quietest >= 0 && plane_.variance >= variance)) continue;
+    quietest = first;
+    variance = plane_.variance;
+  }
+  if (quietest < 0) return false;
+  if (FitArc(0, kSectors) && plane_.variance < kNoisier * variance + kRounding * kRounding) {
+    return true;
+  }
+  Grow(quietest, kShortest);
+  return true;
+}
+
+bool GroundRing::FitArc(int first, int count) noexcept {
+  GroundPlane plane;
+  int seen = 0;
+  for (int s = first; s < first + count; ++s) {
+    plane.Add(At(s).sums);
+    seen += At(s).seen;
+  }
+  const bool fits = plane.n >= (1 - kForeign) * seen && plane.Fit();
+  plane_ = plane;
+  return fits;
+}
+
+// At both ends, as far as the next sector lies in the plane.
+void GroundRing::Grow(int first, int count) noexcept {
+  FitArc(first, count);
+  for (bool grown = true; grown && count < kSectors;) {
+    grown = false;
+    for (const bool back : {true, false}) {
+      if (count == kSectors || !IsGround(At(back ? first - 1 : first + count))) continue;
+      if (back) --first;
+      ++count;
+      grown = FitArc(first, count);
+    }
+  }
+  for (int s = first + count; s < first + kSectors; ++s) {
+    left_out_ |= 1U << (s & (kSectors - 1));
+    left_out_ |= 1U << ((s + kSectors / 2) & (kSectors - 1));
+  }
+}
+
+// One beyond the picture's edge is none, and hides nothing.
+bool GroundRing::IsGround(const Sector& sector) const noexcept {
+  if (sector.seen == 0) return true;
+  const GroundPlane& s = sector.sums;
+  if (s.n < (1 - kForeign) * sector.seen) return false;
+  const double level0 = plane_.level0, gx = plane_.gx, gy = plane_.gy;
+  const double sum = s.v - level0 * s.n - gx * s.x - gy * s.y;
+  const double squares = s.vv + level0 * level0 * s.n + gx * gx * s.xx + gy * gy * s.yy +
+                         2 * (level0 * gx * s.x + level0 * gy * s.y + gx * gy * s.xy) -
+                         2 * (level0 * s.v + gx * s.xv + gy * s.yv);
+  // The plane is itself uncertain where it is carried on.
+  const double reach = (s.xx + s.yy) / s.n;
+  const double mean_variance =
+      plane_.variance * (1 / s.n + 1 / plane_.n) + plane_.slope_variance * reach;
+  return std::abs(sum / s.n) < kUnlike * std::sqrt(mean_variance) + kRounding &&
+         squares / s.n < kUneven * plane_.variance + std::pow(sum / s.n, 2) + kRounding;
+}
+
+}  // namespace palpate
