@@ -156,6 +156,16 @@ cv::Mat WithoutAlpha(const cv::Mat& image) {
 
 }  // namespace
 
+std::string LastNumber(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  const std::size_t last = stem.find_last_of("0123456789");
+  if (last == std::string::npos) return {};
+  const std::size_t before = stem.find_last_not_of("0123456789", last);
+  const std::size_t first = before == std::string::npos ? 0 : before + 1;
+  const std::string digits = stem.substr(first, last + 1 - first);
+  return digits.substr(std::min(digits.find_first_not_of('0'), digits.size() - 1));
+}
+
 bool NaturallyLess(const std::string& a, const std::string& b) {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   std::size_t i = 0, j = 0;

@@ -23,6 +23,9 @@ std::vector<std::filesystem::path> ListPictures(const std::string& pattern,
 // Digits compare as numbers, everything else as characters.
 bool NaturallyLess(const std::string& a, const std::string& b);
 
+// The last number in the file's name, without leading zeros: 7 of left_007.png; empty: none.
+std::string LastNumber(const std::filesystem::path& file);
+
 // Reads one picture as it is, 8 or 16 bit, without alpha. Throws std::runtime_error naming the file
 // and its `number` (from 1): missing, not a picture, truncated.
 cv::Mat ReadPicture(const std::filesystem::path& file, std::size_t number);

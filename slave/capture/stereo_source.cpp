@@ -94,24 +94,13 @@ cv::Mat ReadDepth(PictureRow& row) {
   return row.ended() ? cv::Mat() : Depth(row.ReadNext(), row);
 }
 
-// The last number in a file's name, without leading zeros; empty: none.
-std::string NumberOf(const fs::path& file) {
-  const std::string stem = file.stem().string();
-  const std::size_t last = stem.find_last_of("0123456789");
-  if (last == std::string::npos) return {};
-  const std::size_t before = stem.find_last_not_of("0123456789", last);
-  const std::size_t first = before == std::string::npos ? 0 : before + 1;
-  const std::string digits = stem.substr(first, last + 1 - first);
-  return digits.substr(std::min(digits.find_first_not_of('0'), digits.size() - 1));
-}
-
 // Where the first two bear the same number, all must: a picture missing on the left and another one
 // on the right would pair what does not belong together.
 void RequireSameNumbers(const PictureRow& left, const PictureRow& right) {
-  if (NumberOf(left.files().front()) != NumberOf(right.files().front())) return;
+  if (LastNumber(left.files().front()) != LastNumber(right.files().front())) return;
   for (std::size_t k = 0; k < left.count(); ++k) {
     const fs::path &a = left.files()[k], &b = right.files()[k];
-    if (NumberOf(a) == NumberOf(b)) continue;
+    if (LastNumber(a) == LastNumber(b)) continue;
     throw std::runtime_error(
         fmt::format("sense.camera.stereo: pair {} would be {} and {}: accepted are pictures of the "
                     "same number, as in the first pair",

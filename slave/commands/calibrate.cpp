@@ -70,6 +70,15 @@ void RequireUsable(const CalibrateOptions& options) {
 }
 
 // Found now, not after minutes of work.
+// What is read is not written over.
+void RequireApart(const std::filesystem::path& out, const char* option,
+                  const std::filesystem::path& read) {
+  std::error_code error;
+  if (out.empty() || read.empty() || !std::filesystem::equivalent(out, read, error)) return;
+  throw std::invalid_argument(
+      fmt::format("--out {}: accepted is another file than that of {}", out.string(), option));
+}
+
 void RequireWritable(const std::filesystem::path& file) {
   if (file.empty()) return;
   const bool existed = std::filesystem::exists(file);
@@ -120,6 +129,8 @@ std::array<int, 2> TwoCounts(const std::string& option, const std::string& text,
 
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   RequireUsable(options);
+  RequireApart(options.out, "--rig", options.rig);
+  RequireApart(options.out, "--register", options.tip_places);
   RequireWritable(options.out);
   RequireWritable(options.drawing);
   if (options.left.empty()) {

@@ -1,7 +1,6 @@
 #include "slave/commands/calibrate_pictures.h"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <map>
 #include <stdexcept>
@@ -74,16 +73,6 @@ std::string OtherBoard(const cv::Mat& grey, const Board& board) {
     }
   }
   return "";
-}
-
-std::string LastNumber(const std::string& name) {
-  const std::string stem = fs::path(name).stem().string();
-  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
-  const auto end = std::find_if(stem.rbegin(), stem.rend(), is_digit);
-  const auto begin = std::find_if_not(end, stem.rend(), is_digit);
-  const std::string digits(begin.base(), end.base());
-  const auto first = digits.find_first_not_of('0');
-  return first == std::string::npos ? digits.substr(0, 1) : digits.substr(first);
 }
 
 // Number -> index; empty where a picture's name has none or two share one. An unreadable file takes

@@ -45,7 +45,7 @@ PointsOverlay MakePointsOverlay(const PointEyes& eyes, const SurfaceObservation&
   overlay.radius_px = eyes.radius_px();
   overlay.windows = eyes.stage() != "dots";
   overlay.validity = ToString(felt.validity);
-  const bool has_place = felt.depth > 0 || !felt.force;
+  const bool has_place = seen.found && (felt.depth > 0 || !felt.force);
   if (has_place && felt.validity != Validity::kTrackingLost) {
     overlay.place_I = eyes.Project(felt.p_S_contact);
   }

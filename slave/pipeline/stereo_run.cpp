@@ -68,9 +68,9 @@ class Comparison {
       AddTarget(seen);
       return;
     }
-    if (seen.found) AddDisplacements(seen);
     const MembraneTruth truth = site_.truth();
     if (!truth.solved) return;
+    if (seen.found) AddDisplacements(seen);
     const std::optional<Vector3d>& force = teller->felt().force;
     steps_.Add(truth.depth, truth.force.norm(),
                force ? std::optional(force->norm()) : std::nullopt);
@@ -189,6 +189,12 @@ class Run {
   void MakeFramesFolder() {
     const auto folder = options_.out / "frames";
     std::filesystem::create_directories(folder / "left");
+    if (!std::filesystem::is_empty(folder / "left")) {
+      throw std::invalid_argument(fmt::format(
+          "--frames: {} holds pictures of another run, which would mix with these: accepted is "
+          "another --out, or that folder emptied",
+          (folder / "left").string()));
+    }
     if (!scene_.sense.stereo) return;
     std::filesystem::create_directories(folder / "right");
     WriteRig(folder / "rig.yaml", rig_);

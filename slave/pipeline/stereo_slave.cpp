@@ -18,7 +18,8 @@ namespace palpate {
 namespace {
 
 constexpr std::array<std::string_view, 3> kMembraneKinds{"auto", "plate", "plate-large"};
-constexpr std::array<std::string_view, 4> kVolumeKinds{"auto", "fem", "fem-green", "bem3d"};
+constexpr std::array<std::string_view, 5> kVolumeKinds{"auto", "fem", "fem-hyperelastic",
+                                                       "fem-green", "bem3d"};
 
 bool IsSimulated(const Scene& scene) {
   return scene.sense.stereo && scene.sense.stereo->source == StereoCameras::Source::kSimulated;
@@ -186,7 +187,8 @@ ModelInfo StereoSlave::Replace(const Scene& changed, const std::function<void()>
 
 BoundaryShape StereoSlave::Shape(bool nodal_forces) {
   const std::lock_guard lock(touch_mutex());
-  if (teller_.estimator() != nullptr) return MakeSurfaceShape(*teller_.estimator(), nodal_forces);
+  if (teller_.estimator() != nullptr)
+    return MakeSurfaceShape(*teller_.estimator(), teller_.felt(), nodal_forces);
   return MakeFollowedShape(followed_, X_SO_, teller_.felt(), teller_.place().moved());
 }
 

@@ -38,7 +38,8 @@ class SurfaceBody {
   SurfaceBody() = default;
   SurfaceBody(const SurfaceBody&) = delete;
   SurfaceBody& operator=(const SurfaceBody&) = delete;
-  // Never throws; allocation-free after the first call with as many points. Points in frame O.
+  // Never throws; allocation-free after the first call with as many points, for large volumes once
+  // the nodes around the load's place are known. Points in frame O.
   // Nothing that stands out of the noise: force 0 with its sigma, kValid.
   virtual SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept = 0;
   // Stiffness along the normal at the place p_O of the surface [N/m] and force [N] under the
@@ -60,7 +61,7 @@ class SurfaceBody {
   [[nodiscard]] virtual const ModelInfo& info() const = 0;
 };
 
-// plate and plate-large for membranes; fem, fem-green, bem3d for volumes. Throws
+// plate and plate-large for membranes; fem, fem-hyperelastic, fem-green, bem3d for volumes. Throws
 // std::invalid_argument naming the key.
 std::unique_ptr<SurfaceBody> MakeSurfaceBody(const Scene& scene);
 

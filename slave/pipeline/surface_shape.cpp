@@ -28,8 +28,7 @@ BoundaryShape AtRest(const SurfaceMesh& surface, const Eigen::Isometry3d& X_SO, 
 
 }  // namespace
 
-BoundaryShape MakeSurfaceShape(SurfaceEstimator& estimator, bool nodal_forces) {
-  const Felt& felt = estimator.felt();
+BoundaryShape MakeSurfaceShape(SurfaceEstimator& estimator, const Felt& felt, bool nodal_forces) {
   BoundaryShape shape = AtRest(estimator.body().surface(), estimator.X_SO(), felt);
   std::vector<Eigen::Vector3d> per_node;  // frame S
   estimator.DeformedNodes(&per_node);

@@ -8,7 +8,7 @@ namespace palpate {
 
 // Triangles of the model's surface at rest and displaced, frame S [m]; forces of the tool on their
 // nodes [N] if asked for and known.
-BoundaryShape MakeSurfaceShape(SurfaceEstimator& estimator, bool nodal_forces);
+BoundaryShape MakeSurfaceShape(SurfaceEstimator& estimator, const Felt& felt, bool nodal_forces);
 
 // Of an object that is followed as a whole, without a model: the surface of the scene's mesh, frame
 // O. Empty where the scene has none. Throws std::invalid_argument (file:line) as ReadMeshFile does.

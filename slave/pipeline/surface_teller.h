@@ -23,6 +23,8 @@ class SurfaceTeller {
  public:
   // Precomputes the model. Throws as SurfaceEstimator does.
   explicit SurfaceTeller(const Scene& scene);
+  SurfaceTeller(const SurfaceTeller&) = delete;  // it refers to a part of itself
+  SurfaceTeller& operator=(const SurfaceTeller&) = delete;
 
   // `rest_known`: the eyes knew the rest frame before they saw this; until then the force is
   // unknown, kFailed. Never throws.

@@ -135,6 +135,11 @@ void VolumeBody::Place(const TriangleLoad& best, SurfaceLoad* load) {
   const auto& nodes = surface_.triangles[At(best.triangle)];
   load->force = best.forces.sum();
   load->n_O = search_.normal(best.triangle);
+  if (load->force == 0) {  // all points stand exactly at rest
+    load->p_O = surface_.nodes[At(nodes[0])];
+    load->sigma_force = std::sqrt(best.covariance.sum());
+    return;
+  }
   load->p_O.setZero();
   for (std::size_t c = 0; c < 3; ++c) {
     load->p_O += best.forces[static_cast<Index>(c)] / load->force * surface_.nodes[At(nodes[c])];

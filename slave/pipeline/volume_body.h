@@ -1,4 +1,4 @@
-// Volumes under the eyes: `fem`, `fem-green`, `bem3d`.
+// Volumes under the eyes: `fem`, `fem-hyperelastic`, `fem-green`, `bem3d`.
 #pragma once
 
 #include <memory>

@@ -243,6 +243,7 @@ TEST_F(RealPressTest, TheContactStaysWhereTheToolStands) {
     if (!stood) stood = reading.p_O;
     EXPECT_LT((*stood - reading.p_O).norm(), 0.5e-3) << frame.number;
   }
+  EXPECT_TRUE(stood) << "no frame of the tool at rest";
 }
 
 // What is assumed and not measured: how wide the tool is, where the rim lies, how much of the
