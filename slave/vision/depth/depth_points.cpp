@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -71,7 +72,7 @@ void DepthPoints::Reset() noexcept {
 }
 
 const SurfaceObservation& DepthPoints::Observe(const cv::Mat& depth, std::uint64_t sequence,
-                                               Time sensed_at) noexcept {
+                                               Time sensed_at) noexcept try {
   observation_.sequence = sequence;
   observation_.sensed_at = sensed_at;
   observation_.found = false;
@@ -87,6 +88,9 @@ const SurfaceObservation& DepthPoints::Observe(const cv::Mat& depth, std::uint64
     seen += observation_.points[i].seen ? 1 : 0;
   }
   observation_.found = seen >= 3 && 10 * seen >= cells_.size();
+  return observation_;
+} catch (const std::exception&) {  // no memory for the rest frame
+  Reset();
   return observation_;
 }
 

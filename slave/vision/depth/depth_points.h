@@ -23,7 +23,7 @@ namespace palpate {
 // point's covariance is that of its way from rest along the normal, and a cell's width along the
 // surface.
 //
-// Not thread-safe. Allocates in the first picture only.
+// Not thread-safe. Allocates while the rest frame is taken.
 class DepthPoints {
  public:
   struct Params {
@@ -41,8 +41,9 @@ class DepthPoints {
 
   // One picture: CV_16U, 0: no measurement. One point per cell that had a depth at rest; a cell's
   // identity is its place in the picture, counted in rows. `found` is false while the rest frame is
-  // taken, for pictures that cannot be used (empty, another type or size than the first), and where
-  // fewer than three points or a tenth of them are seen. Valid until the next call.
+  // taken (anew where memory runs out), for pictures that cannot be used (empty, another type or
+  // size than the first), and where fewer than three points or a tenth of them are seen. Valid
+  // until the next call.
   const SurfaceObservation& Observe(const cv::Mat& depth, std::uint64_t sequence,
                                     Time sensed_at) noexcept;
   [[nodiscard]] bool at_rest_known() const { return rest_.known(); }

@@ -17,7 +17,8 @@
 //   rms_px: 0.2
 //   R1, R2, P1, P2, Q              # the rectification that follows, for other programs
 //
-// Files of one camera by ROS's camera_calibration are read as they are.
+// Files of one camera by ROS's camera_calibration are read as they are; a `distortion_model` must
+// be plumb_bob, the only one there is here.
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -32,6 +33,8 @@
 
 namespace palpate {
 namespace {
+
+constexpr int kLargestPicture = 16384;  // [px]
 
 class RigReader {
  public:
@@ -97,13 +100,24 @@ class RigReader {
   }
   int Pixels(const YAML::Node& map, const char* key, const std::string& name) const {
     const double value = Number(Child(map, key, name), name);
-    if (!(value >= 1 && value <= 1e5) || value != std::floor(value)) {
-      Refuse(fmt::format("{} = {}: accepted is 1 to 100000 pixels", name, value));
+    if (!(value >= 1 && value <= kLargestPicture) || value != std::floor(value)) {
+      Refuse(fmt::format("{} = {}: accepted is 1 to {} pixels", name, value, kLargestPicture));
     }
     return static_cast<int>(value);
   }
 
+  // Other models have coefficients of the same name, and as many.
+  void CheckModel(const YAML::Node& map, const std::string& at) const {
+    if (!Has(map, "distortion_model")) return;
+    const YAML::Node model = map["distortion_model"];
+    const std::string name = model.IsScalar() ? model.Scalar() : "";
+    if (name != "plumb_bob") {
+      Refuse(at + "distortion_model = " + name + ": accepted is plumb_bob");
+    }
+  }
+
   Lens ReadLens(const YAML::Node& map, const std::string& at) const {
+    CheckModel(map, at);
     Lens lens;
     lens.size = {Pixels(map, "image_width", at + "image_width"),
                  Pixels(map, "image_height", at + "image_height")};

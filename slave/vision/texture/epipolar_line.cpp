@@ -34,10 +34,13 @@ bool EpipolarLine::IsInside(const Eigen::Vector2d& p) const {
   return p.minCoeff() >= -0.5 && p.x() <= to_.size[0] - 0.5 && p.y() <= to_.size[1] - 0.5;
 }
 
-// A straight line that moves away from the picture does not come back.
+// All of the picture lies behind, even its corner farthest along the way. (Moving away from the
+// nearest point would do for a straight line; a bowed one comes back over the edge.)
 bool EpipolarLine::Leaves(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
-  const Eigen::Vector2d middle(0.5 * to_.size[0], 0.5 * to_.size[1]);
-  return !IsInside(to) && (to - from).dot(middle - to) <= 0;
+  const Eigen::Vector2d way = to - from;
+  const Eigen::Vector2d corner(way.x() > 0 ? to_.size[0] - 0.5 : -0.5,
+                               way.y() > 0 ? to_.size[1] - 0.5 : -0.5);
+  return !IsInside(to) && way.dot(corner - to) <= 0;
 }
 
 bool EpipolarLine::Next(double step) noexcept {

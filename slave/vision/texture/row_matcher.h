@@ -1,4 +1,7 @@
 // Corresponding places of a rectified pair: windows searched along rows.
+//
+// For pictures of pairs that were rectified elsewhere and come without a rig, as sets with true
+// disparities do; where the rig is known, SearchEpipolar needs no rectification.
 #pragma once
 
 #include <vector>

@@ -73,9 +73,10 @@ SsdTracker::SsdTracker(const cv::Mat& first, const std::vector<Eigen::Vector2d>&
 SsdTracker SsdTracker::InOtherCamera(const cv::Mat& picture) const {
   SsdTracker other = *this;
   other.options_.search_radius = 0;
-  other.now_ = PicturePyramid(picture, options_.levels);
-  other.before_ = PicturePyramid(picture, options_.levels);
-  if (other.now_.levels() < static_cast<int>(back_.size())) {
+  const int levels = static_cast<int>(back_.size());  // those that have templates
+  other.now_ = PicturePyramid(picture, levels);
+  other.before_ = PicturePyramid(picture, levels);
+  if (other.now_.levels() < levels) {
     throw std::invalid_argument("the other camera's picture is too small for the pyramid");
   }
   for (std::size_t i = 0; i < windows_.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "slave/vision/texture/good_windows.h"
 
@@ -52,12 +53,14 @@ bool StereoTexture::Start(const cv::Mat& left, const cv::Mat& right) {
   const auto at =
       !options_.at.empty() ? options_.at : ChooseWindows(left, options_.count, edge, 0.5 * edge);
   if (at.empty()) return false;
-  left_ = std::make_unique<SsdTracker>(left, at, options_.ssd);
-  right_ = std::make_unique<SsdTracker>(left_->InOtherCamera(right));
-  level_ = std::min(1, left_->picture().levels() - 1);
-  back_ = std::make_unique<WindowTemplate>(left_->Template(0, level_).edge());
+  auto first = std::make_unique<SsdTracker>(left, at, options_.ssd);
+  auto second = std::make_unique<SsdTracker>(first->InOtherCamera(right));
+  level_ = std::min(1, first->picture().levels() - 1);
+  back_ = std::make_unique<WindowTemplate>(first->Template(0, level_).edge());
   has_rest_.assign(at.size(), false);
   observation_.points.assign(at.size(), {});
+  left_ = std::move(first);  // both or none: whatever throws does so before
+  right_ = std::move(second);
   bool any = false;
   for (std::size_t i = 0; i < at.size(); ++i) {
     observation_.points[i].id = static_cast<int>(i);

@@ -40,8 +40,8 @@ class StereoTexture {
   // The first pair on which at least one window is seen by both cameras starts the tracking and is
   // the rest frame (a window seen by both only later rests where it was then seen first). Pictures
   // that cannot be used (not 8 bit, of another size) leave all points unseen, and `found` false.
-  // noexcept but for the start, which allocates and may throw std::invalid_argument: pictures that
-  // are not the rig's size.
+  // noexcept but for the start, which allocates and may throw std::invalid_argument: pictures too
+  // small for the pyramid. After that it has not started.
   const SurfaceObservation& Look(const cv::Mat& left, const cv::Mat& right, std::uint64_t sequence,
                                  Time sensed_at);
 

@@ -111,6 +111,7 @@ distortion_coefficients: !!opencv-matrix
 image_width: 720
 image_height: 576
 camera_name: left
+distortion_model: plumb_bob
 camera_matrix: {rows: 3, cols: 3, data: [553.6, 0, 345.1, 0, 590.9, 291.0, 0, 0, 1]}
 distortion_coefficients: {rows: 1, cols: 5, data: [-0.01, 0.003, 0.001, 0.002, 0]}
 )"));
@@ -123,7 +124,9 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
       "camera_matrix: {data: [800, 0, 320, 0, 800, 240, 0, 0, 1]}\n";
   EXPECT_THAT(Refusal(lens), HasSubstr("rig.yaml: has no `distortion_coefficients`"));
   EXPECT_THAT(Refusal("left: {image_width: 640}"), HasSubstr("has no `left.image_height`"));
-  EXPECT_THAT(Refusal("image_width: -3"), HasSubstr("accepted is 1 to 100000"));
+  EXPECT_THAT(Refusal("image_width: -3"), HasSubstr("accepted is 1 to 16384"));
+  EXPECT_THAT(Refusal("image_width: 16384\nimage_height: 16385"),
+              HasSubstr("image_height = 16385: accepted is 1 to 16384"));
   EXPECT_THAT(Refusal("image_width: 640\nimage_height: 480\n"
                       "camera_matrix: {data: [0, 0, 320, 0, 800, 240, 0, 0, 1]}\n"),
               HasSubstr("focal > 0"));
@@ -132,6 +135,11 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
               HasSubstr("finite"));
   EXPECT_THAT(Refusal(lens + "distortion_coefficients: {data: [0, 0, 0, 0, 0, 1, 0, 0]}"),
               HasSubstr("plumb bob"));
+  const std::string four = lens + "distortion_coefficients: {data: [0, 0, 0, 0]}\n";
+  EXPECT_EQ(Refusal(four), "read");
+  EXPECT_THAT(Refusal(four + "distortion_model: equidistant"),
+              HasSubstr("distortion_model = equidistant: accepted is plumb_bob"));
+  EXPECT_THAT(Refusal(four + "distortion_model: [plumb_bob]"), HasSubstr("accepted is plumb_bob"));
   EXPECT_THAT(Refusal("a: [1"), HasSubstr("rig.yaml: "));
   EXPECT_THAT(Refusal("just words"), HasSubstr("not a map"));
   EXPECT_THAT(Refusal(""), HasSubstr("not a map"));

@@ -101,6 +101,19 @@ TEST(SsdTrackerTest, WindowsThatLeaveThePictureAreLostAndComeBack) {
   }
 }
 
+// 80 px have two levels, 240 px three.
+TEST(SsdTrackerTest, TheOtherCamerasPictureMayBeLarger) {
+  WavyTexture texture;
+  const cv::Mat large = texture.Picture({});
+  const SsdTracker tracker(large(cv::Rect(100, 80, 80, 80)), {{40, 40}}, {});
+  ASSERT_EQ(tracker.picture().levels(), 2);
+  SsdTracker other = tracker.InOtherCamera(large);
+  EXPECT_EQ(other.picture().levels(), 2);
+  ASSERT_TRUE(other.Place(0, Shifted(142, 121)));
+  EXPECT_LT((other.windows().front().warp.p - Eigen::Vector2d(140, 120)).norm(), 0.05);
+  EXPECT_TRUE(other.Track(large).front().seen());
+}
+
 // The look changes beyond the first template; the recent one, cut while the first still matched,
 // bridges and says so. Reference: the texture does not move; beyond half the stain the picture is
 // rather another texture, whose place means little.

@@ -164,6 +164,20 @@ TEST(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
   EXPECT_TRUE(texture.Look(pair.left, pair.right, 3, Time{}).found);
 }
 
+TEST(StereoTextureTest, AStartThatThrowsHasNotStarted) {
+  TargetPictures pictures;
+  StereoRig rig = pictures.rig;
+  rig.right.size = {64, 64};  // two levels of the three
+  StereoTexture texture(rig, pictures.X_SL, ThreeWindows());
+  const auto pair = pictures.Take(kRest);
+  const cv::Mat small(pair.right, cv::Rect(300, 200, 64, 64));
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_THROW(texture.Look(pair.left, small, 0, Time{}), std::invalid_argument);
+    EXPECT_FALSE(texture.started());
+    EXPECT_TRUE(texture.right_windows().empty());
+  }
+}
+
 TEST(StereoTextureTest, SwappedPicturesAreNoPointsBehindTheCameras) {
   TargetPictures pictures;
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
