@@ -1,7 +1,6 @@
 #include "slave/mechanics/plate/load_fit.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <new>
 #include <sstream>
@@ -20,7 +19,6 @@ using Eigen::Index;
 using Eigen::Vector2d;
 
 constexpr int kIterations = 40;
-constexpr int kRings = 5;             // of places that are tried
 constexpr double kDifference = 1e-4;  // of the derivatives: radii, share of the force
 constexpr double kConverged = 1e-3;   // step by its standard deviation
 constexpr double kSmallStep = 0.02;   // radii, share of the force: derivatives may stay
@@ -86,6 +84,7 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
   last_ = guess;
   const bool refined =
       !found || finer_ == nullptr || !AsksForMoreModes(guess) || Refine(&guess, &fit);
+  found = found && pressed_ != Validity::kFailed;
   if (found) Judge(guess, &fit);
   if (!refined && fit.validity == Validity::kValid) {
     fit.validity = Validity::kExtrapolated;
@@ -338,7 +337,7 @@ bool LoadFitter::AsksForMoreModes(const Guess& guess) noexcept {
 
 // By Gauss and Newton with the derivatives of the coarse plate: they differ from the fine one's by
 // several percent, and so much of its length each step leaves. Where that fails, with its own
-// derivatives. False: as it was.
+// derivatives. False: as it was, of the coarse plate; pressed_ tells whether that answers still.
 bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::LDLT<Eigen::Matrix3d> factor(normal);
@@ -362,7 +361,7 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
     *guess = fine;
   } else {
     asked_ = &plate_;
-    Misfit(*guess, &misfit_);
+    if (Misfit(*guess, &misfit_) && Linearise(*guess)) Press(*guess);
   }
   fit->residual = std::sqrt(misfit_.squaredNorm() / Freedom());
   return better;

@@ -20,7 +20,9 @@ struct LoadFit {
   double force = 0;           // along z, of the tool on the plate [N]: negative presses
   // Of x, y [m] and force [N], from the points' sigmas, linear at the answer.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  double residual = 0;  // rms of (measured - fitted) / sigma, by points - 3; about 1 if all is well
+  // rms of (measured - fitted) / sigma, by points - 3, or - 6 with Rim::kMayMove; about 1 if all is
+  // well.
+  double residual = 0;
   // c0 + c1 x + c2 y along z, x and y in radii [m]: how the rim has moved. Where it is taken to
   // stay, what of such a motion is left in the residuals: less than the truth, for the load takes a
   // part.
@@ -47,14 +49,14 @@ class LoadFitter {
   // std::invalid_argument.
   LoadFitter(PlateSurface& plate, double width, PlateSurface* finer = nullptr);
 
-  // A load that barely stands out, so that the points leave its place open, is answered where the
-  // small-deflection shape explains them best, kExtrapolated.
-  // Displacements along z [m] with sigmas [m] > 0 at points [m], all frame O; a point with an
-  // infinite sigma does not count. Not identified: fewer
-  // than four points (seven if the rim may move), a point off the plate, values not finite; nothing
-  // that stands out of the noise (five sigma; where the points scatter by much less than their
-  // sigmas, of that scatter); a load at the rim or beyond; a place known to less than a quarter
-  // radius. Allocation-free after the first call with as many points.
+  // The load that explains displacements along z [m] with sigmas [m] > 0 at points [m], all frame
+  // O; a point with an infinite sigma does not count. Not identified: fewer than four points (seven
+  // if the rim may move), a point off the plate, values not finite; nothing that stands out of the
+  // noise (five sigma; where the points scatter by much less than their sigmas, of that scatter); a
+  // load at the rim or beyond; a place known to less than a quarter radius. A load that barely
+  // stands out, so that the points leave its place open, is answered where the small-deflection
+  // shape explains them best, kExtrapolated. Allocation-free after the first call with as many
+  // points.
   [[nodiscard]] LoadFit Fit(std::span<const Eigen::Vector2d> p_O,
                             std::span<const double> displacement, std::span<const double> sigma,
                             Rim rim = Rim::kStays) noexcept;

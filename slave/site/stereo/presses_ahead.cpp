@@ -207,13 +207,11 @@ std::shared_ptr<const MembranePress> PressesAhead::Grow(Ladder* ladder) const no
   }
 }
 
-void PressesAhead::Announce(Ladder* ladder) {
-  if (!ladder->missed || ladder->announced) return;
-  ladder->announced = true;
+void PressesAhead::Announce(const Ladder& ladder) {
   spdlog::info(
       "the simulated site solves a press {:.3g} mm from the membrane's axis; until it has, its "
       "pictures there are a guess and the true force is not told",
-      1e3 * ladder->radius);
+      1e3 * ladder.radius);
 }
 
 void PressesAhead::Run(const std::stop_token& stop) {
@@ -224,8 +222,12 @@ void PressesAhead::Run(const std::stop_token& stop) {
     // 0: the calling thread (setpriority(2), Linux).
     if (everywhere_ && !is_nice) is_nice = setpriority(PRIO_PROCESS, 0, kNice) == 0;
     Ladder* const ladder = Next();
-    Announce(ladder);
-    lock.unlock();
+    const bool announces = ladder->missed && !ladder->announced;
+    lock.unlock();  // before the log, which may wait for a terminal
+    if (announces) {
+      Announce(*ladder);
+      ladder->announced = true;
+    }
     auto press = Grow(ladder);
     lock.lock();
     const bool deeper = DepthOf(*press) > DepthOf(*ladder->press);

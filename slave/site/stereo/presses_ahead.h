@@ -86,7 +86,7 @@ class PressesAhead {
 
   [[nodiscard]] std::unique_ptr<PressedMembrane> Make(double radius) const;
   std::shared_ptr<const MembranePress> Grow(Ladder* ladder) const noexcept;
-  static void Announce(Ladder* ladder);
+  static void Announce(const Ladder& ladder);
   void Run(const std::stop_token& stop);
 
   Plan plan_;

@@ -70,7 +70,7 @@ class StereoSite {
   // For a hand that must not be held up: never waits. Where the presses around the tool are not
   // solved as deep as it is, they are solved next (a log line tells, once per radius), and until
   // they are, truth().solved is false. When they are, the membrane jumps from what was guessed to
-  // what is true.
+  // what is true. A site is moved by one of the two, not by both in turn.
   void MoveToolAtOnce(const Eigen::Vector3d& p_S_tip);
   // From now on presses are solved all over the membrane, in the background, nearest to home first
   // but those under the tool before all. About a second each, a dozen of them.

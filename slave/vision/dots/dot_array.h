@@ -32,15 +32,15 @@ class DotArray {
   static constexpr int kNobody = -1;
 
   // `layout`: places in the array's plane; the index is the dot's identity. Throws
-  // std::invalid_argument: fewer than 3 or more than 400, two at one place, all on one line, a
-  // parameter out of range.
+  // std::invalid_argument: fewer than 3 or more than 400, two at one place, all nearly on one line,
+  // a parameter out of range.
   DotArray(std::vector<Eigen::Vector2d> layout, const Params& params);
 
   // Finds the array anew. `picks` gets for each dot of the array the index in `dots`, or kNobody.
   // A symmetric array fits in several ways: the one nearest to `hint` (a place per dot of the
   // array [px]) is taken; without one (empty) that whose x runs most to the right. Returns how many
-  // were found; 0: the array is not there. Bounded: about N * 60 growths for N <= 256 candidates,
-  // of which those nearest to the hint, or first, are used.
+  // were found; 0: the array is not there. Bounded: at most 5 * 56 growths per candidate (5 * 132
+  // among 13 or fewer), for 256 candidates: those nearest to the hint, or first.
   int Match(std::span<const Dot> dots, std::span<const Eigen::Vector2d> hint,
             std::vector<int>* picks) noexcept;
   // In time: the dots nearest to `places`, one each, within the gate and with an area within a

@@ -26,7 +26,7 @@ bool TouchesEdge(const Blob& blob, const cv::Mat& image) noexcept {
          blob.bottom == image.rows - 1;
 }
 
-// Dot and ground, half way; and whether they differ at all.
+// The darkest and the lightest value.
 std::array<int, 2> Extremes(const cv::Mat& image) noexcept {
   std::uint8_t darkest = 255, lightest = 0;
   for (int y = 0; y < image.rows; ++y) {

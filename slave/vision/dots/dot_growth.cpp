@@ -14,6 +14,9 @@ namespace {
 
 using Places = std::vector<Eigen::Vector2d>;
 
+// Determinants of parents, their distances scaled to 1: well off one line, and barely.
+constexpr double kSpread = 1e-2, kBarelySpread = 1e-12;
+
 Eigen::Vector2d Middle(const Places& layout) {
   Eigen::Vector2d sum(0, 0);
   for (const Eigen::Vector2d& p : layout) sum += p;
@@ -35,8 +38,8 @@ std::vector<int> All(std::size_t count) {
   return all;
 }
 
-// The smallest weights with sum 1 that give `place`; false: the parents lie on one line.
-bool Weigh(const Places& layout, const Eigen::Vector2d& place, GrowthStep* step) {
+// The smallest weights with sum 1 that give `place`; false: the parents spread less than `least`.
+bool Weigh(const Places& layout, const Eigen::Vector2d& place, double least, GrowthStep* step) {
   Eigen::Matrix<double, 3, Eigen::Dynamic> A(3, step->parents);
   double scale = 0;
   for (int p = 0; p < step->parents; ++p) {
@@ -46,7 +49,7 @@ bool Weigh(const Places& layout, const Eigen::Vector2d& place, GrowthStep* step)
   }
   A.bottomRows(2) /= scale;
   const Eigen::Matrix3d square = A * A.transpose();
-  if (!(std::abs(square.determinant()) > 1e-2)) return false;
+  if (!(std::abs(square.determinant()) > least)) return false;
   const Eigen::VectorXd weights =
       A.transpose() * (square.inverse() * Eigen::Vector3d(1, 0, 0)).eval();
   for (int p = 0; p < step->parents; ++p) step->weight[static_cast<std::size_t>(p)] = weights[p];
@@ -63,11 +66,13 @@ GrowthStep StepTo(const Places& layout, int dot, const std::vector<int>& there) 
   for (std::size_t n = std::min<std::size_t>(4, most); n <= most; ++n) {
     step.parents = static_cast<int>(n);
     std::copy_n(nearest.begin(), n, step.parent.begin());
-    if (Weigh(layout, place, &step)) return step;
+    if (Weigh(layout, place, kSpread, &step)) return step;
   }
   step.parents = 4;  // the nearest, and the first three, which do not lie on one line
   step.parent = {nearest[0], there[0], there[1], there[2]};
-  Weigh(layout, place, &step);
+  if (!Weigh(layout, place, kBarelySpread, &step)) {
+    throw std::invalid_argument("the dots of the layout lie nearly on one line");
+  }
   return step;
 }
 

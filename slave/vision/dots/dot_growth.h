@@ -20,7 +20,7 @@ struct GrowthStep {
 };
 using Growth = std::vector<GrowthStep>;  // the first three, not on one line, have no parents
 
-// Places are finite and differ. Throws std::invalid_argument: all on one line.
+// Places are finite and differ. Throws std::invalid_argument: all nearly on one line.
 Growth GrowthFrom(const std::vector<Eigen::Vector2d>& layout, std::size_t anchor);
 // The dot in the middle, then up to `most` in all, far from each other.
 std::vector<std::size_t> SpreadAnchors(const std::vector<Eigen::Vector2d>& layout,

@@ -1,8 +1,12 @@
 #include "slave/mechanics/plate/load_fit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -181,6 +185,59 @@ TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
     EXPECT_NE(FitTo(fitter, i % 2 == 0 ? first : second).validity, Validity::kFailed);
   }
   EXPECT_EQ(AllocationCount(), before);
+}
+
+// A plate that answers, three times as deep as it should, but for its second call and all from the
+// seventh on: a fit takes its derivatives and then gets no further.
+class UnreliablePlate final : public PlateSurface {
+ public:
+  void Respond(std::span<const Contact> contacts,
+               std::span<ContactResponse> responses) noexcept override {
+    ++calls_;
+    if (calls_ == 2 || calls_ >= 7) {
+      std::ranges::fill(responses, ContactResponse{});
+    } else {
+      plate_.Respond(contacts, responses);
+    }
+  }
+  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override {
+    plate_.BoundaryDisplacement(displacement_O);
+  }
+  [[nodiscard]] const ModelInfo& info() const override { return plate_.info(); }
+  [[nodiscard]] double Displacement(const Vector2d& p_O) noexcept override {
+    return 3 * plate_.Displacement(p_O);
+  }
+  [[nodiscard]] double radius() const override { return plate_.radius(); }
+  [[nodiscard]] double thickness() const override { return plate_.thickness(); }
+  [[nodiscard]] int calls() const { return calls_; }
+
+ private:
+  PlateLargeModel plate_{{kRadius, kThickness, kModulus, kNu}};
+  int calls_ = 0;
+};
+
+// Reference: the fit without the finer plate. Its derivatives may be those of a step before, so
+// that the covariances agree within some percent; the finer plate's would make them a ninth.
+TEST(LoadFit, WhatTheFinerPlateFailedToFindIsJudgedByTheCoarseOne) {
+  PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
+  UnreliablePlate finer;
+  LoadFitter fitter(plate, 0.004, &finer);
+  std::mt19937 random(17);
+  const Picture picture = Look(plate, {0.02, 0.003}, -30, 0.004, 2e-5, &random);
+  const LoadFit coarse =
+      fitter.FitCoarsely(picture.points, picture.displacement, picture.sigma, Rim::kStays);
+  fitter.Reset();
+  const LoadFit fit = FitTo(fitter, picture);
+  ASSERT_GE(finer.calls(), 7);
+  ASSERT_EQ(coarse.validity, Validity::kValid) << coarse.reason;
+  EXPECT_EQ(fit.validity, Validity::kExtrapolated);
+  EXPECT_THAT(std::string(fit.reason), HasSubstr("more modes"));
+  const Eigen::Vector3d sigma =
+      coarse.covariance.diagonal().cwiseSqrt();  // a fit ends 1e-3 of it off
+  EXPECT_LT((fit.p_O - coarse.p_O).norm(), 1e-2 * sigma.head<2>().norm());
+  EXPECT_NEAR(fit.force, coarse.force, 1e-2 * sigma[2]);
+  EXPECT_NEAR(fit.residual, coarse.residual, 1e-3);
+  EXPECT_LT((fit.covariance - coarse.covariance).norm(), 0.1 * coarse.covariance.norm());
 }
 
 TEST(LoadFit, RefusesAnImpossibleWidth) {

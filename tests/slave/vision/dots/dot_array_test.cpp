@@ -1,7 +1,9 @@
 #include "slave/vision/dots/dot_array.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <set>
 #include <vector>
@@ -192,6 +194,43 @@ TEST(DotArray, MissingAndSpuriousDotsDoNotMixIdentities) {
     array.Match(seen.dots, Places(Array31(), view), &picks);
     const int there = 31 - static_cast<int>(without.size());
     EXPECT_EQ(Right(picks, seen.order), there) << trial;
+  }
+}
+
+std::vector<Eigen::Vector2d> Ring(int count) {
+  std::vector<Eigen::Vector2d> ring;
+  for (int k = 0; k < count; ++k) {
+    const double angle = 2 * std::numbers::pi * k / count;
+    ring.emplace_back(0.035 * std::cos(angle), 0.035 * std::sin(angle));
+  }
+  return ring;
+}
+
+// `arms` of the four directions, `count` dots each, and their corner.
+std::vector<Eigen::Vector2d> Arms(int arms, int count) {
+  std::vector<Eigen::Vector2d> dots{{0, 0}};
+  for (int k = 1; k <= count; ++k) {
+    const double at = 0.035 * k / count;
+    const std::array<Eigen::Vector2d, 4> ends{{{at, 0}, {0, at}, {-at, 0}, {0, -at}}};
+    dots.insert(dots.end(), ends.begin(), ends.begin() + arms);
+  }
+  return dots;
+}
+
+// Rings, a cross and an L: dots whose neighbours lie on one line, or nearly. Reference: the order
+// in which they were shuffled; tilted by up to 50 degrees, seen from 250 mm.
+TEST(DotArray, DotsInALineWithTheirNeighboursAreFound) {
+  std::mt19937 random(7);
+  for (const auto& layout : {Ring(12), Ring(20), Ring(40), Arms(4, 15), Arms(2, 7)}) {
+    DotArray array(layout, {});
+    const int count = static_cast<int>(layout.size());
+    for (const double tilt : {0.0, 1.0, 2.0, 3.0, 4.0}) {
+      const View view{{320, 240}, 0.3, tilt, -0.7 * tilt};
+      const Shuffled seen = Shuffle(Seen(layout, view), {}, 0, random);
+      std::vector<int> picks;
+      EXPECT_EQ(array.Match(seen.dots, Places(layout, view), &picks), count) << tilt;
+      EXPECT_EQ(Right(picks, seen.order), count) << count << " dots, " << tilt;
+    }
   }
 }
 
