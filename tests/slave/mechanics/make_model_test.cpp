@@ -70,8 +70,9 @@ TEST(MakeModel, AutoBendsAMembraneOnlyWhereThatIsEnough) {
 TEST(MakeModel, AutoSaysHowDeepAMembraneIsPressed) {
   EXPECT_THAT(ChooseModel(PressedMembraneScene(0.2e-3, 0.05)).reason,
               testing::HasSubstr("a press 0.2 thicknesses deep, where bending alone is 1.8 % low"));
-  EXPECT_THAT(ChooseModel(PressedMembraneScene(5e-3, 0.05)).reason,
-              testing::HasSubstr("a press 5 thicknesses deep, where bending alone is far too soft"));
+  EXPECT_THAT(
+      ChooseModel(PressedMembraneScene(5e-3, 0.05)).reason,
+      testing::HasSubstr("a press 5 thicknesses deep, where bending alone is far too soft"));
   Scene untold = PressedMembraneScene(5e-3, 0.05);
   untold.operator_options.press_told = false;
   EXPECT_EQ(ChooseModel(untold).kind, "plate");
