@@ -56,7 +56,8 @@ TEST(Green, LoadsOverACircleDeflectItsCentreAsTheClosedFormSays) {
 // Reference: c plate_argmax_is_not_load_point, tolerances of the file.
 TEST(Green, TheLargestDeflectionLiesNearerToTheCentreThanTheLoad) {
   PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
-  for (const json& row : CaseOf(file, "plate_argmax_is_not_load_point").at("expected")) {
+  const json expected = CaseOf(file, "plate_argmax_is_not_load_point").at("expected");
+  for (const json& row : expected) {
     const Vector2d p(row.at("p_over_a").get<double>(), 0);
     double low = 0, high = p.x();
     while (high - low > 1e-9) {  // golden enough: the deflection has one maximum on the radius
