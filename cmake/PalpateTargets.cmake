@@ -5,9 +5,13 @@ set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 
+include(PalpateUnity)
+
+# Clones in other folders share what was compiled: paths below the root count as relative to it.
 find_program(PALPATE_CCACHE ccache)
 if(PALPATE_CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${PALPATE_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER
+    ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${PALPATE_CCACHE})
 endif()
 
 if(PALPATE_NATIVE)
@@ -26,9 +30,10 @@ target_compile_options(palpate_warnings INTERFACE -Wall -Wextra -Wconversion -Ws
 # palpate_library(NAME SOURCES a.cpp ... LINKS x y ...): one static library per folder; includes start at the root.
 # A folder of headers only gives no SOURCES.
 function(palpate_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "SOURCES;LINKS;PRIVATE_LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "SOURCES;APART;LINKS;PRIVATE_LINKS")
   if(ARG_SOURCES)
     add_library(${name} STATIC ${ARG_SOURCES})
+    palpate_unity(${name} SOURCES ${ARG_SOURCES} APART ${ARG_APART})
     target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
     target_link_libraries(${name} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS} palpate_warnings)
   else()
@@ -41,12 +46,11 @@ endfunction()
 # palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SANITIZE]): one test executable per folder of tests,
 # run by ctest as NAME. SANITIZE: cheap enough to run under the sanitizers too.
 function(palpate_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "SANITIZE" "TIMEOUT" "SOURCES;LINKS;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "SANITIZE" "TIMEOUT" "SOURCES;APART;LINKS;LABELS")
   add_executable(${name} ${ARG_SOURCES})
+  palpate_unity(${name} SOURCES ${ARG_SOURCES} APART ${ARG_APART})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
-  target_link_libraries(${name} PRIVATE ${ARG_LINKS} GTest::gtest_main GTest::gmock palpate_warnings)
-  target_compile_definitions(${name} PRIVATE
-    PALPATE_SOURCE_DIR="${CMAKE_SOURCE_DIR}" PALPATE_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  target_link_libraries(${name} PRIVATE ${ARG_LINKS} palpate_test_paths GTest::gtest_main GTest::gmock palpate_warnings)
   add_test(NAME ${name} COMMAND ${name})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)

@@ -22,6 +22,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/fem/fem_model.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -38,7 +39,7 @@ double CpuSeconds() {
 
 // The cube of 486 tetrahedra of paper B where it is at hand, else as many in a box.
 SolidMesh PaperCube() {
-  const std::filesystem::path folder = PALPATE_SOURCE_DIR "/../shared/data/seed001_meshes";
+  const std::filesystem::path folder = SourcePath("/../shared/data/seed001_meshes");
   std::ifstream nodes(folder / "cube.node"), tets(folder / "cube.ele");
   if (!nodes || !tets) return MeshBox(Vector3d::Constant(kSide), {3, 3, 9});
   SolidMesh mesh;

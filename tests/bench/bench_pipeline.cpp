@@ -13,6 +13,7 @@
 #include "slave/pipeline/estimator.h"
 #include "slave/pipeline/offline_run.h"
 #include "slave/site/scripted_camera.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -20,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Scene Block(int elements) {
-  Scene scene = LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/silicone-block.yaml");
+  Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
   scene.model.elements = elements;
   return scene;
 }

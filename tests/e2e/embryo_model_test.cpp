@@ -14,6 +14,7 @@
 #include "shared/scene/scene_loader.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/estimator.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -21,8 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path kPicture =
-    PALPATE_SOURCE_DIR "/../shared/data/zebrafish_injection/zf_Old_yolov3_image_captured1.jpg";
-const fs::path kOut = PALPATE_BINARY_DIR "/test-output/zebrafish";
+    SourcePath("/../shared/data/zebrafish_injection/zf_Old_yolov3_image_captured1.jpg");
+const fs::path kOut = BinaryPath("/test-output/zebrafish");
 constexpr double kRadius = 0.6e-3;         // of the chorion [m], assumed
 constexpr double kRadius_px = 150;         // in this picture, read by a person to some 10 px
 constexpr double kHeld = -45, kHalf = 30;  // where the dish holds it: centre and half angle [deg]

@@ -16,6 +16,7 @@
 
 #include "master/device/playback.h"
 #include "master/haptics/haptic_loop.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -26,8 +27,8 @@ constexpr double kLever = 0.075;           // [m]
 constexpr double kSensorOffset = -0.03;    // of the slave's torque sensor, by its README [N m]
 constexpr double kImagePeriod = 1.0 / 60;  // [s]
 constexpr double kTouch = 0.5;             // force that counts as contact, above the noise [N]
-const fs::path kData = PALPATE_SOURCE_DIR "/../shared/data/teleop_1dof_2khz";
-const fs::path kOut = PALPATE_BINARY_DIR "/test-output/teleop";
+const fs::path kData = SourcePath("/../shared/data/teleop_1dof_2khz");
+const fs::path kOut = BinaryPath("/test-output/teleop");
 const std::array kModes{RenderMode::kHold, RenderMode::kInterpolate, RenderMode::kLocal};
 
 // Both sides of the recording along one line, x, positive into the object.

@@ -14,14 +14,15 @@
 
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/eyes.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kPictures = PALPATE_SOURCE_DIR "/../shared/data/zebrafish_injection";
-const fs::path kOverlays = PALPATE_BINARY_DIR "/test-output/zebrafish";
+const fs::path kPictures = SourcePath("/../shared/data/zebrafish_injection");
+const fs::path kOverlays = BinaryPath("/test-output/zebrafish");
 
 cv::Point2d ToCv(const Eigen::Vector2d& p) {
   return {p.x(), p.y()};

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "slave/mechanics/bem/bem2d_model.h"
+#include "tests/support/paths.h"
 
 namespace palpate::reference {
 
@@ -19,7 +20,7 @@ using nlohmann::json;
 
 // A file of ../shared/reference; nothing where it is absent.
 inline std::optional<json> Load(const std::string& file) {
-  std::ifstream stream(std::filesystem::path(PALPATE_SOURCE_DIR "/../shared/reference") / file);
+  std::ifstream stream(std::filesystem::path(SourcePath("/../shared/reference")) / file);
   if (!stream) return std::nullopt;
   return json::parse(stream);
 }

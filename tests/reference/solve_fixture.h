@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/commands/solve.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 
@@ -25,7 +26,7 @@ inline std::string Text(double value) {
 class SolveFiles : public testing::Test {
  protected:
   SolveFiles()
-      : folder_(std::filesystem::path(PALPATE_BINARY_DIR) / "test_reference" /
+      : folder_(std::filesystem::path(BinaryPath()) / "test_reference" /
                 testing::UnitTest::GetInstance()->current_test_info()->name()) {
     std::filesystem::create_directories(folder_);
   }

@@ -9,6 +9,7 @@
 #include "shared/scene/scene_loader.h"
 #include "slave/study/shape/simulated_experiment.h"
 #include "slave/study/shape/simulated_report.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -22,7 +23,7 @@ class NineObjects : public testing::TestWithParam<std::string> {};
 // surface, 95 % lie within a third of the press and the mean within a tenth of it: more is not told
 // by elements of 10 mm under fingertips of 7 mm.
 TEST_P(NineObjects, DeformedShapeScoresWithinTwoPointsOfTheUnoccludedOne) {
-  const fs::path file = fs::path(PALPATE_SOURCE_DIR) / "deploy/scenes" / (GetParam() + ".yaml");
+  const fs::path file = fs::path(SourcePath()) / "deploy/scenes" / (GetParam() + ".yaml");
   const Scene scene = LoadScene(file);
   std::vector<SimulatedObject> objects;
   ExperimentOptions options;

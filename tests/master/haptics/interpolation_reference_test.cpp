@@ -9,6 +9,7 @@
 #include "master/haptics/passivity.h"
 #include "master/haptics/renderer.h"
 #include "shared/geometry/teleop_transform.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -18,7 +19,7 @@ using nlohmann::json;
 class InterpolationReferenceTest : public testing::Test {
  protected:
   void SetUp() override {
-    std::ifstream in(PALPATE_SOURCE_DIR "/../shared/reference/f_interpolation_scaling.json");
+    std::ifstream in(SourcePath("/../shared/reference/f_interpolation_scaling.json"));
     if (!in) GTEST_SKIP() << "the shared reference values are not here";
     all_ = json::parse(in);
   }

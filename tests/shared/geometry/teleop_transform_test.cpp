@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/paths.h"
+
 namespace palpate {
 namespace {
 
@@ -47,7 +49,7 @@ Vector3d ToVector(const nlohmann::json& j) {
 // Reference f, case scaling_transform, with its own tolerance 1e-12.
 TEST(TeleopTransformTest, ReproducesTheReferenceCase) {
   const std::filesystem::path file =
-      PALPATE_SOURCE_DIR "/../shared/reference/f_interpolation_scaling.json";
+      SourcePath("/../shared/reference/f_interpolation_scaling.json");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "reference values are absent";
   const nlohmann::json cases = nlohmann::json::parse(std::ifstream(file))["cases"];
   for (const auto& c : cases) {

@@ -6,11 +6,12 @@
 
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
-const std::filesystem::path kFolder = PALPATE_SOURCE_DIR "/../shared/data/seed001_meshes";
+const std::filesystem::path kFolder = SourcePath("/../shared/data/seed001_meshes");
 
 struct Measured {
   const char* name;

@@ -5,12 +5,13 @@
 #include <gtest/gtest.h>
 
 #include "shared/scene/scene_loader.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
 Scene LoadShipped(const std::string& name) {
-  return LoadScene(std::string(PALPATE_SOURCE_DIR "/deploy/scenes/") + name + ".yaml");
+  return LoadScene(std::string(SourcePath("/deploy/scenes/")) + name + ".yaml");
 }
 
 // Every corner that moves into the picture: the object and the tool from home to full press.
@@ -75,8 +76,7 @@ TEST(ShippedSceneTest, AFullPressOfTheEmbryoStaysWithinTheForceLimit) {
 }
 
 TEST(ShippedSceneTest, TheFoamCubeIsPaperBsHardOne) {
-  const Scene scene =
-      LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/foam-cube.yaml", {}, SceneUse::kSolve);
+  const Scene scene = LoadScene(SourcePath("/deploy/scenes/foam-cube.yaml"), {}, SceneUse::kSolve);
   EXPECT_EQ(std::get<BoxGeometry>(scene.object.geometry).size, Eigen::Vector3d(0.06, 0.06, 0.06));
   EXPECT_DOUBLE_EQ(scene.object.material.young_modulus, 3800);
   EXPECT_DOUBLE_EQ(scene.object.material.density, 45);

@@ -8,12 +8,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "tests/support/paths.h"
+
 namespace palpate {
 
 class Scratch {
  public:
   Scratch()
-      : path_(std::filesystem::path(PALPATE_BINARY_DIR) / "test-output" /
+      : path_(std::filesystem::path(BinaryPath()) / "test-output" /
               (std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "." +
                std::to_string(getpid()))) {
     std::filesystem::remove_all(path_);

@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/capture/scratch.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -531,7 +532,7 @@ class RealRecordingTest : public ::testing::Test {
   void SetUp() override {
     if (!std::filesystem::is_directory(kData)) GTEST_SKIP() << kData << " is not here";
   }
-  const std::filesystem::path kData = PALPATE_SOURCE_DIR "/../shared/data";
+  const std::filesystem::path kData = SourcePath("/../shared/data");
 };
 
 // Reference: the file's first row.

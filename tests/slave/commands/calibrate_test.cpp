@@ -14,6 +14,7 @@
 #include "shared/scene/scene_loader.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/calibration/drawn_circles.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -26,7 +27,7 @@ namespace fs = std::filesystem;
 class CalibrateTest : public testing::Test {
  protected:
   CalibrateTest()
-      : folder_(fs::path(PALPATE_BINARY_DIR) / "test_calibrate" /
+      : folder_(fs::path(BinaryPath()) / "test_calibrate" /
                 testing::UnitTest::GetInstance()->current_test_info()->name()) {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
@@ -67,7 +68,7 @@ class CalibrateTest : public testing::Test {
     return folder_ / name;
   }
 
-  const fs::path data_ = PALPATE_SOURCE_DIR "/../shared/data";
+  const fs::path data_ = SourcePath("/../shared/data");
   const fs::path chess_ = data_ / "stereo_chessboard_opencv";
   const fs::path folder_;
   CalibrateOptions options_;
@@ -81,7 +82,7 @@ Scene BlockWithCamera(const std::vector<std::string>& lines) {
     const auto colon = line.find(": ");
     overrides.push_back("sense.camera." + line.substr(0, colon) + "=" + line.substr(colon + 2));
   }
-  return LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/silicone-block.yaml", overrides);
+  return LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), overrides);
 }
 
 std::vector<std::string> LinesOf(const fs::path& file) {

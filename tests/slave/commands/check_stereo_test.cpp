@@ -12,6 +12,7 @@
 #include "slave/site/stereo/pair_rig.h"
 #include "slave/site/stereo/stereo_site.h"
 #include "tests/shared/scene/scene_file.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -20,7 +21,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-const std::filesystem::path kScenes = PALPATE_SOURCE_DIR "/deploy/scenes";
+const std::filesystem::path kScenes = SourcePath("/deploy/scenes");
 
 std::string Said(const std::filesystem::path& scene,
                  const std::vector<std::string>& overrides = {}) {

@@ -15,6 +15,7 @@
 #include "slave/study/shape/pcd_file.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 #include "tests/slave/study/well_formed.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -33,7 +34,7 @@ sense:
 class EvaluateTest : public testing::Test {
  protected:
   EvaluateTest()
-      : folder_(fs::path(PALPATE_BINARY_DIR) / "test_evaluate" /
+      : folder_(fs::path(BinaryPath()) / "test_evaluate" /
                 testing::UnitTest::GetInstance()->current_test_info()->name()) {
     fs::create_directories(folder_);
     options_.out = folder_ / "out";

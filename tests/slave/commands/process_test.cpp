@@ -7,12 +7,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/paths.h"
+
 namespace palpate {
 namespace {
 
 using ::testing::HasSubstr;
 
-const std::filesystem::path kScenes = PALPATE_SOURCE_DIR "/deploy/scenes";
+const std::filesystem::path kScenes = SourcePath("/deploy/scenes");
 
 std::string Refusal(const char* scene, double duration) {
   ProcessOptions options;

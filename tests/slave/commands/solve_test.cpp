@@ -11,6 +11,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/paths.h"
+
 namespace palpate {
 namespace {
 
@@ -36,7 +38,7 @@ struct Outcome {
 class SolveTest : public testing::Test {
  protected:
   SolveTest()
-      : folder_(std::filesystem::path(PALPATE_BINARY_DIR) / "test_solve" /
+      : folder_(std::filesystem::path(BinaryPath()) / "test_solve" /
                 testing::UnitTest::GetInstance()->current_test_info()->name()) {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);

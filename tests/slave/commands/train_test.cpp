@@ -13,18 +13,19 @@
 #include "slave/tactile/localise/electrode_layout.h"
 #include "slave/tactile/localise/fitted_localiser.h"
 #include "slave/tactile/network/network_file.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
 using testing::HasSubstr;
 
-constexpr const char* kData = PALPATE_SOURCE_DIR "/../shared/data/";
+const std::string kData = SourcePath("/../shared/data/");
 
 class TrainCommandTest : public testing::Test {
  protected:
   TrainCommandTest()
-      : folder_(std::filesystem::path(PALPATE_BINARY_DIR) / "test_train" /
+      : folder_(std::filesystem::path(BinaryPath()) / "test_train" /
                 testing::UnitTest::GetInstance()->current_test_info()->name()) {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);

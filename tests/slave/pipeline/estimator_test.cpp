@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "shared/scene/scene_loader.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -15,7 +16,7 @@ constexpr int kScale =
 // known.
 class EstimatorTest : public ::testing::Test {
  protected:
-  EstimatorTest() : scene_(LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/silicone-block.yaml")) {}
+  EstimatorTest() : scene_(LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"))) {}
 
   [[nodiscard]] cv::Point Fine(const CameraView& view, double x, double y) const {
     const Eigen::Vector2d p = view.ToImage({x, y, 0});

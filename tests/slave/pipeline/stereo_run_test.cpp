@@ -15,6 +15,7 @@
 #include "slave/pipeline/eyes.h"
 #include "slave/pipeline/point_tally.h"
 #include "tests/slave/pipeline/watched_membrane.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -200,7 +201,7 @@ TEST_F(StereoRunTest, WrittenFramesTellTheSameForcesAgain) {
 }
 
 TEST_F(StereoRunTest, ATargetGoesOnAsLongAsAskedFor) {
-  const Scene scene = LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/heart-target.yaml");
+  const Scene scene = LoadScene(SourcePath("/deploy/scenes/heart-target.yaml"));
   EXPECT_EQ(RunStereo(scene, {folder_ / "out", false, false, {}, 0.5}, {}).frames, 15U);
 }
 
@@ -239,7 +240,7 @@ TEST_F(StereoRunTest, AStopLeavesReadableFiles) {
 // The shipped target for two seconds of its path, 30 pairs a second. The bound is that of the
 // product; what comes out is a twentieth of it.
 TEST_F(StereoRunTest, AMovingTargetIsFollowedAndItsForceUnknown) {
-  const Scene scene = LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/heart-target.yaml");
+  const Scene scene = LoadScene(SourcePath("/deploy/scenes/heart-target.yaml"));
   std::stop_source source;
   const StereoRunOptions options{folder_ / "out", false, false, [&](std::uint64_t done) {
                                    if (done == 60) source.request_stop();

@@ -8,18 +8,19 @@
 #include "slave/pipeline/estimator.h"
 #include "slave/site/scripted_camera.h"
 #include "slave/vision/stereo/rig.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
 // The shipped block, seen by a camera with a barrel of a lens.
 Scene BlockBehindALens() {
-  const auto folder = std::filesystem::path(PALPATE_BINARY_DIR) / "test-output";
+  const auto folder = std::filesystem::path(BinaryPath()) / "test-output";
   std::filesystem::create_directories(folder);
   StereoRig camera;
   camera.left = {500, 500, 322, 236, {-0.3, 0.1, 0.001, -0.0005, 0}, {640, 480}};
   WriteRig(folder / "straight-lens.yaml", camera, true);
-  Scene scene = LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/silicone-block.yaml");
+  Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
   scene.sense.camera->lens = folder / "straight-lens.yaml";
   return scene;
 }

@@ -14,6 +14,7 @@
 #include "tests/slave/capture/scratch.h"
 #include "tests/slave/pipeline/tactile_scene.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -522,7 +523,7 @@ TEST(TactileEstimatorTest, FramesOfFiveFingertipsAllocateNothing) {
 
 // --- what the scene names
 
-const char* const kShipped = PALPATE_SOURCE_DIR "/deploy/fingertips/simulated-rnn21";
+const std::string kShipped = SourcePath("/deploy/fingertips/simulated-rnn21");
 
 std::string ComplaintOf(const Scene& scene) {
   try {

@@ -9,13 +9,14 @@
 #include <unistd.h>
 
 #include "shared/scene/scene_loader.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kData = PALPATE_SOURCE_DIR "/../shared/data";
+const fs::path kData = SourcePath("/../shared/data");
 
 using Rows = std::vector<std::vector<std::string>>;
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/scene/scene_loader.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -22,8 +23,8 @@ constexpr double kPatience = 30;  // before something that does not happen fails
 class VisionSlaveTest : public ::testing::Test {
  protected:
   VisionSlaveTest()
-      : slave_(LoadScene(PALPATE_SOURCE_DIR "/deploy/scenes/silicone-block.yaml",
-                         {"model.elements=60"})) {}
+      : slave_(LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), {"model.elements=60"})) {
+  }
   ~VisionSlaveTest() override { slave_.EndOperating(); }
 
   void Send(const Vector3d& p_M, bool engaged = true) {

@@ -12,13 +12,14 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/slave/site/site_scenes.h"
+#include "tests/support/paths.h"
 
 namespace palpate::site {
 namespace {
 
 namespace fs = std::filesystem;
 
-const char* const kReference = PALPATE_SOURCE_DIR "/../shared/reference/b_block_embryo.json";
+const std::string kReference = SourcePath("/../shared/reference/b_block_embryo.json");
 
 // Stiffness of the tool against a unit press along the inward normal, and along the tangent for the
 // same press.

@@ -14,6 +14,7 @@
 #include <opencv2/core.hpp>
 
 #include "tests/slave/site/site_scenes.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -30,7 +31,7 @@ void Carry(SimulatedSite& site, const Eigen::Vector3d& from, const Eigen::Vector
 }
 
 double ReferenceForce(const std::string& id) {
-  const auto file = PALPATE_SOURCE_DIR "/../shared/reference/b_block_embryo.json";
+  const auto file = SourcePath("/../shared/reference/b_block_embryo.json");
   if (!std::filesystem::exists(file)) return 0;
   const auto reference = nlohmann::json::parse(std::ifstream(file));
   for (const auto& c : reference["cases"]) {

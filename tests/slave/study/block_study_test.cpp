@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "slave/study/study.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 using nlohmann::json;
 
 std::optional<json> BlockFile() {
-  std::ifstream stream(PALPATE_SOURCE_DIR "/../shared/reference/b_block_embryo.json");
+  std::ifstream stream(SourcePath("/../shared/reference/b_block_embryo.json"));
   return stream ? std::optional(json::parse(stream)) : std::nullopt;
 }
 

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "slave/study/study.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -19,7 +20,7 @@ namespace {
 using nlohmann::json;
 
 std::optional<json> CaseOf(const std::string& name, const std::string& id) {
-  std::ifstream stream(PALPATE_SOURCE_DIR "/../shared/reference/" + name);
+  std::ifstream stream(SourcePath("/../shared/reference/") + name);
   if (!stream) return std::nullopt;
   const json file = json::parse(stream);
   for (const json& c : file.at("cases")) {

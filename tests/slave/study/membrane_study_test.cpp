@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "slave/study/study.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 std::optional<json> MembraneCase() {
-  std::ifstream stream(PALPATE_SOURCE_DIR "/../shared/reference/c_plate.json");
+  std::ifstream stream(SourcePath("/../shared/reference/c_plate.json"));
   if (!stream) return std::nullopt;
   const json file = json::parse(stream);
   for (const json& c : file.at("cases")) {

@@ -13,6 +13,7 @@
 #include "slave/vision/closed_curve.h"
 #include "tests/slave/vision/test_pictures.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -85,7 +86,7 @@ TEST(EyesTest, TrackOnlyWhatTheSceneAsksFor) {
 
 TEST(EyesTest, ATemplateFileIsFoundWithoutAHint) {
   const TestPicture picture = Picture();
-  const auto file = std::filesystem::path(PALPATE_BINARY_DIR) / "test-output" / "eyes-tip.png";
+  const auto file = std::filesystem::path(BinaryPath()) / "test-output" / "eyes-tip.png";
   std::filesystem::create_directories(file.parent_path());
   const cv::Rect window(305, 110, 31, 46);
   ASSERT_TRUE(cv::imwrite(file.string(), picture.Render(5)(window)));
@@ -171,7 +172,7 @@ TEST(EyesTest, WhatCannotBeSeenIsRefusedAtStart) {
   EXPECT_THAT(ConstructionMessage(scene, first, tip),
               testing::HasSubstr("sense.camera is missing"));
 
-  const auto folder = std::filesystem::path(PALPATE_BINARY_DIR) / "test-output";
+  const auto folder = std::filesystem::path(BinaryPath()) / "test-output";
   std::filesystem::create_directories(folder);
   const auto with_template = [&](const std::string& name, const cv::Mat& image) {
     Scene named = good;

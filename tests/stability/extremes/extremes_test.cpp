@@ -16,6 +16,7 @@
 
 #include "shared/mesh/surface_patch.h"
 #include "tests/stability/extremes/bodies.h"
+#include "tests/support/paths.h"
 
 namespace palpate::extremes {
 namespace {
@@ -395,7 +396,7 @@ TEST(Extremes, Combinations) {
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  std::filesystem::path out = std::filesystem::path(PALPATE_BINARY_DIR) / "test-output";
+  std::filesystem::path out = std::filesystem::path(BinaryPath()) / "test-output";
   for (int i = 1; i < argc; ++i) {
     if (std::string(argv[i]) == "--full") palpate::extremes::full_sweep = true;
     if (std::string(argv[i]) == "--out" && i + 1 < argc) out = argv[++i];

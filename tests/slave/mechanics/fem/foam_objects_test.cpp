@@ -10,6 +10,7 @@
 
 #include "shared/mesh/surface_patch.h"
 #include "tests/slave/mechanics/fem/solids.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 using solids::Respond;
 
-const std::filesystem::path kFolder = PALPATE_SOURCE_DIR "/../shared/data/seed001_meshes";
+const std::filesystem::path kFolder = SourcePath("/../shared/data/seed001_meshes");
 
 SolidMesh Read(const std::string& name) {
   std::ifstream nodes(kFolder / (name + ".node")), tets(kFolder / (name + ".ele"));

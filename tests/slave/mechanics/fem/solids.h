@@ -13,6 +13,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/fem/fem_model.h"
+#include "tests/support/paths.h"
 
 namespace palpate::solids {
 
@@ -20,7 +21,7 @@ using Held = std::vector<std::array<bool, 3>>;
 using Eigen::Vector3d;
 
 inline std::optional<nlohmann::json> Reference(const std::string& id) {
-  std::ifstream stream(PALPATE_SOURCE_DIR "/../shared/reference/d_solid3d.json");
+  std::ifstream stream(SourcePath("/../shared/reference/d_solid3d.json"));
   if (!stream) return std::nullopt;
   const auto file = nlohmann::json::parse(stream);
   for (const auto& c : file.at("cases")) {

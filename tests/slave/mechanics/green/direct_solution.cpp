@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 
 #include "shared/mesh/surface_patch.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -126,7 +127,7 @@ Body ShakenBox(std::array<int, 3> cells, double E, double nu) {
 }
 
 Body Foam(const char* name) {
-  const std::string stem = std::string(PALPATE_SOURCE_DIR "/../shared/data/seed001_meshes/") + name;
+  const std::string stem = std::string(SourcePath("/../shared/data/seed001_meshes/")) + name;
   std::ifstream nodes(stem + ".node"), elements(stem + ".ele");
   SolidMesh mesh;
   int count = 0, skip = 0;

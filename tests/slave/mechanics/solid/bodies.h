@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "slave/mechanics/fem/solid/solid_model.h"
+#include "tests/support/paths.h"
 
 namespace palpate::solid_tests {
 
@@ -19,7 +20,7 @@ using nlohmann::json;
 
 // A case of a file of ../shared/reference; nothing where the file is absent.
 inline std::optional<json> Reference(const std::string& file, const std::string& id) {
-  std::ifstream stream(std::filesystem::path(PALPATE_SOURCE_DIR "/../shared/reference") / file);
+  std::ifstream stream(std::filesystem::path(SourcePath("/../shared/reference")) / file);
   if (!stream) return std::nullopt;
   const json content = json::parse(stream);
   for (const auto& c : content.at("cases")) {

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "slave/vision/depth/depth_points.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 
@@ -26,7 +27,7 @@ struct RecordedPress {
 };
 
 inline std::filesystem::path RecordedPressFolder() {
-  return PALPATE_SOURCE_DIR "/../shared/data/membrane_press_rgbd";
+  return SourcePath("/../shared/data/membrane_press_rgbd");
 }
 // As the folder's description has them; 0.08 mm: what single depths scatter by at rest.
 DepthPoints::Params RecordedPressCamera();

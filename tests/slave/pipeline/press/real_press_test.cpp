@@ -14,6 +14,7 @@
 #include "slave/pipeline/press/membrane_press.h"
 #include "tests/slave/pipeline/press/press_figure.h"
 #include "tests/slave/pipeline/press/press_recording.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -159,7 +160,7 @@ void Draw(const RecordedPress& recorded, const MembranePress& press,
     figure.field.push_back(
         {project(point.p_S_rest), n.normalized().dot(point.p_S - point.p_S_rest), way});
   }
-  const fs::path folder = PALPATE_BINARY_DIR "/test-output/membrane-press";
+  const fs::path folder = BinaryPath("/test-output/membrane-press");
   fs::create_directories(folder);
   std::ofstream(folder / "press.svg") << Drawn(figure);
   std::ofstream csv(folder / "press.csv");

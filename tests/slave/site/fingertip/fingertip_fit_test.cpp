@@ -13,6 +13,7 @@
 #include "slave/capture/tactile_recording.h"
 #include "slave/site/fingertip/simulated_fingertip.h"
 #include "slave/site/fingertip/skin_surface.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -21,7 +22,7 @@ using Eigen::Vector3d;
 using Samples = std::vector<FingerReading>;
 
 std::filesystem::path Data(const std::string& name) {
-  return std::filesystem::path(PALPATE_SOURCE_DIR) / "../shared/data" / name;
+  return std::filesystem::path(SourcePath()) / "../shared/data" / name;
 }
 
 // Column of counts: an electrode, pac0 or pdc.

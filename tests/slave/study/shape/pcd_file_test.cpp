@@ -14,6 +14,8 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
+#include "tests/support/paths.h"
+
 namespace palpate {
 namespace {
 
@@ -22,7 +24,7 @@ namespace fs = std::filesystem;
 
 class PcdFileTest : public testing::Test {
  protected:
-  PcdFileTest() : folder_(fs::path(PALPATE_BINARY_DIR) / "test_shape_files") {
+  PcdFileTest() : folder_(fs::path(BinaryPath()) / "test_shape_files") {
     fs::create_directories(folder_);
   }
   fs::path Write(const std::string& content) {
@@ -106,7 +108,7 @@ TEST_F(PcdFileTest, WhatIsWrittenTheLibraryReads) {
 }
 
 TEST_F(PcdFileTest, CloudsOfManyCamerasReadAsTheLibraryReadsThem) {
-  const fs::path folder = fs::path(PALPATE_SOURCE_DIR) / "../shared/data/pointclouds";
+  const fs::path folder = fs::path(SourcePath()) / "../shared/data/pointclouds";
   if (!fs::exists(folder)) GTEST_SKIP() << "no recorded clouds here";
   int files = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {

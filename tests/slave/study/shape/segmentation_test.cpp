@@ -14,6 +14,7 @@
 #include "slave/study/shape/pcd_file.h"
 #include "slave/study/shape/support_plane.h"
 #include "slave/study/shape/virtual_depth_camera.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -25,7 +26,7 @@ namespace fs = std::filesystem;
 // Every labelled object, that is every label but 0 (not measured) and 1 (the table), with the same
 // options for every cloud. Tolerance: the figure that is asked for.
 TEST(SegmentationTest, LabelledObjectsOfRecordedCloudsAreFound) {
-  const fs::path folder = fs::path(PALPATE_SOURCE_DIR) / "../shared/data/pointclouds";
+  const fs::path folder = fs::path(SourcePath()) / "../shared/data/pointclouds";
   if (!fs::exists(folder)) GTEST_SKIP() << "no recorded clouds here";
   int labelled = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {

@@ -13,6 +13,7 @@
 
 #include "slave/study/shape/html_page.h"
 #include "tests/slave/study/well_formed.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -47,7 +48,7 @@ TEST(SimulatedReportTest, FigureAndPageAreWellFormedWhateverTheNamesAndScores) {
                                              MadeUp("d", {0, 1})};
   EXPECT_EQ(NotWellFormed(DrawScores(objects)), "");
   EXPECT_EQ(NotWellFormed(DrawScores({})), "");
-  const auto folder = std::filesystem::path(PALPATE_BINARY_DIR) / "test_simulated_report";
+  const auto folder = std::filesystem::path(BinaryPath()) / "test_simulated_report";
   std::filesystem::create_directories(folder);
   ASSERT_TRUE(WriteSimulated(objects, {}, 0.01, folder));
   std::ifstream html(folder / "report.html"), json(folder / "report.json");

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/capture/scratch.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -71,7 +72,7 @@ TEST(ElectrodeLayoutTest, SaysWhatIsWrongAndInWhichLine) {
 // cylinder of the core leave E1 to E19 between 4 and 6 mm from origin or axis.
 TEST(ElectrodeLayoutTest, ReadsTheFileOfTheAuthors) {
   const std::filesystem::path file =
-      PALPATE_SOURCE_DIR "/../shared/data/seed001_biotac_lstm/biotac_electrodes_pose.csv";
+      SourcePath("/../shared/data/seed001_biotac_lstm/biotac_electrodes_pose.csv");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "../shared/data is absent";
   const ElectrodeLayout layout = ReadElectrodeLayout(file);
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {

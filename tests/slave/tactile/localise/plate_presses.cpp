@@ -12,10 +12,12 @@
 
 #include <Eigen/Geometry>
 
+#include "tests/support/paths.h"
+
 namespace palpate::presses {
 namespace {
 
-const std::filesystem::path kData = PALPATE_SOURCE_DIR "/../shared/data";
+const std::filesystem::path kData = SourcePath("/../shared/data");
 struct Table {
   std::vector<std::string> names;
   std::vector<std::vector<double>> rows;

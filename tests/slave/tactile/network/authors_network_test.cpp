@@ -12,11 +12,12 @@
 #include "slave/tactile/network/tensors_file.h"
 #include "slave/tactile/rest_values.h"
 #include "tests/slave/tactile/network/reference_network.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
-const std::filesystem::path kData = PALPATE_SOURCE_DIR "/../shared/data";
+const std::filesystem::path kData = SourcePath("/../shared/data");
 const std::filesystem::path kModels = kData / "seed001_biotac_lstm";
 const std::filesystem::path kRecording = kData / "seed001_rf_foam_bar";
 

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/tactile/training/force_curve.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -43,7 +44,7 @@ struct TactileRows {
 class RecordedForcesTest : public ::testing::Test {
  protected:
   RecordedForcesTest()
-      : folder_(std::filesystem::path(PALPATE_BINARY_DIR) / "test_training" /
+      : folder_(std::filesystem::path(BinaryPath()) / "test_training" /
                 ::testing::UnitTest::GetInstance()->current_test_info()->name()) {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);

@@ -7,11 +7,12 @@
 #include "slave/tactile/training/estimate_forces.h"
 #include "slave/tactile/training/force_errors.h"
 #include "slave/tactile/training/simulated_presses.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
-const std::filesystem::path kShipped = PALPATE_SOURCE_DIR "/deploy/fingertips/simulated-rnn21";
+const std::filesystem::path kShipped = SourcePath("/deploy/fingertips/simulated-rnn21");
 
 // Starts and contacts that it was not trained on, of the fingertip as it is now. The paper's
 // figures for rnn_21 are 0.3018, 0.1854, 0.0569; this holds a third of the strictest.

@@ -11,11 +11,12 @@
 #include "slave/vision/dots/dot_array.h"
 #include "slave/vision/dots/dot_finder.h"
 #include "slave/vision/dots/dot_tracker.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
-const std::filesystem::path kDots = PALPATE_SOURCE_DIR "/../shared/data/dot_patterns";
+const std::filesystem::path kDots = SourcePath("/../shared/data/dot_patterns");
 
 std::vector<std::filesystem::path> Pictures(const std::filesystem::path& folder,
                                             const std::string& prefix) {

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "tests/slave/vision/stereo/test_rigs.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -85,7 +86,7 @@ TEST(LensWarpTest, PicturesOfEveryKindKeepTheirKind) {
 }
 
 TEST(LensWarpTest, ThePairsFileIsNoLens) {
-  const auto folder = std::filesystem::path(PALPATE_BINARY_DIR) / "test-output";
+  const auto folder = std::filesystem::path(BinaryPath()) / "test-output";
   std::filesystem::create_directories(folder);
   WriteRig(folder / "warp-pair.yaml", VergedTestRig());
   WriteRig(folder / "warp-lens.yaml", VergedTestRig(kBarrel), true);

@@ -7,6 +7,7 @@
 
 #include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -31,7 +32,7 @@ class RigFileTest : public testing::Test {
     return "read";
   }
 
-  const fs::path folder_ = fs::path(PALPATE_BINARY_DIR) / "test_stereo";
+  const fs::path folder_ = fs::path(BinaryPath()) / "test_stereo";
   const StereoRig rig_ = [] {
     StereoRig rig = VergedTestRig({-0.27, -1.0 / 3, 0.0018, -0.0003, 0.24});
     rig.right = {811.1, 812.2, 300.3, 250.4, {1e-3, 0, 0, 0, 0}, {1280, 960}};

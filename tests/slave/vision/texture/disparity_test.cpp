@@ -13,11 +13,12 @@
 
 #include "slave/vision/texture/row_matcher.h"
 #include "tests/slave/vision/texture/texture_pictures.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
-const std::filesystem::path kFolder = PALPATE_SOURCE_DIR "/../shared/data/stereo_disparity";
+const std::filesystem::path kFolder = SourcePath("/../shared/data/stereo_disparity");
 
 struct RealPair {
   std::string left, right, truth;

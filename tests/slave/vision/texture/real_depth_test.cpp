@@ -10,11 +10,12 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "slave/vision/texture/stereo_texture.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
-const std::filesystem::path kFolder = PALPATE_SOURCE_DIR "/../shared/data/stereo_disparity";
+const std::filesystem::path kFolder = SourcePath("/../shared/data/stereo_disparity");
 
 struct RealPair {
   std::string left, right, truth;
