@@ -13,15 +13,15 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include "shared/scene/scene_loader.h"
-#include "slave/commands/calibrate.h"
-#include "slave/commands/check.h"
-#include "slave/commands/evaluate.h"
+#include "slave/commands/calibrate/calibrate.h"
+#include "slave/commands/check/check.h"
+#include "slave/commands/evaluate/evaluate.h"
 #include "slave/commands/process.h"
 #include "slave/commands/serve.h"
-#include "slave/commands/solve.h"
+#include "slave/commands/solve/solve.h"
 #include "slave/commands/study.h"
-#include "slave/commands/train.h"
+#include "slave/commands/train/train.h"
+#include "slave/scene/scene_loader.h"
 
 namespace palpate {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

@@ -10,8 +10,8 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include "shared/scene/scene.h"
 #include "shared/state/clock.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

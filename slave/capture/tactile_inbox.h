@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/scene/scene.h"
 #include "slave/capture/finger_stream.h"
 #include "slave/capture/tactile_frame.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

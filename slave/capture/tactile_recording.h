@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "shared/scene/scene.h"
 #include "slave/capture/tactile_frame.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

@@ -8,10 +8,10 @@
 #include <spdlog/fmt/fmt.h>
 #include <unistd.h>
 
-#include "shared/scene/scene_loader.h"
-#include "slave/pipeline/offline_run.h"
-#include "slave/pipeline/stereo_run.h"
-#include "slave/pipeline/tactile_run.h"
+#include "slave/pipeline/camera/offline_run.h"
+#include "slave/pipeline/fingertips/tactile_run.h"
+#include "slave/pipeline/points/stereo_run.h"
+#include "slave/scene/scene_loader.h"
 #include "slave/vision/calibration/registration.h"
 
 namespace palpate {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "slave/mechanics/progress.h"
+#include "shared/text/progress.h"
 
 namespace palpate {
 

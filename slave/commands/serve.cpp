@@ -10,10 +10,10 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/loopback.h"
-#include "shared/scene/scene_loader.h"
-#include "slave/pipeline/stereo_slave.h"
-#include "slave/pipeline/tactile_slave.h"
-#include "slave/pipeline/vision_slave.h"
+#include "slave/pipeline/camera/vision_slave.h"
+#include "slave/pipeline/fingertips/tactile_slave.h"
+#include "slave/pipeline/points/stereo_slave.h"
+#include "slave/scene/scene_loader.h"
 #include "slave/service/server.h"
 
 namespace palpate {
@@ -74,7 +74,7 @@ std::unique_ptr<Slave> StartWithEyes(const Scene& scene) {
   spdlog::info("the rest frame comes from the first {}: nothing may touch the object yet",
                slave->rest_pictures() == 1 ? "pair of pictures"
                                            : fmt::format("{} pictures", slave->rest_pictures()));
-  if (!TellsForce(scene)) spdlog::info("{}", d.model_reason);
+  if (!EstimatesForce(scene)) spdlog::info("{}", d.model_reason);
   return slave;
 }
 

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "shared/scene/scene_loader.h"
 #include "slave/commands/progress_bar.h"
+#include "slave/scene/scene_loader.h"
 #include "slave/study/report.h"
 #include "slave/study/study.h"
 
@@ -28,7 +28,7 @@ int RunStudyCommand(const StudyOptions& options, std::stop_token stop) {
   }
   std::fputs(ToTable(study).c_str(), stdout);
   const bool any = std::ranges::any_of(
-      study.rows, [](const Row& row) { return row.outcome == Outcome::kAnswered; });
+      study.rows, [](const StudyRow& row) { return row.outcome == Outcome::kAnswered; });
   return any ? 0 : 1;
 }
 

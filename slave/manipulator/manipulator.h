@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

@@ -23,7 +23,7 @@ struct Contact {
   int element = -1;  // 2D: the boundary element there, 3D: the triangle; -1: found from p_O
   double width = 0;  // along the boundary, in 3D of a disc [m]; 0: the one element, node or point
                      // there (contracts, solve)
-  Eigen::Vector3d value_O{
+  Eigen::Vector3d prescribed_O{
       0, 0, 0};  // displacement of the patch [m], or total force of the tool on the object [N]
   // Where no contact of a set wants it, many that moved together are answered sooner.
   bool wants_stiffness = true;

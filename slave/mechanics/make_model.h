@@ -4,10 +4,10 @@
 #include <memory>
 #include <string>
 
-#include "shared/scene/scene.h"
+#include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/mechanics/progress.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "shared/scene/scene.h"
+#include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/mechanics/progress.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

@@ -5,7 +5,7 @@
 #include "palpate/v1/state.pb.h"
 #include "palpate/v1/telemetry.pb.h"
 
-#include "slave/pipeline/slave.h"
+#include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
 

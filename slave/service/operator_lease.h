@@ -13,7 +13,7 @@
 #include "palpate/v1/state.pb.h"
 
 #include "shared/state/clock.h"
-#include "slave/pipeline/slave.h"
+#include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
 

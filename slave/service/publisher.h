@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "shared/link/state_mailbox.h"
-#include "slave/pipeline/slave.h"
+#include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
 

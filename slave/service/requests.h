@@ -4,7 +4,7 @@
 
 #include "palpate/v1/teleoperation.pb.h"
 
-#include "slave/pipeline/slave.h"
+#include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "slave/pipeline/slave.h"
+#include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
 

@@ -6,7 +6,7 @@
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
-#include "slave/pipeline/slave.h"
+#include "slave/pipeline/teleop/slave.h"
 #include "slave/service/feed_stream.h"
 #include "slave/service/observer_seats.h"
 #include "slave/service/operate_stream.h"

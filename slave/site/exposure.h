@@ -8,7 +8,7 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 
 namespace palpate::site {
 

@@ -10,7 +10,7 @@
 
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/surface_patch.h"
-#include "slave/study/row.h"
+#include "slave/study/study_row.h"
 
 namespace palpate {
 namespace {
@@ -42,7 +42,7 @@ bool HoldsByNumber(const Scene& scene) {
 // --- planar objects
 // Element counts for which whole numbers of elements lie under the tool, so that what is left of
 // the error is the method's; coarser ones below, for who is in a hurry.
-std::set<int> ElementCounts(const Scene& scene, const Question& question) {
+std::set<int> ElementCounts(const Scene& scene, const PressSpec& question) {
   constexpr int kFewest = 20, kMost = 1500;
   constexpr double kNearlyWhole = 2e-3;
   std::set<int> counts{scene.model.elements};
@@ -81,7 +81,7 @@ std::string OrderName(ElementOrder order) {
                                           : "quadratic";
 }
 
-void AddPlanar(const Scene& scene, const Question& question, const CandidateLimits& limits,
+void AddPlanar(const Scene& scene, const PressSpec& question, const CandidateLimits& limits,
                std::vector<Candidate>* candidates) {
   for (const int n : ElementCounts(scene, question)) {
     for (const auto order :
@@ -342,7 +342,7 @@ double TrianglesDiameter(const SurfaceMesh& surface, const Press& press, double 
 
 }  // namespace
 
-std::vector<Candidate> CandidatesFor(const Scene& scene, const Question& question,
+std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& question,
                                      const CandidateLimits& limits) {
   std::vector<Candidate> candidates;
   const Geometry& geometry = scene.object.geometry;

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "shared/scene/scene.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/study/question.h"
+#include "slave/scene/scene.h"
+#include "slave/study/press_spec.h"
 
 namespace palpate {
 
@@ -31,7 +31,7 @@ struct CandidateLimits {
 
 // Cheapest first. `scene.model.kind` is not looked at, its other options are kept; the scene's own
 // resolution is always among them.
-std::vector<Candidate> CandidatesFor(const Scene& scene, const Question& question,
+std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& question,
                                      const CandidateLimits& limits = {});
 
 // The object as this candidate divides it. Throws std::invalid_argument like MeshObject.

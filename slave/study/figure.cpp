@@ -49,7 +49,7 @@ svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 12px; }
 )";
 constexpr std::size_t kColours = 8;
 
-bool IsDrawn(const Row& row) {
+bool IsDrawn(const StudyRow& row) {
   return row.outcome == Outcome::kAnswered && std::isfinite(row.error.value) &&
          row.update_median_s > 0;
 }
@@ -113,7 +113,7 @@ void Mark(Svg* svg, std::size_t family, const Vector2d& at, std::string_view too
   }
 }
 
-std::string Tooltip(const Row& row) {
+std::string Tooltip(const StudyRow& row) {
   char text[160];
   std::snprintf(
       text, sizeof text, ": error %.3g %% (+- %.2g %%), update %.3g us, precompute %.3g s",
@@ -125,7 +125,7 @@ std::string Tooltip(const Row& row) {
 struct Panel {
   double left = 0, right = 0;  // [px]
   std::string_view caption;
-  double Row::*cost = nullptr;  // [s]
+  double StudyRow::*cost = nullptr;  // [s]
   Decades decades;
 
   [[nodiscard]] double X(double seconds) const {
@@ -140,7 +140,7 @@ class Figure {
       : study_(study),
         svg_(kWidth, kHeight, "Speed against accuracy: " + study.scene_name, kStyle) {
     std::vector<double> errors{study.tolerance};
-    for (const Row& row : study.rows) {
+    for (const StudyRow& row : study.rows) {
       if (!IsDrawn(row)) continue;
       drawn_.push_back(&row);
       errors.push_back(std::clamp(row.error.value, kSmallestError, kLargestError));
@@ -165,7 +165,7 @@ class Figure {
       DrawTarget(panel);
       DrawAxes(panel);
       DrawFront(panel);
-      for (const Row* row : drawn_) DrawRow(panel, *row);
+      for (const StudyRow* row : drawn_) DrawRow(panel, *row);
     }
     DrawLegend();
     return svg_.Document();
@@ -173,7 +173,7 @@ class Figure {
 
  private:
   [[nodiscard]] Decades Costs(const Panel& panel, std::vector<double> costs) const {
-    for (const Row* row : drawn_) {
+    for (const StudyRow* row : drawn_) {
       costs.push_back(std::clamp(row->*panel.cost, kShortest, kLongest));
     }
     return costs.empty() ? Decades{-3, 0} : Decades::Around(costs);
@@ -183,7 +183,7 @@ class Figure {
     return kBottom -
            (kBottom - kTop) * errors_.Share(std::clamp(error, kSmallestError, kLargestError));
   }
-  [[nodiscard]] Vector2d At(const Panel& panel, const Row& row) const {
+  [[nodiscard]] Vector2d At(const Panel& panel, const StudyRow& row) const {
     return {panel.X(row.*panel.cost), Y(row.error.value)};
   }
 
@@ -218,12 +218,13 @@ class Figure {
 
   // A staircase: what is reachable lies above and to the right of it.
   void DrawFront(const Panel& panel) {
-    std::vector<const Row*> sorted = drawn_;
-    std::ranges::sort(
-        sorted, {}, [&](const Row* row) { return std::pair(row->*panel.cost, row->error.value); });
+    std::vector<const StudyRow*> sorted = drawn_;
+    std::ranges::sort(sorted, {}, [&](const StudyRow* row) {
+      return std::pair(row->*panel.cost, row->error.value);
+    });
     Points points;
     double least = std::numeric_limits<double>::infinity();
-    for (const Row* row : sorted) {
+    for (const StudyRow* row : sorted) {
       if (row->error.value >= least) continue;
       least = row->error.value;
       const Vector2d at = At(panel, *row);
@@ -234,7 +235,7 @@ class Figure {
     svg_.Polyline(points, "front");
   }
 
-  void DrawRow(const Panel& panel, const Row& row) {
+  void DrawRow(const Panel& panel, const StudyRow& row) {
     const auto family =
         static_cast<std::size_t>(std::ranges::find(families_, row.family) - families_.begin());
     const Vector2d at = At(panel, row);
@@ -263,11 +264,11 @@ class Figure {
 
   const StudyResult& study_;
   Svg svg_;
-  std::vector<const Row*> drawn_;
+  std::vector<const StudyRow*> drawn_;
   std::vector<std::string> families_;
   Decades errors_;
-  Panel update_{74, 430, "update of a moved contact (median)", &Row::update_median_s, {}};
-  Panel precompute_{482, 838, "precompute, once", &Row::precompute_s, {}};
+  Panel update_{74, 430, "update of a moved contact (median)", &StudyRow::update_median_s, {}};
+  Panel precompute_{482, 838, "precompute, once", &StudyRow::precompute_s, {}};
 };
 
 }  // namespace

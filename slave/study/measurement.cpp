@@ -49,7 +49,7 @@ class Finder {
 class Trial {
  public:
   Trial(DeformationModel* model, const ModelOptions& options, const ObjectMesh& mesh,
-        const Question& question, const Workshop& workshop)
+        const PressSpec& question, const ModelFactory& workshop)
       : model_(*model),
         options_(options),
         mesh_(mesh),
@@ -102,7 +102,7 @@ class Trial {
     while (seconds.size() < most && (seconds.size() < kFewestRepeats || workshop_.now() < end)) {
       const auto i = static_cast<int>(seconds.size());
       Contact& contact = contacts[static_cast<std::size_t>(i / kHop % 3)];
-      contact.value_O = question_.depth * (0.5 + 0.05 * (i % kHop)) * press.inward_O;
+      contact.prescribed_O = question_.depth * (0.5 + 0.05 * (i % kHop)) * press.inward_O;
       const double began = workshop_.now();
       model_.Respond(std::span(&contact, 1), std::span(&response, 1));
       seconds.push_back(workshop_.now() - began);
@@ -169,11 +169,11 @@ class Trial {
   const ModelOptions& options_;
   const ObjectMesh& mesh_;
   Finder finder_;
-  const Question& question_;
-  const Workshop& workshop_;
+  const PressSpec& question_;
+  const ModelFactory& workshop_;
 };
 
-void Describe(const Candidate& candidate, Row* row) {
+void Describe(const Candidate& candidate, StudyRow* row) {
   row->family = candidate.family;
   row->kind = candidate.scene.model.kind;
   row->resolution = candidate.resolution;
@@ -197,8 +197,8 @@ bool IsAnswer(const Answer& answer) {
   return answer.validity != Validity::kFailed && std::isfinite(answer.value);
 }
 
-void Try(const Candidate& candidate, const Question& question, const Workshop& workshop,
-         Progress* progress, double timing_s, Row* row) {
+void Try(const Candidate& candidate, const PressSpec& question, const ModelFactory& workshop,
+         Progress* progress, double timing_s, StudyRow* row) {
   const ObjectMesh mesh = MeshOf(candidate);
   const double began = workshop.now();
   const auto model = workshop.make(candidate.scene, mesh, progress);
@@ -238,7 +238,7 @@ const char* ToString(Outcome outcome) {
   return "skipped";
 }
 
-Workshop RealWorkshop() {
+ModelFactory RealWorkshop() {
   return {[](const Scene& scene, const ObjectMesh& mesh, Progress* progress) {
             return MakeModel(scene, mesh, progress);
           },
@@ -248,16 +248,16 @@ Workshop RealWorkshop() {
           }};
 }
 
-Row Skipped(const Candidate& candidate, std::string reason) {
-  Row row;
+StudyRow Skipped(const Candidate& candidate, std::string reason) {
+  StudyRow row;
   Describe(candidate, &row);
   row.reason = std::move(reason);
   return row;
 }
 
-Row Measure(const Candidate& candidate, const Question& question, const Workshop& workshop,
-            Progress* progress, double timing_s) {
-  Row row;
+StudyRow Measure(const Candidate& candidate, const PressSpec& question,
+                 const ModelFactory& workshop, Progress* progress, double timing_s) {
+  StudyRow row;
   Describe(candidate, &row);
   try {
     Try(candidate, question, workshop, progress, timing_s, &row);

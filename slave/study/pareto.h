@@ -4,18 +4,18 @@
 #include <string>
 #include <vector>
 
-#include "slave/study/row.h"
+#include "slave/study/study_row.h"
 
 namespace palpate {
 
 // Marks the rows of smallest error for their update time (median), among those that answered with a
 // known error and are within their range; of equal rows all are on the front.
-void MarkFront(std::vector<Row>* rows);
+void MarkFront(std::vector<StudyRow>* rows);
 
 // Marks what meets the tolerance (its error, as known) and the rate [Hz] (its slowest percent), and
 // recommends: of the rows that meet both and are at most twice as slow as the fastest of them, the
 // one with the least precompute. None: the one that
 // misses tolerance or rate by the smallest factor. Returns why, one sentence.
-std::string Recommend(double tolerance, double rate, std::vector<Row>* rows);
+std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows);
 
 }  // namespace palpate

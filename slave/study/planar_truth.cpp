@@ -3,8 +3,8 @@
 #include <cmath>
 #include <exception>
 
-#include "slave/site/patch_solution.h"
-#include "slave/site/true_body.h"
+#include "slave/site/camera/patch_solution.h"
+#include "slave/site/camera/true_body.h"
 
 namespace palpate {
 namespace {

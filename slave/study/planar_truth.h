@@ -4,9 +4,9 @@
 
 #include <optional>
 
-#include "shared/scene/scene.h"
-#include "slave/study/question.h"
-#include "slave/study/row.h"
+#include "slave/scene/scene.h"
+#include "slave/study/press_spec.h"
+#include "slave/study/study_row.h"
 
 namespace palpate {
 

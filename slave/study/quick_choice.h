@@ -17,7 +17,7 @@ struct QuickChoice {
 // Studies the scene for at most about `budget_s` [s] and chooses among the models at the scene's
 // own resolution; others serve as reference only. nullopt: none answered in time, so whoever asks
 // takes the default of the geometry. Throws std::invalid_argument: see AskedOf.
-std::optional<QuickChoice> ChooseQuickly(const Scene& scene, const Workshop& workshop,
+std::optional<QuickChoice> ChooseQuickly(const Scene& scene, const ModelFactory& workshop,
                                          double budget_s = 1.5);
 
 }  // namespace palpate

@@ -29,28 +29,28 @@ std::string Words(const char* format, double value) {
   return text;
 }
 
-bool IsLinearAnswer(const Row& row) {
+bool IsLinearAnswer(const StudyRow& row) {
   return row.outcome == Outcome::kAnswered && row.linear;
 }
 
-bool IsLarge(const Row& row) {
+bool IsLarge(const StudyRow& row) {
   return row.kind == "fem-hyperelastic" || row.kind == "plate-large";
 }
 
 // What two opinions have to differ in to be two: the same elements under another law are not.
-std::string FormulationOf(const Row& row) {
+std::string FormulationOf(const StudyRow& row) {
   if (row.kind == "bem3d" || row.kind == "bem2d" || row.element_size == 0) return row.kind;
   return row.family.find("tet10") == std::string::npos ? "tet4" : "tet10";
 }
 
 // Families in the order of their rows; within a resolution the smallest residual last.
-std::map<std::string, std::vector<const Row*>> Families(const std::vector<Row>& rows) {
-  std::map<std::string, std::vector<const Row*>> families;
-  for (const Row& row : rows) {
+std::map<std::string, std::vector<const StudyRow*>> Families(const std::vector<StudyRow>& rows) {
+  std::map<std::string, std::vector<const StudyRow*>> families;
+  for (const StudyRow& row : rows) {
     if (row.outcome == Outcome::kAnswered) families[row.family].push_back(&row);
   }
   for (auto& [name, members] : families) {
-    std::ranges::stable_sort(members, [](const Row* a, const Row* b) {
+    std::ranges::stable_sort(members, [](const StudyRow* a, const StudyRow* b) {
       return std::pair(a->element_size, -a->residual) < std::pair(b->element_size, -b->residual);
     });
   }
@@ -58,8 +58,8 @@ std::map<std::string, std::vector<const Row*>> Families(const std::vector<Row>& 
 }
 
 // d ln force / d ln width: of the finest member that could tell, else of nobody.
-double SlopeOf(const std::vector<const Row*>& members, std::size_t press) {
-  for (const Row* row : members) {
+double SlopeOf(const std::vector<const StudyRow*>& members, std::size_t press) {
+  for (const StudyRow* row : members) {
     const double slope = row->answers[press].width_slope;
     if (std::isfinite(slope)) return slope;
   }
@@ -67,16 +67,16 @@ double SlopeOf(const std::vector<const Row*>& members, std::size_t press) {
 }
 
 // `loaded`: every mesh saw the same load, so nothing is left to correct.
-std::optional<Limit> LimitOf(const std::vector<const Row*>& members, std::size_t press,
+std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::size_t press,
                              bool loaded) {
-  const Row& finest = *members.front();
+  const StudyRow& finest = *members.front();
   if (finest.element_size == 0) {
     const double force = members.back()->answers[press].small.value;
     return Limit{FormulationOf(finest), finest.family + " (has no mesh)", {force, 0}, true};
   }
   const double slope = loaded ? 0 : SlopeOf(members, press);
   std::vector<MeshAnswer> answers;
-  for (const Row* row : members) {
+  for (const StudyRow* row : members) {
     const PressAnswers& a = row->answers[press];
     const double width = loaded ? 1 : 1 + a.width_mismatch;
     if (!(width > 0) || !std::isfinite(a.small.value)) continue;
@@ -104,9 +104,9 @@ const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) 
 }
 
 // How much stiffer than linear the object is at full depth.
-Estimate Stiffening(const std::vector<const Row*>& members, std::size_t press, double depths) {
+Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t press, double depths) {
   std::vector<MeshAnswer> ratios;
-  for (const Row* row : members) {
+  for (const StudyRow* row : members) {
     const PressAnswers& a = row->answers[press];
     const double ratio = a.full.value / (a.small.value * depths);
     if (std::isfinite(ratio)) ratios.push_back({row->element_size, ratio});
@@ -120,7 +120,7 @@ Estimate Stiffening(const std::vector<const Row*>& members, std::size_t press, d
 
 }  // namespace
 
-ReferenceFinder::ReferenceFinder(const Scene& scene, const Question& question)
+ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
     : question_(question) {
   for (const Press& press : question.presses) {
     const auto stiffness = PlanarStiffness(scene, press, question.width);
@@ -129,7 +129,7 @@ ReferenceFinder::ReferenceFinder(const Scene& scene, const Question& question)
   }
 }
 
-Reference ReferenceFinder::FindOne(const std::vector<Row>& rows, std::size_t press) const {
+Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_t press) const {
   const auto families = Families(rows);
   std::vector<Limit> limits;
   if (std::isfinite(planar_[press].value)) {
@@ -139,7 +139,7 @@ Reference ReferenceFinder::FindOne(const std::vector<Row>& rows, std::size_t pre
   }
   const bool any_linear = std::ranges::any_of(rows, IsLinearAnswer);
   for (const auto& [name, members] : families) {
-    const Row& finest = *members.front();
+    const StudyRow& finest = *members.front();
     if (any_linear && !finest.linear && finest.element_size > 0) continue;
     if (auto limit = LimitOf(members, press, question_.presses[press].loaded))
       limits.push_back(*std::move(limit));
@@ -170,13 +170,13 @@ Reference ReferenceFinder::FindOne(const std::vector<Row>& rows, std::size_t pre
   return reference;
 }
 
-References ReferenceFinder::Find(const std::vector<Row>& rows) const {
+References ReferenceFinder::Find(const std::vector<StudyRow>& rows) const {
   References references;
   for (std::size_t press = 0; press < question_.presses.size(); ++press) {
     references.presses.push_back(FindOne(rows, press));
   }
   const bool any_large = std::ranges::any_of(
-      rows, [](const Row& row) { return row.outcome == Outcome::kAnswered && IsLarge(row); });
+      rows, [](const StudyRow& row) { return row.outcome == Outcome::kAnswered && IsLarge(row); });
   if (!any_large) {
     references.remark =
         "no model of large deformation answered: the errors leave out what it would change";
@@ -187,9 +187,9 @@ References ReferenceFinder::Find(const std::vector<Row>& rows) const {
 namespace {
 
 // Any row's d ln force / d ln width, for rows too coarse to tell; the largest.
-double LargestSlope(const std::vector<Row>& rows, std::size_t press) {
+double LargestSlope(const std::vector<StudyRow>& rows, std::size_t press) {
   double slope = 0;
-  for (const Row& row : rows) {
+  for (const StudyRow& row : rows) {
     if (row.outcome != Outcome::kAnswered) continue;
     const double own = row.answers[press].width_slope;
     if (std::abs(own) > std::abs(slope)) slope = own;
@@ -197,7 +197,8 @@ double LargestSlope(const std::vector<Row>& rows, std::size_t press) {
   return slope;
 }
 
-void JudgePress(const Reference& reference, const PressAnswers& answers, double slope, Row* row) {
+void JudgePress(const Reference& reference, const PressAnswers& answers, double slope,
+                StudyRow* row) {
   const double width = 1 + answers.width_mismatch;
   const double width_error = width > 0 ? std::abs(std::pow(width, slope) - 1) : 0;
   const auto take_worse = [](double value, double* worst) {
@@ -220,8 +221,8 @@ void JudgePress(const Reference& reference, const PressAnswers& answers, double 
 
 }  // namespace
 
-void JudgeRows(const References& references, std::vector<Row>* rows) {
-  for (Row& row : *rows) {
+void JudgeRows(const References& references, std::vector<StudyRow>* rows) {
+  for (StudyRow& row : *rows) {
     if (row.outcome != Outcome::kAnswered) continue;
     row.error = row.error_small = {-1, 0};
     row.deviation = row.width_error = -1;

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "shared/scene/scene.h"
-#include "slave/study/question.h"
-#include "slave/study/row.h"
+#include "slave/scene/scene.h"
+#include "slave/study/press_spec.h"
+#include "slave/study/study_row.h"
 
 namespace palpate {
 
@@ -30,17 +30,17 @@ struct References {
 class ReferenceFinder {
  public:
   // Solves the independent planar case: up to a second for each press.
-  ReferenceFinder(const Scene& scene, const Question& question);
-  [[nodiscard]] References Find(const std::vector<Row>& rows) const;
+  ReferenceFinder(const Scene& scene, const PressSpec& question);
+  [[nodiscard]] References Find(const std::vector<StudyRow>& rows) const;
 
  private:
-  [[nodiscard]] Reference FindOne(const std::vector<Row>& rows, std::size_t press) const;
+  [[nodiscard]] Reference FindOne(const std::vector<StudyRow>& rows, std::size_t press) const;
 
-  Question question_;
+  PressSpec question_;
   std::vector<Estimate> planar_;  // force at the small depth, one per press; NaN: none
 };
 
 // Fills the errors of every row that answered.
-void JudgeRows(const References& references, std::vector<Row>* rows);
+void JudgeRows(const References& references, std::vector<StudyRow>* rows);
 
 }  // namespace palpate

@@ -54,7 +54,7 @@ std::string Percent(const Estimate& error) {
   return text;
 }
 
-std::string Marks(const Row& row) {
+std::string Marks(const StudyRow& row) {
   std::string marks = row.on_front ? "front" : "";
   if (row.meets_tolerance && row.meets_rate) marks += marks.empty() ? "meets" : ", meets";
   if (row.recommended) marks += marks.empty() ? "RECOMMENDED" : ", RECOMMENDED";
@@ -73,7 +73,7 @@ std::string TableLine(const std::vector<std::string>& cells) {
   return line + "\n";
 }
 
-std::string ResidualOf(const Row& row) {
+std::string ResidualOf(const StudyRow& row) {
   char text[40];
   std::snprintf(text, sizeof text, "%.0e", row.residual);
   return row.residual > 0 ? text : "";
@@ -87,7 +87,7 @@ std::string ToCsv(const StudyResult& study) {
       "deviation,width_error,validity,update_median_s,update_p99_s,precompute_s,memory_bytes,"
       "expected_s,on_front,"
       "meets_tolerance,meets_rate,recommended,reason\n";
-  for (const Row& row : study.rows) {
+  for (const StudyRow& row : study.rows) {
     const auto number = [&](double value) {
       AppendNumber(&csv, value, kDigits);
       csv += ',';
@@ -115,19 +115,19 @@ std::string ToCsv(const StudyResult& study) {
 std::string ToTable(const StudyResult& study) {
   std::string table = TableLine(
       {"model", "resolution", "residual", "dof", "error", "update", "p99", "precompute", "MB", ""});
-  std::vector<const Row*> answered;
-  for (const Row& row : study.rows) {
+  std::vector<const StudyRow*> answered;
+  for (const StudyRow& row : study.rows) {
     if (row.outcome == Outcome::kAnswered) answered.push_back(&row);
   }
-  std::ranges::stable_sort(answered, {}, [](const Row* row) { return row->update_median_s; });
-  for (const Row* row : answered) {
+  std::ranges::stable_sort(answered, {}, [](const StudyRow* row) { return row->update_median_s; });
+  for (const StudyRow* row : answered) {
     char mega[32];
     std::snprintf(mega, sizeof mega, "%.3g", 1e-6 * static_cast<double>(row->memory_bytes));
     table += TableLine({row->family, row->resolution, ResidualOf(*row), std::to_string(row->dof),
                         Percent(row->error), Seconds(row->update_median_s),
                         Seconds(row->update_p99_s), Seconds(row->precompute_s), mega, Marks(*row)});
   }
-  for (const Row& row : study.rows) {
+  for (const StudyRow& row : study.rows) {
     if (row.outcome == Outcome::kAnswered) continue;
     table += "  " + std::string(ToString(row.outcome)) + ": " + row.family + ", " + row.resolution +
              (row.residual > 0 ? ", residual " + ResidualOf(row) : "") + " (expected " +

@@ -25,7 +25,7 @@ Json ToJson(const Answer& answer) {
   return {{"value", NumberOrNull(answer.value)}, {"validity", ToString(answer.validity)}};
 }
 
-Json ToJson(const Question& question) {
+Json ToJson(const PressSpec& question) {
   Json json{{"width_m", question.width},
             {"depth_m", question.depth},
             {"small_depth_m", question.small_depth},
@@ -50,7 +50,7 @@ Json ToJson(const References& references) {
   return json;
 }
 
-Json ToJson(const Row& row) {
+Json ToJson(const StudyRow& row) {
   Json json{
       {"family", row.family},
       {"kind", row.kind},
@@ -96,7 +96,7 @@ std::string ToJson(const StudyResult& study) {
       {"recommendation", study.recommendation},
       {"references", ToJson(study.references)},
       {"rows", Json::array()}};
-  for (const Row& row : study.rows) json["rows"].push_back(ToJson(row));
+  for (const StudyRow& row : study.rows) json["rows"].push_back(ToJson(row));
   // A name that is not UTF-8 becomes readable, never an exception.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "slave/study/row.h"
+#include "slave/study/study_row.h"
 
 namespace palpate {
 

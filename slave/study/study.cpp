@@ -22,7 +22,7 @@ std::string Words(const char* format, double value) {
 // Ends a precompute that would not fit any more, and remembers why.
 class Allowance final : public Progress {
  public:
-  Allowance(const StudySettings& settings, const Workshop& workshop, double deadline,
+  Allowance(const StudySettings& settings, const ModelFactory& workshop, double deadline,
             const std::stop_token& stop, std::string name, Progress* outer)
       : settings_(settings),
         workshop_(workshop),
@@ -48,7 +48,7 @@ class Allowance final : public Progress {
 
  private:
   const StudySettings& settings_;
-  const Workshop& workshop_;
+  const ModelFactory& workshop_;
   double deadline_;
   const std::stop_token& stop_;
   std::string name_;
@@ -58,7 +58,7 @@ class Allowance final : public Progress {
 
 class Study {
  public:
-  Study(const Scene& scene, const StudySettings& settings, const Workshop& workshop,
+  Study(const Scene& scene, const StudySettings& settings, const ModelFactory& workshop,
         const std::stop_token& stop, const StudyWatcher& watcher)
       : settings_(settings),
         workshop_(workshop),
@@ -113,7 +113,7 @@ class Study {
     Allowance allowance(settings_, workshop_, deadline_, stop_,
                         candidate.family + ", " + candidate.resolution, shown);
     const double began = workshop_.now();
-    Row row = Measure(candidate, result_.question, workshop_, &allowance, settings_.timing_s);
+    StudyRow row = Measure(candidate, result_.question, workshop_, &allowance, settings_.timing_s);
     row.expected_s = expected;
     if (row.outcome == Outcome::kSkipped) row.reason = allowance.refusal();
     if (row.outcome == Outcome::kAnswered && candidate.expected_s > 0) {
@@ -140,7 +140,7 @@ class Study {
   }
 
   const StudySettings& settings_;
-  const Workshop& workshop_;
+  const ModelFactory& workshop_;
   const std::stop_token& stop_;
   const StudyWatcher& watcher_;
   double deadline_;
@@ -152,8 +152,9 @@ class Study {
 
 }  // namespace
 
-StudyResult RunStudy(const Scene& scene, const StudySettings& settings, const Workshop& workshop,
-                     const std::stop_token& stop, const StudyWatcher& watcher) {
+StudyResult RunStudy(const Scene& scene, const StudySettings& settings,
+                     const ModelFactory& workshop, const std::stop_token& stop,
+                     const StudyWatcher& watcher) {
   return Study(scene, settings, workshop, stop, watcher).Run();
 }
 

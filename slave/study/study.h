@@ -9,9 +9,9 @@
 
 #include "slave/study/candidate.h"
 #include "slave/study/measurement.h"
-#include "slave/study/question.h"
+#include "slave/study/press_spec.h"
 #include "slave/study/reference.h"
-#include "slave/study/row.h"
+#include "slave/study/study_row.h"
 
 namespace palpate {
 
@@ -25,9 +25,9 @@ struct StudySettings {
 
 struct StudyResult {
   std::string scene_name;
-  Question question;
+  PressSpec question;
   double tolerance = 0, rate = 0, budget_s = 0;
-  std::vector<Row> rows;  // in the order tried, then the skipped ones
+  std::vector<StudyRow> rows;  // in the order tried, then the skipped ones
   References references;
   std::string recommendation;  // one sentence
   bool complete = false;       // every candidate was tried
@@ -43,7 +43,8 @@ struct StudyWatcher {
 // quarter), expected costs corrected by what was measured; those that no longer
 // fit into the budget are listed as skipped with their expected cost. A stop ends it the same way.
 // Throws std::invalid_argument: see AskedOf.
-StudyResult RunStudy(const Scene& scene, const StudySettings& settings, const Workshop& workshop,
-                     const std::stop_token& stop = {}, const StudyWatcher& watcher = {});
+StudyResult RunStudy(const Scene& scene, const StudySettings& settings,
+                     const ModelFactory& workshop, const std::stop_token& stop = {},
+                     const StudyWatcher& watcher = {});
 
 }  // namespace palpate

@@ -10,8 +10,8 @@
 
 #include <Eigen/Core>
 
-#include "shared/scene/scene.h"
 #include "shared/state/validity.h"
+#include "slave/scene/scene.h"
 #include "slave/tactile/localise/localiser.h"
 #include "slave/tactile/network/force_network.h"
 #include "slave/tactile/rest_values.h"

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

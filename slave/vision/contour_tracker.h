@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/grey.h"
 #include "slave/vision/snake.h"

@@ -111,7 +111,7 @@ std::vector<Contact> RandomContacts(const Bem3dModel& model, int count, bool sti
   std::vector<Contact> contacts(static_cast<std::size_t>(count));
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     contacts[k].element = free[k];
-    contacts[k].value_O = {0, 0, -1e-4};
+    contacts[k].prescribed_O = {0, 0, -1e-4};
     contacts[k].wants_stiffness = stiffness;
   }
   return contacts;
@@ -145,7 +145,7 @@ void ContactsUnchanged(benchmark::State& state) {
   auto contacts = RandomContacts(model, count, false, &random);
   std::vector<ContactResponse> responses(static_cast<std::size_t>(count));
   for (auto _ : state) {
-    contacts[0].value_O.z() = -contacts[0].value_O.z();
+    contacts[0].prescribed_O.z() = -contacts[0].prescribed_O.z();
     model.Respond(contacts, responses);
   }
   state.counters["dof"] = static_cast<double>(model.info().dof);

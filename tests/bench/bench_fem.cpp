@@ -100,7 +100,7 @@ Track Press(const SolidMesh& mesh, double width, double residual, int steps) {
   Track track;
   track.dof = static_cast<double>(model.info().dof);
   for (int step = 1; step <= steps; ++step) {
-    contact.value_O = {-kForce * std::min(1.0, step * kStep / kRamp), 0, 0};
+    contact.prescribed_O = {-kForce * std::min(1.0, step * kStep / kRamp), 0, 0};
     const double start = CpuSeconds();
     model.Respond({&contact, 1}, {&response, 1});
     track.seconds.push_back(CpuSeconds() - start);

@@ -73,7 +73,7 @@ Ready& ReadyOf(int cells) {
       Contact contact;
       contact.element = triangle_of_node[static_cast<std::size_t>(node)];
       contact.p_O = surface.nodes[static_cast<std::size_t>(node)];
-      contact.value_O = {1e-4, -2e-4, 3e-4};
+      contact.prescribed_O = {1e-4, -2e-4, 3e-4};
       ready.contacts.push_back(contact);
       ready.model->PrefetchNodes({&node, 1});
     }

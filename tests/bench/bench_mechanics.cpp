@@ -56,7 +56,7 @@ Contact Press(const Bem2dModel& model, int element, int neighbours) {
   contact.element = element;
   contact.p_O.head<2>() = e.midpoint();
   contact.width = neighbours * e.length();
-  contact.value_O.head<2>() = -1e-3 * e.normal();
+  contact.prescribed_O.head<2>() = -1e-3 * e.normal();
   return contact;
 }
 
@@ -170,7 +170,7 @@ void Contacts(benchmark::State& state) {
     } else if (change == Change::kAllMove || change == Change::kAllMoveForStiffness) {
       for (std::size_t k = 0; k < S; ++k) random.Move(k);
     } else if (change == Change::kNone) {
-      for (auto& contact : contacts) contact.value_O *= 0.999999;
+      for (auto& contact : contacts) contact.prescribed_O *= 0.999999;
     } else if (turn) {
       contacts.pop_back();
     } else {
@@ -194,7 +194,7 @@ void Contacts(benchmark::State& state) {
   std::vector<double> prescribed;
   for (const auto& contact : contacts) {
     patches.push_back({ContactPatch::Law::kBonded, {&contact.element, 1}, {0, 0}});
-    prescribed.insert(prescribed.end(), {contact.value_O.x(), contact.value_O.y()});
+    prescribed.insert(prescribed.end(), {contact.prescribed_O.x(), contact.prescribed_O.y()});
   }
   std::vector<double> expected(prescribed.size());
   if (!fresh.Prepare(patches) || !fresh.Respond(prescribed, expected)) return;
@@ -261,7 +261,7 @@ void PunchOnTheBlock(benchmark::State& state) {
   contacts[0].p_O = {0.5 * kSide, kSide, 0};
   contacts[0].element = elements * 5 / 8;
   contacts[0].width = kSide / 15;
-  contacts[0].value_O = {0, -kDepth, 0};
+  contacts[0].prescribed_O = {0, -kDepth, 0};
   elsewhere = contacts;
   elsewhere[0].p_O.x() = 0.4 * kSide;
   elsewhere[0].element = elements * 5 / 8 + elements / 40;

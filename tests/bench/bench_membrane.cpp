@@ -15,9 +15,9 @@
 
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
-#include "slave/pipeline/surface_estimator.h"
+#include "slave/pipeline/points/surface_estimator.h"
 #include "slave/vision/dots/stereo_dots.h"
-#include "tests/slave/pipeline/membrane_scene.h"
+#include "tests/slave/pipeline/points/membrane_scene.h"
 #include "tests/slave/vision/dots/dot_pictures.h"
 
 namespace palpate {
@@ -43,7 +43,7 @@ struct Pair {
 
 Pair RenderPair(PlateSurface& plate, double depth, std::uint64_t seed) {
   const Contact contact{
-      .p_O = {kPlace.x(), kPlace.y(), 0}, .width = kToolWidth, .value_O = {0, 0, -depth}};
+      .p_O = {kPlace.x(), kPlace.y(), 0}, .width = kToolWidth, .prescribed_O = {0, 0, -depth}};
   ContactResponse response;
   plate.Respond(std::span(&contact, 1), std::span(&response, 1));
   std::vector<Vector3d> places, normals;
@@ -110,7 +110,7 @@ void BareThreshold(benchmark::State& state) {
 }
 BENCHMARK(BareThreshold);
 
-StereoDots Eyes(DotTracker::Search search) {
+StereoDots TipAndContourTracker(DotTracker::Search search) {
   StereoDots::Params params;
   params.rig = TestRig();
   params.X_SL = TestPoseOfLeft();
@@ -124,7 +124,7 @@ StereoDots Eyes(DotTracker::Search search) {
 // force; `unknown` pictures without one.
 void DotsToForce(benchmark::State& state, const std::string& kind, DotTracker::Search search) {
   const std::vector<Pair>& pairs = PairsOf(kind);
-  StereoDots eyes = Eyes(search);
+  StereoDots eyes = TipAndContourTracker(search);
   SurfaceEstimator estimator(MembraneScene(kind));
   while (!eyes.at_rest_known()) eyes.Observe(pairs[0].left, pairs[0].right, Time{});
   double largest = 0;
@@ -134,7 +134,8 @@ void DotsToForce(benchmark::State& state, const std::string& kind, DotTracker::S
   int unknown = 0;
   for (auto _ : state) {
     const Pair& pair = pairs[k % pairs.size()];
-    const Felt& felt = estimator.Feel(eyes.Observe(pair.left, pair.right, Time{}), {0.01, 0, 0.01});
+    const ContactEstimate& felt =
+        estimator.Feel(eyes.Observe(pair.left, pair.right, Time{}), {0.01, 0, 0.01});
     ++k;
     if (!felt.force) {
       ++unknown;

@@ -8,11 +8,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <unistd.h>
 
-#include "shared/scene/scene_loader.h"
 #include "slave/capture/jpeg.h"
-#include "slave/pipeline/estimator.h"
-#include "slave/pipeline/offline_run.h"
-#include "slave/site/scripted_camera.h"
+#include "slave/pipeline/camera/estimator.h"
+#include "slave/pipeline/camera/offline_run.h"
+#include "slave/scene/scene_loader.h"
+#include "slave/site/camera/scripted_camera.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -44,7 +44,7 @@ void PictureToForce(benchmark::State& state) {
   std::size_t next = 0;
   std::uint64_t lost = 0;
   for (auto _ : state) {
-    const Felt& felt = estimator.Feel(frames[next]);
+    const ContactEstimate& felt = estimator.Feel(frames[next]);
     lost += felt.validity == Validity::kTrackingLost ? 1 : 0;
     next = (next + 1) % frames.size();
   }

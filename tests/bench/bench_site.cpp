@@ -4,9 +4,9 @@
 #include <benchmark/benchmark.h>
 #include <opencv2/imgproc.hpp>
 
-#include "slave/site/patch_solution.h"
-#include "slave/site/simulated_site.h"
-#include "tests/slave/site/site_scenes.h"
+#include "slave/site/camera/patch_solution.h"
+#include "slave/site/camera/simulated_site.h"
+#include "tests/slave/site/camera/site_scenes.h"
 
 namespace palpate {
 namespace {

@@ -82,7 +82,7 @@ struct Cube {
       load.push_back(contact);
     }
     for (auto& contact : load) {
-      contact.value_O = Vector3d(0, 0, -kForce / 4) / static_cast<double>(load.size());
+      contact.prescribed_O = Vector3d(0, 0, -kForce / 4) / static_cast<double>(load.size());
     }
     responses.resize(load.size());
   }

@@ -4,8 +4,8 @@
 #include <benchmark/benchmark.h>
 #include <opencv2/imgproc.hpp>
 
-#include "slave/site/stereo/stereo_site.h"
-#include "tests/slave/site/stereo/membrane_scenes.h"
+#include "slave/site/points/stereo_site.h"
+#include "tests/slave/site/points/membrane_scenes.h"
 
 namespace palpate {
 namespace {

@@ -9,7 +9,7 @@
 #include <benchmark/benchmark.h>
 
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/tactile_estimator.h"
+#include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "tests/slave/tactile/network/reference_network.h"
 
 namespace palpate {
@@ -104,7 +104,7 @@ void DeformationOfTheCube(benchmark::State& state) {
   ContactResponse response;
   int i = 0;
   for (auto _ : state) {
-    contact.value_O.z() = -0.1 - 0.002 * std::sin(0.1 * ++i);
+    contact.prescribed_O.z() = -0.1 - 0.002 * std::sin(0.1 * ++i);
     model->Respond({&contact, 1}, {&response, 1});
   }
   state.SetItemsProcessed(state.iterations());

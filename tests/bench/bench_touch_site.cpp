@@ -6,10 +6,10 @@
 
 #include <benchmark/benchmark.h>
 
-#include "slave/site/fingertip/simulated_fingertip.h"
-#include "slave/site/fingertip/skin_surface.h"
-#include "slave/site/fingertip/tactile_site.h"
-#include "tests/slave/site/fingertip/touch_scenes.h"
+#include "slave/site/fingertips/simulated_fingertip.h"
+#include "slave/site/fingertips/skin_surface.h"
+#include "slave/site/fingertips/tactile_site.h"
+#include "tests/slave/site/fingertips/touch_scenes.h"
 
 namespace palpate {
 namespace {

@@ -14,9 +14,9 @@
 #include "slave/capture/jpeg.h"
 #include "slave/capture/picture_files.h"
 #include "slave/vision/contour_tracker.h"
-#include "slave/vision/eyes.h"
 #include "slave/vision/ncc.h"
 #include "slave/vision/stereo/lens_warp.h"
+#include "slave/vision/tip_and_contour_tracker.h"
 #include "slave/vision/tip_template.h"
 #include "tests/slave/vision/test_pictures.h"
 
@@ -86,7 +86,7 @@ void SnakeOf60Points(benchmark::State& state) {
 BENCHMARK(SnakeOf60Points);
 
 void Look(benchmark::State& state) {
-  Eyes eyes(SceneForTestPictures(), Pictures()[0], PictureAt(0).tool->tip);
+  TipAndContourTracker eyes(SceneForTestPictures(), Pictures()[0], PictureAt(0).tool->tip);
   std::size_t k = 0;
   std::int64_t lost = 0;
   for (auto _ : state) {
@@ -143,7 +143,7 @@ BENCHMARK(BareDecode)->Unit(benchmark::kMillisecond)->UseRealTime();
 void DecodeAndLook(benchmark::State& state) {
   const Recording recording;
   const Scene scene = recording.MakeScene();
-  Eyes eyes(scene, Pictures()[0], PictureAt(0).tool->tip);
+  TipAndContourTracker eyes(scene, Pictures()[0], PictureAt(0).tool->tip);
   for (auto _ : state) {
     const auto source = OpenFrameSource(scene, false);
     while (const auto frame = source->Next({})) {

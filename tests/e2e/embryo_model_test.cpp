@@ -11,9 +11,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "shared/scene/scene_loader.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/estimator.h"
+#include "slave/pipeline/camera/estimator.h"
+#include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -87,7 +87,7 @@ TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
   DrawModel(image_, estimator);
-  const Felt& felt = estimator.Feel({image_, 2, {}});
+  const ContactEstimate& felt = estimator.Feel({image_, 2, {}});
   ASSERT_EQ(felt.validity, Validity::kValid);
   ASSERT_TRUE(felt.local_model.known());
   const LocalModel& local = felt.local_model;
@@ -116,7 +116,7 @@ TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionIsFelt) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
   std::uint64_t sequence = 1;
-  Felt felt;
+  ContactEstimate felt;
   // First to the right, above the embryo's left shoulder, then down; in steps the search window
   // follows.
   for (int x = 0; x <= 208; x += 16) felt = estimator.Feel({PipetteAt({x, -120}), ++sequence, {}});

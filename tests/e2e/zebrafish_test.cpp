@@ -13,7 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slave/vision/closed_curve.h"
-#include "slave/vision/eyes.h"
+#include "slave/vision/tip_and_contour_tracker.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -57,7 +57,7 @@ class ZebrafishTest : public testing::Test {
     scene.sense.tip->anchor = p_I_tip - Eigen::Vector2d(window.x, window.y);
   }
 
-  static void Draw(const std::string& name, cv::Mat image, const Eyes& eyes,
+  static void Draw(const std::string& name, cv::Mat image, const TipAndContourTracker& eyes,
                    const Observation& seen) {
     const auto& contour = seen.contour_I;
     for (std::size_t i = 0; i < contour.size(); ++i) {
@@ -92,7 +92,7 @@ TEST_F(ZebrafishTest, TheChorionOfAnEmbryoInARowIsFound) {
   Scene scene = MicroscopeScene();
   scene.sense.contour.emplace();
   const cv::Mat image = Read(name);
-  Eyes eyes(scene, image, std::nullopt);
+  TipAndContourTracker eyes(scene, image, std::nullopt);
   const Observation& seen = eyes.Look(image, 1, {});
   Draw(name, image.clone(), eyes, seen);
   ASSERT_EQ(seen.contour_I.size(), 60U);
@@ -123,7 +123,7 @@ TEST_F(ZebrafishTest, DrosophilaEmbryosAreFound) {
     Scene scene = MicroscopeScene();
     scene.sense.contour.emplace();
     const cv::Mat image = Read(embryo.name);
-    Eyes eyes(scene, image, std::nullopt);
+    TipAndContourTracker eyes(scene, image, std::nullopt);
     const Observation& seen = eyes.Look(image, 1, {});
     Draw(embryo.name, image.clone(), eyes, seen);
     ASSERT_EQ(seen.contour_I.size(), 60U) << embryo.name;
@@ -161,7 +161,7 @@ TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherPictures) {
     Scene scene = MicroscopeScene();
     UseTemplate(scene, tip.from, tip.window, tip.from_tip);
     const cv::Mat image = Read(tip.picture);
-    Eyes eyes(scene, image, std::nullopt);
+    TipAndContourTracker eyes(scene, image, std::nullopt);
     const Observation& seen = eyes.Look(image, 1, {});
     Draw("tip-" + tip.picture, image.clone(), eyes, seen);
     ASSERT_TRUE(seen.tip.found) << tip.picture << ", score " << seen.tip.score;
@@ -178,7 +178,7 @@ TEST_F(ZebrafishTest, ThePipetteIsFollowedToATenthOfAPixel) {
   Scene scene = MicroscopeScene();
   UseTemplate(scene, name, {612, 232, 34, 60}, tip);
   const cv::Mat image = Read(name);
-  Eyes eyes(scene, image, tip);
+  TipAndContourTracker eyes(scene, image, tip);
   cv::theRNG().state = 5;
   for (int k = 1; k <= 10; ++k) {
     const Eigen::Vector2d way(0.37 * k, 1.23 * k);

@@ -87,7 +87,7 @@ double StiffnessBar(const json& c, int count) {
             .contact = frictionless ? ContactLaw::kFrictionless : ContactLaw::kBonded});
   }
   Bem2dModel& model = *kept;
-  problem.contact.value_O.head<2>() = problem.depth * problem.inward;
+  problem.contact.prescribed_O.head<2>() = problem.depth * problem.inward;
   ContactResponse response;
   model.Respond({&problem.contact, 1}, {&response, 1});
   EXPECT_EQ(response.validity, Validity::kValid);
@@ -158,7 +158,7 @@ TEST(BlockAndEmbryo, ANarrowerPatchIsSofterByTheLogarithmOfItsWidth) {
     Contact contact;
     contact.p_O = {0.5 * side, side, 0};
     contact.width = width;
-    contact.value_O = {0, -1e-3 * side, 0};
+    contact.prescribed_O = {0, -1e-3 * side, 0};
     ContactResponse response;
     model.Respond({&contact, 1}, {&response, 1});
     const double k_bar = -response.force_O.y() / (1e-3 * side);

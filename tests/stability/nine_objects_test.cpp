@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "shared/scene/scene_loader.h"
+#include "slave/scene/scene_loader.h"
 #include "slave/study/shape/simulated_experiment.h"
 #include "slave/study/shape/simulated_report.h"
 #include "tests/support/paths.h"

@@ -126,8 +126,8 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const bool moved = contacts[i].kind == Contact::Kind::kDisplacement;
     const double unit = moved ? length_unit_ : force_unit_;
-    prescribed_[2 * i] = contacts[i].value_O.x() / unit;
-    prescribed_[2 * i + 1] = contacts[i].value_O.y() / unit;
+    prescribed_[2 * i] = contacts[i].prescribed_O.x() / unit;
+    prescribed_[2 * i + 1] = contacts[i].prescribed_O.y() / unit;
   }
   if (!Solve()) {
     failure_ = MovesWhatIsHeld() ? "an element that the scene holds is moved or loaded"
@@ -148,7 +148,7 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
 bool Bem2dModel::Acceptable(const Contact& contact) const noexcept {
   const bool moved = contact.kind == Contact::Kind::kDisplacement;
   const double largest = kAbsurd * (moved ? larger_side_ : force_unit_);
-  const auto& value = contact.value_O;
+  const auto& value = contact.prescribed_O;
   return std::abs(value.x()) <= largest && std::abs(value.y()) <= largest && value.z() == 0 &&
          contact.width >= 0 && std::isfinite(contact.width) && contact.p_O.allFinite() &&
          contact.element >= -1 && contact.element < info_.elements;
@@ -216,7 +216,7 @@ Vector2d Bem2dModel::DirectionOf(const Contact& contact) const noexcept {
   const bool slides =
       params_.contact == ContactLaw::kFrictionless && contact.kind == Contact::Kind::kDisplacement;
   if (!slides) return Vector2d::Zero();
-  return contact.value_O.head<2>().stableNormalized();
+  return contact.prescribed_O.head<2>().stableNormalized();
 }
 
 int Bem2dModel::ElementAt(const Contact& contact) const noexcept {
@@ -272,8 +272,8 @@ ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) noexce
   const auto first = 2 * static_cast<std::size_t>(patch);
   const Eigen::Vector3d answer(answer_[first], answer_[first + 1], 0);
   ContactResponse response;
-  response.force_O = contact.value_O;
-  response.displacement_O = contact.value_O;
+  response.force_O = contact.prescribed_O;
+  response.displacement_O = contact.prescribed_O;
   if (contact.kind == Contact::Kind::kDisplacement) {
     response.force_O = force_unit_ * answer;
   } else {

@@ -11,9 +11,9 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/outline.h"
-#include "shared/scene/scene.h"
+#include "shared/text/progress.h"
 #include "slave/mechanics/bem/element_nodes.h"
-#include "slave/mechanics/progress.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

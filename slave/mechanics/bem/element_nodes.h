@@ -12,7 +12,7 @@
 #include <array>
 #include <cstddef>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

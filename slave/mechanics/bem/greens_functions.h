@@ -16,8 +16,8 @@
 
 #include <Eigen/Core>
 
+#include "shared/text/progress.h"
 #include "slave/mechanics/bem/boundary_system.h"
-#include "slave/mechanics/progress.h"
 
 namespace palpate {
 

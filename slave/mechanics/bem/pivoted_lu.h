@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/progress.h"
+#include "shared/text/progress.h"
 
 namespace palpate {
 

@@ -14,12 +14,12 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/scene/scene.h"
+#include "shared/text/progress.h"
 #include "slave/mechanics/bem3d/surface_greens.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
 #include "slave/mechanics/capacitance/surface_places.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/progress.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

@@ -12,10 +12,10 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
+#include "shared/text/progress.h"
 #include "slave/mechanics/bem3d/greens_store.h"
 #include "slave/mechanics/bem3d/reference_system.h"
 #include "slave/mechanics/capacitance/compliance.h"
-#include "slave/mechanics/progress.h"
 
 namespace palpate {
 

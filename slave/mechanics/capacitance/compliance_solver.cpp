@@ -103,9 +103,9 @@ bool ComplianceSolver::TryRespond(std::span<const Contact> contacts,
 bool ComplianceSolver::Acceptable(const Contact& contact) const noexcept {
   const bool moved = contact.kind == Contact::Kind::kDisplacement;
   const double largest = kAbsurd * (moved ? params_.larger_side : force_unit_);
-  return contact.value_O.cwiseAbs().maxCoeff() <= largest && contact.value_O.allFinite() &&
-         contact.width >= 0 && std::isfinite(contact.width) && contact.p_O.allFinite() &&
-         contact.element >= -1;
+  return contact.prescribed_O.cwiseAbs().maxCoeff() <= largest &&
+         contact.prescribed_O.allFinite() && contact.width >= 0 && std::isfinite(contact.width) &&
+         contact.p_O.allFinite() && contact.element >= -1;
 }
 
 bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
@@ -256,7 +256,7 @@ Matrix3d ComplianceSolver::StiffnessOfLoad(const ContactSlot& slot) {
 }
 
 bool ComplianceSolver::MovesWhatIsHeld(const ContactSlot& slot, const Contact& contact) const {
-  Vector3d value = contact.value_O;
+  Vector3d value = contact.prescribed_O;
   if (slot.load < 0 && params_.contact == ContactLaw::kFrictionless) {
     value = slot.footprint.normal_O * slot.footprint.normal_O.dot(value);
   }
@@ -278,10 +278,10 @@ bool ComplianceSolver::Prescribe(std::span<const Contact> contacts) {
       return false;
     }
     if (slot.load >= 0) {
-      load_forces_[Index(slot.load)] = contacts[i].value_O / force_unit_;
+      load_forces_[Index(slot.load)] = contacts[i].prescribed_O / force_unit_;
       continue;
     }
-    const Vector3d moved = contacts[i].value_O / length_unit_;
+    const Vector3d moved = contacts[i].prescribed_O / length_unit_;
     for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
       for (int k = 0; k < u.count; ++k) {
         prescribed_[Index(u.row + k)] = u.plain ? moved[k] : u.basis.col(k).dot(moved);
@@ -323,8 +323,8 @@ Vector3d ComplianceSolver::DisplacementOfLoad(int load) const {
 ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
                                              const Contact& contact) const {
   ContactResponse response;
-  response.force_O = contact.value_O;
-  response.displacement_O = contact.value_O;
+  response.force_O = contact.prescribed_O;
+  response.displacement_O = contact.prescribed_O;
   if (slot.load >= 0) {
     response.displacement_O = length_unit_ * DisplacementOfLoad(slot.load);
   } else {

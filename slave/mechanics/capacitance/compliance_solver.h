@@ -15,13 +15,13 @@
 
 #include <Eigen/Core>
 
-#include "shared/scene/scene.h"
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/capacitance/contact_places.h"
 #include "slave/mechanics/capacitance/contact_set.h"
 #include "slave/mechanics/capacitance/load_coupling.h"
 #include "slave/mechanics/capacitance/updated_inverse.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

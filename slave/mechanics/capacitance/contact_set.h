@@ -9,11 +9,11 @@
 
 #include <Eigen/Core>
 
-#include "shared/scene/scene.h"
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/capacitance/contact_places.h"
 #include "slave/mechanics/capacitance/force_unknown.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

@@ -14,8 +14,8 @@ std::size_t Index(int i) {
 }
 
 bool Finite(const Contact& contact) {
-  return contact.p_O.allFinite() && contact.value_O.allFinite() && std::isfinite(contact.width) &&
-         contact.width >= 0;
+  return contact.p_O.allFinite() && contact.prescribed_O.allFinite() &&
+         std::isfinite(contact.width) && contact.width >= 0;
 }
 
 }  // namespace
@@ -123,10 +123,10 @@ bool ContactSet::Apply(std::span<const Contact> contacts, double length_unit, do
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const Place& place = places_[k];
     if (place.hold >= 0) {
-      if (!constraints.Move(place.hold, contacts[k].value_O / length_unit)) return false;
+      if (!constraints.Move(place.hold, contacts[k].prescribed_O / length_unit)) return false;
       continue;
     }
-    const Eigen::Vector3d force = contacts[k].value_O / force_unit;
+    const Eigen::Vector3d force = contacts[k].prescribed_O / force_unit;
     for (std::size_t n = 0; n < place.nodes.size(); ++n) {
       for (int c = 0; c < 3; ++c) At(f, place.nodes[n]).v[c] += place.weights[n] * force[c];
     }

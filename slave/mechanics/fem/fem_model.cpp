@@ -174,11 +174,11 @@ void FemModel::Rehearse(const SolidMesh& mesh) {
   const SurfaceMesh surface = SurfaceOf(mesh);
   if (surface.triangles.empty()) return;
   Contact contact{.kind = Contact::Kind::kForce, .p_O = Centroid(surface, 0)};
-  contact.value_O =
+  contact.prescribed_O =
       -1e-6 * force_unit_ * Area(surface, 0) / (length_unit_ * length_unit_) * Normal(surface, 0);
   ContactResponse response;
   Respond({&contact, 1}, {&response, 1});
-  contact.value_O *= 2;
+  contact.prescribed_O *= 2;
   const auto start = std::chrono::steady_clock::now();
   Respond({&contact, 1}, {&response, 1});
   if (response.validity != Validity::kFailed) {
@@ -262,7 +262,7 @@ bool FemModel::TryRespond(std::span<const Contact> contacts) {
 bool FemModel::Locate(std::span<const Contact> contacts) {
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const bool force = contacts[k].kind == Contact::Kind::kForce;
-    const double size = contacts[k].value_O.norm() / (force ? force_unit_ : length_unit_);
+    const double size = contacts[k].prescribed_O.norm() / (force ? force_unit_ : length_unit_);
     if (size <= kAbsurd || !std::isfinite(size)) continue;
     Fail(force ? "the force is beyond a million times E times the larger side squared"
                : "the displacement is beyond a million larger sides",
@@ -314,9 +314,9 @@ ContactResponse FemModel::ResponseOf(std::size_t k, const Contact& contact,
   if (hold >= 0) {
     const auto& reaction = stepper_ ? stepper_->reaction() : equilibrium_->reaction();
     response.force_O = force_unit_ * constraints_.Sum(hold, reaction);
-    response.displacement_O = contact.value_O;
+    response.displacement_O = contact.prescribed_O;
   } else {
-    response.force_O = contact.value_O;
+    response.force_O = contact.prescribed_O;
     response.displacement_O = length_unit_ * contacts_.Mean(k, displacement());
   }
   return response;

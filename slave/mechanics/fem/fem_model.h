@@ -14,13 +14,13 @@
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/scene/scene.h"
+#include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/contact_set.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/static_equilibrium.h"
 #include "slave/mechanics/fem/time_stepper.h"
-#include "slave/mechanics/progress.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

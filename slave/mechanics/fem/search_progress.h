@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "slave/mechanics/progress.h"
+#include "shared/text/progress.h"
 
 namespace palpate::fem {
 

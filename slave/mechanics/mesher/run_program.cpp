@@ -18,7 +18,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "slave/mechanics/progress.h"
+#include "shared/text/progress.h"
 
 namespace palpate {
 namespace {

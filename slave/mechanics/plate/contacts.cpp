@@ -22,14 +22,15 @@ constexpr double kNearest = 1e-7;  // moved points nearer than that are one [rad
 std::string_view WhyNot(const Contact& contact, const Geometry& geometry) {
   const bool moved = contact.kind == Contact::Kind::kDisplacement;
   const double a = geometry.radius;
-  if (!contact.p_O.allFinite() || !contact.value_O.allFinite() || !std::isfinite(contact.width)) {
+  if (!contact.p_O.allFinite() || !contact.prescribed_O.allFinite() ||
+      !std::isfinite(contact.width)) {
     return "a contact's value is not finite";
   }
   if (contact.width < 0) return "a contact's width is negative";
-  if (contact.value_O.x() != 0 || contact.value_O.y() != 0) {
+  if (contact.prescribed_O.x() != 0 || contact.prescribed_O.y() != 0) {
     return "a plate is moved and loaded along its normal only: x and y must be 0";
   }
-  if (moved && std::abs(contact.value_O.z()) > kAbsurd * a) {
+  if (moved && std::abs(contact.prescribed_O.z()) > kAbsurd * a) {
     return "a displacement is absurdly large";
   }
   if (std::abs(contact.p_O.z()) > geometry.thickness / 2 + kSlack * a) {
@@ -62,7 +63,7 @@ std::string_view Check(std::span<const Contact> contacts, const Geometry& geomet
     const bool moved = contact.kind == Contact::Kind::kDisplacement;
     touch.kind = contact.kind;
     touch.disc = {contact.p_O.head<2>() / geometry.radius, contact.width / 2 / geometry.radius};
-    touch.value = -contact.value_O.z() / (moved ? geometry.radius : 1);
+    touch.value = -contact.prescribed_O.z() / (moved ? geometry.radius : 1);
     for (std::size_t j = 0; j < i; ++j) {
       if (Clash(touch, (*touches)[j])) return "a moved patch overlaps with another contact";
     }

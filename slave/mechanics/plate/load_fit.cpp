@@ -207,7 +207,7 @@ bool LoadFitter::HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noe
   Contact contact;
   contact.p_O.head<2>() = plate_.radius() * found.place;
   contact.width = width_;
-  contact.value_O.z() = found.deflection;
+  contact.prescribed_O.z() = found.deflection;
   ContactResponse response;
   plate_.Respond(std::span(&contact, 1), std::span(&response, 1));
   guess->place = found.place;
@@ -225,7 +225,7 @@ bool LoadFitter::Press(const Guess& guess) noexcept {
   contact.kind = Contact::Kind::kForce;
   contact.p_O.head<2>() = plate_.radius() * guess.place;
   contact.width = width_;
-  contact.value_O.z() = guess.force;
+  contact.prescribed_O.z() = guess.force;
   ContactResponse response;
   asked_->Respond(std::span(&contact, 1), std::span(&response, 1));
   pressed_ = response.validity;

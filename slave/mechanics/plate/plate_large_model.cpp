@@ -207,8 +207,8 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch)
   const double k = centred ? central_->central.stiffness() : modal_.Stiffness(touch);
   const bool moved = contact.kind == Contact::Kind::kDisplacement;
   ContactResponse response;
-  response.force_O.z() = moved ? -force_unit_ * force : contact.value_O.z();
-  response.displacement_O.z() = moved ? contact.value_O.z() : -t * w;
+  response.force_O.z() = moved ? -force_unit_ * force : contact.prescribed_O.z();
+  response.displacement_O.z() = moved ? contact.prescribed_O.z() : -t * w;
   response.stiffness_O(2, 2) = force_unit_ / t * k;
   const bool known =
       std::isfinite(force_unit_ * force) && std::isfinite(k) && std::abs(w) <= kLargest;

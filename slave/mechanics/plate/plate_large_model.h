@@ -9,13 +9,13 @@
 
 #include <Eigen/Core>
 
+#include "shared/text/progress.h"
 #include "slave/mechanics/plate/contacts.h"
 #include "slave/mechanics/plate/modal_plate.h"
 #include "slave/mechanics/plate/plate_modes.h"
 #include "slave/mechanics/plate/plate_surface.h"
 #include "slave/mechanics/plate/round_press.h"
 #include "slave/mechanics/plate/short_waves.h"
-#include "slave/mechanics/progress.h"
 
 namespace palpate {
 

@@ -73,7 +73,7 @@ bool PlateModel::TryRespond(std::span<const Contact> contacts,
     const double w = deflections_[touch];
     response = {};
     response.force_O.z() =
-        IsMoved(touches_[i]) ? -force_unit_ * forces_[touch] : contacts[i].value_O.z();
+        IsMoved(touches_[i]) ? -force_unit_ * forces_[touch] : contacts[i].prescribed_O.z();
     response.displacement_O.z() = -params_.radius * w;
     response.stiffness_O(2, 2) =
         force_unit_ / params_.radius * moved_.Stiffness(compliance_, touch);

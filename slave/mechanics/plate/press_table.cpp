@@ -19,7 +19,7 @@ ContactResponse Push(PlateSurface& plate, const Eigen::Vector2d& p_O, double wid
   Contact contact;
   contact.p_O.head<2>() = p_O;
   contact.width = width;
-  contact.value_O.z() = -depth;
+  contact.prescribed_O.z() = -depth;
   ContactResponse response;
   plate.Respond(std::span(&contact, 1), std::span(&response, 1));
   return response;

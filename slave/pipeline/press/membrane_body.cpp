@@ -82,7 +82,7 @@ SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcep
   return load_;
 }
 
-SurfaceBody::Press MembraneBody::PressAt(const Eigen::Vector3d& p_O, double depth) noexcept {
+LoadIdentifier::Press MembraneBody::PressAt(const Eigen::Vector3d& p_O, double depth) noexcept {
   Press press;
   if (!(p_O.allFinite() && std::isfinite(depth))) return press;
   int triangle = 0;

@@ -5,14 +5,14 @@
 
 #include <Eigen/Core>
 
+#include "slave/pipeline/points/surface_estimator.h"
 #include "slave/pipeline/press/membrane_press.h"
-#include "slave/pipeline/surface_estimator.h"
 
 namespace palpate {
 
 // The membrane's own air answers the press (InflatedMembrane::Params::air_stiffness): no pressure
 // sensor is read. Loads are even pressures on the tool's round patch; what pulls is no load.
-class MembraneBody final : public SurfaceBody {
+class MembraneBody final : public LoadIdentifier {
  public:
   // `patch`: diameter of the tool's contact [m], > 0; dents deeper than half of it turn the surface
   // by more than the linear model counts and are extrapolated. Throws std::invalid_argument naming

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/scene/scene.h"
-#include "slave/study/shape/label_score.h"
-#include "slave/study/shape/object_choice.h"
-#include "slave/study/shape/pcd_file.h"
-#include "slave/study/shape/segmentation.h"
+#include "slave/scene/scene.h"
+#include "slave/study/clouds/label_score.h"
+#include "slave/study/clouds/object_choice.h"
+#include "slave/study/clouds/pcd_file.h"
+#include "slave/study/clouds/segmentation.h"
 #include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 

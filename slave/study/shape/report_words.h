@@ -8,7 +8,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "slave/study/shape/label_score.h"
+#include "slave/study/clouds/label_score.h"
 #include "slave/study/shape/shape_score.h"
 
 namespace palpate {

@@ -4,11 +4,11 @@
 #include <span>
 #include <string>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
+#include "slave/study/clouds/octree_leaves.h"
+#include "slave/study/clouds/point_cloud.h"
+#include "slave/study/clouds/segmentation.h"
 #include "slave/study/shape/cloud_picture.h"
-#include "slave/study/shape/octree_leaves.h"
-#include "slave/study/shape/point_cloud.h"
-#include "slave/study/shape/segmentation.h"
 
 namespace palpate {
 

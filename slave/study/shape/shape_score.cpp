@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "slave/contact/surface_contact.h"
-#include "slave/study/shape/octree_leaves.h"
-#include "slave/study/shape/point_tree.h"
+#include "slave/study/clouds/octree_leaves.h"
+#include "slave/study/clouds/point_tree.h"
 
 namespace palpate {
 

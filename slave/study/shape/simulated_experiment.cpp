@@ -7,11 +7,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "slave/mechanics/progress.h"
-#include "slave/pipeline/tactile_estimator.h"
-#include "slave/site/fingertip/scripted_touch.h"
+#include "shared/text/progress.h"
+#include "slave/pipeline/fingertips/tactile_estimator.h"
+#include "slave/site/fingertips/scripted_touch.h"
+#include "slave/study/clouds/octree_leaves.h"
 #include "slave/study/shape/finger_capsule.h"
-#include "slave/study/shape/octree_leaves.h"
 
 namespace palpate {
 namespace {
@@ -49,7 +49,7 @@ class Experiment {
     std::optional<Instant> before;  // the touch
     while (const auto frame = touch_.Next({})) {
       Tell(frame->sequence);
-      const Felt& felt = estimator_.Feel(*frame, scene_.manipulator.home);
+      const ContactEstimate& felt = estimator_.Feel(*frame, scene_.manipulator.home);
       const auto truth = touch_.site().truth();
       const FingerTruth& first = truth[0];
       if (!AnyTouches(truth)) {

@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 #include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 

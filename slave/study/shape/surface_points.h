@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/study/shape/point_tree.h"
+#include "slave/study/clouds/point_tree.h"
 
 namespace palpate {
 

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

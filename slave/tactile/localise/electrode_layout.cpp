@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "shared/scene/units.h"
+#include "slave/scene/units.h"
 
 namespace palpate {
 namespace {

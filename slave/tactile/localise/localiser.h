@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 #include "slave/tactile/localise/electrode_layout.h"
 #include "slave/tactile/rest_values.h"
 

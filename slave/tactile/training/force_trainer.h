@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/progress.h"
+#include "shared/text/progress.h"
 #include "slave/tactile/network/network_weights.h"
 #include "slave/tactile/training/labelled_recording.h"
 #include "slave/tactile/training/split.h"

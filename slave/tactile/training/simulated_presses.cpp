@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "slave/site/fingertip/simulated_fingertip.h"
+#include "slave/site/fingertips/simulated_fingertip.h"
 #include "slave/tactile/localise/finger_surface.h"
 
 namespace palpate {

@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 #include "slave/vision/depth/cell_shift.h"
 #include "slave/vision/depth/rest_depth.h"
 #include "slave/vision/stereo/surface_points.h"

@@ -39,11 +39,11 @@ Axes AxesOf(const Eigen::Matrix2d& shape) noexcept {
 }
 
 // { d : d' A d <= 1 }, an ellipse about the origin, cut by rows.
-struct Outline {
+struct Ellipse {
   double a = 0, b = 0, c = 0;  // A = [a b; b c]
   double height = 0;           // it ends at |dy| = height
 
-  Outline(const Axes& axes, double wider) noexcept {
+  Ellipse(const Axes& axes, double wider) noexcept {
     const double p = 1 / std::pow(axes.longer + wider, 2);
     const double q = 1 / std::pow(axes.shorter + wider, 2);
     a = p * axes.cosine * axes.cosine + q * axes.sine * axes.sine;
@@ -81,7 +81,7 @@ struct Window {
   Axes axes;
   Negative level;
   double reach;  // of the dot's blurred edge [px]
-  [[nodiscard]] std::array<int, 2> Rows(const Outline& outline) const {
+  [[nodiscard]] std::array<int, 2> Rows(const Ellipse& outline) const {
     return {std::max(0, static_cast<int>(std::ceil(centre.y() - outline.height))),
             std::min(image.rows - 1, static_cast<int>(std::floor(centre.y() + outline.height)))};
   }
@@ -103,8 +103,8 @@ struct Directions {
 
 // Also the mean level well inside the dot.
 bool FitGround(const Window& w, double threshold, GroundRing* ground, double* inside) noexcept {
-  const Outline outer(w.axes, w.reach + kRing), edge(w.axes, w.reach);
-  const Outline core(w.axes, -std::min(2.0, w.axes.shorter / 2));
+  const Ellipse outer(w.axes, w.reach + kRing), edge(w.axes, w.reach);
+  const Ellipse core(w.axes, -std::min(2.0, w.axes.shorter / 2));
   const Directions directions(w.axes, w.reach);
   double sum = 0, count = 0;
   const auto rows = w.Rows(outer);
@@ -147,8 +147,8 @@ struct Weighed {
 // would make steps.
 Weighed Weigh(const Window& w, const Eigen::Vector2d& middle, const GroundRing& ring,
               double contrast) noexcept {
-  const Outline edge(w.axes, w.reach), hull(w.axes, kRagged), beside(w.axes, 0);
-  const Outline core(w.axes, -std::min(kRagged, w.axes.shorter / 2));
+  const Ellipse edge(w.axes, w.reach), hull(w.axes, kRagged), beside(w.axes, 0);
+  const Ellipse core(w.axes, -std::min(kRagged, w.axes.shorter / 2));
   const Directions directions(w.axes, w.reach);
   const GroundPlane& ground = ring.plane();
   Weighed weighed;

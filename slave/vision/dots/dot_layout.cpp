@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "shared/scene/contour_file.h"
+#include "slave/scene/contour_file.h"
 
 namespace palpate {
 namespace {

@@ -1,8 +1,8 @@
 // Pictures of a camera whose lens the scene names come straight to everybody who looks at them.
 #pragma once
 
-#include "shared/scene/scene.h"
 #include "slave/capture/frame_source.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

@@ -11,7 +11,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 #include "slave/vision/stereo/rig.h"
 #include "slave/vision/stereo/surface_points.h"
 #include "slave/vision/texture/epipolar_search.h"

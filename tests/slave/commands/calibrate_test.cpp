@@ -1,5 +1,5 @@
 // `palpate-slave calibrate` as a user calls it, on real chessboards.
-#include "slave/commands/calibrate.h"
+#include "slave/commands/calibrate/calibrate.h"
 
 #include <filesystem>
 #include <fstream>
@@ -11,7 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "shared/scene/scene_loader.h"
+#include "slave/scene/scene_loader.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/calibration/drawn_circles.h"
 #include "tests/support/paths.h"

@@ -6,12 +6,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "shared/scene/scene_loader.h"
 #include "slave/capture/picture_files.h"
-#include "slave/commands/check.h"
-#include "slave/site/stereo/pair_rig.h"
-#include "slave/site/stereo/stereo_site.h"
-#include "tests/shared/scene/scene_file.h"
+#include "slave/commands/check/check.h"
+#include "slave/scene/scene_loader.h"
+#include "slave/site/points/pair_rig.h"
+#include "slave/site/points/stereo_site.h"
+#include "tests/slave/scene/scene_file.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

@@ -1,5 +1,5 @@
 // `palpate-slave evaluate` as a user calls it, on clouds made from shapes that are known.
-#include "slave/commands/evaluate.h"
+#include "slave/commands/evaluate/evaluate.h"
 
 #include <filesystem>
 #include <fstream>
@@ -9,10 +9,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "shared/scene/scene_loader.h"
-#include "slave/commands/csv_table.h"
-#include "slave/commands/estimated_shape.h"
-#include "slave/study/shape/pcd_file.h"
+#include "slave/commands/evaluate/estimated_shape.h"
+#include "slave/commands/solve/csv_table.h"
+#include "slave/scene/scene_loader.h"
+#include "slave/study/clouds/pcd_file.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 #include "tests/slave/study/well_formed.h"
 #include "tests/support/paths.h"

@@ -1,4 +1,4 @@
-#include "slave/commands/solve.h"
+#include "slave/commands/solve/solve.h"
 
 #include <cmath>
 #include <filesystem>

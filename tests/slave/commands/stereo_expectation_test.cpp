@@ -1,4 +1,4 @@
-#include "slave/commands/stereo_expectation.h"
+#include "slave/commands/check/stereo_expectation.h"
 
 #include <cmath>
 #include <numbers>

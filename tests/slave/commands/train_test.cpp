@@ -1,4 +1,4 @@
-#include "slave/commands/train.h"
+#include "slave/commands/train/train.h"
 
 #include <cmath>
 #include <filesystem>

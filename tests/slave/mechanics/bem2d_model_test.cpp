@@ -165,10 +165,10 @@ TEST(Bem2dModel, AChangedContactSetIsNoticed) {
   expect_fresh("place");
   contact.element = kTop - 1;
   expect_fresh("element");
-  contact.value_O = {0.5e-3, -1e-3, 0};
+  contact.prescribed_O = {0.5e-3, -1e-3, 0};
   expect_fresh("direction");
   contact.kind = Contact::Kind::kForce;
-  contact.value_O = {0, -0.1, 0};
+  contact.prescribed_O = {0, -0.1, 0};
   expect_fresh("kind");
 }
 
@@ -226,7 +226,7 @@ TEST(Bem2dModel, FailsOnAbsurdContactsAndRecovers) {
     ExpectFailure(model, {bodies::Move(kTop, {0, bad})}, "displacement");
     ExpectFailure(model, {bodies::Load(kTop, {bad, 0})}, "load");
     Contact contact = bodies::Move(kTop, {0, -1e-3});
-    contact.value_O.z() = bad;
+    contact.prescribed_O.z() = bad;
     ExpectFailure(model, {contact}, "out of the plane");
     if (bad == 1e300) continue;
     contact = bodies::Move(kTop, {0, -1e-3});
@@ -314,7 +314,7 @@ TEST(Bem2dModel, FiveHundredContactsActTogether) {
   std::vector<Eigen::Vector3d> displacement;
   model.BoundaryDisplacement(&displacement);
   for (std::size_t i = 190; i < 690; ++i) {
-    EXPECT_LT((displacement[i] - contacts[0].value_O).norm(), 1e-15);
+    EXPECT_LT((displacement[i] - contacts[0].prescribed_O).norm(), 1e-15);
   }
 }
 
@@ -334,7 +334,7 @@ TEST(Bem2dModel, RespondsWithoutAllocatingAfterTheFirstCall) {
   const long before = AllocationCount();
   for (int tick = 0; tick < 10000; ++tick) {
     auto& set = sets[static_cast<std::size_t>(tick) % sets.size()];
-    set[0].value_O.y() *= 0.9999;
+    set[0].prescribed_O.y() *= 0.9999;
     model.Respond(set, responses);
   }
   EXPECT_EQ(AllocationCount(), before);

@@ -43,7 +43,7 @@ inline Contact At(int element, Contact::Kind kind, const Eigen::Vector2d& value)
   Contact contact;
   contact.kind = kind;
   contact.element = element;
-  contact.value_O.head<2>() = value;
+  contact.prescribed_O.head<2>() = value;
   return contact;
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "slave/capture/tactile_inbox.h"
-#include "slave/pipeline/slave.h"
+#include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
 

@@ -86,7 +86,7 @@ TEST(BlockStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedForces) {
     const Scene scene = BlockScene(c.at("params"));
     const bool bonded = scene.model.contact == ContactLaw::kBonded;
     const StudyResult study = Study(scene, PlaceOf(c.at("params")), bonded ? 600 : 1100);
-    for (const Row& row : study.rows) {
+    for (const StudyRow& row : study.rows) {
       const std::string count = row.resolution.substr(0, row.resolution.find(' '));
       if (row.family != "bem2d constant" || count == "20") continue;
       if (!c.at("constant_element_bem").at("k_bar_by_element_count").contains(count)) continue;

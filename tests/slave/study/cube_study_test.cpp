@@ -103,7 +103,7 @@ TEST_F(CubeStudyTest, StatedErrorsAgreeWithThePublishedDiscreteAnswers) {
     const double depth = discrete->at("expected").at("linear_patch").at("mean_patch_depth");
     const double error = Converged(*limit_) / depth - 1;
     const std::string cells = std::to_string(n);
-    for (const Row& row : study_->rows) {
+    for (const StudyRow& row : study_->rows) {
       if (row.family != "fem-green" ||
           row.resolution != cells + " x " + cells + " x " + cells + " cells")
         continue;

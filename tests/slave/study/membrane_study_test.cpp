@@ -57,7 +57,7 @@ TEST(MembraneStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedCurves) {
     const double error = 1 - point.at("linear_over_von_karman").get<double>();
     EXPECT_NEAR(study.references.presses.at(0).full.value / force, 1, 1e-3);
     ASSERT_EQ(study.rows.size(), 2U);
-    for (const Row& row : study.rows) {
+    for (const StudyRow& row : study.rows) {
       ASSERT_EQ(row.outcome, Outcome::kAnswered) << row.reason;
       if (row.family == "plate") {
         EXPECT_LT(row.error.value, 1.5 * error);

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/slave/study/fake_workshop.h"
+#include "tests/slave/study/fake_model_factory.h"
 
 namespace palpate {
 namespace {

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "tests/slave/study/fake_workshop.h"
+#include "tests/slave/study/fake_model_factory.h"
 #include "tests/slave/study/well_formed.h"
 
 namespace palpate {
@@ -82,7 +82,7 @@ TEST(ReportTest, CsvHasItsDocumentedHeaderAndNumbersThatRoundTrip) {
             "precompute_s,memory_bytes,expected_s,on_front,meets_tolerance,meets_rate,recommended,"
             "reason");
   const std::size_t columns = Cells(line).size();
-  for (const Row& row : study.rows) {
+  for (const StudyRow& row : study.rows) {
     ASSERT_TRUE(std::getline(csv, line));
     const auto cells = Cells(line);
     ASSERT_EQ(cells.size(), columns) << line;

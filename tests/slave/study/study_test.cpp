@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/slave/study/fake_workshop.h"
+#include "tests/slave/study/fake_model_factory.h"
 
 namespace palpate {
 namespace {
@@ -19,12 +19,12 @@ using testing::HasSubstr;
 
 std::size_t Count(const StudyResult& study, Outcome outcome) {
   return static_cast<std::size_t>(
-      std::ranges::count(study.rows, outcome, [](const Row& row) { return row.outcome; }));
+      std::ranges::count(study.rows, outcome, [](const StudyRow& row) { return row.outcome; }));
 }
 
-const Row& RowOf(const StudyResult& study, const std::string& family,
-                 const std::string& resolution) {
-  for (const Row& row : study.rows) {
+const StudyRow& RowOf(const StudyResult& study, const std::string& family,
+                      const std::string& resolution) {
+  for (const StudyRow& row : study.rows) {
     if (row.family == family && row.resolution == resolution) return row;
   }
   throw std::out_of_range(family + " " + resolution);
@@ -32,7 +32,7 @@ const Row& RowOf(const StudyResult& study, const std::string& family,
 
 TEST(QuestionTest, PlanarObjectsArePressedWhereTheToolComesFrom) {
   Scene scene = fake::Square();
-  Question question = AskedOf(scene);
+  PressSpec question = AskedOf(scene);
   ASSERT_EQ(question.presses.size(), 1U);
   EXPECT_TRUE(question.presses[0].p_O.isApprox(Eigen::Vector3d(0.03, 0.06, 0)));
   EXPECT_TRUE(question.presses[0].inward_O.isApprox(Eigen::Vector3d(0, -1, 0)));
@@ -61,7 +61,7 @@ TEST(QuestionTest, VolumesArePressedOppositeToWhatIsHeld) {
 TEST(QuestionTest, MembranesArePressedAtTheCentreAndHalfWayOut) {
   Scene scene = fake::Square();
   scene.object.geometry = MembraneGeometry{0.038, 0.001};
-  const Question question = AskedOf(scene);
+  const PressSpec question = AskedOf(scene);
   ASSERT_EQ(question.presses.size(), 2U);
   EXPECT_EQ(question.presses[0].p_O.norm(), 0);
   EXPECT_NEAR(question.presses[1].p_O.norm(), 0.019, 1e-12);
@@ -71,7 +71,7 @@ TEST(QuestionTest, MembranesArePressedAtTheCentreAndHalfWayOut) {
 TEST(QuestionTest, PlacesOfTheCallerComeBeforeThoseOfTheScene) {
   Scene scene = fake::Square();
   scene.study_contacts = {{0.06, 0.02, 0}, {0.02, 0.06, 0}};
-  Question question = AskedOf(scene);
+  PressSpec question = AskedOf(scene);
   ASSERT_EQ(question.presses.size(), 2U);
   EXPECT_TRUE(question.presses[0].inward_O.isApprox(Eigen::Vector3d(-1, 0, 0)));
   question = AskedOf(scene, {{0, 0.03, 0}});
@@ -87,7 +87,7 @@ TEST(QuestionTest, AnOutlineThatOnlyAPictureKnowsIsRefused) {
 
 TEST(CandidateTest, PlanarScenesGetEveryOrderAtResolutionsThatFitTheTool) {
   const Scene scene = fake::Square();
-  const Question question = AskedOf(scene);
+  const PressSpec question = AskedOf(scene);
   std::set<std::string> families;
   bool own = false;
   for (const Candidate& c : CandidatesFor(scene, question)) {
@@ -147,7 +147,7 @@ TEST(StudyTest, ErrorsAreThoseAgainstTheLimitThatTheModelsConvergeTo) {
   const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
   EXPECT_TRUE(study.complete);
   EXPECT_EQ(Count(study, Outcome::kAnswered), study.rows.size());
-  for (const Row& row : study.rows) {
+  for (const StudyRow& row : study.rows) {
     const double elements = std::stod(row.resolution);
     EXPECT_NEAR(row.deviation, 3 / elements, 1e-6) << row.family << row.resolution;
   }
@@ -193,7 +193,7 @@ TEST(StudyTest, BudgetIsRespectedAndTheRestListedWithItsCost) {
   EXPECT_LE(world.clock - began, settings.budget_s * 1.5);
   EXPECT_GE(Count(study, Outcome::kAnswered), 10U);
   double left_out = 0;
-  for (const Row& row : study.rows) {
+  for (const StudyRow& row : study.rows) {
     if (row.outcome != Outcome::kSkipped) continue;
     EXPECT_THAT(row.reason, HasSubstr("budget"));
     EXPECT_GT(row.expected_s, 0);
@@ -237,10 +237,10 @@ TEST(StudyTest, FailuresAreRowsWithTheirReason) {
   };
   const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
   EXPECT_TRUE(study.complete);
-  const Row& thrown = RowOf(study, "bem2d constant", "60 elements");
+  const StudyRow& thrown = RowOf(study, "bem2d constant", "60 elements");
   EXPECT_EQ(thrown.outcome, Outcome::kFailed);
   EXPECT_EQ(thrown.reason, "sixty is too many");
-  const Row& refused = RowOf(study, "bem2d linear", "120 elements");
+  const StudyRow& refused = RowOf(study, "bem2d linear", "120 elements");
   EXPECT_EQ(refused.outcome, Outcome::kFailed);
   EXPECT_EQ(refused.reason, "spring broke");
   EXPECT_EQ(RowOf(study, "bem2d quadratic", "120 elements").outcome, Outcome::kAnswered);
@@ -300,10 +300,10 @@ TEST(StudyTest, TwoRunsDifferInTimesOnly) {
 // An element longer than the tool sees a wider one. Where the stiffness grows with the width, an
 // answer that happens to be right is no sign of accuracy.
 TEST(StudyTest, LuckyCancellationIsNotAccuracy) {
-  Row row;
+  StudyRow row;
   row.outcome = Outcome::kAnswered;
   row.answers = {{{1, Validity::kValid}, {1, Validity::kValid}, 0.5, 0.26}};
-  std::vector<Row> rows{row};
+  std::vector<StudyRow> rows{row};
   JudgeRows({{{{1, 0.001}, {1, 0.001}, ""}}, ""}, &rows);
   EXPECT_EQ(rows[0].deviation, 0);
   EXPECT_NEAR(rows[0].error.value, std::pow(1.5, 0.26) - 1, 1e-12);

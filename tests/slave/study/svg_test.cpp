@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/study/figure.h"
-#include "tests/slave/study/fake_workshop.h"
+#include "tests/slave/study/fake_model_factory.h"
 #include "tests/slave/study/well_formed.h"
 
 namespace palpate {
@@ -45,7 +45,7 @@ TEST(FigureTest, ShowsEveryAnsweredRowInBothPanels) {
   const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
   const std::string svg = DrawFigure(study);
   EXPECT_EQ(NotWellFormed(svg), "");
-  for (const Row& row : study.rows) {
+  for (const StudyRow& row : study.rows) {
     EXPECT_EQ(Occurrences(svg, ">" + row.family + ", " + row.resolution + ": error"), 2U);
   }
   EXPECT_THAT(svg, HasSubstr("class=\"front\""));

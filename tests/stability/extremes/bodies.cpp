@@ -129,7 +129,7 @@ std::vector<ContactResponse> Ask(DeformationModel& model, const std::vector<Cont
 }
 
 void Judge(const Family& family, const std::string& axis, const std::string& value,
-           const Scene& scene, const ObjectMesh& mesh, double bound, const Question& ask) {
+           const Scene& scene, const ObjectMesh& mesh, double bound, const PressSpec& ask) {
   Cell cell;
   cell.model = family.name;
   cell.axis = axis;
@@ -161,7 +161,7 @@ void JudgeVolumeStretch(const Family& family, const Stretch& stretch, const std:
   const auto ask = [&](DeformationModel& model, Validity* worst) {
     Contact pull{Contact::Kind::kForce, {stretch.length, across / 2, across / 2}};
     pull.width = 4 * across;
-    pull.value_O.x() = stretch.strain * stretch.E * across * across;
+    pull.prescribed_O.x() = stretch.strain * stretch.E * across * across;
     const double moved = Ask(model, {pull}, worst)[0].displacement_O.x();
     return std::abs(moved / (stretch.strain * stretch.length) - 1);
   };
@@ -177,7 +177,7 @@ void JudgeOutlineStretch(const Family& family, const Stretch& stretch, const std
   const auto ask = [&](DeformationModel& model, Validity* worst) {
     Contact pull{Contact::Kind::kForce, {stretch.length, across / 2, 0}};
     pull.width = across;
-    pull.value_O.x() = stretch.strain * stretch.E * across * 0.1 * across;
+    pull.prescribed_O.x() = stretch.strain * stretch.E * across * 0.1 * across;
     const double moved = Ask(model, {pull}, worst)[0].displacement_O.x();
     return std::abs(moved / (stretch.strain * stretch.length) - 1);
   };

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "shared/scene/scene.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/scene/scene.h"
 #include "tests/stability/extremes/sweep.h"
 
 namespace palpate::extremes {
@@ -45,9 +45,9 @@ Scene MembraneScene(const Family& family, double radius, double thickness, doubl
 // Runs one cell: builds the model, lets `ask` question it, and judges. `ask` returns the relative
 // error and leaves the worst validity in its second argument. Exceptions of std::invalid_argument
 // are refusals; any other fault is wrong.
-using Question = std::function<double(DeformationModel& model, Validity* worst)>;
+using PressSpec = std::function<double(DeformationModel& model, Validity* worst)>;
 void Judge(const Family& family, const std::string& axis, const std::string& value,
-           const Scene& scene, const ObjectMesh& mesh, double bound, const Question& ask);
+           const Scene& scene, const ObjectMesh& mesh, double bound, const PressSpec& ask);
 
 // Pulls the far face with F = strain E A and compares its mean displacement.
 void JudgeVolumeStretch(const Family& family, const Stretch& stretch, const std::string& axis,

@@ -127,7 +127,7 @@ std::vector<Contact> RandomLoads(const std::vector<Vector3d>& places, double for
   std::vector<Contact> loads;
   for (const auto& p : places) {
     Contact load{Contact::Kind::kForce, p};
-    load.value_O = {component(random), component(random), component(random)};
+    load.prescribed_O = {component(random), component(random), component(random)};
     loads.push_back(load);
   }
   return loads;
@@ -141,12 +141,12 @@ double ThereAndBack(DeformationModel& model, const std::vector<Contact>& loads, 
   double scale = 0, error = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     contacts[i].kind = Contact::Kind::kDisplacement;
-    contacts[i].value_O = moved[i].displacement_O;
-    scale = std::max(scale, loads[i].value_O.norm());
+    contacts[i].prescribed_O = moved[i].displacement_O;
+    scale = std::max(scale, loads[i].prescribed_O.norm());
   }
   const auto forces = Ask(model, contacts, worst);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    error = std::max(error, (forces[i].force_O - loads[i].value_O).norm());
+    error = std::max(error, (forces[i].force_O - loads[i].prescribed_O).norm());
   }
   return error / scale;
 }
@@ -205,7 +205,7 @@ TEST(Extremes, CornersHeldNodesAndTheSamePlaceTwice) {
     const Contact corner{Contact::Kind::kDisplacement, {L, L, L}, -1, 0, {0, 0, -1e-6 * L}};
     const Contact held{Contact::Kind::kDisplacement, {0, 0, 0}, -1, 0, {0, 0, 0}};
     Contact moved = held;
-    moved.value_O.x() = 1e-6 * L;
+    moved.prescribed_O.x() = 1e-6 * L;
     Judge(f, "place", "corner", scene, mesh, 0, [&](DeformationModel& model, Validity* worst) {
       return Ask(model, {corner}, worst)[0].force_O.z() < 0 ? 0.0 : 1.0;
     });
@@ -244,7 +244,7 @@ TEST(Extremes, NodeOrder) {
     const double L = stretch.length;
     Contact press{Contact::Kind::kForce, {L, 0.5 * L, 0.5 * L}};
     press.width = 0.9 * L;
-    press.value_O = {-1e-6 * stretch.E * L * L, 0, 0};
+    press.prescribed_O = {-1e-6 * stretch.E * L * L, 0, 0};
     double plain = 0;
     Judge(f, "order of nodes", "as meshed", scene, mesh, 1,
           [&](DeformationModel& model, Validity* worst) {
@@ -290,7 +290,7 @@ TEST(Extremes, TimeStepDensityAndModulus) {
           const double L = stretch.length, strain = 1e-3;
           Contact pull{Contact::Kind::kForce, {L, L / 2, L / 2}};
           pull.width = 4 * L;
-          pull.value_O.x() = strain * E * L * L;
+          pull.prescribed_O.x() = strain * E * L * L;
           const double at_rest = strain * L;
           scene.model.fem.time = FemOptions::Time::kDynamic;
           scene.model.fem.step = step;
@@ -300,7 +300,7 @@ TEST(Extremes, TimeStepDensityAndModulus) {
                 MeshObject(scene, std::nullopt), 2.05, [&](DeformationModel& model, Validity* w) {
                   double largest = 0;
                   for (int k = 0; k < 40; ++k) {
-                    if (k == 20) pull.value_O.setZero();
+                    if (k == 20) pull.prescribed_O.setZero();
                     const auto r = Ask(model, {pull}, w);
                     largest = std::max(largest, std::abs(r[0].displacement_O.x()));
                   }
@@ -360,7 +360,7 @@ TEST(Extremes, MembraneContacts) {
       Judge(f, "contacts", Text(count), scene, MeshObject(scene, std::nullopt), 1e-5,
             [&](DeformationModel& model, Validity* worst) {
               auto loads = RandomLoads(places, 1e-4 / count);
-              for (auto& load : loads) load.value_O.head<2>().setZero();
+              for (auto& load : loads) load.prescribed_O.head<2>().setZero();
               return ThereAndBack(model, loads, worst);
             });
     }

@@ -13,11 +13,11 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
+#include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/fem/green/column_cache.h"
 #include "slave/mechanics/fem/green/spd_factor.h"
 #include "slave/mechanics/fem/green/tet_stiffness.h"
-#include "slave/mechanics/progress.h"
 
 namespace palpate {
 

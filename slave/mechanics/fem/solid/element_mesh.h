@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

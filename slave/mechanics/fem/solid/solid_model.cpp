@@ -272,7 +272,7 @@ bool SolidModel::Acceptable(std::span<const Contact> contacts) {
   for (const auto& contact : contacts) {
     const bool moved = contact.kind == Contact::Kind::kDisplacement;
     const double unit = moved ? unit_ : params_.young_modulus * unit_ * unit_;
-    if (!((contact.value_O / unit).cwiseAbs().maxCoeff() <= kAbsurd)) {
+    if (!((contact.prescribed_O / unit).cwiseAbs().maxCoeff() <= kAbsurd)) {
       failure_ = "a value is not finite or absurdly large";
       return false;
     }
@@ -317,13 +317,13 @@ bool SolidModel::Prescribe(std::span<const Contact> contacts) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const ContactPlace& place = contacts_.places()[i];
     if (contacts[i].kind == Contact::Kind::kForce) {
-      const Vector3d force = contacts[i].value_O / (params_.young_modulus * unit_ * unit_);
+      const Vector3d force = contacts[i].prescribed_O / (params_.young_modulus * unit_ * unit_);
       for (const auto& [node, share] : place.weights) {
         loads_.segment<3>(layout_.first(node)) += share * force;
       }
       continue;
     }
-    const Vector3d moved = contacts[i].value_O / unit_;
+    const Vector3d moved = contacts[i].prescribed_O / unit_;
     for (const int node : place.moved) {
       if (supports_.Forbids(node, moved)) {
         failure_ = "a node that the scene holds is moved";
@@ -509,14 +509,14 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
     const ContactPlace& place = contacts_.places()[i];
     response.validity = validity;
     if (contacts[i].kind == Contact::Kind::kForce) {
-      response.force_O = contacts[i].value_O;
+      response.force_O = contacts[i].prescribed_O;
       Vector3d mean = Vector3d::Zero();
       for (const auto& [node, share] : place.weights) {
         mean += share * x_.segment<3>(layout_.first(node));
       }
       response.displacement_O = unit_ * mean;
     } else {
-      response.displacement_O = contacts[i].value_O;
+      response.displacement_O = contacts[i].prescribed_O;
       if (place.moved.empty()) {
         response.force_O = force_unit * balance_.row_force.segment<3>(row);
         row += 3;

@@ -13,7 +13,7 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/scene/scene.h"
+#include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/solid/block_layout.h"
 #include "slave/mechanics/fem/solid/contact_set.h"
@@ -21,7 +21,7 @@
 #include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
 #include "slave/mechanics/fem/solid/supports.h"
-#include "slave/mechanics/progress.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

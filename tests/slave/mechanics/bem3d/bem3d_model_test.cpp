@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 Contact Move(int triangle, const Vector3d& by) {
   Contact contact;
   contact.element = triangle;
-  contact.value_O = by;
+  contact.prescribed_O = by;
   return contact;
 }
 
@@ -122,7 +122,7 @@ TEST(Bem3dModel, LoadsOnADiscAreUniform) {
     area += Area(body.mesh, t);
     mean += Area(body.mesh, t) * state.displacement[triangle];
   }
-  EXPECT_LT((area * pressure - disc.value_O).norm(), 1e-12);
+  EXPECT_LT((area * pressure - disc.prescribed_O).norm(), 1e-12);
   EXPECT_LT((mean / area - response.displacement_O).norm(), 1e-12 * mean.norm());
 }
 
@@ -176,7 +176,7 @@ double PatchDepth(const std::vector<double>& x, const std::vector<double>& z) {
   double depth = 0;
   const auto responses = Answer(&model, contacts);
   for (std::size_t i = 0; i < responses.size(); ++i) {
-    depth += 4 * responses[i].displacement_O.dot(contacts[i].value_O);
+    depth += 4 * responses[i].displacement_O.dot(contacts[i].prescribed_O);
   }
   return depth;
 }
@@ -338,7 +338,7 @@ TEST(Bem3dModel, AllocatesNothingAfterTheFirstAnswers) {
   for (int k = 0; k < 40; ++k) {
     if (k == 20) before = AllocationCount();
     contacts[1].element = top[static_cast<std::size_t>(5 + k % 7)];
-    contacts[0].value_O.z() = -1e-4 * k;
+    contacts[0].prescribed_O.z() = -1e-4 * k;
     held.Respond(contacts, responses);
     ASSERT_EQ(responses[0].validity, Validity::kValid);
     free.Respond(pulls, responses);

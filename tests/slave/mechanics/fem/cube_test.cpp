@@ -114,7 +114,7 @@ double MeanTipDeflection(const nlohmann::json& p, int n, double nu, Validity* va
   const auto responses = Respond(model, contacts);
   double work = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    work += contacts[k].value_O.dot(responses[k].displacement_O);
+    work += contacts[k].prescribed_O.dot(responses[k].displacement_O);
   }
   *validity = responses.front().validity;
   return work / P;

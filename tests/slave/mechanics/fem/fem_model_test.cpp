@@ -31,10 +31,11 @@ solids::Held OnFloor(const SolidMesh& mesh) {
   return solids::HeldWhere(mesh, [](const Vector3d& p) { return p.z() < 1e-9; });
 }
 Contact Press(const Vector3d& p, double width, const Vector3d& displacement) {
-  return {.kind = Contact::Kind::kDisplacement, .p_O = p, .width = width, .value_O = displacement};
+  return {
+      .kind = Contact::Kind::kDisplacement, .p_O = p, .width = width, .prescribed_O = displacement};
 }
 Contact Load(const Vector3d& p, double width, const Vector3d& force) {
-  return {.kind = Contact::Kind::kForce, .p_O = p, .width = width, .value_O = force};
+  return {.kind = Contact::Kind::kForce, .p_O = p, .width = width, .prescribed_O = force};
 }
 
 // Reference d, patch_test_tet: linear displacements on the boundary give them inside, and constant
@@ -146,7 +147,8 @@ TEST(FemModel, PatchLoadsSuperpose) {
   auto sum = ua;
   for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += ub[i];
   EXPECT_LT(solids::Difference(Displacement(model), sum), 1e-10);
-  EXPECT_NEAR(0.5 * (a.value_O.dot(both[0].displacement_O) + b.value_O.dot(both[1].displacement_O)),
+  EXPECT_NEAR(0.5 * (a.prescribed_O.dot(both[0].displacement_O) +
+                     b.prescribed_O.dot(both[1].displacement_O)),
               model.energy(), 1e-10 * model.energy());
   EXPECT_EQ(ra.validity, Validity::kValid);
 }
@@ -313,9 +315,9 @@ TEST(FemModel, RespondsWithoutAllocating) {
       model.Respond(contacts, responses);
       const long before = AllocationCount();
       for (int i = 0; i < 20; ++i) {
-        contacts[0].value_O *= 1.05;
+        contacts[0].prescribed_O *= 1.05;
         contacts[0].p_O.y() += 1e-4;
-        contacts[1].value_O.z() -= 2e-4;
+        contacts[1].prescribed_O.z() -= 2e-4;
         model.Respond(contacts, responses);
         ASSERT_LT(responses[1].validity, Validity::kFailed) << model.failure();
       }

@@ -119,7 +119,7 @@ Eigen::VectorXd Loads(const SolidMesh& mesh, const Contact& press, const Vector3
   for (const int t : patch.triangles) area += Area(surface, t);
   for (const int t : patch.triangles) {
     for (const int i : surface.triangles[static_cast<std::size_t>(t)]) {
-      f.segment<3>(3 * i) += Area(surface, t) / area / 3 * press.value_O;
+      f.segment<3>(3 * i) += Area(surface, t) / area / 3 * press.prescribed_O;
     }
   }
   return f;
@@ -144,7 +144,7 @@ TEST(FoamObjects, AnswerUnderWeightAndAPressOfOneNewton) {
       const Contact press{.kind = Contact::Kind::kForce,
                           .p_O = place,
                           .width = 0.02,
-                          .value_O = directions.at(name)};
+                          .prescribed_O = directions.at(name)};
       FemModel linear(mesh, held, solids::Linear(params));
       Respond(linear, {press});
       const auto f = Loads(mesh, press, material.density * params.options.gravity_O);
@@ -159,7 +159,7 @@ TEST(FoamObjects, AnswerUnderWeightAndAPressOfOneNewton) {
       EXPECT_EQ(r.validity,
                 corotational.inverted() > 0 ? Validity::kExtrapolated : Validity::kValid)
           << name << " " << material.young_modulus << " " << corotational.failure();
-      EXPECT_GT(r.displacement_O.dot(press.value_O), 0);
+      EXPECT_GT(r.displacement_O.dot(press.prescribed_O), 0);
     }
   }
 }

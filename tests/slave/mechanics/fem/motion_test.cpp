@@ -369,7 +369,7 @@ TEST(FemMotion, MotionSettlesInTheStaticEquilibrium) {
   const Contact patch{.kind = Contact::Kind::kDisplacement,
                       .p_O = {0.06, 0.03, 0.03},
                       .width = 0.04,
-                      .value_O = {-0.01, 0.004, 0}};
+                      .prescribed_O = {-0.01, 0.004, 0}};
   FemModel still(mesh, held, solids::Foam());
   const auto expected = Respond(still, {patch}).front();
   ASSERT_EQ(expected.validity, Validity::kValid) << still.failure();

@@ -56,12 +56,12 @@ inline int NodeAt(const SolidMesh& mesh, const Vector3d& p) {
 inline Contact Push(const SolidMesh& mesh, int node, const Vector3d& force) {
   return {.kind = Contact::Kind::kForce,
           .p_O = mesh.nodes[static_cast<std::size_t>(node)],
-          .value_O = force};
+          .prescribed_O = force};
 }
 inline Contact Move(const SolidMesh& mesh, int node, const Vector3d& displacement) {
   return {.kind = Contact::Kind::kDisplacement,
           .p_O = mesh.nodes[static_cast<std::size_t>(node)],
-          .value_O = displacement};
+          .prescribed_O = displacement};
 }
 
 inline std::vector<ContactResponse> Respond(DeformationModel& model,

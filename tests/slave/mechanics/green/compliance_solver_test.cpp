@@ -93,13 +93,13 @@ Contact At(int place, const Vector3d& moved, double width = 0, double share = 0)
   contact.element = place;
   contact.width = width;
   contact.p_O.x() = share;
-  contact.value_O = kUnit * moved;
+  contact.prescribed_O = kUnit * moved;
   return contact;
 }
 Contact LoadAt(int place, const Vector3d& force, double width = 0, double share = 0) {
   Contact contact = At(place, force, width, share);
   contact.kind = Contact::Kind::kForce;
-  contact.value_O = kE * kUnit * kUnit * force;
+  contact.prescribed_O = kE * kUnit * kUnit * force;
   return contact;
 }
 
@@ -121,7 +121,8 @@ Expected Solve(const MatrixXd& compliance, std::span<const Contact> contacts, bo
     auto& footprint = footprints.emplace_back();
     numbered.Find(contact, &footprint);
     if (contact.kind == Contact::Kind::kForce) {
-      for (const auto& [p, w] : footprint.places) load.segment<3>(3 * p) += w * contact.value_O;
+      for (const auto& [p, w] : footprint.places)
+        load.segment<3>(3 * p) += w * contact.prescribed_O;
       continue;
     }
     std::vector<Vector3d> directions{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
@@ -133,10 +134,10 @@ Expected Solve(const MatrixXd& compliance, std::span<const Contact> contacts, bo
         alone.segment<3>(3 * p) = direction;
         together += w * alone;
         if (!footprint.point)
-          rows.emplace_back(alone, direction.dot(contact.value_O), i, direction);
+          rows.emplace_back(alone, direction.dot(contact.prescribed_O), i, direction);
       }
       if (footprint.point) {
-        rows.emplace_back(together, direction.dot(contact.value_O), i, direction);
+        rows.emplace_back(together, direction.dot(contact.prescribed_O), i, direction);
       }
     }
   }
@@ -165,8 +166,8 @@ Expected Solve(const MatrixXd& compliance, std::span<const Contact> contacts, bo
     }
     for (const auto& [p, w] : footprints[i].places) moved += w * x.segment<3>(3 * p);
     const bool load_given = contacts[i].kind == Contact::Kind::kForce;
-    expected.force.push_back(load_given ? contacts[i].value_O : force);
-    expected.moved.push_back(load_given ? moved : contacts[i].value_O);
+    expected.force.push_back(load_given ? contacts[i].prescribed_O : force);
+    expected.moved.push_back(load_given ? moved : contacts[i].prescribed_O);
   }
   return expected;
 }
@@ -233,7 +234,7 @@ TEST_P(ComplianceSolverTest, StiffnessIsTheDerivative) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
       auto moved = contacts;
-      moved[i].value_O[c] += moved[i].value_O.norm();
+      moved[i].prescribed_O[c] += moved[i].prescribed_O.norm();
       solver.Respond(moved, after);
       const Vector3d df = after[i].force_O - before[i].force_O;
       const Vector3d du = after[i].displacement_O - before[i].displacement_O;
@@ -271,7 +272,7 @@ TEST_P(ComplianceSolverTest, StiffnessOfAWidePatchIsTheDerivative) {
   solver.Respond(contacts, before);
   for (int c = 0; c < 3; ++c) {
     auto moved = contacts;
-    moved[0].value_O[c] += kUnit;
+    moved[0].prescribed_O[c] += kUnit;
     solver.Respond(moved, after);
     const Vector3d df = after[0].force_O - before[0].force_O;
     EXPECT_LT((before[0].stiffness_O.col(c) * kUnit - df).norm(), 1e-10 * df.norm());
@@ -331,7 +332,7 @@ TEST_P(ComplianceSolverTest, LooksOnlyForPlacesOfContactsThatChanged) {
   std::vector<Contact> contacts{At(3, {0.1, 0, 0}), At(10, {0.1, 0, 0}), At(20, {0.1, 0, 0})};
   std::vector<ContactResponse> responses(3);
   solver.Respond(contacts, responses);
-  contacts[1].value_O *= 2;
+  contacts[1].prescribed_O *= 2;
   solver.Respond(contacts, responses);
   EXPECT_EQ(places_.calls, 3);
   contacts[1].element = 11;

@@ -160,13 +160,13 @@ DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, 
     bool point = true;
     shares.push_back(SharesOf(surface, contact, &point));
     if (contact.kind == Contact::Kind::kForce) {
-      for (const auto& [n, w] : shares.back()) load.segment<3>(3 * n) += w * contact.value_O;
+      for (const auto& [n, w] : shares.back()) load.segment<3>(3 * n) += w * contact.prescribed_O;
       continue;
     }
     std::vector<Vector3d> directions{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
     if (frictionless) directions = {NodeNormal(surface, FindPlace(surface, contact.p_O)->node)};
     for (const Vector3d& direction : directions) {
-      Constraint together{{}, direction.dot(contact.value_O), i, direction};
+      Constraint together{{}, direction.dot(contact.prescribed_O), i, direction};
       for (const auto& [n, w] : shares.back()) {
         Constraint alone{{}, together.value, i, direction};
         auto& dofs_of = point ? together.dofs : alone.dofs;

@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 Contact Move(const Vector3d& p_O, const Vector3d& by, double width = 0) {
   Contact contact;
   contact.p_O = p_O;
-  contact.value_O = by;
+  contact.prescribed_O = by;
   contact.width = width;
   return contact;
 }
@@ -141,8 +141,8 @@ TEST_P(FemGreenAgainstDirect, StiffnessIsTheDerivativeOfTheForce) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
       auto moved = contacts;
-      const double step = moved[i].value_O.norm();
-      moved[i].value_O[c] += step;
+      const double step = moved[i].prescribed_O.norm();
+      moved[i].prescribed_O[c] += step;
       const auto after = Answer(model, moved);
       const Vector3d df = after[i].force_O - before[i].force_O;
       const Vector3d du = after[i].displacement_O - before[i].displacement_O;
@@ -163,7 +163,7 @@ TEST(FemGreenModel, AnswersTheSameAtEveryScale) {
   const auto contacts = Mixed(body);
   auto first = contacts;
   for (auto& c : first) {
-    if (c.kind == Contact::Kind::kForce) c.value_O *= 0.06 * 0.06;
+    if (c.kind == Contact::Kind::kForce) c.prescribed_O *= 0.06 * 0.06;
   }
   const auto reference = Answer(model, first);
   for (const double scale : {1e-9 / 0.06, 1.0, 1e3 / 0.06}) {
@@ -177,7 +177,7 @@ TEST(FemGreenModel, AnswersTheSameAtEveryScale) {
         const bool load = c.kind == Contact::Kind::kForce;
         c.p_O *= scale;
         c.width *= scale;
-        c.value_O *= load ? E * scale * scale : scale;
+        c.prescribed_O *= load ? E * scale * scale : scale;
       }
       const auto got = Answer(other, same);
       for (std::size_t i = 0; i < got.size(); ++i) {
@@ -232,7 +232,7 @@ TEST(FemGreenModel, AllocatesNothingOnceSizesWereSeen) {
   const long before = AllocationCount();
   for (int i = 0; i < 40; ++i) {
     auto& set = sets[static_cast<std::size_t>(i % 4)];
-    set[2].value_O *= 1.01;
+    set[2].prescribed_O *= 1.01;
     model.Respond(set, responses);
     const std::size_t fewer = set.size() - static_cast<std::size_t>(i % 3);
     model.Respond({set.data(), fewer}, {responses.data(), fewer});

@@ -11,9 +11,9 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/mesh_check.h"
+#include "shared/text/progress.h"
 #include "slave/mechanics/mesher/hole_points.h"
 #include "slave/mechanics/mesher/run_program.h"
-#include "slave/mechanics/progress.h"
 #include "tests/shared/mesh/files/temp_folder.h"
 #include "tests/slave/mechanics/mesher/path_guard.h"
 

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/progress.h"
+#include "shared/text/progress.h"
 #include "tests/shared/mesh/files/temp_folder.h"
 #include "tests/slave/mechanics/mesher/path_guard.h"
 

@@ -49,7 +49,7 @@ TEST(PlateContacts, TheImpossibleIsRefusedWithItsReason) {
   EXPECT_THAT(Why({Loaded(0.035, 0, 1, 0.01)}), HasSubstr("over the rim"));
   EXPECT_THAT(Why({Moved(0.039, 0, 1e-3)}), HasSubstr("clamped rim"));
   Contact across = Loaded(0, 0, 1);
-  across.value_O.x() = 1;
+  across.prescribed_O.x() = 1;
   EXPECT_THAT(Why({across}), HasSubstr("normal"));
   Contact above = Loaded(0, 0, 1);
   above.p_O.z() = 6e-4;

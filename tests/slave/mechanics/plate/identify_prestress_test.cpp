@@ -37,12 +37,12 @@ MembraneState See(double prestress, double pressure, const Vector2d& p, double f
   if (pressure != 0) {
     contacts.push_back({.kind = Contact::Kind::kForce,
                         .width = 2 * kRadius,
-                        .value_O = {0, 0, pressure * std::numbers::pi * kRadius * kRadius}});
+                        .prescribed_O = {0, 0, pressure * std::numbers::pi * kRadius * kRadius}});
   }
   contacts.push_back({.kind = Contact::Kind::kForce,
                       .p_O = {p.x(), p.y(), 0},
                       .width = kWidth,
-                      .value_O = {0, 0, force}});
+                      .prescribed_O = {0, 0, force}});
   std::vector<ContactResponse> responses(contacts.size());
   plate.Respond(contacts, responses);
   MembraneState state;

@@ -206,13 +206,13 @@ TEST(PlateLargeModel, LoadsAndDisplacementsAreInverse) {
   auto moved = loads;
   for (std::size_t i = 0; i < loads.size(); ++i) {
     moved[i].kind = Contact::Kind::kDisplacement;
-    moved[i].value_O = deflected[i].displacement_O;
+    moved[i].prescribed_O = deflected[i].displacement_O;
   }
   for (const bool rested : {false, true}) {
     if (rested) model.Reset();
     const auto held = Ask(model, moved);
     for (std::size_t i = 0; i < loads.size(); ++i) {
-      EXPECT_NEAR(held[i].force_O.z() / loads[i].value_O.z(), 1, 1e-7) << i;
+      EXPECT_NEAR(held[i].force_O.z() / loads[i].prescribed_O.z(), 1, 1e-7) << i;
     }
   }
 }
@@ -224,8 +224,8 @@ TEST(PlateLargeModel, TheStiffnessIsTheSlopeOfTheForce) {
     for (const Contact& other : {Moved({-0.3, 0}, 0.02, 0.1), Loaded({-0.3, 0}, 20)}) {
       const auto now = Ask(model, {first, other});
       auto more = first, less = first;
-      more.value_O.z() *= 1.0001;
-      less.value_O.z() *= 0.9999;
+      more.prescribed_O.z() *= 1.0001;
+      less.prescribed_O.z() *= 0.9999;
       const auto above = Ask(model, {more, other}), below = Ask(model, {less, other});
       const double slope = (above[0].force_O.z() - below[0].force_O.z()) /
                            (above[0].displacement_O.z() - below[0].displacement_O.z());
@@ -351,7 +351,7 @@ TEST(PlateLargeModel, RespondsWithoutAllocatingAfterTheFirstCall) {
   const long before = AllocationCount();
   for (int i = 0; i < 1000; ++i) {
     contacts[0].p_O.x() = i % 7 == 0 ? 0 : 0.01 + 1e-6 * i;
-    contacts[0].value_O.z() = i == 500 ? std::nan("") : -2e-3 - 1e-6 * i;
+    contacts[0].prescribed_O.z() = i == 500 ? std::nan("") : -2e-3 - 1e-6 * i;
     model.Respond(contacts, responses);
   }
   EXPECT_EQ(AllocationCount(), before);

@@ -81,14 +81,14 @@ TEST(PlateModel, LoadsAndDisplacementsAreInverse) {
   const auto deflected = Ask(model, loads);
   auto moved = loads;
   for (std::size_t i = 0; i < loads.size(); ++i) {
-    EXPECT_EQ(deflected[i].force_O, loads[i].value_O);
+    EXPECT_EQ(deflected[i].force_O, loads[i].prescribed_O);
     moved[i].kind = Contact::Kind::kDisplacement;
-    moved[i].value_O = deflected[i].displacement_O;
+    moved[i].prescribed_O = deflected[i].displacement_O;
   }
   const auto held = Ask(model, moved);
   for (std::size_t i = 0; i < loads.size(); ++i) {
-    EXPECT_NEAR(held[i].force_O.z(), loads[i].value_O.z(), 1e-9 * 1e-3) << i;
-    EXPECT_EQ(held[i].displacement_O, moved[i].value_O);
+    EXPECT_NEAR(held[i].force_O.z(), loads[i].prescribed_O.z(), 1e-9 * 1e-3) << i;
+    EXPECT_EQ(held[i].displacement_O, moved[i].prescribed_O);
   }
 }
 
@@ -104,7 +104,7 @@ TEST(PlateModel, HeldPlacesFeelEachOtherReciprocally) {
   for (const Contact& first : {Moved(p, 1e-4), Loaded(p, 0.1)}) {
     const auto now = Ask(model, {first, Moved(q, 1e-4)});
     auto more = first;
-    more.value_O.z() *= 1.001;
+    more.prescribed_O.z() *= 1.001;
     const auto then = Ask(model, {more, Moved(q, 1e-4)});
     const double slope = (then[0].force_O.z() - now[0].force_O.z()) /
                          (then[0].displacement_O.z() - now[0].displacement_O.z());
@@ -171,7 +171,7 @@ TEST(PlateModel, RespondsWithoutAllocatingAfterTheFirstCall) {
   const long before = AllocationCount();
   for (int i = 0; i < 10000; ++i) {
     contacts[0].p_O.x() = 0.01 + 1e-7 * i;
-    contacts[1].value_O.z() = i == 500 ? std::nan("") : i == 600 ? 1e300 : -0.1;
+    contacts[1].prescribed_O.z() = i == 500 ? std::nan("") : i == 600 ? 1e300 : -0.1;
     model.Respond(contacts, responses);
   }
   EXPECT_EQ(AllocationCount(), before);

@@ -23,7 +23,7 @@ TEST(PressTable, IsTheModelBetweenItsEntries) {
     const PressTable table(plate, kWidth);
     for (const double r : {0.0032, 0.0071, 0.0117, 0.0195, 0.0292}) {
       for (const double depth : {1e-5, 1.3e-4, 9e-4, 2.1e-3, 4.9e-3}) {
-        const Contact contact{.p_O = {r, 0, 0}, .width = kWidth, .value_O = {0, 0, -depth}};
+        const Contact contact{.p_O = {r, 0, 0}, .width = kWidth, .prescribed_O = {0, 0, -depth}};
         ContactResponse response;
         plate.Respond(std::span(&contact, 1), std::span(&response, 1));
         const PressTable::Press press = table.At(r, depth);

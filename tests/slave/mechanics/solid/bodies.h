@@ -56,7 +56,7 @@ inline Contact Push(const Eigen::Vector3d& p_O, const Eigen::Vector3d& force_O, 
   Contact contact;
   contact.kind = Contact::Kind::kForce;
   contact.p_O = p_O;
-  contact.value_O = force_O;
+  contact.prescribed_O = force_O;
   contact.width = width;
   return contact;
 }
@@ -125,7 +125,7 @@ inline std::vector<Contact> SquareLoad(const SolidMesh& mesh, double force) {
     contact.element = t;
     contacts.push_back(contact);
   }
-  for (auto& contact : contacts) contact.value_O *= force / area;
+  for (auto& contact : contacts) contact.prescribed_O *= force / area;
   return contacts;
 }
 
@@ -134,8 +134,8 @@ inline double MeanDepth(const std::vector<Contact>& contacts,
                         const std::vector<ContactResponse>& responses) {
   double depth = 0, force = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    depth += contacts[i].value_O.z() * responses[i].displacement_O.z();
-    force -= contacts[i].value_O.z();
+    depth += contacts[i].prescribed_O.z() * responses[i].displacement_O.z();
+    force -= contacts[i].prescribed_O.z();
   }
   return depth / force;
 }

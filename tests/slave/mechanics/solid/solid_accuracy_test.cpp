@@ -250,7 +250,7 @@ struct Beam {
       contacts.push_back(Push(L * centroid, force, 1e-9 * h));
       contacts.back().element = t;
     }
-    for (auto& contact : contacts) contact.value_O /= static_cast<double>(contacts.size());
+    for (auto& contact : contacts) contact.prescribed_O /= static_cast<double>(contacts.size());
     return contacts;
   }
 

@@ -250,10 +250,10 @@ TEST(SolidModel, WarmStartsChangeNothingAndAllocateNothing) {
     Contact contact = Move({0.5, 0.5, 1}, {0, 0, -0.02}, 0.5);
     const auto fresh = Answer(&model, contact);
     ASSERT_EQ(fresh.validity, Validity::kValid) << model.failure();
-    contact.value_O = {0.05, 0.1, -0.1};
+    contact.prescribed_O = {0.05, 0.1, -0.1};
     const long before = AllocationCount();
     Answer(&model, contact);
-    contact.value_O = {0, 0, -0.02};
+    contact.prescribed_O = {0, 0, -0.02};
     const auto again = Answer(&model, contact);
     EXPECT_EQ(AllocationCount(), before);
     EXPECT_LT((again.force_O - fresh.force_O).norm(), 1e-6 * fresh.force_O.norm());
@@ -338,7 +338,7 @@ TEST(LargeStrainReference, ConvergesUnderRefinement) {
       load.push_back(Push(centroid, {0, 0, -fraction / 4}, 1e-9 * kCube));
       load.back().element = t;
     }
-    for (auto& contact : load) contact.value_O /= static_cast<double>(load.size());
+    for (auto& contact : load) contact.prescribed_O /= static_cast<double>(load.size());
     std::vector<ContactResponse> responses(load.size());
     model.Respond(load, responses);
     EXPECT_EQ(responses[0].validity, Validity::kValid) << model.failure();

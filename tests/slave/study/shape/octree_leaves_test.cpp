@@ -1,5 +1,5 @@
 // Reference: the Point Cloud Library's octree with the same leaves, told where they begin.
-#include "slave/study/shape/octree_leaves.h"
+#include "slave/study/clouds/octree_leaves.h"
 
 #include <cmath>
 #include <limits>

@@ -1,5 +1,5 @@
 // Reference: the Point Cloud Library's writer and reader.
-#include "slave/study/shape/pcd_file.h"
+#include "slave/study/clouds/pcd_file.h"
 
 #include <algorithm>
 #include <cstring>

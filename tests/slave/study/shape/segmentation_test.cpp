@@ -1,5 +1,5 @@
 // References: labels by hand of recorded clouds; scenes of simple shapes whose parts are known.
-#include "slave/study/shape/segmentation.h"
+#include "slave/study/clouds/segmentation.h"
 
 #include <cmath>
 #include <cstdio>
@@ -9,10 +9,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/study/shape/label_score.h"
-#include "slave/study/shape/object_choice.h"
-#include "slave/study/shape/pcd_file.h"
-#include "slave/study/shape/support_plane.h"
+#include "slave/study/clouds/label_score.h"
+#include "slave/study/clouds/object_choice.h"
+#include "slave/study/clouds/pcd_file.h"
+#include "slave/study/clouds/support_plane.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 #include "tests/support/paths.h"
 

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "shared/scene/scene.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 

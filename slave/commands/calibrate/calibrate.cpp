@@ -1,0 +1,161 @@
+#include "slave/commands/calibrate/calibrate.h"
+
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "slave/commands/calibrate/calibrate_fit.h"
+#include "slave/commands/calibrate/calibrate_register.h"
+#include "slave/commands/solve/csv_table.h"
+#include "slave/scene/units.h"
+
+namespace palpate {
+namespace {
+
+Board::Pattern PatternOf(const std::string& name) {
+  if (name == "chessboard") return Board::Pattern::kChessboard;
+  if (name == "circles") return Board::Pattern::kCircles;
+  if (name == "asymmetric-circles") return Board::Pattern::kAsymmetricCircles;
+  throw std::invalid_argument("--pattern " + name +
+                              ": accepted is chessboard, circles or asymmetric-circles");
+}
+
+double Length(const char* option, const std::string& text) {
+  const auto length = ParseQuantity(text, Dimension::kLength);
+  if (!length || !(*length >= 1e-6 && *length <= 10)) {
+    throw std::invalid_argument(fmt::format("{} {}: accepted is {}, 1 um to 10 m", option, text,
+                                            AcceptedUnits(Dimension::kLength)));
+  }
+  return *length;
+}
+
+Board BoardOf(const CalibrateOptions& options) {
+  if (options.board.empty() || options.square.empty()) {
+    throw std::invalid_argument(
+        "--left: accepted is with --board, 9x6 say, and --square, 25mm say");
+  }
+  Board board;
+  board.pattern = PatternOf(options.pattern);
+  const auto counts = TwoCounts("--board", options.board, 3, 100, "9x6");
+  board.columns = counts[0], board.rows = counts[1];
+  board.square = Length("--square", options.square);
+  return board;
+}
+
+void RequireUsable(const CalibrateOptions& options) {
+  const auto require = [](bool usable, const char* words) {
+    if (!usable) throw std::invalid_argument(words);
+  };
+  if (!options.unquoted.empty()) {
+    throw std::invalid_argument(
+        options.unquoted.front() +
+        ": accepted are options only; put the patterns of --left and --right in quotes, or the "
+        "shell replaces them by the names of the pictures");
+  }
+  const bool has_left = !options.left.empty(), registers = !options.tip_places.empty();
+  require(has_left || registers, "calibrate: accepted is --left, --register, or both");
+  require(has_left || options.right.empty(),
+          "--right: accepted is with --left; one camera alone is --left");
+  require(has_left || options.drawing.empty(), "--drawing: accepted is with --left");
+  require(has_left || options.distance.empty(), "--distance: accepted is with --left");
+  require(!has_left || !options.out.empty(), "--left: accepted is with --out, the file to write");
+  require(!has_left || options.rig.empty(), "--rig: accepted is without --left, which makes one");
+  require(!has_left || options.size.empty(), "--size: accepted is without --left, which says it");
+  require(options.rig.empty() || options.size.empty(),
+          "--size: accepted is without --rig, which says it");
+  require(registers || (options.rig.empty() && options.size.empty() && !options.plane),
+          "--rig, --size, --plane: accepted is with --register");
+}
+
+// Found now, not after minutes of work.
+// What is read is not written over.
+void RequireApart(const std::filesystem::path& out, const char* option,
+                  const std::filesystem::path& read) {
+  std::error_code error;
+  if (out.empty() || read.empty() || !std::filesystem::equivalent(out, read, error)) return;
+  throw std::invalid_argument(
+      fmt::format("--out {}: accepted is another file than that of {}", out.string(), option));
+}
+
+void RequireWritable(const std::filesystem::path& file) {
+  if (file.empty()) return;
+  const bool existed = std::filesystem::exists(file);
+  const bool is_writable = std::ofstream(file, std::ios::app).is_open();
+  if (!is_writable) {
+    throw std::invalid_argument(file.string() +
+                                ": cannot be written: accepted is a file in a folder that exists "
+                                "and may be written to");
+  }
+  if (!existed) std::filesystem::remove(file);
+}
+
+StereoRig RigOf(const std::filesystem::path& file) {
+  try {
+    return ReadRig(file);
+  } catch (const std::runtime_error& error) {
+    throw std::invalid_argument(std::string("--rig ") + error.what());
+  }
+}
+
+CalibrationReport Calibrate(const CalibrateOptions& options, const std::stop_token& stop) {
+  const Board board = BoardOf(options);
+  ProgressBar bar("calibrate", stop);
+  const BoardPictures left = FindBoards("--left", options.left, board, &bar);
+  if (options.right.empty()) {
+    bar.Report("lens", 0);
+    return CalibrateOneCamera(board, left);
+  }
+  const BoardPictures right = FindBoards("--right", options.right, board, &bar);
+  bar.Report("rig", 0);
+  return CalibrateTwoCameras(board, left, right);
+}
+
+}  // namespace
+
+std::array<int, 2> TwoCounts(const std::string& option, const std::string& text, int least,
+                             int most, const char* example) {
+  const auto cross = text.find_first_of("xX");
+  if (cross != std::string::npos) {
+    const auto a = ParseInteger(text.substr(0, cross)), b = ParseInteger(text.substr(cross + 1));
+    if (a && b && *a >= least && *a <= most && *b >= least && *b <= most) {
+      return {static_cast<int>(*a), static_cast<int>(*b)};
+    }
+  }
+  throw std::invalid_argument(fmt::format("{} {}: accepted is two counts of {} to {} as in {}",
+                                          option, text, least, most, example));
+}
+
+int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
+  RequireUsable(options);
+  RequireApart(options.out, "--rig", options.rig);
+  RequireApart(options.out, "--register", options.tip_places);
+  RequireWritable(options.out);
+  RequireWritable(options.drawing);
+  if (options.left.empty()) {
+    if (options.rig.empty()) return RunRegister(options, nullptr, {}, options.out);
+    const StereoRig rig = RigOf(options.rig);
+    return RunRegister(options, &rig, options.rig, options.out);
+  }
+  const double distance = options.distance.empty() ? 0 : Length("--distance", options.distance);
+  CalibrationReport report = Calibrate(options, stop);
+  report.distance = distance;
+  report.trust = Judge(report.question);
+  std::fputs(Words(report).c_str(), stdout);
+  if (!options.drawing.empty()) WriteDrawing(options.drawing, report);
+  const bool is_trusted = report.trust.reasons.empty();
+  if (!is_trusted && !options.force) {
+    std::fprintf(stderr, "calibrate: refused, %s is not written (--force writes it): %s\n",
+                 options.out.c_str(), report.trust.reasons.front().c_str());
+    return 1;
+  }
+  WriteRig(options.out, report.rig, !report.is_pair);
+  if (!options.tip_places.empty()) {
+    const int registered = RunRegister(options, &report.rig, options.out, {});
+    if (registered != 0) return registered;
+  }
+  return is_trusted ? 0 : 1;
+}
+
+}  // namespace palpate

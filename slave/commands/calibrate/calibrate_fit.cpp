@@ -1,0 +1,231 @@
+#include "slave/commands/calibrate/calibrate_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "slave/vision/dots/circle_bias.h"
+
+namespace palpate {
+namespace {
+
+CalibrationRow RowOf(const BoardPicture& picture, const Board& board) {
+  CalibrationRow row;
+  row.name = picture.name;
+  row.why_not = picture.why_not;
+  if (!picture.corners) return row;
+  row.used = true;
+  row.left = *picture.corners;
+  row.pixel = PixelOnBoard(row.left, board);
+  return row;
+}
+
+// Fitting a rig takes the middle of a circle's picture for the picture of its middle.
+void NoteCircles(CalibrationReport* report) {
+  if (report->board.pattern == Board::Pattern::kChessboard) return;
+  const double radius = report->board.square / 4;
+  double most = 0;
+  for (const CalibrationRow& row : report->rows) {
+    if (!row.used) continue;
+    for (const cv::Point3f& p : BoardPoints(report->board)) {
+      const Eigen::Vector3d p_C = row.X_LB * Eigen::Vector3d(p.x, p.y, p.z);
+      const auto bias = CircleCentroidBias(report->rig.left, p_C, row.X_LB.linear().col(2), radius);
+      if (bias) most = std::max(most, bias->norm());
+    }
+  }
+  report->notes.push_back(
+      fmt::format("perspective draws the middles of circles away from their centres, by up to "
+                  "{:.2g} px if these are {:.3g} mm wide: smaller circles, or a chessboard, have "
+                  "less or none of it",
+                  most, 2e3 * radius));
+}
+
+TrustQuestion QuestionOf(const Board& board, const CameraCalibration& camera,
+                         const std::vector<Corners>& views, const std::array<int, 2>& size) {
+  const Lens& lens = camera.fit.lens;
+  TrustQuestion question;
+  question.quantity = "focal length";
+  question.things = "pictures";
+  question.used = camera.used.size();
+  question.given = camera.used.size() + camera.dropped.size();
+  question.rms_px = camera.fit.rms_px;
+  question.sigma_focal = camera.fit.sigma_focal;
+  question.halves = CheckHalves(board, views, size, std::sqrt(lens.fx * lens.fy));
+  question.coverage = {CoverageOf(views, size)};
+  return question;
+}
+
+// Which pictures the pairs are of, and why some are none.
+struct MatchedPairs {
+  std::vector<PairView> views;
+  std::vector<std::size_t> rows;  // of each view
+};
+
+// Names of the pictures of `side` that are not `matched`; what is no picture is noted.
+std::vector<std::string> PicturesBut(const std::set<std::size_t>& matched,
+                                     const BoardPictures& side, CalibrationReport* report) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < side.pictures.size(); ++i) {
+    if (matched.count(i) > 0) continue;
+    const BoardPicture& picture = side.pictures[i];
+    if (picture.is_readable) {
+      names.push_back(picture.name);
+    } else {
+      report->notes.push_back("left out: " + picture.why_not);
+    }
+  }
+  return names;
+}
+
+MatchedPairs Match(const BoardPictures& left, const BoardPictures& right,
+                   CalibrationReport* report) {
+  MatchedPairs out;
+  const auto matches = MatchPictures(left, right);
+  for (const auto& [i, j] : matches) {
+    const BoardPicture &a = left.pictures[i], &b = right.pictures[j];
+    CalibrationRow row = RowOf(a, report->board);
+    row.right_name = b.name;
+    if (a.corners && b.corners) {
+      row.right = *b.corners;
+      out.views.push_back({row.left, row.right});
+      out.rows.push_back(report->rows.size());
+    } else {
+      row.used = false;
+      row.why_not = a.corners ? b.name + ": " + b.why_not : a.name + ": " + a.why_not;
+    }
+    report->rows.push_back(std::move(row));
+  }
+  std::set<std::size_t> of_left, of_right;
+  for (const auto& [i, j] : matches) of_left.insert(i), of_right.insert(j);
+  std::vector<std::string> alone = PicturesBut(of_left, left, report);
+  for (std::string& name : PicturesBut(of_right, right, report)) alone.push_back(std::move(name));
+  if (!alone.empty()) {
+    report->notes.push_back(fmt::format("pictures without a partner on the other side: {} ({})",
+                                        alone.size(), fmt::join(alone, ", ")));
+  }
+  return out;
+}
+
+void RequireEnough(const MatchedPairs& matched, const CalibrationReport& report) {
+  if (matched.views.size() >= 3) return;
+  std::string words = fmt::format(
+      "{} of {} pairs show the board in both pictures: accepted is 3 or more, 4 or more to be "
+      "trusted",
+      matched.views.size(), report.rows.size());
+  for (const CalibrationRow& row : report.rows) {
+    if (!row.used) words += "; " + row.why_not;
+  }
+  for (const std::string& note : report.notes) words += "; " + note;
+  throw std::runtime_error(words);
+}
+
+void FillRows(const PairCalibration& pair, const MatchedPairs& matched, CalibrationReport* report) {
+  for (std::size_t k = 0; k < pair.used.size(); ++k) {
+    CalibrationRow& row = report->rows[matched.rows[pair.used[k]]];
+    row.left_px = pair.fit.left_px[k];
+    row.right_px = pair.fit.right_px[k];
+    row.X_LB = pair.fit.X_LB[k];
+  }
+  for (const auto& dropped : pair.dropped) {
+    CalibrationRow& row = report->rows[matched.rows[dropped.pair]];
+    row.used = false;
+    row.why_not = fmt::format(
+        "off by {:.2f} px from what the other pairs agree on: the board moved between the shots, "
+        "or they do not belong together",
+        dropped.miss_px);
+  }
+}
+
+void PutSidesRight(CalibrationReport* report) {
+  std::swap(report->question.coverage[0], report->question.coverage[1]);
+  for (CalibrationRow& row : report->rows) {
+    std::swap(row.name, row.right_name);
+    std::swap(row.left, row.right);
+    std::swap(row.left_px, row.right_px);
+    row.pixel = PixelOnBoard(row.left, report->board);
+    row.X_LB = report->rig.X_RL * row.X_LB;
+  }
+  report->rig = Exchanged(report->rig);
+  report->notes.emplace_back(
+      "left and right are exchanged: the camera given as --left stands right of the other (or both "
+      "are upside down). The rig is written with the sides put right: give a scene its pictures "
+      "so, too");
+}
+
+}  // namespace
+
+CalibrationReport CalibrateOneCamera(const Board& board, const BoardPictures& side) {
+  CalibrationReport report;
+  report.board = board;
+  std::vector<Corners> views;
+  std::vector<std::size_t> rows;  // of each view
+  for (const BoardPicture& picture : side.pictures) {
+    report.rows.push_back(RowOf(picture, board));
+    if (!picture.corners) continue;
+    views.push_back(*picture.corners);
+    rows.push_back(report.rows.size() - 1);
+  }
+  if (views.size() < 3) {
+    const CalibrationRow& seen = report.rows[rows.front()];
+    throw std::runtime_error(fmt::format(
+        "{} of {} pictures show the board: accepted is 3 or more for a lens, 4 or more for one "
+        "that "
+        "can be trusted. Pixel size on the board of {}, if it is seen straight on: {:.5g} mm",
+        views.size(), side.pictures.size(), seen.name, 1e3 * seen.pixel));
+  }
+  const CameraCalibration camera = CalibrateCamera(board, views, side.size);
+  report.rig.left = camera.fit.lens;
+  report.rig.rms_px = camera.fit.rms_px;
+  std::vector<Corners> used;
+  for (std::size_t k = 0; k < camera.used.size(); ++k) {
+    CalibrationRow& row = report.rows[rows[camera.used[k]]];
+    row.left_px = camera.fit.view_rms_px[k];
+    row.X_LB = camera.fit.X_CB[k];
+    used.push_back(row.left);
+  }
+  for (const auto& dropped : camera.dropped) {
+    CalibrationRow& row = report.rows[rows[dropped.view]];
+    row.used = false;
+    row.why_not = fmt::format(
+        "its corners are off by {:.2f} px from what the other pictures agree on: blurred, bent, or "
+        "of another board or camera",
+        dropped.miss_px);
+  }
+  report.question = QuestionOf(board, camera, used, side.size);
+  NoteCircles(&report);
+  return report;
+}
+
+CalibrationReport CalibrateTwoCameras(const Board& board, const BoardPictures& left,
+                                      const BoardPictures& right) {
+  CalibrationReport report;
+  report.board = board;
+  report.is_pair = true;
+  const MatchedPairs matched = Match(left, right, &report);
+  RequireEnough(matched, report);
+  const PairCalibration pair = CalibratePair(board, matched.views, {left.size, right.size});
+  FillRows(pair, matched, &report);
+  report.rig = pair.fit.rig;
+  std::vector<Corners> lefts, rights;
+  for (const PairView& view : pair.views) {
+    lefts.push_back(view.left);
+    rights.push_back(view.right);
+  }
+  TrustQuestion& question = report.question;
+  question.used = pair.used.size();
+  question.given = matched.views.size();
+  question.rms_px = report.rig.rms_px;
+  question.sigma_focal = pair.fit.sigma_focal;
+  question.halves = CheckHalves(board, pair.views, report.rig);
+  question.coverage = {CoverageOf(lefts, left.size), CoverageOf(rights, right.size)};
+  if (Judge(question).reasons.empty() && AreSidesExchanged(report.rig)) PutSidesRight(&report);
+  NoteCircles(&report);
+  return report;
+}
+
+}  // namespace palpate

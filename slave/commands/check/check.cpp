@@ -1,0 +1,193 @@
+#include "slave/commands/check/check.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/commands/check/check_auto.h"
+#include "slave/commands/check/check_body.h"
+#include "slave/commands/check/check_stereo.h"
+#include "slave/commands/check/check_tactile.h"
+#include "slave/commands/check/check_words.h"
+#include "slave/mechanics/make_model.h"
+#include "slave/scene/scene_loader.h"
+
+namespace palpate {
+namespace {
+
+std::string Source(const Camera& camera) {
+  switch (camera.source) {
+    case Camera::Source::kSimulated:
+      return fmt::format("simulated site, {}x{} px", camera.size[0], camera.size[1]);
+    case Camera::Source::kFiles:
+      return "picture files " + camera.pattern;
+    case Camera::Source::kVideo:
+      return "video " + camera.pattern;
+    case Camera::Source::kDevice:
+      break;
+  }
+  return fmt::format("camera {}", camera.device);
+}
+
+void PrintMesh(const BoundaryMesh& mesh) {
+  double shortest = std::numeric_limits<double>::infinity(), longest = 0;
+  for (const BoundaryElement& e : mesh.elements) {
+    shortest = std::min(shortest, e.length());
+    longest = std::max(longest, e.length());
+  }
+  PrintLine("mesh", fmt::format("{} elements in {} loop(s), {} to {} long, ratio {:.2f}",
+                                mesh.size(), mesh.loop_begin.size() - 1, LengthInWords(shortest),
+                                LengthInWords(longest), longest / shortest));
+}
+
+// The element a tool coming from home would meet first.
+const BoundaryElement& ElementNearest(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O) {
+  return *std::min_element(mesh.elements.begin(), mesh.elements.end(),
+                           [&](const BoundaryElement& x, const BoundaryElement& y) {
+                             return (x.midpoint() - p_O).squaredNorm() <
+                                    (y.midpoint() - p_O).squaredNorm();
+                           });
+}
+
+struct Probe {
+  double stiffness = 0;  // normal force per normal displacement of the patch [N/m]
+  double update_us = 0;
+  Validity validity = Validity::kFailed;
+};
+
+Probe Press(DeformationModel& model, const Eigen::Vector2d& p_O, const Eigen::Vector2d& normal_O,
+            double width) {
+  constexpr int kRepeats = 200;
+  const Eigen::Vector3d n(normal_O.x(), normal_O.y(), 0);
+  const Contact contact{
+      Contact::Kind::kDisplacement, {p_O.x(), p_O.y(), 0}, -1, width, Eigen::Vector3d::Zero()};
+  ContactResponse response;
+  const auto began = std::chrono::steady_clock::now();
+  for (int i = 0; i < kRepeats; ++i) {
+    model.Respond(std::span(&contact, 1), std::span(&response, 1));
+  }
+  const double us =
+      std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - began).count();
+  return {n.dot(response.stiffness_O * n), us / kRepeats, response.validity};
+}
+
+// Expected relative error of the contact force from two meshes, for a method of order one: with
+// three times the elements a third of the error is left, so the limit is (3 k(3N) - k(N)) / 2.
+// Three, not two: elements cut into three keep their midpoints, which choose the patch. A mesh that
+// would take long to refine is held against a coarser one.
+std::optional<double> ExpectedError(const Scene& scene, const Eigen::Vector2d& p_O,
+                                    const Eigen::Vector2d& normal_O, double stiffness) {
+  constexpr int kFactor = 3, kLargest = 1800;
+  const int elements = scene.model.elements;
+  const bool refine = kFactor * elements <= kLargest;
+  Scene other = scene;
+  other.model.elements = refine ? kFactor * elements : elements / kFactor;
+  const std::unique_ptr<DeformationModel> model =
+      MakeModel(other, MeshOutline(other, std::nullopt));
+  const double k = Press(*model, p_O, normal_O, scene.tool->width).stiffness;
+  const double limit = refine ? 1.5 * k - 0.5 * stiffness : 1.5 * stiffness - 0.5 * k;
+  if (!(limit > 0)) return std::nullopt;
+  return std::abs(1 - stiffness / limit);
+}
+
+void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationModel& model) {
+  const Eigen::Vector3d home_O = scene.object.X_SO.inverse() * scene.manipulator.home;
+  const BoundaryElement& place = ElementNearest(mesh, home_O.head<2>());
+  const Eigen::Vector2d p_O = place.midpoint();
+  const double width = scene.tool->width;
+  const Eigen::Vector2d normal_O = place.normal();
+  const Probe probe = Press(model, p_O, normal_O, width);
+  if (probe.validity == Validity::kFailed) {
+    PrintLine("expectation",
+              "none: the place nearest to the tool's home cannot be pressed (it is fixed)");
+    return;
+  }
+  PrintLine("update",
+            fmt::format("{:.3g} us per contact: {} the {:g} Hz asked for", probe.update_us,
+                        probe.update_us * 1e-6 * scene.model.rate < 1 ? "meets" : "MISSES",
+                        scene.model.rate));
+  PrintLine("stiffness",
+            fmt::format("{:.4g} N/m at ({}, {}), {:.3g} N for a {} press", probe.stiffness,
+                        LengthInWords(p_O.x()), LengthInWords(p_O.y()),
+                        probe.stiffness * scene.operator_options.press_depth,
+                        LengthInWords(scene.operator_options.press_depth)));
+  const std::optional<double> error = ExpectedError(scene, p_O, normal_O, probe.stiffness);
+  if (error) {
+    PrintLine(
+        "error",
+        fmt::format(
+            "about {:.1f} % of the contact force from the elements (two meshes, order one): {} "
+            "the {:g} % asked for",
+            100 * *error, *error <= scene.model.tolerance ? "meets" : "MISSES",
+            100 * scene.model.tolerance));
+  }
+}
+
+void PrintOff(const Scene& scene) {
+  PrintLine("off", "tactile sensing, stereo, volume models: not in this scene");
+  PrintLine("on demand", "displacement field and pictures: computed only while somebody watches");
+  if (!scene.sense.contour) {
+    PrintLine("off", "contour: the object's pose is taken from the scene, not measured");
+  }
+}
+
+void PrintModel(const Scene& scene) {
+  const ModelChoice choice = ChooseModel(scene);
+  PrintLine("model", choice.kind + ": " + choice.reason);
+  if (scene.model.kind == "auto") PrintAuto(scene);
+  if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
+    PrintLine("mesh", "made when the contour is found; conditioning and error are said then");
+    return;
+  }
+  const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
+  PrintMesh(mesh);
+  const std::unique_ptr<DeformationModel> model = MakeModel(scene, mesh);
+  const ModelInfo& info = model->info();
+  PrintLine(
+      "precompute",
+      fmt::format("{:.1f} ms, {:.1f} MB kept, {} dof, condition {:.3g}", 1e3 * info.precompute_s,
+                  static_cast<double>(info.memory_bytes) * 1e-6, info.dof, info.condition));
+  PrintExpectation(scene, mesh, *model);
+}
+
+}  // namespace
+
+int RunCheck(const CheckOptions& options) {
+  // Membranes and volumes need no senses.
+  const Scene body = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  if (body.sense.tactile) {
+    CheckTactile(LoadScene(options.scene, options.overrides));
+    return 0;
+  }
+  if (HasEyes(body.sense)) {
+    CheckStereo(LoadScene(options.scene, options.overrides));
+    return 0;
+  }
+  const bool is_model_only = !body.sense.camera && !body.sense.tip && !body.tool;
+  if (!IsPlanar(body.object.geometry) || is_model_only) {
+    CheckBody(body);
+    return 0;
+  }
+  const Scene scene = LoadScene(options.scene, options.overrides);
+  PrintObject(scene);
+  PrintLine("tool",
+            fmt::format("{}, {} wide", scene.tool->shape == Tool::Shape::kFlat ? "flat" : "round",
+                        LengthInWords(scene.tool->width)));
+  const Camera& camera = *scene.sense.camera;
+  const std::string lens =
+      camera.lens.empty() ? ""
+                          : ", straightened from the lens of " + camera.lens.filename().string();
+  PrintLine("eyes", fmt::format("{}, {:g} Hz, {} per pixel{}", Source(camera), camera.rate,
+                                LengthInWords(camera.pixel), lens));
+  PrintHand(scene);
+  PrintModel(scene);
+  PrintOff(scene);
+  return 0;
+}
+
+}  // namespace palpate

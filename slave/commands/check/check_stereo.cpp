@@ -1,0 +1,224 @@
+#include "slave/commands/check/check_stereo.h"
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <variant>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/capture/stereo_source.h"
+#include "slave/commands/check/check_body.h"
+#include "slave/commands/check/check_words.h"
+#include "slave/commands/check/stereo_expectation.h"
+#include "slave/pipeline/load/grid_subsample.h"
+#include "slave/pipeline/points/surface_point_tracker.h"
+#include "slave/pipeline/points/surface_teller.h"
+#include "slave/site/points/scripted_membrane.h"
+#include "slave/vision/dots/dot_layout.h"
+#include "slave/vision/texture/epipolar_line.h"
+
+namespace palpate {
+namespace {
+
+bool IsSimulated(const Scene& scene) {
+  return scene.sense.stereo && scene.sense.stereo->source == StereoCameras::Source::kSimulated;
+}
+
+std::string Size(const std::array<int, 2>& size) {
+  return fmt::format("{} x {} px", size[0], size[1]);
+}
+
+void PrintModelOf(const Scene& scene) {
+  if (EstimatesForce(scene)) {
+    PrintBody(scene);
+    return;
+  }
+  PrintObject(scene);
+  PrintLine("model",
+            "none: nothing holds the object, so its points are followed and the force is "
+            "not known");
+}
+
+void PrintSight(const Scene& scene, const StereoRig& rig) {
+  const auto sight = ExpectedSight(scene, rig);
+  if (!sight) {
+    PrintLine("sight", IsHeld(scene.object)
+                           ? "NOTHING: the object's origin is not in front of both cameras; "
+                             "sense.camera.pose says where the left one stands"
+                           : "not known: nobody says where the left camera stands, so points are "
+                             "told in its own frame");
+    return;
+  }
+  PrintLine("sight",
+            fmt::format("{} from the object's origin: a point seen to {:g} px is known to {} along "
+                        "the line of sight and {} across it (one sigma)",
+                        LengthInWords(sight->distance), scene.sense.points->sigma,
+                        LengthInWords(sight->sigma_depth), LengthInWords(sight->sigma_across)));
+}
+
+void PrintRig(const Scene& scene, const StereoRig& rig) {
+  PrintLine("cameras",
+            fmt::format("{}, {}, focal length {:.4g} px, {} apart{}",
+                        IsSimulated(scene) ? "simulated pair" : "pair of picture files",
+                        Size(rig.left.size), rig.left.fx, LengthInWords(rig.baseline()),
+                        rig.rms_px > 0 ? fmt::format("; calibrated to {:.3g} px rms", rig.rms_px)
+                                       : std::string()));
+  PrintSight(scene, rig);
+}
+
+void PrintForce(const Scene& scene, const StereoRig& rig,
+                const std::vector<Eigen::Vector2d>& places_O) {
+  const auto expected = ExpectedForce(scene, rig, places_O);
+  if (!expected) return;
+  if (expected->validity == Validity::kFailed) {
+    PrintLine("force", "NOT TOLD by these dots for this press: deeper, or more exact ones, would");
+    return;
+  }
+  PrintLine("force",
+            fmt::format("{:.4g} N for a {} press at the place under home{}; the dots' "
+                        "places alone make {:.3g} N of it uncertain ({:.2g} %)",
+                        expected->force, LengthInWords(scene.operator_options.press_depth),
+                        expected->validity == Validity::kValid ? "" : ", beyond the model's range",
+                        expected->sigma, 100 * expected->sigma / expected->force));
+}
+
+void PrintDots(const Scene& scene, const StereoRig& rig) {
+  const auto places_O = DotPlaces(*scene.sense.points);
+  const auto seen_O = InBothPictures(scene, rig, places_O);
+  PrintLine("dots",
+            fmt::format("{} of {} of radius {} in view of both cameras at rest{}", seen_O.size(),
+                        places_O.size(), LengthInWords(scene.sense.points->dot_radius),
+                        seen_O.size() == places_O.size()
+                            ? ""
+                            : ": a wider view, or an array that fits it, shows the rest"));
+  if (EstimatesForce(scene)) PrintForce(scene, rig, seen_O);
+}
+
+std::string FittedTo(const Scene& scene) {
+  const bool is_plate = std::holds_alternative<MembraneGeometry>(scene.object.geometry);
+  if (!EstimatesForce(scene) || !is_plate) return {};
+  return fmt::format(
+      "; of more than {0} on the membrane, the force is fitted to {0} at most, "
+      "spread evenly, so as to keep up with the pictures",
+      GridSubsample::kMost);
+}
+
+std::string RangeInWords(const StereoRig& rig) {
+  const auto nearest = NearestInBoth(rig);
+  if (!nearest) return "NONE of the left camera's axis is in the right picture: is this their rig?";
+  return fmt::format("they are found from {} on, nearer both cameras do not see them",
+                     LengthInWords(*nearest));
+}
+
+void PrintPoints(const Scene& scene, const StereoRig& rig) {
+  const PointTracking& points = *scene.sense.points;
+  switch (points.track) {
+    case PointTracking::Track::kDots:
+      PrintDots(scene, rig);
+      break;
+    case PointTracking::Track::kTexture:
+      PrintLine("texture",
+                fmt::format("{} of {} px, as the first left picture shows them; {}",
+                            points.at.empty() ? fmt::format("up to {} windows", points.count)
+                                              : fmt::format("{} windows", points.at.size()),
+                            points.window, RangeInWords(rig)));
+      break;
+    case PointTracking::Track::kSurface:
+      PrintLine("surface", "followed cell by cell of the depth pictures" + FittedTo(scene));
+      break;
+  }
+}
+
+std::unique_ptr<StereoSource> Open(const Scene& scene) {
+  if (!IsSimulated(scene)) return OpenStereoFiles(scene, false);
+  return std::make_unique<ScriptedMembrane>(scene);
+}
+
+// What the eyes make of the first pictures.
+struct FirstLook {
+  int pictures = 0;
+  int until_rest = 0;                // pictures until the rest frame was known; 0: it was not
+  std::size_t points = 0, seen = 0;  // in the last one
+  double us = 0;                     // per picture, the first one apart, which makes room
+};
+
+FirstLook Look(const Scene& scene, const StereoRig& rig, StereoSource& source,
+               SurfacePointTracker& eyes) {
+  constexpr int kPictures = 15;
+  FirstLook look;
+  std::chrono::duration<double, std::micro> spent(0);
+  while (look.pictures < kPictures) {
+    const auto pair = source.Next(std::stop_token());
+    if (!pair) break;
+    if (look.pictures++ == 0) RequireRigFits(scene, rig, *pair);
+    const auto began = std::chrono::steady_clock::now();
+    const SurfaceObservation& observation = eyes.Look(*pair);
+    if (look.pictures > 1) spent += std::chrono::steady_clock::now() - began;
+    if (look.until_rest == 0 && eyes.at_rest_known()) look.until_rest = look.pictures;
+    look.points = observation.points.size();
+    look.seen = static_cast<std::size_t>(
+        std::ranges::count_if(observation.points, [](const SurfacePoint& p) { return p.seen; }));
+  }
+  look.us = look.pictures > 1 ? spent.count() / (look.pictures - 1) : 0;
+  return look;
+}
+
+std::string SeenInWords(const Scene& scene, const SurfacePointTracker& eyes,
+                        const FirstLook& look) {
+  if (look.until_rest == 0) {
+    const bool are_enough = look.pictures >= eyes.rest_pictures();
+    return fmt::format("NOTHING yet: {}, and the first {} do not{}{}", RestInWords(eyes),
+                       look.pictures, are_enough ? ": " : "", are_enough ? WhyNotFound(scene) : "");
+  }
+  std::string words = fmt::format(
+      "{} of {} points in the last of {} pictures; the rest frame took the first {}: "
+      "nothing may touch the object in it",
+      look.seen, look.points, look.pictures, look.until_rest);
+  const bool is_texture =
+      scene.sense.points && scene.sense.points->track == PointTracking::Track::kTexture;
+  if (is_texture && 2 * look.seen < look.points) {
+    words += fmt::format(". FEW are in both pictures: {}; or change too fast", WhyFewWindows());
+  }
+  return words;
+}
+
+void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
+  const auto source = Open(scene);
+  const auto eyes = MakeSurfacePointTracker(scene, rig);
+  PrintLine("pictures", source->description());
+  const FirstLook look = Look(scene, rig, *source, *eyes);
+  PrintLine("seen", SeenInWords(scene, *eyes, look));
+  if (look.pictures < 2) return;
+  const double rate = SensorRate(scene.sense);
+  PrintLine("pace", fmt::format("{:.3g} us per picture to find the points: {} the {:g} Hz of the "
+                                "pictures",
+                                look.us, look.us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));
+}
+
+void PrintDepthCamera(const DepthPictures& depth, const Scene& scene) {
+  const Eigen::Vector3d p_D = depth.X_SD.inverse() * scene.object.X_SO.translation();
+  PrintLine("depth",
+            fmt::format("counts of {}, focal length {:.4g} px, {} from the object's origin; "
+                        "one depth is known to {}; beyond {} they show no object",
+                        LengthInWords(depth.unit), depth.fx, LengthInWords(p_D.norm()),
+                        LengthInWords(depth.sigma), LengthInWords(FarthestDepth(scene))));
+}
+
+}  // namespace
+
+void CheckStereo(const Scene& scene) {
+  PrintModelOf(scene);
+  const StereoRig rig = RigOf(scene);
+  if (scene.sense.stereo) PrintRig(scene, rig);
+  if (scene.sense.depth) PrintDepthCamera(*scene.sense.depth, scene);
+  PrintPoints(scene, rig);
+  PrintFirstLook(scene, rig);
+  if (EstimatesForce(scene)) PrintHand(scene);
+  PrintLine("off", "fingertips and the tool's tip: the object's points alone tell");
+  PrintLine("on demand", "the deformed shape and the pictures: sent only while somebody watches");
+}
+
+}  // namespace palpate

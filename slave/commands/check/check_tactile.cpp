@@ -1,0 +1,155 @@
+#include "slave/commands/check/check_tactile.h"
+
+#include <algorithm>
+#include <string>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/commands/check/check_body.h"
+#include "slave/commands/check/check_words.h"
+#include "slave/pipeline/fingertips/tactile_estimator.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kMilli = 1e-3;
+
+std::string Source(const Tactile& tactile) {
+  switch (tactile.source) {
+    case Tactile::Source::kSimulated:
+      return "simulated fingertips";
+    case Tactile::Source::kStream:
+      return "a stream over the wire (FeedTactile)";
+    case Tactile::Source::kRecording:
+      break;
+  }
+  return "recording " + tactile.file.string();
+}
+
+std::string MotionInWords(const Finger& finger) {
+  switch (finger.motion) {
+    case Finger::Motion::kOpposite:
+      return "moves against the hand";
+    case Finger::Motion::kStands:
+      return "stands";
+    case Finger::Motion::kHand:
+      break;
+  }
+  return "moves with the hand";
+}
+
+void PrintFingers(const Scene& scene) {
+  const Tactile& tactile = *scene.sense.tactile;
+  for (const Finger& finger : tactile.fingers) {
+    const Eigen::Vector3d& p = finger.X_SF.translation();
+    std::string where =
+        fmt::format("{} at home at ({}, {}, {}), {}", finger.name, LengthInWords(p.x()),
+                    LengthInWords(p.y()), LengthInWords(p.z()), MotionInWords(finger));
+    if (!tactile.poses.empty()) where = finger.name + ", its poses from " + tactile.poses.string();
+    if (!MeetsObject(scene)) where = finger.name + ", nobody says where: its force alone is told";
+    PrintLine("fingertip", where);
+  }
+  PrintLine("samples",
+            fmt::format("{}, {:g} Hz; untouched in the first {} ({:.3g} s)", Source(tactile),
+                        tactile.rate, tactile.rest_samples, tactile.rest_samples / tactile.rate));
+}
+
+void PrintNetwork(const Scene& scene, const ForceNetwork* network) {
+  const Tactile& tactile = *scene.sense.tactile;
+  if (network == nullptr) {
+    PrintLine("network", "none: the force is unknown, nothing deforms");
+    return;
+  }
+  const NetworkInfo& info = network->info();
+  PrintLine("network", fmt::format("{}, {} samples back, {}{}", info.architecture, info.window,
+                                   tactile.carries_state ? "its state carried on" : "exact windows",
+                                   info.origin.empty() ? "" : "; " + info.origin));
+  PrintLine("range",
+            info.learnt_force > 0
+                ? fmt::format("learnt up to {:.3g} N; beyond it `extrapolated`", info.learnt_force)
+                : "not known: no force is marked as beyond it");
+  PrintLine("error", info.sigma.norm() > 0
+                         ? fmt::format("rms {:.3g}, {:.3g}, {:.3g} mN on contacts not trained on",
+                                       info.sigma.x() / kMilli, info.sigma.y() / kMilli,
+                                       info.sigma.z() / kMilli)
+                         : "of the network not known; taken as paper B's, table I");
+}
+
+void PrintPlaces(const Scene& scene, const Localiser& localiser) {
+  const Tactile& tactile = *scene.sense.tactile;
+  PrintLine("localiser",
+            fmt::format("{}, active from {:g} counts, full at {:g}; electrodes {}",
+                        localiser.name(), tactile.threshold, tactile.full_scale,
+                        tactile.electrodes.empty() ? "of the simulated fingertip"
+                                                   : "from " + tactile.electrodes.string()));
+  if (!MeetsObject(scene)) return;
+  PrintLine("contact",
+            fmt::format("within {} of the surface, {}, held by {}", LengthInWords(tactile.gate),
+                        tactile.patch > 0 ? LengthInWords(tactile.patch) + " wide"
+                                          : std::string("at a point"),
+                        tactile.hold == Tactile::Hold::kForce ? "force" : "displacement"));
+}
+
+// Fingertips that press with changing counts, in thin air.
+TactileFrame Busy(const Scene& scene, int sample) {
+  TactileFrame frame;
+  frame.sequence = static_cast<std::uint64_t>(sample) + 1;
+  for (std::size_t i = 0; i < scene.sense.tactile->fingers.size(); ++i) {
+    FingerReading& reading = frame.fingers[i];
+    reading.present = true;
+    const bool rests = sample < scene.sense.tactile->rest_samples;
+    reading.electrodes.fill(rests ? 3000.0F : 3010.0F + static_cast<float>(sample % 7));
+    reading.pac = reading.pdc = 2000;
+  }
+  return frame;
+}
+
+void PrintPace(const Scene& scene, TactileEstimator& estimator) {
+  constexpr int kSamples = 300;
+  const int rest = scene.sense.tactile->rest_samples;
+  for (int i = 0; i < rest + kSamples; ++i) {
+    estimator.Feel(Busy(scene, i), scene.manipulator.home);
+  }
+  const double us = estimator.times().tactile.Quantile(0.5);
+  const double rate = scene.sense.tactile->rate;
+  PrintLine("pace", fmt::format("{:.3g} us per sample for force and place of {} fingertip(s): {} "
+                                "the {:g} Hz of the samples",
+                                us, estimator.finger_count(),
+                                us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));
+}
+
+void PrintFelt(const Scene& scene, TactileEstimator& estimator) {
+  const LocalModel& local = estimator.felt().local_model;
+  if (!local.known()) return;
+  const double stiffness = local.normal.dot(local.stiffness * local.normal);
+  const double depth = scene.operator_options.press_depth;
+  const Eigen::Vector3d& n = local.normal;
+  PrintLine(
+      "felt",
+      fmt::format("{:.3g} N/m against ({:.2g}, {:.2g}, {:.2g}) before anything is felt, {:.3g} "
+                  "N for a {} press, from {} away; the force felt corrects it",
+                  stiffness, -n.x(), -n.y(), -n.z(), stiffness * depth, LengthInWords(depth),
+                  LengthInWords(-local.Penetration(scene.manipulator.home))));
+}
+
+}  // namespace
+
+void CheckTactile(const Scene& scene) {
+  if (MeetsObject(scene)) {
+    PrintBody(InStepWithSamples(scene));
+  } else {
+    PrintObject(scene);
+    PrintLine("model", "none: nobody says where the fingertips are, so nothing deforms");
+  }
+  TactileEstimator estimator(scene);
+  PrintFingers(scene);
+  PrintNetwork(scene, estimator.network());
+  PrintPlaces(scene, estimator.localiser());
+  PrintPace(scene, estimator);
+  PrintFelt(scene, estimator);
+  PrintHand(scene);
+  PrintLine("off", "cameras: the fingertips alone tell");
+  PrintLine("on demand", "the deformed shape: sent only while somebody watches");
+}
+
+}  // namespace palpate

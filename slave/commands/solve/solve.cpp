@@ -1,0 +1,221 @@
+#include "slave/commands/solve/solve.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "slave/commands/progress_bar.h"
+#include "slave/commands/solve/csv_table.h"
+#include "slave/commands/solve/field_file.h"
+#include "slave/commands/solve/solve_history.h"
+#include "slave/commands/solve/solve_rows.h"
+#include "slave/mechanics/make_model.h"
+#include "slave/scene/scene_loader.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kDone = 0;
+constexpr int kFailed = 1;
+constexpr int kUnusable = 2;
+using Case = std::vector<std::size_t>;  // rows
+
+// Cases in the order of their first rows.
+std::vector<Case> GroupByCase(const std::vector<SolveRow>& rows) {
+  std::vector<Case> cases;
+  std::map<std::string, std::size_t> known;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto [found, is_new] = known.try_emplace(rows[i].case_name, cases.size());
+    if (is_new) cases.emplace_back();
+    cases[found->second].push_back(i);
+  }
+  return cases;
+}
+
+// Answers `contacts` acting together and times it. False: there is no answer.
+bool Respond(const std::vector<Contact>& contacts, DeformationModel* model,
+             std::vector<ContactResponse>* responses, double* solve_us) {
+  responses->resize(contacts.size());
+  const auto start = std::chrono::steady_clock::now();
+  model->Respond(contacts, *responses);
+  const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
+  *solve_us = spent.count();
+  return responses->front().validity != Validity::kFailed;
+}
+
+// The rows of one case, answered. False: it has no answer; the rows say so.
+bool SolveAtRest(const Case& one, DeformationModel* model, std::vector<SolveRow>* rows) {
+  std::vector<Contact> contacts;
+  for (const std::size_t i : one) contacts.push_back((*rows)[i].contact);
+  std::vector<ContactResponse> responses;
+  double solve_us = 0;
+  model->Reset();
+  model->Prefetch(contacts);
+  const bool solved = Respond(contacts, model, &responses, &solve_us);
+  for (std::size_t k = 0; k < one.size(); ++k) {
+    (*rows)[one[k]].response = responses[k];
+    (*rows)[one[k]].solve_us = solve_us;
+  }
+  return solved;
+}
+
+// One row per step and place, from rest at t = 0 to the last row's time. False: a step failed, and
+// those after it were not tried.
+bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, DeformationModel* model,
+                 ProgressBar* progress, std::vector<SolveRow>* answers) {
+  constexpr double kRounding = 1e-9;  // of a step
+  const std::vector<PlaceHistory> histories = HistoriesOf(rows, one);
+  const double step = model->info().step;
+  double end = 0;
+  for (const auto& history : histories) end = std::max(end, history.end());
+  constexpr double kMostRows = 1e7;
+  if (end / step * static_cast<double>(histories.size()) > kMostRows) {
+    throw std::invalid_argument("case " + rows[one.front()].case_name +
+                                ": a history of more than ten million rows: accepted is a shorter "
+                                "one, or longer steps");
+  }
+  const auto steps = static_cast<long>(std::floor(end / step + kRounding));
+  if (steps < 1) {
+    throw std::invalid_argument("case " + rows[one.front()].case_name +
+                                ": the history ends before the first step of time: accepted is "
+                                "rows up to t = " +
+                                std::to_string(step) + " s or later");
+  }
+  const auto contacts_at = [&](double t) {
+    std::vector<Contact> contacts;
+    for (const auto& history : histories) contacts.push_back(history.At(t));
+    return contacts;
+  };
+  if (end > (static_cast<double>(steps) + kRounding) * step) {
+    progress->Clear();
+    std::fprintf(stderr,
+                 "solve: case %s: the history ends at %.6g s, between steps; the last step ends at "
+                 "%.6g s\n",
+                 rows[one.front()].case_name.c_str(), end, static_cast<double>(steps) * step);
+  }
+  model->Reset();
+  model->Start(contacts_at(0));
+  std::vector<ContactResponse> responses;
+  for (long k = 1; k <= steps; ++k) {
+    const double t = static_cast<double>(k) * step;
+    const std::vector<Contact> contacts = contacts_at(t);
+    double solve_us = 0;
+    const bool solved = Respond(contacts, model, &responses, &solve_us);
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      answers->push_back({rows[one.front()].case_name, contacts[i], t, responses[i], solve_us});
+    }
+    if (!solved) return false;
+    if (!progress->Report("steps of time", static_cast<double>(k) / static_cast<double>(steps))) {
+      throw Interrupted();
+    }
+  }
+  return true;
+}
+
+std::unique_ptr<DeformationModel> Build(const Scene& scene, const ObjectMesh& mesh,
+                                        ProgressBar* progress) {
+  auto model = MakeModel(scene, mesh, progress);
+  progress->Clear();
+  const ModelInfo& info = model->info();
+  std::fprintf(stderr, "solve: %s, %zu dof, precomputed in %.3g s, %.3g MB kept", info.kind.c_str(),
+               info.dof, info.precompute_s, 1e-6 * static_cast<double>(info.memory_bytes));
+  if (info.condition > 0) std::fprintf(stderr, ", condition %.3g", info.condition);
+  if (info.update_us > 0) std::fprintf(stderr, ", about %.3g us per update", info.update_us);
+  if (!info.remark.empty()) std::fprintf(stderr, "; %s", info.remark.c_str());
+  std::fputc('\n', stderr);
+  return model;
+}
+
+// Told before anything is computed that would be lost.
+void RequireWritable(const std::filesystem::path& file) {
+  if (!std::ofstream(file, std::ios::app)) {
+    throw InputError(file.string() + ": cannot be written");
+  }
+}
+
+std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& mesh, bool dynamic) {
+  std::vector<SolveRow> rows;
+  if (!options.contacts.empty()) {
+    AppendRows(options.contacts, Contact::Kind::kDisplacement, mesh, dynamic, &rows);
+  }
+  if (!options.loads.empty()) {
+    AppendRows(options.loads, Contact::Kind::kForce, mesh, dynamic, &rows);
+  }
+  if (dynamic &&
+      std::ranges::none_of(rows, [](const SolveRow& row) { return row.t.has_value(); })) {
+    throw InputError("solve: no column t: accepted with model.time = dynamic is a history");
+  }
+  return rows;
+}
+
+int Solve(const SolveOptions& options, const std::stop_token& stop) {
+  const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  if (options.contacts.empty() && options.loads.empty()) {
+    throw InputError("solve: no input: accepted is --contacts, --loads or both");
+  }
+  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+  const bool dynamic = MovesInTime(scene);
+  std::vector<SolveRow> rows = ReadRows(options, mesh, dynamic);
+  RequireWritable(options.out);
+  if (!options.field.empty()) RequireWritable(options.field);
+
+  ProgressBar progress("solve", stop);
+  const auto model = Build(scene, mesh, &progress);
+  const auto field = options.field.empty() ? nullptr : MakeFieldFile(options.field, *model, mesh);
+  std::vector<SolveRow> answers;
+  bool all_solved = true;
+  try {
+    for (const Case& one : GroupByCase(rows)) {
+      const std::string& name = rows[one.front()].case_name;
+      const bool solved = dynamic ? SolveInTime(one, rows, model.get(), &progress, &answers)
+                                  : SolveAtRest(one, model.get(), &rows);
+      if (!solved) {
+        all_solved = false;
+        progress.Clear();
+        std::fprintf(stderr, "solve: case %s failed: %s\n", name.c_str(),
+                     std::string(model->failure()).c_str());
+      } else if (field) {
+        field->AddCase(name);
+      }
+      if (stop.stop_requested()) throw Interrupted();
+    }
+  } catch (const Interrupted&) {
+    all_solved = false;
+    progress.Clear();
+    std::fprintf(stderr, "solve: interrupted; what was solved is written\n");
+  }
+  progress.Clear();
+  const bool written =
+      WriteRows(options.out, dynamic ? answers : rows) && (!field || field->Write());
+  if (!written) std::fprintf(stderr, "solve: writing failed\n");
+  return all_solved && written ? kDone : kFailed;
+}
+
+}  // namespace
+
+int RunSolve(const SolveOptions& options, const std::stop_token& stop) noexcept {
+  try {
+    return Solve(options, stop);
+  } catch (const SceneError& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+  } catch (const InputError& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+  } catch (const std::invalid_argument& error) {
+    std::fprintf(stderr, "%s: %s\n", options.scene.c_str(), error.what());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "solve: %s\n", error.what());
+    return kFailed;
+  }
+  return kUnusable;
+}
+
+}  // namespace palpate

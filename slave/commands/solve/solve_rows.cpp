@@ -1,0 +1,105 @@
+#include "slave/commands/solve/solve_rows.h"
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <string_view>
+
+#include "shared/mesh/boundary_patch.h"
+#include "slave/commands/solve/csv_table.h"
+
+namespace palpate {
+namespace {
+
+using Axes = std::array<std::string_view, 3>;
+
+constexpr Axes kPlace{"x", "y", "z"};
+constexpr Axes kMoved{"dx", "dy", "dz"};
+constexpr Axes kLoaded{"fx", "fy", "fz"};
+
+CsvTable ReadTable(const std::filesystem::path& file, const Axes& value, bool planar,
+                   bool dynamic) {
+  std::vector<CsvTable::Column> columns{
+      {"case"},   {kPlace[0]}, {kPlace[1]},         {kPlace[2], !planar},
+      {value[0]}, {value[1]},  {value[2], !planar}, {"width", false}};
+  if (dynamic) columns.push_back({"t", false});
+  return {file, columns};
+}
+
+Eigen::Vector3d Vector(const CsvTable& table, std::size_t row, const Axes& axes) {
+  return {table.Number(row, axes[0]), table.Number(row, axes[1]), table.Number(row, axes[2])};
+}
+
+// A planar object moves in its plane, a membrane across it.
+void RefuseOtherAxes(const CsvTable& table, std::size_t row, const Axes& axes,
+                     const ObjectMesh& mesh, const Eigen::Vector3d& value) {
+  if (std::holds_alternative<BoundaryMesh>(mesh) && value.z() != 0) {
+    throw table.Refusal(row, axes[2], "0 on a planar object");
+  }
+  if (!std::holds_alternative<MembraneDisc>(mesh)) return;
+  for (const int axis : {0, 1}) {
+    const auto i = static_cast<std::size_t>(axis);
+    if (value[axis] != 0) throw table.Refusal(row, axes[i], "0 on a membrane");
+  }
+}
+
+std::string Digits(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.17g", value);
+  return text.data();
+}
+
+void WriteVector(std::ofstream* stream, const Eigen::Vector3d& v, bool known) {
+  for (const double component : v) *stream << ',' << (known ? Digits(component) : "");
+}
+
+}  // namespace
+
+void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
+                bool dynamic, std::vector<SolveRow>* rows) {
+  const bool moved = kind == Contact::Kind::kDisplacement;
+  const Axes& value = moved ? kMoved : kLoaded;
+  const CsvTable table =
+      ReadTable(file, value, std::holds_alternative<BoundaryMesh>(mesh), dynamic);
+  const TouchableSurface surface(mesh);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    SolveRow row;
+    row.case_name = table.Text(i, "case");
+    row.contact.kind = kind;
+    row.contact.p_O = Vector(table, i, kPlace);
+    if (std::holds_alternative<BoundaryMesh>(mesh) && row.contact.p_O.z() != 0) {
+      throw table.Refusal(i, "z", "0 on a planar object");
+    }
+    const auto refusal = surface.Refuse(row.contact.p_O);
+    if (refusal) throw table.Refusal(i, "x", *refusal);
+    row.contact.width = table.Number(i, "width");
+    if (row.contact.width < 0) throw table.Refusal(i, "width", "a width >= 0 [m]");
+    row.contact.prescribed_O = Vector(table, i, value);
+    RefuseOtherAxes(table, i, value, mesh, row.contact.prescribed_O);
+    if (table.Has("t")) row.t = table.Number(i, "t");
+    if (row.t && *row.t < 0) throw table.Refusal(i, "t", "a time >= 0 [s]");
+    rows->push_back(std::move(row));
+  }
+}
+
+bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows) {
+  const bool in_time = !rows.empty() && rows.front().t.has_value();
+  std::ofstream stream(file);
+  stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity" << (in_time ? ",t\n" : "\n");
+  for (const auto& row : rows) {
+    const bool known = row.response.validity != Validity::kFailed;
+    const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
+    stream << row.case_name;
+    WriteVector(&stream, row.contact.p_O, true);
+    WriteVector(&stream, moved ? row.contact.prescribed_O : row.response.displacement_O,
+                known || moved);
+    WriteVector(&stream, moved ? row.response.force_O : row.contact.prescribed_O, known || !moved);
+    stream << ',' << Digits(row.solve_us) << ',' << ToString(row.response.validity);
+    if (in_time) stream << ',' << Digits(*row.t);
+    stream << '\n';
+  }
+  stream.flush();
+  return stream.good();
+}
+
+}  // namespace palpate

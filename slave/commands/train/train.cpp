@@ -1,0 +1,92 @@
+#include "slave/commands/train/train.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "slave/commands/train/train_data.h"
+#include "slave/commands/train/train_forces.h"
+#include "slave/commands/train/train_localiser.h"
+#include "slave/commands/train/train_words.h"
+#include "slave/tactile/network/network_weights.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::string_view kLocaliser = "localiser";
+
+// Without repetitions, `all` spelt out.
+std::vector<std::string> Architectures(const std::vector<std::string>& networks) {
+  std::vector<std::string> chosen;
+  const auto add = [&](const std::string& name) {
+    if (std::ranges::find(chosen, name) == chosen.end()) chosen.push_back(name);
+  };
+  for (const std::string& name : networks) {
+    if (name == "all") {
+      for (const char* each : {"dnn_19", "dnn_21", "rnn_19", "rnn_21"}) add(each);
+    } else if (InputsOf(name) > 0 || name == kLocaliser) {
+      add(name);
+    } else {
+      throw std::invalid_argument("--network " + name +
+                                  ": accepted is rnn_21, rnn_19, dnn_21, dnn_19, all or localiser");
+    }
+  }
+  if (chosen.empty()) chosen.emplace_back("rnn_21");
+  if (chosen.size() > 1 && std::ranges::find(chosen, kLocaliser) != chosen.end()) {
+    throw std::invalid_argument("--network localiser: accepted is by itself, its data is other");
+  }
+  return chosen;
+}
+
+void Check(const TrainOptions& o) {
+  if (o.data.empty()) throw std::invalid_argument("train: no DATA");
+  if (o.optimiser != "adam" && o.optimiser != "sgd") {
+    throw std::invalid_argument("--optimiser " + o.optimiser + ": accepted is adam or sgd");
+  }
+  if (o.seed < 0) {
+    throw std::invalid_argument("--seed " + std::to_string(o.seed) + ": accepted is 0 or more");
+  }
+  if (o.rest < 1) {
+    throw std::invalid_argument("--rest " + std::to_string(o.rest) + ": accepted is 1 or more");
+  }
+  if (o.presses < 1) {
+    throw std::invalid_argument("--presses " + std::to_string(o.presses) +
+                                ": accepted is 1 or more");
+  }
+  RefuseRepetitions(o.data);
+  RefuseRepetitions(o.test);
+}
+
+}  // namespace
+
+const char* const kTrainHelp = R"(DATA is one of
+  TACTILE.csv              with force columns fx,fy,fz (or fx_N,fy_N,fz_N) in newtons
+  TACTILE.csv+WRENCH.csv   the force from a file of its own, interpolated to the tactile times
+  simulated                presses on the simulated fingertip, 0 to 5 N
+either file with @FROM:TO behind it: only these seconds. Forces are those of the fingertip on the
+object in the fingertip's frame (x to the tip, pad towards -z: a press has fz < 0); a sensor under
+the object measures that up to its alignment. Rest values are the mean of the recording's first
+samples, the force's offset that of its first half second: start recordings untouched.
+
+A fifth of the contacts is for the test, a fifth of the others decides when to stop: by whole
+recordings where there are five or more, else by whole presses. Windows lie wholly in their slice.
+With --from only a gain is fitted, which cannot see what is not there: slices begin and end
+untouched, with the rest around their presses.
+
+Examples:
+  palpate-slave train simulated --network all --out build/fingertip
+  palpate-slave train day1.csv day2.csv+wrench2.csv --finger rf --out build/rf
+  palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --finger rf --out build/rf
+  palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --from authors-network --finger rf --out build/gain
+  palpate-slave train normals.csv --network localiser --electrodes layout.csv --contact-pdc 2440 --out build/localiser)";
+
+int RunTrain(const TrainOptions& options, const std::stop_token& stop) {
+  Check(options);
+  TrainOptions chosen = options;
+  chosen.networks = Architectures(options.networks);
+  MakeWritable(options.out);
+  if (!options.from.empty()) return TrainForceGain(chosen);
+  if (chosen.networks.front() == kLocaliser) return TrainLocaliser(chosen);
+  return TrainForceNetworks(chosen, stop);
+}
+
+}  // namespace palpate

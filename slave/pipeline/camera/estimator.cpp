@@ -1,0 +1,207 @@
+#include "slave/pipeline/camera/estimator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <stdexcept>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/stopwatch.h"
+#include "slave/vision/closed_curve.h"
+#include "slave/vision/contour_registration.h"
+
+namespace palpate {
+namespace {
+
+std::optional<Eigen::Vector2d> ToImage(const CameraView& view,
+                                       const std::optional<Eigen::Vector3d>& p_S) {
+  if (!p_S) return std::nullopt;
+  return view.ToImage(*p_S);
+}
+
+// A loop seen in S as an outline in O.
+Outline ToOutline(const std::vector<Eigen::Vector2d>& loop_S, const Eigen::Isometry3d& X_SO) {
+  const Eigen::Isometry3d X_OS = X_SO.inverse();
+  Outline outline;
+  for (const Eigen::Vector2d& p : loop_S) {
+    outline.outer.emplace_back((X_OS * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>());
+  }
+  return outline;
+}
+
+Eigen::Vector3d Planar(const Eigen::Vector2d& v) {
+  return {v.x(), v.y(), 0};
+}
+
+}  // namespace
+
+Estimator::Estimator(const Scene& scene, const Frame& first,
+                     std::optional<Eigen::Vector3d> p_S_tip_reported)
+    : view_(*scene.sense.camera, first.image.cols, first.image.rows),
+      eyes_(std::make_unique<TipAndContourTracker>(scene, first.image,
+                                                   ToImage(view_, p_S_tip_reported))),
+      tool_width_(scene.tool->width) {
+  RegisterObject(scene);
+  Adopt(Prepare(scene), scene);
+  observation_ = &eyes_->Look(first.image, first.sequence, first.sensed_at);
+}
+
+Estimator::~Estimator() = default;
+
+void Estimator::RegisterObject(const Scene& scene) {
+  registration_.X_SO = scene.object.X_SO;
+  const std::vector<Eigen::Vector2d>& contour_I = eyes_->rest_contour_I();
+  if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
+    const Curve smooth_I = Smoothed(contour_I, scene.sense.contour->control_points);
+    const std::vector<Eigen::Vector2d> loop_S = ToSlave(smooth_I, view_);
+    // Frame O sits in the middle of what was found, so that `fixed: arc` means an arc of it.
+    registration_.X_SO.translation().head<2>() = Centroid(loop_S);
+    seen_ = ToOutline(loop_S, registration_.X_SO);
+    registration_.measured = true;
+    registration_.points = static_cast<int>(contour_I.size());
+    return;
+  }
+  if (contour_I.empty()) return;
+  const OutlineFit fit =
+      FitOutline(OutlineOf(scene.object.geometry), registration_.X_SO, contour_I, view_);
+  if (!fit.found) {
+    throw std::runtime_error(fmt::format(
+        "{}: object.geometry: the outline seen in the first picture does not fit it ({} of {} "
+        "contour points agree): check object.pose, camera.pixel and sense.contour.start",
+        scene.file.string(), fit.inliers, contour_I.size()));
+  }
+  registration_ = {true, fit.X_SO, fit.rms_px, fit.inliers};
+  rest_sigma_ = fit.rms_px * view_.pixel() / std::sqrt(static_cast<double>(fit.inliers));
+}
+
+std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene) const {
+  auto touch = std::make_unique<TouchModel>();
+  touch->mesh = MeshOutline(scene, seen_);
+  touch->deformation = MakeModel(scene, touch->mesh);
+  touch->contact = std::make_unique<BoundaryContact>(touch->mesh);
+  return touch;
+}
+
+void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
+  touch_ = std::move(touch);
+  if (in_contact_) ResumeContact();
+  stiffness_tolerance_ = scene.object.material.young_modulus_tolerance;
+  puncture_depth_ = scene.model.puncture_depth;
+  law_ = scene.model.contact;
+}
+
+void Estimator::ResumeContact() noexcept {
+  constexpr double kAbove = 1e-6;  // of the body's size: enough to come in again through the place
+  const Eigen::Isometry3d X_OS = registration_.X_SO.inverse();
+  const Eigen::Vector3d p_O = X_OS * felt_.p_S_contact;
+  const Eigen::Vector3d n_O = X_OS.linear() * felt_.local_model.normal;
+  touch_->contact->MoveTip((p_O + kAbove * touch_->mesh.length_unit * n_O).head<2>());
+  touch_->contact->MoveTip((X_OS * felt_.p_S_tip).head<2>());
+}
+
+void Estimator::Reset() noexcept {
+  eyes_->Reset();
+  touch_->contact->Reset();
+  in_contact_ = punctured_ = false;
+}
+
+const ContactEstimate& Estimator::Feel(const Frame& frame) noexcept {
+  Stopwatch total, lap;
+  felt_.sequence = frame.sequence;
+  felt_.sensed_at = frame.sensed_at;
+  felt_.events.Clear();
+  observation_ = &eyes_->Look(frame.image, frame.sequence, frame.sensed_at);
+  times_.vision.Add(lap.Lap());
+
+  const TipObservation& tip = observation_->tip;
+  if (tip.found != tracking_) {
+    felt_.events.Add(tip.found ? Event::kTrackingRegained : Event::kTrackingLost);
+    tracking_ = tip.found;
+  }
+  if (tip.found) {
+    Touch(view_.ToSlave(tip.p_I), tip.sigma * view_.pixel());
+  } else {
+    LoseTouch(Validity::kTrackingLost);
+  }
+  times_.total.Add(total.Lap());
+  return felt_;
+}
+
+void Estimator::LoseTouch(Validity validity) noexcept {
+  felt_.validity = validity;
+  felt_.force.reset();
+  felt_.sigma = 0;
+}
+
+void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept {
+  Stopwatch lap;
+  const Eigen::Isometry3d& X_SO = registration_.X_SO;
+  const Eigen::Vector3d p_O_tip = X_SO.inverse() * p_S_tip;
+  const BoundaryPlace& place = touch_->contact->MoveTip(p_O_tip.head<2>());
+  const bool touching = touch_->contact->in_contact();
+  times_.contact.Add(lap.Lap());
+
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
+  if (touching) {
+    displacement.head<2>() = p_O_tip.head<2>() - place.p_O;
+    const Eigen::Vector3d n = Planar(place.normal_O);
+    if (law_ == ContactLaw::kFrictionless) displacement = n.dot(displacement) * n;
+  }
+  const Contact contact{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
+                        displacement};
+  ContactResponse response;
+  touch_->deformation->Respond(std::span(&contact, 1), std::span(&response, 1));
+  times_.mechanics.Add(lap.Lap());
+
+  felt_.p_S_tip = p_S_tip;
+  felt_.p_S_contact = X_SO * Planar(place.p_O);
+  felt_.depth = touching ? std::max(0.0, -place.gap) : 0.0;
+  if (touching != in_contact_) felt_.events.Add(touching ? Event::kContact : Event::kRelease);
+  in_contact_ = touching;
+  if (!touching) punctured_ = false;
+  if (response.validity == Validity::kFailed || !response.force_O.allFinite()) {
+    LoseTouch(Validity::kFailed);
+    return;
+  }
+  UpdateLocalModel(place, response);
+  felt_.validity = touching ? response.validity : Validity::kValid;
+  felt_.force =
+      touching ? Eigen::Vector3d(-(X_SO.linear() * response.force_O)) : Eigen::Vector3d::Zero();
+  if (touching && puncture_depth_ > 0 && felt_.depth > puncture_depth_ && !punctured_) {
+    punctured_ = true;
+    felt_.events.Add(Event::kPuncture);
+  }
+  if (punctured_) {  // the cue of paper A, 4.2: the resistance is gone
+    felt_.force = Eigen::Vector3d::Zero();
+    felt_.validity = Validity::kPunctured;
+  }
+  // The force changes most with the tip's place along the normal.
+  const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
+  felt_.sigma = touching ? std::hypot(stiffness * std::hypot(tip_sigma, rest_sigma_),
+                                      stiffness_tolerance_ * felt_.force->norm())
+                         : 0;
+}
+
+void Estimator::UpdateLocalModel(const BoundaryPlace& place,
+                                 const ContactResponse& response) noexcept {
+  const Eigen::Matrix3d& R = registration_.X_SO.linear();
+  LocalModel next = felt_.local_model;
+  next.reference = felt_.p_S_contact;
+  next.normal = R * Planar(place.normal_O);
+  // A passive contact has a symmetric stiffness; collocation leaves a small skew part, which would
+  // create energy in the operator's hand.
+  const Eigen::Matrix3d K_O = 0.5 * (response.stiffness_O + response.stiffness_O.transpose());
+  next.stiffness = R * K_O * R.transpose();
+  next.force.setZero();
+  next.valid_radius = touch_->deformation->info().range * touch_->mesh.length_unit;
+  next.in_contact = in_contact_;
+  const LocalModel& last = felt_.local_model;
+  const bool same = next.reference == last.reference && next.normal == last.normal &&
+                    next.stiffness == last.stiffness;
+  if (!same || !last.known()) ++next.revision;
+  felt_.local_model = next;
+}
+
+}  // namespace palpate

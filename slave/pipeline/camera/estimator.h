@@ -1,0 +1,102 @@
+// One picture in, one felt state out: frame -> observation -> contact -> response. One direction,
+// no back and forth; the only place that knows both pictures and forces.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/mesh/outline.h"
+#include "shared/state/slave_state.h"
+#include "shared/telemetry/latency_histogram.h"
+#include "slave/capture/frame_source.h"
+#include "slave/contact/boundary_contact.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/contact_estimate.h"
+#include "slave/scene/scene.h"
+#include "slave/vision/camera_view.h"
+#include "slave/vision/tip_and_contour_tracker.h"
+
+namespace palpate {
+
+// How the rest surface was found in the first picture.
+struct Registration {
+  bool measured = false;  // false: the scene's pose is taken as it is
+  Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();  // pose in force
+  double rms_px = 0;  // of the contour points about the outline
+  int points = 0;     // that the fit used
+};
+
+// Times per picture.
+struct StageHistograms {
+  LatencyHistogram vision, contact, mechanics, total;
+};
+
+// The part that SetModel replaces as a whole.
+struct TouchModel {
+  BoundaryMesh mesh;
+  std::unique_ptr<DeformationModel> deformation;
+  std::unique_ptr<BoundaryContact> contact;
+};
+
+// One thread at a time.
+class Estimator {
+ public:
+  // `first`: a picture in which the object rests. `p_S_tip_reported`: where the manipulator says
+  // the tip is. Throws std::runtime_error or std::invalid_argument naming what cannot be used: see
+  // TipAndContourTracker, MakeModel.
+  Estimator(const Scene& scene, const Frame& first,
+            std::optional<Eigen::Vector3d> p_S_tip_reported);
+  ~Estimator();
+
+  // Never throws; what cannot be known is flagged.
+  const ContactEstimate& Feel(const Frame& frame) noexcept;
+  // Precomputes a replacement for `scene`'s model options; may be called from another thread.
+  // Throws like the constructor.
+  [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene) const;
+  // Puts it to work; a contact goes on from the place where it began.
+  void Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene);
+  // TipAndContourTracker and contact start anew.
+  void Reset() noexcept;
+
+  [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
+  [[nodiscard]] const TipAndContourTracker& eyes() const { return *eyes_; }
+  [[nodiscard]] const CameraView& view() const { return view_; }
+  [[nodiscard]] const Registration& registration() const { return registration_; }
+  [[nodiscard]] TouchModel& touch() { return *touch_; }
+  [[nodiscard]] const TouchModel& touch() const { return *touch_; }
+  [[nodiscard]] const Observation& observation() const { return *observation_; }
+  [[nodiscard]] const StageHistograms& times() const { return times_; }
+
+ private:
+  void RegisterObject(const Scene& scene);
+  void ResumeContact() noexcept;
+  void Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept;
+  void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
+  void LoseTouch(Validity validity) noexcept;
+
+  CameraView view_;
+  std::unique_ptr<TipAndContourTracker> eyes_;
+  std::optional<Outline>
+      seen_;  // the outline found in the picture, frame O; only for `contour: from-image`
+  Registration registration_;
+  double rest_sigma_ = 0;  // how well the rest surface is known [m]
+  std::unique_ptr<TouchModel> touch_;
+  double tool_width_ = 0;           // [m]
+  double stiffness_tolerance_ = 0;  // one sigma of E, relative [-]
+  double puncture_depth_ = 0;       // [m]; 0: never
+  ContactLaw law_ = ContactLaw::kBonded;
+  bool tracking_ = true;
+  bool in_contact_ = false;
+  bool punctured_ = false;
+  const Observation* observation_ = nullptr;
+  ContactEstimate felt_;
+  StageHistograms times_;
+};
+
+}  // namespace palpate

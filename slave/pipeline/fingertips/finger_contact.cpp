@@ -1,0 +1,120 @@
+#include "slave/pipeline/fingertips/finger_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kSlip = 2e-3;  // [m]
+constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+double DepthUnderFinger(const Isometry3d& X_OF, double radius, const Vector3d& p_O,
+                        const Vector3d& n_O) noexcept {
+  const Vector3d axis = X_OF.linear().col(0);
+  const Vector3d from_centre = p_O - X_OF.translation();
+  const double behind = std::min(0.0, axis.dot(from_centre));  // along the cylinder
+  const Vector3d e = from_centre - behind * axis;
+  const double height = n_O.dot(e);
+  const double reach2 = radius * radius - (e.squaredNorm() - height * height);
+  return reach2 >= 0 ? height + std::sqrt(reach2) : -radius;
+}
+
+FingerContact::FingerContact(const Tactile& tactile)
+    : radius_(tactile.finger_radius),
+      gate_(tactile.gate),
+      holds_(tactile.hold == Tactile::Hold::kDisplacement) {
+  contact_.width = tactile.patch;
+  contact_.wants_stiffness = false;
+}
+
+void FingerContact::LetGo() noexcept {
+  has_place_ = has_force_ = acts_ = false;
+  why_ = {};
+}
+
+void FingerContact::Meet(const SurfaceContact& surface, const Isometry3d& X_OF,
+                         const FingerTouch& touch, double largest_force) noexcept {
+  acts_ = has_force_ = false;
+  why_ = {};
+  // Deeper than a radius behind the surface no fingertip gets by pressing.
+  const auto centre = surface.Find(X_OF.translation(), kAnywhere);
+  if (centre && centre->inside && centre->distance > radius_) {
+    LetGo();
+    why_ = "the pose puts the fingertip inside the object";
+    return;
+  }
+  const double depth = has_place_ ? DepthAtPlace(X_OF) : 0;
+  const bool stays = holds_ && has_place_ && depth > 0;
+  if (!touch.touching && !stays) {
+    LetGo();
+    if (centre && centre->inside) why_ = "the pose puts the fingertip into the object, unfelt";
+    return;
+  }
+  if (touch.touching && !FindPlace(surface, X_OF, touch) && !stays) {
+    LetGo();
+    why_ = "the fingertip touches, but nothing lies within the gate";
+    return;
+  }
+  if (touch.touching) SetForce(X_OF, touch);
+  if (has_force_ && !(force_O_.norm() <= largest_force)) {
+    has_force_ = false;
+    why_ = "the force is more than the object can take";
+  }
+  const double pressed_in = holds_ ? DepthAtPlace(X_OF) : 0;
+  if (pressed_in > 0) {
+    contact_.kind = Contact::Kind::kDisplacement;
+    contact_.prescribed_O = -pressed_in * n_O_;
+    acts_ = true;
+  } else {
+    ActByForce();
+  }
+}
+
+bool FingerContact::FindPlace(const SurfaceContact& surface, const Isometry3d& X_OF,
+                              const FingerTouch& touch) noexcept {
+  if (!touch.place.usable()) return has_place_;
+  const Vector3d p_O = X_OF * touch.place.p_F;
+  Vector3d rest_O = p_O;
+  if (has_place_) {
+    const Vector3d way = p_O - found_from_O_;
+    const Vector3d along = way - n_O_.dot(way) * n_O_;
+    if (along.norm() <= kSlip) return true;
+    rest_O = contact_.p_O + along;
+  }
+  const auto found = surface.Find(rest_O, gate_);
+  if (!found) return false;
+  has_place_ = true;
+  found_from_O_ = p_O;
+  contact_.p_O = found->p_O;
+  contact_.element = found->triangle;
+  n_O_ = found->n_O;
+  weights_ = found->weights;
+  return true;
+}
+
+double FingerContact::DepthAtPlace(const Isometry3d& X_OF) const noexcept {
+  return DepthUnderFinger(X_OF, radius_, contact_.p_O, n_O_);
+}
+
+// A fingertip cannot pull, and its network need not know.
+void FingerContact::SetForce(const Isometry3d& X_OF, const FingerTouch& touch) noexcept {
+  has_force_ = touch.force_F.has_value();
+  if (!has_force_) return;
+  force_O_ = X_OF.linear() * *touch.force_F;
+  force_O_ -= std::max(0.0, n_O_.dot(force_O_)) * n_O_;
+}
+
+void FingerContact::ActByForce() noexcept {
+  acts_ = has_place_ && has_force_;
+  contact_.kind = Contact::Kind::kForce;
+  contact_.prescribed_O = has_force_ ? force_O_ : Vector3d::Zero();
+}
+
+}  // namespace palpate

@@ -1,0 +1,73 @@
+// Where a fingertip meets the object's mesh and what acts there (paper B, III.B, equations 5 to 7).
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/state/validity.h"
+#include "slave/contact/surface_contact.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/scene/scene.h"
+#include "slave/tactile/fingertip.h"
+
+namespace palpate {
+
+// The contact point lies on the deformed surface, the model takes places at rest. The place is the
+// closest one where contact begins, and moves along the surface with the contact point from then
+// on, once that is 2 mm away: localising is good for no less, and a place that hops from sample to
+// sample shakes the mesh. Taking off the model's displacement instead feeds the model's error back:
+// on the narrow side of the foam sponge the place ran away.
+//
+// Holding by displacement takes the place's depth under the fingertip's surface from the pose, and
+// lasts until the pose lets go: samples in which the contact is not felt change nothing.
+class FingerContact {
+ public:
+  explicit FingerContact(const Tactile& tactile);
+
+  // `X_OF`: where the fingertip is; forces beyond `largest_force` [N] do not act. Allocation-free.
+  void Meet(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
+            double largest_force) noexcept;
+  // Nothing is known of where the fingertip is, or it touches nothing.
+  void LetGo() noexcept;
+  // The force of the fingertip acts instead of its displacement, if it is known.
+  void ActByForce() noexcept;
+
+  // There is something to act on the mesh: `contact()`.
+  [[nodiscard]] bool acts() const { return acts_; }
+  [[nodiscard]] const Contact& contact() const { return contact_; }
+  // The place is known: `p_O`, at rest.
+  [[nodiscard]] bool has_place() const { return has_place_; }
+  [[nodiscard]] const Eigen::Vector3d& p_O() const { return contact_.p_O; }
+  [[nodiscard]] const Eigen::Vector3d& n_O() const { return n_O_; }
+  [[nodiscard]] const Eigen::Vector3d& weights() const { return weights_; }
+  // kExtrapolated where pose and touch do not fit the object; `why` says how.
+  [[nodiscard]] Validity validity() const {
+    return why_.empty() ? Validity::kValid : Validity::kExtrapolated;
+  }
+  [[nodiscard]] std::string_view why() const { return why_; }
+
+ private:
+  bool FindPlace(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
+                 const FingerTouch& touch) noexcept;
+  [[nodiscard]] double DepthAtPlace(const Eigen::Isometry3d& X_OF) const noexcept;
+  void SetForce(const Eigen::Isometry3d& X_OF, const FingerTouch& touch) noexcept;
+
+  double radius_, gate_;
+  bool holds_;
+  Contact contact_;  // p_O, element and width: the place
+  Eigen::Vector3d n_O_{0, 0, 0}, weights_{0, 0, 0};
+  Eigen::Vector3d found_from_O_{0, 0, 0};  // the contact point that the place was found for [m]
+  Eigen::Vector3d force_O_{0, 0, 0};       // of the fingertip on the object [N]
+  bool has_place_ = false, has_force_ = false, acts_ = false;
+  std::string_view why_;
+};
+
+// How deep the surface of a fingertip (sphere and cylinder of `radius`, frame F) lies under `p_O`,
+// against the outward normal `n_O` [m]; negative: it does not reach it.
+double DepthUnderFinger(const Eigen::Isometry3d& X_OF, double radius, const Eigen::Vector3d& p_O,
+                        const Eigen::Vector3d& n_O) noexcept;
+
+}  // namespace palpate

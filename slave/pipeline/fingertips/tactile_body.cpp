@@ -1,0 +1,77 @@
+#include "slave/pipeline/fingertips/tactile_body.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/load/node_displacement.h"
+
+namespace palpate {
+namespace {
+
+double LargerSide(const SurfaceMesh& surface) {
+  Eigen::Vector3d lower = surface.nodes.front(), upper = lower;
+  for (const Eigen::Vector3d& p : surface.nodes) {
+    lower = lower.cwiseMin(p);
+    upper = upper.cwiseMax(p);
+  }
+  return (upper - lower).maxCoeff();
+}
+
+void NumberSkin(TactileBody* body) {
+  std::vector<int> number(body->surface.nodes.size(), -1);
+  for (const auto& triangle : body->surface.triangles) {
+    for (const int node : triangle) {
+      int& known = number[static_cast<std::size_t>(node)];
+      if (known < 0) {
+        known = static_cast<int>(body->skin.size());
+        body->skin.push_back(node);
+      }
+      body->skin_triangles.push_back(static_cast<std::uint32_t>(known));
+    }
+  }
+}
+
+}  // namespace
+
+bool MeetsObject(const Scene& scene) {
+  const Tactile& tactile = *scene.sense.tactile;
+  return tactile.source == Tactile::Source::kSimulated || !tactile.poses.empty() ||
+         std::ranges::any_of(tactile.fingers, &Finger::has_pose);
+}
+
+Scene InStepWithSamples(const Scene& scene) {
+  Scene stepped = scene;
+  stepped.model.fem.step = 1 / scene.sense.tactile->rate;
+  return stepped;
+}
+
+std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene) {
+  const Scene stepped = InStepWithSamples(scene);
+  const ObjectMesh mesh = MeshObject(stepped, std::nullopt);
+  const auto* solid = std::get_if<SolidMesh>(&mesh);
+  const auto* closed = std::get_if<SurfaceMesh>(&mesh);
+  if (solid == nullptr && closed == nullptr) {
+    throw std::invalid_argument(
+        "object.geometry: accepted under fingertips with a pose is a volume: box or mesh");
+  }
+  auto body = std::make_unique<TactileBody>();
+  body->surface = solid != nullptr ? SurfaceOf(*solid) : *closed;
+  body->deformation = MakeModel(stepped, mesh, &body->limit);
+  body->contact = std::make_unique<SurfaceContact>(body->surface);
+  body->stiffness = std::make_unique<ContactStiffness>(stepped, body->surface, solid);
+  NumberSkin(body.get());
+  body->larger_side = LargerSide(body->surface);
+  body->largest_force = scene.object.material.young_modulus * body->larger_side * body->larger_side;
+  body->limit.running = true;
+  body->moves_in_time = MovesInTime(stepped);
+  return body;
+}
+
+void NodeDisplacement(TactileBody& body, std::vector<Eigen::Vector3d>* u_O) {
+  NodeDisplacement(*body.deformation, body.surface, u_O);
+}
+
+}  // namespace palpate

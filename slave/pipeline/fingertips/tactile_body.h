@@ -1,0 +1,53 @@
+// The object under fingertips: where they meet it and what answers.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/text/progress.h"
+#include "slave/contact/surface_contact.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/local_model/contact_stiffness.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// Ends searches for equilibrium that take longer than a sample can wait: they hear of it after a
+// tenth of a second, and fail.
+class SearchLimit final : public Progress {
+ public:
+  bool Report(std::string_view /*stage*/, double /*done*/) override { return !running; }
+  bool running = false;  // the precompute may take its time
+};
+
+// The part that SetModel replaces as a whole.
+struct TactileBody {
+  SurfaceMesh surface;  // at rest, frame O; inner nodes too
+  SearchLimit limit;
+  std::unique_ptr<DeformationModel> deformation;
+  std::unique_ptr<SurfaceContact> contact;
+  std::unique_ptr<ContactStiffness> stiffness;
+  // The surface without inner nodes, for those who watch it: its nodes by their numbers in
+  // `surface`, its triangles by those in `skin`.
+  std::vector<int> skin;
+  std::vector<std::uint32_t> skin_triangles;
+  double larger_side = 0;      // of the bounding box [m]
+  double largest_force = 0;    // that is believed: E times the larger side squared [N]
+  bool moves_in_time = false;  // a Respond is one sample's period
+};
+
+// Whether fingertips of the scene meet its object: somebody knows where they are. Otherwise nothing
+// deforms and no model is built.
+bool MeetsObject(const Scene& scene);
+// `time: dynamic` steps once per sample, whatever model.step says. Throws std::invalid_argument: an
+// object that is no volume; see MeshObject, MakeModel.
+std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene);
+// The scene with the time step that fingertips need.
+Scene InStepWithSamples(const Scene& scene);
+// Displacement of every node of `surface` under the contacts of the last Respond, frame O [m].
+void NodeDisplacement(TactileBody& body, std::vector<Eigen::Vector3d>* u_O);
+
+}  // namespace palpate

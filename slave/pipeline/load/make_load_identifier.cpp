@@ -1,0 +1,51 @@
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/load/plate_load_identifier.h"
+#include "slave/pipeline/load/volume_load_identifier.h"
+#include "slave/pipeline/points/surface_estimator.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kFineModes = 20;  // order: resolves a tool of a tenth of the radius 10 t deep
+
+std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeometry& membrane) {
+  const std::string kind = ChooseModel(scene).kind;
+  if (kind != "plate" && kind != "plate-large") {
+    throw std::invalid_argument("model.kind = " + kind +
+                                ": accepted for a membrane under the eyes is plate, plate-large");
+  }
+  if (kind == "plate" && scene.model.prestress > 0) {
+    throw std::invalid_argument(
+        "model.prestress: accepted with kind: plate-large, which stretches");
+  }
+  auto model = MakeModel(scene, MembraneDisc{membrane.radius, membrane.thickness});
+  auto* plate = dynamic_cast<PlateSurface*>(model.get());
+  if (plate == nullptr) throw std::logic_error("a membrane's model is no plate");
+  model.release();
+  return std::unique_ptr<PlateSurface>(plate);
+}
+
+// Where the scene leaves the modes to the model.
+std::unique_ptr<PlateSurface> MakeFinerPlate(const Scene& scene, const MembraneGeometry& membrane) {
+  if (ChooseModel(scene).kind != "plate-large" || scene.model.modes > 0) return nullptr;
+  Scene finer = scene;
+  finer.model.modes = kFineModes;
+  return MakePlate(finer, membrane);
+}
+
+}  // namespace
+
+std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene) {
+  const double width = scene.tool ? scene.tool->width : 0;
+  if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
+    return std::make_unique<PlateLoadIdentifier>(MakePlate(scene, *membrane), width,
+                                                 MakeFinerPlate(scene, *membrane));
+  }
+  return MakeVolumeLoadIdentifier(scene, width);
+}
+
+}  // namespace palpate

@@ -1,0 +1,51 @@
+#include "slave/pipeline/load/nodal_load.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+
+#include "shared/mesh/surface_patch.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kRings = 3;
+
+// Places of equal shares of a disc: the centre and rings of 6, 12, 18.
+std::vector<Vector3d> PlacesOfDisc(const Vector3d& p, const Vector3d& n, double radius) {
+  std::vector<Vector3d> places{p};
+  if (!(radius > 0)) return places;
+  const Vector3d along = n.unitOrthogonal(), across = n.cross(along);
+  for (int ring = 1; ring <= kRings; ++ring) {
+    const double r = radius * ring / (kRings + 0.5);
+    for (int i = 0; i < 6 * ring; ++i) {
+      const double angle = std::numbers::pi * i / (3 * ring);
+      places.push_back(p + r * (std::cos(angle) * along + std::sin(angle) * across));
+    }
+  }
+  return places;
+}
+
+}  // namespace
+
+void SpreadLoad(const SurfaceMesh& surface, const Vector3d& p_O, const Vector3d& n_O, double width,
+                const Vector3d& force_O, std::vector<Vector3d>* f_O) {
+  f_O->assign(surface.nodes.size(), Vector3d::Zero());
+  std::vector<SurfacePlace> met;
+  for (const Vector3d& p : PlacesOfDisc(p_O, n_O, width / 2)) {
+    const auto place = FindPlace(surface, p);
+    if (place && place->triangle >= 0) met.push_back(*place);
+  }
+  for (const SurfacePlace& place : met) {
+    const auto& nodes = surface.triangles[static_cast<std::size_t>(place.triangle)];
+    for (std::size_t c = 0; c < 3; ++c) {
+      (*f_O)[static_cast<std::size_t>(nodes[c])] +=
+          place.weights[static_cast<Eigen::Index>(c)] / static_cast<double>(met.size()) * force_O;
+    }
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,98 @@
+#include "slave/pipeline/load/point_greens.h"
+
+#include <limits>
+#include <span>
+
+#include "shared/mesh/surface_patch.h"
+#include "slave/pipeline/load/node_displacement.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+constexpr double kSamePlace = 1e-9;  // of the distance from the origin
+
+std::size_t At(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+bool IsSamePlace(const Vector3d& a, const Vector3d& b) {
+  return (a - b).norm() <= kSamePlace * (a.norm() + b.norm());
+}
+
+}  // namespace
+
+PointGreens::PointGreens(const SurfaceMesh& surface, double load, double patch)
+    : surface_(surface), load_(load), index_(surface.nodes.size(), -1) {
+  for (const auto& triangle : surface_.triangles) {
+    for (const int node : triangle) {
+      if (index_[At(node)] >= 0) continue;
+      index_[At(node)] = static_cast<int>(nodes_.size());
+      nodes_.push_back(node);
+    }
+  }
+  FindPatches(patch);
+}
+
+// As the models spread a load (contracts, `solve`): over triangles, a third of each one's share per
+// node; so the same load through the model moves the points alike.
+void PointGreens::FindPatches(double patch) {
+  patches_.resize(nodes_.size());
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const Vector3d& p = surface_.nodes[At(nodes_[i])];
+    const auto place = FindPlace(surface_, p);
+    const std::vector<int> triangles =
+        place ? PatchAt(surface_, *place, p, patch).triangles : std::vector<int>{};
+    double area = 0;
+    for (const int t : triangles) area += Area(surface_, t);
+    for (const int t : triangles) {
+      for (const int node : surface_.triangles[At(t)]) {
+        patches_[i].push_back({node, Area(surface_, t) / area / 3});
+      }
+    }
+    if (!(area > 0)) patches_[i] = {{nodes_[i], 1.0}};
+  }
+}
+
+void PointGreens::See(DeformationModel& model, const SurfaceContact& contact,
+                      const std::vector<Vector3d>& p_O_rest) {
+  if (rest_.size() != p_O_rest.size()) {
+    rest_.assign(p_O_rest.size(), Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+    known_.assign(p_O_rest.size(), false);
+    for (auto& by : by_) {
+      by.setZero(3 * static_cast<Index>(p_O_rest.size()), static_cast<Index>(nodes_.size()));
+    }
+  }
+  for (std::size_t i = 0; i < rest_.size(); ++i) {
+    if (!p_O_rest[i].allFinite() || IsSamePlace(rest_[i], p_O_rest[i])) continue;
+    rest_[i] = p_O_rest[i];
+    known_[i] = false;
+    const auto place = contact.Find(rest_[i], std::numeric_limits<double>::infinity());
+    if (!place) continue;
+    Contact press{.kind = Contact::Kind::kForce, .p_O = place->p_O, .element = place->triangle};
+    bool answered = true;
+    for (int axis = 0; axis < 3 && answered; ++axis) {
+      press.prescribed_O = load_ * Vector3d::Unit(axis);
+      answered = Load(model, press, 3 * static_cast<Index>(i) + axis);
+    }
+    known_[i] = answered;
+  }
+}
+
+bool PointGreens::Load(DeformationModel& model, const Contact& contact, Index row) {
+  ContactResponse response;
+  model.Reset();
+  model.Respond(std::span(&contact, 1), std::span(&response, 1));
+  if (response.validity == Validity::kFailed) return false;
+  NodeDisplacement(model, surface_, &field_);
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    Vector3d mean = Vector3d::Zero();
+    for (const Share& share : patches_[k]) mean += share.weight / load_ * field_[At(share.node)];
+    for (int axis = 0; axis < 3; ++axis) by_[At(axis)](row, static_cast<Index>(k)) = mean[axis];
+  }
+  return true;
+}
+
+}  // namespace palpate

@@ -1,0 +1,195 @@
+#include "slave/pipeline/load/robust_plate_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kSoftRounds = 6;          // of fits with softened weights
+constexpr double kSoft = 2;             // standard deviations of the scatter at which they fall
+constexpr double kOutlier = 5;          // standard deviations of the points' scatter
+constexpr double kLeastScatter = 0.25;  // of the stated sigmas
+constexpr double kModelError = 0.05;    // of the largest deflection: may be the model's own
+constexpr double kToNormal = 1.4826;    // from a median of sizes to a standard deviation
+constexpr double kManyLeftOut = 0.15;   // share: a moved rim may explain them better
+constexpr double kPoorFit = 2;          // residual: likewise
+constexpr double kClearlyBetter = 0.7;  // residual with a moved rim by that without
+constexpr double kMotionSigmas = 6;     // at which a motion counts
+constexpr double kRimShare = 0.02;      // of the depth: as much may be the model's error
+constexpr double kSidewaysShare = 0.1;  // of the depth: a press carries its points so far
+constexpr int kLeastPoints = 5;
+
+double MedianOf(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+}  // namespace
+
+// One entry per point or square, so that nothing is allocated when some hide.
+void RobustPlateFit::Read(const std::vector<SurfacePoint>& points_O) {
+  const std::vector<int>& chosen = choice_.Of(points_O);
+  seen_.assign(chosen.size(), {});
+  sorted_.reserve(chosen.size());
+  places_.resize(chosen.size());
+  displacements_.resize(chosen.size());
+  sigmas_.resize(chosen.size());
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (chosen[i] == GridSubsample::kNone) continue;
+    const SurfacePoint& point = points_O[static_cast<std::size_t>(chosen[i])];
+    Seen& seen = seen_[i];
+    const Vector2d place = point.p_S_rest.head<2>();
+    const Vector3d moved = point.p_S - point.p_S_rest;
+    const double sigma = std::sqrt(point.covariance(2, 2));
+    const double sideways = std::sqrt(point.covariance.topLeftCorner<2, 2>().trace() / 2);
+    const bool usable = point.seen && moved.allFinite() && sigma > 0 && std::isfinite(sigma) &&
+                        std::isfinite(sideways);
+    if (usable) seen = {place, moved, sigma, sideways, 0, 1, true, true};
+  }
+  usable_ = static_cast<int>(std::ranges::count_if(seen_, &Seen::usable));
+}
+
+RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
+  try {
+    Read(points_O);
+  } catch (const std::bad_alloc&) {
+    Answer none;
+    none.load.reason = "out of memory";
+    return none;
+  }
+  KeepAll();
+  Answer answer = FitKept(Rim::kStays);
+  if (answer.left_out > kManyLeftOut * answer.points || answer.load.residual > kPoorFit ||
+      RimMoved(answer.load)) {
+    KeepAll();
+    const Answer freed = FitKept(Rim::kMayMove);
+    const bool better = freed.left_out < answer.left_out ||
+                        freed.load.residual < kClearlyBetter * answer.load.residual;
+    const bool known = freed.load.validity != Validity::kFailed || freed.load.nothing;
+    if (known && better && RimMoved(freed.load)) {
+      answer = freed;
+      answer.moved = true;
+    } else {
+      KeepAll();
+      answer = FitKept(Rim::kStays);
+    }
+  }
+  answer.moved = answer.moved || SlidSideways(answer.load);
+  return answer;
+}
+
+void RobustPlateFit::KeepAll() noexcept {
+  for (Seen& point : seen_) {
+    point.kept = point.usable;
+    point.weight = point.usable ? 1 : 0;
+  }
+  kept_ = usable_;
+}
+
+// Where points stand out of the fit's residuals, least squares are bent by them and may hide one
+// behind another: so first fits in which a point weighs the less the farther it lies off (Cauchy's
+// weights), and then one without those that lie off that.
+RobustPlateFit::Answer RobustPlateFit::FitKept(Rim rim) noexcept {
+  Answer answer;
+  answer.points = usable_;
+  answer.load = FitWeighed(rim, Modes::kAsNeeded);
+  if (Sift(answer.load, rim)) {
+    for (int round = 0; round < kSoftRounds; ++round) {
+      Soften();
+      fitter_.Reset();
+      answer.load = FitWeighed(rim, Modes::kFew);
+      Sift(answer.load, rim);
+    }
+    for (Seen& point : seen_) point.weight = point.kept ? 1 : 0;
+    fitter_.Reset();
+    answer.load = FitWeighed(rim, Modes::kAsNeeded);
+  }
+  answer.left_out = usable_ - kept_;
+  return answer;
+}
+
+LoadFit RobustPlateFit::FitWeighed(Rim rim, Modes modes) noexcept {
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    places_[i] = seen_[i].place;
+    displacements_[i] = seen_[i].moved.z();
+    sigmas_[i] = seen_[i].weight > 0 ? seen_[i].sigma / seen_[i].weight
+                                     : std::numeric_limits<double>::infinity();
+  }
+  return modes == Modes::kFew ? fitter_.FitCoarsely(places_, displacements_, sigmas_, rim)
+                              : fitter_.Fit(places_, displacements_, sigmas_, rim);
+}
+
+void RobustPlateFit::Soften() noexcept {
+  for (Seen& point : seen_) {
+    if (!point.usable) continue;
+    const double off = point.residual / (kSoft * scatter_ * point.sigma);
+    point.weight = 1 / std::sqrt(1 + off * off);
+  }
+}
+
+// Which points lie within what is accepted; true: not all.
+bool RobustPlateFit::Sift(const LoadFit& load, Rim rim) noexcept {
+  deepest_ = 0;
+  sorted_.clear();
+  for (Seen& point : seen_) {
+    if (!point.usable) continue;
+    double fitted = load.nothing ? 0 : answered().Displacement(point.place);
+    deepest_ = std::max(deepest_, std::abs(fitted));
+    if (rim == Rim::kMayMove) {
+      const Vector2d x = point.place / plate_.radius();
+      fitted += load.rim_motion[0] + load.rim_motion.tail<2>().dot(x);
+    }
+    point.residual = point.moved.z() - fitted;
+    sorted_.push_back(std::abs(point.residual) / point.sigma);
+  }
+  if (usable_ <= kLeastPoints) return false;
+  scatter_ = std::max(kLeastScatter, kToNormal * MedianOf(&sorted_));
+  kept_ = 0;
+  for (Seen& point : seen_) {
+    const double accepted = std::max(kOutlier * scatter_ * point.sigma, kModelError * deepest_);
+    point.kept = point.usable && std::abs(point.residual) <= accepted;
+    kept_ += point.kept ? 1 : 0;
+  }
+  return kept_ < usable_;
+}
+
+// One standard deviation of a motion of all points together, by their sigma along z [-].
+double RobustPlateFit::NoiseOfMotion(const LoadFit& load) const noexcept {
+  const double scatter = std::clamp(load.residual, kLeastScatter, kPoorFit);
+  return scatter * std::sqrt(3.0 / kept_);
+}
+
+bool RobustPlateFit::RimMoved(const LoadFit& load) const noexcept {
+  if (kept_ < kLeastPoints) return false;
+  double sum = 0;
+  for (const Seen& point : seen_) sum += point.kept ? point.sigma * point.sigma : 0;
+  const double sigma = std::sqrt(sum / kept_);
+  const double motion =
+      std::hypot(load.rim_motion[0], load.rim_motion[1] / 2, load.rim_motion[2] / 2);
+  return motion > kMotionSigmas * NoiseOfMotion(load) * sigma + kRimShare * deepest_;
+}
+
+bool RobustPlateFit::SlidSideways(const LoadFit& load) noexcept {
+  if (kept_ < kLeastPoints) return false;
+  double slid = 0, sigma = 0;
+  for (const int axis : {0, 1}) {
+    sorted_.clear();
+    sigma = 0;
+    for (const Seen& point : seen_) {
+      if (!point.kept) continue;
+      sorted_.push_back(point.moved[axis]);
+      sigma = std::max(sigma, point.sideways);
+    }
+    slid = std::max(slid, std::abs(MedianOf(&sorted_)));
+  }
+  return slid > kMotionSigmas * NoiseOfMotion(load) * sigma + kSidewaysShare * deepest_;
+}
+
+}  // namespace palpate

@@ -1,0 +1,71 @@
+// A plate's load from points of which some may be wrong and whose frame may have moved: what the
+// least squares of LoadFitter need around them where eyes err.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/plate/load_fit.h"
+#include "slave/pipeline/load/grid_subsample.h"
+#include "slave/vision/stereo/surface_points.h"
+
+namespace palpate {
+
+// One thread; allocation-free after the first call with as many points.
+class RobustPlateFit {
+ public:
+  // Keeps references to the plates; see LoadFitter.
+  RobustPlateFit(PlateSurface& plate, double width, PlateSurface* finer = nullptr)
+      : plate_(plate), fitter_(plate, width, finer), choice_(plate.radius()) {}
+
+  struct Answer {
+    LoadFit load;
+    int points = 0;      // on the plate, seen and chosen
+    int left_out = 0;    // of them: they contradict the others
+    bool moved = false;  // the rim or the eyes have moved since rest; the load is free of it
+  };
+  // Points in frame O, of many an even choice; those not seen, off the plate, not finite or without
+  // a sigma do not count. A point more than five standard deviations (of the points' own scatter)
+  // and a twentieth of the largest deflection from the fit is left out and the load fitted anew.
+  // The displacement of a point is that of its own place at rest: a point that moved sideways is
+  // used where it rests.
+  Answer Fit(const std::vector<SurfacePoint>& points_O) noexcept;
+  void Reset() noexcept { fitter_.Reset(); }
+  // The plate that gave the last answer, as it is pressed.
+  [[nodiscard]] PlateSurface& answered() noexcept { return fitter_.answered(); }
+
+ private:
+  enum class Modes : std::uint8_t { kFew, kAsNeeded };
+  void Read(const std::vector<SurfacePoint>& points_O);
+  void KeepAll() noexcept;
+  Answer FitKept(Rim rim) noexcept;
+  LoadFit FitWeighed(Rim rim, Modes modes) noexcept;
+  bool Sift(const LoadFit& load, Rim rim) noexcept;
+  void Soften() noexcept;
+  [[nodiscard]] double NoiseOfMotion(const LoadFit& load) const noexcept;
+  [[nodiscard]] bool RimMoved(const LoadFit& load) const noexcept;
+  [[nodiscard]] bool SlidSideways(const LoadFit& load) noexcept;
+
+  struct Seen {
+    Eigen::Vector2d place{0, 0};     // at rest, frame O [m]
+    Eigen::Vector3d moved{0, 0, 0};  // since [m]
+    double sigma = 1, sideways = 0;  // along z, along the plate [m]
+    double residual = 0;             // along z [m]
+    double weight = 0;
+    bool usable = false, kept = false;
+  };
+  PlateSurface& plate_;
+  LoadFitter fitter_;
+  GridSubsample choice_;
+  std::vector<Seen> seen_;
+  int usable_ = 0, kept_ = 0;
+  double deepest_ = 0;  // of the fitted points [m]
+  double scatter_ = 1;  // of the residuals by sigma
+  std::vector<Eigen::Vector2d> places_;
+  std::vector<double> displacements_, sigmas_, sorted_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,186 @@
+#include "slave/pipeline/load/triangle_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "shared/mesh/surface_patch.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr int kBestNodes = 6;           // whose triangles are looked at closely
+constexpr int kRounds = 4;              // of leaving points out
+constexpr double kOutlier = 5;          // standard deviations of the scatter
+constexpr double kLeastScatter = 0.25;  // of the stated sigmas
+
+std::size_t At(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+}  // namespace
+
+TriangleSearch::TriangleSearch(const SurfaceMesh& surface, double load, double patch)
+    : surface_(surface), greens_(surface, load, patch) {
+  normals_.reserve(surface_.triangles.size());
+  around_.resize(surface_.nodes.size());
+  for (int t = 0; t < static_cast<int>(surface_.triangles.size()); ++t) {
+    normals_.push_back(Normal(surface_, t));
+    for (const int node : surface_.triangles[At(t)]) around_[At(node)].push_back(t);
+  }
+  node_normals_.resize(surface_.nodes.size(), Vector3d::Zero());
+  for (std::size_t i = 0; i < around_.size(); ++i) {
+    for (const int t : around_[i]) node_normals_[i] += Area(surface_, t) * normals_[At(t)];
+    if (!around_[i].empty()) node_normals_[i].normalize();
+  }
+}
+
+void TriangleSearch::Read(DeformationModel& model, const SurfaceContact& contact,
+                          const std::vector<SurfacePoint>& points_O) {
+  rest_.clear();
+  for (const SurfacePoint& point : points_O) rest_.push_back(point.p_S_rest);
+  greens_.See(model, contact, rest_);
+  seen_.assign(points_O.size(), {});
+  usable_ = 0;
+  for (std::size_t i = 0; i < points_O.size(); ++i) {
+    const SurfacePoint& point = points_O[i];
+    const Eigen::LLT<Matrix3d> factor(point.covariance);
+    Seen& seen = seen_[i];
+    seen.moved = point.p_S - point.p_S_rest;
+    seen.whitener = factor.matrixL().solve(Matrix3d::Identity());
+    seen.usable = seen.kept = point.seen && greens_.Knows(i) && seen.moved.allFinite() &&
+                              factor.info() == Eigen::Success && seen.whitener.allFinite();
+    usable_ += seen.usable ? 1 : 0;
+  }
+  kept_ = usable_;
+  const auto rows = 3 * static_cast<Index>(points_O.size());
+  measured_.resize(rows);
+  shape_.resize(rows);
+  for (VectorXd& corner : corner_) corner.resize(rows);
+  score_.resize(static_cast<Index>(greens_.nodes().size()));
+  sorted_.reserve(points_O.size());
+}
+
+TriangleLoad TriangleSearch::FindAndSift() noexcept {
+  TriangleLoad best;
+  for (int round = 0; round <= kRounds; ++round) {
+    best = Find();
+    if (best.triangle < 0 || round == kRounds || !LeaveOut(best)) break;
+  }
+  return best;
+}
+
+// The nodes whose load along their own normal explains most, then the triangles around them.
+TriangleLoad TriangleSearch::Find() noexcept {
+  Weigh();
+  for (Index k = 0; k < score_.size(); ++k) {
+    const int node = greens_.nodes()[static_cast<std::size_t>(k)];
+    ShapeOf(k, node_normals_[At(node)], &shape_);
+    const double mixed = shape_.dot(measured_), square = shape_.squaredNorm();
+    score_[k] = square > 0 ? mixed * mixed / square : 0;
+  }
+  TriangleLoad best;
+  for (int n = 0; n < kBestNodes && n < score_.size(); ++n) {
+    Index k = 0;
+    if (!(score_.maxCoeff(&k) >= 0)) break;
+    score_[k] = -1;
+    for (const int t : around_[At(greens_.nodes()[static_cast<std::size_t>(k)])]) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int node = surface_.triangles[At(t)][c];
+        ShapeOf(greens_.IndexOf(node), normals_[At(t)], &corner_[c]);
+      }
+      SolveTriangle(t, &best);
+    }
+  }
+  return best;
+}
+
+void TriangleSearch::ShapeOf(Index column, const Vector3d& n, VectorXd* shape) const noexcept {
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    const Index row = 3 * static_cast<Index>(i);
+    Vector3d u = Vector3d::Zero();
+    for (int axis = 0; axis < 3; ++axis) {
+      u += n[axis] * greens_.by(axis).col(column).segment<3>(row);
+    }
+    shape->segment<3>(row) = seen_[i].kept ? Vector3d(seen_[i].whitener * u) : Vector3d::Zero();
+  }
+}
+
+void TriangleSearch::Weigh() noexcept {
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    const Seen& seen = seen_[i];
+    measured_.segment<3>(3 * static_cast<Index>(i)) =
+        seen.kept ? Vector3d(seen.whitener * (seen.moved - seen.beyond)) : Vector3d::Zero();
+  }
+  square_ = measured_.squaredNorm();
+}
+
+// Nodal forces of one sign: of all choices of nodes that take part, the one that explains most.
+void TriangleSearch::SolveTriangle(int triangle, TriangleLoad* best) noexcept {
+  for (unsigned choice = 1; choice < 8; ++choice) {
+    Matrix3d normal = Matrix3d::Zero();
+    Vector3d right = Vector3d::Zero();
+    for (int a = 0; a < 3; ++a) {
+      const bool takes_part = (choice >> a & 1U) != 0;
+      normal(a, a) = takes_part ? corner_[At(a)].squaredNorm() : 1;
+      right[a] = takes_part ? corner_[At(a)].dot(measured_) : 0;
+      for (int b = 0; b < a; ++b) {
+        if (!takes_part || (choice >> b & 1U) == 0) continue;
+        normal(a, b) = normal(b, a) = corner_[At(a)].dot(corner_[At(b)]);
+      }
+    }
+    const Eigen::LDLT<Matrix3d> factor(normal);
+    const Vector3d forces = factor.solve(right);
+    const bool one_sign = (forces.array() >= 0).all() || (forces.array() <= 0).all();
+    const double explained = forces.dot(right);
+    if (!forces.allFinite() || !one_sign || !(explained > best->explained)) continue;
+    *best = {triangle, forces, factor.solve(Matrix3d::Identity()), explained};
+    for (int a = 0; a < 3; ++a) {
+      if ((choice >> a & 1U) == 0) best->covariance(a, a) = 0;
+    }
+  }
+}
+
+bool TriangleSearch::LeaveOut(const TriangleLoad& best) noexcept {
+  sorted_.clear();
+  double worst = 0;
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    if (!seen_[i].kept) continue;
+    const Vector3d misfit = seen_[i].whitener * (seen_[i].moved - Displacement(best, i));
+    seen_[i].residual = misfit.norm() / std::sqrt(3.0);
+    worst = std::max(worst, seen_[i].residual);
+    sorted_.push_back(seen_[i].residual);
+  }
+  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+  std::nth_element(sorted_.begin(), middle, sorted_.end());
+  const double accepted = std::max(kOutlier * std::max(kLeastScatter, *middle), worst / 2);
+  bool left_out = false;
+  for (Seen& seen : seen_) {
+    if (!seen.kept || seen.residual <= accepted || kept_ <= kLeastPoints) continue;
+    seen.kept = false;
+    left_out = true;
+    --kept_;
+  }
+  return left_out;
+}
+
+Vector3d TriangleSearch::Displacement(const TriangleLoad& best, std::size_t point) const noexcept {
+  Vector3d u = Vector3d::Zero();
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Index column = greens_.IndexOf(surface_.triangles[At(best.triangle)][c]);
+    const Vector3d f = best.forces[static_cast<Index>(c)] * normals_[At(best.triangle)];
+    for (int axis = 0; axis < 3; ++axis) {
+      u += f[axis] * greens_.by(axis).col(column).segment<3>(3 * static_cast<Index>(point));
+    }
+  }
+  return u;
+}
+
+}  // namespace palpate

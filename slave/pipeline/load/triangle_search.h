@@ -1,0 +1,87 @@
+// Where a body is loaded and how hard, by its Green's functions at rest: three nodal forces of one
+// sign along the normal of a triangle, which are one load between its nodes.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/contact/surface_contact.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/load/point_greens.h"
+#include "slave/vision/stereo/surface_points.h"
+
+namespace palpate {
+
+// The forces at a triangle's nodes, along its normal, that explain most.
+struct TriangleLoad {
+  int triangle = -1;                                     // -1: none
+  Eigen::Vector3d forces{0, 0, 0};                       // [N]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // [N^2], from the points'
+  double explained = -1;                                 // squares by the points' sigmas
+};
+
+// Least squares in all three components of all points. Frame O.
+class TriangleSearch {
+ public:
+  static constexpr int kLeastPoints = 4;
+
+  // Keeps a reference to `surface`. `load`, `patch`: see PointGreens.
+  TriangleSearch(const SurfaceMesh& surface, double load, double patch);
+
+  // Takes the points for what follows; new ones cost three solves each. Allocates where their
+  // number is new; may throw std::bad_alloc.
+  void Read(DeformationModel& model, const SurfaceContact& contact,
+            const std::vector<SurfacePoint>& points_O);
+  // Points that stand out of the scatter are left out, kLeastPoints stay.
+  TriangleLoad FindAndSift() noexcept;
+  // By the points that are kept.
+  TriangleLoad Find() noexcept;
+
+  [[nodiscard]] int usable() const noexcept { return usable_; }
+  [[nodiscard]] int kept() const noexcept { return kept_; }
+  [[nodiscard]] bool IsKept(std::size_t point) const { return seen_[point].kept; }
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& rest() const noexcept { return rest_; }
+  [[nodiscard]] const Eigen::Vector3d& normal(int triangle) const {
+    return normals_[static_cast<std::size_t>(triangle)];
+  }
+  // Squares of what was measured, by sigma: what the best load had to explain.
+  [[nodiscard]] double measured() const noexcept { return square_; }
+  // Of a point under the load, as at rest [m].
+  [[nodiscard]] Eigen::Vector3d Displacement(const TriangleLoad& load,
+                                             std::size_t point) const noexcept;
+  // What the point moves beyond that [m]: taken off its displacement from now on, till Read.
+  void TakeOff(std::size_t point, const Eigen::Vector3d& beyond) { seen_[point].beyond = beyond; }
+
+ private:
+  struct Seen {
+    Eigen::Vector3d moved{0, 0, 0};   // [m]
+    Eigen::Vector3d beyond{0, 0, 0};  // [m]
+    Eigen::Matrix3d whitener =
+        Eigen::Matrix3d::Zero();  // inverse of the covariance's Cholesky factor
+    double residual = 0;          // by sigma
+    bool usable = false, kept = false;
+  };
+  void Weigh() noexcept;
+  void ShapeOf(Eigen::Index column, const Eigen::Vector3d& n,
+               Eigen::VectorXd* shape) const noexcept;
+  void SolveTriangle(int triangle, TriangleLoad* best) noexcept;
+  bool LeaveOut(const TriangleLoad& best) noexcept;
+
+  const SurfaceMesh& surface_;
+  PointGreens greens_;
+  std::vector<Eigen::Vector3d> normals_, node_normals_;
+  std::vector<std::vector<int>> around_;  // triangles of each node
+
+  std::vector<Seen> seen_;
+  std::vector<Eigen::Vector3d> rest_;
+  std::vector<double> sorted_;
+  Eigen::VectorXd measured_, shape_, score_;  // by sigma
+  std::array<Eigen::VectorXd, 3> corner_;     // shapes of a triangle's nodes, by sigma
+  double square_ = 0;
+  int usable_ = 0, kept_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,282 @@
+#include "slave/pipeline/load/volume_load_identifier.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include <Eigen/Geometry>
+
+#include "shared/mesh/surface_patch.h"
+#include "slave/contact/surface_contact.h"
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/load/nodal_load.h"
+#include "slave/pipeline/load/node_displacement.h"
+#include "slave/pipeline/load/triangle_search.h"
+#include "slave/pipeline/local_model/contact_stiffness.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kLinearLoad = 1e-6;  // of E times the larger side squared
+constexpr double kLeastWidth = 1e-3;  // of the larger side
+constexpr double kStandsOut = 25;     // misfit that the load must explain: five sigma squared
+constexpr double kGoodFit = 3;        // residual
+constexpr double kTrusted = 0.7, kLeastResidual = 0.1;  // as in LoadFitter
+constexpr double kMostLeftOut = 0.25;                   // share
+constexpr int kRefinements = 5;  // of the load through a model that is not linear
+constexpr double kRefined = 1e-4;
+
+std::size_t At(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+double LargerSide(const SurfaceMesh& surface) {
+  Vector3d lower = surface.nodes.front(), upper = lower;
+  for (const Vector3d& p : surface.nodes) {
+    lower = lower.cwiseMin(p);
+    upper = upper.cwiseMax(p);
+  }
+  return (upper - lower).maxCoeff();
+}
+
+bool IsLinear(const Scene& scene) {
+  const std::string kind = ChooseModel(scene).kind;
+  return kind == "fem-green" || kind == "bem3d" ||
+         (kind == "fem" && scene.model.fem.law == FemOptions::Law::kLinear);
+}
+
+class VolumeLoadIdentifier final : public LoadIdentifier {
+ public:
+  VolumeLoadIdentifier(const Scene& scene, double width, const ObjectMesh& mesh,
+                       SurfaceMesh surface)
+      : surface_(std::move(surface)),
+        model_(MakeModel(scene, mesh)),
+        contact_(surface_),
+        stiffness_(scene, surface_, std::get_if<SolidMesh>(&mesh)),
+        larger_side_(LargerSide(surface_)),
+        width_(std::max(width, kLeastWidth * larger_side_)),
+        linear_(IsLinear(scene)),
+        search_(surface_,
+                kLinearLoad * scene.object.material.young_modulus * larger_side_ * larger_side_,
+                width_) {}
+
+  SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;
+  Press PressAt(const Vector3d& p_O, double depth) noexcept override;
+  void Nearest(const Vector3d& p_O_tip, Vector3d* p_O, Vector3d* n_O) const noexcept override;
+  [[nodiscard]] const SurfaceMesh& surface() const override { return surface_; }
+  void Displacements(std::vector<Vector3d>* u_O) override;
+  void NodalForces(std::vector<Vector3d>* f_O) override {
+    SpreadLoad(surface_, load_.p_O, load_.n_O, width_, load_.force * load_.n_O, f_O);
+  }
+  void Reset() override {
+    model_->Reset();
+    load_ = {};
+  }
+  [[nodiscard]] const ModelInfo& info() const override { return model_->info(); }
+
+ private:
+  SurfaceLoad TryFit(const std::vector<SurfacePoint>& points_O);
+  void Place(const TriangleLoad& best, SurfaceLoad* load);
+  void Refine(TriangleLoad* best, SurfaceLoad* load) noexcept;
+  void Judge(const TriangleLoad& best, SurfaceLoad* load) const noexcept;
+  bool Load(const SurfaceLoad& load) noexcept;
+
+  SurfaceMesh surface_;
+  std::unique_ptr<DeformationModel> model_;
+  SurfaceContact contact_;
+  ContactStiffness stiffness_;
+  double larger_side_, width_;  // [m]
+  bool linear_;
+  TriangleSearch search_;
+  std::vector<Vector3d> field_;  // of the nodes [m]
+  bool unsolved_ = false;        // the model found no equilibrium under the load
+  SurfaceLoad load_;
+};
+
+SurfaceLoad VolumeLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
+  try {
+    load_ = TryFit(points_O);
+  } catch (const std::exception&) {
+    load_ = {};
+    load_.why = "out of memory";
+  }
+  return load_;
+}
+
+SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points_O) {
+  SurfaceLoad load;
+  search_.Read(*model_, contact_, points_O);
+  unsolved_ = false;
+  if (search_.usable() < TriangleSearch::kLeastPoints) {
+    load.validity = Validity::kTrackingLost;
+    load.why = "fewer than four points of the object are in view";
+    return load;
+  }
+  TriangleLoad best = search_.FindAndSift();
+  if (best.triangle < 0) {
+    load.why = "no load explains the points";
+    return load;
+  }
+  Place(best, &load);
+  if (!linear_) Refine(&best, &load);
+  Judge(best, &load);
+  return load;
+}
+
+void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
+  const auto& nodes = surface_.triangles[At(best.triangle)];
+  load->force = best.forces.sum();
+  load->n_O = search_.normal(best.triangle);
+  if (load->force == 0) {  // all points stand exactly at rest
+    load->p_O = surface_.nodes[At(nodes[0])];
+    load->sigma_force = std::sqrt(best.covariance.sum());
+    return;
+  }
+  load->p_O.setZero();
+  for (std::size_t c = 0; c < 3; ++c) {
+    load->p_O += best.forces[static_cast<Index>(c)] / load->force * surface_.nodes[At(nodes[c])];
+  }
+  const double misfit = std::max(0.0, search_.measured() - best.explained);
+  load->residual = std::sqrt(misfit / std::max(1, 3 * search_.kept() - 3));
+  const double scatter = std::max(1.0, load->residual);
+  load->sigma_force = scatter * std::sqrt(best.covariance.sum());
+  double place = 0;
+  for (const int axis : {0, 1, 2}) {
+    Vector3d by;
+    for (std::size_t c = 0; c < 3; ++c) {
+      by[static_cast<Index>(c)] =
+          (surface_.nodes[At(nodes[c])][axis] - load->p_O[axis]) / load->force;
+    }
+    place = std::max(place, by.dot(best.covariance * by));
+  }
+  load->sigma_place = scatter * std::sqrt(place);
+  const Vector3d weights = best.forces / load->force;
+  const Matrix3d K = stiffness_.At(best.triangle, weights, width_ / 2);
+  load->depth = -load->force / load->n_O.dot(K * load->n_O);
+}
+
+void VolumeLoadIdentifier::Judge(const TriangleLoad& best, SurfaceLoad* load) const noexcept {
+  const double doubt = std::clamp(load->residual / kTrusted, kLeastResidual / kTrusted, 1.0);
+  load->validity = Validity::kValid;
+  if (best.explained < kStandsOut * doubt * doubt) {
+    load->force = load->depth = load->sigma_place = 0;
+    return;
+  }
+  const double range = model_->info().range;
+  const auto flag = [load](std::string_view why) {
+    load->validity = Validity::kExtrapolated;
+    load->why = why;
+  };
+  if (range > 0 && std::abs(load->depth) > range * larger_side_) {
+    flag("the deflection is beyond the model's range");
+  }
+  if (unsolved_) flag("the model finds no equilibrium under this load: it is that of small strain");
+  if (load->residual > kGoodFit) {
+    flag("one load of this width leaves more than the points' noise");
+  }
+  if (search_.usable() - search_.kept() > kMostLeftOut * search_.usable()) {
+    flag("more than a quarter of the points contradict the others");
+  }
+}
+
+// Newton's method with the tangent at rest: what the model makes of the load beyond its linear part
+// is taken off the measured displacements, and the load fitted anew.
+void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcept {
+  for (int iteration = 0; iteration < kRefinements && load->force != 0; ++iteration) {
+    if (!Load(*load)) {
+      unsolved_ = true;
+      break;
+    }
+    for (std::size_t i = 0; i < search_.rest().size(); ++i) {
+      const auto place = contact_.Find(search_.rest()[i], std::numeric_limits<double>::infinity());
+      if (!search_.IsKept(i) || !place) continue;
+      Vector3d u = Vector3d::Zero();
+      for (std::size_t c = 0; c < 3; ++c) {
+        u += place->weights[static_cast<Index>(c)] *
+             field_[At(surface_.triangles[At(place->triangle)][c])];
+      }
+      search_.TakeOff(i, u - search_.Displacement(*best, i));
+    }
+    const double last = load->force;
+    *best = search_.Find();
+    if (best->triangle < 0) return;
+    Place(*best, load);
+    if (std::abs(load->force - last) < kRefined * std::abs(last)) break;
+  }
+}
+
+bool VolumeLoadIdentifier::Load(const SurfaceLoad& load) noexcept {
+  const Contact contact{.kind = Contact::Kind::kForce,
+                        .p_O = load.p_O,
+                        .width = width_,
+                        .prescribed_O = load.force * load.n_O};
+  ContactResponse response;
+  model_->Respond(std::span(&contact, 1), std::span(&response, 1));
+  if (response.validity == Validity::kFailed) return false;
+  try {
+    NodeDisplacement(*model_, surface_, &field_);
+  } catch (const std::exception&) {
+    return false;
+  }
+  return true;
+}
+
+LoadIdentifier::Press VolumeLoadIdentifier::PressAt(const Vector3d& p_O, double depth) noexcept {
+  const auto place = contact_.Find(p_O, std::numeric_limits<double>::infinity());
+  if (!place || !std::isfinite(depth)) return {};
+  Press press;
+  try {
+    const Matrix3d K = stiffness_.At(place->triangle, place->weights, width_ / 2);
+    press.stiffness = place->n_O.dot(K * place->n_O);
+  } catch (const std::exception&) {
+    return {};
+  }
+  press.force = press.stiffness * std::max(0.0, depth);
+  const double range = model_->info().range;
+  press.valid = !(range > 0) || depth <= range * larger_side_;
+  return press;
+}
+
+void VolumeLoadIdentifier::Nearest(const Vector3d& p_O_tip, Vector3d* p_O,
+                                   Vector3d* n_O) const noexcept {
+  const auto place = contact_.Find(p_O_tip, std::numeric_limits<double>::infinity());
+  *p_O = place ? place->p_O : surface_.nodes.front();
+  *n_O = place ? place->n_O : Vector3d::UnitZ();
+}
+
+void VolumeLoadIdentifier::Displacements(std::vector<Vector3d>* u_O) {
+  if (load_.force != 0 && Load(load_)) {
+    *u_O = field_;
+  } else {
+    u_O->assign(surface_.nodes.size(), Vector3d::Zero());
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, double width) {
+  if (!IsVolume(scene.object.geometry)) {
+    throw std::invalid_argument(
+        "object.geometry: accepted under two eyes or a depth camera is a membrane or a volume: "
+        "box or mesh");
+  }
+  if (MovesInTime(scene)) {
+    throw std::invalid_argument(
+        "model.time = dynamic: accepted for points seen by the eyes is static");
+  }
+  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+  const auto* solid = std::get_if<SolidMesh>(&mesh);
+  SurfaceMesh surface = solid != nullptr ? SurfaceOf(*solid) : std::get<SurfaceMesh>(mesh);
+  return std::make_unique<VolumeLoadIdentifier>(scene, width, mesh, std::move(surface));
+}
+
+}  // namespace palpate

@@ -1,0 +1,133 @@
+#include "slave/pipeline/local_model/contact_stiffness.h"
+
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <stdexcept>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <spdlog/spdlog.h>
+
+#include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/make_model.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kPatchEdges = 2.2;      // mean edges: a node and its neighbours
+constexpr std::size_t kAheadUpTo = 400;  // surface nodes
+
+std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+double MeanEdge(const SurfaceMesh& surface) {
+  double sum = 0;
+  for (const auto& [a, b, c] : surface.triangles) {
+    const Vector3d &pa = surface.nodes[Index(a)], &pb = surface.nodes[Index(b)],
+                   &pc = surface.nodes[Index(c)];
+    sum += (pb - pa).norm() + (pc - pb).norm() + (pa - pc).norm();
+  }
+  return sum / (3 * static_cast<double>(surface.triangles.size()));
+}
+
+Matrix3d Compliance(const Material& material, double radius, const Vector3d& n) {
+  return DiscStiffness(material, radius, n).inverse();
+}
+
+bool IsStiffness(const Matrix3d& K) {
+  return K.allFinite() && K(0, 0) > 0 && K.topLeftCorner<2, 2>().determinant() > 0 &&
+         K.determinant() > 0;
+}
+
+}  // namespace
+
+Matrix3d DiscStiffness(const Material& material, double radius, const Vector3d& n) noexcept {
+  const double E = material.young_modulus, nu = material.poisson_ratio;
+  const double G = E / (2 * (1 + nu));
+  const double normal = 2 * E * radius / (1 - nu * nu);
+  const double across = 32 * (1 - nu) * G * radius / (7 - 8 * nu);
+  return normal * n * n.transpose() + across * (Matrix3d::Identity() - n * n.transpose());
+}
+
+double DiscOfSphere(double sphere_radius, double depth) noexcept {
+  return 2.0 / 3.0 * std::sqrt(sphere_radius * depth);
+}
+
+struct ContactStiffness::Greens {
+  std::unique_ptr<DeformationModel> model;
+};
+
+ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surface,
+                                   const SolidMesh* solid)
+    : material_(scene.object.material), surface_(surface), nodes_(surface.nodes.size()) {
+  node_area_.resize(surface.nodes.size());
+  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+    for (const int node : surface.triangles[Index(t)])
+      node_area_[Index(node)] += Area(surface, t) / 3;
+  }
+  patch_width_ = kPatchEdges * MeanEdge(surface);
+  if (solid == nullptr || scene.object.fixed.empty()) return;
+  Scene green = scene;
+  green.model = {};
+  green.model.kind = "fem-green";
+  green.model.range = 1;
+  try {
+    greens_ = std::make_unique<Greens>(Greens{MakeModel(green, *solid)});
+  } catch (const std::invalid_argument& error) {
+    spdlog::info("the local stiffness is that of a half-space: {}", error.what());
+    return;
+  }
+  std::size_t on_surface = 0;
+  for (const double area : node_area_) on_surface += area > 0 ? 1 : 0;
+  if (on_surface > kAheadUpTo) return;
+  for (std::size_t i = 0; i < node_area_.size(); ++i) {
+    if (node_area_[i] > 0) Node(static_cast<int>(i));
+  }
+}
+
+ContactStiffness::~ContactStiffness() = default;
+
+const ContactStiffness::NodeCompliance& ContactStiffness::Node(int node) {
+  NodeCompliance& known = nodes_[Index(node)];
+  if (known.asked || !greens_) return known;
+  known.asked = true;
+  const Vector3d& p_O = surface_.nodes[Index(node)];
+  const auto place = FindPlace(surface_, p_O);
+  if (!place) return known;
+  double area = 0;
+  for (const int i : PatchAt(surface_, *place, p_O, patch_width_).nodes)
+    area += node_area_[Index(i)];
+  const Contact contact{.p_O = p_O, .element = place->triangle, .width = patch_width_};
+  ContactResponse response;
+  greens_->model->Respond(std::span(&contact, 1), std::span(&response, 1));
+  // Reciprocity makes it symmetric; rounding does not.
+  const Matrix3d K = 0.5 * (response.stiffness_O + response.stiffness_O.transpose());
+  if (response.validity == Validity::kFailed || !IsStiffness(K)) return known;
+  known.C_O = K.inverse();
+  known.patch_radius = std::sqrt(area / std::numbers::pi);
+  return known;
+}
+
+Matrix3d ContactStiffness::At(int triangle, const Vector3d& weights, double radius) {
+  const Vector3d n = Normal(surface_, triangle);
+  Matrix3d C = Matrix3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    if (!(weights[k] > 0)) continue;
+    const NodeCompliance& node = Node(surface_.triangles[Index(triangle)][Index(k)]);
+    Matrix3d C_node = Compliance(material_, radius, n);
+    if (node.patch_radius > 0) {
+      C_node -= Compliance(material_, std::max(node.patch_radius, radius), n);
+      C_node += node.C_O;
+    }
+    C += weights[k] * C_node;
+  }
+  return C.inverse();
+}
+
+}  // namespace palpate

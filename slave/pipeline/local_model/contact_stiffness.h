@@ -1,0 +1,62 @@
+// How stiff an object is under a fingertip, for the contact that the master renders by itself.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// Half-space stiffness of a bonded rigid disc of `radius` a [m]: along the normal
+// 2 E a / (1 - nu^2), across it 32 (1 - nu) G a / (7 - 8 nu) with G = E / (2 (1 + nu)). Johnson,
+// Contact Mechanics (1985), 3.4 and 7.2; Gazetas (1983).
+Eigen::Matrix3d DiscStiffness(const Material& material, double radius,
+                              const Eigen::Vector3d& n) noexcept;
+
+// The rigid disc that takes the same force as a sphere of radius R pressed in by d (Hertz),
+// F = 4/3 E* R^1/2 d^3/2: a = 2/3 (R d)^1/2 [m].
+double DiscOfSphere(double sphere_radius, double depth) noexcept;
+
+// The mesh tells how the body gives way as a whole: the stiffness of patches of nodes that it
+// resolves, by Green's functions (fem-green), on its surface nodes. What a fingertip's smaller
+// contact gives way besides is the half-space's: compliances add,
+//
+//   K^-1 = K_mesh(a_patch)^-1 + K_disc(a)^-1 - K_disc(a_patch)^-1.
+//
+// Where the mesh cannot tell (on supports, a body that nothing holds, a surface without a volume,
+// nu near 1/2) the half-space answers alone. Small strain. Nodes are computed when first asked for
+// and kept; small meshes ahead of time. Not thread-safe.
+class ContactStiffness {
+ public:
+  // `solid` null: half-space only.
+  ContactStiffness(const Scene& scene, const SurfaceMesh& surface, const SolidMesh* solid);
+  ~ContactStiffness();
+
+  // Of a disc of `radius` [m] at the point of `triangle` with barycentric `weights`, frame O [N/m];
+  // symmetric, positive definite. Allocation-free where the triangle's nodes are known.
+  [[nodiscard]] Eigen::Matrix3d At(int triangle, const Eigen::Vector3d& weights, double radius);
+
+ private:
+  struct Greens;
+  struct NodeCompliance {
+    Eigen::Matrix3d C_O = Eigen::Matrix3d::Zero();  // of the patch [m/N]
+    double patch_radius = 0;                        // [m]; 0: unknown
+    bool asked = false;
+  };
+  const NodeCompliance& Node(int node);
+
+  Material material_;
+  SurfaceMesh surface_;
+  std::vector<double> node_area_;  // of the surface, a third of each triangle's [m^2]
+  double patch_width_ = 0;         // [m]
+  std::unique_ptr<Greens> greens_;
+  std::vector<NodeCompliance> nodes_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,100 @@
+#include "slave/pipeline/local_model/finger_local_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+
+#include "slave/pipeline/local_model/stiffness_scale.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kVouchedFor = 0.5;   // of the larger side, where the model states no range
+constexpr double kLeastShare = 0.25;  // of the full depth: contact does not begin without stiffness
+constexpr double kOnSurface = 1e-6;   // of the radius
+constexpr double kLearningTime = 0.05;  // [s], of the felt force's say in the stiffness
+
+}  // namespace
+
+LocalModel Revised(LocalModel next, const LocalModel& last) noexcept {
+  const bool same = next.reference == last.reference && next.normal == last.normal &&
+                    next.stiffness == last.stiffness;
+  next.revision = same && last.known() ? last.revision : last.revision + 1;
+  return next;
+}
+
+FingerLocalModel::FingerLocalModel(const Scene& scene)
+    : material_(scene.object.material),
+      law_(scene.model.contact),
+      radius_(scene.sense.tactile->finger_radius),
+      disc_radius_(scene.sense.tactile->patch > 0
+                       ? scene.sense.tactile->patch / 2
+                       : DiscOfSphere(radius_, scene.operator_options.press_depth)),
+      full_depth_(scene.operator_options.press_depth),
+      learning_rate_(LearningRate(kLearningTime, scene.sense.tactile->rate)) {}
+
+void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
+                              bool in_contact, const std::optional<FeltForce>& felt,
+                              LocalModel* model) noexcept {
+  const Vector3d p_O_centre = X_SO.inverse() * X_SF.translation();
+  FindPlane(body, p_O_centre);
+  if (triangle_ < 0) return;
+  const Matrix3d& R = X_SO.linear();
+  LocalModel next;
+  next.normal = R * n_O_;
+  // From where the sphere reaches deepest to the apex of the pad.
+  const Vector3d to_apex = radius_ * (next.normal - X_SF.linear().col(2));
+  next.reference = X_SO * p_O_ + to_apex;
+  const Matrix3d K_S = R * StiffnessOf(body) * R.transpose();
+  if (felt) Learn(*felt, next.normal, depth_ * next.normal.dot(K_S * next.normal));
+  next.stiffness = felt_ratio_ * K_S;
+  const double range = body.deformation->info().range;
+  next.valid_radius = (range > 0 ? range : kVouchedFor) * body.larger_side;
+  next.in_contact = in_contact;
+  *model = Revised(next, *model);
+}
+
+void FingerLocalModel::FindPlane(const TactileBody& body, const Vector3d& p_O_centre) noexcept {
+  const auto nearest = body.contact->Find(p_O_centre, std::numeric_limits<double>::infinity());
+  if (!nearest) return;
+  const bool touches = nearest->inside || nearest->distance < radius_;
+  const bool stays = touches && (law_ == ContactLaw::kBonded || nearest->inside);
+  if (!stays || triangle_ < 0) {
+    triangle_ = nearest->triangle;
+    p_O_ = nearest->p_O;
+    weights_ = nearest->weights;
+    // Beside an edge or a corner the sphere meets it from its own side.
+    const Vector3d away = p_O_centre - p_O_;
+    n_O_ =
+        nearest->inside || !(away.norm() > kOnSurface * radius_) ? nearest->n_O : away.normalized();
+  }
+  depth_ = radius_ - n_O_.dot(p_O_centre - p_O_);
+}
+
+// `modelled`: the normal force of the model at this depth [N].
+void FingerLocalModel::Learn(const FeltForce& felt, const Vector3d& n_S, double modelled) noexcept {
+  const RatioSample sample = CompareForces(felt.force_S.dot(n_S), felt.sigma, modelled);
+  if (!sample.tells || !(depth_ > kTellingDepth * full_depth_)) return;
+  const double say = 1 / (1 + sample.error * sample.error);
+  felt_ratio_ += learning_rate_ * say * (sample.ratio - felt_ratio_);
+}
+
+Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body) noexcept {
+  const double share = std::clamp(depth_ / full_depth_, kLeastShare, 1.0);
+  const double radius = disc_radius_ * std::sqrt(share);
+  Matrix3d K;
+  try {
+    K = body.stiffness->At(triangle_, weights_, radius);
+  } catch (const std::exception&) {  // out of memory for what is computed when first asked for
+    K = DiscStiffness(material_, radius, n_O_);
+  }
+  return law_ == ContactLaw::kFrictionless ? Matrix3d(n_O_.dot(K * n_O_) * n_O_ * n_O_.transpose())
+                                           : K;
+}
+
+}  // namespace palpate

@@ -1,0 +1,64 @@
+// The contact that the master renders by itself, for a fingertip: the plane it meets, before it
+// touches too, and the object's stiffness there.
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/state/local_model.h"
+#include "slave/pipeline/fingertips/tactile_body.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// `next` as the successor of `last`: a revision of its own if something changed.
+LocalModel Revised(LocalModel next, const LocalModel& last) noexcept;
+
+// The plane is that in which the fingertip's sphere would meet the surface at rest. Its reference
+// is where the moved tip, the pad's apex, lies when the sphere comes through: exact for every
+// direction of approach. A bonded contact keeps its plane and place until the sphere has come out;
+// a frictionless one follows the sphere until its centre comes inside.
+//
+// The model of small strain gives the stiffness its shape; what the fingertip felt at the depths it
+// was at gives its size: the ratio of both is learnt over tens of milliseconds of contact, the
+// slower the less the force stands out of its error, and kept for the next contact.
+class FingerLocalModel {
+ public:
+  explicit FingerLocalModel(const Scene& scene);
+
+  // What the fingertip feels.
+  struct FeltForce {
+    Eigen::Vector3d force_S{0, 0, 0};  // of the object on it [N]
+    double sigma = 0;                  // of its magnitude [N]
+  };
+  // `model` becomes that of the fingertip at `X_SF`; it keeps its plane while the pose is not
+  // finite. `felt`: absent where it touches nothing or the force is not to be relied on.
+  void Update(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
+              bool in_contact, const std::optional<FeltForce>& felt, LocalModel* model) noexcept;
+  // Of the fingertip's sphere below the surface at rest [m]; negative outside.
+  [[nodiscard]] double depth() const { return depth_; }
+  // The place of the surface at rest, frame O [m].
+  [[nodiscard]] const Eigen::Vector3d& p_O() const { return p_O_; }
+  // ContactEstimate over modelled stiffness [-].
+  [[nodiscard]] double felt_ratio() const { return felt_ratio_; }
+  // The plane is looked for anew, nothing was felt.
+  void Forget() noexcept { triangle_ = -1, felt_ratio_ = 1; }
+
+ private:
+  void FindPlane(const TactileBody& body, const Eigen::Vector3d& p_O_centre) noexcept;
+  [[nodiscard]] Eigen::Matrix3d StiffnessOf(TactileBody& body) noexcept;
+  void Learn(const FeltForce& felt, const Eigen::Vector3d& n_S, double modelled) noexcept;
+
+  Material material_;
+  ContactLaw law_;
+  double radius_, disc_radius_, full_depth_;
+  int triangle_ = -1;
+  Eigen::Vector3d p_O_{0, 0, 0}, n_O_{0, 0, 0}, weights_{0, 0, 0};
+  double depth_ = 0;
+  double learning_rate_;  // per sample, of a force without error
+  double felt_ratio_ = 1;
+};
+
+}  // namespace palpate

@@ -1,0 +1,76 @@
+#include "slave/pipeline/local_model/stiffness_scale.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace palpate {
+namespace {
+
+constexpr double kErrors = 3;  // sigmas: so far a force must stand out of its error
+constexpr double kLeastRatio = 0.25, kLargestRatio = 4;
+constexpr double kSpread = 0.1;      // standard deviation of a ratio before anything was felt
+constexpr double kAlike = 5;         // values as far apart are alike to 1 / e
+constexpr double kForgotten = 2e-3;  // share per sample
+
+}  // namespace
+
+RatioSample CompareForces(double felt, double sigma, double modelled) noexcept {
+  const bool known = std::isfinite(felt) && std::isfinite(sigma) && std::isfinite(modelled);
+  if (!known || !(felt > 0) || !(modelled > 0)) return {};
+  return {std::clamp(felt / modelled, kLeastRatio, kLargestRatio), kErrors * sigma / felt, true};
+}
+
+double LearningRate(double time, double rate) {
+  return 1 - std::exp(-1 / (time * rate));
+}
+
+StiffnessScale::StiffnessScale(double full_depth, double learning_rate) noexcept
+    : full_depth_(full_depth), learning_rate_(learning_rate) {
+  for (int i = 0; i < kDepths; ++i) {
+    for (int j = 0; j < kDepths; ++j) {
+      before_(i, j) = kSpread * kSpread * std::exp(-std::abs(i - j) / kAlike);
+    }
+  }
+  Forget();
+}
+
+void StiffnessScale::Forget() noexcept {
+  ratios_.setOnes();
+  covariance_ = before_;
+}
+
+StiffnessScale::Values StiffnessScale::Weights(double depth) const noexcept {
+  const double at = std::clamp(depth / full_depth_, 0.0, 1.0) * (kDepths - 1);
+  const int below = std::min(static_cast<int>(at), kDepths - 2);
+  Values weights = Values::Zero();
+  weights[below + 1] = at - below;
+  weights[below] = 1 - weights[below + 1];
+  return weights;
+}
+
+void StiffnessScale::Learn(double depth, const RatioSample& sample) noexcept {
+  if (!sample.tells || !std::isfinite(depth) || !std::isfinite(sample.error)) return;
+  const Values weights = Weights(depth);
+  const Values mixed = covariance_ * weights;
+  const double variance = weights.dot(mixed);
+  // A ratio of four is an outlier to the spread expected: only the learning rate bounds its say.
+  const double error =
+      std::max(sample.error * sample.error, variance * (1 - learning_rate_) / learning_rate_);
+  const Values gain = mixed / (variance + error);
+  ratios_ += gain * (sample.ratio - weights.dot(ratios_));
+  ratios_ = ratios_.cwiseMax(kLeastRatio).cwiseMin(kLargestRatio);
+  covariance_ -= gain * mixed.transpose();
+  covariance_ += kForgotten * (before_ - covariance_);
+}
+
+StiffnessScale::Value StiffnessScale::At(double depth) const noexcept {
+  Value value{Weights(depth).dot(ratios_), 0};
+  if (depth > 0 && depth < full_depth_) {
+    const int below = std::min(static_cast<int>(depth / full_depth_ * (kDepths - 1)), kDepths - 2);
+    value.slope = (ratios_[below + 1] - ratios_[below]) * (kDepths - 1) / full_depth_;
+  }
+  return value;
+}
+
+}  // namespace palpate

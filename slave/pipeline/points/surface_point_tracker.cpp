@@ -1,0 +1,248 @@
+#include "slave/pipeline/points/surface_point_tracker.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/site/points/pair_rig.h"
+#include "slave/vision/depth/depth_points.h"
+#include "slave/vision/dots/dot_layout.h"
+#include "slave/vision/dots/stereo_dots.h"
+#include "slave/vision/texture/stereo_texture.h"
+
+namespace palpate {
+namespace {
+
+const Eigen::Vector2d kUnseen = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+
+// What the two kinds that look with a pair of cameras share.
+class PairEyes : public SurfacePointTracker {
+ public:
+  PairEyes(const StereoRig& rig, const Eigen::Isometry3d& X_SL)
+      : rig_(rig), X_LS_(X_SL.inverse()) {}
+  [[nodiscard]] std::optional<Eigen::Vector2d> Project(
+      const Eigen::Vector3d& p_S) const noexcept override {
+    return palpate::Project(rig_.left, X_LS_ * p_S);
+  }
+
+ private:
+  StereoRig rig_;
+  Eigen::Isometry3d X_LS_;
+};
+
+StereoDots::Params DotParams(const Scene& scene, const StereoRig& rig) {
+  const PointTracking& points = *scene.sense.points;
+  StereoDots::Params params;
+  params.rig = rig;
+  params.X_SL = scene.sense.stereo->X_SL;
+  params.X_SO = scene.object.X_SO;
+  params.layout = DotPlaces(points);
+  params.dot_radius = points.dot_radius;
+  params.sigma_px = points.sigma;
+  return params;
+}
+
+class DotEyes final : public PairEyes {
+ public:
+  DotEyes(const Scene& scene, const StereoRig& rig)
+      : PairEyes(rig, scene.sense.stereo->X_SL), params_(DotParams(scene, rig)), dots_(params_) {
+    const double distance =
+        (scene.sense.stereo->X_SL.inverse() * scene.object.X_SO).translation().norm();
+    radius_px_ = rig.left.fx * params_.dot_radius / distance;
+  }
+  const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
+    observation_ = dots_.Observe(pair.left, pair.right, pair.sensed_at);
+    observation_.sequence = pair.sequence;
+    return observation_;
+  }
+  void Reset() override { dots_ = StereoDots(params_); }
+  [[nodiscard]] bool at_rest_known() const override { return dots_.at_rest_known(); }
+  [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
+    const auto& dots = dots_.left().dots();
+    return i < dots.size() && dots[i].seen ? dots[i].dot.centre : kUnseen;
+  }
+  [[nodiscard]] double radius_px() const override { return radius_px_; }
+  [[nodiscard]] int rest_pictures() const override { return params_.rest_pictures; }
+  [[nodiscard]] std::string stage() const override { return "dots"; }
+
+ private:
+  StereoDots::Params params_;
+  StereoDots dots_;
+  SurfaceObservation observation_;
+  double radius_px_ = 0;
+};
+
+class TextureEyes final : public PairEyes {
+ public:
+  TextureEyes(const Scene& scene, const StereoRig& rig)
+      : PairEyes(rig, scene.sense.stereo->X_SL),
+        rig_(rig),
+        X_SL_(scene.sense.stereo->X_SL),
+        options_(StereoTextureOptions::From(*scene.sense.points)),
+        texture_(std::make_unique<StereoTexture>(rig_, X_SL_, options_)) {}
+  const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
+    try {
+      return texture_->Look(pair.left, pair.right, pair.sequence, pair.sensed_at);
+    } catch (const std::exception&) {  // the first pictures cannot be used
+      nothing_.sequence = pair.sequence;
+      nothing_.sensed_at = pair.sensed_at;
+      return nothing_;
+    }
+  }
+  void Reset() override { texture_ = std::make_unique<StereoTexture>(rig_, X_SL_, options_); }
+  [[nodiscard]] bool at_rest_known() const override { return texture_->started(); }
+  [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
+    const auto& windows = texture_->left_windows();
+    return i < windows.size() && windows[i].seen() ? windows[i].warp.p : kUnseen;
+  }
+  [[nodiscard]] double radius_px() const override { return 0.5 * options_.ssd.window; }
+  [[nodiscard]] int rest_pictures() const override { return 1; }
+  [[nodiscard]] std::string stage() const override { return "texture"; }
+
+ private:
+  StereoRig rig_;
+  Eigen::Isometry3d X_SL_;
+  StereoTextureOptions options_;
+  std::unique_ptr<StereoTexture> texture_;
+  SurfaceObservation nothing_;
+};
+
+DepthPoints::Params DepthParams(const Scene& scene) {
+  DepthPoints::Params params;
+  params.camera = *scene.sense.depth;
+  params.farthest = FarthestDepth(scene);
+  return params;
+}
+
+class DepthEyes final : public SurfacePointTracker {
+ public:
+  explicit DepthEyes(const Scene& scene)
+      : params_(DepthParams(scene)), X_DS_(params_.camera.X_SD.inverse()), depths_(params_) {}
+  const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
+    newest_ = &depths_.Observe(pair.left, pair.sequence, pair.sensed_at);
+    return *newest_;
+  }
+  void Reset() override {
+    newest_ = nullptr;
+    depths_.Reset();
+  }
+  [[nodiscard]] bool at_rest_known() const override { return depths_.at_rest_known(); }
+  [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
+    const bool seen = newest_ != nullptr && i < newest_->points.size() && newest_->points[i].seen;
+    return seen ? depths_.place(i) : kUnseen;
+  }
+  [[nodiscard]] std::optional<Eigen::Vector2d> Project(
+      const Eigen::Vector3d& p_S) const noexcept override {
+    const Eigen::Vector3d p_D = X_DS_ * p_S;
+    if (!(p_D.z() > 0)) return std::nullopt;
+    const DepthPictures& camera = params_.camera;
+    return Eigen::Vector2d(camera.fx * p_D.x() / p_D.z() + camera.cx,
+                           camera.fy * p_D.y() / p_D.z() + camera.cy);
+  }
+  [[nodiscard]] double radius_px() const override { return 0.5 * params_.cell; }
+  [[nodiscard]] int rest_pictures() const override { return params_.rest_pictures; }
+  [[nodiscard]] std::string stage() const override { return "depth"; }
+
+ private:
+  DepthPoints::Params params_;
+  Eigen::Isometry3d X_DS_;
+  DepthPoints depths_;
+  const SurfaceObservation* newest_ = nullptr;
+};
+
+constexpr const char* kNoWindow =
+    "no window of texture was found in both pictures: they may show too little texture, or one "
+    "that repeats; be swapped (left, right), or not taken by this rig; or show what is too near to "
+    "be in both";
+
+std::string Size(const std::array<int, 2>& size) {
+  return fmt::format("{} x {}", size[0], size[1]);
+}
+
+}  // namespace
+
+std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
+                                                             const StereoRig& rig) {
+  if (scene.sense.depth) return std::make_unique<DepthEyes>(scene);
+  if (scene.sense.points->track == PointTracking::Track::kTexture) {
+    return std::make_unique<TextureEyes>(scene, rig);
+  }
+  return std::make_unique<DotEyes>(scene, rig);
+}
+
+std::string RestInWords(const SurfacePointTracker& eyes) {
+  const int pictures = eyes.rest_pictures();
+  return pictures == 1
+             ? "the rest frame takes one picture that shows the untouched object"
+             : fmt::format("the rest frame takes {} pictures that show the untouched object",
+                           pictures);
+}
+
+double FarthestDepth(const Scene& scene) {
+  const DepthPictures& depth = *scene.sense.depth;
+  const double distance = (depth.X_SD.inverse() * scene.object.X_SO.translation()).norm();
+  return std::max(DepthPoints::Params().farthest, 2 * distance);
+}
+
+std::string_view WhyFewWindows() {
+  return std::string_view(kNoWindow).substr(std::string_view(kNoWindow).find("they may"));
+}
+
+std::string_view WhyNotFound(const Scene& scene) {
+  if (scene.sense.depth) {
+    return "the depth pictures show too little of a surface within reach: check the pictures and "
+           "their unit";
+  }
+  if (scene.sense.points->track == PointTracking::Track::kTexture) {
+    return kNoWindow;
+  }
+  return "the dots were not found as an array of this size in both pictures: check the sides "
+         "(left, right), the rig and the layout";
+}
+
+StereoRig RigOf(const Scene& scene) {
+  if (!scene.sense.stereo) return {};
+  const std::filesystem::path& file = scene.sense.stereo->rig;
+  const auto refuse = [&](const std::string& why) {
+    throw std::invalid_argument(fmt::format("{}: {}", scene.file.string(), why));
+  };
+  if (file.empty()) {
+    try {
+      return SimulatedRig(scene);
+    } catch (const std::invalid_argument& error) {
+      refuse(error.what());
+    }
+  }
+  StereoRig rig;
+  try {
+    rig = ReadRig(file);
+  } catch (const std::runtime_error& error) {
+    refuse(std::string("sense.camera.stereo.rig: ") + error.what());
+  }
+  if (!(rig.baseline() > 0)) {
+    refuse("sense.camera.stereo.rig: " + file.string() +
+           " is of one camera: accepted is the rig of a pair");
+  }
+  return rig;
+}
+
+void RequireRigFits(const Scene& scene, const StereoRig& rig, const StereoPair& pair) {
+  if (!scene.sense.stereo) return;
+  const auto require = [&](const char* side, const cv::Mat& picture, const Lens& lens) {
+    const std::array<int, 2> size{picture.cols, picture.rows};
+    if (size == lens.size) return;
+    throw std::runtime_error(fmt::format(
+        "{}: the {} pictures are {} px: accepted is {} px, for which {} was made",
+        scene.file.string(), side, Size(size), Size(lens.size),
+        scene.sense.stereo->rig.empty() ? "the rig" : scene.sense.stereo->rig.string()));
+  };
+  require("left", pair.left, rig.left);
+  require("right", pair.right, rig.right);
+}
+
+}  // namespace palpate

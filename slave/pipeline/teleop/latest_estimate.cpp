@@ -1,0 +1,109 @@
+#include "slave/pipeline/teleop/latest_estimate.h"
+
+#include <algorithm>
+
+#include <spdlog/spdlog.h>
+
+namespace palpate {
+namespace {
+
+constexpr double kStaleAfter = 0.060;  // [s]
+constexpr double kStalePeriods = 3;
+constexpr std::size_t kMaxAlarms = 16;
+
+}  // namespace
+
+LatestEstimate::LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_tip)
+    : stale_after_(std::max(kStaleAfter, kStalePeriods / sensor_rate)) {
+  felt_.p_S_tip = p_S_tip;
+}
+
+void LatestEstimate::Put(const ContactEstimate& felt) {
+  {
+    const std::lock_guard lock(mutex_);
+    felt_ = felt;
+    events_.Add(felt.events);
+    ++frames_;
+    std::erase_if(recent_, [&](Time t) { return SecondsBetween(t, felt.sensed_at) > 1.0; });
+    recent_.push_back(felt.sensed_at);
+  }
+  changed_.notify_all();
+}
+
+void LatestEstimate::Add(Event event) {
+  const std::lock_guard lock(mutex_);
+  events_.Add(event);
+}
+
+void LatestEstimate::RaiseAlarm(const std::string& text) {
+  spdlog::warn("{}", text);
+  const std::lock_guard lock(mutex_);
+  if (alarms_.size() < kMaxAlarms) alarms_.push_back(text);
+}
+
+ContactEstimate LatestEstimate::Get() const {
+  const std::lock_guard lock(mutex_);
+  return felt_;
+}
+
+Eigen::Vector3d LatestEstimate::Force() const {
+  const std::lock_guard lock(mutex_);
+  return felt_.force.value_or(Eigen::Vector3d::Zero());
+}
+
+Events LatestEstimate::TakeEvents() {
+  const std::lock_guard lock(mutex_);
+  const Events events = events_;
+  events_.Clear();
+  return events;
+}
+
+bool LatestEstimate::WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, patience, [&] { return felt_.sensed_at > sensed_at; });
+}
+
+SlaveState LatestEstimate::Compose(const OperatorPort& port, Time now) const {
+  SlaveState state;
+  {
+    const std::lock_guard lock(mutex_);
+    state.sensed_at = felt_.sensed_at;
+    state.p_S_tip = felt_.p_S_tip;
+    state.force = felt_.force;
+    state.sigma = felt_.sigma;
+    state.validity = felt_.validity;
+    state.local_model = felt_.local_model;
+    state.fingers = felt_.fingers;
+    state.finger_count = felt_.finger_count;
+  }
+  if (SecondsBetween(state.sensed_at, now) > stale_after_) {
+    state.validity = Worse(state.validity, Validity::kStale);
+    for (FingerState& finger : state.fingers) {
+      finger.validity = Worse(finger.validity, Validity::kStale);
+    }
+  }
+  const OperatorView view = port.view();
+  state.sent_at = now;
+  state.phase = view.phase;
+  state.epoch = view.epoch;
+  state.offset = view.offset;
+  state.command_sequence = view.command_sequence;
+  state.echo = view.echo;
+  // A command may have been taken since `now`.
+  state.echo_delay = view.echo ? std::max(0.0, SecondsBetween(view.taken_at, now)) : 0;
+  state.energy_in = view.energy_in;
+  state.energy_out = view.energy_out;
+  return state;
+}
+
+void LatestEstimate::Describe(SlaveStatus* status) const {
+  const std::lock_guard lock(mutex_);
+  status->validity = felt_.validity;
+  status->frames = frames_;
+  const Time now = Clock::now();
+  status->frame_rate = static_cast<double>(
+      std::ranges::count_if(recent_, [&](Time t) { return SecondsBetween(t, now) <= 1.0; }));
+  status->alarms = alarms_;
+}
+
+}  // namespace palpate

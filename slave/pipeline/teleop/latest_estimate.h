@@ -1,0 +1,53 @@
+// The newest felt state, where the sensor's thread leaves it and everybody else finds it: with the
+// events since they were last asked for, alarms, and how often something comes.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "slave/pipeline/contact_estimate.h"
+#include "slave/pipeline/teleop/operator_port.h"
+#include "slave/pipeline/teleop/slave.h"
+
+namespace palpate {
+
+// Thread-safe; every call is short.
+class LatestEstimate {
+ public:
+  // `sensor_rate` [Hz] decides when it is stale: after three periods, or 60 ms if that is longer
+  // (contracts, wire).
+  // `p_S_tip`: where the tip is before anything was sensed [m].
+  LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_tip);
+
+  void Put(const ContactEstimate& felt);
+  void Add(Event event);
+  // Logs it too; only the first few are kept.
+  void RaiseAlarm(const std::string& text);
+  // Those that wait look again.
+  void Wake() { changed_.notify_all(); }
+
+  [[nodiscard]] ContactEstimate Get() const;
+  // Of the object on the tool, S [N]; zero: unknown.
+  [[nodiscard]] Eigen::Vector3d Force() const;
+  Events TakeEvents();
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience);
+  // What was felt and what the operator does, as of `now`; no sequence, events or true force.
+  [[nodiscard]] SlaveState Compose(const OperatorPort& port, Time now) const;
+  // Validity, counts, rate and alarms.
+  void Describe(SlaveStatus* status) const;
+
+ private:
+  const double stale_after_;  // [s]
+  mutable std::mutex mutex_;  // guards what follows
+  std::condition_variable changed_;
+  ContactEstimate felt_;
+  Events events_;
+  std::vector<std::string> alarms_;
+  std::uint64_t frames_ = 0;
+  std::vector<Time> recent_;  // stamps of the last second
+};
+
+}  // namespace palpate

@@ -1,0 +1,117 @@
+// The slave as the service sees it: commands in, states out. Tests of the service use a fake of it.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "shared/state/slave_state.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// What runs, for GetScene, GetCapabilities and `check`.
+struct SlaveDescription {
+  Scene scene;  // with the parameters now in force
+  ModelInfo model;
+  std::string model_reason;  // why this model
+  std::string source;        // where pictures come from
+  bool simulated = false;
+};
+
+struct StageTimes {
+  std::string stage;
+  double p50_us = 0, p99_us = 0, max_us = 0;
+};
+
+struct SlaveStatus {
+  Phase phase = Phase::kReady;
+  Validity validity = Validity::kFailed;
+  std::uint64_t frames = 0, commands = 0, commands_refused = 0;
+  double frame_rate = 0;  // [Hz], over the last second
+  Time started_at{};
+  std::vector<StageTimes> stages;
+  std::vector<std::string> alarms;
+};
+
+// A change of SetParameters; absent: as it is.
+struct ParameterChange {
+  std::optional<double> position_scale, force_scale, force_limit, young_modulus;
+};
+// A change of SetModel; empty or 0: as it is.
+struct ModelChange {
+  std::string kind;
+  int elements = 0;
+  std::string plane, contact;
+};
+
+// The deformed boundary: its vertices, frame S [m].
+struct BoundaryShape {
+  std::uint64_t state_sequence = 0;
+  Time sensed_at{};
+  Validity validity = Validity::kFailed;
+  int nodes_per_element = 2;            // 2: lines of a planar object, 3: triangles
+  std::vector<std::uint32_t> elements;  // vertex indices, `nodes_per_element` at a time
+  std::vector<float> rest, positions;   // x, y, z per vertex
+  std::vector<float>
+      nodal_forces;  // x, y, z per vertex, of the tool on the object [N]; empty unless asked for
+};
+
+struct JpegPicture {
+  Time sensed_at{};
+  std::string jpeg;
+  int width = 0, height = 0;
+};
+
+inline constexpr double kMaxPositionScale = 100, kMaxForceScale = 1e9;
+
+class TactileInbox;
+
+class Slave {
+ public:
+  virtual ~Slave() = default;
+  Slave() = default;
+  Slave(const Slave&) = delete;
+  Slave& operator=(const Slave&) = delete;
+
+  // --- the operator. One at a time; the service holds the lease.
+  // A lease begins: command sequences and epochs start anew, energies are zero, the tool stands
+  // until engaged.
+  virtual void BeginOperating() = 0;
+  // Takes a command. False: refused, not finite or absurd (it is counted and flagged, the tool
+  // holds). Older than one already taken: dropped, true.
+  virtual bool Command(const OperatorCommand& command) noexcept = 0;
+  // The lease ends: the tool stands.
+  virtual void EndOperating() = 0;
+
+  // --- states. All thread-safe.
+  // The newest state as of `now`, without sequence number and events: sent_at, echo and true force
+  // are those of `now`.
+  [[nodiscard]] virtual SlaveState Compose(Time now) = 0;
+  // Events since the last call; one caller (the publisher).
+  virtual Events TakeEvents() = 0;
+  // Waits until something newer than `sensed_at` was sensed, or for `patience`; true: there is.
+  virtual bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) = 0;
+
+  // --- settings and health. Throw std::invalid_argument (what is accepted) or std::logic_error
+  // (not now, why).
+  [[nodiscard]] virtual SlaveDescription Describe() const = 0;
+  [[nodiscard]] virtual SlaveStatus Status() const = 0;
+  virtual void SetModel(const ModelChange& change) = 0;
+  virtual void SetParameters(const ParameterChange& change) = 0;
+  virtual void Reset() = 0;
+  virtual void EmergencyStop(const std::string& reason) = 0;
+
+  // --- bulk, computed only when asked for.
+  [[nodiscard]] virtual BoundaryShape Shape(bool nodal_forces) = 0;
+  // nullopt: the scene has no camera, or nothing was seen yet.
+  [[nodiscard]] virtual std::optional<JpegPicture> Picture(bool overlays, int quality) = 0;
+
+  // Where streamed tactile samples go; null: the scene takes none.
+  [[nodiscard]] virtual TactileInbox* tactile_inbox() { return nullptr; }
+};
+
+}  // namespace palpate

@@ -1,0 +1,279 @@
+#include "slave/scene/document.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+
+#include <yaml-cpp/yaml.h>
+
+#include "slave/scene/units.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::uintmax_t kLargestFile = 1 << 20;  // [bytes]
+constexpr int kDeepest = 32;
+constexpr int kMostValues = 100'000;  // aliases count each time they are used
+constexpr std::size_t kLongestQuote = 60;
+constexpr int kAfterTheFile = std::numeric_limits<int>::max();
+
+using Kind = DocumentNode::Kind;
+
+DocumentNode EmptyMap() {
+  DocumentNode map;
+  map.kind = Kind::kMap;
+  return map;
+}
+
+// The value as it might stand in the file, on one line.
+std::string Quote(const DocumentNode& node) {
+  if (node.kind == Kind::kNothing) return "(nothing)";
+  if (node.kind == Kind::kScalar) return node.text;
+  const bool is_map = node.kind == Kind::kMap;
+  std::string text(1, is_map ? '{' : '[');
+  for (const auto& child : node.children) {
+    if (text.size() > kLongestQuote) break;
+    if (text.size() > 1) text += ", ";
+    if (is_map) text += child.key + ": ";
+    text += Quote(child);
+  }
+  return text + (is_map ? '}' : ']');
+}
+
+std::string Shortened(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  }
+  if (text.size() <= kLongestQuote) return text;
+  return text.substr(0, kLongestQuote) + "...";
+}
+
+// Copies yaml-cpp's tree, whose aliases may share nodes or even contain themselves.
+class Copier {
+ public:
+  explicit Copier(Mistakes* mistakes, bool is_override)
+      : mistakes_(mistakes), is_override_(is_override) {}
+
+  // Throws std::length_error: too deep or too many.
+  DocumentNode Copy(const YAML::Node& from, const std::string& path, int depth = 0) {
+    if (depth > kDeepest || ++values_ > kMostValues) {
+      throw std::length_error("too deep or too large: accepted is at most 32 levels and " +
+                              std::to_string(kMostValues) + " values, aliases spelled out");
+    }
+    DocumentNode node;
+    node.line = from.Mark().line + 1;
+    node.is_override = is_override_;
+    if (from.IsScalar()) {
+      node.kind = Kind::kScalar;
+      node.text = from.Scalar();
+    } else if (from.IsSequence()) {
+      node.kind = Kind::kList;
+      for (const auto& item : from) {
+        const std::string index = std::to_string(node.children.size());
+        std::string child_path = path;
+        child_path.append(".").append(index);
+        node.children.push_back(Copy(item, child_path, depth + 1));
+        node.children.back().key = index;
+      }
+    } else if (from.IsMap()) {
+      node.kind = Kind::kMap;
+      for (const auto& entry : from) AddEntry(entry.first, entry.second, path, depth, &node);
+    }
+    return node;
+  }
+
+ private:
+  void AddEntry(const YAML::Node& key, const YAML::Node& value, const std::string& path, int depth,
+                DocumentNode* map) {
+    if (!key.IsScalar()) {
+      mistakes_->AddGeneral(key.Mark().line + 1,
+                            "a key is no plain word: accepted is `key: value`");
+      return;
+    }
+    const std::string child_path = path.empty() ? key.Scalar() : path + "." + key.Scalar();
+    DocumentNode child = Copy(value, child_path, depth + 1);
+    child.key = key.Scalar();
+    child.line = key.Mark().line + 1;
+    if (const DocumentNode* first = map->Find(child.key)) {
+      mistakes_->Add(child, child_path,
+                     "each key once: it already stands in line " + std::to_string(first->line));
+      return;
+    }
+    map->children.push_back(std::move(child));
+  }
+
+  Mistakes* mistakes_;
+  bool is_override_;
+  int values_ = 0;
+};
+
+// Control characters other than tab and line ends stand in no text.
+bool IsText(const std::string& bytes) {
+  return std::ranges::none_of(bytes, [](char c) {
+    const auto code = static_cast<unsigned char>(c);
+    return (code < 0x20 && c != '\t' && c != '\n' && c != '\r') || code == 0x7f;
+  });
+}
+
+std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes* mistakes) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    mistakes->AddGeneral(0, std::filesystem::exists(file, error) ? "not a file: accepted is a YAML "
+                                                                   "file"
+                                                                 : "no such file");
+    return std::nullopt;
+  }
+  if (std::filesystem::file_size(file, error) > kLargestFile || error) {
+    mistakes->AddGeneral(0, "too large: accepted is at most 1 MiB");
+    return std::nullopt;
+  }
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream) {
+    mistakes->AddGeneral(0, "cannot be read");
+    return std::nullopt;
+  }
+  if (!IsText(bytes)) {
+    mistakes->AddGeneral(0, "not text: accepted is a YAML file");
+    return std::nullopt;
+  }
+  return bytes;
+}
+
+DocumentNode Parse(const std::string& text, Mistakes* mistakes) {
+  DocumentNode root;
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() == 1) root = Copier(mistakes, false).Copy(documents[0], "");
+    if (documents.size() > 1) {
+      mistakes->AddGeneral(documents[1].Mark().line + 1, "a second document: accepted is one");
+    } else if (root.kind != Kind::kMap) {
+      mistakes->AddGeneral(0, root.kind == Kind::kNothing
+                                  ? "empty: accepted is a map of name, object, model, ..."
+                                  : "no scene: accepted is a map of name, object, model, ...");
+    }
+  } catch (const YAML::Exception& error) {
+    mistakes->AddGeneral(error.mark.line + 1, "not YAML: " + error.msg);
+  } catch (const std::length_error& error) {
+    mistakes->AddGeneral(0, error.what());
+  }
+  if (root.kind != Kind::kMap) root = EmptyMap();
+  return root;
+}
+
+// The child of a list or map that a segment of a key path names, made if a map lacks it.
+DocumentNode* Descend(DocumentNode* node, const std::string& segment) {
+  if (node->kind == Kind::kNothing) node->kind = Kind::kMap;
+  if (node->kind == Kind::kScalar) return nullptr;
+  const auto found = std::ranges::find(node->children, segment, &DocumentNode::key);
+  if (found != node->children.end()) return &*found;
+  if (node->kind == Kind::kList) return nullptr;
+  DocumentNode made;
+  made.key = segment;
+  made.is_override = true;
+  return &node->children.emplace_back(std::move(made));
+}
+
+void Override(const std::string& pair, DocumentNode* root, Mistakes* mistakes) {
+  const auto equals = pair.find('=');
+  const std::string path = pair.substr(0, equals);
+  if (equals == std::string::npos || path.empty()) {
+    mistakes->AddOverride(pair, "key.path=value");
+    return;
+  }
+  const auto refuse = [&](const std::string& accepted) {
+    mistakes->AddOverride(path + " = " + Shortened(pair.substr(equals + 1)), accepted);
+  };
+  DocumentNode value;
+  try {
+    value = Copier(mistakes, true).Copy(YAML::Load(pair.substr(equals + 1)), path);
+  } catch (const std::exception& error) {
+    return refuse(std::string("a YAML value (") + error.what() + ")");
+  }
+  DocumentNode* node = root;
+  for (std::size_t begin = 0; node != nullptr && begin <= path.size();) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    node = Descend(node, path.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  if (node == nullptr) {
+    return refuse("a key path that leads through maps and list indices of the scene");
+  }
+  value.key = node->key;
+  *node = std::move(value);
+}
+
+}  // namespace
+
+const DocumentNode* DocumentNode::Find(std::string_view child_key) const {
+  const auto found = std::ranges::find(children, child_key, &DocumentNode::key);
+  return found == children.end() ? nullptr : &*found;
+}
+
+void Mistakes::AddAt(const DocumentNode& node, std::string what) {
+  if (node.is_override) {
+    mistakes_.push_back({kAfterTheFile, "--override " + std::move(what)});
+  } else {
+    AddGeneral(std::max(node.line, 1), what);
+  }
+}
+
+void Mistakes::Add(const DocumentNode& node, std::string_view path, std::string_view accepted) {
+  std::string what(path);
+  what.append(" = ").append(Shortened(Quote(node))).append(": accepted is ").append(accepted);
+  AddAt(node, std::move(what));
+}
+
+void Mistakes::AddMissing(const DocumentNode& parent, std::string_view path,
+                          std::string_view accepted) {
+  std::string what(path);
+  what.append(" = (missing): accepted is ").append(accepted);
+  AddAt(parent, std::move(what));
+}
+
+void Mistakes::AddAtPath(const DocumentNode& root, std::string_view path,
+                         std::string_view accepted) {
+  const DocumentNode* node = &root;
+  for (std::size_t begin = 0; begin <= path.size();) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    const DocumentNode* child = node->Find(path.substr(begin, end - begin));
+    if (child == nullptr) return AddMissing(*node, path, accepted);
+    node = child;
+    begin = end + 1;
+  }
+  Add(*node, path, accepted);
+}
+
+void Mistakes::AddGeneral(int line, std::string_view what) {
+  const std::string where = line > 0 ? file_ + ":" + std::to_string(line) : file_;
+  mistakes_.push_back({line, where + ": " + std::string(what)});
+}
+
+void Mistakes::AddOverride(std::string_view pair, std::string_view accepted) {
+  std::string what = "--override ";
+  what.append(pair).append(": accepted is ").append(accepted);
+  mistakes_.push_back({kAfterTheFile, std::move(what)});
+}
+
+std::string Mistakes::text() const {
+  std::vector<Mistake> sorted = mistakes_;
+  std::ranges::stable_sort(sorted, {}, &Mistake::line);
+  std::string text;
+  for (const auto& mistake : sorted) text += (text.empty() ? "" : "\n") + mistake.what;
+  return text;
+}
+
+DocumentNode ReadDocument(const std::filesystem::path& file,
+                          const std::vector<std::string>& overrides, Mistakes* mistakes) {
+  const auto text = ReadText(file, mistakes);
+  if (!text) return EmptyMap();
+  DocumentNode root = Parse(*text, mistakes);
+  for (const auto& pair : overrides) Override(pair, &root, mistakes);
+  return root;
+}
+
+}  // namespace palpate

@@ -1,0 +1,50 @@
+// What plates can be pressed, and what the simulated membrane can play, for mistakes to be found
+// where they are written.
+#pragma once
+
+#include <string>
+
+#include "slave/scene/scene.h"
+#include "slave/scene/section.h"
+
+namespace palpate {
+
+// Of the scene as far as it is read: `object` and `sense` for widths, all of it for the rest. The
+// words say what is accepted.
+class MembraneLimits {
+ public:
+  static constexpr double kMostBlur = 20;  // of a simulated pair [px]
+  static constexpr const char* kBlur = "0 to 20 px where a pair is simulated";
+
+  explicit MembraneLimits(const Scene& scene);
+
+  // Whether the object is a membrane, and a simulated pair looks at it.
+  [[nodiscard]] bool apply() const { return radius_ > 0 && thickness_ > 0; }
+  [[nodiscard]] bool is_simulated() const { return is_simulated_; }
+
+  // Of the tool; any positive width where no limits apply. Lives as long as this.
+  [[nodiscard]] Rule width_rule() const;
+
+  [[nodiscard]] bool allows_thickness() const;
+  [[nodiscard]] std::string thickness() const;
+  // By a simulated one.
+  [[nodiscard]] bool allows_prestress() const;
+  [[nodiscard]] std::string prestress() const;
+  [[nodiscard]] bool allows_press() const;
+  [[nodiscard]] std::string press() const;
+  [[nodiscard]] bool allows_home() const;
+  [[nodiscard]] std::string home() const;
+
+ private:
+  [[nodiscard]] double most_prestress() const;  // [N/m]
+  [[nodiscard]] double most_press() const;      // [m]
+  [[nodiscard]] double reach() const;           // of the tool's axis from the membrane's [m]
+
+  const Scene& scene_;
+  double radius_ = 0, thickness_ = 0;
+  bool is_simulated_ = false;
+  double least_width_ = 0, most_width_ = 0;
+  std::string widths_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,125 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string_view>
+
+#include "slave/scene/sections.h"
+
+namespace palpate {
+namespace {
+
+template <typename... Kinds>
+bool IsOneOf(const Geometry& geometry) {
+  return (std::holds_alternative<Kinds>(geometry) || ...);
+}
+
+FixedSide ReadSide(Section& section, const Geometry& geometry) {
+  constexpr std::array kSides{"bottom", "top", "left", "right"};
+  const bool is_flat = IsPlanar(geometry) || IsOneOf<MembraneGeometry>(geometry);
+  const bool has_sides =
+      IsPlanar(geometry) && !IsOneOf<DiscGeometry, ImageContourGeometry>(geometry);
+  const char* accepted = has_sides ? "bottom, top, left, right or rim"
+                         : is_flat ? "rim (or use arc, plane or nodes of an outline)"
+                                   : "no side of a volume: use plane or nodes";
+  const std::string side = section.Text("side", accepted);
+  const bool is_known =
+      (has_sides && std::ranges::find(kSides, side) != kSides.end()) || (is_flat && side == "rim");
+  if (!side.empty() && !is_known) section.Refuse("side", accepted);
+  return {side};
+}
+
+FixedArc ReadArc(Section& section, const Geometry& geometry) {
+  if (IsOneOf<RectangleGeometry>(geometry) || !IsPlanar(geometry)) {
+    section.Refuse("arc", "no arc of this geometry: use side, plane or nodes");
+  }
+  Section arc = section.Open("arc");
+  const double centre = arc.Number("centre", Any(Dimension::kAngle));
+  const Rule half = Between(Dimension::kAngle, kSmallest, std::numbers::pi, "> 0, at most 180 deg");
+  return {centre, arc.Number("half_angle", half)};
+}
+
+FixedPlane ReadPlane(Section& section, const Geometry& geometry) {
+  using Axis = Section::Choice<int>;
+  Section plane = section.Open("plane");
+  const bool is_planar = IsPlanar(geometry);
+  if (plane.present() && !plane.Has("axis")) {
+    plane.Refuse("axis", is_planar ? "x or y" : "x, y or z");
+  }
+  const int axis = is_planar
+                       ? plane.OneOf("axis", std::array{Axis{"x", 0}, Axis{"y", 1}})
+                       : plane.OneOf("axis", std::array{Axis{"x", 0}, Axis{"y", 1}, Axis{"z", 2}});
+  return {axis, plane.Number("at", Any(Dimension::kLength))};
+}
+
+FixedNodes ReadNodes(Section& section) {
+  constexpr int kMostNodes = 10'000'000;
+  constexpr const char* kAccepted = "a list of element (in 3D node) indices from 0";
+  Section list = section.OpenList("nodes", kAccepted);
+  FixedNodes fixed;
+  if (list.present() && list.size() == 0) section.Refuse("nodes", kAccepted);
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    fixed.nodes.push_back(list.Integer(std::to_string(i), 0, kMostNodes));
+  }
+  return fixed;
+}
+
+// `x`, `xy` or `[x, y]`; in 3D z too.
+std::array<bool, 3> ReadComponents(Section& section, bool is_planar) {
+  const char* accepted = is_planar ? "x, y, xy or [x, y]" : "x, y, z, such as xy, or [x, y]";
+  if (!section.Has("components")) return {true, true, true};
+  const DocumentNode& node = *section.node()->Find("components");
+  std::string letters = node.text;
+  for (const auto& item : node.children) letters += item.text;
+  const std::string_view axes = is_planar ? "xy" : "xyz";
+  std::array<bool, 3> held{false, false, false};
+  for (std::size_t i = 0; i < axes.size(); ++i) held[i] = letters.find(axes[i]) != letters.npos;
+  const bool is_understood = letters.find_first_not_of(axes) == std::string::npos;
+  if (letters.empty() || !is_understood) section.Refuse("components", accepted);
+  return held;
+}
+
+Fixed ReadFixedEntry(Section& section, const Geometry& geometry) {
+  constexpr const char* kOneOf = "exactly one of side, arc, plane, nodes";
+  constexpr std::array kKinds{"side", "arc", "plane", "nodes"};
+  Fixed fixed;
+  fixed.components = ReadComponents(section, IsPlanar(geometry));
+  const auto found =
+      std::ranges::count_if(kKinds, [&](const char* kind) { return section.Has(kind); });
+  if (section.present() && found != 1) {
+    section.mistakes()->Add(*section.node(), section.path(), kOneOf);
+    return fixed;
+  }
+  const bool is_membrane = IsOneOf<MembraneGeometry>(geometry);
+  if (is_membrane && section.Has("components")) {
+    section.Refuse("components", "nothing here: a membrane is clamped in all of them");
+  }
+  if (is_membrane && !section.Has("side")) {
+    section.mistakes()->Add(*section.node(), section.path(), "{side: rim}: a membrane is clamped");
+    return fixed;
+  }
+  if (section.Has("side")) fixed.where = ReadSide(section, geometry);
+  if (section.Has("arc")) fixed.where = ReadArc(section, geometry);
+  if (section.Has("plane")) fixed.where = ReadPlane(section, geometry);
+  if (section.Has("nodes")) fixed.where = ReadNodes(section);
+  return fixed;
+}
+
+}  // namespace
+
+std::vector<Fixed> ReadFixed(Section& object, const Geometry& geometry) {
+  std::vector<Fixed> fixed;
+  if (!object.Has("fixed")) return fixed;
+  if (object.node()->Find("fixed")->kind == DocumentNode::Kind::kList) {
+    Section list = object.OpenList("fixed");
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      Section entry = list.Open(std::to_string(i));
+      fixed.push_back(ReadFixedEntry(entry, geometry));
+    }
+    if (list.size() == 0) object.Refuse("fixed", "one {side: ...} or more");
+    return fixed;
+  }
+  Section entry = object.Open("fixed");
+  return {ReadFixedEntry(entry, geometry)};
+}
+
+}  // namespace palpate

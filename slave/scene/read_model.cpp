@@ -1,0 +1,138 @@
+#include <algorithm>
+
+#include "slave/scene/sections.h"
+
+namespace palpate {
+namespace {
+
+using Fem = FemOptions;
+
+Rule Share() {
+  return Between(Dimension::kNumber, 1e-6, 1, "> 0 (1e-6 to 1)");
+}
+
+void ReadPlanar(Section& model, ModelOptions* options) {
+  using Order = Section::Choice<ElementOrder>;
+  using PlaneChoice = Section::Choice<Plane>;
+  options->elements = model.Integer("elements", 3, 4000, options->elements);
+  options->order = model.OneOf("order", std::array{Order{"constant", ElementOrder::kConstant},
+                                                   Order{"linear", ElementOrder::kLinear},
+                                                   Order{"quadratic", ElementOrder::kQuadratic}});
+  options->plane = model.OneOf("plane", std::array{PlaneChoice{"stress", Plane::kStress},
+                                                   PlaneChoice{"strain", Plane::kStrain}});
+}
+
+// `none`, or `{mass: , stiffness: }`.
+void ReadDamping(Section& model, Fem* fem) {
+  if (!model.Has("damping")) return;
+  const DocumentNode& node = *model.node()->Find("damping");
+  if (node.kind == DocumentNode::Kind::kScalar) {
+    if (node.text != "none") model.Refuse("damping", "none or {mass: 1.0 /s, stiffness: 0.01 s}");
+    return;
+  }
+  Section damping = model.Open("damping");
+  fem->damping_mass = damping.Number("mass", NotNegative(Dimension::kRate), 0.0);
+  fem->damping_stiffness = damping.Number("stiffness", NotNegative(Dimension::kTime), 0.0);
+}
+
+void ReadMotion(Section& model, Fem* fem) {
+  using Integrator = Section::Choice<Fem::Integrator>;
+  using Mass = Section::Choice<Fem::Mass>;
+  using Time = Section::Choice<Fem::Time>;
+  fem->time = model.OneOf(
+      "time", std::array{Time{"static", Fem::Time::kStatic}, Time{"dynamic", Fem::Time::kDynamic}});
+  fem->step =
+      model.Number("step", Between(Dimension::kTime, 1e-9, 1e3, "1 ns to 1000 s"), fem->step);
+  fem->integrator = model.OneOf(
+      "integrator", std::array{Integrator{"implicit-euler", Fem::Integrator::kImplicitEuler},
+                               Integrator{"newmark", Fem::Integrator::kNewmark}});
+  fem->newton = model.Integer("newton", 0, 1000, fem->newton);
+  fem->mass = model.OneOf("mass", std::array{Mass{"consistent", Fem::Mass::kConsistent},
+                                             Mass{"lumped", Fem::Mass::kLumped}});
+  ReadDamping(model, fem);
+}
+
+void ReadElement(Section& model, Fem* fem) {
+  using Element = Section::Choice<Fem::Element>;
+  using Pressure = Section::Choice<Fem::Pressure>;
+  fem->element = model.OneOf("element", std::array{Element{"tet4", Fem::Element::kTet4},
+                                                   Element{"tet10", Fem::Element::kTet10}});
+  fem->pressure =
+      model.OneOf("pressure", std::array{Pressure{"auto", Fem::Pressure::kAuto},
+                                         Pressure{"displacement", Fem::Pressure::kDisplacement},
+                                         Pressure{"averaged", Fem::Pressure::kAveraged},
+                                         Pressure{"mixed", Fem::Pressure::kMixed}});
+}
+
+void ReadFem(Section& model, bool has_law, Fem* fem) {
+  using Law = Section::Choice<Fem::Law>;
+  using Tangent = Section::Choice<Fem::Tangent>;
+  ReadElement(model, fem);
+  if (has_law) {
+    fem->law = model.OneOf("law", std::array{Law{"corotational", Fem::Law::kCorotational},
+                                             Law{"linear", Fem::Law::kLinear},
+                                             Law{"neo-hookean", Fem::Law::kNeoHookean}});
+  }
+  fem->tangent = model.OneOf("tangent", std::array{Tangent{"warped", Fem::Tangent::kWarped},
+                                                   Tangent{"exact", Fem::Tangent::kExact}});
+  ReadMotion(model, fem);
+  fem->residual = model.Number("residual", Between(Dimension::kNumber, 1e-14, 0.1, "1e-14 to 0.1"),
+                               fem->residual);
+  fem->gravity_O = model.Vector3(
+      "gravity", Between(Dimension::kNumber, -1e6, 1e6, "m/s^2 (-1e6 to 1e6)"), fem->gravity_O);
+  fem->threads = model.Integer("threads", 1, 64, fem->threads);
+}
+
+}  // namespace
+
+ModelOptions ReadModel(Section& scene, const SceneContext& context) {
+  using Kind = Section::Choice<const char*>;
+  using Contact = Section::Choice<ContactLaw>;
+  Section model = scene.Open("model", "a map of kind, elements, plane, contact, ...");
+  ModelOptions options;
+  options.kind = model.OneOf(
+      "kind", std::array{Kind{"auto", "auto"}, Kind{"bem2d", "bem2d"}, Kind{"plate", "plate"},
+                         Kind{"plate-large", "plate-large"}, Kind{"fem", "fem"},
+                         Kind{"fem-hyperelastic", "fem-hyperelastic"}, Kind{"bem3d", "bem3d"},
+                         Kind{"fem-green", "fem-green"}});
+  const bool is_auto = options.kind == "auto";
+  const bool is_hyperelastic = options.kind == "fem-hyperelastic";
+  if (is_auto || options.kind == "bem2d") ReadPlanar(model, &options);
+  if (is_auto || is_hyperelastic || options.kind == "fem") {
+    ReadFem(model, !is_hyperelastic, &options.fem);
+  }
+  if (options.kind == "fem-green") ReadElement(model, &options.fem);
+  if (options.kind == "plate-large") options.modes = model.Integer("modes", 2, 40, 0);
+  if (is_auto || options.kind == "plate-large") {
+    options.prestress = model.Number("prestress", NotNegative(Dimension::kTension), 0.0);
+  } else if (options.kind == "plate" && model.Has("prestress")) {
+    model.Refuse("prestress", "nothing with this kind: plate-large takes a tension at rest");
+  }
+  if (is_hyperelastic) options.fem.law = Fem::Law::kNeoHookean;
+  if (options.kind == "fem" && options.fem.law == Fem::Law::kNeoHookean) {
+    options.kind = "fem-hyperelastic";
+  }
+  const bool is_bonded = options.kind == "fem" || is_hyperelastic;
+  if (is_bonded) {
+    model.OneOf("contact", std::array{Contact{"bonded", ContactLaw::kBonded}}, " with this kind");
+  } else if (options.kind.find("plate") == std::string::npos) {
+    options.contact =
+        model.OneOf("contact", std::array{Contact{"bonded", ContactLaw::kBonded},
+                                          Contact{"frictionless", ContactLaw::kFrictionless}});
+  }
+  if (options.kind == "bem3d" || options.kind == "fem-green") {
+    const std::string folder = model.Text("cache", "a folder", std::string());
+    if (!folder.empty()) options.cache = context.folder / folder;
+  }
+  options.tolerance = model.Number("tolerance", Share(), options.tolerance);
+  options.rate = model.Number("rate", Positive(Dimension::kFrequency), options.rate);
+  // Plates have ranges of their own, in thicknesses.
+  if (options.kind.find("plate") == std::string::npos) {
+    options.range = model.Number("range", Share(), 0.10);
+  }
+  Section puncture = model.Open("puncture");
+  options.puncture_depth = puncture.Number("depth", Positive(Dimension::kLength));
+  return options;
+}
+
+}  // namespace palpate

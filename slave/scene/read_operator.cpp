@@ -1,0 +1,158 @@
+// The hand's side of a scene, the tool it moves, and the simulated world.
+#include <cmath>
+#include <limits>
+
+#include "slave/scene/sections.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kPressDepth = 0.055;    // of the larger side
+constexpr double kPressPerSecond = 4;    // press depths per second
+constexpr double kHomeClearance = 0.07;  // of the larger side
+constexpr double kSpeedReserve = 2.5;    // times the press speed
+constexpr double kToolPerSide = 1.0 / 15;
+
+// Where a press begins.
+Eigen::Vector3d HomeOver(const Object& object, const BoundingBox& box) {
+  const double clearance = kHomeClearance * box.larger_side();
+  const Eigen::Vector3d centre = box.centre();
+  if (box.is_flat()) return {centre.x(), box.upper.y() + clearance, 0};
+  if (IsVolume(object.geometry)) return {centre.x(), centre.y(), box.upper.z() + clearance};
+  return object.X_SO * Eigen::Vector3d(0, 0, clearance);
+}
+
+ManipulatorOptions DefaultManipulator(const Object& object, const std::optional<BoundingBox>& box,
+                                      double press_speed) {
+  ManipulatorOptions options;
+  options.max_speed = kSpeedReserve * press_speed;
+  if (!box) return options;
+  const double side = box->larger_side();
+  const Eigen::Vector3d margin(side, side, box->is_flat() ? 0 : side);
+  options.home = HomeOver(object, *box);
+  options.workspace_min = box->lower - margin;
+  options.workspace_max = box->upper + margin;
+  return options;
+}
+
+// The axis along which `home` lies farthest outside the box, towards the box.
+Eigen::Vector2d TowardsBox(const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
+  if (!box) return {0, -1};
+  const Eigen::Vector2d below = (box->lower - home).head<2>();  // > 0: home lies left of / under it
+  const Eigen::Vector2d beyond = (home - box->upper).head<2>();
+  const Eigen::Vector2d outside = below.cwiseMax(beyond);
+  const int axis = outside.x() > outside.y() ? 0 : 1;
+  Eigen::Vector2d direction(0, 0);
+  direction[axis] = below[axis] > beyond[axis] ? 1 : -1;
+  return direction;
+}
+
+}  // namespace
+
+OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& box) {
+  const auto depth_rule = Positive(Dimension::kLength);
+  OperatorOptions options;
+  if (box) {
+    options.press_depth = kPressDepth * box->larger_side();
+    options.press_speed = kPressPerSecond * options.press_depth;
+  }
+  Section section = scene.Open("operator");
+  TeleopTransform& transform = options.transform;
+  transform.position_scale = section.Number("position_scale", Positive(Dimension::kNumber), 1.0);
+  transform.force_scale = section.Number("force_scale", Positive(Dimension::kNumber), 1.0);
+  options.force_limit =
+      section.Number("force_limit", Positive(Dimension::kForce), options.force_limit);
+  transform.R_SM = FixedAxesRotation(
+      section.Vector3("rotation", Any(Dimension::kAngle), Eigen::Vector3d::Zero()));
+  Section press = section.Open("press");
+  options.press_told = press.Has("depth");
+  options.press_depth = press.Number("depth", depth_rule, options.press_depth);
+  options.press_speed = press.Number("speed", Positive(Dimension::kSpeed), options.press_speed);
+  return options;
+}
+
+void PlaceFingers(const std::optional<BoundingBox>& box, Tactile* tactile) {
+  if (!box) return;
+  const double lift = tactile->finger_radius + kHomeClearance * box->larger_side();
+  for (Finger& finger : tactile->fingers) {
+    if (finger.has_pose) continue;
+    finger.X_SF.translation() = box->centre();
+    finger.X_SF.translation().z() = box->upper.z() + lift;
+  }
+}
+
+ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
+                                   const std::optional<BoundingBox>& box, double press_speed,
+                                   const std::optional<Eigen::Vector3d>& pad) {
+  const Rule place = Any(Dimension::kLength);
+  ManipulatorOptions options = DefaultManipulator(object, box, press_speed);
+  Section section = scene.Open("manipulator");
+  if (!pad) {
+    options.home = section.Vector3("home", place, options.home);
+  } else {
+    options.home = *pad;
+    options.workspace_min = options.workspace_min.cwiseMin(*pad);
+    options.workspace_max = options.workspace_max.cwiseMax(*pad);
+    if (section.Has("home")) {
+      section.Refuse("home", "nothing here: home is where the first finger's pose has its pad");
+    }
+  }
+  options.max_speed = section.Number("max_speed", Positive(Dimension::kSpeed), options.max_speed);
+  Section workspace = section.Open("workspace");
+  options.workspace_min = workspace.Vector3("min", place, options.workspace_min);
+  options.workspace_max = workspace.Vector3("max", place, options.workspace_max);
+  if ((options.workspace_min.array() > options.workspace_max.array()).any()) {
+    workspace.Refuse("max", "a corner with no coordinate below that of workspace.min");
+  } else if ((options.home.array() < options.workspace_min.array()).any() ||
+             (options.home.array() > options.workspace_max.array()).any()) {
+    if (pad) {
+      section.Refuse("workspace", "one that holds the pad of the first finger at home");
+    } else {
+      section.Refuse("home", "a place inside the manipulator's workspace");
+    }
+  }
+  return options;
+}
+
+std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
+                             const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
+  using Shape = Section::Choice<Tool::Shape>;
+  Section section = scene.Open("tool", is_needed ? "a map of shape and width" : "");
+  if (!section.present()) return std::nullopt;
+  Tool tool;
+  tool.shape = section.OneOf(
+      "shape", std::array{Shape{"flat", Tool::Shape::kFlat}, Shape{"round", Tool::Shape::kRound}});
+  tool.width = section.Number("width", width);
+  const Eigen::Vector2d direction =
+      section.Vector2("direction", Any(Dimension::kNumber), TowardsBox(box, home));
+  if (direction.norm() < kSmallest)
+    section.Refuse("direction", "a direction [x, y] other than [0, 0]");
+  tool.direction = direction.normalized();
+  return tool;
+}
+
+Tool UsualTool(const BoundingBox& box) {
+  Tool tool;
+  tool.shape = Tool::Shape::kRound;
+  tool.width = kToolPerSide * box.larger_side();
+  return tool;
+}
+
+SiteOptions ReadSite(Section& scene) {
+  Section section = scene.Open("site");
+  SiteOptions site;
+  const Rule share = Between(Dimension::kNumber, 0, 1, "0 to 1");
+  site.seed = static_cast<std::uint32_t>(
+      section.Integer("seed", 0, std::numeric_limits<int>::max(), static_cast<int>(site.seed)));
+  site.noise = section.Number("noise", Between(Dimension::kNumber, 0, 255, "0 to 255 grey levels"),
+                              site.noise);
+  site.blur = section.Number("blur", Between(Dimension::kPixels, 0, 100, "0 to 100"), site.blur);
+  site.lighting = section.Number("lighting", share, site.lighting);
+  site.flicker = section.Number("flicker", share, site.flicker);
+  site.pace =
+      section.Number("pace", Between(Dimension::kNumber, 1e-3, 1e3, "0.001 to 1000"), site.pace);
+  site.misplacement = section.Vector2("misplacement", Any(Dimension::kLength), site.misplacement);
+  return site;
+}
+
+}  // namespace palpate

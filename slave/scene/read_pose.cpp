@@ -1,0 +1,63 @@
+#include "slave/scene/sections.h"
+
+namespace palpate {
+
+Eigen::Matrix3d FixedAxesRotation(const Eigen::Vector3d& angles) {
+  using Eigen::AngleAxisd;
+  using Eigen::Vector3d;
+  return (AngleAxisd(angles.z(), Vector3d::UnitZ()) * AngleAxisd(angles.y(), Vector3d::UnitY()) *
+          AngleAxisd(angles.x(), Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+namespace {
+
+struct PoseParts {
+  Eigen::Vector3d translation, angles;
+};
+
+PoseParts ReadParts(Section& pose, const Eigen::Isometry3d& fallback) {
+  constexpr double kFarthest = 1e3;  // [m]
+  return {pose.Vector3("translation",
+                       Between(Dimension::kLength, -kFarthest, kFarthest, "-1 km to 1 km"),
+                       fallback.translation()),
+          pose.Vector3("rotation", Any(Dimension::kAngle), Eigen::Vector3d::Zero())};
+}
+
+Eigen::Isometry3d PoseOf(const PoseParts& parts) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translate(parts.translation).rotate(FixedAxesRotation(parts.angles));
+  return X;
+}
+
+}  // namespace
+
+Eigen::Isometry3d ReadPose(Section& section, const Eigen::Isometry3d& fallback) {
+  Section pose = section.Open("pose");
+  return pose.present() ? PoseOf(ReadParts(pose, fallback)) : fallback;
+}
+
+Eigen::Isometry3d ReadKnownPose(Section& section) {
+  if (section.present() &&
+      (!section.Has("pose") || section.node()->Find("pose")->children.empty())) {
+    section.Refuse("pose", "a map of translation, rotation");
+  }
+  return ReadPose(section, Eigen::Isometry3d::Identity());
+}
+
+Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fallback) {
+  Section pose = section.Open("pose");
+  if (!pose.present()) return fallback;
+  const PoseParts parts = ReadParts(pose, fallback);
+  const bool is_raised = parts.translation.z() != 0;
+  const bool is_tilted = parts.angles.x() != 0 || parts.angles.y() != 0;
+  if (is_raised) {
+    pose.Refuse("translation", "[x, y, 0]: this version sees and models the plane z = 0 only");
+  }
+  if (is_tilted) {
+    pose.Refuse("rotation", "[0, 0, angle]: this version sees and models the plane z = 0 only");
+  }
+  return is_raised || is_tilted ? fallback : PoseOf(parts);
+}
+
+}  // namespace palpate

@@ -1,0 +1,255 @@
+#include <algorithm>
+#include <cctype>
+#include <system_error>
+
+#include <fnmatch.h>
+
+#include "slave/scene/sections.h"
+
+namespace palpate {
+namespace {
+
+bool IsVideo(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array kVideos{".avi", ".mp4", ".mkv", ".mov"};
+  return std::ranges::find(kVideos, extension) != kVideos.end();
+}
+
+// `%d`, `%4d` or `%04d`, once: the pattern meets a formatting function later.
+bool IsPrintfPattern(const std::string& pattern) {
+  const auto percent = pattern.find('%');
+  if (percent == std::string::npos || pattern.find('%', percent + 1) != std::string::npos) {
+    return false;
+  }
+  const auto letter = pattern.find_first_not_of("0123456789", percent + 1);
+  return letter != std::string::npos && letter - percent <= 3 && pattern[letter] == 'd';
+}
+
+// Whether a file's name matches a printf pattern or a glob, in a folder that is none.
+bool NamesAFile(const std::filesystem::path& pattern) {
+  const std::string name = pattern.filename().string();
+  const auto percent = name.find('%');
+  const std::string glob =
+      percent == std::string::npos
+          ? name
+          : name.substr(0, percent) + '*' + name.substr(name.find('d', percent) + 1);
+  const auto folder = pattern.has_parent_path() ? pattern.parent_path() : ".";
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (fnmatch(glob.c_str(), entry.path().filename().c_str(), 0) == 0) return true;
+  }
+  return false;
+}
+
+void ReadFiles(Section& section, const SceneContext& context, Camera* camera) {
+  camera->pattern = ReadPictures(section, "file", context);
+  camera->source = IsVideo(camera->pattern) ? Camera::Source::kVideo : Camera::Source::kFiles;
+}
+
+void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
+  using Source = Section::Choice<Camera::Source>;
+  if (!NamesOneSource(section)) return;
+  if (section.Has("file")) {
+    ReadFiles(section, context, camera);
+  } else if (section.Has("device")) {
+    camera->source = Camera::Source::kDevice;
+    camera->device = section.Integer("device", 0, 1000);
+  } else {
+    section.OneOf("source", std::array{Source{"simulated", Camera::Source::kSimulated}});
+  }
+}
+
+// What stands there when the scene does not say it: of files and videos it comes with the pictures.
+std::array<int, 2> DefaultSize(const Camera& camera) {
+  const bool comes_with_pictures =
+      camera.source == Camera::Source::kFiles || camera.source == Camera::Source::kVideo;
+  return comes_with_pictures ? std::array{0, 0} : camera.size;
+}
+
+std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,
+                                 const Eigen::Isometry3d& X_SC) {
+  const bool is_needed = context.use == SceneUse::kFull;
+  Section section = sense.Open("camera", is_needed ? "a map of source, pixel, ..." : "");
+  if (!section.present()) return std::nullopt;
+  Camera camera;
+  ReadSource(section, context, &camera);
+  camera.rate = section.Number(
+      "rate", Between(Dimension::kFrequency, 1e-3, 1e5, "> 0 (1e-3 to 1e5)"), camera.rate);
+  camera.size = ReadSize(section, DefaultSize(camera));
+  const Rule pixel = Positive(Dimension::kLength);
+  camera.pixel = is_needed ? section.Number("pixel", pixel) : section.Number("pixel", pixel, 0.0);
+  camera.X_SC = ReadPlanarPose(section, X_SC);
+  camera.lens = ReadExistingFile(section, "intrinsics", context);
+  return camera;
+}
+
+std::optional<TipTracking> ReadTip(Section& sense, const SceneContext& context) {
+  using Track = Section::Choice<int>;
+  const bool is_needed = context.use == SceneUse::kFull;
+  Section section = sense.Open("tip", is_needed ? "a map of track, template, ..." : "");
+  if (!section.present()) return std::nullopt;
+  TipTracking tip;
+  section.OneOf("track", std::array{Track{"template", 0}}, " in this version");
+  tip.template_file = ReadExistingFile(section, "template", context);
+  if (section.Has("anchor")) {
+    tip.anchor = section.Vector2("anchor", Between(Dimension::kPixels, -kLargestPicture,
+                                                   kLargestPicture, "-16384 to 16384"));
+  }
+  tip.roi = section.Integer("roi", 8, kLargestPicture, tip.roi, Dimension::kPixels);
+  tip.min_score =
+      section.Number("min_score", Between(Dimension::kNumber, 0, 1, "0 to 1"), tip.min_score);
+  return tip;
+}
+
+void ReadStart(Section& section, ContourTracking* contour) {
+  constexpr const char* kStart = "auto, {circle: {centre, radius}} or {polygon: [[x, y], ...]}";
+  const Rule px = Between(Dimension::kPixels, -kLargestPicture, kLargestPicture, "-16384 to 16384");
+  const DocumentNode* node = section.Has("start") ? section.node()->Find("start") : nullptr;
+  if (node == nullptr || node->text == "auto") return;
+  if (node->kind != DocumentNode::Kind::kMap) return section.Refuse("start", kStart);
+  Section start = section.Open("start");
+  const bool has_circle = start.Has("circle");
+  const bool has_polygon = start.Has("polygon");
+  if (has_circle == has_polygon) return section.Refuse("start", kStart);
+  if (has_circle) {
+    Section circle = start.Open("circle");
+    const Eigen::Vector2d centre = circle.Vector2("centre", px);
+    contour->start = ContourTracking::Circle{
+        centre,
+        circle.Number("radius", Between(Dimension::kPixels, 1, kLargestPicture, "1 to 16384"))};
+    return;
+  }
+  ContourTracking::Polygon polygon{start.Points("polygon", px)};
+  if (polygon.points.size() < 3) start.Refuse("polygon", "three points [x, y] or more");
+  contour->start = std::move(polygon);
+}
+
+std::optional<ContourTracking> ReadContour(Section& sense) {
+  using Track = Section::Choice<int>;
+  Section section = sense.Open("contour");
+  if (!section.present()) return std::nullopt;
+  const Rule weight = Between(Dimension::kNumber, 0, 1e6, "0 to 1e6");
+  ContourTracking contour;
+  section.OneOf("track", std::array{Track{"snake", 0}}, " in this version");
+  contour.control_points = section.Integer("control_points", 8, 1000, contour.control_points);
+  contour.alpha = section.Number("alpha", weight, contour.alpha);
+  contour.beta = section.Number("beta", weight, contour.beta);
+  contour.gamma = section.Number("gamma", weight, contour.gamma);
+  ReadStart(section, &contour);
+  return contour;
+}
+
+// Where the virtual or real depth camera stands must be said: nothing of the scene tells it.
+std::optional<DepthCamera> ReadDepthCamera(Section& sense) {
+  Section section = sense.Open("depth_camera");
+  if (!section.present()) return std::nullopt;
+  DepthCamera camera;
+  camera.X_SD = ReadKnownPose(section);
+  camera.size = ReadSize(section, camera.size);
+  camera.focal =
+      section.Number("focal", Between(Dimension::kPixels, 1, 1e6, "1 to 1e6"), camera.focal);
+  camera.noise =
+      section.Number("noise", Between(Dimension::kLength, 0, 1, "0 to 1 m"), camera.noise);
+  return camera;
+}
+
+// A scene senses in one way.
+void RefuseBeside(Section& section, std::string_view key) {
+  if (section.Has(key)) section.Refuse(key, "nothing beside `tactile`: fingertips need no picture");
+}
+
+}  // namespace
+
+std::array<int, 2> ReadSize(Section& section, const std::array<int, 2>& fallback) {
+  if (!section.Has("size")) return fallback;
+  const Rule edge = Between(Dimension::kPixels, 16, kLargestPicture, "16 to 16384, whole");
+  const Eigen::Vector2d size = section.Vector2("size", edge);
+  if (size != size.array().floor().matrix()) section.Refuse("size", "whole numbers of pixels");
+  return {static_cast<int>(size.x()), static_cast<int>(size.y())};
+}
+
+std::string ReadPictures(Section& section, std::string_view key, const SceneContext& context) {
+  const std::string pattern =
+      section.Text(key, "a printf pattern, a glob, a directory or a picture");
+  const auto path = context.folder / pattern;
+  if (pattern.empty()) return {};
+  std::error_code error;
+  if (pattern.find('%') != std::string::npos && !IsPrintfPattern(path.filename().string())) {
+    section.Refuse(key, "one number like %d or %04d in the pattern of a file's name");
+  } else if (context.use != SceneUse::kFull || std::filesystem::is_directory(path, error)) {
+    return path.string();
+  } else if (pattern.find_first_of("%*?[") == std::string::npos) {
+    ReadExistingFile(section, key, context);
+  } else if (!NamesAFile(path)) {
+    section.Refuse(key, "a pattern that names a file; none is " + path.string());
+  }
+  return path.string();
+}
+
+bool NamesOneSource(Section& camera) {
+  constexpr std::array kSources{"source", "file", "device", "stereo", "depth"};
+  std::string_view named = "source";
+  int count = 0;
+  for (const char* key : kSources) {
+    if (!camera.Has(key)) continue;
+    if (count++ == 0) named = key;
+  }
+  const bool has_pair = camera.Has("pair");
+  if (!camera.present()) return false;
+  if (count != 1) {
+    camera.Refuse(named,
+                  "exactly one of `source: simulated`, `file`, `device`, `stereo` and `depth`");
+  } else if (has_pair && named != "source") {
+    camera.Refuse("pair", "nothing beside `" + std::string(named) +
+                              "`: it tells how two simulated cameras stand");
+  } else {
+    return true;
+  }
+  return false;
+}
+
+std::filesystem::path ReadExistingFile(Section& section, std::string_view key,
+                                       const SceneContext& context) {
+  const std::string name = section.Text(key, "a file", "");
+  if (name.empty()) return {};
+  auto file = context.folder / name;
+  std::error_code error;
+  if (context.use == SceneUse::kFull && !std::filesystem::is_regular_file(file, error)) {
+    section.Refuse(key, "a file that exists; there is no " + file.string());
+  }
+  return file;
+}
+
+Sense ReadSense(Section& scene, const SceneContext& context, const Object& object,
+                const Eigen::Isometry3d& X_SC) {
+  const bool is_needed = context.use == SceneUse::kFull;
+  Section section = scene.Open(
+      "sense", is_needed ? "a map of camera, tip, contour, of camera, points, or of tactile" : "");
+  Sense sense;
+  sense.tactile = ReadTactile(section, context);
+  sense.depth_camera = ReadDepthCamera(section);
+  if (sense.tactile) {
+    RefuseBeside(section, "camera");
+    RefuseBeside(section, "tip");
+    RefuseBeside(section, "contour");
+    RefuseBeside(section, "points");
+    return sense;
+  }
+  if (NamesEyes(section.node())) {
+    ReadEyes(section, context, object, &sense);
+    return sense;
+  }
+  if (section.Has("points")) {
+    section.Refuse("points",
+                   "nothing beside one camera: points in space take `camera: {source: simulated, "
+                   "pair: {}}`, `camera: {stereo: {left, right, rig}}` or `camera: {depth: ...}`");
+  }
+  sense.camera = ReadCamera(section, context, X_SC);
+  sense.tip = ReadTip(section, context);
+  sense.contour = ReadContour(section);
+  return sense;
+}
+
+}  // namespace palpate

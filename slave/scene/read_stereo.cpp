@@ -1,0 +1,151 @@
+// `sense.camera` where it is a pair of cameras, simulated or from files, or takes depth pictures
+// (paper C).
+#include <algorithm>
+#include <cmath>
+
+#include "slave/scene/sections.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kDistance = 0.25;  // of a simulated pair from the object [m]: paper C, 5.1
+
+constexpr Rule kRate = Between(Dimension::kFrequency, 1e-3, 1e5, "> 0 (1e-3 to 1e5)");
+constexpr Rule kFocal = Between(Dimension::kPixels, 1, 1e6, "1 to 1e6");
+
+// The left one of two cameras that stand inside, side by side along x of O, and look at O's origin.
+Eigen::Isometry3d LeftOfPair(const Eigen::Isometry3d& X_SO, double baseline) {
+  const double vergence = std::atan2(0.5 * baseline, kDistance);
+  return X_SO * Eigen::Translation3d(-0.5 * baseline, 0, -kDistance) *
+         Eigen::AngleAxisd(vergence, Eigen::Vector3d::UnitY());
+}
+
+StereoCameras ReadSimulated(Section& camera, const Object& object) {
+  using Source = Section::Choice<int>;
+  StereoCameras pair;
+  camera.OneOf("source", std::array{Source{"simulated", 0}});
+  pair.size = ReadSize(camera, pair.size);
+  constexpr int kLargestPainted = 8192;  // edge [px]
+  if (std::max(pair.size[0], pair.size[1]) > kLargestPainted) {
+    camera.Refuse("size", "[width, height], 16 to 8192 px each where a pair is simulated");
+  }
+  Section section = camera.Open("pair");
+  pair.focal = section.Number("focal", kFocal, pair.focal);
+  pair.baseline = section.Number(
+      "baseline", Between(Dimension::kLength, 1e-6, 1e3, "> 0 (1 um to 1 km)"), pair.baseline);
+  pair.X_SL = ReadPose(camera, LeftOfPair(object.X_SO, pair.baseline));
+  return pair;
+}
+
+std::string FirstLine(const std::string& text) {
+  return text.substr(0, text.find('\n'));
+}
+
+// Looks into the rig's file no further than needed to refuse what is none, and for the size of the
+// left pictures; {0, 0}: not known.
+std::array<int, 2> LookIntoRig(Section& section, const StereoCameras& pair) {
+  constexpr const char* kAccepted =
+      "a rig of two cameras, as `calibrate --left ... --right ...` writes it";
+  Mistakes mistakes(pair.rig);
+  const DocumentNode rig = ReadDocument(pair.rig, {}, &mistakes);
+  const DocumentNode* left = rig.Find("left");
+  if (mistakes.count() > 0) {
+    section.Refuse("rig", std::string(kAccepted) + "; " + FirstLine(mistakes.text()));
+  } else if (left == nullptr || rig.Find("right") == nullptr) {
+    section.Refuse("rig", std::string(kAccepted) + "; this one has no `" +
+                              (left == nullptr ? "left" : "right") + "`");
+  } else {
+    const auto edge = [&](const char* key) {
+      const DocumentNode* node = left->Find(key);
+      const auto pixels = node == nullptr ? std::nullopt : ParseInteger(node->text);
+      return pixels && *pixels > 0 && *pixels <= kLargestPicture ? static_cast<int>(*pixels) : 0;
+    };
+    return {edge("image_width"), edge("image_height")};
+  }
+  return {0, 0};
+}
+
+StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, const Object& object) {
+  const bool is_full = context.use == SceneUse::kFull;
+  StereoCameras pair;
+  pair.source = StereoCameras::Source::kFiles;
+  pair.size = {0, 0};
+  Section section = camera.Open("stereo");
+  pair.left = ReadPictures(section, "left", context);
+  pair.right = ReadPictures(section, "right", context);
+  const std::size_t before = section.mistakes()->count();
+  if (is_full && !section.Has("rig")) {
+    section.Refuse("rig", "a file that `calibrate` wrote");
+  } else {
+    pair.rig = ReadExistingFile(section, "rig", context);
+  }
+  if (is_full && section.mistakes()->count() == before) pair.size = LookIntoRig(section, pair);
+  // What is only followed may be followed in the left camera's own frame.
+  const bool needs_pose = is_full && IsHeld(object);
+  pair.X_SL = needs_pose ? ReadKnownPose(camera) : ReadPose(camera, pair.X_SL);
+  return pair;
+}
+
+DepthPictures ReadDepthPictures(Section& camera, const SceneContext& context) {
+  const Rule centre = Between(Dimension::kPixels, -1e6, 1e6, "-1e6 to 1e6");
+  DepthPictures depth;
+  depth.pattern = ReadPictures(camera, "depth", context);
+  depth.unit = camera.Number(
+      "unit", Between(Dimension::kLength, 1e-9, 1, "> 0 (1 nm to 1 m), of one count"), depth.unit);
+  depth.fx = camera.Number("fx", kFocal);
+  depth.fy = camera.Number("fy", kFocal);
+  depth.cx = camera.Number("cx", centre);
+  depth.cy = camera.Number("cy", centre);
+  depth.sigma = camera.Number("sigma", Between(Dimension::kLength, 1e-9, 1, "> 0 (1 nm to 1 m)"),
+                              depth.sigma);
+  depth.X_SD =
+      context.use == SceneUse::kFull ? ReadKnownPose(camera) : ReadPose(camera, depth.X_SD);
+  return depth;
+}
+
+// After one mistake the other keys are no mistakes.
+void PassOver(Section& camera) {
+  for (const char* key :
+       {"rate", "size", "pose", "pixel", "intrinsics", "unit", "fx", "fy", "cx", "cy", "sigma"}) {
+    camera.Has(key);
+  }
+}
+
+}  // namespace
+
+bool NamesEyes(const DocumentNode* sense) {
+  const DocumentNode* camera = sense == nullptr ? nullptr : sense->Find("camera");
+  if (camera == nullptr) return false;
+  const auto has = [&](const char* key) { return camera->Find(key) != nullptr; };
+  return has("pair") || has("stereo") || has("depth");
+}
+
+void ReadEyes(Section& sense, const SceneContext& context, const Object& object, Sense* read) {
+  for (const char* key : {"tip", "contour"}) {
+    if (sense.Has(key)) {
+      sense.Refuse(key,
+                   "nothing beside a camera that sees in space: `points` says what it follows");
+    }
+  }
+  Section camera = sense.Open("camera");
+  if (!NamesOneSource(camera)) {
+    PassOver(camera);
+    sense.Has("points");
+    return;
+  }
+  const double rate = camera.Number("rate", kRate, StereoCameras().rate);
+  if (camera.Has("pixel")) {
+    camera.Refuse("pixel", "nothing here: the focal length tells how large things are seen");
+  }
+  if (camera.Has("depth")) {
+    read->depth = ReadDepthPictures(camera, context);
+    read->depth->rate = rate;
+  } else {
+    read->stereo = camera.Has("stereo") ? ReadStereoFiles(camera, context, object)
+                                        : ReadSimulated(camera, object);
+    read->stereo->rate = rate;
+  }
+  read->points = ReadPoints(sense, context, object, *read);
+}
+
+}  // namespace palpate

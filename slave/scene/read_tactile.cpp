@@ -1,0 +1,189 @@
+// `sense.tactile`: fingertips, where their samples come from and how they are read.
+#include <algorithm>
+#include <system_error>
+
+#include "shared/state/slave_state.h"
+#include "slave/scene/sections.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kLongestName = 32;
+
+void ReadSource(Section& section, const SceneContext& context, Tactile* tactile) {
+  constexpr const char* kAccepted = "stream, simulated, or a CSV recording";
+  const std::string source = section.Text("source", kAccepted);
+  tactile->source = source == "stream"      ? Tactile::Source::kStream
+                    : source == "simulated" ? Tactile::Source::kSimulated
+                                            : Tactile::Source::kRecording;
+  if (tactile->source != Tactile::Source::kRecording || source.empty()) return;
+  tactile->file = context.folder / source;
+  std::error_code error;
+  if (context.use == SceneUse::kFull && !std::filesystem::is_regular_file(tactile->file, error)) {
+    section.Refuse("source",
+                   std::string(kAccepted) + "; there is no file " + tactile->file.string());
+  }
+}
+
+// A folder, or a file of a network.
+std::filesystem::path ReadNetwork(Section& section, const SceneContext& context) {
+  const std::string name = section.Text("network", "a folder with a network, or an .onnx file", "");
+  if (name.empty()) return {};
+  auto network = context.folder / name;
+  std::error_code error;
+  if (context.use == SceneUse::kFull && !std::filesystem::exists(network, error)) {
+    section.Refuse("network",
+                   "a folder with a network, or an .onnx file; there is no " + network.string());
+  }
+  return network;
+}
+
+// `first N`.
+int ReadRest(Section& section, int fallback) {
+  constexpr std::string_view kFirst = "first ";
+  constexpr const char* kAccepted = "`first N`, N from 1 to 10000 samples";
+  constexpr long long kMost = 10'000;
+  const std::string text =
+      section.Text("rest", kAccepted, std::string(kFirst) + std::to_string(fallback));
+  const auto count =
+      text.starts_with(kFirst) ? ParseInteger(text.substr(kFirst.size())) : std::nullopt;
+  if (count && *count >= 1 && *count <= kMost) return static_cast<int>(*count);
+  section.Refuse("rest", kAccepted);
+  return fallback;
+}
+
+// A word, or the path of a fitted localiser.
+std::string ReadLocalise(Section& section, const SceneContext& context,
+                         const std::string& fallback) {
+  constexpr std::array kWords{"auto", "paper", "polarity-free", "pressure-weighted"};
+  constexpr const char* kAccepted =
+      "auto or paper or polarity-free or pressure-weighted, or a fitted localiser's .json file";
+  const std::string text = section.Text("localise", kAccepted, fallback);
+  if (std::ranges::find(kWords, text) != kWords.end()) return text;
+  if (std::filesystem::path(text).extension() != ".json") {
+    section.Refuse("localise", kAccepted);
+    return fallback;
+  }
+  return ReadExistingFile(section, "localise", context).string();
+}
+
+void RequireName(const Section& section, std::string_view key, std::string_view name) {
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  };
+  if (!name.empty() && name.size() <= kLongestName && std::ranges::all_of(name, is_plain)) return;
+  section.mistakes()->Add(*section.node()->Find(key), section.PathOf(key),
+                          "a finger's name of 1 to 32 letters, digits, _ or -");
+}
+
+Eigen::Isometry3d ReadFingerPose(Section& section, Finger* finger) {
+  finger->has_pose = section.Has("pose");
+  return ReadPose(section, finger->X_SF);
+}
+
+Finger ReadFinger(Section& fingers, const DocumentNode& node, bool is_first) {
+  using Motion = Section::Choice<Finger::Motion>;
+  RequireName(fingers, node.key, node.key);
+  Section section = fingers.Open(node.key);
+  Finger finger;
+  finger.name = node.key;
+  finger.X_SF = ReadFingerPose(section, &finger);
+  finger.motion = section.OneOf("motion", std::array{Motion{"hand", Finger::Motion::kHand},
+                                                     Motion{"opposite", Finger::Motion::kOpposite},
+                                                     Motion{"stands", Finger::Motion::kStands}});
+  if (is_first && finger.motion != Finger::Motion::kHand) {
+    section.Refuse("motion", "hand for the first finger: it is the one that the operator moves");
+  }
+  return finger;
+}
+
+// `fingers`, a map of name to {pose, motion}.
+std::vector<Finger> ReadFingers(Section& tactile) {
+  constexpr const char* kAccepted = "a map of 1 to 5 fingers, `name: {pose: {...}, motion: hand}`";
+  for (const char* key : {"finger", "pose"}) {
+    if (tactile.Has(key)) tactile.Refuse(key, "nothing beside `fingers`, which say it for each");
+  }
+  Section fingers = tactile.Open("fingers");
+  std::vector<Finger> read;
+  if (!fingers.present()) return read;
+  for (const DocumentNode& node : fingers.node()->children) {
+    read.push_back(ReadFinger(fingers, node, read.empty()));
+  }
+  if (read.empty() || read.size() > kMaxFingers) tactile.Refuse("fingers", kAccepted);
+  return read;
+}
+
+// `finger` and `pose` stand beside each other.
+Finger ReadOnlyFinger(Section& tactile) {
+  Finger finger;
+  finger.name = tactile.Text("finger", "a finger's name", "finger");
+  if (tactile.Has("finger")) RequireName(tactile, "finger", finger.name);
+  finger.X_SF = ReadFingerPose(tactile, &finger);
+  return finger;
+}
+
+// Of what is counted there is no per cent.
+void RefusePercent(Section& section, std::string_view key, const Rule& counts) {
+  const DocumentNode* node = section.Has(key) ? section.node()->Find(key) : nullptr;
+  if (node == nullptr || !node->text.ends_with('%')) return;
+  section.Refuse(key, "a plain number, " + std::string(counts.range));
+}
+
+void ReadMeasures(Section& section, Tactile* tactile) {
+  const Rule counts = Between(Dimension::kNumber, 1e-6, 1e6, "> 0 counts (1e-6 to 1e6)");
+  tactile->rate = section.Number("rate", Between(Dimension::kFrequency, 1, 1e4, "1 Hz to 10 kHz"),
+                                 tactile->rate);
+  tactile->threshold = section.Number("threshold", counts, tactile->threshold);
+  tactile->full_scale = section.Number("full_scale", counts, tactile->full_scale);
+  RefusePercent(section, "threshold", counts);
+  RefusePercent(section, "full_scale", counts);
+  if (!(tactile->full_scale > tactile->threshold)) {
+    section.Refuse(section.Has("full_scale") ? "full_scale" : "threshold",
+                   "a threshold below full_scale");
+  }
+  tactile->finger_radius = section.Number(
+      "radius", Between(Dimension::kLength, 1e-3, 0.05, "1 mm to 50 mm"), tactile->finger_radius);
+  tactile->gate = section.Number(
+      "gate", Between(Dimension::kLength, kSmallest, 1, "> 0 (1e-15 to 1 m)"), tactile->gate);
+  tactile->patch =
+      section.Number("patch", Between(Dimension::kLength, 0, 1, "0 to 1 m"), tactile->patch);
+}
+
+void ReadWays(Section& section, Tactile* tactile) {
+  using Hold = Section::Choice<Tactile::Hold>;
+  using State = Section::Choice<bool>;
+  tactile->hold =
+      section.OneOf("hold", std::array{Hold{"force", Tactile::Hold::kForce},
+                                       Hold{"displacement", Tactile::Hold::kDisplacement}});
+  tactile->carries_state =
+      section.OneOf("state", std::array{State{"windowed", false}, State{"carried", true}});
+}
+
+}  // namespace
+
+std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context) {
+  Section section = sense.Open("tactile");
+  if (!section.present()) return std::nullopt;
+  Tactile tactile;
+  ReadSource(section, context, &tactile);
+  if (section.Has("fingers")) {
+    tactile.fingers = ReadFingers(section);
+  } else {
+    tactile.fingers = {ReadOnlyFinger(section)};
+  }
+  if (tactile.fingers.empty()) tactile.fingers.emplace_back();  // after a mistake
+  tactile.network = ReadNetwork(section, context);
+  tactile.rest_samples = ReadRest(section, tactile.rest_samples);
+  tactile.localise = ReadLocalise(section, context, tactile.localise);
+  tactile.electrodes = ReadExistingFile(section, "electrodes", context);
+  ReadMeasures(section, &tactile);
+  ReadWays(section, &tactile);
+  tactile.poses = ReadExistingFile(section, "poses", context);
+  if (section.Has("poses") && tactile.source != Tactile::Source::kRecording) {
+    section.Refuse("poses", "nothing here: only a recording has its poses in a file");
+  }
+  return tactile;
+}
+
+}  // namespace palpate

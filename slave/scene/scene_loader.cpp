@@ -1,0 +1,250 @@
+#include "slave/scene/scene_loader.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "slave/scene/document.h"
+#include "slave/scene/membrane_limits.h"
+#include "slave/scene/section.h"
+#include "slave/scene/sections.h"
+
+namespace palpate {
+namespace {
+
+Eigen::Isometry3d CameraOver(const std::optional<BoundingBox>& box) {
+  Eigen::Isometry3d X_SC = Eigen::Isometry3d::Identity();
+  if (box) X_SC.translation() = box->centre();
+  return X_SC;
+}
+
+// How many boundary elements the object will have; more than asked for if it has more edges.
+int ElementCount(const Scene& scene) {
+  const auto& geometry = scene.object.geometry;
+  if (std::holds_alternative<DiscGeometry>(geometry)) return scene.model.elements;
+  const Outline outline = OutlineOf(geometry);
+  std::size_t edges = outline.outer.size();
+  for (const auto& hole : outline.holes) edges += hole.size();
+  return std::max(scene.model.elements, static_cast<int>(edges));
+}
+
+// What no section can tell by itself.
+class CrossCheck {
+ public:
+  CrossCheck(const Scene& scene, const DocumentNode& document, SceneUse use, Mistakes* mistakes)
+      : scene_(scene), document_(document), use_(use), mistakes_(mistakes) {}
+
+  void Run() {
+    CheckGeometry();
+    CheckHeld();
+    CheckKind();
+    if (OutlineBox(scene_.object)) CheckElements();
+    CheckHome();
+    CheckFingers();
+    CheckSight();
+    CheckMembrane();
+    CheckContour();
+  }
+
+ private:
+  // Which senses tell of which objects.
+  void CheckGeometry() {
+    if (use_ != SceneUse::kFull) return;
+    const Geometry& geometry = scene_.object.geometry;
+    if (scene_.sense.tactile && !IsVolume(geometry)) {
+      Refuse("object.geometry", "box or mesh where fingertips touch");
+    } else if (HasEyes(scene_.sense) && IsPlanar(geometry)) {
+      Refuse("object.geometry", "membrane, box or mesh where two cameras or depth pictures look");
+    } else if (!scene_.sense.tactile && !named_eyes_ && !IsPlanar(geometry)) {
+      Refuse("object.geometry",
+             "rectangle, disc, polygon or contour where one camera watches; membranes, boxes and "
+             "meshes take two (`camera: {source: simulated, pair: {}}` or `camera: {stereo: {left, "
+             "right, rig}}`), depth pictures (`camera: {depth: ...}`) or fingertips (`tactile`), "
+             "and none for solve, study and check");
+    }
+  }
+
+  // Two cameras may also follow what moves as a whole; a simulated target does so on its path.
+  void CheckHeld() {
+    const auto& stereo = scene_.sense.stereo;
+    const bool is_told = IsPresent("object", "fixed");
+    const bool may_move = named_eyes_ && !scene_.sense.depth;
+    if (use_ == SceneUse::kFull && !may_move && !is_told && !IsHeld(scene_.object)) {
+      Refuse("object.fixed", "where the object is held: side, arc, plane or nodes");
+    }
+    const bool is_target = stereo && stereo->source == StereoCameras::Source::kSimulated &&
+                           IsVolume(scene_.object.geometry);
+    if (use_ == SceneUse::kFull && is_target && is_told) {
+      Refuse("object.fixed", "nothing where a textured target is simulated: it moves as a whole");
+    }
+  }
+
+  // Which models compute which objects.
+  void CheckKind() {
+    const Geometry& geometry = scene_.object.geometry;
+    const std::string& kind = scene_.model.kind;
+    if (scene_.model.prestress > 0 && !std::holds_alternative<MembraneGeometry>(geometry)) {
+      Refuse("model.prestress", "nothing here: a membrane alone is under tension at rest");
+    }
+    if (kind == "auto") return;
+    const bool is_plate = kind == "plate" || kind == "plate-large";
+    if (IsPlanar(geometry) && kind != "bem2d") {
+      Refuse("model.kind", "auto or bem2d for a planar outline");
+    } else if (std::holds_alternative<MembraneGeometry>(geometry) && !is_plate) {
+      Refuse("model.kind", "auto, plate or plate-large for a membrane");
+    } else if (IsVolume(geometry) && (is_plate || kind == "bem2d")) {
+      Refuse("model.kind", "auto, fem, fem-hyperelastic, fem-green or bem3d for a volume");
+    }
+  }
+
+  void CheckElements() {
+    if (std::holds_alternative<RectangleGeometry>(scene_.object.geometry) &&
+        scene_.model.elements < 4) {
+      Refuse("model.elements", "4 to 4000 for a rectangle");
+    }
+    for (const Fixed& fixed : scene_.object.fixed) {
+      const auto* listed = std::get_if<FixedNodes>(&fixed.where);
+      const int last = ElementCount(scene_) - 1;
+      const auto is_beyond = [&](int node) { return node > last; };
+      if (listed == nullptr || std::ranges::none_of(listed->nodes, is_beyond)) continue;
+      Refuse("object.fixed", "nodes from 0 to " + std::to_string(last) + ", the last element");
+    }
+  }
+
+  // A first tip inside the object would count as contact.
+  void CheckHome() {
+    const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * scene_.manipulator.home;
+    if (scene_.tool && !scene_.sense.tactile &&
+        Contains(OutlineOf(scene_.object.geometry), p_O.head<2>())) {
+      Refuse("manipulator.home", "a place outside the object");
+    }
+    const bool is_membrane = std::holds_alternative<MembraneGeometry>(scene_.object.geometry);
+    const bool is_told = IsPresent("manipulator", "home");
+    if (is_membrane && HasEyes(scene_.sense) && is_told && !(p_O.z() > 0)) {
+      Refuse("manipulator.home", "a place before the membrane, on the side that z of O points to");
+    }
+  }
+
+  // Where a recording tells the poses, what stands here is not used.
+  void CheckFingers() {
+    const auto* box = std::get_if<BoxGeometry>(&scene_.object.geometry);
+    const auto& tactile = scene_.sense.tactile;
+    if (box == nullptr || !tactile || !tactile->poses.empty()) return;
+    for (const Finger& finger : tactile->fingers) {
+      const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * finger.X_SF.translation();
+      const bool is_inside = (p_O.array() > 0).all() && (p_O.array() < box->size.array()).all();
+      if (!is_inside) continue;
+      const bool is_named = document_.Find("sense")->Find("tactile")->Find("fingers") != nullptr;
+      Refuse(is_named ? "sense.tactile.fingers." + finger.name + ".pose" : "sense.tactile.pose",
+             "a fingertip whose middle lies outside the object");
+    }
+  }
+
+  // Cameras look at the object, and a simulated pair stands closer together than it is far.
+  void CheckSight() {
+    const auto& stereo = scene_.sense.stereo;
+    const bool is_simulated = stereo && stereo->source == StereoCameras::Source::kSimulated;
+    const bool is_membrane = std::holds_alternative<MembraneGeometry>(scene_.object.geometry);
+    if (!HasEyes(scene_.sense) || !(is_simulated || is_membrane) || mistakes_->count() > 0) return;
+    const Eigen::Isometry3d& X_SC = stereo ? stereo->X_SL : scene_.sense.depth->X_SD;
+    const Eigen::Vector3d p_C = X_SC.inverse() * scene_.object.X_SO.translation();
+    constexpr double kWidest = 1.5;  // baseline / distance: the cameras turn by 97 degrees
+    if (use_ == SceneUse::kFull && !(p_C.z() > 0)) {
+      Refuse("sense.camera.pose", "one that has the object's origin before the camera, z > 0");
+    } else if (is_simulated && !(stereo->baseline < kWidest * p_C.norm())) {
+      Refuse("sense.camera.pair.baseline", "less than 1.5 times the distance to the object");
+    }
+  }
+
+  // What the models of a membrane, and the simulated one, can do.
+  void CheckMembrane() {
+    const MembraneLimits limits(scene_);
+    if (!limits.apply() || mistakes_->count() > 0) return;
+    if (!limits.allows_thickness()) {
+      Refuse("object.geometry.membrane.thickness", limits.thickness());
+      return;
+    }
+    if (use_ != SceneUse::kFull || !limits.is_simulated()) return;
+    if (!limits.allows_prestress()) Refuse("model.prestress", limits.prestress());
+    if (!limits.allows_press()) Refuse("operator.press.depth", limits.press());
+    if (!limits.allows_home()) {
+      const bool is_moved = !IsPresent("manipulator", "home") && IsPresent("site", "misplacement");
+      Refuse(is_moved ? "site.misplacement" : "manipulator.home", limits.home());
+    }
+    if (scene_.site.blur > MembraneLimits::kMostBlur) Refuse("site.blur", MembraneLimits::kBlur);
+  }
+
+  void CheckContour() {
+    if (!std::holds_alternative<ImageContourGeometry>(scene_.object.geometry)) return;
+    if (!scene_.sense.contour) {
+      Refuse("sense.contour", "{track: snake}, which `contour: from-image` needs");
+    }
+    const auto& camera = scene_.sense.camera;
+    if (camera && camera->source == Camera::Source::kSimulated) {
+      Refuse("sense.camera.source", "file or device: no shape to simulate with `from-image`");
+    }
+  }
+
+  [[nodiscard]] bool IsPresent(std::string_view section, std::string_view key) const {
+    const DocumentNode* node = document_.Find(section);
+    return node != nullptr && node->Find(key) != nullptr;
+  }
+  void Refuse(std::string_view path, std::string_view accepted) {
+    mistakes_->AddAtPath(document_, path, accepted);
+  }
+
+  const Scene& scene_;
+  const DocumentNode& document_;
+  SceneUse use_;
+  Mistakes* mistakes_;
+  bool named_eyes_ = NamesEyes(document_.Find("sense"));
+};
+
+Scene ReadScene(Section& root, const SceneContext& context) {
+  Scene scene;
+  scene.name = root.Text("name", "a name");
+  scene.object = ReadObject(root, context);
+  scene.model = ReadModel(root, context);
+  auto box = OutlineBox(scene.object);
+  scene.sense = ReadSense(root, context, scene.object, CameraOver(box));
+  if (HasEyes(scene.sense) && !box) box = SolidBox(scene.object, root);
+  std::optional<Eigen::Vector3d> pad;
+  if (auto& tactile = scene.sense.tactile) {
+    if (IsVolume(scene.object.geometry)) box = SolidBox(scene.object, root);
+    PlaceFingers(box, &*tactile);
+    pad = tactile->fingers.front().X_SF * Eigen::Vector3d(0, 0, -tactile->finger_radius);
+  }
+  scene.operator_options = ReadOperator(root, box);
+  scene.manipulator =
+      ReadManipulator(root, scene.object, box, scene.operator_options.press_speed, pad);
+  const bool has_eyes = HasEyes(scene.sense);
+  const bool needs_tool = context.use == SceneUse::kFull && !scene.sense.tactile && !has_eyes;
+  scene.tool =
+      ReadTool(root, needs_tool, MembraneLimits(scene).width_rule(), box, scene.manipulator.home);
+  if (has_eyes && !scene.tool && box) scene.tool = UsualTool(*box);
+  scene.site = ReadSite(root);
+  scene.study_contacts = ReadStudyContacts(root);
+  return scene;
+}
+
+}  // namespace
+
+Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                SceneUse use) {
+  Mistakes mistakes(file);
+  const auto stop_at_mistakes = [&] {
+    if (mistakes.count() > 0) throw SceneError(mistakes.text());
+  };
+  const DocumentNode document = ReadDocument(file, overrides, &mistakes);
+  if (document.children.empty()) stop_at_mistakes();
+  Scene scene;
+  {
+    Section root(&document, "", &mistakes);
+    scene = ReadScene(root, {file.parent_path(), use});
+  }
+  scene.file = file;
+  CrossCheck(scene, document, use, &mistakes).Run();
+  stop_at_mistakes();
+  return scene;
+}
+
+}  // namespace palpate

@@ -1,0 +1,123 @@
+// Typed reading of one map of a scene: every value with its dimension and range, every mistake
+// collected, every key that nobody asked for reported when the section ends.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/scene/document.h"
+#include "slave/scene/units.h"
+
+namespace palpate {
+
+// What a number must be: its dimension and `least` <= x <= `most`.
+struct Rule {
+  Dimension dimension = Dimension::kNumber;
+  double least = 0, most = 0;
+  std::string_view range;  // in words: "> 0"
+};
+
+// Beyond these no product of two or three of them stays a number; nothing real is near them.
+constexpr double kSmallest = 1e-15, kLargest = 1e15;
+constexpr Rule Positive(Dimension dimension) {
+  return {dimension, kSmallest, kLargest, "> 0 (1e-15 to 1e15 SI)"};
+}
+constexpr Rule NotNegative(Dimension dimension) {
+  return {dimension, 0, kLargest, ">= 0 (up to 1e15 SI)"};
+}
+constexpr Rule Any(Dimension dimension) {
+  return {dimension, -kLargest, kLargest, "(-1e15 to 1e15 SI)"};
+}
+constexpr Rule Between(Dimension dimension, double least, double most, std::string_view range) {
+  return {dimension, least, most, range};
+}
+// "a length > 0 ..., in m mm um nm km".
+std::string AcceptedBy(const Rule& rule);
+
+class Section {
+ public:
+  // `node` nullptr: the section is absent, so everything optional has its default and nothing is
+  // missing. All references must outlive the section.
+  // A list is read like a map whose keys are 0, 1, ...
+  Section(const DocumentNode* node, std::string path, Mistakes* mistakes,
+          DocumentNode::Kind kind = DocumentNode::Kind::kMap);
+  ~Section();  // reports the keys that were never asked for
+  Section(const Section&) = delete;
+  Section& operator=(const Section&) = delete;
+
+  [[nodiscard]] bool present() const { return node_ != nullptr; }
+  // Whether the key stands here; the key counts as known from now on.
+  bool Has(std::string_view key);
+  // The map below `key`; absent if it is not there. `required`: what is accepted, if it must be.
+  Section Open(std::string_view key, std::string_view required = {});
+  Section OpenList(std::string_view key, std::string_view required = {});
+  [[nodiscard]] std::size_t size() const { return node_ == nullptr ? 0 : node_->children.size(); }
+
+  // Without a default the key is required. After a mistake the default, or zero, is returned.
+  double Number(std::string_view key, const Rule& rule, std::optional<double> fallback = {});
+  // A whole number, with its unit if it has one.
+  int Integer(std::string_view key, int least, int most, std::optional<int> fallback = {},
+              Dimension dimension = Dimension::kNumber);
+  std::string Text(std::string_view key, std::string_view accepted,
+                   const std::optional<std::string>& fallback = {});
+  // One number per rule, as a list.
+  std::vector<double> Numbers(std::string_view key, std::span<const Rule> rules,
+                              const std::optional<std::vector<double>>& fallback = {});
+  Eigen::Vector3d Vector3(std::string_view key, const Rule& rule, const Eigen::Vector3d& fallback);
+  Eigen::Vector2d Vector2(std::string_view key, const Rule& rule,
+                          std::optional<Eigen::Vector2d> fallback = {});
+  // A list of [x, y].
+  std::vector<Eigen::Vector2d> Points(std::string_view key, const Rule& rule);
+
+  // A word out of a table; the first row is the default.
+  template <typename Value>
+  struct Choice {
+    std::string_view word;
+    Value value;
+  };
+  template <typename Value, std::size_t kCount>
+  Value OneOf(std::string_view key, const std::array<Choice<Value>, kCount>& choices,
+              std::string_view note = {}) {
+    std::string words;
+    for (const auto& choice : choices) {
+      words.append(words.empty() ? "" : " or ").append(choice.word);
+    }
+    words.append(note);
+    const std::string word = Text(key, words, std::string(choices.front().word));
+    for (const auto& choice : choices) {
+      if (choice.word == word) return choice.value;
+    }
+    Refuse(key, words);
+    return choices.front().value;
+  }
+
+  // Refuses what stands at `key`, or that nothing does.
+  void Refuse(std::string_view key, std::string_view accepted);
+  // Refuses a key of a capability that this version lacks, if it is there.
+  void RefuseLater(std::string_view key, std::string_view instead);
+
+  [[nodiscard]] const DocumentNode* node() const { return node_; }
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] std::string PathOf(std::string_view key) const;
+  [[nodiscard]] Mistakes* mistakes() const { return mistakes_; }
+
+ private:
+  const DocumentNode* Ask(std::string_view key);
+  const DocumentNode* Require(std::string_view key, std::string_view accepted, bool is_required);
+  std::optional<double> Read(const DocumentNode& node, const std::string& path, const Rule& rule);
+
+  const DocumentNode* node_;
+  std::string path_;
+  Mistakes* mistakes_;
+  std::vector<std::string> known_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,129 @@
+#include "slave/scene/units.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <system_error>
+
+namespace palpate {
+namespace {
+
+struct Unit {
+  Dimension dimension;
+  std::string_view name;
+  double in_si;
+};
+
+using enum Dimension;
+constexpr std::array kUnits{
+    Unit{kNumber, "%", 0.01},     Unit{kLength, "m", 1},
+    Unit{kLength, "mm", 1e-3},    Unit{kLength, "um", 1e-6},
+    Unit{kLength, "nm", 1e-9},    Unit{kLength, "km", 1e3},
+    Unit{kPressure, "Pa", 1},     Unit{kPressure, "kPa", 1e3},
+    Unit{kPressure, "MPa", 1e6},  Unit{kPressure, "GPa", 1e9},
+    Unit{kPressure, "TPa", 1e12}, Unit{kForce, "N", 1},
+    Unit{kForce, "mN", 1e-3},     Unit{kForce, "uN", 1e-6},
+    Unit{kTime, "s", 1},          Unit{kTime, "ms", 1e-3},
+    Unit{kTime, "us", 1e-6},      Unit{kFrequency, "Hz", 1},
+    Unit{kFrequency, "kHz", 1e3}, Unit{kAngle, "rad", 1},
+    Unit{kDensity, "kg/m3", 1},   Unit{kAngle, "deg", std::numbers::pi / 180},
+    Unit{kDensity, "g/cm3", 1e3}, Unit{kRate, "/s", 1},
+    Unit{kSpeed, "m/s", 1},       Unit{kSpeed, "mm/s", 1e-3},
+    Unit{kSpeed, "um/s", 1e-6},   Unit{kSpeed, "nm/s", 1e-9},
+    Unit{kSpeed, "km/s", 1e3},    Unit{kPixels, "px", 1},
+    Unit{kTension, "N/m", 1},     Unit{kTension, "mN/m", 1e-3},
+    Unit{kTension, "N/mm", 1e3},
+};
+
+std::string_view NameOf(Dimension dimension) {
+  switch (dimension) {
+    case kNumber:
+      return "a number, plain or";
+    case kLength:
+      return "a length";
+    case kPressure:
+      return "a pressure";
+    case kForce:
+      return "a force";
+    case kTime:
+      return "a time";
+    case kFrequency:
+      return "a frequency";
+    case kAngle:
+      return "an angle";
+    case kDensity:
+      return "a density";
+    case kRate:
+      return "a rate";
+    case kSpeed:
+      return "a speed";
+    case kTension:
+      return "a tension";
+    case kPixels:
+      break;
+  }
+  return "a number of pixels";
+}
+
+std::string_view Trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r\n";
+  const auto first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+// Takes a number off the front of `text`. from_chars knows no leading plus.
+template <typename Number>
+std::optional<Number> TakeNumber(std::string_view* text) {
+  std::string_view digits = Trimmed(*text);
+  if (digits.starts_with('+') && !digits.starts_with("+-")) digits.remove_prefix(1);
+  Number value{};
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error != std::errc{}) return std::nullopt;
+  digits.remove_prefix(static_cast<std::size_t>(end - digits.data()));
+  *text = Trimmed(digits);
+  return value;
+}
+
+// The factor of 1 mm is 1 / 1000: dividing by 1000 rounds once where times 1e-3 would round twice.
+double InSi(double value, double factor) {
+  const double inverse = std::round(1 / factor);
+  return factor < 1 && std::abs(1 / factor - inverse) < 1e-3 ? value / inverse : value * factor;
+}
+
+}  // namespace
+
+std::optional<double> ParseNumber(std::string_view text) noexcept {
+  const auto value = TakeNumber<double>(&text);
+  if (!value || !text.empty() || !std::isfinite(*value)) return std::nullopt;
+  return value;
+}
+
+std::optional<long long> ParseInteger(std::string_view text) noexcept {
+  const auto value = TakeNumber<long long>(&text);
+  return text.empty() ? value : std::nullopt;
+}
+
+std::optional<double> ParseQuantity(std::string_view text, Dimension dimension) noexcept {
+  const auto value = TakeNumber<double>(&text);
+  if (!value || !std::isfinite(*value)) return std::nullopt;
+  if (text.empty()) return value;
+  for (const Unit& unit : kUnits) {
+    if (unit.dimension != dimension || unit.name != text) continue;
+    const double si = InSi(*value, unit.in_si);
+    return std::isfinite(si) ? std::optional(si) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+std::string AcceptedUnits(Dimension dimension) {
+  std::string text(NameOf(dimension));
+  text += dimension == kNumber ? "" : " in";
+  for (const Unit& unit : kUnits) {
+    if (unit.dimension == dimension) text.append(" ").append(unit.name);
+  }
+  return text;
+}
+
+}  // namespace palpate

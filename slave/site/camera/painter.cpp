@@ -1,0 +1,257 @@
+#include "slave/site/camera/painter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/site/coverage.h"
+#include "slave/vision/camera_view.h"
+
+namespace palpate::site {
+namespace {
+
+using Point = Eigen::Vector2d;
+
+constexpr double kSmallTriangle = 4;  // [px]; larger ones are drawn in four
+
+const Camera& CameraOf(const Scene& scene) {
+  if (!scene.sense.camera) {
+    throw std::invalid_argument("sense.camera: missing; the simulated site shows itself to one");
+  }
+  const Camera& camera = *scene.sense.camera;
+  if (camera.size[0] < 16 || camera.size[1] < 16 || camera.size[0] > 16384 ||
+      camera.size[1] > 16384) {
+    throw std::invalid_argument("sense.camera.size = [" + std::to_string(camera.size[0]) + ", " +
+                                std::to_string(camera.size[1]) +
+                                "]: accepted by the simulated site is 16 to 16384 px each");
+  }
+  if (!(camera.pixel > 0)) {
+    throw std::invalid_argument("sense.camera.pixel = " + std::to_string(camera.pixel) +
+                                " m: accepted is > 0");
+  }
+  return camera;
+}
+
+Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO) {
+  const CameraView view(camera, camera.size[0], camera.size[1]);
+  const auto image = [&](const Point& p_O) {
+    const Point p_S = X_SO * p_O;
+    return view.ToImage({p_S.x(), p_S.y(), 0});
+  };
+  const double unit = camera.pixel;
+  Eigen::Affine2d X = Eigen::Affine2d::Identity();
+  X.translation() = image({0, 0});
+  X.linear().col(0) = (image({unit, 0}) - X.translation()) / unit;
+  X.linear().col(1) = (image({0, unit}) - X.translation()) / unit;
+  return X;
+}
+
+std::optional<LensWarp> LensOf(const Camera& camera) {
+  if (camera.lens.empty()) return std::nullopt;
+  const Lens lens = ReadLens(camera.lens);
+  if (lens.size != camera.size) {
+    throw std::invalid_argument(fmt::format(
+        "sense.camera.intrinsics = {}: its pictures have {} x {} px: accepted is "
+        "sense.camera.size, "
+        "{} x {}",
+        camera.lens.string(), lens.size[0], lens.size[1], camera.size[0], camera.size[1]));
+  }
+  return LensWarp::Distorting(lens);
+}
+
+}  // namespace
+
+Painter::Painter(const Scene& scene, const TrueBody& body)
+    : body_(body),
+      size_(CameraOf(scene).size[0], CameraOf(scene).size[1]),
+      pixel_(scene.sense.camera->pixel),
+      X_IO_(ImageOfBody(*scene.sense.camera, body.X_SO())),
+      tool_width_(scene.tool->width),
+      tool_O_(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
+      speckle_(Texture::Speckle(scene.site.seed, 3, kBody, kBodyContrast)),
+      marks_(Texture::Blotches(scene.site.seed + 1, std::max(3.0, tool_width_ / pixel_ / 4),
+                               kToolDark, kToolLight)),
+      exposure_(scene.site, scene.sense.camera->size),
+      seen_(size_, CV_32F, cv::Scalar(kGround)),
+      lens_(LensOf(*scene.sense.camera)) {}
+
+// The body's loops in the picture [px], deformed if there is a contact.
+std::vector<std::vector<Point>> Painter::BodyLoops(const Pose& pose) const {
+  std::vector<std::vector<Point>> loops;
+  if (!pose.contact) {
+    for (const TrueBody::Edge& e : body_.edges()) {
+      if (static_cast<std::size_t>(e.loop) == loops.size()) loops.emplace_back();
+      loops.back().push_back(X_IO_ * e.a);
+    }
+    return loops;
+  }
+  const PatchSolution& c = *pose.contact;
+  for (std::size_t k = 0; k + 1 < c.loop_begin.size(); ++k) {
+    auto& loop = loops.emplace_back();
+    for (std::size_t i = c.loop_begin[k]; i < c.loop_begin[k + 1]; ++i) {
+      const auto u = c.displacement.row(c.boundary[i]);
+      const Point moved = pose.displacement_O.x() * u.head<2>().transpose() +
+                          pose.displacement_O.y() * u.tail<2>().transpose();
+      const Point rest =
+          body_.larger_side() * c.mesh.nodes[static_cast<std::size_t>(c.boundary[i])];
+      loop.push_back(X_IO_ * (rest + moved));
+    }
+  }
+  return loops;
+}
+
+void Painter::PaintBody(const Pose& pose) {
+  const bool same = body_painted_ && pose.contact == painted_.contact &&
+                    (!pose.contact || pose.displacement_O == painted_.displacement_O);
+  if (same) return;
+  const auto loops = BodyLoops(pose);
+  Layer& layer = body_layer_;
+  layer.window = WindowAround(loops.front(), 1, size_);
+  if (!layer.window.empty()) {
+    Coverage coverage(layer.window);
+    for (const auto& loop : loops) coverage.Add(loop);
+    coverage.Resolve(layer.alpha);
+    // Rim pixels whose centre lies outside keep the mean grey.
+    layer.grey.create(layer.window.size(), CV_32F);
+    layer.grey.setTo(kBody);
+    if (pose.contact) {
+      FillBodyDeformed(pose);
+    } else {
+      FillBodyAtRest();
+    }
+  }
+  painted_ = pose;
+  body_painted_ = true;
+}
+
+void Painter::FillBodyAtRest() {
+  const Point rim(2 * pixel_, 2 * pixel_);  // reaches the rim pixels whose centres lie outside
+  const Point low = body_.lower_corner() - rim, high = body_.upper_corner() + rim;
+  const std::array<Point, 4> corner{low, Point(high.x(), low.y()), high, Point(low.x(), high.y())};
+  for (const auto& [i, j, k] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}}) {
+    speckle_.Fill(body_layer_.grey, body_layer_.window.tl(),
+                  {X_IO_ * corner[i], X_IO_ * corner[j], X_IO_ * corner[k]},
+                  {corner[i] / pixel_, corner[j] / pixel_, corner[k] / pixel_});
+  }
+}
+
+void Painter::FillBodyDeformed(const Pose& pose) {
+  const PatchSolution& c = *pose.contact;
+  const std::size_t count = c.mesh.nodes.size();
+  std::vector<Point> at(count), from(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto u = c.displacement.row(static_cast<Eigen::Index>(i));
+    const Point rest = body_.larger_side() * c.mesh.nodes[i];
+    from[i] = rest / pixel_;
+    at[i] = X_IO_ * (rest + pose.displacement_O.x() * u.head<2>().transpose() +
+                     pose.displacement_O.y() * u.tail<2>().transpose());
+  }
+  const auto fill = [&](int i, int j, int k) {
+    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j),
+               d = static_cast<std::size_t>(k);
+    speckle_.Fill(body_layer_.grey, body_layer_.window.tl(), {at[a], at[b], at[d]},
+                  {from[a], from[b], from[d]});
+  };
+  for (const auto& v : c.mesh.triangles) {
+    const Point &a = at[static_cast<std::size_t>(v[0])], &b = at[static_cast<std::size_t>(v[1])];
+    const Point& d = at[static_cast<std::size_t>(v[2])];
+    if (std::max((b - a).squaredNorm(), (d - a).squaredNorm()) < kSmallTriangle * kSmallTriangle) {
+      fill(v[0], v[1], v[2]);
+      continue;
+    }
+    fill(v[0], v[3], v[5]);
+    fill(v[3], v[1], v[4]);
+    fill(v[5], v[4], v[2]);
+    fill(v[3], v[4], v[5]);
+  }
+}
+
+// A bar from the tip backwards, longer than any way out of the picture.
+void Painter::PaintTool(const Pose& pose) {
+  const double length =
+      pixel_ * (2.0 * (size_.width + size_.height) + (X_IO_ * pose.p_O_tip).norm());
+  const Point across(-tool_O_.y(), tool_O_.x());
+  // Corners of the bar grown by `rim`, tip end first, and their places on the marks.
+  const auto bar = [&](double rim) {
+    const Point half = (0.5 * tool_width_ + rim) * across, front = pose.p_O_tip + rim * tool_O_;
+    const Point back = -(length + rim) * tool_O_;
+    return std::array<Point, 4>{front - half, front + half, front + half + back,
+                                front - half + back};
+  };
+  const auto on_marks = [&](const Point& p_O) -> Point {
+    const Point from_tip = (p_O - pose.p_O_tip) / pixel_;
+    return {from_tip.dot(across), -from_tip.dot(tool_O_)};
+  };
+  std::vector<Point> silhouette;
+  for (const Point& p : bar(0)) silhouette.push_back(X_IO_ * p);
+  Layer& layer = tool_layer_;
+  layer.window = WindowAround(silhouette, 1, size_);
+  if (layer.window.empty()) return;
+  Coverage coverage(layer.window);
+  coverage.Add(silhouette);
+  coverage.Resolve(layer.alpha);
+  layer.grey.create(layer.window.size(), CV_32F);
+  layer.grey.setTo(kToolDark);
+  const auto c = bar(2 * pixel_);  // reaches the rim pixels whose centres lie outside
+  for (const auto& [i, j, k] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}}) {
+    marks_.Fill(layer.grey, layer.window.tl(), {X_IO_ * c[i], X_IO_ * c[j], X_IO_ * c[k]},
+                {on_marks(c[i]), on_marks(c[j]), on_marks(c[k])});
+  }
+}
+
+// Where tool and body share a pixel they lie side by side, not one behind the other: their parts of
+// the pixel add up, and the tool wins where they do not fit.
+void Painter::Compose() {
+  seen_(seen_dirty_).setTo(kGround);
+  const int reach = exposure_.reach();
+  const cv::Rect picture(cv::Point(0, 0), size_);
+  const cv::Rect drawn = body_layer_.window | tool_layer_.window;
+  seen_dirty_ = cv::Rect(drawn.x - reach, drawn.y - reach, drawn.width + 2 * reach,
+                         drawn.height + 2 * reach) &
+                picture;
+  if (drawn.empty()) return;
+  if (!body_layer_.window.empty()) {
+    cv::Mat part = seen_(body_layer_.window);
+    for (int y = 0; y < part.rows; ++y) {
+      auto* out = part.ptr<float>(y);
+      const auto* grey = body_layer_.grey.ptr<float>(y);
+      const auto* alpha = body_layer_.alpha.ptr<float>(y);
+      for (int x = 0; x < part.cols; ++x) out[x] += alpha[x] * (grey[x] - kGround);
+    }
+  }
+  const cv::Rect both = body_layer_.window & tool_layer_.window;
+  cv::Mat part = seen_(tool_layer_.window);
+  for (int y = 0; y < part.rows; ++y) {
+    auto* out = part.ptr<float>(y);
+    const auto* grey = tool_layer_.grey.ptr<float>(y);
+    const auto* alpha = tool_layer_.alpha.ptr<float>(y);
+    for (int x = 0; x < part.cols; ++x) {
+      if (alpha[x] == 0) continue;
+      const cv::Point at(x + tool_layer_.window.x, y + tool_layer_.window.y);
+      float body = 0, body_grey = 0;
+      if (both.contains(at)) {
+        const cv::Point in_body = at - body_layer_.window.tl();
+        body = std::min(body_layer_.alpha.at<float>(in_body), 1 - alpha[x]);
+        body_grey = body_layer_.grey.at<float>(in_body);
+      }
+      out[x] = alpha[x] * grey[x] + body * body_grey + (1 - alpha[x] - body) * kGround;
+    }
+  }
+  cv::Mat window = seen_(seen_dirty_);
+  exposure_.Blur(window);
+}
+
+cv::Mat Painter::Paint(const Pose& pose) {
+  PaintBody(pose);
+  PaintTool(pose);
+  Compose();
+  exposure_.Advance();
+  return exposure_.Expose(lens_ ? lens_->Apply(seen_) : seen_);
+}
+
+}  // namespace palpate::site

@@ -1,0 +1,75 @@
+// Paints what the site's camera sees: a bright plain ground, the textured body as it is deformed,
+// the dark marked tool in front; then the camera's lens, light, blur and noise. Linear in grey up
+// to the last rounding.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+
+#include "slave/scene/scene.h"
+#include "slave/site/camera/patch_solution.h"
+#include "slave/site/camera/true_body.h"
+#include "slave/site/exposure.h"
+#include "slave/site/texture.h"
+#include "slave/vision/stereo/lens_warp.h"
+
+namespace palpate::site {
+
+// What is to be seen. Frame O [m].
+struct Pose {
+  Eigen::Vector2d p_O_tip{0, 0};
+  std::shared_ptr<const PatchSolution> contact;  // nullptr: the body rests
+  Eigen::Vector2d displacement_O{0, 0};          // of the patch
+};
+
+class Painter {
+ public:
+  static constexpr float kGround = 200, kBody = 110, kBodyContrast = 15;  // grey levels
+  static constexpr float kToolDark = 25, kToolLight = 75;
+
+  // `body` must outlive this. Throws std::invalid_argument naming the key: no camera, no size, no
+  // pixel size, a lens of another size; std::runtime_error: its file cannot be read.
+  Painter(const Scene& scene, const TrueBody& body);
+
+  // 8 bit grey. The same sequence of calls gives the same pictures. One thread at a time.
+  cv::Mat Paint(const Pose& pose);
+
+ private:
+  // A part of the picture: grey where `alpha` (0 to 1, coverage) says how much.
+  struct Layer {
+    cv::Rect window;
+    cv::Mat grey, alpha;  // CV_32F, the window's size
+  };
+
+  [[nodiscard]] std::vector<std::vector<Eigen::Vector2d>> BodyLoops(const Pose& pose) const;
+  void PaintBody(const Pose& pose);
+  void FillBodyAtRest();
+  void FillBodyDeformed(const Pose& pose);
+  void PaintTool(const Pose& pose);
+  void Compose();
+
+  const TrueBody& body_;
+  cv::Size size_;
+  double pixel_;            // [m]
+  Eigen::Affine2d X_IO_;    // O [m] -> picture [px]
+  double tool_width_;       // [m]
+  Eigen::Vector2d tool_O_;  // along which the tool points
+  Texture speckle_, marks_;
+  Exposure exposure_;
+
+  Layer body_layer_, tool_layer_;
+  bool body_painted_ = false;
+  Pose painted_;         // what body_layer_ shows
+  cv::Mat seen_;         // CV_32F: the world before light and noise
+  cv::Rect seen_dirty_;  // where it is not plain ground
+  std::optional<LensWarp> lens_;
+};
+
+}  // namespace palpate::site

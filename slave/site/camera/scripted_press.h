@@ -1,0 +1,47 @@
+// The motion of the tool for runs without an operator: straight ahead from home into the body, a
+// hold, and back, as often as asked.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// Each press: from manipulator.home along tool.direction to operator.press.depth beyond the true
+// surface (misplacement included) in a minimum-jerk ramp whose peak speed is operator.press.speed,
+// or manipulator.max_speed if that is less; a hold of 1 s, or longer, so that it lasts at least a
+// third of the contact; the same ramp back; a rest of 0.5 s at home.
+//
+//   p(u) = start + way (10 u^3 - 15 u^4 + 6 u^5),   u = t / T,   peak speed 15/8 |way| / T
+//
+// Source: Flash & Hogan, J. Neurosci. 5 (1985), minimum-jerk motion.
+class ScriptedPress {
+ public:
+  static constexpr double kHold = 1.0;  // [s]
+  static constexpr double kRest = 0.5;  // [s]
+
+  // Throws std::invalid_argument naming the key: no tool, nothing in front of it, home inside the
+  // body, depth or speed not positive; see also TrueBody.
+  explicit ScriptedPress(const Scene& scene, int presses = 1);
+
+  // Where the tip is at `t` [s] after the start, S [m]; home before, after, and for NaN.
+  [[nodiscard]] Eigen::Vector3d Tip(double t) const noexcept;
+  [[nodiscard]] double duration() const noexcept { return presses_ * period_; }  // [s]
+  // Of the first press, from the start [s].
+  [[nodiscard]] double contact_begin() const noexcept { return ramp_ * touch_; }
+  [[nodiscard]] double contact_end() const noexcept { return 2 * ramp_ + hold_ - ramp_ * touch_; }
+  [[nodiscard]] double hold_begin() const noexcept { return ramp_; }
+  [[nodiscard]] double hold_end() const noexcept { return ramp_ + hold_; }
+  [[nodiscard]] double gap() const noexcept { return gap_; }  // home to true surface [m]
+
+ private:
+  int presses_;
+  Eigen::Vector3d home_;  // S [m]
+  Eigen::Vector3d way_;   // home to peak, S [m]
+  double gap_ = 0;
+  double touch_ = 0;  // part of the ramp's time at which the surface is met
+  double ramp_ = 0, hold_ = 0, period_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,77 @@
+// The body as it really lies at the site: its outline, what holds it, and where it is in S. Plane
+// coordinates of frame O [m] unless a name says otherwise.
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "slave/scene/scene.h"
+
+namespace palpate::site {
+
+// A place on the boundary: loop 0 is the outer one, then the holes; `s` is the way along the loop
+// from its first corner [m], the body on the left.
+struct BoundaryPlace {
+  int loop = 0;
+  double s = 0;
+  Eigen::Vector2d p_O{0, 0};
+  Eigen::Vector2d normal_O{0, 0};  // outward, unit length
+};
+
+class TrueBody {
+ public:
+  // One straight piece of a loop, held or free over its whole length.
+  struct Edge {
+    int loop = 0;
+    double s = 0;  // where it begins
+    Eigen::Vector2d a{0, 0}, b{0, 0};
+    bool held_x = false, held_y = false;
+    [[nodiscard]] double length() const { return (b - a).norm(); }
+    [[nodiscard]] Eigen::Vector2d normal() const {
+      const Eigen::Vector2d t = (b - a) / length();
+      return {t.y(), -t.x()};
+    }
+  };
+
+  // Throws std::invalid_argument naming the key: an outline that only a picture knows, a pose that
+  // leaves the plane, no part of the boundary held, nodes held by number (they belong to a model's
+  // mesh, which the site does not share).
+  explicit TrueBody(const Scene& scene);
+
+  [[nodiscard]] const std::vector<Edge>& edges() const { return edges_; }  // loop after loop
+  [[nodiscard]] double loop_length(int loop) const;
+  [[nodiscard]] double larger_side() const { return larger_side_; }  // of the bounding box [m]
+  [[nodiscard]] Eigen::Vector2d lower_corner() const { return lower_; }
+  [[nodiscard]] Eigen::Vector2d upper_corner() const { return upper_; }
+  [[nodiscard]] const Eigen::Isometry2d& X_SO() const { return X_SO_; }  // misplacement included
+
+  [[nodiscard]] bool Contains(const Eigen::Vector2d& p) const noexcept;
+  // Where the way from `from` to `to` first enters the body.
+  [[nodiscard]] std::optional<BoundaryPlace> Entry(const Eigen::Vector2d& from,
+                                                   const Eigen::Vector2d& to) const noexcept;
+  [[nodiscard]] BoundaryPlace Nearest(const Eigen::Vector2d& p) const noexcept;
+  // The place at `s` along `loop`; s is taken modulo the loop's length.
+  [[nodiscard]] BoundaryPlace PlaceAt(int loop, double s) const noexcept;
+  // What a rigid tool of `width` [m] centred at `place` touches, from and to along the loop. It
+  // goes round gentle bends and ends at corners sharper than 30 degrees, where a real tool
+  // overhangs.
+  [[nodiscard]] std::pair<double, double> Patch(const BoundaryPlace& place, double width) const;
+
+ private:
+  void AddLoop(std::vector<Eigen::Vector2d> loop, bool counter_clockwise);
+  void SplitAtArcs(const std::vector<Fixed>& fixed);
+  void Hold(const Fixed& fixed);
+  [[nodiscard]] std::size_t EdgeAt(int loop, double s) const noexcept;
+
+  std::vector<Edge> edges_;
+  std::vector<std::size_t> loop_begin_;  // loops + 1 entries
+  Eigen::Vector2d lower_{0, 0}, upper_{0, 0};
+  double larger_side_ = 0;
+  Eigen::Isometry2d X_SO_ = Eigen::Isometry2d::Identity();
+};
+
+}  // namespace palpate::site

@@ -1,0 +1,38 @@
+// The fingers of a scene as rigid bodies that move with one hand.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "slave/scene/scene.h"
+#include "slave/site/fingertips/pressed_body.h"
+#include "slave/site/fingertips/rigid_finger.h"
+
+namespace palpate::site {
+
+// Frame O. The hand's displacement from home is h_O; fingers never turn.
+struct FingerHand {
+  struct OneFinger {
+    Eigen::Isometry3d X_OF_home = Eigen::Isometry3d::Identity();
+    double sense = 1;  // it moves by sense h_O: 1 along, -1 opposite, 0 not at all
+  };
+  std::vector<OneFinger> fingers;
+  RigidFinger shape;
+  Eigen::Vector3d approach_O{0, 0, -1};  // unit vector in which the hand presses
+
+  // Of finger `f`.
+  [[nodiscard]] Eigen::Isometry3d PoseOf(std::size_t f, const Eigen::Vector3d& h_O) const;
+  // All fingers after the hand went `s` along its approach, beside it by `lateral_O`.
+  [[nodiscard]] std::vector<FingerPlacement> Placements(const Eigen::Vector3d& lateral_O,
+                                                        double s) const;
+  // The way along the approach at which finger `f` meets the first of `nodes_O`; infinity: it meets
+  // none. O(N).
+  [[nodiscard]] double FirstTouch(std::size_t f, const Eigen::Vector3d& lateral_O,
+                                  const std::vector<Eigen::Vector3d>& nodes_O) const;
+};
+
+FingerHand MakeFingerHand(const Tactile& tactile, const Eigen::Isometry3d& X_SO);
+
+}  // namespace palpate::site

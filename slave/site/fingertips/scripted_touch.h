@@ -1,0 +1,47 @@
+// A simulated site whose hand presses by itself, sample after sample on a clock of its own: what
+// runs without an operator take their samples from.
+#pragma once
+
+#include <cstdint>
+
+#include "slave/capture/tactile_frame.h"
+#include "slave/site/fingertips/tactile_site.h"
+
+namespace palpate {
+
+// First a rest at home, as long as the rest values are taken and 0.2 s more. Each press: along
+// TactileSite::approach() to operator.press.depth beyond the first touch in a minimum-jerk ramp
+// whose peak speed is operator.press.speed, or manipulator.max_speed if that is less; a hold of
+// 1 s; the same ramp back; 0.5 s at home.
+class ScriptedTouch final : public TactileSource {
+ public:
+  static constexpr double kSettle = 0.2, kHold = 1.0, kRest = 0.5;  // [s]
+
+  // Throws std::invalid_argument naming the key: what TactileSite refuses, nothing in front of the
+  // fingers, depth or speed not positive.
+  explicit ScriptedTouch(const Scene& scene, int presses = 1,
+                         const SiteResolution& resolution = {});
+
+  // As fast as it can be computed; sensed_at counts from Time{}. Ends after the last press.
+  std::optional<TactileFrame> Next(const std::stop_token& stop) override;
+  [[nodiscard]] std::string description() const override;
+
+  [[nodiscard]] const TactileSite& site() const { return site_; }  // as of the last sample
+  // Where the tip is at `t` [s] after the start, S [m].
+  [[nodiscard]] Eigen::Vector3d Tip(double t) const noexcept;
+  [[nodiscard]] double duration() const noexcept { return start_ + presses_ * period_; }  // [s]
+  // Of the first press, from the start [s].
+  [[nodiscard]] double hold_begin() const noexcept { return start_ + ramp_; }
+  [[nodiscard]] double hold_end() const noexcept { return start_ + ramp_ + kHold; }
+
+ private:
+  TactileSite site_;
+  int presses_;
+  double rate_;          // [Hz]
+  Eigen::Vector3d way_;  // home to deepest, S [m]
+  double start_ = 0;     // of the first press [s]
+  double ramp_ = 0, period_ = 0;
+  std::uint64_t sequence_ = 0;
+};
+
+}  // namespace palpate

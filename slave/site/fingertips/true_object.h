@@ -1,0 +1,61 @@
+// The object of a scene with fingertips as it really is: what it is made of, where it is held, the
+// fingers around it, and meshes of it that are fine where they press.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/scene/scene.h"
+#include "slave/site/fingertips/finger_hand.h"
+#include "slave/site/fingertips/pressed_body.h"
+#include "slave/site/fingertips/site_resolution.h"
+
+namespace palpate::site {
+
+// The body at rest as one mesh. Frame O.
+struct RestBody {
+  SolidMesh mesh;
+  PressedBody::Held held;
+  SurfaceMesh surface;                       // of the mesh, its own nodes only
+  std::vector<int> node_of;                  // surface node to node of the mesh
+  std::vector<Eigen::Vector3d> touchable_O;  // nodes of the surface that fingers can meet [m]
+};
+
+class TrueObject {
+ public:
+  // Throws std::invalid_argument naming the key: no fingertips, an object that is no volume or held
+  // nowhere, a fingertip inside it, a first finger that does not move with the hand, a Poisson's
+  // ratio for which four-node tetrahedra lock.
+  TrueObject(const Scene& scene, const SiteResolution& resolution);
+  static constexpr double kMostPoisson = 0.49;
+
+  [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }  // misplacement included
+  [[nodiscard]] const FingerHand& hand() const { return hand_; }
+  [[nodiscard]] const Material& material() const { return scene_.object.material; }
+  // Meshed for presses beside the approach by `lateral_O`: boxes are fine there, with the same
+  // triangles everywhere; mesh files are the same everywhere.
+  [[nodiscard]] std::shared_ptr<const RestBody> BodyFor(const Eigen::Vector3d& lateral_O) const;
+
+ private:
+  void CountCells(const BoxGeometry& box);
+  void CheckHome() const;
+  [[nodiscard]] std::vector<Eigen::Vector3d> Focuses(const Eigen::Vector3d& lateral_O) const;
+  [[nodiscard]] std::array<std::vector<double>, 3> GradedAxes(
+      const BoxGeometry& box, const Eigen::Vector3d& lateral_O) const;
+  [[nodiscard]] std::shared_ptr<const RestBody> Finish(SolidMesh mesh) const;
+
+  Scene scene_;
+  SiteResolution resolution_;
+  Eigen::Isometry3d X_SO_;
+  FingerHand hand_;
+  SurfaceMesh plain_;           // as the scene says it
+  std::array<int, 3> cells_{};  // of a box; zero: not counted yet
+  std::shared_ptr<const RestBody> file_body_;
+};
+
+}  // namespace palpate::site

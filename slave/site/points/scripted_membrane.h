@@ -1,0 +1,57 @@
+// A simulated site whose tool presses by itself, pair after pair on a clock of its own: what
+// `process` runs over when nothing was recorded.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "slave/capture/stereo_source.h"
+#include "slave/site/points/stereo_site.h"
+
+namespace palpate {
+
+struct MembraneScript {
+  int rest = 15;               // pairs before the tool comes: the rest frame
+  int dwell = 6;               // pairs at each step on the way in; one on the way back
+  double target_seconds = 10;  // of a textured target's path
+};
+
+// The tool waits at manipulator.home, then goes straight down at the place under it: touching, and
+// on in steps of 0.5 mm to operator.press.depth; back in the same steps, and home. A press depth
+// under 1 mm or over 50 mm is divided into ten steps. A textured target needs no tool: its path is
+// followed for `target_seconds`.
+class ScriptedMembrane final : public StereoSource {
+ public:
+  static constexpr double kStep = 0.5e-3;  // [m]
+
+  // Throws std::invalid_argument naming the key: what StereoSite refuses, a membrane that home is
+  // not over.
+  explicit ScriptedMembrane(const Scene& scene, const MembraneScript& script = {},
+                            const site::MembraneResolution& resolution = {});
+
+  // As fast as it can be computed; sensed_at counts from Time{}.
+  std::optional<StereoPair> Next(const std::stop_token& stop) override;
+  [[nodiscard]] std::string description() const override;
+
+  [[nodiscard]] const StereoSite& site() const { return site_; }  // as of the last pair
+  [[nodiscard]] std::size_t pairs() const { return script_.size(); }
+  // Of the last pair: the step on the way in, 0 touching; -1: at rest, on the way back, a target.
+  [[nodiscard]] int step() const { return sequence_ > 0 ? script_[sequence_ - 1].step : -1; }
+  // Of the steps on the way in [m], from 0; none for a target.
+  [[nodiscard]] const std::vector<double>& depths() const { return depths_; }
+
+ private:
+  struct Moment {
+    Eigen::Vector3d p_S_tip{0, 0, 0};
+    int step = -1;
+  };
+  void ScriptPress(const Scene& scene, const MembraneScript& script);
+
+  StereoSite site_;
+  double rate_;                 // [Hz]
+  std::vector<double> depths_;  // [m]
+  std::vector<Moment> script_;  // one per pair
+  std::uint64_t sequence_ = 0;  // pairs taken
+};
+
+}  // namespace palpate

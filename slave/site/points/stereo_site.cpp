@@ -1,0 +1,263 @@
+#include "slave/site/points/stereo_site.h"
+
+#include <array>
+#include <cstdint>
+#include <mutex>
+#include <stdexcept>
+#include <variant>
+
+#include <opencv2/core.hpp>
+
+#include "slave/site/exposure.h"
+#include "slave/site/points/dotted_membrane.h"
+#include "slave/site/points/pair_rig.h"
+#include "slave/site/points/textured_membrane.h"
+#include "slave/site/points/textured_target.h"
+#include "slave/site/points/true_membrane.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+const PointTracking& PointsOf(const Scene& scene) {
+  if (scene.sense.points) return *scene.sense.points;
+  throw std::invalid_argument(
+      "sense.points: missing; accepted by the simulated site is {track: dots} or {track: texture}");
+}
+
+// What stands before the cameras; eye 0 is the left one.
+class Stage {
+ public:
+  virtual ~Stage() = default;
+  Stage() = default;
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+  virtual void MoveTool(const Vector3d& p_S_tip, site::Patience patience) = 0;
+  virtual void SolveEverywhere() {}
+  [[nodiscard]] virtual bool IsSolvedEverywhere() const { return true; }
+  [[nodiscard]] virtual std::uint64_t Waits() const { return 0; }
+  [[nodiscard]] virtual MembraneTruth Truth() const = 0;
+  [[nodiscard]] virtual std::optional<TargetTruth> Target() const { return std::nullopt; }
+  [[nodiscard]] virtual Vector3d Displacement(const Eigen::Vector2d& p_O) const = 0;
+  // The world as it will be painted from here on, `seconds` after the first pictures.
+  virtual void Hold(double seconds) = 0;
+  virtual const cv::Mat& Paint(std::size_t eye) = 0;
+};
+
+// `Painter`: DottedMembrane or TexturedMembrane.
+template <typename Painter>
+class MembraneStage final : public Stage {
+ public:
+  // `make` gives the painter of one eye, from its view.
+  template <typename Make>
+  MembraneStage(const Scene& scene, const site::MembraneResolution& resolution,
+                const StereoRig& rig, const Make& make)
+      : membrane_(scene, resolution),
+        painters_{make(View(scene, rig.left, Isometry3d::Identity())),
+                  make(View(scene, rig.right, rig.X_RL))} {}
+
+  void MoveTool(const Vector3d& p_S_tip, site::Patience patience) override {
+    membrane_.MoveTool(p_S_tip, patience);
+  }
+  void SolveEverywhere() override { membrane_.SolveEverywhere(); }
+  [[nodiscard]] bool IsSolvedEverywhere() const override {
+    return membrane_.is_solved_everywhere();
+  }
+  [[nodiscard]] std::uint64_t Waits() const override { return membrane_.waits(); }
+  [[nodiscard]] MembraneTruth Truth() const override {
+    const auto now = membrane_.now();
+    const Vector3d f_O(0, 0, -site::ForceOf(now.dent));
+    return {now.p_S_tip, now.in_contact, membrane_.X_SO().linear() * f_O, now.dent.depth,
+            now.solved};
+  }
+  [[nodiscard]] Vector3d Displacement(const Eigen::Vector2d& p_O) const override {
+    return site::DisplacementOf(membrane_.now().dent, p_O);
+  }
+  void Hold(double) override { held_ = membrane_.now().dent; }
+  const cv::Mat& Paint(std::size_t eye) override { return painters_[eye].Paint(held_); }
+
+ private:
+  [[nodiscard]] site::MembraneView View(const Scene& scene, const Lens& lens,
+                                        const Isometry3d& X_CL) const {
+    const auto& geometry = std::get<MembraneGeometry>(scene.object.geometry);
+    const Isometry3d X_LO = scene.sense.stereo->X_SL.inverse() * membrane_.X_SO();
+    return {lens, X_CL * X_LO, geometry.radius, geometry.thickness};
+  }
+
+  site::TrueMembrane membrane_;
+  std::array<Painter, 2> painters_;
+  site::Dent held_;
+};
+
+class TargetStage final : public Stage {
+ public:
+  static constexpr float kBeyond = 60;  // grey level
+
+  TargetStage(const Scene& scene, const StereoRig& rig, const site::Exposure& exposure)
+      : exposure_(exposure),
+        target_(site::TexturedTarget::Shape{.seed = scene.site.seed + 7}),
+        lenses_{rig.left, rig.right},
+        X_CS_{scene.sense.stereo->X_SL.inverse(), rig.X_RL * scene.sense.stereo->X_SL.inverse()},
+        X_SO_(scene.object.X_SO),
+        pace_(scene.site.pace) {
+    X_SO_.translation().head<2>() += scene.site.misplacement;
+    truth_.p_S_tip = scene.manipulator.home;
+    now_.X_SB_first = now_.X_SB = Pose(0);
+  }
+
+  void MoveTool(const Vector3d& p_S_tip, site::Patience) override {
+    if (!p_S_tip.allFinite()) return;
+    const std::lock_guard lock(mutex_);
+    truth_.p_S_tip = p_S_tip;
+  }
+  [[nodiscard]] MembraneTruth Truth() const override {
+    const std::lock_guard lock(mutex_);
+    return truth_;
+  }
+  [[nodiscard]] std::optional<TargetTruth> Target() const override {
+    const std::lock_guard lock(mutex_);
+    return now_;
+  }
+  [[nodiscard]] Vector3d Displacement(const Eigen::Vector2d&) const override {
+    return Vector3d::Zero();
+  }
+  void Hold(double seconds) override {
+    const std::lock_guard lock(mutex_);
+    now_.seconds = seconds;
+    now_.X_SB = Pose(seconds);
+  }
+  const cv::Mat& Paint(std::size_t eye) override {
+    const Lens& lens = lenses_[eye];
+    seen_.create(lens.size[1], lens.size[0], CV_32F);
+    seen_.setTo(kBeyond);
+    target_.Draw(lens, X_CS_[eye] * now_.X_SB, seen_);
+    exposure_.Blur(seen_);
+    return seen_;
+  }
+
+ private:
+  [[nodiscard]] Isometry3d Pose(double seconds) const {
+    return X_SO_ * Eigen::Translation3d(site::HeartPath(seconds, pace_));
+  }
+
+  const site::Exposure& exposure_;
+  site::TexturedTarget target_;
+  std::array<Lens, 2> lenses_;
+  std::array<Isometry3d, 2> X_CS_;
+  Isometry3d X_SO_;
+  double pace_;
+  cv::Mat seen_;  // CV_32F
+
+  mutable std::mutex mutex_;  // guards what others read; written by TakePictures's thread only
+  MembraneTruth truth_;
+  TargetTruth now_;
+};
+
+std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolution& resolution,
+                                 const StereoRig& rig, const site::Exposure& exposure) {
+  using Track = PointTracking::Track;
+  const PointTracking& points = PointsOf(scene);
+  const auto* geometry = std::get_if<MembraneGeometry>(&scene.object.geometry);
+  if (points.track == Track::kSurface) {
+    throw std::invalid_argument(
+        "sense.points.track = surface: accepted by the simulated site is dots or texture");
+  }
+  if (points.track == Track::kTexture && !geometry) {
+    return std::make_unique<TargetStage>(scene, rig, exposure);
+  }
+  if (points.track == Track::kTexture) {
+    return std::make_unique<MembraneStage<site::TexturedMembrane>>(
+        scene, resolution, rig, [&](const site::MembraneView& view) {
+          return site::TexturedMembrane(view, scene.site.seed, exposure);
+        });
+  }
+  if (!geometry) {
+    throw std::invalid_argument(
+        "object.geometry: accepted by the simulated site for sense.points.track = dots is a "
+        "membrane");
+  }
+  const site::PrintedDots dots = site::DotsOn(*geometry, points);
+  return std::make_unique<MembraneStage<site::DottedMembrane>>(
+      scene, resolution, rig,
+      [&](const site::MembraneView& view) { return site::DottedMembrane(view, dots, exposure); });
+}
+
+}  // namespace
+
+struct StereoSite::World {
+  World(const Scene& scene, const site::MembraneResolution& resolution)
+      : rig(SimulatedRig(scene)),
+        exposure(scene.site, rig.left.size),
+        stage(MakeStage(scene, resolution, rig, exposure)),
+        rate(scene.sense.stereo->rate) {
+    if (!(rate > 0)) {
+      throw std::invalid_argument("sense.camera.rate = " + std::to_string(rate) +
+                                  " Hz: accepted is > 0");
+    }
+  }
+
+  const StereoRig rig;
+  site::Exposure exposure;  // TakePictures's thread only
+  const std::unique_ptr<Stage> stage;
+  const double rate;           // [Hz]
+  std::uint64_t pictures = 0;  // pairs taken; TakePictures's thread only
+};
+
+StereoSite::StereoSite(const Scene& scene, const site::MembraneResolution& resolution) try
+    : world_(std::make_unique<World>(scene, resolution)) {
+} catch (const std::invalid_argument& mistake) {
+  if (scene.file.empty()) throw;
+  throw std::invalid_argument(scene.file.string() + ": " + mistake.what());
+}
+
+StereoSite::~StereoSite() = default;
+
+void StereoSite::MoveTool(const Vector3d& p_S_tip) {
+  world_->stage->MoveTool(p_S_tip, site::Patience::kWaits);
+}
+
+void StereoSite::MoveToolAtOnce(const Vector3d& p_S_tip) {
+  world_->stage->MoveTool(p_S_tip, site::Patience::kNone);
+}
+
+void StereoSite::SolveEverywhere() {
+  world_->stage->SolveEverywhere();
+}
+
+bool StereoSite::is_solved_everywhere() const {
+  return world_->stage->IsSolvedEverywhere();
+}
+
+std::uint64_t StereoSite::waits() const {
+  return world_->stage->Waits();
+}
+
+MembraneTruth StereoSite::truth() const {
+  return world_->stage->Truth();
+}
+
+std::optional<TargetTruth> StereoSite::target() const {
+  return world_->stage->Target();
+}
+
+Vector3d StereoSite::TrueDisplacement(const Eigen::Vector2d& p_O) const {
+  return world_->stage->Displacement(p_O);
+}
+
+StereoPictures StereoSite::TakePictures() {
+  World& world = *world_;
+  world.exposure.Advance();
+  world.stage->Hold(static_cast<double>(world.pictures++) / world.rate);
+  StereoPictures pictures;
+  pictures.left = world.exposure.Expose(world.stage->Paint(0));
+  pictures.right = world.exposure.Expose(world.stage->Paint(1));
+  return pictures;
+}
+
+const StereoRig& StereoSite::rig() const {
+  return world_->rig;
+}
+
+}  // namespace palpate

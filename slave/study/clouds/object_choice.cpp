@@ -1,0 +1,108 @@
+#include "slave/study/clouds/object_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <spdlog/fmt/fmt.h>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+struct Region {
+  double points = 0, inside = 0;                                 // of the box
+  Vector3d place = Vector3d::Zero(), colour = Vector3d::Zero();  // sums
+};
+
+std::vector<Region> Regions(const PointCloud& cloud, const Segmentation& segmentation,
+                            const ObjectHint& hint) {
+  std::vector<Region> regions(segmentation.size.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (segmentation.region_of[i] < 0) continue;
+    Region& region = regions[static_cast<std::size_t>(segmentation.region_of[i])];
+    region.points += 1;
+    region.place += cloud.points[i];
+    if (hint.box.contains(hint.X_BD * cloud.points[i])) region.inside += 1;
+    if (cloud.colours.empty()) continue;
+    const auto& [r, g, b] = cloud.colours[i];
+    region.colour += Vector3d(r, g, b);
+  }
+  return regions;
+}
+
+// Farther from `--at` nothing is what it points at [m].
+constexpr double kReach = 0.05;
+
+int NearestTo(const Vector3d& at, const PointCloud& cloud, const Segmentation& segmentation) {
+  int best = 0;
+  double nearest = kFar;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const double d = (cloud.points[i] - at).squaredNorm();
+    if (segmentation.region_of[i] >= 0 && d < nearest) {
+      nearest = d, best = segmentation.region_of[i];
+    }
+  }
+  if (!(nearest <= kReach * kReach)) {
+    throw std::invalid_argument(fmt::format(
+        "--at {:g},{:g},{:g}: the nearest point of an object is {:.3g} m away: accepted "
+        "is a point within {:g} m of one",
+        at.x(), at.y(), at.z(), std::sqrt(nearest), kReach));
+  }
+  return best;
+}
+
+// The region for which `distance` is smallest.
+template <typename Distance>
+int Nearest(const std::vector<Region>& regions, const Distance& distance) {
+  return static_cast<int>(std::ranges::min_element(regions, {}, distance) - regions.begin());
+}
+
+}  // namespace
+
+ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentation,
+                          const ObjectHint& hint) {
+  if (segmentation.size.empty())
+    return {{}, "the cloud has no region (where every point is the object's: --segment no)", false};
+  if (hint.at) return {{NearestTo(*hint.at, cloud, segmentation)}, "nearest to the given point"};
+  const std::vector<Region> regions = Regions(cloud, segmentation, hint);
+  if (hint.colour && cloud.colours.empty()) {
+    throw std::invalid_argument("--colour: accepted is a cloud with colours (rgb), this has none");
+  }
+  if (hint.colour) {
+    const auto& [r, g, b] = *hint.colour;
+    const Vector3d wanted(r, g, b);
+    const int best = Nearest(regions, [&](const Region& region) {
+      return (region.colour / region.points - wanted).norm();
+    });
+    return {{best}, "nearest to the given colour"};
+  }
+  ObjectChoice choice{{}, "where the scene has the object"};
+  for (std::size_t k = 0; k < regions.size(); ++k) {
+    if (regions[k].inside > 0.5 * regions[k].points) choice.regions.push_back(static_cast<int>(k));
+  }
+  if (!choice.regions.empty()) return choice;
+  const int best = Nearest(regions, [&](const Region& region) {
+    return (hint.X_BD * (region.place / region.points) - hint.box.center()).norm();
+  });
+  return {{best}, "nothing is where the scene has the object; this is nearest to there", false};
+}
+
+PointCloud Chosen(const PointCloud& cloud, const Segmentation& segmentation,
+                  const std::vector<int>& regions) {
+  PointCloud chosen;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const int region = segmentation.region_of[i];
+    if (region < 0 || std::ranges::find(regions, region) == regions.end()) continue;
+    chosen.points.push_back(cloud.points[i]);
+    if (!cloud.colours.empty()) chosen.colours.push_back(cloud.colours[i]);
+    if (!cloud.labels.empty()) chosen.labels.push_back(cloud.labels[i]);
+  }
+  return chosen;
+}
+
+}  // namespace palpate

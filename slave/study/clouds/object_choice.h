@@ -1,0 +1,43 @@
+// Which regions of a cloud are the object.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "slave/study/clouds/point_cloud.h"
+#include "slave/study/clouds/segmentation.h"
+
+namespace palpate {
+
+struct ObjectHint {
+  std::optional<Eigen::Vector3d> at;                  // a point on it, frame of the cloud [m]
+  std::optional<std::array<std::uint8_t, 3>> colour;  // its colour
+  // Where the scene says it is: a box, and the pose of the cloud's frame in the box's frame.
+  Eigen::AlignedBox3d box;
+  Eigen::Isometry3d X_BD = Eigen::Isometry3d::Identity();
+};
+
+struct ObjectChoice {
+  std::vector<int> regions;  // none: the segmentation has none
+  std::string why;           // for people
+  bool sure = true;          // false: nothing is where the object should be; the nearest was taken
+};
+
+// `at`: the region of the segmented point nearest to it. `colour`: the region whose mean colour is
+// nearest to it. Throws std::invalid_argument: no segmented point within 5 cm of `at`; `colour` for
+// a cloud without colours. Otherwise every region that lies in the box for the most part (fingers
+// cut what is seen of an object into several), or else the region nearest to the box's centre.
+ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentation,
+                          const ObjectHint& hint);
+
+// The points of the chosen regions.
+PointCloud Chosen(const PointCloud& cloud, const Segmentation& segmentation,
+                  const std::vector<int>& regions);
+
+}  // namespace palpate

@@ -1,0 +1,186 @@
+#include "slave/study/press_spec.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <variant>
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/object_mesh.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kSmallDepth = 1e-4;      // of the object's size
+constexpr double kMembraneLinear = 0.01;  // of the thickness: von Karman's correction is 1e-4 there
+constexpr double kToolPerSize = 1.0 / 15;
+constexpr double kDefaultDepth = 0.05;  // of the object's size
+
+double LargerSide(const std::vector<Vector3d>& points) {
+  Vector3d lower = points.front(), upper = points.front();
+  for (const Vector3d& p : points) {
+    lower = lower.cwiseMin(p);
+    upper = upper.cwiseMax(p);
+  }
+  return (upper - lower).maxCoeff();
+}
+
+// The nearest point of the outline, with the body on the left of its edge.
+Press NearestOnOutline(const Outline& outline, const Vector2d& p) {
+  Press press;
+  double nearest = std::numeric_limits<double>::infinity();
+  const auto look = [&](const std::vector<Vector2d>& loop, bool reversed) {
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      Vector2d a = loop[i], b = loop[(i + 1) % loop.size()];
+      if (reversed) std::swap(a, b);
+      const Vector2d edge = b - a;
+      const double t = std::clamp((p - a).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+      const Vector2d on_edge = a + t * edge;
+      const double distance = (on_edge - p).norm();
+      if (!(distance < nearest)) continue;
+      nearest = distance;
+      const Vector2d along = edge.normalized();
+      press.p_O = {on_edge.x(), on_edge.y(), 0};
+      press.along_O = {along.x(), along.y(), 0};
+      press.inward_O = {-along.y(), along.x(), 0};
+    }
+  };
+  look(outline.outer, SignedArea(outline.outer) < 0);
+  for (const auto& hole : outline.holes) look(hole, SignedArea(hole) > 0);
+  return press;
+}
+
+Press OnMembrane(const Vector3d& p_O) {
+  return {p_O, -Vector3d::UnitZ(), Vector3d::UnitX()};
+}
+
+Press OnTriangle(const SurfaceMesh& surface, int triangle, const Vector3d& p_O) {
+  const auto& corners = surface.triangles[static_cast<std::size_t>(triangle)];
+  const Vector3d edge = surface.nodes[static_cast<std::size_t>(corners[1])] -
+                        surface.nodes[static_cast<std::size_t>(corners[0])];
+  return {p_O, -Normal(surface, triangle), edge.normalized()};
+}
+
+// Where the ray leaves the surface last; nullopt: it never meets it.
+std::optional<Press> LastExit(const SurfaceMesh& surface, const Vector3d& from,
+                              const Vector3d& way) {
+  std::optional<Press> exit;
+  double farthest = 0;
+  constexpr double kEdgeSlack = 1e-9;
+  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+    const auto& c = surface.triangles[static_cast<std::size_t>(t)];
+    Eigen::Matrix3d system;
+    const Vector3d& a = surface.nodes[static_cast<std::size_t>(c[0])];
+    system << surface.nodes[static_cast<std::size_t>(c[1])] - a,
+        surface.nodes[static_cast<std::size_t>(c[2])] - a, -way;
+    const double volume = system.col(0).cross(system.col(1)).dot(system.col(2));
+    if (volume == 0) continue;
+    const Vector3d r = from - a;
+    const double u = r.cross(system.col(1)).dot(system.col(2)) / volume;
+    const double v = system.col(0).cross(r).dot(system.col(2)) / volume;
+    const double s = system.col(0).cross(system.col(1)).dot(r) / volume;
+    if (u < -kEdgeSlack || v < -kEdgeSlack || u + v > 1 + kEdgeSlack || s <= farthest) continue;
+    farthest = s;
+    exit = OnTriangle(surface, t, from + s * way);
+  }
+  return exit;
+}
+
+Press OppositeToHeld(const Scene& scene, const SurfaceMesh& surface) {
+  const auto held = FixedNodes(scene, surface.nodes);
+  Vector3d lower = surface.nodes.front(), upper = lower, held_sum = Vector3d::Zero();
+  int held_count = 0;
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    lower = lower.cwiseMin(surface.nodes[i]);
+    upper = upper.cwiseMax(surface.nodes[i]);
+    if (!held[i][0] && !held[i][1] && !held[i][2]) continue;
+    held_sum += surface.nodes[i];
+    ++held_count;
+  }
+  const Vector3d centre = 0.5 * (lower + upper);
+  Vector3d way = held_count > 0 ? Vector3d(centre - held_sum / held_count) : Vector3d::UnitZ();
+  if (way.norm() < 1e-6 * (upper - lower).norm()) way = Vector3d::UnitZ();
+  const auto press = LastExit(surface, centre, way.normalized());
+  if (!press) {
+    throw std::invalid_argument(
+        "study: no surface lies opposite to what is held: accepted is study.contacts naming a "
+        "place");
+  }
+  return *press;
+}
+
+SurfaceMesh SurfaceOf(const ObjectMesh& mesh) {
+  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return SurfaceOf(*solid);
+  return std::get<SurfaceMesh>(mesh);
+}
+
+std::vector<Press> OnVolume(const Scene& scene, const SurfaceMesh& surface,
+                            const std::vector<Vector3d>& places) {
+  if (places.empty()) return {OppositeToHeld(scene, surface)};
+  std::vector<Press> presses;
+  for (const Vector3d& p_O : places) {
+    const auto found = FindPlace(surface, p_O);
+    if (!found || found->triangle < 0) {
+      throw std::invalid_argument("study.contacts: a place off the surface: accepted is one on it");
+    }
+    presses.push_back(OnTriangle(surface, found->triangle, p_O));
+  }
+  return presses;
+}
+
+std::vector<Press> OnOutline(const Scene& scene, const Outline& outline,
+                             const std::vector<Vector3d>& places) {
+  const Vector3d home_O = scene.object.X_SO.inverse() * scene.manipulator.home;
+  if (places.empty()) return {NearestOnOutline(outline, home_O.head<2>())};
+  std::vector<Press> presses;
+  for (const Vector3d& p_O : places) presses.push_back(NearestOnOutline(outline, p_O.head<2>()));
+  return presses;
+}
+
+}  // namespace
+
+PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places) {
+  const std::vector<Vector3d>& places = asked_places.empty() ? scene.study_contacts : asked_places;
+  PressSpec question;
+  double small_depth = 0;
+  if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
+    question.size = membrane->radius;
+    small_depth = kMembraneLinear * membrane->thickness;
+    for (const Vector3d& p_O : places) question.presses.push_back(OnMembrane(p_O));
+    if (places.empty()) {
+      question.presses = {OnMembrane(Vector3d::Zero()), OnMembrane({membrane->radius / 2, 0, 0})};
+    }
+  } else if (IsPlanar(scene.object.geometry)) {
+    const Outline outline = OutlineOf(scene.object.geometry);
+    if (outline.outer.empty()) {
+      throw std::invalid_argument(
+          "object.geometry.contour = from-image: accepted in a study is an outline that is known "
+          "without a picture");
+    }
+    std::vector<Vector3d> corners;
+    for (const Vector2d& p : outline.outer) corners.emplace_back(p.x(), p.y(), 0);
+    question.size = LargerSide(corners);
+    question.presses = OnOutline(scene, outline, places);
+  } else {
+    const SurfaceMesh surface = SurfaceOf(MeshObject(scene, std::nullopt));
+    question.size = LargerSide(surface.nodes);
+    question.presses = OnVolume(scene, surface, places);
+    for (Press& press : question.presses) press.loaded = true;
+  }
+  question.width = scene.tool ? scene.tool->width : kToolPerSize * question.size;
+  question.depth = scene.tool ? std::min(scene.operator_options.press_depth, 0.5 * question.size)
+                              : kDefaultDepth * question.size;
+  question.small_depth = small_depth > 0 ? small_depth : kSmallDepth * question.size;
+  question.small_depth = std::min(question.small_depth, question.depth);
+  // A flat punch on a half-space needs E w d / (1 - nu^2).
+  question.load = scene.object.material.young_modulus * question.width * question.depth;
+  return question;
+}
+
+}  // namespace palpate

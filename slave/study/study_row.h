@@ -1,0 +1,68 @@
+// What a study finds out about one candidate.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "shared/state/validity.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+// A value and how far the truth may be from it, in the same unit. NaN: not known.
+struct Estimate {
+  double value = kUnknown;
+  double bar = kUnknown;
+};
+
+// One press of one model: the force along the tool's way [N].
+struct Answer {
+  double value = kUnknown;
+  Validity validity = Validity::kFailed;
+};
+
+struct PressAnswers {
+  Answer small, full;             // at the question's two depths
+  double width_mismatch = 0;      // WidthMismatch of the mesh there; not in loaded answers [-]
+  double width_slope = kUnknown;  // d ln value / d ln width as this model finds it [-]
+};
+
+enum class Outcome : std::uint8_t { kAnswered, kFailed, kSkipped };
+const char* ToString(Outcome outcome);
+
+struct StudyRow {
+  ModelOptions model;  // of the candidate
+  std::string family, kind, resolution;
+  double element_size = 0;  // [m]; 0: the model has no resolution
+  double residual = 0;      // asked of an iterative solver [-]; 0: none
+  bool own = false;         // the scene's own resolution
+  bool linear = true;
+  std::size_t dof = 0;
+
+  Outcome outcome = Outcome::kSkipped;
+  std::string reason;     // why not answered, or a remark; may be empty
+  double expected_s = 0;  // before it ran [s]
+
+  std::vector<PressAnswers> answers;                           // one per press of the question
+  double precompute_s = kUnknown;                              // [s]
+  double update_median_s = kUnknown, update_p99_s = kUnknown;  // a moved contact, no precompute [s]
+  std::size_t memory_bytes = 0;
+
+  // Relative, of the contact force, the worst press: how far it is from the reference, but at least
+  // the reference's own bar, and at least what the mesh's idea of the tool's width costs: errors
+  // that cancel at one place by luck are not accuracy. At the full and at the small depth.
+  Estimate error, error_small;
+  double deviation = kUnknown;            // the first of the three alone, at full depth [-]
+  double width_error = kUnknown;          // the last of the three alone [-]
+  Validity validity = Validity::kFailed;  // at full depth, the worst press
+  bool on_front = false;                  // nothing is both faster and more accurate
+  bool meets_tolerance = false, meets_rate = false;
+  bool recommended = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,183 @@
+#include "slave/pipeline/camera/estimator.h"
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "slave/scene/scene_loader.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kScale =
+    8;  // drawn finer and averaged, so that edges are true to a fraction of a pixel
+
+// The block's scene, seen in pictures drawn here: no simulated site, no deformation, everything
+// known.
+class EstimatorTest : public ::testing::Test {
+ protected:
+  EstimatorTest() : scene_(LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"))) {}
+
+  [[nodiscard]] cv::Point Fine(const CameraView& view, double x, double y) const {
+    const Eigen::Vector2d p = view.ToImage({x, y, 0});
+    // Centre of pixel (0, 0) is at (0, 0); cv::Point at the finer scale with four fractional bits.
+    return {static_cast<int>(std::lround(((p.x() + 0.5) * kScale - 0.5) * 16)),
+            static_cast<int>(std::lround(((p.y() + 0.5) * kScale - 0.5) * 16))};
+  }
+  // The tool's tip at (x, y) [m] in S; `tool` false: it is not in the picture.
+  [[nodiscard]] Frame Draw(double x, double y, bool tool = true) {
+    const cv::Size size(scene_.sense.camera->size[0], scene_.sense.camera->size[1]);
+    const CameraView view(*scene_.sense.camera, size.width, size.height);
+    cv::Mat fine(size.height * kScale, size.width * kScale, CV_8U, cv::Scalar(200));
+    const auto box = [&](double x0, double y0, double x1, double y1, int grey) {
+      const std::vector<cv::Point> corners{Fine(view, x0, y0), Fine(view, x1, y0),
+                                           Fine(view, x1, y1), Fine(view, x0, y1)};
+      cv::fillConvexPoly(fine, corners, cv::Scalar(grey), cv::LINE_8, 4);
+    };
+    box(0, 0, 0.088, 0.088, 110);
+    if (tool) {
+      const double half = 0.5 * scene_.tool->width;
+      box(x - half, y, x + half, y + 0.2, 40);
+      for (int mark = 0; mark < 6; ++mark) {
+        const double at = y + 0.0015 + 0.0033 * mark + 0.0004 * (mark % 3);
+        box(x - half * (mark % 2 != 0 ? 0.2 : 0.8), at, x + half * 0.5, at + 0.0012, 150);
+      }
+    }
+    Frame frame;
+    cv::resize(fine, frame.image, size, 0, 0, cv::INTER_AREA);
+    cv::GaussianBlur(frame.image, frame.image, {}, 0.7);
+    frame.sequence = ++sequence_;
+    frame.sensed_at = Time{} + Seconds(static_cast<double>(sequence_) / 60);
+    return frame;
+  }
+  [[nodiscard]] Eigen::Vector3d home() const { return {0.044, 0.094, 0}; }
+  [[nodiscard]] Estimator Make() { return {scene_, Draw(home().x(), home().y()), home()}; }
+
+  Scene scene_;
+  std::uint64_t sequence_ = 0;
+};
+
+// Tolerance: a tenth of a pixel, what the eyes promise with room for the drawing's own rounding.
+TEST_F(EstimatorTest, FindsTheRestSurfaceAndTheTip) {
+  Estimator estimator = Make();
+  const double pixel = estimator.view().pixel();
+  ASSERT_TRUE(estimator.registration().measured);
+  EXPECT_LT(estimator.registration().X_SO.translation().norm(), 0.1 * pixel);
+  const ContactEstimate& felt = estimator.Feel(Draw(0.0447, 0.0921));
+  EXPECT_LT((felt.p_S_tip - Eigen::Vector3d(0.0447, 0.0921, 0)).norm(), 0.1 * pixel);
+  EXPECT_EQ(felt.validity, Validity::kValid);
+  ASSERT_TRUE(felt.force);
+  EXPECT_EQ(felt.force->norm(), 0) << "no contact is a force of zero, not an unknown one";
+}
+
+// Reference: 180 constant elements have k_bar = 0.40334 (independent reference b); tolerance: a
+// tenth of a pixel of tip and of surface each, of 3 mm.
+TEST_F(EstimatorTest, APressIsStiffnessTimesDepthAndPushesTheToolOut) {
+  Estimator estimator = Make();
+  for (int i = 0; i <= 9; ++i) estimator.Feel(Draw(0.044, 0.094 - 0.001 * i));
+  const ContactEstimate& felt = estimator.felt();
+  ASSERT_TRUE(felt.force);
+  const double expected = 0.40334 * 127e3 * 0.009 * 0.003;
+  EXPECT_NEAR(felt.force->y() / expected, 1, 0.07 / 3);
+  EXPECT_NEAR(felt.force->x() / expected, 0, 0.07 / 3);
+  EXPECT_NEAR(felt.depth, 0.003, 0.07e-3);
+  EXPECT_GT(felt.sigma, 0);
+  EXPECT_TRUE(felt.local_model.in_contact);
+  // The local model says the same force at the seen tip.
+  const LocalModel& local = felt.local_model;
+  EXPECT_LT((local.stiffness * (local.reference - felt.p_S_tip) - *felt.force).norm(),
+            0.01 * expected);
+}
+
+TEST_F(EstimatorTest, TheLocalModelIsThereBeforeTheContact) {
+  Estimator estimator = Make();
+  const ContactEstimate& felt = estimator.Feel(Draw(0.044, 0.0935));
+  ASSERT_TRUE(felt.local_model.known());
+  EXPECT_FALSE(felt.local_model.in_contact);
+  EXPECT_NEAR(felt.local_model.Penetration(felt.p_S_tip), -0.0055, 0.1e-3);
+  EXPECT_GT(felt.local_model.stiffness(1, 1), 400);
+}
+
+TEST_F(EstimatorTest, ContactAndReleaseAreEachToldOnce) {
+  Estimator estimator = Make();
+  int contacts = 0, releases = 0;
+  for (const double y : {0.094, 0.090, 0.086, 0.084, 0.084, 0.086, 0.0875, 0.089, 0.092}) {
+    const ContactEstimate& felt = estimator.Feel(Draw(0.044, y));
+    contacts += felt.events.Has(Event::kContact) ? 1 : 0;
+    releases += felt.events.Has(Event::kRelease) ? 1 : 0;
+  }
+  EXPECT_EQ(contacts, 1);
+  EXPECT_EQ(releases, 1);
+  EXPECT_EQ(estimator.felt().force->norm(), 0);
+}
+
+// A bonded contact that was dragged sideways keeps its shear when the model is replaced under it.
+// Reference: the force is proportional to E; 1 %: rounding of the drawn pictures' noise-free
+// repeat.
+TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
+  Estimator estimator = Make();
+  for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Feel(Draw(0.044, y));
+  const Eigen::Vector3d before = estimator.Feel(Draw(0.046, 0.085)).force.value();
+  const Eigen::Vector3d place = estimator.felt().p_S_contact;
+  EXPECT_LT(before.x(), -0.1);
+  Scene stiffer = scene_;
+  stiffer.object.material.young_modulus *= 2;
+  estimator.Adopt(estimator.Prepare(stiffer), stiffer);
+  const ContactEstimate& felt = estimator.Feel(Draw(0.046, 0.085));
+  EXPECT_LT((felt.p_S_contact - place).norm(), 1e-6);
+  EXPECT_LT((*felt.force - 2 * before).norm(), 0.01 * before.norm());
+  EXPECT_FALSE(felt.events.Has(Event::kContact)) << "it was told already";
+}
+
+TEST_F(EstimatorTest, AnUnknownForceIsNotZero) {
+  Estimator estimator = Make();
+  estimator.Feel(Draw(0.044, 0.086));
+  const ContactEstimate& lost = estimator.Feel(Draw(0, 0, false));
+  EXPECT_EQ(lost.validity, Validity::kTrackingLost);
+  EXPECT_FALSE(lost.force);
+  EXPECT_TRUE(lost.events.Has(Event::kTrackingLost));
+  const ContactEstimate& found = estimator.Feel(Draw(0.044, 0.092));
+  EXPECT_TRUE(found.events.Has(Event::kTrackingRegained));
+  EXPECT_TRUE(found.force);
+}
+
+TEST_F(EstimatorTest, PicturesOfAnotherKindAreFlagged) {
+  Estimator estimator = Make();
+  Frame small = Draw(0.044, 0.092), empty = small, deep = small;
+  cv::resize(small.image, small.image, {320, 240});
+  empty.image.release();
+  deep.image.convertTo(deep.image, CV_32F);
+  for (const Frame& bad : {small, empty, deep}) {
+    EXPECT_EQ(estimator.Feel(bad).validity, Validity::kTrackingLost);
+    EXPECT_FALSE(estimator.felt().force);
+  }
+  EXPECT_NE(estimator.Feel(Draw(0.044, 0.092)).validity, Validity::kTrackingLost);
+}
+
+// Paper A, 4.2: past the depth at which the membrane breaks the hand feels nothing until the tool
+// has left.
+TEST_F(EstimatorTest, ThePunctureCueDropsTheForceToZero) {
+  scene_.model.puncture_depth = 0.002;
+  Estimator estimator = Make();
+  estimator.Feel(Draw(0.044, 0.090));
+  estimator.Feel(Draw(0.044, 0.0865));
+  EXPECT_GT(estimator.felt().force->norm(), 0.5);
+  const ContactEstimate& felt = estimator.Feel(Draw(0.044, 0.0855));
+  EXPECT_TRUE(felt.events.Has(Event::kPuncture));
+  EXPECT_EQ(felt.validity, Validity::kPunctured);
+  EXPECT_EQ(felt.force->norm(), 0);
+  EXPECT_EQ(estimator.Feel(Draw(0.044, 0.087)).validity, Validity::kPunctured);
+  estimator.Feel(Draw(0.044, 0.091));
+  EXPECT_EQ(estimator.Feel(Draw(0.044, 0.091)).validity, Validity::kValid);
+}
+
+TEST_F(EstimatorTest, BeyondTheModelsRangeTheForceIsMarkedExtrapolated) {
+  scene_.model.range = 0.02;  // of 88 mm: 1.76 mm
+  Estimator estimator = Make();
+  estimator.Feel(Draw(0.044, 0.090));
+  EXPECT_EQ(estimator.Feel(Draw(0.044, 0.0865)).validity, Validity::kValid);
+  EXPECT_EQ(estimator.Feel(Draw(0.044, 0.0855)).validity, Validity::kExtrapolated);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,62 @@
+// A camera whose lens bends straight lines, from its pictures to the tip.
+#include <algorithm>
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+#include "slave/pipeline/camera/estimator.h"
+#include "slave/scene/scene_loader.h"
+#include "slave/site/camera/scripted_camera.h"
+#include "slave/vision/stereo/rig.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+// The shipped block, seen by a camera with a barrel of a lens.
+Scene BlockBehindALens() {
+  const auto folder = std::filesystem::path(BinaryPath()) / "test-output";
+  std::filesystem::create_directories(folder);
+  StereoRig camera;
+  camera.left = {500, 500, 322, 236, {-0.3, 0.1, 0.001, -0.0005, 0}, {640, 480}};
+  WriteRig(folder / "straight-lens.yaml", camera, true);
+  Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
+  scene.sense.camera->lens = folder / "straight-lens.yaml";
+  return scene;
+}
+
+// Reference: where the simulated site's tool really is. Tolerance: a tenth of a pixel; the lens
+// alone shows it up to two pixels from there.
+TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
+  const Scene scene = BlockBehindALens();
+  ScriptedCamera camera(scene);
+  std::optional<Frame> frame = camera.Next({});
+  ASSERT_TRUE(frame);
+  Estimator estimator(scene, *frame, scene.manipulator.home);
+  const double pixel = scene.sense.camera->pixel;
+  double worst = 0, unstraightened = 0;
+  int compared = 0;
+  const Lens lens = ReadRig(scene.sense.camera->lens).left;
+  for (int i = 0; frame && i < 60; ++i, frame = camera.Next({})) {
+    const ContactEstimate& felt = estimator.Feel(*frame);
+    ASSERT_TRUE(estimator.observation().tip.found) << i;
+    worst = std::max(worst, (felt.p_S_tip - camera.truth().p_S_tip).norm() / pixel);
+    const Eigen::Vector2d seen = estimator.view().ToImage(camera.truth().p_S_tip);
+    const Eigen::Vector3d ray((seen.x() - lens.cx) / lens.fx, (seen.y() - lens.cy) / lens.fy, 1);
+    unstraightened = std::max(unstraightened, (*Project(lens, ray) - seen).norm());
+    ++compared;
+  }
+  EXPECT_EQ(compared, 60);
+  EXPECT_LT(worst, 0.1);
+  EXPECT_GT(unstraightened, 1) << "or the lens shows nothing";
+  RecordProperty("worst_px", std::to_string(worst));
+}
+
+TEST(StraightCameraTest, ALensOfAnotherPictureSizeIsRefused) {
+  Scene scene = BlockBehindALens();
+  scene.sense.camera->size = {320, 240};
+  EXPECT_THROW(ScriptedCamera camera(scene), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace palpate

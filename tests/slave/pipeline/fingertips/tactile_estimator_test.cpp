@@ -1,0 +1,599 @@
+#include "slave/pipeline/fingertips/tactile_estimator.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/fingertips/tactile_shape.h"
+#include "slave/tactile/network/network_file.h"
+#include "tests/slave/capture/scratch.h"
+#include "tests/slave/pipeline/fingertips/tactile_scene.h"
+#include "tests/support/allocation_count.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using testing_fakes::CubeScene;
+using testing_fakes::Fakes;
+using testing_fakes::Hand;
+using testing_fakes::kAbove;
+using testing_fakes::kRest;
+using testing_fakes::kWindow;
+
+// A scene, its estimator, and fingertips that rested.
+struct Touching {
+  explicit Touching(const Scene& scene_in)
+      : scene(scene_in), estimator(scene, Fakes()), hand(scene.sense.tactile->fingers.size()) {
+    Feel(kRest + kWindow);
+  }
+  const ContactEstimate& Feel(int samples, const Vector3d& way = {0, 0, 0}) {
+    for (int i = 0; i < samples; ++i) {
+      estimator.Feel(hand.Next(), scene.manipulator.home + way);
+    }
+    return estimator.felt();
+  }
+  const ContactEstimate& Press(const Vector3d& force_F, const Vector3d& way, std::size_t finger = 0,
+                               int samples = kWindow) {
+    hand.forces_F[finger] = force_F;
+    hand.active[finger] = true;
+    return Feel(samples, way);
+  }
+  std::vector<Vector3d> Nodes() {
+    std::vector<Vector3d> p_S;
+    estimator.DeformedNodes(&p_S);
+    return p_S;
+  }
+  [[nodiscard]] double LargestMove() {
+    const std::vector<Vector3d> p_S = Nodes();
+    double largest = 0;
+    for (std::size_t i = 0; i < p_S.size(); ++i) {
+      const Vector3d rest = estimator.X_SO() * estimator.body()->surface.nodes[i];
+      largest = std::fmax(largest, (p_S[i] - rest).norm());
+    }
+    return largest;
+  }
+
+  Scene scene;
+  TactileEstimator estimator;
+  Hand hand;
+};
+
+// Reference: the scene's model alone, loaded with the same force at the place under the pad.
+TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
+  Touching t(CubeScene(kAbove));
+  const Vector3d force(0.02, 0, -0.2), way(0, 0, -0.003);
+  const ContactEstimate& felt = t.Press(force, way);
+  EXPECT_EQ(felt.validity, Validity::kValid);
+  ASSERT_TRUE(felt.force.has_value());
+  EXPECT_NEAR((*felt.force + force).norm(), 0, 1e-6);  // of the object on the fingertip
+  EXPECT_TRUE(felt.local_model.in_contact);
+  EXPECT_NEAR((felt.p_S_contact - Vector3d(0.02, 0.02, 0.04)).norm(), 0, 1e-9);
+  EXPECT_NEAR(felt.depth, 0.003, 1e-9);
+
+  const auto model = MakeModel(t.scene, MeshObject(t.scene, std::nullopt));
+  const Contact contact{
+      .kind = Contact::Kind::kForce, .p_O = {0.02, 0.02, 0.04}, .prescribed_O = force};
+  ContactResponse response;
+  model->Respond({&contact, 1}, {&response, 1});
+  std::vector<Vector3d> u;
+  model->BoundaryDisplacement(&u);
+  const std::vector<Vector3d> p = t.Nodes();
+  ASSERT_EQ(p.size(), u.size());
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    // The force comes in float counts: 1e-6 N of 0.2 N, times 5 mm.
+    EXPECT_NEAR((p[i] - t.estimator.body()->surface.nodes[i] - u[i]).norm(), 0, 2e-7) << i;
+  }
+  EXPECT_GT(t.LargestMove(), 1e-3);
+}
+
+TEST(TactileEstimatorTest, TheObjectComesBackWhenNothingTouches) {
+  Touching t(CubeScene(kAbove));
+  t.Press({0, 0, -0.2}, {0, 0, -0.003});
+  EXPECT_GT(t.LargestMove(), 1e-3);
+  t.hand.active[0] = false;
+  t.hand.forces_F[0].setZero();
+  const ContactEstimate& felt = t.Feel(20);
+  EXPECT_FALSE(felt.local_model.in_contact);
+  EXPECT_LT(t.LargestMove(), 1e-12);
+}
+
+// Reference: the same press with everything turned together (equation 5): the object's pose and the
+// fingertip's both by R; the deformed nodes turn with them, the network's numbers stay.
+TEST(TactileEstimatorTest, TheAnswerTurnsWithObjectAndFingertip) {
+  Touching straight(CubeScene(kAbove));
+  Scene scene = CubeScene(kAbove);
+  Isometry3d X = Isometry3d::Identity();
+  X.linear() = Eigen::AngleAxisd(0.7, Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
+  X.translation() = Vector3d(0.1, -0.2, 0.3);
+  scene.object.X_SO = X * scene.object.X_SO;
+  Finger& finger = scene.sense.tactile->fingers[0];
+  finger.X_SF = X * finger.X_SF;
+  scene.manipulator.home = finger.X_SF * Vector3d(0, 0, -scene.sense.tactile->finger_radius);
+  Touching turned(scene);
+
+  const Vector3d force(0.03, 0.01, -0.2), way(0, 0, -0.003);
+  const ContactEstimate& a = straight.Press(force, way);
+  const ContactEstimate& b = turned.Press(force, X.linear() * way);
+  ASSERT_TRUE(a.force && b.force);
+  EXPECT_NEAR((*b.force - X.linear() * *a.force).norm(), 0, 1e-9);
+  const LocalModel &la = a.local_model, &lb = b.local_model;
+  EXPECT_NEAR((lb.normal - X.linear() * la.normal).norm(), 0, 1e-9);
+  EXPECT_NEAR((lb.reference - X * la.reference).norm(), 0, 1e-9);
+  EXPECT_NEAR((lb.stiffness - X.linear() * la.stiffness * X.linear().transpose()).norm() /
+                  la.stiffness.norm(),
+              0, 1e-6);
+  const auto pa = straight.Nodes(), pb = turned.Nodes();
+  for (std::size_t i = 0; i < pa.size(); ++i) EXPECT_NEAR((pb[i] - X * pa[i]).norm(), 0, 1e-7);
+}
+
+// Places lie on the deformed surface: a finger that goes in farther than the gate keeps its place.
+TEST(TactileEstimatorTest, ADeepPressKeepsItsPlace) {
+  Touching t(CubeScene(kAbove + ", gate: 3 mm"));
+  for (int mm = 1; mm <= 10; ++mm) {
+    const ContactEstimate& felt = t.Press({0, 0, -0.035 * mm}, {0, 0, -1e-3 * mm});
+    ASSERT_TRUE(t.estimator.finger(0).p_S_contact.has_value()) << mm << " mm";
+    EXPECT_NEAR((felt.p_S_contact - Vector3d(0.02, 0.02, 0.04)).norm(), 0, 2e-3) << mm << " mm";
+  }
+  EXPECT_GT(t.LargestMove(), 5e-3);
+}
+
+TEST(TactileEstimatorTest, AFingertipBeyondTheGateDeformsNothingAndIsFlagged) {
+  Touching t(CubeScene(kAbove));
+  const ContactEstimate& felt = t.Press({0, 0, -0.2}, {0, 0, 0.011});
+  EXPECT_EQ(felt.validity, Validity::kExtrapolated);
+  EXPECT_NE(t.estimator.finger(0).why.find("gate"), std::string_view::npos);
+  ASSERT_TRUE(felt.force.has_value());  // the network is not wrong
+  EXPECT_FALSE(t.estimator.finger(0).p_S_contact.has_value());
+  EXPECT_EQ(t.LargestMove(), 0);
+}
+
+TEST(TactileEstimatorTest, APoseInsideTheObjectIsFlagged) {
+  for (const bool active : {true, false}) {
+    Touching t(CubeScene(kAbove));
+    t.hand.active[0] = active;
+    t.hand.forces_F[0] = {0, 0, active ? -0.2 : 0.0};
+    const ContactEstimate& felt =
+        t.Feel(kWindow, {0, 0, -0.027});  // its middle in the cube's middle
+    EXPECT_EQ(felt.validity, Validity::kExtrapolated) << active;
+    EXPECT_NE(t.estimator.finger(0).why.find("inside"), std::string_view::npos) << active;
+    EXPECT_EQ(t.LargestMove(), 0) << active;
+    EXPECT_TRUE(felt.local_model.stiffness.allFinite());
+  }
+}
+
+TEST(TactileEstimatorTest, PlacesThatAreNoNumbersHarmNothing) {
+  Touching t(CubeScene(kAbove));
+  t.Press({0, 0, -0.2}, {0, 0, -0.002});
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
+    const ContactEstimate& felt = t.Feel(3, Vector3d(bad, 0, 0));
+    EXPECT_TRUE(felt.local_model.reference.allFinite()) << bad;
+    EXPECT_TRUE(felt.p_S_tip.allFinite()) << bad;
+    EXPECT_TRUE(std::isfinite(t.LargestMove())) << bad;
+    TactileFrame frame = t.hand.Next();
+    frame.fingers[0].X_SF = Isometry3d::Identity();
+    frame.fingers[0].X_SF->translation().x() = bad;
+    t.estimator.Feel(frame, t.scene.manipulator.home);
+    EXPECT_TRUE(t.estimator.felt().local_model.reference.allFinite()) << bad;
+    EXPECT_TRUE(std::isfinite(t.LargestMove())) << bad;
+  }
+  const ContactEstimate& felt = t.Feel(20, {0, 0, -0.002});
+  EXPECT_EQ(felt.validity, Validity::kValid);
+  EXPECT_GT(t.LargestMove(), 1e-3);
+}
+
+// E L^2 = 6.4 N is more than any strain gives; below it a search for equilibrium may be long, but
+// ends.
+TEST(TactileEstimatorTest, AnAbsurdForceIsFlaggedAndHoldsNobodyUp) {
+  for (const double newtons : {1e5, 7.0, 5.0, 2.0}) {
+    Touching t(CubeScene(kAbove));
+    const ContactEstimate& felt = t.Press({0, 0, -newtons}, {0, 0, -0.003}, 0, 2 * kWindow);
+    ASSERT_TRUE(felt.force.has_value());
+    const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+    EXPECT_NE(Worse(felt.validity, shape.validity), Validity::kValid) << newtons;
+    for (const float x : shape.positions) ASSERT_TRUE(std::isfinite(x));
+  }
+}
+
+// Without a pose nobody knows where the object is touched: the force is told as it is, in frame F.
+TEST(TactileEstimatorTest, WithoutAPoseTheForceAloneIsTold) {
+  Touching t(CubeScene("finger: rf"));
+  EXPECT_EQ(t.estimator.body(), nullptr);
+  const Vector3d force(0.1, 0.02, -0.3);
+  const ContactEstimate& felt = t.Press(force, {0, 0, 0});
+  ASSERT_TRUE(felt.force.has_value());
+  EXPECT_NEAR((*felt.force + force).norm(), 0, 1e-6);
+  EXPECT_EQ(felt.validity, Validity::kValid);
+  EXPECT_FALSE(felt.local_model.known());
+  EXPECT_FALSE(t.estimator.finger(0).p_S_contact.has_value());
+  EXPECT_TRUE(MakeTactileShape(t.estimator, true).positions.empty());
+}
+
+constexpr const char* kFive =
+    "fingers: {a: {pose: {translation: [20 mm, 20 mm, 47 mm]}},"
+    " b: {pose: {translation: [8 mm, 10 mm, 47 mm]}},"
+    " c: {pose: {translation: [47 mm, 20 mm, 25 mm], rotation: [0, 90 deg, 0]}},"
+    " d: {pose: {translation: [-7 mm, 21 mm, 20 mm], rotation: [0, -90 deg, 0]}},"
+    " e: {pose: {translation: [33 mm, 30 mm, 47 mm]}, motion: stands}}";
+
+// Reference: superposition, in the linear law: five fingertips together move every node by the sum
+// of what each alone does, to rounding.
+TEST(TactileEstimatorTest, FiveFingertipsAddUp) {
+  const Scene scene = CubeScene(kFive, "kind: fem, law: linear");
+  const std::vector<Vector3d> forces{
+      {0, 0, -0.1}, {0.01, 0, -0.05}, {0, 0.01, -0.08}, {0, 0, -0.04}, {0.02, 0, -0.06}};
+  Touching together(scene);
+  std::vector<Vector3d> sum(together.estimator.body()->surface.nodes.size(), Vector3d::Zero());
+  for (std::size_t i = 0; i < 5; ++i) {
+    Touching alone(scene);
+    alone.Press(forces[i], {0, 0, 0}, i);
+    const auto p = alone.Nodes();
+    for (std::size_t k = 0; k < p.size(); ++k) {
+      sum[k] += p[k] - alone.estimator.body()->surface.nodes[k];
+    }
+    together.hand.forces_F[i] = forces[i];
+    together.hand.active[i] = true;
+  }
+  const ContactEstimate& felt = together.Feel(kWindow);
+  EXPECT_EQ(felt.finger_count, 5);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_TRUE(felt.fingers[i].in_contact) << i;
+    EXPECT_EQ(felt.fingers[i].validity, Validity::kValid) << i;
+    ASSERT_TRUE(felt.fingers[i].force.has_value()) << i;
+    EXPECT_NEAR(felt.fingers[i].force->norm(), forces[i].norm(), 1e-6) << i;
+  }
+  const auto p = together.Nodes();
+  for (std::size_t k = 0; k < p.size(); ++k) {
+    EXPECT_NEAR((p[k] - together.estimator.body()->surface.nodes[k] - sum[k]).norm(), 0, 1e-8);
+  }
+}
+
+// Reference: equilibrium: what the nodes take is what the fingertips push with.
+TEST(TactileEstimatorTest, NodalForcesSumToThoseOfTheFingertips) {
+  Touching t(CubeScene(kFive));
+  Vector3d total(0, 0, 0);
+  for (std::size_t i = 0; i < 5; ++i) {
+    t.hand.forces_F[i] = {0.01, 0, -0.05 - 0.01 * static_cast<double>(i)};
+    t.hand.active[i] = true;
+    total += t.scene.sense.tactile->fingers[i].X_SF.linear() * t.hand.forces_F[i];
+  }
+  t.Feel(kWindow);
+  const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+  EXPECT_EQ(shape.nodes_per_element, 3);
+  EXPECT_EQ(shape.rest.size(), 3U * 98);  // nodes on the surface of 4 x 4 x 4 cells
+  EXPECT_EQ(shape.elements.size(), 3U * 192);
+  ASSERT_EQ(shape.nodal_forces.size(), shape.rest.size());
+  Vector3d sum(0, 0, 0);
+  for (std::size_t i = 0; i < shape.nodal_forces.size(); ++i) {
+    sum[static_cast<Eigen::Index>(i % 3)] += static_cast<double>(shape.nodal_forces[i]);
+  }
+  EXPECT_NEAR((sum - total).norm(), 0, 1e-6);
+}
+
+// The skin cannot pull (the authors' node clamps as well): a force outward is left out.
+TEST(TactileEstimatorTest, AFingertipCannotPull) {
+  Touching t(CubeScene(kAbove));
+  t.Press({0, 0, 0.2}, {0, 0, 0});
+  EXPECT_LT(t.LargestMove(), 1e-12);
+}
+
+TEST(TactileEstimatorTest, HeldByDisplacementThePlaceGoesWhereTheFingertipIs) {
+  Touching t(CubeScene(kAbove + ", hold: displacement"));
+  const ContactEstimate& felt = t.Press({0, 0, -0.2}, {0, 0, -0.004});
+  ASSERT_TRUE(felt.force.has_value());
+  EXPECT_NEAR(felt.force->z(), 0.2, 1e-6);  // of the network, not of the model
+  ASSERT_EQ(t.estimator.responses().size(), 1U);
+  EXPECT_NEAR(t.estimator.responses()[0].displacement_O.z(), -0.004, 1e-9);
+  EXPECT_NEAR(t.LargestMove(), 0.004, 1e-6);
+}
+
+// Paper B, V and VI: soft contacts drop out of the samples and the mesh oscillates; holding the
+// contact nodes calms it. The fingertip stands 4 mm deep; its contact is missing for 8 of every 20
+// samples, longer than a touch is held. What is left of the mesh's motion is its range from the
+// second second on.
+TEST(TactileEstimatorTest, HoldingTheContactCalmsTheOscillationOfIntermittentContacts) {
+  const auto range = [](const std::string& hold) {
+    Touching t(CubeScene(kAbove + ", hold: " + hold, "kind: fem, time: dynamic"));
+    double low = std::numeric_limits<double>::infinity(), high = 0;
+    for (int i = 0; i < 400; ++i) {
+      t.hand.active[0] = i % 20 >= 8;
+      t.hand.forces_F[0] = t.hand.active[0] ? Vector3d(0, 0, -0.2) : Vector3d(0, 0, 0);
+      t.Feel(1, {0, 0, -0.004});
+      if (i < 100) continue;
+      low = std::fmin(low, t.LargestMove());
+      high = std::fmax(high, t.LargestMove());
+    }
+    return high - low;
+  };
+  const double by_force = range("force"), held = range("displacement");
+  RecordProperty("by_force_mm", std::to_string(1e3 * by_force));
+  RecordProperty("held_mm", std::to_string(1e3 * held));
+  EXPECT_GT(by_force, 1e-3);
+  EXPECT_LT(held, 0.02 * by_force);
+}
+
+TEST(TactileEstimatorTest, HeldFingertipsThatMeetTheSameNodesStillAct) {
+  Touching t(
+      CubeScene("hold: displacement, fingers: {a: {pose: {translation: [20 mm, 20 mm, 46 mm]}}, "
+                "b: {pose: {translation: [21 mm, 20 mm, 46 mm]}}}"));
+  for (std::size_t i = 0; i < 2; ++i) {
+    t.hand.forces_F[i] = {0, 0, -0.1};
+    t.hand.active[i] = true;
+  }
+  t.Feel(kWindow);
+  EXPECT_EQ(t.estimator.shape_validity(), Validity::kValid);
+  EXPECT_EQ(t.estimator.contacts().size(), 2U);
+  EXPECT_GT(t.LargestMove(), 0.9e-3);
+}
+
+// Contacts over an area (the paper's stated limitation): more nodes carry the load, and the deepest
+// goes in less.
+TEST(TactileEstimatorTest, APatchSpreadsTheLoad) {
+  Touching point(CubeScene(kAbove)), patch(CubeScene(kAbove + ", patch: 22 mm"));
+  point.Press({0, 0, -0.1}, {0, 0, -0.002});
+  patch.Press({0, 0, -0.1}, {0, 0, -0.002});
+  EXPECT_EQ(patch.estimator.shape_validity(), Validity::kValid);
+  EXPECT_LT(patch.LargestMove(), 0.6 * point.LargestMove());
+  EXPECT_GT(patch.LargestMove(), 0.1 * point.LargestMove());
+}
+
+// Sum over the nodes of the streamed forces, frame S, and on how many nodes they act.
+struct Streamed {
+  Vector3d sum{0, 0, 0};
+  int nodes = 0;
+};
+Streamed Forces(Touching& t) {
+  const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+  Streamed streamed;
+  for (std::size_t i = 0; i + 2 < shape.nodal_forces.size(); i += 3) {
+    const Eigen::Vector3f f(&shape.nodal_forces[i]);
+    streamed.sum += f.cast<double>();
+    if (f.norm() > 0) ++streamed.nodes;
+  }
+  return streamed;
+}
+
+// The tolerance is single precision of 0.2 N. A place that is pulled, which the model leaves out,
+// is felt as well.
+TEST(TactileEstimatorTest, StreamedForcesAreThoseFeltHoweverTheContactActs) {
+  const Isometry3d turned(Eigen::AngleAxisd(0.5, Vector3d::UnitZ()));
+  for (const char* extra :
+       {"", ", hold: displacement", ", patch: 22 mm", ", hold: displacement, patch: 22 mm"}) {
+    Scene scene = CubeScene(kAbove + extra);
+    scene.object.X_SO = turned;
+    scene.sense.tactile->fingers[0].X_SF.translation() = turned * Vector3d(0.02, 0.02, 0.047);
+    scene.manipulator.home = turned * Vector3d(0.02, 0.02, 0.04);
+    Touching t(scene);
+    for (const Vector3d& force : {Vector3d(0.03, 0.01, -0.2), Vector3d(0.03, 0.01, 0.05)}) {
+      const ContactEstimate& felt = t.Press(force, {0, 0, -0.004});
+      ASSERT_TRUE(felt.force && t.estimator.finger(0).p_S_contact);
+      EXPECT_NEAR((Forces(t).sum + *felt.force).norm(), 0, 1e-7) << extra;
+    }
+  }
+}
+
+// Reference: the model alone, each streamed force put on its node by itself; loads superpose, so
+// the object deforms as under the patch. Single precision of forces and places: 1e-7 m of 1 mm.
+TEST(TactileEstimatorTest, StreamedForcesOfAPatchAreSpreadAsTheModelSpreadsThem) {
+  Touching t(CubeScene(kAbove + ", patch: 22 mm"));
+  t.Press({0.01, 0, -0.1}, {0, 0, -0.002});
+  EXPECT_GE(Forces(t).nodes, 9);  // the corners of the four middle faces
+  const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+  const auto at = [](const std::vector<float>& values, std::size_t i) -> Vector3d {
+    return Eigen::Vector3f(&values[i]).cast<double>();
+  };
+  std::vector<Contact> loads;
+  for (std::size_t i = 0; i < shape.nodal_forces.size(); i += 3) {
+    const Vector3d force = at(shape.nodal_forces, i);
+    if (force.norm() == 0) continue;
+    loads.push_back(
+        {.kind = Contact::Kind::kForce, .p_O = at(shape.rest, i), .prescribed_O = force});
+  }
+  const auto model = MakeModel(t.scene, MeshObject(t.scene, std::nullopt));
+  std::vector<ContactResponse> responses(loads.size());
+  model->Respond(loads, responses);
+  std::vector<Vector3d> u;
+  model->BoundaryDisplacement(&u);
+  const std::vector<Vector3d> p = t.Nodes();
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    EXPECT_NEAR((p[i] - t.estimator.body()->surface.nodes[i] - u[i]).norm(), 0, 1e-6) << i;
+  }
+}
+
+TEST(TactileEstimatorTest, NoForcesAreStreamedWhileOneIsUnknown) {
+  const Scene scene = CubeScene(kAbove + ", hold: displacement");
+  TactileSenses senses = Fakes();
+  senses.network = nullptr;
+  TactileEstimator estimator(scene, senses);
+  Hand hand(1);
+  for (int i = 0; i < kRest + 2 * kWindow; ++i) {
+    hand.active[0] = i > kRest;
+    estimator.Feel(hand.Next(), scene.manipulator.home - Vector3d(0, 0, 0.004));
+  }
+  ASSERT_TRUE(estimator.finger(0).p_S_contact && !estimator.finger(0).force);
+  const BoundaryShape shape = MakeTactileShape(estimator, true);
+  EXPECT_FALSE(shape.positions.empty());
+  EXPECT_TRUE(shape.nodal_forces.empty());
+}
+
+TEST(TactileEstimatorTest, TimesOfMechanicsAreThoseOfSamplesThatTouch) {
+  Touching t(CubeScene(kAbove));
+  EXPECT_EQ(t.estimator.times().mechanics.count(), 0U);
+  t.Press({0, 0, -0.2}, {0, 0, -0.003});
+  EXPECT_GT(t.estimator.times().mechanics.count(), 0U);
+  EXPECT_LE(t.estimator.times().mechanics.count(), static_cast<std::uint64_t>(kWindow));
+}
+
+// --- the contact that the master renders
+
+// The plane is known before anything touches: the sphere comes through it when its centre is one
+// radius above the surface, whatever the fingertip's direction; the reference is where the apex is.
+TEST(TactileEstimatorTest, ThePlaneIsKnownBeforeContactFromEveryDirection) {
+  for (const double degrees : {0.0, 35.0, 80.0}) {
+    Touching t(CubeScene("pose: {translation: [20 mm, 20 mm, 55 mm], rotation: [0, " +
+                         std::to_string(degrees) + " deg, 0]}"));
+    const LocalModel& local = t.estimator.felt().local_model;
+    ASSERT_TRUE(local.known()) << degrees;
+    EXPECT_FALSE(local.in_contact);
+    EXPECT_NEAR((local.normal - Vector3d::UnitZ()).norm(), 0, 1e-12);
+    // 15 mm from the middle of the sphere to the top, 7 mm of it the sphere's.
+    EXPECT_NEAR(local.Penetration(t.scene.manipulator.home), -0.008, 1e-12) << degrees;
+    EXPECT_NEAR(local.Penetration(t.scene.manipulator.home - Vector3d(0, 0, 0.010)), 0.002, 1e-12);
+    EXPECT_EQ(local.force, Vector3d(0, 0, 0));
+    const Eigen::Matrix3d& K = local.stiffness;
+    EXPECT_EQ(K, K.transpose().eval());
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(K).eigenvalues().minCoeff(), 0);
+  }
+}
+
+// Beside an edge the sphere meets it from its own side: nothing is rendered in thin air.
+TEST(TactileEstimatorTest, BesideTheObjectThereIsNoPenetration) {
+  Touching t(CubeScene(kAbove));
+  const ContactEstimate& felt =
+      t.Feel(1, {0.035, 0, -0.0069});  // beside the top edge, at its height
+  EXPECT_LT(felt.local_model.Penetration(felt.p_S_tip), -0.007);
+}
+
+TEST(TactileEstimatorTest, TheRevisionRisesOnlyWithAChange) {
+  Touching t(CubeScene(kAbove));
+  t.Feel(1, {0, 0, 0.005});
+  const auto revision = t.estimator.felt().local_model.revision;
+  t.Feel(10, {0, 0, 0.005});
+  EXPECT_EQ(t.estimator.felt().local_model.revision, revision);
+  t.Feel(1, {0.001, 0, 0.005});
+  EXPECT_EQ(t.estimator.felt().local_model.revision, revision + 1);
+}
+
+// A bonded contact keeps its reference while the fingertip shears it; a frictionless one follows.
+TEST(TactileEstimatorTest, ABondedContactKeepsItsReferenceAFrictionlessFollows) {
+  for (const char* law : {"bonded", "frictionless"}) {
+    Touching t(CubeScene(kAbove, std::string("kind: fem-green, contact: ") + law));
+    t.Feel(1, {0, 0, 0.001});
+    t.Feel(1, {0, 0, -0.002});
+    const Vector3d before = t.estimator.felt().local_model.reference;
+    t.Feel(1, {0.003, 0, -0.002});
+    const LocalModel& after = t.estimator.felt().local_model;
+    const double moved = std::string(law) == "bonded" ? 0 : 0.003;
+    EXPECT_NEAR((after.reference - before - Vector3d(moved, 0, 0)).norm(), 0, 1e-9) << law;
+    if (moved > 0) {
+      EXPECT_NEAR((after.stiffness * Vector3d::UnitX()).norm(), 0, 1e-9);
+    }
+  }
+}
+
+TEST(TactileEstimatorTest, AnotherModelTakesOverWhileAContactGoesOn) {
+  Touching t(CubeScene(kAbove));
+  t.Press({0, 0, -0.05}, {0, 0, -0.001});
+  const double before = t.LargestMove();
+  Scene softer = t.scene;
+  softer.object.material.young_modulus /= 2;
+  t.estimator.Adopt(TactileEstimator::Prepare(softer), softer);
+  t.Feel(2, {0, 0, -0.001});
+  EXPECT_GT(t.LargestMove(), 1.5 * before);
+  for (const char* kind : {"fem-green", "bem3d", "fem-hyperelastic"}) {
+    Scene other = t.scene;
+    other.model.kind = kind;
+    t.estimator.Adopt(TactileEstimator::Prepare(other), other);
+    t.Feel(2, {0, 0, -0.001});
+    EXPECT_EQ(t.estimator.shape_validity(), Validity::kValid) << kind;
+    // Whatever the method, a point force on 10 mm elements: within a factor of two.
+    EXPECT_NEAR(std::log2(t.LargestMove() / before), 0, 1) << kind;
+  }
+}
+
+TEST(TactileEstimatorTest, FramesOfFiveFingertipsAllocateNothing) {
+  Touching t(CubeScene(kFive));
+  for (std::size_t i = 0; i < 5; ++i) {
+    t.hand.forces_F[i] = {0, 0, -0.05};
+    t.hand.active[i] = true;
+  }
+  const auto circle = [](int i) {
+    const double angle = 2 * std::numbers::pi * i / 100;
+    return Vector3d(0.004 * std::cos(angle), 0.004 * std::sin(angle), -0.001);
+  };
+  for (int i = 0; i < 100; ++i) t.Feel(1, circle(i));
+  const long before = AllocationCount();
+  for (int i = 0; i < 300; ++i) t.Feel(1, circle(i));
+  EXPECT_EQ(AllocationCount() - before, 0);
+}
+
+// --- what the scene names
+
+const std::string kShipped = SourcePath("/deploy/fingertips/simulated-rnn21");
+
+std::string ComplaintOf(const Scene& scene) {
+  try {
+    LoadSenses(scene);
+    return {};
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
+  const Scratch scratch;
+  Scene scene = CubeScene(kAbove);
+  Tactile& tactile = *scene.sense.tactile;
+  tactile.source = Tactile::Source::kRecording;
+  tactile.network = kShipped;
+  const auto write = [&](const char* columns) {
+    std::string text = columns;
+    for (int e = 1; e <= kElectrodeCount; ++e) text += ",E" + std::to_string(e);
+    tactile.file = scratch.Write("touch.csv", text + "\n");
+  };
+  write("t,pac0,pdc");
+  EXPECT_EQ(ComplaintOf(scene), "");
+  write("t,pac0");
+  EXPECT_NE(ComplaintOf(scene).find("touch.csv: no column pdc: " + std::string(kShipped)),
+            std::string::npos);
+  write("t,pdc");
+  EXPECT_NE(ComplaintOf(scene).find("no column pac0"), std::string::npos);
+}
+
+TEST(LoadSensesTest, FilesThatCannotBeUsedNameTheirKey) {
+  const Scratch scratch;
+  const auto none = scratch.path() / "nothing";
+  Scene scene = CubeScene(kAbove);
+  scene.sense.tactile->network = none;
+  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.network: "), std::string::npos);
+  scene.sense.tactile->network.clear();
+  scene.sense.tactile->electrodes = none;
+  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.electrodes: "), std::string::npos);
+  scene.sense.tactile->electrodes.clear();
+  scene.sense.tactile->localise = (scratch.path() / "none.json").string();
+  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
+}
+
+TEST(LoadSensesTest, ANetworkWithoutAStateCarriesNone) {
+  const Scratch scratch;
+  Scene scene = CubeScene(kAbove);
+  Tactile& tactile = *scene.sense.tactile;
+  tactile.carries_state = true;
+  tactile.network = kShipped;
+  EXPECT_EQ(ComplaintOf(scene), "");
+  NetworkInfo info;
+  info.architecture = "dnn_19";
+  info.inputs = 19;
+  info.outputs = 3;
+  NetworkWeights weights;
+  weights.LeaveUnscaled(info.inputs, info.outputs);
+  weights.dense = {{WeightMatrix::Zero(19, 3), Eigen::VectorXf::Zero(3)}};
+  WriteForceNetwork(scratch.path() / "dense", info, weights);
+  tactile.network = scratch.path() / "dense";
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.state = carried: accepted is windowed"),
+            std::string::npos)
+      << ComplaintOf(scene);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,208 @@
+#include "slave/pipeline/fingertips/tactile_slave.h"
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "slave/capture/tactile_inbox.h"
+#include "tests/slave/pipeline/fingertips/tactile_scene.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using testing_fakes::CubeScene;
+using testing_fakes::Fakes;
+using testing_fakes::Hand;
+using testing_fakes::kAbove;
+
+constexpr double kPatience = 30;  // before something that does not happen fails the test [s]
+
+// What the fingertips of a test do, shared with its source.
+struct World {
+  std::mutex mutex;
+  Hand hand{1};
+  bool ended = false, silent = false, breaks = false;
+};
+
+// A sample every 2 ms.
+class FakeSource final : public TactileSource {
+ public:
+  explicit FakeSource(std::shared_ptr<World> world) : world_(std::move(world)) {}
+  std::optional<TactileFrame> Next(const std::stop_token& stop) override {
+    while (!stop.stop_requested()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      const std::lock_guard lock(world_->mutex);
+      if (world_->breaks) throw std::runtime_error("the cable is off");
+      if (world_->ended) return std::nullopt;
+      if (world_->silent) continue;
+      TactileFrame frame = world_->hand.Next();
+      frame.sensed_at = Clock::now();
+      return frame;
+    }
+    return std::nullopt;
+  }
+  [[nodiscard]] std::string description() const override { return "a fake"; }
+
+ private:
+  std::shared_ptr<World> world_;
+};
+
+class TactileSlaveTest : public ::testing::Test {
+ protected:
+  TactileSlaveTest() : slave_(CubeScene(kAbove), std::make_unique<FakeSource>(world_), Fakes()) {}
+
+  void Touch(const Vector3d& force_F, bool active) {
+    const std::lock_guard lock(world_->mutex);
+    world_->hand.forces_F[0] = force_F;
+    world_->hand.active[0] = active;
+  }
+  void Set(bool World::*what) {
+    const std::lock_guard lock(world_->mutex);
+    (*world_).*what = true;
+  }
+  SlaveState Until(const std::function<bool(const SlaveState&)>& reached) {
+    const Time begin = Clock::now();
+    for (;;) {
+      const SlaveState state = slave_.Compose(Clock::now());
+      if (reached(state)) return state;
+      if (SecondsBetween(begin, Clock::now()) > kPatience) {
+        ADD_FAILURE() << "not reached: " << ToString(state.validity);
+        return state;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+  }
+  static bool IsValid(const SlaveState& s) { return s.validity == Validity::kValid; }
+  static bool Touches(const SlaveState& s) { return s.local_model.in_contact; }
+
+  std::shared_ptr<World> world_ = std::make_shared<World>();
+  TactileSlave slave_;
+};
+
+TEST_F(TactileSlaveTest, ATouchIsFeltAndSeen) {
+  Until(IsValid);
+  slave_.TakeEvents();
+  Touch({0, 0, -0.2}, true);
+  const SlaveState state =
+      Until([](const SlaveState& s) { return s.force && s.force->z() > 0.19 && Touches(s); });
+  EXPECT_EQ(state.validity, Validity::kValid);
+  EXPECT_EQ(state.finger_count, 0);  // one alone is told by the state itself
+  EXPECT_FALSE(state.true_force.has_value());
+  EXPECT_TRUE(slave_.TakeEvents().Has(Event::kContact));
+  const BoundaryShape shape = slave_.Shape(true);
+  EXPECT_EQ(shape.nodes_per_element, 3);
+  EXPECT_EQ(shape.nodal_forces.size(), shape.positions.size());
+  EXPECT_NE(shape.positions, shape.rest);
+  EXPECT_FALSE(slave_.Picture(true, 80).has_value());
+  EXPECT_EQ(slave_.tactile_inbox(), nullptr);
+  const SlaveStatus status = slave_.Status();
+  ASSERT_EQ(status.stages.size(), 4U);
+  EXPECT_EQ(status.stages[0].stage, "tactile");
+  EXPECT_GE(status.frames, 10U);
+  EXPECT_EQ(slave_.Describe().model.kind, "fem");
+}
+
+TEST_F(TactileSlaveTest, TheHandMovesTheFingertip) {
+  Until(IsValid);
+  slave_.BeginOperating();
+  const Vector3d home = slave_.Compose(Clock::now()).p_S_tip;
+  OperatorCommand command;
+  command.epoch = 1;
+  command.engaged = true;
+  const SlaveState state = Until([&](const SlaveState& s) {
+    ++command.sequence;
+    command.sent_at = Clock::now();
+    if (s.phase == Phase::kFollowing) command.p_M = {0, 0, 0.005};
+    EXPECT_TRUE(slave_.Command(command));
+    return (s.p_S_tip - home).norm() > 0.0049;
+  });
+  EXPECT_NEAR(state.local_model.Penetration(state.p_S_tip), -0.005, 2e-4);
+  EXPECT_THROW(slave_.SetModel({"fem-green", 0, "", ""}), std::logic_error);
+  slave_.EndOperating();
+}
+
+TEST_F(TactileSlaveTest, SilenceIsStaleAndAnEndIsAnAlarm) {
+  Until(IsValid);
+  Set(&World::silent);
+  const SlaveState stale =
+      Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
+  EXPECT_GT(SecondsBetween(stale.sensed_at, Clock::now()), 0.06);
+  Set(&World::ended);
+  Until([&](const SlaveState&) { return !slave_.Status().alarms.empty(); });
+}
+
+TEST_F(TactileSlaveTest, ASourceThatBreaksIsAnAlarm) {
+  Until(IsValid);
+  Set(&World::breaks);
+  Until([&](const SlaveState&) { return !slave_.Status().alarms.empty(); });
+  EXPECT_EQ(slave_.Status().alarms.front(), "the cable is off");
+}
+
+TEST_F(TactileSlaveTest, AResetTakesRestValuesAnew) {
+  Until(IsValid);
+  Touch({0, 0, -0.2}, true);
+  Until(Touches);
+  slave_.TakeEvents();
+  slave_.Reset();
+  // What presses now is taken for rest.
+  const SlaveState state =
+      Until([&](const SlaveState& s) { return IsValid(s) && s.force && s.force->norm() < 1e-6; });
+  EXPECT_FALSE(Touches(state));
+  EXPECT_TRUE(slave_.TakeEvents().Has(Event::kRelease));
+}
+
+TEST_F(TactileSlaveTest, TheModelAndItsModulusChangeWhileItFeels) {
+  Until(IsValid);
+  const double before = slave_.Compose(Clock::now()).local_model.stiffness.norm();
+  ParameterChange softer;
+  softer.young_modulus = 2000;
+  slave_.SetParameters(softer);
+  const SlaveState state = Until([&](const SlaveState& s) {
+    return s.local_model.stiffness.norm() < 0.51 * before && IsValid(s);
+  });
+  EXPECT_NEAR(state.local_model.stiffness.norm() / before, 0.5, 1e-6);
+  slave_.SetModel({"fem-green", 0, "", ""});
+  EXPECT_EQ(slave_.Describe().model.kind, "fem-green");
+  EXPECT_TRUE(slave_.TakeEvents().Has(Event::kModelChanged));
+  EXPECT_THROW(slave_.SetModel({"bem2d", 0, "", ""}), std::invalid_argument);
+  EXPECT_THROW(slave_.SetModel({"", 100, "", ""}), std::invalid_argument);
+  EXPECT_THROW(slave_.SetModel({"", 0, "stress", ""}), std::invalid_argument);
+  EXPECT_THROW(slave_.SetModel({"", 0, "", "glued"}), std::invalid_argument);
+  ParameterChange absurd;
+  absurd.young_modulus = -1;
+  EXPECT_THROW(slave_.SetParameters(absurd), std::invalid_argument);
+}
+
+TEST_F(TactileSlaveTest, TheEmergencyStopLatches) {
+  Until(IsValid);
+  slave_.EmergencyStop("a test");
+  Until([](const SlaveState& s) { return s.phase == Phase::kEstop; });
+}
+
+// A stream: samples come in through the inbox, as FeedTactile puts them there.
+TEST(TactileSlaveStreamTest, StreamedSamplesAreFelt) {
+  TactileSlave slave(CubeScene("finger: rf, " + kAbove));
+  TactileInbox* inbox = slave.tactile_inbox();
+  ASSERT_NE(inbox, nullptr);
+  EXPECT_FALSE(slave.Compose(Clock::now()).force.has_value());
+  const FingerReading pressing = testing_fakes::ReadingOf({0, 0, 0}, true);
+  const Time begin = Clock::now();
+  std::uint64_t sequence = 0;
+  while (slave.Status().frames < 20 && SecondsBetween(begin, Clock::now()) < kPatience) {
+    EXPECT_FALSE(inbox->Feed("rf", ++sequence, Clock::now(), pressing, Clock::now()).has_value());
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_GE(slave.Status().frames, 20U);
+  // No network: where the fingertip is counts, not what it feels.
+  const SlaveState state = slave.Compose(Clock::now());
+  EXPECT_FALSE(state.force.has_value());
+  EXPECT_TRUE(state.local_model.known());
+}
+
+}  // namespace
+}  // namespace palpate

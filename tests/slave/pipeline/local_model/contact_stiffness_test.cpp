@@ -1,0 +1,104 @@
+#include "slave/pipeline/local_model/contact_stiffness.h"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include "tests/slave/pipeline/fingertips/tactile_scene.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using testing_fakes::CubeScene;
+using testing_fakes::kAbove;
+
+constexpr double kE = 4000, kNu = 0.15;
+
+// The triangle whose centroid lies nearest to `p_O`.
+int TriangleAt(const SurfaceMesh& surface, const Vector3d& p_O) {
+  int best = 0;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+    const auto& [a, b, c] = surface.triangles[static_cast<std::size_t>(t)];
+    const auto node = [&](int i) { return surface.nodes[static_cast<std::size_t>(i)]; };
+    const double d = ((node(a) + node(b) + node(c)) / 3 - p_O).norm();
+    if (d < nearest) nearest = d, best = t;
+  }
+  return best;
+}
+
+Matrix3d OnBox(const Vector3d& size, const std::array<int, 3>& cells, const Vector3d& p_O,
+               double radius) {
+  Scene scene = CubeScene(kAbove);
+  scene.object.geometry = BoxGeometry{size, cells};
+  const SolidMesh mesh = MeshBox(size, cells);
+  const SurfaceMesh surface = SurfaceOf(mesh);
+  ContactStiffness stiffness(scene, surface, &mesh);
+  return stiffness.At(TriangleAt(surface, p_O), Vector3d::Constant(1.0 / 3), radius);
+}
+
+// Reference: Hertz's F = 4/3 E / (1 - nu^2) R^1/2 d^3/2 from the disc's own law, F = 2 E* a d.
+TEST(ContactStiffnessTest, ADiscTakesTheForceOfTheSphere) {
+  const double R = 7e-3, d = 2e-3, E_star = kE / (1 - kNu * kNu);
+  const double a = DiscOfSphere(R, d);
+  Material material{kE, kNu, 45, 0};
+  const double K = DiscStiffness(material, a, Vector3d::UnitZ())(2, 2);
+  EXPECT_NEAR(K * d, 4.0 / 3 * E_star * std::sqrt(R) * std::pow(d, 1.5), 1e-12);
+}
+
+// Reference: the half-space. The block is 16 times as wide as the disc: its sides and its bottom
+// change the compliance by about a / L = 6 %, its 10 mm tetrahedra the patch's by as much again.
+TEST(ContactStiffnessTest, AWideBlockIsNearlyAHalfSpace) {
+  const Vector3d size(0.16, 0.16, 0.08);
+  const double a = 5e-3;
+  const Matrix3d K = OnBox(size, {16, 16, 8}, {0.08, 0.08, 0.08}, a);
+  const Matrix3d half_space = DiscStiffness({kE, kNu, 45, 0}, a, Vector3d::UnitZ());
+  EXPECT_NEAR(K(2, 2) / half_space(2, 2), 1, 0.12);
+  EXPECT_NEAR(K(0, 0) / half_space(0, 0), 1, 0.12);
+}
+
+// What a small contact gives way locally does not come from the mesh: two meshes agree better than
+// the discs that they resolve differ (a factor of two).
+TEST(ContactStiffnessTest, TheMeshHardlyCounts) {
+  const Vector3d size(0.04, 0.04, 0.04), top(0.02, 0.02, 0.04);
+  const Matrix3d coarse = OnBox(size, {4, 4, 4}, top, 4e-3);
+  const Matrix3d fine = OnBox(size, {8, 8, 8}, top, 4e-3);
+  EXPECT_NEAR(coarse(2, 2) / fine(2, 2), 1, 0.15);
+}
+
+// A free corner gives way more than the middle; a place next to the support less.
+TEST(ContactStiffnessTest, TheBodysShapeCounts) {
+  const Vector3d size(0.04, 0.04, 0.04);
+  const double middle = OnBox(size, {4, 4, 4}, {0.02, 0.02, 0.04}, 4e-3)(2, 2);
+  const double corner = OnBox(size, {4, 4, 4}, {0.002, 0.002, 0.04}, 4e-3)(2, 2);
+  EXPECT_LT(corner, 0.8 * middle);
+}
+
+// Everywhere, on supports too: symmetric, positive definite, finite.
+TEST(ContactStiffnessTest, EveryPlaceHasAStiffness) {
+  const Scene scene = CubeScene(kAbove);
+  const SolidMesh mesh = MeshBox({0.04, 0.04, 0.04}, {4, 4, 4});
+  const SurfaceMesh surface = SurfaceOf(mesh);
+  ContactStiffness stiffness(scene, surface, &mesh);
+  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+    const Matrix3d K = stiffness.At(t, {0.2, 0.3, 0.5}, 3e-3);
+    ASSERT_TRUE(K.allFinite()) << t;
+    EXPECT_LT((K - K.transpose()).norm(), 1e-9 * K.norm()) << t;
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix3d>(K).eigenvalues().minCoeff(), 0) << t;
+  }
+}
+
+TEST(ContactStiffnessTest, WithoutAVolumeTheHalfSpaceAnswers) {
+  const SurfaceMesh surface = SurfaceOf(MeshBox({0.04, 0.04, 0.04}, {2, 2, 2}));
+  ContactStiffness stiffness(CubeScene(kAbove), surface, nullptr);
+  const int top = TriangleAt(surface, {0.03, 0.02, 0.04});
+  const Matrix3d expected = DiscStiffness({kE, kNu, 45, 0}, 4e-3, Vector3d::UnitZ());
+  EXPECT_LT((stiffness.At(top, {1, 0, 0}, 4e-3) - expected).norm(), 1e-9 * expected.norm());
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,113 @@
+#include "slave/pipeline/local_model/stiffness_scale.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+constexpr double kFull = 5e-3;  // [m]
+constexpr double kRate = 0.3;
+
+TEST(CompareForcesTest, OnlyFiniteForcesAboveZeroTell) {
+  const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
+  EXPECT_TRUE(CompareForces(1, 0, 2).tells);
+  EXPECT_NEAR(CompareForces(1, 0, 2).ratio, 0.5, 1e-15);
+  EXPECT_NEAR(CompareForces(2, 0.1, 2).error, 0.15, 1e-15);
+  for (const double bad : {0.0, -1.0, nan, inf}) {
+    EXPECT_FALSE(CompareForces(bad, 0, 1).tells) << bad;
+    EXPECT_FALSE(CompareForces(1, 0, bad).tells) << bad;
+  }
+  EXPECT_FALSE(CompareForces(1, nan, 1).tells);
+  EXPECT_FALSE(CompareForces(1, inf, 1).tells);
+  EXPECT_EQ(CompareForces(1e3, 0, 1).ratio, 4);
+  EXPECT_EQ(CompareForces(1, 0, 1e3).ratio, 0.25);
+}
+
+// Reference: the definition, 1 / e after the time.
+TEST(LearningRateTest, LeavesOneByEAfterItsTime) {
+  EXPECT_NEAR(std::pow(1 - LearningRate(0.1, 30), 3), std::exp(-1), 1e-12);
+}
+
+// Reference: the ratio itself, linear in depth. Noise of 1 %: a sixth of it is left after forty
+// presses of a hundred samples.
+TEST(RatioByDepthTest, LearnsARatioThatChangesWithDepthThroughNoise) {
+  StiffnessScale ratio(kFull, kRate);
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 0.01);
+  const auto truth = [](double depth) { return 1.1 - 0.2 * depth / kFull; };
+  for (int press = 0; press < 40; ++press) {
+    for (int i = 10; i <= 100; ++i) {
+      const double depth = kFull * i / 100;
+      ratio.Learn(depth, {truth(depth) + noise(random), 0.03, true});
+    }
+  }
+  for (double depth = 0.2 * kFull; depth <= kFull; depth += 0.1 * kFull) {
+    EXPECT_NEAR(ratio.At(depth).ratio, truth(depth), 6e-3) << depth;
+  }
+  EXPECT_NEAR(ratio.At(0.5 * kFull).slope, -0.2 / kFull, 0.3 * 0.2 / kFull);
+}
+
+TEST(RatioByDepthTest, OneSampleHasNoMoreSayThanTheLearningRate) {
+  StiffnessScale ratio(kFull, kRate);
+  for (const double told : {1.5, 0.6, 4.0, 0.25}) {
+    const double before = ratio.At(4e-3).ratio;
+    ratio.Learn(4e-3, {told, 0, true});
+    const double after = ratio.At(4e-3).ratio;
+    EXPECT_LE(std::abs(after - before), (kRate + 1e-12) * std::abs(told - before)) << told;
+    EXPECT_GT((after - before) * (told - before), 0) << told;
+  }
+}
+
+TEST(RatioByDepthTest, AForceThatDrownsInItsErrorHasNoSay) {
+  StiffnessScale ratio(kFull, kRate);
+  for (int i = 0; i < 5; ++i) ratio.Learn(4e-3, {2, 6, true});
+  EXPECT_GT(ratio.At(4e-3).ratio, 1);
+  EXPECT_LT(ratio.At(4e-3).ratio, 1.002);  // 5 times the spread's 0.1^2 by 6^2
+}
+
+// What was felt deep is believed shallow too until that was felt: then each keeps its own.
+TEST(RatioByDepthTest, DepthsNotFeltFollowTheirNeighbours) {
+  StiffnessScale ratio(kFull, kRate);
+  for (int i = 0; i < 60; ++i) ratio.Learn(kFull, {0.9, 0.01, true});
+  EXPECT_NEAR(ratio.At(kFull).ratio, 0.9, 1e-3);
+  EXPECT_LT(ratio.At(kFull / 2).ratio, 0.95);
+  for (int i = 0; i < 60; ++i) ratio.Learn(0.2 * kFull, {1.1, 0.01, true});
+  EXPECT_NEAR(ratio.At(0.2 * kFull).ratio, 1.1, 1e-3);
+  EXPECT_NEAR(ratio.At(kFull).ratio, 0.9, 0.02);
+}
+
+TEST(RatioByDepthTest, IsContinuousAndConstantBeyondItsDepths) {
+  StiffnessScale ratio(kFull, kRate);
+  for (int i = 0; i < 60; ++i) {
+    ratio.Learn(0.3 * kFull, {1.2, 0.01, true});
+    ratio.Learn(0.9 * kFull, {0.8, 0.01, true});
+  }
+  EXPECT_EQ(ratio.At(-1).ratio, ratio.At(0).ratio);
+  EXPECT_EQ(ratio.At(1e300).ratio, ratio.At(kFull).ratio);
+  EXPECT_EQ(ratio.At(2 * kFull).slope, 0);
+  const double h = 1e-6;
+  for (double depth = 0.03 * kFull; depth < kFull - h; depth += 0.0999 * kFull) {
+    const double change = ratio.At(depth + h).ratio - ratio.At(depth).ratio;
+    EXPECT_NEAR(change, h * ratio.At(depth).slope, 1e-9) << depth;
+  }
+}
+
+TEST(RatioByDepthTest, NonsenseTeachesNothingAndForgettingForgetsAll) {
+  StiffnessScale ratio(kFull, kRate);
+  ratio.Learn(std::nan(""), {2, 0, true});
+  ratio.Learn(1e-3, {2, std::nan(""), true});
+  ratio.Learn(1e-3, {2, 0, false});
+  EXPECT_EQ(ratio.At(1e-3).ratio, 1);
+  ratio.Learn(1e-3, {2, 0, true});
+  EXPECT_GT(ratio.At(1e-3).ratio, 1);
+  ratio.Forget();
+  EXPECT_EQ(ratio.At(1e-3).ratio, 1);
+  EXPECT_EQ(ratio.At(1e-3).slope, 0);
+}
+
+}  // namespace
+}  // namespace palpate

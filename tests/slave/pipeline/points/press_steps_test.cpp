@@ -1,0 +1,59 @@
+#include "slave/pipeline/points/press_steps.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace palpate {
+namespace {
+
+// A ramp between halts of 0, 1 and 2 mm, and back to 1 mm.
+PressSteps Pressed() {
+  PressSteps steps;
+  const auto halt = [&](double depth, double truth, std::initializer_list<double> told) {
+    for (const double force : told) {
+      steps.Add(Eigen::Vector3d(0, 0, 1e-5 * force));
+      steps.Add(depth, truth, force);
+    }
+  };
+  halt(0, 0, {0.1, 0.0, 0.2});
+  halt(0.4e-3, 0.5, {0.5});  // on the way
+  halt(1e-3, 1, {0.9, 1.2, 1.05});
+  halt(2e-3, 3, {3.0, 3.0, 3.3});
+  halt(1e-3, 1, {1.0, 1.0, 1.0});
+  return steps;
+}
+
+TEST(PressStepsTest, PairsInARowAtOneDepthAreAStepOnTheWayIn) {
+  const std::vector<PressStep> steps = Pressed().steps();
+  ASSERT_EQ(steps.size(), 3U);
+  EXPECT_EQ(steps[1].depth, 1e-3);
+  EXPECT_EQ(steps[1].pairs, 3);
+  EXPECT_NEAR(steps[1].force, 1.05, 1e-12);
+  EXPECT_NEAR(steps[1].force_error, 0.2, 1e-12);
+  EXPECT_NEAR(steps[2].displacement.peak(), 3.3e-5, 1e-12);
+  EXPECT_EQ(steps[2].displacement.count(), 3U);
+}
+
+TEST(PressStepsTest, AnUnknownForceIsNotZero) {
+  PressSteps steps;
+  for (const double force : {1.0, 1.1, 1.2}) steps.Add(1e-3, 1, force);
+  steps.Add(Eigen::Vector3d(1, 0, 0));
+  steps.Add(1e-3, 1, std::nullopt);
+  ASSERT_EQ(steps.steps().size(), 1U);
+  EXPECT_EQ(steps.steps()[0].pairs, 3);
+  EXPECT_NEAR(steps.steps()[0].force, 1.1, 1e-12);
+  EXPECT_EQ(steps.steps()[0].displacement.count(), 0U);
+  PressSteps none;
+  for (int i = 0; i < 5; ++i) none.Add(0, 0, std::nullopt);
+  EXPECT_TRUE(none.steps().empty());
+}
+
+TEST(PressStepsTest, TheSummaryHasEveryStep) {
+  const auto json = ToJson(Pressed().steps());
+  ASSERT_EQ(json.size(), 3U);
+  EXPECT_EQ(json[2]["depth_m"], 2e-3);
+  EXPECT_NEAR(json[2]["force_error_N"], 0.3, 1e-12);
+}
+
+}  // namespace
+}  // namespace palpate

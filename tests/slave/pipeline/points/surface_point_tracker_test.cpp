@@ -1,0 +1,219 @@
+#include "slave/pipeline/points/surface_point_tracker.h"
+
+#include <cmath>
+#include <filesystem>
+#include <random>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "slave/vision/dots/dot_layout.h"
+#include "tests/slave/pipeline/points/watched_membrane.h"
+#include "tests/slave/vision/depth/depth_pictures.h"
+#include "tests/slave/vision/dots/dot_pictures.h"
+#include "tests/slave/vision/texture/target_pictures.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using testing_fakes::DotPairs;
+using testing_fakes::MembraneScene;
+using testing_fakes::PlateDeflection;
+using testing_fakes::Press;
+
+// The pair of the tests' pictures stands where the scene's simulated one does.
+TEST(TipAndContourTrackerTest, TheSimulatedPairLooksFromInside) {
+  const Scene scene = MembraneScene();
+  const StereoRig rig = RigOf(scene);
+  EXPECT_NEAR(rig.baseline(), 0.060, 1e-12);
+  EXPECT_TRUE(rig.X_RL.isApprox(TestRig().X_RL, 1e-9));
+  EXPECT_TRUE(
+      (scene.object.X_SO.inverse() * scene.sense.stereo->X_SL).isApprox(TestPoseOfLeft(), 1e-9));
+}
+
+// Reference: the plate's closed form, drawn by perspective alone. Tolerance: depth by triangulation
+// of one dot is good to z^2 / (f b) sqrt(2) sigma = 1.84 mm / px x 0.03 px.
+TEST(TipAndContourTrackerTest, DotsTellHowTheMembraneIsBent) {
+  const Scene scene = MembraneScene();
+  const auto eyes = MakeSurfacePointTracker(scene, RigOf(scene));
+  EXPECT_EQ(eyes->stage(), "dots");
+  std::uint64_t sequence = 0;
+  while (!eyes->at_rest_known()) {
+    ASSERT_LT(sequence, static_cast<std::uint64_t>(eyes->rest_pictures()) + 1);
+    StereoPair pair = DotPairs().Draw({}, ++sequence);
+    pair.sequence = sequence;
+    EXPECT_FALSE(eyes->Look(pair).found);
+  }
+  EXPECT_EQ(sequence, static_cast<std::uint64_t>(eyes->rest_pictures()));
+  const Press press{4.0, {0.008, -0.004}, false};
+  StereoPair pair = DotPairs().Draw(press, 77);
+  pair.sequence = 78;
+  const SurfaceObservation& seen = eyes->Look(pair);
+  EXPECT_TRUE(seen.found);
+  EXPECT_EQ(seen.sequence, 78U);
+  const auto layout = DotPlaces(*scene.sense.points);
+  ASSERT_EQ(seen.points.size(), layout.size());
+  for (std::size_t i = 0; i < layout.size(); ++i) {
+    ASSERT_TRUE(seen.points[i].seen) << i;
+    const Eigen::Vector3d moved =
+        scene.object.X_SO.linear().transpose() * (seen.points[i].p_S - seen.points[i].p_S_rest);
+    EXPECT_NEAR(moved.z(), -PlateDeflection(press.force, press.p_O, layout[i]), 1e-4) << i;
+    // The place in the picture is that of the place in space.
+    const auto p_I = eyes->Project(seen.points[i].p_S);
+    ASSERT_TRUE(p_I.has_value());
+    EXPECT_LT((*p_I - eyes->PlaceInPicture(i)).norm(), 0.5) << i;
+  }
+  EXPECT_FALSE(eyes->PlaceInPicture(layout.size()).allFinite());
+  EXPECT_NEAR(eyes->radius_px(), 800 * 0.002 / 0.25, 0.2);
+}
+
+TEST(TipAndContourTrackerTest, CoveredEyesSeeNothingAndAResetTakesTheRestAnew) {
+  const Scene scene = MembraneScene();
+  const auto eyes = MakeSurfacePointTracker(scene, RigOf(scene));
+  const StereoPair rest = DotPairs().Draw({}, 1);
+  const StereoPair covered = DotPairs().Draw({0, {0, 0}, true}, 2);
+  const StereoPair pressed = DotPairs().Draw({4.0, {0, 0}, false}, 3);
+  while (!eyes->at_rest_known()) eyes->Look(rest);
+  EXPECT_TRUE(eyes->Look(rest).found);
+  EXPECT_FALSE(eyes->Look(covered).found);
+  EXPECT_FALSE(eyes->Look(StereoPair{}).found);
+  EXPECT_TRUE(eyes->Look(pressed).found);
+  eyes->Reset();
+  EXPECT_FALSE(eyes->at_rest_known());
+  for (int i = 0; i <= eyes->rest_pictures(); ++i) eyes->Look(pressed);
+  const SurfaceObservation& seen = eyes->Look(pressed);
+  ASSERT_TRUE(seen.found);
+  for (const SurfacePoint& point : seen.points) {
+    EXPECT_LT((point.p_S - point.p_S_rest).norm(),
+              5e-6);  // the same picture, searched near the last places
+  }
+}
+
+TEST(TipAndContourTrackerTest, LookingAllocatesNothingAfterTheFirstPictures) {
+  const Scene scene = MembraneScene();
+  const auto eyes = MakeSurfacePointTracker(scene, RigOf(scene));
+  const StereoPair rest = DotPairs().Draw({}, 1), pressed = DotPairs().Draw({4.0, {0, 0}}, 2);
+  for (int i = 0; i < 20; ++i) eyes->Look(i % 2 == 0 ? rest : pressed);
+  const long before = AllocationCount();
+  for (int i = 0; i < 20; ++i) eyes->Look(i % 2 == 0 ? rest : pressed);
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+// Reference: the target's own motion, drawn by perspective alone. Tolerance: a window is found to
+// 0.03 px, 1.84 mm / px in depth.
+TEST(TipAndContourTrackerTest, TextureTellsWhereItsWindowsWent) {
+  TargetPictures pictures;
+  Scene scene;
+  scene.sense.stereo.emplace();
+  scene.sense.stereo->X_SL = pictures.X_SL;
+  scene.sense.points.emplace();
+  scene.sense.points->track = PointTracking::Track::kTexture;
+  scene.sense.points->count = 12;
+  const auto eyes = MakeSurfacePointTracker(scene, pictures.rig);
+  EXPECT_EQ(eyes->stage(), "texture");
+  EXPECT_FALSE(eyes->Look(StereoPair{}).found);
+  EXPECT_FALSE(eyes->at_rest_known());
+  const auto look = [&](const Eigen::Vector3d& p_S, std::uint64_t sequence) {
+    const auto taken = pictures.Take(p_S);
+    StereoPair pair;
+    pair.left = taken.left;
+    pair.right = taken.right;
+    pair.sequence = sequence;
+    return eyes->Look(pair);
+  };
+  EXPECT_TRUE(look({0, 0, 0}, 1).found);
+  EXPECT_TRUE(eyes->at_rest_known());
+  const Eigen::Vector3d way(0.001, -0.0008, 0.0012);
+  const SurfaceObservation seen = look(way, 2);
+  EXPECT_EQ(seen.sequence, 2U);
+  ASSERT_FALSE(seen.points.empty());
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    if (!seen.points[i].seen) continue;
+    EXPECT_LT((seen.points[i].p_S - seen.points[i].p_S_rest - way).norm(), 1.5e-4) << i;
+    EXPECT_LT((*eyes->Project(seen.points[i].p_S) - eyes->PlaceInPicture(i)).norm(), 0.5) << i;
+  }
+  eyes->Reset();
+  EXPECT_FALSE(eyes->at_rest_known());
+  for (const SurfacePoint& point : look(way, 3).points) {
+    if (!point.seen) continue;
+    EXPECT_LT((point.p_S - point.p_S_rest).norm(), 1e-12);
+  }
+}
+
+// Reference: a plane 100 mm away that moves 2 mm towards the camera.
+TEST(TipAndContourTrackerTest, DepthTellsWhereTheSurfaceWent) {
+  Scene scene;
+  scene.sense.depth = TestDepthCamera();
+  scene.sense.points.emplace();
+  scene.sense.points->track = PointTracking::Track::kSurface;
+  const auto eyes = MakeSurfacePointTracker(scene, {});
+  EXPECT_EQ(eyes->stage(), "depth");
+  std::mt19937 random(3);
+  const auto look = [&](double z) {
+    StereoPair pair;
+    pair.left = DepthPicture(
+        *scene.sense.depth, [z](double, double) { return z; }, {}, &random);
+    return eyes->Look(pair);
+  };
+  while (!eyes->at_rest_known()) look(0.1);
+  const SurfaceObservation seen = look(0.098);
+  ASSERT_TRUE(seen.found);
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    ASSERT_TRUE(seen.points[i].seen);
+    EXPECT_NEAR(seen.points[i].p_S.z() - seen.points[i].p_S_rest.z(), -0.002, 1e-6) << i;
+    EXPECT_LT((*eyes->Project(seen.points[i].p_S) - eyes->PlaceInPicture(i)).norm(), 1e-6) << i;
+  }
+  EXPECT_FALSE(eyes->PlaceInPicture(seen.points.size()).allFinite());
+  eyes->Reset();
+  EXPECT_FALSE(eyes->at_rest_known());
+  EXPECT_FALSE(eyes->PlaceInPicture(0).allFinite());
+}
+
+// A rig that is none is a mistake of the scene, not of the run.
+TEST(TipAndContourTrackerTest, ARigThatCannotBeUsedIsTheScenesMistake) {
+  Scene scene = MembraneScene();
+  StereoRig rig = RigOf(scene);
+  const auto file =
+      std::filesystem::temp_directory_path() / ("eyes-rig-" + std::to_string(getpid()) + ".yaml");
+  scene.sense.stereo->rig = file;
+  const auto refusal = [&]() -> std::string {
+    try {
+      RigOf(scene);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  WriteRig(file, rig);
+  EXPECT_EQ(refusal(), "nothing");
+  WriteRig(file, rig, true);
+  EXPECT_NE(refusal().find("sense.camera.stereo.rig"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("one camera"), std::string::npos) << refusal();
+  rig.left.fx = -800;
+  WriteRig(file, rig);
+  EXPECT_NE(refusal().find("sense.camera.stereo.rig"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("focal > 0"), std::string::npos) << refusal();
+  std::filesystem::remove(file);
+}
+
+TEST(TipAndContourTrackerTest, PicturesThatAreNotTheRigsAreRefusedInWords) {
+  const Scene scene = MembraneScene();
+  const StereoRig rig = RigOf(scene);
+  StereoPair pair = DotPairs().Draw({}, 1);
+  EXPECT_NO_THROW(RequireRigFits(scene, rig, pair));
+  pair.right = cv::Mat::zeros(240, 320, CV_8UC1);
+  try {
+    RequireRigFits(scene, rig, pair);
+    FAIL() << "accepted";
+  } catch (const std::runtime_error& e) {
+    const std::string words = e.what();
+    EXPECT_NE(words.find("right"), std::string::npos) << words;
+    EXPECT_NE(words.find("320 x 240"), std::string::npos) << words;
+    EXPECT_NE(words.find("640 x 480"), std::string::npos) << words;
+  }
+}
+
+}  // namespace
+}  // namespace palpate

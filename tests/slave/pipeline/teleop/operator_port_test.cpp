@@ -1,0 +1,242 @@
+#include "slave/pipeline/teleop/operator_port.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+// Goes wherever it is told at once.
+class PerfectManipulator : public Manipulator {
+ public:
+  bool Command(const Vector3d& p_S_target) noexcept override {
+    tip_ = p_S_target;
+    ++commands_;
+    return true;
+  }
+  void Hold() noexcept override { ++holds_; }
+  [[nodiscard]] Vector3d Tip() const noexcept override { return tip_; }
+  [[nodiscard]] bool at_limit() const noexcept override { return false; }
+  void Place(const Vector3d& p_S) { tip_ = p_S; }
+  [[nodiscard]] int commands() const { return commands_; }
+  [[nodiscard]] int holds() const { return holds_; }
+
+ private:
+  Vector3d tip_{0.01, 0.02, 0};
+  int commands_ = 0, holds_ = 0;
+};
+
+class OperatorPortTest : public ::testing::Test {
+ protected:
+  OperatorPortTest() { port_.BeginOperating(); }
+
+  OperatorCommand Next(const Vector3d& p_M, bool engaged = true, std::uint32_t epoch = 1) {
+    OperatorCommand command;
+    command.sequence = ++sequence_;
+    command.epoch = epoch;
+    command.p_M = p_M;
+    command.engaged = engaged;
+    return command;
+  }
+  bool Send(const OperatorCommand& command) { return port_.Command(command, now_); }
+  void Wait(double seconds) {
+    now_ += Seconds(seconds);
+    port_.Watch(now_, Vector3d::Zero());
+  }
+
+  PerfectManipulator arm_;
+  TeleopTransform transform_{0.5, 2.0, Eigen::Matrix3d::Identity(), Vector3d::Zero()};
+  OperatorPort port_{arm_, transform_};
+  Time now_ = Time{} + Seconds(100);
+  std::uint64_t sequence_ = 0;
+};
+
+TEST_F(OperatorPortTest, EngagingMovesNothingAndMotionIsScaled) {
+  const Vector3d start = arm_.Tip();
+  Send(Next({0.3, -0.1, 0}));
+  EXPECT_LT((arm_.Tip() - start).norm(), 1e-15);
+  Send(Next({0.3, -0.12, 0}));
+  EXPECT_LT((arm_.Tip() - start - Vector3d(0, -0.01, 0)).norm(), 1e-15);
+  EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+}
+
+// Absolute poses: what the lost commands said does not matter.
+TEST_F(OperatorPortTest, ALostCommandLosesNoMotion) {
+  const Vector3d start = arm_.Tip();
+  Send(Next({0, 0, 0}));
+  for (int lost = 0; lost < 5; ++lost) Next({0, -0.002 * lost, 0});
+  Send(Next({0, -0.02, 0}));
+  EXPECT_LT((arm_.Tip() - start - Vector3d(0, -0.01, 0)).norm(), 1e-15);
+}
+
+TEST_F(OperatorPortTest, AnOlderCommandIsDropped) {
+  Send(Next({0, 0, 0}));
+  const OperatorCommand old = Next({0, 0.5, 0});
+  Send(Next({0, 0.001, 0}));
+  const Vector3d tip = arm_.Tip();
+  EXPECT_TRUE(Send(old));
+  EXPECT_EQ(arm_.Tip(), tip);
+}
+
+TEST_F(OperatorPortTest, AnOpenClutchStandsAndClosingItAgainMovesNothing) {
+  Send(Next({0, 0, 0}));
+  Send(Next({0, -0.004, 0}));
+  const Vector3d tip = arm_.Tip();
+  Send(Next({0, 0.3, 0}, false));
+  EXPECT_EQ(port_.view().phase, Phase::kClutched);
+  EXPECT_EQ(arm_.Tip(), tip);
+  Send(Next({0, 0.3, 0}, true, 2));
+  EXPECT_LT((arm_.Tip() - tip).norm(), 1e-15);
+  EXPECT_EQ(port_.view().epoch, 2U);
+}
+
+TEST_F(OperatorPortTest, SilenceHoldsTheToolAfterThirtyMilliseconds) {
+  Send(Next({0, 0, 0}));
+  Wait(0.029);
+  EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+  const int holds = arm_.holds();
+  Wait(0.002);
+  EXPECT_EQ(port_.view().phase, Phase::kHold);
+  EXPECT_GT(arm_.holds(), holds);
+  EXPECT_TRUE(port_.TakeEvents().Has(Event::kHold));
+}
+
+TEST_F(OperatorPortTest, AShortSilenceEndsByItselfALongOneNeedsANewEpoch) {
+  Send(Next({0, 0, 0}));
+  Wait(0.1);
+  Send(Next({0, 0, 0}));
+  EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+  Wait(0.3);
+  Send(Next({0, -0.01, 0}));
+  EXPECT_EQ(port_.view().phase, Phase::kHold);
+  Send(Next({0, -0.01, 0}, true, 2));
+  EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+}
+
+TEST_F(OperatorPortTest, BrokenNumbersAreRefusedAndHoldTheTool) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Send(Next({0, 0, 0}));
+  const Vector3d tip = arm_.Tip();
+  int refused = 0;
+  for (const Vector3d& bad : {Vector3d(nan, 0, 0), Vector3d(0, 1e300, 0), Vector3d(0, 0, -101),
+                              Vector3d(0, std::numeric_limits<double>::infinity(), 0)}) {
+    EXPECT_FALSE(Send(Next(bad))) << bad.transpose();
+    EXPECT_EQ(port_.refused(), static_cast<std::uint64_t>(++refused));
+    EXPECT_EQ(arm_.Tip(), tip);
+    EXPECT_EQ(port_.view().phase, Phase::kHold);
+  }
+  OperatorCommand fast = Next({0, 0, 0});
+  fast.velocity = {0, 1e9, 0};
+  EXPECT_FALSE(Send(fast));
+  OperatorCommand no_epoch = Next({0, 0, 0}, true, 0);
+  EXPECT_FALSE(Send(no_epoch));
+  EXPECT_TRUE(port_.TakeEvents().Has(Event::kCommandRefused));
+}
+
+// As the .proto has it: an epoch begins with an engagement, so before the first there may be none.
+TEST_F(OperatorPortTest, AnOpenClutchNeedsNoEpochAndStandsInAny) {
+  EXPECT_TRUE(Send(Next({0, 0, 0}, false, 0)));
+  EXPECT_EQ(port_.view().phase, Phase::kClutched);
+  EXPECT_FALSE(port_.TakeEvents().Has(Event::kCommandRefused));
+  Send(Next({0, 0, 0}, true, 3));
+  EXPECT_TRUE(Send(Next({0, 0.1, 0}, false, 2)));
+  EXPECT_EQ(port_.view().phase, Phase::kClutched) << "whoever lets go is believed";
+  EXPECT_EQ(port_.view().epoch, 3U);
+}
+
+TEST_F(OperatorPortTest, AnEpochThatGoesBackIsRefusedAndHoldsTheTool) {
+  Send(Next({0, 0, 0}, true, 5));
+  const Vector3d tip = arm_.Tip();
+  EXPECT_FALSE(Send(Next({0, -0.1, 0}, true, 4)));
+  EXPECT_EQ(port_.view().phase, Phase::kHold);
+  EXPECT_EQ(arm_.Tip(), tip);
+  EXPECT_TRUE(port_.TakeEvents().Has(Event::kCommandRefused));
+  Send(Next({0, -0.002, 0}, true, 5));
+  EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+}
+
+TEST_F(OperatorPortTest, TheEmergencyStopIsLatchedUntilReset) {
+  Send(Next({0, 0, 0}));
+  port_.EmergencyStop();
+  const Vector3d tip = arm_.Tip();
+  Send(Next({0, -0.1, 0}, true, 2));
+  port_.EndOperating();
+  port_.BeginOperating();
+  sequence_ = 0;
+  Send(Next({0, -0.1, 0}, true, 1));
+  EXPECT_EQ(port_.view().phase, Phase::kEstop);
+  EXPECT_EQ(arm_.Tip(), tip);
+  port_.Reset();
+  Send(Next({0, -0.1, 0}, true, 1));
+  EXPECT_EQ(arm_.Tip(), tip) << "after a reset the operator engages anew";
+  Send(Next({0, -0.1, 0}, true, 2));
+  EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+  EXPECT_LT((arm_.Tip() - tip).norm(), 1e-15);
+}
+
+TEST_F(OperatorPortTest, ANewLeaseStartsWithTheToolStanding) {
+  Send(Next({0, 0, 0}));
+  port_.EndOperating();
+  EXPECT_EQ(port_.view().phase, Phase::kReady);
+  const int commands = arm_.commands();
+  Send(Next({0, -0.1, 0}));
+  EXPECT_EQ(arm_.commands(), commands) << "nobody holds the lease";
+  port_.BeginOperating();
+  EXPECT_EQ(port_.view().command_sequence, 0U);
+  EXPECT_EQ(port_.view().epoch, 0U);
+}
+
+TEST_F(OperatorPortTest, ScalesChangeOnlyWhileNobodyFollows) {
+  Send(Next({0, 0, 0}));
+  EXPECT_THROW(port_.SetScales(2.0, std::nullopt), std::logic_error);
+  Send(Next({0, 0, 0}, false));
+  port_.SetScales(2.0, 3.0);
+  EXPECT_EQ(port_.transform().position_scale, 2.0);
+  EXPECT_EQ(port_.transform().force_scale, 3.0);
+}
+
+TEST_F(OperatorPortTest, AScaleChangedInAShortSilenceNeedsANewEpoch) {
+  Send(Next({0, -0.1, 0}));
+  const Vector3d tip = arm_.Tip();
+  Wait(0.1);
+  port_.SetScales(5.0, std::nullopt);
+  Send(Next({0, -0.2, 0}));
+  EXPECT_EQ(arm_.Tip(), tip);
+  EXPECT_EQ(port_.view().phase, Phase::kHold);
+  Send(Next({0, -0.2, 0}, true, 2));
+  EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+  EXPECT_LT((arm_.Tip() - tip).norm(), 1e-15);
+}
+
+// Reference: W = F d, the work done against a constant force of the object.
+TEST_F(OperatorPortTest, EnergyIsForceTimesWay) {
+  Send(Next({0, 0, 0}));
+  const Vector3d force(0, 2, 0);
+  port_.Watch(now_, force);
+  Send(Next({0, -0.02, 0}));  // 1 cm at the tool, against the force
+  port_.Watch(now_, force);
+  EXPECT_NEAR(port_.view().energy_in, 0.02, 1e-12);
+  Send(Next({0, -0.01, 0}));
+  port_.Watch(now_, force);
+  EXPECT_NEAR(port_.view().energy_in, 0.02, 1e-12);
+  EXPECT_NEAR(port_.view().energy_out, 0.01, 1e-12);
+}
+
+// The eyes define S: with encoders that are off by a constant, targets still mean what the eyes
+// see.
+TEST_F(OperatorPortTest, TargetsAreGivenInTheFrameOfTheEyes) {
+  const Vector3d off(0.001, -0.002, 0);
+  port_.SetRegistration(off);
+  const Vector3d start = arm_.Tip();
+  Send(Next({0, 0, 0}));
+  EXPECT_LT((arm_.Tip() - start).norm(), 1e-15);
+  EXPECT_LT((port_.view().offset - (start + off)).norm(), 1e-15);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,221 @@
+#include "slave/scene/scene_loader.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "tests/slave/scene/decimal_comma.h"
+#include "tests/slave/scene/scene_file.h"
+
+namespace palpate {
+namespace {
+
+Scene Load(const std::string& text, const std::vector<std::string>& overrides = {},
+           SceneUse use = SceneUse::kFull) {
+  const SceneFolder folder;
+  return LoadScene(folder.Write("scene.yaml", text), overrides, use);
+}
+
+// Reference: contracts, "the first value listed for an option is its default", and the defaults
+// documented in scene.h and sections.h for an object of 80 mm x 40 mm.
+TEST(SceneLoaderTest, FillsInTheDefaults) {
+  const Scene scene = Load(SmallScene());
+  EXPECT_EQ(scene.name, "small");
+  EXPECT_EQ(scene.model.elements, 180);
+  EXPECT_EQ(scene.model.plane, Plane::kStress);
+  EXPECT_EQ(scene.model.contact, ContactLaw::kBonded);
+  EXPECT_DOUBLE_EQ(scene.model.range, 0.1);
+  EXPECT_EQ(scene.model.puncture_depth, 0);
+  EXPECT_EQ(scene.object.material.density, 0);
+  EXPECT_TRUE(scene.object.X_SO.isApprox(Eigen::Isometry3d::Identity()));
+  EXPECT_TRUE(scene.sense.camera->X_SC.translation().isApprox(Eigen::Vector3d(0.04, 0.02, 0)));
+  EXPECT_EQ(scene.sense.camera->size, (std::array{640, 480}));
+  EXPECT_EQ(scene.sense.camera->rate, 60);
+  EXPECT_TRUE(scene.sense.tip->template_file.empty());
+  EXPECT_EQ(scene.sense.contour->control_points, 60);
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.sense.contour->start));
+  EXPECT_EQ(scene.operator_options.force_limit, 3.3);
+  EXPECT_TRUE(scene.operator_options.transform.R_SM.isIdentity());
+}
+
+TEST(SceneLoaderTest, MeasuresMotionByTheObject) {
+  const Scene scene = Load(SmallScene());
+  const double side = 0.08;
+  EXPECT_TRUE(scene.manipulator.home.isApprox(Eigen::Vector3d(0.04, 0.04 + 0.07 * side, 0)));
+  EXPECT_TRUE(scene.manipulator.workspace_min.isApprox(Eigen::Vector3d(-side, -side, 0)));
+  EXPECT_TRUE(scene.manipulator.workspace_max.isApprox(Eigen::Vector3d(2 * side, 0.04 + side, 0)));
+  EXPECT_DOUBLE_EQ(scene.operator_options.press_depth, 0.055 * side);
+  EXPECT_DOUBLE_EQ(scene.operator_options.press_speed, 4 * 0.055 * side);
+  EXPECT_DOUBLE_EQ(scene.manipulator.max_speed, 2.5 * 4 * 0.055 * side);
+}
+
+TEST(SceneLoaderTest, TheToolPointsFromHomeAtTheObject) {
+  const struct {
+    const char* home;
+    Eigen::Vector2d direction;
+  } kRows[] = {{"[40 mm, 50 mm, 0]", {0, -1}},
+               {"[40 mm, -10 mm, 0]", {0, 1}},
+               {"[-20 mm, 20 mm, 0]", {1, 0}},
+               {"[100 mm, 45 mm, 0]", {-1, 0}}};
+  for (const auto& row : kRows) {
+    const Scene scene = Load(SmallScene(), {std::string("manipulator.home=") + row.home});
+    EXPECT_EQ(scene.tool->direction, row.direction) << row.home;
+  }
+  EXPECT_TRUE(Load(SmallScene(), {"tool.direction=[3, 4]"})
+                  .tool->direction.isApprox(Eigen::Vector2d(0.6, 0.8)));
+}
+
+TEST(SceneLoaderTest, SolveNeedsOnlyNameObjectAndModel) {
+  const std::string text =
+      "name: a\nobject: {geometry: {disc: {radius: 1, thickness: 1}}, material: {young_modulus: 1, "
+      "poisson_ratio: 0.5}}\nmodel: {kind: bem2d}\n";
+  const Scene scene = Load(text, {}, SceneUse::kSolve);
+  EXPECT_TRUE(scene.object.fixed.empty());
+  EXPECT_FALSE(scene.tool || scene.sense.camera || scene.sense.tip);
+  EXPECT_THROW(Load(text), SceneError);
+  EXPECT_THROW(Load("name: a\n", {}, SceneUse::kSolve), SceneError);
+}
+
+TEST(SceneLoaderTest, OverridesReplaceAddAndReachIntoLists) {
+  const Scene scene =
+      Load(SmallSceneWith(5, "  fixed: [{side: bottom}, {side: top}]"),
+           {"model.elements=60", "object.fixed.1.side=left", "operator.press.depth=3 mm",
+            "site.misplacement=[1 mm, -2 mm]", "model.elements=61"});
+  EXPECT_EQ(scene.model.elements, 61);  // the last one counts
+  EXPECT_EQ(std::get<FixedSide>(scene.object.fixed.at(1).where).side, "left");
+  EXPECT_DOUBLE_EQ(scene.operator_options.press_depth, 3e-3);
+  EXPECT_TRUE(scene.site.misplacement.isApprox(Eigen::Vector2d(1e-3, -2e-3)));
+}
+
+TEST(SceneLoaderTest, ReadsEveryWayToFix) {
+  const Scene scene =
+      Load(SmallSceneWith(5,
+                          "  fixed: [{side: left, components: x}, {plane: {axis: y, at: 40 mm}, "
+                          "components: [x, y]}, {nodes: [0, 5], components: y}]"));
+  ASSERT_EQ(scene.object.fixed.size(), 3U);
+  EXPECT_EQ(scene.object.fixed[0].components, (std::array{true, false, false}));
+  EXPECT_EQ(std::get<FixedPlane>(scene.object.fixed[1].where).axis, 1);
+  EXPECT_DOUBLE_EQ(std::get<FixedPlane>(scene.object.fixed[1].where).at, 0.04);
+  EXPECT_EQ(scene.object.fixed[1].components, (std::array{true, true, false}));
+  EXPECT_EQ(std::get<FixedNodes>(scene.object.fixed[2].where).nodes, (std::vector{0, 5}));
+  EXPECT_EQ(scene.object.fixed[2].components, (std::array{false, true, false}));
+}
+
+// Reference: contracts, rotation about fixed x, y, z in turn: x to y by 90 degrees about z.
+TEST(SceneLoaderTest, PosesTurnAboutFixedAxes) {
+  const Scene scene = Load(SmallSceneWith(
+      5, "  fixed: {side: bottom}\n  pose: {translation: [1, 2, 0], rotation: [0, 0, 90 deg]}"));
+  const Eigen::Vector3d p_S = scene.object.X_SO * Eigen::Vector3d(1, 0, 0);
+  EXPECT_LT((p_S - Eigen::Vector3d(1, 3, 0)).norm(), 1e-15);
+  // The turned block is 40 mm wide and 80 mm high: home above its middle.
+  EXPECT_NEAR(scene.manipulator.home.x(), 1 - 0.02, 1e-15);
+  EXPECT_NEAR(scene.manipulator.home.y(), 2.08 + 0.07 * 0.08, 1e-15);
+}
+
+// R = R_z R_y R_x: with 90 degrees about x and then z, y goes to z and stays, z goes to -y and on
+// to x.
+TEST(SceneLoaderTest, TheHandsRotationTakesXFirst) {
+  const Scene scene = Load(SmallScene(), {"operator.rotation=[90 deg, 0, 90 deg]"});
+  const Eigen::Matrix3d& R_SM = scene.operator_options.transform.R_SM;
+  EXPECT_LT((R_SM * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitZ()).norm(), 1e-15);
+  EXPECT_LT((R_SM * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 1e-15);
+}
+
+TEST(SceneLoaderTest, ReadsPolygonsAndContourFiles) {
+  const Scene polygon = Load(SmallSceneWith(
+      3,
+      "  geometry: {polygon: {points: [[0, 0], [80 mm, 0], [40 mm, 40 mm]], thickness: 9 mm, "
+      "holes: [[[35 mm, 5 mm], [45 mm, 5 mm], [40 mm, 10 mm]]]}}"));
+  const Outline outline = OutlineOf(polygon.object.geometry);
+  EXPECT_EQ(outline.outer.size(), 3U);
+  ASSERT_EQ(outline.holes.size(), 1U);
+  EXPECT_EQ(outline.holes[0][2], Eigen::Vector2d(0.04, 0.01));
+
+  const SceneFolder folder;
+  folder.Write("outline.csv", "x,y,remark\n0,0,a\n0.08,0,b\n\n0.04,0.04,c\r\n");
+  const auto file = folder.Write(
+      "scene.yaml", SmallSceneWith(3, "  geometry: {contour: outline.csv, thickness: 9 mm}"));
+  const Scene contour = LoadScene(file);
+  EXPECT_EQ(OutlineOf(contour.object.geometry).outer, outline.outer);
+  EXPECT_DOUBLE_EQ(ThicknessOf(contour.object.geometry), 9e-3);
+}
+
+TEST(SceneLoaderTest, AnOutlineFromThePictureIsNotKnownYet) {
+  std::string text = SmallSceneWith(3, "  geometry: {contour: from-image, thickness: 9 mm}");
+  text.replace(text.find("side: bottom"), 12, "arc: {centre: 180 deg, half_angle: 20 deg}");
+  const Scene scene = Load(text.replace(text.find("source: simulated"), 17, "device: 0"));
+  EXPECT_TRUE(OutlineOf(scene.object.geometry).outer.empty());
+  EXPECT_DOUBLE_EQ(ThicknessOf(scene.object.geometry), 9e-3);
+}
+
+TEST(SceneLoaderTest, ADiscsOutlineLiesOnItsCircle) {
+  const Outline outline = OutlineOf(DiscGeometry{2, 1});
+  EXPECT_EQ(outline.outer.size(), 360U);
+  for (const auto& p : outline.outer) EXPECT_NEAR(p.norm(), 2, 1e-15);
+  EXPECT_GT(SignedArea(outline.outer), 0);
+}
+
+TEST(SceneLoaderTest, KnowsWherePicturesComeFrom) {
+  const SceneFolder folder;
+  folder.Write("one.png", "");
+  folder.Write("film.MP4", "");
+  std::filesystem::create_directory(folder.path() / "frames");
+  folder.Write("frames/0007.png", "");
+  const struct {
+    const char* camera;
+    Camera::Source source;
+    std::string pattern;
+  } kRows[] = {
+      {"file: one.png", Camera::Source::kFiles, (folder.path() / "one.png").string()},
+      {"file: \"frames/%04d.png\"", Camera::Source::kFiles,
+       (folder.path() / "frames/%04d.png").string()},
+      {"file: \"frames/*.png\"", Camera::Source::kFiles, (folder.path() / "frames/*.png").string()},
+      {"file: .", Camera::Source::kFiles, (folder.path() / ".").string()},  // a directory
+      {"file: film.MP4", Camera::Source::kVideo, (folder.path() / "film.MP4").string()},
+      {"device: 2", Camera::Source::kDevice, ""},
+  };
+  for (const auto& row : kRows) {
+    const std::string line = std::string("  camera: {pixel: 1 mm, ") + row.camera + "}";
+    const Camera camera =
+        *LoadScene(folder.Write("scene.yaml", SmallSceneWith(9, line))).sense.camera;
+    EXPECT_EQ(camera.source, row.source) << row.camera;
+    EXPECT_EQ(camera.pattern, row.pattern) << row.camera;
+    const bool has_own_size = camera.source == Camera::Source::kDevice;
+    EXPECT_EQ(camera.size, (has_own_size ? std::array{640, 480} : std::array{0, 0})) << row.camera;
+  }
+}
+
+TEST(SceneLoaderTest, ReadsTheSnakesStart) {
+  const Scene circle = Load(SmallSceneWith(
+      11, "  contour: {beta: 0.5, start: {circle: {centre: [320 px, 240], radius: 100 px}}}"));
+  EXPECT_EQ(circle.sense.contour->beta, 0.5);
+  EXPECT_EQ(std::get<ContourTracking::Circle>(circle.sense.contour->start).radius, 100);
+  const Scene polygon =
+      Load(SmallSceneWith(11, "  contour: {start: {polygon: [[0, 0], [9 px, 0], [0, 9]]}}"));
+  EXPECT_EQ(std::get<ContourTracking::Polygon>(polygon.sense.contour->start).points.size(), 3U);
+}
+
+// From 1 nm to 1 km and from 1 Pa to 1 TPa scenes are scenes.
+TEST(SceneLoaderTest, AcceptsEverySizeAndStiffness) {
+  for (const char* size : {"1 nm", "1 mm", "1 km"}) {
+    for (const char* modulus : {"1 Pa", "1 TPa"}) {
+      const std::string s(size);
+      EXPECT_NO_THROW(
+          Load(SmallScene(),
+               {"object.geometry.rectangle.width=" + s, "object.geometry.rectangle.height=" + s,
+                "object.geometry.rectangle.thickness=" + s, "tool.width=" + s,
+                "object.material.young_modulus=" + std::string(modulus)}))
+          << size << " " << modulus;
+    }
+  }
+}
+
+// A decimal comma in the program's locale must not turn 0.35 into 0.
+TEST(SceneLoaderTest, TheLocaleDoesNotMatter) {
+  const DecimalCommaLocale comma;
+  EXPECT_DOUBLE_EQ(Load(SmallScene()).sense.camera->pixel, 0.35e-3);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,192 @@
+// Scenes of volumes and membranes: what contracts names, with its defaults, and what is refused.
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/scene/scene_loader.h"
+#include "tests/slave/scene/scene_file.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string SolidScene(const std::string& geometry, const std::string& fixed,
+                       const std::string& model) {
+  return "name: solid\n"
+         "object:\n"
+         "  geometry: " +
+         geometry +
+         "\n"
+         "  material: {young_modulus: 3.8 kPa, poisson_ratio: 0.15, density: 45 kg/m3}\n" +
+         (fixed.empty() ? "" : "  fixed: " + fixed + "\n") + "model: " + model + "\n";
+}
+
+constexpr const char* kBox = "{box: {size: [60 mm, 60 mm, 60 mm], cells: [3, 3, 3]}}";
+constexpr const char* kBottom = "{plane: {axis: z, at: 0 m}}";
+
+Scene Load(const std::string& text, SceneUse use = SceneUse::kSolve) {
+  const SceneFolder folder;
+  return LoadScene(folder.Write("scene.yaml", text), {}, use);
+}
+
+std::string MistakesOf(const std::string& text, SceneUse use = SceneUse::kSolve) {
+  try {
+    Load(text, use);
+    return {};
+  } catch (const SceneError& error) {
+    return error.what();
+  }
+}
+
+// Reference: contracts, model options: the first value listed is the default.
+TEST(SolidSceneTest, FemHasTheContractsDefaults) {
+  const FemOptions fem = Load(SolidScene(kBox, kBottom, "{kind: fem}")).model.fem;
+  EXPECT_EQ(fem.element, FemOptions::Element::kTet4);
+  EXPECT_EQ(fem.law, FemOptions::Law::kCorotational);
+  EXPECT_EQ(fem.time, FemOptions::Time::kStatic);
+  EXPECT_EQ(fem.integrator, FemOptions::Integrator::kImplicitEuler);
+  EXPECT_EQ(fem.mass, FemOptions::Mass::kConsistent);
+  EXPECT_EQ(fem.tangent, FemOptions::Tangent::kWarped);
+  EXPECT_EQ(fem.newton, 1);
+  EXPECT_EQ(fem.residual, 1e-6);
+  EXPECT_EQ(fem.damping_mass, 0);
+  EXPECT_EQ(fem.damping_stiffness, 0);
+  EXPECT_TRUE(fem.gravity_O.isZero());
+}
+
+TEST(SolidSceneTest, FemReadsWhatTheContractNames) {
+  const Scene scene = Load(SolidScene(
+      kBox, kBottom,
+      "{kind: fem, element: tet10, law: linear, time: dynamic, step: 5 ms, integrator: newmark, "
+      "newton: 3, mass: lumped, tangent: exact, damping: {mass: 1.0 /s, stiffness: 0.01 s}, "
+      "residual: 1e-9, gravity: [0, 0, -9.80665]}"));
+  const FemOptions& fem = scene.model.fem;
+  EXPECT_EQ(fem.element, FemOptions::Element::kTet10);
+  EXPECT_EQ(fem.law, FemOptions::Law::kLinear);
+  EXPECT_EQ(fem.time, FemOptions::Time::kDynamic);
+  EXPECT_EQ(fem.step, 0.005);
+  EXPECT_EQ(fem.integrator, FemOptions::Integrator::kNewmark);
+  EXPECT_EQ(fem.newton, 3);
+  EXPECT_EQ(fem.mass, FemOptions::Mass::kLumped);
+  EXPECT_EQ(fem.tangent, FemOptions::Tangent::kExact);
+  EXPECT_EQ(fem.damping_mass, 1.0);
+  EXPECT_EQ(fem.damping_stiffness, 0.01);
+  EXPECT_EQ(fem.residual, 1e-9);
+  EXPECT_EQ(fem.gravity_O, Eigen::Vector3d(0, 0, -9.80665));
+  EXPECT_EQ(scene.object.fixed.size(), 1U);
+}
+
+TEST(SolidSceneTest, NeoHookeanIsTheHyperelasticKind) {
+  EXPECT_EQ(Load(SolidScene(kBox, kBottom, "{kind: fem, law: neo-hookean}")).model.kind,
+            "fem-hyperelastic");
+  EXPECT_EQ(Load(SolidScene(kBox, kBottom, "{kind: fem-hyperelastic}")).model.fem.law,
+            FemOptions::Law::kNeoHookean);
+}
+
+TEST(SolidSceneTest, AMembraneIsClampedWhetherItSaysSoOrNot) {
+  constexpr const char* kMembrane = "{membrane: {radius: 39 mm, thickness: 1 mm}}";
+  for (const char* fixed : {"", "{side: rim}"}) {
+    const Scene scene = Load(SolidScene(kMembrane, fixed, "{kind: plate-large}"));
+    EXPECT_EQ(std::get<MembraneGeometry>(scene.object.geometry).radius, 0.039);
+    EXPECT_EQ(ThicknessOf(scene.object.geometry), 0.001);
+  }
+}
+
+TEST(SolidSceneTest, AVolumeMayStandAnywhere) {
+  std::string text = SolidScene(kBox, kBottom, "{kind: fem}");
+  text.insert(text.find("  material"),
+              "  pose: {translation: [1, 2, 3], rotation: [90 deg, 0 deg, 0 deg]}\n");
+  const Scene scene = Load(text);
+  EXPECT_TRUE((scene.object.X_SO * Eigen::Vector3d(0, 1, 0)).isApprox(Eigen::Vector3d(1, 2, 4)));
+}
+
+TEST(SolidSceneTest, AMeshFilesUnitMayStandAlone) {
+  const SceneFolder folder;
+  folder.Write("cube.stl", "solid cube\nendsolid cube\n");
+  for (const auto& [unit, metres] :
+       {std::pair{"mm", 1e-3}, std::pair{"1 mm", 1e-3}, std::pair{"25.4 mm", 25.4e-3}}) {
+    const std::string geometry = std::string("{mesh: cube.stl, unit: ") + unit + "}";
+    const Scene scene =
+        LoadScene(folder.Write("scene.yaml", SolidScene(geometry, kBottom, "{kind: bem3d}")), {},
+                  SceneUse::kSolve);
+    EXPECT_DOUBLE_EQ(std::get<MeshFileGeometry>(scene.object.geometry).unit, metres);
+  }
+  const std::string dozen = "{mesh: cube.stl, unit: dozen}";
+  try {
+    LoadScene(folder.Write("scene.yaml", SolidScene(dozen, kBottom, "{kind: bem3d}")), {},
+              SceneUse::kSolve);
+    FAIL() << "a dozen is no length";
+  } catch (const SceneError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("unit = dozen: accepted is a unit such as mm"));
+  }
+}
+
+struct Refusal {
+  const char* name;
+  const char *geometry, *fixed, *model;
+  const char* message;
+};
+
+class SolidRefusalTest : public ::testing::TestWithParam<Refusal> {};
+
+TEST_P(SolidRefusalTest, SaysWhatIsAccepted) {
+  const Refusal& bad = GetParam();
+  EXPECT_THAT(MistakesOf(SolidScene(bad.geometry, bad.fixed, bad.model)), HasSubstr(bad.message));
+}
+
+const Refusal kRefusals[] = {
+    {"CellsNotWhole", "{box: {size: [1, 1, 1], cells: [1.5, 1, 1]}}", kBottom, "{kind: fem}",
+     "cells = [1.5, 1, 1]: accepted is three whole numbers"},
+    {"TooManyCells", "{box: {size: [1, 1, 1], cells: [100, 100, 100]}}", kBottom, "{kind: fem}",
+     "4 million tetrahedra"},
+    {"FlatBox", "{box: {size: [1, 1, 0], cells: [1, 1, 1]}}", kBottom, "{kind: fem}",
+     "object.geometry.box.size.2 = 0: accepted is a length"},
+    {"NoSuchMesh", "{mesh: absent.node}", kBottom, "{kind: fem}",
+     "mesh = absent.node: accepted is a file that can be read"},
+    {"PlateOfABox", kBox, kBottom, "{kind: plate}",
+     "model.kind = plate: accepted is auto, fem, fem-hyperelastic, fem-green or bem3d"},
+    {"FemOfAMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "", "{kind: fem}",
+     "model.kind = fem: accepted is auto, plate or plate-large for a membrane"},
+    {"MembraneHeldElsewhere", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "{nodes: [1]}",
+     "{kind: plate}", "accepted is {side: rim}"},
+    {"SideOfABox", kBox, "{side: bottom}", "{kind: fem}",
+     "object.fixed.side = bottom: accepted is no side of a volume"},
+    {"WrongLaw", kBox, kBottom, "{kind: fem, law: rubber}",
+     "model.law = rubber: accepted is corotational or linear or neo-hookean"},
+    {"DampingInWords", kBox, kBottom, "{kind: fem, damping: much}",
+     "model.damping = much: accepted is none or {mass: 1.0 /s, stiffness: 0.01 s}"},
+    {"NoStep", kBox, kBottom, "{kind: fem, step: 0 s}", "model.step = 0 s: accepted is a time"},
+    {"ResidualOfNothing", kBox, kBottom, "{kind: fem, residual: 0}", "1e-14 to 0.1"},
+    {"FrictionlessFem", kBox, kBottom, "{kind: fem, contact: frictionless}",
+     "model.contact = frictionless: accepted is bonded with this kind"},
+    {"HalfClampedMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}",
+     "{side: rim, components: z}", "{kind: plate}", "components = z: accepted is nothing here"},
+    {"ElementsOfABox", kBox, kBottom, "{kind: fem, elements: 60}", "model.elements = 60"},
+};
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SolidRefusalTest, ::testing::ValuesIn(kRefusals),
+                         [](const auto& row) { return std::string(row.param.name); });
+
+TEST(SolidSceneTest, OneCameraWatchesPlanarObjectsOnly) {
+  EXPECT_THAT(MistakesOf(SolidScene(kBox, kBottom, "{kind: fem}"), SceneUse::kFull),
+              HasSubstr("and none for solve, study and check"));
+}
+
+TEST(SolidSceneTest, StudyContactsAreReadWithTheirUnits) {
+  const std::string scene = SolidScene(kBox, kBottom, "{kind: fem}");
+  EXPECT_TRUE(Load(scene).study_contacts.empty());
+  const auto places =
+      Load(scene + "study: {contacts: [[30 mm, 30000 um, 0.06], [0, 0, 60 mm]]}\n").study_contacts;
+  ASSERT_EQ(places.size(), 2U);
+  EXPECT_TRUE(places[0].isApprox(Eigen::Vector3d(0.03, 0.03, 0.06)));
+  EXPECT_TRUE(places[1].isApprox(Eigen::Vector3d(0, 0, 0.06)));
+  EXPECT_THAT(MistakesOf(scene + "study: {contacts: []}\n"), HasSubstr("study.contacts"));
+  EXPECT_THAT(MistakesOf(scene + "study: {contacts: [[1 mm, 2 mm]]}\n"), HasSubstr("contacts.0"));
+  EXPECT_THAT(MistakesOf(scene + "study: {contact: [[0, 0, 0]]}\n"), HasSubstr("contacts"));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,47 @@
+// Scenes of two cameras and of depth pictures, one thing per line, with the files that they name.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "slave/scene/scene_loader.h"
+#include "tests/slave/scene/scene_file.h"
+
+namespace palpate {
+
+inline constexpr const char* kMembrane = "{membrane: {radius: 39 mm, thickness: 1 mm}}";
+inline constexpr const char* kBox = "{box: {size: [60 mm, 40 mm, 20 mm], cells: [3, 2, 1]}}";
+inline constexpr const char* kPair = "{source: simulated, pair: {}}";
+inline constexpr const char* kFiles =
+    "{stereo: {left: \"pairs/left_%02d.png\", right: \"pairs/right*.png\", rig: rig.yaml}, "
+    "rate: 20 Hz, pose: {translation: [1 mm, 2 mm, -250 mm], rotation: [0, 0, 90 deg]}}";
+
+struct Lines {
+  std::string camera = kPair;
+  std::string points = "{}";
+  std::string geometry = kMembrane;
+  std::string fixed = "{side: rim}";
+  std::string model = "{kind: plate-large}";
+  std::string more;
+  std::string tool = "{shape: flat, width: 4 mm}";
+};
+
+// Line 2 is `object`, 3 its geometry, 5 what holds it, 6 the model, 7 the tool, 9 the camera, 10
+// the points, 11 and on `more`.
+std::string StereoScene(const Lines& lines);
+
+// With the files that these scenes name.
+class StereoSceneTest : public ::testing::Test {
+ protected:
+  StereoSceneTest();
+  Scene Load(const Lines& lines, SceneUse use = SceneUse::kFull) const {
+    return LoadScene(folder_.Write("scene.yaml", StereoScene(lines)), {}, use);
+  }
+  // What loading complains of; empty: nothing.
+  std::string MistakesOf(const Lines& lines, SceneUse use = SceneUse::kFull) const;
+  SceneFolder folder_;
+};
+
+}  // namespace palpate

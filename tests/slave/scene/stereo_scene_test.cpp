@@ -1,0 +1,248 @@
+// Scenes of two cameras and of depth pictures: their keys and what stands there without them.
+#include "tests/slave/scene/stereo_scene.h"
+
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST_F(StereoSceneTest, ThePairHasTheStatedRigByDefault) {
+  const Scene scene = Load({});
+  const StereoCameras& pair = scene.sense.stereo.value();
+  EXPECT_EQ(pair.source, StereoCameras::Source::kSimulated);
+  EXPECT_EQ(pair.size, (std::array{640, 480}));
+  EXPECT_EQ(pair.focal, 800);
+  EXPECT_DOUBLE_EQ(pair.baseline, 0.06);
+  EXPECT_EQ(pair.rate, 30);
+  EXPECT_TRUE(pair.rig.empty());
+  EXPECT_FALSE(scene.sense.camera || scene.sense.depth || scene.sense.tip || scene.sense.contour);
+  EXPECT_TRUE(HasEyes(scene.sense) && HasPictures(scene.sense));
+  EXPECT_EQ(SensorRate(scene.sense), 30);
+  EXPECT_TRUE(scene.model.prestress == 0 && scene.site.pace == 1);
+}
+
+// Reference: paper C, 5.1: about 250 mm from the membrane; the left camera is half the baseline to
+// the left of the axis, and both look at the middle, so that O lies on the optical axis.
+TEST_F(StereoSceneTest, ThePairStandsInsideAndLooksAtTheMembranesCentreWhereverItIs) {
+  Lines lines;
+  lines.camera =
+      "{source: simulated, rate: 60 Hz, size: [800, 600], pair: {baseline: 100 mm, "
+      "focal: 900 px}}";
+  lines.fixed += "\n  pose: {translation: [10 mm, -20 mm, 5 mm], rotation: [0, 90 deg, 30 deg]}";
+  const Scene scene = Load(lines);
+  const StereoCameras& pair = *scene.sense.stereo;
+  EXPECT_EQ(pair.rate, 60);
+  EXPECT_EQ(pair.size, (std::array{800, 600}));
+  EXPECT_EQ(pair.focal, 900);
+  EXPECT_DOUBLE_EQ(pair.baseline, 0.1);
+  const Eigen::Isometry3d X_OL = scene.object.X_SO.inverse() * pair.X_SL;
+  EXPECT_LT((X_OL.translation() - Eigen::Vector3d(-0.05, 0, -0.25)).norm(), 1e-15);
+  const Eigen::Vector3d p_L = X_OL.inverse() * Eigen::Vector3d::Zero();
+  EXPECT_LT(p_L.head<2>().norm(), 1e-15);
+  EXPECT_NEAR(p_L.z(), std::hypot(0.05, 0.25), 1e-15);
+  EXPECT_GT(X_OL.linear()(0, 0), 0.9);           // x of L along x of O
+  EXPECT_NEAR(X_OL.linear()(1, 1), 1.0, 1e-15);  // y, too
+}
+
+TEST_F(StereoSceneTest, APoseReplacesTheDefaultOne) {
+  Lines lines;
+  lines.camera = "{source: simulated, pair: {}, pose: {translation: [0, 0, -300 mm]}}";
+  const Eigen::Isometry3d X_SL = Load(lines).sense.stereo->X_SL;
+  EXPECT_TRUE(X_SL.linear().isIdentity());
+  EXPECT_TRUE(X_SL.translation().isApprox(Eigen::Vector3d(0, 0, -0.3)));
+}
+
+TEST_F(StereoSceneTest, FilesOfTwoCamerasAreRead) {
+  Lines lines;
+  lines.camera = kFiles;
+  const StereoCameras pair = Load(lines).sense.stereo.value();
+  EXPECT_EQ(pair.source, StereoCameras::Source::kFiles);
+  EXPECT_EQ(pair.left, (folder_.path() / "pairs/left_%02d.png").string());
+  EXPECT_EQ(pair.right, (folder_.path() / "pairs/right*.png").string());
+  EXPECT_EQ(pair.rig, folder_.path() / "rig.yaml");
+  EXPECT_EQ(pair.rate, 20);
+  EXPECT_TRUE(pair.X_SL.translation().isApprox(Eigen::Vector3d(0.001, 0.002, -0.25)));
+  EXPECT_TRUE((pair.X_SL.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
+}
+
+// The scene's name may come without a folder, and so may the pictures'.
+TEST_F(StereoSceneTest, PatternsAreFoundFromTheWorkingDirectory) {
+  folder_.Write("l1.png", "");
+  folder_.Write("r1.png", "");
+  Lines lines;
+  lines.camera =
+      "{stereo: {left: \"l*.png\", right: \"r%d.png\", rig: rig.yaml}, pose: {translation: [0, 0, "
+      "-1]}}";
+  folder_.Write("scene.yaml", StereoScene(lines));
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder_.path());
+  EXPECT_EQ(LoadScene("scene.yaml").sense.stereo.value().left, "l*.png");
+  std::filesystem::current_path(before);
+}
+
+TEST_F(StereoSceneTest, DepthPicturesAreReadAndShowTheSurface) {
+  Lines lines;
+  lines.camera =
+      "{depth: pairs, unit: 0.1 mm, fx: 600 px, fy: 601, cx: 320.5, cy: 240 px, sigma: "
+      "0.3 mm, pose: {translation: [0, 0, -200 mm]}}";
+  const Scene scene = Load(lines);
+  const DepthPictures& depth = scene.sense.depth.value();
+  EXPECT_EQ(depth.pattern, (folder_.path() / "pairs").string());
+  EXPECT_DOUBLE_EQ(depth.unit, 1e-4);
+  EXPECT_EQ(depth.fx, 600);
+  EXPECT_EQ(depth.fy, 601);
+  EXPECT_EQ(depth.cx, 320.5);
+  EXPECT_EQ(depth.cy, 240);
+  EXPECT_DOUBLE_EQ(depth.sigma, 3e-4);
+  EXPECT_EQ(depth.rate, 30);
+  EXPECT_TRUE(depth.X_SD.translation().isApprox(Eigen::Vector3d(0, 0, -0.2)));
+  EXPECT_EQ(scene.sense.points.value().track, PointTracking::Track::kSurface);
+  EXPECT_FALSE(scene.sense.stereo);
+}
+
+// Reference: paper C, 5.1: 31 dots, 15 mm and 10 mm apart, on 39 mm.
+TEST_F(StereoSceneTest, AMembraneHasThePapersDotsByDefault) {
+  const PointTracking points = Load({}).sense.points.value();
+  EXPECT_EQ(points.track, PointTracking::Track::kDots);
+  EXPECT_EQ(points.count, 31);
+  EXPECT_TRUE(points.spacing.isApprox(Eigen::Vector2d(0.015, 0.010)));
+  EXPECT_DOUBLE_EQ(points.dot_radius, 0.002);
+  EXPECT_DOUBLE_EQ(points.sigma, 0.1);
+  EXPECT_TRUE(points.layout.empty() && points.at.empty());
+}
+
+// Any count fits, on a membrane of any size, without a word about spacing.
+TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
+  for (const int count : {4, 5, 7, 13, 31, 32, 37, 45, 49, 100, 399, 400}) {
+    for (const auto& [radius, width] :
+         {std::pair("3 mm", "1 mm"), std::pair("38 mm", "4 mm"), std::pair("2 m", "60 mm")}) {
+      Lines lines;
+      const std::string thickness = std::string(radius) == "2 m" ? "5 mm" : "0.1 mm";
+      lines.geometry =
+          std::string("{membrane: {radius: ") + radius + ", thickness: " + thickness + "}}";
+      lines.tool = std::string("{shape: flat, width: ") + width + "}";
+      lines.points = "{count: " + std::to_string(count) + "}";
+      EXPECT_EQ(MistakesOf(lines), "") << count << " on " << radius;
+    }
+  }
+}
+
+TEST_F(StereoSceneTest, EveryKeyOfDotsIsRead) {
+  Lines lines;
+  lines.points = "{track: dots, count: 12, spacing: [9 mm, 8 mm], radius: 1.5 mm, sigma: 0.2 px}";
+  const PointTracking points = *Load(lines).sense.points;
+  EXPECT_EQ(points.count, 12);
+  EXPECT_TRUE(points.spacing.isApprox(Eigen::Vector2d(0.009, 0.008)));
+  EXPECT_DOUBLE_EQ(points.dot_radius, 0.0015);
+  EXPECT_DOUBLE_EQ(points.sigma, 0.2);
+}
+
+TEST_F(StereoSceneTest, ALayoutSaysHowManyDotsThereAre) {
+  Lines lines;
+  lines.points = "{layout: dots.csv}";
+  const PointTracking points = *Load(lines).sense.points;
+  EXPECT_EQ(points.layout, folder_.path() / "dots.csv");
+  EXPECT_EQ(points.count, 4);
+  EXPECT_DOUBLE_EQ(points.dot_radius, 0.002);  // a fifth of 10 mm
+}
+
+TEST_F(StereoSceneTest, WindowsOfTextureAreRead) {
+  Lines lines;
+  lines.camera = kFiles;
+  lines.points = "{track: texture, at: [[15, 15], [624, 464 px]], window: 31 px, sigma: 0.3 px}";
+  const PointTracking points = *Load(lines).sense.points;
+  EXPECT_EQ(points.track, PointTracking::Track::kTexture);
+  ASSERT_EQ(points.at.size(), 2U);
+  EXPECT_EQ(points.at[1], Eigen::Vector2d(624, 464));
+  EXPECT_EQ(points.count, 2);
+  EXPECT_EQ(points.window, 31);
+  lines.points = "{track: texture, count: 1, window: 255}";
+  EXPECT_EQ(Load(lines).sense.points->count, 1);
+}
+
+TEST_F(StereoSceneTest, AMembranesTextureMayBeFollowed) {
+  Lines lines;
+  lines.points = "{track: texture, count: 40}";
+  const PointTracking points = *Load(lines).sense.points;
+  EXPECT_EQ(points.track, PointTracking::Track::kTexture);
+  EXPECT_EQ(points.count, 40);
+}
+
+// What nothing holds is followed; no force is told, so no camera's place need be known.
+TEST_F(StereoSceneTest, WhatNothingHoldsIsFollowedByItsTexture) {
+  Lines lines;
+  lines.geometry = kBox;
+  lines.fixed = "";
+  lines.model = "{kind: auto}";
+  const Scene simulated = Load(lines);
+  EXPECT_EQ(simulated.sense.points->track, PointTracking::Track::kTexture);
+  EXPECT_FALSE(IsHeld(simulated.object));
+  lines.camera =
+      "{stereo: {left: \"pairs/left_%02d.png\", right: \"pairs/right*.png\", rig: rig.yaml}}";
+  EXPECT_TRUE(Load(lines).sense.stereo->X_SL.isApprox(Eigen::Isometry3d::Identity()));
+  lines.fixed = "{plane: {axis: z, at: 0 m}}";
+  EXPECT_THAT(MistakesOf(lines), HasSubstr(":9: sense.camera.pose = (missing): accepted is a map"));
+}
+
+// Reference: sections.h; the press goes along -z of O from outside, with a clearance of 7 % of the
+// diameter, in a workspace larger than the membrane's box by its diameter.
+TEST_F(StereoSceneTest, TheHandBeginsBeforeTheMembranesCentre) {
+  const Scene flat = Load({});
+  EXPECT_LT((flat.manipulator.home - Eigen::Vector3d(0, 0, 0.07 * 0.078)).norm(), 1e-15);
+  EXPECT_TRUE(flat.manipulator.workspace_min.isApprox(Eigen::Vector3d(-0.117, -0.117, -0.0785)));
+  EXPECT_TRUE(flat.manipulator.workspace_max.isApprox(Eigen::Vector3d(0.117, 0.117, 0.0785)));
+  EXPECT_DOUBLE_EQ(flat.operator_options.press_depth, 0.055 * 0.078);
+  Lines lines;
+  lines.fixed += "\n  pose: {translation: [0, 0, 100 mm], rotation: [45 deg, 0, 0]}";
+  const Scene tilted = Load(lines);
+  const Eigen::Vector3d p_O = tilted.object.X_SO.inverse() * tilted.manipulator.home;
+  EXPECT_LT(p_O.head<2>().norm(), 1e-15);
+  EXPECT_GT(p_O.z(), 0.004);
+}
+
+TEST_F(StereoSceneTest, AToolThatIsNotNamedIsAFifteenthOfTheObject) {
+  std::string text = StereoScene({});
+  text.erase(text.find("tool: "), text.find("sense:") - text.find("tool: "));
+  const Scene scene = LoadScene(folder_.Write("scene.yaml", text));
+  EXPECT_DOUBLE_EQ(scene.tool.value().width, 0.078 / 15);
+}
+
+TEST_F(StereoSceneTest, TensionAtRestAndPaceAreRead) {
+  Lines lines;
+  lines.model = "{kind: plate-large, prestress: 12 N/m}";
+  lines.more = "site: {pace: 3}\n";
+  EXPECT_DOUBLE_EQ(Load(lines).model.prestress, 12);
+  EXPECT_DOUBLE_EQ(Load(lines).site.pace, 3);
+  lines.model = "{prestress: 1.5 N/mm}";
+  EXPECT_DOUBLE_EQ(Load(lines).model.prestress, 1500);
+  lines.model = "{prestress: 5 mN/m}";
+  EXPECT_DOUBLE_EQ(Load(lines).model.prestress, 0.005);
+}
+
+// `solve` and `study` take the scene where neither pictures nor rig are at hand.
+TEST_F(StereoSceneTest, TheModelAloneNeedsNoFiles) {
+  Lines lines;
+  lines.camera = "{stereo: {left: \"no/%d.png\", right: \"no*.png\"}}";
+  EXPECT_EQ(MistakesOf(lines, SceneUse::kSolve), "");
+  EXPECT_NE(MistakesOf(lines), "");
+}
+
+// What moves as a whole before the cameras may be held for the model alone.
+TEST_F(StereoSceneTest, ATargetMayBeHeldToBeSolved) {
+  Lines lines;
+  lines.geometry = kBox;
+  lines.fixed = "{plane: {axis: z, at: 0 m}}";
+  lines.model = "{kind: fem}";
+  EXPECT_EQ(MistakesOf(lines, SceneUse::kSolve), "");
+  EXPECT_THAT(MistakesOf(lines), HasSubstr(":5: object.fixed = "));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,82 @@
+// Models whose answers, cost and troubles a test decides, and a clock that only they move.
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "slave/study/study.h"
+
+namespace palpate::fake {
+
+// Force = stiffness x depth, straight back.
+class Spring final : public DeformationModel {
+ public:
+  Spring(double stiffness, double update_s, double* clock)
+      : stiffness_(stiffness), update_s_(update_s), clock_(*clock) {
+    info_.kind = "spring";
+  }
+  void Respond(std::span<const Contact> contacts,
+               std::span<ContactResponse> responses) noexcept override {
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      responses[i].force_O = stiffness_ * contacts[i].prescribed_O;
+      responses[i].validity = std::isfinite(stiffness_) ? Validity::kValid : Validity::kFailed;
+    }
+    clock_ += update_s_;
+  }
+  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override {
+    displacement_O->clear();
+  }
+  [[nodiscard]] std::string_view failure() const override { return "spring broke"; }
+  [[nodiscard]] const ModelInfo& info() const override { return info_; }
+
+ private:
+  double stiffness_, update_s_;
+  double& clock_;
+  ModelInfo info_;
+};
+
+struct World {
+  double clock = 1000;  // [s]
+  int made = 0;
+  // Seconds of precompute; by default a microsecond per element, cubed.
+  std::function<double(const Scene&)> precompute = [](const Scene& scene) {
+    return 1e-9 * std::pow(scene.model.elements, 3);
+  };
+  // First order in the element size, whatever the order asked for.
+  std::function<double(const Scene&)> stiffness = [](const Scene& scene) {
+    return 100 * (1 - 3.0 / scene.model.elements);
+  };
+  std::function<void(Progress*)> while_making = [](Progress*) {};
+
+  ModelFactory Make() {
+    return {[this](const Scene& scene, const ObjectMesh&, Progress* progress) {
+              ++made;
+              while_making(progress);
+              clock += precompute(scene);
+              return std::make_unique<Spring>(stiffness(scene), 1e-6, &clock);
+            },
+            [this] { return clock; }};
+  }
+};
+
+// A square of 60 mm, pressed by a tool of 4 mm at the middle of its top; contacts are frictionless,
+// so that no finite elements are solved beside the models.
+inline Scene Square() {
+  Scene scene;
+  scene.name = "square <&> \"quoted\", with a comma";
+  scene.object.geometry = RectangleGeometry{0.06, 0.06, 0.01};
+  scene.object.material.young_modulus = 1e5;
+  scene.object.material.poisson_ratio = 0.4;
+  scene.object.fixed = {{FixedSide{"bottom"}, {true, true, true}}};
+  scene.tool = Tool{};
+  scene.tool->width = 0.004;
+  scene.model.contact = ContactLaw::kFrictionless;
+  scene.model.elements = 60;
+  scene.manipulator.home = {0.03, 0.07, 0};
+  return scene;
+}
+
+}  // namespace palpate::fake

@@ -1,0 +1,197 @@
+#include "slave/vision/tip_and_contour_tracker.h"
+
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "slave/vision/camera_view.h"
+#include "slave/vision/closed_curve.h"
+#include "tests/slave/vision/test_pictures.h"
+#include "tests/support/allocation_count.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+TestPicture Picture() {
+  TestPicture picture;
+  picture.body.emplace();
+  picture.tool.emplace();
+  picture.tool->tip = {320.3, 150.4};
+  return picture;
+}
+
+std::string ConstructionMessage(const Scene& scene, const cv::Mat& first,
+                                std::optional<Eigen::Vector2d> hint) {
+  try {
+    TipAndContourTracker eyes(scene, first, hint);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "constructed";
+}
+
+TEST(TipAndContourTrackerTest, SeeTipAndContourInPicturesOfEveryKind) {
+  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
+    for (const double full_scale : {65535.0, 4095.0}) {
+      TestPicture picture = Picture();
+      TipAndContourTracker eyes(SceneForTestPictures(), picture.Render(1, type, full_scale),
+                                picture.tool->tip);
+      EXPECT_GT(eyes.rest_contour_I().size(), 180U);
+      picture.tool->tip += Eigen::Vector2d(1.7, 2.6);
+      const Observation& seen =
+          eyes.Look(picture.Render(2, type, full_scale), 41, Time(Seconds(3)));
+      EXPECT_EQ(seen.sequence, 41U);
+      EXPECT_EQ(seen.sensed_at, Time(Seconds(3)));
+      ASSERT_TRUE(seen.tip.found) << type;
+      EXPECT_LT((seen.tip.p_I - picture.tool->tip).norm(), 0.05) << type;
+      EXPECT_GT(seen.tip.score, 0.9);
+      EXPECT_EQ(seen.contour_I.size(), 60U);
+      EXPECT_TRUE(eyes.search_window().contains(cv::Point(322, 130)));
+    }
+  }
+}
+
+// Counter-clockwise in S, from above and from below.
+TEST(TipAndContourTrackerTest, ContoursRunCounterClockwiseInS) {
+  for (const double turn : {0.0, M_PI}) {
+    Scene scene = SceneForTestPictures();
+    scene.sense.tip.reset();
+    scene.sense.camera->X_SC = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX());
+    TipAndContourTracker eyes(scene, Picture().Render(), std::nullopt);
+    const CameraView view(*scene.sense.camera, 640, 480);
+    Curve rest_S;
+    for (const auto& p : eyes.rest_contour_I()) rest_S.push_back(view.ToSlave(p).head<2>());
+    EXPECT_GT(CurveArea(rest_S), 0) << turn;
+  }
+}
+
+TEST(TipAndContourTrackerTest, TrackOnlyWhatTheSceneAsksFor) {
+  Scene scene = SceneForTestPictures();
+  scene.sense.contour.reset();
+  TipAndContourTracker tip_only(scene, Picture().Render(), Picture().tool->tip);
+  EXPECT_TRUE(tip_only.rest_contour_I().empty());
+  EXPECT_TRUE(tip_only.Look(Picture().Render(2), 1, {}).contour_I.empty());
+  EXPECT_TRUE(tip_only.Look(Picture().Render(2), 2, {}).tip.found);
+  scene = SceneForTestPictures();
+  scene.sense.tip.reset();
+  TipAndContourTracker contour_only(scene, Picture().Render(), std::nullopt);
+  EXPECT_FALSE(contour_only.Look(Picture().Render(2), 1, {}).tip.found);
+  EXPECT_EQ(contour_only.search_window(), cv::Rect());
+}
+
+TEST(TipAndContourTrackerTest, ATemplateFileIsFoundWithoutAHint) {
+  const TestPicture picture = Picture();
+  const auto file = std::filesystem::path(BinaryPath()) / "test-output" / "eyes-tip.png";
+  std::filesystem::create_directories(file.parent_path());
+  const cv::Rect window(305, 110, 31, 46);
+  ASSERT_TRUE(cv::imwrite(file.string(), picture.Render(5)(window)));
+  Scene scene = SceneForTestPictures();
+  scene.sense.tip->template_file = file;
+  scene.sense.tip->anchor = picture.tool->tip - Eigen::Vector2d(window.x, window.y);
+  TipAndContourTracker eyes(scene, picture.Render(), std::nullopt);
+  const Observation& seen = eyes.Look(picture.Render(2), 1, {});
+  ASSERT_TRUE(seen.tip.found);
+  EXPECT_TRUE(seen.tip.reacquired);
+  EXPECT_LT((seen.tip.p_I - picture.tool->tip).norm(), 0.05);
+}
+
+// Whatever comes mid-stream: nothing found, nothing thrown, and the next good picture is seen.
+TEST(TipAndContourTrackerTest, BadPicturesMidStreamAreFlagged) {
+  const TestPicture picture = Picture();
+  TipAndContourTracker eyes(SceneForTestPictures(), picture.Render(), picture.tool->tip);
+  const cv::Mat nan(480, 640, CV_32FC1, cv::Scalar(std::numeric_limits<float>::quiet_NaN()));
+  cv::Mat noise(480, 640, CV_8UC1);
+  cv::randu(noise, 0, 255);
+  const std::vector<cv::Mat> bad = {cv::Mat(),
+                                    cv::Mat(1, 1, CV_8UC1, cv::Scalar(0)),
+                                    cv::Mat(240, 320, CV_8UC1, cv::Scalar(0)),
+                                    picture.Render(1, CV_8UC3),
+                                    picture.Render(1, CV_16UC1),
+                                    nan,
+                                    noise,
+                                    cv::Mat::zeros(480, 640, CV_8UC1),
+                                    cv::Mat(480, 640, CV_8UC1, cv::Scalar(255))};
+  std::uint64_t sequence = 0;
+  for (const cv::Mat& image : bad) {
+    const Observation& seen = eyes.Look(image, ++sequence, {});
+    EXPECT_EQ(seen.sequence, sequence);
+    EXPECT_FALSE(seen.tip.found) << sequence;
+    EXPECT_TRUE(seen.contour_I.empty() || image.data == noise.data) << sequence;
+    EXPECT_TRUE(seen.tip.p_I.allFinite() && std::isfinite(seen.tip.score));
+    const Observation& good = eyes.Look(picture.Render(sequence), sequence, {});
+    EXPECT_TRUE(good.tip.found) << "after bad picture " << sequence;
+    EXPECT_EQ(good.contour_I.size(), 60U) << "after bad picture " << sequence;
+  }
+}
+
+TEST(TipAndContourTrackerTest, ResetSearchesEverywhereAgain) {
+  const TestPicture picture = Picture();
+  TipAndContourTracker eyes(SceneForTestPictures(), picture.Render(), picture.tool->tip);
+  eyes.Reset();
+  EXPECT_EQ(eyes.search_window(), cv::Rect(0, 0, 640, 480));
+  EXPECT_TRUE(eyes.Look(picture.Render(2), 1, {}).tip.reacquired);
+}
+
+TEST(TipAndContourTrackerTest, LookingAllocatesNothing) {
+  const TestPicture picture = Picture();
+  TipAndContourTracker eyes(SceneForTestPictures(), picture.Render(), picture.tool->tip);
+  const cv::Mat images[] = {picture.Render(2), picture.Render(3)};
+  eyes.Look(images[0], 1, {});  // the first one makes room
+  const long before = AllocationCount();
+  for (int k = 0; k < 200; ++k) eyes.Look(images[k % 2], 2, {});
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
+  const TestPicture picture = Picture();
+  const cv::Mat first = picture.Render();
+  const Eigen::Vector2d tip = picture.tool->tip;
+  const Scene good = SceneForTestPictures();
+  EXPECT_EQ(ConstructionMessage(good, first, tip), "constructed");
+
+  EXPECT_THAT(ConstructionMessage(good, cv::Mat(), tip), testing::HasSubstr("empty"));
+  EXPECT_THAT(ConstructionMessage(good, cv::Mat(480, 640, CV_32FC1, cv::Scalar(0)), tip),
+              testing::HasSubstr("CV_32FC1"));
+  EXPECT_THAT(ConstructionMessage(good, cv::Mat(1, 1, CV_8UC1, cv::Scalar(0)), tip),
+              testing::HasSubstr("outside the picture"));
+  EXPECT_THAT(ConstructionMessage(good, cv::Mat::zeros(480, 640, CV_8UC1), tip),
+              testing::HasSubstr("no contrast"));
+  EXPECT_THAT(ConstructionMessage(good, first, std::nullopt),
+              testing::HasSubstr("sense.tip.template is missing"));
+
+  Scene scene = good;
+  scene.sense.camera->pixel = 0;
+  EXPECT_THAT(ConstructionMessage(scene, first, tip), testing::HasSubstr("sense.camera.pixel"));
+  scene = good;
+  scene.sense.camera.reset();
+  EXPECT_THAT(ConstructionMessage(scene, first, tip),
+              testing::HasSubstr("sense.camera is missing"));
+
+  const auto folder = std::filesystem::path(BinaryPath()) / "test-output";
+  std::filesystem::create_directories(folder);
+  const auto with_template = [&](const std::string& name, const cv::Mat& image) {
+    Scene named = good;
+    named.sense.tip->template_file = folder / name;
+    if (!image.empty()) cv::imwrite((folder / name).string(), image);
+    return ConstructionMessage(named, first, tip);
+  };
+  EXPECT_THAT(with_template("eyes-none.png", {}), testing::HasSubstr("eyes-none.png: picture"));
+  EXPECT_THAT(with_template("eyes-flat.png", cv::Mat(20, 20, CV_8UC1, cv::Scalar(7))),
+              testing::HasSubstr("eyes-flat.png: the template has no contrast"));
+  EXPECT_THAT(with_template("eyes-tiny.png", cv::Mat(2, 2, CV_8UC1, cv::Scalar(7))),
+              testing::HasSubstr("2 x 2 px: accepted are"));
+  cv::Mat wide(40, 700, CV_8UC1);
+  cv::randu(wide, 0, 255);
+  EXPECT_THAT(with_template("eyes-wide.png", wide), testing::HasSubstr("700 x 40 px"));
+  EXPECT_THAT(with_template("eyes-high.png", wide.rowRange(0, 30).colRange(0, 500).t()),
+              testing::HasSubstr("larger than the picture"));
+}
+
+}  // namespace
+}  // namespace palpate
