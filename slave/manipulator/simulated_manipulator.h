@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <mutex>
 #include <stop_token>
 #include <thread>
@@ -16,8 +15,6 @@ namespace palpate {
 
 class SimulatedManipulator : public Manipulator {
  public:
-  using OnStep = std::function<void(const Eigen::Vector3d& p_S_tip)>;
-
   // Starts the thread. `on_step` is called from it after every step, first with home; while it
   // takes its time (a site that waits for a solution) periods are skipped, not made up for. Throws
   // as TipFollower does.

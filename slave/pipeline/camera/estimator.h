@@ -18,6 +18,7 @@
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/contact_estimate.h"
+#include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/camera_view.h"
 #include "slave/vision/tip_and_contour_tracker.h"
@@ -38,7 +39,9 @@ struct StageHistograms {
 };
 
 // The part that SetModel replaces as a whole.
-struct TouchModel {
+struct TouchModel final : Rebuilt {
+  [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
+
   BoundaryMesh mesh;
   std::unique_ptr<DeformationModel> deformation;
   std::unique_ptr<BoundaryContact> contact;

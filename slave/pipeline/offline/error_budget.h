@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 namespace palpate {
 
 // Root mean squares over pictures in contact.
@@ -45,16 +47,8 @@ struct ComparedForces {
 
 // Over pictures in contact, by the truth or by the estimate: those in which either exceeds 1 % of
 // the peak. Unknown forces cannot be compared.
-inline ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared) {
-  constexpr double kContactShare = 0.01;
-  ErrorBudget budget;
-  double peak = 0;
-  for (const ComparedForces& c : compared) peak = std::fmax(peak, c.truth);
-  for (const ComparedForces& c : compared) {
-    const bool contact = c.truth > kContactShare * peak || c.estimated > kContactShare * peak;
-    if (contact && std::isfinite(c.estimated)) budget.Add(c.estimated, c.model_at_truth, c.truth);
-  }
-  return budget;
-}
+ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared);
+// null where no picture in contact was compared.
+nlohmann::ordered_json ToJson(const ErrorBudget& budget);
 
 }  // namespace palpate

@@ -13,6 +13,7 @@
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/contact_estimate.h"
+#include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/surface_points.h"
 
@@ -32,9 +33,8 @@ struct SurfaceLoad {
 };
 
 // The part that SetModel replaces as a whole: the model and the fit through it.
-class LoadIdentifier {
+class LoadIdentifier : public Rebuilt {
  public:
-  virtual ~LoadIdentifier() = default;
   LoadIdentifier() = default;
   LoadIdentifier(const LoadIdentifier&) = delete;
   LoadIdentifier& operator=(const LoadIdentifier&) = delete;
@@ -58,7 +58,6 @@ class LoadIdentifier {
   virtual void Displacements(std::vector<Eigen::Vector3d>* u_O) = 0;
   virtual void NodalForces(std::vector<Eigen::Vector3d>* f_O) = 0;
   virtual void Reset() = 0;
-  [[nodiscard]] virtual const ModelInfo& info() const = 0;
 };
 
 // plate and plate-large for membranes; fem, fem-hyperelastic, fem-green, bem3d for volumes. Throws

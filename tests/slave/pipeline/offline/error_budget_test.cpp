@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "slave/pipeline/offline/run_summary.h"
-
 namespace palpate {
 namespace {
 

@@ -1,4 +1,4 @@
-#include "slave/pipeline/fingertips/tactile_run.h"
+#include "slave/pipeline/offline/offline_run.h"
 
 #include <filesystem>
 #include <fstream>
@@ -32,13 +32,13 @@ Rows ReadCsv(const fs::path& file) {
 }
 
 // A folder for scenes and what runs write; removed at the end.
-class TactileRunTest : public ::testing::Test {
+class FingertipRunTest : public ::testing::Test {
  protected:
-  TactileRunTest()
-      : folder_(fs::temp_directory_path() / ("tactile-run-" + std::to_string(getpid()))) {
+  FingertipRunTest()
+      : folder_(fs::temp_directory_path() / ("fingertip-run-" + std::to_string(getpid()))) {
     fs::create_directories(folder_);
   }
-  ~TactileRunTest() override { fs::remove_all(folder_); }
+  ~FingertipRunTest() override { fs::remove_all(folder_); }
 
   Scene Load(const std::string& tactile) {
     std::ofstream(folder_ / "scene.yaml")
@@ -57,13 +57,13 @@ class TactileRunTest : public ::testing::Test {
 // Reference: what the authors' network gives on the authors' recording in an independent float64
 // evaluation, row by row, to 1e-6 N; states.csv has the force of the object on the fingertip, so
 // the sign turns. Nine significant digits are written.
-TEST_F(TactileRunTest, TheAuthorsNetworkOnTheAuthorsRecordingComesOutOfProcess) {
+TEST_F(FingertipRunTest, TheAuthorsNetworkOnTheAuthorsRecordingComesOutOfProcess) {
   const fs::path recording = kData / "seed001_rf_foam_bar";
   if (!fs::exists(recording)) GTEST_SKIP() << "the real recordings are not here";
   const Scene scene = Load("source: " + (recording / "rh_tactile.csv").string() +
                            ", finger: rf, rest: first 50, network: " +
                            (kData / "seed001_biotac_lstm/biotac_rnn21").string());
-  const TactileSummary summary = RunTactile(scene, {folder_ / "out", 1, nullptr}, {});
+  const OfflineSummary summary = RunOffline(scene, {folder_ / "out"}, {});
   const Rows expected = ReadCsv(recording / "lstm_expected_rf.csv");
   const Rows states = ReadCsv(folder_ / "out" / "states.csv");
   ASSERT_EQ(states.size(), 1 + summary.frames);
@@ -86,23 +86,22 @@ TEST_F(TactileRunTest, TheAuthorsNetworkOnTheAuthorsRecordingComesOutOfProcess) 
 }
 
 // Without a network no force is told, so none is compared: an error that is not known, not zero.
-TEST_F(TactileRunTest, WhereNoForceIsToldItsErrorIsNull) {
+TEST_F(FingertipRunTest, WhereNoForceIsToldItsErrorIsNull) {
   const Scene scene = Load("source: simulated, rate: 100 Hz, localise: polarity-free");
   std::stop_source stop;
   const auto progress = [&](std::uint64_t done) {
     if (done == 5) stop.request_stop();
   };
-  const TactileSummary summary =
-      RunTactile(scene, {folder_ / "out", 1, progress}, stop.get_token());
+  const OfflineSummary summary =
+      RunOffline(scene, {folder_ / "out", false, false, progress}, stop.get_token());
   EXPECT_TRUE(summary.has_truth);
-  EXPECT_EQ(summary.error.count, 0U);
   const auto json = nlohmann::json::parse(std::ifstream(folder_ / "out" / "summary.json"));
   EXPECT_TRUE(json["force_error"].is_null());
 }
 
 // A recording of two fingertips, one of which presses: nothing is known of forces without a
 // network, and the rows say so.
-TEST_F(TactileRunTest, EveryFingertipHasARowPerSample) {
+TEST_F(FingertipRunTest, EveryFingertipHasARowPerSample) {
   std::ofstream csv(folder_ / "two.csv");
   csv << "t";
   for (const char* finger : {"ff", "th"}) {
@@ -123,7 +122,7 @@ TEST_F(TactileRunTest, EveryFingertipHasARowPerSample) {
       "{translation: [100 mm, 20 mm, 46 "
       "mm]}}, "
       "th: {pose: {translation: [50 mm, 20 mm, 60 mm]}, motion: stands}}");
-  const TactileSummary summary = RunTactile(scene, {folder_ / "out", 1, nullptr}, {});
+  const OfflineSummary summary = RunOffline(scene, {folder_ / "out"}, {});
   EXPECT_EQ(summary.frames, 100U);
   const Rows states = ReadCsv(folder_ / "out" / "states.csv");
   ASSERT_EQ(states.size(), 201U);
@@ -136,7 +135,7 @@ TEST_F(TactileRunTest, EveryFingertipHasARowPerSample) {
   EXPECT_EQ(states[200].at(6), "");
 }
 
-TEST_F(TactileRunTest, ARecordingShorterThanItsRestIsRefused) {
+TEST_F(FingertipRunTest, ARecordingShorterThanItsRestIsRefused) {
   std::ofstream csv(folder_ / "short.csv");
   csv << "t";
   for (int e = 1; e <= 19; ++e) csv << ",E" << e;
@@ -148,14 +147,14 @@ TEST_F(TactileRunTest, ARecordingShorterThanItsRestIsRefused) {
   }
   csv.close();
   const auto run = [&](const std::string& rest) {
-    return RunTactile(Load("source: short.csv, rest: " + rest), {folder_ / "out", 1, nullptr}, {});
+    return RunOffline(Load("source: short.csv, rest: " + rest), {folder_ / "out"}, {});
   };
   EXPECT_EQ(run("first 12").frames, 12U);
   EXPECT_THROW(run("first 13"), std::runtime_error);
 }
 
-TEST_F(TactileRunTest, AStreamHasNoEndAndIsRefused) {
-  EXPECT_THROW(RunTactile(Load("source: stream"), {folder_ / "out", 1, nullptr}, {}),
+TEST_F(FingertipRunTest, AStreamHasNoEndAndIsRefused) {
+  EXPECT_THROW(RunOffline(Load("source: stream"), {folder_ / "out"}, {}),
                std::invalid_argument);
 }
 

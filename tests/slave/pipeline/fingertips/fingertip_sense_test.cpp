@@ -1,4 +1,4 @@
-#include "slave/pipeline/fingertips/tactile_slave.h"
+#include "slave/pipeline/fingertips/fingertip_sense.h"
 
 #include <atomic>
 #include <condition_variable>
@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/capture/tactile_inbox.h"
+#include "slave/pipeline/teleop/live_slave.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 
 namespace palpate {
@@ -23,7 +24,7 @@ using testing_fakes::kAbove;
 constexpr double kPatience = 30;  // before something that does not happen fails the test [s]
 
 // What the fingertips of a test do, shared with its source.
-struct World {
+struct Touching {
   std::mutex mutex;
   Hand hand{1};
   bool ended = false, silent = false, breaks = false;
@@ -32,7 +33,7 @@ struct World {
 // A sample every 2 ms.
 class FakeSource final : public TactileSource {
  public:
-  explicit FakeSource(std::shared_ptr<World> world) : world_(std::move(world)) {}
+  explicit FakeSource(std::shared_ptr<Touching> world) : world_(std::move(world)) {}
   std::optional<TactileFrame> Next(const std::stop_token& stop) override {
     while (!stop.stop_requested()) {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -49,19 +50,22 @@ class FakeSource final : public TactileSource {
   [[nodiscard]] std::string description() const override { return "a fake"; }
 
  private:
-  std::shared_ptr<World> world_;
+  std::shared_ptr<Touching> world_;
 };
 
-class TactileSlaveTest : public ::testing::Test {
+class FingertipSenseTest : public ::testing::Test {
  protected:
-  TactileSlaveTest() : slave_(CubeScene(kAbove), std::make_unique<FakeSource>(world_), Fakes()) {}
+  FingertipSenseTest()
+      : slave_(CubeScene(kAbove), nullptr, MakeManipulator(CubeScene(kAbove), {}),
+               std::make_unique<FingertipSense>(
+                   CubeScene(kAbove), std::make_unique<FakeSource>(world_), Fakes())) {}
 
   void Touch(const Vector3d& force_F, bool active) {
     const std::lock_guard lock(world_->mutex);
     world_->hand.forces_F[0] = force_F;
     world_->hand.active[0] = active;
   }
-  void Set(bool World::*what) {
+  void Set(bool Touching::*what) {
     const std::lock_guard lock(world_->mutex);
     (*world_).*what = true;
   }
@@ -80,11 +84,11 @@ class TactileSlaveTest : public ::testing::Test {
   static bool IsValid(const SlaveState& s) { return s.validity == Validity::kValid; }
   static bool Touches(const SlaveState& s) { return s.local_model.in_contact; }
 
-  std::shared_ptr<World> world_ = std::make_shared<World>();
-  TactileSlave slave_;
+  std::shared_ptr<Touching> world_ = std::make_shared<Touching>();
+  LiveSlave slave_;
 };
 
-TEST_F(TactileSlaveTest, ATouchIsFeltAndSeen) {
+TEST_F(FingertipSenseTest, ATouchIsFeltAndSeen) {
   Until(IsValid);
   slave_.TakeEvents();
   Touch({0, 0, -0.2}, true);
@@ -104,10 +108,10 @@ TEST_F(TactileSlaveTest, ATouchIsFeltAndSeen) {
   ASSERT_EQ(status.stages.size(), 4U);
   EXPECT_EQ(status.stages[0].stage, "tactile");
   EXPECT_GE(status.frames, 10U);
-  EXPECT_EQ(slave_.Describe().model.kind, "fem");
+  EXPECT_EQ(slave_.Describe().sense.model.kind, "fem");
 }
 
-TEST_F(TactileSlaveTest, TheHandMovesTheFingertip) {
+TEST_F(FingertipSenseTest, TheHandMovesTheFingertip) {
   Until(IsValid);
   slave_.BeginOperating();
   const Vector3d home = slave_.Compose(Clock::now()).p_S_tip;
@@ -126,24 +130,24 @@ TEST_F(TactileSlaveTest, TheHandMovesTheFingertip) {
   slave_.EndOperating();
 }
 
-TEST_F(TactileSlaveTest, SilenceIsStaleAndAnEndIsAnAlarm) {
+TEST_F(FingertipSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
   Until(IsValid);
-  Set(&World::silent);
+  Set(&Touching::silent);
   const SlaveState stale =
       Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
   EXPECT_GT(SecondsBetween(stale.sensed_at, Clock::now()), 0.06);
-  Set(&World::ended);
+  Set(&Touching::ended);
   Until([&](const SlaveState&) { return !slave_.Status().alarms.empty(); });
 }
 
-TEST_F(TactileSlaveTest, ASourceThatBreaksIsAnAlarm) {
+TEST_F(FingertipSenseTest, ASourceThatBreaksIsAnAlarm) {
   Until(IsValid);
-  Set(&World::breaks);
+  Set(&Touching::breaks);
   Until([&](const SlaveState&) { return !slave_.Status().alarms.empty(); });
   EXPECT_EQ(slave_.Status().alarms.front(), "the cable is off");
 }
 
-TEST_F(TactileSlaveTest, AResetTakesRestValuesAnew) {
+TEST_F(FingertipSenseTest, AResetTakesRestValuesAnew) {
   Until(IsValid);
   Touch({0, 0, -0.2}, true);
   Until(Touches);
@@ -156,7 +160,7 @@ TEST_F(TactileSlaveTest, AResetTakesRestValuesAnew) {
   EXPECT_TRUE(slave_.TakeEvents().Has(Event::kRelease));
 }
 
-TEST_F(TactileSlaveTest, TheModelAndItsModulusChangeWhileItFeels) {
+TEST_F(FingertipSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
   Until(IsValid);
   const double before = slave_.Compose(Clock::now()).local_model.stiffness.norm();
   ParameterChange softer;
@@ -167,7 +171,7 @@ TEST_F(TactileSlaveTest, TheModelAndItsModulusChangeWhileItFeels) {
   });
   EXPECT_NEAR(state.local_model.stiffness.norm() / before, 0.5, 1e-6);
   slave_.SetModel({"fem-green", 0, "", ""});
-  EXPECT_EQ(slave_.Describe().model.kind, "fem-green");
+  EXPECT_EQ(slave_.Describe().sense.model.kind, "fem-green");
   EXPECT_TRUE(slave_.TakeEvents().Has(Event::kModelChanged));
   EXPECT_THROW(slave_.SetModel({"bem2d", 0, "", ""}), std::invalid_argument);
   EXPECT_THROW(slave_.SetModel({"", 100, "", ""}), std::invalid_argument);
@@ -178,15 +182,16 @@ TEST_F(TactileSlaveTest, TheModelAndItsModulusChangeWhileItFeels) {
   EXPECT_THROW(slave_.SetParameters(absurd), std::invalid_argument);
 }
 
-TEST_F(TactileSlaveTest, TheEmergencyStopLatches) {
+TEST_F(FingertipSenseTest, TheEmergencyStopLatches) {
   Until(IsValid);
   slave_.EmergencyStop("a test");
   Until([](const SlaveState& s) { return s.phase == Phase::kEstop; });
 }
 
 // A stream: samples come in through the inbox, as FeedTactile puts them there.
-TEST(TactileSlaveStreamTest, StreamedSamplesAreFelt) {
-  TactileSlave slave(CubeScene("finger: rf, " + kAbove));
+TEST(FingertipSenseStreamTest, StreamedSamplesAreFelt) {
+  const auto streamed = MakeLiveSlave(CubeScene("finger: rf, " + kAbove));
+  Slave& slave = *streamed;
   TactileInbox* inbox = slave.tactile_inbox();
   ASSERT_NE(inbox, nullptr);
   EXPECT_FALSE(slave.Compose(Clock::now()).force.has_value());

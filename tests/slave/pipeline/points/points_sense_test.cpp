@@ -1,4 +1,4 @@
-#include "slave/pipeline/points/stereo_slave.h"
+#include "slave/pipeline/points/points_sense.h"
 
 #include <functional>
 #include <memory>
@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "slave/pipeline/teleop/live_slave.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 
 namespace palpate {
@@ -19,13 +20,18 @@ using testing_fakes::MembraneWorld;
 
 constexpr double kPatience = 60;  // before something that does not happen fails the test [s]
 
+std::unique_ptr<Slave> Watching(const Scene& scene, std::shared_ptr<MembraneWorld> world) {
+  return std::make_unique<LiveSlave>(
+      scene, nullptr, MakeManipulator(scene, {}),
+      std::make_unique<PointsSense>(scene, std::make_unique<MembraneSource>(std::move(world))));
+}
+
 // The slave over a fake source: what it feels is drawn by the test.
-class StereoSlaveTest : public ::testing::Test {
+class PointsSenseTest : public ::testing::Test {
  protected:
-  StereoSlaveTest() {
+  PointsSenseTest() {
     world_->Show({});
-    slave_ =
-        std::make_unique<StereoSlave>(MembraneScene(), std::make_unique<MembraneSource>(world_));
+    slave_ = Watching(MembraneScene(), world_);
   }
 
   SlaveState Until(const std::function<bool(const SlaveState&)>& reached) {
@@ -47,12 +53,12 @@ class StereoSlaveTest : public ::testing::Test {
   static bool IsValid(const SlaveState& s) { return s.validity == Validity::kValid; }
 
   std::shared_ptr<MembraneWorld> world_ = std::make_shared<MembraneWorld>();
-  std::unique_ptr<StereoSlave> slave_;
+  std::unique_ptr<Slave> slave_;
 };
 
 // Reference: the plate's closed form, which bent the drawn dots. Tolerance: 1 mm of deflection is
 // seen to within 0.02 mm by 31 dots together.
-TEST_F(StereoSlaveTest, APressIsFeltSeenAndShown) {
+TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
   Until(IsValid);
   slave_->TakeEvents();
   constexpr double kForce = 4.0;
@@ -84,11 +90,11 @@ TEST_F(StereoSlaveTest, APressIsFeltSeenAndShown) {
   ASSERT_EQ(status.stages.size(), 3U);
   EXPECT_EQ(status.stages[0].stage, "dots");
   EXPECT_GE(status.frames, 10U);
-  EXPECT_EQ(slave_->Describe().model.kind, "plate");
+  EXPECT_EQ(slave_->Describe().sense.model.kind, "plate");
   EXPECT_FALSE(slave_->Describe().simulated);
 }
 
-TEST_F(StereoSlaveTest, ThePictureHasTheSizeOfTheLeftOneAndItsOverlaysColours) {
+TEST_F(PointsSenseTest, ThePictureHasTheSizeOfTheLeftOneAndItsOverlaysColours) {
   Until(IsValid);
   const auto decode = [&](bool overlays) {
     const auto picture = slave_->Picture(overlays, 90);
@@ -112,7 +118,7 @@ TEST_F(StereoSlaveTest, ThePictureHasTheSizeOfTheLeftOneAndItsOverlaysColours) {
 }
 
 // Between pictures too: the source is silent while the hand goes down.
-TEST_F(StereoSlaveTest, TheLocalModelFollowsTheHandBetweenPictures) {
+TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
   Until(IsValid);
   slave_->BeginOperating();
   OperatorCommand command;
@@ -143,7 +149,7 @@ TEST_F(StereoSlaveTest, TheLocalModelFollowsTheHandBetweenPictures) {
   slave_->EndOperating();
 }
 
-TEST_F(StereoSlaveTest, CoveredEyesAreALossAndNoForce) {
+TEST_F(PointsSenseTest, CoveredEyesAreALossAndNoForce) {
   Until(IsValid);
   slave_->TakeEvents();
   world_->Show({0, {0, 0}, true});
@@ -156,7 +162,7 @@ TEST_F(StereoSlaveTest, CoveredEyesAreALossAndNoForce) {
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kTrackingRegained));
 }
 
-TEST_F(StereoSlaveTest, AResetTakesTheRestFrameAnew) {
+TEST_F(PointsSenseTest, AResetTakesTheRestFrameAnew) {
   Until(IsValid);
   world_->Show({4.0, {0, 0}, false});
   UntilFelt(1.0);
@@ -167,7 +173,7 @@ TEST_F(StereoSlaveTest, AResetTakesTheRestFrameAnew) {
   EXPECT_TRUE(state.force.has_value());
 }
 
-TEST_F(StereoSlaveTest, TheModelAndItsModulusChangeWhileItFeels) {
+TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
   Until(IsValid);
   world_->Show({4.0, {0, 0}, false});
   const double before = UntilFelt(1.0).force->norm();
@@ -178,7 +184,7 @@ TEST_F(StereoSlaveTest, TheModelAndItsModulusChangeWhileItFeels) {
       Until([&](const SlaveState& s) { return s.force && s.force->norm() < 0.6 * before; });
   EXPECT_NEAR(soft.force->norm() / before, 0.5, 0.03);
   slave_->SetModel({"plate-large", 0, "", ""});
-  EXPECT_EQ(slave_->Describe().model.kind, "plate-large");
+  EXPECT_EQ(slave_->Describe().sense.model.kind, "plate-large");
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kModelChanged));
   EXPECT_THROW(slave_->SetModel({"bem2d", 0, "", ""}), std::invalid_argument);
   EXPECT_THROW(slave_->SetModel({"fem", 0, "", ""}), std::invalid_argument);
@@ -190,7 +196,7 @@ TEST_F(StereoSlaveTest, TheModelAndItsModulusChangeWhileItFeels) {
   EXPECT_THROW(slave_->SetParameters(absurd), std::invalid_argument);
 }
 
-TEST_F(StereoSlaveTest, SilenceIsStaleAndAnEndIsAnAlarm) {
+TEST_F(PointsSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
   Until(IsValid);
   world_->FallSilent();
   Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
@@ -199,23 +205,22 @@ TEST_F(StereoSlaveTest, SilenceIsStaleAndAnEndIsAnAlarm) {
   EXPECT_NE(slave_->Status().alarms.front().find("ended"), std::string::npos);
 }
 
-TEST_F(StereoSlaveTest, ASourceThatBreaksIsAnAlarm) {
+TEST_F(PointsSenseTest, ASourceThatBreaksIsAnAlarm) {
   Until(IsValid);
   world_->Break();
   Until([&](const SlaveState&) { return !slave_->Status().alarms.empty(); });
   EXPECT_EQ(slave_->Status().alarms.front(), "the cable is off");
 }
 
-TEST(StereoSlaveStartTest, PicturesThatAreNotTheRigsAreRefused) {
+TEST(PointsSenseStartTest, PicturesThatAreNotTheRigsAreRefused) {
   auto world = std::make_shared<MembraneWorld>();
   world->Show({});
   Scene scene = MembraneScene();
   scene.sense.stereo->size = {320, 240};
   scene.sense.stereo->focal = 400;
-  EXPECT_THROW(StereoSlave(scene, std::make_unique<MembraneSource>(world)), std::runtime_error);
+  EXPECT_THROW(Watching(scene, world), std::runtime_error);
   world->End();
-  EXPECT_THROW(StereoSlave(MembraneScene(), std::make_unique<MembraneSource>(world)),
-               std::runtime_error);
+  EXPECT_THROW(Watching(MembraneScene(), world), std::runtime_error);
 }
 
 }  // namespace

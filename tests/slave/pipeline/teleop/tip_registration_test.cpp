@@ -1,4 +1,4 @@
-#include "slave/pipeline/camera/tip_registration.h"
+#include "slave/pipeline/teleop/tip_registration.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "slave/pipeline/points/stereo_run.h"
+#include "slave/pipeline/offline/offline_run.h"
 
 #include <filesystem>
 #include <fstream>
@@ -37,13 +37,13 @@ Rows ReadCsv(const fs::path& file) {
 }
 
 // A folder for pictures and what runs write; removed at the end.
-class StereoRunTest : public ::testing::Test {
+class PointsRunTest : public ::testing::Test {
  protected:
-  StereoRunTest()
-      : folder_(fs::temp_directory_path() / ("stereo-run-" + std::to_string(getpid()))) {
+  PointsRunTest()
+      : folder_(fs::temp_directory_path() / ("points-run-" + std::to_string(getpid()))) {
     fs::create_directories(folder_);
   }
-  ~StereoRunTest() override { fs::remove_all(folder_); }
+  ~PointsRunTest() override { fs::remove_all(folder_); }
 
   // Twelve pairs at rest, then six under `press`, as files; the scene that reads them.
   Scene Recorded(const testing_fakes::Press& press) {
@@ -65,7 +65,7 @@ class StereoRunTest : public ::testing::Test {
   // What a run of recorded pairs is refused with.
   [[nodiscard]] std::string Refusal(const Scene& scene) const {
     try {
-      RunStereo(scene, {folder_ / "out", false, false, {}}, {});
+      RunOffline(scene, {folder_ / "out", false, false, {}}, {});
     } catch (const std::runtime_error& error) {
       return error.what();
     }
@@ -79,15 +79,15 @@ class StereoRunTest : public ::testing::Test {
 };
 
 // Reference: the closed form that bent the drawn dots.
-TEST_F(StereoRunTest, RecordedPairsTellForceAndPlace) {
+TEST_F(PointsRunTest, RecordedPairsTellForceAndPlace) {
   const testing_fakes::Press press{4.0, {0.005, -0.008}, false};
   const Scene scene = Recorded(press);
-  const StereoSummary summary = RunStereo(scene, {folder_ / "out", true, true, {}}, {});
+  const OfflineSummary summary = RunOffline(scene, {folder_ / "out", true, true, {}}, {});
   EXPECT_EQ(summary.frames, 18U);
-  EXPECT_EQ(summary.eyes, "dots");
+  EXPECT_EQ(summary.stages.front().stage, "dots");
   EXPECT_FALSE(summary.has_truth);
-  EXPECT_EQ(summary.points, 31U);
-  EXPECT_EQ(summary.points_unseen, 0U);
+  EXPECT_EQ(summary.own["points"]["count"], 31);
+  EXPECT_EQ(summary.own["points"]["unseen"], 0);
   const Rows rows = ReadCsv(folder_ / "out/states.csv");
   ASSERT_EQ(rows.size(), 19U);
   ASSERT_EQ(rows[0].back(), "validity");
@@ -112,17 +112,17 @@ TEST_F(StereoRunTest, RecordedPairsTellForceAndPlace) {
   EXPECT_FALSE(cv::imread((folder_ / "out/frames/right/000018.png").string()).empty());
 }
 
-TEST_F(StereoRunTest, PicturesOfAnotherSizeThanTheRigsAreRefusedInWords) {
+TEST_F(PointsRunTest, PicturesOfAnotherSizeThanTheRigsAreRefusedInWords) {
   const Scene scene = Recorded({});
   for (int i = 1; i <= 18; ++i) {
     const auto file = folder_ / ("right-" + std::to_string(1000 + i) + ".png");
     cv::imwrite(file.string(), cv::Mat::zeros(240, 320, CV_8UC1));
   }
-  EXPECT_THROW(RunStereo(scene, {folder_ / "out", false, false, {}}, {}), std::runtime_error);
+  EXPECT_THROW(RunOffline(scene, {folder_ / "out", false, false, {}}, {}), std::runtime_error);
 }
 
 // With the cameras half as far again from each other all that they see is larger by as much.
-TEST_F(StereoRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
+TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
   const Scene scene = Recorded({4.0, {0, 0}, false});
   StereoRig rig = RigOf(scene);
   rig.X_RL.translation() *= 1.5;
@@ -140,27 +140,29 @@ TEST_F(StereoRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
 }
 
 // A pair turned towards each other sees an array in exchanged pictures, too: bent the other way.
-TEST_F(StereoRunTest, ExchangedSidesPullAndAreDoubted) {
+TEST_F(PointsRunTest, ExchangedSidesPullAndAreDoubted) {
   Scene scene = Recorded({4.0, {0, 0}, false});
   std::swap(scene.sense.stereo->left, scene.sense.stereo->right);
-  const StereoSummary summary = RunStereo(scene, {folder_ / "out", false, false, {}}, {});
+  const OfflineSummary summary = RunOffline(scene, {folder_ / "out", false, false, {}}, {});
   std::uint64_t pulls = 0;
-  for (const auto& [why, count] : summary.reasons) {
-    if (why.find("pulls outward: check the sides") != std::string::npos) pulls += count;
+  for (const auto& [why, count] : summary.own["reasons"].items()) {
+    if (why.find("pulls outward: check the sides") != std::string::npos) {
+      pulls += count.get<std::uint64_t>();
+    }
   }
   EXPECT_EQ(pulls, 6U);
   EXPECT_EQ(summary.validity.at("extrapolated"), 6U);
 }
 
-TEST_F(StereoRunTest, PlacesAreToldFromTheFirstFeltPairOn) {
-  RunStereo(Recorded({4.0, {0, 0}, false}), {folder_ / "out", false, false, {}}, {});
+TEST_F(PointsRunTest, PlacesAreToldFromTheFirstFeltPairOn) {
+  RunOffline(Recorded({4.0, {0, 0}, false}), {folder_ / "out", false, false, {}}, {});
   const Rows rows = ReadCsv(folder_ / "out/states.csv");
   ASSERT_EQ(rows.size(), 19U);
   EXPECT_EQ(rows[10][6], "");
   EXPECT_NE(rows[11][6], "");
 }
 
-TEST_F(StereoRunTest, FewerPairsThanTheRestFrameTakesAreRefused) {
+TEST_F(PointsRunTest, FewerPairsThanTheRestFrameTakesAreRefused) {
   const Scene scene = Recorded({});
   for (int i = 8; i <= 18; ++i) {
     for (const char* side : {"left-", "right-"}) {
@@ -172,17 +174,17 @@ TEST_F(StereoRunTest, FewerPairsThanTheRestFrameTakesAreRefused) {
 
 // Reference: the run that made the pictures. The rig's file has all digits; what a pixel of its
 // rays differs by is rounding.
-TEST_F(StereoRunTest, WrittenFramesTellTheSameForcesAgain) {
+TEST_F(PointsRunTest, WrittenFramesTellTheSameForcesAgain) {
   Scene scene = testing_fakes::MembraneScene();
   scene.tool->width = 4e-3;
   scene.operator_options.press_depth = 0.3e-3;
-  RunStereo(scene, {folder_ / "first", false, true, {}}, {});
+  RunOffline(scene, {folder_ / "first", false, true, {}}, {});
   StereoCameras& stereo = *scene.sense.stereo;
   stereo.source = StereoCameras::Source::kFiles;
   stereo.left = (folder_ / "first/frames/left/*.png").string();
   stereo.right = (folder_ / "first/frames/right/*.png").string();
   stereo.rig = folder_ / "first/frames/rig.yaml";
-  RunStereo(scene, {folder_ / "again", false, false, {}}, {});
+  RunOffline(scene, {folder_ / "again", false, false, {}}, {});
   const Rows first = ReadCsv(folder_ / "first/states.csv");
   const Rows again = ReadCsv(folder_ / "again/states.csv");
   ASSERT_EQ(first.size(), again.size());
@@ -200,20 +202,20 @@ TEST_F(StereoRunTest, WrittenFramesTellTheSameForcesAgain) {
   EXPECT_GT(largest, 0.1);
 }
 
-TEST_F(StereoRunTest, ATargetGoesOnAsLongAsAskedFor) {
+TEST_F(PointsRunTest, ATargetGoesOnAsLongAsAskedFor) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/heart-target.yaml"));
-  EXPECT_EQ(RunStereo(scene, {folder_ / "out", false, false, {}, 0.5}, {}).frames, 15U);
+  EXPECT_EQ(RunOffline(scene, {folder_ / "out", false, false, {}, 0.5}, {}).frames, 15U);
 }
 
-TEST_F(StereoRunTest, FilesAndPressesEndByThemselves) {
-  EXPECT_THROW(RunStereo(Recorded({}), {folder_ / "out", false, false, {}, 5}, {}),
+TEST_F(PointsRunTest, FilesAndPressesEndByThemselves) {
+  EXPECT_THROW(RunOffline(Recorded({}), {folder_ / "out", false, false, {}, 5}, {}),
                std::invalid_argument);
   EXPECT_THROW(
-      RunStereo(testing_fakes::MembraneScene(), {folder_ / "out", false, false, {}, 5}, {}),
+      RunOffline(testing_fakes::MembraneScene(), {folder_ / "out", false, false, {}, 5}, {}),
       std::invalid_argument);
 }
 
-TEST(PointTallyTest, PointsNeverSeenAreNotFollowed) {
+TEST(TrackingCountsTest, PointsNeverSeenAreNotFollowed) {
   TrackingCounts tally;
   std::vector<SurfacePoint> points(3);
   points[0].seen = points[1].seen = true;
@@ -226,31 +228,31 @@ TEST(PointTallyTest, PointsNeverSeenAreNotFollowed) {
   EXPECT_EQ(tally.missed(), 2U);  // the third was never there to be missed
 }
 
-TEST_F(StereoRunTest, AStopLeavesReadableFiles) {
+TEST_F(PointsRunTest, AStopLeavesReadableFiles) {
   const Scene scene = Recorded({});
   std::stop_source source;
-  const StereoRunOptions options{folder_ / "out", false, false, [&](std::uint64_t done) {
+  const OfflineOptions options{folder_ / "out", false, false, [&](std::uint64_t done) {
                                    if (done == 3) source.request_stop();
                                  }};
-  EXPECT_EQ(RunStereo(scene, options, source.get_token()).frames, 3U);
+  EXPECT_EQ(RunOffline(scene, options, source.get_token()).frames, 3U);
   EXPECT_EQ(ReadCsv(folder_ / "out/states.csv").size(), 4U);
   EXPECT_EQ(Summary()["frames"], 3);
 }
 
 // The shipped target for two seconds of its path, 30 pairs a second. The bound is that of the
 // product; what comes out is a twentieth of it.
-TEST_F(StereoRunTest, AMovingTargetIsFollowedAndItsForceUnknown) {
+TEST_F(PointsRunTest, AMovingTargetIsFollowedAndItsForceUnknown) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/heart-target.yaml"));
   std::stop_source source;
-  const StereoRunOptions options{folder_ / "out", false, false, [&](std::uint64_t done) {
+  const OfflineOptions options{folder_ / "out", false, false, [&](std::uint64_t done) {
                                    if (done == 60) source.request_stop();
                                  }};
-  const StereoSummary summary = RunStereo(scene, options, source.get_token());
-  EXPECT_EQ(summary.eyes, "texture");
-  EXPECT_FALSE(summary.tells_force);
+  const OfflineSummary summary = RunOffline(scene, options, source.get_token());
+  EXPECT_EQ(summary.stages.front().stage, "texture");
+  EXPECT_FALSE(summary.sense.tells_force);
   EXPECT_EQ(summary.tracking_lost, 0U);
-  EXPECT_GT(summary.place.count(), 60U * 20U);
-  EXPECT_LT(summary.place.rms(), 0.5e-3);
+  EXPECT_GT(summary.own["place_error"]["count"], 60 * 20);
+  EXPECT_LT(summary.own["place_error"]["rms_m"], 0.5e-3);
   const Rows rows = ReadCsv(folder_ / "out/states.csv");
   ASSERT_EQ(rows.size(), 61U);
   EXPECT_EQ(rows[60][9], "");
