@@ -15,8 +15,8 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
+#include "shared/state/slave_state.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/pipeline/contact_estimate.h"
 #include "slave/scene/scene.h"
 #include "slave/site/world.h"
 

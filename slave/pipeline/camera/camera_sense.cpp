@@ -115,7 +115,7 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   estimator_->touch().deformation->BoundaryDisplacement(&u_O);
 
   BoundaryShape shape;
-  shape.state_sequence = felt.sequence;
+  shape.state_sequence = felt.sample;
   shape.sensed_at = felt.sensed_at;
   shape.validity = felt.validity;
   // Vertex i is the start of element i.

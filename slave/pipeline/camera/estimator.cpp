@@ -109,7 +109,7 @@ void Estimator::Reset() noexcept {
 
 const ContactEstimate& Estimator::Feel(const Frame& frame) noexcept {
   Stopwatch total, lap;
-  felt_.sequence = frame.sequence;
+  felt_.sample = frame.sequence;
   felt_.sensed_at = frame.sensed_at;
   felt_.events.Clear();
   observation_ = &eyes_->Look(frame.image, frame.sequence, frame.sensed_at);

@@ -17,7 +17,6 @@
 #include "slave/capture/frame_source.h"
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/pipeline/contact_estimate.h"
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/camera_view.h"

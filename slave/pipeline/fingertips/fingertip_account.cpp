@@ -79,7 +79,7 @@ Vector3d OrUnknown(bool known, const Vector3d& p) {
 StateRow RowOf(const FingerEstimate& finger, const std::string& name, const ContactEstimate& felt,
                Time start) {
   return {SecondsBetween(start, felt.sensed_at),
-          felt.sequence,
+          felt.sample,
           name,
           OrUnknown(finger.has_pose, finger.p_S_apex),
           finger.p_S_contact.value_or(OrUnknown(false, {})),

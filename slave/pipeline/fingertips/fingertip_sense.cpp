@@ -90,7 +90,7 @@ LocalModel FingertipSense::LocalModelAt(const Vector3d& /*p_S_tip*/) noexcept {
 BoundaryShape FingertipSense::Shape(bool nodal_forces) {
   BoundaryShape shape;
   shape.nodes_per_element = 3;
-  shape.state_sequence = estimator_.felt().sequence;
+  shape.state_sequence = estimator_.felt().sample;
   shape.sensed_at = estimator_.felt().sensed_at;
   shape.validity = estimator_.shape_validity();
   const TactileBody* body = estimator_.body();

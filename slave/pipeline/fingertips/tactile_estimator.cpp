@@ -269,7 +269,7 @@ void TactileEstimator::FlagLostPose(FingerEstimate* finger) const noexcept {
 void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_tip) noexcept {
   const FingerEstimate& first = fingers_.front();
   const bool was_touching = felt_.local_model.in_contact;
-  felt_.sequence = frame.sequence;
+  felt_.sample = frame.sequence;
   felt_.sensed_at = frame.sensed_at;
   felt_.events.Clear();
   if (first.has_pose) {

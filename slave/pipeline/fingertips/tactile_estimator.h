@@ -15,7 +15,6 @@
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/tactile_frame.h"
-#include "slave/pipeline/contact_estimate.h"
 #include "slave/pipeline/fingertips/finger_contact.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
 #include "slave/pipeline/local_model/finger_local_model.h"

@@ -90,7 +90,7 @@ class Run {
       states_->Write(row);
     }
     if (options_.frames) account_->WriteFrame(options_.out / "frames");
-    if (options_.pictures) WritePicture(felt.sequence);
+    if (options_.pictures) WritePicture(felt.sample);
     if (options_.progress) options_.progress(summary_.frames);
   }
 

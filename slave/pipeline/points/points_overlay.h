@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "slave/pipeline/contact_estimate.h"
+#include "shared/state/slave_state.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 
 namespace palpate {

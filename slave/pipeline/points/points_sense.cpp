@@ -114,7 +114,7 @@ const ContactEstimate& PointsSense::Tell(const Eigen::Vector3d& p_S_tip) noexcep
   if (rest_known_ || seen_->found) {
     return estimator_ ? estimator_->Feel(*seen_, p_S_tip) : place_.Feel(*seen_);
   }
-  before_rest_.sequence = seen_->sequence;
+  before_rest_.sample = seen_->sequence;
   before_rest_.sensed_at = seen_->sensed_at;
   before_rest_.p_S_tip = before_rest_.p_S_contact = p_S_tip;
   // The cells of a depth picture are not known before the rest frame.
@@ -130,7 +130,7 @@ BoundaryShape PointsSense::Shape(bool nodal_forces) {
   const SurfaceMesh& surface = estimator_ ? estimator_->body().surface() : followed_;
   const Eigen::Isometry3d& X_SO = scene_.object.X_SO;
   BoundaryShape shape;
-  shape.state_sequence = felt_->sequence;
+  shape.state_sequence = felt_->sample;
   shape.sensed_at = felt_->sensed_at;
   shape.validity = felt_->validity;
   shape.nodes_per_element = 3;

@@ -100,7 +100,7 @@ const ContactEstimate& SurfaceEstimator::Feel(const SurfaceObservation& seen,
                                               const Vector3d& p_S_tip) noexcept {
   Parts& my = *parts_;
   ContactEstimate& felt = my.felt;
-  felt.sequence = seen.sequence;
+  felt.sample = seen.sequence;
   felt.sensed_at = seen.sensed_at;
   felt.events.Clear();
   if (p_S_tip.allFinite()) felt.p_S_tip = p_S_tip;

@@ -10,9 +10,9 @@
 #include <Eigen/Geometry>
 
 #include "shared/mesh/solid_mesh.h"
+#include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/pipeline/contact_estimate.h"
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/surface_points.h"
