@@ -17,6 +17,7 @@
 #include "slave/capture/frame_source.h"
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/estimate_rules.h"
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/camera_view.h"
@@ -80,7 +81,6 @@ class Estimator {
   void ResumeContact() noexcept;
   void Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
-  void LoseTouch(Validity validity) noexcept;
 
   CameraView view_;
   std::unique_ptr<TipAndContourTracker> eyes_;
@@ -89,13 +89,9 @@ class Estimator {
   Registration registration_;
   double rest_sigma_ = 0;  // how well the rest surface is known [m]
   std::unique_ptr<TouchModel> touch_;
-  double tool_width_ = 0;           // [m]
-  double stiffness_tolerance_ = 0;  // one sigma of E, relative [-]
-  double puncture_depth_ = 0;       // [m]; 0: never
+  double tool_width_ = 0;  // [m]
   ContactLaw law_ = ContactLaw::kBonded;
-  bool tracking_ = true;
-  bool in_contact_ = false;
-  bool punctured_ = false;
+  EstimateRules rules_;
   const Observation* observation_ = nullptr;
   ContactEstimate felt_;
   StageHistograms times_;
