@@ -77,8 +77,10 @@ class Rebuilt {
 
 // What feels, for people and for those who must know how far it goes.
 struct SenseInfo {
-  std::string source;                // of samples
-  std::string samples;               // what they are: pictures, pairs, samples
+  std::string source;   // of samples
+  std::string samples;  // what they are: pictures, pairs, samples
+  // Of the tip's place as it is sensed [m]; 0: only the manipulator says where it is.
+  double tip_resolution = 0;
   bool tells_force = true;           // false: the object's place alone
   ModelInfo model;                   // kind `none`: there is none
   std::string reason;                // why this model

@@ -16,6 +16,7 @@ namespace palpate {
 namespace {
 
 constexpr int kMostElements = 4000;
+constexpr double kResolved = 0.05;  // of a pixel: what the eyes resolve
 
 std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace, World* world) {
   if (world != nullptr) return world->OpenCamera(scene, pace);
@@ -87,6 +88,7 @@ class CameraAccount final : public Account {
 CameraSense::CameraSense(const Scene& scene, const Pace& pace, World* world)
     : source_(Open(scene, pace, world)),
       next_(FirstPicture(*source_)),
+      pixel_(scene.sense.camera->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
       estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, world))) {}
@@ -103,8 +105,8 @@ const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& /*p_S_tip*/)
   return estimator_->Feel(seen_);
 }
 
-LocalModel CameraSense::LocalModelAt(const Eigen::Vector3d& /*p_S_tip*/) noexcept {
-  return estimator_->felt().local_model;
+LocalModel CameraSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
+  return estimator_->LocalAt(p_S_tip);
 }
 
 BoundaryShape CameraSense::Shape(bool nodal_forces) {
@@ -173,6 +175,7 @@ SenseInfo CameraSense::info() const {
   SenseInfo info;
   info.source = source_->description();
   info.samples = "pictures";
+  info.tip_resolution = kResolved * pixel_;
   info.model = estimator_->touch().info();
   info.reason = reason_;
   info.remarks.push_back(plane_ == Plane::kStress ? "in plane stress" : "in plane strain");

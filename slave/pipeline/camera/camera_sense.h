@@ -38,6 +38,7 @@ class CameraSense final : public Sense {
   std::unique_ptr<FrameSource> source_;
   Frame next_, seen_;     // acquired; of the last estimate
   bool is_first_ = true;  // next_ is there since the beginning
+  double pixel_;          // [m]
   Plane plane_;
   std::string reason_;
   std::unique_ptr<Estimator> estimator_;

@@ -81,6 +81,7 @@ std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene) const {
   touch->mesh = MeshOutline(scene, seen_);
   touch->deformation = MakeModel(scene, touch->mesh);
   touch->contact = std::make_unique<BoundaryContact>(touch->mesh);
+  touch->probe = std::make_unique<BoundaryContact>(touch->mesh);
   return touch;
 }
 
@@ -139,10 +140,7 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
     const Eigen::Vector3d n = Planar(place.normal_O);
     if (law_ == ContactLaw::kFrictionless) displacement = n.dot(displacement) * n;
   }
-  const Contact contact{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
-                        displacement};
-  ContactResponse response;
-  touch_->deformation->Respond(std::span(&contact, 1), std::span(&response, 1));
+  const ContactResponse response = Respond(place, displacement);
   times_.mechanics.Add(lap.Lap());
 
   felt_.p_S_tip = p_S_tip;
@@ -160,11 +158,32 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
                    stiffness * std::hypot(tip_sigma, rest_sigma_), response.validity, &felt_);
 }
 
+ContactResponse Estimator::Respond(const BoundaryPlace& place,
+                                   const Eigen::Vector3d& displacement_O) noexcept {
+  const Contact contact{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
+                        displacement_O};
+  ContactResponse response;
+  touch_->deformation->Respond(std::span(&contact, 1), std::span(&response, 1));
+  return response;
+}
+
+LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
+  if (rules_.in_contact() || !p_S_tip.allFinite()) return felt_.local_model;
+  const Eigen::Vector3d p_O_tip = registration_.X_SO.inverse() * p_S_tip;
+  touch_->probe->Reset();
+  const BoundaryPlace& place = touch_->probe->MoveTip(p_O_tip.head<2>());
+  if (touch_->probe->in_contact()) return felt_.local_model;
+  // Nothing is pressed in, so that the shape stays that at rest.
+  const ContactResponse response = Respond(place, Eigen::Vector3d::Zero());
+  if (response.validity != Validity::kFailed) UpdateLocalModel(place, response);
+  return felt_.local_model;
+}
+
 void Estimator::UpdateLocalModel(const BoundaryPlace& place,
                                  const ContactResponse& response) noexcept {
   const Eigen::Matrix3d& R = registration_.X_SO.linear();
   LocalModel next = felt_.local_model;
-  next.reference = felt_.p_S_contact;
+  next.reference = registration_.X_SO * Planar(place.p_O);
   next.normal = R * Planar(place.normal_O);
   // A passive contact has a symmetric stiffness; collocation leaves a small skew part, which would
   // create energy in the operator's hand.

@@ -45,6 +45,7 @@ struct TouchModel final : Rebuilt {
   BoundaryMesh mesh;
   std::unique_ptr<DeformationModel> deformation;
   std::unique_ptr<BoundaryContact> contact;
+  std::unique_ptr<BoundaryContact> probe;  // finds the nearest place of any point
 };
 
 // One thread at a time.
@@ -59,6 +60,10 @@ class Estimator {
 
   // Never throws; what cannot be known is flagged.
   const ContactEstimate& Feel(const Frame& frame) noexcept;
+  // The contact that the master renders for a tip at p_S_tip [m] now, between pictures too: before
+  // it touches, the plane at the nearest place of the outline; that plane stays from where the tip
+  // comes in until it has come out.
+  LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // Precomputes a replacement for `scene`'s model options; may be called from another thread.
   // Throws like the constructor.
   [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene) const;
@@ -80,6 +85,8 @@ class Estimator {
   void RegisterObject(const Scene& scene);
   void ResumeContact() noexcept;
   void Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept;
+  [[nodiscard]] ContactResponse Respond(const BoundaryPlace& place,
+                                        const Eigen::Vector3d& displacement_O) noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
 
   CameraView view_;

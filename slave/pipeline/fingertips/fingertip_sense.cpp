@@ -15,6 +15,8 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is [m]
+
 std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace, World* world) {
   if (world != nullptr) return world->OpenFingertips(scene, pace);
   if (scene.sense.tactile->source == Tactile::Source::kRecording) {
@@ -83,8 +85,8 @@ const ContactEstimate& FingertipSense::Estimate(const Vector3d& p_S_tip) noexcep
   return estimator_.Feel(next_, p_S_tip);
 }
 
-LocalModel FingertipSense::LocalModelAt(const Vector3d& /*p_S_tip*/) noexcept {
-  return estimator_.felt().local_model;
+LocalModel FingertipSense::LocalModelAt(const Vector3d& p_S_tip) noexcept {
+  return estimator_.LocalAt(p_S_tip);
 }
 
 BoundaryShape FingertipSense::Shape(bool nodal_forces) {
@@ -126,6 +128,7 @@ SenseInfo FingertipSense::info() const {
   SenseInfo info;
   info.source = source_->description();
   info.samples = "samples";
+  info.tip_resolution = kPoseResolution;
   info.model.kind = "none";
   info.reason = "nothing says where the fingertips are, so nothing deforms";
   if (estimator_.body() != nullptr) {

@@ -302,6 +302,15 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
   }
 }
 
+LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
+  const FingerEstimate& first = fingers_.front();
+  if (!body_ || !first.has_pose || !p_S_tip.allFinite()) return felt_.local_model;
+  Isometry3d X_SF = first.X_SF;
+  X_SF.translation() += p_S_tip - first.p_S_apex;
+  local_touch_->Update(*body_, X_SO_, X_SF, first.in_contact, std::nullopt, &felt_.local_model);
+  return felt_.local_model;
+}
+
 void TactileEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {
   p_S->clear();
   if (!body_) return;

@@ -65,6 +65,9 @@ class TactileEstimator {
   // source does not tell follow it. Never throws; allocation-free once every place was touched that
   // is touched (contacts over an area: while their place stays).
   const ContactEstimate& Feel(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
+  // The contact that the master renders for a tip at p_S_tip [m] now, between samples too: that of
+  // the first fingertip, carried there as it was when it was last sensed.
+  LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // Precomputes a replacement; may be called from another thread. Null: nothing deforms here.
   [[nodiscard]] static std::unique_ptr<TactileBody> Prepare(const Scene& scene);
   // Puts it to work: the object is at rest again, the next sample finds its contacts anew.

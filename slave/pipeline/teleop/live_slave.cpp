@@ -29,9 +29,10 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
       port_(*manipulator_, scene.operator_options.transform),
       newest_(SensorRate(scene.sense), scene.manipulator.home),
       tip_registration_(RegistrationOf(scene, world_.get())),
-      local_follows_hand_(HasEyes(scene.sense)),
       scene_(scene),
-      sense_info_(sense_->info()) {
+      sense_info_(sense_->info()),
+      p_S_sensed_(manipulator_->Tip()),
+      p_S_encoders_(p_S_sensed_) {
   // Streams begin when somebody feeds them.
   if (sense_->inbox() == nullptr && !Feel({})) {
     throw std::runtime_error(
@@ -69,7 +70,16 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
   sense_->Look();
   const std::lock_guard lock(sense_mutex_);
   const ContactEstimate& felt = sense_->Estimate(p_S_encoders);
+  const bool senses_tip = sense_info_.tip_resolution > 0;
+  if (felt.validity != Validity::kTrackingLost || !senses_tip) {
+    p_S_sensed_ = felt.p_S_tip;
+    p_S_encoders_ = p_S_encoders;
+  }
   Register(felt, p_S_encoders);
+  {
+    const std::lock_guard local(local_mutex_);
+    newest_local_ = felt.local_model;
+  }
   newest_.Put(felt);
   return true;
 }
@@ -95,15 +105,18 @@ void LiveSlave::EndOperating() {
 SlaveState LiveSlave::Compose(Time now) {
   SlaveState state = newest_.Compose(port_, now);
   state.true_force = TrueForce();
-  if (local_follows_hand_ && sense_info_.tells_force) state.local_model = LocalNow();
+  state.local_model = LocalNow();
   return state;
 }
 
-// While a sample is being felt, the model of a moment ago will do.
+// The tip as it was sensed, carried on by what the arm has moved since. While a sample is being
+// felt, the model of a moment ago will do.
 LocalModel LiveSlave::LocalNow() {
   const std::unique_lock sense(sense_mutex_, std::try_to_lock);
   const std::lock_guard lock(local_mutex_);
-  if (sense.owns_lock()) newest_local_ = sense_->LocalModelAt(manipulator_->Tip());
+  if (sense.owns_lock()) {
+    newest_local_ = sense_->LocalModelAt(p_S_sensed_ + manipulator_->Tip() - p_S_encoders_);
+  }
   return newest_local_;
 }
 

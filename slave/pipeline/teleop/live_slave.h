@@ -71,7 +71,6 @@ class LiveSlave final : public Slave {
   LatestEstimate newest_;
   std::optional<TipRegistration>
       tip_registration_;  // the sensing thread's; none: nothing to measure
-  const bool local_follows_hand_;
   std::atomic<bool> reset_wanted_{false};
 
   std::mutex change_mutex_;  // one change of settings at a time; held while a model is made
@@ -80,6 +79,8 @@ class LiveSlave final : public Slave {
   SenseInfo sense_info_;
 
   mutable std::mutex sense_mutex_;
+  // The tip when it was last sensed, and what the arm said then, S [m]; under sense_mutex_.
+  Eigen::Vector3d p_S_sensed_, p_S_encoders_;
   std::mutex local_mutex_;  // guards the next one
   LocalModel newest_local_;
 
