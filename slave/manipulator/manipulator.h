@@ -29,6 +29,8 @@ class Manipulator {
   [[nodiscard]] virtual Eigen::Vector3d Tip() const noexcept = 0;
   // The last target was clipped by the workspace or the speed limit. Thread-safe.
   [[nodiscard]] virtual bool at_limit() const noexcept = 0;
+  // It carries what is sensed; an arm that exists only here does so only in a simulated site.
+  [[nodiscard]] virtual bool carries_tool() const noexcept = 0;
 };
 
 // The arm of the scene; so far there is the simulated one. `on_step` is called from the arm's

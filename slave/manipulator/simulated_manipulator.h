@@ -25,6 +25,7 @@ class SimulatedManipulator : public Manipulator {
   void Hold() noexcept override;
   [[nodiscard]] Eigen::Vector3d Tip() const noexcept override;
   [[nodiscard]] bool at_limit() const noexcept override;
+  [[nodiscard]] bool carries_tool() const noexcept override { return on_step_ != nullptr; }
 
   // Commands that were not finite. Thread-safe.
   [[nodiscard]] std::uint64_t ignored_commands() const noexcept { return ignored_; }

@@ -12,11 +12,11 @@
 namespace palpate {
 namespace {
 
-// Of what the camera sees and the arm moves. A twentieth of a pixel is what the eyes resolve;
-// slower than that is standing.
-std::optional<TipRegistration> RegistrationOf(const Scene& scene, const World* world) {
-  if (!scene.sense.camera || world == nullptr) return std::nullopt;
-  return TipRegistration(0.05 * scene.sense.camera->pixel);
+// There is something to measure where the tip is sensed and the arm carries it.
+std::optional<TipRegistration> RegistrationOf(const Sense& sense, const Manipulator& manipulator) {
+  const double resolution = sense.info().tip_resolution;
+  if (!(resolution > 0) || !manipulator.carries_tool()) return std::nullopt;
+  return TipRegistration(resolution);  // slower than that is standing
 }
 
 }  // namespace
@@ -28,7 +28,7 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
       sense_(std::move(sense)),
       port_(*manipulator_, scene.operator_options.transform),
       newest_(SensorRate(scene.sense), scene.manipulator.home),
-      tip_registration_(RegistrationOf(scene, world_.get())),
+      tip_registration_(RegistrationOf(*sense_, *manipulator_)),
       scene_(scene),
       sense_info_(sense_->info()),
       p_S_sensed_(manipulator_->Tip()),

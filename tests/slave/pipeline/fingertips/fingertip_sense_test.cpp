@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -28,6 +29,7 @@ struct Touching {
   std::mutex mutex;
   Hand hand{1};
   bool ended = false, silent = false, breaks = false;
+  std::optional<Eigen::Isometry3d> X_SF = {};  // of the first fingertip, where the source tells it
 };
 
 // A sample every 2 ms.
@@ -43,6 +45,7 @@ class FakeSource final : public TactileSource {
       if (world_->silent) continue;
       TactileFrame frame = world_->hand.Next();
       frame.sensed_at = Clock::now();
+      frame.fingers[0].X_SF = world_->X_SF;
       return frame;
     }
     return std::nullopt;
@@ -57,8 +60,8 @@ class FingertipSenseTest : public ::testing::Test {
  protected:
   FingertipSenseTest()
       : slave_(CubeScene(kAbove), nullptr, MakeManipulator(CubeScene(kAbove), {}),
-               std::make_unique<FingertipSense>(
-                   CubeScene(kAbove), std::make_unique<FakeSource>(world_), Fakes())) {}
+               std::make_unique<FingertipSense>(CubeScene(kAbove),
+                                                std::make_unique<FakeSource>(world_), Fakes())) {}
 
   void Touch(const Vector3d& force_F, bool active) {
     const std::lock_guard lock(world_->mutex);
@@ -186,6 +189,32 @@ TEST_F(FingertipSenseTest, TheEmergencyStopLatches) {
   Until(IsValid);
   slave_.EmergencyStop("a test");
   Until([](const SlaveState& s) { return s.phase == Phase::kEstop; });
+}
+
+// What tells the pose and the arm's encoders disagree by 2 mm. Reference: the tip as it is sensed;
+// the clutch must hold the hand there, or the master meets the surface 2 mm beside where it is.
+TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed) {
+  const Scene scene = CubeScene(kAbove);
+  auto touching = std::make_shared<Touching>();
+  touching->X_SF = scene.sense.tactile->fingers.front().X_SF;
+  touching->X_SF->translation().x() += 2e-3;
+  LiveSlave slave(
+      scene, nullptr, MakeManipulator(scene, [](const Vector3d&) {}),
+      std::make_unique<FingertipSense>(scene, std::make_unique<FakeSource>(touching), Fakes()));
+  const Time begin = Clock::now();
+  const auto is_patient = [&] { return SecondsBetween(begin, Clock::now()) < kPatience; };
+  while (slave.Status().frames < 20 && is_patient()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  slave.BeginOperating();
+  OperatorCommand command;
+  command.epoch = command.sequence = 1;
+  command.engaged = true;
+  command.sent_at = Clock::now();
+  EXPECT_TRUE(slave.Command(command));
+  const SlaveState state = slave.Compose(Clock::now());
+  EXPECT_NEAR(state.p_S_tip.x() - scene.manipulator.home.x(), 2e-3, 1e-9);
+  EXPECT_LT((state.offset - state.p_S_tip).norm(), 10e-6);
 }
 
 // A stream: samples come in through the inbox, as FeedTactile puts them there.
