@@ -27,13 +27,13 @@ void PrintPace(const OfflineSummary& s) {
 }
 
 void PrintBudget(const ErrorBudget& budget, const std::string& what) {
-  if (budget.count() == 0) return;
-  const double peak = budget.peak_force();
+  if (budget.count == 0) return;
+  const double peak = budget.peak_force;
   fmt::print(
-      "force error over {} {} in contact, true peak {:.4g} N: rms {:.3g} N ({:.2f} % of the peak); "
-      "from the model {:.2f} %, from tracking {:.2f} %\n",
-      budget.count(), what, peak, budget.rms(), 100 * budget.rms() / peak,
-      100 * budget.model_rms() / peak, 100 * budget.tracking_rms() / peak);
+      "force error over {} {} in contact, true peak {:.4g} N: rms {:.3g} N ({:.2f} % of the peak), "
+      "largest {:.3g} N; from the model {:.2f} %, from tracking {:.2f} %\n",
+      budget.count, what, peak, budget.rms, 100 * budget.rms / peak, budget.peak_error,
+      100 * budget.model_rms / peak, 100 * budget.tracking_rms / peak);
 }
 
 void Print(const OfflineSummary& s, const std::filesystem::path& out) {

@@ -56,10 +56,8 @@ class CameraAccount final : public Account {
   std::vector<StateRow> Add(Time start, const Truth* truth) override {
     const ContactEstimate& felt = sense_.estimator().felt();
     if (truth == nullptr) return {RowOf(felt, start, std::nullopt)};
-    const LocalModel& local = felt.local_model;
-    compared_.push_back({felt.force ? felt.force->norm() : std::nan(""),
-                         (local.stiffness * local.normal * truth->depth).norm(),
-                         truth->force.norm()});
+    compared_.push_back({felt.force.value_or(kUnknownForce), truth->force,
+                         ForceAt(felt.local_model, truth->depth)});
     return {RowOf(felt, start, truth->force)};
   }
   void OpenFrames(const std::filesystem::path& folder) override {
@@ -71,8 +69,6 @@ class CameraAccount final : public Account {
     RequireWritten(WritePng(frame.image, file), file);
   }
   void Finish(OfflineSummary* summary) const override {
-    summary->budget = BudgetOf(compared_);
-    if (summary->has_truth) summary->force_error = ToJson(summary->budget);
     const Registration& found = sense_.estimator().registration();
     summary->own["rest_surface"] = {
         {"measured", found.measured}, {"rms_px", found.rms_px}, {"points", found.points}};
@@ -80,7 +76,6 @@ class CameraAccount final : public Account {
 
  private:
   const CameraSense& sense_;
-  std::vector<ComparedForces> compared_;
 };
 
 }  // namespace

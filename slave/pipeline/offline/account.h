@@ -26,10 +26,9 @@ struct OfflineSummary {
   std::vector<StageTimes> stages;  // those after `capture`
   bool has_truth = false;
   SenseInfo sense;
-  ErrorBudget budget;                  // of the force, where the truth is known
-  nlohmann::ordered_json force_error;  // null: nothing was compared
-  nlohmann::ordered_json own;          // keys of this sense only
-  std::vector<std::string> lines;      // what is to be said besides, for people
+  ErrorBudget budget;              // of the force, where the truth is known
+  nlohmann::ordered_json own;      // keys of this sense only
+  std::vector<std::string> lines;  // what is to be said besides, for people
 
   [[nodiscard]] double rate() const;  // [1/s]
 };
@@ -50,6 +49,11 @@ class Account {
   // Throws std::runtime_error where `samples`, all there were, are too few to say anything.
   virtual void RequireComplete(std::uint64_t /*samples*/) const {}
   virtual void Finish(OfflineSummary* summary) const = 0;
+  // The forces added so far, where the truth is known.
+  [[nodiscard]] const std::vector<ComparedForces>& compared() const { return compared_; }
+
+ protected:
+  std::vector<ComparedForces> compared_;
 };
 
 }  // namespace palpate

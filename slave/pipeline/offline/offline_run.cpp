@@ -29,7 +29,7 @@ nlohmann::ordered_json ToJson(const OfflineSummary& s, const std::string& scene)
   json["stages"]["capture"] = StageJson(TimesOf("capture", s.capture));
   for (const StageTimes& stage : s.stages) json["stages"][stage.stage] = StageJson(stage);
   json["tracking_lost"] = s.tracking_lost;
-  json["force_error"] = s.force_error;
+  json["force_error"] = ToJson(s.budget, s.sense.samples == "samples" ? "samples" : "frames");
   json["validity"] = s.validity;
   const ModelInfo& model = s.sense.model;
   json["model"] = {{"kind", model.kind},
@@ -61,6 +61,7 @@ class Run {
     if (!stop.stop_requested()) RequireComplete();
     summary_.seconds = 1e-6 * whole.Lap();
     summary_.stages = sense_->Stages();
+    summary_.budget = BudgetOf(account_->compared());
     account_->Finish(&summary_);
     const auto file = options_.out / "summary.json";
     RequireWritten((std::ofstream(file) << ToJson(summary_, scene_.name).dump(2) << "\n"

@@ -51,7 +51,7 @@ class Comparison {
  public:
   Comparison(const World& world, const Isometry3d& X_SO) : world_(world), X_SO_(X_SO) {}
 
-  void Add(PointsSense* sense, const Truth& truth) {
+  void Add(PointsSense* sense, const Truth& truth, std::vector<ComparedForces>* compared) {
     const SurfaceObservation& seen = sense->observation();
     if (sense->estimator() == nullptr) return AddTarget(seen);
     if (!truth.solved) return;
@@ -62,12 +62,8 @@ class Comparison {
     LoadIdentifier& body = sense->estimator()->body();
     Vector3d p_O, n_O;
     body.Nearest(X_SO_.inverse() * truth.p_S_tip, &p_O, &n_O);
-    compared_.push_back({force ? force->norm() : std::nan(""), body.PressAt(p_O, truth.depth).force,
-                         truth.force.norm()});
-  }
-  void Finish(OfflineSummary* summary) const {
-    summary->budget = BudgetOf(compared_);
-    if (summary->sense.tells_force) summary->force_error = ToJson(summary->budget);
+    compared->push_back(
+        {force.value_or(kUnknownForce), truth.force, body.PressAt(p_O, truth.depth).force});
   }
   void WriteErrors(nlohmann::ordered_json* json) const {
     (*json)["displacement_error"] = ErrorJson(displacement_);
@@ -106,7 +102,6 @@ class Comparison {
   const World& world_;
   Isometry3d X_SO_;
   std::vector<std::optional<Isometry3d>> X_SB_first_;
-  std::vector<ComparedForces> compared_;
   PressSteps steps_;
   ErrorOfPoints displacement_, place_;
 };
@@ -122,7 +117,7 @@ class PointsAccount final : public Account {
     const SurfaceObservation& seen = sense_.observation();
     const ContactEstimate& felt = sense_.felt();
     const bool tells_force = sense_.estimator() != nullptr;
-    if (truth != nullptr) comparison_->Add(&sense_, *truth);
+    if (truth != nullptr) comparison_->Add(&sense_, *truth, &compared_);
     if (!sense_.why().empty()) ++reasons_[std::string(sense_.why())];
     tally_.Add(seen.points, !sense_.takes_rest());
     const bool knows_force = truth != nullptr && tells_force && truth->solved;
@@ -171,7 +166,6 @@ class PointsAccount final : public Account {
 
   void Finish(OfflineSummary* summary) const override {
     const std::size_t points = tally_.points(), followed = tally_.followed();
-    if (comparison_) comparison_->Finish(summary);
     nlohmann::ordered_json& own = summary->own;
     own["reasons"] = reasons_;
     own["points"] = {{"count", points}, {"followed", followed}, {"unseen", tally_.missed()}};

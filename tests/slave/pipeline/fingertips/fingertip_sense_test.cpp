@@ -208,7 +208,8 @@ TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed)
   }
   slave.BeginOperating();
   OperatorCommand command;
-  command.epoch = command.sequence = 1;
+  command.epoch = 1;
+  command.sequence = 1;
   command.engaged = true;
   command.sent_at = Clock::now();
   EXPECT_TRUE(slave.Command(command));
