@@ -5,8 +5,6 @@
 #include <exception>
 #include <limits>
 
-#include "slave/pipeline/local_model/stiffness_scale.h"
-
 namespace palpate {
 namespace {
 
@@ -36,7 +34,7 @@ FingerLocalModel::FingerLocalModel(const Scene& scene)
                        ? scene.sense.tactile->patch / 2
                        : DiscOfSphere(radius_, scene.operator_options.press_depth)),
       full_depth_(scene.operator_options.press_depth),
-      learning_rate_(LearningRate(kLearningTime, scene.sense.tactile->rate)) {}
+      scale_(full_depth_, LearningRate(kLearningTime, scene.sense.tactile->rate)) {}
 
 void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
                               bool in_contact, const std::optional<FeltForce>& felt,
@@ -51,8 +49,7 @@ void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const I
   const Vector3d to_apex = radius_ * (next.normal - X_SF.linear().col(2));
   next.reference = X_SO * p_O_ + to_apex;
   const Matrix3d K_S = R * StiffnessOf(body) * R.transpose();
-  if (felt) Learn(*felt, next.normal, depth_ * next.normal.dot(K_S * next.normal));
-  next.stiffness = felt_ratio_ * K_S;
+  Size(K_S, felt, &next);
   const double range = body.deformation->info().range;
   next.valid_radius = (range > 0 ? range : kVouchedFor) * body.larger_side;
   next.in_contact = in_contact;
@@ -76,12 +73,23 @@ void FingerLocalModel::FindPlane(const TactileBody& body, const Vector3d& p_O_ce
   depth_ = radius_ - n_O_.dot(p_O_centre - p_O_);
 }
 
+// `K_S`: of the model at this depth.
+void FingerLocalModel::Size(const Matrix3d& K_S, const std::optional<FeltForce>& felt,
+                            LocalModel* model) noexcept {
+  const Vector3d& n = model->normal;
+  const double depth = std::max(0.0, depth_), stiffness = n.dot(K_S * n);
+  if (felt) Learn(*felt, n, depth * stiffness);
+  const StiffnessScale::Press press = scale_.Scaled({depth * stiffness, stiffness}, depth);
+  const double ratio = scale_.At(depth).ratio;
+  model->stiffness = ratio * K_S + (press.stiffness - ratio * stiffness) * n * n.transpose();
+  model->force = (press.force - press.stiffness * depth) * n;
+}
+
 // `modelled`: the normal force of the model at this depth [N].
 void FingerLocalModel::Learn(const FeltForce& felt, const Vector3d& n_S, double modelled) noexcept {
   const RatioSample sample = CompareForces(felt.force_S.dot(n_S), felt.sigma, modelled);
   if (!sample.tells || !(depth_ > kTellingDepth * full_depth_)) return;
-  const double say = 1 / (1 + sample.error * sample.error);
-  felt_ratio_ += learning_rate_ * say * (sample.ratio - felt_ratio_);
+  scale_.Learn(depth_, sample);
 }
 
 Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body) noexcept {

@@ -9,6 +9,7 @@
 
 #include "shared/state/local_model.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
+#include "slave/pipeline/local_model/stiffness_scale.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -22,8 +23,9 @@ LocalModel Revised(LocalModel next, const LocalModel& last) noexcept;
 // a frictionless one follows the sphere until its centre comes inside.
 //
 // The model of small strain gives the stiffness its shape; what the fingertip felt at the depths it
-// was at gives its size: the ratio of both is learnt over tens of milliseconds of contact, the
-// slower the less the force stands out of its error, and kept for the next contact.
+// was at gives its size: the ratio of both at each depth (StiffnessScale) is learnt over tens of
+// milliseconds of contact, the slower the less the force stands out of its error, and kept for the
+// next contact. Force and slope along the normal are right at the present depth.
 class FingerLocalModel {
  public:
   explicit FingerLocalModel(const Scene& scene);
@@ -41,14 +43,19 @@ class FingerLocalModel {
   [[nodiscard]] double depth() const { return depth_; }
   // The place of the surface at rest, frame O [m].
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return p_O_; }
-  // ContactEstimate over modelled stiffness [-].
-  [[nodiscard]] double felt_ratio() const { return felt_ratio_; }
+  // Felt over modelled force at the present depth [-].
+  [[nodiscard]] double felt_ratio() const { return scale_.At(depth_).ratio; }
   // The plane is looked for anew, nothing was felt.
-  void Forget() noexcept { triangle_ = -1, felt_ratio_ = 1; }
+  void Forget() noexcept {
+    triangle_ = -1;
+    scale_.Forget();
+  }
 
  private:
   void FindPlane(const TactileBody& body, const Eigen::Vector3d& p_O_centre) noexcept;
   [[nodiscard]] Eigen::Matrix3d StiffnessOf(TactileBody& body) noexcept;
+  void Size(const Eigen::Matrix3d& K_S, const std::optional<FeltForce>& felt,
+            LocalModel* model) noexcept;
   void Learn(const FeltForce& felt, const Eigen::Vector3d& n_S, double modelled) noexcept;
 
   Material material_;
@@ -57,8 +64,7 @@ class FingerLocalModel {
   int triangle_ = -1;
   Eigen::Vector3d p_O_{0, 0, 0}, n_O_{0, 0, 0}, weights_{0, 0, 0};
   double depth_ = 0;
-  double learning_rate_;  // per sample, of a force without error
-  double felt_ratio_ = 1;
+  StiffnessScale scale_;
 };
 
 }  // namespace palpate

@@ -65,7 +65,6 @@ struct SurfaceEstimator::Parts {
                    LearningRate(kLearningTime, SensorRate(scene.sense))) {}
   void ToObject(const std::vector<SurfacePoint>& points_S);
   void Learn() noexcept;
-  LoadIdentifier::Press Rendered(const Vector3d& p_O, double depth) noexcept;
   void Tell() noexcept;
   void Lose(Validity validity) noexcept;
 };
@@ -161,18 +160,6 @@ void SurfaceEstimator::Parts::Learn() noexcept {
   felt_ratio.Learn(depth, CompareForces(-load.force, sigma, press.force));
 }
 
-// The model's press, sized as it was felt.
-LoadIdentifier::Press SurfaceEstimator::Parts::Rendered(const Vector3d& p_O,
-                                                        double depth) noexcept {
-  LoadIdentifier::Press press = body->PressAt(p_O, depth);
-  const StiffnessScale::Value felt_by_modelled = felt_ratio.At(depth);
-  const double stiffness = press.stiffness * felt_by_modelled.ratio;
-  const double bent = stiffness + press.force * felt_by_modelled.slope;
-  press.stiffness = std::max(bent, stiffness / 2);
-  press.force *= felt_by_modelled.ratio;
-  return press;
-}
-
 // f(p) = F_r n + k n n^T (reference - p) is right in force and slope at the present depth d with
 // F_r = F - k d: below zero for a stiffening membrane, whose tangent meets zero below the surface.
 LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
@@ -182,7 +169,8 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   Vector3d p_O, n_O;
   my.body->Nearest(p_O_tip, &p_O, &n_O);
   double depth = n_O.dot(p_O - p_O_tip);
-  LoadIdentifier::Press press = my.Rendered(p_O, std::max(0.0, depth));
+  const LoadIdentifier::Press modelled = my.body->PressAt(p_O, std::max(0.0, depth));
+  auto press = my.felt_ratio.Scaled({modelled.force, modelled.stiffness}, std::max(0.0, depth));
   const bool usable =
       std::isfinite(press.force) && std::isfinite(press.stiffness) && press.stiffness > 0;
   if (!usable) return my.local;
