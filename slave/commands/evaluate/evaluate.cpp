@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "shared/text/text.h"
 #include "slave/commands/evaluate/estimated_shape.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/scene/scene_loader.h"
@@ -93,6 +94,14 @@ void Say(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
               Millimetres(answer.score.measured_to_surface.p95).c_str());
 }
 
+void RequireOtherThanInputs(const EvaluateOptions& options, const Scene& scene) {
+  std::vector<std::filesystem::path> inputs = InputFilesOf(scene);
+  inputs.insert(inputs.end(), {options.cloud, options.contacts, options.loads});
+  RequireOtherThan(
+      "--out", options.out,
+      {"report.json", "report.html", "object.pcd", "segmentation.pcd", "simulated.pcd"}, inputs);
+}
+
 int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   MeasuredQuestion question;
   question.segmentation = Segmenting(options);
@@ -102,6 +111,7 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   question.measured = ReadPcd(options.cloud);
   question.file = options.cloud.filename().string();
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  RequireOtherThanInputs(options, scene);
   question.scene = scene.name;
   question.camera = scene.sense.depth_camera;
   {
@@ -154,6 +164,7 @@ int EvaluateSimulated(const EvaluateOptions& options, const std::stop_token& sto
         "--contacts, --loads, --at, --colour: accepted is these with --cloud only");
   }
   const Scene scene = LoadScene(options.scene, options.overrides);
+  RequireOtherThanInputs(options, scene);
   std::vector<SimulatedObject> objects;
   {
     ProgressBar bar("evaluate", stop);

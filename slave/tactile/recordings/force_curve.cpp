@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "slave/capture/csv_rows.h"
+#include "shared/text/csv.h"
 #include "slave/capture/time_column.h"
 
 namespace palpate {

@@ -9,12 +9,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "shared/text/text.h"
 #include "slave/commands/evaluate/estimated_shape.h"
-#include "slave/commands/solve/csv_table.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/clouds/pcd_file.h"
 #include "slave/study/shape/virtual_depth_camera.h"
-#include "tests/slave/study/well_formed.h"
+#include "tests/shared/text/well_formed.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -158,6 +158,14 @@ TEST_F(EvaluateTest, CloudInMillimetresIsRefusedAsOne) {
   };
   refuses(1000);  // 440 to 500 mm away
   refuses(3000);  // farther than any depth camera sees
+}
+
+TEST_F(EvaluateTest, WritesOverNothingItReads) {
+  options_.cloud = Picture({});
+  std::filesystem::create_directories(options_.out);
+  std::filesystem::create_hard_link(options_.cloud, options_.out / "object.pcd");
+  EXPECT_THAT([&] { RunEvaluate(options_, {}); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("object.pcd: accepted is another")));
 }
 
 TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {

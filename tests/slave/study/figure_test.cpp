@@ -1,11 +1,10 @@
-#include "slave/study/svg.h"
+#include "slave/study/figure.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/study/figure.h"
+#include "tests/shared/text/well_formed.h"
 #include "tests/slave/study/fake_model_factory.h"
-#include "tests/slave/study/well_formed.h"
 
 namespace palpate {
 namespace {
@@ -16,28 +15,6 @@ std::size_t Occurrences(const std::string& text, const std::string& part) {
   std::size_t count = 0;
   for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
   return count;
-}
-
-TEST(WellFormedTest, CheckerFindsWhatIsWrong) {
-  EXPECT_EQ(NotWellFormed("<a><b c=\"1\"/>text &lt;</a>\n"), "");
-  EXPECT_NE(NotWellFormed("<a><b></a></b>"), "");
-  EXPECT_NE(NotWellFormed("<a>"), "");
-  EXPECT_NE(NotWellFormed("<a b=1/>"), "");
-  EXPECT_NE(NotWellFormed("<a>x & y</a>"), "");
-  EXPECT_NE(NotWellFormed("<a b=\"<\"/>"), "");
-  EXPECT_NE(NotWellFormed("<a/><b/>"), "");
-}
-
-TEST(SvgTest, EveryShapeIsWellFormedWhateverTheWords) {
-  const std::string nasty = "<a> & \"b\" \n\x01";
-  Svg svg(100, 50, nasty, ".c { fill: red; }\n");
-  svg.Line({0, 0}, {1, 1}, nasty);
-  svg.Polyline({{0, 0}, {1, 1}}, "c");
-  svg.Polygon({{0, 0}, {1, 1}, {1, 0}}, "c", nasty);
-  svg.Rectangle({1, 2}, {3, 4}, "c");
-  svg.Circle({1, 2}, 3, "c", nasty);
-  svg.Text({5, 5}, nasty, "c", Svg::Anchor::kEnd, -90);
-  EXPECT_EQ(NotWellFormed(svg.Document()), "");
 }
 
 TEST(FigureTest, ShowsEveryAnsweredRowInBothPanels) {
