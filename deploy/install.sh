@@ -7,7 +7,7 @@ packages=(g++ cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprot
           libmumps-seq-dev libopenblas0-serial zlib1g-dev libpcl-dev)
 if [ "${1:-}" = tests ]; then
   packages+=(libgtest-dev libgmock-dev libbenchmark-dev clang-format python3 python3-grpcio python3-protobuf
-             iproute2 git)
+             iproute2 git universal-ctags)
   # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
   command -v node >/dev/null || packages+=(nodejs)
   command -v npm >/dev/null || packages+=(npm)
