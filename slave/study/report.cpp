@@ -10,7 +10,7 @@
 #include "shared/telemetry/csv.h"
 #include "slave/study/figure.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr int kDigits = 17;
@@ -147,4 +147,4 @@ void WriteStudy(const StudyResult& study, const std::filesystem::path& folder) {
   WriteWhole(folder / "study.svg", DrawFigure(study));
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

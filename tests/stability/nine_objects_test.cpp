@@ -25,11 +25,11 @@ class NineObjects : public testing::TestWithParam<std::string> {};
 TEST_P(NineObjects, DeformedShapeScoresWithinTwoPointsOfTheUnoccludedOne) {
   const fs::path file = fs::path(SourcePath()) / "deploy/scenes" / (GetParam() + ".yaml");
   const Scene scene = LoadScene(file);
-  std::vector<SimulatedObject> objects;
-  ExperimentOptions options;
+  std::vector<study::SimulatedObject> objects;
+  study::ExperimentOptions options;
   options.repetitions = 2;
-  for (const Foam& foam : kFoams) {
-    objects.push_back(RunExperiment(MadeOf(foam, scene), options));
+  for (const study::Foam& foam : study::kFoams) {
+    objects.push_back(study::RunExperiment(MadeOf(foam, scene), options));
     objects.back().material = foam.name;
     const auto& [unoccluded, occluded, deformed] = objects.back().states;
     EXPECT_GE(deformed.mean_octree(), unoccluded.mean_octree() - 0.02) << foam.name;
@@ -39,7 +39,7 @@ TEST_P(NineObjects, DeformedShapeScoresWithinTwoPointsOfTheUnoccludedOne) {
     EXPECT_LT(deformed.error.p95, press / 3) << foam.name;
     EXPECT_LT(deformed.error.mean, press / 10) << foam.name;
   }
-  std::fputs(ToTable(objects).c_str(), stdout);
+  std::fputs(study::ToTable(objects).c_str(), stdout);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, NineObjects,

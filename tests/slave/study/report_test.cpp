@@ -14,7 +14,7 @@
 #include "tests/slave/study/fake_model_factory.h"
 #include "tests/slave/study/well_formed.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using testing::HasSubstr;
@@ -164,4 +164,4 @@ TEST(ReportTest, FolderThatIsNotThereIsSaid) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

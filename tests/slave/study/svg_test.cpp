@@ -7,7 +7,7 @@
 #include "tests/slave/study/fake_model_factory.h"
 #include "tests/slave/study/well_formed.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using testing::HasSubstr;
@@ -74,4 +74,4 @@ TEST(FigureTest, ErrorsOfZeroAndHugeOnesStayInsideThePicture) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study
