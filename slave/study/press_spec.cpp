@@ -11,7 +11,7 @@
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/object_mesh.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector2d;
@@ -183,4 +183,4 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
   return question;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study
