@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class NineObjects : public testing::TestWithParam<std::tuple<std::string, Foam>> {};
+class NineObjects : public testing::TestWithParam<std::tuple<std::string, study::Foam>> {};
 
 // The truth is a neo-Hookean body on a finer mesh of its own; the estimate has tactile samples and
 // the fingertips' poses. Tolerances: two points of the octree score are what is asked for. Of the
@@ -27,9 +27,9 @@ TEST_P(NineObjects, DeformedShapeScoresWithinTwoPointsOfTheUnoccludedOne) {
   const auto& [name, foam] = GetParam();
   const fs::path file = fs::path(SourcePath()) / "deploy/scenes" / ("foam-" + name + ".yaml");
   const Scene scene = LoadScene(file);
-  ExperimentOptions options;
+  study::ExperimentOptions options;
   options.repetitions = 2;
-  SimulatedObject object = RunExperiment(MadeOf(foam, scene), options);
+  study::SimulatedObject object = study::RunExperiment(MadeOf(foam, scene), options);
   object.material = foam.name;
   const auto& [unoccluded, occluded, deformed] = object.states;
   EXPECT_GE(deformed.mean_octree(), unoccluded.mean_octree() - 0.02);
@@ -38,7 +38,7 @@ TEST_P(NineObjects, DeformedShapeScoresWithinTwoPointsOfTheUnoccludedOne) {
   EXPECT_GT(deformed.displacement, 0.9 * press);
   EXPECT_LT(deformed.error.p95, press / 3);
   EXPECT_LT(deformed.error.mean, press / 10);
-  std::fputs(ToTable({object}).c_str(), stdout);
+  std::fputs(study::ToTable({object}).c_str(), stdout);
 }
 
 std::string InWords(const testing::TestParamInfo<NineObjects::ParamType>& object) {
@@ -47,7 +47,7 @@ std::string InWords(const testing::TestParamInfo<NineObjects::ParamType>& object
 
 INSTANTIATE_TEST_SUITE_P(Scenes, NineObjects,
                          testing::Combine(testing::Values("cube", "sponge", "bar"),
-                                          testing::ValuesIn(kFoams)),
+                                          testing::ValuesIn(study::kFoams)),
                          InWords);
 
 }  // namespace
