@@ -11,7 +11,7 @@
 
 #include "shared/text/svg.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector2d;
@@ -277,4 +277,4 @@ std::string DrawFigure(const StudyResult& study) {
   return Figure(study).Draw();
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -9,7 +9,7 @@
 #include "shared/text/text.h"
 #include "slave/study/figure.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr int kDigits = 17;
@@ -135,4 +135,4 @@ void WriteStudy(const StudyResult& study, const std::filesystem::path& folder) {
   ReplaceFile(folder / "study.svg", DrawFigure(study));
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

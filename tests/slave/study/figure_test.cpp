@@ -6,7 +6,7 @@
 #include "tests/shared/text/well_formed.h"
 #include "tests/slave/study/fake_model_factory.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using testing::HasSubstr;
@@ -51,4 +51,4 @@ TEST(FigureTest, ErrorsOfZeroAndHugeOnesStayInsideThePicture) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

@@ -14,7 +14,7 @@
 #include "tests/shared/text/well_formed.h"
 #include "tests/slave/study/fake_model_factory.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using testing::HasSubstr;
@@ -164,4 +164,4 @@ TEST(ReportTest, FolderThatIsNotThereIsSaid) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

@@ -15,7 +15,7 @@
 #include "tests/shared/text/well_formed.h"
 #include "tests/support/paths.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using testing::HasSubstr;
@@ -84,4 +84,4 @@ TEST(FoamTest, SceneIsMadeOfTheFoamAndNothingElseChanges) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

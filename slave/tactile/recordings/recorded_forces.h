@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "slave/tactile/training/data_argument.h"
-#include "slave/tactile/training/labelled_recording.h"
+#include "slave/tactile/recordings/data_argument.h"
+#include "slave/tactile/recordings/labelled_recording.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "slave/tactile/training/simulated_presses.h"
+#include "slave/site/fingertips/simulated_presses.h"
 
 #include <algorithm>
 #include <cmath>

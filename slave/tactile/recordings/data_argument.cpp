@@ -1,4 +1,4 @@
-#include "slave/tactile/training/data_argument.h"
+#include "slave/tactile/recordings/data_argument.h"
 
 #include <charconv>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "slave/tactile/training/labelled_recording.h"
+#include "slave/tactile/recordings/labelled_recording.h"
 
 #include <algorithm>
 

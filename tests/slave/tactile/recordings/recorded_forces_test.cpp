@@ -1,4 +1,4 @@
-#include "slave/tactile/training/recorded_forces.h"
+#include "slave/tactile/recordings/recorded_forces.h"
 
 #include <cmath>
 #include <filesystem>
@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/tactile/training/force_curve.h"
+#include "slave/tactile/recordings/force_curve.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "slave/tactile/training/force_curve.h"
+#include "slave/tactile/recordings/force_curve.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "master/haptics/run_summary.h"
+#include "master/haptics/tick_summary.h"
 
 #include <algorithm>
 
@@ -9,8 +9,8 @@ constexpr double kContactShare = 0.01;  // of the peak
 
 }  // namespace
 
-void RunSummary::Add(const TickRecord& record,
-                     const std::optional<Eigen::Vector3d>& truth) noexcept {
+void TickSummary::Add(const TickRecord& record,
+                      const std::optional<Eigen::Vector3d>& truth) noexcept {
   const ForceChain& chain = record.chain;
   if (truth) error_.Add(chain.local, *truth);
   if (chain.force_known) estimated_peak_ = std::max(estimated_peak_, chain.estimated.norm());
@@ -24,7 +24,7 @@ void RunSummary::Add(const TickRecord& record,
   AddFingers(record);
 }
 
-void RunSummary::AddFingers(const TickRecord& record) noexcept {
+void TickSummary::AddFingers(const TickRecord& record) noexcept {
   const auto count = static_cast<std::size_t>(record.finger_count);
   finger_count_ = std::max(finger_count_, count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -37,12 +37,12 @@ void RunSummary::AddFingers(const TickRecord& record) noexcept {
   }
 }
 
-void RunSummary::SeeTruth(const Eigen::Vector3d& truth) noexcept {
+void TickSummary::SeeTruth(const Eigen::Vector3d& truth) noexcept {
   has_truth_ = true;
   truth_peak_ = std::max(truth_peak_, truth.norm());
 }
 
-std::optional<ForceError::Summary> RunSummary::force_error() const noexcept {
+std::optional<ForceError::Summary> TickSummary::force_error() const noexcept {
   if (error_.empty()) return std::nullopt;
   return error_.Above(kContactShare * force_peak());
 }

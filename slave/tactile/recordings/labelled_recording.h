@@ -13,6 +13,8 @@
 
 namespace palpate {
 
+inline constexpr double kNetworkRate = 100;  // of the samples [Hz]
+
 // One fingertip without a gap, at the rate of the networks. All vectors are of the same length.
 struct LabelledRecording {
   std::string name;                         // for people: the file's name, or which simulated start

@@ -1,4 +1,4 @@
-#include "slave/tactile/training/split.h"
+#include "slave/tactile/recordings/split.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
+#include "slave/tactile/recordings/data_argument.h"
 #include "slave/tactile/rest_values.h"
-#include "slave/tactile/training/data_argument.h"
 
 namespace palpate {
 

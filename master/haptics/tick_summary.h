@@ -21,7 +21,7 @@ struct FingerSummary {
   }
 };
 
-class RunSummary {
+class TickSummary {
  public:
   // `truth`: true force at the tick's instant, S [N]; nothing: unknown.
   void Add(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth) noexcept;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "slave/tactile/training/labelled_recording.h"
+#include "slave/tactile/recordings/labelled_recording.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "slave/tactile/training/recorded_finger.h"
+#include "slave/tactile/recordings/recorded_finger.h"
 
 #include <stdexcept>
 #include <vector>

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "slave/capture/tactile_recording.h"
-#include "slave/tactile/training/data_argument.h"
+#include "slave/tactile/recordings/data_argument.h"
 
 namespace palpate {
 

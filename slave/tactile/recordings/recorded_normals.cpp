@@ -1,10 +1,10 @@
-#include "slave/tactile/training/recorded_normals.h"
+#include "slave/tactile/recordings/recorded_normals.h"
 
 #include <algorithm>
 #include <array>
 #include <stdexcept>
 
-#include "slave/tactile/training/recorded_finger.h"
+#include "slave/tactile/recordings/recorded_finger.h"
 
 namespace palpate {
 namespace {

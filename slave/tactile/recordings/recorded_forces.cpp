@@ -1,13 +1,12 @@
-#include "slave/tactile/training/recorded_forces.h"
+#include "slave/tactile/recordings/recorded_forces.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "slave/capture/tactile_instants.h"
-#include "slave/tactile/training/force_curve.h"
-#include "slave/tactile/training/force_trainer.h"
-#include "slave/tactile/training/recorded_finger.h"
+#include "slave/tactile/recordings/force_curve.h"
+#include "slave/tactile/recordings/recorded_finger.h"
 
 namespace palpate {
 namespace {

@@ -1,10 +1,10 @@
-#include "slave/study/shape/surface_points.h"
+#include "slave/study/shape/neighbourhood_shape.h"
 
 #include <cmath>
 
 #include <Eigen/Eigenvalues>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 // The direction in which the neighbours spread least, towards the pupil.
@@ -17,9 +17,9 @@ Eigen::Vector3d Normal(const Eigen::Matrix3d& covariance, const Eigen::Vector3d&
 
 }  // namespace
 
-std::vector<SurfacePoint> LookAround(std::span<const Eigen::Vector3d> points, const PointTree& tree,
-                                     double radius) {
-  std::vector<SurfacePoint> around(points.size());
+std::vector<NeighbourhoodShape> LookAround(std::span<const Eigen::Vector3d> points,
+                                           const PointTree& tree, double radius) {
+  std::vector<NeighbourhoodShape> around(points.size());
   std::vector<std::size_t> near;
   for (std::size_t i = 0; i < points.size(); ++i) {
     tree.Within(points[i], radius, &near);
@@ -41,4 +41,4 @@ std::vector<SurfacePoint> LookAround(std::span<const Eigen::Vector3d> points, co
   return around;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

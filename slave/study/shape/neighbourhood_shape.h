@@ -8,9 +8,9 @@
 
 #include "slave/study/clouds/point_tree.h"
 
-namespace palpate {
+namespace palpate::study {
 
-struct SurfacePoint {
+struct NeighbourhoodShape {
   // Where the neighbours' centroid lies, as a share of the radius: beside the point, 0 to 1, 0.42
   // on a straight edge where the surface ends; in front of it along the normal, which points to the
   // pupil, -1 to 1, 0.30 in a right-angled groove, negative on ridges.
@@ -19,7 +19,7 @@ struct SurfacePoint {
 };
 
 // `radius` [m] is that of the neighbourhood; the pupil is at the origin. O(N neighbours).
-std::vector<SurfacePoint> LookAround(std::span<const Eigen::Vector3d> points, const PointTree& tree,
-                                     double radius);
+std::vector<NeighbourhoodShape> LookAround(std::span<const Eigen::Vector3d> points,
+                                           const PointTree& tree, double radius);
 
-}  // namespace palpate
+}  // namespace palpate::study
