@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing on Debian 12: what the programs need, and with `tests` what their tests need too.
+# Installs what is missing on Debian 12: what the programs need, with `tests` what their tests need too, with `fuzz` what
+# fuzzing takes.
 set -euo pipefail
 # shellcheck source=progress.sh
 source "$(dirname "$0")/progress.sh"
@@ -13,6 +14,9 @@ if [ "${1:-}" = tests ]; then
   # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
   command -v node >/dev/null || packages+=(nodejs)
   command -v npm >/dev/null || packages+=(npm)
+fi
+if [ "${1:-}" = fuzz ]; then
+  packages+=(clang-14 libclang-rt-14-dev python3)
 fi
 
 missing=()
