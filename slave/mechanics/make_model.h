@@ -11,6 +11,9 @@
 
 namespace palpate {
 
+class Bem2dModel;
+class PlateSurface;
+
 struct ModelChoice {
   std::string kind;    // never `auto`
   std::string reason;  // one sentence
@@ -24,5 +27,10 @@ bool MovesInTime(const Scene& scene);
 // Throws std::invalid_argument: fixed nothing, impossible combination (says why); Interrupted.
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,
                                             Progress* progress = nullptr);
+// The same where the kind's family is known: bem2d; plate or plate-large.
+std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMesh& mesh,
+                                            Progress* progress = nullptr);
+std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
+                                             Progress* progress = nullptr);
 
 }  // namespace palpate

@@ -22,11 +22,7 @@ std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeomet
     throw std::invalid_argument(
         "model.prestress: accepted with kind: plate-large, which stretches");
   }
-  auto model = MakeModel(scene, MembraneDisc{membrane.radius, membrane.thickness});
-  auto* plate = dynamic_cast<PlateSurface*>(model.get());
-  if (plate == nullptr) throw std::logic_error("a membrane's model is no plate");
-  model.release();
-  return std::unique_ptr<PlateSurface>(plate);
+  return MakePlateModel(scene, {membrane.radius, membrane.thickness});
 }
 
 // Where the scene leaves the modes to the model.

@@ -4,7 +4,6 @@
 #include <span>
 
 #include "shared/mesh/surface_patch.h"
-#include "slave/pipeline/load/node_displacement.h"
 
 namespace palpate {
 namespace {
@@ -86,7 +85,7 @@ bool PointGreens::Load(DeformationModel& model, const Contact& contact, Index ro
   model.Reset();
   model.Respond(std::span(&contact, 1), std::span(&response, 1));
   if (response.validity == Validity::kFailed) return false;
-  NodeDisplacement(model, surface_, &field_);
+  model.Displacements(&field_);
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     Vector3d mean = Vector3d::Zero();
     for (const Share& share : patches_[k]) mean += share.weight / load_ * field_[At(share.node)];
