@@ -70,10 +70,23 @@ ModelChoice ChooseModel(const Scene& scene) {
           "planar outline: two-dimensional boundary elements; no study of this scene exists yet"};
 }
 
+const ModelKind& KindOf(const Scene& scene) {
+  const std::string name = ChooseModel(scene).kind;
+  const ModelKind* kind = FindModelKind(name);
+  if (kind == nullptr) {
+    throw std::invalid_argument("model.kind = " + name + ": accepted is a kind of model");
+  }
+  return *kind;
+}
+
 bool MovesInTime(const Scene& scene) {
-  const std::string kind = ChooseModel(scene).kind;
-  return (kind == "fem" || kind == "fem-hyperelastic") &&
-         scene.model.fem.time == FemOptions::Time::kDynamic;
+  return KindOf(scene).iterates && scene.model.fem.time == FemOptions::Time::kDynamic;
+}
+
+bool IsLinear(const Scene& scene) {
+  const Linearity linearity = KindOf(scene).linearity;
+  return linearity == Linearity::kAlways ||
+         (linearity == Linearity::kByLaw && scene.model.fem.law == FemOptions::Law::kLinear);
 }
 
 std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMesh& mesh,
@@ -96,7 +109,7 @@ std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMe
 std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
                                              Progress* progress) {
   const Material& material = scene.object.material;
-  if (ChooseModel(scene).kind == "plate") {
+  if (KindOf(scene).linearity == Linearity::kAlways) {
     PlateModel::Params params;
     params.radius = disc.radius;
     params.thickness = disc.thickness;
@@ -116,22 +129,20 @@ std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneD
 
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,
                                             Progress* progress) {
-  const std::string kind = ChooseModel(scene).kind;
-  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh); outline && kind == "bem2d") {
-    return MakePlanarModel(scene, *outline, progress);
+  const ModelKind& kind = KindOf(scene);
+  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
+    if (kind.object == ObjectClass::kOutline) return MakePlanarModel(scene, *outline, progress);
+  } else if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) {
+    if (kind.object == ObjectClass::kMembrane) return MakePlateModel(scene, *disc, progress);
+  } else if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) {
+    if (kind.on_surface) return MakeBem3d(scene, *surface, progress);
+  } else if (kind.object == ObjectClass::kVolume) {
+    const auto& solid = std::get<SolidMesh>(mesh);
+    if (kind.on_surface) return MakeBem3d(scene, SurfaceOf(solid), progress);
+    return kind.iterates ? MakeFem(scene, solid, progress) : MakeFemGreen(scene, solid, progress);
   }
-  if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) {
-    if (kind == "plate" || kind == "plate-large") return MakePlateModel(scene, *disc, progress);
-  }
-  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) {
-    if (kind == "fem" || kind == "fem-hyperelastic") return MakeFem(scene, *solid, progress);
-    if (kind == "fem-green") return MakeFemGreen(scene, *solid, progress);
-    if (kind == "bem3d") return MakeBem3d(scene, SurfaceOf(*solid), progress);
-  }
-  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh); surface && kind == "bem3d") {
-    return MakeBem3d(scene, *surface, progress);
-  }
-  throw std::invalid_argument("model.kind = " + kind + ": accepted is a model of this object");
+  throw std::invalid_argument("model.kind = " + std::string(kind.name) +
+                              ": accepted is a model of this object");
 }
 
 }  // namespace palpate

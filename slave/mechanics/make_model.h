@@ -7,6 +7,7 @@
 #include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -21,8 +22,11 @@ struct ModelChoice {
 
 // What `kind: auto` comes to, and why.
 ModelChoice ChooseModel(const Scene& scene);
+// That kind. Throws std::invalid_argument: no kind of model.
+const ModelKind& KindOf(const Scene& scene);
 // Whether a Respond of the scene's model is a step of time.
 bool MovesInTime(const Scene& scene);
+bool IsLinear(const Scene& scene);
 // Precomputes the model; tells `progress`, if there is one, what to expect and how far it is.
 // Throws std::invalid_argument: fixed nothing, impossible combination (says why); Interrupted.
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,

@@ -47,12 +47,6 @@ double LargerSide(const SurfaceMesh& surface) {
   return (upper - lower).maxCoeff();
 }
 
-bool IsLinear(const Scene& scene) {
-  const std::string kind = ChooseModel(scene).kind;
-  return kind == "fem-green" || kind == "bem3d" ||
-         (kind == "fem" && scene.model.fem.law == FemOptions::Law::kLinear);
-}
-
 class VolumeLoadIdentifier final : public LoadIdentifier {
  public:
   VolumeLoadIdentifier(const Scene& scene, double width, const ObjectMesh& mesh,
