@@ -17,7 +17,7 @@
 #include "shared/text/progress.h"
 #include "slave/mechanics/bem3d/surface_greens.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
-#include "slave/mechanics/capacitance/surface_places.h"
+#include "slave/mechanics/capacitance/contact_places.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/scene.h"
 

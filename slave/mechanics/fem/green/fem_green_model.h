@@ -16,7 +16,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
-#include "slave/mechanics/capacitance/surface_places.h"
+#include "slave/mechanics/capacitance/contact_places.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/green/green_columns.h"
 #include "slave/scene/scene.h"
