@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/report.h"
@@ -17,6 +18,8 @@ int RunStudyCommand(const StudyOptions& options, std::stop_token stop) {
     throw std::invalid_argument("--budget " + std::to_string(options.budget) +
                                 ": accepted is a number of seconds > 0");
   }
+  RequireOtherThan("--out", options.out, {"study.csv", "study.json", "study.svg"},
+                   InputFilesOf(scene));
   std::filesystem::create_directories(options.out);
   study::StudySettings settings;
   settings.budget_s = options.budget;

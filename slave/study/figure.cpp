@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "slave/study/svg.h"
+#include "shared/text/svg.h"
 
 namespace palpate::study {
 namespace {

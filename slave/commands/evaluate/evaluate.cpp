@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "shared/text/text.h"
 #include "slave/commands/evaluate/estimated_shape.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/scene/scene_loader.h"
@@ -94,6 +95,14 @@ void Say(const study::MeasuredQuestion& question, const study::MeasuredAnswer& a
               study::Millimetres(answer.score.measured_to_surface.p95).c_str());
 }
 
+void RequireOtherThanInputs(const EvaluateOptions& options, const Scene& scene) {
+  std::vector<std::filesystem::path> inputs = InputFilesOf(scene);
+  inputs.insert(inputs.end(), {options.cloud, options.contacts, options.loads});
+  RequireOtherThan(
+      "--out", options.out,
+      {"report.json", "report.html", "object.pcd", "segmentation.pcd", "simulated.pcd"}, inputs);
+}
+
 int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   study::MeasuredQuestion question;
   question.segmentation = Segmenting(options);
@@ -103,6 +112,7 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   question.measured = study::ReadPcd(options.cloud);
   question.file = options.cloud.filename().string();
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  RequireOtherThanInputs(options, scene);
   question.scene = scene.name;
   question.camera = scene.sense.depth_camera;
   {
@@ -155,6 +165,7 @@ int EvaluateSimulated(const EvaluateOptions& options, const std::stop_token& sto
         "--contacts, --loads, --at, --colour: accepted is these with --cloud only");
   }
   const Scene scene = LoadScene(options.scene, options.overrides);
+  RequireOtherThanInputs(options, scene);
   std::vector<study::SimulatedObject> objects;
   {
     ProgressBar bar("evaluate", stop);

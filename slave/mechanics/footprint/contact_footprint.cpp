@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
 constexpr std::string_view kNoPlace =
     "no surface is met there: farther from it than half the longest edge of the nearest triangle";
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

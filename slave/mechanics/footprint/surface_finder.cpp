@@ -8,6 +8,8 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
@@ -18,10 +20,6 @@ constexpr double kOnNode = 1e-6;   // of the diagonal
 constexpr double kSlack = 1e-9;    // relative, of the patch's radius
 constexpr double kSameSide = 0.5;  // cosine of the angle between normals
 constexpr double kOnEdge = 1e-9;   // barycentric weight
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "slave/study/svg.h"
+#include "shared/text/svg.h"
 
 namespace palpate::study {
 namespace {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <string_view>
 
+#include "shared/text/svg.h"
 #include "slave/study/shape/report_words.h"
 #include "slave/study/shape/simulated_report.h"
-#include "slave/study/svg.h"
 
 namespace palpate::study {
 namespace {

@@ -13,13 +13,13 @@
 
 #include "shared/mesh/files/mesh_writers.h"
 #include "shared/mesh/solid_mesh.h"
+#include "shared/text/text.h"
 #include "slave/commands/evaluate/estimated_shape.h"
-#include "slave/commands/solve/csv_table.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/clouds/pcd_file.h"
 #include "slave/study/shape/virtual_depth_camera.h"
-#include "tests/slave/study/well_formed.h"
+#include "tests/shared/text/well_formed.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -228,6 +228,14 @@ TEST_F(EvaluateTest, CloudInMillimetresIsRefusedAsOne) {
   };
   refuses(1000);  // 440 to 500 mm away
   refuses(3000);  // farther than any depth camera sees
+}
+
+TEST_F(EvaluateTest, WritesOverNothingItReads) {
+  options_.cloud = Picture({});
+  std::filesystem::create_directories(options_.out);
+  std::filesystem::create_hard_link(options_.cloud, options_.out / "object.pcd");
+  EXPECT_THAT([&] { RunEvaluate(options_, {}); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("object.pcd: accepted is another")));
 }
 
 TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "tests/shared/text/well_formed.h"
 #include "tests/slave/study/fake_model_factory.h"
-#include "tests/slave/study/well_formed.h"
 
 namespace palpate::study {
 namespace {

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "slave/study/shape/html_page.h"
-#include "tests/slave/study/well_formed.h"
+#include "tests/shared/text/well_formed.h"
 #include "tests/support/paths.h"
 
 namespace palpate::study {
