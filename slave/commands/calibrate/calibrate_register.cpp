@@ -9,6 +9,7 @@
 
 #include "slave/commands/calibrate/calibrate_report.h"
 #include "slave/commands/solve/csv_table.h"
+#include "slave/scene/scene_loader.h"
 #include "slave/vision/calibration/registration.h"
 
 namespace palpate {
