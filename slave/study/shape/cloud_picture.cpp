@@ -9,7 +9,7 @@
 
 #include "slave/capture/codecs/codecs.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector2d;
@@ -153,4 +153,4 @@ std::string CloudPicture::Png() const {
   return EncodePng(canvas_->pixels);
 }
 
-}  // namespace palpate
+}  // namespace palpate::study
