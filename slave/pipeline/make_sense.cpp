@@ -1,8 +1,6 @@
-#include <algorithm>
 #include <stdexcept>
 
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/fmt/ranges.h>
 
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/pipeline/camera/camera_sense.h"
@@ -20,9 +18,7 @@ constexpr int kFewestElements = 3;
 }
 
 void SetKind(const std::string& kind, const Changeable& accepted, ModelOptions* model) {
-  if (std::ranges::find(accepted.kinds, kind) == accepted.kinds.end()) {
-    Refuse("kind = " + kind, fmt::format("{}", fmt::join(accepted.kinds, ", ")));
-  }
+  if (!IsKindFor(*accepted.object, kind)) Refuse("kind = " + kind, KindsFor(*accepted.object));
   model->kind = kind;
 }
 
@@ -52,7 +48,7 @@ void SetContact(const std::string& contact, const Changeable& accepted, ModelOpt
 }  // namespace
 
 ModelOptions Changed(ModelOptions model, const ModelChange& change, const Changeable& accepted) {
-  if (accepted.kinds.empty()) Refuse("kind = " + change.kind, "none: no force is told here");
+  if (!accepted.object) Refuse("kind = " + change.kind, "none: no force is told here");
   if (!change.kind.empty()) SetKind(change.kind, accepted, &model);
   if (change.elements != 0) SetElements(change.elements, accepted, &model);
   if (!change.plane.empty()) SetPlane(change.plane, accepted, &model);

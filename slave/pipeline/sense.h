@@ -9,7 +9,6 @@
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,6 +16,7 @@
 
 #include "shared/state/slave_state.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
 #include "slave/site/world.h"
 
@@ -41,8 +41,8 @@ struct ModelChange {
 };
 // What of a model may change while it runs.
 struct Changeable {
-  std::vector<std::string_view> kinds;  // empty: there is no model
-  int most_elements = 0;                // 3 to so many; 0: the mesh is the scene's
+  std::optional<ObjectClass> object;  // whose kinds it takes; nullopt: there is no model
+  int most_elements = 0;              // 3 to so many; 0: the mesh is the scene's
   bool plane = false, contact = false;
 };
 // `model` with what is asked for. Throws std::invalid_argument, what is accepted.

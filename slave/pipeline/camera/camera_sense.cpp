@@ -108,23 +108,21 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   const ContactEstimate& felt = estimator_->felt();
   const Eigen::Isometry3d& X_SO = estimator_->registration().X_SO;
   const BoundaryMesh& mesh = estimator_->touch().mesh;
-  std::vector<Eigen::Vector3d> u_O;  // per element midpoint [m]
-  estimator_->touch().deformation->BoundaryDisplacement(&u_O);
+  std::vector<Eigen::Vector3d> u_O;  // vertex i is the start of element i [m]
+  estimator_->touch().deformation->Displacements(&u_O);
 
   BoundaryShape shape;
   shape.state_sequence = felt.sample;
   shape.sensed_at = felt.sensed_at;
   shape.validity = felt.validity;
-  // Vertex i is the start of element i.
   for (int i = 0; i < mesh.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const auto before = static_cast<std::size_t>(mesh.Previous(i));
     shape.elements.push_back(static_cast<std::uint32_t>(i));
     shape.elements.push_back(static_cast<std::uint32_t>(mesh.Next(i)));
     const Eigen::Vector2d& a = mesh.elements[k].a;
     const Eigen::Vector3d p_O(a.x(), a.y(), 0);
     Append(&shape.rest, X_SO * p_O);
-    Append(&shape.positions, X_SO * (p_O + 0.5 * (u_O[before] + u_O[k])));
+    Append(&shape.positions, X_SO * (p_O + u_O[k]));
   }
   if (!nodal_forces) return shape;
   shape.nodal_forces.assign(3 * mesh.elements.size(), 0.0F);
@@ -179,7 +177,7 @@ SenseInfo CameraSense::info() const {
     info.remarks.push_back(fmt::format(
         "rest surface found in the picture: {} points, {:.3f} px rms", found.points, found.rms_px));
   }
-  info.changeable = {{"bem2d", "auto"}, kMostElements, true, true};
+  info.changeable = {ObjectClass::kOutline, kMostElements, true, true};
   return info;
 }
 

@@ -19,8 +19,7 @@ class CameraSense final : public Sense {
   bool Acquire(const std::stop_token& stop) override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
-  // Boundary vertices; one moves with the mean of its two elements. Forces of the tool on the
-  // touched place's two vertices.
+  // Vertices of the boundary. Forces of the tool on the touched place's two.
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override;

@@ -138,7 +138,7 @@ SenseInfo FingertipSense::info() const {
   info.remarks.push_back(fmt::format(
       "rest values come from the first {} samples: nothing may touch the fingertips yet",
       scene_.sense.tactile->rest_samples));
-  info.changeable = {{"auto", "fem", "fem-hyperelastic", "fem-green", "bem3d"}, 0, false, true};
+  info.changeable = {ObjectClass::kVolume, 0, false, true};
   return info;
 }
 

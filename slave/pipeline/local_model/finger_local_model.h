@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/state/local_model.h"
+#include "slave/contact/surface_contact.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"
 #include "slave/scene/scene.h"
@@ -42,12 +43,12 @@ class FingerLocalModel {
   // Of the fingertip's sphere below the surface at rest [m]; negative outside.
   [[nodiscard]] double depth() const { return depth_; }
   // The place of the surface at rest, frame O [m].
-  [[nodiscard]] const Eigen::Vector3d& p_O() const { return p_O_; }
+  [[nodiscard]] const Eigen::Vector3d& p_O() const { return place_.p_O; }
   // Felt over modelled force at the present depth [-].
   [[nodiscard]] double felt_ratio() const { return scale_.At(depth_).ratio; }
   // The plane is looked for anew, nothing was felt.
   void Forget() noexcept {
-    triangle_ = -1;
+    place_.triangle = -1;
     scale_.Forget();
   }
 
@@ -61,8 +62,7 @@ class FingerLocalModel {
   Material material_;
   ContactLaw law_;
   double radius_, disc_radius_, full_depth_;
-  int triangle_ = -1;
-  Eigen::Vector3d p_O_{0, 0, 0}, n_O_{0, 0, 0}, weights_{0, 0, 0};
+  TouchedPlace place_;  // its normal is that of the plane
   double depth_ = 0;
   StiffnessScale scale_;
 };

@@ -7,7 +7,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/capture/jpeg.h"
+#include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/sense.h"
 #include "slave/pipeline/stopwatch.h"
 

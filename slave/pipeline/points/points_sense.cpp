@@ -55,15 +55,6 @@ std::string InWords(const PointTracking& points) {
   return "the surface is followed where depth pictures show it";
 }
 
-// The kinds of models that the scene's object takes.
-Changeable ChangeableOf(const Scene& scene) {
-  if (!EstimatesForce(scene)) return {};
-  if (std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
-    return {{"auto", "plate", "plate-large"}};
-  }
-  return {{"auto", "fem", "fem-hyperelastic", "fem-green", "bem3d"}};
-}
-
 }  // namespace
 
 bool EstimatesForce(const Scene& scene) {
@@ -198,7 +189,7 @@ SenseInfo PointsSense::info() const {
       eyes_->rest_pictures() == 1 ? "pair of pictures"
                                   : fmt::format("{} pictures", eyes_->rest_pictures())));
   if (!estimator_) info.remarks.push_back(info.reason);
-  info.changeable = ChangeableOf(scene_);
+  if (estimator_) info.changeable.object = ClassOf(scene_.object.geometry);
   return info;
 }
 

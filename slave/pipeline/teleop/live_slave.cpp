@@ -7,7 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/thread_priority.h"
-#include "slave/capture/jpeg.h"
+#include "slave/capture/codecs/codecs.h"
 
 namespace palpate {
 namespace {
