@@ -10,6 +10,14 @@
 
 namespace palpate {
 
+// `next` as the successor of `last`: a revision of its own if something changed.
+inline LocalModel Revised(LocalModel next, const LocalModel& last) noexcept {
+  const bool same = next.reference == last.reference && next.normal == last.normal &&
+                    next.stiffness == last.stiffness;
+  next.revision = same && last.known() ? last.revision : last.revision + 1;
+  return next;
+}
+
 // Of one sense. For each estimate: Track, then Touch and TellForce, or LoseForce.
 class EstimateRules {
  public:

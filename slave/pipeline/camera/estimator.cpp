@@ -182,21 +182,16 @@ LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
 void Estimator::UpdateLocalModel(const BoundaryPlace& place,
                                  const ContactResponse& response) noexcept {
   const Eigen::Matrix3d& R = registration_.X_SO.linear();
-  LocalModel next = felt_.local_model;
+  LocalModel next;
   next.reference = registration_.X_SO * Planar(place.p_O);
   next.normal = R * Planar(place.normal_O);
   // A passive contact has a symmetric stiffness; collocation leaves a small skew part, which would
   // create energy in the operator's hand.
   const Eigen::Matrix3d K_O = 0.5 * (response.stiffness_O + response.stiffness_O.transpose());
   next.stiffness = R * K_O * R.transpose();
-  next.force.setZero();
   next.valid_radius = touch_->deformation->info().range * touch_->mesh.length_unit;
   next.in_contact = rules_.in_contact();
-  const LocalModel& last = felt_.local_model;
-  const bool same = next.reference == last.reference && next.normal == last.normal &&
-                    next.stiffness == last.stiffness;
-  if (!same || !last.known()) ++next.revision;
-  felt_.local_model = next;
+  felt_.local_model = Revised(next, felt_.local_model);
 }
 
 }  // namespace palpate

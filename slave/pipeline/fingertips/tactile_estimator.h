@@ -17,7 +17,7 @@
 #include "slave/capture/tactile_frame.h"
 #include "slave/pipeline/fingertips/finger_contact.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
-#include "slave/pipeline/local_model/finger_local_model.h"
+#include "slave/pipeline/fingertips/finger_local_model.h"
 #include "slave/scene/scene.h"
 #include "slave/tactile/fingertip.h"
 

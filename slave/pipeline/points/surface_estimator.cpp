@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "slave/pipeline/estimate_rules.h"
-#include "slave/pipeline/local_model/finger_local_model.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"
 #include "slave/pipeline/stopwatch.h"
 

@@ -15,9 +15,6 @@
 
 namespace palpate {
 
-// `next` as the successor of `last`: a revision of its own if something changed.
-LocalModel Revised(LocalModel next, const LocalModel& last) noexcept;
-
 // The plane is that in which the fingertip's sphere would meet the surface at rest. Its reference
 // is where the moved tip, the pad's apex, lies when the sphere comes through: exact for every
 // direction of approach. A bonded contact keeps its plane and place until the sphere has come out;

@@ -1,4 +1,4 @@
-#include "slave/pipeline/local_model/finger_local_model.h"
+#include "slave/pipeline/fingertips/finger_local_model.h"
 
 #include <limits>
 

@@ -1,9 +1,11 @@
-#include "slave/pipeline/local_model/finger_local_model.h"
+#include "slave/pipeline/fingertips/finger_local_model.h"
 
 #include <algorithm>
 #include <cmath>
 #include <exception>
 #include <limits>
+
+#include "slave/pipeline/estimate_rules.h"
 
 namespace palpate {
 namespace {
@@ -18,13 +20,6 @@ constexpr double kOnSurface = 1e-6;   // of the radius
 constexpr double kLearningTime = 0.05;  // [s], of the felt force's say in the stiffness
 
 }  // namespace
-
-LocalModel Revised(LocalModel next, const LocalModel& last) noexcept {
-  const bool same = next.reference == last.reference && next.normal == last.normal &&
-                    next.stiffness == last.stiffness;
-  next.revision = same && last.known() ? last.revision : last.revision + 1;
-  return next;
-}
 
 FingerLocalModel::FingerLocalModel(const Scene& scene)
     : material_(scene.object.material),
