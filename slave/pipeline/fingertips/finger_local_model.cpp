@@ -34,9 +34,20 @@ FingerLocalModel::FingerLocalModel(const Scene& scene)
 void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
                               bool in_contact, const std::optional<FeltForce>& felt,
                               LocalModel* model) noexcept {
-  const Vector3d p_O_centre = X_SO.inverse() * X_SF.translation();
-  FindPlane(body, p_O_centre);
-  if (place_.triangle < 0) return;
+  FindPlane(body, X_SO.inverse() * X_SF.translation());
+  if (place_.triangle >= 0) Render(body, X_SO, X_SF, in_contact, felt, model);
+}
+
+void FingerLocalModel::Follow(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
+                              bool in_contact, LocalModel* model) noexcept {
+  FindPlane(body, X_SO.inverse() * X_SF.translation());
+  const bool is_known = place_.triangle >= 0 && body.stiffness->Knows(place_.triangle);
+  if (is_known) Render(body, X_SO, X_SF, in_contact, std::nullopt, model);
+}
+
+void FingerLocalModel::Render(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
+                              bool in_contact, const std::optional<FeltForce>& felt,
+                              LocalModel* model) noexcept {
   const Matrix3d& R = X_SO.linear();
   LocalModel next;
   next.normal = R * place_.n_O;

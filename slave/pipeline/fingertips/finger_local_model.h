@@ -37,6 +37,10 @@ class FingerLocalModel {
   // finite. `felt`: absent where it touches nothing or the force is not to be relied on.
   void Update(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
               bool in_contact, const std::optional<FeltForce>& felt, LocalModel* model) noexcept;
+  // The same between samples, from which nothing is learnt, and fast: `model` stays where the
+  // stiffness of the place has not been computed yet.
+  void Follow(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
+              bool in_contact, LocalModel* model) noexcept;
   // Of the fingertip's sphere below the surface at rest [m]; negative outside.
   [[nodiscard]] double depth() const { return depth_; }
   // The place of the surface at rest, frame O [m].
@@ -51,6 +55,8 @@ class FingerLocalModel {
 
  private:
   void FindPlane(const TactileBody& body, const Eigen::Vector3d& p_O_centre) noexcept;
+  void Render(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
+              bool in_contact, const std::optional<FeltForce>& felt, LocalModel* model) noexcept;
   [[nodiscard]] Eigen::Matrix3d StiffnessOf(TactileBody& body) noexcept;
   void Size(const Eigen::Matrix3d& K_S, const std::optional<FeltForce>& felt,
             LocalModel* model) noexcept;

@@ -307,7 +307,7 @@ LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   if (!body_ || !first.has_pose || !p_S_tip.allFinite()) return felt_.local_model;
   Isometry3d X_SF = first.X_SF;
   X_SF.translation() += p_S_tip - first.p_S_apex;
-  local_touch_->Update(*body_, X_SO_, X_SF, first.in_contact, std::nullopt, &felt_.local_model);
+  local_touch_->Follow(*body_, X_SO_, X_SF, first.in_contact, &felt_.local_model);
   return felt_.local_model;
 }
 

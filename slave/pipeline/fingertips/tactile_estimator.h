@@ -16,8 +16,8 @@
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/pipeline/fingertips/finger_contact.h"
-#include "slave/pipeline/fingertips/tactile_body.h"
 #include "slave/pipeline/fingertips/finger_local_model.h"
+#include "slave/pipeline/fingertips/tactile_body.h"
 #include "slave/scene/scene.h"
 #include "slave/tactile/fingertip.h"
 
