@@ -18,10 +18,8 @@ namespace palpate {
 namespace {
 
 void Introduce(const SlaveDescription& d) {
-  const ModelInfo& model = d.sense.model;
-  spdlog::info("{}: {} with {} elements, {} dof, precomputed in {:.0f} ms; {}", d.scene.name,
-               model.kind, model.elements, model.dof, 1e3 * model.precompute_s, d.sense.source);
-  for (const std::string& remark : d.sense.remarks) spdlog::info("{}", remark);
+  spdlog::info("{}", d.scene.name);
+  for (const std::string& line : InWords(d.sense)) spdlog::info("{}", line);
 }
 
 void WaitFor(const std::stop_token& stop) {

@@ -56,6 +56,15 @@ ModelOptions Changed(ModelOptions model, const ModelChange& change, const Change
   return model;
 }
 
+std::vector<std::string> InWords(const SenseInfo& info) {
+  const ModelInfo& model = info.model;
+  std::vector<std::string> lines{
+      fmt::format("{} with {} elements, {} dof, precomputed in {:.0f} ms; {}", model.kind,
+                  model.elements, model.dof, 1e3 * model.precompute_s, info.source)};
+  lines.insert(lines.end(), info.remarks.begin(), info.remarks.end());
+  return lines;
+}
+
 StageTimes TimesOf(const std::string& name, const LatencyHistogram& times) {
   return {name, times.Quantile(0.5), times.Quantile(0.99), times.max()};
 }

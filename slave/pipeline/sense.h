@@ -88,6 +88,9 @@ struct SenseInfo {
   Changeable changeable;
 };
 
+// A line each, as `serve` and `process` say it.
+std::vector<std::string> InWords(const SenseInfo& info);
+
 // One thread acquires, looks, estimates; every other call may come from another one, but not at
 // the same time as each other or Estimate. Prepare alone may run beside anything.
 class Sense {
