@@ -37,6 +37,7 @@ class CrossCheck {
     CheckGeometry();
     CheckHeld();
     CheckKind();
+    CheckPuncture();
     if (OutlineBox(scene_.object)) CheckElements();
     CheckHome();
     CheckFingers();
@@ -93,6 +94,13 @@ class CrossCheck {
       Refuse("model.kind", "auto, plate or plate-large for a membrane");
     } else if (IsVolume(geometry) && (is_plate || kind == "bem2d")) {
       Refuse("model.kind", "auto, fem, fem-hyperelastic, fem-green or bem3d for a volume");
+    }
+  }
+
+  // A fingertip feels the force itself: no model sets it to zero.
+  void CheckPuncture() {
+    if (scene_.sense.tactile && scene_.model.puncture_depth > 0) {
+      Refuse("model.puncture.depth", "nothing with fingertips: a camera or points tell a puncture");
     }
   }
 
