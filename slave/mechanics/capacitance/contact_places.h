@@ -26,6 +26,7 @@ struct ContactFootprint {
   std::vector<PlaceWeight> places;
   bool point = true;                  // at most kMostPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
+  bool coarse = false;                // IsPatchCoarse (mesh_resolution.h)
 };
 constexpr int kMostPointPlaces = 3;
 

@@ -7,6 +7,8 @@
 
 #include <Eigen/Geometry>
 
+#include "slave/mechanics/mesh_resolution.h"
+
 namespace palpate {
 namespace {
 
@@ -48,8 +50,8 @@ SurfaceFinder::SurfaceFinder(SurfaceMesh surface)
     }
   }
   seen_.assign(surface_.nodes.size(), 0);
-  patch_nodes_.reserve(surface_.nodes.size());
-  patch_triangles_.reserve(surface_.triangles.size());
+  patch_.nodes.reserve(surface_.nodes.size());
+  patch_.triangles.reserve(surface_.triangles.size());
 }
 
 std::span<const int> SurfaceFinder::TrianglesOf(int node) const {
@@ -122,21 +124,33 @@ Vector3d SurfaceFinder::NormalAt(const SurfacePlace& place) const {
 void SurfaceFinder::FindPatch(const SurfacePlace& place, const Vector3d& p_O, double width) {
   const Vector3d facing = NormalAt(place);
   const double radius = 0.5 * width * (1 + kSlack);
-  ++patch_;
-  patch_nodes_.clear();
-  patch_triangles_.clear();
+  ++patches_;
+  patch_.nodes.clear();
+  patch_.triangles.clear();
+  patch_.disc = {};
+  patch_.node_area = patch_.triangle_area = 0;
   const int triangles = static_cast<int>(normals_.size());
   for (int t = 0; t < triangles; ++t) {
     if (normals_[Index(t)].dot(facing) < kSameSide) continue;
-    if ((centroids_[Index(t)] - p_O).norm() <= radius) patch_triangles_.push_back(t);
+    const DiscShare disc = DiscOnTriangle(surface_, t, p_O, radius);
+    patch_.disc.area += disc.area;
+    patch_.disc.rim += disc.rim;
+    if ((centroids_[Index(t)] - p_O).norm() <= radius) AddTriangle(t);
     for (const int node : surface_.triangles[Index(t)]) {
-      if (seen_[Index(node)] == patch_) continue;
-      seen_[Index(node)] = patch_;
-      if ((surface_.nodes[Index(node)] - p_O).norm() <= radius) patch_nodes_.push_back(node);
+      if ((surface_.nodes[Index(node)] - p_O).norm() > radius) continue;
+      patch_.node_area += areas_[Index(t)] / 3;
+      if (seen_[Index(node)] == patches_) continue;
+      seen_[Index(node)] = patches_;
+      patch_.nodes.push_back(node);
     }
   }
-  std::ranges::sort(patch_nodes_);
-  if (patch_triangles_.empty()) patch_triangles_.push_back(place.triangle);
+  std::ranges::sort(patch_.nodes);
+  if (patch_.triangles.empty()) AddTriangle(place.triangle);
+}
+
+void SurfaceFinder::AddTriangle(int triangle) {
+  patch_.triangles.push_back(triangle);
+  patch_.triangle_area += areas_[Index(triangle)];
 }
 
 SurfaceNodePlaces::SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node)
@@ -162,22 +176,26 @@ std::string_view SurfaceNodePlaces::Find(const Contact& contact, ContactFootprin
   if (place->node >= 0 && place_of_node_[Index(place->node)] < 0) return kInnerNode;
   footprint->places.clear();
   footprint->point = true;
+  footprint->coarse = false;
   footprint->normal_O = finder_.NormalAt(*place);
   const bool load = contact.kind == Contact::Kind::kForce;
   const auto& surface = finder_.surface();
-  if (contact.width > 0) finder_.FindPatch(*place, contact.p_O, contact.width);
+  if (contact.width > 0) {
+    finder_.FindPatch(*place, contact.p_O, contact.width);
+    footprint->coarse = IsPatchCoarse(
+        CoverOf(finder_.patch(), load ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes));
+  }
   bool met = true;
   if (contact.width > 0 && load) {
-    double total = 0;
-    for (const int t : finder_.patch_triangles()) total += finder_.area(t);
-    for (const int t : finder_.patch_triangles()) {
+    const double total = finder_.patch().triangle_area;
+    for (const int t : finder_.patch().triangles) {
       for (const int node : surface.triangles[Index(t)]) {
         met = Add(node, finder_.area(t) / (3 * total), footprint) && met;
       }
     }
-  } else if (contact.width > 0 && !finder_.patch_nodes().empty()) {
-    footprint->point = finder_.patch_nodes().size() == 1;
-    for (const int node : finder_.patch_nodes()) met = Add(node, 1, footprint) && met;
+  } else if (contact.width > 0 && !finder_.patch().nodes.empty()) {
+    footprint->point = finder_.patch().nodes.size() == 1;
+    for (const int node : finder_.patch().nodes) met = Add(node, 1, footprint) && met;
   } else if (place->node >= 0) {
     met = Add(place->node, 1, footprint);
   } else {
@@ -194,6 +212,7 @@ std::string_view SurfaceNodePlaces::Find(const Contact& contact, ContactFootprin
 
 std::string_view SurfaceTrianglePlaces::Find(const Contact& contact, ContactFootprint* footprint) {
   footprint->places.clear();
+  footprint->coarse = false;
   const int triangles = static_cast<int>(finder_.surface().triangles.size());
   if (contact.width == 0 && contact.element >= 0 && contact.element < triangles) {
     footprint->point = true;
@@ -210,10 +229,9 @@ std::string_view SurfaceTrianglePlaces::Find(const Contact& contact, ContactFoot
     return {};
   }
   finder_.FindPatch(*place, contact.p_O, contact.width);
-  double total = 0;
-  for (const int t : finder_.patch_triangles()) total += finder_.area(t);
-  for (const int t : finder_.patch_triangles()) {
-    footprint->places.push_back({t, finder_.area(t) / total});
+  footprint->coarse = IsPatchCoarse(CoverOf(finder_.patch(), PatchBasis::kTractionTriangles));
+  for (const int t : finder_.patch().triangles) {
+    footprint->places.push_back({t, finder_.area(t) / finder_.patch().triangle_area});
   }
   footprint->point = footprint->places.size() == 1;
   return {};

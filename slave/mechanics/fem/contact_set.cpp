@@ -5,6 +5,7 @@
 #include <map>
 
 #include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate::fem {
 namespace {
@@ -67,6 +68,7 @@ const char* ContactSet::Find(const Contact& contact, Place& place) {
   place.nodes.clear();
   place.weights.clear();
   place.point = false;
+  place.coarse = false;
   const auto add = [&](int mesh_node, double weight) {
     place.nodes.push_back(body_.Number(mesh_node));
     place.weights.push_back(weight);
@@ -75,6 +77,8 @@ const char* ContactSet::Find(const Contact& contact, Place& place) {
   SurfacePatch patch;
   if (contact.width > 0 && found->triangle >= 0) {
     patch = PatchAt(surface_, *found, contact.p_O, contact.width);
+    place.coarse = IsPatchCoarse(
+        CoverOf(patch, holds ? PatchBasis::kMovedNodes : PatchBasis::kLoadedTriangles));
   }
   if (!patch.triangles.empty() && !holds) {
     AddLoad(patch.triangles, place);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -67,6 +68,7 @@ bool SolidContacts::Prepare(std::span<const Contact> contacts) {
 
 bool SolidContacts::Find(const Contact& contact, ContactPlace* place) {
   place->moved.clear();
+  place->coarse = false;
   place->weights.clear();
   if (!contact.p_O.allFinite() || !std::isfinite(contact.width) || contact.width < 0 ||
       contact.element < -1 || contact.element >= static_cast<int>(mesh_.surface.triangles.size())) {
@@ -129,17 +131,24 @@ bool SolidContacts::FindPatch(const Contact& contact, const Vector3d& p, Contact
   }
   if (!(area > 0)) return false;
   for (const auto& [node, share] : load) place->weights.emplace_back(node, share / area);
-  if (contact.kind == Contact::Kind::kForce) return true;
+  const bool is_quadratic = mesh_.nodes_per_element == 10;
+  if (contact.kind == Contact::Kind::kForce) {
+    place->coarse = IsPatchCoarse(CoverOf(
+        patch, is_quadratic ? PatchBasis::kLoadedTriangles10 : PatchBasis::kLoadedTriangles));
+    return true;
+  }
 
-  std::vector<int> nodes = patch.nodes;
-  if (mesh_.nodes_per_element == 10) {
+  SurfacePatch moved = patch;
+  if (is_quadratic) {
     auto vicinity = FindPlace(mesh_.touch_surface, p);
     if (!vicinity) vicinity = found;  // farther than half a quarter triangle's edge
     if (vicinity->triangle >= 0) {
-      nodes = PatchAt(mesh_.touch_surface, *vicinity, p, width).nodes;
+      moved = PatchAt(mesh_.touch_surface, *vicinity, p, width);
     }
   }
-  if (nodes.empty()) {
+  place->coarse = IsPatchCoarse(
+      CoverOf(moved, is_quadratic ? PatchBasis::kMovedNodes10 : PatchBasis::kMovedNodes));
+  if (moved.nodes.empty()) {
     place->weights.clear();
     if (found->node >= 0) {
       place->moved.push_back(found->node);
@@ -149,7 +158,7 @@ bool SolidContacts::FindPatch(const Contact& contact, const Vector3d& p, Contact
     }
     return true;
   }
-  place->moved = std::move(nodes);
+  place->moved = std::move(moved.nodes);
   return true;
 }
 
