@@ -188,14 +188,15 @@ bool NaturallyLess(const std::string& a, const std::string& b) {
 }
 
 std::vector<fs::path> ListPictures(const std::string& pattern, const fs::path& base) {
-  const fs::path full = base / pattern;
+  fs::path full = base / pattern;
+  if (full.parent_path().empty()) full = "." / full;  // what has no folder lies in this one
   const std::string name = full.filename().string();
   if (fs::is_directory(full)) {
     auto files = Collect(full, IsPictureName);
     if (files.empty()) Refuse(full, "the directory holds no picture");
     return files;
   }
-  if (!full.parent_path().empty() && !fs::is_directory(full.parent_path())) {
+  if (!fs::is_directory(full.parent_path())) {
     Refuse(full, "no such directory: " + full.parent_path().string());
   }
   if (fs::is_regular_file(full)) return {full};

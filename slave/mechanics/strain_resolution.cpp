@@ -7,6 +7,8 @@
 
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
@@ -16,10 +18,6 @@ using Eigen::Vector3d;
 constexpr double kMostPoisson = 0.49;
 constexpr std::array<std::array<int, 2>, 6> kEdges{
     {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

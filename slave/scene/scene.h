@@ -323,4 +323,7 @@ struct Scene {
   std::vector<Eigen::Vector3d> study_contacts;
 };
 
+// What the scene is read from, itself first: files, and folders of pictures and networks.
+std::vector<std::filesystem::path> InputFilesOf(const Scene& scene);
+
 }  // namespace palpate

@@ -12,7 +12,7 @@
 #include "shared/mesh/surface_patch.h"
 #include "slave/study/study_row.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -399,4 +399,4 @@ double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Pr
   return seen > 0 ? seen / width - 1 : kUnknown;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

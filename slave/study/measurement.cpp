@@ -14,7 +14,7 @@
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/study/round_load.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -123,12 +123,12 @@ class Trial {
   }
 
   // The force that `depth` takes of a tool this much wider.
-  palpate::Answer At(const Press& press, double depth, double width_share) {
+  study::Answer At(const Press& press, double depth, double width_share) {
     const double width = width_share * question_.width;
     return press.loaded ? Push(press, depth, width) : Move(press, depth, width);
   }
 
-  palpate::Answer Move(const Press& press, double depth, double width) {
+  study::Answer Move(const Press& press, double depth, double width) {
     const Contact contact = Moved(press, press.p_O, width, depth);
     ContactResponse response;
     model_.Respond(std::span(&contact, 1), std::span(&response, 1));
@@ -136,7 +136,7 @@ class Trial {
     return {press.inward_O.dot(response.force_O), response.validity, response.doubt};
   }
 
-  palpate::Answer Push(const Press& press, double depth, double width) {
+  study::Answer Push(const Press& press, double depth, double width) {
     const double force = question_.load * depth / question_.depth;
     const auto points =
         RoundLoad(finder_.skin(), press.p_O, press.inward_O, width, HasMidnodes(options_));
@@ -298,4 +298,4 @@ StudyRow Measure(const Candidate& candidate, const PressSpec& question,
   return row;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

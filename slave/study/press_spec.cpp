@@ -11,7 +11,7 @@
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/object_mesh.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector2d;
@@ -93,7 +93,7 @@ std::optional<Press> LastExit(const SurfaceMesh& surface, const Vector3d& from,
 }
 
 Press OppositeToHeld(const Scene& scene, const SurfaceMesh& surface) {
-  const auto held = FixedNodes(scene, surface.nodes);
+  const auto held = FixedNodeDofs(scene, surface.nodes);
   Vector3d lower = surface.nodes.front(), upper = lower, held_sum = Vector3d::Zero();
   int held_count = 0;
   for (std::size_t i = 0; i < held.size(); ++i) {
@@ -183,4 +183,4 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
   return question;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

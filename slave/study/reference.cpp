@@ -10,7 +10,7 @@
 #include "slave/study/planar_truth.h"
 #include "slave/study/richardson.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr double kOneMesh = 0.3;  // of its own effect: a nonlinearity known from one mesh only
@@ -234,4 +234,4 @@ void JudgeRows(const References& references, std::vector<StudyRow>* rows) {
   }
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

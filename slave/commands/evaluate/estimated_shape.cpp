@@ -104,7 +104,7 @@ EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
   for (int i = 0; i < estimator.finger_count(); ++i) {
     const FingerEstimate& finger = estimator.finger(i);
     if (!finger.has_pose) continue;
-    shape.fingers_S.push_back(FingerCapsule(finger.X_SF, tactile->finger_radius));
+    shape.fingers_S.push_back(study::FingerCapsule(finger.X_SF, tactile->finger_radius));
   }
   if (estimator.body() == nullptr) {
     shape.state = "at rest: nobody says where the fingertips are";

@@ -13,9 +13,9 @@
 namespace palpate {
 
 struct EstimatedShape {
-  SurfaceMesh rest_S, estimate_S;   // same nodes and triangles
-  std::string state;                // in words, how the estimate came about
-  std::vector<Occluder> fingers_S;  // that stand in the camera's view
+  SurfaceMesh rest_S, estimate_S;          // same nodes and triangles
+  std::string state;                       // in words, how the estimate came about
+  std::vector<study::Occluder> fingers_S;  // that stand in the camera's view
 };
 
 // The object's surface under the rows of both tables (as `solve` reads them; paths may be empty:

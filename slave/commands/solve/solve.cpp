@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
-#include "slave/commands/solve/csv_table.h"
 #include "slave/commands/solve/field_file.h"
 #include "slave/commands/solve/solve_history.h"
 #include "slave/commands/solve/solve_rows.h"
@@ -135,13 +135,6 @@ std::unique_ptr<DeformationModel> Build(const Scene& scene, const ObjectMesh& me
   return model;
 }
 
-// Told before anything is computed that would be lost.
-void RequireWritable(const std::filesystem::path& file) {
-  if (!std::ofstream(file, std::ios::app)) {
-    throw InputError(file.string() + ": cannot be written");
-  }
-}
-
 std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& mesh, bool dynamic) {
   std::vector<SolveRow> rows;
   if (!options.contacts.empty()) {
@@ -165,8 +158,12 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const bool dynamic = MovesInTime(scene);
   std::vector<SolveRow> rows = ReadRows(options, mesh, dynamic);
+  std::vector<std::filesystem::path> inputs = InputFilesOf(scene);
+  inputs.insert(inputs.end(), {options.contacts, options.loads});
+  RequireOtherThan("--out", options.out, inputs);
+  RequireOtherThan("--field", options.field, inputs);
   RequireWritable(options.out);
-  if (!options.field.empty()) RequireWritable(options.field);
+  RequireWritable(options.field);
 
   ProgressBar progress("solve", stop);
   const auto model = Build(scene, mesh, &progress);

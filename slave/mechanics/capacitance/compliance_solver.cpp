@@ -9,6 +9,7 @@
 
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
@@ -22,10 +23,6 @@ constexpr double kAbsurd = 1e6;  // larger sides
 constexpr int kUpdateRows = 8;
 // Stiffness from three solutions per contact against triangles that are inverted; measured.
 constexpr int kRowsPerContact = 20;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 void RequirePositive(const char* name, double value) {
   if (value > 0 && std::isfinite(value)) return;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
@@ -23,10 +24,6 @@ constexpr double kOnEdge = 1e-9;   // barycentric weight
 constexpr std::string_view kNoPlace =
     "no surface is met there: farther from it than half the longest edge of the nearest triangle";
 constexpr std::string_view kInnerNode = "a node inside the body is no place on its surface";
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

@@ -4,15 +4,12 @@
 #include <cmath>
 #include <map>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate::fem {
 namespace {
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 bool Finite(const Contact& contact) {
   return contact.p_O.allFinite() && contact.prescribed_O.allFinite() &&

@@ -8,16 +8,13 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/lanes.h"
 
 namespace palpate::fem {
 namespace {
 
 constexpr std::size_t kMostElements = 4'000'000;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 Lame LameOf(double nu) {
   return {0.5 / (1 + nu), nu / ((1 + nu) * (1 - 2 * nu))};

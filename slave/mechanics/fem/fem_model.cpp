@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/mesh_resolution.h"
 
@@ -21,10 +22,6 @@ constexpr double kBalanced = 1e-6;    // of the loads' sizes
 constexpr double kAbsurd = 1e6;       // larger sides, or E times larger side squared
 constexpr int kRehearsed = 30'000;    // elements
 constexpr std::size_t kTextSize = 240;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 void Refuse(const std::string& key, double value, const std::string& accepted) {
   std::array<char, 40> number{};

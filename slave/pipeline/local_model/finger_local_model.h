@@ -41,7 +41,7 @@ class FingerLocalModel {
   [[nodiscard]] double depth() const { return depth_; }
   // The place of the surface at rest, frame O [m].
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return p_O_; }
-  // ContactEstimate over modelled stiffness [-].
+  // Felt over modelled stiffness [-].
   [[nodiscard]] double felt_ratio() const { return felt_ratio_; }
   // The plane is looked for anew, nothing was felt.
   void Forget() noexcept { triangle_ = -1, felt_ratio_ = 1; }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/solid/elastic_body.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
 #include "slave/site/fingertips/rigid_finger.h"
@@ -19,10 +20,6 @@ constexpr double kResidual = 1e-5;     // of the reactions
 constexpr double kPenetration = 2e-3;  // radii that count as touching, not as inside
 constexpr double kPull = 1e-3;         // of the largest reaction that counts as pulling
 constexpr int kMostPasses = 12;        // of who touches and who does not
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 double LargerSide(const SolidMesh& mesh) {
   if (mesh.nodes.empty()) throw std::invalid_argument("mesh: accepted is at least one tetrahedron");

@@ -18,7 +18,7 @@
 #include "slave/study/clouds/lzf.h"
 #include "slave/study/clouds/pcd_header.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "PCD's binary numbers are little-endian");
@@ -264,4 +264,4 @@ bool WritePcd(const std::filesystem::path& file, const PointCloud& cloud) {
   return static_cast<bool>(stream.flush());
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

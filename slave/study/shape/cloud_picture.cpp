@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector2d;
@@ -154,4 +154,4 @@ std::string CloudPicture::Png() const {
   return {bytes.begin(), bytes.end()};
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

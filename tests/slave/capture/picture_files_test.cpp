@@ -70,6 +70,20 @@ TEST(ListPicturesTest, NumberedPatternsStopAtTheFirstGap) {
   EXPECT_THAT(Names("a%d", scratch), testing::ElementsAre("a8", "a9", "a10"));
 }
 
+// A scene named without a folder lies in the working directory, as do its pictures.
+TEST(ListPicturesTest, PatternsWithoutAFolderLieInTheWorkingDirectory) {
+  const Scratch scratch;
+  for (const char* name : {"1.png", "2.png"}) scratch.Write(name, "x");
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(scratch.path());
+  for (const char* pattern : {"%d.png", "?.png"}) {
+    EXPECT_EQ(Message([&] { EXPECT_EQ(ListPictures(pattern, {}).size(), 2U); }),
+              "nothing was thrown")
+        << pattern;
+  }
+  std::filesystem::current_path(before);
+}
+
 TEST(ListPicturesTest, WhatIsWrongIsNamed) {
   const Scratch scratch;
   const auto list = [&](const std::string& pattern) {

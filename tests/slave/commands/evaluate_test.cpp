@@ -9,12 +9,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "shared/text/text.h"
 #include "slave/commands/evaluate/estimated_shape.h"
-#include "slave/commands/solve/csv_table.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/clouds/pcd_file.h"
 #include "slave/study/shape/virtual_depth_camera.h"
-#include "tests/slave/study/well_formed.h"
+#include "tests/shared/text/well_formed.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -59,12 +59,12 @@ model: {kind: fem}
   fs::path Picture(const fs::path& loads) {
     const auto scene = LoadScene(options_.scene, {}, SceneUse::kSolve);
     const auto shape = ShapeUnderTables(scene, {}, loads, nullptr);
-    PointCloud cloud;
+    study::PointCloud cloud;
     const auto& camera = *scene.sense.depth_camera;
-    for (const auto& p : SeeSurface(camera, shape.estimate_S, {}, 9)) {
+    for (const auto& p : study::SeeSurface(camera, shape.estimate_S, {}, 9)) {
       cloud.points.emplace_back(camera.X_SD.inverse() * p);
     }
-    EXPECT_TRUE(WritePcd(folder_ / "cloud.pcd", cloud));
+    EXPECT_TRUE(study::WritePcd(folder_ / "cloud.pcd", cloud));
     return folder_ / "cloud.pcd";
   }
   nlohmann::json Run(int exit_code = 0) {
@@ -109,10 +109,11 @@ TEST_F(EvaluateTest, ReportIsOneWellFormedPageAndCloudsAreReadable) {
   const std::string page = html.str();
   EXPECT_EQ(NotWellFormed(page.substr(page.find('\n') + 1)), "");
   EXPECT_THAT(page, HasSubstr("data:image/png;base64,iVBORw0KGgo"));
-  const auto object = ReadPcd(options_.out / "object.pcd").cloud;
+  const auto object = study::ReadPcd(options_.out / "object.pcd").cloud;
   EXPECT_EQ(object.size(), report["object"]["points"]);
-  EXPECT_EQ(ReadPcd(options_.out / "segmentation.pcd").cloud.size(), report["cloud"]["points"]);
-  EXPECT_EQ(ReadPcd(options_.out / "simulated.pcd").cloud.size(),
+  EXPECT_EQ(study::ReadPcd(options_.out / "segmentation.pcd").cloud.size(),
+            report["cloud"]["points"]);
+  EXPECT_EQ(study::ReadPcd(options_.out / "simulated.pcd").cloud.size(),
             report["score"]["simulated_points"]);
 }
 
@@ -128,8 +129,8 @@ TEST_F(EvaluateTest, WithoutACameraTheCloudIsOnlySegmented) {
 TEST_F(EvaluateTest, WhereNothingCanBeScoredItFailsAndSaysWhy) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   options_.cloud = folder_ / "few.pcd";
-  const auto fails = [&](const PointCloud& cloud, const char* words) {
-    ASSERT_TRUE(WritePcd(options_.cloud, cloud));
+  const auto fails = [&](const study::PointCloud& cloud, const char* words) {
+    ASSERT_TRUE(study::WritePcd(options_.cloud, cloud));
     const auto report = Run(1);
     EXPECT_THAT(complained_, HasSubstr("nothing was scored: the cloud has "));
     EXPECT_THAT(complained_, HasSubstr(words));
@@ -147,17 +148,25 @@ TEST_F(EvaluateTest, WhereNothingCanBeScoredItFailsAndSaysWhy) {
 }
 
 TEST_F(EvaluateTest, CloudInMillimetresIsRefusedAsOne) {
-  PointCloud cloud = ReadPcd(Picture({})).cloud;
+  study::PointCloud cloud = study::ReadPcd(Picture({})).cloud;
   options_.cloud = folder_ / "millimetres.pcd";
   const auto refuses = [&](double unit) {
-    PointCloud scaled = cloud;
+    study::PointCloud scaled = cloud;
     for (auto& p : scaled.points) p *= unit;
-    ASSERT_TRUE(WritePcd(options_.cloud, scaled));
+    ASSERT_TRUE(study::WritePcd(options_.cloud, scaled));
     EXPECT_THAT([&] { RunEvaluate(options_, {}); },
                 ThrowsMessage<std::exception>(HasSubstr("units look wrong")));
   };
   refuses(1000);  // 440 to 500 mm away
   refuses(3000);  // farther than any depth camera sees
+}
+
+TEST_F(EvaluateTest, WritesOverNothingItReads) {
+  options_.cloud = Picture({});
+  std::filesystem::create_directories(options_.out);
+  std::filesystem::create_hard_link(options_.cloud, options_.out / "object.pcd");
+  EXPECT_THAT([&] { RunEvaluate(options_, {}); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("object.pcd: accepted is another")));
 }
 
 TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {

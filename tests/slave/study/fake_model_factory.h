@@ -9,7 +9,7 @@
 
 #include "slave/study/study.h"
 
-namespace palpate::fake {
+namespace palpate::study::fake {
 
 // Force = stiffness x depth, straight back.
 class Spring final : public DeformationModel {
@@ -79,4 +79,4 @@ inline Scene Square() {
   return scene;
 }
 
-}  // namespace palpate::fake
+}  // namespace palpate::study::fake

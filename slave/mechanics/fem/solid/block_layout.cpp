@@ -3,16 +3,10 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/solid/node_ordering.h"
 
 namespace palpate {
-namespace {
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
-
-}  // namespace
 
 BlockLayout::BlockLayout(const ElementMesh& mesh, bool pressure)
     : mesh_(mesh), pressure_(pressure) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/mesh_resolution.h"
 
@@ -13,10 +14,6 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // The nearest point of one triangle only.
 std::optional<SurfacePlace> PlaceOn(const SurfaceMesh& surface, int triangle, const Vector3d& p) {

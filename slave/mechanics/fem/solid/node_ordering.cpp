@@ -8,6 +8,8 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
@@ -15,10 +17,6 @@ using Eigen::Vector3d;
 using Graph = std::vector<std::vector<int>>;
 
 constexpr std::size_t kLeaf = 16;  // elements that are dissected no further
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 std::vector<int> MinimumDegree(const Graph& neighbours) {
   const int n = static_cast<int>(neighbours.size());

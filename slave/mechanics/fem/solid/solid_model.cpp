@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
@@ -27,10 +28,6 @@ constexpr double kLeastPart = 1.0 / 64;  // of a load that is applied at once
 constexpr int kMostSteps = 300;          // of Newton's method for one answer, all parts together
 constexpr double kGrowth = 1e-6;         // of energy, per step, that rounding explains
 constexpr double kLooseGrowth = 1e-2;    // where the step is not a minimum of energy
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 [[noreturn]] void Refuse(const std::string& key, double value, const std::string& accepted) {
   std::array<char, 40> text{};

@@ -152,9 +152,31 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
               HasSubstr("rotation"));
   EXPECT_THAT(Refusal(pair + "R: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\nT: {data: [0, 0, 0]}"),
               HasSubstr("two cameras apart"));
+  const std::string identity = "R: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n";
+  EXPECT_THAT(Refusal(pair + identity + "T: {data: [1e-300, 0, 0]}"),
+              HasSubstr("length of T = 1e-300: accepted is two cameras apart [m], 1e-12 to 1000"));
+  EXPECT_EQ(Refusal(pair + identity + "T: {data: [0.06, 0, 0]}"), "read");
   EXPECT_THROW(ReadRig(folder_), std::runtime_error);
   EXPECT_THROW(ReadRig(folder_ / "missing.yaml"), std::runtime_error);
+  EXPECT_THAT([] { ReadRig("/dev/zero"); },
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("/dev/zero: cannot be read")));
   EXPECT_THROW(WriteRig(folder_ / "no" / "such" / "rig.yaml", rig_), std::runtime_error);
+}
+
+// What no lens has would end as numbers that are none.
+TEST_F(RigFileTest, IntrinsicsOutsideTheRangeOfLensesAreRefused) {
+  const auto refusal = [&](const std::string& matrix, const std::string& distortion = "0") {
+    return Refusal("image_width: 640\nimage_height: 480\ncamera_matrix: {data: [" + matrix +
+                   ", 0, 0, 1]}\ndistortion_coefficients: {data: [" + distortion + ", 0, 0, 0]}");
+  };
+  EXPECT_EQ(refusal("800, 0, 320, 0, 800, 240"), "read");
+  EXPECT_THAT(
+      refusal("5e-324, 0, 320, 0, 800, 240"),
+      HasSubstr("camera_matrix: fx = 4.94066e-324: accepted is a focal > 0 [px], 0.001 to 1e+09"));
+  EXPECT_THAT(refusal("800, 0, 320, 0, 1e300, 240"), HasSubstr("camera_matrix: fy = 1e+300"));
+  EXPECT_THAT(refusal("800, 0, -1e9, 0, 800, 240"), HasSubstr("camera_matrix: cx = -1e+09"));
+  EXPECT_THAT(refusal("800, 0, 320, 0, 800, 240", "1e200"),
+              HasSubstr("distortion_coefficients = 1e+200: accepted is a number, -1e+06 to 1e+06"));
 }
 
 }  // namespace
