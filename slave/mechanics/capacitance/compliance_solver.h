@@ -57,6 +57,8 @@ class ComplianceSolver {
   // Why the last Respond failed, one clause.
   [[nodiscard]] std::string_view failure() const { return failure_; }
 
+  // What the contacts of the last Respond touch.
+  [[nodiscard]] std::span<const ContactSlot> slots() const { return set_.slots(); }
   // Every force on a place under the contacts of the last Respond, contacts and loads; a place may
   // appear more than once. Empty where it failed.
   void Forces(std::vector<PlaceForce>* forces) const;

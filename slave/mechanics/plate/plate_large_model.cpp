@@ -25,7 +25,14 @@ constexpr double kModerate = 0.3;       // |w| / a: rotations are moderate
 constexpr double kLawsLargest = 0.1;    // error by the law
 constexpr double kLargest = 1000;       // |w| / t that is attempted
 constexpr double kLargestForce = 1e11;  // E t^4 / a^2 that is attempted
+// Nondimensional: below it intermediate results lose digits, as do subnormal numbers.
+constexpr double kLeastValue = 1e-290;
+constexpr std::string_view kDigitsLost = "the value is so small that digits are lost";
 constexpr std::size_t kMostTools = 64;  // diameters remembered
+
+bool IsSubnormal(double value) {
+  return std::fpclassify(value) == FP_SUBNORMAL;
+}
 
 bool IsMoved(const Touch& touch) {
   return touch.kind == Contact::Kind::kDisplacement;
@@ -224,7 +231,11 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch)
   const double share = moved || !(force * k * w > 0) ? 1 : force / (k * w);
   const bool inside = std::abs(w) <= range && std::abs(w) * t <= kModerate * params_.radius &&
                       excess * share <= kLawsLargest;
-  response.validity = inside ? Validity::kValid : Validity::kExtrapolated;
+  const double value = std::abs(values_[static_cast<std::size_t>(touch)]);
+  const bool lost =
+      (value > 0 && value < kLeastValue) || IsSubnormal(force_unit_ * force) || IsSubnormal(t * w);
+  response.validity = inside && !lost ? Validity::kValid : Validity::kExtrapolated;
+  response.doubt = !inside ? kBeyondRange : lost ? kDigitsLost : std::string_view();
   return response;
 }
 
