@@ -4,7 +4,7 @@ set -euo pipefail
 
 packages=(g++ cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
           libopencv-dev libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev
-          libmumps-seq-dev libopenblas0-serial zlib1g-dev libpcl-dev)
+          libmumps-seq-dev liblapack-dev libopenblas0-serial zlib1g-dev libpcl-dev)
 if [ "${1:-}" = tests ]; then
   packages+=(libgtest-dev libgmock-dev libbenchmark-dev clang-format python3 python3-grpcio python3-protobuf
              iproute2 git)

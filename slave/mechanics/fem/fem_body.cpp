@@ -8,7 +8,7 @@
 
 #include <Eigen/Geometry>
 
-#include "slave/mechanics/fem/lanes.h"
+#include "slave/mechanics/linear/lanes.h"
 
 namespace palpate::fem {
 namespace {
