@@ -11,9 +11,10 @@
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/scene/model_kinds.h"
 #include "slave/study/round_load.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -117,12 +118,12 @@ class Trial {
   }
 
   // The force that `depth` takes of a tool this much wider.
-  palpate::Answer At(const Press& press, double depth, double width_share) {
+  study::Answer At(const Press& press, double depth, double width_share) {
     const double width = width_share * question_.width;
     return press.loaded ? Push(press, depth, width) : Move(press, depth, width);
   }
 
-  palpate::Answer Move(const Press& press, double depth, double width) {
+  study::Answer Move(const Press& press, double depth, double width) {
     const Contact contact = Moved(press, press.p_O, width, depth);
     ContactResponse response;
     model_.Respond(std::span(&contact, 1), std::span(&response, 1));
@@ -130,7 +131,7 @@ class Trial {
     return {press.inward_O.dot(response.force_O), response.validity};
   }
 
-  palpate::Answer Push(const Press& press, double depth, double width) {
+  study::Answer Push(const Press& press, double depth, double width) {
     const double force = question_.load * depth / question_.depth;
     const auto points =
         RoundLoad(finder_.skin(), press.p_O, press.inward_O, width, HasMidnodes(options_));
@@ -183,7 +184,8 @@ void Describe(const Candidate& candidate, StudyRow* row) {
   row->model = candidate.scene.model;
   row->dof = candidate.dof;
   row->expected_s = candidate.expected_s;
-  if (row->kind == "fem" || row->kind == "fem-hyperelastic") {
+  const ModelKind* kind = FindModelKind(row->kind);
+  if (kind != nullptr && kind->iterates) {
     row->residual = candidate.scene.model.fem.residual;
   }
 }
@@ -274,4 +276,4 @@ StudyRow Measure(const Candidate& candidate, const PressSpec& question,
   return row;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

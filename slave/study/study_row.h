@@ -10,7 +10,7 @@
 #include "shared/state/validity.h"
 #include "slave/scene/scene.h"
 
-namespace palpate {
+namespace palpate::study {
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -65,4 +65,4 @@ struct StudyRow {
   bool recommended = false;
 };
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -9,6 +9,8 @@
 
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
@@ -20,10 +22,6 @@ constexpr double kAbsurd = 1e6;  // larger sides
 constexpr int kUpdateRows = 8;
 // Stiffness from three solutions per contact against triangles that are inverted; measured.
 constexpr int kRowsPerContact = 20;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 void RequirePositive(const char* name, double value) {
   if (value > 0 && std::isfinite(value)) return;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
 
 namespace palpate {
@@ -20,10 +21,6 @@ constexpr double kBalanced = 1e-6;    // of the loads' sizes
 constexpr double kAbsurd = 1e6;       // larger sides, or E times larger side squared
 constexpr int kRehearsed = 30'000;    // elements
 constexpr std::size_t kTextSize = 240;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 void Refuse(const std::string& key, double value, const std::string& accepted) {
   std::array<char, 40> number{};
@@ -147,6 +144,7 @@ void FemModel::SetGravity() {
 }
 
 void FemModel::Describe(const SolidMesh& mesh) {
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   info_.kind = "fem";
   info_.elements = static_cast<int>(mesh.tets.size());
   for (const auto& node : body_.free()) {
@@ -318,11 +316,11 @@ ContactResponse FemModel::ResponseOf(std::size_t k, const Contact& contact,
   return response;
 }
 
-void FemModel::BoundaryDisplacement(std::vector<Vector3d>* displacement_O) {
-  displacement_O->resize(displacement().size());
-  for (std::size_t i = 0; i < displacement_O->size(); ++i) {
+void FemModel::Displacements(std::vector<Vector3d>* u_O) {
+  u_O->resize(displacement().size());
+  for (std::size_t i = 0; i < u_O->size(); ++i) {
     const double* u = At(displacement(), body_.Number(static_cast<int>(i))).v;
-    (*displacement_O)[i] = length_unit_ * Vector3d(u[0], u[1], u[2]);
+    (*u_O)[i] = length_unit_ * Vector3d(u[0], u[1], u[2]);
   }
 }
 

@@ -53,7 +53,8 @@ class FemModel final : public DeformationModel {
   // failure() says which.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
   void Start(std::span<const Contact> contacts) override;
   [[nodiscard]] std::string_view failure() const override { return failure_; }
@@ -92,6 +93,7 @@ class FemModel final : public DeformationModel {
   std::optional<fem::StaticEquilibrium> equilibrium_;
   std::optional<fem::TimeStepper> stepper_;
   fem::NodeVector gravity_, f_ext_;
+  FieldMesh field_mesh_;
   ModelInfo info_;
   std::string remark_, failure_;
 };

@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::fem {
 namespace {
 
@@ -22,10 +24,6 @@ constexpr double kRounding = 2e-15;
 constexpr int kMostIterations = 20'000;
 constexpr int kMostWithFactor = 400;  // then it is not worth its name
 constexpr int kPatience = 1'000;      // iterations without a better residual
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 double LargestDiagonal(const BlockMatrix& A) {
   double largest = 0;

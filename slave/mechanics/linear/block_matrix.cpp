@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/linear/lanes.h"
 
 namespace palpate::fem {
 namespace {
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 PALPATE_INLINE Double4 ThreeOf(const Double4& v) {
   return Double4{v[0], v[1], v[2], 0};

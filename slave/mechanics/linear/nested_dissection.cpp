@@ -7,14 +7,12 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::fem {
 namespace {
 
 constexpr std::size_t kLeaf = 16;  // nodes that are no longer divided
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 class Dissection {
  public:

@@ -5,16 +5,13 @@
 
 #include <Eigen/Core>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/linear/front_kernels.h"
 
 namespace palpate::fem {
 namespace {
 
 constexpr double kPenalty = 1e4;  // of a held sum, of the diagonal
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/linear/blas.h"
 
 namespace palpate {
@@ -16,10 +17,6 @@ constexpr int kBlock = 48;          // columns of a panel that are eliminated to
 constexpr int kNarrow = 12;         // columns below which supernodes are merged freely
 constexpr double kFewZeros = 0.15;  // share of stored zeros that merging may cost
 constexpr double kManyZeros = 0.5;  // the same for narrow ones
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

@@ -15,7 +15,6 @@
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/load/nodal_load.h"
-#include "slave/pipeline/load/node_displacement.h"
 #include "slave/pipeline/load/triangle_search.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
 
@@ -46,12 +45,6 @@ double LargerSide(const SurfaceMesh& surface) {
     upper = upper.cwiseMax(p);
   }
   return (upper - lower).maxCoeff();
-}
-
-bool IsLinear(const Scene& scene) {
-  const std::string kind = ChooseModel(scene).kind;
-  return kind == "fem-green" || kind == "bem3d" ||
-         (kind == "fem" && scene.model.fem.law == FemOptions::Law::kLinear);
 }
 
 class VolumeLoadIdentifier final : public LoadIdentifier {
@@ -223,7 +216,7 @@ bool VolumeLoadIdentifier::Load(const SurfaceLoad& load) noexcept {
   model_->Respond(std::span(&contact, 1), std::span(&response, 1));
   if (response.validity == Validity::kFailed) return false;
   try {
-    NodeDisplacement(*model_, surface_, &field_);
+    model_->Displacements(&field_);
   } catch (const std::exception&) {
     return false;
   }

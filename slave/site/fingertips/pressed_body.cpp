@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/solid/elastic_body.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
 #include "slave/site/fingertips/rigid_finger.h"
@@ -20,15 +21,9 @@ constexpr double kPenetration = 2e-3;  // radii that count as touching, not as i
 constexpr double kPull = 1e-3;         // of the largest reaction that counts as pulling
 constexpr int kMostPasses = 12;        // of who touches and who does not
 
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
-
 double LargerSide(const SolidMesh& mesh) {
   if (mesh.nodes.empty()) throw std::invalid_argument("mesh: accepted is at least one tetrahedron");
-  Eigen::Array3d low = mesh.nodes.front(), high = low;
-  for (const auto& p : mesh.nodes) low = low.min(p.array()), high = high.max(p.array());
-  return (high - low).maxCoeff();
+  return palpate::LargerSide(mesh.nodes);
 }
 
 std::vector<int> NodesOf(const SurfaceMesh& surface) {

@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/plate/lobatto.h"
 
 namespace palpate::site {
@@ -14,10 +15,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Polynomials of a degree by their values at even places, at the points of Gauss's rule.
 struct Line {

@@ -40,6 +40,7 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const std::vector<std::array
       element_(options.element),
       locks_(poisson_ratio >= kLocks),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   Describe(options, young_modulus, poisson_ratio, mesh.tets.size());
 }
 
@@ -97,7 +98,7 @@ void FemGreenModel::Respond(std::span<const Contact> contacts,
   }
 }
 
-void FemGreenModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
+void FemGreenModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
   std::vector<PlaceForce> forces;
   solver_.Forces(&forces);
   std::vector<int> places;
@@ -107,11 +108,11 @@ void FemGreenModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacem
     forces_O.push_back(force_O);
   }
   if (forces.empty()) {
-    displacement_O->assign(surface_.nodes.size(), Eigen::Vector3d::Zero());
+    u_O->assign(surface_.nodes.size(), Eigen::Vector3d::Zero());
     return;
   }
-  columns_.Solve(places, forces_O, displacement_O);
-  for (auto& u : *displacement_O) u *= displacement_unit_;
+  columns_.Solve(places, forces_O, u_O);
+  for (auto& u : *u_O) u *= displacement_unit_;
 }
 
 void FemGreenModel::Prefetch(std::span<const Contact> contacts) {

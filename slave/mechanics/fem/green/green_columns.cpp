@@ -5,16 +5,14 @@
 #include <cstdint>
 #include <utility>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
 
 constexpr std::size_t kVersion = 1;  // of what is kept on disk
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Position along Morton's curve through the bounding box, 20 bits a side.
 std::uint64_t CurvePosition(const Vector3d& p, const Vector3d& low, double side) {

@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/linear/mumps.h"
 
 namespace palpate {
 namespace {
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Of every node, itself included, rising.
 std::vector<std::vector<int>> NeighboursOf(const ElementMesh& mesh) {

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
@@ -25,10 +27,6 @@ constexpr double kLeastPart = 1.0 / 64;  // of a load that is applied at once
 constexpr int kMostSteps = 300;          // of Newton's method for one answer, all parts together
 constexpr double kGrowth = 1e-6;         // of energy, per step, that rounding explains
 constexpr double kLooseGrowth = 1e-2;    // where the step is not a minimum of energy
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 [[noreturn]] void Refuse(const std::string& key, double value, const std::string& accepted) {
   std::array<char, 40> text{};
@@ -156,6 +154,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const Held& held, const Params& pa
       used_(Index(mesh_.node_count()), false),
       contacts_(mesh_, used_, unit_),
       supports_(mesh_, layout_, SameSize(held, mesh), body_.NodeVolumes()) {
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   for (const int node : mesh_.connectivity) used_[Index(node)] = true;
   if (layout_.has_pressure() && !equilibrium_.solver().is_direct()) {
     throw std::invalid_argument(
@@ -529,10 +528,10 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
   return true;
 }
 
-void SolidModel::BoundaryDisplacement(std::vector<Vector3d>* displacement_O) {
-  displacement_O->clear();
+void SolidModel::Displacements(std::vector<Vector3d>* u_O) {
+  u_O->clear();
   for (int node = 0; node < mesh_.vertex_count; ++node) {
-    displacement_O->push_back(displacement(node));
+    u_O->push_back(displacement(node));
   }
 }
 
