@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/solid/sparse_ldlt.h"
+#include "slave/mechanics/linear/sparse_ldlt.h"
 #include "slave/site/points/disc_mesh.h"
 #include "slave/site/points/neo_hookean.h"
 
