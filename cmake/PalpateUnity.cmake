@@ -74,4 +74,6 @@ function(palpate_unity target)
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP "u${place}")
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  # A source inside a unit looks like a header to the compiler, where unnamed namespaces would be a mistake.
+  target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
 endfunction()

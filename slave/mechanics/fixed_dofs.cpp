@@ -106,7 +106,7 @@ void RequireExisting(const Fixed& fixed, int count) {
 
 }  // namespace
 
-std::vector<std::array<bool, 2>> HeldElements(const Scene& scene, const BoundaryMesh& mesh) {
+std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const BoundaryMesh& mesh) {
   std::vector<std::array<bool, 2>> held(mesh.elements.size(), {false, false});
   const Selection selection(scene, mesh);
   for (const Fixed& fixed : scene.object.fixed) {
@@ -143,8 +143,8 @@ bool Holds(const Fixed& fixed, const std::vector<Vector3d>& nodes, double near, 
 
 }  // namespace
 
-std::vector<std::array<bool, 3>> FixedNodes(const Scene& scene,
-                                            const std::vector<Vector3d>& nodes) {
+std::vector<std::array<bool, 3>> FixedNodeDofs(const Scene& scene,
+                                               const std::vector<Vector3d>& nodes) {
   std::vector<std::array<bool, 3>> held(nodes.size(), {false, false, false});
   const double near = kOnSide * Diagonal(nodes);
   for (const Fixed& fixed : scene.object.fixed) {

@@ -27,7 +27,7 @@ std::unique_ptr<DeformationModel> MakeBem2d(const Scene& scene, const BoundaryMe
   params.contact = scene.model.contact;
   params.range = scene.model.range > 0 ? scene.model.range : kDefaultRange;
   return std::make_unique<Bem2dModel>(
-      ReferenceProblem{mesh, HeldElements(scene, mesh), scene.object.material.poisson_ratio,
+      ReferenceProblem{mesh, FixedElementDofs(scene, mesh), scene.object.material.poisson_ratio,
                        scene.model.plane, scene.model.order},
       params, progress);
 }

@@ -29,7 +29,7 @@ std::vector<std::array<bool, 3>> HeldTriangles(const SurfaceMesh& mesh,
 
 // What the scene holds, and nodes that belong to no element: they have no stiffness of their own.
 std::vector<std::array<bool, 3>> HeldNodesOf(const Scene& scene, const SolidMesh& mesh) {
-  auto held = FixedNodes(scene, mesh.nodes);
+  auto held = FixedNodeDofs(scene, mesh.nodes);
   std::vector<char> used(mesh.nodes.size(), 0);
   for (const auto& tet : mesh.tets) {
     for (const int node : tet) used[static_cast<std::size_t>(node)] = 1;
@@ -90,7 +90,7 @@ std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMes
   options.range = scene.model.range;
   options.cache = scene.model.cache;
   const Material& material = scene.object.material;
-  return std::make_unique<Bem3dModel>(mesh, HeldTriangles(mesh, FixedNodes(scene, mesh.nodes)),
+  return std::make_unique<Bem3dModel>(mesh, HeldTriangles(mesh, FixedNodeDofs(scene, mesh.nodes)),
                                       material.young_modulus, material.poisson_ratio, options,
                                       progress);
 }

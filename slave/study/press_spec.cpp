@@ -93,7 +93,7 @@ std::optional<Press> LastExit(const SurfaceMesh& surface, const Vector3d& from,
 }
 
 Press OppositeToHeld(const Scene& scene, const SurfaceMesh& surface) {
-  const auto held = FixedNodes(scene, surface.nodes);
+  const auto held = FixedNodeDofs(scene, surface.nodes);
   Vector3d lower = surface.nodes.front(), upper = lower, held_sum = Vector3d::Zero();
   int held_count = 0;
   for (std::size_t i = 0; i < held.size(); ++i) {

@@ -224,7 +224,7 @@ std::shared_ptr<const RestBody> TrueObject::BodyFor(const Vector3d& lateral_O) c
 std::shared_ptr<const RestBody> TrueObject::Finish(SiteMesh mesh) const {
   auto body = std::make_shared<RestBody>();
   body->mesh = std::move(mesh);
-  body->held = FixedNodes(scene_, body->mesh.nodes);
+  body->held = FixedNodeDofs(scene_, body->mesh.nodes);
   body->surface = {body->mesh.nodes, body->mesh.triangles};
   Compact(body.get());
   for (std::size_t i = 0; i < body->node_of.size(); ++i) {
