@@ -1,4 +1,4 @@
-#include "slave/site/points/neo_hookean.h"
+#include "slave/site/solid/neo_hookean.h"
 
 #include <cmath>
 
