@@ -18,6 +18,7 @@ using Eigen::VectorXd;
 
 constexpr double kResidual = 1e-5;     // of the reactions
 constexpr double kRoughly = 1e-2;      // the same while it is still found who touches
+constexpr double kInPlace = 1e-12;     // of the body: bonded nodes nearer than this are there
 constexpr int kMostSteps = 30;         // of Newton's method
 constexpr int kMostHalvings = 10;      // of one of them
 constexpr double kLess = 1e-4;         // of a step's length by which it must lessen the residual
@@ -169,7 +170,7 @@ bool PressedBody::Solver::Balance(double residual) {
   for (int step = 0; step < kMostSteps; ++step) {
     if (!body.Linearise(x, &forces, &stiffness)) return false;
     VectorXd move = (1 - free.array()) * scene_free.array() * (goal - x).array();
-    const bool is_moving = !move.isZero(0);
+    const bool is_moving = !move.isZero(kInPlace);
     const VectorXd left = forces.cwiseProduct(free);
     if (!is_moving && left.norm() <= residual * (forces - left).norm()) return true;
     VectorXd right = -(forces + stiffness.selfadjointView<Eigen::Upper>() * move);
@@ -239,6 +240,7 @@ bool PressedBody::Solver::Release(std::span<const FingerPlacement> fingers) {
 
 bool PressedBody::Solver::Settle(std::span<const FingerPlacement> fingers) {
   for (Bond& bond : bonds) bond.was_released = false;
+  placed.assign(fingers.begin(), fingers.end());
   const auto balance = [&](double residual) {
     Fix(fingers);
     return Balance(residual);
@@ -248,9 +250,8 @@ bool PressedBody::Solver::Settle(std::span<const FingerPlacement> fingers) {
     if (Capture(fingers)) continue;
     if (!balance(kResidual)) return false;
     const bool captured = Capture(fingers), released = Release(fingers);
-    if (!captured && !released) break;
+    if (!captured && !released) return true;
   }
-  placed.assign(fingers.begin(), fingers.end());
   return balance(kResidual);
 }
 
@@ -264,10 +265,12 @@ bool PressedBody::Press(std::span<const FingerPlacement> fingers) {
   Solver& s = *solver_;
   const VectorXd x = s.x, forces = s.forces;
   const std::vector<Bond> bonds = s.bonds;
+  const std::vector<FingerPlacement> placed = s.placed;
   if (s.Settle(fingers)) return true;
   s.x = x;
   s.forces = forces;
   s.bonds = bonds;
+  s.placed = placed;
   return false;
 }
 
