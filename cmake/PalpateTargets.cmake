@@ -21,6 +21,15 @@ endif()
 if(PALPATE_SANITIZE)
   add_compile_options(-fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${PALPATE_SANITIZE})
+  if(PALPATE_SANITIZE_EXCEPT)
+    add_compile_options(-fno-sanitize=${PALPATE_SANITIZE_EXCEPT})
+  endif()
+endif()
+
+# Linking against a hundred shared libraries takes gold a fifth of the time that ld takes.
+find_program(PALPATE_GOLD ld.gold)
+if(PALPATE_GOLD)
+  add_link_options(-fuse-ld=gold)
 endif()
 
 add_library(palpate_warnings INTERFACE)
@@ -32,8 +41,8 @@ target_compile_options(palpate_warnings INTERFACE -Wall -Wextra -Wconversion -Ws
 function(palpate_library name)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "SOURCES;APART;LINKS;PRIVATE_LINKS")
   if(ARG_SOURCES)
-    add_library(${name} STATIC ${ARG_SOURCES})
-    palpate_unity(${name} SOURCES ${ARG_SOURCES} APART ${ARG_APART})
+    palpate_units(${name} units SOURCES ${ARG_SOURCES} APART ${ARG_APART})
+    add_library(${name} STATIC ${units})
     target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
     target_link_libraries(${name} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS} palpate_warnings)
   else()
@@ -43,15 +52,19 @@ function(palpate_library name)
   endif()
 endfunction()
 
-# palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SANITIZE]): one test executable per folder of tests,
-# run by ctest as NAME. SANITIZE: cheap enough to run under the sanitizers too.
+# palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SLOW FILTER] [SANITIZE] [THREADS]): one test
+# executable per folder of tests, run by ctest as NAME. Those of its tests that a GoogleTest FILTER names are run as NAME_slow, with the
+# label `slow`: `tests/run.sh --full` alone runs them. SANITIZE: parses, speaks or runs threads, so that every
+# `tests/run.sh` runs it under the address and undefined-behaviour sanitizers too; with `--full` they run everything.
+# THREADS: runs threads, which `--full` has the thread sanitizer watch.
+# Tests are compiled at -O1: what takes time is in the libraries, and compiling takes a fifth less.
 function(palpate_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "SANITIZE" "TIMEOUT" "SOURCES;APART;LINKS;LABELS")
-  add_executable(${name} ${ARG_SOURCES})
-  palpate_unity(${name} SOURCES ${ARG_SOURCES} APART ${ARG_APART})
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "SANITIZE;THREADS" "TIMEOUT;SLOW" "SOURCES;APART;LINKS;LABELS")
+  palpate_units(${name} units SOURCES ${ARG_SOURCES} APART ${ARG_APART})
+  add_executable(${name} ${units})
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} palpate_test_paths GTest::gtest_main GTest::gmock palpate_warnings)
-  add_test(NAME ${name} COMMAND ${name})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -59,9 +72,26 @@ function(palpate_test name)
     list(APPEND ARG_LABELS sanitize)
     add_dependencies(sanitized_tests ${name})
   endif()
-  set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+  if(ARG_THREADS)
+    list(APPEND ARG_LABELS threads)
+    add_dependencies(threaded_tests ${name})
+  endif()
+  if(ARG_SLOW)
+    palpate_test_entry(${name} ${name} "--gtest_filter=-${ARG_SLOW}" ${ARG_TIMEOUT} "${ARG_LABELS}")
+    palpate_test_entry(${name}_slow ${name} "--gtest_filter=${ARG_SLOW}" 3600 "slow")
+  else()
+    palpate_test_entry(${name} ${name} "" ${ARG_TIMEOUT} "${ARG_LABELS}")
+  endif()
+endfunction()
+
+function(palpate_test_entry entry program filter timeout labels)
+  add_test(NAME ${entry} COMMAND ${program} ${filter})
+  if(PALPATE_SANITIZE)
+    math(EXPR timeout "10 * ${timeout}")  # instrumented code takes its time
+  endif()
+  set_tests_properties(${entry} PROPERTIES TIMEOUT ${timeout} LABELS "${labels}")
   if(PALPATE_SANITIZE STREQUAL "thread")
-    set_tests_properties(${name} PROPERTIES
+    set_tests_properties(${entry} PROPERTIES
       ENVIRONMENT "TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/tsan.supp")
   endif()
 endfunction()

@@ -1,7 +1,10 @@
 #!/usr/bin/env bash
-# Configures a preset and builds targets: deploy/build.sh PRESET [CMAKE -D OPTIONS ...] [-- TARGETS ...]. Quiet unless it fails.
+# Configures a preset and builds targets: deploy/build.sh PRESET [CMAKE -D OPTIONS ...] [-- TARGETS ...]. One line tells
+# how far it is; what the compilers said is in build/PRESET.log, and is printed if they failed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+# shellcheck source=progress.sh
+source deploy/progress.sh
 
 preset=$1
 shift
@@ -13,9 +16,16 @@ targets=()
 
 log=build/$preset.log
 mkdir -p build
+progress "build $preset: configuring"
 cmake --preset "$preset" "${options[@]}" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
-if [ -t 1 ]; then
-  NINJA_STATUS='[%f/%t] ' cmake --build "build/$preset" "${targets[@]}"
-else
-  cmake --build "build/$preset" "${targets[@]}" >>"$log" 2>&1 || { tail -n 60 "$log" >&2; exit 1; }
-fi
+
+said="build $preset: looking for what changed"
+follow() {  # follow LINE: the compilers' output is kept, their count is shown
+  [ -z "$1" ] || echo "$1" >>"$log"
+  [[ $1 =~ ^\[([0-9]+)/([0-9]+)\] ]] &&
+    said="build $preset: [${BASH_REMATCH[1]}/${BASH_REMATCH[2]}] $((100 * BASH_REMATCH[1] / BASH_REMATCH[2])) %"
+  progress "$said, $SECONDS s"
+}
+NINJA_STATUS='[%f/%t] ' cmake --build "build/$preset" "${targets[@]}" 2>&1 | each_line follow ||
+  { progress_end "build $preset: failed" >&2; tail -n 60 "$log" >&2; exit 1; }
+progress_end "build $preset: done in $SECONDS s"

@@ -26,12 +26,14 @@ done
 [[ $duration =~ ^[0-9]+(\.[0-9]+)?$ ]] || { echo "demo.sh: --duration $duration: accepted is a number of seconds" >&2; exit 2; }
 if [ -n "$out" ]; then mkdir -p "$out"; out=$(cd "$out" && pwd); fi
 cd "$(dirname "$0")/.."
+# shellcheck source=progress.sh
+source deploy/progress.sh
 out=${out:-$PWD/build/demo}
 mkdir -p "$out"
 file=deploy/scenes/$scene.yaml
 [ -f "$file" ] || { echo "demo.sh: --scene $scene: accepted is one of: $(cd deploy/scenes && ls ./*.yaml | sed 's#\./##; s/\.yaml//' | tr '\n' ' ')" >&2; exit 2; }
 
-echo "== install and build"
+echo "== install and build: some minutes the first time"
 deploy/install.sh
 deploy/build.sh release -DPALPATE_TESTS=OFF -- palpate-slave palpate-master
 slave=build/release/bin/palpate-slave master=build/release/bin/palpate-master
@@ -46,13 +48,15 @@ echo "== a hand presses for $duration s"
 $slave serve "$file" --listen 127.0.0.1:0 >"$out/slave.out" 2>"$out/slave.log" &
 pid=$!
 trap 'kill $pid 2>/dev/null || true' EXIT
-for _ in $(seq 900); do
+for tenth in $(seq 900); do
   grep -q '^listening on ' "$out/slave.out" && break
   kill -0 $pid 2>/dev/null || { echo "the slave did not start:" >&2; cat "$out/slave.log" >&2; exit 1; }
+  [ $((tenth % 10)) -ne 0 ] || progress "the slave starts: $((tenth / 10)) s"
   sleep 0.1
 done
 address=$(sed -n 's/^listening on //p' "$out/slave.out")
 [ -n "$address" ] || { echo "the slave did not answer within 90 s: see $out/slave.log" >&2; exit 1; }
+progress_end "the slave is ready"
 $master connect "$address" --device sim-hand --render local --duration "$duration" \
   --report "$out/report.json" --log "$out/log.csv" --shape "$out/shape.svg"
 kill -TERM $pid

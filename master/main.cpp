@@ -1,4 +1,5 @@
 // palpate-master: the operator's station.
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <csignal>
@@ -20,6 +21,8 @@
 #include "master/view/finger_table.h"
 #include "master/view/shape_watch.h"
 #include "master/view/summary_table.h"
+#include "shared/program/program.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -82,7 +85,7 @@ CLI::Validator Between(double low, double high) {
 
 void Declare(CLI::App* app, Arguments* a) {
   app->require_subcommand(1);
-  app->set_version_flag("--version", PALPATE_VERSION);
+  app->set_version_flag("--version", Version());
   app->footer(
       "Examples:\n"
       "  palpate-master connect localhost:50051\n"
@@ -122,11 +125,15 @@ void Declare(CLI::App* app, Arguments* a) {
 
 // Fails here what can fail before anything moves.
 void CheckBeforehand(const Arguments& a) {
-  if (!a.report.empty()) CheckWritable(a.report);
-  if (!a.log.empty()) CheckWritable(a.log);
+  const std::array inputs{PlaybackFile(a.device)};
+  RequireOtherThan("--report", a.report, inputs);
+  RequireOtherThan("--log", a.log, inputs);
+  for (const auto& shape : a.shapes) RequireOtherThan("--shape", shape, inputs);
+  RequireWritable(a.report);
+  RequireWritable(a.log);
   for (const auto& shape : a.shapes) {
     CheckShapeFile(shape);
-    CheckWritable(shape);
+    RequireWritable(shape);
   }
 }
 

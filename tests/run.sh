@@ -1,53 +1,111 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, and runs every test, cheapest first. The first red prints the command to repeat.
-# usage: tests/run.sh [--fast]   (--fast: without the sanitizer build)
+# Installs what is missing, builds, and tests, cheapest first. The first red prints the command to repeat.
+# usage: tests/run.sh [--fast | --full]
+#   (nothing)  what every change must pass: all but the slow tests; under address and undefined-behaviour sanitizers what
+#              parses, speaks or runs threads, and a run of each sense; under the thread sanitizer link and haptic loop
+#   --fast     without sanitizers and without clang-tidy
+#   --full     everything: slow tests, every check of the sanitizers on everything that is not slow, threads everywhere
+# PALPATE_CI_LIMIT=SECONDS: taking longer is a failure that names the step which grew.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-fast=no
+tier=push
 case ${1:-} in
   "") ;;
-  --fast) fast=yes ;;
-  *) echo "usage: tests/run.sh [--fast]" >&2; exit 2 ;;
+  --fast | --full) tier=${1#--} ;;
+  *) echo "usage: tests/run.sh [--fast | --full]" >&2; exit 2 ;;
 esac
 
-step() { echo; echo "== $1"; }
+jobs=$(($(nproc) + 1))  # sessions sleep half of their time
+started=$(date +%s)
+summary=build/tests.txt
+walls=build/walls.txt
+mkdir -p build
+: >"$summary"
+: >"$walls"
+
+step=
+end_step() { [ -z "$step" ] || echo "$share $((SECONDS - step_started)) $step" >>"$walls"; }
+# step NAME SHARE: what follows is NAME, which on two quiet cores takes no more than SHARE seconds.
+step() {
+  end_step
+  step=$1 share=$2 step_started=$SECONDS
+  echo
+  echo "== $step"
+}
 repeat() { echo "FAILED. To repeat: $1" >&2; exit 1; }
 
-step "install what is missing"
+# build PRESET TARGETS...
+build() {
+  local preset=$1; shift
+  local options=(-DPALPATE_TESTS=ON)
+  [ "$preset" != release ] || options+=(-DPALPATE_WERROR=ON)
+  deploy/build.sh "$preset" "${options[@]}" -- "$@" || repeat "deploy/build.sh $preset ${options[*]} -- $*"
+}
+
+# run_ctest PRESET CTEST-ARGUMENTS...
+run_ctest() {
+  local preset=$1; shift
+  ctest --test-dir "build/$preset" --output-on-failure --output-log "build/ctest-$preset.log" "$@" ||
+    repeat "ctest --test-dir build/$preset --rerun-failed --output-on-failure"
+  # Tests inside the executables, and those that were skipped and why.
+  python3 tests/tally.py "build/$preset/Testing/Temporary/LastTest.log" >>"$summary"
+}
+
+# Under sanitizers programs are slower; what is known of the libraries below is not ours to mend.
+sanitized() { PALPATE_PATIENCE=600 run_ctest "$@"; }
+
+step "install what is missing" 120
 deploy/install.sh tests
 
-step "format"
+step "format" 10
 formatted=$(git ls-files '*.h' '*.cpp' 2>/dev/null || true)
 if [ -n "$formatted" ]; then
   # shellcheck disable=SC2086
   clang-format --dry-run -Werror $formatted || repeat "clang-format -i \$(git ls-files '*.h' '*.cpp')"
 fi
 
-step "build"
-deploy/build.sh release -DPALPATE_TESTS=ON -DPALPATE_WERROR=ON || repeat "deploy/build.sh release -DPALPATE_TESTS=ON -DPALPATE_WERROR=ON"
-
 [ -d ../shared ] || echo "note: ../shared is absent: tests that need its recordings and reference values are skipped"
 
-summary=build/tests.txt
-: >"$summary"
-run_ctest() {  # run_ctest PRESET CTEST-ARGUMENTS...
-  local preset=$1; shift
-  local log=build/ctest-$preset.log
-  ctest --test-dir "build/$preset" --output-on-failure --output-log "$log" "$@" ||
-    repeat "ctest --test-dir build/$preset --rerun-failed --output-on-failure"
-  # Tests inside the executables, and those that were skipped and why.
-  python3 tests/tally.py "build/$preset/Testing/Temporary/LastTest.log" >>"$summary"
-}
+step "build" 480
+build release all
 
-step "tests"
-run_ctest release -j2
+step "tests" 180
+if [ $tier = full ]; then run_ctest release -j"$jobs"; else run_ctest release -j"$jobs" -LE slow; fi
 
-if [ $fast = no ]; then
-  step "the same under address and undefined-behaviour sanitizers, without the slow ones"
-  deploy/build.sh asan -DPALPATE_TESTS=ON -- sanitized_tests || repeat "deploy/build.sh asan -- sanitized_tests"
-  run_ctest asan -j2 -L sanitize
-fi
+case $tier in
+  push)
+    step "clang-tidy on what changed" 60
+    tests/tidy.sh || repeat "tests/tidy.sh"
 
-step "summary"
-python3 tests/tally.py --sum "$summary"
+    step "build with address and undefined-behaviour sanitizers" 300
+    build asan sanitized_tests
+    step "what parses, speaks or runs threads, and each sense, under them" 60
+    sanitized asan -j"$jobs" -L sanitize
+
+    step "link and haptic loop under the thread sanitizer" 60
+    build tsan test_link test_haptics
+    sanitized tsan -j"$jobs" -R '^test_(link|haptics)$'
+    ;;
+  full)
+    step "clang-tidy on what changed" 0
+    PALPATE_TIDY_SECONDS=100000 tests/tidy.sh || repeat "tests/tidy.sh"
+
+    step "everything under address and undefined-behaviour sanitizers, with every check" 0
+    build asan-full all
+    sanitized asan-full -j"$jobs" -LE 'slow|clients'
+
+    step "everything that runs threads under the thread sanitizer" 0
+    build tsan threaded_tests
+    sanitized tsan -j"$jobs" -L threads
+    ;;
+esac
+
+end_step
+echo
+echo "== what it cost"
+python3 tests/costs.py --since "$started" --walls "$walls" || slow=yes
+echo
+echo "== summary"
+python3 tests/tally.py --sum "$summary" || exit 1
+[ -z "${slow:-}" ]

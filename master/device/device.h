@@ -1,6 +1,7 @@
 // A haptic device, or what stands in for one. Polled by the haptic loop.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -48,5 +49,8 @@ class Device {
 // scripted hand. Throws std::invalid_argument: unknown device (lists what exists);
 // std::runtime_error: file:line of a bad recording.
 std::unique_ptr<Device> OpenDevice(const std::string& spec, double press_depth, double press_speed);
+
+// The file that a device of `spec` plays; empty: it plays none.
+std::filesystem::path PlaybackFile(const std::string& spec);
 
 }  // namespace palpate

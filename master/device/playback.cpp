@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
-#include <fstream>
 #include <sstream>
-#include <stdexcept>
 #include <string_view>
+
+#include "shared/text/csv.h"
 
 namespace palpate {
 namespace {
@@ -16,95 +14,49 @@ constexpr std::array<std::string_view, 4> kColumns{"time_s", "x", "y", "z"};
 constexpr double kFarthest = 100;     // [m]
 constexpr double kRemarkedGap = 0.5;  // [s]
 
-class Reader {
- public:
-  explicit Reader(const std::filesystem::path& file) : file_(file), in_(file) {
-    if (!in_) throw std::runtime_error(file.string() + ": cannot be read");
-  }
-  // The cells of the next line that is not blank. False: the end.
-  bool Next(std::vector<std::string_view>* cells) {
-    while (std::getline(in_, line_)) {
-      ++number_;
-      Split(cells);
-      if (cells->size() > 1 || !cells->front().empty()) return true;
-    }
-    return false;
-  }
-  [[noreturn]] void Fail(const std::string& what) const {
-    throw std::runtime_error(file_.string() + ":" + std::to_string(number_) + ": " + what);
-  }
-
- private:
-  void Split(std::vector<std::string_view>* cells) const {
-    cells->clear();
-    std::string_view rest = line_;
-    while (true) {
-      const auto comma = rest.find(',');
-      cells->push_back(Trim(rest.substr(0, comma)));
-      if (comma == std::string_view::npos) return;
-      rest.remove_prefix(comma + 1);
-    }
-  }
-  static std::string_view Trim(std::string_view text) {
-    const auto first = text.find_first_not_of(" \t\r");
-    if (first == std::string_view::npos) return {};
-    return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-  }
-
-  std::filesystem::path file_;
-  std::ifstream in_;
-  std::string line_;
-  int number_ = 0;
-};
-
-std::array<std::size_t, 4> FindColumns(const Reader& reader,
-                                       const std::vector<std::string_view>& header) {
+std::array<std::size_t, 4> FindColumns(const CsvLines& rows) {
   std::array<std::size_t, 4> columns{};
   for (std::size_t i = 0; i < kColumns.size(); ++i) {
-    const auto found = std::find(header.begin(), header.end(), kColumns[i]);
-    if (found == header.end()) {
-      reader.Fail("column " + std::string(kColumns[i]) +
-                  " is missing: accepted is a header row with time_s, x, y, z");
+    const auto found = std::ranges::find(rows.cells(), kColumns[i]);
+    if (found == rows.cells().end()) {
+      rows.Fail("column " + std::string(kColumns[i]) +
+                " is missing: accepted is a header row with time_s, x, y, z");
     }
-    columns[i] = static_cast<std::size_t>(found - header.begin());
+    columns[i] = static_cast<std::size_t>(found - rows.cells().begin());
   }
   return columns;
 }
 
-double Number(const Reader& reader, const std::vector<std::string_view>& cells, std::size_t column,
-              std::string_view name) {
-  const std::string_view text = column < cells.size() ? cells[column] : std::string_view{};
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = error == std::errc{} && end == text.data() + text.size();
-  if (!whole || !std::isfinite(value)) {
-    reader.Fail(std::string(name) + " = '" + std::string(text) + "': accepted is a finite number");
+double Number(const CsvLines& row, std::size_t column, std::string_view name) {
+  const auto text = column < row.cells().size() ? row.cells()[column] : std::string_view{};
+  const auto value = ParseFinite(text);
+  if (!value) {
+    row.Fail(std::string(name) + " = '" + Shown(text) + "': accepted is a finite number");
   }
-  return value;
+  return *value;
 }
 
 }  // namespace
 
 Playback::Playback(const std::filesystem::path& file) : file_(file) {
-  Reader reader(file);
-  std::vector<std::string_view> cells;
-  if (!reader.Next(&cells)) reader.Fail("empty: accepted is a header row with time_s, x, y, z");
-  const auto columns = FindColumns(reader, cells);
-  while (reader.Next(&cells)) {
+  CsvLines lines(file);
+  if (!lines.Next()) lines.Fail("empty: accepted is a header row with time_s, x, y, z");
+  const auto columns = FindColumns(lines);
+  while (lines.Next()) {
     std::array<double, 4> values{};
     for (std::size_t i = 0; i < values.size(); ++i) {
-      values[i] = Number(reader, cells, columns[i], kColumns[i]);
+      values[i] = Number(lines, columns[i], kColumns[i]);
     }
     const Row row{values[0], {values[1], values[2], values[3]}};
     if (!rows_.empty() && !(row.t > rows_.back().t)) {
-      reader.Fail("time_s = " + std::to_string(row.t) + " s: accepted is more than the row before");
+      lines.Fail("time_s = " + std::to_string(row.t) + " s: accepted is more than the row before");
     }
-    if (!(row.p.norm() <= kFarthest)) reader.Fail("position beyond 100 m: accepted is less");
+    if (!(row.p.norm() <= kFarthest)) lines.Fail("position beyond 100 m: accepted is less");
     if (!rows_.empty()) longest_gap_ = std::max(longest_gap_, row.t - rows_.back().t);
     rows_.push_back(row);
   }
   if (rows_.size() < 2) {
-    reader.Fail(std::to_string(rows_.size()) + " rows: accepted is at least 2");
+    lines.Fail(std::to_string(rows_.size()) + " rows: accepted is at least 2");
   }
 }
 

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "master/haptics/run_summary.h"
 #include "master/haptics/spsc_ring.h"
 #include "master/haptics/tick_log.h"
+#include "master/haptics/tick_summary.h"
 #include "master/haptics/truth_track.h"
 
 namespace palpate {
@@ -25,7 +25,7 @@ class Recorder {
   // Takes and finishes everything.
   void Finish();
 
-  [[nodiscard]] const RunSummary& summary() const { return summary_; }
+  [[nodiscard]] const TickSummary& summary() const { return summary_; }
   [[nodiscard]] const TickRecord& newest() const { return newest_; }  // default: none yet
   [[nodiscard]] std::uint64_t taken() const { return taken_; }        // ticks, so far
   [[nodiscard]] std::string trouble() const { return log_ ? log_->trouble() : std::string(); }
@@ -36,7 +36,7 @@ class Recorder {
 
   SpscRing<TickRecord>* ring_;
   std::unique_ptr<TickLog> log_;
-  RunSummary summary_;
+  TickSummary summary_;
   TruthTrack truth_;
   std::deque<TickRecord> waiting_;
   TickRecord newest_;

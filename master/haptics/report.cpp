@@ -1,10 +1,10 @@
 #include "master/haptics/report.h"
 
 #include <cmath>
-#include <fstream>
-#include <stdexcept>
 
 #include <nlohmann/json.hpp>
+
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -91,21 +91,7 @@ std::string ToJson(const Report& report) {
 }
 
 void WriteReport(const Report& report, const std::filesystem::path& file) {
-  std::filesystem::path part = file;
-  part += ".part";
-  std::ofstream out(part, std::ios::trunc);
-  out << ToJson(report);
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(part, file, error);
-  if (!out || error) throw std::runtime_error(file.string() + ": cannot be written");
-}
-
-void CheckWritable(const std::filesystem::path& file) {
-  const bool existed = std::filesystem::exists(file);
-  const bool opened = std::ofstream(file, std::ios::app).is_open();
-  if (!opened) throw std::runtime_error(file.string() + ": cannot be written");
-  if (!existed) std::filesystem::remove(file);
+  ReplaceFile(file, ToJson(report));
 }
 
 }  // namespace palpate

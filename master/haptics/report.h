@@ -60,7 +60,5 @@ struct Report {
 std::string ToJson(const Report& report);
 // Writes it whole or not at all. Throws std::runtime_error: it cannot be written.
 void WriteReport(const Report& report, const std::filesystem::path& file);
-// Throws std::runtime_error if `file` could not be written; leaves it as it is.
-void CheckWritable(const std::filesystem::path& file);
 
 }  // namespace palpate

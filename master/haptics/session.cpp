@@ -57,7 +57,7 @@ std::vector<NamedFinger> Named(const TickRecord& record, const std::vector<std::
   return fingers;
 }
 
-void AddFingers(const RunSummary& summary, const std::vector<std::string>& names, Report* report) {
+void AddFingers(const TickSummary& summary, const std::vector<std::string>& names, Report* report) {
   const auto fingers = summary.fingers();
   if (fingers.size() < 2) return;
   for (std::size_t i = 0; i < fingers.size(); ++i) {
@@ -66,7 +66,7 @@ void AddFingers(const RunSummary& summary, const std::vector<std::string>& names
   }
 }
 
-void AddSummary(const RunSummary& summary, double duration, Report* report) {
+void AddSummary(const TickSummary& summary, double duration, Report* report) {
   report->force_peak = summary.force_peak();
   report->force_error = summary.force_error();
   report->truth_known = summary.has_truth();

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "shared/telemetry/csv.h"
+#include "shared/text/csv.h"
 
 namespace palpate {
 namespace {

@@ -41,12 +41,12 @@ bool ComesFromBehind(const FingerMark& mark, const Viewpoint& view) {
 
 // Beside `at`, away from the arrow that starts there along `outward`.
 void PaintLabel(const NamedFinger& finger, const Eigen::Vector2d& at,
-                const Eigen::Vector2d& outward, Drawing* drawing) {
+                const Eigen::Vector2d& outward, Svg* drawing) {
   constexpr double kLine = 17;  // [px]
   const Eigen::Vector2d away = outward.stableNormalized();
-  const auto anchor = away.x() < -0.4  ? Drawing::Anchor::kEnd
-                      : away.x() > 0.4 ? Drawing::Anchor::kStart
-                                       : Drawing::Anchor::kMiddle;
+  const auto anchor = away.x() < -0.4  ? Svg::Anchor::kEnd
+                      : away.x() > 0.4 ? Svg::Anchor::kStart
+                                       : Svg::Anchor::kMiddle;
   const double rise = away.y() < 0 ? -kLine : 4;
   const Eigen::Vector2d first = at + kGap * away + Eigen::Vector2d(0, rise + 4);
   drawing->Text(first, finger.name, "finger-name", anchor);
@@ -54,7 +54,7 @@ void PaintLabel(const NamedFinger& finger, const Eigen::Vector2d& at,
 }
 
 void PaintFinger(const FingerMark& mark, const Viewpoint& view, double length, Layer layer,
-                 Drawing* drawing) {
+                 Svg* drawing) {
   const Eigen::Vector2d head = view.ToPicture(mark.place);
   const Eigen::Vector2d way = view.Direction(PressOf(mark.finger.felt), length);
   const bool behind = ComesFromBehind(mark, view);
@@ -69,7 +69,7 @@ void PaintFinger(const FingerMark& mark, const Viewpoint& view, double length, L
   if (behind) {
     const Arrow arrow(head - way, head);
     drawing->Line(arrow.tail, arrow.neck, "through");
-    drawing->Shape(arrow.Point(), "through-head");
+    drawing->Polygon(arrow.Point(), "through-head");
   } else {
     PaintArrow(head - way, head, drawing);
   }
@@ -94,17 +94,17 @@ std::string InWords(const FingerState& finger) {
 }
 
 void PaintFingers(const std::vector<FingerMark>& marks, const Viewpoint& view, double length,
-                  Layer layer, Drawing* drawing) {
+                  Layer layer, Svg* drawing) {
   for (const FingerMark& mark : marks) PaintFinger(mark, view, length, layer, drawing);
 }
 
-void PaintArrow(const Eigen::Vector2d& tail, const Eigen::Vector2d& head, Drawing* drawing) {
+void PaintArrow(const Eigen::Vector2d& tail, const Eigen::Vector2d& head, Svg* drawing) {
   const Arrow arrow(tail, head);
   const auto point = arrow.Point();
   drawing->Line(arrow.tail, arrow.neck, "halo");
-  drawing->Shape(point, "halo");
+  drawing->Polygon(point, "halo");
   drawing->Line(arrow.tail, arrow.neck, "shaft");
-  drawing->Shape(point, "head");
+  drawing->Polygon(point, "head");
 }
 
 }  // namespace palpate

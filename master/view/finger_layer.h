@@ -4,8 +4,8 @@
 #include <string>
 
 #include "master/haptics/session.h"
-#include "master/view/drawing.h"
 #include "master/view/viewpoint.h"
+#include "shared/text/svg.h"
 
 namespace palpate {
 
@@ -26,9 +26,9 @@ enum class Layer { kBehind, kBefore };  // the object
 // Arrows `length` pixels long per newton with their labels, rings for free fingers. Those that come
 // from behind the object are painted before it (kBehind), and shine through it (kBefore).
 void PaintFingers(const std::vector<FingerMark>& marks, const Viewpoint& view, double length,
-                  Layer layer, Drawing* drawing);
+                  Layer layer, Svg* drawing);
 
 // An arrow from `tail` to `head`.
-void PaintArrow(const Eigen::Vector2d& tail, const Eigen::Vector2d& head, Drawing* drawing);
+void PaintArrow(const Eigen::Vector2d& tail, const Eigen::Vector2d& head, Svg* drawing);
 
 }  // namespace palpate

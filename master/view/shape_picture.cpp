@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
-using Anchor = Drawing::Anchor;
+using Anchor = Svg::Anchor;
 
 constexpr double kWidth = 960, kHeight = 640;       // [px], as all here
 const Vector2d kCorner(140, 130), kRoom(460, 400);  // of the object; arrows stand around it
@@ -77,7 +77,7 @@ double LargestPress(const std::vector<FingerMark>& marks) {
 }
 
 // The corner of the frame S, as it is turned in the picture.
-void PaintAxes(const Viewpoint& view, Drawing* drawing) {
+void PaintAxes(const Viewpoint& view, Svg* drawing) {
   constexpr double kLength = 34;
   const Vector2d origin(60, kHeight - 60);
   for (const auto& [axis, name] :
@@ -89,7 +89,7 @@ void PaintAxes(const Viewpoint& view, Drawing* drawing) {
   }
 }
 
-void PaintColours(double full, double top, Drawing* drawing) {
+void PaintColours(double full, double top, Svg* drawing) {
   constexpr double kTall = 180, kWide = 20;
   constexpr int kSteps = 60, kTicks = 4;
   drawing->Text({kLegend, top}, "displacement [mm]", "ink");
@@ -99,7 +99,7 @@ void PaintColours(double full, double top, Drawing* drawing) {
     const std::array<Vector2d, 4> cell{Vector2d(corner.x(), y), Vector2d(corner.x() + kWide, y),
                                        Vector2d(corner.x() + kWide, y + h),
                                        Vector2d(corner.x(), y + h)};
-    drawing->Polygon(cell, ColourOf((i + 0.5) / kSteps));
+    drawing->Face(cell, ColourOf((i + 0.5) / kSteps));
   }
   for (int i = 0; i <= kTicks; ++i) {
     const double y = corner.y() + kTall * (1 - static_cast<double>(i) / kTicks);
@@ -108,7 +108,7 @@ void PaintColours(double full, double top, Drawing* drawing) {
   }
 }
 
-void PaintScales(const Viewpoint& view, double full_force, double top, Drawing* drawing) {
+void PaintScales(const Viewpoint& view, double full_force, double top, Svg* drawing) {
   PaintArrow({kLegend, top}, {kLegend + kArrow, top}, drawing);
   drawing->Text({kLegend + kArrow + 12, top + 5}, Readable(full_force) + " N", "ink");
   drawing->Text({kLegend, top + 25}, "force on the object", "soft");
@@ -122,7 +122,7 @@ void PaintScales(const Viewpoint& view, double full_force, double top, Drawing* 
   drawing->Text({kLegend, top + 124}, Readable(1e3 * bar) + " mm", "soft");
 }
 
-void PaintTitle(const ShapeMoment& moment, Drawing* drawing) {
+void PaintTitle(const ShapeMoment& moment, Svg* drawing) {
   std::array<char, 64> time{};
   std::snprintf(time.data(), time.size(), "%.1f s", moment.t);
   drawing->Text({30, 40}, moment.scene + " at " + time.data(), "heading");
@@ -160,10 +160,10 @@ std::string DrawShape(const ShapeMoment& moment) {
   const auto marks = MarksOf(moment);
   const double full_force = RoundedUp(LargestPress(marks), kLeastForce);
 
-  Drawing drawing(kWidth, kHeight, moment.scene, kStyle);
+  Svg drawing(kWidth, kHeight, moment.scene, kStyle);
   const std::array<Vector2d, 4> paper{Vector2d(0, 0), Vector2d(kWidth, 0),
                                       Vector2d(kWidth, kHeight), Vector2d(0, kHeight)};
-  drawing.Shape(paper, "paper");
+  drawing.Polygon(paper, "paper");
   PaintFingers(marks, view, kArrow / full_force, Layer::kBehind, &drawing);
   PaintSurface(mesh, view, full, &drawing);
   PaintRest(*mesh.topology, view, &drawing);

@@ -38,13 +38,13 @@ Corner Between(const Face& face, double u, double v) {
           w * face[0].share + u * face[1].share + v * face[2].share};
 }
 
-void Fill(const Corner& a, const Corner& b, const Corner& c, double light, Drawing* drawing) {
+void Fill(const Corner& a, const Corner& b, const Corner& c, double light, Svg* drawing) {
   const std::array<Eigen::Vector2d, 3> corners{a.at, b.at, c.at};
-  drawing->Polygon(corners, ColourOf((a.share + b.share + c.share) / 3, light));
+  drawing->Face(corners, ColourOf((a.share + b.share + c.share) / 3, light));
 }
 
 // In `parts` x `parts` smaller triangles.
-void Fill(const Face& face, double light, int parts, Drawing* drawing) {
+void Fill(const Face& face, double light, int parts, Svg* drawing) {
   const double h = 1.0 / parts;
   for (int i = 0; i < parts; ++i) {
     for (int j = 0; i + j < parts; ++j) {
@@ -100,17 +100,17 @@ std::vector<SeenTriangle> FarFirst(const RemoteMesh& mesh, const Viewpoint& view
   return triangles;
 }
 
-void PaintTriangles(std::span<const SeenTriangle> triangles, int parts, Drawing* drawing) {
+void PaintTriangles(std::span<const SeenTriangle> triangles, int parts, Svg* drawing) {
   for (const auto& [face, light, nearness, looks_away] : triangles) {
     Fill(face, light, parts, drawing);
     if (looks_away) continue;
     const std::array<Eigen::Vector2d, 3> corners{face[0].at, face[1].at, face[2].at};
-    drawing->Shape(corners, "edge");
+    drawing->Polygon(corners, "edge");
   }
 }
 
 void PaintOutline(const RemoteMesh& mesh, const Viewpoint& view, const std::vector<double>& shares,
-                  Drawing* drawing) {
+                  Svg* drawing) {
   constexpr double kHalfWidth = 3;  // [px]
   for (const auto& line : mesh.topology->lines) {
     const auto a = static_cast<std::size_t>(line[0]), b = static_cast<std::size_t>(line[1]);
@@ -119,13 +119,13 @@ void PaintOutline(const RemoteMesh& mesh, const Viewpoint& view, const std::vect
     const Eigen::Vector2d along = (to - from).stableNormalized();
     const Eigen::Vector2d side = kHalfWidth * Eigen::Vector2d(-along.y(), along.x());
     const std::array<Eigen::Vector2d, 4> band{from - side, to - side, to + side, from + side};
-    drawing->Polygon(band, ColourOf((shares[a] + shares[b]) / 2));
+    drawing->Face(band, ColourOf((shares[a] + shares[b]) / 2));
   }
 }
 
 }  // namespace
 
-void PaintSurface(const RemoteMesh& mesh, const Viewpoint& view, double full, Drawing* drawing) {
+void PaintSurface(const RemoteMesh& mesh, const Viewpoint& view, double full, Svg* drawing) {
   const std::vector<double> shares = Shares(mesh, full);
   const std::vector<SeenTriangle> triangles = FarFirst(mesh, view, shares);
   const double room = static_cast<double>(kMostFaces) / static_cast<double>(triangles.size() + 1);
@@ -139,7 +139,7 @@ void PaintSurface(const RemoteMesh& mesh, const Viewpoint& view, double full, Dr
   PaintOutline(mesh, view, shares, drawing);
 }
 
-void PaintRest(const MeshTopology& topology, const Viewpoint& view, Drawing* drawing) {
+void PaintRest(const MeshTopology& topology, const Viewpoint& view, Svg* drawing) {
   auto edges = VisibleOutline(topology.surface, view);
   edges.insert(edges.end(), topology.lines.begin(), topology.lines.end());
   const auto at = [&](int node) {

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "master/link/remote_mesh.h"
-#include "master/view/drawing.h"
 #include "master/view/viewpoint.h"
+#include "shared/text/svg.h"
 
 namespace palpate {
 
@@ -11,9 +11,9 @@ namespace palpate {
 // upper left; coarse meshes are painted in parts of a triangle, so that colours run smoothly.
 // What faces the viewer shines through a little: a dent on the far side is seen. Planar objects as
 // a coloured outline.
-void PaintSurface(const RemoteMesh& mesh, const Viewpoint& view, double full, Drawing* drawing);
+void PaintSurface(const RemoteMesh& mesh, const Viewpoint& view, double full, Svg* drawing);
 
 // The outline at rest in dashes.
-void PaintRest(const MeshTopology& topology, const Viewpoint& view, Drawing* drawing);
+void PaintRest(const MeshTopology& topology, const Viewpoint& view, Svg* drawing);
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 #include "shared/mesh/node_merger.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -11,8 +12,7 @@ constexpr double kEdge = 64;  // of a cell, in tolerances: few points lie near t
 
 }  // namespace
 
-NodeMerger::NodeMerger(double tolerance)
-    : tolerance_(tolerance), edge_(tolerance > 0 ? kEdge * tolerance : 1) {}
+NodeMerger::NodeMerger(double tolerance) : tolerance_(tolerance), edge_(kEdge * tolerance) {}
 
 std::size_t NodeMerger::Hash::operator()(const Cell& cell) const noexcept {
   std::uint64_t hash = 0;
@@ -23,12 +23,16 @@ std::size_t NodeMerger::Hash::operator()(const Cell& cell) const noexcept {
   return hash;
 }
 
+// Without a tolerance every place is a cell of its own (0 and -0 are one place).
 NodeMerger::Cell NodeMerger::CellOf(const Eigen::Vector3d& p) const {
+  constexpr double kMost = 9e18;  // what the number of a cell can hold
+  constexpr double kFarthest = std::numeric_limits<double>::max();
   Cell cell{};
   for (int i = 0; i < 3; ++i) {
-    constexpr double kMost = 9e18;  // what the number of a cell can hold
+    const double x = std::clamp(p[i], -kFarthest, kFarthest);  // a reach may overflow
     cell[static_cast<std::size_t>(i)] =
-        static_cast<std::int64_t>(std::clamp(std::floor(p[i] / edge_), -kMost, kMost));
+        tolerance_ > 0 ? static_cast<std::int64_t>(std::clamp(std::floor(x / edge_), -kMost, kMost))
+                       : std::bit_cast<std::int64_t>(x == 0 ? 0.0 : x);
   }
   return cell;
 }

@@ -13,7 +13,7 @@ namespace palpate {
 
 class NodeMerger {
  public:
-  // Points within `tolerance` >= 0 of each other are one.
+  // Points, of finite coordinates, within `tolerance` >= 0 of each other are one.
   explicit NodeMerger(double tolerance);
   // The number of the first point like `p`, which is added under the next number if there is none.
   // O(1) on average.

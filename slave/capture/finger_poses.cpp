@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "slave/capture/csv_rows.h"
+#include "shared/text/csv.h"
 #include "slave/capture/tactile_instants.h"
 #include "slave/capture/time_column.h"
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "slave/capture/csv_rows.h"
+#include "shared/text/csv.h"
 #include "slave/capture/time_column.h"
 
 namespace palpate {
@@ -148,7 +148,7 @@ class OtherColumns {
   void Take(const CsvRows& rows) {
     for (std::size_t i = 0; i < is_kept_.size(); ++i) {
       if (!is_kept_[i]) continue;
-      const auto value = ParseCell(rows.Text(i));
+      const auto value = ParseFinite(rows.Text(i));
       is_kept_[i] = value.has_value();
       if (value) {
         values_[i].push_back(std::clamp(*value, -kMostOther, kMostOther));

@@ -19,7 +19,7 @@ std::size_t FindTimeColumn(const CsvRows& rows) {
 }
 
 double ReadTime(const CsvRows& rows, std::size_t column, const double* before) {
-  const auto t = ParseCell(rows.Text(column));
+  const auto t = ParseFinite(rows.Text(column));
   if (!t || std::abs(*t) > kLatest) rows.Refuse(column, "a time in seconds");
   if (before != nullptr && *t < *before) {
     rows.Refuse(column, "a clock that does not go back, from " + std::to_string(*before) + " on");

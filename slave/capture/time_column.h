@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "slave/capture/csv_rows.h"
+#include "shared/text/csv.h"
 
 namespace palpate {
 

@@ -8,11 +8,11 @@
 #include <spdlog/fmt/fmt.h>
 #include <unistd.h>
 
+#include "shared/text/text.h"
 #include "slave/pipeline/camera/offline_run.h"
 #include "slave/pipeline/fingertips/tactile_run.h"
 #include "slave/pipeline/points/stereo_run.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/vision/calibration/registration.h"
 
 namespace palpate {
 namespace {
@@ -148,6 +148,13 @@ double Duration(const ProcessOptions& options, const Scene& scene) {
 
 int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   const Scene scene = LoadScene(options.scene, options.overrides);
+  const auto inputs = InputFilesOf(scene);
+  RequireOtherThan("--out", options.out, {"states.csv", "summary.json"}, inputs);
+  if (options.pictures) RequireOtherThan("--pictures", options.out, {"pictures"}, inputs);
+  if (options.frames) {
+    RequireOtherThan("--frames", options.out,
+                     {"frames", "frames/left", "frames/right", "frames/rig.yaml"}, inputs);
+  }
   const double duration = Duration(options, scene);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   const bool has_eyes = HasEyes(scene.sense);

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/report.h"
@@ -17,18 +18,22 @@ int RunStudyCommand(const StudyOptions& options, std::stop_token stop) {
     throw std::invalid_argument("--budget " + std::to_string(options.budget) +
                                 ": accepted is a number of seconds > 0");
   }
+  RequireOtherThan("--out", options.out, {"study.csv", "study.json", "study.svg"},
+                   InputFilesOf(scene));
   std::filesystem::create_directories(options.out);
-  StudySettings settings;
+  study::StudySettings settings;
   settings.budget_s = options.budget;
-  StudyResult study;
+  study::StudyResult result;
   {
     ProgressBar bar("study", stop);
-    StudyWatcher watcher{[&](const StudyResult& so_far) { WriteStudy(so_far, options.out); }, &bar};
-    study = RunStudy(scene, settings, RealWorkshop(), stop, watcher);
+    study::StudyWatcher watcher{
+        [&](const study::StudyResult& so_far) { study::WriteStudy(so_far, options.out); }, &bar};
+    result = study::RunStudy(scene, settings, study::RealWorkshop(), stop, watcher);
   }
-  std::fputs(ToTable(study).c_str(), stdout);
-  const bool any = std::ranges::any_of(
-      study.rows, [](const StudyRow& row) { return row.outcome == Outcome::kAnswered; });
+  std::fputs(study::ToTable(result).c_str(), stdout);
+  const bool any = std::ranges::any_of(result.rows, [](const study::StudyRow& row) {
+    return row.outcome == study::Outcome::kAnswered;
+  });
   return any ? 0 : 1;
 }
 

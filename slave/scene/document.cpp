@@ -7,6 +7,8 @@
 #include <optional>
 #include <stdexcept>
 #include <system_error>
+#include <unordered_map>
+#include <utility>
 
 #include <yaml-cpp/yaml.h>
 
@@ -17,8 +19,10 @@ namespace {
 
 constexpr std::uintmax_t kLargestFile = 1 << 20;  // [bytes]
 constexpr int kDeepest = 32;
-constexpr int kMostValues = 100'000;  // aliases count each time they are used
-constexpr std::size_t kLongestQuote = 60;
+constexpr int kMostValues = 100'000;        // aliases count each time they are used
+constexpr std::size_t kMostText = 4 << 20;  // [bytes] of keys and values, aliases spelled out
+constexpr std::size_t kMostMistakes = 50;
+constexpr std::size_t kLongestQuote = 60, kLongestPath = 200;
 constexpr int kAfterTheFile = std::numeric_limits<int>::max();
 
 using Kind = DocumentNode::Kind;
@@ -44,71 +48,91 @@ std::string Quote(const DocumentNode& node) {
   return text + (is_map ? '}' : ']');
 }
 
-std::string Shortened(std::string text) {
-  for (char& c : text) {
+std::string Shortened(std::string_view text, std::size_t most = kLongestQuote) {
+  std::string shortened(text.substr(0, most));
+  for (char& c : shortened) {
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
   }
-  if (text.size() <= kLongestQuote) return text;
-  return text.substr(0, kLongestQuote) + "...";
+  return text.size() <= most ? shortened : shortened + "...";
 }
 
 // Copies yaml-cpp's tree, whose aliases may share nodes or even contain themselves.
 class Copier {
  public:
-  explicit Copier(Mistakes* mistakes, bool is_override)
-      : mistakes_(mistakes), is_override_(is_override) {}
+  // `path`: of the value that is copied.
+  Copier(Mistakes* mistakes, bool is_override, std::string path = {})
+      : mistakes_(mistakes), is_override_(is_override), path_(std::move(path)) {}
 
-  // Throws std::length_error: too deep or too many.
-  DocumentNode Copy(const YAML::Node& from, const std::string& path, int depth = 0) {
-    if (depth > kDeepest || ++values_ > kMostValues) {
-      throw std::length_error("too deep or too large: accepted is at most 32 levels and " +
-                              std::to_string(kMostValues) + " values, aliases spelled out");
-    }
+  // Throws std::length_error: too deep, too many or too long.
+  DocumentNode Copy(const YAML::Node& from, int depth = 0) {
+    if (depth > kDeepest || ++values_ > kMostValues) RefuseSize();
     DocumentNode node;
     node.line = from.Mark().line + 1;
     node.is_override = is_override_;
     if (from.IsScalar()) {
       node.kind = Kind::kScalar;
-      node.text = from.Scalar();
+      node.text = Counted(from.Scalar());
     } else if (from.IsSequence()) {
       node.kind = Kind::kList;
       for (const auto& item : from) {
-        const std::string index = std::to_string(node.children.size());
-        std::string child_path = path;
-        child_path.append(".").append(index);
-        node.children.push_back(Copy(item, child_path, depth + 1));
-        node.children.back().key = index;
+        std::string index = std::to_string(node.children.size());
+        node.children.push_back(CopyChild(item, std::move(index), depth));
       }
     } else if (from.IsMap()) {
       node.kind = Kind::kMap;
-      for (const auto& entry : from) AddEntry(entry.first, entry.second, path, depth, &node);
+      CopyEntries(from, depth, &node);
     }
     return node;
   }
 
  private:
-  void AddEntry(const YAML::Node& key, const YAML::Node& value, const std::string& path, int depth,
-                DocumentNode* map) {
-    if (!key.IsScalar()) {
-      mistakes_->AddGeneral(key.Mark().line + 1,
-                            "a key is no plain word: accepted is `key: value`");
-      return;
+  [[noreturn]] static void RefuseSize() {
+    throw std::length_error("too deep or too large: accepted is at most " +
+                            std::to_string(kDeepest) + " levels, " + std::to_string(kMostValues) +
+                            " values and 4 MiB of text, aliases spelled out");
+  }
+
+  const std::string& Counted(const std::string& text) {
+    text_ += text.size();
+    if (text_ > kMostText) RefuseSize();
+    return text;
+  }
+
+  DocumentNode CopyChild(const YAML::Node& from, std::string key, int depth) {
+    const std::size_t above = path_.size();
+    if (above > 0) path_ += '.';
+    path_ += key;
+    DocumentNode child = Copy(from, depth + 1);
+    child.key = std::move(key);
+    path_.resize(above);
+    return child;
+  }
+
+  void CopyEntries(const YAML::Node& from, int depth, DocumentNode* map) {
+    std::unordered_map<std::string, int> lines;  // of the keys so far
+    for (const auto& entry : from) {
+      const YAML::Node& key = entry.first;
+      const int line = key.Mark().line + 1;
+      if (!key.IsScalar()) {
+        mistakes_->AddGeneral(line, "a key is no plain word: accepted is `key: value`");
+        continue;
+      }
+      DocumentNode child = CopyChild(entry.second, Counted(key.Scalar()), depth);
+      child.line = line;
+      if (const auto [first, is_new] = lines.try_emplace(child.key, line); !is_new) {
+        mistakes_->Add(child, path_.empty() ? child.key : path_ + "." + child.key,
+                       "each key once: it already stands in line " + std::to_string(first->second));
+      } else {
+        map->children.push_back(std::move(child));
+      }
     }
-    const std::string child_path = path.empty() ? key.Scalar() : path + "." + key.Scalar();
-    DocumentNode child = Copy(value, child_path, depth + 1);
-    child.key = key.Scalar();
-    child.line = key.Mark().line + 1;
-    if (const DocumentNode* first = map->Find(child.key)) {
-      mistakes_->Add(child, child_path,
-                     "each key once: it already stands in line " + std::to_string(first->line));
-      return;
-    }
-    map->children.push_back(std::move(child));
   }
 
   Mistakes* mistakes_;
   bool is_override_;
+  std::string path_;
   int values_ = 0;
+  std::size_t text_ = 0;  // [bytes]
 };
 
 // Control characters other than tab and line ends stand in no text.
@@ -148,7 +172,7 @@ DocumentNode Parse(const std::string& text, Mistakes* mistakes) {
   DocumentNode root;
   try {
     const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() == 1) root = Copier(mistakes, false).Copy(documents[0], "");
+    if (documents.size() == 1) root = Copier(mistakes, false).Copy(documents[0]);
     if (documents.size() > 1) {
       mistakes->AddGeneral(documents[1].Mark().line + 1, "a second document: accepted is one");
     } else if (root.kind != Kind::kMap) {
@@ -190,7 +214,7 @@ void Override(const std::string& pair, DocumentNode* root, Mistakes* mistakes) {
   };
   DocumentNode value;
   try {
-    value = Copier(mistakes, true).Copy(YAML::Load(pair.substr(equals + 1)), path);
+    value = Copier(mistakes, true, path).Copy(YAML::Load(pair.substr(equals + 1)));
   } catch (const std::exception& error) {
     return refuse(std::string("a YAML value (") + error.what() + ")");
   }
@@ -210,27 +234,41 @@ void Override(const std::string& pair, DocumentNode* root, Mistakes* mistakes) {
 }  // namespace
 
 const DocumentNode* DocumentNode::Find(std::string_view child_key) const {
+  if (kind == Kind::kList) {
+    const auto index = ParseInteger(child_key);
+    const bool is_here = index && std::cmp_less(*index, children.size()) && *index >= 0;
+    return is_here ? &children[static_cast<std::size_t>(*index)] : nullptr;
+  }
   const auto found = std::ranges::find(children, child_key, &DocumentNode::key);
   return found == children.end() ? nullptr : &*found;
 }
 
+bool Mistakes::is_full() const {
+  return mistakes_.size() >= kMostMistakes;
+}
+
+void Mistakes::Push(int line, std::string what) {
+  ++count_;
+  if (!is_full()) mistakes_.push_back({line, std::move(what)});
+}
+
 void Mistakes::AddAt(const DocumentNode& node, std::string what) {
   if (node.is_override) {
-    mistakes_.push_back({kAfterTheFile, "--override " + std::move(what)});
+    Push(kAfterTheFile, "--override " + std::move(what));
   } else {
     AddGeneral(std::max(node.line, 1), what);
   }
 }
 
 void Mistakes::Add(const DocumentNode& node, std::string_view path, std::string_view accepted) {
-  std::string what(path);
+  std::string what = Shortened(path, kLongestPath);
   what.append(" = ").append(Shortened(Quote(node))).append(": accepted is ").append(accepted);
   AddAt(node, std::move(what));
 }
 
 void Mistakes::AddMissing(const DocumentNode& parent, std::string_view path,
                           std::string_view accepted) {
-  std::string what(path);
+  std::string what = Shortened(path, kLongestPath);
   what.append(" = (missing): accepted is ").append(accepted);
   AddAt(parent, std::move(what));
 }
@@ -250,13 +288,13 @@ void Mistakes::AddAtPath(const DocumentNode& root, std::string_view path,
 
 void Mistakes::AddGeneral(int line, std::string_view what) {
   const std::string where = line > 0 ? file_ + ":" + std::to_string(line) : file_;
-  mistakes_.push_back({line, where + ": " + std::string(what)});
+  Push(line, where + ": " + std::string(what));
 }
 
 void Mistakes::AddOverride(std::string_view pair, std::string_view accepted) {
   std::string what = "--override ";
   what.append(pair).append(": accepted is ").append(accepted);
-  mistakes_.push_back({kAfterTheFile, std::move(what)});
+  Push(kAfterTheFile, std::move(what));
 }
 
 std::string Mistakes::text() const {
@@ -264,6 +302,9 @@ std::string Mistakes::text() const {
   std::ranges::stable_sort(sorted, {}, &Mistake::line);
   std::string text;
   for (const auto& mistake : sorted) text += (text.empty() ? "" : "\n") + mistake.what;
+  if (count_ > sorted.size()) {
+    text += "\n" + file_ + ": and " + std::to_string(count_ - sorted.size()) + " more mistakes";
+  }
   return text;
 }
 

@@ -39,8 +39,12 @@ class Mistakes {
   // An `--override` pair that is none.
   void AddOverride(std::string_view pair, std::string_view accepted);
 
-  [[nodiscard]] std::size_t count() const { return mistakes_.size(); }
-  [[nodiscard]] std::string text() const;  // one per line, in the file's order
+  [[nodiscard]] std::size_t count() const { return count_; }
+  // Whether what is added from now on is only counted.
+  [[nodiscard]] bool is_full() const;
+  // One per line, in the file's order; of more than 50 the first that were found, and how many
+  // more.
+  [[nodiscard]] std::string text() const;
 
  private:
   struct Mistake {
@@ -48,13 +52,16 @@ class Mistakes {
     std::string what;
   };
   void AddAt(const DocumentNode& node, std::string what);
+  void Push(int line, std::string what);
   std::string file_;
   std::vector<Mistake> mistakes_;
+  std::size_t count_ = 0;
 };
 
-// Reads a file of at most 1 MiB, one YAML document of at most 32 levels and 100 000 values, whose
-// root is a map, and lays the `key.path=value` pairs over it (numbers index lists; maps that are
-// missing on the way are made). A mistake that leaves nothing to read gives an empty map.
+// Reads a file of at most 1 MiB, one YAML document of at most 32 levels, 100 000 values and 4 MiB
+// of keys and values (aliases count each time they are used), whose root is a map, and lays the
+// `key.path=value` pairs over it (numbers index lists; maps that are missing on the way are made).
+// A mistake that leaves nothing to read gives an empty map.
 DocumentNode ReadDocument(const std::filesystem::path& file,
                           const std::vector<std::string>& overrides, Mistakes* mistakes);
 

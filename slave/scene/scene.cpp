@@ -71,4 +71,35 @@ Outline OutlineOf(const Geometry& geometry) {
   return std::visit(ToOutline{}, geometry);
 }
 
+std::vector<std::filesystem::path> InputFilesOf(const Scene& scene) {
+  std::vector<std::filesystem::path> inputs{scene.file};
+  const auto add = [&](const std::filesystem::path& file) {
+    if (!file.empty()) inputs.push_back(file);
+  };
+  const auto add_pictures = [&](const std::filesystem::path& pattern) {
+    add(pattern);
+    if (pattern.has_filename()) add(pattern.parent_path());
+  };
+  std::visit(
+      [&](const auto& g) {
+        if constexpr (requires { g.file; }) add(g.file);
+      },
+      scene.object.geometry);
+  const Sense& sense = scene.sense;
+  if (sense.camera) add_pictures(sense.camera->pattern), add(sense.camera->lens);
+  if (sense.tip) add(sense.tip->template_file);
+  if (sense.stereo) {
+    add_pictures(sense.stereo->left), add_pictures(sense.stereo->right);
+    add(sense.stereo->rig);
+  }
+  if (sense.depth) add_pictures(sense.depth->pattern);
+  if (sense.points) add(sense.points->layout);
+  if (const auto& t = sense.tactile) {
+    for (const auto& file : {t->file, t->poses, t->network, t->electrodes}) add(file);
+    if (!t->network.empty()) add(t->network / "network.json");
+    add(t->localise);
+  }
+  return inputs;
+}
+
 }  // namespace palpate

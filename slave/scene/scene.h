@@ -267,7 +267,7 @@ struct FemOptions {
   int threads = 1;                     // of the assembly; the answer does not depend on it
 };
 struct ModelOptions {
-  std::string kind = "auto";  // auto bem2d plate plate-large fem fem-hyperelastic bem3d fem-green
+  std::string kind = "auto";  // or one of kModelKinds
   int elements = 180;
   ElementOrder order = ElementOrder::kConstant;
   int modes = 0;  // of plate-large; 0: its own choice
@@ -322,5 +322,8 @@ struct Scene {
   // Where `study` presses, O [m]; empty: where the tool would meet the object.
   std::vector<Eigen::Vector3d> study_contacts;
 };
+
+// What the scene is read from, itself first: files, and folders of pictures and networks.
+std::vector<std::filesystem::path> InputFilesOf(const Scene& scene);
 
 }  // namespace palpate

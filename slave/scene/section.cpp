@@ -27,10 +27,13 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
 }
 
 std::string NearestOf(const std::vector<std::string>& known, std::string_view key) {
+  constexpr std::size_t kLongestWord = 64;  // beyond it nobody mistyped one of ours
+  if (known.empty()) return "nothing here";
   std::string all;
   for (const auto& word : known) all.append(all.empty() ? "" : ", ").append(word);
   const auto distance = [&](const std::string& word) { return EditDistance(word, key); };
-  const auto nearest = std::ranges::min_element(known, {}, distance);
+  const auto nearest =
+      key.size() > kLongestWord ? known.end() : std::ranges::min_element(known, {}, distance);
   const bool is_near = nearest != known.end() && distance(*nearest) <= 1 + key.size() / 4;
   return (is_near ? "`" + *nearest + "` (nearest) or another of " : "one of ") + all;
 }
@@ -44,6 +47,7 @@ std::string AcceptedBy(const Rule& rule) {
 Section::Section(const DocumentNode* node, std::string path, Mistakes* mistakes,
                  DocumentNode::Kind kind)
     : node_(node), path_(std::move(path)), mistakes_(mistakes) {
+  if (node_ != nullptr) is_asked_.resize(node_->children.size());
   if (node_ == nullptr || node_->kind == kind || node_->kind == Kind::kNothing) return;
   mistakes_->Add(*node_, path_, kind == Kind::kMap ? "a map of `key: value`" : "a list [...]");
   node_ = nullptr;
@@ -51,9 +55,11 @@ Section::Section(const DocumentNode* node, std::string path, Mistakes* mistakes,
 
 Section::~Section() {
   if (node_ == nullptr) return;
-  for (const auto& child : node_->children) {
-    if (std::ranges::find(known_, child.key) != known_.end()) continue;
-    mistakes_->Add(child, PathOf(child.key), NearestOf(known_, child.key));
+  for (std::size_t i = 0; i < is_asked_.size(); ++i) {
+    if (is_asked_[i]) continue;
+    const DocumentNode& child = node_->children[i];
+    mistakes_->Add(child, PathOf(child.key),
+                   mistakes_->is_full() ? std::string() : NearestOf(known_, child.key));
   }
 }
 
@@ -63,8 +69,15 @@ std::string Section::PathOf(std::string_view key) const {
 }
 
 const DocumentNode* Section::Ask(std::string_view key) {
-  if (std::ranges::find(known_, key) == known_.end()) known_.emplace_back(key);
-  return node_ == nullptr ? nullptr : node_->Find(key);
+  const DocumentNode* child = node_ == nullptr ? nullptr : node_->Find(key);
+  if (child != nullptr) {
+    const auto place = static_cast<std::size_t>(child - node_->children.data());
+    if (is_asked_[place]) return child;
+    is_asked_[place] = true;
+  }
+  const bool is_item = node_ != nullptr && node_->kind == Kind::kList;
+  if (!is_item && std::ranges::find(known_, key) == known_.end()) known_.emplace_back(key);
+  return child;
 }
 
 const DocumentNode* Section::Require(std::string_view key, std::string_view accepted,
@@ -181,10 +194,8 @@ void Section::Refuse(std::string_view key, std::string_view accepted) {
 }
 
 void Section::RefuseLater(std::string_view key, std::string_view instead) {
-  const DocumentNode* child = node_ == nullptr ? nullptr : node_->Find(key);
-  if (child == nullptr) return;
-  mistakes_->Add(*child, PathOf(key), std::string(instead) + " in this version");
-  known_.emplace_back(key);
+  if (node_ == nullptr || node_->Find(key) == nullptr) return;
+  Refuse(key, std::string(instead) + " in this version");
 }
 
 }  // namespace palpate

@@ -117,7 +117,8 @@ class Section {
   const DocumentNode* node_;
   std::string path_;
   Mistakes* mistakes_;
-  std::vector<std::string> known_;
+  std::vector<std::string> known_;  // keys asked for
+  std::vector<bool> is_asked_;      // of the node's children
 };
 
 }  // namespace palpate

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <system_error>
 
+#include "shared/text/text.h"
+
 namespace palpate {
 namespace {
 
@@ -64,13 +66,6 @@ std::string_view NameOf(Dimension dimension) {
       break;
   }
   return "a number of pixels";
-}
-
-std::string_view Trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n";
-  const auto first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
 }
 
 // Takes a number off the front of `text`. from_chars knows no leading plus.

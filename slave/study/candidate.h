@@ -8,7 +8,7 @@
 #include "slave/scene/scene.h"
 #include "slave/study/press_spec.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct Candidate {
   Scene scene;              // with the model options of this candidate
@@ -47,4 +47,4 @@ bool HasMidnodes(const ModelOptions& model);
 double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Press& press,
                      double width);
 
-}  // namespace palpate
+}  // namespace palpate::study

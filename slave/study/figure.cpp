@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "slave/study/svg.h"
+#include "shared/text/svg.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector2d;
@@ -277,4 +277,4 @@ std::string DrawFigure(const StudyResult& study) {
   return Figure(study).Draw();
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

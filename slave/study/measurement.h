@@ -10,7 +10,7 @@
 #include "slave/study/press_spec.h"
 #include "slave/study/study_row.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // Where models and time come from; tests bring their own.
 struct ModelFactory {
@@ -28,4 +28,4 @@ StudyRow Measure(const Candidate& candidate, const PressSpec& question,
 // The row of a candidate that did not run.
 StudyRow Skipped(const Candidate& candidate, std::string reason);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr double kAsFast = 2;
@@ -75,4 +75,4 @@ std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows
   return Sentence(*choice, because);
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

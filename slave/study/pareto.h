@@ -6,7 +6,7 @@
 
 #include "slave/study/study_row.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // Marks the rows of smallest error for their update time (median), among those that answered with a
 // known error and are within their range; of equal rows all are on the front.
@@ -18,4 +18,4 @@ void MarkFront(std::vector<StudyRow>* rows);
 // misses tolerance or rate by the smallest factor. Returns why, one sentence.
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -6,7 +6,7 @@
 #include "slave/site/camera/patch_solution.h"
 #include "slave/site/camera/true_body.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr site::Fineness kCoarse{};
@@ -41,4 +41,4 @@ std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, 
   }
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -11,7 +11,7 @@
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/object_mesh.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector2d;
@@ -21,15 +21,6 @@ constexpr double kSmallDepth = 1e-4;      // of the object's size
 constexpr double kMembraneLinear = 0.01;  // of the thickness: von Karman's correction is 1e-4 there
 constexpr double kToolPerSize = 1.0 / 15;
 constexpr double kDefaultDepth = 0.05;  // of the object's size
-
-double LargerSide(const std::vector<Vector3d>& points) {
-  Vector3d lower = points.front(), upper = points.front();
-  for (const Vector3d& p : points) {
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
-  }
-  return (upper - lower).maxCoeff();
-}
 
 // The nearest point of the outline, with the body on the left of its edge.
 Press NearestOnOutline(const Outline& outline, const Vector2d& p) {
@@ -183,4 +174,4 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
   return question;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -8,7 +8,7 @@
 
 #include "slave/scene/scene.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // The tool goes straight in at one place, as a rigid patch or, if loaded, as an even pressure over
 // its true area, which is the same on every mesh. Asked for is the force that the depth takes; of a
@@ -37,4 +37,4 @@ struct PressSpec {
 // std::invalid_argument: an outline that only a picture knows, a place off the object.
 PressSpec AskedOf(const Scene& scene, const std::vector<Eigen::Vector3d>& places = {});
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -4,7 +4,7 @@
 
 #include "slave/study/pareto.h"
 
-namespace palpate {
+namespace palpate::study {
 
 std::optional<QuickChoice> ChooseQuickly(const Scene& scene, const ModelFactory& workshop,
                                          double budget_s) {
@@ -20,4 +20,4 @@ std::optional<QuickChoice> ChooseQuickly(const Scene& scene, const ModelFactory&
   return QuickChoice{choice->model, reason, choice->meets_tolerance && choice->meets_rate};
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -6,7 +6,7 @@
 
 #include "slave/study/study.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct QuickChoice {
   ModelOptions model;  // the scene's, with kind, order, element and law decided; resolution is kept
@@ -20,4 +20,4 @@ struct QuickChoice {
 std::optional<QuickChoice> ChooseQuickly(const Scene& scene, const ModelFactory& workshop,
                                          double budget_s = 1.5);
 
-}  // namespace palpate
+}  // namespace palpate::study

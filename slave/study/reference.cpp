@@ -7,10 +7,11 @@
 #include <optional>
 #include <utility>
 
+#include "slave/scene/model_kinds.h"
 #include "slave/study/planar_truth.h"
 #include "slave/study/richardson.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr double kOneMesh = 0.3;  // of its own effect: a nonlinearity known from one mesh only
@@ -34,12 +35,14 @@ bool IsLinearAnswer(const StudyRow& row) {
 }
 
 bool IsLarge(const StudyRow& row) {
-  return row.kind == "fem-hyperelastic" || row.kind == "plate-large";
+  const ModelKind* kind = FindModelKind(row.kind);
+  return kind != nullptr && kind->linearity == Linearity::kNever;
 }
 
 // What two opinions have to differ in to be two: the same elements under another law are not.
 std::string FormulationOf(const StudyRow& row) {
-  if (row.kind == "bem3d" || row.kind == "bem2d" || row.element_size == 0) return row.kind;
+  const ModelKind* kind = FindModelKind(row.kind);
+  if (kind == nullptr || !kind->has_tets || row.element_size == 0) return row.kind;
   return row.family.find("tet10") == std::string::npos ? "tet4" : "tet10";
 }
 
@@ -234,4 +237,4 @@ void JudgeRows(const References& references, std::vector<StudyRow>* rows) {
   }
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

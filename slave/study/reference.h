@@ -9,7 +9,7 @@
 #include "slave/study/press_spec.h"
 #include "slave/study/study_row.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct Reference {
   Estimate small, full;  // force at the question's two depths, bars absolute [N]
@@ -43,4 +43,4 @@ class ReferenceFinder {
 // Fills the errors of every row that answered.
 void JudgeRows(const References& references, std::vector<StudyRow>* rows);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <stdexcept>
 #include <vector>
 
-#include "shared/telemetry/csv.h"
+#include "shared/text/csv.h"
+#include "shared/text/text.h"
 #include "slave/study/figure.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr int kDigits = 17;
@@ -24,17 +23,6 @@ std::string Cell(const std::string& text) {
     quoted += c == '\n' || c == '\r' ? ' ' : c;
   }
   return quoted + "\"";
-}
-
-void WriteWhole(const std::filesystem::path& file, const std::string& text) {
-  std::filesystem::path part = file;
-  part += ".part";
-  std::ofstream stream(part, std::ios::binary);
-  stream << text;
-  stream.close();
-  std::error_code error;
-  if (stream) std::filesystem::rename(part, file, error);
-  if (!stream || error) throw std::runtime_error(file.string() + ": cannot be written");
 }
 
 std::string Seconds(double s) {
@@ -142,9 +130,9 @@ std::string ToTable(const StudyResult& study) {
 }
 
 void WriteStudy(const StudyResult& study, const std::filesystem::path& folder) {
-  WriteWhole(folder / "study.csv", ToCsv(study));
-  WriteWhole(folder / "study.json", ToJson(study));
-  WriteWhole(folder / "study.svg", DrawFigure(study));
+  ReplaceFile(folder / "study.csv", ToCsv(study));
+  ReplaceFile(folder / "study.json", ToJson(study));
+  ReplaceFile(folder / "study.svg", DrawFigure(study));
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

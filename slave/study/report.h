@@ -6,7 +6,7 @@
 
 #include "slave/study/study.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // One line per row, in the order of the study, after the header
 //   family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,
@@ -31,4 +31,4 @@ std::string ToTable(const StudyResult& study);
 // naming the file.
 void WriteStudy(const StudyResult& study, const std::filesystem::path& folder);
 
-}  // namespace palpate
+}  // namespace palpate::study

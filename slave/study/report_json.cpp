@@ -4,7 +4,7 @@
 
 #include "slave/study/report.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -101,4 +101,4 @@ std::string ToJson(const StudyResult& study) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

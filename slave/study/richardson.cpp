@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr double kLeastRatio = 1.3, kWantedRatio = 2;
@@ -94,4 +94,4 @@ Extrapolation Extrapolate(std::vector<MeshAnswer> answers) {
   return {{limit, bar}, *order};
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -5,7 +5,7 @@
 
 #include "slave/study/study_row.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct MeshAnswer {
   double size = 0;   // of the elements, any unit, > 0
@@ -26,4 +26,4 @@ struct Extrapolation {
 // counts.
 Extrapolation Extrapolate(std::vector<MeshAnswer> answers);
 
-}  // namespace palpate
+}  // namespace palpate::study

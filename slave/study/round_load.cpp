@@ -7,7 +7,7 @@
 
 #include "shared/mesh/surface_patch.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Matrix3d;
@@ -90,4 +90,4 @@ std::vector<LoadPoint> RoundLoad(const SurfaceMesh& surface, const Vector3d& p_O
   return points;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -8,7 +8,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct LoadPoint {
   Eigen::Vector3d p_O{0, 0, 0};  // on the triangle [m]
@@ -25,4 +25,4 @@ struct LoadPoint {
 std::vector<LoadPoint> RoundLoad(const SurfaceMesh& surface, const Eigen::Vector3d& p_O,
                                  const Eigen::Vector3d& inward_O, double width, bool quadratic);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -8,7 +8,7 @@
 
 #include "slave/study/pareto.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr double kWorthABar = 2;  // [s]
@@ -158,4 +158,4 @@ StudyResult RunStudy(const Scene& scene, const StudySettings& settings,
   return Study(scene, settings, workshop, stop, watcher).Run();
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -13,7 +13,7 @@
 #include "slave/study/reference.h"
 #include "slave/study/study_row.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct StudySettings {
   double budget_s = 120;                           // of all candidates together [s]
@@ -47,4 +47,4 @@ StudyResult RunStudy(const Scene& scene, const StudySettings& settings,
                      const ModelFactory& workshop, const std::stop_token& stop = {},
                      const StudyWatcher& watcher = {});
 
-}  // namespace palpate
+}  // namespace palpate::study

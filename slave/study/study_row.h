@@ -10,7 +10,7 @@
 #include "shared/state/validity.h"
 #include "slave/scene/scene.h"
 
-namespace palpate {
+namespace palpate::study {
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -24,6 +24,7 @@ struct Estimate {
 struct Answer {
   double value = kUnknown;
   Validity validity = Validity::kFailed;
+  std::string_view doubt;  // why it is extrapolated; may be empty
 };
 
 struct PressAnswers {
@@ -65,4 +66,4 @@ struct StudyRow {
   bool recommended = false;
 };
 
-}  // namespace palpate
+}  // namespace palpate::study

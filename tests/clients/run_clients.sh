@@ -10,6 +10,7 @@ language=$1
 scratch=$2
 shift 2
 here=$(cd "$(dirname "$0")" && pwd)
+examples=$(cd "$here/../../deploy/examples" && pwd)
 mkdir -p "$scratch"
 
 skip() {
@@ -29,24 +30,24 @@ case $language in
     [[ -n ${python:-} ]] || skip "no python3 with grpc (apt-get install python3-grpcio)"
     command -v grpc_python_plugin >/dev/null || skip "no grpc_python_plugin"
     export PALPATE_STUBS=$scratch/python-stubs PYTHONDONTWRITEBYTECODE=1
-    operate=("$python" "$here/operate.py")
-    watch=("$python" "$here/watch.py")
-    feed=("$python" "$here/feed_tactile.py" --check)
+    operate=("$python" "$examples/operate.py")
+    watch=("$python" "$examples/watch.py")
+    feed=("$python" "$examples/feed_tactile.py" --check)
     # Made once here: two clients that make them at once would read each other's halves.
-    "$python" -c "import sys; sys.path.insert(0, '$here'); import palpate_stubs; palpate_stubs.load()"
+    "$python" -c "import sys; sys.path.insert(0, '$examples'); import palpate_stubs; palpate_stubs.load()"
     export PALPATE_STUBS_READY=1
     ;;
   node)
     command -v node >/dev/null && command -v npm >/dev/null || skip "no node or no npm"
-    cp "$here"/package.json "$here"/package-lock.json "$here"/.npmrc "$scratch"/
+    cp "$examples"/package.json "$examples"/package-lock.json "$examples"/.npmrc "$scratch"/
     if [[ ! -d $scratch/node_modules/@grpc/grpc-js ]]; then
       (cd "$scratch" && timeout 120 npm ci --ignore-scripts >npm.log 2>&1) ||
         skip "npm could not install @grpc/grpc-js: $(tail -n 1 "$scratch/npm.log")"
     fi
     export NODE_PATH=$scratch/node_modules
-    operate=(node "$here/operate.js")
-    watch=(node "$here/watch.js")
-    feed=(node "$here/feed_tactile.js")
+    operate=(node "$examples/operate.js")
+    watch=(node "$examples/watch.js")
+    feed=(node "$examples/feed_tactile.js")
     ;;
   *)
     echo "usage: run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]" >&2

@@ -13,7 +13,8 @@ SLAVE, MASTER = str(BIN / "palpate-slave"), str(BIN / "palpate-master")
 BLOCK = str(ROOT / "deploy/scenes/silicone-block.yaml")
 # Neither display nor terminal: what a headless machine has.
 BARE = {"PATH": "/usr/bin:/bin", "LC_ALL": "C"}
-PATIENCE = 60  # [s] before a program counts as hung; generous, because test machines stall
+# [s] before a program counts as hung; generous, because test machines stall, and instrumented programs are slow
+PATIENCE = int(os.environ.get("PALPATE_PATIENCE", 60))
 
 
 def run(*command, **options):

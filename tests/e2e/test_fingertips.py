@@ -14,7 +14,7 @@ import xml.etree.ElementTree
 from programs import BARE, MASTER, OUT, PATIENCE, ROOT, Slave, run, wait_until
 
 CUBE = ROOT / "deploy/scenes/foam-cube.yaml"
-CLIENTS = ROOT / "tests/clients"
+EXAMPLES = ROOT / "deploy/examples"
 ELECTRODES = [f"E{i}" for i in range(1, 20)]
 STREAM = ("--override", "sense.tactile.source=stream")
 
@@ -26,7 +26,7 @@ def load_stubs():
     except ImportError:
         return None
     os.environ.setdefault("PALPATE_STUBS", str(OUT / "fingertips-stubs"))
-    sys.path.insert(0, str(CLIENTS))
+    sys.path.insert(0, str(EXAMPLES))
     import palpate_stubs
     return (grpc, palpate_stubs, *palpate_stubs.load())
 
@@ -122,7 +122,7 @@ class Fingertips(unittest.TestCase):
         with Slave(CUBE, *STREAM) as slave:
             stub = self.client(slave.address)
             environment = {**BARE, "PALPATE_STUBS": os.environ["PALPATE_STUBS"], "PALPATE_STUBS_READY": "1"}
-            driver = subprocess.Popen(["/usr/bin/python3", CLIENTS / "feed_tactile.py", slave.address,
+            driver = subprocess.Popen(["/usr/bin/python3", EXAMPLES / "feed_tactile.py", slave.address,
                                        self.rest_recording(4)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                       stderr=subprocess.STDOUT, text=True, env=environment)
             known = (self.states.VALIDITY_VALID, self.states.VALIDITY_EXTRAPOLATED)
@@ -147,7 +147,7 @@ class Fingertips(unittest.TestCase):
         with Slave(CUBE) as slave:
             self.client(slave.address)
             environment = {**BARE, "PALPATE_STUBS": os.environ["PALPATE_STUBS"], "PALPATE_STUBS_READY": "1"}
-            done = run("/usr/bin/python3", CLIENTS / "feed_tactile.py", slave.address, env=environment)
+            done = run("/usr/bin/python3", EXAMPLES / "feed_tactile.py", slave.address, env=environment)
             self.assertNotEqual(done.returncode, 0)
             self.assertIn("FAILED_PRECONDITION", done.stdout + done.stderr)
 

@@ -13,7 +13,7 @@ from programs import MASTER, OUT, PATIENCE, ROOT, SLAVE, Slave, run
 
 MEMBRANE = ROOT / "deploy/scenes/rubber-membrane.yaml"
 TARGET = ROOT / "deploy/scenes/heart-target.yaml"
-CLIENTS = ROOT / "tests/clients"
+EXAMPLES = ROOT / "deploy/examples"
 LONG = 4 * PATIENCE  # [s]: presses are solved ahead, on machines that do other things too
 
 
@@ -24,7 +24,7 @@ def load_stubs():
     except ImportError:
         return None
     os.environ.setdefault("PALPATE_STUBS", str(OUT / "membrane-stubs"))
-    sys.path.insert(0, str(CLIENTS))
+    sys.path.insert(0, str(EXAMPLES))
     import palpate_stubs
     return (grpc, palpate_stubs, *palpate_stubs.load())
 

@@ -1,14 +1,16 @@
 #include "slave/commands/calibrate/calibrate.h"
 
+#include <algorithm>
 #include <cstdio>
-#include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
+#include "shared/text/text.h"
 #include "slave/commands/calibrate/calibrate_fit.h"
+#include "slave/commands/calibrate/calibrate_pictures.h"
 #include "slave/commands/calibrate/calibrate_register.h"
-#include "slave/commands/solve/csv_table.h"
 #include "slave/scene/units.h"
 
 namespace palpate {
@@ -69,26 +71,16 @@ void RequireUsable(const CalibrateOptions& options) {
           "--rig, --size, --plane: accepted is with --register");
 }
 
-// Found now, not after minutes of work.
 // What is read is not written over.
-void RequireApart(const std::filesystem::path& out, const char* option,
-                  const std::filesystem::path& read) {
-  std::error_code error;
-  if (out.empty() || read.empty() || !std::filesystem::equivalent(out, read, error)) return;
-  throw std::invalid_argument(
-      fmt::format("--out {}: accepted is another file than that of {}", out.string(), option));
-}
-
-void RequireWritable(const std::filesystem::path& file) {
-  if (file.empty()) return;
-  const bool existed = std::filesystem::exists(file);
-  const bool is_writable = std::ofstream(file, std::ios::app).is_open();
-  if (!is_writable) {
-    throw std::invalid_argument(file.string() +
-                                ": cannot be written: accepted is a file in a folder that exists "
-                                "and may be written to");
-  }
-  if (!existed) std::filesystem::remove(file);
+void RequireOtherThanInputs(const CalibrateOptions& options) {
+  std::vector<std::filesystem::path> inputs{options.rig, options.tip_places};
+  const auto add = [&](const char* option, const std::string& pattern) {
+    if (!pattern.empty())
+      std::ranges::move(ListedPictures(option, pattern), std::back_inserter(inputs));
+  };
+  add("--left", options.left), add("--right", options.right);
+  RequireOtherThan("--out", options.out, inputs);
+  RequireOtherThan("--drawing", options.drawing, inputs);
 }
 
 StereoRig RigOf(const std::filesystem::path& file) {
@@ -129,9 +121,8 @@ std::array<int, 2> TwoCounts(const std::string& option, const std::string& text,
 
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   RequireUsable(options);
-  RequireApart(options.out, "--rig", options.rig);
-  RequireApart(options.out, "--register", options.tip_places);
-  RequireWritable(options.out);
+  RequireOtherThanInputs(options);
+  RequireWritable(options.out);  // found now, not after minutes of work
   RequireWritable(options.drawing);
   if (options.left.empty()) {
     if (options.rig.empty()) return RunRegister(options, nullptr, {}, options.out);
@@ -150,7 +141,8 @@ int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
                  options.out.c_str(), report.trust.reasons.front().c_str());
     return 1;
   }
-  WriteRig(options.out, report.rig, !report.is_pair);
+  WriteRig(options.out, report.rig, !report.is_pair,
+           report.is_pair ? Rectification(report.rig) : std::vector<NamedMatrix>());
   if (!options.tip_places.empty()) {
     const int registered = RunRegister(options, &report.rig, options.out, {});
     if (registered != 0) return registered;

@@ -1,14 +1,13 @@
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <set>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "shared/text/svg.h"
+#include "shared/text/text.h"
 #include "slave/commands/calibrate/calibrate_report.h"
-#include "slave/study/svg.h"
 
 namespace palpate {
 namespace {
@@ -235,10 +234,7 @@ void WriteDrawing(const std::filesystem::path& file, const CalibrationReport& re
     svg.Text({kGap, y}, line, style);
     y += kLine;
   }
-  std::ofstream stream(file);
-  stream << svg.Document();
-  stream.close();
-  if (!stream) throw std::runtime_error("--drawing " + file.string() + ": cannot be written");
+  WriteWholeFile(file, svg.Document());
 }
 
 }  // namespace palpate

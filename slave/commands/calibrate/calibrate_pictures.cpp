@@ -14,14 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<fs::path> List(const std::string& option, const std::string& pattern) {
-  try {
-    return ListPictures(pattern, fs::current_path());
-  } catch (const std::runtime_error& error) {
-    throw std::invalid_argument(option + " " + error.what());
-  }
-}
-
 // Most frequent; the larger among equals.
 std::array<int, 2> MostFrequent(const std::vector<std::array<int, 2>>& sizes) {
   std::map<std::array<int, 2>, int> counts;
@@ -100,9 +92,18 @@ std::vector<std::size_t> Readable(const BoardPictures& side) {
 
 }  // namespace
 
+std::vector<std::filesystem::path> ListedPictures(const std::string& option,
+                                                  const std::string& pattern) {
+  try {
+    return ListPictures(pattern, fs::current_path());
+  } catch (const std::runtime_error& error) {
+    throw std::invalid_argument(option + " " + error.what());
+  }
+}
+
 BoardPictures FindBoards(const std::string& option, const std::string& pattern, const Board& board,
                          ProgressBar* bar) {
-  const std::vector<fs::path> files = List(option, pattern);
+  const std::vector<fs::path> files = ListedPictures(option, pattern);
   BoardPictures out;
   std::vector<std::array<int, 2>> sizes;
   std::vector<std::array<int, 2>> read;

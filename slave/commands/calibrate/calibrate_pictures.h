@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -35,5 +36,10 @@ BoardPictures FindBoards(const std::string& option, const std::string& pattern, 
 // Throws std::invalid_argument where neither tells.
 std::vector<std::pair<std::size_t, std::size_t>> MatchPictures(const BoardPictures& left,
                                                                const BoardPictures& right);
+
+// The files of a pattern, glob or folder from the working directory. Throws std::invalid_argument
+// that begins with `option`.
+std::vector<std::filesystem::path> ListedPictures(const std::string& option,
+                                                  const std::string& pattern);
 
 }  // namespace palpate

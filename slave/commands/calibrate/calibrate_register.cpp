@@ -1,32 +1,31 @@
 #include "slave/commands/calibrate/calibrate_register.h"
 
 #include <cstdio>
-#include <fstream>
 #include <stdexcept>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "shared/text/csv.h"
 #include "slave/commands/calibrate/calibrate_report.h"
-#include "slave/commands/solve/csv_table.h"
+#include "slave/scene/scene_loader.h"
 #include "slave/vision/calibration/registration.h"
 
 namespace palpate {
 namespace {
 
 std::vector<TipPlace> ReadTipPlaces(const std::filesystem::path& file) {
-  constexpr CsvTable::Column kColumns[] = {
-      {"x"}, {"y"}, {"z"}, {"u"}, {"v"}, {"u_right", false}, {"v_right", false}};
-  const CsvTable table(file, kColumns);
+  CsvTable table(file, {{"x"}, {"y"}, {"z"}, {"u"}, {"v"}, {"u_right", false}, {"v_right", false}});
   if (table.Has("u_right") != table.Has("v_right")) {
-    throw InputError(file.string() + ":1: accepted is u_right and v_right, or neither");
+    table.Fail("accepted is u_right and v_right, or neither");
   }
-  std::vector<TipPlace> places(table.size());
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    places[i].p_S = {table.Number(i, "x"), table.Number(i, "y"), table.Number(i, "z")};
-    places[i].left_I = {table.Number(i, "u"), table.Number(i, "v")};
+  std::vector<TipPlace> places;
+  while (table.Next()) {
+    TipPlace& place = places.emplace_back();
+    place.p_S = {table.Number("x"), table.Number("y"), table.Number("z")};
+    place.left_I = {table.Number("u"), table.Number("v")};
     if (table.Has("u_right")) {
-      places[i].right_I = Eigen::Vector2d(table.Number(i, "u_right"), table.Number(i, "v_right"));
+      place.right_I = Eigen::Vector2d(table.Number("u_right"), table.Number("v_right"));
     }
   }
   return places;
@@ -104,12 +103,7 @@ int RunRegister(const CalibrateOptions& options, const StereoRig* rig,
   }
   const std::string lines = "# for sense.camera\n" + found.lines;
   std::fputs(lines.c_str(), stdout);
-  if (!out.empty()) {
-    std::ofstream stream(out);
-    stream << lines;
-    stream.close();
-    if (!stream) throw std::runtime_error(out.string() + ": cannot be written");
-  }
+  if (!out.empty()) WriteWholeFile(out, lines);
   return is_trusted ? 0 : 1;
 }
 

@@ -60,7 +60,7 @@ struct Probe {
   Validity validity = Validity::kFailed;
 };
 
-Probe Press(DeformationModel& model, const Eigen::Vector2d& p_O, const Eigen::Vector2d& normal_O,
+Probe PressAt(DeformationModel& model, const Eigen::Vector2d& p_O, const Eigen::Vector2d& normal_O,
             double width) {
   constexpr int kRepeats = 200;
   const Eigen::Vector3d n(normal_O.x(), normal_O.y(), 0);
@@ -89,7 +89,7 @@ std::optional<double> ExpectedError(const Scene& scene, const Eigen::Vector2d& p
   other.model.elements = refine ? kFactor * elements : elements / kFactor;
   const std::unique_ptr<DeformationModel> model =
       MakeModel(other, MeshOutline(other, std::nullopt));
-  const double k = Press(*model, p_O, normal_O, scene.tool->width).stiffness;
+  const double k = PressAt(*model, p_O, normal_O, scene.tool->width).stiffness;
   const double limit = refine ? 1.5 * k - 0.5 * stiffness : 1.5 * stiffness - 0.5 * k;
   if (!(limit > 0)) return std::nullopt;
   return std::abs(1 - stiffness / limit);
@@ -101,7 +101,7 @@ void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationM
   const Eigen::Vector2d p_O = place.midpoint();
   const double width = scene.tool->width;
   const Eigen::Vector2d normal_O = place.normal();
-  const Probe probe = Press(model, p_O, normal_O, width);
+  const Probe probe = PressAt(model, p_O, normal_O, width);
   if (probe.validity == Validity::kFailed) {
     PrintLine("expectation",
               "none: the place nearest to the tool's home cannot be pressed (it is fixed)");

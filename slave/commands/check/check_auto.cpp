@@ -15,7 +15,7 @@ std::string Words(const Scene& scene) {
     return "nothing to study before the contour is found";
   }
   try {
-    const auto choice = ChooseQuickly(scene, RealWorkshop());
+    const auto choice = study::ChooseQuickly(scene, study::RealWorkshop());
     return choice ? choice->reason : "no model answered within a quick study";
   } catch (const std::exception& error) {
     return error.what();

@@ -41,19 +41,19 @@ struct Probe {
   double force = 0;  // along the press, linear in its depth where the model is [N]
   double update_us = 0;
   Validity validity = Validity::kFailed;
-  std::string failure;
+  std::string failure;  // or why it is extrapolated
 };
 
-Probe Ask(const PressSpec& question, DeformationModel& model) {
+Probe Ask(const study::PressSpec& question, DeformationModel& model) {
   constexpr int kRepeats = 20;
-  const Press& press = question.presses.front();
+  const study::Press& press = question.presses.front();
   Contact contact{Contact::Kind::kDisplacement, press.p_O, -1, question.width,
                   question.depth * press.inward_O};
   ContactResponse response;
   model.Reset();
   model.Respond(std::span(&contact, 1), std::span(&response, 1));
   const Probe first{response.force_O.dot(press.inward_O), 0, response.validity,
-                    std::string(model.failure())};
+                    std::string(response.doubt.empty() ? model.failure() : response.doubt)};
   const auto began = std::chrono::steady_clock::now();
   for (int i = 0; i < kRepeats; ++i) {
     contact.prescribed_O = question.depth * (1 - 1e-3 * (i % 2)) * press.inward_O;
@@ -63,7 +63,8 @@ Probe Ask(const PressSpec& question, DeformationModel& model) {
   return {first.force, spent.count() / kRepeats, first.validity, first.failure};
 }
 
-std::optional<double> ForceOf(const Scene& scene, const ObjectMesh& mesh, const PressSpec& gentle) {
+std::optional<double> ForceOf(const Scene& scene, const ObjectMesh& mesh,
+                              const study::PressSpec& gentle) {
   const Probe probe = Ask(gentle, *MakeModel(scene, mesh));
   if (probe.validity == Validity::kFailed || !(std::abs(probe.force) > 0)) return std::nullopt;
   return probe.force;
@@ -73,10 +74,10 @@ std::optional<double> ForceOf(const Scene& scene, const ObjectMesh& mesh, const 
 // both linear, at a small depth; of a plate because it does not stretch. nullopt: too large to
 // compare here, or nothing better is known.
 std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
-                                    const PressSpec& question, double force) {
+                                    const study::PressSpec& question, double force) {
   Scene better = scene;
   if (std::holds_alternative<MembraneDisc>(mesh)) {
-    if (ChooseModel(scene).kind == "plate-large") return std::nullopt;
+    if (KindOf(scene).linearity == Linearity::kNever) return std::nullopt;
     better.model.kind = "plate-large";
     const auto stretched = ForceOf(better, mesh, question);
     return stretched ? std::optional(std::abs(force / *stretched - 1)) : std::nullopt;
@@ -84,13 +85,13 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
   const auto* solid = std::get_if<SolidMesh>(&mesh);
   const bool is_fine = scene.model.fem.element == FemOptions::Element::kTet10;
   if (solid == nullptr || solid->tets.size() > kMostTetsToCompare || is_fine) return std::nullopt;
-  PressSpec gentle = question;
+  study::PressSpec gentle = question;
   gentle.depth = question.small_depth;
   better.model.kind = "fem";
   better.model.fem = FemOptions();
   better.model.fem.law = FemOptions::Law::kLinear;
   Scene plain = scene;
-  if (scene.model.kind != "bem3d" && scene.model.kind != "fem-green") plain.model = better.model;
+  if (KindOf(scene).linearity != Linearity::kAlways) plain.model = better.model;
   better.model.fem.element = FemOptions::Element::kTet10;
   const auto by_plain = ForceOf(plain, mesh, gentle);
   const auto by_better = ForceOf(better, mesh, gentle);
@@ -99,13 +100,13 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
 }
 
 // What would be pressed; nullopt, and a line that says why: nothing.
-std::optional<PressSpec> QuestionOf(const Scene& scene) {
+std::optional<study::PressSpec> QuestionOf(const Scene& scene) {
   if (!IsHeld(scene.object)) {
     PrintLine("press", "not tried: nothing holds the object, so it takes balanced loads only");
     return std::nullopt;
   }
   try {
-    return AskedOf(scene);
+    return study::AskedOf(scene);
   } catch (const std::invalid_argument& reason) {
     PrintLine("press", std::string("not tried: ") + reason.what());
     return std::nullopt;
@@ -113,21 +114,23 @@ std::optional<PressSpec> QuestionOf(const Scene& scene) {
 }
 
 void PrintPress(const Scene& scene, const ObjectMesh& mesh, DeformationModel& model) {
-  const std::optional<PressSpec> asked = QuestionOf(scene);
+  const std::optional<study::PressSpec> asked = QuestionOf(scene);
   if (!asked) return;
-  const PressSpec& question = *asked;
-  const Press& press = question.presses.front();
+  const study::PressSpec& question = *asked;
+  const study::Press& press = question.presses.front();
   const Probe probe = Ask(question, model);
   if (probe.validity == Validity::kFailed) {
     PrintLine("press", "no answer: " + probe.failure);
     return;
   }
-  PrintLine("press",
-            fmt::format("{:.4g} N for {} at ({}, {}, {}) over {}{}", probe.force,
-                        LengthInWords(question.depth), LengthInWords(press.p_O.x()),
-                        LengthInWords(press.p_O.y()), LengthInWords(press.p_O.z()),
-                        LengthInWords(question.width),
-                        probe.validity == Validity::kValid ? "" : "; beyond the model's range"));
+  PrintLine("press", fmt::format("{:.4g} N for {} at ({}, {}, {}) over {}", probe.force,
+                                 LengthInWords(question.depth), LengthInWords(press.p_O.x()),
+                                 LengthInWords(press.p_O.y()), LengthInWords(press.p_O.z()),
+                                 LengthInWords(question.width)));
+  if (probe.validity != Validity::kValid) {
+    PrintLine("press", "extrapolated: " +
+                           (probe.failure.empty() ? std::string(kBeyondRange) : probe.failure));
+  }
   PrintLine("update",
             fmt::format("{:.3g} us: {} the {:g} Hz asked for", probe.update_us,
                         probe.update_us * 1e-6 * scene.model.rate < 1 ? "meets" : "MISSES",

@@ -13,9 +13,9 @@
 namespace palpate {
 
 struct EstimatedShape {
-  SurfaceMesh rest_S, estimate_S;   // same nodes and triangles
-  std::string state;                // in words, how the estimate came about
-  std::vector<Occluder> fingers_S;  // that stand in the camera's view
+  SurfaceMesh rest_S, estimate_S;          // same nodes and triangles
+  std::string state;                       // in words, how the estimate came about
+  std::vector<study::Occluder> fingers_S;  // that stand in the camera's view
 };
 
 // The object's surface under the rows of both tables (as `solve` reads them; paths may be empty:
@@ -28,10 +28,5 @@ EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path&
 // the scene has none or nobody says where its fingertips are. Throws what OpenTactileRecording and
 // TactileEstimator throw; Interrupted.
 EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress);
-
-// Displacements as a model tells them, per node or per triangle, at every node [m]; those of
-// triangles are averaged over the triangles around a node.
-std::vector<Eigen::Vector3d> AtNodes(const SurfaceMesh& surface,
-                                     const std::vector<Eigen::Vector3d>& displacement);
 
 }  // namespace palpate

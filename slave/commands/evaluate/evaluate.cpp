@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "shared/text/text.h"
 #include "slave/commands/evaluate/estimated_shape.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/scene/scene_loader.h"
@@ -14,10 +15,10 @@
 namespace palpate {
 namespace {
 
-SegmentationOptions Segmenting(const EvaluateOptions& options) {
-  SegmentationOptions segmentation;
+study::SegmentationOptions Segmenting(const EvaluateOptions& options) {
+  study::SegmentationOptions segmentation;
   if (options.segment == "colour") {
-    segmentation.method = SegmentationOptions::Method::kColour;
+    segmentation.method = study::SegmentationOptions::Method::kColour;
   } else if (options.segment != "surfaces" && options.segment != "no") {
     throw std::invalid_argument("--segment " + options.segment +
                                 ": accepted is surfaces, colour or no");
@@ -44,8 +45,8 @@ SegmentationOptions Segmenting(const EvaluateOptions& options) {
   return segmentation;
 }
 
-ObjectHint Hint(const EvaluateOptions& options) {
-  ObjectHint hint;
+study::ObjectHint Hint(const EvaluateOptions& options) {
+  study::ObjectHint hint;
   if (!options.at.empty()) {
     const Eigen::Vector3d at = Eigen::Map<const Eigen::VectorXd>(
         options.at.data(), static_cast<Eigen::Index>(options.at.size()));
@@ -67,16 +68,17 @@ ObjectHint Hint(const EvaluateOptions& options) {
 }
 
 // Why there is no score where one was asked for; empty: there is one.
-std::string NotScored(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
+std::string NotScored(const study::MeasuredQuestion& question,
+                      const study::MeasuredAnswer& answer) {
   if (answer.object.size() == 0) return answer.choice.why;
   if (!question.camera || std::isfinite(answer.score.octree)) return "";
   return "sense.depth_camera sees nothing of the estimated shape";
 }
 
-void Say(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
+void Say(const study::MeasuredQuestion& question, const study::MeasuredAnswer& answer) {
   std::printf("object: %zu of %zu points, %s\n", answer.object.size(),
               question.measured.cloud.size(), answer.choice.why.c_str());
-  for (const LabelScore& row : answer.labels) {
+  for (const study::LabelScore& row : answer.labels) {
     std::printf("label %u: %zu points, %s%s\n", row.label, row.points,
                 row.support ? "" : "intersection over union ", LabelWords(row).c_str());
   }
@@ -86,22 +88,31 @@ void Say(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
   }
   if (!std::isfinite(answer.score.octree)) return;
   std::printf("octree score: %s, %zu simulated points, leaves of %s\n",
-              Percent(answer.score.octree).c_str(), answer.score.simulated,
-              Millimetres(question.leaf).c_str());
+              study::Percent(answer.score.octree).c_str(), answer.score.simulated,
+              study::Millimetres(question.leaf).c_str());
   std::printf("measured points to the estimate: rms %s, 95 %% %s\n",
-              Millimetres(answer.score.measured_to_surface.rms).c_str(),
-              Millimetres(answer.score.measured_to_surface.p95).c_str());
+              study::Millimetres(answer.score.measured_to_surface.rms).c_str(),
+              study::Millimetres(answer.score.measured_to_surface.p95).c_str());
+}
+
+void RequireOtherThanInputs(const EvaluateOptions& options, const Scene& scene) {
+  std::vector<std::filesystem::path> inputs = InputFilesOf(scene);
+  inputs.insert(inputs.end(), {options.cloud, options.contacts, options.loads});
+  RequireOtherThan(
+      "--out", options.out,
+      {"report.json", "report.html", "object.pcd", "segmentation.pcd", "simulated.pcd"}, inputs);
 }
 
 int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
-  MeasuredQuestion question;
+  study::MeasuredQuestion question;
   question.segmentation = Segmenting(options);
   question.segment = options.segment != "no";
   question.hint = Hint(options);
   question.leaf = options.leaf;
-  question.measured = ReadPcd(options.cloud);
+  question.measured = study::ReadPcd(options.cloud);
   question.file = options.cloud.filename().string();
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  RequireOtherThanInputs(options, scene);
   question.scene = scene.name;
   question.camera = scene.sense.depth_camera;
   {
@@ -114,9 +125,9 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
     question.state = std::move(shape.state);
     question.fingers_S = std::move(shape.fingers_S);
   }
-  const MeasuredAnswer answer = Evaluate(question);
+  const study::MeasuredAnswer answer = study::Evaluate(question);
   std::filesystem::create_directories(options.out);
-  if (!WriteMeasured(question, answer, options.out)) {
+  if (!study::WriteMeasured(question, answer, options.out)) {
     std::fprintf(stderr, "evaluate: %s cannot be written\n", options.out.c_str());
     return 1;
   }
@@ -128,21 +139,21 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   return 1;
 }
 
-std::vector<SimulatedObject> Experiments(const EvaluateOptions& options, const Scene& scene,
-                                         ProgressBar* bar) {
-  std::vector<SimulatedObject> objects;
-  ExperimentOptions experiment;
+std::vector<study::SimulatedObject> Experiments(const EvaluateOptions& options, const Scene& scene,
+                                                ProgressBar* bar) {
+  std::vector<study::SimulatedObject> objects;
+  study::ExperimentOptions experiment;
   experiment.repetitions = options.repetitions;
   experiment.leaf = options.leaf;
   const auto run = [&](const Scene& one, std::string_view material) {
     const std::string stage = material.empty() ? one.name : one.name + " " + std::string(material);
     experiment.progress = [&](double done) { return bar->Report(stage, done); };
-    objects.push_back(RunExperiment(one, experiment));
+    objects.push_back(study::RunExperiment(one, experiment));
     objects.back().material = material;
   };
   if (!options.materials) run(scene, "");
-  for (const Foam& foam : kFoams) {
-    if (options.materials) run(MadeOf(foam, scene), foam.name);
+  for (const study::Foam& foam : study::kFoams) {
+    if (options.materials) run(study::MadeOf(foam, scene), foam.name);
   }
   return objects;
 }
@@ -154,17 +165,18 @@ int EvaluateSimulated(const EvaluateOptions& options, const std::stop_token& sto
         "--contacts, --loads, --at, --colour: accepted is these with --cloud only");
   }
   const Scene scene = LoadScene(options.scene, options.overrides);
-  std::vector<SimulatedObject> objects;
+  RequireOtherThanInputs(options, scene);
+  std::vector<study::SimulatedObject> objects;
   {
     ProgressBar bar("evaluate", stop);
     objects = Experiments(options, scene, &bar);
   }
   std::filesystem::create_directories(options.out);
-  if (!WriteSimulated(objects, *scene.sense.depth_camera, options.leaf, options.out)) {
+  if (!study::WriteSimulated(objects, *scene.sense.depth_camera, options.leaf, options.out)) {
     std::fprintf(stderr, "evaluate: %s cannot be written\n", options.out.c_str());
     return 1;
   }
-  std::fputs(ToTable(objects).c_str(), stdout);
+  std::fputs(study::ToTable(objects).c_str(), stdout);
   return 0;
 }
 

@@ -3,10 +3,11 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <string_view>
 
 #include "shared/mesh/boundary_patch.h"
-#include "slave/commands/solve/csv_table.h"
+#include "shared/text/csv.h"
 
 namespace palpate {
 namespace {
@@ -17,29 +18,29 @@ constexpr Axes kPlace{"x", "y", "z"};
 constexpr Axes kMoved{"dx", "dy", "dz"};
 constexpr Axes kLoaded{"fx", "fy", "fz"};
 
-CsvTable ReadTable(const std::filesystem::path& file, const Axes& value, bool planar,
+CsvTable OpenTable(const std::filesystem::path& file, const Axes& value, bool planar,
                    bool dynamic) {
   std::vector<CsvTable::Column> columns{
       {"case"},   {kPlace[0]}, {kPlace[1]},         {kPlace[2], !planar},
       {value[0]}, {value[1]},  {value[2], !planar}, {"width", false}};
   if (dynamic) columns.push_back({"t", false});
-  return {file, columns};
+  return {file, std::move(columns)};
 }
 
-Eigen::Vector3d Vector(const CsvTable& table, std::size_t row, const Axes& axes) {
-  return {table.Number(row, axes[0]), table.Number(row, axes[1]), table.Number(row, axes[2])};
+Eigen::Vector3d Vector(const CsvTable& table, const Axes& axes) {
+  return {table.Number(axes[0]), table.Number(axes[1]), table.Number(axes[2])};
 }
 
 // A planar object moves in its plane, a membrane across it.
-void RefuseOtherAxes(const CsvTable& table, std::size_t row, const Axes& axes,
-                     const ObjectMesh& mesh, const Eigen::Vector3d& value) {
+void RefuseOtherAxes(const CsvTable& table, const Axes& axes, const ObjectMesh& mesh,
+                     const Eigen::Vector3d& value) {
   if (std::holds_alternative<BoundaryMesh>(mesh) && value.z() != 0) {
-    throw table.Refusal(row, axes[2], "0 on a planar object");
+    table.Refuse(axes[2], "0 on a planar object");
   }
   if (!std::holds_alternative<MembraneDisc>(mesh)) return;
   for (const int axis : {0, 1}) {
     const auto i = static_cast<std::size_t>(axis);
-    if (value[axis] != 0) throw table.Refusal(row, axes[i], "0 on a membrane");
+    if (value[axis] != 0) table.Refuse(axes[i], "0 on a membrane");
   }
 }
 
@@ -59,26 +60,47 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
                 bool dynamic, std::vector<SolveRow>* rows) {
   const bool moved = kind == Contact::Kind::kDisplacement;
   const Axes& value = moved ? kMoved : kLoaded;
-  const CsvTable table =
-      ReadTable(file, value, std::holds_alternative<BoundaryMesh>(mesh), dynamic);
+  CsvTable table = OpenTable(file, value, std::holds_alternative<BoundaryMesh>(mesh), dynamic);
   const TouchableSurface surface(mesh);
-  for (std::size_t i = 0; i < table.size(); ++i) {
+  while (table.Next()) {
     SolveRow row;
-    row.case_name = table.Text(i, "case");
+    row.case_name = table.Text("case");
     row.contact.kind = kind;
-    row.contact.p_O = Vector(table, i, kPlace);
+    row.contact.p_O = Vector(table, kPlace);
     if (std::holds_alternative<BoundaryMesh>(mesh) && row.contact.p_O.z() != 0) {
-      throw table.Refusal(i, "z", "0 on a planar object");
+      table.Refuse("z", "0 on a planar object");
     }
     const auto refusal = surface.Refuse(row.contact.p_O);
-    if (refusal) throw table.Refusal(i, "x", *refusal);
-    row.contact.width = table.Number(i, "width");
-    if (row.contact.width < 0) throw table.Refusal(i, "width", "a width >= 0 [m]");
-    row.contact.prescribed_O = Vector(table, i, value);
-    RefuseOtherAxes(table, i, value, mesh, row.contact.prescribed_O);
-    if (table.Has("t")) row.t = table.Number(i, "t");
-    if (row.t && *row.t < 0) throw table.Refusal(i, "t", "a time >= 0 [s]");
+    if (refusal) table.Refuse("x", *refusal);
+    row.contact.width = table.Number("width");
+    if (row.contact.width < 0) table.Refuse("width", "a width >= 0 [m]");
+    row.contact.prescribed_O = Vector(table, value);
+    RefuseOtherAxes(table, value, mesh, row.contact.prescribed_O);
+    if (table.Has("t")) row.t = table.Number("t");
+    if (row.t && *row.t < 0) table.Refuse("t", "a time >= 0 [s]");
     rows->push_back(std::move(row));
+  }
+}
+
+void TellDoubts(const std::vector<SolveRow>& rows) {
+  struct Doubt {
+    std::size_t first = 0, count = 0;
+  };
+  std::map<std::string_view, Doubt> doubts;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].response.validity != Validity::kExtrapolated) continue;
+    const std::string_view why = rows[i].response.doubt;
+    Doubt& doubt = doubts[why.empty() ? kBeyondRange : why];
+    if (doubt.count++ == 0) doubt.first = i;
+  }
+  for (const auto& [why, doubt] : doubts) {
+    const SolveRow& row = rows[doubt.first];
+    const Eigen::Vector3d& p = row.contact.p_O;
+    std::fprintf(stderr,
+                 "solve: %zu of %zu rows are extrapolated, first row %zu (case %s at %.6g, %.6g, "
+                 "%.6g): %.*s\n",
+                 doubt.count, rows.size(), doubt.first + 1, row.case_name.c_str(), p.x(), p.y(),
+                 p.z(), static_cast<int>(why.size()), why.data());
   }
 }
 

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "shared/text/text.h"
 #include "slave/commands/train/train_data.h"
 #include "slave/commands/train/train_forces.h"
 #include "slave/commands/train/train_localiser.h"
 #include "slave/commands/train/train_words.h"
+#include "slave/tactile/network/network_file.h"
 #include "slave/tactile/network/network_weights.h"
+#include "slave/tactile/recordings/data_argument.h"
 
 namespace palpate {
 namespace {
@@ -56,6 +59,22 @@ void Check(const TrainOptions& o) {
   RefuseRepetitions(o.test);
 }
 
+void RequireOtherThanInputs(const TrainOptions& options) {
+  std::vector<std::filesystem::path> inputs{options.electrodes, options.from,
+                                            options.from / kNetworkFileName};
+  for (const auto* arguments : {&options.data, &options.test}) {
+    for (const std::string& argument : *arguments) {
+      const DataArgument data = ParseDataArgument(argument);
+      inputs.insert(inputs.end(), {data.tactile, data.wrench});
+    }
+  }
+  std::vector<std::filesystem::path> folders{options.out};
+  for (const std::string& network : options.networks) folders.push_back(options.out / network);
+  for (const auto& folder : folders) {
+    RequireOtherThan("--out", folder, {"training.csv", kNetworkFileName, "localiser.json"}, inputs);
+  }
+}
+
 }  // namespace
 
 const char* const kTrainHelp = R"(DATA is one of
@@ -83,6 +102,7 @@ int RunTrain(const TrainOptions& options, const std::stop_token& stop) {
   Check(options);
   TrainOptions chosen = options;
   chosen.networks = Architectures(options.networks);
+  RequireOtherThanInputs(chosen);
   MakeWritable(options.out);
   if (!options.from.empty()) return TrainForceGain(chosen);
   if (chosen.networks.front() == kLocaliser) return TrainLocaliser(chosen);

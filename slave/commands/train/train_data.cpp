@@ -6,8 +6,8 @@
 #include <iterator>
 #include <stdexcept>
 
-#include "slave/tactile/training/recorded_forces.h"
-#include "slave/tactile/training/simulated_presses.h"
+#include "slave/site/fingertips/simulated_presses.h"
+#include "slave/tactile/recordings/recorded_forces.h"
 
 namespace palpate {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "slave/commands/train/train.h"
-#include "slave/tactile/training/labelled_recording.h"
+#include "slave/tactile/recordings/labelled_recording.h"
 
 namespace palpate {
 

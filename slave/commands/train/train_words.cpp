@@ -1,12 +1,11 @@
 #include "slave/commands/train/train_words.h"
 
 #include <cmath>
-#include <fstream>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
-#include "shared/telemetry/csv.h"
+#include "shared/text/csv.h"
 
 namespace palpate {
 namespace {
@@ -52,22 +51,17 @@ void WriteEpochs(const std::filesystem::path& file, std::span<const TrainingEpoc
     AppendNumber(&text, e.validation_loss, 9);
     text += "\n";
   }
-  std::ofstream stream(file);
-  stream << text;
-  stream.close();
-  if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
+  WriteWholeFile(file, text);
 }
 
 void MakeWritable(const std::filesystem::path& dir) {
   std::error_code failed;
   std::filesystem::create_directories(dir, failed);
-  const std::filesystem::path probe = dir / "training.csv";
-  const bool was_there = std::filesystem::exists(probe, failed);
-  if (std::ofstream(probe, std::ios::app)) {
-    if (!was_there) std::filesystem::remove(probe, failed);
-    return;
+  try {
+    RequireWritable(dir / "training.csv");
+  } catch (const std::invalid_argument&) {
+    throw std::runtime_error("--out " + dir.string() + ": cannot be written");
   }
-  throw std::runtime_error("--out " + dir.string() + ": cannot be written");
 }
 
 }  // namespace palpate

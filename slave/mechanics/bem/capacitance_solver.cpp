@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/bem/boundary_sum.h"
 
 namespace palpate {
@@ -18,10 +19,6 @@ constexpr std::size_t kColumnsAhead = 4;
 constexpr double kFixesMotion = 1e-10;  // smallest eigenvalue of the modes at prescribed places
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/bem/boundary_sum.h"
 
 namespace palpate {
@@ -15,10 +16,6 @@ using Eigen::Vector2d;
 // An update of one contact against a factorisation, as measured: kUpdates * changes against the
 // number of contacts.
 constexpr double kUpdates = 4;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // A block of E, column-major, into two rows of the matrix.
 void CopyBlock(const double* e, double* first, double* second) {

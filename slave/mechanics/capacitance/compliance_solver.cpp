@@ -9,6 +9,9 @@
 
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
+#include "slave/mechanics/mesh_resolution.h"
+
 namespace palpate {
 namespace {
 
@@ -20,10 +23,6 @@ constexpr double kAbsurd = 1e6;  // larger sides
 constexpr int kUpdateRows = 8;
 // Stiffness from three solutions per contact against triangles that are inverted; measured.
 constexpr int kRowsPerContact = 20;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 void RequirePositive(const char* name, double value) {
   if (value > 0 && std::isfinite(value)) return;
@@ -342,7 +341,10 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
   const bool known =
       response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;
   if (!known) return {};
-  response.validity = deflection <= params_.range ? Validity::kValid : Validity::kExtrapolated;
+  const bool coarse = slot.footprint.coarse;
+  const bool is_valid = deflection <= params_.range && !coarse;
+  response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
+  if (coarse) response.doubt = kCoarsePatch;
   return response;
 }
 

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 bool Same(const ContactSlot& slot, const Contact& contact) {
   return slot.kind == contact.kind && slot.element == contact.element &&

@@ -6,6 +6,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::fem {
 namespace {
 
@@ -16,10 +18,6 @@ constexpr double kNoWeight = 1e-9;      // of a point's weights, squared
 constexpr double kHoldsMotion = 1e-13;  // eigenvalue, of the largest
 constexpr int kMostMotions = 24;
 constexpr double kFreeMotionShift = 1e-5;  // keeps the factor definite
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // The displacement component `c` at an arm `d` by translations and rotations is row . motion.
 Vector6d RowOf(const Vector3d& d, int c) {

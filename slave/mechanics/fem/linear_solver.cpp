@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::fem {
 namespace {
 
@@ -22,10 +24,6 @@ constexpr double kRounding = 2e-15;
 constexpr int kMostIterations = 20'000;
 constexpr int kMostWithFactor = 400;  // then it is not worth its name
 constexpr int kPatience = 1'000;      // iterations without a better residual
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 double LargestDiagonal(const BlockMatrix& A) {
   double largest = 0;
@@ -123,13 +121,15 @@ bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind
   young_iterations_ = -1;
   excess_ = 0;
   scale_ = 1 / LargestDiagonal(A);
+  const auto go_on = [this](double done) {
+    return progress_ == nullptr || progress_->ContinueFactor(done);
+  };
   kind_ = Kind::kSingle;
-  if (kind == Kind::kSingle && single_factor_ &&
-      single_factor_->Factor(A, scale_, held, progress_)) {
+  if (kind == Kind::kSingle && single_factor_ && single_factor_->Factor(A, scale_, held, go_on)) {
     return true;
   }
   kind_ = Kind::kDouble;
-  return double_factor_ && double_factor_->Factor(A, scale_, held, progress_);
+  return double_factor_ && double_factor_->Factor(A, scale_, held, go_on);
 }
 
 void LinearSolver::InvertDiagonal(const BlockMatrix& A, const HeldComponents& held) noexcept {

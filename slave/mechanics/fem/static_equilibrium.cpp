@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::fem {
 namespace {
 
@@ -14,10 +16,6 @@ constexpr double kSufficient = 1e-4;
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3;
 constexpr double kRounding = 4e-16;  // of the diagonal's forces
 constexpr double kStalled = 0.5;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // What rounding leaves of forces that should cancel.
 double RoundingFloor(const BlockMatrix& A, const NodeVector& u) {

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/signed_polar.h"
 
 namespace palpate::fem {
@@ -13,10 +14,6 @@ namespace {
 constexpr int kNewtonSteps = 8;
 constexpr double kTurned = 1e-16;   // square of the last turn: the next one would be its square
 constexpr double kDefinite = 1e-9;  // det H of tr(H)^3, 1/27 at rest
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 PALPATE_INLINE bool Any(const Mask8& mask) {
   long long any = 0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::fem {
 namespace {
 
@@ -14,10 +16,6 @@ constexpr double kGain = 1e-6;   // of the energies that are exchanged
 constexpr double kGainNewmark = 1e-3, kSurplus = 1e-2;  // the same
 constexpr double kRounding = 1e-14;                     // of the forces that cancel
 constexpr double kSufficient = 1e-4;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

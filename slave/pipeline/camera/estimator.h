@@ -61,7 +61,7 @@ class Estimator {
   [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene) const;
   // Puts it to work; a contact goes on from the place where it began.
   void Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene);
-  // TipAndContourTracker and contact start anew.
+  // Tracker and contact start anew.
   void Reset() noexcept;
 
   [[nodiscard]] const ContactEstimate& felt() const { return felt_; }

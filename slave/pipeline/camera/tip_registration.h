@@ -23,7 +23,7 @@ class TipRegistration {
     }
     last_encoders_ = p_S_encoders;
   }
-  // TipAndContourTracker minus encoders, S [m]; zero until the tool has stood for two pictures.
+  // Eyes minus encoders, S [m]; zero until the tool has stood for two pictures.
   [[nodiscard]] const Eigen::Vector3d& offset() const { return offset_; }
 
  private:

@@ -229,8 +229,10 @@ bool TactileEstimator::Respond() noexcept {
   body_->deformation->Respond(contacts_, responses_);
   at_rest_ = contacts_.empty() && !body_->moves_in_time;
   shape_validity_ = Validity::kValid;
+  shape_doubt_ = {};
   for (std::size_t k = 0; k < responses_.size(); ++k) {
     shape_validity_ = Worse(shape_validity_, responses_[k].validity);
+    if (!responses_[k].doubt.empty()) shape_doubt_ = responses_[k].doubt;
   }
   return shape_validity_ != Validity::kFailed && body_->deformation->failure().empty();
 }
@@ -305,7 +307,7 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
 void TactileEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {
   p_S->clear();
   if (!body_) return;
-  NodeDisplacement(*body_, p_S);
+  body_->deformation->Displacements(p_S);
   for (std::size_t i = 0; i < p_S->size(); ++i) {
     (*p_S)[i] = X_SO_ * Vector3d(body_->surface.nodes[i] + (*p_S)[i]);
   }

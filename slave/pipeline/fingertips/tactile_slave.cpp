@@ -97,6 +97,10 @@ void TactileSlave::Start(const Scene& scene) {
     const Eigen::Vector3d p_S_tip = manipulator().Tip();
     const std::lock_guard lock(touch_mutex());
     newest().Put(estimator_.Feel(*frame, p_S_tip));
+    const std::string_view doubt = estimator_.shape_doubt();
+    if (!doubt.empty() && told_doubts_.insert(doubt).second) {
+      newest().RaiseAlarm("the object's shape is extrapolated: " + std::string(doubt));
+    }
     return true;
   });
 }

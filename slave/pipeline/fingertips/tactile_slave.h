@@ -5,7 +5,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "slave/pipeline/fingertips/tactile_estimator.h"
@@ -46,6 +48,7 @@ class TactileSlave final : public OperatedSlave {
   TactileEstimator estimator_;
   std::shared_ptr<TactileSite> site_;  // null where the site is real; the hand moves in it too
   std::unique_ptr<TactileSource> source_;
+  std::set<std::string_view> told_doubts_;  // of the shape, each an alarm once
 };
 
 }  // namespace palpate

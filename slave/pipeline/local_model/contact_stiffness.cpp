@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 #include <spdlog/spdlog.h>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/make_model.h"
@@ -21,10 +22,6 @@ using Eigen::Vector3d;
 
 constexpr double kPatchEdges = 2.2;      // mean edges: a node and its neighbours
 constexpr std::size_t kAheadUpTo = 400;  // surface nodes
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 double MeanEdge(const SurfaceMesh& surface) {
   double sum = 0;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "shared/geometry/index.h"
 #include "slave/site/fingertips/rigid_finger.h"
 #include "slave/site/solid/neo_hookean_body.h"
 
@@ -25,10 +26,6 @@ constexpr double kLess = 1e-4;         // of a step's length by which it must le
 constexpr double kPenetration = 2e-3;  // radii that count as touching, not as inside
 constexpr double kPull = 1e-3;         // of the largest reaction that counts as pulling
 constexpr int kMostPasses = 12;        // of who touches and who does not
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 double LargerSide(const SiteMesh& mesh) {
   if (mesh.elements.empty()) throw std::invalid_argument("mesh: accepted is at least one element");

@@ -1,7 +1,8 @@
 #include "slave/site/points/neo_hookean_disc.h"
 
-#include <cstddef>
 #include <vector>
+
+#include "shared/geometry/index.h"
 
 namespace palpate::site {
 namespace {
@@ -10,10 +11,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 static_assert(DiscMesh::kAcross == DiscMesh::kThrough);
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 PlacedElement ElementOf(const DiscMesh& mesh, int ring, int ray, int layer) {
   static const ElementShape cube = ElementShape::Cube(3, DiscMesh::kAcross);

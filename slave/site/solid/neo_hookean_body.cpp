@@ -5,16 +5,14 @@
 #include <cstddef>
 #include <utility>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::site {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

@@ -5,7 +5,7 @@
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/region_growing_rgb.h>
 
-namespace palpate {
+namespace palpate::study {
 
 std::vector<int> GrowColours(const PointCloud& cloud, const ColourGrowth& options) {
   if (cloud.colours.empty() || cloud.size() == 0) return std::vector<int>(cloud.size(), 0);
@@ -37,4 +37,4 @@ std::vector<int> GrowColours(const PointCloud& cloud, const ColourGrowth& option
   return region_of;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -5,7 +5,7 @@
 
 #include "slave/study/clouds/point_cloud.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct ColourGrowth {
   int neighbours = 30;        // of a point, into which its region may grow
@@ -19,4 +19,4 @@ struct ColourGrowth {
 // O(N log N).
 std::vector<int> GrowColours(const PointCloud& cloud, const ColourGrowth& options);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -3,7 +3,7 @@
 #include <map>
 #include <utility>
 
-namespace palpate {
+namespace palpate::study {
 
 std::vector<LabelScore> ScoreLabels(const PointCloud& cloud, const Segmentation& segmentation) {
   std::map<std::uint32_t, std::size_t> points, support;
@@ -29,4 +29,4 @@ std::vector<LabelScore> ScoreLabels(const PointCloud& cloud, const Segmentation&
   return rows;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -8,7 +8,7 @@
 #include "slave/study/clouds/point_cloud.h"
 #include "slave/study/clouds/segmentation.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct LabelScore {
   std::uint32_t label = 0;
@@ -21,4 +21,4 @@ struct LabelScore {
 // One row per label, ascending. Empty: the cloud has no labels.
 std::vector<LabelScore> ScoreLabels(const PointCloud& cloud, const Segmentation& segmentation);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace palpate {
+namespace palpate::study {
 
 std::optional<std::string> DecompressLzf(std::string_view stream, std::size_t size) {
   std::string out;
@@ -38,4 +38,4 @@ std::optional<std::string> DecompressLzf(std::string_view stream, std::size_t si
   return out;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace palpate {
+namespace palpate::study {
 
 // The stream is a row of runs. A control byte below 32 is followed by that many and one more bytes
 // as they are; any other says in its upper three bits how many bytes, and in its lower five and the
@@ -14,4 +14,4 @@ namespace palpate {
 // nullopt: the stream does not make exactly `size` bytes. Allocates no more than `size`.
 std::optional<std::string> DecompressLzf(std::string_view stream, std::size_t size);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -7,7 +7,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -105,4 +105,4 @@ PointCloud Chosen(const PointCloud& cloud, const Segmentation& segmentation,
   return chosen;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -13,7 +13,7 @@
 #include "slave/study/clouds/point_cloud.h"
 #include "slave/study/clouds/segmentation.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct ObjectHint {
   std::optional<Eigen::Vector3d> at;                  // a point on it, frame of the cloud [m]
@@ -40,4 +40,4 @@ ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentat
 PointCloud Chosen(const PointCloud& cloud, const Segmentation& segmentation,
                   const std::vector<int>& regions);
 
-}  // namespace palpate
+}  // namespace palpate::study

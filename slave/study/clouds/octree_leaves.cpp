@@ -7,7 +7,7 @@
 
 #include "slave/study/clouds/voxel_grid.h"
 
-namespace palpate {
+namespace palpate::study {
 
 OctreeLeaves::OctreeLeaves(std::span<const Eigen::Vector3d> cloud, double leaf,
                            const Eigen::Vector3d& corner)
@@ -61,4 +61,4 @@ double OctreeScore(std::span<const Eigen::Vector3d> measured,
   return sum / static_cast<double>(corners.size());
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -13,7 +13,7 @@
 
 #include <Eigen/Core>
 
-namespace palpate {
+namespace palpate::study {
 
 // The leaves of an octree of which all are divided down to one size are the occupied cells of a
 // grid.
@@ -47,4 +47,4 @@ std::array<Eigen::Vector3d, 8> LatticeCorners(std::span<const Eigen::Vector3d> c
 double OctreeScore(std::span<const Eigen::Vector3d> measured,
                    std::span<const Eigen::Vector3d> simulated, double leaf);
 
-}  // namespace palpate
+}  // namespace palpate::study

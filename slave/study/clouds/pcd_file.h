@@ -6,7 +6,7 @@
 
 #include "slave/study/clouds/point_cloud.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // No depth camera sees farther; what says so is no measurement.
 inline constexpr double kFarthestPoint = 500;  // [m]
@@ -26,4 +26,4 @@ PcdCloud ReadPcd(const std::filesystem::path& file);
 // Writes x, y, z, with colours rgb and with labels label, binary. False: cannot be written.
 bool WritePcd(const std::filesystem::path& file, const PointCloud& cloud);
 
-}  // namespace palpate
+}  // namespace palpate::study

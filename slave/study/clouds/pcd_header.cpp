@@ -6,7 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -166,4 +166,4 @@ PcdHeader ReadPcdHeader(const std::filesystem::path& file, std::string_view cont
   return Reader(file, content).Read();
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace palpate {
+namespace palpate::study {
 
 struct PcdField {
   std::string name;
@@ -37,4 +37,4 @@ struct PcdHeader {
 // contradicts another, more points than the file has bytes for.
 PcdHeader ReadPcdHeader(const std::filesystem::path& file, std::string_view content);
 
-}  // namespace palpate
+}  // namespace palpate::study

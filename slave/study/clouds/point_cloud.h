@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-namespace palpate {
+namespace palpate::study {
 
 // Every point is finite; `colours` and `labels` have one entry per point, or none at all.
 struct PointCloud {
@@ -19,4 +19,4 @@ struct PointCloud {
   [[nodiscard]] std::size_t size() const { return points.size(); }
 };
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -7,7 +7,7 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 pcl::PointXYZ ToPcl(const Eigen::Vector3d& p) {
@@ -61,4 +61,4 @@ void PointTree::Within(const Eigen::Vector3d& p, double radius,
   indices->assign(found.begin(), found.end());
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-namespace palpate {
+namespace palpate::study {
 
 // Const members are thread-safe. Distances are exact to single precision.
 class PointTree {
@@ -34,4 +34,4 @@ class PointTree {
   std::unique_ptr<Tree> tree_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -9,9 +9,9 @@
 #include "slave/study/clouds/point_tree.h"
 #include "slave/study/clouds/support_plane.h"
 #include "slave/study/clouds/voxel_grid.h"
-#include "slave/study/shape/surface_points.h"
+#include "slave/study/shape/neighbourhood_shape.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -157,7 +157,7 @@ Surfaces SurfacesOf(const VoxelCloud& voxels, double edge, const SegmentationOpt
   if (standing.empty()) return surfaces;
 
   const PointCloud rest = Selected(voxels.cloud, standing);
-  const std::vector<SurfacePoint> around =
+  const std::vector<NeighbourhoodShape> around =
       LookAround(rest.points, PointTree(rest.points), kRadius * edge);
   std::vector<std::size_t> core;  // of `rest`
   std::vector<double> before;
@@ -238,4 +238,4 @@ Segmentation Segment(const PointCloud& cloud, const SegmentationOptions& options
   return segmentation;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

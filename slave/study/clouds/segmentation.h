@@ -7,7 +7,7 @@
 #include "slave/study/clouds/colour_growth.h"
 #include "slave/study/clouds/point_cloud.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct SegmentationOptions {
   enum class Method : std::uint8_t { kSurfaces, kColour } method = Method::kSurfaces;
@@ -42,4 +42,4 @@ struct Segmentation {
 // than its outside, as are the two halves of what is seen left and right of a post.
 Segmentation Segment(const PointCloud& cloud, const SegmentationOptions& options);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -11,7 +11,7 @@
 #include <pcl/point_types.h>
 #include <pcl/segmentation/sac_segmentation.h>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
@@ -105,4 +105,4 @@ std::vector<bool> InSupportPlanes(std::span<const Eigen::Vector3d> points,
   return in_plane;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

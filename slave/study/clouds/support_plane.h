@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-namespace palpate {
+namespace palpate::study {
 
 // Noise of a structured-light camera at depth `z` [m]: 1.2 mm + 1.9 mm/m^2 (z - 0.4 m)^2, one sigma
 // [m] (Nguyen, Izadi & Lovell 2012, axial noise of the Kinect).
@@ -28,4 +28,4 @@ struct SupportPlaneOptions {
 std::vector<bool> InSupportPlanes(std::span<const Eigen::Vector3d> points,
                                   const SupportPlaneOptions& options);
 
-}  // namespace palpate
+}  // namespace palpate::study

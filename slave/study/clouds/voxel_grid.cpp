@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <unordered_map>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr int kBits = 21;  // of an axis
@@ -68,4 +68,4 @@ VoxelCloud Voxelised(const PointCloud& cloud, double edge) {
   return voxels;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

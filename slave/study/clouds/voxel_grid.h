@@ -10,7 +10,7 @@
 
 #include "slave/study/clouds/point_cloud.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // The cell of edge `edge` [m] that `p` lies in, as one number; cells are [k edge, (k + 1) edge) in
 // each axis. nullopt: not finite, or 2^20 cells or more from the origin.
@@ -28,4 +28,4 @@ struct VoxelCloud {
 // cells so small.
 VoxelCloud Voxelised(const PointCloud& cloud, double edge);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -14,7 +14,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
-namespace palpate {
+namespace palpate::study {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
@@ -57,4 +57,4 @@ class CloudPicture {
   std::unique_ptr<Canvas> canvas_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -6,7 +6,7 @@
 
 #include "slave/study/shape/virtual_depth_camera.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // How much is seen of a finger behind its tip [m].
 inline constexpr double kFingerLength = 0.06;
@@ -16,4 +16,4 @@ inline Occluder FingerCapsule(const Eigen::Isometry3d& X_SF, double radius) noex
   return {X_SF.translation(), X_SF * Eigen::Vector3d(-kFingerLength, 0, 0), radius};
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
-#include "slave/study/svg.h"
+#include "shared/text/svg.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr std::string_view kStyle = R"(
@@ -85,4 +85,4 @@ std::string Base64(std::string_view bytes) {
   return text;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

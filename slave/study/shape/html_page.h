@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace palpate {
+namespace palpate::study {
 
 class HtmlPage {
  public:
@@ -35,4 +35,4 @@ class HtmlPage {
 // RFC 4648, with padding.
 std::string Base64(std::string_view bytes);
 
-}  // namespace palpate
+}  // namespace palpate::study

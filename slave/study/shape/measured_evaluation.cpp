@@ -5,7 +5,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 // Another seed than any other picture of the scene has.
@@ -88,4 +88,4 @@ MeasuredAnswer Evaluate(const MeasuredQuestion& question) {
   return answer;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -15,7 +15,7 @@
 #include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
-namespace palpate {
+namespace palpate::study {
 
 struct MeasuredQuestion {
   std::string scene;                  // its name
@@ -51,4 +51,4 @@ MeasuredAnswer Evaluate(const MeasuredQuestion& question);
 bool WriteMeasured(const MeasuredQuestion& question, const MeasuredAnswer& answer,
                    const std::filesystem::path& folder);
 
-}  // namespace palpate
+}  // namespace palpate::study

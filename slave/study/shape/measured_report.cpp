@@ -9,7 +9,7 @@
 #include "slave/study/shape/report_words.h"
 #include "slave/study/shape/shape_pictures.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -140,4 +140,4 @@ bool WriteMeasured(const MeasuredQuestion& question, const MeasuredAnswer& answe
   return written;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

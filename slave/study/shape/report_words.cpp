@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -68,4 +68,4 @@ bool WriteText(const std::filesystem::path& file, std::string_view text) {
   return static_cast<bool>(stream.flush());
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -11,7 +11,7 @@
 #include "slave/study/clouds/label_score.h"
 #include "slave/study/shape/shape_score.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // 0.9731: `97.3 %`; NaN: `unknown`.
 std::string Percent(double share);
@@ -28,4 +28,4 @@ nlohmann::ordered_json ScoreJson(const ShapeScore& score, double leaf);
 // False: cannot be written.
 bool WriteText(const std::filesystem::path& file, std::string_view text);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <string_view>
 
+#include "shared/text/svg.h"
 #include "slave/study/shape/report_words.h"
 #include "slave/study/shape/simulated_report.h"
-#include "slave/study/svg.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector2d;
@@ -77,4 +77,4 @@ std::string DrawScores(const std::vector<SimulatedObject>& objects) {
   return svg.Document();
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

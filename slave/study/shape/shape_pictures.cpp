@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 constexpr Rgb kGrey{205, 210, 218}, kFinger{228, 230, 235}, kGreen{47, 158, 98}, kRed{209, 40, 60},
@@ -71,4 +71,4 @@ std::string PictureOfLeaves(const PictureView& view, std::span<const Eigen::Vect
   return picture.Png();
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

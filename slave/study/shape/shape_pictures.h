@@ -10,7 +10,7 @@
 #include "slave/study/clouds/segmentation.h"
 #include "slave/study/shape/cloud_picture.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // The cloud in its colours, or by depth where it has none. PNG.
 std::string PictureOfCloud(const PictureView& view, const PointCloud& cloud_S);
@@ -25,4 +25,4 @@ std::string PictureOfShapes(const PictureView& view, std::span<const Eigen::Vect
 std::string PictureOfLeaves(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
                             std::span<const Eigen::Vector3d> simulated_S, double leaf);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -7,7 +7,7 @@
 #include "slave/study/clouds/octree_leaves.h"
 #include "slave/study/clouds/point_tree.h"
 
-namespace palpate {
+namespace palpate::study {
 
 DistanceSummary Summarised(std::vector<double> distances) {
   if (distances.empty()) return {};
@@ -61,4 +61,4 @@ ShapeScore Score(std::span<const Eigen::Vector3d> measured,
           Summarised(DistancesToCloud(simulated, measured))};
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

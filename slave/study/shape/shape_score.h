@@ -10,7 +10,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // Of unsigned distances [m]; NaN where there are none.
 struct DistanceSummary {
@@ -38,4 +38,4 @@ ShapeScore Score(std::span<const Eigen::Vector3d> measured,
                  std::span<const Eigen::Vector3d> simulated, const SurfaceMesh& estimate,
                  double leaf);
 
-}  // namespace palpate
+}  // namespace palpate::study

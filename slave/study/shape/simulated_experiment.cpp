@@ -13,7 +13,7 @@
 #include "slave/study/clouds/octree_leaves.h"
 #include "slave/study/shape/finger_capsule.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -195,4 +195,4 @@ SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& optio
   return Experiment(scene, options).Run();
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -16,7 +16,7 @@
 #include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // The paper's foams (table III; Poisson's ratio from the authors' material files).
 struct Foam {
@@ -69,4 +69,4 @@ struct ExperimentOptions {
 // fingertips, no sense.depth_camera, what ScriptedTouch and TactileEstimator refuse; Interrupted.
 SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& options);
 
-}  // namespace palpate
+}  // namespace palpate::study

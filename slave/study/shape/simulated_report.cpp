@@ -11,7 +11,7 @@
 #include "slave/study/shape/report_words.h"
 #include "slave/study/shape/shape_pictures.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -160,4 +160,4 @@ bool WriteSimulated(const std::vector<SimulatedObject>& objects, const DepthCame
          WriteText(folder / "report.html", page.Document());
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

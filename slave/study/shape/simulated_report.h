@@ -7,7 +7,7 @@
 
 #include "slave/study/shape/simulated_experiment.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // One line per object and state: octree score with its spread, distances.
 std::string ToTable(const std::vector<SimulatedObject>& objects);
@@ -19,4 +19,4 @@ std::string DrawScores(const std::vector<SimulatedObject>& objects);
 bool WriteSimulated(const std::vector<SimulatedObject>& objects, const DepthCamera& camera,
                     double leaf, const std::filesystem::path& folder);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -153,4 +153,4 @@ std::vector<Vector3d> SeeSurface(const DepthCamera& camera, const SurfaceMesh& s
   return cloud_S;
 }
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -11,7 +11,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/scene/scene.h"
 
-namespace palpate {
+namespace palpate::study {
 
 // A capsule that stands in the view, a finger's occlusion: frame S [m].
 struct Occluder {
@@ -25,4 +25,4 @@ struct Occluder {
 std::vector<Eigen::Vector3d> SeeSurface(const DepthCamera& camera, const SurfaceMesh& surface,
                                         std::span<const Occluder> occluders, std::uint32_t seed);
 
-}  // namespace palpate
+}  // namespace palpate::study

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
 #include <numbers>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
-#include "slave/scene/units.h"
+#include "shared/text/csv.h"
 
 namespace palpate {
 namespace {
@@ -18,15 +16,8 @@ namespace {
 constexpr double kMillimetre = 1e-3;
 constexpr double kFarthest = 1000;       // of an electrode from the origin [mm]
 constexpr double kUnitTolerance = 0.05;  // of a normal's length: files print three digits
-constexpr std::size_t kLongestQuote = 60;
 
 using Row = std::array<double, 6>;  // x y z [mm], nx ny nz
-
-std::string_view Trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
 
 std::string NameOf(std::size_t electrode) {
   return std::string("E").append(std::to_string(electrode + 1));
@@ -40,15 +31,14 @@ std::optional<std::size_t> ElectrodeOf(std::string_view name) {
   return std::nullopt;
 }
 
-std::optional<Row> ParseRow(std::string_view text) {
+// Behind the name.
+std::optional<Row> ParseRow(const std::vector<std::string_view>& cells) {
   Row row{};
+  if (cells.size() != row.size() + 1) return std::nullopt;
   for (std::size_t i = 0; i < row.size(); ++i) {
-    const auto comma = text.find(',');
-    if ((comma == std::string_view::npos) != (i + 1 == row.size())) return std::nullopt;
-    const auto number = ParseNumber(Trimmed(text.substr(0, comma)));
-    if (!number || !std::isfinite(*number)) return std::nullopt;
+    const auto number = ParseFinite(cells[i + 1]);
+    if (!number) return std::nullopt;
     row[i] = *number;
-    if (comma != std::string_view::npos) text.remove_prefix(comma + 1);
   }
   return row;
 }
@@ -56,18 +46,11 @@ std::optional<Row> ParseRow(std::string_view text) {
 // Collects the rows of a file; the functions return what is wrong, empty if nothing.
 class LayoutReader {
  public:
-  std::string Take(std::string_view line) {
-    line = Trimmed(line);
-    if (line.empty() || line.front() == '#') return {};
-    const auto comma = line.find(',');
-    const auto electrode = ElectrodeOf(Trimmed(line.substr(0, comma)));
+  std::string Take(const CsvLines& line) {
+    const auto electrode = ElectrodeOf(line.cells().front());
     if (!electrode) return {};
-    const auto row =
-        comma == std::string_view::npos ? std::nullopt : ParseRow(line.substr(comma + 1));
-    if (!row) {
-      return std::string(line.substr(0, kLongestQuote)) +
-             ": accepted is NAME,x,y,z,nx,ny,nz in millimetres";
-    }
+    const auto row = ParseRow(line.cells());
+    if (!row) return Shown(line.text()) + ": accepted is NAME,x,y,z,nx,ny,nz in millimetres";
     return Place(*electrode, *row);
   }
   [[nodiscard]] std::string Missing() const {
@@ -120,22 +103,14 @@ constexpr double kCore = 0.78;  // core's radius over the finger's
 }  // namespace
 
 ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file) {
-  const auto refuse = [&](const std::string& where, const std::string& what) {
-    throw std::runtime_error(file.string() + where + ": " + what);
-  };
-  std::error_code error;
-  const bool is_file = std::filesystem::is_regular_file(file, error);
-  std::ifstream stream(file);
-  if (!is_file || !stream) refuse("", "cannot be read: accepted is a CSV file of electrodes");
+  CsvLines lines(file);
   LayoutReader reader;
-  std::string line;
-  int number = 1;
-  for (; std::getline(stream, line); ++number) {
-    const std::string wrong = reader.Take(line);
-    if (!wrong.empty()) refuse(std::string(":").append(std::to_string(number)), wrong);
+  while (lines.Next()) {
+    const std::string wrong = reader.Take(lines);
+    if (!wrong.empty()) lines.Fail(wrong);
   }
-  const std::string wrong = reader.Missing();
-  if (!wrong.empty()) refuse(std::string(":").append(std::to_string(number)), wrong);
+  const std::string missing = reader.Missing();
+  if (!missing.empty()) lines.Fail(missing);
   return reader.layout();
 }
 

@@ -1,5 +1,4 @@
 // Fitted localisers in files.
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -8,6 +7,7 @@
 #include <Eigen/LU>
 #include <nlohmann/json.hpp>
 
+#include "shared/text/text.h"
 #include "slave/tactile/localise/fitted_localiser.h"
 
 namespace palpate {
@@ -125,22 +125,14 @@ void WriteLocaliser(const LocaliserWeights& weights, const std::filesystem::path
                         {"electrode_normals", RowsOf(weights.layout.n_F)},
                         {"centres", RowsOf(weights.centres.transpose())},
                         {"corrections", RowsOf(weights.corrections.transpose())}};
-  std::ofstream stream(file);
-  stream << content.dump() << '\n';
-  stream.close();
-  if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
+  WriteWholeFile(file, content.dump() + '\n');
 }
 
 LocaliserWeights ReadLocaliser(const std::filesystem::path& file) {
-  std::error_code error;
-  const bool is_file = std::filesystem::is_regular_file(file, error);
-  std::ifstream stream(file);
-  if (!is_file || !stream) {
-    throw std::runtime_error(file.string() +
-                             ": cannot be read: accepted is the file of a fitted localiser");
-  }
+  constexpr std::uintmax_t kLargestFile = 64 << 20;  // [bytes]
+  const std::string text = ReadWholeFile(file, kLargestFile, "the file of a fitted localiser");
   try {
-    return WeightsOf(json::parse(stream));
+    return WeightsOf(json::parse(text));
   } catch (const std::exception& wrong) {
     throw std::runtime_error(file.string() + ": " + wrong.what());
   }

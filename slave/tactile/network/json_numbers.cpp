@@ -1,9 +1,10 @@
 #include "slave/tactile/network/json_numbers.h"
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <stdexcept>
+
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -16,13 +17,9 @@ constexpr int kLargestCount = 1 << 20;
 }  // namespace
 
 json ReadJsonFile(const std::filesystem::path& file) {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(file, error);
-  std::ifstream stream(file, std::ios::binary);
-  if (error || !stream) throw std::runtime_error(file.string() + ": cannot be read");
-  if (size > kLargestFile) throw std::runtime_error(file.string() + ": larger than 256 MB");
+  const std::string text = ReadWholeFile(file, kLargestFile, "JSON");
   try {
-    return json::parse(stream);
+    return json::parse(text);
   } catch (const json::exception& broken) {
     throw std::runtime_error(file.string() + ": not JSON: " + broken.what());
   }

@@ -1,8 +1,8 @@
 #include "slave/tactile/network/network_file.h"
 
-#include <fstream>
 #include <stdexcept>
 
+#include "shared/text/text.h"
 #include "slave/tactile/network/json_numbers.h"
 
 namespace palpate {
@@ -153,17 +153,9 @@ void WriteForceNetwork(const fs::path& dir, const NetworkInfo& info, const Netwo
   if (!fault.empty()) throw std::invalid_argument(fault);
   const std::string text =
       Document(info, weights, training).dump(-1, ' ', false, json::error_handler_t::replace);
-  const fs::path file = dir / kNetworkFileName;
-  const fs::path part = dir / (std::string(kNetworkFileName) + ".part");
   std::error_code error;
   fs::create_directories(dir, error);
-  const bool written = (std::ofstream(part, std::ios::binary) << text << '\n' << std::flush).good();
-  if (written) fs::rename(part, file, error);
-  if (!written || error) {
-    std::error_code ignored;
-    fs::remove(part, ignored);
-    throw std::runtime_error(file.string() + ": cannot be written");
-  }
+  ReplaceFile(dir / kNetworkFileName, text + '\n');
 }
 
 NetworkFile ReadForceNetwork(const fs::path& dir) {

@@ -10,15 +10,14 @@
 
 #include "shared/text/progress.h"
 #include "slave/tactile/network/network_weights.h"
-#include "slave/tactile/training/labelled_recording.h"
-#include "slave/tactile/training/split.h"
+#include "slave/tactile/recordings/labelled_recording.h"
+#include "slave/tactile/recordings/split.h"
 
 namespace palpate {
 
-inline constexpr int kNetworkWindow = 50;    // samples that recurrent networks look back over
-inline constexpr double kNetworkRate = 100;  // of the samples [Hz]
-inline constexpr int kLstmUnits = 20;        // per layer, two layers
-inline constexpr int kDenseUnits = 38;       // per hidden layer, two layers: twice 19 (Su et al.)
+inline constexpr int kNetworkWindow = 50;  // samples that recurrent networks look back over
+inline constexpr int kLstmUnits = 20;      // per layer, two layers
+inline constexpr int kDenseUnits = 38;     // per hidden layer, two layers: twice 19 (Su et al.)
 
 struct ForceTrainingOptions {
   std::string architecture = "rnn_21";  // rnn_21 rnn_19 dnn_21 dnn_19

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/tactile/training/labelled_recording.h"
+#include "slave/tactile/recordings/labelled_recording.h"
 
 namespace palpate {
 

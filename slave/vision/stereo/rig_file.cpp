@@ -15,36 +15,38 @@
 //   R: ...                         # p_R = R p_L + T, 3 x 3 and 3 x 1 [m]
 //   T: ...
 //   rms_px: 0.2
-//   R1, R2, P1, P2, Q              # the rectification that follows, for other programs
+//   R1, R2, P1, P2, Q              # of a calibration: its rectification, for other programs
 //
 // Files of one camera by ROS's camera_calibration are read as they are; a `distortion_model` must
 // be plumb_bob, the only one there is here.
 #include <cmath>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
-#include <opencv2/calib3d.hpp>
 #include <yaml-cpp/yaml.h>
 
+#include "shared/text/text.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate {
 namespace {
 
-constexpr int kLargestPicture = 16384;  // [px]
+constexpr int kLargestPicture = 16384;            // [px]
+constexpr std::uintmax_t kLargestFile = 1 << 20;  // [bytes]
+// What no lens has: a pinhole of a millionth of a pixel sees nothing, one of 1e9 px sees a point.
+constexpr double kShortest = 1e-3, kLongest = 1e9;   // focal lengths [px]
+constexpr double kFarthestCentre = 1e6;              // of a picture from its corner [px]
+constexpr double kStrongest = 1e6;                   // distortion [-]
+constexpr double kNearest = 1e-12, kFarthest = 1e3;  // cameras from each other [m]
+constexpr double kWorstRms = 1e6;                    // [px]
 
 class RigReader {
  public:
   explicit RigReader(const std::filesystem::path& file) : file_(file) {
-    std::ifstream stream(file);
-    if (!stream || std::filesystem::is_directory(file)) Refuse("cannot be read");
-    std::stringstream text;
-    text << stream.rdbuf();
+    const std::string text = ReadWholeFile(file, kLargestFile, "a camera rig");
     try {
-      root_ = YAML::Load(text.str());
+      root_ = YAML::Load(text);
     } catch (const YAML::Exception& error) {
       Refuse(error.what());
     }
@@ -56,6 +58,7 @@ class RigReader {
     const bool is_pair = Has(root_, "left") || Has(root_, "right");
     rig.left = ReadLens(is_pair ? Child(root_, "left", "left") : root_, is_pair ? "left." : "");
     if (Has(root_, "rms_px")) rig.rms_px = Number(root_["rms_px"], "rms_px");
+    RequireRange("rms_px", rig.rms_px, 0, kWorstRms, "a distance in pixels");
     if (!is_pair) return rig;
     rig.right = ReadLens(Child(root_, "right", "right"), "right.");
     const std::vector<double> R = Matrix(root_, "R", "R"), T = Matrix(root_, "T", "T");
@@ -67,7 +70,7 @@ class RigReader {
     if (!(skew < 1e-5) || rotation.determinant() < 0) Refuse("R: accepted is a rotation");
     rig.X_RL.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
     rig.X_RL.translation() = Eigen::Map<const Eigen::Vector3d>(T.data());
-    if (!(rig.baseline() > 0)) Refuse("T = 0: accepted is two cameras apart");
+    RequireRange("length of T", rig.baseline(), kNearest, kFarthest, "two cameras apart [m]");
     return rig;
   }
 
@@ -81,6 +84,12 @@ class RigReader {
   YAML::Node Child(const YAML::Node& map, const char* key, const std::string& name) const {
     if (!Has(map, key)) Refuse("has no `" + name + "`");
     return map[key];
+  }
+  void RequireRange(const std::string& name, double value, double least, double most,
+                    const char* what) const {
+    if (value >= least && value <= most) return;
+    Refuse(
+        fmt::format("{} = {:.6g}: accepted is {}, {:g} to {:g}", name, value, what, least, most));
   }
   double Number(const YAML::Node& node, const std::string& name) const {
     double value = NAN;
@@ -124,7 +133,11 @@ class RigReader {
     const std::vector<double> K = Matrix(map, "camera_matrix", at + "camera_matrix");
     if (K.size() != 9) Refuse(at + "camera_matrix: accepted is 3 x 3");
     lens.fx = K[0], lens.cx = K[2], lens.fy = K[4], lens.cy = K[5];
-    if (!(lens.fx > 0) || !(lens.fy > 0)) Refuse(at + "camera_matrix: accepted is focal > 0");
+    const std::string name = at + "camera_matrix: ";
+    RequireRange(name + "fx", lens.fx, kShortest, kLongest, "a focal > 0 [px]");
+    RequireRange(name + "fy", lens.fy, kShortest, kLongest, "a focal > 0 [px]");
+    RequireRange(name + "cx", lens.cx, -kFarthestCentre, kFarthestCentre, "a centre [px]");
+    RequireRange(name + "cy", lens.cy, -kFarthestCentre, kFarthestCentre, "a centre [px]");
     if (K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) {
       Refuse(at + "camera_matrix: accepted is [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
     }
@@ -134,6 +147,7 @@ class RigReader {
     for (std::size_t i = 0; i < d.size(); ++i) {
       if (i < lens.distortion.size()) {
         lens.distortion[i] = d[i];
+        RequireRange(at + "distortion_coefficients", d[i], -kStrongest, kStrongest, "a number");
       } else if (d[i] != 0) {
         Refuse(at + "distortion_coefficients: accepted is k1 k2 p1 p2 k3 (plumb bob); this lens " +
                "has more");
@@ -166,49 +180,30 @@ std::string LensText(const Lens& lens, const std::string& indent) {
          MatrixText("distortion_coefficients", 1, 5, lens.distortion.data(), indent);
 }
 
-cv::Matx33d CameraMatrix(const Lens& lens) {
-  return {lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1};
-}
-
-std::string RectificationText(const StereoRig& rig, const cv::Matx33d& R, const cv::Vec3d& T) {
-  cv::Mat R1, R2, P1, P2, Q;
-  cv::stereoRectify(CameraMatrix(rig.left), cv::Mat(rig.left.distortion), CameraMatrix(rig.right),
-                    cv::Mat(rig.right.distortion), cv::Size(rig.left.size[0], rig.left.size[1]),
-                    cv::Mat(R), cv::Mat(T), R1, R2, P1, P2, Q, cv::CALIB_ZERO_DISPARITY, 0);
-  std::string text;
-  const auto add = [&](const char* key, const cv::Mat& m) {
-    text += MatrixText(key, m.rows, m.cols, m.ptr<double>(), "");
-  };
-  add("R1", R1), add("R2", R2), add("P1", P1), add("P2", P2), add("Q", Q);
-  return text;
-}
-
 }  // namespace
 
 StereoRig ReadRig(const std::filesystem::path& file) {
   return RigReader(file).Read();
 }
 
-void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera) {
+void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera,
+              const std::vector<NamedMatrix>& more) {
   std::string text = "%YAML:1.0\n---\n";
   if (one_camera) {
     text += LensText(rig.left, "");
   } else {
-    cv::Matx33d R;
-    cv::Vec3d T;
-    for (int i = 0; i < 3; ++i) {
-      T[i] = rig.X_RL.translation()[i];
-      for (int j = 0; j < 3; ++j) R(i, j) = rig.X_RL.linear()(i, j);
-    }
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = rig.X_RL.linear();
+    const Eigen::Vector3d T = rig.X_RL.translation();
     text += "left:\n" + LensText(rig.left, "   ") + "right:\n" + LensText(rig.right, "   ") +
-            "# p_R = R p_L + T [m]\n" + MatrixText("R", 3, 3, R.val, "") +
-            MatrixText("T", 3, 1, T.val, "") + RectificationText(rig, R, T);
+            "# p_R = R p_L + T [m]\n" + MatrixText("R", 3, 3, R.data(), "") +
+            MatrixText("T", 3, 1, T.data(), "");
+  }
+  for (const auto& [name, value] : more) {
+    text += MatrixText(name, static_cast<int>(value.rows()), static_cast<int>(value.cols()),
+                       value.data(), "");
   }
   text += fmt::format("rms_px: {:.17g}\n", rig.rms_px);
-  std::ofstream stream(file);
-  stream << text;
-  stream.close();
-  if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
+  WriteWholeFile(file, text);
 }
 
 }  // namespace palpate

@@ -13,7 +13,7 @@
 
 #include "master/device/playback.h"
 #include "master/device/sim_hand.h"
-#include "master/haptics/run_summary.h"
+#include "master/haptics/tick_summary.h"
 #include "tests/master/haptics/rig.h"
 
 namespace palpate {
@@ -158,7 +158,7 @@ ForceError::Summary ErrorOnRamp(const VirtualSlave::Options& options, double spe
                                 RenderMode mode) {
   Rig rig(options, mode, 100);
   Ramp hand(-speed * options.normal);
-  RunSummary summary;
+  TickSummary summary;
   rig.Run(hand, 4, [&](const TickRecord& record) {
     const Eigen::Vector3d truth = rig.slave.TrueForce();
     summary.SeeTruth(truth);
@@ -209,7 +209,7 @@ TEST(SeveralFingersTest, AreRecordedByTheNewestStateAndAToolAloneAsOne) {
     options.several = several;
     Rig rig(options, RenderMode::kLocal, 12);
     SimHand hand(kDepth, 0.020);
-    RunSummary summary;
+    TickSummary summary;
     EXPECT_EQ(rig.loop.record().finger_count, 0) << "before any state";
     rig.Run(hand, 4, [&](const TickRecord& record) { summary.Add(record, std::nullopt); });
     ASSERT_EQ(summary.fingers().size(), several ? 2U : 1U);

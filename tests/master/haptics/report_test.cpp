@@ -82,10 +82,7 @@ TEST(ReportTest, IsWrittenWholeOrTheErrorSaysWhere) {
   WriteReport(Example(), file);
   EXPECT_EQ(json::parse(std::ifstream(file))["ticks"], 7979);
   EXPECT_THROW(WriteReport(Example(), "/nowhere/report.json"), std::runtime_error);
-  EXPECT_THROW(CheckWritable("/nowhere/report.json"), std::runtime_error);
   std::filesystem::remove(file);
-  CheckWritable(file);
-  EXPECT_FALSE(std::filesystem::exists(file)) << "only looked";
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 #include "shared/mesh/node_merger.h"
 
+#include <cmath>
+#include <limits>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -26,6 +29,23 @@ TEST(NodeMergerTest, FindsWhatComparingEveryPairFinds) {
       if (expected == static_cast<int>(places.size())) places.push_back(p);
     }
   }
+}
+
+// The ball around the largest number reaches beyond all numbers.
+TEST(NodeMergerTest, EndsForTheLargestNumbers) {
+  const double most = std::numeric_limits<double>::max();
+  NodeMerger merger(2e-7 * most);
+  EXPECT_EQ(merger.FindOrAdd({most, 0, 0}), 0);
+  EXPECT_EQ(merger.FindOrAdd({-most, most, -most}), 1);
+  EXPECT_EQ(merger.FindOrAdd({most, 0, 0}), 0);
+}
+
+// Without a tolerance every place is a cell of its own, or this would compare 10^10 pairs.
+TEST(NodeMergerTest, FindsEqualPointsAmongMany) {
+  NodeMerger merger(0);
+  constexpr int kCount = 150'000;
+  for (int i = 0; i < kCount; ++i) ASSERT_EQ(merger.FindOrAdd({1e-6 * i, -0.0, 1e-300 * i}), i);
+  for (int i = 0; i < kCount; ++i) ASSERT_EQ(merger.FindOrAdd({1e-6 * i, 0, 1e-300 * i}), i);
 }
 
 }  // namespace

@@ -511,7 +511,7 @@ TEST(FingerPosesTest, MistakesAreRefusedWithTheirLine) {
       {head + "0,rf,0,0,0,0,0,0,0\n", "poses.csv:2: qw,qx,qy,qz of length 0"},
       {head + "0,rf,0,0,nan,1,0,0,0\n", "poses.csv:2: z = nan: accepted is a finite number"},
       {head + "0,rf,0,0,1e9,1,0,0,0\n", "poses.csv:2: z = 1e9: accepted is a finite number"},
-      {head + "0,rf,0,0,0,1,0,0\n", "poses.csv:2: 8 columns: accepted is 9"},
+      {head + "0,rf,0,0,0,1,0,0\n", "poses.csv:2: 8 cells: accepted is 9"},
       {head + "1,rf,0,0,0,1,0,0,0\n0.5,rf,0,0,0,1,0,0,0\n", "poses.csv:3: t = 0.5: accepted is a"},
   };
   for (const auto& row : kRows) {

@@ -3,18 +3,23 @@
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
+#include <variant>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "shared/mesh/files/mesh_writers.h"
+#include "shared/mesh/solid_mesh.h"
+#include "shared/text/text.h"
 #include "slave/commands/evaluate/estimated_shape.h"
-#include "slave/commands/solve/csv_table.h"
+#include "slave/mechanics/object_mesh.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/clouds/pcd_file.h"
 #include "slave/study/shape/virtual_depth_camera.h"
-#include "tests/slave/study/well_formed.h"
+#include "tests/shared/text/well_formed.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -59,12 +64,12 @@ model: {kind: fem}
   fs::path Picture(const fs::path& loads) {
     const auto scene = LoadScene(options_.scene, {}, SceneUse::kSolve);
     const auto shape = ShapeUnderTables(scene, {}, loads, nullptr);
-    PointCloud cloud;
+    study::PointCloud cloud;
     const auto& camera = *scene.sense.depth_camera;
-    for (const auto& p : SeeSurface(camera, shape.estimate_S, {}, 9)) {
+    for (const auto& p : study::SeeSurface(camera, shape.estimate_S, {}, 9)) {
       cloud.points.emplace_back(camera.X_SD.inverse() * p);
     }
-    EXPECT_TRUE(WritePcd(folder_ / "cloud.pcd", cloud));
+    EXPECT_TRUE(study::WritePcd(folder_ / "cloud.pcd", cloud));
     return folder_ / "cloud.pcd";
   }
   nlohmann::json Run(int exit_code = 0) {
@@ -81,6 +86,70 @@ model: {kind: fem}
   EvaluateOptions options_;
   std::string said_, complained_;
 };
+
+// A body that nothing holds, pulled along z by 100 Pa at its ends: every triangle bears its share.
+class UniformTensionTest : public EvaluateTest {
+ protected:
+  static constexpr double kModulus = 2e5, kNu = 0.3, kPull = 100;  // [Pa], [-], [Pa]
+
+  fs::path SceneOf(const std::string& geometry) {
+    return Write("scene.yaml", "name: tension\nobject:\n  geometry: " + geometry +
+                                   "\n  material: {young_modulus: 200 kPa, poisson_ratio: 0.3}\n"
+                                   "model: {kind: bem3d}\n");
+  }
+  fs::path TensionOn(const SurfaceMesh& surface) {
+    std::ostringstream rows;
+    rows.precision(17);
+    rows << "case,x,y,z,fx,fy,fz\n";
+    for (const auto& [a, b, c] : surface.triangles) {
+      const auto p = [&](int i) { return surface.nodes[static_cast<std::size_t>(i)]; };
+      const Eigen::Vector3d at = (p(a) + p(b) + p(c)) / 3;
+      const double share = (p(b) - p(a)).cross(p(c) - p(a)).z() / 2;  // [m^2]
+      if (share == 0) continue;
+      rows << "pull," << at.x() << ',' << at.y() << ',' << at.z() << ",0,0," << kPull * share
+           << '\n';
+    }
+    return Write("loads.csv", rows.str());
+  }
+  // Reference: u = p / E (-nu x, -nu y, z) from the centre. Displacements that are linear in space
+  // are in bem3d's reach; a mesh file's nodes are rounded to seven digits, and so is its symmetry.
+  void ExpectClosedForm(const fs::path& file) {
+    const auto scene = LoadScene(file, {}, SceneUse::kSolve);
+    const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+    const auto* solid = std::get_if<SolidMesh>(&mesh);
+    const SurfaceMesh surface = solid ? SurfaceOf(*solid) : std::get<SurfaceMesh>(mesh);
+    const auto shape = ShapeUnderTables(scene, {}, TensionOn(surface), nullptr);
+    Eigen::Vector3d low = surface.nodes.front(), high = low;
+    for (const auto& p : surface.nodes) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    const double largest = kPull / kModulus * (high - low).z() / 2;
+    for (const auto& triangle : surface.triangles) {
+      for (const int node : triangle) {
+        const auto i = static_cast<std::size_t>(node);
+        const Eigen::Vector3d u = shape.estimate_S.nodes[i] - shape.rest_S.nodes[i];
+        const Eigen::Vector3d p = surface.nodes[i] - (low + high) / 2;
+        const Eigen::Vector3d expected =
+            kPull / kModulus * Eigen::Vector3d(-kNu * p.x(), -kNu * p.y(), p.z());
+        ASSERT_LT((u - expected).norm(), 1e-5 * largest) << "node " << i;
+      }
+    }
+  }
+};
+
+// As many triangles as nodes, 900.
+TEST_F(UniformTensionTest, OfABoxOfAsManyTrianglesAsNodesMovesTheNodes) {
+  ExpectClosedForm(SceneOf("{box: {size: [80 mm, 90 mm, 90 mm], cells: [8, 9, 9]}}"));
+}
+
+// Closed surfaces have nearly twice as many triangles as nodes.
+TEST_F(UniformTensionTest, OfAClosedSurfaceMovesTheNodes) {
+  SurfaceMesh ball{
+      {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+      {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
+  for (int i = 0; i < 3; ++i) ball = Refined(ball);
+  for (auto& p : ball.nodes) p = 0.03 * p.normalized();
+  ASSERT_TRUE(WriteStl(folder_ / "ball.stl", ball));
+  ExpectClosedForm(SceneOf("{mesh: {file: ball.stl, unit: m}}"));
+}
 
 // Two pictures of one surface differ by their noise: 1 mm in leaves of 10 mm.
 TEST_F(EvaluateTest, ShapeUnderTheRightLoadsScoresHighAndTheOneAtRestDoesNot) {
@@ -109,10 +178,11 @@ TEST_F(EvaluateTest, ReportIsOneWellFormedPageAndCloudsAreReadable) {
   const std::string page = html.str();
   EXPECT_EQ(NotWellFormed(page.substr(page.find('\n') + 1)), "");
   EXPECT_THAT(page, HasSubstr("data:image/png;base64,iVBORw0KGgo"));
-  const auto object = ReadPcd(options_.out / "object.pcd").cloud;
+  const auto object = study::ReadPcd(options_.out / "object.pcd").cloud;
   EXPECT_EQ(object.size(), report["object"]["points"]);
-  EXPECT_EQ(ReadPcd(options_.out / "segmentation.pcd").cloud.size(), report["cloud"]["points"]);
-  EXPECT_EQ(ReadPcd(options_.out / "simulated.pcd").cloud.size(),
+  EXPECT_EQ(study::ReadPcd(options_.out / "segmentation.pcd").cloud.size(),
+            report["cloud"]["points"]);
+  EXPECT_EQ(study::ReadPcd(options_.out / "simulated.pcd").cloud.size(),
             report["score"]["simulated_points"]);
 }
 
@@ -128,8 +198,8 @@ TEST_F(EvaluateTest, WithoutACameraTheCloudIsOnlySegmented) {
 TEST_F(EvaluateTest, WhereNothingCanBeScoredItFailsAndSaysWhy) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   options_.cloud = folder_ / "few.pcd";
-  const auto fails = [&](const PointCloud& cloud, const char* words) {
-    ASSERT_TRUE(WritePcd(options_.cloud, cloud));
+  const auto fails = [&](const study::PointCloud& cloud, const char* words) {
+    ASSERT_TRUE(study::WritePcd(options_.cloud, cloud));
     const auto report = Run(1);
     EXPECT_THAT(complained_, HasSubstr("nothing was scored: the cloud has "));
     EXPECT_THAT(complained_, HasSubstr(words));
@@ -147,17 +217,25 @@ TEST_F(EvaluateTest, WhereNothingCanBeScoredItFailsAndSaysWhy) {
 }
 
 TEST_F(EvaluateTest, CloudInMillimetresIsRefusedAsOne) {
-  PointCloud cloud = ReadPcd(Picture({})).cloud;
+  study::PointCloud cloud = study::ReadPcd(Picture({})).cloud;
   options_.cloud = folder_ / "millimetres.pcd";
   const auto refuses = [&](double unit) {
-    PointCloud scaled = cloud;
+    study::PointCloud scaled = cloud;
     for (auto& p : scaled.points) p *= unit;
-    ASSERT_TRUE(WritePcd(options_.cloud, scaled));
+    ASSERT_TRUE(study::WritePcd(options_.cloud, scaled));
     EXPECT_THAT([&] { RunEvaluate(options_, {}); },
                 ThrowsMessage<std::exception>(HasSubstr("units look wrong")));
   };
   refuses(1000);  // 440 to 500 mm away
   refuses(3000);  // farther than any depth camera sees
+}
+
+TEST_F(EvaluateTest, WritesOverNothingItReads) {
+  options_.cloud = Picture({});
+  std::filesystem::create_directories(options_.out);
+  std::filesystem::create_hard_link(options_.cloud, options_.out / "object.pcd");
+  EXPECT_THAT([&] { RunEvaluate(options_, {}); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("object.pcd: accepted is another")));
 }
 
 TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {

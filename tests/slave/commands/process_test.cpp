@@ -1,5 +1,6 @@
 #include "slave/commands/process.h"
 
+#include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -40,6 +41,44 @@ TEST(ProcessTest, OnlyATargetThatGoesOnHasADuration) {
     EXPECT_THAT(Refusal(scene, 5), HasSubstr("--duration: accepted for a simulated target"))
         << scene;
   }
+}
+
+// What a scene in `out` with one line more is refused for.
+std::string RefusalInside(const std::filesystem::path& out, const std::string& name, bool frames) {
+  ProcessOptions options;
+  options.scene = out / name;
+  options.out = out;
+  options.frames = frames;
+  try {
+    RunProcess(options, {});
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+TEST(ProcessTest, WritesOverNothingItReads) {
+  const auto folder = std::filesystem::temp_directory_path() / "process-inside";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder / "frames");
+  std::filesystem::copy(kScenes / "silicone-block.yaml", folder / "summary.json");
+  EXPECT_THAT(RefusalInside(folder, "summary.json", false),
+              HasSubstr("summary.json: accepted is another file"));
+  std::ofstream(folder / "recorded.yaml") << R"(name: recorded
+object:
+  geometry: {rectangle: {width: 80 mm, height: 40 mm, thickness: 9 mm}}
+  material: {young_modulus: 127 kPa, poisson_ratio: 0.49}
+  fixed: {side: bottom}
+model: {kind: bem2d}
+tool: {shape: flat, width: 5.87 mm}
+sense:
+  camera: {file: "frames/%d.png", pixel: 0.35 mm}
+  tip: {track: template}
+  contour: {track: snake}
+)";
+  EXPECT_THAT(RefusalInside(folder, "recorded.yaml", true),
+              HasSubstr("--frames " + (folder / "frames").string()));
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -248,6 +248,33 @@ TEST_F(SolveTest, RefusesUnusableScenesAndPaths) {
   EXPECT_EQ(RunContacts(contacts).exit_code, 2);
 }
 
+// The scene and the rows must be there afterwards, by whatever path they are named.
+TEST_F(SolveTest, WritesOverNothingItReads) {
+  const std::string contacts = std::string(kHeader) + "A," + kMiddle + "\n";
+  RunContacts(contacts);
+  const std::filesystem::path scene = options_.scene, link = folder_ / "link.yaml";
+  std::filesystem::create_symlink(scene, link);
+  const auto original = std::filesystem::file_size(scene);
+  for (const auto& out : {scene, options_.contacts, link}) {
+    options_.out = out;
+    const Outcome outcome = RunContacts(contacts);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.message, HasSubstr("--out " + out.string() + ": accepted is another file"));
+  }
+  options_.out = folder_ / "out.csv";
+  options_.field = link;
+  EXPECT_THAT(RunContacts(contacts).message, HasSubstr("--field " + link.string()));
+  EXPECT_EQ(std::filesystem::file_size(scene), original);
+}
+
+// Devices without end are no tables.
+TEST_F(SolveTest, ReadsNoLineWithoutEnd) {
+  options_.contacts = "/dev/zero";
+  const Outcome outcome = Run();
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.message, HasSubstr("/dev/zero:1: a line of 64 KiB or more"));
+}
+
 // A ring between two squares. Reference: continuity; nothing happens between nu = 0.499 and 0.5
 // but a thousandth of the compressibility.
 TEST_F(SolveTest, AnIncompressibleBodyWithAHoleIsAnswered) {

@@ -153,6 +153,16 @@ TEST_F(TrainCommandTest, WhatCannotBeUsedIsSaid) {
   EXPECT_THAT(complaint([](O* o) { o->presses = 1; }), HasSubstr("too few"));
 }
 
+TEST_F(TrainCommandTest, WritesOverNothingItReads) {
+  options_.data = {Write("training.csv", "t,fz\n0,1\n")};
+  options_.out = folder_;
+  EXPECT_THAT(Complaint(), HasSubstr("training.csv: accepted is another file"));
+  options_.data = {"simulated"};
+  Write("network.json", "{}");
+  options_.from = folder_;
+  EXPECT_THAT(Complaint(), HasSubstr("network.json: accepted is another file"));
+}
+
 TEST_F(TrainCommandTest, AFolderThatCannotBeWrittenIsSaidBeforeTraining) {
   options_.out = Write("file", "in the way") + "/out";
   EXPECT_THAT(Complaint<std::runtime_error>(), HasSubstr("--out"));

@@ -381,5 +381,53 @@ TEST(MalformedSceneTest, NoSingleChangedByteCrashes) {
   }
 }
 
+// 1000 aliases of 10 kB are 10 MB, from a file of 16 kB.
+TEST(HostileSceneTest, AliasesSpellOutNoMoreTextThanIsSaid) {
+  const SceneFolder folder;
+  std::string text = "name: &a " + std::string(10'000, 'x') + "\nobject: [*a";
+  for (int i = 1; i < 1000; ++i) text += ", *a";
+  EXPECT_THAT(MistakesOf(folder.Write("scene.yaml", text + "]\n")),
+              HasSubstr("too large: accepted is at most 32 levels, 100000 values and 4 MiB"));
+}
+
+// Most of a minute where every key is compared with every other.
+TEST(HostileSceneTest, OfManyMistakesTheFirstAreListedAndTheOthersCounted) {
+  const SceneFolder folder;
+  constexpr int kKeys = 90'000;
+  std::string text = SmallScene();
+  for (int i = 0; i < kKeys; ++i) text += "k" + std::to_string(i) + ": 1\n";
+  const std::string mistakes = MistakesOf(folder.Write("scene.yaml", text));
+  EXPECT_EQ(LineCount(mistakes), 51);
+  EXPECT_THAT(mistakes, HasSubstr("scene.yaml: and 89950 more mistakes"));
+}
+
+TEST(HostileSceneTest, QuotesNoMoreOfALongPathThanCanBeRead) {
+  const SceneFolder folder;
+  const std::string mistakes =
+      MistakesOf(folder.Write("scene.yaml", SmallScene() + std::string(1000, 'k') + ": 1\n"));
+  EXPECT_THAT(mistakes, HasSubstr(std::string(200, 'k') + "... = 1: accepted is one of name"));
+}
+
+// A list's items are found by their place: 30 000 points, each of which is read.
+TEST(HostileSceneTest, LongListsAreReadItemByItem) {
+  const SceneFolder folder;
+  std::string points = "[[0, 0]";
+  for (int i = 1; i < 30'000; ++i) points += ", [1, 1]";
+  const auto file = folder.Write(
+      "scene.yaml",
+      SmallSceneWith(3, "  geometry: {polygon: {points: " + points + "], thickness: 9 mm}}"));
+  EXPECT_THAT(MistakesOf(file), HasSubstr("accepted is at most 4000 points, holes included"));
+}
+
+// A scene may come from anywhere: it must not show what stands in files that are no contour.
+TEST(HostileSceneTest, QuotesLittleOfAFileThatIsNoContour) {
+  const SceneFolder folder;
+  folder.Write("secret", "user:password\nroot:\x1b]0;title\x07$6$saltsaltsaltsalt:19000\n");
+  const std::string mistakes = MistakesOf(folder.Write(
+      "scene.yaml", SmallSceneWith(3, "  geometry: {contour: secret, thickness: 9 mm}")));
+  EXPECT_THAT(mistakes, HasSubstr("secret:2: root:?]0;tit...: accepted is two numbers x,y [m]"));
+  EXPECT_THAT(mistakes, testing::Not(HasSubstr("salt")));
+}
+
 }  // namespace
 }  // namespace palpate

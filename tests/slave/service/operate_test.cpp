@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "tests/slave/service/service_fixture.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -97,7 +98,7 @@ TEST_F(OperateTest, AfterTheOperatorVanishedTheNextOneGetsTheLease) {
 
 // A program that is killed says no goodbye: its connection just breaks.
 TEST_F(OperateTest, AfterTheOperatorsProgramWasKilledTheNextOneGetsTheLease) {
-  std::string program = LONE_OPERATOR, address = server_->address();
+  std::string program = BinaryPath("/bin/lone_operator"), address = server_->address();
   char* const arguments[] = {program.data(), address.data(), nullptr};
   pid_t pid = 0;
   ASSERT_EQ(posix_spawn(&pid, program.c_str(), nullptr, nullptr, arguments, environ), 0);

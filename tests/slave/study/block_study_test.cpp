@@ -12,7 +12,7 @@
 #include "slave/study/study.h"
 #include "tests/support/paths.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using nlohmann::json;
@@ -107,4 +107,4 @@ TEST(BlockStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedForces) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

@@ -14,7 +14,7 @@
 #include "slave/study/study.h"
 #include "tests/support/paths.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using nlohmann::json;
@@ -129,4 +129,4 @@ TEST_F(CubeStudyTest, ReferenceIsThePublishedLimitWithinItsBar) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

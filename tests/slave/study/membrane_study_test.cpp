@@ -10,7 +10,7 @@
 #include "slave/study/study.h"
 #include "tests/support/paths.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using nlohmann::json;
@@ -74,4 +74,4 @@ TEST(MembraneStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedCurves) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

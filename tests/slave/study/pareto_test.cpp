@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 StudyRow Answered(double error, double update_s, double precompute_s = 0.01) {
@@ -106,4 +106,4 @@ TEST(ParetoTest, NearestToWhatIsAskedForWhereNothingMeetsBoth) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

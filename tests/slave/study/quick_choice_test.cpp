@@ -5,7 +5,7 @@
 
 #include "tests/slave/study/fake_model_factory.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using testing::HasSubstr;
@@ -68,4 +68,4 @@ TEST(QuickChoiceTest, KeepsToItsBudget) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

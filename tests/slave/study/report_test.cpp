@@ -11,10 +11,10 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "tests/shared/text/well_formed.h"
 #include "tests/slave/study/fake_model_factory.h"
-#include "tests/slave/study/well_formed.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using testing::HasSubstr;
@@ -164,4 +164,4 @@ TEST(ReportTest, FolderThatIsNotThereIsSaid) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 std::vector<MeshAnswer> Sequence(const std::vector<double>& sizes, double limit, double factor,
@@ -88,4 +88,4 @@ TEST(RichardsonTest, OfEqualSizesTheLastAnswerCounts) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

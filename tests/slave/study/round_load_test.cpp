@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -71,4 +71,4 @@ TEST(RoundLoadTest, WhereNothingLiesThereIsNoLoad) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

@@ -11,7 +11,7 @@
 
 #include "tests/slave/study/fake_model_factory.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using fake::World;
@@ -311,4 +311,4 @@ TEST(StudyTest, LuckyCancellationIsNotAccuracy) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

@@ -8,16 +8,14 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kFixesMotion = 1e-10;  // smallest eigenvalue of the motions' Gram matrix
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // The part that each node belongs to, named by one of its nodes.
 class Parts {

@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/green/supports.h"
 
 namespace palpate {
@@ -23,10 +24,6 @@ constexpr double kSmallestVolume = 1e-12;  // of the cube of the longest edge
 
 constexpr std::array<std::array<std::size_t, 2>, 6> kEdges{
     {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // The nodes of every element, corners first, and which components are held.
 struct Elements {
@@ -205,12 +202,6 @@ void Scatter(const Stiffness& k, const std::array<int, 10>& nodes, std::size_t c
       lower->coeffRef(r, column) += k(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
     }
   }
-}
-
-double LargerSide(const std::vector<Vector3d>& nodes) {
-  Eigen::Array3d low = nodes.front(), high = low;
-  for (const auto& p : nodes) low = low.min(p.array()), high = high.max(p.array());
-  return (high - low).maxCoeff();
 }
 
 }  // namespace

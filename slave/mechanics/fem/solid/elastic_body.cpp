@@ -5,6 +5,8 @@
 
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
@@ -14,10 +16,6 @@ using Eigen::Vector4d;
 using Eigen::VectorXd;
 
 using Displacements = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxNodes>;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Adds the stiffness of one quadrature point: K_ab = sum over J, L of g_aJ D_JL g_bL.
 void AddStiffness(const Matrix9d& D, const ShapeGradients& gradients, double weight,

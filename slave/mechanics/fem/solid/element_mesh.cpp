@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/edge_middles.h"
 
 namespace palpate {
@@ -19,10 +20,6 @@ using Eigen::Vector4d;
 constexpr std::array<std::pair<int, int>, 6> kEdges{
     {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
 constexpr double kFlat = 1e-14;  // volume / longest edge^3 of what counts as none
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 void Check(const SolidMesh& mesh) {
   if (mesh.tets.empty()) throw std::invalid_argument("mesh: accepted is at least one tetrahedron");

@@ -10,6 +10,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
@@ -17,10 +19,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kFree = 1e-10;  // eigenvalue over the largest one below which a motion is free
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

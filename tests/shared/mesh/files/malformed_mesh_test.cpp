@@ -101,6 +101,10 @@ INSTANTIATE_TEST_SUITE_P(
         Malformed{"a.stl", "solid a\n facet normal 0 0 0\n outer loop\n vertex 0 0\n endloop\n",
                   ":5: z 'endloop': accepted is a finite number"},
         Malformed{"a.stl", "", ":1: the file ends: accepted is solid here"},
+        Malformed{"a.stl",
+                  "solid a\nfacet normal 0 0 0\nouter loop\nvertex 1.7976931348623157e308 0 0\n"
+                  "vertex 0 1 0\nvertex 0 0 1\nendloop\nendfacet\nendsolid\n",
+                  ":9: a coordinate of 1.798e+308 m: accepted is at most 1e+15 m"},
         Malformed{"a.ply", "plx\n",
                   ":1: the file does not begin with `ply`: accepted is a PLY file"},
         Malformed{"a.ply", "ply\nelement vertex 3\nproperty half x\n",

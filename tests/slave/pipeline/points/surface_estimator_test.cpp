@@ -224,7 +224,7 @@ TEST(SurfaceEstimatorTest, AGrowingPressIsNeverUnknown) {
   }
 }
 
-// TipAndContourTracker may state ten times the errors that they have: the points' own scatter
+// Eyes may state ten times the errors that they have: the points' own scatter
 // tells.
 TEST(SurfaceEstimatorTest, OverstatedSigmasDoNotHideAPress) {
   SurfaceEstimator& estimator = Large();

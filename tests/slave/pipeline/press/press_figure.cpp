@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "slave/study/svg.h"
+#include "shared/text/svg.h"
 
 namespace palpate {
 namespace {

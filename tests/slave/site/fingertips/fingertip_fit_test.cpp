@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/capture/csv_rows.h"
+#include "shared/text/csv.h"
 #include "slave/capture/tactile_recording.h"
 #include "slave/site/fingertips/simulated_fingertip.h"
 #include "slave/site/fingertips/skin_surface.h"

@@ -10,7 +10,7 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -132,4 +132,4 @@ TEST(OctreeLeavesTest, WhatIsNotFiniteIsNowhereAndNothingHasNoScore) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

@@ -16,7 +16,7 @@
 
 #include "tests/support/paths.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using testing::HasSubstr;
@@ -234,4 +234,4 @@ TEST_F(PcdFileTest, DamagedFilesAreRefusedOrReadNeverWorse) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

@@ -16,7 +16,7 @@
 #include "slave/study/shape/virtual_depth_camera.h"
 #include "tests/support/paths.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -289,4 +289,4 @@ TEST(ObjectChoiceTest, PointOffEveryObjectAndColourOfACloudWithoutAreRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

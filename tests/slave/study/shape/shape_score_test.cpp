@@ -8,7 +8,7 @@
 
 #include "slave/study/shape/virtual_depth_camera.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -87,4 +87,4 @@ TEST(ShapeScoreTest, ShapeThatIsRightScoresOneAndOneThatIsOffScoresNothing) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

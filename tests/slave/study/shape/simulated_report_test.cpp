@@ -12,10 +12,10 @@
 #include <nlohmann/json.hpp>
 
 #include "slave/study/shape/html_page.h"
-#include "tests/slave/study/well_formed.h"
+#include "tests/shared/text/well_formed.h"
 #include "tests/support/paths.h"
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using testing::HasSubstr;
@@ -84,4 +84,4 @@ TEST(FoamTest, SceneIsMadeOfTheFoamAndNothingElseChanges) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

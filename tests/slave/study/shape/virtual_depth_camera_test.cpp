@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -222,4 +222,4 @@ TEST(VirtualDepthCameraTest, WhatCannotBeSeenGivesNoPoints) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::study

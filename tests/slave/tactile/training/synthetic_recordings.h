@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "slave/tactile/training/labelled_recording.h"
+#include "slave/tactile/recordings/labelled_recording.h"
 
 namespace palpate::testing {
 

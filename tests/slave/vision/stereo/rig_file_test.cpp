@@ -69,24 +69,17 @@ TEST_F(RigFileTest, OneCameraHasNoRight) {
   EXPECT_EQ(read.baseline(), 0);
 }
 
-// The rectification beside the rig: after R1 and R2 a point stands on the same row of both.
-TEST_F(RigFileTest, OpenCvReadsTheFileAndItsRectificationAlignsTheRows) {
-  StereoRig rig = VergedTestRig();
-  const fs::path file = folder_ / "rectified.yaml";
-  WriteRig(file, rig);
+TEST_F(RigFileTest, OpenCvReadsTheFile) {
+  const fs::path file = folder_ / "of-opencv.yaml";
+  WriteRig(file, rig_, false, {{"more", Eigen::RowVector2d(1, 2)}});
   const cv::FileStorage storage(file.string(), cv::FileStorage::READ);
   ASSERT_TRUE(storage.isOpened());
-  cv::Mat1d R1, R2, P1, P2, K;
-  storage["R1"] >> R1, storage["R2"] >> R2, storage["P1"] >> P1, storage["P2"] >> P2;
-  storage["left"]["camera_matrix"] >> K;
+  cv::Mat1d K, more;
+  storage["left"]["camera_matrix"] >> K, storage["more"] >> more;
   ASSERT_EQ(K.size(), cv::Size(3, 3));
   EXPECT_EQ(K(0, 0), 800);
-  const Eigen::Vector3d p_L(0.02, 0.03, 0.25), p_R = rig.X_RL * p_L;
-  const auto row = [](const cv::Mat1d& R, const cv::Mat1d& P, const Eigen::Vector3d& p) {
-    const cv::Vec3d c = cv::Matx33d(R.ptr<double>()) * cv::Vec3d(p.x(), p.y(), p.z());
-    return P(1, 1) * c[1] / c[2] + P(1, 2);
-  };
-  EXPECT_NEAR(row(R1, P1, p_L), row(R2, P2, p_R), 1e-9);
+  ASSERT_EQ(more.size(), cv::Size(2, 1));
+  EXPECT_EQ(more(0, 1), 2);
 }
 
 TEST_F(RigFileTest, FilesOfOpenCvAndOfRosAreRead) {
@@ -152,9 +145,31 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
               HasSubstr("rotation"));
   EXPECT_THAT(Refusal(pair + "R: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\nT: {data: [0, 0, 0]}"),
               HasSubstr("two cameras apart"));
+  const std::string identity = "R: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n";
+  EXPECT_THAT(Refusal(pair + identity + "T: {data: [1e-300, 0, 0]}"),
+              HasSubstr("length of T = 1e-300: accepted is two cameras apart [m], 1e-12 to 1000"));
+  EXPECT_EQ(Refusal(pair + identity + "T: {data: [0.06, 0, 0]}"), "read");
   EXPECT_THROW(ReadRig(folder_), std::runtime_error);
   EXPECT_THROW(ReadRig(folder_ / "missing.yaml"), std::runtime_error);
+  EXPECT_THAT([] { ReadRig("/dev/zero"); },
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("/dev/zero: cannot be read")));
   EXPECT_THROW(WriteRig(folder_ / "no" / "such" / "rig.yaml", rig_), std::runtime_error);
+}
+
+// What no lens has would end as numbers that are none.
+TEST_F(RigFileTest, IntrinsicsOutsideTheRangeOfLensesAreRefused) {
+  const auto refusal = [&](const std::string& matrix, const std::string& distortion = "0") {
+    return Refusal("image_width: 640\nimage_height: 480\ncamera_matrix: {data: [" + matrix +
+                   ", 0, 0, 1]}\ndistortion_coefficients: {data: [" + distortion + ", 0, 0, 0]}");
+  };
+  EXPECT_EQ(refusal("800, 0, 320, 0, 800, 240"), "read");
+  EXPECT_THAT(
+      refusal("5e-324, 0, 320, 0, 800, 240"),
+      HasSubstr("camera_matrix: fx = 4.94066e-324: accepted is a focal > 0 [px], 0.001 to 1e+09"));
+  EXPECT_THAT(refusal("800, 0, 320, 0, 1e300, 240"), HasSubstr("camera_matrix: fy = 1e+300"));
+  EXPECT_THAT(refusal("800, 0, -1e9, 0, 800, 240"), HasSubstr("camera_matrix: cx = -1e+09"));
+  EXPECT_THAT(refusal("800, 0, 320, 0, 800, 240", "1e200"),
+              HasSubstr("distortion_coefficients = 1e+200: accepted is a number, -1e+06 to 1e+06"));
 }
 
 }  // namespace

@@ -1,0 +1,9 @@
+#!/usr/bin/env bash
+# A header as Doxygen wants it: comment lines become /// (the first ones say what the file is), comments behind a
+# declaration ///<.
+awk -v file="$1" '
+  NR == 1 && /^\/\/ / { print "/** @file"; in_head = 1 }
+  in_head && /^\/\// { sub(/^\/\/ ?/, " * "); print; next }
+  in_head { print " */"; in_head = 0 }
+  /^[ \t]*\/\/( |$)/ { sub(/\/\//, "///"); print; next }
+  { if (match($0, /[;,{}] +\/\/ /)) sub(/\/\/ /, "///< "); print }' "$1"

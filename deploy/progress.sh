@@ -1,0 +1,38 @@
+# Sourced: one line that says what is happening and how far it is; on a terminal it is written over, elsewhere it comes
+# every ten seconds.
+
+progress_last=-10
+
+# progress TEXT
+progress() {
+  if [ -t 1 ]; then
+    printf '\r\033[K%.*s' "$((${COLUMNS:-$(tput cols 2>/dev/null || echo 80)} - 1))" "$1"
+  elif [ $((SECONDS - progress_last)) -ge 10 ]; then
+    echo "$1"
+    progress_last=$SECONDS
+  fi
+}
+
+# progress_end TEXT: the line that stays.
+progress_end() {
+  [ ! -t 1 ] || printf '\r\033[K'
+  echo "$1"
+  progress_last=-10
+}
+
+# each_line FUNCTION: calls FUNCTION with every line of the input, and once a second with nothing while none comes.
+each_line() {
+  local part= line status
+  while true; do
+    IFS= read -r -t 1 line && status=0 || status=$?
+    part+=$line
+    if [ $status -eq 0 ]; then
+      "$1" "$part"
+      part=
+    elif [ $status -gt 128 ]; then
+      "$1" ""
+    else
+      return 0
+    fi
+  done
+}

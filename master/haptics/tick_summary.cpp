@@ -1,0 +1,50 @@
+#include "master/haptics/tick_summary.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+constexpr double kContactShare = 0.01;  // of the peak
+
+}  // namespace
+
+void TickSummary::Add(const TickRecord& record,
+                      const std::optional<Eigen::Vector3d>& truth) noexcept {
+  const ForceChain& chain = record.chain;
+  if (truth) error_.Add(chain.local, *truth);
+  if (chain.force_known) estimated_peak_ = std::max(estimated_peak_, chain.estimated.norm());
+  sent_peak_ = std::max(sent_peak_, chain.sent.norm());
+  for (std::size_t i = 0; i < kReasonCount; ++i) {
+    if (chain.reasons.Has(static_cast<Reason>(i))) ++reason_ticks_[i];
+  }
+  if (record.state_age >= 0 && chain.reasons.Has(Reason::kStale)) ++stale_ticks_;
+  ++state_ticks_[static_cast<std::size_t>(record.state)];
+  epochs_ = std::max(epochs_, record.epoch);
+  AddFingers(record);
+}
+
+void TickSummary::AddFingers(const TickRecord& record) noexcept {
+  const auto count = static_cast<std::size_t>(record.finger_count);
+  finger_count_ = std::max(finger_count_, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const FingerState& felt = record.fingers[i];
+    FingerSummary& finger = fingers_[i];
+    ++finger.ticks;
+    if (felt.in_contact) ++finger.contact_ticks;
+    if (!felt.force || !IsForceKnown(felt.validity)) continue;
+    finger.force_peak = std::max(finger.force_peak, felt.force->cast<double>().norm());
+  }
+}
+
+void TickSummary::SeeTruth(const Eigen::Vector3d& truth) noexcept {
+  has_truth_ = true;
+  truth_peak_ = std::max(truth_peak_, truth.norm());
+}
+
+std::optional<ForceError::Summary> TickSummary::force_error() const noexcept {
+  if (error_.empty()) return std::nullopt;
+  return error_.Above(kContactShare * force_peak());
+}
+
+}  // namespace palpate

@@ -1,0 +1,67 @@
+// What a run amounts to, gathered tick by tick.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "master/haptics/force_error.h"
+#include "master/haptics/tick_record.h"
+
+namespace palpate {
+
+// What a run amounts to for one fingertip.
+struct FingerSummary {
+  std::uint64_t ticks = 0, contact_ticks = 0;  // with a state at all; of them touching
+  double force_peak = 0;                       // largest known force [N]
+
+  [[nodiscard]] double contact_share() const {
+    return ticks > 0 ? static_cast<double>(contact_ticks) / static_cast<double>(ticks) : 0;
+  }
+};
+
+class TickSummary {
+ public:
+  // `truth`: true force at the tick's instant, S [N]; nothing: unknown.
+  void Add(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth) noexcept;
+  // A true force as it came: peaks count whether or not a tick meets them.
+  void SeeTruth(const Eigen::Vector3d& truth) noexcept;
+
+  [[nodiscard]] bool has_truth() const noexcept { return has_truth_; }
+  // Largest true force, else largest estimated one, S [N].
+  [[nodiscard]] double force_peak() const noexcept {
+    return has_truth_ ? truth_peak_ : estimated_peak_;
+  }
+  [[nodiscard]] double sent_peak() const noexcept { return sent_peak_; }  // M [N]
+  // Over the ticks in which either force exceeds 1 % of the peak; nothing without a true force.
+  [[nodiscard]] std::optional<ForceError::Summary> force_error() const noexcept;
+  [[nodiscard]] std::uint64_t ticks(Reason reason) const noexcept {
+    return reason_ticks_[static_cast<std::size_t>(reason)];
+  }
+  [[nodiscard]] std::uint64_t ticks(OperatorState state) const noexcept {
+    return state_ticks_[static_cast<std::size_t>(state)];
+  }
+  // In the scene's order, as many as were told of; one: the tool alone.
+  [[nodiscard]] std::span<const FingerSummary> fingers() const noexcept {
+    return {fingers_.data(), finger_count_};
+  }
+  // Ticks without a fresh state, of those after the first state had come.
+  [[nodiscard]] std::uint64_t stale_ticks() const noexcept { return stale_ticks_; }
+  [[nodiscard]] std::uint32_t epochs() const noexcept { return epochs_; }
+
+ private:
+  void AddFingers(const TickRecord& record) noexcept;
+
+  ForceError error_;
+  bool has_truth_ = false;
+  double truth_peak_ = 0, estimated_peak_ = 0, sent_peak_ = 0;
+  std::array<std::uint64_t, kReasonCount> reason_ticks_{};
+  std::array<std::uint64_t, kOperatorStateCount> state_ticks_{};
+  std::array<FingerSummary, kMaxFingers> fingers_{};
+  std::size_t finger_count_ = 0;
+  std::uint64_t stale_ticks_ = 0;
+  std::uint32_t epochs_ = 0;
+};
+
+}  // namespace palpate

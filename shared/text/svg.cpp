@@ -1,0 +1,147 @@
+#include "shared/text/svg.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace palpate {
+namespace {
+
+// A tenth of a pixel is finer than an eye; beyond 1e5 pixels nothing is seen.
+std::string Pixels(double value) {
+  constexpr double kFarthest = 1e5;
+  std::array<char, 32> text{};
+  const double shown =
+      std::isfinite(value) ? std::fmax(-kFarthest, std::fmin(kFarthest, value)) : 0;
+  std::snprintf(text.data(), text.size(), "%.1f", shown);
+  return text.data();
+}
+
+}  // namespace
+
+std::string XmlEscaped(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '<') {
+      escaped += "&lt;";
+    } else if (c == '>') {
+      escaped += "&gt;";
+    } else if (c == '&') {
+      escaped += "&amp;";
+    } else if (c == '"') {
+      escaped += "&quot;";
+    } else {
+      escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+  return escaped;
+}
+
+Svg::Svg(double width, double height, std::string_view title, std::string_view style) {
+  body_ = "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\"";
+  Add("width", width);
+  Add("height", height);
+  Add("viewBox", "0 0 " + Pixels(width) + " " + Pixels(height));
+  body_.append(">\n<title>").append(XmlEscaped(title)).append("</title>\n<style>\n");
+  body_.append(style).append("</style>\n");
+}
+
+void Svg::Open(std::string_view element, std::string_view style_class) {
+  body_.append("<").append(element);
+  Add("class", style_class);
+}
+
+void Svg::Add(std::string_view name, std::string_view value) {
+  body_.append(" ").append(name).append("=\"").append(XmlEscaped(value)).append("\"");
+}
+
+void Svg::Add(std::string_view name, double value) {
+  Add(name, Pixels(value));
+}
+
+void Svg::AddPoints(std::span<const Eigen::Vector2d> points) {
+  std::string text;
+  for (const auto& p : points) {
+    text.append(text.empty() ? "" : " ").append(Pixels(p.x())).append(",").append(Pixels(p.y()));
+  }
+  Add("points", text);
+}
+
+void Svg::Close(std::string_view element, std::string_view tooltip) {
+  if (tooltip.empty()) {
+    body_ += "/>\n";
+    return;
+  }
+  body_.append("><title>").append(XmlEscaped(tooltip)).append("</title></");
+  body_.append(element).append(">\n");
+}
+
+void Svg::Line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::string_view style_class) {
+  Open("line", style_class);
+  Add("x1", a.x());
+  Add("y1", a.y());
+  Add("x2", b.x());
+  Add("y2", b.y());
+  Close("line");
+}
+
+void Svg::Polyline(std::span<const Eigen::Vector2d> points, std::string_view style_class) {
+  Open("polyline", style_class);
+  AddPoints(points);
+  Close("polyline");
+}
+
+void Svg::Polygon(std::span<const Eigen::Vector2d> corners, std::string_view style_class,
+                  std::string_view tooltip) {
+  Open("polygon", style_class);
+  AddPoints(corners);
+  Close("polygon", tooltip);
+}
+
+void Svg::Face(std::span<const Eigen::Vector2d> corners, std::string_view colour) {
+  Open("polygon", "face");
+  Add("fill", colour);
+  Add("stroke", colour);
+  AddPoints(corners);
+  Close("polygon");
+}
+
+void Svg::Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
+                    std::string_view style_class) {
+  Open("rect", style_class);
+  Add("x", corner.x());
+  Add("y", corner.y());
+  Add("width", size.x());
+  Add("height", size.y());
+  Close("rect");
+}
+
+void Svg::Circle(const Eigen::Vector2d& centre, double radius, std::string_view style_class,
+                 std::string_view tooltip) {
+  Open("circle", style_class);
+  Add("cx", centre.x());
+  Add("cy", centre.y());
+  Add("r", radius);
+  Close("circle", tooltip);
+}
+
+void Svg::Text(const Eigen::Vector2d& at, std::string_view words, std::string_view style_class,
+               Anchor anchor, double degrees) {
+  constexpr std::array<std::string_view, 3> kAnchors{"start", "middle", "end"};
+  Open("text", style_class);
+  Add("x", at.x());
+  Add("y", at.y());
+  Add("text-anchor", kAnchors[static_cast<std::size_t>(anchor)]);
+  if (degrees != 0) {
+    Add("transform",
+        "rotate(" + Pixels(degrees) + " " + Pixels(at.x()) + " " + Pixels(at.y()) + ")");
+  }
+  body_.append(">").append(XmlEscaped(words)).append("</text>\n");
+}
+
+void Svg::BeginGroup(std::string_view style_class) {
+  Open("g", style_class);
+  body_ += ">\n";
+}
+
+}  // namespace palpate

@@ -1,0 +1,53 @@
+// Just enough SVG for a figure: shapes and words with classes that a style sheet colours.
+// Coordinates in pixels, y down.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+// `<`, `&`, quotes and control characters made harmless in element content and attributes.
+std::string XmlEscaped(std::string_view text);
+
+class Svg {
+ public:
+  enum class Anchor { kStart, kMiddle, kEnd };
+
+  // `style`: CSS rules.
+  Svg(double width, double height, std::string_view title, std::string_view style);
+
+  // `style_class`: one or more class names.
+  void Line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::string_view style_class);
+  void Polyline(std::span<const Eigen::Vector2d> points, std::string_view style_class);
+  void Polygon(std::span<const Eigen::Vector2d> corners, std::string_view style_class,
+               std::string_view tooltip = {});
+  // Of class `face`; `colour` as CSS has it, edged in the same colour: neighbours leave no gap.
+  void Face(std::span<const Eigen::Vector2d> corners, std::string_view colour);
+  void Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
+                 std::string_view style_class);
+  void Circle(const Eigen::Vector2d& centre, double radius, std::string_view style_class,
+              std::string_view tooltip = {});
+  void Text(const Eigen::Vector2d& at, std::string_view words, std::string_view style_class,
+            Anchor anchor = Anchor::kStart, double degrees = 0);
+  // What is drawn until EndGroup takes the class as a whole: one opacity for all of it.
+  void BeginGroup(std::string_view style_class);
+  void EndGroup() { body_ += "</g>\n"; }
+
+  // The whole document; more may be drawn after it.
+  [[nodiscard]] std::string Document() const { return body_ + "</svg>\n"; }
+
+ private:
+  void Open(std::string_view element, std::string_view style_class);
+  void Add(std::string_view name, std::string_view value);
+  void Add(std::string_view name, double value);
+  void AddPoints(std::span<const Eigen::Vector2d> points);
+  void Close(std::string_view element, std::string_view tooltip = {});
+
+  std::string body_;
+};
+
+}  // namespace palpate

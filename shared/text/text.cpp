@@ -1,0 +1,100 @@
+#include "shared/text/text.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <system_error>
+
+namespace palpate {
+
+std::string_view Trimmed(std::string_view text) noexcept {
+  constexpr std::string_view kBlank = " \t\r\n";
+  const auto first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+std::optional<double> ParseFinite(std::string_view text) noexcept {
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
+  return is_whole && std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+std::string Shown(std::string_view text, std::size_t most) {
+  std::string shown(text.substr(0, most));
+  std::ranges::replace_if(
+      shown, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
+  return text.size() > most ? shown + "..." : shown;
+}
+
+std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most,
+                          std::string_view accepted) {
+  const auto refuse = [&](const char* what) {
+    throw InputError(file.string() + ": " + what + ": accepted is " + std::string(accepted) +
+                     " of at most " + std::to_string(most >> 20U) + " MiB");
+  };
+  std::error_code error;
+  std::ifstream stream(file, std::ios::binary);
+  if (!std::filesystem::is_regular_file(file, error) || !stream) refuse("cannot be read");
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error || size > most) refuse(error ? "cannot be read" : "too large");
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  stream.read(bytes.data(), static_cast<std::streamsize>(size));
+  if (stream.bad()) refuse("cannot be read");
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  return bytes;
+}
+
+void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << bytes;
+  stream.close();
+  if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+void ReplaceFile(const std::filesystem::path& file, std::string_view bytes) {
+  std::filesystem::path part = file;
+  part += ".part";
+  std::ofstream stream(part, std::ios::binary);
+  stream << bytes;
+  stream.close();
+  std::error_code error, ignored;
+  if (stream) std::filesystem::rename(part, file, error);
+  if (stream && !error) return;
+  std::filesystem::remove(part, ignored);
+  throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+void RequireWritable(const std::filesystem::path& file) {
+  if (file.empty()) return;
+  std::error_code error;
+  const bool existed = std::filesystem::exists(file, error);
+  if (!std::ofstream(file, std::ios::app)) {
+    throw std::invalid_argument(file.string() +
+                                ": cannot be written: accepted is a file in a folder that exists "
+                                "and may be written to");
+  }
+  if (!existed) std::filesystem::remove(file, error);
+}
+
+void RequireOtherThan(std::string_view option, const std::filesystem::path& out,
+                      std::span<const std::filesystem::path> inputs) {
+  for (const auto& input : inputs) {
+    std::error_code error;  // what is not there is no input
+    if (out.empty() || !std::filesystem::equivalent(out, input, error) || error) continue;
+    throw std::invalid_argument(std::string(option) + " " + out.string() +
+                                ": accepted is another file than " + input.string() +
+                                ", which is read");
+  }
+}
+
+void RequireOtherThan(std::string_view option, const std::filesystem::path& out,
+                      std::initializer_list<std::string_view> names,
+                      std::span<const std::filesystem::path> inputs) {
+  for (const std::string_view name : names) RequireOtherThan(option, out / name, inputs);
+}
+
+}  // namespace palpate

@@ -1,0 +1,62 @@
+// Words and numbers of files that people write, and such files as a whole.
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace palpate {
+
+// What somebody gave is not usable: `file:line: key = value: accepted is ...`.
+class InputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Without blanks, tabs and line ends around it.
+std::string_view Trimmed(std::string_view text) noexcept;
+
+// A number in every locale: `12`, `-0.5`, `+3e4`. nullopt: none, more than that, or not finite.
+std::optional<double> ParseFinite(std::string_view text) noexcept;
+
+// Appends the shortest text that reads back as the same number, whatever the locale.
+template <class T>
+void AppendNumber(T value, char separator, std::string* text) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  text->append(digits.data(), end) += separator;
+}
+
+// What people see of `text`: at most `most` characters, and nothing that moves their cursor.
+std::string Shown(std::string_view text, std::size_t most = 60);
+
+// The bytes of a regular file. Throws InputError: it cannot be read, or has more than `most` bytes;
+// `accepted` in words: "a rig".
+std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most,
+                          std::string_view accepted);
+// Throws std::runtime_error `file: cannot be written`.
+void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes);
+// The same, whole or not at all: readers meet the old file or the new one.
+void ReplaceFile(const std::filesystem::path& file, std::string_view bytes);
+
+// Told before anything is computed that would be lost; a file that was not there is not there
+// afterwards. An empty path is none. Throws std::invalid_argument `file: cannot be written: ...`.
+void RequireWritable(const std::filesystem::path& file);
+
+// Throws std::invalid_argument: `out`, which `option` names, is one of the files that are read, by
+// whatever path; or one of `names` in the folder `out` is.
+void RequireOtherThan(std::string_view option, const std::filesystem::path& out,
+                      std::span<const std::filesystem::path> inputs);
+void RequireOtherThan(std::string_view option, const std::filesystem::path& out,
+                      std::initializer_list<std::string_view> names,
+                      std::span<const std::filesystem::path> inputs);
+
+}  // namespace palpate

@@ -1,0 +1,173 @@
+#include "slave/site/fingertips/simulated_presses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include "slave/site/fingertips/simulated_fingertip.h"
+#include "slave/tactile/localise/finger_surface.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kPeriod = 0.01;     // [s]
+constexpr double kRadius = 7e-3;     // of the fingertip [m]
+constexpr double kSideways = 1.2;    // furthest place from the pad's middle [rad]
+constexpr double kUpwards = 1.3;     // furthest place towards the tip [rad]
+constexpr double kBackwards = 6e-3;  // furthest place behind the tip's sphere [m]
+constexpr double kSoftest = 3e3;     // objects' modulus E / (1 - nu^2): foam [Pa]
+constexpr double kHardest = 1e7;     // hard rubber; the skin itself yields more [Pa]
+constexpr double kWidestProbe = 3e-3, kWidestContact = 9e-3;  // radii [m]
+constexpr double kFriction = 0.5;  // largest tangential force, parts of the normal one
+
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : random_(seed) {}
+  double Between(double low, double high) {
+    return low + (high - low) * (static_cast<double>(random_() >> 11) * 0x1p-53);
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+// A number that moves smoothly between values drawn at random.
+class Wave {
+ public:
+  Wave(double low, double high, Dice* dice) : middle_((low + high) / 2), size_((high - low) / 2) {
+    for (Part& part : parts_) {
+      part = {dice->Between(0.2, 2), dice->Between(0, 2 * std::numbers::pi)};
+    }
+  }
+  [[nodiscard]] double At(double t) const {
+    double sum = 0;
+    for (const Part& part : parts_)
+      sum += std::sin(2 * std::numbers::pi * part.rate * t + part.phase);
+    return middle_ + size_ * sum / static_cast<double>(parts_.size());
+  }
+
+ private:
+  struct Part {
+    double rate, phase;  // [Hz], [rad]
+  };
+  double middle_, size_;
+  std::array<Part, 2> parts_{};
+};
+
+// One press from the first touch to the last.
+class Press {
+ public:
+  Press(double largest_force, Dice* dice)
+      : peak_(largest_force * std::pow(dice->Between(0.02, 1), 1.5)),
+        rise_(dice->Between(0.2, 1.5)),
+        hold_(dice->Between(0.3, 2.5)),
+        fall_(dice->Between(0.2, 1.2)),
+        probe_radius_(dice->Between(0, kWidestProbe)),
+        modulus_(kSoftest * std::pow(kHardest / kSoftest, dice->Between(0, 1))),
+        upwards_(dice->Between(-kUpwards / 2, kUpwards)),
+        backwards_(upwards_ > 0 ? 0 : dice->Between(0, kBackwards)),
+        sideways_(dice->Between(-kSideways, kSideways)),
+        roll_(-0.1, 0.1, dice),
+        level_(0.7, 1, dice),
+        along_(-kFriction, kFriction, dice),
+        across_(-kFriction, kFriction, dice) {}
+
+  [[nodiscard]] double duration() const { return rise_ + hold_ + fall_; }
+  [[nodiscard]] FingertipLoad At(double t) const {
+    const double up = std::clamp(t / rise_, 0.0, 1.0);
+    const double down = std::clamp((duration() - t) / fall_, 0.0, 1.0);
+    const double normal_force = peak_ * level_.At(t) * Smooth(std::min(up, down));
+    const double side = sideways_ + roll_.At(t);
+    const double up_angle = std::max(upwards_, 0.0);
+    const Vector3d normal(std::sin(up_angle), std::cos(up_angle) * std::sin(side),
+                          -std::cos(up_angle) * std::cos(side));
+    const Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
+    FingertipLoad load;
+    load.p_F = kRadius * normal - Vector3d(backwards_, 0, 0);
+    load.f_F = normal_force * (-normal + along_.At(t) * u + across_.At(t) * v);
+    // Hertz: a sphere on an elastic half space, 3 F R = 4 E a^3. Wider probes press on all they
+    // have, and a fingertip has no more than its pad.
+    const double hertz = std::cbrt(0.75 * normal_force * kRadius / modulus_);
+    load.radius = std::min(std::max(probe_radius_, hertz), kWidestContact);
+    return load;
+  }
+
+ private:
+  static double Smooth(double x) { return x * x * (3 - 2 * x); }
+  double peak_, rise_, hold_, fall_, probe_radius_, modulus_, upwards_, backwards_, sideways_;
+  Wave roll_, level_, along_, across_;
+};
+
+// What a start is recorded with.
+class Recorder {
+ public:
+  Recorder(std::uint32_t seed, int rest_samples) : fingertip_(seed), rest_(rest_samples) {}
+
+  void Take(const FingertipLoad* load) {
+    readings_.push_back(fingertip_.Sample(load, kPeriod));
+    rest_.Take(readings_.back());
+    recording_.t.push_back(kPeriod * static_cast<double>(recording_.t.size()));
+    recording_.force.push_back(load == nullptr ? Eigen::Vector3f(0, 0, 0)
+                                               : Eigen::Vector3f(-load->f_F.cast<float>()));
+  }
+  LabelledRecording Finish(std::string name) {
+    recording_.name = std::move(name);
+    for (const FingerReading& reading : readings_) {
+      recording_.change.push_back(rest_.Change(reading));
+    }
+    recording_.end = recording_.t.size();
+    return std::move(recording_);
+  }
+
+ private:
+  SimulatedFingertip fingertip_;
+  RestValues rest_;
+  std::vector<FingerReading> readings_;
+  LabelledRecording recording_;
+};
+
+int Samples(double seconds) {
+  return static_cast<int>(std::lround(seconds / kPeriod));
+}
+
+LabelledRecording SimulateStart(const SimulatedPresses& options, int start, int presses) {
+  // Every start has dice of its own: more presses leave the earlier ones as they are.
+  const std::uint64_t seed = options.seed * 1'000'003 + static_cast<std::uint64_t>(start);
+  Dice dice(seed);
+  Recorder recorder(static_cast<std::uint32_t>(seed ^ (seed >> 32)), options.rest_samples);
+  for (int i = 0; i < options.rest_samples + 20; ++i) recorder.Take(nullptr);
+  for (int k = 0; k < presses; ++k) {
+    const Press press(options.largest_force, &dice);
+    for (int i = 0; i < Samples(press.duration()); ++i) {
+      const FingertipLoad load = press.At(kPeriod * i);
+      recorder.Take(&load);
+    }
+    const int pause = Samples(dice.Between(0.6, 2));
+    for (int i = 0; i < pause; ++i) recorder.Take(nullptr);
+  }
+  return recorder.Finish("simulated start " + std::to_string(start + 1));
+}
+
+}  // namespace
+
+std::vector<LabelledRecording> SimulatePresses(const SimulatedPresses& options) {
+  if (options.presses < 1 || options.per_start < 1 || options.rest_samples < 1 ||
+      !(options.largest_force > 0)) {
+    throw std::invalid_argument(
+        "simulated presses: accepted are 1 or more presses, 1 or more per "
+        "start, 1 or more rest samples, a largest force > 0");
+  }
+  std::vector<LabelledRecording> recordings;
+  for (int done = 0; done < options.presses; done += options.per_start) {
+    recordings.push_back(SimulateStart(options, static_cast<int>(recordings.size()),
+                                       std::min(options.per_start, options.presses - done)));
+  }
+  return recordings;
+}
+
+}  // namespace palpate

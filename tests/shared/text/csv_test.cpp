@@ -1,0 +1,108 @@
+#include "shared/text/csv.h"
+
+#include <clocale>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+std::string Written(double value, int digits) {
+  std::string text;
+  AppendNumber(&text, value, digits);
+  return text;
+}
+
+TEST(AppendNumberTest, SeventeenDigitsRoundTrip) {
+  for (const double value : {0.1, -1.0 / 3, 1e-300, 1.7976931348623157e308}) {
+    EXPECT_EQ(std::stod(Written(value, 17)), value);
+  }
+}
+
+TEST(AppendNumberTest, UnknownNumbersAreEmptyAndZeroHasNoSign) {
+  EXPECT_EQ(Written(std::nan(""), 7), "");
+  EXPECT_EQ(Written(INFINITY, 7), "");
+  EXPECT_EQ(Written(-0.0, 7), "0");
+  EXPECT_EQ(Written(0.25, 7), "0.25");
+}
+
+TEST(AppendNumberTest, TheLocaleDoesNotMatter) {
+  const std::string before = std::setlocale(LC_NUMERIC, nullptr);
+  if (std::setlocale(LC_NUMERIC, "de_DE.UTF-8") == nullptr) GTEST_SKIP() << "no German locale";
+  EXPECT_EQ(Written(0.25, 7), "0.25");
+  std::setlocale(LC_NUMERIC, before.c_str());
+}
+
+using testing::EndsWith;
+using testing::HasSubstr;
+
+std::filesystem::path Write(const std::string& text) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "palpate-table.csv";
+  std::ofstream(file, std::ios::binary) << text;
+  return file;
+}
+
+std::string Complaint(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+TEST(CsvLinesTest, PassesOverWhatIsNoRow) {
+  CsvLines lines(Write("\xEF\xBB\xBF a , b\r\n\n# c\n,1,\n2"));
+  ASSERT_TRUE(lines.Next());
+  EXPECT_THAT(lines.cells(), testing::ElementsAre("a", "b"));
+  ASSERT_TRUE(lines.Next());
+  EXPECT_THAT(lines.cells(), testing::ElementsAre("", "1", ""));
+  EXPECT_EQ(lines.number(), 4);
+  ASSERT_TRUE(lines.Next());
+  EXPECT_EQ(lines.text(), "2");
+  EXPECT_FALSE(lines.Next());
+  CsvLines plain(Write("#1,2\n"), 0);
+  ASSERT_TRUE(plain.Next());
+  EXPECT_EQ(plain.cells().front(), "#1");
+}
+
+// Devices and pipes without end are files, too; a line is what must be held.
+TEST(CsvLinesTest, ReadsNoLineWithoutEnd) {
+  CsvLines zeros("/dev/zero");
+  EXPECT_EQ(Complaint([&] { zeros.Next(); }),
+            "/dev/zero:1: a line of 64 KiB or more: accepted is a CSV file");
+  EXPECT_THAT(Complaint([] { CsvLines(testing::TempDir()); }), HasSubstr("cannot be read"));
+  EXPECT_THAT(Complaint([] { CsvLines("/nowhere.csv"); }), HasSubstr("cannot be read"));
+}
+
+TEST(CsvRowsTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
+  CsvRows rows(Write("t,x,\n0,+1.5,\n1,\x1b[2J\n1\n"));
+  ASSERT_TRUE(rows.Next());
+  EXPECT_EQ(rows.Number(*rows.Find("x"), 2), 1.5);
+  EXPECT_THAT(Complaint([&] { static_cast<void>(rows.Number(1, 1)); }),
+              EndsWith(".csv:2: x = +1.5: accepted is a finite number"));
+  ASSERT_TRUE(rows.Next());
+  EXPECT_THAT(Complaint([&] { rows.Refuse(1, "a number"); }), EndsWith(":3: x = ?[2J: accepted is "
+                                                                       "a number"));
+  EXPECT_THAT(Complaint([&] { rows.Next(); }),
+              EndsWith(":4: 1 cells: accepted is 2, as in the header"));
+  EXPECT_THAT(Complaint([] { CsvRows(Write("a,a\n")); }), HasSubstr("column a stands twice"));
+}
+
+TEST(CsvTableTest, KnowsItsColumnsInAnyOrder) {
+  CsvTable table(Write("x,name\n,A\n3,#B\n"), {{"name"}, {"x", false}, {"y", false}});
+  ASSERT_TRUE(table.Next());
+  EXPECT_EQ(table.Number("x"), 0) << "an optional cell that is empty";
+  EXPECT_EQ(table.Number("y"), 0) << "an optional column that is absent";
+  ASSERT_TRUE(table.Next());
+  EXPECT_EQ(table.Text("name"), "#B") << "no comment";
+  EXPECT_FALSE(table.Next());
+}
+
+}  // namespace
+}  // namespace palpate

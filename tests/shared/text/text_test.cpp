@@ -1,0 +1,109 @@
+#include "shared/text/text.h"
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class TextFileTest : public testing::Test {
+ protected:
+  TextFileTest() { fs::create_directories(folder_); }
+  ~TextFileTest() override { fs::remove_all(folder_); }
+  TextFileTest(const TextFileTest&) = delete;
+  TextFileTest& operator=(const TextFileTest&) = delete;
+
+  // What is said of writing to `out` what is read from `input`.
+  static std::string Refusal(const fs::path& out, const fs::path& input) {
+    const std::array inputs{fs::path(), fs::path("/nowhere"), input};
+    try {
+      RequireOtherThan("--out", out, inputs);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "none";
+  }
+
+  const fs::path folder_ = fs::path(testing::TempDir()) / "palpate-text";
+};
+
+TEST(ParseFiniteTest, TakesWholeNumbersInTheirPlainForm) {
+  EXPECT_EQ(ParseFinite("+3e4"), 3e4);
+  EXPECT_EQ(ParseFinite("-0.5"), -0.5);
+  for (const char* text : {"", "+", "+-1", "1 ", "0x1", "nan", "inf", "1e999", "1,5"}) {
+    EXPECT_FALSE(ParseFinite(text)) << text;
+  }
+}
+
+TEST(ShownTest, IsShortAndMovesNoCursor) {
+  EXPECT_EQ(Shown("a\x1b]0;b\x07\x7f", 6), "a?]0;b...");
+  EXPECT_EQ(Trimmed(" \ta b\r\n"), "a b");
+}
+
+TEST_F(TextFileTest, WhatIsWrittenIsRead) {
+  const std::string bytes("a\0\r\n", 4);
+  WriteWholeFile(folder_ / "a", bytes);
+  EXPECT_EQ(ReadWholeFile(folder_ / "a", 4, "text"), bytes);
+  EXPECT_THROW(WriteWholeFile(folder_ / "no" / "a", bytes), std::runtime_error);
+  ReplaceFile(folder_ / "a", "new");
+  EXPECT_EQ(ReadWholeFile(folder_ / "a", 4, "text"), "new");
+  EXPECT_THROW(ReplaceFile(folder_ / "no" / "a", bytes), std::runtime_error);
+  fs::create_directories(folder_ / "taken");
+  EXPECT_THROW(ReplaceFile(folder_ / "taken", bytes), std::runtime_error);
+  EXPECT_FALSE(fs::exists(folder_ / "taken.part"));
+}
+
+TEST_F(TextFileTest, WhetherAFileCanBeWrittenLeavesNoTrace) {
+  RequireWritable({});
+  RequireWritable(folder_ / "new");
+  EXPECT_FALSE(fs::exists(folder_ / "new")) << "only looked";
+  WriteWholeFile(folder_ / "old", "kept");
+  RequireWritable(folder_ / "old");
+  EXPECT_EQ(ReadWholeFile(folder_ / "old", 4, "text"), "kept");
+  EXPECT_THROW(RequireWritable(folder_ / "no" / "file"), std::invalid_argument);
+}
+
+TEST_F(TextFileTest, ReadsNoMoreThanIsSaid) {
+  WriteWholeFile(folder_ / "a", std::string((1 << 20) + 1, 'a'));
+  EXPECT_THAT([&] { ReadWholeFile(folder_ / "a", 1 << 20, "a rig"); },
+              testing::ThrowsMessage<InputError>(
+                  HasSubstr("a: too large: accepted is a rig of at most 1 MiB")));
+  for (const fs::path& file : {fs::path("/dev/zero"), folder_, folder_ / "none"}) {
+    EXPECT_THAT([&] { ReadWholeFile(file, 1 << 20, "a rig"); },
+                testing::ThrowsMessage<InputError>(HasSubstr(": cannot be read")));
+  }
+}
+
+TEST_F(TextFileTest, AnInputIsRecognisedByEveryPath) {
+  const fs::path scene = folder_ / "scene.yaml";
+  WriteWholeFile(scene, "name: a");
+  fs::create_symlink(scene, folder_ / "soft.yaml");
+  fs::create_hard_link(scene, folder_ / "hard.yaml");
+  for (const fs::path& out : {scene, folder_ / ".." / "palpate-text" / "scene.yaml",
+                              folder_ / "soft.yaml", folder_ / "hard.yaml"}) {
+    EXPECT_EQ(Refusal(out, scene), "--out " + out.string() + ": accepted is another file than " +
+                                       scene.string() + ", which is read");
+  }
+  WriteWholeFile(folder_ / "other.yaml", "name: a");
+  for (const fs::path& out : {fs::path(), folder_ / "other.yaml", folder_ / "new.yaml"}) {
+    EXPECT_EQ(Refusal(out, scene), "none");
+  }
+}
+
+TEST_F(TextFileTest, AnInputIsRecognisedInAFolder) {
+  WriteWholeFile(folder_ / "rows.csv", "a");
+  const std::array inputs{folder_ / "rows.csv"};
+  EXPECT_THROW(RequireOtherThan("--out", folder_, {"other.csv", "rows.csv"}, inputs),
+               std::invalid_argument);
+  EXPECT_NO_THROW(RequireOtherThan("--out", folder_, {"other.csv"}, inputs));
+}
+
+}  // namespace
+}  // namespace palpate
