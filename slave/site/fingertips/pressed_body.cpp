@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/linear/mumps.h"
 #include "slave/site/fingertips/rigid_finger.h"
 #include "slave/site/solid/neo_hookean_body.h"
 
@@ -34,44 +35,58 @@ double LargerSide(const SiteMesh& mesh) {
   return (high - low).maxCoeff();
 }
 
+// Rising, each once.
+void SortOut(std::vector<int>* nodes) {
+  std::ranges::sort(*nodes);
+  nodes->erase(std::ranges::unique(*nodes).begin(), nodes->end());
+}
+
 std::vector<int> NodesOf(const std::vector<std::array<int, 3>>& triangles) {
   std::vector<int> nodes;
   for (const auto& triangle : triangles) {
     nodes.insert(nodes.end(), triangle.begin(), triangle.end());
   }
-  std::ranges::sort(nodes);
-  nodes.erase(std::ranges::unique(nodes).begin(), nodes.end());
+  SortOut(&nodes);
   return nodes;
 }
 
-std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit) {
+// With nodes renumbered.
+std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit,
+                                  const std::vector<int>& number) {
   std::vector<PlacedElement> elements;
   Eigen::MatrixXd places(3, mesh.shape->nodes());
-  for (const auto& nodes : mesh.elements) {
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      places.col(static_cast<Eigen::Index>(i)) = mesh.nodes[Index(nodes[i])] / unit;
+  for (std::vector<int> nodes : mesh.elements) {
+    Eigen::Index column = 0;
+    for (int& node : nodes) {
+      places.col(column++) = mesh.nodes[Index(node)] / unit;
+      node = number[Index(node)];
     }
-    elements.emplace_back(*mesh.shape, places, nodes);
+    elements.emplace_back(*mesh.shape, places, std::move(nodes));
   }
   return elements;
 }
 
+// Of every node, itself included.
+std::vector<std::vector<int>> NeighboursOf(const SiteMesh& mesh) {
+  std::vector<std::vector<int>> neighbours(mesh.nodes.size());
+  for (const auto& nodes : mesh.elements) {
+    for (const int node : nodes) {
+      auto& list = neighbours[Index(node)];
+      list.insert(list.end(), nodes.begin(), nodes.end());
+    }
+  }
+  for (auto& list : neighbours) SortOut(&list);
+  return neighbours;
+}
+
 // Nodes by their unknowns: those that can move in the order of their elimination, then the others.
 struct Numbering {
-  Numbering(std::span<const PlacedElement> elements, const SiteMesh& mesh,
-            const PressedBody::Held& held)
-      : number(mesh.nodes.size()) {
+  Numbering(const SiteMesh& mesh, const PressedBody::Held& held) : number(mesh.nodes.size()) {
     const auto stays = [&](int node) { return held[Index(node)] == std::array{true, true, true}; };
-    std::vector<int> order = EliminationOrder(elements, mesh.nodes);
+    std::vector<int> order = EliminationOrder(NeighboursOf(mesh));
     free_nodes = static_cast<int>(std::ranges::stable_partition(order, std::not_fn(stays)).begin() -
                                   order.begin());
     for (std::size_t i = 0; i < order.size(); ++i) number[Index(order[i])] = static_cast<int>(i);
-  }
-  std::vector<PlacedElement> Renumbered(std::vector<PlacedElement> elements) const {
-    for (PlacedElement& element : elements) {
-      for (int& node : element.nodes) node = number[Index(node)];
-    }
-    return elements;
   }
   std::vector<int> number;  // per node
   int free_nodes = 0;
@@ -91,9 +106,8 @@ struct PressedBody::Solver {
       : unit(LargerSide(site_mesh)),
         force_unit(E * unit * unit),
         nodes(site_mesh.nodes),
-        elements(Placed(site_mesh, unit)),
-        numbering(elements, site_mesh, held),
-        body(numbering.Renumbered(std::move(elements)), numbering.free_nodes, NeoHookean(nu, 0)),
+        numbering(site_mesh, held),
+        body(Placed(site_mesh, unit, numbering.number), numbering.free_nodes, NeoHookean(nu, 0)),
         stiffness(body.EmptyMatrix()),
         factor(stiffness),
         finger{.radius = finger_radius},
@@ -135,7 +149,6 @@ struct PressedBody::Solver {
   double unit;        // [m]
   double force_unit;  // [N]
   std::vector<Vector3d> nodes;
-  std::vector<PlacedElement> elements;  // until the body has them
   Numbering numbering;
   NeoHookeanBody body;
   NeoHookeanBody::Matrix stiffness;

@@ -243,25 +243,5 @@ TEST(NeoHookeanBody, SmallLoadsFollowLinearElasticity) {
   EXPECT_NEAR(side * cube.Corner().z() / part / corner, 1, 0.005);
 }
 
-// Reference: the work of a factorisation in the order of a box's own lines.
-TEST(EliminationOrder, NamesEveryNodeOnceAndKeepsTheFactorSparse) {
-  const Grid grid({1, 1, 1}, {6, 6, 6}, 2);
-  const auto order = EliminationOrder(grid.elements, grid.nodes);
-  ASSERT_EQ(order.size(), grid.nodes.size());
-  std::vector<int> number(order.size(), -1);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    number[static_cast<std::size_t>(order[i])] = static_cast<int>(i);
-  }
-  for (const int n : number) ASSERT_GE(n, 0);
-  std::vector<PlacedElement> elements = grid.elements;
-  for (auto& element : elements) {
-    for (int& node : element.nodes) node = number[static_cast<std::size_t>(node)];
-  }
-  const auto flops = [&](const std::vector<PlacedElement>& of) {
-    return SparseLdlt(NeoHookeanBody(of, grid.count(), NeoHookean(0.3, 0)).EmptyMatrix()).flops();
-  };
-  EXPECT_LT(flops(elements), 0.7 * flops(grid.elements));
-}
-
 }  // namespace
 }  // namespace palpate::site
