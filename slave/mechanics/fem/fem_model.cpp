@@ -83,10 +83,6 @@ void CheckMaterial(const Material& material, const FemOptions& options) {
   }
 }
 
-void Tell(Progress* progress, const char* stage, double done) {
-  if (progress != nullptr && !progress->Report(stage, done)) throw Interrupted();
-}
-
 // All that can be refused is refused before the work starts.
 fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh& mesh,
                                 Progress* progress) {

@@ -128,10 +128,6 @@ const SolidModel::Held& SameSize(const SolidModel::Held& held, const SolidMesh& 
   throw std::invalid_argument("held: accepted is one entry per node of the mesh");
 }
 
-void Tell(Progress* progress, std::string_view stage, double done) {
-  if (progress && !progress->Report(stage, done)) throw Interrupted();
-}
-
 // Rough, before anything is built: factors of three-dimensional meshes grow like n^(4/3).
 void Announce(const SolidMesh& mesh, const SolidModel::Params& params, Progress* progress) {
   if (!progress) return;
