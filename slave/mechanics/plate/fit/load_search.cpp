@@ -1,4 +1,4 @@
-#include "slave/mechanics/plate/load_search.h"
+#include "slave/mechanics/plate/fit/load_search.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "slave/mechanics/plate/load_fit.h"
+#include "slave/mechanics/plate/fit/load_fit.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "slave/mechanics/plate/identify_prestress.h"
+#include "slave/mechanics/plate/fit/identify_prestress.h"
 
 #include <algorithm>
 #include <array>

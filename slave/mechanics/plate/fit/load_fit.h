@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/plate/load_search.h"
+#include "slave/mechanics/plate/fit/load_search.h"
 #include "slave/mechanics/plate/plate_surface.h"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "slave/mechanics/plate/press_table.h"
+#include "slave/mechanics/plate/fit/press_table.h"
 
 #include <algorithm>
 #include <array>
