@@ -1,19 +1,32 @@
 #!/usr/bin/env bash
-# Installs what is missing on Debian 12: what the programs need, and with `tests` what their tests need too.
+# Installs what is missing on Debian 12: what palpate-slave and palpate-master need, and of these parts what is named.
+# usage: deploy/install.sh [films] [calibration] [clouds] [tests] [fuzz]
+#   tests: all parts, and what their tests need   fuzz: what fuzzing takes
 set -euo pipefail
 # shellcheck source=progress.sh
 source "$(dirname "$0")/progress.sh"
 
 packages=(g++ cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
-          libopencv-dev libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev
-          libmumps-seq-dev libopenblas0-serial zlib1g-dev libpcl-dev)
-if [ "${1:-}" = tests ]; then
-  packages+=(libgtest-dev libgmock-dev libbenchmark-dev clang-format python3 python3-grpcio python3-protobuf
-             iproute2 git universal-ctags)
-  # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
-  command -v node >/dev/null || packages+=(nodejs)
-  command -v npm >/dev/null || packages+=(npm)
-fi
+          libopencv-core-dev libopencv-imgproc-dev libopencv-dnn-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
+          libspdlog-dev nlohmann-json3-dev libmumps-seq-dev libopenblas0-serial zlib1g-dev)
+films=(libopencv-videoio-dev)         # palpate-films.so: films, cameras, pictures other than PNG and JPEG
+calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
+clouds=(libpcl-dev)                   # palpate-slave evaluate
+for part in "$@"; do
+  case $part in
+    films) packages+=("${films[@]}") ;;
+    calibration) packages+=("${calibration[@]}") ;;
+    clouds) packages+=("${clouds[@]}") ;;
+    tests)
+      packages+=("${films[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
+                 python3 python3-grpcio python3-protobuf iproute2 git universal-ctags)
+      # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
+      command -v node >/dev/null || packages+=(nodejs)
+      command -v npm >/dev/null || packages+=(npm) ;;
+    fuzz) packages+=(clang-14 libclang-rt-14-dev python3) ;;
+    *) echo "install.sh: $part: accepted are films, calibration, clouds, tests, fuzz" >&2; exit 2 ;;
+  esac
+done
 
 missing=()
 for package in "${packages[@]}"; do

@@ -21,6 +21,7 @@
 #include "master/view/finger_table.h"
 #include "master/view/shape_watch.h"
 #include "master/view/summary_table.h"
+#include "shared/program/program.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -84,7 +85,7 @@ CLI::Validator Between(double low, double high) {
 
 void Declare(CLI::App* app, Arguments* a) {
   app->require_subcommand(1);
-  app->set_version_flag("--version", PALPATE_VERSION);
+  app->set_version_flag("--version", Version());
   app->footer(
       "Examples:\n"
       "  palpate-master connect localhost:50051\n"

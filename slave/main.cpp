@@ -1,32 +1,22 @@
 // palpate-slave: the command line.
-#include <atomic>
-#include <chrono>
-#include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <optional>
-#include <stdexcept>
-#include <stop_token>
-#include <thread>
+#include <string>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
+#include <unistd.h>
 
-#include "slave/commands/calibrate/calibrate.h"
+#include "shared/program/program.h"
 #include "slave/commands/check/check.h"
-#include "slave/commands/evaluate/evaluate.h"
 #include "slave/commands/process.h"
+#include "slave/commands/program.h"
 #include "slave/commands/serve.h"
 #include "slave/commands/solve/solve.h"
 #include "slave/commands/study.h"
 #include "slave/commands/train/train.h"
-#include "slave/scene/scene_loader.h"
 
 namespace palpate {
 namespace {
-
-constexpr int kFailed = 1, kUnusable = 2;
 
 constexpr const char* kExamples = R"(Examples:
   palpate-slave check deploy/scenes/silicone-block.yaml
@@ -42,83 +32,6 @@ constexpr const char* kExamples = R"(Examples:
       --out rig.yaml
 
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
-
-// For a command to end by itself after a signal; what computes for longer, a large model say, hears
-// nothing, moves nothing and has every row it wrote flushed.
-constexpr std::chrono::seconds kPatience(2);
-
-// SIGINT and SIGTERM request a stop. They are blocked everywhere and taken by one thread, so that
-// no other call is ever interrupted. Block before any thread starts.
-class StopOnSignal {
- public:
-  StopOnSignal() {
-    sigemptyset(&signals_);
-    sigaddset(&signals_, SIGINT);
-    sigaddset(&signals_, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
-    waiter_ = std::jthread([this](const std::stop_token& end) {
-      const timespec pause{0, 50'000'000};
-      std::optional<std::chrono::steady_clock::time_point> last_call;
-      while (!end.stop_requested()) {
-        const auto now = std::chrono::steady_clock::now();
-        if (sigtimedwait(&signals_, nullptr, &pause) > 0 && !last_call) {
-          source_.request_stop();
-          last_call = now + kPatience;
-        }
-        if (last_call && now > *last_call) {
-          if (exit_code_ != 0) std::fputs("stopped before it was done\n", stderr);
-          std::_Exit(exit_code_);
-        }
-      }
-    });
-  }
-  [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
-  // What is ended before it has answered has failed; a service that is ended has not.
-  void ExpectAnswer() { exit_code_ = kFailed; }
-
- private:
-  std::atomic<int> exit_code_ = 0;
-  sigset_t signals_{};
-  std::stop_source source_;
-  std::jthread waiter_;
-};
-
-void AddEvaluateOptions(CLI::App* command, EvaluateOptions* options) {
-  command->add_option("--cloud", options->cloud,
-                      "Measured points in the frame of sense.depth_camera (PCD); without, a "
-                      "simulated hand presses the object and a virtual camera measures it");
-  command->add_option("--out", options->out, "Folder for report.html, report.json and clouds")
-      ->required();
-  command->add_option(
-      "--contacts", options->contacts,
-      "What deforms the object: CSV as for solve; without, what the scene's tactile "
-      "recording tells at its end, or nothing");
-  command->add_option("--loads", options->loads, "The same with forces");
-  command
-      ->add_option("--segment", options->segment,
-                   "surfaces: by colour and shape; colour: by colour alone; no: all is the object")
-      ->capture_default_str();
-  command->add_option("--at", options->at, "A point on the object, x,y,z [m], frame of the cloud")
-      ->delimiter(',')
-      ->expected(3);
-  command->add_option("--colour", options->colour, "Colour of the object, red,green,blue")
-      ->delimiter(',')
-      ->expected(3);
-  command->add_option("--voxel", options->voxel, "Cells of the cloud thinned out [m]; 0: by itself")
-      ->capture_default_str();
-  command->add_option("--neighbours", options->neighbours, "Of a point that grows by colour")
-      ->capture_default_str();
-  command->add_option("--point-colour", options->point_colour, "Within a region, 0 to 442")
-      ->capture_default_str();
-  command->add_option("--region-colour", options->region_colour, "Regions less different unite")
-      ->capture_default_str();
-  command->add_option("--repetitions", options->repetitions, "Presses of the simulated hand")
-      ->capture_default_str();
-  command->add_flag("--materials", options->materials,
-                    "The simulated object in each of paper B's three foams");
-  command->add_option("--leaf", options->leaf, "Edge of the octree's leaves [m]")
-      ->capture_default_str();
-}
 
 void AddTrainOptions(CLI::App* command, TrainOptions* train) {
   command->footer(kTrainHelp);
@@ -155,40 +68,46 @@ void AddTrainOptions(CLI::App* command, TrainOptions* train) {
       ->capture_default_str();
 }
 
-void AddCalibrateOptions(CLI::App* command, CalibrateOptions* calibrate) {
-  command->footer(kCalibrateHelp);
-  command->add_option("--left", calibrate->left, "Pictures of the left, or the only, camera");
-  command->add_option("--right", calibrate->right, "Pictures of the right camera");
-  command->add_option("--board", calibrate->board, "Inner corners or circles, 9x6 say");
-  command->add_option("--square", calibrate->square, "Between neighbours, 25mm say");
-  command->add_option("--pattern", calibrate->pattern, "chessboard, circles or asymmetric-circles")
-      ->capture_default_str();
-  command->add_option("--distance", calibrate->distance,
-                      "Of a plane, 250mm say: prints what a pixel shows there");
-  command->add_option("--out", calibrate->out, "File of the rig, or of the lens of one camera");
-  command->add_option("--drawing", calibrate->drawing, "SVG of boards, coverage and residuals");
-  command->add_flag("--force", calibrate->force,
-                    "Write also what cannot be trusted; still exits 1");
-  command->add_option("--register", calibrate->tip_places,
-                      "CSV x,y,z,u,v[,u_right,v_right] of the tip: the camera's pose for a scene");
-  command->add_option("--rig", calibrate->rig, "For --register: a rig or lens known already");
-  command->add_option("--size", calibrate->size,
-                      "For --register: a camera straight above z = 0, 640x480 say");
-  command->add_option("unquoted", calibrate->unquoted)->group("");
-  command->add_flag("--plane", calibrate->plane,
-                    "For --register: the camera of the lens looks straight down on z = 0");
+// Commands that are programs of their own: what they load, no other command needs.
+struct Part {
+  const char* command;
+  const char* description;
+  const char* needs;
+};
+constexpr Part kParts[] = {
+    {"evaluate", "Score the estimated shape against a measured cloud",
+     "the Point Cloud Library's headers are (deploy/install.sh clouds)"},
+    {"calibrate", "Lens, rig and pose of cameras, from pictures of a board",
+     "OpenCV's calib3d is (deploy/install.sh calibration)"},
+};
+
+// Becomes the program of `part`, given what stands behind the command. Returns only if it fails.
+int Become(const Part& part, char** arguments) {
+  const std::string name = std::string("palpate-") + part.command;
+  const auto program = FindPart(name);
+  if (program.empty()) {
+    std::fprintf(stderr,
+                 "palpate-slave: %s is done by %s, which is not installed beside this program: it "
+                 "is built where %s\n",
+                 part.command, name.c_str(), part.needs);
+    return kFailed;
+  }
+  execv(program.c_str(), arguments);
+  std::perror(program.c_str());
+  return kFailed;
 }
 
 int Main(int argc, char** argv) {
-  // Standard output belongs to the answers; the log goes beside it.
-  spdlog::set_default_logger(spdlog::stderr_color_mt("palpate"));
-  spdlog::set_pattern("%^%l%$ %v");
+  for (const Part& part : kParts) {
+    if (argc > 1 && std::string_view(argv[1]) == part.command) return Become(part, argv + 1);
+  }
+  LogToStderr();
   StopOnSignal stop;
 
   CLI::App app{"Palpate's slave: watches a soft object, computes the contact force, streams it."};
   app.footer(kExamples);
   app.require_subcommand(1);
-  app.set_version_flag("--version", PALPATE_VERSION);
+  app.set_version_flag("--version", Version());
 
   const auto add_scene = [](CLI::App* command, std::filesystem::path* scene,
                             std::vector<std::string>* overrides) {
@@ -241,47 +160,27 @@ int Main(int argc, char** argv) {
   study_command->add_option("--budget", study.budget, "Seconds for all models together")
       ->capture_default_str();
 
-  EvaluateOptions evaluate;
-  CLI::App* evaluate_command =
-      app.add_subcommand("evaluate", "Score the estimated shape against a measured cloud");
-  add_scene(evaluate_command, &evaluate.scene, &evaluate.overrides);
-  AddEvaluateOptions(evaluate_command, &evaluate);
-
   TrainOptions train;
   CLI::App* train_command =
       app.add_subcommand("train", "Learn a fingertip's force network or localiser");
   AddTrainOptions(train_command, &train);
 
-  CalibrateOptions calibrate;
-  CLI::App* calibrate_command =
-      app.add_subcommand("calibrate", "Lens, rig and pose of cameras, from pictures of a board");
-  AddCalibrateOptions(calibrate_command, &calibrate);
+  for (const Part& part : kParts) app.add_subcommand(part.command, part.description);
 
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : kUnusable;
   }
-  try {
+  return ExitCode([&] {
     if (serve_command->parsed()) return RunServe(serve, stop.token());
     stop.ExpectAnswer();
     if (process_command->parsed()) return RunProcess(process, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
     if (study_command->parsed()) return RunStudyCommand(study, stop.token());
-    if (evaluate_command->parsed()) return RunEvaluate(evaluate, stop.token());
     if (train_command->parsed()) return RunTrain(train, stop.token());
-    if (calibrate_command->parsed()) return RunCalibrate(calibrate, stop.token());
     return RunCheck(check);
-  } catch (const SceneError& e) {
-    std::fprintf(stderr, "%s\n", e.what());
-    return kUnusable;
-  } catch (const std::invalid_argument& e) {
-    std::fprintf(stderr, "palpate-slave: %s\n", e.what());
-    return kUnusable;
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "palpate-slave: %s\n", e.what());
-    return kFailed;
-  }
+  });
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 #include "slave/capture/frame_source.h"
 
 #include <filesystem>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include <opencv2/videoio.hpp>
-
+#include "slave/capture/codecs/films.h"
 #include "slave/capture/decode_ahead.h"
 #include "slave/capture/picture_files.h"
 
@@ -16,13 +16,13 @@ namespace {
 namespace fs = std::filesystem;
 
 // A size is part of what a scene says a pixel shows: pictures of another one have other pixels.
-void RequireSize(const Camera& camera, const cv::Mat& first) {
+void RequireSize(const Camera& camera, const cv::Size& first) {
   const auto [width, height] = camera.size;
-  if (width == 0 || (width == first.cols && height == first.rows)) return;
+  if (width == 0 || (width == first.width && height == first.height)) return;
   throw std::runtime_error("sense.camera.size = [" + std::to_string(width) + ", " +
                            std::to_string(height) + "]: accepted is that of the pictures of " +
-                           camera.pattern + ", [" + std::to_string(first.cols) + ", " +
-                           std::to_string(first.rows) + "], or no size");
+                           camera.pattern + ", [" + std::to_string(first.width) + ", " +
+                           std::to_string(first.height) + "], or no size");
 }
 
 // `first`: tried at once, so that pictures the filter refuses are refused here, not in the loop.
@@ -43,8 +43,9 @@ std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced,
   options.description = "files " + camera.pattern + " (" + std::to_string(files.size()) + ")";
   options.rate = camera.rate;
   options.paced = paced;
-  cv::Mat first = ReadPicture(files.front(), 1);  // a wrong file is found here, not in the loop
-  RequireSize(camera, first);
+  // Read at once: a wrong file is found here, not in the loop.
+  cv::Mat first =
+      ReadPicture(files.front(), 1, [&](const cv::Size& size) { RequireSize(camera, size); });
   auto next = [files = std::move(files), first, index = std::size_t{0}]() mutable {
     if (index == files.size()) return cv::Mat();
     ++index;
@@ -58,20 +59,16 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
                                        const PictureFilter& filter) {
   const fs::path file = camera.pattern;
   if (!fs::is_regular_file(file)) throw std::runtime_error(file.string() + ": no such video");
-  cv::VideoCapture video(file.string(), cv::CAP_FFMPEG);  // other backends load half a desktop
-  cv::Mat first;
-  if (!video.isOpened() || !video.read(first) || first.empty()) {
-    throw std::runtime_error(file.string() + ": not a video, or without pictures");
-  }
-  RequireSize(camera, first);
+  const std::shared_ptr<Film> video = LoadFilms().OpenFile(file.string());
+  cv::Mat first = video ? video->Next() : cv::Mat();
+  if (first.empty()) throw std::runtime_error(file.string() + ": not a video, or without pictures");
+  RequireSize(camera, first.size());
   DecodeAhead::Options options;
   options.description = "video " + file.string();
   options.rate = camera.rate;
   options.paced = paced;
   auto next = [video, first]() mutable {
-    if (!first.empty()) return std::exchange(first, cv::Mat());
-    cv::Mat image;  // a new one each time: the reader keeps it
-    return video.read(image) ? image : cv::Mat();
+    return first.empty() ? video->Next() : std::exchange(first, cv::Mat());
   };
   return std::make_unique<DecodeAhead>(Filtered(filter, first, std::move(next)),
                                        std::move(options));
@@ -79,23 +76,19 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
 
 std::unique_ptr<FrameSource> OpenDevice(const Camera& camera, const PictureFilter& filter) {
   const std::string name = "camera " + std::to_string(camera.device);
-  cv::VideoCapture device(camera.device, cv::CAP_V4L2);
-  if (!device.isOpened()) {
+  const std::shared_ptr<Film> device =
+      LoadFilms().OpenDevice(camera.device, {camera.size[0], camera.size[1]}, camera.rate);
+  if (!device) {
     throw std::runtime_error(name + ": no such camera, or not permitted (/dev/video" +
                              std::to_string(camera.device) + ")");
   }
-  if (camera.size[0] > 0 && camera.size[1] > 0) {
-    device.set(cv::CAP_PROP_FRAME_WIDTH, camera.size[0]);
-    device.set(cv::CAP_PROP_FRAME_HEIGHT, camera.size[1]);
-  }
-  device.set(cv::CAP_PROP_FPS, camera.rate);
   DecodeAhead::Options options;
   options.description = name;
   options.rate = camera.rate;
   options.live = true;
-  auto next = [device, name]() mutable {
-    cv::Mat image;
-    if (!device.read(image) || image.empty()) throw std::runtime_error(name + ": gone");
+  auto next = [device, name] {
+    cv::Mat image = device->Next();
+    if (image.empty()) throw std::runtime_error(name + ": gone");
     return image;
   };
   return std::make_unique<DecodeAhead>(Filtered(filter, {}, std::move(next)), std::move(options));

@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <cstring>
 #include <fstream>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 
 #include <fnmatch.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
+
+#include "slave/capture/codecs/codecs.h"
+#include "slave/capture/codecs/films.h"
 
 namespace palpate {
 namespace {
@@ -104,11 +106,14 @@ std::vector<fs::path> ListNumbered(const fs::path& pattern) {
   return files;
 }
 
+constexpr std::streamoff kLargestFile = 1'000'000'000;  // more than kMostPixels need
+
 std::vector<unsigned char> ReadBytes(const fs::path& file, const std::string& which) {
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
   if (size < 0) Refuse(file, which + " cannot be opened");
   if (size == 0) Refuse(file, which + " is empty");
+  if (size > kLargestFile) Refuse(file, which + " is larger than 1 GB");
   std::vector<unsigned char> bytes(static_cast<std::size_t>(size));
   stream.seekg(0);
   if (!stream.read(reinterpret_cast<char*>(bytes.data()), size)) {
@@ -117,41 +122,36 @@ std::vector<unsigned char> ReadBytes(const fs::path& file, const std::string& wh
   return bytes;
 }
 
-// The decoder fills what a truncated JPEG lacks with grey and says nothing; but without its end
-// marker (ff d9, which cannot occur inside the coded data) a file is not whole. Cameras may append
-// a few bytes of their own.
-bool IsTruncatedJpeg(const std::vector<unsigned char>& bytes) {
-  if (bytes.size() < 4 || bytes[0] != 0xff || bytes[1] != 0xd8) return false;
-  const std::size_t tail = std::min<std::size_t>(bytes.size(), 4096);
-  static constexpr unsigned char kEnd[] = {0xff, 0xd9};
-  return std::search(bytes.end() - static_cast<std::ptrdiff_t>(tail), bytes.end(), std::begin(kEnd),
-                     std::end(kEnd)) == bytes.end();
-}
-
-// The decoder says so too, but first in words of its own to stderr. A PNG is a signature of 8 bytes
-// and chunks: length (4 bytes, the highest first), name (4), data, checksum (4); IEND is the last.
-bool IsTruncatedPng(const std::vector<unsigned char>& bytes) {
-  static constexpr unsigned char kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  constexpr std::size_t kHead = 8, kChecksum = 4;
-  const auto rest =
-      std::mismatch(std::begin(kSignature), std::end(kSignature), bytes.begin(), bytes.end());
-  if (rest.first != std::end(kSignature)) return false;
-  for (std::size_t at = kHead; at + kHead + kChecksum <= bytes.size();) {
-    std::size_t length = 0;
-    for (std::size_t i = 0; i < 4; ++i) length = 256 * length + bytes[at + i];
-    const std::size_t next = at + kHead + length + kChecksum;
-    const bool is_last = std::memcmp(&bytes[at + 4], "IEND", 4) == 0;
-    if (is_last && next <= bytes.size()) return false;
-    at = next;
-  }
-  return true;
-}
-
 cv::Mat WithoutAlpha(const cv::Mat& image) {
   if (image.channels() != 4) return image;
   cv::Mat colour(image.size(), CV_MAKETYPE(image.depth(), 3));
   cv::mixChannels(std::vector<cv::Mat>{image}, std::vector<cv::Mat>{colour}, {0, 0, 1, 1, 2, 2});
   return colour;
+}
+
+// A format that only the module knows: how large its picture is, it says after decoding alone.
+class OtherPicture final : public CodedPicture {
+ public:
+  explicit OtherPicture(Bytes bytes) : image_(WithoutAlpha(LoadFilms().Decode(bytes))) {
+    if (image_.empty()) throw std::runtime_error("is not a picture, or damaged");
+  }
+  [[nodiscard]] cv::Size size() const override { return image_.size(); }
+  cv::Mat Decode() override { return image_; }
+
+ private:
+  cv::Mat image_;
+};
+
+std::unique_ptr<CodedPicture> OpenPicture(Bytes bytes) {
+  auto picture = OpenPng(bytes);
+  if (!picture) picture = OpenJpeg(bytes);
+  if (!picture) picture = std::make_unique<OtherPicture>(bytes);
+  if (const cv::Size size = picture->size(); long{size.width} * size.height > kMostPixels) {
+    throw std::runtime_error("is " + std::to_string(size.width) + " x " +
+                             std::to_string(size.height) + " px: accepted are at most " +
+                             std::to_string(kMostPixels / 1'000'000) + " megapixels");
+  }
+  return picture;
 }
 
 }  // namespace
@@ -212,23 +212,27 @@ std::vector<fs::path> ListPictures(const std::string& pattern, const fs::path& b
   return files;
 }
 
-cv::Mat ReadPicture(const fs::path& file, std::size_t number) {
+cv::Mat ReadPicture(const fs::path& file, std::size_t number, const AcceptSize& accept) {
   const std::string which = "picture " + std::to_string(number);
   const std::vector<unsigned char> bytes = ReadBytes(file, which);
-  if (IsTruncatedJpeg(bytes) || IsTruncatedPng(bytes)) Refuse(file, which + " is truncated");
-  cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception& error) {
-    Refuse(file, which + " cannot be decoded: " + error.err);
-  }
-  if (image.empty()) Refuse(file, which + " is not a picture, or damaged");
-  return WithoutAlpha(image);
+  const auto told = [&](const auto& step) {
+    try {
+      return step();
+    } catch (const std::exception& error) {
+      Refuse(file, which + " " + error.what());
+    }
+  };
+  const auto picture = told([&] { return OpenPicture(bytes); });
+  if (accept) accept(picture->size());
+  return told([&] { return picture->Decode(); });
 }
 
 bool WritePng(const cv::Mat& image, const std::filesystem::path& file) {
-  const std::vector<int> quick{cv::IMWRITE_PNG_COMPRESSION, 1};  // recordings come at picture rate
-  return cv::imwrite(file.string(), image, quick);
+  const std::string bytes = EncodePng(image);
+  std::ofstream stream(file, std::ios::binary);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  return !stream.fail();
 }
 
 }  // namespace palpate

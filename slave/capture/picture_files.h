@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -26,11 +27,18 @@ bool NaturallyLess(const std::string& a, const std::string& b);
 // The last number in the file's name, without leading zeros: 7 of left_007.png; empty: none.
 std::string LastNumber(const std::filesystem::path& file);
 
-// Reads one picture as it is, 8 or 16 bit, without alpha. Throws std::runtime_error naming the file
-// and its `number` (from 1): missing, not a picture, truncated.
-cv::Mat ReadPicture(const std::filesystem::path& file, std::size_t number);
+// Given a picture's width and height before its pixels take memory; throws where they do not fit.
+using AcceptSize = std::function<void(const cv::Size&)>;
 
-// Writes `image` as it is, without loss. False: the file cannot be written.
+// Reads one picture as it is, 8 or 16 bit, without alpha. PNG and JPEG are decoded here, other
+// formats by the module palpate-films. Throws std::runtime_error naming the file and its `number`
+// (from 1): missing, not a picture, truncated, damaged, of more than kMostPixels; what `accept`
+// throws.
+cv::Mat ReadPicture(const std::filesystem::path& file, std::size_t number,
+                    const AcceptSize& accept = {});
+
+// Writes `image`, 1 or 3 channels of 8 or 16 bit, without loss. False: the file cannot be written.
+// Throws std::invalid_argument: another type, an empty picture.
 bool WritePng(const cv::Mat& image, const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -41,17 +41,17 @@ class PictureRow {
 
   cv::Mat ReadNext() {
     const fs::path& file = files_[index_++];
-    cv::Mat picture = ReadPicture(file, index_);
-    if (size_.empty()) size_ = picture.size();
-    RequireSize(picture, size_, "the first one's");
-    return picture;
+    return ReadPicture(file, index_, [this](const cv::Size& size) {
+      if (size_.empty()) size_ = size;
+      RequireSize(size, size_, "the first one's");
+    });
   }
   // Of the picture read last.
-  void RequireSize(const cv::Mat& picture, const cv::Size& size, const std::string& whose) const {
-    if (picture.size() == size) return;
+  void RequireSize(const cv::Size& is, const cv::Size& accepted, const std::string& whose) const {
+    if (is == accepted) return;
     Refuse(last_file(), index_,
-           fmt::format("{} x {} px: accepted is {} size, {} x {} px", picture.cols, picture.rows,
-                       whose, size.width, size.height));
+           fmt::format("{} x {} px: accepted is {} size, {} x {} px", is.width, is.height, whose,
+                       accepted.width, accepted.height));
   }
 
  private:
@@ -84,7 +84,7 @@ cv::Mat ReadPair(PictureRow& left, PictureRow& right) {
   if (left.ended()) return {};
   const cv::Mat of_left = Grey(left.ReadNext(), left);
   const cv::Mat of_right = Grey(right.ReadNext(), right);
-  right.RequireSize(of_right, of_left.size(), "the left picture's");
+  right.RequireSize(of_right.size(), of_left.size(), "the left picture's");
   cv::Mat both;
   cv::vconcat(of_left, of_right, both);
   return both;

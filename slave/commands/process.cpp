@@ -13,7 +13,6 @@
 #include "slave/pipeline/fingertips/tactile_run.h"
 #include "slave/pipeline/points/stereo_run.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/vision/calibration/registration.h"
 
 namespace palpate {
 namespace {

@@ -1,3 +1,9 @@
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "slave/scene/scene_loader.h"
 #include "slave/scene/sections.h"
 
 namespace palpate {
@@ -58,6 +64,24 @@ Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fall
     pose.Refuse("rotation", "[0, 0, angle]: this version sees and models the plane z = 0 only");
   }
   return is_raised || is_tilted ? fallback : PoseOf(parts);
+}
+
+std::string ScenePose(const Eigen::Isometry3d& X) {
+  const Eigen::Matrix3d R = X.linear();
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  // R = Rz Ry Rx; at Ry = 90 deg x and z turn about the same axis: all is given to z.
+  const double across = std::hypot(R(0, 0), R(1, 0));
+  const bool is_gimbal = across < 1e-9;
+  const double x = is_gimbal ? 0 : std::atan2(R(2, 1), R(2, 2));
+  const double y = std::atan2(-R(2, 0), across);
+  const double z = is_gimbal ? std::atan2(-R(0, 1), R(1, 1)) : std::atan2(R(1, 0), R(0, 0));
+  const Eigen::Vector3d t = 1e3 * X.translation();
+  return fmt::format(
+      "pose: {{translation: [{:.6g} mm, {:.6g} mm, {:.6g} mm], rotation: [{:.8g} deg, {:.8g} deg, "
+      "{:.8g} deg]}}",
+      // + 0.0: no "-0" is printed
+      t.x() + 0.0, t.y() + 0.0, t.z() + 0.0, x * kDegrees + 0.0, y * kDegrees + 0.0,
+      z * kDegrees + 0.0);
 }
 
 }  // namespace palpate

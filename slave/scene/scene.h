@@ -267,7 +267,7 @@ struct FemOptions {
   int threads = 1;                     // of the assembly; the answer does not depend on it
 };
 struct ModelOptions {
-  std::string kind = "auto";  // auto bem2d plate plate-large fem fem-hyperelastic bem3d fem-green
+  std::string kind = "auto";  // or one of kModelKinds
   int elements = 180;
   ElementOrder order = ElementOrder::kConstant;
   int modes = 0;  // of plate-large; 0: its own choice

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -27,5 +29,9 @@ enum class SceneUse { kSolve, kFull };
 // impossible value.
 Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},
                 SceneUse use = SceneUse::kFull);
+
+// As scenes are written: `pose: {translation: [...], rotation: [...]}`, rotation about fixed x, y,
+// z.
+std::string ScenePose(const Eigen::Isometry3d& X);
 
 }  // namespace palpate

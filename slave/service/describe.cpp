@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include "shared/program/program.h"
 #include "shared/wire/enums.h"
 #include "shared/wire/fields.h"
 #include "slave/service/publisher.h"
@@ -121,7 +122,7 @@ void ToProto(const SlaveDescription& description, v1::Capabilities* message) {
   message->set_max_position_scale(kMaxPositionScale);
   message->set_max_force_scale(kMaxForceScale);
   message->set_simulated(description.simulated);
-  message->set_version(PALPATE_VERSION);
+  message->set_version(Version());
 }
 
 void ToProto(const SlaveStatus& status, v1::Status* message) {

@@ -12,6 +12,7 @@
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
+#include "slave/scene/model_kinds.h"
 #include "slave/study/round_load.h"
 
 namespace palpate::study {
@@ -205,7 +206,8 @@ void Describe(const Candidate& candidate, StudyRow* row) {
   row->model = candidate.scene.model;
   row->dof = candidate.dof;
   row->expected_s = candidate.expected_s;
-  if (row->kind == "fem" || row->kind == "fem-hyperelastic") {
+  const ModelKind* kind = FindModelKind(row->kind);
+  if (kind != nullptr && kind->iterates) {
     row->residual = candidate.scene.model.fem.residual;
   }
 }

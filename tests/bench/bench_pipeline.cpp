@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <unistd.h>
 
-#include "slave/capture/jpeg.h"
+#include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/pipeline/camera/offline_run.h"
 #include "slave/scene/scene_loader.h"

@@ -10,8 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "slave/capture/codecs/codecs.h"
 #include "slave/capture/frame_source.h"
-#include "slave/capture/jpeg.h"
 #include "slave/capture/picture_files.h"
 #include "slave/vision/contour_tracker.h"
 #include "slave/vision/ncc.h"

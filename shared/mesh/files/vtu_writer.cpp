@@ -6,7 +6,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "shared/mesh/files/number_text.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {

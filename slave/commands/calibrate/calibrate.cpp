@@ -141,7 +141,8 @@ int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
                  options.out.c_str(), report.trust.reasons.front().c_str());
     return 1;
   }
-  WriteRig(options.out, report.rig, !report.is_pair);
+  WriteRig(options.out, report.rig, !report.is_pair,
+           report.is_pair ? Rectification(report.rig) : std::vector<NamedMatrix>());
   if (!options.tip_places.empty()) {
     const int registered = RunRegister(options, &report.rig, options.out, {});
     if (registered != 0) return registered;

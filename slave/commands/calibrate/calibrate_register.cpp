@@ -8,6 +8,7 @@
 
 #include "shared/text/csv.h"
 #include "slave/commands/calibrate/calibrate_report.h"
+#include "slave/scene/scene_loader.h"
 #include "slave/vision/calibration/registration.h"
 
 namespace palpate {

@@ -77,7 +77,7 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
                                     const study::PressSpec& question, double force) {
   Scene better = scene;
   if (std::holds_alternative<MembraneDisc>(mesh)) {
-    if (ChooseModel(scene).kind == "plate-large") return std::nullopt;
+    if (KindOf(scene).linearity == Linearity::kNever) return std::nullopt;
     better.model.kind = "plate-large";
     const auto stretched = ForceOf(better, mesh, question);
     return stretched ? std::optional(std::abs(force / *stretched - 1)) : std::nullopt;
@@ -91,7 +91,7 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
   better.model.fem = FemOptions();
   better.model.fem.law = FemOptions::Law::kLinear;
   Scene plain = scene;
-  if (scene.model.kind != "bem3d" && scene.model.kind != "fem-green") plain.model = better.model;
+  if (KindOf(scene).linearity != Linearity::kAlways) plain.model = better.model;
   better.model.fem.element = FemOptions::Element::kTet10;
   const auto by_plain = ForceOf(plain, mesh, gentle);
   const auto by_better = ForceOf(better, mesh, gentle);

@@ -20,12 +20,6 @@ Lame LameOf(double nu) {
   return {0.5 / (1 + nu), nu / ((1 + nu) * (1 - 2 * nu))};
 }
 
-double LargerSide(const SolidMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (const auto& p : mesh.nodes) box.extend(p);
-  return mesh.nodes.empty() ? 0 : box.sizes().maxCoeff();
-}
-
 void Check(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held) {
   if (mesh.tets.empty() || mesh.tets.size() > kMostElements) {
     throw std::invalid_argument("elements = " + std::to_string(mesh.tets.size()) +
@@ -149,7 +143,7 @@ Eigen::Matrix3d Cross(const NodeValue& q) {
 
 FemBody::FemBody(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
                  const Params& params)
-    : length_unit_((Check(mesh, held), LargerSide(mesh))),
+    : length_unit_((Check(mesh, held), LargerSide(mesh.nodes))),
       points_(Scaled(mesh, length_unit_)),
       tets_((Number(mesh, held), Renumbered(mesh.tets, number_))),
       elements_((SortElements(), points_), tets_, LameOf(params.poisson_ratio), params.law),

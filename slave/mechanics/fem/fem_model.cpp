@@ -164,6 +164,7 @@ void FemModel::SetGravity() {
 }
 
 void FemModel::Describe(const SolidMesh& mesh) {
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   info_.kind = "fem";
   info_.elements = static_cast<int>(mesh.tets.size());
   for (const auto& node : body_.free()) {
@@ -291,7 +292,7 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
   if (found.change != fem::ContactSet::Change::kNone) {
     touched_.clear();
     for (std::size_t k = 0; k < contacts.size(); ++k) {
-      touched_.insert(touched_.end(), contacts_.nodes(k).begin(), contacts_.nodes(k).end());
+      for (const auto& [node, weight] : contacts_.nodes(k)) touched_.push_back(node);
     }
   }
   if (found.change != fem::ContactSet::Change::kHolds) return true;
@@ -355,11 +356,11 @@ ContactResponse FemModel::ResponseOf(std::size_t k, const Contact& contact,
   return response;
 }
 
-void FemModel::BoundaryDisplacement(std::vector<Vector3d>* displacement_O) {
-  displacement_O->resize(displacement().size());
-  for (std::size_t i = 0; i < displacement_O->size(); ++i) {
+void FemModel::Displacements(std::vector<Vector3d>* u_O) {
+  u_O->resize(displacement().size());
+  for (std::size_t i = 0; i < u_O->size(); ++i) {
     const double* u = At(displacement(), body_.Number(static_cast<int>(i))).v;
-    (*displacement_O)[i] = length_unit_ * Vector3d(u[0], u[1], u[2]);
+    (*u_O)[i] = length_unit_ * Vector3d(u[0], u[1], u[2]);
   }
 }
 

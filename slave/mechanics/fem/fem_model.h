@@ -56,7 +56,8 @@ class FemModel final : public DeformationModel {
   // failure() says which.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
   void Start(std::span<const Contact> contacts) override;
   [[nodiscard]] std::string_view failure() const override { return failure_; }
@@ -99,6 +100,7 @@ class FemModel final : public DeformationModel {
   StrainResolution strain_;
   std::vector<Eigen::Vector3d> u_;  // of the nodes
   std::vector<int> touched_;
+  FieldMesh field_mesh_;
   ModelInfo info_;
   std::string remark_, failure_;
 };

@@ -83,6 +83,8 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
       params_.young_modulus * params_.thickness * params_.thickness * slenderness * slenderness;
   if (progress != nullptr && !progress->Report("central press", 0.7)) throw Interrupted();
   ToolOf(0);
+  const SurfaceMesh grid = MembraneGrid(params_.radius);
+  field_mesh_ = {.vertices = grid.nodes, .triangles = grid.triangles};
   info_.kind = "plate-large";
   info_.dof = static_cast<std::size_t>(modes_.deflections(Symmetry::kNone));
   info_.memory_bytes = modes_.memory_bytes();
@@ -258,10 +260,10 @@ double PlateLargeModel::Displacement(const Vector2d& p_O) noexcept {
   return -params_.thickness * Deflection(p_O / params_.radius);
 }
 
-void PlateLargeModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
-  displacement_O->clear();
+void PlateLargeModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
+  u_O->clear();
   for (const auto& node : MembraneGrid(1).nodes) {
-    displacement_O->emplace_back(0, 0, -params_.thickness * Deflection(node.head<2>()));
+    u_O->emplace_back(0, 0, -params_.thickness * Deflection(node.head<2>()));
   }
 }
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/capture/jpeg.h"
+#include "slave/capture/codecs/codecs.h"
 #include "slave/capture/picture_files.h"
 #include "slave/pipeline/camera/overlay.h"
 #include "slave/pipeline/offline/states_file.h"

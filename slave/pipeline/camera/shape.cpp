@@ -25,23 +25,21 @@ int NearestElement(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O) {
 BoundaryShape MakeShape(TouchModel& touch, const Eigen::Isometry3d& X_SO,
                         const ContactEstimate& felt, bool nodal_forces) {
   const BoundaryMesh& mesh = touch.mesh;
-  std::vector<Eigen::Vector3d> u_O;  // per element midpoint [m]
-  touch.deformation->BoundaryDisplacement(&u_O);
+  std::vector<Eigen::Vector3d> u_O;  // vertex i is the start of element i [m]
+  touch.deformation->Displacements(&u_O);
 
   BoundaryShape shape;
   shape.state_sequence = felt.sequence;
   shape.sensed_at = felt.sensed_at;
   shape.validity = felt.validity;
-  // Vertex i is the start of element i.
   for (int i = 0; i < mesh.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const auto before = static_cast<std::size_t>(mesh.Previous(i));
     shape.elements.push_back(static_cast<std::uint32_t>(i));
     shape.elements.push_back(static_cast<std::uint32_t>(mesh.Next(i)));
     const Eigen::Vector2d& a = mesh.elements[k].a;
     const Eigen::Vector3d p_O(a.x(), a.y(), 0);
     Append(&shape.rest, X_SO * p_O);
-    Append(&shape.positions, X_SO * (p_O + 0.5 * (u_O[before] + u_O[k])));
+    Append(&shape.positions, X_SO * (p_O + u_O[k]));
   }
   if (nodal_forces) {
     shape.nodal_forces.assign(3 * mesh.elements.size(), 0.0F);

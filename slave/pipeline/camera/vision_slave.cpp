@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "slave/capture/jpeg.h"
+#include "slave/capture/codecs/codecs.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/camera/overlay.h"
 #include "slave/pipeline/camera/shape.h"

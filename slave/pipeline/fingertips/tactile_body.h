@@ -47,7 +47,5 @@ bool MeetsObject(const Scene& scene);
 std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene);
 // The scene with the time step that fingertips need.
 Scene InStepWithSamples(const Scene& scene);
-// Displacement of every node of `surface` under the contacts of the last Respond, frame O [m].
-void NodeDisplacement(TactileBody& body, std::vector<Eigen::Vector3d>* u_O);
 
 }  // namespace palpate

@@ -307,7 +307,7 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
 void TactileEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {
   p_S->clear();
   if (!body_) return;
-  NodeDisplacement(*body_, p_S);
+  body_->deformation->Displacements(p_S);
   for (std::size_t i = 0; i < p_S->size(); ++i) {
     (*p_S)[i] = X_SO_ * Vector3d(body_->surface.nodes[i] + (*p_S)[i]);
   }

@@ -16,7 +16,6 @@
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/strain_resolution.h"
 #include "slave/pipeline/load/nodal_load.h"
-#include "slave/pipeline/load/node_displacement.h"
 #include "slave/pipeline/load/triangle_search.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
 
@@ -47,12 +46,6 @@ double LargerSide(const SurfaceMesh& surface) {
     upper = upper.cwiseMax(p);
   }
   return (upper - lower).maxCoeff();
-}
-
-bool IsLinear(const Scene& scene) {
-  const std::string kind = ChooseModel(scene).kind;
-  return kind == "fem-green" || kind == "bem3d" ||
-         (kind == "fem" && scene.model.fem.law == FemOptions::Law::kLinear);
 }
 
 class VolumeLoadIdentifier final : public LoadIdentifier {
@@ -232,7 +225,7 @@ bool VolumeLoadIdentifier::Load(const SurfaceLoad& load) noexcept {
   if (response.validity == Validity::kFailed) return false;
   doubt_ = response.doubt;
   try {
-    NodeDisplacement(*model_, surface_, &field_);
+    model_->Displacements(&field_);
   } catch (const std::exception&) {
     return false;
   }

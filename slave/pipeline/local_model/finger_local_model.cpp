@@ -43,13 +43,13 @@ void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const I
                               LocalModel* model) noexcept {
   const Vector3d p_O_centre = X_SO.inverse() * X_SF.translation();
   FindPlane(body, p_O_centre);
-  if (triangle_ < 0) return;
+  if (place_.triangle < 0) return;
   const Matrix3d& R = X_SO.linear();
   LocalModel next;
-  next.normal = R * n_O_;
+  next.normal = R * place_.n_O;
   // From where the sphere reaches deepest to the apex of the pad.
   const Vector3d to_apex = radius_ * (next.normal - X_SF.linear().col(2));
-  next.reference = X_SO * p_O_ + to_apex;
+  next.reference = X_SO * place_.p_O + to_apex;
   const Matrix3d K_S = R * StiffnessOf(body) * R.transpose();
   if (felt) Learn(*felt, next.normal, depth_ * next.normal.dot(K_S * next.normal));
   next.stiffness = felt_ratio_ * K_S;
@@ -64,16 +64,13 @@ void FingerLocalModel::FindPlane(const TactileBody& body, const Vector3d& p_O_ce
   if (!nearest) return;
   const bool touches = nearest->inside || nearest->distance < radius_;
   const bool stays = touches && (law_ == ContactLaw::kBonded || nearest->inside);
-  if (!stays || triangle_ < 0) {
-    triangle_ = nearest->triangle;
-    p_O_ = nearest->p_O;
-    weights_ = nearest->weights;
+  if (!stays || place_.triangle < 0) {
+    place_ = *nearest;
     // Beside an edge or a corner the sphere meets it from its own side.
-    const Vector3d away = p_O_centre - p_O_;
-    n_O_ =
-        nearest->inside || !(away.norm() > kOnSurface * radius_) ? nearest->n_O : away.normalized();
+    const Vector3d away = p_O_centre - place_.p_O;
+    if (!place_.inside && away.norm() > kOnSurface * radius_) place_.n_O = away.normalized();
   }
-  depth_ = radius_ - n_O_.dot(p_O_centre - p_O_);
+  depth_ = radius_ - place_.n_O.dot(p_O_centre - place_.p_O);
 }
 
 // `modelled`: the normal force of the model at this depth [N].
@@ -89,12 +86,13 @@ Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body) noexcept {
   const double radius = disc_radius_ * std::sqrt(share);
   Matrix3d K;
   try {
-    K = body.stiffness->At(triangle_, weights_, radius);
+    K = body.stiffness->At(place_.triangle, place_.weights, radius);
   } catch (const std::exception&) {  // out of memory for what is computed when first asked for
-    K = DiscStiffness(material_, radius, n_O_);
+    K = DiscStiffness(material_, radius, place_.n_O);
   }
-  return law_ == ContactLaw::kFrictionless ? Matrix3d(n_O_.dot(K * n_O_) * n_O_ * n_O_.transpose())
-                                           : K;
+  return law_ == ContactLaw::kFrictionless
+             ? Matrix3d(place_.n_O.dot(K * place_.n_O) * place_.n_O * place_.n_O.transpose())
+             : K;
 }
 
 }  // namespace palpate

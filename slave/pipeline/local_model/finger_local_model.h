@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/state/local_model.h"
+#include "slave/contact/surface_contact.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
 #include "slave/scene/scene.h"
 
@@ -40,11 +41,11 @@ class FingerLocalModel {
   // Of the fingertip's sphere below the surface at rest [m]; negative outside.
   [[nodiscard]] double depth() const { return depth_; }
   // The place of the surface at rest, frame O [m].
-  [[nodiscard]] const Eigen::Vector3d& p_O() const { return p_O_; }
+  [[nodiscard]] const Eigen::Vector3d& p_O() const { return place_.p_O; }
   // Felt over modelled stiffness [-].
   [[nodiscard]] double felt_ratio() const { return felt_ratio_; }
   // The plane is looked for anew, nothing was felt.
-  void Forget() noexcept { triangle_ = -1, felt_ratio_ = 1; }
+  void Forget() noexcept { place_.triangle = -1, felt_ratio_ = 1; }
 
  private:
   void FindPlane(const TactileBody& body, const Eigen::Vector3d& p_O_centre) noexcept;
@@ -54,8 +55,7 @@ class FingerLocalModel {
   Material material_;
   ContactLaw law_;
   double radius_, disc_radius_, full_depth_;
-  int triangle_ = -1;
-  Eigen::Vector3d p_O_{0, 0, 0}, n_O_{0, 0, 0}, weights_{0, 0, 0};
+  TouchedPlace place_;  // its normal is that of the plane
   double depth_ = 0;
   double learning_rate_;  // per sample, of a force without error
   double felt_ratio_ = 1;

@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/capture/jpeg.h"
+#include "slave/capture/codecs/codecs.h"
 #include "slave/capture/picture_files.h"
 #include "slave/pipeline/offline/states_file.h"
 #include "slave/pipeline/points/points_overlay.h"

@@ -9,7 +9,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "slave/capture/jpeg.h"
+#include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/points/surface_shape.h"
 #include "slave/pipeline/stopwatch.h"
 #include "slave/site/points/simulated_pair.h"

@@ -23,9 +23,7 @@ constexpr int kMostPasses = 12;        // of who touches and who does not
 
 double LargerSide(const SolidMesh& mesh) {
   if (mesh.nodes.empty()) throw std::invalid_argument("mesh: accepted is at least one tetrahedron");
-  Eigen::Array3d low = mesh.nodes.front(), high = low;
-  for (const auto& p : mesh.nodes) low = low.min(p.array()), high = high.max(p.array());
-  return (high - low).maxCoeff();
+  return palpate::LargerSide(mesh.nodes);
 }
 
 std::vector<int> NodesOf(const SurfaceMesh& surface) {

@@ -5,8 +5,9 @@
 #include <numeric>
 #include <optional>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "slave/capture/codecs/codecs.h"
 
 namespace palpate::study {
 namespace {
@@ -149,9 +150,7 @@ void CloudPicture::Boxes(std::span<const Vector3d> corners_S, double edge, Rgb c
 }
 
 std::string CloudPicture::Png() const {
-  std::vector<unsigned char> bytes;
-  cv::imencode(".png", canvas_->pixels, bytes);
-  return {bytes.begin(), bytes.end()};
+  return EncodePng(canvas_->pixels);
 }
 
 }  // namespace palpate::study

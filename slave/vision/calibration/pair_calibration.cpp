@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
 
 namespace palpate {
 namespace {
@@ -243,6 +244,24 @@ PairFit FitPair(const Board& board, const std::vector<PairView>& pairs, const Pa
 StereoRig RefinePair(const Board& board, const std::vector<PairView>& pairs,
                      const StereoRig& start) {
   return Refine(board, pairs, start).rig;
+}
+
+std::vector<NamedMatrix> Rectification(const StereoRig& rig) {
+  cv::Matx33d R;
+  cv::Vec3d T;
+  cv::eigen2cv(Eigen::Matrix3d(rig.X_RL.linear()), R);
+  cv::eigen2cv(Eigen::Vector3d(rig.X_RL.translation()), T);
+  cv::Mat R1, R2, P1, P2, Q;
+  cv::stereoRectify(CameraMatrixOf(rig.left), DistortionOf(rig.left), CameraMatrixOf(rig.right),
+                    DistortionOf(rig.right), cv::Size(rig.left.size[0], rig.left.size[1]), R, T, R1,
+                    R2, P1, P2, Q, cv::CALIB_ZERO_DISPARITY, 0);
+  std::vector<NamedMatrix> out;
+  for (const auto& [name, m] :
+       {std::pair{"R1", R1}, {"R2", R2}, {"P1", P1}, {"P2", P2}, {"Q", Q}}) {
+    out.push_back({name, {}});
+    cv::cv2eigen(m, out.back().value);
+  }
+  return out;
 }
 
 PairCalibration CalibratePair(const Board& board, const std::vector<PairView>& pairs,

@@ -38,6 +38,9 @@ PairFit FitPair(const Board& board, const std::vector<PairView>& pairs, const Pa
 // The joint refinement alone, from a rig near the answer.
 StereoRig RefinePair(const Board& board, const std::vector<PairView>& pairs,
                      const StereoRig& start);
+// The rectification R1, R2, P1, P2, Q that follows from a rig, as OpenCV names it: the same rows of
+// both pictures show the same points.
+std::vector<NamedMatrix> Rectification(const StereoRig& rig);
 
 struct PairCalibration {
   PairFit fit;                    // of what is used

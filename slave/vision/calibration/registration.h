@@ -49,7 +49,4 @@ CameraRegistration RegisterPlane(const std::array<int, 2>& size,
 // The same for the lens's straight pictures (LensWarp); `places` as seen, before that.
 CameraRegistration RegisterLensPlane(const Lens& lens, const std::vector<TipPlace>& places);
 
-// The line of a scene: `pose: {translation: [...], rotation: [...]}`, rotation about fixed x, y, z.
-std::string ScenePose(const Eigen::Isometry3d& X);
-
 }  // namespace palpate

@@ -32,7 +32,13 @@ struct StereoRig {
 // the file of one camera. Throws std::runtime_error `file: ...`: unreadable, a key missing (which),
 // numbers that make no lens.
 StereoRig ReadRig(const std::filesystem::path& file);
-void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera = false);
+// `more`: what other programs read from the file, by name.
+struct NamedMatrix {
+  std::string name;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> value;
+};
+void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera = false,
+              const std::vector<NamedMatrix>& more = {});
 
 // Picture -> ray: (x/z, y/z) in the camera's frame, without distortion. nullopt: outside the lens's
 // invertible range, or not finite.

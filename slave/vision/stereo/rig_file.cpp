@@ -15,7 +15,7 @@
 //   R: ...                         # p_R = R p_L + T, 3 x 3 and 3 x 1 [m]
 //   T: ...
 //   rms_px: 0.2
-//   R1, R2, P1, P2, Q              # the rectification that follows, for other programs
+//   R1, R2, P1, P2, Q              # of a calibration: its rectification, for other programs
 //
 // Files of one camera by ROS's camera_calibration are read as they are; a `distortion_model` must
 // be plumb_bob, the only one there is here.
@@ -24,7 +24,6 @@
 
 #include <Eigen/LU>
 #include <fmt/format.h>
-#include <opencv2/calib3d.hpp>
 #include <yaml-cpp/yaml.h>
 
 #include "shared/text/text.h"
@@ -181,43 +180,27 @@ std::string LensText(const Lens& lens, const std::string& indent) {
          MatrixText("distortion_coefficients", 1, 5, lens.distortion.data(), indent);
 }
 
-cv::Matx33d CameraMatrix(const Lens& lens) {
-  return {lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1};
-}
-
-std::string RectificationText(const StereoRig& rig, const cv::Matx33d& R, const cv::Vec3d& T) {
-  cv::Mat R1, R2, P1, P2, Q;
-  cv::stereoRectify(CameraMatrix(rig.left), cv::Mat(rig.left.distortion), CameraMatrix(rig.right),
-                    cv::Mat(rig.right.distortion), cv::Size(rig.left.size[0], rig.left.size[1]),
-                    cv::Mat(R), cv::Mat(T), R1, R2, P1, P2, Q, cv::CALIB_ZERO_DISPARITY, 0);
-  std::string text;
-  const auto add = [&](const char* key, const cv::Mat& m) {
-    text += MatrixText(key, m.rows, m.cols, m.ptr<double>(), "");
-  };
-  add("R1", R1), add("R2", R2), add("P1", P1), add("P2", P2), add("Q", Q);
-  return text;
-}
-
 }  // namespace
 
 StereoRig ReadRig(const std::filesystem::path& file) {
   return RigReader(file).Read();
 }
 
-void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera) {
+void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera,
+              const std::vector<NamedMatrix>& more) {
   std::string text = "%YAML:1.0\n---\n";
   if (one_camera) {
     text += LensText(rig.left, "");
   } else {
-    cv::Matx33d R;
-    cv::Vec3d T;
-    for (int i = 0; i < 3; ++i) {
-      T[i] = rig.X_RL.translation()[i];
-      for (int j = 0; j < 3; ++j) R(i, j) = rig.X_RL.linear()(i, j);
-    }
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = rig.X_RL.linear();
+    const Eigen::Vector3d T = rig.X_RL.translation();
     text += "left:\n" + LensText(rig.left, "   ") + "right:\n" + LensText(rig.right, "   ") +
-            "# p_R = R p_L + T [m]\n" + MatrixText("R", 3, 3, R.val, "") +
-            MatrixText("T", 3, 1, T.val, "") + RectificationText(rig, R, T);
+            "# p_R = R p_L + T [m]\n" + MatrixText("R", 3, 3, R.data(), "") +
+            MatrixText("T", 3, 1, T.data(), "");
+  }
+  for (const auto& [name, value] : more) {
+    text += MatrixText(name, static_cast<int>(value.rows()), static_cast<int>(value.cols()),
+                       value.data(), "");
   }
   text += fmt::format("rms_px: {:.17g}\n", rig.rms_px);
   WriteWholeFile(file, text);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <zlib.h>
 
 #include "tests/slave/capture/scratch.h"
 
@@ -110,6 +111,46 @@ TEST(ReadPictureTest, PicturesComeAsTheyAreWithoutAlpha) {
     const cv::Mat first = read.reshape(1);
     EXPECT_EQ(first.depth() == CV_8U ? first.at<uchar>(0, 0) : first.at<ushort>(0, 0), 10);
   }
+}
+
+TEST(ReadPictureTest, OtherFormatsAreReadByTheModule) {
+  const Scratch scratch;
+  for (const std::string name : {"p.bmp", "p.pgm", "p.tif", "p.webp"}) {
+    cv::Mat written(6, 8, CV_8UC1, cv::Scalar(40));
+    const auto file = scratch.path() / name;
+    ASSERT_TRUE(cv::imwrite(file.string(), written));
+    const cv::Mat read = ReadPicture(file, 1);
+    ASSERT_EQ(read.size(), written.size()) << name;
+    EXPECT_EQ(read.ptr()[0], 40) << name;
+  }
+}
+
+// A PNG that says how large it is and has no pixels: 16 bit, three colours and alpha.
+std::string PngHeader(std::uint32_t width, std::uint32_t height) {
+  const auto number = [](std::uint32_t n) {
+    std::string bytes;
+    for (const int shift : {24, 16, 8, 0}) bytes += static_cast<char>(n >> shift & 0xff);
+    return bytes;
+  };
+  const std::string chunk =
+      "IHDR" + number(width) + number(height) + std::string("\x10\x06\0\0\0", 5);
+  const auto* const bytes = reinterpret_cast<const Bytef*>(chunk.data());
+  const auto checksum =
+      static_cast<std::uint32_t>(crc32(0, bytes, static_cast<uInt>(chunk.size())));
+  return "\x89PNG\r\n\x1a\n" + number(13) + chunk + number(checksum) + number(100) + "IDAT";
+}
+
+// 16384 x 16384 px of it would take 2.1 GB, 8192 x 8192 px 0.5 GB.
+TEST(ReadPictureTest, SizesAreJudgedBeforePixelsTakeMemory) {
+  const Scratch scratch;
+  const auto huge = scratch.Write("huge.png", PngHeader(16384, 16384));
+  EXPECT_THAT(Message([&] { ReadPicture(huge, 2); }),
+              testing::HasSubstr("huge.png: picture 2 is 16384 x 16384 px: accepted are at most"));
+  const auto large = scratch.Write("large.png", PngHeader(8192, 8192));
+  const AcceptSize refuse = [](const cv::Size& size) {
+    throw std::runtime_error("not " + std::to_string(size.width));
+  };
+  EXPECT_EQ(Message([&] { ReadPicture(large, 2, refuse); }), "not 8192");
 }
 
 // Truncation at any place must be refused: a decoder alone would answer with grey.

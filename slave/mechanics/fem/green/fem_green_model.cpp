@@ -45,6 +45,7 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const std::vector<std::array
     strain_.emplace(mesh, held, poisson_ratio);
     bending_.resize(columns_.node_of_place().size());
   }
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   Describe(options, young_modulus, poisson_ratio, mesh.tets.size());
 }
 
@@ -149,7 +150,7 @@ void FemGreenModel::LearnBending(const ContactSlot& slot, Bending* bending) {
   bending->known = true;
 }
 
-void FemGreenModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
+void FemGreenModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
   std::vector<PlaceForce> forces;
   solver_.Forces(&forces);
   std::vector<int> places;
@@ -159,11 +160,11 @@ void FemGreenModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacem
     forces_O.push_back(force_O);
   }
   if (forces.empty()) {
-    displacement_O->assign(surface_.nodes.size(), Eigen::Vector3d::Zero());
+    u_O->assign(surface_.nodes.size(), Eigen::Vector3d::Zero());
     return;
   }
-  columns_.Solve(places, forces_O, displacement_O);
-  for (auto& u : *displacement_O) u *= displacement_unit_;
+  columns_.Solve(places, forces_O, u_O);
+  for (auto& u : *u_O) u *= displacement_unit_;
 }
 
 void FemGreenModel::Prefetch(std::span<const Contact> contacts) {

@@ -17,7 +17,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
-#include "slave/mechanics/capacitance/surface_places.h"
+#include "slave/mechanics/capacitance/contact_places.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/green/green_columns.h"
 #include "slave/mechanics/strain_resolution.h"
@@ -52,7 +52,8 @@ class FemGreenModel final : public DeformationModel {
   // The columns of their places.
   void Prefetch(std::span<const Contact> contacts) override;
   // Of every node of the mesh, by one sparse solution.
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::string_view failure() const override {
     return refused_.empty() ? solver_.failure() : refused_;
   }
@@ -84,6 +85,7 @@ class FemGreenModel final : public DeformationModel {
   GreenColumns columns_;
   SurfaceNodePlaces places_;
   ComplianceSolver solver_;
+  FieldMesh field_mesh_;
   ModelInfo info_;
   TetElement element_;
   bool locks_ = false;

@@ -165,6 +165,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const Held& held, const Params& pa
                     layout_.has_pressure() ? 0.0 : params_.poisson_ratio);
     u_.resize(mesh_.nodes.size());
   }
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   for (const int node : mesh_.connectivity) used_[Index(node)] = true;
   if (layout_.has_pressure() && !equilibrium_.solver().is_direct()) {
     throw std::invalid_argument(
@@ -560,10 +561,10 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
   return true;
 }
 
-void SolidModel::BoundaryDisplacement(std::vector<Vector3d>* displacement_O) {
-  displacement_O->clear();
+void SolidModel::Displacements(std::vector<Vector3d>* u_O) {
+  u_O->clear();
   for (int node = 0; node < mesh_.vertex_count; ++node) {
-    displacement_O->push_back(displacement(node));
+    u_O->push_back(displacement(node));
   }
 }
 

@@ -58,7 +58,8 @@ class SolidModel final : public DeformationModel {
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   // Of the nodes of the mesh given.
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
   void Start(std::span<const Contact> contacts) override;
   [[nodiscard]] std::string_view failure() const override { return failure_; }
@@ -113,6 +114,7 @@ class SolidModel final : public DeformationModel {
   std::optional<StrainResolution> strain_;  // of four nodes
   std::vector<Eigen::Vector3d> u_;          // of the nodes
   std::vector<int> touched_;
+  FieldMesh field_mesh_;
   ModelInfo info_;
 
   Balance balance_;

@@ -1,11 +1,10 @@
-#include "slave/mechanics/capacitance/surface_places.h"
-
 #include <map>
 #include <numeric>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "slave/mechanics/capacitance/contact_places.h"
 #include "tests/slave/mechanics/green/direct_solution.h"
 
 namespace palpate {

@@ -200,9 +200,8 @@ class UnreliablePlate final : public PlateSurface {
       plate_.Respond(contacts, responses);
     }
   }
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override {
-    plate_.BoundaryDisplacement(displacement_O);
-  }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override { plate_.Displacements(u_O); }
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return plate_.field_mesh(); }
   [[nodiscard]] const ModelInfo& info() const override { return plate_.info(); }
   [[nodiscard]] double Displacement(const Vector2d& p_O) noexcept override {
     return 3 * plate_.Displacement(p_O);

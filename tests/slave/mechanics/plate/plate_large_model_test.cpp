@@ -272,7 +272,7 @@ TEST(PlateLargeModel, TheShapePassesThroughWhatIsPrescribed) {
   EXPECT_NEAR(model.Displacement({0.01, 0.005}) / -3e-3, 1, 1e-6);
   EXPECT_NEAR(model.Displacement({0.039, 0}), 0, 1e-30);
   std::vector<Eigen::Vector3d> field;
-  model.BoundaryDisplacement(&field);
+  model.Displacements(&field);
   const auto grid = MembraneGrid(kRubber.radius);
   ASSERT_EQ(field.size(), grid.nodes.size());
   EXPECT_NEAR(field[77].z() / model.Displacement(grid.nodes[77].head<2>()), 1, 1e-12);

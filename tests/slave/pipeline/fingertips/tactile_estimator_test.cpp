@@ -84,7 +84,7 @@ TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
   ContactResponse response;
   model->Respond({&contact, 1}, {&response, 1});
   std::vector<Vector3d> u;
-  model->BoundaryDisplacement(&u);
+  model->Displacements(&u);
   const std::vector<Vector3d> p = t.Nodes();
   ASSERT_EQ(p.size(), u.size());
   for (std::size_t i = 0; i < u.size(); ++i) {
@@ -401,7 +401,7 @@ TEST(TactileEstimatorTest, StreamedForcesOfAPatchAreSpreadAsTheModelSpreadsThem)
   std::vector<ContactResponse> responses(loads.size());
   model->Respond(loads, responses);
   std::vector<Vector3d> u;
-  model->BoundaryDisplacement(&u);
+  model->Displacements(&u);
   const std::vector<Vector3d> p = t.Nodes();
   for (std::size_t i = 0; i < u.size(); ++i) {
     EXPECT_NEAR((p[i] - t.estimator.body()->surface.nodes[i] - u[i]).norm(), 0, 1e-6) << i;

@@ -226,5 +226,20 @@ TEST(TrustTest, ExchangedSidesAreSeenInTheRig) {
   EXPECT_FALSE(AreSidesExchanged(one_above_the_other));
 }
 
+// After R1 and R2 a point stands on the same row of both.
+TEST(RectificationTest, AlignsTheRows) {
+  const StereoRig rig = VergedTestRig();
+  const auto matrices = Rectification(rig);
+  ASSERT_EQ(matrices.size(), 5u);
+  const Eigen::Vector3d p_L(0.02, 0.03, 0.25), p_R = rig.X_RL * p_L;
+  const auto row = [&](const NamedMatrix& R, const NamedMatrix& P, const Eigen::Vector3d& p) {
+    const Eigen::Vector3d c = R.value * p;
+    return P.value(1, 1) * c.y() / c.z() + P.value(1, 2);
+  };
+  EXPECT_EQ(matrices[1].name, "R2");
+  EXPECT_EQ(matrices[3].name, "P2");
+  EXPECT_NEAR(row(matrices[0], matrices[2], p_L), row(matrices[1], matrices[3], p_R), 1e-9);
+}
+
 }  // namespace
 }  // namespace palpate

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/scene/scene_loader.h"
 #include "slave/vision/calibration/lens_pose.h"
 #include "slave/vision/calibration/pose_noise.h"
 #include "tests/slave/vision/stereo/test_rigs.h"

@@ -1,16 +1,15 @@
-// Contacts on a triangulated surface (contracts, `solve`): where they touch its nodes or triangles.
+// Places and patches of contacts on a triangulated surface (contracts, `solve`), found quickly.
 #pragma once
 
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
 #include "shared/mesh/surface_patch.h"
-#include "slave/mechanics/capacitance/contact_places.h"
+#include "slave/mechanics/deformation_model.h"
 
 namespace palpate {
 
@@ -47,34 +46,6 @@ class SurfaceFinder {
   SurfacePatch patch_;
   std::vector<int> seen_;  // per node: the last patch that it is in
   int patches_ = 0;
-};
-
-// Places are the surface's nodes (fem-green): a contact moves a node, a point between three, or the
-// nodes of a disc alike; a load acts on a node, on three by its barycentric weights, or evenly on
-// the triangles of a disc, a third of each one's share per node.
-class SurfaceNodePlaces final : public ContactPlaces {
- public:
-  // `place_of_node`: -1 for nodes that are none.
-  SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node);
-  std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;
-
- private:
-  bool Add(int node, double weight, ContactFootprint* footprint);
-
-  SurfaceFinder finder_;
-  std::vector<int> place_of_node_;
-  std::vector<int> entry_of_place_;  // in the footprint that is being filled; -1: none
-};
-
-// Places are the surface's triangles, each moved or loaded evenly (bem3d): a contact without width
-// touches one, a disc all whose centroids lie in it.
-class SurfaceTrianglePlaces final : public ContactPlaces {
- public:
-  explicit SurfaceTrianglePlaces(SurfaceMesh surface) : finder_(std::move(surface)) {}
-  std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;
-
- private:
-  SurfaceFinder finder_;
 };
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
-#include "slave/mechanics/capacitance/surface_places.h"
+#include "slave/mechanics/footprint/surface_finder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -8,7 +9,6 @@
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -20,10 +20,6 @@ constexpr double kOnNode = 1e-6;   // of the diagonal
 constexpr double kSlack = 1e-9;    // relative, of the patch's radius
 constexpr double kSameSide = 0.5;  // cosine of the angle between normals
 constexpr double kOnEdge = 1e-9;   // barycentric weight
-
-constexpr std::string_view kNoPlace =
-    "no surface is met there: farther from it than half the longest edge of the nearest triangle";
-constexpr std::string_view kInnerNode = "a node inside the body is no place on its surface";
 
 }  // namespace
 
@@ -148,90 +144,6 @@ void SurfaceFinder::FindPatch(const SurfacePlace& place, const Vector3d& p_O, do
 void SurfaceFinder::AddTriangle(int triangle) {
   patch_.triangles.push_back(triangle);
   patch_.triangle_area += areas_[Index(triangle)];
-}
-
-SurfaceNodePlaces::SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node)
-    : finder_(std::move(surface)),
-      place_of_node_(std::move(place_of_node)),
-      entry_of_place_(place_of_node_.size(), -1) {}
-
-bool SurfaceNodePlaces::Add(int node, double weight, ContactFootprint* footprint) {
-  const int place = place_of_node_[Index(node)];
-  if (place < 0) return false;
-  int& entry = entry_of_place_[Index(place)];
-  if (entry < 0) {
-    entry = static_cast<int>(footprint->places.size());
-    footprint->places.push_back({place, 0});
-  }
-  footprint->places[Index(entry)].weight += weight;
-  return true;
-}
-
-std::string_view SurfaceNodePlaces::Find(const Contact& contact, ContactFootprint* footprint) {
-  const auto place = finder_.Find(contact);
-  if (!place) return kNoPlace;
-  if (place->node >= 0 && place_of_node_[Index(place->node)] < 0) return kInnerNode;
-  footprint->places.clear();
-  footprint->point = true;
-  footprint->coarse = false;
-  footprint->normal_O = finder_.NormalAt(*place);
-  const bool load = contact.kind == Contact::Kind::kForce;
-  const auto& surface = finder_.surface();
-  if (contact.width > 0) {
-    finder_.FindPatch(*place, contact.p_O, contact.width);
-    footprint->coarse = IsPatchCoarse(
-        CoverOf(finder_.patch(), load ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes));
-  }
-  bool met = true;
-  if (contact.width > 0 && load) {
-    const double total = finder_.patch().triangle_area;
-    for (const int t : finder_.patch().triangles) {
-      for (const int node : surface.triangles[Index(t)]) {
-        met = Add(node, finder_.area(t) / (3 * total), footprint) && met;
-      }
-    }
-  } else if (contact.width > 0 && !finder_.patch().nodes.empty()) {
-    footprint->point = finder_.patch().nodes.size() == 1;
-    for (const int node : finder_.patch().nodes) met = Add(node, 1, footprint) && met;
-  } else if (place->node >= 0) {
-    met = Add(place->node, 1, footprint);
-  } else {
-    for (int v = 0; v < 3; ++v) {
-      if (place->weights[v] <= kOnEdge) continue;
-      met =
-          Add(surface.triangles[Index(place->triangle)][Index(v)], place->weights[v], footprint) &&
-          met;
-    }
-  }
-  for (const auto& entry : footprint->places) entry_of_place_[Index(entry.place)] = -1;
-  return met ? std::string_view{} : kInnerNode;
-}
-
-std::string_view SurfaceTrianglePlaces::Find(const Contact& contact, ContactFootprint* footprint) {
-  footprint->places.clear();
-  footprint->coarse = false;
-  const int triangles = static_cast<int>(finder_.surface().triangles.size());
-  if (contact.width == 0 && contact.element >= 0 && contact.element < triangles) {
-    footprint->point = true;
-    footprint->places.push_back({contact.element, 1});
-    footprint->normal_O = Normal(finder_.surface(), contact.element);
-    return {};
-  }
-  const auto place = finder_.Find(contact);
-  if (!place) return kNoPlace;
-  footprint->normal_O = finder_.NormalAt(*place);
-  footprint->point = true;
-  if (contact.width == 0) {
-    footprint->places.push_back({place->triangle, 1});
-    return {};
-  }
-  finder_.FindPatch(*place, contact.p_O, contact.width);
-  footprint->coarse = IsPatchCoarse(CoverOf(finder_.patch(), PatchBasis::kTractionTriangles));
-  for (const int t : finder_.patch().triangles) {
-    footprint->places.push_back({t, finder_.area(t) / finder_.patch().triangle_area});
-  }
-  footprint->point = footprint->places.size() == 1;
-  return {};
 }
 
 }  // namespace palpate

@@ -1,0 +1,67 @@
+// The module palpate-films: see films.h.
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "slave/capture/codecs/films.h"
+
+namespace palpate {
+namespace {
+
+class OpenCvFilm final : public Film {
+ public:
+  explicit OpenCvFilm(const cv::VideoCapture& capture) : capture_(capture) {}
+  cv::Mat Next() override {
+    cv::Mat picture;
+    return capture_.read(picture) ? picture : cv::Mat();
+  }
+
+ private:
+  cv::VideoCapture capture_;
+};
+
+int SayNothing(int, const char*, const char*, const char*, int, void*) {
+  return 0;
+}
+
+class OpenCvFilms final : public Films {
+ public:
+  // What is thrown says what is wrong; OpenCV would tell stderr of it first.
+  OpenCvFilms() { cv::redirectError(&SayNothing); }
+
+  [[nodiscard]] std::unique_ptr<Film> OpenFile(const std::string& file) const override {
+    return Opened(cv::VideoCapture(file, cv::CAP_FFMPEG));  // other backends load half a desktop
+  }
+  [[nodiscard]] std::unique_ptr<Film> OpenDevice(int device, const cv::Size& size,
+                                                 double rate) const override {
+    cv::VideoCapture capture(device, cv::CAP_V4L2);
+    if (capture.isOpened() && !size.empty()) {
+      capture.set(cv::CAP_PROP_FRAME_WIDTH, size.width);
+      capture.set(cv::CAP_PROP_FRAME_HEIGHT, size.height);
+    }
+    if (capture.isOpened()) capture.set(cv::CAP_PROP_FPS, rate);
+    return Opened(capture);
+  }
+  [[nodiscard]] cv::Mat Decode(Bytes bytes) const override {
+    try {
+      const cv::Mat file(1, static_cast<int>(bytes.size()), CV_8UC1,
+                         const_cast<unsigned char*>(bytes.data()));  // read only
+      return cv::imdecode(file, cv::IMREAD_UNCHANGED);
+    } catch (const cv::Exception&) {
+      return {};
+    }
+  }
+
+ private:
+  static std::unique_ptr<Film> Opened(const cv::VideoCapture& capture) {
+    return capture.isOpened() ? std::make_unique<OpenCvFilm>(capture) : nullptr;
+  }
+};
+
+}  // namespace
+}  // namespace palpate
+
+extern "C" const palpate::Films* palpate_films() {
+  static const palpate::OpenCvFilms films;
+  return &films;
+}

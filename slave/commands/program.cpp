@@ -1,0 +1,67 @@
+#include "slave/commands/program.h"
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <stdexcept>
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "slave/scene/scene_loader.h"
+
+namespace palpate {
+namespace {
+
+// For a command to end by itself after a signal; what computes for longer, a large model say, hears
+// nothing, moves nothing and has every row it wrote flushed.
+constexpr std::chrono::seconds kPatience(2);
+
+}  // namespace
+
+StopOnSignal::StopOnSignal() {
+  sigemptyset(&signals_);
+  sigaddset(&signals_, SIGINT);
+  sigaddset(&signals_, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+  waiter_ = std::jthread([this](const std::stop_token& end) { Wait(end); });
+}
+
+void StopOnSignal::Wait(const std::stop_token& end) {
+  const timespec pause{0, 50'000'000};
+  std::optional<std::chrono::steady_clock::time_point> last_call;
+  while (!end.stop_requested()) {
+    const auto now = std::chrono::steady_clock::now();
+    if (sigtimedwait(&signals_, nullptr, &pause) > 0 && !last_call) {
+      source_.request_stop();
+      last_call = now + kPatience;
+    }
+    if (last_call && now > *last_call) {
+      if (exit_code_ != 0) std::fputs("stopped before it was done\n", stderr);
+      std::_Exit(exit_code_);
+    }
+  }
+}
+
+void LogToStderr() {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("palpate"));
+  spdlog::set_pattern("%^%l%$ %v");
+}
+
+int ExitCode(const std::function<int()>& command) {
+  try {
+    return command();
+  } catch (const SceneError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return kUnusable;
+  } catch (const std::invalid_argument& e) {
+    std::fprintf(stderr, "palpate-slave: %s\n", e.what());
+    return kUnusable;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "palpate-slave: %s\n", e.what());
+    return kFailed;
+  }
+}
+
+}  // namespace palpate

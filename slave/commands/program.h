@@ -1,0 +1,39 @@
+// What the slave's programs share: a log beside the answers, an end by signal, exit codes.
+#pragma once
+
+#include <atomic>
+#include <csignal>
+#include <functional>
+#include <stop_token>
+#include <thread>
+
+namespace palpate {
+
+constexpr int kFailed = 1, kUnusable = 2;
+
+// SIGINT and SIGTERM request a stop. They are blocked everywhere and taken by one thread, so that
+// no other call is ever interrupted. Make one before any thread starts.
+class StopOnSignal {
+ public:
+  StopOnSignal();
+  [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
+  // What is ended before it has answered has failed; a service that is ended has not.
+  void ExpectAnswer() { exit_code_ = kFailed; }
+
+ private:
+  void Wait(const std::stop_token& end);
+
+  std::atomic<int> exit_code_ = 0;
+  sigset_t signals_{};
+  std::stop_source source_;
+  std::jthread waiter_;
+};
+
+// Standard output belongs to the answers; the log goes beside it.
+void LogToStderr();
+
+// What `command` returns. What it throws is said on stderr: an unusable scene or argument is
+// kUnusable, anything else kFailed.
+int ExitCode(const std::function<int()>& command);
+
+}  // namespace palpate

@@ -1,0 +1,95 @@
+"""What starting costs: what nobody asked for is not loaded, and what is asked for and absent is said."""
+import pathlib
+import re
+import resource
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from programs import BARE, BLOCK, ROOT, SLAVE, Slave, run
+
+# 55 come with gRPC, 21 with OpenCV's core; imgcodecs, videoio and PCL each bring more than the rest together.
+MOST_LIBRARIES = 100
+# Half of what the start took with all of them linked. Most of it is the model and the pictures decoded ahead.
+MOST_MEMORY = 60e6  # [bytes]
+ON_DEMAND = ("libopencv_videoio", "libopencv_imgcodecs", "libopencv_calib3d", "libpcl_", "libavcodec", "libgdal")
+
+
+def recorded(folder):
+    """The block's scene with pictures of its simulated camera as files."""
+    done = run(SLAVE, "process", BLOCK, "--out", folder, "--frames")
+    assert done.returncode == 0, done.stderr
+    scene = folder / "recorded.yaml"
+    scene.write_text(pathlib.Path(BLOCK).read_text().replace("source: simulated", 'file: "frames/%06d.png"'))
+    return scene
+
+
+def libraries(pid):
+    return {line.split()[-1] for line in pathlib.Path(f"/proc/{pid}/maps").read_text().splitlines() if ".so" in line}
+
+
+def memory(pid):
+    return 1024 * int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text()).group(1))
+
+
+def cpu(pid):
+    """Seconds so far, of all threads (proc(5): fields 14 and 15 in ticks of 10 ms)."""
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / 100
+
+
+def bare_cpu():
+    """Of a python that does nothing: what this machine makes of a start."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(["/usr/bin/python3", "-c", ""], check=True, env=BARE)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+class Start(unittest.TestCase):
+    def test_a_slave_with_pictures_as_files_loads_little(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with Slave(recorded(pathlib.Path(folder))) as slave:
+                pid = slave.process.pid
+                loaded, used, seconds = libraries(pid), memory(pid), cpu(pid)
+        bare = bare_cpu()
+        print(f"{len(loaded)} libraries, {used / 1e6:.0f} MB, {seconds:.2f} s of CPU: {seconds / bare:.0f} times a bare python's")
+        self.assertLessEqual(len(loaded), MOST_LIBRARIES)
+        self.assertLessEqual(used, MOST_MEMORY)
+        self.assertEqual([name for name in loaded if pathlib.Path(name).name.startswith(ON_DEMAND)], [])
+
+
+class Parts(unittest.TestCase):
+    def test_commands_that_are_programs_of_their_own_answer_as_before(self):
+        for command in ("evaluate", "calibrate"):
+            help_text = run(SLAVE, command, "--help")
+            self.assertEqual(help_text.returncode, 0, help_text.stderr)
+            self.assertIn(f"palpate-slave {command} [OPTIONS]", help_text.stdout)
+            unusable = run(SLAVE, command, "--no-such-option")
+            self.assertEqual(unusable.returncode, 2)
+            self.assertIn(command, run(SLAVE, "--help").stdout)
+
+    def test_what_is_not_installed_is_said(self):
+        with tempfile.TemporaryDirectory() as folder:
+            alone = pathlib.Path(folder, "palpate-slave")
+            shutil.copy(SLAVE, alone)
+            scene = pathlib.Path(folder, "film.yaml")
+            scene.write_text(pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: film.avi"))
+            pathlib.Path(folder, "film.avi").write_bytes(b"RIFF")
+            for part, command in (("palpate-films.so", ("serve", scene, "--listen", "127.0.0.1:0")),
+                                  ("palpate-evaluate", ("evaluate", BLOCK)), ("palpate-calibrate", ("calibrate",))):
+                done = run(alone, *command)
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertIn(f"{part}, which is not installed beside this program", done.stderr)
+
+
+class Version(unittest.TestCase):
+    def test_the_version_names_the_commit(self):
+        said = run(SLAVE, "--version").stdout.strip()
+        self.assertRegex(said, r"^\d+\.\d+\.\d+(\+[0-9a-f]{7,}(\.changed)?)?$")
+        self.assertEqual("+" in said, (ROOT / ".git").exists() and shutil.which("git") is not None)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

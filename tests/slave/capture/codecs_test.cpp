@@ -1,0 +1,244 @@
+// Reference throughout: OpenCV's imgcodecs, which read and wrote these pictures before and uses the
+// same libraries: no pixel may differ.
+#include "slave/capture/codecs/codecs.h"
+
+#include <csetjmp>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <png.h>
+
+namespace palpate {
+namespace {
+
+using Buffer = std::vector<unsigned char>;
+
+cv::Mat Decode(const std::string& coded) {
+  return cv::imdecode(Buffer(coded.begin(), coded.end()), cv::IMREAD_UNCHANGED);
+}
+
+// What OpenCV reads, without alpha.
+cv::Mat Expected(const Buffer& bytes) {
+  const cv::Mat image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  if (image.channels() != 4) return image;
+  std::vector<cv::Mat> channels;
+  cv::split(image, channels);
+  channels.pop_back();
+  cv::Mat colour;
+  cv::merge(channels, colour);
+  return colour;
+}
+
+void ExpectSamePixels(const cv::Mat& read, const cv::Mat& expected, const std::string& which) {
+  ASSERT_FALSE(expected.empty()) << which;
+  ASSERT_EQ(read.type(), expected.type()) << which;
+  ASSERT_EQ(read.size(), expected.size()) << which;
+  EXPECT_EQ(cv::norm(read, expected, cv::NORM_INF), 0) << which;
+}
+
+cv::Mat Noise(int type, const cv::Size& size = {61, 47}) {
+  cv::Mat image(size, type);
+  cv::RNG(7).fill(image, cv::RNG::UNIFORM, 0, CV_MAT_DEPTH(type) == CV_16U ? 65536 : 256);
+  return image;
+}
+
+std::string Complaint(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+struct PngKind {
+  int colour, depth;
+  bool transparent = false;
+};
+
+// Noise as a PNG of any kind, written by libpng; OpenCV writes only some.
+Buffer PngOf(const PngKind& kind, bool interlaced) {
+  constexpr int kWidth = 61, kHeight = 47;
+  Buffer out;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  const auto put = [](png_structp to, png_bytep bytes, std::size_t count) {
+    auto* buffer = static_cast<Buffer*>(png_get_io_ptr(to));
+    buffer->insert(buffer->end(), bytes, bytes + count);
+  };
+  png_set_write_fn(png, &out, put, [](png_structp) {});
+  png_set_IHDR(png, info, kWidth, kHeight, kind.depth, kind.colour,
+               interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
+  std::vector<png_color> palette(std::size_t{1} << std::min(kind.depth, 8));
+  for (std::size_t i = 0; i < palette.size(); ++i) {
+    palette[i] = {static_cast<png_byte>(31 * i), static_cast<png_byte>(7 * i + 3),
+                  static_cast<png_byte>(251 * i + 9)};
+  }
+  if (kind.colour == PNG_COLOR_TYPE_PALETTE) {
+    png_set_PLTE(png, info, palette.data(), static_cast<int>(palette.size()));
+  }
+  png_byte alphas[2] = {0, 128};
+  png_color_16 clear{1, 1, 1, 1, 1};
+  if (kind.transparent) png_set_tRNS(png, info, alphas, 2, &clear);
+  png_set_gAMA(png, info, 0.5);
+  png_write_info(png, info);
+  cv::Mat rows = Noise(CV_8UC1, {static_cast<int>(png_get_rowbytes(png, info)), kHeight});
+  std::vector<png_bytep> pointers;
+  for (int y = 0; y < kHeight; ++y) pointers.push_back(rows.ptr(y));
+  png_write_image(png, pointers.data());
+  png_write_end(png, info);
+  png_destroy_write_struct(&png, &info);
+  return out;
+}
+
+TEST(OpenPngTest, EveryKindOfPngIsReadAsOpenCvReadsIt) {
+  std::vector<PngKind> kinds;
+  for (const int depth : {1, 2, 4, 8, 16}) {
+    kinds.push_back({PNG_COLOR_TYPE_GRAY, depth});
+    kinds.push_back({PNG_COLOR_TYPE_GRAY, depth, true});
+    if (depth <= 8) kinds.push_back({PNG_COLOR_TYPE_PALETTE, depth});
+    if (depth <= 8) kinds.push_back({PNG_COLOR_TYPE_PALETTE, depth, true});
+    if (depth < 8) continue;
+    kinds.push_back({PNG_COLOR_TYPE_RGB, depth});
+    kinds.push_back({PNG_COLOR_TYPE_RGB, depth, true});
+    kinds.push_back({PNG_COLOR_TYPE_RGB_ALPHA, depth});
+    kinds.push_back({PNG_COLOR_TYPE_GRAY_ALPHA, depth});
+  }
+  for (const PngKind& kind : kinds) {
+    for (const bool interlaced : {false, true}) {
+      const Buffer bytes = PngOf(kind, interlaced);
+      const auto picture = OpenPng(bytes);
+      ASSERT_TRUE(picture);
+      EXPECT_EQ(picture->size(), cv::Size(61, 47));
+      ExpectSamePixels(picture->Decode(), Expected(bytes),
+                       cv::format("colour type %d, %d bit, transparent %d, interlaced %d",
+                                  kind.colour, kind.depth, kind.transparent, interlaced));
+    }
+  }
+}
+
+// Sampling 4:2:0 with fancy upsampling and the accurate integer transform, as OpenCV decodes.
+TEST(OpenJpegTest, JpegsAreReadAsOpenCvReadsThem) {
+  for (const int type : {CV_8UC1, CV_8UC3}) {
+    for (const int progressive : {0, 1}) {
+      for (const int quality : {20, 90, 100}) {
+        Buffer bytes;
+        ASSERT_TRUE(cv::imencode(
+            ".jpg", Noise(type), bytes,
+            {cv::IMWRITE_JPEG_QUALITY, quality, cv::IMWRITE_JPEG_PROGRESSIVE, progressive}));
+        const auto picture = OpenJpeg(bytes);
+        ASSERT_TRUE(picture);
+        EXPECT_EQ(picture->size(), cv::Size(61, 47));
+        ExpectSamePixels(picture->Decode(), Expected(bytes), cv::format("quality %d", quality));
+      }
+    }
+  }
+}
+
+TEST(OpenPngTest, OtherFilesAreLeftToOthers) {
+  Buffer bmp;
+  ASSERT_TRUE(cv::imencode(".bmp", Noise(CV_8UC3), bmp));
+  EXPECT_FALSE(OpenPng(bmp));
+  EXPECT_FALSE(OpenJpeg(bmp));
+  EXPECT_FALSE(OpenPng({}));
+  EXPECT_FALSE(OpenJpeg({}));
+}
+
+// Wherever a file is cut, what is left of it is not a picture.
+TEST(OpenPictureTest, NoCutFileIsRead) {
+  for (const std::string format : {".png", ".jpg"}) {
+    Buffer bytes;
+    ASSERT_TRUE(cv::imencode(format, Noise(CV_8UC3, {20, 16}), bytes));
+    for (std::size_t kept = 8; kept < bytes.size(); ++kept) {
+      const std::string complaint = Complaint([&] {
+        const Bytes cut(bytes.data(), kept);
+        (format == ".png" ? OpenPng(cut) : OpenJpeg(cut))->Decode();
+      });
+      EXPECT_EQ(complaint, "is truncated") << format << " after " << kept << " bytes";
+    }
+  }
+}
+
+// libjpeg goes on behind damage, and shows grey or what stood before.
+TEST(OpenPictureTest, DamagedPixelsAreRefusedWithoutOtherWords) {
+  for (const std::string format : {".png", ".jpg"}) {
+    Buffer bytes;
+    ASSERT_TRUE(cv::imencode(format, Noise(CV_8UC1), bytes));
+    const auto middle = bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2);
+    std::fill(middle, middle + 40, static_cast<unsigned char>(0xff));
+    testing::internal::CaptureStderr();
+    const std::string complaint =
+        Complaint([&] { (format == ".png" ? OpenPng(bytes) : OpenJpeg(bytes))->Decode(); });
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << format;
+    EXPECT_THAT(complaint, testing::StartsWith("is damaged: ")) << format;
+  }
+}
+
+TEST(EncodePngTest, PicturesSurviveTheRoundTrip) {
+  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
+    const cv::Mat whole = Noise(type), part = whole(cv::Rect(3, 5, 40, 30));
+    ExpectSamePixels(Decode(EncodePng(whole)), whole, cv::typeToString(type));
+    ExpectSamePixels(Decode(EncodePng(part)), part, "rows apart");
+  }
+  EXPECT_THAT(Complaint([] { EncodePng(cv::Mat(4, 5, CV_32FC1)); }), testing::HasSubstr("PNG"));
+}
+
+TEST(EncodeJpegTest, TheBytesAreThoseOfOpenCv) {
+  for (const int type : {CV_8UC1, CV_8UC3}) {
+    Buffer expected;
+    ASSERT_TRUE(cv::imencode(".jpg", Noise(type), expected, {cv::IMWRITE_JPEG_QUALITY, 80}));
+    const std::string coded = EncodeJpeg(Noise(type), 80);
+    EXPECT_TRUE(std::equal(coded.begin(), coded.end(), expected.begin(), expected.end(),
+                           [](char a, unsigned char b) { return a == static_cast<char>(b); }));
+  }
+}
+
+cv::Mat Ramp(int type) {
+  cv::Mat image(48, 64, type);
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const int value = 2 * x + y;
+      if (type == CV_8UC1) image.at<uchar>(y, x) = static_cast<uchar>(value);
+      if (type == CV_16UC1) image.at<ushort>(y, x) = static_cast<ushort>(257 * value);
+      if (type == CV_8UC3) image.at<cv::Vec3b>(y, x) = cv::Vec3b::all(static_cast<uchar>(value));
+    }
+  }
+  return image;
+}
+
+// Reference: the picture itself. A ramp has no detail, so at quality 95 the quantisation steps of
+// the standard's table leave at most a few grey levels.
+TEST(EncodeJpegTest, PicturesSurviveTheRoundTrip) {
+  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1}) {
+    const cv::Mat decoded = Decode(EncodeJpeg(Ramp(type), 95));
+    const cv::Mat expected = Ramp(type == CV_8UC3 ? CV_8UC3 : CV_8UC1);
+    ASSERT_EQ(decoded.type(), expected.type()) << "type " << type;
+    ASSERT_EQ(decoded.size(), expected.size());
+    EXPECT_LE(cv::norm(decoded, expected, cv::NORM_INF), 4) << "type " << type;
+  }
+}
+
+TEST(EncodeJpegTest, BadArgumentsAreNamed) {
+  const auto message = [](const cv::Mat& image, int quality) {
+    try {
+      EncodeJpeg(image, quality);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(message(cv::Mat(), 80), testing::HasSubstr("0 x 0 px"));
+  EXPECT_THAT(message(cv::Mat(4, 5, CV_32FC1), 80), testing::HasSubstr("5 x 4 px"));
+  EXPECT_THAT(message(cv::Mat(4, 4, CV_8UC2), 80), testing::HasSubstr("2 channels"));
+  EXPECT_THAT(message(cv::Mat(4, 4, CV_8UC1), 0), testing::HasSubstr("quality = 0"));
+  EXPECT_THAT(message(cv::Mat(4, 4, CV_8UC1), 101), testing::HasSubstr("1 to 100"));
+}
+
+}  // namespace
+}  // namespace palpate
