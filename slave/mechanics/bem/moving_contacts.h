@@ -8,9 +8,9 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/bem/block_inverse.h"
 #include "slave/mechanics/bem/capacitance_solver.h"
 #include "slave/mechanics/bem/greens_functions.h"
+#include "slave/mechanics/linear/block_inverse.h"
 
 namespace palpate {
 

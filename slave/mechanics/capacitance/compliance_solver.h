@@ -19,8 +19,8 @@
 #include "slave/mechanics/capacitance/contact_places.h"
 #include "slave/mechanics/capacitance/contact_set.h"
 #include "slave/mechanics/capacitance/load_coupling.h"
-#include "slave/mechanics/capacitance/updated_inverse.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/linear/updated_inverse.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

@@ -43,7 +43,7 @@ class ContactSet {
   [[nodiscard]] Eigen::Vector3d Mean(std::size_t k, const NodeVector& u) const noexcept;
   // Its number among those that prescribe displacements; -1: a load.
   [[nodiscard]] int hold(std::size_t k) const { return places_[k].hold; }
-  // The nodes that it loads or moves.
+  // The nodes that it loads or moves, by their numbers in the body.
   [[nodiscard]] std::span<const PlaceWeight> nodes(std::size_t k) const { return places_[k].nodes; }
   // Whether the mesh is too coarse for its patch (mesh_resolution.h).
   [[nodiscard]] bool coarse(std::size_t k) const { return places_[k].coarse; }

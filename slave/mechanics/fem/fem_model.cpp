@@ -83,10 +83,6 @@ void CheckMaterial(const Material& material, const FemOptions& options) {
   }
 }
 
-void Tell(Progress* progress, const char* stage, double done) {
-  if (progress != nullptr && !progress->Report(stage, done)) throw Interrupted();
-}
-
 // All that can be refused is refused before the work starts.
 fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh& mesh,
                                 Progress* progress) {
@@ -292,7 +288,7 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
   if (found.change != fem::ContactSet::Change::kNone) {
     touched_.clear();
     for (std::size_t k = 0; k < contacts.size(); ++k) {
-      for (const auto& [node, weight] : contacts_.nodes(k)) touched_.push_back(node);
+      for (const PlaceWeight& node : contacts_.nodes(k)) touched_.push_back(node.place);
     }
   }
   if (found.change != fem::ContactSet::Change::kHolds) return true;

@@ -37,14 +37,14 @@ std::string_view SurfaceFootprints::OnNodes(const Contact& contact, ContactFootp
   footprint->places.clear();
   footprint->point = true;
   footprint->normal_O = finder_.NormalAt(*at);
-  const bool is_load = contact.kind == Contact::Kind::kForce;
   footprint->coarse = false;
+  const bool loads = contact.kind == Contact::Kind::kForce;
   if (contact.width > 0) {
     finder_.FindPatch(*at, contact.p_O, contact.width);
     footprint->coarse = IsPatchCoarse(
-        CoverOf(patch(), is_load ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes));
+        CoverOf(patch(), loads ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes));
   }
-  if (contact.width > 0 && is_load) {
+  if (contact.width > 0 && loads) {
     ShareAmongNodes(footprint);
   } else if (contact.width > 0 && !patch().nodes.empty()) {
     const std::size_t count = patch().nodes.size();

@@ -27,8 +27,8 @@ struct ContactFootprint {
   std::vector<PlaceWeight> places;
   bool point = true;                  // at most kMostPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
+  bool coarse = false;                // IsPatchCoarse (mesh_resolution.h)
   SurfacePlace at;                    // where the contact's centre meets the surface
-  bool coarse = false;                // IsPatchCoarse, with elements of four nodes
 };
 constexpr int kMostPointPlaces = 3;
 

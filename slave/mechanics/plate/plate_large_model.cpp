@@ -65,7 +65,7 @@ plate::PlateModes MakeModes(const PlateLargeModel::Params& params, Progress* pro
     const double order = params.order;
     progress->Expect({.seconds = 0.05 + 4e-8 * std::pow(order, 5),
                       .memory_bytes = static_cast<std::size_t>(8 * std::pow(order, 5)) / 2});
-    if (!progress->Report("plate modes", 0)) throw Interrupted();
+    Tell(progress, "plate modes", 0);
   }
   return {params.order, params.poisson_ratio};
 }
@@ -81,7 +81,7 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
   const double slenderness = params_.thickness / params_.radius;
   force_unit_ =
       params_.young_modulus * params_.thickness * params_.thickness * slenderness * slenderness;
-  if (progress != nullptr && !progress->Report("central press", 0.7)) throw Interrupted();
+  Tell(progress, "central press", 0.7);
   ToolOf(0);
   const SurfaceMesh grid = MembraneGrid(params_.radius);
   field_mesh_ = {.vertices = grid.nodes, .triangles = grid.triangles};

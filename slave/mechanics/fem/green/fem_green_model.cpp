@@ -41,11 +41,11 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const std::vector<std::array
       element_(options.element),
       locks_(poisson_ratio >= kLocks),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   if (element_ == TetElement::kTet4) {
     strain_.emplace(mesh, held, poisson_ratio);
     bending_.resize(columns_.node_of_place().size());
   }
-  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   Describe(options, young_modulus, poisson_ratio, mesh.tets.size());
 }
 

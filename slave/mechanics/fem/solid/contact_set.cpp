@@ -115,6 +115,9 @@ bool SolidContacts::FindPatch(const Contact& here, ContactPlace* place) {
       for (std::size_t i = 0; i < 3; ++i) load[face[quadratic ? 3 + i : i]] += share / 3;
     }
     place->weights.assign(load.begin(), load.end());
+    place->coarse =
+        IsPatchCoarse(CoverOf(footprints_.patch(), quadratic ? PatchBasis::kLoadedTriangles10
+                                                             : PatchBasis::kLoadedTriangles));
     return true;
   }
   const SurfacePlace at = footprint_.at;

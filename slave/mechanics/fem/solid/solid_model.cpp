@@ -128,10 +128,6 @@ const SolidModel::Held& SameSize(const SolidModel::Held& held, const SolidMesh& 
   throw std::invalid_argument("held: accepted is one entry per node of the mesh");
 }
 
-void Tell(Progress* progress, std::string_view stage, double done) {
-  if (progress && !progress->Report(stage, done)) throw Interrupted();
-}
-
 // Rough, before anything is built: factors of three-dimensional meshes grow like n^(4/3).
 void Announce(const SolidMesh& mesh, const SolidModel::Params& params, Progress* progress) {
   if (!progress) return;
@@ -159,13 +155,13 @@ SolidModel::SolidModel(const SolidMesh& mesh, const Held& held, const Params& pa
       used_(Index(mesh_.node_count()), false),
       contacts_(mesh_, used_, unit_),
       supports_(mesh_, layout_, SameSize(held, mesh), body_.NodeVolumes()) {
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   if (mesh_.nodes_per_element == 4) {
     // Of bending alone where the pressure is the elements' own.
     strain_.emplace(SolidMesh{mesh_.nodes, mesh.tets}, held,
                     layout_.has_pressure() ? 0.0 : params_.poisson_ratio);
     u_.resize(mesh_.nodes.size());
   }
-  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   for (const int node : mesh_.connectivity) used_[Index(node)] = true;
   if (layout_.has_pressure() && !equilibrium_.solver().is_direct()) {
     throw std::invalid_argument(
