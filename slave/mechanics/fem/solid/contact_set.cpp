@@ -106,9 +106,6 @@ bool SolidContacts::FindPatch(const Contact& here, ContactPlace* place) {
   if (!footprints_.OnTriangles(here, &footprint_).empty()) return false;
   const bool quadratic = mesh_.nodes_per_element == 10;
   if (here.kind == Contact::Kind::kForce) {
-    place->coarse =
-        IsPatchCoarse(CoverOf(footprints_.patch(), quadratic ? PatchBasis::kLoadedTriangles10
-                                                             : PatchBasis::kLoadedTriangles));
     std::map<int, double> load;
     for (const auto& [triangle, share] : footprint_.places) {
       const auto& face = mesh_.faces[Index(triangle)];
