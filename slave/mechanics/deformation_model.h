@@ -30,6 +30,9 @@ struct Contact {
   bool wants_stiffness = true;
 };
 
+// The commonest doubt of all.
+inline constexpr std::string_view kBeyondRange = "the displacement is beyond the model's range";
+
 // The answer for one contact. Frame O.
 struct ContactResponse {
   Eigen::Vector3d force_O{0, 0, 0};         // of the tool on the object, whole thickness [N]
@@ -38,6 +41,8 @@ struct ContactResponse {
       Eigen::Matrix3d::Zero();  // d force_O / d displacement_O of this patch alone [N/m]; zero
                                 // where it costs more than the answer (fem) or is not wanted
   Validity validity = Validity::kFailed;
+  // Why it is kExtrapolated, one clause that lives on; may be empty.
+  std::string_view doubt;
 };
 
 // What a model says of itself.

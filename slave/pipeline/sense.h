@@ -9,6 +9,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -108,6 +109,9 @@ class Sense {
   // Of the acquired sample. `p_S_tip`: where the manipulator says the tip was when it came [m].
   // Allocation-free after the first ones; what cannot be known is flagged.
   virtual const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept = 0;
+  // Why what the model said for the last estimate is extrapolated, one clause that lives on; empty:
+  // it is not, or nobody knows.
+  [[nodiscard]] virtual std::string_view doubt() const { return {}; }
   // The contact that the master renders for a tip at p_S_tip [m] now, between samples too.
   virtual LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept = 0;
   // As of the last estimate.

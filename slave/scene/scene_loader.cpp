@@ -39,6 +39,7 @@ class CrossCheck {
     CheckGeometry();
     CheckHeld();
     CheckKind();
+    CheckPuncture();
     if (OutlineBox(scene_.object)) CheckElements();
     CheckHome();
     CheckFingers();
@@ -91,6 +92,13 @@ class CrossCheck {
     const ObjectClass object = ClassOf(geometry);
     if (!IsKindFor(object, kind)) {
       Refuse("model.kind", KindsFor(object) + kNames[static_cast<std::size_t>(object)]);
+    }
+  }
+
+  // A fingertip feels the force itself: no model sets it to zero.
+  void CheckPuncture() {
+    if (scene_.sense.tactile && scene_.model.puncture_depth > 0) {
+      Refuse("model.puncture.depth", "nothing with fingertips: a camera or points tell a puncture");
     }
   }
 

@@ -209,6 +209,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
     std::fprintf(stderr, "solve: interrupted; what was solved is written\n");
   }
   progress.Clear();
+  TellDoubts(dynamic ? answers : rows);
   const bool written =
       WriteRows(options.out, dynamic ? answers : rows) && (!field || field->Write());
   if (!written) std::fprintf(stderr, "solve: writing failed\n");

@@ -39,7 +39,8 @@ class Bem2dModel final : public DeformationModel {
   }
 
   // Frictionless contacts prescribe the displacement along its own direction (a zero displacement:
-  // along the outward normal at the patch's middle element) and leave the traction across it zero.
+  // along the outward normal at the patch's middle element) and leave the traction across it zero:
+  // answers of several add up only where each keeps its direction.
   // A contact on held elements must have a zero displacement there and reports the reaction. Loads
   // on a body that nothing holds must balance to 1e-6. Displacements beyond 1e6 larger sides, and
   // forces that would need such, are absurd: kFailed.

@@ -60,6 +60,7 @@ const char* ContactSet::Find(const Contact& contact, Place& place) {
   if (!footprints_.OnNodes(anywhere, &footprint_).empty()) return "no node or surface is there";
   const bool holds = contact.kind == Contact::Kind::kDisplacement;
   place.point = footprint_.point && footprint_.places.size() > 1;
+  place.coarse = footprint_.coarse;
   place.nodes.clear();
   for (const auto& [node, weight] : footprint_.places) {
     if (!(weight > 0) && !holds) continue;

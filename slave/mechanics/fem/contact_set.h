@@ -43,6 +43,10 @@ class ContactSet {
   [[nodiscard]] Eigen::Vector3d Mean(std::size_t k, const NodeVector& u) const noexcept;
   // Its number among those that prescribe displacements; -1: a load.
   [[nodiscard]] int hold(std::size_t k) const { return places_[k].hold; }
+  // The nodes that it loads or moves, by their numbers in the body.
+  [[nodiscard]] std::span<const PlaceWeight> nodes(std::size_t k) const { return places_[k].nodes; }
+  // Whether the mesh is too coarse for its patch (mesh_resolution.h).
+  [[nodiscard]] bool coarse(std::size_t k) const { return places_[k].coarse; }
 
  private:
   struct Key {
@@ -57,6 +61,7 @@ class ContactSet {
     std::vector<PlaceWeight> nodes;  // of the body
     bool point = false;              // the weighted mean is held, not each node
     int hold = -1;
+    bool coarse = false;  // IsPatchCoarse
   };
 
   const char* Find(const Contact& contact, Place& place);

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/lanes.h"
+#include "slave/mechanics/linear/lanes.h"
 
 namespace palpate::fem {
 namespace {

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -15,10 +16,8 @@ constexpr std::string_view kNoPlace =
 
 // A third of the area of each triangle of the patch to each of its nodes.
 void SurfaceFootprints::ShareAmongNodes(ContactFootprint* footprint) {
-  double total = 0;
-  for (const int t : finder_.patch_triangles()) {
+  for (const int t : patch().triangles) {
     const double area = finder_.area(t);
-    total += area;
     for (const int node : surface().triangles[Index(t)]) {
       if (load_[Index(node)] == 0) footprint->places.push_back({node, 0});
       load_[Index(node)] += area / 3;
@@ -26,7 +25,7 @@ void SurfaceFootprints::ShareAmongNodes(ContactFootprint* footprint) {
   }
   std::ranges::sort(footprint->places, {}, &PlaceWeight::place);
   for (auto& [node, weight] : footprint->places) {
-    weight = load_[Index(node)] / total;
+    weight = load_[Index(node)] / patch().triangle_area;
     load_[Index(node)] = 0;
   }
 }
@@ -38,13 +37,19 @@ std::string_view SurfaceFootprints::OnNodes(const Contact& contact, ContactFootp
   footprint->places.clear();
   footprint->point = true;
   footprint->normal_O = finder_.NormalAt(*at);
-  if (contact.width > 0) finder_.FindPatch(*at, contact.p_O, contact.width);
-  if (contact.width > 0 && contact.kind == Contact::Kind::kForce) {
+  footprint->coarse = false;
+  const bool loads = contact.kind == Contact::Kind::kForce;
+  if (contact.width > 0) {
+    finder_.FindPatch(*at, contact.p_O, contact.width);
+    footprint->coarse = IsPatchCoarse(
+        CoverOf(patch(), loads ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes));
+  }
+  if (contact.width > 0 && loads) {
     ShareAmongNodes(footprint);
-  } else if (contact.width > 0 && !finder_.patch_nodes().empty()) {
-    const std::size_t count = finder_.patch_nodes().size();
+  } else if (contact.width > 0 && !patch().nodes.empty()) {
+    const std::size_t count = patch().nodes.size();
     footprint->point = count == 1;
-    for (const int node : finder_.patch_nodes()) {
+    for (const int node : patch().nodes) {
       footprint->places.push_back({node, 1 / static_cast<double>(count)});
     }
   } else if (at->node >= 0) {
@@ -62,6 +67,7 @@ std::string_view SurfaceFootprints::OnTriangles(const Contact& contact,
                                                 ContactFootprint* footprint) {
   footprint->places.clear();
   footprint->point = true;
+  footprint->coarse = false;
   const int triangles = static_cast<int>(surface().triangles.size());
   if (contact.width == 0 && contact.element >= 0 && contact.element < triangles) {
     footprint->places.push_back({contact.element, 1});
@@ -77,10 +83,9 @@ std::string_view SurfaceFootprints::OnTriangles(const Contact& contact,
     return {};
   }
   finder_.FindPatch(*at, contact.p_O, contact.width);
-  double total = 0;
-  for (const int t : finder_.patch_triangles()) total += finder_.area(t);
-  for (const int t : finder_.patch_triangles()) {
-    footprint->places.push_back({t, finder_.area(t) / total});
+  footprint->coarse = IsPatchCoarse(CoverOf(patch(), PatchBasis::kTractionTriangles));
+  for (const int t : patch().triangles) {
+    footprint->places.push_back({t, finder_.area(t) / patch().triangle_area});
   }
   footprint->point = footprint->places.size() == 1;
   return {};

@@ -27,6 +27,7 @@ struct ContactFootprint {
   std::vector<PlaceWeight> places;
   bool point = true;                  // at most kMostPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
+  bool coarse = false;                // IsPatchCoarse (mesh_resolution.h)
   SurfacePlace at;                    // where the contact's centre meets the surface
 };
 constexpr int kMostPointPlaces = 3;
@@ -49,6 +50,8 @@ class SurfaceFootprints {
   std::string_view OnTriangles(const Contact& contact, ContactFootprint* footprint);
 
   [[nodiscard]] const SurfaceMesh& surface() const { return finder_.surface(); }
+  // Of the last contact that had a width.
+  [[nodiscard]] const SurfacePatch& patch() const { return finder_.patch(); }
 
  private:
   void ShareAmongNodes(ContactFootprint* footprint);

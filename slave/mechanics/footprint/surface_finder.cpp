@@ -43,8 +43,8 @@ SurfaceFinder::SurfaceFinder(SurfaceMesh surface)
     }
   }
   seen_.assign(surface_.nodes.size(), 0);
-  patch_nodes_.reserve(surface_.nodes.size());
-  patch_triangles_.reserve(surface_.triangles.size());
+  patch_.nodes.reserve(surface_.nodes.size());
+  patch_.triangles.reserve(surface_.triangles.size());
 }
 
 std::span<const int> SurfaceFinder::TrianglesOf(int node) const {
@@ -117,21 +117,33 @@ Vector3d SurfaceFinder::NormalAt(const SurfacePlace& place) const {
 void SurfaceFinder::FindPatch(const SurfacePlace& place, const Vector3d& p_O, double width) {
   const Vector3d facing = NormalAt(place);
   const double radius = 0.5 * width * (1 + kSlack);
-  ++patch_;
-  patch_nodes_.clear();
-  patch_triangles_.clear();
+  ++patches_;
+  patch_.nodes.clear();
+  patch_.triangles.clear();
+  patch_.disc = {};
+  patch_.node_area = patch_.triangle_area = 0;
   const int triangles = static_cast<int>(normals_.size());
   for (int t = 0; t < triangles; ++t) {
     if (normals_[Index(t)].dot(facing) < kSameSide) continue;
-    if ((centroids_[Index(t)] - p_O).norm() <= radius) patch_triangles_.push_back(t);
+    const DiscShare disc = DiscOnTriangle(surface_, t, p_O, radius);
+    patch_.disc.area += disc.area;
+    patch_.disc.rim += disc.rim;
+    if ((centroids_[Index(t)] - p_O).norm() <= radius) AddTriangle(t);
     for (const int node : surface_.triangles[Index(t)]) {
-      if (seen_[Index(node)] == patch_) continue;
-      seen_[Index(node)] = patch_;
-      if ((surface_.nodes[Index(node)] - p_O).norm() <= radius) patch_nodes_.push_back(node);
+      if ((surface_.nodes[Index(node)] - p_O).norm() > radius) continue;
+      patch_.node_area += areas_[Index(t)] / 3;
+      if (seen_[Index(node)] == patches_) continue;
+      seen_[Index(node)] = patches_;
+      patch_.nodes.push_back(node);
     }
   }
-  std::ranges::sort(patch_nodes_);
-  if (patch_triangles_.empty()) patch_triangles_.push_back(place.triangle);
+  std::ranges::sort(patch_.nodes);
+  if (patch_.triangles.empty()) AddTriangle(place.triangle);
+}
+
+void SurfaceFinder::AddTriangle(int triangle) {
+  patch_.triangles.push_back(triangle);
+  patch_.triangle_area += areas_[Index(triangle)];
 }
 
 }  // namespace palpate

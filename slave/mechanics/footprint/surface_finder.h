@@ -25,8 +25,7 @@ class SurfaceFinder {
   [[nodiscard]] Eigen::Vector3d NormalAt(const SurfacePlace& place) const;
   // As PatchAt; valid until the next call. Nodes in rising order, triangles too. O(N).
   void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);
-  [[nodiscard]] std::span<const int> patch_nodes() const { return patch_nodes_; }
-  [[nodiscard]] std::span<const int> patch_triangles() const { return patch_triangles_; }
+  [[nodiscard]] const SurfacePatch& patch() const { return patch_; }
 
   [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
   [[nodiscard]] double area(int triangle) const {
@@ -34,6 +33,7 @@ class SurfaceFinder {
   }
 
  private:
+  void AddTriangle(int triangle);
   [[nodiscard]] std::optional<SurfacePlace> OnTriangle(int triangle,
                                                        const Eigen::Vector3d& p_O) const;
   [[nodiscard]] std::span<const int> TrianglesOf(int node) const;
@@ -43,9 +43,9 @@ class SurfaceFinder {
   std::vector<Eigen::Vector3d> normals_, centroids_;
   std::vector<double> areas_;
   std::vector<int> first_of_node_, triangles_of_node_;
-  std::vector<int> patch_nodes_, patch_triangles_;
+  SurfacePatch patch_;
   std::vector<int> seen_;  // per node: the last patch that it is in
-  int patch_ = 0;
+  int patches_ = 0;
 };
 
 }  // namespace palpate

@@ -21,6 +21,7 @@ class FingertipSense final : public Sense {
 
   bool Acquire(const std::stop_token& stop) override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
+  [[nodiscard]] std::string_view doubt() const override { return estimator_.shape_doubt(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
   // Triangles of the object's skin. Forces of all fingertips that are felt, whether they or
   // displacements deform the object, each spread over the nodes as the model spreads a load at its

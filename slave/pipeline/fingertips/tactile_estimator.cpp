@@ -229,8 +229,10 @@ bool TactileEstimator::Respond() noexcept {
   body_->deformation->Respond(contacts_, responses_);
   at_rest_ = contacts_.empty() && !body_->moves_in_time;
   shape_validity_ = Validity::kValid;
+  shape_doubt_ = {};
   for (std::size_t k = 0; k < responses_.size(); ++k) {
     shape_validity_ = Worse(shape_validity_, responses_[k].validity);
+    if (!responses_[k].doubt.empty()) shape_doubt_ = responses_[k].doubt;
   }
   return shape_validity_ != Validity::kFailed && body_->deformation->failure().empty();
 }

@@ -99,6 +99,8 @@ class TactileEstimator {
   [[nodiscard]] std::span<const ContactResponse> responses() const { return responses_; }
   // Of the deformation.
   [[nodiscard]] Validity shape_validity() const { return shape_validity_; }
+  // Why it is extrapolated, one clause that lives on; may be empty.
+  [[nodiscard]] std::string_view shape_doubt() const { return shape_doubt_; }
   // Nodes of body()->surface as they are deformed now, frame S [m]; empty without a body. O(N).
   void DeformedNodes(std::vector<Eigen::Vector3d>* p_S);
   [[nodiscard]] const TactileTimes& times() const { return times_; }
@@ -129,6 +131,7 @@ class TactileEstimator {
   std::vector<std::size_t> acting_;
   bool at_rest_ = true;
   Validity shape_validity_ = Validity::kValid;
+  std::string_view shape_doubt_;
   bool was_known_ = false;
   ContactEstimate felt_;
   TactileTimes times_;

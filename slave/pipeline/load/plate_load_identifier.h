@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "slave/mechanics/plate/fit/press_table.h"
 #include "slave/mechanics/plate/plate_surface.h"
-#include "slave/mechanics/plate/press_table.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/robust_plate_fit.h"
 

@@ -14,6 +14,7 @@
 #include "shared/mesh/surface_patch.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/mechanics/strain_resolution.h"
 #include "slave/pipeline/load/nodal_load.h"
 #include "slave/pipeline/load/triangle_search.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
@@ -92,6 +93,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   TriangleSearch search_;
   std::vector<Vector3d> field_;  // of the nodes [m]
   bool unsolved_ = false;        // the model found no equilibrium under the load
+  std::string_view doubt_;       // of the model, of its last answer
   SurfaceLoad load_;
 };
 
@@ -120,7 +122,12 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
     return load;
   }
   Place(best, &load);
-  if (!linear_) Refine(&best, &load);
+  doubt_ = {};
+  if (!linear_) {
+    Refine(&best, &load);
+  } else if (load.force != 0) {
+    Load(load);
+  }
   Judge(best, &load);
   return load;
 }
@@ -172,6 +179,7 @@ void VolumeLoadIdentifier::Judge(const TriangleLoad& best, SurfaceLoad* load) co
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     flag("the deflection is beyond the model's range");
   }
+  if (doubt_ == kStiffInBending) flag(kStiffInBending);
   if (unsolved_) flag("the model finds no equilibrium under this load: it is that of small strain");
   if (load->residual > kGoodFit) {
     flag("one load of this width leaves more than the points' noise");
@@ -215,6 +223,7 @@ bool VolumeLoadIdentifier::Load(const SurfaceLoad& load) noexcept {
   ContactResponse response;
   model_->Respond(std::span(&contact, 1), std::span(&response, 1));
   if (response.validity == Validity::kFailed) return false;
+  doubt_ = response.doubt;
   try {
     model_->Displacements(&field_);
   } catch (const std::exception&) {

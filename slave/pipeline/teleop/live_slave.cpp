@@ -76,6 +76,7 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
     p_S_encoders_ = p_S_encoders;
   }
   Register(felt, p_S_encoders);
+  TellDoubt();
   {
     const std::lock_guard local(local_mutex_);
     newest_local_ = felt.local_model;
@@ -88,6 +89,13 @@ void LiveSlave::Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S
   if (!tip_registration_ || felt.validity == Validity::kTrackingLost) return;
   tip_registration_->Add(felt.p_S_tip, p_S_encoders);
   port_.SetRegistration(tip_registration_->offset());
+}
+
+void LiveSlave::TellDoubt() {
+  const std::string_view doubt = sense_->doubt();
+  if (!doubt.empty() && told_doubts_.insert(doubt).second) {
+    newest_.RaiseAlarm("the model's answer is extrapolated: " + std::string(doubt));
+  }
 }
 
 void LiveSlave::BeginOperating() {

@@ -7,7 +7,9 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -56,6 +58,7 @@ class LiveSlave final : public Slave {
   // One sample; false: the source has ended.
   bool Feel(const std::stop_token& stop);
   void Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders);
+  void TellDoubt();
   [[nodiscard]] LocalModel LocalNow();
   [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
   void Rebuild(const Scene& changed, const std::function<void()>& may_adopt);
@@ -70,7 +73,8 @@ class LiveSlave final : public Slave {
   OperatorPort port_;
   LatestEstimate newest_;
   std::optional<TipRegistration>
-      tip_registration_;  // the sensing thread's; none: nothing to measure
+      tip_registration_;                    // the sensing thread's; none: nothing to measure
+  std::set<std::string_view> told_doubts_;  // likewise; an alarm each, once
   std::atomic<bool> reset_wanted_{false};
 
   std::mutex change_mutex_;  // one change of settings at a time; held while a model is made

@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -50,6 +52,7 @@ bool SolidContacts::Prepare(std::span<const Contact> contacts) {
 
 bool SolidContacts::Find(const Contact& contact, ContactPlace* place) {
   place->moved.clear();
+  place->coarse = false;
   place->weights.clear();
   if (!contact.p_O.allFinite() || !std::isfinite(contact.width) || contact.width < 0 ||
       contact.element < -1 || contact.element >= static_cast<int>(mesh_.surface.triangles.size())) {
@@ -109,12 +112,18 @@ bool SolidContacts::FindPatch(const Contact& here, ContactPlace* place) {
       for (std::size_t i = 0; i < 3; ++i) load[face[quadratic ? 3 + i : i]] += share / 3;
     }
     place->weights.assign(load.begin(), load.end());
+    place->coarse =
+        IsPatchCoarse(CoverOf(footprints_.patch(), quadratic ? PatchBasis::kLoadedTriangles10
+                                                             : PatchBasis::kLoadedTriangles));
     return true;
   }
   const SurfacePlace at = footprint_.at;
   const auto vicinity = quadratic ? FindPlace(mesh_.touch_surface, here.p_O) : std::nullopt;
   // `at`: farther than half a quarter triangle's edge.
-  place->moved = PatchAt(mesh_.touch_surface, vicinity.value_or(at), here.p_O, here.width).nodes;
+  SurfacePatch patch = PatchAt(mesh_.touch_surface, vicinity.value_or(at), here.p_O, here.width);
+  place->coarse = IsPatchCoarse(
+      CoverOf(patch, quadratic ? PatchBasis::kMovedNodes10 : PatchBasis::kMovedNodes));
+  place->moved = std::move(patch.nodes);
   if (place->moved.empty()) Touch(at, place);
   return true;
 }

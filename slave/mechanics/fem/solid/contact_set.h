@@ -21,6 +21,7 @@ struct ContactPlace {
   std::vector<int> moved;                       // nodes that are moved alike
   std::vector<std::pair<int, double>> weights;  // nodes and shares, sum 1, of a load; of a moved
                                                 // point where no node is `moved`
+  bool coarse = false;                          // IsPatchCoarse
 };
 
 class SolidContacts {

@@ -43,8 +43,8 @@ TEST(SurfaceFinder, FindsThePatchesThatPatchAtFinds) {
     for (const double width : {0.004, 0.02, 0.05}) {
       const SurfacePatch patch = PatchAt(surface, *place, contact.p_O, width);
       finder.FindPatch(*place, contact.p_O, width);
-      EXPECT_TRUE(std::ranges::equal(finder.patch_nodes(), patch.nodes)) << contact.p_O;
-      EXPECT_TRUE(std::ranges::equal(finder.patch_triangles(), patch.triangles)) << contact.p_O;
+      EXPECT_TRUE(std::ranges::equal(finder.patch().nodes, patch.nodes)) << contact.p_O;
+      EXPECT_TRUE(std::ranges::equal(finder.patch().triangles, patch.triangles)) << contact.p_O;
     }
   }
 }
