@@ -20,7 +20,7 @@ double RimEffect(PatchBasis basis) {
     case PatchBasis::kLoadedTriangles:
       return 0.9;
     case PatchBasis::kLoadedTriangles10:
-      return 0.4;
+      return 0.3;
     case PatchBasis::kTractionTriangles:
       break;
   }

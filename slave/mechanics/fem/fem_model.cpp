@@ -242,7 +242,7 @@ void FemModel::Respond(std::span<const Contact> contacts,
   }
   if (!answered) return;
   RemarkInversion();
-  const auto doubt = Doubt();
+  const auto doubt = Doubt(contacts);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     responses[k] = ResponseOf(k, contacts[k], doubt);
   }
@@ -304,13 +304,18 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
 }
 
 // Why the last answer is extrapolated; nullopt: it is not, but for single patches.
-std::optional<std::string_view> FemModel::Doubt() noexcept {
+std::optional<std::string_view> FemModel::Doubt(std::span<const Contact> contacts) noexcept {
   if (summary().inverted > 0) return "elements are inside out";
   if (params_.material.poisson_ratio >= kLocks)
     return "linear tetrahedra lock at this Poisson ratio";
   if (info_.range > 0 && fem::LargestComponent(displacement()) > info_.range) return kBeyondRange;
   if (stepper_ && stepper_->gained_energy()) return "the step of time gained energy from nowhere";
-  if (Softness() > kMostSoftness) return kStiffInBending;
+  // In equilibrium under nothing, what is left of strain is the residual's.
+  const bool acts = stepper_ || params_.options.gravity_O != Vector3d::Zero() ||
+                    std::ranges::any_of(contacts, [](const Contact& contact) {
+                      return contact.prescribed_O != Vector3d::Zero();
+                    });
+  if (acts && Softness() > kMostSoftness) return kStiffInBending;
   return std::nullopt;
 }
 

@@ -77,7 +77,7 @@ class FemModel final : public DeformationModel {
   void Describe(const SolidMesh& mesh);
   void Rehearse(const SolidMesh& mesh);
   void RemarkInversion();
-  [[nodiscard]] std::optional<std::string_view> Doubt() noexcept;
+  [[nodiscard]] std::optional<std::string_view> Doubt(std::span<const Contact> contacts) noexcept;
   [[nodiscard]] double Softness() noexcept;
   [[nodiscard]] ContactResponse ResponseOf(std::size_t k, const Contact& contact,
                                            std::optional<std::string_view> doubt) const noexcept;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"

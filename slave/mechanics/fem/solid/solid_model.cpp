@@ -497,7 +497,10 @@ std::optional<std::string_view> SolidModel::Doubt(double largest) {
   if (locks()) return "linear tetrahedra lock at this Poisson ratio";
   if (params_.options.law == Law::kLinear && largest > params_.range) return kBeyondRange;
   if (dynamic() && grew_) return "the step of time gained energy from nowhere";
-  if (strain_ && Softness() > kMostSoftness) return kStiffInBending;
+  // In equilibrium under nothing, what is left of strain is the residual's.
+  const bool acts = dynamic() || !loads_.isZero(0) || !target_.isZero(0) ||
+                    std::ranges::any_of(row_target_, [](double moved) { return moved != 0; });
+  if (strain_ && acts && Softness() > kMostSoftness) return kStiffInBending;
   return std::nullopt;
 }
 
