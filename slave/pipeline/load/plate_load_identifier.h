@@ -7,8 +7,8 @@
 
 #include "slave/mechanics/plate/fit/press_table.h"
 #include "slave/mechanics/plate/plate_surface.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/robust_plate_fit.h"
-#include "slave/pipeline/points/surface_estimator.h"
 
 namespace palpate {
 
