@@ -12,7 +12,6 @@
 #include <benchmark/benchmark.h>
 #include <dmumps_c.h>
 
-#include "slave/mechanics/linear/block_inverse.h"
 #include "slave/mechanics/linear/dense_factor.h"
 #include "slave/mechanics/linear/dense_lu.h"
 #include "slave/mechanics/linear/mumps.h"
@@ -137,27 +136,13 @@ void SmallFactor(benchmark::State& state) {
 }
 BENCHMARK(SmallFactor)->Arg(6)->Arg(24)->Arg(48)->Arg(96)->Arg(192)->Iterations(1);
 
-// The last three unknowns give way to others, and one product. Library: as above, factor anew.
-template <typename Replace>
-void Replaced(benchmark::State& state, const MatrixXd& A, const Replace& replace) {
-  const int n = static_cast<int>(A.cols());
-  const double ours = Shortest(replace, Times(n) + 10);
-  const double library = Shortest(
-      [&] {
-        DenseLu lu(A);
-        lu.FactorizeNext();
-        MatrixXd y = VectorXd::Ones(n);
-        lu.SolveInPlace(y);
-        benchmark::DoNotOptimize(y.data());
-      },
-      Times(n));
-  Compare(state, ours, library);
-}
-
+// The last three unknowns give way to others, and one solution. Library: as above, factor anew.
 void UpdatedByThree(benchmark::State& state) {
   const int n = static_cast<int>(state.range(0));
-  const MatrixXd A = Compliance(n);
-  UpdatedInverse inverse(state.range(1) != 0);
+  const bool symmetric = state.range(1) != 0;
+  const MatrixXd C = Compliance(n);
+  const MatrixXd A = symmetric ? MatrixXd(0.5 * (C + C.transpose())) : C;
+  UpdatedInverse inverse(symmetric);
   inverse.Reset(n);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) inverse.row(i)[j] = A(i, j);
@@ -166,51 +151,36 @@ void UpdatedByThree(benchmark::State& state) {
   const AlignedArray x = MakeAligned(static_cast<std::size_t>(PaddedTo8(n)));
   const AlignedArray y = MakeAligned(static_cast<std::size_t>(PaddedTo8(n)));
   std::fill_n(x.get(), n, 1.0);
-  Replaced(state, A, [&] {
-    inverse.Splice(n - 3, 3, 3);
-    for (int i = n - 3; i < n; ++i) {
-      for (int j = 0; j < n; ++j) {
-        inverse.row(i)[j] = A(i, j);
-        inverse.row(j)[i] = A(j, i);
-      }
-    }
-    inverse.Border(n - 3, 3);
-    inverse.Settle();
-    inverse.Solve(x.get(), y.get());
-    benchmark::DoNotOptimize(y[0]);
-  });
+  const double ours = Shortest(
+      [&] {
+        inverse.Splice(n - 3, 3, 3);
+        for (int i = n - 3; i < n; ++i) {
+          for (int j = 0; j < n; ++j) {
+            inverse.row(i)[j] = A(i, j);
+            inverse.row(j)[i] = A(j, i);
+          }
+        }
+        inverse.Border(n - 3, 3);
+        inverse.Settle();
+        inverse.Solve(x.get(), y.get());
+        benchmark::DoNotOptimize(y[0]);
+      },
+      Times(n) + 10);
+  const double library = Shortest(
+      [&] {
+        DenseLu lu(A);
+        lu.FactorizeNext();
+        MatrixXd solved = VectorXd::Ones(n);
+        lu.SolveInPlace(solved);
+        benchmark::DoNotOptimize(solved.data());
+      },
+      Times(n));
+  Compare(state, ours, library);
 }
 BENCHMARK(UpdatedByThree)
     ->ArgNames({"n", "symmetric"})
     ->ArgsProduct({{12, 24, 48, 96, 192}, {0, 1}})
     ->Iterations(1);
-
-void BlockReplaced(benchmark::State& state) {
-  const int n = static_cast<int>(state.range(0)), block = 3;
-  const MatrixXd A = Compliance(n);
-  BlockInverse inverse;
-  inverse.Clear(block);
-  inverse.Reserve(n / block);
-  const auto write = [&](int from) {
-    for (int i = 0; i < n; ++i) {
-      for (int j = i < from ? from : 0; j < n; ++j) inverse.matrix_row(i)[j] = A(i, j);
-    }
-  };
-  write(0);
-  for (int k = 0; k < n / block; ++k) inverse.Extend();
-  inverse.Invert();
-  VectorXd x = VectorXd::Ones(PaddedTo8(n)), y = x;
-  x.tail(PaddedTo8(n) - n).setZero();
-  Replaced(state, A, [&] {
-    inverse.Remove(n / block - 1);
-    write(n - block);
-    inverse.Append();
-    benchmark::DoNotOptimize(inverse.Drift());
-    inverse.Multiply(x.data(), y.data());
-    benchmark::DoNotOptimize(y.data());
-  });
-}
-BENCHMARK(BlockReplaced)->Arg(12)->Arg(24)->Arg(48)->Arg(96)->Arg(192)->Iterations(1);
 
 // Three unknowns per node of a grid of side^3 nodes, neighbours all around, in the elimination's
 // order; negative ones on the diagonal of every 16th.

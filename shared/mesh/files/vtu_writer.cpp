@@ -125,20 +125,6 @@ void AddPointData(const VtuGrid& grid, VtuText* text) {
 
 }  // namespace
 
-VtuGrid GridOf(const SolidMesh& mesh) {
-  VtuGrid grid;
-  grid.points = mesh.nodes;
-  grid.tets = mesh.tets;
-  return grid;
-}
-
-VtuGrid GridOf(const SurfaceMesh& mesh) {
-  VtuGrid grid;
-  grid.points = mesh.nodes;
-  grid.triangles = mesh.triangles;
-  return grid;
-}
-
 std::string CaseArrayName(const std::string& quantity, const std::string& case_name,
                           std::size_t cases) {
   return cases > 1 ? quantity + " " + case_name : quantity;

@@ -5,19 +5,23 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Core>
+#include "slave/mechanics/linear/lanes.h"
 
 namespace palpate {
 namespace {
 
 constexpr double kSmallestPivot = 1e-13;  // of the largest entry
 
-using Values = Eigen::Array<double, kLane, 1>;
-using Lane = Eigen::Map<Values>;
+using Values [[gnu::vector_size(64)]] = double;
+using Lane [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(8)]] = double;
+
+PALPATE_INLINE Lane& At(double* row) {
+  return *reinterpret_cast<Lane*>(row);
+}
 
 // The diagonal entry while it is at least a tenth of the largest one below it, else that one:
 // compliances keep their diagonal, and nothing is swapped.
-int ChoosePivot(const RowMajor& a, int k, int order) noexcept {
+PALPATE_INLINE int ChoosePivot(const RowMajor& a, int k, int order) noexcept {
   std::array<double, 4> largest{};  // four at a time: a single one would wait for itself
   int i = k;
   for (; i + 4 <= order; i += 4) {
@@ -35,8 +39,8 @@ int ChoosePivot(const RowMajor& a, int k, int order) noexcept {
 
 // Eliminates the columns [k0, k1) in all rows below; later columns only follow the row swaps.
 // `multipliers`: kPanel for each row. `largest`: the largest pivot so far.
-bool FactorizePanel(const RowMajor& a, int order, int k0, int k1, double* multipliers,
-                    double* largest) noexcept {
+PALPATE_INLINE bool FactorizePanel(const RowMajor& a, int order, int k0, int k1,
+                                   double* multipliers, double* largest) noexcept {
   for (int k = k0; k < k1; ++k) {
     const int pivot = ChoosePivot(a, k, order);
     const double entry = std::abs(a.row(pivot)[k]);
@@ -47,12 +51,12 @@ bool FactorizePanel(const RowMajor& a, int order, int k0, int k1, double* multip
       std::swap_ranges(multipliers + k * kPanel, multipliers + (k + 1) * kPanel,
                        multipliers + pivot * kPanel);
     }
-    const Values pivot_row = Lane(a.row(k) + k0);
+    const Values pivot_row = At(a.row(k) + k0);
     const double inverse = 1 / a.row(k)[k];
     for (int i = k + 1; i < order; ++i) {
       const double multiplier = a.row(i)[k] * inverse;
       multipliers[i * kPanel + k - k0] = multiplier;
-      Lane(a.row(i) + k0) -= multiplier * pivot_row;
+      At(a.row(i) + k0) -= multiplier * pivot_row;
     }
   }
   return true;
@@ -64,29 +68,29 @@ struct Columns {  // [begin, end), whole lanes
 
 // `kRows` rows from `first` on minus their `factors` times the kPanel rows from k0 on.
 template <int kRows>
-void SubtractPanelFrom(const RowMajor& a, int first, const double* factors, long pitch, int k0,
-                       const Columns& columns) noexcept {
+PALPATE_INLINE void SubtractPanelFrom(const RowMajor& a, int first, const double* factors,
+                                      long pitch, int k0, const Columns& columns) noexcept {
   for (int j = columns.begin; j < columns.end; j += kLane) {
-    std::array<Values, kRows> sums;
-    for (int r = 0; r < kRows; ++r) sums[static_cast<std::size_t>(r)] = Lane(a.row(first + r) + j);
+    Values sums[kRows];
+#pragma GCC unroll 4
+    for (int r = 0; r < kRows; ++r) sums[r] = At(a.row(first + r) + j);
     for (int k = 0; k < kPanel; ++k) {
-      const Values row = Lane(a.row(k0 + k) + j);
-      for (int r = 0; r < kRows; ++r)
-        sums[static_cast<std::size_t>(r)] -= factors[r * pitch + k] * row;
+      const Values row = At(a.row(k0 + k) + j);
+#pragma GCC unroll 4
+      for (int r = 0; r < kRows; ++r) sums[r] -= factors[r * pitch + k] * row;
     }
-    for (int r = 0; r < kRows; ++r) Lane(a.row(first + r) + j) = sums[static_cast<std::size_t>(r)];
+#pragma GCC unroll 4
+    for (int r = 0; r < kRows; ++r) At(a.row(first + r) + j) = sums[r];
   }
 }
 
 // Rows [first, last) minus their `factors`, kPanel for each and `pitch` apart, times the kPanel
 // rows from k0 on: as many rows at a time as the machine has registers for.
-void SubtractPanel(const RowMajor& a, int first, int last, const double* factors, long pitch,
-                   int k0, const Columns& columns) noexcept {
-#ifdef __AVX512F__
-  for (; first + 8 <= last; first += 8, factors += 8 * pitch) {
-    SubtractPanelFrom<8>(a, first, factors, pitch, k0, columns);
+PALPATE_INLINE void SubtractPanel(const RowMajor& a, int first, int last, const double* factors,
+                                  long pitch, int k0, const Columns& columns) noexcept {
+  for (; first + 4 <= last; first += 4, factors += 4 * pitch) {
+    SubtractPanelFrom<4>(a, first, factors, pitch, k0, columns);
   }
-#endif
   for (; first + 2 <= last; first += 2, factors += 2 * pitch) {
     SubtractPanelFrom<2>(a, first, factors, pitch, k0, columns);
   }
@@ -95,31 +99,33 @@ void SubtractPanel(const RowMajor& a, int first, int last, const double* factors
 
 // The columns from `begin` on without the trailing zeros of the rows [k0, k1): unit vectors on the
 // right stay cheap.
-Columns NonzeroColumns(const RowMajor& a, int k0, int k1, int begin) noexcept {
-  const auto zero = [&](int j) {
-    bool all = true;
-    for (int k = k0; k < k1; ++k) all = all && (Lane(a.row(k) + j) == 0).all();
-    return all;
-  };
+PALPATE_INLINE Columns NonzeroColumns(const RowMajor& a, int k0, int k1, int begin) noexcept {
   int end = a.stride;
-  while (end > begin && zero(end - kLane)) end -= kLane;
+  for (; end > begin; end -= kLane) {
+    for (int k = k0; k < k1; ++k) {
+      const double* row = a.row(k) + end - kLane;
+      for (int l = 0; l < kLane; ++l) {
+        if (row[l] != 0) return {begin, end};
+      }
+    }
+  }
   return {begin, end};
 }
 
 // Rows [k0, k1) := L^-1 rows.
-void ForwardSubstitute(const RowMajor& a, int k0, int k1, const double* multipliers,
-                       const Columns& columns) noexcept {
+PALPATE_INLINE void ForwardSubstitute(const RowMajor& a, int k0, int k1, const double* multipliers,
+                                      const Columns& columns) noexcept {
   for (int j = columns.begin; j < columns.end; j += kLane) {
     for (int k = k0 + 1; k < k1; ++k) {
-      Values sum = Lane(a.row(k) + j);
-      for (int i = k0; i < k; ++i) sum -= multipliers[k * kPanel + i - k0] * Lane(a.row(i) + j);
-      Lane(a.row(k) + j) = sum;
+      Values sum = At(a.row(k) + j);
+      for (int i = k0; i < k; ++i) sum -= multipliers[k * kPanel + i - k0] * At(a.row(i) + j);
+      At(a.row(k) + j) = sum;
     }
   }
 }
 
 // B := U^-1 B in panels from the last row on; the one that is not full has no rows above it.
-void BackSubstitute(const RowMajor& a, int order) noexcept {
+PALPATE_INLINE void BackSubstitute(const RowMajor& a, int order) noexcept {
   const int begin = PaddedTo(kLane, order);
   for (int k1 = order; k1 > 0; k1 -= kPanel) {
     const int k0 = std::max(k1 - kPanel, 0);
@@ -127,9 +133,9 @@ void BackSubstitute(const RowMajor& a, int order) noexcept {
       const double* factors = a.row(k);
       const double inverse = 1 / factors[k];
       for (int j = begin; j < a.stride; j += kLane) {
-        Values sum = Lane(a.row(k) + j);
-        for (int i = k + 1; i < k1; ++i) sum -= factors[i] * Lane(a.row(i) + j);
-        Lane(a.row(k) + j) = inverse * sum;
+        Values sum = At(a.row(k) + j);
+        for (int i = k + 1; i < k1; ++i) sum -= factors[i] * At(a.row(i) + j);
+        At(a.row(k) + j) = inverse * sum;
       }
     }
     SubtractPanel(a, 0, k0, a.data + k0, a.stride, k0, {begin, a.stride});
@@ -138,7 +144,7 @@ void BackSubstitute(const RowMajor& a, int order) noexcept {
 
 }  // namespace
 
-bool SolveInPlace(const RowMajor& a, int order, double* scratch) noexcept {
+PALPATE_DISPATCHED bool SolveInPlace(const RowMajor& a, int order, double* scratch) noexcept {
   double largest = 0;
   for (int k0 = 0; k0 < order; k0 += kPanel) {
     const int k1 = std::min(k0 + kPanel, order);

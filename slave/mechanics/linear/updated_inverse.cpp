@@ -75,7 +75,7 @@ bool UpdatedInverse::Invert() {
 
 bool UpdatedInverse::Factorise() {
   if (order_ <= 3) return Invert();
-  inverted_ = false;
+  inverted_ = blocks_ready_ = false;
   Complete();
   const bool good = factor_.Factorise(matrix_.get(), stride_, order_, symmetric_, kLeastPivot) &&
                     ProbeError() <= kHopeless;

@@ -48,9 +48,13 @@ class UpdatedInverse {
       factor_.Solve(b, x);
     }
   }
-  // Before InverseBlock(); nothing to do where inverted(). O(m^3).
+  // Before Entry() and InverseBlock(); O(m^3) the first time after Factorise(), else nothing to do.
   void PrepareBlocks() {
-    if (!inverted_) factor_.InvertTriangles();
+    if (!inverted_ && !blocks_ready_) factor_.InvertTriangles();
+    blocks_ready_ = true;
+  }
+  [[nodiscard]] double Entry(int row, int column) const noexcept {
+    return inverted_ ? inverse_row(row)[column] : factor_.InverseEntry(row, column);
   }
   // The 3 x 3 block of the inverse that begins at these unknowns, row-major; what overhangs the
   // order means nothing.
@@ -87,7 +91,7 @@ class UpdatedInverse {
   [[nodiscard]] double ProbeError();
 
   bool symmetric_;
-  bool inverted_ = false;
+  bool inverted_ = false, blocks_ready_ = false;
   DenseFactor factor_;  // where not inverted
   long inversions_ = 0;
   int order_ = 0;

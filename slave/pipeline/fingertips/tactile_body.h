@@ -11,6 +11,7 @@
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
+#include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -24,7 +25,9 @@ class SearchLimit final : public Progress {
 };
 
 // The part that SetModel replaces as a whole.
-struct TactileBody {
+struct TactileBody final : Rebuilt {
+  [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
+
   SurfaceMesh surface;  // at rest, frame O; inner nodes too
   SearchLimit limit;
   std::unique_ptr<DeformationModel> deformation;

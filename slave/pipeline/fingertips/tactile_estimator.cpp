@@ -271,7 +271,7 @@ void TactileEstimator::FlagLostPose(FingerEstimate* finger) const noexcept {
 void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_tip) noexcept {
   const FingerEstimate& first = fingers_.front();
   const bool was_touching = felt_.local_model.in_contact;
-  felt_.sequence = frame.sequence;
+  felt_.sample = frame.sequence;
   felt_.sensed_at = frame.sensed_at;
   felt_.events.Clear();
   if (first.has_pose) {
@@ -302,6 +302,15 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
     felt_.events.Add(is_known ? Event::kTrackingRegained : Event::kTrackingLost);
     was_known_ = is_known;
   }
+}
+
+LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
+  const FingerEstimate& first = fingers_.front();
+  if (!body_ || !first.has_pose || !p_S_tip.allFinite()) return felt_.local_model;
+  Isometry3d X_SF = first.X_SF;
+  X_SF.translation() += p_S_tip - first.p_S_apex;
+  local_touch_->Follow(*body_, X_SO_, X_SF, first.in_contact, &felt_.local_model);
+  return felt_.local_model;
 }
 
 void TactileEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {

@@ -4,9 +4,9 @@
 #include <variant>
 
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/plate_load_identifier.h"
 #include "slave/pipeline/load/volume_load_identifier.h"
-#include "slave/pipeline/points/surface_estimator.h"
 
 namespace palpate {
 namespace {

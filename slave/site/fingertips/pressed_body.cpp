@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/linear/mumps.h"
 #include "slave/site/fingertips/rigid_finger.h"
 #include "slave/site/solid/neo_hookean_body.h"
 
@@ -19,6 +20,7 @@ using Eigen::VectorXd;
 
 constexpr double kResidual = 1e-5;     // of the reactions
 constexpr double kRoughly = 1e-2;      // the same while it is still found who touches
+constexpr double kInPlace = 1e-12;     // of the body: bonded nodes nearer than this are there
 constexpr int kMostSteps = 30;         // of Newton's method
 constexpr int kMostHalvings = 10;      // of one of them
 constexpr double kLess = 1e-4;         // of a step's length by which it must lessen the residual
@@ -33,44 +35,58 @@ double LargerSide(const SiteMesh& mesh) {
   return (high - low).maxCoeff();
 }
 
+// Rising, each once.
+void SortOut(std::vector<int>* nodes) {
+  std::ranges::sort(*nodes);
+  nodes->erase(std::ranges::unique(*nodes).begin(), nodes->end());
+}
+
 std::vector<int> NodesOf(const std::vector<std::array<int, 3>>& triangles) {
   std::vector<int> nodes;
   for (const auto& triangle : triangles) {
     nodes.insert(nodes.end(), triangle.begin(), triangle.end());
   }
-  std::ranges::sort(nodes);
-  nodes.erase(std::ranges::unique(nodes).begin(), nodes.end());
+  SortOut(&nodes);
   return nodes;
 }
 
-std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit) {
+// With nodes renumbered.
+std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit,
+                                  const std::vector<int>& number) {
   std::vector<PlacedElement> elements;
   Eigen::MatrixXd places(3, mesh.shape->nodes());
-  for (const auto& nodes : mesh.elements) {
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      places.col(static_cast<Eigen::Index>(i)) = mesh.nodes[Index(nodes[i])] / unit;
+  for (std::vector<int> nodes : mesh.elements) {
+    Eigen::Index column = 0;
+    for (int& node : nodes) {
+      places.col(column++) = mesh.nodes[Index(node)] / unit;
+      node = number[Index(node)];
     }
-    elements.emplace_back(*mesh.shape, places, nodes);
+    elements.emplace_back(*mesh.shape, places, std::move(nodes));
   }
   return elements;
 }
 
+// Of every node, itself included.
+std::vector<std::vector<int>> NeighboursOf(const SiteMesh& mesh) {
+  std::vector<std::vector<int>> neighbours(mesh.nodes.size());
+  for (const auto& nodes : mesh.elements) {
+    for (const int node : nodes) {
+      auto& list = neighbours[Index(node)];
+      list.insert(list.end(), nodes.begin(), nodes.end());
+    }
+  }
+  for (auto& list : neighbours) SortOut(&list);
+  return neighbours;
+}
+
 // Nodes by their unknowns: those that can move in the order of their elimination, then the others.
 struct Numbering {
-  Numbering(std::span<const PlacedElement> elements, const SiteMesh& mesh,
-            const PressedBody::Held& held)
-      : number(mesh.nodes.size()) {
+  Numbering(const SiteMesh& mesh, const PressedBody::Held& held) : number(mesh.nodes.size()) {
     const auto stays = [&](int node) { return held[Index(node)] == std::array{true, true, true}; };
-    std::vector<int> order = EliminationOrder(elements, mesh.nodes);
+    std::vector<int> order = EliminationOrder(NeighboursOf(mesh));
     free_nodes = static_cast<int>(std::ranges::stable_partition(order, std::not_fn(stays)).begin() -
                                   order.begin());
     for (std::size_t i = 0; i < order.size(); ++i) number[Index(order[i])] = static_cast<int>(i);
-  }
-  std::vector<PlacedElement> Renumbered(std::vector<PlacedElement> elements) const {
-    for (PlacedElement& element : elements) {
-      for (int& node : element.nodes) node = number[Index(node)];
-    }
-    return elements;
   }
   std::vector<int> number;  // per node
   int free_nodes = 0;
@@ -90,9 +106,8 @@ struct PressedBody::Solver {
       : unit(LargerSide(site_mesh)),
         force_unit(E * unit * unit),
         nodes(site_mesh.nodes),
-        elements(Placed(site_mesh, unit)),
-        numbering(elements, site_mesh, held),
-        body(numbering.Renumbered(std::move(elements)), numbering.free_nodes, NeoHookean(nu, 0)),
+        numbering(site_mesh, held),
+        body(Placed(site_mesh, unit, numbering.number), numbering.free_nodes, NeoHookean(nu, 0)),
         stiffness(body.EmptyMatrix()),
         factor(stiffness),
         finger{.radius = finger_radius},
@@ -134,7 +149,6 @@ struct PressedBody::Solver {
   double unit;        // [m]
   double force_unit;  // [N]
   std::vector<Vector3d> nodes;
-  std::vector<PlacedElement> elements;  // until the body has them
   Numbering numbering;
   NeoHookeanBody body;
   NeoHookeanBody::Matrix stiffness;
@@ -166,7 +180,7 @@ bool PressedBody::Solver::Balance(double residual) {
   for (int step = 0; step < kMostSteps; ++step) {
     if (!body.Linearise(x, &forces, &stiffness)) return false;
     VectorXd move = (1 - free.array()) * scene_free.array() * (goal - x).array();
-    const bool is_moving = !move.isZero(0);
+    const bool is_moving = !move.isZero(kInPlace);
     const VectorXd left = forces.cwiseProduct(free);
     if (!is_moving && left.norm() <= residual * (forces - left).norm()) return true;
     VectorXd right = -(forces + stiffness.selfadjointView<Eigen::Upper>() * move);
@@ -236,6 +250,7 @@ bool PressedBody::Solver::Release(std::span<const FingerPlacement> fingers) {
 
 bool PressedBody::Solver::Settle(std::span<const FingerPlacement> fingers) {
   for (Bond& bond : bonds) bond.was_released = false;
+  placed.assign(fingers.begin(), fingers.end());
   const auto balance = [&](double residual) {
     Fix(fingers);
     return Balance(residual);
@@ -245,9 +260,8 @@ bool PressedBody::Solver::Settle(std::span<const FingerPlacement> fingers) {
     if (Capture(fingers)) continue;
     if (!balance(kResidual)) return false;
     const bool captured = Capture(fingers), released = Release(fingers);
-    if (!captured && !released) break;
+    if (!captured && !released) return true;
   }
-  placed.assign(fingers.begin(), fingers.end());
   return balance(kResidual);
 }
 
@@ -261,10 +275,12 @@ bool PressedBody::Press(std::span<const FingerPlacement> fingers) {
   Solver& s = *solver_;
   const VectorXd x = s.x, forces = s.forces;
   const std::vector<Bond> bonds = s.bonds;
+  const std::vector<FingerPlacement> placed = s.placed;
   if (s.Settle(fingers)) return true;
   s.x = x;
   s.forces = forces;
   s.bonds = bonds;
+  s.placed = placed;
   return false;
 }
 

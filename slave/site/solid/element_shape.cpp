@@ -1,8 +1,6 @@
 #include "slave/site/solid/element_shape.h"
 
-#include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -14,7 +12,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::MatrixXi;
-using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 // Points of a rule, dims x points.
@@ -93,77 +90,6 @@ ElementShape ShapeOf(const MatrixXi& lattice, int degree, const Rule& rule) {
   return shape;
 }
 
-class Dissection {
- public:
-  Dissection(std::span<const PlacedElement> elements, std::span<const Vector3d> nodes)
-      : elements_(elements), taken_(nodes.size(), 0), half_(nodes.size(), 0) {
-    for (const PlacedElement& element : elements) {
-      Vector3d centre = Vector3d::Zero();
-      for (const int node : element.nodes) centre += nodes[static_cast<std::size_t>(node)];
-      centres_.emplace_back(centre / static_cast<double>(element.nodes.size()));
-    }
-  }
-
-  std::vector<int> Order() {
-    std::vector<int> all(elements_.size());
-    std::iota(all.begin(), all.end(), 0);
-    Split(all);
-    for (std::size_t node = 0; node < taken_.size(); ++node) Take(static_cast<int>(node), &order_);
-    return std::move(order_);
-  }
-
- private:
-  const std::vector<int>& NodesOf(int element) const {
-    return elements_[static_cast<std::size_t>(element)].nodes;
-  }
-  void Take(int node, std::vector<int>* to) {
-    if (std::exchange(taken_[static_cast<std::size_t>(node)], 1) == 0) to->push_back(node);
-  }
-
-  // Brings the lower half to the front.
-  void Halve(std::span<int> part) const {
-    Eigen::Array3d low = centres_[static_cast<std::size_t>(part.front())], high = low;
-    for (const int e : part) {
-      low = low.min(centres_[static_cast<std::size_t>(e)].array());
-      high = high.max(centres_[static_cast<std::size_t>(e)].array());
-    }
-    int axis = 0;
-    (high - low).maxCoeff(&axis);
-    const auto place = [&](int e) { return centres_[static_cast<std::size_t>(e)][axis]; };
-    std::ranges::nth_element(part, part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2), {},
-                             place);
-  }
-
-  void Split(std::span<int> part) {
-    if (part.size() == 1) {
-      for (const int node : NodesOf(part.front())) Take(node, &order_);
-      return;
-    }
-    Halve(part);
-    const auto lower = part.first(part.size() / 2), upper = part.subspan(part.size() / 2);
-    ++cut_;
-    for (const int e : lower) {
-      for (const int node : NodesOf(e)) half_[static_cast<std::size_t>(node)] = cut_;
-    }
-    std::vector<int> between;
-    for (const int e : upper) {
-      for (const int node : NodesOf(e)) {
-        if (half_[static_cast<std::size_t>(node)] == cut_) Take(node, &between);
-      }
-    }
-    Split(lower);
-    Split(upper);
-    order_.insert(order_.end(), between.begin(), between.end());
-  }
-
-  std::span<const PlacedElement> elements_;
-  std::vector<Vector3d> centres_;
-  std::vector<char> taken_;
-  std::vector<int> half_;  // per node: the last cut that had it in its lower half
-  int cut_ = 0;
-  std::vector<int> order_;
-};
-
 }  // namespace
 
 ElementShape ElementShape::Cube(int dims, int degree) {
@@ -199,11 +125,6 @@ PlacedElement::PlacedElement(const ElementShape& shape, const MatrixXd& places,
     at_point = (at_point * jacobian.inverse()).eval();
     weights[q] *= volume;
   }
-}
-
-std::vector<int> EliminationOrder(std::span<const PlacedElement> elements,
-                                  std::span<const Vector3d> nodes) {
-  return Dissection(elements, nodes).Order();
 }
 
 }  // namespace palpate::site

@@ -1,7 +1,6 @@
 // Elements whose shape functions are polynomials given by their values at a lattice of nodes.
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -34,11 +33,5 @@ struct PlacedElement {
   Eigen::MatrixXd gradients;  // nodes x (dims per point) [1 / length]
   Eigen::VectorXd weights;    // volume of each point
 };
-
-// In which order to eliminate nodes that elements couple, so that a factor stays sparse: nested
-// dissection of the elements by place, the nodes between two halves last (George 1973). Node
-// numbers; those of no element come last.
-std::vector<int> EliminationOrder(std::span<const PlacedElement> elements,
-                                  std::span<const Eigen::Vector3d> nodes);
 
 }  // namespace palpate::site

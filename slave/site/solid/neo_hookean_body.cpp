@@ -174,7 +174,7 @@ void NeoHookeanBody::AddStiffness(std::size_t element, const Work& work, Matrix*
       const int position = 3 * positions_[element][Index(i + count * j)];
       for (int b = 0; b < 3; ++b) {
         double* to = stiffness->valuePtr() + stiffness->outerIndexPtr()[3 * column + b] + position;
-        const int rows = i == j ? b + 1 : 3;
+        const int rows = nodes[Index(i)] == column ? b + 1 : 3;  // a node may stand in it twice
         for (int a = 0; a < rows; ++a) to[a] += work.entry(i, a, j, b);
       }
     }

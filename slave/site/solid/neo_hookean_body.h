@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/solid/sparse_ldlt.h"
+#include "slave/mechanics/linear/sparse_ldlt.h"
 #include "slave/site/solid/element_shape.h"
 #include "slave/site/solid/neo_hookean.h"
 
