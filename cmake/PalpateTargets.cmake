@@ -52,13 +52,14 @@ function(palpate_library name)
   endif()
 endfunction()
 
-# palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SLOW FILTER] [SANITIZE]): one test executable per
-# folder of tests, run by ctest as NAME. Those of its tests that a GoogleTest FILTER names are run as NAME_slow, with the
+# palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SLOW FILTER] [SANITIZE] [THREADS]): one test
+# executable per folder of tests, run by ctest as NAME. Those of its tests that a GoogleTest FILTER names are run as NAME_slow, with the
 # label `slow`: `tests/run.sh --full` alone runs them. SANITIZE: parses, speaks or runs threads, so that every
-# `tests/run.sh` runs it under the sanitizers too; with `--full` they run everything.
+# `tests/run.sh` runs it under the address and undefined-behaviour sanitizers too; with `--full` they run everything.
+# THREADS: runs threads, which `--full` has the thread sanitizer watch.
 # Tests are compiled at -O1: what takes time is in the libraries, and compiling takes a fifth less.
 function(palpate_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "SANITIZE" "TIMEOUT;SLOW" "SOURCES;APART;LINKS;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "SANITIZE;THREADS" "TIMEOUT;SLOW" "SOURCES;APART;LINKS;LABELS")
   palpate_units(${name} units SOURCES ${ARG_SOURCES} APART ${ARG_APART})
   add_executable(${name} ${units})
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
@@ -70,6 +71,10 @@ function(palpate_test name)
   if(ARG_SANITIZE)
     list(APPEND ARG_LABELS sanitize)
     add_dependencies(sanitized_tests ${name})
+  endif()
+  if(ARG_THREADS)
+    list(APPEND ARG_LABELS threads)
+    add_dependencies(threaded_tests ${name})
   endif()
   if(ARG_SLOW)
     palpate_test_entry(${name} ${name} "--gtest_filter=-${ARG_SLOW}" ${ARG_TIMEOUT} "${ARG_LABELS}")

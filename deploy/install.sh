@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # Installs what is missing on Debian 12: what palpate-slave and palpate-master need, and of these parts what is named.
-# usage: deploy/install.sh [films] [calibration] [clouds] [tests]   (tests: all of them, and what their tests need)
+# usage: deploy/install.sh [films] [calibration] [clouds] [tests] [fuzz]
+#   tests: all parts, and what their tests need   fuzz: what fuzzing takes
 set -euo pipefail
 # shellcheck source=progress.sh
 source "$(dirname "$0")/progress.sh"
 
 packages=(g++ cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
           libopencv-core-dev libopencv-imgproc-dev libopencv-dnn-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
-          libspdlog-dev nlohmann-json3-dev libmumps-seq-dev libopenblas0-serial zlib1g-dev)
+          libspdlog-dev nlohmann-json3-dev libmumps-seq-dev liblapack-dev libopenblas0-serial zlib1g-dev)
 films=(libopencv-videoio-dev)         # palpate-films.so: films, cameras, pictures other than PNG and JPEG
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
 clouds=(libpcl-dev)                   # palpate-slave evaluate
@@ -22,7 +23,8 @@ for part in "$@"; do
       # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
       command -v node >/dev/null || packages+=(nodejs)
       command -v npm >/dev/null || packages+=(npm) ;;
-    *) echo "install.sh: $part: accepted are films, calibration, clouds, tests" >&2; exit 2 ;;
+    fuzz) packages+=(clang-14 libclang-rt-14-dev python3) ;;
+    *) echo "install.sh: $part: accepted are films, calibration, clouds, tests, fuzz" >&2; exit 2 ;;
   esac
 done
 

@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Sourced: one line that says what is happening and how far it is; on a terminal it is written over, elsewhere it comes
 # every ten seconds.
 
@@ -22,7 +23,7 @@ progress_end() {
 
 # each_line FUNCTION: calls FUNCTION with every line of the input, and once a second with nothing while none comes.
 each_line() {
-  local part= line status
+  local part='' line status
   while true; do
     IFS= read -r -t 1 line && status=0 || status=$?
     part+=$line

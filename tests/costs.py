@@ -26,9 +26,8 @@ def compiled(log, since):
 
 
 def unit_name(output):
-    """slave/vision/CMakeFiles/palpate_vision.dir/Unity/unity_u0_cxx.cxx.o -> slave/vision: palpate_vision u0"""
-    found = re.fullmatch(r"(.*)CMakeFiles/(.*)\.dir/(?:Unity/unity_(.*)_cxx\.cxx|(.*))\.o", output)
-    return f"{found[1]}: {found[2]} {found[3] or found[4]}" if found else output
+    """slave/vision/CMakeFiles/palpate_vision.dir/palpate_vision_0.cpp.o -> slave/vision/palpate_vision_0.cpp"""
+    return re.sub(r"CMakeFiles/[^/]*\.dir/(.*)\.o$", r"\1", output)
 
 
 def print_compiled(since):

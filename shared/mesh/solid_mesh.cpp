@@ -37,6 +37,14 @@ double Volume(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vec
   return (b - a).dot((c - a).cross(d - a)) / 6;
 }
 
+// The sides of the bounding box.
+Eigen::Vector3d BoxOf(const std::vector<Eigen::Vector3d>& nodes) {
+  if (nodes.empty()) return Eigen::Vector3d::Zero();
+  Eigen::Vector3d low = nodes.front(), high = low;
+  for (const auto& p : nodes) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  return high - low;
+}
+
 }  // namespace
 
 SurfaceMesh SurfaceOf(const SolidMesh& mesh) {
@@ -145,14 +153,12 @@ double SignedVolume(const SolidMesh& mesh, int tet) {
   return Volume(p(a), p(b), p(c), p(d));
 }
 
-double Diagonal(const std::vector<Vector3d>& nodes) {
-  if (nodes.empty()) return 0;
-  Vector3d low = nodes.front(), high = nodes.front();
-  for (const auto& p : nodes) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
+double Diagonal(const std::vector<Eigen::Vector3d>& nodes) {
+  return BoxOf(nodes).norm();
+}
+
+double LargerSide(const std::vector<Eigen::Vector3d>& nodes) {
+  return BoxOf(nodes).maxCoeff();
 }
 
 }  // namespace palpate

@@ -38,7 +38,8 @@ SurfaceMesh Refined(const SurfaceMesh& mesh);
 
 // Signed volume of one tetrahedron [m^3].
 double SignedVolume(const SolidMesh& mesh, int tet);
-// Lengths of the bounding box's diagonal [m].
+// Lengths of the bounding box's diagonal, and of its largest side [m]; 0: no nodes.
 double Diagonal(const std::vector<Eigen::Vector3d>& nodes);
+double LargerSide(const std::vector<Eigen::Vector3d>& nodes);
 
 }  // namespace palpate

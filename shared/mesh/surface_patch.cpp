@@ -1,6 +1,7 @@
 #include "shared/mesh/surface_patch.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -11,6 +12,7 @@
 namespace palpate {
 namespace {
 
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kOnNode = 1e-6;       // of the diagonal: what a coordinate loses in a text file
@@ -67,6 +69,30 @@ int NearestNode(const SurfaceMesh& surface, const Vector3d& p, double within) {
   return nearest;
 }
 
+double Cross(const Vector2d& a, const Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+// Of the triangle 0 a b what lies in the circle of radius r around 0, negative where it is
+// clockwise: triangles over the part of a b inside, sectors beside it.
+void AddSector(const Vector2d& a, const Vector2d& b, double r, DiscShare* share) {
+  const auto arc = [&](const Vector2d& from, const Vector2d& to) {
+    const double angle = std::atan2(Cross(from, to), from.dot(to));
+    share->area += r * r * angle / 2;
+    share->rim += angle;
+  };
+  const Vector2d ab = b - a;
+  const double length = ab.squaredNorm(), along = -a.dot(ab) / length;  // foot of 0 on the line
+  const double reach = (r * r - Cross(a, ab) * Cross(a, ab) / length) / length;
+  const double from = along - std::sqrt(std::max(0.0, reach));
+  const double to = along + std::sqrt(std::max(0.0, reach));
+  if (!(reach > 0) || from >= 1 || to <= 0) return arc(a, b);
+  const Vector2d in = a + std::max(0.0, from) * ab, out = a + std::min(1.0, to) * ab;
+  share->area += Cross(in, out) / 2;
+  if (from > 0) arc(a, in);
+  if (to < 1) arc(out, b);
+}
+
 }  // namespace
 
 Vector3d Normal(const SurfaceMesh& surface, int triangle) {
@@ -109,6 +135,25 @@ std::optional<SurfacePlace> FindPlace(const SurfaceMesh& surface, const Vector3d
   return place;
 }
 
+DiscShare DiscOnTriangle(const SurfaceMesh& surface, int triangle, const Vector3d& p_O,
+                         double radius) {
+  const Corners t = CornersOf(surface, triangle);
+  const Vector3d n = Normal(surface, triangle);
+  const double height = n.dot(p_O - t.a);
+  const double squared = radius * radius - height * height;
+  if (n.isZero(0) || !(squared > 0) || (t.a - p_O).norm() > radius + LongestEdge(t)) return {};
+  const Vector3d along = (t.b - t.a).normalized(), across = n.cross(along);
+  const auto in_plane = [&](const Vector3d& p) -> Vector2d {
+    return {along.dot(p - p_O), across.dot(p - p_O)};
+  };
+  const std::array<Vector2d, 3> corners{in_plane(t.a), in_plane(t.b), in_plane(t.c)};
+  DiscShare share;
+  for (std::size_t i = 0; i < 3; ++i) {
+    AddSector(corners[i], corners[(i + 1) % 3], std::sqrt(squared), &share);
+  }
+  return share;
+}
+
 SurfacePatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, const Vector3d& p_O,
                      double width) {
   const double radius = 0.5 * width * (1 + kSlack);
@@ -126,13 +171,24 @@ SurfacePatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, cons
   std::set<int> nodes;
   for (int i = 0; i < count; ++i) {
     if (Normal(surface, i).dot(facing) < kSameSide) continue;
-    if ((Centroid(surface, i) - p_O).norm() <= radius) patch.triangles.push_back(i);
+    const DiscShare disc = DiscOnTriangle(surface, i, p_O, radius);
+    patch.disc.area += disc.area;
+    patch.disc.rim += disc.rim;
+    const double area = Area(surface, i);
+    if ((Centroid(surface, i) - p_O).norm() <= radius) {
+      patch.triangles.push_back(i);
+      patch.triangle_area += area;
+    }
     for (const int node : surface.triangles[static_cast<std::size_t>(i)]) {
-      if ((surface.nodes[static_cast<std::size_t>(node)] - p_O).norm() <= radius)
-        nodes.insert(node);
+      if ((surface.nodes[static_cast<std::size_t>(node)] - p_O).norm() > radius) continue;
+      nodes.insert(node);
+      patch.node_area += area / 3;
     }
   }
-  if (patch.triangles.empty()) patch.triangles.push_back(place.triangle);
+  if (patch.triangles.empty()) {
+    patch.triangles.push_back(place.triangle);
+    patch.triangle_area = Area(surface, place.triangle);
+  }
   patch.nodes.assign(nodes.begin(), nodes.end());
   return patch;
 }

@@ -31,6 +31,15 @@ Eigen::Vector3d Normal(const SurfaceMesh& surface, int triangle);
 double Area(const SurfaceMesh& surface, int triangle);
 Eigen::Vector3d Centroid(const SurfaceMesh& surface, int triangle);
 
+// What of a disc lies on a surface: the rest reaches over its edges.
+struct DiscShare {
+  double area = 0;  // [m^2]
+  double rim = 0;   // angle of the circle's arcs [rad], 2 pi: all of it
+};
+// On one triangle, of the sphere of `radius` [m] around p: a circle in the triangle's plane.
+DiscShare DiscOnTriangle(const SurfaceMesh& surface, int triangle, const Eigen::Vector3d& p_O,
+                         double radius);
+
 // The patch of a disc of diameter `width` > 0 around `place` at `p_O`: triangles whose centroid,
 // nodes that lie within width / 2 of it (1e-9 relative slack) on triangles that face the same way
 // (within 60 degrees of the mean normal at the place), so that a thin object is touched on one side
@@ -39,6 +48,10 @@ Eigen::Vector3d Centroid(const SurfaceMesh& surface, int triangle);
 struct SurfacePatch {
   std::vector<int> triangles;  // take a uniform load, a third of each one's share per node
   std::vector<int> nodes;      // are moved alike
+  // On all triangles that face the same way [m^2].
+  DiscShare disc;
+  double node_area = 0;      // a third of each triangle per node of the patch
+  double triangle_area = 0;  // of those of the patch
 };
 SurfacePatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place,
                      const Eigen::Vector3d& p_O, double width);

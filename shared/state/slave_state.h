@@ -53,27 +53,41 @@ struct FingerState {
   Validity validity = Validity::kFailed;
 };
 
-struct SlaveState {
-  std::uint64_t sequence = 0;
+// What one picture or tactile sample told. Frame S.
+struct ContactEstimate {
+  std::uint64_t sample = 0;                           // its number at the source
   Time sensed_at{};                                   // slave's clock
-  Time sent_at{};                                     // slave's clock
-  Eigen::Vector3d p_S_tip = Eigen::Vector3d::Zero();  // [m]
-  std::optional<Eigen::Vector3d> force;               // object on tool, S [N]; nullopt: unknown
-  double sigma = 0;                                   // [N]
+  Eigen::Vector3d p_S_tip = Eigen::Vector3d::Zero();  // [m]; the last one while tracking is lost
+  Eigen::Vector3d p_S_contact =
+      Eigen::Vector3d::Zero();           // place touched, or the nearest, at rest [m]
+  double depth = 0;                      // indentation along the normal [m]; 0: no contact
+  std::optional<Eigen::Vector3d> force;  // object on tool [N]; nullopt: unknown
+  double sigma = 0;                      // of the force's magnitude [N]
   Validity validity = Validity::kFailed;
-  LocalModel local_model;                // revision 0: none
-  double energy_in = 0, energy_out = 0;  // [J]
+  LocalModel local_model;  // revision 0: none
   Events events;
-  std::uint64_t command_sequence = 0;
-  std::optional<Time> echo;  // master's clock
-  double echo_delay = 0;     // [s]
-  std::uint32_t epoch = 0;
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // of T^p, S [m]
-  Phase phase = Phase::kReady;
-  std::optional<Eigen::Vector3d> true_force;  // object on tool, S [N], at sent_at
   // Of scenes with more than one fingertip, in the scene's order; the first is the tool.
   std::array<FingerState, kMaxFingers> fingers;
   int finger_count = 0;
+};
+
+// What the operator's side adds.
+struct OperatorView {
+  Phase phase = Phase::kReady;
+  std::uint32_t epoch = 0;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // of T^p, S [m]
+  std::uint64_t command_sequence = 0;
+  std::optional<Time> echo;              // master's clock
+  Time taken_at{};                       // slave's clock, when that command was taken
+  double energy_in = 0, energy_out = 0;  // [J]
+};
+
+// `events`: of all samples and commands since the state before.
+struct SlaveState : ContactEstimate, OperatorView {
+  std::uint64_t sequence = 0;
+  Time sent_at{};                             // slave's clock
+  double echo_delay = 0;                      // [s]
+  std::optional<Eigen::Vector3d> true_force;  // object on tool, S [N], at sent_at
 };
 
 struct OperatorCommand {

@@ -34,4 +34,9 @@ class Progress {
   virtual bool Report(std::string_view /*stage*/, double /*done*/) { return true; }
 };
 
+// Reports where there is somebody to listen. Throws Interrupted.
+inline void Tell(Progress* progress, std::string_view stage, double done) {
+  if (progress != nullptr && !progress->Report(stage, done)) throw Interrupted();
+}
+
 }  // namespace palpate

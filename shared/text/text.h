@@ -1,6 +1,8 @@
 // Words and numbers of files that people write, and such files as a whole.
 #pragma once
 
+#include <array>
+#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -24,6 +26,14 @@ std::string_view Trimmed(std::string_view text) noexcept;
 
 // A number in every locale: `12`, `-0.5`, `+3e4`. nullopt: none, more than that, or not finite.
 std::optional<double> ParseFinite(std::string_view text) noexcept;
+
+// Appends the shortest text that reads back as the same number, whatever the locale.
+template <class T>
+void AppendNumber(T value, char separator, std::string* text) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  text->append(digits.data(), end) += separator;
+}
 
 // What people see of `text`: at most `most` characters, and nothing that moves their cursor.
 std::string Shown(std::string_view text, std::size_t most = 60);

@@ -1,6 +1,9 @@
 // Moves the tool. The pipeline and the service see only this; real arms come as other kinds of it.
 #pragma once
 
+#include <functional>
+#include <memory>
+
 #include <Eigen/Core>
 
 #include "slave/scene/scene.h"
@@ -9,6 +12,9 @@ namespace palpate {
 
 class Manipulator {
  public:
+  // Told where the tip is, S [m].
+  using OnStep = std::function<void(const Eigen::Vector3d& p_S_tip)>;
+
   virtual ~Manipulator() = default;
   Manipulator() = default;
   Manipulator(const Manipulator&) = delete;
@@ -23,6 +29,13 @@ class Manipulator {
   [[nodiscard]] virtual Eigen::Vector3d Tip() const noexcept = 0;
   // The last target was clipped by the workspace or the speed limit. Thread-safe.
   [[nodiscard]] virtual bool at_limit() const noexcept = 0;
+  // It carries what is sensed; an arm that exists only here does so only in a simulated site.
+  [[nodiscard]] virtual bool carries_tool() const noexcept = 0;
 };
+
+// The arm of the scene; so far there is the simulated one. `on_step` is called from the arm's
+// thread after every step: it carries the tool of a simulated site; empty where the site is real.
+// Throws std::invalid_argument naming the key.
+std::unique_ptr<Manipulator> MakeManipulator(const Scene& scene, Manipulator::OnStep on_step);
 
 }  // namespace palpate

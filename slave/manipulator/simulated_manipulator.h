@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <mutex>
 #include <stop_token>
 #include <thread>
@@ -16,8 +15,6 @@ namespace palpate {
 
 class SimulatedManipulator : public Manipulator {
  public:
-  using OnStep = std::function<void(const Eigen::Vector3d& p_S_tip)>;
-
   // Starts the thread. `on_step` is called from it after every step, first with home; while it
   // takes its time (a site that waits for a solution) periods are skipped, not made up for. Throws
   // as TipFollower does.
@@ -28,6 +25,7 @@ class SimulatedManipulator : public Manipulator {
   void Hold() noexcept override;
   [[nodiscard]] Eigen::Vector3d Tip() const noexcept override;
   [[nodiscard]] bool at_limit() const noexcept override;
+  [[nodiscard]] bool carries_tool() const noexcept override { return on_step_ != nullptr; }
 
   // Commands that were not finite. Thread-safe.
   [[nodiscard]] std::uint64_t ignored_commands() const noexcept { return ignored_; }

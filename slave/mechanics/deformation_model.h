@@ -1,6 +1,7 @@
 // What every deformation model answers: contacts in, forces or displacements out.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -29,6 +30,9 @@ struct Contact {
   bool wants_stiffness = true;
 };
 
+// The commonest doubt of all.
+inline constexpr std::string_view kBeyondRange = "the displacement is beyond the model's range";
+
 // The answer for one contact. Frame O.
 struct ContactResponse {
   Eigen::Vector3d force_O{0, 0, 0};         // of the tool on the object, whole thickness [N]
@@ -37,6 +41,8 @@ struct ContactResponse {
       Eigen::Matrix3d::Zero();  // d force_O / d displacement_O of this patch alone [N/m]; zero
                                 // where it costs more than the answer (fem) or is not wanted
   Validity validity = Validity::kFailed;
+  // Why it is kExtrapolated, one clause that lives on; may be empty.
+  std::string_view doubt;
 };
 
 // What a model says of itself.
@@ -53,6 +59,15 @@ struct ModelInfo {
   std::string remark;    // what a user should know of this choice, one clause; may be empty
 };
 
+// Where a displacement field is known. Frame O.
+struct FieldMesh {
+  std::vector<Eigen::Vector3d> vertices{};  // p_O at rest [m]
+  // What spans them, by numbers of vertices: one of three.
+  std::vector<std::array<int, 2>> lines{};      // of an outline
+  std::vector<std::array<int, 3>> triangles{};  // of a surface
+  std::vector<std::array<int, 4>> tets{};       // of a volume
+};
+
 class DeformationModel {
  public:
   virtual ~DeformationModel() = default;
@@ -66,10 +81,14 @@ class DeformationModel {
   virtual void Respond(std::span<const Contact> contacts,
                        std::span<ContactResponse> responses) noexcept = 0;
 
-  // Displacement under the contacts of the last Respond, frame O [m]: of every boundary element's
-  // midpoint in 2D, of every triangle's centroid (bem3d) or node of the mesh (fem, fem-green) in
-  // 3D, of the nodes of MembraneGrid() on membranes. Costs O(N S); computed only when asked for.
-  virtual void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) = 0;
+  // Where the model tells its displacements; never changes. An outline's vertex i is the start of
+  // element i. Of a volume or its surface vertex i is node i of the object's mesh; those of no
+  // element (inside a body of which bem3d knows the surface) stay at zero. A membrane has
+  // MembraneGrid().
+  [[nodiscard]] virtual const FieldMesh& field_mesh() const = 0;
+  // Displacement of every vertex of field_mesh() under the contacts of the last Respond, frame O
+  // [m]; zero where it failed. Costs O(N S); computed only when asked for.
+  virtual void Displacements(std::vector<Eigen::Vector3d>* u_O) = 0;
 
   // Forgets motion and warm starts: the body is at rest again, and the next Respond does not depend
   // on those before. With `time: dynamic` a Respond is one step of time, whose contacts hold at its

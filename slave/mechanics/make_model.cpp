@@ -15,46 +15,6 @@ namespace {
 
 constexpr double kDefaultRange = 0.1;  // largest |displacement| / larger side
 
-std::unique_ptr<DeformationModel> MakeBem2d(const Scene& scene, const BoundaryMesh& mesh,
-                                            Progress* progress) {
-  if (mesh.size() < 3) {
-    throw std::invalid_argument("a mesh of " + std::to_string(mesh.size()) +
-                                " elements: accepted is 3 or more");
-  }
-  Bem2dModel::Params params;
-  params.young_modulus = scene.object.material.young_modulus;
-  params.thickness = ThicknessOf(scene.object.geometry);
-  params.contact = scene.model.contact;
-  params.range = scene.model.range > 0 ? scene.model.range : kDefaultRange;
-  return std::make_unique<Bem2dModel>(
-      ReferenceProblem{mesh, FixedElementDofs(scene, mesh), scene.object.material.poisson_ratio,
-                       scene.model.plane, scene.model.order},
-      params, progress);
-}
-
-std::unique_ptr<DeformationModel> MakePlate(const Scene& scene, const MembraneDisc& disc) {
-  const Material& material = scene.object.material;
-  PlateModel::Params params;
-  params.radius = disc.radius;
-  params.thickness = disc.thickness;
-  params.young_modulus = material.young_modulus;
-  params.poisson_ratio = material.poisson_ratio;
-  return std::make_unique<PlateModel>(params);
-}
-
-std::unique_ptr<DeformationModel> MakePlateLarge(const Scene& scene, const MembraneDisc& disc,
-                                                 Progress* progress) {
-  const Material& material = scene.object.material;
-  PlateLargeModel::Params params;
-  params.radius = disc.radius;
-  params.thickness = disc.thickness;
-  params.young_modulus = material.young_modulus;
-  params.poisson_ratio = material.poisson_ratio;
-  params.prestress = scene.model.prestress;
-  if (scene.model.modes > 0) params.order = scene.model.modes;
-  return std::make_unique<PlateLargeModel>(params, progress);
-}
-
 // How much the force of a plate that bends only is low at the centre's deflection w [thicknesses]:
 // von Karman's plate takes 1 + c w^2 times as much. c fits the clamped plate of `plate-large`: 1.8
 // % at 0.2, 10 % at 0.5, 30 % at 1; beyond, it says too much.
@@ -110,31 +70,79 @@ ModelChoice ChooseModel(const Scene& scene) {
           "planar outline: two-dimensional boundary elements; no study of this scene exists yet"};
 }
 
+const ModelKind& KindOf(const Scene& scene) {
+  const std::string name = ChooseModel(scene).kind;
+  const ModelKind* kind = FindModelKind(name);
+  if (kind == nullptr) {
+    throw std::invalid_argument("model.kind = " + name + ": accepted is a kind of model");
+  }
+  return *kind;
+}
+
 bool MovesInTime(const Scene& scene) {
-  const std::string kind = ChooseModel(scene).kind;
-  return (kind == "fem" || kind == "fem-hyperelastic") &&
-         scene.model.fem.time == FemOptions::Time::kDynamic;
+  return KindOf(scene).iterates && scene.model.fem.time == FemOptions::Time::kDynamic;
+}
+
+bool IsLinear(const Scene& scene) {
+  const Linearity linearity = KindOf(scene).linearity;
+  return linearity == Linearity::kAlways ||
+         (linearity == Linearity::kByLaw && scene.model.fem.law == FemOptions::Law::kLinear);
+}
+
+std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMesh& mesh,
+                                            Progress* progress) {
+  if (mesh.size() < 3) {
+    throw std::invalid_argument("a mesh of " + std::to_string(mesh.size()) +
+                                " elements: accepted is 3 or more");
+  }
+  Bem2dModel::Params params;
+  params.young_modulus = scene.object.material.young_modulus;
+  params.thickness = ThicknessOf(scene.object.geometry);
+  params.contact = scene.model.contact;
+  params.range = scene.model.range > 0 ? scene.model.range : kDefaultRange;
+  return std::make_unique<Bem2dModel>(
+      ReferenceProblem{mesh, FixedElementDofs(scene, mesh), scene.object.material.poisson_ratio,
+                       scene.model.plane, scene.model.order},
+      params, progress);
+}
+
+std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
+                                             Progress* progress) {
+  const Material& material = scene.object.material;
+  if (KindOf(scene).linearity == Linearity::kAlways) {
+    PlateModel::Params params;
+    params.radius = disc.radius;
+    params.thickness = disc.thickness;
+    params.young_modulus = material.young_modulus;
+    params.poisson_ratio = material.poisson_ratio;
+    return std::make_unique<PlateModel>(params);
+  }
+  PlateLargeModel::Params params;
+  params.radius = disc.radius;
+  params.thickness = disc.thickness;
+  params.young_modulus = material.young_modulus;
+  params.poisson_ratio = material.poisson_ratio;
+  params.prestress = scene.model.prestress;
+  if (scene.model.modes > 0) params.order = scene.model.modes;
+  return std::make_unique<PlateLargeModel>(params, progress);
 }
 
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,
                                             Progress* progress) {
-  const std::string kind = ChooseModel(scene).kind;
-  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh); outline && kind == "bem2d") {
-    return MakeBem2d(scene, *outline, progress);
+  const ModelKind& kind = KindOf(scene);
+  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
+    if (kind.object == ObjectClass::kOutline) return MakePlanarModel(scene, *outline, progress);
+  } else if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) {
+    if (kind.object == ObjectClass::kMembrane) return MakePlateModel(scene, *disc, progress);
+  } else if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) {
+    if (kind.on_surface) return MakeBem3d(scene, *surface, progress);
+  } else if (kind.object == ObjectClass::kVolume) {
+    const auto& solid = std::get<SolidMesh>(mesh);
+    if (kind.on_surface) return MakeBem3d(scene, SurfaceOf(solid), progress);
+    return kind.iterates ? MakeFem(scene, solid, progress) : MakeFemGreen(scene, solid, progress);
   }
-  if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) {
-    if (kind == "plate") return MakePlate(scene, *disc);
-    if (kind == "plate-large") return MakePlateLarge(scene, *disc, progress);
-  }
-  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) {
-    if (kind == "fem" || kind == "fem-hyperelastic") return MakeFem(scene, *solid, progress);
-    if (kind == "fem-green") return MakeFemGreen(scene, *solid, progress);
-    if (kind == "bem3d") return MakeBem3d(scene, SurfaceOf(*solid), progress);
-  }
-  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh); surface && kind == "bem3d") {
-    return MakeBem3d(scene, *surface, progress);
-  }
-  throw std::invalid_argument("model.kind = " + kind + ": accepted is a model of this object");
+  throw std::invalid_argument("model.kind = " + std::string(kind.name) +
+                              ": accepted is a model of this object");
 }
 
 }  // namespace palpate

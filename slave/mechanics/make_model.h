@@ -7,9 +7,13 @@
 #include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
+
+class Bem2dModel;
+class PlateSurface;
 
 struct ModelChoice {
   std::string kind;    // never `auto`
@@ -18,11 +22,19 @@ struct ModelChoice {
 
 // What `kind: auto` comes to, and why.
 ModelChoice ChooseModel(const Scene& scene);
+// That kind. Throws std::invalid_argument: no kind of model.
+const ModelKind& KindOf(const Scene& scene);
 // Whether a Respond of the scene's model is a step of time.
 bool MovesInTime(const Scene& scene);
+bool IsLinear(const Scene& scene);
 // Precomputes the model; tells `progress`, if there is one, what to expect and how far it is.
 // Throws std::invalid_argument: fixed nothing, impossible combination (says why); Interrupted.
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,
                                             Progress* progress = nullptr);
+// The same where the kind's family is known: bem2d; plate or plate-large.
+std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMesh& mesh,
+                                            Progress* progress = nullptr);
+std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
+                                             Progress* progress = nullptr);
 
 }  // namespace palpate

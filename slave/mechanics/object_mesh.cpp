@@ -11,6 +11,7 @@
 #include "shared/mesh/mesh_check.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/mesher/fill_surface.h"
+#include "slave/scene/model_kinds.h"
 
 namespace palpate {
 namespace {
@@ -52,7 +53,7 @@ std::optional<std::string> RefuseAt(const SurfaceMesh& surface, const Vector3d& 
          "at most";
 }
 
-ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const std::string& kind) {
+ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const ModelKind* kind) {
   const bool unit_given = geometry.unit != 1;
   MeshFile file = ReadMeshFile(geometry.file, geometry.unit);
   try {
@@ -62,7 +63,7 @@ ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const std::string& kind)
     }
     auto& surface = std::get<SurfaceMesh>(file.mesh);
     RequireSound(CheckMesh(surface, file.numbers, unit_given));
-    if (kind == "bem3d") return std::move(surface);
+    if (kind != nullptr && kind->on_surface) return std::move(surface);
     if (geometry.resolution > Diagonal(surface.nodes)) {
       throw std::invalid_argument(
           "object.geometry.resolution is larger than the object: accepted "
@@ -124,7 +125,7 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
   }
   if (const auto* box = std::get_if<BoxGeometry>(&geometry)) return MeshBox(box->size, box->cells);
   if (const auto* file = std::get_if<MeshFileGeometry>(&geometry)) {
-    return MeshOfFile(*file, scene.model.kind);
+    return MeshOfFile(*file, FindModelKind(scene.model.kind));
   }
   return MeshOutline(scene, seen);
 }

@@ -1,5 +1,8 @@
-#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
 
+#include "slave/scene/model_kinds.h"
 #include "slave/scene/sections.h"
 
 namespace palpate {
@@ -83,51 +86,65 @@ void ReadFem(Section& model, bool has_law, Fem* fem) {
   fem->threads = model.Integer("threads", 1, 64, fem->threads);
 }
 
+std::string ReadKind(Section& model) {
+  using Kind = Section::Choice<std::string_view>;
+  std::array<Kind, kModelKinds.size() + 1> kinds{Kind{"auto", "auto"}};
+  for (std::size_t i = 0; i < kModelKinds.size(); ++i) {
+    kinds[i + 1] = {kModelKinds[i].name, kModelKinds[i].name};
+  }
+  return std::string(model.OneOf("kind", kinds));
+}
+
+// What the kind takes; `auto`, which may come to any, most of it.
+ModelKind OptionsOf(std::string_view name) {
+  if (const ModelKind* kind = FindModelKind(name)) return *kind;
+  return {.name = "auto",
+          .linearity = Linearity::kByLaw,
+          .has_tets = true,
+          .iterates = true,
+          .takes_friction = true,
+          .takes_tension = true};
+}
+
 }  // namespace
 
 ModelOptions ReadModel(Section& scene, const SceneContext& context) {
-  using Kind = Section::Choice<const char*>;
   using Contact = Section::Choice<ContactLaw>;
   Section model = scene.Open("model", "a map of kind, elements, plane, contact, ...");
   ModelOptions options;
-  options.kind = model.OneOf(
-      "kind", std::array{Kind{"auto", "auto"}, Kind{"bem2d", "bem2d"}, Kind{"plate", "plate"},
-                         Kind{"plate-large", "plate-large"}, Kind{"fem", "fem"},
-                         Kind{"fem-hyperelastic", "fem-hyperelastic"}, Kind{"bem3d", "bem3d"},
-                         Kind{"fem-green", "fem-green"}});
+  options.kind = ReadKind(model);
+  const ModelKind kind = OptionsOf(options.kind);
   const bool is_auto = options.kind == "auto";
-  const bool is_hyperelastic = options.kind == "fem-hyperelastic";
-  if (is_auto || options.kind == "bem2d") ReadPlanar(model, &options);
-  if (is_auto || is_hyperelastic || options.kind == "fem") {
-    ReadFem(model, !is_hyperelastic, &options.fem);
+  const bool is_membrane = kind.object == ObjectClass::kMembrane;
+  if (is_auto || kind.object == ObjectClass::kOutline) ReadPlanar(model, &options);
+  if (kind.iterates) {
+    ReadFem(model, kind.linearity != Linearity::kNever, &options.fem);
+    if (kind.linearity == Linearity::kNever) options.fem.law = Fem::Law::kNeoHookean;
+    if (!is_auto && options.fem.law == Fem::Law::kNeoHookean) options.kind = "fem-hyperelastic";
+  } else if (kind.has_tets) {
+    ReadElement(model, &options.fem);
   }
-  if (options.kind == "fem-green") ReadElement(model, &options.fem);
-  if (options.kind == "plate-large") options.modes = model.Integer("modes", 2, 40, 0);
-  if (is_auto || options.kind == "plate-large") {
+  if (is_membrane && kind.takes_tension) options.modes = model.Integer("modes", 2, 40, 0);
+  if (kind.takes_tension) {
     options.prestress = model.Number("prestress", NotNegative(Dimension::kTension), 0.0);
-  } else if (options.kind == "plate" && model.Has("prestress")) {
+  } else if (is_membrane && model.Has("prestress")) {
     model.Refuse("prestress", "nothing with this kind: plate-large takes a tension at rest");
   }
-  if (is_hyperelastic) options.fem.law = Fem::Law::kNeoHookean;
-  if (options.kind == "fem" && options.fem.law == Fem::Law::kNeoHookean) {
-    options.kind = "fem-hyperelastic";
-  }
-  const bool is_bonded = options.kind == "fem" || is_hyperelastic;
-  if (is_bonded) {
-    model.OneOf("contact", std::array{Contact{"bonded", ContactLaw::kBonded}}, " with this kind");
-  } else if (options.kind.find("plate") == std::string::npos) {
+  if (kind.takes_friction) {
     options.contact =
         model.OneOf("contact", std::array{Contact{"bonded", ContactLaw::kBonded},
                                           Contact{"frictionless", ContactLaw::kFrictionless}});
+  } else if (!is_membrane) {
+    model.OneOf("contact", std::array{Contact{"bonded", ContactLaw::kBonded}}, " with this kind");
   }
-  if (options.kind == "bem3d" || options.kind == "fem-green") {
+  if (kind.has_cache) {
     const std::string folder = model.Text("cache", "a folder", std::string());
     if (!folder.empty()) options.cache = context.folder / folder;
   }
   options.tolerance = model.Number("tolerance", Share(), options.tolerance);
   options.rate = model.Number("rate", Positive(Dimension::kFrequency), options.rate);
   // Plates have ranges of their own, in thicknesses.
-  if (options.kind.find("plate") == std::string::npos) {
+  if (!is_membrane) {
     options.range = model.Number("range", Share(), 0.10);
   }
   Section puncture = model.Open("puncture");

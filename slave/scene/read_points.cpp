@@ -21,7 +21,7 @@ const MembraneGeometry* MembraneOf(const Object& object) {
   return std::get_if<MembraneGeometry>(&object.geometry);
 }
 
-Track ReadTrack(Section& points, const Object& object, const Sense& eyes) {
+Track ReadTrack(Section& points, const Object& object, const SenseOptions& eyes) {
   using Choice = Section::Choice<Track>;
   const bool is_simulated = eyes.stereo && eyes.stereo->source == StereoCameras::Source::kSimulated;
   const bool has_array = MembraneOf(object) != nullptr || points.Has("layout");
@@ -172,7 +172,7 @@ void ReadWindows(Section& points, const std::array<int, 2>& size, PointTracking*
 }  // namespace
 
 PointTracking ReadPoints(Section& sense, const SceneContext& context, const Object& object,
-                         const Sense& eyes) {
+                         const SenseOptions& eyes) {
   Section points = sense.Open("points");
   PointTracking tracking;
   tracking.track = ReadTrack(points, object, eyes);

@@ -222,12 +222,12 @@ std::filesystem::path ReadExistingFile(Section& section, std::string_view key,
   return file;
 }
 
-Sense ReadSense(Section& scene, const SceneContext& context, const Object& object,
-                const Eigen::Isometry3d& X_SC) {
+SenseOptions ReadSense(Section& scene, const SceneContext& context, const Object& object,
+                       const Eigen::Isometry3d& X_SC) {
   const bool is_needed = context.use == SceneUse::kFull;
   Section section = scene.Open(
       "sense", is_needed ? "a map of camera, tip, contour, of camera, points, or of tactile" : "");
-  Sense sense;
+  SenseOptions sense;
   sense.tactile = ReadTactile(section, context);
   sense.depth_camera = ReadDepthCamera(section);
   if (sense.tactile) {

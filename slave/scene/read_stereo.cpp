@@ -120,7 +120,8 @@ bool NamesEyes(const DocumentNode* sense) {
   return has("pair") || has("stereo") || has("depth");
 }
 
-void ReadEyes(Section& sense, const SceneContext& context, const Object& object, Sense* read) {
+void ReadEyes(Section& sense, const SceneContext& context, const Object& object,
+              SenseOptions* read) {
   for (const char* key : {"tip", "contour"}) {
     if (sense.Has(key)) {
       sense.Refuse(key,

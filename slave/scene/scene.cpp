@@ -43,15 +43,15 @@ bool IsHeld(const Object& object) {
   return !object.fixed.empty() || std::holds_alternative<MembraneGeometry>(object.geometry);
 }
 
-bool HasEyes(const Sense& sense) {
+bool HasEyes(const SenseOptions& sense) {
   return sense.stereo || sense.depth;
 }
 
-bool HasPictures(const Sense& sense) {
+bool HasPictures(const SenseOptions& sense) {
   return sense.camera || HasEyes(sense);
 }
 
-double SensorRate(const Sense& sense) {
+double SensorRate(const SenseOptions& sense) {
   if (sense.camera) return sense.camera->rate;
   if (sense.stereo) return sense.stereo->rate;
   if (sense.depth) return sense.depth->rate;

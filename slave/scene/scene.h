@@ -217,7 +217,7 @@ struct PointTracking {
   int window = 31;                        // edge of a window of texture [px]
   double sigma = 0.1;                     // of a point's place in a picture [px]
 };
-struct Sense {
+struct SenseOptions {
   std::optional<Camera> camera;
   std::optional<TipTracking> tip;
   std::optional<ContourTracking> contour;
@@ -228,10 +228,10 @@ struct Sense {
   std::optional<PointTracking> points;
 };
 // Two cameras or depth pictures: points in space, followed by `points`, which then is there.
-bool HasEyes(const Sense& sense);
+bool HasEyes(const SenseOptions& sense);
 // Cameras of any kind.
-bool HasPictures(const Sense& sense);
-double SensorRate(const Sense& sense);  // of pictures or samples [Hz]; 0: nothing is sensed
+bool HasPictures(const SenseOptions& sense);
+double SensorRate(const SenseOptions& sense);  // of pictures or samples [Hz]; 0: nothing is sensed
 
 // --- model
 // ------------------------------------------------------------------------------------------------------
@@ -267,7 +267,7 @@ struct FemOptions {
   int threads = 1;                     // of the assembly; the answer does not depend on it
 };
 struct ModelOptions {
-  std::string kind = "auto";  // auto bem2d plate plate-large fem fem-hyperelastic bem3d fem-green
+  std::string kind = "auto";  // or one of kModelKinds
   int elements = 180;
   ElementOrder order = ElementOrder::kConstant;
   int modes = 0;  // of plate-large; 0: its own choice
@@ -314,7 +314,7 @@ struct Scene {
   std::filesystem::path file;
   Object object;
   std::optional<Tool> tool;
-  Sense sense;
+  SenseOptions sense;
   ModelOptions model;
   OperatorOptions operator_options;
   ManipulatorOptions manipulator;

@@ -1,10 +1,12 @@
 #include "slave/scene/scene_loader.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "slave/scene/document.h"
 #include "slave/scene/membrane_limits.h"
+#include "slave/scene/model_kinds.h"
 #include "slave/scene/section.h"
 #include "slave/scene/sections.h"
 
@@ -37,6 +39,7 @@ class CrossCheck {
     CheckGeometry();
     CheckHeld();
     CheckKind();
+    CheckPuncture();
     if (OutlineBox(scene_.object)) CheckElements();
     CheckHome();
     CheckFingers();
@@ -85,14 +88,17 @@ class CrossCheck {
     if (scene_.model.prestress > 0 && !std::holds_alternative<MembraneGeometry>(geometry)) {
       Refuse("model.prestress", "nothing here: a membrane alone is under tension at rest");
     }
-    if (kind == "auto") return;
-    const bool is_plate = kind == "plate" || kind == "plate-large";
-    if (IsPlanar(geometry) && kind != "bem2d") {
-      Refuse("model.kind", "auto or bem2d for a planar outline");
-    } else if (std::holds_alternative<MembraneGeometry>(geometry) && !is_plate) {
-      Refuse("model.kind", "auto, plate or plate-large for a membrane");
-    } else if (IsVolume(geometry) && (is_plate || kind == "bem2d")) {
-      Refuse("model.kind", "auto, fem, fem-hyperelastic, fem-green or bem3d for a volume");
+    constexpr std::array kNames{" for a planar outline", " for a membrane", " for a volume"};
+    const ObjectClass object = ClassOf(geometry);
+    if (!IsKindFor(object, kind)) {
+      Refuse("model.kind", KindsFor(object) + kNames[static_cast<std::size_t>(object)]);
+    }
+  }
+
+  // A fingertip feels the force itself: no model sets it to zero.
+  void CheckPuncture() {
+    if (scene_.sense.tactile && scene_.model.puncture_depth > 0) {
+      Refuse("model.puncture.depth", "nothing with fingertips: a camera or points tell a puncture");
     }
   }
 

@@ -33,8 +33,8 @@ Eigen::Isometry3d ReadKnownPose(Section& section);
 
 // `sense`; the camera's pose is `X_SC` unless the scene says otherwise. Full use needs a camera
 // with tip and contour, two cameras or depth pictures, or fingertips.
-Sense ReadSense(Section& scene, const SceneContext& context, const Object& object,
-                const Eigen::Isometry3d& X_SC);
+SenseOptions ReadSense(Section& scene, const SceneContext& context, const Object& object,
+                       const Eigen::Isometry3d& X_SC);
 constexpr int kLargestPicture = 16384;  // edge [px]
 // `size` below a camera: [width, height] in pixels.
 std::array<int, 2> ReadSize(Section& camera, const std::array<int, 2>& fallback);
@@ -48,11 +48,12 @@ bool NamesEyes(const DocumentNode* sense);
 // `camera` and `points` below `sense`, where it does. A simulated pair stands 250 mm inside (paper
 // C), at negative z of O, its left camera's x along that of O, and looks at O's origin; where other
 // cameras stand must be said, unless nothing holds the object.
-void ReadEyes(Section& sense, const SceneContext& context, const Object& object, Sense* read);
+void ReadEyes(Section& sense, const SceneContext& context, const Object& object,
+              SenseOptions* read);
 // `points` below `sense`. By default a membrane has the dots of paper C, scaled to its size,
 // another object is followed by its texture and a depth picture by the surface it shows.
 PointTracking ReadPoints(Section& sense, const SceneContext& context, const Object& object,
-                         const Sense& eyes);
+                         const SenseOptions& eyes);
 // `tactile` below `sense`; nullopt: absent. Fingers without a pose are not placed yet.
 std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context);
 // The file named at `key`, in the scene's folder; empty if the key is absent. Full use refuses one

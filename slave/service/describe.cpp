@@ -80,7 +80,7 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   const Scene& scene = description.scene;
   message->set_name(scene.name);
   message->set_geometry(Describe(scene.object.geometry));
-  message->set_source(description.source);
+  message->set_source(description.sense.source);
   message->set_units("SI: m, N, s, Pa");
 
   auto* material = message->mutable_material();
@@ -89,13 +89,13 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   material->set_density(scene.object.material.density);
 
   auto* model = message->mutable_model();
-  model->set_kind(description.model.kind);
-  model->set_reason(description.model_reason);
-  model->set_dof(description.model.dof);
-  model->set_elements(static_cast<std::uint32_t>(description.model.elements));
+  model->set_kind(description.sense.model.kind);
+  model->set_reason(description.sense.reason);
+  model->set_dof(description.sense.model.dof);
+  model->set_elements(static_cast<std::uint32_t>(description.sense.model.elements));
   model->set_plane(scene.model.plane == Plane::kStrain ? "strain" : "stress");
   model->set_contact(scene.model.contact == ContactLaw::kFrictionless ? "frictionless" : "bonded");
-  model->set_range(description.model.range);
+  model->set_range(description.sense.model.range);
 
   const OperatorOptions& options = scene.operator_options;
   auto* mapping = message->mutable_operator_();

@@ -10,6 +10,7 @@
 
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/surface_patch.h"
+#include "slave/scene/model_kinds.h"
 #include "slave/study/study_row.h"
 
 namespace palpate::study {
@@ -107,10 +108,12 @@ void AddPlanar(const Scene& scene, const PressSpec& question, const CandidateLim
 
 // --- membranes
 void AddMembrane(const Scene& scene, std::vector<Candidate>* candidates) {
-  for (const bool large : {false, true}) {
+  for (const ModelKind& kind : kModelKinds) {
+    if (kind.object != ObjectClass::kMembrane) continue;
+    const bool large = kind.linearity == Linearity::kNever;
     Candidate c;
     c.scene = scene;
-    c.scene.model.kind = large ? "plate-large" : "plate";
+    c.scene.model.kind = kind.name;
     c.family = c.scene.model.kind;
     c.resolution = "as it is";
     c.expected_s = large ? 1.0 : 0.05;
@@ -366,7 +369,8 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
 }
 
 bool HasMidnodes(const ModelOptions& model) {
-  return model.kind.starts_with("fem") && model.fem.element == FemOptions::Element::kTet10;
+  const ModelKind* kind = FindModelKind(model.kind);
+  return kind != nullptr && kind->has_tets && model.fem.element == FemOptions::Element::kTet10;
 }
 
 ObjectMesh MeshOf(const Candidate& candidate) {
@@ -390,7 +394,8 @@ double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Pr
   } else {
     const auto* solid = std::get_if<SolidMesh>(&mesh);
     SurfaceMesh skin = solid ? SurfaceOf(*solid) : std::get<SurfaceMesh>(mesh);
-    if (model.kind == "bem3d") {
+    const ModelKind* kind = FindModelKind(model.kind);
+    if (kind != nullptr && kind->on_surface) {
       seen = TrianglesDiameter(skin, press, width);
     } else {
       seen = NodesDiameter(HasMidnodes(model) ? Refined(skin) : skin, press, width);

@@ -11,6 +11,8 @@
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/mechanics/mesh_resolution.h"
+#include "slave/scene/model_kinds.h"
 #include "slave/study/round_load.h"
 
 namespace palpate::study {
@@ -45,6 +47,11 @@ class Finder {
   const ObjectMesh& mesh_;
   SurfaceMesh skin_;
 };
+
+PatchBasis LoadBasisOf(const ModelOptions& model) {
+  if (model.kind == "bem3d") return PatchBasis::kTractionTriangles;
+  return HasMidnodes(model) ? PatchBasis::kLoadedTriangles10 : PatchBasis::kLoadedTriangles;
+}
 
 class Trial {
  public:
@@ -127,7 +134,7 @@ class Trial {
     ContactResponse response;
     model_.Respond(std::span(&contact, 1), std::span(&response, 1));
     if (!IsForceKnown(response.validity)) return {};
-    return {press.inward_O.dot(response.force_O), response.validity};
+    return {press.inward_O.dot(response.force_O), response.validity, response.doubt};
   }
 
   study::Answer Push(const Press& press, double depth, double width) {
@@ -143,12 +150,28 @@ class Trial {
     model_.Respond(contacts, responses);
     double displacement = 0;
     Validity validity = points.empty() ? Validity::kFailed : Validity::kValid;
+    std::string_view doubt;
+    if (IsCoarseUnder(press, width)) {
+      validity = Worse(validity, Validity::kExtrapolated);
+      doubt = kCoarsePatch;
+    }
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!IsForceKnown(responses[i].validity)) return {};
       displacement += points[i].share * press.inward_O.dot(responses[i].displacement_O);
       validity = Worse(validity, responses[i].validity);
+      if (doubt.empty()) doubt = responses[i].doubt;
     }
-    return {force * depth / displacement, validity};
+    return {force * depth / displacement, validity, doubt};
+  }
+
+  // The load's area is the tool's own on every mesh; its rim is as blurred as the mesh is coarse.
+  [[nodiscard]] bool IsCoarseUnder(const Press& press, double width) const {
+    const auto place = FindPlace(finder_.skin(), press.p_O);
+    if (!place) return false;
+    PatchCover cover =
+        CoverOf(PatchAt(finder_.skin(), *place, press.p_O, width), LoadBasisOf(options_));
+    cover.area = cover.disc.area;
+    return IsPatchCoarse(cover);
   }
 
   // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
@@ -183,7 +206,8 @@ void Describe(const Candidate& candidate, StudyRow* row) {
   row->model = candidate.scene.model;
   row->dof = candidate.dof;
   row->expected_s = candidate.expected_s;
-  if (row->kind == "fem" || row->kind == "fem-hyperelastic") {
+  const ModelKind* kind = FindModelKind(row->kind);
+  if (kind != nullptr && kind->iterates) {
     row->residual = candidate.scene.model.fem.residual;
   }
 }
@@ -211,7 +235,9 @@ void Try(const Candidate& candidate, const PressSpec& question, const ModelFacto
   row->validity = Validity::kValid;
   for (const Press& press : question.presses) {
     row->answers.push_back(trial.Answer(press));
-    row->validity = Worse(row->validity, row->answers.back().full.validity);
+    const Answer& full = row->answers.back().full;
+    row->validity = Worse(row->validity, full.validity);
+    if (!full.doubt.empty()) row->reason = full.doubt;
     if (IsAnswer(row->answers.back().small)) continue;
     row->outcome = Outcome::kFailed;
     row->reason = model->failure().empty() ? "no answer" : std::string(model->failure());

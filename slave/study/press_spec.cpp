@@ -22,15 +22,6 @@ constexpr double kMembraneLinear = 0.01;  // of the thickness: von Karman's corr
 constexpr double kToolPerSize = 1.0 / 15;
 constexpr double kDefaultDepth = 0.05;  // of the object's size
 
-double LargerSide(const std::vector<Vector3d>& points) {
-  Vector3d lower = points.front(), upper = points.front();
-  for (const Vector3d& p : points) {
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
-  }
-  return (upper - lower).maxCoeff();
-}
-
 // The nearest point of the outline, with the body on the left of its edge.
 Press NearestOnOutline(const Outline& outline, const Vector2d& p) {
   Press press;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "slave/scene/model_kinds.h"
 #include "slave/study/planar_truth.h"
 #include "slave/study/richardson.h"
 
@@ -34,12 +35,14 @@ bool IsLinearAnswer(const StudyRow& row) {
 }
 
 bool IsLarge(const StudyRow& row) {
-  return row.kind == "fem-hyperelastic" || row.kind == "plate-large";
+  const ModelKind* kind = FindModelKind(row.kind);
+  return kind != nullptr && kind->linearity == Linearity::kNever;
 }
 
 // What two opinions have to differ in to be two: the same elements under another law are not.
 std::string FormulationOf(const StudyRow& row) {
-  if (row.kind == "bem3d" || row.kind == "bem2d" || row.element_size == 0) return row.kind;
+  const ModelKind* kind = FindModelKind(row.kind);
+  if (kind == nullptr || !kind->has_tets || row.element_size == 0) return row.kind;
   return row.family.find("tet10") == std::string::npos ? "tet4" : "tet10";
 }
 

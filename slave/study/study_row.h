@@ -24,6 +24,7 @@ struct Estimate {
 struct Answer {
   double value = kUnknown;
   Validity validity = Validity::kFailed;
+  std::string_view doubt;  // why it is extrapolated; may be empty
 };
 
 struct PressAnswers {

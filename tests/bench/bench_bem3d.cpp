@@ -11,7 +11,7 @@
 #include <benchmark/benchmark.h>
 
 #include "slave/mechanics/bem3d/bem3d_model.h"
-#include "slave/mechanics/bem3d/block_lu.h"
+#include "slave/mechanics/linear/dense_lu.h"
 #include "tests/slave/mechanics/bem3d/solid_bodies.h"
 
 namespace palpate {
@@ -68,10 +68,10 @@ void LuAndInverse(benchmark::State& state) {
   for (auto _ : state) {
     inverse.setIdentity();
     const double begin = Now();
-    BlockLu lu(A);
+    DenseLu lu(A);
     while (lu.done() < lu.blocks()) lu.FactorizeNext();
-    for (Eigen::Index j = 0; j < n; j += 96) {
-      lu.SolveInPlace(inverse.middleCols(j, std::min<Eigen::Index>(96, n - j)));
+    for (Eigen::Index j = 0; j < n; j += 192) {
+      lu.SolveInPlace(inverse.middleCols(j, std::min<Eigen::Index>(192, n - j)));
     }
     seconds += Now() - begin;
   }

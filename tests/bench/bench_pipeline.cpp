@@ -10,7 +10,7 @@
 
 #include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/camera/estimator.h"
-#include "slave/pipeline/camera/offline_run.h"
+#include "slave/pipeline/offline/offline_run.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/camera/scripted_camera.h"
 #include "tests/support/paths.h"
@@ -28,7 +28,8 @@ Scene Block(int elements) {
 
 const std::vector<Frame>& Press() {
   static const std::vector<Frame> frames = [] {
-    ScriptedCamera camera(Block(180));
+    SimulatedSite site(Block(180));
+    ScriptedCamera camera(site, Block(180));
     std::vector<Frame> all;
     while (std::optional<Frame> frame = camera.Next({})) all.push_back(*frame);
     return all;

@@ -10,7 +10,7 @@
 #include <Eigen/Cholesky>
 #include <benchmark/benchmark.h>
 
-#include "slave/mechanics/plate/load_fit.h"
+#include "slave/mechanics/plate/fit/load_fit.h"
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
 

@@ -50,7 +50,7 @@ class EverySense(unittest.TestCase):
         self.serve(*settings)
 
     def test_fingertips(self):
-        settings = "foam-cube.yaml", "operator.press.depth=8 mm"
+        settings = "foam-cube.yaml", "operator.press.depth=2 mm"
         self.process(*settings)
         self.serve(*settings)
 

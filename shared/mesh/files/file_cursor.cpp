@@ -2,10 +2,11 @@
 
 #include <charconv>
 #include <cstdio>
-#include <fstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
+
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -62,20 +63,11 @@ double ParseReal(const SourcePlace& place, std::string_view text, const char* wh
 }
 
 FileCursor::FileCursor(std::filesystem::path file) : file_(std::move(file)) {
-  std::error_code error;
-  const bool is_file = std::filesystem::is_regular_file(file_, error);
-  std::ifstream stream(file_, std::ios::binary);
-  const std::uintmax_t size = is_file ? std::filesystem::file_size(file_, error) : 0;
-  if (!is_file || !stream || error) {
-    throw std::invalid_argument(file_.string() +
-                                ": cannot be read: accepted is a readable mesh file");
+  try {
+    text_ = ReadWholeFile(file_, kLargestFile, "a mesh file");
+  } catch (const InputError& error) {
+    throw std::invalid_argument(error.what());
   }
-  if (size > kLargestFile) {
-    throw std::invalid_argument(file_.string() + ": too large: accepted is at most 2 GiB");
-  }
-  text_.resize(static_cast<std::size_t>(size));
-  stream.read(text_.data(), static_cast<std::streamsize>(size));
-  text_.resize(static_cast<std::size_t>(stream.gcount()));
 }
 
 void FileCursor::Seek(std::size_t position) {

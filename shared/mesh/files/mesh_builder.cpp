@@ -132,6 +132,11 @@ void MeshBuilder::DropMiddles(std::vector<std::array<int, 4>>* tets,
          " nodes in the middle of edges are not");
 }
 
+void MeshBuilder::RequireNear(double largest) const {
+  if (largest <= kLargest) return;
+  place_->Refuse("a coordinate of " + Brief(largest) + " m", "at most " + Brief(kLargest) + " m");
+}
+
 MeshFile MeshBuilder::Finish(double unit) {
   if (tets_.empty() && triangles_.empty()) {
     place_->Refuse("no element was found", "tetrahedra, or triangles for a surface");
@@ -139,10 +144,7 @@ MeshFile MeshBuilder::Finish(double unit) {
   DropMiddles(&tets_, &triangles_);
   for (auto& p : mesh_nodes_) {
     p *= unit;
-    if (!(p.cwiseAbs().maxCoeff() <= kLargest)) {
-      place_->Refuse("a coordinate of " + Brief(p.cwiseAbs().maxCoeff()) + " m",
-                     "at most " + Brief(kLargest) + " m");
-    }
+    RequireNear(p.cwiseAbs().maxCoeff());
   }
   MeshFile file;
   file.numbers.nodes = UnlessPlain(std::move(node_numbers_));

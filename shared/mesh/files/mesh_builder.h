@@ -43,6 +43,8 @@ class MeshBuilder {
   void AddCell(const CellKind& kind, std::int64_t number, std::span<const std::int64_t> nodes);
   void Remark(std::string remark) { remarks_.push_back(std::move(remark)); }
 
+  // Throws: `largest`, a coordinate [m], is beyond what can be computed with.
+  void RequireNear(double largest) const;
   // The tetrahedra or, without any, the triangles, in metres. Throws: neither, coordinates beyond
   // what can be computed with.
   MeshFile Finish(double unit);

@@ -8,8 +8,8 @@
 #include <span>
 #include <string>
 
-#include "shared/mesh/files/number_text.h"
 #include "shared/mesh/surface_patch.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {

@@ -90,8 +90,9 @@ MeshFile ReadStl(const std::filesystem::path& file, double unit) {
   const Corners corners = IsBinary(&cursor) ? ReadBinary(&cursor) : ReadText(&cursor);
   double largest = 0;
   for (const auto& p : corners) largest = std::max(largest, p.cwiseAbs().maxCoeff());
-  NodeMerger merger(kRounding * largest);
   MeshBuilder builder(cursor);
+  builder.RequireNear(largest * unit);
+  NodeMerger merger(kRounding * largest);
   std::int64_t collapsed = 0;
   for (std::size_t t = 0; 3 * t < corners.size(); ++t) {
     std::array<std::int64_t, 3> nodes{};

@@ -6,7 +6,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "shared/mesh/files/number_text.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -124,20 +124,6 @@ void AddPointData(const VtuGrid& grid, VtuText* text) {
 }
 
 }  // namespace
-
-VtuGrid GridOf(const SolidMesh& mesh) {
-  VtuGrid grid;
-  grid.points = mesh.nodes;
-  grid.tets = mesh.tets;
-  return grid;
-}
-
-VtuGrid GridOf(const SurfaceMesh& mesh) {
-  VtuGrid grid;
-  grid.points = mesh.nodes;
-  grid.triangles = mesh.triangles;
-  return grid;
-}
 
 std::string CaseArrayName(const std::string& quantity, const std::string& case_name,
                           std::size_t cases) {

@@ -9,8 +9,6 @@
 
 #include <Eigen/Core>
 
-#include "shared/mesh/solid_mesh.h"
-
 namespace palpate {
 
 // Numbers at the points: displacement [m], stress [Pa]. Not finite ones are written as NaN, which
@@ -30,8 +28,6 @@ struct VtuGrid {
   std::vector<int> vertices;
   std::vector<PointArray> arrays;
 };
-VtuGrid GridOf(const SolidMesh& mesh);
-VtuGrid GridOf(const SurfaceMesh& mesh);
 // What an array of one of several cases is called; with one case only, `quantity` itself.
 std::string CaseArrayName(const std::string& quantity, const std::string& case_name,
                           std::size_t cases);

@@ -41,7 +41,7 @@ struct Probe {
   double force = 0;  // along the press, linear in its depth where the model is [N]
   double update_us = 0;
   Validity validity = Validity::kFailed;
-  std::string failure;
+  std::string failure;  // or why it is extrapolated
 };
 
 Probe Ask(const study::PressSpec& question, DeformationModel& model) {
@@ -53,7 +53,7 @@ Probe Ask(const study::PressSpec& question, DeformationModel& model) {
   model.Reset();
   model.Respond(std::span(&contact, 1), std::span(&response, 1));
   const Probe first{response.force_O.dot(press.inward_O), 0, response.validity,
-                    std::string(model.failure())};
+                    std::string(response.doubt.empty() ? model.failure() : response.doubt)};
   const auto began = std::chrono::steady_clock::now();
   for (int i = 0; i < kRepeats; ++i) {
     contact.prescribed_O = question.depth * (1 - 1e-3 * (i % 2)) * press.inward_O;
@@ -77,7 +77,7 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
                                     const study::PressSpec& question, double force) {
   Scene better = scene;
   if (std::holds_alternative<MembraneDisc>(mesh)) {
-    if (ChooseModel(scene).kind == "plate-large") return std::nullopt;
+    if (KindOf(scene).linearity == Linearity::kNever) return std::nullopt;
     better.model.kind = "plate-large";
     const auto stretched = ForceOf(better, mesh, question);
     return stretched ? std::optional(std::abs(force / *stretched - 1)) : std::nullopt;
@@ -91,7 +91,7 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
   better.model.fem = FemOptions();
   better.model.fem.law = FemOptions::Law::kLinear;
   Scene plain = scene;
-  if (scene.model.kind != "bem3d" && scene.model.kind != "fem-green") plain.model = better.model;
+  if (KindOf(scene).linearity != Linearity::kAlways) plain.model = better.model;
   better.model.fem.element = FemOptions::Element::kTet10;
   const auto by_plain = ForceOf(plain, mesh, gentle);
   const auto by_better = ForceOf(better, mesh, gentle);
@@ -123,12 +123,14 @@ void PrintPress(const Scene& scene, const ObjectMesh& mesh, DeformationModel& mo
     PrintLine("press", "no answer: " + probe.failure);
     return;
   }
-  PrintLine("press",
-            fmt::format("{:.4g} N for {} at ({}, {}, {}) over {}{}", probe.force,
-                        LengthInWords(question.depth), LengthInWords(press.p_O.x()),
-                        LengthInWords(press.p_O.y()), LengthInWords(press.p_O.z()),
-                        LengthInWords(question.width),
-                        probe.validity == Validity::kValid ? "" : "; beyond the model's range"));
+  PrintLine("press", fmt::format("{:.4g} N for {} at ({}, {}, {}) over {}", probe.force,
+                                 LengthInWords(question.depth), LengthInWords(press.p_O.x()),
+                                 LengthInWords(press.p_O.y()), LengthInWords(press.p_O.z()),
+                                 LengthInWords(question.width)));
+  if (probe.validity != Validity::kValid) {
+    PrintLine("press", "extrapolated: " +
+                           (probe.failure.empty() ? std::string(kBeyondRange) : probe.failure));
+  }
   PrintLine("update",
             fmt::format("{:.3g} us: {} the {:g} Hz asked for", probe.update_us,
                         probe.update_us * 1e-6 * scene.model.rate < 1 ? "meets" : "MISSES",

@@ -14,9 +14,9 @@
 #include "slave/commands/check/check_words.h"
 #include "slave/commands/check/stereo_expectation.h"
 #include "slave/pipeline/load/grid_subsample.h"
+#include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
-#include "slave/pipeline/points/surface_teller.h"
-#include "slave/site/points/scripted_membrane.h"
+#include "slave/site/world.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/texture/epipolar_line.h"
 
@@ -132,9 +132,9 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
   }
 }
 
-std::unique_ptr<StereoSource> Open(const Scene& scene) {
-  if (!IsSimulated(scene)) return OpenStereoFiles(scene, false);
-  return std::make_unique<ScriptedMembrane>(scene);
+std::unique_ptr<StereoSource> Open(const Scene& scene, World* world) {
+  if (world == nullptr) return OpenStereoFiles(scene, false);
+  return world->OpenPair(scene, {.is_live = false});
 }
 
 // What the eyes make of the first pictures.
@@ -186,7 +186,8 @@ std::string SeenInWords(const Scene& scene, const SurfacePointTracker& eyes,
 }
 
 void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
-  const auto source = Open(scene);
+  const auto world = MakeWorld(scene);
+  const auto source = Open(scene, world.get());
   const auto eyes = MakeSurfacePointTracker(scene, rig);
   PrintLine("pictures", source->description());
   const FirstLook look = Look(scene, rig, *source, *eyes);

@@ -9,7 +9,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "slave/mechanics/make_model.h"
-#include "slave/mechanics/plate/load_fit.h"
+#include "slave/mechanics/plate/fit/load_fit.h"
 #include "slave/mechanics/plate/plate_surface.h"
 
 namespace palpate {
@@ -81,8 +81,8 @@ std::optional<ForceExpectation> ExpectedForce(const Scene& scene, const StereoRi
   const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
   const Vector3d home_O = scene.object.X_SO.inverse() * scene.manipulator.home;
   if (membrane == nullptr || !(home_O.head<2>().norm() < membrane->radius)) return std::nullopt;
-  const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
-  auto& plate = dynamic_cast<PlateSurface&>(*model);
+  const auto model = MakePlateModel(scene, {membrane->radius, membrane->thickness});
+  PlateSurface& plate = *model;
   const Contact press{Contact::Kind::kDisplacement,
                       {home_O.x(), home_O.y(), 0},
                       -1,

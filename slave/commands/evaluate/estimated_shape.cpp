@@ -1,6 +1,5 @@
 #include "slave/commands/evaluate/estimated_shape.h"
 
-#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <variant>
@@ -42,29 +41,11 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
     throw std::invalid_argument("the tables have no answer: " + std::string(model->failure()));
   }
   std::vector<Eigen::Vector3d> displacement;
-  model->BoundaryDisplacement(&displacement);
+  model->Displacements(&displacement);
   return displacement;
 }
 
 }  // namespace
-
-std::vector<Eigen::Vector3d> AtNodes(const SurfaceMesh& surface,
-                                     const std::vector<Eigen::Vector3d>& displacement) {
-  if (displacement.size() >= surface.nodes.size()) {
-    return {displacement.begin(),
-            displacement.begin() + static_cast<std::ptrdiff_t>(surface.nodes.size())};
-  }
-  std::vector<Eigen::Vector3d> at_nodes(surface.nodes.size(), Eigen::Vector3d::Zero());
-  std::vector<double> count(surface.nodes.size(), 0);
-  for (std::size_t t = 0; t < displacement.size() && t < surface.triangles.size(); ++t) {
-    for (const int node : surface.triangles[t]) {
-      at_nodes[static_cast<std::size_t>(node)] += displacement[t];
-      count[static_cast<std::size_t>(node)] += 1;
-    }
-  }
-  for (std::size_t i = 0; i < count.size(); ++i) at_nodes[i] /= std::max(1.0, count[i]);
-  return at_nodes;
-}
 
 EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path& contacts,
                                 const std::filesystem::path& loads, Progress* progress) {
@@ -82,7 +63,7 @@ EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path&
   if (!loads.empty()) AppendRows(loads, Contact::Kind::kForce, mesh, false, &rows);
   if (!rows.empty()) {
     shape.state = "what the model makes of " + std::to_string(rows.size()) + " contacts";
-    const auto u_O = AtNodes(shape.rest_S, Displacement(still, mesh, rows, progress));
+    const auto u_O = Displacement(still, mesh, rows, progress);
     for (std::size_t i = 0; i < u_O.size(); ++i) shape.estimate_S.nodes[i] += u_O[i];
   }
   for (SurfaceMesh* surface : {&shape.rest_S, &shape.estimate_S}) {

@@ -29,9 +29,4 @@ EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path&
 // TactileEstimator throw; Interrupted.
 EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress);
 
-// Displacements as a model tells them, per node or per triangle, at every node [m]; those of
-// triangles are averaged over the triangles around a node.
-std::vector<Eigen::Vector3d> AtNodes(const SurfaceMesh& surface,
-                                     const std::vector<Eigen::Vector3d>& displacement);
-
 }  // namespace palpate

@@ -1,42 +1,51 @@
 #include "slave/commands/solve/field_file.h"
 
-#include <stdexcept>
-#include <variant>
-
-#include "slave/commands/solve/nodal_field_file.h"
-#include "slave/commands/solve/planar_field_file.h"
-#include "slave/mechanics/plate/membrane_grid.h"
-
 namespace palpate {
 namespace {
 
-// The triangles' centroids, where bem3d knows the displacement.
-VtuGrid CentroidsOf(const SurfaceMesh& surface) {
-  VtuGrid grid;
-  for (const auto& [a, b, c] : surface.triangles) {
-    const auto p = [&](int i) { return surface.nodes[static_cast<std::size_t>(i)]; };
-    grid.vertices.push_back(static_cast<int>(grid.points.size()));
-    grid.points.emplace_back((p(a) + p(b) + p(c)) / 3);
-  }
-  return grid;
-}
-
-VtuGrid GridFor(const std::string& kind, const ObjectMesh& mesh) {
-  if (const auto* disc = std::get_if<MembraneDisc>(&mesh))
-    return GridOf(MembraneGrid(disc->radius));
-  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) return CentroidsOf(*surface);
-  const auto& solid = std::get<SolidMesh>(mesh);
-  return kind == "bem3d" ? CentroidsOf(SurfaceOf(solid)) : GridOf(solid);
+// Calls `visit` with each vertex of each cell.
+template <typename Grid, typename Visit>
+void ForCorners(Grid& grid, const Visit& visit) {
+  for (auto& cell : grid.lines)
+    for (auto& v : cell) visit(v);
+  for (auto& cell : grid.triangles)
+    for (auto& v : cell) visit(v);
+  for (auto& cell : grid.tets)
+    for (auto& v : cell) visit(v);
 }
 
 }  // namespace
 
-std::unique_ptr<FieldFile> MakeFieldFile(const std::filesystem::path& file, DeformationModel& model,
-                                         const ObjectMesh& mesh) {
-  if (const auto* planar = dynamic_cast<const Bem2dModel*>(&model)) {
-    return std::make_unique<PlanarFieldFile>(file, *planar);
+NodalFieldFile::NodalFieldFile(std::filesystem::path file, DeformationModel& model)
+    : file_(std::move(file)), model_(model) {
+  const FieldMesh& mesh = model_.field_mesh();
+  std::vector<int> number(mesh.vertices.size(), -1);
+  ForCorners(mesh, [&](int v) { number[static_cast<std::size_t>(v)] = 0; });
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] < 0) continue;
+    number[v] = static_cast<int>(vertices_.size());
+    vertices_.push_back(v);
+    grid_.points.push_back(mesh.vertices[v]);
   }
-  return std::make_unique<NodalFieldFile>(file, model, GridFor(model.info().kind, mesh));
+  grid_.lines = mesh.lines;
+  grid_.triangles = mesh.triangles;
+  grid_.tets = mesh.tets;
+  ForCorners(grid_, [&](int& v) { v = number[static_cast<std::size_t>(v)]; });
+}
+
+void NodalFieldFile::AddCase(const std::string& name) {
+  std::vector<Eigen::Vector3d> u_O;
+  model_.Displacements(&u_O);
+  auto& values = cases_.emplace_back(name, std::vector<double>()).second;
+  for (const std::size_t v : vertices_) values.insert(values.end(), u_O[v].begin(), u_O[v].end());
+}
+
+bool NodalFieldFile::Write() const {
+  VtuGrid grid = grid_;
+  for (const auto& [name, values] : cases_) {
+    grid.arrays.push_back({CaseArrayName("displacement", name, cases_.size()), 3, values, {}});
+  }
+  return WriteVtu(file_, grid, VtuForm::kAppended);
 }
 
 }  // namespace palpate

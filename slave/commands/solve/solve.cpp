@@ -11,11 +11,13 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
-#include "slave/commands/solve/field_file.h"
+#include "slave/commands/solve/planar_field_file.h"
 #include "slave/commands/solve/solve_history.h"
 #include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/make_model.h"
@@ -121,18 +123,33 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
   return true;
 }
 
-std::unique_ptr<DeformationModel> Build(const Scene& scene, const ObjectMesh& mesh,
-                                        ProgressBar* progress) {
-  auto model = MakeModel(scene, mesh, progress);
-  progress->Clear();
-  const ModelInfo& info = model->info();
+struct Solver {
+  std::unique_ptr<DeformationModel> model;
+  std::unique_ptr<FieldFile> field;  // nullptr: not asked for
+};
+
+// `field`: the field's file, empty: none. An outline's has stresses too, and points inside.
+Solver Build(const Scene& scene, const ObjectMesh& mesh, const std::filesystem::path& field,
+             ProgressBar* progress) {
+  Solver solver;
+  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
+    auto planar = MakePlanarModel(scene, *outline, progress);
+    if (!field.empty()) solver.field = std::make_unique<PlanarFieldFile>(field, *planar);
+    solver.model = std::move(planar);
+  } else {
+    solver.model = MakeModel(scene, mesh, progress);
+    if (!field.empty()) solver.field = std::make_unique<NodalFieldFile>(field, *solver.model);
+  }
+  return solver;
+}
+
+void Tell(const ModelInfo& info) {
   std::fprintf(stderr, "solve: %s, %zu dof, precomputed in %.3g s, %.3g MB kept", info.kind.c_str(),
                info.dof, info.precompute_s, 1e-6 * static_cast<double>(info.memory_bytes));
   if (info.condition > 0) std::fprintf(stderr, ", condition %.3g", info.condition);
   if (info.update_us > 0) std::fprintf(stderr, ", about %.3g us per update", info.update_us);
   if (!info.remark.empty()) std::fprintf(stderr, "; %s", info.remark.c_str());
   std::fputc('\n', stderr);
-  return model;
 }
 
 std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& mesh, bool dynamic) {
@@ -166,8 +183,9 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   RequireWritable(options.field);
 
   ProgressBar progress("solve", stop);
-  const auto model = Build(scene, mesh, &progress);
-  const auto field = options.field.empty() ? nullptr : MakeFieldFile(options.field, *model, mesh);
+  const auto [model, field] = Build(scene, mesh, options.field, &progress);
+  progress.Clear();
+  Tell(model->info());
   std::vector<SolveRow> answers;
   bool all_solved = true;
   try {
@@ -191,6 +209,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
     std::fprintf(stderr, "solve: interrupted; what was solved is written\n");
   }
   progress.Clear();
+  TellDoubts(dynamic ? answers : rows);
   const bool written =
       WriteRows(options.out, dynamic ? answers : rows) && (!field || field->Write());
   if (!written) std::fprintf(stderr, "solve: writing failed\n");

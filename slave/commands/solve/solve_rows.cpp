@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <string_view>
 
 #include "shared/mesh/boundary_patch.h"
@@ -78,6 +79,28 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
     if (table.Has("t")) row.t = table.Number("t");
     if (row.t && *row.t < 0) table.Refuse("t", "a time >= 0 [s]");
     rows->push_back(std::move(row));
+  }
+}
+
+void TellDoubts(const std::vector<SolveRow>& rows) {
+  struct Doubt {
+    std::size_t first = 0, count = 0;
+  };
+  std::map<std::string_view, Doubt> doubts;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].response.validity != Validity::kExtrapolated) continue;
+    const std::string_view why = rows[i].response.doubt;
+    Doubt& doubt = doubts[why.empty() ? kBeyondRange : why];
+    if (doubt.count++ == 0) doubt.first = i;
+  }
+  for (const auto& [why, doubt] : doubts) {
+    const SolveRow& row = rows[doubt.first];
+    const Eigen::Vector3d& p = row.contact.p_O;
+    std::fprintf(stderr,
+                 "solve: %zu of %zu rows are extrapolated, first row %zu (case %s at %.6g, %.6g, "
+                 "%.6g): %.*s\n",
+                 doubt.count, rows.size(), doubt.first + 1, row.case_name.c_str(), p.x(), p.y(),
+                 p.z(), static_cast<int>(why.size()), why.data());
   }
 }
 

@@ -25,6 +25,10 @@ struct SolveRow {
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
                 bool dynamic, std::vector<SolveRow>* rows);
 
+// Says on stderr how many rows are extrapolated and why: a line per reason, with the first such
+// row.
+void TellDoubts(const std::vector<SolveRow>& rows);
+
 // Writes one line per row with 17 significant digits, with `t` if they have one. False: the file
 // cannot be written.
 bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows);

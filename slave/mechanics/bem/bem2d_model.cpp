@@ -63,6 +63,11 @@ Bem2dModel::Bem2dModel(ReferenceProblem problem, const Params& params, Progress*
   larger_side_ = LargerSide(mesh);
   length_unit_ = mesh.length_unit;
   force_unit_ = params_.young_modulus * length_unit_ * params_.thickness;
+  for (int i = 0; i < mesh.size(); ++i) {
+    const Vector2d& a = mesh.elements[static_cast<std::size_t>(i)].a;
+    field_mesh_.vertices.emplace_back(a.x(), a.y(), 0);
+    field_mesh_.lines.push_back({i, mesh.Next(i)});
+  }
   info_.kind = "bem2d";
   info_.dof = 2 * static_cast<std::size_t>(greens_.size());
   info_.elements = mesh.size();
@@ -309,13 +314,24 @@ Matrix2d Bem2dModel::StiffnessOf(const Contact& contact, int patch) noexcept {
   return unit * derivative;
 }
 
-void Bem2dModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
+void Bem2dModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
   const BoundaryState state = Boundary();
   const ElementNodes& local = greens_.element_nodes();
-  displacement_O->assign(static_cast<std::size_t>(info_.elements), Eigen::Vector3d::Zero());
-  for (std::size_t v = 0; v < state.displacement.size(); ++v) {
-    const auto nodes = static_cast<std::size_t>(local.count);
-    (*displacement_O)[v / nodes].head<2>() += local.AtMidpoint(v % nodes) * state.displacement[v];
+  const auto nodes = static_cast<std::size_t>(local.count);
+  const auto at_end = [&](std::size_t element, double s) {
+    Vector2d u = Vector2d::Zero();
+    for (std::size_t m = 0; m < nodes; ++m) {
+      u += local.AtEnd(m, s) * state.displacement[element * nodes + m];
+    }
+    return u;
+  };
+  const BoundaryMesh& mesh = greens_.problem().mesh;
+  u_O->assign(mesh.elements.size(), Eigen::Vector3d::Zero());
+  for (std::size_t i = 0; i < u_O->size(); ++i) {
+    const auto before = static_cast<std::size_t>(mesh.Previous(static_cast<int>(i)));
+    const double share =
+        mesh.elements[i].length() / (mesh.elements[i].length() + mesh.elements[before].length());
+    (*u_O)[i].head<2>() = share * at_end(before, 1) + (1 - share) * at_end(i, -1);
   }
 }
 

@@ -39,14 +39,19 @@ class Bem2dModel final : public DeformationModel {
   }
 
   // Frictionless contacts prescribe the displacement along its own direction (a zero displacement:
-  // along the outward normal at the patch's middle element) and leave the traction across it zero.
+  // along the outward normal at the patch's middle element) and leave the traction across it zero:
+  // answers of several add up only where each keeps its direction.
   // A contact on held elements must have a zero displacement there and reports the reaction. Loads
   // on a body that nothing holds must balance to 1e-6. Displacements beyond 1e6 larger sides, and
   // forces that would need such, are absurd: kFailed.
   // A place is found by a walk over all elements if `element` is -1: give it where time counts.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  // The mean of what both elements at a vertex say, the shorter one's word counting more; where
+  // elements are constant that is the straight line between their midpoints. Off by O(h^2) on
+  // smooth boundary, O(h^3) with quadratic elements, one order less in corners of constant ones.
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::string_view failure() const override { return failure_; }
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
@@ -84,6 +89,7 @@ class Bem2dModel final : public DeformationModel {
   GreensFunctions greens_;
   CapacitanceSolver solver_;
   MovingContacts moving_;
+  FieldMesh field_mesh_;
   ModelInfo info_;
   double larger_side_ = 0;  // [m]
   double length_unit_ = 0;  // [m]

@@ -73,9 +73,8 @@ void BoundarySystem::Collocate(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar,
   const int elements = problem_.mesh.size();
   for (int j = 0; j < elements; ++j) {
     CollocateElement(j, A, Abar);
-    if (progress == nullptr || j % kReportEvery != 0) continue;
-    if (!progress->Report("boundary integrals", static_cast<double>(j) / elements)) {
-      throw Interrupted();
+    if (j % kReportEvery == 0) {
+      Tell(progress, "boundary integrals", static_cast<double>(j) / elements);
     }
   }
 }

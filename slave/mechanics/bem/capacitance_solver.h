@@ -12,8 +12,8 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/bem/dense_lu.h"
 #include "slave/mechanics/bem/greens_functions.h"
+#include "slave/mechanics/linear/small_lu.h"
 
 namespace palpate {
 

@@ -26,8 +26,10 @@ struct ElementNodes {
   // The basis function of node m, one there and zero at the others, is sum_k mode[m][k] P_k(s).
   std::array<std::array<double, kLargestNodeCount>, kLargestNodeCount> mode{};
 
-  // The basis function of node m in the middle of the element, where P_2 is -1/2 and P_1 zero.
-  [[nodiscard]] double AtMidpoint(std::size_t m) const { return mode[m][0] - 0.5 * mode[m][2]; }
+  // The basis function of node m at an end of the element, -1 or 1, where P_k is end^k.
+  [[nodiscard]] double AtEnd(std::size_t m, double end) const {
+    return mode[m][0] + end * mode[m][1] + mode[m][2];
+  }
 
   static const ElementNodes& Of(ElementOrder order);
 };

@@ -10,7 +10,7 @@
 #include <Eigen/Eigenvalues>
 #include <sys/mman.h>
 
-#include "slave/mechanics/bem/pivoted_lu.h"
+#include "slave/mechanics/linear/dense_lu.h"
 
 namespace palpate {
 namespace {
@@ -18,8 +18,9 @@ namespace {
 constexpr double kSmallestReciprocalCondition = 1e-13;
 constexpr double kMatricesAtOnce = 2;   // A and E, then E and the blocks
 constexpr double kPerIntegral = 60e-9;  // [s] for each entry of A and Abar
-constexpr double kOperationsPerSecond = 8e9;
-constexpr std::size_t kCacheLine = 64;  // bytes
+constexpr double kOperationsPerSecond = 3e10;
+constexpr Eigen::Index kColumnsAtOnce = 256;  // that are solved for
+constexpr std::size_t kCacheLine = 64;        // bytes
 constexpr std::size_t kLargePage = 2 << 20;
 constexpr double kHeldMotion = 1e-9;  // a rigid motion this small at all held places is free
 
@@ -92,17 +93,28 @@ GreensFunctions::GreensFunctions(ReferenceProblem problem, Progress* progress)
   system.Collocate(&A, &E, progress);
   if (pressures > 0) system.AppendHolePressures(columns, &A, &E);
   if (free_motions_ > 0) AppendFreeMotions(&A, &E);
-  const PivotedLu lu(&A, {progress, "factorising"});
-  const double reciprocal = lu.ReciprocalCondition();
+  Solve(DenseLu(std::move(A)), &E, progress);
+  StoreBlocks(E);
+}
+
+// E := A_0^-1 E.
+void GreensFunctions::Solve(DenseLu lu, Eigen::MatrixXd* E, Progress* progress) {
+  bool regular = true;
+  while (regular && lu.done() < lu.blocks()) {
+    Tell(progress, "factorising", std::pow(static_cast<double>(lu.done()) / lu.blocks(), 2));
+    regular = lu.FactorizeNext();
+  }
+  const double reciprocal = regular ? lu.ReciprocalCondition() : 0;
   if (!(reciprocal > kSmallestReciprocalCondition)) {
     throw std::invalid_argument(
         "the boundary element system is singular (condition > 1e13): the outline touches itself, "
         "or its elements differ too much in length");
   }
   condition_ = 1 / reciprocal;
-  lu.Solve(&E, {progress, "solving"});
-  A.resize(0, 0);
-  StoreBlocks(E);
+  for (Eigen::Index j = 0; j < E->cols(); j += kColumnsAtOnce) {
+    Tell(progress, "solving", static_cast<double>(j) / static_cast<double>(E->cols()));
+    lu.SolveInPlace(E->middleCols(j, std::min(kColumnsAtOnce, E->cols() - j)));
+  }
 }
 
 Eigen::Matrix<double, 2, 3> GreensFunctions::RigidModes(const Eigen::Vector2d& p_O) const noexcept {

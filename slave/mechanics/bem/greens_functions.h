@@ -18,6 +18,7 @@
 
 #include "shared/text/progress.h"
 #include "slave/mechanics/bem/boundary_system.h"
+#include "slave/mechanics/linear/dense_lu.h"
 
 namespace palpate {
 
@@ -78,6 +79,7 @@ class GreensFunctions {
  private:
   void FindFreeMotions();
   void AppendFreeMotions(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar) const;
+  void Solve(DenseLu lu, Eigen::MatrixXd* E, Progress* progress);
   void StoreBlocks(const Eigen::MatrixXd& E);
 
   ReferenceProblem problem_;

@@ -67,9 +67,17 @@ bool MovingContacts::Prepare(std::span<const ContactPatch> patches) {
     Forget();
     return false;
   }
-  moved_.assign(Index(PaddedTo(kLane, inverse_.order())), 0.0);
-  tractions_.assign(moved_.size(), 0.0);
+  if (inverse_.padded() > room_) {
+    room_ = inverse_.padded() + inverse_.padded() / 4;
+    moved_ = MakeAligned(Index(room_));
+    tractions_ = MakeAligned(Index(room_));
+  }
+  std::fill_n(moved_.get(), inverse_.padded(), 0.0);
   return true;
+}
+
+int& MovingContacts::SlotAt(const Slot& slot) {
+  return slot_at_[Index(greens_.node(slot.first_node).element)];
 }
 
 // Finds the patches' slots. False: two on one element.
@@ -93,31 +101,59 @@ bool MovingContacts::Update(std::span<const ContactPatch> patches) {
   for (std::size_t p = 0; p < patches.size(); ++p) {
     if (slot_of_[p] < 0) Fetch(patches[p], patches);
   }
+  if (!MakeRoom(patches)) return false;
+  const int count = static_cast<int>(slots_.size());
+  for (int slot = 0; slot < count; ++slot) {
+    if (slots_[Index(slot)].fresh) FillBlocks(slot, count);
+  }
+  for (int slot = 0; slot < count; ++slot) {
+    if (!slots_[Index(slot)].fresh) continue;
+    if (!inverse_.Border(slot * block(), block())) return false;
+    slots_[Index(slot)].fresh = false;
+  }
+  const long before = inverse_.inversions();
+  const bool good = inverse_.Settle();
+  counts_.factorisations += inverse_.inversions() - before;
+  return good;
+}
+
+// New patches take the slots of those that are gone; what is left over of either is put in at the
+// end or taken out.
+bool MovingContacts::MakeRoom(std::span<const ContactPatch> patches) {
+  for (const auto& slot : slots_) {
+    if (slot.set != set_) SlotAt(slot) = -1;
+  }
+  std::size_t p = 0;
+  const auto find_new = [&] {
+    while (p < patches.size() && slot_of_[p] >= 0) ++p;
+    return p < patches.size();
+  };
   for (int slot = static_cast<int>(slots_.size()); slot-- > 0;) {
     if (slots_[Index(slot)].set == set_) continue;
-    if (!inverse_.Remove(slot)) return false;
-    ++counts_.updates;
-    slot_at_[Index(greens_.node(slots_[Index(slot)].first_node).element)] = -1;
-    const int last = static_cast<int>(slots_.size()) - 1;
-    if (slot != last) {
-      slots_[Index(slot)] = slots_.back();
-      slot_at_[Index(greens_.node(slots_[Index(slot)].first_node).element)] = slot;
-      std::ranges::replace(slot_of_, last, slot);
+    const bool replaced = find_new();
+    if (!inverse_.Splice(slot * block(), block(), replaced ? block() : 0)) return false;
+    counts_.updates += replaced ? 2 : 1;
+    if (!replaced) {
+      Erase(slot);
+    } else if (!Assign(patches[p], p, slot)) {
+      return false;
     }
-    slots_.pop_back();
   }
-  inverse_.Reserve(static_cast<int>(patches.size()));
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    if (slot_of_[p] >= 0) continue;
-    if (slot_at_[Index(greens_.node(patches[p].nodes.front()).element)] >= 0) return false;
-    Add(patches[p], static_cast<int>(p));
-    if (!inverse_.Append()) return false;
+  while (find_new()) {
+    slots_.emplace_back();
     ++counts_.updates;
+    const int slot = static_cast<int>(slots_.size()) - 1;
+    if (!inverse_.Splice(slot * block(), 0, block()) || !Assign(patches[p], p, slot)) return false;
   }
-  drift_ = inverse_.Drift();
-  if (drift_ <= kLargestDrift) return true;
-  ++counts_.factorisations;
-  return inverse_.Invert();
+  return true;
+}
+
+void MovingContacts::Erase(int slot) {
+  slots_.erase(slots_.begin() + slot);
+  for (int& s : slot_of_) s -= s > slot;
+  for (const auto& s : slots_) {
+    if (s.set == set_) SlotAt(s) -= SlotAt(s) > slot;
+  }
 }
 
 // The inverse where few contacts changed, so that the next change, which may be as small, finds it.
@@ -125,31 +161,32 @@ bool MovingContacts::Rebuild(std::span<const ContactPatch> patches, bool few_cha
   Forget();
   ++set_;
   slot_of_.assign(patches.size(), -1);
-  inverse_.Reserve(static_cast<int>(patches.size()));
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    if (slot_at_[Index(greens_.node(patches[p].nodes.front()).element)] >= 0) return false;
-    if (p + 1 < patches.size()) Fetch(patches[p + 1], patches.first(p + 2));
-    Add(patches[p], static_cast<int>(p));
-    inverse_.Extend();
+  slots_.resize(patches.size());
+  inverse_.Reset(static_cast<int>(patches.size()) * block());
+  for (int p = 0; p < static_cast<int>(patches.size()); ++p) {
+    const std::size_t next = Index(p) + 1;
+    if (next < patches.size()) Fetch(patches[next], patches.first(next + 1));
+    if (!Assign(patches[Index(p)], Index(p), p)) return false;
+    FillBlocks(p, p + 1);
+    slots_[Index(p)].fresh = false;
   }
   ++counts_.factorisations;
-  drift_ = 0;
   return few_changed ? inverse_.Invert() : inverse_.Factorise();
 }
 
 void MovingContacts::Forget() {
-  for (const auto& slot : slots_) slot_at_[Index(greens_.node(slot.first_node).element)] = -1;
+  for (const auto& slot : slots_) SlotAt(slot) = -1;
   slots_.clear();
-  inverse_.Clear(components_ * nodes_per_patch_);
+  inverse_.Reset(0);
 }
 
-// As the next block of the matrix.
-void MovingContacts::Add(const ContactPatch& patch, int patch_index) {
-  const Slot slot{patch.nodes.front(), patch.direction, set_};
-  slot_of_[Index(patch_index)] = static_cast<int>(slots_.size());
-  slot_at_[Index(greens_.node(slot.first_node).element)] = slot_of_[Index(patch_index)];
-  slots_.push_back(slot);
-  FillBlocks(slot);
+// False: another one is on the same element.
+bool MovingContacts::Assign(const ContactPatch& patch, std::size_t patch_index, int slot) {
+  slots_[Index(slot)] = {patch.nodes.front(), patch.direction, set_, true};
+  int& at = SlotAt(slots_[Index(slot)]);
+  if (at >= 0) return false;
+  at = slot_of_[patch_index] = slot;
+  return true;
 }
 
 Vector2d MovingContacts::Basis(const Slot& slot, int k) const noexcept {
@@ -161,36 +198,35 @@ void MovingContacts::FillBlock(const Slot& to, int row, const Slot& from, int co
   for (int a = 0; a < nodes_per_patch_; ++a) {
     for (int b = 0; b < nodes_per_patch_; ++b) {
       const double* e = greens_.block(to.first_node + a, from.first_node + b);
-      double* first = inverse_.matrix_row(row + a * components_) + column + b * components_;
+      double* first = inverse_.row(row + a * components_) + column + b * components_;
       if (components_ == 1) {
         *first = to.direction.dot(Eigen::Map<const Matrix2d>(e) * from.direction);
         continue;
       }
-      CopyBlock(e, first, inverse_.matrix_row(row + a * 2 + 1) + column + b * 2);
+      CopyBlock(e, first, inverse_.row(row + a * 2 + 1) + column + b * 2);
     }
   }
 }
 
-// The last slot's rows and columns; two components of one node, the common case, in one go.
-void MovingContacts::FillBlocks(const Slot& slot) {
-  const int last = static_cast<int>(slots_.size() - 1) * block();
+// A slot's rows and columns beside the first `others` slots; two components of one node, the common
+// case, in one go.
+void MovingContacts::FillBlocks(int slot, int others) {
+  const Slot& own = slots_[Index(slot)];
+  const int first = slot * block();
   if (components_ == 2 && nodes_per_patch_ == 1) {
-    double* first = inverse_.matrix_row(last);
-    double* second = inverse_.matrix_row(last + 1);
-    for (int at = 0; at <= last; at += 2) {
+    for (int at = 0; at < 2 * others; at += 2) {
       const int other = slots_[Index(at / 2)].first_node;
-      CopyBlock(greens_.block(other, slot.first_node), inverse_.matrix_row(at) + last,
-                inverse_.matrix_row(at + 1) + last);
-      CopyBlock(greens_.block(slot.first_node, other), first + at, second + at);
+      CopyBlock(greens_.block(other, own.first_node), inverse_.row(at) + first,
+                inverse_.row(at + 1) + first);
+      CopyBlock(greens_.block(own.first_node, other), inverse_.row(first) + at,
+                inverse_.row(first + 1) + at);
     }
     return;
   }
-  for (std::size_t other = 0; other + 1 < slots_.size(); ++other) {
-    const int at = static_cast<int>(other) * block();
-    FillBlock(slots_[other], at, slot, last);
-    FillBlock(slot, last, slots_[other], at);
+  for (int other = 0; other < others; ++other) {
+    FillBlock(slots_[Index(other)], other * block(), own, first);
+    FillBlock(own, first, slots_[Index(other)], other * block());
   }
-  FillBlock(slot, last, slot, last);
 }
 
 // Asks for what FillBlocks will read: at random places of a large matrix, all on their way at once.
@@ -205,7 +241,7 @@ void MovingContacts::Fetch(const ContactPatch& patch, std::span<const ContactPat
   }
 }
 
-// `moved` and `tractions`: as BlockInverse::Multiply wants them.
+// `moved` and `tractions`: as UpdatedInverse::Solve wants them.
 void MovingContacts::SolveTractions(std::span<const double> prescribed, double* moved,
                                     double* tractions) const noexcept {
   for (std::size_t p = 0; p < slot_of_.size(); ++p) {
@@ -215,12 +251,12 @@ void MovingContacts::SolveTractions(std::span<const double> prescribed, double* 
       moved[slot_of_[p] * block() + k] = Basis(slot, k % components_).dot(value);
     }
   }
-  inverse_.Multiply(moved, tractions);
+  inverse_.Solve(moved, tractions);
 }
 
 void MovingContacts::Respond(std::span<const double> prescribed,
                              std::span<double> answer) noexcept {
-  SolveTractions(prescribed, moved_.data(), tractions_.data());
+  SolveTractions(prescribed, moved_.get(), tractions_.get());
   for (std::size_t p = 0; p < slot_of_.size(); ++p) {
     const Slot& slot = slots_[Index(slot_of_[p])];
     Vector2d force = Vector2d::Zero();
@@ -236,6 +272,7 @@ void MovingContacts::Respond(std::span<const double> prescribed,
 Matrix2d MovingContacts::Derivative(int patch) noexcept {
   const int first = slot_of_[Index(patch)] * block();
   const Slot& slot = slots_[Index(slot_of_[Index(patch)])];
+  inverse_.PrepareBlocks();
   Matrix2d derivative = Matrix2d::Zero();
   for (int r = 0; r < block(); ++r) {
     const double length = greens_.lengths()[Index(slot.first_node + r / components_)];
@@ -250,9 +287,9 @@ Matrix2d MovingContacts::Derivative(int patch) noexcept {
 void MovingContacts::Boundary(std::span<const double> prescribed,
                               std::vector<Vector2d>* displacement,
                               std::vector<Vector2d>* traction) const {
-  std::vector<double> moved(moved_.size(), 0.0);
-  std::vector<double> tractions(moved_.size(), 0.0);
-  SolveTractions(prescribed, moved.data(), tractions.data());
+  const auto moved = MakeAligned(Index(inverse_.padded()));
+  const auto tractions = MakeAligned(Index(inverse_.padded()));
+  SolveTractions(prescribed, moved.get(), tractions.get());
   BoundarySum sum(greens_);
   for (std::size_t s = 0; s < slots_.size(); ++s) {
     for (int k = 0; k < block(); ++k) {

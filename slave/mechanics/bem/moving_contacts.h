@@ -8,9 +8,9 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/bem/block_inverse.h"
 #include "slave/mechanics/bem/capacitance_solver.h"
 #include "slave/mechanics/bem/greens_functions.h"
+#include "slave/mechanics/linear/updated_inverse.h"
 
 namespace palpate {
 
@@ -21,8 +21,6 @@ class MovingContacts {
  public:
   // Below so many contacts a factorisation costs no more than an update.
   static constexpr int kFewest = 12;
-  // Of an update, |C X v - v| / |v|, before the matrix is factorised anew.
-  static constexpr double kLargestDrift = 1e-11;
 
   explicit MovingContacts(const GreensFunctions& greens);
 
@@ -41,30 +39,32 @@ class MovingContacts {
   void Boundary(std::span<const double> prescribed, std::vector<Eigen::Vector2d>* displacement,
                 std::vector<Eigen::Vector2d>* traction) const;
 
-  // Since construction: how many contacts were appended or removed, how many sets were factorised.
+  // Since construction: how many contacts were put in or taken out, how many sets were factorised.
   struct Counts {
     std::int64_t updates = 0, factorisations = 0;
   };
   [[nodiscard]] const Counts& counts() const { return counts_; }
-  // Of the last update, before anything was done about it.
-  [[nodiscard]] double drift() const { return drift_; }
 
  private:
   struct Slot {  // one block of the inverse
     int first_node = 0;
     Eigen::Vector2d direction{0, 0};  // zero: bonded
     int set = 0;                      // the last one it was in
+    bool fresh = true;                // not in the inverse yet
   };
 
   [[nodiscard]] bool Suits(std::span<const ContactPatch> patches) const noexcept;
   bool Match(std::span<const ContactPatch> patches, int* missing);
   bool Update(std::span<const ContactPatch> patches);
   bool Rebuild(std::span<const ContactPatch> patches, bool few_changed);
-  void Add(const ContactPatch& patch, int patch_index);
+  bool MakeRoom(std::span<const ContactPatch> patches);
+  bool Assign(const ContactPatch& patch, std::size_t patch_index, int slot);
+  void Erase(int slot);
   void FillBlock(const Slot& to, int row, const Slot& from, int column);
-  void FillBlocks(const Slot& slot);
+  void FillBlocks(int slot, int others);
   void Fetch(const ContactPatch& patch, std::span<const ContactPatch> others) const;
   [[nodiscard]] int block() const { return components_ * nodes_per_patch_; }
+  [[nodiscard]] int& SlotAt(const Slot& slot);
   [[nodiscard]] Eigen::Vector2d Basis(const Slot& slot, int k) const noexcept;
   void SolveTractions(std::span<const double> prescribed, double* moved,
                       double* tractions) const noexcept;
@@ -73,13 +73,13 @@ class MovingContacts {
   int nodes_per_patch_ = 1;
   int components_ = 2;             // unknown at each node: 1 without friction
   std::size_t free_elements_ = 0;  // those that nothing holds
-  BlockInverse inverse_;
+  UpdatedInverse inverse_{false};
   std::vector<Slot> slots_;
-  std::vector<int> slot_at_;               // per element; -1: none
-  std::vector<int> slot_of_;               // per patch; -1: still to be added
-  std::vector<double> moved_, tractions_;  // zero beyond the inverse's order
+  std::vector<int> slot_at_;        // per element; -1: none
+  std::vector<int> slot_of_;        // per patch; -1: still to be added
+  AlignedArray moved_, tractions_;  // zero beyond the inverse's order
+  int room_ = 0;                    // of both
   int set_ = 0;
-  double drift_ = 0;
   Counts counts_;
 };
 

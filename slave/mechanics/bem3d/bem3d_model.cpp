@@ -50,6 +50,7 @@ Bem3dModel::Bem3dModel(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>>
       places_(mesh),
       solver_(greens_, places_, SolverParams(greens_, young_modulus, options)),
       force_unit_(young_modulus * greens_.length_unit() * greens_.length_unit()) {
+  field_mesh_ = {.vertices = mesh.nodes, .triangles = mesh.triangles};
   Describe(options);
 }
 
@@ -129,17 +130,29 @@ bool Bem3dModel::Balanced() {
   return false;
 }
 
-void Bem3dModel::BoundaryDisplacement(std::vector<Vector3d>* displacement_O) {
+void Bem3dModel::AtCentroids(std::vector<Vector3d>* u_O) {
   if (refused_.empty()) {
-    solver_.Displacement(displacement_O);
+    solver_.Displacement(u_O);
   } else {
-    displacement_O->assign(static_cast<std::size_t>(greens_.places()), Vector3d::Zero());
+    u_O->assign(static_cast<std::size_t>(greens_.places()), Vector3d::Zero());
+  }
+}
+
+void Bem3dModel::Displacements(std::vector<Vector3d>* u_O) {
+  AtCentroids(&centroids_);
+  u_O->assign(field_mesh_.vertices.size(), Vector3d::Zero());
+  for (std::size_t t = 0; t < field_mesh_.triangles.size(); ++t) {
+    const auto& corners = greens_.system().corners(static_cast<int>(t));
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vector3d& u = (*u_O)[static_cast<std::size_t>(field_mesh_.triangles[t][k])];
+      u = greens_.system().AtCorner(corners[k], centroids_);
+    }
   }
 }
 
 SurfaceState Bem3dModel::Surface() {
   SurfaceState state;
-  BoundaryDisplacement(&state.displacement);
+  AtCentroids(&state.displacement);
   state.traction.assign(state.displacement.size(), Vector3d::Zero());
   if (!refused_.empty()) return state;
   solver_.Forces(&forces_);

@@ -17,7 +17,7 @@
 #include "shared/text/progress.h"
 #include "slave/mechanics/bem3d/surface_greens.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
-#include "slave/mechanics/capacitance/surface_places.h"
+#include "slave/mechanics/capacitance/contact_places.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/scene.h"
 
@@ -49,7 +49,10 @@ class Bem3dModel final : public DeformationModel {
   // A place is found by a walk over all triangles if `element` is -1 and the contact changed.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  // The corners' displacements with which the boundary integrals themselves were taken (CornerFit):
+  // what is linear in space is met exactly, the rest to O(h^2).
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::string_view failure() const override;
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
@@ -67,16 +70,19 @@ class Bem3dModel final : public DeformationModel {
   [[nodiscard]] double MeasureUpdate(const Options& options);
   [[nodiscard]] std::string_view Refuse(std::span<const Contact> contacts) const noexcept;
   [[nodiscard]] bool Balanced();
+  void AtCentroids(std::vector<Eigen::Vector3d>* u_O);
 
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   double young_modulus_;  // [Pa]
   SurfaceGreens greens_;
   SurfaceTrianglePlaces places_;
   ComplianceSolver solver_;
+  FieldMesh field_mesh_;
   ModelInfo info_;
   double force_unit_ = 0;  // E times the length unit squared [N]
   std::string_view refused_;
   std::vector<PlaceForce> forces_;
+  std::vector<Eigen::Vector3d> centroids_;  // their displacements [m]
 };
 
 }  // namespace palpate

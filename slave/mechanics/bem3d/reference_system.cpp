@@ -195,13 +195,13 @@ MatrixXd ReferenceSystem::Loads(int begin, int end) const {
   return loads;
 }
 
-Vector3d ReferenceSystem::AtNode(int node, const std::vector<Vector3d>& displacement) const {
+Vector3d ReferenceSystem::AtCorner(int corner, const std::vector<Vector3d>& displacement) const {
   Vector3d moved = Vector3d::Zero();
-  for (const auto& [triangle, weight] : fit_.shares(node)) {
+  for (const auto& [triangle, weight] : fit_.shares(corner)) {
     moved += weight * displacement[static_cast<std::size_t>(triangle)];
   }
   for (int c = 0; c < 3; ++c) {
-    if (held_nodes_[static_cast<std::size_t>(node)][static_cast<std::size_t>(c)]) moved[c] = 0;
+    if (held_nodes_[static_cast<std::size_t>(corner)][static_cast<std::size_t>(c)]) moved[c] = 0;
   }
   return moved;
 }
@@ -215,7 +215,7 @@ Vector3d ReferenceSystem::Inside(const Vector3d& p, const std::vector<Vector3d>&
     sum +=
         blocks.of_traction * traction[triangle] - blocks.of_displacement * displacement[triangle];
     for (std::size_t k = 0; k < 3; ++k) {
-      sum -= blocks.of_corner[k] * AtNode(fit_.corners(j)[k], displacement);
+      sum -= blocks.of_corner[k] * AtCorner(corners(j)[k], displacement);
     }
   }
   return sum;

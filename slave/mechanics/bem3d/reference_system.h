@@ -52,6 +52,14 @@ class ReferenceSystem {
                                        const std::vector<Eigen::Vector3d>& displacement,
                                        const std::vector<Eigen::Vector3d>& traction) const;
 
+  // The corners of a triangle, counted as in CornerFit, and what the displacements at the centroids
+  // come to in one.
+  [[nodiscard]] const std::array<int, 3>& corners(int triangle) const {
+    return fit_.corners(triangle);
+  }
+  [[nodiscard]] Eigen::Vector3d AtCorner(int corner,
+                                         const std::vector<Eigen::Vector3d>& displacement) const;
+
   // A held triangle counts with its centroid: a single one does not hold against turning.
   // 0: the body is held.
   [[nodiscard]] int free_motions() const { return free_motions_; }
@@ -75,8 +83,6 @@ class ReferenceSystem {
   void ShareNodes(int begin, int end, const Eigen::MatrixXd& by_node, Eigen::MatrixXd* A) const;
   void FillMeanMotions(Eigen::MatrixXd* A) const;
   [[nodiscard]] KelvinSolidBlocks Blocks(int i, int j) const;
-  [[nodiscard]] Eigen::Vector3d AtNode(int node,
-                                       const std::vector<Eigen::Vector3d>& displacement) const;
 
   ClosedSurface surface_;
   CornerFit fit_;

@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -340,7 +341,10 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
   const bool known =
       response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;
   if (!known) return {};
-  response.validity = deflection <= params_.range ? Validity::kValid : Validity::kExtrapolated;
+  const bool coarse = slot.footprint.coarse;
+  const bool is_valid = deflection <= params_.range && !coarse;
+  response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
+  if (coarse) response.doubt = kCoarsePatch;
   return response;
 }
 

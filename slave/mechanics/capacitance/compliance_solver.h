@@ -19,8 +19,8 @@
 #include "slave/mechanics/capacitance/contact_places.h"
 #include "slave/mechanics/capacitance/contact_set.h"
 #include "slave/mechanics/capacitance/load_coupling.h"
-#include "slave/mechanics/capacitance/updated_inverse.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/linear/updated_inverse.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -57,6 +57,8 @@ class ComplianceSolver {
   // Why the last Respond failed, one clause.
   [[nodiscard]] std::string_view failure() const { return failure_; }
 
+  // What the contacts of the last Respond touch.
+  [[nodiscard]] std::span<const ContactSlot> slots() const { return set_.slots(); }
   // Every force on a place under the contacts of the last Respond, contacts and loads; a place may
   // appear more than once. Empty where it failed.
   void Forces(std::vector<PlaceForce>* forces) const;

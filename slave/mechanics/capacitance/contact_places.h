@@ -3,31 +3,12 @@
 #pragma once
 
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/footprint/contact_footprint.h"
 
 namespace palpate {
-
-struct PlaceWeight {
-  int place = -1;     // of the Compliance
-  double weight = 0;  // share [-]
-};
-
-// What one contact touches.
-//
-// A load's force is shared out by the weights, which sum to one, and the displacement reported is
-// the mean by the same weights (the work is then force times displacement). So is a contact that
-// acts as a `point`: one unknown force, the weighted mean is prescribed. Otherwise every place is
-// moved alike with an unknown force of its own, and the weights do not count.
-struct ContactFootprint {
-  std::vector<PlaceWeight> places;
-  bool point = true;                  // at most kMostPointPlaces places
-  Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
-};
-constexpr int kMostPointPlaces = 3;
 
 class ContactPlaces {
  public:
@@ -40,6 +21,31 @@ class ContactPlaces {
   // Empty: found; otherwise why not, one clause that lives on. Allocates nothing where `footprint`
   // has room already. Called only for contacts that changed; the contact is finite.
   virtual std::string_view Find(const Contact& contact, ContactFootprint* footprint) = 0;
+};
+
+// Places are the surface's nodes (fem-green).
+class SurfaceNodePlaces final : public ContactPlaces {
+ public:
+  // `place_of_node`: -1 for nodes that are none.
+  SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node)
+      : footprints_(std::move(surface)), place_of_node_(std::move(place_of_node)) {}
+  std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;
+
+ private:
+  SurfaceFootprints footprints_;
+  std::vector<int> place_of_node_;
+};
+
+// Places are the surface's triangles (bem3d).
+class SurfaceTrianglePlaces final : public ContactPlaces {
+ public:
+  explicit SurfaceTrianglePlaces(SurfaceMesh surface) : footprints_(std::move(surface)) {}
+  std::string_view Find(const Contact& contact, ContactFootprint* footprint) override {
+    return footprints_.OnTriangles(contact, footprint);
+  }
+
+ private:
+  SurfaceFootprints footprints_;
 };
 
 }  // namespace palpate

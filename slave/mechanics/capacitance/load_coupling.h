@@ -8,7 +8,7 @@
 
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/capacitance/contact_set.h"
-#include "slave/mechanics/capacitance/dense_kernels.h"
+#include "slave/mechanics/linear/dense_kernels.h"
 
 namespace palpate {
 

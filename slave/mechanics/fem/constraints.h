@@ -12,8 +12,8 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/fem_body.h"
-#include "slave/mechanics/fem/node_vector.h"
-#include "slave/mechanics/fem/sparse_cholesky.h"
+#include "slave/mechanics/linear/node_vector.h"
+#include "slave/mechanics/linear/sparse_cholesky.h"
 
 namespace palpate::fem {
 

@@ -2,10 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-
-#include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
 
 namespace palpate::fem {
 namespace {
@@ -18,7 +14,7 @@ bool Finite(const Contact& contact) {
 }  // namespace
 
 ContactSet::ContactSet(const SolidMesh& mesh, const FemBody& body)
-    : body_(body), surface_(SurfaceOf(mesh)) {}
+    : body_(body), footprints_(SurfaceOf(mesh)) {}
 
 ContactSet::Result ContactSet::Update(std::span<const Contact> contacts, Constraints& constraints) {
   bool holds_same = ready_ && keys_.size() == contacts.size(), same = holds_same;
@@ -59,60 +55,30 @@ ContactSet::Result ContactSet::Update(std::span<const Contact> contacts, Constra
 }
 
 const char* ContactSet::Find(const Contact& contact, Place& place) {
-  const auto found = FindPlace(surface_, contact.p_O);
-  if (!found) return "no node or surface is there";
-  place.nodes.clear();
-  place.weights.clear();
-  place.point = false;
-  const auto add = [&](int mesh_node, double weight) {
-    place.nodes.push_back(body_.Number(mesh_node));
-    place.weights.push_back(weight);
-  };
+  Contact anywhere = contact;
+  anywhere.element = -1;  // its place counts alone
+  if (!footprints_.OnNodes(anywhere, &footprint_).empty()) return "no node or surface is there";
   const bool holds = contact.kind == Contact::Kind::kDisplacement;
-  SurfacePatch patch;
-  if (contact.width > 0 && found->triangle >= 0) {
-    patch = PatchAt(surface_, *found, contact.p_O, contact.width);
-  }
-  if (!patch.triangles.empty() && !holds) {
-    AddLoad(patch.triangles, place);
-  } else if (!patch.nodes.empty() && holds) {
-    for (const int node : patch.nodes) add(node, 1.0 / static_cast<double>(patch.nodes.size()));
-  } else if (found->node >= 0) {
-    add(found->node, 1);
-  } else {
-    place.point = true;
-    const auto& triangle = surface_.triangles[Index(found->triangle)];
-    for (int a = 0; a < 3; ++a) {
-      if (found->weights[a] > 0 || holds) add(triangle[Index(a)], found->weights[a]);
-    }
-  }
-  for (const int node : place.nodes) {
-    if (body_.Dangling(node)) return "its node belongs to no element";
+  place.point = footprint_.point && footprint_.places.size() > 1;
+  place.coarse = footprint_.coarse;
+  place.nodes.clear();
+  for (const auto& [node, weight] : footprint_.places) {
+    if (!(weight > 0) && !holds) continue;
+    place.nodes.push_back({body_.Number(node), weight});
+    if (body_.Dangling(place.nodes.back().place)) return "its node belongs to no element";
   }
   return nullptr;
 }
 
-// A third of each triangle's share of the area per node.
-void ContactSet::AddLoad(const std::vector<int>& triangles, Place& place) const {
-  double area = 0;
-  std::map<int, double> share;
-  for (const int t : triangles) {
-    const double a = Area(surface_, t);
-    area += a;
-    for (const int node : surface_.triangles[Index(t)]) share[node] += a / 3;
-  }
-  for (const auto& [node, a] : share) {
-    place.nodes.push_back(body_.Number(node));
-    place.weights.push_back(a / area);
-  }
-}
-
-bool ContactSet::Hold(const Place& place, Constraints& constraints) const {
+bool ContactSet::Hold(const Place& place, Constraints& constraints) {
+  const auto& n = place.nodes;
   if (place.point) {
-    return constraints.HoldPoint({place.nodes[0], place.nodes[1], place.nodes[2]},
-                                 {place.weights[0], place.weights[1], place.weights[2]});
+    return constraints.HoldPoint({n[0].place, n[1].place, n[2].place},
+                                 {n[0].weight, n[1].weight, n[2].weight});
   }
-  return constraints.HoldNodes(place.nodes);
+  held_.clear();
+  for (const PlaceWeight& node : n) held_.push_back(node.place);
+  return constraints.HoldNodes(held_);
 }
 
 bool ContactSet::Apply(std::span<const Contact> contacts, double length_unit, double force_unit,
@@ -124,8 +90,8 @@ bool ContactSet::Apply(std::span<const Contact> contacts, double length_unit, do
       continue;
     }
     const Eigen::Vector3d force = contacts[k].prescribed_O / force_unit;
-    for (std::size_t n = 0; n < place.nodes.size(); ++n) {
-      for (int c = 0; c < 3; ++c) At(f, place.nodes[n]).v[c] += place.weights[n] * force[c];
+    for (const auto& [node, weight] : place.nodes) {
+      for (int c = 0; c < 3; ++c) At(f, node).v[c] += weight * force[c];
     }
   }
   return true;
@@ -133,9 +99,8 @@ bool ContactSet::Apply(std::span<const Contact> contacts, double length_unit, do
 
 Eigen::Vector3d ContactSet::Mean(std::size_t k, const NodeVector& u) const noexcept {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  const Place& place = places_[k];
-  for (std::size_t n = 0; n < place.nodes.size(); ++n) {
-    for (int c = 0; c < 3; ++c) mean[c] += place.weights[n] * At(u, place.nodes[n]).v[c];
+  for (const auto& [node, weight] : places_[k].nodes) {
+    for (int c = 0; c < 3; ++c) mean[c] += weight * At(u, node).v[c];
   }
   return mean;
 }

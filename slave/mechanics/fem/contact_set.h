@@ -13,13 +13,14 @@
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
+#include "slave/mechanics/footprint/contact_footprint.h"
 
 namespace palpate::fem {
 
 // Remembers the last set, so that contacts that stay where they are cost nothing to find.
 class ContactSet {
  public:
-  // Keeps references; copies the mesh's surface.
+  // Keeps a reference to the body; copies the mesh's surface.
   ContactSet(const SolidMesh& mesh, const FemBody& body);
 
   enum class Change { kNone, kLoads, kHolds };
@@ -42,6 +43,10 @@ class ContactSet {
   [[nodiscard]] Eigen::Vector3d Mean(std::size_t k, const NodeVector& u) const noexcept;
   // Its number among those that prescribe displacements; -1: a load.
   [[nodiscard]] int hold(std::size_t k) const { return places_[k].hold; }
+  // The nodes that it loads or moves, by their numbers in the body.
+  [[nodiscard]] std::span<const PlaceWeight> nodes(std::size_t k) const { return places_[k].nodes; }
+  // Whether the mesh is too coarse for its patch (mesh_resolution.h).
+  [[nodiscard]] bool coarse(std::size_t k) const { return places_[k].coarse; }
 
  private:
   struct Key {
@@ -53,18 +58,19 @@ class ContactSet {
     }
   };
   struct Place {
-    std::vector<int> nodes;
-    std::vector<double> weights;  // sum to one
-    bool point = false;           // the weighted mean is held, not each node
+    std::vector<PlaceWeight> nodes;  // of the body
+    bool point = false;              // the weighted mean is held, not each node
     int hold = -1;
+    bool coarse = false;  // IsPatchCoarse
   };
 
   const char* Find(const Contact& contact, Place& place);
-  void AddLoad(const std::vector<int>& triangles, Place& place) const;
-  bool Hold(const Place& place, Constraints& constraints) const;
+  bool Hold(const Place& place, Constraints& constraints);
 
   const FemBody& body_;
-  SurfaceMesh surface_;
+  SurfaceFootprints footprints_;
+  ContactFootprint footprint_;  // room
+  std::vector<int> held_;       // room
   std::vector<Key> keys_;
   bool ready_ = false;
   std::vector<Place> places_;

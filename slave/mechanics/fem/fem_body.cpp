@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/lanes.h"
+#include "slave/mechanics/linear/lanes.h"
 
 namespace palpate::fem {
 namespace {
@@ -18,12 +18,6 @@ constexpr std::size_t kMostElements = 4'000'000;
 
 Lame LameOf(double nu) {
   return {0.5 / (1 + nu), nu / ((1 + nu) * (1 - 2 * nu))};
-}
-
-double LargerSide(const SolidMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (const auto& p : mesh.nodes) box.extend(p);
-  return mesh.nodes.empty() ? 0 : box.sizes().maxCoeff();
 }
 
 void Check(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held) {
@@ -149,7 +143,7 @@ Eigen::Matrix3d Cross(const NodeValue& q) {
 
 FemBody::FemBody(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
                  const Params& params)
-    : length_unit_((Check(mesh, held), LargerSide(mesh))),
+    : length_unit_((Check(mesh, held), LargerSide(mesh.nodes))),
       points_(Scaled(mesh, length_unit_)),
       tets_((Number(mesh, held), Renumbered(mesh.tets, number_))),
       elements_((SortElements(), points_), tets_, LameOf(params.poisson_ratio), params.law),

@@ -11,10 +11,10 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "slave/mechanics/fem/block_matrix.h"
-#include "slave/mechanics/fem/nested_dissection.h"
 #include "slave/mechanics/fem/tet_elements.h"
 #include "slave/mechanics/fem/worker_team.h"
+#include "slave/mechanics/linear/block_matrix.h"
+#include "slave/mechanics/linear/nested_dissection.h"
 
 namespace palpate::fem {
 

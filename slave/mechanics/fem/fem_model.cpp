@@ -7,6 +7,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -82,10 +83,6 @@ void CheckMaterial(const Material& material, const FemOptions& options) {
   }
 }
 
-void Tell(Progress* progress, const char* stage, double done) {
-  if (progress != nullptr && !progress->Report(stage, done)) throw Interrupted();
-}
-
 // All that can be refused is refused before the work starts.
 fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh& mesh,
                                 Progress* progress) {
@@ -103,6 +100,19 @@ fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh&
           params.options.threads};
 }
 
+// Numbered and measured as the body is.
+StrainResolution StrainsOf(const SolidMesh& mesh, const fem::FemBody& body, double nu) {
+  SolidMesh numbered{body.points(), mesh.tets};
+  for (auto& tet : numbered.tets) {
+    for (int& node : tet) node = body.Number(node);
+  }
+  std::vector<std::array<bool, 3>> held;
+  for (const auto& node : body.free()) {
+    held.push_back({node.v[0] == 0, node.v[1] == 0, node.v[2] == 0});
+  }
+  return {numbered, held, nu};
+}
+
 }  // namespace
 
 FemModel::FemModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
@@ -115,7 +125,9 @@ FemModel::FemModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>
       constraints_(body_),
       contacts_(mesh, body_),
       gravity_(Index(body_.size())),
-      f_ext_(Index(body_.size())) {
+      f_ext_(Index(body_.size())),
+      strain_(StrainsOf(mesh, body_, params.material.poisson_ratio)),
+      u_(Index(body_.size())) {
   Tell(progress, "preparing the solver", 0.6);
   const FemOptions& options = params.options;
   const bool exact = options.tangent == FemOptions::Tangent::kExact;
@@ -148,6 +160,7 @@ void FemModel::SetGravity() {
 }
 
 void FemModel::Describe(const SolidMesh& mesh) {
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   info_.kind = "fem";
   info_.elements = static_cast<int>(mesh.tets.size());
   for (const auto& node : body_.free()) {
@@ -229,9 +242,9 @@ void FemModel::Respond(std::span<const Contact> contacts,
   }
   if (!answered) return;
   RemarkInversion();
-  const Validity validity = Judge();
+  const auto doubt = Doubt(contacts);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    responses[k] = ResponseOf(k, contacts[k], validity);
+    responses[k] = ResponseOf(k, contacts[k], doubt);
   }
 }
 
@@ -272,6 +285,12 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
     Fail(found.refusal, found.contact);
     return false;
   }
+  if (found.change != fem::ContactSet::Change::kNone) {
+    touched_.clear();
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      for (const PlaceWeight& node : contacts_.nodes(k)) touched_.push_back(node.place);
+    }
+  }
   if (found.change != fem::ContactSet::Change::kHolds) return true;
   if (stepper_) {
     stepper_->Renew();
@@ -284,11 +303,28 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
   return false;
 }
 
-Validity FemModel::Judge() const noexcept {
-  bool inside = summary().inverted == 0 && params_.material.poisson_ratio < kLocks;
-  if (info_.range > 0 && fem::LargestComponent(displacement()) > info_.range) inside = false;
-  if (stepper_ && stepper_->gained_energy()) inside = false;
-  return inside ? Validity::kValid : Validity::kExtrapolated;
+// Why the last answer is extrapolated; nullopt: it is not, but for single patches.
+std::optional<std::string_view> FemModel::Doubt(std::span<const Contact> contacts) noexcept {
+  if (summary().inverted > 0) return "elements are inside out";
+  if (params_.material.poisson_ratio >= kLocks)
+    return "linear tetrahedra lock at this Poisson ratio";
+  if (info_.range > 0 && fem::LargestComponent(displacement()) > info_.range) return kBeyondRange;
+  if (stepper_ && stepper_->gained_energy()) return "the step of time gained energy from nowhere";
+  // In equilibrium under nothing, what is left of strain is the residual's.
+  const bool acts = stepper_ || params_.options.gravity_O != Vector3d::Zero() ||
+                    std::ranges::any_of(contacts, [](const Contact& contact) {
+                      return contact.prescribed_O != Vector3d::Zero();
+                    });
+  if (acts && Softness() > kMostSoftness) return kStiffInBending;
+  return std::nullopt;
+}
+
+double FemModel::Softness() noexcept {
+  for (std::size_t i = 0; i < u_.size(); ++i) {
+    const double* u = displacement()[i].v;
+    u_[i] = {u[0], u[1], u[2]};
+  }
+  return strain_.Softness(u_, touched_);
 }
 
 void FemModel::RemarkInversion() {
@@ -304,9 +340,11 @@ void FemModel::RemarkInversion() {
 }
 
 ContactResponse FemModel::ResponseOf(std::size_t k, const Contact& contact,
-                                     Validity validity) const noexcept {
+                                     std::optional<std::string_view> doubt) const noexcept {
   ContactResponse response;
-  response.validity = validity;
+  if (!doubt && contacts_.coarse(k)) doubt = kCoarsePatch;
+  response.validity = doubt ? Validity::kExtrapolated : Validity::kValid;
+  response.doubt = doubt.value_or(std::string_view());
   const int hold = contacts_.hold(k);
   if (hold >= 0) {
     const auto& reaction = stepper_ ? stepper_->reaction() : equilibrium_->reaction();
@@ -319,11 +357,11 @@ ContactResponse FemModel::ResponseOf(std::size_t k, const Contact& contact,
   return response;
 }
 
-void FemModel::BoundaryDisplacement(std::vector<Vector3d>* displacement_O) {
-  displacement_O->resize(displacement().size());
-  for (std::size_t i = 0; i < displacement_O->size(); ++i) {
+void FemModel::Displacements(std::vector<Vector3d>* u_O) {
+  u_O->resize(displacement().size());
+  for (std::size_t i = 0; i < u_O->size(); ++i) {
     const double* u = At(displacement(), body_.Number(static_cast<int>(i))).v;
-    (*displacement_O)[i] = length_unit_ * Vector3d(u[0], u[1], u[2]);
+    (*u_O)[i] = length_unit_ * Vector3d(u[0], u[1], u[2]);
   }
 }
 

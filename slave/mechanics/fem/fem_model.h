@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
@@ -20,6 +21,7 @@
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/static_equilibrium.h"
 #include "slave/mechanics/fem/time_stepper.h"
+#include "slave/mechanics/strain_resolution.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -48,12 +50,14 @@ class FemModel final : public DeformationModel {
   // and rotation.
   //
   // kExtrapolated: elements inside out (their number is in info().remark), nu > 0.49, the linear
-  // law out of range, a step of time that gained energy from nowhere. kFailed: contacts that are
+  // law out of range, a step of time that gained energy from nowhere, a mesh too coarse for a patch
+  // (mesh_resolution.h) or for a part that bends (strain_resolution.h). kFailed: contacts that are
   // not finite, overlap or lie nowhere, loads out of balance, no convergence, interruption;
   // failure() says which.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
   void Start(std::span<const Contact> contacts) override;
   [[nodiscard]] std::string_view failure() const override { return failure_; }
@@ -73,9 +77,10 @@ class FemModel final : public DeformationModel {
   void Describe(const SolidMesh& mesh);
   void Rehearse(const SolidMesh& mesh);
   void RemarkInversion();
-  [[nodiscard]] Validity Judge() const noexcept;
+  [[nodiscard]] std::optional<std::string_view> Doubt(std::span<const Contact> contacts) noexcept;
+  [[nodiscard]] double Softness() noexcept;
   [[nodiscard]] ContactResponse ResponseOf(std::size_t k, const Contact& contact,
-                                           Validity validity) const noexcept;
+                                           std::optional<std::string_view> doubt) const noexcept;
   [[nodiscard]] const fem::NodeVector& displacement() const {
     return stepper_ ? stepper_->displacement() : equilibrium_->displacement();
   }
@@ -92,6 +97,10 @@ class FemModel final : public DeformationModel {
   std::optional<fem::StaticEquilibrium> equilibrium_;
   std::optional<fem::TimeStepper> stepper_;
   fem::NodeVector gravity_, f_ext_;
+  StrainResolution strain_;
+  std::vector<Eigen::Vector3d> u_;  // of the nodes
+  std::vector<int> touched_;
+  FieldMesh field_mesh_;
   ModelInfo info_;
   std::string remark_, failure_;
 };

@@ -121,13 +121,15 @@ bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind
   young_iterations_ = -1;
   excess_ = 0;
   scale_ = 1 / LargestDiagonal(A);
+  const auto go_on = [this](double done) {
+    return progress_ == nullptr || progress_->ContinueFactor(done);
+  };
   kind_ = Kind::kSingle;
-  if (kind == Kind::kSingle && single_factor_ &&
-      single_factor_->Factor(A, scale_, held, progress_)) {
+  if (kind == Kind::kSingle && single_factor_ && single_factor_->Factor(A, scale_, held, go_on)) {
     return true;
   }
   kind_ = Kind::kDouble;
-  return double_factor_ && double_factor_->Factor(A, scale_, held, progress_);
+  return double_factor_ && double_factor_->Factor(A, scale_, held, go_on);
 }
 
 void LinearSolver::InvertDiagonal(const BlockMatrix& A, const HeldComponents& held) noexcept {

@@ -6,12 +6,12 @@
 #include <memory>
 #include <optional>
 
-#include "slave/mechanics/fem/block_matrix.h"
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
-#include "slave/mechanics/fem/node_vector.h"
 #include "slave/mechanics/fem/search_progress.h"
-#include "slave/mechanics/fem/sparse_cholesky.h"
+#include "slave/mechanics/linear/block_matrix.h"
+#include "slave/mechanics/linear/node_vector.h"
+#include "slave/mechanics/linear/sparse_cholesky.h"
 
 namespace palpate::fem {
 

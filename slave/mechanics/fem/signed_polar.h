@@ -12,7 +12,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/lanes.h"
+#include "slave/mechanics/linear/lanes.h"
 
 namespace palpate::fem {
 

@@ -4,9 +4,9 @@
 
 #include <array>
 
-#include "slave/mechanics/fem/block_matrix.h"
 #include "slave/mechanics/fem/constraints.h"
-#include "slave/mechanics/fem/node_vector.h"
+#include "slave/mechanics/linear/block_matrix.h"
+#include "slave/mechanics/linear/node_vector.h"
 
 namespace palpate::fem {
 

@@ -2,11 +2,11 @@
 // with the warped or the exact tangent and a line search on the potential energy.
 #pragma once
 
-#include "slave/mechanics/fem/block_matrix.h"
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/linear_solver.h"
 #include "slave/mechanics/fem/search_progress.h"
+#include "slave/mechanics/linear/block_matrix.h"
 
 namespace palpate::fem {
 

@@ -14,9 +14,9 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/lanes.h"
-#include "slave/mechanics/fem/node_vector.h"
 #include "slave/mechanics/fem/worker_team.h"
+#include "slave/mechanics/linear/lanes.h"
+#include "slave/mechanics/linear/node_vector.h"
 
 namespace palpate::fem {
 

@@ -9,11 +9,11 @@
 
 #include <optional>
 
-#include "slave/mechanics/fem/block_matrix.h"
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/linear_solver.h"
 #include "slave/mechanics/fem/solution_history.h"
+#include "slave/mechanics/linear/block_matrix.h"
 
 namespace palpate::fem {
 

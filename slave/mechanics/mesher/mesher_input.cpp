@@ -2,23 +2,15 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 
 #include "shared/mesh/files/mesh_writers.h"
-#include "shared/mesh/files/number_text.h"
+#include "shared/text/text.h"
 #include "slave/mechanics/mesher/hole_points.h"
 
 namespace palpate {
 namespace {
-
-void Write(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary);
-  stream << text;
-  stream.flush();
-  if (!stream.good()) throw std::runtime_error(file.string() + " cannot be written");
-}
 
 void AppendPoints(const std::vector<Eigen::Vector3d>& points, std::string* text) {
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -62,7 +54,7 @@ void WriteTetgenInput(const std::filesystem::path& file, const SurfaceMesh& surf
   const std::vector<Eigen::Vector3d> holes = HolePoints(surface);
   AppendNumber(holes.size(), '\n', &text);
   AppendPoints(holes, &text);
-  Write(file, text);
+  WriteWholeFile(file, text);
 }
 
 void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surface, double edge) {
@@ -81,7 +73,7 @@ void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surfac
       text += '\n';
     }
   }
-  Write(file, text);
+  WriteWholeFile(file, text);
 }
 
 }  // namespace palpate

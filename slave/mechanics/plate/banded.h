@@ -8,6 +8,13 @@
 
 namespace palpate::plate {
 
+// Largest absolute entry; NaN where there is one. Unlike a sum of squares it does not lose what is
+// smaller than 1e-154.
+template <typename Vector>
+double LargestEntry(const Eigen::MatrixBase<Vector>& v) {
+  return v.size() == 0 ? 0 : v.cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
+}
+
 // A = L D L^T for symmetric quasi-definite A (Vanderbei 1995: then no pivoting is needed).
 class BandedSymmetric {
  public:

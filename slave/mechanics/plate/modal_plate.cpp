@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slave/mechanics/plate/banded.h"
 #include "slave/mechanics/plate/short_waves.h"
 
 namespace palpate::plate {
@@ -109,10 +110,10 @@ bool ModalPlate::Newton(double share) noexcept {
       force_change = std::max(force_change, std::abs(more));
     }
     amplitudes_ += step_;
-    const double change = step_.norm();
-    const double largest_force = forces_.size() == 0 ? 0 : forces_.cwiseAbs().maxCoeff();
+    const double change = LargestEntry(step_);
     if (!std::isfinite(change) || !std::isfinite(force_change)) return false;
-    if (change <= kConverged * amplitudes_.norm() && force_change <= kConverged * largest_force) {
+    if (change <= kConverged * LargestEntry(amplitudes_) &&
+        force_change <= kConverged * LargestEntry(forces_)) {
       Answer(share);
       return true;
     }

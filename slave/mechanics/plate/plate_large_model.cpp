@@ -25,7 +25,14 @@ constexpr double kModerate = 0.3;       // |w| / a: rotations are moderate
 constexpr double kLawsLargest = 0.1;    // error by the law
 constexpr double kLargest = 1000;       // |w| / t that is attempted
 constexpr double kLargestForce = 1e11;  // E t^4 / a^2 that is attempted
+// Nondimensional: below it intermediate results lose digits, as do subnormal numbers.
+constexpr double kLeastValue = 1e-290;
+constexpr std::string_view kDigitsLost = "the value is so small that digits are lost";
 constexpr std::size_t kMostTools = 64;  // diameters remembered
+
+bool IsSubnormal(double value) {
+  return std::fpclassify(value) == FP_SUBNORMAL;
+}
 
 bool IsMoved(const Touch& touch) {
   return touch.kind == Contact::Kind::kDisplacement;
@@ -58,7 +65,7 @@ plate::PlateModes MakeModes(const PlateLargeModel::Params& params, Progress* pro
     const double order = params.order;
     progress->Expect({.seconds = 0.05 + 4e-8 * std::pow(order, 5),
                       .memory_bytes = static_cast<std::size_t>(8 * std::pow(order, 5)) / 2});
-    if (!progress->Report("plate modes", 0)) throw Interrupted();
+    Tell(progress, "plate modes", 0);
   }
   return {params.order, params.poisson_ratio};
 }
@@ -74,8 +81,10 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
   const double slenderness = params_.thickness / params_.radius;
   force_unit_ =
       params_.young_modulus * params_.thickness * params_.thickness * slenderness * slenderness;
-  if (progress != nullptr && !progress->Report("central press", 0.7)) throw Interrupted();
+  Tell(progress, "central press", 0.7);
   ToolOf(0);
+  const SurfaceMesh grid = MembraneGrid(params_.radius);
+  field_mesh_ = {.vertices = grid.nodes, .triangles = grid.triangles};
   info_.kind = "plate-large";
   info_.dof = static_cast<std::size_t>(modes_.deflections(Symmetry::kNone));
   info_.memory_bytes = modes_.memory_bytes();
@@ -222,7 +231,11 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch)
   const double share = moved || !(force * k * w > 0) ? 1 : force / (k * w);
   const bool inside = std::abs(w) <= range && std::abs(w) * t <= kModerate * params_.radius &&
                       excess * share <= kLawsLargest;
-  response.validity = inside ? Validity::kValid : Validity::kExtrapolated;
+  const double value = std::abs(values_[static_cast<std::size_t>(touch)]);
+  const bool lost =
+      (value > 0 && value < kLeastValue) || IsSubnormal(force_unit_ * force) || IsSubnormal(t * w);
+  response.validity = inside && !lost ? Validity::kValid : Validity::kExtrapolated;
+  response.doubt = !inside ? kBeyondRange : lost ? kDigitsLost : std::string_view();
   return response;
 }
 
@@ -247,10 +260,10 @@ double PlateLargeModel::Displacement(const Vector2d& p_O) noexcept {
   return -params_.thickness * Deflection(p_O / params_.radius);
 }
 
-void PlateLargeModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
-  displacement_O->clear();
+void PlateLargeModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
+  u_O->clear();
   for (const auto& node : MembraneGrid(1).nodes) {
-    displacement_O->emplace_back(0, 0, -params_.thickness * Deflection(node.head<2>()));
+    u_O->emplace_back(0, 0, -params_.thickness * Deflection(node.head<2>()));
   }
 }
 

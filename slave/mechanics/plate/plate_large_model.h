@@ -56,8 +56,8 @@ class PlateLargeModel final : public PlateSurface {
   // memory.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  // Of the nodes of MembraneGrid().
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
   [[nodiscard]] std::string_view failure() const override { return failure_; }
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
@@ -85,6 +85,7 @@ class PlateLargeModel final : public PlateSurface {
   Params params_;
   double force_unit_ = 0;  // E t^4 / a^2 [N]
   double prestress_ = 0;   // by E t^3 / a^2
+  FieldMesh field_mesh_;
   ModelInfo info_;
   std::string_view failure_;
   bool answered_ = false;

@@ -36,6 +36,8 @@ PlateModel::PlateModel(const Params& params) : params_(Checked(params)) {
   rigidity_ = flexural_modulus * params_.thickness * params_.thickness * params_.thickness;
   force_unit_ =
       flexural_modulus * params_.thickness * params_.thickness * slenderness;  // no overflow of t^3
+  const SurfaceMesh grid = MembraneGrid(params_.radius);
+  field_mesh_ = {.vertices = grid.nodes, .triangles = grid.triangles};
   info_.kind = "plate";
   info_.dof = 1;
   info_.range = params_.range * slenderness / 2;
@@ -145,11 +147,11 @@ double PlateModel::Displacement(const Vector2d& p_O) noexcept {
   return answered_ ? -params_.radius * Deflection(p_O / params_.radius) : 0;
 }
 
-void PlateModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
-  displacement_O->clear();
+void PlateModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
+  u_O->clear();
   for (const auto& node : MembraneGrid(1).nodes) {
     const double w = answered_ ? Deflection(node.head<2>()) : 0;
-    displacement_O->emplace_back(0, 0, -params_.radius * w);
+    u_O->emplace_back(0, 0, -params_.radius * w);
   }
 }
 

@@ -36,8 +36,8 @@ class PlateModel final : public PlateSurface {
   // O(S^3).
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  // Of the nodes of MembraneGrid().
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::string_view failure() const override { return failure_; }
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
@@ -57,6 +57,7 @@ class PlateModel final : public PlateSurface {
   Params params_;
   double rigidity_ = 0;    // D [N m]
   double force_unit_ = 0;  // D / a: deflects by about a [N]
+  FieldMesh field_mesh_;
   ModelInfo info_;
   std::string_view failure_;
   bool answered_ = false;

@@ -158,14 +158,14 @@ bool RoundPress::Newton(const Goal& goal) noexcept {
     const double compliance = centre_ * odd(by_load_);
     double more = goal.value - force_;
     if (!goal.is_force) more = (goal.value - centre_ * (slope_ + odd(step_))) / compliance;
-    const double before = slope_.norm();
-    const double change = (odd(step_) + more * odd(by_load_)).norm();
+    const double before = LargestEntry(slope_);
+    const double change = LargestEntry(odd(step_) + more * odd(by_load_));
     if (!std::isfinite(change) || !(compliance > 0)) return false;
     slope_ += odd(step_) + more * odd(by_load_);
     force_ += more;
     stiffness_ = 1 / compliance;
     UpdateTension();
-    if (change <= kConverged * std::max(before, slope_.norm())) return true;
+    if (change <= kConverged * std::max(before, LargestEntry(slope_))) return true;
   }
   return false;
 }

@@ -81,14 +81,14 @@ std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene) const {
   touch->mesh = MeshOutline(scene, seen_);
   touch->deformation = MakeModel(scene, touch->mesh);
   touch->contact = std::make_unique<BoundaryContact>(touch->mesh);
+  touch->probe = std::make_unique<BoundaryContact>(touch->mesh);
   return touch;
 }
 
 void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   touch_ = std::move(touch);
-  if (in_contact_) ResumeContact();
-  stiffness_tolerance_ = scene.object.material.young_modulus_tolerance;
-  puncture_depth_ = scene.model.puncture_depth;
+  if (rules_.in_contact()) ResumeContact();
+  rules_.Adopt(scene);
   law_ = scene.model.contact;
 }
 
@@ -104,35 +104,26 @@ void Estimator::ResumeContact() noexcept {
 void Estimator::Reset() noexcept {
   eyes_->Reset();
   touch_->contact->Reset();
-  in_contact_ = punctured_ = false;
+  rules_.Reset();
 }
 
 const ContactEstimate& Estimator::Feel(const Frame& frame) noexcept {
   Stopwatch total, lap;
-  felt_.sequence = frame.sequence;
+  felt_.sample = frame.sequence;
   felt_.sensed_at = frame.sensed_at;
   felt_.events.Clear();
   observation_ = &eyes_->Look(frame.image, frame.sequence, frame.sensed_at);
   times_.vision.Add(lap.Lap());
 
   const TipObservation& tip = observation_->tip;
-  if (tip.found != tracking_) {
-    felt_.events.Add(tip.found ? Event::kTrackingRegained : Event::kTrackingLost);
-    tracking_ = tip.found;
-  }
+  rules_.Track(tip.found, &felt_);
   if (tip.found) {
     Touch(view_.ToSlave(tip.p_I), tip.sigma * view_.pixel());
   } else {
-    LoseTouch(Validity::kTrackingLost);
+    EstimateRules::LoseForce(Validity::kTrackingLost, &felt_);
   }
   times_.total.Add(total.Lap());
   return felt_;
-}
-
-void Estimator::LoseTouch(Validity validity) noexcept {
-  felt_.validity = validity;
-  felt_.force.reset();
-  felt_.sigma = 0;
 }
 
 void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept {
@@ -149,59 +140,58 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
     const Eigen::Vector3d n = Planar(place.normal_O);
     if (law_ == ContactLaw::kFrictionless) displacement = n.dot(displacement) * n;
   }
-  const Contact contact{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
-                        displacement};
-  ContactResponse response;
-  touch_->deformation->Respond(std::span(&contact, 1), std::span(&response, 1));
+  const ContactResponse response = Respond(place, displacement);
   times_.mechanics.Add(lap.Lap());
 
   felt_.p_S_tip = p_S_tip;
   felt_.p_S_contact = X_SO * Planar(place.p_O);
   felt_.depth = touching ? std::max(0.0, -place.gap) : 0.0;
-  if (touching != in_contact_) felt_.events.Add(touching ? Event::kContact : Event::kRelease);
-  in_contact_ = touching;
-  if (!touching) punctured_ = false;
+  rules_.Touch(touching, &felt_);
   if (response.validity == Validity::kFailed || !response.force_O.allFinite()) {
-    LoseTouch(Validity::kFailed);
-    return;
+    return EstimateRules::LoseForce(Validity::kFailed, &felt_);
   }
   UpdateLocalModel(place, response);
-  felt_.validity = touching ? response.validity : Validity::kValid;
-  felt_.force =
-      touching ? Eigen::Vector3d(-(X_SO.linear() * response.force_O)) : Eigen::Vector3d::Zero();
-  if (touching && puncture_depth_ > 0 && felt_.depth > puncture_depth_ && !punctured_) {
-    punctured_ = true;
-    felt_.events.Add(Event::kPuncture);
-  }
-  if (punctured_) {  // the cue of paper A, 4.2: the resistance is gone
-    felt_.force = Eigen::Vector3d::Zero();
-    felt_.validity = Validity::kPunctured;
-  }
+  if (!touching) return rules_.TellForce(Eigen::Vector3d::Zero(), 0, Validity::kValid, &felt_);
   // The force changes most with the tip's place along the normal.
   const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
-  felt_.sigma = touching ? std::hypot(stiffness * std::hypot(tip_sigma, rest_sigma_),
-                                      stiffness_tolerance_ * felt_.force->norm())
-                         : 0;
+  rules_.TellForce(-(X_SO.linear() * response.force_O),
+                   stiffness * std::hypot(tip_sigma, rest_sigma_), response.validity, &felt_);
+}
+
+ContactResponse Estimator::Respond(const BoundaryPlace& place,
+                                   const Eigen::Vector3d& displacement_O) noexcept {
+  const Contact contact{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
+                        displacement_O};
+  ContactResponse response;
+  touch_->deformation->Respond(std::span(&contact, 1), std::span(&response, 1));
+  return response;
+}
+
+LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
+  if (rules_.in_contact() || !p_S_tip.allFinite()) return felt_.local_model;
+  const Eigen::Vector3d p_O_tip = registration_.X_SO.inverse() * p_S_tip;
+  touch_->probe->Reset();
+  const BoundaryPlace& place = touch_->probe->MoveTip(p_O_tip.head<2>());
+  if (touch_->probe->in_contact()) return felt_.local_model;
+  // Nothing is pressed in, so that the shape stays that at rest.
+  const ContactResponse response = Respond(place, Eigen::Vector3d::Zero());
+  if (response.validity != Validity::kFailed) UpdateLocalModel(place, response);
+  return felt_.local_model;
 }
 
 void Estimator::UpdateLocalModel(const BoundaryPlace& place,
                                  const ContactResponse& response) noexcept {
   const Eigen::Matrix3d& R = registration_.X_SO.linear();
-  LocalModel next = felt_.local_model;
-  next.reference = felt_.p_S_contact;
+  LocalModel next;
+  next.reference = registration_.X_SO * Planar(place.p_O);
   next.normal = R * Planar(place.normal_O);
   // A passive contact has a symmetric stiffness; collocation leaves a small skew part, which would
   // create energy in the operator's hand.
   const Eigen::Matrix3d K_O = 0.5 * (response.stiffness_O + response.stiffness_O.transpose());
   next.stiffness = R * K_O * R.transpose();
-  next.force.setZero();
   next.valid_radius = touch_->deformation->info().range * touch_->mesh.length_unit;
-  next.in_contact = in_contact_;
-  const LocalModel& last = felt_.local_model;
-  const bool same = next.reference == last.reference && next.normal == last.normal &&
-                    next.stiffness == last.stiffness;
-  if (!same || !last.known()) ++next.revision;
-  felt_.local_model = next;
+  next.in_contact = rules_.in_contact();
+  felt_.local_model = Revised(next, felt_.local_model);
 }
 
 }  // namespace palpate

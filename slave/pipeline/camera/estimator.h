@@ -17,7 +17,8 @@
 #include "slave/capture/frame_source.h"
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/pipeline/contact_estimate.h"
+#include "slave/pipeline/estimate_rules.h"
+#include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/camera_view.h"
 #include "slave/vision/tip_and_contour_tracker.h"
@@ -38,10 +39,13 @@ struct StageHistograms {
 };
 
 // The part that SetModel replaces as a whole.
-struct TouchModel {
+struct TouchModel final : Rebuilt {
+  [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
+
   BoundaryMesh mesh;
   std::unique_ptr<DeformationModel> deformation;
   std::unique_ptr<BoundaryContact> contact;
+  std::unique_ptr<BoundaryContact> probe;  // finds the nearest place of any point
 };
 
 // One thread at a time.
@@ -56,6 +60,10 @@ class Estimator {
 
   // Never throws; what cannot be known is flagged.
   const ContactEstimate& Feel(const Frame& frame) noexcept;
+  // The contact that the master renders for a tip at p_S_tip [m] now, between pictures too: before
+  // it touches, the plane at the nearest place of the outline; that plane stays from where the tip
+  // comes in until it has come out.
+  LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // Precomputes a replacement for `scene`'s model options; may be called from another thread.
   // Throws like the constructor.
   [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene) const;
@@ -77,8 +85,9 @@ class Estimator {
   void RegisterObject(const Scene& scene);
   void ResumeContact() noexcept;
   void Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept;
+  [[nodiscard]] ContactResponse Respond(const BoundaryPlace& place,
+                                        const Eigen::Vector3d& displacement_O) noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
-  void LoseTouch(Validity validity) noexcept;
 
   CameraView view_;
   std::unique_ptr<TipAndContourTracker> eyes_;
@@ -87,13 +96,9 @@ class Estimator {
   Registration registration_;
   double rest_sigma_ = 0;  // how well the rest surface is known [m]
   std::unique_ptr<TouchModel> touch_;
-  double tool_width_ = 0;           // [m]
-  double stiffness_tolerance_ = 0;  // one sigma of E, relative [-]
-  double puncture_depth_ = 0;       // [m]; 0: never
+  double tool_width_ = 0;  // [m]
   ContactLaw law_ = ContactLaw::kBonded;
-  bool tracking_ = true;
-  bool in_contact_ = false;
-  bool punctured_ = false;
+  EstimateRules rules_;
   const Observation* observation_ = nullptr;
   ContactEstimate felt_;
   StageHistograms times_;

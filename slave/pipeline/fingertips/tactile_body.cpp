@@ -6,7 +6,6 @@
 #include <variant>
 
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/load/node_displacement.h"
 
 namespace palpate {
 namespace {
@@ -68,10 +67,6 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene) {
   body->limit.running = true;
   body->moves_in_time = MovesInTime(stepped);
   return body;
-}
-
-void NodeDisplacement(TactileBody& body, std::vector<Eigen::Vector3d>* u_O) {
-  NodeDisplacement(*body.deformation, body.surface, u_O);
 }
 
 }  // namespace palpate

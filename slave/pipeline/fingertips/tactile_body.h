@@ -11,6 +11,7 @@
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
+#include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -24,7 +25,9 @@ class SearchLimit final : public Progress {
 };
 
 // The part that SetModel replaces as a whole.
-struct TactileBody {
+struct TactileBody final : Rebuilt {
+  [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
+
   SurfaceMesh surface;  // at rest, frame O; inner nodes too
   SearchLimit limit;
   std::unique_ptr<DeformationModel> deformation;
@@ -47,7 +50,5 @@ bool MeetsObject(const Scene& scene);
 std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene);
 // The scene with the time step that fingertips need.
 Scene InStepWithSamples(const Scene& scene);
-// Displacement of every node of `surface` under the contacts of the last Respond, frame O [m].
-void NodeDisplacement(TactileBody& body, std::vector<Eigen::Vector3d>* u_O);
 
 }  // namespace palpate

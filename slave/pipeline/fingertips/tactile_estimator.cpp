@@ -229,8 +229,10 @@ bool TactileEstimator::Respond() noexcept {
   body_->deformation->Respond(contacts_, responses_);
   at_rest_ = contacts_.empty() && !body_->moves_in_time;
   shape_validity_ = Validity::kValid;
+  shape_doubt_ = {};
   for (std::size_t k = 0; k < responses_.size(); ++k) {
     shape_validity_ = Worse(shape_validity_, responses_[k].validity);
+    if (!responses_[k].doubt.empty()) shape_doubt_ = responses_[k].doubt;
   }
   return shape_validity_ != Validity::kFailed && body_->deformation->failure().empty();
 }
@@ -269,7 +271,7 @@ void TactileEstimator::FlagLostPose(FingerEstimate* finger) const noexcept {
 void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_tip) noexcept {
   const FingerEstimate& first = fingers_.front();
   const bool was_touching = felt_.local_model.in_contact;
-  felt_.sequence = frame.sequence;
+  felt_.sample = frame.sequence;
   felt_.sensed_at = frame.sensed_at;
   felt_.events.Clear();
   if (first.has_pose) {
@@ -302,10 +304,19 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
   }
 }
 
+LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
+  const FingerEstimate& first = fingers_.front();
+  if (!body_ || !first.has_pose || !p_S_tip.allFinite()) return felt_.local_model;
+  Isometry3d X_SF = first.X_SF;
+  X_SF.translation() += p_S_tip - first.p_S_apex;
+  local_touch_->Follow(*body_, X_SO_, X_SF, first.in_contact, &felt_.local_model);
+  return felt_.local_model;
+}
+
 void TactileEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {
   p_S->clear();
   if (!body_) return;
-  NodeDisplacement(*body_, p_S);
+  body_->deformation->Displacements(p_S);
   for (std::size_t i = 0; i < p_S->size(); ++i) {
     (*p_S)[i] = X_SO_ * Vector3d(body_->surface.nodes[i] + (*p_S)[i]);
   }

@@ -15,10 +15,9 @@
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/tactile_frame.h"
-#include "slave/pipeline/contact_estimate.h"
 #include "slave/pipeline/fingertips/finger_contact.h"
+#include "slave/pipeline/fingertips/finger_local_model.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
-#include "slave/pipeline/local_model/finger_local_model.h"
 #include "slave/scene/scene.h"
 #include "slave/tactile/fingertip.h"
 
@@ -66,6 +65,9 @@ class TactileEstimator {
   // source does not tell follow it. Never throws; allocation-free once every place was touched that
   // is touched (contacts over an area: while their place stays).
   const ContactEstimate& Feel(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
+  // The contact that the master renders for a tip at p_S_tip [m] now, between samples too: that of
+  // the first fingertip, carried there as it was when it was last sensed.
+  LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // Precomputes a replacement; may be called from another thread. Null: nothing deforms here.
   [[nodiscard]] static std::unique_ptr<TactileBody> Prepare(const Scene& scene);
   // Puts it to work: the object is at rest again, the next sample finds its contacts anew.
@@ -97,6 +99,8 @@ class TactileEstimator {
   [[nodiscard]] std::span<const ContactResponse> responses() const { return responses_; }
   // Of the deformation.
   [[nodiscard]] Validity shape_validity() const { return shape_validity_; }
+  // Why it is extrapolated, one clause that lives on; may be empty.
+  [[nodiscard]] std::string_view shape_doubt() const { return shape_doubt_; }
   // Nodes of body()->surface as they are deformed now, frame S [m]; empty without a body. O(N).
   void DeformedNodes(std::vector<Eigen::Vector3d>* p_S);
   [[nodiscard]] const TactileTimes& times() const { return times_; }
@@ -127,6 +131,7 @@ class TactileEstimator {
   std::vector<std::size_t> acting_;
   bool at_rest_ = true;
   Validity shape_validity_ = Validity::kValid;
+  std::string_view shape_doubt_;
   bool was_known_ = false;
   ContactEstimate felt_;
   TactileTimes times_;

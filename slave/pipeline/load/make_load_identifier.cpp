@@ -1,11 +1,12 @@
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <variant>
 
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/plate_load_identifier.h"
 #include "slave/pipeline/load/volume_load_identifier.h"
-#include "slave/pipeline/points/surface_estimator.h"
 
 namespace palpate {
 namespace {
@@ -13,25 +14,22 @@ namespace {
 constexpr int kFineModes = 20;  // order: resolves a tool of a tenth of the radius 10 t deep
 
 std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeometry& membrane) {
-  const std::string kind = ChooseModel(scene).kind;
-  if (kind != "plate" && kind != "plate-large") {
-    throw std::invalid_argument("model.kind = " + kind +
-                                ": accepted for a membrane under the eyes is plate, plate-large");
+  const ModelKind& kind = KindOf(scene);
+  if (kind.object != ObjectClass::kMembrane) {
+    throw std::invalid_argument("model.kind = " + std::string(kind.name) +
+                                ": accepted for a membrane under the eyes is " +
+                                KindsFor(ObjectClass::kMembrane));
   }
-  if (kind == "plate" && scene.model.prestress > 0) {
+  if (!kind.takes_tension && scene.model.prestress > 0) {
     throw std::invalid_argument(
         "model.prestress: accepted with kind: plate-large, which stretches");
   }
-  auto model = MakeModel(scene, MembraneDisc{membrane.radius, membrane.thickness});
-  auto* plate = dynamic_cast<PlateSurface*>(model.get());
-  if (plate == nullptr) throw std::logic_error("a membrane's model is no plate");
-  model.release();
-  return std::unique_ptr<PlateSurface>(plate);
+  return MakePlateModel(scene, {membrane.radius, membrane.thickness});
 }
 
 // Where the scene leaves the modes to the model.
 std::unique_ptr<PlateSurface> MakeFinerPlate(const Scene& scene, const MembraneGeometry& membrane) {
-  if (ChooseModel(scene).kind != "plate-large" || scene.model.modes > 0) return nullptr;
+  if (!KindOf(scene).takes_tension || scene.model.modes > 0) return nullptr;
   Scene finer = scene;
   finer.model.modes = kFineModes;
   return MakePlate(finer, membrane);

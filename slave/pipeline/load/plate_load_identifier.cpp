@@ -132,7 +132,7 @@ void PlateLoadIdentifier::Nearest(const Vector3d& p_O_tip, Vector3d* p_O,
 }
 
 void PlateLoadIdentifier::Displacements(std::vector<Vector3d>* u_O) {
-  if (load_.force != 0) return fit_.answered().BoundaryDisplacement(u_O);
+  if (load_.force != 0) return fit_.answered().Displacements(u_O);
   u_O->assign(surface_.nodes.size(), Vector3d::Zero());
 }
 

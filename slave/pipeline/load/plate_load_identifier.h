@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "slave/mechanics/plate/fit/press_table.h"
 #include "slave/mechanics/plate/plate_surface.h"
-#include "slave/mechanics/plate/press_table.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/robust_plate_fit.h"
-#include "slave/pipeline/points/surface_estimator.h"
 
 namespace palpate {
 

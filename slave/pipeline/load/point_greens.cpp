@@ -2,9 +2,7 @@
 
 #include <limits>
 #include <span>
-
-#include "shared/mesh/surface_patch.h"
-#include "slave/pipeline/load/node_displacement.h"
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -36,23 +34,15 @@ PointGreens::PointGreens(const SurfaceMesh& surface, double load, double patch)
   FindPatches(patch);
 }
 
-// As the models spread a load (contracts, `solve`): over triangles, a third of each one's share per
-// node; so the same load through the model moves the points alike.
+// As the models spread a load, so that the same load through the model moves the points alike.
 void PointGreens::FindPatches(double patch) {
-  patches_.resize(nodes_.size());
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    const Vector3d& p = surface_.nodes[At(nodes_[i])];
-    const auto place = FindPlace(surface_, p);
-    const std::vector<int> triangles =
-        place ? PatchAt(surface_, *place, p, patch).triangles : std::vector<int>{};
-    double area = 0;
-    for (const int t : triangles) area += Area(surface_, t);
-    for (const int t : triangles) {
-      for (const int node : surface_.triangles[At(t)]) {
-        patches_[i].push_back({node, Area(surface_, t) / area / 3});
-      }
-    }
-    if (!(area > 0)) patches_[i] = {{nodes_[i], 1.0}};
+  SurfaceFootprints footprints(surface_);
+  for (const int node : nodes_) {
+    const Contact load{
+        .kind = Contact::Kind::kForce, .p_O = surface_.nodes[At(node)], .width = patch};
+    ContactFootprint footprint;
+    const bool is_met = footprints.OnNodes(load, &footprint).empty();
+    patches_.push_back(is_met ? std::move(footprint.places) : std::vector{PlaceWeight{node, 1}});
   }
 }
 
@@ -86,10 +76,10 @@ bool PointGreens::Load(DeformationModel& model, const Contact& contact, Index ro
   model.Reset();
   model.Respond(std::span(&contact, 1), std::span(&response, 1));
   if (response.validity == Validity::kFailed) return false;
-  NodeDisplacement(model, surface_, &field_);
+  model.Displacements(&field_);
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     Vector3d mean = Vector3d::Zero();
-    for (const Share& share : patches_[k]) mean += share.weight / load_ * field_[At(share.node)];
+    for (const auto& [node, weight] : patches_[k]) mean += weight / load_ * field_[At(node)];
     for (int axis = 0; axis < 3; ++axis) by_[At(axis)](row, static_cast<Index>(k)) = mean[axis];
   }
   return true;

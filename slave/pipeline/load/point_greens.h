@@ -10,6 +10,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/footprint/contact_footprint.h"
 
 namespace palpate {
 
@@ -41,11 +42,7 @@ class PointGreens {
   const SurfaceMesh& surface_;
   double load_;
   std::vector<int> nodes_, index_;
-  struct Share {
-    int node = 0;
-    double weight = 0;
-  };
-  std::vector<std::vector<Share>> patches_;  // nodes that share a node's load
+  std::vector<std::vector<PlaceWeight>> patches_;  // nodes that share a node's load
   std::vector<Eigen::Vector3d> rest_, field_;
   std::vector<bool> known_;
   std::array<Eigen::MatrixXd, 3> by_;

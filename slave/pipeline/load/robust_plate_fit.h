@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/plate/load_fit.h"
+#include "slave/mechanics/plate/fit/load_fit.h"
 #include "slave/pipeline/load/grid_subsample.h"
 #include "slave/vision/stereo/surface_points.h"
 

@@ -14,8 +14,8 @@
 #include "shared/mesh/surface_patch.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/mechanics/strain_resolution.h"
 #include "slave/pipeline/load/nodal_load.h"
-#include "slave/pipeline/load/node_displacement.h"
 #include "slave/pipeline/load/triangle_search.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
 
@@ -46,12 +46,6 @@ double LargerSide(const SurfaceMesh& surface) {
     upper = upper.cwiseMax(p);
   }
   return (upper - lower).maxCoeff();
-}
-
-bool IsLinear(const Scene& scene) {
-  const std::string kind = ChooseModel(scene).kind;
-  return kind == "fem-green" || kind == "bem3d" ||
-         (kind == "fem" && scene.model.fem.law == FemOptions::Law::kLinear);
 }
 
 class VolumeLoadIdentifier final : public LoadIdentifier {
@@ -99,6 +93,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   TriangleSearch search_;
   std::vector<Vector3d> field_;  // of the nodes [m]
   bool unsolved_ = false;        // the model found no equilibrium under the load
+  std::string_view doubt_;       // of the model, of its last answer
   SurfaceLoad load_;
 };
 
@@ -127,7 +122,12 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
     return load;
   }
   Place(best, &load);
-  if (!linear_) Refine(&best, &load);
+  doubt_ = {};
+  if (!linear_) {
+    Refine(&best, &load);
+  } else if (load.force != 0) {
+    Load(load);
+  }
   Judge(best, &load);
   return load;
 }
@@ -179,6 +179,7 @@ void VolumeLoadIdentifier::Judge(const TriangleLoad& best, SurfaceLoad* load) co
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     flag("the deflection is beyond the model's range");
   }
+  if (doubt_ == kStiffInBending) flag(kStiffInBending);
   if (unsolved_) flag("the model finds no equilibrium under this load: it is that of small strain");
   if (load->residual > kGoodFit) {
     flag("one load of this width leaves more than the points' noise");
@@ -222,8 +223,9 @@ bool VolumeLoadIdentifier::Load(const SurfaceLoad& load) noexcept {
   ContactResponse response;
   model_->Respond(std::span(&contact, 1), std::span(&response, 1));
   if (response.validity == Validity::kFailed) return false;
+  doubt_ = response.doubt;
   try {
-    NodeDisplacement(*model_, surface_, &field_);
+    model_->Displacements(&field_);
   } catch (const std::exception&) {
     return false;
   }

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "slave/pipeline/points/surface_estimator.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

@@ -1,5 +1,6 @@
 #include "slave/pipeline/local_model/contact_stiffness.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -109,6 +110,11 @@ const ContactStiffness::NodeCompliance& ContactStiffness::Node(int node) {
   known.C_O = K.inverse();
   known.patch_radius = std::sqrt(area / std::numbers::pi);
   return known;
+}
+
+bool ContactStiffness::Knows(int triangle) const {
+  return !greens_ || std::ranges::all_of(surface_.triangles[Index(triangle)],
+                                         [&](int node) { return nodes_[Index(node)].asked; });
 }
 
 Matrix3d ContactStiffness::At(int triangle, const Vector3d& weights, double radius) {

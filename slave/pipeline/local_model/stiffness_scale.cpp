@@ -64,6 +64,13 @@ void StiffnessScale::Learn(double depth, const RatioSample& sample) noexcept {
   covariance_ += kForgotten * (before_ - covariance_);
 }
 
+StiffnessScale::Press StiffnessScale::Scaled(const Press& modelled, double depth) const noexcept {
+  const Value felt_by_modelled = At(depth);
+  const double stiffness = modelled.stiffness * felt_by_modelled.ratio;
+  const double bent = stiffness + modelled.force * felt_by_modelled.slope;
+  return {modelled.force * felt_by_modelled.ratio, std::max(bent, stiffness / 2)};
+}
+
 StiffnessScale::Value StiffnessScale::At(double depth) const noexcept {
   Value value{Weights(depth).dot(ratios_), 0};
   if (depth > 0 && depth < full_depth_) {

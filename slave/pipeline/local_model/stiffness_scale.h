@@ -37,6 +37,12 @@ class StiffnessScale {
     double ratio = 1, slope = 0;  // [-], by depth [1/m]
   };
   [[nodiscard]] Value At(double depth) const noexcept;
+  // A modelled press of this force [N] and stiffness [N/m], sized as it was felt at its depth:
+  // force and slope there, the latter not less than half of what the ratio alone makes of it.
+  struct Press {
+    double force = 0, stiffness = 0;
+  };
+  [[nodiscard]] Press Scaled(const Press& modelled, double depth) const noexcept;
   void Forget() noexcept;
 
  private:

@@ -1,60 +1,49 @@
 // Where the force error comes from, at a site that knows the truth: what the model would say of the
-// true indentation is the model's error, the rest is the eyes'.
+// true indentation is the model's error, the rest is that of sensing.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
+#include <limits>
+#include <string>
 #include <vector>
+
+#include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
+
+#include "shared/state/local_model.h"
 
 namespace palpate {
 
-// Root mean squares over pictures in contact.
-class ErrorBudget {
- public:
-  // Magnitudes of forces [N]: estimated; by the model at the true indentation; true.
-  void Add(double estimated, double model_at_truth, double truth) {
-    ++count_;
-    total_ += Square(estimated - truth);
-    model_ += Square(model_at_truth - truth);
-    tracking_ += Square(estimated - model_at_truth);
-    peak_ = std::fmax(peak_, truth);
-    worst_ = std::fmax(worst_, std::abs(estimated - truth));
-  }
-  [[nodiscard]] std::uint64_t count() const { return count_; }
-  [[nodiscard]] double rms() const { return Root(total_); }              // [N]
-  [[nodiscard]] double model_rms() const { return Root(model_); }        // [N]
-  [[nodiscard]] double tracking_rms() const { return Root(tracking_); }  // [N]
-  [[nodiscard]] double peak_force() const { return peak_; }              // largest true force [N]
-  [[nodiscard]] double peak_error() const { return worst_; }             // [N]
-
- private:
-  static double Square(double x) { return x * x; }
-  [[nodiscard]] double Root(double sum) const {
-    return count_ == 0 ? 0 : std::sqrt(sum / static_cast<double>(count_));
-  }
-
-  std::uint64_t count_ = 0;
-  double total_ = 0, model_ = 0, tracking_ = 0, peak_ = 0, worst_ = 0;
-};
-
-// Sizes of the forces of one picture at a site that knows the truth [N].
+// The forces on one tool or fingertip in one sample, any one frame [N].
 struct ComparedForces {
-  double estimated = 0;  // NaN: unknown
-  double model_at_truth = 0, truth = 0;
+  Eigen::Vector3d estimated{0, 0, 0};  // not finite: unknown
+  Eigen::Vector3d truth{0, 0, 0};
+  // Size of what the model has at the true indentation; NaN: it tells none.
+  double model_at_truth = std::numeric_limits<double>::quiet_NaN();
 };
 
-// Over pictures in contact, by the truth or by the estimate: those in which either exceeds 1 % of
-// the peak. Unknown forces cannot be compared.
-inline ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared) {
-  constexpr double kContactShare = 0.01;
-  ErrorBudget budget;
-  double peak = 0;
-  for (const ComparedForces& c : compared) peak = std::fmax(peak, c.truth);
-  for (const ComparedForces& c : compared) {
-    const bool contact = c.truth > kContactShare * peak || c.estimated > kContactShare * peak;
-    if (contact && std::isfinite(c.estimated)) budget.Add(c.estimated, c.model_at_truth, c.truth);
-  }
-  return budget;
+inline const Eigen::Vector3d kUnknownForce =
+    Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+// Size of the force that the master renders of `local` at this depth [m] below its plane [N].
+inline double ForceAt(const LocalModel& local, double depth) {
+  return (local.force + local.stiffness * local.normal * depth).norm();
 }
+
+// Over samples in contact.
+struct ErrorBudget {
+  std::uint64_t count = 0;
+  double rms = 0;           // of the force's vector, estimated minus true [N]
+  double peak_error = 0;    // of the same, the largest [N]
+  double peak_force = 0;    // the largest true one [N]
+  double model_rms = 0;     // of sizes: of the model at the true indentation, minus true [N]
+  double tracking_rms = 0;  // of sizes: estimated, minus of the model at the true indentation [N]
+};
+
+// Samples in contact are those in which truth or estimate exceed 1 % of the true peak. Unknown
+// forces cannot be compared.
+ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared);
+// As summary.json has it; null where nothing in contact was compared. `samples`: the name of the
+// key that counts them, contact_`samples`.
+nlohmann::ordered_json ToJson(const ErrorBudget& budget, const std::string& samples);
 
 }  // namespace palpate

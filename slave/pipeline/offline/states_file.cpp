@@ -26,7 +26,7 @@ const Eigen::Vector3d kUnknown =
 StateRow RowOf(const ContactEstimate& felt, Time start,
                const std::optional<Eigen::Vector3d>& true_force) {
   return {SecondsBetween(start, felt.sensed_at),
-          felt.sequence,
+          felt.sample,
           "",
           felt.p_S_tip,
           felt.p_S_contact,

@@ -9,8 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "shared/state/slave_state.h"
 #include "shared/state/validity.h"
-#include "slave/pipeline/contact_estimate.h"
 
 namespace palpate {
 

@@ -27,11 +27,15 @@ std::string ForceInWords(const PointsOverlay& overlay) {
   return fmt::format("{:.3g} N +- {:.2g}  {}", *overlay.force, overlay.sigma, overlay.validity);
 }
 
+double ShareOf(const PointsOverlay& overlay, double full_scale) {
+  const bool has_share = overlay.force && *overlay.force > 0 && full_scale > 0;
+  return has_share ? std::fmin(kMostShare, *overlay.force / full_scale) : 0;
+}
+
 }  // namespace
 
 PointsOverlay MakePointsOverlay(const SurfacePointTracker& eyes, const SurfaceObservation& seen,
-                                const ContactEstimate& felt, double full_scale,
-                                int picture_height) {
+                                const ContactEstimate& felt) {
   PointsOverlay overlay;
   for (std::size_t i = 0; i < seen.points.size(); ++i) {
     const Eigen::Vector2d p_I = eyes.PlaceInPicture(i);
@@ -53,17 +57,13 @@ PointsOverlay MakePointsOverlay(const SurfacePointTracker& eyes, const SurfaceOb
   if (!felt.force) return overlay;
   overlay.force = felt.force->norm();
   overlay.sigma = felt.sigma;
-  if (!(full_scale > 0) || !(*overlay.force > 0) || !overlay.place_I) return overlay;
-  overlay.share = std::fmin(kMostShare, *overlay.force / full_scale);
+  if (!(*overlay.force > 0) || !overlay.place_I) return overlay;
   const auto ahead = eyes.Project(felt.p_S_contact + kShortStep * felt.force->normalized());
   const auto aside = eyes.Project(felt.p_S_contact + kShortStep * felt.force->unitOrthogonal());
   if (!ahead || !aside) return overlay;
   // As long as the same force would be drawn across the line of sight, foreshortened.
   const double full_length = (*aside - *overlay.place_I).norm();
-  if (full_length > 0) {
-    overlay.force_I =
-        (*ahead - *overlay.place_I) / full_length * (0.2 * picture_height * overlay.share);
-  }
+  if (full_length > 0) overlay.along_I = (*ahead - *overlay.place_I) / full_length;
   return overlay;
 }
 
@@ -74,7 +74,7 @@ cv::Mat AsPicture(const cv::Mat& image) {
   return grey;
 }
 
-cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay) {
+cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double full_scale) {
   cv::Mat picture;
   cv::cvtColor(AsPicture(image), picture, cv::COLOR_GRAY2BGR);
   const int radius = std::max(2, static_cast<int>(std::lround(overlay.radius_px)));
@@ -93,12 +93,14 @@ cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay) {
                    cv::LINE_AA);
   }
   if (overlay.place_I) {
+    const double share = ShareOf(overlay, full_scale);
+    const Eigen::Vector2d force_I = 0.2 * image.rows * share * overlay.along_I;
     const cv::Point place = Round(*overlay.place_I);
     cv::drawMarker(picture, place, kLoadColour, cv::MARKER_CROSS, 21, 2, cv::LINE_AA);
-    const int ring = static_cast<int>(std::lround(kRing * image.rows * overlay.share));
+    const int ring = static_cast<int>(std::lround(kRing * image.rows * share));
     if (ring > 1) cv::circle(picture, place, ring, kLoadColour, 2, cv::LINE_AA);
-    if (overlay.force_I.norm() > 3) {
-      cv::arrowedLine(picture, place, Round(*overlay.place_I + overlay.force_I), kLoadColour, 2,
+    if (force_I.norm() > 3) {
+      cv::arrowedLine(picture, place, Round(*overlay.place_I + force_I), kLoadColour, 2,
                       cv::LINE_AA, 0, 0.2);
     }
   }

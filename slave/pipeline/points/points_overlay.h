@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "slave/pipeline/contact_estimate.h"
+#include "shared/state/slave_state.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 
 namespace palpate {
@@ -20,20 +20,18 @@ struct PointsOverlay {
   std::optional<Eigen::Vector2d> place_I;       // of the load, or of what is followed [px]
   std::optional<double> force;                  // its size [N]; nullopt: unknown
   double sigma = 0;                             // [N]
-  double share = 0;                             // force over the largest that the hand can show
-  Eigen::Vector2d force_I{0, 0};                // that share as an arrow in the picture [px]
+  Eigen::Vector2d along_I{0, 0};  // which way it points in the picture; 1 long across the sight
   std::string_view validity;
 };
 
-// `full_scale`: the largest force that the hand can show, at the tool [N].
 PointsOverlay MakePointsOverlay(const SurfacePointTracker& eyes, const SurfaceObservation& seen,
-                                const ContactEstimate& felt, double full_scale, int picture_height);
+                                const ContactEstimate& felt);
 
 // `image` as it is; depth (16 bit) stretched to 8-bit grey, black where there is none.
 cv::Mat AsPicture(const cv::Mat& image);
-// A copy of AsPicture(`image`) in colour with
-// the points, the load's place, its force as an arrow and as a ring (most of it points away from
-// the cameras), and in numbers.
-cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay);
+// A copy of AsPicture(`image`) in colour with the points, the load's place, its force in numbers
+// and, by its share of `full_scale` (the largest force that the hand can show, at the tool [N]), as
+// an arrow and as a ring, since most of it points away from the cameras.
+cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double full_scale);
 
 }  // namespace palpate

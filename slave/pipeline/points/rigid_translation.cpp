@@ -16,7 +16,7 @@ void RigidTranslation::Start(const SurfaceObservation& seen) noexcept {
 }
 
 const ContactEstimate& RigidTranslation::Feel(const SurfaceObservation& seen) noexcept {
-  felt_.sequence = seen.sequence;
+  felt_.sample = seen.sequence;
   felt_.sensed_at = seen.sensed_at;
   felt_.events.Clear();
   if (first_.size() != seen.points.size() && seen.found) Start(seen);

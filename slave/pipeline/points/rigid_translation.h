@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "slave/pipeline/contact_estimate.h"
+#include "shared/state/slave_state.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {

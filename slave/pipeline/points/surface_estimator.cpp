@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "slave/pipeline/local_model/finger_local_model.h"
+#include "slave/pipeline/estimate_rules.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"
 #include "slave/pipeline/stopwatch.h"
 
@@ -45,11 +45,9 @@ void DoubtPull(SurfaceLoad* load) {
 struct SurfaceEstimator::Parts {
   std::unique_ptr<LoadIdentifier> body;
   Isometry3d X_SO = Isometry3d::Identity(), X_OS = Isometry3d::Identity();
-  double modulus_tolerance = 0;  // one sigma of E, relative [-]
-  double puncture_depth = 0;     // [m]; 0: never
-  double larger_side = 0;        // [m]
-  double valid_radius = 0;       // of local models [m]
-  double telling_depth = 0;      // [m]
+  double larger_side = 0;    // [m]
+  double valid_radius = 0;   // of local models [m]
+  double telling_depth = 0;  // [m]
 
   std::vector<SurfacePoint> points_O;
   SurfaceLoad load;
@@ -58,7 +56,7 @@ struct SurfaceEstimator::Parts {
   double last_depth = std::numeric_limits<double>::quiet_NaN();  // of the tip, last picture [m]
   LocalModel local;                                              // the last one told
   SurfaceTimes times;
-  bool tracking = true, in_contact = false, punctured = false;
+  EstimateRules rules;
 
   explicit Parts(const Scene& scene)
       : telling_depth(kTellingDepth * scene.operator_options.press_depth),
@@ -66,7 +64,6 @@ struct SurfaceEstimator::Parts {
                    LearningRate(kLearningTime, SensorRate(scene.sense))) {}
   void ToObject(const std::vector<SurfacePoint>& points_S);
   void Learn() noexcept;
-  LoadIdentifier::Press Rendered(const Vector3d& p_O, double depth) noexcept;
   void Tell() noexcept;
   void Lose(Validity validity) noexcept;
 };
@@ -81,8 +78,7 @@ SurfaceEstimator::~SurfaceEstimator() = default;
 
 void SurfaceEstimator::Adopt(std::unique_ptr<LoadIdentifier> body, const Scene& scene) {
   parts_->body = std::move(body);
-  parts_->modulus_tolerance = scene.object.material.young_modulus_tolerance;
-  parts_->puncture_depth = scene.model.puncture_depth;
+  parts_->rules.Adopt(scene);
   const double range = parts_->body->info().range;
   parts_->larger_side = LargerSide(parts_->body->surface());
   parts_->valid_radius = (range > 0 ? range : kVouchedFor) * parts_->larger_side;
@@ -93,21 +89,18 @@ void SurfaceEstimator::Reset() noexcept {
   parts_->body->Reset();
   parts_->load = {};
   parts_->felt_ratio.Forget();
-  parts_->in_contact = parts_->punctured = false;
+  parts_->rules.Reset();
 }
 
 const ContactEstimate& SurfaceEstimator::Feel(const SurfaceObservation& seen,
                                               const Vector3d& p_S_tip) noexcept {
   Parts& my = *parts_;
   ContactEstimate& felt = my.felt;
-  felt.sequence = seen.sequence;
+  felt.sample = seen.sequence;
   felt.sensed_at = seen.sensed_at;
   felt.events.Clear();
   if (p_S_tip.allFinite()) felt.p_S_tip = p_S_tip;
-  if (seen.found != my.tracking) {
-    felt.events.Add(seen.found ? Event::kTrackingRegained : Event::kTrackingLost);
-    my.tracking = seen.found;
-  }
+  my.rules.Track(seen.found, &felt);
   if (seen.found) {
     Stopwatch lap;
     my.ToObject(seen.points);
@@ -137,28 +130,16 @@ void SurfaceEstimator::Parts::ToObject(const std::vector<SurfacePoint>& points_S
 void SurfaceEstimator::Parts::Tell() noexcept {
   if (!IsForceKnown(load.validity)) return Lose(load.validity);
   const bool pressed = load.force != 0;
-  if (pressed != in_contact) felt.events.Add(pressed ? Event::kContact : Event::kRelease);
-  in_contact = pressed;
+  rules.Touch(pressed, &felt);
   Vector3d p_O = load.p_O, n_O = load.n_O;
   if (!pressed) body->Nearest(X_OS * felt.p_S_tip, &p_O, &n_O);
   felt.p_S_contact = X_SO * p_O;
   felt.depth = std::max(0.0, load.depth);
-  felt.force = -load.force * (X_SO.linear() * n_O);
-  felt.sigma = std::hypot(load.sigma_force, modulus_tolerance * load.force);
-  felt.validity = load.validity;
-  const bool overshot = puncture_depth > 0 && felt.depth > puncture_depth;
-  if (overshot && !punctured) felt.events.Add(Event::kPuncture);
-  punctured = pressed && (punctured || overshot);
-  if (punctured) {  // the cue of paper A, 4.2: the resistance is gone
-    felt.force = Vector3d::Zero();
-    felt.validity = Validity::kPunctured;
-  }
+  rules.TellForce(-load.force * (X_SO.linear() * n_O), load.sigma_force, load.validity, &felt);
 }
 
 void SurfaceEstimator::Parts::Lose(Validity validity) noexcept {
-  felt.force.reset();
-  felt.sigma = 0;
-  felt.validity = validity;
+  EstimateRules::LoseForce(validity, &felt);
   last_depth = std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -178,18 +159,6 @@ void SurfaceEstimator::Parts::Learn() noexcept {
   felt_ratio.Learn(depth, CompareForces(-load.force, sigma, press.force));
 }
 
-// The model's press, sized as it was felt.
-LoadIdentifier::Press SurfaceEstimator::Parts::Rendered(const Vector3d& p_O,
-                                                        double depth) noexcept {
-  LoadIdentifier::Press press = body->PressAt(p_O, depth);
-  const StiffnessScale::Value felt_by_modelled = felt_ratio.At(depth);
-  const double stiffness = press.stiffness * felt_by_modelled.ratio;
-  const double bent = stiffness + press.force * felt_by_modelled.slope;
-  press.stiffness = std::max(bent, stiffness / 2);
-  press.force *= felt_by_modelled.ratio;
-  return press;
-}
-
 // f(p) = F_r n + k n n^T (reference - p) is right in force and slope at the present depth d with
 // F_r = F - k d: below zero for a stiffening membrane, whose tangent meets zero below the surface.
 LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
@@ -199,7 +168,8 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   Vector3d p_O, n_O;
   my.body->Nearest(p_O_tip, &p_O, &n_O);
   double depth = n_O.dot(p_O - p_O_tip);
-  LoadIdentifier::Press press = my.Rendered(p_O, std::max(0.0, depth));
+  const LoadIdentifier::Press modelled = my.body->PressAt(p_O, std::max(0.0, depth));
+  auto press = my.felt_ratio.Scaled({modelled.force, modelled.stiffness}, std::max(0.0, depth));
   const bool usable =
       std::isfinite(press.force) && std::isfinite(press.stiffness) && press.stiffness > 0;
   if (!usable) return my.local;

@@ -10,60 +10,14 @@
 #include <Eigen/Geometry>
 
 #include "shared/mesh/solid_mesh.h"
+#include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/pipeline/contact_estimate.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {
-
-// The load that explains the points. Frame O.
-struct SurfaceLoad {
-  Eigen::Vector3d p_O{0, 0, 0};  // its centre, at rest [m]
-  Eigen::Vector3d n_O{0, 0, 1};  // outward normal there
-  double force = 0;              // along n_O, of the tool on the object [N]: negative presses
-  double depth = 0;              // of the surface under it, along -n_O [m]
-  double sigma_force = 0;        // [N]
-  double sigma_place = 0;        // the larger of the two along the surface [m]
-  double residual = 0;           // rms of (measured - fitted) / sigma; about 1 if all is well
-  Validity validity = Validity::kFailed;
-  std::string_view why;  // it is not kValid, one clause; lives on
-};
-
-// The part that SetModel replaces as a whole: the model and the fit through it.
-class LoadIdentifier {
- public:
-  virtual ~LoadIdentifier() = default;
-  LoadIdentifier() = default;
-  LoadIdentifier(const LoadIdentifier&) = delete;
-  LoadIdentifier& operator=(const LoadIdentifier&) = delete;
-  // Never throws; allocation-free after the first call with as many points, for large volumes once
-  // the nodes around the load's place are known. Points in frame O.
-  // Nothing that stands out of the noise: force 0 with its sigma, kValid.
-  virtual SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept = 0;
-  // Stiffness along the normal at the place p_O of the surface [N/m] and force [N] under the
-  // scene's tool pressed in by `depth` [m], as the model has it: what the master renders. Never
-  // throws.
-  struct Press {
-    double force = 0, stiffness = 0;  // size of the force, d force / d depth
-    bool valid = false;
-  };
-  virtual Press PressAt(const Eigen::Vector3d& p_O, double depth) noexcept = 0;
-  // Nearest place of the surface at rest and its outward normal.
-  virtual void Nearest(const Eigen::Vector3d& p_O_tip, Eigen::Vector3d* p_O,
-                       Eigen::Vector3d* n_O) const noexcept = 0;
-  [[nodiscard]] virtual const SurfaceMesh& surface() const = 0;  // at rest, frame O
-  // Of the nodes of surface(), under the load last fitted [m]; and the load as forces on them [N].
-  virtual void Displacements(std::vector<Eigen::Vector3d>* u_O) = 0;
-  virtual void NodalForces(std::vector<Eigen::Vector3d>* f_O) = 0;
-  virtual void Reset() = 0;
-  [[nodiscard]] virtual const ModelInfo& info() const = 0;
-};
-
-// plate and plate-large for membranes; fem, fem-hyperelastic, fem-green, bem3d for volumes. Throws
-// std::invalid_argument naming the key.
-std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene);
 
 struct SurfaceTimes {
   LatencyHistogram mechanics;

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/pipeline/points/surface_estimator.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/press/membrane_press.h"
 
 namespace palpate {

@@ -65,34 +65,18 @@ bool LatestEstimate::WaitForNewer(Time sensed_at, std::chrono::milliseconds pati
 
 SlaveState LatestEstimate::Compose(const OperatorPort& port, Time now) const {
   SlaveState state;
-  {
-    const std::lock_guard lock(mutex_);
-    state.sensed_at = felt_.sensed_at;
-    state.p_S_tip = felt_.p_S_tip;
-    state.force = felt_.force;
-    state.sigma = felt_.sigma;
-    state.validity = felt_.validity;
-    state.local_model = felt_.local_model;
-    state.fingers = felt_.fingers;
-    state.finger_count = felt_.finger_count;
-  }
+  static_cast<ContactEstimate&>(state) = Get();
+  static_cast<OperatorView&>(state) = port.view();
+  state.events.Clear();
+  state.sent_at = now;
+  // A command may have been taken since `now`.
+  state.echo_delay = state.echo ? std::max(0.0, SecondsBetween(state.taken_at, now)) : 0;
   if (SecondsBetween(state.sensed_at, now) > stale_after_) {
     state.validity = Worse(state.validity, Validity::kStale);
     for (FingerState& finger : state.fingers) {
       finger.validity = Worse(finger.validity, Validity::kStale);
     }
   }
-  const OperatorView view = port.view();
-  state.sent_at = now;
-  state.phase = view.phase;
-  state.epoch = view.epoch;
-  state.offset = view.offset;
-  state.command_sequence = view.command_sequence;
-  state.echo = view.echo;
-  // A command may have been taken since `now`.
-  state.echo_delay = view.echo ? std::max(0.0, SecondsBetween(view.taken_at, now)) : 0;
-  state.energy_in = view.energy_in;
-  state.energy_out = view.energy_out;
   return state;
 }
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "slave/pipeline/contact_estimate.h"
+#include "shared/state/slave_state.h"
 #include "slave/pipeline/teleop/operator_port.h"
 #include "slave/pipeline/teleop/slave.h"
 

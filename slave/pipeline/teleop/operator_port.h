@@ -20,17 +20,6 @@ inline constexpr double kCommandTimeout = 0.030;  // [s]
 // engages anew.
 inline constexpr double kResumeWithin = 0.250;  // [s]
 
-// What the port adds to a state.
-struct OperatorView {
-  Phase phase = Phase::kReady;
-  std::uint32_t epoch = 0;
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // of T^p, S [m]
-  std::uint64_t command_sequence = 0;
-  std::optional<Time> echo;  // master's clock
-  Time taken_at{};           // slave's clock, when that command was taken
-  double energy_in = 0, energy_out = 0;
-};
-
 // Thread-safe; every call is short. The manipulator must outlive the port.
 //
 // Two frames meet here. The eyes define S; the manipulator's encoders may disagree by a constant,

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "shared/state/slave_state.h"
-#include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -16,15 +16,8 @@ namespace palpate {
 // What runs, for GetScene, GetCapabilities and `check`.
 struct SlaveDescription {
   Scene scene;  // with the parameters now in force
-  ModelInfo model;
-  std::string model_reason;  // why this model
-  std::string source;        // where pictures come from
+  SenseInfo sense;
   bool simulated = false;
-};
-
-struct StageTimes {
-  std::string stage;
-  double p50_us = 0, p99_us = 0, max_us = 0;
 };
 
 struct SlaveStatus {
@@ -40,24 +33,6 @@ struct SlaveStatus {
 // A change of SetParameters; absent: as it is.
 struct ParameterChange {
   std::optional<double> position_scale, force_scale, force_limit, young_modulus;
-};
-// A change of SetModel; empty or 0: as it is.
-struct ModelChange {
-  std::string kind;
-  int elements = 0;
-  std::string plane, contact;
-};
-
-// The deformed boundary: its vertices, frame S [m].
-struct BoundaryShape {
-  std::uint64_t state_sequence = 0;
-  Time sensed_at{};
-  Validity validity = Validity::kFailed;
-  int nodes_per_element = 2;            // 2: lines of a planar object, 3: triangles
-  std::vector<std::uint32_t> elements;  // vertex indices, `nodes_per_element` at a time
-  std::vector<float> rest, positions;   // x, y, z per vertex
-  std::vector<float>
-      nodal_forces;  // x, y, z per vertex, of the tool on the object [N]; empty unless asked for
 };
 
 struct JpegPicture {

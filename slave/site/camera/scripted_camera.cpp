@@ -10,8 +10,8 @@ constexpr int kStepsPerPicture =
 
 }  // namespace
 
-ScriptedCamera::ScriptedCamera(const Scene& scene)
-    : site_(scene), press_(scene), rate_(scene.sense.camera->rate) {
+ScriptedCamera::ScriptedCamera(SimulatedSite& site, const Scene& scene)
+    : site_(site), press_(scene), rate_(scene.sense.camera->rate) {
   site_.MoveTool(press_.Tip(0));
 }
 
@@ -25,7 +25,6 @@ std::optional<Frame> ScriptedCamera::Next(const std::stop_token& stop) {
   frame.sensed_at = Time{} + Seconds(t);
   frame.sequence = ++sequence_;
   frame.image = site_.TakePicture();
-  truth_ = site_.truth();
   return frame;
 }
 

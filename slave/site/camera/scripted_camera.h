@@ -10,19 +10,16 @@ namespace palpate {
 
 class ScriptedCamera : public FrameSource {
  public:
-  // Throws what SimulatedSite throws.
-  explicit ScriptedCamera(const Scene& scene);
+  // `site` of that scene must outlive this. Throws what ScriptedPress throws.
+  ScriptedCamera(SimulatedSite& site, const Scene& scene);
   std::optional<Frame> Next(const std::stop_token& stop) override;
   [[nodiscard]] std::string description() const override;
-  // The truth when the last picture was taken.
-  [[nodiscard]] const SiteTruth& truth() const { return truth_; }
 
  private:
-  SimulatedSite site_;
+  SimulatedSite& site_;
   ScriptedPress press_;
   double rate_;  // [Hz]
   std::uint64_t sequence_ = 0;
-  SiteTruth truth_;
 };
 
 }  // namespace palpate

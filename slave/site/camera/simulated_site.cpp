@@ -4,6 +4,8 @@
 #include <stdexcept>
 
 #include "slave/site/camera/painter.h"
+#include "slave/site/camera/scripted_camera.h"
+#include "slave/site/camera/simulated_camera.h"
 #include "slave/site/camera/solutions_ahead.h"
 #include "slave/site/camera/true_body.h"
 #include "slave/vision/stereo/straightening.h"
@@ -29,8 +31,8 @@ const Scene& Checked(const Scene& scene) {
 
 }  // namespace
 
-struct SimulatedSite::World {
-  explicit World(const Scene& scene)
+struct SimulatedSite::State {
+  explicit State(const Scene& scene)
       : body(Checked(scene)),
         direction_O(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
         force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
@@ -73,7 +75,7 @@ struct SimulatedSite::World {
   double depth = 0;
 };
 
-void SimulatedSite::World::Move(const Eigen::Vector3d& p_S) {
+void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
   const Eigen::Vector2d to = ToBody(p_S), from = pose.p_O_tip;
   site::Pose next{to, pose.contact, {0, 0}};
   if (touched && (to - touched->p_O).dot(touched->normal_O) > 0) touched.reset();
@@ -95,37 +97,42 @@ void SimulatedSite::World::Move(const Eigen::Vector3d& p_S) {
   depth = touched ? -next.displacement_O.dot(touched->normal_O) : 0;
 }
 
-SimulatedSite::SimulatedSite(const Scene& scene) : world_(std::make_unique<World>(scene)) {}
+SimulatedSite::SimulatedSite(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
 
 SimulatedSite::~SimulatedSite() = default;
 
-void SimulatedSite::MoveTool(const Eigen::Vector3d& p_S_tip) {
+void SimulatedSite::MoveTool(const Eigen::Vector3d& p_S_tip, Patience /*patience*/) {
   if (!p_S_tip.allFinite()) return;
-  if (p_S_tip.cwiseAbs().maxCoeff() > kFarthest * world_->body.larger_side()) return;
-  const std::lock_guard moving(world_->moving);
-  world_->Move(p_S_tip);
+  if (p_S_tip.cwiseAbs().maxCoeff() > kFarthest * state_->body.larger_side()) return;
+  const std::lock_guard moving(state_->moving);
+  state_->Move(p_S_tip);
 }
 
-SiteTruth SimulatedSite::truth() const {
-  const std::lock_guard lock(world_->mutex);
-  SiteTruth truth{.p_S_tip = world_->p_S_tip, .depth = world_->depth};
-  const site::Pose& pose = world_->pose;
+Truth SimulatedSite::truth() const {
+  const std::lock_guard lock(state_->mutex);
+  Truth truth{.p_S_tip = state_->p_S_tip, .depth = state_->depth};
+  const site::Pose& pose = state_->pose;
   if (!pose.contact) return truth;
   truth.in_contact = true;
   const Eigen::Vector2d force_O =
-      -world_->force_scale * (pose.contact->stiffness * pose.displacement_O);
-  truth.force.head<2>() = world_->body.X_SO().linear() * force_O;
+      -state_->force_scale * (pose.contact->stiffness * pose.displacement_O);
+  truth.force.head<2>() = state_->body.X_SO().linear() * force_O;
   return truth;
+}
+
+std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const Pace& pace) {
+  if (pace.is_live) return std::make_unique<SimulatedCamera>(*this, scene.sense.camera->rate);
+  return std::make_unique<ScriptedCamera>(*this, scene);
 }
 
 cv::Mat SimulatedSite::TakePicture() {
   site::Pose pose;
   {
-    const std::lock_guard lock(world_->mutex);
-    pose = world_->pose;
+    const std::lock_guard lock(state_->mutex);
+    pose = state_->pose;
   }
-  const cv::Mat picture = world_->painter.Paint(pose);
-  return world_->straightening ? world_->straightening(picture) : picture;
+  const cv::Mat picture = state_->painter.Paint(pose);
+  return state_->straightening ? state_->straightening(picture) : picture;
 }
 
 }  // namespace palpate

@@ -10,45 +10,39 @@
 #include <opencv2/core/mat.hpp>
 
 #include "slave/scene/scene.h"
+#include "slave/site/world.h"
 
 namespace palpate {
-
-// What really happens at the site at this moment. Frame S.
-struct SiteTruth {
-  Eigen::Vector3d p_S_tip{0, 0, 0};  // true tip [m]
-  Eigen::Vector3d force{0, 0, 0};    // of the object on the tool [N]
-  double depth = 0;                  // true indentation along the surface normal [m]; 0: no contact
-  bool in_contact = false;
-};
 
 // The contact is a rigid flat tool of the scene's width, bonded to the boundary centred where the
 // tip's way first entered the body, until the tip comes out through the surface there. Linear
 // elasticity (slave/site/plane_elasticity.h), so large presses are extrapolated, as deep as one
 // likes; the stiffness is within 1e-3 of the continuum's.
-class SimulatedSite {
+class SimulatedSite final : public World {
  public:
   // Builds the world and solves the contact straight ahead of manipulator.home (under 0.2 s).
   // Throws std::invalid_argument naming the key where the scene cannot be simulated: no tool width,
   // outline from an image, nothing held, nodes held by number, no camera or no size, pose out of
   // the plane, an outline that crosses itself.
   explicit SimulatedSite(const Scene& scene);
-  ~SimulatedSite();
+  ~SimulatedSite() override;
 
   // The manipulator carries the tool here. Thread-safe; microseconds: on approach the contact is
   // solved by a thread of its own. Only a tip that reaches the surface at another place than it was
   // heading for waits for the solution (10 to 60 ms). Places that are not finite, or a million body
   // sizes away, are ignored. A tip that starts inside touches nothing before it has come out.
-  void MoveTool(const Eigen::Vector3d& p_S_tip);
-  // Thread-safe.
-  [[nodiscard]] SiteTruth truth() const;
+  // So it is whatever the patience.
+  void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
+  [[nodiscard]] Truth truth() const override;
+  std::unique_ptr<FrameSource> OpenCamera(const Scene& scene, const Pace& pace) override;
   // Takes a picture of the world as it is now, through the scene's lens if it names one, and
   // straightened as a FrameSource does it: 8 bit grey. Thread-safe against MoveTool; call from
   // one thread. The same calls in the same order give the same pictures. A millisecond or two.
   cv::Mat TakePicture();
 
  private:
-  struct World;
-  std::unique_ptr<World> world_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace palpate

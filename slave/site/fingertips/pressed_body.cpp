@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <stdexcept>
+#include <utility>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/solid/elastic_body.h"
-#include "slave/mechanics/fem/solid/equilibrium.h"
+#include "slave/mechanics/linear/mumps.h"
 #include "slave/site/fingertips/rigid_finger.h"
+#include "slave/site/solid/neo_hookean_body.h"
 
 namespace palpate::site {
 namespace {
@@ -17,32 +19,78 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kResidual = 1e-5;     // of the reactions
+constexpr double kRoughly = 1e-2;      // the same while it is still found who touches
+constexpr double kInPlace = 1e-12;     // of the body: bonded nodes nearer than this are there
+constexpr int kMostSteps = 30;         // of Newton's method
+constexpr int kMostHalvings = 10;      // of one of them
+constexpr double kLess = 1e-4;         // of a step's length by which it must lessen the residual
 constexpr double kPenetration = 2e-3;  // radii that count as touching, not as inside
 constexpr double kPull = 1e-3;         // of the largest reaction that counts as pulling
 constexpr int kMostPasses = 12;        // of who touches and who does not
 
-double LargerSide(const SolidMesh& mesh) {
-  if (mesh.nodes.empty()) throw std::invalid_argument("mesh: accepted is at least one tetrahedron");
+double LargerSide(const SiteMesh& mesh) {
+  if (mesh.elements.empty()) throw std::invalid_argument("mesh: accepted is at least one element");
   Eigen::Array3d low = mesh.nodes.front(), high = low;
   for (const auto& p : mesh.nodes) low = low.min(p.array()), high = high.max(p.array());
   return (high - low).maxCoeff();
 }
 
-std::vector<int> NodesOf(const SurfaceMesh& surface) {
+// Rising, each once.
+void SortOut(std::vector<int>* nodes) {
+  std::ranges::sort(*nodes);
+  nodes->erase(std::ranges::unique(*nodes).begin(), nodes->end());
+}
+
+std::vector<int> NodesOf(const std::vector<std::array<int, 3>>& triangles) {
   std::vector<int> nodes;
-  for (const auto& triangle : surface.triangles) {
+  for (const auto& triangle : triangles) {
     nodes.insert(nodes.end(), triangle.begin(), triangle.end());
   }
-  std::ranges::sort(nodes);
-  nodes.erase(std::ranges::unique(nodes).begin(), nodes.end());
+  SortOut(&nodes);
   return nodes;
 }
 
-Equilibrium::Options SolverOptions() {
-  Equilibrium::Options options;
-  options.residual = kResidual;
-  return options;
+// With nodes renumbered.
+std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit,
+                                  const std::vector<int>& number) {
+  std::vector<PlacedElement> elements;
+  Eigen::MatrixXd places(3, mesh.shape->nodes());
+  for (std::vector<int> nodes : mesh.elements) {
+    Eigen::Index column = 0;
+    for (int& node : nodes) {
+      places.col(column++) = mesh.nodes[Index(node)] / unit;
+      node = number[Index(node)];
+    }
+    elements.emplace_back(*mesh.shape, places, std::move(nodes));
+  }
+  return elements;
 }
+
+// Of every node, itself included.
+std::vector<std::vector<int>> NeighboursOf(const SiteMesh& mesh) {
+  std::vector<std::vector<int>> neighbours(mesh.nodes.size());
+  for (const auto& nodes : mesh.elements) {
+    for (const int node : nodes) {
+      auto& list = neighbours[Index(node)];
+      list.insert(list.end(), nodes.begin(), nodes.end());
+    }
+  }
+  for (auto& list : neighbours) SortOut(&list);
+  return neighbours;
+}
+
+// Nodes by their unknowns: those that can move in the order of their elimination, then the others.
+struct Numbering {
+  Numbering(const SiteMesh& mesh, const PressedBody::Held& held) : number(mesh.nodes.size()) {
+    const auto stays = [&](int node) { return held[Index(node)] == std::array{true, true, true}; };
+    std::vector<int> order = EliminationOrder(NeighboursOf(mesh));
+    free_nodes = static_cast<int>(std::ranges::stable_partition(order, std::not_fn(stays)).begin() -
+                                  order.begin());
+    for (std::size_t i = 0; i < order.size(); ++i) number[Index(order[i])] = static_cast<int>(i);
+  }
+  std::vector<int> number;  // per node
+  int free_nodes = 0;
+};
 
 // A node that sticks to a finger.
 struct Bond {
@@ -54,78 +102,112 @@ struct Bond {
 }  // namespace
 
 struct PressedBody::Solver {
-  Solver(const SolidMesh& solid, const Held& held, double E, double nu, double finger_radius)
-      : unit(LargerSide(solid)),
-        mesh(MakeElementMesh(solid, FemOptions::Element::kTet4, unit)),
-        layout(mesh, false),
-        body(mesh, layout, MaterialLaw(FemOptions::Law::kNeoHookean, nu)),
-        equilibrium(layout, body, SolverOptions()),
-        finger{.radius = finger_radius},
+  Solver(const SiteMesh& site_mesh, const Held& held, double E, double nu, double finger_radius)
+      : unit(LargerSide(site_mesh)),
         force_unit(E * unit * unit),
-        touchable(NodesOf(mesh.surface)),
-        bonds(solid.nodes.size()) {
-    x = VectorXd::Zero(layout.size());
-    balance.force = balance.given = x;
-    balance.fixed.assign(Index(layout.size()), 0);
-    for (int node = 0; node < mesh.node_count(); ++node) {
+        nodes(site_mesh.nodes),
+        numbering(site_mesh, held),
+        body(Placed(site_mesh, unit, numbering.number), numbering.free_nodes, NeoHookean(nu, 0)),
+        stiffness(body.EmptyMatrix()),
+        factor(stiffness),
+        finger{.radius = finger_radius},
+        touchable(NodesOf(site_mesh.triangles)),
+        scene_free(VectorXd::Ones(body.size())),
+        bonds(nodes.size()) {
+    factor.Allocate(stiffness);
+    for (std::size_t node = 0; node < nodes.size(); ++node) {
+      if (!moves(static_cast<int>(node))) continue;
       for (int c = 0; c < 3; ++c) {
-        balance.fixed[Index(layout.first(node) + c)] = held[Index(node)][Index(c)] ? 1 : 0;
+        if (held[node][Index(c)]) scene_free[first(static_cast<int>(node)) + c] = 0;
       }
     }
-    scene_fixed = balance.fixed;
-    std::erase_if(touchable, [&](int node) { return scene_fixed[Index(layout.first(node))] != 0; });
-    reactions = x;
+    std::erase_if(touchable,
+                  [&](int node) { return !moves(node) || scene_free[first(node)] == 0; });
+    x = forces = goal = VectorXd::Zero(body.size());
+    free = scene_free;
   }
 
-  [[nodiscard]] Vector3d Position(int node) const {  // deformed, frame O [m]
-    return unit * (mesh.nodes[Index(node)] + x.segment<3>(layout.first(node)));
+  [[nodiscard]] bool moves(int node) const {
+    return numbering.number[Index(node)] < numbering.free_nodes;
+  }
+  [[nodiscard]] int first(int node) const { return 3 * numbering.number[Index(node)]; }
+  [[nodiscard]] Vector3d Displacement(int node) const {  // frame O [m]
+    if (!moves(node)) return Vector3d::Zero();
+    return unit * x.segment<3>(first(node));
   }
   [[nodiscard]] Vector3d ForceOn(int node) const {  // of the finger [N]
-    return force_unit * reactions.segment<3>(layout.first(node));
+    return force_unit * forces.segment<3>(first(node));
   }
 
   void Fix(std::span<const FingerPlacement> fingers);
-  bool Solve(std::span<const FingerPlacement> fingers);
+  bool Balance(double residual);
+  bool Step(const VectorXd& step, bool is_fixed_moving);
   bool Capture(std::span<const FingerPlacement> fingers);
   bool Release(std::span<const FingerPlacement> fingers);
   bool Settle(std::span<const FingerPlacement> fingers);
 
-  double unit;  // [m]
-  ElementMesh mesh;
-  BlockLayout layout;
-  ElasticBody body;
-  Equilibrium equilibrium;
-  RigidFinger finger;
+  double unit;        // [m]
   double force_unit;  // [N]
+  std::vector<Vector3d> nodes;
+  Numbering numbering;
+  NeoHookeanBody body;
+  NeoHookeanBody::Matrix stiffness;
+  SparseLdlt factor;
+  RigidFinger finger;
   std::vector<int> touchable;
-  std::vector<char> scene_fixed;
-  Balance balance;
-  VectorXd x, reactions;
-  std::vector<Bond> bonds;  // per node
+  VectorXd scene_free, free;  // 0 for what the scene, or a finger too, holds, else 1
+  VectorXd goal;              // of what fingers hold
+  VectorXd x, forces;         // displacements, what holds them
+  std::vector<Bond> bonds;    // per node
   std::vector<FingerPlacement> placed;
   int factorisations = 0;
 };
 
 // Bonded nodes go with their fingers.
 void PressedBody::Solver::Fix(std::span<const FingerPlacement> fingers) {
-  balance.fixed = scene_fixed;
+  free = scene_free;
   for (const int node : touchable) {
     const Bond& bond = bonds[Index(node)];
     if (bond.finger < 0) continue;
-    const int first = layout.first(node);
-    const Vector3d target = fingers[Index(bond.finger)].X_OF * bond.p_F / unit;
-    balance.given.segment<3>(first) = target - mesh.nodes[Index(node)];
-    for (int c = 0; c < 3; ++c) balance.fixed[Index(first + c)] = 1;
+    const Vector3d target = fingers[Index(bond.finger)].X_OF * bond.p_F;
+    goal.segment<3>(first(node)) = (target - nodes[Index(node)]) / unit;
+    free.segment<3>(first(node)).setZero();
   }
 }
 
-bool PressedBody::Solver::Solve(std::span<const FingerPlacement> fingers) {
-  Fix(fingers);
-  equilibrium.Changed();
-  const bool solved = equilibrium.Solve(&balance, &x);
-  factorisations += equilibrium.newton_steps();
-  reactions = equilibrium.unbalanced();
-  return solved;
+// Newton's method from x.
+bool PressedBody::Solver::Balance(double residual) {
+  for (int step = 0; step < kMostSteps; ++step) {
+    if (!body.Linearise(x, &forces, &stiffness)) return false;
+    VectorXd move = (1 - free.array()) * scene_free.array() * (goal - x).array();
+    const bool is_moving = !move.isZero(kInPlace);
+    const VectorXd left = forces.cwiseProduct(free);
+    if (!is_moving && left.norm() <= residual * (forces - left).norm()) return true;
+    VectorXd right = -(forces + stiffness.selfadjointView<Eigen::Upper>() * move);
+    right = right.cwiseProduct(free) + move;
+    NeoHookeanBody::Hold(free, &stiffness);
+    ++factorisations;
+    if (!factor.Factorize(stiffness, false)) return false;
+    factor.Solve(&right);
+    if (!right.allFinite() || !Step(right, is_moving)) return false;
+  }
+  return false;
+}
+
+// As far as no element turns inside out and, once all that fingers hold is in place, the residual
+// lessens.
+bool PressedBody::Solver::Step(const VectorXd& step, bool is_fixed_moving) {
+  const double before = forces.cwiseProduct(free).norm();
+  double length = 1;
+  for (int i = 0; i < kMostHalvings; ++i, length *= 0.5) {
+    const VectorXd trial = x + length * step;
+    if (!body.Forces(trial, &forces)) continue;
+    const double after = forces.cwiseProduct(free).norm();
+    if (!is_fixed_moving && !(after <= (1 - kLess * length) * before)) continue;
+    x = trial;
+    return true;
+  }
+  return false;
 }
 
 // Free nodes that are inside a finger stick to it.
@@ -137,7 +219,7 @@ bool PressedBody::Solver::Capture(std::span<const FingerPlacement> fingers) {
     for (const int node : touchable) {
       Bond& bond = bonds[Index(node)];
       if (bond.finger >= 0) continue;
-      const Vector3d p_F = X_FO * Position(node);
+      const Vector3d p_F = X_FO * (nodes[Index(node)] + Displacement(node));
       if (finger.Distance(p_F) > -kPenetration * finger.radius) continue;
       bond.finger = static_cast<int>(f);
       bond.p_F = finger.PushOut(p_F, direction_F);
@@ -168,19 +250,22 @@ bool PressedBody::Solver::Release(std::span<const FingerPlacement> fingers) {
 
 bool PressedBody::Solver::Settle(std::span<const FingerPlacement> fingers) {
   for (Bond& bond : bonds) bond.was_released = false;
-  if (!Solve(fingers)) return false;
-  for (int pass = 0; pass < kMostPasses; ++pass) {
-    const bool captured = Capture(fingers);
-    if (captured && !Solve(fingers)) return false;
-    const bool released = Release(fingers);
-    if (released && !Solve(fingers)) return false;
-    if (!captured && !released) break;
-  }
   placed.assign(fingers.begin(), fingers.end());
-  return true;
+  const auto balance = [&](double residual) {
+    Fix(fingers);
+    return Balance(residual);
+  };
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    if (!balance(kRoughly)) return false;
+    if (Capture(fingers)) continue;
+    if (!balance(kResidual)) return false;
+    const bool captured = Capture(fingers), released = Release(fingers);
+    if (!captured && !released) return true;
+  }
+  return balance(kResidual);
 }
 
-PressedBody::PressedBody(const SolidMesh& mesh, const Held& held, double young_modulus,
+PressedBody::PressedBody(const SiteMesh& mesh, const Held& held, double young_modulus,
                          double poisson_ratio, double finger_radius)
     : solver_(std::make_unique<Solver>(mesh, held, young_modulus, poisson_ratio, finger_radius)) {}
 
@@ -188,18 +273,20 @@ PressedBody::~PressedBody() = default;
 
 bool PressedBody::Press(std::span<const FingerPlacement> fingers) {
   Solver& s = *solver_;
-  const VectorXd x = s.x, reactions = s.reactions;
+  const VectorXd x = s.x, forces = s.forces;
   const std::vector<Bond> bonds = s.bonds;
+  const std::vector<FingerPlacement> placed = s.placed;
   if (s.Settle(fingers)) return true;
   s.x = x;
-  s.reactions = reactions;
+  s.forces = forces;
   s.bonds = bonds;
+  s.placed = placed;
   return false;
 }
 
 void PressedBody::Reset() {
   solver_->x.setZero();
-  solver_->reactions.setZero();
+  solver_->forces.setZero();
   std::ranges::fill(solver_->bonds, Bond{});
 }
 
@@ -220,8 +307,7 @@ FingerTouch PressedBody::TouchOf(int finger) const {
     touch.force_O += s.ForceOn(node);
     middle += push * bond.p_F;
     weight += push;
-    const Vector3d moved = s.unit * s.x.segment<3>(s.layout.first(node));
-    touch.depth = std::max(touch.depth, moved.dot(R_OF * n_F));
+    touch.depth = std::max(touch.depth, s.Displacement(node).dot(R_OF * n_F));
   });
   if (!(weight > 0)) return touch;
   touch.touching = true;
@@ -240,9 +326,9 @@ FingerTouch PressedBody::TouchOf(int finger) const {
 std::vector<Vector3d> PressedBody::Displacements() const {
   const Solver& s = *solver_;
   std::vector<Vector3d> displacements;
-  displacements.reserve(s.mesh.nodes.size());
-  for (int node = 0; node < s.mesh.node_count(); ++node) {
-    displacements.emplace_back(s.unit * s.x.segment<3>(s.layout.first(node)));
+  displacements.reserve(s.nodes.size());
+  for (int node = 0; node < static_cast<int>(s.nodes.size()); ++node) {
+    displacements.push_back(s.Displacement(node));
   }
   return displacements;
 }

@@ -1,7 +1,7 @@
-// A soft body under the stable neo-Hookean law between rigid fingertips.
+// A soft body of neo-Hookean rubber (site/solid) between rigid fingertips.
 //
 // A node of the surface that a finger meets sticks to it (no slip) until the finger would have to
-// pull it. Force = reaction. slave/mechanics/fem/solid finds the equilibrium.
+// pull it. Force = reaction. Newton's method finds the equilibrium.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/mesh/solid_mesh.h"
+#include "slave/site/fingertips/site_mesh.h"
 
 namespace palpate::site {
 
@@ -35,8 +35,8 @@ class PressedBody {
  public:
   using Held = std::vector<std::array<bool, 3>>;  // components held, per node
 
-  // Throws std::invalid_argument like SolidModel.
-  PressedBody(const SolidMesh& mesh, const Held& held, double young_modulus, double poisson_ratio,
+  // Throws std::invalid_argument: an element without volume, no element.
+  PressedBody(const SiteMesh& mesh, const Held& held, double young_modulus, double poisson_ratio,
               double finger_radius);
   ~PressedBody();
 

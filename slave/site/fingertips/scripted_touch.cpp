@@ -21,8 +21,8 @@ double Positive(double value, const char* key, const char* unit) {
 
 }  // namespace
 
-ScriptedTouch::ScriptedTouch(const Scene& scene, int presses, const SiteResolution& resolution)
-    : site_(scene, resolution), presses_(std::max(presses, 1)), rate_(scene.sense.tactile->rate) {
+ScriptedTouch::ScriptedTouch(TactileSite& site, const Scene& scene, int presses)
+    : site_(site), presses_(std::max(presses, 1)), rate_(scene.sense.tactile->rate) {
   const double depth = Positive(scene.operator_options.press_depth, "operator.press.depth", "m");
   const double speed =
       std::min(Positive(scene.operator_options.press_speed, "operator.press.speed", "m/s"),

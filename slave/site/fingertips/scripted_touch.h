@@ -17,16 +17,14 @@ class ScriptedTouch final : public TactileSource {
  public:
   static constexpr double kSettle = 0.2, kHold = 1.0, kRest = 0.5;  // [s]
 
-  // Throws std::invalid_argument naming the key: what TactileSite refuses, nothing in front of the
-  // fingers, depth or speed not positive.
-  explicit ScriptedTouch(const Scene& scene, int presses = 1,
-                         const SiteResolution& resolution = {});
+  // `site` of that scene must outlive this. Throws std::invalid_argument naming the key: nothing in
+  // front of the fingers, depth or speed not positive.
+  ScriptedTouch(TactileSite& site, const Scene& scene, int presses = 1);
 
   // As fast as it can be computed; sensed_at counts from Time{}. Ends after the last press.
   std::optional<TactileFrame> Next(const std::stop_token& stop) override;
   [[nodiscard]] std::string description() const override;
 
-  [[nodiscard]] const TactileSite& site() const { return site_; }  // as of the last sample
   // Where the tip is at `t` [s] after the start, S [m].
   [[nodiscard]] Eigen::Vector3d Tip(double t) const noexcept;
   [[nodiscard]] double duration() const noexcept { return start_ + presses_ * period_; }  // [s]
@@ -35,7 +33,7 @@ class ScriptedTouch final : public TactileSource {
   [[nodiscard]] double hold_end() const noexcept { return start_ + ramp_ + kHold; }
 
  private:
-  TactileSite site_;
+  TactileSite& site_;
   int presses_;
   double rate_;          // [Hz]
   Eigen::Vector3d way_;  // home to deepest, S [m]

@@ -1,8 +1,10 @@
-// Meshes of the true body, finer where fingers come, and none that an estimator uses.
+// Meshes of the true body, finer where fingers come, and none that an estimator uses: quadratic
+// hexahedra of boxes, cubic tetrahedra of what files hold.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
@@ -10,25 +12,34 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/scene/scene.h"
 #include "slave/site/fingertips/site_resolution.h"
+#include "slave/site/solid/element_shape.h"
 
 namespace palpate::site {
 
-// Points from 0 to `length`, as dense as `resolution` says around `focuses`, which they meet where
-// those lie inside, as they do `others`. `cells`: exactly so many, 0: as many as it takes. Fewer
-// than the places to be met: as many as those.
+struct SiteMesh {
+  std::vector<Eigen::Vector3d> nodes;  // p_O [m]
+  std::shared_ptr<const ElementShape> shape;
+  std::vector<std::vector<int>> elements;       // nodes, in the order of the shape's lattice
+  std::vector<std::array<int, 3>> triangles{};  // between the nodes of the surface, outward
+};
+
+// Ends of hexahedra from 0 to `length`, as near to each other as `resolution` says around
+// `focuses`, which they meet where those lie inside, as they do `others`. `hexahedra`: exactly so
+// many, 0: as many as it takes. Fewer than the places to be met: as many as those.
 struct AxisWishes {
   double length = 0;  // [m], > 0
   std::vector<double> focuses, others;
 };
 std::vector<double> GradedAxis(const AxisWishes& axis, const SiteResolution& resolution,
-                               int cells = 0);
+                               int hexahedra = 0);
 
-// A box over three axes' points, cut like MeshBox.
-SolidMesh MeshGradedBox(const std::array<std::vector<double>, 3>& axes);
+// A box over three axes' ends.
+SiteMesh MeshGradedBox(const std::array<std::vector<double>, 3>& axes);
+constexpr int kHexahedronDegree = 2;
 
 // A mesh file's own tetrahedra. Throws std::invalid_argument: no volume, an unusable file.
 SolidMesh OwnMesh(const Geometry& geometry);
-// Refined at most twice.
-SolidMesh RefinedWithin(SolidMesh mesh, std::size_t most_tets);
+// Cubic ones, where they are few; else linear ones, refined at most twice within `most_tets`.
+SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t most_tets);
 
 }  // namespace palpate::site

@@ -5,7 +5,11 @@
 #include <limits>
 #include <mutex>
 
+#include <spdlog/spdlog.h>
+
 #include "slave/site/fingertips/load_path_cache.h"
+#include "slave/site/fingertips/scripted_touch.h"
+#include "slave/site/fingertips/simulated_fingers.h"
 #include "slave/site/fingertips/simulated_fingertip.h"
 #include "slave/site/fingertips/skin_surface.h"
 #include "slave/site/fingertips/true_object.h"
@@ -45,11 +49,12 @@ double DeepestOf(const Scene& scene, const site::TrueObject& object, const site:
 
 }  // namespace
 
-struct TactileSite::World {
-  World(const Scene& scene, const SiteResolution& resolution)
+struct TactileSite::State {
+  State(const Scene& scene, const SiteResolution& resolution)
       : object(scene, resolution),
         home_body(object.BodyFor(Vector3d::Zero())),
         period(1 / scene.sense.tactile->rate),
+        press_depth(scene.operator_options.press_depth),
         skin_scale(site::kSkinRadius / scene.sense.tactile->finger_radius),
         tangential_part(2 * (1 - object.material().poisson_ratio) /
                         (2 - object.material().poisson_ratio)),
@@ -83,7 +88,7 @@ struct TactileSite::World {
 
   const site::TrueObject object;
   const std::shared_ptr<const site::RestBody> home_body;
-  const double period, skin_scale, tangential_part;
+  const double period, press_depth, skin_scale, tangential_part;
   double home_gap = 0;
   std::vector<SimulatedFingertip> fingertips;  // TakeSample's thread only
   std::uint64_t sequence = 0;                  // likewise
@@ -99,7 +104,7 @@ struct TactileSite::World {
 };
 
 // Of finger `f` on the object, across the approach [N].
-Vector3d TactileSite::World::Sideways(std::size_t f, const HandState& hand,
+Vector3d TactileSite::State::Sideways(std::size_t f, const HandState& hand,
                                       const site::TouchBetween& between) const {
   const double stiffness = tangential_part * std::max(between.slope, 0.0);
   const Vector3d force = object.hand().fingers[f].sense * stiffness * hand.slip_O;
@@ -108,7 +113,7 @@ Vector3d TactileSite::World::Sideways(std::size_t f, const HandState& hand,
 }
 
 // The contact is dragged along where friction does not hold the first finger.
-void TactileSite::World::Stick(HandState* hand) {
+void TactileSite::State::Stick(HandState* hand) {
   const Vector3d lateral_O = hand->h_O - hand->s * object.hand().approach_O;
   const auto between = site::TouchAt(*hand->press.rungs, 0, hand->s);
   const double stiffness = tangential_part * between.slope;
@@ -119,7 +124,7 @@ void TactileSite::World::Stick(HandState* hand) {
   hand->slip_O = slip_O;
 }
 
-void TactileSite::World::Move(const Vector3d& h_O) {
+void TactileSite::State::Move(const Vector3d& h_O) {
   HandState next;
   next.h_O = h_O;
   next.s = h_O.dot(object.hand().approach_O);
@@ -136,7 +141,7 @@ void TactileSite::World::Move(const Vector3d& h_O) {
   hand_now = std::move(next);
 }
 
-FingerTruth TactileSite::World::TruthOf(std::size_t f, const HandState& hand) const {
+FingerTruth TactileSite::State::TruthOf(std::size_t f, const HandState& hand) const {
   FingerTruth truth;
   truth.X_SF = PoseOf(f, hand);
   truth.p_S_contact = truth.X_SF * Vector3d(0, 0, -object.hand().shape.radius);
@@ -150,7 +155,7 @@ FingerTruth TactileSite::World::TruthOf(std::size_t f, const HandState& hand) co
   return truth;
 }
 
-double TactileSite::World::SenseNear(const Vector3d& p_O, const HandState& hand) const {
+double TactileSite::State::SenseNear(const Vector3d& p_O, const HandState& hand) const {
   double nearest = std::numeric_limits<double>::infinity(), sense = 0;
   for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
     const double distance = (object.hand().PoseOf(f, hand.h_O).translation() - p_O).norm();
@@ -161,7 +166,7 @@ double TactileSite::World::SenseNear(const Vector3d& p_O, const HandState& hand)
   return sense;
 }
 
-FingerReading TactileSite::World::ReadingOf(std::size_t f, const HandState& hand) {
+FingerReading TactileSite::State::ReadingOf(std::size_t f, const HandState& hand) {
   const FingerTruth truth = TruthOf(f, hand);
   const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.s);
   FingertipLoad load;
@@ -174,56 +179,77 @@ FingerReading TactileSite::World::ReadingOf(std::size_t f, const HandState& hand
 }
 
 TactileSite::TactileSite(const Scene& scene, const SiteResolution& resolution)
-    : world_(std::make_unique<World>(scene, resolution)) {}
+    : state_(std::make_unique<State>(scene, resolution)) {}
 
 TactileSite::~TactileSite() = default;
 
-void TactileSite::MoveTool(const Vector3d& p_S_tip) {
+void TactileSite::MoveTool(const Vector3d& p_S_tip, Patience /*patience*/) {
   if (!p_S_tip.allFinite()) return;
-  const Vector3d h_O = world_->object.X_SO().linear().transpose() * (p_S_tip - world_->home());
+  const Vector3d h_O = state_->object.X_SO().linear().transpose() * (p_S_tip - state_->home());
   if (h_O.cwiseAbs().maxCoeff() > kFarthest) return;
-  const std::lock_guard moving(world_->moving);
-  world_->Move(h_O);
+  const std::lock_guard moving(state_->moving);
+  state_->Move(h_O);
 }
 
-std::array<FingerTruth, kMaxFingers> TactileSite::truth() const {
-  const HandState hand = world_->now();
-  std::array<FingerTruth, kMaxFingers> truth;
-  for (std::size_t f = 0; f < world_->fingertips.size(); ++f) truth[f] = world_->TruthOf(f, hand);
+void TactileSite::SolveAhead() {
+  const double way = gap() + state_->press_depth;
+  if (std::isfinite(way)) {
+    spdlog::info("the simulated site solves a press of {:.3g} mm ahead", 1e3 * state_->press_depth);
+    MoveTool(home() + way * approach());
+  }
+  MoveTool(home());
+}
+
+Truth TactileSite::truth() const {
+  const HandState hand = state_->now();
+  Truth truth;
+  for (std::size_t f = 0; f < state_->fingertips.size(); ++f) {
+    truth.fingers[f] = state_->TruthOf(f, hand);
+  }
+  const FingerTruth& first = truth.fingers.front();
+  truth.p_S_tip = first.X_SF * Vector3d(0, 0, -state_->object.hand().shape.radius);
+  truth.in_contact = first.in_contact;
+  truth.force = first.force;
+  truth.depth = first.depth;
   return truth;
 }
 
+std::unique_ptr<TactileSource> TactileSite::OpenFingertips(const Scene& scene, const Pace& pace) {
+  if (pace.is_live) return std::make_unique<SimulatedFingers>(*this, scene.sense.tactile->rate);
+  return std::make_unique<ScriptedTouch>(*this, scene);
+}
+
 Vector3d TactileSite::approach() const {
-  return world_->object.X_SO().linear() * world_->object.hand().approach_O;
+  return state_->object.X_SO().linear() * state_->object.hand().approach_O;
 }
 
 double TactileSite::gap() const {
-  return world_->home_gap;
+  return state_->home_gap;
 }
 
 Vector3d TactileSite::home() const {
-  return world_->home();
+  return state_->home();
 }
 
 TactileFrame TactileSite::TakeSample(Time now) {
-  const HandState hand = world_->now();
+  const HandState hand = state_->now();
   TactileFrame frame;
-  frame.sequence = ++world_->sequence;
+  frame.sequence = ++state_->sequence;
   frame.sensed_at = now;
-  for (std::size_t f = 0; f < world_->fingertips.size(); ++f) {
-    frame.fingers[f] = world_->ReadingOf(f, hand);
+  for (std::size_t f = 0; f < state_->fingertips.size(); ++f) {
+    frame.fingers[f] = state_->ReadingOf(f, hand);
   }
   return frame;
 }
 
 SurfaceMesh TactileSite::rest_surface() const {
-  SurfaceMesh surface = world_->now().press.body->surface;
-  for (Vector3d& p : surface.nodes) p = world_->object.X_SO() * p;
+  SurfaceMesh surface = state_->now().press.body->surface;
+  for (Vector3d& p : surface.nodes) p = state_->object.X_SO() * p;
   return surface;
 }
 
 std::vector<Vector3d> TactileSite::DeformedSurface() const {
-  const HandState hand = world_->now();
+  const HandState hand = state_->now();
   const site::RestBody& body = *hand.press.body;
   std::vector<Vector3d> displacement_O(body.mesh.nodes.size(), Vector3d::Zero());
   site::DisplacementsAt(*hand.press.rungs, hand.s, &displacement_O);
@@ -236,9 +262,9 @@ std::vector<Vector3d> TactileSite::DeformedSurface() const {
     if (largest > 0) {
       const Vector3d& u = displacement_O[static_cast<std::size_t>(body.node_of[i])];
       // What is pressed in goes sideways with its finger, as far as it is pressed in.
-      p_O += u + u.norm() / largest * world_->SenseNear(p_O, hand) * hand.slip_O;
+      p_O += u + u.norm() / largest * state_->SenseNear(p_O, hand) * hand.slip_O;
     }
-    deformed_S.push_back(world_->object.X_SO() * p_O);
+    deformed_S.push_back(state_->object.X_SO() * p_O);
   }
   return deformed_S;
 }

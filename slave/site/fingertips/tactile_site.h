@@ -14,17 +14,9 @@
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 #include "slave/site/fingertips/site_resolution.h"
+#include "slave/site/world.h"
 
 namespace palpate {
-
-// What really happens at one fingertip. Frame S.
-struct FingerTruth {
-  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
-  bool in_contact = false;
-  Eigen::Vector3d p_S_contact{0, 0, 0};  // on the deformed object [m]
-  Eigen::Vector3d force{0, 0, 0};        // of the object on the fingertip [N]
-  double depth = 0;                      // how far it presses in [m]
-};
 
 // The fingers are rigid (paper B, equation 4) and stick to what they touch. Presses along
 // approach() are solved ahead by a thread of its own (slave/site/fingertip/ladders_ahead.h) on a
@@ -34,22 +26,22 @@ struct FingerTruth {
 // their height under their own weight. On the paper's foam
 // cube forces at depths of 1 to 3 mm are 5 to 11 % above those on a mesh with six times the nodes;
 // on mesh files, whose edges are only halved, a third above.
-class TactileSite {
+class TactileSite final : public World {
  public:
   // A few milliseconds; the first press is solved in the background from here on. Throws
   // std::invalid_argument naming the key where the scene cannot be simulated: no fingertips, an
   // object that is no volume or is held nowhere, a fingertip that is inside it at home.
   explicit TactileSite(const Scene& scene, const SiteResolution& resolution = {});
-  ~TactileSite();
-  TactileSite(const TactileSite&) = delete;
-  TactileSite& operator=(const TactileSite&) = delete;
+  ~TactileSite() override;
 
   // The manipulator carries the hand here: the tip, which is the apex of the first finger's pad,
   // frame S [m]. Thread-safe. Short, unless a press is deeper than what is solved so far: then it
-  // waits (about a second per millimetre at worst). Places that are not finite are ignored.
-  void MoveTool(const Eigen::Vector3d& p_S_tip);
-  // Thread-safe, short.
-  [[nodiscard]] std::array<FingerTruth, kMaxFingers> truth() const;
+  // waits (about a second per millimetre at worst), whatever the patience.
+  void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
+  // A press is as slow as its solution: the scene's own, to its full depth, is solved.
+  void SolveAhead() override;
+  [[nodiscard]] Truth truth() const override;
+  std::unique_ptr<TactileSource> OpenFingertips(const Scene& scene, const Pace& pace) override;
   // Unit vector, frame S, in which presses are expected: from the first finger's pad into the
   // object's surface.
   [[nodiscard]] Eigen::Vector3d approach() const;
@@ -68,8 +60,8 @@ class TactileSite {
   [[nodiscard]] std::vector<Eigen::Vector3d> DeformedSurface() const;
 
  private:
-  struct World;
-  std::unique_ptr<World> world_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace palpate

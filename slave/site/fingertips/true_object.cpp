@@ -13,7 +13,6 @@
 #include "shared/state/slave_state.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/site/fingertips/site_mesh.h"
 #include "slave/site/fingertips/surface_rays.h"
 
 namespace palpate::site {
@@ -154,21 +153,21 @@ TrueObject::TrueObject(const Scene& scene, const SiteResolution& resolution)
   hand_.approach_O =
       -Ahead(plain_, X_OF.translation(), X_OF.linear() * Vector3d(0, 0, -1), &place_O).n_O;
   if (const auto* box = std::get_if<BoxGeometry>(&scene.object.geometry)) {
-    CountCells(*box);
+    CountHexahedra(*box);
   } else {
-    file_body_ = Finish(RefinedWithin(OwnMesh(scene.object.geometry), resolution.most_tets));
+    file_body_ = Finish(MeshTetrahedra(OwnMesh(scene.object.geometry), resolution.most_tets));
   }
 }
 
-void TrueObject::CountCells(const BoxGeometry& box) {
+void TrueObject::CountHexahedra(const BoxGeometry& box) {
   constexpr double kCoarser = 1.1;
   for (;;) {
     const auto axes = GradedAxes(box, Vector3d::Zero());
-    std::array<int, 3> cells{};
-    for (std::size_t a = 0; a < 3; ++a) cells[a] = static_cast<int>(axes[a].size()) - 1;
+    std::array<int, 3> count{};
+    for (std::size_t a = 0; a < 3; ++a) count[a] = static_cast<int>(axes[a].size()) - 1;
     const bool is_coarsest = resolution_.edge > box.size.maxCoeff();
-    if (is_coarsest || cells[0] * cells[1] * cells[2] <= resolution_.most_cells) {
-      cells_ = cells;
+    if (is_coarsest || count[0] * count[1] * count[2] <= resolution_.most_hexahedra) {
+      hexahedra_ = count;
       return;
     }
     resolution_.edge *= kCoarser;
@@ -213,7 +212,7 @@ std::array<std::vector<double>, 3> TrueObject::GradedAxes(const BoxGeometry& box
     if (plane) wishes[static_cast<std::size_t>(plane->axis)].others.push_back(plane->at);
   }
   std::array<std::vector<double>, 3> axes;
-  for (std::size_t a = 0; a < 3; ++a) axes[a] = GradedAxis(wishes[a], resolution_, cells_[a]);
+  for (std::size_t a = 0; a < 3; ++a) axes[a] = GradedAxis(wishes[a], resolution_, hexahedra_[a]);
   return axes;
 }
 
@@ -222,11 +221,11 @@ std::shared_ptr<const RestBody> TrueObject::BodyFor(const Vector3d& lateral_O) c
   return box ? Finish(MeshGradedBox(GradedAxes(*box, lateral_O))) : file_body_;
 }
 
-std::shared_ptr<const RestBody> TrueObject::Finish(SolidMesh mesh) const {
+std::shared_ptr<const RestBody> TrueObject::Finish(SiteMesh mesh) const {
   auto body = std::make_shared<RestBody>();
   body->mesh = std::move(mesh);
   body->held = FixedNodeDofs(scene_, body->mesh.nodes);
-  body->surface = SurfaceOf(body->mesh);
+  body->surface = {body->mesh.nodes, body->mesh.triangles};
   Compact(body.get());
   for (std::size_t i = 0; i < body->node_of.size(); ++i) {
     if (body->held[static_cast<std::size_t>(body->node_of[i])][0]) continue;

@@ -13,13 +13,14 @@
 #include "slave/scene/scene.h"
 #include "slave/site/fingertips/finger_hand.h"
 #include "slave/site/fingertips/pressed_body.h"
+#include "slave/site/fingertips/site_mesh.h"
 #include "slave/site/fingertips/site_resolution.h"
 
 namespace palpate::site {
 
 // The body at rest as one mesh. Frame O.
 struct RestBody {
-  SolidMesh mesh;
+  SiteMesh mesh;
   PressedBody::Held held;
   SurfaceMesh surface;                       // of the mesh, its own nodes only
   std::vector<int> node_of;                  // surface node to node of the mesh
@@ -30,7 +31,7 @@ class TrueObject {
  public:
   // Throws std::invalid_argument naming the key: no fingertips, an object that is no volume or held
   // nowhere, a fingertip inside it, a first finger that does not move with the hand, a Poisson's
-  // ratio for which four-node tetrahedra lock.
+  // ratio for which elements lock.
   TrueObject(const Scene& scene, const SiteResolution& resolution);
   static constexpr double kMostPoisson = 0.49;
 
@@ -42,19 +43,19 @@ class TrueObject {
   [[nodiscard]] std::shared_ptr<const RestBody> BodyFor(const Eigen::Vector3d& lateral_O) const;
 
  private:
-  void CountCells(const BoxGeometry& box);
+  void CountHexahedra(const BoxGeometry& box);
   void CheckHome() const;
   [[nodiscard]] std::vector<Eigen::Vector3d> Focuses(const Eigen::Vector3d& lateral_O) const;
   [[nodiscard]] std::array<std::vector<double>, 3> GradedAxes(
       const BoxGeometry& box, const Eigen::Vector3d& lateral_O) const;
-  [[nodiscard]] std::shared_ptr<const RestBody> Finish(SolidMesh mesh) const;
+  [[nodiscard]] std::shared_ptr<const RestBody> Finish(SiteMesh mesh) const;
 
   Scene scene_;
   SiteResolution resolution_;
   Eigen::Isometry3d X_SO_;
   FingerHand hand_;
-  SurfaceMesh plain_;           // as the scene says it
-  std::array<int, 3> cells_{};  // of a box; zero: not counted yet
+  SurfaceMesh plain_;               // as the scene says it
+  std::array<int, 3> hexahedra_{};  // of a box; zero: not counted yet
   std::shared_ptr<const RestBody> file_body_;
 };
 

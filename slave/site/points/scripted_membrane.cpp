@@ -26,9 +26,9 @@ std::vector<double> StepsTo(double depth) {
 
 }  // namespace
 
-ScriptedMembrane::ScriptedMembrane(const Scene& scene, const MembraneScript& script,
-                                   const site::MembraneResolution& resolution)
-    : site_(scene, resolution), rate_(scene.sense.stereo->rate) {
+ScriptedMembrane::ScriptedMembrane(StereoSite& site, const Scene& scene,
+                                   const MembraneScript& script)
+    : site_(site), rate_(scene.sense.stereo->rate) {
   if (!site_.target()) {
     ScriptPress(scene, script);
     return;

@@ -24,16 +24,14 @@ class ScriptedMembrane final : public StereoSource {
  public:
   static constexpr double kStep = 0.5e-3;  // [m]
 
-  // Throws std::invalid_argument naming the key: what StereoSite refuses, a membrane that home is
-  // not over.
-  explicit ScriptedMembrane(const Scene& scene, const MembraneScript& script = {},
-                            const site::MembraneResolution& resolution = {});
+  // `site` of that scene must outlive this. Throws std::invalid_argument naming the key: a membrane
+  // that home is not over.
+  ScriptedMembrane(StereoSite& site, const Scene& scene, const MembraneScript& script = {});
 
   // As fast as it can be computed; sensed_at counts from Time{}.
   std::optional<StereoPair> Next(const std::stop_token& stop) override;
   [[nodiscard]] std::string description() const override;
 
-  [[nodiscard]] const StereoSite& site() const { return site_; }  // as of the last pair
   [[nodiscard]] std::size_t pairs() const { return script_.size(); }
   // Of the last pair: the step on the way in, 0 touching; -1: at rest, on the way back, a target.
   [[nodiscard]] int step() const { return sequence_ > 0 ? script_[sequence_ - 1].step : -1; }
@@ -47,7 +45,7 @@ class ScriptedMembrane final : public StereoSource {
   };
   void ScriptPress(const Scene& scene, const MembraneScript& script);
 
-  StereoSite site_;
+  StereoSite& site_;
   double rate_;                 // [Hz]
   std::vector<double> depths_;  // [m]
   std::vector<Moment> script_;  // one per pair

@@ -7,10 +7,13 @@
 #include <variant>
 
 #include <opencv2/core.hpp>
+#include <spdlog/spdlog.h>
 
 #include "slave/site/exposure.h"
 #include "slave/site/points/dotted_membrane.h"
 #include "slave/site/points/pair_rig.h"
+#include "slave/site/points/scripted_membrane.h"
+#include "slave/site/points/simulated_pair.h"
 #include "slave/site/points/textured_membrane.h"
 #include "slave/site/points/textured_target.h"
 #include "slave/site/points/true_membrane.h"
@@ -34,11 +37,11 @@ class Stage {
   Stage() = default;
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
-  virtual void MoveTool(const Vector3d& p_S_tip, site::Patience patience) = 0;
+  virtual void MoveTool(const Vector3d& p_S_tip, Patience patience) = 0;
   virtual void SolveEverywhere() {}
   [[nodiscard]] virtual bool IsSolvedEverywhere() const { return true; }
   [[nodiscard]] virtual std::uint64_t Waits() const { return 0; }
-  [[nodiscard]] virtual MembraneTruth Truth() const = 0;
+  [[nodiscard]] virtual Truth Now() const = 0;
   [[nodiscard]] virtual std::optional<TargetTruth> Target() const { return std::nullopt; }
   [[nodiscard]] virtual Vector3d Displacement(const Eigen::Vector2d& p_O) const = 0;
   // The world as it will be painted from here on, `seconds` after the first pictures.
@@ -58,7 +61,7 @@ class MembraneStage final : public Stage {
         painters_{make(View(scene, rig.left, Isometry3d::Identity())),
                   make(View(scene, rig.right, rig.X_RL))} {}
 
-  void MoveTool(const Vector3d& p_S_tip, site::Patience patience) override {
+  void MoveTool(const Vector3d& p_S_tip, Patience patience) override {
     membrane_.MoveTool(p_S_tip, patience);
   }
   void SolveEverywhere() override { membrane_.SolveEverywhere(); }
@@ -66,7 +69,7 @@ class MembraneStage final : public Stage {
     return membrane_.is_solved_everywhere();
   }
   [[nodiscard]] std::uint64_t Waits() const override { return membrane_.waits(); }
-  [[nodiscard]] MembraneTruth Truth() const override {
+  [[nodiscard]] Truth Now() const override {
     const auto now = membrane_.now();
     const Vector3d f_O(0, 0, -site::ForceOf(now.dent));
     return {now.p_S_tip, now.in_contact, membrane_.X_SO().linear() * f_O, now.dent.depth,
@@ -107,12 +110,12 @@ class TargetStage final : public Stage {
     now_.X_SB_first = now_.X_SB = Pose(0);
   }
 
-  void MoveTool(const Vector3d& p_S_tip, site::Patience) override {
+  void MoveTool(const Vector3d& p_S_tip, Patience) override {
     if (!p_S_tip.allFinite()) return;
     const std::lock_guard lock(mutex_);
     truth_.p_S_tip = p_S_tip;
   }
-  [[nodiscard]] MembraneTruth Truth() const override {
+  [[nodiscard]] Truth Now() const override {
     const std::lock_guard lock(mutex_);
     return truth_;
   }
@@ -151,7 +154,7 @@ class TargetStage final : public Stage {
   cv::Mat seen_;  // CV_32F
 
   mutable std::mutex mutex_;  // guards what others read; written by TakePictures's thread only
-  MembraneTruth truth_;
+  Truth truth_;
   TargetTruth now_;
 };
 
@@ -184,14 +187,24 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolut
       [&](const site::MembraneView& view) { return site::DottedMembrane(view, dots, exposure); });
 }
 
+// The tip straight below home, as deep as the scene presses.
+Vector3d DeepestOf(const Scene& scene) {
+  const Vector3d n_S = scene.object.X_SO.linear().col(2);
+  const double height = n_S.dot(scene.manipulator.home - scene.object.X_SO.translation());
+  return scene.manipulator.home - (height + scene.operator_options.press_depth) * n_S;
+}
+
 }  // namespace
 
-struct StereoSite::World {
-  World(const Scene& scene, const site::MembraneResolution& resolution)
+struct StereoSite::State {
+  State(const Scene& scene, const site::MembraneResolution& resolution)
       : rig(SimulatedRig(scene)),
         exposure(scene.site, rig.left.size),
         stage(MakeStage(scene, resolution, rig, exposure)),
-        rate(scene.sense.stereo->rate) {
+        rate(scene.sense.stereo->rate),
+        press_depth(scene.operator_options.press_depth),
+        p_S_home(scene.manipulator.home),
+        p_S_deepest(DeepestOf(scene)) {
     if (!(rate > 0)) {
       throw std::invalid_argument("sense.camera.rate = " + std::to_string(rate) +
                                   " Hz: accepted is > 0");
@@ -201,12 +214,14 @@ struct StereoSite::World {
   const StereoRig rig;
   site::Exposure exposure;  // TakePictures's thread only
   const std::unique_ptr<Stage> stage;
-  const double rate;           // [Hz]
-  std::uint64_t pictures = 0;  // pairs taken; TakePictures's thread only
+  const double rate;                     // [Hz]
+  const double press_depth;              // of the scene's own press [m]
+  const Vector3d p_S_home, p_S_deepest;  // of the tip in it [m]
+  std::uint64_t pictures = 0;            // pairs taken; TakePictures's thread only
 };
 
 StereoSite::StereoSite(const Scene& scene, const site::MembraneResolution& resolution) try
-    : world_(std::make_unique<World>(scene, resolution)) {
+    : state_(std::make_unique<State>(scene, resolution)) {
 } catch (const std::invalid_argument& mistake) {
   if (scene.file.empty()) throw;
   throw std::invalid_argument(scene.file.string() + ": " + mistake.what());
@@ -214,50 +229,62 @@ StereoSite::StereoSite(const Scene& scene, const site::MembraneResolution& resol
 
 StereoSite::~StereoSite() = default;
 
-void StereoSite::MoveTool(const Vector3d& p_S_tip) {
-  world_->stage->MoveTool(p_S_tip, site::Patience::kWaits);
+void StereoSite::MoveTool(const Vector3d& p_S_tip, Patience patience) {
+  state_->stage->MoveTool(p_S_tip, patience);
 }
 
-void StereoSite::MoveToolAtOnce(const Vector3d& p_S_tip) {
-  world_->stage->MoveTool(p_S_tip, site::Patience::kNone);
+void StereoSite::SolveAhead() {
+  if (!target()) {
+    spdlog::info("the simulated site solves a press of {:.3g} mm ahead", 1e3 * state_->press_depth);
+    MoveTool(state_->p_S_deepest);
+  }
+  MoveTool(state_->p_S_home);
+  SolveEverywhere();
 }
 
 void StereoSite::SolveEverywhere() {
-  world_->stage->SolveEverywhere();
+  state_->stage->SolveEverywhere();
 }
 
 bool StereoSite::is_solved_everywhere() const {
-  return world_->stage->IsSolvedEverywhere();
+  return state_->stage->IsSolvedEverywhere();
 }
 
 std::uint64_t StereoSite::waits() const {
-  return world_->stage->Waits();
+  return state_->stage->Waits();
 }
 
-MembraneTruth StereoSite::truth() const {
-  return world_->stage->Truth();
+Truth StereoSite::truth() const {
+  return state_->stage->Now();
 }
 
 std::optional<TargetTruth> StereoSite::target() const {
-  return world_->stage->Target();
+  return state_->stage->Target();
 }
 
 Vector3d StereoSite::TrueDisplacement(const Eigen::Vector2d& p_O) const {
-  return world_->stage->Displacement(p_O);
+  return state_->stage->Displacement(p_O);
 }
 
 StereoPictures StereoSite::TakePictures() {
-  World& world = *world_;
-  world.exposure.Advance();
-  world.stage->Hold(static_cast<double>(world.pictures++) / world.rate);
+  State& state = *state_;
+  state.exposure.Advance();
+  state.stage->Hold(static_cast<double>(state.pictures++) / state.rate);
   StereoPictures pictures;
-  pictures.left = world.exposure.Expose(world.stage->Paint(0));
-  pictures.right = world.exposure.Expose(world.stage->Paint(1));
+  pictures.left = state.exposure.Expose(state.stage->Paint(0));
+  pictures.right = state.exposure.Expose(state.stage->Paint(1));
   return pictures;
 }
 
+std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene, const Pace& pace) {
+  if (pace.is_live) return std::make_unique<SimulatedPair>(*this, state_->rate);
+  MembraneScript script;
+  if (pace.duration > 0) script.target_seconds = pace.duration;
+  return std::make_unique<ScriptedMembrane>(*this, scene, script);
+}
+
 const StereoRig& StereoSite::rig() const {
-  return world_->rig;
+  return state_->rig;
 }
 
 }  // namespace palpate

@@ -11,17 +11,16 @@
 #include "slave/scene/scene.h"
 #include "slave/site/points/dent.h"
 #include "slave/site/points/press_cache.h"
+#include "slave/site/world.h"
 
 namespace palpate::site {
-
-enum class Patience { kWaits, kNone };  // until presses are solved
 
 class TrueMembrane {
  public:
   struct Now {
     Eigen::Vector3d p_S_tip{0, 0, 0};
     bool in_contact = false;
-    bool solved = true;  // as MembraneTruth has it
+    bool solved = true;  // as Truth has it
     Dent dent;
   };
 

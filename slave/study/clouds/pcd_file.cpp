@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -15,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "shared/text/text.h"
 #include "slave/study/clouds/lzf.h"
 #include "slave/study/clouds/pcd_header.h"
 
@@ -192,11 +192,12 @@ std::string Decompressed(const std::filesystem::path& file, const PcdHeader& hea
 }
 
 std::string Slurp(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(file)) {
-    throw std::invalid_argument(file.string() + ": cannot be read: accepted is a PCD file");
+  constexpr std::uintmax_t kLargestFile = 4ULL << 30U;  // [bytes]
+  try {
+    return ReadWholeFile(file, kLargestFile, "a PCD file");
+  } catch (const InputError& error) {
+    throw std::invalid_argument(error.what());
   }
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 template <typename T>

@@ -32,9 +32,10 @@ class Experiment {
   Experiment(const Scene& scene, const ExperimentOptions& options)
       : scene_(scene),
         options_(options),
-        touch_(scene, options.repetitions),
+        site_(scene),
+        touch_(site_, scene, options.repetitions),
         estimator_(scene),
-        rest_(touch_.site().rest_surface()) {
+        rest_(site_.rest_surface()) {
     object_.name = scene.name;
     static constexpr std::array kNames{"unoccluded", "occluded", "deformed"};
     for (std::size_t k = 0; k < 3; ++k) object_.states[k].name = kNames[k];
@@ -50,7 +51,7 @@ class Experiment {
     while (const auto frame = touch_.Next({})) {
       Tell(frame->sequence);
       const ContactEstimate& felt = estimator_.Feel(*frame, scene_.manipulator.home);
-      const auto truth = touch_.site().truth();
+      const auto truth = site_.truth().fingers;
       const FingerTruth& first = truth[0];
       if (!AnyTouches(truth)) {
         touched = false;
@@ -91,7 +92,7 @@ class Experiment {
 
   Instant Now(const Truths& truth) {
     Instant now;
-    now.truth = {touch_.site().DeformedSurface(), rest_.triangles};
+    now.truth = {site_.DeformedSurface(), rest_.triangles};
     now.estimate.triangles = estimator_.body()->surface.triangles;
     estimator_.DeformedNodes(&now.estimate.nodes);
     for (std::size_t i = 0; i < scene_.sense.tactile->fingers.size(); ++i) {
@@ -150,6 +151,7 @@ class Experiment {
 
   const Scene& scene_;
   const ExperimentOptions& options_;
+  TactileSite site_;
   ScriptedTouch touch_;
   TactileEstimator estimator_;
   SurfaceMesh rest_;

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/make_model.h"
-#include "slave/mechanics/plate/load_fit.h"
+#include "slave/mechanics/plate/fit/load_fit.h"
 #include "slave/mechanics/plate/plate_surface.h"
 #include "slave/vision/dots/dot_layout.h"
 

@@ -1,7 +1,9 @@
 #include "slave/mechanics/bem/bem2d_model.h"
 
+#include <array>
 #include <limits>
 
+#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -119,6 +121,52 @@ TEST(Bem2dModel, AFrictionlessContactPushesAlongItsDisplacementOnly) {
 }
 
 // Reference: a load that answers d, prescribed as displacement, answers the load. One element.
+// Reference: linearity. A frictionless contact is free across the way it is moved, so what is
+// prescribed are the ways of all contacts: answers add up where every contact keeps its own. Where
+// one is left out by a zero, whose way is the normal, another problem is solved, and its answer is
+// another unless contacts move along their normals.
+TEST(Bem2dModel, FrictionlessContactsAddUpWhereTheyKeepTheirWays) {
+  Bem2dModel::Params params{.young_modulus = 1, .thickness = 1};
+  params.contact = ContactLaw::kFrictionless;
+  Bem2dModel model(bodies::Block(60), params);
+  const auto& elements = model.greens_functions().problem().mesh.elements;
+  constexpr std::array kTouched{20, 27, 38};
+  constexpr double kTouch = 1e-6;  // of the others, so small that it only tells the way
+  const auto forces = [&](const std::array<Vector2d, 3>& moved) {
+    std::vector<Contact> contacts(3);
+    std::vector<ContactResponse> responses(3);
+    for (std::size_t k = 0; k < 3; ++k) {
+      contacts[k].element = kTouched[k];
+      contacts[k].prescribed_O.head<2>() = moved[k];
+    }
+    model.Respond(contacts, responses);
+    Eigen::Matrix3d f;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_EQ(responses[static_cast<std::size_t>(k)].validity, Validity::kValid);
+      f.col(k) = responses[static_cast<std::size_t>(k)].force_O;
+    }
+    return f;
+  };
+  const auto mismatch = [&](const std::array<Vector2d, 3>& ways, double others) {
+    const Eigen::Matrix3d together = forces(ways);
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (std::size_t alone = 0; alone < 3; ++alone) {
+      auto moved = ways;
+      for (std::size_t k = 0; k < 3; ++k) moved[k] *= k == alone ? 1 : others;
+      sum += forces(moved);
+    }
+    return (sum - (1 + 2 * others) * together).norm() / together.norm();
+  };
+  std::array<Vector2d, 3> normal, oblique;
+  for (std::size_t k = 0; k < 3; ++k) {
+    normal[k] = -1e-3 * elements[static_cast<std::size_t>(kTouched[k])].normal();
+    oblique[k] = Eigen::Rotation2Dd(0.5) * normal[k];
+  }
+  EXPECT_LT(mismatch(normal, 0), 1e-12);
+  EXPECT_LT(mismatch(oblique, kTouch), 1e-12);
+  EXPECT_GT(mismatch(oblique, 0), 0.1);
+}
+
 TEST(Bem2dModel, LoadsAndDisplacementsAreInverse) {
   Bem2dModel model(Silicone(), kSilicone);
   const auto loaded = bodies::Respond(model, {bodies::Load(kTop, {0.01, -0.3})}).front();
@@ -263,14 +311,13 @@ TEST(Bem2dModel, ABodyThatNothingHoldsTakesBalancedLoadsOnly) {
       bodies::Respond(model, {bodies::Load(7, {0, 0.5}), bodies::Load(37, {0, -0.5})});
   ASSERT_EQ(squeeze[0].validity, Validity::kValid);
   EXPECT_NEAR(squeeze[0].displacement_O.y(), -squeeze[1].displacement_O.y(), 1e-12);
-  std::vector<Eigen::Vector3d> displacement;
-  model.BoundaryDisplacement(&displacement);
+  const std::vector<Vector2d> displacement = model.Boundary().displacement;
   Vector2d mean = Vector2d::Zero();
   double turn = 0;
   const auto& elements = model.greens_functions().problem().mesh.elements;
   for (std::size_t i = 0; i < 60; ++i) {
     const Vector2d p = elements[i].midpoint() - Vector2d(0.044, 0.044);
-    mean += displacement[i].head<2>() / 60;
+    mean += displacement[i] / 60;
     turn += p.x() * displacement[i].y() - p.y() * displacement[i].x();
   }
   EXPECT_LT(mean.norm(), 1e-12);
@@ -312,8 +359,8 @@ TEST(Bem2dModel, FiveHundredContactsActTogether) {
   const auto responses = bodies::Respond(model, contacts);
   for (const auto& response : responses) ASSERT_EQ(response.validity, Validity::kValid);
   std::vector<Eigen::Vector3d> displacement;
-  model.BoundaryDisplacement(&displacement);
-  for (std::size_t i = 190; i < 690; ++i) {
+  model.Displacements(&displacement);
+  for (std::size_t i = 191; i < 690; ++i) {  // vertices between two of them
     EXPECT_LT((displacement[i] - contacts[0].prescribed_O).norm(), 1e-15);
   }
 }

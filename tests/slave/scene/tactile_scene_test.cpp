@@ -327,6 +327,17 @@ TEST_F(TactileSceneTest, ASceneSensesInOneWay) {
   EXPECT_THAT(mistakes, HasSubstr("10: sense.tip = {}: accepted is nothing beside `tactile`"));
 }
 
+// The cue would be set to the model's force, which fingertips do not use.
+TEST_F(TactileSceneTest, PunctureIsRefusedWithFingertips) {
+  for (const SceneUse use : {SceneUse::kFull, SceneUse::kSolve}) {
+    EXPECT_THAT(
+        MistakesOf(Tactile8("source: stream") + "# nothing here\n"
+                                                "model: {kind: fem, puncture: {depth: 2 mm}}\n",
+                   use),
+        HasSubstr("10: model.puncture.depth = 2 mm: accepted is nothing with fingertips"));
+  }
+}
+
 TEST_F(TactileSceneTest, ADepthCamerasMistakesAreSaid) {
   const struct {
     const char* keys;

@@ -167,12 +167,12 @@ SlaveDescription FakeSlave::Describe() const {
   if (has_camera_ && !tactile_) description.scene.sense.camera.emplace();
   description.scene.sense.tactile = tactile_;
   description.scene.operator_options.force_limit = parameters_.force_limit.value_or(3.3);
-  description.model.kind = "spring";
-  description.model.dof = 1;
-  description.model.elements = 4;
-  description.model.range = 0.05;
-  description.model_reason = "it is a fake";
-  description.source = "none";
+  description.sense.model.kind = "spring";
+  description.sense.model.dof = 1;
+  description.sense.model.elements = 4;
+  description.sense.model.range = 0.05;
+  description.sense.reason = "it is a fake";
+  description.sense.source = "none";
   description.simulated = true;
   return description;
 }

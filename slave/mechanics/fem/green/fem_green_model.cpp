@@ -13,6 +13,7 @@ double SecondsSince(Clock::time_point start) {
 }
 
 constexpr double kLocks = 0.49;
+constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
 
 std::string_view RemarkOf(TetElement element, double nu) {
   if (element == TetElement::kTet4) {
@@ -40,6 +41,11 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const std::vector<std::array
       element_(options.element),
       locks_(poisson_ratio >= kLocks),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
+  if (element_ == TetElement::kTet4) {
+    strain_.emplace(mesh, held, poisson_ratio);
+    bending_.resize(columns_.node_of_place().size());
+  }
   Describe(options, young_modulus, poisson_ratio, mesh.tets.size());
 }
 
@@ -93,11 +99,58 @@ void FemGreenModel::Respond(std::span<const Contact> contacts,
   for (auto& response : responses) {
     if (locks_ && response.validity == Validity::kValid) {
       response.validity = Validity::kExtrapolated;
+      response.doubt = "tetrahedra without a pressure of their own lock at this Poisson ratio";
     }
+  }
+  try {
+    if (strain_ && solver_.failure().empty()) JudgeBending(responses);
+  } catch (const std::exception&) {
+    refused_ = "out of memory";
+    std::ranges::fill(responses, ContactResponse{});
   }
 }
 
-void FemGreenModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) {
+void FemGreenModel::JudgeBending(std::span<ContactResponse> responses) {
+  for (std::size_t k = 0; k < responses.size(); ++k) {
+    ContactResponse& response = responses[k];
+    if (response.validity != Validity::kValid) continue;
+    if (!(Softness(solver_.slots()[k], response.force_O) > kMostSoftness)) continue;
+    response.validity = Validity::kExtrapolated;
+    response.doubt = kStiffInBending;
+  }
+}
+
+// The mean over the axes by the work that the force does along each.
+double FemGreenModel::Softness(const ContactSlot& slot, const Eigen::Vector3d& force) {
+  Bending& bending = bending_[static_cast<std::size_t>(slot.footprint.places.front().place)];
+  if (!bending.known) LearnBending(slot, &bending);
+  const double largest = force.cwiseAbs().maxCoeff();
+  if (!(largest > 0)) return 0;
+  const Eigen::Array3d squared = (force / largest).array().square();
+  const Eigen::Array3d work = squared * bending.compliance.array();
+  return work.sum() > 0 ? (work * bending.softness.array()).sum() / work.sum() : 0;
+}
+
+void FemGreenModel::LearnBending(const ContactSlot& slot, Bending* bending) {
+  std::vector<int> places, nodes;
+  for (const auto& touched : slot.footprint.places) {
+    places.push_back(touched.place);
+    nodes.push_back(columns_.node_of_place()[static_cast<std::size_t>(touched.place)]);
+  }
+  std::vector<Eigen::Vector3d> u;
+  for (int c = 0; c < 3; ++c) {
+    const Eigen::Vector3d share = Eigen::Vector3d::Unit(c) / static_cast<double>(places.size());
+    columns_.Solve(places, std::vector<Eigen::Vector3d>(places.size(), share), &u);
+    for (const int node : nodes)
+      bending->compliance[c] += share.dot(u[static_cast<std::size_t>(node)]);
+    if (!(bending->compliance[c] > 0)) continue;  // held
+    for (auto& moved : u) moved *= kSmall * columns_.length_unit() / bending->compliance[c];
+    bending->softness[c] = strain_->Softness(u, nodes);
+  }
+  bending->known = true;
+}
+
+void FemGreenModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
   std::vector<PlaceForce> forces;
   solver_.Forces(&forces);
   std::vector<int> places;
@@ -107,11 +160,11 @@ void FemGreenModel::BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacem
     forces_O.push_back(force_O);
   }
   if (forces.empty()) {
-    displacement_O->assign(surface_.nodes.size(), Eigen::Vector3d::Zero());
+    u_O->assign(surface_.nodes.size(), Eigen::Vector3d::Zero());
     return;
   }
-  columns_.Solve(places, forces_O, displacement_O);
-  for (auto& u : *displacement_O) u *= displacement_unit_;
+  columns_.Solve(places, forces_O, u_O);
+  for (auto& u : *u_O) u *= displacement_unit_;
 }
 
 void FemGreenModel::Prefetch(std::span<const Contact> contacts) {

@@ -10,15 +10,17 @@
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
-#include "slave/mechanics/capacitance/surface_places.h"
+#include "slave/mechanics/capacitance/contact_places.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/green/green_columns.h"
+#include "slave/mechanics/strain_resolution.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -40,16 +42,18 @@ class FemGreenModel final : public DeformationModel {
                 double young_modulus, double poisson_ratio, const Options& options,
                 Progress* progress = nullptr);
 
-  // Both elements lock as nu approaches 0.5: from 0.49 on answers are kExtrapolated. Patches are
-  // not offered with tet10, whose middle nodes no contact touches: kFailed. See ComplianceSolver.
-  // Give `element` with p_O where time counts: a place without it is found by a walk over the
-  // surface when it changes.
+  // Both elements lock as nu approaches 0.5: from 0.49 on answers are kExtrapolated, and so are
+  // those of four nodes where a part bends (strain_resolution.h; what is first touched there
+  // decides, by three more sparse solutions). Patches are not offered with tet10, whose middle
+  // nodes no contact touches: kFailed. See ComplianceSolver. Give `element` with p_O where time
+  // counts: a place without it is found by a walk over the surface when it changes.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   // The columns of their places.
   void Prefetch(std::span<const Contact> contacts) override;
   // Of every node of the mesh, by one sparse solution.
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::string_view failure() const override {
     return refused_.empty() ? solver_.failure() : refused_;
   }
@@ -66,15 +70,27 @@ class FemGreenModel final : public DeformationModel {
   void Describe(const Options& options, double young_modulus, double poisson_ratio,
                 std::size_t tets);
   [[nodiscard]] double MeasureUpdate(double young_modulus, const Options& options);
+  void JudgeBending(std::span<ContactResponse> responses);
+  [[nodiscard]] double Softness(const ContactSlot& slot, const Eigen::Vector3d& force);
+
+  // Under a unit force along each axis, at a place and what was first touched with it.
+  struct Bending {
+    bool known = false;
+    Eigen::Vector3d softness{0, 0, 0}, compliance{0, 0, 0};
+  };
+  void LearnBending(const ContactSlot& slot, Bending* bending);
 
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   SurfaceMesh surface_;
   GreenColumns columns_;
   SurfaceNodePlaces places_;
   ComplianceSolver solver_;
+  FieldMesh field_mesh_;
   ModelInfo info_;
   TetElement element_;
   bool locks_ = false;
+  std::optional<StrainResolution> strain_;  // of four nodes
+  std::vector<Bending> bending_;            // per place
   std::string_view refused_;
   double displacement_unit_ = 0;  // of a unit force in newtons: 1 / (E length unit) [m/N]
 };

@@ -63,10 +63,6 @@ PrecomputeCost ExpectedCost(int order) {
   return {2.5 * n * n + 0.3 * n, bytes};
 }
 
-void Tell(Progress* progress, double done) {
-  if (progress != nullptr && !progress->Report("factorising stiffness", done)) throw Interrupted();
-}
-
 }  // namespace
 
 GreenColumns::GreenColumns(TetStiffness stiffness, const SurfaceMesh& surface,
@@ -84,9 +80,9 @@ GreenColumns::GreenColumns(TetStiffness stiffness, const SurfaceMesh& surface,
   for (int g = 0; g < static_cast<int>(groups_.size()) && all_kept; ++g) all_kept = cache_.Has(g);
   if (all_kept) return;
   if (progress != nullptr) progress->Expect(ExpectedCost(order()));
-  Tell(progress, 0);
+  Tell(progress, "factorising stiffness", 0);
   Factor();
-  Tell(progress, 1);
+  Tell(progress, "factorising stiffness", 1);
 }
 
 SpdFactor& GreenColumns::Factor() {
@@ -153,10 +149,10 @@ bool GreenColumns::Prefetch(std::span<const int> places, Progress* progress) {
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (IsReady(places[i])) continue;
     const double done = static_cast<double>(i) / static_cast<double>(places.size());
-    if (progress != nullptr && !progress->Report("Green's functions", done)) throw Interrupted();
+    Tell(progress, "Green's functions", done);
     if (Column(places[i]) == nullptr) return false;
   }
-  if (progress != nullptr && !progress->Report("Green's functions", 1)) throw Interrupted();
+  Tell(progress, "Green's functions", 1);
   return true;
 }
 

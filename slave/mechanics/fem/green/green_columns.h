@@ -16,8 +16,8 @@
 #include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/fem/green/column_cache.h"
-#include "slave/mechanics/fem/green/spd_factor.h"
 #include "slave/mechanics/fem/green/tet_stiffness.h"
+#include "slave/mechanics/linear/mumps.h"
 
 namespace palpate {
 

@@ -204,12 +204,6 @@ void Scatter(const Stiffness& k, const std::array<int, 10>& nodes, std::size_t c
   }
 }
 
-double LargerSide(const std::vector<Vector3d>& nodes) {
-  Eigen::Array3d low = nodes.front(), high = low;
-  for (const auto& p : nodes) low = low.min(p.array()), high = high.max(p.array());
-  return (high - low).maxCoeff();
-}
-
 }  // namespace
 
 TetStiffness AssembleTetStiffness(const SolidMesh& mesh,

@@ -4,14 +4,35 @@
 #include <stdexcept>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/solid/node_ordering.h"
+#include "slave/mechanics/linear/mumps.h"
 
 namespace palpate {
+namespace {
+
+// Of every node, itself included, rising.
+std::vector<std::vector<int>> NeighboursOf(const ElementMesh& mesh) {
+  std::vector<std::vector<int>> neighbours(Index(mesh.node_count()));
+  for (int node = 0; node < mesh.node_count(); ++node) neighbours[Index(node)].push_back(node);
+  for (int e = 0; e < mesh.element_count(); ++e) {
+    const auto nodes = mesh.element(e);
+    for (const int a : nodes) {
+      neighbours[Index(a)].insert(neighbours[Index(a)].end(), nodes.begin(), nodes.end());
+    }
+  }
+  for (auto& list : neighbours) {
+    std::ranges::sort(list);
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+    list.shrink_to_fit();
+  }
+  return neighbours;
+}
+
+}  // namespace
 
 BlockLayout::BlockLayout(const ElementMesh& mesh, bool pressure)
     : mesh_(mesh), pressure_(pressure) {
   auto neighbours = NeighboursOf(mesh);
-  order_ = EliminationOrder(mesh, neighbours);
+  order_ = EliminationOrder(neighbours);
   rank_.resize(order_.size());
   first_.resize(order_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) {

@@ -5,34 +5,22 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
 
-// The nearest point of one triangle only.
-std::optional<SurfacePlace> PlaceOn(const SurfaceMesh& surface, int triangle, const Vector3d& p) {
-  const auto& corners = surface.triangles[Index(triangle)];
-  SurfaceMesh one;
-  for (const int node : corners) one.nodes.push_back(surface.nodes[Index(node)]);
-  one.triangles.push_back({0, 1, 2});
-  auto place = FindPlace(one, p);
-  if (place) {
-    place->triangle = triangle;
-    if (place->node >= 0) place->node = corners[Index(place->node)];
-  }
-  return place;
-}
-
 }  // namespace
 
 SolidContacts::SolidContacts(const ElementMesh& mesh, const std::vector<bool>& used,
                              double length_unit)
-    : mesh_(mesh), used_(used), unit_(length_unit) {}
+    : mesh_(mesh), used_(used), unit_(length_unit), footprints_(mesh.surface) {}
 
 bool SolidContacts::Same(std::span<const Contact> contacts) const {
   return known_ && std::ranges::equal(contacts, contacts_, [](const Contact& a, const Contact& b) {
@@ -64,15 +52,18 @@ bool SolidContacts::Prepare(std::span<const Contact> contacts) {
 
 bool SolidContacts::Find(const Contact& contact, ContactPlace* place) {
   place->moved.clear();
+  place->coarse = false;
   place->weights.clear();
   if (!contact.p_O.allFinite() || !std::isfinite(contact.width) || contact.width < 0 ||
       contact.element < -1 || contact.element >= static_cast<int>(mesh_.surface.triangles.size())) {
     failure_ = "a contact's place, width or triangle is none";
     return false;
   }
-  const Vector3d p = contact.p_O / unit_;
-  if (contact.width > 0) return FindPatch(contact, p, place);
-  const auto vicinity = FindPlace(mesh_.touch_surface, p);
+  Contact here = contact;
+  here.p_O /= unit_;
+  here.width /= unit_;
+  if (contact.width > 0) return FindPatch(here, place);
+  const auto vicinity = FindPlace(mesh_.touch_surface, here.p_O);
   if (vicinity && vicinity->node >= 0 && contact.element < 0) {
     if (!used_[Index(vicinity->node)]) {
       failure_ = "a contact's node belongs to no tetrahedron";
@@ -82,16 +73,18 @@ bool SolidContacts::Find(const Contact& contact, ContactPlace* place) {
     place->weights.emplace_back(vicinity->node, 1);
     return true;
   }
-  const auto found = contact.element >= 0 ? PlaceOn(mesh_.surface, contact.element, p)
-                                          : FindPlace(mesh_.surface, p);
-  if (!found) return false;
-  if (found->node >= 0) {
-    place->moved.push_back(found->node);
-    place->weights.emplace_back(found->node, 1);
-  } else {
-    PointWeights(found->triangle, found->weights, place);
-  }
+  if (!footprints_.OnNodes(here, &footprint_).empty()) return false;
+  Touch(footprint_.at, place);
   return true;
+}
+
+void SolidContacts::Touch(const SurfacePlace& at, ContactPlace* place) const {
+  if (at.node >= 0) {
+    place->moved.push_back(at.node);
+    place->weights.emplace_back(at.node, 1);
+  } else {
+    PointWeights(at.triangle, at.weights, place);
+  }
 }
 
 // The element's own shape functions there.
@@ -109,44 +102,29 @@ void SolidContacts::PointWeights(int triangle, const Vector3d& weights, ContactP
   }
 }
 
-bool SolidContacts::FindPatch(const Contact& contact, const Vector3d& p, ContactPlace* place) {
-  const double width = contact.width / unit_;
-  const auto found = contact.element >= 0 ? PlaceOn(mesh_.surface, contact.element, p)
-                                          : FindPlace(mesh_.surface, p);
-  if (!found) return false;
-  const SurfacePatch patch = PatchAt(mesh_.surface, *found, p, width);
-  std::map<int, double> load;
-  double area = 0;
-  for (const int triangle : patch.triangles) {
-    const double A = Area(mesh_.surface, triangle);
-    const auto& face = mesh_.faces[Index(triangle)];
-    const std::size_t first = mesh_.nodes_per_element == 10 ? 3 : 0;
-    for (std::size_t i = 0; i < 3; ++i) load[face[first + i]] += A / 3;
-    area += A;
-  }
-  if (!(area > 0)) return false;
-  for (const auto& [node, share] : load) place->weights.emplace_back(node, share / area);
-  if (contact.kind == Contact::Kind::kForce) return true;
-
-  std::vector<int> nodes = patch.nodes;
-  if (mesh_.nodes_per_element == 10) {
-    auto vicinity = FindPlace(mesh_.touch_surface, p);
-    if (!vicinity) vicinity = found;  // farther than half a quarter triangle's edge
-    if (vicinity->triangle >= 0) {
-      nodes = PatchAt(mesh_.touch_surface, *vicinity, p, width).nodes;
+bool SolidContacts::FindPatch(const Contact& here, ContactPlace* place) {
+  if (!footprints_.OnTriangles(here, &footprint_).empty()) return false;
+  const bool quadratic = mesh_.nodes_per_element == 10;
+  if (here.kind == Contact::Kind::kForce) {
+    std::map<int, double> load;
+    for (const auto& [triangle, share] : footprint_.places) {
+      const auto& face = mesh_.faces[Index(triangle)];
+      for (std::size_t i = 0; i < 3; ++i) load[face[quadratic ? 3 + i : i]] += share / 3;
     }
-  }
-  if (nodes.empty()) {
-    place->weights.clear();
-    if (found->node >= 0) {
-      place->moved.push_back(found->node);
-      place->weights.emplace_back(found->node, 1);
-    } else {
-      PointWeights(found->triangle, found->weights, place);
-    }
+    place->weights.assign(load.begin(), load.end());
+    place->coarse =
+        IsPatchCoarse(CoverOf(footprints_.patch(), quadratic ? PatchBasis::kLoadedTriangles10
+                                                             : PatchBasis::kLoadedTriangles));
     return true;
   }
-  place->moved = std::move(nodes);
+  const SurfacePlace at = footprint_.at;
+  const auto vicinity = quadratic ? FindPlace(mesh_.touch_surface, here.p_O) : std::nullopt;
+  // `at`: farther than half a quarter triangle's edge.
+  SurfacePatch patch = PatchAt(mesh_.touch_surface, vicinity.value_or(at), here.p_O, here.width);
+  place->coarse = IsPatchCoarse(
+      CoverOf(patch, quadratic ? PatchBasis::kMovedNodes10 : PatchBasis::kMovedNodes));
+  place->moved = std::move(patch.nodes);
+  if (place->moved.empty()) Touch(at, place);
   return true;
 }
 

@@ -12,6 +12,7 @@
 
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/solid/element_mesh.h"
+#include "slave/mechanics/footprint/contact_footprint.h"
 
 namespace palpate {
 
@@ -20,6 +21,7 @@ struct ContactPlace {
   std::vector<int> moved;                       // nodes that are moved alike
   std::vector<std::pair<int, double>> weights;  // nodes and shares, sum 1, of a load; of a moved
                                                 // point where no node is `moved`
+  bool coarse = false;                          // IsPatchCoarse
 };
 
 class SolidContacts {
@@ -40,13 +42,16 @@ class SolidContacts {
  private:
   [[nodiscard]] bool Same(std::span<const Contact> contacts) const;
   bool Find(const Contact& contact, ContactPlace* place);
-  bool FindPatch(const Contact& contact, const Eigen::Vector3d& p, ContactPlace* place);
+  bool FindPatch(const Contact& here, ContactPlace* place);
+  void Touch(const SurfacePlace& at, ContactPlace* place) const;
   void PointWeights(int triangle, const Eigen::Vector3d& weights, ContactPlace* place) const;
   bool Overlap(std::span<const Contact> contacts);
 
   const ElementMesh& mesh_;
   const std::vector<bool>& used_;
   double unit_;
+  SurfaceFootprints footprints_;
+  ContactFootprint footprint_;  // room
   bool known_ = false, changed_ = false;
   std::vector<Contact> contacts_;
   std::vector<ContactPlace> places_;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -127,10 +128,6 @@ const SolidModel::Held& SameSize(const SolidModel::Held& held, const SolidMesh& 
   throw std::invalid_argument("held: accepted is one entry per node of the mesh");
 }
 
-void Tell(Progress* progress, std::string_view stage, double done) {
-  if (progress && !progress->Report(stage, done)) throw Interrupted();
-}
-
 // Rough, before anything is built: factors of three-dimensional meshes grow like n^(4/3).
 void Announce(const SolidMesh& mesh, const SolidModel::Params& params, Progress* progress) {
   if (!progress) return;
@@ -158,6 +155,13 @@ SolidModel::SolidModel(const SolidMesh& mesh, const Held& held, const Params& pa
       used_(Index(mesh_.node_count()), false),
       contacts_(mesh_, used_, unit_),
       supports_(mesh_, layout_, SameSize(held, mesh), body_.NodeVolumes()) {
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
+  if (mesh_.nodes_per_element == 4) {
+    // Of bending alone where the pressure is the elements' own.
+    strain_.emplace(SolidMesh{mesh_.nodes, mesh.tets}, held,
+                    layout_.has_pressure() ? 0.0 : params_.poisson_ratio);
+    u_.resize(mesh_.nodes.size());
+  }
   for (const int node : mesh_.connectivity) used_[Index(node)] = true;
   if (layout_.has_pressure() && !equilibrium_.solver().is_direct()) {
     throw std::invalid_argument(
@@ -487,6 +491,31 @@ Vector3d SolidModel::ForceOn(const ContactPlace& place) const {
   return force;
 }
 
+// Why the answer is extrapolated; nullopt: it is not, but for single patches.
+std::optional<std::string_view> SolidModel::Doubt(double largest) {
+  if (inverted_) return "elements are inside out";
+  if (locks()) return "linear tetrahedra lock at this Poisson ratio";
+  if (params_.options.law == Law::kLinear && largest > params_.range) return kBeyondRange;
+  if (dynamic() && grew_) return "the step of time gained energy from nowhere";
+  // In equilibrium under nothing, what is left of strain is the residual's.
+  const bool acts = dynamic() || !loads_.isZero(0) || !target_.isZero(0) ||
+                    std::ranges::any_of(row_target_, [](double moved) { return moved != 0; });
+  if (strain_ && acts && Softness() > kMostSoftness) return kStiffInBending;
+  return std::nullopt;
+}
+
+double SolidModel::Softness() {
+  touched_.clear();
+  for (const ContactPlace& place : contacts_.places()) {
+    for (const int node : place.moved) touched_.push_back(node);
+    for (const auto& [node, weight] : place.weights) touched_.push_back(node);
+  }
+  for (std::size_t i = 0; i < u_.size(); ++i) {
+    u_[i] = x_.segment<3>(layout_.first(static_cast<int>(i)));
+  }
+  return strain_->Softness(u_, touched_);
+}
+
 bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses) {
   double largest = 0;
   for (int node = 0; node < mesh_.node_count(); ++node) {
@@ -497,15 +526,15 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
     return false;
   }
   inverted_ = !(body_.SmallestJacobian(x_) > 0);
-  const bool beyond = (params_.options.law == Law::kLinear && largest > params_.range) ||
-                      inverted_ || (dynamic() && grew_) || locks();
-  const Validity validity = beyond ? Validity::kExtrapolated : Validity::kValid;
+  const std::optional<std::string_view> doubt = Doubt(largest);
   const double force_unit = params_.young_modulus * unit_ * unit_;
   int row = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     ContactResponse response;
     const ContactPlace& place = contacts_.places()[i];
-    response.validity = validity;
+    const bool valid = !doubt && !place.coarse;
+    response.validity = valid ? Validity::kValid : Validity::kExtrapolated;
+    if (!valid) response.doubt = doubt.value_or(kCoarsePatch);
     if (contacts[i].kind == Contact::Kind::kForce) {
       response.force_O = contacts[i].prescribed_O;
       Vector3d mean = Vector3d::Zero();
@@ -531,10 +560,10 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
   return true;
 }
 
-void SolidModel::BoundaryDisplacement(std::vector<Vector3d>* displacement_O) {
-  displacement_O->clear();
+void SolidModel::Displacements(std::vector<Vector3d>* u_O) {
+  u_O->clear();
   for (int node = 0; node < mesh_.vertex_count; ++node) {
-    displacement_O->push_back(displacement(node));
+    u_O->push_back(displacement(node));
   }
 }
 

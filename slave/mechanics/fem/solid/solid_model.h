@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
 #include "slave/mechanics/fem/solid/supports.h"
+#include "slave/mechanics/strain_resolution.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -49,13 +51,15 @@ class SolidModel final : public DeformationModel {
   static constexpr double kNearlyIncompressible = 0.49999;
   static constexpr double kAveragedLimit = 0.4999;
 
-  // A contact that moves nodes also reports what holds them. Inverted elements and, with the linear
-  // law, displacements beyond the range: kExtrapolated. Displacements beyond 1e6 larger sides are
+  // A contact that moves nodes also reports what holds them. Inverted elements, with the linear law
+  // displacements beyond the range, and a mesh too coarse for a patch or for a part that bends:
+  // kExtrapolated. Displacements beyond 1e6 larger sides are
   // absurd: kFailed. After a failure the body is at rest again.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   // Of the nodes of the mesh given.
-  void BoundaryDisplacement(std::vector<Eigen::Vector3d>* displacement_O) override;
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
   void Start(std::span<const Contact> contacts) override;
   [[nodiscard]] std::string_view failure() const override { return failure_; }
@@ -86,6 +90,8 @@ class SolidModel final : public DeformationModel {
   void FinishStep();
   [[nodiscard]] double total_energy_nondimensional();
   [[nodiscard]] bool EnergyGrew();
+  [[nodiscard]] std::optional<std::string_view> Doubt(double largest);
+  [[nodiscard]] double Softness();
   bool Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   [[nodiscard]] Eigen::Vector3d ForceOn(const ContactPlace& place) const;
   [[nodiscard]] bool dynamic() const { return params_.options.time == FemOptions::Time::kDynamic; }
@@ -105,6 +111,10 @@ class SolidModel final : public DeformationModel {
   std::vector<bool> used_;
   SolidContacts contacts_;
   Supports supports_;
+  std::optional<StrainResolution> strain_;  // of four nodes
+  std::vector<Eigen::Vector3d> u_;          // of the nodes
+  std::vector<int> touched_;
+  FieldMesh field_mesh_;
   ModelInfo info_;
 
   Balance balance_;

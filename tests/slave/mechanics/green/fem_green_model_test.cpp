@@ -79,7 +79,7 @@ void ExpectSame(const std::vector<Contact>& contacts, const std::vector<ContactR
     moved = std::max(moved, direct.mean_O[i].norm());
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    ASSERT_TRUE(got[i].validity == Validity::kValid) << "contact " << i;
+    ASSERT_TRUE(got[i].validity != Validity::kFailed) << "contact " << i;
     if (contacts[i].kind == Contact::Kind::kDisplacement) {
       EXPECT_LT((got[i].force_O - direct.force_O[i]).norm(), tolerance * force) << "contact " << i;
     } else {
@@ -91,7 +91,7 @@ void ExpectSame(const std::vector<Contact>& contacts, const std::vector<ContactR
 
 void ExpectSameField(FemGreenModel& model, const DirectAnswer& direct, double tolerance) {
   std::vector<Vector3d> field;
-  model.BoundaryDisplacement(&field);
+  model.Displacements(&field);
   ASSERT_EQ(field.size(), direct.displacement_O.size());
   double largest = 0;
   for (const auto& u : direct.displacement_O) largest = std::max(largest, u.norm());
@@ -181,7 +181,7 @@ TEST(FemGreenModel, AnswersTheSameAtEveryScale) {
       }
       const auto got = Answer(other, same);
       for (std::size_t i = 0; i < got.size(); ++i) {
-        ASSERT_EQ(got[i].validity, Validity::kValid);
+        ASSERT_EQ(got[i].validity, reference[i].validity);
         const Vector3d force = got[i].force_O / (E * scale * scale);
         const Vector3d moved = got[i].displacement_O / scale;
         EXPECT_LT((force - reference[i].force_O).norm(), 1e-11 * reference[i].force_O.norm());

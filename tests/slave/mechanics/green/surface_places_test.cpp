@@ -1,11 +1,10 @@
-#include "slave/mechanics/capacitance/surface_places.h"
-
 #include <map>
 #include <numeric>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "slave/mechanics/capacitance/contact_places.h"
 #include "tests/slave/mechanics/green/direct_solution.h"
 
 namespace palpate {
@@ -44,8 +43,8 @@ TEST(SurfaceFinder, FindsThePatchesThatPatchAtFinds) {
     for (const double width : {0.004, 0.02, 0.05}) {
       const SurfacePatch patch = PatchAt(surface, *place, contact.p_O, width);
       finder.FindPatch(*place, contact.p_O, width);
-      EXPECT_TRUE(std::ranges::equal(finder.patch_nodes(), patch.nodes)) << contact.p_O;
-      EXPECT_TRUE(std::ranges::equal(finder.patch_triangles(), patch.triangles)) << contact.p_O;
+      EXPECT_TRUE(std::ranges::equal(finder.patch().nodes, patch.nodes)) << contact.p_O;
+      EXPECT_TRUE(std::ranges::equal(finder.patch().triangles, patch.triangles)) << contact.p_O;
     }
   }
 }

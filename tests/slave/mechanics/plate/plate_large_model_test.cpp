@@ -272,7 +272,7 @@ TEST(PlateLargeModel, TheShapePassesThroughWhatIsPrescribed) {
   EXPECT_NEAR(model.Displacement({0.01, 0.005}) / -3e-3, 1, 1e-6);
   EXPECT_NEAR(model.Displacement({0.039, 0}), 0, 1e-30);
   std::vector<Eigen::Vector3d> field;
-  model.BoundaryDisplacement(&field);
+  model.Displacements(&field);
   const auto grid = MembraneGrid(kRubber.radius);
   ASSERT_EQ(field.size(), grid.nodes.size());
   EXPECT_NEAR(field[77].z() / model.Displacement(grid.nodes[77].head<2>()), 1, 1e-12);
@@ -356,6 +356,36 @@ TEST(PlateLargeModel, RespondsWithoutAllocatingAfterTheFirstCall) {
   }
   EXPECT_EQ(AllocationCount(), before);
   EXPECT_EQ(responses[0].validity, Validity::kValid);
+}
+
+// Reference: linear theory at small loads: an answer divided by its load is the same at every size,
+// from rest and after a large press alike. Below 1e-290 units and at subnormal numbers digits are
+// lost, and that is said.
+TEST(PlateLargeModel, SmallLoadsAreAnsweredOrFlaggedAtEverySize) {
+  PlateLargeModel model(Unit(0.45));
+  for (const bool moved : {false, true}) {
+    for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.2, 0.1)}) {
+      const auto press = [&](double value) { return moved ? Moved(p, value) : Loaded(p, value); };
+      const auto per_unit = [&](const ContactResponse& r, double value) {
+        return (moved ? r.force_O.z() : r.displacement_O.z()) / -value;
+      };
+      const double linear = per_unit(Ask(model, {press(1e-6)})[0], 1e-6);
+      for (double value = 1e-6; value > 0; value *= 1e-3) {
+        for (const bool after_large : {false, true}) {
+          model.Reset();
+          if (after_large) Ask(model, {press(moved ? kThickness : 10)});
+          const ContactResponse r = Ask(model, {press(value)})[0];
+          ASSERT_NE(r.validity, Validity::kFailed) << value;
+          if (r.validity != Validity::kValid) {
+            EXPECT_LT(value, 1e-285);
+            EXPECT_THAT(std::string(r.doubt), HasSubstr("digits"));
+            continue;
+          }
+          EXPECT_NEAR(per_unit(r, value) / linear, 1, 1e-6) << value << " after " << after_large;
+        }
+      }
+    }
+  }
 }
 
 class Stopping final : public Progress {

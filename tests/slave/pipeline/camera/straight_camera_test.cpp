@@ -29,7 +29,8 @@ Scene BlockBehindALens() {
 // alone shows it up to two pixels from there.
 TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   const Scene scene = BlockBehindALens();
-  ScriptedCamera camera(scene);
+  SimulatedSite site(scene);
+  ScriptedCamera camera(site, scene);
   std::optional<Frame> frame = camera.Next({});
   ASSERT_TRUE(frame);
   Estimator estimator(scene, *frame, scene.manipulator.home);
@@ -40,8 +41,8 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   for (int i = 0; frame && i < 60; ++i, frame = camera.Next({})) {
     const ContactEstimate& felt = estimator.Feel(*frame);
     ASSERT_TRUE(estimator.observation().tip.found) << i;
-    worst = std::max(worst, (felt.p_S_tip - camera.truth().p_S_tip).norm() / pixel);
-    const Eigen::Vector2d seen = estimator.view().ToImage(camera.truth().p_S_tip);
+    worst = std::max(worst, (felt.p_S_tip - site.truth().p_S_tip).norm() / pixel);
+    const Eigen::Vector2d seen = estimator.view().ToImage(site.truth().p_S_tip);
     const Eigen::Vector3d ray((seen.x() - lens.cx) / lens.fx, (seen.y() - lens.cy) / lens.fy, 1);
     unstraightened = std::max(unstraightened, (*Project(lens, ray) - seen).norm());
     ++compared;
@@ -55,7 +56,7 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
 TEST(StraightCameraTest, ALensOfAnotherPictureSizeIsRefused) {
   Scene scene = BlockBehindALens();
   scene.sense.camera->size = {320, 240};
-  EXPECT_THROW(ScriptedCamera camera(scene), std::invalid_argument);
+  EXPECT_THROW(SimulatedSite site(scene), std::invalid_argument);
 }
 
 }  // namespace

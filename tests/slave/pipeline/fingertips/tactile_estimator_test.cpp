@@ -84,7 +84,7 @@ TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
   ContactResponse response;
   model->Respond({&contact, 1}, {&response, 1});
   std::vector<Vector3d> u;
-  model->BoundaryDisplacement(&u);
+  model->Displacements(&u);
   const std::vector<Vector3d> p = t.Nodes();
   ASSERT_EQ(p.size(), u.size());
   for (std::size_t i = 0; i < u.size(); ++i) {
@@ -401,7 +401,7 @@ TEST(TactileEstimatorTest, StreamedForcesOfAPatchAreSpreadAsTheModelSpreadsThem)
   std::vector<ContactResponse> responses(loads.size());
   model->Respond(loads, responses);
   std::vector<Vector3d> u;
-  model->BoundaryDisplacement(&u);
+  model->Displacements(&u);
   const std::vector<Vector3d> p = t.Nodes();
   for (std::size_t i = 0; i < u.size(); ++i) {
     EXPECT_NEAR((p[i] - t.estimator.body()->surface.nodes[i] - u[i]).norm(), 0, 1e-6) << i;
@@ -460,6 +460,23 @@ TEST(TactileEstimatorTest, BesideTheObjectThereIsNoPenetration) {
   const ContactEstimate& felt =
       t.Feel(1, {0.035, 0, -0.0069});  // beside the top edge, at its height
   EXPECT_LT(felt.local_model.Penetration(felt.p_S_tip), -0.007);
+}
+
+// The hand goes on from over the top to beside the cube before the next sample: the plane of the
+// last one would have it 6.9 mm deep. Reference: a sample that is taken there.
+TEST(TactileEstimatorTest, TheLocalModelFollowsTheHandBetweenSamples) {
+  const Vector3d way(0.035, 0, -0.0069);
+  Touching t(CubeScene(kAbove)), there(CubeScene(kAbove));
+  t.Feel(1, {0.015, 0, 0.001});
+  const Vector3d beside = t.scene.manipulator.home + way;
+  EXPECT_NEAR(t.estimator.felt().local_model.Penetration(beside), 0.0069, 1e-12);
+  const LocalModel& expected = there.Feel(1, way).local_model;
+  const LocalModel local = t.estimator.LocalAt(beside);
+  EXPECT_NEAR((local.normal - expected.normal).norm(), 0, 1e-12);
+  EXPECT_NEAR((local.reference - expected.reference).norm(), 0, 1e-12);
+  EXPECT_NEAR((local.stiffness - expected.stiffness).norm(), 0, 1e-9 * local.stiffness.norm());
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(t.estimator.LocalAt(Vector3d::Constant(nan)).revision, local.revision);
 }
 
 TEST(TactileEstimatorTest, TheRevisionRisesOnlyWithAChange) {

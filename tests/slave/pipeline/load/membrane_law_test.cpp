@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/plate/load_fit.h"
+#include "slave/mechanics/plate/fit/load_fit.h"
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/pipeline/points/surface_estimator.h"
 #include "slave/site/points/pressed_membrane.h"

@@ -9,7 +9,6 @@
 
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/load/node_displacement.h"
 #include "slave/pipeline/points/surface_estimator.h"
 #include "tests/support/allocation_count.h"
 
@@ -51,7 +50,7 @@ class PressedCube {
     model_->Respond(std::span(&contact, 1), std::span(&response, 1));
     EXPECT_NE(response.validity, Validity::kFailed);
     std::vector<Vector3d> u;
-    NodeDisplacement(*model_, surface_, &u);
+    model_->Displacements(&u);
     std::normal_distribution<double> noise(0, kSigma);
     std::vector<SurfacePoint> points;
     for (int i = 1; i < 6; ++i) {

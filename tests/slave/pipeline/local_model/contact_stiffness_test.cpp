@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
@@ -39,6 +40,20 @@ Matrix3d OnBox(const Vector3d& size, const std::array<int, 3>& cells, const Vect
   const SurfaceMesh surface = SurfaceOf(mesh);
   ContactStiffness stiffness(scene, surface, &mesh);
   return stiffness.At(TriangleAt(surface, p_O), Vector3d::Constant(1.0 / 3), radius);
+}
+
+// What is not computed ahead, of meshes with many surface nodes, is known once it was asked for.
+TEST(ContactStiffnessTest, KnowsWhatItWasAskedFor) {
+  for (const int cells : {4, 9}) {
+    const SolidMesh mesh = MeshBox({0.04, 0.04, 0.04}, {cells, cells, cells});
+    const SurfaceMesh surface = SurfaceOf(mesh);
+    ContactStiffness stiffness(CubeScene(kAbove), surface, &mesh);
+    const int touched = TriangleAt(surface, {0.02, 0.02, 0.04});
+    EXPECT_EQ(stiffness.Knows(touched), cells == 4);
+    std::ignore = stiffness.At(touched, Vector3d::Constant(1.0 / 3), 5e-3);
+    EXPECT_TRUE(stiffness.Knows(touched));
+    EXPECT_EQ(stiffness.Knows(TriangleAt(surface, {0.04, 0.02, 0.02})), cells == 4);
+  }
 }
 
 // Reference: Hertz's F = 4/3 E / (1 - nu^2) R^1/2 d^3/2 from the disc's own law, F = 2 E* a d.

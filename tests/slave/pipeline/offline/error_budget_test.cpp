@@ -1,36 +1,56 @@
 #include "slave/pipeline/offline/error_budget.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-
-#include "slave/pipeline/offline/run_summary.h"
 
 namespace palpate {
 namespace {
 
-// Two pictures by hand: errors 0.1 and -0.2, of which the model 0.3 and 0, tracking -0.2 and -0.2.
+using Eigen::Vector3d;
+
+// Two samples by hand: errors 0.1 and -0.2, of which the model 0.3 and 0, tracking -0.2 and -0.2.
 TEST(ErrorBudgetTest, SplitsTheErrorIntoModelAndTracking) {
-  ErrorBudget budget;
-  budget.Add(1.1, 1.3, 1.0);
-  budget.Add(1.8, 2.0, 2.0);
-  EXPECT_NEAR(budget.rms(), std::sqrt((0.01 + 0.04) / 2), 1e-12);
-  EXPECT_NEAR(budget.model_rms(), std::sqrt(0.09 / 2), 1e-12);
-  EXPECT_NEAR(budget.tracking_rms(), 0.2, 1e-12);
-  EXPECT_EQ(budget.peak_force(), 2.0);
-  EXPECT_NEAR(budget.peak_error(), 0.2, 1e-12);
+  const ErrorBudget budget =
+      BudgetOf({{{0, 1.1, 0}, {0, 1, 0}, 1.3}, {{0, 1.8, 0}, {0, 2, 0}, 2.0}});
+  EXPECT_NEAR(budget.rms, std::sqrt((0.01 + 0.04) / 2), 1e-12);
+  EXPECT_NEAR(budget.model_rms, std::sqrt(0.09 / 2), 1e-12);
+  EXPECT_NEAR(budget.tracking_rms, 0.2, 1e-12);
+  EXPECT_EQ(budget.peak_force, 2.0);
+  EXPECT_NEAR(budget.peak_error, 0.2, 1e-12);
 }
 
-TEST(ErrorBudgetTest, AnEmptyOneIsZero) {
-  EXPECT_EQ(ErrorBudget().rms(), 0);
+// A force of the right size that points the wrong way is an error: by 3-4-5, of one newton times
+// the root of two.
+TEST(ErrorBudgetTest, AWrongDirectionCounts) {
+  const ErrorBudget budget = BudgetOf({{{0.6, 0.8, 0}, {-0.8, 0.6, 0}, 1.0}});
+  EXPECT_NEAR(budget.rms, std::sqrt(2.0), 1e-12);
+  EXPECT_NEAR(budget.model_rms, 0, 1e-12);
+  EXPECT_NEAR(budget.tracking_rms, 0, 1e-12);
+}
+
+// The third is in thin air: less than a hundredth of the peak by truth and estimate. The fourth is
+// not, though the truth knows of no contact; the last is unknown.
+TEST(ErrorBudgetTest, OnlyKnownForcesInContactCount) {
+  const ErrorBudget budget = BudgetOf({{{0, 2, 0}, {0, 2, 0}, 2.0},
+                                       {{0, 2, 0}, {0, 1, 0}},
+                                       {{0, 0.01, 0}, {0, 0.01, 0}, 7.0},
+                                       {{0, 0.3, 0}, {0, 0, 0}, 0.0},
+                                       {Vector3d::Constant(std::nan("")), {0, 4, 0}, 4.0}});
+  EXPECT_EQ(budget.count, 3U);
+  EXPECT_EQ(budget.peak_force, 4.0);
+  EXPECT_NEAR(budget.rms, std::sqrt((1 + 0.09) / 3), 1e-12);
+  EXPECT_NEAR(budget.tracking_rms, std::sqrt(0.09 / 2), 1e-12) << "the second has no model";
 }
 
 // No error was measured, which is not an error of zero.
 TEST(ErrorBudgetTest, AnEmptyOneIsNullInTheSummary) {
-  EXPECT_TRUE(ToJson(ErrorBudget()).is_null());
-  ErrorBudget budget;
-  budget.Add(1.1, 1.3, 1.0);
-  EXPECT_NEAR(ToJson(budget)["rms_N"], 0.1, 1e-12);
-  EXPECT_EQ(ToJson(budget)["contact_frames"], 1);
+  EXPECT_EQ(BudgetOf({}).rms, 0);
+  EXPECT_TRUE(ToJson(ErrorBudget(), "frames").is_null());
+  const auto json = ToJson(BudgetOf({{{0, 1.1, 0}, {0, 1, 0}, 1.3}}), "frames");
+  EXPECT_NEAR(json["rms_N"], 0.1, 1e-12);
+  EXPECT_EQ(json["contact_frames"], 1);
 }
 
 }  // namespace

@@ -39,10 +39,10 @@ class PointsOverlayTest : public ::testing::Test {
 
 TEST_F(PointsOverlayTest, EveryDotIsMarkedWhereItIsSeen) {
   const SurfaceObservation& seen = eyes_->Look(pair_);
-  const PointsOverlay overlay = MakePointsOverlay(*eyes_, seen, ContactEstimate{}, 1, 480);
+  const PointsOverlay overlay = MakePointsOverlay(*eyes_, seen, ContactEstimate{});
   ASSERT_EQ(overlay.seen_I.size(), 31U);
   EXPECT_TRUE(overlay.lost_I.empty());
-  const cv::Mat drawn = DrawPoints(pair_.left, overlay);
+  const cv::Mat drawn = DrawPoints(pair_.left, overlay, 4);
   ASSERT_EQ(drawn.type(), CV_8UC3);
   for (const Eigen::Vector2d& p : overlay.seen_I) EXPECT_GT(Coloured(drawn, p, 10), 20);
   EXPECT_EQ(pair_.left.type(), CV_8UC1);  // untouched
@@ -51,7 +51,7 @@ TEST_F(PointsOverlayTest, EveryDotIsMarkedWhereItIsSeen) {
 TEST_F(PointsOverlayTest, WhatIsLostIsMarkedWhereItWas) {
   eyes_->Look(pair_);
   const SurfaceObservation& lost = eyes_->Look(DotPairs().Draw({0, {0, 0}, true}, 2));
-  const PointsOverlay overlay = MakePointsOverlay(*eyes_, lost, ContactEstimate{}, 1, 480);
+  const PointsOverlay overlay = MakePointsOverlay(*eyes_, lost, ContactEstimate{});
   EXPECT_TRUE(overlay.seen_I.empty());
   EXPECT_EQ(overlay.lost_I.size(), 31U);
 }
@@ -62,17 +62,20 @@ TEST_F(PointsOverlayTest, ALoadIsMarkedAtItsPlaceAndInNumbers) {
   felt.depth = 0.001;
   felt.force = Eigen::Vector3d(0, 0, 2);
   felt.validity = Validity::kValid;
-  const PointsOverlay overlay = MakePointsOverlay(*eyes_, eyes_->Look(pair_), felt, 4, 480);
+  const PointsOverlay overlay = MakePointsOverlay(*eyes_, eyes_->Look(pair_), felt);
   ASSERT_TRUE(overlay.place_I.has_value());
   EXPECT_LT((*overlay.place_I - *eyes_->Project(felt.p_S_contact)).norm(), 1e-9);
-  EXPECT_NEAR(overlay.share, 0.5, 1e-12);
-  const cv::Mat drawn = DrawPoints(pair_.left, overlay);
+  const cv::Mat drawn = DrawPoints(pair_.left, overlay, 4);
   EXPECT_GT(Coloured(drawn, *overlay.place_I, 30), 60);
   EXPECT_GT(Coloured(drawn, {60, 15}, 20), 50);  // the words
-  // Pushed aside, the arrow is as long as its share says.
+  // Half of what the hand can show: a ring of half the largest radius, a tenth of the height.
+  const Eigen::Vector2d on_ring = *overlay.place_I + Eigen::Vector2d(-24, 0);
+  EXPECT_GT(Coloured(drawn, on_ring, 2), 3);
+  EXPECT_EQ(Coloured(DrawPoints(pair_.left, overlay, 0), on_ring, 2), 0) << "nobody says how much";
+  // Across the line of sight it is not foreshortened.
   felt.force = Eigen::Vector3d(4, 0, 0);
-  const PointsOverlay aside = MakePointsOverlay(*eyes_, eyes_->Look(pair_), felt, 4, 480);
-  EXPECT_NEAR(aside.force_I.norm(), 0.2 * 480, 5);
+  const PointsOverlay aside = MakePointsOverlay(*eyes_, eyes_->Look(pair_), felt);
+  EXPECT_NEAR(aside.along_I.norm(), 1, 0.05);
 }
 
 TEST_F(PointsOverlayTest, NumbersThatAreNoneAndPlacesFarOutDrawNothingAndBreakNothing) {
@@ -81,10 +84,10 @@ TEST_F(PointsOverlayTest, NumbersThatAreNoneAndPlacesFarOutDrawNothingAndBreakNo
   felt.force = Eigen::Vector3d(0, 0, 1e300);
   felt.p_S_contact = {1e6, -1e6, 0.3};
   const SurfaceObservation& seen = eyes_->Look(pair_);
-  EXPECT_EQ(DrawPoints(pair_.left, MakePointsOverlay(*eyes_, seen, felt, 0, 480)).rows, 480);
-  EXPECT_EQ(DrawPoints(pair_.left, MakePointsOverlay(*eyes_, seen, felt, 1, 480)).rows, 480);
+  EXPECT_EQ(DrawPoints(pair_.left, MakePointsOverlay(*eyes_, seen, felt), 0).rows, 480);
+  EXPECT_EQ(DrawPoints(pair_.left, MakePointsOverlay(*eyes_, seen, felt), 1).rows, 480);
   felt.p_S_contact.setConstant(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_FALSE(MakePointsOverlay(*eyes_, seen, felt, 1, 480).place_I.has_value());
+  EXPECT_FALSE(MakePointsOverlay(*eyes_, seen, felt).place_I.has_value());
 }
 
 TEST(DepthPictureTest, DepthsAreStretchedAndHolesStayBlack) {

@@ -22,6 +22,7 @@ class PerfectManipulator : public Manipulator {
   void Hold() noexcept override { ++holds_; }
   [[nodiscard]] Vector3d Tip() const noexcept override { return tip_; }
   [[nodiscard]] bool at_limit() const noexcept override { return false; }
+  [[nodiscard]] bool carries_tool() const noexcept override { return true; }
   void Place(const Vector3d& p_S) { tip_ = p_S; }
   [[nodiscard]] int commands() const { return commands_; }
   [[nodiscard]] int holds() const { return holds_; }

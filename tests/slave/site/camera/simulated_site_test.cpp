@@ -46,7 +46,7 @@ TEST(SimulatedSite, AFiveMillimetrePressGivesTheContinuumForce) {
   if (wanted == 0) GTEST_SKIP() << "../shared/reference is absent";
   SimulatedSite site(BlockScene());
   Carry(site, {kMiddle, 0.091, 0}, {kMiddle, kTop - 0.005, 0});
-  const SiteTruth truth = site.truth();
+  const Truth truth = site.truth();
   EXPECT_TRUE(truth.in_contact);
   EXPECT_NEAR(truth.depth, 0.005, 1e-12);
   EXPECT_NEAR(truth.force.y() / wanted, 1, 1e-3);
@@ -60,11 +60,11 @@ TEST(SimulatedSite, ForceDependsOnThePlaceAlone) {
   SimulatedSite site(BlockScene());
   const Eigen::Vector3d above(kMiddle, 0.0881, 0), half(kMiddle, 0.087, 0), deep(0.046, 0.084, 0);
   Carry(site, above, half);
-  const SiteTruth in = site.truth();
+  const Truth in = site.truth();
   Carry(site, half, deep);
   EXPECT_LT(site.truth().force.x(), 0) << "dragged to the right, the body pulls to the left";
   Carry(site, deep, half);
-  const SiteTruth out = site.truth();
+  const Truth out = site.truth();
   EXPECT_LT((in.force - out.force).norm(), 1e-12);
   EXPECT_NEAR(in.depth, 0.001, 1e-12);
   Carry(site, half, above);

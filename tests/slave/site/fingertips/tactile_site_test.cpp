@@ -42,11 +42,11 @@ TEST(TactileSite, PushesBackAgainstThePressAndLetsGo) {
   TactileSite site(CubeScene(), kCoarse);
   EXPECT_TRUE(site.approach().isApprox(Vector3d(0, 0, -1)));
   EXPECT_NEAR(site.gap(), 5e-3, 1e-6);  // a node lies right under the tip
-  EXPECT_FALSE(site.truth()[0].in_contact);
+  EXPECT_FALSE(site.truth().fingers[0].in_contact);
   double last = 0;
   for (const double depth : {0.3e-3, 0.8e-3, 1.5e-3, 2.5e-3}) {
     PressBy(&site, depth);
-    const FingerTruth truth = site.truth()[0];
+    const FingerTruth truth = site.truth().fingers[0];
     ASSERT_TRUE(truth.in_contact);
     EXPECT_GT(truth.force.z(), 1.2 * last);
     EXPECT_LT(truth.force.head<2>().norm(), 0.1 * truth.force.z());
@@ -57,21 +57,21 @@ TEST(TactileSite, PushesBackAgainstThePressAndLetsGo) {
   // Hertz at 2.5 mm: 0.0542 N; see PressedBody's tests.
   EXPECT_NEAR(last, 0.0542, 0.014);
   PressBy(&site, -1e-3);
-  EXPECT_FALSE(site.truth()[0].in_contact);
-  EXPECT_EQ(site.truth()[0].force.norm(), 0);
+  EXPECT_FALSE(site.truth().fingers[0].in_contact);
+  EXPECT_EQ(site.truth().fingers[0].force.norm(), 0);
 }
 
-// Reference: a press by two fingers that mirror each other in a plane of the body's symmetry. What
-// breaks it is how a mesh of cells cut into tetrahedra leans: 2 % measured.
+// Reference: a press by two fingers that mirror each other in a plane of the body's symmetry, and
+// so do the hexahedra. Tolerance: Newton's method stops at residuals of 1e-5.
 TEST(TactileSite, PinchingFingersFeelOppositeForces) {
   TactileSite site(PinchScene(), kCoarse);
   EXPECT_TRUE(site.approach().isApprox(Vector3d(0, -1, 0)));
   PressBy(&site, 1.5e-3);
-  const auto truth = site.truth();
+  const auto truth = site.truth().fingers;
   ASSERT_TRUE(truth[0].in_contact && truth[1].in_contact);
   EXPECT_GT(truth[0].force.y(), 0.03);
-  EXPECT_LT((truth[0].force + truth[1].force).norm(), 0.25 * truth[0].force.norm());
-  EXPECT_NEAR(truth[0].force.y(), -truth[1].force.y(), 0.05 * truth[0].force.y());
+  const Vector3d mirrored = truth[1].force.cwiseProduct(Vector3d(1, -1, 1));
+  EXPECT_LT((truth[0].force - mirrored).norm(), 1e-4 * truth[0].force.norm());
   EXPECT_NEAR(truth[1].X_SF.translation().y(), -0.012 + 6.5e-3, 1e-9);
 }
 
@@ -81,7 +81,7 @@ TEST(TactileSite, AStandingFingerIsPressedByTheBodyThatGivesWay) {
   scene.sense.tactile->fingers[1].X_SF.translation().y() = -7e-3;  // it touches
   TactileSite site(scene, kCoarse);
   PressBy(&site, 2.5e-3);
-  const auto truth = site.truth();
+  const auto truth = site.truth().fingers;
   EXPECT_GT(truth[0].force.y(), 0.05);
   EXPECT_TRUE(truth[1].in_contact);
   EXPECT_LT(truth[1].force.y(), -0.005);
@@ -94,19 +94,19 @@ TEST(TactileSite, AStandingFingerIsPressedByTheBodyThatGivesWay) {
 TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
   TactileSite site(CubeScene(), kCoarse);
   PressBy(&site, 1.95e-3);
-  const double below = site.truth()[0].force.z();
+  const double below = site.truth().fingers[0].force.z();
   PressBy(&site, 2e-3);
-  const double normal = site.truth()[0].force.z();
-  const double across = site.truth()[0].force.x();
+  const double normal = site.truth().fingers[0].force.z();
+  const double across = site.truth().fingers[0].force.x();
   PressBy(&site, 2e-3, {0.1e-3, 0, 0});
-  const double held = across - site.truth()[0].force.x();
+  const double held = across - site.truth().fingers[0].force.x();
   const double stiffness = (normal - below) / 0.05e-3;
   EXPECT_NEAR(held, 2 * 0.85 / 1.85 * stiffness * 0.1e-3, 0.15 * held);
   PressBy(&site, 2e-3, {20e-3, 0, 0});
-  EXPECT_NEAR(across - site.truth()[0].force.x(), normal, 0.05 * normal);
+  EXPECT_NEAR(across - site.truth().fingers[0].force.x(), normal, 0.05 * normal);
   PressBy(&site, -1e-3);
   PressBy(&site, 2e-3);  // it stuck anew
-  EXPECT_NEAR(site.truth()[0].force.x(), across, 1e-9);
+  EXPECT_NEAR(site.truth().fingers[0].force.x(), across, 1e-9);
 }
 
 TEST(TactileSite, AnOppositeFingerOnTheSameSideTouchesNothingOnTheWay) {
@@ -119,8 +119,8 @@ TEST(TactileSite, AnOppositeFingerOnTheSameSideTouchesNothingOnTheWay) {
   TactileSite site(scene, kCoarse);
   EXPECT_NEAR(site.gap(), 5e-3, 1e-6);
   PressBy(&site, 1e-3);
-  EXPECT_TRUE(site.truth()[0].in_contact);
-  EXPECT_FALSE(site.truth()[1].in_contact);
+  EXPECT_TRUE(site.truth().fingers[0].in_contact);
+  EXPECT_FALSE(site.truth().fingers[1].in_contact);
 }
 
 TEST(TactileSite, SurfaceIsClosedAndDentsUnderTheFinger) {
@@ -161,7 +161,7 @@ TEST(TactileSite, PosesOfObjectAndHandTurnTheWholeWorld) {
   TactileSite turned(scene, kCoarse), plain(CubeScene(), kCoarse);
   PressBy(&turned, 1e-3);
   PressBy(&plain, 1e-3);
-  const FingerTruth a = turned.truth()[0], b = plain.truth()[0];
+  const FingerTruth a = turned.truth().fingers[0], b = plain.truth().fingers[0];
   EXPECT_LT((a.force - X.linear() * b.force).norm(), 1e-6 * b.force.norm());
   EXPECT_LT((a.p_S_contact - X * b.p_S_contact).norm(), 1e-9);
   // The skin feels the same in its own frame.
@@ -188,7 +188,7 @@ TEST(TactileSite, SamplesTellOfTheTouchAndOfThePose) {
   EXPECT_FALSE(frame.fingers[1].present);
   EXPECT_GT(frame.fingers[0].pdc, rest + 10);
   ASSERT_TRUE(frame.fingers[0].X_SF);
-  EXPECT_TRUE(frame.fingers[0].X_SF->isApprox(site.truth()[0].X_SF));
+  EXPECT_TRUE(frame.fingers[0].X_SF->isApprox(site.truth().fingers[0].X_SF));
 }
 
 TEST(TactileSite, SameCallsGiveTheSameSamples) {
@@ -200,7 +200,7 @@ TEST(TactileSite, SameCallsGiveTheSameSamples) {
     PressBy(&b, depth, {0.02e-3 * i, 0, 0});
     const TactileFrame fa = a.TakeSample(Time{}), fb = b.TakeSample(Time{});
     ASSERT_EQ(fa.fingers[0].electrodes, fb.fingers[0].electrodes) << i;
-    ASSERT_EQ(a.truth()[0].force, b.truth()[0].force);
+    ASSERT_EQ(a.truth().fingers[0].force, b.truth().fingers[0].force);
   }
 }
 
@@ -208,29 +208,29 @@ TEST(TactileSite, AnotherPlaceIsSolvedForItself) {
   TactileSite site(CubeScene(), kCoarse);
   const Vector3d beside(0, -0.026, 0);  // 4 mm from the edge, where less foam carries
   PressBy(&site, 1.5e-3);
-  const double middle = site.truth()[0].force.z();
+  const double middle = site.truth().fingers[0].force.z();
   PressBy(&site, -2e-3, beside);
   PressBy(&site, 1.5e-3, beside);
-  ASSERT_TRUE(site.truth()[0].in_contact);
-  EXPECT_LT(site.truth()[0].force.z(), 0.97 * middle);
+  ASSERT_TRUE(site.truth().fingers[0].in_contact);
+  EXPECT_LT(site.truth().fingers[0].force.z(), 0.97 * middle);
   PressBy(&site, -2e-3, {0.2, 0, 0});
   PressBy(&site, 30e-3, {0.2, 0, 0});  // past the object
-  EXPECT_FALSE(site.truth()[0].in_contact);
+  EXPECT_FALSE(site.truth().fingers[0].in_contact);
 }
 
 TEST(TactileSite, ImpossiblePlacesAreIgnored) {
   TactileSite site(CubeScene(), kCoarse);
   PressBy(&site, 1e-3);
-  const FingerTruth before = site.truth()[0];
+  const FingerTruth before = site.truth().fingers[0];
   const double inf = std::numeric_limits<double>::infinity();
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), inf, -inf, 1e300}) {
     site.MoveTool({0, bad, 0});
-    EXPECT_EQ(site.truth()[0].force, before.force);
+    EXPECT_EQ(site.truth().fingers[0].force, before.force);
     EXPECT_TRUE(site.TakeSample(Time{}).fingers[0].X_SF->matrix().allFinite());
   }
   PressBy(&site, 0.05);  // through nearly all of the cube, far beyond what is solved
-  EXPECT_TRUE(site.truth()[0].force.allFinite());
-  EXPECT_GT(site.truth()[0].force.z(), before.force.z());
+  EXPECT_TRUE(site.truth().fingers[0].force.allFinite());
+  EXPECT_GT(site.truth().fingers[0].force.z(), before.force.z());
 }
 
 TEST(TactileSite, MoversReadersAndSamplersMayBeDifferentThreads) {
@@ -241,7 +241,7 @@ TEST(TactileSite, MoversReadersAndSamplersMayBeDifferentThreads) {
     for (int i = 0; !stop; ++i) PressBy(&site, 1e-5 * (i % 50));
   });
   std::jthread reader([&] {
-    while (!stop) EXPECT_TRUE(site.truth()[0].force.allFinite());
+    while (!stop) EXPECT_TRUE(site.truth().fingers[0].force.allFinite());
   });
   for (int i = 0; i < 300; ++i) site.TakeSample(Time{});
   EXPECT_EQ(site.DeformedSurface().size(), site.rest_surface().nodes.size());
@@ -288,7 +288,8 @@ TEST(TactileSite, RefusesAFingertipInsideTheObject) {
 
 TEST(ScriptedTouch, RestsPressesHoldsAndLetsGo) {
   Scene scene = CubeScene();
-  ScriptedTouch touch(scene, 2, kCoarse);
+  TactileSite site(scene, kCoarse);
+  ScriptedTouch touch(site, scene, 2);
   const std::stop_source never;
   std::uint64_t samples = 0, contacts = 0;
   double deepest = 0, at_deepest = 0;
@@ -297,7 +298,7 @@ TEST(ScriptedTouch, RestsPressesHoldsAndLetsGo) {
     ++samples;
     const double t = SecondsBetween(Time{}, frame->sensed_at);
     EXPECT_NEAR(t, static_cast<double>(samples - 1) / 100, 1e-8);
-    const FingerTruth truth = touch.site().truth()[0];
+    const FingerTruth truth = site.truth().fingers[0];
     if (t < 0.7) {
       EXPECT_FALSE(truth.in_contact);
     }
@@ -312,13 +313,14 @@ TEST(ScriptedTouch, RestsPressesHoldsAndLetsGo) {
   EXPECT_FALSE(was_touching);
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_FALSE(ScriptedTouch(scene).Next(stop.get_token()));
+  EXPECT_FALSE(ScriptedTouch(site, scene).Next(stop.get_token()));
 }
 
 TEST(ScriptedTouch, RefusesToPressNothing) {
   Scene scene = CubeScene();
   scene.operator_options.press_depth = 0;
-  EXPECT_THROW(ScriptedTouch{scene}, std::invalid_argument);
+  TactileSite site(scene, kCoarse);
+  EXPECT_THROW(ScriptedTouch(site, scene), std::invalid_argument);
 }
 
 TEST(SimulatedFingers, EndAtOnceWhenStopped) {

@@ -71,7 +71,8 @@ TEST(ScriptedMembrane, PressesInStepsOfHalfAMillimetreAndComesBack) {
   MembraneScript script;
   script.rest = 3;
   script.dwell = 2;
-  ScriptedMembrane source(scene, script, site::kCoarse);
+  StereoSite site(scene, site::kCoarse);
+  ScriptedMembrane source(site, scene, script);
   EXPECT_THAT(source.depths(), testing::ElementsAre(0, 0.5e-3, 1e-3, 1.2e-3));
   const std::vector<double> depths{-1,   -1,     -1,     0,    0,      0.5e-3, 0.5e-3, 1e-3,
                                    1e-3, 1.2e-3, 1.2e-3, 1e-3, 0.5e-3, 0,      -1,     -1};
@@ -84,7 +85,7 @@ TEST(ScriptedMembrane, PressesInStepsOfHalfAMillimetreAndComesBack) {
     EXPECT_EQ(pair->sequence, k + 1);
     EXPECT_NEAR(SecondsBetween(Time{}, pair->sensed_at), static_cast<double>(k) / 30, 1e-8);
     EXPECT_EQ(source.step(), steps[k]) << k;
-    const MembraneTruth truth = source.site().truth();
+    const Truth truth = site.truth();
     const Vector3d p_O = scene.object.X_SO.inverse() * truth.p_S_tip;
     EXPECT_NEAR(p_O.x(), 0.01, 1e-12);
     EXPECT_NEAR(p_O.y(), 0.005, 1e-12);
@@ -98,21 +99,23 @@ TEST(ScriptedMembrane, PressesInStepsOfHalfAMillimetreAndComesBack) {
 TEST(ScriptedMembrane, OtherScalesAreDividedIntoTenSteps) {
   Scene scene = MembraneScene();
   scene.operator_options.press_depth = 0.5e-3;
-  EXPECT_EQ(ScriptedMembrane(scene).depths().size(), 11U);
+  StereoSite site(scene, site::kCoarse);
+  EXPECT_EQ(ScriptedMembrane(site, scene).depths().size(), 11U);
 }
 
 TEST(ScriptedMembrane, ATargetIsFollowedOnItsPath) {
   MembraneScript script;
   script.target_seconds = 0.2;
-  ScriptedMembrane source(TargetScene(), script);
+  StereoSite site(TargetScene());
+  ScriptedMembrane source(site, TargetScene(), script);
   EXPECT_EQ(source.pairs(), 6U);
   for (int k = 0; k < 6; ++k) {
     ASSERT_TRUE(source.Next({}));
-    EXPECT_NEAR(source.site().target()->seconds, k / 30.0, 1e-12);
+    EXPECT_NEAR(site.target()->seconds, k / 30.0, 1e-12);
     EXPECT_EQ(source.step(), -1);
   }
   EXPECT_FALSE(source.Next({}));
-  EXPECT_EQ(ScriptedMembrane(TargetScene()).pairs(), 300U);
+  EXPECT_EQ(ScriptedMembrane(site, TargetScene()).pairs(), 300U);
 }
 
 TEST(ScriptedMembrane, AHomeThatIsNotOverTheMembraneIsRefused) {
@@ -120,7 +123,8 @@ TEST(ScriptedMembrane, AHomeThatIsNotOverTheMembraneIsRefused) {
     Scene scene = MembraneScene();
     scene.manipulator.home = scene.object.X_SO * p_O;
     try {
-      const ScriptedMembrane source(scene);
+      StereoSite site(scene, site::kCoarse);
+      const ScriptedMembrane source(site, scene);
       ADD_FAILURE() << "accepted";
     } catch (const std::invalid_argument& error) {
       EXPECT_THAT(error.what(), testing::HasSubstr("manipulator.home"));

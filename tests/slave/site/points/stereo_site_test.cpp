@@ -165,7 +165,7 @@ TEST(StereoSite, TheToolIsPushedBackAlongTheNormal) {
   double before = 0, slope = 0;
   for (const double depth : {0.5e-3, 1e-3, 1.5e-3, 2e-3}) {
     site.MoveTool(Tip(scene, {0, 0}, depth));
-    const MembraneTruth truth = site.truth();
+    const Truth truth = site.truth();
     EXPECT_TRUE(truth.in_contact && truth.solved);
     EXPECT_NEAR(truth.depth, depth, 1e-12);
     const Vector3d f_O = scene.object.X_SO.linear().transpose() * truth.force;
@@ -297,8 +297,8 @@ TEST(StereoSite, ASlideOverSolvedPressesNeitherWaitsNorJumps) {
   double before = 0, largest = 0;
   int guessed = 0;
   for (double x = 0; x <= 0.02; x += kSlideStep) {
-    site.MoveToolAtOnce(Tip(scene, {x, 0}, 3e-3));
-    const MembraneTruth truth = site.truth();
+    site.MoveTool(Tip(scene, {x, 0}, 3e-3), Patience::kNone);
+    const Truth truth = site.truth();
     guessed += truth.solved ? 0 : 1;
     const double force = truth.force.norm();
     if (before > 0) largest = std::max(largest, std::abs(force / before - 1));
@@ -320,9 +320,9 @@ TEST(StereoSite, WhereNothingIsSolvedTheToolMovesOnAndTheTruthSaysSo) {
   site.MoveTool(Tip(scene, {0, 0}, 1e-3));
   const std::uint64_t waits = site.waits();
   const Vector3d tip = Tip(scene, {0.02, 0}, 1e-3);
-  site.MoveToolAtOnce(tip);  // 20 mm are beyond what a tool at the centre has solved
+  site.MoveTool(tip, Patience::kNone);  // 20 mm are beyond what a tool at the centre has solved
   EXPECT_EQ(site.waits(), waits);
-  const MembraneTruth guess = site.truth();
+  const Truth guess = site.truth();
   EXPECT_FALSE(guess.solved);
   EXPECT_TRUE(guess.in_contact);
   EXPECT_EQ(guess.p_S_tip, tip);
@@ -332,7 +332,7 @@ TEST(StereoSite, WhereNothingIsSolvedTheToolMovesOnAndTheTruthSaysSo) {
   EXPECT_TRUE(site.truth().solved);
   EXPECT_GT(guess.force.z(), 0.4 * site.truth().force.z());
   EXPECT_LT(guess.force.z(), site.truth().force.z());
-  site.MoveToolAtOnce(tip);
+  site.MoveTool(tip, Patience::kNone);
   EXPECT_TRUE(site.truth().solved);
 }
 
@@ -344,7 +344,7 @@ TEST(StereoSite, PressesEverywhereAreSolvedWhileTheToolRests) {
   site.SolveEverywhere();
   while (!site.is_solved_everywhere()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   for (double x = 0; x < 0.029; x += 1e-3) {
-    site.MoveToolAtOnce(Tip(scene, {0, x}, 0.2e-3));
+    site.MoveTool(Tip(scene, {0, x}, 0.2e-3), Patience::kNone);
     EXPECT_TRUE(site.truth().solved) << x;
   }
   EXPECT_EQ(site.waits(), 0U);
@@ -356,7 +356,7 @@ TEST(StereoSite, ASiteThatIsStillSolvingCanGo) {
   Scene scene = MembraneScene();
   StereoSite site(scene);
   site.SolveEverywhere();
-  site.MoveToolAtOnce(Tip(scene, {0.02, 0}, 3e-3));
+  site.MoveTool(Tip(scene, {0.02, 0}, 3e-3), Patience::kNone);
   EXPECT_FALSE(site.truth().solved);
   EXPECT_FALSE(site.is_solved_everywhere());
 }

@@ -1,0 +1,12 @@
+#include <utility>
+
+#include "slave/manipulator/manipulator.h"
+#include "slave/manipulator/simulated_manipulator.h"
+
+namespace palpate {
+
+std::unique_ptr<Manipulator> MakeManipulator(const Scene& scene, Manipulator::OnStep on_step) {
+  return std::make_unique<SimulatedManipulator>(scene.manipulator, std::move(on_step));
+}
+
+}  // namespace palpate

@@ -1,0 +1,79 @@
+#include "slave/mechanics/linear/block_matrix.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "shared/geometry/index.h"
+#include "slave/mechanics/linear/lanes.h"
+
+namespace palpate::fem {
+namespace {
+
+PALPATE_INLINE Double4 ThreeOf(const Double4& v) {
+  return Double4{v[0], v[1], v[2], 0};
+}
+
+// Reads one number beyond each block and forgets it.
+PALPATE_DISPATCHED void MultiplyBlocks(const int* begin, const int* column, const double* values,
+                                       int rows, const NodeValue* x, NodeValue* y) {
+  for (int i = 0; i < rows; ++i) {
+    Double4 sum0{}, sum1{}, sum2{};
+    for (int k = begin[i]; k < begin[i + 1]; ++k) {
+      const double* block = values + 9 * static_cast<std::size_t>(k);
+      const double* xj = x[column[k]].v;
+      sum0 += Load4(block) * xj[0];
+      sum1 += Load4(block + 3) * xj[1];
+      sum2 += Load4(block + 6) * xj[2];
+    }
+    Store4(y[i].v) = ThreeOf(sum0 + sum1 + sum2);
+  }
+}
+
+PALPATE_DISPATCHED void MultiplyWeights(const int* begin, const int* column, const double* weights,
+                                        int rows, const NodeValue* x, NodeValue* y) {
+  for (int i = 0; i < rows; ++i) {
+    Double4 sum{};
+    for (int k = begin[i]; k < begin[i + 1]; ++k) sum += weights[k] * Load4(x[column[k]].v);
+    Store4(y[i].v) = sum;
+  }
+}
+
+}  // namespace
+
+int BlockPattern::Find(int row, int column) const {
+  const auto columns = graph.of(row);
+  const auto found = std::lower_bound(columns.begin(), columns.end(), column);
+  if (found == columns.end() || *found != column) return -1;
+  return graph.begin[Index(row)] + static_cast<int>(found - columns.begin());
+}
+
+BlockPattern MakePattern(NodeGraph graph) {
+  BlockPattern pattern{std::move(graph), {}, {}};
+  pattern.transpose.resize(Index(pattern.blocks()));
+  for (int i = 0; i < pattern.rows(); ++i) {
+    int k = pattern.graph.begin[Index(i)];
+    for (const int j : pattern.graph.of(i)) pattern.transpose[Index(k++)] = pattern.Find(j, i);
+    pattern.diagonal.push_back(pattern.Find(i, i));
+  }
+  return pattern;
+}
+
+BlockMatrix::BlockMatrix(const BlockPattern& pattern)
+    : pattern_(&pattern), values_(9 * Index(pattern.blocks()) + 1) {}
+
+void BlockMatrix::Multiply(const NodeVector& x, NodeVector& y) const noexcept {
+  const auto& graph = pattern_->graph;
+  MultiplyBlocks(graph.begin.data(), graph.column.data(), values_.data(), graph.size(), x.data(),
+                 y.data());
+  std::fill(y.begin() + graph.size(), y.end(), NodeValue{});
+}
+
+void MultiplyScalars(const BlockPattern& pattern, const std::vector<double>& scalars,
+                     const NodeVector& x, NodeVector& y) noexcept {
+  const auto& graph = pattern.graph;
+  MultiplyWeights(graph.begin.data(), graph.column.data(), scalars.data(), graph.size(), x.data(),
+                  y.data());
+  std::fill(y.begin() + graph.size(), y.end(), NodeValue{});
+}
+
+}  // namespace palpate::fem

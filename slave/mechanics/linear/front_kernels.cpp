@@ -1,0 +1,145 @@
+#include "slave/mechanics/linear/front_kernels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "slave/mechanics/linear/blas.h"
+#include "slave/mechanics/linear/lanes.h"
+
+namespace palpate::fem {
+namespace {
+
+using Float16 [[gnu::vector_size(64), gnu::may_alias]] = float;
+using Doubles8 [[gnu::vector_size(64), gnu::may_alias]] = double;
+
+PALPATE_DISPATCHED void MultiplyOf(const float* a, int stride, int columns, const float* x,
+                                   float* y) {
+  auto* out = reinterpret_cast<Float16*>(y);
+  const int lines = stride / 16;
+  for (int i = 0; i < lines; ++i) out[i] = Float16{};
+  for (int j = 0; j < columns; j += 3) {  // columns come in threes
+    const auto* a0 = reinterpret_cast<const Float16*>(a + static_cast<std::ptrdiff_t>(j) * stride);
+    const auto* a1 = a0 + lines;
+    const auto* a2 = a1 + lines;
+    for (int i = 0; i < lines; ++i) out[i] += a0[i] * x[j] + a1[i] * x[j + 1] + a2[i] * x[j + 2];
+  }
+}
+
+PALPATE_DISPATCHED void MultiplyOf(const double* a, int stride, int columns, const double* x,
+                                   double* y) {
+  auto* out = reinterpret_cast<Doubles8*>(y);
+  const int lines = stride / 8;
+  for (int i = 0; i < lines; ++i) out[i] = Doubles8{};
+  for (int j = 0; j < columns; j += 3) {
+    const auto* a0 = reinterpret_cast<const Doubles8*>(a + static_cast<std::ptrdiff_t>(j) * stride);
+    const auto* a1 = a0 + lines;
+    const auto* a2 = a1 + lines;
+    for (int i = 0; i < lines; ++i) out[i] += a0[i] * x[j] + a1[i] * x[j + 1] + a2[i] * x[j + 2];
+  }
+}
+
+PALPATE_INLINE float Sum(const Float16& v) {
+  float sum[8];
+  for (int l = 0; l < 8; ++l) sum[l] = v[l] + v[l + 8];
+  return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+}
+
+PALPATE_INLINE double Sum(const Doubles8& v) {
+  return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+}
+
+PALPATE_DISPATCHED void MultiplyTransposedOf(const float* a, int stride, int columns,
+                                             const float* x, float* y) {
+  const auto* in = reinterpret_cast<const Float16*>(x);
+  const int lines = stride / 16;
+  for (int j = 0; j < columns; j += 3) {
+    const auto* a0 = reinterpret_cast<const Float16*>(a + static_cast<std::ptrdiff_t>(j) * stride);
+    const auto* a1 = a0 + lines;
+    const auto* a2 = a1 + lines;
+    Float16 sum0{}, sum1{}, sum2{};
+    for (int i = 0; i < lines; ++i) {
+      sum0 += a0[i] * in[i];
+      sum1 += a1[i] * in[i];
+      sum2 += a2[i] * in[i];
+    }
+    y[j] = Sum(sum0), y[j + 1] = Sum(sum1), y[j + 2] = Sum(sum2);
+  }
+}
+
+PALPATE_DISPATCHED void MultiplyTransposedOf(const double* a, int stride, int columns,
+                                             const double* x, double* y) {
+  const auto* in = reinterpret_cast<const Doubles8*>(x);
+  const int lines = stride / 8;
+  for (int j = 0; j < columns; j += 3) {
+    const auto* a0 = reinterpret_cast<const Doubles8*>(a + static_cast<std::ptrdiff_t>(j) * stride);
+    const auto* a1 = a0 + lines;
+    const auto* a2 = a1 + lines;
+    Doubles8 sum0{}, sum1{}, sum2{};
+    for (int i = 0; i < lines; ++i) {
+      sum0 += a0[i] * in[i];
+      sum1 += a1[i] * in[i];
+      sum2 += a2[i] * in[i];
+    }
+    y[j] = Sum(sum0), y[j + 1] = Sum(sum1), y[j + 2] = Sum(sum2);
+  }
+}
+
+}  // namespace
+
+template <typename Scalar>
+bool PartialCholesky(Scalar* a, int size, int eliminated) noexcept {
+  if (!blas::Potrf(eliminated, a, size)) return false;
+  for (int j = 0; j < eliminated; ++j) {
+    if (!std::isfinite(a[j + static_cast<std::ptrdiff_t>(j) * size])) return false;
+  }
+  const int rest = size - eliminated;
+  if (rest == 0) return true;
+  Scalar* below = a + eliminated;
+  blas::Trsm('R', 'T', 'N', rest, eliminated, a, size, below, size);
+  blas::SubtractSyrk(rest, eliminated, below, size,
+                     below + static_cast<std::ptrdiff_t>(eliminated) * size, size);
+  return true;
+}
+
+template <typename Scalar>
+void SolveFromRight(const Scalar* l, int l_stride, Scalar* b, int b_stride, int rows,
+                    int columns) noexcept {
+  blas::Trsm('R', 'N', 'N', rows, columns, l, l_stride, b, b_stride);
+}
+
+template <typename Scalar>
+void InvertSquare(const Scalar* l, int l_stride, Scalar* inverse, int stride, int size) noexcept {
+  const auto column = [&](int j) { return inverse + static_cast<std::ptrdiff_t>(j) * stride; };
+  for (int j = 0; j < size; ++j) {
+    const Scalar* from = l + static_cast<std::ptrdiff_t>(j) * l_stride;
+    std::copy(from + j, from + size, column(j) + j);
+  }
+  blas::Potri(size, inverse, stride);
+  for (int j = 0; j < size; ++j) {
+    for (int i = 0; i < j; ++i) column(j)[i] = column(i)[j];
+  }
+}
+
+template <typename Scalar>
+void Multiply(const Scalar* a, int stride, int columns, const Scalar* x, Scalar* y) noexcept {
+  MultiplyOf(a, stride, columns, x, y);
+}
+
+template <typename Scalar>
+void MultiplyTransposed(const Scalar* a, int stride, int columns, const Scalar* x,
+                        Scalar* y) noexcept {
+  MultiplyTransposedOf(a, stride, columns, x, y);
+}
+
+#define PALPATE_INSTANTIATE(Scalar)                                                  \
+  template bool PartialCholesky(Scalar*, int, int) noexcept;                         \
+  template void SolveFromRight(const Scalar*, int, Scalar*, int, int, int) noexcept; \
+  template void InvertSquare(const Scalar*, int, Scalar*, int, int) noexcept;        \
+  template void Multiply(const Scalar*, int, int, const Scalar*, Scalar*) noexcept;  \
+  template void MultiplyTransposed(const Scalar*, int, int, const Scalar*, Scalar*) noexcept;
+PALPATE_INSTANTIATE(float)
+PALPATE_INSTANTIATE(double)
+#undef PALPATE_INSTANTIATE
+
+}  // namespace palpate::fem

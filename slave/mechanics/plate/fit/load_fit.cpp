@@ -1,0 +1,406 @@
+#include "slave/mechanics/plate/fit/load_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "slave/mechanics/plate/plate_law.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector2d;
+
+constexpr int kIterations = 40;
+constexpr double kDifference = 1e-4;  // of the derivatives: radii, share of the force
+constexpr double kConverged = 1e-3;   // step by its standard deviation
+constexpr double kSmallStep = 0.02;   // radii, share of the force: derivatives may stay
+constexpr double kDamping = 1e-3, kMostDamping = 1e8;
+constexpr double kGoodFit = 3;          // residual that a start from the last answer must reach
+constexpr double kInwards = 0.6;        // of a second start
+constexpr double kStandsOut = 25;       // misfit that the load must explain: five sigma squared
+constexpr double kTrusted = 0.7;        // a residual below it says that the sigmas are too large
+constexpr int kTelling = 10;            // degrees of freedom from which on it does
+constexpr double kLeastResidual = 0.1;  // by which sigmas may be too large
+constexpr double kBarely = 0.5;         // of kStandsOut: by the small-deflection shape alone
+constexpr double kFaint = 4;            // times kStandsOut: the place may be open
+constexpr double kFaintInside = 0.7;    // where such a load is taken to be [radii]
+constexpr double kVague = 0.25;         // standard deviation of a place not known [radii]
+constexpr double kNoDirection = 1e-6;   // share of a rim's motion that others do not explain
+constexpr std::string_view kNothing = "no load stands out of the noise";
+constexpr int kFineSteps = 3;
+constexpr double kFineConverged = 0.05;  // step by its standard deviation
+constexpr double kAsWell = 1.1;          // squared misfit by that before
+constexpr double kRim = 1e-3;            // nearer than that a load is at the rim [radii]
+
+}  // namespace
+
+LoadFitter::LoadFitter(PlateSurface& plate, double width, PlateSurface* finer)
+    : plate_(plate),
+      finer_(finer),
+      asked_(&plate),
+      width_(width),
+      margin_(1 - kRim - width / 2 / plate.radius()),
+      search_(width / 2 / plate.radius(), margin_) {
+  if (width >= 0 && width < 1.8 * plate.radius()) return;
+  std::ostringstream text;
+  text << "width = " << width << ": accepted is 0 <= width < " << 1.8 * plate.radius();
+  throw std::invalid_argument(text.str());
+}
+
+LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> displacement,
+                        std::span<const double> sigma, Rim rim) noexcept {
+  LoadFit fit;
+  asked_ = &plate_;
+  if (rim != rim_) known_ = false;
+  rim_ = rim;
+  try {
+    fit.reason = Read(p_O, displacement, sigma);
+  } catch (const std::bad_alloc&) {
+    fit.reason = "out of memory";
+  }
+  if (!fit.reason.empty()) return fit;
+  const plate::LoadSearch::Found seek = Search(1);
+  const double unexplained = std::max(0.0, values_.squaredNorm() - seek.explained);
+  fit.residual = std::sqrt(unexplained / Freedom());
+  const double doubt = DoubtOf(fit.residual);
+  fit.nothing = seek.explained < kBarely * kStandsOut * doubt * doubt;
+  if (fit.nothing) {
+    known_ = false;
+    fit.reason = kNothing;
+    fit.rim_motion = rim_values_ * rim_share_;
+    return fit;
+  }
+  Guess guess = last_;
+  bool found = known_ && Descend(&guess, &fit) && fit.residual <= kGoodFit;
+  if (!found) found = HoldAt(seek, &guess) && DescendTwice(&guess, &fit);
+  last_ = guess;
+  const bool refined =
+      !found || finer_ == nullptr || !AsksForMoreModes(guess) || Refine(&guess, &fit);
+  found = found && pressed_ != Validity::kFailed;
+  if (found) Judge(guess, &fit);
+  if (!refined && fit.validity == Validity::kValid) {
+    fit.validity = Validity::kExtrapolated;
+    fit.reason = "the plate in more modes does not find the load";
+  }
+  known_ = found && fit.validity != Validity::kFailed;
+  const bool faint = seek.explained < kFaint * kStandsOut * doubt * doubt;
+  const bool placed = known_ && !(faint && guess.place.norm() > kFaintInside);
+  if (placed || fit.nothing) return fit;
+  if (faint && FitFaint(&fit)) return fit;
+  if (!found) {
+    fit = {};
+    fit.reason = "no load explains the points";
+  }
+  return fit;
+}
+
+LoadFit LoadFitter::FitCoarsely(std::span<const Vector2d> p_O, std::span<const double> displacement,
+                                std::span<const double> sigma, Rim rim) noexcept {
+  PlateSurface* const finer = std::exchange(finer_, nullptr);
+  const LoadFit fit = Fit(p_O, displacement, sigma, rim);
+  finer_ = finer;
+  return fit;
+}
+
+// A residual below one says that the sigmas are too large by so much, if enough points say it.
+double LoadFitter::DoubtOf(double residual) const noexcept {
+  if (Freedom() < kTelling) return 1;
+  return std::clamp(residual / kTrusted, kLeastResidual / kTrusted, 1.0);
+}
+
+int LoadFitter::Freedom() const noexcept {
+  return std::max(1, count_ - (rim_ == Rim::kStays ? 3 : 6));
+}
+
+bool LoadFitter::FitFaint(LoadFit* fit) noexcept {
+  asked_ = &plate_;
+  const plate::LoadSearch::Found seek = Search(kFaintInside);
+  Guess guess;
+  if (!HoldAt(seek, &guess) || !Press(guess)) return false;
+  const double a = plate_.radius(), place = kVague * a, force = guess.force;
+  *fit = {};
+  fit->p_O = a * guess.place;
+  fit->force = force;
+  fit->covariance.diagonal() << place * place, place * place, force * force / seek.explained;
+  fit->residual = std::sqrt(std::max(0.0, values_.squaredNorm() - seek.explained) / Freedom());
+  fit->validity = Validity::kExtrapolated;
+  fit->reason = "so small a load that the points leave its place open";
+  return true;
+}
+
+std::string_view LoadFitter::Read(std::span<const Vector2d> p_O,
+                                  std::span<const double> displacement,
+                                  std::span<const double> sigma) {
+  if (p_O.size() != displacement.size() || p_O.size() != sigma.size()) {
+    return "points, displacements and sigmas differ in number";
+  }
+  count_ = 0;
+  measured_.resize(p_O.size());
+  const auto count = static_cast<Index>(p_O.size());
+  misfit_.resize(count);
+  tried_.resize(count);
+  shape_.resize(count);
+  by_.resize(count, 3);
+  values_.resize(count);
+  weights_.resize(count);
+  places_.resize(p_O.size());
+  for (std::size_t i = 0; i < p_O.size(); ++i) {
+    measured_[i] = {p_O[i] / plate_.radius(), displacement[i], sigma[i]};
+    if (!(measured_[i].place.norm() <= 1 + 1e-9)) return "a point is off the plate or not finite";
+    if (!std::isfinite(displacement[i])) return "a displacement is not finite";
+    if (!(sigma[i] > 0)) return "a sigma is not > 0";
+    if (std::isfinite(sigma[i])) ++count_;
+    places_[i] = measured_[i].place;
+    values_[static_cast<Index>(i)] = displacement[i] / sigma[i];
+    weights_[static_cast<Index>(i)] = 1 / sigma[i];
+  }
+  if (count_ < 4) return "fewer than four points";
+  if (rim_ == Rim::kMayMove && count_ < 7) return "fewer than seven points";
+  SpanRimMotion();
+  rim_share_ = rim_motions_.transpose() * values_;
+  LeaveOutRimMotion(&values_);
+  search_.See(places_);
+  return {};
+}
+
+// By Gram and Schmidt. Motions that the points cannot tell apart are left out.
+void LoadFitter::SpanRimMotion() {
+  rim_motions_.resize(misfit_.size(), 3);
+  for (Index i = 0; i < misfit_.size(); ++i) {
+    const Measured& m = measured_[static_cast<std::size_t>(i)];
+    rim_motions_.row(i) << 1 / m.sigma, m.place.x() / m.sigma, m.place.y() / m.sigma;
+  }
+  rim_values_.setIdentity();
+  for (int k = 0; k < 3; ++k) {
+    const double size = rim_motions_.col(k).norm();
+    for (int j = 0; j < k; ++j) {
+      const double share = rim_motions_.col(j).dot(rim_motions_.col(k));
+      rim_motions_.col(k) -= share * rim_motions_.col(j);
+      rim_values_.col(k) -= share * rim_values_.col(j);
+    }
+    const double left = rim_motions_.col(k).norm();
+    const double scale = left > kNoDirection * size ? 1 / left : 0;
+    rim_motions_.col(k) *= scale;
+    rim_values_.col(k) *= scale;
+  }
+}
+
+void LoadFitter::LeaveOutRimMotion(Eigen::VectorXd* values) const noexcept {
+  if (rim_ == Rim::kStays) return;
+  for (int k = 0; k < 3; ++k) *values -= rim_motions_.col(k).dot(*values) * rim_motions_.col(k);
+}
+
+plate::LoadSearch::Found LoadFitter::Search(double farthest) noexcept {
+  return search_.Best(values_, weights_, rim_ == Rim::kStays ? nullptr : &rim_motions_, farthest);
+}
+
+// The force is what holds the plate there at that deflection.
+bool LoadFitter::HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept {
+  Contact contact;
+  contact.p_O.head<2>() = plate_.radius() * found.place;
+  contact.width = width_;
+  contact.prescribed_O.z() = found.deflection;
+  ContactResponse response;
+  plate_.Respond(std::span(&contact, 1), std::span(&response, 1));
+  guess->place = found.place;
+  guess->force = response.force_O.z();
+  return response.validity != Validity::kFailed && guess->force != 0;
+}
+
+Vector2d LoadFitter::Inside(const Vector2d& place) const noexcept {
+  const double r = place.norm();
+  return r > margin_ ? Vector2d(place * (margin_ / r)) : place;
+}
+
+bool LoadFitter::Press(const Guess& guess) noexcept {
+  Contact contact;
+  contact.kind = Contact::Kind::kForce;
+  contact.p_O.head<2>() = plate_.radius() * guess.place;
+  contact.width = width_;
+  contact.prescribed_O.z() = guess.force;
+  ContactResponse response;
+  asked_->Respond(std::span(&contact, 1), std::span(&response, 1));
+  pressed_ = response.validity;
+  return pressed_ != Validity::kFailed;
+}
+
+bool LoadFitter::Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept {
+  if (!Press(guess)) return false;
+  for (std::size_t i = 0; i < measured_.size(); ++i) {
+    const Measured& m = measured_[i];
+    const bool counts = std::isfinite(m.sigma);
+    const double fitted = counts ? asked_->Displacement(plate_.radius() * m.place) : 0;
+    (*misfit)[static_cast<Index>(i)] = (m.value - fitted) / m.sigma;
+  }
+  LeaveOutRimMotion(misfit);
+  return true;
+}
+
+// Derivatives by differences, inwards so as to stay on the plate.
+bool LoadFitter::Linearise(const Guess& guess) noexcept {
+  force_unit_ = std::abs(guess.force);
+  for (int k = 0; k < 3; ++k) {
+    Guess moved = guess;
+    double step = kDifference;
+    if (k < 2) {
+      if (guess.place[k] > 0) step = -step;
+      moved.place[k] += step;
+    } else {
+      moved.force += step * force_unit_;
+    }
+    if (!Misfit(moved, &shape_)) return false;
+    by_.col(k) = (misfit_ - shape_) / step;
+  }
+  return true;
+}
+
+// A stretched plate is blunter than the shape that was searched with, so that a load may seem
+// nearer to the rim than it is: what is not explained from there is tried from further inside.
+bool LoadFitter::DescendTwice(Guess* guess, LoadFit* fit) noexcept {
+  Guess inner{kInwards * guess->place, guess->force};
+  LoadFit inner_fit;
+  const bool found = Descend(guess, fit);
+  if (found && fit->residual <= kGoodFit) return true;
+  const bool better = Descend(&inner, &inner_fit) && (!found || inner_fit.residual < fit->residual);
+  if (better) {
+    *guess = inner;
+    *fit = inner_fit;
+    return true;
+  }
+  return found && Descend(guess, fit);
+}
+
+// The derivatives take three solutions of the plate, a step one: small steps share them.
+bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
+  if (!Misfit(*guess, &misfit_)) return false;
+  double damping = kDamping;
+  bool share = false, pressed = true;  // as the guess has it
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    if (guess->force == 0) return false;
+    if (!share) {
+      if (!Linearise(*guess)) return false;
+      pressed = false;
+    }
+    const Eigen::Matrix3d normal = by_.transpose() * by_;
+    const Eigen::Vector3d whole = normal.ldlt().solve(by_.transpose() * misfit_);
+    if (whole.dot(normal * whole) <= kConverged * kConverged) break;
+    const Guess last = *guess;
+    pressed = Step(normal, &damping, guess);
+    if (!pressed) {
+      if (!share) break;  // at the bottom as far as rounding lets one see
+      share = false;
+      damping = kDamping;
+      continue;
+    }
+    const Vector2d moved = guess->place - last.place;
+    const Eigen::Vector3d taken(moved.x(), moved.y(), (guess->force - last.force) / force_unit_);
+    if (taken.dot(normal * taken) <= kConverged * kConverged) break;
+    share = moved.norm() < kSmallStep && std::abs(taken[2]) < kSmallStep;
+  }
+  fit->residual = std::sqrt(misfit_.squaredNorm() / Freedom());
+  return pressed || Press(*guess);
+}
+
+// True: better than before, and the plate is pressed so.
+bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* guess) noexcept {
+  const Eigen::Vector3d slope = by_.transpose() * misfit_;
+  for (; *damping < kMostDamping; *damping *= 10) {
+    Eigen::Matrix3d damped = normal;
+    damped.diagonal() *= 1 + *damping;
+    const Eigen::Vector3d step = damped.ldlt().solve(slope);
+    const Guess next{Inside(guess->place + step.head<2>()), guess->force + step[2] * force_unit_};
+    if (!step.allFinite() || !Misfit(next, &tried_) ||
+        tried_.squaredNorm() > misfit_.squaredNorm()) {
+      continue;
+    }
+    *damping = std::max(1e-9, *damping / 10);
+    misfit_.swap(tried_);
+    *guess = next;
+    return true;
+  }
+  return false;
+}
+
+// Of the plate as it is pressed at the guess.
+bool LoadFitter::AsksForMoreModes(const Guess& guess) noexcept {
+  const double w = std::abs(plate_.Displacement(plate_.radius() * guess.place));
+  return w > plate_.thickness() * plate::ResolvedDeflection(guess.place.norm());
+}
+
+// By Gauss and Newton with the derivatives of the coarse plate: they differ from the fine one's by
+// several percent, and so much of its length each step leaves. Where that fails, with its own
+// derivatives. False: as it was, of the coarse plate; pressed_ tells whether that answers still.
+bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
+  const Eigen::Matrix3d normal = by_.transpose() * by_;
+  const Eigen::LDLT<Eigen::Matrix3d> factor(normal);
+  Guess fine = *guess;
+  asked_ = finer_;
+  bool pressed = Misfit(fine, &misfit_);
+  const double before = misfit_.squaredNorm();
+  for (int taken = 0; pressed && taken < kFineSteps; ++taken) {
+    const Eigen::Vector3d step = factor.solve(by_.transpose() * misfit_);
+    if (step.dot(normal * step) <= kFineConverged * kFineConverged) break;
+    fine.place = Inside(fine.place + step.head<2>());
+    fine.force += step[2] * force_unit_;
+    pressed = step.allFinite() && Misfit(fine, &misfit_);
+  }
+  bool better = pressed && misfit_.squaredNorm() <= kAsWell * before + 1;
+  if (!better) {  // as near the centre, where the derivatives jump
+    fine = *guess;
+    better = Descend(&fine, fit);
+  }
+  if (better) {
+    *guess = fine;
+  } else {
+    asked_ = &plate_;
+    if (Misfit(*guess, &misfit_) && Linearise(*guess)) Press(*guess);
+  }
+  fit->residual = std::sqrt(misfit_.squaredNorm() / Freedom());
+  return better;
+}
+
+// By the residuals of the plate as it is pressed now.
+Eigen::Vector3d LoadFitter::RimMotion() noexcept {
+  if (rim_ == Rim::kStays) return rim_values_ * (rim_motions_.transpose() * misfit_);
+  for (std::size_t i = 0; i < measured_.size(); ++i) {
+    const Measured& m = measured_[i];
+    const double fitted = asked_->Displacement(plate_.radius() * m.place);
+    shape_[static_cast<Index>(i)] = (m.value - fitted) / m.sigma;
+  }
+  return rim_values_ * (rim_motions_.transpose() * shape_);
+}
+
+void LoadFitter::Judge(const Guess& guess, LoadFit* fit) noexcept {
+  const double a = plate_.radius();
+  const double explained = values_.squaredNorm() - misfit_.squaredNorm();
+  const double doubt = DoubtOf(fit->residual);
+  const Eigen::Matrix3d normal = by_.transpose() * by_;
+  const Eigen::Vector3d unit(a, a, force_unit_);
+  fit->p_O = a * guess.place;
+  fit->force = guess.force;
+  fit->covariance = unit.asDiagonal() * normal.inverse() * unit.asDiagonal();
+  const double vague = doubt * std::sqrt(fit->covariance.topLeftCorner<2, 2>().trace()) / a;
+  fit->rim_motion = RimMotion();
+  if (explained < kStandsOut * doubt * doubt) {
+    fit->nothing = true;
+    fit->reason = kNothing;
+  } else if (guess.place.norm() > margin_ - kRim) {
+    fit->reason = "the load lies at the rim or beyond";
+  } else if (!(vague < kVague)) {
+    fit->reason = "the points do not determine the load's place";
+  } else {
+    const bool fits = fit->residual <= kGoodFit;
+    fit->validity = fits ? pressed_ : Worse(pressed_, Validity::kExtrapolated);
+    if (!fits) fit->reason = "one load of this width leaves more than the points' noise";
+  }
+}
+
+}  // namespace palpate

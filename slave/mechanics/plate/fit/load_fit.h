@@ -1,0 +1,128 @@
+// Where a plate is pressed and how hard, from its measured deflection: the inverse of a plate
+// model. The place of the largest deflection is not the load's: taken for it, it loses 15 % of the
+// force at half the radius and 36 % at 0.7 of it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/plate/fit/load_search.h"
+#include "slave/mechanics/plate/plate_surface.h"
+
+namespace palpate {
+
+struct LoadFit {
+  Eigen::Vector2d p_O{0, 0};  // centre of the load [m]
+  double force = 0;           // along z, of the tool on the plate [N]: negative presses
+  // Of x, y [m] and force [N], from the points' sigmas, linear at the answer.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  // rms of (measured - fitted) / sigma, by points - 3, or - 6 with Rim::kMayMove; about 1 if all is
+  // well.
+  double residual = 0;
+  // c0 + c1 x + c2 y along z, x and y in radii [m]: how the rim has moved. Where it is taken to
+  // stay, what of such a motion is left in the residuals: less than the truth, for the load takes a
+  // part.
+  Eigen::Vector3d rim_motion{0, 0, 0};
+  // kFailed: not identified; kExtrapolated: the plate's range, or a residual beyond 3; see reason.
+  Validity validity = Validity::kFailed;
+  bool nothing = false;  // kFailed since no load stands out of the noise
+  std::string_view reason;
+};
+
+// Whether the frame that holds the plate is where it was at rest, or may have moved along z and
+// tilted: three more unknowns.
+enum class Rim : std::uint8_t { kStays, kMayMove };
+
+// Weighted nonlinear least squares in (x, y, force) by Levenberg's and Marquardt's method. Starts
+// from the last answer if there is one that fits, else from the best of 91 places spread over the
+// plate with the small-deflection shape, so that no local minimum nearby is taken for the answer.
+class LoadFitter {
+ public:
+  // Keeps a reference to the plate and uses its Respond. `width`: diameter of the load [m], 0: a
+  // point; < 0.9 of the plate's. `finer`: the same plate in more modes, asked where the first does
+  // not resolve the shape (plate_law.h): from its answer up to three steps with its derivatives, so
+  // at most four answers of the finer plate; the whole fit where these fail. Throws
+  // std::invalid_argument.
+  LoadFitter(PlateSurface& plate, double width, PlateSurface* finer = nullptr);
+
+  // The load that explains displacements along z [m] with sigmas [m] > 0 at points [m], all frame
+  // O; a point with an infinite sigma does not count. Not identified: fewer than four points (seven
+  // if the rim may move), a point off the plate, values not finite; nothing that stands out of the
+  // noise (five sigma; where the points scatter by much less than their sigmas, of that scatter); a
+  // load at the rim or beyond; a place known to less than a quarter radius. A load that barely
+  // stands out, so that the points leave its place open, is answered where the small-deflection
+  // shape explains them best, kExtrapolated. Allocation-free after the first call with as many
+  // points.
+  [[nodiscard]] LoadFit Fit(std::span<const Eigen::Vector2d> p_O,
+                            std::span<const double> displacement, std::span<const double> sigma,
+                            Rim rim = Rim::kStays) noexcept;
+  // As Fit without the finer plate.
+  [[nodiscard]] LoadFit FitCoarsely(std::span<const Eigen::Vector2d> p_O,
+                                    std::span<const double> displacement,
+                                    std::span<const double> sigma, Rim rim) noexcept;
+  // The plate that gave the last answer, as it is pressed.
+  [[nodiscard]] PlateSurface& answered() noexcept { return *asked_; }
+  // Forgets the last answer.
+  void Reset() { known_ = false; }
+
+ private:
+  struct Guess {
+    Eigen::Vector2d place{0, 0};  // [radii]
+    double force = 0;             // along z [N]
+  };
+  struct Measured {
+    Eigen::Vector2d place;  // [radii]
+    double value, sigma;    // displacement along z [m]
+  };
+
+  std::string_view Read(std::span<const Eigen::Vector2d> p_O, std::span<const double> displacement,
+                        std::span<const double> sigma);
+  void SpanRimMotion();
+  void LeaveOutRimMotion(Eigen::VectorXd* values) const noexcept;
+  bool HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept;
+  [[nodiscard]] plate::LoadSearch::Found Search(double farthest) noexcept;
+  [[nodiscard]] double DoubtOf(double residual) const noexcept;
+  [[nodiscard]] int Freedom() const noexcept;
+  bool FitFaint(LoadFit* fit) noexcept;
+  bool DescendTwice(Guess* guess, LoadFit* fit) noexcept;
+  bool Descend(Guess* guess, LoadFit* fit) noexcept;
+  bool Step(const Eigen::Matrix3d& normal, double* damping, Guess* guess) noexcept;
+  bool Linearise(const Guess& guess) noexcept;
+  bool Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept;
+  [[nodiscard]] bool AsksForMoreModes(const Guess& guess) noexcept;
+  bool Refine(Guess* guess, LoadFit* fit) noexcept;
+  bool Press(const Guess& guess) noexcept;
+  void Judge(const Guess& guess, LoadFit* fit) noexcept;
+  [[nodiscard]] Eigen::Vector3d RimMotion() noexcept;
+  [[nodiscard]] Eigen::Vector2d Inside(const Eigen::Vector2d& place) const noexcept;
+
+  PlateSurface& plate_;
+  PlateSurface* finer_;
+  PlateSurface* asked_;  // one of the two
+  double width_;         // [m]
+  double margin_;        // largest |place| [radii]
+  bool known_ = false;
+  Guess last_;
+  Validity pressed_ = Validity::kFailed;  // of the last Press
+  std::vector<Measured> measured_;
+  std::vector<Eigen::Vector2d> places_;  // [radii]
+  Eigen::VectorXd values_, weights_;     // displacements by sigma, 1 / sigma
+  plate::LoadSearch search_;
+  int count_ = 0;  // of those that count
+  Rim rim_ = Rim::kStays;
+  // Orthonormal columns that span the rim's motions by the points' sigmas: what they explain is
+  // taken out of measured and fitted alike. rim_values_ leads back to the motions.
+  Eigen::Matrix<double, Eigen::Dynamic, 3> rim_motions_;
+  Eigen::Vector3d rim_share_{0, 0, 0};  // of the values
+  Eigen::Matrix3d rim_values_ = Eigen::Matrix3d::Identity();
+  Eigen::VectorXd misfit_, tried_, shape_;  // (measured - fitted) / sigma
+  Eigen::Matrix<double, Eigen::Dynamic, 3>
+      by_;                 // minus its derivatives by radii and by force_unit_
+  double force_unit_ = 1;  // size of the present force [N]
+};
+
+}  // namespace palpate

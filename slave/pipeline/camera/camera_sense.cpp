@@ -1,0 +1,194 @@
+#include "slave/pipeline/camera/camera_sense.h"
+
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/capture/picture_files.h"
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/camera/overlay.h"
+#include "slave/pipeline/offline/account.h"
+#include "slave/vision/stereo/straightening.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kMostElements = 4000;
+constexpr double kResolved = 0.05;  // of a pixel: what the eyes resolve
+
+std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace, World* world) {
+  if (world != nullptr) return world->OpenCamera(scene, pace);
+  return OpenFrameSource(scene, pace.is_live, StraighteningOf(*scene.sense.camera));
+}
+
+Frame FirstPicture(FrameSource& source) {
+  std::optional<Frame> first = source.Next({});
+  if (!first) throw std::runtime_error(source.description() + ": no picture came");
+  return *std::move(first);
+}
+
+// Where the tip is in the first picture. Nobody says where a recorded tool is; without a template
+// it is looked for at its home.
+std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const World* world) {
+  if (world != nullptr) return world->truth().p_S_tip;
+  if (scene.sense.tip->template_file.empty()) return scene.manipulator.home;
+  return std::nullopt;
+}
+
+// Element nearest to `p_O` by midpoint.
+int NearestElement(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O) {
+  int best = 0;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < mesh.size(); ++i) {
+    const double d = (mesh.elements[static_cast<std::size_t>(i)].midpoint() - p_O).squaredNorm();
+    if (d < nearest) nearest = d, best = i;
+  }
+  return best;
+}
+
+// One row per picture. What the model would make of the true depth is told by the local model.
+class CameraAccount final : public Account {
+ public:
+  explicit CameraAccount(const CameraSense& sense) : sense_(sense) {}
+
+  std::vector<StateRow> Add(Time start, const Truth* truth) override {
+    const ContactEstimate& felt = sense_.estimator().felt();
+    if (truth == nullptr) return {RowOf(felt, start, std::nullopt)};
+    compared_.push_back({felt.force.value_or(kUnknownForce), truth->force,
+                         ForceAt(felt.local_model, truth->depth)});
+    return {RowOf(felt, start, truth->force)};
+  }
+  void OpenFrames(const std::filesystem::path& folder) override {
+    std::filesystem::create_directories(folder);
+  }
+  void WriteFrame(const std::filesystem::path& folder) const override {
+    const Frame& frame = sense_.frame();
+    const auto file = folder / fmt::format("{:06}.png", frame.sequence);
+    RequireWritten(WritePng(frame.image, file), file);
+  }
+  void Finish(OfflineSummary* summary) const override {
+    const Registration& found = sense_.estimator().registration();
+    summary->own["rest_surface"] = {
+        {"measured", found.measured}, {"rms_px", found.rms_px}, {"points", found.points}};
+  }
+
+ private:
+  const CameraSense& sense_;
+};
+
+}  // namespace
+
+CameraSense::CameraSense(const Scene& scene, const Pace& pace, World* world)
+    : source_(Open(scene, pace, world)),
+      next_(FirstPicture(*source_)),
+      pixel_(scene.sense.camera->pixel),
+      plane_(scene.model.plane),
+      reason_(ChooseModel(scene).reason),
+      estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, world))) {}
+
+bool CameraSense::Acquire(const std::stop_token& stop) {
+  if (std::exchange(is_first_, false)) return true;
+  std::optional<Frame> frame = source_->Next(stop);
+  if (frame) next_ = *std::move(frame);
+  return frame.has_value();
+}
+
+const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& /*p_S_tip*/) noexcept {
+  seen_ = next_;
+  return estimator_->Feel(seen_);
+}
+
+LocalModel CameraSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
+  return estimator_->LocalAt(p_S_tip);
+}
+
+BoundaryShape CameraSense::Shape(bool nodal_forces) {
+  const ContactEstimate& felt = estimator_->felt();
+  const Eigen::Isometry3d& X_SO = estimator_->registration().X_SO;
+  const BoundaryMesh& mesh = estimator_->touch().mesh;
+  std::vector<Eigen::Vector3d> u_O;  // vertex i is the start of element i [m]
+  estimator_->touch().deformation->Displacements(&u_O);
+
+  BoundaryShape shape;
+  shape.state_sequence = felt.sample;
+  shape.sensed_at = felt.sensed_at;
+  shape.validity = felt.validity;
+  for (int i = 0; i < mesh.size(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    shape.elements.push_back(static_cast<std::uint32_t>(i));
+    shape.elements.push_back(static_cast<std::uint32_t>(mesh.Next(i)));
+    const Eigen::Vector2d& a = mesh.elements[k].a;
+    const Eigen::Vector3d p_O(a.x(), a.y(), 0);
+    Append(&shape.rest, X_SO * p_O);
+    Append(&shape.positions, X_SO * (p_O + u_O[k]));
+  }
+  if (!nodal_forces) return shape;
+  shape.nodal_forces.assign(3 * mesh.elements.size(), 0.0F);
+  if (!felt.force || !felt.local_model.in_contact) return shape;
+  const Eigen::Vector3d p_O = X_SO.inverse() * felt.p_S_contact;
+  const int element = NearestElement(mesh, p_O.head<2>());
+  for (const int vertex : {element, mesh.Next(element)}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      shape.nodal_forces[static_cast<std::size_t>(3 * vertex + axis)] =
+          static_cast<float>(-0.5 * (*felt.force)[axis]);
+    }
+  }
+  return shape;
+}
+
+std::optional<SeenPicture> CameraSense::Picture(double full_scale) const {
+  if (seen_.image.empty()) return std::nullopt;
+  const Observation& seen = estimator_->observation();
+  const ContactEstimate& felt = estimator_->felt();
+  Overlay overlay{{seen.contour_I.begin(), seen.contour_I.end()},
+                  estimator_->eyes().search_window(),
+                  seen.tip,
+                  felt.force,
+                  {0, 0}};
+  if (felt.force) {
+    overlay.force_I =
+        ForceArrow(estimator_->view(), felt.p_S_tip, *felt.force, full_scale, seen_.image.rows);
+  }
+  return SeenPicture{seen_.sensed_at, seen_.image,
+                     [image = seen_.image, overlay] { return DrawOverlay(image, overlay); }};
+}
+
+std::unique_ptr<Rebuilt> CameraSense::Prepare(const Scene& changed) const {
+  return estimator_->Prepare(changed);
+}
+
+void CameraSense::Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) {
+  estimator_->Adopt(std::unique_ptr<TouchModel>(static_cast<TouchModel*>(rebuilt.release())),
+                    changed);
+}
+
+SenseInfo CameraSense::info() const {
+  SenseInfo info;
+  info.source = source_->description();
+  info.samples = "pictures";
+  info.tip_resolution = kResolved * pixel_;
+  info.model = estimator_->touch().info();
+  info.reason = reason_;
+  info.remarks.push_back(plane_ == Plane::kStress ? "in plane stress" : "in plane strain");
+  const Registration& found = estimator_->registration();
+  if (found.measured) {
+    info.remarks.push_back(fmt::format(
+        "rest surface found in the picture: {} points, {:.3f} px rms", found.points, found.rms_px));
+  }
+  info.changeable = {ObjectClass::kOutline, kMostElements, true, true};
+  return info;
+}
+
+std::vector<StageTimes> CameraSense::Stages() const {
+  const StageHistograms& times = estimator_->times();
+  return {TimesOf("vision", times.vision), TimesOf("contact", times.contact),
+          TimesOf("mechanics", times.mechanics), TimesOf("total", times.total)};
+}
+
+std::unique_ptr<Account> CameraSense::OpenAccount(const World* /*world*/) {
+  return std::make_unique<CameraAccount>(*this);
+}
+
+}  // namespace palpate

@@ -1,0 +1,46 @@
+// Feeling with one camera that sees the tool and the object's outline (paper A).
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "slave/capture/frame_source.h"
+#include "slave/pipeline/camera/estimator.h"
+#include "slave/pipeline/sense.h"
+
+namespace palpate {
+
+class CameraSense final : public Sense {
+ public:
+  // Opens the source, finds tool and object in the first picture, precomputes the model. Throws as
+  // MakeSense does.
+  CameraSense(const Scene& scene, const Pace& pace, World* world);
+
+  bool Acquire(const std::stop_token& stop) override;
+  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
+  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
+  // Vertices of the boundary. Forces of the tool on the touched place's two.
+  BoundaryShape Shape(bool nodal_forces) override;
+  [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override;
+  void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
+  void Reset() override { estimator_->Reset(); }
+  [[nodiscard]] SenseInfo info() const override;
+  [[nodiscard]] std::vector<StageTimes> Stages() const override;
+  std::unique_ptr<Account> OpenAccount(const World* world) override;
+
+  [[nodiscard]] const Estimator& estimator() const { return *estimator_; }
+  // Of the last estimate.
+  [[nodiscard]] const Frame& frame() const { return seen_; }
+
+ private:
+  std::unique_ptr<FrameSource> source_;
+  Frame next_, seen_;     // acquired; of the last estimate
+  bool is_first_ = true;  // next_ is there since the beginning
+  double pixel_;          // [m]
+  Plane plane_;
+  std::string reason_;
+  std::unique_ptr<Estimator> estimator_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,112 @@
+#include "slave/pipeline/fingertips/finger_local_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+
+#include "slave/pipeline/estimate_rules.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kVouchedFor = 0.5;   // of the larger side, where the model states no range
+constexpr double kLeastShare = 0.25;  // of the full depth: contact does not begin without stiffness
+constexpr double kOnSurface = 1e-6;   // of the radius
+constexpr double kLearningTime = 0.05;  // [s], of the felt force's say in the stiffness
+
+}  // namespace
+
+FingerLocalModel::FingerLocalModel(const Scene& scene)
+    : material_(scene.object.material),
+      law_(scene.model.contact),
+      radius_(scene.sense.tactile->finger_radius),
+      disc_radius_(scene.sense.tactile->patch > 0
+                       ? scene.sense.tactile->patch / 2
+                       : DiscOfSphere(radius_, scene.operator_options.press_depth)),
+      full_depth_(scene.operator_options.press_depth),
+      scale_(full_depth_, LearningRate(kLearningTime, scene.sense.tactile->rate)) {}
+
+void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
+                              bool in_contact, const std::optional<FeltForce>& felt,
+                              LocalModel* model) noexcept {
+  FindPlane(body, X_SO.inverse() * X_SF.translation());
+  if (place_.triangle >= 0) Render(body, X_SO, X_SF, in_contact, felt, model);
+}
+
+void FingerLocalModel::Follow(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
+                              bool in_contact, LocalModel* model) noexcept {
+  FindPlane(body, X_SO.inverse() * X_SF.translation());
+  const bool is_known = place_.triangle >= 0 && body.stiffness->Knows(place_.triangle);
+  if (is_known) Render(body, X_SO, X_SF, in_contact, std::nullopt, model);
+}
+
+void FingerLocalModel::Render(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
+                              bool in_contact, const std::optional<FeltForce>& felt,
+                              LocalModel* model) noexcept {
+  const Matrix3d& R = X_SO.linear();
+  LocalModel next;
+  next.normal = R * place_.n_O;
+  // From where the sphere reaches deepest to the apex of the pad.
+  const Vector3d to_apex = radius_ * (next.normal - X_SF.linear().col(2));
+  next.reference = X_SO * place_.p_O + to_apex;
+  const Matrix3d K_S = R * StiffnessOf(body) * R.transpose();
+  Size(K_S, felt, &next);
+  const double range = body.deformation->info().range;
+  next.valid_radius = (range > 0 ? range : kVouchedFor) * body.larger_side;
+  next.in_contact = in_contact;
+  *model = Revised(next, *model);
+}
+
+void FingerLocalModel::FindPlane(const TactileBody& body, const Vector3d& p_O_centre) noexcept {
+  const auto nearest = body.contact->Find(p_O_centre, std::numeric_limits<double>::infinity());
+  if (!nearest) return;
+  const bool touches = nearest->inside || nearest->distance < radius_;
+  const bool stays = touches && (law_ == ContactLaw::kBonded || nearest->inside);
+  if (!stays || place_.triangle < 0) {
+    place_ = *nearest;
+    // Beside an edge or a corner the sphere meets it from its own side.
+    const Vector3d away = p_O_centre - place_.p_O;
+    if (!place_.inside && away.norm() > kOnSurface * radius_) place_.n_O = away.normalized();
+  }
+  depth_ = radius_ - place_.n_O.dot(p_O_centre - place_.p_O);
+}
+
+// `K_S`: of the model at this depth.
+void FingerLocalModel::Size(const Matrix3d& K_S, const std::optional<FeltForce>& felt,
+                            LocalModel* model) noexcept {
+  const Vector3d& n = model->normal;
+  const double depth = std::max(0.0, depth_), stiffness = n.dot(K_S * n);
+  if (felt) Learn(*felt, n, depth * stiffness);
+  const StiffnessScale::Press press = scale_.Scaled({depth * stiffness, stiffness}, depth);
+  const double ratio = scale_.At(depth).ratio;
+  model->stiffness = ratio * K_S + (press.stiffness - ratio * stiffness) * n * n.transpose();
+  model->force = (press.force - press.stiffness * depth) * n;
+}
+
+// `modelled`: the normal force of the model at this depth [N].
+void FingerLocalModel::Learn(const FeltForce& felt, const Vector3d& n_S, double modelled) noexcept {
+  const RatioSample sample = CompareForces(felt.force_S.dot(n_S), felt.sigma, modelled);
+  if (!sample.tells || !(depth_ > kTellingDepth * full_depth_)) return;
+  scale_.Learn(depth_, sample);
+}
+
+Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body) noexcept {
+  const double share = std::clamp(depth_ / full_depth_, kLeastShare, 1.0);
+  const double radius = disc_radius_ * std::sqrt(share);
+  Matrix3d K;
+  try {
+    K = body.stiffness->At(place_.triangle, place_.weights, radius);
+  } catch (const std::exception&) {  // out of memory for what is computed when first asked for
+    K = DiscStiffness(material_, radius, place_.n_O);
+  }
+  return law_ == ContactLaw::kFrictionless
+             ? Matrix3d(place_.n_O.dot(K * place_.n_O) * place_.n_O * place_.n_O.transpose())
+             : K;
+}
+
+}  // namespace palpate

@@ -1,0 +1,73 @@
+// The contact that the master renders by itself, for a fingertip: the plane it meets, before it
+// touches too, and the object's stiffness there.
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/state/local_model.h"
+#include "slave/contact/surface_contact.h"
+#include "slave/pipeline/fingertips/tactile_body.h"
+#include "slave/pipeline/local_model/stiffness_scale.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// The plane is that in which the fingertip's sphere would meet the surface at rest. Its reference
+// is where the moved tip, the pad's apex, lies when the sphere comes through: exact for every
+// direction of approach. A bonded contact keeps its plane and place until the sphere has come out;
+// a frictionless one follows the sphere until its centre comes inside.
+//
+// The model of small strain gives the stiffness its shape; what the fingertip felt at the depths it
+// was at gives its size: the ratio of both at each depth (StiffnessScale) is learnt over tens of
+// milliseconds of contact, the slower the less the force stands out of its error, and kept for the
+// next contact. Force and slope along the normal are right at the present depth.
+class FingerLocalModel {
+ public:
+  explicit FingerLocalModel(const Scene& scene);
+
+  // What the fingertip feels.
+  struct FeltForce {
+    Eigen::Vector3d force_S{0, 0, 0};  // of the object on it [N]
+    double sigma = 0;                  // of its magnitude [N]
+  };
+  // `model` becomes that of the fingertip at `X_SF`; it keeps its plane while the pose is not
+  // finite. `felt`: absent where it touches nothing or the force is not to be relied on.
+  void Update(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
+              bool in_contact, const std::optional<FeltForce>& felt, LocalModel* model) noexcept;
+  // The same between samples, from which nothing is learnt, and fast: `model` stays where the
+  // stiffness of the place has not been computed yet.
+  void Follow(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
+              bool in_contact, LocalModel* model) noexcept;
+  // Of the fingertip's sphere below the surface at rest [m]; negative outside.
+  [[nodiscard]] double depth() const { return depth_; }
+  // The place of the surface at rest, frame O [m].
+  [[nodiscard]] const Eigen::Vector3d& p_O() const { return place_.p_O; }
+  // Felt over modelled force at the present depth [-].
+  [[nodiscard]] double felt_ratio() const { return scale_.At(depth_).ratio; }
+  // The plane is looked for anew, nothing was felt.
+  void Forget() noexcept {
+    place_.triangle = -1;
+    scale_.Forget();
+  }
+
+ private:
+  void FindPlane(const TactileBody& body, const Eigen::Vector3d& p_O_centre) noexcept;
+  void Render(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
+              bool in_contact, const std::optional<FeltForce>& felt, LocalModel* model) noexcept;
+  [[nodiscard]] Eigen::Matrix3d StiffnessOf(TactileBody& body) noexcept;
+  void Size(const Eigen::Matrix3d& K_S, const std::optional<FeltForce>& felt,
+            LocalModel* model) noexcept;
+  void Learn(const FeltForce& felt, const Eigen::Vector3d& n_S, double modelled) noexcept;
+
+  Material material_;
+  ContactLaw law_;
+  double radius_, disc_radius_, full_depth_;
+  TouchedPlace place_;  // its normal is that of the plane
+  double depth_ = 0;
+  StiffnessScale scale_;
+};
+
+}  // namespace palpate

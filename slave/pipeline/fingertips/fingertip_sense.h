@@ -1,0 +1,49 @@
+// Feeling with tactile fingertips (paper B).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "slave/capture/tactile_frame.h"
+#include "slave/pipeline/fingertips/tactile_estimator.h"
+#include "slave/pipeline/sense.h"
+
+namespace palpate {
+
+class FingertipSense final : public Sense {
+ public:
+  // Loads the network, precomputes the object's model, opens the source; the first samples are rest
+  // values, so until they are known the force is unknown. Throws as MakeSense does.
+  FingertipSense(const Scene& scene, const Pace& pace, World* world);
+  // The same with another source and other senses than the scene's.
+  FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source, TactileSenses senses);
+
+  bool Acquire(const std::stop_token& stop) override;
+  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
+  [[nodiscard]] std::string_view doubt() const override { return estimator_.shape_doubt(); }
+  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
+  // Triangles of the object's skin. Forces of all fingertips that are felt, whether they or
+  // displacements deform the object, each spread over the nodes as the model spreads a load at its
+  // place: they add up to minus the forces of those fingertips that have a place on the object;
+  // none are told where one of these is unknown. Empty where nothing deforms.
+  BoundaryShape Shape(bool nodal_forces) override;
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override;
+  void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
+  void Reset() override { estimator_.Reset(); }
+  [[nodiscard]] SenseInfo info() const override;
+  [[nodiscard]] std::vector<StageTimes> Stages() const override;
+  std::unique_ptr<Account> OpenAccount(const World* world) override;
+  [[nodiscard]] TactileInbox* inbox() override;
+
+  [[nodiscard]] const TactileEstimator& estimator() const { return estimator_; }
+  [[nodiscard]] const Scene& scene() const { return scene_; }
+
+ private:
+  Scene scene_;
+  std::unique_ptr<TactileSource> source_;
+  TactileEstimator estimator_;
+  TactileFrame next_;  // acquired
+};
+
+}  // namespace palpate

@@ -1,0 +1,136 @@
+#include "slave/pipeline/offline/offline_run.h"
+
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/capture/codecs/codecs.h"
+#include "slave/pipeline/sense.h"
+#include "slave/pipeline/stopwatch.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kJpegQuality = 90;
+
+// [us]
+nlohmann::ordered_json StageJson(const StageTimes& times) {
+  return {{"p50", times.p50_us}, {"p99", times.p99_us}, {"max", times.max_us}};
+}
+
+nlohmann::ordered_json ToJson(const OfflineSummary& s, const std::string& scene) {
+  nlohmann::ordered_json json;
+  json["scene"] = scene;
+  json["frames"] = s.frames;
+  json["fps"] = s.rate();
+  json["stages"]["capture"] = StageJson(TimesOf("capture", s.capture));
+  for (const StageTimes& stage : s.stages) json["stages"][stage.stage] = StageJson(stage);
+  json["tracking_lost"] = s.tracking_lost;
+  json["force_error"] = ToJson(s.budget, s.sense.samples == "samples" ? "samples" : "frames");
+  json["validity"] = s.validity;
+  const ModelInfo& model = s.sense.model;
+  json["model"] = {{"kind", model.kind},
+                   {"elements", model.elements},
+                   {"dof", model.dof},
+                   {"precompute_s", model.precompute_s}};
+  json.update(s.own);
+  return json;
+}
+
+class Run {
+ public:
+  Run(const Scene& scene, const OfflineOptions& options)
+      : scene_(scene),
+        options_(options),
+        world_(MakeWorld(scene)),
+        sense_(MakeSense(scene, {.is_live = false, .duration = options.duration}, world_.get())),
+        account_(sense_->OpenAccount(world_.get())) {
+    summary_.has_truth = world_ != nullptr;
+    summary_.sense = sense_->info();
+    states_.emplace(options.out, summary_.has_truth && summary_.sense.tells_force);
+    if (options.pictures) std::filesystem::create_directories(options.out / "pictures");
+    if (options.frames) account_->OpenFrames(options.out / "frames");
+  }
+
+  OfflineSummary Go(const std::stop_token& stop) {
+    Stopwatch whole;
+    while (Acquire(stop)) Feel();
+    if (!stop.stop_requested()) RequireComplete();
+    summary_.seconds = 1e-6 * whole.Lap();
+    summary_.stages = sense_->Stages();
+    summary_.budget = BudgetOf(account_->compared());
+    account_->Finish(&summary_);
+    const auto file = options_.out / "summary.json";
+    RequireWritten((std::ofstream(file) << ToJson(summary_, scene_.name).dump(2) << "\n"
+                                        << std::flush)
+                       .good(),
+                   file);
+    return std::move(summary_);
+  }
+
+ private:
+  bool Acquire(const std::stop_token& stop) {
+    Stopwatch lap;
+    const bool acquired = sense_->Acquire(stop);
+    summary_.capture.Add(lap.Lap());
+    return acquired;
+  }
+
+  void Feel() {
+    const std::optional<Truth> truth = world_ ? std::optional(world_->truth()) : std::nullopt;
+    sense_->Look();
+    const ContactEstimate& felt =
+        sense_->Estimate(truth ? truth->p_S_tip : scene_.manipulator.home);
+    if (summary_.frames++ == 0) start_ = felt.sensed_at;
+    for (const StateRow& row : account_->Add(start_, truth ? &*truth : nullptr)) {
+      ++summary_.validity[std::string(ToString(row.validity))];
+      if (row.validity == Validity::kTrackingLost) ++summary_.tracking_lost;
+      states_->Write(row);
+    }
+    if (options_.frames) account_->WriteFrame(options_.out / "frames");
+    if (options_.pictures) WritePicture(felt.sample);
+    if (options_.progress) options_.progress(summary_.frames);
+  }
+
+  void WritePicture(std::uint64_t sequence) const {
+    const OperatorOptions& hand = scene_.operator_options;
+    const auto picture = sense_->Picture(hand.force_limit / hand.transform.force_scale);
+    if (!picture) return;
+    const auto file = options_.out / "pictures" / fmt::format("{:06}.jpg", sequence);
+    const std::string jpeg = EncodeJpeg(picture->draw(), kJpegQuality);
+    RequireWritten((std::ofstream(file, std::ios::binary) << jpeg << std::flush).good(), file);
+  }
+
+  void RequireComplete() const {
+    if (summary_.frames == 0) {
+      throw std::runtime_error(
+          fmt::format("{}: no {} came", summary_.sense.source, summary_.sense.samples));
+    }
+    account_->RequireComplete(summary_.frames);
+  }
+
+  const Scene& scene_;
+  const OfflineOptions& options_;
+  std::unique_ptr<World> world_;  // null: a real site
+  std::unique_ptr<Sense> sense_;
+  std::unique_ptr<Account> account_;
+  std::optional<StatesFile> states_;
+  OfflineSummary summary_;
+  Time start_{};
+};
+
+}  // namespace
+
+double OfflineSummary::rate() const {
+  return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
+}
+
+OfflineSummary RunOffline(const Scene& scene, const OfflineOptions& options,
+                          const std::stop_token& stop) {
+  return Run(scene, options).Go(stop);
+}
+
+}  // namespace palpate

@@ -1,0 +1,202 @@
+#include "slave/pipeline/points/points_sense.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "shared/mesh/files/mesh_file.h"
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/stopwatch.h"
+
+namespace palpate {
+namespace {
+
+std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace, World* world) {
+  const bool goes_on = world != nullptr && world->target();
+  if (pace.duration > 0 && !goes_on) {
+    throw std::invalid_argument(fmt::format(
+        "--duration: accepted for a simulated target that goes on; {} of {} end by themselves",
+        world != nullptr ? "the scripted presses" : "the files", scene.file.string()));
+  }
+  if (world != nullptr) return world->OpenPair(scene, pace);
+  return OpenStereoFiles(scene, pace.is_live);
+}
+
+// Of an object that is followed as a whole, without a model: the surface of the scene's mesh, frame
+// O. Empty where the scene has none.
+SurfaceMesh FollowedSurface(const Scene& scene) {
+  const auto* geometry = std::get_if<MeshFileGeometry>(&scene.object.geometry);
+  if (geometry == nullptr) return {};
+  MeshFile file = ReadMeshFile(geometry->file, geometry->unit);
+  auto* surface = std::get_if<SurfaceMesh>(&file.mesh);
+  return surface != nullptr ? std::move(*surface) : SurfaceMesh{};
+}
+
+// Of a rig: what decides how well it sees depth.
+std::string InWords(const StereoRig& rig) {
+  return fmt::format("two cameras {:.3g} mm apart, focal length {:.0f} px, {} x {} px",
+                     1e3 * rig.baseline(), rig.left.fx, rig.left.size[0], rig.left.size[1]);
+}
+
+std::string InWords(const PointTracking& points) {
+  switch (points.track) {
+    case PointTracking::Track::kDots:
+      return fmt::format("an array of {} dots is followed", points.count);
+    case PointTracking::Track::kTexture:
+      return fmt::format("{} windows of texture are followed",
+                         points.at.empty() ? fmt::format("up to {}", points.count)
+                                           : fmt::format("{}", points.at.size()));
+    case PointTracking::Track::kSurface:
+      break;
+  }
+  return "the surface is followed where depth pictures show it";
+}
+
+}  // namespace
+
+bool EstimatesForce(const Scene& scene) {
+  return IsHeld(scene.object) && scene.tool.has_value();
+}
+
+PointsSense::PointsSense(const Scene& scene, const Pace& pace, World* world)
+    : PointsSense(scene, Open(scene, pace, world)) {}
+
+PointsSense::PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source)
+    : scene_(scene),
+      source_(std::move(source)),
+      rig_(RigOf(scene)),
+      eyes_(MakeSurfacePointTracker(scene, rig_)) {
+  if (EstimatesForce(scene)) {
+    estimator_ = std::make_unique<SurfaceEstimator>(scene);
+  } else {
+    followed_ = FollowedSurface(scene);
+  }
+}
+
+bool PointsSense::Acquire(const std::stop_token& stop) {
+  std::optional<StereoPair> pair = source_->Next(stop);
+  if (!pair) return false;
+  if (seen_ == nullptr) RequireRigFits(scene_, rig_, *pair);
+  next_ = *std::move(pair);
+  return true;
+}
+
+void PointsSense::Look() noexcept {
+  Stopwatch lap;
+  rest_known_ = eyes_->at_rest_known();
+  seen_ = &eyes_->Look(next_);
+  look_us_ = lap.Lap();
+}
+
+const ContactEstimate& PointsSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
+  Stopwatch lap;
+  felt_ = &Tell(p_S_tip);
+  look_times_.Add(look_us_);
+  total_times_.Add(look_us_ + lap.Lap());
+  shown_ = next_;
+  overlay_ = MakePointsOverlay(*eyes_, *seen_, *felt_);
+  return *felt_;
+}
+
+const ContactEstimate& PointsSense::Tell(const Eigen::Vector3d& p_S_tip) noexcept {
+  if (rest_known_ || seen_->found) {
+    return estimator_ ? estimator_->Feel(*seen_, p_S_tip) : place_.Feel(*seen_);
+  }
+  before_rest_.sample = seen_->sequence;
+  before_rest_.sensed_at = seen_->sensed_at;
+  before_rest_.p_S_tip = before_rest_.p_S_contact = p_S_tip;
+  // The cells of a depth picture are not known before the rest frame.
+  sees_rest_ = scene_.sense.depth || std::ranges::any_of(seen_->points, &SurfacePoint::seen);
+  return before_rest_;
+}
+
+LocalModel PointsSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
+  return estimator_ ? estimator_->LocalAt(p_S_tip) : felt_->local_model;
+}
+
+BoundaryShape PointsSense::Shape(bool nodal_forces) {
+  const SurfaceMesh& surface = estimator_ ? estimator_->body().surface() : followed_;
+  const Eigen::Isometry3d& X_SO = scene_.object.X_SO;
+  BoundaryShape shape;
+  shape.state_sequence = felt_->sample;
+  shape.sensed_at = felt_->sensed_at;
+  shape.validity = felt_->validity;
+  shape.nodes_per_element = 3;
+  for (const auto& triangle : surface.triangles) {
+    for (const int node : triangle) shape.elements.push_back(static_cast<std::uint32_t>(node));
+  }
+  for (const Eigen::Vector3d& p_O : surface.nodes) Append(&shape.rest, X_SO * p_O);
+  if (!estimator_) {
+    for (const auto& p_O : surface.nodes) Append(&shape.positions, X_SO * p_O + place_.moved());
+    return shape;
+  }
+  std::vector<Eigen::Vector3d> per_node;  // frame S
+  estimator_->DeformedNodes(&per_node);
+  for (const Eigen::Vector3d& p_S : per_node) Append(&shape.positions, p_S);
+  if (!nodal_forces || !felt_->force) return shape;
+  estimator_->NodalForces(&per_node);
+  for (const Eigen::Vector3d& f_S : per_node) Append(&shape.nodal_forces, f_S);
+  return shape;
+}
+
+std::optional<SeenPicture> PointsSense::Picture(double full_scale) const {
+  if (shown_.left.empty()) return std::nullopt;
+  return SeenPicture{shown_.sensed_at, AsPicture(shown_.left),
+                     [left = shown_.left, overlay = overlay_, full_scale] {
+                       return DrawPoints(left, overlay, full_scale);
+                     }};
+}
+
+std::unique_ptr<Rebuilt> PointsSense::Prepare(const Scene& changed) const {
+  return estimator_ ? MakeLoadIdentifier(changed) : nullptr;
+}
+
+void PointsSense::Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) {
+  if (!estimator_) return;
+  estimator_->Adopt(
+      std::unique_ptr<LoadIdentifier>(static_cast<LoadIdentifier*>(rebuilt.release())), changed);
+}
+
+void PointsSense::Reset() {
+  eyes_->Reset();
+  if (estimator_) estimator_->Reset();
+  place_.Reset();
+}
+
+std::string_view PointsSense::why() const {
+  if (felt_ == &before_rest_) return sees_rest_ ? "the rest frame is taken" : WhyNotFound(scene_);
+  if (felt_->validity == Validity::kValid) return {};
+  if (felt_->validity == Validity::kTrackingLost) return "the points are not seen";
+  return estimator_ ? estimator_->load().why : "nothing holds the object: its force is unknown";
+}
+
+SenseInfo PointsSense::info() const {
+  SenseInfo info;
+  info.source = source_->description();
+  info.samples = "pairs";
+  info.tells_force = estimator_ != nullptr;
+  info.model.kind = "none";
+  if (estimator_) info.model = estimator_->body().info();
+  info.reason = estimator_ ? ChooseModel(scene_).reason
+                           : "the object is followed, nothing presses it: no force is told";
+  if (scene_.sense.stereo) info.remarks.push_back(InWords(rig_));
+  info.remarks.push_back(InWords(*scene_.sense.points));
+  info.remarks.push_back(fmt::format(
+      "the rest frame comes from the first {}: nothing may touch the object yet",
+      eyes_->rest_pictures() == 1 ? "pair of pictures"
+                                  : fmt::format("{} pictures", eyes_->rest_pictures())));
+  if (!estimator_) info.remarks.push_back(info.reason);
+  if (estimator_) info.changeable.object = ClassOf(scene_.object.geometry);
+  return info;
+}
+
+std::vector<StageTimes> PointsSense::Stages() const {
+  return {TimesOf(eyes_->stage(), look_times_),
+          TimesOf("mechanics", estimator_ ? estimator_->times().mechanics : LatencyHistogram{}),
+          TimesOf("total", total_times_)};
+}
+
+}  // namespace palpate

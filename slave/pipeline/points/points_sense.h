@@ -1,0 +1,86 @@
+// Feeling with points on the object that two cameras, or depth pictures, show (paper C): dots,
+// texture or the surface itself.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "slave/capture/stereo_source.h"
+#include "slave/pipeline/points/points_overlay.h"
+#include "slave/pipeline/points/rigid_translation.h"
+#include "slave/pipeline/points/surface_estimator.h"
+#include "slave/pipeline/points/surface_point_tracker.h"
+#include "slave/pipeline/sense.h"
+
+namespace palpate {
+
+// Whether a force can be told: a tool presses an object that something holds. What moves as a whole
+// is followed only.
+bool EstimatesForce(const Scene& scene);
+
+class PointsSense final : public Sense {
+ public:
+  // Opens the source, precomputes the model; the first pairs are the rest frame, so until it is
+  // known the force is unknown. Throws as MakeSense does.
+  PointsSense(const Scene& scene, const Pace& pace, World* world);
+  // The same with another source than the scene's.
+  PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source);
+
+  // Throws std::runtime_error, too, where the first pictures are not the rig's.
+  bool Acquire(const std::stop_token& stop) override;
+  void Look() noexcept override;
+  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
+  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
+  // Triangles of the model's surface; where no force is told, those of the scene's mesh moved as a
+  // whole.
+  BoundaryShape Shape(bool nodal_forces) override;
+  // The left picture.
+  [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override;
+  void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
+  void Reset() override;
+  [[nodiscard]] SenseInfo info() const override;
+  [[nodiscard]] std::vector<StageTimes> Stages() const override;
+  std::unique_ptr<Account> OpenAccount(const World* world) override;
+
+  [[nodiscard]] const Scene& scene() const { return scene_; }
+  [[nodiscard]] const StereoRig& rig() const { return rig_; }
+  [[nodiscard]] const SurfacePointTracker& eyes() const { return *eyes_; }
+  // Of the last estimate.
+  [[nodiscard]] const StereoPair& pair() const { return shown_; }
+  [[nodiscard]] const SurfaceObservation& observation() const { return *seen_; }
+  [[nodiscard]] const ContactEstimate& felt() const { return *felt_; }
+  // Whether the eyes saw what they take the rest frame from, and nothing else can be told yet.
+  [[nodiscard]] bool takes_rest() const { return felt_ == &before_rest_ && sees_rest_; }
+  // Why felt() is not kValid, one clause; empty: it is.
+  [[nodiscard]] std::string_view why() const;
+  // Null: no force is told.
+  [[nodiscard]] SurfaceEstimator* estimator() { return estimator_.get(); }
+
+ private:
+  [[nodiscard]] const ContactEstimate& Tell(const Eigen::Vector3d& p_S_tip) noexcept;
+
+  Scene scene_;
+  std::unique_ptr<StereoSource> source_;
+  StereoRig rig_;
+  std::unique_ptr<SurfacePointTracker> eyes_;
+  std::unique_ptr<SurfaceEstimator> estimator_;
+  RigidTranslation place_;  // stands for the estimator where no force is told
+  SurfaceMesh followed_;    // frame O; empty where a force is told or the scene has no mesh
+  ContactEstimate before_rest_;
+  bool sees_rest_ = false;
+  const ContactEstimate* felt_ = &before_rest_;
+
+  StereoPair next_;          // acquired
+  bool rest_known_ = false;  // before it was looked at
+  const SurfaceObservation* seen_ = nullptr;
+  double look_us_ = 0;
+  LatencyHistogram look_times_, total_times_;
+
+  StereoPair shown_;  // of the last estimate
+  PointsOverlay overlay_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,146 @@
+// One way of feeling, with a camera, with points on the object or with fingertips: waits for a
+// sample, makes an estimate of it, and tells what else follows from it. Slaves and runs without an
+// operator see only this.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include "shared/state/slave_state.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/scene/model_kinds.h"
+#include "slave/scene/scene.h"
+#include "slave/site/world.h"
+
+namespace palpate {
+
+class Account;
+class LatencyHistogram;
+class TactileInbox;
+
+struct StageTimes {
+  std::string stage;
+  double p50_us = 0, p99_us = 0, max_us = 0;
+};
+// `times` as the stage called `name`.
+StageTimes TimesOf(const std::string& name, const LatencyHistogram& times);
+
+// A change of SetModel; empty or 0: as it is.
+struct ModelChange {
+  std::string kind;
+  int elements = 0;
+  std::string plane, contact;
+};
+// What of a model may change while it runs.
+struct Changeable {
+  std::optional<ObjectClass> object;  // whose kinds it takes; nullopt: there is no model
+  int most_elements = 0;              // 3 to so many; 0: the mesh is the scene's
+  bool plane = false, contact = false;
+};
+// `model` with what is asked for. Throws std::invalid_argument, what is accepted.
+ModelOptions Changed(ModelOptions model, const ModelChange& change, const Changeable& accepted);
+
+// The deformed boundary: its vertices, frame S [m].
+struct BoundaryShape {
+  std::uint64_t state_sequence = 0;
+  Time sensed_at{};
+  Validity validity = Validity::kFailed;
+  int nodes_per_element = 2;            // 2: lines of a planar object, 3: triangles
+  std::vector<std::uint32_t> elements;  // vertex indices, `nodes_per_element` at a time
+  std::vector<float> rest, positions;   // x, y, z per vertex
+  std::vector<float>
+      nodal_forces;  // x, y, z per vertex, of the tool on the object [N]; empty unless asked for
+};
+void Append(std::vector<float>* out, const Eigen::Vector3d& v);
+
+// What was seen last and how to draw into it what was made of it: cheap to take, costly to draw.
+struct SeenPicture {
+  Time sensed_at{};
+  cv::Mat plain;  // 8 bit
+  std::function<cv::Mat()> draw;
+};
+
+// What a change of settings rebuilds as a whole: a model and what goes with it.
+class Rebuilt {
+ public:
+  virtual ~Rebuilt() = default;
+  [[nodiscard]] virtual const ModelInfo& info() const = 0;
+};
+
+// What feels, for people and for those who must know how far it goes.
+struct SenseInfo {
+  std::string source;   // of samples
+  std::string samples;  // what they are: pictures, pairs, samples
+  // Of the tip's place as it is sensed [m]; 0: only the manipulator says where it is.
+  double tip_resolution = 0;
+  bool tells_force = true;           // false: the object's place alone
+  ModelInfo model;                   // kind `none`: there is none
+  std::string reason;                // why this model
+  std::vector<std::string> remarks;  // what to know before the first touch, a sentence each
+  Changeable changeable;
+};
+
+// A line each, as `serve` and `process` say it.
+std::vector<std::string> InWords(const SenseInfo& info);
+
+// One thread acquires, looks, estimates; every other call may come from another one, but not at
+// the same time as each other or Estimate. Prepare alone may run beside anything.
+class Sense {
+ public:
+  virtual ~Sense() = default;
+  Sense() = default;
+  Sense(const Sense&) = delete;
+  Sense& operator=(const Sense&) = delete;
+
+  // Waits for the next sample. False: the source has ended, or `stop`. Throws std::runtime_error
+  // where the source breaks.
+  virtual bool Acquire(const std::stop_token& stop) = 0;
+  // What takes long and needs nobody else: finds in the sample what the estimate is made of.
+  virtual void Look() noexcept {}
+  // Of the acquired sample. `p_S_tip`: where the manipulator says the tip was when it came [m].
+  // Allocation-free after the first ones; what cannot be known is flagged.
+  virtual const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept = 0;
+  // Why what the model said for the last estimate is extrapolated, one clause that lives on; empty:
+  // it is not, or nobody knows.
+  [[nodiscard]] virtual std::string_view doubt() const { return {}; }
+  // The contact that the master renders for a tip at p_S_tip [m] now, between samples too.
+  virtual LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept = 0;
+  // As of the last estimate.
+  virtual BoundaryShape Shape(bool nodal_forces) = 0;
+  // `full_scale`: the largest force that the hand can show, at the tool [N]. nullopt: no camera, or
+  // nothing was seen yet.
+  [[nodiscard]] virtual std::optional<SeenPicture> Picture(double /*full_scale*/) const {
+    return std::nullopt;
+  }
+
+  // Builds for changed settings what depends on them, which takes its time; may be null. Throws
+  // std::invalid_argument naming the key.
+  [[nodiscard]] virtual std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const = 0;
+  // Puts it to work.
+  virtual void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) = 0;
+  // What was felt is forgotten, rest values are taken anew: nothing must touch. Between Acquire and
+  // Look only.
+  virtual void Reset() = 0;
+
+  [[nodiscard]] virtual SenseInfo info() const = 0;
+  [[nodiscard]] virtual std::vector<StageTimes> Stages() const = 0;
+  // Keeps the account of a run over this sense, which must outlive it; `world` may be null.
+  virtual std::unique_ptr<Account> OpenAccount(const World* world) = 0;
+  // Where streamed samples go; null: it takes none.
+  [[nodiscard]] virtual TactileInbox* inbox() { return nullptr; }
+};
+
+// The sense of the scene. `world`: what it senses, and outlives it; null: the real one. Throws
+// std::runtime_error or std::invalid_argument: what cannot be opened, found or modelled.
+std::unique_ptr<Sense> MakeSense(const Scene& scene, const Pace& pace, World* world);
+
+}  // namespace palpate

@@ -1,0 +1,265 @@
+#include "slave/pipeline/teleop/live_slave.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include "shared/link/thread_priority.h"
+#include "slave/capture/codecs/codecs.h"
+
+namespace palpate {
+namespace {
+
+// There is something to measure where the tip is sensed and the arm carries it.
+std::optional<TipRegistration> RegistrationOf(const Sense& sense, const Manipulator& manipulator) {
+  const double resolution = sense.info().tip_resolution;
+  if (!(resolution > 0) || !manipulator.carries_tool()) return std::nullopt;
+  return TipRegistration(resolution);  // slower than that is standing
+}
+
+}  // namespace
+
+LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
+                     std::unique_ptr<Manipulator> manipulator, std::unique_ptr<Sense> sense)
+    : world_(std::move(world)),
+      manipulator_(std::move(manipulator)),
+      sense_(std::move(sense)),
+      port_(*manipulator_, scene.operator_options.transform),
+      newest_(SensorRate(scene.sense), scene.manipulator.home),
+      tip_registration_(RegistrationOf(*sense_, *manipulator_)),
+      scene_(scene),
+      sense_info_(sense_->info()),
+      p_S_sensed_(manipulator_->Tip()),
+      p_S_encoders_(p_S_sensed_) {
+  // Streams begin when somebody feeds them.
+  if (sense_->inbox() == nullptr && !Feel({})) {
+    throw std::runtime_error(
+        fmt::format("{}: no {} came", sense_info_.source, sense_info_.samples));
+  }
+  watchdog_.emplace(port_, [this] { return newest_.Force(); });
+  sensing_ = std::jthread([this](const std::stop_token& stop) { Sensing(stop); });
+}
+
+LiveSlave::~LiveSlave() {
+  sensing_.request_stop();
+  newest_.Wake();
+}
+
+void LiveSlave::Sensing(const std::stop_token& stop) {
+  MakeThreadRealtime(kEyesPriority);
+  try {
+    while (Feel(stop)) {
+    }
+    if (!stop.stop_requested()) {
+      newest_.RaiseAlarm(sense_info_.source + ": the source has ended");
+    }
+  } catch (const std::exception& e) {
+    newest_.RaiseAlarm(e.what());
+  }
+}
+
+bool LiveSlave::Feel(const std::stop_token& stop) {
+  if (!sense_->Acquire(stop)) return false;
+  const Eigen::Vector3d p_S_encoders = manipulator_->Tip();
+  if (reset_wanted_.exchange(false)) {
+    const std::lock_guard lock(sense_mutex_);
+    sense_->Reset();
+  }
+  sense_->Look();
+  const std::lock_guard lock(sense_mutex_);
+  const ContactEstimate& felt = sense_->Estimate(p_S_encoders);
+  const bool senses_tip = sense_info_.tip_resolution > 0;
+  if (felt.validity != Validity::kTrackingLost || !senses_tip) {
+    p_S_sensed_ = felt.p_S_tip;
+    p_S_encoders_ = p_S_encoders;
+  }
+  Register(felt, p_S_encoders);
+  TellDoubt();
+  {
+    const std::lock_guard local(local_mutex_);
+    newest_local_ = felt.local_model;
+  }
+  newest_.Put(felt);
+  return true;
+}
+
+void LiveSlave::Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders) {
+  if (!tip_registration_ || felt.validity == Validity::kTrackingLost) return;
+  tip_registration_->Add(felt.p_S_tip, p_S_encoders);
+  port_.SetRegistration(tip_registration_->offset());
+}
+
+void LiveSlave::TellDoubt() {
+  const std::string_view doubt = sense_->doubt();
+  if (!doubt.empty() && told_doubts_.insert(doubt).second) {
+    newest_.RaiseAlarm("the model's answer is extrapolated: " + std::string(doubt));
+  }
+}
+
+void LiveSlave::BeginOperating() {
+  port_.BeginOperating();
+}
+
+bool LiveSlave::Command(const OperatorCommand& command) noexcept {
+  return port_.Command(command, Clock::now());
+}
+
+void LiveSlave::EndOperating() {
+  port_.EndOperating();
+}
+
+SlaveState LiveSlave::Compose(Time now) {
+  SlaveState state = newest_.Compose(port_, now);
+  state.true_force = TrueForce();
+  state.local_model = LocalNow();
+  return state;
+}
+
+// The tip as it was sensed, carried on by what the arm has moved since. While a sample is being
+// felt, the model of a moment ago will do.
+LocalModel LiveSlave::LocalNow() {
+  const std::unique_lock sense(sense_mutex_, std::try_to_lock);
+  const std::lock_guard lock(local_mutex_);
+  if (sense.owns_lock()) {
+    newest_local_ = sense_->LocalModelAt(p_S_sensed_ + manipulator_->Tip() - p_S_encoders_);
+  }
+  return newest_local_;
+}
+
+std::optional<Eigen::Vector3d> LiveSlave::TrueForce() const {
+  if (world_ == nullptr || !sense_info_.tells_force) return std::nullopt;
+  const Truth truth = world_->truth();
+  return truth.solved ? std::optional(truth.force) : std::nullopt;
+}
+
+Events LiveSlave::TakeEvents() {
+  Events events = port_.TakeEvents();
+  events.Add(newest_.TakeEvents());
+  return events;
+}
+
+bool LiveSlave::WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) {
+  return newest_.WaitForNewer(sensed_at, patience);
+}
+
+SlaveDescription LiveSlave::Describe() const {
+  SlaveDescription description;
+  {
+    const std::lock_guard lock(settings_mutex_);
+    description.scene = scene_;
+    description.sense = sense_info_;
+  }
+  description.scene.operator_options.transform = port_.transform();
+  description.simulated = world_ != nullptr;
+  return description;
+}
+
+SlaveStatus LiveSlave::Status() const {
+  SlaveStatus status;
+  status.phase = port_.view().phase;
+  status.commands = port_.taken();
+  status.commands_refused = port_.refused();
+  status.started_at = started_at_;
+  {
+    const std::lock_guard lock(sense_mutex_);
+    status.stages = sense_->Stages();
+  }
+  newest_.Describe(&status);
+  return status;
+}
+
+Scene LiveSlave::scene() const {
+  const std::lock_guard lock(settings_mutex_);
+  return scene_;
+}
+
+double LiveSlave::FullScale() const {
+  const std::lock_guard lock(settings_mutex_);
+  return scene_.operator_options.force_limit / port_.transform().force_scale;
+}
+
+void LiveSlave::Rebuild(const Scene& changed, const std::function<void()>& may_adopt) {
+  std::unique_ptr<Rebuilt> rebuilt = sense_->Prepare(changed);  // takes its time
+  may_adopt();
+  {
+    const std::scoped_lock lock(sense_mutex_, settings_mutex_);
+    if (rebuilt) sense_info_.model = rebuilt->info();
+    sense_->Adopt(std::move(rebuilt), changed);
+    scene_ = changed;
+  }
+  newest_.Add(Event::kModelChanged);
+}
+
+void LiveSlave::SetModel(const ModelChange& change) {
+  const std::lock_guard one_at_a_time(change_mutex_);
+  RefuseWhileFollowing(port_);
+  Scene changed = scene();
+  changed.model = Changed(changed.model, change, sense_info_.changeable);
+  Rebuild(changed, [this] { RefuseWhileFollowing(port_); });  // somebody may have begun meanwhile
+  const std::lock_guard lock(settings_mutex_);
+  sense_info_.reason = "asked for by SetModel";
+}
+
+void LiveSlave::SetParameters(const ParameterChange& change) {
+  CheckRanges(change);
+  const std::lock_guard one_at_a_time(change_mutex_);
+  if (change.position_scale || change.force_scale) {
+    port_.SetScales(change.position_scale, change.force_scale);
+  }
+  if (change.force_limit) {
+    const std::lock_guard lock(settings_mutex_);
+    scene_.operator_options.force_limit = *change.force_limit;
+  }
+  if (change.young_modulus) {
+    Scene changed = scene();
+    changed.object.material.young_modulus = *change.young_modulus;
+    Rebuild(changed, [] {});
+  }
+}
+
+void LiveSlave::Reset() {
+  port_.Reset();
+  reset_wanted_ = true;
+}
+
+void LiveSlave::EmergencyStop(const std::string& reason) {
+  port_.EmergencyStop();
+  spdlog::warn("emergency stop: {}", reason.substr(0, 200));
+}
+
+BoundaryShape LiveSlave::Shape(bool nodal_forces) {
+  const std::lock_guard lock(sense_mutex_);
+  return sense_->Shape(nodal_forces);
+}
+
+std::optional<JpegPicture> LiveSlave::Picture(bool overlays, int quality) {
+  const double full_scale = FullScale();
+  std::optional<SeenPicture> seen;
+  {
+    const std::lock_guard lock(sense_mutex_);
+    seen = sense_->Picture(full_scale);
+  }
+  if (!seen) return std::nullopt;
+  return JpegPicture{seen->sensed_at, EncodeJpeg(overlays ? seen->draw() : seen->plain, quality),
+                     seen->plain.cols, seen->plain.rows};
+}
+
+std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene) {
+  std::unique_ptr<World> world = MakeWorld(scene);
+  Manipulator::OnStep on_step;
+  if (world) {
+    world->SolveAhead();
+    on_step = [site = world.get()](const Eigen::Vector3d& p_S_tip) {
+      site->MoveTool(p_S_tip, Patience::kNone);
+    };
+  }
+  std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene, on_step);
+  if (world) world->MoveTool(manipulator->Tip(), Patience::kNone);
+  std::unique_ptr<Sense> sense = MakeSense(scene, {}, world.get());
+  return std::make_unique<LiveSlave>(scene, std::move(world), std::move(manipulator),
+                                     std::move(sense));
+}
+
+}  // namespace palpate

@@ -1,0 +1,98 @@
+// The slave: an operator who moves a tool, a sense that feels what it touches, settings that change
+// while it runs. Which sense, which site and which arm, it does not know.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "slave/manipulator/manipulator.h"
+#include "slave/pipeline/sense.h"
+#include "slave/pipeline/teleop/command_watchdog.h"
+#include "slave/pipeline/teleop/latest_estimate.h"
+#include "slave/pipeline/teleop/operator_port.h"
+#include "slave/pipeline/teleop/slave.h"
+#include "slave/pipeline/teleop/tip_registration.h"
+#include "slave/site/world.h"
+
+namespace palpate {
+
+// Threads: one senses, one moves the tool, one watches the operator. `sense_mutex_` guards what the
+// first one shares with callers beyond the latest estimate.
+class LiveSlave final : public Slave {
+ public:
+  // Feels the first sample, where one comes by itself, and starts. `world`: that in which `sense`
+  // senses and `manipulator` moves; null: the real one. Throws std::runtime_error: nothing came, or
+  // what cannot be used.
+  LiveSlave(const Scene& scene, std::unique_ptr<World> world,
+            std::unique_ptr<Manipulator> manipulator, std::unique_ptr<Sense> sense);
+  ~LiveSlave() override;
+
+  void BeginOperating() override;
+  bool Command(const OperatorCommand& command) noexcept override;
+  void EndOperating() override;
+  // The local model follows the hand between samples.
+  [[nodiscard]] SlaveState Compose(Time now) override;
+  Events TakeEvents() override;
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override;
+  [[nodiscard]] SlaveDescription Describe() const override;
+  [[nodiscard]] SlaveStatus Status() const override;
+  void SetModel(const ModelChange& change) override;
+  void SetParameters(const ParameterChange& change) override;
+  // The sense starts anew with its next sample.
+  void Reset() override;
+  void EmergencyStop(const std::string& reason) override;
+  [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
+  [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
+  [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
+
+ private:
+  void Sensing(const std::stop_token& stop);
+  // One sample; false: the source has ended.
+  bool Feel(const std::stop_token& stop);
+  void Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders);
+  void TellDoubt();
+  [[nodiscard]] LocalModel LocalNow();
+  [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
+  void Rebuild(const Scene& changed, const std::function<void()>& may_adopt);
+  [[nodiscard]] Scene scene() const;  // with the parameters now in force
+  // The largest force that the hand can show, at the tool [N].
+  [[nodiscard]] double FullScale() const;
+
+  const Time started_at_ = Clock::now();
+  const std::unique_ptr<World> world_;
+  const std::unique_ptr<Manipulator> manipulator_;
+  const std::unique_ptr<Sense> sense_;
+  OperatorPort port_;
+  LatestEstimate newest_;
+  std::optional<TipRegistration>
+      tip_registration_;                    // the sensing thread's; none: nothing to measure
+  std::set<std::string_view> told_doubts_;  // likewise; an alarm each, once
+  std::atomic<bool> reset_wanted_{false};
+
+  std::mutex change_mutex_;  // one change of settings at a time; held while a model is made
+  mutable std::mutex settings_mutex_;  // never held long; guards the next two
+  Scene scene_;                        // with the parameters in force
+  SenseInfo sense_info_;
+
+  mutable std::mutex sense_mutex_;
+  // The tip when it was last sensed, and what the arm said then, S [m]; under sense_mutex_.
+  Eigen::Vector3d p_S_sensed_, p_S_encoders_;
+  std::mutex local_mutex_;  // guards the next one
+  LocalModel newest_local_;
+
+  std::optional<CommandWatchdog> watchdog_;
+  std::jthread sensing_;
+};
+
+// The slave of the scene: its site, its arm and its sense. Throws as they do.
+std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene);
+
+}  // namespace palpate

@@ -1,0 +1,60 @@
+// The kinds of deformation models: what each computes and what its options are. One row a kind;
+// who reads, checks, replaces, studies or asks a model looks here.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+enum class ObjectClass : std::uint8_t { kOutline, kMembrane, kVolume };
+
+// Whether twice the load moves the object twice as far.
+enum class Linearity : std::uint8_t {
+  kAlways,
+  kByLaw,  // where model.law is linear
+  kNever,  // large deflections or strains are in its law
+};
+
+struct ModelKind {
+  std::string_view name;  // as in model.kind
+  ObjectClass object = ObjectClass::kVolume;
+  Linearity linearity = Linearity::kAlways;
+  bool on_surface = false;      // of a volume: a closed surface is meshed, not filled
+  bool has_tets = false;        // takes element, pressure
+  bool iterates = false;        // takes law, tangent, residual, gravity, time
+  bool takes_friction = false;  // contact: bonded or frictionless; otherwise bonded alone
+  bool has_cache = false;       // keeps its Green's functions in a folder
+  bool takes_tension = false;   // of a membrane at rest; and modes
+};
+
+// `auto` is no kind: ChooseModel names one.
+inline constexpr std::array kModelKinds{
+    ModelKind{.name = "bem2d", .object = ObjectClass::kOutline, .takes_friction = true},
+    ModelKind{.name = "plate", .object = ObjectClass::kMembrane},
+    ModelKind{.name = "plate-large",
+              .object = ObjectClass::kMembrane,
+              .linearity = Linearity::kNever,
+              .takes_tension = true},
+    ModelKind{.name = "fem", .linearity = Linearity::kByLaw, .has_tets = true, .iterates = true},
+    ModelKind{.name = "fem-hyperelastic",
+              .linearity = Linearity::kNever,
+              .has_tets = true,
+              .iterates = true},
+    ModelKind{.name = "fem-green", .has_tets = true, .takes_friction = true, .has_cache = true},
+    ModelKind{.name = "bem3d", .on_surface = true, .takes_friction = true, .has_cache = true},
+};
+
+// nullptr: `auto`, or no kind at all.
+const ModelKind* FindModelKind(std::string_view name);
+ObjectClass ClassOf(const Geometry& geometry);
+// Whether model.kind may be `kind` for such an object: one of its kinds, or `auto`.
+bool IsKindFor(ObjectClass object, std::string_view kind);
+// These words, listed: "auto, plate or plate-large".
+std::string KindsFor(ObjectClass object);
+
+}  // namespace palpate

@@ -1,0 +1,52 @@
+// Elastic forces and stiffness of neo-Hookean rubber divided into elements of any shape.
+//
+// Nondimensional: stresses by E, lengths as the elements. Total Lagrangian; displacements alone are
+// unknowns: quadratic and cubic ones do not lock. Const members are thread-safe.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/linear/sparse_ldlt.h"
+#include "slave/site/solid/element_shape.h"
+#include "slave/site/solid/neo_hookean.h"
+
+namespace palpate::site {
+
+class NeoHookeanBody {
+ public:
+  using Matrix = SparseLdlt::Matrix;
+
+  // Nodes from `free_nodes` on stay where they are and have no unknowns.
+  NeoHookeanBody(std::vector<PlacedElement> elements, int free_nodes, const NeoHookean& rubber);
+
+  // Unknowns: x, y, z of node by node.
+  [[nodiscard]] int size() const { return 3 * static_cast<int>(upper_.size()); }
+  // Elastic forces at displacements u. False: an element is turned inside out.
+  bool Forces(const Eigen::VectorXd& u, Eigen::VectorXd* forces) const;
+  // Also their derivatives, upper triangle, with the pattern of EmptyMatrix().
+  bool Linearise(const Eigen::VectorXd& u, Eigen::VectorXd* forces, Matrix* stiffness) const;
+  [[nodiscard]] Matrix EmptyMatrix() const;
+  // Rows and columns of unknowns that are not `free` (0 or 1, each) become those of the identity.
+  static void Hold(const Eigen::VectorXd& free, Matrix* stiffness);
+
+ private:
+  struct Work;
+
+  void FindPattern();
+  [[nodiscard]] bool has_unknowns(int node) const { return node < static_cast<int>(upper_.size()); }
+  bool Accumulate(const Eigen::VectorXd& u, Eigen::VectorXd* forces, Matrix* stiffness) const;
+  bool Integrate(const PlacedElement& element, const Eigen::VectorXd& u, bool with_stiffness,
+                 Work* work) const;
+  void AddForces(const PlacedElement& element, const Work& work, Eigen::VectorXd* forces) const;
+  void AddStiffness(std::size_t element, const Work& work, Matrix* stiffness) const;
+
+  std::vector<PlacedElement> elements_;
+  NeoHookean rubber_;
+  std::vector<std::vector<int>> upper_;  // per free node: those up to it that it couples with
+  // Per element: of the block between its nodes i and j in the columns of the latter, i + nodes j.
+  std::vector<std::vector<int>> positions_;
+};
+
+}  // namespace palpate::site

@@ -1,0 +1,105 @@
+// A simulated site as everybody else sees it: a tool moves in it, sources show it, and reports may
+// ask it for the truth, which estimators never do.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/state/slave_state.h"
+#include "slave/capture/frame_source.h"
+#include "slave/capture/stereo_source.h"
+#include "slave/capture/tactile_frame.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// What really happens at one fingertip. Frame S.
+struct FingerTruth {
+  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
+  bool in_contact = false;
+  Eigen::Vector3d p_S_contact{0, 0, 0};  // on the deformed object [m]
+  Eigen::Vector3d force{0, 0, 0};        // of the object on the fingertip [N]
+  double depth = 0;                      // how far it presses in [m]
+};
+
+// What really happens at the site at this moment. Frame S.
+struct Truth {
+  Eigen::Vector3d p_S_tip{0, 0, 0};  // of the tool [m]
+  bool in_contact = false;
+  Eigen::Vector3d force{0, 0, 0};  // of the object on the tool [N]
+  double depth = 0;                // of the surface under the tool, along its normal [m]
+  // False: the force is a guess, since the press is not solved (yet), see StereoSite.
+  bool solved = true;
+  // Of scenes with fingertips, the first of which is the tool.
+  std::array<FingerTruth, kMaxFingers> fingers{};
+};
+
+// Of a target that moves as a whole, a rigid body. Frame B as TexturedTarget has it.
+struct TargetTruth {
+  double seconds = 0;  // on its path, since the first pictures
+  Eigen::Isometry3d X_SB_first = Eigen::Isometry3d::Identity();  // in the first pictures
+  Eigen::Isometry3d X_SB = Eigen::Isometry3d::Identity();        // in the last ones
+  // Where the body's point is in the last pictures that was at `p_S_first` [m] in the first ones.
+  [[nodiscard]] Eigen::Vector3d PlaceOf(const Eigen::Vector3d& p_S_first) const {
+    return X_SB * (X_SB_first.inverse() * p_S_first);
+  }
+};
+
+// Whether a tool waits until the press it makes is solved, or must not be held up.
+enum class Patience : std::uint8_t { kWaits, kNone };
+
+// How samples come: in real time, while somebody else moves the tool; or as fast as they are made,
+// on a clock of their own, while a script of the site moves it.
+struct Pace {
+  bool is_live = true;
+  double duration = 0;  // of a script that could go on for ever [s]; 0: its own choice
+};
+
+class World {
+ public:
+  virtual ~World() = default;
+  World() = default;
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  // The tool's tip is carried here, S [m]. Thread-safe. Places that are not finite are ignored. A
+  // site is moved with one patience, not with both in turn.
+  virtual void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) = 0;
+  // Solves, before somebody operates, the press that the scene tells; the tool is home afterwards.
+  // Seconds.
+  virtual void SolveAhead() {}
+  // Thread-safe, short.
+  [[nodiscard]] virtual Truth truth() const = 0;
+  // nullopt: nothing moves as a whole. Thread-safe.
+  [[nodiscard]] virtual std::optional<TargetTruth> target() const { return std::nullopt; }
+  // Of the surface's point that rests at p_O [m], frame O; zero where only forces are known.
+  // Thread-safe.
+  [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
+    return Eigen::Vector3d::Zero();
+  }
+
+  // What shows this world, which must outlive it; one source at a time, null: it is not shown so.
+  // `scene`: the one that the world was made of. Throw std::invalid_argument naming the key: there
+  // is no script for it.
+  virtual std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) {
+    return nullptr;
+  }
+  virtual std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) {
+    return nullptr;
+  }
+  virtual std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
+                                                        const Pace& /*pace*/) {
+    return nullptr;
+  }
+};
+
+// The site that the scene simulates; null: it is a real one. Throws std::invalid_argument naming
+// the key where the scene cannot be simulated.
+std::unique_ptr<World> MakeWorld(const Scene& scene);
+
+}  // namespace palpate

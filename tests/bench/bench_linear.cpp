@@ -1,0 +1,287 @@
+// The kernels of slave/mechanics/linear against the library that could take their place. One
+// thread. Counters: `ratio` is the CPU time over the library's for the same task, measured in the
+// same run (below one: ours is faster); `factor_us` and `solve_us` what ours takes.
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <Eigen/LU>
+#include <benchmark/benchmark.h>
+#include <dmumps_c.h>
+
+#include "slave/mechanics/linear/dense_factor.h"
+#include "slave/mechanics/linear/dense_lu.h"
+#include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/linear/small_lu.h"
+#include "slave/mechanics/linear/sparse_ldlt.h"
+#include "slave/mechanics/linear/updated_inverse.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// CPU time of this thread [s].
+double Now() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// The shortest of several batches [s per call].
+template <typename Call>
+double Shortest(const Call& call, int times) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (int batch = 0; batch < 7; ++batch) {
+    const double start = Now();
+    for (int k = 0; k < times; ++k) call();
+    shortest = std::min(shortest, (Now() - start) / times);
+  }
+  return shortest;
+}
+
+// A compliance: its symmetric part is positive definite.
+MatrixXd Compliance(int order) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> side(-1, 1);
+  const MatrixXd R = MatrixXd::NullaryExpr(order, order, [&] { return side(random); });
+  return R * R.transpose() / order + 0.1 * (R - R.transpose()) + MatrixXd::Identity(order, order);
+}
+
+int Times(int order) {
+  return std::max(1, 20'000'000 / (order * order * order));
+}
+
+void Compare(benchmark::State& state, double ours, double library) {
+  for (auto _ : state) {  // the comparison is the measurement
+  }
+  state.counters["us"] = 1e6 * ours;
+  state.counters["ratio"] = ours / library;
+}
+
+// Factor and as many solutions as unknowns. Library: Eigen's LU.
+void LargeLu(benchmark::State& state) {
+  const int n = static_cast<int>(state.range(0));
+  const MatrixXd A = MatrixXd::Random(n, n), B = MatrixXd::Random(n, n);
+  MatrixXd X;
+  const double ours = Shortest(
+      [&] {
+        DenseLu lu(A);
+        while (lu.done() < lu.blocks()) lu.FactorizeNext();
+        X = B;
+        lu.SolveInPlace(X);
+      },
+      1);
+  Compare(state, ours, Shortest([&] { X = A.partialPivLu().solve(B); }, 1));
+}
+BENCHMARK(LargeLu)->Arg(500)->Arg(1000)->Arg(2000)->Iterations(1);
+
+// Two right-hand sides. Library: LAPACK through DenseLu.
+void SmallSystem(benchmark::State& state) {
+  const int n = static_cast<int>(state.range(0));
+  const MatrixXd A = Compliance(n), B = MatrixXd::Random(n, 2);
+  const int first = PaddedTo(kLane, n), stride = OddLanes(first + 2);
+  RowMatrix augmented = RowMatrix::Zero(n, stride), filled = augmented;
+  filled.leftCols(n) = A;
+  filled.middleCols(first, 2) = B;
+  std::vector<double> scratch(static_cast<std::size_t>(kPanel * n));
+  const double ours = Shortest(
+      [&] {
+        augmented = filled;
+        benchmark::DoNotOptimize(SolveInPlace({augmented.data(), stride}, n, scratch.data()));
+      },
+      Times(n));
+  MatrixXd X;
+  const double library = Shortest(
+      [&] {
+        DenseLu lu(A);
+        lu.FactorizeNext();
+        X = B;
+        lu.SolveInPlace(X);
+      },
+      Times(n));
+  Compare(state, ours, library);
+}
+BENCHMARK(SmallSystem)->Arg(4)->Arg(16)->Arg(32)->Arg(64)->Arg(128)->Arg(192)->Iterations(1);
+
+// One solution without row exchanges. Library: as above.
+void SmallFactor(benchmark::State& state) {
+  const int n = static_cast<int>(state.range(0));
+  const RowMatrix A = Compliance(n);
+  const MatrixXd transposed = A;
+  VectorXd b = VectorXd::Ones(PaddedTo8(n)), x = b;
+  b.tail(PaddedTo8(n) - n).setZero();
+  DenseFactor factor;
+  const double ours = Shortest(
+      [&] {
+        factor.Factorise(A.data(), n, n, false, 1e-13);
+        factor.Solve(b.data(), x.data());
+      },
+      Times(n));
+  const double library = Shortest(
+      [&] {
+        DenseLu lu(transposed);
+        lu.FactorizeNext();
+        MatrixXd y = b.head(n);
+        lu.SolveInPlace(y);
+        benchmark::DoNotOptimize(y.data());
+      },
+      Times(n));
+  Compare(state, ours, library);
+}
+BENCHMARK(SmallFactor)->Arg(6)->Arg(24)->Arg(48)->Arg(96)->Arg(192)->Iterations(1);
+
+// The last three unknowns give way to others, and one solution. Library: as above, factor anew.
+void UpdatedByThree(benchmark::State& state) {
+  const int n = static_cast<int>(state.range(0));
+  const bool symmetric = state.range(1) != 0;
+  const MatrixXd C = Compliance(n);
+  const MatrixXd A = symmetric ? MatrixXd(0.5 * (C + C.transpose())) : C;
+  UpdatedInverse inverse(symmetric);
+  inverse.Reset(n);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) inverse.row(i)[j] = A(i, j);
+  }
+  inverse.Invert();
+  const AlignedArray x = MakeAligned(static_cast<std::size_t>(PaddedTo8(n)));
+  const AlignedArray y = MakeAligned(static_cast<std::size_t>(PaddedTo8(n)));
+  std::fill_n(x.get(), n, 1.0);
+  const double ours = Shortest(
+      [&] {
+        inverse.Splice(n - 3, 3, 3);
+        for (int i = n - 3; i < n; ++i) {
+          for (int j = 0; j < n; ++j) {
+            inverse.row(i)[j] = A(i, j);
+            inverse.row(j)[i] = A(j, i);
+          }
+        }
+        inverse.Border(n - 3, 3);
+        inverse.Settle();
+        inverse.Solve(x.get(), y.get());
+        benchmark::DoNotOptimize(y[0]);
+      },
+      Times(n) + 10);
+  const double library = Shortest(
+      [&] {
+        DenseLu lu(A);
+        lu.FactorizeNext();
+        MatrixXd solved = VectorXd::Ones(n);
+        lu.SolveInPlace(solved);
+        benchmark::DoNotOptimize(solved.data());
+      },
+      Times(n));
+  Compare(state, ours, library);
+}
+BENCHMARK(UpdatedByThree)
+    ->ArgNames({"n", "symmetric"})
+    ->ArgsProduct({{12, 24, 48, 96, 192}, {0, 1}})
+    ->Iterations(1);
+
+// Three unknowns per node of a grid of side^3 nodes, neighbours all around, in the elimination's
+// order; negative ones on the diagonal of every 16th.
+Eigen::SparseMatrix<double> GridStiffness(int side) {
+  std::vector<std::vector<int>> neighbours;
+  for (int i = 0; i < side * side * side; ++i) {
+    auto& list = neighbours.emplace_back();
+    const std::array at{i % side, i / side % side, i / side / side};
+    for (int k = 0; k < 27; ++k) {
+      const std::array by{at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1};
+      if (std::ranges::any_of(by, [&](int c) { return c < 0 || c >= side; })) continue;
+      list.push_back(by[0] + side * (by[1] + side * by[2]));
+    }
+  }
+  const auto order = EliminationOrder(neighbours);
+  std::vector<int> rank(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    rank[static_cast<std::size_t>(order[i])] = static_cast<int>(i);
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t node = 0; node < order.size(); ++node) {
+    for (const int other : neighbours[node]) {
+      for (int k = 0; k < 9; ++k) {
+        const int row = 3 * rank[node] + k / 3;
+        const int column = 3 * rank[static_cast<std::size_t>(other)] + k % 3;
+        if (row > column) continue;
+        const double diagonal = row % 16 == 0 ? -100 : 100;
+        entries.emplace_back(row, column, row == column ? diagonal : 1.0 / (1 + row % 3 + k));
+      }
+    }
+  }
+  const auto n = static_cast<Eigen::Index>(3 * order.size());
+  Eigen::SparseMatrix<double> matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+// MUMPS as it would serve instead: symmetric, its own choice of the order, analysed once.
+class Rival {
+ public:
+  explicit Rival(const Eigen::SparseMatrix<double>& upper) : values_(upper.nonZeros()) {
+    for (int column = 0; column < upper.cols(); ++column) {
+      for (Eigen::SparseMatrix<double>::InnerIterator entry(upper, column); entry; ++entry) {
+        values_[static_cast<Eigen::Index>(rows_.size())] = entry.value();
+        rows_.push_back(static_cast<int>(entry.row()) + 1);
+        columns_.push_back(column + 1);
+      }
+    }
+    data_.par = 1;
+    data_.sym = 2;
+    data_.comm_fortran = -987654;  // MPI_COMM_WORLD
+    Run(-1);
+    std::fill_n(data_.icntl, 4, 0);  // silent
+    data_.icntl[13] = 50;            // room beyond what was estimated [%]
+    data_.n = static_cast<int>(upper.cols());
+    data_.nnz = static_cast<MUMPS_INT8>(rows_.size());
+    data_.irn = rows_.data();
+    data_.jcn = columns_.data();
+    data_.a = values_.data();
+    Run(1);
+  }
+  ~Rival() { Run(-2); }
+  Rival(const Rival&) = delete;
+  Rival& operator=(const Rival&) = delete;
+
+  void Factorize() { Run(2); }
+  void Solve(VectorXd* x) {
+    data_.rhs = x->data();
+    data_.nrhs = 1;
+    data_.lrhs = data_.n;
+    Run(3);
+  }
+
+ private:
+  void Run(int job) {
+    data_.job = job;
+    dmumps_c(&data_);
+  }
+  DMUMPS_STRUC_C data_{};
+  std::vector<int> rows_, columns_;
+  VectorXd values_;
+};
+
+// `ratio` of one factorisation with a known pattern, `solve_ratio` of one solution.
+void SparseSymmetric(benchmark::State& state) {
+  const auto matrix = GridStiffness(static_cast<int>(state.range(0)));
+  SparseLdlt ours(matrix);
+  ours.Allocate(matrix);
+  Rival rival(matrix);
+  const int times = matrix.cols() < 3000 ? 20 : 1;
+  VectorXd x = VectorXd::Ones(matrix.cols());
+  const double factor = Shortest([&] { ours.Factorize(matrix, false); }, times);
+  const double solve = Shortest([&] { ours.Solve(&x); }, times);
+  Compare(state, factor, Shortest([&] { rival.Factorize(); }, times));
+  state.counters["solve_us"] = 1e6 * solve;
+  state.counters["solve_ratio"] = solve / Shortest([&] { rival.Solve(&x); }, times);
+  state.counters["unknowns"] = static_cast<double>(matrix.cols());
+}
+BENCHMARK(SparseSymmetric)->Arg(4)->Arg(6)->Arg(9)->Arg(12)->Arg(18)->Arg(24)->Iterations(1);
+
+}  // namespace
+}  // namespace palpate
+
+BENCHMARK_MAIN();

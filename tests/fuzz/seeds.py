@@ -1,0 +1,204 @@
+#!/usr/bin/env python3
+"""Small inputs to start the fuzzers with: seeds.py FOLDER makes FOLDER/TARGET/* and FOLDER/TARGET.dict.
+
+Where a target reads several kinds of files, the first byte of an input says which (see fuzz_TARGET.cpp).
+"""
+import json
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import zlib
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+NODES = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+TRIANGLES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+
+
+def write(folder, target, name, content, kind=None):
+    if isinstance(content, str):
+        content = content.encode()
+    (folder / target).mkdir(parents=True, exist_ok=True)
+    (folder / target / name).write_bytes((b"" if kind is None else bytes([kind])) + content)
+
+
+def dictionary(folder, target, words):
+    def quoted(word):
+        return '"' + "".join(c if c.isalnum() or c in " _-:.,$*[]{}/<>=&" else f"\\x{ord(c):02x}" for c in word) + '"'
+    (folder / f"{target}.dict").write_text("".join(quoted(w) + "\n" for w in sorted(set(words))))
+
+
+def strings_of(*patterns):
+    """The words that readers compare with: short string literals of their sources."""
+    words = set()
+    for pattern in patterns:
+        for source in ROOT.glob(pattern):
+            words.update(re.findall(r'"([A-Za-z_$*<][\w./$*-]{1,24})"', source.read_text()))
+    return words
+
+
+def lines(rows, first=""):
+    return "".join(first + " ".join(map(str, row)) + "\n" for row in rows)
+
+
+def numbered(rows, start=1, behind=""):
+    return "".join(f"{i} {' '.join(map(str, row))}{behind}\n" for i, row in enumerate(rows, start))
+
+
+def scenes(folder):
+    for scene in sorted((ROOT / "deploy" / "scenes").glob("*.yaml")):
+        write(folder, "scene", scene.name, scene.read_bytes(), 0)
+        write(folder, "scene", scene.stem + ".solve.yaml", scene.read_bytes(), 1)
+    write(folder, "scene", "aliases", "a: &a [1, 2]\nb: &b {c: *a, d: *a}\n<<: *b\n", 0)
+    units = ["mm", "um", "kPa", "MPa", "deg", "Hz", "px", "N/m", "&a", "*a", "<<: ", "{", "}", "[", "]", ": ", "1e308"]
+    dictionary(folder, "scene", strings_of("slave/scene/*.cpp") | set(units))
+
+
+def meshes(folder):
+    def facet(triangle):
+        corners = "".join("vertex " + " ".join(map(str, NODES[i])) + "\n" for i in triangle)
+        return f"facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n"
+    write(folder, "mesh", "ascii.stl", "solid a\n" + "".join(map(facet, TRIANGLES)) + "endsolid a\n", 0)
+    binary = b" " * 80 + struct.pack("<I", len(TRIANGLES))
+    for triangle in TRIANGLES:
+        binary += struct.pack("<12fH", 0, 0, 0, *(float(x) for i in triangle for x in NODES[i]), 0)
+    write(folder, "mesh", "binary.stl", binary, 0)
+    head = ("ply\nformat {} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 4\nproperty list uchar int vertex_indices\nend_header\n")
+    write(folder, "mesh", "ascii.ply", head.format("ascii") + lines(NODES) + lines(TRIANGLES, "3 "), 1)
+    for name, order in (("little", "<"), ("big", ">")):
+        body = b"".join(struct.pack(order + "3f", *p) for p in NODES)
+        body += b"".join(struct.pack(order + "B3i", 3, *t) for t in TRIANGLES)
+        write(folder, "mesh", name + ".ply", head.format(f"binary_{name}_endian").encode() + body, 1)
+    nodes = f"$Nodes\n4\n{numbered(NODES)}$EndNodes\n"
+    write(folder, "mesh", "2.msh", f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n{nodes}"
+          "$Elements\n1\n1 4 2 0 1 1 2 3 4\n$EndElements\n", 2)
+    write(folder, "mesh", "4.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
+          f"$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n{lines(NODES)}$EndNodes\n"
+          "$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n", 2)
+    vtu = ('<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"{}><UnstructuredGrid>'
+           '<Piece NumberOfPoints="4" NumberOfCells="1"><Points><DataArray type="Float32" NumberOfComponents="3" '
+           'format="{}">{}</DataArray></Points><Cells>'
+           '<DataArray type="Int32" Name="connectivity" format="ascii">0 1 2 3</DataArray>'
+           '<DataArray type="Int32" Name="offsets" format="ascii">4</DataArray>'
+           '<DataArray type="UInt8" Name="types" format="ascii">10</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>')
+    write(folder, "mesh", "ascii.vtu", vtu.format("", "ascii", lines(NODES)), 3)
+    points = b"".join(struct.pack("<3f", *p) for p in NODES)
+    import base64
+    plain = base64.b64encode(struct.pack("<I", len(points)) + points).decode()
+    write(folder, "mesh", "base64.vtu", vtu.format("", "binary", plain), 3)
+    packed = zlib.compress(points)
+    header = base64.b64encode(struct.pack("<4I", 1, len(points), 0, len(packed))).decode()
+    write(folder, "mesh", "zlib.vtu", vtu.format(' compressor="vtkZLibDataCompressor"', "binary",
+                                                  header + base64.b64encode(packed).decode()), 3)
+    write(folder, "mesh", "a.veg", f"*VERTICES\n4 3 0 0\n{numbered(NODES)}*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n"
+          "*MATERIAL A\nENU, 1000, 1e5, 0.45\n*REGION\nallElements, A\n", 4)
+    write(folder, "mesh", "a.node", f"4 3 0 0\n{numbered(NODES)}%%\n1 4 0\n1 1 2 3 4\n", 5)
+    dictionary(folder, "mesh", strings_of("shared/mesh/files/*.cpp") | {"%%\n", "1e308", "2147483647", "-1"})
+
+
+def tables(folder):
+    names = ",".join(f"E{i}" for i in range(1, 20))
+    row = ",".join(["10"] * 19)
+    write(folder, "csv", "contacts", "case,x,y,width\nA,0.1,0.2,\nB,1e-3,+2,0.01\n", 0)
+    write(folder, "csv", "recording", f"t,{names},pac0,pdc\n0,{row},1,2\n0.01,{row},1,2\n", 1)
+    write(folder, "csv", "two-fingers", "t," + ",".join(f"{f}_E{i}" for f in ("rf", "th") for i in range(1, 20)) +
+          f"\n0,{row},{row}\n", 1)
+    write(folder, "csv", "layout", "".join(f"E{i},-{i},0,-3,0,0.6,-0.8\n" for i in range(1, 20)), 2)
+    write(folder, "csv", "contour", "x,y\n0,0\n1,0\n1,1\n", 3)
+    write(folder, "csv", "poses", "t,finger,x,y,z,qw,qx,qy,qz\n0,rf,0,0,0,1,0,0,0\n1,rf,0,0,1,1,0,0,0\n", 4)
+    write(folder, "csv", "hand", "time_s,x,y,z\n0,0,0,0\n0.5,0.1,0,0\n", 5)
+    dictionary(folder, "csv", ["case", "width", "rel_time_s", "timestamp", "finger", "pac0", "pac1", "pdc", "E19", "fx",
+                               "nan", "inf", "1e999", "#", ",", "\n", "\ufeff".encode().decode("latin-1")])
+
+
+def pictures(folder):
+    def chunk(name, content):
+        return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+
+    def png(width, height, depth, colour, channels):
+        row = b"\0" + bytes(width * channels * depth // 8)
+        return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)) +
+                chunk(b"IDAT", zlib.compress(row * height)) + chunk(b"IEND", b""))
+    write(folder, "picture", "grey.png", png(8, 4, 8, 0, 1))
+    write(folder, "picture", "deep.png", png(8, 4, 16, 6, 4))
+    write(folder, "picture", "a.pgm", b"P5 4 2 255\n" + bytes(8))
+    write(folder, "picture", "a.ppm", b"P6 2 2 255\n" + bytes(12))
+    write(folder, "picture", "a.bmp", b"BM" + struct.pack("<IHHIIiiHHIIiiII", 70, 0, 0, 54, 40, 2, 2, 1, 24, 0, 16, 0, 0,
+                                                          0, 0) + bytes(16))
+    write(folder, "picture", "a.tif", b"II*\0" + struct.pack("<IH", 12, 0) + bytes(8))
+    write(folder, "picture", "a.jpg", b"\xff\xd8\xff\xe0\0\x10JFIF\0\1\1\0\0\1\0\1\0\0\xff\xd9")
+    dictionary(folder, "picture", ["IHDR", "IDAT", "IEND", "PLTE", "JFIF", "P5", "P2", "II*", "MM"])
+
+
+def networks(folder):
+    layer = {"kernel": [[0.5] * 2] * 19, "bias": [0.1, 0.2]}
+    write(folder, "network", "dense", json.dumps({"palpate_force_network": 1, "architecture": "dnn_19", "activation": "tanh",
+                                                  "dense": [layer], "gain": 1, "sigma": [0.1, 0.1, 0.1]}), 0)
+    write(folder, "network", "tensors", json.dumps({"dense/kernel": {"shape": [2, 1], "data": [1, 2]}}), 1)
+    write(folder, "network", "localiser", json.dumps({"format": "palpate localiser 1", "rotation": [[1, 0, 0], [0, 1, 0],
+                                                      [0, 0, 1]], "width": 0.1, "ridge": 0.1, "samples": 9}), 2)
+    dictionary(folder, "network", strings_of("slave/tactile/network/*_file.cpp", "slave/tactile/network/network_weights.cpp",
+                                             "slave/tactile/localise/localiser_file.cpp"))
+
+    def field(number, content):
+        return bytes([number << 3 | 2]) + (bytes([len(content)]) if len(content) < 128 else
+                                           bytes([len(content) & 127 | 128, len(content) >> 7])) + content
+
+    def value(name, *extents):
+        shape = b"".join(field(1, bytes([8, n])) for n in extents)
+        return field(1, name) + field(2, field(1, b"\x08\x01" + field(2, shape)))
+    node = field(1, field(1, b"x") + field(1, b"w") + field(2, b"y") + field(4, b"MatMul"))
+    weights = field(5, bytes([8, 21, 8, 3, 16, 1]) + field(8, b"w") + field(9, bytes(4 * 63)))
+    graph = node + field(2, b"g") + weights + field(11, value(b"x", 1, 21)) + field(12, value(b"y", 1, 3))
+    model = b"\x08\x07" + field(7, graph) + field(8, b"\x10\x0d")
+    write(folder, "onnx", "matmul.onnx", model)
+    dictionary(folder, "onnx", ["MatMul", "Gemm", "Tanh", "Relu", "Add", "LSTM", "Reshape", "Constant", "Squeeze", "Concat"])
+
+
+def rigs(folder):
+    lens = ("image_width: 640, image_height: 480, camera_matrix: {data: [800, 0, 320, 0, 800, 240, 0, 0, 1]}, "
+            "distortion_coefficients: {data: [0, 0.1, 0, 0, 0]}")
+    write(folder, "rig", "pair", f"left: &l {{{lens}}}\nright: *l\nR: {{data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}}\n"
+          "T: {data: [-0.06, 0, 0]}\nrms_px: 0.2\n")
+    write(folder, "rig", "one", "%YAML:1.0\n---\n" + "{" + lens + "}\n")
+    dictionary(folder, "rig", strings_of("slave/vision/stereo/rig_file.cpp") | {"!!opencv-matrix", "plumb_bob", "1e-320"})
+
+
+def clouds(folder):
+    head = "VERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA "
+    write(folder, "cloud", "ascii.pcd", head + "ascii\n0 0 1 0\n1 0 1 0\n")
+    write(folder, "cloud", "binary.pcd", (head + "binary\n").encode() + struct.pack("<8f", *range(8)))
+    packed = bytes([31]) + bytes(32)
+    write(folder, "cloud", "packed.pcd", (head + "binary_compressed\n").encode() + struct.pack("<II", len(packed), 32) +
+          packed)
+    dictionary(folder, "cloud", strings_of("slave/study/clouds/pcd*.cpp") | {"binary_compressed", "VIEWPOINT"})
+
+
+def messages(folder):
+    messages = {
+        "OperatorCommand": (0, "sequence: 3 epoch: 1 engaged: true p_M { x: 0.01 y: 0.02 z: 0 } sent_at { seconds: 1700000000 }"),
+        "SlaveState": (1, "sequence: 4 sensed_at { seconds: 1700000000 } force { x: 1 y: 0 z: 0 }"),
+        "TactileSample": (2, "electrodes: [" + ", ".join(["10"] * 19) + "] sensed_at { seconds: 1700000000 }"),
+        "SetParametersRequest": (3, ""), "SetModelRequest": (4, ""), "WatchStateRequest": (5, "max_rate_hz: 30")}
+    for name, (kind, text) in messages.items():
+        # Field names may have grown since; an empty message is a seed, too.
+        encoded = subprocess.run(["protoc", f"--proto_path={ROOT}/proto", f"--encode=palpate.v1.{name}",
+                                  "palpate/v1/teleoperation.proto"], input=text.encode(), capture_output=True)
+        write(folder, "wire", name, encoded.stdout, kind)
+        if encoded.returncode != 0:
+            print(f"seeds: {name} is empty: {encoded.stderr.decode().strip()}", file=sys.stderr)
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit("usage: seeds.py FOLDER")
+    folder = pathlib.Path(sys.argv[1])
+    folder.mkdir(parents=True, exist_ok=True)
+    for make in (scenes, meshes, tables, pictures, networks, rigs, clouds, messages):
+        make(folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,187 @@
+#include "slave/mechanics/linear/dense_lu.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kWidth = DenseLu::kWidth;
+
+// Needs row swaps everywhere: nothing favours the diagonal.
+MatrixXd RandomMatrix(int order) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> side(-1, 1);
+  return MatrixXd::NullaryExpr(order, order, [&] { return side(random); });
+}
+
+double Norm1(const MatrixXd& m) {
+  return m.cwiseAbs().colwise().sum().maxCoeff();
+}
+
+bool Factorize(DenseLu* lu) {
+  while (lu->done() < lu->blocks()) {
+    if (!lu->FactorizeNext()) return false;
+  }
+  return true;
+}
+
+MatrixXd Solved(const MatrixXd& A, MatrixXd B) {
+  DenseLu lu(A);
+  EXPECT_TRUE(Factorize(&lu));
+  lu.SolveInPlace(B);
+  return B;
+}
+
+// Reference: the residual of partial pivoting is some n eps, and Eigen's own LU; orders on both
+// sides of the width of blocks. Tolerance of the second: conditions are below 1e5.
+TEST(DenseLu, SolutionsLeaveNoResidual) {
+  for (const int order : {1, 7, 100, kWidth - 1, kWidth, kWidth + 1, 2 * kWidth + 40}) {
+    const MatrixXd A = RandomMatrix(order);
+    const MatrixXd B = MatrixXd::Random(order, 5);
+    const MatrixXd X = Solved(A, B);
+    EXPECT_LT((A * X - B).norm(), 1e-15 * order * A.norm() * X.norm()) << "order " << order;
+    const MatrixXd expected = A.partialPivLu().solve(B);
+    EXPECT_LT((X - expected).norm(), 1e-10 * expected.norm()) << "order " << order;
+  }
+}
+
+// Columns from 1 to 1e-12 in size: elimination does not see the scale of columns, so the scaled
+// answer is as good as that of the matrix without it. Reference: that one.
+TEST(DenseLu, ColumnsOfDifferentSizeLoseNothing) {
+  const int order = kWidth + 30;
+  const MatrixXd A = RandomMatrix(order);
+  const VectorXd scale = VectorXd::LinSpaced(order, 0, -12).unaryExpr([](double power) {
+    return std::pow(10, power);
+  });
+  const VectorXd b = VectorXd::Ones(order);
+  const VectorXd x = Solved(A, b);
+  const VectorXd graded = scale.cwiseProduct(Solved(A * scale.asDiagonal(), b));
+  EXPECT_LT((graded - x).norm(), 1e-10 * x.norm());
+}
+
+// Reference: the inverse. The estimate never exceeds the condition and is mostly within a factor
+// of three; up to a condition of 1e10 the inverse has the digits for that.
+TEST(DenseLu, ConditionIsThatOfTheInverse) {
+  for (const int order : {5, 150, kWidth + 44}) {
+    for (const double smallest : {1.0, 1e-4, 1e-9}) {
+      MatrixXd A = RandomMatrix(order);
+      A.row(order / 2) = A.row(0) + smallest * A.row(order / 2);
+      DenseLu lu(A);
+      ASSERT_TRUE(Factorize(&lu));
+      const double condition = Norm1(A) * Norm1(A.inverse());
+      EXPECT_LE(1 / lu.ReciprocalCondition(), condition * 1.001) << order << ' ' << smallest;
+      EXPECT_GT(1 / lu.ReciprocalCondition(), condition / 3) << order << ' ' << smallest;
+    }
+  }
+}
+
+// Beyond working precision there is no condition to compare with, but it shows that it is beyond.
+TEST(DenseLu, NearlySingularMatricesShowInTheCondition) {
+  MatrixXd A = RandomMatrix(300);
+  A.row(150) = A.row(0) + 1e-16 * A.row(150);
+  DenseLu lu(A);
+  if (!Factorize(&lu)) return;
+  EXPECT_LT(lu.ReciprocalCondition(), 1e-15);
+}
+
+// Reference: the factorisation that was not interrupted, bit for bit.
+TEST(DenseLu, TakesUpWhatAnEarlierRunLeft) {
+  const MatrixXd A = RandomMatrix(3 * kWidth - 20);
+  DenseLu whole(A), resumed(A);
+  for (int block = 0; block < 2; ++block) {
+    ASSERT_TRUE(whole.FactorizeNext());
+    ASSERT_TRUE(resumed.AdoptNext(whole.LastBlock()));
+  }
+  ASSERT_TRUE(Factorize(&whole));
+  ASSERT_TRUE(Factorize(&resumed));
+  MatrixXd X = MatrixXd::Identity(A.rows(), A.cols());
+  MatrixXd Y = X;
+  whole.SolveInPlace(X);
+  resumed.SolveInPlace(Y);
+  EXPECT_EQ(X, Y);
+  EXPECT_EQ(whole.ReciprocalCondition(), resumed.ReciprocalCondition());
+}
+
+TEST(DenseLu, TakesUpNothingThatDoesNotFit) {
+  DenseLu lu(RandomMatrix(200));
+  ASSERT_TRUE(lu.FactorizeNext());
+  const auto good = lu.LastBlock();
+  DenseLu other(RandomMatrix(200));
+  for (const double row : {3.0, 201.0, std::nan("")}) {  // above the pivot, beyond the matrix
+    auto block = good;
+    block[3] = row;
+    EXPECT_FALSE(other.AdoptNext(block)) << row;
+  }
+  auto block = good;
+  block.pop_back();
+  EXPECT_FALSE(other.AdoptNext(block));
+  EXPECT_EQ(other.done(), 0);
+  EXPECT_TRUE(other.AdoptNext(good));
+  EXPECT_FALSE(other.AdoptNext(good));  // there is no other block
+}
+
+TEST(DenseLu, SingularMatricesHaveNoPivot) {
+  MatrixXd A = RandomMatrix(kWidth + 50);
+  A.col(kWidth + 10).setZero();
+  DenseLu lu(A);
+  EXPECT_TRUE(lu.FactorizeNext());
+  EXPECT_FALSE(lu.FactorizeNext());
+  DenseLu zero(MatrixXd::Zero(3, 3));
+  EXPECT_FALSE(zero.FactorizeNext());
+}
+
+TEST(DenseLu, RefusesWhatIsNotFinite) {
+  const int order = kWidth + 50;
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    for (const int row : {0, 100, order - 1}) {
+      for (const int column : {0, 100, order - 1}) {
+        MatrixXd A = RandomMatrix(order);
+        A(row, column) = bad;
+        DenseLu lu(A);
+        EXPECT_FALSE(Factorize(&lu)) << bad << " at " << row << ", " << column;
+      }
+    }
+  }
+}
+
+// Models are made on threads of their own. Reference: one thread, bit for bit.
+TEST(DenseLu, ThreadsDoNotDisturbEachOther) {
+  const MatrixXd A = RandomMatrix(kWidth + 100);
+  const MatrixXd B = MatrixXd::Identity(A.rows(), A.cols());
+  const MatrixXd expected = Solved(A, B);
+  std::vector<MatrixXd> solved(4);
+  {
+    std::vector<std::jthread> threads;
+    for (auto& x : solved) {
+      threads.emplace_back([&] {
+        for (int k = 0; k < 5; ++k) x = Solved(A, B);
+      });
+    }
+  }
+  for (const auto& x : solved) EXPECT_EQ(x, expected);
+}
+
+TEST(DenseLu, SolutionsAllocateNothing) {
+  DenseLu lu(RandomMatrix(300));
+  ASSERT_TRUE(Factorize(&lu));
+  MatrixXd B = MatrixXd::Ones(300, 8);
+  const long before = AllocationCount();
+  lu.SolveInPlace(B);
+  lu.SolveInPlace(B.middleCols(2, 3));
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+}  // namespace
+}  // namespace palpate

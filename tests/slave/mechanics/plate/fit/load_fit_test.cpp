@@ -1,0 +1,250 @@
+#include "slave/mechanics/plate/fit/load_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/plate/plate_large_model.h"
+#include "slave/mechanics/plate/plate_model.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector2d;
+using testing::HasSubstr;
+
+constexpr double kRadius = 0.039, kThickness = 0.001, kModulus = 27.2e6, kNu = 0.45;
+
+// About thirty dots as in paper C, on a grid of 5 mm within 15 mm of the centre.
+std::vector<Vector2d> Dots() {
+  std::vector<Vector2d> dots;
+  for (int i = -3; i <= 3; ++i) {
+    for (int j = -3; j <= 3; ++j) {
+      const Vector2d p(0.005 * i, 0.005 * j);
+      if (p.norm() < 0.0155) dots.push_back(p);
+    }
+  }
+  return dots;
+}
+
+struct Picture {
+  std::vector<Vector2d> points = Dots();
+  std::vector<double> displacement, sigma;
+};
+
+// What a load does to the dots, with noise.
+Picture Look(PlateSurface& plate, const Vector2d& p, double force, double width, double sigma,
+             std::mt19937* random) {
+  Contact contact{Contact::Kind::kForce, {p.x(), p.y(), 0}, -1, width, {0, 0, force}};
+  ContactResponse response;
+  plate.Respond(std::span(&contact, 1), std::span(&response, 1));
+  EXPECT_NE(response.validity, Validity::kFailed);
+  Picture picture;
+  std::normal_distribution<double> noise(0, sigma);
+  for (const auto& point : picture.points) {
+    const double error = random == nullptr ? 0 : noise(*random);
+    picture.displacement.push_back(plate.Displacement(point) + error);
+    picture.sigma.push_back(sigma);
+  }
+  return picture;
+}
+
+LoadFit FitTo(LoadFitter& fitter, const Picture& picture) {
+  return fitter.Fit(picture.points, picture.displacement, picture.sigma);
+}
+
+// Reference: the load itself, without noise, by points that are trusted to a micrometre.
+TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
+  PlateModel small({kRadius, kThickness, kModulus, kNu});
+  PlateLargeModel large({kRadius, kThickness, kModulus, kNu});
+  for (PlateSurface* plate :
+       {static_cast<PlateSurface*>(&small), static_cast<PlateSurface*>(&large)}) {
+    for (const double width : {0.0, 0.004}) {
+      LoadFitter fitter(*plate, width);
+      for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.0123, -0.004), Vector2d(-0.019, 0.008),
+                                Vector2d(0.001, 0.020), Vector2d(0, 1e-5)}) {
+        for (const double force : {-1e-2, -0.05, -1.0, 0.3}) {
+          const Picture picture = Look(*plate, p, force, width, 1e-6, nullptr);
+          fitter.Reset();
+          const LoadFit fit = FitTo(fitter, picture);
+          ASSERT_NE(fit.validity, Validity::kFailed)
+              << fit.reason << " " << p.transpose() << " " << force << " " << width;
+          EXPECT_LT((fit.p_O - p).norm(), 1e-4 * kRadius) << p.transpose() << " " << force;
+          EXPECT_NEAR(fit.force / force, 1, 1e-3) << p.transpose() << " " << force;
+          EXPECT_LT(fit.residual, 0.1);
+        }
+      }
+    }
+  }
+}
+
+// Reference: chi-square. Over many noisy pictures of the same load the errors by their stated
+// covariance have a mean square of three, and the residual is one. With 200 pictures the mean has a
+// standard deviation of sqrt(2 * 3 / 200) = 0.17; four of them are allowed.
+TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
+  PlateModel small({kRadius, kThickness, kModulus, kNu});
+  PlateLargeModel large({kRadius, kThickness, kModulus, kNu, 0, 8});
+  for (PlateSurface* plate :
+       {static_cast<PlateSurface*>(&small), static_cast<PlateSurface*>(&large)}) {
+    LoadFitter fitter(*plate, 0.004);
+    std::mt19937 random(7);
+    const Vector2d p(0.011, 0.006);
+    const double force = -0.1;
+    double chi_square = 0, residual = 0;
+    constexpr int kPictures = 200;
+    for (int i = 0; i < kPictures; ++i) {
+      const Picture picture = Look(*plate, p, force, 0.004, 2e-5, &random);
+      const LoadFit fit = FitTo(fitter, picture);
+      ASSERT_NE(fit.validity, Validity::kFailed) << fit.reason;
+      const Eigen::Vector3d error(fit.p_O.x() - p.x(), fit.p_O.y() - p.y(), fit.force - force);
+      chi_square += error.dot(fit.covariance.inverse() * error);
+      residual += fit.residual * fit.residual;
+    }
+    EXPECT_NEAR(chi_square / kPictures, 3, 0.7);
+    EXPECT_NEAR(residual / kPictures, 1, 0.1);
+  }
+}
+
+// The search does not need the last answer, and the last answer does not mislead it.
+TEST(LoadFit, FollowsALoadThatJumps) {
+  PlateModel plate({kRadius, kThickness, kModulus, kNu});
+  LoadFitter fitter(plate, 0);
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> unit(-0.02, 0.02);
+  for (int i = 0; i < 100; ++i) {
+    const Vector2d p(unit(random), unit(random));
+    const LoadFit fit = FitTo(fitter, Look(plate, p, -0.02, 0, 1e-6, &random));
+    ASSERT_EQ(fit.validity, Validity::kValid) << fit.reason << p.transpose();
+    EXPECT_LT((fit.p_O - p).norm(), 6 * std::sqrt(fit.covariance.topLeftCorner<2, 2>().trace()));
+  }
+}
+
+TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
+  PlateModel plate({kRadius, kThickness, kModulus, kNu});
+  LoadFitter fitter(plate, 0);
+  std::mt19937 random(11);
+  int invented = 0;
+  for (int i = 0; i < 100; ++i) {
+    const LoadFit fit = FitTo(fitter, Look(plate, {0.01, 0}, -1e-9, 0, 2e-5, &random));
+    if (fit.validity != Validity::kFailed) ++invented;
+  }
+  EXPECT_EQ(invented, 0);
+
+  Picture picture = Look(plate, {0.01, 0}, -0.1, 0, 1e-6, nullptr);
+  const auto reason = [&](const Picture& seen) {
+    const LoadFit fit = FitTo(fitter, seen);
+    EXPECT_EQ(fit.validity, Validity::kFailed);
+    return std::string(fit.reason);
+  };
+  Picture few = picture;
+  few.points.resize(3);
+  few.displacement.resize(3);
+  few.sigma.resize(3);
+  EXPECT_THAT(reason(few), HasSubstr("four"));
+  Picture uneven = picture;
+  uneven.sigma.pop_back();
+  EXPECT_THAT(reason(uneven), HasSubstr("number"));
+  Picture off = picture;
+  off.points[0].x() = 0.05;
+  EXPECT_THAT(reason(off), HasSubstr("off the plate"));
+  Picture nan = picture;
+  nan.displacement[3] = std::nan("");
+  EXPECT_THAT(reason(nan), HasSubstr("finite"));
+  Picture certain = picture;
+  certain.sigma[3] = 0;
+  EXPECT_THAT(reason(certain), HasSubstr("sigma"));
+  Picture flat = picture;
+  std::ranges::fill(flat.displacement, 0.0);
+  EXPECT_THAT(reason(flat), HasSubstr("no load"));
+  // The dots on one side alone tell a weak distant load from a strong near one only with luck.
+  Picture blurred = Look(plate, {-0.03, 0}, -0.3, 0, 1e-4, &random);
+  std::ranges::fill(blurred.sigma, 1e-4);
+  blurred.points = {{0.02, 0}, {0.021, 0}, {0.02, 0.001}, {0.021, 0.001}, {0.0205, 0}};
+  blurred.displacement.assign(5, -7e-4);
+  blurred.sigma.assign(5, 1e-4);
+  EXPECT_THAT(reason(blurred), HasSubstr("determine"));
+}
+
+TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
+  PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
+  LoadFitter fitter(plate, 0.004);
+  std::mt19937 random(13);
+  const Picture first = Look(plate, {0.01, 0.003}, -0.5, 0.004, 1e-5, &random);
+  const Picture second = Look(plate, {-0.012, 0.001}, -0.2, 0.004, 1e-5, &random);
+  EXPECT_NE(FitTo(fitter, first).validity, Validity::kFailed);
+  const long before = AllocationCount();
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_NE(FitTo(fitter, i % 2 == 0 ? first : second).validity, Validity::kFailed);
+  }
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+// A plate that answers, three times as deep as it should, but for its second call and all from the
+// seventh on: a fit takes its derivatives and then gets no further.
+class UnreliablePlate final : public PlateSurface {
+ public:
+  void Respond(std::span<const Contact> contacts,
+               std::span<ContactResponse> responses) noexcept override {
+    ++calls_;
+    if (calls_ == 2 || calls_ >= 7) {
+      std::ranges::fill(responses, ContactResponse{});
+    } else {
+      plate_.Respond(contacts, responses);
+    }
+  }
+  void Displacements(std::vector<Eigen::Vector3d>* u_O) override { plate_.Displacements(u_O); }
+  [[nodiscard]] const FieldMesh& field_mesh() const override { return plate_.field_mesh(); }
+  [[nodiscard]] const ModelInfo& info() const override { return plate_.info(); }
+  [[nodiscard]] double Displacement(const Vector2d& p_O) noexcept override {
+    return 3 * plate_.Displacement(p_O);
+  }
+  [[nodiscard]] double radius() const override { return plate_.radius(); }
+  [[nodiscard]] double thickness() const override { return plate_.thickness(); }
+  [[nodiscard]] int calls() const { return calls_; }
+
+ private:
+  PlateLargeModel plate_{{kRadius, kThickness, kModulus, kNu}};
+  int calls_ = 0;
+};
+
+// Reference: the fit without the finer plate. Its derivatives may be those of a step before, so
+// that the covariances agree within some percent; the finer plate's would make them a ninth.
+TEST(LoadFit, WhatTheFinerPlateFailedToFindIsJudgedByTheCoarseOne) {
+  PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
+  UnreliablePlate finer;
+  LoadFitter fitter(plate, 0.004, &finer);
+  std::mt19937 random(17);
+  const Picture picture = Look(plate, {0.02, 0.003}, -30, 0.004, 2e-5, &random);
+  const LoadFit coarse =
+      fitter.FitCoarsely(picture.points, picture.displacement, picture.sigma, Rim::kStays);
+  fitter.Reset();
+  const LoadFit fit = FitTo(fitter, picture);
+  ASSERT_GE(finer.calls(), 7);
+  ASSERT_EQ(coarse.validity, Validity::kValid) << coarse.reason;
+  EXPECT_EQ(fit.validity, Validity::kExtrapolated);
+  EXPECT_THAT(std::string(fit.reason), HasSubstr("more modes"));
+  const Eigen::Vector3d sigma =
+      coarse.covariance.diagonal().cwiseSqrt();  // a fit ends 1e-3 of it off
+  EXPECT_LT((fit.p_O - coarse.p_O).norm(), 1e-2 * sigma.head<2>().norm());
+  EXPECT_NEAR(fit.force, coarse.force, 1e-2 * sigma[2]);
+  EXPECT_NEAR(fit.residual, coarse.residual, 1e-3);
+  EXPECT_LT((fit.covariance - coarse.covariance).norm(), 0.1 * coarse.covariance.norm());
+}
+
+TEST(LoadFit, RefusesAnImpossibleWidth) {
+  PlateModel plate({kRadius, kThickness, kModulus, kNu});
+  EXPECT_THROW(LoadFitter(plate, -1), std::invalid_argument);
+  EXPECT_THROW(LoadFitter(plate, 0.078), std::invalid_argument);
+  EXPECT_THROW(LoadFitter(plate, std::nan("")), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,69 @@
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/bem/bem2d_model.h"
+#include "tests/slave/mechanics/bodies.h"
+
+namespace palpate {
+namespace {
+
+class Listener final : public Progress {
+ public:
+  explicit Listener(std::string stop_in = "none") : stop_in_(std::move(stop_in)) {}
+  void Expect(const PrecomputeCost& cost) override {
+    EXPECT_TRUE(stages.empty()) << "before the work starts";
+    expected = cost;
+  }
+  bool Report(std::string_view stage, double done) override {
+    EXPECT_GE(done, 0);
+    EXPECT_LE(done, 1);
+    if (stages.empty() || stages.back() != stage) {
+      stages.emplace_back(stage);
+    } else {
+      EXPECT_GE(done, done_) << stage;
+    }
+    done_ = done;
+    return stage != stop_in_;
+  }
+  PrecomputeCost expected;
+  std::vector<std::string> stages;
+
+ private:
+  std::string stop_in_;
+  double done_ = 0;
+};
+
+constexpr Bem2dModel::Params kParams{.young_modulus = 1e5, .thickness = 1};
+
+TEST(Precompute, TellsWhatToExpectAndHowFarItIs) {
+  Listener listener;
+  const Bem2dModel model(bodies::Block(60), kParams, &listener);
+  const std::vector<std::string> expected{"boundary integrals", "factorising", "solving"};
+  EXPECT_EQ(listener.stages, expected);
+  EXPECT_GT(listener.expected.seconds, 0);
+  EXPECT_GE(listener.expected.memory_bytes, model.info().memory_bytes);
+}
+
+TEST(Precompute, StopsWhereItIsTold) {
+  for (const char* stage : {"boundary integrals", "factorising", "solving"}) {
+    Listener listener(stage);
+    EXPECT_THROW(Bem2dModel(bodies::Block(60), kParams, &listener), Interrupted) << stage;
+    EXPECT_EQ(listener.stages.back(), stage);
+  }
+}
+
+// Reference: the number of unknowns by order, 2 N, 4 N and 6 N.
+TEST(Precompute, CostsMoreForHigherOrders) {
+  const auto memory = [](int elements, ElementOrder order) {
+    return static_cast<double>(Bem2dModel::Estimate(elements, order).memory_bytes);
+  };
+  const double constant = memory(500, ElementOrder::kConstant);
+  EXPECT_EQ(memory(500, ElementOrder::kLinear) / constant, 4);
+  EXPECT_EQ(memory(500, ElementOrder::kQuadratic) / constant, 9);
+  EXPECT_EQ(memory(1000, ElementOrder::kConstant) / constant, 4);
+}
+
+}  // namespace
+}  // namespace palpate

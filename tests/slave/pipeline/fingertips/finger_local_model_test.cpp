@@ -1,0 +1,112 @@
+#include "slave/pipeline/fingertips/finger_local_model.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "tests/slave/pipeline/fingertips/tactile_scene.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using testing_fakes::CubeScene;
+using testing_fakes::kAbove;
+
+// A fingertip flat on the middle of the cube's top, pressed in by `depth`.
+class FingerLocalModelTest : public ::testing::Test {
+ protected:
+  [[nodiscard]] Isometry3d Pressed(double depth) const {
+    Isometry3d X_SF = scene_.sense.tactile->fingers.front().X_SF;
+    X_SF.translation().z() -= depth;
+    return X_SF;
+  }
+  // The model of small strain alone at this depth, normal force [N].
+  double Modelled(double depth) {
+    FingerLocalModel touch(scene_);
+    LocalModel model;
+    touch.Update(*body_, Isometry3d::Identity(), Pressed(depth), true, std::nullopt, &model);
+    return depth * model.stiffness(2, 2);
+  }
+  // What `ratio` comes to after `samples` in which the force felt is `force` along the normal.
+  double Learnt(double depth, double force, double sigma, int samples) {
+    for (int i = 0; i < samples; ++i) {
+      touch_.Update(*body_, Isometry3d::Identity(), Pressed(depth), true,
+                    FingerLocalModel::FeltForce{{0, 0, force}, sigma}, &model_);
+    }
+    return touch_.felt_ratio();
+  }
+
+  Scene scene_ = CubeScene(kAbove);
+  std::unique_ptr<TactileBody> body_ = MakeTactileBody(scene_);
+  FingerLocalModel touch_{scene_};
+  LocalModel model_;
+};
+
+constexpr double kDepth = 2e-3;  // [m]
+
+// Reference: the force felt itself. Half a second is ten learning times: e^-10 = 5e-5 is left.
+TEST_F(FingerLocalModelTest, TheRenderedForceBecomesTheOneFelt) {
+  const double modelled = Modelled(kDepth);
+  ASSERT_GT(modelled, 0);
+  EXPECT_NEAR(Learnt(kDepth, 1.7 * modelled, 0, 50), 1.7, 1e-4);
+  EXPECT_NEAR(model_.force.z() + kDepth * model_.stiffness(2, 2), 1.7 * modelled, 1e-4 * modelled);
+}
+
+TEST_F(FingerLocalModelTest, AForceThatDrownsInItsErrorHasNoSay) {
+  const double modelled = Modelled(kDepth);
+  // A third of a sigma in all: its say is 1 / (1 + 81) of a sure one's.
+  EXPECT_NEAR(Learnt(kDepth, 2 * modelled, 6 * modelled, 5), 1, 0.02);
+  EXPECT_GT(touch_.felt_ratio(), 1);
+}
+
+TEST_F(FingerLocalModelTest, WhatWasFeltStaysForTheNextContact) {
+  const double modelled = Modelled(kDepth);
+  Learnt(kDepth, 2 * modelled, 0, 50);
+  for (int i = 0; i < 20; ++i) {
+    touch_.Update(*body_, Isometry3d::Identity(), Pressed(-1e-3), false, std::nullopt, &model_);
+  }
+  touch_.Update(*body_, Isometry3d::Identity(), Pressed(kDepth), true, std::nullopt, &model_);
+  EXPECT_NEAR(touch_.felt_ratio(), 2, 1e-4);
+  touch_.Forget();
+  EXPECT_DOUBLE_EQ(touch_.felt_ratio(), 1);
+}
+
+TEST_F(FingerLocalModelTest, GrazingPullingAndBrokenForcesTeachNothing) {
+  const double inf = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_DOUBLE_EQ(Learnt(0.05 * scene_.operator_options.press_depth, 1, 0, 20), 1);
+  EXPECT_DOUBLE_EQ(Learnt(kDepth, -1, 0, 20), 1);
+  EXPECT_DOUBLE_EQ(Learnt(kDepth, nan, 0, 20), 1);
+  EXPECT_DOUBLE_EQ(Learnt(kDepth, 1, nan, 20), 1);
+  EXPECT_DOUBLE_EQ(Learnt(kDepth, 1, inf, 20), 1);
+}
+
+// Foam gives way more the deeper it is pressed: one ratio for all depths would be a compromise.
+// Reference: the forces felt, at both depths in turn; 0.2 of the difference is what each takes off
+// the other's between its turns.
+TEST_F(FingerLocalModelTest, EachDepthHasItsOwnRatio) {
+  const double deep = 4 * kDepth / 2, shallow = kDepth / 2;
+  const double at_shallow = Modelled(shallow), at_deep = Modelled(deep);
+  for (int turn = 0; turn < 20; ++turn) {
+    Learnt(shallow, 1.5 * at_shallow, 0, 5);
+    Learnt(deep, 0.9 * at_deep, 0, 5);
+  }
+  touch_.Update(*body_, Isometry3d::Identity(), Pressed(shallow), true, std::nullopt, &model_);
+  EXPECT_NEAR(touch_.felt_ratio(), 1.5, 0.2 * 0.6);
+  touch_.Update(*body_, Isometry3d::Identity(), Pressed(deep), true, std::nullopt, &model_);
+  EXPECT_NEAR(touch_.felt_ratio(), 0.9, 0.2 * 0.6);
+  EXPECT_NEAR(model_.force.z() + deep * model_.stiffness(2, 2), touch_.felt_ratio() * at_deep,
+              1e-9 * at_deep);
+}
+
+// A thousand times the force of the model is a wrong model or a wrong pose, not a stiffness.
+TEST_F(FingerLocalModelTest, TheRatioStaysWithinFour) {
+  EXPECT_NEAR(Learnt(kDepth, 1e3 * Modelled(kDepth), 0, 100), 4, 1e-3);
+  EXPECT_NEAR(Learnt(kDepth, 1e-3 * Modelled(kDepth), 0, 100), 0.25, 1e-3);
+  EXPECT_TRUE(model_.stiffness.allFinite());
+}
+
+}  // namespace
+}  // namespace palpate

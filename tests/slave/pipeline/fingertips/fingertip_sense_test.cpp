@@ -1,0 +1,243 @@
+#include "slave/pipeline/fingertips/fingertip_sense.h"
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "slave/capture/tactile_inbox.h"
+#include "slave/pipeline/teleop/live_slave.h"
+#include "tests/slave/pipeline/fingertips/tactile_scene.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using testing_fakes::CubeScene;
+using testing_fakes::Fakes;
+using testing_fakes::Hand;
+using testing_fakes::kAbove;
+
+constexpr double kPatience = 30;  // before something that does not happen fails the test [s]
+
+// What the fingertips of a test do, shared with its source.
+struct Touching {
+  std::mutex mutex;
+  Hand hand{1};
+  bool ended = false, silent = false, breaks = false;
+  std::optional<Eigen::Isometry3d> X_SF = {};  // of the first fingertip, where the source tells it
+};
+
+// A sample every 2 ms.
+class FakeSource final : public TactileSource {
+ public:
+  explicit FakeSource(std::shared_ptr<Touching> world) : world_(std::move(world)) {}
+  std::optional<TactileFrame> Next(const std::stop_token& stop) override {
+    while (!stop.stop_requested()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      const std::lock_guard lock(world_->mutex);
+      if (world_->breaks) throw std::runtime_error("the cable is off");
+      if (world_->ended) return std::nullopt;
+      if (world_->silent) continue;
+      TactileFrame frame = world_->hand.Next();
+      frame.sensed_at = Clock::now();
+      frame.fingers[0].X_SF = world_->X_SF;
+      return frame;
+    }
+    return std::nullopt;
+  }
+  [[nodiscard]] std::string description() const override { return "a fake"; }
+
+ private:
+  std::shared_ptr<Touching> world_;
+};
+
+class FingertipSenseTest : public ::testing::Test {
+ protected:
+  FingertipSenseTest()
+      : slave_(CubeScene(kAbove), nullptr, MakeManipulator(CubeScene(kAbove), {}),
+               std::make_unique<FingertipSense>(CubeScene(kAbove),
+                                                std::make_unique<FakeSource>(world_), Fakes())) {}
+
+  void Touch(const Vector3d& force_F, bool active) {
+    const std::lock_guard lock(world_->mutex);
+    world_->hand.forces_F[0] = force_F;
+    world_->hand.active[0] = active;
+  }
+  void Set(bool Touching::*what) {
+    const std::lock_guard lock(world_->mutex);
+    (*world_).*what = true;
+  }
+  SlaveState Until(const std::function<bool(const SlaveState&)>& reached) {
+    const Time begin = Clock::now();
+    for (;;) {
+      const SlaveState state = slave_.Compose(Clock::now());
+      if (reached(state)) return state;
+      if (SecondsBetween(begin, Clock::now()) > kPatience) {
+        ADD_FAILURE() << "not reached: " << ToString(state.validity);
+        return state;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+  }
+  static bool IsValid(const SlaveState& s) { return s.validity == Validity::kValid; }
+  static bool Touches(const SlaveState& s) { return s.local_model.in_contact; }
+
+  std::shared_ptr<Touching> world_ = std::make_shared<Touching>();
+  LiveSlave slave_;
+};
+
+TEST_F(FingertipSenseTest, ATouchIsFeltAndSeen) {
+  Until(IsValid);
+  slave_.TakeEvents();
+  Touch({0, 0, -0.2}, true);
+  const SlaveState state =
+      Until([](const SlaveState& s) { return s.force && s.force->z() > 0.19 && Touches(s); });
+  EXPECT_EQ(state.validity, Validity::kValid);
+  EXPECT_EQ(state.finger_count, 0);  // one alone is told by the state itself
+  EXPECT_FALSE(state.true_force.has_value());
+  EXPECT_TRUE(slave_.TakeEvents().Has(Event::kContact));
+  const BoundaryShape shape = slave_.Shape(true);
+  EXPECT_EQ(shape.nodes_per_element, 3);
+  EXPECT_EQ(shape.nodal_forces.size(), shape.positions.size());
+  EXPECT_NE(shape.positions, shape.rest);
+  EXPECT_FALSE(slave_.Picture(true, 80).has_value());
+  EXPECT_EQ(slave_.tactile_inbox(), nullptr);
+  const SlaveStatus status = slave_.Status();
+  ASSERT_EQ(status.stages.size(), 4U);
+  EXPECT_EQ(status.stages[0].stage, "tactile");
+  EXPECT_GE(status.frames, 10U);
+  EXPECT_EQ(slave_.Describe().sense.model.kind, "fem");
+}
+
+TEST_F(FingertipSenseTest, TheHandMovesTheFingertip) {
+  Until(IsValid);
+  slave_.BeginOperating();
+  const Vector3d home = slave_.Compose(Clock::now()).p_S_tip;
+  OperatorCommand command;
+  command.epoch = 1;
+  command.engaged = true;
+  const SlaveState state = Until([&](const SlaveState& s) {
+    ++command.sequence;
+    command.sent_at = Clock::now();
+    if (s.phase == Phase::kFollowing) command.p_M = {0, 0, 0.005};
+    EXPECT_TRUE(slave_.Command(command));
+    return (s.p_S_tip - home).norm() > 0.0049;
+  });
+  EXPECT_NEAR(state.local_model.Penetration(state.p_S_tip), -0.005, 2e-4);
+  EXPECT_THROW(slave_.SetModel({"fem-green", 0, "", ""}), std::logic_error);
+  slave_.EndOperating();
+}
+
+TEST_F(FingertipSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
+  Until(IsValid);
+  Set(&Touching::silent);
+  const SlaveState stale =
+      Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
+  EXPECT_GT(SecondsBetween(stale.sensed_at, Clock::now()), 0.06);
+  Set(&Touching::ended);
+  Until([&](const SlaveState&) { return !slave_.Status().alarms.empty(); });
+}
+
+TEST_F(FingertipSenseTest, ASourceThatBreaksIsAnAlarm) {
+  Until(IsValid);
+  Set(&Touching::breaks);
+  Until([&](const SlaveState&) { return !slave_.Status().alarms.empty(); });
+  EXPECT_EQ(slave_.Status().alarms.front(), "the cable is off");
+}
+
+TEST_F(FingertipSenseTest, AResetTakesRestValuesAnew) {
+  Until(IsValid);
+  Touch({0, 0, -0.2}, true);
+  Until(Touches);
+  slave_.TakeEvents();
+  slave_.Reset();
+  // What presses now is taken for rest.
+  const SlaveState state =
+      Until([&](const SlaveState& s) { return IsValid(s) && s.force && s.force->norm() < 1e-6; });
+  EXPECT_FALSE(Touches(state));
+  EXPECT_TRUE(slave_.TakeEvents().Has(Event::kRelease));
+}
+
+TEST_F(FingertipSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
+  Until(IsValid);
+  const double before = slave_.Compose(Clock::now()).local_model.stiffness.norm();
+  ParameterChange softer;
+  softer.young_modulus = 2000;
+  slave_.SetParameters(softer);
+  const SlaveState state = Until([&](const SlaveState& s) {
+    return s.local_model.stiffness.norm() < 0.51 * before && IsValid(s);
+  });
+  EXPECT_NEAR(state.local_model.stiffness.norm() / before, 0.5, 1e-6);
+  slave_.SetModel({"fem-green", 0, "", ""});
+  EXPECT_EQ(slave_.Describe().sense.model.kind, "fem-green");
+  EXPECT_TRUE(slave_.TakeEvents().Has(Event::kModelChanged));
+  EXPECT_THROW(slave_.SetModel({"bem2d", 0, "", ""}), std::invalid_argument);
+  EXPECT_THROW(slave_.SetModel({"", 100, "", ""}), std::invalid_argument);
+  EXPECT_THROW(slave_.SetModel({"", 0, "stress", ""}), std::invalid_argument);
+  EXPECT_THROW(slave_.SetModel({"", 0, "", "glued"}), std::invalid_argument);
+  ParameterChange absurd;
+  absurd.young_modulus = -1;
+  EXPECT_THROW(slave_.SetParameters(absurd), std::invalid_argument);
+}
+
+TEST_F(FingertipSenseTest, TheEmergencyStopLatches) {
+  Until(IsValid);
+  slave_.EmergencyStop("a test");
+  Until([](const SlaveState& s) { return s.phase == Phase::kEstop; });
+}
+
+// What tells the pose and the arm's encoders disagree by 2 mm. Reference: the tip as it is sensed;
+// the clutch must hold the hand there, or the master meets the surface 2 mm beside where it is.
+TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed) {
+  const Scene scene = CubeScene(kAbove);
+  auto touching = std::make_shared<Touching>();
+  touching->X_SF = scene.sense.tactile->fingers.front().X_SF;
+  touching->X_SF->translation().x() += 2e-3;
+  LiveSlave slave(
+      scene, nullptr, MakeManipulator(scene, [](const Vector3d&) {}),
+      std::make_unique<FingertipSense>(scene, std::make_unique<FakeSource>(touching), Fakes()));
+  const Time begin = Clock::now();
+  const auto is_patient = [&] { return SecondsBetween(begin, Clock::now()) < kPatience; };
+  while (slave.Status().frames < 20 && is_patient()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  slave.BeginOperating();
+  OperatorCommand command;
+  command.epoch = 1;
+  command.sequence = 1;
+  command.engaged = true;
+  command.sent_at = Clock::now();
+  EXPECT_TRUE(slave.Command(command));
+  const SlaveState state = slave.Compose(Clock::now());
+  EXPECT_NEAR(state.p_S_tip.x() - scene.manipulator.home.x(), 2e-3, 1e-9);
+  EXPECT_LT((state.offset - state.p_S_tip).norm(), 10e-6);
+}
+
+// A stream: samples come in through the inbox, as FeedTactile puts them there.
+TEST(FingertipSenseStreamTest, StreamedSamplesAreFelt) {
+  const auto streamed = MakeLiveSlave(CubeScene("finger: rf, " + kAbove));
+  Slave& slave = *streamed;
+  TactileInbox* inbox = slave.tactile_inbox();
+  ASSERT_NE(inbox, nullptr);
+  EXPECT_FALSE(slave.Compose(Clock::now()).force.has_value());
+  const FingerReading pressing = testing_fakes::ReadingOf({0, 0, 0}, true);
+  const Time begin = Clock::now();
+  std::uint64_t sequence = 0;
+  while (slave.Status().frames < 20 && SecondsBetween(begin, Clock::now()) < kPatience) {
+    EXPECT_FALSE(inbox->Feed("rf", ++sequence, Clock::now(), pressing, Clock::now()).has_value());
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_GE(slave.Status().frames, 20U);
+  // No network: where the fingertip is counts, not what it feels.
+  const SlaveState state = slave.Compose(Clock::now());
+  EXPECT_FALSE(state.force.has_value());
+  EXPECT_TRUE(state.local_model.known());
+}
+
+}  // namespace
+}  // namespace palpate

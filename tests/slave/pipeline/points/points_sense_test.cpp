@@ -1,0 +1,227 @@
+#include "slave/pipeline/points/points_sense.h"
+
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "slave/pipeline/teleop/live_slave.h"
+#include "tests/slave/pipeline/points/watched_membrane.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using testing_fakes::MembraneScene;
+using testing_fakes::MembraneSource;
+using testing_fakes::MembraneWorld;
+
+constexpr double kPatience = 60;  // before something that does not happen fails the test [s]
+
+std::unique_ptr<Slave> Watching(const Scene& scene, std::shared_ptr<MembraneWorld> world) {
+  return std::make_unique<LiveSlave>(
+      scene, nullptr, MakeManipulator(scene, {}),
+      std::make_unique<PointsSense>(scene, std::make_unique<MembraneSource>(std::move(world))));
+}
+
+// The slave over a fake source: what it feels is drawn by the test.
+class PointsSenseTest : public ::testing::Test {
+ protected:
+  PointsSenseTest() {
+    world_->Show({});
+    slave_ = Watching(MembraneScene(), world_);
+  }
+
+  SlaveState Until(const std::function<bool(const SlaveState&)>& reached) {
+    const Time begin = Clock::now();
+    for (;;) {
+      const SlaveState state = slave_->Compose(Clock::now());
+      if (reached(state)) return state;
+      if (SecondsBetween(begin, Clock::now()) > kPatience) {
+        ADD_FAILURE() << "not reached: " << ToString(state.validity);
+        return state;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+  }
+  // A force by the newest pictures: what was taken before `since` does not count.
+  SlaveState UntilFelt(double least) {
+    return Until([&](const SlaveState& s) { return s.force && s.force->norm() > least; });
+  }
+  static bool IsValid(const SlaveState& s) { return s.validity == Validity::kValid; }
+
+  std::shared_ptr<MembraneWorld> world_ = std::make_shared<MembraneWorld>();
+  std::unique_ptr<Slave> slave_;
+};
+
+// Reference: the plate's closed form, which bent the drawn dots. Tolerance: 1 mm of deflection is
+// seen to within 0.02 mm by 31 dots together.
+TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
+  Until(IsValid);
+  slave_->TakeEvents();
+  constexpr double kForce = 4.0;
+  world_->Show({kForce, {0.006, 0.004}, false});
+  const SlaveState state = UntilFelt(0.5 * kForce);
+  ASSERT_TRUE(state.force);
+  EXPECT_EQ(state.validity, Validity::kValid);
+  EXPECT_NEAR(state.force->z(), kForce, 0.05 * kForce);  // the object pushes the tool out
+  EXPECT_LT(state.force->head<2>().norm(), 1e-9);
+  EXPECT_GT(state.sigma, 0);
+  EXPECT_LT(state.sigma, 0.2 * kForce);
+  EXPECT_FALSE(state.true_force.has_value());
+  EXPECT_TRUE(slave_->TakeEvents().Has(Event::kContact));
+
+  const BoundaryShape shape = slave_->Shape(true);
+  EXPECT_EQ(shape.nodes_per_element, 3);
+  ASSERT_EQ(shape.positions.size(), shape.rest.size());
+  ASSERT_EQ(shape.nodal_forces.size(), shape.rest.size());
+  double deepest = 0, force = 0;
+  for (std::size_t i = 2; i < shape.rest.size(); i += 3) {
+    deepest = std::min<double>(deepest, shape.positions[i] - shape.rest[i]);
+    force += shape.nodal_forces[i];
+  }
+  EXPECT_NEAR(deepest, -testing_fakes::PlateDeflection(kForce, {0.006, 0.004}, {0.006, 0.004}),
+              4e-5);
+  EXPECT_NEAR(force, -state.force->z(), 0.05 * kForce);  // of the tool on the object
+
+  const SlaveStatus status = slave_->Status();
+  ASSERT_EQ(status.stages.size(), 3U);
+  EXPECT_EQ(status.stages[0].stage, "dots");
+  EXPECT_GE(status.frames, 10U);
+  EXPECT_EQ(slave_->Describe().sense.model.kind, "plate");
+  EXPECT_FALSE(slave_->Describe().simulated);
+}
+
+TEST_F(PointsSenseTest, ThePictureHasTheSizeOfTheLeftOneAndItsOverlaysColours) {
+  Until(IsValid);
+  const auto decode = [&](bool overlays) {
+    const auto picture = slave_->Picture(overlays, 90);
+    EXPECT_TRUE(picture.has_value());
+    EXPECT_EQ(picture->width, 640);
+    EXPECT_EQ(picture->height, 480);
+    return cv::imdecode(std::vector<char>(picture->jpeg.begin(), picture->jpeg.end()),
+                        cv::IMREAD_UNCHANGED);
+  };
+  EXPECT_EQ(decode(false).channels(), 1);
+  const cv::Mat drawn = decode(true);
+  ASSERT_EQ(drawn.channels(), 3);
+  int green = 0;
+  for (int v = 0; v < drawn.rows; ++v) {
+    for (int u = 0; u < drawn.cols; ++u) {
+      const auto& p = drawn.at<cv::Vec3b>(v, u);
+      green += p[1] > p[0] + 60 && p[1] > p[2] + 60 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(green, 31 * 5);
+}
+
+// Between pictures too: the source is silent while the hand goes down.
+TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
+  Until(IsValid);
+  slave_->BeginOperating();
+  OperatorCommand command;
+  command.epoch = 1;
+  command.engaged = true;
+  const auto follow = [&](const SlaveState& s) {
+    ++command.sequence;
+    command.sent_at = Clock::now();
+    EXPECT_TRUE(slave_->Command(command));
+    return s.phase == Phase::kFollowing;
+  };
+  const SlaveState home = Until(follow);
+  EXPECT_FALSE(home.local_model.in_contact);
+  const Vector3d normal = home.local_model.normal;
+  EXPECT_NEAR(normal.z(), 1, 1e-6);
+  world_->FallSilent();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // what was under way arrives
+  const Time last = slave_->Compose(Clock::now()).sensed_at;
+  // Sideways by 10 mm and 0.3 mm deep, in hand's axes: x and z are those of S.
+  const double height = normal.dot(home.p_S_tip - home.local_model.reference);
+  command.p_M = Vector3d(0.010, 0, -height - 0.0003);
+  const SlaveState deep = Until([&](const SlaveState& s) {
+    follow(s);
+    return s.local_model.in_contact && s.local_model.reference.x() > 0.0099;
+  });
+  EXPECT_EQ(deep.sensed_at, last);
+  EXPECT_GT(normal.dot(deep.local_model.stiffness * normal), 100);
+  slave_->EndOperating();
+}
+
+TEST_F(PointsSenseTest, CoveredEyesAreALossAndNoForce) {
+  Until(IsValid);
+  slave_->TakeEvents();
+  world_->Show({0, {0, 0}, true});
+  const SlaveState lost =
+      Until([](const SlaveState& s) { return s.validity == Validity::kTrackingLost; });
+  EXPECT_FALSE(lost.force.has_value());
+  EXPECT_TRUE(slave_->TakeEvents().Has(Event::kTrackingLost));
+  world_->Show({});
+  Until(IsValid);
+  EXPECT_TRUE(slave_->TakeEvents().Has(Event::kTrackingRegained));
+}
+
+TEST_F(PointsSenseTest, AResetTakesTheRestFrameAnew) {
+  Until(IsValid);
+  world_->Show({4.0, {0, 0}, false});
+  UntilFelt(1.0);
+  slave_->Reset();
+  // What presses now is taken for rest.
+  const SlaveState state =
+      Until([](const SlaveState& s) { return IsValid(s) && s.force && s.force->norm() < 0.1; });
+  EXPECT_TRUE(state.force.has_value());
+}
+
+TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
+  Until(IsValid);
+  world_->Show({4.0, {0, 0}, false});
+  const double before = UntilFelt(1.0).force->norm();
+  ParameterChange softer;
+  softer.young_modulus = 13.6e6;
+  slave_->SetParameters(softer);
+  const SlaveState soft =
+      Until([&](const SlaveState& s) { return s.force && s.force->norm() < 0.6 * before; });
+  EXPECT_NEAR(soft.force->norm() / before, 0.5, 0.03);
+  slave_->SetModel({"plate-large", 0, "", ""});
+  EXPECT_EQ(slave_->Describe().sense.model.kind, "plate-large");
+  EXPECT_TRUE(slave_->TakeEvents().Has(Event::kModelChanged));
+  EXPECT_THROW(slave_->SetModel({"bem2d", 0, "", ""}), std::invalid_argument);
+  EXPECT_THROW(slave_->SetModel({"fem", 0, "", ""}), std::invalid_argument);
+  EXPECT_THROW(slave_->SetModel({"", 100, "", ""}), std::invalid_argument);
+  EXPECT_THROW(slave_->SetModel({"", 0, "stress", ""}), std::invalid_argument);
+  EXPECT_THROW(slave_->SetModel({"", 0, "", "bonded"}), std::invalid_argument);
+  ParameterChange absurd;
+  absurd.young_modulus = std::nan("");
+  EXPECT_THROW(slave_->SetParameters(absurd), std::invalid_argument);
+}
+
+TEST_F(PointsSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
+  Until(IsValid);
+  world_->FallSilent();
+  Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
+  world_->End();
+  Until([&](const SlaveState&) { return !slave_->Status().alarms.empty(); });
+  EXPECT_NE(slave_->Status().alarms.front().find("ended"), std::string::npos);
+}
+
+TEST_F(PointsSenseTest, ASourceThatBreaksIsAnAlarm) {
+  Until(IsValid);
+  world_->Break();
+  Until([&](const SlaveState&) { return !slave_->Status().alarms.empty(); });
+  EXPECT_EQ(slave_->Status().alarms.front(), "the cable is off");
+}
+
+TEST(PointsSenseStartTest, PicturesThatAreNotTheRigsAreRefused) {
+  auto world = std::make_shared<MembraneWorld>();
+  world->Show({});
+  Scene scene = MembraneScene();
+  scene.sense.stereo->size = {320, 240};
+  scene.sense.stereo->focal = 400;
+  EXPECT_THROW(Watching(scene, world), std::runtime_error);
+  world->End();
+  EXPECT_THROW(Watching(MembraneScene(), world), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace palpate
