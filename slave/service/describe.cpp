@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMillimetre = 1e-3;
 
-struct InWords {
+struct GeometryInWords {
   std::ostream& out;
 
   void operator()(const RectangleGeometry& g) const {
@@ -70,7 +70,7 @@ void Assign(const std::vector<float>& values, Repeated* message) {
 
 std::string Describe(const Geometry& geometry) {
   std::ostringstream words;
-  std::visit(InWords{words}, geometry);
+  std::visit(GeometryInWords{words}, geometry);
   const double thickness = ThicknessOf(geometry);
   if (thickness > 0) words << ", " << thickness / kMillimetre << " mm thick";
   return words.str();
