@@ -18,8 +18,8 @@ for part in "$@"; do
     calibration) packages+=("${calibration[@]}") ;;
     clouds) packages+=("${clouds[@]}") ;;
     tests)
-      packages+=("${films[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
-                 python3 python3-grpcio python3-protobuf iproute2 git universal-ctags)
+      packages+=("${films[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
+                 clang-tidy python3 python3-grpcio python3-protobuf iproute2 git universal-ctags)
       # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
       command -v node >/dev/null || packages+=(nodejs)
       command -v npm >/dev/null || packages+=(npm) ;;
