@@ -52,8 +52,8 @@ std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) 
   std::vector<Eigen::Vector2d> points;
   try {
     points = ReadPoints(file);
-  } catch (const InputError& error) {
-    throw std::invalid_argument(error.what());
+  } catch (const InputError& wrong) {
+    throw std::invalid_argument(wrong.what());
   }
   if (points.size() < 3 || points.size() > kMostPoints) {
     refuse(std::to_string(points.size()) + " points: accepted is 3 to 4000");
