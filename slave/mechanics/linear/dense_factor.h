@@ -1,5 +1,5 @@
 // Triangular factors of a small dense matrix, for one or a few solutions: a third of the work of
-// its inverse.
+// its inverse, 0.2 to 0.5 of the time of LAPACK with OpenBLAS (bench_linear).
 //
 //   A = L W,   L_ik = A_ik - sum_q<k L_iq W_qk  (i >= k),   W_kj = L_kk^-1 (A_kj - sum_q<k L_kq
 //   W_qj)

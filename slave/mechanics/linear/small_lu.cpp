@@ -85,7 +85,7 @@ PALPATE_INLINE void SubtractPanelFrom(const RowMajor& a, int first, const double
 }
 
 // Rows [first, last) minus their `factors`, kPanel for each and `pitch` apart, times the kPanel
-// rows from k0 on: as many rows at a time as the machine has registers for.
+// rows from k0 on, as many rows at a time as registers hold.
 PALPATE_INLINE void SubtractPanel(const RowMajor& a, int first, int last, const double* factors,
                                   long pitch, int k0, const Columns& columns) noexcept {
   for (; first + 4 <= last; first += 4, factors += 4 * pitch) {

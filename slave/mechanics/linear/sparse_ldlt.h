@@ -2,8 +2,8 @@
 // pivoting: left-looking over supernodes, runs of columns with the same rows below them, so that
 // most of the work is done by dense products of BLAS (Ng and Peyton 1993).
 //
-// Ours because live steps factorise again and again: with the same BLAS and order it takes 0.4 to
-// 0.9 of MUMPS' time, and MUMPS works for one caller of the process at a time.
+// Ours because live steps factorise again and again: with the same BLAS it takes 0.3 to 0.9 of
+// MUMPS' time (bench_linear), and MUMPS works for one caller of the process at a time.
 #pragma once
 
 #include <cstddef>
