@@ -22,6 +22,19 @@ std::optional<Eigen::Vector2d> ParseRow(const std::vector<std::string_view>& cel
   return Eigen::Vector2d(*x, *y);
 }
 
+std::vector<Eigen::Vector2d> ReadPoints(const std::filesystem::path& file) {
+  std::vector<Eigen::Vector2d> points;
+  CsvLines lines(file);
+  while (lines.Next()) {
+    if (const auto point = ParseRow(lines.cells())) {
+      points.push_back(*point);
+    } else if (lines.number() > 1) {
+      lines.Fail(Shown(lines.text(), kLongestQuote) + ": accepted is two numbers x,y [m]");
+    }
+  }
+  return points;
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) {
@@ -37,13 +50,10 @@ std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) 
     refuse("too large: accepted is at most 1 MiB");
   }
   std::vector<Eigen::Vector2d> points;
-  CsvLines lines(file);
-  while (lines.Next()) {
-    if (const auto point = ParseRow(lines.cells())) {
-      points.push_back(*point);
-    } else if (lines.number() > 1) {
-      lines.Fail(Shown(lines.text(), kLongestQuote) + ": accepted is two numbers x,y [m]");
-    }
+  try {
+    points = ReadPoints(file);
+  } catch (const InputError& wrong) {
+    throw std::invalid_argument(wrong.what());
   }
   if (points.size() < 3 || points.size() > kMostPoints) {
     refuse(std::to_string(points.size()) + " points: accepted is 3 to 4000");

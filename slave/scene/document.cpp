@@ -5,11 +5,13 @@
 #include <fstream>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <unordered_map>
 #include <utility>
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include "slave/scene/units.h"
@@ -168,13 +170,44 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
   return bytes;
 }
 
+// Remembers where the document last met begins, and nothing of what it says.
+class DocumentStart final : public YAML::EventHandler {
+ public:
+  [[nodiscard]] int line() const { return line_; }
+  void OnDocumentStart(const YAML::Mark& mark) override { line_ = mark.line + 1; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+
+ private:
+  int line_ = 0;
+};
+
+// Where a second document begins; 0: there is none. No more are asked for: of a comma that belongs
+// to no list yaml-cpp makes one document after the other without end.
+int SecondDocument(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentStart start;
+  const bool has_second = parser.HandleNextDocument(start) && parser.HandleNextDocument(start);
+  return has_second ? start.line() : 0;
+}
+
 DocumentNode Parse(const std::string& text, Mistakes* mistakes) {
   DocumentNode root;
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() == 1) root = Copier(mistakes, false).Copy(documents[0]);
-    if (documents.size() > 1) {
-      mistakes->AddGeneral(documents[1].Mark().line + 1, "a second document: accepted is one");
+    const int second = SecondDocument(text);
+    if (second == 0) root = Copier(mistakes, false).Copy(YAML::Load(text));
+    if (second > 0) {
+      mistakes->AddGeneral(second, "a second document: accepted is one");
     } else if (root.kind != Kind::kMap) {
       mistakes->AddGeneral(0, root.kind == Kind::kNothing
                                   ? "empty: accepted is a map of name, object, model, ..."

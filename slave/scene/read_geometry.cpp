@@ -53,7 +53,7 @@ Geometry ReadContourGeometry(Section& geometry, const SceneContext& context) {
   try {
     contour.outline.outer = ReadContourFile(contour.file);
     CheckOutline(contour.outline);
-  } catch (const std::exception& error) {
+  } catch (const std::invalid_argument& error) {
     geometry.Refuse("contour", std::string(kAccepted) + " around an area; " + error.what());
   }
   return contour;

@@ -272,7 +272,10 @@ INSTANTIATE_TEST_SUITE_P(
                       BadFile{"Word", "hello", "no scene: accepted is a map"},
                       BadFile{"BrokenYaml", "name: a\nobject: {geometry: [\n", "not YAML"},
                       BadFile{"WrongIndent", "name: a\n  object: b: c\n", ":2: not YAML"},
-                      BadFile{"TwoDocuments", "name: a\n---\nname: b\n", "a second document"},
+                      BadFile{"TwoDocuments", "name: a\n---\nname: b\n", ":2: a second document"},
+                      // The library makes documents of it without end.
+                      BadFile{"CommaAlone", "name: a\n ,b: c\n", "not YAML"},
+                      BadFile{"CommaFirst", " ,a: b", ":1: a second document"},
                       BadFile{"Binary", std::string("name: \0\1\2", 9), "not text"},
                       BadFile{"TooLarge", std::string((1 << 20) + 1, '#'), "at most 1 MiB"},
                       BadFile{"Deep", "name: " + std::string(100, '[') + std::string(100, ']'),
