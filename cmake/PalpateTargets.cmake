@@ -19,7 +19,7 @@ if(PALPATE_NATIVE)
   add_compile_options(-march=native -Wno-uninitialized -Wno-maybe-uninitialized)
 endif()
 if(PALPATE_SANITIZE)
-  add_compile_options(-fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
+  add_compile_options(-O1 -g1 -UNDEBUG -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${PALPATE_SANITIZE})
   if(PALPATE_SANITIZE_EXCEPT)
     add_compile_options(-fno-sanitize=${PALPATE_SANITIZE_EXCEPT})
@@ -33,16 +33,28 @@ if(PALPATE_GOLD)
 endif()
 
 add_library(palpate_warnings INTERFACE)
-target_compile_options(palpate_warnings INTERFACE -Wall -Wextra -Wconversion -Wshadow
-                       $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
+# Instrumented code makes g++ 12 see what is not there: only what is compiled as for the release must be without warnings.
+set(palpate_werror $<BOOL:${PALPATE_WERROR}>)
+if(PALPATE_SANITIZE)
+  set(palpate_werror $<AND:${palpate_werror},$<BOOL:$<TARGET_PROPERTY:PALPATE_AS_RELEASED>>>)
+endif()
+target_compile_options(palpate_warnings INTERFACE -Wall -Wextra -Wconversion -Wshadow $<${palpate_werror}:-Werror>)
+if(PALPATE_UNITY)
+  # A source inside a unit looks like a header to the compiler, where unnamed namespaces would be a mistake.
+  target_compile_options(palpate_warnings INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+endif()
 
-# palpate_library(NAME SOURCES a.cpp ... LINKS x y ...): one static library per folder; includes start at the root.
-# A folder of headers only gives no SOURCES.
+# palpate_library(NAME SOURCES a.cpp ... LINKS x y ... [NUMERIC]): one static library per folder; includes start at the
+# root. A folder of headers only gives no SOURCES. NUMERIC: computes; neither parses nor speaks nor runs threads. Unless
+# PALPATE_SANITIZE_NUMERIC, sanitizers leave it as it is released: most of compiling is there, and ccache has it already.
 function(palpate_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "SOURCES;APART;LINKS;PRIVATE_LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "NUMERIC" "" "SOURCES;APART;LINKS;PRIVATE_LINKS")
   if(ARG_SOURCES)
     palpate_units(${name} units SOURCES ${ARG_SOURCES} APART ${ARG_APART})
     add_library(${name} STATIC ${units})
+    if(ARG_NUMERIC AND PALPATE_SANITIZE AND NOT PALPATE_SANITIZE_NUMERIC)
+      set_target_properties(${name} PROPERTIES COMPILE_OPTIONS "" PALPATE_AS_RELEASED ON)
+    endif()
     target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
     target_link_libraries(${name} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS} palpate_warnings)
   else()

@@ -23,7 +23,7 @@ for part in "$@"; do
       # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
       command -v node >/dev/null || packages+=(nodejs)
       command -v npm >/dev/null || packages+=(npm) ;;
-    fuzz) packages+=(clang-14 libclang-rt-14-dev python3) ;;
+    fuzz) packages+=(clang-16 libclang-rt-16-dev python3) ;;
     *) echo "install.sh: $part: accepted are films, calibration, clouds, tests, fuzz" >&2; exit 2 ;;
   esac
 done

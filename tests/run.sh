@@ -38,8 +38,7 @@ repeat() { echo "FAILED. To repeat: $1" >&2; exit 1; }
 # build PRESET TARGETS...
 build() {
   local preset=$1; shift
-  local options=(-DPALPATE_TESTS=ON)
-  [ "$preset" != release ] || options+=(-DPALPATE_WERROR=ON)
+  local options=(-DPALPATE_TESTS=ON -DPALPATE_WERROR=ON)
   deploy/build.sh "$preset" "${options[@]}" -- "$@" || repeat "deploy/build.sh $preset ${options[*]} -- $*"
 }
 

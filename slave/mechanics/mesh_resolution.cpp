@@ -8,13 +8,16 @@ namespace palpate {
 namespace {
 
 constexpr double kMostOff = 0.1;
+constexpr int kFewest = 3;  // pieces that may stand for a disc with a rim
+
+constexpr double kNoRim = 1e-6;
 
 // c of PatchStiffness: what moves or loads less than it touches is softer, what spreads its load
 // over the elements around is stiffer.
 double RimEffect(PatchBasis basis) {
   switch (basis) {
     case PatchBasis::kMovedNodes:
-      return -0.15;
+      return -0.05;
     case PatchBasis::kMovedNodes10:
       return -0.25;
     case PatchBasis::kLoadedTriangles:
@@ -41,8 +44,9 @@ PatchCover CoverOf(const SurfacePatch& patch, PatchBasis basis) noexcept {
 }
 
 double PatchStiffness(const PatchCover& cover) noexcept {
-  if (cover.count == 0 || !(cover.disc.area > 0)) return 0;
-  const double rim = std::min(1.0, cover.disc.rim / (2 * std::numbers::pi));
+  const double rim = std::clamp(cover.disc.rim / (2 * std::numbers::pi), 0.0, 1.0);
+  const bool is_disc = cover.count >= kFewest || (cover.count > 0 && rim < kNoRim);
+  if (!is_disc || !(cover.disc.area > 0)) return 0;
   return std::sqrt(cover.area / cover.disc.area) *
          (1 + rim * RimEffect(cover.basis) / std::sqrt(cover.count));
 }

@@ -24,11 +24,14 @@ struct PatchCover {
 };
 PatchCover CoverOf(const SurfacePatch& patch, PatchBasis basis) noexcept;
 
-// Stiffness of the patch by that of the disc on a half-space, estimated [-]; 0: nothing is touched.
+// Stiffness of the patch by that of the disc on a half-space, estimated [-]; 0: nothing is touched,
+// or fewer than three pieces of a disc.
 //
 // A half-space is as stiff under a disc as the disc is wide (flat punch: K = 2 E a / (1 - nu^2)):
 // an area A in place of pi a^2 makes it sqrt(A / pi a^2) times as stiff, and n pieces add a share
-// of c / sqrt(n) along the rim. c was fitted, see PatchResolution in the tests.
+// of c / sqrt(n) along the rim. c was fitted to cubes of 6 to 24 cells a side, nu 0 to 0.45, widths
+// of 0.25 to 10 edges, places on nodes, cells and between: what is then within 10 % was within 13 %
+// (loads on ten nodes: 16 %), and of what was within 6 % four in five are.
 double PatchStiffness(const PatchCover& cover) noexcept;
 // More than a tenth off.
 bool IsPatchCoarse(const PatchCover& cover) noexcept;

@@ -85,7 +85,7 @@ std::vector<std::filesystem::path> InputFilesOf(const Scene& scene) {
         if constexpr (requires { g.file; }) add(g.file);
       },
       scene.object.geometry);
-  const Sense& sense = scene.sense;
+  const SenseOptions& sense = scene.sense;
   if (sense.camera) add_pictures(sense.camera->pattern), add(sense.camera->lens);
   if (sense.tip) add(sense.tip->template_file);
   if (sense.stereo) {

@@ -14,6 +14,7 @@ root=$(mktemp -d)
 pid=
 trap '[ -z "$pid" ] || kill "$pid" 2>/dev/null; rm -rf "$root"' EXIT
 DESTDIR=$root/image cmake --install "$bin/.." --prefix /usr >/dev/null
+rm -rf "$root/image/usr/lib/palpate"  # parts that a container has only where it is asked for them
 packages=$("$project/deploy/runtime_packages.sh" "$root/image")
 # Debian's own links from /lib to /usr/lib stand before any file.
 mkdir -p "$root/usr/lib" "$root/usr/lib64" "$root/proc" "$root/tmp"
@@ -33,7 +34,8 @@ mkfifo "$root/out"
 "${become[@]}" chroot "$root" /usr/bin/palpate-slave serve /usr/share/palpate/scenes/silicone-block.yaml \
   --listen 127.0.0.1:0 >"$root/out" 2>"$root/err" &
 pid=$!
-read -r -t 60 line <"$root/out" || { cat "$root/err" >&2; exit 1; }
+exec 3<"$root/out"
+read -r -t 60 line <&3 || { cat "$root/err" >&2; exit 1; }
 /usr/bin/python3 - "${line#listening on }" <<'PYTHON'
 import sys, grpc
 with grpc.insecure_channel(sys.argv[1]) as channel:

@@ -11,7 +11,6 @@
 namespace palpate {
 namespace {
 
-using Eigen::Index;
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
@@ -96,7 +95,7 @@ void BoundarySystem::CollocateElement(int element, Eigen::MatrixXd* A,
     view.xi_a = self ? -0.5 * view.length * (1 + local.s[own]) : r.dot(view.t);
     view.d = self ? 0 : r.dot(view.n);
     Integrate(constants, view, local.count, &modes);
-    const auto row = static_cast<Index>(2 * i);
+    const auto row = static_cast<Eigen::Index>(2 * i);
     for (std::size_t m = 0; m < At(local.count); ++m) {
       Matrix2d h = local.mode[m][0] * modes[0].of_displacement;
       Matrix2d g = local.mode[m][0] * modes[0].of_traction;
@@ -106,7 +105,8 @@ void BoundarySystem::CollocateElement(int element, Eigen::MatrixXd* A,
       }
       if (self && m == own) h.diagonal().array() += 0.5;
       for (int c = 0; c < 2; ++c) {
-        const Index column = 2 * (Index{element} * local.count + static_cast<Index>(m)) + c;
+        const Eigen::Index column =
+            2 * (Eigen::Index{element} * local.count + static_cast<Eigen::Index>(m)) + c;
         const bool fixed = held(At(element), c);
         const double sign = fixed ? -1 : 1;
         A->block<2, 1>(row, column) = sign * (fixed ? g : h).col(c);
@@ -116,7 +116,7 @@ void BoundarySystem::CollocateElement(int element, Eigen::MatrixXd* A,
   }
 }
 
-void BoundarySystem::AppendHolePressures(Index first, Eigen::MatrixXd* A,
+void BoundarySystem::AppendHolePressures(Eigen::Index first, Eigen::MatrixXd* A,
                                          Eigen::MatrixXd* Abar) const {
   const ElementNodes& local = ElementNodes::Of(problem_.order);
   const BoundaryMesh& mesh = problem_.mesh;
@@ -127,7 +127,7 @@ void BoundarySystem::AppendHolePressures(Index first, Eigen::MatrixXd* A,
     const HoleCentre centre = FindHoleCentre(mesh, hole + 1);
     // The row's entries are of the order of one, as those of H are.
     const double scale = centre.radius / (2 * std::numbers::pi * mesh.length_unit);
-    const Index row = first + hole;
+    const Eigen::Index row = first + hole;
     for (int j = 0; j < mesh.size(); ++j) {
       const ElementView view = ViewOf(mesh, j, centre.p_O);
       const double h = 0.5 * view.length;
@@ -142,7 +142,8 @@ void BoundarySystem::AppendHolePressures(Index first, Eigen::MatrixXd* A,
         const Vector2d u = 2 * elasticity_.shear_modulus * scale / h *
                            (dipole.imag() * view.t + dipole.real() * view.n);
         for (int c = 0; c < 2; ++c) {
-          const Index column = 2 * (Index{j} * local.count + static_cast<Index>(m)) + c;
+          const Eigen::Index column =
+              2 * (Eigen::Index{j} * local.count + static_cast<Eigen::Index>(m)) + c;
           const bool fixed = held(At(j), c);
           (*A)(row, column) = fixed ? -g[c] : u[c];
           (*Abar)(row, column) = fixed ? -u[c] : g[c];
@@ -154,7 +155,7 @@ void BoundarySystem::AppendHolePressures(Index first, Eigen::MatrixXd* A,
       const bool on_hole =
           element >= mesh.loop_begin[At(hole) + 1] && element < mesh.loop_begin[At(hole) + 2];
       if (!on_hole) continue;
-      A->block<2, 1>(static_cast<Index>(2 * i), row) = mesh.elements[At(element)].normal();
+      A->block<2, 1>(static_cast<Eigen::Index>(2 * i), row) = mesh.elements[At(element)].normal();
     }
   }
 }

@@ -23,10 +23,6 @@ class FingertipSense final : public Sense {
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
   [[nodiscard]] std::string_view doubt() const override { return estimator_.shape_doubt(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
-  // Triangles of the object's skin. Forces of all fingertips that are felt, whether they or
-  // displacements deform the object, each spread over the nodes as the model spreads a load at its
-  // place: they add up to minus the forces of those fingertips that have a place on the object;
-  // none are told where one of these is unknown. Empty where nothing deforms.
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override;
   void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;

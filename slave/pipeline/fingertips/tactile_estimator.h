@@ -103,6 +103,11 @@ class TactileEstimator {
   [[nodiscard]] std::string_view shape_doubt() const { return shape_doubt_; }
   // Nodes of body()->surface as they are deformed now, frame S [m]; empty without a body. O(N).
   void DeformedNodes(std::vector<Eigen::Vector3d>* p_S);
+  // Triangles of the object's skin. Forces of all fingertips that are felt, whether they or
+  // displacements deform the object, each spread over the nodes as the model spreads a load at its
+  // place: they add up to minus the forces of those fingertips that have a place on the object;
+  // none are told where one of these is unknown. Empty where nothing deforms.
+  BoundaryShape Shape(bool nodal_forces);
   [[nodiscard]] const TactileTimes& times() const { return times_; }
 
  private:

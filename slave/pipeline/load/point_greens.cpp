@@ -7,7 +7,6 @@
 namespace palpate {
 namespace {
 
-using Eigen::Index;
 using Eigen::Vector3d;
 
 constexpr double kSamePlace = 1e-9;  // of the distance from the origin
@@ -52,7 +51,8 @@ void PointGreens::See(DeformationModel& model, const SurfaceContact& contact,
     rest_.assign(p_O_rest.size(), Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
     known_.assign(p_O_rest.size(), false);
     for (auto& by : by_) {
-      by.setZero(3 * static_cast<Index>(p_O_rest.size()), static_cast<Index>(nodes_.size()));
+      by.setZero(3 * static_cast<Eigen::Index>(p_O_rest.size()),
+                 static_cast<Eigen::Index>(nodes_.size()));
     }
   }
   for (std::size_t i = 0; i < rest_.size(); ++i) {
@@ -65,13 +65,13 @@ void PointGreens::See(DeformationModel& model, const SurfaceContact& contact,
     bool answered = true;
     for (int axis = 0; axis < 3 && answered; ++axis) {
       press.prescribed_O = load_ * Vector3d::Unit(axis);
-      answered = Load(model, press, 3 * static_cast<Index>(i) + axis);
+      answered = Load(model, press, 3 * static_cast<Eigen::Index>(i) + axis);
     }
     known_[i] = answered;
   }
 }
 
-bool PointGreens::Load(DeformationModel& model, const Contact& contact, Index row) {
+bool PointGreens::Load(DeformationModel& model, const Contact& contact, Eigen::Index row) {
   ContactResponse response;
   model.Reset();
   model.Respond(std::span(&contact, 1), std::span(&response, 1));
@@ -80,7 +80,8 @@ bool PointGreens::Load(DeformationModel& model, const Contact& contact, Index ro
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     Vector3d mean = Vector3d::Zero();
     for (const auto& [node, weight] : patches_[k]) mean += weight / load_ * field_[At(node)];
-    for (int axis = 0; axis < 3; ++axis) by_[At(axis)](row, static_cast<Index>(k)) = mean[axis];
+    for (int axis = 0; axis < 3; ++axis)
+      by_[At(axis)](row, static_cast<Eigen::Index>(k)) = mean[axis];
   }
   return true;
 }

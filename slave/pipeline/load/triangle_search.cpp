@@ -11,7 +11,6 @@
 namespace palpate {
 namespace {
 
-using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -60,11 +59,11 @@ void TriangleSearch::Read(DeformationModel& model, const SurfaceContact& contact
     usable_ += seen.usable ? 1 : 0;
   }
   kept_ = usable_;
-  const auto rows = 3 * static_cast<Index>(points_O.size());
+  const auto rows = 3 * static_cast<Eigen::Index>(points_O.size());
   measured_.resize(rows);
   shape_.resize(rows);
   for (VectorXd& corner : corner_) corner.resize(rows);
-  score_.resize(static_cast<Index>(greens_.nodes().size()));
+  score_.resize(static_cast<Eigen::Index>(greens_.nodes().size()));
   sorted_.reserve(points_O.size());
 }
 
@@ -80,7 +79,7 @@ TriangleLoad TriangleSearch::FindAndSift() noexcept {
 // The nodes whose load along their own normal explains most, then the triangles around them.
 TriangleLoad TriangleSearch::Find() noexcept {
   Weigh();
-  for (Index k = 0; k < score_.size(); ++k) {
+  for (Eigen::Index k = 0; k < score_.size(); ++k) {
     const int node = greens_.nodes()[static_cast<std::size_t>(k)];
     ShapeOf(k, node_normals_[At(node)], &shape_);
     const double mixed = shape_.dot(measured_), square = shape_.squaredNorm();
@@ -88,7 +87,7 @@ TriangleLoad TriangleSearch::Find() noexcept {
   }
   TriangleLoad best;
   for (int n = 0; n < kBestNodes && n < score_.size(); ++n) {
-    Index k = 0;
+    Eigen::Index k = 0;
     if (!(score_.maxCoeff(&k) >= 0)) break;
     score_[k] = -1;
     for (const int t : around_[At(greens_.nodes()[static_cast<std::size_t>(k)])]) {
@@ -102,9 +101,10 @@ TriangleLoad TriangleSearch::Find() noexcept {
   return best;
 }
 
-void TriangleSearch::ShapeOf(Index column, const Vector3d& n, VectorXd* shape) const noexcept {
+void TriangleSearch::ShapeOf(Eigen::Index column, const Vector3d& n,
+                             VectorXd* shape) const noexcept {
   for (std::size_t i = 0; i < seen_.size(); ++i) {
-    const Index row = 3 * static_cast<Index>(i);
+    const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
     Vector3d u = Vector3d::Zero();
     for (int axis = 0; axis < 3; ++axis) {
       u += n[axis] * greens_.by(axis).col(column).segment<3>(row);
@@ -116,7 +116,7 @@ void TriangleSearch::ShapeOf(Index column, const Vector3d& n, VectorXd* shape) c
 void TriangleSearch::Weigh() noexcept {
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     const Seen& seen = seen_[i];
-    measured_.segment<3>(3 * static_cast<Index>(i)) =
+    measured_.segment<3>(3 * static_cast<Eigen::Index>(i)) =
         seen.kept ? Vector3d(seen.whitener * (seen.moved - seen.beyond)) : Vector3d::Zero();
   }
   square_ = measured_.squaredNorm();
@@ -174,10 +174,10 @@ bool TriangleSearch::LeaveOut(const TriangleLoad& best) noexcept {
 Vector3d TriangleSearch::Displacement(const TriangleLoad& best, std::size_t point) const noexcept {
   Vector3d u = Vector3d::Zero();
   for (std::size_t c = 0; c < 3; ++c) {
-    const Index column = greens_.IndexOf(surface_.triangles[At(best.triangle)][c]);
-    const Vector3d f = best.forces[static_cast<Index>(c)] * normals_[At(best.triangle)];
+    const Eigen::Index column = greens_.IndexOf(surface_.triangles[At(best.triangle)][c]);
+    const Vector3d f = best.forces[static_cast<Eigen::Index>(c)] * normals_[At(best.triangle)];
     for (int axis = 0; axis < 3; ++axis) {
-      u += f[axis] * greens_.by(axis).col(column).segment<3>(3 * static_cast<Index>(point));
+      u += f[axis] * greens_.by(axis).col(column).segment<3>(3 * static_cast<Eigen::Index>(point));
     }
   }
   return u;

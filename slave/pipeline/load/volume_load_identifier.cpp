@@ -22,7 +22,6 @@
 namespace palpate {
 namespace {
 
-using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
@@ -143,7 +142,8 @@ void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
   }
   load->p_O.setZero();
   for (std::size_t c = 0; c < 3; ++c) {
-    load->p_O += best.forces[static_cast<Index>(c)] / load->force * surface_.nodes[At(nodes[c])];
+    load->p_O +=
+        best.forces[static_cast<Eigen::Index>(c)] / load->force * surface_.nodes[At(nodes[c])];
   }
   const double misfit = std::max(0.0, search_.measured() - best.explained);
   load->residual = std::sqrt(misfit / std::max(1, 3 * search_.kept() - 3));
@@ -153,7 +153,7 @@ void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
   for (const int axis : {0, 1, 2}) {
     Vector3d by;
     for (std::size_t c = 0; c < 3; ++c) {
-      by[static_cast<Index>(c)] =
+      by[static_cast<Eigen::Index>(c)] =
           (surface_.nodes[At(nodes[c])][axis] - load->p_O[axis]) / load->force;
     }
     place = std::max(place, by.dot(best.covariance * by));
@@ -202,7 +202,7 @@ void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcep
       if (!search_.IsKept(i) || !place) continue;
       Vector3d u = Vector3d::Zero();
       for (std::size_t c = 0; c < 3; ++c) {
-        u += place->weights[static_cast<Index>(c)] *
+        u += place->weights[static_cast<Eigen::Index>(c)] *
              field_[At(surface_.triangles[At(place->triangle)][c])];
       }
       search_.TakeOff(i, u - search_.Displacement(*best, i));

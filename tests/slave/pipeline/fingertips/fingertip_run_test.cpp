@@ -1,5 +1,3 @@
-#include "slave/pipeline/offline/offline_run.h"
-
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -8,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "slave/pipeline/offline/offline_run.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 
@@ -154,8 +153,7 @@ TEST_F(FingertipRunTest, ARecordingShorterThanItsRestIsRefused) {
 }
 
 TEST_F(FingertipRunTest, AStreamHasNoEndAndIsRefused) {
-  EXPECT_THROW(RunOffline(Load("source: stream"), {folder_ / "out"}, {}),
-               std::invalid_argument);
+  EXPECT_THROW(RunOffline(Load("source: stream"), {folder_ / "out"}, {}), std::invalid_argument);
 }
 
 }  // namespace

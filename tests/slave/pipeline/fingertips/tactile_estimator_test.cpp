@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/fingertips/tactile_shape.h"
 #include "slave/tactile/network/network_file.h"
 #include "tests/slave/capture/scratch.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
@@ -197,7 +196,7 @@ TEST(TactileEstimatorTest, AnAbsurdForceIsFlaggedAndHoldsNobodyUp) {
     Touching t(CubeScene(kAbove));
     const ContactEstimate& felt = t.Press({0, 0, -newtons}, {0, 0, -0.003}, 0, 2 * kWindow);
     ASSERT_TRUE(felt.force.has_value());
-    const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+    const BoundaryShape shape = t.estimator.Shape(true);
     EXPECT_NE(Worse(felt.validity, shape.validity), Validity::kValid) << newtons;
     for (const float x : shape.positions) ASSERT_TRUE(std::isfinite(x));
   }
@@ -214,7 +213,7 @@ TEST(TactileEstimatorTest, WithoutAPoseTheForceAloneIsTold) {
   EXPECT_EQ(felt.validity, Validity::kValid);
   EXPECT_FALSE(felt.local_model.known());
   EXPECT_FALSE(t.estimator.finger(0).p_S_contact.has_value());
-  EXPECT_TRUE(MakeTactileShape(t.estimator, true).positions.empty());
+  EXPECT_TRUE(t.estimator.Shape(true).positions.empty());
 }
 
 constexpr const char* kFive =
@@ -266,7 +265,7 @@ TEST(TactileEstimatorTest, NodalForcesSumToThoseOfTheFingertips) {
     total += t.scene.sense.tactile->fingers[i].X_SF.linear() * t.hand.forces_F[i];
   }
   t.Feel(kWindow);
-  const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+  const BoundaryShape shape = t.estimator.Shape(true);
   EXPECT_EQ(shape.nodes_per_element, 3);
   EXPECT_EQ(shape.rest.size(), 3U * 98);  // nodes on the surface of 4 x 4 x 4 cells
   EXPECT_EQ(shape.elements.size(), 3U * 192);
@@ -351,7 +350,7 @@ struct Streamed {
   int nodes = 0;
 };
 Streamed Forces(Touching& t) {
-  const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+  const BoundaryShape shape = t.estimator.Shape(true);
   Streamed streamed;
   for (std::size_t i = 0; i + 2 < shape.nodal_forces.size(); i += 3) {
     const Eigen::Vector3f f(&shape.nodal_forces[i]);
@@ -386,7 +385,7 @@ TEST(TactileEstimatorTest, StreamedForcesOfAPatchAreSpreadAsTheModelSpreadsThem)
   Touching t(CubeScene(kAbove + ", patch: 22 mm"));
   t.Press({0.01, 0, -0.1}, {0, 0, -0.002});
   EXPECT_GE(Forces(t).nodes, 9);  // the corners of the four middle faces
-  const BoundaryShape shape = MakeTactileShape(t.estimator, true);
+  const BoundaryShape shape = t.estimator.Shape(true);
   const auto at = [](const std::vector<float>& values, std::size_t i) -> Vector3d {
     return Eigen::Vector3f(&values[i]).cast<double>();
   };
@@ -419,7 +418,7 @@ TEST(TactileEstimatorTest, NoForcesAreStreamedWhileOneIsUnknown) {
     estimator.Feel(hand.Next(), scene.manipulator.home - Vector3d(0, 0, 0.004));
   }
   ASSERT_TRUE(estimator.finger(0).p_S_contact && !estimator.finger(0).force);
-  const BoundaryShape shape = MakeTactileShape(estimator, true);
+  const BoundaryShape shape = estimator.Shape(true);
   EXPECT_FALSE(shape.positions.empty());
   EXPECT_TRUE(shape.nodal_forces.empty());
 }

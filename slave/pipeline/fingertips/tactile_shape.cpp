@@ -1,0 +1,76 @@
+// The object's surface as fingertips deform it, for those who watch it.
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "shared/mesh/surface_patch.h"
+#include "slave/pipeline/fingertips/tactile_estimator.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+// Shares of a contact's force among the nodes, as DeformationModel spreads a load (contracts,
+// `solve`): over the triangles of a patch, a third of each one's share per node, or over the
+// triangle of a point.
+void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vector3d& force_O,
+            std::vector<Vector3d>* f_O) {
+  const Contact& contact = finger.contact();
+  const auto add = [&](int triangle, const Vector3d& weights) {
+    const auto& nodes = surface.triangles[static_cast<std::size_t>(triangle)];
+    for (std::size_t c = 0; c < 3; ++c) {
+      (*f_O)[static_cast<std::size_t>(nodes[c])] += weights[static_cast<Eigen::Index>(c)] * force_O;
+    }
+  };
+  SurfacePlace place;
+  place.triangle = contact.element;
+  const SurfacePatch patch =
+      contact.width > 0 ? PatchAt(surface, place, contact.p_O, contact.width) : SurfacePatch{};
+  double area = 0;
+  for (const int t : patch.triangles) area += Area(surface, t);
+  if (!(area > 0)) return add(contact.element, finger.weights());
+  for (const int t : patch.triangles) add(t, Vector3d::Constant(Area(surface, t) / area / 3));
+}
+
+// nullopt: a fingertip touches with a force that nobody knows.
+std::optional<std::vector<Vector3d>> NodalForces(const TactileEstimator& estimator) {
+  const SurfaceMesh& surface = estimator.body()->surface;
+  const Eigen::Matrix3d R_OS = estimator.X_SO().linear().transpose();
+  std::vector<Vector3d> f_O(surface.nodes.size(), Vector3d::Zero());
+  for (int i = 0; i < estimator.finger_count(); ++i) {
+    if (!estimator.contact(i).has_place()) continue;
+    const std::optional<Vector3d>& felt = estimator.finger(i).force;
+    if (!felt) return std::nullopt;
+    Spread(surface, estimator.contact(i), -(R_OS * *felt), &f_O);
+  }
+  return f_O;
+}
+
+}  // namespace
+
+BoundaryShape TactileEstimator::Shape(bool nodal_forces) {
+  BoundaryShape shape;
+  shape.nodes_per_element = 3;
+  shape.state_sequence = felt_.sample;
+  shape.sensed_at = felt_.sensed_at;
+  shape.validity = shape_validity_;
+  if (!body_) return shape;
+  std::vector<Vector3d> p_S;
+  DeformedNodes(&p_S);
+  shape.elements = body_->skin_triangles;
+  for (const int node : body_->skin) {
+    const auto i = static_cast<std::size_t>(node);
+    Append(&shape.rest, X_SO_ * body_->surface.nodes[i]);
+    Append(&shape.positions, p_S[i]);
+  }
+  if (!nodal_forces) return shape;
+  const auto f_O = NodalForces(*this);
+  if (!f_O) return shape;
+  for (const int node : body_->skin) {
+    Append(&shape.nodal_forces, X_SO_.linear() * (*f_O)[static_cast<std::size_t>(node)]);
+  }
+  return shape;
+}
+
+}  // namespace palpate
