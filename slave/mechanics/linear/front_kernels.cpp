@@ -105,6 +105,7 @@ bool PartialCholesky(Scalar* a, int size, int eliminated) noexcept {
 template <typename Scalar>
 void SolveFromRight(const Scalar* l, int l_stride, Scalar* b, int b_stride, int rows,
                     int columns) noexcept {
+  if (rows == 0) return;  // a root; BLAS complains of its stride
   blas::Trsm('R', 'N', 'N', rows, columns, l, l_stride, b, b_stride);
 }
 
