@@ -327,14 +327,14 @@ TEST_F(TactileSceneTest, ASceneSensesInOneWay) {
   EXPECT_THAT(mistakes, HasSubstr("10: sense.tip = {}: accepted is nothing beside `tactile`"));
 }
 
-// The cue would be set to the model's force, which fingertips do not use.
+// The cue sets the model's force to zero, which fingertips do not use.
 TEST_F(TactileSceneTest, PunctureIsRefusedWithFingertips) {
+  std::string text = Tactile8("source: stream");
+  const std::string model = "model: {kind: fem";
+  text.insert(text.find(model) + model.size(), ", puncture: {depth: 2 mm}");
   for (const SceneUse use : {SceneUse::kFull, SceneUse::kSolve}) {
-    EXPECT_THAT(
-        MistakesOf(Tactile8("source: stream") + "# nothing here\n"
-                                                "model: {kind: fem, puncture: {depth: 2 mm}}\n",
-                   use),
-        HasSubstr("10: model.puncture.depth = 2 mm: accepted is nothing with fingertips"));
+    EXPECT_THAT(MistakesOf(text, use),
+                HasSubstr("6: model.puncture.depth = 2 mm: accepted is nothing with fingertips"));
   }
 }
 
