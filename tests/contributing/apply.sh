@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# The examples of CONTRIBUTING: each patch applies to the tree as it stands, touches no more than its row says, and what it
+# touches compiles with the flags of the build next door.
+# usage: apply.sh BUILD_DIR SCRATCH_DIR [--build]   (--build: builds slave and master with all of them, too)
+set -euo pipefail
+build=$1 scratch=$2
+root=$(cd "$(dirname "$0")/../.." && pwd)
+build=$(cd "$build" && pwd)
+
+git -C "$root" rev-parse >/dev/null 2>&1 || { echo "skipped: not a clone"; exit 77; }
+rm -rf "$scratch"
+mkdir -p "$scratch"
+(cd "$root" && git ls-files -z | tar --null --files-from=- --create) | tar --extract --directory "$scratch"
+cd "$scratch"
+
+# allowed PATCH: files outside of its own room that it may change, CMake's lists and tests apart
+declare -A allowed=([model]=2 [sense]=4 [device]=2 [scene_key]=4)
+
+flags_of() {  # flags_of FILE.cpp: those of a source compiled beside it, for this copy of the tree
+  python3 - "$build/compile_commands.json" "$root" "$1" <<'PY'
+import json, pathlib, shlex, sys
+commands, root, file = json.load(open(sys.argv[1])), sys.argv[2], sys.argv[3]
+folder = pathlib.Path(file).parent
+def near(entry):
+    place = entry["file"].removeprefix(root + "/").replace("build/release/", "")
+    return len([1 for a, b in zip(pathlib.Path(place).parts, folder.parts) if a == b])
+words = shlex.split(max(commands, key=near)["command"])
+kept, skip = [], False
+for word in words[1:]:
+    if skip or word in ("-o", "-c"):
+        skip = not skip and word == "-o"
+    elif word.startswith(("-I", "-isystem", "-D", "-std", "-W", "-f", "-m")) or (kept and kept[-1] == "-isystem"):
+        kept.append(word.replace("-I" + root, "-I.", 1) if word == "-I" + root else word)
+print(" ".join(kept))
+PY
+}
+
+failed=0
+for name in device scene_key sense model; do
+  git apply --directory=. "$root/tests/contributing/$name.patch" || { echo "$name.patch does not apply"; exit 1; }
+  changed=$(sed -n 's#^--- a/##p' "$root/tests/contributing/$name.patch" | grep -vE 'CMakeLists.txt|^tests/' || true)
+  count=$(echo "$changed" | grep -c . || true)
+  echo "$name: changes $count files outside of its room: $(echo $changed)"
+  [ "$count" -le "${allowed[$name]}" ] || { echo "more than ${allowed[$name]}"; failed=1; }
+done
+[ $failed = 0 ] || exit 1
+
+for file in $(cat "$root"/tests/contributing/*.patch | sed -n 's#^+++ b/##p' | grep '\.cpp$' | sort -u); do
+  # shellcheck disable=SC2046
+  g++ -fsyntax-only $(flags_of "$file") "$file" || { echo "$file does not compile"; exit 1; }
+  echo "compiles: $file"
+done
+
+[ "${3:-}" = --build ] || exit 0
+deploy/build.sh release -DPALPATE_TESTS=OFF -- palpate-slave palpate-master
+build/release/bin/palpate-slave check deploy/scenes/foam-cube.yaml --override model.kind=half-space
