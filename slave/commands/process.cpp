@@ -37,7 +37,7 @@ void PrintBudget(const ErrorBudget& budget, const std::string& what) {
 }
 
 void Print(const OfflineSummary& s, const std::filesystem::path& out) {
-  for (const std::string& line : InWords(s.sense)) fmt::print("{}\n", line);
+  for (const std::string& line : Introduction(s.sense)) fmt::print("{}\n", line);
   PrintPace(s);
   fmt::print("validity:");
   for (const auto& [name, count] : s.validity) fmt::print(" {} {}", name, count);

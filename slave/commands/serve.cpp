@@ -19,7 +19,7 @@ namespace {
 
 void Introduce(const SlaveDescription& d) {
   spdlog::info("{}", d.scene.name);
-  for (const std::string& line : InWords(d.sense)) spdlog::info("{}", line);
+  for (const std::string& line : Introduction(d.sense)) spdlog::info("{}", line);
 }
 
 void WaitFor(const std::stop_token& stop) {

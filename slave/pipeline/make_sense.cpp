@@ -56,7 +56,7 @@ ModelOptions Changed(ModelOptions model, const ModelChange& change, const Change
   return model;
 }
 
-std::vector<std::string> InWords(const SenseInfo& info) {
+std::vector<std::string> Introduction(const SenseInfo& info) {
   const ModelInfo& model = info.model;
   std::vector<std::string> lines{
       fmt::format("{} with {} elements, {} dof, precomputed in {:.0f} ms; {}", model.kind,

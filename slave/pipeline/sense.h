@@ -90,7 +90,7 @@ struct SenseInfo {
 };
 
 // A line each, as `serve` and `process` say it.
-std::vector<std::string> InWords(const SenseInfo& info);
+std::vector<std::string> Introduction(const SenseInfo& info);
 
 // One thread acquires, looks, estimates; every other call may come from another one, but not at
 // the same time as each other or Estimate. Prepare alone may run beside anything.
