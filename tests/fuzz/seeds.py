@@ -25,7 +25,7 @@ def write(folder, target, name, content, kind=None):
 
 def dictionary(folder, target, words):
     def quoted(word):
-        return '"' + "".join(c if c.isalnum() or c in " _-:.,$*[]{}/<>=&" else f"\\x{ord(c):02x}" for c in word) + '"'
+        return '"' + "".join(c if c.isascii() and c.isalnum() or c in " _-:.,$*[]{}/<>=&" else f"\\x{ord(c):02x}" for c in word) + '"'
     (folder / f"{target}.dict").write_text("".join(quoted(w) + "\n" for w in sorted(set(words))))
 
 
