@@ -1,11 +1,12 @@
 #include "slave/mechanics/bem/boundary_system.h"
 
+#include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <string>
 
-#include "slave/mechanics/bem/hole_centre.h"
 #include "slave/mechanics/bem/kelvin_integrals.h"
 
 namespace palpate {
@@ -33,6 +34,36 @@ void Integrate(const KelvinConstants& constants, const ElementView& view, int mo
     const auto integrals = KelvinMode(moments, k, 0.5 * view.length, view.d);
     (*blocks)[k] = Combine(constants, integrals, 0, view.t.x(), view.t.y());
   }
+}
+
+struct HoleCentre {
+  Vector2d p_O{0, 0};  // [m]
+  double radius = 0;   // of a circle around it that stays in the hole [m]
+};
+
+// The place in a hole that lies farthest from the body: the largest of the circles in it that touch
+// the boundary in the middle of an element of `loop`. Slits have one as well as discs. O(n^2).
+// A circle of radius r that touches the boundary at m with its centre along the unit normal n
+// leaves out the point q if |q - m|^2 >= 2 r n . (q - m).
+HoleCentre FindHoleCentre(const BoundaryMesh& mesh, int loop) {
+  const auto first = mesh.elements.begin() + mesh.loop_begin[static_cast<std::size_t>(loop)];
+  const auto last = mesh.elements.begin() + mesh.loop_begin[static_cast<std::size_t>(loop) + 1];
+  HoleCentre best;
+  for (auto touched = first; touched != last; ++touched) {
+    const Vector2d m = touched->midpoint();
+    const Vector2d n = touched->normal();
+    double radius = std::numeric_limits<double>::infinity();
+    for (auto other = first; other != last; ++other) {
+      for (const Vector2d& q : {other->a, other->midpoint()}) {
+        const double ahead = n.dot(q - m);
+        if (ahead > 0) radius = std::min(radius, 0.5 * (q - m).squaredNorm() / ahead);
+      }
+    }
+    if (radius > best.radius && radius < std::numeric_limits<double>::infinity()) {
+      best = {m + radius * n, radius};
+    }
+  }
+  return best;
 }
 
 }  // namespace
