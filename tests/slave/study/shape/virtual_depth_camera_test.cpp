@@ -209,13 +209,13 @@ TEST(VirtualDepthCameraTest, TriangleThatReachesBehindTheCameraIsCutNotMirrored)
 }
 
 TEST(VirtualDepthCameraTest, WhatCannotBeSeenGivesNoPoints) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(SeeSurface(Camera(), {}, {}, 1).empty());
   EXPECT_TRUE(SeeSurface(Camera(), Square(1, -0.5), {}, 1).empty());  // behind
   EXPECT_TRUE(SeeSurface(Camera(), Square(1, 0), {}, 1).empty());     // through the pupil
   EXPECT_TRUE(SeeSurface(Camera(), Square(0, 0.5), {}, 1).empty());   // no area
   SurfaceMesh broken = Square(1, 0.5);
-  broken.nodes[0].x() = kNan;
+  broken.nodes[0].x() = kUnknown;
   EXPECT_TRUE(SeeSurface(Camera(), broken, {}, 1).empty());
   broken.nodes[0].x() = 1e300;
   for (const auto& p : SeeSurface(Camera(), broken, {}, 1)) EXPECT_TRUE(p.allFinite());
