@@ -302,7 +302,7 @@ TEST(StudyTest, TwoRunsDifferInTimesOnly) {
 TEST(StudyTest, LuckyCancellationIsNotAccuracy) {
   StudyRow row;
   row.outcome = Outcome::kAnswered;
-  row.answers = {{{1, Validity::kValid}, {1, Validity::kValid}, 0.5, 0.26, {}}};
+  row.answers = {{{1, Validity::kValid, {}}, {1, Validity::kValid, {}}, 0.5, 0.26}};
   std::vector<StudyRow> rows{row};
   JudgeRows({{{{1, 0.001}, {1, 0.001}, ""}}, ""}, &rows);
   EXPECT_EQ(rows[0].deviation, 0);
