@@ -17,12 +17,13 @@ cd "$scratch"
 declare -A allowed=([model]=2 [sense]=4 [device]=2 [scene_key]=4)
 
 flags_of() {  # flags_of FILE.cpp: those of a source compiled beside it, for this copy of the tree
-  python3 - "$build/compile_commands.json" "$root" "$1" <<'PY'
+  python3 - "$build" "$root" "$1" <<'PY'
 import json, pathlib, shlex, sys
-commands, root, file = json.load(open(sys.argv[1])), sys.argv[2], sys.argv[3]
+build, root, file = sys.argv[1:]
+commands = json.load(open(build + "/compile_commands.json"))
 folder = pathlib.Path(file).parent
 def near(entry):
-    place = entry["file"].removeprefix(root + "/").replace("build/release/", "")
+    place = entry["file"].removeprefix(build + "/").removeprefix(root + "/")
     return len([1 for a, b in zip(pathlib.Path(place).parts, folder.parts) if a == b])
 words = shlex.split(max(commands, key=near)["command"])
 kept, skip = [], False
@@ -30,14 +31,14 @@ for word in words[1:]:
     if skip or word in ("-o", "-c"):
         skip = not skip and word == "-o"
     elif word.startswith(("-I", "-isystem", "-D", "-std", "-W", "-f", "-m")) or (kept and kept[-1] == "-isystem"):
-        kept.append(word.replace("-I" + root, "-I.", 1) if word == "-I" + root else word)
-print(" ".join(kept))
+        kept.append(word)
+print(" ".join(["-I."] + kept))
 PY
 }
 
 failed=0
 for name in device scene_key sense model; do
-  git apply --directory=. "$root/tests/contributing/$name.patch" || { echo "$name.patch does not apply"; exit 1; }
+  patch --quiet -p1 <"$root/tests/contributing/$name.patch" || { echo "$name.patch does not apply"; exit 1; }
   changed=$(sed -n 's#^--- a/##p' "$root/tests/contributing/$name.patch" | grep -vE 'CMakeLists.txt|^tests/' || true)
   count=$(echo "$changed" | grep -c . || true)
   echo "$name: changes $count files outside of its room: $(echo $changed)"
