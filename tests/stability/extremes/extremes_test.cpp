@@ -396,7 +396,7 @@ TEST(Extremes, Combinations) {
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  std::filesystem::path out = std::filesystem::path(BinaryPath()) / "test-output";
+  std::filesystem::path out = std::filesystem::path(palpate::BinaryPath()) / "test-output";
   for (int i = 1; i < argc; ++i) {
     if (std::string(argv[i]) == "--full") palpate::extremes::full_sweep = true;
     if (std::string(argv[i]) == "--out" && i + 1 < argc) out = argv[++i];
