@@ -25,7 +25,7 @@ struct StereoRig {
   Lens left, right;
   Eigen::Isometry3d X_RL = Eigen::Isometry3d::Identity();  // p_R = X_RL p_L [m]
   double rms_px = 0;  // reprojection over all pictures of the calibration; 0: not known
-  [[nodiscard]] double baseline() const { return X_RL.translation().norm(); }
+  [[nodiscard]] double baseline() const { return X_RL.translation().stableNorm(); }
 };
 
 // YAML files in the manner of OpenCV's FileStorage, documented in the .cpp; `right` is absent in

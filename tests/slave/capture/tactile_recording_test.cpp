@@ -190,11 +190,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadRecording{"ShortRow",
                      kHead + "0," + Counts(0) + "\n0.01,1,2\n",
                      {},
-                     "3: 3 columns: accepted is 20, as in the header"},
+                     "3: 3 cells: accepted is 20, as in the header"},
         BadRecording{
-            "LongRow", kHead + "0," + Counts(0) + ",5\n", {}, "2: 21 columns: accepted is 20"},
+            "LongRow", kHead + "0," + Counts(0) + ",5\n", {}, "2: 21 cells: accepted is 20"},
         BadRecording{
-            "TwoCommasAtTheEnd", kHead + "0," + Counts(0) + ",,\n", {}, "2: 22 columns: acc"},
+            "TwoCommasAtTheEnd", kHead + "0," + Counts(0) + ",,\n", {}, "2: 22 cells: acc"},
         BadRecording{"NotANumber",
                      kHead + "0,nan" + Counts(0).substr(8) + "\n",
                      {},

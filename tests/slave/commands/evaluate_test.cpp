@@ -233,6 +233,7 @@ TEST_F(EvaluateTest, CloudInMillimetresIsRefusedAsOne) {
 TEST_F(EvaluateTest, WritesOverNothingItReads) {
   options_.cloud = Picture({});
   std::filesystem::create_directories(options_.out);
+  std::filesystem::remove(options_.out / "object.pcd");
   std::filesystem::create_hard_link(options_.cloud, options_.out / "object.pcd");
   EXPECT_THAT([&] { RunEvaluate(options_, {}); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("object.pcd: accepted is another")));

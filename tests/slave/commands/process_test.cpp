@@ -64,6 +64,7 @@ TEST(ProcessTest, WritesOverNothingItReads) {
   std::filesystem::copy(kScenes / "silicone-block.yaml", folder / "summary.json");
   EXPECT_THAT(RefusalInside(folder, "summary.json", false),
               HasSubstr("summary.json: accepted is another file"));
+  std::ofstream(folder / "frames" / "1.png") << "not looked at";
   std::ofstream(folder / "recorded.yaml") << R"(name: recorded
 object:
   geometry: {rectangle: {width: 80 mm, height: 40 mm, thickness: 9 mm}}
