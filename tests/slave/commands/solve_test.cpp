@@ -268,6 +268,27 @@ TEST_F(SolveTest, WritesOverNothingItReads) {
   EXPECT_EQ(std::filesystem::file_size(scene), original);
 }
 
+// A tool of 2 mm on cells of 10 mm: the row says that it is extrapolated, the words say why.
+TEST_F(SolveTest, SaysWhyARowIsExtrapolated) {
+  options_.scene = Write("scene.yaml", R"(name: cube
+object:
+  geometry: {box: {size: [60 mm, 60 mm, 60 mm], cells: [6, 6, 6]}}
+  material: {young_modulus: 3.8 kPa, poisson_ratio: 0.15}
+  fixed: {plane: {axis: z, at: 0 m}}
+model: {kind: fem-green}
+)");
+  const Outcome outcome = RunContacts(
+      "case,x,y,z,dx,dy,dz,width\n"
+      "wide,0.03,0.03,0.06,0,0,-0.001,0.04\nnarrow,0.03,0.03,0.06,0,0,-0.001,0.002\n");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.rows.at(0).at("validity"), "valid");
+  EXPECT_EQ(outcome.rows.at(1).at("validity"), "extrapolated");
+  EXPECT_THAT(
+      outcome.message,
+      HasSubstr("1 of 2 rows are extrapolated, first row 2 (case narrow at 0.03, 0.03, 0.06): "
+                "the mesh is too coarse for a patch of this width here"));
+}
+
 // Devices without end are no tables.
 TEST_F(SolveTest, ReadsNoLineWithoutEnd) {
   options_.contacts = "/dev/zero";

@@ -372,7 +372,7 @@ TEST(FemMotion, MotionSettlesInTheStaticEquilibrium) {
                       .prescribed_O = {-0.01, 0.004, 0}};
   FemModel still(mesh, held, solids::Foam());
   const auto expected = Respond(still, {patch}).front();
-  ASSERT_EQ(expected.validity, Validity::kValid) << still.failure();
+  ASSERT_NE(expected.validity, Validity::kFailed) << still.failure();
   for (const int newton : {1, 0}) {
     auto params = Dynamic(solids::Foam(), 0.05);
     params.options.newton = newton;

@@ -263,9 +263,8 @@ struct Beam {
       const auto contacts = EndLoad(model.mesh(), force);
       std::vector<ContactResponse> responses(contacts.size());
       model.Respond(contacts, responses);
-      const bool locks = params.options.element == Element::kTet4 && params.poisson_ratio >= 0.49;
-      EXPECT_EQ(responses[0].validity, locks ? Validity::kExtrapolated : Validity::kValid)
-          << model.failure();
+      // Single triangles are loaded as discs narrower than any mesh: extrapolated, and meant.
+      EXPECT_EQ(responses[0].validity, Validity::kExtrapolated) << model.failure();
       mean.setZero();
       for (const auto& r : responses)
         mean += r.displacement_O / static_cast<double>(responses.size());
