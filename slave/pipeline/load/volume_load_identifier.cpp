@@ -81,7 +81,8 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   void Place(const TriangleLoad& best, SurfaceLoad* load);
   void Refine(TriangleLoad* best, SurfaceLoad* load) noexcept;
   void Judge(const TriangleLoad& best, SurfaceLoad* load) const noexcept;
-  bool Load(const SurfaceLoad& load) noexcept;
+  bool Respond(const SurfaceLoad& load) noexcept;
+  bool Load(const SurfaceLoad& load) noexcept;  // and field_
 
   SurfaceMesh surface_;
   std::unique_ptr<DeformationModel> model_;
@@ -125,7 +126,7 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
   if (!linear_) {
     Refine(&best, &load);
   } else if (load.force != 0) {
-    Load(load);
+    Respond(load);
   }
   Judge(best, &load);
   return load;
@@ -215,7 +216,7 @@ void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcep
   }
 }
 
-bool VolumeLoadIdentifier::Load(const SurfaceLoad& load) noexcept {
+bool VolumeLoadIdentifier::Respond(const SurfaceLoad& load) noexcept {
   const Contact contact{.kind = Contact::Kind::kForce,
                         .p_O = load.p_O,
                         .width = width_,
@@ -224,6 +225,11 @@ bool VolumeLoadIdentifier::Load(const SurfaceLoad& load) noexcept {
   model_->Respond(std::span(&contact, 1), std::span(&response, 1));
   if (response.validity == Validity::kFailed) return false;
   doubt_ = response.doubt;
+  return true;
+}
+
+bool VolumeLoadIdentifier::Load(const SurfaceLoad& load) noexcept {
+  if (!Respond(load)) return false;
   try {
     model_->Displacements(&field_);
   } catch (const std::exception&) {

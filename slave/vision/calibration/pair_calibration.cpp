@@ -259,6 +259,7 @@ std::vector<NamedMatrix> Rectification(const StereoRig& rig) {
   for (const auto& [name, m] :
        {std::pair{"R1", R1}, {"R2", R2}, {"P1", P1}, {"P2", P2}, {"Q", Q}}) {
     out.push_back({name, {}});
+    out.back().value.resize(m.rows, m.cols);  // where it is row-major OpenCV leaves this to us
     cv::cv2eigen(m, out.back().value);
   }
   return out;
