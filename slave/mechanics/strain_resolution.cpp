@@ -69,8 +69,9 @@ void StrainResolution::Number(const std::vector<std::array<bool, 3>>& held) {
   for (std::size_t e = 0; e < ends_.size(); ++e) {
     const auto& a = held[Index(ends_[e][0])];
     const auto& b = held[Index(ends_[e][1])];
-    const bool is_held = a[0] && a[1] && a[2] && b[0] && b[1] && b[2];
-    compliance_.push_back(is_held ? 0 : 1 / stiffness[e]);
+    Vector3d free(1, 1, 1);
+    for (int c = 0; c < 3; ++c) free[c] = a[Index(c)] && b[Index(c)] ? 0 : 1;
+    compliance_.emplace_back(free / stiffness[e]);
   }
   residual_.resize(ends_.size());
 }
@@ -84,7 +85,7 @@ double StrainResolution::Softness(std::span<const Vector3d> u,
   double bowed = 0;
   for (std::size_t e = 0; e < ends_.size(); ++e) {
     if (near_[Index(ends_[e][0])] != 0 || near_[Index(ends_[e][1])] != 0) continue;
-    bowed += compliance_[e] * residual_[e].squaredNorm();
+    bowed += compliance_[e].dot(residual_[e].cwiseAbs2());
   }
   return twice_energy_ > 0 ? bowed / twice_energy_ : 0;
 }

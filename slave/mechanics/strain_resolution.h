@@ -24,8 +24,8 @@ namespace palpate {
 // the elements at contacts are left out: there the patch decides (mesh_resolution.h).
 class StrainResolution {
  public:
-  // `held`: per node and component; edges whose ends are both held do not bow. Poisson's ratio is
-  // taken as 0.49 at most: what locks beyond is told elsewhere.
+  // `held`: per node and component; edges do not bow along what holds both their ends. Poisson's
+  // ratio is taken as 0.49 at most: what locks beyond is told elsewhere.
   StrainResolution(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
                    double poisson_ratio);
 
@@ -47,8 +47,8 @@ class StrainResolution {
 
   double lambda_, mu_;  // by E
   std::vector<Element> elements_;
-  std::vector<std::array<int, 2>> ends_;  // per edge
-  std::vector<double> compliance_;        // 1 / k per edge; 0: held
+  std::vector<std::array<int, 2>> ends_;     // per edge
+  std::vector<Eigen::Vector3d> compliance_;  // 1 / k per edge and component; 0: held
   std::vector<Eigen::Vector3d> residual_;
   std::vector<char> near_;  // per node: one that is touched, or of an element that has one
   double twice_energy_ = 0;

@@ -225,6 +225,22 @@ TEST(StrainResolution, WhatDoesNotBendIsLeftAlone) {
   }
 }
 
+// Law: the patch test. An even stretch is what four nodes can do: on rollers too, which carry it.
+TEST(StrainResolution, AnEvenStretchOnRollersIsExact) {
+  const SolidMesh mesh = MeshBox({2, 1, 1}, {2, 1, 1});
+  std::vector<std::array<bool, 3>> held;
+  std::vector<Vector3d> u;
+  std::vector<int> end;
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+    const Vector3d& p = mesh.nodes[i];
+    held.push_back({p.x() == 0, p.y() == 0, p.z() == 0});
+    u.emplace_back(1e-6 * p.x(), -3e-7 * p.y(), -3e-7 * p.z());
+    if (p.x() == 2) end.push_back(static_cast<int>(i));
+  }
+  StrainResolution strain(mesh, held, 0.3);
+  EXPECT_LT(strain.Softness(u, end), 1e-9);
+}
+
 // The estimate does not depend on size, and rotations of the whole body count for nothing.
 TEST(StrainResolution, IsTheSameAtEverySizeAndTurned) {
   double first = 0;
