@@ -41,7 +41,8 @@ class LoadPathCache {
   // which the first finger touches; infinity: none does. Milliseconds for a new place, else short.
   double Expect(const Key& key);
   // The ladder here, as far as way `s` at least if there is one so far, waiting for it if need be
-  // (a second or so per millimetre of depth). May be shorter where no equilibrium was found.
+  // (a third of a second or so per millimetre of depth). May be shorter where no equilibrium was
+  // found.
   SolvedPress Await(const Key& key, double s);
 
  private:

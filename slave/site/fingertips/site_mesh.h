@@ -39,7 +39,8 @@ constexpr int kHexahedronDegree = 2;
 
 // A mesh file's own tetrahedra. Throws std::invalid_argument: no volume, an unusable file.
 SolidMesh OwnMesh(const Geometry& geometry);
-// Cubic ones, where they are few; else linear ones, refined at most twice within `most_tets`.
+// Cubic ones, where they are few; else linear ones, refined at most twice within `most_tets`. Large
+// files are not refined: of them the truth has the mesh that `fem` has, with another law.
 SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t most_tets);
 
 }  // namespace palpate::site

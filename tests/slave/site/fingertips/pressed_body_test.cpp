@@ -54,8 +54,8 @@ struct CubePress {
 
 // Reference: Hertz 1882, F = 4/3 E / (1 - nu^2) sqrt(R d^3), a = sqrt(R d), a sphere on a half
 // space without friction. What sticks is some per cent stiffer (a flat punch by 6 % at nu = 0.15,
-// Spence 1968), and so is the mesh: 1.16, 1.08 and 1.09 times Hertz at 1, 2 and 3 mm, where a mesh
-// of 11664 nodes gives 1.05, 1.04 and 1.03.
+// Spence 1968): 1.15, 1.08, 1.08 and 1.06 times Hertz here, where a mesh of 9375 nodes gives 1.06,
+// 1.08, 1.08 and 1.10.
 TEST(PressedBody, PressesAreHertzianWithinTheMeshsError) {
   CubePress press({});
   for (const double depth : {0.5e-3, 1e-3, 2e-3, 3e-3}) {
@@ -63,32 +63,29 @@ TEST(PressedBody, PressesAreHertzianWithinTheMeshsError) {
     const FingerTouch touch = press.body.TouchOf(0);
     const double hertz =
         4.0 / 3 * kYoung / (1 - kPoisson * kPoisson) * std::sqrt(kRadius * std::pow(depth, 3));
-    std::printf("%g hertz %g a %g %g\n", depth, -touch.force_O.z() / hertz, touch.radius,
-                std::sqrt(kRadius * depth));
-    EXPECT_NEAR(-touch.force_O.z() / hertz, 1.07, 0.1) << depth;
+    EXPECT_NEAR(-touch.force_O.z() / hertz, 1.08, 0.08) << depth;
     EXPECT_LT(touch.force_O.head<2>().norm(), 0.05 * -touch.force_O.z());
     EXPECT_NEAR(touch.radius, std::sqrt(kRadius * depth), 0.12e-2) << depth;
     EXPECT_NEAR(touch.depth, depth, 1e-9);
   }
 }
 
-// Reference: the same press on a finer mesh.
+// Reference: the same press on a finer mesh. Measured: 42.0 mN with 5733 nodes, 42.2 with 2025 (the
+// usual ones), 36.8 with 567.
 TEST(PressedBody, ForceConvergesWithTheMesh) {
   const auto force = [](const SiteResolution& resolution) {
     CubePress press(resolution);
     EXPECT_TRUE(press.To(1e-3));
     EXPECT_TRUE(press.To(2e-3));
-    std::printf("nodes %zu force %g\n", press.mesh.nodes.size(),
-                -press.body.TouchOf(0).force_O.z());
     return -press.body.TouchOf(0).force_O.z();
   };
   const double fine = force({.edge = 0.8e-3, .fine_reach = 3e-3, .growth = 0.5});
-  EXPECT_NEAR(force({}) / fine, 1, 0.05);
-  EXPECT_NEAR(force({.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8}) / fine, 1, 0.3);
+  EXPECT_NEAR(force({}) / fine, 1, 0.02);
+  EXPECT_NEAR(force({.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8}) / fine, 1, 0.15);
 }
 
 // Reference: the same block of hexahedra. Tolerance: its surface has nodes 1 mm apart, that of
-// cubic tetrahedra 2.2 mm.
+// cubic tetrahedra 2.2 mm: 2.6 % measured.
 TEST(PressedBody, CubicTetrahedraAgreeWithHexahedra) {
   const Vector3d size = Vector3d::Constant(0.02), middle(0.01, 0.01, 0.02);
   const auto force = [&](const SiteMesh& mesh) {
@@ -103,8 +100,7 @@ TEST(PressedBody, CubicTetrahedraAgreeWithHexahedra) {
   };
   const SiteMesh tets = MeshTetrahedra(MeshBox(size, {3, 3, 3}), 20000);
   const SiteMesh hexes = CubeMesh(size, middle, {});
-  std::printf("tets %g hexes %g\n", force(tets), force(hexes));
-  EXPECT_NEAR(force(tets) / force(hexes), 1, 0.1);
+  EXPECT_NEAR(force(tets) / force(hexes), 1, 0.05);
 }
 
 TEST(PressedBody, ForceIsProportionalToTheModulus) {

@@ -228,7 +228,6 @@ void ExpectCalculix(PressedCube* cube, const reference::json& file, const std::s
 TEST(NeoHookeanBody, CubeUnderADeadLoadGivesWayAsInCalculix) {
   PALPATE_REFERENCE_OR_SKIP(file, "h_calculix.json");
   PressedCube cube(6), coarse(3);
-  ExpectCalculix(&cube, file, "0.1", 0.005);
   ExpectCalculix(&cube, file, "0.25", 0.005);
   ExpectCalculix(&coarse, file, "0.25", 0.02);
   ASSERT_TRUE(coarse.Carry(0.5 / (3800 * 0.06 * 0.06)));  // on the way
