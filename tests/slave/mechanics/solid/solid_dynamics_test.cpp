@@ -139,7 +139,7 @@ TEST(Energy, NeverGrowsWithImplicitEulerIteratedToItsResidual) {
       std::vector<ContactResponse> responses(1);
       for (int i = 0; i < 10; ++i) {
         model.Respond(std::vector{Push({0.2, 0.02, 0.02}, {0, 0, 0.02})}, responses);
-        ASSERT_EQ(responses[0].validity, Validity::kValid) << model.failure();
+        ASSERT_TRUE(IsForceKnown(responses[0].validity)) << model.failure();  // of one node
       }
       double energy = model.total_energy();
       EXPECT_GT(energy, 0);
