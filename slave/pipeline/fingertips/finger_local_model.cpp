@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 constexpr double kVouchedFor = 0.5;   // of the larger side, where the model states no range
 constexpr double kLeastShare = 0.25;  // of the full depth: contact does not begin without stiffness
 constexpr double kOnSurface = 1e-6;   // of the radius
+constexpr double kSpread = 0.3;  // small strain, coarse meshes: foams are off by tens of percent
 constexpr double kLearningTime = 0.05;  // [s], of the felt force's say in the stiffness
 
 }  // namespace
@@ -29,7 +30,7 @@ FingerLocalModel::FingerLocalModel(const Scene& scene)
                        ? scene.sense.tactile->patch / 2
                        : DiscOfSphere(radius_, scene.operator_options.press_depth)),
       full_depth_(scene.operator_options.press_depth),
-      scale_(full_depth_, LearningRate(kLearningTime, scene.sense.tactile->rate)) {}
+      scale_(full_depth_, LearningRate(kLearningTime, scene.sense.tactile->rate), kSpread) {}
 
 void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
                               bool in_contact, const std::optional<FeltForce>& felt,

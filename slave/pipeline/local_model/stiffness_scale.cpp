@@ -9,7 +9,6 @@ namespace {
 
 constexpr double kErrors = 3;  // sigmas: so far a force must stand out of its error
 constexpr double kLeastRatio = 0.25, kLargestRatio = 4;
-constexpr double kSpread = 0.1;      // standard deviation of a ratio before anything was felt
 constexpr double kAlike = 5;         // values as far apart are alike to 1 / e
 constexpr double kForgotten = 2e-3;  // share per sample
 
@@ -25,11 +24,11 @@ double LearningRate(double time, double rate) {
   return 1 - std::exp(-1 / (time * rate));
 }
 
-StiffnessScale::StiffnessScale(double full_depth, double learning_rate) noexcept
+StiffnessScale::StiffnessScale(double full_depth, double learning_rate, double spread) noexcept
     : full_depth_(full_depth), learning_rate_(learning_rate) {
   for (int i = 0; i < kDepths; ++i) {
     for (int j = 0; j < kDepths; ++j) {
-      before_(i, j) = kSpread * kSpread * std::exp(-std::abs(i - j) / kAlike);
+      before_(i, j) = spread * spread * std::exp(-std::abs(i - j) / kAlike);
     }
   }
   Forget();

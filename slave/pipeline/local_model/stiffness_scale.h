@@ -29,8 +29,9 @@ double LearningRate(double time, double rate);
 // larger its error, never more than `learning_rate`; what was learnt long ago counts less.
 class StiffnessScale {
  public:
-  // `full_depth` [m] > 0; `learning_rate` in (0, 1].
-  StiffnessScale(double full_depth, double learning_rate) noexcept;
+  // `full_depth` [m] > 0; `learning_rate` in (0, 1]; `spread` > 0: the ratio's standard deviation
+  // about 1 before anything was felt.
+  StiffnessScale(double full_depth, double learning_rate, double spread) noexcept;
 
   void Learn(double depth, const RatioSample& sample) noexcept;
   struct Value {

@@ -19,6 +19,7 @@ using Eigen::Vector3d;
 constexpr std::string_view kPulls =
     "the load pulls outward: check the sides (left, right), the rig and the object's pose";
 constexpr double kVouchedFor = 0.5;    // of the larger side, where the model states no range
+constexpr double kSpread = 0.1;        // of that ratio before anything was felt
 constexpr double kLearningTime = 0.1;  // [s], of the ratio felt / modelled
 constexpr double kNear = 0.1;  // of the larger side: a load farther from the tip is another's
 constexpr double kBesideEdge =
@@ -61,7 +62,7 @@ struct SurfaceEstimator::Parts {
   explicit Parts(const Scene& scene)
       : telling_depth(kTellingDepth * scene.operator_options.press_depth),
         felt_ratio(scene.operator_options.press_depth,
-                   LearningRate(kLearningTime, SensorRate(scene.sense))) {}
+                   LearningRate(kLearningTime, SensorRate(scene.sense)), kSpread) {}
   void ToObject(const std::vector<SurfacePoint>& points_S);
   void Learn() noexcept;
   void Tell() noexcept;

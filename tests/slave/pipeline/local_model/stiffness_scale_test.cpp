@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kFull = 5e-3;  // [m]
 constexpr double kRate = 0.3;
+constexpr double kSpread = 0.1;
 
 TEST(CompareForcesTest, OnlyFiniteForcesAboveZeroTell) {
   const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
@@ -35,7 +36,7 @@ TEST(LearningRateTest, LeavesOneByEAfterItsTime) {
 // Reference: the ratio itself, linear in depth. Noise of 1 %: a sixth of it is left after forty
 // presses of a hundred samples.
 TEST(RatioByDepthTest, LearnsARatioThatChangesWithDepthThroughNoise) {
-  StiffnessScale ratio(kFull, kRate);
+  StiffnessScale ratio(kFull, kRate, kSpread);
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, 0.01);
   const auto truth = [](double depth) { return 1.1 - 0.2 * depth / kFull; };
@@ -52,7 +53,7 @@ TEST(RatioByDepthTest, LearnsARatioThatChangesWithDepthThroughNoise) {
 }
 
 TEST(RatioByDepthTest, OneSampleHasNoMoreSayThanTheLearningRate) {
-  StiffnessScale ratio(kFull, kRate);
+  StiffnessScale ratio(kFull, kRate, kSpread);
   for (const double told : {1.5, 0.6, 4.0, 0.25}) {
     const double before = ratio.At(4e-3).ratio;
     ratio.Learn(4e-3, {told, 0, true});
@@ -63,7 +64,7 @@ TEST(RatioByDepthTest, OneSampleHasNoMoreSayThanTheLearningRate) {
 }
 
 TEST(RatioByDepthTest, AForceThatDrownsInItsErrorHasNoSay) {
-  StiffnessScale ratio(kFull, kRate);
+  StiffnessScale ratio(kFull, kRate, kSpread);
   for (int i = 0; i < 5; ++i) ratio.Learn(4e-3, {2, 6, true});
   EXPECT_GT(ratio.At(4e-3).ratio, 1);
   EXPECT_LT(ratio.At(4e-3).ratio, 1.002);  // 5 times the spread's 0.1^2 by 6^2
@@ -71,7 +72,7 @@ TEST(RatioByDepthTest, AForceThatDrownsInItsErrorHasNoSay) {
 
 // What was felt deep is believed shallow too until that was felt: then each keeps its own.
 TEST(RatioByDepthTest, DepthsNotFeltFollowTheirNeighbours) {
-  StiffnessScale ratio(kFull, kRate);
+  StiffnessScale ratio(kFull, kRate, kSpread);
   for (int i = 0; i < 60; ++i) ratio.Learn(kFull, {0.9, 0.01, true});
   EXPECT_NEAR(ratio.At(kFull).ratio, 0.9, 1e-3);
   EXPECT_LT(ratio.At(kFull / 2).ratio, 0.95);
@@ -81,7 +82,7 @@ TEST(RatioByDepthTest, DepthsNotFeltFollowTheirNeighbours) {
 }
 
 TEST(RatioByDepthTest, IsContinuousAndConstantBeyondItsDepths) {
-  StiffnessScale ratio(kFull, kRate);
+  StiffnessScale ratio(kFull, kRate, kSpread);
   for (int i = 0; i < 60; ++i) {
     ratio.Learn(0.3 * kFull, {1.2, 0.01, true});
     ratio.Learn(0.9 * kFull, {0.8, 0.01, true});
@@ -97,7 +98,7 @@ TEST(RatioByDepthTest, IsContinuousAndConstantBeyondItsDepths) {
 }
 
 TEST(RatioByDepthTest, NonsenseTeachesNothingAndForgettingForgetsAll) {
-  StiffnessScale ratio(kFull, kRate);
+  StiffnessScale ratio(kFull, kRate, kSpread);
   ratio.Learn(std::nan(""), {2, 0, true});
   ratio.Learn(1e-3, {2, std::nan(""), true});
   ratio.Learn(1e-3, {2, 0, false});
