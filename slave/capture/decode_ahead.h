@@ -33,8 +33,9 @@ class DecodeAhead final : public FrameSource {
   [[nodiscard]] std::string description() const override { return options_.description; }
 
  private:
-  static constexpr std::size_t kRecordedAhead = 8;  // pictures
-  static constexpr std::size_t kLiveAhead = 1;      // a live picture is only good while it is new
+  // Pictures: at 60 Hz a disk may be late by 67 ms.
+  static constexpr std::size_t kRecordedAhead = 4;
+  static constexpr std::size_t kLiveAhead = 1;  // a live picture is only good while it is new
 
   void Run(const std::stop_token& stop);
   bool Push(Frame frame, const std::stop_token& stop);

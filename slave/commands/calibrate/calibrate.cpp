@@ -69,6 +69,7 @@ void RequireUsable(const CalibrateOptions& options) {
           "--size: accepted is without --rig, which says it");
   require(registers || (options.rig.empty() && options.size.empty() && !options.plane),
           "--rig, --size, --plane: accepted is with --register");
+  if (has_left) BoardOf(options);  // before any picture is looked for
 }
 
 // What is read is not written over.
