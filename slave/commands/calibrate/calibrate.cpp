@@ -122,7 +122,6 @@ std::array<int, 2> TwoCounts(const std::string& option, const std::string& text,
 
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   RequireUsable(options);
-  if (!options.left.empty()) BoardOf(options);  // words before pictures
   RequireOtherThanInputs(options);
   RequireWritable(options.out);  // found now, not after minutes of work
   RequireWritable(options.drawing);
