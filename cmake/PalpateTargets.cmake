@@ -19,7 +19,9 @@ if(PALPATE_NATIVE)
   add_compile_options(-march=native -Wno-uninitialized -Wno-maybe-uninitialized)
 endif()
 if(PALPATE_SANITIZE)
-  add_compile_options(-O1 -g1 -UNDEBUG -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
+  # Eigen does not trust the address sanitizer's malloc; libraries that stay as released do, and both free what the
+  # other took.
+  add_compile_options(-O1 -g1 -UNDEBUG -DEIGEN_MALLOC_ALREADY_ALIGNED=1 -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${PALPATE_SANITIZE})
   if(PALPATE_SANITIZE_EXCEPT)
     add_compile_options(-fno-sanitize=${PALPATE_SANITIZE_EXCEPT})
