@@ -14,7 +14,7 @@
 #include <CLI/CLI.hpp>
 
 #include "master/device/device.h"
-#include "master/haptics/report.h"
+#include "master/haptics/record/report.h"
 #include "master/haptics/session.h"
 #include "master/link/slave_link.h"
 #include "master/view/console.h"

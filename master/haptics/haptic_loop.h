@@ -12,9 +12,9 @@
 #include "master/haptics/output_blend.h"
 #include "master/haptics/passivity.h"
 #include "master/haptics/periodic.h"
+#include "master/haptics/record/tick_record.h"
 #include "master/haptics/renderer.h"
 #include "master/haptics/spsc_ring.h"
-#include "master/haptics/tick_record.h"
 #include "master/link/slave_link.h"
 
 namespace palpate {

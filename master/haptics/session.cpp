@@ -4,7 +4,7 @@
 #include <atomic>
 #include <thread>
 
-#include "master/haptics/recorder.h"
+#include "master/haptics/record/recorder.h"
 #include "shared/link/thread_priority.h"
 
 namespace palpate {

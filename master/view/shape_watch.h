@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "master/haptics/report.h"
+#include "master/haptics/record/report.h"
 #include "master/haptics/session.h"
 #include "master/link/mesh_watch.h"
 #include "master/view/shape_file.h"

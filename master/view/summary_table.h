@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "master/haptics/report.h"
+#include "master/haptics/record/report.h"
 
 namespace palpate {
 

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/site/points/pressed_membrane.h"
+#include "slave/site/points/membrane/pressed_membrane.h"
 
 namespace palpate::site {
 

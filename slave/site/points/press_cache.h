@@ -17,7 +17,7 @@
 
 #include "slave/scene/scene.h"
 #include "slave/site/points/dent.h"
-#include "slave/site/points/pressed_membrane.h"
+#include "slave/site/points/membrane/pressed_membrane.h"
 
 namespace palpate::site {
 

@@ -11,7 +11,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "slave/scene/scene.h"
-#include "slave/site/points/pressed_membrane.h"
+#include "slave/site/points/membrane/pressed_membrane.h"
 #include "slave/site/world.h"
 #include "slave/vision/stereo/rig.h"
 

@@ -1,8 +1,8 @@
-#include "master/haptics/force_error.h"
+#include "master/haptics/record/force_error.h"
 
 #include <gtest/gtest.h>
 
-#include "master/haptics/truth_track.h"
+#include "master/haptics/record/truth_track.h"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,4 @@
-#include "master/haptics/recorder.h"
+#include "master/haptics/record/recorder.h"
 
 #include <fstream>
 #include <sstream>

@@ -10,7 +10,7 @@
 #include "slave/mechanics/plate/fit/load_fit.h"
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_law.h"
-#include "slave/site/points/pressed_membrane.h"
+#include "slave/site/points/membrane/pressed_membrane.h"
 #include "slave/vision/dots/dot_layout.h"
 
 namespace palpate::site {

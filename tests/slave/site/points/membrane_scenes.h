@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "slave/scene/scene.h"
-#include "slave/site/points/pressed_membrane.h"
+#include "slave/site/points/membrane/pressed_membrane.h"
 
 namespace palpate::site {
 

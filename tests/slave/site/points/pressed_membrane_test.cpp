@@ -1,4 +1,4 @@
-#include "slave/site/points/pressed_membrane.h"
+#include "slave/site/points/membrane/pressed_membrane.h"
 
 #include <cmath>
 #include <limits>

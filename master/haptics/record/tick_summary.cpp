@@ -1,4 +1,4 @@
-#include "master/haptics/tick_summary.h"
+#include "master/haptics/record/tick_summary.h"
 
 #include <algorithm>
 

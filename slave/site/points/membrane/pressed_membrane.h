@@ -19,7 +19,7 @@
 #include <Eigen/Core>
 
 #include "slave/scene/scene.h"
-#include "slave/site/points/membrane_face.h"
+#include "slave/site/points/membrane/membrane_face.h"
 
 namespace palpate::site {
 

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/site/points/disc_mesh.h"
+#include "slave/site/points/membrane/disc_mesh.h"
 #include "slave/site/solid/neo_hookean_body.h"
 
 namespace palpate::site {

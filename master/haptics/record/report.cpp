@@ -1,4 +1,4 @@
-#include "master/haptics/report.h"
+#include "master/haptics/record/report.h"
 
 #include <cmath>
 

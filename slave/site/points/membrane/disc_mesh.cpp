@@ -1,4 +1,4 @@
-#include "slave/site/points/disc_mesh.h"
+#include "slave/site/points/membrane/disc_mesh.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 #include <optional>
 #include <span>
 
-#include "master/haptics/force_error.h"
-#include "master/haptics/tick_record.h"
+#include "master/haptics/record/force_error.h"
+#include "master/haptics/record/tick_record.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "master/haptics/force_error.h"
+#include "master/haptics/record/force_error.h"
 
 #include <algorithm>
 #include <cmath>

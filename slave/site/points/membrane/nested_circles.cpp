@@ -1,4 +1,4 @@
-#include "slave/site/points/nested_circles.h"
+#include "slave/site/points/membrane/nested_circles.h"
 
 #include <algorithm>
 #include <cmath>

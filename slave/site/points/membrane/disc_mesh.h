@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/site/points/nested_circles.h"
+#include "slave/site/points/membrane/nested_circles.h"
 
 namespace palpate::site {
 

@@ -1,4 +1,4 @@
-#include "slave/site/points/neo_hookean_disc.h"
+#include "slave/site/points/membrane/neo_hookean_disc.h"
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include "master/haptics/truth_track.h"
+#include "master/haptics/record/truth_track.h"
 
 #include <algorithm>
 

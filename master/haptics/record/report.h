@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "master/haptics/bare_loop.h"
-#include "master/haptics/force_error.h"
 #include "master/haptics/haptic_loop.h"
+#include "master/haptics/record/force_error.h"
 
 namespace palpate {
 

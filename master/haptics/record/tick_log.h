@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-#include "master/haptics/tick_record.h"
+#include "master/haptics/record/tick_record.h"
 
 namespace palpate {
 

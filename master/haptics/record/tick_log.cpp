@@ -1,4 +1,4 @@
-#include "master/haptics/tick_log.h"
+#include "master/haptics/record/tick_log.h"
 
 #include <stdexcept>
 

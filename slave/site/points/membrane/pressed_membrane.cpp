@@ -1,4 +1,4 @@
-#include "slave/site/points/pressed_membrane.h"
+#include "slave/site/points/membrane/pressed_membrane.h"
 
 #include <cmath>
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "slave/site/points/neo_hookean_disc.h"
+#include "slave/site/points/membrane/neo_hookean_disc.h"
 
 namespace palpate::site {
 namespace {

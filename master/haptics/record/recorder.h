@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <memory>
 
+#include "master/haptics/record/tick_log.h"
+#include "master/haptics/record/tick_summary.h"
+#include "master/haptics/record/truth_track.h"
 #include "master/haptics/spsc_ring.h"
-#include "master/haptics/tick_log.h"
-#include "master/haptics/tick_summary.h"
-#include "master/haptics/truth_track.h"
 
 namespace palpate {
 

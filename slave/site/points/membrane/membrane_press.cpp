@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-#include "slave/site/points/pressed_membrane.h"
+#include "slave/site/points/membrane/pressed_membrane.h"
 
 namespace palpate::site {
 namespace {

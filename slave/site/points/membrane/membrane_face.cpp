@@ -1,4 +1,4 @@
-#include "slave/site/points/membrane_face.h"
+#include "slave/site/points/membrane/membrane_face.h"
 
 #include <algorithm>
 #include <cmath>
