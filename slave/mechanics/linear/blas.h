@@ -83,6 +83,7 @@ void SubtractSyrk(int n, int k, const Scalar* a, int lda, Scalar* c, int ldc) {
 template <typename Scalar>
 void Trsm(char side, char form, char diagonal, int m, int n, const Scalar* l, int ldl, Scalar* b,
           int ldb) {
+  if (m <= 0 || n <= 0) return;  // BLAS would complain of a leading dimension of none
   const Scalar one = 1;
   Pick<Scalar>(strsm_, dtrsm_)(&side, "L", &form, &diagonal, &m, &n, &one, l, &ldl, b, &ldb, 1, 1,
                                1, 1);
