@@ -1,4 +1,5 @@
-// Meshes, elements and unknowns are counted with int, which may be subtracted; containers are asked with std::size_t.
+// Meshes, elements and unknowns are counted with int, which may be subtracted; containers are asked
+// with std::size_t.
 #pragma once
 
 #include <cstddef>
@@ -6,6 +7,8 @@
 namespace palpate {
 
 // i >= 0
-constexpr std::size_t Index(int i) { return static_cast<std::size_t>(i); }
+constexpr std::size_t Index(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 }  // namespace palpate

@@ -61,7 +61,7 @@ struct Probe {
 };
 
 Probe PressAt(DeformationModel& model, const Eigen::Vector2d& p_O, const Eigen::Vector2d& normal_O,
-            double width) {
+              double width) {
   constexpr int kRepeats = 200;
   const Eigen::Vector3d n(normal_O.x(), normal_O.y(), 0);
   const Contact contact{

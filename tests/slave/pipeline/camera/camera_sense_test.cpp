@@ -1,5 +1,3 @@
-#include "slave/pipeline/teleop/live_slave.h"
-
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -8,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 

@@ -1,5 +1,3 @@
-#include "slave/pipeline/offline/offline_run.h"
-
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -11,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <unistd.h>
 
+#include "slave/pipeline/offline/offline_run.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/pipeline/points/tracking_counts.h"
 #include "slave/scene/scene_loader.h"
@@ -232,8 +231,8 @@ TEST_F(PointsRunTest, AStopLeavesReadableFiles) {
   const Scene scene = Recorded({});
   std::stop_source source;
   const OfflineOptions options{folder_ / "out", false, false, [&](std::uint64_t done) {
-                                   if (done == 3) source.request_stop();
-                                 }};
+                                 if (done == 3) source.request_stop();
+                               }};
   EXPECT_EQ(RunOffline(scene, options, source.get_token()).frames, 3U);
   EXPECT_EQ(ReadCsv(folder_ / "out/states.csv").size(), 4U);
   EXPECT_EQ(Summary()["frames"], 3);
@@ -245,8 +244,8 @@ TEST_F(PointsRunTest, AMovingTargetIsFollowedAndItsForceUnknown) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/heart-target.yaml"));
   std::stop_source source;
   const OfflineOptions options{folder_ / "out", false, false, [&](std::uint64_t done) {
-                                   if (done == 60) source.request_stop();
-                                 }};
+                                 if (done == 60) source.request_stop();
+                               }};
   const OfflineSummary summary = RunOffline(scene, options, source.get_token());
   EXPECT_EQ(summary.stages.front().stage, "texture");
   EXPECT_FALSE(summary.sense.tells_force);
