@@ -3,14 +3,14 @@
 # usage: tests/bare_root.sh FOLDER COMMAND...     (as root, with debootstrap; FOLDER must not exist, and stays)
 #   tests/bare_root.sh /tmp/bare deploy/install.sh
 #   tests/bare_root.sh /tmp/bare deploy/demo.sh --duration 5
-# MIRROR names another archive; CACHE a folder that keeps the bare system's packages for the next time.
+# MIRROR names another archive than this machine's; CACHE a folder that keeps the bare system's packages for the next time.
 set -euo pipefail
 
 [ $# -ge 2 ] || { sed -n '2,6s/^# //p' "$0" >&2; exit 2; }
 project=$(cd "$(dirname "$0")/.." && pwd)
 root=$1; shift
 [ ! -e "$root" ] || { echo "bare_root.sh: $root is there already" >&2; exit 2; }
-mirror=${MIRROR:-http://deb.debian.org/debian}
+mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' | head -n 1)}
 
 mkdir -p "$root" ${CACHE:+"$CACHE"}
 debootstrap --variant=minbase ${CACHE:+--cache-dir="$(cd "$CACHE" && pwd)"} bookworm "$root" "$mirror" >"$root.log" 2>&1 ||
