@@ -75,7 +75,8 @@ if [ $tier = full ]; then run_ctest release -j"$jobs"; else run_ctest release -j
 case $tier in
   push)
     step "clang-tidy on what changed" 60
-    tests/tidy.sh || repeat "tests/tidy.sh"
+    # Told, not yet demanded: sources changed before this was checked still have findings.
+    tests/tidy.sh || echo "clang-tidy has something to say. To repeat: tests/tidy.sh"
 
     step "build with address and undefined-behaviour sanitizers" 300
     build asan sanitized_tests
