@@ -32,7 +32,8 @@ struct Touching {
   std::optional<Eigen::Isometry3d> X_SF = {};  // of the first fingertip, where the source tells it
 };
 
-// A sample every 2 ms.
+// A sample every 2 ms. Electrodes have a count of noise: those that stand still are dead, which a
+// test that takes a second would be told.
 class FakeSource final : public TactileSource {
  public:
   explicit FakeSource(std::shared_ptr<Touching> world) : world_(std::move(world)) {}
@@ -46,6 +47,8 @@ class FakeSource final : public TactileSource {
       TactileFrame frame = world_->hand.Next();
       frame.sensed_at = Clock::now();
       frame.fingers[0].X_SF = world_->X_SF;
+      is_odd_ = !is_odd_;
+      for (float& counts : frame.fingers[0].electrodes) counts += is_odd_ ? 1.0F : 0.0F;
       return frame;
     }
     return std::nullopt;
@@ -54,6 +57,7 @@ class FakeSource final : public TactileSource {
 
  private:
   std::shared_ptr<Touching> world_;
+  bool is_odd_ = false;
 };
 
 class FingertipSenseTest : public ::testing::Test {
@@ -164,9 +168,6 @@ TEST_F(FingertipSenseTest, AResetTakesRestValuesAnew) {
 }
 
 TEST_F(FingertipSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "instrumented, the changed model's force stays extrapolated: not explained yet";
-#endif
   Until(IsValid);
   const double before = slave_.Compose(Clock::now()).local_model.stiffness.norm();
   ParameterChange softer;
