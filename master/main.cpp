@@ -1,26 +1,21 @@
 // palpate-master: the operator's station.
 #include <array>
 #include <atomic>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <thread>
 
 #include <CLI/CLI.hpp>
 
 #include "master/device/device.h"
-#include "master/haptics/record/report.h"
 #include "master/haptics/session.h"
 #include "master/link/slave_link.h"
 #include "master/view/console.h"
-#include "master/view/finger_table.h"
 #include "master/view/shape_watch.h"
-#include "master/view/summary_table.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 

@@ -7,12 +7,8 @@
 #include <unistd.h>
 
 #include "shared/program/program.h"
-#include "slave/commands/check/check.h"
-#include "slave/commands/process.h"
+#include "slave/commands/commands.h"
 #include "slave/commands/program.h"
-#include "slave/commands/serve.h"
-#include "slave/commands/solve/solve.h"
-#include "slave/commands/study.h"
 #include "slave/commands/train/train.h"
 
 namespace palpate {
@@ -109,24 +105,24 @@ int Main(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", Version());
 
-  const auto add_scene = [](CLI::App* command, std::filesystem::path* scene,
-                            std::vector<std::string>* overrides) {
-    command->add_option("scene", *scene, "Scene file (YAML)")->required();
-    command->add_option("--override", *overrides, "Replace a value: key.path=value (repeatable)");
+  const auto add_command = [&](const char* name, const char* about, auto* options) {
+    CLI::App* command = app.add_subcommand(name, about);
+    command->add_option("scene", options->scene, "Scene file (YAML)")->required();
+    command->add_option("--override", options->overrides,
+                        "Replace a value: key.path=value (repeatable)");
+    return command;
   };
 
   ServeOptions serve;
-  CLI::App* serve_command = app.add_subcommand("serve", "Watch and answer over gRPC until stopped");
-  add_scene(serve_command, &serve.scene, &serve.overrides);
+  auto* serve_command = add_command("serve", "Watch and answer over gRPC until stopped", &serve);
   serve_command->add_option("--listen", serve.listen, "HOST:PORT; port 0: any free one")
       ->capture_default_str();
   serve_command->add_flag("--insecure", serve.insecure,
                           "Serve addresses that are not loopback, in plain text");
 
   ProcessOptions process;
-  CLI::App* process_command =
-      app.add_subcommand("process", "Run over recorded pictures as fast as they go");
-  add_scene(process_command, &process.scene, &process.overrides);
+  auto* process_command =
+      add_command("process", "Run over recorded pictures as fast as they go", &process);
   process_command->add_option("--out", process.out, "Folder for states.csv and summary.json")
       ->required();
   process_command->add_flag("--pictures", process.pictures,
@@ -138,8 +134,7 @@ int Main(int argc, char** argv) {
                               "end by themselves");
 
   SolveOptions solve;
-  CLI::App* solve_command = app.add_subcommand("solve", "Run the model alone on rows of a file");
-  add_scene(solve_command, &solve.scene, &solve.overrides);
+  auto* solve_command = add_command("solve", "Run the model alone on rows of a file", &solve);
   solve_command->add_option("--contacts", solve.contacts,
                             "CSV case,x,y,z,dx,dy,dz[,width][,t]; planar scenes need no z");
   solve_command->add_option("--loads", solve.loads,
@@ -148,13 +143,11 @@ int Main(int argc, char** argv) {
   solve_command->add_option("--field", solve.field, "VTU of the deformed body");
 
   CheckOptions check;
-  CLI::App* check_command = app.add_subcommand("check", "Say what will run and why");
-  add_scene(check_command, &check.scene, &check.overrides);
+  add_command("check", "Say what will run and why", &check);
 
   StudyOptions study;
-  CLI::App* study_command = app.add_subcommand(
-      "study", "Measure speed against accuracy of every model that fits the scene");
-  add_scene(study_command, &study.scene, &study.overrides);
+  auto* study_command = add_command(
+      "study", "Measure speed against accuracy of every model that fits the scene", &study);
   study_command->add_option("--out", study.out, "Folder for study.csv, study.json and study.svg")
       ->required();
   study_command->add_option("--budget", study.budget, "Seconds for all models together")

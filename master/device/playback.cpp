@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <sstream>
 #include <string_view>
 
 #include "shared/text/csv.h"
@@ -76,13 +75,10 @@ DeviceReading Playback::Read(Time now) noexcept {
 }
 
 std::string Playback::description() const {
-  std::ostringstream text;
-  text << "playback of " << file_.filename().string() << ": " << rows_.size() << " rows, "
-       << rows_.back().t - rows_.front().t << " s";
-  if (longest_gap_ > kRemarkedGap) {
-    text << "; a gap of " << longest_gap_ << " s is crossed in a straight line";
-  }
-  return text.str();
+  const std::string gap = Formatted("; a gap of %g s is crossed in a straight line", longest_gap_);
+  return "playback of " + file_.filename().string() + ": " + std::to_string(rows_.size()) +
+         Formatted(" rows, %g s", rows_.back().t - rows_.front().t) +
+         (longest_gap_ > kRemarkedGap ? gap : "");
 }
 
 }  // namespace palpate

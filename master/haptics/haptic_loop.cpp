@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 
 namespace palpate {
@@ -24,19 +25,12 @@ bool IsSane(const FingerState& finger) {
 
 bool IsSane(const SlaveState& state) {
   if (state.finger_count < 0 || state.finger_count > kMaxFingers) return false;
-  const auto* fingers = state.fingers.data();
-  if (!std::all_of(fingers, fingers + state.finger_count,
-                   [](const FingerState& finger) { return IsSane(finger); })) {
-    return false;
-  }
-  return IsWithin(state.p_S_tip, kFarthest) && IsWithin(state.offset, kFarthest) &&
+  const auto fingers = std::span(state.fingers).first(static_cast<std::size_t>(state.finger_count));
+  return std::ranges::all_of(fingers, [](const FingerState& finger) { return IsSane(finger); }) &&
+         IsWithin(state.p_S_tip, kFarthest) && IsWithin(state.offset, kFarthest) &&
          (!state.force || IsWithin(*state.force, kLargestForce)) &&
          (!state.true_force || IsWithin(*state.true_force, kLargestForce)) &&
          (!state.local_model.known() || IsSane(state.local_model));
-}
-
-bool IsForceKnown(const SlaveState& state) {
-  return state.force.has_value() && IsForceKnown(state.validity);
 }
 
 // The tool as if it were a fingertip: of scenes that tell of no several ones.
@@ -207,20 +201,25 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   sent_ = chain.sent;
 }
 
-// Absolute in the epoch. While the force is unknown the tool is told to stand where it was last
-// sent with feeling.
-void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
-  const bool holding = machine_.state() == OperatorState::kHold;
-  if (!holding) commanded_p_M_ = reading.p_M;
+OperatorCommand HapticLoop::NextCommand(Time now) noexcept {
   OperatorCommand command;
   command.sequence = ++command_sequence_;
   command.sent_at = now;
   command.epoch = machine_.epoch();
   command.p_M = commanded_p_M_;
-  if (!holding) command.velocity = reading.v_M;
-  command.engaged = machine_.commands_engaged();
   command.energy_in = passivity_.energy_in();
   command.energy_out = passivity_.energy_out();
+  return command;
+}
+
+// Absolute in the epoch. While the force is unknown the tool is told to stand where it was last
+// sent with feeling.
+void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
+  const bool holding = machine_.state() == OperatorState::kHold;
+  if (!holding) commanded_p_M_ = reading.p_M;
+  OperatorCommand command = NextCommand(now);
+  if (!holding) command.velocity = reading.v_M;
+  command.engaged = machine_.commands_engaged();
   if (newest_) {
     command.state_sequence = newest_->state.sequence;
     command.echo = newest_->state.sent_at;
@@ -236,14 +235,7 @@ DeviceGuide HapticLoop::guide() const noexcept {
 }
 
 void HapticLoop::Release(Time now) noexcept {
-  OperatorCommand command;
-  command.sequence = ++command_sequence_;
-  command.sent_at = now;
-  command.epoch = machine_.epoch();
-  command.p_M = commanded_p_M_;
-  command.energy_in = passivity_.energy_in();
-  command.energy_out = passivity_.energy_out();
-  slots_.commands->Put(command);
+  slots_.commands->Put(NextCommand(now));
 }
 
 }  // namespace palpate

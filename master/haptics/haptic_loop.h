@@ -4,13 +4,10 @@
 
 #include <optional>
 #include <stop_token>
-#include <string>
 
 #include "master/device/device.h"
 #include "master/haptics/force_chain.h"
 #include "master/haptics/operator_machine.h"
-#include "master/haptics/output_blend.h"
-#include "master/haptics/passivity.h"
 #include "master/haptics/periodic.h"
 #include "master/haptics/record/tick_record.h"
 #include "master/haptics/renderer.h"
@@ -64,6 +61,8 @@ class HapticLoop {
   void FadeOutOfHold(double now) noexcept;
   [[nodiscard]] double EnergyInContact() const noexcept;
   void RunChain(const DeviceReading& reading, double now, double dt) noexcept;
+  // That leaves the tool standing where it was last sent.
+  [[nodiscard]] OperatorCommand NextCommand(Time now) noexcept;
   void PutCommand(const DeviceReading& reading, Time now) noexcept;
 
   Options options_;

@@ -1,27 +1,15 @@
 #include "master/haptics/operator_machine.h"
 
+#include <array>
+
 namespace palpate {
 
 using enum OperatorState;
 
 std::string_view ToString(OperatorState state) {
-  switch (state) {
-    case kDisconnected:
-      return "DISCONNECTED";
-    case kReady:
-      return "READY";
-    case kAligning:
-      return "ALIGNING";
-    case kFollowing:
-      return "FOLLOWING";
-    case kClutched:
-      return "CLUTCHED";
-    case kHold:
-      return "HOLD";
-    case kEstop:
-      break;
-  }
-  return "ESTOP";
+  constexpr std::array<std::string_view, kOperatorStateCount> kStateNames{
+      "DISCONNECTED", "READY", "ALIGNING", "FOLLOWING", "CLUTCHED", "HOLD", "ESTOP"};
+  return kStateNames[static_cast<std::size_t>(state)];
 }
 
 OperatorState OperatorMachine::Step(const Input& in) noexcept {

@@ -1,10 +1,11 @@
-// A loop on absolute deadlines, and what the operating system can do for it.
+// Loops on absolute deadlines, and what the operating system can do for it.
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <ctime>
 #include <stop_token>
 #include <string>
+#include <thread>
 
 #include "shared/state/clock.h"
 #include "shared/telemetry/latency_histogram.h"
@@ -46,5 +47,22 @@ void RunPeriodically(Clock::duration length, const std::stop_token& stop, Period
 
 // For the process: what memory it touches stays. In words why not; empty: done.
 std::string LockMemory();
+
+// Three timer loops that do nothing, run beside the haptic loop under the same settings: what this
+// machine would miss anyway. The haptic loop is judged against their median.
+class BareLoops {
+ public:
+  static constexpr std::size_t kCount = 3;
+  // Starts them; they end after `length` or with Stop.
+  BareLoops(Clock::duration length, int priority);
+  // Ends and joins them. Idempotent.
+  void Stop();
+  // Missed periods of each, sorted. After Stop.
+  [[nodiscard]] std::array<std::uint64_t, kCount> missed() const;
+
+ private:
+  std::array<PeriodicStats, kCount> stats_;
+  std::array<std::jthread, kCount> threads_;  // last: they use stats_
+};
 
 }  // namespace palpate

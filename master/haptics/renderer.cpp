@@ -1,34 +1,120 @@
 #include "master/haptics/renderer.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
+namespace {
+
+constexpr double kLargest = 1e12;
+
+bool IsSameContact(const LocalModel& a, const LocalModel& b) {
+  return a.revision == b.revision && a.reference == b.reference && a.normal == b.normal &&
+         a.force == b.force && a.stiffness == b.stiffness && a.in_contact == b.in_contact;
+}
+
+template <class Matrix>
+bool IsModest(const Matrix& m) {
+  return m.allFinite() && m.cwiseAbs().maxCoeff() <= kLargest;
+}
+
+constexpr std::array<std::string_view, 3> kModes{"local", "interpolate", "hold"};
+constexpr double kLowering = 0.01;  // of the transport delay [s/s]
+
+}  // namespace
+
+void LocalContact::Take(const LocalModel& model, double now) noexcept {
+  if (!model.known() || (known() && IsSameContact(model, to_))) return;
+  if (known()) {
+    from_ = At(now);
+  } else {
+    from_ = model;
+    from_.force.setZero();
+    from_.stiffness.setZero();
+  }
+  // The slave lets go, maybe late: the contact stays where it is felt until the tip has come out.
+  if (entry_ && to_.in_contact && !model.in_contact) entry_ = from_.reference;
+  to_ = model;
+  since_ = now;
+}
+
+Eigen::Vector3d LocalContact::ForceAt(const Eigen::Vector3d& p_S, double now) noexcept {
+  if (!known()) return {0, 0, 0};
+  if (!(At(now).Penetration(p_S) > 0)) {
+    LetGo();
+    return {0, 0, 0};
+  }
+  if (!entry_) entry_ = p_S;
+  const LocalModel model = At(now);
+  const Eigen::Vector3d force = model.force + model.stiffness * (model.reference - p_S);
+  // The tangent to a law that stiffens lies below zero near the surface, where it does not pull.
+  const bool pulls = model.force.dot(model.normal) < 0 && force.dot(model.normal) < 0;
+  return pulls ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : force;
+}
+
+LocalModel LocalContact::At(double now) const noexcept {
+  const double share = std::clamp((now - since_) / kBlendTime, 0.0, 1.0);
+  LocalModel model = to_;
+  if (share < 1) {
+    model.reference = from_.reference + share * (to_.reference - from_.reference);
+    model.force = from_.force + share * (to_.force - from_.force);
+    model.stiffness = from_.stiffness + share * (to_.stiffness - from_.stiffness);
+    const Eigen::Vector3d normal = from_.normal + share * (to_.normal - from_.normal);
+    if (normal.norm() > 0.1) model.normal = normal.normalized();  // else opposite: the new one
+  }
+  if (entry_ && !model.in_contact) {  // along the plane: n . x_r stays
+    model.reference = *entry_ + model.Penetration(*entry_) * model.normal;
+  }
+  return model;
+}
+
+bool LocalContact::IsBeyond(const Eigen::Vector3d& p_S) const noexcept {
+  return known() && to_.valid_radius > 0 && (p_S - to_.reference).norm() > to_.valid_radius;
+}
+
+bool IsSane(const LocalModel& model) noexcept {
+  return IsModest(model.reference) && IsModest(model.normal) && IsModest(model.force) &&
+         IsModest(model.stiffness) && std::isfinite(model.valid_radius) &&
+         std::abs(model.normal.norm() - 1) < 0.01;
+}
+
+void DelayedLinear::Add(double stamp, double arrival, const Eigen::Vector3d& force) noexcept {
+  if (count_ > 0 && !(stamp > samples_[0].stamp)) return;
+  const double lowered = count_ > 0 ? transport_ - kLowering * (stamp - samples_[0].stamp) : 0;
+  transport_ = std::max({0.0, lowered, arrival - stamp});
+  std::move_backward(samples_.begin(), samples_.end() - 1, samples_.end());
+  samples_[0] = {stamp, force};
+  count_ = std::min(count_ + 1, kKept);
+}
+
+Eigen::Vector3d DelayedLinear::At(double now) const noexcept {
+  if (count_ < 2) return samples_[0].force;
+  const double shown = now - (samples_[0].stamp - samples_[1].stamp) - transport_;
+  if (shown >= samples_[0].stamp) return samples_[0].force;
+  for (int i = 1; i < count_; ++i) {
+    const Sample& from = samples_[static_cast<std::size_t>(i)];
+    const Sample& to = samples_[static_cast<std::size_t>(i) - 1];
+    if (shown < from.stamp) continue;
+    const double share = (shown - from.stamp) / (to.stamp - from.stamp);
+    return from.force + share * (to.force - from.force);
+  }
+  return samples_[static_cast<std::size_t>(count_) - 1].force;
+}
 
 std::string_view ToString(RenderMode mode) {
-  switch (mode) {
-    case RenderMode::kLocal:
-      return "local";
-    case RenderMode::kInterpolate:
-      return "interpolate";
-    case RenderMode::kHold:
-      break;
-  }
-  return "hold";
+  return kModes[static_cast<std::size_t>(mode)];
 }
 
 std::optional<RenderMode> ParseRenderMode(std::string_view text) {
-  for (const RenderMode mode : {RenderMode::kLocal, RenderMode::kInterpolate, RenderMode::kHold}) {
-    if (text == ToString(mode)) return mode;
-  }
-  return std::nullopt;
+  const auto* found = std::find(kModes.begin(), kModes.end(), text);
+  if (found == kModes.end()) return std::nullopt;
+  return static_cast<RenderMode>(found - kModes.begin());
 }
 
 void Renderer::Take(const SlaveState& state, double sensed, double arrived, double now) noexcept {
   if (IsForceKnown(state.validity)) punctured_ = state.validity == Validity::kPunctured;
   contact_.Take(state.local_model, now);
-  if (IsForceKnown(state.validity) && state.force) {
-    samples_.Add(sensed, std::max(sensed, arrived), *state.force);
-  }
+  if (IsForceKnown(state)) samples_.Add(sensed, std::max(sensed, arrived), *state.force);
 }
 
 Eigen::Vector3d Renderer::Render(const Eigen::Vector3d& p_S, double now,

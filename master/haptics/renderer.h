@@ -1,16 +1,95 @@
 // From the slave's states to the force at this millisecond, in one of three ways.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string_view>
 
-#include "master/haptics/delayed_linear.h"
+#include <Eigen/Core>
+
 #include "master/haptics/force_chain.h"
-#include "master/haptics/local_contact.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
+
+// The contact as the master renders it between two states: one-sided, decided here and not by the
+// slave's late word (Adachi et al. 1995; Mark et al. 1996).
+//
+//   f = f_r + K (x_r - p)   for n . (x_r - p) > 0,   else 0
+//
+// An f_r into the object, as of the tangent to a law that stiffens, never makes the contact pull.
+//
+// When the slave changes the plane or the stiffness, x_r, n, f_r and K go from their present to
+// their new values in 30 ms, straight in time. The force follows the hand at once and both ways:
+// a limit on its rise alone would make a limit cycle, as would dropping the plane on a late "no
+// contact".
+//
+// Where along the plane x_r lies decides the shear. Until the slave tells of contact its x_r is
+// only the nearest place, late by the way gone since; the contact then is where the hand came
+// through the plane, as it will be for the slave, and nothing pulls sideways. Frame S.
+class LocalContact {
+ public:
+  static constexpr double kBlendTime = 0.030;  // [s]
+
+  // Takes the slave's newest model at `now` [s]. Unknown ones (revision 0) leave the last in place.
+  // The first one grows from no stiffness. Real-time safe.
+  void Take(const LocalModel& model, double now) noexcept;
+  // Moves the tip to `p_S`: force of the object on the tool there [N]. Zero while nothing is known.
+  // Real-time safe.
+  [[nodiscard]] Eigen::Vector3d ForceAt(const Eigen::Vector3d& p_S, double now) noexcept;
+  // The tip is taken elsewhere: where it came through the plane counts no more. Real-time safe.
+  void LetGo() noexcept { entry_.reset(); }
+  // The model in force at `now`.
+  [[nodiscard]] LocalModel At(double now) const noexcept;
+  [[nodiscard]] bool known() const noexcept { return to_.known(); }
+  [[nodiscard]] bool IsBlending(double now) const noexcept {
+    return known() && now - since_ < kBlendTime;
+  }
+  // The tip is farther from the reference than the slave vouches for.
+  [[nodiscard]] bool IsBeyond(const Eigen::Vector3d& p_S) const noexcept;
+
+ private:
+  LocalModel from_, to_;
+  double since_ = 0;  // when the blend from `from_` to `to_` began [s]
+  // Where the tip came through the plane, or what stood for it; nothing: it is outside.
+  std::optional<Eigen::Vector3d> entry_;
+};
+
+// Finite, a normal of unit length within 1 %, and no number beyond 1e12: fit to be rendered.
+bool IsSane(const LocalModel& model) noexcept;
+
+// Forces sampled at the image rate, shown at the haptic rate: delayed by one sample period and
+// interpolated linearly over their time stamps (paper A, 3.4, below eq. 7; after Zhuang & Canny
+// 2000).
+//
+//   F(t) = linear through (s_k, F_k) at t - D,   D = newest period + transport delay
+//
+// The transport delay is the largest arrival - stamp of late: raised at once, lowered slowly, so
+// that jitter neither stalls nor hurries the hand. A sample without predecessor is held.
+// Exact for constants; a ramp lags by exactly D (reference f, interpolation_60_to_1000).
+class DelayedLinear {
+ public:
+  // A sample with its `stamp` [s] and when it came, `arrival` >= `stamp` [s], both on the reader's
+  // clock. Stamps that do not rise are ignored. Real-time safe.
+  void Add(double stamp, double arrival, const Eigen::Vector3d& force) noexcept;
+  // Zero before the first sample. Real-time safe.
+  [[nodiscard]] Eigen::Vector3d At(double now) const noexcept;
+  [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
+  // Newest sample [N]; zero before the first.
+  [[nodiscard]] const Eigen::Vector3d& newest() const noexcept { return samples_[0].force; }
+  void Clear() noexcept { *this = DelayedLinear(); }
+
+ private:
+  struct Sample {
+    double stamp = 0;
+    Eigen::Vector3d force{0, 0, 0};
+  };
+  static constexpr int kKept = 8;
+  std::array<Sample, kKept> samples_{};  // newest first
+  int count_ = 0;
+  double transport_ = 0;  // [s]
+};
 
 enum class RenderMode : std::uint8_t {
   kLocal,        // the one-sided local model at the newest hand position (LocalContact)

@@ -1,11 +1,67 @@
-// A whole run: haptic loop, bare loops beside it, and the slow thread that records and shows.
+// A whole run: haptic loop, bare loops beside it, the slow thread that records and shows, and what
+// it all came to.
 #pragma once
 
+#include <array>
+#include <filesystem>
 #include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
-#include "master/haptics/record/report.h"
+#include "master/haptics/haptic_loop.h"
+#include "master/haptics/periodic.h"
+#include "master/haptics/record/tick_summary.h"
 
 namespace palpate {
+
+// One of several fingertips.
+struct FingerReport {
+  std::string name;
+  double contact_share = 0;  // of the run's ticks that it touched [-]
+  double force_peak = 0;     // largest estimated force, S [N]
+};
+
+// The object's surface, where somebody watched it.
+struct ShapeReport {
+  std::uint64_t meshes = 0;    // that came
+  double deflection_peak = 0;  // [m]
+};
+
+// A run in numbers. Times [s] unless named, forces [N].
+struct Report {
+  std::string scene, model, device, render, realtime;  // in words
+  double duration = 0;
+  std::uint64_t ticks = 0, missed = 0;
+  std::array<std::uint64_t, BareLoops::kCount> bare_missed{};  // sorted
+  LatencyHistogram wake_us, compute_us;
+  LinkStats link;
+  double force_peak = 0;       // S: largest true force, else largest estimated
+  bool truth_known = false;    // the site told its true force
+  double force_sent_peak = 0;  // M
+  std::optional<ForceError::Summary> force_error;
+  std::vector<FingerReport> fingers;  // empty: one tool
+  std::optional<ShapeReport> shape;
+  double energy_min = 0;  // [J]
+  std::uint64_t clamped_ticks = 0, stale_ticks = 0, records_dropped = 0;
+  std::uint32_t epochs = 0;
+  OperatorState state = OperatorState::kDisconnected;  // at the end
+  std::map<std::string, double> seconds_in;            // operator state: time in it
+  std::map<std::string, std::uint64_t> reasons;        // reason: ticks
+  std::vector<std::string> trouble;                    // what went wrong, in words
+  bool log_failed = false;                             // rows are missing
+
+  [[nodiscard]] double rate() const {
+    return duration > 0 ? static_cast<double>(ticks) / duration : 0;
+  }
+  [[nodiscard]] std::uint64_t bare_median() const { return bare_missed[bare_missed.size() / 2]; }
+};
+
+// report.json, what contracts promise and more: as JSON text, numbers finite.
+std::string ToJson(const Report& report);
+// Writes it whole or not at all. Throws std::runtime_error: it cannot be written.
+void WriteReport(const Report& report, const std::filesystem::path& file);
 
 // A fingertip, or the tool of a scene without several, as of the newest state.
 struct NamedFinger {

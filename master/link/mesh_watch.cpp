@@ -12,7 +12,6 @@
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "master/link/channel.h"
-#include "shared/link/backoff.h"
 
 namespace palpate {
 namespace {

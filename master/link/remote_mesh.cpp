@@ -5,7 +5,6 @@
 
 #include "palpate/v1/state.pb.h"
 
-#include "shared/wire/enums.h"
 #include "shared/wire/fields.h"
 
 namespace palpate {

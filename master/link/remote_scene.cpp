@@ -1,11 +1,13 @@
 #include "master/link/remote_scene.h"
 
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include <Eigen/Geometry>
 
+#include "palpate/v1/scene.pb.h"
+
+#include "shared/text/text.h"
 #include "shared/wire/fields.h"
 
 namespace palpate {
@@ -14,9 +16,8 @@ namespace {
 constexpr double kOrthogonality = 1e-6;
 
 [[noreturn]] void Refuse(const std::string& field, double value, const std::string& accepted) {
-  std::ostringstream text;
-  text << "the slave's scene: " << field << " = " << value << ": accepted is " << accepted;
-  throw std::runtime_error(text.str());
+  throw std::runtime_error(Formatted("the slave's scene: %s = %g: accepted is %s", field.c_str(),
+                                     value, accepted.c_str()));
 }
 
 double Positive(const char* field, double value) {

@@ -1,11 +1,35 @@
-// What the slave says of itself -> what the master needs to know of it.
+// What the master needs to know of the slave's scene, from what the slave says of itself.
 #pragma once
 
-#include "palpate/v1/scene.pb.h"
+#include <string>
+#include <vector>
 
-#include "master/link/slave_link.h"
+#include <Eigen/Core>
+
+#include "shared/geometry/teleop_transform.h"
 
 namespace palpate {
+
+namespace v1 {
+class SceneDescription;
+class Capabilities;
+}  // namespace v1
+
+// A fingertip as the slave's scene has it.
+struct RemoteFingertip {
+  std::string name, network, localiser;                // in words, for people
+  Eigen::Vector3d p_S_home = Eigen::Vector3d::Zero();  // where it is while the hand is at home [m]
+};
+
+struct RemoteScene {
+  std::string name, geometry, model, source;  // in words, for people
+  TeleopTransform transform;                  // scales and R_SM, offset zero
+  double force_limit = 3.3;                   // at the device [N]
+  double press_depth = 0, press_speed = 0;    // for a scripted hand, at the tool [m], [m/s]
+  bool simulated = false;
+  double sensor_rate = 0;                   // [Hz]
+  std::vector<RemoteFingertip> fingertips;  // the first moves with the hand; empty: cameras
+};
 
 // Throws std::runtime_error naming the field: a scale, limit, rotation or rate that cannot be.
 RemoteScene ToRemoteScene(const v1::SceneDescription& scene, const v1::Capabilities& capabilities);

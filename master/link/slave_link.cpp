@@ -3,7 +3,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
-#include <sstream>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -15,9 +14,8 @@
 #include "master/link/channel.h"
 #include "master/link/operate_session.h"
 #include "master/link/remote_scene.h"
-#include "master/link/round_trips.h"
-#include "shared/link/backoff.h"
 #include "shared/link/thread_priority.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -59,9 +57,8 @@ struct SlaveLink::Parts {
   mutable std::mutex mutex;  // guards what follows
   std::condition_variable changed;
   OperateSession* session = nullptr;
-  bool stopping = false, connected = false, was_connected = false;
-  std::uint64_t reconnects = 0, refused = 0;
-  std::string trouble;
+  bool stopping = false, was_connected = false;
+  LinkStats told;  // but for what is counted elsewhere
 
   std::jthread thread;  // last: it uses all of the above
 };
@@ -103,23 +100,23 @@ grpc::Status SlaveLink::Parts::RunSession(OperateSession* next, const std::stop_
   grpc::Status status = next->Run(stop);
   const std::scoped_lock lock(mutex);
   session = nullptr;
-  connected = false;
-  if (!stopping) trouble = status.ok() ? "the slave ended the stream" : status.error_message();
+  told.connected = false;
+  if (!stopping) told.trouble = status.ok() ? "the slave ended the stream" : status.error_message();
   changed.notify_all();
   return status;
 }
 
 void SlaveLink::Parts::Served() {
   const std::scoped_lock lock(mutex);
-  if (was_connected) ++reconnects;
-  connected = was_connected = true;
-  trouble.clear();
+  if (was_connected) ++told.reconnects;
+  told.connected = was_connected = true;
+  told.trouble.clear();
 }
 
 void SlaveLink::Parts::Refused(const std::string& reason) {
   const std::scoped_lock lock(mutex);
-  ++refused;
-  trouble = "a state was refused: " + reason;
+  ++told.refused;
+  told.trouble = "a state was refused: " + reason;
 }
 
 bool SlaveLink::Parts::Sleep(milliseconds duration) {
@@ -147,10 +144,9 @@ RemoteScene SlaveLink::Connect() {
     const double passed = SecondsBetween(start, Clock::now());
     const bool more = passed < parts_->options.wait;
     if (more && parts_->Sleep(backoff.Next())) continue;
-    std::ostringstream text;
-    text << "no slave at " << parts_->target << ": " << attempts << " attempts in " << passed
-         << " s, the last: " << status.error_message();
-    throw std::runtime_error(text.str());
+    throw std::runtime_error(Formatted("no slave at %s: %d attempts in %g s, the last: %s",
+                                       parts_->target.c_str(), attempts, passed,
+                                       status.error_message().c_str()));
   }
 }
 
@@ -175,18 +171,15 @@ void SlaveLink::Stop() {
 
 LinkStats SlaveLink::stats() const {
   const LatencyHistogram rtt = parts_->trips.rtt();
-  LinkStats stats;
+  std::unique_lock lock(parts_->mutex);
+  LinkStats stats = parts_->told;
+  lock.unlock();
   stats.states = parts_->states_received;
   stats.commands = parts_->commands_sent;
   stats.rtt_p50_us = rtt.Quantile(0.5);
   stats.rtt_p99_us = rtt.Quantile(0.99);
   stats.rtt_max_us = rtt.max();
   stats.clock_offset = parts_->trips.clock_offset();
-  const std::scoped_lock lock(parts_->mutex);
-  stats.connected = parts_->connected;
-  stats.reconnects = parts_->reconnects;
-  stats.refused = parts_->refused;
-  stats.trouble = parts_->trouble;
   return stats;
 }
 

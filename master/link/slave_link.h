@@ -5,32 +5,12 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
 
-#include <Eigen/Core>
-
-#include "shared/geometry/teleop_transform.h"
+#include "master/link/remote_scene.h"
 #include "shared/link/latest_value.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
-
-// A fingertip as the slave's scene has it.
-struct RemoteFingertip {
-  std::string name, network, localiser;                // in words, for people
-  Eigen::Vector3d p_S_home = Eigen::Vector3d::Zero();  // where it is while the hand is at home [m]
-};
-
-// What the master needs to know of the slave's scene.
-struct RemoteScene {
-  std::string name, geometry, model, source;  // in words, for people
-  TeleopTransform transform;                  // scales and R_SM, offset zero
-  double force_limit = 3.3;                   // at the device [N]
-  double press_depth = 0, press_speed = 0;    // for a scripted hand, at the tool [m], [m/s]
-  bool simulated = false;
-  double sensor_rate = 0;                   // [Hz]
-  std::vector<RemoteFingertip> fingertips;  // the first moves with the hand; empty: cameras
-};
 
 // A state as it arrived.
 struct ReceivedState {

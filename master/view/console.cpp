@@ -1,12 +1,15 @@
 #include "master/view/console.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "master/view/finger_table.h"
-#include "master/view/status_line.h"
+#include "master/view/shape_layers.h"
+#include "master/view/viewpoint.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -21,6 +24,98 @@ std::vector<std::string> Cut(std::vector<std::string> lines, std::FILE* out) {
   for (std::string& line : lines) line = line.substr(0, size.ws_col - 1U);
   if (size.ws_row > 1 && lines.size() >= size.ws_row) lines.resize(size.ws_row - 1U);
   return lines;
+}
+
+constexpr int kBar = 20;  // characters of the force bar
+
+std::string Bar(double force, double limit) {
+  const double share = limit > 0 ? std::clamp(force / limit, 0.0, 1.0) : 0;
+  const auto full = static_cast<std::size_t>(std::lround(share * kBar));
+  std::string bar = "[....................]";
+  bar.replace(1, full, full, '#');
+  return bar;
+}
+
+std::string OrDash(bool known, double value, const char* format) {
+  std::string numeral = Formatted(format, value);
+  if (known) return numeral;
+  return std::string(numeral.size() - 1, ' ').append("-");
+}
+
+constexpr int kLongestName = 8;  // characters
+
+std::string Name(const std::string& name) {
+  std::string padded = name.substr(0, kLongestName);
+  padded.resize(kLongestName, ' ');
+  return "  " + padded + " ";
+}
+
+std::string Line(const NamedFinger& finger) {
+  const FingerState& felt = finger.felt;
+  if (!IsForceKnown(felt)) return Name(finger.name) + InWords(felt);
+  const Eigen::Vector3d f = felt.force->cast<double>();
+  std::string line = Name(finger.name) + Formatted("%-8s %8.3g N  (%+.3g %+.3g %+.3g) N",
+                                                   felt.in_contact ? "touches" : "free", f.norm(),
+                                                   f.x(), f.y(), f.z());
+  if (felt.validity != Validity::kValid) line += "  " + std::string(ToString(felt.validity));
+  return line;
+}
+
+std::string Moved(const RemoteMesh& mesh) {
+  return Readable(1e3 * mesh.LargestDeflection()) + " mm";
+}
+
+class Table {
+ public:
+  void Row(const std::string& name, const std::string& value) {
+    text_ += Formatted("  %-22s ", name.c_str()) + value + "\n";
+  }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  std::string text_ = "\n";
+};
+
+void AddTiming(const Report& r, Table* table) {
+  table->Row("duration", Formatted("%.1f s", r.duration));
+  table->Row("haptic loop",
+             Formatted("%.1f Hz, missed %llu of %llu; an empty loop beside it missed %llu",
+                       r.rate(), static_cast<unsigned long long>(r.missed),
+                       static_cast<unsigned long long>(r.ticks + r.missed),
+                       static_cast<unsigned long long>(r.bare_median())));
+  table->Row("woken late by",
+             Formatted("%.0f us half the time, 99 %% under %.0f us, worst %.0f us",
+                       r.wake_us.Quantile(0.5), r.wake_us.Quantile(0.99), r.wake_us.max()));
+  table->Row("computing a tick",
+             Formatted("%.1f us half the time, 99 %% under %.1f us", r.compute_us.Quantile(0.5),
+                       r.compute_us.Quantile(0.99)));
+  table->Row("round trip", Formatted("%.2f ms half the time, 99 %% under %.2f ms",
+                                     r.link.rtt_p50_us / 1e3, r.link.rtt_p99_us / 1e3));
+}
+
+void AddForces(const Report& r, Table* table) {
+  table->Row(r.truth_known ? "peak true force" : "peak estimated force",
+             Formatted("%.3f N at the tool", r.force_peak));
+  table->Row("peak force sent", Formatted("%.3f N at the hand", r.force_sent_peak));
+  if (r.force_error) {
+    const double share = r.force_peak > 0 ? 100 / r.force_peak : 0;
+    table->Row("force error",
+               Formatted("rms %.4f N = %.2f %% of the peak, worst %.4f N, %llu ticks",
+                         r.force_error->rms, r.force_error->rms * share, r.force_error->peak,
+                         static_cast<unsigned long long>(r.force_error->ticks)));
+  } else {
+    table->Row("force error", "not known: the slave's site tells no true force");
+  }
+  for (const FingerReport& finger : r.fingers) {
+    table->Row("finger " + finger.name, Formatted("touched %.0f %% of the time, at most %.3f N",
+                                                  100 * finger.contact_share, finger.force_peak));
+  }
+  if (r.shape) {
+    table->Row("largest deflection",
+               Formatted("%.2f mm in %llu meshes", 1e3 * r.shape->deflection_peak,
+                         static_cast<unsigned long long>(r.shape->meshes)));
+  }
+  table->Row("least energy at port", Formatted("%.2e J", r.energy_min));
 }
 
 }  // namespace
@@ -62,6 +157,80 @@ void Console::ShowLive(const std::vector<std::string>& lines) {
 void Console::EndLine() {
   if (open_ > 0) std::fputc('\n', out_);
   open_ = 0;
+}
+
+std::string FormatStatus(const Status& status) {
+  const TickRecord& tick = status.tick;
+  const double force = tick.chain.sent.norm();
+  const bool timed = status.link.rtt_p50_us > 0;
+  std::string line = Formatted(
+      "%6.1f s  %-12s  %s Hz  RTT %s ms  age %s ms  %5.2f N %s", status.t,
+      std::string(ToString(tick.state)).c_str(),
+      OrDash(status.rate > 0, status.rate, "%4.0f").c_str(),
+      OrDash(timed, status.link.rtt_p50_us / 1e3, "%5.2f").c_str(),
+      OrDash(tick.state_age >= 0, std::clamp(tick.state_age, 0.0, 99.0) * 1e3, "%3.0f").c_str(),
+      force, Bar(force, status.force_limit).c_str());
+  const std::string reasons = ToString(tick.chain.reasons);
+  if (!reasons.empty()) line += "  " + reasons;
+  if (!status.link.trouble.empty()) line += "  (" + status.link.trouble + ")";
+  return line;
+}
+
+std::vector<std::string> FingerTable(const std::vector<NamedFinger>& fingers,
+                                     const RemoteMesh* mesh) {
+  std::vector<std::string> lines;
+  if (fingers.size() > 1) {
+    for (const NamedFinger& finger : fingers) lines.push_back(Line(finger));
+  }
+  if (mesh == nullptr) return lines;
+  lines.push_back(Name("object") + "moved by up to " + Moved(*mesh));
+  if (mesh->validity != Validity::kValid) {
+    lines.back() += "  " + std::string(ToString(mesh->validity));
+  }
+  return lines;
+}
+
+std::string FingerBrief(const std::vector<NamedFinger>& fingers, const RemoteMesh* mesh) {
+  std::string line;
+  if (fingers.size() > 1) {
+    for (const NamedFinger& finger : fingers)
+      line += "  " + finger.name + " " + InWords(finger.felt);
+  }
+  if (mesh != nullptr) line += "  moved " + Moved(*mesh);
+  return line;
+}
+
+std::string FingertipsInWords(const std::vector<RemoteFingertip>& fingertips) {
+  std::string words;
+  for (const RemoteFingertip& tip : fingertips) {
+    const std::string network =
+        tip.network.empty() ? "no network: its force stays unknown" : tip.network;
+    const std::string localiser = tip.localiser.empty() ? "" : "; " + tip.localiser;
+    words += (words.empty() ? "fingertips " : ", ") + tip.name + " (" + network + localiser + ")";
+  }
+  return words;
+}
+
+std::string FormatSummary(const Report& r) {
+  Table table;
+  table.Row("scene", r.scene + ", " + r.model);
+  table.Row("device", r.device + "; rendering " + r.render);
+  AddTiming(r, &table);
+  AddForces(r, &table);
+  std::string states;
+  for (const auto& [name, seconds] : r.seconds_in) {
+    states += (states.empty() ? "" : ", ") + name + Formatted(" %.1f s", seconds);
+  }
+  table.Row("operator states", states);
+  table.Row("ticks clamped, stale",
+            Formatted("%llu, %llu", static_cast<unsigned long long>(r.clamped_ticks),
+                      static_cast<unsigned long long>(r.stale_ticks)));
+  table.Row("states, reconnects",
+            Formatted("%llu, %llu", static_cast<unsigned long long>(r.link.states),
+                      static_cast<unsigned long long>(r.link.reconnects)));
+  if (!r.realtime.empty()) table.Row("note", r.realtime);
+  for (const std::string& trouble : r.trouble) table.Row("trouble", trouble);
+  return table.text();
 }
 
 }  // namespace palpate

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdio>
 
-#include "master/view/finger_layer.h"
-#include "master/view/scale.h"
-#include "master/view/surface_layer.h"
+#include "master/view/shape_layers.h"
+#include "master/view/viewpoint.h"
 #include "shared/mesh/surface_patch.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -123,9 +121,7 @@ void PaintScales(const Viewpoint& view, double full_force, double top, Svg* draw
 }
 
 void PaintTitle(const ShapeMoment& moment, Svg* drawing) {
-  std::array<char, 64> time{};
-  std::snprintf(time.data(), time.size(), "%.1f s", moment.t);
-  drawing->Text({30, 40}, moment.scene + " at " + time.data(), "heading");
+  drawing->Text({30, 40}, moment.scene + Formatted(" at %.1f s", moment.t), "heading");
   std::string words = "moved by up to " + Readable(1e3 * moment.mesh->LargestDeflection()) + " mm";
   if (moment.mesh->validity != Validity::kValid) {
     words += " (" + std::string(ToString(moment.mesh->validity)) + ")";

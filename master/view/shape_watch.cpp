@@ -1,8 +1,132 @@
 #include "master/view/shape_watch.h"
 
 #include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "master/view/shape_layers.h"
+#include "shared/mesh/files/vtu_writer.h"
+#include "shared/text/text.h"
 
 namespace palpate {
+namespace {
+
+constexpr std::string_view kPicture = ".svg", kMesh = ".vtu";
+
+void Append(const std::vector<Eigen::Vector3d>& vectors, PointArray* array) {
+  for (const Eigen::Vector3d& v : vectors) {
+    array->values.insert(array->values.end(), {v.x(), v.y(), v.z()});
+  }
+}
+
+VtuGrid GridOf(const ShapeMoment& moment) {
+  const RemoteMesh& mesh = *moment.mesh;
+  VtuGrid grid;
+  grid.points = mesh.positions;
+  grid.triangles = mesh.topology->surface.triangles;
+  grid.lines = mesh.topology->lines;
+  std::vector<Eigen::Vector3d> moved(mesh.positions), pressed(moved.size(), {0, 0, 0});
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] -= mesh.topology->surface.nodes[i];
+  auto nodal = mesh.nodal_forces;
+  for (const NamedFinger& finger : moment.fingers) {
+    grid.vertices.push_back(static_cast<int>(grid.points.size()));
+    grid.points.push_back(PlaceNow(finger.felt, mesh));
+    moved.emplace_back(0, 0, 0);
+    pressed.push_back(PressOf(finger.felt));
+    if (!nodal.empty()) nodal.emplace_back(0, 0, 0);
+  }
+  PointArray displacement{"displacement", 3, {}, {}}, force{"finger_force", 3, {}, {}};
+  Append(moved, &displacement);
+  Append(pressed, &force);
+  grid.arrays = {std::move(displacement), std::move(force)};
+  if (nodal.empty()) return grid;
+  grid.arrays.push_back({"nodal_force", 3, {}, {}});
+  Append(nodal, &grid.arrays.back());
+  return grid;
+}
+
+}  // namespace
+
+void CheckShapeFile(const std::filesystem::path& file) {
+  if (file.extension() == kPicture || file.extension() == kMesh) return;
+  throw std::invalid_argument("--shape = " + file.string() +
+                              ": accepted is a name that ends in .svg (a picture) or .vtu (a mesh "
+                              "for ParaView)");
+}
+
+bool NeedsNodalForces(const std::filesystem::path& file) {
+  return file.extension() == kMesh;
+}
+
+bool WriteShape(const ShapeMoment& moment, const std::filesystem::path& file) {
+  return TryReplace(file, [&](const auto& part) {
+    return file.extension() == kMesh ? WriteVtu(part, GridOf(moment), VtuForm::kAppended)
+                                     : TryWrite(part, DrawShape(moment));
+  });
+}
+
+std::filesystem::path DeepestFile(const std::filesystem::path& file) {
+  std::filesystem::path deepest = file;
+  deepest.replace_filename(file.stem().string() + "-deepest" + file.extension().string());
+  return deepest;
+}
+
+ShapeFile::ShapeFile(std::filesystem::path file, std::string scene,
+                     std::vector<Eigen::Vector3d> homes,
+                     std::function<std::shared_ptr<const RemoteMesh>()> newest)
+    : file_(std::move(file)), newest_(std::move(newest)) {
+  CheckShapeFile(file_);
+  moment_.scene = std::move(scene);
+  moment_.homes = std::move(homes);
+  thread_ = std::jthread([this] { Run(); });
+}
+
+ShapeFile::~ShapeFile() {
+  Finish();
+}
+
+void ShapeFile::See(double t, std::vector<NamedFinger> fingers) {
+  const std::scoped_lock lock(mutex_);
+  moment_.t = t;
+  moment_.fingers = std::move(fingers);
+}
+
+std::string ShapeFile::Finish() {
+  {
+    const std::scoped_lock lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+  if (failed_) return file_.string() + ": cannot be written";
+  if (!deepest_.mesh)
+    return file_.string() + ": not written, the slave never told the object's shape";
+  return {};
+}
+
+void ShapeFile::Run() {
+  while (true) {
+    Write();
+    std::unique_lock lock(mutex_);
+    if (changed_.wait_for(lock, kPeriod, [this] { return stopping_; })) break;
+  }
+  Write();
+  if (deepest_.mesh) failed_ |= !WriteShape(deepest_, DeepestFile(file_));
+}
+
+void ShapeFile::Write() {
+  ShapeMoment moment;
+  {
+    const std::scoped_lock lock(mutex_);
+    moment = moment_;
+  }
+  moment.mesh = newest_();
+  if (!moment.mesh) return;
+  failed_ = !WriteShape(moment, file_);
+  const bool deeper =
+      !deepest_.mesh || moment.mesh->LargestDeflection() > deepest_.mesh->LargestDeflection();
+  if (deeper) deepest_ = std::move(moment);
+}
 
 ShapeWatch::ShapeWatch(const SlaveLink::Options& link, const RemoteScene& scene,
                        const std::vector<std::filesystem::path>& files, bool table) {

@@ -1,12 +1,14 @@
-// Where a picture is seen from: a parallel projection of frame S [m] into pixels, y down.
+// Where a picture is seen from, and its scales.
 #pragma once
 
 #include <span>
+#include <string>
 
 #include <Eigen/Core>
 
 namespace palpate {
 
+// A parallel projection of frame S [m] into pixels, y down.
 class Viewpoint {
  public:
   // From above and a little aside, z up, turned so that what happens along `along` is seen from the
@@ -41,5 +43,15 @@ class Viewpoint {
   Eigen::Vector2d origin_{0, 0};         // [px]
   double scale_ = 1;                     // [px/m]
 };
+
+// A scale's round end, which does not flicker: the least 1, 2, 4, 6 or 8 times a power of ten that
+// is not below `value` > 0; `floor` > 0 for less.
+double RoundedUp(double value, double floor);
+
+// Colour of `share` of a scale, 0 (pale) to 1 (dark), under `light`, 0 (dark) to 1, as `#rrggbb`.
+std::string ColourOf(double share, double light = 1);
+
+// `value` with so many significant digits as a person reads: 0.412, 12.5, 1e+06.
+std::string Readable(double value);
 
 }  // namespace palpate

@@ -7,8 +7,9 @@
 #include <stdexcept>
 #include <string>
 
+#include <Eigen/Geometry>
+
 #include "shared/mesh/outline.h"
-#include "shared/mesh/outline_check.h"
 
 namespace palpate {
 namespace {
@@ -89,12 +90,9 @@ void DivideEdge(const Eigen::Vector2d& a, const Eigen::Vector2d& b, int parts, B
 }
 
 double LargerSide(const Loop& loop) {
-  Eigen::Vector2d lower = loop[0], upper = loop[0];
-  for (const auto& p : loop) {
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
-  }
-  return (upper - lower).maxCoeff();
+  Eigen::AlignedBox2d box;
+  for (const auto& p : loop) box.extend(p);
+  return box.sizes().maxCoeff();
 }
 
 BoundaryMesh MeshLoops(const std::vector<Loop>& loops, int count) {

@@ -1,11 +1,11 @@
 #include "shared/mesh/mesh_census.h"
 
-#include <cstdio>
 #include <numeric>
 #include <tuple>
 #include <utility>
 
 #include "shared/mesh/node_merger.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -35,10 +35,7 @@ std::string Length(double metres) {
   const std::array<std::pair<double, const char*>, 5> units{
       {{1e3, " km"}, {1, " m"}, {1e-3, " mm"}, {1e-6, " um"}, {0, " nm"}}};
   for (const auto& [unit, name] : units) {
-    if (metres < unit) continue;
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.4g", metres / (unit > 0 ? unit : 1e-9));
-    return text.data() + std::string(name);
+    if (metres >= unit) return Formatted("%.4g%s", metres / (unit > 0 ? unit : 1e-9), name);
   }
   return "0 m";
 }

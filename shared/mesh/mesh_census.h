@@ -1,7 +1,6 @@
 // Counts that meshes of tetrahedra and of triangles have in common; CheckMesh puts them together.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <string>

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -13,6 +12,7 @@
 
 #include "shared/mesh/mesh_census.h"
 #include "shared/mesh/surface_patch.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -166,13 +166,6 @@ void CheckBoundary(const SolidMesh& mesh, const MeshNumbers& numbers, MeshReport
   }
 }
 
-template <class... Values>
-std::string Words(const char* format, Values... values) {
-  std::array<char, 300> text{};
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
-
 }  // namespace
 
 MeshReport CheckMesh(SolidMesh& mesh, const MeshNumbers& numbers, bool unit_given) {
@@ -200,15 +193,16 @@ MeshReport CheckMesh(SolidMesh& mesh, const MeshNumbers& numbers, bool unit_give
 
 std::vector<std::string> Lines(const MeshReport& r) {
   std::vector<std::string> lines;
-  lines.push_back(Words("%d nodes, %d %s, %d part%s", r.nodes, r.elements,
-                        r.solid ? "tetrahedra" : "triangles", r.parts, r.parts == 1 ? "" : "s"));
+  lines.push_back(Formatted("%d nodes, %d %s, %d part%s", r.nodes, r.elements,
+                            r.solid ? "tetrahedra" : "triangles", r.parts,
+                            r.parts == 1 ? "" : "s"));
   const Vector3d size = r.high_O - r.low_O;
-  lines.push_back(
-      Words("%.6g x %.6g x %.6g m from (%.6g, %.6g, %.6g), volume %.6g m^3, surface "
-            "%.6g m^2",
-            size.x(), size.y(), size.z(), r.low_O.x(), r.low_O.y(), r.low_O.z(), r.volume, r.area));
-  lines.push_back(Words("quality %.3f at least, median %.3f (1: regular), aspect %.3g at most",
-                        r.quality_min, r.quality_median, r.aspect_max));
+  lines.push_back(Formatted(
+      "%.6g x %.6g x %.6g m from (%.6g, %.6g, %.6g), volume %.6g m^3, surface "
+      "%.6g m^2",
+      size.x(), size.y(), size.z(), r.low_O.x(), r.low_O.y(), r.low_O.z(), r.volume, r.area));
+  lines.push_back(Formatted("quality %.3f at least, median %.3f (1: regular), aspect %.3g at most",
+                            r.quality_min, r.quality_median, r.aspect_max));
   lines.insert(lines.end(), r.warnings.begin(), r.warnings.end());
   for (const std::string& refusal : r.refusals) lines.push_back("REFUSED: " + refusal);
   return lines;

@@ -11,9 +11,8 @@ namespace palpate {
 
 // Closed polygons: the last point joins the first.
 struct Outline {
-  std::vector<Eigen::Vector2d> outer;  // counter-clockwise, >= 3 points
-  std::vector<std::vector<Eigen::Vector2d>>
-      holes;  // any direction as given; meshing turns them clockwise
+  std::vector<Eigen::Vector2d> outer;               // counter-clockwise, >= 3 points
+  std::vector<std::vector<Eigen::Vector2d>> holes;  // any direction; meshing turns them clockwise
 };
 
 // One straight element from `a` to `b`.
@@ -31,8 +30,7 @@ struct BoundaryElement {
 struct BoundaryMesh {
   std::vector<BoundaryElement> elements;
   std::vector<int> loop_begin;  // loops + 1 entries, the last one is elements.size()
-  double length_unit =
-      1;  // what bem2d scales lengths by [m] (contracts: larger side, disc: radius)
+  double length_unit = 1;  // bem2d scales lengths by it [m] (contracts: larger side, disc: radius)
 
   [[nodiscard]] int size() const { return static_cast<int>(elements.size()); }
   // The element after / before `i` along its own loop.
@@ -58,5 +56,13 @@ double SignedArea(const std::vector<Eigen::Vector2d>& loop);
 Eigen::Vector2d Centroid(const std::vector<Eigen::Vector2d>& loop);
 // `p` lies inside the outer loop and outside the holes.
 bool Contains(const Outline& outline, const Eigen::Vector2d& p);
+
+// Whether an outline bounds a body at all.
+
+// Throws std::invalid_argument saying what is wrong where: a loop of fewer than three points, a
+// coordinate that is not finite, repeated points, no area (below 1e-12 of the bounding square),
+// edges that cross, touch or fold back, a hole outside the outer loop or inside another hole. The
+// loops may run either way. O(points^2).
+void CheckOutline(const Outline& outline);
 
 }  // namespace palpate

@@ -1,7 +1,6 @@
 #include "shared/mesh/solid_mesh.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -11,7 +10,7 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/mesh/edge_middles.h"
+#include "shared/mesh/node_merger.h"
 
 namespace palpate {
 namespace {
@@ -33,16 +32,12 @@ Triangle Sorted(Triangle t) {
   return t;
 }
 
-double Volume(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
-  return (b - a).dot((c - a).cross(d - a)) / 6;
-}
-
 // The sides of the bounding box.
 Eigen::Vector3d BoxOf(const std::vector<Eigen::Vector3d>& nodes) {
   if (nodes.empty()) return Eigen::Vector3d::Zero();
-  Eigen::Vector3d low = nodes.front(), high = low;
-  for (const auto& p : nodes) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  return high - low;
+  Eigen::AlignedBox3d box;
+  for (const auto& p : nodes) box.extend(p);
+  return box.sizes();
 }
 
 }  // namespace
@@ -150,7 +145,7 @@ double SignedVolume(const SolidMesh& mesh, int tet) {
   const auto p = [&](int node) -> const Vector3d& {
     return mesh.nodes[static_cast<std::size_t>(node)];
   };
-  return Volume(p(a), p(b), p(c), p(d));
+  return (p(b) - p(a)).dot((p(c) - p(a)).cross(p(d) - p(a))) / 6;
 }
 
 double Diagonal(const std::vector<Eigen::Vector3d>& nodes) {

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -16,8 +19,7 @@ struct SolidMesh {
 
 // Triangles are counter-clockwise seen from outside, so (p1 - p0) x (p2 - p0) points outwards.
 struct SurfaceMesh {
-  std::vector<Eigen::Vector3d>
-      nodes;  // p_O [m]; those of the volume, inner ones too, if it has one
+  std::vector<Eigen::Vector3d> nodes;  // p_O [m]; of a volume all of its, inner ones too
   std::vector<std::array<int, 3>> triangles;
 };
 
@@ -41,5 +43,20 @@ double SignedVolume(const SolidMesh& mesh, int tet);
 // Lengths of the bounding box's diagonal, and of its largest side [m]; 0: no nodes.
 double Diagonal(const std::vector<Eigen::Vector3d>& nodes);
 double LargerSide(const std::vector<Eigen::Vector3d>& nodes);
+
+// How a file numbers a mesh's nodes and elements, so that messages name them as the file does.
+
+// The file's number of node or element i; empty: the file counts from 0, or there is no file.
+struct MeshNumbers {
+  std::vector<std::int64_t> nodes, elements;
+
+  [[nodiscard]] std::string Node(int i) const { return "node " + Name(nodes, i); }
+  [[nodiscard]] std::string Element(int i) const { return "element " + Name(elements, i); }
+
+ private:
+  static std::string Name(const std::vector<std::int64_t>& numbers, int i) {
+    return std::to_string(numbers.empty() ? i : numbers[static_cast<std::size_t>(i)]);
+  }
+};
 
 }  // namespace palpate

@@ -1,6 +1,4 @@
 // CheckMesh of surfaces.
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <map>

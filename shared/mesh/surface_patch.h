@@ -2,7 +2,6 @@
 // `solve`: the rules for places and `width` in 3D). Frame O [m].
 #pragma once
 
-#include <array>
 #include <optional>
 #include <vector>
 
@@ -16,9 +15,9 @@ namespace palpate {
 struct SurfacePlace {
   int node = -1;      // the node there, inner ones too; -1: none
   int triangle = -1;  // the nearest triangle; of equally near ones that with the largest index
-  Eigen::Vector3d weights{0, 0,
-                          0};  // barycentric, of the nearest point of that triangle, each >= 0
-  double distance = 0;         // to that point or, with a node, to the node [m]
+  // Barycentric, of the nearest point of that triangle, each >= 0.
+  Eigen::Vector3d weights{0, 0, 0};
+  double distance = 0;  // to that point or, with a node, to the node [m]
 };
 
 // Nodes within 1e-6 of the bounding box's diagonal count as met. nullopt: `p_O` not finite or

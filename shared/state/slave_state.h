@@ -9,10 +9,28 @@
 #include <Eigen/Core>
 
 #include "shared/state/clock.h"
-#include "shared/state/local_model.h"
 #include "shared/state/validity.h"
 
 namespace palpate {
+
+// The contact that the master renders by itself between two states (Adachi et al. 1995):
+// one-sided, linear, f = force + stiffness (reference - p) while p lies beyond the plane,
+// else 0. Frame S throughout. `force` is that of the object on the tool.
+struct LocalModel {
+  Eigen::Vector3d reference = Eigen::Vector3d::Zero();  // surface point at rest [m]
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitY();    // outward unit normal [-]
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();      // at the reference [N]
+  Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  // K [N/m]
+  double valid_radius = 0;                              // range of |p - reference| [m]
+  std::uint32_t revision = 0;  // rises when the master should blend; 0: no model
+  bool in_contact = false;     // as the slave sees it; the master decides for itself
+
+  [[nodiscard]] bool known() const { return revision != 0; }
+  // How deep `p_S` lies below the plane [m]; negative outside.
+  [[nodiscard]] double Penetration(const Eigen::Vector3d& p_S) const {
+    return normal.dot(reference - p_S);
+  }
+};
 
 enum class Event : std::uint8_t {
   kContact = 1,
@@ -52,6 +70,12 @@ struct FingerState {
   bool in_contact = false;
   Validity validity = Validity::kFailed;
 };
+
+// It is there, and a number.
+template <class Felt>
+bool IsForceKnown(const Felt& felt) {
+  return felt.force.has_value() && IsForceKnown(felt.validity);
+}
 
 // What one picture or tactile sample told. Frame S.
 struct ContactEstimate {

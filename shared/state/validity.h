@@ -3,6 +3,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
@@ -29,21 +31,9 @@ constexpr Validity Worse(Validity a, Validity b) {
 // As written in CSV files: `valid`, `extrapolated`, `punctured`, `stale`, `tracking_lost`,
 // `failed`.
 constexpr std::string_view ToString(Validity v) {
-  switch (v) {
-    case Validity::kValid:
-      return "valid";
-    case Validity::kExtrapolated:
-      return "extrapolated";
-    case Validity::kPunctured:
-      return "punctured";
-    case Validity::kStale:
-      return "stale";
-    case Validity::kTrackingLost:
-      return "tracking_lost";
-    case Validity::kFailed:
-      break;
-  }
-  return "failed";
+  constexpr std::array<std::string_view, 6> kWritten{"valid", "extrapolated",  "punctured",
+                                                     "stale", "tracking_lost", "failed"};
+  return kWritten[static_cast<std::size_t>(v)];
 }
 
 }  // namespace palpate

@@ -2,7 +2,8 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -10,11 +11,9 @@ namespace {
 // A tenth of a pixel is finer than an eye; beyond 1e5 pixels nothing is seen.
 std::string Pixels(double value) {
   constexpr double kFarthest = 1e5;
-  std::array<char, 32> text{};
   const double shown =
       std::isfinite(value) ? std::fmax(-kFarthest, std::fmin(kFarthest, value)) : 0;
-  std::snprintf(text.data(), text.size(), "%.1f", shown);
-  return text.data();
+  return Formatted("%.1f", shown);
 }
 
 }  // namespace
@@ -76,13 +75,15 @@ void Svg::Close(std::string_view element, std::string_view tooltip) {
   body_.append(element).append(">\n");
 }
 
+void Svg::Draw(std::string_view element, std::string_view style_class, Numbers numbers,
+               std::string_view tooltip) {
+  Open(element, style_class);
+  for (const auto& [name, value] : numbers) Add(name, value);
+  Close(element, tooltip);
+}
+
 void Svg::Line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::string_view style_class) {
-  Open("line", style_class);
-  Add("x1", a.x());
-  Add("y1", a.y());
-  Add("x2", b.x());
-  Add("y2", b.y());
-  Close("line");
+  Draw("line", style_class, {{"x1", a.x()}, {"y1", a.y()}, {"x2", b.x()}, {"y2", b.y()}});
 }
 
 void Svg::Polyline(std::span<const Eigen::Vector2d> points, std::string_view style_class) {
@@ -108,21 +109,13 @@ void Svg::Face(std::span<const Eigen::Vector2d> corners, std::string_view colour
 
 void Svg::Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
                     std::string_view style_class) {
-  Open("rect", style_class);
-  Add("x", corner.x());
-  Add("y", corner.y());
-  Add("width", size.x());
-  Add("height", size.y());
-  Close("rect");
+  Draw("rect", style_class,
+       {{"x", corner.x()}, {"y", corner.y()}, {"width", size.x()}, {"height", size.y()}});
 }
 
 void Svg::Circle(const Eigen::Vector2d& centre, double radius, std::string_view style_class,
                  std::string_view tooltip) {
-  Open("circle", style_class);
-  Add("cx", centre.x());
-  Add("cy", centre.y());
-  Add("r", radius);
-  Close("circle", tooltip);
+  Draw("circle", style_class, {{"cx", centre.x()}, {"cy", centre.y()}, {"r", radius}}, tooltip);
 }
 
 void Svg::Text(const Eigen::Vector2d& at, std::string_view words, std::string_view style_class,

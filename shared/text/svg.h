@@ -2,9 +2,11 @@
 // Coordinates in pixels, y down.
 #pragma once
 
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -41,6 +43,10 @@ class Svg {
   [[nodiscard]] std::string Document() const { return body_ + "</svg>\n"; }
 
  private:
+  using Numbers = std::initializer_list<std::pair<std::string_view, double>>;
+
+  void Draw(std::string_view element, std::string_view style_class, Numbers numbers,
+            std::string_view tooltip = {});
   void Open(std::string_view element, std::string_view style_class);
   void Add(std::string_view name, std::string_view value);
   void Add(std::string_view name, double value);

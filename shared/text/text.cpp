@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdarg>
+#include <cstdio>
 #include <fstream>
 #include <system_error>
 
@@ -21,6 +23,17 @@ std::optional<double> ParseFinite(std::string_view text) noexcept {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool is_whole = error == std::errc{} && end == text.data() + text.size();
   return is_whole && std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+std::string Formatted(const char* format, ...) {
+  va_list arguments, again;
+  va_start(arguments, format);
+  va_copy(again, arguments);
+  std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, again)), '\0');
+  va_end(again);
+  std::vsnprintf(text.data(), text.size() + 1, format, arguments);
+  va_end(arguments);
+  return text;
 }
 
 std::string Shown(std::string_view text, std::size_t most) {
@@ -48,23 +61,31 @@ std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most
   return bytes;
 }
 
-void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes) {
+bool TryWrite(const std::filesystem::path& file, std::string_view bytes) {
   std::ofstream stream(file, std::ios::binary);
   stream << bytes;
   stream.close();
-  if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
+  return !stream.fail();
+}
+
+void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes) {
+  if (!TryWrite(file, bytes)) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+bool TryReplace(const std::filesystem::path& file,
+                const std::function<bool(const std::filesystem::path&)>& write) {
+  std::filesystem::path part = file;
+  part += ".part";
+  std::error_code error, ignored;
+  const bool whole = write(part);
+  if (whole) std::filesystem::rename(part, file, error);
+  if (whole && !error) return true;
+  std::filesystem::remove(part, ignored);
+  return false;
 }
 
 void ReplaceFile(const std::filesystem::path& file, std::string_view bytes) {
-  std::filesystem::path part = file;
-  part += ".part";
-  std::ofstream stream(part, std::ios::binary);
-  stream << bytes;
-  stream.close();
-  std::error_code error, ignored;
-  if (stream) std::filesystem::rename(part, file, error);
-  if (stream && !error) return;
-  std::filesystem::remove(part, ignored);
+  if (TryReplace(file, [&](const auto& part) { return TryWrite(part, bytes); })) return;
   throw std::runtime_error(file.string() + ": cannot be written");
 }
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <charconv>
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <span>
@@ -35,6 +35,9 @@ void AppendNumber(T value, char separator, std::string* text) {
   text->append(digits.data(), end) += separator;
 }
 
+// printf into a string, of whatever length.
+__attribute__((format(printf, 1, 2))) std::string Formatted(const char* format, ...);
+
 // What people see of `text`: at most `most` characters, and nothing that moves their cursor.
 std::string Shown(std::string_view text, std::size_t most = 60);
 
@@ -42,9 +45,14 @@ std::string Shown(std::string_view text, std::size_t most = 60);
 // `accepted` in words: "a rig".
 std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most,
                           std::string_view accepted);
+// False: cannot be written.
+[[nodiscard]] bool TryWrite(const std::filesystem::path& file, std::string_view bytes);
 // Throws std::runtime_error `file: cannot be written`.
 void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes);
-// The same, whole or not at all: readers meet the old file or the new one.
+// The same, whole or not at all: readers meet the old file or the new one. `write` is given the
+// path of what becomes the file; false: it, or this, did not succeed.
+[[nodiscard]] bool TryReplace(const std::filesystem::path& file,
+                              const std::function<bool(const std::filesystem::path&)>& write);
 void ReplaceFile(const std::filesystem::path& file, std::string_view bytes);
 
 // Told before anything is computed that would be lost; a file that was not there is not there

@@ -1,13 +1,20 @@
 #include "shared/wire/fields.h"
 
+#include <array>
 #include <cmath>
-#include <sstream>
+
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
 
 constexpr std::int64_t kNanosPerSecond = 1'000'000'000;
 constexpr std::int64_t kLatestSecond = std::int64_t{1} << 33;  // fits nanoseconds in 64 bits
+
+// In the order of Validity.
+constexpr std::array<v1::Validity, 6> kValidities{
+    v1::VALIDITY_VALID, v1::VALIDITY_EXTRAPOLATED,  v1::VALIDITY_PUNCTURED,
+    v1::VALIDITY_STALE, v1::VALIDITY_TRACKING_LOST, v1::VALIDITY_FAILED};
 
 template <class Message>
 Eigen::Vector3d Components(FieldReader* reader, std::string_view name, const Message& value,
@@ -50,18 +57,14 @@ void ToProto(Time time, google::protobuf::Timestamp* message) {
 
 double FieldReader::Number(std::string_view name, double value, double limit) {
   if (std::abs(value) <= limit) return value;  // so written, NaN is refused too
-  std::ostringstream reason;
-  reason << name << " = " << value << ": accepted is a finite number, at most " << limit
-         << " in size";
-  Refuse(reason.str());
+  Refuse(std::string(name) +
+         Formatted(" = %g: accepted is a finite number, at most %g in size", value, limit));
   return 0;
 }
 
 double FieldReader::NonNegative(std::string_view name, double value, double limit) {
   if (value >= 0 && value <= limit) return value;
-  std::ostringstream reason;
-  reason << name << " = " << value << ": accepted is 0 to " << limit;
-  Refuse(reason.str());
+  Refuse(std::string(name) + Formatted(" = %g: accepted is 0 to %g", value, limit));
   return 0;
 }
 
@@ -78,10 +81,8 @@ Time FieldReader::Stamp(std::string_view name, const google::protobuf::Timestamp
       value.nanos() < kNanosPerSecond) {
     return Time(Clock::duration(value.seconds() * kNanosPerSecond + value.nanos()));
   }
-  std::ostringstream reason;
-  reason << name << " = " << value.seconds() << " s " << value.nanos()
-         << " ns: accepted is a time from 1970 to 2242";
-  Refuse(reason.str());
+  Refuse(std::string(name) + " = " + std::to_string(value.seconds()) + " s " +
+         std::to_string(value.nanos()) + " ns: accepted is a time from 1970 to 2242");
   return Time{};
 }
 
@@ -93,6 +94,52 @@ void FieldReader::Require(bool condition, std::string_view name, std::string_vie
 void FieldReader::Refuse(const std::string& reason) {
   if (ok_) *reason_ = reason;
   ok_ = false;
+}
+
+static_assert(static_cast<int>(Event::kContact) == v1::EVENT_CONTACT);
+static_assert(static_cast<int>(Event::kCommandRefused) == v1::EVENT_COMMAND_REFUSED);
+static_assert(static_cast<int>(Event::kCommandRefused) == v1::Event_MAX);
+static_assert(static_cast<int>(Phase::kReady) == v1::PHASE_READY);
+static_assert(static_cast<int>(Phase::kEstop) == v1::PHASE_ESTOP);
+static_assert(static_cast<int>(Phase::kEstop) == v1::Phase_MAX);
+
+v1::Validity ToProto(Validity validity) {
+  return kValidities[static_cast<std::size_t>(validity)];
+}
+
+Validity FromProto(v1::Validity validity) {
+  const auto* found = std::find(kValidities.begin(), kValidities.end(), validity);
+  return found == kValidities.end() ? Validity::kFailed
+                                    : static_cast<Validity>(found - kValidities.begin());
+}
+
+v1::Phase ToProto(Phase phase) {
+  return static_cast<v1::Phase>(phase);
+}
+
+Phase FromProto(v1::Phase phase) {
+  if (phase < v1::PHASE_READY || phase > v1::PHASE_ESTOP) return Phase::kHold;
+  return static_cast<Phase>(phase);
+}
+
+v1::Event ToProto(Event event) {
+  return static_cast<v1::Event>(event);
+}
+
+void ToProto(const Events& events, google::protobuf::RepeatedField<int>* message) {
+  message->Clear();
+  if (events.empty()) return;
+  for (int event = v1::EVENT_CONTACT; event <= v1::Event_MAX; ++event) {
+    if (events.Has(static_cast<Event>(event))) message->Add(event);
+  }
+}
+
+Events FromProto(const google::protobuf::RepeatedField<int>& message) {
+  Events events;
+  for (const int event : message) {
+    if (event >= v1::EVENT_CONTACT && event <= v1::Event_MAX) events.Add(static_cast<Event>(event));
+  }
+  return events;
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// SlaveState <-> palpate.v1.SlaveState.
+// SlaveState and OperatorCommand <-> those of palpate.v1.
 #pragma once
 
 #include <optional>
@@ -21,5 +21,14 @@ void ToProto(const SlaveState& state, v1::SlaveState* message);
 // nullopt where a needed field is missing or a number is not finite or absurd; `reason` then says
 // which one and what is accepted. Of more than kMaxFingers fingers the first are read.
 std::optional<SlaveState> FromProto(const v1::SlaveState& message, std::string* reason);
+
+// Overwrites `message`. `operator_name` belongs to the stream, not to the command: whoever opens or
+// serves one reads and writes it.
+void ToProto(const OperatorCommand& command, v1::OperatorCommand* message);
+
+// nullopt where a number is not finite or absurd, the sequence is 0, or an engaged command says no
+// epoch or place; `reason` then says which one and what is accepted. An absent `sent_at` reads as
+// Time{}: nothing to echo.
+std::optional<OperatorCommand> FromProto(const v1::OperatorCommand& message, std::string* reason);
 
 }  // namespace palpate

@@ -10,6 +10,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "shared/text/text.h"
+
 namespace palpate {
 namespace {
 
@@ -19,9 +21,7 @@ constexpr int kWidestBar = 40, kNarrowestBar = 8;
 constexpr std::string_view kEraseLine = "\r\x1b[K";
 
 std::string Number(double value, const char* unit) {
-  char text[48];
-  std::snprintf(text, sizeof text, value < 9.95 ? "%.1f %s" : "%.0f %s", value, unit);
-  return text;
+  return Formatted(value < 9.95 ? "%.1f %s" : "%.0f %s", value, unit);
 }
 
 std::string Duration(double seconds) {
@@ -37,18 +37,13 @@ std::string Memory(std::size_t bytes) {
 }
 
 std::string Percent(double done) {
-  char text[16];
-  std::snprintf(text, sizeof text, " %3d %%", static_cast<int>(100 * done));
-  return text;
+  return Formatted(" %3d %%", static_cast<int>(100 * done));
 }
 
 // Time left from the stage's own pace; unknown while too little is done to tell.
 std::string Left(double spent, double done) {
   if (done >= 1 || done < 0.01 || spent <= 0) return "";
-  std::string left = ", ";
-  left += Duration(spent * (1 - done) / done);
-  left += " left";
-  return left;
+  return ", " + Duration(spent * (1 - done) / done) + " left";
 }
 
 int ColumnsOf(int descriptor) {

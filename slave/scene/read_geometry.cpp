@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "shared/mesh/outline_check.h"
+#include "shared/mesh/outline.h"
 #include "slave/scene/contour_file.h"
 #include "slave/scene/sections.h"
 

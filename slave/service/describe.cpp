@@ -1,13 +1,12 @@
-#include "slave/service/describe.h"
-
+// What the slave says of itself, as messages.
 #include <filesystem>
 #include <sstream>
 #include <utility>
 #include <variant>
 
 #include "shared/program/program.h"
-#include "shared/wire/enums.h"
 #include "shared/wire/fields.h"
+#include "slave/service/messages.h"
 #include "slave/service/publisher.h"
 
 namespace palpate {
@@ -66,8 +65,7 @@ void Assign(const std::vector<float>& values, Repeated* message) {
   message->Assign(values.begin(), values.end());
 }
 
-}  // namespace
-
+// The geometry in words and millimetres, for people.
 std::string Describe(const Geometry& geometry) {
   std::ostringstream words;
   std::visit(GeometryInWords{words}, geometry);
@@ -75,6 +73,8 @@ std::string Describe(const Geometry& geometry) {
   if (thickness > 0) words << ", " << thickness / kMillimetre << " mm thick";
   return words.str();
 }
+
+}  // namespace
 
 void ToProto(const SlaveDescription& description, v1::SceneDescription* message) {
   const Scene& scene = description.scene;

@@ -1,10 +1,8 @@
 #include "slave/service/feed_stream.h"
 
 #include <atomic>
-#include <utility>
 
-#include "slave/service/status.h"
-#include "slave/service/tactile_sample.h"
+#include "slave/service/messages.h"
 
 namespace palpate {
 namespace {
@@ -12,13 +10,6 @@ namespace {
 using Reactor = grpc::ServerReadReactor<v1::TactileSample>;
 
 constexpr std::size_t kLongestName = 40;  // [bytes]; no finger of a scene has a longer one
-
-// A stream that ends before it began.
-class RefusedFeed final : public Reactor {
- public:
-  explicit RefusedFeed(const grpc::Status& status) { Finish(status); }
-  void OnDone() override { delete this; }
-};
 
 TactileInbox::SenderId NewSender() {
   static std::atomic<TactileInbox::SenderId> last{TactileInbox::kOnlySender};
@@ -32,9 +23,9 @@ FeedStream::FeedStream(TactileInbox* inbox, v1::FeedTactileReply* reply)
 
 Reactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams, v1::FeedTactileReply* reply) {
   if (inbox == nullptr) {
-    return new RefusedFeed({grpc::StatusCode::FAILED_PRECONDITION,
-                            "the scene takes no tactile samples: its sense.tactile.source is no "
-                            "stream"});
+    return new RefusedStream<Reactor>(
+        {grpc::StatusCode::FAILED_PRECONDITION,
+         "the scene takes no tactile samples: its sense.tactile.source is no stream"});
   }
   const std::shared_ptr<FeedStream> stream(new FeedStream(inbox, reply));
   stream->self_ = stream;
@@ -44,10 +35,6 @@ Reactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams, v1::FeedTac
     stream->ReadNext();
   }
   return stream.get();
-}
-
-void FeedStream::Close() {
-  End(Stopping());
 }
 
 std::string FeedStream::Feed() {
@@ -77,54 +64,15 @@ void FeedStream::OnReadDone(bool ok) {
   ReadNext();
 }
 
-void FeedStream::OnCancel() {
-  End(grpc::Status::CANCELLED);
-}
-
-void FeedStream::OnDone() {
-  const auto last = std::move(self_);
-}
-
 void FeedStream::ReadNext() {
   if (!Enter()) return;
   StartRead(&sample_);
   Exit();
 }
 
-bool FeedStream::Enter() {
-  const std::scoped_lock lock(mutex_);
-  if (ending_) return false;
-  ++busy_;
-  return true;
-}
-
-void FeedStream::Exit() {
-  {
-    const std::scoped_lock lock(mutex_);
-    --busy_;
-  }
-  FinishIfQuiet();
-}
-
-void FeedStream::End(const grpc::Status& status) {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (!ending_) ending_ = status;
-  }
-  FinishIfQuiet();
-}
-
-void FeedStream::FinishIfQuiet() {
-  grpc::Status status;
-  {
-    const std::scoped_lock lock(mutex_);
-    if (!ending_ || busy_ > 0 || finished_) return;
-    finished_ = true;
-    status = *ending_;
-  }
-  // Before the driver hears that its stream is over: it may start anew at once.
+// The driver may start anew at once.
+void FeedStream::OnQuiet() {
   for (const std::string& finger : fingers_) inbox_->Leave(finger, sender_);
-  Finish(status);
 }
 
 bool FeedStreams::Add(const std::shared_ptr<FeedStream>& stream) {

@@ -1,22 +1,13 @@
 #include "slave/service/operate_stream.h"
 
-#include <utility>
 #include <variant>
 
 #include "shared/wire/state_message.h"
-#include "slave/service/status.h"
 
 namespace palpate {
 namespace {
 
 using Reactor = grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>;
-
-// A stream that ends before it began.
-class Refusal final : public Reactor {
- public:
-  explicit Refusal(const grpc::Status& status) { Finish(status); }
-  void OnDone() override { delete this; }
-};
 
 }  // namespace
 
@@ -27,11 +18,11 @@ Reactor* OperateStream::Open(const Host& host, const std::string& peer) {
   };
   std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> answer;
   const grpc::Status asked = Guarded([&] { answer = host.lease.Ask(peer, dismiss); });
-  if (!asked.ok()) return new Refusal(asked);
+  if (!asked.ok()) return new RefusedStream<Reactor>(asked);
   if (const auto* held = std::get_if<OperatorLease::HeldBy>(&answer)) {
-    return new Refusal({grpc::StatusCode::FAILED_PRECONDITION, "the lease is held by " + held->who +
-                                                                   ": it is free when that "
-                                                                   "stream ends"});
+    return new RefusedStream<Reactor>(
+        {grpc::StatusCode::FAILED_PRECONDITION,
+         "the lease is held by " + held->who + ": it is free when that stream ends"});
   }
   stream->self_ = stream;
   stream->ticket_ = std::get<OperatorLease::Ticket>(answer);
@@ -49,12 +40,9 @@ void OperateStream::Offer(const SlaveState& state) {
     if (!newest) return;
     ToProto(*newest, &message_);
     writing_ = true;
+    ++busy_;
   }
   StartWrite(&message_);
-}
-
-void OperateStream::Close() {
-  End(Stopping());
 }
 
 void OperateStream::OnReadDone(bool ok) {
@@ -77,50 +65,14 @@ void OperateStream::OnWriteDone(bool ok) {
   if (more) {
     StartWrite(&message_);
   } else {
-    FinishIfQuiet();
+    Exit();
   }
-}
-
-void OperateStream::OnCancel() {
-  End(grpc::Status::CANCELLED);
-}
-
-void OperateStream::OnDone() {
-  const auto last = std::move(self_);  // the publisher may hold another
 }
 
 void OperateStream::ReadNext() {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (ending_) return;
-    ++arming_reads_;
-  }
+  if (!Enter()) return;
   StartRead(&command_);
-  {
-    const std::scoped_lock lock(mutex_);
-    --arming_reads_;
-  }
-  FinishIfQuiet();
-}
-
-void OperateStream::End(const grpc::Status& status) {
-  host_.lease.Release(ticket_);
-  {
-    const std::scoped_lock lock(mutex_);
-    if (!ending_) ending_ = status;
-  }
-  FinishIfQuiet();
-}
-
-void OperateStream::FinishIfQuiet() {
-  grpc::Status status;
-  {
-    const std::scoped_lock lock(mutex_);
-    if (!ending_ || writing_ || arming_reads_ > 0 || finished_) return;
-    finished_ = true;
-    status = *ending_;
-  }
-  Finish(status);
+  Exit();
 }
 
 }  // namespace palpate

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "shared/wire/command_message.h"
+#include "shared/wire/state_message.h"
 
 namespace palpate {
 namespace {

@@ -1,7 +1,5 @@
 #include "slave/service/publisher.h"
 
-#include <algorithm>
-
 #include "shared/link/thread_priority.h"
 
 namespace palpate {

@@ -1,7 +1,10 @@
-#include "slave/service/requests.h"
-
-#include <sstream>
+// What the slave is asked and fed.
+#include <cmath>
 #include <stdexcept>
+
+#include "shared/text/text.h"
+#include "shared/wire/fields.h"
+#include "slave/service/messages.h"
 
 namespace palpate {
 namespace {
@@ -13,18 +16,13 @@ constexpr double kMinYoungModulus = 1, kMaxYoungModulus = 1e13;  // [Pa]
 constexpr unsigned kMinElements = 3, kMaxElements = 4000;
 constexpr unsigned kQuality = 80, kMinQuality = 10, kMaxQuality = 100;
 
-template <class Number>
-[[noreturn]] void Refuse(const char* field, Number value, const std::string& accepted) {
-  std::ostringstream text;
-  text << field << " = " << value << ": accepted is " << accepted;
-  throw std::invalid_argument(text.str());
+[[noreturn]] void Refuse(const char* field, const std::string& value, const std::string& accepted) {
+  throw std::invalid_argument(std::string(field) + " = " + value + ": accepted is " + accepted);
 }
 
 Clock::duration Gap(double rate, double rate_for_zero, double max_rate) {
   if (!(rate == 0 || (rate >= 1 && rate <= max_rate))) {  // so written, NaN is refused too
-    std::ostringstream accepted;
-    accepted << "0, or 1 to " << max_rate;
-    Refuse("max_rate_hz", rate, accepted.str());
+    Refuse("max_rate_hz", Formatted("%g", rate), Formatted("0, or 1 to %g", max_rate));
   }
   if (rate == 0) rate = rate_for_zero;
   return rate > 0 ? Seconds(1 / rate) : Clock::duration::zero();
@@ -39,9 +37,28 @@ std::string Shortened(const std::string& word) {
 // `value` in (0, max].
 double Scale(const char* field, double value, double max) {
   if (value > 0 && value <= max) return value;
-  std::ostringstream accepted;
-  accepted << "0 < x <= " << max;
-  Refuse(field, value, accepted.str());
+  Refuse(field, Formatted("%g", value), Formatted("0 < x <= %g", max));
+}
+
+constexpr double kUnitTolerance = 0.01;  // of a quaternion's length
+constexpr int kQuaternion = 4;
+
+std::optional<Eigen::Isometry3d> ReadPose(const v1::TactileSample& message, FieldReader* reader) {
+  const auto& q = message.orientation();
+  if (!message.has_p_s_finger() && q.empty()) return std::nullopt;
+  reader->Require(message.has_p_s_finger(), "p_S_finger is absent", "a place with an orientation");
+  reader->Require(q.size() == kQuaternion,
+                  "orientation of " + std::to_string(q.size()) + " numbers",
+                  "four with p_S_finger: w, x, y, z");
+  if (!reader->ok()) return std::nullopt;
+  const Eigen::Vector3d p_S = reader->Vector("p_S_finger", message.p_s_finger(), kMaxLength);
+  const Eigen::Quaterniond q_SF(q[0], q[1], q[2], q[3]);
+  reader->Require(std::abs(q_SF.norm() - 1) <= kUnitTolerance,  // so written, NaN is refused too
+                  "orientation of length " + std::to_string(q_SF.norm()), "a unit quaternion");
+  if (!reader->ok()) return std::nullopt;
+  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
+  X_SF.translate(p_S).rotate(q_SF.normalized());
+  return X_SF;
 }
 
 }  // namespace
@@ -60,7 +77,8 @@ Clock::duration GapOf(const v1::WatchVideoRequest& request) {
 
 int QualityOf(const v1::WatchVideoRequest& request) {
   const unsigned quality = request.quality() == 0 ? kQuality : request.quality();
-  if (quality < kMinQuality || quality > kMaxQuality) Refuse("quality", quality, "0, or 10 to 100");
+  if (quality < kMinQuality || quality > kMaxQuality)
+    Refuse("quality", std::to_string(quality), "0, or 10 to 100");
   return static_cast<int>(quality);
 }
 
@@ -78,7 +96,7 @@ ParameterChange ToChange(const v1::SetParametersRequest& request) {
   if (request.has_young_modulus()) {
     const double E = request.young_modulus();
     if (!(E >= kMinYoungModulus && E <= kMaxYoungModulus)) {
-      Refuse("young_modulus", E, "1 to 1e13");
+      Refuse("young_modulus", Formatted("%g", E), "1 to 1e13");
     }
     change.young_modulus = E;
   }
@@ -88,10 +106,32 @@ ParameterChange ToChange(const v1::SetParametersRequest& request) {
 ModelChange ToChange(const v1::SetModelRequest& request) {
   const unsigned elements = request.elements();
   if (elements != 0 && (elements < kMinElements || elements > kMaxElements)) {
-    Refuse("elements", elements, "0, or 3 to 4000");
+    Refuse("elements", std::to_string(elements), "0, or 3 to 4000");
   }
   return {Shortened(request.kind()), static_cast<int>(elements), Shortened(request.plane()),
           Shortened(request.contact())};
+}
+
+std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::string* reason) {
+  constexpr int kMostPressures = 2;  // pdc, pac0
+  const auto& electrodes = message.electrodes();
+  const auto& pressure = message.pressure();
+  FieldReader reader(reason);
+  reader.Require(message.has_sensed_at(), "sensed_at is absent", "a time");
+  reader.Require(electrodes.size() == kElectrodeCount,
+                 std::to_string(electrodes.size()) + " electrodes",
+                 std::to_string(kElectrodeCount) + ", E1 to E19");
+  reader.Require(pressure.size() <= kMostPressures, std::to_string(pressure.size()) + " pressures",
+                 "at most two: pdc, pac0");
+  if (!reader.ok()) return std::nullopt;
+  TactileSample sample;
+  sample.sensed_at = reader.Stamp("sensed_at", message.sensed_at());
+  std::copy(electrodes.begin(), electrodes.end(), sample.reading.electrodes.begin());
+  if (pressure.size() > 0) sample.reading.pdc = pressure[0];
+  if (pressure.size() > 1) sample.reading.pac = pressure[1];
+  sample.reading.X_SF = ReadPose(message, &reader);
+  if (!reader.ok()) return std::nullopt;
+  return sample;
 }
 
 }  // namespace palpate

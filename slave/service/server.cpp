@@ -1,6 +1,9 @@
 #include "slave/service/server.h"
 
+#include <cerrno>
 #include <chrono>
+#include <cstring>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 
@@ -8,9 +11,11 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "shared/link/loopback.h"
-#include "slave/service/listening.h"
 #include "slave/service/publisher.h"
 #include "slave/service/teleoperation_service.h"
 
@@ -23,6 +28,43 @@ constexpr int kMaxThreads = 2 * ObserverSeats::kSeats;
 constexpr int kKeepaliveMs = 5'000, kKeepaliveTimeoutMs = 10'000;
 constexpr int kShortestPingMs = 500;              // masters may ask this often whether we live
 constexpr std::chrono::milliseconds kGrace(300);  // for streams to end by themselves
+
+[[noreturn]] void Refuse(const Endpoint& endpoint, const std::string& why) {
+  throw std::runtime_error("cannot listen on " + ToString(endpoint) + ": " + why);
+}
+
+// 0, or errno of the step that failed. The socket is gone when it returns.
+int TryListening(const addrinfo& address) {
+  const int fd = socket(address.ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return errno;
+  const int on = 1;
+  setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);  // as gRPC does: not while in use
+  if (address.ai_family == AF_INET6) setsockopt(fd, IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof on);
+  const bool works = bind(fd, address.ai_addr, address.ai_addrlen) == 0 && listen(fd, 1) == 0;
+  const int error = works ? 0 : errno;
+  close(fd);
+  return error;
+}
+
+// Throws std::runtime_error: host unknown, port in use, not an address of this machine, not
+// permitted. Asked of the operating system: gRPC only says that it failed.
+void RequireListenable(const Endpoint& endpoint) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  const std::string port = std::to_string(endpoint.port);
+  const int error = getaddrinfo(endpoint.host.c_str(), port.c_str(), &hints, &found);
+  if (error != 0) Refuse(endpoint, gai_strerror(error));
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> addresses(found, freeaddrinfo);
+  int last = 0;
+  for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
+    last = TryListening(*address);
+    if (last == EADDRINUSE) break;  // in use in one family is in use
+    if (last == 0) return;
+  }
+  Refuse(endpoint, std::strerror(last));
+}
 
 Endpoint Permitted(const std::string& address, bool insecure) {
   try {

@@ -1,7 +1,10 @@
-// What the slave's errors become on the wire: a status code and the same sentence.
+// How calls and streams end: a status code and the slave's own sentence.
 #pragma once
 
 #include <exception>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <stdexcept>
 
 #include <grpcpp/support/status.h>
@@ -28,5 +31,71 @@ grpc::Status Guarded(const Work& work) {
     return {grpc::StatusCode::INTERNAL, error.what()};
   }
 }
+
+// A stream that ends before it began.
+template <class Reactor>
+class RefusedStream final : public Reactor {
+ public:
+  explicit RefusedStream(const grpc::Status& status) { this->Finish(status); }
+  void OnDone() override { delete this; }
+};
+
+// A stream as a reactor, because it must end with a status of ours while a read is waiting, which a
+// blocking handler cannot. It owns itself from its opening until gRPC is done with it. gRPC is
+// never called with the mutex held (callbacks may run inside), and Finish waits until nobody is
+// busy.
+template <class Reactor>
+class EndingStream : public Reactor {
+ public:
+  void OnCancel() override { End(grpc::Status::CANCELLED); }
+  void OnDone() override { const auto last = std::move(self_); }  // others may hold another
+
+ protected:
+  // Ends the stream with `status` as soon as that is possible. The first status counts.
+  void End(const grpc::Status& status) {
+    OnEnding();
+    {
+      const std::scoped_lock lock(mutex_);
+      if (!ending_) ending_ = status;
+    }
+    FinishIfQuiet();
+  }
+  // A thread begins to start a read or to take what was read; false: the stream is ending.
+  bool Enter() {
+    const std::scoped_lock lock(mutex_);
+    if (!ending_) ++busy_;
+    return !ending_;
+  }
+  void Exit() {
+    {
+      const std::scoped_lock lock(mutex_);
+      --busy_;
+    }
+    FinishIfQuiet();
+  }
+
+  std::shared_ptr<EndingStream> self_;  // until OnDone
+  std::mutex mutex_;                    // guards what follows
+  std::optional<grpc::Status> ending_;
+  int busy_ = 0;  // threads between Enter and Exit, and writes in flight
+
+ private:
+  // Each time that somebody ends the stream.
+  virtual void OnEnding() {}
+  // Once, before the peer hears that its stream is over.
+  virtual void OnQuiet() {}
+
+  void FinishIfQuiet() {
+    {
+      const std::scoped_lock lock(mutex_);
+      if (!ending_ || busy_ > 0 || finished_) return;
+      finished_ = true;
+    }
+    OnQuiet();
+    this->Finish(*ending_);  // nobody changes it any more
+  }
+
+  bool finished_ = false;  // guarded too
+};
 
 }  // namespace palpate

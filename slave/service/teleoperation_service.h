@@ -1,4 +1,4 @@
-// The calls of palpate.v1.Teleoperation. One file per group of calls implements them.
+// The calls of palpate.v1.Teleoperation. Those that watch are implemented in watch.cpp.
 #pragma once
 
 #include <atomic>
@@ -8,14 +8,13 @@
 
 #include "slave/pipeline/teleop/slave.h"
 #include "slave/service/feed_stream.h"
-#include "slave/service/observer_seats.h"
 #include "slave/service/operate_stream.h"
 #include "slave/service/operator_lease.h"
 #include "slave/service/publisher.h"
 
 namespace palpate {
 
-// Operate and FeedTactile are reactors (see OperateStream); everything else is a blocking handler,
+// Operate and FeedTactile are reactors (see EndingStream); everything else is a blocking handler,
 // since a change of the model may take a while and a watcher mostly waits.
 class TeleoperationService final
     : public v1::Teleoperation::WithCallbackMethod_FeedTactile<
@@ -25,7 +24,6 @@ class TeleoperationService final
   TeleoperationService(Slave& slave, Publisher& publisher)
       : slave_(slave), publisher_(publisher), lease_(slave) {}
 
-  // queries.cpp
   grpc::Status GetScene(grpc::ServerContext* context, const v1::GetSceneRequest* request,
                         v1::SceneDescription* reply) override;
   grpc::Status GetStatus(grpc::ServerContext* context, const v1::GetStatusRequest* request,
@@ -33,17 +31,14 @@ class TeleoperationService final
   grpc::Status GetCapabilities(grpc::ServerContext* context,
                                const v1::GetCapabilitiesRequest* request,
                                v1::Capabilities* reply) override;
-  // operate.cpp
   grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* Operate(
       grpc::CallbackServerContext* context) override;
-  // watch_state.cpp, watch_mesh.cpp, watch_video.cpp
   grpc::Status WatchState(grpc::ServerContext* context, const v1::WatchStateRequest* request,
                           grpc::ServerWriter<v1::SlaveState>* writer) override;
   grpc::Status WatchMesh(grpc::ServerContext* context, const v1::WatchMeshRequest* request,
                          grpc::ServerWriter<v1::MeshState>* writer) override;
   grpc::Status WatchVideo(grpc::ServerContext* context, const v1::WatchVideoRequest* request,
                           grpc::ServerWriter<v1::VideoFrame>* writer) override;
-  // settings.cpp
   grpc::Status SetModel(grpc::ServerContext* context, const v1::SetModelRequest* request,
                         v1::SettingsReply* reply) override;
   grpc::Status SetParameters(grpc::ServerContext* context, const v1::SetParametersRequest* request,
@@ -52,7 +47,6 @@ class TeleoperationService final
                      v1::Status* reply) override;
   grpc::Status Stop(grpc::ServerContext* context, const v1::StopRequest* request,
                     v1::Status* reply) override;
-  // feed_tactile.cpp
   grpc::ServerReadReactor<v1::TactileSample>* FeedTactile(grpc::CallbackServerContext* context,
                                                           v1::FeedTactileReply* reply) override;
 
@@ -61,6 +55,11 @@ class TeleoperationService final
 
  private:
   void FillStatus(v1::Status* reply) const;
+  // What a watcher's stream does once its request is accepted: take a seat, subscribe, stream,
+  // leave. `compose(state, &message)` makes the message of a new state; false: nothing to be sent.
+  template <class Message, class Compose>
+  grpc::Status Watch(grpc::ServerContext* context, Clock::duration gap,
+                     grpc::ServerWriter<Message>* writer, const Compose& compose);
 
   Slave& slave_;
   Publisher& publisher_;

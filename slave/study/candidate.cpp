@@ -11,7 +11,6 @@
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/scene/model_kinds.h"
-#include "slave/study/study_row.h"
 
 namespace palpate::study {
 namespace {
@@ -124,13 +123,8 @@ void AddMembrane(const Scene& scene, std::vector<Candidate>* candidates) {
 }
 
 // --- volumes
-struct Division {
-  Scene scene;
-  bool own = false;
+struct Division : Candidate {  // without a model
   bool between = false;  // for models that cannot afford the next one, to see how they converge
-  int refinements = 0;
-  std::string resolution;
-  double element_size = 0;
   std::size_t nodes = 0, tets = 0, skin = 0;  // expected; `skin`: surface triangles
 };
 
@@ -236,14 +230,9 @@ std::vector<Division> FileDivisions(const Scene& scene, std::size_t most_dof) {
 }
 
 Candidate Start(const Division& d, std::string kind, std::string family) {
-  Candidate c;
-  c.scene = d.scene;
-  c.own = d.own;
-  c.refinements = d.refinements;
+  Candidate c = d;
   c.scene.model.kind = std::move(kind);
   c.family = std::move(family);
-  c.resolution = d.resolution;
-  c.element_size = d.element_size;
   return c;
 }
 

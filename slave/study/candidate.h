@@ -7,19 +7,13 @@
 #include "slave/mechanics/object_mesh.h"
 #include "slave/scene/scene.h"
 #include "slave/study/press_spec.h"
+#include "slave/study/study_row.h"
 
 namespace palpate::study {
 
-struct Candidate {
+struct Candidate : Trait {  // `dof` is expected, `expected_s` a rough prior
   Scene scene;              // with the model options of this candidate
   int refinements = 0;      // how often the object's mesh is cut into halves
-  std::string family;       // what differs in resolution only: "bem2d constant", "fem tet4 linear"
-  std::string resolution;   // for people: "180 elements", "6 x 6 x 6 cells"
-  double element_size = 0;  // typical edge [m]; 0: the model has no resolution
-  std::size_t dof = 0;      // expected
-  double expected_s = 0;    // precompute and trial together, a rough prior [s]
-  bool own = false;         // the scene's own resolution
-  bool linear = true;       // small strain and small rotation: force proportional to depth
 };
 
 struct CandidateLimits {
@@ -42,8 +36,7 @@ bool HasMidnodes(const ModelOptions& model);
 
 // How wide a rigid tool a model on this mesh sees at `press`, relative to the real one, minus 1: a
 // discrete patch is made of whole elements, triangles or nodes (of fem tet10, those amid edges
-// too). 0 where the
-// model has none. NaN: nothing can be touched there.
+// too). 0 where the model has none. NaN: nothing can be touched there.
 double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Press& press,
                      double width);
 

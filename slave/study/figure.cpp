@@ -1,15 +1,14 @@
-#include "slave/study/figure.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
 
 #include "shared/text/svg.h"
+#include "shared/text/text.h"
+#include "slave/study/report.h"
 
 namespace palpate::study {
 namespace {
@@ -70,9 +69,7 @@ struct Decades {
 };
 
 std::string PowerOfTen(int exponent, std::string_view unit) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%g", std::pow(10, exponent));
-  return std::string(text) + (unit.empty() ? "" : " ") + std::string(unit);
+  return Formatted("%g", std::pow(10, exponent)) + (unit.empty() ? "" : " ") + std::string(unit);
 }
 
 // Seconds with a readable unit, for whole decades.
@@ -97,28 +94,25 @@ Points Star(const Vector2d& at, int corners, double radius, double inner, double
 void Mark(Svg* svg, std::size_t family, const Vector2d& at, std::string_view tooltip) {
   const std::string style = "mark c" + std::to_string(family % kColours);
   constexpr double kQuarter = std::numbers::pi / 4;
-  switch (family % 6) {
-    case 0:
-      return svg->Circle(at, 5, style, tooltip);
-    case 1:
-      return svg->Polygon(Star(at, 4, 6.4, 1, kQuarter), style, tooltip);
-    case 2:
-      return svg->Polygon(Star(at, 3, 6.6, 1, 0), style, tooltip);
-    case 3:
-      return svg->Polygon(Star(at, 4, 6.4, 1, 0), style, tooltip);
-    case 4:
-      return svg->Polygon(Star(at, 3, 6.6, 1, std::numbers::pi), style, tooltip);
-    default:
-      return svg->Polygon(Star(at, 5, 7.4, 0.45, 0), style, tooltip);
-  }
+  struct Shape {
+    int corners;
+    double radius, inner, turn;
+  };
+  constexpr std::array<Shape, 5> kShapes{{{4, 6.4, 1, kQuarter},
+                                          {3, 6.6, 1, 0},
+                                          {4, 6.4, 1, 0},
+                                          {3, 6.6, 1, std::numbers::pi},
+                                          {5, 7.4, 0.45, 0}}};
+  if (family % 6 == 0) return svg->Circle(at, 5, style, tooltip);
+  const auto& [corners, radius, inner, turn] = kShapes[family % 6 - 1];
+  svg->Polygon(Star(at, corners, radius, inner, turn), style, tooltip);
 }
 
 std::string Tooltip(const StudyRow& row) {
-  char text[160];
-  std::snprintf(
-      text, sizeof text, ": error %.3g %% (+- %.2g %%), update %.3g us, precompute %.3g s",
-      100 * row.error.value, 100 * row.error.bar, 1e6 * row.update_median_s, row.precompute_s);
-  return row.family + ", " + row.resolution + text;
+  return row.family + ", " + row.resolution +
+         Formatted(": error %.3g %% (+- %.2g %%), update %.3g us, precompute %.3g s",
+                   100 * row.error.value, 100 * row.error.bar, 1e6 * row.update_median_s,
+                   row.precompute_s);
 }
 
 // Error over one cost.
@@ -210,10 +204,9 @@ class Figure {
     const double right = is_update ? panel.X(1 / study_.rate) : panel.right;
     svg_.Rectangle(corner, Vector2d(right, kBottom) - corner, "target");
     if (!is_update) return;
-    char words[80];
-    std::snprintf(words, sizeof words, "asked for: %g %% at %g Hz", 100 * study_.tolerance,
-                  study_.rate);
-    svg_.Text({panel.left + 8, kBottom - 8}, words, "soft small");
+    svg_.Text({panel.left + 8, kBottom - 8},
+              Formatted("asked for: %g %% at %g Hz", 100 * study_.tolerance, study_.rate),
+              "soft small");
   }
 
   // A staircase: what is reachable lies above and to the right of it.

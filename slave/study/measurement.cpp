@@ -1,6 +1,7 @@
 #include "slave/study/measurement.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -13,7 +14,7 @@
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/scene/model_kinds.h"
-#include "slave/study/round_load.h"
+#include "slave/study/press_spec.h"
 
 namespace palpate::study {
 namespace {
@@ -197,15 +198,9 @@ class Trial {
 };
 
 void Describe(const Candidate& candidate, StudyRow* row) {
-  row->family = candidate.family;
+  static_cast<Trait&>(*row) = candidate;
   row->kind = candidate.scene.model.kind;
-  row->resolution = candidate.resolution;
-  row->element_size = candidate.element_size;
-  row->linear = candidate.linear;
-  row->own = candidate.own;
   row->model = candidate.scene.model;
-  row->dof = candidate.dof;
-  row->expected_s = candidate.expected_s;
   const ModelKind* kind = FindModelKind(row->kind);
   if (kind != nullptr && kind->iterates) {
     row->residual = candidate.scene.model.fem.residual;
@@ -253,15 +248,8 @@ void Try(const Candidate& candidate, const PressSpec& question, const ModelFacto
 }  // namespace
 
 const char* ToString(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kAnswered:
-      return "answered";
-    case Outcome::kFailed:
-      return "failed";
-    case Outcome::kSkipped:
-      break;
-  }
-  return "skipped";
+  constexpr std::array<const char*, 3> kOutcomes{"answered", "failed", "skipped"};
+  return kOutcomes[static_cast<std::size_t>(outcome)];
 }
 
 ModelFactory RealWorkshop() {

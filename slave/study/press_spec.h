@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "shared/mesh/solid_mesh.h"
 #include "slave/scene/scene.h"
 
 namespace palpate::study {
@@ -36,5 +37,22 @@ struct PressSpec {
 // scene. A scene without a tool gets one as wide as a fifteenth of the object. Throws
 // std::invalid_argument: an outline that only a picture knows, a place off the object.
 PressSpec AskedOf(const Scene& scene, const std::vector<Eigen::Vector3d>& places = {});
+
+// A uniform load over a disc on a triangulated surface, the same on every mesh: no whole triangles,
+// no whole nodes.
+struct LoadPoint {
+  Eigen::Vector3d p_O{0, 0, 0};  // on the triangle [m]
+  int triangle = -1;
+  double share = 0;  // of the load; all of them sum up to 1
+};
+
+// Points whose loads do the work of a load spread evenly over all that lies within width / 2 of
+// `p_O` and faces against `inward_O` (within 60 degrees, so that a thin object is pushed on one
+// side). Exact where the displacement is linear within a triangle, but for the edge of the disc,
+// which is cut out in steps of a 64th of the triangles' edges; with `quadratic` also where it is a
+// parabola: then the points are the six nodes, and some shares are negative. Empty: nothing lies
+// there.
+std::vector<LoadPoint> RoundLoad(const SurfaceMesh& surface, const Eigen::Vector3d& p_O,
+                                 const Eigen::Vector3d& inward_O, double width, bool quadratic);
 
 }  // namespace palpate::study

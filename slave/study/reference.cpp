@@ -2,17 +2,35 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <exception>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include "shared/text/text.h"
 #include "slave/scene/model_kinds.h"
-#include "slave/study/planar_truth.h"
+#include "slave/site/camera/patch_solution.h"
+#include "slave/site/camera/true_body.h"
 #include "slave/study/richardson.h"
 
 namespace palpate::study {
 namespace {
+
+constexpr site::Fineness kCoarse{};
+constexpr site::Fineness kFine{
+    .largest = 0.1, .growth = 0.25, .at_patch_end = 2e-5, .at_support_end = 1e-4};
+
+double Stiffness(const Scene& scene, const Press& press, double width,
+                 const site::Fineness& fineness) {
+  const site::TrueBody body(scene);
+  const Material& material = scene.object.material;
+  const site::PatchSolution solution =
+      site::SolvePatch(body, material.poisson_ratio, scene.model.plane,
+                       body.Nearest(press.p_O.head<2>()), width, fineness);
+  const Eigen::Vector2d way = press.inward_O.head<2>();
+  return material.young_modulus * ThicknessOf(scene.object.geometry) *
+         way.dot(solution.stiffness * way);
+}
 
 constexpr double kOneMesh = 0.3;  // of its own effect: a nonlinearity known from one mesh only
 constexpr const char* kIndependent = "finite elements";
@@ -23,12 +41,6 @@ struct Limit {
   bool extrapolated = true;
   [[nodiscard]] double relative_bar() const { return force.bar / std::abs(force.value); }
 };
-
-std::string Words(const char* format, double value) {
-  char text[160];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
 
 bool IsLinearAnswer(const StudyRow& row) {
   return row.outcome == Outcome::kAnswered && row.linear;
@@ -88,7 +100,7 @@ std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::s
   const Extrapolation limit = Extrapolate(std::move(answers));
   if (!std::isfinite(limit.limit.value)) return std::nullopt;
   std::string words = finest.family + ", finest " + finest.resolution;
-  words += std::isfinite(limit.order) ? Words(", extrapolated with order %.2f", limit.order)
+  words += std::isfinite(limit.order) ? Formatted(", extrapolated with order %.2f", limit.order)
                                       : ", not converging smoothly";
   return Limit{FormulationOf(finest), std::move(words), limit.limit, std::isfinite(limit.order)};
 }
@@ -120,74 +132,6 @@ Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t pre
   if (std::isfinite(limit.value)) return limit;
   return {ratios.back().value, kOneMesh * std::abs(ratios.back().value - 1)};
 }
-
-}  // namespace
-
-ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
-    : question_(question) {
-  for (const Press& press : question.presses) {
-    const auto stiffness = PlanarStiffness(scene, press, question.width);
-    const double d = question.small_depth;
-    planar_.push_back(stiffness ? Estimate{d * stiffness->value, d * stiffness->bar} : Estimate{});
-  }
-}
-
-Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_t press) const {
-  const auto families = Families(rows);
-  std::vector<Limit> limits;
-  if (std::isfinite(planar_[press].value)) {
-    limits.push_back({kIndependent,
-                      "quadratic finite elements on a graded mesh, independent of the models",
-                      planar_[press], true});
-  }
-  const bool any_linear = std::ranges::any_of(rows, IsLinearAnswer);
-  for (const auto& [name, members] : families) {
-    const StudyRow& finest = *members.front();
-    if (any_linear && !finest.linear && finest.element_size > 0) continue;
-    if (auto limit = LimitOf(members, press, question_.presses[press].loaded))
-      limits.push_back(*std::move(limit));
-  }
-  if (limits.empty()) return {{}, {}, "none: too few answers to extrapolate"};
-  const Limit& best = *std::ranges::min_element(
-      limits, {}, [](const Limit& l) { return std::pair(!l.extrapolated, l.relative_bar()); });
-  Reference reference{best.force, {}, best.words};
-  if (const Limit* second = SecondOpinion(limits, best)) {
-    const double apart = std::abs(second->force.value - best.force.value);
-    reference.small.bar = std::max(best.force.bar, apart - second->force.bar);
-    reference.source += "; differs from " + second->words +
-                        Words(" by %.2g %%", 100 * apart / std::abs(best.force.value));
-  } else {
-    reference.source += "; no other formulation answered";
-  }
-
-  const double depths = question_.depth / question_.small_depth;
-  Estimate stiffening{1, 0};
-  for (const auto& [name, members] : families) {
-    if (!IsLarge(*members.front())) continue;
-    const Estimate found = Stiffening(members, press, depths);
-    if (std::isfinite(found.value)) stiffening = found;
-  }
-  reference.full.value = reference.small.value * depths * stiffening.value;
-  reference.full.bar = reference.full.value * (reference.small.bar / reference.small.value +
-                                               stiffening.bar / stiffening.value);
-  return reference;
-}
-
-References ReferenceFinder::Find(const std::vector<StudyRow>& rows) const {
-  References references;
-  for (std::size_t press = 0; press < question_.presses.size(); ++press) {
-    references.presses.push_back(FindOne(rows, press));
-  }
-  const bool any_large = std::ranges::any_of(
-      rows, [](const StudyRow& row) { return row.outcome == Outcome::kAnswered && IsLarge(row); });
-  if (!any_large) {
-    references.remark =
-        "no model of large deformation answered: the errors leave out what it would change";
-  }
-  return references;
-}
-
-namespace {
 
 // Any row's d ln force / d ln width, for rows too coarse to tell; the largest.
 double LargestSlope(const std::vector<StudyRow>& rows, std::size_t press) {
@@ -223,6 +167,84 @@ void JudgePress(const Reference& reference, const PressAnswers& answers, double 
 }
 
 }  // namespace
+
+std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, double width) {
+  if (!IsPlanar(scene.object.geometry) || scene.model.contact != ContactLaw::kBonded) {
+    return std::nullopt;
+  }
+  try {
+    const double fine = Stiffness(scene, press, width, kFine);
+    const double coarse = Stiffness(scene, press, width, kCoarse);
+    if (!(fine > 0)) return std::nullopt;
+    return Estimate{fine, std::abs(fine - coarse)};
+  } catch (const std::exception&) {  // the formulation has limits of its own; others remain
+    return std::nullopt;
+  }
+}
+
+ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
+    : question_(question) {
+  for (const Press& press : question.presses) {
+    const auto stiffness = PlanarStiffness(scene, press, question.width);
+    const double d = question.small_depth;
+    planar_.push_back(stiffness ? Estimate{d * stiffness->value, d * stiffness->bar} : Estimate{});
+  }
+}
+
+Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_t press) const {
+  const auto families = Families(rows);
+  std::vector<Limit> limits;
+  if (std::isfinite(planar_[press].value)) {
+    limits.push_back({kIndependent,
+                      "quadratic finite elements on a graded mesh, independent of the models",
+                      planar_[press], true});
+  }
+  const bool any_linear = std::ranges::any_of(rows, IsLinearAnswer);
+  for (const auto& [name, members] : families) {
+    const StudyRow& finest = *members.front();
+    if (any_linear && !finest.linear && finest.element_size > 0) continue;
+    if (auto limit = LimitOf(members, press, question_.presses[press].loaded))
+      limits.push_back(*std::move(limit));
+  }
+  if (limits.empty()) return {{}, {}, "none: too few answers to extrapolate"};
+  const Limit& best = *std::ranges::min_element(
+      limits, {}, [](const Limit& l) { return std::pair(!l.extrapolated, l.relative_bar()); });
+  Reference reference{best.force, {}, best.words};
+  if (const Limit* second = SecondOpinion(limits, best)) {
+    const double apart = std::abs(second->force.value - best.force.value);
+    reference.small.bar = std::max(best.force.bar, apart - second->force.bar);
+    reference.source += "; differs from " + second->words +
+                        Formatted(" by %.2g %%", 100 * apart / std::abs(best.force.value));
+  } else {
+    reference.source += "; no other formulation answered";
+  }
+
+  const double depths = question_.depth / question_.small_depth;
+  Estimate stiffening{1, 0};
+  for (const auto& [name, members] : families) {
+    if (!IsLarge(*members.front())) continue;
+    const Estimate found = Stiffening(members, press, depths);
+    if (std::isfinite(found.value)) stiffening = found;
+  }
+  reference.full.value = reference.small.value * depths * stiffening.value;
+  reference.full.bar = reference.full.value * (reference.small.bar / reference.small.value +
+                                               stiffening.bar / stiffening.value);
+  return reference;
+}
+
+References ReferenceFinder::Find(const std::vector<StudyRow>& rows) const {
+  References references;
+  for (std::size_t press = 0; press < question_.presses.size(); ++press) {
+    references.presses.push_back(FindOne(rows, press));
+  }
+  const bool any_large = std::ranges::any_of(
+      rows, [](const StudyRow& row) { return row.outcome == Outcome::kAnswered && IsLarge(row); });
+  if (!any_large) {
+    references.remark =
+        "no model of large deformation answered: the errors leave out what it would change";
+  }
+  return references;
+}
 
 void JudgeRows(const References& references, std::vector<StudyRow>* rows) {
   for (StudyRow& row : *rows) {

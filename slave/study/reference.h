@@ -2,6 +2,7 @@
 // formulation converges to, and its own uncertainty.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,13 @@
 #include "slave/study/study_row.h"
 
 namespace palpate::study {
+
+// A planar object pressed by a bonded tool, solved by a formulation that no model shares: quadratic
+// finite elements on a mesh graded towards the ends of the tool, where the stress is singular.
+// Force of the tool along its way per displacement [N/m]; the bar is the change from a coarser
+// mesh. nullopt where the formulation does not apply: frictionless contact, supports named by
+// element, not planar, no mesh. About half a second.
+std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, double width);
 
 struct Reference {
   Estimate small, full;  // force at the question's two depths, bars absolute [N]

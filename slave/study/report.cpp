@@ -2,15 +2,86 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
-#include "slave/study/figure.h"
 
 namespace palpate::study {
 namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json ToJson(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+Json ToJson(const Estimate& e) {
+  return {{"value", e.value}, {"bar", e.bar}};
+}
+
+Json ToJson(const Answer& answer) {
+  return {{"value", answer.value}, {"validity", ToString(answer.validity)}};
+}
+
+Json ToJson(const PressSpec& question) {
+  Json json{{"width_m", question.width},
+            {"depth_m", question.depth},
+            {"small_depth_m", question.small_depth},
+            {"size_m", question.size},
+            {"load_N", question.load},
+            {"presses", Json::array()}};
+  for (const Press& press : question.presses) {
+    json["presses"].push_back({{"p_O_m", ToJson(press.p_O)},
+                               {"inward_O", ToJson(press.inward_O)},
+                               {"tool", press.loaded ? "even pressure" : "rigid patch"}});
+  }
+  return json;
+}
+
+Json ToJson(const References& references) {
+  Json json{{"remark", references.remark}, {"presses", Json::array()}};
+  for (const Reference& reference : references.presses) {
+    json["presses"].push_back({{"source", reference.source},
+                               {"small", ToJson(reference.small)},
+                               {"full", ToJson(reference.full)}});
+  }
+  return json;
+}
+
+Json ToJson(const StudyRow& row) {
+  Json json{{"family", row.family},
+            {"kind", row.kind},
+            {"resolution", row.resolution},
+            {"element_size_m", row.element_size},
+            {"dof", row.dof},
+            {"residual", row.residual > 0 ? row.residual : kUnknown},
+            {"outcome", ToString(row.outcome)},
+            {"reason", row.reason},
+            {"error", ToJson(row.error)},
+            {"error_small", ToJson(row.error_small)},
+            {"deviation", row.deviation},
+            {"width_error", row.width_error},
+            {"validity", ToString(row.validity)},
+            {"update_s", {{"median", row.update_median_s}, {"p99", row.update_p99_s}}},
+            {"precompute_s", row.precompute_s},
+            {"memory_bytes", row.memory_bytes},
+            {"expected_s", row.expected_s},
+            {"on_front", row.on_front},
+            {"meets_tolerance", row.meets_tolerance},
+            {"meets_rate", row.meets_rate},
+            {"recommended", row.recommended},
+            {"answers", Json::array()}};
+  for (const PressAnswers& a : row.answers) {
+    json["answers"].push_back({{"small", ToJson(a.small)},
+                               {"full", ToJson(a.full)},
+                               {"width_mismatch", a.width_mismatch},
+                               {"width_slope", a.width_slope}});
+  }
+  return json;
+}
 
 constexpr int kDigits = 17;
 
@@ -27,19 +98,15 @@ std::string Cell(const std::string& text) {
 
 std::string Seconds(double s) {
   if (!std::isfinite(s)) return "";
-  char text[40];
   const auto [scale, unit] = s < 1e-3  ? std::pair(1e6, "us")
                              : s < 1.0 ? std::pair(1e3, "ms")
                                        : std::pair(1.0, "s");
-  std::snprintf(text, sizeof text, "%.3g %s", scale * s, unit);
-  return text;
+  return Formatted("%.3g %s", scale * s, unit);
 }
 
 std::string Percent(const Estimate& error) {
   if (!std::isfinite(error.value)) return "";
-  char text[60];
-  std::snprintf(text, sizeof text, "%.2g +- %.1g %%", 100 * error.value, 100 * error.bar);
-  return text;
+  return Formatted("%.2g +- %.1g %%", 100 * error.value, 100 * error.bar);
 }
 
 std::string Marks(const StudyRow& row) {
@@ -62,12 +129,25 @@ std::string TableLine(const std::vector<std::string>& cells) {
 }
 
 std::string ResidualOf(const StudyRow& row) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.0e", row.residual);
-  return row.residual > 0 ? text : "";
+  return row.residual > 0 ? Formatted("%.0e", row.residual) : "";
 }
 
 }  // namespace
+
+std::string ToJson(const StudyResult& study) {
+  Json json{
+      {"scene", study.scene_name},
+      {"question", ToJson(study.question)},
+      {"settings",
+       {{"tolerance", study.tolerance}, {"rate_Hz", study.rate}, {"budget_s", study.budget_s}}},
+      {"complete", study.complete},
+      {"recommendation", study.recommendation},
+      {"references", ToJson(study.references)},
+      {"rows", Json::array()}};
+  for (const StudyRow& row : study.rows) json["rows"].push_back(ToJson(row));
+  // What is not a number becomes null; a name that is not UTF-8 readable, never an exception.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 std::string ToCsv(const StudyResult& study) {
   std::string csv =
@@ -109,8 +189,7 @@ std::string ToTable(const StudyResult& study) {
   }
   std::ranges::stable_sort(answered, {}, [](const StudyRow* row) { return row->update_median_s; });
   for (const StudyRow* row : answered) {
-    char mega[32];
-    std::snprintf(mega, sizeof mega, "%.3g", 1e-6 * static_cast<double>(row->memory_bytes));
+    const auto mega = Formatted("%.3g", 1e-6 * static_cast<double>(row->memory_bytes));
     table += TableLine({row->family, row->resolution, ResidualOf(*row), std::to_string(row->dof),
                         Percent(row->error), Seconds(row->update_median_s),
                         Seconds(row->update_p99_s), Seconds(row->precompute_s), mega, Marks(*row)});

@@ -2,22 +2,43 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <utility>
 
-#include "slave/study/pareto.h"
+#include "shared/text/text.h"
 
 namespace palpate::study {
 namespace {
 
-constexpr double kWorthABar = 2;  // [s]
+constexpr double kAsFast = 2;
 
-std::string Words(const char* format, double value) {
-  char text[120];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
+bool IsComparable(const StudyRow& row) {
+  return row.outcome == Outcome::kAnswered && std::isfinite(row.error.value) &&
+         std::isfinite(row.update_median_s);
 }
+
+bool Beats(const StudyRow& a, const StudyRow& b) {
+  return a.error.value <= b.error.value && a.update_median_s <= b.update_median_s &&
+         (a.error.value < b.error.value || a.update_median_s < b.update_median_s);
+}
+
+template <typename Allowed, typename Cost>
+StudyRow* Least(std::vector<StudyRow>* rows, const Allowed& allowed, const Cost& cost) {
+  StudyRow* best = nullptr;
+  for (StudyRow& row : *rows) {
+    if (!IsComparable(row) || !allowed(row)) continue;
+    if (!best || cost(row) < cost(*best)) best = &row;
+  }
+  return best;
+}
+
+std::string Sentence(const StudyRow& row, const char* because) {
+  return row.family + ", " + row.resolution + ": " + because +
+         Formatted(" (%.2g %% error, %.3g us an update, %.2g s of precompute)",
+                   100 * row.error.value, 1e6 * row.update_median_s, row.precompute_s);
+}
+
+constexpr double kWorthABar = 2;  // [s]
 
 // Ends a precompute that would not fit any more, and remembers why.
 class Allowance final : public Progress {
@@ -33,9 +54,10 @@ class Allowance final : public Progress {
 
   void Expect(const PrecomputeCost& cost) override {
     if (cost.memory_bytes > settings_.most_memory) {
-      refusal_ = Words("needs %.2g GB of memory", 1e-9 * static_cast<double>(cost.memory_bytes));
+      refusal_ =
+          Formatted("needs %.2g GB of memory", 1e-9 * static_cast<double>(cost.memory_bytes));
     } else if (workshop_.now() + cost.seconds > deadline_) {
-      refusal_ = Words("would take %.2g s, more than is left of the budget", cost.seconds);
+      refusal_ = Formatted("would take %.2g s, more than is left of the budget", cost.seconds);
     }
   }
   bool Report(std::string_view stage, double done) override {
@@ -152,10 +174,61 @@ class Study {
 
 }  // namespace
 
+void MarkFront(std::vector<StudyRow>* rows) {
+  for (StudyRow& row : *rows) {
+    row.on_front = IsComparable(row) && std::ranges::none_of(*rows, [&](const StudyRow& other) {
+                     return IsComparable(other) && Beats(other, row);
+                   });
+  }
+}
+
+std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows) {
+  for (StudyRow& row : *rows) {
+    row.meets_tolerance = IsComparable(row) && row.error.value <= tolerance;
+    row.meets_rate = IsComparable(row) && row.update_p99_s * rate <= 1;
+    row.recommended = false;
+  }
+  const auto meets_both = [](const StudyRow& row) { return row.meets_tolerance && row.meets_rate; };
+  const auto update = [](const StudyRow& row) { return row.update_median_s; };
+  const auto miss = [&](const StudyRow& row) {
+    return std::max(row.error.value / tolerance, row.update_p99_s * rate);
+  };
+  StudyRow* choice = nullptr;
+  const char* because = "the cheapest that meets tolerance and rate";
+  if (const StudyRow* fastest = Least(rows, meets_both, update)) {
+    const double slowest = kAsFast * fastest->update_median_s;
+    choice = Least(
+        rows,
+        [&](const StudyRow& row) { return meets_both(row) && row.update_median_s <= slowest; },
+        [](const StudyRow& row) { return row.precompute_s; });
+  } else {
+    choice = Least(
+        rows, [](const StudyRow&) { return true; }, miss);
+    because = "none meets tolerance and rate; this one misses by the smallest factor";
+  }
+  if (!choice) return "no model answered with a known error";
+  choice->recommended = true;
+  return Sentence(*choice, because);
+}
+
 StudyResult RunStudy(const Scene& scene, const StudySettings& settings,
                      const ModelFactory& workshop, const std::stop_token& stop,
                      const StudyWatcher& watcher) {
   return Study(scene, settings, workshop, stop, watcher).Run();
+}
+
+std::optional<QuickChoice> ChooseQuickly(const Scene& scene, const ModelFactory& workshop,
+                                         double budget_s) {
+  StudySettings settings;
+  settings.budget_s = budget_s;
+  settings.timing_s = 0.01 * budget_s;
+  settings.limits = {.dof = 40'000, .dense_dof = 1200, .residuals = false, .families = {}};
+  StudyResult study = RunStudy(scene, settings, workshop);
+  std::erase_if(study.rows, [](const StudyRow& row) { return !row.own; });
+  const std::string reason = Recommend(scene.model.tolerance, scene.model.rate, &study.rows);
+  const auto choice = std::ranges::find_if(study.rows, &StudyRow::recommended);
+  if (choice == study.rows.end()) return std::nullopt;
+  return QuickChoice{choice->model, reason, choice->meets_tolerance && choice->meets_rate};
 }
 
 }  // namespace palpate::study

@@ -36,18 +36,24 @@ struct PressAnswers {
 enum class Outcome : std::uint8_t { kAnswered, kFailed, kSkipped };
 const char* ToString(Outcome outcome);
 
-struct StudyRow {
-  ModelOptions model;  // of the candidate
-  std::string family, kind, resolution;
-  double element_size = 0;  // [m]; 0: the model has no resolution
-  double residual = 0;      // asked of an iterative solver [-]; 0: none
-  bool own = false;         // the scene's own resolution
-  bool linear = true;
+// What is known of a candidate before it runs.
+struct Trait {
+  std::string family;       // what differs in resolution only: "bem2d constant", "fem tet4 linear"
+  std::string resolution;   // for people: "180 elements", "6 x 6 x 6 cells"
+  double element_size = 0;  // typical edge [m]; 0: the model has no resolution
   std::size_t dof = 0;
+  double expected_s = 0;  // precompute and trial together [s]
+  bool own = false;       // the scene's own resolution
+  bool linear = true;     // small strain and small rotation: force proportional to depth
+};
+
+struct StudyRow : Trait {
+  ModelOptions model;  // of the candidate
+  std::string kind;
+  double residual = 0;  // asked of an iterative solver [-]; 0: none
 
   Outcome outcome = Outcome::kSkipped;
-  std::string reason;     // why not answered, or a remark; may be empty
-  double expected_s = 0;  // before it ran [s]
+  std::string reason;  // why not answered, or a remark; may be empty
 
   std::vector<PressAnswers> answers;                           // one per press of the question
   double precompute_s = kUnknown;                              // [s]

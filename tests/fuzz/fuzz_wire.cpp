@@ -4,10 +4,8 @@
 
 #include "palpate/v1/teleoperation.pb.h"
 
-#include "shared/wire/command_message.h"
 #include "shared/wire/state_message.h"
-#include "slave/service/requests.h"
-#include "slave/service/tactile_sample.h"
+#include "slave/service/messages.h"
 #include "tests/fuzz/fuzz_files.h"
 
 namespace palpate {

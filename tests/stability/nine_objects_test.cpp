@@ -9,7 +9,6 @@
 
 #include "slave/scene/scene_loader.h"
 #include "slave/study/shape/simulated_experiment.h"
-#include "slave/study/shape/simulated_report.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

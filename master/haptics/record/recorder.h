@@ -4,14 +4,64 @@
 
 #include <deque>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <optional>
+#include <string>
 
-#include "master/haptics/record/tick_log.h"
+#include <Eigen/Core>
+
+#include "master/haptics/record/tick_record.h"
 #include "master/haptics/record/tick_summary.h"
-#include "master/haptics/record/truth_track.h"
 #include "master/haptics/spsc_ring.h"
+#include "shared/state/clock.h"
 
 namespace palpate {
+
+// log.csv: one row per tick, readable up to the last flush whatever happens.
+//
+//   t,state,p_M_*,p_S_*,estimated_*,local_*,scaled_*,passive_*,limited_*,sent_*,true_*,age_s,reason
+//
+// `*` stands for _x, _y, _z. SI; what is unknown is empty; `reason` is joined by `+`. About 0.2 MB
+// per second.
+class TickLog {
+ public:
+  // Begins the file anew. Throws std::runtime_error: it cannot be written.
+  explicit TickLog(const std::filesystem::path& file);
+  // `t` [s] since the run began.
+  void Add(double t, const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
+  // Whole rows reach the file.
+  void Flush();
+  // Empty, or why rows are missing.
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+
+ private:
+  std::filesystem::path file_;
+  std::ofstream out_;
+  std::string rows_;  // not yet flushed
+  std::string trouble_;
+};
+
+// The true force over time, pieced together from the states that carried it: linear between them.
+class TruthTrack {
+ public:
+  // `at` must not lie before the last; an equal one is ignored.
+  void Add(Time at, const Eigen::Vector3d& force_S);
+  // Truth at `t` [N]; nothing before the first sample, after the last, or between two that lie more
+  // than 100 ms apart.
+  [[nodiscard]] std::optional<Eigen::Vector3d> At(Time t) const;
+  // A sample at `t` or later has come.
+  [[nodiscard]] bool Reaches(Time t) const { return !samples_.empty() && samples_.back().at >= t; }
+  // Forgets what At(t) and later do not need.
+  void DropBefore(Time t);
+
+ private:
+  struct Sample {
+    Time at;
+    Eigen::Vector3d force;
+  };
+  std::deque<Sample> samples_;
+};
 
 class Recorder {
  public:

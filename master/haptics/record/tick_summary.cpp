@@ -1,13 +1,44 @@
 #include "master/haptics/record/tick_summary.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 namespace {
 
+constexpr double kSmallest = 1e-12;  // [N]
+constexpr double kStep = 1.01;
+
+int BinOf(double force, int bins) {
+  if (!(force > kSmallest)) return 0;
+  return static_cast<int>(std::min(std::log(force / kSmallest) / std::log(kStep), bins - 1.0));
+}
+
 constexpr double kContactShare = 0.01;  // of the peak
 
 }  // namespace
+
+void ForceError::Add(const Eigen::Vector3d& local, const Eigen::Vector3d& truth) noexcept {
+  const double error = (local - truth).norm();
+  Bin& bin = bins_[static_cast<std::size_t>(BinOf(std::max(local.norm(), truth.norm()), kBins))];
+  bin.sum_of_squares += error * error;
+  bin.peak = std::max(bin.peak, error);
+  ++bin.ticks;
+  ++count_;
+}
+
+ForceError::Summary ForceError::Above(double threshold) const noexcept {
+  Summary summary;
+  double sum = 0;
+  for (int i = BinOf(threshold, kBins) + 1; i < kBins; ++i) {
+    const Bin& bin = bins_[static_cast<std::size_t>(i)];
+    sum += bin.sum_of_squares;
+    summary.peak = std::max(summary.peak, bin.peak);
+    summary.ticks += bin.ticks;
+  }
+  if (summary.ticks > 0) summary.rms = std::sqrt(sum / static_cast<double>(summary.ticks));
+  return summary;
+}
 
 void TickSummary::Add(const TickRecord& record,
                       const std::optional<Eigen::Vector3d>& truth) noexcept {
@@ -32,7 +63,7 @@ void TickSummary::AddFingers(const TickRecord& record) noexcept {
     FingerSummary& finger = fingers_[i];
     ++finger.ticks;
     if (felt.in_contact) ++finger.contact_ticks;
-    if (!felt.force || !IsForceKnown(felt.validity)) continue;
+    if (!IsForceKnown(felt)) continue;
     finger.force_peak = std::max(finger.force_peak, felt.force->cast<double>().norm());
   }
 }

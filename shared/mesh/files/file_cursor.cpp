@@ -1,7 +1,6 @@
 #include "shared/mesh/files/file_cursor.h"
 
 #include <charconv>
-#include <cstdio>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -40,9 +39,7 @@ std::string Quoted(std::string_view text) {
 }
 
 std::string Brief(double value) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value);
-  return text.data();
+  return Formatted("%.4g", value);
 }
 
 std::int64_t ParseWhole(const SourcePlace& place, std::string_view text, const char* what,

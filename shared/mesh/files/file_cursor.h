@@ -14,6 +14,8 @@
 #include <string_view>
 #include <utility>
 
+#include <Eigen/Core>
+
 namespace palpate {
 
 // Where a reader stands, for messages. What reads throws through it.
@@ -50,6 +52,11 @@ class FileCursor : public SourcePlace {
   void Seek(std::size_t position);
   // What is read next begins at `position`, for messages.
   void Mark(std::size_t position) { mark_ = position; }
+  [[noreturn]] void RefuseAt(std::size_t position, const std::string& what,
+                             const std::string& accepted) {
+    Mark(position);
+    Refuse(what, accepted);
+  }
   void set_form(NumberForm form) { form_ = form; }
   [[nodiscard]] NumberForm form() const { return form_; }
 
@@ -80,6 +87,12 @@ class FileCursor : public SourcePlace {
     const auto value = static_cast<double>(Raw<T>(what));
     if (!std::isfinite(value)) Refuse(std::string(what) + " is not finite", "a finite number");
     return value;
+  }
+  // x, y, z.
+  template <std::floating_point T>
+  Eigen::Vector3d Point() {
+    const double x = Real<T>("x"), y = Real<T>("y");
+    return {x, y, Real<T>("z")};
   }
   // A count of things that take `bytes_each` at least, so that the file must have room for them.
   template <std::integral T>

@@ -117,11 +117,6 @@ class GmshReader {
     return count;
   }
 
-  Eigen::Vector3d Point() {
-    const double x = cursor_.Real<double>("x"), y = cursor_.Real<double>("y");
-    return {x, y, cursor_.Real<double>("z")};
-  }
-
   // A number takes two characters at least, `0` and a blank.
   [[nodiscard]] std::size_t Size(std::size_t integers, std::size_t integer_size,
                                  std::size_t reals) const {
@@ -134,7 +129,7 @@ class GmshReader {
     builder_.ReserveNodes(count);
     for (std::size_t i = 0; i < count; ++i) {
       const std::int64_t number = cursor_.Whole<std::int32_t>("node", 0, kMostTag);
-      builder_.AddNode(number, Point());
+      builder_.AddNode(number, cursor_.Point<double>());
     }
   }
 
@@ -185,7 +180,7 @@ class GmshReader {
       numbers.push_back(cursor_.Whole<std::uint64_t>("node", 0, kMostTag));
     }
     for (const std::int64_t number : numbers) {
-      builder_.AddNode(number, Point());
+      builder_.AddNode(number, cursor_.Point<double>());
       for (std::int64_t k = 0; k < parameters; ++k) cursor_.Real<double>("parameter");
     }
   }
@@ -228,8 +223,7 @@ class GmshReader {
     const CellKind* kind = FindKind(kKinds, code);
     if (kind == nullptr) {
       cursor_.Refuse("element type " + std::to_string(code),
-                     "4 and 11 (tetrahedra), 2 and 9 "
-                     "(triangles)");
+                     "4 and 11 (tetrahedra), 2 and 9 (triangles)");
     }
     return *kind;
   }

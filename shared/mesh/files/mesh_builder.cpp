@@ -1,7 +1,6 @@
 #include "shared/mesh/files/mesh_builder.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace palpate {

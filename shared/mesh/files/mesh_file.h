@@ -1,5 +1,5 @@
-// Meshes from files: volumes as Vega .veg, TetGen .node/.ele, Gmsh .msh, VTK .vtu; surfaces as STL
-// and PLY, or as .msh and .vtu of triangles.
+// Meshes from files and back: volumes as Vega .veg, TetGen .node/.ele, Gmsh .msh, VTK .vtu;
+// surfaces as STL and PLY, or as .msh and .vtu of triangles.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "shared/mesh/mesh_numbers.h"
 #include "shared/mesh/solid_mesh.h"
 
 namespace palpate {
@@ -41,5 +40,10 @@ struct MeshFile {
 // binary parts): a file that cannot be read, is malformed, cut short, larger than 2 GiB, or names
 // what it does not have; elements that are no tetrahedra; `unit` not positive and finite.
 MeshFile ReadMeshFile(const std::filesystem::path& file, double unit);
+
+// Gmsh 2.2, ASCII, numbered from 1, in metres; numbers round-trip. Results on meshes: vtu_writer.h.
+// False: the file cannot be written.
+bool WriteGmsh(const std::filesystem::path& file, const SolidMesh& mesh);
+bool WriteGmsh(const std::filesystem::path& file, const SurfaceMesh& mesh);
 
 }  // namespace palpate

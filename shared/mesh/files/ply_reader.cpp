@@ -1,6 +1,5 @@
 // PLY: a text header that names elements and their properties, then their numbers, ASCII or binary.
 // Source: G. Turk, "The PLY polygon file format" (1994).
-#include <algorithm>
 #include <array>
 #include <sstream>
 #include <string>
@@ -15,16 +14,7 @@ namespace {
 
 using Use = CellKind::Use;
 
-enum class Scalar : std::uint8_t {
-  kInt8,
-  kUInt8,
-  kInt16,
-  kUInt16,
-  kInt32,
-  kUInt32,
-  kFloat,
-  kDouble
-};
+enum class Scalar { kInt8, kUInt8, kInt16, kUInt16, kInt32, kUInt32, kFloat, kDouble };
 struct ScalarName {
   std::string_view name, sized;
   Scalar scalar;

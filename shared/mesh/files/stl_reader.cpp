@@ -41,10 +41,7 @@ Corners ReadBinary(FileCursor* cursor) {
   while (!cursor->rest().empty()) {
     const std::size_t begin = cursor->position();
     cursor->Seek(begin + 12);  // behind the normal, which the corners' order tells too
-    for (int i = 0; i < 3; ++i) {
-      const double x = cursor->Real<float>("x"), y = cursor->Real<float>("y");
-      corners.emplace_back(x, y, cursor->Real<float>("z"));
-    }
+    for (int i = 0; i < 3; ++i) corners.push_back(cursor->Point<float>());
     cursor->Seek(begin + kTriangle);
   }
   return corners;
@@ -72,8 +69,7 @@ Corners ReadText(FileCursor* cursor) {
     Expect(cursor, "loop");
     for (int i = 0; i < 3; ++i) {
       Expect(cursor, "vertex");
-      const double x = cursor->Real<double>("x"), y = cursor->Real<double>("y");
-      corners.emplace_back(x, y, cursor->Real<double>("z"));
+      corners.push_back(cursor->Point<double>());
     }
     Expect(cursor, "endloop");
     Expect(cursor, "endfacet");

@@ -1,15 +1,61 @@
 // TetGen's pair of files: name.node has the nodes, name.ele the tetrahedra.
+#include <span>
+
 #include "shared/mesh/files/readers.h"
-#include "shared/mesh/files/tetgen_table.h"
 
 namespace palpate {
 namespace {
+
+// The number that begins a row; after the first one they rise by one.
+std::int64_t RowNumber(const RowReader& rows, const char* what, std::int64_t row,
+                       std::int64_t* first) {
+  const std::int64_t number = rows.Whole(0, what, 0, FileCursor::kMost);
+  if (row == 0) *first = number;
+  if (number != *first + row || *first > 1) {
+    rows.Refuse(std::string(what) + " " + std::to_string(number),
+                row == 0 ? "0 or 1 as the first" : std::to_string(*first + row) + " here");
+  }
+  return number;
+}
 
 void RequireEnd(RowReader* rows) {
   if (rows->Next()) rows->Refuse(Quoted(rows->fields()[0]), "the end of the file after its rows");
 }
 
 }  // namespace
+
+void ReadNodeTable(RowReader* rows, MeshBuilder* builder) {
+  rows->Require("a line `nodes 3 attributes markers`", 2);
+  const std::int64_t count = rows->Whole(0, "count of nodes", 1, FileCursor::kMost);
+  rows->Whole(1, "dimension", 3, 3);
+  std::int64_t first = 0;
+  for (std::int64_t i = 0; i < count; ++i) {
+    rows->Require("a node `number x y z`", 4);
+    const std::int64_t number = RowNumber(*rows, "node", i, &first);
+    builder->AddNode(number, {rows->Real(1, "x"), rows->Real(2, "y"), rows->Real(3, "z")});
+  }
+}
+
+void ReadElementTable(RowReader* rows, MeshBuilder* builder) {
+  rows->Require("a line `elements corners attributes`", 2);
+  const std::int64_t count = rows->Whole(0, "count of elements", 1, FileCursor::kMost);
+  const std::int64_t corners = rows->Whole(1, "nodes per element", 4, 10);
+  if (corners != 4 && corners != 10) {
+    rows->Refuse("nodes per element " + std::to_string(corners), "4 or 10");
+  }
+  const CellKind kind{0, static_cast<int>(corners), CellKind::Use::kTet, "tetrahedron"};
+  std::array<std::int64_t, 10> nodes{};
+  const auto used = std::span(nodes).first(static_cast<std::size_t>(corners));
+  std::int64_t first = 0;
+  for (std::int64_t i = 0; i < count; ++i) {
+    rows->Require("an element `number corners`", used.size() + 1);
+    const std::int64_t number = RowNumber(*rows, "element", i, &first);
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      used[k] = rows->Whole(k + 1, "node", 0, FileCursor::kMost);
+    }
+    builder->AddCell(kind, number, used);
+  }
+}
 
 MeshFile ReadTetgen(const std::filesystem::path& file, double unit) {
   std::filesystem::path nodes = file, elements = file;

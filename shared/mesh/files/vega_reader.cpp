@@ -4,7 +4,6 @@
 #include <map>
 
 #include "shared/mesh/files/readers.h"
-#include "shared/mesh/files/tetgen_table.h"
 
 namespace palpate {
 namespace {

@@ -4,15 +4,26 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <optional>
 #include <type_traits>
 #include <utility>
 
-#include "shared/mesh/files/encoded_bytes.h"
+#include <zlib.h>
 
 namespace palpate {
 namespace {
+
+// Deflate packs 1032 bytes into one at best; a header that promises more is wrong.
+constexpr std::size_t kDensest = 1032;
+
+int Digit(char c) {
+  if (c >= 'A' && c <= 'Z') return c - 'A';
+  if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+  if (c >= '0' && c <= '9') return c - '0' + 52;
+  return c == '+' ? 62 : c == '/' ? 63 : -1;
+}
 
 constexpr std::string_view kBlanks = " \t\r\n";
 constexpr std::uint64_t kMostBytes = 4ULL << 30U;  // of one array
@@ -118,34 +129,77 @@ class Blocks {
 
 }  // namespace
 
+bool EncodedBytes::DecodeFour() {
+  std::uint32_t bits = 0;
+  int padding = 0;
+  for (int i = 0; i < 4; ++i) {
+    position_ = text_.find_first_not_of(" \t\r\n", position_);
+    if (position_ == std::string_view::npos) return false;
+    const char c = text_[position_++];
+    const int digit = Digit(c);
+    if (c == '=' && i >= 2) {
+      ++padding;
+    } else if (digit < 0 || padding > 0) {
+      return false;
+    }
+    bits = bits << 6U | static_cast<std::uint32_t>(c == '=' ? 0 : digit);
+  }
+  for (int i = 0; i < 3 - padding; ++i) {
+    decoded_ += static_cast<char>(bits >> (16U - 8U * static_cast<unsigned>(i)) & 0xffU);
+  }
+  return true;
+}
+
+std::optional<std::string> EncodedBytes::Take(std::size_t count) {
+  if (count > text_.size()) return std::nullopt;
+  if (!base64_) {
+    if (count > text_.size() - position_) return std::nullopt;
+    position_ += count;
+    return std::string(text_.substr(position_ - count, count));
+  }
+  while (decoded_.size() < count) {
+    if (position_ >= text_.size() || !DecodeFour()) return std::nullopt;
+  }
+  std::string taken = decoded_.substr(0, count);
+  decoded_.erase(0, count);
+  return taken;
+}
+
+std::optional<std::string> Inflated(std::string_view compressed, std::size_t size) {
+  if (size / kDensest > compressed.size()) return std::nullopt;
+  std::string inflated(size, '\0');
+  uLongf written = size;
+  const int error = uncompress(reinterpret_cast<Bytef*>(inflated.data()), &written,
+                               reinterpret_cast<const Bytef*>(compressed.data()),
+                               static_cast<uLong>(compressed.size()));
+  if (error != Z_OK || written != size) return std::nullopt;
+  return inflated;
+}
+
 VtuData::VtuData(FileCursor* cursor, const XmlElement& root) : cursor_(*cursor) {
   const std::string_view order = root.Attribute("byte_order");
   if (!order.empty() && order != "LittleEndian" && order != "BigEndian") {
-    Refuse(root, "byte_order " + Quoted(order), "LittleEndian or BigEndian");
+    cursor_.RefuseAt(root.position, "byte_order " + Quoted(order), "LittleEndian or BigEndian");
   }
   little_ = order != "BigEndian";
   const std::string_view header = root.Attribute("header_type");
   if (!header.empty() && header != "UInt32" && header != "UInt64") {
-    Refuse(root, "header_type " + Quoted(header), "UInt32 or UInt64");
+    cursor_.RefuseAt(root.position, "header_type " + Quoted(header), "UInt32 or UInt64");
   }
   wide_header_ = header == "UInt64";
   const std::string_view compressor = root.Attribute("compressor");
   if (!compressor.empty() && compressor != "vtkZLibDataCompressor") {
-    Refuse(root, "compressor " + Quoted(compressor), "vtkZLibDataCompressor or none");
+    cursor_.RefuseAt(root.position, "compressor " + Quoted(compressor),
+                     "vtkZLibDataCompressor or none");
   }
   compressed_ = !compressor.empty();
   if (const XmlElement* appended = root.Child("AppendedData")) {
     const std::size_t begin = appended->text.find('_');
-    if (begin == std::string_view::npos) Refuse(*appended, "no underscore", "one before the data");
+    if (begin == std::string_view::npos)
+      cursor_.RefuseAt(appended->position, "no underscore", "one before the data");
     appended_ = appended->text.substr(begin + 1);
     appended_base64_ = appended->Attribute("encoding") == "base64";
   }
-}
-
-void VtuData::Refuse(const XmlElement& array, const std::string& what,
-                     const std::string& accepted) {
-  cursor_.Mark(array.position);
-  cursor_.Refuse(what, accepted);
 }
 
 std::string VtuData::Bytes(const XmlElement& array) {
@@ -160,9 +214,10 @@ std::string VtuData::Bytes(const XmlElement& array) {
   Blocks blocks(EncodedBytes(text, base64), little_, wide_header_);
   const auto bytes = compressed_ ? blocks.Unpacked() : blocks.Plain();
   if (!bytes) {
-    Refuse(array, "the data of array " + Quoted(array.Attribute("Name")) + " are damaged",
-           std::string("whole ") + (base64 ? "base64" : "raw") + " data" +
-               (compressed_ ? " packed by zlib" : ""));
+    cursor_.RefuseAt(array.position,
+                     "the data of array " + Quoted(array.Attribute("Name")) + " are damaged",
+                     std::string("whole ") + (base64 ? "base64" : "raw") + " data" +
+                         (compressed_ ? " packed by zlib" : ""));
   }
   return *bytes;
 }
@@ -195,15 +250,19 @@ std::vector<T> VtuData::Read(const XmlElement& array, std::size_t count) {
   } else if (format == "binary" || format == "appended") {
     const auto converted = ConvertFrom(type, Bytes(array), little_, &values);
     if (!converted) {
-      Refuse(array, "type " + Quoted(type),
-             std::is_same_v<T, double> ? "Float32 or Float64" : "Int8 to Int64, UInt8 to UInt64");
+      cursor_.RefuseAt(
+          array.position, "type " + Quoted(type),
+          std::is_same_v<T, double> ? "Float32 or Float64" : "Int8 to Int64, UInt8 to UInt64");
     }
-    if (!*converted) Refuse(array, "a damaged number", "finite numbers of type " + Quoted(type));
+    if (!*converted)
+      cursor_.RefuseAt(array.position, "a damaged number",
+                       "finite numbers of type " + Quoted(type));
   } else {
-    Refuse(array, "format " + Quoted(format), "ascii, binary or appended");
+    cursor_.RefuseAt(array.position, "format " + Quoted(format), "ascii, binary or appended");
   }
   if (count != kAny && values.size() != count) {
-    Refuse(array, std::to_string(values.size()) + " numbers", std::to_string(count));
+    cursor_.RefuseAt(array.position, std::to_string(values.size()) + " numbers",
+                     std::to_string(count));
   }
   return values;
 }

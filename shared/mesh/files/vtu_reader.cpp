@@ -37,8 +37,9 @@ class VtuReader {
 
   MeshFile Read(double unit) {
     if (root_.name != "VTKFile" || root_.Attribute("type") != "UnstructuredGrid") {
-      Refuse(root_, Quoted(root_.name) + " of type " + Quoted(root_.Attribute("type")),
-             "a VTKFile of type UnstructuredGrid");
+      cursor_.RefuseAt(root_.position,
+                       Quoted(root_.name) + " of type " + Quoted(root_.Attribute("type")),
+                       "a VTKFile of type UnstructuredGrid");
     }
     VtuData data(&cursor_, root_);
     for (const XmlElement& piece : Required(root_, "UnstructuredGrid").children) {
@@ -48,16 +49,11 @@ class VtuReader {
   }
 
  private:
-  [[noreturn]] void Refuse(const XmlElement& at, const std::string& what,
-                           const std::string& accepted) {
-    cursor_.Mark(at.position);
-    cursor_.Refuse(what, accepted);
-  }
-
   const XmlElement& Required(const XmlElement& parent, std::string_view name) {
     const XmlElement* child = parent.Child(name);
     if (child == nullptr) {
-      Refuse(parent, Quoted(parent.name) + " without " + std::string(name), "one of these in it");
+      cursor_.RefuseAt(parent.position, Quoted(parent.name) + " without " + std::string(name),
+                       "one of these in it");
     }
     return *child;
   }
@@ -66,7 +62,7 @@ class VtuReader {
     for (const XmlElement& child : parent.children) {
       if (child.name == "DataArray" && child.Attribute("Name") == name) return child;
     }
-    Refuse(parent, "no DataArray " + Quoted(name), "one in Cells");
+    cursor_.RefuseAt(parent.position, "no DataArray " + Quoted(name), "one in Cells");
   }
 
   std::size_t Count(const XmlElement& piece, const char* attribute) {
@@ -99,7 +95,8 @@ class VtuReader {
     const auto points = static_cast<std::int64_t>(builder_.node_count()) - first_node;
     for (std::int64_t& node : nodes) {
       if (node < 0 || node >= points) {
-        Refuse(connectivity, "point " + std::to_string(node), "0 to " + std::to_string(points - 1));
+        cursor_.RefuseAt(connectivity.position, "point " + std::to_string(node),
+                         "0 to " + std::to_string(points - 1));
       }
       node += first_node;
     }
@@ -107,8 +104,9 @@ class VtuReader {
     std::int64_t begin = 0;
     for (std::size_t i = 0; i < count; ++i) {
       if (ends[i] < begin || ends[i] > static_cast<std::int64_t>(nodes.size())) {
-        Refuse(cells, "offset " + std::to_string(ends[i]) + " of cell " + std::to_string(i),
-               std::to_string(begin) + " to " + std::to_string(nodes.size()));
+        cursor_.RefuseAt(cells.position,
+                         "offset " + std::to_string(ends[i]) + " of cell " + std::to_string(i),
+                         std::to_string(begin) + " to " + std::to_string(nodes.size()));
       }
       AddCell(types[i], std::span(nodes).subspan(static_cast<std::size_t>(begin),
                                                  static_cast<std::size_t>(ends[i] - begin)));

@@ -1,11 +1,11 @@
 #include "shared/mesh/files/vtu_writer.h"
 
 #include <bit>
-#include <cstring>
 #include <fstream>
 #include <span>
 #include <stdexcept>
 
+#include "shared/text/svg.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -13,17 +13,8 @@ namespace {
 
 constexpr int kVertex = 1, kLine = 3, kTriangle = 5, kTet = 10;  // vtkCellType.h
 
-// Letters that XML would read as its own.
-std::string Escaped(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
-  }
-  return escaped;
-}
-
 std::string Attribute(const std::string& key, const std::string& value) {
-  return " " + key + "=\"" + Escaped(value) + "\"";
+  return " " + key + "=\"" + XmlEscaped(value) + "\"";
 }
 
 // Cells in VTK's three lists.

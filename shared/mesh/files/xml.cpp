@@ -22,8 +22,7 @@ class XmlParser {
 
  private:
   [[noreturn]] void Refuse(const std::string& what, const std::string& accepted) {
-    cursor_.Mark(position_);
-    cursor_.Refuse(what, accepted);
+    cursor_.RefuseAt(position_, what, accepted);
   }
   [[nodiscard]] bool closing() const { return text_.substr(position_).starts_with("</"); }
 

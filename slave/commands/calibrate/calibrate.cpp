@@ -4,22 +4,26 @@
 #include <cstdio>
 #include <iterator>
 #include <stdexcept>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include "shared/text/csv.h"
 #include "shared/text/text.h"
-#include "slave/commands/calibrate/calibrate_fit.h"
 #include "slave/commands/calibrate/calibrate_pictures.h"
-#include "slave/commands/calibrate/calibrate_register.h"
+#include "slave/commands/calibrate/calibrate_report.h"
+#include "slave/scene/scene_loader.h"
 #include "slave/scene/units.h"
+#include "slave/vision/calibration/registration.h"
 
 namespace palpate {
 namespace {
 
 Board::Pattern PatternOf(const std::string& name) {
-  if (name == "chessboard") return Board::Pattern::kChessboard;
-  if (name == "circles") return Board::Pattern::kCircles;
-  if (name == "asymmetric-circles") return Board::Pattern::kAsymmetricCircles;
+  const auto* found = std::ranges::find(kPatternNames, name);
+  if (found != kPatternNames.end()) {
+    return static_cast<Board::Pattern>(found - kPatternNames.begin());
+  }
   throw std::invalid_argument("--pattern " + name +
                               ": accepted is chessboard, circles or asymmetric-circles");
 }
@@ -31,6 +35,20 @@ double Length(const char* option, const std::string& text) {
                                             AcceptedUnits(Dimension::kLength)));
   }
   return *length;
+}
+
+// `9x6`. Throws std::invalid_argument naming the option.
+std::array<int, 2> TwoCounts(const std::string& option, const std::string& text, int least,
+                             int most, const char* example) {
+  const auto cross = text.find_first_of("xX");
+  if (cross != std::string::npos) {
+    const auto a = ParseInteger(text.substr(0, cross)), b = ParseInteger(text.substr(cross + 1));
+    if (a && b && *a >= least && *a <= most && *b >= least && *b <= most) {
+      return {static_cast<int>(*a), static_cast<int>(*b)};
+    }
+  }
+  throw std::invalid_argument(fmt::format("{} {}: accepted is two counts of {} to {} as in {}",
+                                          option, text, least, most, example));
 }
 
 Board BoardOf(const CalibrateOptions& options) {
@@ -105,20 +123,101 @@ CalibrationReport Calibrate(const CalibrateOptions& options, const std::stop_tok
   return CalibrateTwoCameras(board, left, right);
 }
 
-}  // namespace
-
-std::array<int, 2> TwoCounts(const std::string& option, const std::string& text, int least,
-                             int most, const char* example) {
-  const auto cross = text.find_first_of("xX");
-  if (cross != std::string::npos) {
-    const auto a = ParseInteger(text.substr(0, cross)), b = ParseInteger(text.substr(cross + 1));
-    if (a && b && *a >= least && *a <= most && *b >= least && *b <= most) {
-      return {static_cast<int>(*a), static_cast<int>(*b)};
+std::vector<TipPlace> ReadTipPlaces(const std::filesystem::path& file) {
+  CsvTable table(file, {{"x"}, {"y"}, {"z"}, {"u"}, {"v"}, {"u_right", false}, {"v_right", false}});
+  if (table.Has("u_right") != table.Has("v_right")) {
+    table.Fail("accepted is u_right and v_right, or neither");
+  }
+  std::vector<TipPlace> places;
+  while (table.Next()) {
+    TipPlace& place = places.emplace_back();
+    place.p_S = {table.Number("x"), table.Number("y"), table.Number("z")};
+    place.left_I = {table.Number("u"), table.Number("v")};
+    if (table.Has("u_right")) {
+      place.right_I = Eigen::Vector2d(table.Number("u_right"), table.Number("v_right"));
     }
   }
-  throw std::invalid_argument(fmt::format("{} {}: accepted is two counts of {} to {} as in {}",
-                                          option, text, least, most, example));
+  return places;
 }
+
+struct Registered {
+  CameraRegistration registration;
+  std::string lines;  // of `sense.camera`
+};
+
+std::string PlaneLines(const CameraRegistration& found) {
+  return fmt::format("pixel: {:.8g} mm\n{}\n", 1e3 * found.pixel, ScenePose(found.X_SC));
+}
+
+Registered RegisterSize(const CalibrateOptions& options, const std::vector<TipPlace>& places) {
+  if (options.size.empty()) {
+    throw std::invalid_argument(
+        "--register: accepted is with --left, --rig, or --size of a camera straight above z = 0");
+  }
+  Registered out{RegisterPlane(TwoCounts("--size", options.size, 1, 100000, "640x480"), places),
+                 {}};
+  out.lines = PlaneLines(out.registration);
+  return out;
+}
+
+Registered RegisterWith(const CalibrateOptions& options, const StereoRig* rig,
+                        const std::filesystem::path& lens_file,
+                        const std::vector<TipPlace>& places) {
+  if (rig == nullptr) return RegisterSize(options, places);
+  const bool is_pair = rig->baseline() > 0;
+  const bool in_both = !places.empty() && places.front().right_I;
+  if (options.plane && is_pair) {
+    throw std::invalid_argument("--plane: accepted is with one camera, this rig has two");
+  }
+  if (in_both && !is_pair) {
+    throw std::invalid_argument(
+        "--register: u_right, v_right: accepted is with a rig of two "
+        "cameras");
+  }
+  Registered out;
+  if (options.plane) {
+    out.registration = RegisterLensPlane(rig->left, places);
+    out.lines = "intrinsics: " + lens_file.string() + "  # from the scene's folder\n" +
+                PlaneLines(out.registration);
+    return out;
+  }
+  out.registration = in_both ? RegisterPair(*rig, places) : RegisterLens(rig->left, places);
+  out.lines = "# " + StandingWords(out.registration.X_SC) + "\n";
+  for (const std::string& warning : out.registration.warnings) {
+    out.lines += "# check: " + warning + "\n";
+  }
+  out.lines += ScenePose(out.registration.X_SC) + "\n";
+  if (!is_pair) {
+    out.lines = "# of a depth camera; a planar scene takes what --plane prints\n" + out.lines;
+  }
+  return out;
+}
+
+// `rig`: the cameras, nullptr: only the picture's size is known; `lens_file`: of the one camera,
+// for the scene's `intrinsics`. The table goes to standard error, the lines to standard output and
+// to `out` (empty: not). As RunCalibrate.
+int RunRegister(const CalibrateOptions& options, const StereoRig* rig,
+                const std::filesystem::path& lens_file, const std::filesystem::path& out) {
+  std::vector<TipPlace> places;
+  try {
+    places = ReadTipPlaces(options.tip_places);
+  } catch (const InputError& error) {
+    throw std::invalid_argument(error.what());
+  }
+  const Registered found = RegisterWith(options, rig, lens_file, places);
+  std::fputs(Words(found.registration).c_str(), stderr);
+  const bool is_trusted = found.registration.reasons.empty();
+  if (!is_trusted && !options.force) {
+    std::fputs("calibrate: refused, no lines are written; --force writes them\n", stderr);
+    return 1;
+  }
+  const std::string lines = "# for sense.camera\n" + found.lines;
+  std::fputs(lines.c_str(), stdout);
+  if (!out.empty()) WriteWholeFile(out, lines);
+  return is_trusted ? 0 : 1;
+}
+
+}  // namespace
 
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   RequireUsable(options);

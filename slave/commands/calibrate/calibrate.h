@@ -2,7 +2,6 @@
 // in the slave's frame (contracts).
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <stop_token>
 #include <string>
@@ -54,9 +53,5 @@ scene's sense.camera go to standard output.)";
 // Returns the exit code: 0 done, 1 not to be trusted (nothing is written without `force`). Throws
 // std::invalid_argument: what is unusable; std::runtime_error: ran and failed.
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop);
-
-// `9x6`. Throws std::invalid_argument naming the option.
-std::array<int, 2> TwoCounts(const std::string& option, const std::string& text, int least,
-                             int most, const char* example);
 
 }  // namespace palpate

@@ -1,5 +1,3 @@
-#include "slave/commands/calibrate/calibrate_fit.h"
-
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -9,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "slave/commands/calibrate/calibrate_report.h"
 #include "slave/vision/dots/circle_bias.h"
 
 namespace palpate {

@@ -25,18 +25,6 @@ std::array<int, 2> MostFrequent(const std::vector<std::array<int, 2>>& sizes) {
   return most == counts.end() ? std::array<int, 2>{0, 0} : most->first;
 }
 
-const char* NameOf(Board::Pattern pattern) {
-  switch (pattern) {
-    case Board::Pattern::kCircles:
-      return "circles";
-    case Board::Pattern::kAsymmetricCircles:
-      return "asymmetric-circles";
-    case Board::Pattern::kChessboard:
-      break;
-  }
-  return "chessboard";
-}
-
 // What the user may have meant: squares instead of inner corners, one fewer of either, columns for
 // rows, or another pattern.
 std::string OtherBoard(const cv::Mat& grey, const Board& board) {
@@ -59,7 +47,8 @@ std::string OtherBoard(const cv::Mat& grey, const Board& board) {
       if (is_transposed) std::swap(other.columns, other.rows);
       if (pattern == board.pattern && !is_transposed) continue;
       if (is_seen(other)) {
-        return fmt::format("; --pattern {} --board {}x{} was found", NameOf(pattern), other.columns,
+        return fmt::format("; --pattern {} --board {}x{} was found",
+                           kPatternNames[static_cast<std::size_t>(pattern)], other.columns,
                            other.rows);
       }
     }

@@ -13,6 +13,10 @@
 
 namespace palpate {
 
+// In the order of Board::Pattern.
+inline constexpr std::array<std::string_view, 3> kPatternNames{"chessboard", "circles",
+                                                               "asymmetric-circles"};
+
 struct BoardPicture {
   std::string name;  // of the file
   std::optional<Corners> corners;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include "slave/commands/calibrate/calibrate_pictures.h"
 #include "slave/vision/calibration/lens_calibration.h"
 #include "slave/vision/calibration/registration.h"
 #include "slave/vision/calibration/trust.h"
@@ -52,5 +53,13 @@ std::string StandingWords(const Eigen::Isometry3d& X_SC);
 // Boards and cameras from above, corners over the pictures, residuals. Throws std::runtime_error
 // naming the file.
 void WriteDrawing(const std::filesystem::path& file, const CalibrationReport& report);
+
+// From the boards in pictures to a lens or a rig, with all that is to be said about it.
+// Both throw std::runtime_error in words where the pictures define none; pictures and pairs that
+// contradict the others are named in the report's rows and left out.
+CalibrationReport CalibrateOneCamera(const Board& board, const BoardPictures& side);
+// A rig that can be trusted has the left camera left: exchanged sides are put right, with a note.
+CalibrationReport CalibrateTwoCameras(const Board& board, const BoardPictures& left,
+                                      const BoardPictures& right);
 
 }  // namespace palpate

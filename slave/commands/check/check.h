@@ -1,18 +1,39 @@
-// `palpate-slave check`: what will run and why, what is off, and what may be expected of it.
+// The parts of `check`, and how it prints: a label and a sentence, lengths with a readable unit.
 #pragma once
 
-#include <filesystem>
 #include <string>
-#include <vector>
+
+#include "slave/scene/scene.h"
 
 namespace palpate {
 
-struct CheckOptions {
-  std::filesystem::path scene;
-  std::vector<std::string> overrides;
-};
+void PrintLine(const std::string& what, const std::string& text);
+std::string LengthInWords(double metres);
+std::string InWords(const Geometry& geometry);
+// Name, object and material.
+void PrintObject(const Scene& scene);
+// Scales and limit of the operator's hand.
+void PrintHand(const Scene& scene);
 
-// Prints the report; 0: the scene can run. Throws SceneError and std::exception.
-int RunCheck(const CheckOptions& options);
+// Of `model.kind: auto`: prints the model that a quick study (about a second and a half) of the
+// scene finds cheapest among those that meet its tolerance and rate, and why. Never throws: what
+// cannot be studied is said.
+void PrintAuto(const Scene& scene);
+
+// Of membranes and volumes: prints the object, its mesh and the mesh's quality, the model and a
+// press. Throws std::invalid_argument: the scene cannot be computed.
+void PrintBody(const Scene& scene);
+// The same as the report of a scene without senses.
+void CheckBody(const Scene& scene);
+
+// Prints the report of a scene with two cameras or depth pictures: where they stand, what they see,
+// how exact and how fast. Throws std::invalid_argument or std::runtime_error: the scene cannot be
+// seen or computed.
+void CheckStereo(const Scene& scene);
+
+// Prints the report of a scene with fingertips: what senses, what it tells, how exact and how fast.
+// Throws std::invalid_argument or std::runtime_error: the scene cannot be sensed
+// or computed.
+void CheckTactile(const Scene& scene);
 
 }  // namespace palpate

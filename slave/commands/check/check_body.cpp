@@ -1,5 +1,3 @@
-#include "slave/commands/check/check_body.h"
-
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -12,8 +10,7 @@
 
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
-#include "slave/commands/check/check_auto.h"
-#include "slave/commands/check/check_words.h"
+#include "slave/commands/check/check.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/study/press_spec.h"

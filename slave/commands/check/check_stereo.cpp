@@ -1,5 +1,3 @@
-#include "slave/commands/check/check_stereo.h"
-
 #include <algorithm>
 #include <chrono>
 #include <memory>
@@ -10,8 +8,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/stereo_source.h"
-#include "slave/commands/check/check_body.h"
-#include "slave/commands/check/check_words.h"
+#include "slave/commands/check/check.h"
 #include "slave/commands/check/stereo_expectation.h"
 #include "slave/pipeline/load/grid_subsample.h"
 #include "slave/pipeline/points/points_sense.h"

@@ -1,12 +1,10 @@
-#include "slave/commands/check/check_tactile.h"
-
-#include <algorithm>
+#include <array>
 #include <string>
+#include <string_view>
 
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/commands/check/check_body.h"
-#include "slave/commands/check/check_words.h"
+#include "slave/commands/check/check.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 
 namespace palpate {
@@ -26,16 +24,10 @@ std::string Source(const Tactile& tactile) {
   return "recording " + tactile.file.string();
 }
 
-std::string MotionInWords(const Finger& finger) {
-  switch (finger.motion) {
-    case Finger::Motion::kOpposite:
-      return "moves against the hand";
-    case Finger::Motion::kStands:
-      return "stands";
-    case Finger::Motion::kHand:
-      break;
-  }
-  return "moves with the hand";
+std::string_view MotionInWords(const Finger& finger) {
+  constexpr std::array<std::string_view, 3> kWords{"moves with the hand", "moves against the hand",
+                                                   "stands"};
+  return kWords[static_cast<std::size_t>(finger.motion)];
 }
 
 void PrintFingers(const Scene& scene) {

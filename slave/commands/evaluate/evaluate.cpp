@@ -2,42 +2,106 @@
 
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
+#include <variant>
 
 #include "shared/text/text.h"
-#include "slave/commands/evaluate/estimated_shape.h"
+#include "slave/capture/tactile_recording.h"
 #include "slave/commands/progress_bar.h"
+#include "slave/commands/solve/solve_rows.h"
+#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/object_mesh.h"
+#include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "slave/scene/scene_loader.h"
+#include "slave/study/shape/html_page.h"
 #include "slave/study/shape/measured_evaluation.h"
-#include "slave/study/shape/report_words.h"
-#include "slave/study/shape/simulated_report.h"
+#include "slave/study/shape/simulated_experiment.h"
+#include "slave/study/shape/virtual_depth_camera.h"
 
 namespace palpate {
 namespace {
 
+SurfaceMesh SurfaceFor(const ObjectMesh& mesh) {
+  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) return *surface;
+  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return SurfaceOf(*solid);
+  throw std::invalid_argument("object.geometry: accepted by evaluate is a volume: box or mesh");
+}
+
+std::vector<Contact> ContactsOf(const std::vector<SolveRow>& rows) {
+  std::vector<Contact> contacts;
+  for (const SolveRow& row : rows) {
+    contacts.push_back(row.contact);
+    contacts.back().wants_stiffness = false;
+  }
+  return contacts;
+}
+
+std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& mesh,
+                                          const std::vector<SolveRow>& rows, Progress* progress) {
+  const auto model = MakeModel(scene, mesh, progress);
+  const std::vector<Contact> contacts = ContactsOf(rows);
+  std::vector<ContactResponse> responses(contacts.size());
+  model->Reset();
+  model->Prefetch(contacts);
+  model->Respond(contacts, responses);
+  if (responses.front().validity == Validity::kFailed) {
+    throw std::invalid_argument("the tables have no answer: " + std::string(model->failure()));
+  }
+  std::vector<Eigen::Vector3d> displacement;
+  model->Displacements(&displacement);
+  return displacement;
+}
+
+// The surface at the end of the scene's tactile recording, as its fingertips tell it; at rest if
+// the scene has none or nobody says where its fingertips are. Throws what OpenTactileRecording and
+// TactileEstimator throw; Interrupted.
+EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
+  EstimatedShape shape = ShapeUnderTables(scene, {}, {}, nullptr);
+  const auto& tactile = scene.sense.tactile;
+  if (!tactile || tactile->source != Tactile::Source::kRecording) return shape;
+  const auto source = OpenTactileRecording(scene, false);
+  TactileEstimator estimator(scene);
+  while (const auto frame = source->Next({})) {
+    estimator.Feel(*frame, scene.manipulator.home);
+    if (progress && !progress->Report(source->description(), 0)) throw Interrupted();
+  }
+  for (int i = 0; i < estimator.finger_count(); ++i) {
+    const FingerEstimate& finger = estimator.finger(i);
+    if (!finger.has_pose) continue;
+    shape.fingers_S.push_back(study::FingerCapsule(finger.X_SF, tactile->finger_radius));
+  }
+  if (estimator.body() == nullptr) {
+    shape.state = "at rest: nobody says where the fingertips are";
+    return shape;
+  }
+  shape.estimate_S.triangles = estimator.body()->surface.triangles;
+  estimator.DeformedNodes(&shape.estimate_S.nodes);
+  shape.state = "what the fingertips tell at the end of " + tactile->file.filename().string();
+  return shape;
+}
+
+// Throws std::invalid_argument `option value: accepted is ...`.
+void Require(bool usable, const char* option, const std::string& value, const char* accepted) {
+  if (usable) return;
+  throw std::invalid_argument(std::string(option) + " " + value + ": accepted is " + accepted);
+}
+
 study::SegmentationOptions Segmenting(const EvaluateOptions& options) {
-  study::SegmentationOptions segmentation;
-  if (options.segment == "colour") {
-    segmentation.method = study::SegmentationOptions::Method::kColour;
-  } else if (options.segment != "surfaces" && options.segment != "no") {
-    throw std::invalid_argument("--segment " + options.segment +
-                                ": accepted is surfaces, colour or no");
-  }
   constexpr int kMostNeighbours = 1000;
-  if (options.neighbours < 1 || options.neighbours > kMostNeighbours) {
-    throw std::invalid_argument("--neighbours " + std::to_string(options.neighbours) +
-                                ": accepted is 1 to 1000");
-  }
+  study::SegmentationOptions segmentation;
+  const bool by_colour = options.segment == "colour";
+  if (by_colour) segmentation.method = study::SegmentationOptions::Method::kColour;
+  Require(by_colour || options.segment == "surfaces" || options.segment == "no", "--segment",
+          options.segment, "surfaces, colour or no");
+  Require(options.neighbours >= 1 && options.neighbours <= kMostNeighbours, "--neighbours",
+          std::to_string(options.neighbours), "1 to 1000");
   for (const double threshold : {options.point_colour, options.region_colour}) {
-    if (!(threshold >= 0 && threshold <= 442)) {
-      throw std::invalid_argument("--point-colour, --region-colour " + std::to_string(threshold) +
-                                  ": accepted is 0 to 442");
-    }
+    Require(threshold >= 0 && threshold <= 442, "--point-colour, --region-colour",
+            std::to_string(threshold), "0 to 442");
   }
-  if (!(options.voxel == 0 || (options.voxel >= 5e-4 && options.voxel <= 1))) {
-    throw std::invalid_argument("--voxel " + std::to_string(options.voxel) +
-                                ": accepted is 0, or 0.0005 to 1 m");
-  }
+  Require(options.voxel == 0 || (options.voxel >= 5e-4 && options.voxel <= 1), "--voxel",
+          std::to_string(options.voxel), "0, or 0.0005 to 1 m");
   segmentation.voxel = options.voxel;
   segmentation.colour.neighbours = options.neighbours;
   segmentation.colour.point_colour = options.point_colour;
@@ -56,10 +120,8 @@ study::ObjectHint Hint(const EvaluateOptions& options) {
   if (!options.colour.empty()) {
     std::array<std::uint8_t, 3> colour{};
     for (std::size_t i = 0; i < 3; ++i) {
-      if (options.colour[i] < 0 || options.colour[i] > 255) {
-        throw std::invalid_argument("--colour " + std::to_string(options.colour[i]) +
-                                    ": accepted is red,green,blue from 0 to 255");
-      }
+      Require(options.colour[i] >= 0 && options.colour[i] <= 255, "--colour",
+              std::to_string(options.colour[i]), "red,green,blue from 0 to 255");
       colour[i] = static_cast<std::uint8_t>(options.colour[i]);
     }
     hint.colour = colour;
@@ -182,11 +244,34 @@ int EvaluateSimulated(const EvaluateOptions& options, const std::stop_token& sto
 
 }  // namespace
 
-int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop) {
-  if (!(options.leaf >= 1e-4 && options.leaf <= 1)) {
-    throw std::invalid_argument("--leaf " + std::to_string(options.leaf) +
-                                ": accepted is 0.0001 to 1 m");
+EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path& contacts,
+                                const std::filesystem::path& loads, Progress* progress) {
+  Scene still = scene;  // what a load comes to in the end, however it gets there
+  still.model.fem.time = FemOptions::Time::kStatic;
+  const ObjectMesh mesh = MeshObject(still, std::nullopt);
+  EstimatedShape shape;
+  shape.rest_S = SurfaceFor(mesh);
+  shape.estimate_S = shape.rest_S;
+  shape.state = "at rest";
+  std::vector<SolveRow> rows;
+  if (!contacts.empty()) {
+    AppendRows(contacts, Contact::Kind::kDisplacement, mesh, false, &rows);
   }
+  if (!loads.empty()) AppendRows(loads, Contact::Kind::kForce, mesh, false, &rows);
+  if (!rows.empty()) {
+    shape.state = "what the model makes of " + std::to_string(rows.size()) + " contacts";
+    const auto u_O = Displacement(still, mesh, rows, progress);
+    for (std::size_t i = 0; i < u_O.size(); ++i) shape.estimate_S.nodes[i] += u_O[i];
+  }
+  for (SurfaceMesh* surface : {&shape.rest_S, &shape.estimate_S}) {
+    for (auto& p : surface->nodes) p = still.object.X_SO * p;
+  }
+  return shape;
+}
+
+int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop) {
+  Require(options.leaf >= 1e-4 && options.leaf <= 1, "--leaf", std::to_string(options.leaf),
+          "0.0001 to 1 m");
   return options.cloud.empty() ? EvaluateSimulated(options, stop) : EvaluateCloud(options, stop);
 }
 

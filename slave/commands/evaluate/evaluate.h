@@ -7,6 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "shared/mesh/solid_mesh.h"
+#include "shared/text/progress.h"
+#include "slave/scene/scene.h"
+#include "slave/study/shape/virtual_depth_camera.h"
+
 namespace palpate {
 
 struct EvaluateOptions {
@@ -27,8 +32,20 @@ struct EvaluateOptions {
 };
 
 // Returns the exit code: 0 done, 1 the files cannot be written or nothing of the cloud could be
-// scored. Throws SceneError, InputError,
-// std::invalid_argument: what is unusable.
+// scored. Throws SceneError, InputError, std::invalid_argument: what is unusable.
 int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop);
+
+// The shape that a scene's model gives its object.
+struct EstimatedShape {
+  SurfaceMesh rest_S, estimate_S;          // same nodes and triangles
+  std::string state;                       // in words, how the estimate came about
+  std::vector<study::Occluder> fingers_S;  // that stand in the camera's view
+};
+
+// The object's surface under the rows of both tables (as `solve` reads them; paths may be empty:
+// none), all of which act together; without any, at rest. Throws what `solve` throws for tables;
+// std::invalid_argument: an object that is no volume, a model that gives no answer.
+EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path& contacts,
+                                const std::filesystem::path& loads, Progress* progress);
 
 }  // namespace palpate

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "shared/mesh/files/vtu_writer.h"
+#include "slave/mechanics/bem/interior_field.h"
 #include "slave/mechanics/deformation_model.h"
 
 namespace palpate {
@@ -15,31 +16,50 @@ namespace palpate {
 class FieldFile {
  public:
   virtual ~FieldFile() = default;
-  FieldFile() = default;
   FieldFile(const FieldFile&) = delete;
   FieldFile& operator=(const FieldFile&) = delete;
 
   // The state of the model's last Respond.
   virtual void AddCase(const std::string& name) = 0;
-  // False: the file cannot be written.
-  [[nodiscard]] virtual bool Write() const = 0;
+  // Every case's arrays, named after it if there are several. False: the file cannot be written.
+  [[nodiscard]] bool Write() const;
+
+ protected:
+  FieldFile(std::filesystem::path file, VtuForm form) : file_(std::move(file)), form_(form) {}
+
+  VtuGrid grid_;                                                        // without arrays
+  std::vector<std::pair<std::string, std::vector<PointArray>>> cases_;  // by name
+
+ private:
+  std::filesystem::path file_;
+  VtuForm form_;
 };
 
 // Points and cells of the model's field_mesh(), vertices of no element left out. Every case adds
-// the array displacement [m], named after it if there are several.
+// the array displacement [m].
 class NodalFieldFile final : public FieldFile {
  public:
   // Keeps a reference to the model.
   NodalFieldFile(std::filesystem::path file, DeformationModel& model);
   void AddCase(const std::string& name) override;
-  [[nodiscard]] bool Write() const override;
 
  private:
-  std::filesystem::path file_;
   DeformationModel& model_;
-  VtuGrid grid_;
-  std::vector<std::size_t> vertices_;                               // per point, in field_mesh()
-  std::vector<std::pair<std::string, std::vector<double>>> cases_;  // points x 3 [m]
+  std::vector<std::size_t> vertices_;  // per point, in field_mesh()
+};
+
+// Displacement and stress on and inside a planar body. Points: the boundary elements' midpoints,
+// joined by lines along each loop, then a grid inside the body that keeps an element's length from
+// the boundary. Every case adds two arrays: displacement [m] and stress xx, yy, xy [Pa].
+class PlanarFieldFile final : public FieldFile {
+ public:
+  // Keeps a reference to the model.
+  PlanarFieldFile(const std::filesystem::path& file, const Bem2dModel& model);
+  void AddCase(const std::string& name) override;
+
+ private:
+  const Bem2dModel& model_;
+  std::vector<Eigen::Vector2d> inside_O_;  // [m]
 };
 
 }  // namespace palpate

@@ -1,11 +1,8 @@
-#include "slave/commands/solve/solve.h"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,9 +13,9 @@
 #include <vector>
 
 #include "shared/text/text.h"
+#include "slave/commands/commands.h"
 #include "slave/commands/progress_bar.h"
-#include "slave/commands/solve/planar_field_file.h"
-#include "slave/commands/solve/solve_history.h"
+#include "slave/commands/solve/field_file.h"
 #include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/scene/scene_loader.h"
@@ -26,9 +23,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kDone = 0;
-constexpr int kFailed = 1;
-constexpr int kUnusable = 2;
+constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
 using Case = std::vector<std::size_t>;  // rows
 
 // Cases in the order of their first rows.

@@ -5,9 +5,6 @@
 
 #include "shared/text/text.h"
 #include "slave/commands/train/train_data.h"
-#include "slave/commands/train/train_forces.h"
-#include "slave/commands/train/train_localiser.h"
-#include "slave/commands/train/train_words.h"
 #include "slave/tactile/network/network_file.h"
 #include "slave/tactile/network/network_weights.h"
 #include "slave/tactile/recordings/data_argument.h"
@@ -42,19 +39,14 @@ std::vector<std::string> Architectures(const std::vector<std::string>& networks)
 
 void Check(const TrainOptions& o) {
   if (o.data.empty()) throw std::invalid_argument("train: no DATA");
-  if (o.optimiser != "adam" && o.optimiser != "sgd") {
-    throw std::invalid_argument("--optimiser " + o.optimiser + ": accepted is adam or sgd");
-  }
-  if (o.seed < 0) {
-    throw std::invalid_argument("--seed " + std::to_string(o.seed) + ": accepted is 0 or more");
-  }
-  if (o.rest < 1) {
-    throw std::invalid_argument("--rest " + std::to_string(o.rest) + ": accepted is 1 or more");
-  }
-  if (o.presses < 1) {
-    throw std::invalid_argument("--presses " + std::to_string(o.presses) +
-                                ": accepted is 1 or more");
-  }
+  const auto require = [](bool usable, const std::string& given, const char* accepted) {
+    if (!usable) throw std::invalid_argument(given + ": accepted is " + accepted);
+  };
+  require(o.optimiser == "adam" || o.optimiser == "sgd", "--optimiser " + o.optimiser,
+          "adam or sgd");
+  require(o.seed >= 0, "--seed " + std::to_string(o.seed), "0 or more");
+  require(o.rest >= 1, "--rest " + std::to_string(o.rest), "1 or more");
+  require(o.presses >= 1, "--presses " + std::to_string(o.presses), "1 or more");
   RefuseRepetitions(o.data);
   RefuseRepetitions(o.test);
 }

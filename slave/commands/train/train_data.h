@@ -1,12 +1,17 @@
-// What the command line of `train` names, read.
+// The parts of `train`: what its command line names, read; the networks trained; what it prints and
+// writes beside them.
 #pragma once
 
+#include <filesystem>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "slave/commands/train/train.h"
 #include "slave/tactile/recordings/labelled_recording.h"
+#include "slave/tactile/training/force_errors.h"
+#include "slave/tactile/training/force_trainer.h"
 
 namespace palpate {
 
@@ -28,5 +33,30 @@ void RequireSignals(const TrainingData& data, const std::string& network, int in
 
 // `a.csv, b.csv+w.csv@0:9.5`, without the folders.
 std::string NamesOf(std::span<const std::string> data);
+
+// Trains force networks. As RunTrain. Several networks go into folders of their names.
+int TrainForceNetworks(const TrainOptions& options, const std::stop_token& stop);
+
+// Fits the gain of the known network options.from. As RunTrain.
+int TrainForceGain(const TrainOptions& options);
+
+// Fits a localiser to measured contact normals. As RunTrain; writes DIR/localiser.json.
+int TrainLocaliser(const TrainOptions& options);
+
+struct TestedNetwork {
+  std::string architecture;
+  ForceErrors errors;
+};
+// The paper's table I: RMSE in mN and SMSE per axis.
+std::string ForceTable(std::span<const TestedNetwork> networks);
+
+// Root mean square, correlation and what happens at the peak of fz, in a line.
+std::string AlongNormal(const ForceErrors& errors);
+
+// epoch,loss,validation_loss. Throws std::runtime_error naming the file.
+void WriteEpochs(const std::filesystem::path& file, std::span<const TrainingEpoch> epochs);
+
+// Makes `dir` where it is missing and tries to write there. Throws std::runtime_error naming it.
+void MakeWritable(const std::filesystem::path& dir);
 
 }  // namespace palpate

@@ -1,5 +1,3 @@
-#include "slave/commands/train/train_localiser.h"
-
 #include <algorithm>
 #include <cstdio>
 #include <numbers>
@@ -10,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "slave/commands/train/train_data.h"
 #include "slave/tactile/localise/fitted_localiser.h"
 #include "slave/tactile/recordings/recorded_normals.h"
 #include "slave/tactile/training/normal_axes.h"

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <stop_token>
 
-#include "shared/mesh/mesh_numbers.h"
 #include "shared/mesh/solid_mesh.h"
 
 namespace palpate {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "shared/mesh/files/mesh_writers.h"
+#include "shared/mesh/files/mesh_file.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/mesher/hole_points.h"
 

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/state/local_model.h"
+#include "shared/state/slave_state.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"

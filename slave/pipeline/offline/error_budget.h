@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 
-#include "shared/state/local_model.h"
+#include "shared/state/slave_state.h"
 
 namespace palpate {
 

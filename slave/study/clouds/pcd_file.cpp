@@ -1,11 +1,10 @@
 #include "slave/study/clouds/pcd_file.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <charconv>
+#include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -15,7 +14,6 @@
 #include <vector>
 
 #include "shared/text/text.h"
-#include "slave/study/clouds/lzf.h"
 #include "slave/study/clouds/pcd_header.h"
 
 namespace palpate::study {
@@ -207,6 +205,40 @@ void Append(std::string* bytes, const T& value) {
 
 }  // namespace
 
+std::optional<std::string> DecompressLzf(std::string_view stream, std::size_t size) {
+  std::string out;
+  out.reserve(size);
+  std::size_t at = 0;
+  const auto next = [&]() -> std::optional<std::size_t> {
+    if (at >= stream.size()) return std::nullopt;
+    return static_cast<std::uint8_t>(stream[at++]);
+  };
+  while (const auto control = next()) {
+    if (*control < 32) {
+      const std::size_t run = *control + 1;
+      if (run > stream.size() - at || run > size - out.size()) return std::nullopt;
+      out.append(stream, at, run);
+      at += run;
+      continue;
+    }
+    std::size_t length = *control >> 5;
+    if (length == 7) {
+      const auto more = next();
+      if (!more) return std::nullopt;
+      length += *more;
+    }
+    length += 2;
+    const auto low = next();
+    if (!low) return std::nullopt;
+    const std::size_t back = ((*control & 31) << 8) + *low + 1;
+    if (back > out.size() || length > size - out.size()) return std::nullopt;
+    // Byte by byte: what is repeated may reach into what it makes.
+    for (std::size_t i = 0; i < length; ++i) out.push_back(out[out.size() - back]);
+  }
+  if (out.size() != size) return std::nullopt;
+  return out;
+}
+
 PcdCloud ReadPcd(const std::filesystem::path& file) {
   const std::string content = Slurp(file);
   const PcdHeader header = ReadPcdHeader(file, content);
@@ -260,9 +292,7 @@ bool WritePcd(const std::filesystem::path& file, const PointCloud& cloud) {
     }
     if (labels) Append(&bytes, cloud.labels[i]);
   }
-  std::ofstream stream(file, std::ios::binary);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  return static_cast<bool>(stream.flush());
+  return TryWrite(file, bytes);
 }
 
 }  // namespace palpate::study

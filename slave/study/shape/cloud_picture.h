@@ -3,15 +3,17 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
-#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include "shared/mesh/solid_mesh.h"
+#include "slave/scene/scene.h"
+#include "slave/study/clouds/point_cloud.h"
+#include "slave/study/clouds/segmentation.h"
+#include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
 namespace palpate::study {
@@ -34,27 +36,17 @@ struct PictureView {
 PictureView ViewOf(const Eigen::Isometry3d& X_SD, std::span<const Eigen::Vector3d> points_S,
                    double turn = 0);
 
-class CloudPicture {
- public:
-  // White.
-  explicit CloudPicture(const PictureView& view);
-  ~CloudPicture();
-
-  // Squares of `size` pixels; `colours`: one for all, or one each. Near ones hide far ones of the
-  // same call; later calls draw over earlier ones. Points behind the view or not finite: none.
-  void Points(std::span<const Eigen::Vector3d> points_S, std::span<const Rgb> colours,
-              int size = 2);
-  // Edges of triangles that face the view.
-  void Wires(const SurfaceMesh& surface_S, Rgb colour);
-  // Thick lines with round ends.
-  void Capsules(std::span<const Occluder> capsules_S, Rgb colour);
-  // Edges of cubes.
-  void Boxes(std::span<const Eigen::Vector3d> corners_S, double edge, Rgb colour);
-  [[nodiscard]] std::string Png() const;
-
- private:
-  struct Canvas;
-  std::unique_ptr<Canvas> canvas_;
-};
+// The cloud in its colours, or by depth where it has none. PNG.
+std::string PictureOfCloud(const PictureView& view, const PointCloud& cloud_S);
+// Every region in a colour of its own, what belongs to none in grey.
+std::string PictureOfRegions(const PictureView& view, const PointCloud& cloud_S,
+                             const Segmentation& segmentation);
+// Fingers in grey, measured points, near ones dark, and the wires of the estimate.
+std::string PictureOfShapes(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
+                            const SurfaceMesh& estimate_S, std::span<const Occluder> fingers_S);
+// Leaves of the first of LatticeCorners in grey, simulated points green inside them and red
+// outside.
+std::string PictureOfLeaves(const PictureView& view, std::span<const Eigen::Vector3d> measured_S,
+                            std::span<const Eigen::Vector3d> simulated_S, double leaf);
 
 }  // namespace palpate::study

@@ -8,7 +8,6 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/scene/scene.h"
-#include "slave/study/clouds/label_score.h"
 #include "slave/study/clouds/object_choice.h"
 #include "slave/study/clouds/pcd_file.h"
 #include "slave/study/clouds/segmentation.h"

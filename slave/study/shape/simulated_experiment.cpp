@@ -10,8 +10,8 @@
 #include "shared/text/progress.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "slave/site/fingertips/scripted_touch.h"
-#include "slave/study/clouds/octree_leaves.h"
-#include "slave/study/shape/finger_capsule.h"
+#include "slave/study/shape/shape_score.h"
+#include "slave/study/shape/virtual_depth_camera.h"
 
 namespace palpate::study {
 namespace {

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <functional>
-#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,12 +32,11 @@ Scene MadeOf(const Foam& foam, Scene scene);
 // One state of the object, as often as it was brought about.
 struct ShapeState {
   std::string name;  // unoccluded, occluded, deformed
-  std::vector<ShapeScore>
-      scores;  // one per repetition; measured: what the camera sees of the truth
-  std::vector<double>
-      undeformed;           // octree scores of the estimate at rest instead: of knowing nothing
-  DistanceSummary error;    // of the last one: true surface's nodes to the estimate
-  double displacement = 0;  // of the true surface, the largest, of the last one [m]
+  // One per repetition; measured: what the camera sees of the truth.
+  std::vector<ShapeScore> scores;
+  std::vector<double> undeformed;  // octree scores of the estimate at rest: of knowing nothing
+  DistanceSummary error;           // of the last one: true surface's nodes to the estimate
+  double displacement = 0;         // of the true surface, the largest, of the last one [m]
   // Of the last repetition. Frame S [m].
   std::vector<Eigen::Vector3d> measured_S, simulated_S;
   SurfaceMesh estimate_S;
@@ -48,11 +47,10 @@ struct ShapeState {
 };
 
 struct SimulatedObject {
-  std::string name;                  // of the scene
-  std::string material;              // of kFoams, or empty
-  std::array<ShapeState, 3> states;  // in the order of figure 10
-  double true_force = 0,
-         estimated_force = 0;  // of the first fingertip, last hold [N]; NaN: unknown
+  std::string name;                            // of the scene
+  std::string material;                        // of kFoams, or empty
+  std::array<ShapeState, 3> states;            // in the order of figure 10
+  double true_force = 0, estimated_force = 0;  // first fingertip, last hold [N]; NaN: unknown
 };
 
 struct ExperimentOptions {
@@ -68,5 +66,15 @@ struct ExperimentOptions {
 // (deformed). The same scene gives the same answer. Throws std::invalid_argument: not simulated
 // fingertips, no sense.depth_camera, what ScriptedTouch and TactileEstimator refuse; Interrupted.
 SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& options);
+
+// One line per object and state: octree score with its spread, distances.
+std::string ToTable(const std::vector<SimulatedObject>& objects);
+// Figure 13: octree scores of every object's three states, dots for means, bars from the lowest to
+// the highest repetition; rings for what the shape at rest would score in the deformed state. An
+// SVG document.
+std::string DrawScores(const std::vector<SimulatedObject>& objects);
+// Writes report.json and report.html with the pictures of all states. False: cannot be written.
+bool WriteSimulated(const std::vector<SimulatedObject>& objects, const DepthCamera& camera,
+                    double leaf, const std::filesystem::path& folder);
 
 }  // namespace palpate::study

@@ -1,18 +1,44 @@
-#include "slave/study/shape/simulated_report.h"
-
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdio>
+#include <string_view>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "shared/text/svg.h"
+#include "shared/text/text.h"
+#include "slave/study/shape/cloud_picture.h"
 #include "slave/study/shape/html_page.h"
-#include "slave/study/shape/report_words.h"
-#include "slave/study/shape/shape_pictures.h"
+#include "slave/study/shape/simulated_experiment.h"
 
 namespace palpate::study {
 namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kLeft = 70, kTop = 46, kHeight = 260, kGroup = 130, kBelow = 64;
+constexpr std::string_view kStyle = R"(
+svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 12px; }
+.paper { fill: #ffffff; } .ink { fill: #1d2430; } .soft { fill: #5b6576; }
+.heading { font-size: 15px; font-weight: 600; }
+.grid { stroke: #d9dee6; } .bar { stroke-width: 2; }
+.s0 { fill: #2f6fd6; stroke: #2f6fd6; } .s1 { fill: #c98a00; stroke: #c98a00; }
+.s2 { fill: #2f9e62; stroke: #2f9e62; }
+.rest { fill: none; stroke: #d14545; stroke-width: 1.5; }
+)";
+constexpr std::array<std::string_view, 3> kClasses{"s0", "s1", "s2"};
+
+// The lowest score, rounded down to the next tenth.
+double Floor(const std::vector<SimulatedObject>& objects) {
+  double low = 1;
+  for (const auto& object : objects) {
+    for (const auto& state : object.states) {
+      for (const auto& score : state.scores) low = std::min(low, score.octree);
+    }
+  }
+  return std::clamp(std::floor(10 * low) / 10, 0.0, 0.9);
+}
 
 using Json = nlohmann::ordered_json;
 
@@ -29,17 +55,12 @@ std::pair<double, double> RangeOf(const ShapeState& state) {
 
 // By how many points the deformed state scores less than the unoccluded one.
 std::string LossOf(const SimulatedObject& object) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%+.2f points",
-                100 * (object.states[2].mean_octree() - object.states[0].mean_octree()));
-  return text;
+  return Formatted("%+.2f points",
+                   100 * (object.states[2].mean_octree() - object.states[0].mean_octree()));
 }
 
 std::string Newtons(double force) {
-  if (!std::isfinite(force)) return "unknown";
-  char text[40];
-  std::snprintf(text, sizeof text, "%.3f N", force);
-  return text;
+  return std::isfinite(force) ? Formatted("%.3f N", force) : "unknown";
 }
 
 std::vector<std::vector<std::string>> Rows(const std::vector<SimulatedObject>& objects) {
@@ -75,8 +96,7 @@ Json ToJson(const SimulatedObject& object, double leaf) {
   Json json{{"object", object.name},
             {"material", object.material},
             {"true_force_N", object.true_force},
-            {"estimated_force_N",
-             std::isfinite(object.estimated_force) ? Json(object.estimated_force) : Json(nullptr)},
+            {"estimated_force_N", object.estimated_force},
             {"states", Json::array()}};
   for (const ShapeState& state : object.states) {
     Json scores = Json::array();
@@ -110,6 +130,46 @@ std::vector<HtmlPage::Figure> Figures(const SimulatedObject& object, const Depth
 }
 
 }  // namespace
+
+std::string DrawScores(const std::vector<SimulatedObject>& objects) {
+  const double width =
+      kLeft + kGroup * static_cast<double>(std::max<std::size_t>(objects.size(), 4)) + 20;
+  Svg svg(width, kTop + kHeight + kBelow, "Octree scores", kStyle);
+  svg.Rectangle({0, 0}, {width, kTop + kHeight + kBelow}, "paper");
+  svg.Text({kLeft, 22}, "Octree score by state", "ink heading");
+  const double low = Floor(objects);
+  const auto y = [&](double share) { return kTop + kHeight * (1 - (share - low) / (1 - low)); };
+  for (int i = 0; i <= 5; ++i) {
+    const double share = low + (1 - low) * i / 5;
+    svg.Line({kLeft, y(share)}, {width - 20, y(share)}, "grid");
+    svg.Text({kLeft - 8, y(share) + 4}, Percent(share), "soft", Svg::Anchor::kEnd);
+  }
+  for (std::size_t k = 0; k < objects.size(); ++k) {
+    const double x = kLeft + kGroup * (static_cast<double>(k) + 0.5);
+    svg.Text({x, kTop + kHeight + 20}, objects[k].name, "ink", Svg::Anchor::kMiddle);
+    svg.Text({x, kTop + kHeight + 36}, objects[k].material, "soft", Svg::Anchor::kMiddle);
+    for (std::size_t s = 0; s < 3; ++s) {
+      const ShapeState& state = objects[k].states[s];
+      const auto [least, most] = std::ranges::minmax(state.scores, {}, &ShapeScore::octree);
+      const double at = x + 28 * (static_cast<double>(s) - 1);
+      const std::string style(kClasses[s]);
+      svg.Line({at, y(least.octree)}, {at, y(most.octree)}, "bar " + style);
+      svg.Circle({at, y(state.mean_octree())}, 5, style,
+                 state.name + " " + Percent(state.mean_octree()));
+    }
+    const double rest = std::max(low, objects[k].states[2].mean_undeformed());
+    svg.Circle({x + 28, y(rest)}, 5, "rest", "shape at rest " + Percent(rest));
+  }
+  for (std::size_t s = 0; s < 3 && !objects.empty(); ++s) {
+    const Vector2d at(kLeft + 6 + 110 * static_cast<double>(s), kTop + kHeight + 54);
+    svg.Circle(at, 5, kClasses[s]);
+    svg.Text(at + Vector2d(10, 4), objects[0].states[s].name, "ink");
+  }
+  const Vector2d at(kLeft + 336, kTop + kHeight + 54);
+  svg.Circle(at, 5, "rest");
+  svg.Text(at + Vector2d(10, 4), "deformed, against the shape at rest", "ink");
+  return svg.Document();
+}
 
 std::string ToTable(const std::vector<SimulatedObject>& objects) {
   const auto rows = Rows(objects);
@@ -156,8 +216,8 @@ bool WriteSimulated(const std::vector<SimulatedObject>& objects, const DepthCame
                    ".");
     page.Figures(Figures(object, camera, leaf));
   }
-  return WriteText(folder / "report.json", json.dump(2) + "\n") &&
-         WriteText(folder / "report.html", page.Document());
+  return TryWrite(folder / "report.json", json.dump(2) + "\n") &&
+         TryWrite(folder / "report.html", page.Document());
 }
 
 }  // namespace palpate::study

@@ -25,4 +25,12 @@ struct Occluder {
 std::vector<Eigen::Vector3d> SeeSurface(const DepthCamera& camera, const SurfaceMesh& surface,
                                         std::span<const Occluder> occluders, std::uint32_t seed);
 
+// What a finger hides from a camera. How much is seen of a finger behind its tip [m].
+inline constexpr double kFingerLength = 0.06;
+
+// From the sphere of the tip back along the finger; `radius` [m] of both, frame S.
+inline Occluder FingerCapsule(const Eigen::Isometry3d& X_SF, double radius) noexcept {
+  return {X_SF.translation(), X_SF * Eigen::Vector3d(-kFingerLength, 0, 0), radius};
+}
+
 }  // namespace palpate::study

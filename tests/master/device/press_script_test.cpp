@@ -1,11 +1,11 @@
-#include "master/device/press_script.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
+
+#include "master/device/sim_hand.h"
 
 namespace palpate {
 namespace {

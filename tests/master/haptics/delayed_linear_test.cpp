@@ -1,9 +1,9 @@
-#include "master/haptics/delayed_linear.h"
-
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
+
+#include "master/haptics/renderer.h"
 
 namespace palpate {
 namespace {

@@ -1,8 +1,7 @@
-#include "master/haptics/record/force_error.h"
-
 #include <gtest/gtest.h>
 
-#include "master/haptics/record/truth_track.h"
+#include "master/haptics/record/recorder.h"
+#include "master/haptics/record/tick_summary.h"
 
 namespace palpate {
 namespace {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "master/haptics/passivity.h"
+#include "master/haptics/force_chain.h"
 #include "master/haptics/renderer.h"
 #include "shared/geometry/teleop_transform.h"
 #include "tests/support/paths.h"

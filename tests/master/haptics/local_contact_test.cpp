@@ -1,9 +1,9 @@
-#include "master/haptics/local_contact.h"
-
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
+
+#include "master/haptics/renderer.h"
 
 namespace palpate {
 namespace {

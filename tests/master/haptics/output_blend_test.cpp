@@ -1,6 +1,6 @@
-#include "master/haptics/output_blend.h"
-
 #include <gtest/gtest.h>
+
+#include "master/haptics/force_chain.h"
 
 namespace palpate {
 namespace {

@@ -1,10 +1,10 @@
-#include "master/haptics/passivity.h"
-
 #include <cmath>
 #include <functional>
 #include <numbers>
 
 #include <gtest/gtest.h>
+
+#include "master/haptics/force_chain.h"
 
 namespace palpate {
 namespace {

@@ -1,11 +1,11 @@
-#include "master/haptics/record/report.h"
-
 #include <cmath>
 #include <fstream>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "master/haptics/session.h"
 
 namespace palpate {
 namespace {

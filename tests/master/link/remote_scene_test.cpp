@@ -8,6 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "palpate/v1/scene.pb.h"
+
 namespace palpate {
 namespace {
 

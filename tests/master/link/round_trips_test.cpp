@@ -1,6 +1,6 @@
-#include "master/link/round_trips.h"
-
 #include <gtest/gtest.h>
+
+#include "master/link/operate_session.h"
 
 namespace palpate {
 namespace {

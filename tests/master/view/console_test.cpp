@@ -7,7 +7,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "master/view/status_line.h"
 #include "tests/master/view/pinched_cube.h"
 
 namespace palpate {

@@ -1,10 +1,9 @@
-#include "master/view/finger_table.h"
-
 #include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "master/view/console.h"
 #include "tests/master/view/pinched_cube.h"
 
 namespace palpate {

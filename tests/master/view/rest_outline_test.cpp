@@ -1,6 +1,6 @@
-#include "master/view/rest_outline.h"
-
 #include <gtest/gtest.h>
+
+#include "master/view/shape_layers.h"
 
 namespace palpate {
 namespace {

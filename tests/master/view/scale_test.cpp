@@ -1,9 +1,9 @@
-#include "master/view/scale.h"
-
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
+
+#include "master/view/viewpoint.h"
 
 namespace palpate {
 namespace {

@@ -1,5 +1,3 @@
-#include "master/view/shape_file.h"
-
 #include <atomic>
 #include <fstream>
 #include <sstream>
@@ -8,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "master/view/shape_watch.h"
 #include "shared/mesh/files/mesh_file.h"
 #include "tests/master/view/pinched_cube.h"
 

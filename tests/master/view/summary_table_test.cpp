@@ -1,9 +1,9 @@
-#include "master/view/summary_table.h"
-
 #include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "master/view/console.h"
 
 namespace palpate {
 namespace {

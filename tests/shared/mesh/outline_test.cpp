@@ -8,8 +8,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/outline_check.h"
-
 namespace palpate {
 namespace {
 

@@ -1,11 +1,10 @@
-#include "shared/wire/command_message.h"
-
 #include <functional>
 #include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/wire/state_message.h"
 #include "tests/shared/wire/samples.h"
 
 namespace palpate {

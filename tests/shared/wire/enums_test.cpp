@@ -1,6 +1,6 @@
-#include "shared/wire/enums.h"
-
 #include <gtest/gtest.h>
+
+#include "shared/wire/fields.h"
 
 namespace palpate {
 namespace {

@@ -5,7 +5,6 @@
 #include <google/protobuf/stubs/logging.h>
 #include <gtest/gtest.h>
 
-#include "shared/wire/command_message.h"
 #include "shared/wire/state_message.h"
 #include "tests/shared/wire/samples.h"
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/capture/picture_files.h"
-#include "slave/commands/check/check.h"
+#include "slave/commands/commands.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/points/pair_rig.h"
 #include "slave/site/points/stereo_site.h"

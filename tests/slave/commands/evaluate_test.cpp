@@ -13,10 +13,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "shared/mesh/files/mesh_writers.h"
+#include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/text.h"
-#include "slave/commands/evaluate/estimated_shape.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/clouds/pcd_file.h"
@@ -156,8 +155,8 @@ TEST_F(UniformTensionTest, OfAClosedSurfaceMovesTheNodes) {
       {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
   for (int i = 0; i < 3; ++i) ball = Refined(ball);
   for (auto& p : ball.nodes) p = 0.03 * p.normalized();
-  ASSERT_TRUE(WriteStl(folder_ / "ball.stl", ball));
-  ExpectClosedForm(SceneOf("{mesh: ball.stl, unit: m}"));
+  ASSERT_TRUE(WriteGmsh(folder_ / "ball.msh", ball));
+  ExpectClosedForm(SceneOf("{mesh: ball.msh, unit: m}"));
 }
 
 // Two pictures of one surface differ by their noise: 1 mm in leaves of 10 mm.

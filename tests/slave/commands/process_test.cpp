@@ -1,5 +1,3 @@
-#include "slave/commands/process.h"
-
 #include <fstream>
 #include <limits>
 #include <stdexcept>
@@ -8,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/commands/commands.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

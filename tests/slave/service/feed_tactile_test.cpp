@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/service/tactile_sample.h"
+#include "slave/service/messages.h"
 #include "tests/slave/service/service_fixture.h"
 
 namespace palpate {

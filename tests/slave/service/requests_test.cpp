@@ -1,9 +1,9 @@
-#include "slave/service/requests.h"
-
 #include <limits>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
+
+#include "slave/service/messages.h"
 
 namespace palpate {
 namespace {

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/service/observer_seats.h"
+#include "slave/service/publisher.h"
 #include "tests/slave/service/service_fixture.h"
 
 namespace palpate {

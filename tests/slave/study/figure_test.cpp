@@ -1,8 +1,7 @@
-#include "slave/study/figure.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/study/report.h"
 #include "tests/shared/text/well_formed.h"
 #include "tests/slave/study/fake_model_factory.h"
 

@@ -1,10 +1,10 @@
-#include "slave/study/pareto.h"
-
 #include <algorithm>
 #include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "slave/study/study.h"
 
 namespace palpate::study {
 namespace {

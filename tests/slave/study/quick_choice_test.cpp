@@ -1,8 +1,7 @@
-#include "slave/study/quick_choice.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/study/study.h"
 #include "tests/slave/study/fake_model_factory.h"
 
 namespace palpate::study {

@@ -1,9 +1,9 @@
-#include "slave/study/round_load.h"
-
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
+
+#include "slave/study/press_spec.h"
 
 namespace palpate::study {
 namespace {

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/edge_middles.h"
+#include "shared/mesh/node_merger.h"
 
 namespace palpate {
 namespace {

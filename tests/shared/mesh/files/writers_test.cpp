@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/files/mesh_file.h"
-#include "shared/mesh/files/mesh_writers.h"
 #include "shared/mesh/files/vtu_data.h"
 #include "shared/mesh/files/vtu_writer.h"
 #include "shared/mesh/files/xml.h"
@@ -34,11 +33,10 @@ TEST(MeshWritersTest, RoundTripEveryDigitOfASolid) {
   const TempFolder folder;
   for (const double size : {1e-9, 0.06, 1e3}) {
     const SolidMesh mesh = Awkward(size);
-    EXPECT_TRUE(WriteTetgen(folder / "a.node", mesh));
     EXPECT_TRUE(WriteGmsh(folder / "a.msh", mesh));
     EXPECT_TRUE(WriteVtu(folder / "a.vtu", GridOf(mesh), VtuForm::kAscii));
     EXPECT_TRUE(WriteVtu(folder / "b.vtu", GridOf(mesh), VtuForm::kAppended));
-    for (const char* name : {"a.node", "a.ele", "a.msh", "a.vtu", "b.vtu"}) {
+    for (const char* name : {"a.msh", "a.vtu", "b.vtu"}) {
       const auto read = std::get<SolidMesh>(ReadMeshFile(folder / name, 1).mesh);
       EXPECT_EQ(read.nodes, mesh.nodes) << name << " " << size;
       EXPECT_EQ(read.tets, mesh.tets) << name << " " << size;
@@ -58,23 +56,6 @@ TEST(MeshWritersTest, RoundTripASurface) {
     const auto read = std::get<SurfaceMesh>(ReadMeshFile(folder / name, 1).mesh);
     EXPECT_EQ(read.nodes, mesh.nodes) << name;
     EXPECT_EQ(read.triangles, mesh.triangles) << name;
-  }
-}
-
-// A float keeps 24 bits: half a step is 6e-8 of the coordinate.
-TEST(MeshWritersTest, RoundTripAnStlToAFloatsDigits) {
-  const TempFolder folder;
-  const SurfaceMesh mesh = SurfaceOf(MeshBox({0.3, 0.2, 0.1}, {2, 2, 1}));
-  EXPECT_TRUE(WriteStl(folder / "a.stl", mesh));
-  const auto read = std::get<SurfaceMesh>(ReadMeshFile(folder / "a.stl", 1).mesh);
-  EXPECT_EQ(read.nodes.size(), mesh.nodes.size());  // a box this thin has none inside
-  ASSERT_EQ(read.triangles.size(), mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto& expected = mesh.nodes[static_cast<std::size_t>(mesh.triangles[t][i])];
-      const auto& p = read.nodes[static_cast<std::size_t>(read.triangles[t][i])];
-      EXPECT_LE((p - expected).cwiseAbs().maxCoeff(), 6e-8 * 0.3);
-    }
   }
 }
 
@@ -116,9 +97,8 @@ TEST(VtuWriterTest, RefusesArraysThatDoNotFit) {
 TEST(MeshWritersTest, SayWhenTheyCannotWrite) {
   const TempFolder folder;
   const SolidMesh mesh = Awkward(1);
-  EXPECT_FALSE(WriteTetgen(folder / "no" / "a.node", mesh));
   EXPECT_FALSE(WriteGmsh(folder / "no" / "a.msh", mesh));
-  EXPECT_FALSE(WriteStl(folder / "no" / "a.stl", SurfaceOf(mesh)));
+  EXPECT_FALSE(WriteGmsh(folder / "no" / "a.msh", SurfaceOf(mesh)));
   EXPECT_FALSE(WriteVtu(folder / "no" / "a.vtu", GridOf(mesh), VtuForm::kAppended));
 }
 

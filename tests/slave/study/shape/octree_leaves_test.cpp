@@ -1,6 +1,4 @@
 // Reference: the Point Cloud Library's octree with the same leaves, told where they begin.
-#include "slave/study/clouds/octree_leaves.h"
-
 #include <cmath>
 #include <limits>
 #include <random>
@@ -9,6 +7,8 @@
 #include <pcl/octree/octree_search.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
+
+#include "slave/study/shape/shape_score.h"
 
 namespace palpate::study {
 namespace {

@@ -9,10 +9,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/study/clouds/label_score.h"
 #include "slave/study/clouds/object_choice.h"
 #include "slave/study/clouds/pcd_file.h"
 #include "slave/study/clouds/support_plane.h"
+#include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 #include "tests/support/paths.h"
 

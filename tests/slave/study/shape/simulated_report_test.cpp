@@ -1,6 +1,4 @@
 // The page and the figure of a simulated experiment, from made-up scores.
-#include "slave/study/shape/simulated_report.h"
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "slave/study/shape/html_page.h"
+#include "slave/study/shape/simulated_experiment.h"
 #include "tests/shared/text/well_formed.h"
 #include "tests/support/paths.h"
 

@@ -1,0 +1,168 @@
+#include "slave/commands/commands.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <cstdio>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include "shared/link/loopback.h"
+#include "shared/text/text.h"
+#include "slave/commands/progress_bar.h"
+#include "slave/pipeline/offline/offline_run.h"
+#include "slave/pipeline/teleop/live_slave.h"
+#include "slave/scene/scene_loader.h"
+#include "slave/service/server.h"
+#include "slave/study/report.h"
+#include "slave/study/study.h"
+
+namespace palpate {
+namespace {
+
+void PrintStage(const StageTimes& s) {
+  fmt::print("  {:<10} {:>9.1f} {:>9.1f} {:>9.1f}\n", s.stage, s.p50_us, s.p99_us, s.max_us);
+}
+
+void PrintPace(const OfflineSummary& s) {
+  fmt::print("{} {} in {:.2f} s: {:.0f} {}/s\n", s.frames, s.sense.samples, s.seconds, s.rate(),
+             s.sense.samples);
+  fmt::print("  {:<10} {:>9} {:>9} {:>9}\n", "step [us]", "median", "99 %", "worst");
+  PrintStage(TimesOf("capture", s.capture));
+  for (const StageTimes& stage : s.stages) PrintStage(stage);
+}
+
+void PrintBudget(const ErrorBudget& budget, const std::string& what) {
+  if (budget.count == 0) return;
+  const double peak = budget.peak_force;
+  fmt::print(
+      "force error over {} {} in contact, true peak {:.4g} N: rms {:.3g} N ({:.2f} % of the peak), "
+      "largest {:.3g} N; from the model {:.2f} %, from tracking {:.2f} %\n",
+      budget.count, what, peak, budget.rms, 100 * budget.rms / peak, budget.peak_error,
+      100 * budget.model_rms / peak, 100 * budget.tracking_rms / peak);
+}
+
+void Print(const OfflineSummary& s, const std::filesystem::path& out) {
+  for (const std::string& line : Introduction(s.sense)) fmt::print("{}\n", line);
+  PrintPace(s);
+  fmt::print("validity:");
+  for (const auto& [name, count] : s.validity) fmt::print(" {} {}", name, count);
+  fmt::print("\n");
+  PrintBudget(s.budget, s.sense.samples);
+  for (const std::string& line : s.lines) fmt::print("{}\n", line);
+  fmt::print("written: {}, {}\n", (out / "states.csv").string(), (out / "summary.json").string());
+}
+
+// The keys that make a recording of the frames just written.
+void PrintFrames(const Scene& scene, const std::filesystem::path& out) {
+  if (!scene.sense.stereo) return;
+  const auto folder = std::filesystem::absolute(out / "frames");
+  fmt::print(
+      "to process them again:\n  sense.camera={{stereo: {{left: \"{0}/left/*.png\", right: "
+      "\"{0}/right/*.png\", rig: \"{0}/rig.yaml\"}}, rate: {1:g} Hz, {2}}}\n",
+      folder.string(), scene.sense.stereo->rate, ScenePose(scene.sense.stereo->X_SL));
+}
+
+void RefusePictures(const ProcessOptions& options, const Scene& scene) {
+  if (!options.pictures && !options.frames) return;
+  throw std::invalid_argument(std::string(options.pictures ? "--pictures" : "--frames") + ": " +
+                              scene.file.string() + " has no camera");
+}
+
+// Of --duration; 0: not asked for.
+double Duration(const ProcessOptions& options, const Scene& scene) {
+  constexpr double kLongest = 86400;  // [s]
+  if (!options.duration) return 0;
+  const double duration = *options.duration;
+  if (!(duration > 0 && duration <= kLongest)) {
+    throw std::invalid_argument(
+        fmt::format("--duration = {:g}: accepted is 0 < seconds <= {:g}", duration, kLongest));
+  }
+  if (!HasEyes(scene.sense)) {
+    throw std::invalid_argument(
+        fmt::format("--duration: accepted for a simulated target that goes on; {} has none",
+                    scene.file.string()));
+  }
+  return duration;
+}
+
+void Introduce(const SlaveDescription& d) {
+  spdlog::info("{}", d.scene.name);
+  for (const std::string& line : Introduction(d.sense)) spdlog::info("{}", line);
+}
+
+void WaitFor(const std::stop_token& stop) {
+  std::mutex mutex;
+  std::condition_variable_any changed;
+  std::unique_lock lock(mutex);
+  changed.wait(lock, stop, [] { return false; });
+}
+
+}  // namespace
+
+int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
+  const Scene scene = LoadScene(options.scene, options.overrides);
+  const auto inputs = InputFilesOf(scene);
+  RequireOtherThan("--out", options.out, {"states.csv", "summary.json"}, inputs);
+  if (options.pictures) RequireOtherThan("--pictures", options.out, {"pictures"}, inputs);
+  if (options.frames) {
+    RequireOtherThan("--frames", options.out,
+                     {"frames", "frames/left", "frames/right", "frames/rig.yaml"}, inputs);
+  }
+  const double duration = Duration(options, scene);
+  if (!HasPictures(scene.sense)) RefusePictures(options, scene);
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  const auto progress = [&](std::uint64_t done) {
+    if (terminal && done % 50 == 0) fmt::print(stderr, "\r{}", done);
+  };
+  const OfflineSummary summary =
+      RunOffline(scene, {options.out, options.pictures, options.frames, progress, duration}, stop);
+  if (terminal) fmt::print(stderr, "\r                    \r");
+  Print(summary, options.out);
+  if (options.frames) PrintFrames(scene, options.out);
+  return 0;
+}
+
+int RunServe(const ServeOptions& options, const std::stop_token& stop) {
+  RequireLoopbackUnless(options.insecure, ParseEndpoint(options.listen));
+  const auto slave = MakeLiveSlave(LoadScene(options.scene, options.overrides));
+  Introduce(slave->Describe());
+  Server server(*slave, options.listen, options.insecure);
+  fmt::print("listening on {}\n", server.address());
+  std::fflush(stdout);
+  WaitFor(stop);
+  spdlog::info("stopping");
+  server.Stop();
+  return 0;
+}
+
+int RunStudyCommand(const StudyOptions& options, std::stop_token stop) {
+  const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  if (!(options.budget > 0)) {
+    throw std::invalid_argument("--budget " + std::to_string(options.budget) +
+                                ": accepted is a number of seconds > 0");
+  }
+  RequireOtherThan("--out", options.out, {"study.csv", "study.json", "study.svg"},
+                   InputFilesOf(scene));
+  std::filesystem::create_directories(options.out);
+  study::StudySettings settings;
+  settings.budget_s = options.budget;
+  study::StudyResult result;
+  {
+    ProgressBar bar("study", stop);
+    study::StudyWatcher watcher{
+        [&](const study::StudyResult& so_far) { study::WriteStudy(so_far, options.out); }, &bar};
+    result = study::RunStudy(scene, settings, study::RealWorkshop(), stop, watcher);
+  }
+  std::fputs(study::ToTable(result).c_str(), stdout);
+  const bool any = std::ranges::any_of(result.rows, [](const study::StudyRow& row) {
+    return row.outcome == study::Outcome::kAnswered;
+  });
+  return any ? 0 : 1;
+}
+
+}  // namespace palpate

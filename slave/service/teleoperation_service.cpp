@@ -1,0 +1,86 @@
+#include "slave/service/teleoperation_service.h"
+
+#include "slave/service/messages.h"
+#include "slave/service/status.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kLongestReason = 200;  // [bytes]; what is longer is cut, never refused
+
+}  // namespace
+
+grpc::Status TeleoperationService::GetScene(grpc::ServerContext* /*context*/,
+                                            const v1::GetSceneRequest* /*request*/,
+                                            v1::SceneDescription* reply) {
+  return Guarded([&] { ToProto(slave_.Describe(), reply); });
+}
+
+grpc::Status TeleoperationService::GetStatus(grpc::ServerContext* /*context*/,
+                                             const v1::GetStatusRequest* /*request*/,
+                                             v1::Status* reply) {
+  return Guarded([&] { FillStatus(reply); });
+}
+
+grpc::Status TeleoperationService::GetCapabilities(grpc::ServerContext* /*context*/,
+                                                   const v1::GetCapabilitiesRequest* /*request*/,
+                                                   v1::Capabilities* reply) {
+  return Guarded([&] { ToProto(slave_.Describe(), reply); });
+}
+
+void TeleoperationService::FillStatus(v1::Status* reply) const {
+  ToProto(slave_.Status(), reply);
+  reply->set_operator_name(lease_.holder_name());
+  reply->set_observers(static_cast<std::uint32_t>(seats_.taken()));
+  reply->set_states(states_sent_);
+  // What cannot even be read never reaches the slave, but came and was refused all the same.
+  const std::uint64_t malformed = lease_.malformed();
+  reply->set_commands(reply->commands() + malformed);
+  reply->set_commands_refused(reply->commands_refused() + malformed);
+}
+
+grpc::Status TeleoperationService::SetModel(grpc::ServerContext* /*context*/,
+                                            const v1::SetModelRequest* request,
+                                            v1::SettingsReply* reply) {
+  return Guarded([&] {
+    slave_.SetModel(ToChange(*request));
+    ToProto(slave_.Describe(), reply->mutable_scene());
+  });
+}
+
+grpc::Status TeleoperationService::SetParameters(grpc::ServerContext* /*context*/,
+                                                 const v1::SetParametersRequest* request,
+                                                 v1::SettingsReply* reply) {
+  return Guarded([&] {
+    slave_.SetParameters(ToChange(*request));
+    ToProto(slave_.Describe(), reply->mutable_scene());
+  });
+}
+
+grpc::Status TeleoperationService::Reset(grpc::ServerContext* /*context*/,
+                                         const v1::ResetRequest* /*request*/, v1::Status* reply) {
+  return Guarded([&] {
+    slave_.Reset();
+    FillStatus(reply);
+  });
+}
+
+grpc::Status TeleoperationService::Stop(grpc::ServerContext* /*context*/,
+                                        const v1::StopRequest* request, v1::Status* reply) {
+  return Guarded([&] {
+    slave_.EmergencyStop(request->reason().substr(0, kLongestReason));
+    FillStatus(reply);
+  });
+}
+
+grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* TeleoperationService::Operate(
+    grpc::CallbackServerContext* context) {
+  return OperateStream::Open({lease_, publisher_, states_sent_}, context->peer());
+}
+
+grpc::ServerReadReactor<v1::TactileSample>* TeleoperationService::FeedTactile(
+    grpc::CallbackServerContext* /*context*/, v1::FeedTactileReply* reply) {
+  return FeedStream::Open(slave_.tactile_inbox(), &feeds_, reply);
+}
+
+}  // namespace palpate

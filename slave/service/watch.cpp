@@ -1,0 +1,101 @@
+// WatchState, WatchMesh, WatchVideo.
+#include <optional>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+
+#include "shared/wire/state_message.h"
+#include "slave/service/messages.h"
+#include "slave/service/status.h"
+#include "slave/service/teleoperation_service.h"
+
+namespace palpate {
+namespace {
+
+// How long a silent stream may go without a look whether the reader is still there.
+constexpr std::chrono::milliseconds kPatience(50);
+
+void RequireCamera(const Slave& slave) {
+  if (!HasPictures(slave.Describe().scene.sense)) {
+    throw std::logic_error("the scene has no camera");
+  }
+}
+
+}  // namespace
+
+template <class Message, class Compose>
+grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, Clock::duration gap,
+                                         grpc::ServerWriter<Message>* writer,
+                                         const Compose& compose) {
+  const ObserverSeats::Seat seat(&seats_);
+  if (!seat) return ObserverSeats::Full();
+  const auto box = publisher_.Subscribe();  // its states tell when there is something new
+  Message message;
+  while (!box->closed()) {
+    if (context->IsCancelled()) return grpc::Status::CANCELLED;
+    const auto state = box->WaitNewest(kPatience);
+    if (!state) continue;
+    const Time due = Clock::now() + gap;
+    bool is_new = false;
+    const auto composed = Guarded([&] { is_new = compose(*state, &message); });
+    if (!composed.ok()) return composed;
+    if (!is_new) continue;
+    if (!writer->Write(message)) return grpc::Status::CANCELLED;  // the reader left
+    if constexpr (std::is_same_v<Message, v1::SlaveState>) ++states_sent_;
+    box->PauseUntil(due);
+  }
+  return Stopping();
+}
+
+grpc::Status TeleoperationService::WatchState(grpc::ServerContext* context,
+                                              const v1::WatchStateRequest* request,
+                                              grpc::ServerWriter<v1::SlaveState>* writer) {
+  Clock::duration gap{};
+  if (const auto asked = Guarded([&] { gap = GapOf(*request); }); !asked.ok()) return asked;
+  return Watch(context, gap, writer, [](const SlaveState& state, v1::SlaveState* message) {
+    ToProto(state, message);
+    return true;
+  });
+}
+
+grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
+                                             const v1::WatchMeshRequest* request,
+                                             grpc::ServerWriter<v1::MeshState>* writer) {
+  Clock::duration gap{};
+  if (const auto asked = Guarded([&] { gap = GapOf(*request); }); !asked.ok()) return asked;
+  std::vector<std::uint32_t> elements;  // as the reader knows them
+  std::optional<Time> sensed_at;
+  return Watch(context, gap, writer, [&](const SlaveState& state, v1::MeshState* message) {
+    if (std::exchange(sensed_at, state.sensed_at) == state.sensed_at) return false;
+    BoundaryShape shape = slave_.Shape(request->nodal_forces());
+    shape.state_sequence = state.sequence;
+    const bool with_topology = shape.elements != elements;
+    ToProto(shape, with_topology, message);
+    elements = std::move(shape.elements);
+    return true;
+  });
+}
+
+grpc::Status TeleoperationService::WatchVideo(grpc::ServerContext* context,
+                                              const v1::WatchVideoRequest* request,
+                                              grpc::ServerWriter<v1::VideoFrame>* writer) {
+  Clock::duration gap{};
+  int quality = 0;
+  const auto asked = Guarded([&] {
+    gap = GapOf(*request);
+    quality = QualityOf(*request);
+    RequireCamera(slave_);
+  });
+  if (!asked.ok()) return asked;
+  std::optional<Time> sensed_at;
+  return Watch(context, gap, writer, [&](const SlaveState& state, v1::VideoFrame* message) {
+    if (state.sensed_at == sensed_at) return false;
+    std::optional<JpegPicture> picture = slave_.Picture(request->overlays(), quality);
+    if (!picture) return false;  // nothing seen yet
+    sensed_at = state.sensed_at;
+    ToProto(std::move(*picture), state.sequence, message);
+    return true;
+  });
+}
+
+}  // namespace palpate
