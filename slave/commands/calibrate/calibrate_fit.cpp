@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "slave/vision/dots/circle_bias.h"
+#include "slave/vision/stereo/rig.h"
 
 namespace palpate {
 namespace {

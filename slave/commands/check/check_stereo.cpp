@@ -9,7 +9,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/capture/stereo_source.h"
+#include "slave/capture/frame_source.h"
 #include "slave/commands/check/check_body.h"
 #include "slave/commands/check/check_words.h"
 #include "slave/commands/check/stereo_expectation.h"

@@ -1,4 +1,4 @@
-#include "slave/vision/dots/dot_centroid.h"
+#include "slave/vision/dots/dot.h"
 
 #include <algorithm>
 #include <array>
