@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "slave/site/fingertips/simulated_presses.h"
-#include "slave/tactile/recordings/recorded_forces.h"
+#include "slave/tactile/recordings/recordings.h"
 
 namespace palpate {
 namespace {

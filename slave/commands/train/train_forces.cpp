@@ -10,7 +10,7 @@
 #include "slave/commands/train/train_data.h"
 #include "slave/commands/train/train_words.h"
 #include "slave/tactile/network/network_file.h"
-#include "slave/tactile/training/estimate_forces.h"
+#include "slave/tactile/training/estimate_errors.h"
 
 namespace palpate {
 namespace {

@@ -11,9 +11,7 @@
 #include "slave/commands/train/train_forces.h"
 #include "slave/commands/train/train_words.h"
 #include "slave/tactile/network/network_file.h"
-#include "slave/tactile/network/tensors_file.h"
-#include "slave/tactile/training/estimate_forces.h"
-#include "slave/tactile/training/force_gain.h"
+#include "slave/tactile/training/estimate_errors.h"
 
 namespace palpate {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "slave/tactile/training/force_errors.h"
+#include "slave/tactile/training/estimate_errors.h"
 #include "slave/tactile/training/force_trainer.h"
 
 namespace palpate {
