@@ -21,6 +21,25 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Unless `met`, throws std::invalid_argument `name = value unit: accepted is ...`.
+template <class T>
+void Require(bool met, const std::string& name, T value, const std::string& accepted,
+             const std::string& unit = "") {
+  if (met) return;
+  throw std::invalid_argument(name + " = " + std::to_string(value) + unit + ": accepted is " +
+                              accepted);
+}
+
+// What `read` gives; what it throws comes as std::runtime_error `file: why`.
+template <class Read>
+auto NamingFile(const std::filesystem::path& file, const Read& read) {
+  try {
+    return read();
+  } catch (const std::exception& why) {
+    throw std::runtime_error(file.string() + ": " + why.what());
+  }
+}
+
 // Without blanks, tabs and line ends around it.
 std::string_view Trimmed(std::string_view text) noexcept;
 

@@ -1,10 +1,8 @@
-#include "slave/capture/finger_stream.h"
-
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "slave/capture/tactile_instants.h"
+#include "slave/capture/tactile_inbox.h"
+#include "slave/capture/tactile_recording.h"
 
 namespace palpate {
 namespace {

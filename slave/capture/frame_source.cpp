@@ -1,12 +1,16 @@
 #include "slave/capture/frame_source.h"
 
+#include <cstddef>
 #include <filesystem>
-#include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include "slave/capture/codecs/films.h"
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "slave/capture/codecs/codecs.h"
 #include "slave/capture/decode_ahead.h"
 #include "slave/capture/picture_files.h"
 
@@ -25,34 +29,33 @@ void RequireSize(const Camera& camera, const cv::Size& first) {
                            std::to_string(first.height) + "], or no size");
 }
 
-// `first`: tried at once, so that pictures the filter refuses are refused here, not in the loop.
-DecodeAhead::Decode Filtered(const PictureFilter& filter, const cv::Mat& first,
-                             DecodeAhead::Decode next) {
-  if (!filter) return next;
-  if (!first.empty()) static_cast<void>(filter(first));
-  return [filter, next = std::move(next)] {
-    cv::Mat picture = next();
-    return picture.empty() ? picture : filter(picture);
+// Gives `first`, where there is one, and then what `read` reads, both as `filter` makes them, if
+// there is one: it is tried at once, so that pictures it refuses are refused here, not in the loop.
+template <typename Read>
+DecodeAhead::Decode Decoder(cv::Mat first, Read read, const PictureFilter& filter = {}) {
+  if (filter && !first.empty()) static_cast<void>(filter(first));
+  return [first = std::move(first), read = std::move(read), filter]() mutable {
+    cv::Mat picture = first.empty() ? read() : std::exchange(first, cv::Mat());
+    return filter && !picture.empty() ? filter(picture) : picture;
   };
 }
 
 std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced,
                                        const PictureFilter& filter) {
   auto files = ListPictures(camera.pattern, {});
-  DecodeAhead::Options options;
-  options.description = "files " + camera.pattern + " (" + std::to_string(files.size()) + ")";
-  options.rate = camera.rate;
-  options.paced = paced;
+  const DecodeAhead::Options options{
+      .description = "files " + camera.pattern + " (" + std::to_string(files.size()) + ")",
+      .rate = camera.rate,
+      .paced = paced};
   // Read at once: a wrong file is found here, not in the loop.
   cv::Mat first =
       ReadPicture(files.front(), 1, [&](const cv::Size& size) { RequireSize(camera, size); });
-  auto next = [files = std::move(files), first, index = std::size_t{0}]() mutable {
-    if (index == files.size()) return cv::Mat();
-    ++index;
-    return index == 1 ? std::exchange(first, cv::Mat()) : ReadPicture(files[index - 1], index);
+  auto read = [files = std::move(files), count = std::size_t{1}]() mutable {
+    if (count == files.size()) return cv::Mat();
+    ++count;
+    return ReadPicture(files[count - 1], count);
   };
-  return std::make_unique<DecodeAhead>(Filtered(filter, first, std::move(next)),
-                                       std::move(options));
+  return std::make_unique<DecodeAhead>(Decoder(std::move(first), std::move(read), filter), options);
 }
 
 std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
@@ -63,15 +66,10 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
   cv::Mat first = video ? video->Next() : cv::Mat();
   if (first.empty()) throw std::runtime_error(file.string() + ": not a video, or without pictures");
   RequireSize(camera, first.size());
-  DecodeAhead::Options options;
-  options.description = "video " + file.string();
-  options.rate = camera.rate;
-  options.paced = paced;
-  auto next = [video, first]() mutable {
-    return first.empty() ? video->Next() : std::exchange(first, cv::Mat());
-  };
-  return std::make_unique<DecodeAhead>(Filtered(filter, first, std::move(next)),
-                                       std::move(options));
+  const DecodeAhead::Options options{
+      .description = "video " + file.string(), .rate = camera.rate, .paced = paced};
+  auto read = [video] { return video->Next(); };
+  return std::make_unique<DecodeAhead>(Decoder(std::move(first), std::move(read), filter), options);
 }
 
 std::unique_ptr<FrameSource> OpenDevice(const Camera& camera, const PictureFilter& filter) {
@@ -82,16 +80,163 @@ std::unique_ptr<FrameSource> OpenDevice(const Camera& camera, const PictureFilte
     throw std::runtime_error(name + ": no such camera, or not permitted (/dev/video" +
                              std::to_string(camera.device) + ")");
   }
-  DecodeAhead::Options options;
-  options.description = name;
-  options.rate = camera.rate;
-  options.live = true;
-  auto next = [device, name] {
+  const DecodeAhead::Options options{.description = name, .rate = camera.rate, .live = true};
+  auto read = [device, name] {
     cv::Mat image = device->Next();
     if (image.empty()) throw std::runtime_error(name + ": gone");
     return image;
   };
-  return std::make_unique<DecodeAhead>(Filtered(filter, {}, std::move(next)), std::move(options));
+  return std::make_unique<DecodeAhead>(Decoder({}, std::move(read), filter), options);
+}
+
+[[noreturn]] void Refuse(const fs::path& file, std::size_t number, const std::string& why) {
+  throw std::runtime_error(fmt::format("{}: picture {}: {}", file.string(), number, why));
+}
+
+void RequireRate(double rate) {
+  if (rate > 0 && rate < 1e6) return;
+  throw std::runtime_error(fmt::format("sense.camera.rate = {:g} Hz: accepted is > 0", rate));
+}
+
+// The pictures of one eye, in order, all of one size.
+class PictureRow {
+ public:
+  explicit PictureRow(const std::string& pattern) : files_(ListPictures(pattern, {})) {}
+
+  [[nodiscard]] const std::vector<fs::path>& files() const { return files_; }
+  [[nodiscard]] std::size_t count() const { return files_.size(); }
+  [[nodiscard]] bool ended() const { return index_ == files_.size(); }
+  [[nodiscard]] const fs::path& last_file() const { return files_[index_ - 1]; }
+  [[nodiscard]] std::size_t last_number() const { return index_; }
+
+  cv::Mat ReadNext() {
+    const fs::path& file = files_[index_++];
+    return ReadPicture(file, index_, [this](const cv::Size& size) {
+      if (size_.empty()) size_ = size;
+      RequireSize(size, size_, "the first one's");
+    });
+  }
+  // Of the picture read last.
+  void RequireSize(const cv::Size& is, const cv::Size& accepted, const std::string& whose) const {
+    if (is == accepted) return;
+    Refuse(last_file(), index_,
+           fmt::format("{} x {} px: accepted is {} size, {} x {} px", is.width, is.height, whose,
+                       accepted.width, accepted.height));
+  }
+
+ private:
+  std::vector<fs::path> files_;
+  std::size_t index_ = 0;  // pictures read
+  cv::Size size_;          // of the first
+};
+
+cv::Mat Grey(const cv::Mat& picture, const PictureRow& row) {
+  if (picture.depth() != CV_8U) {
+    Refuse(row.last_file(), row.last_number(),
+           "16 bit: accepted for a pair of cameras is 8 bit, grey or colour");
+  }
+  if (picture.channels() == 1) return picture;
+  cv::Mat grey;
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
+cv::Mat Depth(const cv::Mat& picture, const PictureRow& row) {
+  if (picture.type() == CV_16UC1) return picture;
+  Refuse(
+      row.last_file(), row.last_number(),
+      fmt::format("{} channel{} of {} bit: accepted for depth is one channel of 16 bit",
+                  picture.channels(), picture.channels() == 1 ? "" : "s", 8 * picture.elemSize1()));
+}
+
+// A pair travels through DecodeAhead as one picture, the left above the right.
+cv::Mat ReadPair(PictureRow& left, PictureRow& right) {
+  if (left.ended()) return {};
+  const cv::Mat of_left = Grey(left.ReadNext(), left);
+  const cv::Mat of_right = Grey(right.ReadNext(), right);
+  right.RequireSize(of_right.size(), of_left.size(), "the left picture's");
+  cv::Mat both;
+  cv::vconcat(of_left, of_right, both);
+  return both;
+}
+
+cv::Mat ReadDepth(PictureRow& row) {
+  return row.ended() ? cv::Mat() : Depth(row.ReadNext(), row);
+}
+
+// Where the first two bear the same number, all must: a picture missing on the left and another one
+// on the right would pair what does not belong together.
+void RequireSameNumbers(const PictureRow& left, const PictureRow& right) {
+  if (LastNumber(left.files().front()) != LastNumber(right.files().front())) return;
+  for (std::size_t k = 0; k < left.count(); ++k) {
+    const fs::path &a = left.files()[k], &b = right.files()[k];
+    if (LastNumber(a) == LastNumber(b)) continue;
+    throw std::runtime_error(
+        fmt::format("sense.camera.stereo: pair {} would be {} and {}: accepted are pictures of the "
+                    "same number, as in the first pair",
+                    k + 1, a.string(), b.string()));
+  }
+}
+
+class StereoFiles final : public StereoSource {
+ public:
+  StereoFiles(DecodeAhead::Decode decode, DecodeAhead::Options options, bool pairs)
+      : ahead_(std::move(decode), std::move(options)), pairs_(pairs) {}
+
+  std::optional<StereoPair> Next(const std::stop_token& stop) override {
+    auto frame = ahead_.Next(stop);
+    if (!frame) return std::nullopt;
+    const int height = pairs_ ? frame->image.rows / 2 : frame->image.rows;
+    StereoPair pair;
+    pair.left = frame->image.rowRange(0, height);
+    if (pairs_) pair.right = frame->image.rowRange(height, 2 * height);
+    pair.sequence = frame->sequence;
+    pair.sensed_at = frame->sensed_at;
+    return pair;
+  }
+  [[nodiscard]] std::string description() const override { return ahead_.description(); }
+
+ private:
+  DecodeAhead ahead_;
+  bool pairs_;
+};
+
+// `read` gives one picture after the other; the first is read at once, so that a wrong file is
+// found here and not in the loop.
+template <typename Read>
+std::unique_ptr<StereoSource> Open(Read read, const DecodeAhead::Options& options, bool pairs) {
+  cv::Mat first = read();
+  return std::make_unique<StereoFiles>(Decoder(std::move(first), std::move(read)), options, pairs);
+}
+
+std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced) {
+  RequireRate(cameras.rate);
+  PictureRow left(cameras.left), right(cameras.right);
+  if (left.count() != right.count()) {
+    throw std::runtime_error(
+        fmt::format("sense.camera.stereo: left = {} are {} pictures, right = {} are {}: accepted "
+                    "is as many of each",
+                    cameras.left, left.count(), cameras.right, right.count()));
+  }
+  RequireSameNumbers(left, right);
+  const DecodeAhead::Options options{
+      .description =
+          fmt::format("files {} | {} ({} pairs)", cameras.left, cameras.right, left.count()),
+      .rate = cameras.rate,
+      .paced = paced};
+  return Open([left = std::move(left),
+               right = std::move(right)]() mutable { return ReadPair(left, right); },
+              options, true);
+}
+
+std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth, bool paced) {
+  RequireRate(depth.rate);
+  PictureRow row(depth.pattern);
+  const DecodeAhead::Options options{
+      .description = fmt::format("files {} ({} depth pictures)", depth.pattern, row.count()),
+      .rate = depth.rate,
+      .paced = paced};
+  return Open([row = std::move(row)]() mutable { return ReadDepth(row); }, options, false);
 }
 
 }  // namespace
@@ -115,6 +260,17 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
       break;
   }
   throw std::runtime_error(scene.name + ": a simulated camera is opened by the simulated site");
+}
+
+std::unique_ptr<StereoSource> OpenStereoFiles(const Scene& scene, bool paced) {
+  if (scene.sense.depth) return OpenDepth(*scene.sense.depth, paced);
+  if (!scene.sense.stereo) {
+    throw std::runtime_error(scene.name + ": the scene has no pair of cameras");
+  }
+  if (scene.sense.stereo->source == StereoCameras::Source::kSimulated) {
+    throw std::runtime_error(scene.name + ": a simulated pair is opened by the simulated site");
+  }
+  return OpenPairs(*scene.sense.stereo, paced);
 }
 
 }  // namespace palpate

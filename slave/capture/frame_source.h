@@ -1,5 +1,5 @@
-// Where pictures come from: files, a video, a camera, the simulated site. One interface; the
-// pipeline cannot tell.
+// Where pictures and pairs of them come from: files, a video, a camera, the simulated site. One
+// interface; the pipeline cannot tell.
 #pragma once
 
 #include <cstdint>
@@ -22,19 +22,29 @@ struct Frame {
   Time sensed_at{};            // when the picture was taken (middle of the exposure)
 };
 
-class FrameSource {
+// Depth pictures come one by one, as `left` with an empty `right`.
+struct StereoPair {
+  cv::Mat left, right;         // 8 bit grey, the rig's size; depth: 16 bit and empty
+  std::uint64_t sequence = 0;  // from 1
+  Time sensed_at{};            // when the pictures were taken (middle of the exposure)
+};
+
+template <typename Picture>
+class PictureSource {
  public:
-  virtual ~FrameSource() = default;
-  FrameSource() = default;
-  FrameSource(const FrameSource&) = delete;
-  FrameSource& operator=(const FrameSource&) = delete;
-  // The next picture; blocks until there is one. nullopt: the source has ended or `stop` was
-  // requested. Throws std::runtime_error where a source breaks (unreadable file, camera gone); the
-  // message names it.
-  virtual std::optional<Frame> Next(const std::stop_token& stop) = 0;
-  // In words, for people: `files frames/%04d.png (120)`.
+  virtual ~PictureSource() = default;
+  PictureSource() = default;
+  PictureSource(const PictureSource&) = delete;
+  PictureSource& operator=(const PictureSource&) = delete;
+  // The next picture or pair; blocks until there is one. nullopt: the source has ended or `stop`
+  // was requested. Throws std::runtime_error where a source breaks (unreadable file, camera gone, a
+  // pair of two sizes); the message names it.
+  virtual std::optional<Picture> Next(const std::stop_token& stop) = 0;
+  // In words, for people: `files frames/%04d.png (120)`, `files left/*.png (120 pairs)`.
   [[nodiscard]] virtual std::string description() const = 0;
 };
+using FrameSource = PictureSource<Frame>;
+using StereoSource = PictureSource<StereoPair>;
 
 // Never given an empty picture; throws std::runtime_error where it cannot take one.
 using PictureFilter = std::function<cv::Mat(const cv::Mat&)>;
@@ -46,5 +56,14 @@ using PictureFilter = std::function<cv::Mat(const cv::Mat&)>;
 // no such camera, a picture that the filter refuses. Not for Source::kSimulated.
 std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
                                              const PictureFilter& filter = {});
+
+// Opens the files of sense.camera.stereo or sense.camera.depth, listed as ListPictures() does; the
+// first of each sort of name is paired with the first of the other, and so on. Colour becomes grey
+// (ITU-R BT.601); 16-bit pictures are refused, since two eyes scaled differently would not match.
+// Depth is one channel of 16 bit. `paced`: pairs come at the scene's rate; otherwise as fast as
+// they are read, with stamps at that rate. Throws std::runtime_error: nothing matches, left and
+// right are not equally many (how many) or numbered differently, the first pair is unreadable. Not
+// for simulated cameras.
+std::unique_ptr<StereoSource> OpenStereoFiles(const Scene& scene, bool paced);
 
 }  // namespace palpate

@@ -12,7 +12,6 @@
 #include <opencv2/core.hpp>
 
 #include "slave/capture/codecs/codecs.h"
-#include "slave/capture/codecs/films.h"
 
 namespace palpate {
 namespace {

@@ -1,14 +1,10 @@
 #include "slave/capture/tactile_inbox.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <condition_variable>
-#include <cstddef>
 #include <mutex>
 #include <utility>
-
-#include "slave/capture/finger_stream.h"
 
 namespace palpate {
 namespace {

@@ -2,17 +2,104 @@
 // into frames at a steady rate.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "slave/capture/finger_stream.h"
+#include "shared/state/clock.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
+
+// A sender's clock on ours, from one-way delays alone. A sample cannot arrive before it was taken,
+// so the smallest difference of the two clocks lies closest to their offset. It is forgotten after
+// ten to twenty seconds, so that clocks may drift.
+class SenderClock {
+ public:
+  // A stamp `sent` of the sender's clock arrived `at` ours; the stamp on our clock, `at` or
+  // earlier.
+  Time Map(Time sent, Time at) noexcept {
+    const Clock::duration offset = at - sent;
+    if (!since_ || at - *since_ > kBucket) {
+      before_ = since_ ? now_ : offset;
+      now_ = offset;
+      since_ = at;
+    }
+    now_ = std::min(now_, offset);
+    return sent + std::min(now_, before_);
+  }
+  void Reset() noexcept { since_.reset(); }
+
+ private:
+  static constexpr Clock::duration kBucket = std::chrono::seconds(10);
+
+  std::optional<Time> since_;         // when `now_` began
+  Clock::duration now_{}, before_{};  // smallest differences, this and the last bucket
+};
+
+// The samples of one live fingertip, on the slave's clock, a bounded number of them. Not
+// thread-safe. What runs per sample allocates nothing.
+class FingerStream {
+ public:
+  struct Sample {
+    Time at{};            // slave's clock
+    bool begins = false;  // a stretch: nothing is known between this sample and the one before
+    FingerReading reading;
+  };
+
+  // `period`: of the scene's rate.
+  FingerStream(std::string name, Clock::duration period, std::size_t capacity);
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  using SenderId = std::uint64_t;
+
+  // nullopt: taken. Else why not, in words that follow the finger's name. A sender who has been
+  // silent for a second gives way to another.
+  std::optional<std::string> Take(std::uint64_t sequence, Time sensed_at,
+                                  const FingerReading& reading, Time arrived_at, SenderId sender);
+  // If it is its sender: the next one begins anew.
+  void Leave(SenderId sender) noexcept;
+
+  // Whether samples come, as far as is known at `now`, the newest time of any finger.
+  [[nodiscard]] bool IsSending(Time now) const noexcept;
+  // Whether the sender keeps the scene's rate to a tenth.
+  [[nodiscard]] bool KeepsRate() const noexcept;
+  // Null: none yet.
+  [[nodiscard]] const Sample* newest() const noexcept;
+  // The first sample later than `t`; null: none yet.
+  [[nodiscard]] const Sample* After(Time t) const noexcept;
+  // What it read at `t`, linear between samples; absent before the first, after the newest and
+  // inside a gap.
+  [[nodiscard]] FingerReading At(Time t) const noexcept;
+  // Drops what no instant after `t` needs.
+  void Forget(Time t) noexcept;
+
+ private:
+  [[nodiscard]] Clock::duration patience() const noexcept;
+  [[nodiscard]] const Sample& Get(std::size_t i) const noexcept {
+    return ring_[(first_ + i) % ring_.size()];
+  }
+  void BeginAnew() noexcept;
+  void Push(const Sample& sample) noexcept;
+  void DropFirst() noexcept;
+
+  std::string name_;
+  double period_;         // of the scene [s]
+  double sender_period_;  // of the sender, smoothed [s]
+  SenderClock clock_;
+  SenderId sender_ = 0;            // of the newest sample
+  Time heard_at_{};                // when it arrived
+  std::uint64_t sequence_ = 0;     // of the newest sample
+  std::optional<Time> sensed_at_;  // of the newest sample, sender's clock; nullopt: a new sender
+  std::vector<Sample> ring_;       // times rise
+  std::size_t first_ = 0, count_ = 0;
+};
 
 // Thread-safe. Bounded: what comes faster than it is taken replaces what is old.
 class TactileInbox final : public TactileSource {

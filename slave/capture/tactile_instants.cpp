@@ -1,11 +1,12 @@
-#include "slave/capture/tactile_instants.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
+
+#include "shared/text/text.h"
+#include "slave/capture/tactile_recording.h"
 
 namespace palpate {
 namespace {
@@ -141,10 +142,7 @@ TactileFrame FrameAt(const TactileRecording& recording, const TactileInstant& in
 
 std::vector<TactileFrame> Resample(const TactileRecording& recording, double rate,
                                    double largest_gap) {
-  if (!(rate > 0 && rate <= 1e6)) {
-    throw std::invalid_argument("rate = " + std::to_string(rate) +
-                                " Hz: accepted is > 0, up to 1e6");
-  }
+  Require(rate > 0 && rate <= 1e6, "rate", rate, "> 0, up to 1e6", " Hz");
   if (recording.fingers.size() > kMaxFingers) {
     throw std::invalid_argument(std::to_string(recording.fingers.size()) +
                                 " fingers: accepted is at most 5");

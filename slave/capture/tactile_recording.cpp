@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
-#include <optional>
-#include <string_view>
+#include <cmath>
 #include <utility>
 
 #include "shared/text/csv.h"
-#include "slave/capture/time_column.h"
 
 namespace palpate {
 namespace {
@@ -170,6 +167,9 @@ class OtherColumns {
   std::map<std::string, std::string> refused_;
 };
 
+constexpr std::array kNames{"rel_time_s", "time_s", "t", "time", "timestamp"};
+constexpr double kLatest = 9e9;  // the year 2255; stamps in milliseconds lie far beyond
+
 }  // namespace
 
 std::string RecordedFinger::MissingColumn() const {
@@ -207,6 +207,22 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
   if (recording.t.empty()) rows.Fail("no samples: accepted is a header and one row or more");
   others.Release(rows, &recording);
   return recording;
+}
+
+std::size_t FindTimeColumn(const CsvRows& rows) {
+  for (const char* name : kNames) {
+    if (const auto column = rows.Find(name)) return *column;
+  }
+  rows.Fail("no time: accepted is a column rel_time_s, time_s, t, time or timestamp [s]");
+}
+
+double ReadTime(const CsvRows& rows, std::size_t column, const double* before) {
+  const auto t = ParseFinite(rows.Text(column));
+  if (!t || std::abs(*t) > kLatest) rows.Refuse(column, "a time in seconds");
+  if (before != nullptr && *t < *before) {
+    rows.Refuse(column, "a clock that does not go back, from " + std::to_string(*before) + " on");
+  }
+  return *t;
 }
 
 }  // namespace palpate

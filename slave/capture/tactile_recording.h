@@ -1,17 +1,24 @@
-// Tactile recordings: CSV files of raw counts.
+// Tactile recordings: CSV files of raw counts, and of where the fingertips were.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include <Eigen/Geometry>
 
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
+
+class CsvRows;
 
 struct RecordedFinger {
   std::string name;  // empty where the file has one finger without a name
@@ -54,5 +61,74 @@ std::vector<TactileFrame> Resample(const TactileRecording& recording, double rat
 // which it was recorded; otherwise as fast as it is read. Throws std::runtime_error like
 // ReadTactileRecording, and where not one pose falls into the recording's time.
 std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool paced);
+
+// Where recorded fingertips were: a CSV file of columns `t,finger,x,y,z,qw,qx,qy,qz`: time on the
+// recording's clock [s] (or another of its names), finger as the scene calls it (without the
+// column: all fingers), origin of F in S [m], rotation of F in S as a quaternion of length one to 1
+// %. Rows of fingers that the scene does not have are passed over, and of two at the same time the
+// second.
+class FingerPoses {
+ public:
+  // Throws std::runtime_error `file:line: ...`: unreadable, a column missing, not a finite number,
+  // no unit quaternion, a finger's clock that goes back, no pose of any of `fingers`. `hold`: for
+  // so long the first pose counts before its time and the last one after it [s].
+  FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers, double hold);
+
+  // X_SF of `finger` at `t` [s]: between two poses linear in place and spherically linear in
+  // rotation. nullopt: the file has none of it for this time.
+  [[nodiscard]] std::optional<Eigen::Isometry3d> At(std::string_view finger, double t) const;
+  // Throws std::runtime_error naming both: no pose of any finger counts from `begin` to `end` [s].
+  void RequireWithin(double begin, double end) const;
+
+ private:
+  struct Pose {
+    double t = 0;
+    Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
+  };
+  std::filesystem::path file_;
+  double hold_;
+  std::map<std::string, std::vector<Pose>, std::less<>> poses_;  // by finger, times rising
+};
+
+// Which column of a recording is its clock: `rel_time_s`, `time_s`, `t`, `time` or `timestamp`, the
+// first that is there. Throws std::runtime_error `file:line: ...`: none is.
+std::size_t FindTimeColumn(const CsvRows& rows);
+
+// The time of this row [s]. Throws: no time in seconds, or earlier than `*before` (null: the first
+// row).
+double ReadTime(const CsvRows& rows, std::size_t column, const double* before);
+
+// When a frame of a recording is due, and between which of its samples it lies.
+struct TactileInstant {
+  double t = 0;            // [s], of the recording's clock
+  std::size_t before = 0;  // index of the sample at or before it
+  double share = 0;        // of the sample after `before`, 0 to less than 1
+  bool after_gap = false;
+};
+
+// The typical time between two samples [s]: the median. 0: fewer than two samples.
+double MedianPeriod(const std::vector<double>& t);
+
+// Throws std::runtime_error `file: ...`: a sample every `period` [s] is less than a quarter of
+// `rate` [Hz]; what lies between such samples would be made up.
+void RefuseSlow(const std::filesystem::path& file, double period, double rate);
+
+// Instants 1 / `rate` [Hz] apart; after a gap longer than `largest_gap` [s], anew from the first
+// sample behind it.
+std::vector<TactileInstant> SteadyInstants(const std::vector<double>& t, double rate,
+                                           double largest_gap);
+// Every sample as it is, and instants about `period` [s] apart where samples are missing: that is,
+// where the two samples before and behind a long step do not make up for it. A stamp that comes
+// late is followed by one that seems early, and nothing is missing. `period`: the typical one.
+std::vector<TactileInstant> InstantsOfSamples(const std::vector<double>& t, double period,
+                                              double largest_gap);
+
+// What the fingers read at `instant`, linear between samples.
+TactileFrame FrameAt(const TactileRecording& recording, const TactileInstant& instant);
+// `share` of the way from one reading to another, 0 to 1; a pose where both have one.
+FingerReading Between(const FingerReading& from, const FingerReading& to, double share) noexcept;
+// Linear in place, spherically linear in rotation.
+Eigen::Isometry3d Between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+                          double share) noexcept;
 
 }  // namespace palpate

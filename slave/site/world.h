@@ -12,7 +12,6 @@
 
 #include "shared/state/slave_state.h"
 #include "slave/capture/frame_source.h"
-#include "slave/capture/stereo_source.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 

@@ -1,6 +1,5 @@
 #include "slave/tactile/fingertip.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace palpate {

@@ -1,6 +1,5 @@
 #include "slave/vision/closed_curve.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -6,8 +6,8 @@
 #include <Eigen/Geometry>
 
 #include "shared/mesh/outline.h"
-#include "slave/vision/camera_view.h"
 #include "slave/vision/closed_curve.h"
+#include "slave/vision/observation.h"
 
 namespace palpate {
 

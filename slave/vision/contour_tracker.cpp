@@ -10,9 +10,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "slave/vision/contour_start.h"
-#include "slave/vision/edge_refinement.h"
-
 namespace palpate {
 namespace {
 
@@ -139,10 +136,6 @@ std::span<const Eigen::Vector2d> ContourTracker::Track(const cv::Mat& image) noe
   if (IsSound()) return snake_.points();
   Restart();
   return {};
-}
-
-void ContourTracker::Restart() noexcept {
-  snake_.Restart(settled_);
 }
 
 }  // namespace palpate

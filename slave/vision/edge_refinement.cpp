@@ -1,8 +1,8 @@
-#include "slave/vision/edge_refinement.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "slave/vision/contour_tracker.h"
 
 namespace palpate {
 namespace {

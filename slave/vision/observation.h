@@ -1,12 +1,14 @@
-// What the eyes saw in one picture.
+// What the eyes saw in one picture, and where in S its pixels lie.
 #pragma once
 
 #include <cstdint>
 #include <span>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "shared/state/clock.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 
@@ -24,6 +26,32 @@ struct Observation {
   TipObservation tip;
   std::span<const Eigen::Vector2d>
       contour_I;  // control points [px], counter-clockwise as seen in S; may be empty
+};
+
+// How the picture plane I maps to the plane z = 0 of S: one pixel size, one pose, no perspective
+// (paper A: a camera looking straight at a planar scene, or a microscope).
+class CameraView {
+ public:
+  // `width`, `height` of the picture [px]. The scene's pixel size > 0.
+  CameraView(const Camera& camera, int width, int height)
+      : X_SC_(camera.X_SC), pixel_(camera.pixel), centre_(0.5 * (width - 1), 0.5 * (height - 1)) {}
+
+  // `p_I` [px], x right, y down, (0, 0) at the centre of the upper left pixel -> S [m].
+  [[nodiscard]] Eigen::Vector3d ToSlave(const Eigen::Vector2d& p_I) const {
+    const Eigen::Vector2d d = pixel_ * (p_I - centre_);
+    return X_SC_ * Eigen::Vector3d(d.x(), -d.y(), 0);
+  }
+  // S [m] -> picture [px].
+  [[nodiscard]] Eigen::Vector2d ToImage(const Eigen::Vector3d& p_S) const {
+    const Eigen::Vector3d p_C = X_SC_.inverse() * p_S;
+    return centre_ + Eigen::Vector2d(p_C.x(), -p_C.y()) / pixel_;
+  }
+  [[nodiscard]] double pixel() const { return pixel_; }  // [m/px]
+
+ private:
+  Eigen::Isometry3d X_SC_;
+  double pixel_;
+  Eigen::Vector2d centre_;
 };
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace palpate {
 namespace {
@@ -137,9 +138,8 @@ NinePlaces Snake::MagnitudeAround(const cv::Mat& image, const Eigen::Vector2d& v
 }
 
 double Snake::mean_strength() const noexcept {
-  double sum = 0;
-  for (const double strength : strength_) sum += strength;
-  return sum / static_cast<double>(strength_.size());
+  return std::accumulate(strength_.begin(), strength_.end(), 0.0) /
+         static_cast<double>(strength_.size());
 }
 
 // A point is a corner where the chain bends more than at both neighbours and there is an edge.

@@ -16,7 +16,6 @@
 #pragma once
 
 #include <array>
-#include <span>
 #include <vector>
 
 #include <Eigen/Core>

@@ -6,10 +6,9 @@
 
 #include <opencv2/core.hpp>
 
-#include "slave/vision/camera_view.h"
 #include "slave/vision/contour_tracker.h"
 #include "slave/vision/grey.h"
-#include "slave/vision/tip_template.h"
+#include "slave/vision/observation.h"
 #include "slave/vision/tip_tracker.h"
 
 namespace palpate {

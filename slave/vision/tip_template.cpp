@@ -1,16 +1,14 @@
-#include "slave/vision/tip_template.h"
-
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include <opencv2/core.hpp>
 
 #include "slave/capture/picture_files.h"
-#include "slave/vision/template_aligner.h"
+#include "slave/vision/template_match.h"
+#include "slave/vision/tip_tracker.h"
 
 namespace palpate {
 namespace {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "slave/vision/parabola.h"
+#include "slave/vision/template_match.h"
 
 namespace palpate {
 namespace {
@@ -120,11 +120,8 @@ TipObservation TipTracker::Track(const cv::Mat& image) {
     match = SearchWindow(image, WindowAround(Predicted(), 1));
     if (match.on_border) match = SearchWindow(image, WindowAround(Predicted(), 2));
   }
-  if (!match.found) {
-    match.tip = SearchPicture(image);
-    match.found = match.tip.found;
-  }
-  if (!match.found) {
+  if (!match.tip.found) match.tip = SearchPicture(image);
+  if (!match.tip.found) {
     last_.reset();
     return match.tip;
   }
@@ -144,7 +141,6 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
   match.on_border = OnBorder(map, best.at);
   if (match.on_border || HasEqual(map, best)) return match;
   match.tip = Measure(map, window, best.at);
-  match.found = true;
   return match;
 }
 
@@ -167,24 +163,23 @@ TipObservation TipTracker::SearchPicture(const cv::Mat& image) {
   FindCandidates(image);
   const GreyPatch& pattern = ncc_.pattern();
   const int margin = 2 * shrink_ + 2;
-  Match best, second;
+  TipObservation best, second;
   for (const Candidate& candidate : candidates_) {
     const cv::Rect window(candidate.corner.x - margin, candidate.corner.y - margin,
                           pattern.width + 2 * margin, pattern.height + 2 * margin);
-    Match match = SearchWindow(image, window & cv::Rect(cv::Point(), format_.size()));
-    const bool same = match.found && best.found &&
-                      (match.tip.p_I - best.tip.p_I).cwiseAbs().maxCoeff() <= kSamePeak;
+    TipObservation tip = SearchWindow(image, window & cv::Rect(cv::Point(), format_.size())).tip;
+    const bool same =
+        tip.found && best.found && (tip.p_I - best.p_I).cwiseAbs().maxCoeff() <= kSamePeak;
     if (same) continue;
-    if (match.found > best.found ||
-        (match.found == best.found && match.tip.score > best.tip.score)) {
-      std::swap(match, best);
+    if (tip.found > best.found || (tip.found == best.found && tip.score > best.score)) {
+      std::swap(tip, best);
     }
-    if (match.found && (!second.found || match.tip.score > second.tip.score)) second = match;
+    if (tip.found && (!second.found || tip.score > second.score)) second = tip;
   }
-  const bool unique = !second.found || second.tip.score < best.tip.score - kAsGood;
-  best.tip.found = best.found && unique;
-  best.tip.reacquired = best.tip.found;
-  return best.tip;
+  const bool unique = !second.found || second.score < best.score - kAsGood;
+  best.found = best.found && unique;
+  best.reacquired = best.found;
+  return best;
 }
 
 void TipTracker::FindCandidates(const cv::Mat& image) {

@@ -7,8 +7,8 @@
 #include <benchmark/benchmark.h>
 #include <opencv2/core.hpp>
 
-#include "slave/vision/dots/dot_finder.h"
 #include "slave/vision/dots/dot_layout.h"
+#include "slave/vision/dots/dot_tracker.h"
 #include "slave/vision/dots/stereo_dots.h"
 #include "tests/slave/vision/dots/dot_pictures.h"
 

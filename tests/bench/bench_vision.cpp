@@ -14,10 +14,10 @@
 #include "slave/capture/frame_source.h"
 #include "slave/capture/picture_files.h"
 #include "slave/vision/contour_tracker.h"
-#include "slave/vision/ncc.h"
 #include "slave/vision/stereo/lens_warp.h"
+#include "slave/vision/template_match.h"
 #include "slave/vision/tip_and_contour_tracker.h"
-#include "slave/vision/tip_template.h"
+#include "slave/vision/tip_tracker.h"
 #include "tests/slave/vision/test_pictures.h"
 
 namespace palpate {

@@ -3,7 +3,6 @@
 
 #include "master/device/playback.h"
 #include "shared/text/csv.h"
-#include "slave/capture/finger_poses.h"
 #include "slave/capture/tactile_recording.h"
 #include "slave/scene/contour_file.h"
 #include "slave/tactile/localise/electrode_layout.h"

@@ -3,7 +3,6 @@
 
 #include "slave/tactile/localise/fitted_localiser.h"
 #include "slave/tactile/network/network_file.h"
-#include "slave/tactile/network/tensors_file.h"
 #include "tests/fuzz/fuzz_files.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "slave/contact/surface_contact.h"
-#include "slave/tactile/localise/contact_point.h"
-#include "slave/tactile/localise/finger_surface.h"
+#include "slave/tactile/localise/electrode_layout.h"
+#include "slave/tactile/localise/localiser.h"
 #include "tests/reference/reference_file.h"
 
 namespace palpate {

@@ -1,11 +1,10 @@
-#include "slave/capture/codecs/films.h"
-
 #include <cstdlib>
 #include <stdexcept>
 
 #include <dlfcn.h>
 
 #include "shared/program/program.h"
+#include "slave/capture/codecs/codecs.h"
 
 namespace palpate {
 namespace {

@@ -1,9 +1,9 @@
-// The module palpate-films: see films.h.
+// The module palpate-films: see codecs.h.
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "slave/capture/codecs/films.h"
+#include "slave/capture/codecs/codecs.h"
 
 namespace palpate {
 namespace {

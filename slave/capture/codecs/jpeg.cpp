@@ -6,6 +6,7 @@
 #include <jerror.h>
 #include <jpeglib.h>
 
+#include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 
 namespace palpate {
@@ -159,9 +160,7 @@ void RequireEncodable(const cv::Mat& image, const char* format) {
 
 std::string EncodeJpeg(const cv::Mat& image, int quality) {
   RequireEncodable(image, "JPEG");
-  if (quality < 1 || quality > 100) {
-    throw std::invalid_argument("quality = " + std::to_string(quality) + ": accepted is 1 to 100");
-  }
+  Require(quality >= 1 && quality <= 100, "quality", quality, "1 to 100");
   cv::Mat bytes_per_channel = image;
   if (image.depth() == CV_16U) image.convertTo(bytes_per_channel, CV_8U, 1.0 / 257);
   JpegWriter writer;

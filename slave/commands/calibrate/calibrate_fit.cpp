@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "slave/commands/calibrate/calibrate_report.h"
-#include "slave/vision/dots/circle_bias.h"
+#include "slave/vision/stereo/rig.h"
 
 namespace palpate {
 namespace {

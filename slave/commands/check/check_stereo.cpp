@@ -7,7 +7,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/capture/stereo_source.h"
+#include "slave/capture/frame_source.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/check/stereo_expectation.h"
 #include "slave/pipeline/load/grid_subsample.h"

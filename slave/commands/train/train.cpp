@@ -7,7 +7,7 @@
 #include "slave/commands/train/train_data.h"
 #include "slave/tactile/network/network_file.h"
 #include "slave/tactile/network/network_weights.h"
-#include "slave/tactile/recordings/data_argument.h"
+#include "slave/tactile/recordings/recordings.h"
 
 namespace palpate {
 namespace {

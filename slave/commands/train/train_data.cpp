@@ -10,7 +10,7 @@
 
 #include "shared/text/csv.h"
 #include "slave/site/fingertips/simulated_presses.h"
-#include "slave/tactile/recordings/recorded_forces.h"
+#include "slave/tactile/recordings/recordings.h"
 
 namespace palpate {
 namespace {

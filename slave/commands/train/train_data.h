@@ -10,7 +10,7 @@
 
 #include "slave/commands/train/train.h"
 #include "slave/tactile/recordings/labelled_recording.h"
-#include "slave/tactile/training/force_errors.h"
+#include "slave/tactile/training/estimate_errors.h"
 #include "slave/tactile/training/force_trainer.h"
 
 namespace palpate {

@@ -10,9 +10,7 @@
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/train/train_data.h"
 #include "slave/tactile/network/network_file.h"
-#include "slave/tactile/network/tensors_file.h"
-#include "slave/tactile/training/estimate_forces.h"
-#include "slave/tactile/training/force_gain.h"
+#include "slave/tactile/training/estimate_errors.h"
 
 namespace palpate {
 namespace {

@@ -10,9 +10,8 @@
 
 #include "slave/commands/train/train_data.h"
 #include "slave/tactile/localise/fitted_localiser.h"
-#include "slave/tactile/recordings/recorded_normals.h"
-#include "slave/tactile/training/normal_axes.h"
-#include "slave/tactile/training/normal_errors.h"
+#include "slave/tactile/recordings/recordings.h"
+#include "slave/tactile/training/estimate_errors.h"
 
 namespace palpate {
 namespace {

@@ -10,7 +10,7 @@
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/camera/overlay.h"
 #include "slave/pipeline/offline/account.h"
-#include "slave/vision/stereo/straightening.h"
+#include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {
 namespace {

@@ -20,7 +20,7 @@
 #include "slave/pipeline/estimate_rules.h"
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
-#include "slave/vision/camera_view.h"
+#include "slave/vision/observation.h"
 #include "slave/vision/tip_and_contour_tracker.h"
 
 namespace palpate {

@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "slave/vision/camera_view.h"
 #include "slave/vision/observation.h"
 
 namespace palpate {

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "slave/capture/stereo_source.h"
+#include "slave/capture/frame_source.h"
 #include "slave/pipeline/points/points_overlay.h"
 #include "slave/pipeline/points/rigid_translation.h"
 #include "slave/pipeline/points/surface_estimator.h"

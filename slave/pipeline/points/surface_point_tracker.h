@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/capture/stereo_source.h"
+#include "slave/capture/frame_source.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/rig.h"
 #include "slave/vision/stereo/surface_points.h"

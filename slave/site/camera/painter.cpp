@@ -10,7 +10,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/site/coverage.h"
-#include "slave/vision/camera_view.h"
+#include "slave/vision/observation.h"
 
 namespace palpate::site {
 namespace {

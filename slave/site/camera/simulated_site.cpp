@@ -8,7 +8,7 @@
 #include "slave/site/camera/simulated_camera.h"
 #include "slave/site/camera/solutions_ahead.h"
 #include "slave/site/camera/true_body.h"
-#include "slave/vision/stereo/straightening.h"
+#include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {
 namespace {

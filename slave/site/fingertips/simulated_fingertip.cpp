@@ -6,7 +6,7 @@
 #include <random>
 
 #include "slave/site/fingertips/skin_surface.h"
-#include "slave/tactile/localise/finger_surface.h"
+#include "slave/tactile/localise/electrode_layout.h"
 
 namespace palpate {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "slave/site/fingertips/simulated_fingertip.h"
-#include "slave/tactile/localise/finger_surface.h"
+#include "slave/tactile/localise/electrode_layout.h"
 
 namespace palpate {
 namespace {

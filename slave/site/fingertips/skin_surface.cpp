@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "slave/tactile/localise/electrode_layout.h"
-#include "slave/tactile/localise/finger_surface.h"
 
 namespace palpate::site {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "slave/capture/stereo_source.h"
+#include "slave/capture/frame_source.h"
 #include "slave/site/points/stereo_site.h"
 
 namespace palpate {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "slave/capture/stereo_source.h"
+#include "slave/capture/frame_source.h"
 #include "slave/site/points/stereo_site.h"
 
 namespace palpate {

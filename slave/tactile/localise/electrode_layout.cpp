@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -12,6 +11,14 @@
 
 namespace palpate {
 namespace {
+
+constexpr double kRounding =
+    1e-12;  // of the size at hand: what is nearer than this has no direction
+
+// What lies outward of the sphere's centre, or of the cylinder's axis behind it.
+Eigen::Vector3d Outward(const Eigen::Vector3d& p_F) {
+  return {p_F.x() >= 0 ? p_F.x() : 0, p_F.y(), p_F.z()};
+}
 
 constexpr double kMillimetre = 1e-3;
 constexpr double kFarthest = 1000;       // of an electrode from the origin [mm]
@@ -101,6 +108,19 @@ constexpr std::array<Site, kElectrodeCount> kSites{{
 constexpr double kCore = 0.78;  // core's radius over the finger's
 
 }  // namespace
+
+std::optional<Eigen::Vector3d> FingerSurface::Project(const Eigen::Vector3d& c_F) const noexcept {
+  const Eigen::Vector3d outward = Outward(c_F);
+  const double length = outward.stableNorm();
+  const double size = c_F.x() >= 0 ? radius : radius - c_F.x();
+  if (!c_F.allFinite() || !(length > kRounding * size)) return std::nullopt;
+  const Eigen::Vector3d from_axis = radius * outward.stableNormalized();
+  return Eigen::Vector3d(c_F.x() >= 0 ? from_axis.x() : c_F.x(), from_axis.y(), from_axis.z());
+}
+
+Eigen::Vector3d FingerSurface::Normal(const Eigen::Vector3d& p_F) const noexcept {
+  return Outward(p_F).stableNormalized();
+}
 
 ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file) {
   CsvLines lines(file);

@@ -1,8 +1,9 @@
-// Where a fingertip's electrodes sit on its rigid core.
+// A fingertip's shape, and where its electrodes sit.
 #pragma once
 
 #include <array>
 #include <filesystem>
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -10,8 +11,18 @@
 
 namespace palpate {
 
-// Frame F (see Finger): axis x, tip at +x, pad towards -z, origin at the centre of the tip's
-// sphere.
+// The finger model: a half sphere at the tip, a cylinder behind it (paper B, equation 4). Frame F.
+struct FingerSurface {
+  double radius = 7e-3;  // [m]
+  // The point of the surface outward of `c_F`: from the origin where c_x >= 0, from the axis at c_x
+  // behind it. nullopt: `c_F` is the origin, or on the axis, or not finite.
+  [[nodiscard]] std::optional<Eigen::Vector3d> Project(const Eigen::Vector3d& c_F) const noexcept;
+  // Outward unit normal at a point of the surface.
+  [[nodiscard]] Eigen::Vector3d Normal(const Eigen::Vector3d& p_F) const noexcept;
+};
+
+// Where a fingertip's electrodes sit on its rigid core. Frame F (see Finger): axis x, tip at +x,
+// pad towards -z, origin at the centre of the tip's sphere.
 struct ElectrodeLayout {
   std::array<Eigen::Vector3d, kElectrodeCount> p_F;  // [m]
   std::array<Eigen::Vector3d, kElectrodeCount> n_F;  // outward unit normals

@@ -44,6 +44,10 @@ struct FitLocaliserOptions {
   int folds = 4;         // stretches of time that are left out in turn, 2 to 20
 };
 
+// The rotation R with the least sum of |measured - R found|^2, from the sum of measured found^T
+// (Kabsch 1976).
+Eigen::Matrix3d BestRotation(const Eigen::Matrix3d& measured_by_found);
+
 // Fits to samples in the order in which they were recorded: changes (counts minus rest) and outward
 // unit normals of the contact, frame F (n = -(normal of the touched plate); from places on the
 // surface: FingerSurface::Normal). Samples under which the formula finds no contact are passed
@@ -62,5 +66,14 @@ LocaliserWeights ReadLocaliser(const std::filesystem::path& file);
 
 // Throws std::invalid_argument: an electrode on the finger's axis.
 std::unique_ptr<Localiser> MakeFittedLocaliser(LocaliserWeights weights, double finger_radius);
+
+// What fitting and locating share.
+// u: which electrodes moved how, whatever the strength.
+using SignalShape = Eigen::Matrix<double, kElectrodeCount, 1>;
+
+SignalShape ShapeOf(const TactileSignals& change, double quiet) noexcept;
+
+// sum_j a_j exp(-gamma |u - u_j|^2). Allocation-free.
+Eigen::Vector3d Correction(const LocaliserWeights& weights, const SignalShape& u) noexcept;
 
 }  // namespace palpate

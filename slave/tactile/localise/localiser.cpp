@@ -1,14 +1,117 @@
 #include "slave/tactile/localise/localiser.h"
 
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
 #include <filesystem>
+#include <numbers>
 #include <stdexcept>
 
-#include "slave/tactile/localise/direction_localiser.h"
+#include "slave/tactile/localise/direction_mean.h"
 #include "slave/tactile/localise/fitted_localiser.h"
-#include "slave/tactile/localise/paper_localiser.h"
 
 namespace palpate {
 namespace {
+
+// 68 % of the presses on a plate are nearer to the measured normal (contact_direction_test.cpp).
+constexpr double kSigmaAngle = 10.5 * std::numbers::pi / 180;
+
+// Angles within which 68 % of the presses on a plate are (contact_direction_test.cpp). With
+// pressure-weighted intensities it falls as the noise of a mean does with what is counted.
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kPolarityFreeSigma = 8.4 * kDegree;
+constexpr double kSigmaOfOneCount = 200 * kDegree;
+constexpr double kLeastSigma = 4 * kDegree;
+constexpr double kLargestSigma = 30 * kDegree;
+
+double PressureWeightedSigma(double counts) noexcept {
+  return std::clamp(kSigmaOfOneCount / std::sqrt(counts), kLeastSigma, kLargestSigma);
+}
+
+// Paper B, equations (1) to (4), as the paper and its authors' code compute them. Active are the
+// electrodes that fell by more than the threshold; intensity is how far, over full scale, at most
+// 1. Flawed also where all of several active electrodes are beyond full scale: their intensities
+// tell nothing any more.
+class PaperLocaliser final : public Localiser {
+ public:
+  PaperLocaliser(const Tactile& tactile, const ElectrodeLayout& layout)
+      : layout_(layout),
+        surface_{tactile.finger_radius},
+        check_(layout, tactile.threshold),
+        threshold_(tactile.threshold),
+        full_scale_(tactile.full_scale) {}
+
+  [[nodiscard]] TouchPlace Locate(const TactileSignals& change,
+                                  const FingerReading& raw) const noexcept override {
+    const SignalFlaws flaws = check_.Check(change, raw);
+    if (!flaws.finite) return NoPlace(TouchPlace::Status::kFailed);
+    std::array<Eigen::Vector3d, kElectrodeCount> p_F;
+    std::array<double, kElectrodeCount> intensity{};
+    std::size_t active = 0, clipped = 0;
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+      const double fall = -static_cast<double>(change[i]);
+      if (!(fall > threshold_)) continue;
+      clipped += fall >= full_scale_ ? 1 : 0;
+      p_F[active] = layout_.p_F[i];
+      intensity[active] = std::min(fall / full_scale_, 1.0);
+      ++active;
+    }
+    const auto point = ContactPointOf(std::span(p_F.data(), active),
+                                      std::span(intensity.data(), active), Division::kTwice);
+    if (!point) return NoPlace(TouchPlace::Status::kNoContact, flaws.any());
+    const auto place_F = surface_.Project(point->c);
+    if (!place_F) return NoPlace(TouchPlace::Status::kAtOrigin, flaws.any());
+    const bool is_flawed = flaws.any() || (active > 1 && clipped == active);
+    return FoundPlace(surface_, *place_F, kSigmaAngle, is_flawed, static_cast<int>(active));
+  }
+  [[nodiscard]] std::string_view name() const override { return "paper"; }
+
+ private:
+  ElectrodeLayout layout_;
+  FingerSurface surface_;
+  SignalCheck check_;
+  double threshold_, full_scale_;  // [counts]
+};
+
+// Formulas of ours: DirectionMean with the intensities of PressureWeighted or PolarityFree.
+class DirectionLocaliser final : public Localiser {
+ public:
+  enum class Weighting : std::uint8_t { kPressureWeighted, kPolarityFree };
+  DirectionLocaliser(const Tactile& tactile, const ElectrodeLayout& layout, Weighting weighting)
+      : mean_(layout, tactile.finger_radius),
+        check_(layout, tactile.threshold),
+        weighting_(weighting),
+        threshold_(tactile.threshold),
+        full_scale_(tactile.full_scale) {}
+
+  [[nodiscard]] TouchPlace Locate(const TactileSignals& change,
+                                  const FingerReading& raw) const noexcept override {
+    const SignalFlaws flaws = check_.Check(change, raw);
+    if (!flaws.finite) return NoPlace(TouchPlace::Status::kFailed);
+    const bool is_polarity_free = weighting_ == Weighting::kPolarityFree;
+    const Intensities intensities = is_polarity_free
+                                        ? PolarityFree(change, flaws, threshold_, full_scale_)
+                                        : PressureWeighted(change, flaws, threshold_);
+    if (intensities.active == 0) return NoPlace(TouchPlace::Status::kNoContact, flaws.any());
+    const auto direction = mean_.Mean(intensities);
+    if (!direction) return NoPlace(TouchPlace::Status::kAtOrigin, flaws.any());
+    const double sigma =
+        is_polarity_free ? kPolarityFreeSigma : PressureWeightedSigma(intensities.total);
+    return FoundPlace(mean_.surface(), mean_.PlaceOf(*direction), sigma, flaws.any(),
+                      intensities.active);
+  }
+  [[nodiscard]] std::string_view name() const override {
+    return weighting_ == Weighting::kPolarityFree ? "polarity-free" : "pressure-weighted";
+  }
+
+ private:
+  DirectionMean mean_;
+  SignalCheck check_;
+  Weighting weighting_;
+  double threshold_, full_scale_;  // [counts]
+};
 
 bool NamesFile(const std::string& localise) {
   const std::filesystem::path path(localise);
@@ -24,6 +127,28 @@ std::unique_ptr<Localiser> FromFile(const std::filesystem::path& file, double fi
 }
 
 }  // namespace
+
+std::optional<ContactPoint> ContactPointOf(std::span<const Eigen::Vector3d> p,
+                                           std::span<const double> intensity,
+                                           Division division) noexcept {
+  assert(p.size() == intensity.size());
+  ContactPoint point;
+  double total = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    point.centroid += p[i];
+    total += intensity[i];
+  }
+  if (!(total > 0)) return std::nullopt;
+  const auto m = static_cast<double>(p.size());
+  point.centroid /= m;
+  Eigen::Vector3d d(0, 0, 0);
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    d += intensity[i] / total * (p[i] - point.centroid);
+  }
+  point.c = point.centroid + (division == Division::kTwice ? Eigen::Vector3d(d / m) : d);
+  if (!point.c.allFinite()) return std::nullopt;
+  return point;
+}
 
 std::unique_ptr<Localiser> MakeLocaliser(const Tactile& tactile, const ElectrodeLayout& layout) {
   using Weighting = DirectionLocaliser::Weighting;

@@ -1,5 +1,4 @@
 // Fitted localisers in files.
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -131,11 +130,7 @@ void WriteLocaliser(const LocaliserWeights& weights, const std::filesystem::path
 LocaliserWeights ReadLocaliser(const std::filesystem::path& file) {
   constexpr std::uintmax_t kLargestFile = 64 << 20;  // [bytes]
   const std::string text = ReadWholeFile(file, kLargestFile, "the file of a fitted localiser");
-  try {
-    return WeightsOf(json::parse(text));
-  } catch (const std::exception& wrong) {
-    throw std::runtime_error(file.string() + ": " + wrong.what());
-  }
+  return NamingFile(file, [&] { return WeightsOf(json::parse(text)); });
 }
 
 }  // namespace palpate

@@ -37,12 +37,8 @@ class Message {
   }
   // Calls with the bytes of every field of that number.
   void ForEach(int number, const std::function<void(const std::string&)>& call) const {
-    for (int i = 0; i < fields_.field_count(); ++i) {
-      const UnknownField& one = fields_.field(i);
-      if (one.number() == number && one.type() == UnknownField::TYPE_LENGTH_DELIMITED) {
-        call(one.length_delimited());
-      }
-    }
+    ForFields(number, UnknownField::TYPE_LENGTH_DELIMITED,
+              [&](const UnknownField& one) { call(one.length_delimited()); });
   }
   // The last one's bytes; empty: there is none.
   [[nodiscard]] std::string Text(int number) const {
@@ -57,10 +53,8 @@ class Message {
       const auto most = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
       numbers.push_back(static_cast<long>(std::min(value, most)));
     };
-    for (int i = 0; i < fields_.field_count(); ++i) {
-      const UnknownField& one = fields_.field(i);
-      if (one.number() == number && one.type() == UnknownField::TYPE_VARINT) append(one.varint());
-    }
+    ForFields(number, UnknownField::TYPE_VARINT,
+              [&](const UnknownField& one) { append(one.varint()); });
     ForEach(number, [&](const std::string& packed) {
       google::protobuf::io::CodedInputStream stream(
           reinterpret_cast<const std::uint8_t*>(packed.data()), static_cast<int>(packed.size()));
@@ -77,12 +71,8 @@ class Message {
   // The last single-precision number; 0: there is none.
   [[nodiscard]] float Float(int number) const {
     float value = 0;
-    for (int i = 0; i < fields_.field_count(); ++i) {
-      const UnknownField& one = fields_.field(i);
-      if (one.number() == number && one.type() == UnknownField::TYPE_FIXED32) {
-        value = std::bit_cast<float>(one.fixed32());
-      }
-    }
+    ForFields(number, UnknownField::TYPE_FIXED32,
+              [&](const UnknownField& one) { value = std::bit_cast<float>(one.fixed32()); });
     return value;
   }
   // How many numbers of so many bytes there are of that number, one by one or packed.
@@ -98,6 +88,14 @@ class Message {
   }
 
  private:
+  template <typename Call>
+  void ForFields(int number, UnknownField::Type type, const Call& call) const {
+    for (int i = 0; i < fields_.field_count(); ++i) {
+      const UnknownField& one = fields_.field(i);
+      if (one.number() == number && one.type() == type) call(one);
+    }
+  }
+
   UnknownFieldSet fields_;
 };
 

@@ -1,5 +1,3 @@
-#include "slave/tactile/network/onnx_network.h"
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -11,6 +9,8 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 
+#include "shared/text/text.h"
+#include "slave/tactile/network/network_file.h"
 #include "slave/tactile/network/onnx_graph.h"
 
 namespace palpate {
@@ -202,11 +202,9 @@ std::shared_ptr<const Model> ReadModel(const fs::path& file) {
 }  // namespace
 
 std::unique_ptr<ForceNetwork> LoadOnnxNetwork(const fs::path& file) {
-  try {
+  return NamingFile(file, [&]() -> std::unique_ptr<ForceNetwork> {
     return std::make_unique<OnnxNetwork>(ReadModel(file), "ONNX model " + file.filename().string());
-  } catch (const std::exception& error) {
-    throw std::runtime_error(file.string() + ": " + error.what());
-  }
+  });
 }
 
 }  // namespace palpate

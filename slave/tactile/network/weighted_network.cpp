@@ -1,17 +1,88 @@
 // Networks given by their weights: recurrent and feed-forward ones.
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include "slave/tactile/network/dense_stack.h"
 #include "slave/tactile/network/lstm_lanes.h"
 #include "slave/tactile/network/network_weights.h"
 
 namespace palpate {
 namespace {
+
+// The feed-forward part of a network: the layers NetworkWeights::dense, the scaling of the outputs
+// and the gain. Immutable.
+class DenseStack {
+ public:
+  // `weights` without fault (FaultOf).
+  DenseStack(const NetworkWeights& weights, double gain) : activation_(weights.activation) {
+    for (const DenseLayer& layer : weights.dense) {
+      const bool last = &layer == &weights.dense.back();
+      Layer to{static_cast<std::size_t>(layer.kernel.rows()),
+               static_cast<std::size_t>(layer.kernel.cols()),
+               {},
+               {}};
+      const auto scale = [&](Eigen::Index j) {
+        return last ? gain * static_cast<double>(weights.output_scale[j]) : 1.0;
+      };
+      for (Eigen::Index i = 0; i < layer.kernel.rows(); ++i) {
+        for (Eigen::Index j = 0; j < layer.kernel.cols(); ++j) {
+          to.kernel.push_back(scale(j) * static_cast<double>(layer.kernel(i, j)));
+        }
+      }
+      for (Eigen::Index j = 0; j < layer.kernel.cols(); ++j) {
+        const double mean = last ? gain * static_cast<double>(weights.output_mean[j]) : 0;
+        to.bias.push_back(mean + scale(j) * static_cast<double>(layer.bias[j]));
+      }
+      widest_ = std::max(widest_, to.outputs);
+      layers_.push_back(std::move(to));
+    }
+  }
+
+  // How many numbers Evaluate needs as `scratch`.
+  [[nodiscard]] std::size_t scratch_size() const { return 2 * widest_; }
+  // x: as many numbers as the first layer has inputs. False: an output is not finite. Real-time
+  // safe.
+  bool Evaluate(const double* x, std::span<double> scratch,
+                std::span<double> outputs) const noexcept {
+    assert(scratch.size() >= scratch_size() && outputs.size() == layers_.back().outputs);
+    double* here = scratch.data();
+    double* there = here + widest_;
+    for (std::size_t k = 0; k + 1 < layers_.size(); ++k, std::swap(here, there)) {
+      layers_[k].Apply(x, here);
+      Activate({here, layers_[k].outputs});
+      x = here;
+    }
+    layers_.back().Apply(x, outputs.data());
+    return std::all_of(outputs.begin(), outputs.end(), [](double y) { return std::isfinite(y); });
+  }
+
+ private:
+  struct Layer {
+    std::size_t inputs = 0, outputs = 0;
+    std::vector<double> kernel;  // inputs x outputs
+    std::vector<double> bias;
+    void Apply(const double* x, double* y) const noexcept {
+      std::copy(bias.begin(), bias.end(), y);
+      const double* row = kernel.data();
+      for (std::size_t i = 0; i < inputs; ++i, row += outputs) {
+        for (std::size_t j = 0; j < outputs; ++j) y[j] += x[i] * row[j];
+      }
+    }
+  };
+  void Activate(std::span<double> y) const noexcept {
+    for (double& value : y) {
+      value = activation_ == HiddenActivation::kTanh ? std::tanh(value) : std::max(value, 0.0);
+    }
+  }
+
+  std::vector<Layer> layers_;  // the last one gives the scaled outputs
+  HiddenActivation activation_;
+  std::size_t widest_ = 0;
+};
 
 // The signals that the network takes.
 bool Finite(const TactileSignals& change, int inputs) noexcept {

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -38,5 +40,20 @@ class BatchGradient {
   // The layers as a network takes them; scales are left alone.
   virtual void FillLayers(const Eigen::VectorXf& weights, NetworkWeights* network) const = 0;
 };
+
+// Backpropagation of the feed-forward network that the paper compares with (paper B, IV.A, after Su
+// et al.). Hidden layers of tanh units, `hidden` of them in turn, and a linear output of three, of
+// one sample. Weights in this order, matrices column by column: per layer W inputs x outputs, b.
+std::unique_ptr<BatchGradient> MakeDenseGradient(int inputs, const std::vector<int>& hidden);
+
+// Backpropagation through time of the paper's recurrent network (paper B, figure 6). Two LSTM
+// layers of `hidden` units over `steps` samples from a state of zero, then a linear output of
+// three. Per layer z = [x, h] K + b in four blocks i, j, f, o:
+//
+//   c' = c sigmoid(f + 1) + sigmoid(i) tanh(j),   h' = tanh(c') sigmoid(o)
+//
+// Weights in this order, matrices column by column: K1 (inputs + hidden) x 4 hidden, b1,
+// K2 2 hidden x 4 hidden, b2, W hidden x 3, b 3.
+std::unique_ptr<BatchGradient> MakeLstmGradient(int inputs, int hidden, int steps);
 
 }  // namespace palpate

@@ -1,14 +1,122 @@
 #include "slave/tactile/training/batch_workers.h"
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
 #include <thread>
 
 namespace palpate {
 namespace {
 
+using Eigen::Index;
+using Eigen::MatrixXf;
+using Eigen::VectorXf;
+
+constexpr float kQuietSignal = 0.25F;  // of its kind's rms
+constexpr float kQuietAxis = 0.1F;     // of the largest axis
+
 constexpr std::size_t kChunk = 32;  // windows; what one keeps of all steps fits a core's cache
 
+class Sgd final : public Optimiser {
+ public:
+  void Step(double rate, const VectorXf& gradient, VectorXf* weights) override {
+    *weights -= static_cast<float>(rate) * gradient;
+  }
+};
+
+class Adam final : public Optimiser {
+ public:
+  explicit Adam(Eigen::Index weights)
+      : mean_(VectorXf::Zero(weights)), square_(VectorXf::Zero(weights)) {}
+
+  void Step(double rate, const VectorXf& gradient, VectorXf* weights) override {
+    ++steps_;
+    mean_ = kMeanDecay * mean_ + (1 - kMeanDecay) * gradient;
+    square_ = kSquareDecay * square_ + (1 - kSquareDecay) * gradient.cwiseAbs2();
+    // Both averages start at zero: early ones are raised to what they stand for.
+    const double mean_share = 1 - std::pow(static_cast<double>(kMeanDecay), steps_);
+    const double square_share = 1 - std::pow(static_cast<double>(kSquareDecay), steps_);
+    const auto step = static_cast<float>(rate / mean_share);
+    const auto raise = static_cast<float>(1 / square_share);
+    weights->array() -= step * mean_.array() / ((raise * square_.array()).sqrt() + kFloor);
+  }
+
+ private:
+  static constexpr float kMeanDecay = 0.9F, kSquareDecay = 0.999F, kFloor = 1e-8F;
+  int steps_ = 0;
+  VectorXf mean_, square_;
+};
+
 }  // namespace
+
+TrainingScales ScalesOf(std::span<const LabelledRecording> recordings,
+                        std::span<const Window> windows, int inputs) {
+  Eigen::VectorXd signals = Eigen::VectorXd::Zero(kSignalCount);
+  Eigen::Vector3d forces = Eigen::Vector3d::Zero(), mean = forces;
+  for (const Window& w : windows) {
+    const LabelledRecording& r = recordings[w.recording];
+    signals += Eigen::Map<const Eigen::VectorXd>(r.change[w.last].data(), kSignalCount).cwiseAbs2();
+    forces += r.force[w.last].cast<double>().cwiseAbs2();
+    mean += r.force[w.last].cast<double>();
+  }
+  const double count = std::max<double>(1, static_cast<double>(windows.size()));
+  const Eigen::VectorXf rms = (signals / count).cwiseSqrt().cast<float>();
+  const Eigen::Vector3d variance = forces / count - (mean / count).cwiseAbs2();
+  if (!rms.allFinite() || !forces.allFinite()) {
+    throw std::invalid_argument("signals or forces are not finite");
+  }
+  if (!(variance.sum() > 1e-12 * forces.sum() / count)) {
+    throw std::invalid_argument("the force is the same in all training samples: nothing to learn");
+  }
+  const float electrodes = rms.head(kElectrodeCount).norm() / std::sqrt(float{kElectrodeCount});
+  if (!(electrodes > 0)) {
+    throw std::invalid_argument("the electrodes are constant in all training samples");
+  }
+  TrainingScales scales;
+  scales.signals = rms.head(inputs);
+  scales.signals.head(kElectrodeCount) =
+      scales.signals.head(kElectrodeCount).cwiseMax(kQuietSignal * electrodes);
+  for (Index i = kElectrodeCount; i < inputs; ++i) {
+    if (!(scales.signals[i] > 0)) scales.signals[i] = 1;  // not recorded, or always at rest
+  }
+  const Eigen::Vector3f force_rms = (forces / count).cwiseSqrt().cast<float>();
+  scales.forces = force_rms.cwiseMax(kQuietAxis * force_rms.maxCoeff());
+  return scales;
+}
+
+ScaledWindows::ScaledWindows(std::span<const LabelledRecording> recordings,
+                             const TrainingScales& scales) {
+  for (const LabelledRecording& r : recordings) {
+    const auto samples = static_cast<Index>(r.change.size());
+    MatrixXf signals(scales.signals.size(), samples), forces(3, samples);
+    for (Index i = 0; i < samples; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      signals.col(i) = Eigen::Map<const Eigen::VectorXd>(r.change[at].data(), scales.signals.size())
+                           .cast<float>()
+                           .cwiseQuotient(scales.signals);
+      forces.col(i) = r.force[at].cwiseQuotient(scales.forces);
+    }
+    signals_.push_back(std::move(signals));
+    forces_.push_back(std::move(forces));
+  }
+}
+
+void ScaledWindows::Gather(std::span<const Window> windows, std::vector<MatrixXf>* batch,
+                           MatrixXf* forces) const {
+  const auto steps = static_cast<Index>(batch->size());
+  const auto rows = static_cast<Index>(windows.size());
+  for (MatrixXf& step : *batch) step.resize(rows, signals_.front().rows());
+  forces->resize(rows, 3);
+  for (Index row = 0; row < rows; ++row) {
+    const Window& w = windows[static_cast<std::size_t>(row)];
+    const auto last = static_cast<Index>(w.last);
+    for (Index t = 0; t < steps; ++t) {
+      (*batch)[static_cast<std::size_t>(t)].row(row) =
+          signals_[w.recording].col(last - steps + 1 + t).transpose();
+    }
+    forces->row(row) = forces_[w.recording].col(last).transpose();
+  }
+}
 
 BatchWorkers::BatchWorkers(const std::function<std::unique_ptr<BatchGradient>()>& make,
                            const ScaledWindows& windows, int threads)
@@ -71,6 +179,14 @@ void BatchWorkers::RunChunk(const Eigen::VectorXf& weights, std::span<const Wind
   if (chunk->gradient.size() == 0) return;
   worker->forces *= weight;
   worker->network->Backward(weights, worker->forces, &chunk->gradient);
+}
+
+std::unique_ptr<Optimiser> MakeSgd() {
+  return std::make_unique<Sgd>();
+}
+
+std::unique_ptr<Optimiser> MakeAdam(Eigen::Index weights) {
+  return std::make_unique<Adam>(weights);
 }
 
 }  // namespace palpate

@@ -1,4 +1,5 @@
-// Loss and gradient of a batch on several threads.
+// A step of training: windows of samples as it reads them, loss and gradient of a batch of them on
+// several threads, and how that changes the weights.
 #pragma once
 
 #include <functional>
@@ -6,10 +7,39 @@
 #include <span>
 #include <vector>
 
+#include <Eigen/Core>
+
+#include "slave/tactile/recordings/labelled_recording.h"
 #include "slave/tactile/training/batch_gradient.h"
-#include "slave/tactile/training/scaled_windows.h"
 
 namespace palpate {
+
+// Signals and forces are divided by these; rest, which is 0, stays 0.
+struct TrainingScales {
+  Eigen::VectorXf signals;  // E1 to E19[, pac0, pdc] [counts]
+  Eigen::Vector3f forces;   // [N]
+};
+
+// Their rms over the windows' last samples. A signal that hardly moves compared with its kind
+// (electrodes; pac; pdc) is noise and must not be blown up: at least a quarter of the kind's rms;
+// in the same way for axes of force, a tenth of the largest.
+// Throws std::invalid_argument: all electrodes, or all forces, are constant or not finite.
+TrainingScales ScalesOf(std::span<const LabelledRecording> recordings,
+                        std::span<const Window> windows, int inputs);
+
+class ScaledWindows {
+ public:
+  ScaledWindows(std::span<const LabelledRecording> recordings, const TrainingScales& scales);
+
+  // Fills `batch` (one matrix windows x inputs per step, the last one the present) and `forces`
+  // (windows x 3).
+  void Gather(std::span<const Window> windows, std::vector<Eigen::MatrixXf>* batch,
+              Eigen::MatrixXf* forces) const;
+
+ private:
+  std::vector<Eigen::MatrixXf> signals_;  // per recording, inputs x samples
+  std::vector<Eigen::MatrixXf> forces_;   // per recording, 3 x samples
+};
 
 // Cuts batches into chunks of a fixed size and adds what they give in their order: the sum does not
 // depend on the number of threads.
@@ -43,5 +73,21 @@ class BatchWorkers {
   std::vector<Worker> workers_;
   std::vector<Chunk> chunks_;
 };
+
+// How a gradient changes the weights.
+class Optimiser {
+ public:
+  virtual ~Optimiser() = default;
+  Optimiser() = default;
+  Optimiser(const Optimiser&) = delete;
+  Optimiser& operator=(const Optimiser&) = delete;
+  // `rate`: of this step; schedules are the caller's.
+  virtual void Step(double rate, const Eigen::VectorXf& gradient, Eigen::VectorXf* weights) = 0;
+};
+
+// weights -= rate * gradient: the paper's.
+std::unique_ptr<Optimiser> MakeSgd();
+// Adam (Kingma and Ba 2015) with its usual constants 0.9, 0.999, 1e-8.
+std::unique_ptr<Optimiser> MakeAdam(Eigen::Index weights);
 
 }  // namespace palpate

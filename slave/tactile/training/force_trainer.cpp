@@ -9,11 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "slave/tactile/training/batch_gradient.h"
 #include "slave/tactile/training/batch_workers.h"
-#include "slave/tactile/training/dense_gradient.h"
-#include "slave/tactile/training/lstm_gradient.h"
-#include "slave/tactile/training/optimiser.h"
-#include "slave/tactile/training/scaled_windows.h"
 
 namespace palpate {
 namespace {

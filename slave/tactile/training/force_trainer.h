@@ -11,7 +11,6 @@
 #include "shared/text/progress.h"
 #include "slave/tactile/network/network_weights.h"
 #include "slave/tactile/recordings/labelled_recording.h"
-#include "slave/tactile/recordings/split.h"
 
 namespace palpate {
 

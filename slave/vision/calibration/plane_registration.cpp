@@ -1,5 +1,4 @@
 // A camera straight above the plane z = 0 of S.
-#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <stdexcept>

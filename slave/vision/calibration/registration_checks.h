@@ -1,4 +1,5 @@
-// What all registrations share: how a robust fit is told, and what makes it doubtful.
+// What registrations are made of: how a robust fit is told, what makes it doubtful, the poses of a
+// lens.
 #pragma once
 
 #include <vector>
@@ -30,5 +31,20 @@ void JudgeMirror(double mirrored_rms, const std::vector<TipPlace>& places, Camer
 void JudgeHeights(const Indices& used, const std::vector<TipPlace>& places,
                   const Eigen::Vector3d& extents, CameraRegistration* r);
 [[noreturn]] void RefuseTooFew(std::size_t usable, std::size_t fewest);
+
+struct LensPose {
+  CameraGuess guess;
+  double sum_of_squares = 0;  // of the misses [px^2]
+};
+
+// Poses at which the pictures of `which` places miss least, the best first: from OpenCV's SQPnP and
+// from its answer turned over as a plane is that looks alike from afar (Oberkampf, DeMenthon and
+// Davis, Computer Vision and Image Understanding 63, 1996); a local minimum, if it is another one,
+// comes second. Empty: they define none.
+std::vector<LensPose> LensPoses(const Lens& lens, const std::vector<TipPlace>& places,
+                                const Indices& which);
+
+// How far the picture of `place` is from where it was seen [px]; NaN: it has none.
+double LensMiss(const Lens& lens, const Eigen::Isometry3d& X_SC, const TipPlace& place);
 
 }  // namespace palpate

@@ -6,7 +6,6 @@
 #include <numeric>
 #include <random>
 #include <stdexcept>
-#include <utility>
 
 #include <fmt/format.h>
 

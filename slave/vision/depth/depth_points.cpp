@@ -6,38 +6,56 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
+
+#include <Eigen/LU>
+
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
 
-void Refuse(const std::string& name, double value, const std::string& accepted) {
-  throw std::invalid_argument(name + " = " + std::to_string(value) + ": accepted is " + accepted);
+double Miss(const Eigen::Vector3d& plane, const Eigen::Vector3d& sample) {
+  return sample[2] - plane[0] * sample[0] - plane[1] * sample[1] - plane[2];
+}
+
+// Least squares; nullopt: fewer samples than `least`, or all about on a line.
+std::optional<Eigen::Vector3d> FitPlane(const std::vector<Eigen::Vector3d>& samples, int least) {
+  const auto count = static_cast<double>(samples.size());
+  if (count < std::max(3, least)) return std::nullopt;
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& s : samples) {
+    const Eigen::Vector3d a(s[0], s[1], 1);
+    moments += a * a.transpose() / count;
+    right += a * (s[2] / count);
+  }
+  // A full cell's determinant is 1 / 144.
+  if (!(moments.determinant() > 1e-5)) return std::nullopt;
+  return moments.inverse() * right;
 }
 
 DepthPoints::Params Checked(const DepthPoints::Params& params) {
   const DepthPictures& camera = params.camera;
-  const auto positive = [](const std::string& name, double value) {
-    if (!(value > 0 && std::isfinite(value))) Refuse(name, value, "> 0");
-  };
-  positive("fx", camera.fx);
-  positive("fy", camera.fy);
-  if (!std::isfinite(camera.cx)) Refuse("cx", camera.cx, "a number");
-  if (!std::isfinite(camera.cy)) Refuse("cy", camera.cy, "a number");
-  positive("unit", camera.unit);
-  positive("sigma", camera.sigma);
-  positive("correlation", params.correlation);
+  for (const auto& [name, value] : {std::pair{"fx", camera.fx},
+                                    {"fy", camera.fy},
+                                    {"unit", camera.unit},
+                                    {"sigma", camera.sigma},
+                                    {"correlation", params.correlation}}) {
+    Require(value > 0 && std::isfinite(value), name, value, "> 0");
+  }
+  Require(std::isfinite(camera.cx), "cx", camera.cx, "a number");
+  Require(std::isfinite(camera.cy), "cy", camera.cy, "a number");
   if (!camera.X_SD.matrix().allFinite()) {
     throw std::invalid_argument("pose: accepted is a finite pose");
   }
-  if (params.cell < 2 || params.cell > 1024) Refuse("cell", params.cell, "2 to 1024 px");
-  if (params.rest_pictures < 1 || params.rest_pictures > 10000) {
-    Refuse("rest_pictures", params.rest_pictures, "1 to 10000");
-  }
-  if (!(params.least_full > 0 && params.least_full <= 1)) {
-    Refuse("least_full", params.least_full, "0 < share <= 1");
-  }
-  if (!(params.nearest >= 0)) Refuse("nearest", params.nearest, ">= 0 m");
-  if (!(params.farthest > params.nearest)) Refuse("farthest", params.farthest, "> nearest");
+  Require(params.cell >= 2 && params.cell <= 1024, "cell", 1.0 * params.cell, "2 to 1024 px");
+  Require(params.rest_pictures >= 1 && params.rest_pictures <= 10000, "rest_pictures",
+          1.0 * params.rest_pictures, "1 to 10000");
+  Require(params.least_full > 0 && params.least_full <= 1, "least_full", params.least_full,
+          "0 < share <= 1");
+  Require(params.nearest >= 0, "nearest", params.nearest, ">= 0 m");
+  Require(params.farthest > params.nearest, "farthest", params.farthest, "> nearest");
   return params;
 }
 
@@ -47,10 +65,8 @@ RestDepth MakeRest(const DepthPoints::Params& params) {
   constexpr double kLargest = std::numeric_limits<std::uint16_t>::max() - 1;
   const double lowest = std::max(1.0, std::ceil(params.nearest / unit));
   const double highest = std::min(kLargest, std::floor(params.farthest / unit));
-  if (!(lowest <= highest)) {
-    Refuse("nearest", params.nearest,
-           "below what a picture can tell, " + std::to_string(kLargest * unit) + " m");
-  }
+  Require(lowest <= highest, "nearest", params.nearest,
+          "below what a picture can tell, " + std::to_string(kLargest * unit) + " m");
   // A pixel at the edge of a hole or of the object jumps by many sigma from picture to picture.
   constexpr double kFlicker = 12;  // [sigma]
   return {params.rest_pictures, static_cast<int>(lowest), static_cast<int>(highest),
@@ -58,6 +74,140 @@ RestDepth MakeRest(const DepthPoints::Params& params) {
 }
 
 }  // namespace
+
+RestDepth::RestDepth(int pictures, int lowest, int highest, double flicker)
+    : pictures_(pictures), lowest_(lowest), highest_(highest), flicker_(flicker) {}
+
+bool RestDepth::Fits(const cv::Mat& depth) const noexcept {
+  return depth.dims == 2 && depth.type() == CV_16UC1 && depth.data != nullptr && depth.cols > 0 &&
+         depth.rows > 0 && (width_ == 0 || (depth.cols == width_ && depth.rows == height_));
+}
+
+bool RestDepth::Add(const cv::Mat& depth) {
+  if (known() || !Fits(depth)) return false;
+  if (taken_ == 0) {
+    width_ = depth.cols;
+    height_ = depth.rows;
+    const auto pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+    rest_.assign(pixels, 0);
+    seen_.assign(pixels, 0);
+    least_.assign(pixels, std::numeric_limits<std::uint16_t>::max());
+    most_.assign(pixels, 0);
+  }
+  bool any = false;
+  for (int v = 0; v < height_; ++v) {
+    const auto* counts = depth.ptr<std::uint16_t>(v);
+    auto at = static_cast<std::size_t>(v) * static_cast<std::size_t>(width_);
+    for (int u = 0; u < width_; ++u, ++at) {
+      if (!IsMeasured(counts[u])) continue;
+      any = true;
+      rest_[at] += counts[u];
+      ++seen_[at];
+      least_[at] = std::min(least_[at], counts[u]);
+      most_[at] = std::max(most_[at], counts[u]);
+    }
+  }
+  if (!any) {
+    if (taken_ == 0) Reset();
+    return false;
+  }
+  if (++taken_ == pictures_) Finish();
+  return true;
+}
+
+void RestDepth::Finish() {
+  for (std::size_t at = 0; at < rest_.size(); ++at) {
+    const bool steady =
+        2 * seen_[at] > pictures_ && most_[at] - least_[at] <= static_cast<int>(flicker_);
+    const double mean = steady ? static_cast<double>(rest_[at]) / seen_[at] : 0;
+    rest_[at] = static_cast<std::int32_t>(std::lround(kFractions * mean));
+  }
+}
+
+void RestDepth::Reset() noexcept {
+  width_ = height_ = taken_ = 0;
+}
+
+std::optional<InverseDepth> RestDepth::PlaneOf(const DepthCell& cell, int least,
+                                               const Pinhole& camera, double unit) const {
+  const double metre = unit / kFractions;
+  const double x_middle = (cell.column + 0.5 * (cell.edge - 1) - camera.cx) / camera.fx;
+  const double y_middle = (cell.row + 0.5 * (cell.edge - 1) - camera.cy) / camera.fy;
+  std::vector<Eigen::Vector3d> samples;  // in widths of the cell from its middle, and 1/z
+  for (int v = cell.row; v < cell.row + cell.edge; ++v) {
+    for (int u = cell.column; u < cell.column + cell.edge; ++u) {
+      const std::int32_t z = row(v)[u];
+      if (z == 0) continue;
+      const double x = (u - camera.cx) / camera.fx - x_middle;
+      const double y = (v - camera.cy) / camera.fy - y_middle;
+      samples.emplace_back(x * camera.fx / cell.edge, y * camera.fy / cell.edge, 1 / (z * metre));
+    }
+  }
+  // Twice: what stands out of the first plane takes no part in the second.
+  std::optional<Eigen::Vector3d> plane = FitPlane(samples, least);
+  if (!plane) return std::nullopt;
+  double mean_miss = 0;
+  for (const Eigen::Vector3d& s : samples) mean_miss += std::abs(Miss(*plane, s));
+  mean_miss /= static_cast<double>(samples.size());
+  std::erase_if(samples, [&](const auto& s) { return std::abs(Miss(*plane, s)) > 3 * mean_miss; });
+  plane = FitPlane(samples, least);
+  if (!plane) return std::nullopt;
+  const double m_x = (*plane)[0] * camera.fx / cell.edge;
+  const double m_y = (*plane)[1] * camera.fy / cell.edge;
+  return InverseDepth(m_x, m_y, (*plane)[2] - m_x * x_middle - m_y * y_middle);
+}
+
+CellShift::CellShift(int edge, double sigma)
+    : sigma_(sigma * RestDepth::kFractions),
+      changes_(static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge)),
+      sample_(changes_.size()) {}
+
+std::optional<CellShift::Mean> CellShift::Of(const cv::Mat& depth, const RestDepth& rest,
+                                             const DepthCell& cell, int least) noexcept {
+  auto end = changes_.begin();
+  for (int v = cell.row; v < cell.row + cell.edge; ++v) {
+    const auto* counts = depth.ptr<std::uint16_t>(v);
+    const std::int32_t* at_rest = rest.row(v);
+    for (int u = cell.column; u < cell.column + cell.edge; ++u) {
+      if (at_rest[u] == 0 || !rest.IsMeasured(counts[u])) continue;
+      *end++ = RestDepth::kFractions * counts[u] - at_rest[u];
+    }
+  }
+  const auto begin = changes_.begin();
+  const auto count = end - begin;
+  if (count < std::max(1, least)) return std::nullopt;
+  // The median only says where to look: a third of the pixels, of every row and column some, do.
+  constexpr std::ptrdiff_t kPlenty = 128;
+  const std::ptrdiff_t step = count >= kPlenty ? 3 : 1;
+  const auto first = sample_.begin();
+  auto last = first;
+  for (std::ptrdiff_t i = 0; i < count; i += step) *last++ = begin[i];
+  const auto median = first + (last - first) / 2;
+  std::nth_element(first, median, last);
+  const auto lower = first + (last - first) / 4;
+  const auto upper = first + 3 * (last - first) / 4;
+  if (lower < median) std::nth_element(first, lower, median);
+  if (median < upper) std::nth_element(median + 1, upper, last);
+  // One sigma of a normal distribution, by both quartiles, or by the closer one where outliers have
+  // got hold of the other.
+  const double both = 0.7413 * (*upper - *lower);
+  const double closer = 1.4826 * std::min(*median - *lower, *upper - *median);
+  const double width = 3 * std::max(sigma_, std::min(both, closer + 2 * sigma_));
+  double sum = 0;
+  double squares = 0;
+  int used = 0;
+  for (auto it = begin; it != end; ++it) {
+    const double off = *it - *median;
+    const double near = std::abs(off) <= width ? 1 : 0;
+    sum += near * off;
+    squares += near * off * off;
+    used += near != 0 ? 1 : 0;
+  }
+  const double mean = sum / used;
+  return Mean{(*median + mean) / RestDepth::kFractions,
+              std::sqrt(std::max(0.0, squares / used - mean * mean)) / RestDepth::kFractions,
+              static_cast<int>(count)};
+}
 
 DepthPoints::DepthPoints(const Params& params)
     : params_(Checked(params)),

@@ -1,11 +1,44 @@
-// Connected regions of a two-valued picture, from the runs of its rows.
+// Regions of a picture that differ from their ground: the grey level that parts them, and which
+// pixels belong together.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include <opencv2/core/mat.hpp>
+
 namespace palpate {
 
+// The grey level that parts dots from their ground, tile by tile: light that falls across the
+// picture does not move it. Half way between the darkest and the lightest of a tile and its eight
+// neighbours where these differ enough; elsewhere (inside a large dot, on plain ground) what the
+// nearest such tiles have.
+class ThresholdMap {
+ public:
+  static constexpr int kTile = 16;  // [px]
+
+  // `image`: 8 bit grey. `min_contrast`: levels between dot and ground that count. False: nowhere
+  // in the picture is there so much. Allocates only when the size grows.
+  bool Fit(const cv::Mat& image, int min_contrast);
+  // One level per tile of the tile row in which picture row `y` lies.
+  [[nodiscard]] const std::uint8_t* Row(int y) const {
+    return levels_.data() + static_cast<std::ptrdiff_t>(y / kTile) * columns_;
+  }
+  [[nodiscard]] int At(int x, int y) const { return Row(y)[x / kTile]; }
+
+ private:
+  void FindExtremes(const cv::Mat& image);
+  void Spread();
+
+  int columns_ = 0, rows_ = 0;
+  std::vector<std::uint8_t> darkest_, lightest_;                // rows x columns
+  std::vector<std::uint8_t> column_darkest_, column_lightest_;  // of one row of tiles
+  std::vector<std::uint8_t> levels_;                            // rows x columns
+  std::vector<std::uint8_t> known_;                             // rows x columns
+  std::vector<int> front_, next_front_;                         // tiles with a level, at the edge
+};
+
+// Connected regions of a two-valued picture, from the runs of its rows.
 // One region's sums over its pixels, and its bounding box (last row and column included).
 struct Blob {
   std::int64_t area = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
@@ -29,7 +62,6 @@ class BlobLabeller {
   void AddRow(int y, const std::uint64_t* bits, bool inverted) noexcept;
   // Every region once, in no order; valid until the next Begin.
   const std::vector<Blob>& Finish() noexcept;
-  [[nodiscard]] bool overrun() const { return overrun_; }
 
  private:
   struct Run {
@@ -44,7 +76,6 @@ class BlobLabeller {
   std::size_t next_above_ = 0;
   std::vector<int> parents_;  // per label
   std::vector<Blob> blobs_;   // per label; joined ones are empty
-  bool overrun_ = false;
 };
 
 }  // namespace palpate

@@ -1,9 +1,13 @@
-// A dot as one picture shows it.
+// A dot as one picture shows it, and how a region of pixels becomes one.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include "slave/vision/dots/blob_labeller.h"
 
 namespace palpate {
 
@@ -18,5 +22,24 @@ struct Dot {
   double contrast = 0;                              // ground minus dot, or the reverse [levels]
   double sigma = 0;  // of the centroid, per axis, from the noise around the dot [px]
 };
+
+struct DotShapeLimits {
+  double area_min = 30, area_max = 20000;  // [px^2]
+  double axes_ratio_min = 0.3;             // short to long axis
+  double contrast_min = 20;                // [levels]
+};
+
+// From a region of pixels to a dot. An ellipse by its pixels' second moments: its area is 4 pi
+// sqrt(det) of these. nullopt: outside `limits`, or not elliptical.
+std::optional<Dot> EllipseOf(const Blob& blob, const DotShapeLimits& limits) noexcept;
+
+// The grey-weighted centroid. The ground is a plane fitted to a ring around the dot, so that light
+// that changes across the dot does not pull, without the part of the ring in which an edge passes
+// by. Each pixel weighs what it differs from the ground, within 2 px of the dot's edge or as far as
+// its blur reaches; less far towards that edge and opposite to it. `dot` is what EllipseOf says.
+// nullopt: too little contrast, half the ring is not ground, no picture around it, an edge that
+// leaves the ellipse by a pixel or more.
+std::optional<Dot> RefineDot(const cv::Mat& image, const Dot& dot, int threshold, DotTone tone,
+                             const DotShapeLimits& limits) noexcept;
 
 }  // namespace palpate

@@ -5,11 +5,11 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include <Eigen/Geometry>
 
-#include "slave/vision/dots/affine_move.h"
+#include "shared/geometry/index.h"
+#include "shared/text/text.h"
 #include "slave/vision/dots/dot_growth.h"
 
 namespace palpate {
@@ -47,10 +47,7 @@ DotArray::DotArray(std::vector<Eigen::Vector2d> layout, const Params& params)
   for (const Eigen::Vector2d& p : layout_) {
     if (!p.allFinite()) throw std::invalid_argument("a dot of the layout has no finite place");
   }
-  if (!(params.gate > 0 && params.gate < 0.5)) {
-    throw std::invalid_argument("gate = " + std::to_string(params.gate) +
-                                ": accepted is 0 < gate < 0.5");
-  }
+  Require(params.gate > 0 && params.gate < 0.5, "gate", params.gate, "0 < gate < 0.5");
   if (!(params.least_seen > 0 && params.least_seen <= 1 && params.area_ratio > 1)) {
     throw std::invalid_argument("least_seen = " + std::to_string(params.least_seen) +
                                 ", area_ratio = " + std::to_string(params.area_ratio) +
@@ -88,8 +85,8 @@ int DotArray::Match(std::span<const Dot> dots, std::span<const Eigen::Vector2d> 
       for (int j = 0; j < around.count; ++j) {
         for (int k = 0; k < around.count; ++k) {
           if (j == k) continue;
-          const std::array<int, 3> seeds{candidates_[c], around.dots[static_cast<std::size_t>(j)],
-                                         around.dots[static_cast<std::size_t>(k)]};
+          const std::array<int, 3> seeds{candidates_[c], around.dots[Index(j)],
+                                         around.dots[Index(k)]};
           if (!SeedsFit(growth, dots, seeds)) continue;
           const int to_beat = std::max(least_, best - Slack(size()));
           const int found = Grow(growth, dots, seeds, to_beat);
@@ -127,12 +124,11 @@ void DotArray::Choose(std::span<const Dot> dots, std::span<const Eigen::Vector2d
 void DotArray::FindNeighbours(std::span<const Dot> dots) noexcept {
   around_.resize(candidates_.size());
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
-    const Eigen::Vector2d& centre = dots[static_cast<std::size_t>(candidates_[c])].centre;
+    const Eigen::Vector2d& centre = dots[Index(candidates_[c])].centre;
     order_.clear();
     for (const int other : candidates_) {
       if (other == candidates_[c]) continue;
-      order_.emplace_back((dots[static_cast<std::size_t>(other)].centre - centre).squaredNorm(),
-                          other);
+      order_.emplace_back((dots[Index(other)].centre - centre).squaredNorm(), other);
     }
     // In a small crowd anyone may be a neighbour.
     const std::size_t most = candidates_.size() <= Around::kMost + 1 ? Around::kMost : kNeighbours;
@@ -148,10 +144,10 @@ void DotArray::FindNeighbours(std::span<const Dot> dots) noexcept {
 bool DotArray::SeedsFit(const Growth& growth, std::span<const Dot> dots,
                         const std::array<int, 3>& seeds) const noexcept {
   std::array<const Dot*, 3> dot{};
-  for (std::size_t i = 0; i < 3; ++i) dot[i] = &dots[static_cast<std::size_t>(seeds[i])];
+  for (std::size_t i = 0; i < 3; ++i) dot[i] = &dots[Index(seeds[i])];
   if (!Alike(dot[0]->area, dot[1]->area, params_.area_ratio)) return false;
   if (!Alike(dot[0]->area, dot[2]->area, params_.area_ratio)) return false;
-  const auto at = [&](std::size_t i) { return layout_[static_cast<std::size_t>(growth[i].dot)]; };
+  const auto at = [&](std::size_t i) { return layout_[Index(growth[i].dot)]; };
   const Eigen::Vector2d a = dot[1]->centre - dot[0]->centre, b = dot[2]->centre - dot[0]->centre;
   const double turn = Cross(a, b);
   if (std::abs(turn) < 0.1 * a.norm() * b.norm()) return false;
@@ -165,28 +161,27 @@ int DotArray::Grow(const Growth& growth, std::span<const Dot> dots, const std::a
   ++round_;
   std::fill(trial_.begin(), trial_.end(), kNobody);
   const auto take = [&](int k, int dot) {
-    trial_[static_cast<std::size_t>(k)] = dot;
-    taken_[static_cast<std::size_t>(dot)] = round_;
-    places_[static_cast<std::size_t>(k)] = dots[static_cast<std::size_t>(dot)].centre;
+    trial_[Index(k)] = dot;
+    taken_[Index(dot)] = round_;
+    places_[Index(k)] = dots[Index(dot)].centre;
   };
   for (std::size_t i = 0; i < 3; ++i) take(growth[i].dot, seeds[i]);
   int found = 3;
   const int n = static_cast<int>(size());
   for (int i = 3; i < n; ++i) {
-    const GrowthStep& step = growth[static_cast<std::size_t>(i)];
+    const GrowthStep& step = growth[Index(i)];
     Eigen::Vector2d place(0, 0);
-    for (std::size_t p = 0; p < static_cast<std::size_t>(step.parents); ++p) {
-      place += step.weight[p] * places_[static_cast<std::size_t>(step.parent[p])];
+    for (std::size_t p = 0; p < Index(step.parents); ++p) {
+      place += step.weight[p] * places_[Index(step.parent[p])];
     }
-    places_[static_cast<std::size_t>(step.dot)] = place;
+    places_[Index(step.dot)] = place;
     const int parent = step.parent[0];
-    const double reach = params_.gate * (place - places_[static_cast<std::size_t>(parent)]).norm();
+    const double reach = params_.gate * (place - places_[Index(parent)]).norm();
     const int dot = index_.Nearest(dots, place, reach);
-    const int next_to = trial_[static_cast<std::size_t>(parent)];
-    const bool takes =
-        dot >= 0 && taken_[static_cast<std::size_t>(dot)] != round_ &&
-        (next_to < 0 || Alike(dots[static_cast<std::size_t>(dot)].area,
-                              dots[static_cast<std::size_t>(next_to)].area, params_.area_ratio));
+    const int next_to = trial_[Index(parent)];
+    const bool takes = dot >= 0 && taken_[Index(dot)] != round_ &&
+                       (next_to < 0 || Alike(dots[Index(dot)].area, dots[Index(next_to)].area,
+                                             params_.area_ratio));
     if (takes) {
       take(step.dot, dot);
       ++found;
@@ -218,7 +213,7 @@ double DotArray::Cost(std::span<const Dot> dots,
   for (std::size_t k = 0; k < size(); ++k) {
     if (trial_[k] == kNobody) continue;
     const Eigen::Vector2d& m = layout_[k];
-    const Eigen::Vector2d& p = dots[static_cast<std::size_t>(trial_[k])].centre;
+    const Eigen::Vector2d& p = dots[Index(trial_[k])].centre;
     MM += m * m.transpose();
     PM += p * m.transpose();
     m_sum += m, p_sum += p;
@@ -254,13 +249,13 @@ int DotArray::Follow(std::span<const Dot> dots, std::span<const Eigen::Vector2d>
     if (!places[k].allFinite()) continue;
     const int dot = index_.Nearest(dots, places[k], params_.gate * Spacing(k, places));
     if (dot < 0) continue;
-    const Dot& seen = dots[static_cast<std::size_t>(dot)];
+    const Dot& seen = dots[Index(dot)];
     if (areas[k] > 0 && !Alike(seen.area, areas[k], 2.5)) continue;
-    int& owner = taken_[static_cast<std::size_t>(dot)];
+    int& owner = taken_[Index(dot)];
     if (owner != kNobody) {  // the nearer one keeps it
-      const Eigen::Vector2d& rival = places[static_cast<std::size_t>(owner)];
+      const Eigen::Vector2d& rival = places[Index(owner)];
       if ((rival - seen.centre).norm() <= (places[k] - seen.centre).norm()) continue;
-      (*picks)[static_cast<std::size_t>(owner)] = kNobody;
+      (*picks)[Index(owner)] = kNobody;
       --found;
     }
     owner = static_cast<int>(k);
@@ -275,7 +270,7 @@ Eigen::Vector2d DotArray::Expect(std::size_t k, std::span<const Eigen::Vector2d>
                                  std::span<const char> seen) const noexcept {
   AffineMove move(before[k]);
   for (const int j : neighbours_[k]) {
-    const auto other = static_cast<std::size_t>(j);
+    const auto other = Index(j);
     if (seen[other] != 0) move.Add(before[other], now[other]);
   }
   if (move.count() < 3) {
@@ -290,7 +285,7 @@ Eigen::Vector2d DotArray::Expect(std::size_t k, std::span<const Eigen::Vector2d>
 double DotArray::Spacing(std::size_t k, std::span<const Eigen::Vector2d> places) const noexcept {
   double nearest = std::numeric_limits<double>::infinity();
   for (const int j : neighbours_[k]) {
-    const double distance = (places[static_cast<std::size_t>(j)] - places[k]).norm();
+    const double distance = (places[Index(j)] - places[k]).norm();
     if (distance < nearest) nearest = distance;  // not finite: not less
   }
   return std::isfinite(nearest) ? nearest : 0;

@@ -11,7 +11,6 @@
 
 #include "slave/vision/dots/dot.h"
 #include "slave/vision/dots/dot_growth.h"
-#include "slave/vision/dots/dot_index.h"
 
 namespace palpate {
 

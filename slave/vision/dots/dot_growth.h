@@ -1,11 +1,16 @@
-// In which order an array is found in a picture: from three neighbours outwards.
+// How an array is found in a picture: in which order, from three neighbours outwards; which dot is
+// near a place; where a point goes when its neighbours move.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <limits>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
+
+#include "slave/vision/dots/dot.h"
 
 namespace palpate {
 
@@ -28,5 +33,67 @@ std::vector<std::size_t> SpreadAnchors(const std::vector<Eigen::Vector2d>& layou
 // Of each dot, up to `most` others, nearest first.
 std::vector<std::vector<int>> NearestNeighbours(const std::vector<Eigen::Vector2d>& layout,
                                                 std::size_t most);
+
+// The dots of one picture by place.
+class DotIndex {
+ public:
+  // Allocates only when there are more dots than ever before.
+  void Build(std::span<const Dot> dots, std::span<const int> which);
+  // The nearest of them to `place` within `reach` [px]; -1: none.
+  [[nodiscard]] int Nearest(std::span<const Dot> dots, const Eigen::Vector2d& place,
+                            double reach) const noexcept;
+
+ private:
+  static constexpr int kCells = 16;  // along each axis
+  [[nodiscard]] int Cell(double offset) const noexcept;
+
+  std::vector<int> heads_, next_;  // chains of dots per cell
+  Eigen::Vector2d corner_{0, 0};
+  double cell_ = 1;  // [px]
+};
+
+// Where a point goes when its neighbours move: least squares of an affine map.
+class AffineMove {
+ public:
+  // `point`: where it was.
+  explicit AffineMove(const Eigen::Vector2d& point) : point_(point) {}
+  // A neighbour was at `before` and is at `now`; the nearer ones weigh more.
+  void Add(const Eigen::Vector2d& before, const Eigen::Vector2d& now) noexcept {
+    const Eigen::Vector2d d = before - point_, move = now - before;
+    const double weight = 1 / (d.squaredNorm() + 1e-12);
+    ++count_;
+    sum_ += weight;
+    d_ += weight * d;
+    move_ += weight * move;
+    dd_ += weight * d * d.transpose();
+    move_d_ += weight * move * d.transpose();
+  }
+  [[nodiscard]] int count() const { return count_; }
+  // Where the point is now. Neighbours on one line, or fewer than three: nothing is said across
+  // them, so across them they shift as one. Nobody: NaN.
+  [[nodiscard]] Eigen::Vector2d Carry() const noexcept {
+    if (count_ == 0) {
+      return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+    }
+    const Eigen::Vector2d d = d_ / sum_, move = move_ / sum_;
+    Eigen::Matrix2d D = dd_ - sum_ * d * d.transpose();
+    const Eigen::Matrix2d M = move_d_ - sum_ * move * d.transpose();
+    const double ridge = 1e-6 * dd_.trace();
+    D(0, 0) += ridge;
+    D(1, 1) += ridge;
+    const double determinant = D(0, 0) * D(1, 1) - D(0, 1) * D(1, 0);
+    if (!(determinant > 0)) return point_ + move;
+    Eigen::Matrix2d inverse;
+    inverse << D(1, 1), -D(0, 1), -D(1, 0), D(0, 0);
+    return point_ + move - M * inverse * d / determinant;
+  }
+
+ private:
+  Eigen::Vector2d point_;
+  int count_ = 0;
+  double sum_ = 0;
+  Eigen::Vector2d d_{0, 0}, move_{0, 0};
+  Eigen::Matrix2d dd_ = Eigen::Matrix2d::Zero(), move_d_ = Eigen::Matrix2d::Zero();
+};
 
 }  // namespace palpate

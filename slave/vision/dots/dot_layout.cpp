@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "shared/text/text.h"
 #include "slave/scene/contour_file.h"
 
 namespace palpate {
@@ -36,9 +37,7 @@ Choice Nearest(int count, const Eigen::Vector2d& spacing, const Eigen::Vector2d&
 }  // namespace
 
 std::vector<Eigen::Vector2d> LatticePlaces(int count, const Eigen::Vector2d& spacing) {
-  if (count < 1 || count > 400) {
-    throw std::invalid_argument("count = " + std::to_string(count) + ": accepted is 1 to 400");
-  }
+  Require(count >= 1 && count <= 400, "count", count, "1 to 400");
   if (!(spacing.allFinite() && spacing.minCoeff() > 0 &&
         spacing.maxCoeff() < 1e3 * spacing.minCoeff())) {
     throw std::invalid_argument("spacing = [" + std::to_string(spacing.x()) + ", " +

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <optional>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
-#include "slave/vision/dots/circle_bias.h"
+#include "shared/geometry/index.h"
+#include "shared/text/text.h"
+#include "slave/vision/stereo/rig.h"
 
 namespace palpate {
 namespace {
@@ -22,27 +22,21 @@ bool Fits(const cv::Mat& image, const Lens& lens) {
          image.cols == lens.size[0] && image.rows == lens.size[1];
 }
 
-void Refuse(const std::string& what) {
-  throw std::invalid_argument(what);
-}
-
 StereoDots::Params Checked(StereoDots::Params params) {
   for (const Lens* lens : {&params.rig.left, &params.rig.right}) {
     if (!(lens->fx > 0 && lens->fy > 0 && lens->size[0] > 0 && lens->size[1] > 0)) {
-      Refuse("rig: accepted are lenses with focal lengths > 0 and a size > 0");
+      throw std::invalid_argument("rig: accepted are lenses with focal lengths > 0 and a size > 0");
     }
   }
-  if (!(params.rig.baseline() > 0)) Refuse("rig: baseline = 0: accepted is > 0");
-  const auto number = [](const std::string& name, double value, bool accepted,
-                         const std::string& what) {
-    if (!accepted) Refuse(name + " = " + std::to_string(value) + ": accepted is " + what);
-  };
-  number("dot_radius", params.dot_radius, params.dot_radius >= 0 && params.dot_radius < 1,
-         "0 <= radius < 1 m");
-  number("sigma_px", params.sigma_px, params.sigma_px >= 0 && params.sigma_px < 100,
-         "0 <= sigma < 100 px");
-  number("rest_pictures", params.rest_pictures, params.rest_pictures >= 1, "at least 1");
-  number("miss_px", params.miss_px, params.miss_px > 0, "> 0");
+  if (!(params.rig.baseline() > 0)) {
+    throw std::invalid_argument("rig: baseline = 0: accepted is > 0");
+  }
+  Require(params.dot_radius >= 0 && params.dot_radius < 1, "dot_radius", params.dot_radius,
+          "0 <= radius < 1 m");
+  Require(params.sigma_px >= 0 && params.sigma_px < 100, "sigma_px", params.sigma_px,
+          "0 <= sigma < 100 px");
+  Require(params.rest_pictures >= 1, "rest_pictures", 1.0 * params.rest_pictures, "at least 1");
+  Require(params.miss_px > 0, "miss_px", params.miss_px, "> 0");
   return params;
 }
 
@@ -82,7 +76,9 @@ void StereoDots::Hint() {
     const Eigen::Vector3d p_L = X_LO * Eigen::Vector3d(p_O.x(), p_O.y(), 0);
     const auto left = Project(params_.rig.left, p_L);
     const auto right = Project(params_.rig.right, params_.rig.X_RL * p_L);
-    if (!left || !right) Refuse("pose: accepted is the array of dots in front of both cameras");
+    if (!left || !right) {
+      throw std::invalid_argument("pose: accepted is the array of dots in front of both cameras");
+    }
     places[0].push_back(*left);
     places[1].push_back(*right);
   }
@@ -164,7 +160,7 @@ Eigen::Vector3d StereoDots::Normal(std::size_t k) const noexcept {
   Eigen::Matrix2d D = Eigen::Matrix2d::Zero();
   Eigen::Matrix<double, 3, 2> P = Eigen::Matrix<double, 3, 2>::Zero();
   for (const int j : eyes_[0].array().neighbours(k)) {
-    const auto other = static_cast<std::size_t>(j);
+    const auto other = Index(j);
     if (!raw_[other]) continue;
     const Eigen::Vector2d d = params_.layout[other] - params_.layout[k];
     D += d * d.transpose();
@@ -184,7 +180,7 @@ bool StereoDots::SizeFits() noexcept {
   ratios_.clear();
   for (std::size_t k = 0; k < raw_.size(); ++k) {
     for (const int j : eyes_[0].array().neighbours(k)) {
-      const auto other = static_cast<std::size_t>(j);
+      const auto other = Index(j);
       if (other < k || !raw_[k] || !raw_[other]) continue;
       ratios_.push_back((raw_[k]->p_L - raw_[other]->p_L).norm() /
                         (params_.layout[k] - params_.layout[other]).norm());

@@ -35,6 +35,19 @@ std::array<cv::Mat, 2> Sources(const std::array<int, 2>& size, const From& from)
   return sources;
 }
 
+[[noreturn]] void Refuse(const Camera& camera, const std::exception& error) {
+  throw std::runtime_error("sense.camera.intrinsics = " + camera.lens.string() + ": " +
+                           error.what());
+}
+
+LensWarp Read(const Camera& camera) {
+  try {
+    return LensWarp::Straightening(ReadLens(camera.lens));
+  } catch (const std::runtime_error& error) {
+    Refuse(camera, error);
+  }
+}
+
 }  // namespace
 
 std::optional<Eigen::Vector2d> Straight(const Lens& lens, const Eigen::Vector2d& p_I) noexcept {
@@ -75,6 +88,17 @@ Lens ReadLens(const std::filesystem::path& file) {
                              ": is of two cameras: accepted is the file of one (calibrate --left)");
   }
   return rig.left;
+}
+
+PictureFilter StraighteningOf(const Camera& camera) {
+  if (camera.lens.empty()) return {};
+  return [camera, warp = Read(camera)](const cv::Mat& picture) {
+    try {
+      return warp.Apply(picture);
+    } catch (const std::runtime_error& error) {
+      Refuse(camera, error);
+    }
+  };
 }
 
 }  // namespace palpate

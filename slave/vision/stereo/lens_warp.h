@@ -1,11 +1,12 @@
 // Pictures with and without the distortion of a lens.
 #pragma once
 
-#include <array>
 #include <filesystem>
 
 #include <opencv2/core/mat.hpp>
 
+#include "slave/capture/frame_source.h"
+#include "slave/scene/scene.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate {
@@ -40,5 +41,11 @@ std::optional<Eigen::Vector2d> Straight(const Lens& lens, const Eigen::Vector2d&
 // The lens of a file of one camera. Throws std::runtime_error as ReadRig does, and for a file of
 // two cameras.
 Lens ReadLens(const std::filesystem::path& file);
+
+// Pictures of a camera whose lens the scene names come straight to everybody who looks at them:
+// what straightens them; empty: the scene names no lens. Throws std::runtime_error naming
+// sense.camera.intrinsics: its file is unreadable, no lens, or of two cameras; the filter throws it
+// where a picture has another size than the lens.
+PictureFilter StraighteningOf(const Camera& camera);
 
 }  // namespace palpate

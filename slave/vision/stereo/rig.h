@@ -57,4 +57,32 @@ struct Triangulated {
 std::optional<Triangulated> Triangulate(const StereoRig& rig, const Eigen::Vector2d& left_I,
                                         const Eigen::Vector2d& right_I, double sigma_px) noexcept;
 
+// The distortion of a Lens and its derivative, for what inverts or fits it. OpenCV's model: with
+// r^2 = x^2 + y^2, x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2), y' = y
+// (...) + p1 (r^2 + 2 y^2) + 2 p2 x y; `ray` = (x, y) = (X/Z, Y/Z).
+struct Distorted {
+  Eigen::Vector2d ray{0, 0};
+  Eigen::Matrix2d jacobian = Eigen::Matrix2d::Identity();  // d ray' / d ray
+};
+Distorted Distort(const Lens& lens, const Eigen::Vector2d& ray) noexcept;
+
+// Whether the radial part still rises from the axis out to `ray`: beyond, two rays share a pixel.
+bool IsInvertibleOutTo(const Lens& lens, const Eigen::Vector2d& ray) noexcept;
+
+// Project() with d p_I / d p_C. False: behind the camera or outside the invertible range.
+bool ProjectWithJacobian(const Lens& lens, const Eigen::Vector3d& p_C, Eigen::Vector2d* p_I,
+                         Eigen::Matrix<double, 2, 3>* jacobian) noexcept;
+
+// Where the middle of a tilted dot's picture lies, which is not the picture of its middle: centroid
+// of the picture of a flat disc minus the picture of its centre [px]. A line l of the picture (a
+// plane through the eye with normal l) touches the disc's edge where
+//   (l . c)^2 = r^2 (l . l - (l . n)^2),
+// so the dual conic is c c' - r^2 (I - n n'), and the ellipse's centre is its last column. For a
+// pinhole this is exact (reference g: x_e = -r^2 sin cos / (Z^2 - r^2 sin^2)); the lens's
+// distortion is taken as it is at the ellipse's centre. `p_C` centre [m], `n_C` unit normal, camera
+// frame, `radius` [m]. nullopt: behind the camera, or the disc reaches the eye's plane.
+std::optional<Eigen::Vector2d> CircleCentroidBias(const Lens& lens, const Eigen::Vector3d& p_C,
+                                                  const Eigen::Vector3d& n_C,
+                                                  double radius) noexcept;
+
 }  // namespace palpate

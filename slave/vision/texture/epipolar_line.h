@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "slave/vision/stereo/rig.h"
+#include "slave/vision/texture/window_template.h"
 
 namespace palpate {
 
@@ -46,5 +47,19 @@ class EpipolarLine {
 // The smallest depth on the left camera's axis that the right one shows too [m]: a disparity of
 // half the picture where the axes are parallel. nullopt: it shows nothing of that axis.
 std::optional<double> NearestInBoth(const StereoRig& rig) noexcept;
+
+// Where a window seen by one camera is in the other: along the line of places its ray may have.
+struct EpipolarOptions {
+  double least_correlation = 0.7;  // at the coarse level
+  double least_margin = 0.03;      // over the best elsewhere: what looks alike twice is refused
+};
+
+// `seen` in the picture of `from`; its window, as `window` has it on `level`, is looked for in
+// `picture`, taken by `to`, from infinity to as near as both cameras can see; X_TF: p_to = X_TF
+// p_from. nullopt: not there, or there twice. Real-time safe.
+std::optional<WindowWarp> SearchEpipolar(const Lens& from, const Lens& to,
+                                         const Eigen::Isometry3d& X_TF, const WindowWarp& seen,
+                                         WindowTemplate& window, const PicturePyramid& picture,
+                                         int level, const EpipolarOptions& options) noexcept;
 
 }  // namespace palpate

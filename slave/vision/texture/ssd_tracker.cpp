@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include <Eigen/LU>
+
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -19,26 +20,15 @@ constexpr int kPicturesPerCut = 10;   // between two recent templates
 constexpr int kSearchesPerPicture = 4;
 
 void Check(const SsdOptions& options) {
-  const auto refuse = [](const std::string& what) { throw std::invalid_argument(what); };
-  if (options.window < kSmallestEdge || options.window > 255 || options.window % 2 == 0) {
-    refuse("window = " + std::to_string(options.window) +
-           " px: accepted is an odd number from 9 to 255");
-  }
-  if (options.levels < 1 || options.levels > 6) {
-    refuse("levels = " + std::to_string(options.levels) + ": accepted is 1 to 6");
-  }
+  const int window = options.window;
+  Require(window >= kSmallestEdge && window <= 255 && window % 2 == 1, "window", window,
+          "an odd number from 9 to 255", " px");
+  Require(options.levels >= 1 && options.levels <= 6, "levels", options.levels, "1 to 6");
   for (const double least : {options.least_correlation, options.refind_correlation}) {
-    if (!(least > 0 && least < 1)) {
-      refuse("correlation = " + std::to_string(least) + ": accepted is 0 < c < 1");
-    }
+    Require(least > 0 && least < 1, "correlation", least, "0 < c < 1");
   }
-  if (!(options.most_return_miss > 0)) {
-    refuse("most_return_miss = " + std::to_string(options.most_return_miss) +
-           " px: accepted is > 0");
-  }
-  if (options.search_radius < 0) {
-    refuse("search_radius = " + std::to_string(options.search_radius) + " px: accepted is >= 0");
-  }
+  Require(options.most_return_miss > 0, "most_return_miss", options.most_return_miss, "> 0", " px");
+  Require(options.search_radius >= 0, "search_radius", options.search_radius, ">= 0", " px");
 }
 
 // The fine window's part of the picture, but never less than the smallest edge.

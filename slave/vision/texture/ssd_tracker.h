@@ -13,7 +13,6 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "slave/vision/texture/picture_pyramid.h"
 #include "slave/vision/texture/window_template.h"
 
 namespace palpate {

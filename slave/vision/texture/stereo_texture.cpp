@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
-#include "slave/vision/texture/good_windows.h"
+#include "shared/text/text.h"
+#include "slave/vision/texture/window_template.h"
 
 namespace palpate {
 namespace {
@@ -20,12 +19,9 @@ bool IsPicture(const cv::Mat& picture, const Lens& lens) {
 }
 
 void Check(const StereoTextureOptions& options) {
-  const auto refuse = [](const std::string& key, double value, const std::string& accepted) {
-    throw std::invalid_argument(key + " = " + std::to_string(value) + ": accepted is " + accepted);
-  };
-  if (options.count < 1 || options.count > 10000) refuse("count", options.count, "1 to 10000");
-  if (!(options.sigma > 0)) refuse("sigma", options.sigma, "> 0 [px]");
-  if (!(options.most_miss > 0)) refuse("most_miss", options.most_miss, "> 0 [px]");
+  Require(options.count >= 1 && options.count <= 10000, "count", 1.0 * options.count, "1 to 10000");
+  Require(options.sigma > 0, "sigma", options.sigma, "> 0 [px]");
+  Require(options.most_miss > 0, "most_miss", options.most_miss, "> 0 [px]");
 }
 
 }  // namespace

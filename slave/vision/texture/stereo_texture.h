@@ -14,7 +14,7 @@
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/rig.h"
 #include "slave/vision/stereo/surface_points.h"
-#include "slave/vision/texture/epipolar_search.h"
+#include "slave/vision/texture/epipolar_line.h"
 #include "slave/vision/texture/ssd_tracker.h"
 
 namespace palpate {

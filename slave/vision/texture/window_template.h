@@ -1,3 +1,61 @@
+// Windows of texture: where they lie, which are worth tracking, how they find themselves in another
+// picture.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+namespace palpate {
+
+// Where a window lies in a picture: the pixel u of the window (from its centre) is at A u + p.
+struct WindowWarp {
+  Eigen::Matrix2d A = Eigen::Matrix2d::Identity();
+  Eigen::Vector2d p{0, 0};  // the centre [px]; (0, 0) is the centre of the upper left pixel
+
+  // The same window on a picture shrunk by two, `level` times over.
+  [[nodiscard]] WindowWarp OnLevel(int level) const {
+    const double scale = 1.0 / (1 << level);
+    return {A, ((p.array() + 0.5) * scale - 0.5).matrix()};
+  }
+  [[nodiscard]] WindowWarp FromLevel(int level) const {
+    const double scale = 1 << level;
+    return {A, ((p.array() + 0.5) * scale - 0.5).matrix()};
+  }
+};
+
+// A grey picture and its halves, quarters, ...: what windows of texture are looked for in, coarse
+// to fine.
+class PicturePyramid {
+ public:
+  // `levels` >= 1; fewer where the picture would shrink below 32 px. Throws std::invalid_argument:
+  // not 8 bit, neither grey nor BGR, smaller than 32 px.
+  PicturePyramid(const cv::Mat& first, int levels);
+
+  // Takes a picture in, of the first one's size and type; false (and nothing changed) otherwise.
+  // Real-time safe.
+  bool Read(const cv::Mat& picture) noexcept;
+
+  [[nodiscard]] int levels() const { return static_cast<int>(levels_.size()); }
+  [[nodiscard]] const cv::Mat& operator[](int level) const {  // 8 bit grey
+    return levels_[static_cast<std::size_t>(level)];
+  }
+
+ private:
+  int type_ = 0;
+  std::vector<cv::Mat> levels_;
+};
+
+// Windows worth tracking, where nobody named any: centres [px] of at most `count` windows of `edge`
+// px whose structure tensor (sum of grad grad^T over the window) has the largest lesser
+// eigenvalues: J. Shi and C. Tomasi, CVPR 1994. At least `apart` from each other and a window
+// inside the picture; best first. Empty: no texture, or nothing to read (not 8 bit, neither grey
+// nor BGR).
+std::vector<Eigen::Vector2d> ChooseWindows(const cv::Mat& picture, int count, int edge,
+                                           double apart);
+
 // A window of texture that finds itself in another picture.
 //
 // Sum of squared differences over an affine warp, with gain a and offset b of the light:
@@ -7,17 +65,6 @@
 // C tracks shifts only; an approaching or turning organ needs the affine part. The weights w are a
 // Gaussian about the centre, whose place is asked for: where the surface bends, what lies further
 // out pulls the answer away.
-#pragma once
-
-#include <cstddef>
-
-#include <Eigen/Core>
-#include <opencv2/core/mat.hpp>
-
-#include "slave/vision/texture/window_warp.h"
-
-namespace palpate {
-
 class WindowTemplate {
  public:
   enum class Freedom : unsigned char { kShift, kAffine };

@@ -1,5 +1,3 @@
-#include "slave/capture/stereo_source.h"
-
 #include <chrono>
 #include <limits>
 #include <stdexcept>
@@ -10,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "slave/capture/frame_source.h"
 #include "tests/slave/capture/scratch.h"
 
 namespace palpate {

@@ -14,7 +14,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/capture/sender_clock.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {

@@ -7,9 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "slave/vision/contour_registration.h"
-#include "slave/vision/contour_start.h"
 #include "slave/vision/contour_tracker.h"
-#include "slave/vision/edge_refinement.h"
 #include "tests/slave/vision/test_pictures.h"
 
 namespace palpate {

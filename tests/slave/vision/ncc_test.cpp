@@ -1,11 +1,10 @@
-#include "slave/vision/ncc.h"
-
 #include <cmath>
 #include <random>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 
+#include "slave/vision/template_match.h"
 #include "tests/slave/vision/reference_case.h"
 
 namespace palpate {

@@ -1,7 +1,6 @@
-#include "slave/vision/parabola.h"
-
 #include <gtest/gtest.h>
 
+#include "slave/vision/template_match.h"
 #include "tests/slave/vision/reference_case.h"
 
 namespace palpate {

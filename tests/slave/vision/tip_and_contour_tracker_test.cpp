@@ -9,8 +9,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "slave/vision/camera_view.h"
 #include "slave/vision/closed_curve.h"
+#include "slave/vision/observation.h"
 #include "tests/slave/vision/test_pictures.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/paths.h"

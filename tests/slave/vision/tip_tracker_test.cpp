@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "slave/vision/parabola.h"
+#include "slave/vision/template_match.h"
 #include "tests/slave/vision/test_pictures.h"
 
 namespace palpate {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "slave/capture/stereo_source.h"
+#include "slave/capture/frame_source.h"
 
 namespace palpate::testing_fakes {
 

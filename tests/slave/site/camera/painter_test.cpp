@@ -10,7 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slave/site/camera/simulated_site.h"
-#include "slave/vision/camera_view.h"
+#include "slave/vision/observation.h"
 #include "tests/slave/site/camera/site_scenes.h"
 
 namespace palpate::site {

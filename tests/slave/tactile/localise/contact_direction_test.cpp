@@ -12,10 +12,8 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/tactile/localise/contact_point.h"
-#include "slave/tactile/localise/finger_surface.h"
+#include "slave/tactile/localise/electrode_layout.h"
 #include "slave/tactile/localise/fitted_localiser.h"
-#include "slave/tactile/localise/found_place.h"
 #include "slave/tactile/localise/localiser.h"
 #include "tests/slave/tactile/localise/plate_presses.h"
 

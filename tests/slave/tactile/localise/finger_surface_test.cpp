@@ -1,11 +1,11 @@
-#include "slave/tactile/localise/finger_surface.h"
-
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
+
+#include "slave/tactile/localise/electrode_layout.h"
 
 namespace palpate {
 namespace {

@@ -16,7 +16,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/tactile/localise/finger_surface.h"
+#include "slave/tactile/localise/electrode_layout.h"
 #include "tests/slave/capture/scratch.h"
 
 namespace palpate {

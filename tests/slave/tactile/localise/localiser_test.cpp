@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/tactile/localise/finger_surface.h"
+#include "slave/tactile/localise/electrode_layout.h"
 #include "slave/tactile/localise/fitted_localiser.h"
 #include "tests/slave/capture/scratch.h"
 #include "tests/support/allocation_count.h"

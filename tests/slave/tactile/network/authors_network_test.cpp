@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/tactile/network/tensors_file.h"
+#include "slave/tactile/network/network_file.h"
 #include "slave/tactile/rest_values.h"
 #include "tests/slave/tactile/network/reference_network.h"
 #include "tests/support/paths.h"

@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "slave/tactile/network/tensors_file.h"
 #include "tests/slave/capture/scratch.h"
 #include "tests/slave/tactile/network/reference_network.h"
 

@@ -1,5 +1,3 @@
-#include "slave/tactile/recordings/recorded_forces.h"
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -10,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/tactile/recordings/force_curve.h"
+#include "slave/tactile/recordings/recordings.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

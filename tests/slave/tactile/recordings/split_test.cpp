@@ -1,11 +1,10 @@
-#include "slave/tactile/recordings/split.h"
-
 #include <set>
 #include <stdexcept>
 #include <utility>
 
 #include <gtest/gtest.h>
 
+#include "slave/tactile/recordings/labelled_recording.h"
 #include "tests/slave/tactile/training/synthetic_recordings.h"
 
 namespace palpate {

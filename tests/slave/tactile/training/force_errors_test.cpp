@@ -1,12 +1,10 @@
-#include "slave/tactile/training/force_errors.h"
-
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "slave/tactile/training/force_gain.h"
+#include "slave/tactile/training/estimate_errors.h"
 
 namespace palpate {
 namespace {

@@ -6,8 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/tactile/training/estimate_forces.h"
-#include "slave/tactile/training/force_errors.h"
+#include "slave/tactile/training/estimate_errors.h"
 #include "tests/slave/tactile/training/synthetic_recordings.h"
 
 namespace palpate {

@@ -6,8 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/tactile/training/dense_gradient.h"
-#include "slave/tactile/training/lstm_gradient.h"
+#include "slave/tactile/training/batch_gradient.h"
 
 namespace palpate {
 namespace {

@@ -1,6 +1,6 @@
-#include "slave/tactile/training/optimiser.h"
-
 #include <gtest/gtest.h>
+
+#include "slave/tactile/training/batch_workers.h"
 
 namespace palpate {
 namespace {

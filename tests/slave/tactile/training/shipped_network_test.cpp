@@ -5,8 +5,7 @@
 
 #include "slave/site/fingertips/simulated_presses.h"
 #include "slave/tactile/network/force_network.h"
-#include "slave/tactile/training/estimate_forces.h"
-#include "slave/tactile/training/force_errors.h"
+#include "slave/tactile/training/estimate_errors.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

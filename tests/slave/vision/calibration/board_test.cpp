@@ -1,5 +1,3 @@
-#include "slave/vision/calibration/board.h"
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -7,7 +5,8 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
-#include "slave/vision/dots/circle_bias.h"
+#include "slave/vision/calibration/lens_calibration.h"
+#include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/calibration/drawn_circles.h"
 
 namespace palpate {

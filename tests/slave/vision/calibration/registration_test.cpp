@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "slave/scene/scene_loader.h"
-#include "slave/vision/calibration/lens_pose.h"
-#include "slave/vision/calibration/pose_noise.h"
+#include "slave/vision/calibration/registration_checks.h"
+#include "slave/vision/calibration/robust_fit.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 
 namespace palpate {

@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/vision/dots/circle_bias.h"
 #include "slave/vision/dots/dot_layout.h"
+#include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/dots/dot_pictures.h"
 #include "tests/slave/vision/reference_case.h"
 

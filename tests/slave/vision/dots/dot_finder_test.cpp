@@ -1,5 +1,3 @@
-#include "slave/vision/dots/dot_finder.h"
-
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -12,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "slave/vision/dots/dot_tracker.h"
 #include "tests/slave/vision/dots/dot_pictures.h"
 #include "tests/support/allocation_count.h"
 

@@ -9,7 +9,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "slave/vision/dots/dot_array.h"
-#include "slave/vision/dots/dot_finder.h"
 #include "slave/vision/dots/dot_tracker.h"
 #include "tests/support/paths.h"
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/vision/stereo/lens_model.h"
+#include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 #include "tests/support/allocation_count.h"
 

@@ -1,5 +1,3 @@
-#include "slave/vision/stereo/straightening.h"
-
 #include <stdexcept>
 
 #include <gmock/gmock.h>

@@ -1,5 +1,3 @@
-#include "slave/vision/texture/good_windows.h"
-
 #include <gtest/gtest.h>
 
 #include "slave/vision/texture/window_template.h"

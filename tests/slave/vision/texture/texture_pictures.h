@@ -5,7 +5,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "slave/vision/texture/window_warp.h"
+#include "slave/vision/texture/window_template.h"
 
 namespace palpate {
 

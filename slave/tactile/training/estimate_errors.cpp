@@ -1,0 +1,185 @@
+#include "slave/tactile/training/estimate_errors.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
+#include <Eigen/LU>
+
+#include "slave/tactile/localise/fitted_localiser.h"
+
+namespace palpate {
+namespace {
+
+std::vector<Eigen::Vector3f> EstimateAll(const ForceNetwork& network,
+                                         const LabelledRecording& recording) {
+  const std::unique_ptr<ForceEstimate> estimate = network.Windowed();
+  std::vector<double> outputs(static_cast<std::size_t>(network.info().outputs));
+  std::vector<Eigen::Vector3f> forces;
+  forces.reserve(recording.change.size());
+  for (const TactileSignals& change : recording.change) {
+    if (estimate->Push(change, outputs)) {
+      forces.push_back(Eigen::Vector3d(outputs[0], outputs[1], outputs[2]).cast<float>());
+    } else {
+      forces.push_back(Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+    }
+  }
+  return forces;
+}
+
+void CompareAxis(const Eigen::ArrayXd& estimated, const Eigen::ArrayXd& measured, Eigen::Index axis,
+                 ForceErrors* errors) {
+  const Eigen::ArrayXd error = estimated - measured;
+  const Eigen::ArrayXd e = estimated - estimated.mean(), m = measured - measured.mean();
+  const double mse = error.square().mean(), variance = m.square().mean();
+  const double spread = std::sqrt(e.square().mean() * variance);
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  Eigen::Index at = 0;
+  errors->peak[axis] = measured.abs().maxCoeff(&at);
+  errors->at_peak[axis] = std::abs(error[at]);
+  errors->worst[axis] = error.abs().maxCoeff();
+  errors->rmse[axis] = std::sqrt(mse);
+  errors->smse[axis] = variance > 0 ? mse / variance : kUnknown;
+  errors->correlation[axis] = spread > 0 ? (e * m).mean() / spread : kUnknown;
+}
+
+Eigen::ArrayXd Axis(std::span<const Eigen::Vector3f> forces, Eigen::Index axis) {
+  Eigen::ArrayXd values(static_cast<Eigen::Index>(forces.size()));
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    values[static_cast<Eigen::Index>(i)] = static_cast<double>(forces[i][axis]);
+  }
+  return values;
+}
+
+using Normals = std::vector<Eigen::Vector3d>;
+
+double MedianAngle(const Normals& found, const Normals& measured, const Eigen::Matrix3d& R) {
+  std::vector<double> angles;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const Eigen::Vector3d n = R * found[k];
+    angles.push_back(std::atan2(n.cross(measured[k]).norm(), n.dot(measured[k])));
+  }
+  const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
+  std::ranges::nth_element(angles, middle);
+  return *middle;
+}
+
+std::vector<Eigen::Matrix3d> AllAxes() {
+  std::vector<Eigen::Matrix3d> all;
+  std::array<int, 3> order{0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
+      for (int row = 0; row < 3; ++row) {
+        axes(row, order[static_cast<std::size_t>(row)]) = (signs >> row) % 2 == 0 ? 1 : -1;
+      }
+      all.push_back(axes);
+    }
+  } while (std::ranges::next_permutation(order).found);
+  return all;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3f> EstimateForces(const ForceNetwork& network,
+                                            std::span<const LabelledRecording> recordings,
+                                            std::span<const Window> windows) {
+  std::vector<std::optional<std::vector<Eigen::Vector3f>>> all(recordings.size());
+  std::vector<Eigen::Vector3f> forces;
+  forces.reserve(windows.size());
+  for (const Window& w : windows) {
+    if (!all[w.recording]) all[w.recording] = EstimateAll(network, recordings[w.recording]);
+    forces.push_back((*all[w.recording])[w.last]);
+  }
+  return forces;
+}
+
+std::vector<Eigen::Vector3f> MeasuredForces(std::span<const LabelledRecording> recordings,
+                                            std::span<const Window> windows) {
+  std::vector<Eigen::Vector3f> forces;
+  forces.reserve(windows.size());
+  for (const Window& w : windows) forces.push_back(recordings[w.recording].force[w.last]);
+  return forces;
+}
+
+ForceErrors CompareForces(std::span<const Eigen::Vector3f> estimated,
+                          std::span<const Eigen::Vector3f> measured) {
+  ForceErrors errors;
+  errors.count = measured.size();
+  if (measured.empty()) return errors;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    CompareAxis(Axis(estimated, axis), Axis(measured, axis), axis, &errors);
+  }
+  return errors;
+}
+
+double FitForceGain(std::span<const Eigen::Vector3f> estimated,
+                    std::span<const Eigen::Vector3f> measured) {
+  double product = 0, square = 0;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const auto e = static_cast<double>(estimated[i].z()), m = static_cast<double>(measured[i].z());
+    product += e * m;
+    square += e * e;
+  }
+  const double gain = product / square;
+  if (!(std::isfinite(gain) && gain > 0)) {
+    throw std::invalid_argument(
+        "no gain makes the network's fz that of the recording (" + std::to_string(gain) +
+        "): accepted are contacts whose fz has the network's sign, force of the fingertip on the "
+        "object");
+  }
+  return gain;
+}
+
+NormalErrors CompareNormals(const Localiser& localiser, std::span<const TactileSignals> changes,
+                            std::span<const Eigen::Vector3d> normals_F) {
+  Normals found, measured;
+  for (std::size_t k = 0; k < changes.size(); ++k) {
+    const TouchPlace place = localiser.Locate(changes[k], FingerReading{});
+    if (!place.usable()) continue;
+    found.push_back(place.n_F);
+    measured.push_back(normals_F[k]);
+  }
+  NormalErrors errors;
+  errors.found = found.size();
+  if (found.empty()) return errors;
+  errors.median = MedianAngle(found, measured, Eigen::Matrix3d::Identity());
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 0; k < found.size(); ++k) sum += measured[k] * found[k].transpose();
+  errors.aligned_median = MedianAngle(found, measured, BestRotation(sum));
+  return errors;
+}
+
+std::string AxesText(const Eigen::Matrix3d& axes) {
+  std::string text;
+  for (int row = 0; row < 3; ++row) {
+    if (row > 0) text += ',';
+    Eigen::Index column = 0;
+    axes.row(row).cwiseAbs().maxCoeff(&column);
+    if (axes(row, column) < 0) text += '-';
+    text += "xyz"[column];
+  }
+  return text;
+}
+
+Eigen::Matrix3d ParseAxes(const std::string& text) {
+  for (const Eigen::Matrix3d& axes : AllAxes()) {
+    if (AxesText(axes) == text) return axes;
+  }
+  throw std::invalid_argument(text + ": accepted is three different axes like x,y,z or -x,y,-z");
+}
+
+Eigen::Matrix3d NearestAxes(const Eigen::Matrix3d& rotation) {
+  Eigen::Matrix3d nearest = Eigen::Matrix3d::Identity();
+  for (const Eigen::Matrix3d& axes : AllAxes()) {
+    const bool nearer = axes.cwiseProduct(rotation).sum() > nearest.cwiseProduct(rotation).sum();
+    if (axes.determinant() > 0 && nearer) nearest = axes;
+  }
+  return nearest;
+}
+
+}  // namespace palpate

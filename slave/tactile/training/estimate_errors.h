@@ -1,0 +1,72 @@
+// What networks and localisers say of recordings whose force or contact normals are known, and how
+// good that is (paper B, table I).
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/tactile/localise/localiser.h"
+#include "slave/tactile/network/force_network.h"
+#include "slave/tactile/recordings/labelled_recording.h"
+#include "slave/tactile/rest_values.h"
+
+namespace palpate {
+
+// The force at the windows' ends [N]: the exact windowed evaluation, sample by sample through every
+// recording from its start. A window before the network's own is full: NaN.
+std::vector<Eigen::Vector3f> EstimateForces(const ForceNetwork& network,
+                                            std::span<const LabelledRecording> recordings,
+                                            std::span<const Window> windows);
+// What was measured there [N].
+std::vector<Eigen::Vector3f> MeasuredForces(std::span<const LabelledRecording> recordings,
+                                            std::span<const Window> windows);
+
+// How good force estimates are. Per axis, frame F.
+struct ForceErrors {
+  std::size_t count = 0;
+  Eigen::Vector3d rmse{0, 0, 0};         // [N]
+  Eigen::Vector3d smse{0, 0, 0};         // mean squared error / variance of what was measured;
+                                         // NaN: that did not vary
+  Eigen::Vector3d correlation{0, 0, 0};  // NaN: one of them did not vary
+  Eigen::Vector3d peak{0, 0, 0};         // largest |measured| [N]
+  Eigen::Vector3d at_peak{0, 0, 0};      // |error| at that instant [N]
+  Eigen::Vector3d worst{0, 0, 0};        // largest |error| [N]
+};
+
+// `estimated` and `measured` are of the same length, [N]. Empty ones give count 0.
+ForceErrors CompareForces(std::span<const Eigen::Vector3f> estimated,
+                          std::span<const Eigen::Vector3f> measured);
+
+// One number that fits a known network to another fingertip. The gain g that makes g fz_estimated
+// closest to fz_measured, least squares through the origin. Throws std::invalid_argument: nothing
+// to fit, not finite, or not positive (the force is that of the object on the fingertip, say).
+double FitForceGain(std::span<const Eigen::Vector3f> estimated,
+                    std::span<const Eigen::Vector3f> measured);
+
+// How good found contact normals are.
+struct NormalErrors {
+  std::size_t found = 0;  // samples with a place; the others are left out
+  double median = 0;      // angle between found and measured normals [rad]
+  // The same after the one rotation of all found normals that is best: what is left where the
+  // measurement's axes are not quite the fingertip's.
+  double aligned_median = 0;
+};
+
+// `normals_F`: measured, unit, one per sample. No sample with a place: found is 0.
+NormalErrors CompareNormals(const Localiser& localiser, std::span<const TactileSignals> changes,
+                            std::span<const Eigen::Vector3d> normals_F);
+
+// How the axes in which normals were measured stand in the fingertip's frame: `-x,y,-z`, say: x of
+// frame F is minus the measured x, and so on. Throws std::invalid_argument: not three different
+// axes, each with a sign or without.
+Eigen::Matrix3d ParseAxes(const std::string& text);
+std::string AxesText(const Eigen::Matrix3d& axes);
+
+// The rotation by quarter turns that is nearest to `rotation`.
+Eigen::Matrix3d NearestAxes(const Eigen::Matrix3d& rotation);
+
+}  // namespace palpate

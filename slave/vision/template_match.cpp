@@ -1,0 +1,186 @@
+#include "slave/vision/template_match.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include <Eigen/LU>
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kNoOverflow = 512;  // products of two levels below 2048 that fit in 32 bits
+constexpr int kMaxSteps = 30;
+constexpr double kSettled = 1e-3;  // [px]
+constexpr double kReach = 1.5;     // farther from the start than this is another place [px]
+
+std::int64_t Dot(const std::int16_t* a, const std::int16_t* b, std::size_t count) noexcept {
+  std::int64_t sum = 0;
+  while (count > 0) {
+    const std::size_t part = std::min(count, kNoOverflow);
+    std::int32_t part_sum = 0;  // compilers make multiply-and-add instructions of this
+    for (std::size_t i = 0; i < part; ++i) part_sum += static_cast<std::int32_t>(a[i]) * b[i];
+    sum += part_sum;
+    a += part, b += part, count -= part;
+  }
+  return sum;
+}
+
+std::int64_t Sum(const std::int16_t* a, std::size_t count) noexcept {
+  std::int64_t sum = 0;
+  for (std::size_t i = 0; i < count; ++i) sum += a[i];
+  return sum;
+}
+
+}  // namespace
+
+Ncc::Ncc(GreyPatch pattern) : pattern_(std::move(pattern)) {
+  const std::int16_t* levels = pattern_.levels.data();
+  const std::size_t size = pattern_.levels.size();
+  count_ = static_cast<std::int64_t>(size);
+  sum_ = Sum(levels, size);
+  variance_ = count_ * Dot(levels, levels, size) - sum_ * sum_;
+  if (size == 0) throw std::invalid_argument("the template is empty");
+  if (variance_ == 0) throw std::invalid_argument("the template has no contrast");
+}
+
+const ScoreMap& Ncc::Match(const GreyPatch& window) {
+  map_.width = std::max(0, window.width - pattern_.width + 1);
+  map_.height = std::max(0, window.height - pattern_.height + 1);
+  if (map_.width == 0 || map_.height == 0) map_.width = map_.height = 0;
+  map_.scores.resize(static_cast<std::size_t>(map_.width) * static_cast<std::size_t>(map_.height));
+  row_sum_.resize(static_cast<std::size_t>(window.height));
+  row_square_.resize(static_cast<std::size_t>(window.height));
+  for (int x = 0; x < map_.width; ++x) {
+    SumRows(window, x);
+    MatchColumn(window, x);
+  }
+  return map_;
+}
+
+// Sums over the columns x ... x + w - 1 of each row, carried on from the column before.
+void Ncc::SumRows(const GreyPatch& window, int x) {
+  const auto width = static_cast<std::size_t>(pattern_.width);
+  for (int y = 0; y < window.height; ++y) {
+    const std::int16_t* row = window.Row(y) + x;
+    std::int64_t& sum = row_sum_[static_cast<std::size_t>(y)];
+    std::int64_t& square = row_square_[static_cast<std::size_t>(y)];
+    if (x == 0) {
+      sum = Sum(row, width);
+      square = Dot(row, row, width);
+    } else {
+      const int gone = row[-1], come = row[width - 1];
+      sum += come - gone;
+      square += come * come - gone * gone;
+    }
+  }
+}
+
+// The columns x ... x + w - 1 are copied to a strip of their own, in which the pixels under the
+// template lie in one piece at every height: one long dot product per place.
+void Ncc::MatchColumn(const GreyPatch& window, int x) {
+  const auto width = static_cast<std::size_t>(pattern_.width);
+  const auto height = static_cast<std::size_t>(window.height);
+  strip_.Resize(pattern_.width, window.height);
+  for (int y = 0; y < window.height; ++y) {
+    std::copy_n(window.Row(y) + x, width, strip_.Row(y));
+  }
+  std::int64_t sum = 0, square = 0;
+  for (std::size_t y = 0; y < height; ++y) {
+    sum += row_sum_[y];
+    square += row_square_[y];
+    const std::size_t rows = static_cast<std::size_t>(pattern_.height);
+    if (y + 1 < rows) continue;
+    const std::size_t top = y + 1 - rows;
+    const std::int64_t product =
+        Dot(pattern_.levels.data(), strip_.levels.data() + top * width, rows * width);
+    const std::int64_t covariance = count_ * product - sum_ * sum;
+    const std::int64_t variance = count_ * square - sum * sum;
+    map_.scores[top * static_cast<std::size_t>(map_.width) + static_cast<std::size_t>(x)] =
+        variance > 0 ? static_cast<double>(covariance) /
+                           std::sqrt(static_cast<double>(variance_) * static_cast<double>(variance))
+                     : kNoMatch;
+    sum -= row_sum_[top];
+    square -= row_square_[top];
+  }
+}
+
+TemplateAligner::TemplateAligner(const GreyPatch& pattern, std::span<const float> weights)
+    : width_(pattern.width - 2), height_(pattern.height - 2) {
+  if (width_ <= 0 || height_ <= 0) return;  // not determined
+  const Eigen::Index size = static_cast<Eigen::Index>(width_) * height_;
+  // Columns: g_x, g_y, T.
+  Eigen::MatrixX3d raw(size, 3);
+  Eigen::VectorXd w(size);
+  for (int y = 0, k = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x, ++k) {
+      raw(k, 0) = 0.5 * (pattern.At(x + 2, y + 1) - pattern.At(x, y + 1));
+      raw(k, 1) = 0.5 * (pattern.At(x + 1, y + 2) - pattern.At(x + 1, y));
+      raw(k, 2) = pattern.At(x + 1, y + 1);
+      w(k) = weights[static_cast<std::size_t>((y + 1) * pattern.width + x + 1)];
+    }
+  }
+  weight_ = w.sum();
+  if (!(weight_ > 0)) return;
+  const Eigen::RowVector3d means = (w.transpose() * raw) / weight_;
+  raw.rowwise() -= means;
+  mean_ = static_cast<float>(means(2));
+  contrast_ = w.dot(raw.col(2).cwiseAbs2());
+  if (!(contrast_ > 0)) return;
+  for (int axis : {0, 1}) {
+    raw.col(axis) -= raw.col(2) * (w.cwiseProduct(raw.col(2)).dot(raw.col(axis)) / contrast_);
+  }
+  const Eigen::MatrixX3d weighted = w.asDiagonal() * raw;
+  information_ = raw.leftCols<2>().transpose() * weighted.leftCols<2>();
+  const double det = information_.determinant();
+  const double trace = information_.trace();
+  determined_ = det > 1e-6 * trace * trace;
+  if (determined_) covariance_ = information_.inverse();
+  projections_ = weighted.cast<float>();
+  weights_ = w.cast<float>();
+  levels_.resize(size);
+}
+
+void TemplateAligner::Interpolate(const GreyPatch& window, const Eigen::Vector2d& p) noexcept {
+  const int left = static_cast<int>(std::floor(p.x()));
+  const int top = static_cast<int>(std::floor(p.y()));
+  const auto u = static_cast<float>(p.x() - left), v = static_cast<float>(p.y() - top);
+  const float c00 = (1 - u) * (1 - v), c10 = u * (1 - v), c01 = (1 - u) * v, c11 = u * v;
+  for (int y = 0; y < height_; ++y) {
+    const std::int16_t* upper = window.Row(top + y + 1) + left + 1;
+    const std::int16_t* lower = upper + window.width;
+    float* out = levels_.data() + static_cast<std::ptrdiff_t>(y) * width_;
+    for (int x = 0; x < width_; ++x) {
+      out[x] = c00 * upper[x] + c10 * upper[x + 1] + c01 * lower[x] + c11 * lower[x + 1] - mean_;
+    }
+  }
+}
+
+TemplateAligner::Result TemplateAligner::Align(const GreyPatch& window,
+                                               const Eigen::Vector2d& start) noexcept {
+  Result result;
+  result.p = start;
+  if (!determined_) return result;
+  const Eigen::Vector2d last(window.width - width_ - 3, window.height - height_ - 3);
+  double gain = 0;
+  for (int step = 0; step < kMaxSteps && !result.converged; ++step) {
+    const bool inside = (result.p.array() >= 0).all() && (result.p - last).maxCoeff() <= 0;
+    if (!inside || (result.p - start).cwiseAbs().maxCoeff() > kReach) return {false, start, 0};
+    Interpolate(window, result.p);
+    const Eigen::Vector3d sums = (levels_.transpose() * projections_).transpose().cast<double>();
+    gain = sums(2) / contrast_;
+    if (!(gain > 0)) return {false, start, 0};
+    const Eigen::Vector2d move = covariance_ * sums.head<2>() / gain;
+    result.p -= move;
+    result.converged = move.cwiseAbs().maxCoeff() < kSettled;
+  }
+  const double sum = levels_.dot(weights_);
+  const double square = levels_.cwiseAbs2().dot(weights_);
+  const double residual = square - sum * sum / weight_ - gain * gain * contrast_;
+  const double noise2 = std::max(residual, 0.0) / std::max(weight_ - 4, 1.0);
+  result.sigma = std::sqrt(noise2 * covariance_.diagonal().maxCoeff()) / gain;
+  return result;
+}
+
+}  // namespace palpate

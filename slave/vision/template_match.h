@@ -1,0 +1,120 @@
+// Finds a template in a window: every place scored, then the best one to a small part of a pixel.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/vision/grey.h"
+
+namespace palpate {
+
+// Scores of all places (upper left corners) of the template in a window.
+struct ScoreMap {
+  int width = 0, height = 0;
+  std::vector<double> scores;  // width x height, [-1, 1] or kNoMatch
+
+  [[nodiscard]] double At(int x, int y) const {
+    return scores[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(x)];
+  }
+};
+
+// Normalised cross-correlation of a template with every place of a window.
+//
+//   C(x, y) = sum T~ I~ / sqrt(sum T~^2 sum I~^2),   T~ = T - mean of T,
+//   I~ = I - mean of I under the template (at each place anew)
+//
+// Source: paper A, eq. (1), with the two means the right way round (the sentence below the printed
+// equation swaps them). Invariant to a gain > 0 and an offset of the light. All sums are exact
+// integers; only the last division rounds.
+class Ncc {
+ public:
+  // The score of a window without contrast: undefined in eq. (1), below every other here.
+  static constexpr double kNoMatch = -2;
+
+  // Throws std::invalid_argument: an empty template, or one without contrast.
+  explicit Ncc(GreyPatch pattern);
+
+  // Matches at every place of `window`; an empty map where the template is larger. Allocates only
+  // when a window is larger than all before. Not thread-safe.
+  const ScoreMap& Match(const GreyPatch& window);
+
+  [[nodiscard]] const GreyPatch& pattern() const { return pattern_; }
+
+ private:
+  void SumRows(const GreyPatch& window, int x);
+  void MatchColumn(const GreyPatch& window, int x);
+
+  GreyPatch pattern_;
+  std::int64_t count_ = 0;     // pixels n
+  std::int64_t sum_ = 0;       // sum T
+  std::int64_t variance_ = 0;  // n sum T^2 - (sum T)^2
+  ScoreMap map_;
+  GreyPatch strip_;                                 // the window's columns under the template
+  std::vector<std::int64_t> row_sum_, row_square_;  // of the strip
+};
+
+// Vertex of the parabola through three equally spaced values.
+struct Vertex {
+  double offset = 0;  // from the middle value, in steps; 0 where the three lie on a line
+  double value = 0;   // at the vertex
+};
+
+//   offset = (y_m - y_p) / (2 (y_m - 2 y_0 + y_p)),   value = y_0 - (y_m - y_p) offset / 4
+//
+// with y_0 an extremum of the three, so that |offset| <= 1/2. Real-time safe.
+constexpr Vertex FitParabola(double y_m, double y_0, double y_p) noexcept {
+  const double bend = y_m - 2 * y_0 + y_p;
+  if (bend == 0) return {0, y_0};
+  const double offset = (y_m - y_p) / (2 * bend);
+  return {offset, y_0 - (y_m - y_p) * offset / 4};
+}
+
+// Finds a template's place to a small part of a pixel, from a start within about a pixel of it.
+//
+// Least squares over shift p, gain a and offset b:   sum w (I(x + p) - a T(x) - b)^2 -> min
+// by Gauss-Newton with the template's gradients (the inverse compositional form of S. Baker and
+// I. Matthews, IJCV 56, 2004). The gradients are made orthogonal to T and 1 beforehand, so that
+// gain and offset drop out:   p <- p - H^-1 sum w g'(x) I(x + p) / a,   H = sum w g' g'^T.
+//
+// A parabola through three correlation scores is biased towards whole pixels; this is not, to
+// first order, since the error of linear interpolation is even about an edge and g' is odd.
+class TemplateAligner {
+ public:
+  struct Result {
+    bool converged = false;
+    Eigen::Vector2d p{0, 0};  // place of the template's upper left pixel in the window [px]
+    double sigma = 0;         // one standard deviation, the worse axis, from the residual [px]
+  };
+
+  // `weights`: one per pixel of `pattern`, >= 0; the outermost ring is not used (it has no central
+  // difference).
+  TemplateAligner(const GreyPatch& pattern, std::span<const float> weights);
+
+  // Real-time safe. Not thread-safe (it keeps the interpolated pixels).
+  Result Align(const GreyPatch& window, const Eigen::Vector2d& start) noexcept;
+
+  // H without gain and offset, per squared grey level [1/px^2]: white noise of sigma levels in the
+  // picture moves p by sigma sqrt(H^-1).
+  [[nodiscard]] const Eigen::Matrix2d& information() const { return information_; }
+  // False: some direction is not determined at all, for example along a bar without marks.
+  [[nodiscard]] bool determined() const { return determined_; }
+
+ private:
+  void Interpolate(const GreyPatch& window, const Eigen::Vector2d& p) noexcept;
+
+  int width_, height_;
+  float mean_ = 0;                // of the template, taken off the picture too, for precision
+  double weight_ = 0;             // sum of the weights
+  double contrast_ = 0;           // sum w T~^2
+  Eigen::MatrixX3f projections_;  // pixels x 3: w g'_x, w g'_y, w T~
+  Eigen::VectorXf weights_;       // pixels
+  Eigen::VectorXf levels_;        // pixels, interpolated
+  Eigen::Matrix2d information_, covariance_;
+  bool determined_ = false;
+};
+
+}  // namespace palpate
