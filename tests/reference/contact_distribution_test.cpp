@@ -8,10 +8,10 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-#include "slave/contact/surface_contact.h"
 #include "slave/tactile/localise/contact_point.h"
 #include "slave/tactile/localise/finger_surface.h"
 #include "tests/reference/reference_file.h"
+#include "tests/slave/contact/printed_weights.h"
 
 namespace palpate {
 namespace {
