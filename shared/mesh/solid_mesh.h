@@ -23,6 +23,9 @@ struct SurfaceMesh {
   std::vector<std::array<int, 3>> triangles;
 };
 
+// Which components x, y, z of every node, or of every triangle, are held at zero.
+using HeldNodes = std::vector<std::array<bool, 3>>;
+
 // The faces that belong to one tetrahedron only, in the order of the tetrahedra, outward. Node
 // numbers stay. O(N log N).
 SurfaceMesh SurfaceOf(const SolidMesh& mesh);

@@ -10,6 +10,22 @@
 
 namespace palpate {
 
+void RefuseValue(std::string_view name, double value, std::string_view accepted) {
+  std::array<char, 40> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                                 std::chars_format::general, 6);
+  throw std::invalid_argument(std::string(name) + " = " + std::string(digits.data(), end.ptr) +
+                              ": accepted is " + std::string(accepted));
+}
+
+void RequirePositive(std::string_view name, double value) {
+  if (!(value > 0 && std::isfinite(value))) RefuseValue(name, value, "finite and > 0");
+}
+
+void RequireNotNegative(std::string_view name, double value) {
+  if (!(value >= 0 && std::isfinite(value))) RefuseValue(name, value, "finite and >= 0");
+}
+
 std::string_view Trimmed(std::string_view text) noexcept {
   constexpr std::string_view kBlank = " \t\r\n";
   const auto first = text.find_first_not_of(kBlank);

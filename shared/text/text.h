@@ -40,6 +40,12 @@ auto NamingFile(const std::filesystem::path& file, const Read& read) {
   }
 }
 
+// Throws std::invalid_argument `name = value: accepted is ...`, with six digits of the value.
+[[noreturn]] void RefuseValue(std::string_view name, double value, std::string_view accepted);
+// The same unless it is finite and > 0, or >= 0.
+void RequirePositive(std::string_view name, double value);
+void RequireNotNegative(std::string_view name, double value);
+
 // Without blanks, tabs and line ends around it.
 std::string_view Trimmed(std::string_view text) noexcept;
 

@@ -2,13 +2,85 @@
 // neighbourhood watch follows the place while in contact. Planar; frame O [m].
 #pragma once
 
-#include <memory>
+#include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/outline.h"
 
 namespace palpate {
+
+// A place on one element.
+struct ElementPlace {
+  int element = -1;
+  double s = 0;               // along the element [0, 1] from a to b
+  Eigen::Vector2d p_O{0, 0};  // [m]
+};
+
+// A tree of oriented bounding boxes over the elements of a boundary (paper A, 3.5, after Gottschalk
+// et al. 1996), for two questions: where does a path first enter the body, and which place is the
+// nearest. Answers do not depend on how the elements are numbered.
+class ObbTree {
+ public:
+  // Throws std::invalid_argument: fewer than three elements, an element without length or not
+  // finite.
+  explicit ObbTree(const BoundaryMesh& mesh);
+
+  // Where the straight path first crosses the boundary from outside to inside. A path that only
+  // touches the boundary, runs along it or ends on it does not enter; one that starts on it and
+  // leads inwards does. No allocation, O(log N) where the path crosses few boxes.
+  [[nodiscard]] std::optional<ElementPlace> FirstEntry(const Eigen::Vector2d& from,
+                                                       const Eigen::Vector2d& to) const noexcept;
+
+  // The nearest place to `p`. Of equally near elements, which two are that share the nearest node,
+  // the one that `p` lies farther in front of or behind: its side tells whether `p` is inside.
+  // Looks first around element `near`, the last answer if there is one (neighbourhood watch), then
+  // wherever the tree could hold something nearer. No allocation.
+  [[nodiscard]] ElementPlace Nearest(const Eigen::Vector2d& p, int near = -1) const noexcept;
+
+  // Signed distance of `p` from the element's line [m], positive on the outer side.
+  [[nodiscard]] double HeightOver(int element, const Eigen::Vector2d& p) const noexcept {
+    return (p - At(element).a).dot(At(element).normal);
+  }
+  [[nodiscard]] const Eigen::Vector2d& normal(int element) const noexcept {
+    return At(element).normal;
+  }
+  // Largest distance of the boundary from the origin [m].
+  [[nodiscard]] double reach() const { return reach_; }
+
+ private:
+  struct Element {
+    Eigen::Vector2d a, b, normal;
+    int next, previous;
+  };
+  // Axes: `axis` and the same turned by 90 degrees. Leaves own elements, others two boxes.
+  struct Box {
+    Eigen::Vector2d centre, axis, half;
+    int begin, end;  // range of order_
+    int left = -1, right = -1;
+  };
+  struct Candidate {
+    ElementPlace place;
+    double distance_squared = 0, height = 0;
+  };
+
+  int Build(int begin, int end);
+  [[nodiscard]] Box Fit(int begin, int end) const;
+  [[nodiscard]] bool MayMeet(const Box& box, const Eigen::Vector2d& from,
+                             const Eigen::Vector2d& to) const noexcept;
+  [[nodiscard]] double LeastDistanceSquared(const Box& box,
+                                            const Eigen::Vector2d& p) const noexcept;
+  [[nodiscard]] Candidate Project(int element, const Eigen::Vector2d& p) const noexcept;
+  [[nodiscard]] bool IsNearer(const Candidate& one, const Candidate& other) const noexcept;
+  [[nodiscard]] const Element& At(int element) const noexcept { return elements_[Index(element)]; }
+
+  std::vector<Element> elements_;
+  std::vector<int> order_;  // element indices, sorted into the leaves
+  std::vector<Box> boxes_;  // boxes_[0] is the root
+  double reach_ = 0;
+};
 
 // A place on the boundary at rest: the ideal haptic interface point.
 struct BoundaryPlace {
@@ -23,8 +95,7 @@ struct BoundaryPlace {
 class BoundaryContact {
  public:
   // Keeps its own copy of what it needs. Throws std::invalid_argument: fewer than three elements.
-  explicit BoundaryContact(const BoundaryMesh& mesh);
-  ~BoundaryContact();
+  explicit BoundaryContact(const BoundaryMesh& mesh) : tree_(mesh) {}
 
   // Moves the tip to `p_O_tip` and returns the place it touches, or the nearest one while out of
   // contact. Contact begins where the path from the last tip crosses the boundary inwards and
@@ -32,13 +103,20 @@ class BoundaryContact {
   // first call only sets the tip; a first tip already inside counts as contact at the nearest
   // place. Not finite: nothing changes. No allocation.
   const BoundaryPlace& MoveTip(const Eigen::Vector2d& p_O_tip) noexcept;
-  [[nodiscard]] bool in_contact() const;
+  [[nodiscard]] bool in_contact() const { return in_contact_; }
   // Forget the tip and the contact.
   void Reset() noexcept;
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  [[nodiscard]] double GapOf(const Eigen::Vector2d& p) const noexcept {
+    return (p - place_.p_O).dot(place_.normal_O);
+  }
+  void Approach(const Eigen::Vector2d& from, const Eigen::Vector2d& to) noexcept;
+
+  ObbTree tree_;
+  BoundaryPlace place_;
+  std::optional<Eigen::Vector2d> last_tip_;
+  bool in_contact_ = false;
 };
 
 }  // namespace palpate

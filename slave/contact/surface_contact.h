@@ -3,15 +3,34 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/solid_mesh.h"
 
 namespace palpate {
+
+struct TrianglePlace {
+  // kEdge: between corners `corner` and `corner + 1` (mod 3). kCorner: corner `corner`.
+  enum class Feature : std::uint8_t { kFace, kEdge, kCorner } feature = Feature::kFace;
+  int corner = 0;
+  Eigen::Vector3d p{0, 0, 0};        // [m]
+  Eigen::Vector3d weights{0, 0, 0};  // of the corners, each 0 to 1, sum 1
+  double distance_squared = 0;       // [m^2]
+};
+
+// The triangle's point closest to `p`; triangles without area are the segments or points they are.
+// Two triangles that share an edge answer the same to the last bit where it is the closest, if the
+// edge runs from the corner that comes first in both: `first_smaller` says of edge i whether corner
+// i comes before corner i + 1.
+TrianglePlace ClosestOnTriangle(const Eigen::Vector3d& p, const std::array<Eigen::Vector3d, 3>& abc,
+                                const std::array<bool, 3>& first_smaller) noexcept;
+
+// Twice the area times the normal; zero where the triangle is thinner than rounding.
+Eigen::Vector3d AreaNormal(const std::array<Eigen::Vector3d, 3>& abc) noexcept;
 
 // Where a point meets a surface. Frame O.
 struct TouchedPlace {
@@ -31,29 +50,47 @@ class SurfaceContact {
   // O(N log N). Triangles without area are passed over. Throws std::invalid_argument: no triangle
   // has one, a node is missing or not finite.
   explicit SurfaceContact(SurfaceMesh surface);
-  ~SurfaceContact();
 
   // nullopt: farther than `gate` [m] from the surface (paper B: 1 cm), or not finite.
   [[nodiscard]] std::optional<TouchedPlace> Find(const Eigen::Vector3d& p_O,
                                                  double gate) const noexcept;
-  [[nodiscard]] const SurfaceMesh& surface() const;
+  [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
 
  private:
-  struct Tree;
-  std::unique_ptr<Tree> tree_;
+  struct Face {
+    int triangle = -1;
+    std::array<Eigen::Vector3d, 3> corners;
+    std::array<bool, 3> first_smaller{};          // by node number, edge i to i + 1
+    Eigen::Vector3d normal{0, 0, 0};              // unit
+    std::array<Eigen::Vector3d, 3> edge_normals;  // not unit
+  };
+  struct Box {  // along the axes; leaves own faces, others two boxes
+    Eigen::Vector3d lower, upper;
+    int begin, end;  // range of faces
+    int left = -1, right = -1;
+  };
+  struct Candidate {
+    int face = -1;
+    TrianglePlace place;
+    double height = 0;  // of the point over the face's plane [m], unsigned
+  };
+
+  void CheckNodes() const;
+  void AddFaces();
+  void AddNormals();
+  int Build(int begin, int end);
+  [[nodiscard]] double LeastDistanceSquared(const Box& box,
+                                            const Eigen::Vector3d& p) const noexcept;
+  [[nodiscard]] Candidate Project(int face, const Eigen::Vector3d& p) const noexcept;
+  [[nodiscard]] bool IsNearer(const Candidate& one, const Candidate& other) const noexcept;
+  [[nodiscard]] const Eigen::Vector3d& PseudoNormal(const Candidate& candidate) const noexcept;
+  [[nodiscard]] const Face& FaceAt(int i) const noexcept { return faces_[Index(i)]; }
+
+  SurfaceMesh surface_;
+  std::vector<Face> faces_;  // those with an area; without one, neighbours hold every point
+  std::vector<Box> boxes_;   // boxes_[0] is the root
+  std::vector<Eigen::Vector3d> node_normals_;  // not unit
+  double reach_ = 0;                           // largest distance of a node from the origin [m]
 };
-
-// Equation 6 at `p` for the triangle a, b, c: weights of its nodes. `kUnsigned` are the
-// sub-triangle areas as the paper prints them, which make force from nothing outside the triangle;
-// `kSigned` are exact in force and moment, and negative outside; `kClosest` are those of the
-// triangle's closest point, exact in force, and in moment about that point. A triangle without area
-// has no areas: signed and unsigned weights are zero there.
-enum class AreaWeights : std::uint8_t { kClosest, kSigned, kUnsigned };
-Eigen::Vector3d TriangleWeights(const Eigen::Vector3d& p, const std::array<Eigen::Vector3d, 3>& abc,
-                                AreaWeights kind) noexcept;
-
-// The paper's choice of the triangle: the three nodes nearest to `p_O`. They need not form a
-// triangle of the surface. O(N log N). Throws std::invalid_argument: fewer than three.
-std::array<int, 3> NearestNodes(const SurfaceMesh& surface, const Eigen::Vector3d& p_O);
 
 }  // namespace palpate

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
+#include <chrono>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -28,6 +28,12 @@ struct Contact {
       0, 0, 0};  // displacement of the patch [m], or total force of the tool on the object [N]
   // Where no contact of a set wants it, many that moved together are answered sooner.
   bool wants_stiffness = true;
+
+  // The same patch held or loaded, by whatever value.
+  [[nodiscard]] bool IsAt(const Contact& other) const {
+    return kind == other.kind && element == other.element && width == other.width &&
+           p_O == other.p_O;
+  }
 };
 
 // The commonest doubt of all.
@@ -68,6 +74,10 @@ struct FieldMesh {
   std::vector<std::array<int, 4>> tets{};       // of a volume
 };
 
+inline double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 class DeformationModel {
  public:
   virtual ~DeformationModel() = default;
@@ -85,7 +95,7 @@ class DeformationModel {
   // element i. Of a volume or its surface vertex i is node i of the object's mesh; those of no
   // element (inside a body of which bem3d knows the surface) stay at zero. A membrane has
   // MembraneGrid().
-  [[nodiscard]] virtual const FieldMesh& field_mesh() const = 0;
+  [[nodiscard]] const FieldMesh& field_mesh() const { return field_mesh_; }
   // Displacement of every vertex of field_mesh() under the contacts of the last Respond, frame O
   // [m]; zero where it failed. Costs O(N S); computed only when asked for.
   virtual void Displacements(std::vector<Eigen::Vector3d>* u_O) = 0;
@@ -102,9 +112,25 @@ class DeformationModel {
   virtual void Prefetch(std::span<const Contact> /*contacts*/) {}
 
   // Why the last Respond failed, one clause; empty where it did not or where no more is known.
-  [[nodiscard]] virtual std::string_view failure() const { return {}; }
+  [[nodiscard]] virtual std::string_view failure() const { return failure_; }
 
-  [[nodiscard]] virtual const ModelInfo& info() const = 0;
+  [[nodiscard]] const ModelInfo& info() const { return info_; }
+
+ protected:
+  // False, and why.
+  bool Fail(std::string_view why) {
+    failure_ = why;
+    return false;
+  }
+  // The time since the model's construction began, as what its precompute took.
+  void NotePrecompute() { info_.precompute_s = SecondsSince(started_); }
+
+  FieldMesh field_mesh_;
+  ModelInfo info_;
+  std::string_view failure_;
+
+ private:
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace palpate

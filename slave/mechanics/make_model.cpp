@@ -3,10 +3,10 @@
 #include <array>
 #include <sstream>
 #include <stdexcept>
-#include <utility>
 #include <variant>
 #include <vector>
 
+#include "shared/mesh/mesh_census.h"
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/bem3d/bem3d_model.h"
 #include "slave/mechanics/fem/fem_model.h"
@@ -33,36 +33,28 @@ double LackOfStretching(double w) {
 ModelChoice ChoosePlate(const Scene& scene, double thickness) {
   const OperatorOptions& hand = scene.operator_options;
   constexpr double kThin = 0.5;  // largest deflection of a plate that bends only [thicknesses]
-  constexpr const char* kNoStudy = "; no study of this scene exists yet";
+  const auto choose = [](bool bends_only, const std::string& why) -> ModelChoice {
+    return {bends_only ? "plate" : "plate-large",
+            why + (bends_only ? "the clamped plate's closed form" : "bending and stretching") +
+                "; no study of this scene exists yet"};
+  };
+  if (scene.model.prestress > 0) return choose(false, "membrane under tension at rest: ");
+  if (!hand.press_told && !HasEyes(scene.sense)) return choose(true, "membrane: ");
   const double w = hand.press_depth / thickness;
   const double lack = LackOfStretching(w);
   std::ostringstream why;
   why.precision(2);
-  if (scene.model.prestress > 0) {
-    why << "membrane under tension at rest: bending and stretching" << kNoStudy;
-    return {"plate-large", why.str()};
-  }
-  if (!hand.press_told && !HasEyes(scene.sense)) {
-    why << "membrane: the clamped plate's closed form" << kNoStudy;
-    return {"plate", why.str()};
-  }
   why << "membrane: a press " << w << " thicknesses deep, where bending alone is ";
   if (w <= 1) {
     why << 100 * lack << " % low in force: ";
   } else {
     why << "far too soft: ";
   }
-  if (w <= kThin && lack <= scene.model.tolerance) {
-    why << "the clamped plate's closed form" << kNoStudy;
-    return {"plate", why.str()};
-  }
-  why << "bending and stretching" << kNoStudy;
-  return {"plate-large", why.str()};
+  return choose(w <= kThin && lack <= scene.model.tolerance, why.str());
 }
 
-std::vector<std::array<bool, 3>> HeldTriangles(const SurfaceMesh& mesh,
-                                               const std::vector<std::array<bool, 3>>& nodes) {
-  std::vector<std::array<bool, 3>> held;
+HeldNodes HeldTriangles(const SurfaceMesh& mesh, const HeldNodes& nodes) {
+  HeldNodes held;
   held.reserve(mesh.triangles.size());
   for (const auto& triangle : mesh.triangles) {
     std::array<bool, 3> all{true, true, true};
@@ -77,14 +69,11 @@ std::vector<std::array<bool, 3>> HeldTriangles(const SurfaceMesh& mesh,
 }
 
 // What the scene holds, and nodes that belong to no element: they have no stiffness of their own.
-std::vector<std::array<bool, 3>> HeldNodesOf(const Scene& scene, const SolidMesh& mesh) {
+HeldNodes HeldNodesOf(const Scene& scene, const SolidMesh& mesh) {
   auto held = FixedNodeDofs(scene, mesh.nodes);
-  std::vector<char> used(mesh.nodes.size(), 0);
-  for (const auto& tet : mesh.tets) {
-    for (const int node : tet) used[static_cast<std::size_t>(node)] = 1;
-  }
+  const std::vector<bool> used = UsedNodes(mesh.tets, mesh.nodes.size());
   for (std::size_t i = 0; i < used.size(); ++i) {
-    if (used[i] == 0) held[i] = {true, true, true};
+    if (!used[i]) held[i] = {true, true, true};
   }
   return held;
 }
@@ -101,32 +90,30 @@ bool NeedsGeneralModel(const FemOptions& fem) {
 std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& mesh,
                                           Progress* progress) {
   const Material& material = scene.object.material;
+  const FemOptions& options = scene.model.fem;
   const auto held = HeldNodesOf(scene, mesh);
-  if (!NeedsGeneralModel(scene.model.fem)) {
-    FemModel::Params params;
-    params.material = material;
-    params.options = scene.model.fem;
-    const bool is_linear = scene.model.fem.law == FemOptions::Law::kLinear;
-    params.range = is_linear ? scene.model.range : 0;
-    return std::make_unique<FemModel>(mesh, held, params, progress);
+  if (!NeedsGeneralModel(options)) {
+    const double range = options.law == FemOptions::Law::kLinear ? scene.model.range : 0;
+    return std::make_unique<FemModel>(mesh, held, FemModel::Params{material, options, range},
+                                      progress);
   }
-  SolidModel::Params params;
-  params.options = scene.model.fem;
-  params.young_modulus = material.young_modulus;
-  params.poisson_ratio = material.poisson_ratio;
-  params.density = material.density;
-  params.range = scene.model.range;
+  const SolidModel::Params params{.options = options,
+                                  .young_modulus = material.young_modulus,
+                                  .poisson_ratio = material.poisson_ratio,
+                                  .density = material.density,
+                                  .range = scene.model.range,
+                                  .limits = {}};
   return std::make_unique<SolidModel>(mesh, held, params, progress);
 }
 
 std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMesh& mesh,
                                                Progress* progress) {
-  FemGreenModel::Options options;
-  options.element = scene.model.fem.element == FemOptions::Element::kTet10 ? TetElement::kTet10
-                                                                           : TetElement::kTet4;
-  options.contact = scene.model.contact;
-  options.range = scene.model.range;
-  options.cache = scene.model.cache;
+  const bool quadratic = scene.model.fem.element == FemOptions::Element::kTet10;
+  const FemGreenModel::Options options{
+      .element = quadratic ? TetElement::kTet10 : TetElement::kTet4,
+      .contact = scene.model.contact,
+      .range = scene.model.range,
+      .cache = scene.model.cache};
   const Material& material = scene.object.material;
   return std::make_unique<FemGreenModel>(mesh, HeldNodesOf(scene, mesh), material.young_modulus,
                                          material.poisson_ratio, options, progress);
@@ -135,10 +122,8 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
 // A triangle is held where its three nodes are.
 std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMesh& mesh,
                                             Progress* progress) {
-  Bem3dModel::Options options;
-  options.contact = scene.model.contact;
-  options.range = scene.model.range;
-  options.cache = scene.model.cache;
+  const Bem3dModel::Options options{
+      .contact = scene.model.contact, .range = scene.model.range, .cache = scene.model.cache};
   const Material& material = scene.object.material;
   return std::make_unique<Bem3dModel>(mesh, HeldTriangles(mesh, FixedNodeDofs(scene, mesh.nodes)),
                                       material.young_modulus, material.poisson_ratio, options,
@@ -185,11 +170,11 @@ std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMe
     throw std::invalid_argument("a mesh of " + std::to_string(mesh.size()) +
                                 " elements: accepted is 3 or more");
   }
-  Bem2dModel::Params params;
-  params.young_modulus = scene.object.material.young_modulus;
-  params.thickness = ThicknessOf(scene.object.geometry);
-  params.contact = scene.model.contact;
-  params.range = scene.model.range > 0 ? scene.model.range : kDefaultRange;
+  const Bem2dModel::Params params{
+      .young_modulus = scene.object.material.young_modulus,
+      .thickness = ThicknessOf(scene.object.geometry),
+      .contact = scene.model.contact,
+      .range = scene.model.range > 0 ? scene.model.range : kDefaultRange};
   return std::make_unique<Bem2dModel>(
       ReferenceProblem{mesh, FixedElementDofs(scene, mesh), scene.object.material.poisson_ratio,
                        scene.model.plane, scene.model.order},
@@ -198,21 +183,11 @@ std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMe
 
 std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
                                              Progress* progress) {
-  const Material& material = scene.object.material;
+  const double E = scene.object.material.young_modulus, nu = scene.object.material.poisson_ratio;
   if (KindOf(scene).linearity == Linearity::kAlways) {
-    PlateModel::Params params;
-    params.radius = disc.radius;
-    params.thickness = disc.thickness;
-    params.young_modulus = material.young_modulus;
-    params.poisson_ratio = material.poisson_ratio;
-    return std::make_unique<PlateModel>(params);
+    return std::make_unique<PlateModel>(PlateModel::Params{disc.radius, disc.thickness, E, nu});
   }
-  PlateLargeModel::Params params;
-  params.radius = disc.radius;
-  params.thickness = disc.thickness;
-  params.young_modulus = material.young_modulus;
-  params.poisson_ratio = material.poisson_ratio;
-  params.prestress = scene.model.prestress;
+  PlateLargeModel::Params params{disc.radius, disc.thickness, E, nu, scene.model.prestress};
   if (scene.model.modes > 0) params.order = scene.model.modes;
   return std::make_unique<PlateLargeModel>(params, progress);
 }

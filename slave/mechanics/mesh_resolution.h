@@ -1,12 +1,28 @@
-// Whether a mesh is fine enough for what is asked of it: where it is not, answers are extrapolated.
+// Whether a mesh can be computed on, and is fine enough for what is asked of it: where it is not,
+// answers are extrapolated. Two ways to fail: a contact's disc is met by too few pieces, or
+// four-node tetrahedra do not follow the strain (across a thin part that bends they are far too
+// stiff: shear locking).
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <string_view>
+#include <vector>
 
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
 #include "shared/mesh/surface_patch.h"
 
 namespace palpate {
+
+// What elements need. All throw std::invalid_argument: no tetrahedron, coordinates that are not
+// finite, a node that does not exist; a tetrahedron whose volume is not above `least` of its
+// longest edge cubed; `held` not one entry per node.
+void RequireReadable(const SolidMesh& mesh);
+void RequireVolumes(const SolidMesh& mesh, double least);
+void RequireOnePerNode(const HeldNodes& held, const SolidMesh& mesh);
 
 // What stands for a contact's disc on a mesh.
 enum class PatchBasis : std::uint8_t {
@@ -38,5 +54,50 @@ bool IsPatchCoarse(const PatchCover& cover) noexcept;
 inline constexpr std::string_view kCoarsePatch =
     "the mesh is too coarse for a patch of this width here: the stiffness is off by about 10 % or "
     "more";
+
+// How much softer the body would be, were every edge free to bow:
+//
+//   eta^2 / 2U,   eta^2 = sum over edges |r|^2 / k,   r = sum_e V S (grad l_i + grad l_j)
+//
+// r is what the edge's quadratic shape 4 l_i l_j feels of the stresses S of the elements around it,
+// k its own stiffness (mean over directions), U the energy of strain: a hierarchical error estimate
+// with a diagonal (Bank and Smith 1993; Zienkiewicz, Gago and Kelly 1983). S is the second
+// Piola-Kirchhoff stress, E and lengths nondimensional, so that rotations do not count. Edges of
+// the elements at contacts are left out: there the patch decides.
+class StrainResolution {
+ public:
+  // `held`: per node and component; edges do not bow along what holds both their ends. Poisson's
+  // ratio is taken as 0.49 at most: what locks beyond is told elsewhere.
+  StrainResolution(const SolidMesh& mesh, const HeldNodes& held, double poisson_ratio);
+
+  // Of nodal displacements `u`, in the mesh's unit of length; `touched`: nodes of contacts. 0 where
+  // nothing is strained.
+  // O(elements), no allocation.
+  double Softness(std::span<const Eigen::Vector3d> u, std::span<const int> touched) noexcept;
+
+ private:
+  struct Element {
+    std::array<int, 4> nodes{};
+    std::array<int, 6> edges{};
+    Eigen::Matrix<double, 3, 4> gradients;
+    double volume = 0;
+  };
+  void Number(const HeldNodes& held);
+  void AddElement(const Element& element, std::span<const Eigen::Vector3d> u) noexcept;
+  void MarkContacts(std::span<const int> touched) noexcept;
+
+  double lambda_, mu_;  // by E
+  std::vector<Element> elements_;
+  std::vector<std::array<int, 2>> ends_;     // per edge
+  std::vector<Eigen::Vector3d> compliance_;  // 1 / k per edge and component; 0: held
+  std::vector<Eigen::Vector3d> residual_;
+  std::vector<char> near_;  // per node: one that is touched, or of an element that has one
+  double twice_energy_ = 0;
+};
+
+// Beyond it an answer is extrapolated.
+inline constexpr double kMostSoftness = 0.1;
+inline constexpr std::string_view kStiffInBending =
+    "too few linear tetrahedra across a part that bends: too stiff by about 10 % or more";
 
 }  // namespace palpate

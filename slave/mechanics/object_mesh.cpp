@@ -1,11 +1,15 @@
 #include "slave/mechanics/object_mesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <stdexcept>
-#include <type_traits>
 #include <utility>
 
+#include <Eigen/Geometry>
+
+#include "shared/geometry/index.h"
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
@@ -16,6 +20,7 @@
 namespace palpate {
 namespace {
 
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kOffMembrane = 1e-9;  // of the radius
@@ -30,7 +35,7 @@ std::optional<std::string> RefuseAt(const BoundaryMesh& mesh, const Vector3d& p_
   if (p_O.z() != 0) return "a place in the plane z = 0";
   const int element = FindElement(mesh, p_O.head<2>());
   if (element < 0) return "a finite place";
-  const auto& found = mesh.elements[static_cast<std::size_t>(element)];
+  const auto& found = mesh.elements[Index(element)];
   const double distance = DistanceTo(found, p_O.head<2>());
   if (distance <= 0.5 * found.length()) return std::nullopt;
   return Words(
@@ -78,6 +83,108 @@ ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const ModelKind* kind) {
   }
 }
 
+constexpr double kOnSide = 1e-6;        // of the bounding box's diagonal: drawn outlines
+constexpr double kNearSide = 0.03;      // the same for outlines that were measured
+constexpr double kArcTolerance = 1e-9;  // [rad]
+
+int LoopOf(const BoundaryMesh& mesh, int element) {
+  int loop = 0;
+  while (mesh.loop_begin[Index(loop) + 1] <= element) ++loop;
+  return loop;
+}
+
+bool IsMeasured(const Geometry& geometry) {
+  return std::holds_alternative<ImageContourGeometry>(geometry) ||
+         std::holds_alternative<ContourFileGeometry>(geometry);
+}
+
+// Whether an element lies where `fixed` says. A measured outline's side or plane is what lies near
+// it; a side also faces the way its name says.
+class Selection {
+ public:
+  Selection(const Scene& scene, const BoundaryMesh& mesh)
+      : mesh_(mesh), measured_(IsMeasured(scene.object.geometry)) {
+    for (const auto& element : mesh.elements) box_.extend(element.a);
+  }
+
+  [[nodiscard]] bool Has(const FixedSide& side, int i) const {
+    if (side.side == "rim") return LoopOf(mesh_, i) == 0;
+    const bool high = side.side == "top" || side.side == "right";
+    const int axis = side.side == "top" || side.side == "bottom" ? 1 : 0;
+    const auto& element = Element(i);
+    const double edge = (high ? box_.max() : box_.min())[axis];
+    const double facing = (high ? 1 : -1) * element.normal()[axis];
+    return std::abs(element.midpoint()[axis] - edge) <= near() && facing > 0.5;
+  }
+  [[nodiscard]] bool Has(const FixedArc& arc, int i) const {
+    const Vector2d p = Element(i).midpoint();
+    const double off = std::remainder(std::atan2(p.y(), p.x()) - arc.centre, 2 * std::numbers::pi);
+    return std::abs(off) <= arc.half_angle + kArcTolerance;
+  }
+  [[nodiscard]] bool Has(const FixedPlane& plane, int i) const {
+    return plane.axis < 2 && std::abs(Element(i).midpoint()[plane.axis] - plane.at) <= near();
+  }
+  [[nodiscard]] bool Has(const FixedNodes& nodes, int i) const {
+    return std::ranges::find(nodes.nodes, i) != nodes.nodes.end();
+  }
+
+ private:
+  [[nodiscard]] double near() const {
+    return (measured_ ? kNearSide : kOnSide) * box_.diagonal().norm();
+  }
+  [[nodiscard]] const BoundaryElement& Element(int i) const { return mesh_.elements[Index(i)]; }
+  const BoundaryMesh& mesh_;
+  Eigen::AlignedBox2d box_;
+  bool measured_;
+};
+
+std::string Describe(const Fixed& fixed) {
+  if (const auto* side = std::get_if<FixedSide>(&fixed.where)) return "side: " + side->side;
+  if (std::holds_alternative<FixedArc>(fixed.where)) return "arc";
+  if (std::holds_alternative<FixedPlane>(fixed.where)) return "plane";
+  return "nodes";
+}
+
+void RequireExisting(const Fixed& fixed, int count) {
+  const auto* listed = std::get_if<FixedNodes>(&fixed.where);
+  if (listed == nullptr) return;
+  for (const int node : listed->nodes) {
+    if (node >= 0 && node < count) continue;
+    throw std::invalid_argument("object.fixed.nodes = " + std::to_string(node) +
+                                ": accepted is 0 to " + std::to_string(count - 1));
+  }
+}
+
+bool Holds(const Fixed& fixed, const std::vector<Vector3d>& nodes, double near, int i) {
+  if (const auto* plane = std::get_if<FixedPlane>(&fixed.where)) {
+    return std::abs(nodes[Index(i)][plane->axis] - plane->at) <= near;
+  }
+  const auto* listed = std::get_if<FixedNodes>(&fixed.where);
+  return listed != nullptr && std::ranges::find(listed->nodes, i) != listed->nodes.end();
+}
+
+// The components of `count` elements or nodes that object.fixed holds, whose entries hold what
+// `holds` says; throws where that is nothing, `no` being the rest of the sentence.
+template <std::size_t kComponents, class Holds>
+std::vector<std::array<bool, kComponents>> HeldBy(const Scene& scene, int count, const char* no,
+                                                  const Holds& holds) {
+  std::vector<std::array<bool, kComponents>> held(Index(count));
+  for (const Fixed& fixed : scene.object.fixed) {
+    RequireExisting(fixed, count);
+    bool any = false;
+    for (int i = 0; i < count; ++i) {
+      if (!holds(fixed, i)) continue;
+      any = true;
+      for (std::size_t c = 0; c < kComponents; ++c) {
+        held[Index(i)][c] = held[Index(i)][c] || fixed.components[c];
+      }
+    }
+    if (any) continue;
+    throw std::invalid_argument("object.fixed (" + Describe(fixed) + ") holds no " + no);
+  }
+  return held;
+}
+
 }  // namespace
 
 TouchableSurface::TouchableSurface(const ObjectMesh& mesh) : mesh_(mesh) {
@@ -93,29 +200,25 @@ std::optional<std::string> TouchableSurface::Refuse(const Vector3d& p_O) const {
 
 BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen) {
   const int count = scene.model.elements;
-  return std::visit(
-      [&](const auto& geometry) -> BoundaryMesh {
-        using G = std::decay_t<decltype(geometry)>;
-        if constexpr (std::is_same_v<G, RectangleGeometry>) {
-          return MeshRectangle(geometry.width, geometry.height, count);
-        } else if constexpr (std::is_same_v<G, DiscGeometry>) {
-          return MeshDisc(geometry.radius, count);
-        } else if constexpr (std::is_same_v<G, ImageContourGeometry>) {
-          if (!seen) {
-            throw std::invalid_argument(
-                "object.geometry.contour = from-image: no outline was found in the picture");
-          }
-          return MeshPolygon(*seen, count);
-        } else if constexpr (std::is_same_v<G, PolygonGeometry> ||
-                             std::is_same_v<G, ContourFileGeometry>) {
-          return MeshPolygon(geometry.outline, count);
-        } else {
-          throw std::invalid_argument(
-              "object.geometry: accepted where an outline is needed is a planar one: rectangle, "
-              "disc, polygon or contour");
-        }
-      },
-      scene.object.geometry);
+  const Geometry& geometry = scene.object.geometry;
+  if (const auto* rectangle = std::get_if<RectangleGeometry>(&geometry)) {
+    return MeshRectangle(rectangle->width, rectangle->height, count);
+  }
+  if (const auto* disc = std::get_if<DiscGeometry>(&geometry)) return MeshDisc(disc->radius, count);
+  if (const auto* polygon = std::get_if<PolygonGeometry>(&geometry)) {
+    return MeshPolygon(polygon->outline, count);
+  }
+  if (const auto* contour = std::get_if<ContourFileGeometry>(&geometry)) {
+    return MeshPolygon(contour->outline, count);
+  }
+  if (!std::holds_alternative<ImageContourGeometry>(geometry)) {
+    throw std::invalid_argument(
+        "object.geometry: accepted where an outline is needed is a planar one: rectangle, disc, "
+        "polygon or contour");
+  }
+  if (seen) return MeshPolygon(*seen, count);
+  throw std::invalid_argument(
+      "object.geometry.contour = from-image: no outline was found in the picture");
 }
 
 ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
@@ -128,6 +231,23 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
     return MeshOfFile(*file, FindModelKind(scene.model.kind));
   }
   return MeshOutline(scene, seen);
+}
+
+std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const BoundaryMesh& mesh) {
+  const Selection selection(scene, mesh);
+  return HeldBy<2>(
+      scene, mesh.size(),
+      "element: accepted is a place on the outline that contains an element's midpoint",
+      [&](const Fixed& fixed, int i) {
+        return std::visit([&](const auto& where) { return selection.Has(where, i); }, fixed.where);
+      });
+}
+
+HeldNodes FixedNodeDofs(const Scene& scene, const std::vector<Vector3d>& nodes) {
+  const double near = kOnSide * Diagonal(nodes);
+  return HeldBy<3>(scene, static_cast<int>(nodes.size()),
+                   "node: accepted is a plane that contains nodes, or their numbers",
+                   [&](const Fixed& fixed, int i) { return Holds(fixed, nodes, near, i); });
 }
 
 }  // namespace palpate

@@ -49,7 +49,6 @@ class TouchableSurface {
 // What object.fixed holds at zero: the components of every element (2D) or node (3D). Throws
 // std::invalid_argument: an entry that holds nothing, a node that does not exist.
 std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const BoundaryMesh& mesh);
-std::vector<std::array<bool, 3>> FixedNodeDofs(const Scene& scene,
-                                               const std::vector<Eigen::Vector3d>& nodes);
+HeldNodes FixedNodeDofs(const Scene& scene, const std::vector<Eigen::Vector3d>& nodes);
 
 }  // namespace palpate

@@ -15,7 +15,6 @@
 #include "slave/mechanics/linear/dense_factor.h"
 #include "slave/mechanics/linear/dense_lu.h"
 #include "slave/mechanics/linear/mumps.h"
-#include "slave/mechanics/linear/small_lu.h"
 #include "slave/mechanics/linear/sparse_ldlt.h"
 #include "slave/mechanics/linear/updated_inverse.h"
 
@@ -85,7 +84,7 @@ BENCHMARK(LargeLu)->Arg(500)->Arg(1000)->Arg(2000)->Iterations(1);
 void SmallSystem(benchmark::State& state) {
   const int n = static_cast<int>(state.range(0));
   const MatrixXd A = Compliance(n), B = MatrixXd::Random(n, 2);
-  const int first = PaddedTo(kLane, n), stride = OddLanes(first + 2);
+  const int first = PaddedTo8(n), stride = OddLanes(first + 2);
   RowMatrix augmented = RowMatrix::Zero(n, stride), filled = augmented;
   filled.leftCols(n) = A;
   filled.middleCols(first, 2) = B;

@@ -14,7 +14,6 @@
 #include <benchmark/benchmark.h>
 
 #include "slave/contact/surface_contact.h"
-#include "slave/contact/triangle_places.h"
 #include "slave/tactile/localise/fitted_localiser.h"
 #include "slave/tactile/localise/localiser.h"
 #include "tests/slave/tactile/localise/plate_presses.h"

@@ -247,7 +247,7 @@ void Precompute(benchmark::State& state) {
   state.counters["assembly_ms"] = 1e3 * assembly;
   state.counters["ratio"] = (each - assembly) / reference;
   state.counters["expected_s"] =
-      Bem2dModel::Estimate(elements, static_cast<ElementOrder>(state.range(1))).seconds;
+      GreensFunctions::Estimate(elements, static_cast<ElementOrder>(state.range(1))).seconds;
 }
 
 // What accuracy costs on the block: an update of one flat punch 1 / 15 of the side wide, with the

@@ -56,7 +56,7 @@ struct Cube {
 
   Cube(Element element, Law law, int cells, double nu) {
     const SolidMesh mesh = MeshBox({kCube / 2, kCube / 2, kCube}, {cells, cells, 2 * cells});
-    SolidModel::Held held;
+    HeldNodes held;
     for (const auto& p : mesh.nodes) {
       held.push_back({p.z() == 0 || p.x() == 0, p.z() == 0 || p.y() == 0, p.z() == 0});
     }

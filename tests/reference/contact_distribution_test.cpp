@@ -12,6 +12,7 @@
 #include "slave/tactile/localise/electrode_layout.h"
 #include "slave/tactile/localise/localiser.h"
 #include "tests/reference/reference_file.h"
+#include "tests/slave/contact/printed_weights.h"
 
 namespace palpate {
 namespace {

@@ -408,16 +408,16 @@ TEST(Elastostatics2d, CapacitanceAlgebraIsExactOnARationalSystem) {
   // As the solver does it: the unknown at S makes up for what the others do there.
   Eigen::Vector3d others = prescribed;
   others[S] = 0;
-  std::vector<double> augmented(2 * kLane, 0.0);
+  std::vector<double> augmented(2 * kLane8, 0.0);
   std::vector<double> scratch(kPanel);
   augmented[0] = E(S, S);
-  augmented[kLane] = prescribed[S] - E.row(S).dot(others);
-  ASSERT_TRUE(SolveInPlace({augmented.data(), 2 * kLane}, 1, scratch.data()));
+  augmented[kLane8] = prescribed[S] - E.row(S).dot(others);
+  ASSERT_TRUE(SolveInPlace({augmented.data(), 2 * kLane8}, 1, scratch.data()));
   EXPECT_NEAR(-E(S, S), c.at("expected").at("C_rows").at(0).at(0).get<double>(), 1e-13);
-  EXPECT_NEAR(augmented[kLane], c.at("expected").at("Y_S_true").at(0).get<double>(), 1e-13);
-  others[S] = augmented[kLane];
+  EXPECT_NEAR(augmented[kLane8], c.at("expected").at("Y_S_true").at(0).get<double>(), 1e-13);
+  others[S] = augmented[kLane8];
   Eigen::Vector3d Y = E * others;
-  Y[S] = augmented[kLane];
+  Y[S] = augmented[kLane8];
   for (int i = 0; i < 3; ++i)
     EXPECT_NEAR(Y[i], c.at("expected").at("Y").at(i).get<double>(), 1e-13);
 }

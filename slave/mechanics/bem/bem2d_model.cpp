@@ -5,11 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <new>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
+#include <Eigen/Geometry>
+
+#include "shared/geometry/index.h"
 #include "shared/mesh/boundary_patch.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -21,31 +23,21 @@ constexpr double kAbsurd = 1e6;           // larger sides
 constexpr int kMeasurements = 20;         // of an update
 constexpr double kSameDirection = 1e-12;  // sine of the angle between two
 
-void RequirePositive(const char* name, double value) {
-  if (value > 0 && std::isfinite(value)) return;
-  throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
-                              ": accepted is finite and > 0");
-}
-
 Bem2dModel::Params Checked(const Bem2dModel::Params& params, const ReferenceProblem& problem,
                            Progress* progress) {
   RequirePositive("young_modulus", params.young_modulus);
   RequirePositive("thickness", params.thickness);
   RequirePositive("range", params.range);
   if (progress != nullptr) {
-    progress->Expect(Bem2dModel::Estimate(problem.mesh.size(), problem.order));
+    progress->Expect(GreensFunctions::Estimate(problem.mesh.size(), problem.order));
   }
   return params;
 }
 
-double LargerSide(const BoundaryMesh& mesh) {
-  Eigen::Array2d low = mesh.elements.front().a;
-  Eigen::Array2d high = low;
-  for (const auto& e : mesh.elements) {
-    low = low.min(e.a.array());
-    high = high.max(e.a.array());
-  }
-  return (high - low).maxCoeff();
+double LargerSideOf(const BoundaryMesh& mesh) {
+  Eigen::AlignedBox2d box;
+  for (const auto& e : mesh.elements) box.extend(e.a);
+  return box.sizes().maxCoeff();
 }
 
 bool SameLine(const Vector2d& a, const Vector2d& b) {
@@ -60,22 +52,21 @@ Bem2dModel::Bem2dModel(ReferenceProblem problem, const Params& params, Progress*
       solver_(greens_),
       moving_(greens_) {
   const BoundaryMesh& mesh = greens_.problem().mesh;
-  larger_side_ = LargerSide(mesh);
+  larger_side_ = LargerSideOf(mesh);
   length_unit_ = mesh.length_unit;
   force_unit_ = params_.young_modulus * length_unit_ * params_.thickness;
   for (int i = 0; i < mesh.size(); ++i) {
-    const Vector2d& a = mesh.elements[static_cast<std::size_t>(i)].a;
+    const Vector2d& a = mesh.elements[Index(i)].a;
     field_mesh_.vertices.emplace_back(a.x(), a.y(), 0);
     field_mesh_.lines.push_back({i, mesh.Next(i)});
   }
   info_.kind = "bem2d";
-  info_.dof = 2 * static_cast<std::size_t>(greens_.size());
+  info_.dof = 2 * Index(greens_.size());
   info_.elements = mesh.size();
   info_.memory_bytes = greens_.memory_bytes();
   info_.condition = greens_.condition();
   info_.range = params_.range;
-  info_.precompute_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
+  NotePrecompute();
   MeasureUpdate();
 }
 
@@ -90,16 +81,13 @@ void Bem2dModel::MeasureUpdate() {
   ContactResponse response;
   double fastest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < kMeasurements; ++k) {
-    contact.element = free[static_cast<std::size_t>(k % 2)];
+    contact.element = free[Index(k % 2)];
     const auto start = std::chrono::steady_clock::now();
     Respond({&contact, 1}, {&response, 1});
-    const std::chrono::duration<double, std::micro> taken =
-        std::chrono::steady_clock::now() - start;
-    fastest = std::min(fastest, taken.count());
+    fastest = std::min(fastest, 1e6 * SecondsSince(start));
   }
   if (answered_) info_.update_us = fastest;
-  prepared_ = false;
-  answered_ = false;
+  prepared_ = answered_ = false;
   failure_ = {};
 }
 
@@ -109,10 +97,8 @@ void Bem2dModel::Respond(std::span<const Contact> contacts,
   try {
     answered_ = responses.size() == contacts.size() && TryRespond(contacts, responses);
   } catch (const std::bad_alloc&) {
-    answered_ = false;
-    prepared_ = false;
+    answered_ = prepared_ = Fail("out of memory");
     moving_.Forget();
-    failure_ = "out of memory";
   }
   if (!answered_) std::ranges::fill(responses, ContactResponse{});
 }
@@ -120,10 +106,8 @@ void Bem2dModel::Respond(std::span<const Contact> contacts,
 bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
                             std::span<ContactResponse> responses) {
   for (const auto& contact : contacts) {
-    if (!Acceptable(contact)) {
-      failure_ = "a value is not finite, out of the plane or absurdly large";
-      return false;
-    }
+    if (Acceptable(contact)) continue;
+    return Fail("a value is not finite, out of the plane or absurdly large");
   }
   if (!SameSet(contacts) && !PrepareSet(contacts)) return false;
   prescribed_.resize(2 * contacts.size());
@@ -135,15 +119,13 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
     prescribed_[2 * i + 1] = contacts[i].prescribed_O.y() / unit;
   }
   if (!Solve()) {
-    failure_ = MovesWhatIsHeld() ? "an element that the scene holds is moved or loaded"
-                                 : "loads on a body that is free to move do not balance";
-    return false;
+    return Fail(MovesWhatIsHeld() ? "an element that the scene holds is moved or loaded"
+                                  : "loads on a body that is free to move do not balance");
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     responses[i] = ResponseOf(contacts[i], static_cast<int>(i));
     if (responses[i].validity == Validity::kFailed) {
-      failure_ = "the answer is not finite or absurdly large";
-      return false;
+      return Fail("the answer is not finite or absurdly large");
     }
   }
   return true;
@@ -183,22 +165,17 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
     nodes_.resize(contacts.size());
   }
   for (const auto& contact : contacts) {
-    if (!AppendPatch(contact)) {
-      failure_ = "no element at a contact's place";
-      return false;
-    }
+    if (!AppendPatch(contact)) return Fail("no element at a contact's place");
     set_.push_back({contact.kind, contact.element, contact.width, contact.p_O.head<2>(),
                     DirectionOf(contact)});
   }
   moving_knows_ = moving_.Prepare(patches_);
   prepared_ = moving_knows_ || solver_.Prepare(patches_);
-  if (!prepared_) {
-    failure_ =
-        "a contact shares an element with another or with a load, or contacts leave a body that "
-        "nothing holds free to move, or displacements are prescribed all around an incompressible "
-        "body";
-  }
-  return prepared_;
+  return prepared_ ||
+         Fail(
+             "a contact shares an element with another or with a load, or contacts leave a body "
+             "that nothing holds free to move, or displacements are prescribed all around an "
+             "incompressible body");
 }
 
 bool Bem2dModel::Solve() noexcept {
@@ -224,22 +201,17 @@ Vector2d Bem2dModel::DirectionOf(const Contact& contact) const noexcept {
   return contact.prescribed_O.head<2>().stableNormalized();
 }
 
-int Bem2dModel::ElementAt(const Contact& contact) const noexcept {
-  return contact.element >= 0 ? contact.element
-                              : FindElement(greens_.problem().mesh, contact.p_O.head<2>());
-}
-
 bool Bem2dModel::AppendPatch(const Contact& contact) {
   const BoundaryMesh& mesh = greens_.problem().mesh;
   auto& elements = elements_[patches_.size()];
-  const int element = ElementAt(contact);
+  const int element =
+      contact.element >= 0 ? contact.element : FindElement(mesh, contact.p_O.head<2>());
   if (element < 0) return false;
   elements.assign(1, element);
   if (contact.width > 0) {
     elements.resize(elements.capacity());
     const Vector2d place = contact.p_O.head<2>();
-    auto count =
-        static_cast<std::size_t>(PatchElements(mesh, element, place, contact.width, elements));
+    auto count = Index(PatchElements(mesh, element, place, contact.width, elements));
     if (count > elements.size()) {
       elements.resize(count);
       PatchElements(mesh, element, place, contact.width, elements);
@@ -253,9 +225,7 @@ bool Bem2dModel::AppendPatch(const Contact& contact) {
   } else if (params_.contact == ContactLaw::kFrictionless) {
     patch.law = ContactPatch::Law::kFrictionless;
     patch.direction = DirectionOf(contact);
-    if (patch.direction.isZero(0)) {
-      patch.direction = mesh.elements[static_cast<std::size_t>(element)].normal();
-    }
+    if (patch.direction.isZero(0)) patch.direction = mesh.elements[Index(element)].normal();
   }
   patches_.push_back(patch);
   return true;
@@ -274,7 +244,7 @@ std::span<const int> Bem2dModel::NodesOf(const std::vector<int>& elements,
 }
 
 ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) noexcept {
-  const auto first = 2 * static_cast<std::size_t>(patch);
+  const auto first = 2 * Index(patch);
   const Eigen::Vector3d answer(answer_[first], answer_[first + 1], 0);
   ContactResponse response;
   response.force_O = contact.prescribed_O;
@@ -317,7 +287,7 @@ Matrix2d Bem2dModel::StiffnessOf(const Contact& contact, int patch) noexcept {
 void Bem2dModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
   const BoundaryState state = Boundary();
   const ElementNodes& local = greens_.element_nodes();
-  const auto nodes = static_cast<std::size_t>(local.count);
+  const auto nodes = Index(local.count);
   const auto at_end = [&](std::size_t element, double s) {
     Vector2d u = Vector2d::Zero();
     for (std::size_t m = 0; m < nodes; ++m) {
@@ -328,7 +298,7 @@ void Bem2dModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
   const BoundaryMesh& mesh = greens_.problem().mesh;
   u_O->assign(mesh.elements.size(), Eigen::Vector3d::Zero());
   for (std::size_t i = 0; i < u_O->size(); ++i) {
-    const auto before = static_cast<std::size_t>(mesh.Previous(static_cast<int>(i)));
+    const auto before = Index(mesh.Previous(static_cast<int>(i)));
     const double share =
         mesh.elements[i].length() / (mesh.elements[i].length() + mesh.elements[before].length());
     (*u_O)[i].head<2>() = share * at_end(before, 1) + (1 - share) * at_end(i, -1);
@@ -338,7 +308,7 @@ void Bem2dModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
 BoundaryState Bem2dModel::Boundary() const {
   BoundaryState state;
   if (!answered_) {
-    state.displacement.assign(static_cast<std::size_t>(greens_.size()), Vector2d::Zero());
+    state.displacement.assign(Index(greens_.size()), Vector2d::Zero());
     state.traction = state.displacement;
     return state;
   }

@@ -2,7 +2,6 @@
 // Green's functions and the capacitance matrix (paper A, 3.3-3.4).
 #pragma once
 
-#include <chrono>
 #include <span>
 #include <vector>
 
@@ -33,10 +32,6 @@ class Bem2dModel final : public DeformationModel {
   // std::invalid_argument: see GreensFunctions; modulus, thickness or range not positive;
   // Interrupted.
   Bem2dModel(ReferenceProblem problem, const Params& params, Progress* progress = nullptr);
-  // Of the precompute, before it starts.
-  static PrecomputeCost Estimate(int elements, ElementOrder order) {
-    return GreensFunctions::Estimate(elements, order);
-  }
 
   // Frictionless contacts prescribe the displacement along its own direction (a zero displacement:
   // along the outward normal at the patch's middle element) and leave the traction across it zero:
@@ -47,13 +42,10 @@ class Bem2dModel final : public DeformationModel {
   // A place is found by a walk over all elements if `element` is -1: give it where time counts.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
   // The mean of what both elements at a vertex say, the shorter one's word counting more; where
   // elements are constant that is the straight line between their midpoints. Off by O(h^2) on
   // smooth boundary, O(h^3) with quadratic elements, one order less in corners of constant ones.
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
-  [[nodiscard]] std::string_view failure() const override { return failure_; }
-  [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
   // Under the contacts of the last Respond; zero where it failed.
   [[nodiscard]] BoundaryState Boundary() const;
@@ -79,23 +71,18 @@ class Bem2dModel final : public DeformationModel {
   [[nodiscard]] bool MovesWhatIsHeld() const noexcept;
   bool AppendPatch(const Contact& contact);
   [[nodiscard]] Eigen::Vector2d DirectionOf(const Contact& contact) const noexcept;
-  [[nodiscard]] int ElementAt(const Contact& contact) const noexcept;
   std::span<const int> NodesOf(const std::vector<int>& elements, std::vector<int>* nodes) const;
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) noexcept;
   [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) noexcept;
 
   Params params_;
-  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   GreensFunctions greens_;
   CapacitanceSolver solver_;
   MovingContacts moving_;
-  FieldMesh field_mesh_;
-  ModelInfo info_;
   double larger_side_ = 0;  // [m]
   double length_unit_ = 0;  // [m]
   double force_unit_ = 0;   // E times unit times thickness [N]
 
-  std::string_view failure_;
   bool prepared_ = false;      // one of the two knows set_
   bool moving_knows_ = false;  // it is moving_
   bool answered_ = false;      // prescribed_ and answer_ are those of the last Respond

@@ -1,12 +1,11 @@
 #include "slave/mechanics/bem/boundary_system.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <limits>
 #include <numbers>
-#include <stdexcept>
-#include <string>
 
+#include "shared/geometry/index.h"
+#include "shared/text/text.h"
 #include "slave/mechanics/bem/kelvin_integrals.h"
 
 namespace palpate {
@@ -17,10 +16,6 @@ using Eigen::Vector2d;
 
 constexpr int kReportEvery = 16;  // elements
 
-std::size_t At(int i) {
-  return static_cast<std::size_t>(i);
-}
-
 // What the element's Legendre modes contribute at a point.
 using ModeBlocks = std::array<KelvinBlocks<double>, kLargestNodeCount>;
 
@@ -30,7 +25,7 @@ void Integrate(const KelvinConstants& constants, const ElementView& view, int mo
   (*blocks)[0] = Combine(constants, mean, view.length, view.t.x(), view.t.y());
   if (modes == 1) return;
   const LegendreMoments moments(view.z());
-  for (std::size_t k = 1; k < At(modes); ++k) {
+  for (std::size_t k = 1; k < Index(modes); ++k) {
     const auto integrals = KelvinMode(moments, k, 0.5 * view.length, view.d);
     (*blocks)[k] = Combine(constants, integrals, 0, view.t.x(), view.t.y());
   }
@@ -46,8 +41,8 @@ struct HoleCentre {
 // A circle of radius r that touches the boundary at m with its centre along the unit normal n
 // leaves out the point q if |q - m|^2 >= 2 r n . (q - m).
 HoleCentre FindHoleCentre(const BoundaryMesh& mesh, int loop) {
-  const auto first = mesh.elements.begin() + mesh.loop_begin[static_cast<std::size_t>(loop)];
-  const auto last = mesh.elements.begin() + mesh.loop_begin[static_cast<std::size_t>(loop) + 1];
+  const auto first = mesh.elements.begin() + mesh.loop_begin[Index(loop)];
+  const auto last = mesh.elements.begin() + mesh.loop_begin[Index(loop) + 1];
   HoleCentre best;
   for (auto touched = first; touched != last; ++touched) {
     const Vector2d m = touched->midpoint();
@@ -69,21 +64,18 @@ HoleCentre FindHoleCentre(const BoundaryMesh& mesh, int loop) {
 }  // namespace
 
 PlaneElasticity PlaneElasticity::From(double nu, Plane plane) {
-  if (!(nu > -1 && nu <= 0.5)) {
-    throw std::invalid_argument("poisson_ratio = " + std::to_string(nu) +
-                                ": accepted is -1 < nu <= 0.5");
-  }
+  if (!(nu > -1 && nu <= 0.5)) RefuseValue("poisson_ratio", nu, "-1 < nu <= 0.5");
   return {1 / (2 * (1 + nu)), plane == Plane::kStress ? nu / (1 + nu) : nu};
 }
 
 std::vector<BoundaryNode> NodesOf(const ReferenceProblem& problem) {
   const ElementNodes& local = ElementNodes::Of(problem.order);
   std::vector<BoundaryNode> nodes;
-  nodes.reserve(problem.mesh.elements.size() * At(local.count));
+  nodes.reserve(problem.mesh.elements.size() * Index(local.count));
   for (int i = 0; i < problem.mesh.size(); ++i) {
-    const auto& e = problem.mesh.elements[At(i)];
+    const auto& e = problem.mesh.elements[Index(i)];
     const double length = e.length() / problem.mesh.length_unit;
-    for (std::size_t m = 0; m < At(local.count); ++m) {
+    for (std::size_t m = 0; m < Index(local.count); ++m) {
       nodes.push_back({e.midpoint() + 0.5 * local.s[m] * (e.b - e.a), i, local.weight[m] * length});
     }
   }
@@ -91,7 +83,7 @@ std::vector<BoundaryNode> NodesOf(const ReferenceProblem& problem) {
 }
 
 ElementView ViewOf(const BoundaryMesh& mesh, int element, const Vector2d& p_O) {
-  const auto& e = mesh.elements[At(element)];
+  const auto& e = mesh.elements[Index(element)];
   const Vector2d t = (e.b - e.a).normalized();
   const Vector2d n(t.y(), -t.x());
   const Vector2d r = e.a / mesh.length_unit - p_O / mesh.length_unit;
@@ -116,21 +108,21 @@ void BoundarySystem::CollocateElement(int element, Eigen::MatrixXd* A,
   const KelvinConstants constants(elasticity_.shear_modulus, elasticity_.effective_nu);
   const ElementNodes& local = ElementNodes::Of(problem_.order);
   const double unit = problem_.mesh.length_unit;
-  const Vector2d a = problem_.mesh.elements[At(element)].a / unit;
-  ElementView view = ViewOf(problem_.mesh, element, problem_.mesh.elements[At(element)].a);
+  const Vector2d a = problem_.mesh.elements[Index(element)].a / unit;
+  ElementView view = ViewOf(problem_.mesh, element, problem_.mesh.elements[Index(element)].a);
   ModeBlocks modes;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const Vector2d r = a - nodes_[i].p_O / unit;
     const bool self = nodes_[i].element == element;
-    const std::size_t own = i - At(element) * At(local.count);
+    const std::size_t own = i - Index(element) * Index(local.count);
     view.xi_a = self ? -0.5 * view.length * (1 + local.s[own]) : r.dot(view.t);
     view.d = self ? 0 : r.dot(view.n);
     Integrate(constants, view, local.count, &modes);
     const auto row = static_cast<Eigen::Index>(2 * i);
-    for (std::size_t m = 0; m < At(local.count); ++m) {
+    for (std::size_t m = 0; m < Index(local.count); ++m) {
       Matrix2d h = local.mode[m][0] * modes[0].of_displacement;
       Matrix2d g = local.mode[m][0] * modes[0].of_traction;
-      for (std::size_t k = 1; k < At(local.count); ++k) {
+      for (std::size_t k = 1; k < Index(local.count); ++k) {
         h += local.mode[m][k] * modes[k].of_displacement;
         g += local.mode[m][k] * modes[k].of_traction;
       }
@@ -138,7 +130,7 @@ void BoundarySystem::CollocateElement(int element, Eigen::MatrixXd* A,
       for (int c = 0; c < 2; ++c) {
         const Eigen::Index column =
             2 * (Eigen::Index{element} * local.count + static_cast<Eigen::Index>(m)) + c;
-        const bool fixed = held(At(element), c);
+        const bool fixed = held(Index(element), c);
         const double sign = fixed ? -1 : 1;
         A->block<2, 1>(row, column) = sign * (fixed ? g : h).col(c);
         Abar->block<2, 1>(row, column) = sign * (fixed ? h : g).col(c);
@@ -163,9 +155,9 @@ void BoundarySystem::AppendHolePressures(Eigen::Index first, Eigen::MatrixXd* A,
       const ElementView view = ViewOf(mesh, j, centre.p_O);
       const double h = 0.5 * view.length;
       const LegendreMoments moments(view.z());
-      for (std::size_t m = 0; m < At(local.count); ++m) {
+      for (std::size_t m = 0; m < Index(local.count); ++m) {
         std::complex<double> pole, dipole;
-        for (std::size_t k = 0; k < At(local.count); ++k) {
+        for (std::size_t k = 0; k < Index(local.count); ++k) {
           pole += local.mode[m][k] * moments.pole[k];
           dipole += local.mode[m][k] * moments.dipole[k];
         }
@@ -175,7 +167,7 @@ void BoundarySystem::AppendHolePressures(Eigen::Index first, Eigen::MatrixXd* A,
         for (int c = 0; c < 2; ++c) {
           const Eigen::Index column =
               2 * (Eigen::Index{j} * local.count + static_cast<Eigen::Index>(m)) + c;
-          const bool fixed = held(At(j), c);
+          const bool fixed = held(Index(j), c);
           (*A)(row, column) = fixed ? -g[c] : u[c];
           (*Abar)(row, column) = fixed ? -u[c] : g[c];
         }
@@ -184,9 +176,10 @@ void BoundarySystem::AppendHolePressures(Eigen::Index first, Eigen::MatrixXd* A,
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       const int element = nodes_[i].element;
       const bool on_hole =
-          element >= mesh.loop_begin[At(hole) + 1] && element < mesh.loop_begin[At(hole) + 2];
+          element >= mesh.loop_begin[Index(hole) + 1] && element < mesh.loop_begin[Index(hole) + 2];
       if (!on_hole) continue;
-      A->block<2, 1>(static_cast<Eigen::Index>(2 * i), row) = mesh.elements[At(element)].normal();
+      A->block<2, 1>(static_cast<Eigen::Index>(2 * i), row) =
+          mesh.elements[Index(element)].normal();
     }
   }
 }

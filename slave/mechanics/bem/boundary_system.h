@@ -68,7 +68,6 @@ class BoundarySystem {
   [[nodiscard]] int holes() const { return static_cast<int>(problem_.mesh.loop_begin.size()) - 2; }
 
  private:
-  struct Columns;  // of one element
   void CollocateElement(int element, Eigen::MatrixXd* A, Eigen::MatrixXd* Abar) const;
   [[nodiscard]] bool held(std::size_t element, int c) const {
     return problem_.held[element][static_cast<std::size_t>(c)];

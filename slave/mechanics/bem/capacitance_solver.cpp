@@ -1,12 +1,8 @@
 #include "slave/mechanics/bem/capacitance_solver.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <Eigen/Eigenvalues>
-
-#include "shared/geometry/index.h"
-#include "slave/mechanics/bem/boundary_sum.h"
 
 namespace palpate {
 namespace {
@@ -31,7 +27,7 @@ bool CapacitanceSolver::Prepare(std::span<const ContactPatch> patches) {
     return false;
   }
   const int values = 2 * static_cast<int>(patches_.size());
-  first_value_ = PaddedTo(kLane, order_);
+  first_value_ = PaddedTo8(order_);
   system_ = {nullptr, OddLanes(first_value_ + values)};
   augmented_.resize(Index(order_) * Index(system_.stride));
   system_.data = augmented_.data();
@@ -123,14 +119,6 @@ bool CapacitanceSolver::CollectFreeMotions() {
   return true;
 }
 
-Matrix2d CapacitanceSolver::Block(int i, int j) const noexcept {
-  return Eigen::Map<const Matrix2d>(greens_.block(i, j));
-}
-
-std::span<const int> CapacitanceSolver::NodesOf(const Patch& patch) const noexcept {
-  return std::span(nodes_).subspan(Index(patch.begin), Index(patch.end - patch.begin));
-}
-
 // Blocks lie at random places of a large matrix: those of the next column are on their way while
 // one is copied.
 void CapacitanceSolver::Fetch(const Unknowns& from) const noexcept {
@@ -190,11 +178,6 @@ void CapacitanceSolver::FillPrescribed() {
       }
     }
   }
-}
-
-// Loads observe their displacement, contacts the fixture's reaction where they meet one.
-bool CapacitanceSolver::Observes(const Patch& patch) const noexcept {
-  return patch.law == ContactPatch::Law::kLoad || patch.blocked[0] || patch.blocked[1];
 }
 
 Matrix2d CapacitanceSolver::Observed(const Patch& patch, int by_node) const noexcept {

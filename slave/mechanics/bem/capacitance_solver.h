@@ -12,8 +12,9 @@
 
 #include <Eigen/Core>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/bem/greens_functions.h"
-#include "slave/mechanics/linear/small_lu.h"
+#include "slave/mechanics/linear/dense_factor.h"
 
 namespace palpate {
 
@@ -82,12 +83,19 @@ class CapacitanceSolver {
   void Fetch(const Unknowns& from) const noexcept;
   void FillPrescribed();
   void FillMap();
-  [[nodiscard]] Eigen::Matrix2d Block(int i, int j) const noexcept;
+  [[nodiscard]] Eigen::Matrix2d Block(int i, int j) const noexcept {
+    return Eigen::Map<const Eigen::Matrix2d>(greens_.block(i, j));
+  }
   [[nodiscard]] Eigen::Matrix2d ByLoad(int node, const Patch& load) const noexcept;
   [[nodiscard]] Eigen::Matrix2d Observed(const Patch& patch, int by_node) const noexcept;
-  [[nodiscard]] bool Observes(const Patch& patch) const noexcept;
+  // Loads observe their displacement, contacts the fixture's reaction where they meet one.
+  [[nodiscard]] bool Observes(const Patch& patch) const noexcept {
+    return patch.law == ContactPatch::Law::kLoad || patch.blocked[0] || patch.blocked[1];
+  }
   [[nodiscard]] bool Balanced(std::span<const double> prescribed) const noexcept;
-  [[nodiscard]] std::span<const int> NodesOf(const Patch& patch) const noexcept;
+  [[nodiscard]] std::span<const int> NodesOf(const Patch& patch) const noexcept {
+    return std::span(nodes_).subspan(Index(patch.begin), Index(patch.end - patch.begin));
+  }
 
   const GreensFunctions& greens_;
   std::vector<Patch> patches_;

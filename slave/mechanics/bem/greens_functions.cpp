@@ -10,7 +10,8 @@
 #include <Eigen/Eigenvalues>
 #include <sys/mman.h>
 
-#include "slave/mechanics/linear/dense_lu.h"
+#include "shared/geometry/index.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -43,20 +44,12 @@ void RequireUsable(const ReferenceProblem& problem) {
       throw std::invalid_argument("an element without length, or not finite");
     }
   }
-  if (!(mesh.length_unit > 0 && std::isfinite(mesh.length_unit))) {
-    throw std::invalid_argument("length unit = " + std::to_string(mesh.length_unit) +
-                                " m: accepted is a finite length > 0");
-  }
-  if (problem.plane != Plane::kStrain) return;
-  const auto refuse = [&](double largest, const char* body) {
-    if (problem.nu <= largest) return;
-    throw std::invalid_argument("poisson_ratio = " + std::to_string(problem.nu) +
-                                " in plane strain for " + body + ": accepted is at most " +
-                                std::to_string(largest) +
-                                " (the boundary integrals lose the pressure near 0.5)");
-  };
-  if (AllHeld(problem)) {
-    refuse(GreensFunctions::kLargestNuAllHeld, "a body held on its whole boundary");
+  RequirePositive("length unit", mesh.length_unit);
+  if (problem.plane == Plane::kStrain && AllHeld(problem) &&
+      problem.nu > GreensFunctions::kLargestNuAllHeld) {
+    RefuseValue("poisson_ratio", problem.nu,
+                "at most 0.499 in plane strain for a body held on its whole boundary (the boundary "
+                "integrals lose the pressure near 0.5)");
   }
 }
 
@@ -134,7 +127,7 @@ void GreensFunctions::FindFreeMotions() {
   Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
   double held_length = 0;
   for (int i = 0; i < size(); ++i) {
-    const auto& element = elements[static_cast<std::size_t>(node(i).element)];
+    const auto& element = elements[Index(node(i).element)];
     for (int c = 0; c < 2; ++c) {
       if (!held(i, c)) continue;
       for (const auto& end : {element.a, element.b}) {
@@ -196,6 +189,28 @@ void GreensFunctions::StoreBlocks(const Eigen::MatrixXd& E) {
   for (Eigen::Index j = 0; j < E.cols(); j += 2) {
     for (Eigen::Index i = 0; i < E.cols(); i += 2, block += 4) {
       Eigen::Map<Eigen::Matrix2d>(block, 2, 2) = E.block<2, 2>(i, j);
+    }
+  }
+}
+
+BoundarySum::BoundarySum(const GreensFunctions& greens)
+    : greens_(greens), answer_(Index(greens.size()), Eigen::Vector2d::Zero()), given_(answer_) {}
+
+void BoundarySum::Add(int j, const Eigen::Vector2d& value) {
+  for (int i = 0; i < greens_.size(); ++i) {
+    answer_[Index(i)] += Eigen::Map<const Eigen::Matrix2d>(greens_.block(i, j)) * value;
+  }
+  if (j < greens_.size()) given_[Index(j)] += value;
+}
+
+void BoundarySum::Finish(std::vector<Eigen::Vector2d>* displacement,
+                         std::vector<Eigen::Vector2d>* traction) {
+  displacement->assign(answer_.size(), Eigen::Vector2d::Zero());
+  *traction = std::move(given_);
+  for (std::size_t i = 0; i < answer_.size(); ++i) {
+    for (int c = 0; c < 2; ++c) {
+      auto& known = greens_.held(static_cast<int>(i), c) ? *traction : *displacement;
+      known[i][c] = answer_[i][c];
     }
   }
 }

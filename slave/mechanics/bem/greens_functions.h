@@ -10,7 +10,6 @@
 // Nondimensional inside: lengths by the mesh's length unit, tractions by E.
 #pragma once
 
-#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -96,6 +95,20 @@ class GreensFunctions {
   };
   std::unique_ptr<double, Free> blocks_;
   double condition_ = 0;
+};
+
+// Displacements and tractions on the whole boundary as a sum over what nodes were given.
+class BoundarySum {
+ public:
+  explicit BoundarySum(const GreensFunctions& greens);
+  // The traction of node `j` that the reference problem leaves free, or the amplitude of one of the
+  // blocks beyond the nodes. O(N).
+  void Add(int j, const Eigen::Vector2d& value);
+  void Finish(std::vector<Eigen::Vector2d>* displacement, std::vector<Eigen::Vector2d>* traction);
+
+ private:
+  const GreensFunctions& greens_;
+  std::vector<Eigen::Vector2d> answer_, given_;
 };
 
 }  // namespace palpate

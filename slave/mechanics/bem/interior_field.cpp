@@ -4,6 +4,7 @@
 
 #include <unsupported/Eigen/AutoDiff>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/bem/kelvin_integrals.h"
 
 namespace palpate {
@@ -52,11 +53,11 @@ InteriorField::InteriorField(const Bem2dModel& model, BoundaryState state)
 InteriorField::Modes InteriorField::ModesOf(const std::vector<Vector2d>& values,
                                             int element) const {
   const ElementNodes& local = model_.greens_functions().element_nodes();
-  const auto count = static_cast<std::size_t>(local.count);
+  const auto count = Index(local.count);
   Modes modes;
   modes.fill(Vector2d::Zero());
   for (std::size_t m = 0; m < count; ++m) {
-    const Vector2d& value = values[static_cast<std::size_t>(element) * count + m];
+    const Vector2d& value = values[Index(element) * count + m];
     for (std::size_t k = 0; k < count; ++k) modes[k] += local.mode[m][k] * value;
   }
   return modes;
@@ -67,7 +68,7 @@ PointState InteriorField::At(const Vector2d& p_O) const {
   const PlaneElasticity& elasticity = greens.elasticity();
   const KelvinConstants constants(elasticity.shear_modulus, elasticity.effective_nu);
   const BoundaryMesh& mesh = greens.problem().mesh;
-  const auto modes = static_cast<std::size_t>(greens.element_nodes().count);
+  const auto modes = Index(greens.element_nodes().count);
   const double E = model_.params().young_modulus;
   Eigen::Matrix<Dual, 2, 1> u(Dual(0, Vector2d::Zero()), Dual(0, Vector2d::Zero()));
   double pressure_part = 0;
@@ -101,8 +102,7 @@ PointState InteriorField::At(const Vector2d& p_O) const {
 }
 
 PointState InteriorField::OnBoundary(int i) const {
-  const auto& element =
-      model_.greens_functions().problem().mesh.elements[static_cast<std::size_t>(i)];
+  const auto& element = model_.greens_functions().problem().mesh.elements[Index(i)];
   const PlaneElasticity& elasticity = model_.greens_functions().elasticity();
   const Vector2d n = element.normal();
   const Vector2d t(-n.y(), n.x());
@@ -126,12 +126,12 @@ PointState InteriorField::OnBoundary(int i) const {
 // where they are constant, from the neighbours that continue it without a corner.
 double InteriorField::StretchOf(int i) const {
   const BoundaryMesh& mesh = model_.greens_functions().problem().mesh;
-  const auto element = [&](int k) { return mesh.elements[static_cast<std::size_t>(k)]; };
+  const auto element = [&](int k) { return mesh.elements[Index(k)]; };
   if (model_.greens_functions().element_nodes().count > 1) {
     const Vector2d edge = element(i).b - element(i).a;
     return 2 * edge.dot(ModesOf(state_.displacement, i)[1]) / edge.squaredNorm();
   }
-  const auto moved = [&](int k) { return state_.displacement[static_cast<std::size_t>(k)]; };
+  const auto moved = [&](int k) { return state_.displacement[Index(k)]; };
   const auto continues = [&](int k) {
     return element(k).normal().dot(element(i).normal()) > kCorner;
   };

@@ -17,14 +17,13 @@
 
 #include <cmath>
 #include <complex>
-#include <cstddef>
 #include <numbers>
 #include <type_traits>
 #include <utility>
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/bem/legendre_moments.h"
+#include "slave/mechanics/bem/element_nodes.h"
 
 namespace palpate {
 

@@ -2,10 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
-
-#include "shared/geometry/index.h"
-#include "slave/mechanics/bem/boundary_sum.h"
 
 namespace palpate {
 namespace {
@@ -74,10 +70,6 @@ bool MovingContacts::Prepare(std::span<const ContactPatch> patches) {
   }
   std::fill_n(moved_.get(), inverse_.padded(), 0.0);
   return true;
-}
-
-int& MovingContacts::SlotAt(const Slot& slot) {
-  return slot_at_[Index(greens_.node(slot.first_node).element)];
 }
 
 // Finds the patches' slots. False: two on one element.
@@ -187,10 +179,6 @@ bool MovingContacts::Assign(const ContactPatch& patch, std::size_t patch_index, 
   if (at >= 0) return false;
   at = slot_of_[patch_index] = slot;
   return true;
-}
-
-Vector2d MovingContacts::Basis(const Slot& slot, int k) const noexcept {
-  return components_ == 1 ? slot.direction : Vector2d::Unit(k);
 }
 
 // What two slots' nodes do to each other, into the matrix's rows of `to` and columns of `from`.

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/bem/capacitance_solver.h"
 #include "slave/mechanics/bem/greens_functions.h"
 #include "slave/mechanics/linear/updated_inverse.h"
@@ -64,8 +65,12 @@ class MovingContacts {
   void FillBlocks(int slot, int others);
   void Fetch(const ContactPatch& patch, std::span<const ContactPatch> others) const;
   [[nodiscard]] int block() const { return components_ * nodes_per_patch_; }
-  [[nodiscard]] int& SlotAt(const Slot& slot);
-  [[nodiscard]] Eigen::Vector2d Basis(const Slot& slot, int k) const noexcept;
+  [[nodiscard]] int& SlotAt(const Slot& slot) {
+    return slot_at_[Index(greens_.node(slot.first_node).element)];
+  }
+  [[nodiscard]] Eigen::Vector2d Basis(const Slot& slot, int k) const noexcept {
+    return components_ == 1 ? slot.direction : Eigen::Vector2d::Unit(k);
+  }
   void SolveTractions(std::span<const double> prescribed, double* moved,
                       double* tractions) const noexcept;
 

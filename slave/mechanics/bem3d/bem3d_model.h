@@ -3,9 +3,6 @@
 // small strains and rotations. Once precomputed, a contact costs microseconds whatever the mesh.
 #pragma once
 
-#include <array>
-#include <chrono>
-#include <cstddef>
 #include <filesystem>
 #include <span>
 #include <string_view>
@@ -17,7 +14,7 @@
 #include "shared/text/progress.h"
 #include "slave/mechanics/bem3d/surface_greens.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
-#include "slave/mechanics/capacitance/contact_places.h"
+#include "slave/mechanics/capacitance/contact_set.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/scene.h"
 
@@ -40,8 +37,8 @@ class Bem3dModel final : public DeformationModel {
 
   // `held`: per triangle and component, kept at zero. Throws std::invalid_argument: see
   // SurfaceGreens; modulus or range not positive. Interrupted.
-  Bem3dModel(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held, double young_modulus,
-             double poisson_ratio, const Options& options, Progress* progress = nullptr);
+  Bem3dModel(const SurfaceMesh& mesh, HeldNodes held, double young_modulus, double poisson_ratio,
+             const Options& options, Progress* progress = nullptr);
 
   // See ComplianceSolver and SurfaceTrianglePlaces. A body that is free to move takes loads only;
   // they must balance to 1e-6, and the answer has no mean displacement nor turn of the surface,
@@ -49,38 +46,30 @@ class Bem3dModel final : public DeformationModel {
   // A place is found by a walk over all triangles if `element` is -1 and the contact changed.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
   // The corners' displacements with which the boundary integrals themselves were taken (CornerFit):
   // what is linear in space is met exactly, the rest to O(h^2).
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
-  [[nodiscard]] std::string_view failure() const override;
-  [[nodiscard]] const ModelInfo& info() const override { return info_; }
+  [[nodiscard]] std::string_view failure() const override {
+    return failure_.empty() ? solver_.failure() : failure_;
+  }
 
   // Under the contacts of the last Respond; zero where it failed. O(N S).
   [[nodiscard]] SurfaceState Surface();
-  // At a place inside, by Somigliana's identity; nearer to the surface than a triangle is long the
-  // steps of the tractions show. O(N).
-  [[nodiscard]] Eigen::Vector3d DisplacementInside(const SurfaceState& state,
-                                                   const Eigen::Vector3d& p_O) const;
 
   [[nodiscard]] const SurfaceGreens& greens() const { return greens_; }
 
  private:
   void Describe(const Options& options);
-  [[nodiscard]] double MeasureUpdate(const Options& options);
+  [[nodiscard]] double MeasureUpdate();
   [[nodiscard]] std::string_view Refuse(std::span<const Contact> contacts) const noexcept;
   [[nodiscard]] bool Balanced();
   void AtCentroids(std::vector<Eigen::Vector3d>* u_O);
 
-  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   double young_modulus_;  // [Pa]
   SurfaceGreens greens_;
   SurfaceTrianglePlaces places_;
   ComplianceSolver solver_;
-  FieldMesh field_mesh_;
-  ModelInfo info_;
   double force_unit_ = 0;  // E times the length unit squared [N]
-  std::string_view refused_;
   std::vector<PlaceForce> forces_;
   std::vector<Eigen::Vector3d> centroids_;  // their displacements [m]
 };

@@ -1,9 +1,7 @@
 #include "slave/mechanics/bem3d/closed_surface.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -11,11 +9,15 @@
 #include <string>
 #include <utility>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+
+#include "shared/geometry/index.h"
 
 namespace palpate {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kThinnest = 1e-10;  // area / longest edge^2
@@ -32,7 +34,7 @@ void RequireNodes(const SurfaceMesh& mesh) {
         Refuse(i,
                "node " + std::to_string(node) + ": accepted is 0 to " + std::to_string(count - 1));
       }
-      if (!mesh.nodes[static_cast<std::size_t>(node)].allFinite()) {
+      if (!mesh.nodes[Index(node)].allFinite()) {
         Refuse(i, "node " + std::to_string(node) + " is not finite");
       }
     }
@@ -81,9 +83,9 @@ Edges CollectEdges(const SurfaceMesh& mesh) {
 
 // The parts that hang together by edges: per triangle the first triangle of its part.
 std::vector<int> FindParts(const Edges& edges, int count) {
-  std::vector<int> part(static_cast<std::size_t>(count));
+  std::vector<int> part(Index(count));
   std::iota(part.begin(), part.end(), 0);
-  const auto parent = [&](int i) -> int& { return part[static_cast<std::size_t>(i)]; };
+  const auto parent = [&](int i) -> int& { return part[Index(i)]; };
   const auto root = [&](int i) {
     while (parent(i) != i) i = parent(i) = parent(parent(i));
     return i;
@@ -131,12 +133,50 @@ bool FindCavities(const ClosedSurface& surface, const std::vector<int>& part) {
   }
   for (const auto& [first, volume] : volumes) {
     if (first == body) continue;
-    if (!IsInside(surface, part, body,
-                  surface.elements[static_cast<std::size_t>(first)].centroid)) {
+    if (!IsInside(surface, part, body, surface.elements[Index(first)].centroid)) {
       Refuse(first, "a part begins here that is inside out and no cavity of the body");
     }
   }
   return volumes.size() > 1;
+}
+
+// What extrapolation along one direction may add to the sum of the squared weights.
+constexpr double kMostExtrapolation = 1;
+// Mean square extent along a direction, of the largest: the triangles lie in a plane.
+constexpr double kFlat = 1e-12;
+
+struct Fit {
+  CornerFit::Shares shares;
+  bool exact = true;  // for whatever is linear in space
+};
+
+// Weights 1 / n - d_m^T S^+ d with the offsets d_m from the mean place, S = sum d_m d_m^T and the
+// mean's own offset d from the node: the value of the regression there.
+Fit FitAt(const Vector3d& node, const std::vector<int>& star, const ClosedSurface& surface) {
+  const auto place = [&](int i) { return surface.elements[Index(i)].centroid; };
+  Vector3d mean = Vector3d::Zero();
+  for (const int i : star) mean += place(i) / static_cast<double>(star.size());
+  Matrix3d S = Matrix3d::Zero();
+  for (const int i : star) S += (place(i) - mean) * (place(i) - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(S);
+  const double flat = kFlat * eigen.eigenvalues()[2];
+  Fit fit;
+  Vector3d slope = Vector3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d direction = eigen.eigenvectors().col(k);
+    const double extent = eigen.eigenvalues()[k];
+    const double offset = direction.dot(mean - node);
+    if (extent > flat && offset * offset <= kMostExtrapolation * extent) {
+      slope += offset / extent * direction;
+    } else if (offset * offset > flat) {
+      fit.exact = false;
+    }
+  }
+  for (const int i : star) {
+    fit.shares.push_back(
+        {i, 1.0 / static_cast<double>(star.size()) - (place(i) - mean).dot(slope)});
+  }
+  return fit;
 }
 
 }  // namespace
@@ -145,7 +185,7 @@ ClosedSurface::ClosedSurface(const SurfaceMesh& mesh) {
   RequireNodes(mesh);
   Eigen::AlignedBox3d box;
   for (const auto& triangle : mesh.triangles) {
-    for (const int node : triangle) box.extend(mesh.nodes[static_cast<std::size_t>(node)]);
+    for (const int node : triangle) box.extend(mesh.nodes[Index(node)]);
   }
   length_unit = box.sizes().maxCoeff();
   origin_O = box.center();
@@ -156,13 +196,56 @@ ClosedSurface::ClosedSurface(const SurfaceMesh& mesh) {
   elements.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) {
     const auto p = [&](int node) -> Vector3d {
-      return (mesh.nodes[static_cast<std::size_t>(node)] - origin_O) / length_unit;
+      return (mesh.nodes[Index(node)] - origin_O) / length_unit;
     };
     elements.emplace_back(p(a), p(b), p(c));
     RequireArea(size() - 1, elements.back());
   }
   RequireEachOnce(mesh);
   has_cavities = FindCavities(*this, FindParts(CollectEdges(mesh), size()));
+}
+
+CornerFit::CornerFit(const SurfaceMesh& mesh, const ClosedSurface& surface) {
+  NumberCorners(mesh);
+  std::vector<std::vector<int>> at(shares_.size());  // triangles by node
+  std::vector<Vector3d> places(shares_.size());
+  for (int i = 0; i < surface.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto node = Index(corners(i)[k]);
+      at[node].push_back(i);
+      places[node] = surface.elements[Index(i)].corners[k];
+    }
+  }
+  for (std::size_t node = 0; node < at.size(); ++node) {
+    Fit fit = FitAt(places[node], at[node], surface);
+    if (!fit.exact) {
+      std::vector<int> wider;
+      for (const int i : at[node]) {
+        for (const int corner : corners(i)) {
+          const auto& around = at[Index(corner)];
+          wider.insert(wider.end(), around.begin(), around.end());
+        }
+      }
+      std::ranges::sort(wider);
+      wider.erase(std::ranges::unique(wider).begin(), wider.end());
+      fit = FitAt(places[node], wider, surface);
+    }
+    shares_[node] = std::move(fit.shares);
+  }
+}
+
+void CornerFit::NumberCorners(const SurfaceMesh& mesh) {
+  std::vector<int> number(mesh.nodes.size(), -1);
+  int count = 0;
+  for (const auto& triangle : mesh.triangles) {
+    auto& corners = corners_.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      int& node = number[Index(triangle[k])];
+      if (node < 0) node = count++;
+      corners[k] = node;
+    }
+  }
+  shares_.resize(Index(count));
 }
 
 }  // namespace palpate

@@ -112,7 +112,7 @@ void GreensStore::Keep(Part part, int index, std::span<const double> values) {
   if (!OpenLog()) return;
   if (resuming_) ForgetRest(std::ftell(log_.get()));
   if (WriteSection(log_.get(), Tag(part, index), values)) return;
-  remark_ = "cannot write to the cache " + folder_.string();
+  CannotWrite();
   log_.reset();
 }
 
@@ -131,7 +131,7 @@ void GreensStore::Finish(const GreensData& data) {
   std::error_code error;
   if (written) std::filesystem::rename(unfinished, result_, error);
   if (!written || error) {
-    remark_ = "cannot write to the cache " + folder_.string();
+    CannotWrite();
     std::filesystem::remove(unfinished, error);
   }
   std::filesystem::remove(log_path_, error);
@@ -149,7 +149,7 @@ bool GreensStore::OpenLog() {
   const int descriptor = ::open(log_path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (descriptor >= 0) log_.reset(::fdopen(descriptor, "r+b"));
   if (!log_) {
-    remark_ = "cannot write to the cache " + folder_.string();
+    CannotWrite();
     return false;
   }
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
@@ -170,7 +170,7 @@ void GreensStore::ForgetRest(long from) {
   if (std::fseek(log_.get(), from, SEEK_SET) == 0 && ::ftruncate(::fileno(log_.get()), from) == 0) {
     return;
   }
-  remark_ = "cannot write to the cache " + folder_.string();
+  CannotWrite();
   log_.reset();
 }
 

@@ -52,6 +52,7 @@ class GreensStore {
   };
   using File = std::unique_ptr<std::FILE, Close>;
 
+  void CannotWrite() { remark_ = "cannot write to the cache " + folder_.string(); }
   bool OpenLog();
   void ForgetRest(long from);
 

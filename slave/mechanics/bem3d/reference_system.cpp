@@ -1,17 +1,18 @@
 #include "slave/mechanics/bem3d/reference_system.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
 
+#include "shared/geometry/index.h"
+#include "shared/text/text.h"
+
 namespace palpate {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Motions = Eigen::Matrix<double, 6, 6>;
@@ -21,14 +22,12 @@ constexpr double kHeldMotion = 1e-9;  // mean square of a rigid motion at what i
 
 double Checked(double nu) {
   if (nu > -1 && nu <= 0.5) return nu;
-  throw std::invalid_argument("poisson_ratio = " + std::to_string(nu) +
-                              ": accepted is -1 < nu <= 0.5");
+  RefuseValue("poisson_ratio", nu, "-1 < nu <= 0.5");
 }
 
 }  // namespace
 
-ReferenceSystem::ReferenceSystem(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held,
-                                 double nu)
+ReferenceSystem::ReferenceSystem(const SurfaceMesh& mesh, HeldNodes held, double nu)
     : surface_(mesh),
       fit_(mesh, surface_),
       held_(std::move(held)),
@@ -44,16 +43,17 @@ ReferenceSystem::ReferenceSystem(const SurfaceMesh& mesh, std::vector<std::array
 }
 
 void ReferenceSystem::RequireCompressible() const {
-  const auto refuse = [&](double largest, const char* body) {
+  const auto refuse = [&](double largest, const std::string& accepted) {
     if (nu_ <= largest) return;
-    throw std::invalid_argument("poisson_ratio = " + std::to_string(nu_) + " for " + body +
-                                ": accepted is at most " + std::to_string(largest) +
-                                " (the boundary integrals lose the pressure near 0.5)");
+    RefuseValue("poisson_ratio", nu_,
+                accepted + " (the boundary integrals lose the pressure near 0.5)");
   };
-  if (surface_.has_cavities) refuse(kLargestNuWithCavities, "a body with cavities");
+  if (surface_.has_cavities) {
+    refuse(kLargestNuWithCavities, "at most 0.45 for a body with cavities");
+  }
   const bool all_held =
       std::ranges::all_of(held_, [](const auto& h) { return h[0] && h[1] && h[2]; });
-  if (all_held) refuse(kLargestNuAllHeld, "a body held on its whole surface");
+  if (all_held) refuse(kLargestNuAllHeld, "at most 0.499 for a body held on its whole surface");
 }
 
 Eigen::Matrix<double, 3, 6> ReferenceSystem::RigidModes(const Vector3d& p) const {
@@ -76,7 +76,7 @@ void ReferenceSystem::FindFreeMotions() {
   Motions gram = Motions::Zero();
   double held_area = 0;
   for (int i = 0; i < triangles(); ++i) {
-    const auto& t = surface_.elements[static_cast<std::size_t>(i)];
+    const auto& t = surface_.elements[Index(i)];
     for (int c = 0; c < 3; ++c) {
       if (!held(i, c)) continue;
       const Eigen::Matrix<double, 1, 6> moved = RigidModes(t.centroid).row(c);
@@ -93,25 +93,24 @@ void ReferenceSystem::FindFreeMotions() {
 }
 
 void ReferenceSystem::MarkHeldNodes() {
-  held_nodes_.resize(static_cast<std::size_t>(fit_.nodes()));
+  held_nodes_.resize(Index(fit_.nodes()));
   for (int i = 0; i < triangles(); ++i) {
     for (const int node : fit_.corners(i)) {
       for (std::size_t c = 0; c < 3; ++c) {
-        if (held(i, static_cast<int>(c))) held_nodes_[static_cast<std::size_t>(node)][c] = true;
+        if (held(i, static_cast<int>(c))) held_nodes_[Index(node)][c] = true;
       }
     }
   }
 }
 
 KelvinSolidBlocks ReferenceSystem::Blocks(int i, int j) const {
-  const auto& source = surface_.elements[static_cast<std::size_t>(j)];
+  const auto& source = surface_.elements[Index(j)];
   if (i == j) {
     KelvinSolidBlocks blocks = IntegrateKelvinOnItself(constants_, source);
     blocks.of_displacement.diagonal().array() += 0.5;
     return blocks;
   }
-  return IntegrateKelvin(constants_, source,
-                         surface_.elements[static_cast<std::size_t>(i)].centroid);
+  return IntegrateKelvin(constants_, source, surface_.elements[Index(i)].centroid);
 }
 
 MatrixXd ReferenceSystem::Matrix(const std::function<void(int)>& before) const {
@@ -130,10 +129,10 @@ MatrixXd ReferenceSystem::Matrix(const std::function<void(int)>& before) const {
 // Rows of the triangles [begin, end): what belongs to triangles goes to A, what belongs to the
 // displacements at their corners to `by_node`.
 void ReferenceSystem::FillRows(int begin, int end, MatrixXd* A, MatrixXd* by_node) const {
-  by_node->setZero(3 * Index{end - begin}, 3 * Index{fit_.nodes()});
-  const Index n = 3 * Index{triangles()};
+  by_node->setZero(3 * Eigen::Index{end - begin}, 3 * Eigen::Index{fit_.nodes()});
+  const Eigen::Index n = 3 * Eigen::Index{triangles()};
   for (int j = 0; j < triangles(); ++j) {
-    const auto modes = RigidModes(surface_.elements[static_cast<std::size_t>(j)].centroid);
+    const auto modes = RigidModes(surface_.elements[Index(j)].centroid);
     for (int i = begin; i < end; ++i) {
       const KelvinSolidBlocks blocks = Blocks(i, j);
       for (int c = 0; c < 3; ++c) {
@@ -153,13 +152,13 @@ void ReferenceSystem::FillRows(int begin, int end, MatrixXd* A, MatrixXd* by_nod
 
 // Held nodes stand still, all others move with the triangles around them.
 void ReferenceSystem::ShareNodes(int begin, int end, const MatrixXd& by_node, MatrixXd* A) const {
-  const Index rows = 3 * Index{end - begin};
+  const Eigen::Index rows = 3 * Eigen::Index{end - begin};
   for (int node = 0; node < fit_.nodes(); ++node) {
     for (int c = 0; c < 3; ++c) {
-      if (held_nodes_[static_cast<std::size_t>(node)][static_cast<std::size_t>(c)]) continue;
+      if (held_nodes_[Index(node)][Index(c)]) continue;
       for (const auto& [triangle, weight] : fit_.shares(node)) {
         if (held(triangle, c)) continue;
-        A->col(3 * triangle + c).segment(3 * Index{begin}, rows) +=
+        A->col(3 * triangle + c).segment(3 * Eigen::Index{begin}, rows) +=
             weight * by_node.col(3 * node + c);
       }
     }
@@ -168,12 +167,12 @@ void ReferenceSystem::ShareNodes(int begin, int end, const MatrixXd& by_node, Ma
 
 // H u - G m b = G t with the balancing tractions m b; the mean of m . u is zero.
 void ReferenceSystem::FillMeanMotions(MatrixXd* A) const {
-  const Index n = 3 * Index{triangles()};
+  const Eigen::Index n = 3 * Eigen::Index{triangles()};
   A->bottomRightCorner(6, 6).diagonal().tail(6 - free_motions_).setOnes();
   double total = 0;
   for (const auto& t : surface_.elements) total += t.area;
   for (int i = 0; i < triangles(); ++i) {
-    const auto& t = surface_.elements[static_cast<std::size_t>(i)];
+    const auto& t = surface_.elements[Index(i)];
     const Eigen::Matrix<double, 3, 6> modes = RigidModes(t.centroid);
     for (int c = 0; c < 3; ++c) {
       if (!held(i, c)) A->block<6, 1>(n, 3 * i + c) = t.area / total * modes.row(c).transpose();
@@ -182,9 +181,9 @@ void ReferenceSystem::FillMeanMotions(MatrixXd* A) const {
 }
 
 MatrixXd ReferenceSystem::Loads(int begin, int end) const {
-  MatrixXd loads = MatrixXd::Zero(order(), 3 * Index{end - begin});
+  MatrixXd loads = MatrixXd::Zero(order(), 3 * Eigen::Index{end - begin});
   for (int j = begin; j < end; ++j) {
-    const double traction = 1 / surface_.elements[static_cast<std::size_t>(j)].area;
+    const double traction = 1 / surface_.elements[Index(j)].area;
     for (int i = 0; i < triangles(); ++i) {
       const Eigen::Matrix3d spread = traction * Blocks(i, j).of_traction;
       for (int c = 0; c < 3; ++c) {
@@ -198,27 +197,12 @@ MatrixXd ReferenceSystem::Loads(int begin, int end) const {
 Vector3d ReferenceSystem::AtCorner(int corner, const std::vector<Vector3d>& displacement) const {
   Vector3d moved = Vector3d::Zero();
   for (const auto& [triangle, weight] : fit_.shares(corner)) {
-    moved += weight * displacement[static_cast<std::size_t>(triangle)];
+    moved += weight * displacement[Index(triangle)];
   }
   for (int c = 0; c < 3; ++c) {
-    if (held_nodes_[static_cast<std::size_t>(corner)][static_cast<std::size_t>(c)]) moved[c] = 0;
+    if (held_nodes_[Index(corner)][Index(c)]) moved[c] = 0;
   }
   return moved;
-}
-
-Vector3d ReferenceSystem::Inside(const Vector3d& p, const std::vector<Vector3d>& displacement,
-                                 const std::vector<Vector3d>& traction) const {
-  Vector3d sum = Vector3d::Zero();
-  for (int j = 0; j < triangles(); ++j) {
-    const auto triangle = static_cast<std::size_t>(j);
-    const auto blocks = IntegrateKelvin(constants_, surface_.elements[triangle], p);
-    sum +=
-        blocks.of_traction * traction[triangle] - blocks.of_displacement * displacement[triangle];
-    for (std::size_t k = 0; k < 3; ++k) {
-      sum -= blocks.of_corner[k] * AtCorner(corners(j)[k], displacement);
-    }
-  }
-  return sum;
 }
 
 }  // namespace palpate

@@ -18,7 +18,6 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/bem3d/closed_surface.h"
-#include "slave/mechanics/bem3d/corner_fit.h"
 #include "slave/mechanics/bem3d/kelvin_triangle.h"
 
 namespace palpate {
@@ -33,7 +32,7 @@ class ReferenceSystem {
 
   // `held`: per triangle, components x, y, z. Throws std::invalid_argument: the surface (see
   // ClosedSurface), not one entry per triangle, nu out of range or too near 0.5.
-  ReferenceSystem(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held, double nu);
+  ReferenceSystem(const SurfaceMesh& mesh, HeldNodes held, double nu);
 
   [[nodiscard]] int triangles() const { return surface_.size(); }
   // Unknowns: three per triangle, six more where the body is free to move.
@@ -45,12 +44,6 @@ class ReferenceSystem {
   // -Abar_0 by a unit force, spread evenly, along each component of the triangles [begin, end):
   // three columns each, zero where it is held.
   [[nodiscard]] Eigen::MatrixXd Loads(int begin, int end) const;
-
-  // Displacement at the point `p` inside, by Somigliana's identity from the displacements at the
-  // centroids and the tractions over E of all triangles. O(N).
-  [[nodiscard]] Eigen::Vector3d Inside(const Eigen::Vector3d& p,
-                                       const std::vector<Eigen::Vector3d>& displacement,
-                                       const std::vector<Eigen::Vector3d>& traction) const;
 
   // The corners of a triangle, counted as in CornerFit, and what the displacements at the centroids
   // come to in one.
@@ -68,12 +61,11 @@ class ReferenceSystem {
   [[nodiscard]] Eigen::Matrix<double, 3, 6> RigidModes(const Eigen::Vector3d& p) const;
 
   [[nodiscard]] const ClosedSurface& surface() const { return surface_; }
-  [[nodiscard]] const std::vector<std::array<bool, 3>>& held() const { return held_; }
+  [[nodiscard]] const HeldNodes& held() const { return held_; }
   [[nodiscard]] bool held(int i, int component) const {
     return held_[static_cast<std::size_t>(i)][static_cast<std::size_t>(component)];
   }
   [[nodiscard]] double nu() const { return nu_; }
-  [[nodiscard]] const KelvinSolidConstants& constants() const { return constants_; }
 
  private:
   void RequireCompressible() const;
@@ -86,8 +78,8 @@ class ReferenceSystem {
 
   ClosedSurface surface_;
   CornerFit fit_;
-  std::vector<std::array<bool, 3>> held_;
-  std::vector<std::array<bool, 3>> held_nodes_;  // those of held triangles
+  HeldNodes held_;
+  HeldNodes held_nodes_;  // those of held triangles
   double nu_;
   KelvinSolidConstants constants_;
   Eigen::Vector3d mean_{0, 0, 0};  // of the surface

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "shared/geometry/index.h"
+#include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/linear/dense_lu.h"
 
 namespace palpate {
@@ -20,10 +20,6 @@ constexpr double kLargestCondition = 1e13;
 constexpr int kTriangles = 64;         // whose columns are solved for together
 constexpr double kDiscretisation = 1;  // rises whenever the same inputs give another result
 
-double Seconds(std::chrono::steady_clock::time_point since) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
-}
-
 // Of one multiplication and addition, measured on solutions as large as a block.
 double SecondsPerStep() {
   constexpr int kOrder = DenseLu::kWidth;
@@ -34,7 +30,7 @@ double SecondsPerStep() {
   for (int k = 0; k < 3; ++k) {
     const auto start = std::chrono::steady_clock::now();
     lu.SolveInPlace(columns);
-    best = std::min(best, Seconds(start));
+    best = std::min(best, SecondsSince(start));
   }
   return best / (double{kOrder} * kOrder * kOrder);
 }
@@ -42,7 +38,7 @@ double SecondsPerStep() {
 double SecondsPerIntegral(const ReferenceSystem& system) {
   const auto start = std::chrono::steady_clock::now();
   const auto columns = system.Loads(0, 1);
-  return Seconds(start) / static_cast<double>(columns.rows() / 3);
+  return SecondsSince(start) / static_cast<double>(columns.rows() / 3);
 }
 
 [[noreturn]] void RefuseSingular() {
@@ -53,8 +49,8 @@ double SecondsPerIntegral(const ReferenceSystem& system) {
 
 }  // namespace
 
-SurfaceGreens::SurfaceGreens(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held,
-                             double nu, const Options& options, Progress* progress)
+SurfaceGreens::SurfaceGreens(const SurfaceMesh& mesh, HeldNodes held, double nu,
+                             const Options& options, Progress* progress)
     : system_(mesh, std::move(held), nu) {
   NumberReactions();
   GreensStore store(options.cache, Inputs());
@@ -70,19 +66,13 @@ SurfaceGreens::SurfaceGreens(const SurfaceMesh& mesh, std::vector<std::array<boo
   remark_ = store.remark();
 }
 
-std::size_t SurfaceGreens::memory_bytes() const {
-  return (data_.blocks.size() + data_.reactions.size()) * sizeof(double);
-}
-
 Vector3d SurfaceGreens::Reaction(int triangle, int place, const Vector3d& force) const {
   Vector3d traction = Vector3d::Zero();
   for (int r = 0; r < 3; ++r) {
-    const int row = reaction_[static_cast<std::size_t>(3 * triangle + r)];
+    const int row = reaction_[Index(3 * triangle + r)];
     if (row < 0) continue;
     for (int c = 0; c < 3; ++c) {
-      traction[r] +=
-          force[c] * data_.reactions[static_cast<std::size_t>(3 * place + c) * reactions_ +
-                                     static_cast<std::size_t>(row)];
+      traction[r] += force[c] * data_.reactions[Index(3 * place + c) * reactions_ + Index(row)];
     }
   }
   return traction;
@@ -100,7 +90,7 @@ std::vector<double> SurfaceGreens::Inputs() const {
   std::vector<double> inputs{kDiscretisation, double{DenseLu::kWidth}, double{kTriangles},
                              system_.nu()};
   for (int i = 0; i < places(); ++i) {
-    for (const auto& corner : system_.surface().elements[static_cast<std::size_t>(i)].corners) {
+    for (const auto& corner : system_.surface().elements[Index(i)].corners) {
       inputs.insert(inputs.end(), corner.begin(), corner.end());
     }
     for (int c = 0; c < 3; ++c) inputs.push_back(system_.held(i, c) ? 1 : 0);
@@ -109,7 +99,7 @@ std::vector<double> SurfaceGreens::Inputs() const {
 }
 
 bool SurfaceGreens::Fits(const GreensData& data) const {
-  const auto count = static_cast<std::size_t>(places());
+  const auto count = Index(places());
   return data.blocks.size() == 9 * count * count && data.reactions.size() == 3 * count * reactions_;
 }
 
@@ -149,15 +139,14 @@ void SurfaceGreens::Compute(GreensStore* store, Progress* progress) {
   data_.condition = 1 / lu.ReciprocalCondition();
   if (!(data_.condition < kLargestCondition)) RefuseSingular();
 
-  data_.blocks.resize(9 * static_cast<std::size_t>(triangles) *
-                      static_cast<std::size_t>(triangles));
-  data_.reactions.resize(3 * static_cast<std::size_t>(triangles) * reactions_);
+  data_.blocks.resize(9 * Index(triangles) * Index(triangles));
+  data_.reactions.resize(3 * Index(triangles) * reactions_);
   for (int begin = 0; begin < triangles; begin += kTriangles) {
     Tell(progress, "green's functions", static_cast<double>(begin) / triangles);
     const int end = std::min(begin + kTriangles, triangles);
     MatrixXd columns;
     const auto kept = store->Resume(Part::kColumns, begin);
-    if (kept && kept->size() == 3 * static_cast<std::size_t>((end - begin) * order)) {
+    if (kept && kept->size() == 3 * Index((end - begin) * order)) {
       columns = Eigen::Map<const MatrixXd>(kept->data(), order, 3 * (end - begin));
     } else {
       columns = system_.Loads(begin, end);
@@ -172,9 +161,9 @@ void SurfaceGreens::Compute(GreensStore* store, Progress* progress) {
 
 // What is unknown where a component is free is its displacement, where it is held its traction.
 void SurfaceGreens::Store(int begin, const MatrixXd& columns) {
-  const auto count = static_cast<std::size_t>(places());
+  const auto count = Index(places());
   for (Eigen::Index k = 0; k < columns.cols(); ++k) {
-    const auto column = 3 * static_cast<std::size_t>(begin) + static_cast<std::size_t>(k);
+    const auto column = 3 * Index(begin) + static_cast<std::size_t>(k);
     double* blocks = data_.blocks.data() + 9 * count * (column / 3) + 3 * (column % 3);
     double* reactions = data_.reactions.data() + column * reactions_;
     for (std::size_t row = 0; row < 3 * count; ++row) {

@@ -3,8 +3,6 @@
 // still (paper A, eqs. 3-6; James and Pai 2003).
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -33,15 +31,16 @@ class SurfaceGreens final : public Compliance {
   // O(N^3): LU and as many solutions as there are components; 144 N^2 bytes. Looks into the cache
   // first. Throws std::invalid_argument: see ReferenceSystem; more memory than the limit; a system
   // that is singular to working precision. Interrupted: finished blocks are in the cache.
-  SurfaceGreens(const SurfaceMesh& mesh, std::vector<std::array<bool, 3>> held, double nu,
-                const Options& options, Progress* progress = nullptr);
+  SurfaceGreens(const SurfaceMesh& mesh, HeldNodes held, double nu, const Options& options,
+                Progress* progress = nullptr);
 
   [[nodiscard]] int places() const override { return system_.triangles(); }
   [[nodiscard]] bool symmetric() const override { return false; }
   const double* Column(int place) override { return column(place); }
-  [[nodiscard]] bool IsReady(int /*place*/) const override { return true; }
   [[nodiscard]] double length_unit() const override { return system_.surface().length_unit; }
-  [[nodiscard]] std::size_t memory_bytes() const override;
+  [[nodiscard]] std::size_t memory_bytes() const override {
+    return (data_.blocks.size() + data_.reactions.size()) * sizeof(double);
+  }
 
   [[nodiscard]] const double* column(int place) const {
     return data_.blocks.data() +

@@ -8,7 +8,7 @@
 // downdated; where many did, C is factorised anew.
 #pragma once
 
-#include <cstddef>
+#include <array>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -16,9 +16,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/capacitance/compliance.h"
-#include "slave/mechanics/capacitance/contact_places.h"
 #include "slave/mechanics/capacitance/contact_set.h"
-#include "slave/mechanics/capacitance/load_coupling.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/linear/updated_inverse.h"
 #include "slave/scene/scene.h"
@@ -54,6 +52,12 @@ class ComplianceSolver {
   // O(m^2) where nothing or little changed, O(m^3) otherwise, m unknown components.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
 
+  // What a moved contact costs [us]: the contacts in turn, on a solver of their own; 0: one of them
+  // has no answer.
+  static double MeasureUpdate(Compliance& compliance, ContactPlaces& places, const Params& params,
+                              const std::array<Contact, 2>& contacts);
+  [[nodiscard]] const Params& params() const { return params_; }
+
   // Why the last Respond failed, one clause.
   [[nodiscard]] std::string_view failure() const { return failure_; }
 
@@ -69,7 +73,8 @@ class ComplianceSolver {
 
  private:
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
-  bool Fail(std::string_view why);
+  bool Refuse(std::string_view why);
+  bool Fail(std::string_view why);  // and the contacts are forgotten
   [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
   bool Prepare(std::span<const Contact> contacts);
   bool AnswerAnew(bool little_changed);

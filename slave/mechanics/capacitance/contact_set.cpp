@@ -1,19 +1,41 @@
 #include "slave/mechanics/capacitance/contact_set.h"
 
 #include <algorithm>
-#include <cstddef>
 
 #include "shared/geometry/index.h"
 
 namespace palpate {
 namespace {
 
-bool Same(const ContactSlot& slot, const Contact& contact) {
-  return slot.kind == contact.kind && slot.element == contact.element &&
-         slot.width == contact.width && slot.p_O == contact.p_O;
+// Basis components of the displacement at `at` by the weighted load.
+void AddToUnknown(const ForceUnknown& at, const double* column, double weight, double* row,
+                  long stride) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (int a = 0; a < at.share_count; ++a) {
+    const auto& share = at.shares[Index(a)];
+    sum += weight * share.weight * BlockAt(column, share.place);
+  }
+  for (int k = 0; k < at.count; ++k) {
+    for (int c = 0; c < 3; ++c) row[c * stride + at.row + k] += at.basis.col(k).dot(sum.col(c));
+  }
+}
+
+// Displacement of a loaded place by the unknown's unit components.
+void AddToLoad(const ForceUnknown& by, int place, double weight, double* row, long stride) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (int b = 0; b < by.share_count; ++b) {
+    const auto& share = by.shares[Index(b)];
+    sum += weight * share.weight * BlockAt(share.column, place);
+  }
+  for (int k = 0; k < by.count; ++k) {
+    for (int c = 0; c < 3; ++c) row[c * stride + by.row + k] += sum.row(c).dot(by.basis.col(k));
+  }
 }
 
 }  // namespace
+
+constexpr double kOnEdge = 1e-9;  // barycentric weight
+constexpr std::string_view kInnerNode = "a node inside the body is no place on its surface";
 
 ContactSet::Outcome ContactSet::Fail(std::string_view why) {
   if (failure_.empty()) failure_ = why;
@@ -38,7 +60,7 @@ ContactSet::Outcome ContactSet::Update(std::span<const Contact> contacts) {
 bool ContactSet::FindChanged(std::span<const Contact> contacts) {
   for (int i = 0; i < count_; ++i) {
     ContactSlot& slot = slots_[Index(i)];
-    if (Same(slot, contacts[Index(i)])) continue;
+    if (slot.contact.IsAt(contacts[Index(i)])) continue;
     changes_.push_back({.removed = slot.rows, .slot = i, .slots = 1});
     if (!Find(contacts[Index(i)], &slot)) return false;
   }
@@ -50,9 +72,9 @@ bool ContactSet::FindSpliced(std::span<const Contact> contacts) {
   const int now = static_cast<int>(contacts.size());
   const int shorter = std::min(now, count_);
   int begin = 0, end = 0;
-  while (begin < shorter && Same(slots_[Index(begin)], contacts[Index(begin)])) ++begin;
+  while (begin < shorter && slots_[Index(begin)].contact.IsAt(contacts[Index(begin)])) ++begin;
   while (end < shorter - begin &&
-         Same(slots_[Index(count_ - 1 - end)], contacts[Index(now - 1 - end)])) {
+         slots_[Index(count_ - 1 - end)].contact.IsAt(contacts[Index(now - 1 - end)])) {
     ++end;
   }
   Change change{.slot = begin, .slots = now - end - begin};
@@ -73,10 +95,7 @@ bool ContactSet::FindSpliced(std::span<const Contact> contacts) {
 }
 
 bool ContactSet::Find(const Contact& contact, ContactSlot* slot) {
-  slot->kind = contact.kind;
-  slot->element = contact.element;
-  slot->width = contact.width;
-  slot->p_O = contact.p_O;
+  slot->contact = contact;
   slot->footprint.places.clear();
   failure_ = places_.Find(contact, &slot->footprint);
   if (slot->footprint.places.size() > most_places_) {
@@ -84,11 +103,6 @@ bool ContactSet::Find(const Contact& contact, ContactSlot* slot) {
     MakeRoom();
   }
   return failure_.empty() && !slot->footprint.places.empty();
-}
-
-// Patches wander from slot to slot as contacts come and go: where one fits, it fits everywhere.
-void ContactSet::MakeRoom() {
-  for (auto& slot : slots_) slot.footprint.places.reserve(most_places_);
 }
 
 // Unknown components row by row, in the order of the contacts.
@@ -101,7 +115,7 @@ bool ContactSet::Number() {
     slot.unknown = static_cast<int>(unknowns_.size());
     slot.row = rows_;
     slot.held = {};
-    slot.load = slot.kind == Contact::Kind::kForce ? loads_++ : -1;
+    slot.load = slot.contact.kind == Contact::Kind::kForce ? loads_++ : -1;
     if (slot.load < 0) {
       const std::span<const PlaceWeight> places = slot.footprint.places;
       if (slot.footprint.point) {
@@ -118,8 +132,7 @@ bool ContactSet::Number() {
   }
   for (const auto& slot : slots()) {
     if (slot.load >= 0 && LiesUnderContacts(slot)) {
-      failure_ = "a load lies wholly under contacts whose displacement is prescribed";
-      return false;
+      return Refuse("a load lies wholly under contacts whose displacement is prescribed");
     }
   }
   for (auto& change : changes_) {
@@ -144,10 +157,8 @@ bool ContactSet::AddUnknown(std::span<const PlaceWeight> places, ContactSlot* sl
   for (std::size_t p = 0; p < places.size(); ++p) {
     const double* column = compliance_.Column(places[p].place);
     if (column == nullptr) {
-      failure_ =
-          "the Green's functions of a touched place are not there: the memory for them is "
-          "used up";
-      return false;
+      return Refuse(
+          "the Green's functions of a touched place are not there: the memory for them is used up");
     }
     unknown.shares[p] = {column, places[p].place, alone ? 1 : places[p].weight};
   }
@@ -155,10 +166,7 @@ bool ContactSet::AddUnknown(std::span<const PlaceWeight> places, ContactSlot* sl
   if (!SelfBlock(unknown, &self)) return false;
   const Eigen::Array3d free(self(0, 0) > 0 ? 1 : 0, self(1, 1) > 0 ? 1 : 0, self(2, 2) > 0 ? 1 : 0);
   if (law_ == ContactLaw::kFrictionless) {
-    if (slot->footprint.normal_O.isZero(0)) {
-      failure_ = "the surface has no normal there";
-      return false;
-    }
+    if (slot->footprint.normal_O.isZero(0)) return Refuse("the surface has no normal there");
     unknown.basis.col(0) = slot->footprint.normal_O.array() * free;
     unknown.count = unknown.basis.col(0).isZero(0) ? 0 : 1;
   } else if (free.minCoeff() == 0) {
@@ -186,8 +194,7 @@ bool ContactSet::SelfBlock(const ForceUnknown& unknown, Eigen::Matrix3d* block) 
     *block = touched.self;
   }
   const bool good = (*block)(0, 0) >= 0 && (*block)(1, 1) >= 0 && (*block)(2, 2) >= 0;
-  if (!good) failure_ = "the compliance of a touched place is not positive";
-  return good;
+  return good || Refuse("the compliance of a touched place is not positive");
 }
 
 // Places with an unknown of their own cannot be moved twice.
@@ -196,10 +203,7 @@ bool ContactSet::MarkMoved(const ContactSlot& slot) {
   if (slot.footprint.point && places.size() > 1) return true;
   for (const auto& [place, weight] : places) {
     int& set = touched_[Index(place)].set;
-    if (set == set_) {
-      failure_ = "two contacts overlap: they share a place";
-      return false;
-    }
+    if (set == set_) return Refuse("two contacts overlap: they share a place");
     set = set_;
   }
   return true;
@@ -209,6 +213,55 @@ bool ContactSet::LiesUnderContacts(const ContactSlot& load) const {
   return std::ranges::all_of(load.footprint.places, [&](const PlaceWeight& share) {
     return touched_[Index(share.place)].set == set_;
   });
+}
+
+std::string_view SurfaceNodePlaces::Find(const Contact& contact, ContactFootprint* footprint) {
+  const std::string_view refusal = footprints_.OnNodes(contact, footprint);
+  if (!refusal.empty()) return refusal;
+  const auto at = [this](int node) { return place_of_node_[Index(node)]; };
+  if (footprint->at.node >= 0 && at(footprint->at.node) < 0) return kInnerNode;
+  if (footprint->places.size() == 3) {  // a point on an edge
+    std::erase_if(footprint->places, [](const PlaceWeight& p) { return p.weight <= kOnEdge; });
+  }
+  for (PlaceWeight& touched : footprint->places) touched.place = at(touched.place);
+  const bool met = std::ranges::all_of(
+      footprint->places, [](int p) { return p >= 0; }, &PlaceWeight::place);
+  return met ? std::string_view{} : kInnerNode;
+}
+
+bool LoadCoupling::Fill(const ContactSet& set, int padded_rows) {
+  loads_ = set.loads();
+  if (loads_ == 0) return true;
+  stride_ = padded_rows;
+  const auto size = static_cast<std::size_t>(3 * loads_ * stride_);
+  if (size > room_) {
+    room_ = size + size / 2;
+    by_ = MakeAligned(room_);
+    if (!compliance_.symmetric()) at_ = MakeAligned(room_);
+  }
+  std::fill_n(by_.get(), size, 0.0);
+  if (!compliance_.symmetric()) std::fill_n(at_.get(), size, 0.0);
+  between_.assign(Index(loads_ * loads_), Eigen::Matrix3d::Zero());
+  for (const auto& load : set.slots()) {
+    if (load.load < 0) continue;
+    const long first = 3 * load.load * stride_;
+    for (const auto& [place, weight] : load.footprint.places) {
+      const double* column = compliance_.Column(place);
+      if (column == nullptr) return false;
+      for (const auto& unknown : set.unknowns()) {
+        AddToUnknown(unknown, column, weight, by_.get() + first, stride_);
+        if (!compliance_.symmetric()) AddToLoad(unknown, place, weight, at_.get() + first, stride_);
+      }
+      for (const auto& other : set.slots()) {
+        if (other.load < 0) continue;
+        auto& block = between_[Index(other.load * loads_ + load.load)];
+        for (const auto& at : other.footprint.places) {
+          block += weight * at.weight * BlockAt(column, at.place);
+        }
+      }
+    }
+  }
+  return true;
 }
 
 }  // namespace palpate

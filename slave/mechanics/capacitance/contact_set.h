@@ -1,29 +1,62 @@
 // The contacts that act together: what they touch, which forces are unknown, and what changed since
-// the last time.
+// the last time. Which places of a compliance a contact touches, and with what share, is the
+// convention of a model's boundary (nodes or triangles).
 #pragma once
 
 #include <array>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "slave/mechanics/capacitance/compliance.h"
-#include "slave/mechanics/capacitance/contact_places.h"
-#include "slave/mechanics/capacitance/force_unknown.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/footprint/contact_footprint.h"
+#include "slave/mechanics/linear/dense_kernels.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
 
+class ContactPlaces {
+ public:
+  virtual ~ContactPlaces() = default;
+
+  // Finds what `contact` touches; its kind, p_O, element and width count, its value does not.
+  // Empty: found; otherwise why not, one clause that lives on. Allocates nothing where `footprint`
+  // has room already. Called only for contacts that changed; the contact is finite.
+  virtual std::string_view Find(const Contact& contact, ContactFootprint* footprint) = 0;
+};
+
+// Places are the surface's nodes (fem-green).
+class SurfaceNodePlaces final : public ContactPlaces {
+ public:
+  // `place_of_node`: -1 for nodes that are none.
+  SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node)
+      : footprints_(std::move(surface)), place_of_node_(std::move(place_of_node)) {}
+  std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;
+
+ private:
+  SurfaceFootprints footprints_;
+  std::vector<int> place_of_node_;
+};
+
+// Places are the surface's triangles (bem3d).
+class SurfaceTrianglePlaces final : public ContactPlaces {
+ public:
+  explicit SurfaceTrianglePlaces(SurfaceMesh surface) : footprints_(std::move(surface)) {}
+  std::string_view Find(const Contact& contact, ContactFootprint* footprint) override {
+    return footprints_.OnTriangles(contact, footprint);
+  }
+
+ private:
+  SurfaceFootprints footprints_;
+};
+
 // One contact of the set.
 struct ContactSlot {
-  Contact::Kind kind = Contact::Kind::kDisplacement;
-  int element = -1;
-  double width = 0;
-  Eigen::Vector3d p_O{0, 0, 0};
-
+  Contact contact;  // its value is that of the set it came with
   ContactFootprint footprint;
   int unknown = 0, unknowns = 0;  // in unknowns(); none for loads
   int row = 0, rows = 0;          // their components in the capacitance matrix
@@ -59,7 +92,6 @@ class ContactSet {
   [[nodiscard]] int rows() const { return rows_; }
   [[nodiscard]] int loads() const { return loads_; }
   [[nodiscard]] std::string_view failure() const { return failure_; }
-  [[nodiscard]] ContactLaw law() const { return law_; }
 
  private:
   // By place: what is asked often, close together.
@@ -71,10 +103,17 @@ class ContactSet {
 
   [[nodiscard]] std::size_t Count() const { return static_cast<std::size_t>(count_); }
   Outcome Fail(std::string_view why);
+  bool Refuse(std::string_view why) {
+    failure_ = why;
+    return false;
+  }
   bool FindChanged(std::span<const Contact> contacts);
   bool FindSpliced(std::span<const Contact> contacts);
   bool Find(const Contact& contact, ContactSlot* slot);
-  void MakeRoom();
+  // Patches wander from slot to slot as contacts come and go: where one fits, it fits everywhere.
+  void MakeRoom() {
+    for (auto& slot : slots_) slot.footprint.places.reserve(most_places_);
+  }
   bool Number();
   bool AddUnknown(std::span<const PlaceWeight> places, ContactSlot* slot);
   bool SelfBlock(const ForceUnknown& unknown, Eigen::Matrix3d* block);
@@ -94,6 +133,36 @@ class ContactSet {
   std::vector<Change> changes_;
   int rows_ = 0, loads_ = 0;
   std::string_view failure_;
+};
+
+// What loads do to the places of contacts, to their own and to each other's. Nondimensional.
+class LoadCoupling {
+ public:
+  explicit LoadCoupling(Compliance& compliance) : compliance_(compliance) {}
+
+  // False: a column is not to be had. O(unknowns times loaded places). Memory only grows.
+  bool Fill(const ContactSet& set, int padded_rows);
+
+  // Displacement of the unknown components by a unit force `c` of a load: padded, zeros behind.
+  [[nodiscard]] const double* unknowns_by(int load, int c) const {
+    return by_.get() + (3 * load + c) * stride_;
+  }
+  // Mean displacement `c` of a load's places by unit unknown components.
+  [[nodiscard]] const double* load_by_unknowns(int load, int c) const {
+    return (compliance_.symmetric() ? by_ : at_).get() + (3 * load + c) * stride_;
+  }
+  // Mean displacement of a load's places by another load's unit force.
+  [[nodiscard]] const Eigen::Matrix3d& between(int at, int by) const {
+    return between_[static_cast<std::size_t>(at * loads_ + by)];
+  }
+
+ private:
+  Compliance& compliance_;
+  int loads_ = 0;
+  long stride_ = 0;
+  std::size_t room_ = 0;
+  AlignedArray by_, at_;  // 3 rows per load
+  std::vector<Eigen::Matrix3d> between_;
 };
 
 }  // namespace palpate

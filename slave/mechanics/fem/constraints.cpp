@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -24,6 +25,16 @@ Vector6d RowOf(const Vector3d& d, int c) {
   Vector6d row;
   row << Vector3d::Unit(c), d.cross(Vector3d::Unit(c));
   return row;
+}
+
+// Component `c` of a sum: its weights squared, and what it is of `x`.
+std::pair<double, double> Weigh(const HeldComponents::Sum& sum, const NodeVector& x, int c) {
+  double square = 0, value = 0;
+  for (int a = 0; a < 3; ++a) {
+    square += sum.weight[a].v[c] * sum.weight[a].v[c];
+    value += sum.weight[a].v[c] * At(x, sum.node[a]).v[c];
+  }
+  return {square, value};
 }
 
 }  // namespace
@@ -111,11 +122,7 @@ double Constraints::Lift(const NodeVector& u, double share, NodeVector& lift) co
         continue;
       }
       const auto& sum = held_.sums[Index(contact.sum)];
-      double square = 0, value = 0;
-      for (int a = 0; a < 3; ++a) {
-        square += sum.weight[a].v[c] * sum.weight[a].v[c];
-        value += sum.weight[a].v[c] * At(u, sum.node[a]).v[c];
-      }
+      const auto [square, value] = Weigh(sum, u, c);
       const double change = (share * contact.target[c] - value) / square;
       largest = std::max(largest, std::abs(change));
       for (int a = 0; a < 3; ++a) At(lift, sum.node[a]).v[c] = change * sum.weight[a].v[c];
@@ -128,15 +135,9 @@ double Constraints::Lift(const NodeVector& u, double share, NodeVector& lift) co
 void Constraints::ProjectSums(NodeVector& x) const noexcept {
   for (const auto& sum : held_.sums) {
     for (int c = 0; c < 3; ++c) {
-      double square = 0, value = 0;
-      for (int a = 0; a < 3; ++a) {
-        square += sum.weight[a].v[c] * sum.weight[a].v[c];
-        value += sum.weight[a].v[c] * At(x, sum.node[a]).v[c];
-      }
+      const auto [square, value] = Weigh(sum, x, c);
       if (square == 0) continue;
-      for (int a = 0; a < 3; ++a) {
-        At(x, sum.node[a]).v[c] -= value / square * sum.weight[a].v[c];
-      }
+      for (int a = 0; a < 3; ++a) At(x, sum.node[a]).v[c] -= value / square * sum.weight[a].v[c];
     }
   }
 }
@@ -195,7 +196,7 @@ Eigen::Matrix<double, 6, 6> Constraints::HeldMotions(int part, const Vector3d& c
                                                      double radius) const {
   Eigen::Matrix<double, 6, 6> gram = Eigen::Matrix<double, 6, 6>::Zero();
   for (int i = 0; i < body_.size(); ++i) {
-    if (body_.part()[Index(i)] != part || body_.Dangling(i)) continue;
+    if (body_.part()[Index(i)] != part) continue;
     const Vector3d d = (body_.points()[Index(i)] - centre) / radius;
     for (int c = 0; c < 3; ++c) {
       if (At(held_.free, i).v[c] > 0) continue;
@@ -222,6 +223,7 @@ bool Constraints::FindFreeMotions() {
   std::vector<Vector3d> low(Index(body_.parts()), Vector3d::Constant(1e300)), high = low;
   for (auto& h : high) h = -h;
   for (int i = 0; i < body_.size(); ++i) {
+    if (body_.Dangling(i)) continue;
     const auto part = Index(body_.part()[Index(i)]);
     low[part] = low[part].cwiseMin(body_.points()[Index(i)]);
     high[part] = high[part].cwiseMax(body_.points()[Index(i)]);
@@ -229,7 +231,6 @@ bool Constraints::FindFreeMotions() {
   for (int part = 0; part < body_.parts(); ++part) {
     const Vector3d centre = 0.5 * (low[Index(part)] + high[Index(part)]);
     const double radius = 0.5 * (high[Index(part)] - low[Index(part)]).norm();
-    if (!(radius > 0)) continue;  // a node of no element
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(
         HeldMotions(part, centre, radius));
     const double largest = std::max(eigen.eigenvalues()[5], 1.0);

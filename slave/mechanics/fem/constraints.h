@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/fem_body.h"
-#include "slave/mechanics/linear/node_vector.h"
+#include "slave/mechanics/linear/block_matrix.h"
 #include "slave/mechanics/linear/sparse_cholesky.h"
 
 namespace palpate::fem {
@@ -44,7 +44,6 @@ class Constraints {
   [[nodiscard]] Eigen::Vector3d Sum(int k, const NodeVector& force) const noexcept;
   // The largest part of a free motion in `force`, of the forces' sizes together.
   [[nodiscard]] double Imbalance(const NodeVector& force) const noexcept;
-  [[nodiscard]] bool has_free_motions() const { return motion_count_ > 0; }
   [[nodiscard]] const HeldComponents& held() const { return held_; }
 
  private:

@@ -1,6 +1,5 @@
 #include "slave/mechanics/fem/contact_set.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace palpate::fem {

@@ -1,10 +1,7 @@
 // Contacts as the nodes of a body that they load or move.
 #pragma once
 
-#include <array>
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -53,9 +50,7 @@ class ContactSet {
     Contact::Kind kind;
     Eigen::Vector3d p_O;
     double width;
-    bool operator==(const Key& other) const {
-      return kind == other.kind && p_O == other.p_O && width == other.width;
-    }
+    bool operator==(const Key& other) const = default;
   };
   struct Place {
     std::vector<PlaceWeight> nodes;  // of the body

@@ -1,7 +1,6 @@
 #include "slave/mechanics/fem/fem_body.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -9,7 +8,9 @@
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
+#include "shared/mesh/mesh_census.h"
 #include "slave/mechanics/linear/lanes.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate::fem {
 namespace {
@@ -20,28 +21,12 @@ Lame LameOf(double nu) {
   return {0.5 / (1 + nu), nu / ((1 + nu) * (1 - 2 * nu))};
 }
 
-void Check(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held) {
-  if (mesh.tets.empty() || mesh.tets.size() > kMostElements) {
-    throw std::invalid_argument("elements = " + std::to_string(mesh.tets.size()) +
-                                ": accepted is 1 to " + std::to_string(kMostElements));
-  }
-  if (held.size() != mesh.nodes.size()) {
-    throw std::invalid_argument("held nodes = " + std::to_string(held.size()) +
-                                ": accepted is one per node, " + std::to_string(mesh.nodes.size()));
-  }
-  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
-    if (mesh.nodes[i].allFinite()) continue;
-    throw std::invalid_argument("node " + std::to_string(i) + ": accepted is a finite place");
-  }
-  const int count = static_cast<int>(mesh.nodes.size());
-  for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-    for (const int node : mesh.tets[e]) {
-      if (node >= 0 && node < count) continue;
-      throw std::invalid_argument("element " + std::to_string(e) +
-                                  ": node = " + std::to_string(node) + ": accepted is 0 to " +
-                                  std::to_string(count - 1));
-    }
-  }
+void Check(const SolidMesh& mesh, const HeldNodes& held) {
+  RequireReadable(mesh);
+  RequireOnePerNode(held, mesh);
+  if (mesh.tets.size() <= kMostElements) return;
+  throw std::invalid_argument("elements = " + std::to_string(mesh.tets.size()) +
+                              ": accepted is 1 to " + std::to_string(kMostElements));
 }
 
 // Coordinates from the box's corner, so that a body far from the origin keeps its digits.
@@ -141,25 +126,21 @@ Eigen::Matrix3d Cross(const NodeValue& q) {
 
 }  // namespace
 
-FemBody::FemBody(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
-                 const Params& params)
+FemBody::FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& params)
     : length_unit_((Check(mesh, held), LargerSide(mesh.nodes))),
       points_(Scaled(mesh, length_unit_)),
       tets_((Number(mesh, held), Renumbered(mesh.tets, number_))),
       elements_((SortElements(), points_), tets_, LameOf(params.poisson_ratio), params.law),
       team_(params.threads) {
   pattern_ = MakePattern(GraphOf(static_cast<int>(tree_.order.size()), tets_));
-  FindParts();
+  part_ = PartsOf(tets_, points_.size(), &parts_);
   FindContributions(params.lumped_mass);
 }
 
 // The nodes that can move in the order of elimination, then the others.
-void FemBody::Number(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held) {
+void FemBody::Number(const SolidMesh& mesh, const HeldNodes& held) {
   const std::size_t count = mesh.nodes.size();
-  std::vector<bool> used(count, false);
-  for (const auto& tet : mesh.tets) {
-    for (const int node : tet) used[Index(node)] = true;
-  }
+  const std::vector<bool> used = UsedNodes(mesh.tets, count);
   const auto fixed = [&](std::size_t i) {
     return !used[i] || (held[i][0] && held[i][1] && held[i][2]);
   };
@@ -189,6 +170,12 @@ void FemBody::Number(const SolidMesh& mesh, const std::vector<std::array<bool, 3
   }
 }
 
+double FemBody::VolumeOf(int element) const {
+  const auto& [a, b, c, d] = tets_[Index(element)];
+  const Eigen::Vector3d& o = points_[Index(a)];
+  return (points_[Index(b)] - o).cross(points_[Index(c)] - o).dot(points_[Index(d)] - o) / 6;
+}
+
 // By their first node to be eliminated: neighbours in memory are neighbours in space.
 void FemBody::SortElements() {
   mesh_element_.resize(tets_.size());
@@ -201,33 +188,11 @@ void FemBody::SortElements() {
   const auto unsorted = tets_;
   for (std::size_t e = 0; e < tets_.size(); ++e) {
     tets_[e] = unsorted[Index(mesh_element_[e])];
-    const auto& [a, b, c, d] = tets_[e];
-    const Eigen::Vector3d& o = points_[Index(a)];
-    const double volume =
-        (points_[Index(b)] - o).cross(points_[Index(c)] - o).dot(points_[Index(d)] - o) / 6;
+    const double volume = VolumeOf(static_cast<int>(e));
     if (volume > 0) continue;
     throw std::invalid_argument("element " + std::to_string(mesh_element_[e]) +
                                 ": volume = " + std::to_string(volume) +
                                 " of the larger side cubed: accepted is a positive one");
-  }
-}
-
-void FemBody::FindParts() {
-  std::vector<int> root(points_.size());
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int i) {
-    while (root[Index(i)] != i) i = root[Index(i)] = root[Index(root[Index(i)])];
-    return i;
-  };
-  for (const auto& tet : tets_) {
-    for (const int node : tet) root[Index(find(node))] = find(tet[0]);
-  }
-  part_.assign(points_.size(), -1);
-  std::vector<int> part_of_root(points_.size(), -1);
-  for (int i = 0; i < size(); ++i) {
-    int& part = part_of_root[Index(find(i))];
-    if (part < 0) part = parts_++;
-    part_[Index(i)] = part;
   }
 }
 
@@ -247,11 +212,7 @@ void FemBody::FindContributions(bool lumped_mass) {
   std::vector<std::array<int, 3>> found;  // upper block, corners
   for (int e = 0; e < element_count(); ++e) {
     const auto& tet = tets_[Index(e)];
-    const Eigen::Vector3d& o = points_[Index(tet[0])];
-    const double volume = (points_[Index(tet[1])] - o)
-                              .cross(points_[Index(tet[2])] - o)
-                              .dot(points_[Index(tet[3])] - o) /
-                          6;
+    const double volume = VolumeOf(e);
     for (int a = 0; a < 4; ++a) {
       const int i = tet[Index(a)];
       volume_[Index(i)] += volume / 4;
@@ -294,10 +255,6 @@ void FemBody::FindTouching() {
   }
 }
 
-ElementSummary FemBody::Evaluate(const NodeVector& u) noexcept {
-  return elements_.Evaluate(u, team_);
-}
-
 void FemBody::InternalForce(NodeVector& f) noexcept {
   team_.For(size(), [&](int first, int last) {
     GatherForces(touching_begin_.data(), touching_.data(), elements_.corner_forces().data(),
@@ -337,10 +294,6 @@ void FemBody::AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) n
         Eigen::Map<Eigen::Matrix3d>(matrix.block(mirror)) += factor * sum.transpose();
     }
   });
-}
-
-void FemBody::MultiplyMass(const NodeVector& x, NodeVector& y) const noexcept {
-  MultiplyScalars(pattern_, mass_, x, y);
 }
 
 std::size_t FemBody::memory_bytes() const {

@@ -29,8 +29,7 @@ class FemBody {
 
   // `held`: per node and component. Throws std::invalid_argument: no element, more than 4 million,
   // nodes that are not finite or do not exist, an element without positive volume.
-  FemBody(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
-          const Params& params);
+  FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& params);
 
   // Nodes [0, moving()) have a component that is not held; the others come after them.
   [[nodiscard]] int moving() const { return pattern_.rows(); }
@@ -53,25 +52,27 @@ class FemBody {
   [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
   // A node's share of the volume: a quarter of each of its elements.
   [[nodiscard]] double Volume(int node) const { return volume_[static_cast<std::size_t>(node)]; }
-  // Per node: which of the body's connected parts it belongs to.
+  // Per node: which of the body's connected parts it belongs to; -1: none, it has no element.
   [[nodiscard]] const std::vector<int>& part() const { return part_; }
   [[nodiscard]] int parts() const { return parts_; }
 
   // Forces, energy and rotations at a displacement; the two below are of the last one.
-  ElementSummary Evaluate(const NodeVector& u) noexcept;
+  ElementSummary Evaluate(const NodeVector& u) noexcept { return elements_.Evaluate(u, team_); }
   void ForgetRotations() noexcept { elements_.ForgetRotations(); }
   void InternalForce(NodeVector& f) noexcept;
   // mass M + stiffness K, K with warped element matrices R K_0 R^T; the law being linear, K is K_0.
   void AssembleTangent(double mass, double stiffness, BlockMatrix& matrix) noexcept;
   // Adds factor (K_exact - K) at the displacement last evaluated.
   void AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) noexcept;
-  void MultiplyMass(const NodeVector& x, NodeVector& y) const noexcept;
+  void MultiplyMass(const NodeVector& x, NodeVector& y) const noexcept {
+    MultiplyScalars(pattern_, mass_, x, y);
+  }
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
-  void Number(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held);
+  void Number(const SolidMesh& mesh, const HeldNodes& held);
   void SortElements();
-  void FindParts();
+  [[nodiscard]] double VolumeOf(int element) const;
   void FindContributions(bool lumped_mass);
   void FindTouching();
 

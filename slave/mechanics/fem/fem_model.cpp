@@ -7,7 +7,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
-#include "slave/mechanics/mesh_resolution.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -22,12 +22,6 @@ constexpr double kBalanced = 1e-6;    // of the loads' sizes
 constexpr double kAbsurd = 1e6;       // larger sides, or E times larger side squared
 constexpr int kRehearsed = 30'000;    // elements
 constexpr std::size_t kTextSize = 240;
-
-void Refuse(const std::string& key, double value, const std::string& accepted) {
-  std::array<char, 40> number{};
-  std::snprintf(number.data(), number.size(), "%.6g", value);
-  throw std::invalid_argument(key + " = " + number.data() + ": accepted is " + accepted);
-}
 
 bool Dynamic(const FemOptions& options) {
   return options.time == FemOptions::Time::kDynamic;
@@ -49,37 +43,29 @@ void CheckOptions(const FemOptions& options) {
     throw std::invalid_argument("pressure: accepted is auto, displacement in this model");
   }
   if (!(options.residual >= 1e-14 && options.residual < 1)) {
-    Refuse("residual", options.residual, "1e-14 <= residual < 1");
+    RefuseValue("residual", options.residual, "1e-14 <= residual < 1");
   }
   if (options.threads < 1 || options.threads > 256) {
-    Refuse("threads", options.threads, "1 to 256");
+    RefuseValue("threads", options.threads, "1 to 256");
   }
   if (!options.gravity_O.allFinite()) throw std::invalid_argument("gravity: accepted is finite");
   if (!Dynamic(options)) return;
-  if (!(options.step > 0) || !std::isfinite(options.step)) {
-    Refuse("step", options.step, "a time > 0 s");
-  }
-  if (options.newton < 0) Refuse("newton", options.newton, "0 (to residual) or more");
-  if (!(options.damping_mass >= 0) || !std::isfinite(options.damping_mass)) {
-    Refuse("damping.mass", options.damping_mass, "0 or more [1/s]");
-  }
-  if (!(options.damping_stiffness >= 0) || !std::isfinite(options.damping_stiffness)) {
-    Refuse("damping.stiffness", options.damping_stiffness, "0 or more [s]");
-  }
+  RequirePositive("step", options.step);
+  RequireNotNegative("newton", options.newton);
+  RequireNotNegative("damping.mass", options.damping_mass);
+  RequireNotNegative("damping.stiffness", options.damping_stiffness);
 }
 
 void CheckMaterial(const Material& material, const FemOptions& options) {
-  if (!(material.young_modulus > 0) || !std::isfinite(material.young_modulus)) {
-    Refuse("young_modulus", material.young_modulus, "more than 0 Pa");
-  }
+  RequirePositive("young_modulus", material.young_modulus);
   if (!(material.poisson_ratio > -1 && material.poisson_ratio < 0.5)) {
-    Refuse("poisson_ratio", material.poisson_ratio,
-           "-1 < nu < 0.5 with linear tetrahedra whose pressure comes from the displacement");
+    RefuseValue("poisson_ratio", material.poisson_ratio,
+                "-1 < nu < 0.5 with linear tetrahedra whose pressure comes from the displacement");
   }
   const bool weighs = options.gravity_O != Vector3d::Zero();
   const bool finite = material.density >= 0 && std::isfinite(material.density);
   if (!finite || ((Dynamic(options) || weighs) && !(material.density > 0))) {
-    Refuse("density", material.density, "more than 0 kg/m3 for motion and weight");
+    RefuseValue("density", material.density, "more than 0 kg/m3 for motion and weight");
   }
 }
 
@@ -88,7 +74,7 @@ fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh&
                                 Progress* progress) {
   CheckOptions(params.options);
   CheckMaterial(params.material, params.options);
-  if (!(params.range >= 0)) Refuse("range", params.range, "0 (default) or more");
+  if (!(params.range >= 0)) RefuseValue("range", params.range, "0 (default) or more");
   if (progress != nullptr) {
     const auto elements = static_cast<double>(mesh.tets.size());
     progress->Expect({5e-6 * elements, static_cast<std::size_t>(1500 * elements)});
@@ -106,7 +92,7 @@ StrainResolution StrainsOf(const SolidMesh& mesh, const fem::FemBody& body, doub
   for (auto& tet : numbered.tets) {
     for (int& node : tet) node = body.Number(node);
   }
-  std::vector<std::array<bool, 3>> held;
+  HeldNodes held;
   for (const auto& node : body.free()) {
     held.push_back({node.v[0] == 0, node.v[1] == 0, node.v[2] == 0});
   }
@@ -115,8 +101,8 @@ StrainResolution StrainsOf(const SolidMesh& mesh, const fem::FemBody& body, doub
 
 }  // namespace
 
-FemModel::FemModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
-                   const Params& params, Progress* progress)
+FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
+                   Progress* progress)
     : params_(params),
       body_(mesh, held, BodyParams(params, mesh, progress)),
       length_unit_(body_.length_unit()),
@@ -146,8 +132,7 @@ FemModel::FemModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>
   Describe(mesh);
   Tell(progress, "trying one answer", 0.8);
   Rehearse(mesh);
-  info_.precompute_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
+  NotePrecompute();
   Tell(progress, "ready", 1);
 }
 
@@ -174,7 +159,7 @@ void FemModel::Describe(const SolidMesh& mesh) {
     remark_ = "linear tetrahedra lock at this Poisson ratio: far too stiff";
   }
   info_.remark.reserve(kTextSize);
-  failure_.reserve(kTextSize);
+  failure_text_.reserve(kTextSize);
   info_.remark = remark_;
 }
 
@@ -191,15 +176,12 @@ void FemModel::Rehearse(const SolidMesh& mesh) {
   contact.prescribed_O *= 2;
   const auto start = std::chrono::steady_clock::now();
   Respond({&contact, 1}, {&response, 1});
-  if (response.validity != Validity::kFailed) {
-    info_.update_us =
-        std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
-  }
+  if (response.validity != Validity::kFailed) info_.update_us = 1e6 * SecondsSince(start);
   Reset();
 }
 
 void FemModel::Reset() {
-  failure_.clear();
+  failure_ = {};
   contacts_.Forget();
   if (stepper_) {
     stepper_->Reset(gravity_);
@@ -216,19 +198,16 @@ void FemModel::Start(std::span<const Contact> contacts) {
   }
 }
 
-void FemModel::Fail(const char* why, int contact) {
-  std::array<char, kTextSize> text{};
-  if (contact >= 0) {
-    std::snprintf(text.data(), text.size(), "contact %d: %s", contact, why);
-  } else {
-    std::snprintf(text.data(), text.size(), "%s", why);
-  }
-  failure_.assign(text.data());
+bool FemModel::Fail(const char* why, int contact) {
+  std::array<char, 24> which{};
+  if (contact >= 0) std::snprintf(which.data(), which.size(), "contact %d: ", contact);
+  failure_text_.assign(which.data()).append(why);
+  return DeformationModel::Fail(failure_text_);
 }
 
 void FemModel::Respond(std::span<const Contact> contacts,
                        std::span<ContactResponse> responses) noexcept {
-  failure_.clear();
+  failure_ = {};
   std::fill(responses.begin(), responses.end(), ContactResponse{});
   if (contacts.size() != responses.size()) {
     Fail("as many responses as contacts are wanted");
@@ -252,21 +231,17 @@ bool FemModel::TryRespond(std::span<const Contact> contacts) {
   if (!Locate(contacts)) return false;
   f_ext_ = gravity_;
   if (!contacts_.Apply(contacts, length_unit_, force_unit_, constraints_, f_ext_)) {
-    Fail("a contact moves what supports hold");
-    return false;
+    return Fail("a contact moves what supports hold");
   }
   if (stepper_) {
     if (stepper_->Step(f_ext_, constraints_)) return true;
-    Fail("the step of time did not converge");
-    return false;
+    return Fail("the step of time did not converge");
   }
   if (constraints_.Imbalance(f_ext_) > kBalanced) {
-    Fail("the loads are out of balance on an object that nothing holds");
-    return false;
+    return Fail("the loads are out of balance on an object that nothing holds");
   }
   if (equilibrium_->Solve(f_ext_, constraints_)) return true;
-  Fail(equilibrium_->interrupted() ? "interrupted" : "no equilibrium was found");
-  return false;
+  return Fail(equilibrium_->interrupted() ? "interrupted" : "no equilibrium was found");
 }
 
 bool FemModel::Locate(std::span<const Contact> contacts) {
@@ -274,16 +249,14 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
     const bool force = contacts[k].kind == Contact::Kind::kForce;
     const double size = contacts[k].prescribed_O.norm() / (force ? force_unit_ : length_unit_);
     if (size <= kAbsurd || !std::isfinite(size)) continue;
-    Fail(force ? "the force is beyond a million times E times the larger side squared"
-               : "the displacement is beyond a million larger sides",
-         static_cast<int>(k));
-    return false;
+    return Fail(force ? "the force is beyond a million times E times the larger side squared"
+                      : "the displacement is beyond a million larger sides",
+                static_cast<int>(k));
   }
   const auto found = contacts_.Update(contacts, constraints_);
   if (found.refusal != nullptr) {
     contacts_.Forget();
-    Fail(found.refusal, found.contact);
-    return false;
+    return Fail(found.refusal, found.contact);
   }
   if (found.change != fem::ContactSet::Change::kNone) {
     touched_.clear();
@@ -299,8 +272,7 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
   equilibrium_->Renew();
   if (constraints_.FindFreeMotions()) return true;
   contacts_.Forget();
-  Fail("more than four pieces that nothing holds");
-  return false;
+  return Fail("more than four pieces that nothing holds");
 }
 
 // Why the last answer is extrapolated; nullopt: it is not, but for single patches.
@@ -363,10 +335,6 @@ void FemModel::Displacements(std::vector<Vector3d>* u_O) {
     const double* u = At(displacement(), body_.Number(static_cast<int>(i))).v;
     (*u_O)[i] = length_unit_ * Vector3d(u[0], u[1], u[2]);
   }
-}
-
-double FemModel::residual() const {
-  return stepper_ ? stepper_->residual() : equilibrium_->residual();
 }
 
 double FemModel::energy() const {

@@ -6,8 +6,6 @@
 // first order accurate in stress and lock as nu approaches 0.5.
 #pragma once
 
-#include <array>
-#include <chrono>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,7 +19,7 @@
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/static_equilibrium.h"
 #include "slave/mechanics/fem/time_stepper.h"
-#include "slave/mechanics/strain_resolution.h"
+#include "slave/mechanics/mesh_resolution.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -40,8 +38,8 @@ class FemModel final : public DeformationModel {
   // Throws std::invalid_argument: a parameter, an element of no positive volume, a mesh that is no
   // mesh; Interrupted. In statics `progress` must outlive the model: searches for equilibrium that
   // take longer than a tenth of a second tell it how far they are, and fail when told to stop.
-  FemModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
-           const Params& params, Progress* progress = nullptr);
+  FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
+           Progress* progress = nullptr);
 
   // Places and widths: contracts, `solve`. A contact that prescribes displacements holds the nodes
   // of its patch, or the weighted point of the triangle there, and reports what that takes; on
@@ -51,20 +49,20 @@ class FemModel final : public DeformationModel {
   //
   // kExtrapolated: elements inside out (their number is in info().remark), nu > 0.49, the linear
   // law out of range, a step of time that gained energy from nowhere, a mesh too coarse for a patch
-  // (mesh_resolution.h) or for a part that bends (strain_resolution.h). kFailed: contacts that are
+  // (mesh_resolution.h) or for a part that bends (mesh_resolution.h). kFailed: contacts that are
   // not finite, overlap or lie nowhere, loads out of balance, no convergence, interruption;
   // failure() says which.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
   void Start(std::span<const Contact> contacts) override;
-  [[nodiscard]] std::string_view failure() const override { return failure_; }
-  [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
   // Of the last Respond.
-  [[nodiscard]] double residual() const;                             // relative, reached
+  // relative, reached
+  [[nodiscard]] double residual() const {
+    return stepper_ ? stepper_->residual() : equilibrium_->residual();
+  }
   [[nodiscard]] double energy() const;                               // elastic and kinetic [J]
   [[nodiscard]] int inverted() const { return summary().inverted; }  // elements
   [[nodiscard]] const fem::TimeStepper* stepper() const { return stepper_ ? &*stepper_ : nullptr; }
@@ -72,7 +70,7 @@ class FemModel final : public DeformationModel {
  private:
   bool TryRespond(std::span<const Contact> contacts);
   bool Locate(std::span<const Contact> contacts);
-  void Fail(const char* why, int contact = -1);
+  bool Fail(const char* why, int contact = -1);
   void SetGravity();
   void Describe(const SolidMesh& mesh);
   void Rehearse(const SolidMesh& mesh);
@@ -89,7 +87,6 @@ class FemModel final : public DeformationModel {
   }
 
   Params params_;
-  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   fem::FemBody body_;
   double length_unit_, force_unit_, time_unit_;  // [m], [N], [s]
   fem::Constraints constraints_;
@@ -100,9 +97,7 @@ class FemModel final : public DeformationModel {
   StrainResolution strain_;
   std::vector<Eigen::Vector3d> u_;  // of the nodes
   std::vector<int> touched_;
-  FieldMesh field_mesh_;
-  ModelInfo info_;
-  std::string remark_, failure_;
+  std::string remark_, failure_text_;
 };
 
 }  // namespace palpate

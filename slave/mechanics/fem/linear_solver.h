@@ -3,14 +3,13 @@
 // diagonal; at rest these get a factor too, once they have iterated for as long as that takes.
 #pragma once
 
-#include <memory>
+#include <array>
 #include <optional>
 
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/search_progress.h"
 #include "slave/mechanics/linear/block_matrix.h"
-#include "slave/mechanics/linear/node_vector.h"
 #include "slave/mechanics/linear/sparse_cholesky.h"
 
 namespace palpate::fem {
@@ -74,6 +73,27 @@ class LinearSolver {
   double excess_ = 0;          // iterations beyond those, since
   double refactor_worth_ = 0;  // in iterations
   NodeVector z_, p_, q_;
+};
+
+// A first guess from the last solutions: the best combination of the last one and its first and
+// second differences in the norm of the matrix. Source: Fischer (1998).
+class SolutionHistory {
+ public:
+  explicit SolutionHistory(int nodes);
+
+  void Clear() noexcept { known_ = 0; }
+  void Keep(const NodeVector& solution) noexcept;
+  // x += guess, r -= P^T A guess; `r` = P^T (b - A x).
+  void Improve(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
+               NodeVector& x) noexcept;
+
+ private:
+  static constexpr int kDepth = 3;
+
+  int known_ = 0;
+  std::array<NodeVector, kDepth> differences_;  // of rising order
+  std::array<NodeVector, kDepth> directions_, products_;
+  NodeVector change_;
 };
 
 }  // namespace palpate::fem

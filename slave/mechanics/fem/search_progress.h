@@ -1,7 +1,9 @@
 // How far a search for equilibrium is, for whoever waits for it and may want it to stop.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "shared/text/progress.h"
 
@@ -15,9 +17,20 @@ class SearchProgress {
   SearchProgress(Progress* progress, bool linear) : progress_(progress), linear_(linear) {}
 
   // A search begins, or begins anew from another start.
-  void Begin() noexcept;
+  void Begin() noexcept {
+    stopped_ = false;
+    first_ = 0;
+    done_ = 0;
+    if (progress_ != nullptr) told_ = Clock::now();
+  }
   // Its residual is `residual`, wanted is `target`; the share done is that of the digits.
-  void Reach(double residual, double target) noexcept;
+  void Reach(double residual, double target) noexcept {
+    if (progress_ == nullptr || !(residual > 0) || !(target > 0)) return;
+    first_ = std::max(first_, residual);
+    const double digits = std::log(first_ / target);
+    if (digits <= 0) return;
+    done_ = std::max(done_, std::clamp(std::log(first_ / residual) / digits, 0., 1.));
+  }
   // The same of a linear system on the way.
   void ReachInner(double residual, double target) noexcept {
     if (linear_) Reach(residual, target);
@@ -33,7 +46,17 @@ class SearchProgress {
  private:
   using Clock = std::chrono::steady_clock;
 
-  bool Tell(const char* stage, double done) noexcept;
+  bool Tell(const char* stage, double done) noexcept {
+    if (progress_ == nullptr || stopped_) return !stopped_;
+    const auto now = Clock::now();
+    if (now - told_ < std::chrono::milliseconds(100)) return true;
+    told_ = now;
+    try {
+      stopped_ = !progress_->Report(stage, done);
+    } catch (...) {  // a search is not worth less for not being told of
+    }
+    return !stopped_;
+  }
 
   Progress* progress_;
   bool linear_;

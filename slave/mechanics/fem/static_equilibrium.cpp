@@ -86,9 +86,7 @@ double StaticEquilibrium::FreeResidual(const Constraints& constraints, double sh
   r_ = f_int_;
   Add(-share, f_ext_, r_);
   reaction_ = r_;
-  for (auto& node : r_) {
-    for (double& v : node.v) v = -v;
-  }
+  Scale(-1, r_);
   constraints.ProjectForce(r_);
   Add(1, r_, reaction_);
   const double size = Norm(r_);

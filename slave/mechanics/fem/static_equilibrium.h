@@ -35,7 +35,6 @@ class StaticEquilibrium {
   [[nodiscard]] const NodeVector& reaction() const { return reaction_; }
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
   [[nodiscard]] double residual() const { return relative_residual_; }  // reached
-  [[nodiscard]] const LinearSolver& solver() const { return solver_; }
   [[nodiscard]] std::size_t memory_bytes() const {
     return tangent_.memory_bytes() + solver_.memory_bytes();
   }

@@ -189,9 +189,7 @@ PALPATE_DISPATCHED void EvaluateGroups(TetGroup* groups, const NodeValue* u, con
 Eigen::Matrix3d GradientsOf(const std::vector<Eigen::Vector3d>& nodes,
                             const std::array<int, 4>& tet, double& volume) {
   Eigen::Matrix3d edges;
-  for (int a = 0; a < 3; ++a) {
-    edges.col(a) = nodes[Index(tet[Index(a) + 1])] - nodes[Index(tet[0])];
-  }
+  for (int a = 0; a < 3; ++a) edges.col(a) = nodes[Index(tet[Index(a) + 1])] - nodes[Index(tet[0])];
   volume = edges.determinant() / 6;
   return edges.inverse();
 }
@@ -274,10 +272,6 @@ void TetElements::SpinStiffness(const NodeVector& u,
     const Eigen::Matrix3d N = Eigen::Matrix3d::Identity() + c / lame_.mu * H.inverse();
     spin[Index(e)] = R * N * R.transpose();
   }
-}
-
-std::size_t TetElements::memory_bytes() const {
-  return groups_.size() * sizeof(TetGroup) + 2 * forces_.size() * sizeof(NodeValue);
 }
 
 }  // namespace palpate::fem

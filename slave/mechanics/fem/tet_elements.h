@@ -9,14 +9,13 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/worker_team.h"
+#include "slave/mechanics/linear/block_matrix.h"
 #include "slave/mechanics/linear/lanes.h"
-#include "slave/mechanics/linear/node_vector.h"
 
 namespace palpate::fem {
 
@@ -63,7 +62,9 @@ class TetElements {
   // N = R (I + c / mu H^-1) R^T, c = lambda tr(E) - 2 mu, H = tr(S) I - S: what the exact tangent
   // adds to the warped one is sum q_a x (N (q_b x u_b)), up to its sign. One per element.
   void SpinStiffness(const NodeVector& u, std::vector<Eigen::Matrix3d>& spin) const noexcept;
-  [[nodiscard]] std::size_t memory_bytes() const;
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return groups_.size() * sizeof(TetGroup) + 2 * forces_.size() * sizeof(NodeValue);
+  }
 
  private:
   int count_ = 0;

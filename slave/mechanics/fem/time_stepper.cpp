@@ -6,7 +6,6 @@
 #include "shared/geometry/index.h"
 
 namespace palpate::fem {
-namespace {
 
 constexpr int kMostNewton = 400;
 constexpr int kMostParts = 64;
@@ -17,8 +16,6 @@ constexpr double kGainNewmark = 1e-3, kSurplus = 1e-2;  // the same
 constexpr double kRounding = 1e-14;                     // of the forces that cancel
 constexpr double kSufficient = 1e-4;
 
-}  // namespace
-
 TimeStepper::TimeStepper(FemBody& body, const Params& params)
     : body_(body),
       params_(params),
@@ -27,9 +24,10 @@ TimeStepper::TimeStepper(FemBody& body, const Params& params)
       history_(body.size()) {
   if (params.newton != 1 || params.exact_tangent) start_.emplace(body.pattern());
   for (auto* x : {&u_, &v_, &f_int_, &reaction_, &momentum_force_, &u0_, &v0_, &dv_, &b_, &r_, &x_,
-                  &lift_, &work_, &outer_, &kept_u_, &kept_v_, &kept_force_, &kept_outer_}) {
+                  &lift_, &work_, &outer_}) {
     x->resize(Index(body.size()));
   }
+  kept_ = State();
 }
 
 void TimeStepper::Reset(const NodeVector& f_ext) noexcept {
@@ -45,11 +43,6 @@ void TimeStepper::Reset(const NodeVector& f_ext) noexcept {
   history_.Clear();
 }
 
-void TimeStepper::Renew() noexcept {
-  solver_.Renew();
-  history_.Clear();
-}
-
 bool TimeStepper::Evaluate() noexcept {
   summary_ = body_.Evaluate(u_);
   body_.InternalForce(f_int_);
@@ -57,37 +50,19 @@ bool TimeStepper::Evaluate() noexcept {
 }
 
 bool TimeStepper::Step(const NodeVector& f_ext, const Constraints& constraints) noexcept {
-  Keep();
+  kept_ = State();
   const int most = params_.newton == 0 ? kMostParts : 1;
   for (int parts = 1; parts <= most; parts *= 2) {
     const bool arrived = StepInParts(f_ext, constraints, parts);
     if (arrived && (!step_gained_ || parts == most)) return true;
     if (parts == most) break;
-    Restore();
+    State() = kept_;
     Evaluate();
   }
-  Restore();
+  State() = kept_;
   body_.ForgetRotations();
   Evaluate();
   return false;
-}
-
-void TimeStepper::Keep() noexcept {
-  kept_u_ = u_;
-  kept_v_ = v_;
-  kept_force_ = momentum_force_;
-  kept_outer_ = outer_;
-  kept_energy_ = energy_;
-  kept_surplus_ = surplus_;
-}
-
-void TimeStepper::Restore() noexcept {
-  u_ = kept_u_;
-  v_ = kept_v_;
-  momentum_force_ = kept_force_;
-  outer_ = kept_outer_;
-  energy_ = kept_energy_;
-  surplus_ = kept_surplus_;
 }
 
 bool TimeStepper::StepInParts(const NodeVector& f_ext, const Constraints& constraints,
@@ -130,15 +105,18 @@ void TimeStepper::AssembleStart(double h) noexcept {
   assembled_for_ = h;
 }
 
+// b = h theta (f_ext - f_int) + h (1 - theta) F_0.
+void TimeStepper::Push(const NodeVector& f_ext, double h, NodeVector& b) const noexcept {
+  b = f_ext;
+  Add(-1, f_int_, b);
+  Scale(params_.theta * h, b);
+  if (params_.theta < 1) Add(h * (1 - params_.theta), momentum_force_, b);
+}
+
 // b = h theta (f_ext - f_int - h K_t v - D v) + h (1 - theta) F_0, at the start of the step.
 void TimeStepper::RightHandSide(const NodeVector& f_ext, double h) noexcept {
   const double th = params_.theta * h;
-  b_ = f_ext;
-  Add(-1, f_int_, b_);
-  for (auto& node : b_) {
-    for (double& value : node.v) value *= th;
-  }
-  if (params_.theta < 1) Add(h * (1 - params_.theta), momentum_force_, b_);
+  Push(f_ext, h, b_);
   // (mass) M v and (stiffness) K v from A v = (mass) M v + (stiffness) K v.
   const BlockMatrix& warped = start_ ? *start_ : tangent_;
   const double ratio = (h + params_.damping_stiffness) / (th + params_.damping_stiffness);
@@ -158,9 +136,7 @@ bool TimeStepper::SolveStart(const Constraints& constraints, double h, double sh
   constraints.Lift(u0_, 1, lift_);
   work_ = u0_;
   Add(h, v0_, work_);
-  for (auto& node : lift_) {
-    for (double& value : node.v) value *= share - 1;
-  }
+  Scale(share - 1, lift_);
   x_ = lift_;
   constraints.Lift(work_, 1, lift_);
   Add(1, x_, lift_);
@@ -264,12 +240,7 @@ bool TimeStepper::TryMove(const NodeVector& f_ext, const Constraints& constraint
 // r_ = h theta (f_ext - f_int - D v) + h (1 - theta) F_0 - M dv; reaction_ is its opposite.
 void TimeStepper::Residual(const NodeVector& f_ext, double h) noexcept {
   const double th = params_.theta * h, b = params_.damping_stiffness;
-  r_ = f_ext;
-  Add(-1, f_int_, r_);
-  for (auto& node : r_) {
-    for (double& value : node.v) value *= th;
-  }
-  if (params_.theta < 1) Add(h * (1 - params_.theta), momentum_force_, r_);
+  Push(f_ext, h, r_);
   body_.MultiplyMass(dv_, work_);
   Add(-1, work_, r_);
   body_.MultiplyMass(v_, work_);
@@ -280,9 +251,7 @@ void TimeStepper::Residual(const NodeVector& f_ext, double h) noexcept {
     Add(-share, work_, r_);
   }
   reaction_ = r_;
-  for (auto& node : reaction_) {
-    for (double& value : node.v) value = -value;
-  }
+  Scale(-1, reaction_);
 }
 
 // |dv|_M^2 / 2 + theta h v D v / 2 + W - f_ext u - h (1 - theta) F_0 dv: its derivative is -r_.

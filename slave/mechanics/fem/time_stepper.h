@@ -8,11 +8,11 @@
 #pragma once
 
 #include <optional>
+#include <tuple>
 
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/linear_solver.h"
-#include "slave/mechanics/fem/solution_history.h"
 #include "slave/mechanics/linear/block_matrix.h"
 
 namespace palpate::fem {
@@ -35,14 +35,16 @@ class TimeStepper {
   // At rest; `f_ext` acts from then on.
   void Reset(const NodeVector& f_ext) noexcept;
   // What is held has changed.
-  void Renew() noexcept;
+  void Renew() noexcept {
+    solver_.Renew();
+    history_.Clear();
+  }
   // One step, at whose end the forces and constraints hold. Solved until `residual`, a step that
   // does not arrive or gains energy from nowhere is divided by up to 64. False: no convergence or
   // not finite; the motion is as before.
   bool Step(const NodeVector& f_ext, const Constraints& constraints) noexcept;
 
   [[nodiscard]] const NodeVector& displacement() const { return u_; }
-  [[nodiscard]] const NodeVector& velocity() const { return v_; }
   // What supports and contacts add, on nodes that move; f_int - f_ext on the others.
   [[nodiscard]] const NodeVector& reaction() const { return reaction_; }
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
@@ -53,7 +55,6 @@ class TimeStepper {
   [[nodiscard]] bool gained_energy() const { return gained_energy_; }
   [[nodiscard]] double residual() const { return relative_residual_; }  // of its last linear solve
   [[nodiscard]] int iterations() const { return iterations_; }          // of it
-  [[nodiscard]] const LinearSolver& solver() const { return solver_; }
   [[nodiscard]] std::size_t memory_bytes() const {
     return tangent_.memory_bytes() + solver_.memory_bytes();
   }
@@ -63,6 +64,7 @@ class TimeStepper {
   bool Advance(const NodeVector& f_ext, const Constraints& constraints, double h,
                double share) noexcept;
   void AssembleStart(double h) noexcept;
+  void Push(const NodeVector& f_ext, double h, NodeVector& b) const noexcept;
   void RightHandSide(const NodeVector& f_ext, double h) noexcept;
   bool SolveStart(const Constraints& constraints, double h, double share) noexcept;
   bool Refine(const NodeVector& f_ext, const Constraints& constraints, double h) noexcept;
@@ -73,8 +75,8 @@ class TimeStepper {
   void SetMotion(double h) noexcept;
   void Finish(const NodeVector& f_ext, double h) noexcept;
   void Balance(const NodeVector& f_ext) noexcept;
-  void Keep() noexcept;
-  void Restore() noexcept;
+  // What a step begins with and is taken back to.
+  auto State() noexcept { return std::tie(u_, v_, momentum_force_, outer_, energy_, surplus_); }
   bool Evaluate() noexcept;
 
   FemBody& body_;
@@ -88,9 +90,9 @@ class TimeStepper {
   NodeVector momentum_force_;  // F_0
   NodeVector outer_;           // f_ext and reactions at the end of the last step
   NodeVector u0_, v0_, dv_, b_, r_, x_, lift_, work_;
-  NodeVector kept_u_, kept_v_, kept_force_, kept_outer_;
+  std::tuple<NodeVector, NodeVector, NodeVector, NodeVector, double, double> kept_;
   ElementSummary summary_;
-  double energy_ = 0, kept_energy_ = 0, kept_surplus_ = 0, relative_residual_ = 0;
+  double energy_ = 0, relative_residual_ = 0;
   int iterations_ = 0;
   double surplus_ = 0;  // energy from nowhere that was not lost again; Newmark's
   bool step_gained_ = false, gained_energy_ = false;

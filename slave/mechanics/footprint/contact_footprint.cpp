@@ -1,7 +1,12 @@
 #include "slave/mechanics/footprint/contact_footprint.h"
 
 #include <algorithm>
-#include <cstddef>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
 #include "slave/mechanics/mesh_resolution.h"
@@ -9,47 +14,178 @@
 namespace palpate {
 namespace {
 
+using Eigen::Vector3d;
+
+// As in surface_patch.cpp.
+constexpr double kOnNode = 1e-6;   // of the diagonal
+constexpr double kSlack = 1e-9;    // relative, of the patch's radius
+constexpr double kSameSide = 0.5;  // cosine of the angle between normals
+constexpr double kOnEdge = 1e-9;   // barycentric weight
+
 constexpr std::string_view kNoPlace =
     "no surface is met there: farther from it than half the longest edge of the nearest triangle";
 
 }  // namespace
 
+SurfaceFootprints::SurfaceFootprints(SurfaceMesh surface)
+    : surface_(std::move(surface)), diagonal_(Diagonal(surface_.nodes)) {
+  const int triangles = static_cast<int>(surface_.triangles.size());
+  first_of_node_.assign(surface_.nodes.size() + 1, 0);
+  for (int t = 0; t < triangles; ++t) {
+    normals_.push_back(Normal(surface_, t));
+    centroids_.push_back(Centroid(surface_, t));
+    areas_.push_back(Area(surface_, t));
+    for (const int node : surface_.triangles[Index(t)]) ++first_of_node_[Index(node) + 1];
+  }
+  std::partial_sum(first_of_node_.begin(), first_of_node_.end(), first_of_node_.begin());
+  triangles_of_node_.resize(3 * surface_.triangles.size());
+  std::vector<int> next(first_of_node_);
+  for (int t = 0; t < triangles; ++t) {
+    for (const int node : surface_.triangles[Index(t)]) {
+      triangles_of_node_[Index(next[Index(node)]++)] = t;
+    }
+  }
+  seen_.assign(surface_.nodes.size(), 0);
+  load_.assign(surface_.nodes.size(), 0);
+  patch_.nodes.reserve(surface_.nodes.size());
+  patch_.triangles.reserve(surface_.triangles.size());
+}
+
+std::span<const int> SurfaceFootprints::TrianglesOf(int node) const {
+  const int first = first_of_node_[Index(node)];
+  return std::span(triangles_of_node_)
+      .subspan(Index(first), Index(first_of_node_[Index(node) + 1] - first));
+}
+
+std::optional<SurfacePlace> SurfaceFootprints::Find(const Contact& contact) const {
+  if (contact.element < 0) return FindPlace(surface_, contact.p_O);
+  if (contact.element >= static_cast<int>(surface_.triangles.size())) return std::nullopt;
+  return OnTriangle(contact.element, contact.p_O);
+}
+
+std::optional<SurfacePlace> SurfaceFootprints::OnTriangle(int triangle, const Vector3d& p_O) const {
+  const auto& corners = surface_.triangles[Index(triangle)];
+  const double near = kOnNode * diagonal_;
+  SurfacePlace place;
+  place.triangle = triangle;
+  for (int v = 0; v < 3; ++v) {
+    const int node = corners[Index(v)];
+    const double distance2 = (surface_.nodes[Index(node)] - p_O).squaredNorm();
+    if (distance2 > near * near) continue;
+    place.node = node;
+    place.weights = Vector3d::Unit(v);
+    place.distance = std::sqrt(distance2);
+    return place;
+  }
+  const Vector3d &a = surface_.nodes[Index(corners[0])], &b = surface_.nodes[Index(corners[1])],
+                 &c = surface_.nodes[Index(corners[2])];
+  const Vector3d area = (b - a).cross(c - a);
+  const Vector3d from_a = p_O - a;
+  const double height = from_a.dot(area) / area.norm();
+  place.weights[1] = from_a.cross(c - a).dot(area) / area.squaredNorm();
+  place.weights[2] = (b - a).cross(from_a).dot(area) / area.squaredNorm();
+  place.weights[0] = 1 - place.weights[1] - place.weights[2];
+  const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+  if (place.weights.minCoeff() >= 0 && std::abs(height) <= 0.5 * longest) {
+    place.distance = std::abs(height);
+    return place;
+  }
+  const auto found = FindPlace({{a, b, c}, {{0, 1, 2}}}, p_O);  // beside the triangle
+  if (!found) return std::nullopt;
+  place.weights = found->weights;
+  place.distance = found->distance;
+  return place;
+}
+
+Vector3d SurfaceFootprints::NormalAt(const SurfacePlace& place) const {
+  const auto& corners = surface_.triangles[Index(place.triangle)];
+  std::array<int, 3> touched{place.node, -1, -1};
+  std::size_t count = 1;
+  if (place.node < 0) {
+    count = 0;
+    for (int v = 0; v < 3; ++v) {
+      if (place.weights[v] > kOnEdge) touched[count++] = corners[Index(v)];
+    }
+  }
+  Vector3d sum = Vector3d::Zero();
+  for (const int t : TrianglesOf(touched[0])) {
+    const auto& nodes = surface_.triangles[Index(t)];
+    const bool all = std::all_of(touched.begin(), touched.begin() + static_cast<long>(count),
+                                 [&](int node) { return std::ranges::count(nodes, node) > 0; });
+    if (all) sum += normals_[Index(t)];
+  }
+  const double length = sum.norm();
+  return length > kOnEdge ? Vector3d(sum / length) : Vector3d::Zero();
+}
+
+void SurfaceFootprints::FindPatch(const SurfacePlace& place, const Vector3d& p_O, double width) {
+  const Vector3d facing = NormalAt(place);
+  const double radius = 0.5 * width * (1 + kSlack);
+  ++patches_;
+  patch_.nodes.clear();
+  patch_.triangles.clear();
+  patch_.disc = {};
+  patch_.node_area = patch_.triangle_area = 0;
+  const int triangles = static_cast<int>(normals_.size());
+  for (int t = 0; t < triangles; ++t) {
+    if (normals_[Index(t)].dot(facing) < kSameSide) continue;
+    const DiscShare disc = DiscOnTriangle(surface_, t, p_O, radius);
+    patch_.disc.area += disc.area;
+    patch_.disc.rim += disc.rim;
+    if ((centroids_[Index(t)] - p_O).norm() <= radius) AddTriangle(t);
+    for (const int node : surface_.triangles[Index(t)]) {
+      if ((surface_.nodes[Index(node)] - p_O).norm() > radius) continue;
+      patch_.node_area += areas_[Index(t)] / 3;
+      if (seen_[Index(node)] == patches_) continue;
+      seen_[Index(node)] = patches_;
+      patch_.nodes.push_back(node);
+    }
+  }
+  std::ranges::sort(patch_.nodes);
+  if (patch_.triangles.empty()) AddTriangle(place.triangle);
+}
+
+void SurfaceFootprints::AddTriangle(int triangle) {
+  patch_.triangles.push_back(triangle);
+  patch_.triangle_area += areas_[Index(triangle)];
+}
+
 // A third of the area of each triangle of the patch to each of its nodes.
 void SurfaceFootprints::ShareAmongNodes(ContactFootprint* footprint) {
-  for (const int t : patch().triangles) {
-    const double area = finder_.area(t);
-    for (const int node : surface().triangles[Index(t)]) {
+  for (const int t : patch_.triangles) {
+    const double area = areas_[Index(t)];
+    for (const int node : surface_.triangles[Index(t)]) {
       if (load_[Index(node)] == 0) footprint->places.push_back({node, 0});
       load_[Index(node)] += area / 3;
     }
   }
   std::ranges::sort(footprint->places, {}, &PlaceWeight::place);
   for (auto& [node, weight] : footprint->places) {
-    weight = load_[Index(node)] / patch().triangle_area;
+    weight = load_[Index(node)] / patch_.triangle_area;
     load_[Index(node)] = 0;
   }
 }
 
 std::string_view SurfaceFootprints::OnNodes(const Contact& contact, ContactFootprint* footprint) {
-  const auto at = finder_.Find(contact);
+  const auto at = Find(contact);
   if (!at) return kNoPlace;
   footprint->at = *at;
   footprint->places.clear();
   footprint->point = true;
-  footprint->normal_O = finder_.NormalAt(*at);
+  footprint->normal_O = NormalAt(*at);
   footprint->coarse = false;
   const bool loads = contact.kind == Contact::Kind::kForce;
   if (contact.width > 0) {
-    finder_.FindPatch(*at, contact.p_O, contact.width);
+    FindPatch(*at, contact.p_O, contact.width);
     footprint->coarse = IsPatchCoarse(
-        CoverOf(patch(), loads ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes));
+        CoverOf(patch_, loads ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes));
   }
   if (contact.width > 0 && loads) {
     ShareAmongNodes(footprint);
-  } else if (contact.width > 0 && !patch().nodes.empty()) {
-    const std::size_t count = patch().nodes.size();
+  } else if (contact.width > 0 && !patch_.nodes.empty()) {
+    const std::size_t count = patch_.nodes.size();
     footprint->point = count == 1;
-    for (const int node : patch().nodes) {
+    for (const int node : patch_.nodes) {
       footprint->places.push_back({node, 1 / static_cast<double>(count)});
     }
   } else if (at->node >= 0) {
@@ -57,7 +193,7 @@ std::string_view SurfaceFootprints::OnNodes(const Contact& contact, ContactFootp
   } else {
     for (int v = 0; v < 3; ++v) {
       footprint->places.push_back(
-          {surface().triangles[Index(at->triangle)][Index(v)], at->weights[v]});
+          {surface_.triangles[Index(at->triangle)][Index(v)], at->weights[v]});
     }
   }
   return {};
@@ -68,24 +204,24 @@ std::string_view SurfaceFootprints::OnTriangles(const Contact& contact,
   footprint->places.clear();
   footprint->point = true;
   footprint->coarse = false;
-  const int triangles = static_cast<int>(surface().triangles.size());
+  const int triangles = static_cast<int>(surface_.triangles.size());
   if (contact.width == 0 && contact.element >= 0 && contact.element < triangles) {
     footprint->places.push_back({contact.element, 1});
-    footprint->normal_O = Normal(surface(), contact.element);
+    footprint->normal_O = Normal(surface_, contact.element);
     return {};
   }
-  const auto at = finder_.Find(contact);
+  const auto at = Find(contact);
   if (!at) return kNoPlace;
   footprint->at = *at;
-  footprint->normal_O = finder_.NormalAt(*at);
+  footprint->normal_O = NormalAt(*at);
   if (contact.width == 0) {
     footprint->places.push_back({at->triangle, 1});
     return {};
   }
-  finder_.FindPatch(*at, contact.p_O, contact.width);
-  footprint->coarse = IsPatchCoarse(CoverOf(patch(), PatchBasis::kTractionTriangles));
-  for (const int t : patch().triangles) {
-    footprint->places.push_back({t, finder_.area(t) / patch().triangle_area});
+  FindPatch(*at, contact.p_O, contact.width);
+  footprint->coarse = IsPatchCoarse(CoverOf(patch_, PatchBasis::kTractionTriangles));
+  for (const int t : patch_.triangles) {
+    footprint->places.push_back({t, areas_[Index(t)] / patch_.triangle_area});
   }
   footprint->point = footprint->places.size() == 1;
   return {};

@@ -2,13 +2,16 @@
 // one rule of all models of volumes.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/footprint/surface_finder.h"
+#include "shared/mesh/solid_mesh.h"
+#include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/deformation_model.h"
 
 namespace palpate {
 
@@ -32,13 +35,13 @@ struct ContactFootprint {
 };
 constexpr int kMostPointPlaces = 3;
 
-// Contacts on one surface. Both answer empty: found, or why not, one clause that lives on; both
-// allocate nothing where the footprint has room already. The contact is finite; its kind, p_O,
-// element and width count, its value does not.
+// Contacts on one surface, from tables: what FindPlace and PatchAt tell, O(1) where a contact names
+// its triangle and has no width. Both answer empty: found, or why not, one clause that lives on;
+// both allocate nothing where the footprint has room already and patches of that size were seen.
+// The contact is finite; its kind, p_O, element and width count, its value does not.
 class SurfaceFootprints {
  public:
-  explicit SurfaceFootprints(SurfaceMesh surface)
-      : finder_(std::move(surface)), load_(finder_.surface().nodes.size(), 0) {}
+  explicit SurfaceFootprints(SurfaceMesh surface);
 
   // A contact moves a node, a point between three, or the nodes of a disc alike; a load acts on a
   // node, on three by their barycentric weights, or evenly on the triangles of a disc, a third of
@@ -49,14 +52,30 @@ class SurfaceFootprints {
   // it, in rising order.
   std::string_view OnTriangles(const Contact& contact, ContactFootprint* footprint);
 
-  [[nodiscard]] const SurfaceMesh& surface() const { return finder_.surface(); }
-  // Of the last contact that had a width.
-  [[nodiscard]] const SurfacePatch& patch() const { return finder_.patch(); }
+  [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
+  // Of the last contact that had a width; nodes in rising order, triangles too.
+  [[nodiscard]] const SurfacePatch& patch() const { return patch_; }
 
  private:
+  // The contact's triangle, or the nearest one; nullopt: farther than half its longest edge.
+  [[nodiscard]] std::optional<SurfacePlace> Find(const Contact& contact) const;
+  [[nodiscard]] std::optional<SurfacePlace> OnTriangle(int triangle,
+                                                       const Eigen::Vector3d& p_O) const;
+  // Mean of the normals of the triangles there, unit; zero where they cancel.
+  [[nodiscard]] Eigen::Vector3d NormalAt(const SurfacePlace& place) const;
+  void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);  // O(N)
+  void AddTriangle(int triangle);
+  [[nodiscard]] std::span<const int> TrianglesOf(int node) const;
   void ShareAmongNodes(ContactFootprint* footprint);
 
-  SurfaceFinder finder_;
+  SurfaceMesh surface_;
+  double diagonal_ = 0;  // [m]
+  std::vector<Eigen::Vector3d> normals_, centroids_;
+  std::vector<double> areas_;
+  std::vector<int> first_of_node_, triangles_of_node_;
+  SurfacePatch patch_;
+  std::vector<int> seen_;  // per node: the last patch that it is in
+  int patches_ = 0;
   std::vector<double> load_;  // per node, zero between calls
 };
 

@@ -21,30 +21,44 @@ constexpr std::size_t kAlignment = 64;
   return *reinterpret_cast<Lane*>(p);
 }
 
+[[gnu::always_inline]] inline double Sum(const Lane& v) {
+  return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+}
+
+// Eight factors times eight rows, in two chains.
+[[gnu::always_inline]] inline Lane Combined(const double* factors, const Lane (&rows)[kLane8]) {
+  Lane even = factors[0] * rows[0], odd = factors[1] * rows[1];
+  for (int q = 2; q < kLane8; q += 2) {
+    even += factors[q] * rows[q];
+    odd += factors[q + 1] * rows[q + 1];
+  }
+  return even + odd;
+}
+
 // kRows x kLanes tiles of C -= A B, that stay in registers over the whole depth.
 template <int kRows, int kLanes>
-[[gnu::always_inline]] inline void SubtractTile(double* c, const double* a, const double* b,
-                                                long ld, int depth) {
+[[gnu::always_inline]] inline void SubtractTile(double* c, long ldc, const double* a, long lda,
+                                                const double* b, long ldb, int depth) {
   Lane sum[kRows][kLanes];
 #pragma GCC unroll 24
   for (int r = 0; r < kRows; ++r) {
 #pragma GCC unroll 3
-    for (int l = 0; l < kLanes; ++l) sum[r][l] = At(c + r * ld + l * kLane8);
+    for (int l = 0; l < kLanes; ++l) sum[r][l] = At(c + r * ldc + l * kLane8);
   }
-  for (int q = 0; q < depth; ++q, b += ld, ++a) {
+  for (int q = 0; q < depth; ++q, b += ldb, ++a) {
     Lane factors[kLanes];
 #pragma GCC unroll 3
     for (int l = 0; l < kLanes; ++l) factors[l] = At(b + l * kLane8);
 #pragma GCC unroll 24
     for (int r = 0; r < kRows; ++r) {
 #pragma GCC unroll 3
-      for (int l = 0; l < kLanes; ++l) sum[r][l] -= a[r * ld] * factors[l];
+      for (int l = 0; l < kLanes; ++l) sum[r][l] -= a[r * lda] * factors[l];
     }
   }
 #pragma GCC unroll 24
   for (int r = 0; r < kRows; ++r) {
 #pragma GCC unroll 3
-    for (int l = 0; l < kLanes; ++l) At(c + r * ld + l * kLane8) = sum[r][l];
+    for (int l = 0; l < kLanes; ++l) At(c + r * ldc + l * kLane8) = sum[r][l];
   }
 }
 
@@ -71,33 +85,9 @@ void SubtractProduct(double* c, int ldc, const double* a, const double* b, int l
     const int end = lower ? i + kLane8 : order;
     int j = 0;
     for (; j + 2 * kLane8 <= end; j += 2 * kLane8) {
-      Lane left[kLane8], right[kLane8];
-      for (int r = 0; r < kLane8; ++r) {
-        left[r] = At(c_rows + static_cast<long>(r) * ldc + j);
-        right[r] = At(c_rows + static_cast<long>(r) * ldc + j + kLane8);
-      }
-      for (int q = 0; q < depth; ++q) {
-        const Lane b_left = At(b + static_cast<long>(q) * ldb + j);
-        const Lane b_right = At(b + static_cast<long>(q) * ldb + j + kLane8);
-        for (int r = 0; r < kLane8; ++r) {
-          left[r] -= a_tile[r * kLane8 + q] * b_left;
-          right[r] -= a_tile[r * kLane8 + q] * b_right;
-        }
-      }
-      for (int r = 0; r < kLane8; ++r) {
-        At(c_rows + static_cast<long>(r) * ldc + j) = left[r];
-        At(c_rows + static_cast<long>(r) * ldc + j + kLane8) = right[r];
-      }
+      SubtractTile<kLane8, 2>(c_rows + j, ldc, a_tile, kLane8, b + j, ldb, depth);
     }
-    for (; j < end; j += kLane8) {
-      Lane tile[kLane8];
-      for (int r = 0; r < kLane8; ++r) tile[r] = At(c_rows + static_cast<long>(r) * ldc + j);
-      for (int q = 0; q < depth; ++q) {
-        const Lane b_row = At(b + static_cast<long>(q) * ldb + j);
-        for (int r = 0; r < kLane8; ++r) tile[r] -= a_tile[r * kLane8 + q] * b_row;
-      }
-      for (int r = 0; r < kLane8; ++r) At(c_rows + static_cast<long>(r) * ldc + j) = tile[r];
-    }
+    if (j < end) SubtractTile<kLane8, 1>(c_rows + j, ldc, a_tile, kLane8, b + j, ldb, depth);
   }
 }
 
@@ -105,15 +95,7 @@ PALPATE_DISPATCHED
 void MultiplyPanel(const double* panel, const double* tile, int order, double* out) noexcept {
   Lane rows[kLane8];
   for (int q = 0; q < kLane8; ++q) rows[q] = At(tile + static_cast<long>(q) * kLane8);
-  for (int i = 0; i < order; ++i) {
-    const double* x = panel + static_cast<long>(i) * kLane8;
-    Lane even = x[0] * rows[0], odd = x[1] * rows[1];
-    for (int q = 2; q < kLane8; q += 2) {
-      even += x[q] * rows[q];
-      odd += x[q + 1] * rows[q + 1];
-    }
-    At(out + static_cast<long>(i) * kLane8) = even + odd;
-  }
+  for (int i = 0; i < order; ++i, panel += kLane8, out += kLane8) At(out) = Combined(panel, rows);
 }
 
 // Pairs, then fours, then eights change places.
@@ -155,10 +137,7 @@ void RowDots(const double* p, int ldp, const double* r, int ldr, int order, int 
         sum[0] += At(first + j) * x;
         sum[1] += At(second + j) * x;
       }
-      for (int k = 0; k < 2; ++k) {
-        out[(i + k) * kLane8 + q] = ((sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3])) +
-                                    ((sum[k][4] + sum[k][5]) + (sum[k][6] + sum[k][7]));
-      }
+      for (int k = 0; k < 2; ++k) out[(i + k) * kLane8 + q] = Sum(sum[k]);
     }
   }
 }
@@ -170,14 +149,9 @@ void RowDot(const double* p, int ldp, const double* x, int order, double* y) noe
     Lane sum[4] = {};
     for (int j = 0; j < order; j += kLane8) {
       const Lane lane = At(x + j);
-      for (int k = 0; k < 4; ++k) {
-        sum[k] += At(row + static_cast<long>(k) * ldp + j) * lane;
-      }
+      for (int k = 0; k < 4; ++k) sum[k] += At(row + static_cast<long>(k) * ldp + j) * lane;
     }
-    for (int k = 0; k < 4; ++k) {
-      y[i + k] = ((sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3])) +
-                 ((sum[k][4] + sum[k][5]) + (sum[k][6] + sum[k][7]));
-    }
+    for (int k = 0; k < 4; ++k) y[i + k] = Sum(sum[k]);
   }
 }
 
@@ -186,10 +160,10 @@ void SubtractWide(double* c, const double* a, const double* b, int ld, int depth
                   int width) noexcept {
   int j = 0;
   for (; j + 3 * kLane8 <= width; j += 3 * kLane8) {
-    SubtractTile<kLane8, 3>(c + j, a, b + j, ld, depth);
+    SubtractTile<kLane8, 3>(c + j, ld, a, ld, b + j, ld, depth);
   }
-  if (width - j == 2 * kLane8) SubtractTile<kLane8, 2>(c + j, a, b + j, ld, depth);
-  if (width - j == kLane8) SubtractTile<kLane8, 1>(c + j, a, b + j, ld, depth);
+  if (width - j == 2 * kLane8) SubtractTile<kLane8, 2>(c + j, ld, a, ld, b + j, ld, depth);
+  if (width - j == kLane8) SubtractTile<kLane8, 1>(c + j, ld, a, ld, b + j, ld, depth);
 }
 
 PALPATE_DISPATCHED
@@ -197,13 +171,11 @@ void SubtractTall(double* c, const double* a, const double* b, int ld, int depth
                   int height) noexcept {
   int i = 0;
   for (; i + 2 * kLane8 <= height; i += 2 * kLane8) {
-    SubtractTile<2 * kLane8, 1>(c + static_cast<long>(i) * ld, a + static_cast<long>(i) * ld, b, ld,
-                                depth);
+    const long row = static_cast<long>(i) * ld;
+    SubtractTile<2 * kLane8, 1>(c + row, ld, a + row, ld, b, ld, depth);
   }
-  if (i < height) {
-    SubtractTile<kLane8, 1>(c + static_cast<long>(i) * ld, a + static_cast<long>(i) * ld, b, ld,
-                            depth);
-  }
+  const long row = static_cast<long>(i) * ld;
+  if (i < height) SubtractTile<kLane8, 1>(c + row, ld, a + row, ld, b, ld, depth);
 }
 
 // Where tiles of the lower triangle are met, they are zero.
@@ -211,24 +183,17 @@ PALPATE_DISPATCHED
 void SubtractByUpper(double* c, const double* a, const double* b, int ld, int width) noexcept {
   int j = 0;
   for (; j + 3 * kLane8 <= width; j += 3 * kLane8) {
-    SubtractTile<kLane8, 3>(c + j, a, b + j, ld, j + 3 * kLane8);
+    SubtractTile<kLane8, 3>(c + j, ld, a, ld, b + j, ld, j + 3 * kLane8);
   }
-  if (width - j == 2 * kLane8) SubtractTile<kLane8, 2>(c + j, a, b + j, ld, width);
-  if (width - j == kLane8) SubtractTile<kLane8, 1>(c + j, a, b + j, ld, width);
+  if (width - j == 2 * kLane8) SubtractTile<kLane8, 2>(c + j, ld, a, ld, b + j, ld, width);
+  if (width - j == kLane8) SubtractTile<kLane8, 1>(c + j, ld, a, ld, b + j, ld, width);
 }
 
 PALPATE_DISPATCHED
 void MultiplyRight(const double* a, const double* tile, double* c, int ld, int rows) noexcept {
   Lane b[kLane8];
   for (int q = 0; q < kLane8; ++q) b[q] = At(tile + static_cast<long>(q) * kLane8);
-  for (int i = 0; i < rows; ++i, a += ld, c += ld) {
-    Lane even = a[0] * b[0], odd = a[1] * b[1];
-    for (int q = 2; q < kLane8; q += 2) {
-      even += a[q] * b[q];
-      odd += a[q + 1] * b[q + 1];
-    }
-    At(c) = even + odd;
-  }
+  for (int i = 0; i < rows; ++i, a += ld, c += ld) At(c) = Combined(a, b);
 }
 
 PALPATE_DISPATCHED
@@ -242,10 +207,7 @@ void ThreeByThreeDots(const double* a, const double* b, int ld, int columns, dou
       }
     }
   }
-  for (int i = 0; i < 9; ++i) {
-    out[i] = ((sum[i][0] + sum[i][1]) + (sum[i][2] + sum[i][3])) +
-             ((sum[i][4] + sum[i][5]) + (sum[i][6] + sum[i][7]));
-  }
+  for (int i = 0; i < 9; ++i) out[i] = Sum(sum[i]);
 }
 
 PALPATE_DISPATCHED
@@ -254,13 +216,7 @@ void MultiplyLeft(const double* tile, double* c, int ldc, int width) noexcept {
     Lane rows[kLane8];
     for (int q = 0; q < kLane8; ++q) rows[q] = At(c + static_cast<long>(q) * ldc + j);
     for (int r = 0; r < kLane8; ++r) {
-      const double* factors = tile + static_cast<long>(r) * kLane8;
-      Lane even = factors[0] * rows[0], odd = factors[1] * rows[1];
-      for (int q = 2; q < kLane8; q += 2) {
-        even += factors[q] * rows[q];
-        odd += factors[q + 1] * rows[q + 1];
-      }
-      At(c + static_cast<long>(r) * ldc + j) = even + odd;
+      At(c + static_cast<long>(r) * ldc + j) = Combined(tile + static_cast<long>(r) * kLane8, rows);
     }
   }
 }
@@ -272,10 +228,7 @@ void EightDots(const double* a, int lda, const double* x, int columns, double* y
     const Lane lane = *reinterpret_cast<const LooseLane*>(x + j);
     for (int r = 0; r < kLane8; ++r) sum[r] += At(a + static_cast<long>(r) * lda + j) * lane;
   }
-  for (int r = 0; r < kLane8; ++r) {
-    y[r] = ((sum[r][0] + sum[r][1]) + (sum[r][2] + sum[r][3])) +
-           ((sum[r][4] + sum[r][5]) + (sum[r][6] + sum[r][7]));
-  }
+  for (int r = 0; r < kLane8; ++r) y[r] = Sum(sum[r]);
 }
 
 // Gauss-Jordan: the column of each pivot gives way to that of the inverse. All stays in registers.

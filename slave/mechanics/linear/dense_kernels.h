@@ -2,7 +2,6 @@
 // bytes, every leading dimension and count of rows or columns is a multiple of kLane8.
 #pragma once
 
-#include <cstddef>
 #include <memory>
 
 namespace palpate {

@@ -1,7 +1,6 @@
 #include "slave/mechanics/linear/dense_lu.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <utility>
 
 #include "slave/mechanics/linear/blas.h"

@@ -10,29 +10,18 @@
 namespace palpate::fem {
 namespace {
 
+// A cache line of numbers.
 using Float16 [[gnu::vector_size(64), gnu::may_alias]] = float;
 using Doubles8 [[gnu::vector_size(64), gnu::may_alias]] = double;
 
-PALPATE_DISPATCHED void MultiplyOf(const float* a, int stride, int columns, const float* x,
-                                   float* y) {
-  auto* out = reinterpret_cast<Float16*>(y);
-  const int lines = stride / 16;
-  for (int i = 0; i < lines; ++i) out[i] = Float16{};
+template <typename Line, typename Scalar>
+PALPATE_INLINE void MultiplyLines(const Scalar* a, int stride, int columns, const Scalar* x,
+                                  Scalar* y) {
+  auto* out = reinterpret_cast<Line*>(y);
+  const int lines = stride / static_cast<int>(sizeof(Line) / sizeof(Scalar));
+  for (int i = 0; i < lines; ++i) out[i] = Line{};
   for (int j = 0; j < columns; j += 3) {  // columns come in threes
-    const auto* a0 = reinterpret_cast<const Float16*>(a + static_cast<std::ptrdiff_t>(j) * stride);
-    const auto* a1 = a0 + lines;
-    const auto* a2 = a1 + lines;
-    for (int i = 0; i < lines; ++i) out[i] += a0[i] * x[j] + a1[i] * x[j + 1] + a2[i] * x[j + 2];
-  }
-}
-
-PALPATE_DISPATCHED void MultiplyOf(const double* a, int stride, int columns, const double* x,
-                                   double* y) {
-  auto* out = reinterpret_cast<Doubles8*>(y);
-  const int lines = stride / 8;
-  for (int i = 0; i < lines; ++i) out[i] = Doubles8{};
-  for (int j = 0; j < columns; j += 3) {
-    const auto* a0 = reinterpret_cast<const Doubles8*>(a + static_cast<std::ptrdiff_t>(j) * stride);
+    const auto* a0 = reinterpret_cast<const Line*>(a + static_cast<std::ptrdiff_t>(j) * stride);
     const auto* a1 = a0 + lines;
     const auto* a2 = a1 + lines;
     for (int i = 0; i < lines; ++i) out[i] += a0[i] * x[j] + a1[i] * x[j + 1] + a2[i] * x[j + 2];
@@ -44,38 +33,20 @@ PALPATE_INLINE float Sum(const Float16& v) {
   for (int l = 0; l < 8; ++l) sum[l] = v[l] + v[l + 8];
   return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
 }
-
 PALPATE_INLINE double Sum(const Doubles8& v) {
   return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
 }
 
-PALPATE_DISPATCHED void MultiplyTransposedOf(const float* a, int stride, int columns,
-                                             const float* x, float* y) {
-  const auto* in = reinterpret_cast<const Float16*>(x);
-  const int lines = stride / 16;
+template <typename Line, typename Scalar>
+PALPATE_INLINE void MultiplyLinesTransposed(const Scalar* a, int stride, int columns,
+                                            const Scalar* x, Scalar* y) {
+  const auto* in = reinterpret_cast<const Line*>(x);
+  const int lines = stride / static_cast<int>(sizeof(Line) / sizeof(Scalar));
   for (int j = 0; j < columns; j += 3) {
-    const auto* a0 = reinterpret_cast<const Float16*>(a + static_cast<std::ptrdiff_t>(j) * stride);
+    const auto* a0 = reinterpret_cast<const Line*>(a + static_cast<std::ptrdiff_t>(j) * stride);
     const auto* a1 = a0 + lines;
     const auto* a2 = a1 + lines;
-    Float16 sum0{}, sum1{}, sum2{};
-    for (int i = 0; i < lines; ++i) {
-      sum0 += a0[i] * in[i];
-      sum1 += a1[i] * in[i];
-      sum2 += a2[i] * in[i];
-    }
-    y[j] = Sum(sum0), y[j + 1] = Sum(sum1), y[j + 2] = Sum(sum2);
-  }
-}
-
-PALPATE_DISPATCHED void MultiplyTransposedOf(const double* a, int stride, int columns,
-                                             const double* x, double* y) {
-  const auto* in = reinterpret_cast<const Doubles8*>(x);
-  const int lines = stride / 8;
-  for (int j = 0; j < columns; j += 3) {
-    const auto* a0 = reinterpret_cast<const Doubles8*>(a + static_cast<std::ptrdiff_t>(j) * stride);
-    const auto* a1 = a0 + lines;
-    const auto* a2 = a1 + lines;
-    Doubles8 sum0{}, sum1{}, sum2{};
+    Line sum0{}, sum1{}, sum2{};
     for (int i = 0; i < lines; ++i) {
       sum0 += a0[i] * in[i];
       sum1 += a1[i] * in[i];
@@ -86,6 +57,23 @@ PALPATE_DISPATCHED void MultiplyTransposedOf(const double* a, int stride, int co
 }
 
 }  // namespace
+
+PALPATE_DISPATCHED void Multiply(const float* a, int stride, int columns, const float* x,
+                                 float* y) noexcept {
+  MultiplyLines<Float16>(a, stride, columns, x, y);
+}
+PALPATE_DISPATCHED void Multiply(const double* a, int stride, int columns, const double* x,
+                                 double* y) noexcept {
+  MultiplyLines<Doubles8>(a, stride, columns, x, y);
+}
+PALPATE_DISPATCHED void MultiplyTransposed(const float* a, int stride, int columns, const float* x,
+                                           float* y) noexcept {
+  MultiplyLinesTransposed<Float16>(a, stride, columns, x, y);
+}
+PALPATE_DISPATCHED void MultiplyTransposed(const double* a, int stride, int columns,
+                                           const double* x, double* y) noexcept {
+  MultiplyLinesTransposed<Doubles8>(a, stride, columns, x, y);
+}
 
 template <typename Scalar>
 bool PartialCholesky(Scalar* a, int size, int eliminated) noexcept {
@@ -122,23 +110,10 @@ void InvertSquare(const Scalar* l, int l_stride, Scalar* inverse, int stride, in
   }
 }
 
-template <typename Scalar>
-void Multiply(const Scalar* a, int stride, int columns, const Scalar* x, Scalar* y) noexcept {
-  MultiplyOf(a, stride, columns, x, y);
-}
-
-template <typename Scalar>
-void MultiplyTransposed(const Scalar* a, int stride, int columns, const Scalar* x,
-                        Scalar* y) noexcept {
-  MultiplyTransposedOf(a, stride, columns, x, y);
-}
-
 #define PALPATE_INSTANTIATE(Scalar)                                                  \
   template bool PartialCholesky(Scalar*, int, int) noexcept;                         \
   template void SolveFromRight(const Scalar*, int, Scalar*, int, int, int) noexcept; \
-  template void InvertSquare(const Scalar*, int, Scalar*, int, int) noexcept;        \
-  template void Multiply(const Scalar*, int, int, const Scalar*, Scalar*) noexcept;  \
-  template void MultiplyTransposed(const Scalar*, int, int, const Scalar*, Scalar*) noexcept;
+  template void InvertSquare(const Scalar*, int, Scalar*, int, int) noexcept;
 PALPATE_INSTANTIATE(float)
 PALPATE_INSTANTIATE(double)
 #undef PALPATE_INSTANTIATE

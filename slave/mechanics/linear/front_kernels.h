@@ -22,10 +22,10 @@ void InvertSquare(const Scalar* l, int l_stride, Scalar* inverse, int stride, in
 
 // y = A x and y = A^T x. The columns of A begin on 64-byte boundaries, `stride` is a multiple of
 // such lines, and what is beyond the rows is zero in A (and, for the second, in x).
-template <typename Scalar>
-void Multiply(const Scalar* a, int stride, int columns, const Scalar* x, Scalar* y) noexcept;
-template <typename Scalar>
-void MultiplyTransposed(const Scalar* a, int stride, int columns, const Scalar* x,
-                        Scalar* y) noexcept;
+void Multiply(const float* a, int stride, int columns, const float* x, float* y) noexcept;
+void Multiply(const double* a, int stride, int columns, const double* x, double* y) noexcept;
+void MultiplyTransposed(const float* a, int stride, int columns, const float* x, float* y) noexcept;
+void MultiplyTransposed(const double* a, int stride, int columns, const double* x,
+                        double* y) noexcept;
 
 }  // namespace palpate::fem

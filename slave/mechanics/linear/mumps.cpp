@@ -2,8 +2,8 @@
 
 #include <mutex>
 #include <new>
+#include <stdexcept>
 #include <string>
-#include <vector>
 
 #include <dmumps_c.h>
 

@@ -5,9 +5,7 @@
 // wait for it.
 #pragma once
 
-#include <cstddef>
 #include <memory>
-#include <stdexcept>
 #include <vector>
 
 #include <Eigen/SparseCore>

@@ -1,7 +1,6 @@
 #include "slave/mechanics/linear/nested_dissection.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <numeric>
 #include <utility>
 

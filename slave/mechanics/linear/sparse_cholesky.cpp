@@ -1,7 +1,6 @@
 #include "slave/mechanics/linear/sparse_cholesky.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <Eigen/Core>
 
@@ -9,11 +8,8 @@
 #include "slave/mechanics/linear/front_kernels.h"
 
 namespace palpate::fem {
-namespace {
 
 constexpr double kPenalty = 1e4;  // of a held sum, of the diagonal
-
-}  // namespace
 
 template <typename Scalar>
 SparseCholesky<Scalar>::SparseCholesky(const EliminationTree& tree, const BlockPattern& pattern)
@@ -71,19 +67,13 @@ void SparseCholesky<Scalar>::PlacePanels() {
     lines_ += Index(lines(width)) * Index(width);
     widest_ = std::max({widest_, lines(width), lines(height)});
     entries_ += Index(width) * (Index(height) + Index(width));
-    flops_ += FlopsOf(front);
+    flops_ += front.flops();
     const auto size = Index(front.size());
     stack_size_ = std::max(stack_size_, top + size * size);
     for (const int c : front.children) top = std::min(top, update_at_[Index(c)]);
     update_at_[f] = top;
     top += Index(height) * Index(height);
   }
-}
-
-template <typename Scalar>
-double SparseCholesky<Scalar>::FlopsOf(const Front& front) {
-  const double w = 3.0 * front.width, h = 3.0 * front.height();
-  return w * w * w + 2 * w * w * h + w * h * h;
 }
 
 template <typename Scalar>
@@ -96,11 +86,6 @@ void SparseCholesky<Scalar>::Reserve() {
 }
 
 template <typename Scalar>
-std::size_t SparseCholesky<Scalar>::memory_bytes() const {
-  return lines_ * sizeof(Line) + stack_size_ * sizeof(Scalar);
-}
-
-template <typename Scalar>
 bool SparseCholesky<Scalar>::Factor(const BlockMatrix& matrix, double scale,
                                     const HeldComponents& held,
                                     const std::function<bool(double)>& go_on) noexcept {
@@ -110,7 +95,7 @@ bool SparseCholesky<Scalar>::Factor(const BlockMatrix& matrix, double scale,
     if (go_on && !go_on(done / flops_)) return false;
     const Front& front = fronts_[f];
     const int size = front.size(), width = 3 * front.width, height = size - width;
-    done += FlopsOf(front);
+    done += front.flops();
     Scalar* F = stack_.get() + top;
     std::fill_n(F, Index(size) * Index(size), Scalar(0));
     Assemble(front, matrix, scale, held, F);
@@ -135,9 +120,7 @@ void SparseCholesky<Scalar>::Assemble(const Front& front, const BlockMatrix& mat
                                       const HeldComponents& held, Scalar* F) noexcept {
   const auto size = Index(front.size());
   for (int i = 0; i < front.width; ++i) place_[Index(front.begin + i)] = i;
-  for (int i = 0; i < front.height(); ++i) {
-    place_[Index(front.rows[Index(i)])] = front.width + i;
-  }
+  for (int i = 0; i < front.height(); ++i) place_[Index(front.rows[Index(i)])] = front.width + i;
   for (int j = front.begin; j < front.begin + front.width; ++j) {
     const double* free_j = At(held.free, j).v;
     int k = pattern_.graph.begin[Index(j)];
@@ -238,9 +221,7 @@ void SparseCholesky<Scalar>::Solve(const NodeVector& r, NodeVector& z) noexcept 
     for (int i = 0; i < width; ++i) x[i] -= product[i];
   }
   for (int i = 0; i < pattern_.rows(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      At(z, i).v[c] = static_cast<double>(x_[3 * Index(i) + c]);
-    }
+    for (std::size_t c = 0; c < 3; ++c) At(z, i).v[c] = static_cast<double>(x_[3 * Index(i) + c]);
   }
 }
 

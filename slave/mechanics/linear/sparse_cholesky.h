@@ -6,7 +6,6 @@
 // allocates nothing: a live step solves a hundred times with one factor.
 #pragma once
 
-#include <cstddef>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -46,7 +45,9 @@ class SparseCholesky {
 
   [[nodiscard]] std::size_t entries() const { return entries_; }  // of the factor
   [[nodiscard]] double flops() const { return flops_; }           // of Factor
-  [[nodiscard]] std::size_t memory_bytes() const;                 // reserved by Reserve()
+  [[nodiscard]] std::size_t memory_bytes() const {                // reserved by Reserve()
+    return lines_ * sizeof(Line) + stack_size_ * sizeof(Scalar);
+  }
 
  private:
   struct alignas(64) Line {
@@ -63,11 +64,14 @@ class SparseCholesky {
 
     [[nodiscard]] int height() const { return static_cast<int>(rows.size()); }
     [[nodiscard]] int size() const { return 3 * (width + height()); }
+    [[nodiscard]] double flops() const {
+      const double w = 3.0 * width, h = 3.0 * height();
+      return w * w * w + 2 * w * w * h + w * h * h;
+    }
   };
 
   void FindRows(const EliminationTree& tree);
   void PlacePanels();
-  static double FlopsOf(const Front& front);
   void Assemble(const Front& front, const BlockMatrix& matrix, double scale,
                 const HeldComponents& held, Scalar* F) noexcept;
   void AddUpdate(const Front& child, const Scalar* update, Scalar* F, int size) const noexcept;

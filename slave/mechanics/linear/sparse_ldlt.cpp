@@ -27,9 +27,7 @@ SparseLdlt::SparseLdlt(const Matrix& upper) : size_(static_cast<int>(upper.cols(
   FindRows(lower);
   for (const auto& s : supernodes_) {
     entries_ += Index(s.rows) * Index(s.columns);
-    for (int j = 0; j < s.columns; ++j) {
-      flops_ += static_cast<double>(s.rows - j) * (s.rows - j);
-    }
+    for (int j = 0; j < s.columns; ++j) flops_ += static_cast<double>(s.rows - j) * (s.rows - j);
   }
 }
 
@@ -162,10 +160,6 @@ void SparseLdlt::FindDestinations(const Matrix& upper) {
   }
 }
 
-SparseLdlt::Panel SparseLdlt::PanelOf(const Supernode& s) {
-  return {values_.data() + s.value_at, s.rows, s.columns};
-}
-
 void SparseLdlt::Link(int supernode) {
   const Supernode& s = supernodes_[Index(supernode)];
   if (used_[Index(supernode)] >= s.rows) return;
@@ -279,10 +273,6 @@ void SparseLdlt::Solve(VectorXd* x) {
     }
     L.topRows(s->columns).triangularView<Eigen::UnitLower>().transpose().solveInPlace(own);
   }
-}
-
-int SparseLdlt::negative_pivots() const {
-  return static_cast<int>((pivots_.array() < 0).count());
 }
 
 }  // namespace palpate

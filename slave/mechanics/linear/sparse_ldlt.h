@@ -6,7 +6,6 @@
 // MUMPS' time (bench_linear), and MUMPS works for one caller of the process at a time.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -30,7 +29,9 @@ class SparseLdlt {
   bool Factorize(const Matrix& upper, bool definite);
   // x becomes A^-1 x. Does not allocate.
   void Solve(Eigen::VectorXd* x);
-  [[nodiscard]] int negative_pivots() const;
+  [[nodiscard]] int negative_pivots() const {
+    return static_cast<int>((pivots_.array() < 0).count());
+  }
 
  private:
   struct Supernode {
@@ -45,7 +46,9 @@ class SparseLdlt {
   void FormSupernodes();
   void FindRows(const Matrix& lower);
   void FindDestinations(const Matrix& upper);
-  [[nodiscard]] Panel PanelOf(const Supernode& s);
+  [[nodiscard]] Panel PanelOf(const Supernode& s) {
+    return {values_.data() + s.value_at, s.rows, s.columns};
+  }
   [[nodiscard]] const int* RowsOf(const Supernode& s) const { return rows_.data() + s.row_at; }
   void Gather(int target);
   bool FactorPanel(const Supernode& s);

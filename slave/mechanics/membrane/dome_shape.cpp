@@ -1,7 +1,6 @@
 #include "slave/mechanics/membrane/dome_shape.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -12,6 +11,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/QR>
+
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -44,51 +45,34 @@ Ellipsoid EllipsoidOf(const Quadric& q) {
   return ellipsoid;
 }
 
-// Nodes at (radius share, angle), ring by ring about the centre.
-struct Rings {
-  std::vector<Eigen::Vector2d> nodes;
-  std::vector<std::array<int, 3>> triangles;  // counter-clockwise
-  std::vector<int> outermost;
-};
-
-Rings MakeRings(int rings) {
-  if (rings < 1 || rings > 1000) {
-    throw std::invalid_argument("rings = " + std::to_string(rings) + ": accepted is 1 to 1000");
-  }
-  Rings made;
-  made.nodes.emplace_back(0, 0);
+// Nodes at `place` of (radius share, angle), ring by ring about the centre, the outermost held;
+// triangles counter-clockwise.
+MembraneShape MakeRings(int rings, const std::function<Eigen::Vector3d(double, double)>& place) {
+  if (rings < 1 || rings > 1000) RefuseValue("rings", rings, "1 to 1000");
+  MembraneShape made;
+  auto& [nodes, triangles] = made.surface;
+  nodes.push_back(place(0, 0));
   const auto first = [](int ring) { return ring == 0 ? 0 : 1 + 3 * ring * (ring - 1); };
   for (int ring = 1; ring <= rings; ++ring) {
     const int count = 6 * ring;
     const int inner_count = std::max(1, count - 6);
     for (int k = 0; k < count; ++k) {
-      made.nodes.emplace_back(static_cast<double>(ring) / rings, 2 * std::numbers::pi * k / count);
+      nodes.push_back(place(static_cast<double>(ring) / rings, 2 * std::numbers::pi * k / count));
       // Sextant and step in it: the ring inside has one step fewer.
       const int sextant = k / ring;
       const int step = k % ring;
       const int outer = first(ring) + k;
       const int outer_next = first(ring) + (k + 1) % count;
       const int inner = first(ring - 1) + (sextant * (ring - 1) + step) % inner_count;
-      made.triangles.push_back({outer, outer_next, inner});
+      triangles.push_back({outer, outer_next, inner});
       if (step < ring - 1) {
         const int inner_next = first(ring - 1) + (sextant * (ring - 1) + step + 1) % inner_count;
-        made.triangles.push_back({inner, outer_next, inner_next});
+        triangles.push_back({inner, outer_next, inner_next});
       }
-      if (ring == rings) made.outermost.push_back(outer);
+      if (ring == rings) made.held.push_back(outer);
     }
   }
   return made;
-}
-
-MembraneShape Shape(const Rings& rings,
-                    const std::function<Eigen::Vector3d(double, double)>& place) {
-  MembraneShape shape;
-  for (const Eigen::Vector2d& node : rings.nodes) {
-    shape.surface.nodes.push_back(place(node[0], node[1]));
-  }
-  shape.surface.triangles = rings.triangles;
-  shape.held = rings.outermost;
-  return shape;
 }
 
 }  // namespace
@@ -98,9 +82,7 @@ Ellipsoid FitEllipsoid(std::span<const Eigen::Vector3d> points, double scatter) 
     throw std::invalid_argument("membrane: " + std::to_string(points.size()) +
                                 " points at rest: accepted is at least 9");
   }
-  if (!(scatter > 0)) {
-    throw std::invalid_argument("scatter = " + std::to_string(scatter) + ": accepted is > 0");
-  }
+  if (!(scatter > 0)) RefuseValue("scatter", scatter, "> 0");
   // About the mean, in units of the cloud's size, so that the squares are of order one.
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const auto& p : points) mean += p / static_cast<double>(points.size());
@@ -139,10 +121,8 @@ double DistanceOutside(const Ellipsoid& ellipsoid, const Eigen::Vector3d& p) {
 }
 
 MembraneShape MeshFlatMembrane(double radius, int rings) {
-  if (!(radius > 0 && std::isfinite(radius))) {
-    throw std::invalid_argument("radius = " + std::to_string(radius) + ": accepted is > 0");
-  }
-  return Shape(MakeRings(rings), [&](double share, double angle) {
+  RequirePositive("radius", radius);
+  return MakeRings(rings, [&](double share, double angle) {
     const double r = radius * share;
     return Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), 0);
   });
@@ -161,10 +141,9 @@ MembraneShape MeshDomedMembrane(const Ellipsoid& ellipsoid, const Eigen::Vector3
   };
   const auto above = [&](const Eigen::Vector3d& p) { return p.dot(axis) - rim; };
   if (!(above(point(0, 0)) > 0 && above(point(std::numbers::pi, 0)) < 0)) {
-    throw std::invalid_argument("rim = " + std::to_string(rim) +
-                                ": accepted is a plane that cuts the ellipsoid along the axis");
+    RefuseValue("rim", rim, "a plane that cuts the ellipsoid along the axis");
   }
-  return Shape(MakeRings(rings), [&](double share, double angle) {
+  return MakeRings(rings, [&](double share, double angle) {
     double low = 0;
     double high = std::numbers::pi;
     for (int k = 0; k < 60; ++k) {

@@ -1,7 +1,6 @@
 #include "slave/mechanics/membrane/inflated_membrane.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -10,7 +9,7 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCholesky>
 
-#include "slave/mechanics/membrane/membrane_triangle.h"
+#include "shared/geometry/index.h"
 
 namespace palpate {
 namespace {
@@ -43,10 +42,7 @@ void CheckParams(const InflatedMembrane::Params& params) {
 }
 
 MembraneTriangle TriangleOf(const SurfaceMesh& mesh, std::size_t t) {
-  const auto at = [&](int corner) {
-    return mesh
-        .nodes[static_cast<std::size_t>(mesh.triangles[t][static_cast<std::size_t>(corner)])];
-  };
+  const auto at = [&](int corner) { return mesh.nodes[Index(mesh.triangles[t][Index(corner)])]; };
   return MembraneTriangle({at(0), at(1), at(2)});
 }
 
@@ -56,21 +52,18 @@ std::vector<char> CheckShape(const MembraneShape& shape) {
   const auto nodes = static_cast<int>(mesh.nodes.size());
   if (mesh.triangles.empty()) Refuse("no triangle");
   for (int i = 0; i < nodes; ++i) {
-    if (!mesh.nodes[static_cast<std::size_t>(i)].allFinite()) {
-      Refuse("node " + std::to_string(i) + " is nowhere");
-    }
+    if (!mesh.nodes[Index(i)].allFinite()) Refuse("node " + std::to_string(i) + " is nowhere");
   }
   std::vector<char> used(mesh.nodes.size(), 0);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double longest = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const int node = mesh.triangles[t][k];
+    for (const int node : mesh.triangles[t]) {
       if (node < 0 || node >= nodes) Refuse("triangle " + std::to_string(t) + " has no such node");
-      used[static_cast<std::size_t>(node)] = 1;
+      used[Index(node)] = 1;
     }
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto a = static_cast<std::size_t>(mesh.triangles[t][k]);
-      const auto b = static_cast<std::size_t>(mesh.triangles[t][(k + 1) % 3]);
+      const auto a = Index(mesh.triangles[t][k]);
+      const auto b = Index(mesh.triangles[t][(k + 1) % 3]);
       longest = std::max(longest, (mesh.nodes[a] - mesh.nodes[b]).squaredNorm());
     }
     if (!(TriangleOf(mesh, t).area() > 1e-9 * longest)) {
@@ -80,10 +73,10 @@ std::vector<char> CheckShape(const MembraneShape& shape) {
   std::vector<char> held(mesh.nodes.size(), 0);
   for (const int node : shape.held) {
     if (node < 0 || node >= nodes) Refuse("held node " + std::to_string(node) + " does not exist");
-    held[static_cast<std::size_t>(node)] = 1;
+    held[Index(node)] = 1;
   }
   for (int i = 0; i < nodes; ++i) {
-    const auto at = static_cast<std::size_t>(i);
+    const auto at = Index(i);
     if (used[at] == 0 && held[at] == 0) {
       Refuse("node " + std::to_string(i) + " belongs to no triangle");
     }
@@ -91,7 +84,65 @@ std::vector<char> CheckShape(const MembraneShape& shape) {
   return held;
 }
 
+Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& a) {
+  Eigen::Matrix3d m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
 }  // namespace
+
+MembraneTriangle::MembraneTriangle(const std::array<Eigen::Vector3d, 3>& p) : p_(p) {
+  const Eigen::Vector3d twice_area = (p[1] - p[0]).cross(p[2] - p[0]);
+  area_ = twice_area.norm() / 2;
+  normal_ = twice_area.normalized();
+  for (int k = 0; k < 3; ++k) {
+    const auto next = Index((k + 1) % 3);
+    const auto last = Index((k + 2) % 3);
+    gradients_.col(k) = normal_.cross(p[last] - p[next]) / (2 * area_);
+  }
+}
+
+TriangleMatrix MembraneTriangle::Elastic(double poisson_ratio) const {
+  const double nu = poisson_ratio;
+  Eigen::Matrix3d law;
+  law << 1, nu, 0, nu, 1, 0, 0, 0, (1 - nu) / 2;
+  law /= 1 - nu * nu;
+  const Eigen::Vector3d e1 = (p_[1] - p_[0]).normalized();
+  const Eigen::Vector3d e2 = normal_.cross(e1);
+  Eigen::Matrix<double, 3, 9> strain;
+  for (int k = 0; k < 3; ++k) {
+    const double d1 = gradients_.col(k).dot(e1);
+    const double d2 = gradients_.col(k).dot(e2);
+    strain.block<1, 3>(0, 3 * k) = d1 * e1.transpose();
+    strain.block<1, 3>(1, 3 * k) = d2 * e2.transpose();
+    strain.block<1, 3>(2, 3 * k) = d2 * e1.transpose() + d1 * e2.transpose();
+  }
+  return area_ * strain.transpose() * law * strain;
+}
+
+TriangleMatrix MembraneTriangle::Tension() const {
+  TriangleMatrix k = TriangleMatrix::Zero();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const double product = area_ * gradients_.col(i).dot(gradients_.col(j));
+      k.block<3, 3>(3 * i, 3 * j).diagonal().setConstant(product);
+    }
+  }
+  return k;
+}
+
+TriangleMatrix MembraneTriangle::Volume() const {
+  TriangleMatrix h = TriangleMatrix::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const int next = (i + 1) % 3;
+    const int last = (i + 2) % 3;
+    const Eigen::Matrix3d block = CrossMatrix(p_[Index(last)]) / 6;
+    h.block<3, 3>(3 * i, 3 * next) = -block;
+    h.block<3, 3>(3 * next, 3 * i) = block;
+  }
+  return h;
+}
 
 struct InflatedMembrane::Factor {
   Eigen::SimplicialLLT<Sparse, Eigen::Lower, Eigen::AMDOrdering<int>> cholesky;
@@ -128,14 +179,14 @@ void InflatedMembrane::FindNormals() {
     const MembraneTriangle triangle = TriangleOf(mesh, t);
     Eigen::Matrix<double, 9, 1> p;
     for (int k = 0; k < 3; ++k) {
-      const int node = mesh.triangles[t][static_cast<std::size_t>(k)];
-      push[static_cast<std::size_t>(node)] += triangle.area() / 3 * triangle.normal();
-      p.segment<3>(3 * k) = mesh.nodes[static_cast<std::size_t>(node)];
+      const int node = mesh.triangles[t][Index(k)];
+      push[Index(node)] += triangle.area() / 3 * triangle.normal();
+      p.segment<3>(3 * k) = mesh.nodes[Index(node)];
     }
     const Eigen::Matrix<double, 9, 1> pulled = triangle.Tension() * p;
     for (int k = 0; k < 3; ++k) {
-      const int node = mesh.triangles[t][static_cast<std::size_t>(k)];
-      pull[static_cast<std::size_t>(node)] += pulled.segment<3>(3 * k);
+      const int node = mesh.triangles[t][Index(k)];
+      pull[Index(node)] += pulled.segment<3>(3 * k);
     }
   }
   double pull_by_push = 0;
@@ -161,8 +212,8 @@ void InflatedMembrane::Assemble() {
                              params_.tension * triangle.Tension() - pressure_ * triangle.Volume();
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = 0; j < 3; ++j) {
-        const int row = unknown_[static_cast<std::size_t>(mesh.triangles[t][i])];
-        const int column = unknown_[static_cast<std::size_t>(mesh.triangles[t][j])];
+        const int row = unknown_[Index(mesh.triangles[t][i])];
+        const int column = unknown_[Index(mesh.triangles[t][j])];
         if (row < 0 || column < 0) continue;
         for (int a = 0; a < 9; ++a) {
           entries.emplace_back(row + a % 3, column + a / 3,

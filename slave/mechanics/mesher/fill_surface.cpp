@@ -1,27 +1,36 @@
 #include "slave/mechanics/mesher/fill_surface.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
-#include <vector>
 
+#include <Eigen/Geometry>
+
+#include "shared/geometry/index.h"
 #include "shared/mesh/files/file_cursor.h"
 #include "shared/mesh/files/mesh_file.h"
+#include "shared/mesh/files/mesh_writers.h"
 #include "shared/mesh/mesh_check.h"
-#include "slave/mechanics/mesher/mesher_input.h"
+#include "shared/mesh/surface_parts.h"
+#include "shared/mesh/surface_patch.h"
+#include "shared/text/text.h"
 #include "slave/mechanics/mesher/run_program.h"
 
 namespace palpate {
 namespace {
 
-using Program = FillOptions::Program;
 using Eigen::Vector3d;
+
+using Program = FillOptions::Program;
 
 constexpr double kMostTets = 4e6;
 constexpr double kVolumeSlack = 0.02;
@@ -59,7 +68,7 @@ template <class Elements>
 void DropUnused(std::vector<Vector3d>* nodes, Elements* elements) {
   std::vector<int> number(nodes->size(), -1);
   for (const auto& element : *elements) {
-    for (const int i : element) number[static_cast<std::size_t>(i)] = 0;
+    for (const int i : element) number[Index(i)] = 0;
   }
   std::size_t kept = 0;
   for (std::size_t i = 0; i < nodes->size(); ++i) {
@@ -69,7 +78,7 @@ void DropUnused(std::vector<Vector3d>* nodes, Elements* elements) {
   }
   nodes->resize(kept);
   for (auto& element : *elements) {
-    for (int& i : element) i = number[static_cast<std::size_t>(i)];
+    for (int& i : element) i = number[Index(i)];
   }
 }
 
@@ -105,6 +114,102 @@ std::string Words(const std::string& output) {
     if (blank && !words.empty() && words.back() != ' ') words += ' ';
   }
   return words.size() > kMost ? "..." + words.substr(words.size() - kMost) : words;
+}
+
+void AppendPoints(const std::vector<Vector3d>& points, std::string* text) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    AppendNumber(i, ' ', text);
+    AppendNumber(points[i].x(), ' ', text);
+    AppendNumber(points[i].y(), ' ', text);
+    AppendNumber(points[i].z(), '\n', text);
+  }
+}
+
+// A surface divided anew at about its own edges would only lose volume where it bends.
+constexpr double kMuchLonger = 1.5;
+
+double LongestEdge(const SurfaceMesh& surface) {
+  double longest = 0;
+  for (const auto& t : surface.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& a = surface.nodes[Index(t[i])];
+      const auto& b = surface.nodes[Index(t[(i + 1) % 3])];
+      longest = std::max(longest, (b - a).norm());
+    }
+  }
+  return longest;
+}
+
+// Distance along the unit `direction` to triangle a b c; nullopt: the ray misses it. Source:
+// Moeller and Trumbore, J. Graphics Tools 2 (1997) 21-28.
+std::optional<double> Hit(const Vector3d& origin, const Vector3d& direction, const Vector3d& a,
+                          const Vector3d& b, const Vector3d& c) {
+  const Vector3d across = direction.cross(c - a);
+  const double determinant = (b - a).dot(across);
+  if (determinant == 0) return std::nullopt;
+  const Vector3d from = origin - a;
+  const double u = from.dot(across) / determinant;
+  const Vector3d turned = from.cross(b - a);
+  const double v = direction.dot(turned) / determinant;
+  if (u < 0 || v < 0 || u + v > 1) return std::nullopt;
+  const double distance = (c - a).dot(turned) / determinant;
+  return distance > 0 ? std::optional(distance) : std::nullopt;
+}
+
+Vector3d PointBefore(const SurfaceMesh& surface, int triangle) {
+  const Vector3d origin = Centroid(surface, triangle), direction = Normal(surface, triangle);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+    if (t == triangle) continue;
+    const auto& [a, b, c] = surface.triangles[Index(t)];
+    const auto p = [&](int i) -> const Vector3d& { return surface.nodes[Index(i)]; };
+    if (const auto distance = Hit(origin, direction, p(a), p(b), p(c))) {
+      nearest = std::min(nearest, *distance);
+    }
+  }
+  return origin + 0.5 * nearest * direction;
+}
+
+// TetGen's .smesh, in units of the surface's diagonal: nodes, triangles, a point in every cavity.
+void WriteTetgenInput(const std::filesystem::path& file, const SurfaceMesh& surface) {
+  std::string text;
+  AppendNumber(surface.nodes.size(), ' ', &text);
+  text += "3 0 0\n";
+  AppendPoints(surface.nodes, &text);
+  AppendNumber(surface.triangles.size(), ' ', &text);
+  text += "0\n";
+  for (const auto& [a, b, c] : surface.triangles) {
+    text += "3 ";
+    AppendNumber(a, ' ', &text);
+    AppendNumber(b, ' ', &text);
+    AppendNumber(c, '\n', &text);
+  }
+  const std::vector<Vector3d> holes = HolePoints(surface);
+  AppendNumber(holes.size(), '\n', &text);
+  AppendPoints(holes, &text);
+  WriteWholeFile(file, text);
+}
+
+// Gmsh's .geo beside its surface as `surface.msh`. `edge` > 0 asks for edges of that length, and
+// divides the surface anew if it has much longer ones; 0 leaves them to the program and the surface
+// as it is.
+void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surface, double edge) {
+  if (!WriteGmsh(file.parent_path() / "surface.msh", surface)) {
+    throw std::runtime_error(file.string() + " cannot be written");
+  }
+  // Classified, a cavity is a surface of its own, which Gmsh leaves empty.
+  std::string text = "Merge \"surface.msh\";\nClassifySurfaces{40*Pi/180, 1, 1, Pi};\n";
+  if (edge > 0 && LongestEdge(surface) > kMuchLonger * edge) text += "CreateGeometry;\n";
+  // The surface's file names a physical group; without SaveAll nothing else would be written.
+  text += "Surface Loop(1) = Surface{:};\nVolume(1) = {1};\nMesh.SaveAll = 1;\n";
+  if (edge > 0) {
+    for (const char* bound : {"Mesh.MeshSizeMin = ", "Mesh.MeshSizeMax = "}) {
+      text += bound;
+      AppendNumber(edge, ';', &text);
+      text += '\n';
+    }
+  }
+  WriteWholeFile(file, text);
 }
 
 // Runs the chosen program on a surface in units of its diagonal, in a folder of its own.
@@ -197,6 +302,17 @@ SolidMesh FillSurface(const SurfaceMesh& surface, const FillOptions& options,
             " m^3: accepted is 2 % (does the surface cut itself, or bend within the resolution?)");
   }
   return mesh;
+}
+
+std::vector<Vector3d> HolePoints(const SurfaceMesh& surface) {
+  std::vector<Vector3d> points;
+  for (const SurfacePart& part : ClosedParts(surface)) {
+    if (part.depth % 2 == 0) continue;
+    const int largest = *std::ranges::max_element(
+        part.triangles, {}, [&](int triangle) { return Area(surface, triangle); });
+    points.push_back(PointBefore(surface, largest));
+  }
+  return points;
 }
 
 }  // namespace palpate

@@ -5,6 +5,9 @@
 #include <chrono>
 #include <cstdint>
 #include <stop_token>
+#include <vector>
+
+#include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
 
@@ -30,5 +33,9 @@ struct FillOptions {
 // another volume; Interrupted: `stop` was requested.
 SolidMesh FillSurface(const SurfaceMesh& surface, const FillOptions& options,
                       const std::stop_token& stop = {});
+
+// A point in every cavity of a closed surface that CheckMesh has turned [m]: half way along the
+// normal of the cavity's largest triangle to the next triangle. O(parts x triangles).
+std::vector<Eigen::Vector3d> HolePoints(const SurfaceMesh& surface);
 
 }  // namespace palpate

@@ -1,6 +1,5 @@
 #include "slave/mechanics/mesher/run_program.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -121,9 +120,7 @@ std::string LastOf(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (!error && size > kMostOutput) {
-    stream.seekg(static_cast<std::streamoff>(size - kMostOutput));
-  }
+  if (!error && size > kMostOutput) stream.seekg(static_cast<std::streamoff>(size - kMostOutput));
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 

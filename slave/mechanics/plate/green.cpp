@@ -83,18 +83,4 @@ double Deflection(const Disc& load, const Vector2d& x) noexcept {
   return kUnit * (Regular(pair) + R_squared / 8 * RegularLaplacian(pair) + singular);
 }
 
-double MeanDeflection(const Disc& load) noexcept {
-  const double R_squared = load.radius * load.radius;
-  if (load.radius < 1e-150) return Deflection(load.centre, load.centre);
-  const Pair pair(load.centre, load.centre);
-  if (pair.inside_p == 0) return 0;
-  // Mean over both places: (1 + R^2 / 8 Laplacian) in each. On the diagonal u = r p = r^2,
-  // R2 = 1 - u, P = (1 + u) / (1 - u) and r dP/dr = u dP/du at a fixed angle = 2 u / (1 - u)^2.
-  const double u = load.centre.squaredNorm();
-  const double both = -16 * (pair.poisson + 2 * u / (pair.inside_p * pair.inside_p));
-  const double regular =
-      Regular(pair) + R_squared / 4 * RegularLaplacian(pair) + R_squared * R_squared / 64 * both;
-  return kUnit * (regular + R_squared * (2 * std::log(load.radius) + 1.0 / 3));
-}
-
 }  // namespace palpate::plate

@@ -20,7 +20,5 @@ struct Disc {
 double Deflection(const Eigen::Vector2d& p, const Eigen::Vector2d& x) noexcept;
 // The same under a load over a disc; exact inside the disc, outside it and on its edge.
 double Deflection(const Disc& load, const Eigen::Vector2d& x) noexcept;
-// Mean of the deflection over the loaded disc itself.
-double MeanDeflection(const Disc& load) noexcept;
 
 }  // namespace palpate::plate

@@ -1,8 +1,6 @@
 // Gauss-Legendre and Gauss-Lobatto rules, and polynomials given by their values at the latter.
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Core>
 
 namespace palpate::plate {

@@ -1,13 +1,9 @@
 #include "slave/mechanics/plate/plate_large_model.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <new>
-#include <sstream>
-#include <stdexcept>
 
-#include "slave/mechanics/plate/membrane_grid.h"
+#include "shared/text/text.h"
 #include "slave/mechanics/plate/plate_law.h"
 
 namespace palpate {
@@ -34,19 +30,11 @@ bool IsSubnormal(double value) {
   return std::fpclassify(value) == FP_SUBNORMAL;
 }
 
-bool IsMoved(const Touch& touch) {
-  return touch.kind == Contact::Kind::kDisplacement;
-}
-
 PlateLargeModel::Params Checked(const PlateLargeModel::Params& params) {
   plate::RequirePlate({params.radius, params.thickness}, params.young_modulus,
                       params.poisson_ratio);
-  plate::RequirePositive("range", params.range);
-  if (!(params.prestress >= 0 && std::isfinite(params.prestress))) {
-    std::ostringstream text;
-    text << "prestress = " << params.prestress << ": accepted is finite and >= 0";
-    throw std::invalid_argument(text.str());
-  }
+  RequirePositive("range", params.range);
+  RequireNotNegative("prestress", params.prestress);
   return params;
 }
 
@@ -73,9 +61,9 @@ plate::PlateModes MakeModes(const PlateLargeModel::Params& params, Progress* pro
 }  // namespace
 
 PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
-    : params_(Checked(params)),
+    : PlateSurface({Checked(params).radius, params.thickness}),
+      params_(params),
       prestress_(ScaledPrestress(params_)),
-      started_(std::chrono::steady_clock::now()),
       modes_(MakeModes(params_, progress)),
       modal_(modes_, BendingStiffness(params_.poisson_ratio), prestress_) {
   const double slenderness = params_.thickness / params_.radius;
@@ -83,8 +71,6 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
       params_.young_modulus * params_.thickness * params_.thickness * slenderness * slenderness;
   Tell(progress, "central press", 0.7);
   ToolOf(0);
-  const SurfaceMesh grid = MembraneGrid(params_.radius);
-  field_mesh_ = {.vertices = grid.nodes, .triangles = grid.triangles};
   info_.kind = "plate-large";
   info_.dof = static_cast<std::size_t>(modes_.deflections(Symmetry::kNone));
   info_.memory_bytes = modes_.memory_bytes();
@@ -94,61 +80,38 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
   info_.remark =
       "bends and stretches, without shear; the force at a depth of a / 8 is high by 7 % at the "
       "centre, 9 % at 0.5 a, 13 % at 0.7 a (t = a / 39)";
-  info_.precompute_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
+  NotePrecompute();
   if (progress != nullptr) progress->Report("central press", 1);
 }
 
 void PlateLargeModel::Respond(std::span<const Contact> contacts,
                               std::span<ContactResponse> responses) noexcept {
-  failure_ = {};
-  try {
-    answered_ = responses.size() == contacts.size() && TryRespond(contacts, responses);
-  } catch (const std::bad_alloc&) {
-    answered_ = prepared_ = false;
-    failure_ = "out of memory";
-  } catch (const std::runtime_error&) {
-    answered_ = prepared_ = false;
-    failure_ = "the plate's response to a central press of this width is not found";
-  }
-  if (!answered_) std::ranges::fill(responses, ContactResponse{});
+  RespondBy(contacts, responses, [&] { return TryRespond(contacts, responses); });
 }
 
 bool PlateLargeModel::TryRespond(std::span<const Contact> contacts,
                                  std::span<ContactResponse> responses) {
-  failure_ = plate::Check(contacts, {params_.radius, params_.thickness}, &touches_);
-  if (!failure_.empty()) return false;
   values_.resize(touches_.size());
   for (std::size_t i = 0; i < touches_.size(); ++i) {
-    const bool moved = IsMoved(touches_[i]);
+    const bool moved = touches_[i].moved();
     values_[i] = moved ? touches_[i].value * (params_.radius / params_.thickness)
                        : touches_[i].value / force_unit_;
     if (!(std::abs(values_[i]) <= (moved ? kLargest : kLargestForce))) {
-      failure_ = moved ? "a deflection beyond 1000 thicknesses" : "a load is absurdly large";
-      return false;
+      return Fail(moved ? "a deflection beyond 1000 thicknesses" : "a load is absurdly large");
     }
   }
-  if (!SameSet()) Prepare();
+  if (!IsSameSet()) Prepare();
   shaped_ = false;
   if (!(central_ != nullptr ? SolveCentral() : modal_.Solve(values_))) {
-    failure_ = "the equations of the stretching plate did not converge";
-    return false;
+    return Fail("the equations of the stretching plate did not converge");
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     responses[i] = ResponseOf(contacts[i], static_cast<Index>(i));
     if (responses[i].validity == Validity::kFailed) {
-      failure_ = "the answer is not finite or absurdly large";
-      return false;
+      return Fail("the answer is not finite or absurdly large");
     }
   }
   return true;
-}
-
-bool PlateLargeModel::SameSet() const noexcept {
-  return prepared_ && std::ranges::equal(known_, touches_, [](const Touch& a, const Touch& b) {
-           return a.kind == b.kind && a.disc.centre == b.disc.centre &&
-                  a.disc.radius == b.disc.radius;
-         });
 }
 
 void PlateLargeModel::Prepare() {
@@ -166,7 +129,7 @@ void PlateLargeModel::Prepare() {
     const Vector2d turned(axis_.dot(p), axis_.x() * p.y() - axis_.y() * p.x());
     const double across = symmetry_ == Symmetry::kMirror ? 0 : turned.y();
     presses_.push_back({.disc = {{turned.x(), across}, touch.disc.radius},
-                        .is_force = !IsMoved(touch),
+                        .is_force = !touch.moved(),
                         .value = 0,
                         .waves = &ToolOf(touch.disc.radius).waves});
   }
@@ -205,7 +168,7 @@ PlateLargeModel::Tool& PlateLargeModel::ToolOf(double load_radius) {
 
 bool PlateLargeModel::SolveCentral() {
   plate::RoundPress& press = central_->central;
-  return IsMoved(touches_[0]) ? press.SolveDeflection(values_[0]) : press.SolveForce(values_[0]);
+  return touches_[0].moved() ? press.SolveDeflection(values_[0]) : press.SolveForce(values_[0]);
 }
 
 ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch) const {
@@ -245,26 +208,16 @@ void PlateLargeModel::Reset() {
   answered_ = false;
 }
 
-// In thicknesses, at x [radii]. Also under a press at the centre the shape is that of the modes, so
-// that it does not jump when the press moves on.
-double PlateLargeModel::Deflection(const Vector2d& x) noexcept {
+// Also under a press at the centre the shape is that of the modes, so that it does not jump when
+// the press moves on.
+double PlateLargeModel::DisplacementAt(const Vector2d& x) noexcept {
   if (!answered_) return 0;
   if (central_ != nullptr && !shaped_) {
     modal_.Solve(values_);
     shaped_ = true;
   }
-  return modal_.Deflection({axis_.dot(x), axis_.x() * x.y() - axis_.y() * x.x()});
-}
-
-double PlateLargeModel::Displacement(const Vector2d& p_O) noexcept {
-  return -params_.thickness * Deflection(p_O / params_.radius);
-}
-
-void PlateLargeModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
-  u_O->clear();
-  for (const auto& node : MembraneGrid(1).nodes) {
-    u_O->emplace_back(0, 0, -params_.thickness * Deflection(node.head<2>()));
-  }
+  return -params_.thickness *
+         modal_.Deflection({axis_.dot(x), axis_.x() * x.y() - axis_.y() * x.x()});
 }
 
 }  // namespace palpate

@@ -2,7 +2,6 @@
 // with an immovable edge, from small deflections to the membrane limit.
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <span>
 #include <vector>
@@ -10,17 +9,14 @@
 #include <Eigen/Core>
 
 #include "shared/text/progress.h"
-#include "slave/mechanics/plate/contacts.h"
 #include "slave/mechanics/plate/modal_plate.h"
 #include "slave/mechanics/plate/plate_modes.h"
 #include "slave/mechanics/plate/plate_surface.h"
 #include "slave/mechanics/plate/round_press.h"
-#include "slave/mechanics/plate/short_waves.h"
 
 namespace palpate {
 
-// Frame O: origin at the plate's centre, z along the outward normal: a displacement along -z is a
-// press. Contacts as for PlateModel. One contact at the centre is solved to nine digits
+// Contacts as for PlateModel. One contact at the centre is solved to nine digits
 // (round_press.h); all others in modes (modal_plate.h), whose error falls with `order`. At order
 // 12, against order 24, up to |w| = 10 t, at a given depth: 0.7 % of the force within half the
 // radius; at 0.8 of it 1 % at t, 4 % at 5 t and 10 % at 10 t, beyond the range. The shape around
@@ -56,15 +52,7 @@ class PlateLargeModel final : public PlateSurface {
   // memory.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
-  [[nodiscard]] std::string_view failure() const override { return failure_; }
-  [[nodiscard]] const ModelInfo& info() const override { return info_; }
-
-  [[nodiscard]] double Displacement(const Eigen::Vector2d& p_O) noexcept override;
-  [[nodiscard]] double radius() const override { return params_.radius; }
-  [[nodiscard]] double thickness() const override { return params_.thickness; }
   [[nodiscard]] const Params& params() const { return params_; }
 
  private:
@@ -74,34 +62,25 @@ class PlateLargeModel final : public PlateSurface {
   };
 
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
-  [[nodiscard]] bool SameSet() const noexcept;
   void Prepare();
   void Orient();
   Tool& ToolOf(double load_radius);
   bool SolveCentral();
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, Eigen::Index touch) const;
-  [[nodiscard]] double Deflection(const Eigen::Vector2d& x) noexcept;
+  [[nodiscard]] double DisplacementAt(const Eigen::Vector2d& x) noexcept override;
 
   Params params_;
   double force_unit_ = 0;  // E t^4 / a^2 [N]
   double prestress_ = 0;   // by E t^3 / a^2
-  FieldMesh field_mesh_;
-  ModelInfo info_;
-  std::string_view failure_;
-  bool answered_ = false;
-
-  std::chrono::steady_clock::time_point started_;
   plate::PlateModes modes_;
   plate::ModalPlate modal_;
   std::vector<std::unique_ptr<Tool>> tools_;
-  std::vector<plate::Touch> touches_, known_;
   std::vector<plate::ModalPlate::Press> presses_;
   std::vector<double> values_;  // nondimensional
   Eigen::Vector2d axis_{1, 0};  // x axis of the frame of modal_, in O
   plate::Symmetry symmetry_ = plate::Symmetry::kMirror;
   Tool* central_ = nullptr;  // one contact at the centre: its tool
-  bool prepared_ = false;
-  bool shaped_ = false;  // modal_ has solved for the press at the centre
+  bool shaped_ = false;      // modal_ has solved for the press at the centre
 };
 
 }  // namespace palpate

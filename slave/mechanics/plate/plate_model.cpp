@@ -1,11 +1,8 @@
 #include "slave/mechanics/plate/plate_model.h"
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <new>
 
-#include "slave/mechanics/plate/membrane_grid.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -16,28 +13,22 @@ using plate::Touch;
 
 constexpr double kAbsurd = 1e6;  // radii
 
-bool IsMoved(const Touch& touch) {
-  return touch.kind == Contact::Kind::kDisplacement;
-}
-
 PlateModel::Params Checked(const PlateModel::Params& params) {
   plate::RequirePlate({params.radius, params.thickness}, params.young_modulus,
                       params.poisson_ratio);
-  plate::RequirePositive("range", params.range);
+  RequirePositive("range", params.range);
   return params;
 }
 
 }  // namespace
 
-PlateModel::PlateModel(const Params& params) : params_(Checked(params)) {
+PlateModel::PlateModel(const Params& params)
+    : PlateSurface({Checked(params).radius, params.thickness}), params_(params) {
   const double nu = params_.poisson_ratio;
   const double slenderness = params_.thickness / params_.radius;
   const double flexural_modulus = params_.young_modulus / (12 * (1 - nu * nu));
-  rigidity_ = flexural_modulus * params_.thickness * params_.thickness * params_.thickness;
   force_unit_ =
       flexural_modulus * params_.thickness * params_.thickness * slenderness;  // no overflow of t^3
-  const SurfaceMesh grid = MembraneGrid(params_.radius);
-  field_mesh_ = {.vertices = grid.nodes, .triangles = grid.triangles};
   info_.kind = "plate";
   info_.dof = 1;
   info_.range = params_.range * slenderness / 2;
@@ -46,36 +37,21 @@ PlateModel::PlateModel(const Params& params) : params_(Checked(params)) {
 
 void PlateModel::Respond(std::span<const Contact> contacts,
                          std::span<ContactResponse> responses) noexcept {
-  failure_ = {};
-  try {
-    answered_ = responses.size() == contacts.size() && TryRespond(contacts, responses);
-  } catch (const std::bad_alloc&) {
-    answered_ = prepared_ = false;
-    failure_ = "out of memory";
-  }
-  if (!answered_) std::ranges::fill(responses, ContactResponse{});
+  RespondBy(contacts, responses, [&] { return TryRespond(contacts, responses); });
 }
 
 bool PlateModel::TryRespond(std::span<const Contact> contacts,
                             std::span<ContactResponse> responses) {
-  failure_ = plate::Check(contacts, {params_.radius, params_.thickness}, &touches_);
-  if (!failure_.empty()) return false;
-  if (!SameSet()) prepared_ = Prepare();
-  if (!prepared_) {
-    failure_ = "moved places are too close to be told apart";
-    return false;
-  }
-  if (!SolveForces()) {
-    failure_ = "the answer is not finite or absurdly large";
-    return false;
-  }
+  if (!IsSameSet()) prepared_ = Prepare();
+  if (!prepared_) return Fail("moved places are too close to be told apart");
+  if (!SolveForces()) return Fail("the answer is not finite or absurdly large");
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const auto touch = static_cast<Index>(i);
     ContactResponse& response = responses[i];
     const double w = deflections_[touch];
     response = {};
     response.force_O.z() =
-        IsMoved(touches_[i]) ? -force_unit_ * forces_[touch] : contacts[i].prescribed_O.z();
+        touches_[i].moved() ? -force_unit_ * forces_[touch] : contacts[i].prescribed_O.z();
     response.displacement_O.z() = -params_.radius * w;
     response.stiffness_O(2, 2) =
         force_unit_ / params_.radius * moved_.Stiffness(compliance_, touch);
@@ -86,13 +62,6 @@ bool PlateModel::TryRespond(std::span<const Contact> contacts,
   return true;
 }
 
-bool PlateModel::SameSet() const noexcept {
-  return prepared_ && std::ranges::equal(known_, touches_, [](const Touch& a, const Touch& b) {
-           return a.kind == b.kind && a.disc.centre == b.disc.centre &&
-                  a.disc.radius == b.disc.radius;
-         });
-}
-
 bool PlateModel::Prepare() {
   known_ = touches_;
   const auto count = static_cast<Index>(touches_.size());
@@ -100,7 +69,7 @@ bool PlateModel::Prepare() {
   moved_.Clear();
   for (Index j = 0; j < count; ++j) {
     const Touch& load = touches_[static_cast<std::size_t>(j)];
-    if (IsMoved(load)) moved_.Add(j);
+    if (load.moved()) moved_.Add(j);
     for (Index i = 0; i < count; ++i) {
       compliance_(i, j) =
           plate::Deflection(load.disc, touches_[static_cast<std::size_t>(i)].disc.centre);
@@ -116,7 +85,7 @@ bool PlateModel::SolveForces() {
   deflections_.resize(count);
   for (Index i = 0; i < count; ++i) {
     const Touch& touch = touches_[static_cast<std::size_t>(i)];
-    forces_[i] = IsMoved(touch) ? 0 : touch.value / force_unit_;
+    forces_[i] = touch.moved() ? 0 : touch.value / force_unit_;
   }
   const auto& moved = moved_.contacts();
   deflections_.noalias() = compliance_ * forces_;
@@ -135,24 +104,13 @@ bool PlateModel::SolveForces() {
          (count == 0 || deflections_.cwiseAbs().maxCoeff() <= kAbsurd);
 }
 
-double PlateModel::Deflection(const Vector2d& x) const noexcept {
+double PlateModel::DisplacementAt(const Vector2d& x) noexcept {
+  if (!answered_) return 0;
   double w = 0;
   for (std::size_t i = 0; i < known_.size(); ++i) {
     w += forces_[static_cast<Index>(i)] * plate::Deflection(known_[i].disc, x);
   }
-  return w;
-}
-
-double PlateModel::Displacement(const Vector2d& p_O) noexcept {
-  return answered_ ? -params_.radius * Deflection(p_O / params_.radius) : 0;
-}
-
-void PlateModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
-  u_O->clear();
-  for (const auto& node : MembraneGrid(1).nodes) {
-    const double w = answered_ ? Deflection(node.head<2>()) : 0;
-    u_O->emplace_back(0, 0, -params_.radius * w);
-  }
+  return -params_.radius * w;
 }
 
 }  // namespace palpate

@@ -3,19 +3,14 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/plate/contacts.h"
-#include "slave/mechanics/plate/green.h"
-#include "slave/mechanics/plate/moved_contacts.h"
 #include "slave/mechanics/plate/plate_surface.h"
 
 namespace palpate {
 
-// Frame O: origin at the plate's centre, z along the outward normal: a displacement along -z is a
-// press. Thin plate, moderate slopes, no stretching: the force is low by 1.8 % at |w| = 0.2 t, 10 %
+// Thin plate, moderate slopes, no stretching: the force is low by 1.8 % at |w| = 0.2 t, 10 %
 // at 0.5 t and 30 % at t, and is marked kExtrapolated beyond 0.5 t.
 class PlateModel final : public PlateSurface {
  public:
@@ -36,34 +31,15 @@ class PlateModel final : public PlateSurface {
   // O(S^3).
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
-  [[nodiscard]] std::string_view failure() const override { return failure_; }
-  [[nodiscard]] const ModelInfo& info() const override { return info_; }
-
-  [[nodiscard]] double Displacement(const Eigen::Vector2d& p_O) noexcept override;
-  [[nodiscard]] double radius() const override { return params_.radius; }
-  [[nodiscard]] double thickness() const override { return params_.thickness; }
-  [[nodiscard]] double flexural_rigidity() const { return rigidity_; }  // D [N m]
-  [[nodiscard]] const Params& params() const { return params_; }
 
  private:
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
-  [[nodiscard]] bool SameSet() const noexcept;
   bool Prepare();
   bool SolveForces();
-  [[nodiscard]] double Deflection(const Eigen::Vector2d& x) const noexcept;
+  [[nodiscard]] double DisplacementAt(const Eigen::Vector2d& x) noexcept override;
 
   Params params_;
-  double rigidity_ = 0;    // D [N m]
-  double force_unit_ = 0;  // D / a: deflects by about a [N]
-  FieldMesh field_mesh_;
-  ModelInfo info_;
-  std::string_view failure_;
-  bool answered_ = false;
-
-  std::vector<plate::Touch> touches_, known_;  // of this set; of the one that is factorised
-  bool prepared_ = false;
+  double force_unit_ = 0;                 // D / a: deflects by about a [N]
   Eigen::MatrixXd compliance_;            // deflection at a contact, column: by a load of one there
   Eigen::VectorXd forces_, deflections_;  // nondimensional
   plate::MovedContacts moved_;

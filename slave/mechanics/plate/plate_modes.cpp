@@ -178,7 +178,7 @@ void PlateModes::Number(std::vector<Family>* families, int degree, bool is_stres
   }
 }
 
-int PlateModes::Count(const std::vector<Family>& families, Symmetry symmetry) const {
+int PlateModes::Count(const std::vector<Family>& families, Symmetry symmetry) {
   int count = 0;
   for (const Family& family : families) {
     const bool belongs = symmetry == Symmetry::kNone ||
@@ -186,14 +186,6 @@ int PlateModes::Count(const std::vector<Family>& families, Symmetry symmetry) co
     if (belongs) count += family.count;
   }
   return count;
-}
-
-int PlateModes::deflections(Symmetry symmetry) const {
-  return Count(deflections_, symmetry);
-}
-
-int PlateModes::stresses(Symmetry symmetry) const {
-  return Count(stresses_, symmetry);
 }
 
 std::size_t PlateModes::blocks(Symmetry symmetry) const {
@@ -226,9 +218,7 @@ void PlateModes::Evaluate(const Eigen::Vector2d& x,
         if (row < values.size()) values[row] = f * wave;
       };
       put(family.first + n, power.real());
-      if (m > 0 && widest_ == Symmetry::kNone) {
-        put(deflections_[waves + m].first + n, power.imag());
-      }
+      if (m > 0 && widest_ == Symmetry::kNone) put(deflections_[waves + m].first + n, power.imag());
     }
     power *= z;
   }
@@ -269,9 +259,7 @@ void PlateModes::AppendBlocks(Symmetry symmetry, const Radial& radial) {
                              : mirror ? Symmetry::kMirror
                                       : Symmetry::kNone;
         const bool meet = k.m == i.m + j.m || k.m == std::abs(i.m - j.m);
-        if (own == symmetry && meet && (k.sine == (i.sine != j.sine))) {
-          AppendBlock(k, i, j, radial);
-        }
+        if (own == symmetry && meet && (k.sine == (i.sine != j.sine))) AppendBlock(k, i, j, radial);
       }
     }
   }

@@ -30,8 +30,8 @@ class PlateModes {
   PlateModes(int order, double nu, Symmetry widest = Symmetry::kNone);
 
   [[nodiscard]] int order() const { return order_; }
-  [[nodiscard]] int deflections(Symmetry symmetry) const;
-  [[nodiscard]] int stresses(Symmetry symmetry) const;
+  [[nodiscard]] int deflections(Symmetry symmetry) const { return Count(deflections_, symmetry); }
+  [[nodiscard]] int stresses(Symmetry symmetry) const { return Count(stresses_, symmetry); }
   // Deflections at `x`, |x| <= 1, as many as `values` has rows. No allocation.
   void Evaluate(const Eigen::Vector2d& x, Eigen::Ref<Eigen::VectorXd> values) const noexcept;
   // Their means over a disc. No allocation.
@@ -59,7 +59,7 @@ class PlateModes {
   struct Radial;  // tables on the radial rule
 
   void Number(std::vector<Family>* families, int degree, bool is_stress) const;
-  [[nodiscard]] int Count(const std::vector<Family>& families, Symmetry symmetry) const;
+  static int Count(const std::vector<Family>& families, Symmetry symmetry);
   void AppendBlocks(Symmetry symmetry, const Radial& radial);
   void AppendBlock(const Family& k, const Family& i, const Family& j, const Radial& radial);
   void MeasureSlopes(const Radial& radial);

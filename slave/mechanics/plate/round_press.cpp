@@ -1,11 +1,8 @@
 #include "slave/mechanics/plate/round_press.h"
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <numbers>
-
-#include "slave/mechanics/plate/lobatto.h"
 
 namespace palpate::plate {
 namespace {
@@ -32,26 +29,59 @@ std::vector<double> Ends(double load_radius) {
   return ends;
 }
 
-// Lagrange's polynomial through `values` at `nodes`.
-double ValueAt(const Eigen::VectorXd& nodes, const Eigen::Ref<const Eigen::VectorXd>& values,
-               double place) {
-  double sum = 0;
-  for (Eigen::Index i = 0; i < nodes.size(); ++i) {
-    double value = values[i];
-    for (Eigen::Index j = 0; j < nodes.size(); ++j) {
-      if (j != i) value *= (place - nodes[j]) / (nodes[i] - nodes[j]);
-    }
-    sum += value;
-  }
-  return sum;
-}
-
 // Share of the load inside r.
 double Inside(double r, double load_radius) {
   return r < load_radius ? (r / load_radius) * (r / load_radius) : 1;
 }
 
 }  // namespace
+
+BandedSymmetric::BandedSymmetric(int size, int band)
+    : size_(size),
+      band_(band),
+      rows_(static_cast<std::size_t>(size) * static_cast<std::size_t>(band + 1), 0.0) {}
+
+void BandedSymmetric::Hold(int i) {
+  for (int j = std::max(0, i - band_); j < i; ++j) at(i, j) = 0;
+  for (int k = i + 1; k < std::min(size_, i + band_ + 1); ++k) at(k, i) = 0;
+  at(i, i) = 1;
+}
+
+// Row i of L D, then of L: l_ij d_j = a_ij - sum_k (l_ik d_k) l_jk.
+bool BandedSymmetric::Factorise() noexcept {
+  for (int i = 0; i < size_; ++i) {
+    const int first = std::max(0, i - band_);
+    // Indexed by column - first.
+    double* row = &rows_[Place(i, first)];
+    for (int j = first; j < i; ++j) {
+      const int start = std::max(first, j - band_);
+      const double* mine = &row[start - first];
+      const double* other = &rows_[Place(j, start)];
+      double sum = 0;
+      for (int k = 0; k < j - start; ++k) sum += mine[k] * other[k];
+      row[j - first] -= sum;
+    }
+    double pivot = row[i - first];
+    for (int j = first; j < i; ++j) {
+      const double scaled = row[j - first];
+      row[j - first] /= rows_[Place(j, j)];
+      pivot -= scaled * row[j - first];
+    }
+    if (!(std::abs(pivot) > 0) || !std::isfinite(pivot)) return false;
+    row[i - first] = pivot;
+  }
+  return true;
+}
+
+void BandedSymmetric::Solve(Eigen::Ref<Eigen::VectorXd> x) const noexcept {
+  for (int i = 0; i < size_; ++i) {
+    for (int j = std::max(0, i - band_); j < i; ++j) x[i] -= rows_[Place(i, j)] * x[j];
+  }
+  for (int i = 0; i < size_; ++i) x[i] /= rows_[Place(i, i)];
+  for (int i = size_ - 1; i >= 0; --i) {
+    for (int j = std::max(0, i - band_); j < i; ++j) x[j] -= rows_[Place(i, j)] * x[i];
+  }
+}
 
 RoundPress::RoundPress(double nu, double load_radius, double prestress) {
   Divide(load_radius);
@@ -66,18 +96,17 @@ RoundPress::RoundPress(double nu, double load_radius, double prestress) {
 
 void RoundPress::Divide(double load_radius) {
   const std::vector<double> ends = Ends(load_radius);
-  nodes_ = LobattoPoints(kNodes);
+  const Eigen::VectorXd nodes = LobattoPoints(kNodes);
   radius_.setZero(static_cast<Eigen::Index>(ends.size()) * kDegree + 1);
   double inner = 0;
   for (std::size_t e = 0; e < ends.size(); ++e) {
     const auto first = static_cast<Eigen::Index>(e) * kDegree;
     elements_.push_back({inner, ends[e], static_cast<int>(first)});
-    radius_.segment(first, kNodes) = (inner + (ends[e] - inner) * nodes_.array()).matrix();
+    radius_.segment(first, kNodes) = (inner + (ends[e] - inner) * nodes.array()).matrix();
     inner = ends[e];
   }
   rule_ = GaussLegendre(kPoints);
-  polynomials_ = Interpolate(nodes_, rule_.points);
-  integral_ = polynomials_.value.transpose() * rule_.weights;
+  polynomials_ = Interpolate(nodes, rule_.points);
 }
 
 // What does not change: both operators of the slope and of psi, the load, the deflection at the
@@ -111,14 +140,6 @@ void RoundPress::AssembleLinear(double nu, double load_radius, double prestress)
   stretching_factor_ = stretching_;
   stretching_factor_.Hold(0);
   stretching_factor_.Factorise();
-}
-
-bool RoundPress::SolveDeflection(double w_centre) noexcept {
-  return Solve({.is_force = false, .value = w_centre});
-}
-
-bool RoundPress::SolveForce(double force) noexcept {
-  return Solve({.is_force = true, .value = force});
 }
 
 void RoundPress::Reset() noexcept {
@@ -229,25 +250,6 @@ void RoundPress::UpdateTension() noexcept {
   }
   psi_[0] = 0;
   stretching_factor_.Solve(psi_);
-}
-
-double RoundPress::Deflection(double r) const noexcept {
-  double w = 0;
-  for (const Element& element : elements_) {
-    const double length = element.outer - element.inner;
-    const auto slope = slope_.segment<kNodes>(element.first);
-    if (element.outer <= r) continue;
-    if (element.inner >= r) {
-      w -= length * integral_.dot(slope);
-    } else {
-      const double share = (element.outer - r) / length;
-      for (int q = 0; q < kPoints; ++q) {
-        const double place = 1 - share + share * rule_.points[q];
-        w -= share * length * rule_.weights[q] * ValueAt(nodes_, slope, place);
-      }
-    }
-  }
-  return w;
 }
 
 }  // namespace palpate::plate

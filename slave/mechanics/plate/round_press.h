@@ -13,14 +13,47 @@
 // psi is eliminated (the energy is then convex in b where the plate is in tension), Newton.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/plate/banded.h"
 #include "slave/mechanics/plate/lobatto.h"
 
 namespace palpate::plate {
+
+// Largest absolute entry; NaN where there is one. Unlike a sum of squares it does not lose what is
+// smaller than 1e-154.
+template <typename Vector>
+double LargestEntry(const Eigen::MatrixBase<Vector>& v) {
+  return v.size() == 0 ? 0 : v.cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
+}
+
+// A = L D L^T for symmetric quasi-definite A (Vanderbei 1995: then no pivoting is needed).
+class BandedSymmetric {
+ public:
+  // Entries (i, j) with |i - j| <= band.
+  BandedSymmetric(int size, int band);
+
+  void SetZero() { std::ranges::fill(rows_, 0.0); }
+  // Of the lower half: i - band <= j <= i.
+  [[nodiscard]] double& at(int i, int j) { return rows_[Place(i, j)]; }
+  // Row and column `i` become those of the identity.
+  void Hold(int i);
+  // In place. False: a pivot vanishes or is not finite. O(size band^2), no allocation.
+  bool Factorise() noexcept;
+  // Overwrites the right-hand side. O(size band).
+  void Solve(Eigen::Ref<Eigen::VectorXd> x) const noexcept;
+
+ private:
+  [[nodiscard]] std::size_t Place(int i, int j) const {
+    return static_cast<std::size_t>(i) * static_cast<std::size_t>(band_ + 1) +
+           static_cast<std::size_t>(j - i + band_);
+  }
+
+  int size_, band_;
+  std::vector<double> rows_;  // row by row, the diagonal last
+};
 
 class RoundPress {
  public:
@@ -29,15 +62,13 @@ class RoundPress {
 
   // Newton from the last answer, else in steps from rest. False: no answer to 1e-9; then at rest.
   // No allocation.
-  bool SolveDeflection(double w_centre) noexcept;
-  bool SolveForce(double force) noexcept;
+  bool SolveDeflection(double w_centre) noexcept { return Solve({false, w_centre}); }
+  bool SolveForce(double force) noexcept { return Solve({true, force}); }
   void Reset() noexcept;
 
   [[nodiscard]] double force() const { return force_; }
   [[nodiscard]] double deflection() const { return centre_ * slope_; }  // at the centre
   [[nodiscard]] double stiffness() const { return stiffness_; }         // d force / d deflection
-  // Deflection at radius 0 <= r <= 1.
-  [[nodiscard]] double Deflection(double r) const noexcept;
 
  private:
   struct Element {
@@ -58,11 +89,9 @@ class RoundPress {
   void UpdateTension() noexcept;
 
   std::vector<Element> elements_;
-  Eigen::VectorXd radius_;  // of the nodes
-  Quadrature rule_;         // on [0, 1]
-  Eigen::VectorXd nodes_;   // of an element on [0, 1]
-  Interpolation polynomials_;
-  Eigen::VectorXd integral_;                 // of each of them
+  Eigen::VectorXd radius_;                   // of the nodes
+  Quadrature rule_;                          // on [0, 1]
+  Interpolation polynomials_;                // of an element on [0, 1]
   BandedSymmetric bending_{0, 0};            // D (r b' b' + b b / r) + N0 r b b
   BandedSymmetric stretching_{0, 0};         // r psi' psi' + psi psi / r, less nu at the rim
   BandedSymmetric stretching_factor_{0, 0};  // the same, factorised

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "slave/mechanics/plate/green.h"
-#include "slave/mechanics/plate/membrane_grid.h"
+#include "slave/mechanics/plate/plate_surface.h"
 #include "slave/mechanics/plate/plate_law.h"
 #include "slave/pipeline/load/nodal_load.h"
 

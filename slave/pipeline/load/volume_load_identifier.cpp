@@ -14,7 +14,7 @@
 #include "shared/mesh/surface_patch.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/mechanics/strain_resolution.h"
+#include "slave/mechanics/mesh_resolution.h"
 #include "slave/pipeline/load/nodal_load.h"
 #include "slave/pipeline/load/triangle_search.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "slave/contact/triangle_places.h"
+#include "slave/contact/surface_contact.h"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,4 @@
-#include "slave/contact/obb_tree.h"
+#include "slave/contact/boundary_contact.h"
 
 #include <cmath>
 #include <limits>

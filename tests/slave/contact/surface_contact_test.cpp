@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/surface_parts.h"
+#include "tests/slave/contact/printed_weights.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {

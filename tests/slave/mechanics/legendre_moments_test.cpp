@@ -1,4 +1,4 @@
-#include "slave/mechanics/bem/legendre_moments.h"
+#include "slave/mechanics/bem/element_nodes.h"
 
 #include <array>
 #include <cmath>

@@ -10,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/make_model.h"
-#include "slave/mechanics/strain_resolution.h"
 
 namespace palpate {
 namespace {

@@ -57,7 +57,7 @@ TEST(Precompute, StopsWhereItIsTold) {
 // Reference: the number of unknowns by order, 2 N, 4 N and 6 N.
 TEST(Precompute, CostsMoreForHigherOrders) {
   const auto memory = [](int elements, ElementOrder order) {
-    return static_cast<double>(Bem2dModel::Estimate(elements, order).memory_bytes);
+    return static_cast<double>(GreensFunctions::Estimate(elements, order).memory_bytes);
   };
   const double constant = memory(500, ElementOrder::kConstant);
   EXPECT_EQ(memory(500, ElementOrder::kLinear) / constant, 4);

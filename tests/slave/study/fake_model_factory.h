@@ -27,15 +27,11 @@ class Spring final : public DeformationModel {
     clock_ += update_s_;
   }
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override { u_O->clear(); }
-  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
   [[nodiscard]] std::string_view failure() const override { return "spring broke"; }
-  [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
  private:
   double stiffness_, update_s_;
   double& clock_;
-  FieldMesh field_mesh_;
-  ModelInfo info_;
 };
 
 struct World {

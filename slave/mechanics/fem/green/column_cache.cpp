@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <string>
 #include <system_error>
 
 #include <unistd.h>
@@ -47,10 +46,6 @@ ColumnCache::ColumnCache(const std::filesystem::path& folder, std::uint64_t hash
   folder_ = folder / (std::string("fem-green-") + digits.data());
   std::error_code ignored;
   std::filesystem::create_directories(folder_, ignored);
-}
-
-std::filesystem::path ColumnCache::FileOf(int number) const {
-  return folder_ / (std::to_string(number) + ".col");
 }
 
 bool ColumnCache::Has(int number) const {

@@ -1,10 +1,10 @@
 // Blocks of numbers on disk, recognised by a hash of what they depend on.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 
 namespace palpate {
 
@@ -38,7 +38,9 @@ class ColumnCache {
   [[nodiscard]] bool enabled() const { return !folder_.empty(); }
 
  private:
-  [[nodiscard]] std::filesystem::path FileOf(int number) const;
+  [[nodiscard]] std::filesystem::path FileOf(int number) const {
+    return folder_ / (std::to_string(number) + ".col");
+  }
 
   std::filesystem::path folder_;
   std::uint64_t hash_ = 0;

@@ -1,16 +1,11 @@
 #include "slave/mechanics/fem/green/fem_green_model.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "shared/geometry/index.h"
 
 namespace palpate {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 constexpr double kLocks = 0.49;
 constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
@@ -26,9 +21,8 @@ std::string_view RemarkOf(TetElement element, double nu) {
 
 }  // namespace
 
-FemGreenModel::FemGreenModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
-                             double young_modulus, double poisson_ratio, const Options& options,
-                             Progress* progress)
+FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
+                             double poisson_ratio, const Options& options, Progress* progress)
     : surface_(SurfaceOf(mesh)),
       columns_(AssembleTetStiffness(mesh, held, poisson_ratio, options.element), surface_,
                options.memory_limit, options.cache, progress),
@@ -46,52 +40,37 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const std::vector<std::array
     strain_.emplace(mesh, held, poisson_ratio);
     bending_.resize(columns_.node_of_place().size());
   }
-  Describe(options, young_modulus, poisson_ratio, mesh.tets.size());
+  Describe(options, poisson_ratio, mesh.tets.size());
 }
 
-void FemGreenModel::Describe(const Options& options, double young_modulus, double poisson_ratio,
-                             std::size_t tets) {
+void FemGreenModel::Describe(const Options& options, double poisson_ratio, std::size_t tets) {
   info_.kind = "fem-green";
-  info_.dof = static_cast<std::size_t>(columns_.order());
+  info_.dof = Index(columns_.order());
   info_.elements = static_cast<int>(tets);
   info_.range = options.range;
   info_.remark = RemarkOf(options.element, poisson_ratio);
-  info_.update_us = MeasureUpdate(young_modulus, options);
+  info_.update_us = MeasureUpdate();
   info_.memory_bytes = columns_.memory_bytes();
-  info_.precompute_s = SecondsSince(started_);
+  NotePrecompute();
 }
 
 // Two neighbours in turn [us]; 0 where no two can be moved.
-double FemGreenModel::MeasureUpdate(double young_modulus, const Options& options) {
-  ComplianceSolver solver(columns_, places_,
-                          {.young_modulus = young_modulus,
-                           .larger_side = columns_.length_unit(),
-                           .range = options.range});
-  std::array<Contact, 2> contacts;
+double FemGreenModel::MeasureUpdate() {
   const auto last = static_cast<int>(surface_.triangles.size()) - 1;
-  for (std::size_t k = 0; k < 2; ++k) {
-    contacts[k].element = last;
-    contacts[k].p_O =
-        surface_
-            .nodes[static_cast<std::size_t>(surface_.triangles[static_cast<std::size_t>(last)][k])];
-  }
-  ContactResponse response;
-  constexpr int kTimes = 1000;
-  Clock::time_point start;
-  for (int i = -2; i < kTimes; ++i) {  // the first two compute what is missing
-    if (i == 0) start = Clock::now();
-    solver.Respond({&contacts[static_cast<std::size_t>(i & 1)], 1}, {&response, 1});
-    if (response.validity == Validity::kFailed) return 0;
-  }
-  return 1e6 * SecondsSince(start) / kTimes;
+  const auto corner = [&](std::size_t k) {
+    return surface_.nodes[Index(surface_.triangles[Index(last)][k])];
+  };
+  return ComplianceSolver::MeasureUpdate(
+      columns_, places_, solver_.params(),
+      {Contact{.p_O = corner(0), .element = last}, Contact{.p_O = corner(1), .element = last}});
 }
 
 void FemGreenModel::Respond(std::span<const Contact> contacts,
                             std::span<ContactResponse> responses) noexcept {
-  refused_ = {};
+  failure_ = {};
   const auto is_patch = [](const Contact& contact) { return contact.width > 0; };
   if (element_ == TetElement::kTet10 && std::ranges::any_of(contacts, is_patch)) {
-    refused_ = "a patch on tet10: accepted with fem-green are places without width, or tet4";
+    failure_ = "a patch on tet10: accepted with fem-green are places without width, or tet4";
     std::ranges::fill(responses, ContactResponse{});
     return;
   }
@@ -105,7 +84,7 @@ void FemGreenModel::Respond(std::span<const Contact> contacts,
   try {
     if (strain_ && solver_.failure().empty()) JudgeBending(responses);
   } catch (const std::exception&) {
-    refused_ = "out of memory";
+    failure_ = "out of memory";
     std::ranges::fill(responses, ContactResponse{});
   }
 }
@@ -122,7 +101,7 @@ void FemGreenModel::JudgeBending(std::span<ContactResponse> responses) {
 
 // The mean over the axes by the work that the force does along each.
 double FemGreenModel::Softness(const ContactSlot& slot, const Eigen::Vector3d& force) {
-  Bending& bending = bending_[static_cast<std::size_t>(slot.footprint.places.front().place)];
+  Bending& bending = bending_[Index(slot.footprint.places.front().place)];
   if (!bending.known) LearnBending(slot, &bending);
   const double largest = force.cwiseAbs().maxCoeff();
   if (!(largest > 0)) return 0;
@@ -135,14 +114,13 @@ void FemGreenModel::LearnBending(const ContactSlot& slot, Bending* bending) {
   std::vector<int> places, nodes;
   for (const auto& touched : slot.footprint.places) {
     places.push_back(touched.place);
-    nodes.push_back(columns_.node_of_place()[static_cast<std::size_t>(touched.place)]);
+    nodes.push_back(columns_.node_of_place()[Index(touched.place)]);
   }
   std::vector<Eigen::Vector3d> u;
   for (int c = 0; c < 3; ++c) {
     const Eigen::Vector3d share = Eigen::Vector3d::Unit(c) / static_cast<double>(places.size());
     columns_.Solve(places, std::vector<Eigen::Vector3d>(places.size(), share), &u);
-    for (const int node : nodes)
-      bending->compliance[c] += share.dot(u[static_cast<std::size_t>(node)]);
+    for (const int node : nodes) bending->compliance[c] += share.dot(u[Index(node)]);
     if (!(bending->compliance[c] > 0)) continue;  // held
     for (auto& moved : u) moved *= kSmall * columns_.length_unit() / bending->compliance[c];
     bending->softness[c] = strain_->Softness(u, nodes);
@@ -181,7 +159,7 @@ void FemGreenModel::Prefetch(std::span<const Contact> contacts) {
 bool FemGreenModel::PrefetchNodes(std::span<const int> nodes, Progress* progress) {
   std::vector<int> places;
   for (const int node : nodes.empty() ? std::span<const int>(columns_.node_of_place()) : nodes) {
-    const int place = columns_.place_of_node().at(static_cast<std::size_t>(node));
+    const int place = columns_.place_of_node().at(Index(node));
     if (place >= 0) places.push_back(place);
   }
   const bool all = columns_.Prefetch(places, progress);

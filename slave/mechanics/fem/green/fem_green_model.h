@@ -6,9 +6,6 @@
 // Source: James and Pai (2003); see compliance_solver.h and green_columns.h.
 #pragma once
 
-#include <array>
-#include <chrono>
-#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -17,10 +14,10 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
-#include "slave/mechanics/capacitance/contact_places.h"
+#include "slave/mechanics/capacitance/contact_set.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/green/green_columns.h"
-#include "slave/mechanics/strain_resolution.h"
+#include "slave/mechanics/mesh_resolution.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -38,12 +35,11 @@ class FemGreenModel final : public DeformationModel {
   // `held`: per node and component, kept at zero. Contacts touch the corner nodes of the surface,
   // those of tet10 too. Throws std::invalid_argument: see AssembleTetStiffness; modulus or range
   // not positive; Interrupted.
-  FemGreenModel(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
-                double young_modulus, double poisson_ratio, const Options& options,
-                Progress* progress = nullptr);
+  FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
+                double poisson_ratio, const Options& options, Progress* progress = nullptr);
 
   // Both elements lock as nu approaches 0.5: from 0.49 on answers are kExtrapolated, and so are
-  // those of four nodes where a part bends (strain_resolution.h; what is first touched there
+  // those of four nodes where a part bends (mesh_resolution.h; what is first touched there
   // decides, by three more sparse solutions). Patches are not offered with tet10, whose middle
   // nodes no contact touches: kFailed. See ComplianceSolver. Give `element` with p_O where time
   // counts: a place without it is found by a walk over the surface when it changes.
@@ -52,12 +48,10 @@ class FemGreenModel final : public DeformationModel {
   // The columns of their places.
   void Prefetch(std::span<const Contact> contacts) override;
   // Of every node of the mesh, by one sparse solution.
-  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::string_view failure() const override {
-    return refused_.empty() ? solver_.failure() : refused_;
+    return failure_.empty() ? solver_.failure() : failure_;
   }
-  [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
   // Makes the columns of nodes ready, those of the surface among them; none given: all that fit.
   // False: the memory limit is reached. Throws Interrupted; what was finished stays, on disk too.
@@ -67,9 +61,8 @@ class FemGreenModel final : public DeformationModel {
   [[nodiscard]] GreenColumns& columns() { return columns_; }
 
  private:
-  void Describe(const Options& options, double young_modulus, double poisson_ratio,
-                std::size_t tets);
-  [[nodiscard]] double MeasureUpdate(double young_modulus, const Options& options);
+  void Describe(const Options& options, double poisson_ratio, std::size_t tets);
+  [[nodiscard]] double MeasureUpdate();
   void JudgeBending(std::span<ContactResponse> responses);
   [[nodiscard]] double Softness(const ContactSlot& slot, const Eigen::Vector3d& force);
 
@@ -80,19 +73,15 @@ class FemGreenModel final : public DeformationModel {
   };
   void LearnBending(const ContactSlot& slot, Bending* bending);
 
-  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   SurfaceMesh surface_;
   GreenColumns columns_;
   SurfaceNodePlaces places_;
   ComplianceSolver solver_;
-  FieldMesh field_mesh_;
-  ModelInfo info_;
   TetElement element_;
   bool locks_ = false;
   std::optional<StrainResolution> strain_;  // of four nodes
   std::vector<Bending> bending_;            // per place
-  std::string_view refused_;
-  double displacement_unit_ = 0;  // of a unit force in newtons: 1 / (E length unit) [m/N]
+  double displacement_unit_ = 0;            // of a unit force in newtons: 1 / (E length unit) [m/N]
 };
 
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "shared/geometry/index.h"
+#include "shared/mesh/mesh_census.h"
 
 namespace palpate {
 namespace {
@@ -26,10 +27,7 @@ std::uint64_t CurvePosition(const Vector3d& p, const Vector3d& low, double side)
 }
 
 std::vector<int> NodesAlongCurve(const SurfaceMesh& surface) {
-  std::vector<bool> used(surface.nodes.size(), false);
-  for (const auto& triangle : surface.triangles) {
-    for (const int node : triangle) used[Index(node)] = true;
-  }
+  const std::vector<bool> used = UsedNodes(surface.triangles, surface.nodes.size());
   Vector3d low = surface.nodes.front(), high = low;
   for (const auto& p : surface.nodes) low = low.cwiseMin(p), high = high.cwiseMax(p);
   std::vector<std::pair<std::uint64_t, int>> order;
@@ -88,10 +86,6 @@ GreenColumns::GreenColumns(TetStiffness stiffness, const SurfaceMesh& surface,
 SpdFactor& GreenColumns::Factor() {
   if (!factor_) factor_.emplace(stiffness_.lower);
   return *factor_;
-}
-
-std::size_t GreenColumns::bytes_per_place() const {
-  return 9 * sizeof(double) * node_of_place_.size();
 }
 
 std::size_t GreenColumns::memory_bytes() const {

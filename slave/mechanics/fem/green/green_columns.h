@@ -4,7 +4,6 @@
 // Source: James and Pai (2003), sec. 4 (Green's functions from any linear code).
 #pragma once
 
-#include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
@@ -39,7 +38,8 @@ class GreenColumns final : public Compliance {
     const double* column = column_of_place_[static_cast<std::size_t>(place)];
     return column != nullptr ? column : Compute(place);
   }
-  [[nodiscard]] bool IsReady(int place) const override {
+  // The column is there already: asking for it costs nothing.
+  [[nodiscard]] bool IsReady(int place) const {
     return column_of_place_[static_cast<std::size_t>(place)] != nullptr;
   }
   [[nodiscard]] double length_unit() const override { return stiffness_.length_unit; }
@@ -57,7 +57,9 @@ class GreenColumns final : public Compliance {
   [[nodiscard]] const std::vector<int>& node_of_place() const { return node_of_place_; }
   [[nodiscard]] const std::vector<int>& place_of_node() const { return place_of_node_; }
   [[nodiscard]] int order() const { return static_cast<int>(stiffness_.lower.rows()); }
-  [[nodiscard]] std::size_t bytes_per_place() const;
+  [[nodiscard]] std::size_t bytes_per_place() const {
+    return 9 * sizeof(double) * node_of_place_.size();
+  }
   [[nodiscard]] int groups_computed() const { return groups_computed_; }
 
  private:

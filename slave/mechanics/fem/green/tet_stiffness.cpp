@@ -2,16 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <map>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/green/supports.h"
+#include "shared/mesh/mesh_census.h"
+#include "shared/text/text.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -20,6 +22,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kLargestNu = 0.499;
+constexpr double kFixesMotion = 1e-10;     // smallest eigenvalue of the motions' Gram matrix
 constexpr double kSmallestVolume = 1e-12;  // of the cube of the longest edge
 
 constexpr std::array<std::array<std::size_t, 2>, 6> kEdges{
@@ -29,11 +32,10 @@ constexpr std::array<std::array<std::size_t, 2>, 6> kEdges{
 struct Elements {
   std::size_t per_element = 4;
   std::vector<std::array<int, 10>> nodes;
-  std::vector<std::array<bool, 3>> held;
+  HeldNodes held;
 };
 
-Elements Number(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held,
-                TetElement element) {
+Elements Number(const SolidMesh& mesh, const HeldNodes& held, TetElement element) {
   Elements elements{element == TetElement::kTet4 ? 4U : 10U, {}, held};
   std::map<std::pair<int, int>, int> middles;
   for (const auto& tet : mesh.tets) {
@@ -116,28 +118,34 @@ void ElementStiffness(const Lame& lame, const std::array<Vector3d, 4>& p, int co
   }
 }
 
-void RequireGoodMesh(const SolidMesh& mesh, const std::vector<std::array<bool, 3>>& held) {
-  const auto refuse = [](const std::string& why) { throw std::invalid_argument(why); };
-  const int count = static_cast<int>(mesh.nodes.size());
-  if (mesh.tets.empty()) refuse("mesh: accepted is one with at least one tetrahedron");
-  if (held.size() != mesh.nodes.size()) refuse("held: accepted is one entry per node");
-  for (const auto& p : mesh.nodes) {
-    if (!p.allFinite()) refuse("mesh: accepted are finite nodes");
+// Throws unless the held components fix all six rigid motions of every connected part. O(N).
+void RequireSupported(const SolidMesh& mesh, const HeldNodes& held) {
+  using Matrix6d = Eigen::Matrix<double, 6, 6>;
+  int parts = 0;
+  const std::vector<int> part = PartsOf(mesh.tets, mesh.nodes.size(), &parts);
+  std::vector<Eigen::AlignedBox3d> box(Index(parts));
+  for (std::size_t n = 0; n < part.size(); ++n) {
+    if (part[n] >= 0) box[Index(part[n])].extend(mesh.nodes[n]);
   }
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    double longest = 0;
-    for (const auto& [i, j] : kEdges) {
-      const int a = mesh.tets[t][i], b = mesh.tets[t][j];
-      if (std::min(a, b) < 0 || std::max(a, b) >= count) {
-        refuse("tetrahedron " + std::to_string(t) + ": accepted are nodes that exist");
-      }
-      longest = std::max(longest, (mesh.nodes[Index(a)] - mesh.nodes[Index(b)]).norm());
+  std::vector<Matrix6d> gram(Index(parts), Matrix6d::Zero());
+  for (std::size_t n = 0; n < part.size(); ++n) {
+    if (part[n] < 0) continue;
+    const auto& extent = box[Index(part[n])];
+    const Vector3d r = (mesh.nodes[n] - extent.center()) / extent.sizes().maxCoeff();
+    for (int c = 0; c < 3; ++c) {
+      if (!held[n][Index(c)]) continue;
+      Eigen::Matrix<double, 6, 1> mode;
+      mode << Vector3d::Unit(c), r.cross(Vector3d::Unit(c));
+      gram[Index(part[n])] += mode * mode.transpose();
     }
-    const double volume = SignedVolume(mesh, static_cast<int>(t)) / (longest * longest * longest);
-    if (!(volume > kSmallestVolume)) {
-      refuse("tetrahedron " + std::to_string(t) +
-             ": accepted is a volume > 0, it is flat or inverted");
-    }
+  }
+  for (int p = 0; p < parts; ++p) {
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(gram[Index(p)], Eigen::EigenvaluesOnly);
+    if (eigen.eigenvalues()[0] > kFixesMotion) continue;
+    throw std::invalid_argument(
+        "object.fixed: fem-green needs supports that hold the body: accepted is what fixes all six "
+        "rigid motions of every part; the part with node " +
+        std::to_string(std::ranges::find(part, p) - part.begin()) + " is free to move");
   }
 }
 
@@ -204,16 +212,18 @@ void Scatter(const Stiffness& k, const std::array<int, 10>& nodes, std::size_t c
   }
 }
 
+constexpr double kFixesMotion = 1e-10;  // smallest eigenvalue of the motions' Gram matrix
+
 }  // namespace
 
-TetStiffness AssembleTetStiffness(const SolidMesh& mesh,
-                                  const std::vector<std::array<bool, 3>>& held, double nu,
+TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, double nu,
                                   TetElement element) {
   if (!(nu > -1 && nu <= kLargestNu)) {
-    throw std::invalid_argument("poisson_ratio = " + std::to_string(nu) +
-                                ": accepted is -1 < nu <= 0.499 (linear tetrahedra lock beyond)");
+    RefuseValue("poisson_ratio", nu, "-1 < nu <= 0.499 (linear tetrahedra lock beyond)");
   }
-  RequireGoodMesh(mesh, held);
+  RequireReadable(mesh);
+  RequireOnePerNode(held, mesh);
+  RequireVolumes(mesh, kSmallestVolume);
   RequireSupported(mesh, held);
   const Elements elements = Number(mesh, held, element);
   TetStiffness stiffness;

@@ -32,8 +32,7 @@ struct TetStiffness {
 // std::invalid_argument: counts that do not fit, a tetrahedron without positive volume or with a
 // node that does not exist, nu not in (-1, 0.499], supports that leave a part of the body free to
 // move.
-TetStiffness AssembleTetStiffness(const SolidMesh& mesh,
-                                  const std::vector<std::array<bool, 3>>& held, double nu,
+TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, double nu,
                                   TetElement element);
 
 }  // namespace palpate

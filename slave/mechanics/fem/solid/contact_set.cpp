@@ -2,50 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <map>
 #include <optional>
-#include <utility>
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
-namespace {
-
-using Eigen::Vector3d;
-
-}  // namespace
-
 SolidContacts::SolidContacts(const ElementMesh& mesh, const std::vector<bool>& used,
                              double length_unit)
     : mesh_(mesh), used_(used), unit_(length_unit), footprints_(mesh.surface) {}
 
-bool SolidContacts::Same(std::span<const Contact> contacts) const {
-  return known_ && std::ranges::equal(contacts, contacts_, [](const Contact& a, const Contact& b) {
-           return a.kind == b.kind && a.p_O == b.p_O && a.element == b.element &&
-                  a.width == b.width;
-         });
-}
-
 bool SolidContacts::Prepare(std::span<const Contact> contacts) {
   failure_ = {};
-  changed_ = !Same(contacts);
+  changed_ = !known_ || !std::ranges::equal(contacts, contacts_,
+                                            [](const auto& a, const auto& b) { return a.IsAt(b); });
   if (!changed_) return true;
   known_ = false;
   contacts_.assign(contacts.begin(), contacts.end());
   places_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (!Find(contacts[i], &places_[i])) {
-      if (failure_.empty()) failure_ = "no surface at a contact's place";
-      return false;
-    }
+    if (Find(contacts[i], &places_[i])) continue;
+    return failure_.empty() ? Refuse("no surface at a contact's place") : false;
   }
-  if (Overlap(contacts)) {
-    failure_ = "a prescribed displacement overlaps with another contact";
-    return false;
-  }
+  if (Overlap(contacts)) return Refuse("a prescribed displacement overlaps with another contact");
   known_ = true;
   return true;
 }
@@ -56,8 +37,7 @@ bool SolidContacts::Find(const Contact& contact, ContactPlace* place) {
   place->weights.clear();
   if (!contact.p_O.allFinite() || !std::isfinite(contact.width) || contact.width < 0 ||
       contact.element < -1 || contact.element >= static_cast<int>(mesh_.surface.triangles.size())) {
-    failure_ = "a contact's place, width or triangle is none";
-    return false;
+    return Refuse("a contact's place, width or triangle is none");
   }
   Contact here = contact;
   here.p_O /= unit_;
@@ -65,10 +45,7 @@ bool SolidContacts::Find(const Contact& contact, ContactPlace* place) {
   if (contact.width > 0) return FindPatch(here, place);
   const auto vicinity = FindPlace(mesh_.touch_surface, here.p_O);
   if (vicinity && vicinity->node >= 0 && contact.element < 0) {
-    if (!used_[Index(vicinity->node)]) {
-      failure_ = "a contact's node belongs to no tetrahedron";
-      return false;
-    }
+    if (!used_[Index(vicinity->node)]) return Refuse("a contact's node belongs to no tetrahedron");
     place->moved.push_back(vicinity->node);
     place->weights.emplace_back(vicinity->node, 1);
     return true;
@@ -88,7 +65,8 @@ void SolidContacts::Touch(const SurfacePlace& at, ContactPlace* place) const {
 }
 
 // The element's own shape functions there.
-void SolidContacts::PointWeights(int triangle, const Vector3d& weights, ContactPlace* place) const {
+void SolidContacts::PointWeights(int triangle, const Eigen::Vector3d& weights,
+                                 ContactPlace* place) const {
   const auto& face = mesh_.faces[Index(triangle)];
   const auto add = [&](std::size_t i, double weight) {
     if (weight != 0) place->weights.emplace_back(face[i], weight);
@@ -97,9 +75,7 @@ void SolidContacts::PointWeights(int triangle, const Vector3d& weights, ContactP
   for (int i = 0; i < 3; ++i) {
     add(Index(i), quadratic ? weights[i] * (2 * weights[i] - 1) : weights[i]);
   }
-  for (int i = 0; quadratic && i < 3; ++i) {
-    add(Index(3 + i), 4 * weights[i] * weights[(i + 1) % 3]);
-  }
+  for (int i = 0; quadratic && i < 3; ++i) add(Index(3 + i), 4 * weights[i] * weights[(i + 1) % 3]);
 }
 
 bool SolidContacts::FindPatch(const Contact& here, ContactPlace* place) {

@@ -2,7 +2,6 @@
 // sums of displacements they prescribe (contracts, `solve`).
 #pragma once
 
-#include <array>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -40,7 +39,10 @@ class SolidContacts {
   void Forget() { known_ = false; }
 
  private:
-  [[nodiscard]] bool Same(std::span<const Contact> contacts) const;
+  bool Refuse(std::string_view why) {
+    failure_ = why;
+    return false;
+  }
   bool Find(const Contact& contact, ContactPlace* place);
   bool FindPatch(const Contact& here, ContactPlace* place);
   void Touch(const SurfacePlace& at, ContactPlace* place) const;

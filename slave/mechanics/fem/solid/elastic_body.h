@@ -12,9 +12,9 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/solid/block_layout.h"
 #include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/fem/solid/material_law.h"
+#include "slave/mechanics/fem/solid/sparse_system.h"
 
 namespace palpate {
 

@@ -1,15 +1,12 @@
 #include "slave/mechanics/fem/solid/element_mesh.h"
 
-#include <algorithm>
-#include <cstdint>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/node_merger.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -17,33 +14,11 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-constexpr std::array<std::pair<int, int>, 6> kEdges{
-    {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
 constexpr double kFlat = 1e-14;  // volume / longest edge^3 of what counts as none
 
-void Check(const SolidMesh& mesh) {
-  if (mesh.tets.empty()) throw std::invalid_argument("mesh: accepted is at least one tetrahedron");
-  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
-    if (mesh.nodes[i].allFinite()) continue;
-    throw std::invalid_argument("mesh node " + std::to_string(i) +
-                                ": accepted are finite coordinates");
-  }
-  for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-    for (const int node : mesh.tets[e]) {
-      if (node >= 0 && node < static_cast<int>(mesh.nodes.size())) continue;
-      throw std::invalid_argument("mesh tetrahedron " + std::to_string(e) + ": node " +
-                                  std::to_string(node) + " does not exist");
-    }
-    double longest = 0;
-    for (const auto& [a, b] : kEdges) {
-      const auto& tet = mesh.tets[e];
-      longest = std::max(
-          longest, (mesh.nodes[Index(tet[Index(a)])] - mesh.nodes[Index(tet[Index(b)])]).norm());
-    }
-    if (SignedVolume(mesh, static_cast<int>(e)) > kFlat * longest * longest * longest) continue;
-    throw std::invalid_argument("mesh tetrahedron " + std::to_string(e) +
-                                ": accepted is a positive volume");
-  }
+std::pair<int, int> EndsOf(int edge) {
+  const auto& [a, b] = kTetEdges[Index(edge)];
+  return {static_cast<int>(a), static_cast<int>(b)};
 }
 
 void AddFaces(ElementMesh* mesh, EdgeMiddles* middle) {
@@ -66,7 +41,8 @@ void AddFaces(ElementMesh* mesh, EdgeMiddles* middle) {
 }  // namespace
 
 ElementMesh MakeElementMesh(const SolidMesh& mesh, FemOptions::Element element, double unit) {
-  Check(mesh);
+  RequireReadable(mesh);
+  RequireVolumes(mesh, kFlat);
   ElementMesh made;
   made.vertex_count = static_cast<int>(mesh.nodes.size());
   made.nodes_per_element = element == FemOptions::Element::kTet10 ? 10 : 4;
@@ -75,9 +51,7 @@ ElementMesh MakeElementMesh(const SolidMesh& mesh, FemOptions::Element element, 
   for (const auto& tet : mesh.tets) {
     made.connectivity.insert(made.connectivity.end(), tet.begin(), tet.end());
     if (made.nodes_per_element == 4) continue;
-    for (const auto& [a, b] : kEdges) {
-      made.connectivity.push_back(middle(tet[Index(a)], tet[Index(b)]));
-    }
+    for (const auto& [a, b] : kTetEdges) made.connectivity.push_back(middle(tet[a], tet[b]));
   }
   made.surface.triangles = SurfaceOf(mesh).triangles;
   made.surface.nodes.assign(made.nodes.begin(), made.nodes.begin() + made.vertex_count);
@@ -115,7 +89,7 @@ ShapeValues ShapesAt(int nodes_per_element, const Vector4d& bary) {
   ShapeValues shapes(10);
   for (int i = 0; i < 4; ++i) shapes[i] = bary[i] * (2 * bary[i] - 1);
   for (int e = 0; e < 6; ++e) {
-    const auto& [a, b] = kEdges[Index(e)];
+    const auto [a, b] = EndsOf(e);
     shapes[4 + e] = 4 * bary[a] * bary[b];
   }
   return shapes;
@@ -127,7 +101,7 @@ ShapeGradients GradientsAt(const TetGeometry& geometry, int nodes_per_element,
   ShapeGradients gradients(3, 10);
   for (int i = 0; i < 4; ++i) gradients.col(i) = (4 * bary[i] - 1) * geometry.grad.col(i);
   for (int e = 0; e < 6; ++e) {
-    const auto& [a, b] = kEdges[Index(e)];
+    const auto [a, b] = EndsOf(e);
     gradients.col(4 + e) = 4 * (bary[a] * geometry.grad.col(b) + bary[b] * geometry.grad.col(a));
   }
   return gradients;
@@ -141,21 +115,19 @@ ShapeValues ShapeIntegrals(int nodes_per_element) {
 }
 
 Eigen::MatrixXd ShapeProducts(int nodes_per_element) {
-  if (nodes_per_element == 4) {
-    return (Eigen::Matrix4d::Ones() + Eigen::Matrix4d::Identity()) / 20;
-  }
+  if (nodes_per_element == 4) return (Eigen::Matrix4d::Ones() + Eigen::Matrix4d::Identity()) / 20;
   Eigen::MatrixXd products(10, 10);
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) products(i, j) = i == j ? 6 : 1;
     for (int e = 0; e < 6; ++e) {
-      const auto& [a, b] = kEdges[Index(e)];
+      const auto [a, b] = EndsOf(e);
       products(i, 4 + e) = products(4 + e, i) = i == a || i == b ? -4 : -6;
     }
   }
   for (int e = 0; e < 6; ++e) {
     for (int f = 0; f < 6; ++f) {
-      const auto& [a, b] = kEdges[Index(e)];
-      const auto& [c, d] = kEdges[Index(f)];
+      const auto [a, b] = EndsOf(e);
+      const auto [c, d] = EndsOf(f);
       const int shared = (a == c || a == d) + (b == c || b == d);
       products(4 + e, 4 + f) = shared == 2 ? 32 : shared == 1 ? 16 : 8;
     }

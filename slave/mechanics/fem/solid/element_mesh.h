@@ -13,8 +13,11 @@
 namespace palpate {
 
 constexpr int kMaxNodes = 10;  // of one element
+// Corners of the edges, in the order of their middles.
+constexpr std::array<std::array<std::size_t, 2>, 6> kTetEdges{
+    {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
 
-// Ten nodes: the corners, then the middles of the edges 01 12 02 03 13 23.
+// Ten nodes: the corners, then the middles of the edges.
 struct ElementMesh {
   std::vector<Eigen::Vector3d> nodes;  // those of the SolidMesh first, then the middles [unit]
   int vertex_count = 0;

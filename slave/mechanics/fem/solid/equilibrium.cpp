@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
@@ -68,6 +70,13 @@ void Equilibrium::UpdatePressure(VectorXd* x) {
   }
 }
 
+// Its energy, with its force in product_; `moved`: room.
+double Equilibrium::Inertia(const Balance& balance, const VectorXd& x, VectorXd* moved) {
+  *moved = x - *balance.origin;
+  Multiply(*balance.inertia, *moved, &product_);
+  return 0.5 * moved->dot(product_);
+}
+
 // Fills residual_ and returns the potential energy: elastic, of the loads, of inertia.
 double Equilibrium::Residual(const Balance& balance, const VectorXd& x) {
   double energy = 0;
@@ -80,22 +89,15 @@ double Equilibrium::Residual(const Balance& balance, const VectorXd& x) {
   energy -= balance.force.dot(x);
   residual_ -= balance.force;
   if (balance.inertia) {
-    trial_ = x - *balance.origin;
-    Multiply(*balance.inertia, trial_, &product_);
-    energy += 0.5 * trial_.dot(product_);
+    energy += Inertia(balance, x, &trial_);
     residual_ += product_;
   }
   return energy;
 }
 
 double Equilibrium::Potential(const Balance& balance, const VectorXd& x) {
-  double energy = body_.Energy(x) - balance.force.dot(x);
-  if (balance.inertia) {
-    right_ = x - *balance.origin;
-    Multiply(*balance.inertia, right_, &product_);
-    energy += 0.5 * right_.dot(product_);
-  }
-  return energy;
+  const double energy = body_.Energy(x) - balance.force.dot(x);
+  return balance.inertia ? energy + Inertia(balance, x, &right_) : energy;
 }
 
 // What is left over on free unknowns, relative to the forces there are.
@@ -103,7 +105,7 @@ double Equilibrium::Weigh(const Balance& balance) {
   right_ = -residual_;
   double carried = 0;
   for (int i = 0; i < right_.size(); ++i) {
-    if (balance.fixed[static_cast<std::size_t>(i)]) {
+    if (balance.fixed[Index(i)]) {
       carried += right_[i] * right_[i];
       right_[i] = 0;
     }
@@ -112,7 +114,7 @@ double Equilibrium::Weigh(const Balance& balance) {
   for (std::size_t k = 0; k < balance.rows.size(); ++k) {
     const double m = balance.row_force[static_cast<int>(k)];
     for (const auto& [unknown, weight] : balance.rows[k].weights) {
-      if (!balance.fixed[static_cast<std::size_t>(unknown)]) right_[unknown] += weight * m;
+      if (!balance.fixed[Index(unknown)]) right_[unknown] += weight * m;
     }
     points += m * m;
   }
@@ -135,9 +137,9 @@ void Equilibrium::Constrain(const Balance& balance) {
     }
   }
   for (int column = 0; column < system_.cols(); ++column) {
-    const bool fixed_column = balance.fixed[static_cast<std::size_t>(column)];
+    const bool fixed_column = balance.fixed[Index(column)];
     for (SparseMatrix::InnerIterator entry(system_, column); entry; ++entry) {
-      if (fixed_column || balance.fixed[static_cast<std::size_t>(entry.row())]) {
+      if (fixed_column || balance.fixed[Index(entry.row())]) {
         entry.valueRef() = entry.row() == column ? row_penalty_ : 0;
       }
     }
@@ -150,8 +152,8 @@ bool Equilibrium::PrepareRows(const Balance& balance) {
   row_matrix_.resize(count, count);
   for (int k = 0; k < count; ++k) {
     right_.setZero();
-    for (const auto& [unknown, weight] : balance.rows[static_cast<std::size_t>(k)].weights) {
-      if (!balance.fixed[static_cast<std::size_t>(unknown)]) right_[unknown] = weight;
+    for (const auto& [unknown, weight] : balance.rows[Index(k)].weights) {
+      if (!balance.fixed[Index(unknown)]) right_[unknown] = weight;
     }
     if (!solver_.Solve(right_, 0.01 * options_.residual, &step_)) {
       return Fail("the linear solver did not converge");
@@ -161,10 +163,8 @@ bool Equilibrium::PrepareRows(const Balance& balance) {
   for (int k = 0; k < count; ++k) {
     for (int l = 0; l < count; ++l) {
       double sum = 0;
-      for (const auto& [unknown, weight] : balance.rows[static_cast<std::size_t>(k)].weights) {
-        if (!balance.fixed[static_cast<std::size_t>(unknown)]) {
-          sum += weight * row_columns_(unknown, l);
-        }
+      for (const auto& [unknown, weight] : balance.rows[Index(k)].weights) {
+        if (!balance.fixed[Index(unknown)]) sum += weight * row_columns_(unknown, l);
       }
       row_matrix_(k, l) = sum;
     }
@@ -196,7 +196,7 @@ bool Equilibrium::Prepare(const Balance& balance, const VectorXd& x) {
   if (linear() && factored_) return true;
   expected_negative_ = 0;
   for (int i = 0; i < pressure_.size(); ++i) {
-    expected_negative_ += !balance.fixed[static_cast<std::size_t>(layout_.pressure(i))];
+    expected_negative_ += !balance.fixed[Index(layout_.pressure(i))];
   }
   const auto good = [&](const Tangent& tangent) {
     return FactorTangent(balance, x, tangent) &&
@@ -225,7 +225,7 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
   if (first) {
     trial_.setZero();
     for (int i = 0; i < x.size(); ++i) {
-      if (balance->fixed[static_cast<std::size_t>(i)]) trial_[i] = balance->given[i] - x[i];
+      if (balance->fixed[Index(i)]) trial_[i] = balance->given[i] - x[i];
     }
     Multiply(stiffness_, trial_, &product_);
     if (balance->inertia && linear()) {
@@ -233,23 +233,21 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
       product_ += step_;
     }
     for (int i = 0; i < x.size(); ++i) {
-      if (!balance->fixed[static_cast<std::size_t>(i)]) right_[i] -= product_[i];
+      if (!balance->fixed[Index(i)]) right_[i] -= product_[i];
     }
   }
   const double least = 0.1 * options_.residual;
   const double accuracy = linear() ? least : std::clamp(relative_, least, 1e-2);
-  if (!solver_.Solve(r, accuracy, &step_)) {
-    return Fail("the linear solver did not converge");
-  }
+  if (!solver_.Solve(r, accuracy, &step_)) return Fail("the linear solver did not converge");
   const int count = static_cast<int>(balance->rows.size());
   if (count > 0) {
     VectorXd gap(count), missing(count);
     for (int k = 0; k < count; ++k) {
-      const PointRow& row = balance->rows[static_cast<std::size_t>(k)];
+      const PointRow& row = balance->rows[Index(k)];
       gap[k] = row.value;
       double moved = 0;
       for (const auto& [unknown, weight] : row.weights) {
-        const bool fixed = balance->fixed[static_cast<std::size_t>(unknown)];
+        const bool fixed = balance->fixed[Index(unknown)];
         gap[k] -= weight * (fixed ? balance->given[unknown] : x[unknown]);
         if (!fixed) moved += weight * step_[unknown];
       }
@@ -261,7 +259,7 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
   }
   if (first) {
     for (int i = 0; i < x.size(); ++i) {
-      if (balance->fixed[static_cast<std::size_t>(i)]) step_[i] = trial_[i];
+      if (balance->fixed[Index(i)]) step_[i] = trial_[i];
     }
   }
   return step_.allFinite() || Fail("the linear solver broke down");
@@ -296,7 +294,7 @@ bool Equilibrium::Solve(Balance* balance, VectorXd* x) {
 // Whether fixed unknowns and points are where they are given.
 bool Equilibrium::Feasible(const Balance& balance, const VectorXd& x) const {
   for (int i = 0; i < x.size(); ++i) {
-    if (balance.fixed[static_cast<std::size_t>(i)] && x[i] != balance.given[i]) return false;
+    if (balance.fixed[Index(i)] && x[i] != balance.given[i]) return false;
   }
   return balance.rows.empty();
 }

@@ -15,11 +15,9 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <Eigen/LU>
 
-#include "slave/mechanics/fem/solid/block_layout.h"
 #include "slave/mechanics/fem/solid/elastic_body.h"
-#include "slave/mechanics/fem/solid/symmetric_solver.h"
+#include "slave/mechanics/fem/solid/sparse_system.h"
 
 namespace palpate {
 
@@ -58,7 +56,6 @@ class Equilibrium {
 
   // gradient W + Q (x - x_0) - f - q of the last state: what fixed unknowns and points must carry.
   [[nodiscard]] const Eigen::VectorXd& unbalanced() const { return residual_; }
-  [[nodiscard]] double relative_residual() const { return relative_; }
   [[nodiscard]] int newton_steps() const { return steps_; }
   [[nodiscard]] std::string_view failure() const { return failure_; }
   [[nodiscard]] const SymmetricSolver& solver() const { return solver_; }
@@ -71,6 +68,7 @@ class Equilibrium {
 
  private:
   [[nodiscard]] bool linear() const { return body_.law().law() == FemOptions::Law::kLinear; }
+  double Inertia(const Balance& balance, const Eigen::VectorXd& x, Eigen::VectorXd* moved);
   double Residual(const Balance& balance, const Eigen::VectorXd& x);
   double Potential(const Balance& balance, const Eigen::VectorXd& x);
   double Weigh(const Balance& balance);
@@ -102,7 +100,7 @@ class Equilibrium {
   std::unique_ptr<SymmetricSolver> pressure_solver_;
   Eigen::VectorXd pressure_change_, pressure_;
 
-  Eigen::VectorXd residual_, right_, step_, trial_, product_, row_right_;
+  Eigen::VectorXd residual_, right_, step_, trial_, product_;
   double energy_ = 0, relative_ = 0, start_force_ = 0, removed_ = 0;
   int steps_ = 0, expected_negative_ = 0;
   bool factored_ = false;

@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/mesh_resolution.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -29,24 +28,10 @@ constexpr int kMostSteps = 300;          // of Newton's method for one answer, a
 constexpr double kGrowth = 1e-6;         // of energy, per step, that rounding explains
 constexpr double kLooseGrowth = 1e-2;    // where the step is not a minimum of energy
 
-[[noreturn]] void Refuse(const std::string& key, double value, const std::string& accepted) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  throw std::invalid_argument(key + " = " + text.data() + ": accepted is " + accepted);
-}
-
-double LargerSide(const SolidMesh& mesh) {
-  if (mesh.nodes.empty()) throw std::invalid_argument("mesh: accepted is at least one tetrahedron");
-  Eigen::Array3d low = mesh.nodes.front(), high = low;
-  for (const auto& p : mesh.nodes) {
-    low = low.min(p.array());
-    high = high.max(p.array());
-  }
-  const double side = (high - low).maxCoeff();
-  if (!(side > 0 && std::isfinite(side))) {
-    throw std::invalid_argument("mesh: accepted is a finite extent > 0");
-  }
-  return side;
+double SideOf(const SolidMesh& mesh) {
+  const double side = LargerSide(mesh.nodes);
+  if (side > 0 && std::isfinite(side)) return side;
+  throw std::invalid_argument("mesh: accepted is a finite extent > 0");
 }
 
 bool TakesPressure(const SolidModel::Params& params) {
@@ -68,44 +53,40 @@ void CheckPressure(const SolidModel::Params& params) {
   }
   if (!TakesPressure(params)) {
     if (nu <= SolidModel::kNearlyIncompressible) return;
-    Refuse("poisson_ratio", nu, "at most 0.49999 without a pressure unknown (tet10 with mixed)");
+    RefuseValue("poisson_ratio", nu,
+                "at most 0.49999 without a pressure unknown (tet10 with mixed)");
   }
   if (nu <= 0 && o.law != Law::kNeoHookean) {
-    Refuse("poisson_ratio", nu, "> 0 with pressure = mixed or averaged");
+    RefuseValue("poisson_ratio", nu, "> 0 with pressure = mixed or averaged");
   }
   if (o.element == Element::kTet4 && nu > SolidModel::kAveragedLimit) {
-    Refuse("poisson_ratio", nu, "at most 0.4999 with pressure = averaged");
+    RefuseValue("poisson_ratio", nu, "at most 0.4999 with pressure = averaged");
   }
   if (o.law != Law::kLinear && nu > SolidModel::kNearlyIncompressible) {
-    Refuse("poisson_ratio", nu, "at most 0.49999 unless law = linear");
+    RefuseValue("poisson_ratio", nu, "at most 0.49999 unless law = linear");
   }
   if (o.time == Time::kDynamic && o.damping_stiffness > 0) {
-    Refuse("damping.stiffness", o.damping_stiffness, "0 with pressure = mixed or averaged");
+    RefuseValue("damping.stiffness", o.damping_stiffness, "0 with pressure = mixed or averaged");
   }
 }
 
 SolidModel::Params Checked(const SolidModel::Params& params) {
-  const auto positive = [](const char* key, double value) {
-    if (!(value > 0 && std::isfinite(value))) Refuse(key, value, "finite and > 0");
-  };
-  const auto not_negative = [](const char* key, double value) {
-    if (!(value >= 0 && std::isfinite(value))) Refuse(key, value, "finite and >= 0");
-  };
   const auto& o = params.options;
-  positive("young_modulus", params.young_modulus);
-  positive("range", params.range);
-  positive("residual", o.residual);
-  if (o.residual > 0.1) Refuse("residual", o.residual, "at most 0.1");
+  RequirePositive("young_modulus", params.young_modulus);
+  RequirePositive("range", params.range);
+  RequirePositive("residual", o.residual);
+  if (o.residual > 0.1) RefuseValue("residual", o.residual, "at most 0.1");
   if (!(params.poisson_ratio > -1 && params.poisson_ratio <= 0.5)) {
-    Refuse("poisson_ratio", params.poisson_ratio, "-1 < nu <= 0.5");
+    RefuseValue("poisson_ratio", params.poisson_ratio, "-1 < nu <= 0.5");
   }
   if (!o.gravity_O.allFinite()) throw std::invalid_argument("gravity: accepted is finite");
-  if (o.time == Time::kDynamic || !o.gravity_O.isZero(0)) positive("density", params.density);
+  if (o.time == Time::kDynamic || !o.gravity_O.isZero(0))
+    RequirePositive("density", params.density);
   if (o.time == Time::kDynamic) {
-    positive("step", o.step);
-    not_negative("damping.mass", o.damping_mass);
-    not_negative("damping.stiffness", o.damping_stiffness);
-    if (o.newton < 0) Refuse("newton", o.newton, ">= 0");
+    RequirePositive("step", o.step);
+    RequireNotNegative("damping.mass", o.damping_mass);
+    RequireNotNegative("damping.stiffness", o.damping_stiffness);
+    if (o.newton < 0) RefuseValue("newton", o.newton, ">= 0");
   }
   CheckPressure(params);
   return params;
@@ -123,11 +104,6 @@ Equilibrium::Options SolverOptions(const SolidModel::Params& params) {
   return options;
 }
 
-const SolidModel::Held& SameSize(const SolidModel::Held& held, const SolidMesh& mesh) {
-  if (held.size() == mesh.nodes.size()) return held;
-  throw std::invalid_argument("held: accepted is one entry per node of the mesh");
-}
-
 // Rough, before anything is built: factors of three-dimensional meshes grow like n^(4/3).
 void Announce(const SolidMesh& mesh, const SolidModel::Params& params, Progress* progress) {
   if (!progress) return;
@@ -143,10 +119,10 @@ void Announce(const SolidMesh& mesh, const SolidModel::Params& params, Progress*
 
 }  // namespace
 
-SolidModel::SolidModel(const SolidMesh& mesh, const Held& held, const Params& params,
+SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
                        Progress* progress)
     : params_((Announce(mesh, params, progress), Checked(params))),
-      unit_(LargerSide(mesh)),
+      unit_((RequireOnePerNode(held, mesh), SideOf(mesh))),
       mesh_(MakeElementMesh(mesh, params_.options.element, unit_)),
       layout_((Tell(progress, "mesh and pattern", 0.3), mesh_), TakesPressure(params_)),
       body_(mesh_, layout_, MaterialLaw(params_.options.law, params_.poisson_ratio)),
@@ -154,7 +130,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const Held& held, const Params& pa
                    SolverOptions(params_)),
       used_(Index(mesh_.node_count()), false),
       contacts_(mesh_, used_, unit_),
-      supports_(mesh_, layout_, SameSize(held, mesh), body_.NodeVolumes()) {
+      supports_(mesh_, layout_, held, body_.NodeVolumes()) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   if (mesh_.nodes_per_element == 4) {
     // Of bending alone where the pressure is the elements' own.
@@ -199,12 +175,11 @@ void SolidModel::Describe(Progress* progress) {
   info_.step = dynamic() ? params_.options.step : 0;
   Tell(progress, "first answer", 0);
   const auto before = std::chrono::steady_clock::now();
-  if (params_.options.law == Law::kLinear && !dynamic()) Respond({}, {});
-  const auto now = std::chrono::steady_clock::now();
-  const SymmetricSolver& solver = equilibrium_.solver();
   if (params_.options.law == Law::kLinear && !dynamic()) {
-    info_.update_us = std::chrono::duration<double, std::micro>(now - before).count();
+    Respond({}, {});
+    info_.update_us = 1e6 * SecondsSince(before);
   }
+  const SymmetricSolver& solver = equilibrium_.solver();
   failure_ = {};
   Reset();
   info_.memory_bytes =
@@ -216,7 +191,7 @@ void SolidModel::Describe(Progress* progress) {
                       ? (mesh_.nodes_per_element == 10 ? ", mixed pressure" : ", averaged pressure")
                       : "") +
                  (solver.is_direct() ? ", direct solver" : ", conjugate gradients");
-  info_.precompute_s = std::chrono::duration<double>(now - started_).count();
+  NotePrecompute();
   Tell(progress, "first answer", 1);
 }
 
@@ -274,20 +249,15 @@ bool SolidModel::Acceptable(std::span<const Contact> contacts) {
   for (const auto& contact : contacts) {
     const bool moved = contact.kind == Contact::Kind::kDisplacement;
     const double unit = moved ? unit_ : params_.young_modulus * unit_ * unit_;
-    if (!((contact.prescribed_O / unit).cwiseAbs().maxCoeff() <= kAbsurd)) {
-      failure_ = "a value is not finite or absurdly large";
-      return false;
-    }
+    if ((contact.prescribed_O / unit).cwiseAbs().maxCoeff() <= kAbsurd) continue;
+    return Fail("a value is not finite or absurdly large");
   }
   return true;
 }
 
 // What is fixed and which rows there are, for new places.
 bool SolidModel::PrepareSet(std::span<const Contact> contacts) {
-  if (!contacts_.Prepare(contacts)) {
-    failure_ = contacts_.failure();
-    return false;
-  }
+  if (!contacts_.Prepare(contacts)) return Fail(contacts_.failure());
   if (!contacts_.changed() && !balance_.fixed.empty()) return true;
   equilibrium_.Changed();
   supports_.Hold(&balance_);
@@ -327,10 +297,7 @@ bool SolidModel::Prescribe(std::span<const Contact> contacts) {
     }
     const Vector3d moved = contacts[i].prescribed_O / unit_;
     for (const int node : place.moved) {
-      if (supports_.Forbids(node, moved)) {
-        failure_ = "a node that the scene holds is moved";
-        return false;
-      }
+      if (supports_.Forbids(node, moved)) return Fail("a node that the scene holds is moved");
       target_.segment<3>(layout_.first(node)) = moved;
     }
     for (int c = 0; place.moved.empty() && c < 3; ++c) row_target_[row++] = moved[c];
@@ -340,8 +307,7 @@ bool SolidModel::Prescribe(std::span<const Contact> contacts) {
 
 bool SolidModel::CheckFreeBody() {
   if (!supports_.is_free() || supports_.Imbalance(loads_) <= kBalanced) return true;
-  failure_ = "loads on a body that is free to move do not balance";
-  return false;
+  return Fail("loads on a body that is free to move do not balance");
 }
 
 bool SolidModel::SolveStatic() {
@@ -360,8 +326,7 @@ bool SolidModel::SolveStatic() {
   row_start_ = row_target_;
   if (!supports_.is_free()) return true;
   if (supports_.PinForce(equilibrium_.unbalanced()) > kStillBalanced * loads_.norm()) {
-    failure_ = "loads on a body that is free to move do not balance once it has deformed";
-    return false;
+    return Fail("loads on a body that is free to move do not balance once it has deformed");
   }
   supports_.RemoveFreeMotion(&x_);
   return true;
@@ -521,10 +486,7 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
   for (int node = 0; node < mesh_.node_count(); ++node) {
     largest = std::max(largest, x_.segment<3>(layout_.first(node)).stableNorm());
   }
-  if (!(largest <= kAbsurd)) {
-    failure_ = "the answer is absurdly large";
-    return false;
-  }
+  if (!(largest <= kAbsurd)) return Fail("the answer is absurdly large");
   inverted_ = !(body_.SmallestJacobian(x_) > 0);
   const std::optional<std::string_view> doubt = Doubt(largest);
   const double force_unit = params_.young_modulus * unit_ * unit_;
@@ -552,8 +514,7 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
       }
     }
     if (!response.force_O.allFinite() || !response.displacement_O.allFinite()) {
-      failure_ = "the answer is not finite";
-      return false;
+      return Fail("the answer is not finite");
     }
     responses[i] = response;
   }
@@ -562,21 +523,7 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
 
 void SolidModel::Displacements(std::vector<Vector3d>* u_O) {
   u_O->clear();
-  for (int node = 0; node < mesh_.vertex_count; ++node) {
-    u_O->push_back(displacement(node));
-  }
-}
-
-Vector3d SolidModel::displacement(int node) const {
-  return unit_ * x_.segment<3>(layout_.first(node));
-}
-
-double SolidModel::pressure(int vertex) const {
-  return layout_.has_pressure() ? params_.young_modulus * x_[layout_.pressure(vertex)] : 0;
-}
-
-double SolidModel::elastic_energy() {
-  return params_.young_modulus * unit_ * unit_ * unit_ * equilibrium_.Energy(x_);
+  for (int node = 0; node < mesh_.vertex_count; ++node) u_O->push_back(displacement(node));
 }
 
 double SolidModel::total_energy() {

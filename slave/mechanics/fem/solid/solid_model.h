@@ -3,9 +3,6 @@
 // or step by step. What each part does stands in elastic_body.h, material_law.h, equilibrium.h.
 #pragma once
 
-#include <array>
-#include <chrono>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -16,13 +13,13 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/fem/solid/block_layout.h"
 #include "slave/mechanics/fem/solid/contact_set.h"
 #include "slave/mechanics/fem/solid/elastic_body.h"
 #include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
+#include "slave/mechanics/fem/solid/sparse_system.h"
 #include "slave/mechanics/fem/solid/supports.h"
-#include "slave/mechanics/strain_resolution.h"
+#include "slave/mechanics/mesh_resolution.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -37,7 +34,6 @@ class SolidModel final : public DeformationModel {
     double range = 0.1;        // of the linear law: largest |displacement| / larger side
     SymmetricSolver::Limits limits;
   };
-  using Held = std::vector<std::array<bool, 3>>;
 
   // `held`: components of every node of `mesh` that stay in place; the middle of an edge is held
   // where both its ends are. Throws std::invalid_argument: an impossible parameter or combination,
@@ -46,7 +42,7 @@ class SolidModel final : public DeformationModel {
   // Pressure: ten nodes take `mixed` (any nu > 0 up to and including 0.5 for the linear law, up to
   // kNearlyIncompressible for others), four take `averaged` (up to 0.4999). `mixed` and `averaged`
   // need a direct factor within the limits.
-  SolidModel(const SolidMesh& mesh, const Held& held, const Params& params,
+  SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
              Progress* progress = nullptr);
   static constexpr double kNearlyIncompressible = 0.49999;
   static constexpr double kAveragedLimit = 0.4999;
@@ -58,20 +54,23 @@ class SolidModel final : public DeformationModel {
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   // Of the nodes of the mesh given.
-  [[nodiscard]] const FieldMesh& field_mesh() const override { return field_mesh_; }
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
   void Start(std::span<const Contact> contacts) override;
-  [[nodiscard]] std::string_view failure() const override { return failure_; }
-  [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
   [[nodiscard]] const ElementMesh& mesh() const { return mesh_; }
   // Of node `node` of mesh(), middles too [m].
-  [[nodiscard]] Eigen::Vector3d displacement(int node) const;
+  [[nodiscard]] Eigen::Vector3d displacement(int node) const {
+    return unit_ * x_.segment<3>(layout_.first(node));
+  }
   // Pressure unknown of a vertex, positive in tension [Pa]; 0 without pressure unknowns.
-  [[nodiscard]] double pressure(int vertex) const;
+  [[nodiscard]] double pressure(int vertex) const {
+    return layout_.has_pressure() ? params_.young_modulus * x_[layout_.pressure(vertex)] : 0;
+  }
   // Elastic, and elastic plus kinetic energy of the state [J].
-  [[nodiscard]] double elastic_energy();
+  [[nodiscard]] double elastic_energy() {
+    return params_.young_modulus * unit_ * unit_ * unit_ * equilibrium_.Energy(x_);
+  }
   [[nodiscard]] double total_energy();
   [[nodiscard]] int newton_steps() const { return newton_steps_; }
   [[nodiscard]] double smallest_jacobian() const { return body_.SmallestJacobian(x_); }
@@ -102,7 +101,6 @@ class SolidModel final : public DeformationModel {
   }
 
   Params params_;
-  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   double unit_;  // larger side of the body [m]
   ElementMesh mesh_;
   BlockLayout layout_;
@@ -114,8 +112,6 @@ class SolidModel final : public DeformationModel {
   std::optional<StrainResolution> strain_;  // of four nodes
   std::vector<Eigen::Vector3d> u_;          // of the nodes
   std::vector<int> touched_;
-  FieldMesh field_mesh_;
-  ModelInfo info_;
 
   Balance balance_;
   Eigen::VectorXd weight_;          // gravity's load
@@ -128,7 +124,6 @@ class SolidModel final : public DeformationModel {
   bool step_ready_ = false, grew_ = false, inverted_ = false;
   double start_energy_ = 0;
   int newton_steps_ = 0;
-  std::string_view failure_;
 };
 
 }  // namespace palpate

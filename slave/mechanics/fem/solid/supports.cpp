@@ -1,16 +1,11 @@
 #include "slave/mechanics/fem/solid/supports.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
-
-#include "shared/geometry/index.h"
 
 namespace palpate {
 namespace {
@@ -22,21 +17,19 @@ constexpr double kFree = 1e-10;  // eigenvalue over the largest one below which 
 
 }  // namespace
 
-Supports::Supports(const ElementMesh& mesh, const BlockLayout& layout,
-                   const std::vector<std::array<bool, 3>>& held, VectorXd volumes)
+Supports::Supports(const ElementMesh& mesh, const BlockLayout& layout, const HeldNodes& held,
+                   VectorXd volumes)
     : mesh_(mesh), layout_(layout), held_(held), volumes_(std::move(volumes)) {
   // A middle is held where both ends of its edge are.
   held_.resize(Index(mesh.node_count()), {true, true, true});
   used_.assign(Index(mesh.node_count()), false);
-  constexpr std::array<std::pair<std::size_t, std::size_t>, 6> kEdges{
-      {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
   for (int e = 0; e < mesh.element_count(); ++e) {
     const auto nodes = mesh.element(e);
     for (const int node : nodes) used_[Index(node)] = true;
     for (std::size_t i = 4; i < nodes.size(); ++i) {
+      const auto& [a, b] = kTetEdges[i - 4];
       for (std::size_t c = 0; c < 3; ++c) {
-        held_[Index(nodes[i])][c] = held_[Index(nodes[kEdges[i - 4].first])][c] &&
-                                    held_[Index(nodes[kEdges[i - 4].second])][c];
+        held_[Index(nodes[i])][c] = held_[Index(nodes[a])][c] && held_[Index(nodes[b])][c];
       }
     }
   }
@@ -81,10 +74,6 @@ Supports::Motion Supports::Row(int node, int component) const {
   row.head<3>() = Vector3d::Unit(component);
   row.tail<3>() = (mesh_.nodes[Index(node)] - centre_).cross(Vector3d::Unit(component));
   return row;
-}
-
-Vector3d Supports::Rigid(const Motion& motion, int node) const {
-  return motion.head<3>() + Vector3d(motion.tail<3>()).cross(mesh_.nodes[Index(node)] - centre_);
 }
 
 Supports::Matrix6d Supports::Held(const Balance& balance) const {

@@ -1,23 +1,23 @@
 // What keeps a body from moving as a whole, and what is done where nothing does.
 #pragma once
 
-#include <array>
-#include <span>
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
-#include "slave/mechanics/fem/solid/block_layout.h"
+#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
+#include "slave/mechanics/fem/solid/sparse_system.h"
 
 namespace palpate {
 
 class Supports {
  public:
   // Keeps references. `volumes`: of every node's shape function, the weights of means.
-  Supports(const ElementMesh& mesh, const BlockLayout& layout,
-           const std::vector<std::array<bool, 3>>& held, Eigen::VectorXd volumes);
+  Supports(const ElementMesh& mesh, const BlockLayout& layout, const HeldNodes& held,
+           Eigen::VectorXd volumes);
 
   // Marks what the scene holds and nodes of no element.
   void Hold(Balance* balance) const;
@@ -38,13 +38,16 @@ class Supports {
   using Motion = Eigen::Matrix<double, 6, 1>;  // translation, rotation about the centre
   using Matrix6d = Eigen::Matrix<double, 6, 6>;
   [[nodiscard]] Motion Row(int node, int component) const;
-  [[nodiscard]] Eigen::Vector3d Rigid(const Motion& motion, int node) const;
+  [[nodiscard]] Eigen::Vector3d Rigid(const Motion& motion, int node) const {
+    return motion.head<3>() +
+           Eigen::Vector3d(motion.tail<3>()).cross(mesh_.nodes[Index(node)] - centre_);
+  }
   [[nodiscard]] Matrix6d Held(const Balance& balance) const;
   [[nodiscard]] bool Used(int node) const { return used_[static_cast<std::size_t>(node)]; }
 
   const ElementMesh& mesh_;
   const BlockLayout& layout_;
-  std::vector<std::array<bool, 3>> held_;  // middles too
+  HeldNodes held_;  // middles too
   Eigen::VectorXd volumes_;
   std::vector<bool> used_;
   Eigen::Vector3d centre_{0, 0, 0};

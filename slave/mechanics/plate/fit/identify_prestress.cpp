@@ -270,9 +270,7 @@ MembraneIdentity IdentifyMembrane(const PlateLargeModel::Params& plate,
       answer.x[1] = p / problem.UnitOf(1, answer.x);
     }
     const bool found = Descend(problem, &answer);
-    if (found && (!best || answer.misfit.squaredNorm() < best->misfit.squaredNorm())) {
-      best = answer;
-    }
+    if (found && (!best || answer.misfit.squaredNorm() < best->misfit.squaredNorm())) best = answer;
     if (best && best->misfit.squaredNorm() < kGoodFit * kGoodFit * freedom) break;
   }
   if (!best) {

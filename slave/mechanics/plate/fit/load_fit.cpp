@@ -1,15 +1,14 @@
 #include "slave/mechanics/plate/fit/load_fit.h"
 
-#include <algorithm>
 #include <cmath>
 #include <new>
 #include <sstream>
-#include <stdexcept>
 #include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "shared/text/text.h"
 #include "slave/mechanics/plate/plate_law.h"
 
 namespace palpate {
@@ -50,9 +49,9 @@ LoadFitter::LoadFitter(PlateSurface& plate, double width, PlateSurface* finer)
       margin_(1 - kRim - width / 2 / plate.radius()),
       search_(width / 2 / plate.radius(), margin_) {
   if (width >= 0 && width < 1.8 * plate.radius()) return;
-  std::ostringstream text;
-  text << "width = " << width << ": accepted is 0 <= width < " << 1.8 * plate.radius();
-  throw std::invalid_argument(text.str());
+  std::ostringstream accepted;
+  accepted << "0 <= width < " << 1.8 * plate.radius();
+  RefuseValue("width", width, accepted.str());
 }
 
 LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> displacement,
@@ -114,10 +113,6 @@ LoadFit LoadFitter::FitCoarsely(std::span<const Vector2d> p_O, std::span<const d
 double LoadFitter::DoubtOf(double residual) const noexcept {
   if (Freedom() < kTelling) return 1;
   return std::clamp(residual / kTrusted, kLeastResidual / kTrusted, 1.0);
-}
-
-int LoadFitter::Freedom() const noexcept {
-  return std::max(1, count_ - (rim_ == Rim::kStays ? 3 : 6));
 }
 
 bool LoadFitter::FitFaint(LoadFit* fit) noexcept {
@@ -198,20 +193,11 @@ void LoadFitter::LeaveOutRimMotion(Eigen::VectorXd* values) const noexcept {
   for (int k = 0; k < 3; ++k) *values -= rim_motions_.col(k).dot(*values) * rim_motions_.col(k);
 }
 
-plate::LoadSearch::Found LoadFitter::Search(double farthest) noexcept {
-  return search_.Best(values_, weights_, rim_ == Rim::kStays ? nullptr : &rim_motions_, farthest);
-}
-
 // The force is what holds the plate there at that deflection.
 bool LoadFitter::HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept {
-  Contact contact;
-  contact.p_O.head<2>() = plate_.radius() * found.place;
-  contact.width = width_;
-  contact.prescribed_O.z() = found.deflection;
-  ContactResponse response;
-  plate_.Respond(std::span(&contact, 1), std::span(&response, 1));
-  guess->place = found.place;
-  guess->force = response.force_O.z();
+  const ContactResponse response = plate_.RespondTo(
+      Contact::Kind::kDisplacement, plate_.radius() * found.place, width_, found.deflection);
+  *guess = {found.place, response.force_O.z()};
   return response.validity != Validity::kFailed && guess->force != 0;
 }
 
@@ -221,25 +207,24 @@ Vector2d LoadFitter::Inside(const Vector2d& place) const noexcept {
 }
 
 bool LoadFitter::Press(const Guess& guess) noexcept {
-  Contact contact;
-  contact.kind = Contact::Kind::kForce;
-  contact.p_O.head<2>() = plate_.radius() * guess.place;
-  contact.width = width_;
-  contact.prescribed_O.z() = guess.force;
-  ContactResponse response;
-  asked_->Respond(std::span(&contact, 1), std::span(&response, 1));
-  pressed_ = response.validity;
+  const Vector2d p_O = plate_.radius() * guess.place;
+  pressed_ = asked_->RespondTo(Contact::Kind::kForce, p_O, width_, guess.force).validity;
   return pressed_ != Validity::kFailed;
 }
 
-bool LoadFitter::Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept {
-  if (!Press(guess)) return false;
+// By the plate as it is pressed now, the rim's motion included.
+void LoadFitter::Compare(Eigen::VectorXd* misfit) noexcept {
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const Measured& m = measured_[i];
     const bool counts = std::isfinite(m.sigma);
     const double fitted = counts ? asked_->Displacement(plate_.radius() * m.place) : 0;
     (*misfit)[static_cast<Index>(i)] = (m.value - fitted) / m.sigma;
   }
+}
+
+bool LoadFitter::Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept {
+  if (!Press(guess)) return false;
+  Compare(misfit);
   LeaveOutRimMotion(misfit);
   return true;
 }
@@ -370,11 +355,7 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
 // By the residuals of the plate as it is pressed now.
 Eigen::Vector3d LoadFitter::RimMotion() noexcept {
   if (rim_ == Rim::kStays) return rim_values_ * (rim_motions_.transpose() * misfit_);
-  for (std::size_t i = 0; i < measured_.size(); ++i) {
-    const Measured& m = measured_[i];
-    const double fitted = asked_->Displacement(plate_.radius() * m.place);
-    shape_[static_cast<Index>(i)] = (m.value - fitted) / m.sigma;
-  }
+  Compare(&shape_);
   return rim_values_ * (rim_motions_.transpose() * shape_);
 }
 

@@ -3,6 +3,7 @@
 // force at half the radius and 36 % at 0.7 of it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -84,14 +85,19 @@ class LoadFitter {
   void SpanRimMotion();
   void LeaveOutRimMotion(Eigen::VectorXd* values) const noexcept;
   bool HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept;
-  [[nodiscard]] plate::LoadSearch::Found Search(double farthest) noexcept;
+  [[nodiscard]] plate::LoadSearch::Found Search(double farthest) noexcept {
+    return search_.Best(values_, weights_, rim_ == Rim::kStays ? nullptr : &rim_motions_, farthest);
+  }
   [[nodiscard]] double DoubtOf(double residual) const noexcept;
-  [[nodiscard]] int Freedom() const noexcept;
+  [[nodiscard]] int Freedom() const noexcept {
+    return std::max(1, count_ - (rim_ == Rim::kStays ? 3 : 6));
+  }
   bool FitFaint(LoadFit* fit) noexcept;
   bool DescendTwice(Guess* guess, LoadFit* fit) noexcept;
   bool Descend(Guess* guess, LoadFit* fit) noexcept;
   bool Step(const Eigen::Matrix3d& normal, double* damping, Guess* guess) noexcept;
   bool Linearise(const Guess& guess) noexcept;
+  void Compare(Eigen::VectorXd* misfit) noexcept;
   bool Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept;
   [[nodiscard]] bool AsksForMoreModes(const Guess& guess) noexcept;
   bool Refine(Guess* guess, LoadFit* fit) noexcept;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <stdexcept>
 
 namespace palpate {
@@ -13,17 +12,8 @@ constexpr int kColumns = 16, kRows = 17;  // radii, depths
 constexpr double kOuter = 0.9;            // largest radius of the tool's edge [radii]
 constexpr double kDeepest = 0.3;          // at the centre [radii]: rotations are moderate
 constexpr int kBisections = 12;
+constexpr auto kMoved = Contact::Kind::kDisplacement;
 constexpr double kFirst = 1e-6;  // of the deepest: stands for the first touch
-
-ContactResponse Push(PlateSurface& plate, const Eigen::Vector2d& p_O, double width, double depth) {
-  Contact contact;
-  contact.p_O.head<2>() = p_O;
-  contact.width = width;
-  contact.prescribed_O.z() = -depth;
-  ContactResponse response;
-  plate.Respond(std::span(&contact, 1), std::span(&response, 1));
-  return response;
-}
 
 double RimShare(double r) {
   return (1 - r * r) * (1 - r * r);
@@ -55,7 +45,7 @@ void PressTable::FillColumn(PlateSurface& plate, int column, double width) {
   for (int row = 0; row < kRows; ++row) {
     const double share = static_cast<double>(row) / (kRows - 1);
     const double depth = Deepest(r) * (row == 0 ? kFirst : share * share);
-    const ContactResponse response = Push(plate, {r * radius_, 0}, width, depth);
+    const ContactResponse response = plate.RespondTo(kMoved, {r * radius_, 0}, width, -depth);
     Entry& entry = first[row];
     if (response.validity == Validity::kFailed) {
       if (row == 0) throw std::runtime_error("the plate's answer to a small press is not found");
@@ -74,7 +64,8 @@ double PressTable::ValidDepth(PlateSurface& plate, double r, double width) const
   double valid = 0, beyond = Deepest(r);
   for (int step = 0; step < kBisections; ++step) {
     const double depth = (valid + beyond) / 2;
-    const bool inside = Push(plate, {r * radius_, 0}, width, depth).validity == Validity::kValid;
+    const auto response = plate.RespondTo(kMoved, {r * radius_, 0}, width, -depth);
+    const bool inside = response.validity == Validity::kValid;
     (inside ? valid : beyond) = depth;
   }
   return valid;

@@ -54,7 +54,6 @@ class MadeUp final : public Compliance {
   const double* Column(int place) override {
     return place == missing ? nullptr : columns_[static_cast<std::size_t>(place)].data();
   }
-  [[nodiscard]] bool IsReady(int /*place*/) const override { return true; }
   [[nodiscard]] double length_unit() const override { return kUnit; }
   [[nodiscard]] std::size_t memory_bytes() const override { return 0; }
 

@@ -1,4 +1,4 @@
-#include "slave/mechanics/linear/small_lu.h"
+#include "slave/mechanics/linear/dense_factor.h"
 
 #include <vector>
 
@@ -13,8 +13,8 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 // X of A X = B; empty where the solver refuses.
 Eigen::MatrixXd Solve(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
   const int order = static_cast<int>(A.rows());
-  const int first = PaddedTo(kLane, order);
-  const int stride = first + PaddedTo(kLane, static_cast<int>(B.cols()));
+  const int first = PaddedTo8(order);
+  const int stride = first + PaddedTo8(static_cast<int>(B.cols()));
   RowMatrix augmented = RowMatrix::Zero(order, stride);
   augmented.leftCols(order) = A;
   augmented.middleCols(first, B.cols()) = B;

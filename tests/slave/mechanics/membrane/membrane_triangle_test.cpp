@@ -1,4 +1,4 @@
-#include "slave/mechanics/membrane/membrane_triangle.h"
+#include "slave/mechanics/membrane/inflated_membrane.h"
 
 #include <array>
 #include <functional>

@@ -12,7 +12,6 @@
 
 #include "shared/mesh/mesh_check.h"
 #include "shared/text/progress.h"
-#include "slave/mechanics/mesher/hole_points.h"
 #include "slave/mechanics/mesher/run_program.h"
 #include "tests/shared/mesh/files/temp_folder.h"
 #include "tests/slave/mechanics/mesher/path_guard.h"

@@ -157,8 +157,6 @@ TEST(Green, ADiscLoadIsTheMeanOfPointLoads) {
       const double mean = MeanOver(load, 200, [&](const Vector2d& p) { return Deflection(p, x); });
       EXPECT_NEAR(Deflection(load, x) / mean, 1, 1e-5) << load.centre.x() << " " << r;
     }
-    const double own = MeanOver(load, 200, [&](const Vector2d& x) { return Deflection(load, x); });
-    EXPECT_NEAR(MeanDeflection(load) / own, 1, 1e-5);
   }
 }
 
@@ -169,7 +167,6 @@ TEST(Green, SmallDiscsBecomePoints) {
   for (const double R : {1e-3, 1e-6, 1e-12, 1e-100, 1e-160, 0.0}) {
     const double w = Deflection(Disc{p, R}, p);
     EXPECT_NEAR(w, point, 2 * R * R * std::abs(std::log(R + 1e-300)) + 1e-16) << R;
-    EXPECT_NEAR(MeanDeflection({p, R}), point, 2 * R * R * std::abs(std::log(R + 1e-300)) + 1e-16);
   }
 }
 

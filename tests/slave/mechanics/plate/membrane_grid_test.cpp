@@ -1,4 +1,4 @@
-#include "slave/mechanics/plate/membrane_grid.h"
+#include "slave/mechanics/plate/plate_surface.h"
 
 #include <cmath>
 #include <numbers>

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/plate/membrane_grid.h"
+#include "slave/mechanics/plate/plate_surface.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "tests/reference/reference_file.h"
 #include "tests/slave/mechanics/plate/ritz_plate.h"

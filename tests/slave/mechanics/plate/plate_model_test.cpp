@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/plate/membrane_grid.h"
+#include "slave/mechanics/plate/plate_surface.h"
 #include "tests/reference/reference_file.h"
 #include "tests/support/allocation_count.h"
 
@@ -48,7 +48,6 @@ TEST(PlateModel, TheCentralForceIsThatOfPaperC) {
         EXPECT_EQ(r.validity, Validity::kValid);
         EXPECT_NEAR(-r.force_O.z() / (16 * std::numbers::pi * D * w / (a * a)), 1, 1e-13);
         EXPECT_NEAR(r.stiffness_O(2, 2) * w / -r.force_O.z(), 1, 1e-13);
-        EXPECT_NEAR(model.flexural_rigidity() / D, 1, 1e-13);
       }
     }
   }

@@ -34,9 +34,9 @@ inline Eigen::Vector3d VectorOf(const json& numbers) {
 }
 
 // All components held where `where(p_O)` says so.
-inline SolidModel::Held HeldWhere(const SolidMesh& mesh,
+inline HeldNodes HeldWhere(const SolidMesh& mesh,
                                   const std::function<bool(const Eigen::Vector3d&)>& where) {
-  SolidModel::Held held;
+  HeldNodes held;
   for (const auto& p : mesh.nodes) {
     const bool h = where(p);
     held.push_back({h, h, h});
@@ -44,12 +44,12 @@ inline SolidModel::Held HeldWhere(const SolidMesh& mesh,
   return held;
 }
 
-inline SolidModel::Held Bottom(const SolidMesh& mesh) {
+inline HeldNodes Bottom(const SolidMesh& mesh) {
   return HeldWhere(mesh, [](const Eigen::Vector3d& p) { return p.z() == 0; });
 }
 
-inline SolidModel::Held Nothing(const SolidMesh& mesh) {
-  return SolidModel::Held(mesh.nodes.size(), {false, false, false});
+inline HeldNodes Nothing(const SolidMesh& mesh) {
+  return HeldNodes(mesh.nodes.size(), {false, false, false});
 }
 
 inline Contact Push(const Eigen::Vector3d& p_O, const Eigen::Vector3d& force_O, double width = 0) {

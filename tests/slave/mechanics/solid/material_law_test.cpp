@@ -187,7 +187,7 @@ TEST(InvertedElement, RecoversWhenReleased) {
     params.options.law = law;
     params.young_modulus = 1;
     params.poisson_ratio = 0.25;
-    SolidModel::Held held(4, {true, true, true});
+    HeldNodes held(4, {true, true, true});
     held[3] = {false, false, false};
     SolidModel model(element.solid, held, params);
     const std::vector<Contact> push{Move({0, 0, 1}, {0, 0, -1.5})};

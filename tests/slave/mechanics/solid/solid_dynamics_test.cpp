@@ -67,7 +67,7 @@ TEST(Rod, SwingsAtItsFrequency) {
 // One free node makes three equal oscillators: omega is measured by the static answer.
 TEST(Integrators, KeepOrLoseTheAmplitudeTheyMust) {
   const SolidMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
-  SolidModel::Held held(4, {true, true, true});
+  HeldNodes held(4, {true, true, true});
   held[3] = {true, true, false};
   for (const Integrator integrator : {Integrator::kImplicitEuler, Integrator::kNewmark}) {
     auto params = Rod(integrator);
@@ -97,7 +97,7 @@ TEST(Integrators, KeepOrLoseTheAmplitudeTheyMust) {
 // K u0), D = a M + b K; on one node m, k as above.
 TEST(Integrators, DampAsRayleighSays) {
   const SolidMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
-  SolidModel::Held held(4, {true, true, true});
+  HeldNodes held(4, {true, true, true});
   held[3] = {true, true, false};
   for (const Law law : {Law::kLinear, Law::kCorotational, Law::kNeoHookean}) {
     auto params = Rod(Integrator::kImplicitEuler);

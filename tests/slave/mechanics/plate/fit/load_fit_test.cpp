@@ -191,6 +191,7 @@ TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
 // seventh on: a fit takes its derivatives and then gets no further.
 class UnreliablePlate final : public PlateSurface {
  public:
+  UnreliablePlate() : PlateSurface({kRadius, kThickness}) {}
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override {
     ++calls_;
@@ -200,17 +201,13 @@ class UnreliablePlate final : public PlateSurface {
       plate_.Respond(contacts, responses);
     }
   }
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override { plate_.Displacements(u_O); }
-  [[nodiscard]] const FieldMesh& field_mesh() const override { return plate_.field_mesh(); }
-  [[nodiscard]] const ModelInfo& info() const override { return plate_.info(); }
-  [[nodiscard]] double Displacement(const Vector2d& p_O) noexcept override {
-    return 3 * plate_.Displacement(p_O);
-  }
-  [[nodiscard]] double radius() const override { return plate_.radius(); }
-  [[nodiscard]] double thickness() const override { return plate_.thickness(); }
   [[nodiscard]] int calls() const { return calls_; }
 
  private:
+  [[nodiscard]] double DisplacementAt(const Vector2d& x) noexcept override {
+    return 3 * plate_.Displacement(kRadius * x);
+  }
+
   PlateLargeModel plate_{{kRadius, kThickness, kModulus, kNu}};
   int calls_ = 0;
 };

@@ -1,7 +1,8 @@
-#include "slave/mechanics/plate/membrane_grid.h"
+#include "slave/mechanics/plate/plate_surface.h"
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -43,6 +44,34 @@ SurfaceMesh MembraneGrid(double radius) {
     for (int sector = 0; sector < 6; ++sector) AppendSector(ring, sector, &grid);
   }
   return grid;
+}
+
+PlateSurface::PlateSurface(const plate::Geometry& geometry) : geometry_(geometry) {
+  SurfaceMesh grid = MembraneGrid(geometry.radius);
+  field_mesh_ = {.vertices = std::move(grid.nodes), .triangles = std::move(grid.triangles)};
+}
+
+bool PlateSurface::IsSameSet() const noexcept {
+  return prepared_ && std::ranges::equal(known_, touches_, [](const auto& a, const auto& b) {
+           return a.kind == b.kind && a.disc.centre == b.disc.centre &&
+                  a.disc.radius == b.disc.radius;
+         });
+}
+
+ContactResponse PlateSurface::RespondTo(Contact::Kind kind, const Eigen::Vector2d& p_O,
+                                        double width, double value) noexcept {
+  const Contact contact{
+      .kind = kind, .p_O = {p_O.x(), p_O.y(), 0}, .width = width, .prescribed_O = {0, 0, value}};
+  ContactResponse response;
+  Respond({&contact, 1}, {&response, 1});
+  return response;
+}
+
+void PlateSurface::Displacements(std::vector<Eigen::Vector3d>* u_O) {
+  u_O->clear();
+  for (const auto& node : MembraneGrid(1).nodes) {
+    u_O->emplace_back(0, 0, DisplacementAt(node.head<2>()));
+  }
 }
 
 }  // namespace palpate

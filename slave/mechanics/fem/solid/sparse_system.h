@@ -1,14 +1,16 @@
-// Where the unknowns of each node stand, and the sparse symmetric matrix over them: nodes in an
-// order that keeps factors sparse, all unknowns of a node together, upper triangle by columns.
+// The sparse symmetric system over the unknowns of a solid's nodes: where they stand, its matrix
+// and its solution. Nodes are in an order that keeps factors sparse, all unknowns of a node
+// together, upper triangle by columns.
 #pragma once
 
-#include <cstddef>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
 #include "slave/mechanics/fem/solid/element_mesh.h"
+#include "slave/mechanics/linear/sparse_ldlt.h"
 
 namespace palpate {
 
@@ -30,7 +32,9 @@ class BlockLayout {
   [[nodiscard]] int pressure(int vertex) const { return first(vertex) + 3; }
   // How many unknowns the i-th node of an element has.
   [[nodiscard]] int local_size(int i) const { return pressure_ && i < 4 ? 4 : 3; }
-  [[nodiscard]] int element_size() const;
+  [[nodiscard]] int element_size() const {
+    return 3 * mesh_.nodes_per_element + (pressure_ ? 4 : 0);
+  }
 
   // The pattern, all values zero.
   [[nodiscard]] const SparseMatrix& pattern() const { return pattern_; }
@@ -56,5 +60,37 @@ class BlockLayout {
 
 // y = A x for the upper triangle of a symmetric A. Does not allocate if y has its size.
 void Multiply(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd* y);
+
+// Solves with a sparse symmetric matrix whose pattern never changes: by L D L^T while the factor
+// stays small, else by conjugate gradients with an incomplete factor.
+class SymmetricSolver {
+ public:
+  struct Limits {
+    std::size_t factor_bytes = std::size_t{2} << 30U;
+    double factor_flops = 2e11;  // some tens of seconds
+  };
+  // Analyses the pattern (upper triangle, ordered to be sparse). O(entries of the factor).
+  SymmetricSolver(const SparseMatrix& pattern, const Limits& limits);
+  ~SymmetricSolver();
+
+  // False: a zero pivot, with `definite` a negative one, or (iterative) a negative diagonal.
+  bool Factorize(const SparseMatrix& matrix, bool definite = false);
+  // x becomes A^-1 b. The matrix is that of Factorize, still unchanged. Iterations go on until the
+  // true residual falls below `tolerance` of b. False: it did not.
+  bool Solve(const Eigen::VectorXd& b, double tolerance, Eigen::VectorXd* x);
+
+  [[nodiscard]] bool is_direct() const { return direct_; }
+  // Negative pivots of the last factor; -1: not known (iterative).
+  [[nodiscard]] int negative_pivots() const { return negative_pivots_; }
+  [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_; }
+
+ private:
+  struct Iterative;
+  bool direct_ = true;
+  int negative_pivots_ = -1;
+  std::size_t memory_bytes_ = 0;
+  std::unique_ptr<SparseLdlt> factor_;
+  std::unique_ptr<Iterative> iterative_;
+};
 
 }  // namespace palpate
