@@ -98,8 +98,9 @@ std::unique_ptr<FrameSource> OpenDevice(const Camera& camera, const PictureFilte
 
 std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
                                              const PictureFilter& filter) {
-  if (!scene.sense.camera) throw std::runtime_error(scene.name + ": the scene has no camera");
-  const Camera& camera = *scene.sense.camera;
+  if (!scene.sense.Find<Camera>())
+    throw std::runtime_error(scene.name + ": the scene has no camera");
+  const Camera& camera = *scene.sense.Find<Camera>();
   if (!(camera.rate > 0)) {
     throw std::runtime_error("sense.camera.rate = " + std::to_string(camera.rate) +
                              " Hz: accepted is > 0");

@@ -176,14 +176,14 @@ std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth, bool paced) 
 }  // namespace
 
 std::unique_ptr<StereoSource> OpenStereoFiles(const Scene& scene, bool paced) {
-  if (scene.sense.depth) return OpenDepth(*scene.sense.depth, paced);
-  if (!scene.sense.stereo) {
+  if (const auto* depth = scene.sense.Find<DepthPictures>()) return OpenDepth(*depth, paced);
+  if (!scene.sense.Find<StereoCameras>()) {
     throw std::runtime_error(scene.name + ": the scene has no pair of cameras");
   }
-  if (scene.sense.stereo->source == StereoCameras::Source::kSimulated) {
+  if (scene.sense.Find<StereoCameras>()->source == StereoCameras::Source::kSimulated) {
     throw std::runtime_error(scene.name + ": a simulated pair is opened by the simulated site");
   }
-  return OpenPairs(*scene.sense.stereo, paced);
+  return OpenPairs(*scene.sense.Find<StereoCameras>(), paced);
 }
 
 }  // namespace palpate

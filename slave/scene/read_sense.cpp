@@ -155,10 +155,38 @@ std::optional<DepthCamera> ReadDepthCamera(Section& sense) {
   return camera;
 }
 
-// A scene senses in one way.
-void RefuseBeside(Section& section, std::string_view key) {
-  if (section.Has(key)) section.Refuse(key, "nothing beside `tactile`: fingertips need no picture");
+std::optional<SenseChoice> ReadFingertips(Section& sense, const SenseSetting& setting) {
+  auto tactile = ReadTactile(sense, setting.context);
+  if (!tactile) return std::nullopt;
+  for (const char* key : {"camera", "tip", "contour", "points"}) {
+    if (sense.Has(key)) {
+      sense.Refuse(key, "nothing beside `tactile`: fingertips need no picture");
+    }
+  }
+  return std::move(*tactile);
 }
+
+std::optional<SenseChoice> ReadOneCamera(Section& sense, const SenseSetting& setting) {
+  if (NamesEyes(sense.node())) return std::nullopt;
+  if (sense.Has("points")) {
+    sense.Refuse("points",
+                 "nothing beside one camera: points in space take `camera: {source: simulated, "
+                 "pair: {}}`, `camera: {stereo: {left, right, rig}}` or `camera: {depth: ...}`");
+  }
+  CameraOptions options;
+  options.camera = ReadCamera(sense, setting.context, setting.X_SC);
+  options.tip = ReadTip(sense, setting.context);
+  options.contour = ReadContour(sense);
+  return options;
+}
+
+// The ways of feeling, each read by its own function, nullopt if the scene does not name it; a scene
+// feels in the first of them that it names.
+constexpr std::array kSenseReaders{
+    &ReadFingertips,
+    &ReadEyes,
+    &ReadOneCamera,
+};
 
 }  // namespace
 
@@ -222,33 +250,18 @@ std::filesystem::path ReadExistingFile(Section& section, std::string_view key,
   return file;
 }
 
-SenseOptions ReadSense(Section& scene, const SceneContext& context, const Object& object,
-                       const Eigen::Isometry3d& X_SC) {
-  const bool is_needed = context.use == SceneUse::kFull;
+SenseOptions ReadSense(Section& scene, const SenseSetting& setting) {
+  const bool is_needed = setting.context.use == SceneUse::kFull;
   Section section = scene.Open(
       "sense", is_needed ? "a map of camera, tip, contour, of camera, points, or of tactile" : "");
   SenseOptions sense;
-  sense.tactile = ReadTactile(section, context);
+  for (const auto read : kSenseReaders) {
+    auto way = read(section, setting);
+    if (!way) continue;
+    sense.Set(std::move(*way));
+    break;
+  }
   sense.depth_camera = ReadDepthCamera(section);
-  if (sense.tactile) {
-    RefuseBeside(section, "camera");
-    RefuseBeside(section, "tip");
-    RefuseBeside(section, "contour");
-    RefuseBeside(section, "points");
-    return sense;
-  }
-  if (NamesEyes(section.node())) {
-    ReadEyes(section, context, object, &sense);
-    return sense;
-  }
-  if (section.Has("points")) {
-    section.Refuse("points",
-                   "nothing beside one camera: points in space take `camera: {source: simulated, "
-                   "pair: {}}`, `camera: {stereo: {left, right, rig}}` or `camera: {depth: ...}`");
-  }
-  sense.camera = ReadCamera(section, context, X_SC);
-  sense.tip = ReadTip(section, context);
-  sense.contour = ReadContour(section);
   return sense;
 }
 

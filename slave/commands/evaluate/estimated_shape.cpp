@@ -74,7 +74,7 @@ EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path&
 
 EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
   EstimatedShape shape = ShapeUnderTables(scene, {}, {}, nullptr);
-  const auto& tactile = scene.sense.tactile;
+  const auto* tactile = scene.sense.Find<Tactile>();
   if (!tactile || tactile->source != Tactile::Source::kRecording) return shape;
   const auto source = OpenTactileRecording(scene, false);
   TactileEstimator estimator(scene);

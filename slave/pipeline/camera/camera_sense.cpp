@@ -20,7 +20,7 @@ constexpr double kResolved = 0.05;  // of a pixel: what the eyes resolve
 
 std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace, World* world) {
   if (world != nullptr) return world->OpenCamera(scene, pace);
-  return OpenFrameSource(scene, pace.is_live, StraighteningOf(*scene.sense.camera));
+  return OpenFrameSource(scene, pace.is_live, StraighteningOf(*scene.sense.Find<Camera>()));
 }
 
 Frame FirstPicture(FrameSource& source) {
@@ -33,7 +33,7 @@ Frame FirstPicture(FrameSource& source) {
 // it is looked for at its home.
 std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const World* world) {
   if (world != nullptr) return world->truth().p_S_tip;
-  if (scene.sense.tip->template_file.empty()) return scene.manipulator.home;
+  if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
 }
 
@@ -83,7 +83,7 @@ class CameraAccount final : public Account {
 CameraSense::CameraSense(const Scene& scene, const Pace& pace, World* world)
     : source_(Open(scene, pace, world)),
       next_(FirstPicture(*source_)),
-      pixel_(scene.sense.camera->pixel),
+      pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
       estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, world))) {}

@@ -40,7 +40,7 @@ class FingertipAccount final : public Account {
     std::vector<StateRow> rows;
     for (int i = 0; i < estimator.finger_count(); ++i) {
       const auto k = static_cast<std::size_t>(i);
-      const std::string& name = sense_.scene().sense.tactile->fingers[k].name;
+      const std::string& name = sense_.scene().sense.Find<Tactile>()->fingers[k].name;
       rows.push_back(RowOf(estimator.finger(i), name, estimator.felt(), start));
       if (truth != nullptr) rows.back().true_force = truth->fingers[k].force;
     }
@@ -49,7 +49,7 @@ class FingertipAccount final : public Account {
   }
 
   void RequireComplete(std::uint64_t samples) const override {
-    const int rest = sense_.scene().sense.tactile->rest_samples;
+    const int rest = sense_.scene().sense.Find<Tactile>()->rest_samples;
     if (samples >= static_cast<std::uint64_t>(rest)) return;
     throw std::runtime_error(
         fmt::format("{}: {} samples are fewer than the {} of `rest`: nothing can be said",

@@ -18,7 +18,7 @@ constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is
 
 std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace, World* world) {
   if (world != nullptr) return world->OpenFingertips(scene, pace);
-  if (scene.sense.tactile->source == Tactile::Source::kRecording) {
+  if (scene.sense.Find<Tactile>()->source == Tactile::Source::kRecording) {
     return OpenTactileRecording(scene, pace.is_live);
   }
   if (!pace.is_live) {
@@ -26,7 +26,7 @@ std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace, World*
         scene.file.string() +
         ": sense.tactile.source = stream: accepted here is a recording, or simulated");
   }
-  return std::make_unique<TactileInbox>(*scene.sense.tactile);
+  return std::make_unique<TactileInbox>(*scene.sense.Find<Tactile>());
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ SenseInfo FingertipSense::info() const {
   }
   info.remarks.push_back(fmt::format(
       "rest values come from the first {} samples: nothing may touch the fingertips yet",
-      scene_.sense.tactile->rest_samples));
+      scene_.sense.Find<Tactile>()->rest_samples));
   info.changeable = {ObjectClass::kVolume, 0, false, true};
   return info;
 }

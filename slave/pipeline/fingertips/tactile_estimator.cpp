@@ -64,7 +64,7 @@ auto NamingTheKey(const Scene& scene, const char* key, const Load& load) {
 }  // namespace
 
 TactileSenses LoadSenses(const Scene& scene) {
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   TactileSenses senses;
   if (!tactile.network.empty()) {
     senses.network =
@@ -97,13 +97,13 @@ TactileEstimator::TactileEstimator(const Scene& scene)
     : TactileEstimator(scene, LoadSenses(scene)) {}
 
 TactileEstimator::TactileEstimator(const Scene& scene, TactileSenses senses)
-    : scene_fingers_(scene.sense.tactile->fingers),
-      has_poses_file_(!scene.sense.tactile->poses.empty()),
+    : scene_fingers_(scene.sense.Find<Tactile>()->fingers),
+      has_poses_file_(!scene.sense.Find<Tactile>()->poses.empty()),
       X_SO_(scene.object.X_SO),
       p_S_home_(scene.manipulator.home),
-      radius_(scene.sense.tactile->finger_radius),
+      radius_(scene.sense.Find<Tactile>()->finger_radius),
       senses_(std::move(senses)) {
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   for (std::size_t i = 0; i < scene_fingers_.size(); ++i) {
     fingertips_.emplace_back(tactile, senses_.network.get(), *senses_.localiser);
     finger_contacts_.emplace_back(tactile);

@@ -137,7 +137,7 @@ class PointsAccount final : public Account {
           "another --out, or that folder emptied",
           (folder / "left").string()));
     }
-    if (!sense_.scene().sense.stereo) return;
+    if (!sense_.scene().sense.Find<StereoCameras>()) return;
     std::filesystem::create_directories(folder / "right");
     WriteRig(folder / "rig.yaml", sense_.rig());
   }

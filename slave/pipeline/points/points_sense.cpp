@@ -109,7 +109,8 @@ const ContactEstimate& PointsSense::Tell(const Eigen::Vector3d& p_S_tip) noexcep
   before_rest_.sensed_at = seen_->sensed_at;
   before_rest_.p_S_tip = before_rest_.p_S_contact = p_S_tip;
   // The cells of a depth picture are not known before the rest frame.
-  sees_rest_ = scene_.sense.depth || std::ranges::any_of(seen_->points, &SurfacePoint::seen);
+  sees_rest_ =
+      scene_.sense.Find<DepthPictures>() || std::ranges::any_of(seen_->points, &SurfacePoint::seen);
   return before_rest_;
 }
 
@@ -182,8 +183,8 @@ SenseInfo PointsSense::info() const {
   if (estimator_) info.model = estimator_->body().info();
   info.reason = estimator_ ? ChooseModel(scene_).reason
                            : "the object is followed, nothing presses it: no force is told";
-  if (scene_.sense.stereo) info.remarks.push_back(InWords(rig_));
-  info.remarks.push_back(InWords(*scene_.sense.points));
+  if (scene_.sense.Find<StereoCameras>()) info.remarks.push_back(InWords(rig_));
+  info.remarks.push_back(InWords(*scene_.sense.Find<PointTracking>()));
   info.remarks.push_back(fmt::format(
       "the rest frame comes from the first {}: nothing may touch the object yet",
       eyes_->rest_pictures() == 1 ? "pair of pictures"

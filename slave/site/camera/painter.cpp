@@ -20,10 +20,10 @@ using Point = Eigen::Vector2d;
 constexpr double kSmallTriangle = 4;  // [px]; larger ones are drawn in four
 
 const Camera& CameraOf(const Scene& scene) {
-  if (!scene.sense.camera) {
+  if (!scene.sense.Find<Camera>()) {
     throw std::invalid_argument("sense.camera: missing; the simulated site shows itself to one");
   }
-  const Camera& camera = *scene.sense.camera;
+  const Camera& camera = *scene.sense.Find<Camera>();
   if (camera.size[0] < 16 || camera.size[1] < 16 || camera.size[0] > 16384 ||
       camera.size[1] > 16384) {
     throw std::invalid_argument("sense.camera.size = [" + std::to_string(camera.size[0]) + ", " +
@@ -69,16 +69,16 @@ std::optional<LensWarp> LensOf(const Camera& camera) {
 Painter::Painter(const Scene& scene, const TrueBody& body)
     : body_(body),
       size_(CameraOf(scene).size[0], CameraOf(scene).size[1]),
-      pixel_(scene.sense.camera->pixel),
-      X_IO_(ImageOfBody(*scene.sense.camera, body.X_SO())),
+      pixel_(scene.sense.Find<Camera>()->pixel),
+      X_IO_(ImageOfBody(*scene.sense.Find<Camera>(), body.X_SO())),
       tool_width_(scene.tool->width),
       tool_O_(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
       speckle_(Texture::Speckle(scene.site.seed, 3, kBody, kBodyContrast)),
       marks_(Texture::Blotches(scene.site.seed + 1, std::max(3.0, tool_width_ / pixel_ / 4),
                                kToolDark, kToolLight)),
-      exposure_(scene.site, scene.sense.camera->size),
+      exposure_(scene.site, scene.sense.Find<Camera>()->size),
       seen_(size_, CV_32F, cv::Scalar(kGround)),
-      lens_(LensOf(*scene.sense.camera)) {}
+      lens_(LensOf(*scene.sense.Find<Camera>())) {}
 
 // The body's loops in the picture [px], deformed if there is a contact.
 std::vector<std::vector<Point>> Painter::BodyLoops(const Pose& pose) const {

@@ -11,7 +11,7 @@ constexpr int kStepsPerPicture =
 }  // namespace
 
 ScriptedCamera::ScriptedCamera(SimulatedSite& site, const Scene& scene)
-    : site_(site), press_(scene), rate_(scene.sense.camera->rate) {
+    : site_(site), press_(scene), rate_(scene.sense.Find<Camera>()->rate) {
   site_.MoveTool(press_.Tip(0));
 }
 

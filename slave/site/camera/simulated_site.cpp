@@ -38,7 +38,7 @@ struct SimulatedSite::State {
         force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
         ahead(body, scene.object.material.poisson_ratio, scene.model.plane, scene.tool->width),
         painter(scene, body),
-        straightening(StraighteningOf(*scene.sense.camera)),
+        straightening(StraighteningOf(*scene.sense.Find<Camera>())),
         p_S_tip(scene.manipulator.home) {
     pose.p_O_tip = ToBody(p_S_tip);
     if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side()))) {
@@ -121,7 +121,8 @@ Truth SimulatedSite::truth() const {
 }
 
 std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const Pace& pace) {
-  if (pace.is_live) return std::make_unique<SimulatedCamera>(*this, scene.sense.camera->rate);
+  if (pace.is_live)
+    return std::make_unique<SimulatedCamera>(*this, scene.sense.Find<Camera>()->rate);
   return std::make_unique<ScriptedCamera>(*this, scene);
 }
 

@@ -22,7 +22,7 @@ double Positive(double value, const char* key, const char* unit) {
 }  // namespace
 
 ScriptedTouch::ScriptedTouch(TactileSite& site, const Scene& scene, int presses)
-    : site_(site), presses_(std::max(presses, 1)), rate_(scene.sense.tactile->rate) {
+    : site_(site), presses_(std::max(presses, 1)), rate_(scene.sense.Find<Tactile>()->rate) {
   const double depth = Positive(scene.operator_options.press_depth, "operator.press.depth", "m");
   const double speed =
       std::min(Positive(scene.operator_options.press_speed, "operator.press.speed", "m/s"),
@@ -33,7 +33,7 @@ ScriptedTouch::ScriptedTouch(TactileSite& site, const Scene& scene, int presses)
   }
   const double way = site_.gap() + depth;
   way_ = way * site_.approach();
-  start_ = std::max(scene.sense.tactile->rest_samples, 0) / rate_ + kSettle;
+  start_ = std::max(scene.sense.Find<Tactile>()->rest_samples, 0) / rate_ + kSettle;
   ramp_ = kMinimumJerkPeak * std::abs(way) / speed;
   period_ = 2 * ramp_ + kHold + kRest;
 }

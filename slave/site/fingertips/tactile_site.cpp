@@ -53,9 +53,9 @@ struct TactileSite::State {
   State(const Scene& scene, const SiteResolution& resolution)
       : object(scene, resolution),
         home_body(object.BodyFor(Vector3d::Zero())),
-        period(1 / scene.sense.tactile->rate),
+        period(1 / scene.sense.Find<Tactile>()->rate),
         press_depth(scene.operator_options.press_depth),
-        skin_scale(site::kSkinRadius / scene.sense.tactile->finger_radius),
+        skin_scale(site::kSkinRadius / scene.sense.Find<Tactile>()->finger_radius),
         tangential_part(2 * (1 - object.material().poisson_ratio) /
                         (2 - object.material().poisson_ratio)),
         ladders(object, DeepestOf(scene, object, *home_body)) {
@@ -215,7 +215,8 @@ Truth TactileSite::truth() const {
 }
 
 std::unique_ptr<TactileSource> TactileSite::OpenFingertips(const Scene& scene, const Pace& pace) {
-  if (pace.is_live) return std::make_unique<SimulatedFingers>(*this, scene.sense.tactile->rate);
+  if (pace.is_live)
+    return std::make_unique<SimulatedFingers>(*this, scene.sense.Find<Tactile>()->rate);
   return std::make_unique<ScriptedTouch>(*this, scene);
 }
 

@@ -28,10 +28,10 @@ constexpr double kTouching = 1e-3;  // radii that a fingertip at home may be ins
 }
 
 const Tactile& CheckedTactile(const Scene& scene) {
-  if (!scene.sense.tactile) {
+  if (!scene.sense.Find<Tactile>()) {
     Refuse("sense.tactile: missing; a simulated site with fingertips needs it");
   }
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   if (tactile.fingers.empty() || tactile.fingers.size() > kMaxFingers) {
     Refuse("sense.tactile.fingers = " + std::to_string(tactile.fingers.size()) +
            ": accepted are 1 to 5");
@@ -179,7 +179,7 @@ void TrueObject::CheckHome() const {
   const SurfaceContact surface(plain_);
   for (std::size_t f = 0; f < hand_.fingers.size(); ++f) {
     if (!Overlaps(surface, hand_.shape, hand_.fingers[f].X_OF_home)) continue;
-    const std::string& name = scene_.sense.tactile->fingers[f].name;
+    const std::string& name = scene_.sense.Find<Tactile>()->fingers[f].name;
     Refuse("sense.tactile.fingers." + name +
            ".pose: the fingertip is inside the object; accepted is a pose outside it");
   }

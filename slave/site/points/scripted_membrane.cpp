@@ -28,7 +28,7 @@ std::vector<double> StepsTo(double depth) {
 
 ScriptedMembrane::ScriptedMembrane(StereoSite& site, const Scene& scene,
                                    const MembraneScript& script)
-    : site_(site), rate_(scene.sense.stereo->rate) {
+    : site_(site), rate_(scene.sense.Find<StereoCameras>()->rate) {
   if (!site_.target()) {
     ScriptPress(scene, script);
     return;

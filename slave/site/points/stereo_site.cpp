@@ -24,12 +24,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-const PointTracking& PointsOf(const Scene& scene) {
-  if (scene.sense.points) return *scene.sense.points;
-  throw std::invalid_argument(
-      "sense.points: missing; accepted by the simulated site is {track: dots} or {track: texture}");
-}
-
 // What stands before the cameras; eye 0 is the left one.
 class Stage {
  public:
@@ -85,7 +79,7 @@ class MembraneStage final : public Stage {
   [[nodiscard]] site::MembraneView View(const Scene& scene, const Lens& lens,
                                         const Isometry3d& X_CL) const {
     const auto& geometry = std::get<MembraneGeometry>(scene.object.geometry);
-    const Isometry3d X_LO = scene.sense.stereo->X_SL.inverse() * membrane_.X_SO();
+    const Isometry3d X_LO = scene.sense.Find<StereoCameras>()->X_SL.inverse() * membrane_.X_SO();
     return {lens, X_CL * X_LO, geometry.radius, geometry.thickness};
   }
 
@@ -102,7 +96,8 @@ class TargetStage final : public Stage {
       : exposure_(exposure),
         target_(site::TexturedTarget::Shape{.seed = scene.site.seed + 7}),
         lenses_{rig.left, rig.right},
-        X_CS_{scene.sense.stereo->X_SL.inverse(), rig.X_RL * scene.sense.stereo->X_SL.inverse()},
+        X_CS_{scene.sense.Find<StereoCameras>()->X_SL.inverse(),
+              rig.X_RL * scene.sense.Find<StereoCameras>()->X_SL.inverse()},
         X_SO_(scene.object.X_SO),
         pace_(scene.site.pace) {
     X_SO_.translation().head<2>() += scene.site.misplacement;
@@ -161,7 +156,7 @@ class TargetStage final : public Stage {
 std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolution& resolution,
                                  const StereoRig& rig, const site::Exposure& exposure) {
   using Track = PointTracking::Track;
-  const PointTracking& points = PointsOf(scene);
+  const PointTracking& points = *scene.sense.Find<PointTracking>();
   const auto* geometry = std::get_if<MembraneGeometry>(&scene.object.geometry);
   if (points.track == Track::kSurface) {
     throw std::invalid_argument(
@@ -201,7 +196,7 @@ struct StereoSite::State {
       : rig(SimulatedRig(scene)),
         exposure(scene.site, rig.left.size),
         stage(MakeStage(scene, resolution, rig, exposure)),
-        rate(scene.sense.stereo->rate),
+        rate(scene.sense.Find<StereoCameras>()->rate),
         press_depth(scene.operator_options.press_depth),
         p_S_home(scene.manipulator.home),
         p_S_deepest(DeepestOf(scene)) {

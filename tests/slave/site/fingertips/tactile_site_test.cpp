@@ -77,8 +77,8 @@ TEST(TactileSite, PinchingFingersFeelOppositeForces) {
 
 TEST(TactileSite, AStandingFingerIsPressedByTheBodyThatGivesWay) {
   Scene scene = PinchScene();
-  scene.sense.tactile->fingers[1].motion = Finger::Motion::kStands;
-  scene.sense.tactile->fingers[1].X_SF.translation().y() = -7e-3;  // it touches
+  scene.sense.Find<Tactile>()->fingers[1].motion = Finger::Motion::kStands;
+  scene.sense.Find<Tactile>()->fingers[1].X_SF.translation().y() = -7e-3;  // it touches
   TactileSite site(scene, kCoarse);
   PressBy(&site, 2.5e-3);
   const auto truth = site.truth().fingers;
@@ -111,11 +111,11 @@ TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
 
 TEST(TactileSite, AnOppositeFingerOnTheSameSideTouchesNothingOnTheWay) {
   Scene scene = CubeScene();
-  Finger other = scene.sense.tactile->fingers[0];
+  Finger other = scene.sense.Find<Tactile>()->fingers[0];
   other.name = "th";
   other.motion = Finger::Motion::kOpposite;
   other.X_SF.translation().y() = 0.01;
-  scene.sense.tactile->fingers.push_back(other);
+  scene.sense.Find<Tactile>()->fingers.push_back(other);
   TactileSite site(scene, kCoarse);
   EXPECT_NEAR(site.gap(), 5e-3, 1e-6);
   PressBy(&site, 1e-3);
@@ -157,7 +157,7 @@ TEST(TactileSite, PosesOfObjectAndHandTurnTheWholeWorld) {
   X.linear() = Eigen::AngleAxisd(1.1, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   X.translation() = Vector3d(0.2, -0.1, 0.4);
   scene.object.X_SO = X;
-  scene.sense.tactile->fingers[0].X_SF = X * scene.sense.tactile->fingers[0].X_SF;
+  scene.sense.Find<Tactile>()->fingers[0].X_SF = X * scene.sense.Find<Tactile>()->fingers[0].X_SF;
   TactileSite turned(scene, kCoarse), plain(CubeScene(), kCoarse);
   PressBy(&turned, 1e-3);
   PressBy(&plain, 1e-3);
@@ -258,19 +258,23 @@ TEST(TactileSite, RefusesWhatItCannotSimulateAndNamesTheKey) {
   const auto names = [](const std::string& text, const char* key) {
     return text.find(key) != std::string::npos;
   };
-  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.tactile.reset(); }), "sense.tactile"));
-  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.tactile->fingers.clear(); }), "fingers"));
-  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.tactile->fingers.resize(6); }), "fingers"));
-  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.tactile->rate = 0; }), "tactile.rate"));
-  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.tactile->finger_radius = -1; }), "radius"));
+  EXPECT_TRUE(names(refused([](Scene* s) { s->sense = {}; }), "sense.tactile"));
+  EXPECT_TRUE(
+      names(refused([](Scene* s) { s->sense.Find<Tactile>()->fingers.clear(); }), "fingers"));
+  EXPECT_TRUE(
+      names(refused([](Scene* s) { s->sense.Find<Tactile>()->fingers.resize(6); }), "fingers"));
+  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.Find<Tactile>()->rate = 0; }), "tactile.rate"));
+  EXPECT_TRUE(
+      names(refused([](Scene* s) { s->sense.Find<Tactile>()->finger_radius = -1; }), "radius"));
   EXPECT_TRUE(names(refused([](Scene* s) { s->object.fixed.clear(); }), "object.fixed"));
   EXPECT_TRUE(names(refused([](Scene* s) {
                       s->object.geometry = RectangleGeometry{0.1, 0.1, 0.01};
                     }),
                     "object.geometry"));
-  EXPECT_TRUE(names(
-      refused([](Scene* s) { s->sense.tactile->fingers[0].motion = Finger::Motion::kStands; }),
-      "fingers.ff.motion"));
+  EXPECT_TRUE(names(refused([](Scene* s) {
+                      s->sense.Find<Tactile>()->fingers[0].motion = Finger::Motion::kStands;
+                    }),
+                    "fingers.ff.motion"));
   EXPECT_TRUE(
       names(refused([](Scene* s) { s->object.material.poisson_ratio = 0.5; }), "poisson_ratio"));
 }
@@ -278,11 +282,11 @@ TEST(TactileSite, RefusesWhatItCannotSimulateAndNamesTheKey) {
 TEST(TactileSite, RefusesAFingertipInsideTheObject) {
   for (const double height : {0.03, 0.055, 0.0665}) {  // in the middle, half in, half a mm in
     Scene scene = CubeScene();
-    scene.sense.tactile->fingers[0].X_SF.translation().z() = height;
+    scene.sense.Find<Tactile>()->fingers[0].X_SF.translation().z() = height;
     EXPECT_NE(Refusal(scene).find("fingers.ff.pose"), std::string::npos) << height;
   }
   Scene scene = PinchScene();
-  scene.sense.tactile->fingers[1].X_SF.translation().y() = 0.01;
+  scene.sense.Find<Tactile>()->fingers[1].X_SF.translation().y() = 0.01;
   EXPECT_NE(Refusal(scene).find("fingers.th.pose"), std::string::npos);
 }
 

@@ -22,10 +22,11 @@ using site::TargetScene;
 TEST(SimulatedRig, BothCamerasLookAtTheObjectsOriginABaselineApart) {
   for (const double baseline : {0.005, 0.06, 0.2}) {
     Scene scene = MembraneScene();
-    scene.sense.stereo->baseline = baseline;
-    scene.sense.stereo->X_SL = site::LeftEye(scene.object.X_SO, baseline);
+    scene.sense.Find<StereoCameras>()->baseline = baseline;
+    scene.sense.Find<StereoCameras>()->X_SL = site::LeftEye(scene.object.X_SO, baseline);
     const StereoRig rig = SimulatedRig(scene);
-    const Vector3d p_L = scene.sense.stereo->X_SL.inverse() * scene.object.X_SO.translation();
+    const Vector3d p_L =
+        scene.sense.Find<StereoCameras>()->X_SL.inverse() * scene.object.X_SO.translation();
     const Vector3d p_R = rig.X_RL * p_L;
     EXPECT_NEAR(rig.baseline(), baseline, 1e-15);
     EXPECT_NEAR(p_L.head<2>().norm(), 0, 1e-12);
