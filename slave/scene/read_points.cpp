@@ -32,7 +32,7 @@ Track ReadTrack(Section& points, const Object& object, const Eyes& eyes) {
   std::array choices{Choice{"dots", Track::kDots}, Choice{"texture", Track::kTexture},
                      Choice{"surface", Track::kSurface}};
   std::ranges::rotate(choices, choices.begin() + static_cast<std::ptrdiff_t>(fallback));
-  const Track track = points.OneOf("track", choices);
+  const Track track = points.OneOfTable<Track>("track", choices);
   if (pair == nullptr && track != Track::kSurface) {
     points.Refuse("track", "surface with depth pictures: they show neither dots nor texture");
   } else if (pair != nullptr && track == Track::kSurface) {

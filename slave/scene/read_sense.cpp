@@ -49,7 +49,6 @@ void ReadFiles(Section& section, const SceneContext& context, Camera* camera) {
 }
 
 void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
-  using Source = Section::Choice<Camera::Source>;
   if (!NamesOneSource(section)) return;
   if (section.Has("file")) {
     ReadFiles(section, context, camera);
@@ -57,7 +56,7 @@ void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
     camera->source = Camera::Source::kDevice;
     camera->device = section.Integer("device", 0, 1000);
   } else {
-    section.OneOf("source", std::array{Source{"simulated", Camera::Source::kSimulated}});
+    section.OneOf<Camera::Source>("source", {{"simulated", Camera::Source::kSimulated}});
   }
 }
 
@@ -86,12 +85,11 @@ std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,
 }
 
 std::optional<TipTracking> ReadTip(Section& sense, const SceneContext& context) {
-  using Track = Section::Choice<int>;
   const bool is_needed = context.use == SceneUse::kFull;
   Section section = sense.Open("tip", is_needed ? "a map of track, template, ..." : "");
   if (!section.present()) return std::nullopt;
   TipTracking tip;
-  section.OneOf("track", std::array{Track{"template", 0}}, " in this version");
+  section.OneOf<int>("track", {{"template", 0}}, " in this version");
   tip.template_file = ReadExistingFile(section, "template", context);
   if (section.Has("anchor")) {
     tip.anchor = section.Vector2("anchor", Between(Dimension::kPixels, -kLargestPicture,
@@ -127,12 +125,11 @@ void ReadStart(Section& section, ContourTracking* contour) {
 }
 
 std::optional<ContourTracking> ReadContour(Section& sense) {
-  using Track = Section::Choice<int>;
   Section section = sense.Open("contour");
   if (!section.present()) return std::nullopt;
   const Rule weight = Between(Dimension::kNumber, 0, 1e6, "0 to 1e6");
   ContourTracking contour;
-  section.OneOf("track", std::array{Track{"snake", 0}}, " in this version");
+  section.OneOf<int>("track", {{"snake", 0}}, " in this version");
   contour.control_points = section.Integer("control_points", 8, 1000, contour.control_points);
   contour.alpha = section.Number("alpha", weight, contour.alpha);
   contour.beta = section.Number("beta", weight, contour.beta);
@@ -180,8 +177,8 @@ std::optional<SenseChoice> ReadOneCamera(Section& sense, const SenseSetting& set
   return options;
 }
 
-// The ways of feeling, each read by its own function, nullopt if the scene does not name it; a scene
-// feels in the first of them that it names.
+// The ways of feeling, each read by its own function, nullopt if the scene does not name it; a
+// scene feels in the first of them that it names.
 constexpr std::array kSenseReaders{
     &ReadFingertips,
     &ReadEyes,

@@ -21,9 +21,8 @@ Eigen::Isometry3d LeftOfPair(const Eigen::Isometry3d& X_SO, double baseline) {
 }
 
 StereoCameras ReadSimulated(Section& camera, const Object& object) {
-  using Source = Section::Choice<int>;
   StereoCameras pair;
-  camera.OneOf("source", std::array{Source{"simulated", 0}});
+  camera.OneOf<int>("source", {{"simulated", 0}});
   pair.size = ReadSize(camera, pair.size);
   constexpr int kLargestPainted = 8192;  // edge [px]
   if (std::max(pair.size[0], pair.size[1]) > kLargestPainted) {

@@ -23,7 +23,6 @@
 namespace palpate {
 
 // --- object
-// -----------------------------------------------------------------------------------------------------
 struct RectangleGeometry {
   double width = 0, height = 0, thickness = 0;
 };  // [m], frame O at the lower left
@@ -101,7 +100,6 @@ struct Object {
 bool IsHeld(const Object& object);
 
 // --- tool
-// -------------------------------------------------------------------------------------------------------
 struct Tool {
   enum class Shape : std::uint8_t { kFlat, kRound } shape = Shape::kFlat;
   double width = 0;  // contact width [m], > 0
@@ -110,7 +108,6 @@ struct Tool {
 };
 
 // --- sense
-// ------------------------------------------------------------------------------------------------------
 struct Camera {
   enum class Source : std::uint8_t {
     kSimulated,
@@ -296,7 +293,6 @@ bool HasPictures(const SenseOptions& sense);
 double SensorRate(const SenseOptions& sense);
 
 // --- model
-// ------------------------------------------------------------------------------------------------------
 enum class Plane : std::uint8_t { kStress, kStrain };
 enum class ContactLaw : std::uint8_t { kBonded, kFrictionless };
 enum class ElementOrder : std::uint8_t { kConstant, kLinear, kQuadratic };
@@ -345,7 +341,6 @@ struct ModelOptions {
 };
 
 // --- operator, manipulator, site
-// --------------------------------------------------------------------------------
 struct OperatorOptions {
   TeleopTransform transform;   // scales and R_SM; the offset is the clutch's
   double force_limit = 3.3;    // at the device [N]

@@ -13,7 +13,7 @@
 #include "slave/commands/check/check_body.h"
 #include "slave/commands/check/check_words.h"
 #include "slave/commands/check/stereo_expectation.h"
-#include "slave/pipeline/load/grid_subsample.h"
+#include "slave/pipeline/load/robust_plate_fit.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/site/world.h"

@@ -8,7 +8,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/stopwatch.h"
+#include "slave/pipeline/sense.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/contour_registration.h"
 

@@ -10,7 +10,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/tactile_recording.h"
-#include "slave/pipeline/stopwatch.h"
+#include "slave/pipeline/sense.h"
 
 namespace palpate {
 namespace {

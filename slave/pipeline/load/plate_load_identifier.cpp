@@ -8,7 +8,7 @@
 #include "slave/mechanics/plate/green.h"
 #include "slave/mechanics/plate/membrane_grid.h"
 #include "slave/mechanics/plate/plate_law.h"
-#include "slave/pipeline/load/nodal_load.h"
+#include "slave/pipeline/load/load_identifier.h"
 
 namespace palpate {
 namespace {

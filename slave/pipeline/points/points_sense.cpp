@@ -9,7 +9,7 @@
 
 #include "shared/mesh/files/mesh_file.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/stopwatch.h"
+#include "slave/pipeline/sense.h"
 
 namespace palpate {
 namespace {
@@ -114,18 +114,10 @@ const ContactEstimate& PointsSense::Tell(const Eigen::Vector3d& p_S_tip) noexcep
   return before_rest_;
 }
 
-LocalModel PointsSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
-  return estimator_ ? estimator_->LocalAt(p_S_tip) : felt_->local_model;
-}
-
 BoundaryShape PointsSense::Shape(bool nodal_forces) {
   const SurfaceMesh& surface = estimator_ ? estimator_->body().surface() : followed_;
   const Eigen::Isometry3d& X_SO = scene_.object.X_SO;
-  BoundaryShape shape;
-  shape.state_sequence = felt_->sample;
-  shape.sensed_at = felt_->sensed_at;
-  shape.validity = felt_->validity;
-  shape.nodes_per_element = 3;
+  BoundaryShape shape = ShapeAsOf(*felt_, 3);
   for (const auto& triangle : surface.triangles) {
     for (const int node : triangle) shape.elements.push_back(static_cast<std::uint32_t>(node));
   }
@@ -149,10 +141,6 @@ std::optional<SeenPicture> PointsSense::Picture(double full_scale) const {
                      [left = shown_.left, overlay = overlay_, full_scale] {
                        return DrawPoints(left, overlay, full_scale);
                      }};
-}
-
-std::unique_ptr<Rebuilt> PointsSense::Prepare(const Scene& changed) const {
-  return estimator_ ? MakeLoadIdentifier(changed) : nullptr;
 }
 
 void PointsSense::Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) {
@@ -196,7 +184,7 @@ SenseInfo PointsSense::info() const {
 
 std::vector<StageTimes> PointsSense::Stages() const {
   return {TimesOf(eyes_->stage(), look_times_),
-          TimesOf("mechanics", estimator_ ? estimator_->times().mechanics : LatencyHistogram{}),
+          TimesOf("mechanics", estimator_ ? estimator_->times() : LatencyHistogram{}),
           TimesOf("total", total_times_)};
 }
 

@@ -9,7 +9,8 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/site/coverage.h"
+#include "shared/geometry/index.h"
+#include "slave/site/painting.h"
 #include "slave/vision/camera_view.h"
 
 namespace palpate::site {
@@ -85,7 +86,7 @@ std::vector<std::vector<Point>> Painter::BodyLoops(const Pose& pose) const {
   std::vector<std::vector<Point>> loops;
   if (!pose.contact) {
     for (const TrueBody::Edge& e : body_.edges()) {
-      if (static_cast<std::size_t>(e.loop) == loops.size()) loops.emplace_back();
+      if (Index(e.loop) == loops.size()) loops.emplace_back();
       loops.back().push_back(X_IO_ * e.a);
     }
     return loops;
@@ -97,8 +98,7 @@ std::vector<std::vector<Point>> Painter::BodyLoops(const Pose& pose) const {
       const auto u = c.displacement.row(c.boundary[i]);
       const Point moved = pose.displacement_O.x() * u.head<2>().transpose() +
                           pose.displacement_O.y() * u.tail<2>().transpose();
-      const Point rest =
-          body_.larger_side() * c.mesh.nodes[static_cast<std::size_t>(c.boundary[i])];
+      const Point rest = body_.larger_side() * c.mesh.nodes[Index(c.boundary[i])];
       loop.push_back(X_IO_ * (rest + moved));
     }
   }
@@ -152,14 +152,13 @@ void Painter::FillBodyDeformed(const Pose& pose) {
                      pose.displacement_O.y() * u.tail<2>().transpose());
   }
   const auto fill = [&](int i, int j, int k) {
-    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j),
-               d = static_cast<std::size_t>(k);
+    const auto a = Index(i), b = Index(j), d = Index(k);
     speckle_.Fill(body_layer_.grey, body_layer_.window.tl(), {at[a], at[b], at[d]},
                   {from[a], from[b], from[d]});
   };
   for (const auto& v : c.mesh.triangles) {
-    const Point &a = at[static_cast<std::size_t>(v[0])], &b = at[static_cast<std::size_t>(v[1])];
-    const Point& d = at[static_cast<std::size_t>(v[2])];
+    const Point &a = at[Index(v[0])], &b = at[Index(v[1])];
+    const Point& d = at[Index(v[2])];
     if (std::max((b - a).squaredNorm(), (d - a).squaredNorm()) < kSmallTriangle * kSmallTriangle) {
       fill(v[0], v[1], v[2]);
       continue;

@@ -4,9 +4,8 @@
 #include <stdexcept>
 
 #include "slave/site/camera/painter.h"
-#include "slave/site/camera/scripted_camera.h"
-#include "slave/site/camera/simulated_camera.h"
-#include "slave/site/camera/solutions_ahead.h"
+#include "slave/site/camera/patch_solution.h"
+#include "slave/site/camera/scripted_press.h"
 #include "slave/site/camera/true_body.h"
 #include "slave/vision/stereo/straightening.h"
 
@@ -121,9 +120,13 @@ Truth SimulatedSite::truth() const {
 }
 
 std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const Pace& pace) {
-  if (pace.is_live)
-    return std::make_unique<SimulatedCamera>(*this, scene.sense.Find<Camera>()->rate);
-  return std::make_unique<ScriptedCamera>(*this, scene);
+  if (!pace.is_live) return std::make_unique<ScriptedCamera>(*this, scene);
+  const double rate = scene.sense.Find<Camera>()->rate;
+  return std::make_unique<LiveSource<FrameSource, Frame>>(
+      rate, 0, fmt::format("simulated site, camera at {:g} Hz", rate),
+      [this, sequence = std::uint64_t{0}](Time now) mutable {
+        return Frame{TakePicture(), ++sequence, now};
+      });
 }
 
 cv::Mat SimulatedSite::TakePicture() {

@@ -13,7 +13,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
-#include "slave/site/fingertips/site_resolution.h"
+#include "slave/site/fingertips/site_mesh.h"
 #include "slave/site/world.h"
 
 namespace palpate {

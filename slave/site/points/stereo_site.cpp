@@ -9,12 +9,10 @@
 #include <opencv2/core.hpp>
 #include <spdlog/spdlog.h>
 
-#include "slave/site/exposure.h"
-#include "slave/site/points/dotted_membrane.h"
+#include "slave/site/painting.h"
+#include "slave/site/points/painted_membrane.h"
 #include "slave/site/points/pair_rig.h"
 #include "slave/site/points/scripted_membrane.h"
-#include "slave/site/points/simulated_pair.h"
-#include "slave/site/points/textured_membrane.h"
 #include "slave/site/points/textured_target.h"
 #include "slave/site/points/true_membrane.h"
 
@@ -98,9 +96,8 @@ class TargetStage final : public Stage {
         lenses_{rig.left, rig.right},
         X_CS_{scene.sense.Find<StereoCameras>()->X_SL.inverse(),
               rig.X_RL * scene.sense.Find<StereoCameras>()->X_SL.inverse()},
-        X_SO_(scene.object.X_SO),
+        X_SO_(TruePose(scene)),
         pace_(scene.site.pace) {
-    X_SO_.translation().head<2>() += scene.site.misplacement;
     truth_.p_S_tip = scene.manipulator.home;
     now_.X_SB_first = now_.X_SB = Pose(0);
   }
@@ -272,10 +269,22 @@ StereoPictures StereoSite::TakePictures() {
 }
 
 std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene, const Pace& pace) {
-  if (pace.is_live) return std::make_unique<SimulatedPair>(*this, state_->rate);
-  MembraneScript script;
-  if (pace.duration > 0) script.target_seconds = pace.duration;
-  return std::make_unique<ScriptedMembrane>(*this, scene, script);
+  if (!pace.is_live) {
+    MembraneScript script;
+    if (pace.duration > 0) script.target_seconds = pace.duration;
+    return std::make_unique<ScriptedMembrane>(*this, scene, script);
+  }
+  return std::make_unique<LiveSource<StereoSource, StereoPair>>(
+      state_->rate, 1, fmt::format("simulated pair of cameras at {:g} Hz", state_->rate),
+      [this, sequence = std::uint64_t{0}](Time now) mutable {
+        auto [left, right] = TakePictures();
+        StereoPair pair;
+        pair.left = std::move(left);
+        pair.right = std::move(right);
+        pair.sensed_at = now;
+        pair.sequence = ++sequence;
+        return pair;
+      });
 }
 
 const StereoRig& StereoSite::rig() const {

@@ -10,8 +10,8 @@
 #include <unistd.h>
 
 #include "slave/pipeline/offline/offline_run.h"
+#include "slave/pipeline/points/points_scores.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
-#include "slave/pipeline/points/tracking_counts.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 #include "tests/support/paths.h"

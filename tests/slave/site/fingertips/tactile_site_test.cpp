@@ -12,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include "slave/site/fingertips/scripted_touch.h"
-#include "slave/site/fingertips/simulated_fingers.h"
 #include "tests/slave/site/fingertips/touch_scenes.h"
 
 namespace palpate {
@@ -327,16 +326,16 @@ TEST(ScriptedTouch, RefusesToPressNothing) {
   EXPECT_THROW(ScriptedTouch(site, scene), std::invalid_argument);
 }
 
-TEST(SimulatedFingers, EndAtOnceWhenStopped) {
+TEST(TactileSite, LiveSamplesEndAtOnceWhenStopped) {
   TactileSite site(CubeScene(), kCoarse);
-  SimulatedFingers fingers(site, 100);
+  const auto fingers = site.OpenFingertips(CubeScene(), {});
   std::stop_source stop;
-  const auto first = fingers.Next(stop.get_token()), second = fingers.Next(stop.get_token());
+  const auto first = fingers->Next(stop.get_token()), second = fingers->Next(stop.get_token());
   ASSERT_TRUE(first && second);
   EXPECT_EQ(second->sequence, first->sequence + 1);
   EXPECT_GT(second->sensed_at, first->sensed_at);
   stop.request_stop();
-  EXPECT_FALSE(fingers.Next(stop.get_token()));
+  EXPECT_FALSE(fingers->Next(stop.get_token()));
 }
 
 }  // namespace

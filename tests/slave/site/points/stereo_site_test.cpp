@@ -13,7 +13,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "slave/site/points/dotted_membrane.h"
+#include "slave/site/points/painted_membrane.h"
 #include "slave/site/points/textured_target.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "tests/slave/site/points/membrane_scenes.h"
