@@ -124,21 +124,21 @@ std::unique_ptr<TactileBody> TactileEstimator::Prepare(const Scene& scene) {
 void TactileEstimator::Adopt(std::unique_ptr<TactileBody> body, const Scene& scene) {
   body_ = std::move(body);
   local_touch_.emplace(scene);
+  LetGo();
+}
+
+void TactileEstimator::LetGo() noexcept {
+  for (FingerContact& contact : finger_contacts_) contact.LetGo();
   contacts_.clear();
   responses_.clear();
   acting_.clear();
   at_rest_ = true;
-  for (FingerContact& contact : finger_contacts_) contact.LetGo();
 }
 
 void TactileEstimator::Reset() noexcept {
   for (Fingertip& fingertip : fingertips_) fingertip.Reset();
-  for (FingerContact& contact : finger_contacts_) contact.LetGo();
+  LetGo();
   local_touch_->Forget();
-  contacts_.clear();
-  responses_.clear();
-  acting_.clear();
-  at_rest_ = true;
   if (body_) body_->deformation->Reset();
 }
 

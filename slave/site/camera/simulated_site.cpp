@@ -3,6 +3,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include <spdlog/fmt/fmt.h>
+
 #include "slave/site/camera/painter.h"
 #include "slave/site/camera/patch_solution.h"
 #include "slave/site/camera/scripted_press.h"

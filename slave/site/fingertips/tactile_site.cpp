@@ -5,6 +5,7 @@
 #include <limits>
 #include <mutex>
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include "shared/geometry/index.h"

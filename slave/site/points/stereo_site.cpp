@@ -7,6 +7,7 @@
 #include <variant>
 
 #include <opencv2/core.hpp>
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include "slave/site/painting.h"
@@ -23,19 +24,11 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 // What stands before the cameras; eye 0 is the left one.
-class Stage {
+class Stage : public World {
  public:
-  virtual ~Stage() = default;
-  Stage() = default;
-  Stage(const Stage&) = delete;
-  Stage& operator=(const Stage&) = delete;
-  virtual void MoveTool(const Vector3d& p_S_tip, Patience patience) = 0;
   virtual void SolveEverywhere() {}
   [[nodiscard]] virtual bool IsSolvedEverywhere() const { return true; }
   [[nodiscard]] virtual std::uint64_t Waits() const { return 0; }
-  [[nodiscard]] virtual Truth Now() const = 0;
-  [[nodiscard]] virtual std::optional<TargetTruth> Target() const { return std::nullopt; }
-  [[nodiscard]] virtual Vector3d Displacement(const Eigen::Vector2d& p_O) const = 0;
   // The world as it will be painted from here on, `seconds` after the first pictures.
   virtual void Hold(double seconds) = 0;
   virtual const cv::Mat& Paint(std::size_t eye) = 0;
@@ -61,13 +54,13 @@ class MembraneStage final : public Stage {
     return membrane_.is_solved_everywhere();
   }
   [[nodiscard]] std::uint64_t Waits() const override { return membrane_.waits(); }
-  [[nodiscard]] Truth Now() const override {
+  [[nodiscard]] Truth truth() const override {
     const auto now = membrane_.now();
     const Vector3d f_O(0, 0, -site::ForceOf(now.dent));
     return {now.p_S_tip, now.in_contact, membrane_.X_SO().linear() * f_O, now.dent.depth,
             now.solved};
   }
-  [[nodiscard]] Vector3d Displacement(const Eigen::Vector2d& p_O) const override {
+  [[nodiscard]] Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override {
     return site::DisplacementOf(membrane_.now().dent, p_O);
   }
   void Hold(double) override { held_ = membrane_.now().dent; }
@@ -107,16 +100,13 @@ class TargetStage final : public Stage {
     const std::lock_guard lock(mutex_);
     truth_.p_S_tip = p_S_tip;
   }
-  [[nodiscard]] Truth Now() const override {
+  [[nodiscard]] Truth truth() const override {
     const std::lock_guard lock(mutex_);
     return truth_;
   }
-  [[nodiscard]] std::optional<TargetTruth> Target() const override {
+  [[nodiscard]] std::optional<TargetTruth> target() const override {
     const std::lock_guard lock(mutex_);
     return now_;
-  }
-  [[nodiscard]] Vector3d Displacement(const Eigen::Vector2d&) const override {
-    return Vector3d::Zero();
   }
   void Hold(double seconds) override {
     const std::lock_guard lock(mutex_);
@@ -247,15 +237,15 @@ std::uint64_t StereoSite::waits() const {
 }
 
 Truth StereoSite::truth() const {
-  return state_->stage->Now();
+  return state_->stage->truth();
 }
 
 std::optional<TargetTruth> StereoSite::target() const {
-  return state_->stage->Target();
+  return state_->stage->target();
 }
 
 Vector3d StereoSite::TrueDisplacement(const Eigen::Vector2d& p_O) const {
-  return state_->stage->Displacement(p_O);
+  return state_->stage->TrueDisplacement(p_O);
 }
 
 StereoPictures StereoSite::TakePictures() {

@@ -2,7 +2,7 @@
 // at rising depths of one press.
 //
 // The membrane is a thick plate of neo-Hookean rubber in three dimensions (neo_hookean_disc.h), on
-// cubic hexahedra fitted to the tool (disc_mesh.h): no hypothesis of a plate, no von Karman, no
+// cubic hexahedra fitted to the tool (DiscMesh): no hypothesis of a plate, no von Karman, no
 // modes. The tool is one of the house (slave/mechanics/plate): it presses evenly over its round
 // face, along -z whatever the membrane does, and its depth is the way of the membrane's outer face
 // below its centre. So force and depth mean here what they mean to the plates.
