@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and tests, cheapest first. The first red prints the command to repeat.
 # usage: tests/run.sh [--fast | --full]
-#   (nothing)  what every change must pass: all but the slow tests; under address and undefined-behaviour sanitizers what
-#              parses, speaks or runs threads, and a run of each sense; under the thread sanitizer link and haptic loop
+#   (nothing)  what every change must pass: all but the slow tests, each once: what parses, speaks or runs threads, and a
+#              run of each sense, under address and undefined-behaviour sanitizers, the rest as it is released; link and
+#              haptic loop under the thread sanitizer too
 #   --fast     without sanitizers and without clang-tidy
 #   --full     everything: slow tests, every check of the sanitizers on everything that is not slow, threads everywhere
 # PALPATE_CI_LIMIT=SECONDS: taking longer is a failure that names the step which grew.
@@ -16,6 +17,8 @@ case ${1:-} in
   *) echo "usage: tests/run.sh [--fast | --full]" >&2; exit 2 ;;
 esac
 
+apart=OFF
+[ $tier != push ] || apart=ON
 jobs=$(($(nproc) + 1))  # sessions sleep half of their time
 started=$(date +%s)
 summary=build/tests.txt
@@ -38,7 +41,7 @@ repeat() { echo "FAILED. To repeat: $1" >&2; exit 1; }
 # build PRESET TARGETS...
 build() {
   local preset=$1; shift
-  local options=(-DPALPATE_TESTS=ON -DPALPATE_WERROR=ON)
+  local options=(-DPALPATE_TESTS=ON -DPALPATE_WERROR=ON -DPALPATE_SANITIZED_APART=$apart)
   deploy/build.sh "$preset" "${options[@]}" -- "$@" || repeat "deploy/build.sh $preset ${options[*]} -- $*"
 }
 
