@@ -39,7 +39,7 @@ TEST(SimulatedRig, BothCamerasLookAtTheObjectsOriginABaselineApart) {
   }
 }
 
-TEST(SimulatedPair, PairsComeAtTheRateAndStopAtOnce) {
+TEST(LivePairs, ComeAtTheRateAndStopAtOnce) {
   Scene scene = MembraneScene();
   scene.sense.Find<StereoCameras>()->rate = 50;
   StereoSite site(scene, site::kCoarse);
