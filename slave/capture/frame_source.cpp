@@ -243,8 +243,9 @@ std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth, bool paced) 
 
 std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
                                              const PictureFilter& filter) {
-  if (!scene.sense.camera) throw std::runtime_error(scene.name + ": the scene has no camera");
-  const Camera& camera = *scene.sense.camera;
+  if (!scene.sense.Find<Camera>())
+    throw std::runtime_error(scene.name + ": the scene has no camera");
+  const Camera& camera = *scene.sense.Find<Camera>();
   if (!(camera.rate > 0)) {
     throw std::runtime_error("sense.camera.rate = " + std::to_string(camera.rate) +
                              " Hz: accepted is > 0");
@@ -263,14 +264,15 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
 }
 
 std::unique_ptr<StereoSource> OpenStereoFiles(const Scene& scene, bool paced) {
-  if (scene.sense.depth) return OpenDepth(*scene.sense.depth, paced);
-  if (!scene.sense.stereo) {
+  if (const auto* depth = scene.sense.Find<DepthPictures>()) return OpenDepth(*depth, paced);
+  const auto* stereo = scene.sense.Find<StereoCameras>();
+  if (stereo == nullptr) {
     throw std::runtime_error(scene.name + ": the scene has no pair of cameras");
   }
-  if (scene.sense.stereo->source == StereoCameras::Source::kSimulated) {
+  if (stereo->source == StereoCameras::Source::kSimulated) {
     throw std::runtime_error(scene.name + ": a simulated pair is opened by the simulated site");
   }
-  return OpenPairs(*scene.sense.stereo, paced);
+  return OpenPairs(*stereo, paced);
 }
 
 }  // namespace palpate

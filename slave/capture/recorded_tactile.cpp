@@ -163,11 +163,12 @@ void FingerPoses::RequireWithin(double begin, double end) const {
 
 // A recording as a source of frames.
 std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool paced) {
-  if (!scene.sense.tactile) throw std::runtime_error(scene.name + ": the scene has no fingertips");
-  if (scene.sense.tactile->source != Tactile::Source::kRecording) {
+  if (!scene.sense.Find<Tactile>())
+    throw std::runtime_error(scene.name + ": the scene has no fingertips");
+  if (scene.sense.Find<Tactile>()->source != Tactile::Source::kRecording) {
     throw std::runtime_error(scene.name + ": sense.tactile.source is no recording");
   }
-  return std::make_unique<RecordedTactile>(*scene.sense.tactile, paced);
+  return std::make_unique<RecordedTactile>(*scene.sense.Find<Tactile>(), paced);
 }
 
 }  // namespace palpate

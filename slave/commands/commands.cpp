@@ -59,12 +59,13 @@ void Print(const OfflineSummary& s, const std::filesystem::path& out) {
 
 // The keys that make a recording of the frames just written.
 void PrintFrames(const Scene& scene, const std::filesystem::path& out) {
-  if (!scene.sense.stereo) return;
+  if (!scene.sense.Find<StereoCameras>()) return;
   const auto folder = std::filesystem::absolute(out / "frames");
   fmt::print(
       "to process them again:\n  sense.camera={{stereo: {{left: \"{0}/left/*.png\", right: "
       "\"{0}/right/*.png\", rig: \"{0}/rig.yaml\"}}, rate: {1:g} Hz, {2}}}\n",
-      folder.string(), scene.sense.stereo->rate, ScenePose(scene.sense.stereo->X_SL));
+      folder.string(), scene.sense.Find<StereoCameras>()->rate,
+      ScenePose(scene.sense.Find<StereoCameras>()->X_SL));
 }
 
 void RefusePictures(const ProcessOptions& options, const Scene& scene) {

@@ -45,6 +45,22 @@ void SetContact(const std::string& contact, const Changeable& accepted, ModelOpt
   model->contact = contact == "bonded" ? ContactLaw::kBonded : ContactLaw::kFrictionless;
 }
 
+// One line for each way of feeling.
+struct SenseMaker {
+  template <typename Made>
+  [[nodiscard]] std::unique_ptr<Sense> Make() const {
+    return std::make_unique<Made>(scene, pace, world);
+  }
+
+  std::unique_ptr<Sense> operator()(const CameraOptions&) const { return Make<CameraSense>(); }
+  std::unique_ptr<Sense> operator()(const PointsOptions&) const { return Make<PointsSense>(); }
+  std::unique_ptr<Sense> operator()(const Tactile&) const { return Make<FingertipSense>(); }
+
+  const Scene& scene;
+  const Pace& pace;
+  World* world;
+};
+
 }  // namespace
 
 ModelOptions Changed(ModelOptions model, const ModelChange& change, const Changeable& accepted) {
@@ -74,9 +90,8 @@ void Append(std::vector<float>* out, const Eigen::Vector3d& v) {
 }
 
 std::unique_ptr<Sense> MakeSense(const Scene& scene, const Pace& pace, World* world) {
-  if (scene.sense.tactile) return std::make_unique<FingertipSense>(scene, pace, world);
-  if (HasEyes(scene.sense)) return std::make_unique<PointsSense>(scene, pace, world);
-  return std::make_unique<CameraSense>(scene, pace, world);
+  if (scene.sense.all().empty()) throw std::runtime_error(scene.name + ": the scene has no sense");
+  return std::visit(SenseMaker{scene, pace, world}, scene.sense.all().front());
 }
 
 }  // namespace palpate

@@ -3,6 +3,7 @@
 // operator see only this.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -34,6 +35,21 @@ struct StageTimes {
 // `times` as the stage called `name`.
 StageTimes TimesOf(const std::string& name, const LatencyHistogram& times);
 
+// Times the stages of a pipeline.
+class Stopwatch {
+ public:
+  // Time since the last lap [us].
+  double Lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double us = std::chrono::duration<double, std::micro>(now - last_).count();
+    last_ = now;
+    return us;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
 // A change of SetModel; empty or 0: as it is.
 struct ModelChange {
   std::string kind;
@@ -61,6 +77,10 @@ struct BoundaryShape {
       nodal_forces;  // x, y, z per vertex, of the tool on the object [N]; empty unless asked for
 };
 void Append(std::vector<float>* out, const Eigen::Vector3d& v);
+// Without a vertex, as of `felt`.
+inline BoundaryShape ShapeAsOf(const ContactEstimate& felt, int nodes_per_element) {
+  return {felt.sample, felt.sensed_at, felt.validity, nodes_per_element, {}, {}, {}, {}};
+}
 
 // What was seen last and how to draw into it what was made of it: cheap to take, costly to draw.
 struct SeenPicture {

@@ -29,7 +29,7 @@ MembraneLimits::MembraneLimits(const Scene& scene) : scene_(scene) {
   if (membrane == nullptr) return;
   radius_ = membrane->radius;
   thickness_ = membrane->thickness;
-  const auto& stereo = scene.sense.stereo;
+  const auto* stereo = scene.sense.Find<StereoCameras>();
   is_simulated_ = stereo && stereo->source == StereoCameras::Source::kSimulated;
   if (is_simulated_) {
     least_width_ = std::max(thickness_, kNarrowest * radius_);

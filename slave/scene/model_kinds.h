@@ -2,6 +2,7 @@
 // who reads, checks, replaces, studies or asks a model looks here.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string>
@@ -50,11 +51,29 @@ inline constexpr std::array kModelKinds{
 };
 
 // nullptr: `auto`, or no kind at all.
-const ModelKind* FindModelKind(std::string_view name);
-ObjectClass ClassOf(const Geometry& geometry);
+inline const ModelKind* FindModelKind(std::string_view name) {
+  const auto* found = std::ranges::find(kModelKinds, name, &ModelKind::name);
+  return found == kModelKinds.end() ? nullptr : found;
+}
+inline ObjectClass ClassOf(const Geometry& geometry) {
+  if (IsVolume(geometry)) return ObjectClass::kVolume;
+  return IsPlanar(geometry) ? ObjectClass::kOutline : ObjectClass::kMembrane;
+}
 // Whether model.kind may be `kind` for such an object: one of its kinds, or `auto`.
-bool IsKindFor(ObjectClass object, std::string_view kind);
+inline bool IsKindFor(ObjectClass object, std::string_view kind) {
+  const ModelKind* found = FindModelKind(kind);
+  return kind == "auto" || (found != nullptr && found->object == object);
+}
 // These words, listed: "auto, plate or plate-large".
-std::string KindsFor(ObjectClass object);
+inline std::string KindsFor(ObjectClass object) {
+  std::string words = "auto";
+  std::string_view last;
+  for (const ModelKind& kind : kModelKinds) {
+    if (kind.object != object) continue;
+    if (!last.empty()) words.append(", ").append(last);
+    last = kind.name;
+  }
+  return words.append(" or ").append(last);
+}
 
 }  // namespace palpate

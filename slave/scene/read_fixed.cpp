@@ -39,15 +39,13 @@ FixedArc ReadArc(Section& section, const Geometry& geometry) {
 }
 
 FixedPlane ReadPlane(Section& section, const Geometry& geometry) {
-  using Axis = Section::Choice<int>;
   Section plane = section.Open("plane");
   const bool is_planar = IsPlanar(geometry);
   if (plane.present() && !plane.Has("axis")) {
     plane.Refuse("axis", is_planar ? "x or y" : "x, y or z");
   }
-  const int axis = is_planar
-                       ? plane.OneOf("axis", std::array{Axis{"x", 0}, Axis{"y", 1}})
-                       : plane.OneOf("axis", std::array{Axis{"x", 0}, Axis{"y", 1}, Axis{"z", 2}});
+  const int axis = is_planar ? plane.OneOf<int>("axis", {{"x", 0}, {"y", 1}})
+                             : plane.OneOf<int>("axis", {{"x", 0}, {"y", 1}, {"z", 2}});
   return {axis, plane.Number("at", Any(Dimension::kLength))};
 }
 

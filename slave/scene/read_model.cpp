@@ -15,14 +15,12 @@ Rule Share() {
 }
 
 void ReadPlanar(Section& model, ModelOptions* options) {
-  using Order = Section::Choice<ElementOrder>;
-  using PlaneChoice = Section::Choice<Plane>;
   options->elements = model.Integer("elements", 3, 4000, options->elements);
-  options->order = model.OneOf("order", std::array{Order{"constant", ElementOrder::kConstant},
-                                                   Order{"linear", ElementOrder::kLinear},
-                                                   Order{"quadratic", ElementOrder::kQuadratic}});
-  options->plane = model.OneOf("plane", std::array{PlaneChoice{"stress", Plane::kStress},
-                                                   PlaneChoice{"strain", Plane::kStrain}});
+  options->order = model.OneOf<ElementOrder>("order", {{"constant", ElementOrder::kConstant},
+                                                       {"linear", ElementOrder::kLinear},
+                                                       {"quadratic", ElementOrder::kQuadratic}});
+  options->plane =
+      model.OneOf<Plane>("plane", {{"stress", Plane::kStress}, {"strain", Plane::kStrain}});
 }
 
 // `none`, or `{mass: , stiffness: }`.
@@ -39,45 +37,38 @@ void ReadDamping(Section& model, Fem* fem) {
 }
 
 void ReadMotion(Section& model, Fem* fem) {
-  using Integrator = Section::Choice<Fem::Integrator>;
-  using Mass = Section::Choice<Fem::Mass>;
-  using Time = Section::Choice<Fem::Time>;
-  fem->time = model.OneOf(
-      "time", std::array{Time{"static", Fem::Time::kStatic}, Time{"dynamic", Fem::Time::kDynamic}});
+  fem->time = model.OneOf<Fem::Time>(
+      "time", {{"static", Fem::Time::kStatic}, {"dynamic", Fem::Time::kDynamic}});
   fem->step =
       model.Number("step", Between(Dimension::kTime, 1e-9, 1e3, "1 ns to 1000 s"), fem->step);
-  fem->integrator = model.OneOf(
-      "integrator", std::array{Integrator{"implicit-euler", Fem::Integrator::kImplicitEuler},
-                               Integrator{"newmark", Fem::Integrator::kNewmark}});
+  fem->integrator = model.OneOf<Fem::Integrator>(
+      "integrator", {{"implicit-euler", Fem::Integrator::kImplicitEuler},
+                     {"newmark", Fem::Integrator::kNewmark}});
   fem->newton = model.Integer("newton", 0, 1000, fem->newton);
-  fem->mass = model.OneOf("mass", std::array{Mass{"consistent", Fem::Mass::kConsistent},
-                                             Mass{"lumped", Fem::Mass::kLumped}});
+  fem->mass = model.OneOf<Fem::Mass>(
+      "mass", {{"consistent", Fem::Mass::kConsistent}, {"lumped", Fem::Mass::kLumped}});
   ReadDamping(model, fem);
 }
 
 void ReadElement(Section& model, Fem* fem) {
-  using Element = Section::Choice<Fem::Element>;
-  using Pressure = Section::Choice<Fem::Pressure>;
-  fem->element = model.OneOf("element", std::array{Element{"tet4", Fem::Element::kTet4},
-                                                   Element{"tet10", Fem::Element::kTet10}});
+  fem->element = model.OneOf<Fem::Element>(
+      "element", {{"tet4", Fem::Element::kTet4}, {"tet10", Fem::Element::kTet10}});
   fem->pressure =
-      model.OneOf("pressure", std::array{Pressure{"auto", Fem::Pressure::kAuto},
-                                         Pressure{"displacement", Fem::Pressure::kDisplacement},
-                                         Pressure{"averaged", Fem::Pressure::kAveraged},
-                                         Pressure{"mixed", Fem::Pressure::kMixed}});
+      model.OneOf<Fem::Pressure>("pressure", {{"auto", Fem::Pressure::kAuto},
+                                              {"displacement", Fem::Pressure::kDisplacement},
+                                              {"averaged", Fem::Pressure::kAveraged},
+                                              {"mixed", Fem::Pressure::kMixed}});
 }
 
 void ReadFem(Section& model, bool has_law, Fem* fem) {
-  using Law = Section::Choice<Fem::Law>;
-  using Tangent = Section::Choice<Fem::Tangent>;
   ReadElement(model, fem);
   if (has_law) {
-    fem->law = model.OneOf("law", std::array{Law{"corotational", Fem::Law::kCorotational},
-                                             Law{"linear", Fem::Law::kLinear},
-                                             Law{"neo-hookean", Fem::Law::kNeoHookean}});
+    fem->law = model.OneOf<Fem::Law>("law", {{"corotational", Fem::Law::kCorotational},
+                                             {"linear", Fem::Law::kLinear},
+                                             {"neo-hookean", Fem::Law::kNeoHookean}});
   }
-  fem->tangent = model.OneOf("tangent", std::array{Tangent{"warped", Fem::Tangent::kWarped},
-                                                   Tangent{"exact", Fem::Tangent::kExact}});
+  fem->tangent = model.OneOf<Fem::Tangent>(
+      "tangent", {{"warped", Fem::Tangent::kWarped}, {"exact", Fem::Tangent::kExact}});
   ReadMotion(model, fem);
   fem->residual = model.Number("residual", Between(Dimension::kNumber, 1e-14, 0.1, "1e-14 to 0.1"),
                                fem->residual);
@@ -92,7 +83,7 @@ std::string ReadKind(Section& model) {
   for (std::size_t i = 0; i < kModelKinds.size(); ++i) {
     kinds[i + 1] = {kModelKinds[i].name, kModelKinds[i].name};
   }
-  return std::string(model.OneOf("kind", kinds));
+  return std::string(model.OneOfTable<std::string_view>("kind", kinds));
 }
 
 // What the kind takes; `auto`, which may come to any, most of it.
@@ -109,7 +100,6 @@ ModelKind OptionsOf(std::string_view name) {
 }  // namespace
 
 ModelOptions ReadModel(Section& scene, const SceneContext& context) {
-  using Contact = Section::Choice<ContactLaw>;
   Section model = scene.Open("model", "a map of kind, elements, plane, contact, ...");
   ModelOptions options;
   options.kind = ReadKind(model);
@@ -131,11 +121,10 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     model.Refuse("prestress", "nothing with this kind: plate-large takes a tension at rest");
   }
   if (kind.takes_friction) {
-    options.contact =
-        model.OneOf("contact", std::array{Contact{"bonded", ContactLaw::kBonded},
-                                          Contact{"frictionless", ContactLaw::kFrictionless}});
+    options.contact = model.OneOf<ContactLaw>(
+        "contact", {{"bonded", ContactLaw::kBonded}, {"frictionless", ContactLaw::kFrictionless}});
   } else if (!is_membrane) {
-    model.OneOf("contact", std::array{Contact{"bonded", ContactLaw::kBonded}}, " with this kind");
+    model.OneOf<ContactLaw>("contact", {{"bonded", ContactLaw::kBonded}}, " with this kind");
   }
   if (kind.has_cache) {
     const std::string folder = model.Text("cache", "a folder", std::string());

@@ -1,9 +1,114 @@
+#include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <system_error>
 
+#include "shared/mesh/outline.h"
+#include "slave/scene/contour_file.h"
 #include "slave/scene/sections.h"
 
 namespace palpate {
 namespace {
+
+constexpr std::size_t kMostPoints = 4000;
+
+double ReadThickness(Section& section) {
+  return section.Number("thickness", Positive(Dimension::kLength));
+}
+
+Geometry ReadPolygon(Section& geometry) {
+  Section section = geometry.Open("polygon");
+  const Rule place = Any(Dimension::kLength);
+  PolygonGeometry polygon;
+  polygon.thickness = ReadThickness(section);
+  const std::size_t mistakes_before = section.mistakes()->count();
+  polygon.outline.outer = section.Points("points", place);
+  std::size_t points = polygon.outline.outer.size();
+  Section holes = section.OpenList("holes");
+  for (std::size_t i = 0; i < holes.size() && points <= kMostPoints; ++i) {
+    polygon.outline.holes.push_back(holes.Points(std::to_string(i), place));
+    points += polygon.outline.holes.back().size();
+  }
+  if (section.mistakes()->count() > mistakes_before) return polygon;
+  if (points > kMostPoints) {
+    section.Refuse("points", "at most 4000 points, holes included");
+    return polygon;
+  }
+  try {
+    CheckOutline(polygon.outline);
+  } catch (const std::invalid_argument& error) {
+    section.Refuse("points", std::string("a simple polygon with holes inside; ") + error.what());
+  }
+  return polygon;
+}
+
+// `contour` and `thickness` stand side by side in `geometry`.
+Geometry ReadContourGeometry(Section& geometry, const SceneContext& context) {
+  constexpr const char* kAccepted = "from-image, or a CSV file of x,y";
+  const std::string source = geometry.Text("contour", kAccepted);
+  const double thickness = ReadThickness(geometry);
+  if (source == "from-image") return ImageContourGeometry{thickness};
+  ContourFileGeometry contour{context.folder / source, {}, thickness};
+  if (source.empty()) return contour;
+  try {
+    contour.outline.outer = ReadContourFile(contour.file);
+    CheckOutline(contour.outline);
+  } catch (const std::invalid_argument& error) {
+    geometry.Refuse("contour", std::string(kAccepted) + " around an area; " + error.what());
+  }
+  return contour;
+}
+
+BoxGeometry ReadBox(Section& geometry) {
+  constexpr int kMostCells = 4000;
+  Section section = geometry.Open("box");
+  const Rule size = Positive(Dimension::kLength);
+  const Rule count = Between(Dimension::kNumber, 1, kMostCells, "a whole number, 1 to 4000");
+  const std::array sizes{size, size, size};
+  const std::array counts{count, count, count};
+  BoxGeometry box;
+  const std::vector<double> lengths = section.Numbers("size", sizes);
+  box.size = {lengths[0], lengths[1], lengths[2]};
+  const std::vector<double> cells = section.Numbers("cells", counts);
+  double total = 1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (cells[i] != std::floor(cells[i])) section.Refuse("cells", "three whole numbers");
+    box.cells[i] = static_cast<int>(cells[i]);
+    total *= cells[i];
+  }
+  constexpr double kMostTets = 4e6;
+  if (6 * total > kMostTets) section.Refuse("cells", "cells of 4 million tetrahedra at most");
+  return box;
+}
+
+// One unit of the file: `mm` or `1 mm`.
+double ReadUnit(Section& geometry) {
+  const std::string accepted = "a unit such as mm, or " + AcceptedBy(Positive(Dimension::kLength));
+  const std::string text = geometry.Text("unit", accepted, "1 m");
+  const auto bare = ParseQuantity("1 " + text, Dimension::kLength);
+  const auto unit = bare ? bare : ParseQuantity(text, Dimension::kLength);
+  if (unit && *unit >= kSmallest && *unit <= kLargest) return *unit;
+  geometry.Refuse("unit", accepted);
+  return 1;
+}
+
+// `mesh`, `unit` and `resolution` stand side by side in `geometry`.
+MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
+  constexpr const char* kAccepted =
+      "a file that can be read: .veg .node .ele .msh .vtu, or a surface .stl .ply";
+  constexpr std::array kEndings{".veg", ".node", ".ele", ".msh", ".vtu", ".stl", ".ply"};
+  const std::string name = geometry.Text("mesh", kAccepted);
+  const Rule length = Positive(Dimension::kLength);
+  MeshFileGeometry mesh{context.folder / name, ReadUnit(geometry),
+                        geometry.Number("resolution", length, 0.0)};
+  if (name.empty()) return mesh;
+  std::error_code error;
+  const bool is_known = std::ranges::find(kEndings, mesh.file.extension()) != kEndings.end();
+  if (!is_known || !std::filesystem::is_regular_file(mesh.file, error)) {
+    geometry.Refuse("mesh", kAccepted);
+  }
+  return mesh;
+}
 
 Material ReadMaterial(Section& object) {
   Section section = object.Open("material", "a map of young_modulus, poisson_ratio, ...");
@@ -20,6 +125,36 @@ Material ReadMaterial(Section& object) {
 }
 
 }  // namespace
+
+Geometry ReadGeometry(Section& object, const SceneContext& context) {
+  constexpr std::array kKinds{"rectangle", "disc", "polygon", "contour", "membrane", "box", "mesh"};
+  constexpr const char* kOneOf =
+      "exactly one of rectangle, disc, polygon, contour, membrane, box, mesh";
+  Section section = object.Open("geometry", kOneOf);
+  const auto found =
+      std::ranges::count_if(kKinds, [&](const char* kind) { return section.Has(kind); });
+  if (section.present() && found != 1) {
+    // None of them, but something: that something is reported for itself.
+    if (found > 1 || section.size() == 0) object.Refuse("geometry", kOneOf);
+    return RectangleGeometry{};
+  }
+  const Rule size = Positive(Dimension::kLength);
+  if (section.Has("membrane")) {
+    Section membrane = section.Open("membrane");
+    return MembraneGeometry{membrane.Number("radius", size), ReadThickness(membrane)};
+  }
+  if (section.Has("box")) return ReadBox(section);
+  if (section.Has("mesh")) return ReadMeshFile(section, context);
+  if (section.Has("disc")) {
+    Section disc = section.Open("disc");
+    return DiscGeometry{disc.Number("radius", size), ReadThickness(disc)};
+  }
+  if (section.Has("polygon")) return ReadPolygon(section);
+  if (section.Has("contour")) return ReadContourGeometry(section, context);
+  Section rectangle = section.Open("rectangle");
+  return RectangleGeometry{rectangle.Number("width", size), rectangle.Number("height", size),
+                           ReadThickness(rectangle)};
+}
 
 Object ReadObject(Section& scene, const SceneContext& context) {
   Section section = scene.Open("object", "a map of geometry, material, fixed, ...");

@@ -116,12 +116,11 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
 
 std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
                              const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
-  using Shape = Section::Choice<Tool::Shape>;
   Section section = scene.Open("tool", is_needed ? "a map of shape and width" : "");
   if (!section.present()) return std::nullopt;
   Tool tool;
-  tool.shape = section.OneOf(
-      "shape", std::array{Shape{"flat", Tool::Shape::kFlat}, Shape{"round", Tool::Shape::kRound}});
+  tool.shape = section.OneOf<Tool::Shape>(
+      "shape", {{"flat", Tool::Shape::kFlat}, {"round", Tool::Shape::kRound}});
   tool.width = section.Number("width", width);
   const Eigen::Vector2d direction =
       section.Vector2("direction", Any(Dimension::kNumber), TowardsBox(box, home));
@@ -132,10 +131,7 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
 }
 
 Tool UsualTool(const BoundingBox& box) {
-  Tool tool;
-  tool.shape = Tool::Shape::kRound;
-  tool.width = kToolPerSide * box.larger_side();
-  return tool;
+  return {.shape = Tool::Shape::kRound, .width = kToolPerSide * box.larger_side()};
 }
 
 SiteOptions ReadSite(Section& scene) {
@@ -153,6 +149,22 @@ SiteOptions ReadSite(Section& scene) {
       section.Number("pace", Between(Dimension::kNumber, 1e-3, 1e3, "0.001 to 1000"), site.pace);
   site.misplacement = section.Vector2("misplacement", Any(Dimension::kLength), site.misplacement);
   return site;
+}
+
+std::vector<Eigen::Vector3d> ReadStudyContacts(Section& scene) {
+  constexpr std::size_t kMost = 100;
+  constexpr std::string_view kAccepted = "a list of 1 to 100 places [x, y, z] on the object";
+  Section study = scene.Open("study");
+  std::vector<Eigen::Vector3d> places;
+  if (!study.Has("contacts")) return places;
+  Section list = study.OpenList("contacts");
+  if (!list.present()) return places;
+  if (list.size() == 0 || list.size() > kMost) study.Refuse("contacts", kAccepted);
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    places.push_back(
+        list.Vector3(std::to_string(i), Any(Dimension::kLength), Eigen::Vector3d::Zero()));
+  }
+  return places;
 }
 
 }  // namespace palpate

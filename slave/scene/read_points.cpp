@@ -21,18 +21,21 @@ const MembraneGeometry* MembraneOf(const Object& object) {
   return std::get_if<MembraneGeometry>(&object.geometry);
 }
 
-Track ReadTrack(Section& points, const Object& object, const SenseOptions& eyes) {
+Track ReadTrack(Section& points, const Object& object, const Eyes& eyes) {
   using Choice = Section::Choice<Track>;
-  const bool is_simulated = eyes.stereo && eyes.stereo->source == StereoCameras::Source::kSimulated;
+  const auto* pair = std::get_if<StereoCameras>(&eyes);
+  const bool is_simulated = pair != nullptr && pair->source == StereoCameras::Source::kSimulated;
   const bool has_array = MembraneOf(object) != nullptr || points.Has("layout");
-  const Track fallback = eyes.depth ? Track::kSurface : has_array ? Track::kDots : Track::kTexture;
+  const Track fallback = pair == nullptr ? Track::kSurface
+                         : has_array     ? Track::kDots
+                                         : Track::kTexture;
   std::array choices{Choice{"dots", Track::kDots}, Choice{"texture", Track::kTexture},
                      Choice{"surface", Track::kSurface}};
   std::ranges::rotate(choices, choices.begin() + static_cast<std::ptrdiff_t>(fallback));
-  const Track track = points.OneOf("track", choices);
-  if (eyes.depth && track != Track::kSurface) {
+  const Track track = points.OneOfTable<Track>("track", choices);
+  if (pair == nullptr && track != Track::kSurface) {
     points.Refuse("track", "surface with depth pictures: they show neither dots nor texture");
-  } else if (eyes.stereo && track == Track::kSurface) {
+  } else if (pair != nullptr && track == Track::kSurface) {
     points.Refuse("track", "dots or texture with two cameras: depth pictures show the surface");
   } else if (track == Track::kDots && !has_array) {
     points.Refuse("track", "texture, or dots with their `layout`: none is known but a membrane's");
@@ -171,14 +174,15 @@ void ReadWindows(Section& points, const std::array<int, 2>& size, PointTracking*
 
 }  // namespace
 
-PointTracking ReadPoints(Section& sense, const SceneContext& context, const Object& object,
-                         const SenseOptions& eyes) {
+PointTracking ReadPoints(Section& sense, const SenseSetting& setting, const Eyes& eyes) {
+  const Object& object = setting.object;
   Section points = sense.Open("points");
   PointTracking tracking;
   tracking.track = ReadTrack(points, object, eyes);
-  if (tracking.track == Track::kDots) ReadDots(points, context, object, &tracking);
+  if (tracking.track == Track::kDots) ReadDots(points, setting.context, object, &tracking);
   if (tracking.track == Track::kTexture) {
-    ReadWindows(points, eyes.stereo ? eyes.stereo->size : std::array{0, 0}, &tracking);
+    const auto* pair = std::get_if<StereoCameras>(&eyes);
+    ReadWindows(points, pair != nullptr ? pair->size : std::array{0, 0}, &tracking);
   }
   if (tracking.track != Track::kSurface) {
     tracking.sigma = points.Number(

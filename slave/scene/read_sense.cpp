@@ -49,7 +49,6 @@ void ReadFiles(Section& section, const SceneContext& context, Camera* camera) {
 }
 
 void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
-  using Source = Section::Choice<Camera::Source>;
   if (!NamesOneSource(section)) return;
   if (section.Has("file")) {
     ReadFiles(section, context, camera);
@@ -57,7 +56,7 @@ void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
     camera->source = Camera::Source::kDevice;
     camera->device = section.Integer("device", 0, 1000);
   } else {
-    section.OneOf("source", std::array{Source{"simulated", Camera::Source::kSimulated}});
+    section.OneOf<Camera::Source>("source", {{"simulated", Camera::Source::kSimulated}});
   }
 }
 
@@ -86,12 +85,11 @@ std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,
 }
 
 std::optional<TipTracking> ReadTip(Section& sense, const SceneContext& context) {
-  using Track = Section::Choice<int>;
   const bool is_needed = context.use == SceneUse::kFull;
   Section section = sense.Open("tip", is_needed ? "a map of track, template, ..." : "");
   if (!section.present()) return std::nullopt;
   TipTracking tip;
-  section.OneOf("track", std::array{Track{"template", 0}}, " in this version");
+  section.OneOf<int>("track", {{"template", 0}}, " in this version");
   tip.template_file = ReadExistingFile(section, "template", context);
   if (section.Has("anchor")) {
     tip.anchor = section.Vector2("anchor", Between(Dimension::kPixels, -kLargestPicture,
@@ -127,12 +125,11 @@ void ReadStart(Section& section, ContourTracking* contour) {
 }
 
 std::optional<ContourTracking> ReadContour(Section& sense) {
-  using Track = Section::Choice<int>;
   Section section = sense.Open("contour");
   if (!section.present()) return std::nullopt;
   const Rule weight = Between(Dimension::kNumber, 0, 1e6, "0 to 1e6");
   ContourTracking contour;
-  section.OneOf("track", std::array{Track{"snake", 0}}, " in this version");
+  section.OneOf<int>("track", {{"snake", 0}}, " in this version");
   contour.control_points = section.Integer("control_points", 8, 1000, contour.control_points);
   contour.alpha = section.Number("alpha", weight, contour.alpha);
   contour.beta = section.Number("beta", weight, contour.beta);
@@ -155,10 +152,38 @@ std::optional<DepthCamera> ReadDepthCamera(Section& sense) {
   return camera;
 }
 
-// A scene senses in one way.
-void RefuseBeside(Section& section, std::string_view key) {
-  if (section.Has(key)) section.Refuse(key, "nothing beside `tactile`: fingertips need no picture");
+std::optional<SenseChoice> ReadFingertips(Section& sense, const SenseSetting& setting) {
+  auto tactile = ReadTactile(sense, setting.context);
+  if (!tactile) return std::nullopt;
+  for (const char* key : {"camera", "tip", "contour", "points"}) {
+    if (sense.Has(key)) {
+      sense.Refuse(key, "nothing beside `tactile`: fingertips need no picture");
+    }
+  }
+  return std::move(*tactile);
 }
+
+std::optional<SenseChoice> ReadOneCamera(Section& sense, const SenseSetting& setting) {
+  if (NamesEyes(sense.node())) return std::nullopt;
+  if (sense.Has("points")) {
+    sense.Refuse("points",
+                 "nothing beside one camera: points in space take `camera: {source: simulated, "
+                 "pair: {}}`, `camera: {stereo: {left, right, rig}}` or `camera: {depth: ...}`");
+  }
+  CameraOptions options;
+  options.camera = ReadCamera(sense, setting.context, setting.X_SC);
+  options.tip = ReadTip(sense, setting.context);
+  options.contour = ReadContour(sense);
+  return options;
+}
+
+// The ways of feeling, each read by its own function, nullopt if the scene does not name it; a
+// scene feels in the first of them that it names.
+constexpr std::array kSenseReaders{
+    &ReadFingertips,
+    &ReadEyes,
+    &ReadOneCamera,
+};
 
 }  // namespace
 
@@ -222,33 +247,18 @@ std::filesystem::path ReadExistingFile(Section& section, std::string_view key,
   return file;
 }
 
-SenseOptions ReadSense(Section& scene, const SceneContext& context, const Object& object,
-                       const Eigen::Isometry3d& X_SC) {
-  const bool is_needed = context.use == SceneUse::kFull;
+SenseOptions ReadSense(Section& scene, const SenseSetting& setting) {
+  const bool is_needed = setting.context.use == SceneUse::kFull;
   Section section = scene.Open(
       "sense", is_needed ? "a map of camera, tip, contour, of camera, points, or of tactile" : "");
   SenseOptions sense;
-  sense.tactile = ReadTactile(section, context);
+  for (const auto read : kSenseReaders) {
+    auto way = read(section, setting);
+    if (!way) continue;
+    sense.Set(std::move(*way));
+    break;
+  }
   sense.depth_camera = ReadDepthCamera(section);
-  if (sense.tactile) {
-    RefuseBeside(section, "camera");
-    RefuseBeside(section, "tip");
-    RefuseBeside(section, "contour");
-    RefuseBeside(section, "points");
-    return sense;
-  }
-  if (NamesEyes(section.node())) {
-    ReadEyes(section, context, object, &sense);
-    return sense;
-  }
-  if (section.Has("points")) {
-    section.Refuse("points",
-                   "nothing beside one camera: points in space take `camera: {source: simulated, "
-                   "pair: {}}`, `camera: {stereo: {left, right, rig}}` or `camera: {depth: ...}`");
-  }
-  sense.camera = ReadCamera(section, context, X_SC);
-  sense.tip = ReadTip(section, context);
-  sense.contour = ReadContour(section);
   return sense;
 }
 

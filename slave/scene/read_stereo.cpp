@@ -21,9 +21,8 @@ Eigen::Isometry3d LeftOfPair(const Eigen::Isometry3d& X_SO, double baseline) {
 }
 
 StereoCameras ReadSimulated(Section& camera, const Object& object) {
-  using Source = Section::Choice<int>;
   StereoCameras pair;
-  camera.OneOf("source", std::array{Source{"simulated", 0}});
+  camera.OneOf<int>("source", {{"simulated", 0}});
   pair.size = ReadSize(camera, pair.size);
   constexpr int kLargestPainted = 8192;  // edge [px]
   if (std::max(pair.size[0], pair.size[1]) > kLargestPainted) {
@@ -120,8 +119,8 @@ bool NamesEyes(const DocumentNode* sense) {
   return has("pair") || has("stereo") || has("depth");
 }
 
-void ReadEyes(Section& sense, const SceneContext& context, const Object& object,
-              SenseOptions* read) {
+std::optional<SenseChoice> ReadEyes(Section& sense, const SenseSetting& setting) {
+  if (!NamesEyes(sense.node())) return std::nullopt;
   for (const char* key : {"tip", "contour"}) {
     if (sense.Has(key)) {
       sense.Refuse(key,
@@ -132,21 +131,22 @@ void ReadEyes(Section& sense, const SceneContext& context, const Object& object,
   if (!NamesOneSource(camera)) {
     PassOver(camera);
     sense.Has("points");
-    return;
+    return std::nullopt;
   }
   const double rate = camera.Number("rate", kRate, StereoCameras().rate);
   if (camera.Has("pixel")) {
     camera.Refuse("pixel", "nothing here: the focal length tells how large things are seen");
   }
+  PointsOptions options;
   if (camera.Has("depth")) {
-    read->depth = ReadDepthPictures(camera, context);
-    read->depth->rate = rate;
+    options.eyes = ReadDepthPictures(camera, setting.context);
   } else {
-    read->stereo = camera.Has("stereo") ? ReadStereoFiles(camera, context, object)
-                                        : ReadSimulated(camera, object);
-    read->stereo->rate = rate;
+    options.eyes = camera.Has("stereo") ? ReadStereoFiles(camera, setting.context, setting.object)
+                                        : ReadSimulated(camera, setting.object);
   }
-  read->points = ReadPoints(sense, context, object, *read);
+  std::visit([&](auto& eyes) { eyes.rate = rate; }, options.eyes);
+  options.points = ReadPoints(sense, setting, options.eyes);
+  return options;
 }
 
 }  // namespace palpate

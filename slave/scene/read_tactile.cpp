@@ -83,15 +83,14 @@ Eigen::Isometry3d ReadFingerPose(Section& section, Finger* finger) {
 }
 
 Finger ReadFinger(Section& fingers, const DocumentNode& node, bool is_first) {
-  using Motion = Section::Choice<Finger::Motion>;
   RequireName(fingers, node.key, node.key);
   Section section = fingers.Open(node.key);
   Finger finger;
   finger.name = node.key;
   finger.X_SF = ReadFingerPose(section, &finger);
-  finger.motion = section.OneOf("motion", std::array{Motion{"hand", Finger::Motion::kHand},
-                                                     Motion{"opposite", Finger::Motion::kOpposite},
-                                                     Motion{"stands", Finger::Motion::kStands}});
+  finger.motion = section.OneOf<Finger::Motion>("motion", {{"hand", Finger::Motion::kHand},
+                                                           {"opposite", Finger::Motion::kOpposite},
+                                                           {"stands", Finger::Motion::kStands}});
   if (is_first && finger.motion != Finger::Motion::kHand) {
     section.Refuse("motion", "hand for the first finger: it is the one that the operator moves");
   }
@@ -151,13 +150,9 @@ void ReadMeasures(Section& section, Tactile* tactile) {
 }
 
 void ReadWays(Section& section, Tactile* tactile) {
-  using Hold = Section::Choice<Tactile::Hold>;
-  using State = Section::Choice<bool>;
-  tactile->hold =
-      section.OneOf("hold", std::array{Hold{"force", Tactile::Hold::kForce},
-                                       Hold{"displacement", Tactile::Hold::kDisplacement}});
-  tactile->carries_state =
-      section.OneOf("state", std::array{State{"windowed", false}, State{"carried", true}});
+  tactile->hold = section.OneOf<Tactile::Hold>(
+      "hold", {{"force", Tactile::Hold::kForce}, {"displacement", Tactile::Hold::kDisplacement}});
+  tactile->carries_state = section.OneOf<bool>("state", {{"windowed", false}, {"carried", true}});
 }
 
 }  // namespace

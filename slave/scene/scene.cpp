@@ -1,5 +1,6 @@
 #include "slave/scene/scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -28,6 +29,38 @@ struct ToOutline {
   }
 };
 
+// What is read beside the scene, of a geometry and of a sense and its parts.
+struct ToInputs {
+  std::vector<std::filesystem::path>* inputs;
+
+  void Add(const std::filesystem::path& file) const {
+    if (!file.empty()) inputs->push_back(file);
+  }
+  void AddPictures(const std::filesystem::path& pattern) const {
+    Add(pattern);
+    if (pattern.has_filename()) Add(pattern.parent_path());
+  }
+  void operator()(const Camera& camera) const { AddPictures(camera.pattern), Add(camera.lens); }
+  void operator()(const TipTracking& tip) const { Add(tip.template_file); }
+  void operator()(const StereoCameras& pair) const {
+    AddPictures(pair.left), AddPictures(pair.right);
+    Add(pair.rig);
+  }
+  void operator()(const DepthPictures& depth) const { AddPictures(depth.pattern); }
+  void operator()(const PointTracking& points) const { Add(points.layout); }
+  void operator()(const Tactile& tactile) const {
+    for (const auto& file : {tactile.file, tactile.poses, tactile.network, tactile.electrodes}) {
+      Add(file);
+    }
+    if (!tactile.network.empty()) Add(tactile.network / "network.json");
+    Add(tactile.localise);
+  }
+  template <typename Other>
+  void operator()(const Other& other) const {
+    if constexpr (requires { other.file; }) Add(other.file);
+  }
+};
+
 }  // namespace
 
 bool IsPlanar(const Geometry& geometry) {
@@ -43,19 +76,32 @@ bool IsHeld(const Object& object) {
   return !object.fixed.empty() || std::holds_alternative<MembraneGeometry>(object.geometry);
 }
 
+void SenseOptions::Set(SenseChoice sense) {
+  const auto old = std::ranges::find(senses_, sense.index(), &SenseChoice::index);
+  if (old == senses_.end()) {
+    senses_.push_back(std::move(sense));
+  } else {
+    *old = std::move(sense);
+  }
+}
+
 bool HasEyes(const SenseOptions& sense) {
-  return sense.stereo || sense.depth;
+  return sense.Find<PointsOptions>() != nullptr;
 }
 
 bool HasPictures(const SenseOptions& sense) {
-  return sense.camera || HasEyes(sense);
+  return sense.Find<Camera>() != nullptr || HasEyes(sense);
 }
 
 double SensorRate(const SenseOptions& sense) {
-  if (sense.camera) return sense.camera->rate;
-  if (sense.stereo) return sense.stereo->rate;
-  if (sense.depth) return sense.depth->rate;
-  return sense.tactile ? sense.tactile->rate : 0;
+  double rate = 0;
+  const auto take = [&](const auto& part) {
+    if constexpr (requires { part.rate; }) rate = part.rate;
+  };
+  if (!sense.all().empty()) {
+    std::visit([&](const auto& options) { ForEachPart(options, take); }, sense.all().front());
+  }
+  return rate;
 }
 
 double ThicknessOf(const Geometry& geometry) {
@@ -73,31 +119,10 @@ Outline OutlineOf(const Geometry& geometry) {
 
 std::vector<std::filesystem::path> InputFilesOf(const Scene& scene) {
   std::vector<std::filesystem::path> inputs{scene.file};
-  const auto add = [&](const std::filesystem::path& file) {
-    if (!file.empty()) inputs.push_back(file);
-  };
-  const auto add_pictures = [&](const std::filesystem::path& pattern) {
-    add(pattern);
-    if (pattern.has_filename()) add(pattern.parent_path());
-  };
-  std::visit(
-      [&](const auto& g) {
-        if constexpr (requires { g.file; }) add(g.file);
-      },
-      scene.object.geometry);
-  const SenseOptions& sense = scene.sense;
-  if (sense.camera) add_pictures(sense.camera->pattern), add(sense.camera->lens);
-  if (sense.tip) add(sense.tip->template_file);
-  if (sense.stereo) {
-    add_pictures(sense.stereo->left), add_pictures(sense.stereo->right);
-    add(sense.stereo->rig);
-  }
-  if (sense.depth) add_pictures(sense.depth->pattern);
-  if (sense.points) add(sense.points->layout);
-  if (const auto& t = sense.tactile) {
-    for (const auto& file : {t->file, t->poses, t->network, t->electrodes}) add(file);
-    if (!t->network.empty()) add(t->network / "network.json");
-    add(t->localise);
+  const ToInputs add{&inputs};
+  std::visit(add, scene.object.geometry);
+  for (const SenseChoice& sense : scene.sense.all()) {
+    std::visit([&](const auto& options) { ForEachPart(options, add); }, sense);
   }
   return inputs;
 }

@@ -8,6 +8,9 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -20,7 +23,6 @@
 namespace palpate {
 
 // --- object
-// -----------------------------------------------------------------------------------------------------
 struct RectangleGeometry {
   double width = 0, height = 0, thickness = 0;
 };  // [m], frame O at the lower left
@@ -98,7 +100,6 @@ struct Object {
 bool IsHeld(const Object& object);
 
 // --- tool
-// -------------------------------------------------------------------------------------------------------
 struct Tool {
   enum class Shape : std::uint8_t { kFlat, kRound } shape = Shape::kFlat;
   double width = 0;  // contact width [m], > 0
@@ -107,7 +108,6 @@ struct Tool {
 };
 
 // --- sense
-// ------------------------------------------------------------------------------------------------------
 struct Camera {
   enum class Source : std::uint8_t {
     kSimulated,
@@ -217,24 +217,82 @@ struct PointTracking {
   int window = 31;                        // edge of a window of texture [px]
   double sigma = 0.1;                     // of a point's place in a picture [px]
 };
-struct SenseOptions {
+// One picture in the plane z = 0 of S, in which the tool's tip and the object's outline are
+// followed (paper A). Without a camera or a tip nothing is felt: only other uses than the full one
+// do with that.
+struct CameraOptions {
   std::optional<Camera> camera;
   std::optional<TipTracking> tip;
   std::optional<ContourTracking> contour;
-  std::optional<Tactile> tactile;
-  std::optional<DepthCamera> depth_camera;
-  std::optional<StereoCameras> stereo;
-  std::optional<DepthPictures> depth;
-  std::optional<PointTracking> points;
+
+  [[nodiscard]] auto parts() const {
+    return std::tuple(camera ? &*camera : nullptr, tip ? &*tip : nullptr,
+                      contour ? &*contour : nullptr);
+  }
 };
-// Two cameras or depth pictures: points in space, followed by `points`, which then is there.
+using Eyes = std::variant<StereoCameras, DepthPictures>;
+// Points in space, on the object, and the eyes that follow them (paper C).
+struct PointsOptions {
+  Eyes eyes;
+  PointTracking points;
+
+  [[nodiscard]] auto parts() const {
+    return std::tuple(std::get_if<StereoCameras>(&eyes), std::get_if<DepthPictures>(&eyes),
+                      &points);
+  }
+};
+// A way of feeling, by its options: each is read by a row of kSenseReaders and made by MakeSense.
+using SenseChoice = std::variant<CameraOptions, PointsOptions, Tactile>;
+
+// Calls `use` with the options of a sense and with each of their parts that is there.
+template <typename Options, typename Use>
+void ForEachPart(const Options& options, const Use& use) {
+  use(options);
+  if constexpr (requires { options.parts(); }) {
+    const auto use_it = [&](const auto* part) {
+      if (part != nullptr) use(*part);
+    };
+    std::apply([&](const auto*... part) { (use_it(part), ...); }, options.parts());
+  }
+}
+
+// The senses of a scene: as many as one likes, but each way of feeling once.
+class SenseOptions {
+ public:
+  // Takes the place of what was felt in the same way before.
+  void Set(SenseChoice sense);
+  [[nodiscard]] const std::vector<SenseChoice>& all() const { return senses_; }
+  // The options of a sense, or a part of them, by type: Tactile, say, or Camera. nullptr: no sense
+  // has it.
+  template <typename Part>
+  [[nodiscard]] const Part* Find() const {
+    const Part* found = nullptr;
+    const auto take = [&](const auto& part) {
+      if constexpr (std::is_same_v<decltype(part), const Part&>) found = &part;
+    };
+    for (const SenseChoice& sense : senses_) {
+      std::visit([&](const auto& options) { ForEachPart(options, take); }, sense);
+    }
+    return found;
+  }
+  template <typename Part>
+  [[nodiscard]] Part* Find() {
+    return const_cast<Part*>(std::as_const(*this).Find<Part>());
+  }
+
+  std::optional<DepthCamera> depth_camera;  // tells a shape, no force
+
+ private:
+  std::vector<SenseChoice> senses_;
+};
+// Two cameras or depth pictures, which follow points in space.
 bool HasEyes(const SenseOptions& sense);
 // Cameras of any kind.
 bool HasPictures(const SenseOptions& sense);
-double SensorRate(const SenseOptions& sense);  // of pictures or samples [Hz]; 0: nothing is sensed
+// Of the first sense's pictures or samples [Hz]; 0: nothing is sensed.
+double SensorRate(const SenseOptions& sense);
 
 // --- model
-// ------------------------------------------------------------------------------------------------------
 enum class Plane : std::uint8_t { kStress, kStrain };
 enum class ContactLaw : std::uint8_t { kBonded, kFrictionless };
 enum class ElementOrder : std::uint8_t { kConstant, kLinear, kQuadratic };
@@ -283,7 +341,6 @@ struct ModelOptions {
 };
 
 // --- operator, manipulator, site
-// --------------------------------------------------------------------------------
 struct OperatorOptions {
   TeleopTransform transform;   // scales and R_SM; the offset is the clutch's
   double force_limit = 3.3;    // at the device [N]

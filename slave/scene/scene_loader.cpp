@@ -53,11 +53,11 @@ class CrossCheck {
   void CheckGeometry() {
     if (use_ != SceneUse::kFull) return;
     const Geometry& geometry = scene_.object.geometry;
-    if (scene_.sense.tactile && !IsVolume(geometry)) {
+    if (scene_.sense.Find<Tactile>() && !IsVolume(geometry)) {
       Refuse("object.geometry", "box or mesh where fingertips touch");
     } else if (HasEyes(scene_.sense) && IsPlanar(geometry)) {
       Refuse("object.geometry", "membrane, box or mesh where two cameras or depth pictures look");
-    } else if (!scene_.sense.tactile && !named_eyes_ && !IsPlanar(geometry)) {
+    } else if (scene_.sense.Find<CameraOptions>() && !IsPlanar(geometry)) {
       Refuse("object.geometry",
              "rectangle, disc, polygon or contour where one camera watches; membranes, boxes and "
              "meshes take two (`camera: {source: simulated, pair: {}}` or `camera: {stereo: {left, "
@@ -68,9 +68,9 @@ class CrossCheck {
 
   // Two cameras may also follow what moves as a whole; a simulated target does so on its path.
   void CheckHeld() {
-    const auto& stereo = scene_.sense.stereo;
+    const auto* stereo = scene_.sense.Find<StereoCameras>();
     const bool is_told = IsPresent("object", "fixed");
-    const bool may_move = named_eyes_ && !scene_.sense.depth;
+    const bool may_move = named_eyes_ && !scene_.sense.Find<DepthPictures>();
     if (use_ == SceneUse::kFull && !may_move && !is_told && !IsHeld(scene_.object)) {
       Refuse("object.fixed", "where the object is held: side, arc, plane or nodes");
     }
@@ -97,7 +97,7 @@ class CrossCheck {
 
   // A fingertip feels the force itself: no model sets it to zero.
   void CheckPuncture() {
-    if (scene_.sense.tactile && scene_.model.puncture_depth > 0) {
+    if (scene_.sense.Find<Tactile>() && scene_.model.puncture_depth > 0) {
       Refuse("model.puncture.depth", "nothing with fingertips: a camera or points tell a puncture");
     }
   }
@@ -119,7 +119,7 @@ class CrossCheck {
   // A first tip inside the object would count as contact.
   void CheckHome() {
     const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * scene_.manipulator.home;
-    if (scene_.tool && !scene_.sense.tactile &&
+    if (scene_.tool && !scene_.sense.Find<Tactile>() &&
         Contains(OutlineOf(scene_.object.geometry), p_O.head<2>())) {
       Refuse("manipulator.home", "a place outside the object");
     }
@@ -133,7 +133,7 @@ class CrossCheck {
   // Where a recording tells the poses, what stands here is not used.
   void CheckFingers() {
     const auto* box = std::get_if<BoxGeometry>(&scene_.object.geometry);
-    const auto& tactile = scene_.sense.tactile;
+    const auto* tactile = scene_.sense.Find<Tactile>();
     if (box == nullptr || !tactile || !tactile->poses.empty()) return;
     for (const Finger& finger : tactile->fingers) {
       const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * finger.X_SF.translation();
@@ -147,11 +147,12 @@ class CrossCheck {
 
   // Cameras look at the object, and a simulated pair stands closer together than it is far.
   void CheckSight() {
-    const auto& stereo = scene_.sense.stereo;
+    const auto* stereo = scene_.sense.Find<StereoCameras>();
     const bool is_simulated = stereo && stereo->source == StereoCameras::Source::kSimulated;
     const bool is_membrane = std::holds_alternative<MembraneGeometry>(scene_.object.geometry);
     if (!HasEyes(scene_.sense) || !(is_simulated || is_membrane) || mistakes_->count() > 0) return;
-    const Eigen::Isometry3d& X_SC = stereo ? stereo->X_SL : scene_.sense.depth->X_SD;
+    const Eigen::Isometry3d& X_SC =
+        stereo ? stereo->X_SL : scene_.sense.Find<DepthPictures>()->X_SD;
     const Eigen::Vector3d p_C = X_SC.inverse() * scene_.object.X_SO.translation();
     constexpr double kWidest = 1.5;  // baseline / distance: the cameras turn by 97 degrees
     if (use_ == SceneUse::kFull && !(p_C.z() > 0)) {
@@ -181,10 +182,10 @@ class CrossCheck {
 
   void CheckContour() {
     if (!std::holds_alternative<ImageContourGeometry>(scene_.object.geometry)) return;
-    if (!scene_.sense.contour) {
+    if (!scene_.sense.Find<ContourTracking>()) {
       Refuse("sense.contour", "{track: snake}, which `contour: from-image` needs");
     }
-    const auto& camera = scene_.sense.camera;
+    const auto* camera = scene_.sense.Find<Camera>();
     if (camera && camera->source == Camera::Source::kSimulated) {
       Refuse("sense.camera.source", "file or device: no shape to simulate with `from-image`");
     }
@@ -211,19 +212,20 @@ Scene ReadScene(Section& root, const SceneContext& context) {
   scene.object = ReadObject(root, context);
   scene.model = ReadModel(root, context);
   auto box = OutlineBox(scene.object);
-  scene.sense = ReadSense(root, context, scene.object, CameraOver(box));
+  scene.sense = ReadSense(root, {context, scene.object, CameraOver(box)});
   if (HasEyes(scene.sense) && !box) box = SolidBox(scene.object, root);
   std::optional<Eigen::Vector3d> pad;
-  if (auto& tactile = scene.sense.tactile) {
+  if (auto* tactile = scene.sense.Find<Tactile>()) {
     if (IsVolume(scene.object.geometry)) box = SolidBox(scene.object, root);
-    PlaceFingers(box, &*tactile);
+    PlaceFingers(box, tactile);
     pad = tactile->fingers.front().X_SF * Eigen::Vector3d(0, 0, -tactile->finger_radius);
   }
   scene.operator_options = ReadOperator(root, box);
   scene.manipulator =
       ReadManipulator(root, scene.object, box, scene.operator_options.press_speed, pad);
   const bool has_eyes = HasEyes(scene.sense);
-  const bool needs_tool = context.use == SceneUse::kFull && !scene.sense.tactile && !has_eyes;
+  const bool has_no_other = scene.sense.all().empty() || scene.sense.Find<CameraOptions>();
+  const bool needs_tool = context.use == SceneUse::kFull && has_no_other;
   scene.tool =
       ReadTool(root, needs_tool, MembraneLimits(scene).width_rule(), box, scene.manipulator.home);
   if (has_eyes && !scene.tool && box) scene.tool = UsualTool(*box);

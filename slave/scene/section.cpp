@@ -193,9 +193,4 @@ void Section::Refuse(std::string_view key, std::string_view accepted) {
   }
 }
 
-void Section::RefuseLater(std::string_view key, std::string_view instead) {
-  if (node_ == nullptr || node_->Find(key) == nullptr) return;
-  Refuse(key, std::string(instead) + " in this version");
-}
-
 }  // namespace palpate

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <initializer_list>
 #include <optional>
 #include <span>
 #include <string>
@@ -83,9 +84,14 @@ class Section {
     std::string_view word;
     Value value;
   };
-  template <typename Value, std::size_t kCount>
-  Value OneOf(std::string_view key, const std::array<Choice<Value>, kCount>& choices,
+  template <typename Value>
+  Value OneOf(std::string_view key, std::initializer_list<Choice<Value>> choices,
               std::string_view note = {}) {
+    return OneOfTable<Value>(key, {choices.begin(), choices.size()}, note);
+  }
+  template <typename Value>
+  Value OneOfTable(std::string_view key, std::span<const Choice<Value>> choices,
+                   std::string_view note = {}) {
     std::string words;
     for (const auto& choice : choices) {
       words.append(words.empty() ? "" : " or ").append(choice.word);
@@ -101,8 +107,6 @@ class Section {
 
   // Refuses what stands at `key`, or that nothing does.
   void Refuse(std::string_view key, std::string_view accepted);
-  // Refuses a key of a capability that this version lacks, if it is there.
-  void RefuseLater(std::string_view key, std::string_view instead);
 
   [[nodiscard]] const DocumentNode* node() const { return node_; }
   [[nodiscard]] const std::string& path() const { return path_; }

@@ -31,10 +31,15 @@ Eigen::Isometry3d ReadPose(Section& section, const Eigen::Isometry3d& fallback);
 // The same where nothing of the scene tells it: refused if it is absent or empty.
 Eigen::Isometry3d ReadKnownPose(Section& section);
 
-// `sense`; the camera's pose is `X_SC` unless the scene says otherwise. Full use needs a camera
-// with tip and contour, two cameras or depth pictures, or fingertips.
-SenseOptions ReadSense(Section& scene, const SceneContext& context, const Object& object,
-                       const Eigen::Isometry3d& X_SC);
+// What reading a sense needs to know of the rest.
+struct SenseSetting {
+  const SceneContext& context;
+  const Object& object;
+  const Eigen::Isometry3d& X_SC;  // of one camera, unless the scene says otherwise
+};
+// `sense`. Full use needs a camera with tip and contour, two cameras or depth pictures, or
+// fingertips.
+SenseOptions ReadSense(Section& scene, const SenseSetting& setting);
 constexpr int kLargestPicture = 16384;  // edge [px]
 // `size` below a camera: [width, height] in pixels.
 std::array<int, 2> ReadSize(Section& camera, const std::array<int, 2>& fallback);
@@ -45,15 +50,14 @@ std::string ReadPictures(Section& section, std::string_view key, const SceneCont
 bool NamesOneSource(Section& camera);
 // Whether `camera` below `sense` (nullptr: absent) is two cameras or takes depth pictures.
 bool NamesEyes(const DocumentNode* sense);
-// `camera` and `points` below `sense`, where it does. A simulated pair stands 250 mm inside (paper
-// C), at negative z of O, its left camera's x along that of O, and looks at O's origin; where other
-// cameras stand must be said, unless nothing holds the object.
-void ReadEyes(Section& sense, const SceneContext& context, const Object& object,
-              SenseOptions* read);
+// `camera` and `points` below `sense`, where it does; nullopt: it does not, or has mistakes. A
+// simulated pair stands 250 mm inside (paper C), at negative z of O, its left camera's x along that
+// of O, and looks at O's origin; where other cameras stand must be said, unless nothing holds the
+// object.
+std::optional<SenseChoice> ReadEyes(Section& sense, const SenseSetting& setting);
 // `points` below `sense`. By default a membrane has the dots of paper C, scaled to its size,
 // another object is followed by its texture and a depth picture by the surface it shows.
-PointTracking ReadPoints(Section& sense, const SceneContext& context, const Object& object,
-                         const SenseOptions& eyes);
+PointTracking ReadPoints(Section& sense, const SenseSetting& setting, const Eyes& eyes);
 // `tactile` below `sense`; nullopt: absent. Fingers without a pose are not placed yet.
 std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context);
 // The file named at `key`, in the scene's folder; empty if the key is absent. Full use refuses one

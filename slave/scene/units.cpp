@@ -38,35 +38,10 @@ constexpr std::array kUnits{
     Unit{kTension, "N/mm", 1e3},
 };
 
-std::string_view NameOf(Dimension dimension) {
-  switch (dimension) {
-    case kNumber:
-      return "a number, plain or";
-    case kLength:
-      return "a length";
-    case kPressure:
-      return "a pressure";
-    case kForce:
-      return "a force";
-    case kTime:
-      return "a time";
-    case kFrequency:
-      return "a frequency";
-    case kAngle:
-      return "an angle";
-    case kDensity:
-      return "a density";
-    case kRate:
-      return "a rate";
-    case kSpeed:
-      return "a speed";
-    case kTension:
-      return "a tension";
-    case kPixels:
-      break;
-  }
-  return "a number of pixels";
-}
+// In the order of Dimension.
+constexpr std::array kNames{"a number, plain or", "a length", "a pressure", "a force", "a time",
+                            "a frequency",        "an angle", "a density",  "a rate",  "a speed",
+                            "a number of pixels", "a tension"};
 
 // Takes a number off the front of `text`. from_chars knows no leading plus.
 template <typename Number>
@@ -113,7 +88,7 @@ std::optional<double> ParseQuantity(std::string_view text, Dimension dimension) 
 }
 
 std::string AcceptedUnits(Dimension dimension) {
-  std::string text(NameOf(dimension));
+  std::string text(kNames[static_cast<std::size_t>(dimension)]);
   text += dimension == kNumber ? "" : " in";
   for (const Unit& unit : kUnits) {
     if (unit.dimension == dimension) text.append(" ").append(unit.name);

@@ -105,7 +105,7 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   for (int i = 0; i < 9; ++i) mapping->add_rotation(options.transform.R_SM(i / 3, i % 3));
   mapping->set_press_depth(options.press_depth);
   mapping->set_press_speed(options.press_speed);
-  if (scene.sense.tactile) AddFingertips(*scene.sense.tactile, message);
+  if (const auto* tactile = scene.sense.Find<Tactile>()) AddFingertips(*tactile, message);
 }
 
 void ToProto(const SlaveDescription& description, v1::Capabilities* message) {
@@ -113,7 +113,7 @@ void ToProto(const SlaveDescription& description, v1::Capabilities* message) {
   const Scene& scene = description.scene;
   ToProto(scene.manipulator.workspace_min, message->mutable_workspace_min());
   ToProto(scene.manipulator.workspace_max, message->mutable_workspace_max());
-  const bool is_planar = IsPlanar(scene.object.geometry) && !scene.sense.tactile;
+  const bool is_planar = IsPlanar(scene.object.geometry) && !scene.sense.Find<Tactile>();
   message->set_degrees_of_freedom(is_planar ? kPlanarFreedom : kFreedom);
   message->set_sensor_rate(SensorRate(scene.sense));
   message->set_state_rate(Publisher::kStateRate);

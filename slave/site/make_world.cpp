@@ -6,9 +6,9 @@
 namespace palpate {
 
 std::unique_ptr<World> MakeWorld(const Scene& scene) {
-  const auto& camera = scene.sense.camera;
-  const auto& stereo = scene.sense.stereo;
-  const auto& tactile = scene.sense.tactile;
+  const auto* camera = scene.sense.Find<Camera>();
+  const auto* stereo = scene.sense.Find<StereoCameras>();
+  const auto* tactile = scene.sense.Find<Tactile>();
   if (camera && camera->source == Camera::Source::kSimulated) {
     return std::make_unique<SimulatedSite>(scene);
   }

@@ -2,10 +2,17 @@
 // ask it for the truth, which estimators never do.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <utility>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -58,6 +65,46 @@ struct Pace {
   bool is_live = true;
   double duration = 0;  // of a script that could go on for ever [s]; 0: its own choice
 };
+
+// What shows a site in real time: a sample every 1 / rate seconds; late ones are skipped, not
+// caught up with.
+template <typename Source, typename Sample>
+class LiveSource final : public Source {
+ public:
+  // `take` makes the sample of this moment. Samples keep their raster as long as less than `slack`
+  // periods were lost.
+  LiveSource(double rate, double slack, std::string description, std::function<Sample(Time)> take)
+      : period_(Seconds(1 / rate)),
+        slack_(Seconds(slack / rate)),
+        description_(std::move(description)),
+        take_(std::move(take)) {}
+
+  // Sleeps in short stretches: a slow source must not delay the end.
+  std::optional<Sample> Next(const std::stop_token& stop) override {
+    const Time now = Clock::now();
+    due_ = due_ + period_ + slack_ > now ? due_ + period_ : now;
+    while (!stop.stop_requested() && Clock::now() < due_) {
+      const Time wake = std::min(due_, Clock::now() + std::chrono::milliseconds(50));
+      std::this_thread::sleep_until(Clock::ToSteady(wake));
+    }
+    if (stop.stop_requested()) return std::nullopt;
+    return take_(Clock::now());
+  }
+  [[nodiscard]] std::string description() const override { return description_; }
+
+ private:
+  Clock::duration period_, slack_;
+  std::string description_;
+  std::function<Sample(Time)> take_;
+  Time due_{};
+};
+
+// Where the object of a scene really is, X_SO: its misplacement included.
+inline Eigen::Isometry3d TruePose(const Scene& scene) {
+  Eigen::Isometry3d X_SO = scene.object.X_SO;
+  X_SO.translation().head<2>() += scene.site.misplacement;
+  return X_SO;
+}
 
 class World {
  public:

@@ -15,17 +15,19 @@ namespace palpate {
 namespace {
 
 const Camera& CameraOf(const Scene& scene) {
-  if (!scene.sense.camera) throw std::runtime_error("sense.camera is missing: the eyes need one");
-  if (!(scene.sense.camera->pixel > 0)) {
-    throw std::runtime_error("sense.camera.pixel = " + std::to_string(scene.sense.camera->pixel) +
-                             " m: accepted is > 0");
+  if (!scene.sense.Find<Camera>())
+    throw std::runtime_error("sense.camera is missing: the eyes need one");
+  if (!(scene.sense.Find<Camera>()->pixel > 0)) {
+    throw std::runtime_error(
+        "sense.camera.pixel = " + std::to_string(scene.sense.Find<Camera>()->pixel) +
+        " m: accepted is > 0");
   }
-  return *scene.sense.camera;
+  return *scene.sense.Find<Camera>();
 }
 
 TipTemplate MakeTemplate(const Scene& scene, const cv::Mat& first, const GreyFormat& format,
                          const CameraView& view, std::optional<Eigen::Vector2d> tip_hint_I) {
-  const TipTracking& options = *scene.sense.tip;
+  const TipTracking& options = *scene.sense.Find<TipTracking>();
   if (!options.template_file.empty()) return LoadTipTemplate(options);
   if (!tip_hint_I || !scene.tool) {
     throw std::runtime_error(
@@ -46,16 +48,17 @@ struct TipAndContourTracker::Parts {
       : format(first) {
     const Camera& camera = CameraOf(scene);
     const CameraView view(camera, first.cols, first.rows);
-    if (scene.sense.tip) {
-      const TipTracker::Options options{scene.sense.tip->roi, scene.sense.tip->min_score};
+    if (scene.sense.Find<TipTracking>()) {
+      const TipTracker::Options options{scene.sense.Find<TipTracking>()->roi,
+                                        scene.sense.Find<TipTracking>()->min_score};
       tip.emplace(MakeTemplate(scene, first, format, view, tip_hint_I), format, options,
                   tip_hint_I);
     }
-    if (scene.sense.contour) {
+    if (scene.sense.Find<ContourTracking>()) {
       // Counter-clockwise in S is counter-clockwise to the eye, unless the camera looks from below.
       const bool clockwise_I = camera.X_SC.linear()(2, 2) < 0;
       const double tool_width = scene.tool ? scene.tool->width / view.pixel() : 0;
-      contour.emplace(*scene.sense.contour, first, format, tool_width, clockwise_I);
+      contour.emplace(*scene.sense.Find<ContourTracking>(), first, format, tool_width, clockwise_I);
     }
   }
 

@@ -12,7 +12,7 @@
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/camera/scripted_camera.h"
+#include "slave/site/camera/scripted_press.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -97,9 +97,9 @@ void ProcessJpegFiles(benchmark::State& state) {
   const fs::path template_file = folder.path() / "tip.png";
   const cv::Rect window(311, 62, 20, 58);  // the tool's end in the first picture, above the block
   cv::imwrite(template_file.string(), Press().front().image(window));
-  scene.sense.camera->source = Camera::Source::kFiles;
-  scene.sense.camera->pattern = (folder.path() / "*.jpg").string();
-  scene.sense.tip->template_file = template_file;
+  scene.sense.Find<Camera>()->source = Camera::Source::kFiles;
+  scene.sense.Find<Camera>()->pattern = (folder.path() / "*.jpg").string();
+  scene.sense.Find<TipTracking>()->template_file = template_file;
   OfflineOptions run;
   run.out = folder.path() / "out";
   double share = 0;

@@ -34,7 +34,7 @@ BENCHMARK(BM_PairOfThePressedDots)->Unit(benchmark::kMillisecond);
 
 void BM_PairOfThePressedTexture(benchmark::State& state) {
   Scene scene = site::MembraneScene();
-  scene.sense.points->track = PointTracking::Track::kTexture;
+  scene.sense.Find<PointTracking>()->track = PointTracking::Track::kTexture;
   TakePairs(state, scene);
 }
 BENCHMARK(BM_PairOfThePressedTexture)->Unit(benchmark::kMillisecond);

@@ -42,7 +42,7 @@ Scene FiveOnCube() {
                      At(0.05, 0.045, 0.066, x, 0), At(0.066, 0.03, 0.035, y, kQuarter),
                      At(-0.006, 0.03, 0.035, y, -kQuarter)};
   scene.manipulator.home = tactile.fingers[0].X_SF * Vector3d(0, 0, -tactile.finger_radius);
-  scene.sense.tactile = tactile;
+  scene.sense.Set(tactile);
   return scene;
 }
 
@@ -51,7 +51,8 @@ TactileSenses Senses(const Scene& scene) {
   RandomNetwork random = MakeRandomNetwork("rnn_21", 20, 0.3F, 1);
   random.info.gain = 0.05;
   return {MakeForceNetwork(random.info, random.weights),
-          MakeLocaliser(*scene.sense.tactile, SimulatedLayout(scene.sense.tactile->finger_radius))};
+          MakeLocaliser(*scene.sense.Find<Tactile>(),
+                        SimulatedLayout(scene.sense.Find<Tactile>()->finger_radius))};
 }
 
 // Counts that wander; the front of the pad more than the rest, so that places wander too.

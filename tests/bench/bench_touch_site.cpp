@@ -7,7 +7,6 @@
 #include <benchmark/benchmark.h>
 
 #include "slave/site/fingertips/simulated_fingertip.h"
-#include "slave/site/fingertips/skin_surface.h"
 #include "slave/site/fingertips/tactile_site.h"
 #include "tests/slave/site/fingertips/touch_scenes.h"
 

@@ -119,8 +119,8 @@ class Recording {
   [[nodiscard]] Scene MakeScene() const {
     Scene scene = SceneForTestPictures();
     scene.file = folder_ / "scene.yaml";
-    scene.sense.camera->source = Camera::Source::kFiles;
-    scene.sense.camera->pattern = "%d.jpg";
+    scene.sense.Find<Camera>()->source = Camera::Source::kFiles;
+    scene.sense.Find<Camera>()->pattern = "%d.jpg";
     return scene;
   }
 

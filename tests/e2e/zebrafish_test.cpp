@@ -42,8 +42,7 @@ class ZebrafishTest : public testing::Test {
   // The pixel size only labels lengths here: these pictures come without a scale.
   static Scene MicroscopeScene() {
     Scene scene;
-    scene.sense.camera.emplace();
-    scene.sense.camera->pixel = 4e-6;
+    scene.sense.Set(CameraOptions{.camera = Camera{.pixel = 4e-6}});
     return scene;
   }
 
@@ -52,9 +51,9 @@ class ZebrafishTest : public testing::Test {
                           const Eigen::Vector2d& p_I_tip) {
     const fs::path file = kOverlays / ("template-of-" + name + ".png");
     cv::imwrite(file.string(), Read(name)(window));
-    scene.sense.tip.emplace();
-    scene.sense.tip->template_file = file;
-    scene.sense.tip->anchor = p_I_tip - Eigen::Vector2d(window.x, window.y);
+    scene.sense.Find<CameraOptions>()->tip.emplace();
+    scene.sense.Find<TipTracking>()->template_file = file;
+    scene.sense.Find<TipTracking>()->anchor = p_I_tip - Eigen::Vector2d(window.x, window.y);
   }
 
   static void Draw(const std::string& name, cv::Mat image, const TipAndContourTracker& eyes,
@@ -90,7 +89,7 @@ Shape ShapeOf(CurveView contour) {
 TEST_F(ZebrafishTest, TheChorionOfAnEmbryoInARowIsFound) {
   const std::string name = "zf_Old_yolov3_image_captured1.jpg";
   Scene scene = MicroscopeScene();
-  scene.sense.contour.emplace();
+  scene.sense.Find<CameraOptions>()->contour.emplace();
   const cv::Mat image = Read(name);
   TipAndContourTracker eyes(scene, image, std::nullopt);
   const Observation& seen = eyes.Look(image, 1, {});
@@ -121,7 +120,7 @@ TEST_F(ZebrafishTest, DrosophilaEmbryosAreFound) {
                                        {"drosophila_view2_046.jpg", {800, 465}, 20500}};
   for (const Embryo& embryo : embryos) {
     Scene scene = MicroscopeScene();
-    scene.sense.contour.emplace();
+    scene.sense.Find<CameraOptions>()->contour.emplace();
     const cv::Mat image = Read(embryo.name);
     TipAndContourTracker eyes(scene, image, std::nullopt);
     const Observation& seen = eyes.Look(image, 1, {});

@@ -141,7 +141,7 @@ void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationM
 void PrintOff(const Scene& scene) {
   PrintLine("off", "tactile sensing, stereo, volume models: not in this scene");
   PrintLine("on demand", "displacement field and pictures: computed only while somebody watches");
-  if (!scene.sense.contour) {
+  if (!scene.sense.Find<ContourTracking>()) {
     PrintLine("off", "contour: the object's pose is taken from the scene, not measured");
   }
 }
@@ -238,7 +238,7 @@ void PrintAuto(const Scene& scene) {
 int RunCheck(const CheckOptions& options) {
   // Membranes and volumes need no senses.
   const Scene body = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
-  if (body.sense.tactile) {
+  if (body.sense.Find<Tactile>()) {
     CheckTactile(LoadScene(options.scene, options.overrides));
     return 0;
   }
@@ -246,7 +246,8 @@ int RunCheck(const CheckOptions& options) {
     CheckStereo(LoadScene(options.scene, options.overrides));
     return 0;
   }
-  const bool is_model_only = !body.sense.camera && !body.sense.tip && !body.tool;
+  const bool is_model_only =
+      !body.sense.Find<Camera>() && !body.sense.Find<TipTracking>() && !body.tool;
   if (!IsPlanar(body.object.geometry) || is_model_only) {
     CheckBody(body);
     return 0;
@@ -256,7 +257,7 @@ int RunCheck(const CheckOptions& options) {
   PrintLine("tool",
             fmt::format("{}, {} wide", scene.tool->shape == Tool::Shape::kFlat ? "flat" : "round",
                         LengthInWords(scene.tool->width)));
-  const Camera& camera = *scene.sense.camera;
+  const Camera& camera = *scene.sense.Find<Camera>();
   const std::string lens =
       camera.lens.empty() ? ""
                           : ", straightened from the lens of " + camera.lens.filename().string();

@@ -10,7 +10,7 @@
 #include "slave/capture/frame_source.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/check/stereo_expectation.h"
-#include "slave/pipeline/load/grid_subsample.h"
+#include "slave/pipeline/load/robust_plate_fit.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/site/world.h"
@@ -21,7 +21,8 @@ namespace palpate {
 namespace {
 
 bool IsSimulated(const Scene& scene) {
-  return scene.sense.stereo && scene.sense.stereo->source == StereoCameras::Source::kSimulated;
+  return scene.sense.Find<StereoCameras>() &&
+         scene.sense.Find<StereoCameras>()->source == StereoCameras::Source::kSimulated;
 }
 
 std::string Size(const std::array<int, 2>& size) {
@@ -52,7 +53,7 @@ void PrintSight(const Scene& scene, const StereoRig& rig) {
   PrintLine("sight",
             fmt::format("{} from the object's origin: a point seen to {:g} px is known to {} along "
                         "the line of sight and {} across it (one sigma)",
-                        LengthInWords(sight->distance), scene.sense.points->sigma,
+                        LengthInWords(sight->distance), scene.sense.Find<PointTracking>()->sigma,
                         LengthInWords(sight->sigma_depth), LengthInWords(sight->sigma_across)));
 }
 
@@ -83,14 +84,14 @@ void PrintForce(const Scene& scene, const StereoRig& rig,
 }
 
 void PrintDots(const Scene& scene, const StereoRig& rig) {
-  const auto places_O = DotPlaces(*scene.sense.points);
+  const auto places_O = DotPlaces(*scene.sense.Find<PointTracking>());
   const auto seen_O = InBothPictures(scene, rig, places_O);
-  PrintLine("dots",
-            fmt::format("{} of {} of radius {} in view of both cameras at rest{}", seen_O.size(),
-                        places_O.size(), LengthInWords(scene.sense.points->dot_radius),
-                        seen_O.size() == places_O.size()
-                            ? ""
-                            : ": a wider view, or an array that fits it, shows the rest"));
+  PrintLine("dots", fmt::format("{} of {} of radius {} in view of both cameras at rest{}",
+                                seen_O.size(), places_O.size(),
+                                LengthInWords(scene.sense.Find<PointTracking>()->dot_radius),
+                                seen_O.size() == places_O.size()
+                                    ? ""
+                                    : ": a wider view, or an array that fits it, shows the rest"));
   if (EstimatesForce(scene)) PrintForce(scene, rig, seen_O);
 }
 
@@ -111,7 +112,7 @@ std::string RangeInWords(const StereoRig& rig) {
 }
 
 void PrintPoints(const Scene& scene, const StereoRig& rig) {
-  const PointTracking& points = *scene.sense.points;
+  const PointTracking& points = *scene.sense.Find<PointTracking>();
   switch (points.track) {
     case PointTracking::Track::kDots:
       PrintDots(scene, rig);
@@ -175,7 +176,8 @@ std::string SeenInWords(const Scene& scene, const SurfacePointTracker& eyes,
       "nothing may touch the object in it",
       look.seen, look.points, look.pictures, look.until_rest);
   const bool is_texture =
-      scene.sense.points && scene.sense.points->track == PointTracking::Track::kTexture;
+      scene.sense.Find<PointTracking>() &&
+      scene.sense.Find<PointTracking>()->track == PointTracking::Track::kTexture;
   if (is_texture && 2 * look.seen < look.points) {
     words += fmt::format(". FEW are in both pictures: {}; or change too fast", WhyFewWindows());
   }
@@ -210,8 +212,9 @@ void PrintDepthCamera(const DepthPictures& depth, const Scene& scene) {
 void CheckStereo(const Scene& scene) {
   PrintModelOf(scene);
   const StereoRig rig = RigOf(scene);
-  if (scene.sense.stereo) PrintRig(scene, rig);
-  if (scene.sense.depth) PrintDepthCamera(*scene.sense.depth, scene);
+  if (scene.sense.Find<StereoCameras>()) PrintRig(scene, rig);
+  if (scene.sense.Find<DepthPictures>())
+    PrintDepthCamera(*scene.sense.Find<DepthPictures>(), scene);
   PrintPoints(scene, rig);
   PrintFirstLook(scene, rig);
   if (EstimatesForce(scene)) PrintHand(scene);

@@ -31,7 +31,7 @@ std::string_view MotionInWords(const Finger& finger) {
 }
 
 void PrintFingers(const Scene& scene) {
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   for (const Finger& finger : tactile.fingers) {
     const Eigen::Vector3d& p = finger.X_SF.translation();
     std::string where =
@@ -47,7 +47,7 @@ void PrintFingers(const Scene& scene) {
 }
 
 void PrintNetwork(const Scene& scene, const ForceNetwork* network) {
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   if (network == nullptr) {
     PrintLine("network", "none: the force is unknown, nothing deforms");
     return;
@@ -68,7 +68,7 @@ void PrintNetwork(const Scene& scene, const ForceNetwork* network) {
 }
 
 void PrintPlaces(const Scene& scene, const Localiser& localiser) {
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   PrintLine("localiser",
             fmt::format("{}, active from {:g} counts, full at {:g}; electrodes {}",
                         localiser.name(), tactile.threshold, tactile.full_scale,
@@ -86,10 +86,10 @@ void PrintPlaces(const Scene& scene, const Localiser& localiser) {
 TactileFrame Busy(const Scene& scene, int sample) {
   TactileFrame frame;
   frame.sequence = static_cast<std::uint64_t>(sample) + 1;
-  for (std::size_t i = 0; i < scene.sense.tactile->fingers.size(); ++i) {
+  for (std::size_t i = 0; i < scene.sense.Find<Tactile>()->fingers.size(); ++i) {
     FingerReading& reading = frame.fingers[i];
     reading.present = true;
-    const bool rests = sample < scene.sense.tactile->rest_samples;
+    const bool rests = sample < scene.sense.Find<Tactile>()->rest_samples;
     reading.electrodes.fill(rests ? 3000.0F : 3010.0F + static_cast<float>(sample % 7));
     reading.pac = reading.pdc = 2000;
   }
@@ -98,12 +98,12 @@ TactileFrame Busy(const Scene& scene, int sample) {
 
 void PrintPace(const Scene& scene, TactileEstimator& estimator) {
   constexpr int kSamples = 300;
-  const int rest = scene.sense.tactile->rest_samples;
+  const int rest = scene.sense.Find<Tactile>()->rest_samples;
   for (int i = 0; i < rest + kSamples; ++i) {
     estimator.Feel(Busy(scene, i), scene.manipulator.home);
   }
   const double us = estimator.times().tactile.Quantile(0.5);
-  const double rate = scene.sense.tactile->rate;
+  const double rate = scene.sense.Find<Tactile>()->rate;
   PrintLine("pace", fmt::format("{:.3g} us per sample for force and place of {} fingertip(s): {} "
                                 "the {:g} Hz of the samples",
                                 us, estimator.finger_count(),

@@ -24,7 +24,7 @@ struct Sighted {
 };
 
 std::optional<Sighted> Sight(const Scene& scene, const StereoRig& rig, const Vector3d& p_O) {
-  const Vector3d p_L = scene.sense.stereo->X_SL.inverse() * scene.object.X_SO * p_O;
+  const Vector3d p_L = scene.sense.Find<StereoCameras>()->X_SL.inverse() * scene.object.X_SO * p_O;
   const auto left = Project(rig.left, p_L);
   const auto right = Project(rig.right, rig.X_RL * p_L);
   if (!left || !right) return std::nullopt;
@@ -34,8 +34,9 @@ std::optional<Sighted> Sight(const Scene& scene, const StereoRig& rig, const Vec
 // Of a point at p_O, frame L [m^2].
 std::optional<Matrix3d> Covariance(const Scene& scene, const StereoRig& rig, const Vector3d& p_O) {
   const auto seen = Sight(scene, rig, p_O);
-  const auto point = seen ? Triangulate(rig, seen->left_I, seen->right_I, scene.sense.points->sigma)
-                          : std::nullopt;
+  const auto point =
+      seen ? Triangulate(rig, seen->left_I, seen->right_I, scene.sense.Find<PointTracking>()->sigma)
+           : std::nullopt;
   return point ? std::optional(point->covariance) : std::nullopt;
 }
 
@@ -45,8 +46,9 @@ bool IsInside(const Lens& lens, const Vector2d& p_I, double margin) {
 }
 
 double RadiusInPicture(const Scene& scene, const StereoRig& rig) {
-  const Vector3d p_L = scene.sense.stereo->X_SL.inverse() * scene.object.X_SO.translation();
-  return rig.left.fx * scene.sense.points->dot_radius / p_L.norm();
+  const Vector3d p_L =
+      scene.sense.Find<StereoCameras>()->X_SL.inverse() * scene.object.X_SO.translation();
+  return rig.left.fx * scene.sense.Find<PointTracking>()->dot_radius / p_L.norm();
 }
 
 }  // namespace
@@ -54,7 +56,8 @@ double RadiusInPicture(const Scene& scene, const StereoRig& rig) {
 std::optional<SightExpectation> ExpectedSight(const Scene& scene, const StereoRig& rig) {
   const auto covariance = Covariance(scene, rig, Vector3d::Zero());
   if (!covariance) return std::nullopt;
-  const Vector3d p_L = scene.sense.stereo->X_SL.inverse() * scene.object.X_SO.translation();
+  const Vector3d p_L =
+      scene.sense.Find<StereoCameras>()->X_SL.inverse() * scene.object.X_SO.translation();
   const Vector3d middle_L = 0.5 * rig.X_RL.inverse().translation();
   const Vector3d along = (p_L - middle_L).normalized();
   const Matrix3d across = Matrix3d::Identity() - along * along.transpose();
@@ -92,8 +95,8 @@ std::optional<ForceExpectation> ExpectedForce(const Scene& scene, const StereoRi
   if (response.validity == Validity::kFailed) return ForceExpectation{};
   std::vector<Vector2d> seen_O;
   std::vector<double> displacements, sigmas;
-  const Vector3d n_L =
-      scene.sense.stereo->X_SL.linear().transpose() * scene.object.X_SO.linear().col(2);
+  const Vector3d n_L = scene.sense.Find<StereoCameras>()->X_SL.linear().transpose() *
+                       scene.object.X_SO.linear().col(2);
   for (const Vector2d& p : places_O) {
     const auto covariance = Covariance(scene, rig, Vector3d(p.x(), p.y(), 0));
     if (!covariance || !(p.norm() < membrane->radius)) continue;

@@ -58,7 +58,7 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
 // TactileEstimator throw; Interrupted.
 EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
   EstimatedShape shape = ShapeUnderTables(scene, {}, {}, nullptr);
-  const auto& tactile = scene.sense.tactile;
+  const auto* tactile = scene.sense.Find<Tactile>();
   if (!tactile || tactile->source != Tactile::Source::kRecording) return shape;
   const auto source = OpenTactileRecording(scene, false);
   TactileEstimator estimator(scene);

@@ -1,14 +1,16 @@
 #include "slave/pipeline/camera/camera_sense.h"
 
+#include <cmath>
+#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
+#include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/picture_files.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/camera/overlay.h"
 #include "slave/pipeline/offline/account.h"
 #include "slave/vision/stereo/lens_warp.h"
 
@@ -20,7 +22,7 @@ constexpr double kResolved = 0.05;  // of a pixel: what the eyes resolve
 
 std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace, World* world) {
   if (world != nullptr) return world->OpenCamera(scene, pace);
-  return OpenFrameSource(scene, pace.is_live, StraighteningOf(*scene.sense.camera));
+  return OpenFrameSource(scene, pace.is_live, StraighteningOf(*scene.sense.Find<Camera>()));
 }
 
 Frame FirstPicture(FrameSource& source) {
@@ -33,7 +35,7 @@ Frame FirstPicture(FrameSource& source) {
 // it is looked for at its home.
 std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const World* world) {
   if (world != nullptr) return world->truth().p_S_tip;
-  if (scene.sense.tip->template_file.empty()) return scene.manipulator.home;
+  if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
 }
 
@@ -48,6 +50,71 @@ int NearestElement(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O) {
   return best;
 }
 
+// What the slave sees, drawn into its picture for a person.
+struct Overlay {
+  std::vector<Eigen::Vector2d> contour_I;  // [px]
+  cv::Rect search_window;                  // [px]
+  TipObservation tip;
+  std::optional<Eigen::Vector3d> force;  // object on tool, S [N]
+  Eigen::Vector2d force_I{0, 0};         // the same as an arrow in the picture [px]
+};
+
+const cv::Scalar kContourColour(80, 200, 80), kWindowColour(220, 160, 60), kTipColour(60, 60, 240),
+    kForceColour(40, 140, 255);
+
+cv::Point Round(const Eigen::Vector2d& p) {
+  return {static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y()))};
+}
+
+cv::Mat ToColour(const cv::Mat& image) {
+  cv::Mat eight, colour;
+  image.convertTo(eight, CV_8U, image.depth() == CV_16U ? 1.0 / 257 : 1.0);
+  if (eight.channels() == 3) return eight.clone();
+  cv::cvtColor(eight, colour, cv::COLOR_GRAY2BGR);
+  return colour;
+}
+
+// A copy of `image` (grey or colour, 8 or 16 bit) as 8-bit colour with contour, search window, tip,
+// force arrow and the force in numbers.
+cv::Mat DrawOverlay(const cv::Mat& image, const Overlay& overlay) {
+  cv::Mat picture = ToColour(image);
+  std::vector<cv::Point> contour;
+  contour.reserve(overlay.contour_I.size());
+  for (const Eigen::Vector2d& p : overlay.contour_I) contour.push_back(Round(p));
+  if (!contour.empty()) {
+    cv::polylines(picture, contour, true, kContourColour, 1, cv::LINE_AA);
+    for (const cv::Point& p : contour) cv::circle(picture, p, 2, kContourColour, -1, cv::LINE_AA);
+  }
+  cv::rectangle(picture, overlay.search_window, kWindowColour, 1);
+  const cv::Point tip = Round(overlay.tip.p_I);
+  if (overlay.tip.found)
+    cv::drawMarker(picture, tip, kTipColour, cv::MARKER_CROSS, 13, 1, cv::LINE_AA);
+  char text[64];
+  if (overlay.force) {
+    if (overlay.force_I.norm() > 1) {
+      cv::arrowedLine(picture, tip, Round(overlay.tip.p_I + overlay.force_I), kForceColour, 2,
+                      cv::LINE_AA, 0, 0.2);
+    }
+    std::snprintf(text, sizeof text, "%.3g N  score %.2f", overlay.force->norm(),
+                  overlay.tip.score);
+  } else {
+    std::snprintf(text, sizeof text, "force unknown");
+  }
+  cv::putText(picture, text, {8, 20}, cv::FONT_HERSHEY_SIMPLEX, 0.5, kForceColour, 1, cv::LINE_AA);
+  return picture;
+}
+
+// The arrow for `force_S` in the picture: the direction seen, and a length of a fifth of the
+// picture's height at `full_scale` [N].
+Eigen::Vector2d ForceArrow(const CameraView& view, const Eigen::Vector3d& p_S,
+                           const Eigen::Vector3d& force_S, double full_scale, int height) {
+  const double magnitude = force_S.norm();
+  if (!(magnitude > 0) || !(full_scale > 0)) return {0, 0};
+  const Eigen::Vector3d ahead = p_S + force_S / magnitude * view.pixel();
+  const Eigen::Vector2d direction = view.ToImage(ahead) - view.ToImage(p_S);
+  return direction * (0.2 * height * std::fmin(1.5, magnitude / full_scale));
+}
+
 // One row per picture. What the model would make of the true depth is told by the local model.
 class CameraAccount final : public Account {
  public:
@@ -56,7 +123,7 @@ class CameraAccount final : public Account {
   std::vector<StateRow> Add(Time start, const Truth* truth) override {
     const ContactEstimate& felt = sense_.estimator().felt();
     if (truth == nullptr) return {RowOf(felt, start, std::nullopt)};
-    compared_.push_back({felt.force.value_or(kUnknownForce), truth->force,
+    compared_.push_back({felt.force.value_or(kUnknownVector), truth->force,
                          ForceAt(felt.local_model, truth->depth)});
     return {RowOf(felt, start, truth->force)};
   }
@@ -83,7 +150,7 @@ class CameraAccount final : public Account {
 CameraSense::CameraSense(const Scene& scene, const Pace& pace, World* world)
     : source_(Open(scene, pace, world)),
       next_(FirstPicture(*source_)),
-      pixel_(scene.sense.camera->pixel),
+      pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
       estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, world))) {}
@@ -100,10 +167,6 @@ const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& /*p_S_tip*/)
   return estimator_->Feel(seen_);
 }
 
-LocalModel CameraSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
-  return estimator_->LocalAt(p_S_tip);
-}
-
 BoundaryShape CameraSense::Shape(bool nodal_forces) {
   const ContactEstimate& felt = estimator_->felt();
   const Eigen::Isometry3d& X_SO = estimator_->registration().X_SO;
@@ -111,10 +174,7 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   std::vector<Eigen::Vector3d> u_O;  // vertex i is the start of element i [m]
   estimator_->touch().deformation->Displacements(&u_O);
 
-  BoundaryShape shape;
-  shape.state_sequence = felt.sample;
-  shape.sensed_at = felt.sensed_at;
-  shape.validity = felt.validity;
+  BoundaryShape shape = ShapeAsOf(felt, 2);
   for (int i = 0; i < mesh.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     shape.elements.push_back(static_cast<std::uint32_t>(i));
@@ -153,10 +213,6 @@ std::optional<SeenPicture> CameraSense::Picture(double full_scale) const {
   }
   return SeenPicture{seen_.sensed_at, seen_.image,
                      [image = seen_.image, overlay] { return DrawOverlay(image, overlay); }};
-}
-
-std::unique_ptr<Rebuilt> CameraSense::Prepare(const Scene& changed) const {
-  return estimator_->Prepare(changed);
 }
 
 void CameraSense::Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) {

@@ -18,11 +18,15 @@ class CameraSense final : public Sense {
 
   bool Acquire(const std::stop_token& stop) override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
-  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
+  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
+    return estimator_->LocalAt(p_S_tip);
+  }
   // Vertices of the boundary. Forces of the tool on the touched place's two.
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override;
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {
+    return estimator_->Prepare(changed);
+  }
   void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
   void Reset() override { estimator_->Reset(); }
   [[nodiscard]] SenseInfo info() const override;

@@ -8,7 +8,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/stopwatch.h"
+#include "slave/pipeline/sense.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/contour_registration.h"
 
@@ -39,7 +39,7 @@ Eigen::Vector3d Planar(const Eigen::Vector2d& v) {
 
 Estimator::Estimator(const Scene& scene, const Frame& first,
                      std::optional<Eigen::Vector3d> p_S_tip_reported)
-    : view_(*scene.sense.camera, first.image.cols, first.image.rows),
+    : view_(*scene.sense.Find<Camera>(), first.image.cols, first.image.rows),
       eyes_(std::make_unique<TipAndContourTracker>(scene, first.image,
                                                    ToImage(view_, p_S_tip_reported))),
       tool_width_(scene.tool->width) {
@@ -54,7 +54,7 @@ void Estimator::RegisterObject(const Scene& scene) {
   registration_.X_SO = scene.object.X_SO;
   const std::vector<Eigen::Vector2d>& contour_I = eyes_->rest_contour_I();
   if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
-    const Curve smooth_I = Smoothed(contour_I, scene.sense.contour->control_points);
+    const Curve smooth_I = Smoothed(contour_I, scene.sense.Find<ContourTracking>()->control_points);
     const std::vector<Eigen::Vector2d> loop_S = ToSlave(smooth_I, view_);
     // Frame O sits in the middle of what was found, so that `fixed: arc` means an arc of it.
     registration_.X_SO.translation().head<2>() = Centroid(loop_S);

@@ -25,12 +25,13 @@ constexpr double kLearningTime = 0.05;  // [s], of the felt force's say in the s
 FingerLocalModel::FingerLocalModel(const Scene& scene)
     : material_(scene.object.material),
       law_(scene.model.contact),
-      radius_(scene.sense.tactile->finger_radius),
-      disc_radius_(scene.sense.tactile->patch > 0
-                       ? scene.sense.tactile->patch / 2
+      radius_(scene.sense.Find<Tactile>()->finger_radius),
+      disc_radius_(scene.sense.Find<Tactile>()->patch > 0
+                       ? scene.sense.Find<Tactile>()->patch / 2
                        : DiscOfSphere(radius_, scene.operator_options.press_depth)),
       full_depth_(scene.operator_options.press_depth),
-      scale_(full_depth_, LearningRate(kLearningTime, scene.sense.tactile->rate), kSpread) {}
+      scale_(full_depth_, LearningRate(kLearningTime, scene.sense.Find<Tactile>()->rate), kSpread) {
+}
 
 void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
                               bool in_contact, const std::optional<FeltForce>& felt,

@@ -1,5 +1,8 @@
+// What a run over fingertips comes to: a row per sample and fingertip, and where forces were off.
 #include "slave/pipeline/fingertips/fingertip_sense.h"
 
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -8,17 +11,80 @@
 #include "slave/capture/tactile_inbox.h"
 #include "slave/capture/tactile_recording.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/offline/account.h"
 
 namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
 
+// Where nobody says where a fingertip is its places are empty and its force is in frame F.
+StateRow RowOf(const FingerEstimate& finger, const std::string& name, const ContactEstimate& felt,
+               Time start) {
+  return {SecondsBetween(start, felt.sensed_at),
+          felt.sample,
+          name,
+          finger.has_pose ? finger.p_S_apex : kUnknownVector,
+          finger.p_S_contact.value_or(kUnknownVector),
+          finger.force,
+          finger.sigma,
+          finger.validity,
+          std::nullopt};
+}
+
+class FingertipAccount final : public Account {
+ public:
+  explicit FingertipAccount(const FingertipSense& sense) : sense_(sense) {}
+
+  std::vector<StateRow> Add(Time start, const Truth* truth) override {
+    const TactileEstimator& estimator = sense_.estimator();
+    std::vector<StateRow> rows;
+    for (int i = 0; i < estimator.finger_count(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const std::string& name = sense_.scene().sense.Find<Tactile>()->fingers[k].name;
+      rows.push_back(RowOf(estimator.finger(i), name, estimator.felt(), start));
+      if (truth != nullptr) rows.back().true_force = truth->fingers[k].force;
+    }
+    if (truth != nullptr) Compare(*truth);
+    return rows;
+  }
+
+  void RequireComplete(std::uint64_t samples) const override {
+    const int rest = sense_.scene().sense.Find<Tactile>()->rest_samples;
+    if (samples >= static_cast<std::uint64_t>(rest)) return;
+    throw std::runtime_error(
+        fmt::format("{}: {} samples are fewer than the {} of `rest`: nothing can be said",
+                    sense_.info().source, samples, rest));
+  }
+
+  void Finish(OfflineSummary* summary) const override {
+    const TactileEstimator& estimator = sense_.estimator();
+    summary->own["fingers"] = estimator.finger_count();
+    summary->own["network"] =
+        estimator.network() != nullptr ? estimator.network()->info().architecture : "";
+    summary->own["localiser"] = estimator.localiser().name();
+  }
+
+ private:
+  // What the model has at the true depth is what the master would render of the first fingertip.
+  void Compare(const Truth& truth) {
+    const TactileEstimator& estimator = sense_.estimator();
+    for (int i = 0; i < estimator.finger_count(); ++i) {
+      const FingerTruth& finger = truth.fingers[static_cast<std::size_t>(i)];
+      compared_.push_back({estimator.finger(i).force.value_or(kUnknownVector), finger.force});
+      if (i > 0) continue;
+      compared_.back().model_at_truth = ForceAt(estimator.felt().local_model, finger.depth);
+    }
+  }
+
+  const FingertipSense& sense_;
+};
+
 constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is [m]
 
 std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace, World* world) {
   if (world != nullptr) return world->OpenFingertips(scene, pace);
-  if (scene.sense.tactile->source == Tactile::Source::kRecording) {
+  if (scene.sense.Find<Tactile>()->source == Tactile::Source::kRecording) {
     return OpenTactileRecording(scene, pace.is_live);
   }
   if (!pace.is_live) {
@@ -26,10 +92,14 @@ std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace, World*
         scene.file.string() +
         ": sense.tactile.source = stream: accepted here is a recording, or simulated");
   }
-  return std::make_unique<TactileInbox>(*scene.sense.tactile);
+  return std::make_unique<TactileInbox>(*scene.sense.Find<Tactile>());
 }
 
 }  // namespace
+
+std::unique_ptr<Account> FingertipSense::OpenAccount(const World* /*world*/) {
+  return std::make_unique<FingertipAccount>(*this);
+}
 
 FingertipSense::FingertipSense(const Scene& scene, const Pace& pace, World* world)
     : FingertipSense(scene, Open(scene, pace, world), LoadSenses(scene)) {}
@@ -42,22 +112,6 @@ bool FingertipSense::Acquire(const std::stop_token& stop) {
   const std::optional<TactileFrame> frame = source_->Next(stop);
   if (frame) next_ = *frame;
   return frame.has_value();
-}
-
-const ContactEstimate& FingertipSense::Estimate(const Vector3d& p_S_tip) noexcept {
-  return estimator_.Feel(next_, p_S_tip);
-}
-
-LocalModel FingertipSense::LocalModelAt(const Vector3d& p_S_tip) noexcept {
-  return estimator_.LocalAt(p_S_tip);
-}
-
-BoundaryShape FingertipSense::Shape(bool nodal_forces) {
-  return estimator_.Shape(nodal_forces);
-}
-
-std::unique_ptr<Rebuilt> FingertipSense::Prepare(const Scene& changed) const {
-  return TactileEstimator::Prepare(changed);
 }
 
 void FingertipSense::Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) {
@@ -78,7 +132,7 @@ SenseInfo FingertipSense::info() const {
   }
   info.remarks.push_back(fmt::format(
       "rest values come from the first {} samples: nothing may touch the fingertips yet",
-      scene_.sense.tactile->rest_samples));
+      scene_.sense.Find<Tactile>()->rest_samples));
   info.changeable = {ObjectClass::kVolume, 0, false, true};
   return info;
 }

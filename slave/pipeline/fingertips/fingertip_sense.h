@@ -20,11 +20,17 @@ class FingertipSense final : public Sense {
   FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source, TactileSenses senses);
 
   bool Acquire(const std::stop_token& stop) override;
-  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
+  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
+    return estimator_.Feel(next_, p_S_tip);
+  }
   [[nodiscard]] std::string_view doubt() const override { return estimator_.shape_doubt(); }
-  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
-  BoundaryShape Shape(bool nodal_forces) override;
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override;
+  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
+    return estimator_.LocalAt(p_S_tip);
+  }
+  BoundaryShape Shape(bool nodal_forces) override { return estimator_.Shape(nodal_forces); }
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {
+    return TactileEstimator::Prepare(changed);
+  }
   void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
   void Reset() override { estimator_.Reset(); }
   [[nodiscard]] SenseInfo info() const override;

@@ -5,25 +5,17 @@
 #include <utility>
 #include <variant>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/make_model.h"
 
 namespace palpate {
 namespace {
 
-double LargerSide(const SurfaceMesh& surface) {
-  Eigen::Vector3d lower = surface.nodes.front(), upper = lower;
-  for (const Eigen::Vector3d& p : surface.nodes) {
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
-  }
-  return (upper - lower).maxCoeff();
-}
-
 void NumberSkin(TactileBody* body) {
   std::vector<int> number(body->surface.nodes.size(), -1);
   for (const auto& triangle : body->surface.triangles) {
     for (const int node : triangle) {
-      int& known = number[static_cast<std::size_t>(node)];
+      int& known = number[Index(node)];
       if (known < 0) {
         known = static_cast<int>(body->skin.size());
         body->skin.push_back(node);
@@ -36,14 +28,14 @@ void NumberSkin(TactileBody* body) {
 }  // namespace
 
 bool MeetsObject(const Scene& scene) {
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   return tactile.source == Tactile::Source::kSimulated || !tactile.poses.empty() ||
          std::ranges::any_of(tactile.fingers, &Finger::has_pose);
 }
 
 Scene InStepWithSamples(const Scene& scene) {
   Scene stepped = scene;
-  stepped.model.fem.step = 1 / scene.sense.tactile->rate;
+  stepped.model.fem.step = 1 / scene.sense.Find<Tactile>()->rate;
   return stepped;
 }
 
@@ -62,7 +54,7 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene) {
   body->contact = std::make_unique<SurfaceContact>(body->surface);
   body->stiffness = std::make_unique<ContactStiffness>(stepped, body->surface, solid);
   NumberSkin(body.get());
-  body->larger_side = LargerSide(body->surface);
+  body->larger_side = LargerSide(body->surface.nodes);
   body->largest_force = scene.object.material.young_modulus * body->larger_side * body->larger_side;
   body->limit.running = true;
   body->moves_in_time = MovesInTime(stepped);

@@ -10,7 +10,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/tactile_recording.h"
-#include "slave/pipeline/stopwatch.h"
+#include "slave/pipeline/sense.h"
 
 namespace palpate {
 namespace {
@@ -64,7 +64,7 @@ auto NamingTheKey(const Scene& scene, const char* key, const Load& load) {
 }  // namespace
 
 TactileSenses LoadSenses(const Scene& scene) {
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   TactileSenses senses;
   if (!tactile.network.empty()) {
     senses.network =
@@ -97,13 +97,13 @@ TactileEstimator::TactileEstimator(const Scene& scene)
     : TactileEstimator(scene, LoadSenses(scene)) {}
 
 TactileEstimator::TactileEstimator(const Scene& scene, TactileSenses senses)
-    : scene_fingers_(scene.sense.tactile->fingers),
-      has_poses_file_(!scene.sense.tactile->poses.empty()),
+    : scene_fingers_(scene.sense.Find<Tactile>()->fingers),
+      has_poses_file_(!scene.sense.Find<Tactile>()->poses.empty()),
       X_SO_(scene.object.X_SO),
       p_S_home_(scene.manipulator.home),
-      radius_(scene.sense.tactile->finger_radius),
+      radius_(scene.sense.Find<Tactile>()->finger_radius),
       senses_(std::move(senses)) {
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   for (std::size_t i = 0; i < scene_fingers_.size(); ++i) {
     fingertips_.emplace_back(tactile, senses_.network.get(), *senses_.localiser);
     finger_contacts_.emplace_back(tactile);
@@ -124,21 +124,21 @@ std::unique_ptr<TactileBody> TactileEstimator::Prepare(const Scene& scene) {
 void TactileEstimator::Adopt(std::unique_ptr<TactileBody> body, const Scene& scene) {
   body_ = std::move(body);
   local_touch_.emplace(scene);
+  LetGo();
+}
+
+void TactileEstimator::LetGo() noexcept {
+  for (FingerContact& contact : finger_contacts_) contact.LetGo();
   contacts_.clear();
   responses_.clear();
   acting_.clear();
   at_rest_ = true;
-  for (FingerContact& contact : finger_contacts_) contact.LetGo();
 }
 
 void TactileEstimator::Reset() noexcept {
   for (Fingertip& fingertip : fingertips_) fingertip.Reset();
-  for (FingerContact& contact : finger_contacts_) contact.LetGo();
+  LetGo();
   local_touch_->Forget();
-  contacts_.clear();
-  responses_.clear();
-  acting_.clear();
-  at_rest_ = true;
   if (body_) body_->deformation->Reset();
 }
 

@@ -112,6 +112,7 @@ class TactileEstimator {
 
  private:
   void Place(std::size_t i, const FingerReading& reading, const Eigen::Vector3d& p_S_tip) noexcept;
+  void LetGo() noexcept;
   void Meet(std::size_t i) noexcept;
   void Deform() noexcept;
   [[nodiscard]] bool Respond() noexcept;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 
@@ -18,9 +19,9 @@ void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vecto
             std::vector<Vector3d>* f_O) {
   const Contact& contact = finger.contact();
   const auto add = [&](int triangle, const Vector3d& weights) {
-    const auto& nodes = surface.triangles[static_cast<std::size_t>(triangle)];
+    const auto& nodes = surface.triangles[Index(triangle)];
     for (std::size_t c = 0; c < 3; ++c) {
-      (*f_O)[static_cast<std::size_t>(nodes[c])] += weights[static_cast<Eigen::Index>(c)] * force_O;
+      (*f_O)[Index(nodes[c])] += weights[static_cast<Eigen::Index>(c)] * force_O;
     }
   };
   SurfacePlace place;
@@ -50,17 +51,14 @@ std::optional<std::vector<Vector3d>> NodalForces(const TactileEstimator& estimat
 }  // namespace
 
 BoundaryShape TactileEstimator::Shape(bool nodal_forces) {
-  BoundaryShape shape;
-  shape.nodes_per_element = 3;
-  shape.state_sequence = felt_.sample;
-  shape.sensed_at = felt_.sensed_at;
+  BoundaryShape shape = ShapeAsOf(felt_, 3);
   shape.validity = shape_validity_;
   if (!body_) return shape;
   std::vector<Vector3d> p_S;
   DeformedNodes(&p_S);
   shape.elements = body_->skin_triangles;
   for (const int node : body_->skin) {
-    const auto i = static_cast<std::size_t>(node);
+    const auto i = Index(node);
     Append(&shape.rest, X_SO_ * body_->surface.nodes[i]);
     Append(&shape.positions, p_S[i]);
   }
@@ -68,7 +66,7 @@ BoundaryShape TactileEstimator::Shape(bool nodal_forces) {
   const auto f_O = NodalForces(*this);
   if (!f_O) return shape;
   for (const int node : body_->skin) {
-    Append(&shape.nodal_forces, X_SO_.linear() * (*f_O)[static_cast<std::size_t>(node)]);
+    Append(&shape.nodal_forces, X_SO_.linear() * (*f_O)[Index(node)]);
   }
   return shape;
 }

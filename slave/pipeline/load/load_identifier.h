@@ -10,6 +10,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/state/validity.h"
 #include "slave/pipeline/sense.h"
+#include "slave/scene/scene.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {
@@ -58,5 +59,22 @@ class LoadIdentifier : public Rebuilt {
 // plate and plate-large for membranes; fem, fem-hyperelastic, fem-green, bem3d for volumes. Throws
 // std::invalid_argument naming the key.
 std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene);
+
+// A load over a disc as forces on the nodes of a surface.
+// Spreads `force_O` [N] evenly over the disc of diameter `width` [m], 0: a point, around the
+// surface's place p_O with normal n_O: at places of the disc, each taken to the nodes of its
+// triangle, so that force and centre are kept. The forces are `f_O`, one per node. O(nodes).
+void SpreadLoad(const SurfaceMesh& surface, const Eigen::Vector3d& p_O, const Eigen::Vector3d& n_O,
+                double width, const Eigen::Vector3d& force_O, std::vector<Eigen::Vector3d>* f_O);
+
+// Volumes under the eyes: `fem`, `fem-hyperelastic`, `fem-green`, `bem3d`.
+// One load along the surface's normal, by least squares in all three components of all visible
+// points. Its place is looked for over all nodes of the surface, then within the triangles there,
+// where three nodal forces of one sign, a linear problem, are one load between the nodes. The
+// search uses the body's Green's functions at rest; where the model is not linear the force is
+// refined through the model itself. The first observation costs three solves per point.
+// `width`: diameter of the load [m]. Throws std::invalid_argument naming the key: no volume, a
+// model that moves in time; see MeshObject, MakeModel.
+std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, double width);
 
 }  // namespace palpate

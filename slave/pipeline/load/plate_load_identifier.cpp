@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "slave/mechanics/plate/green.h"
-#include "slave/mechanics/plate/plate_surface.h"
 #include "slave/mechanics/plate/plate_law.h"
-#include "slave/pipeline/load/nodal_load.h"
+#include "slave/mechanics/plate/plate_surface.h"
+#include "slave/pipeline/load/load_identifier.h"
 
 namespace palpate {
 namespace {

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
 
 namespace palpate {
@@ -15,16 +19,83 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
+constexpr double kSamePlace = 1e-9;  // of the distance from the origin
+
+bool IsSamePlace(const Vector3d& a, const Vector3d& b) {
+  return (a - b).norm() <= kSamePlace * (a.norm() + b.norm());
+}
+
 constexpr int kBestNodes = 6;           // whose triangles are looked at closely
 constexpr int kRounds = 4;              // of leaving points out
 constexpr double kOutlier = 5;          // standard deviations of the scatter
 constexpr double kLeastScatter = 0.25;  // of the stated sigmas
 
-std::size_t At(int i) {
-  return static_cast<std::size_t>(i);
+}  // namespace
+
+PointGreens::PointGreens(const SurfaceMesh& surface, double load, double patch)
+    : surface_(surface), load_(load), index_(surface.nodes.size(), -1) {
+  for (const auto& triangle : surface_.triangles) {
+    for (const int node : triangle) {
+      if (index_[Index(node)] >= 0) continue;
+      index_[Index(node)] = static_cast<int>(nodes_.size());
+      nodes_.push_back(node);
+    }
+  }
+  FindPatches(patch);
 }
 
-}  // namespace
+// As the models spread a load, so that the same load through the model moves the points alike.
+void PointGreens::FindPatches(double patch) {
+  SurfaceFootprints footprints(surface_);
+  for (const int node : nodes_) {
+    const Contact load{
+        .kind = Contact::Kind::kForce, .p_O = surface_.nodes[Index(node)], .width = patch};
+    ContactFootprint footprint;
+    const bool is_met = footprints.OnNodes(load, &footprint).empty();
+    patches_.push_back(is_met ? std::move(footprint.places) : std::vector{PlaceWeight{node, 1}});
+  }
+}
+
+void PointGreens::See(DeformationModel& model, const SurfaceContact& contact,
+                      const std::vector<Vector3d>& p_O_rest) {
+  if (rest_.size() != p_O_rest.size()) {
+    rest_.assign(p_O_rest.size(), Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+    known_.assign(p_O_rest.size(), false);
+    for (auto& by : by_) {
+      by.setZero(3 * static_cast<Eigen::Index>(p_O_rest.size()),
+                 static_cast<Eigen::Index>(nodes_.size()));
+    }
+  }
+  for (std::size_t i = 0; i < rest_.size(); ++i) {
+    if (!p_O_rest[i].allFinite() || IsSamePlace(rest_[i], p_O_rest[i])) continue;
+    rest_[i] = p_O_rest[i];
+    known_[i] = false;
+    const auto place = contact.Find(rest_[i], std::numeric_limits<double>::infinity());
+    if (!place) continue;
+    Contact press{.kind = Contact::Kind::kForce, .p_O = place->p_O, .element = place->triangle};
+    bool answered = true;
+    for (int axis = 0; axis < 3 && answered; ++axis) {
+      press.prescribed_O = load_ * Vector3d::Unit(axis);
+      answered = Load(model, press, 3 * static_cast<Eigen::Index>(i) + axis);
+    }
+    known_[i] = answered;
+  }
+}
+
+bool PointGreens::Load(DeformationModel& model, const Contact& contact, Eigen::Index row) {
+  ContactResponse response;
+  model.Reset();
+  model.Respond(std::span(&contact, 1), std::span(&response, 1));
+  if (response.validity == Validity::kFailed) return false;
+  model.Displacements(&field_);
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    Vector3d mean = Vector3d::Zero();
+    for (const auto& [node, weight] : patches_[k]) mean += weight / load_ * field_[Index(node)];
+    for (int axis = 0; axis < 3; ++axis)
+      by_[Index(axis)](row, static_cast<Eigen::Index>(k)) = mean[axis];
+  }
+  return true;
+}
 
 TriangleSearch::TriangleSearch(const SurfaceMesh& surface, double load, double patch)
     : surface_(surface), greens_(surface, load, patch) {
@@ -32,11 +103,11 @@ TriangleSearch::TriangleSearch(const SurfaceMesh& surface, double load, double p
   around_.resize(surface_.nodes.size());
   for (int t = 0; t < static_cast<int>(surface_.triangles.size()); ++t) {
     normals_.push_back(Normal(surface_, t));
-    for (const int node : surface_.triangles[At(t)]) around_[At(node)].push_back(t);
+    for (const int node : surface_.triangles[Index(t)]) around_[Index(node)].push_back(t);
   }
   node_normals_.resize(surface_.nodes.size(), Vector3d::Zero());
   for (std::size_t i = 0; i < around_.size(); ++i) {
-    for (const int t : around_[i]) node_normals_[i] += Area(surface_, t) * normals_[At(t)];
+    for (const int t : around_[i]) node_normals_[i] += Area(surface_, t) * normals_[Index(t)];
     if (!around_[i].empty()) node_normals_[i].normalize();
   }
 }
@@ -81,7 +152,7 @@ TriangleLoad TriangleSearch::Find() noexcept {
   Weigh();
   for (Eigen::Index k = 0; k < score_.size(); ++k) {
     const int node = greens_.nodes()[static_cast<std::size_t>(k)];
-    ShapeOf(k, node_normals_[At(node)], &shape_);
+    ShapeOf(k, node_normals_[Index(node)], &shape_);
     const double mixed = shape_.dot(measured_), square = shape_.squaredNorm();
     score_[k] = square > 0 ? mixed * mixed / square : 0;
   }
@@ -90,10 +161,10 @@ TriangleLoad TriangleSearch::Find() noexcept {
     Eigen::Index k = 0;
     if (!(score_.maxCoeff(&k) >= 0)) break;
     score_[k] = -1;
-    for (const int t : around_[At(greens_.nodes()[static_cast<std::size_t>(k)])]) {
+    for (const int t : around_[Index(greens_.nodes()[static_cast<std::size_t>(k)])]) {
       for (std::size_t c = 0; c < 3; ++c) {
-        const int node = surface_.triangles[At(t)][c];
-        ShapeOf(greens_.IndexOf(node), normals_[At(t)], &corner_[c]);
+        const int node = surface_.triangles[Index(t)][c];
+        ShapeOf(greens_.IndexOf(node), normals_[Index(t)], &corner_[c]);
       }
       SolveTriangle(t, &best);
     }
@@ -129,11 +200,11 @@ void TriangleSearch::SolveTriangle(int triangle, TriangleLoad* best) noexcept {
     Vector3d right = Vector3d::Zero();
     for (int a = 0; a < 3; ++a) {
       const bool takes_part = (choice >> a & 1U) != 0;
-      normal(a, a) = takes_part ? corner_[At(a)].squaredNorm() : 1;
-      right[a] = takes_part ? corner_[At(a)].dot(measured_) : 0;
+      normal(a, a) = takes_part ? corner_[Index(a)].squaredNorm() : 1;
+      right[a] = takes_part ? corner_[Index(a)].dot(measured_) : 0;
       for (int b = 0; b < a; ++b) {
         if (!takes_part || (choice >> b & 1U) == 0) continue;
-        normal(a, b) = normal(b, a) = corner_[At(a)].dot(corner_[At(b)]);
+        normal(a, b) = normal(b, a) = corner_[Index(a)].dot(corner_[Index(b)]);
       }
     }
     const Eigen::LDLT<Matrix3d> factor(normal);
@@ -174,8 +245,8 @@ bool TriangleSearch::LeaveOut(const TriangleLoad& best) noexcept {
 Vector3d TriangleSearch::Displacement(const TriangleLoad& best, std::size_t point) const noexcept {
   Vector3d u = Vector3d::Zero();
   for (std::size_t c = 0; c < 3; ++c) {
-    const Eigen::Index column = greens_.IndexOf(surface_.triangles[At(best.triangle)][c]);
-    const Vector3d f = best.forces[static_cast<Eigen::Index>(c)] * normals_[At(best.triangle)];
+    const Eigen::Index column = greens_.IndexOf(surface_.triangles[Index(best.triangle)][c]);
+    const Vector3d f = best.forces[static_cast<Eigen::Index>(c)] * normals_[Index(best.triangle)];
     for (int axis = 0; axis < 3; ++axis) {
       u += f[axis] * greens_.by(axis).col(column).segment<3>(3 * static_cast<Eigen::Index>(point));
     }

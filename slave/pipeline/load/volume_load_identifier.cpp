@@ -1,5 +1,3 @@
-#include "slave/pipeline/load/volume_load_identifier.h"
-
 #include <algorithm>
 #include <cmath>
 #include <exception>
@@ -11,11 +9,12 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
-#include "slave/pipeline/load/nodal_load.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/triangle_search.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
 
@@ -34,19 +33,6 @@ constexpr double kMostLeftOut = 0.25;                   // share
 constexpr int kRefinements = 5;  // of the load through a model that is not linear
 constexpr double kRefined = 1e-4;
 
-std::size_t At(int i) {
-  return static_cast<std::size_t>(i);
-}
-
-double LargerSide(const SurfaceMesh& surface) {
-  Vector3d lower = surface.nodes.front(), upper = lower;
-  for (const Vector3d& p : surface.nodes) {
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
-  }
-  return (upper - lower).maxCoeff();
-}
-
 class VolumeLoadIdentifier final : public LoadIdentifier {
  public:
   VolumeLoadIdentifier(const Scene& scene, double width, const ObjectMesh& mesh,
@@ -55,7 +41,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
         model_(MakeModel(scene, mesh)),
         contact_(surface_),
         stiffness_(scene, surface_, std::get_if<SolidMesh>(&mesh)),
-        larger_side_(LargerSide(surface_)),
+        larger_side_(LargerSide(surface_.nodes)),
         width_(std::max(width, kLeastWidth * larger_side_)),
         linear_(IsLinear(scene)),
         search_(surface_,
@@ -133,18 +119,18 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
 }
 
 void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
-  const auto& nodes = surface_.triangles[At(best.triangle)];
+  const auto& nodes = surface_.triangles[Index(best.triangle)];
   load->force = best.forces.sum();
   load->n_O = search_.normal(best.triangle);
   if (load->force == 0) {  // all points stand exactly at rest
-    load->p_O = surface_.nodes[At(nodes[0])];
+    load->p_O = surface_.nodes[Index(nodes[0])];
     load->sigma_force = std::sqrt(best.covariance.sum());
     return;
   }
   load->p_O.setZero();
   for (std::size_t c = 0; c < 3; ++c) {
     load->p_O +=
-        best.forces[static_cast<Eigen::Index>(c)] / load->force * surface_.nodes[At(nodes[c])];
+        best.forces[static_cast<Eigen::Index>(c)] / load->force * surface_.nodes[Index(nodes[c])];
   }
   const double misfit = std::max(0.0, search_.measured() - best.explained);
   load->residual = std::sqrt(misfit / std::max(1, 3 * search_.kept() - 3));
@@ -155,7 +141,7 @@ void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
     Vector3d by;
     for (std::size_t c = 0; c < 3; ++c) {
       by[static_cast<Eigen::Index>(c)] =
-          (surface_.nodes[At(nodes[c])][axis] - load->p_O[axis]) / load->force;
+          (surface_.nodes[Index(nodes[c])][axis] - load->p_O[axis]) / load->force;
     }
     place = std::max(place, by.dot(best.covariance * by));
   }
@@ -204,7 +190,7 @@ void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcep
       Vector3d u = Vector3d::Zero();
       for (std::size_t c = 0; c < 3; ++c) {
         u += place->weights[static_cast<Eigen::Index>(c)] *
-             field_[At(surface_.triangles[At(place->triangle)][c])];
+             field_[Index(surface_.triangles[Index(place->triangle)][c])];
       }
       search_.TakeOff(i, u - search_.Displacement(*best, i));
     }

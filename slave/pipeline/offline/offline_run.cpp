@@ -9,7 +9,6 @@
 
 #include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/sense.h"
-#include "slave/pipeline/stopwatch.h"
 
 namespace palpate {
 namespace {

@@ -8,18 +8,14 @@
 
 #include "slave/capture/picture_files.h"
 #include "slave/pipeline/offline/account.h"
-#include "slave/pipeline/points/point_errors.h"
+#include "slave/pipeline/points/points_scores.h"
 #include "slave/pipeline/points/points_sense.h"
-#include "slave/pipeline/points/press_steps.h"
-#include "slave/pipeline/points/tracking_counts.h"
 
 namespace palpate {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-const Vector3d kNowhere = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 
 nlohmann::ordered_json ErrorJson(const ErrorOfPoints& error) {
   if (error.count() == 0) return nullptr;
@@ -63,7 +59,7 @@ class Comparison {
     Vector3d p_O, n_O;
     body.Nearest(X_SO_.inverse() * truth.p_S_tip, &p_O, &n_O);
     compared->push_back(
-        {force.value_or(kUnknownForce), truth.force, body.PressAt(p_O, truth.depth).force});
+        {force.value_or(kUnknownVector), truth.force, body.PressAt(p_O, truth.depth).force});
   }
   void WriteErrors(nlohmann::ordered_json* json) const {
     (*json)["displacement_error"] = ErrorJson(displacement_);
@@ -122,9 +118,9 @@ class PointsAccount final : public Account {
     tally_.Add(seen.points, !sense_.takes_rest());
     const bool knows_force = truth != nullptr && tells_force && truth->solved;
     StateRow row = RowOf(felt, start, knows_force ? std::optional(truth->force) : std::nullopt);
-    if (truth == nullptr && tells_force) row.p_S_tip = kNowhere;
+    if (truth == nullptr && tells_force) row.p_S_tip = kUnknownVector;
     was_placed_ |= tells_force ? felt.force.has_value() : seen.found;
-    if (!was_placed_) row.p_S_contact = kNowhere;
+    if (!was_placed_) row.p_S_contact = kUnknownVector;
     return {row};
   }
 
@@ -137,7 +133,7 @@ class PointsAccount final : public Account {
           "another --out, or that folder emptied",
           (folder / "left").string()));
     }
-    if (!sense_.scene().sense.stereo) return;
+    if (!sense_.scene().sense.Find<StereoCameras>()) return;
     std::filesystem::create_directories(folder / "right");
     WriteRig(folder / "rig.yaml", sense_.rig());
   }

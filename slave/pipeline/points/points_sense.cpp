@@ -9,7 +9,7 @@
 
 #include "shared/mesh/files/mesh_file.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/stopwatch.h"
+#include "slave/pipeline/sense.h"
 
 namespace palpate {
 namespace {
@@ -109,22 +109,15 @@ const ContactEstimate& PointsSense::Tell(const Eigen::Vector3d& p_S_tip) noexcep
   before_rest_.sensed_at = seen_->sensed_at;
   before_rest_.p_S_tip = before_rest_.p_S_contact = p_S_tip;
   // The cells of a depth picture are not known before the rest frame.
-  sees_rest_ = scene_.sense.depth || std::ranges::any_of(seen_->points, &SurfacePoint::seen);
+  sees_rest_ =
+      scene_.sense.Find<DepthPictures>() || std::ranges::any_of(seen_->points, &SurfacePoint::seen);
   return before_rest_;
-}
-
-LocalModel PointsSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
-  return estimator_ ? estimator_->LocalAt(p_S_tip) : felt_->local_model;
 }
 
 BoundaryShape PointsSense::Shape(bool nodal_forces) {
   const SurfaceMesh& surface = estimator_ ? estimator_->body().surface() : followed_;
   const Eigen::Isometry3d& X_SO = scene_.object.X_SO;
-  BoundaryShape shape;
-  shape.state_sequence = felt_->sample;
-  shape.sensed_at = felt_->sensed_at;
-  shape.validity = felt_->validity;
-  shape.nodes_per_element = 3;
+  BoundaryShape shape = ShapeAsOf(*felt_, 3);
   for (const auto& triangle : surface.triangles) {
     for (const int node : triangle) shape.elements.push_back(static_cast<std::uint32_t>(node));
   }
@@ -148,10 +141,6 @@ std::optional<SeenPicture> PointsSense::Picture(double full_scale) const {
                      [left = shown_.left, overlay = overlay_, full_scale] {
                        return DrawPoints(left, overlay, full_scale);
                      }};
-}
-
-std::unique_ptr<Rebuilt> PointsSense::Prepare(const Scene& changed) const {
-  return estimator_ ? MakeLoadIdentifier(changed) : nullptr;
 }
 
 void PointsSense::Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) {
@@ -182,8 +171,8 @@ SenseInfo PointsSense::info() const {
   if (estimator_) info.model = estimator_->body().info();
   info.reason = estimator_ ? ChooseModel(scene_).reason
                            : "the object is followed, nothing presses it: no force is told";
-  if (scene_.sense.stereo) info.remarks.push_back(InWords(rig_));
-  info.remarks.push_back(InWords(*scene_.sense.points));
+  if (scene_.sense.Find<StereoCameras>()) info.remarks.push_back(InWords(rig_));
+  info.remarks.push_back(InWords(*scene_.sense.Find<PointTracking>()));
   info.remarks.push_back(fmt::format(
       "the rest frame comes from the first {}: nothing may touch the object yet",
       eyes_->rest_pictures() == 1 ? "pair of pictures"
@@ -195,7 +184,7 @@ SenseInfo PointsSense::info() const {
 
 std::vector<StageTimes> PointsSense::Stages() const {
   return {TimesOf(eyes_->stage(), look_times_),
-          TimesOf("mechanics", estimator_ ? estimator_->times().mechanics : LatencyHistogram{}),
+          TimesOf("mechanics", estimator_ ? estimator_->times() : LatencyHistogram{}),
           TimesOf("total", total_times_)};
 }
 

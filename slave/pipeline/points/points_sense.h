@@ -9,7 +9,6 @@
 
 #include "slave/capture/frame_source.h"
 #include "slave/pipeline/points/points_overlay.h"
-#include "slave/pipeline/points/rigid_translation.h"
 #include "slave/pipeline/points/surface_estimator.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/pipeline/sense.h"
@@ -32,13 +31,17 @@ class PointsSense final : public Sense {
   bool Acquire(const std::stop_token& stop) override;
   void Look() noexcept override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
-  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
+  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
+    return estimator_ ? estimator_->LocalAt(p_S_tip) : felt_->local_model;
+  }
   // Triangles of the model's surface; where no force is told, those of the scene's mesh moved as a
   // whole.
   BoundaryShape Shape(bool nodal_forces) override;
   // The left picture.
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override;
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {
+    return estimator_ ? MakeLoadIdentifier(changed) : nullptr;
+  }
   void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
   void Reset() override;
   [[nodiscard]] SenseInfo info() const override;

@@ -2,6 +2,7 @@
 // load, the load and the deformed shape, by least squares through the object's model (paper C, 4).
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string_view>
 #include <vector>
@@ -13,21 +14,18 @@
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/estimate_rules.h"
 #include "slave/pipeline/load/load_identifier.h"
+#include "slave/pipeline/local_model/stiffness_scale.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {
 
-struct SurfaceTimes {
-  LatencyHistogram mechanics;
-};
-
 // One thread at a time.
 class SurfaceEstimator {
  public:
   explicit SurfaceEstimator(const Scene& scene);
-  ~SurfaceEstimator();
 
   // `p_S_tip`: where the manipulator says that the hand has its tip. A load that pulls outward by
   // more than its sigma is no press: kExtrapolated. Never throws; allocation-free after the first
@@ -44,19 +42,60 @@ class SurfaceEstimator {
   void Adopt(std::unique_ptr<LoadIdentifier> body, const Scene& scene);
   void Reset() noexcept;
 
-  [[nodiscard]] const ContactEstimate& felt() const;
-  [[nodiscard]] const SurfaceLoad& load() const;
-  [[nodiscard]] LoadIdentifier& body();
-  [[nodiscard]] const Eigen::Isometry3d& X_SO() const;
-  [[nodiscard]] const SurfaceTimes& times() const;
+  [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
+  [[nodiscard]] const SurfaceLoad& load() const { return load_; }
+  [[nodiscard]] LoadIdentifier& body() { return *body_; }
+  [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }
+  // Of the fits.
+  [[nodiscard]] const LatencyHistogram& times() const { return times_; }
   // Nodes of body().surface() as they are deformed now, and the forces of the tool on them; frame
   // S.
   void DeformedNodes(std::vector<Eigen::Vector3d>* p_S);
   void NodalForces(std::vector<Eigen::Vector3d>* f_S);
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  void ToObject(const std::vector<SurfacePoint>& points_S);
+  void Learn() noexcept;
+  void Tell() noexcept;
+  void Lose(Validity validity) noexcept;
+
+  std::unique_ptr<LoadIdentifier> body_;
+  Eigen::Isometry3d X_SO_, X_OS_;
+  double larger_side_ = 0;    // [m]
+  double valid_radius_ = 0;   // of local models [m]
+  double telling_depth_ = 0;  // [m]
+
+  std::vector<SurfacePoint> points_O_;
+  SurfaceLoad load_;
+  ContactEstimate felt_;
+  StiffnessScale felt_ratio_;
+  double last_depth_ = std::numeric_limits<double>::quiet_NaN();  // of the tip, last picture [m]
+  LocalModel local_;                                              // the last one told
+  LatencyHistogram times_;
+  EstimateRules rules_;
+};
+
+// The place of a moving object whose force nobody can tell, because the scene has no model of how
+// it is touched: paper C's second experiment (5.2).
+// The points that the first observation shows stand for the object. Its place is their mean at
+// rest, carried by the mean displacement of those that are seen: exact for a body that does not
+// turn, whichever of them are hidden.
+class RigidTranslation {
+ public:
+  // The place is told as tip and as contact. The force is unknown: kFailed while the object is
+  // followed, kTrackingLost while it is not. Never throws; allocates in the first observation only.
+  const ContactEstimate& Feel(const SurfaceObservation& seen) noexcept;
+  void Reset() noexcept { first_.clear(); }
+  [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
+  // From the place at rest [m]; while it is lost that of before.
+  [[nodiscard]] const Eigen::Vector3d& moved() const { return moved_; }
+
+ private:
+  void Start(const SurfaceObservation& seen) noexcept;
+
+  std::vector<char> first_;  // per point: in the first observation; empty: nothing was seen yet
+  Eigen::Vector3d p_S_rest_{0, 0, 0}, moved_{0, 0, 0};
+  ContactEstimate felt_;
 };
 
 }  // namespace palpate

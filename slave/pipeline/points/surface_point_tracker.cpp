@@ -36,10 +36,10 @@ class PairEyes : public SurfacePointTracker {
 };
 
 StereoDots::Params DotParams(const Scene& scene, const StereoRig& rig) {
-  const PointTracking& points = *scene.sense.points;
+  const PointTracking& points = *scene.sense.Find<PointTracking>();
   StereoDots::Params params;
   params.rig = rig;
-  params.X_SL = scene.sense.stereo->X_SL;
+  params.X_SL = scene.sense.Find<StereoCameras>()->X_SL;
   params.X_SO = scene.object.X_SO;
   params.layout = DotPlaces(points);
   params.dot_radius = points.dot_radius;
@@ -50,9 +50,12 @@ StereoDots::Params DotParams(const Scene& scene, const StereoRig& rig) {
 class DotEyes final : public PairEyes {
  public:
   DotEyes(const Scene& scene, const StereoRig& rig)
-      : PairEyes(rig, scene.sense.stereo->X_SL), params_(DotParams(scene, rig)), dots_(params_) {
-    const double distance =
-        (scene.sense.stereo->X_SL.inverse() * scene.object.X_SO).translation().norm();
+      : PairEyes(rig, scene.sense.Find<StereoCameras>()->X_SL),
+        params_(DotParams(scene, rig)),
+        dots_(params_) {
+    const double distance = (scene.sense.Find<StereoCameras>()->X_SL.inverse() * scene.object.X_SO)
+                                .translation()
+                                .norm();
     radius_px_ = rig.left.fx * params_.dot_radius / distance;
   }
   const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
@@ -80,10 +83,10 @@ class DotEyes final : public PairEyes {
 class TextureEyes final : public PairEyes {
  public:
   TextureEyes(const Scene& scene, const StereoRig& rig)
-      : PairEyes(rig, scene.sense.stereo->X_SL),
+      : PairEyes(rig, scene.sense.Find<StereoCameras>()->X_SL),
         rig_(rig),
-        X_SL_(scene.sense.stereo->X_SL),
-        options_(StereoTextureOptions::From(*scene.sense.points)),
+        X_SL_(scene.sense.Find<StereoCameras>()->X_SL),
+        options_(StereoTextureOptions::From(*scene.sense.Find<PointTracking>())),
         texture_(std::make_unique<StereoTexture>(rig_, X_SL_, options_)) {}
   const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
     try {
@@ -114,7 +117,7 @@ class TextureEyes final : public PairEyes {
 
 DepthPoints::Params DepthParams(const Scene& scene) {
   DepthPoints::Params params;
-  params.camera = *scene.sense.depth;
+  params.camera = *scene.sense.Find<DepthPictures>();
   params.farthest = FarthestDepth(scene);
   return params;
 }
@@ -168,8 +171,8 @@ std::string Size(const std::array<int, 2>& size) {
 
 std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
                                                              const StereoRig& rig) {
-  if (scene.sense.depth) return std::make_unique<DepthEyes>(scene);
-  if (scene.sense.points->track == PointTracking::Track::kTexture) {
+  if (scene.sense.Find<DepthPictures>()) return std::make_unique<DepthEyes>(scene);
+  if (scene.sense.Find<PointTracking>()->track == PointTracking::Track::kTexture) {
     return std::make_unique<TextureEyes>(scene, rig);
   }
   return std::make_unique<DotEyes>(scene, rig);
@@ -184,7 +187,7 @@ std::string RestInWords(const SurfacePointTracker& eyes) {
 }
 
 double FarthestDepth(const Scene& scene) {
-  const DepthPictures& depth = *scene.sense.depth;
+  const DepthPictures& depth = *scene.sense.Find<DepthPictures>();
   const double distance = (depth.X_SD.inverse() * scene.object.X_SO.translation()).norm();
   return std::max(DepthPoints::Params().farthest, 2 * distance);
 }
@@ -194,11 +197,11 @@ std::string_view WhyFewWindows() {
 }
 
 std::string_view WhyNotFound(const Scene& scene) {
-  if (scene.sense.depth) {
+  if (scene.sense.Find<DepthPictures>()) {
     return "the depth pictures show too little of a surface within reach: check the pictures and "
            "their unit";
   }
-  if (scene.sense.points->track == PointTracking::Track::kTexture) {
+  if (scene.sense.Find<PointTracking>()->track == PointTracking::Track::kTexture) {
     return kNoWindow;
   }
   return "the dots were not found as an array of this size in both pictures: check the sides "
@@ -206,8 +209,8 @@ std::string_view WhyNotFound(const Scene& scene) {
 }
 
 StereoRig RigOf(const Scene& scene) {
-  if (!scene.sense.stereo) return {};
-  const std::filesystem::path& file = scene.sense.stereo->rig;
+  if (!scene.sense.Find<StereoCameras>()) return {};
+  const std::filesystem::path& file = scene.sense.Find<StereoCameras>()->rig;
   const auto refuse = [&](const std::string& why) {
     throw std::invalid_argument(fmt::format("{}: {}", scene.file.string(), why));
   };
@@ -232,14 +235,16 @@ StereoRig RigOf(const Scene& scene) {
 }
 
 void RequireRigFits(const Scene& scene, const StereoRig& rig, const StereoPair& pair) {
-  if (!scene.sense.stereo) return;
+  if (!scene.sense.Find<StereoCameras>()) return;
   const auto require = [&](const char* side, const cv::Mat& picture, const Lens& lens) {
     const std::array<int, 2> size{picture.cols, picture.rows};
     if (size == lens.size) return;
-    throw std::runtime_error(fmt::format(
-        "{}: the {} pictures are {} px: accepted is {} px, for which {} was made",
-        scene.file.string(), side, Size(size), Size(lens.size),
-        scene.sense.stereo->rig.empty() ? "the rig" : scene.sense.stereo->rig.string()));
+    throw std::runtime_error(
+        fmt::format("{}: the {} pictures are {} px: accepted is {} px, for which {} was made",
+                    scene.file.string(), side, Size(size), Size(lens.size),
+                    scene.sense.Find<StereoCameras>()->rig.empty()
+                        ? "the rig"
+                        : scene.sense.Find<StereoCameras>()->rig.string()));
   };
   require("left", pair.left, rig.left);
   require("right", pair.right, rig.right);

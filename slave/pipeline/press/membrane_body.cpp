@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "shared/geometry/index.h"
 #include "slave/contact/surface_contact.h"
 
 namespace palpate {
@@ -21,7 +22,7 @@ TrianglePlace NearestOn(const SurfaceMesh& mesh, const Eigen::Vector3d& p, int* 
   nearest.distance_squared = std::numeric_limits<double>::infinity();
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& corners = mesh.triangles[t];
-    const auto at = [&](std::size_t k) { return mesh.nodes[static_cast<std::size_t>(corners[k])]; };
+    const auto at = [&](std::size_t k) { return mesh.nodes[Index(corners[k])]; };
     const TrianglePlace place = ClosestOnTriangle(
         p, {at(0), at(1), at(2)},
         {corners[0] < corners[1], corners[1] < corners[2], corners[2] < corners[0]});
@@ -87,8 +88,8 @@ LoadIdentifier::Press MembraneBody::PressAt(const Eigen::Vector3d& p_O, double d
   if (!(p_O.allFinite() && std::isfinite(depth))) return press;
   int triangle = 0;
   const TrianglePlace place = NearestOn(surface(), p_O, &triangle);
-  const double give = press_.compliance().GiveAt(
-      surface().triangles[static_cast<std::size_t>(triangle)], place.weights);
+  const double give =
+      press_.compliance().GiveAt(surface().triangles[Index(triangle)], place.weights);
   if (!(give > 0)) return press;  // on the rim nothing gives
   press.stiffness = 1 / give;
   press.force = std::max(0.0, depth) / give;
@@ -102,7 +103,7 @@ void MembraneBody::Nearest(const Eigen::Vector3d& p_O_tip, Eigen::Vector3d* p_O,
   const TrianglePlace place = NearestOn(surface(), p_O_tip, &triangle);
   *p_O = place.p;
   n_O->setZero();
-  const auto& corners = surface().triangles[static_cast<std::size_t>(triangle)];
+  const auto& corners = surface().triangles[Index(triangle)];
   for (int k = 0; k < 3; ++k) {
     const auto node = static_cast<std::size_t>(corners[static_cast<std::size_t>(k)]);
     *n_O += place.weights[k] * press_.membrane().normals()[node];
@@ -114,10 +115,10 @@ void MembraneBody::NodalForces(std::vector<Eigen::Vector3d>* f_O) {
   f_O->assign(surface().nodes.size(), Eigen::Vector3d::Zero());
   if (load_.force == 0) return;
   const SurfacePlace& place = press_.place();
-  const auto& corners = surface().triangles[static_cast<std::size_t>(place.triangle)];
+  const auto& corners = surface().triangles[Index(place.triangle)];
   for (int k = 0; k < 3; ++k) {
-    for (const auto& share : press_.compliance().shares(corners[static_cast<std::size_t>(k)])) {
-      const auto node = static_cast<std::size_t>(share.node);
+    for (const auto& share : press_.compliance().shares(corners[Index(k)])) {
+      const auto node = Index(share.node);
       (*f_O)[node] +=
           place.weights[k] * share.share * load_.force * press_.membrane().normals()[node];
     }

@@ -11,6 +11,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
@@ -35,8 +37,8 @@ std::vector<std::vector<int>> NeighboursOf(const SurfaceMesh& mesh) {
     for (std::size_t k = 0; k < 3; ++k) {
       const int a = t[k];
       const int b = t[(k + 1) % 3];
-      neighbours[static_cast<std::size_t>(a)].push_back(b);
-      neighbours[static_cast<std::size_t>(b)].push_back(a);
+      neighbours[Index(a)].push_back(b);
+      neighbours[Index(b)].push_back(a);
     }
   }
   for (auto& list : neighbours) {
@@ -76,7 +78,7 @@ void MembranePress::Attach(const std::vector<SurfacePoint>& points_O) {
     const auto place = FindPlace(mesh, points_O[i].p_S_rest);
     if (!place || place->triangle < 0) continue;
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    const auto& nodes = mesh.triangles[static_cast<std::size_t>(place->triangle)];
+    const auto& nodes = mesh.triangles[Index(place->triangle)];
     for (int k = 0; k < 3; ++k) {
       normal += place->weights[k] *
                 membrane_.normals()[static_cast<std::size_t>(nodes[static_cast<std::size_t>(k)])];
@@ -90,9 +92,9 @@ void MembranePress::Attach(const std::vector<SurfacePoint>& points_O) {
   b_ = Eigen::VectorXd::Zero(rows);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const SurfacePlace& place = places[static_cast<std::size_t>(i)];
-    const auto& nodes = mesh.triangles[static_cast<std::size_t>(place.triangle)];
+    const auto& nodes = mesh.triangles[Index(place.triangle)];
     for (int k = 0; k < 3; ++k) {
-      const int node = nodes[static_cast<std::size_t>(k)];
+      const int node = nodes[Index(k)];
       g_.row(i) += place.weights[k] * compliance_.by_patch().row(node);
       if (params_.pressure_is_measured) b_[i] += place.weights[k] * compliance_.by_pressure()[node];
     }
@@ -156,7 +158,7 @@ int MembranePress::BestNode() noexcept {
     misfits_[node] = std::numeric_limits<double>::infinity();
     if (membrane_.IsHeld(static_cast<int>(j))) continue;
     misfits_[node] = Explaining(SumsOf(g_.col(j))).misfit;
-    if (best < 0 || misfits_[node] < misfits_[static_cast<std::size_t>(best)]) {
+    if (best < 0 || misfits_[node] < misfits_[Index(best)]) {
       best = static_cast<int>(j);
     }
   }
@@ -166,20 +168,20 @@ int MembranePress::BestNode() noexcept {
 // Where a paraboloid through the misfits of the node and its neighbours is lowest, no farther than
 // they are; its curvature gives the place's sigma.
 Eigen::Vector3d MembranePress::Between(int node) noexcept {
-  const auto at = static_cast<std::size_t>(node);
+  const auto at = Index(node);
   const auto& nodes = membrane_.surface().nodes;
   const Eigen::Vector3d e1 = membrane_.normals()[at].unitOrthogonal();
   const Eigen::Vector3d e2 = membrane_.normals()[at].cross(e1);
   double edge = 0;
   for (const int other : neighbours_[at]) {
-    edge = std::max(edge, (nodes[static_cast<std::size_t>(other)] - nodes[at]).norm());
+    edge = std::max(edge, (nodes[Index(other)] - nodes[at]).norm());
   }
   Eigen::Matrix<double, 5, 5> normal_matrix = Eigen::Matrix<double, 5, 5>::Zero();
   Eigen::Matrix<double, 5, 1> right = Eigen::Matrix<double, 5, 1>::Zero();
   reading_.sigma_place = edge;
   int count = 0;
   for (const int other : neighbours_[at]) {
-    const auto to = static_cast<std::size_t>(other);
+    const auto to = Index(other);
     if (!std::isfinite(misfits_[to])) continue;
     const Eigen::Vector3d way = (nodes[to] - nodes[at]) / edge;
     const double x = way.dot(e1);
@@ -206,15 +208,15 @@ Eigen::Vector3d MembranePress::Between(int node) noexcept {
 }
 
 void MembranePress::ReadAt() noexcept {
-  const auto& nodes = membrane_.surface().triangles[static_cast<std::size_t>(place_.triangle)];
+  const auto& nodes = membrane_.surface().triangles[Index(place_.triangle)];
   g_here_.setZero();
   reading_.p_O.setZero();
   reading_.n_O.setZero();
   for (int k = 0; k < 3; ++k) {
-    const int node = nodes[static_cast<std::size_t>(k)];
+    const int node = nodes[Index(k)];
     g_here_ += place_.weights[k] * g_.col(node);
-    reading_.p_O += place_.weights[k] * membrane_.surface().nodes[static_cast<std::size_t>(node)];
-    reading_.n_O += place_.weights[k] * membrane_.normals()[static_cast<std::size_t>(node)];
+    reading_.p_O += place_.weights[k] * membrane_.surface().nodes[Index(node)];
+    reading_.n_O += place_.weights[k] * membrane_.normals()[Index(node)];
   }
   reading_.n_O.normalize();
   const Sums sums = SumsOf(g_here_);
@@ -234,8 +236,7 @@ void MembranePress::ReadAt() noexcept {
   reading_.sigma_place *= scatter;
   double by_pressure = 0;
   for (int k = 0; k < 3 && params_.pressure_is_measured; ++k) {
-    by_pressure +=
-        place_.weights[k] * compliance_.by_pressure()[nodes[static_cast<std::size_t>(k)]];
+    by_pressure += place_.weights[k] * compliance_.by_pressure()[nodes[Index(k)]];
   }
   reading_.depth =
       both.force * compliance_.GiveAt(nodes, place_.weights) - both.pressure * by_pressure;
@@ -268,12 +269,11 @@ void MembranePress::Explain(double stiffness, double force, double pressure_rise
   const auto nodes = static_cast<Eigen::Index>(membrane_.surface().nodes.size());
   deflection->assign(static_cast<std::size_t>(nodes), 0);
   if (!reading_.found) return;
-  const auto& corners = membrane_.surface().triangles[static_cast<std::size_t>(place_.triangle)];
+  const auto& corners = membrane_.surface().triangles[Index(place_.triangle)];
   for (Eigen::Index i = 0; i < nodes; ++i) {
     double w = params_.pressure_is_measured ? pressure_rise * compliance_.by_pressure()[i] : 0;
     for (int k = 0; k < 3; ++k) {
-      w += force * place_.weights[k] *
-           compliance_.by_patch()(i, corners[static_cast<std::size_t>(k)]);
+      w += force * place_.weights[k] * compliance_.by_patch()(i, corners[Index(k)]);
     }
     (*deflection)[static_cast<std::size_t>(i)] = w / stiffness;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/geometry/index.h"
+
 namespace palpate {
 namespace {
 
@@ -11,9 +13,7 @@ double EdgeSoftness(const SurfaceMesh& mesh) {
   double sum = 0;
   for (const auto& t : mesh.triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
-      sum += (mesh.nodes[static_cast<std::size_t>(t[k])] -
-              mesh.nodes[static_cast<std::size_t>(t[(k + 1) % 3])])
-                 .norm();
+      sum += (mesh.nodes[Index(t[k])] - mesh.nodes[Index(t[(k + 1) % 3])]).norm();
     }
   }
   return sum / (6 * static_cast<double>(mesh.triangles.size()));
@@ -32,12 +32,12 @@ PatchCompliance::PatchCompliance(const InflatedMembrane& membrane, double diamet
   const double softness = EdgeSoftness(mesh);
   for (int j = 0; j < static_cast<int>(nodes); ++j) {
     if (membrane.IsHeld(j)) continue;
-    const auto at = static_cast<std::size_t>(j);
+    const auto at = Index(j);
     std::vector<Share>& shares = shares_[at];
     // Pressures act along each node's own normal: what counts is their sum along the patch's.
     double sum = 0;
     for (int i = 0; i < static_cast<int>(nodes); ++i) {
-      const auto node = static_cast<std::size_t>(i);
+      const auto node = Index(i);
       const double r = (mesh.nodes[node] - mesh.nodes[at]).norm();
       const double inside = std::clamp(0.5 + (diameter / 2 - r) / (2 * softness), 0.0, 1.0);
       const double facing = membrane.normals()[node].dot(membrane.normals()[at]);

@@ -98,18 +98,6 @@ void LiveSlave::TellDoubt() {
   }
 }
 
-void LiveSlave::BeginOperating() {
-  port_.BeginOperating();
-}
-
-bool LiveSlave::Command(const OperatorCommand& command) noexcept {
-  return port_.Command(command, Clock::now());
-}
-
-void LiveSlave::EndOperating() {
-  port_.EndOperating();
-}
-
 SlaveState LiveSlave::Compose(Time now) {
   SlaveState state = newest_.Compose(port_, now);
   state.true_force = TrueForce();
@@ -138,10 +126,6 @@ Events LiveSlave::TakeEvents() {
   Events events = port_.TakeEvents();
   events.Add(newest_.TakeEvents());
   return events;
-}
-
-bool LiveSlave::WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) {
-  return newest_.WaitForNewer(sensed_at, patience);
 }
 
 SlaveDescription LiveSlave::Describe() const {

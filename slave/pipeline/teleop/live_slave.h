@@ -15,11 +15,9 @@
 
 #include "slave/manipulator/manipulator.h"
 #include "slave/pipeline/sense.h"
-#include "slave/pipeline/teleop/command_watchdog.h"
 #include "slave/pipeline/teleop/latest_estimate.h"
 #include "slave/pipeline/teleop/operator_port.h"
 #include "slave/pipeline/teleop/slave.h"
-#include "slave/pipeline/teleop/tip_registration.h"
 #include "slave/site/world.h"
 
 namespace palpate {
@@ -35,13 +33,17 @@ class LiveSlave final : public Slave {
             std::unique_ptr<Manipulator> manipulator, std::unique_ptr<Sense> sense);
   ~LiveSlave() override;
 
-  void BeginOperating() override;
-  bool Command(const OperatorCommand& command) noexcept override;
-  void EndOperating() override;
+  void BeginOperating() override { port_.BeginOperating(); }
+  bool Command(const OperatorCommand& command) noexcept override {
+    return port_.Command(command, Clock::now());
+  }
+  void EndOperating() override { port_.EndOperating(); }
   // The local model follows the hand between samples.
   [[nodiscard]] SlaveState Compose(Time now) override;
   Events TakeEvents() override;
-  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override;
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override {
+    return newest_.WaitForNewer(sensed_at, patience);
+  }
   [[nodiscard]] SlaveDescription Describe() const override;
   [[nodiscard]] SlaveStatus Status() const override;
   void SetModel(const ModelChange& change) override;

@@ -1,8 +1,15 @@
 #include "slave/pipeline/teleop/operator_port.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
+#include <utility>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "shared/link/thread_priority.h"
 
 namespace palpate {
 namespace {
@@ -16,6 +23,16 @@ bool IsSane(const OperatorCommand& command) {
          (command.epoch != 0 || !command.engaged) &&
          command.p_M.cwiseAbs().maxCoeff() <= kAbsurdPosition &&
          command.velocity.cwiseAbs().maxCoeff() <= kAbsurdSpeed;
+}
+
+constexpr auto kWatchPeriod = std::chrono::milliseconds(2);
+constexpr double kMaxForceLimit = 100;     // [N]
+constexpr double kMaxYoungModulus = 1e13;  // [Pa]
+
+void Check(const char* name, std::optional<double> value, double high) {
+  if (!value || (*value > 0 && *value <= high)) return;
+  throw std::invalid_argument(
+      fmt::format("{} = {:g}: accepted is 0 < {} <= {:g}", name, *value, name, high));
 }
 
 }  // namespace
@@ -160,6 +177,28 @@ Events OperatorPort::TakeEvents() noexcept {
   const Events events = events_;
   events_.Clear();
   return events;
+}
+
+CommandWatchdog::CommandWatchdog(OperatorPort& port, std::function<Eigen::Vector3d()> force)
+    : thread_([&port, force = std::move(force)](const std::stop_token& stop) {
+        MakeThreadRealtime(kLinkPriority);
+        while (!stop.stop_requested()) {
+          port.Watch(Clock::now(), force());
+          std::this_thread::sleep_for(kWatchPeriod);
+        }
+      }) {}
+
+void RefuseWhileFollowing(const OperatorPort& port) {
+  if (port.view().phase == Phase::kFollowing) {
+    throw std::logic_error("the model changes only while nobody follows: open the clutch first");
+  }
+}
+
+void CheckRanges(const ParameterChange& change) {
+  Check("position_scale", change.position_scale, kMaxPositionScale);
+  Check("force_scale", change.force_scale, kMaxForceScale);
+  Check("force_limit", change.force_limit, kMaxForceLimit);
+  Check("young_modulus", change.young_modulus, kMaxYoungModulus);
 }
 
 }  // namespace palpate

@@ -5,6 +5,8 @@
 
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::site {
 namespace {
 
@@ -67,7 +69,7 @@ bool Delaunay::InCircle(const Triangle& t, const Point& p) const {
   using Real = long double;
   std::array<Real, 3> x{}, y{}, w{};
   for (std::size_t i = 0; i < 3; ++i) {
-    const Point& v = points_[static_cast<std::size_t>(t.vertex[i])];
+    const Point& v = points_[Index(t.vertex[i])];
     x[i] = static_cast<Real>(v.x()) - p.x();
     y[i] = static_cast<Real>(v.y()) - p.y();
     w[i] = x[i] * x[i] + y[i] * y[i];
@@ -84,13 +86,13 @@ int Delaunay::Walk(const Point& p, int from) {
   std::size_t steps = 0;
   for (int t = from;;) {
     if (++steps > triangles_.size() + 100) throw std::runtime_error("mesh: walk without end");
-    const Triangle& tri = triangles_[static_cast<std::size_t>(t)];
+    const Triangle& tri = triangles_[Index(t)];
     int next = kNone;
     for (std::size_t i = 0; i < 3; ++i) {
       const int k = static_cast<int>(i);
       if (tri.neighbour[i] == came_from && came_from != kNone) continue;
-      const Point& a = points_[static_cast<std::size_t>(tri.vertex[std::size_t(After(k))])];
-      const Point& b = points_[static_cast<std::size_t>(tri.vertex[std::size_t(Before(k))])];
+      const Point& a = points_[Index(tri.vertex[Index(After(k))])];
+      const Point& b = points_[Index(tri.vertex[Index(Before(k))])];
       if (Orientation(a, b, p) >= 0) continue;
       if (tri.segment[i] != kNone) {
         blocking_segment_ = tri.segment[i];
@@ -107,7 +109,7 @@ int Delaunay::Walk(const Point& p, int from) {
 }
 
 void Delaunay::AddToCavity(int t) {
-  in_cavity_[static_cast<std::size_t>(t)] = stamp_;
+  in_cavity_[Index(t)] = stamp_;
   cavity_.push_back(t);
 }
 
@@ -117,18 +119,18 @@ void Delaunay::GrowCavity(const Point& p, std::vector<int> seeds, int passable_s
   cavity_.clear();
   for (const int t : seeds) AddToCavity(t);
   for (std::size_t k = 0; k < cavity_.size(); ++k) {
-    const Triangle& tri = triangles_[static_cast<std::size_t>(cavity_[k])];
+    const Triangle& tri = triangles_[Index(cavity_[k])];
     for (std::size_t i = 0; i < 3; ++i) {
       const int n = tri.neighbour[i];
-      if (n == kNone || in_cavity_[static_cast<std::size_t>(n)] == stamp_) continue;
+      if (n == kNone || in_cavity_[Index(n)] == stamp_) continue;
       if (tri.segment[i] != kNone && tri.segment[i] != passable_segment) continue;
-      if (InCircle(triangles_[static_cast<std::size_t>(n)], p)) AddToCavity(n);
+      if (InCircle(triangles_[Index(n)], p)) AddToCavity(n);
     }
   }
   CollectRim();
   // Rounding may leave a rim edge that the point sees edge-on: take in the triangle behind it.
   for (int bad = BadRimEdge(p); bad != kNone; bad = BadRimEdge(p)) {
-    const RimEdge edge = rim_[static_cast<std::size_t>(bad)];
+    const RimEdge edge = rim_[Index(bad)];
     if (edge.outer == kNone || edge.segment != kNone) {
       throw std::runtime_error("mesh: coinciding or collinear boundary points");
     }
@@ -140,26 +142,26 @@ void Delaunay::GrowCavity(const Point& p, std::vector<int> seeds, int passable_s
 void Delaunay::CollectRim() {
   rim_.clear();
   for (const int t : cavity_) {
-    const Triangle& tri = triangles_[static_cast<std::size_t>(t)];
+    const Triangle& tri = triangles_[Index(t)];
     for (std::size_t i = 0; i < 3; ++i) {
       const int n = tri.neighbour[i];
-      if (n != kNone && in_cavity_[static_cast<std::size_t>(n)] == stamp_) continue;
+      if (n != kNone && in_cavity_[Index(n)] == stamp_) continue;
       int back = kNone;
       if (n != kNone) {
-        const auto& behind = triangles_[static_cast<std::size_t>(n)].neighbour;
+        const auto& behind = triangles_[Index(n)].neighbour;
         back = behind[0] == t ? 0 : behind[1] == t ? 1 : 2;
       }
       const int k = static_cast<int>(i);
-      rim_.push_back({tri.vertex[std::size_t(After(k))], tri.vertex[std::size_t(Before(k))], n,
-                      back, tri.segment[i], tri.inside});
+      rim_.push_back({tri.vertex[Index(After(k))], tri.vertex[Index(Before(k))], n, back,
+                      tri.segment[i], tri.inside});
     }
   }
 }
 
 int Delaunay::BadRimEdge(const Point& p) const {
   for (std::size_t k = 0; k < rim_.size(); ++k) {
-    const Point& a = points_[static_cast<std::size_t>(rim_[k].a)];
-    const Point& b = points_[static_cast<std::size_t>(rim_[k].b)];
+    const Point& a = points_[Index(rim_[k].a)];
+    const Point& b = points_[Index(rim_[k].b)];
     if (Orientation(a, b, p) <= 1e-13 * (b - a).squaredNorm()) return static_cast<int>(k);
   }
   return kNone;
@@ -169,16 +171,16 @@ bool Delaunay::Prepare(const Point& p, int from) {
   encroached_.clear();
   const int t = Walk(p, from);
   if (blocking_segment_ != kNone) return false;
-  for (const int v : triangles_[static_cast<std::size_t>(t)].vertex) {
-    if (points_[static_cast<std::size_t>(v)] == p) {
+  for (const int v : triangles_[Index(t)].vertex) {
+    if (points_[Index(v)] == p) {
       throw std::runtime_error("mesh: coinciding points");
     }
   }
   GrowCavity(p, {t}, kNone);
   for (const RimEdge& e : rim_) {
     if (e.segment == kNone) continue;
-    const Point a = points_[static_cast<std::size_t>(e.a)] - p;
-    const Point b = points_[static_cast<std::size_t>(e.b)] - p;
+    const Point a = points_[Index(e.a)] - p;
+    const Point b = points_[Index(e.b)] - p;
     if (a.dot(b) < 0) encroached_.push_back(e.segment);
   }
   prepared_ = p;
@@ -193,7 +195,7 @@ int Delaunay::NewTriangle() {
   }
   const int t = free_.back();
   free_.pop_back();
-  Triangle& tri = triangles_[static_cast<std::size_t>(t)];
+  Triangle& tri = triangles_[Index(t)];
   tri = Triangle{.generation = tri.generation + 1};
   return t;
 }
@@ -208,44 +210,44 @@ void Delaunay::Commit() {
 // Replaces the cavity by a fan of triangles from `apex` to the rim.
 void Delaunay::Fill(int apex) {
   for (const int t : cavity_) {
-    triangles_[static_cast<std::size_t>(t)].alive = false;
+    triangles_[Index(t)].alive = false;
     free_.push_back(t);
   }
   created_.clear();
   for (const RimEdge& e : rim_) {
     const int t = NewTriangle();
-    Triangle& tri = triangles_[static_cast<std::size_t>(t)];
+    Triangle& tri = triangles_[Index(t)];
     tri.vertex = {apex, e.a, e.b};
     tri.neighbour = {e.outer, kNone, kNone};
     tri.segment = {e.segment, kNone, kNone};
     tri.inside = e.inside;
     if (e.outer != kNone) {
-      triangles_[static_cast<std::size_t>(e.outer)].neighbour[std::size_t(e.outer_edge)] = t;
+      triangles_[Index(e.outer)].neighbour[Index(e.outer_edge)] = t;
     }
-    fan_[static_cast<std::size_t>(e.a)] = t;
-    for (const int v : tri.vertex) point_triangle_[static_cast<std::size_t>(v)] = t;
+    fan_[Index(e.a)] = t;
+    for (const int v : tri.vertex) point_triangle_[Index(v)] = t;
     created_.push_back(t);
   }
   for (const int t : created_) {
-    Triangle& tri = triangles_[static_cast<std::size_t>(t)];
-    const int next = fan_[static_cast<std::size_t>(tri.vertex[2])];
+    Triangle& tri = triangles_[Index(t)];
+    const int next = fan_[Index(tri.vertex[2])];
     tri.neighbour[1] = next;
-    triangles_[static_cast<std::size_t>(next)].neighbour[2] = t;
+    triangles_[Index(next)].neighbour[2] = t;
   }
 }
 
 // The triangle with edge a -> b and the index of that edge; kNone where there is no such edge.
 int Delaunay::EdgeTriangle(int a, int b, int* edge) const {
-  const int start = point_triangle_[static_cast<std::size_t>(a)];
+  const int start = point_triangle_[Index(a)];
   int t = start;
   do {
-    const Triangle& tri = triangles_[static_cast<std::size_t>(t)];
+    const Triangle& tri = triangles_[Index(t)];
     const int at = tri.vertex[0] == a ? 0 : tri.vertex[1] == a ? 1 : 2;
-    if (tri.vertex[std::size_t(After(at))] == b) {
+    if (tri.vertex[Index(After(at))] == b) {
       *edge = Before(at);
       return t;
     }
-    t = tri.neighbour[std::size_t(After(at))];  // behind the edge that ends in a
+    t = tri.neighbour[Index(After(at))];  // behind the edge that ends in a
   } while (t != start && t != kNone);
   return kNone;
 }
@@ -260,8 +262,7 @@ void Delaunay::RecoverSegments() {
       if (EdgeTriangle(a, b, &edge) != kNone) continue;
       all = false;
       const int middle = static_cast<int>(points_.size());
-      InsertFree(0.5 *
-                 (points_[static_cast<std::size_t>(a)] + points_[static_cast<std::size_t>(b)]));
+      InsertFree(0.5 * (points_[Index(a)] + points_[Index(b)]));
       segments_[s].b = middle;
       segments_.push_back({middle, b, tag});
       if (segments_.size() > limit) throw std::runtime_error("mesh: boundary segments cross");
@@ -271,7 +272,7 @@ void Delaunay::RecoverSegments() {
     for (const auto& [a, b] :
          {std::pair(segments_[s].a, segments_[s].b), std::pair(segments_[s].b, segments_[s].a)}) {
       const int t = EdgeTriangle(a, b, &edge);
-      triangles_[static_cast<std::size_t>(t)].segment[std::size_t(edge)] = static_cast<int>(s);
+      triangles_[Index(t)].segment[Index(edge)] = static_cast<int>(s);
     }
   }
 }
@@ -280,37 +281,37 @@ void Delaunay::RecoverSegments() {
 void Delaunay::MarkInside() {
   std::vector<char> seen(triangles_.size(), 0);
   std::vector<int> stack{point_triangle_[0]};
-  triangles_[static_cast<std::size_t>(stack[0])].inside = false;
-  seen[static_cast<std::size_t>(stack[0])] = 1;
+  triangles_[Index(stack[0])].inside = false;
+  seen[Index(stack[0])] = 1;
   while (!stack.empty()) {
-    const Triangle& tri = triangles_[static_cast<std::size_t>(stack.back())];
+    const Triangle& tri = triangles_[Index(stack.back())];
     stack.pop_back();
     for (std::size_t i = 0; i < 3; ++i) {
       const int n = tri.neighbour[i];
-      if (n == kNone || seen[static_cast<std::size_t>(n)] != 0) continue;
-      seen[static_cast<std::size_t>(n)] = 1;
-      triangles_[static_cast<std::size_t>(n)].inside = tri.inside != (tri.segment[i] != kNone);
+      if (n == kNone || seen[Index(n)] != 0) continue;
+      seen[Index(n)] = 1;
+      triangles_[Index(n)].inside = tri.inside != (tri.segment[i] != kNone);
       stack.push_back(n);
     }
   }
 }
 
 void Delaunay::SplitSegment(int s) {
-  const auto [a, b, tag] = segments_[static_cast<std::size_t>(s)];
+  const auto [a, b, tag] = segments_[Index(s)];
   int edge = 0;
   const int left = EdgeTriangle(a, b, &edge), right = EdgeTriangle(b, a, &edge);
-  prepared_ = 0.5 * (points_[static_cast<std::size_t>(a)] + points_[static_cast<std::size_t>(b)]);
+  prepared_ = 0.5 * (points_[Index(a)] + points_[Index(b)]);
   GrowCavity(prepared_, {left, right}, s);
   const int middle = static_cast<int>(points_.size());
   Commit();
-  segments_[static_cast<std::size_t>(s)].b = middle;
+  segments_[Index(s)].b = middle;
   segments_.push_back({middle, b, tag});
   const int second = static_cast<int>(segments_.size()) - 1;
   for (const auto& [from, to, id] :
        {std::tuple(a, middle, s), std::tuple(middle, a, s), std::tuple(middle, b, second),
         std::tuple(b, middle, second)}) {
     const int t = EdgeTriangle(from, to, &edge);
-    triangles_[static_cast<std::size_t>(t)].segment[std::size_t(edge)] = id;
+    triangles_[Index(t)].segment[Index(edge)] = id;
   }
 }
 

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::site {
 namespace {
 
@@ -24,7 +26,7 @@ void SampleBoundary(const SizeField& size, std::vector<Point>& points,
                     std::vector<Segment>& segments) {
   for (std::size_t s = 0; s < segments.size();) {
     const auto [a, b, tag] = segments[s];
-    const Point pa = points[static_cast<std::size_t>(a)], pb = points[static_cast<std::size_t>(b)];
+    const Point pa = points[Index(a)], pb = points[Index(b)];
     const Point middle = 0.5 * (pa + pb);
     const double wanted = std::min({size.At(middle), 2 * size.At(pa), 2 * size.At(pb)});
     if ((pb - pa).norm() <= wanted) {
@@ -57,7 +59,7 @@ class Refinement {
         const auto [s, end] = encroached_.back();
         encroached_.pop_back();
         // Another end: halved since, and its halves were looked at then.
-        if (mesh_.segments()[static_cast<std::size_t>(s)].b == end && MaySplit(s)) Split(s);
+        if (mesh_.segments()[Index(s)].b == end && MaySplit(s)) Split(s);
       } else {
         const auto [t, generation] = bad_.front();
         bad_.pop_front();
@@ -67,12 +69,8 @@ class Refinement {
   }
 
  private:
-  [[nodiscard]] const Point& At(int point) const {
-    return mesh_.points()[static_cast<std::size_t>(point)];
-  }
-  [[nodiscard]] const Delaunay::Triangle& Tri(int t) const {
-    return mesh_.triangles()[static_cast<std::size_t>(t)];
-  }
+  [[nodiscard]] const Point& At(int point) const { return mesh_.points()[Index(point)]; }
+  [[nodiscard]] const Delaunay::Triangle& Tri(int t) const { return mesh_.triangles()[Index(t)]; }
 
   [[nodiscard]] bool IsBad(int t) const {
     const auto& v = Tri(t).vertex;
@@ -88,7 +86,7 @@ class Refinement {
     return (a - apex).dot(b - apex) < 0;
   }
   [[nodiscard]] bool MaySplit(int s) const {
-    const Segment& segment = mesh_.segments()[static_cast<std::size_t>(s)];
+    const Segment& segment = mesh_.segments()[Index(s)];
     return (At(segment.b) - At(segment.a)).norm() > floor_;
   }
   void Look(int t) {
@@ -98,7 +96,7 @@ class Refinement {
       if (tri.segment[i] == Delaunay::kNone) continue;
       if (SeesObtuse(At(tri.vertex[i]), At(tri.vertex[(i + 1) % 3]), At(tri.vertex[(i + 2) % 3]))) {
         const int s = tri.segment[i];
-        encroached_.emplace_back(s, mesh_.segments()[static_cast<std::size_t>(s)].b);
+        encroached_.emplace_back(s, mesh_.segments()[Index(s)].b);
       }
     }
     if (IsBad(t)) bad_.emplace_back(t, tri.generation);
@@ -147,10 +145,10 @@ TriangleMesh Collect(const Delaunay& from) {
     triangle_of[t] = static_cast<int>(mesh.triangles.size());
     std::array<int, 3> v{};
     for (std::size_t i = 0; i < 3; ++i) {
-      int& number = point_of[static_cast<std::size_t>(tri.vertex[i])];
+      int& number = point_of[Index(tri.vertex[i])];
       if (number < 0) {
         number = static_cast<int>(mesh.points.size());
-        mesh.points.push_back(from.points()[static_cast<std::size_t>(tri.vertex[i])]);
+        mesh.points.push_back(from.points()[Index(tri.vertex[i])]);
       }
       v[i] = number;
     }
@@ -160,13 +158,13 @@ TriangleMesh Collect(const Delaunay& from) {
     if (triangle_of[t] < 0) continue;
     const auto& tri = from.triangles()[t];
     auto& behind = mesh.neighbours.emplace_back();
-    const auto& v = mesh.triangles[static_cast<std::size_t>(triangle_of[t])];
+    const auto& v = mesh.triangles[Index(triangle_of[t])];
     for (std::size_t i = 0; i < 3; ++i) {
       behind[i] = tri.segment[i] != Delaunay::kNone || tri.neighbour[i] < 0
                       ? -1
-                      : triangle_of[static_cast<std::size_t>(tri.neighbour[i])];
+                      : triangle_of[Index(tri.neighbour[i])];
       if (tri.segment[i] == Delaunay::kNone) continue;
-      const int tag = from.segments()[static_cast<std::size_t>(tri.segment[i])].tag;
+      const int tag = from.segments()[Index(tri.segment[i])].tag;
       mesh.boundary.push_back({v[(i + 1) % 3], v[(i + 2) % 3], tag});
     }
   }
@@ -177,8 +175,7 @@ TriangleMesh Collect(const Delaunay& from) {
 double SurroundedArea(const std::vector<Point>& points, const std::vector<Segment>& segments) {
   double twice = 0;
   for (const Segment& s : segments) {
-    const Point &a = points[static_cast<std::size_t>(s.a)],
-                &b = points[static_cast<std::size_t>(s.b)];
+    const Point &a = points[Index(s.a)], &b = points[Index(s.b)];
     twice += a.x() * b.y() - a.y() * b.x();
   }
   return std::abs(twice) / 2;
@@ -212,9 +209,9 @@ double SmallestAngle(const TriangleMesh& mesh) {
   double smallest = 4;
   for (const auto& v : mesh.triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
-      const Point& apex = mesh.points[static_cast<std::size_t>(v[i])];
-      const Point a = mesh.points[static_cast<std::size_t>(v[(i + 1) % 3])] - apex;
-      const Point b = mesh.points[static_cast<std::size_t>(v[(i + 2) % 3])] - apex;
+      const Point& apex = mesh.points[Index(v[i])];
+      const Point a = mesh.points[Index(v[(i + 1) % 3])] - apex;
+      const Point b = mesh.points[Index(v[(i + 2) % 3])] - apex;
       smallest = std::min(smallest, std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
     }
   }
@@ -224,9 +221,8 @@ double SmallestAngle(const TriangleMesh& mesh) {
 double Area(const TriangleMesh& mesh) {
   double twice = 0;
   for (const auto& v : mesh.triangles) {
-    twice += Orientation(mesh.points[static_cast<std::size_t>(v[0])],
-                         mesh.points[static_cast<std::size_t>(v[1])],
-                         mesh.points[static_cast<std::size_t>(v[2])]);
+    twice +=
+        Orientation(mesh.points[Index(v[0])], mesh.points[Index(v[1])], mesh.points[Index(v[2])]);
   }
   return twice / 2;
 }

@@ -9,7 +9,8 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/site/coverage.h"
+#include "shared/geometry/index.h"
+#include "slave/site/painting.h"
 #include "slave/vision/observation.h"
 
 namespace palpate::site {
@@ -20,10 +21,10 @@ using Point = Eigen::Vector2d;
 constexpr double kSmallTriangle = 4;  // [px]; larger ones are drawn in four
 
 const Camera& CameraOf(const Scene& scene) {
-  if (!scene.sense.camera) {
+  if (!scene.sense.Find<Camera>()) {
     throw std::invalid_argument("sense.camera: missing; the simulated site shows itself to one");
   }
-  const Camera& camera = *scene.sense.camera;
+  const Camera& camera = *scene.sense.Find<Camera>();
   if (camera.size[0] < 16 || camera.size[1] < 16 || camera.size[0] > 16384 ||
       camera.size[1] > 16384) {
     throw std::invalid_argument("sense.camera.size = [" + std::to_string(camera.size[0]) + ", " +
@@ -69,23 +70,23 @@ std::optional<LensWarp> LensOf(const Camera& camera) {
 Painter::Painter(const Scene& scene, const TrueBody& body)
     : body_(body),
       size_(CameraOf(scene).size[0], CameraOf(scene).size[1]),
-      pixel_(scene.sense.camera->pixel),
-      X_IO_(ImageOfBody(*scene.sense.camera, body.X_SO())),
+      pixel_(scene.sense.Find<Camera>()->pixel),
+      X_IO_(ImageOfBody(*scene.sense.Find<Camera>(), body.X_SO())),
       tool_width_(scene.tool->width),
       tool_O_(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
       speckle_(Texture::Speckle(scene.site.seed, 3, kBody, kBodyContrast)),
       marks_(Texture::Blotches(scene.site.seed + 1, std::max(3.0, tool_width_ / pixel_ / 4),
                                kToolDark, kToolLight)),
-      exposure_(scene.site, scene.sense.camera->size),
+      exposure_(scene.site, scene.sense.Find<Camera>()->size),
       seen_(size_, CV_32F, cv::Scalar(kGround)),
-      lens_(LensOf(*scene.sense.camera)) {}
+      lens_(LensOf(*scene.sense.Find<Camera>())) {}
 
 // The body's loops in the picture [px], deformed if there is a contact.
 std::vector<std::vector<Point>> Painter::BodyLoops(const Pose& pose) const {
   std::vector<std::vector<Point>> loops;
   if (!pose.contact) {
     for (const TrueBody::Edge& e : body_.edges()) {
-      if (static_cast<std::size_t>(e.loop) == loops.size()) loops.emplace_back();
+      if (Index(e.loop) == loops.size()) loops.emplace_back();
       loops.back().push_back(X_IO_ * e.a);
     }
     return loops;
@@ -97,8 +98,7 @@ std::vector<std::vector<Point>> Painter::BodyLoops(const Pose& pose) const {
       const auto u = c.displacement.row(c.boundary[i]);
       const Point moved = pose.displacement_O.x() * u.head<2>().transpose() +
                           pose.displacement_O.y() * u.tail<2>().transpose();
-      const Point rest =
-          body_.larger_side() * c.mesh.nodes[static_cast<std::size_t>(c.boundary[i])];
+      const Point rest = body_.larger_side() * c.mesh.nodes[Index(c.boundary[i])];
       loop.push_back(X_IO_ * (rest + moved));
     }
   }
@@ -152,14 +152,13 @@ void Painter::FillBodyDeformed(const Pose& pose) {
                      pose.displacement_O.y() * u.tail<2>().transpose());
   }
   const auto fill = [&](int i, int j, int k) {
-    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j),
-               d = static_cast<std::size_t>(k);
+    const auto a = Index(i), b = Index(j), d = Index(k);
     speckle_.Fill(body_layer_.grey, body_layer_.window.tl(), {at[a], at[b], at[d]},
                   {from[a], from[b], from[d]});
   };
   for (const auto& v : c.mesh.triangles) {
-    const Point &a = at[static_cast<std::size_t>(v[0])], &b = at[static_cast<std::size_t>(v[1])];
-    const Point& d = at[static_cast<std::size_t>(v[2])];
+    const Point &a = at[Index(v[0])], &b = at[Index(v[1])];
+    const Point& d = at[Index(v[2])];
     if (std::max((b - a).squaredNorm(), (d - a).squaredNorm()) < kSmallTriangle * kSmallTriangle) {
       fill(v[0], v[1], v[2]);
       continue;

@@ -16,8 +16,7 @@
 #include "slave/scene/scene.h"
 #include "slave/site/camera/patch_solution.h"
 #include "slave/site/camera/true_body.h"
-#include "slave/site/exposure.h"
-#include "slave/site/texture.h"
+#include "slave/site/painting.h"
 #include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate::site {

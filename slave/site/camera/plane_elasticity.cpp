@@ -7,6 +7,8 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::site {
 namespace {
 
@@ -16,10 +18,6 @@ using Matrix36 = Eigen::Matrix<double, 3, 6>;
 
 constexpr double kPressureShift = 1e-6;  // in units of pressure mass / G
 constexpr int kRefinements = 6;          // at most; two or three are the rule
-
-std::size_t At(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Gradients of the six shape functions with respect to the barycentric coordinates L0, L1, L2.
 Eigen::Matrix<double, 6, 3> BarycentricGradients(const Eigen::Vector3d& L) {
@@ -101,7 +99,7 @@ class System {
         c_(constants),
         node_dofs_(2 * static_cast<int>(mesh.nodes.size())),
         size_(node_dofs_ + (constants.mixed ? mesh.corner_count : 0)) {
-    if (c_.mixed) pressure_mass_.assign(At(mesh.corner_count), 0);
+    if (c_.mixed) pressure_mass_.assign(Index(mesh.corner_count), 0);
     entries_.reserve(mesh.triangles.size() * (c_.mixed ? 144 : 78));
     for (const auto& triangle : mesh.triangles) Add(triangle);
   }
@@ -109,7 +107,7 @@ class System {
   [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] int node_dofs() const { return node_dofs_; }
   // A third of the area of the triangles around the corner of pressure equation `k`.
-  [[nodiscard]] double pressure_mass(int k) const { return pressure_mass_[At(k - node_dofs_)]; }
+  [[nodiscard]] double pressure_mass(int k) const { return pressure_mass_[Index(k - node_dofs_)]; }
   // Lower half of the whole symmetric matrix.
   [[nodiscard]] Sparse Matrix() const {
     Sparse K(size_, size_);
@@ -122,11 +120,12 @@ class System {
     if (row >= column) entries_.emplace_back(row, column, value);
   }
   void Add(const std::array<int, 6>& v) {
-    const auto e = Integrate({mesh_.nodes[At(v[0])], mesh_.nodes[At(v[1])], mesh_.nodes[At(v[2])]});
+    const auto e =
+        Integrate({mesh_.nodes[Index(v[0])], mesh_.nodes[Index(v[1])], mesh_.nodes[Index(v[2])]});
     const double stiff = c_.lambda + 2 * c_.G;
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 6; ++j) {
-        const int row = 2 * v[At(i)], column = 2 * v[At(j)];
+        const int row = 2 * v[Index(i)], column = 2 * v[Index(j)];
         const double xx = e.G[0](i, j), yy = e.G[2](i, j), xy = e.G[1](i, j), yx = e.G[1](j, i);
         Put(row, column, stiff * xx + c_.G * yy);
         Put(row + 1, column + 1, stiff * yy + c_.G * xx);
@@ -138,13 +137,13 @@ class System {
   }
   void AddPressure(const std::array<int, 6>& v, const ElementIntegrals& e) {
     for (int k = 0; k < 3; ++k) {
-      const int row = node_dofs_ + v[At(k)];
-      pressure_mass_[At(v[At(k)])] += e.M.row(k).sum();
+      const int row = node_dofs_ + v[Index(k)];
+      pressure_mass_[Index(v[Index(k)])] += e.M.row(k).sum();
       for (int j = 0; j < 6; ++j) {
-        Put(row, 2 * v[At(j)], e.D[0](k, j));
-        Put(row, 2 * v[At(j)] + 1, e.D[1](k, j));
+        Put(row, 2 * v[Index(j)], e.D[0](k, j));
+        Put(row, 2 * v[Index(j)] + 1, e.D[1](k, j));
       }
-      for (int l = 0; l < 3; ++l) Put(row, node_dofs_ + v[At(l)], -c_.compliance * e.M(k, l));
+      for (int l = 0; l < 3; ++l) Put(row, node_dofs_ + v[Index(l)], -c_.compliance * e.M(k, l));
     }
   }
 
@@ -157,11 +156,11 @@ class System {
 
 // Numbers the unknowns; -1: prescribed.
 std::vector<int> NumberUnknowns(const System& system, const Prescribed& prescribed, int* count) {
-  std::vector<int> number(At(system.size()), -1);
+  std::vector<int> number(Index(system.size()), -1);
   *count = 0;
   for (int k = 0; k < system.size(); ++k) {
     if (k < system.node_dofs() && prescribed(k / 2, k % 2)) continue;
-    number[At(k)] = (*count)++;
+    number[Index(k)] = (*count)++;
   }
   return number;
 }
@@ -170,11 +169,11 @@ Sparse FreePart(const Sparse& K, const std::vector<int>& number, int count) {
   Sparse part(count, count);
   part.reserve(K.nonZeros());
   for (int column = 0; column < K.outerSize(); ++column) {
-    if (number[At(column)] < 0) continue;
-    part.startVec(number[At(column)]);
+    if (number[Index(column)] < 0) continue;
+    part.startVec(number[Index(column)]);
     for (Sparse::InnerIterator it(K, column); it; ++it) {
-      const int row = number[At(static_cast<int>(it.row()))];
-      if (row >= 0) part.insertBack(row, number[At(column)]) = it.value();
+      const int row = number[Index(static_cast<int>(it.row()))];
+      if (row >= 0) part.insertBack(row, number[Index(column)]) = it.value();
     }
   }
   part.finalize();
@@ -220,15 +219,15 @@ QuadraticMesh::QuadraticMesh(const TriangleMesh& mesh)
     for (std::size_t i = 0; i < 3; ++i) {
       const auto& v = mesh.triangles[t];
       const int behind = mesh.neighbours[t][i];
-      if (behind >= 0 && At(behind) < t) continue;  // that triangle has made the node
+      if (behind >= 0 && Index(behind) < t) continue;  // that triangle has made the node
       const int node = static_cast<int>(nodes.size());
-      nodes.push_back(0.5 * (nodes[At(v[(i + 1) % 3])] + nodes[At(v[(i + 2) % 3])]));
+      nodes.push_back(0.5 * (nodes[Index(v[(i + 1) % 3])] + nodes[Index(v[(i + 2) % 3])]));
       triangles[t][middle_of(i)] = node;
       if (behind < 0) continue;
-      const auto& back = mesh.neighbours[At(behind)];
+      const auto& back = mesh.neighbours[Index(behind)];
       const auto edge = static_cast<std::size_t>(
           std::find(back.begin(), back.end(), static_cast<int>(t)) - back.begin());
-      triangles[At(behind)][middle_of(edge)] = node;
+      triangles[Index(behind)][middle_of(edge)] = node;
     }
   }
   auto segment = mesh.boundary.begin();
@@ -252,7 +251,7 @@ ElasticSolution SolveElastic(const QuadraticMesh& mesh, const PlaneMaterial& mat
   const Eigen::Index cases = values.cols() / 2;
   Eigen::MatrixXd u = Eigen::MatrixXd::Zero(system.size(), cases);
   for (int k = 0; k < system.node_dofs(); ++k) {
-    if (number[At(k)] >= 0) continue;
+    if (number[Index(k)] >= 0) continue;
     for (Eigen::Index c = 0; c < cases; ++c) u(k, c) = values(k / 2, 2 * c + k % 2);
   }
   const auto symmetric = K.selfadjointView<Eigen::Lower>();
@@ -260,14 +259,14 @@ ElasticSolution SolveElastic(const QuadraticMesh& mesh, const PlaneMaterial& mat
   Eigen::MatrixXd right(count, cases);
   Eigen::VectorXd shift = Eigen::VectorXd::Zero(count);
   for (int k = 0; k < system.size(); ++k) {
-    if (number[At(k)] < 0) continue;
-    right.row(number[At(k)]) = load.row(k);
+    if (number[Index(k)] < 0) continue;
+    right.row(number[Index(k)]) = load.row(k);
     if (k < system.node_dofs()) continue;
-    shift[number[At(k)]] = kPressureShift / constants.G * system.pressure_mass(k);
+    shift[number[Index(k)]] = kPressureShift / constants.G * system.pressure_mass(k);
   }
   const Eigen::MatrixXd x = SolveSymmetric(FreePart(K, number, count), shift, right);
   for (int k = 0; k < system.size(); ++k) {
-    if (number[At(k)] >= 0) u.row(k) = x.row(number[At(k)]);
+    if (number[Index(k)] >= 0) u.row(k) = x.row(number[Index(k)]);
   }
   const Eigen::MatrixXd force = symmetric * u;
 
@@ -276,7 +275,7 @@ ElasticSolution SolveElastic(const QuadraticMesh& mesh, const PlaneMaterial& mat
   for (int k = 0; k < system.node_dofs(); ++k) {
     for (Eigen::Index c = 0; c < cases; ++c) {
       solution.displacement(k / 2, 2 * c + k % 2) = u(k, c);
-      if (number[At(k)] < 0) solution.reaction(k / 2, 2 * c + k % 2) = force(k, c);
+      if (number[Index(k)] < 0) solution.reaction(k / 2, 2 * c + k % 2) = force(k, c);
     }
   }
   return solution;

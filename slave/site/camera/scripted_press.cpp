@@ -1,21 +1,14 @@
 #include "slave/site/camera/scripted_press.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
-#include <string>
+
+#include <spdlog/fmt/fmt.h>
 
 #include "slave/site/camera/true_body.h"
-#include "slave/site/minimum_jerk.h"
 
 namespace palpate {
 namespace {
-
-double Positive(double value, const char* key, const char* unit) {
-  if (value > 0 && std::isfinite(value)) return value;
-  throw std::invalid_argument(std::string(key) + " = " + std::to_string(value) + " " + unit +
-                              ": accepted is > 0");
-}
 
 // Way from home to the true surface, straight ahead [m].
 double GapAhead(const Scene& scene, const Eigen::Vector2d& direction_S) {
@@ -35,35 +28,47 @@ double GapAhead(const Scene& scene, const Eigen::Vector2d& direction_S) {
   return (entry->p_O - home_O).norm();
 }
 
+constexpr int kStepsPerPicture =
+    16;  // so that the tool's path between two pictures is followed, not jumped
+
 }  // namespace
 
-ScriptedPress::ScriptedPress(const Scene& scene, int presses)
-    : presses_(std::max(presses, 1)), home_(scene.manipulator.home) {
+ScriptedPress::ScriptedPress(const Scene& scene, int presses) : home_(scene.manipulator.home) {
   if (!scene.tool || !(scene.tool->direction.norm() > 0)) {
     throw std::invalid_argument("tool: missing; a press needs one that points somewhere");
   }
-  const double depth = Positive(scene.operator_options.press_depth, "operator.press.depth", "m");
-  const double speed =
-      std::min(Positive(scene.operator_options.press_speed, "operator.press.speed", "m/s"),
-               Positive(scene.manipulator.max_speed, "manipulator.max_speed", "m/s"));
+  const PressWishes press(scene);
   const Eigen::Vector2d direction = scene.tool->direction.normalized();
   gap_ = GapAhead(scene, direction);
-  const double way = gap_ + depth;
+  const double way = gap_ + press.depth;
   way_ = {way * direction.x(), way * direction.y(), 0};
   touch_ = InverseMinimumJerk(gap_ / way);
-  ramp_ = kMinimumJerkPeak * way / speed;
+  const double ramp = kMinimumJerkPeak * way / press.speed;
   // Contact = hold + both ramps' deep parts; hold >= contact / 3 means hold >= one such part.
-  hold_ = std::max(kHold, ramp_ * (1 - touch_));
-  period_ = 2 * ramp_ + hold_ + kRest;
+  const double hold = std::max(kHold, ramp * (1 - touch_));
+  motion_ = {std::max(presses, 1), ramp, hold, kRest};
 }
 
-Eigen::Vector3d ScriptedPress::Tip(double t) const noexcept {
-  if (!(t > 0 && t < duration())) return home_;
-  const double in_press = std::fmod(t, period_);
-  if (in_press >= 2 * ramp_ + hold_) return home_;
-  const double back = in_press - ramp_ - hold_;
-  const double u = back > 0 ? 1 - back / ramp_ : std::min(in_press / ramp_, 1.0);
-  return home_ + MinimumJerk(u) * way_;
+ScriptedCamera::ScriptedCamera(SimulatedSite& site, const Scene& scene)
+    : site_(site), press_(scene), rate_(scene.sense.Find<Camera>()->rate) {
+  site_.MoveTool(press_.Tip(0));
+}
+
+std::optional<Frame> ScriptedCamera::Next(const std::stop_token& stop) {
+  const double t = static_cast<double>(sequence_) / rate_;
+  if (stop.stop_requested() || t > press_.duration()) return std::nullopt;
+  for (int step = kStepsPerPicture - 1; step >= 0 && sequence_ > 0; --step) {
+    site_.MoveTool(press_.Tip(t - step / (kStepsPerPicture * rate_)));
+  }
+  Frame frame;
+  frame.sensed_at = Time{} + Seconds(t);
+  frame.sequence = ++sequence_;
+  frame.image = site_.TakePicture();
+  return frame;
+}
+
+std::string ScriptedCamera::description() const {
+  return fmt::format("simulated site, scripted press, camera at {:g} Hz", rate_);
 }
 
 }  // namespace palpate

@@ -4,7 +4,10 @@
 
 #include <Eigen/Core>
 
+#include "slave/capture/frame_source.h"
 #include "slave/scene/scene.h"
+#include "slave/site/camera/simulated_site.h"
+#include "slave/site/press_motion.h"
 
 namespace palpate {
 
@@ -26,22 +29,41 @@ class ScriptedPress {
   explicit ScriptedPress(const Scene& scene, int presses = 1);
 
   // Where the tip is at `t` [s] after the start, S [m]; home before, after, and for NaN.
-  [[nodiscard]] Eigen::Vector3d Tip(double t) const noexcept;
-  [[nodiscard]] double duration() const noexcept { return presses_ * period_; }  // [s]
+  [[nodiscard]] Eigen::Vector3d Tip(double t) const noexcept {
+    return home_ + motion_.At(t) * way_;
+  }
+  [[nodiscard]] double duration() const noexcept { return motion_.duration(); }  // [s]
   // Of the first press, from the start [s].
-  [[nodiscard]] double contact_begin() const noexcept { return ramp_ * touch_; }
-  [[nodiscard]] double contact_end() const noexcept { return 2 * ramp_ + hold_ - ramp_ * touch_; }
-  [[nodiscard]] double hold_begin() const noexcept { return ramp_; }
-  [[nodiscard]] double hold_end() const noexcept { return ramp_ + hold_; }
+  [[nodiscard]] double contact_begin() const noexcept { return motion_.ramp * touch_; }
+  [[nodiscard]] double contact_end() const noexcept {
+    return 2 * motion_.ramp + motion_.hold - motion_.ramp * touch_;
+  }
+  [[nodiscard]] double hold_begin() const noexcept { return motion_.ramp; }
+  [[nodiscard]] double hold_end() const noexcept { return motion_.ramp + motion_.hold; }
   [[nodiscard]] double gap() const noexcept { return gap_; }  // home to true surface [m]
 
  private:
-  int presses_;
   Eigen::Vector3d home_;  // S [m]
   Eigen::Vector3d way_;   // home to peak, S [m]
   double gap_ = 0;
   double touch_ = 0;  // part of the ramp's time at which the surface is met
-  double ramp_ = 0, hold_ = 0, period_ = 0;
+  PressMotion motion_;
+};
+
+// A simulated site that presses by itself, picture after picture on a clock of its own: what
+// `process` runs over when nothing was recorded.
+class ScriptedCamera : public FrameSource {
+ public:
+  // `site` of that scene must outlive this. Throws what ScriptedPress throws.
+  ScriptedCamera(SimulatedSite& site, const Scene& scene);
+  std::optional<Frame> Next(const std::stop_token& stop) override;
+  [[nodiscard]] std::string description() const override;
+
+ private:
+  SimulatedSite& site_;
+  ScriptedPress press_;
+  double rate_;  // [Hz]
+  std::uint64_t sequence_ = 0;
 };
 
 }  // namespace palpate

@@ -3,10 +3,11 @@
 #include <optional>
 #include <stdexcept>
 
+#include <spdlog/fmt/fmt.h>
+
 #include "slave/site/camera/painter.h"
-#include "slave/site/camera/scripted_camera.h"
-#include "slave/site/camera/simulated_camera.h"
-#include "slave/site/camera/solutions_ahead.h"
+#include "slave/site/camera/patch_solution.h"
+#include "slave/site/camera/scripted_press.h"
 #include "slave/site/camera/true_body.h"
 #include "slave/vision/stereo/lens_warp.h"
 
@@ -38,7 +39,7 @@ struct SimulatedSite::State {
         force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
         ahead(body, scene.object.material.poisson_ratio, scene.model.plane, scene.tool->width),
         painter(scene, body),
-        straightening(StraighteningOf(*scene.sense.camera)),
+        straightening(StraighteningOf(*scene.sense.Find<Camera>())),
         p_S_tip(scene.manipulator.home) {
     pose.p_O_tip = ToBody(p_S_tip);
     if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side()))) {
@@ -121,8 +122,13 @@ Truth SimulatedSite::truth() const {
 }
 
 std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const Pace& pace) {
-  if (pace.is_live) return std::make_unique<SimulatedCamera>(*this, scene.sense.camera->rate);
-  return std::make_unique<ScriptedCamera>(*this, scene);
+  if (!pace.is_live) return std::make_unique<ScriptedCamera>(*this, scene);
+  const double rate = scene.sense.Find<Camera>()->rate;
+  return std::make_unique<LiveSource<FrameSource, Frame>>(
+      rate, 0, fmt::format("simulated site, camera at {:g} Hz", rate),
+      [this, sequence = std::uint64_t{0}](Time now) mutable {
+        return Frame{TakePicture(), ++sequence, now};
+      });
 }
 
 cv::Mat SimulatedSite::TakePicture() {

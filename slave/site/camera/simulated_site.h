@@ -16,8 +16,8 @@ namespace palpate {
 
 // The contact is a rigid flat tool of the scene's width, bonded to the boundary centred where the
 // tip's way first entered the body, until the tip comes out through the surface there. Linear
-// elasticity (slave/site/plane_elasticity.h), so large presses are extrapolated, as deep as one
-// likes; the stiffness is within 1e-3 of the continuum's.
+// elasticity (slave/site/camera/plane_elasticity.h), so large presses are extrapolated, as deep as
+// one likes; the stiffness is within 1e-3 of the continuum's.
 class SimulatedSite final : public World {
  public:
   // Builds the world and solves the contact straight ahead of manipulator.home (under 0.2 s).

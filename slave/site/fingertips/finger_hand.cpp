@@ -9,19 +9,18 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
+constexpr int kExitHalvings = 50;  // until a point is outside
+
+Vector3d FromAxis(const RigidFinger& finger, const Vector3d& p_F) {
+  return p_F - Vector3d(std::clamp(p_F.x(), -finger.length, 0.0), 0, 0);
+}
+
 constexpr int kThirds = 90;    // of an interval, until the deepest place is found
 constexpr int kHalvings = 60;  // until the surface is
 
 double SenseOf(Finger::Motion motion) {
-  switch (motion) {
-    case Finger::Motion::kHand:
-      return 1;
-    case Finger::Motion::kOpposite:
-      return -1;
-    case Finger::Motion::kStands:
-      return 0;
-  }
-  return 0;
+  if (motion == Finger::Motion::kStands) return 0;
+  return motion == Finger::Motion::kHand ? 1 : -1;
 }
 
 // Where along the line p + t d the finger is entered; infinity: nowhere. The distance from a convex
@@ -48,6 +47,28 @@ double Entry(const RigidFinger& finger, const Vector3d& p_F, const Vector3d& d_F
 }
 
 }  // namespace
+
+double RigidFinger::Distance(const Vector3d& p_F) const noexcept {
+  return FromAxis(*this, p_F).norm() - radius;
+}
+
+Vector3d RigidFinger::Normal(const Vector3d& p_F) const noexcept {
+  const Vector3d outward = FromAxis(*this, p_F);
+  const double length_out = outward.norm();
+  if (length_out > 0) return outward / length_out;
+  return {0, 0, -1};  // on the axis the pad is as good a way out as any
+}
+
+Vector3d RigidFinger::PushOut(const Vector3d& p_F, const Vector3d& direction_F) const noexcept {
+  if (direction_F.isZero(0)) return p_F - Distance(p_F) * Normal(p_F);
+  // The finger is convex: along the line it is left once.
+  double inside = 0, outside = 2 * radius + length;
+  for (int i = 0; i < kExitHalvings; ++i) {
+    const double middle = 0.5 * (inside + outside);
+    (Distance(p_F + middle * direction_F) < 0 ? inside : outside) = middle;
+  }
+  return p_F + outside * direction_F;
+}
 
 Isometry3d FingerHand::PoseOf(std::size_t f, const Vector3d& h_O) const {
   Isometry3d X_OF = fingers[f].X_OF_home;

@@ -8,7 +8,7 @@
 
 #include "shared/geometry/index.h"
 #include "slave/mechanics/linear/mumps.h"
-#include "slave/site/fingertips/rigid_finger.h"
+#include "slave/site/fingertips/finger_hand.h"
 #include "slave/site/solid/neo_hookean_body.h"
 
 namespace palpate::site {

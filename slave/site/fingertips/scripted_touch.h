@@ -6,6 +6,7 @@
 
 #include "slave/capture/tactile_frame.h"
 #include "slave/site/fingertips/tactile_site.h"
+#include "slave/site/press_motion.h"
 
 namespace palpate {
 
@@ -26,19 +27,20 @@ class ScriptedTouch final : public TactileSource {
   [[nodiscard]] std::string description() const override;
 
   // Where the tip is at `t` [s] after the start, S [m].
-  [[nodiscard]] Eigen::Vector3d Tip(double t) const noexcept;
-  [[nodiscard]] double duration() const noexcept { return start_ + presses_ * period_; }  // [s]
+  [[nodiscard]] Eigen::Vector3d Tip(double t) const noexcept {
+    return site_.home() + motion_.At(t - start_) * way_;
+  }
+  [[nodiscard]] double duration() const noexcept { return start_ + motion_.duration(); }  // [s]
   // Of the first press, from the start [s].
-  [[nodiscard]] double hold_begin() const noexcept { return start_ + ramp_; }
-  [[nodiscard]] double hold_end() const noexcept { return start_ + ramp_ + kHold; }
+  [[nodiscard]] double hold_begin() const noexcept { return start_ + motion_.ramp; }
+  [[nodiscard]] double hold_end() const noexcept { return start_ + motion_.ramp + kHold; }
 
  private:
   TactileSite& site_;
-  int presses_;
   double rate_;          // [Hz]
   Eigen::Vector3d way_;  // home to deepest, S [m]
   double start_ = 0;     // of the first press [s]
-  double ramp_ = 0, period_ = 0;
+  PressMotion motion_;
   std::uint64_t sequence_ = 0;
 };
 

@@ -5,13 +5,13 @@
 #include <limits>
 #include <mutex>
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
-#include "slave/site/fingertips/load_path_cache.h"
+#include "shared/geometry/index.h"
+#include "slave/site/fingertips/load_path.h"
 #include "slave/site/fingertips/scripted_touch.h"
-#include "slave/site/fingertips/simulated_fingers.h"
 #include "slave/site/fingertips/simulated_fingertip.h"
-#include "slave/site/fingertips/skin_surface.h"
 #include "slave/site/fingertips/true_object.h"
 
 namespace palpate {
@@ -53,9 +53,9 @@ struct TactileSite::State {
   State(const Scene& scene, const SiteResolution& resolution)
       : object(scene, resolution),
         home_body(object.BodyFor(Vector3d::Zero())),
-        period(1 / scene.sense.tactile->rate),
+        period(1 / scene.sense.Find<Tactile>()->rate),
         press_depth(scene.operator_options.press_depth),
-        skin_scale(site::kSkinRadius / scene.sense.tactile->finger_radius),
+        skin_scale(site::kSkinRadius / scene.sense.Find<Tactile>()->finger_radius),
         tangential_part(2 * (1 - object.material().poisson_ratio) /
                         (2 - object.material().poisson_ratio)),
         ladders(object, DeepestOf(scene, object, *home_body)) {
@@ -215,8 +215,11 @@ Truth TactileSite::truth() const {
 }
 
 std::unique_ptr<TactileSource> TactileSite::OpenFingertips(const Scene& scene, const Pace& pace) {
-  if (pace.is_live) return std::make_unique<SimulatedFingers>(*this, scene.sense.tactile->rate);
-  return std::make_unique<ScriptedTouch>(*this, scene);
+  if (!pace.is_live) return std::make_unique<ScriptedTouch>(*this, scene);
+  const double rate = scene.sense.Find<Tactile>()->rate;
+  return std::make_unique<LiveSource<TactileSource, TactileFrame>>(
+      rate, 1, fmt::format("simulated fingertips at {:g} Hz", rate),
+      [this](Time now) { return TakeSample(now); });
 }
 
 Vector3d TactileSite::approach() const {
@@ -260,7 +263,7 @@ std::vector<Vector3d> TactileSite::DeformedSurface() const {
   for (std::size_t i = 0; i < body.surface.nodes.size(); ++i) {
     Vector3d p_O = body.surface.nodes[i];
     if (largest > 0) {
-      const Vector3d& u = displacement_O[static_cast<std::size_t>(body.node_of[i])];
+      const Vector3d& u = displacement_O[Index(body.node_of[i])];
       // What is pressed in goes sideways with its finger, as far as it is pressed in.
       p_O += u + u.norm() / largest * state_->SenseNear(p_O, hand) * hand.slip_O;
     }

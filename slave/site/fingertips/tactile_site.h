@@ -13,13 +13,13 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
-#include "slave/site/fingertips/site_resolution.h"
+#include "slave/site/fingertips/site_mesh.h"
 #include "slave/site/world.h"
 
 namespace palpate {
 
 // The fingers are rigid (paper B, equation 4) and stick to what they touch. Presses along
-// approach() are solved ahead by a thread of its own (slave/site/fingertip/ladders_ahead.h) on a
+// approach() are solved ahead by a thread of its own (LoadPathCache) on a
 // mesh of its own and interpolated; sideways motion of a finger in contact is answered by a linear
 // stiffness, 2 (1 - nu) / (2 - nu) of the normal one (Mindlin 1949), and slips beyond a friction of
 // 1. Gravity and inertia are left out: the material files' foams sink by less than a percent of

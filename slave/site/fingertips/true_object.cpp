@@ -3,23 +3,49 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
 
+#include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/geometry/index.h"
 #include "shared/state/slave_state.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/site/fingertips/surface_rays.h"
 
 namespace palpate::site {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
+
+// Moeller and Trumbore's test (1997).
+std::optional<double> Crossing(const std::array<Vector3d, 3>& abc, const Vector3d& p,
+                               const Vector3d& d) {
+  const Vector3d ab = abc[1] - abc[0], ac = abc[2] - abc[0];
+  const Vector3d across = d.cross(ac);
+  const double determinant = ab.dot(across);
+  if (determinant == 0) return std::nullopt;
+  const Vector3d ap = p - abc[0];
+  const double u = ap.dot(across) / determinant;
+  const Vector3d turned = ap.cross(ab);
+  const double v = d.dot(turned) / determinant;
+  const double t = ac.dot(turned) / determinant;
+  if (!(u >= 0 && v >= 0 && u + v <= 1 && t > 0)) return std::nullopt;
+  return t;
+}
+
+std::array<Vector3d, 3> CornersOf(const SurfaceMesh& surface, const std::array<int, 3>& triangle) {
+  std::array<Vector3d, 3> abc;
+  for (std::size_t i = 0; i < 3; ++i) {
+    abc[i] = surface.nodes[Index(triangle[i])];
+  }
+  return abc;
+}
 
 constexpr double kTouching = 1e-3;  // radii that a fingertip at home may be inside by rounding
 
@@ -28,10 +54,10 @@ constexpr double kTouching = 1e-3;  // radii that a fingertip at home may be ins
 }
 
 const Tactile& CheckedTactile(const Scene& scene) {
-  if (!scene.sense.tactile) {
+  if (!scene.sense.Find<Tactile>()) {
     Refuse("sense.tactile: missing; a simulated site with fingertips needs it");
   }
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   if (tactile.fingers.empty() || tactile.fingers.size() > kMaxFingers) {
     Refuse("sense.tactile.fingers = " + std::to_string(tactile.fingers.size()) +
            ": accepted are 1 to 5");
@@ -121,10 +147,10 @@ void Compact(RestBody* body) {
   std::vector<Vector3d> nodes;
   for (auto& triangle : body->surface.triangles) {
     for (int& node : triangle) {
-      int& known = number[static_cast<std::size_t>(node)];
+      int& known = number[Index(node)];
       if (known < 0) {
         known = static_cast<int>(nodes.size());
-        nodes.push_back(body->surface.nodes[static_cast<std::size_t>(node)]);
+        nodes.push_back(body->surface.nodes[Index(node)]);
         body->node_of.push_back(node);
       }
       node = known;
@@ -133,13 +159,28 @@ void Compact(RestBody* body) {
   body->surface.nodes = std::move(nodes);
 }
 
-Isometry3d TruePose(const Scene& scene) {
-  Isometry3d X_SO = scene.object.X_SO;
-  X_SO.translation().head<2>() += scene.site.misplacement;
-  return X_SO;
+}  // namespace
+
+std::optional<RayHit> FirstHit(const SurfaceMesh& surface, const Vector3d& p_O,
+                               const Vector3d& direction_O) {
+  std::optional<RayHit> first;
+  for (const auto& triangle : surface.triangles) {
+    const auto abc = CornersOf(surface, triangle);
+    const auto t = Crossing(abc, p_O, direction_O);
+    if (!t || (first && *t >= first->distance)) continue;
+    first = {*t, (abc[1] - abc[0]).cross(abc[2] - abc[0]).normalized()};
+  }
+  return first;
 }
 
-}  // namespace
+bool IsInside(const SurfaceMesh& surface, const Vector3d& p_O) {
+  const Vector3d d = Vector3d(0.5377, 0.7139, 0.4483).normalized();  // along no edge of a box
+  bool inside = false;
+  for (const auto& triangle : surface.triangles) {
+    if (Crossing(CornersOf(surface, triangle), p_O, d)) inside = !inside;
+  }
+  return inside;
+}
 
 TrueObject::TrueObject(const Scene& scene, const SiteResolution& resolution)
     : scene_(scene),
@@ -179,7 +220,7 @@ void TrueObject::CheckHome() const {
   const SurfaceContact surface(plain_);
   for (std::size_t f = 0; f < hand_.fingers.size(); ++f) {
     if (!Overlaps(surface, hand_.shape, hand_.fingers[f].X_OF_home)) continue;
-    const std::string& name = scene_.sense.tactile->fingers[f].name;
+    const std::string& name = scene_.sense.Find<Tactile>()->fingers[f].name;
     Refuse("sense.tactile.fingers." + name +
            ".pose: the fingertip is inside the object; accepted is a pose outside it");
   }
@@ -203,13 +244,13 @@ std::vector<Vector3d> TrueObject::Focuses(const Vector3d& lateral_O) const {
 std::array<std::vector<double>, 3> TrueObject::GradedAxes(const BoxGeometry& box,
                                                           const Vector3d& lateral_O) const {
   std::array<AxisWishes, 3> wishes;
-  for (int a = 0; a < 3; ++a) wishes[static_cast<std::size_t>(a)].length = box.size[a];
+  for (int a = 0; a < 3; ++a) wishes[Index(a)].length = box.size[a];
   for (const Vector3d& p_O : Focuses(lateral_O)) {
-    for (int a = 0; a < 3; ++a) wishes[static_cast<std::size_t>(a)].focuses.push_back(p_O[a]);
+    for (int a = 0; a < 3; ++a) wishes[Index(a)].focuses.push_back(p_O[a]);
   }
   for (const Fixed& fixed : scene_.object.fixed) {
     const auto* plane = std::get_if<FixedPlane>(&fixed.where);
-    if (plane) wishes[static_cast<std::size_t>(plane->axis)].others.push_back(plane->at);
+    if (plane) wishes[Index(plane->axis)].others.push_back(plane->at);
   }
   std::array<std::vector<double>, 3> axes;
   for (std::size_t a = 0; a < 3; ++a) axes[a] = GradedAxis(wishes[a], resolution_, hexahedra_[a]);
@@ -228,7 +269,7 @@ std::shared_ptr<const RestBody> TrueObject::Finish(SiteMesh mesh) const {
   body->surface = {body->mesh.nodes, body->mesh.triangles};
   Compact(body.get());
   for (std::size_t i = 0; i < body->node_of.size(); ++i) {
-    if (body->held[static_cast<std::size_t>(body->node_of[i])][0]) continue;
+    if (body->held[Index(body->node_of[i])][0]) continue;
     body->touchable_O.push_back(body->surface.nodes[i]);
   }
   return body;

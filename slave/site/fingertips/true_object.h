@@ -4,6 +4,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,9 +15,22 @@
 #include "slave/site/fingertips/finger_hand.h"
 #include "slave/site/fingertips/pressed_body.h"
 #include "slave/site/fingertips/site_mesh.h"
-#include "slave/site/fingertips/site_resolution.h"
+#include "slave/site/world.h"
 
 namespace palpate::site {
+
+// Where straight lines cross a closed surface.
+struct RayHit {
+  double distance = 0;           // along the ray [m]
+  Eigen::Vector3d n_O{0, 0, 0};  // outward unit normal of the triangle
+};
+
+// The first crossing ahead of `p_O` along the unit vector `direction_O`. O(N).
+std::optional<RayHit> FirstHit(const SurfaceMesh& surface, const Eigen::Vector3d& p_O,
+                               const Eigen::Vector3d& direction_O);
+
+// Whether a point lies inside a closed surface: any ray from it crosses an odd number of times.
+bool IsInside(const SurfaceMesh& surface, const Eigen::Vector3d& p_O);
 
 // The body at rest as one mesh. Frame O.
 struct RestBody {

@@ -49,12 +49,13 @@ Isometry3d Verged(double baseline, double distance) {
 }  // namespace
 
 StereoRig SimulatedRig(const Scene& scene) {
-  if (!scene.sense.stereo || scene.sense.stereo->source != StereoCameras::Source::kSimulated) {
+  if (!scene.sense.Find<StereoCameras>() ||
+      scene.sense.Find<StereoCameras>()->source != StereoCameras::Source::kSimulated) {
     throw std::invalid_argument(
         "sense.camera: accepted by the simulated site of a membrane or a textured target is a "
         "simulated pair");
   }
-  const StereoCameras& cameras = *scene.sense.stereo;
+  const StereoCameras& cameras = *scene.sense.Find<StereoCameras>();
   const Vector3d p_L = cameras.X_SL.inverse() * scene.object.X_SO.translation();
   const double distance = p_L.norm();
   if (!(distance > 0 && distance < 1e6)) {

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "slave/scene/scene.h"
-#include "slave/site/points/dent.h"
 #include "slave/site/points/membrane/pressed_membrane.h"
 
 namespace palpate::site {

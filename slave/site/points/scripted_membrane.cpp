@@ -28,7 +28,7 @@ std::vector<double> StepsTo(double depth) {
 
 ScriptedMembrane::ScriptedMembrane(StereoSite& site, const Scene& scene,
                                    const MembraneScript& script)
-    : site_(site), rate_(scene.sense.stereo->rate) {
+    : site_(site), rate_(scene.sense.Find<StereoCameras>()->rate) {
   if (!site_.target()) {
     ScriptPress(scene, script);
     return;
@@ -38,8 +38,7 @@ ScriptedMembrane::ScriptedMembrane(StereoSite& site, const Scene& scene,
 }
 
 void ScriptedMembrane::ScriptPress(const Scene& scene, const MembraneScript& script) {
-  Eigen::Isometry3d X_SO = scene.object.X_SO;
-  X_SO.translation().head<2>() += scene.site.misplacement;
+  const Eigen::Isometry3d X_SO = TruePose(scene);
   const Vector3d p_O_home = X_SO.inverse() * scene.manipulator.home;
   const double radius = std::get<MembraneGeometry>(scene.object.geometry).radius;
   if (!(p_O_home.z() > 0 && p_O_home.head<2>().norm() < radius)) {

@@ -7,14 +7,13 @@
 #include <variant>
 
 #include <opencv2/core.hpp>
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
-#include "slave/site/exposure.h"
-#include "slave/site/points/dotted_membrane.h"
+#include "slave/site/painting.h"
+#include "slave/site/points/painted_membrane.h"
 #include "slave/site/points/pair_rig.h"
 #include "slave/site/points/scripted_membrane.h"
-#include "slave/site/points/simulated_pair.h"
-#include "slave/site/points/textured_membrane.h"
 #include "slave/site/points/textured_target.h"
 #include "slave/site/points/true_membrane.h"
 
@@ -24,26 +23,12 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-const PointTracking& PointsOf(const Scene& scene) {
-  if (scene.sense.points) return *scene.sense.points;
-  throw std::invalid_argument(
-      "sense.points: missing; accepted by the simulated site is {track: dots} or {track: texture}");
-}
-
 // What stands before the cameras; eye 0 is the left one.
-class Stage {
+class Stage : public World {
  public:
-  virtual ~Stage() = default;
-  Stage() = default;
-  Stage(const Stage&) = delete;
-  Stage& operator=(const Stage&) = delete;
-  virtual void MoveTool(const Vector3d& p_S_tip, Patience patience) = 0;
   virtual void SolveEverywhere() {}
   [[nodiscard]] virtual bool IsSolvedEverywhere() const { return true; }
   [[nodiscard]] virtual std::uint64_t Waits() const { return 0; }
-  [[nodiscard]] virtual Truth Now() const = 0;
-  [[nodiscard]] virtual std::optional<TargetTruth> Target() const { return std::nullopt; }
-  [[nodiscard]] virtual Vector3d Displacement(const Eigen::Vector2d& p_O) const = 0;
   // The world as it will be painted from here on, `seconds` after the first pictures.
   virtual void Hold(double seconds) = 0;
   virtual const cv::Mat& Paint(std::size_t eye) = 0;
@@ -69,13 +54,13 @@ class MembraneStage final : public Stage {
     return membrane_.is_solved_everywhere();
   }
   [[nodiscard]] std::uint64_t Waits() const override { return membrane_.waits(); }
-  [[nodiscard]] Truth Now() const override {
+  [[nodiscard]] Truth truth() const override {
     const auto now = membrane_.now();
     const Vector3d f_O(0, 0, -site::ForceOf(now.dent));
     return {now.p_S_tip, now.in_contact, membrane_.X_SO().linear() * f_O, now.dent.depth,
             now.solved};
   }
-  [[nodiscard]] Vector3d Displacement(const Eigen::Vector2d& p_O) const override {
+  [[nodiscard]] Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override {
     return site::DisplacementOf(membrane_.now().dent, p_O);
   }
   void Hold(double) override { held_ = membrane_.now().dent; }
@@ -85,7 +70,7 @@ class MembraneStage final : public Stage {
   [[nodiscard]] site::MembraneView View(const Scene& scene, const Lens& lens,
                                         const Isometry3d& X_CL) const {
     const auto& geometry = std::get<MembraneGeometry>(scene.object.geometry);
-    const Isometry3d X_LO = scene.sense.stereo->X_SL.inverse() * membrane_.X_SO();
+    const Isometry3d X_LO = scene.sense.Find<StereoCameras>()->X_SL.inverse() * membrane_.X_SO();
     return {lens, X_CL * X_LO, geometry.radius, geometry.thickness};
   }
 
@@ -102,10 +87,10 @@ class TargetStage final : public Stage {
       : exposure_(exposure),
         target_(site::TexturedTarget::Shape{.seed = scene.site.seed + 7}),
         lenses_{rig.left, rig.right},
-        X_CS_{scene.sense.stereo->X_SL.inverse(), rig.X_RL * scene.sense.stereo->X_SL.inverse()},
-        X_SO_(scene.object.X_SO),
+        X_CS_{scene.sense.Find<StereoCameras>()->X_SL.inverse(),
+              rig.X_RL * scene.sense.Find<StereoCameras>()->X_SL.inverse()},
+        X_SO_(TruePose(scene)),
         pace_(scene.site.pace) {
-    X_SO_.translation().head<2>() += scene.site.misplacement;
     truth_.p_S_tip = scene.manipulator.home;
     now_.X_SB_first = now_.X_SB = Pose(0);
   }
@@ -115,16 +100,13 @@ class TargetStage final : public Stage {
     const std::lock_guard lock(mutex_);
     truth_.p_S_tip = p_S_tip;
   }
-  [[nodiscard]] Truth Now() const override {
+  [[nodiscard]] Truth truth() const override {
     const std::lock_guard lock(mutex_);
     return truth_;
   }
-  [[nodiscard]] std::optional<TargetTruth> Target() const override {
+  [[nodiscard]] std::optional<TargetTruth> target() const override {
     const std::lock_guard lock(mutex_);
     return now_;
-  }
-  [[nodiscard]] Vector3d Displacement(const Eigen::Vector2d&) const override {
-    return Vector3d::Zero();
   }
   void Hold(double seconds) override {
     const std::lock_guard lock(mutex_);
@@ -161,7 +143,7 @@ class TargetStage final : public Stage {
 std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolution& resolution,
                                  const StereoRig& rig, const site::Exposure& exposure) {
   using Track = PointTracking::Track;
-  const PointTracking& points = PointsOf(scene);
+  const PointTracking& points = *scene.sense.Find<PointTracking>();
   const auto* geometry = std::get_if<MembraneGeometry>(&scene.object.geometry);
   if (points.track == Track::kSurface) {
     throw std::invalid_argument(
@@ -201,7 +183,7 @@ struct StereoSite::State {
       : rig(SimulatedRig(scene)),
         exposure(scene.site, rig.left.size),
         stage(MakeStage(scene, resolution, rig, exposure)),
-        rate(scene.sense.stereo->rate),
+        rate(scene.sense.Find<StereoCameras>()->rate),
         press_depth(scene.operator_options.press_depth),
         p_S_home(scene.manipulator.home),
         p_S_deepest(DeepestOf(scene)) {
@@ -255,15 +237,15 @@ std::uint64_t StereoSite::waits() const {
 }
 
 Truth StereoSite::truth() const {
-  return state_->stage->Now();
+  return state_->stage->truth();
 }
 
 std::optional<TargetTruth> StereoSite::target() const {
-  return state_->stage->Target();
+  return state_->stage->target();
 }
 
 Vector3d StereoSite::TrueDisplacement(const Eigen::Vector2d& p_O) const {
-  return state_->stage->Displacement(p_O);
+  return state_->stage->TrueDisplacement(p_O);
 }
 
 StereoPictures StereoSite::TakePictures() {
@@ -277,10 +259,22 @@ StereoPictures StereoSite::TakePictures() {
 }
 
 std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene, const Pace& pace) {
-  if (pace.is_live) return std::make_unique<SimulatedPair>(*this, state_->rate);
-  MembraneScript script;
-  if (pace.duration > 0) script.target_seconds = pace.duration;
-  return std::make_unique<ScriptedMembrane>(*this, scene, script);
+  if (!pace.is_live) {
+    MembraneScript script;
+    if (pace.duration > 0) script.target_seconds = pace.duration;
+    return std::make_unique<ScriptedMembrane>(*this, scene, script);
+  }
+  return std::make_unique<LiveSource<StereoSource, StereoPair>>(
+      state_->rate, 1, fmt::format("simulated pair of cameras at {:g} Hz", state_->rate),
+      [this, sequence = std::uint64_t{0}](Time now) mutable {
+        auto [left, right] = TakePictures();
+        StereoPair pair;
+        pair.left = std::move(left);
+        pair.right = std::move(right);
+        pair.sensed_at = now;
+        pair.sequence = ++sequence;
+        return pair;
+      });
 }
 
 const StereoRig& StereoSite::rig() const {

@@ -26,7 +26,7 @@ struct StereoPictures {
 //   the scene tells its model (`model.prestress`), for want of another: dark dots (`track: dots`)
 //   or a fine texture (`track: texture`) on its inner face. The tool does not rub: its place on the
 //   membrane is where its tip is over it, and as deep as the tip is below the rest plane z_O = 0.
-//   Presses are solved ahead (slave/site/stereo/presses_ahead.h) and blended in between (dent.h),
+//   Presses are solved ahead (PressCache) and blended in between (Dent),
 //   exactly at the radius of manipulator.home, elsewhere within 0.6 % of the force.
 // - anything else with `track: texture`: the textured target of paper C's second experiment on its
 //   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
@@ -34,7 +34,7 @@ struct StereoPictures {
 class StereoSite final : public World {
  public:
   // Throws std::invalid_argument naming the key where the scene cannot be simulated: no simulated
-  // pair (slave/site/stereo/pair_rig.h), no points or no tool, an object that cannot carry the
+  // pair (SimulatedRig), no points or no tool, an object that cannot carry the
   // points, dots beyond the rim.
   explicit StereoSite(const Scene& scene, const site::MembraneResolution& resolution = {});
   ~StereoSite() override;

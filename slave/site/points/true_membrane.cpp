@@ -33,21 +33,13 @@ PressCache::Plan PlanOf(const Scene& scene, const Eigen::Isometry3d& X_SO,
     throw std::invalid_argument(
         fmt::format("operator.press.depth = {:g} m: accepted is > 0", depth));
   }
-  PressCache::Plan plan;
-  plan.geometry = GeometryOf(scene);
-  plan.material = scene.object.material;
-  plan.width = scene.tool->width;
-  plan.home_radius = (X_SO.inverse() * scene.manipulator.home).head<2>().norm();
-  plan.press_depth = depth;
-  plan.prestress = scene.model.prestress;
-  plan.resolution = resolution;
-  return plan;
-}
-
-Eigen::Isometry3d TruePose(const Scene& scene) {
-  Eigen::Isometry3d X_SO = scene.object.X_SO;
-  X_SO.translation().head<2>() += scene.site.misplacement;
-  return X_SO;
+  return {.geometry = GeometryOf(scene),
+          .material = scene.object.material,
+          .width = scene.tool->width,
+          .home_radius = (X_SO.inverse() * scene.manipulator.home).head<2>().norm(),
+          .press_depth = depth,
+          .prestress = scene.model.prestress,
+          .resolution = resolution};
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "slave/scene/scene.h"
-#include "slave/site/points/dent.h"
+#include "slave/site/points/membrane/pressed_membrane.h"
 #include "slave/site/points/press_cache.h"
 #include "slave/site/world.h"
 

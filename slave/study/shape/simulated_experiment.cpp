@@ -42,7 +42,7 @@ class Experiment {
   }
 
   SimulatedObject Run() {
-    const double rate = scene_.sense.tactile->rate;
+    const double rate = scene_.sense.Find<Tactile>()->rate;
     bool touched = false;
     long apart = 0, still = 0;  // samples
     double depth = 0;
@@ -84,7 +84,7 @@ class Experiment {
   using Truths = std::array<FingerTruth, kMaxFingers>;
 
   [[nodiscard]] bool AnyTouches(const Truths& truth) const {
-    for (std::size_t i = 0; i < scene_.sense.tactile->fingers.size(); ++i) {
+    for (std::size_t i = 0; i < scene_.sense.Find<Tactile>()->fingers.size(); ++i) {
       if (truth[i].in_contact) return true;
     }
     return false;
@@ -95,8 +95,9 @@ class Experiment {
     now.truth = {site_.DeformedSurface(), rest_.triangles};
     now.estimate.triangles = estimator_.body()->surface.triangles;
     estimator_.DeformedNodes(&now.estimate.nodes);
-    for (std::size_t i = 0; i < scene_.sense.tactile->fingers.size(); ++i) {
-      now.fingers.push_back(FingerCapsule(truth[i].X_SF, scene_.sense.tactile->finger_radius));
+    for (std::size_t i = 0; i < scene_.sense.Find<Tactile>()->fingers.size(); ++i) {
+      now.fingers.push_back(
+          FingerCapsule(truth[i].X_SF, scene_.sense.Find<Tactile>()->finger_radius));
     }
     return now;
   }
@@ -132,7 +133,7 @@ class Experiment {
   }
 
   void Tell(std::uint64_t samples) {
-    const double all = touch_.duration() * scene_.sense.tactile->rate;
+    const double all = touch_.duration() * scene_.sense.Find<Tactile>()->rate;
     if (options_.progress && !options_.progress(static_cast<double>(samples) / all)) {
       throw Interrupted();
     }
@@ -180,7 +181,8 @@ double ShapeState::mean_octree() const {
 }
 
 SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& options) {
-  if (!scene.sense.tactile || scene.sense.tactile->source != Tactile::Source::kSimulated) {
+  if (!scene.sense.Find<Tactile>() ||
+      scene.sense.Find<Tactile>()->source != Tactile::Source::kSimulated) {
     throw std::invalid_argument(scene.file.string() +
                                 ": sense.tactile.source: accepted by evaluate without --cloud is "
                                 "simulated");

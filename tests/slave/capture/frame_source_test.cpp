@@ -20,11 +20,11 @@ Scene SceneWith(Camera::Source source, const std::string& pattern, const Scratch
   Scene scene;
   scene.name = "recorded";
   scene.file = scratch.path() / "scene.yaml";
-  scene.sense.camera.emplace();
-  scene.sense.camera->source = source;
-  scene.sense.camera->pattern = (scratch.path() / pattern).string();
-  scene.sense.camera->rate = 100;
-  scene.sense.camera->size = {0, 0};
+  scene.sense.Set(CameraOptions{.camera = Camera{}});
+  scene.sense.Find<Camera>()->source = source;
+  scene.sense.Find<Camera>()->pattern = (scratch.path() / pattern).string();
+  scene.sense.Find<Camera>()->rate = 100;
+  scene.sense.Find<Camera>()->size = {0, 0};
   return scene;
 }
 
@@ -51,10 +51,10 @@ TEST(FrameSourceTest, PicturesOfAnotherSizeThanTheScenesAreRefused) {
   const Scratch scratch;
   WriteNumbered(scratch, 1);
   Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
-  scene.sense.camera->size = {24, 32};
+  scene.sense.Find<Camera>()->size = {24, 32};
   EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("accepted is"));
   EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("[32, 24]"));
-  scene.sense.camera->size = {32, 24};
+  scene.sense.Find<Camera>()->size = {32, 24};
   EXPECT_EQ(OpeningMessage(scene), "opened");
 }
 
@@ -122,7 +122,7 @@ TEST(FrameSourceTest, StoppingEndsAWaitForAPicture) {
   const Scratch scratch;
   WriteNumbered(scratch, 2);
   Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
-  scene.sense.camera->rate = 1e-3;  // the second picture is due in 1000 s
+  scene.sense.Find<Camera>()->rate = 1e-3;  // the second picture is due in 1000 s
   const auto source = OpenFrameSource(scene, true);
   ASSERT_TRUE(source->Next({}));
   std::stop_source stop;
@@ -172,11 +172,11 @@ TEST(FrameSourceTest, WhatCannotBeOpenedIsNamed) {
   EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kVideo, "bad.avi", scratch)),
               testing::HasSubstr("bad.avi: not a video"));
   Scene scene = SceneWith(Camera::Source::kDevice, "", scratch);
-  scene.sense.camera->device = 63;
+  scene.sense.Find<Camera>()->device = 63;
   EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("camera 63: no such camera"));
   EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kSimulated, "", scratch)),
               testing::HasSubstr("simulated site"));
-  scene.sense.camera.reset();
+  scene.sense = {};
   EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("has no camera"));
 }
 

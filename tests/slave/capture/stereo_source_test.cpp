@@ -24,19 +24,19 @@ Scene PairScene(const Scratch& scratch, const std::string& left = "l%d.png",
                 const std::string& right = "r%d.png") {
   Scene scene;
   scene.name = "recorded";
-  scene.sense.stereo.emplace();
-  scene.sense.stereo->source = StereoCameras::Source::kFiles;
-  scene.sense.stereo->left = (scratch.path() / left).string();
-  scene.sense.stereo->right = (scratch.path() / right).string();
-  scene.sense.stereo->rate = 50;
+  scene.sense.Set(PointsOptions{});
+  scene.sense.Find<StereoCameras>()->source = StereoCameras::Source::kFiles;
+  scene.sense.Find<StereoCameras>()->left = (scratch.path() / left).string();
+  scene.sense.Find<StereoCameras>()->right = (scratch.path() / right).string();
+  scene.sense.Find<StereoCameras>()->rate = 50;
   return scene;
 }
 
 Scene DepthScene(const Scratch& scratch, const std::string& pattern) {
   Scene scene;
   scene.name = "depth";
-  scene.sense.depth.emplace();
-  scene.sense.depth->pattern = (scratch.path() / pattern).string();
+  scene.sense.Set(PointsOptions{.eyes = DepthPictures{}});
+  scene.sense.Find<DepthPictures>()->pattern = (scratch.path() / pattern).string();
   return scene;
 }
 
@@ -134,7 +134,8 @@ TEST(StereoFilesTest, AStoppedReaderLeavesAtOnce) {
   const Scratch scratch;
   WritePairs(scratch, 3);
   Scene scene = PairScene(scratch);
-  scene.sense.stereo->rate = 0.001;  // paced, the second pair is due in a quarter of an hour
+  scene.sense.Find<StereoCameras>()->rate =
+      0.001;  // paced, the second pair is due in a quarter of an hour
   const auto source = OpenStereoFiles(scene, true);
   std::stop_source stop;
   ASSERT_TRUE(source->Next(stop.get_token()));
@@ -225,13 +226,13 @@ TEST(StereoFilesTest, ScenesWithoutSuchFilesAreRefused) {
   Scene scene;
   scene.name = "blind";
   EXPECT_THAT(Message(scene), HasSubstr("no pair of cameras"));
-  scene.sense.stereo.emplace();
+  scene.sense.Set(PointsOptions{});
   EXPECT_THAT(Message(scene), HasSubstr("simulated"));
   const Scratch scratch;
   WritePairs(scratch, 1);
   Scene slow = PairScene(scratch);
   for (const double rate : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    slow.sense.stereo->rate = rate;
+    slow.sense.Find<StereoCameras>()->rate = rate;
     EXPECT_THAT(Message(slow), HasSubstr("sense.camera.rate"));
   }
 }

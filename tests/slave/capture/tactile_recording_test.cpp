@@ -314,11 +314,12 @@ TEST(TactileRecordingTest, ARateOfNothingIsRefused) {
 Scene SceneOf(const std::filesystem::path& file, double rate = 100) {
   Scene scene;
   scene.name = "recorded";
-  Tactile& tactile = scene.sense.tactile.emplace();
+  Tactile tactile;
   tactile.file = file;
   tactile.rate = rate;
   tactile.fingers.resize(1);
   tactile.fingers[0].name = "rf";
+  scene.sense.Set(tactile);
   return scene;
 }
 
@@ -437,7 +438,7 @@ TEST(RecordedTactileTest, AStopEndsTheWait) {
 TEST(RecordedTactileTest, OnlyARecordingIsOpened) {
   Scene scene;
   EXPECT_THROW(OpenTactileRecording(scene, false), std::runtime_error);
-  scene.sense.tactile.emplace().source = Tactile::Source::kStream;
+  scene.sense.Set(Tactile{.source = Tactile::Source::kStream});
   EXPECT_THROW(OpenTactileRecording(scene, false), std::runtime_error);
 }
 
@@ -449,7 +450,7 @@ constexpr double kHalf = 0.70710678118654752;  // a quarter turn's quaternion
 TEST(FingerPosesTest, LieBetweenTheRecordedOnes) {
   const Scratch scratch;
   Scene scene = SceneOf(scratch.Write("touch.csv", Recording({1, 1.01, 1.02, 1.03, 1.04})));
-  scene.sense.tactile->poses =
+  scene.sense.Find<Tactile>()->poses =
       scratch.Write("poses.csv",
                     "t,finger,x,y,z,qw,qx,qy,qz\n1.01,rf,0,0,0.5,1,0,0,0\n1.01,th,9,9,9,1,0,0,0\n"
                     "1.03,rf,0.25,0,0.5," +
@@ -472,7 +473,7 @@ TEST(FingerPosesTest, CountForThreePeriodsBeyondTheirTimeAndNoLonger) {
   for (int i = 0; i < 20; ++i) t.push_back(5 + 0.01 * i);
   Scene scene = SceneOf(scratch.Write("touch.csv", Recording(t)));
   const std::string head = "t,finger,x,y,z,qw,qx,qy,qz\n";
-  scene.sense.tactile->poses =
+  scene.sense.Find<Tactile>()->poses =
       scratch.Write("poses.csv", head + "5.075,rf,0,0,1,1,0,0,0\n5.125,rf,0,0,1,1,0,0,0\n");
   const auto frames = AllFrames(scene);
   ASSERT_EQ(frames.size(), 20U);
@@ -484,7 +485,7 @@ TEST(FingerPosesTest, CountForThreePeriodsBeyondTheirTimeAndNoLonger) {
 TEST(FingerPosesTest, OfAnotherTimeAltogetherAreRefused) {
   const Scratch scratch;
   Scene scene = SceneOf(scratch.Write("touch.csv", Recording({1, 1.01, 1.02, 1.03, 1.04})));
-  scene.sense.tactile->poses = scratch.Write(  // milliseconds
+  scene.sense.Find<Tactile>()->poses = scratch.Write(  // milliseconds
       "poses.csv", "t,finger,x,y,z,qw,qx,qy,qz\n1000,rf,0,0,0,1,0,0,0\n1040,rf,0,0,0,1,0,0,0\n");
   try {
     OpenTactileRecording(scene, false);
@@ -515,7 +516,7 @@ TEST(FingerPosesTest, MistakesAreRefusedWithTheirLine) {
       {head + "1,rf,0,0,0,1,0,0,0\n0.5,rf,0,0,0,1,0,0,0\n", "poses.csv:3: t = 0.5: accepted is a"},
   };
   for (const auto& row : kRows) {
-    scene.sense.tactile->poses = scratch.Write("poses.csv", row.text);
+    scene.sense.Find<Tactile>()->poses = scratch.Write("poses.csv", row.text);
     try {
       OpenTactileRecording(scene, false);
       ADD_FAILURE() << row.message;

@@ -320,11 +320,11 @@ TEST_F(CalibrateTest, RegistersACameraAboveThePlane) {
                               "-0.04,0.02,0,319.5,139.5\n-0.04,0.07,0,419.5,139.5\n");
   ASSERT_EQ(Run(), 0) << said_;
   const Scene scene = BlockWithCamera(LinesOf(options_.out));
-  EXPECT_NEAR(scene.sense.camera->pixel, 0.5e-3, 1e-12);
-  EXPECT_LT(
-      (scene.sense.camera->X_SC * Eigen::Vector3d(0.05, 0, 0) - Eigen::Vector3d(0.01, 0.07, 0))
-          .norm(),
-      1e-9);
+  EXPECT_NEAR(scene.sense.Find<Camera>()->pixel, 0.5e-3, 1e-12);
+  EXPECT_LT((scene.sense.Find<Camera>()->X_SC * Eigen::Vector3d(0.05, 0, 0) -
+             Eigen::Vector3d(0.01, 0.07, 0))
+                .norm(),
+            1e-9);
   EXPECT_THAT(said_, HasSubstr("pixel: 0.5 mm\n"));
   EXPECT_THAT(said_, HasSubstr("pose: {translation: [10 mm, 20 mm, 0 mm], rotation: [0 deg, 0 deg, "
                                "90 deg]}"));
@@ -400,12 +400,12 @@ TEST_F(CalibrateTest, RegistersACameraWithALensAboveThePlane) {
   ASSERT_EQ(lines.size(), 3U);
   EXPECT_THAT(lines[0], testing::StartsWith("intrinsics: " + options_.rig.string()));
   const Scene scene = BlockWithCamera({lines[1], lines[2]});
-  EXPECT_NEAR(scene.sense.camera->pixel, 0.4 / 800, 1e-9);
+  EXPECT_NEAR(scene.sense.Find<Camera>()->pixel, 0.4 / 800, 1e-9);
   const Eigen::Vector3d centre_C((319.5 - 322) / 800, (239.5 - 236) / 800, 1);
   Eigen::Vector3d centre_S = X_SC * (0.4 * centre_C);
-  EXPECT_LT((scene.sense.camera->X_SC.translation() - centre_S).norm(), 1e-8);
+  EXPECT_LT((scene.sense.Find<Camera>()->X_SC.translation() - centre_S).norm(), 1e-8);
   const Eigen::Vector3d right_S = X_SC.linear() * Eigen::Vector3d::UnitX();
-  EXPECT_LT((scene.sense.camera->X_SC.linear().col(0) - right_S).norm(), 1e-6);
+  EXPECT_LT((scene.sense.Find<Camera>()->X_SC.linear().col(0) - right_S).norm(), 1e-6);
 
   options_.plane = false;  // the camera itself, for a depth camera
   ASSERT_EQ(Run(), 0) << said_;

@@ -29,8 +29,8 @@ Scene MembraneScene() {
   scene.model.kind = "plate-large";
   scene.manipulator.home = {0, 0, 5e-3};
   scene.operator_options.press_depth = 3e-3;
-  scene.sense.stereo.emplace().X_SL.translation() = Vector3d(-kBaseline / 2, 0, -kDistance);
-  scene.sense.points.emplace().sigma = kSigma;
+  scene.sense.Set(PointsOptions{StereoCameras{}, {.sigma = kSigma}});
+  scene.sense.Find<StereoCameras>()->X_SL.translation() = Vector3d(-kBaseline / 2, 0, -kDistance);
   return scene;
 }
 
@@ -56,7 +56,7 @@ TEST(StereoExpectationTest, DepthIsAsUncertainAsTheDisparity) {
 
 TEST(StereoExpectationTest, BehindTheCamerasNothingIsExpected) {
   Scene scene = MembraneScene();
-  scene.sense.stereo->X_SL.translation().z() = 0.1;
+  scene.sense.Find<StereoCameras>()->X_SL.translation().z() = 0.1;
   EXPECT_FALSE(ExpectedSight(scene, ParallelRig()));
   EXPECT_TRUE(InBothPictures(scene, ParallelRig(), {{0, 0}}).empty());
 }
@@ -76,9 +76,9 @@ TEST(StereoExpectationTest, TheForcesSigmaIsTheSpreadOfForcesFittedToNoisyDots) 
   Scene scene = MembraneScene();
   scene.model.kind = "plate";  // the quickest, where it holds: well below half the thickness
   scene.operator_options.press_depth = 0.3e-3;
-  scene.sense.points->sigma = 0.01;
+  scene.sense.Find<PointTracking>()->sigma = 0.01;
   const StereoRig rig = ParallelRig();
-  const auto places = DotPlaces(*scene.sense.points);
+  const auto places = DotPlaces(*scene.sense.Find<PointTracking>());
   const auto expected = ExpectedForce(scene, rig, places).value();
   ASSERT_NE(expected.validity, Validity::kFailed);
 

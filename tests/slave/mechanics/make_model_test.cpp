@@ -76,7 +76,7 @@ TEST(MakeModel, AutoSaysHowDeepAMembraneIsPressed) {
   Scene untold = PressedMembraneScene(5e-3, 0.05);
   untold.operator_options.press_told = false;
   EXPECT_EQ(ChooseModel(untold).kind, "plate");
-  untold.sense.stereo.emplace();  // two cameras watch the press, however deep by default
+  untold.sense.Set(PointsOptions{});  // two cameras watch the press, however deep by default
   EXPECT_EQ(ChooseModel(untold).kind, "plate-large");
   Scene tight = PressedMembraneScene(0.1e-3, 0.05);
   tight.model.prestress = 12;

@@ -29,14 +29,31 @@ TEST(SceneLoaderTest, FillsInTheDefaults) {
   EXPECT_EQ(scene.model.puncture_depth, 0);
   EXPECT_EQ(scene.object.material.density, 0);
   EXPECT_TRUE(scene.object.X_SO.isApprox(Eigen::Isometry3d::Identity()));
-  EXPECT_TRUE(scene.sense.camera->X_SC.translation().isApprox(Eigen::Vector3d(0.04, 0.02, 0)));
-  EXPECT_EQ(scene.sense.camera->size, (std::array{640, 480}));
-  EXPECT_EQ(scene.sense.camera->rate, 60);
-  EXPECT_TRUE(scene.sense.tip->template_file.empty());
-  EXPECT_EQ(scene.sense.contour->control_points, 60);
-  EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.sense.contour->start));
+  EXPECT_TRUE(
+      scene.sense.Find<Camera>()->X_SC.translation().isApprox(Eigen::Vector3d(0.04, 0.02, 0)));
+  EXPECT_EQ(scene.sense.Find<Camera>()->size, (std::array{640, 480}));
+  EXPECT_EQ(scene.sense.Find<Camera>()->rate, 60);
+  EXPECT_TRUE(scene.sense.Find<TipTracking>()->template_file.empty());
+  EXPECT_EQ(scene.sense.Find<ContourTracking>()->control_points, 60);
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.sense.Find<ContourTracking>()->start));
   EXPECT_EQ(scene.operator_options.force_limit, 3.3);
   EXPECT_TRUE(scene.operator_options.transform.R_SM.isIdentity());
+}
+
+// What stands in a scene for one way of feeling takes the place of what stood there; another way
+// stands beside it.
+TEST(SenseOptionsTest, EachWayOfFeelingIsHeldOnce) {
+  SenseOptions sense;
+  EXPECT_EQ(SensorRate(sense), 0);
+  sense.Set(PointsOptions{.eyes = StereoCameras{.rate = 25}});
+  sense.Set(Tactile{.rate = 200});
+  sense.Set(PointsOptions{.eyes = DepthPictures{.rate = 15}});
+  EXPECT_EQ(sense.all().size(), 2U);
+  EXPECT_EQ(sense.Find<StereoCameras>(), nullptr);
+  EXPECT_EQ(sense.Find<DepthPictures>()->rate, 15);
+  EXPECT_EQ(sense.Find<Tactile>()->rate, 200);
+  EXPECT_EQ(sense.Find<Camera>(), nullptr);
+  EXPECT_EQ(SensorRate(sense), 15);
 }
 
 TEST(SceneLoaderTest, MeasuresMotionByTheObject) {
@@ -72,7 +89,7 @@ TEST(SceneLoaderTest, SolveNeedsOnlyNameObjectAndModel) {
       "poisson_ratio: 0.5}}\nmodel: {kind: bem2d}\n";
   const Scene scene = Load(text, {}, SceneUse::kSolve);
   EXPECT_TRUE(scene.object.fixed.empty());
-  EXPECT_FALSE(scene.tool || scene.sense.camera || scene.sense.tip);
+  EXPECT_FALSE(scene.tool || scene.sense.Find<Camera>() || scene.sense.Find<TipTracking>());
   EXPECT_THROW(Load(text), SceneError);
   EXPECT_THROW(Load("name: a\n", {}, SceneUse::kSolve), SceneError);
 }
@@ -178,7 +195,7 @@ TEST(SceneLoaderTest, KnowsWherePicturesComeFrom) {
   for (const auto& row : kRows) {
     const std::string line = std::string("  camera: {pixel: 1 mm, ") + row.camera + "}";
     const Camera camera =
-        *LoadScene(folder.Write("scene.yaml", SmallSceneWith(9, line))).sense.camera;
+        *LoadScene(folder.Write("scene.yaml", SmallSceneWith(9, line))).sense.Find<Camera>();
     EXPECT_EQ(camera.source, row.source) << row.camera;
     EXPECT_EQ(camera.pattern, row.pattern) << row.camera;
     const bool has_own_size = camera.source == Camera::Source::kDevice;
@@ -189,11 +206,14 @@ TEST(SceneLoaderTest, KnowsWherePicturesComeFrom) {
 TEST(SceneLoaderTest, ReadsTheSnakesStart) {
   const Scene circle = Load(SmallSceneWith(
       11, "  contour: {beta: 0.5, start: {circle: {centre: [320 px, 240], radius: 100 px}}}"));
-  EXPECT_EQ(circle.sense.contour->beta, 0.5);
-  EXPECT_EQ(std::get<ContourTracking::Circle>(circle.sense.contour->start).radius, 100);
+  EXPECT_EQ(circle.sense.Find<ContourTracking>()->beta, 0.5);
+  EXPECT_EQ(std::get<ContourTracking::Circle>(circle.sense.Find<ContourTracking>()->start).radius,
+            100);
   const Scene polygon =
       Load(SmallSceneWith(11, "  contour: {start: {polygon: [[0, 0], [9 px, 0], [0, 9]]}}"));
-  EXPECT_EQ(std::get<ContourTracking::Polygon>(polygon.sense.contour->start).points.size(), 3U);
+  EXPECT_EQ(std::get<ContourTracking::Polygon>(polygon.sense.Find<ContourTracking>()->start)
+                .points.size(),
+            3U);
 }
 
 // From 1 nm to 1 km and from 1 Pa to 1 TPa scenes are scenes.
@@ -214,7 +234,7 @@ TEST(SceneLoaderTest, AcceptsEverySizeAndStiffness) {
 // A decimal comma in the program's locale must not turn 0.35 into 0.
 TEST(SceneLoaderTest, TheLocaleDoesNotMatter) {
   const DecimalCommaLocale comma;
-  EXPECT_DOUBLE_EQ(Load(SmallScene()).sense.camera->pixel, 0.35e-3);
+  EXPECT_DOUBLE_EQ(Load(SmallScene()).sense.Find<Camera>()->pixel, 0.35e-3);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ Scene LoadShipped(const std::string& name) {
 
 // Every corner that moves into the picture: the object and the tool from home to full press.
 void ExpectInPicture(const Scene& scene) {
-  const Camera& camera = *scene.sense.camera;
+  const Camera& camera = *scene.sense.Find<Camera>();
   const Eigen::Vector2d half(0.5 * camera.size[0] * camera.pixel,
                              0.5 * camera.size[1] * camera.pixel);
   const auto expect = [&](const Eigen::Vector3d& p_S) {
@@ -91,13 +91,13 @@ TEST(ShippedSceneTest, TheMembraneIsPaperCsFirstExperiment) {
   EXPECT_DOUBLE_EQ(scene.object.material.poisson_ratio, 0.45);
   EXPECT_EQ(scene.model.kind, "plate-large");
   EXPECT_DOUBLE_EQ(scene.operator_options.press_depth, 5e-3);
-  const StereoCameras& pair = scene.sense.stereo.value();
+  const StereoCameras& pair = *scene.sense.Find<StereoCameras>();
   EXPECT_EQ(pair.source, StereoCameras::Source::kSimulated);
   EXPECT_EQ(pair.rate, 30);
   EXPECT_EQ(pair.focal, 800);
   EXPECT_DOUBLE_EQ(pair.baseline, 0.06);
   EXPECT_NEAR(pair.X_SL.translation().z(), -0.25, 1e-12);
-  const PointTracking& points = scene.sense.points.value();
+  const PointTracking& points = *scene.sense.Find<PointTracking>();
   EXPECT_EQ(points.track, PointTracking::Track::kDots);
   EXPECT_EQ(points.count, 31);
   EXPECT_TRUE(points.spacing.isApprox(Eigen::Vector2d(0.015, 0.010)));
@@ -112,8 +112,8 @@ TEST(ShippedSceneTest, TheHeartIsPaperCsSecondExperiment) {
   const Scene scene = LoadShipped("heart-target");
   EXPECT_TRUE(std::holds_alternative<MeshFileGeometry>(scene.object.geometry));
   EXPECT_FALSE(IsHeld(scene.object));
-  EXPECT_EQ(scene.sense.points.value().track, PointTracking::Track::kTexture);
-  EXPECT_EQ(scene.sense.stereo.value().rate, 30);
+  EXPECT_EQ(scene.sense.Find<PointTracking>()->track, PointTracking::Track::kTexture);
+  EXPECT_EQ(scene.sense.Find<StereoCameras>()->rate, 30);
   EXPECT_EQ(scene.site.pace, 1);
   // The tool's default width is a fifteenth of the larger side.
   EXPECT_NEAR(15 * scene.tool.value().width, 0.068, 2 * 0.0006);

@@ -15,14 +15,15 @@ using ::testing::HasSubstr;
 
 TEST_F(StereoSceneTest, ThePairHasTheStatedRigByDefault) {
   const Scene scene = Load({});
-  const StereoCameras& pair = scene.sense.stereo.value();
+  const StereoCameras& pair = *scene.sense.Find<StereoCameras>();
   EXPECT_EQ(pair.source, StereoCameras::Source::kSimulated);
   EXPECT_EQ(pair.size, (std::array{640, 480}));
   EXPECT_EQ(pair.focal, 800);
   EXPECT_DOUBLE_EQ(pair.baseline, 0.06);
   EXPECT_EQ(pair.rate, 30);
   EXPECT_TRUE(pair.rig.empty());
-  EXPECT_FALSE(scene.sense.camera || scene.sense.depth || scene.sense.tip || scene.sense.contour);
+  EXPECT_FALSE(scene.sense.Find<Camera>() || scene.sense.Find<DepthPictures>() ||
+               scene.sense.Find<TipTracking>() || scene.sense.Find<ContourTracking>());
   EXPECT_TRUE(HasEyes(scene.sense) && HasPictures(scene.sense));
   EXPECT_EQ(SensorRate(scene.sense), 30);
   EXPECT_TRUE(scene.model.prestress == 0 && scene.site.pace == 1);
@@ -37,7 +38,7 @@ TEST_F(StereoSceneTest, ThePairStandsInsideAndLooksAtTheMembranesCentreWhereverI
       "focal: 900 px}}";
   lines.fixed += "\n  pose: {translation: [10 mm, -20 mm, 5 mm], rotation: [0, 90 deg, 30 deg]}";
   const Scene scene = Load(lines);
-  const StereoCameras& pair = *scene.sense.stereo;
+  const StereoCameras& pair = *scene.sense.Find<StereoCameras>();
   EXPECT_EQ(pair.rate, 60);
   EXPECT_EQ(pair.size, (std::array{800, 600}));
   EXPECT_EQ(pair.focal, 900);
@@ -54,7 +55,7 @@ TEST_F(StereoSceneTest, ThePairStandsInsideAndLooksAtTheMembranesCentreWhereverI
 TEST_F(StereoSceneTest, APoseReplacesTheDefaultOne) {
   Lines lines;
   lines.camera = "{source: simulated, pair: {}, pose: {translation: [0, 0, -300 mm]}}";
-  const Eigen::Isometry3d X_SL = Load(lines).sense.stereo->X_SL;
+  const Eigen::Isometry3d X_SL = Load(lines).sense.Find<StereoCameras>()->X_SL;
   EXPECT_TRUE(X_SL.linear().isIdentity());
   EXPECT_TRUE(X_SL.translation().isApprox(Eigen::Vector3d(0, 0, -0.3)));
 }
@@ -62,7 +63,7 @@ TEST_F(StereoSceneTest, APoseReplacesTheDefaultOne) {
 TEST_F(StereoSceneTest, FilesOfTwoCamerasAreRead) {
   Lines lines;
   lines.camera = kFiles;
-  const StereoCameras pair = Load(lines).sense.stereo.value();
+  const StereoCameras pair = *Load(lines).sense.Find<StereoCameras>();
   EXPECT_EQ(pair.source, StereoCameras::Source::kFiles);
   EXPECT_EQ(pair.left, (folder_.path() / "pairs/left_%02d.png").string());
   EXPECT_EQ(pair.right, (folder_.path() / "pairs/right*.png").string());
@@ -83,7 +84,7 @@ TEST_F(StereoSceneTest, PatternsAreFoundFromTheWorkingDirectory) {
   folder_.Write("scene.yaml", StereoScene(lines));
   const auto before = std::filesystem::current_path();
   std::filesystem::current_path(folder_.path());
-  EXPECT_EQ(LoadScene("scene.yaml").sense.stereo.value().left, "l*.png");
+  EXPECT_EQ(LoadScene("scene.yaml").sense.Find<StereoCameras>()->left, "l*.png");
   std::filesystem::current_path(before);
 }
 
@@ -93,7 +94,7 @@ TEST_F(StereoSceneTest, DepthPicturesAreReadAndShowTheSurface) {
       "{depth: pairs, unit: 0.1 mm, fx: 600 px, fy: 601, cx: 320.5, cy: 240 px, sigma: "
       "0.3 mm, pose: {translation: [0, 0, -200 mm]}}";
   const Scene scene = Load(lines);
-  const DepthPictures& depth = scene.sense.depth.value();
+  const DepthPictures& depth = *scene.sense.Find<DepthPictures>();
   EXPECT_EQ(depth.pattern, (folder_.path() / "pairs").string());
   EXPECT_DOUBLE_EQ(depth.unit, 1e-4);
   EXPECT_EQ(depth.fx, 600);
@@ -103,13 +104,13 @@ TEST_F(StereoSceneTest, DepthPicturesAreReadAndShowTheSurface) {
   EXPECT_DOUBLE_EQ(depth.sigma, 3e-4);
   EXPECT_EQ(depth.rate, 30);
   EXPECT_TRUE(depth.X_SD.translation().isApprox(Eigen::Vector3d(0, 0, -0.2)));
-  EXPECT_EQ(scene.sense.points.value().track, PointTracking::Track::kSurface);
-  EXPECT_FALSE(scene.sense.stereo);
+  EXPECT_EQ(scene.sense.Find<PointTracking>()->track, PointTracking::Track::kSurface);
+  EXPECT_FALSE(scene.sense.Find<StereoCameras>());
 }
 
 // Reference: paper C, 5.1: 31 dots, 15 mm and 10 mm apart, on 39 mm.
 TEST_F(StereoSceneTest, AMembraneHasThePapersDotsByDefault) {
-  const PointTracking points = Load({}).sense.points.value();
+  const PointTracking points = *Load({}).sense.Find<PointTracking>();
   EXPECT_EQ(points.track, PointTracking::Track::kDots);
   EXPECT_EQ(points.count, 31);
   EXPECT_TRUE(points.spacing.isApprox(Eigen::Vector2d(0.015, 0.010)));
@@ -137,7 +138,7 @@ TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
 TEST_F(StereoSceneTest, EveryKeyOfDotsIsRead) {
   Lines lines;
   lines.points = "{track: dots, count: 12, spacing: [9 mm, 8 mm], radius: 1.5 mm, sigma: 0.2 px}";
-  const PointTracking points = *Load(lines).sense.points;
+  const PointTracking points = *Load(lines).sense.Find<PointTracking>();
   EXPECT_EQ(points.count, 12);
   EXPECT_TRUE(points.spacing.isApprox(Eigen::Vector2d(0.009, 0.008)));
   EXPECT_DOUBLE_EQ(points.dot_radius, 0.0015);
@@ -147,7 +148,7 @@ TEST_F(StereoSceneTest, EveryKeyOfDotsIsRead) {
 TEST_F(StereoSceneTest, ALayoutSaysHowManyDotsThereAre) {
   Lines lines;
   lines.points = "{layout: dots.csv}";
-  const PointTracking points = *Load(lines).sense.points;
+  const PointTracking points = *Load(lines).sense.Find<PointTracking>();
   EXPECT_EQ(points.layout, folder_.path() / "dots.csv");
   EXPECT_EQ(points.count, 4);
   EXPECT_DOUBLE_EQ(points.dot_radius, 0.002);  // a fifth of 10 mm
@@ -157,20 +158,20 @@ TEST_F(StereoSceneTest, WindowsOfTextureAreRead) {
   Lines lines;
   lines.camera = kFiles;
   lines.points = "{track: texture, at: [[15, 15], [624, 464 px]], window: 31 px, sigma: 0.3 px}";
-  const PointTracking points = *Load(lines).sense.points;
+  const PointTracking points = *Load(lines).sense.Find<PointTracking>();
   EXPECT_EQ(points.track, PointTracking::Track::kTexture);
   ASSERT_EQ(points.at.size(), 2U);
   EXPECT_EQ(points.at[1], Eigen::Vector2d(624, 464));
   EXPECT_EQ(points.count, 2);
   EXPECT_EQ(points.window, 31);
   lines.points = "{track: texture, count: 1, window: 255}";
-  EXPECT_EQ(Load(lines).sense.points->count, 1);
+  EXPECT_EQ(Load(lines).sense.Find<PointTracking>()->count, 1);
 }
 
 TEST_F(StereoSceneTest, AMembranesTextureMayBeFollowed) {
   Lines lines;
   lines.points = "{track: texture, count: 40}";
-  const PointTracking points = *Load(lines).sense.points;
+  const PointTracking points = *Load(lines).sense.Find<PointTracking>();
   EXPECT_EQ(points.track, PointTracking::Track::kTexture);
   EXPECT_EQ(points.count, 40);
 }
@@ -182,11 +183,12 @@ TEST_F(StereoSceneTest, WhatNothingHoldsIsFollowedByItsTexture) {
   lines.fixed = "";
   lines.model = "{kind: auto}";
   const Scene simulated = Load(lines);
-  EXPECT_EQ(simulated.sense.points->track, PointTracking::Track::kTexture);
+  EXPECT_EQ(simulated.sense.Find<PointTracking>()->track, PointTracking::Track::kTexture);
   EXPECT_FALSE(IsHeld(simulated.object));
   lines.camera =
       "{stereo: {left: \"pairs/left_%02d.png\", right: \"pairs/right*.png\", rig: rig.yaml}}";
-  EXPECT_TRUE(Load(lines).sense.stereo->X_SL.isApprox(Eigen::Isometry3d::Identity()));
+  EXPECT_TRUE(
+      Load(lines).sense.Find<StereoCameras>()->X_SL.isApprox(Eigen::Isometry3d::Identity()));
   lines.fixed = "{plane: {axis: z, at: 0 m}}";
   EXPECT_THAT(MistakesOf(lines), HasSubstr(":9: sense.camera.pose = (missing): accepted is a map"));
 }

@@ -62,7 +62,7 @@ class TactileSceneTest : public ::testing::Test {
 TEST_F(TactileSceneTest, TheContractsKeysAreEnough) {
   const Scene scene =
       Load(Tactile8("source: rh_tactile.csv, finger: rf, network: net, rest: first 50"));
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   EXPECT_EQ(tactile.source, Tactile::Source::kRecording);
   EXPECT_EQ(tactile.file, folder_.path() / "rh_tactile.csv");
   EXPECT_EQ(tactile.network, folder_.path() / "net");
@@ -81,7 +81,8 @@ TEST_F(TactileSceneTest, TheContractsKeysAreEnough) {
   EXPECT_EQ(tactile.patch, 0);
   EXPECT_EQ(tactile.hold, Tactile::Hold::kForce);
   EXPECT_TRUE(tactile.poses.empty());
-  EXPECT_FALSE(scene.sense.camera || scene.sense.tip || scene.sense.contour || scene.tool);
+  EXPECT_FALSE(scene.sense.Find<Camera>() || scene.sense.Find<TipTracking>() ||
+               scene.sense.Find<ContourTracking>() || scene.tool);
 }
 
 TEST_F(TactileSceneTest, EveryKeyIsRead) {
@@ -90,7 +91,7 @@ TEST_F(TactileSceneTest, EveryKeyIsRead) {
       "deg]}, network: net, rest: first 7, rate: 0.2 kHz, electrodes: layout.csv, localise: "
       "fitted.json, threshold: 3, full_scale: 150, radius: 6 mm, gate: 5 mm, patch: 8 mm, hold: "
       "displacement, state: carried, poses: poses.csv"));
-  const Tactile& tactile = *scene.sense.tactile;
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
   const Finger& finger = tactile.fingers.at(0);
   EXPECT_EQ(finger.name, "th");
   EXPECT_TRUE(finger.has_pose);
@@ -118,7 +119,7 @@ TEST_F(TactileSceneTest, FingersComeInTheFilesOrderWithTheirMotions) {
                       "      th: {pose: {translation: [30 mm, 20 mm, 40 mm]}}\n"
                       "      ff: {pose: {translation: [30 mm, 20 mm, -20 mm]}, motion: opposite}\n"
                       "      lf: {motion: stands}\n"));
-  const auto& fingers = scene.sense.tactile->fingers;
+  const auto* fingers = scene.sense.Find<Tactile>()->fingers;
   ASSERT_EQ(fingers.size(), 3U);
   EXPECT_EQ(fingers[0].name, "th");
   EXPECT_EQ(fingers[0].motion, Finger::Motion::kHand);

@@ -1,11 +1,11 @@
-#include "slave/site/coverage.h"
-
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+
+#include "slave/site/painting.h"
 
 namespace palpate::site {
 namespace {

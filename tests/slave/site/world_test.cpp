@@ -43,9 +43,9 @@ TEST_P(WorldTest, OneKindOfSourceShowsItOnAClockOfItsOwn) {
   const auto camera = world->OpenCamera(scene, pace);
   const auto pair = world->OpenPair(scene, pace);
   const auto fingertips = world->OpenFingertips(scene, pace);
-  EXPECT_EQ(camera != nullptr, scene.sense.camera.has_value());
-  EXPECT_EQ(pair != nullptr, scene.sense.stereo.has_value());
-  EXPECT_EQ(fingertips != nullptr, scene.sense.tactile.has_value());
+  EXPECT_EQ(camera != nullptr, scene.sense.Find<Camera>() != nullptr);
+  EXPECT_EQ(pair != nullptr, scene.sense.Find<StereoCameras>() != nullptr);
+  EXPECT_EQ(fingertips != nullptr, scene.sense.Find<Tactile>() != nullptr);
   if (camera) {
     EXPECT_EQ(camera->Next({})->sensed_at, Time{});
   }
@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, WorldTest,
 
 TEST(WorldOfRecordingsTest, ARealSiteIsNoWorld) {
   Scene scene = Shipped("silicone-block");
-  scene.sense.camera->source = Camera::Source::kFiles;
+  scene.sense.Find<Camera>()->source = Camera::Source::kFiles;
   EXPECT_EQ(MakeWorld(scene), nullptr);
 }
 

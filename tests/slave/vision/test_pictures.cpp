@@ -88,10 +88,7 @@ Scene SceneForTestPictures() {
   scene.name = "test pictures";
   scene.tool.emplace();
   scene.tool->width = 0.017;
-  scene.sense.camera.emplace();
-  scene.sense.camera->pixel = 0.001;
-  scene.sense.tip.emplace();
-  scene.sense.contour.emplace();
+  scene.sense.Set(CameraOptions{Camera{.pixel = 0.001}, TipTracking{}, ContourTracking{}});
   return scene;
 }
 

@@ -61,10 +61,10 @@ TEST(TipAndContourTrackerTest, SeeTipAndContourInPicturesOfEveryKind) {
 TEST(TipAndContourTrackerTest, ContoursRunCounterClockwiseInS) {
   for (const double turn : {0.0, M_PI}) {
     Scene scene = SceneForTestPictures();
-    scene.sense.tip.reset();
-    scene.sense.camera->X_SC = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX());
+    scene.sense.Find<CameraOptions>()->tip.reset();
+    scene.sense.Find<Camera>()->X_SC = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX());
     TipAndContourTracker eyes(scene, Picture().Render(), std::nullopt);
-    const CameraView view(*scene.sense.camera, 640, 480);
+    const CameraView view(*scene.sense.Find<Camera>(), 640, 480);
     Curve rest_S;
     for (const auto& p : eyes.rest_contour_I()) rest_S.push_back(view.ToSlave(p).head<2>());
     EXPECT_GT(CurveArea(rest_S), 0) << turn;
@@ -73,13 +73,13 @@ TEST(TipAndContourTrackerTest, ContoursRunCounterClockwiseInS) {
 
 TEST(TipAndContourTrackerTest, TrackOnlyWhatTheSceneAsksFor) {
   Scene scene = SceneForTestPictures();
-  scene.sense.contour.reset();
+  scene.sense.Find<CameraOptions>()->contour.reset();
   TipAndContourTracker tip_only(scene, Picture().Render(), Picture().tool->tip);
   EXPECT_TRUE(tip_only.rest_contour_I().empty());
   EXPECT_TRUE(tip_only.Look(Picture().Render(2), 1, {}).contour_I.empty());
   EXPECT_TRUE(tip_only.Look(Picture().Render(2), 2, {}).tip.found);
   scene = SceneForTestPictures();
-  scene.sense.tip.reset();
+  scene.sense.Find<CameraOptions>()->tip.reset();
   TipAndContourTracker contour_only(scene, Picture().Render(), std::nullopt);
   EXPECT_FALSE(contour_only.Look(Picture().Render(2), 1, {}).tip.found);
   EXPECT_EQ(contour_only.search_window(), cv::Rect());
@@ -92,8 +92,8 @@ TEST(TipAndContourTrackerTest, ATemplateFileIsFoundWithoutAHint) {
   const cv::Rect window(305, 110, 31, 46);
   ASSERT_TRUE(cv::imwrite(file.string(), picture.Render(5)(window)));
   Scene scene = SceneForTestPictures();
-  scene.sense.tip->template_file = file;
-  scene.sense.tip->anchor = picture.tool->tip - Eigen::Vector2d(window.x, window.y);
+  scene.sense.Find<TipTracking>()->template_file = file;
+  scene.sense.Find<TipTracking>()->anchor = picture.tool->tip - Eigen::Vector2d(window.x, window.y);
   TipAndContourTracker eyes(scene, picture.Render(), std::nullopt);
   const Observation& seen = eyes.Look(picture.Render(2), 1, {});
   ASSERT_TRUE(seen.tip.found);
@@ -166,10 +166,10 @@ TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
               testing::HasSubstr("sense.tip.template is missing"));
 
   Scene scene = good;
-  scene.sense.camera->pixel = 0;
+  scene.sense.Find<Camera>()->pixel = 0;
   EXPECT_THAT(ConstructionMessage(scene, first, tip), testing::HasSubstr("sense.camera.pixel"));
   scene = good;
-  scene.sense.camera.reset();
+  scene.sense.Find<CameraOptions>()->camera.reset();
   EXPECT_THAT(ConstructionMessage(scene, first, tip),
               testing::HasSubstr("sense.camera is missing"));
 
@@ -177,7 +177,7 @@ TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
   std::filesystem::create_directories(folder);
   const auto with_template = [&](const std::string& name, const cv::Mat& image) {
     Scene named = good;
-    named.sense.tip->template_file = folder / name;
+    named.sense.Find<TipTracking>()->template_file = folder / name;
     if (!image.empty()) cv::imwrite((folder / name).string(), image);
     return ConstructionMessage(named, first, tip);
   };

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/site/points/membrane/disc_mesh.h"
+#include "slave/site/points/membrane/neo_hookean_disc.h"
 
 namespace palpate::site {
 

@@ -1,6 +1,7 @@
-// What lies between the rungs of a press.
+// What lies between the rungs of a press, and between presses.
 #include <algorithm>
 #include <array>
+#include <complex>
 #include <cstddef>
 
 #include "slave/site/points/membrane/pressed_membrane.h"
@@ -60,6 +61,7 @@ double Limited(double slope, double chord) {
 // Of the rungs from one before `below` to two after it in what lies between it and the next one, at
 // the part t of the way: a cubic with the slopes, at either end, of the parabola through that rung
 // and its neighbours (at the first and the last rung, through the three nearest).
+
 using Weights = std::array<double, 4>;
 
 void AddSlope(const MembranePress& press, int at, int below, double factor, Weights* weights) {
@@ -84,6 +86,15 @@ Weights WeightsAt(const MembranePress& press, std::size_t below, double t) {
   AddSlope(press, i, i, h * t * u * u, &weights);
   AddSlope(press, i + 1, i, -h * t * t * u, &weights);
   return weights;
+}
+
+// Where a point of the turned disc (tool on the x axis at `p`) lies in the press solved at `q`.
+Vector2d Carried(const Vector2d& point, double p, double q, double rim) {
+  if (p == q) return point;
+  const double m = (p - q) * rim / (rim * rim - p * q);
+  const std::complex<double> z(point.x() / rim, point.y() / rim);
+  const std::complex<double> w = (z - m) / (1.0 - m * z);
+  return rim * Vector2d(w.real(), w.imag());
 }
 
 }  // namespace
@@ -118,6 +129,31 @@ Vector3d DisplacementAt(const MembranePress& press, const Vector2d& p_O, double 
     }
   }
   return displacement;
+}
+
+double ForceOf(const Dent& dent) noexcept {
+  double force = 0;
+  for (const Dent::Part& part : dent.parts) {
+    if (part.press && part.share > 0) force += part.share * ForceAt(*part.press, dent.depth);
+  }
+  return force;
+}
+
+Vector3d DisplacementOf(const Dent& dent, const Vector2d& p_O) noexcept {
+  if (!(p_O.norm() < dent.rim)) return Vector3d::Zero();
+  const double p = dent.place_O.norm();
+  const Vector2d axis = p > 0 ? Vector2d(dent.place_O / p) : Vector2d(1, 0);
+  const Vector2d across(-axis.y(), axis.x());
+  const Vector2d turned(axis.dot(p_O), across.dot(p_O));
+  Vector3d u = Vector3d::Zero();
+  for (const Dent::Part& part : dent.parts) {
+    if (!part.press || !(part.share > 0)) continue;
+    u += part.share *
+         DisplacementAt(*part.press, Carried(turned, p, part.radius, dent.rim), dent.depth);
+  }
+  Vector3d u_O;
+  u_O << u.x() * axis + u.y() * across, u.z();
+  return u_O;
 }
 
 }  // namespace palpate::site

@@ -26,8 +26,8 @@ class EstimatorTest : public ::testing::Test {
   }
   // The tool's tip at (x, y) [m] in S; `tool` false: it is not in the picture.
   [[nodiscard]] Frame Draw(double x, double y, bool tool = true) {
-    const cv::Size size(scene_.sense.camera->size[0], scene_.sense.camera->size[1]);
-    const CameraView view(*scene_.sense.camera, size.width, size.height);
+    const cv::Size size(scene_.sense.Find<Camera>()->size[0], scene_.sense.Find<Camera>()->size[1]);
+    const CameraView view(*scene_.sense.Find<Camera>(), size.width, size.height);
     cv::Mat fine(size.height * kScale, size.width * kScale, CV_8U, cv::Scalar(200));
     const auto box = [&](double x0, double y0, double x1, double y1, int grey) {
       const std::vector<cv::Point> corners{Fine(view, x0, y0), Fine(view, x1, y0),

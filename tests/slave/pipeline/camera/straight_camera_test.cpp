@@ -6,7 +6,7 @@
 
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/camera/scripted_camera.h"
+#include "slave/site/camera/scripted_press.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/support/paths.h"
 
@@ -21,7 +21,7 @@ Scene BlockBehindALens() {
   camera.left = {500, 500, 322, 236, {-0.3, 0.1, 0.001, -0.0005, 0}, {640, 480}};
   WriteRig(folder / "straight-lens.yaml", camera, true);
   Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
-  scene.sense.camera->lens = folder / "straight-lens.yaml";
+  scene.sense.Find<Camera>()->lens = folder / "straight-lens.yaml";
   return scene;
 }
 
@@ -34,10 +34,10 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   std::optional<Frame> frame = camera.Next({});
   ASSERT_TRUE(frame);
   Estimator estimator(scene, *frame, scene.manipulator.home);
-  const double pixel = scene.sense.camera->pixel;
+  const double pixel = scene.sense.Find<Camera>()->pixel;
   double worst = 0, unstraightened = 0;
   int compared = 0;
-  const Lens lens = ReadRig(scene.sense.camera->lens).left;
+  const Lens lens = ReadRig(scene.sense.Find<Camera>()->lens).left;
   for (int i = 0; frame && i < 60; ++i, frame = camera.Next({})) {
     const ContactEstimate& felt = estimator.Feel(*frame);
     ASSERT_TRUE(estimator.observation().tip.found) << i;
@@ -55,7 +55,7 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
 
 TEST(StraightCameraTest, ALensOfAnotherPictureSizeIsRefused) {
   Scene scene = BlockBehindALens();
-  scene.sense.camera->size = {320, 240};
+  scene.sense.Find<Camera>()->size = {320, 240};
   EXPECT_THROW(SimulatedSite site(scene), std::invalid_argument);
 }
 

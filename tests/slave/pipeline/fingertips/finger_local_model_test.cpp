@@ -18,7 +18,7 @@ using testing_fakes::kAbove;
 class FingerLocalModelTest : public ::testing::Test {
  protected:
   [[nodiscard]] Isometry3d Pressed(double depth) const {
-    Isometry3d X_SF = scene_.sense.tactile->fingers.front().X_SF;
+    Isometry3d X_SF = scene_.sense.Find<Tactile>()->fingers.front().X_SF;
     X_SF.translation().z() -= depth;
     return X_SF;
   }

@@ -200,7 +200,7 @@ TEST_F(FingertipSenseTest, TheEmergencyStopLatches) {
 TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed) {
   const Scene scene = CubeScene(kAbove);
   auto touching = std::make_shared<Touching>();
-  touching->X_SF = scene.sense.tactile->fingers.front().X_SF;
+  touching->X_SF = scene.sense.Find<Tactile>()->fingers.front().X_SF;
   touching->X_SF->translation().x() += 2e-3;
   LiveSlave slave(
       scene, nullptr, MakeManipulator(scene, [](const Vector3d&) {}),

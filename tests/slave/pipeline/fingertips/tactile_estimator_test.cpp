@@ -30,7 +30,9 @@ using testing_fakes::kWindow;
 // A scene, its estimator, and fingertips that rested.
 struct Touching {
   explicit Touching(const Scene& scene_in)
-      : scene(scene_in), estimator(scene, Fakes()), hand(scene.sense.tactile->fingers.size()) {
+      : scene(scene_in),
+        estimator(scene, Fakes()),
+        hand(scene.sense.Find<Tactile>()->fingers.size()) {
     Feel(kRest + kWindow);
   }
   const ContactEstimate& Feel(int samples, const Vector3d& way = {0, 0, 0}) {
@@ -113,9 +115,10 @@ TEST(TactileEstimatorTest, TheAnswerTurnsWithObjectAndFingertip) {
   X.linear() = Eigen::AngleAxisd(0.7, Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
   X.translation() = Vector3d(0.1, -0.2, 0.3);
   scene.object.X_SO = X * scene.object.X_SO;
-  Finger& finger = scene.sense.tactile->fingers[0];
+  Finger& finger = scene.sense.Find<Tactile>()->fingers[0];
   finger.X_SF = X * finger.X_SF;
-  scene.manipulator.home = finger.X_SF * Vector3d(0, 0, -scene.sense.tactile->finger_radius);
+  scene.manipulator.home =
+      finger.X_SF * Vector3d(0, 0, -scene.sense.Find<Tactile>()->finger_radius);
   Touching turned(scene);
 
   const Vector3d force(0.03, 0.01, -0.2), way(0, 0, -0.003);
@@ -262,7 +265,7 @@ TEST(TactileEstimatorTest, NodalForcesSumToThoseOfTheFingertips) {
   for (std::size_t i = 0; i < 5; ++i) {
     t.hand.forces_F[i] = {0.01, 0, -0.05 - 0.01 * static_cast<double>(i)};
     t.hand.active[i] = true;
-    total += t.scene.sense.tactile->fingers[i].X_SF.linear() * t.hand.forces_F[i];
+    total += t.scene.sense.Find<Tactile>()->fingers[i].X_SF.linear() * t.hand.forces_F[i];
   }
   t.Feel(kWindow);
   const BoundaryShape shape = t.estimator.Shape(true);
@@ -368,7 +371,8 @@ TEST(TactileEstimatorTest, StreamedForcesAreThoseFeltHoweverTheContactActs) {
        {"", ", hold: displacement", ", patch: 22 mm", ", hold: displacement, patch: 22 mm"}) {
     Scene scene = CubeScene(kAbove + extra);
     scene.object.X_SO = turned;
-    scene.sense.tactile->fingers[0].X_SF.translation() = turned * Vector3d(0.02, 0.02, 0.047);
+    scene.sense.Find<Tactile>()->fingers[0].X_SF.translation() =
+        turned * Vector3d(0.02, 0.02, 0.047);
     scene.manipulator.home = turned * Vector3d(0.02, 0.02, 0.04);
     Touching t(scene);
     for (const Vector3d& force : {Vector3d(0.03, 0.01, -0.2), Vector3d(0.03, 0.01, 0.05)}) {
@@ -557,7 +561,7 @@ std::string ComplaintOf(const Scene& scene) {
 TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
   const Scratch scratch;
   Scene scene = CubeScene(kAbove);
-  Tactile& tactile = *scene.sense.tactile;
+  Tactile& tactile = *scene.sense.Find<Tactile>();
   tactile.source = Tactile::Source::kRecording;
   tactile.network = kShipped;
   const auto write = [&](const char* columns) {
@@ -578,22 +582,22 @@ TEST(LoadSensesTest, FilesThatCannotBeUsedNameTheirKey) {
   const Scratch scratch;
   const auto none = scratch.path() / "nothing";
   Scene scene = CubeScene(kAbove);
-  scene.sense.tactile->network = none;
+  scene.sense.Find<Tactile>()->network = none;
   EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
   EXPECT_NE(ComplaintOf(scene).find("sense.tactile.network: "), std::string::npos);
-  scene.sense.tactile->network.clear();
-  scene.sense.tactile->electrodes = none;
+  scene.sense.Find<Tactile>()->network.clear();
+  scene.sense.Find<Tactile>()->electrodes = none;
   EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
   EXPECT_NE(ComplaintOf(scene).find("sense.tactile.electrodes: "), std::string::npos);
-  scene.sense.tactile->electrodes.clear();
-  scene.sense.tactile->localise = (scratch.path() / "none.json").string();
+  scene.sense.Find<Tactile>()->electrodes.clear();
+  scene.sense.Find<Tactile>()->localise = (scratch.path() / "none.json").string();
   EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
 }
 
 TEST(LoadSensesTest, ANetworkWithoutAStateCarriesNone) {
   const Scratch scratch;
   Scene scene = CubeScene(kAbove);
-  Tactile& tactile = *scene.sense.tactile;
+  Tactile& tactile = *scene.sense.Find<Tactile>();
   tactile.carries_state = true;
   tactile.network = kShipped;
   EXPECT_EQ(ComplaintOf(scene), "");

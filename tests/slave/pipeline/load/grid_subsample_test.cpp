@@ -1,9 +1,9 @@
-#include "slave/pipeline/load/grid_subsample.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
+
+#include "slave/pipeline/load/robust_plate_fit.h"
 
 namespace palpate {
 namespace {

@@ -1,5 +1,3 @@
-#include "slave/pipeline/load/volume_load_identifier.h"
-
 #include <cmath>
 #include <random>
 #include <stdexcept>
@@ -9,6 +7,7 @@
 
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/points/surface_estimator.h"
 #include "tests/support/allocation_count.h"
 

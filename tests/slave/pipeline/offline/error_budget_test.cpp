@@ -1,9 +1,9 @@
-#include "slave/pipeline/offline/error_budget.h"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "slave/pipeline/offline/account.h"
 
 namespace palpate {
 namespace {

@@ -32,9 +32,10 @@ Scene RubberMembrane(const std::string& kind, double p) {
   scene.object.X_SO.translation() << 0.1, -0.02, 0.03;
   scene.object.X_SO.linear() = Eigen::AngleAxisd(0.2, Vector3d::UnitX()).toRotationMatrix();
   scene.tool = Tool{.shape = Tool::Shape::kRound, .width = 4e-3};
-  scene.sense.points.emplace();
-  scene.sense.stereo.emplace().X_SL = scene.object.X_SO * Eigen::Translation3d(-0.03, 0, -0.25) *
-                                      Eigen::AngleAxisd(std::atan2(0.03, 0.25), Vector3d::UnitY());
+  scene.sense.Set(PointsOptions{});
+  scene.sense.Find<StereoCameras>()->X_SL =
+      scene.object.X_SO * Eigen::Translation3d(-0.03, 0, -0.25) *
+      Eigen::AngleAxisd(std::atan2(0.03, 0.25), Vector3d::UnitY());
   scene.model.kind = kind;
   scene.operator_options.press_depth = kDeepest;
   scene.manipulator.home = scene.object.X_SO * Vector3d(p * kRadius, 0, kDeepest);
@@ -44,11 +45,11 @@ Scene RubberMembrane(const std::string& kind, double p) {
 StereoDots EyesOf(const Scene& scene, const StereoRig& rig) {
   StereoDots::Params params;
   params.rig = rig;
-  params.X_SL = scene.sense.stereo->X_SL;
+  params.X_SL = scene.sense.Find<StereoCameras>()->X_SL;
   params.X_SO = scene.object.X_SO;
-  params.layout = DotPlaces(*scene.sense.points);
-  params.dot_radius = scene.sense.points->dot_radius;
-  params.sigma_px = scene.sense.points->sigma;
+  params.layout = DotPlaces(*scene.sense.Find<PointTracking>());
+  params.dot_radius = scene.sense.Find<PointTracking>()->dot_radius;
+  params.sigma_px = scene.sense.Find<PointTracking>()->sigma;
   return StereoDots(params);
 }
 
@@ -71,7 +72,7 @@ class Membrane {
   [[nodiscard]] Vector3d TrueForce() const { return site_.truth().force; }
   // The largest error of a dot's displacement along the normal [m].
   [[nodiscard]] double DisplacementError() const {
-    const std::vector<Vector2d> layout = DotPlaces(*scene_.sense.points);
+    const std::vector<Vector2d> layout = DotPlaces(*scene_.sense.Find<PointTracking>());
     double largest = 0;
     for (std::size_t i = 0; i < layout.size(); ++i) {
       if (!seen_->points[i].seen) continue;

@@ -10,8 +10,8 @@
 #include <unistd.h>
 
 #include "slave/pipeline/offline/offline_run.h"
+#include "slave/pipeline/points/points_scores.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
-#include "slave/pipeline/points/tracking_counts.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 #include "tests/support/paths.h"
@@ -55,10 +55,10 @@ class PointsRunTest : public ::testing::Test {
       cv::imwrite((folder_ / ("left-" + number)).string(), pair.left);
       cv::imwrite((folder_ / ("right-" + number)).string(), pair.right);
     }
-    scene.sense.stereo->source = StereoCameras::Source::kFiles;
-    scene.sense.stereo->left = (folder_ / "left-*.png").string();
-    scene.sense.stereo->right = (folder_ / "right-*.png").string();
-    scene.sense.stereo->rig = folder_ / "rig.yaml";
+    scene.sense.Find<StereoCameras>()->source = StereoCameras::Source::kFiles;
+    scene.sense.Find<StereoCameras>()->left = (folder_ / "left-*.png").string();
+    scene.sense.Find<StereoCameras>()->right = (folder_ / "right-*.png").string();
+    scene.sense.Find<StereoCameras>()->rig = folder_ / "rig.yaml";
     return scene;
   }
   // What a run of recorded pairs is refused with.
@@ -141,7 +141,7 @@ TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
 // A pair turned towards each other sees an array in exchanged pictures, too: bent the other way.
 TEST_F(PointsRunTest, ExchangedSidesPullAndAreDoubted) {
   Scene scene = Recorded({4.0, {0, 0}, false});
-  std::swap(scene.sense.stereo->left, scene.sense.stereo->right);
+  std::swap(scene.sense.Find<StereoCameras>()->left, scene.sense.Find<StereoCameras>()->right);
   const OfflineSummary summary = RunOffline(scene, {folder_ / "out", false, false, {}}, {});
   std::uint64_t pulls = 0;
   for (const auto& [why, count] : summary.own["reasons"].items()) {
@@ -178,7 +178,7 @@ TEST_F(PointsRunTest, WrittenFramesTellTheSameForcesAgain) {
   scene.tool->width = 4e-3;
   scene.operator_options.press_depth = 0.3e-3;
   RunOffline(scene, {folder_ / "first", false, true, {}}, {});
-  StereoCameras& stereo = *scene.sense.stereo;
+  StereoCameras& stereo = *scene.sense.Find<StereoCameras>();
   stereo.source = StereoCameras::Source::kFiles;
   stereo.left = (folder_ / "first/frames/left/*.png").string();
   stereo.right = (folder_ / "first/frames/right/*.png").string();

@@ -216,8 +216,8 @@ TEST(PointsSenseStartTest, PicturesThatAreNotTheRigsAreRefused) {
   auto world = std::make_shared<MembraneWorld>();
   world->Show({});
   Scene scene = MembraneScene();
-  scene.sense.stereo->size = {320, 240};
-  scene.sense.stereo->focal = 400;
+  scene.sense.Find<StereoCameras>()->size = {320, 240};
+  scene.sense.Find<StereoCameras>()->focal = 400;
   EXPECT_THROW(Watching(scene, world), std::runtime_error);
   world->End();
   EXPECT_THROW(Watching(MembraneScene(), world), std::runtime_error);

@@ -1,7 +1,7 @@
-#include "slave/pipeline/points/press_steps.h"
-
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "slave/pipeline/points/points_scores.h"
 
 namespace palpate {
 namespace {

@@ -1,7 +1,6 @@
-#include "slave/pipeline/points/rigid_translation.h"
-
 #include <gtest/gtest.h>
 
+#include "slave/pipeline/points/surface_estimator.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {

@@ -341,7 +341,7 @@ TEST(SurfaceEstimatorTest, TheLocalContactIsUsableAnywhereAndKeepsTheLastForNons
 // A scene whose eyes tell their rate: 30 Hz.
 Scene WatchedScene() {
   Scene scene = MembraneScene("plate-large");
-  scene.sense.stereo.emplace().rate = 30;
+  scene.sense.Set(PointsOptions{StereoCameras{.rate = 30}, {}});
   return scene;
 }
 

@@ -29,8 +29,8 @@ TEST(TipAndContourTrackerTest, TheSimulatedPairLooksFromInside) {
   const StereoRig rig = RigOf(scene);
   EXPECT_NEAR(rig.baseline(), 0.060, 1e-12);
   EXPECT_TRUE(rig.X_RL.isApprox(TestRig().X_RL, 1e-9));
-  EXPECT_TRUE(
-      (scene.object.X_SO.inverse() * scene.sense.stereo->X_SL).isApprox(TestPoseOfLeft(), 1e-9));
+  EXPECT_TRUE((scene.object.X_SO.inverse() * scene.sense.Find<StereoCameras>()->X_SL)
+                  .isApprox(TestPoseOfLeft(), 1e-9));
 }
 
 // Reference: the plate's closed form, drawn by perspective alone. Tolerance: depth by triangulation
@@ -53,7 +53,7 @@ TEST(TipAndContourTrackerTest, DotsTellHowTheMembraneIsBent) {
   const SurfaceObservation& seen = eyes->Look(pair);
   EXPECT_TRUE(seen.found);
   EXPECT_EQ(seen.sequence, 78U);
-  const auto layout = DotPlaces(*scene.sense.points);
+  const auto layout = DotPlaces(*scene.sense.Find<PointTracking>());
   ASSERT_EQ(seen.points.size(), layout.size());
   for (std::size_t i = 0; i < layout.size(); ++i) {
     ASSERT_TRUE(seen.points[i].seen) << i;
@@ -106,11 +106,10 @@ TEST(TipAndContourTrackerTest, LookingAllocatesNothingAfterTheFirstPictures) {
 TEST(TipAndContourTrackerTest, TextureTellsWhereItsWindowsWent) {
   TargetPictures pictures;
   Scene scene;
-  scene.sense.stereo.emplace();
-  scene.sense.stereo->X_SL = pictures.X_SL;
-  scene.sense.points.emplace();
-  scene.sense.points->track = PointTracking::Track::kTexture;
-  scene.sense.points->count = 12;
+  scene.sense.Set(PointsOptions{});
+  scene.sense.Find<StereoCameras>()->X_SL = pictures.X_SL;
+  scene.sense.Find<PointTracking>()->track = PointTracking::Track::kTexture;
+  scene.sense.Find<PointTracking>()->count = 12;
   const auto eyes = MakeSurfacePointTracker(scene, pictures.rig);
   EXPECT_EQ(eyes->stage(), "texture");
   EXPECT_FALSE(eyes->Look(StereoPair{}).found);
@@ -145,16 +144,14 @@ TEST(TipAndContourTrackerTest, TextureTellsWhereItsWindowsWent) {
 // Reference: a plane 100 mm away that moves 2 mm towards the camera.
 TEST(TipAndContourTrackerTest, DepthTellsWhereTheSurfaceWent) {
   Scene scene;
-  scene.sense.depth = TestDepthCamera();
-  scene.sense.points.emplace();
-  scene.sense.points->track = PointTracking::Track::kSurface;
+  scene.sense.Set(PointsOptions{TestDepthCamera(), {.track = PointTracking::Track::kSurface}});
   const auto eyes = MakeSurfacePointTracker(scene, {});
   EXPECT_EQ(eyes->stage(), "depth");
   std::mt19937 random(3);
   const auto look = [&](double z) {
     StereoPair pair;
     pair.left = DepthPicture(
-        *scene.sense.depth, [z](double, double) { return z; }, {}, &random);
+        *scene.sense.Find<DepthPictures>(), [z](double, double) { return z; }, {}, &random);
     return eyes->Look(pair);
   };
   while (!eyes->at_rest_known()) look(0.1);
@@ -177,7 +174,7 @@ TEST(TipAndContourTrackerTest, ARigThatCannotBeUsedIsTheScenesMistake) {
   StereoRig rig = RigOf(scene);
   const auto file =
       std::filesystem::temp_directory_path() / ("eyes-rig-" + std::to_string(getpid()) + ".yaml");
-  scene.sense.stereo->rig = file;
+  scene.sense.Find<StereoCameras>()->rig = file;
   const auto refusal = [&]() -> std::string {
     try {
       RigOf(scene);

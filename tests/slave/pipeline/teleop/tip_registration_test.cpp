@@ -1,6 +1,6 @@
-#include "slave/pipeline/teleop/tip_registration.h"
-
 #include <gtest/gtest.h>
+
+#include "slave/pipeline/teleop/operator_port.h"
 
 namespace palpate {
 namespace {

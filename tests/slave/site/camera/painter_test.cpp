@@ -63,7 +63,7 @@ std::vector<double> MeanOver(const cv::Mat& picture, const cv::Rect& window, boo
 }
 
 Eigen::Vector2d ToImage(const Scene& scene, double x, double y) {
-  return CameraView(*scene.sense.camera, 640, 480).ToImage({x, y, 0});
+  return CameraView(*scene.sense.Find<Camera>(), 640, 480).ToImage({x, y, 0});
 }
 
 // Fitted places of the block's top edge (over the columns right of the tool) and left edge, less
@@ -181,11 +181,11 @@ TEST(Painter, LightFallsTowardsTheLowerRight) {
 // A tool outside the picture, a body outside the picture, a picture full of body: all drawable.
 TEST(Painter, ThingsOutsideThePictureAreHarmless) {
   Scene scene = CleanBlock();
-  scene.sense.camera->X_SC.translation() << 10, 10, 0;
+  scene.sense.Find<Camera>()->X_SC.translation() << 10, 10, 0;
   const cv::Mat nothing = Picture(scene, scene.manipulator.home);
   EXPECT_EQ(cv::norm(nothing, cv::Mat(480, 640, CV_8U, cv::Scalar(200)), cv::NORM_INF), 0);
   scene = CleanBlock();
-  scene.sense.camera->pixel = 0.01e-3;
+  scene.sense.Find<Camera>()->pixel = 0.01e-3;
   SimulatedSite site(scene);
   site.MoveTool({0.044, 0.089, 0});
   site.MoveTool({0.044, 0.080, 0});

@@ -182,13 +182,13 @@ TEST(SimulatedSite, RefusalsNameTheKey) {
   scene.object.geometry = ImageContourGeometry{0.01};
   EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("object.geometry.contour"));
   scene = BlockScene();
-  scene.sense.camera.reset();
+  scene.sense = {};
   EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("sense.camera"));
   scene = BlockScene();
-  scene.sense.camera->size = {0, 0};
+  scene.sense.Find<Camera>()->size = {0, 0};
   EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("sense.camera.size"));
   scene = BlockScene();
-  scene.sense.camera->pixel = 0;
+  scene.sense.Find<Camera>()->pixel = 0;
   EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("sense.camera.pixel"));
   scene = BlockScene();
   scene.object.geometry = PolygonGeometry{{{{0, 0}, {1, 1}, {1, 0}, {0, 0.5}}, {}}, 0.01};

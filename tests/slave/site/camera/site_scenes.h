@@ -18,7 +18,7 @@ inline Scene BlockScene() {
   Camera camera;
   camera.pixel = 0.35e-3;
   camera.X_SC.translation() << 0.044, 0.060, 0;
-  scene.sense.camera = camera;
+  scene.sense.Set(CameraOptions{.camera = camera});
   scene.manipulator.home = {0.044, 0.091, 0};
   scene.manipulator.workspace_min = {-0.05, -0.05, 0};
   scene.manipulator.workspace_max = {0.15, 0.15, 0};
@@ -36,7 +36,7 @@ inline Scene EmbryoScene() {
   scene.tool = Tool{.width = 40e-6, .direction = {-1, 0}};
   Camera camera;
   camera.pixel = 3e-6;
-  scene.sense.camera = camera;
+  scene.sense.Set(CameraOptions{.camera = camera});
   scene.manipulator.home = {0.7e-3, 0, 0};
   scene.manipulator.max_speed = 0.5e-3;
   scene.operator_options.press_depth = 100e-6;

@@ -12,7 +12,6 @@
 #include "shared/text/csv.h"
 #include "slave/capture/tactile_recording.h"
 #include "slave/site/fingertips/simulated_fingertip.h"
-#include "slave/site/fingertips/skin_surface.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

@@ -8,9 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "slave/site/fingertips/finger_hand.h"
-#include "slave/site/fingertips/rigid_finger.h"
 #include "slave/site/fingertips/site_mesh.h"
-#include "slave/site/fingertips/surface_rays.h"
+#include "slave/site/fingertips/true_object.h"
 
 namespace palpate::site {
 namespace {

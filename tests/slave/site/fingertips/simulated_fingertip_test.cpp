@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/site/fingertips/skin_surface.h"
 #include "slave/tactile/localise/electrode_layout.h"
 #include "tests/support/allocation_count.h"
 

@@ -12,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include "slave/site/fingertips/scripted_touch.h"
-#include "slave/site/fingertips/simulated_fingers.h"
 #include "tests/slave/site/fingertips/touch_scenes.h"
 
 namespace palpate {
@@ -77,8 +76,8 @@ TEST(TactileSite, PinchingFingersFeelOppositeForces) {
 
 TEST(TactileSite, AStandingFingerIsPressedByTheBodyThatGivesWay) {
   Scene scene = PinchScene();
-  scene.sense.tactile->fingers[1].motion = Finger::Motion::kStands;
-  scene.sense.tactile->fingers[1].X_SF.translation().y() = -7e-3;  // it touches
+  scene.sense.Find<Tactile>()->fingers[1].motion = Finger::Motion::kStands;
+  scene.sense.Find<Tactile>()->fingers[1].X_SF.translation().y() = -7e-3;  // it touches
   TactileSite site(scene, kCoarse);
   PressBy(&site, 2.5e-3);
   const auto truth = site.truth().fingers;
@@ -111,11 +110,11 @@ TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
 
 TEST(TactileSite, AnOppositeFingerOnTheSameSideTouchesNothingOnTheWay) {
   Scene scene = CubeScene();
-  Finger other = scene.sense.tactile->fingers[0];
+  Finger other = scene.sense.Find<Tactile>()->fingers[0];
   other.name = "th";
   other.motion = Finger::Motion::kOpposite;
   other.X_SF.translation().y() = 0.01;
-  scene.sense.tactile->fingers.push_back(other);
+  scene.sense.Find<Tactile>()->fingers.push_back(other);
   TactileSite site(scene, kCoarse);
   EXPECT_NEAR(site.gap(), 5e-3, 1e-6);
   PressBy(&site, 1e-3);
@@ -157,7 +156,7 @@ TEST(TactileSite, PosesOfObjectAndHandTurnTheWholeWorld) {
   X.linear() = Eigen::AngleAxisd(1.1, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   X.translation() = Vector3d(0.2, -0.1, 0.4);
   scene.object.X_SO = X;
-  scene.sense.tactile->fingers[0].X_SF = X * scene.sense.tactile->fingers[0].X_SF;
+  scene.sense.Find<Tactile>()->fingers[0].X_SF = X * scene.sense.Find<Tactile>()->fingers[0].X_SF;
   TactileSite turned(scene, kCoarse), plain(CubeScene(), kCoarse);
   PressBy(&turned, 1e-3);
   PressBy(&plain, 1e-3);
@@ -258,19 +257,23 @@ TEST(TactileSite, RefusesWhatItCannotSimulateAndNamesTheKey) {
   const auto names = [](const std::string& text, const char* key) {
     return text.find(key) != std::string::npos;
   };
-  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.tactile.reset(); }), "sense.tactile"));
-  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.tactile->fingers.clear(); }), "fingers"));
-  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.tactile->fingers.resize(6); }), "fingers"));
-  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.tactile->rate = 0; }), "tactile.rate"));
-  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.tactile->finger_radius = -1; }), "radius"));
+  EXPECT_TRUE(names(refused([](Scene* s) { s->sense = {}; }), "sense.tactile"));
+  EXPECT_TRUE(
+      names(refused([](Scene* s) { s->sense.Find<Tactile>()->fingers.clear(); }), "fingers"));
+  EXPECT_TRUE(
+      names(refused([](Scene* s) { s->sense.Find<Tactile>()->fingers.resize(6); }), "fingers"));
+  EXPECT_TRUE(names(refused([](Scene* s) { s->sense.Find<Tactile>()->rate = 0; }), "tactile.rate"));
+  EXPECT_TRUE(
+      names(refused([](Scene* s) { s->sense.Find<Tactile>()->finger_radius = -1; }), "radius"));
   EXPECT_TRUE(names(refused([](Scene* s) { s->object.fixed.clear(); }), "object.fixed"));
   EXPECT_TRUE(names(refused([](Scene* s) {
                       s->object.geometry = RectangleGeometry{0.1, 0.1, 0.01};
                     }),
                     "object.geometry"));
-  EXPECT_TRUE(names(
-      refused([](Scene* s) { s->sense.tactile->fingers[0].motion = Finger::Motion::kStands; }),
-      "fingers.ff.motion"));
+  EXPECT_TRUE(names(refused([](Scene* s) {
+                      s->sense.Find<Tactile>()->fingers[0].motion = Finger::Motion::kStands;
+                    }),
+                    "fingers.ff.motion"));
   EXPECT_TRUE(
       names(refused([](Scene* s) { s->object.material.poisson_ratio = 0.5; }), "poisson_ratio"));
 }
@@ -278,11 +281,11 @@ TEST(TactileSite, RefusesWhatItCannotSimulateAndNamesTheKey) {
 TEST(TactileSite, RefusesAFingertipInsideTheObject) {
   for (const double height : {0.03, 0.055, 0.0665}) {  // in the middle, half in, half a mm in
     Scene scene = CubeScene();
-    scene.sense.tactile->fingers[0].X_SF.translation().z() = height;
+    scene.sense.Find<Tactile>()->fingers[0].X_SF.translation().z() = height;
     EXPECT_NE(Refusal(scene).find("fingers.ff.pose"), std::string::npos) << height;
   }
   Scene scene = PinchScene();
-  scene.sense.tactile->fingers[1].X_SF.translation().y() = 0.01;
+  scene.sense.Find<Tactile>()->fingers[1].X_SF.translation().y() = 0.01;
   EXPECT_NE(Refusal(scene).find("fingers.th.pose"), std::string::npos);
 }
 
@@ -323,16 +326,16 @@ TEST(ScriptedTouch, RefusesToPressNothing) {
   EXPECT_THROW(ScriptedTouch(site, scene), std::invalid_argument);
 }
 
-TEST(SimulatedFingers, EndAtOnceWhenStopped) {
+TEST(TactileSite, LiveSamplesEndAtOnceWhenStopped) {
   TactileSite site(CubeScene(), kCoarse);
-  SimulatedFingers fingers(site, 100);
+  const auto fingers = site.OpenFingertips(CubeScene(), {});
   std::stop_source stop;
-  const auto first = fingers.Next(stop.get_token()), second = fingers.Next(stop.get_token());
+  const auto first = fingers->Next(stop.get_token()), second = fingers->Next(stop.get_token());
   ASSERT_TRUE(first && second);
   EXPECT_EQ(second->sequence, first->sequence + 1);
   EXPECT_GT(second->sensed_at, first->sensed_at);
   stop.request_stop();
-  EXPECT_FALSE(fingers.Next(stop.get_token()));
+  EXPECT_FALSE(fingers->Next(stop.get_token()));
 }
 
 }  // namespace

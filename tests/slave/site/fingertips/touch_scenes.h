@@ -31,7 +31,7 @@ inline Scene FoamScene(const Eigen::Vector3d& size, const Fixed& fixed) {
   scene.object.geometry = BoxGeometry{size, {2, 2, 2}};
   scene.object.material = {.young_modulus = 3800, .poisson_ratio = 0.15, .density = 45};
   scene.object.fixed = {fixed};
-  scene.sense.tactile.emplace().source = Tactile::Source::kSimulated;
+  scene.sense.Set(Tactile{.source = Tactile::Source::kSimulated});
   scene.operator_options.press_depth = 2e-3;
   scene.operator_options.press_speed = 0.02;
   scene.manipulator.max_speed = 0.05;
@@ -41,7 +41,7 @@ inline Scene FoamScene(const Eigen::Vector3d& size, const Fixed& fixed) {
 // The cube stands on the table; a fingertip 5 mm above its middle, tip down by 40 degrees.
 inline Scene CubeScene() {
   Scene scene = FoamScene({0.06, 0.06, 0.06}, {FixedPlane{2, 0}});
-  scene.sense.tactile->fingers = {
+  scene.sense.Find<Tactile>()->fingers = {
       FingerAt("ff", {0.03, 0.03, 0.072}, {-0.64, 0, -0.77}, {1, 0, -1})};
   return scene;
 }
@@ -49,7 +49,7 @@ inline Scene CubeScene() {
 // The cube is held at x = 0 and pinched by two fingers whose pads look at each other, 5 mm off.
 inline Scene PinchScene() {
   Scene scene = FoamScene({0.06, 0.06, 0.06}, {FixedPlane{0, 0}});
-  auto& fingers = scene.sense.tactile->fingers;
+  auto& fingers = scene.sense.Find<Tactile>()->fingers;
   fingers = {FingerAt("ff", {0.03, 0.072, 0.03}, {0, -1, 0}, {-1, 0, 0}),
              FingerAt("th", {0.03, -0.012, 0.03}, {0, 1, 0}, {-1, 0, 0})};
   fingers[1].motion = Finger::Motion::kOpposite;

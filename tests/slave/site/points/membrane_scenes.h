@@ -28,8 +28,7 @@ inline Scene MembraneScene() {
   scene.object.material.poisson_ratio = 0.45;
   scene.object.X_SO.translation() << 0.1, -0.02, 0.03;
   scene.tool = Tool{.shape = Tool::Shape::kRound, .width = 4e-3};
-  scene.sense.stereo.emplace().X_SL = LeftEye(scene.object.X_SO);
-  scene.sense.points.emplace();
+  scene.sense.Set(PointsOptions{StereoCameras{.X_SL = LeftEye(scene.object.X_SO)}, {}});
   scene.operator_options.press_depth = 5e-3;
   scene.manipulator.home = scene.object.X_SO * Eigen::Vector3d(0, 0, 5e-3);
   return scene;
@@ -44,7 +43,7 @@ inline Scene TargetScene() {
   Scene scene = MembraneScene();
   scene.name = "target";
   scene.object.geometry = BoxGeometry{{0.04, 0.04, 0.04}, {1, 1, 1}};
-  scene.sense.points->track = PointTracking::Track::kTexture;
+  scene.sense.Find<PointTracking>()->track = PointTracking::Track::kTexture;
   return scene;
 }
 

@@ -8,7 +8,6 @@
 
 #include "slave/site/points/pair_rig.h"
 #include "slave/site/points/scripted_membrane.h"
-#include "slave/site/points/simulated_pair.h"
 #include "tests/slave/site/points/membrane_scenes.h"
 
 namespace palpate {
@@ -22,10 +21,11 @@ using site::TargetScene;
 TEST(SimulatedRig, BothCamerasLookAtTheObjectsOriginABaselineApart) {
   for (const double baseline : {0.005, 0.06, 0.2}) {
     Scene scene = MembraneScene();
-    scene.sense.stereo->baseline = baseline;
-    scene.sense.stereo->X_SL = site::LeftEye(scene.object.X_SO, baseline);
+    scene.sense.Find<StereoCameras>()->baseline = baseline;
+    scene.sense.Find<StereoCameras>()->X_SL = site::LeftEye(scene.object.X_SO, baseline);
     const StereoRig rig = SimulatedRig(scene);
-    const Vector3d p_L = scene.sense.stereo->X_SL.inverse() * scene.object.X_SO.translation();
+    const Vector3d p_L =
+        scene.sense.Find<StereoCameras>()->X_SL.inverse() * scene.object.X_SO.translation();
     const Vector3d p_R = rig.X_RL * p_L;
     EXPECT_NEAR(rig.baseline(), baseline, 1e-15);
     EXPECT_NEAR(p_L.head<2>().norm(), 0, 1e-12);
@@ -39,13 +39,14 @@ TEST(SimulatedRig, BothCamerasLookAtTheObjectsOriginABaselineApart) {
   }
 }
 
-TEST(SimulatedPair, PairsComeAtTheRateAndStopAtOnce) {
+TEST(LivePairs, ComeAtTheRateAndStopAtOnce) {
   Scene scene = MembraneScene();
+  scene.sense.Find<StereoCameras>()->rate = 50;
   StereoSite site(scene, site::kCoarse);
-  SimulatedPair source(site, 50);
+  const auto source = site.OpenPair(scene, {});
   Time last{};
   for (std::uint64_t k = 1; k <= 5; ++k) {
-    const auto pair = source.Next({});
+    const auto pair = source->Next({});
     ASSERT_TRUE(pair);
     EXPECT_EQ(pair->sequence, k);
     EXPECT_EQ(pair->left.size(), cv::Size(640, 480));
@@ -53,14 +54,16 @@ TEST(SimulatedPair, PairsComeAtTheRateAndStopAtOnce) {
     EXPECT_GT(pair->sensed_at, last);
     last = pair->sensed_at;
   }
-  SimulatedPair slow(site, 0.001);
+  scene.sense.Find<StereoCameras>()->rate = 0.001;
+  StereoSite slow_site(scene, site::kCoarse);
+  const auto slow = slow_site.OpenPair(scene, {});
   std::stop_source stop;
-  ASSERT_TRUE(slow.Next(stop.get_token()));
+  ASSERT_TRUE(slow->Next(stop.get_token()));
   std::jthread stopper([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     stop.request_stop();
   });
-  EXPECT_FALSE(slow.Next(stop.get_token()));
+  EXPECT_FALSE(slow->Next(stop.get_token()));
 }
 
 // Reference: the script as its header tells it.

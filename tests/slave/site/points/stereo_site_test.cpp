@@ -13,7 +13,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "slave/site/points/dotted_membrane.h"
+#include "slave/site/points/painted_membrane.h"
 #include "slave/site/points/textured_target.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "tests/slave/site/points/membrane_scenes.h"
@@ -130,7 +130,7 @@ TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   const StereoPictures pictures = site.TakePictures();
   const std::array<Eye, 2> eyes{EyeAt(-0.03), EyeAt(0.03)};
   double worst = 0, worst_area = 0, moved = 0;
-  for (const Vector2d& p_O : DotPlaces(*scene.sense.points)) {
+  for (const Vector2d& p_O : DotPlaces(*scene.sense.Find<PointTracking>())) {
     for (std::size_t e = 0; e < 2; ++e) {
       const SeenDot expected = DiscSeen(site, eyes[e], p_O);
       const cv::Mat& picture = e == 0 ? pictures.left : pictures.right;
@@ -157,7 +157,7 @@ TEST(StereoSite, TheToolIsPushedBackAlongTheNormal) {
   Scene scene = MembraneScene();
   scene.object.X_SO.linear() =
       Eigen::AngleAxisd(0.3, Vector3d(1, 2, 0).normalized()).toRotationMatrix();
-  scene.sense.stereo->X_SL = site::LeftEye(scene.object.X_SO);
+  scene.sense.Find<StereoCameras>()->X_SL = site::LeftEye(scene.object.X_SO);
   scene.manipulator.home = Tip(scene, {0, 0}, -5e-3);
   StereoSite site(scene, kCoarse);
   EXPECT_FALSE(site.truth().in_contact);
@@ -386,7 +386,7 @@ TEST(StereoSite, TheSameCallsGiveTheSamePictures) {
   Scene scene = MembraneScene();
   scene.operator_options.press_depth = 0.5e-3;
   for (const auto track : {PointTracking::Track::kDots, PointTracking::Track::kTexture}) {
-    scene.sense.points->track = track;
+    scene.sense.Find<PointTracking>()->track = track;
     StereoSite a(scene, kCoarse), b(scene, kCoarse);
     Scene reseeded = scene;
     reseeded.site.seed = 2;
@@ -474,7 +474,7 @@ TEST(StereoSite, TheTargetsTextureMovesWithIt) {
   for (int k = 0; k < 10; ++k) site.TakePictures();
   const cv::Mat last = site.TakePictures().left;
   const site::TexturedTarget target({});
-  const Isometry3d X_LS = scene.sense.stereo->X_SL.inverse();
+  const Isometry3d X_LS = scene.sense.Find<StereoCameras>()->X_SL.inverse();
   for (const Vector2d& p_I : {Vector2d(340, 250), Vector2d(320, 280), Vector2d(380, 230)}) {
     const auto p_B = target.PointAt(site.rig().left, X_LS * before.X_SB, p_I);
     ASSERT_TRUE(p_B);
@@ -494,7 +494,7 @@ TEST(StereoSite, TheTargetsTextureMovesWithIt) {
 // not where it was: the noise of two pictures remains, sqrt(2) sigma.
 TEST(StereoSite, TheMembranesTextureMovesWithIt) {
   Scene scene = MembraneScene();
-  scene.sense.points->track = PointTracking::Track::kTexture;
+  scene.sense.Find<PointTracking>()->track = PointTracking::Track::kTexture;
   scene.operator_options.press_depth = 3e-3;
   scene.site.flicker = 0;
   StereoSite site(scene, kCoarse);
@@ -536,15 +536,20 @@ TEST(StereoSite, ScenesThatCannotBeSimulatedNameTheKey) {
     return Refusal(scene);
   };
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.stereo.reset(); }), HasSubstr("sense.camera"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.points.reset(); }), HasSubstr("sense.points"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.points->track = PointTracking::Track::kSurface; }),
+  EXPECT_THAT(refusal([](Scene& s) { s.sense = {}; }), HasSubstr("sense.camera"));
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Set(PointsOptions{.eyes = DepthPictures{}}); }),
+              HasSubstr("sense.camera"));
+  EXPECT_THAT(refusal([](Scene& s) {
+                s.sense.Find<PointTracking>()->track = PointTracking::Track::kSurface;
+              }),
               HasSubstr("sense.points.track"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.points->count = 300; }), HasSubstr("sense.points"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.points->count = 0; }), HasSubstr("count"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.points->dot_radius = 0; }),
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<PointTracking>()->count = 300; }),
+              HasSubstr("sense.points"));
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<PointTracking>()->count = 0; }),
+              HasSubstr("count"));
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<PointTracking>()->dot_radius = 0; }),
               HasSubstr("sense.points.radius"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.points->dot_radius = kNan; }),
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<PointTracking>()->dot_radius = kNan; }),
               HasSubstr("sense.points.radius"));
   EXPECT_THAT(refusal([](Scene& s) { s.tool.reset(); }), HasSubstr("tool.width"));
   EXPECT_THAT(refusal([](Scene& s) { s.tool->width = 0.1; }), HasSubstr("tool.width"));
@@ -552,13 +557,21 @@ TEST(StereoSite, ScenesThatCannotBeSimulatedNameTheKey) {
               HasSubstr("operator.press.depth"));
   EXPECT_THAT(refusal([](Scene& s) { s.object.geometry = BoxGeometry{}; }),
               HasSubstr("object.geometry"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.stereo->focal = 0; }), HasSubstr("focal"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.stereo->baseline = 0; }), HasSubstr("baseline"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.stereo->baseline = kNan; }), HasSubstr("baseline"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.stereo->baseline = 1; }), HasSubstr("baseline"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.stereo->size = {0, 480}; }), HasSubstr("size"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.stereo->rate = 0; }), HasSubstr("rate"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.stereo->X_SL.translation().x() += 1; }),
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->focal = 0; }),
+              HasSubstr("focal"));
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->baseline = 0; }),
+              HasSubstr("baseline"));
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->baseline = kNan; }),
+              HasSubstr("baseline"));
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->baseline = 1; }),
+              HasSubstr("baseline"));
+  EXPECT_THAT(refusal([](Scene& s) {
+                s.sense.Find<StereoCameras>()->size = {0, 480};
+              }),
+              HasSubstr("size"));
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->rate = 0; }),
+              HasSubstr("rate"));
+  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->X_SL.translation().x() += 1; }),
               HasSubstr("sense.camera.pose"));
   EXPECT_EQ(Refusal(MembraneScene()), "accepted");
 }

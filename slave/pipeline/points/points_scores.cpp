@@ -1,4 +1,4 @@
-#include "slave/pipeline/points/press_steps.h"
+#include "slave/pipeline/points/points_scores.h"
 
 #include <cmath>
 

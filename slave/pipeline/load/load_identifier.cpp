@@ -1,15 +1,22 @@
+#include "slave/pipeline/load/load_identifier.h"
+
+#include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
 
+#include <Eigen/Geometry>
+
+#include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/plate_load_identifier.h"
-#include "slave/pipeline/load/volume_load_identifier.h"
 
 namespace palpate {
 namespace {
+
+using Eigen::Vector3d;
 
 constexpr int kFineModes = 20;  // order: resolves a tool of a tenth of the radius 10 t deep
 
@@ -35,6 +42,23 @@ std::unique_ptr<PlateSurface> MakeFinerPlate(const Scene& scene, const MembraneG
   return MakePlate(finer, membrane);
 }
 
+constexpr int kRings = 3;
+
+// Places of equal shares of a disc: the centre and rings of 6, 12, 18.
+std::vector<Vector3d> PlacesOfDisc(const Vector3d& p, const Vector3d& n, double radius) {
+  std::vector<Vector3d> places{p};
+  if (!(radius > 0)) return places;
+  const Vector3d along = n.unitOrthogonal(), across = n.cross(along);
+  for (int ring = 1; ring <= kRings; ++ring) {
+    const double r = radius * ring / (kRings + 0.5);
+    for (int i = 0; i < 6 * ring; ++i) {
+      const double angle = std::numbers::pi * i / (3 * ring);
+      places.push_back(p + r * (std::cos(angle) * along + std::sin(angle) * across));
+    }
+  }
+  return places;
+}
+
 }  // namespace
 
 std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene) {
@@ -44,6 +68,23 @@ std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene) {
                                                  MakeFinerPlate(scene, *membrane));
   }
   return MakeVolumeLoadIdentifier(scene, width);
+}
+
+void SpreadLoad(const SurfaceMesh& surface, const Vector3d& p_O, const Vector3d& n_O, double width,
+                const Vector3d& force_O, std::vector<Vector3d>* f_O) {
+  f_O->assign(surface.nodes.size(), Vector3d::Zero());
+  std::vector<SurfacePlace> met;
+  for (const Vector3d& p : PlacesOfDisc(p_O, n_O, width / 2)) {
+    const auto place = FindPlace(surface, p);
+    if (place && place->triangle >= 0) met.push_back(*place);
+  }
+  for (const SurfacePlace& place : met) {
+    const auto& nodes = surface.triangles[static_cast<std::size_t>(place.triangle)];
+    for (std::size_t c = 0; c < 3; ++c) {
+      (*f_O)[static_cast<std::size_t>(nodes[c])] +=
+          place.weights[static_cast<Eigen::Index>(c)] / static_cast<double>(met.size()) * force_O;
+    }
+  }
 }
 
 }  // namespace palpate

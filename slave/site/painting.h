@@ -1,0 +1,92 @@
+// What the sites paint their pictures with: textures on triangles, the coverage of pixels by
+// polygons, and what becomes of a seen world on its way into a camera.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+
+#include "slave/scene/scene.h"
+
+namespace palpate::site {
+
+// Speckle that repeats without a seam, and triangles filled with it: what makes a painted body move
+// visibly with its material.
+class Texture {
+ public:
+  static constexpr int kSize = 512;  // texels along a side; a power of two
+
+  // Smooth noise around `grey` with extremes near +-`contrast`, grains of about `grain` texels.
+  static Texture Speckle(std::uint32_t seed, double grain, float grey, float contrast);
+  // Two-valued blotches of `dark` and `light` on soft edges.
+  static Texture Blotches(std::uint32_t seed, double grain, float dark, float light);
+
+  // Fills the pixels of `canvas` (CV_32F, its first pixel at `origin` of the picture) whose centres
+  // lie in the triangle `at` [px]; `from`: the corners' places on the texture [texels].
+  void Fill(cv::Mat& canvas, const cv::Point& origin, const std::array<Eigen::Vector2d, 3>& at,
+            const std::array<Eigen::Vector2d, 3>& from) const;
+
+ private:
+  [[nodiscard]] float Sample(std::uint32_t u, std::uint32_t v) const;  // 16.16 fixed point
+
+  cv::Mat texels_;  // CV_32F, kSize x kSize
+};
+
+// How much of each pixel a polygon covers, exactly: the way font rasterisers do it, with signed
+// areas accumulated along rows. A straight edge is thereby drawn where it is, not to a raster.
+// Coverage of a window of the picture.
+class Coverage {
+ public:
+  // `window`: the part of the picture looked at [px].
+  explicit Coverage(const cv::Rect& window);
+  // Adds a closed polygon [px], pixel centres at integers. Loops turning the other way are holes.
+  // Parts outside the window are cut off.
+  void Add(const std::vector<Eigen::Vector2d>& polygon);
+  // Writes 0 to 1 into `alpha` (CV_32F, the window's size).
+  void Resolve(cv::Mat& alpha) const;
+
+ private:
+  void AddEdge(const Eigen::Vector2d& a, const Eigen::Vector2d& b);
+  void AddRowPiece(int row, double x0, double y0, double x1, double y1);
+
+  cv::Rect window_;
+  int stride_;
+  std::vector<float> change_;  // per row: change of coverage from one pixel to the next
+};
+
+// Smallest window of whole pixels around `polygon`, grown by `margin` and cut to `size`.
+cv::Rect WindowAround(const std::vector<Eigen::Vector2d>& polygon, int margin,
+                      const cv::Size& size);
+
+// What becomes of a seen world on its way into a camera: blur of the optics, light that falls
+// across the picture and flickers, noise, rounding.
+// One camera, or two that expose at the same instants: the same light, noise of their own. The same
+// sequence of calls gives the same pictures.
+class Exposure {
+ public:
+  Exposure(const SiteOptions& options, const std::array<int, 2>& size);
+
+  // Blurs `seen` (CV_32F) in place; beyond its edges it goes on as at them.
+  void Blur(cv::Mat& seen) const;
+  // The next instant: a flickering light has another strength.
+  void Advance();
+  // 8 bit grey of what is `seen` (CV_32F, the picture's size; blurred).
+  cv::Mat Expose(const cv::Mat& seen);
+  // How far blur reaches [px].
+  [[nodiscard]] int reach() const { return reach_; }
+
+ private:
+  double blur_, flicker_;
+  int reach_;
+  float gain_ = 1;
+  cv::Mat light_, noise_;  // CV_32F; noise larger than the picture: each takes a part of it
+  std::mt19937 random_;
+  std::uint64_t instants_ = 0;
+};
+
+}  // namespace palpate::site
