@@ -111,6 +111,7 @@ void SurfaceContact::AddFaces() {
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     const auto& nodes = surface_.triangles[t];
     Face face;
+    face.edge_normals.fill(Vector3d(0, 0, 0));
     face.triangle = static_cast<int>(t);
     for (std::size_t i = 0; i < 3; ++i) {
       face.corners[i] = surface_.nodes[Index(nodes[i])];

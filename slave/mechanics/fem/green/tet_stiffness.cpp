@@ -212,8 +212,6 @@ void Scatter(const Stiffness& k, const std::array<int, 10>& nodes, std::size_t c
   }
 }
 
-constexpr double kFixesMotion = 1e-10;  // smallest eigenvalue of the motions' Gram matrix
-
 }  // namespace
 
 TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, double nu,

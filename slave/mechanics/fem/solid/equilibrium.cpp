@@ -139,7 +139,7 @@ void Equilibrium::Constrain(const Balance& balance) {
   for (int column = 0; column < system_.cols(); ++column) {
     const bool fixed_column = balance.fixed[Index(column)];
     for (SparseMatrix::InnerIterator entry(system_, column); entry; ++entry) {
-      if (fixed_column || balance.fixed[Index(entry.row())]) {
+      if (fixed_column || balance.fixed[static_cast<std::size_t>(entry.row())]) {
         entry.valueRef() = entry.row() == column ? row_penalty_ : 0;
       }
     }

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
 #include "tests/support/paths.h"
 
@@ -18,10 +19,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-std::size_t Index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 MatrixXd DenseStiffness(const Body& body) {
   const double factor = body.E / ((1 + body.nu) * (1 - 2 * body.nu));

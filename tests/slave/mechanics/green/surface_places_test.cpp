@@ -34,34 +34,34 @@ std::vector<Contact> Everywhere(const SurfaceMesh& surface) {
 }
 
 // Reference: PatchAt, which walks the surface without tables.
-TEST(SurfaceFinder, FindsThePatchesThatPatchAtFinds) {
+TEST(SurfaceFootprints, FindThePatchesThatPatchAtFinds) {
   const SurfaceMesh surface = SurfaceOf(ShakenBox({5, 4, 3}, 1, 0.3).mesh);
-  SurfaceFinder finder(surface);
-  for (const auto& contact : Everywhere(surface)) {
-    const auto place = finder.Find(contact);
-    ASSERT_TRUE(place);
+  SurfaceFootprints footprints(surface);
+  ContactFootprint found;
+  for (auto contact : Everywhere(surface)) {
     for (const double width : {0.004, 0.02, 0.05}) {
-      const SurfacePatch patch = PatchAt(surface, *place, contact.p_O, width);
-      finder.FindPatch(*place, contact.p_O, width);
-      EXPECT_TRUE(std::ranges::equal(finder.patch().nodes, patch.nodes)) << contact.p_O;
-      EXPECT_TRUE(std::ranges::equal(finder.patch().triangles, patch.triangles)) << contact.p_O;
+      contact.width = width;
+      ASSERT_TRUE(footprints.OnNodes(contact, &found).empty());
+      const SurfacePatch patch = PatchAt(surface, found.at, contact.p_O, width);
+      EXPECT_TRUE(std::ranges::equal(footprints.patch().nodes, patch.nodes)) << contact.p_O;
+      EXPECT_TRUE(std::ranges::equal(footprints.patch().triangles, patch.triangles)) << contact.p_O;
     }
   }
 }
 
-TEST(SurfaceFinder, ANamedTriangleGivesThePlaceThatTheWalkGives) {
+TEST(SurfaceFootprints, ANamedTriangleGivesThePlaceThatTheWalkGives) {
   const SurfaceMesh surface = SurfaceOf(ShakenBox({5, 4, 3}, 1, 0.3).mesh);
-  const SurfaceFinder finder(surface);
+  SurfaceFootprints footprints(surface);
+  ContactFootprint walked, named;
   for (auto contact : Everywhere(surface)) {
-    const auto walked = finder.Find(contact);
-    contact.element = walked->triangle;
-    const auto named = finder.Find(contact);
-    ASSERT_TRUE(named);
-    EXPECT_EQ(named->node, walked->node);
-    EXPECT_LT((named->weights - walked->weights).norm(), 1e-9);
-    EXPECT_NEAR(named->distance, walked->distance, 1e-12);
+    ASSERT_TRUE(footprints.OnNodes(contact, &walked).empty());
+    contact.element = walked.at.triangle;
+    ASSERT_TRUE(footprints.OnNodes(contact, &named).empty());
+    EXPECT_EQ(named.at.node, walked.at.node);
+    EXPECT_LT((named.at.weights - walked.at.weights).norm(), 1e-9);
+    EXPECT_NEAR(named.at.distance, walked.at.distance, 1e-12);
     contact.p_O += Vector3d(1, 1, 1);
-    EXPECT_FALSE(finder.Find(contact));
+    EXPECT_FALSE(footprints.OnNodes(contact, &named).empty());
   }
 }
 
