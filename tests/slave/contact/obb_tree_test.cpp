@@ -1,5 +1,3 @@
-#include "slave/contact/boundary_contact.h"
-
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -11,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/boundary_patch.h"
+#include "slave/contact/boundary_contact.h"
 #include "tests/slave/contact/random_outline.h"
 
 namespace palpate {

@@ -1,11 +1,11 @@
-#include "slave/mechanics/bem/element_nodes.h"
-
 #include <array>
 #include <cmath>
 #include <complex>
 #include <functional>
 
 #include <gtest/gtest.h>
+
+#include "slave/mechanics/bem/element_nodes.h"
 
 namespace palpate {
 namespace {

@@ -1,9 +1,9 @@
-#include "slave/mechanics/linear/dense_factor.h"
-
 #include <vector>
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
+
+#include "slave/mechanics/linear/dense_factor.h"
 
 namespace palpate {
 namespace {

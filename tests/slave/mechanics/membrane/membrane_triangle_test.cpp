@@ -1,9 +1,9 @@
-#include "slave/mechanics/membrane/inflated_membrane.h"
-
 #include <array>
 #include <functional>
 
 #include <gtest/gtest.h>
+
+#include "slave/mechanics/membrane/inflated_membrane.h"
 
 namespace palpate {
 namespace {

@@ -1,10 +1,10 @@
-#include "slave/mechanics/plate/plate_surface.h"
-
 #include <cmath>
 #include <numbers>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
+
+#include "slave/mechanics/plate/plate_surface.h"
 
 namespace palpate {
 namespace {

@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/plate/plate_surface.h"
 #include "slave/mechanics/plate/plate_model.h"
+#include "slave/mechanics/plate/plate_surface.h"
 #include "tests/reference/reference_file.h"
 #include "tests/slave/mechanics/plate/ritz_plate.h"
 #include "tests/support/allocation_count.h"

@@ -35,7 +35,7 @@ inline Eigen::Vector3d VectorOf(const json& numbers) {
 
 // All components held where `where(p_O)` says so.
 inline HeldNodes HeldWhere(const SolidMesh& mesh,
-                                  const std::function<bool(const Eigen::Vector3d&)>& where) {
+                           const std::function<bool(const Eigen::Vector3d&)>& where) {
   HeldNodes held;
   for (const auto& p : mesh.nodes) {
     const bool h = where(p);
