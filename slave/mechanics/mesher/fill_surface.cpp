@@ -18,7 +18,6 @@
 #include "shared/geometry/index.h"
 #include "shared/mesh/files/file_cursor.h"
 #include "shared/mesh/files/mesh_file.h"
-#include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
 #include "shared/mesh/surface_parts.h"
 #include "shared/mesh/surface_patch.h"

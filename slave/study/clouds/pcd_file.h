@@ -11,10 +11,11 @@
 
 namespace palpate::study {
 
-// LZF, the compression of PCD files. The stream is a row of runs. A control byte below 32 is followed by that many and one more bytes
-// as they are; any other says in its upper three bits how many bytes, and in its lower five and the
-// next byte from how far back, are repeated (seven: one more byte adds to the length).
-// nullopt: the stream does not make exactly `size` bytes. Allocates no more than `size`.
+// LZF, the compression of PCD files. The stream is a row of runs. A control byte below 32 is
+// followed by that many and one more bytes as they are; any other says in its upper three bits how
+// many bytes, and in its lower five and the next byte from how far back, are repeated (seven: one
+// more byte adds to the length). nullopt: the stream does not make exactly `size` bytes. Allocates
+// no more than `size`.
 std::optional<std::string> DecompressLzf(std::string_view stream, std::size_t size);
 
 // No depth camera sees farther; what says so is no measurement.

@@ -39,7 +39,8 @@ struct VoxelCloud {
 // cells so small.
 VoxelCloud Voxelised(const PointCloud& cloud, double edge);
 
-// Finds the neighbours of points. Const members are thread-safe. Distances are exact to single precision.
+// Finds the neighbours of points. Const members are thread-safe. Distances are exact to single
+// precision.
 class PointTree {
  public:
   // O(N log N). Throws std::invalid_argument: no points, or one that is not finite.
