@@ -119,7 +119,7 @@ TEST_F(TactileSceneTest, FingersComeInTheFilesOrderWithTheirMotions) {
                       "      th: {pose: {translation: [30 mm, 20 mm, 40 mm]}}\n"
                       "      ff: {pose: {translation: [30 mm, 20 mm, -20 mm]}, motion: opposite}\n"
                       "      lf: {motion: stands}\n"));
-  const auto* fingers = scene.sense.Find<Tactile>()->fingers;
+  const auto& fingers = scene.sense.Find<Tactile>()->fingers;
   ASSERT_EQ(fingers.size(), 3U);
   EXPECT_EQ(fingers[0].name, "th");
   EXPECT_EQ(fingers[0].motion, Finger::Motion::kHand);
