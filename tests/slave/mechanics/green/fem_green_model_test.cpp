@@ -314,7 +314,7 @@ TEST(FemGreenModel, RefusesWhatCannotBeModelled) {
   expect(body, "tetrahedron 3");
   body = good;
   body.mesh.tets[2][1] = 1000;
-  expect(body, "tetrahedron 2");
+  expect(body, "element 2");
   body = good;
   body.held.pop_back();
   expect(body, "held");
