@@ -178,8 +178,8 @@ class Search {
     cv::GaussianBlur(picture, smooth_, {}, kBlur);
     cv::Sobel(smooth_, gx_, CV_32F, 1, 0, 3, 0.125);
     cv::Sobel(smooth_, gy_, CV_32F, 0, 1, 3, 0.125);
-    const int cut = std::max(3, 2 * static_cast<int>(std::ceil(0.5 * tool_width)) + 3);
-    kernel_ = cv::getStructuringElement(cv::MORPH_ELLIPSE, {cut, cut});
+    const int cut = std::max(3, 2 * static_cast<int>(std::ceil(0.25 * tool_width)) + 1);
+    tool_kernel_ = cv::getStructuringElement(cv::MORPH_ELLIPSE, {cut, cut});
     small_kernel_ = cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3});
   }
 
@@ -190,8 +190,10 @@ class Search {
       const double level = range[0] + (range[1] - range[0]) * (k / double{kThresholds});
       for (const int type : {cv::THRESH_BINARY, cv::THRESH_BINARY_INV}) {
         cv::threshold(smooth_, mask_, level, 255, type);
-        Consider(small_kernel_);
-        Consider(kernel_);
+        Consider(mask_, small_kernel_, 1);
+        // What is no wider than the tool goes; at half the size, for a kernel that wide is dear.
+        cv::resize(mask_, half_, (mask_.size() + cv::Size(1, 1)) / 2, 0, 0, cv::INTER_NEAREST);
+        Consider(half_, tool_kernel_, 2);
       }
     }
     ConsiderCircles();
@@ -199,12 +201,15 @@ class Search {
   }
 
  private:
-  void Consider(const cv::Mat& kernel) {
-    cv::Mat opened;
-    cv::morphologyEx(mask_, opened, cv::MORPH_OPEN, kernel);
+  // The regions of `mask`, a pixel of which is `scale` of the picture's wide.
+  void Consider(const cv::Mat& mask, const cv::Mat& kernel, int scale) {
+    cv::morphologyEx(mask, opened_, cv::MORPH_OPEN, kernel);
     std::vector<PixelChain> outlines;
-    cv::findContours(opened, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-    for (const PixelChain& outline : outlines) Offer(outline);
+    cv::findContours(opened_, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+    for (PixelChain& outline : outlines) {
+      for (cv::Point& p : outline) p *= scale;
+      Offer(outline);
+    }
   }
 
   // Embryos that touch each other or their bed are no regions of their own, but still round.
@@ -240,7 +245,7 @@ class Search {
 
   cv::Size size_;
   double tool_width_;
-  cv::Mat smooth_, gx_, gy_, mask_, kernel_, small_kernel_;
+  cv::Mat smooth_, gx_, gy_, mask_, half_, opened_, tool_kernel_, small_kernel_;
   double best_score_ = 0;
   PixelChain best_;
 };
