@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "shared/state/clock.h"
+#include "shared/state/failed_check.h"
 #include "shared/state/validity.h"
 
 namespace palpate {
@@ -88,7 +89,8 @@ struct ContactEstimate {
   std::optional<Eigen::Vector3d> force;  // object on tool [N]; nullopt: unknown
   double sigma = 0;                      // of the force's magnitude [N]
   Validity validity = Validity::kFailed;
-  LocalModel local_model;  // revision 0: none
+  FailedCheck check = FailedCheck::kNone;  // why it is not valid, where a check says so
+  LocalModel local_model;                  // revision 0: none
   Events events;
   // Of scenes with more than one fingertip, in the scene's order; the first is the tool.
   std::array<FingerState, kMaxFingers> fingers;

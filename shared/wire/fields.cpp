@@ -99,6 +99,8 @@ void FieldReader::Refuse(const std::string& reason) {
 static_assert(static_cast<int>(Event::kContact) == v1::EVENT_CONTACT);
 static_assert(static_cast<int>(Event::kCommandRefused) == v1::EVENT_COMMAND_REFUSED);
 static_assert(static_cast<int>(Event::kCommandRefused) == v1::Event_MAX);
+static_assert(kFailedChecks == v1::FailedCheck_MAX + 1);
+static_assert(static_cast<int>(FailedCheck::kTransfer) == v1::FAILED_CHECK_TRANSFER);
 static_assert(static_cast<int>(Phase::kReady) == v1::PHASE_READY);
 static_assert(static_cast<int>(Phase::kEstop) == v1::PHASE_ESTOP);
 static_assert(static_cast<int>(Phase::kEstop) == v1::Phase_MAX);
@@ -111,6 +113,14 @@ Validity FromProto(v1::Validity validity) {
   const auto* found = std::find(kValidities.begin(), kValidities.end(), validity);
   return found == kValidities.end() ? Validity::kFailed
                                     : static_cast<Validity>(found - kValidities.begin());
+}
+
+v1::FailedCheck ToProto(FailedCheck check) {
+  return static_cast<v1::FailedCheck>(check);
+}
+
+FailedCheck FromProto(v1::FailedCheck check) {
+  return v1::FailedCheck_IsValid(check) ? static_cast<FailedCheck>(check) : FailedCheck::kNone;
 }
 
 v1::Phase ToProto(Phase phase) {

@@ -67,6 +67,9 @@ class FieldReader {
 v1::Validity ToProto(Validity validity);
 // Unknown and unspecified: kFailed.
 Validity FromProto(v1::Validity validity);
+v1::FailedCheck ToProto(FailedCheck check);
+// One not known here is told as none: `validity` says enough.
+FailedCheck FromProto(v1::FailedCheck check);
 
 v1::Phase ToProto(Phase phase);
 // Unknown and unspecified: kHold, the tool stands.

@@ -100,6 +100,7 @@ void ReadEcho(const v1::SlaveState& message, FieldReader* reader, SlaveState* st
 
 void ReadForces(const v1::SlaveState& message, FieldReader* reader, SlaveState* state) {
   state->validity = FromProto(message.validity());
+  state->check = FromProto(message.check());
   if (message.has_force()) state->force = reader->Vector("force", message.force(), kMaxForce);
   reader->Require(message.has_force() || !IsForceKnown(state->validity), "force is absent",
                   "a force, or a validity that says it is unknown");
@@ -121,6 +122,7 @@ void ToProto(const SlaveState& state, v1::SlaveState* message) {
   const bool sendable = !state.force || state.force->allFinite();
   if (state.force && sendable) ToProto(*state.force, message->mutable_force());
   message->set_validity(sendable ? ToProto(state.validity) : v1::VALIDITY_FAILED);
+  message->set_check(ToProto(state.check));
   message->set_sigma(std::isfinite(state.sigma) ? Narrow(state.sigma) : 0);
   if (IsSendable(state.local_model)) WriteModel(state.local_model, message->mutable_local_model());
   message->set_energy_in(Narrow(state.energy_in));

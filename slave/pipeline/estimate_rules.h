@@ -49,20 +49,30 @@ class EstimateRules {
                  ContactEstimate* estimate) noexcept {
     estimate->force = force;
     estimate->validity = validity;
+    estimate->check =
+        validity == Validity::kExtrapolated ? FailedCheck::kModelRange : FailedCheck::kNone;
     const bool overshot = in_contact_ && puncture_depth_ > 0 && estimate->depth > puncture_depth_;
     if (overshot && !punctured_) estimate->events.Add(Event::kPuncture);
     punctured_ |= overshot;
     if (punctured_) {  // the cue of paper A, 4.2: the resistance is gone
       estimate->force = Eigen::Vector3d::Zero();
       estimate->validity = Validity::kPunctured;
+      estimate->check = FailedCheck::kNone;
     }
     estimate->sigma = std::hypot(sigma, modulus_tolerance_ * estimate->force->norm());
   }
 
-  static void LoseForce(Validity validity, ContactEstimate* estimate) noexcept {
+  // After TellForce: what `check` says may not be believed; numbers stay. The first doubt is told.
+  static void Doubt(FailedCheck check, ContactEstimate* estimate) noexcept {
+    if (estimate->validity == Validity::kValid) estimate->check = check;
+    estimate->validity = Worse(estimate->validity, Validity::kExtrapolated);
+  }
+
+  static void LoseForce(Validity validity, FailedCheck check, ContactEstimate* estimate) noexcept {
     estimate->force.reset();
     estimate->sigma = 0;
     estimate->validity = validity;
+    estimate->check = check;
   }
 
  private:

@@ -120,7 +120,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame) noexcept {
   if (tip.found) {
     Touch(view_.ToSlave(tip.p_I), tip.sigma * view_.pixel());
   } else {
-    EstimateRules::LoseForce(Validity::kTrackingLost, &felt_);
+    EstimateRules::LoseForce(Validity::kTrackingLost, FailedCheck::kTip, &felt_);
   }
   times_.total.Add(total.Lap());
   return felt_;
@@ -148,7 +148,7 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
   felt_.depth = touching ? std::max(0.0, -place.gap) : 0.0;
   rules_.Touch(touching, &felt_);
   if (response.validity == Validity::kFailed || !response.force_O.allFinite()) {
-    return EstimateRules::LoseForce(Validity::kFailed, &felt_);
+    return EstimateRules::LoseForce(Validity::kFailed, FailedCheck::kNone, &felt_);
   }
   UpdateLocalModel(place, response);
   if (!touching) return rules_.TellForce(Eigen::Vector3d::Zero(), 0, Validity::kValid, &felt_);

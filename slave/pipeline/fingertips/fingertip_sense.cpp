@@ -29,6 +29,7 @@ StateRow RowOf(const FingerEstimate& finger, const std::string& name, const Cont
           finger.force,
           finger.sigma,
           finger.validity,
+          finger.check,
           std::nullopt};
 }
 

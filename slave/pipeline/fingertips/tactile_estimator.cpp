@@ -246,6 +246,8 @@ void TactileEstimator::Tell(std::size_t i) noexcept {
   if (touch.force_F) finger.force = -(finger.X_SF.linear() * *touch.force_F);
   finger.sigma = touch.sigma;
   finger.validity = Worse(touch.validity, contact.validity());
+  finger.check =
+      finger.validity == Validity::kExtrapolated ? FailedCheck::kModelRange : FailedCheck::kNone;
   finger.why = touch.why.empty() ? contact.why() : touch.why;
   if (has_poses_file_ && !finger.has_pose) FlagLostPose(&finger);
   finger.p_S_contact.reset();
@@ -264,6 +266,7 @@ void TactileEstimator::FlagLostPose(FingerEstimate* finger) const noexcept {
   finger->force.reset();
   finger->sigma = 0;
   finger->validity = Worse(finger->validity, Validity::kTrackingLost);
+  finger->check = FailedCheck::kPose;
   finger->why = "the poses file tells no pose for this time";
 }
 
@@ -282,6 +285,7 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
   felt_.force = first.force;
   felt_.sigma = first.sigma;
   felt_.validity = first.validity;
+  felt_.check = first.check;
   felt_.local_model.in_contact = first.in_contact;
   felt_.p_S_contact = first.p_S_contact.value_or(felt_.p_S_tip);
   felt_.depth = 0;

@@ -33,6 +33,7 @@ struct FingerEstimate {
   std::optional<Eigen::Vector3d> force;  // of the object on the fingertip [N]; nullopt: unknown
   double sigma = 0;                      // of its magnitude [N]
   Validity validity = Validity::kFailed;
+  FailedCheck check = FailedCheck::kNone;
   std::string_view why;  // it is not kValid, one clause; lives on
 };
 

@@ -84,6 +84,7 @@ StateRow RowOf(const ContactEstimate& felt, Time start,
           felt.force,
           felt.sigma,
           felt.validity,
+          felt.check,
           true_force};
 }
 
@@ -93,7 +94,8 @@ StatesFile::StatesFile(const std::filesystem::path& folder, bool has_truth)
   std::filesystem::remove(folder / "summary.json");  // of an earlier run
   stream_.open(file_);
   stream_ << "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,fx,fy,fz,sigma,"
-          << (has_truth ? "validity,true_fx,true_fy,true_fz\n" : "validity\n") << std::flush;
+          << (has_truth ? "validity,true_fx,true_fy,true_fz,check\n" : "validity,check\n")
+          << std::flush;
   RequireWritten(stream_.good(), file_);
 }
 
@@ -102,7 +104,7 @@ void StatesFile::Write(const StateRow& row) {
           << Numbers(row.p_S_contact) << Numbers(row.force.value_or(kUnknownVector)) << ','
           << (row.force ? Number(row.sigma) : "") << ',' << ToString(row.validity);
   if (has_truth_) stream_ << Numbers(row.true_force.value_or(kUnknownVector));
-  stream_ << '\n' << std::flush;
+  stream_ << ',' << ToString(row.check) << '\n' << std::flush;
   RequireWritten(stream_.good(), file_);
 }
 

@@ -66,6 +66,7 @@ struct StateRow {
   std::optional<Eigen::Vector3d> force;  // of the object on the tool [N]
   double sigma = 0;                      // [N]; empty where the force is
   Validity validity = Validity::kFailed;
+  FailedCheck check = FailedCheck::kNone;
   std::optional<Eigen::Vector3d> true_force;  // [N]; only where the file has its columns
 };
 

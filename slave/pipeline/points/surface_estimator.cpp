@@ -105,7 +105,7 @@ void SurfaceEstimator::Tell() noexcept {
 }
 
 void SurfaceEstimator::Lose(Validity validity) noexcept {
-  EstimateRules::LoseForce(validity, &felt_);
+  EstimateRules::LoseForce(validity, FailedCheck::kNone, &felt_);
   last_depth_ = std::numeric_limits<double>::quiet_NaN();
 }
 

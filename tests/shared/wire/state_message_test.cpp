@@ -41,6 +41,7 @@ TEST(StateMessageTest, WhatWasSentIsWhatArrives) {
   EXPECT_EQ(got.force, sent.force);
   EXPECT_EQ(got.sigma, sent.sigma);
   EXPECT_EQ(got.validity, sent.validity);
+  EXPECT_EQ(got.check, sent.check);
   EXPECT_EQ(got.local_model.reference, sent.local_model.reference);
   EXPECT_EQ(got.local_model.normal, sent.local_model.normal);
   EXPECT_EQ(got.local_model.force, sent.local_model.force);
@@ -143,7 +144,8 @@ TEST(StateMessageTest, AReusedMessageKeepsNothingOfTheStateBefore) {
 
 // Reference: contracts, at most 256 bytes for one contact. The largest planar state: every optional
 // field present, all ten events at once, no component zero within the plane, sequences of ten years
-// at 1 kHz, revision and epoch at their largest. The force at a linear model's reference is zero.
+// at 1 kHz, revision and epoch of ten months at ten a second. The force at a linear model's
+// reference is zero.
 TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
   SlaveState state = FullState();
   state.finger_count = 0;
@@ -158,7 +160,8 @@ TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
   state.local_model.normal = {0.6, -0.8, 0};
   state.local_model.force.setZero();
   state.offset = {0.1, 0.2, 0};
-  state.epoch = state.local_model.revision = std::numeric_limits<std::uint32_t>::max();
+  state.epoch = state.local_model.revision = (1U << 28) - 1;
+  state.check = FailedCheck::kTransfer;
   v1::SlaveState message;
   ToProto(state, &message);
   RecordProperty("bytes", static_cast<int>(message.ByteSizeLong()));
@@ -171,10 +174,12 @@ TEST(StateMessageTest, WhatANewerSlaveMayHaveAddedIsReadWithCare) {
   message.set_validity(static_cast<v1::Validity>(77));
   message.set_phase(static_cast<v1::Phase>(77));
   message.add_events(static_cast<v1::Event>(77));
+  message.set_check(static_cast<v1::FailedCheck>(77));
   message.mutable_local_model()->set_kind(static_cast<v1::LocalModel::Kind>(77));
   const SlaveState state = Read(message);
   EXPECT_EQ(state.validity, Validity::kFailed);
   EXPECT_EQ(state.phase, Phase::kHold);
+  EXPECT_EQ(state.check, FailedCheck::kNone);
   EXPECT_TRUE(state.events.Has(Event::kContact));
   EXPECT_FALSE(state.local_model.known());
 }
