@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "shared/state/check_details.h"
 #include "shared/state/clock.h"
 #include "shared/state/failed_check.h"
 #include "shared/state/validity.h"
@@ -95,6 +96,7 @@ struct ContactEstimate {
   // Of scenes with more than one fingertip, in the scene's order; the first is the tool.
   std::array<FingerState, kMaxFingers> fingers;
   int finger_count = 0;
+  CheckDetails details;  // of the tool, what the checks of its sense measured
 };
 
 // What the operator's side adds.

@@ -116,6 +116,8 @@ const ContactEstimate& Estimator::Feel(const Frame& frame) noexcept {
   times_.vision.Add(lap.Lap());
 
   const TipObservation& tip = observation_->tip;
+  felt_.details.score = tip.found ? std::optional(tip.score) : std::nullopt;
+  if (registration_.measured) felt_.details.registration = registration_.rms_px;
   rules_.Track(tip.found, &felt_);
   if (tip.found) {
     Touch(view_.ToSlave(tip.p_I), tip.sigma * view_.pixel());

@@ -30,7 +30,8 @@ StateRow RowOf(const FingerEstimate& finger, const std::string& name, const Cont
           finger.sigma,
           finger.validity,
           finger.check,
-          std::nullopt};
+          std::nullopt,
+          felt.details};
 }
 
 class FingertipAccount final : public Account {

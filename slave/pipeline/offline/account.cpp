@@ -85,7 +85,8 @@ StateRow RowOf(const ContactEstimate& felt, Time start,
           felt.sigma,
           felt.validity,
           felt.check,
-          true_force};
+          true_force,
+          felt.details};
 }
 
 StatesFile::StatesFile(const std::filesystem::path& folder, bool has_truth)
@@ -94,8 +95,9 @@ StatesFile::StatesFile(const std::filesystem::path& folder, bool has_truth)
   std::filesystem::remove(folder / "summary.json");  // of an earlier run
   stream_.open(file_);
   stream_ << "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,fx,fy,fz,sigma,"
-          << (has_truth ? "validity,true_fx,true_fy,true_fz,check\n" : "validity,check\n")
-          << std::flush;
+          << (has_truth ? "validity,true_fx,true_fy,true_fz,check" : "validity,check");
+  for (const std::string_view column : kCheckColumns) stream_ << ',' << column;
+  stream_ << '\n' << std::flush;
   RequireWritten(stream_.good(), file_);
 }
 
@@ -104,7 +106,9 @@ void StatesFile::Write(const StateRow& row) {
           << Numbers(row.p_S_contact) << Numbers(row.force.value_or(kUnknownVector)) << ','
           << (row.force ? Number(row.sigma) : "") << ',' << ToString(row.validity);
   if (has_truth_) stream_ << Numbers(row.true_force.value_or(kUnknownVector));
-  stream_ << ',' << ToString(row.check) << '\n' << std::flush;
+  stream_ << ',' << ToString(row.check);
+  for (const auto& value : ValuesOf(row.details)) stream_ << ',' << (value ? Number(*value) : "");
+  stream_ << '\n' << std::flush;
   RequireWritten(stream_.good(), file_);
 }
 

@@ -68,6 +68,7 @@ struct StateRow {
   Validity validity = Validity::kFailed;
   FailedCheck check = FailedCheck::kNone;
   std::optional<Eigen::Vector3d> true_force;  // [N]; only where the file has its columns
+  CheckDetails details;
 };
 
 // What a camera's tool felt; `start`: of the run.
@@ -96,6 +97,7 @@ struct OfflineSummary {
   double seconds = 0;                             // wall clock, without precompute [s]
   std::uint64_t tracking_lost = 0;                // rows of states.csv
   std::map<std::string, std::uint64_t> validity;  // rows per validity
+  std::map<std::string, std::uint64_t> checks;    // rows per failed check
   LatencyHistogram capture;
   std::vector<StageTimes> stages;  // those after `capture`
   bool has_truth = false;

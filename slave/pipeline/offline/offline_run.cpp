@@ -30,6 +30,7 @@ nlohmann::ordered_json ToJson(const OfflineSummary& s, const std::string& scene)
   json["tracking_lost"] = s.tracking_lost;
   json["force_error"] = ToJson(s.budget, s.sense.samples == "samples" ? "samples" : "frames");
   json["validity"] = s.validity;
+  json["checks"] = s.checks;
   const ModelInfo& model = s.sense.model;
   json["model"] = {{"kind", model.kind},
                    {"elements", model.elements},
@@ -86,6 +87,7 @@ class Run {
     if (summary_.frames++ == 0) start_ = felt.sensed_at;
     for (const StateRow& row : account_->Add(start_, truth ? &*truth : nullptr)) {
       ++summary_.validity[std::string(ToString(row.validity))];
+      if (row.check != FailedCheck::kNone) ++summary_.checks[std::string(ToString(row.check))];
       if (row.validity == Validity::kTrackingLost) ++summary_.tracking_lost;
       states_->Write(row);
     }
