@@ -1,0 +1,216 @@
+// What fingertips must bear, and under what they may doubt.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "tests/adversity/case.h"
+#include "tests/adversity/severities.h"
+
+namespace palpate::adversity {
+namespace {
+
+constexpr double kNoise = 0.87;  // of a simulated electrode, one sigma [counts]
+
+using Change = std::function<void(const Moment&, TactileFrame&)>;
+
+Alteration Reads(Change change) {
+  Alteration alteration;
+  alteration.touch = std::move(change);
+  return alteration;
+}
+Alteration Shows(std::function<std::size_t(const Moment&)> shows) {
+  Alteration alteration;
+  alteration.shows = std::move(shows);
+  return alteration;
+}
+
+// Every present finger's reading.
+template <typename Each>
+Change OfEach(const Each& each) {
+  return [each](const Moment& moment, TactileFrame& frame) {
+    for (std::size_t f = 0; f < frame.fingers.size(); ++f) {
+      if (frame.fingers[f].present) each(moment, f, frame.fingers[f]);
+    }
+  };
+}
+Change OfFirst(const std::function<void(const Moment&, FingerReading&)>& change) {
+  return [change](const Moment& moment, TactileFrame& frame) { change(moment, frame.fingers[0]); };
+}
+
+// The reading of the first sample of a run: rest values, which later ones go by.
+class Rest {
+ public:
+  const FingerReading& Of(const Moment& moment, std::size_t finger, const FingerReading& now) {
+    if (moment.index == 0 || !first_.contains(finger)) first_[finger] = now;
+    return first_[finger];
+  }
+
+ private:
+  std::map<std::size_t, FingerReading> first_;
+};
+
+// Electrodes and pressure `factor` times as far from rest as they are.
+Alteration Amplified(double factor) {
+  return Reads(OfEach([factor, rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
+                                                                FingerReading& reading) {
+    const FingerReading& from = rest->Of(moment, f, reading);
+    for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+      reading.electrodes[e] = static_cast<float>(
+          from.electrodes[e] + factor * (reading.electrodes[e] - from.electrodes[e]));
+    }
+    reading.pdc = static_cast<float>(from.pdc + factor * (reading.pdc - from.pdc));
+  }));
+}
+
+// `electrode` from 0; stuck where it was when it began.
+Alteration Stuck(std::vector<std::size_t> electrodes, When when) {
+  return Reads(OfFirst(
+      [=, held = std::make_shared<FingerReading>()](const Moment& moment, FingerReading& reading) {
+        if (!IsSo(when, moment) || moment.index == 0) *held = reading;
+        for (const std::size_t e : electrodes) reading.electrodes[e] = held->electrodes[e];
+      }));
+}
+
+void AddElectrodes(CaseTable* table) {
+  for (const std::size_t e : {0U, 6U, 9U, 16U, 18U}) {
+    const std::string name = "E" + std::to_string(e + 1);
+    table->Add(name + " stuck at rest", Demand::kRight, Stuck({e}, When::kAtRest));
+    table->Add(name + " stuck while pressed", Demand::kRight, Stuck({e}, When::kPressed));
+  }
+  table->Add("three electrodes stuck", Demand::kDoubt, Stuck({2, 9, 16}, When::kAtRest));
+  table->Add(
+      "all electrodes stuck while pressed", Demand::kDoubt,
+      Stuck({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18}, When::kPressed));
+  table->Add("an electrode reads nothing", Demand::kRight,
+             Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
+               if (IsSo(When::kAtRest, moment)) reading.electrodes[9] = 0;
+             })));
+  table->Add("an electrode reads full", Demand::kRight,
+             Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
+               if (IsSo(When::kAtRest, moment)) reading.electrodes[16] = 4095;
+             })));
+  table->Add("two electrodes swapped", Demand::kDoubt,
+             Reads(OfEach([](const Moment&, std::size_t, FingerReading& reading) {
+               std::swap(reading.electrodes[6], reading.electrodes[16]);
+             })));
+  table->Add("electrodes in reverse order", Demand::kDoubt,
+             Reads(OfEach([](const Moment&, std::size_t, FingerReading& reading) {
+               std::ranges::reverse(reading.electrodes);
+             })));
+  table->Add("noise", "times", {2, 3}, {10}, [](double s) {
+    return Reads(OfEach([s](const Moment& moment, std::size_t f, FingerReading& reading) {
+      std::mt19937_64 random(1000 * moment.index + f);
+      std::normal_distribution<double> normal(0, kNoise * std::sqrt(s * s - 1));
+      for (float& e : reading.electrodes) e += static_cast<float>(normal(random));
+      reading.pdc += static_cast<float>(normal(random));
+    }));
+  });
+  table->Add("rest drifts", "counts", {5, 10}, {40}, [](double s) {
+    return Reads(OfEach([s](const Moment& moment, std::size_t f, FingerReading& reading) {
+      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+        const double sign = (e * 7 + f) % 3 == 0 ? -1 : 1;
+        reading.electrodes[e] += static_cast<float>(sign * s * moment.share());
+      }
+    }));
+  });
+  table->Add("warms up", "counts", {10}, {50, 200}, [](double s) {
+    return Reads(OfEach([s](const Moment& moment, std::size_t, FingerReading& reading) {
+      const auto warm = static_cast<float>(s * (1 - std::exp(-3 * moment.share())));
+      for (float& e : reading.electrodes) e -= warm;
+      reading.pdc += 0.5F * warm;
+    }));
+  });
+  table->Add("pressure stuck", Demand::kDoubt,
+             Reads(OfFirst([held = std::make_shared<float>(0.F)](const Moment& moment,
+                                                                 FingerReading& reading) {
+               if (!IsSo(When::kAtRest, moment)) *held = reading.pdc;
+               reading.pdc = *held;
+             })));
+  table->Add("gain of all wrong", "%", {}, {-30, -10, 10, 30},
+             [](double s) { return Amplified(1 + s / 100); });
+}
+
+void AddSamples(CaseTable* table) {
+  table->Add("lost", "%", {2, 5}, {30}, [](double s) {
+    Alteration alteration;
+    alteration.loses = [s](const Moment& moment) {
+      return moment.index > 0 && std::mt19937_64(moment.index)() % 1000 < 10 * s;
+    };
+    return alteration;
+  });
+  table->Add("late", "samples", {}, {3, 10},
+             [](double s) { return Shows(Late(static_cast<std::size_t>(s))); });
+  table->Add("doubled", Demand::kDoubt, Shows(Doubled()));
+  table->Add("frozen from rest on", Demand::kDoubt, Shows(Frozen(When::kAtRest)));
+  table->Add("frozen while pressed", Demand::kDoubt, Shows(Frozen(When::kPressed)));
+  table->Add("a finger goes missing while pressed", Demand::kDoubt,
+             Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
+               if (IsSo(When::kPressed, moment)) reading.present = false;
+             })));
+  table->Add("pressed while rest is taken", Demand::kDoubt, Shows([](const Moment& moment) {
+               return moment.index < moment.script.way ? moment.script.hold : moment.index;
+             }));
+}
+
+Alteration PoseOff(double metres, double degrees, When when) {
+  return Reads(OfEach([=](const Moment& moment, std::size_t, FingerReading& reading) {
+    if (!reading.X_SF || !IsSo(when, moment)) return;
+    reading.X_SF->translation().z() += metres;
+    reading.X_SF->rotate(
+        Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d::UnitY()));
+  }));
+}
+
+void AddGeometry(CaseTable* table) {
+  table->Add("pose wrong", "mm", {}, {2, 5},
+             [](double s) { return PoseOff(1e-3 * s, 0, When::kAlways); });
+  table->Add("pose turned", "deg", {}, {4, 10},
+             [](double s) { return PoseOff(0, s, When::kAlways); });
+  table->Add("object moved at rest", "mm", {}, {2, 5},
+             [](double s) { return PoseOff(-1e-3 * s, 0, When::kAtRest); });
+  table->Add("object elsewhere than told", "mm", {}, {2, 5}, [](double s) {
+    Alteration alteration;
+    alteration.tell = [s](Scene& scene) { scene.object.X_SO.translation().x() += 1e-3 * s; };
+    return alteration;
+  });
+  table->Add("object softer than told", "times", {}, {2}, [](double s) {
+    Alteration alteration;
+    alteration.tell = [s](Scene& scene) { scene.object.material.young_modulus *= s; };
+    return alteration;
+  });
+  // Another sensor answers the same force with other counts.
+  table->Add("network of another sensor", "gain and order", {}, {1}, [](double) {
+    return Reads(OfEach([rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
+                                                          FingerReading& reading) {
+      const FingerReading from = rest->Of(moment, f, reading);
+      const FingerReading read = reading;
+      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+        const std::size_t other = (e + 5) % reading.electrodes.size();
+        const double gain = 0.6 + 0.05 * static_cast<double>(e);
+        reading.electrodes[e] = static_cast<float>(
+            from.electrodes[e] + gain * (read.electrodes[other] - from.electrodes[other]));
+      }
+    }));
+  });
+  table->Add("beyond the force that was learnt", Demand::kDoubt, {}, "foam-cube-stiff");
+}
+
+}  // namespace
+
+std::vector<Case> FingertipCases() {
+  CaseTable table;
+  table.Add("undisturbed", Demand::kRight, {});
+  AddElectrodes(&table);
+  AddSamples(&table);
+  AddGeometry(&table);
+  return table.Take();
+}
+
+}  // namespace palpate::adversity

@@ -1,0 +1,48 @@
+// How tables of cases are written: an alteration with the severities it is tried at.
+#pragma once
+
+#include <concepts>
+#include <initializer_list>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/adversity/case.h"
+
+namespace palpate::adversity {
+
+class CaseTable {
+ public:
+  // At the severities of `right` the force stays right; at those of `doubt` it may be doubted.
+  // `make`: severity -> Alteration, or -> Paint.
+  template <typename Make>
+  void Add(const std::string& name, const std::string& unit, std::initializer_list<double> right,
+           std::initializer_list<double> doubt, const Make& make) {
+    for (const double severity : right) Append(name, unit, severity, Demand::kRight, make);
+    for (const double severity : doubt) Append(name, unit, severity, Demand::kDoubt, make);
+  }
+  // Without a severity; `stage`: the only one it is for.
+  void Add(const std::string& name, Demand demand, Alteration alteration,
+           const std::string& stage = {}) {
+    cases_.push_back({name, 0, "", demand, std::move(alteration), stage});
+  }
+
+  [[nodiscard]] std::vector<Case> Take() { return std::move(cases_); }
+
+ private:
+  template <typename Make>
+  void Append(const std::string& name, const std::string& unit, double severity, Demand demand,
+              const Make& make) {
+    Alteration alteration;
+    if constexpr (std::convertible_to<decltype(make(severity)), Paint>) {
+      alteration.paint = make(severity);
+    } else {
+      alteration = make(severity);
+    }
+    cases_.push_back({name, severity, unit, demand, std::move(alteration), {}});
+  }
+
+  std::vector<Case> cases_;
+};
+
+}  // namespace palpate::adversity
