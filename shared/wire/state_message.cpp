@@ -165,6 +165,20 @@ std::optional<SlaveState> FromProto(const v1::SlaveState& message, std::string* 
   return state;
 }
 
+void ToProto(const CheckDetails& details, v1::CheckDetails* message) {
+  message->Clear();
+  const auto send = [&](const std::optional<double>& value, void (v1::CheckDetails::*set)(float)) {
+    if (value && std::isfinite(*value)) (message->*set)(Narrow(*value));
+  };
+  send(details.score, &v1::CheckDetails::set_score);
+  send(details.registration, &v1::CheckDetails::set_registration_px);
+  send(details.contour, &v1::CheckDetails::set_contour_px);
+  send(details.epipolar, &v1::CheckDetails::set_epipolar_px);
+  send(details.camera_motion, &v1::CheckDetails::set_camera_motion_px);
+  send(details.misfit, &v1::CheckDetails::set_misfit);
+  send(details.rest_drift, &v1::CheckDetails::set_rest_drift);
+}
+
 void ToProto(const OperatorCommand& command, v1::OperatorCommand* message) {
   message->Clear();
   message->set_sequence(command.sequence);

@@ -18,6 +18,9 @@ inline constexpr std::size_t kMaxStateBytes = 256;
 // there is more than one.
 void ToProto(const SlaveState& state, v1::SlaveState* message);
 
+// Overwrites `message`; numbers that are not finite are sent as absent.
+void ToProto(const CheckDetails& details, v1::CheckDetails* message);
+
 // nullopt where a needed field is missing or a number is not finite or absurd; `reason` then says
 // which one and what is accepted. Of more than kMaxFingers fingers the first are read.
 std::optional<SlaveState> FromProto(const v1::SlaveState& message, std::string* reason);

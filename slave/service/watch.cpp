@@ -52,8 +52,9 @@ grpc::Status TeleoperationService::WatchState(grpc::ServerContext* context,
                                               grpc::ServerWriter<v1::SlaveState>* writer) {
   Clock::duration gap{};
   if (const auto asked = Guarded([&] { gap = GapOf(*request); }); !asked.ok()) return asked;
-  return Watch(context, gap, writer, [](const SlaveState& state, v1::SlaveState* message) {
+  return Watch(context, gap, writer, [&](const SlaveState& state, v1::SlaveState* message) {
     ToProto(state, message);
+    if (request->details()) ToProto(state.details, message->mutable_details());
     return true;
   });
 }

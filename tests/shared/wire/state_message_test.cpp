@@ -142,6 +142,15 @@ TEST(StateMessageTest, AReusedMessageKeepsNothingOfTheStateBefore) {
   EXPECT_EQ(message.SerializeAsString(), fresh.SerializeAsString());
 }
 
+TEST(StateMessageTest, AMeasurementThatIsNoNumberIsNotSent) {
+  v1::CheckDetails message;
+  ToProto(CheckDetails{.score = kInf, .contour = 0.5, .misfit = std::nan("")}, &message);
+  EXPECT_FALSE(message.has_score());
+  EXPECT_EQ(message.contour_px(), 0.5F);
+  EXPECT_FALSE(message.has_misfit());
+  EXPECT_FALSE(message.has_epipolar_px());
+}
+
 // Reference: contracts, at most 256 bytes for one contact. The largest planar state: every optional
 // field present, all ten events at once, no component zero within the plane, sequences of ten years
 // at 1 kHz, revision and epoch of ten months at ten a second. The force at a linear model's

@@ -134,6 +134,7 @@ SlaveState FakeSlave::Compose(Time now) {
   const std::scoped_lock lock(mutex_);
   SlaveState state = state_;
   state.sent_at = now;
+  state.details = {.score = 0.75, .camera_motion = 1.5};
   if (state.echo) state.echo_delay = std::max(0.0, SecondsBetween(command_at_, now));
   if (!tactile_) return state;
   state.finger_count = static_cast<int>(tactile_->fingers.size());

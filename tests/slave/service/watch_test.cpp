@@ -79,6 +79,25 @@ TEST_F(WatchTest, SomethingNewlySensedIsSentWithItsStamp) {
   context.TryCancel();
 }
 
+TEST_F(WatchTest, WhatTheChecksMeasuredIsToldToWhomAsksForIt) {
+  const auto stub = Connect();
+  for (const bool asked : {false, true}) {
+    grpc::ClientContext context;
+    SetDeadline(&context);
+    v1::WatchStateRequest request;
+    request.set_details(asked);
+    const auto stream = stub->WatchState(&context, request);
+    v1::SlaveState state;
+    ASSERT_TRUE(stream->Read(&state));
+    EXPECT_EQ(state.has_details(), asked);
+    EXPECT_EQ(state.details().has_score(), asked);
+    if (asked) EXPECT_EQ(state.details().score(), 0.75F);
+    if (asked) EXPECT_EQ(state.details().camera_motion_px(), 1.5F);
+    EXPECT_FALSE(state.details().has_contour_px()) << "a check that was not made";
+    context.TryCancel();
+  }
+}
+
 TEST_F(WatchTest, AnObserverSeesWhatTheOperatorDoes) {
   Operator ada(Connect());
   ada.Hold(0);
