@@ -38,10 +38,7 @@ void DecodeAhead::Run(const std::stop_token& stop) {
     for (std::uint64_t sequence = 1; !stop.stop_requested(); ++sequence) {
       cv::Mat image = decode_();
       if (image.empty()) break;
-      const Time stamp = options_.live
-                             ? Clock::now()
-                             : start_ + Seconds(static_cast<double>(sequence - 1) / options_.rate);
-      if (!Push({std::move(image), sequence, stamp}, stop)) break;
+      if (!Push({std::move(image), sequence, StampOf(sequence)}, stop)) break;
     }
   } catch (...) {
     failure = std::current_exception();
@@ -52,6 +49,13 @@ void DecodeAhead::Run(const std::stop_token& stop) {
     failure_ = failure;
   }
   changed_.notify_all();
+}
+
+Time DecodeAhead::StampOf(std::uint64_t sequence) const {
+  if (options_.live) return Clock::now();
+  const std::uint64_t k = sequence - 1;
+  const std::uint64_t instant = k < options_.instants.size() ? options_.instants[k] : k;
+  return start_ + Seconds(static_cast<double>(instant) / options_.rate);
 }
 
 bool DecodeAhead::Push(Frame frame, const std::stop_token& stop) {

@@ -3,6 +3,7 @@
 
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <exception>
 #include <functional>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "slave/capture/frame_source.h"
 
@@ -22,7 +24,9 @@ class DecodeAhead final : public FrameSource {
 
   struct Options {
     std::string description;
-    double rate = 60;    // stamps of recorded pictures lie 1 / rate apart [Hz], > 0
+    double rate = 60;  // stamps of recorded pictures lie 1 / rate apart [Hz], > 0,
+    // or so many times that from the first, one per picture; empty: there are no gaps.
+    std::vector<std::uint64_t> instants = {};
     bool paced = false;  // recorded pictures come when their stamps say
     bool live = false;   // stamps are the clock's at decoding, and a late reader loses old pictures
   };
@@ -40,6 +44,7 @@ class DecodeAhead final : public FrameSource {
   void Run(const std::stop_token& stop);
   bool Push(Frame frame, const std::stop_token& stop);
   void WaitForStamp(const Frame& frame, const std::stop_token& stop);
+  [[nodiscard]] Time StampOf(std::uint64_t sequence) const;
 
   Decode decode_;
   Options options_;

@@ -43,10 +43,13 @@ DecodeAhead::Decode Decoder(cv::Mat first, Read read, const PictureFilter& filte
 std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced,
                                        const PictureFilter& filter) {
   auto files = ListPictures(camera.pattern, {});
-  const DecodeAhead::Options options{
-      .description = "files " + camera.pattern + " (" + std::to_string(files.size()) + ")",
-      .rate = camera.rate,
-      .paced = paced};
+  const auto instants = InstantsOf(files);
+  const DecodeAhead::Options options{.description = "files " + camera.pattern + " (" +
+                                                    std::to_string(files.size()) +
+                                                    MissingInWords(instants) + ")",
+                                     .rate = camera.rate,
+                                     .instants = instants,
+                                     .paced = paced};
   // Read at once: a wrong file is found here, not in the loop.
   cv::Mat first =
       ReadPicture(files.front(), 1, [&](const cv::Size& size) { RequireSize(camera, size); });
@@ -220,9 +223,10 @@ std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced
   }
   RequireSameNumbers(left, right);
   const DecodeAhead::Options options{
-      .description =
-          fmt::format("files {} | {} ({} pairs)", cameras.left, cameras.right, left.count()),
+      .description = fmt::format("files {} | {} ({} pairs{})", cameras.left, cameras.right,
+                                 left.count(), MissingInWords(InstantsOf(left.files()))),
       .rate = cameras.rate,
+      .instants = InstantsOf(left.files()),
       .paced = paced};
   return Open([left = std::move(left),
                right = std::move(right)]() mutable { return ReadPair(left, right); },
@@ -233,8 +237,10 @@ std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth, bool paced) 
   RequireRate(depth.rate);
   PictureRow row(depth.pattern);
   const DecodeAhead::Options options{
-      .description = fmt::format("files {} ({} depth pictures)", depth.pattern, row.count()),
+      .description = fmt::format("files {} ({} depth pictures{})", depth.pattern, row.count(),
+                                 MissingInWords(InstantsOf(row.files()))),
       .rate = depth.rate,
+      .instants = InstantsOf(row.files()),
       .paced = paced};
   return Open([row = std::move(row)]() mutable { return ReadDepth(row); }, options, false);
 }

@@ -4,7 +4,9 @@
 #include <cctype>
 #include <charconv>
 #include <fstream>
+#include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 
@@ -88,21 +90,23 @@ NumberedName ParseNumbered(const fs::path& pattern) {
 
 std::vector<fs::path> ListNumbered(const fs::path& pattern) {
   const NumberedName numbered = ParseNumbered(pattern);
-  const fs::path directory = pattern.parent_path();
-  std::optional<long> smallest;
-  const auto is_ours = [&](const fs::path& file) {
-    const auto number = numbered.Number(file.filename().string());
-    if (number && (!smallest || *number < *smallest)) smallest = number;
-    return number.has_value();
-  };
-  std::vector<fs::path> files;
-  if (Collect(directory, is_ours).empty()) return files;
-  long number = *smallest;
-  for (fs::path file = directory / numbered.Name(number); fs::exists(file);
-       file = directory / numbered.Name(++number)) {
-    files.push_back(file);
+  return Collect(pattern.parent_path(), [&](const fs::path& file) {
+    return numbered.Number(file.filename().string()).has_value();
+  });
+}
+
+// In order of their names, which numbers that are too long to read are none of.
+std::optional<std::vector<std::uint64_t>> NumbersOf(const std::vector<fs::path>& files) {
+  std::vector<std::uint64_t> numbers;
+  for (const fs::path& file : files) {
+    const std::string digits = LastNumber(file);
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    if (digits.empty() || error != std::errc()) return std::nullopt;
+    if (!numbers.empty() && number <= numbers.back()) return std::nullopt;
+    numbers.push_back(number);
   }
-  return files;
+  return numbers;
 }
 
 constexpr std::streamoff kLargestFile = 1'000'000'000;  // more than kMostPixels need
@@ -163,6 +167,29 @@ std::string LastNumber(const fs::path& file) {
   const std::size_t first = before == std::string::npos ? 0 : before + 1;
   const std::string digits = stem.substr(first, last + 1 - first);
   return digits.substr(std::min(digits.find_first_not_of('0'), digits.size() - 1));
+}
+
+std::vector<std::uint64_t> InstantsOf(const std::vector<fs::path>& files) {
+  std::vector<std::uint64_t> in_turn(files.size());
+  std::iota(in_turn.begin(), in_turn.end(), 0);
+  const auto numbers = NumbersOf(files);
+  if (!numbers || numbers->size() < 2) return in_turn;
+  std::uint64_t step = std::numeric_limits<std::uint64_t>::max();
+  for (std::size_t k = 1; k < numbers->size(); ++k) {
+    step = std::min(step, (*numbers)[k] - (*numbers)[k - 1]);
+  }
+  std::vector<std::uint64_t> instants;
+  for (const std::uint64_t number : *numbers) {
+    const std::uint64_t way = number - numbers->front();
+    if (way % step != 0) return in_turn;
+    instants.push_back(way / step);
+  }
+  return instants.back() < 2 * files.size() ? instants : in_turn;
+}
+
+std::string MissingInWords(const std::vector<std::uint64_t>& instants) {
+  if (instants.empty() || instants.back() + 1 == instants.size()) return {};
+  return ", " + std::to_string(instants.back() + 1 - instants.size()) + " missing";
 }
 
 bool NaturallyLess(const std::string& a, const std::string& b) {

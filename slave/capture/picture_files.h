@@ -1,6 +1,7 @@
 // Picture files: which ones a pattern names, and how one is read.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -12,7 +13,7 @@ namespace palpate {
 
 // Files that `pattern` names, in the order of time:
 //   frames/%04d.png  a printf pattern with one %d: from 0, else from 1, else from the smallest
-//                    number there is, up to the first gap
+//                    number there is, gaps left out
 //   frames/*.jpg     a glob (* and ? in the file name), sorted naturally: img2 before img10
 //   frames           a directory: every picture in it, sorted naturally
 //   embryo.jpg       one picture
@@ -23,6 +24,14 @@ std::vector<std::filesystem::path> ListPictures(const std::string& pattern,
 
 // Digits compare as numbers, everything else as characters.
 bool NaturallyLess(const std::string& a, const std::string& b);
+
+// When each of `files`, listed in the order of time, was taken, in periods since the first: as the
+// last numbers in their names rise, in steps of the smallest rise there is; a larger one is a gap.
+// One after the other where names have no such numbers, or more would be missing than there are.
+std::vector<std::uint64_t> InstantsOf(const std::vector<std::filesystem::path>& files);
+// How many pictures are missing between instants, in words to follow a count: `, 3 missing`; empty:
+// none.
+std::string MissingInWords(const std::vector<std::uint64_t>& instants);
 
 // The last number in the file's name, without leading zeros: 7 of left_007.png; empty: none.
 std::string LastNumber(const std::filesystem::path& file);

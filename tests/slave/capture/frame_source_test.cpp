@@ -76,6 +76,24 @@ TEST(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
   EXPECT_FALSE(source->Next({})) << "an ended source stays ended";
 }
 
+TEST(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsSaid) {
+  const Scratch scratch;
+  WriteNumbered(scratch, 12);
+  for (const char* name : {"f4.png", "f5.png"}) std::filesystem::remove(scratch.path() / name);
+  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
+  EXPECT_THAT(source->description(), testing::EndsWith("f%d.png (10, 2 missing)"));
+  Time start{};
+  std::uint64_t count = 0;
+  while (const auto frame = source->Next({})) {
+    EXPECT_EQ(frame->sequence, ++count);
+    if (count == 1) start = frame->sensed_at;
+    // The grey level tells the number, pictures come at 100 Hz; stamps are whole nanoseconds.
+    const double number = frame->image.at<std::uint8_t>(0, 0);
+    EXPECT_NEAR(SecondsBetween(start, frame->sensed_at), number / 100, 1e-8) << number;
+  }
+  EXPECT_EQ(count, 10U);
+}
+
 TEST(FrameSourceTest, EveryPictureIsFilteredAndTheFirstIsTriedAtOnce) {
   const Scratch scratch;
   WriteNumbered(scratch, 3);

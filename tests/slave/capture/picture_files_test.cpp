@@ -65,10 +65,29 @@ TEST(ListPicturesTest, NumberedPatternsStartWhereTheFilesDo) {
   }
 }
 
-TEST(ListPicturesTest, NumberedPatternsStopAtTheFirstGap) {
+TEST(ListPicturesTest, NumberedPatternsGoOnBehindAGap) {
   const Scratch scratch;
   for (const char* name : {"a8", "a9", "a10", "a12"}) scratch.Write(name, "x");
-  EXPECT_THAT(Names("a%d", scratch), testing::ElementsAre("a8", "a9", "a10"));
+  EXPECT_THAT(Names("a%d", scratch), testing::ElementsAre("a8", "a9", "a10", "a12"));
+}
+
+TEST(InstantsTest, AMissingNumberIsAGapInTime) {
+  using testing::ElementsAre;
+  EXPECT_THAT(InstantsOf({"f08.png", "f09.png", "f12.png"}), ElementsAre(0, 1, 4));
+  EXPECT_THAT(InstantsOf({"f0.png", "f5.png", "f15.png"}), ElementsAre(0, 1, 3)) << "every fifth";
+  EXPECT_EQ(MissingInWords({0, 1, 4}), ", 2 missing");
+  EXPECT_EQ(MissingInWords({0, 1, 2}), "");
+}
+
+TEST(InstantsTest, NumbersThatTellNoTimeAreNotTakenForOne) {
+  using testing::ElementsAre;
+  EXPECT_THAT(InstantsOf({"a.png", "b.png"}), ElementsAre(0, 1)) << "no numbers";
+  EXPECT_THAT(InstantsOf({"f1.png", "f3.png", "f6.png"}), ElementsAre(0, 1, 2)) << "no common step";
+  EXPECT_THAT(InstantsOf({"f1.png", "f2.png", "f900.png"}), ElementsAre(0, 1, 2)) << "two takes";
+  EXPECT_THAT(InstantsOf({"left1.png", "right1.png"}), ElementsAre(0, 1)) << "not rising";
+  EXPECT_THAT(InstantsOf({"f99999999999999999999998.png", "f99999999999999999999999.png"}),
+              ElementsAre(0, 1));
+  EXPECT_THAT(InstantsOf({}), ElementsAre());
 }
 
 // A scene named without a folder lies in the working directory, as do its pictures.
