@@ -43,6 +43,11 @@ class Offline(unittest.TestCase):
         self.assertEqual(len(rows), summary["frames"])
         self.assertEqual(list(rows[0])[:14], "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,"
                          "fx,fy,fz,sigma,validity".split(","))
+        self.assertEqual(list(rows[0])[-8:], "check,score,registration_px,contour_px,epipolar_px,camera_motion_px,"
+                         "misfit,rest_drift".split(","))
+        self.assertEqual(summary["checks"].keys(), {row["check"] for row in rows} - {""})
+        self.assertTrue(all(0.6 <= float(row["score"]) <= 1 for row in rows), "the tip was never lost")
+        self.assertTrue(all(row["epipolar_px"] == row["rest_drift"] == "" for row in rows), "one camera has no such checks")
         pressed = max(rows, key=lambda row: float(row["fy"]))
         self.assertGreater(float(pressed["fy"]), 1.0, "the object pushes the tool up, against the press")
 
