@@ -25,9 +25,9 @@ void AddLight(CaseTable* table) {
   table->Add("shadow over tool and object", "%", {30}, {50, 80},
              [](double s) { return Shadow(s / 100); });
   table->Add("glint on the tip", "px", {2}, {4, 8}, [](double s) { return GlintOnTip(s); });
-  table->Add("glint on the shaft, moving", "px", {2, 4}, {8},
+  table->Add("glint on the shaft - moving", "px", {2, 4}, {8},
              [](double s) { return GlintOnShaft(s, 20); });
-  table->Add("glint on the shaft, standing", "px", {2, 4}, {8},
+  table->Add("glint on the shaft - standing", "px", {2, 4}, {8},
              [](double s) { return GlintStanding(s, 20); });
   table->Add("glint beside the contact", "px", {2, 4}, {8}, [](double s) {
     return [s](const View& view, cv::Mat& picture) {
@@ -51,9 +51,9 @@ void AddOccluders(CaseTable* table) {
              [](double s) { return Wire(s, 10, -20); });
   table->Add("side of the tool covered", "%", {33}, {50, 80},
              [](double s) { return CoveredSide(s / 100); });
-  table->Add("piece of the shaft covered, standing", "px", {8}, {16, 32},
+  table->Add("piece of the shaft covered - standing", "px", {8}, {16, 32},
              [](double s) { return CoveredPiece(12, 12 + s); });
-  table->Add("tip covered, standing", "px", {}, {6, 20},
+  table->Add("tip covered - standing", "px", {}, {6, 20},
              [](double s) { return CoveredPiece(-s, s); });
   table->Add("a hand comes and stays", "px", {}, {-30, 0, 30},
              [](double s) { return Hand(s, When::kAtRest); });
@@ -82,10 +82,10 @@ Alteration Moved(double px, double degrees, When when) {
 }
 
 void AddMotion(CaseTable* table) {
-  table->Add("camera bumped at rest, x", "px", {5, 20}, {40}, [](double s) {
+  table->Add("camera bumped at rest - x", "px", {5, 20}, {40}, [](double s) {
     return Bump({s, 0}, When::kAtRest);
   });
-  table->Add("camera bumped at rest, y", "px", {5, 20}, {40}, [](double s) {
+  table->Add("camera bumped at rest - y", "px", {5, 20}, {40}, [](double s) {
     return Bump({0, s}, When::kAtRest);
   });
   table->Add("camera bumped while pressed", "px", {5, 20}, {40}, [](double s) {
@@ -101,11 +101,11 @@ void AddMotion(CaseTable* table) {
              [](double s) { return Zoom(1 + s / 100, When::kAtRest); });
   table->Add("barrel distortion nobody told of", "px", {}, {2, 10},
              [](double s) { return Barrel(s); });
-  table->Add("object moved at rest, away", "px", {5, 20}, {40},
+  table->Add("object moved at rest - away", "px", {5, 20}, {40},
              [](double s) { return Moved(s, 90, When::kAtRest); });
-  table->Add("object moved at rest, nearer", "px", {5}, {10},
+  table->Add("object moved at rest - nearer", "px", {5}, {10},
              [](double s) { return Moved(-s, 90, When::kAtRest); });
-  table->Add("object moved at rest, across", "px", {5, 20}, {40},
+  table->Add("object moved at rest - across", "px", {5, 20}, {40},
              [](double s) { return Moved(s, 0, When::kAtRest); });
   table->Add("object moved while pressed", "px", {3}, {10, 20},
              [](double s) { return Moved(s, 90, When::kPressed); });
@@ -187,13 +187,13 @@ void AddGeometry(CaseTable* table) {
 }
 
 void AddMixtures(CaseTable* table) {
-  table->Add("noise 8, defocus 1, flicker 10", Demand::kRight,
+  table->Add("noise 8 + defocus 1 + flicker 10", Demand::kRight,
              {.paint = All({Defocus(1), Flicker(0.1), Noise(8)})});
-  table->Add("shadow 30, JPEG 30, glint 3", Demand::kRight,
+  table->Add("shadow 30 + JPEG 30 + glint 3", Demand::kRight,
              {.paint = All({GlintOnShaft(3, 15), Shadow(0.3), Jpeg(30)})});
-  table->Add("wire 3, bump 10, noise 10", Demand::kDoubt,
+  table->Add("wire 3 + bump 10 + noise 10", Demand::kDoubt,
              {.paint = All({Wire(3, 70, 10), Bump({7, -7}, When::kAtRest), Noise(10)})});
-  table->Add("shake 1, vignette 20, motion blur 5", Demand::kDoubt,
+  table->Add("shake 1 + vignette 20 + motion blur 5", Demand::kDoubt,
              {.paint = All({Shake(1), Vignette(0.2), MotionBlur(5, 30)})});
 }
 

@@ -141,7 +141,8 @@ void AddSamples(CaseTable* table) {
   table->Add("lost", "%", {2, 5}, {30}, [](double s) {
     Alteration alteration;
     alteration.loses = [s](const Moment& moment) {
-      return moment.index > 0 && std::mt19937_64(moment.index)() % 1000 < 10 * s;
+      return moment.index > 0 &&
+             static_cast<double>(std::mt19937_64(moment.index)() % 1000) < 10 * s;
     };
     return alteration;
   });

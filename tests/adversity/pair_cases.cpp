@@ -135,13 +135,13 @@ void AddMotion(CaseTable* table) {
   table->Add("rig bumped while pressed", "px", {3, 10}, {40}, [](double s) {
     return Bump({0.6 * s, 0.8 * s}, When::kPressed);
   });
-  table->Add("one camera bumped at rest, across", "px", {}, {0.5, 2, 10}, [](double s) {
+  table->Add("one camera bumped at rest - across", "px", {}, {0.5, 2, 10}, [](double s) {
     return OnSide(1, Bump({0, s}, When::kAtRest));
   });
-  table->Add("one camera bumped at rest, along", "px", {}, {0.5, 2, 10}, [](double s) {
+  table->Add("one camera bumped at rest - along", "px", {}, {0.5, 2, 10}, [](double s) {
     return OnSide(1, Bump({s, 0}, When::kAtRest));
   });
-  table->Add("one camera bumped while pressed, along", "px", {}, {0.5, 2, 10}, [](double s) {
+  table->Add("one camera bumped while pressed - along", "px", {}, {0.5, 2, 10}, [](double s) {
     return OnSide(0, Bump({s, 0}, When::kPressed));
   });
   table->Add("one camera turned at rest", "deg", {}, {0.5, 2},
@@ -153,7 +153,7 @@ void AddMotion(CaseTable* table) {
       Shake(s)(left, picture);
     };
   });
-  table->Add("eyes shake, each for itself", "px", {}, {0.5, 2}, [](double s) { return Shake(s); });
+  table->Add("eyes shake - each for itself", "px", {}, {0.5, 2}, [](double s) { return Shake(s); });
   table->Add("zoom of one camera changed at rest", "%", {}, {0.5, 2},
              [](double s) { return OnSide(1, Zoom(1 + s / 100, When::kAtRest)); });
   table->Add("domed", "mm", {}, {-2, -0.5, 0.5, 2}, [](double s) { return Dome(1e-3 * s); });
@@ -195,7 +195,7 @@ void AddGeometry(CaseTable* table) {
       scene.sense.Find<StereoCameras>()->X_SL.translation().x() += 1e-3 * s;
     });
   });
-  table->Add("prestress told, there is none", "N/m", {}, {300, 3000},
+  table->Add("prestress told - there is none", "N/m", {}, {300, 3000},
              [](double s) { return Told([s](Scene& scene) { scene.model.prestress = s; }); });
   table->Add("radius wrong", "%", {}, {-10, 10}, [](double s) {
     return Told([s](Scene& scene) {

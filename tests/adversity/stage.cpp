@@ -209,7 +209,7 @@ std::unique_ptr<Stage> MakeTouch(const std::string& name, const std::string& sce
   return std::make_unique<TouchStage>(name, Shipped(scene, overrides), counts, resolution);
 }
 
-StageMaker Camera1(const std::string& name) {
+StageMaker OneCamera(const std::string& name) {
   return {name, "camera", [name](Extent extent) { return MakeCamera(name, extent); }};
 }
 StageMaker Pair(const std::string& name, const Overrides& overrides) {
@@ -240,13 +240,13 @@ void Stage::Keep(std::vector<Shot> shots) {
 }
 
 std::vector<StageMaker> StagesOf(Extent extent) {
-  std::vector<StageMaker> stages{Camera1("silicone-block"), Pair("rubber-membrane", {}),
+  std::vector<StageMaker> stages{OneCamera("silicone-block"), Pair("rubber-membrane", {}),
                                  Touch("foam-cube", "foam-cube", {})};
   stages.push_back(
       Touch("foam-cube-stiff", "foam-cube", {"object.material.young_modulus=100 kPa"}));
   stages.back().is_special = true;
   if (extent == Extent::kQuick) return stages;
-  stages.push_back(Camera1("zebrafish-embryo"));
+  stages.push_back(OneCamera("zebrafish-embryo"));
   stages.push_back(Pair("rubber-membrane-texture", {"sense.points.track=texture"}));
   stages.push_back(Touch("foam-sponge", "foam-sponge", {}));
   stages.push_back(Touch("foam-bar", "foam-bar", {}));
