@@ -138,6 +138,25 @@ void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationM
   }
 }
 
+// What the window around the tip can follow, and whether it suits the tool's size in the picture.
+void PrintTip(const Scene& scene) {
+  constexpr int kReach = 10;  // that the window has around the template at least [px]
+  const TipTracking& tip = *scene.sense.Find<TipTracking>();
+  const Camera& camera = *scene.sense.Find<Camera>();
+  const double width = scene.tool->width / camera.pixel;
+  std::string words = fmt::format(
+      "{:.3g} px wide, followed in {} px; its speed may change by {}/s from one picture to the "
+      "next; lost below a score of {:g}",
+      width, tip.roi, LengthInWords(kReach * camera.pixel * camera.rate), tip.min_score);
+  if (tip.template_file.empty() && tip.roi < 2 * kReach + width) {
+    words += fmt::format(
+        ". ROI IS SMALL: what is looked for is cut {} px long, shorter than the tool is wide; "
+        "tip.roi of {:.0f} px or more shows its shape",
+        std::max(tip.roi - 2 * kReach, 12), std::ceil(2 * kReach + 2 * width));
+  }
+  PrintLine("tip", words);
+}
+
 void PrintOff(const Scene& scene) {
   PrintLine("off", "tactile sensing, stereo, volume models: not in this scene");
   PrintLine("on demand", "displacement field and pictures: computed only while somebody watches");
@@ -263,6 +282,7 @@ int RunCheck(const CheckOptions& options) {
                           : ", straightened from the lens of " + camera.lens.filename().string();
   PrintLine("eyes", fmt::format("{}, {:g} Hz, {} per pixel{}", Source(camera), camera.rate,
                                 LengthInWords(camera.pixel), lens));
+  PrintTip(scene);
   PrintHand(scene);
   PrintModel(scene);
   PrintOff(scene);
