@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <Eigen/Geometry>
+#include <spdlog/fmt/fmt.h>
 
 #include "tests/adversity/case.h"
 #include "tests/adversity/severities.h"
@@ -80,7 +81,7 @@ Alteration Stuck(std::vector<std::size_t> electrodes, When when) {
 
 void AddElectrodes(CaseTable* table) {
   for (const std::size_t e : {0U, 6U, 9U, 16U, 18U}) {
-    const std::string name = "E" + std::to_string(e + 1);
+    const std::string name = fmt::format("E{}", e + 1);
     table->Add(name + " stuck at rest", Demand::kRight, Stuck({e}, When::kAtRest));
     table->Add(name + " stuck while pressed", Demand::kRight, Stuck({e}, When::kPressed));
   }

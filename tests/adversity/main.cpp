@@ -13,10 +13,10 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include "shared/text/text.h"
-#include "slave/commands/program.h"
 #include "tests/adversity/case.h"
 #include "tests/adversity/stage.h"
 #include "tests/adversity/table.h"
@@ -124,7 +124,7 @@ class Suite {
 };
 
 int Main(int argc, char** argv) {
-  LogToStderr();
+  spdlog::set_default_logger(spdlog::stderr_color_mt("adversity"));
   spdlog::set_level(spdlog::level::warn);
   Options options;
   CLI::App app{"Tries the senses on altered samples of the shipped scenes."};

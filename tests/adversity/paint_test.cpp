@@ -1,0 +1,91 @@
+// The alterations do what their names say: a case that altered nothing would prove nothing.
+#include "tests/adversity/paint.h"
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "tests/adversity/case.h"
+
+namespace palpate::adversity {
+namespace {
+
+// A picture with a bright square on a ramp, seen in the middle of a press.
+cv::Mat Picture() {
+  cv::Mat picture(240, 320, CV_8U);
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) {
+      picture.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(60 + x / 4);
+    }
+  }
+  picture(cv::Rect(150, 100, 20, 20)).setTo(200);
+  return picture;
+}
+View Pressed() {
+  View view;
+  view.script = {4, 10, 20, 30, 40};
+  view.index = 28;
+  view.tip_I = view.pressed_I = {160, 120};
+  view.width = 17;
+  return view;
+}
+cv::Mat Painted(const Paint& paint, const View& view) {
+  cv::Mat picture = Picture();
+  paint(view, picture);
+  return picture;
+}
+double Difference(const cv::Mat& a, const cv::Mat& b) {
+  return cv::norm(a, b, cv::NORM_L1);
+}
+
+TEST(PaintTest, EveryAlterationOfACasePaintsSomethingAndTheSameAgain) {
+  for (const auto& cases : {CameraCases(), PairCases()}) {
+    for (const Case& tried : cases) {
+      if (!tried.alteration.paint) continue;
+      View view = Pressed();
+      cv::Mat first = Painted(tried.alteration.paint, view);
+      view.side = 1;
+      cv::Mat right = Painted(tried.alteration.paint, view);
+      EXPECT_GT(Difference(first, Picture()) + Difference(right, Picture()), 0) << tried.title();
+      EXPECT_EQ(Difference(right, Painted(tried.alteration.paint, view)), 0) << tried.title();
+      EXPECT_EQ(first.type(), CV_8U) << tried.title();
+      EXPECT_EQ(first.size(), Picture().size()) << tried.title();
+    }
+  }
+}
+
+TEST(PaintTest, ABumpOfWholePixelsMovesThePictureWithoutLoss) {
+  const cv::Mat moved = Painted(Bump({7, -3}, When::kAtRest), Pressed());
+  EXPECT_EQ(Difference(moved(cv::Rect(50, 50, 200, 150)), Picture()(cv::Rect(43, 53, 200, 150))),
+            0);
+}
+
+TEST(PaintTest, WhatBeginsWhilePressedIsNotThereBefore) {
+  View view = Pressed();
+  view.index = 12;
+  EXPECT_EQ(Difference(Painted(Bump({7, -3}, When::kPressed), view), Picture()), 0);
+  EXPECT_GT(Difference(Painted(Bump({7, -3}, When::kAtRest), view), Picture()), 0);
+}
+
+// Reference: the standard deviation asked for, in a plain picture. Tolerance: 76800 pixels, and the
+// rounding to whole grey levels, which adds 1 / 12 to the variance.
+TEST(PaintTest, NoiseHasTheSigmaAskedFor) {
+  cv::Mat picture(240, 320, CV_8U, cv::Scalar(128));
+  Noise(15)(Pressed(), picture);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(picture, mean, deviation);
+  EXPECT_NEAR(deviation[0], 15, 0.15);
+  EXPECT_NEAR(mean[0], 128, 0.3);
+}
+
+TEST(ShowsTest, LateFrozenAndDoubledSamplesAreThoseOfBefore) {
+  const Script script{4, 10, 20, 30, 40};
+  EXPECT_EQ(Late(5)({script, 28}), 23U);
+  EXPECT_EQ(Late(5)({script, 3}), 0U);
+  EXPECT_EQ(Late(5, 1)({script, 28, 0}), 28U) << "only the right picture";
+  EXPECT_EQ(Frozen(When::kAtRest)({script, 28}), 3U);
+  EXPECT_EQ(Frozen(When::kPressed)({script, 28}), 24U);
+  EXPECT_EQ(Doubled()({script, 27}), 26U);
+}
+
+}  // namespace
+}  // namespace palpate::adversity
