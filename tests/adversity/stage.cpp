@@ -164,7 +164,7 @@ class PairStage final : public Stage {
 std::unique_ptr<Stage> MakePair(const std::string& name, const Overrides& overrides,
                                 Extent extent) {
   const Counts counts =
-      extent == Extent::kQuick ? Counts{17, 12, 4, 5, 2} : Counts{20, 60, 15, 30, 10};
+      extent == Extent::kQuick ? Counts{16, 8, 3, 4, 2} : Counts{20, 60, 15, 30, 10};
   return std::make_unique<PairStage>(name, Shipped("rubber-membrane", overrides), counts);
 }
 
@@ -198,14 +198,11 @@ class TouchStage final : public Stage {
 };
 
 std::unique_ptr<Stage> MakeTouch(const std::string& name, const std::string& scene,
-                                 Overrides overrides, Extent extent) {
+                                 const Overrides& overrides, Extent extent) {
   const bool quick = extent == Extent::kQuick;
   const Counts counts = quick ? Counts{70, 45, 15, 45, 10} : Counts{70, 130, 60, 130, 30};
   SiteResolution resolution;
-  if (quick) {
-    resolution = {.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8};
-    overrides.emplace_back("operator.press.depth=4 mm");
-  }
+  if (quick) resolution = {.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8};
   return std::make_unique<TouchStage>(name, Shipped(scene, overrides), counts, resolution);
 }
 
