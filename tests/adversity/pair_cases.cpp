@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <random>
 #include <utility>
 #include <variant>
 
@@ -207,6 +208,63 @@ void AddGeometry(CaseTable* table) {
   });
 }
 
+// --- depth pictures: 16 bit, 0 is no measurement
+constexpr const char* kDepth = "rubber-membrane-depth";
+
+// Where there is no measurement: discs of 20 px, `share` of the picture in all, elsewhere in each
+// picture unless they stand.
+Paint Holes(double share, bool standing) {
+  return [=](const View& view, cv::Mat& picture) {
+    constexpr double kRadius = 20;
+    std::mt19937_64 random(standing ? 1 : view.index + 1);
+    const double area = std::numbers::pi * kRadius * kRadius;
+    const auto count = static_cast<int>(share * static_cast<double>(picture.total()) / area);
+    std::uniform_real_distribution<double> x(0, picture.cols), y(0, picture.rows);
+    for (int i = 0; i < count; ++i) {
+      const cv::Point at(static_cast<int>(x(random)), static_cast<int>(y(random)));
+      cv::circle(picture, at, static_cast<int>(kRadius), cv::Scalar(0), -1);
+    }
+  };
+}
+
+// Each depth `factor` as far and `offset` [counts] farther.
+Paint Rescaled(double factor, double offset, When when) {
+  return From(when, [=](const View&, cv::Mat& picture) {
+    picture.convertTo(picture, CV_16U, factor, offset);
+  });
+}
+
+Paint NoisyDepth(double counts) {
+  return [counts](const View& view, cv::Mat& picture) {
+    cv::Mat noise(picture.size(), CV_32F), noisy;
+    cv::RNG(view.index + 1).fill(noise, cv::RNG::NORMAL, 0, counts);
+    picture.convertTo(noisy, CV_32F);
+    noisy += noise;
+    noisy.convertTo(picture, CV_16U);
+  };
+}
+
+void AddDepth(CaseTable* table) {
+  table->Only(kDepth);
+  table->Add("depth undisturbed", Demand::kRight, {});
+  table->Add("depth with holes", "%", {10}, {40}, [](double s) { return Holes(s / 100, false); });
+  table->Add("depth with standing holes", "%", {10}, {40},
+             [](double s) { return Holes(s / 100, true); });
+  table->Add("depth noisier", "mm", {0.4}, {2}, [](double s) { return NoisyDepth(s / 0.02); });
+  table->Add("depth scaled", "%", {}, {-3, 3},
+             [](double s) { return Rescaled(1 + s / 100, 0, When::kAlways); });
+  table->Add("depth warms up at rest", "mm", {}, {0.3, 2},
+             [](double s) { return Rescaled(1, s / 0.02, When::kAtRest); });
+  table->Add("depth camera bumped at rest", "px", {}, {3, 20}, [](double s) {
+    return Bump({s, 0}, When::kAtRest);
+  });
+  table->Add("depth late", "pictures", {}, {1, 5},
+             [](double s) { return Shows(Late(static_cast<std::size_t>(s))); });
+  table->Add("depth frozen from rest on", Demand::kDoubt, Shows(Frozen(When::kAtRest)));
+  table->Add("depth frozen while pressed", Demand::kDoubt, Shows(Frozen(When::kPressed)));
+  table->Only({});
+}
+
 }  // namespace
 
 std::vector<Case> PairCases() {
@@ -216,6 +274,7 @@ std::vector<Case> PairCases() {
   AddMotion(&table);
   AddTime(&table);
   AddGeometry(&table);
+  AddDepth(&table);
   return table.Take();
 }
 

@@ -21,11 +21,13 @@ class CaseTable {
     for (const double severity : right) Append(name, unit, severity, Demand::kRight, make);
     for (const double severity : doubt) Append(name, unit, severity, Demand::kDoubt, make);
   }
-  // Without a severity; `stage`: the only one it is for.
-  void Add(const std::string& name, Demand demand, Alteration alteration,
-           const std::string& stage = {}) {
-    cases_.push_back({name, 0, "", demand, std::move(alteration), stage});
+  // Without a severity.
+  void Add(const std::string& name, Demand demand, Alteration alteration) {
+    cases_.push_back({name, 0, "", demand, std::move(alteration), stage_});
   }
+
+  // What is added from here on is only for this stage; empty: for all but special ones.
+  void Only(const std::string& stage) { stage_ = stage; }
 
   [[nodiscard]] std::vector<Case> Take() { return std::move(cases_); }
 
@@ -39,9 +41,10 @@ class CaseTable {
     } else {
       alteration = make(severity);
     }
-    cases_.push_back({name, severity, unit, demand, std::move(alteration), {}});
+    cases_.push_back({name, severity, unit, demand, std::move(alteration), stage_});
   }
 
+  std::string stage_;
   std::vector<Case> cases_;
 };
 

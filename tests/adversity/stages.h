@@ -1,0 +1,35 @@
+// The stages' own files share this: scenes as they are shipped, and how a press goes.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "slave/scene/scene.h"
+#include "tests/adversity/moment.h"
+#include "tests/adversity/stage.h"
+
+namespace palpate::adversity {
+
+using Overrides = std::vector<std::string>;
+Scene Shipped(const std::string& name, const Overrides& overrides);
+
+// How many samples each part of a press has.
+struct Counts {
+  std::size_t rest = 0, in = 0, hold = 0, back = 0, after = 0;
+
+  [[nodiscard]] Script script() const;
+  // Part of the way in that is gone at this sample, 0 to 1.
+  [[nodiscard]] double WayAt(std::size_t index) const;
+};
+
+// One camera; two; depth pictures of the same membrane; fingertips.
+std::unique_ptr<Stage> MakeCameraStage(const std::string& name, Extent extent);
+std::unique_ptr<Stage> MakePairStage(const std::string& name, const Overrides& overrides,
+                                     Extent extent);
+std::unique_ptr<Stage> MakeDepthStage(const std::string& name, Extent extent);
+std::unique_ptr<Stage> MakeTouchStage(const std::string& name, const std::string& scene,
+                                      const Overrides& overrides, Extent extent);
+
+}  // namespace palpate::adversity
