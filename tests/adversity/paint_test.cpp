@@ -1,6 +1,8 @@
 // The alterations do what their names say: a case that altered nothing would prove nothing.
 #include "tests/adversity/paint.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
@@ -9,22 +11,22 @@
 namespace palpate::adversity {
 namespace {
 
-// A picture with a bright square on a ramp, seen in the middle of a press.
+// A picture with fine waves, so that the least motion shows, seen in the middle of a press.
 cv::Mat Picture() {
-  cv::Mat picture(240, 320, CV_8U);
+  cv::Mat picture(480, 640, CV_8U);
   for (int y = 0; y < picture.rows; ++y) {
     for (int x = 0; x < picture.cols; ++x) {
-      picture.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(60 + x / 4);
+      picture.at<std::uint8_t>(y, x) =
+          static_cast<std::uint8_t>(100 + 60 * std::sin(x / 3.0) * std::sin(y / 4.0));
     }
   }
-  picture(cv::Rect(150, 100, 20, 20)).setTo(200);
   return picture;
 }
 View Pressed() {
   View view;
   view.script = {4, 10, 20, 30, 40};
   view.index = 28;
-  view.tip_I = view.pressed_I = {160, 120};
+  view.tip_I = view.pressed_I = {320, 240};
   view.width = 17;
   return view;
 }
