@@ -49,6 +49,10 @@ struct Case {
   Alteration alteration;
   std::string stage;  // only on the stage of this name; empty: on all of its sense but special ones
 
+  // Whether `--quick` tries it: the harshest severity that must be right, the mildest that may be
+  // doubted.
+  bool is_quick = true;
+
   [[nodiscard]] std::string title() const;  // "glint on the shaft, moving: 4 px"
 };
 

@@ -27,7 +27,7 @@ namespace {
 
 constexpr const char* kHelp = R"(Examples:
   adversity --quick --out build/adversity
-  adversity --quick --only 'glint|wire'
+  adversity --only 'glint|wire'                      every severity, short presses
   adversity --full --out build/adversity-full        goes on where it was stopped
   adversity --list
 
@@ -82,6 +82,7 @@ class Suite {
     for (const Case& tried : CasesOf(maker.sense)) {
       Row row{maker.sense, maker.name, tried.title(), tried.demand, {}};
       if (!maker.Suits(tried) || IsDone(row.key())) continue;
+      if (options_.quick && !tried.is_quick) continue;
       if (!std::regex_search(row.sense + " " + row.key(), only_)) continue;
       if (options_.list) {
         std::printf("%-10s %s\n", maker.sense.c_str(), row.key().c_str());
@@ -129,8 +130,9 @@ int Main(int argc, char** argv) {
   Options options;
   CLI::App app{"Tries the senses on altered samples of the shipped scenes."};
   app.footer(kHelp);
-  app.add_flag("--quick", options.quick, "Short presses on a scene per sense (default)");
-  app.add_flag("--full", options.full, "Whole presses on all scenes; goes on where it was stopped");
+  app.add_flag("--quick", options.quick, "Of each case two severities");
+  app.add_flag("--full", options.full,
+               "Whole presses on all scenes; without it short ones on a scene per sense");
   app.add_flag("--list", options.list, "Name the rows only");
   app.add_option("--only", options.only, "Rows that match this: SENSE SCENE: CASE");
   app.add_option("--out", options.out, "Folder for table.csv, table.txt and table.svg");

@@ -18,8 +18,14 @@ class CaseTable {
   template <typename Make>
   void Add(const std::string& name, const std::string& unit, std::initializer_list<double> right,
            std::initializer_list<double> doubt, const Make& make) {
-    for (const double severity : right) Append(name, unit, severity, Demand::kRight, make);
-    for (const double severity : doubt) Append(name, unit, severity, Demand::kDoubt, make);
+    for (const double& severity : right) {
+      Append(name, unit, severity, Demand::kRight, make);
+      cases_.back().is_quick = &severity == right.end() - 1;
+    }
+    for (const double& severity : doubt) {
+      Append(name, unit, severity, Demand::kDoubt, make);
+      cases_.back().is_quick = &severity == doubt.begin();
+    }
   }
   // Without a severity.
   void Add(const std::string& name, Demand demand, Alteration alteration) {

@@ -96,7 +96,7 @@ class ReplayedWorld final : public World {
     const Moment shown{moment.script, ShownAt(moment), side};
     const Shot& shot = shots_[shown.index];
     cv::Mat picture = (side == 0 ? shot.left : shot.right).clone();
-    if (alteration_.paint) alteration_.paint(stage_.ViewOf(shown), picture);
+    if (alteration_.paint && !picture.empty()) alteration_.paint(stage_.ViewOf(shown), picture);
     return picture;
   }
 
@@ -186,7 +186,9 @@ Score Try(Stage& stage, const Case& tried) {
   std::string refused;
   try {
     Run(stage, tried, &tally);
-  } catch (const std::exception& why) {  // said before a force was told
+  } catch (const std::runtime_error& why) {  // the sense says so itself; all else is a mistake
+    refused = why.what();
+  } catch (const std::invalid_argument& why) {
     refused = why.what();
   }
   Score score = tally.Finish();
