@@ -59,7 +59,8 @@ void PassivityControl::Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d
 Eigen::Vector3d PassivityControl::Apply(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
                                         double dt) const noexcept {
   const double speed = v_M.norm();
-  if (balance_ >= 0 || speed < kSlowest) return f_M;
+  // A hand that presses in pays what is missing by itself.
+  if (balance_ >= 0 || speed < kSlowest || !(f_M.dot(v_M) > 0)) return f_M;
   const double alpha = std::min(-balance_ / (dt * speed * speed), kMaxDamping);
   const double size = std::min(alpha * speed, f_M.norm());
   return f_M - size / speed * v_M;

@@ -11,6 +11,9 @@ namespace palpate {
 namespace {
 
 constexpr int kFirstRetryMs = 50, kLongestRetryMs = 500;
+// As gRPC has it, an attempt is given up after this: a handshake takes several round trips, or the
+// while that a busy machine needs.
+constexpr int kConnectWithinMs = 3000;
 constexpr int kKeepaliveMs = 1000;
 // [bytes] on their way at most. Ticks: 200 states of 256 bytes a second, twice, for 1 s of round
 // trip; how many old ones a stall may leave is bounded by the loop's limit on age.
@@ -24,7 +27,7 @@ std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic tr
   const bool bulk = traffic == Traffic::kBulk;
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetryMs);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kFirstRetryMs);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectWithinMs);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLongestRetryMs);
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, bulk ? kBulkWindow : kTickWindow);

@@ -182,7 +182,7 @@ void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
   const std::lock_guard lock(mutex_);
   CountEnergy(feeling);
   Guard(feeling);
-  if (feeling.force) known_at_ = now;
+  if (feeling.force || known_at_ == Time{}) known_at_ = now;  // it begins with the first look
   const double silence = SecondsBetween(view_.taken_at, now), unfelt = UnfeltFor(now);
   const bool follows = view_.phase == Phase::kFollowing;
   if (follows && (silence > kCommandTimeout || unfelt > kUnfeltTimeout)) {

@@ -362,15 +362,17 @@ TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAnew)
 }
 
 TEST_F(HapticLoopTest, ALimitThatWasReadOnlyLowersTheForce) {
-  rig_.settings.Put({0, {}, 0.4});
-  rig_.Run(puppet_, 0.01);
-  EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12) << "at once, also while following";
-  rig_.settings.Put({0, {}, 1e9});
-  puppet_.reading.engaged = false;
-  rig_.Run(puppet_, 0.1);
-  puppet_.reading.engaged = true;
-  rig_.Run(puppet_, 0.2);
-  EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12);
+  for (const double read : {0.4, 1e9}) {
+    rig_.settings.Put({0, {}, read});
+    rig_.Run(puppet_, 0.06);
+    EXPECT_EQ(puppet_.felt.norm(), 0) << "whoever follows engages anew, by what is in force";
+    puppet_.reading.engaged = false;
+    rig_.Run(puppet_, 0.1);
+    puppet_.reading.engaged = true;
+    rig_.Run(puppet_, 0.2);
+    EXPECT_EQ(rig_.state(), kFollowing);
+    EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12) << read;
+  }
 }
 
 // Until the slave says that it knows.
