@@ -70,8 +70,9 @@ class TlsTest : public testing::Test {
   }
   bool Handshakes(const std::string& how) const {
     return Shell("openssl s_client -brief -CAfile " + At("ca/ca.pem") + " -cert " +
-               At("operator/cert.pem") + " -key " + At("operator/key.pem") + " -connect " +
-               server_->address() + " " + how + " </dev/null");
+                 At("operator/cert.pem") + " -key " + At("operator/key.pem") + " -connect " +
+                 server_->address() + " " + how +
+                 " -alpn h2 </dev/null 2>&1 | grep -q 'Protocol version: TLSv1'");
   }
 
   FakeSlave slave_;
