@@ -1,4 +1,5 @@
 // palpate-master: the operator's station.
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <csignal>
@@ -15,7 +16,9 @@
 #include "master/haptics/session.h"
 #include "master/link/slave_link.h"
 #include "master/view/console.h"
+#include "master/view/keys.h"
 #include "master/view/shape_watch.h"
+#include "shared/link/loopback.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 
@@ -31,6 +34,7 @@ struct Arguments {
   std::string device = "sim-hand";
   std::string render = "local";
   double duration = 0;
+  double force_limit = 3.3, slew_limit = 0.2;  // the master's own [N], [N/ms]
   std::filesystem::path report, log;
   std::vector<std::filesystem::path> shapes;
 };
@@ -40,18 +44,22 @@ struct Line {
   explicit Line(const SlaveLink::Options& options) : link(options) {}
   LatestValue<ReceivedState> states;
   LatestValue<OperatorCommand> commands;
+  LatestValue<RemoteSettings> settings;
   SlaveLink link;
 };
 
-std::atomic<bool> g_stop{false};
+std::atomic<bool> g_stop{false}, g_emergency{false}, g_reset{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 void OnSignal(int) {
   g_stop = true;
 }
 
-// A full stop with the force at zero on SIGINT and SIGTERM; a closed pipe must not kill the hand.
+// A full stop with the force at zero on SIGINT and SIGTERM; the slave's emergency stop on SIGUSR1,
+// its end on SIGUSR2; a closed pipe must not kill the hand.
 void CatchSignals() {
+  std::signal(SIGUSR1, [](int) { g_emergency = true; });
+  std::signal(SIGUSR2, [](int) { g_reset = true; });
   std::signal(SIGINT, OnSignal);
   std::signal(SIGTERM, OnSignal);
   std::signal(SIGPIPE, SIG_IGN);
@@ -67,15 +75,15 @@ RemoteScene Connect(SlaveLink* link) {
 }
 
 // Written so that NaN is refused too.
-CLI::Validator Between(double low, double high) {
-  return {[low, high](const std::string& text) -> std::string {
+CLI::Validator Between(double low, double high, const std::string& unit = "s") {
+  return {[low, high, unit](const std::string& text) -> std::string {
             double value = 0;
             const bool number = CLI::detail::lexical_cast(text, value);
             if (number && value >= low && value <= high) return {};
             return text + ": accepted is " + CLI::detail::to_string(low) + " to " +
-                   CLI::detail::to_string(high) + " s";
+                   CLI::detail::to_string(high) + " " + unit;
           },
-          "S"};
+          unit};
 }
 
 void Declare(CLI::App* app, Arguments* a) {
@@ -88,6 +96,7 @@ void Declare(CLI::App* app, Arguments* a) {
       "  palpate-master connect localhost:50051 --shape pinch.svg\n"
       "  palpate-master connect 10.0.0.7:50051 --insecure --device playback:hand.csv --render "
       "interpolate\n\n"
+      "Emergency stop: Enter, or SIGUSR1; its end: r and Enter, or SIGUSR2.\n"
       "Exit codes: 0 done, 1 ran and failed, 2 unusable arguments.");
   CLI::App* connect = app->add_subcommand("connect", "Operate a slave and feel what it feels");
   connect->add_option("target", a->link.target, "Where the slave listens, HOST:PORT")->required();
@@ -103,6 +112,15 @@ void Declare(CLI::App* app, Arguments* a) {
       ->add_option("--duration", a->duration,
                    "How long to run [s]; without it until interrupted, or the recording's end")
       ->check(Between(1e-3, 1e8));
+  connect
+      ->add_option("--force-limit", a->force_limit,
+                   "Largest force on the hand [N]; the scene's and the device's also hold")
+      ->check(Between(1e-3, 100, "N"))
+      ->capture_default_str();
+  connect
+      ->add_option("--slew-limit", a->slew_limit, "Fastest change of the force on the hand [N/ms]")
+      ->check(Between(1e-6, 100, "N/ms"))
+      ->capture_default_str();
   connect->add_option("--report", a->report, "Write a summary of the run as JSON");
   connect->add_option("--log", a->log, "Write every tick as CSV");
   connect
@@ -113,6 +131,10 @@ void Declare(CLI::App* app, Arguments* a) {
           "given more than once. FILE-deepest is written at the end: the largest deflection seen")
       ->allow_extra_args(false)
       ->type_name("FILE.svg|FILE.vtu");
+  connect
+      ->add_option("--tls", a->link.tls,
+                   "Mutual TLS 1.3: folder with ca.pem, cert.pem, key.pem (deploy/certs)")
+      ->check(CLI::ExistingDirectory);
   connect->add_flag("--insecure", a->link.insecure,
                     "Connect to other machines in plain text (without it only to this one)");
   connect->add_option("--name", a->link.operator_name, "Who operates, told to others who ask");
@@ -136,6 +158,23 @@ bool IsScripted(const Arguments& a) {
   return a.device == "sim-hand";
 }
 
+// A slave that senses rarely may show what is older, up to a limit of ours.
+double OldestShown(double sensor_rate) {
+  constexpr double kOnTop = 0.1, kLeast = 0.06, kMost = 1, kPeriods = 3;  // [s], [s], [s], [-]
+  return kOnTop + std::clamp(kPeriods / std::max(sensor_rate, kPeriods), kLeast, kMost);
+}
+
+HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene) {
+  HapticLoop::Options options;
+  options.render = *ParseRenderMode(a.render);
+  options.transform = scene.transform;
+  options.force_limit = std::min(a.force_limit, scene.force_limit);
+  options.slew_limit = a.slew_limit;
+  options.max_age = OldestShown(scene.sensor_rate);
+  options.settings_revision = scene.settings_revision;
+  return options;
+}
+
 int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   Console console = Console::Standard();
   const RemoteScene scene = Connect(&line->link);
@@ -146,19 +185,30 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   console.Say("connected to " + a.link.target + ": " + scene.name + ", " + scene.model + ", " +
               scene.source);
   if (!scene.fingertips.empty()) console.Say(FingertipsInWords(scene.fingertips));
+  if (a.link.tls.empty() && !IsLoopback(ParseEndpoint(a.link.target).host)) {
+    console.Say(
+        "--insecure: plain text, and nobody knows who answers: it may push the hand up to " +
+        Formatted("%g N", a.force_limit));
+  }
   console.Say("device " + device->description() + "; rendering " + a.render);
 
-  line->link.Start(&line->states, &line->commands);
+  line->link.Start(&line->states, &line->commands, &line->settings);
   SessionOptions options;
-  options.loop = {*ParseRenderMode(a.render), scene.transform, scene.force_limit};
+  options.loop = LoopOptions(a, scene);
+  options.settings = &line->settings;
+  options.estop_wanted = [] { return g_emergency.exchange(false); };
   options.duration = a.duration;
   options.log = a.log;
   for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);
+  const Keys keys([] { g_emergency = true; }, [] { g_reset = true; });
   ShapeWatch shape(a.link, scene, a.shapes, console.live());
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
       [] { return g_stop.load(); },
       [&](const Status& status) {
+        if (g_reset.exchange(false)) {
+          console.Say(line->link.Reset() ? "the emergency stop was reset" : "not reset");
+        }
         console.Show(status, shape.newest().get());
         shape.See(status);
       });

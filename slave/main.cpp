@@ -119,6 +119,15 @@ int Main(int argc, char** argv) {
       ->capture_default_str();
   serve_command->add_flag("--insecure", serve.insecure,
                           "Serve addresses that are not loopback, in plain text");
+  serve_command
+      ->add_option("--tls", serve.tls,
+                   "Mutual TLS 1.3: folder with ca.pem, cert.pem, key.pem (deploy/certs)")
+      ->check(CLI::ExistingDirectory);
+  serve_command
+      ->add_option("--state-dir", serve.state_dir,
+                   "Folder in which an emergency stop outlives the process")
+      ->envname("STATE_DIRECTORY")
+      ->check(CLI::ExistingDirectory);
 
   ProcessOptions process;
   auto* process_command =
@@ -166,7 +175,10 @@ int Main(int argc, char** argv) {
     return app.exit(e) == 0 ? 0 : kUnusable;
   }
   return ExitCode([&] {
-    if (serve_command->parsed()) return RunServe(serve, stop.token());
+    if (serve_command->parsed()) {
+      RaiseDescriptorLimit();
+      return RunServe(serve, stop.token());
+    }
     stop.ExpectAnswer();
     if (process_command->parsed()) return RunProcess(process, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());

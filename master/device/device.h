@@ -28,6 +28,10 @@ struct DeviceGuide {
 
 class Device {
  public:
+  // A driver that gets no force for so long shows none, by itself: whoever should renew it may have
+  // stopped, and a hand must not be held by nobody [s].
+  static constexpr double kLetGoAfter = 0.020;
+
   virtual ~Device() = default;
   Device() = default;
   Device(const Device&) = delete;
@@ -35,7 +39,8 @@ class Device {
 
   // Reads the tip at `now`. Real-time safe: no allocation, lock or wait.
   virtual DeviceReading Read(Time now) noexcept = 0;
-  // Shows `force_M` [N], the force on the hand. Real-time safe. Zero at the end.
+  // Shows `force_M` [N], the force on the hand, for kLetGoAfter at most. Real-time safe. Zero at
+  // the end.
   virtual void WriteForce(const Eigen::Vector3d& force_M) noexcept = 0;
   // Tells where the surface is; scripted devices use it, real ones ignore it. Real-time safe.
   virtual void Guide(const DeviceGuide& guide) noexcept = 0;

@@ -160,6 +160,8 @@ DeviceReading SimHand::Read(Time now) noexcept {
   const int steps = static_cast<int>(std::ceil(dt / kStep));
   const double h = steps > 0 ? dt / steps : 0;
   for (int i = 0; i < steps; ++i) {  // semi-implicit Euler
+    held_ += h;
+    if (held_ > kLetGoAfter) force_.setZero();
     const Eigen::Vector3d pull = arm_.stiffness * (intent.p_M - p_) + force_;
     v_ += h / arm_.mass * (pull + arm_.damping * (intent.v_M - v_));
     p_ += h * v_;
@@ -169,6 +171,7 @@ DeviceReading SimHand::Read(Time now) noexcept {
 
 void SimHand::WriteForce(const Eigen::Vector3d& force_M) noexcept {
   force_ = force_M.allFinite() ? force_M : Eigen::Vector3d(0, 0, 0);
+  held_ = 0;
 }
 
 std::string SimHand::description() const {

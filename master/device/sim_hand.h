@@ -95,6 +95,7 @@ class SimHand final : public Device {
   std::optional<Time> start_;
   double t_ = 0;  // [s] since the first reading
   Eigen::Vector3d p_{0, 0, 0}, v_{0, 0, 0}, force_{0, 0, 0};
+  double held_ = 0;  // how long the force has been shown [s]
 };
 
 }  // namespace palpate

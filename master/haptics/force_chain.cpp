@@ -7,8 +7,10 @@ namespace palpate {
 namespace {
 
 constexpr std::array<std::string_view, kReasonCount> kNames{
-    "not_following", "stale",     "unknown", "other_epoch", "fading",    "punctured", "blending",
-    "beyond_model",  "passivity", "clamped", "not_finite",  "bad_state", "bad_device"};
+    "not_following", "stale",     "unknown",      "other_epoch", "fading",
+    "punctured",     "blending",  "beyond_model", "passivity",   "clamped",
+    "not_finite",    "bad_state", "bad_device",   "slewed",      "projected",
+    "offset_jump",   "settings",  "aged",         "ended"};
 
 constexpr double kSlowest = 1e-4;  // no damping below: noise has no direction [m/s]
 
@@ -46,18 +48,32 @@ void PassivityControl::Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d
   moved_ = true;
   const double work = -f_M.dot(dp);
   (work > 0 ? energy_in_ : energy_out_) += std::abs(work);
+  balance_ += work + kPhysicalDamping * dp.squaredNorm() / dt;
   const bool shown = f_M != Eigen::Vector3d::Zero();
-  balance_ = shown ? balance_ + work + kPhysicalDamping * dp.squaredNorm() / dt : 0;
+  if (!shown && shown_) stored_ = std::max(0.0, balance_);
+  if (!shown) balance_ = std::min(balance_, 0.0);
+  shown_ = shown;
   min_ = std::min(min_, balance_);
 }
 
 Eigen::Vector3d PassivityControl::Apply(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
                                         double dt) const noexcept {
   const double speed = v_M.norm();
-  if (balance_ >= 0 || speed < kSlowest) return f_M;
+  // A hand that presses in pays what is missing by itself.
+  if (balance_ >= 0 || speed < kSlowest || !(f_M.dot(v_M) > 0)) return f_M;
   const double alpha = std::min(-balance_ / (dt * speed * speed), kMaxDamping);
   const double size = std::min(alpha * speed, f_M.norm());
   return f_M - size / speed * v_M;
+}
+
+Eigen::Vector3d PassivityControl::Afford(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
+                                         double slew) const noexcept {
+  const double size = f_M.norm();
+  if (!(size > 0)) return f_M;
+  const double giving_way = std::max(f_M.dot(v_M) / size, 0.0);
+  const double stiffness = slew < kMaxStiffness * giving_way ? slew / giving_way : kMaxStiffness;
+  const double affordable = std::sqrt(2 * std::max(balance_ + kLent, 0.0) * stiffness);
+  return size <= affordable ? f_M : Eigen::Vector3d(affordable / size * f_M);
 }
 
 void OutputBlend::Go(Target target, double duration) noexcept {
@@ -72,10 +88,12 @@ Eigen::Vector3d OutputBlend::Step(const Eigen::Vector3d& rendered, double dt) no
   Eigen::Vector3d wanted(0, 0, 0);
   if (target_ == Target::kRendered) wanted = rendered;
   if (target_ == Target::kFrozen) wanted = from_;
-  const double share = is_blending() ? elapsed_ / duration_ : 1;
-  sent_ = from_ + share * (wanted - from_);
-  if (share >= 1) sent_ = wanted;
-  return sent_;
+  if (is_blending()) wanted = from_ + elapsed_ / duration_ * (wanted - from_);
+  const Eigen::Vector3d way = wanted - sent_;
+  const double most = slew_ * std::min(dt, kTick);
+  is_slewed_ = way.norm() > most;
+  if (is_slewed_) return sent_ += most / way.norm() * way;
+  return sent_ = wanted;
 }
 
 }  // namespace palpate

@@ -1,10 +1,12 @@
 // What becomes of a force on its way from the slave to the hand, one value per station, and why it
 // changed: the view that answers "I enabled feedback but feel nothing". And the stations after the
-// renderer: passivity, limit, blending.
+// renderer: passivity, limit, blending. What is bounded here is bounded by the master alone: no
+// word of the slave's can raise it.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -27,23 +29,28 @@ enum class Reason : std::uint8_t {
   kNotFinite,     // a force that was no number, replaced by zero
   kBadState,      // a state with impossible numbers, ignored
   kBadDevice,     // a device reading with impossible numbers, the last good one held
+  kSlewed,        // the force would have changed faster than the hand may feel it
+  kProjected,     // the slave's stiffness was no spring that can be shown stably: made one
+  kOffsetJump,    // the slave moved the offset within an epoch
+  kSettings,      // the slave's settings are not those that were read
+  kAged,          // sensed too long ago, or in the future
+  kEnded,         // the slave's stream ended
 };
-inline constexpr std::size_t kReasonCount = 13;
+inline constexpr std::size_t kReasonCount = 19;
 
 // As written in the log: `stale`, `clamped`, ...
 std::string_view ToString(Reason reason);
 
 class Reasons {
  public:
-  void Add(Reason r) noexcept { bits_ = static_cast<std::uint16_t>(bits_ | Bit(r)); }
+  void Add(Reason r) noexcept { bits_ |= Bit(r); }
+  void Add(const Reasons& others) noexcept { bits_ |= others.bits_; }
   [[nodiscard]] bool Has(Reason r) const noexcept { return (bits_ & Bit(r)) != 0; }
   [[nodiscard]] bool empty() const noexcept { return bits_ == 0; }
 
  private:
-  static std::uint16_t Bit(Reason r) noexcept {
-    return static_cast<std::uint16_t>(1U << static_cast<unsigned>(r));
-  }
-  std::uint16_t bits_ = 0;
+  static std::uint32_t Bit(Reason r) noexcept { return 1U << static_cast<unsigned>(r); }
+  std::uint32_t bits_ = 0;
 };
 
 // Joined by `+`; empty: nothing changed it.
@@ -55,7 +62,7 @@ struct ForceChain {
   Eigen::Vector3d scaled{0, 0, 0};     // T^F of it, M [N], as all below
   Eigen::Vector3d passive{0, 0, 0};    // after the passivity control
   Eigen::Vector3d limited{0, 0, 0};    // finite and within the limit
-  Eigen::Vector3d sent{0, 0, 0};       // after fading: what the device got
+  Eigen::Vector3d sent{0, 0, 0};       // after fading and the slew limit: what the device got
   bool force_known = false;            // `estimated` is a number
   Reasons reasons;
 };
@@ -73,24 +80,42 @@ Eigen::Vector3d LimitForce(const Eigen::Vector3d& force, double limit, Reasons* 
 // The force is held between ticks, so -f . dp is its work exactly. `b` is physical damping of
 // device and hand that may be counted on: a spring K shown every T needs b >= K T / 2 to be passive
 // (Colgate & Schenkel 1994; reference f, passivity_virtual_wall), so up to K = 2 b / T = 2000 N/m
-// at 1 kHz nothing is ever damped. While no force is shown W is zero: what damping ate in free
-// motion pays for nothing later. A contact that is taken up pressed (a clutch closed again inside)
-// gives back what an earlier epoch put in. Limiting by |f| lets the damping weaken a force, never
-// turn it round.
+// at 1 kHz nothing is ever damped. While no force is shown W is at most zero: what damping eats in
+// free motion pays debts, and nothing later. A contact that is taken up pressed (a clutch closed
+// again inside) gives back what this port took from the hand before, and no more: the slave's word
+// is worth no energy. Limiting by |f| lets the damping weaken a force, never turn it round.
+//
+// Damping alone lets out what its alpha_max does not reach, so a force is shown only as far as W
+// pays for it:
+//
+//   |f| <= sqrt(2 (W + W_0) min(K_max, slew / v)),   K_max = 2 b / T,   v: speed of giving way
+//
+// A spring of at most K_max that the hand wound up itself is never touched, since W >= f^2 / 2 K;
+// slew / v is left of it where the force cannot fall as fast as the hand gives way. W_0 is what is
+// lent to a surface that moves by itself, and hence all that a slave can give out.
 class PassivityControl {
  public:
   static constexpr double kPhysicalDamping = 1.0;  // b [N s/m]
   static constexpr double kMaxDamping = 50.0;      // alpha_max [N s/m]
+  static constexpr double kLent = 0.5e-3;          // W_0 [J]
+  static constexpr double kMaxStiffness = 2000;    // K_max at 1 kHz [N/m]
 
   // The device was at `p_M` [m] after `dt` > 0 [s] under the force that was held, `f_M` [N].
   // Real-time safe.
   void Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d& f_M, double dt) noexcept;
-  // The contact holds at least `energy` [J], put in before the hand took it up: it may come out.
+  // The hand takes up a contact: what it put into the last one and did not get back may come out.
   // Real-time safe.
-  void Credit(double energy) noexcept { balance_ = std::fmax(balance_, energy); }
+  void Restore() noexcept {
+    balance_ += stored_;
+    stored_ = 0;
+  }
   // `f_M` [N], damped against `v_M` [m/s] if energy is missing. Real-time safe.
   [[nodiscard]] Eigen::Vector3d Apply(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
                                       double dt) const noexcept;
+  // `f_M` [N] as far as the balance pays for it while the hand moves at `v_M` [m/s] and the force
+  // falls by at most `slew` [N/s]. Real-time safe.
+  [[nodiscard]] Eigen::Vector3d Afford(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
+                                       double slew) const noexcept;
   [[nodiscard]] double balance() const noexcept { return balance_; }        // W [J]
   [[nodiscard]] double min_balance() const noexcept { return min_; }        // least W ever [J]
   [[nodiscard]] double energy_in() const noexcept { return energy_in_; }    // from the hand [J]
@@ -98,14 +123,19 @@ class PassivityControl {
 
  private:
   Eigen::Vector3d last_p_{0, 0, 0};
-  bool moved_ = false;
+  bool moved_ = false, shown_ = false;
   double balance_ = 0, min_ = 0, energy_in_ = 0, energy_out_ = 0;
+  double stored_ = 0;  // put in and not given back when the last force ended [J]
 };
 
 // The last station before the device: goes over from what the hand feels now to what it shall feel,
-// never in a step. Always between the two, hence within the limit if both are.
+// never in a step, whatever comes. Always between the two, hence within the limit if both are.
 class OutputBlend {
  public:
+  // The force changes by at most `slew` [N/s], both ways: a limit on its rise alone would make a
+  // limit cycle.
+  explicit OutputBlend(double slew = std::numeric_limits<double>::infinity()) : slew_(slew) {}
+
   enum class Target : std::uint8_t {
     kZero,      // nothing
     kRendered,  // what is given to Step
@@ -113,11 +143,18 @@ class OutputBlend {
   };
   // From what was sent last to `target` in `duration` [s] >= 0. Real-time safe.
   void Go(Target target, double duration) noexcept;
-  // The force to send [N], `dt` [s] after the last. Real-time safe.
+  // The force to send [N], `dt` [s] after the last; of a longer one than a tick no more is made for
+  // the slew limit. Real-time safe.
   Eigen::Vector3d Step(const Eigen::Vector3d& rendered, double dt) noexcept;
+  // The last step was as long as one may be.
+  [[nodiscard]] bool is_slewed() const noexcept { return is_slewed_; }
   [[nodiscard]] bool is_blending() const noexcept { return elapsed_ < duration_; }
 
  private:
+  static constexpr double kTick = 0.001;  // [s]
+
+  double slew_;  // [N/s]
+  bool is_slewed_ = false;
   Target target_ = Target::kZero;
   Eigen::Vector3d from_{0, 0, 0}, sent_{0, 0, 0};
   double duration_ = 0, elapsed_ = 0;

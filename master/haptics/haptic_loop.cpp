@@ -8,8 +8,13 @@
 namespace palpate {
 namespace {
 
-constexpr double kFadeTime = 0.050;    // in and out [s]
-constexpr double kHoldForce = 0.020;   // of HOLD before the fade [s]
+constexpr double kFadeIn = 0.050;  // [s]
+// From the last state to no force: 30 ms until it is missed, then these two: 80 ms in all.
+constexpr double kHoldForce = 0.010;      // of HOLD before the fade [s]
+constexpr double kFadeOut = 0.040;        // [s]
+constexpr double kFuture = 0.050;         // a stamp so far ahead is none [s]
+constexpr double kOffsetRounding = 1e-6;  // [m]
+constexpr double kTicksPerSecond = 1000;
 constexpr double kFarthest = 1e4;      // a device or tool beyond is nonsense [m]
 constexpr double kLargestForce = 1e9;  // as is a force [N]
 constexpr double kShortestTick = 1e-6, kLongestTick = 0.1;  // as taken for dt [s]
@@ -49,6 +54,11 @@ void RecordFingers(const SlaveState& state, TickRecord* record) {
   if (state.finger_count == 0) record->fingers[0] = ToolOf(state);
 }
 
+// That the hand can be shown stably, as it is at the tool [N/m].
+double Stiffest(const TeleopTransform& transform) {
+  return PassivityControl::kMaxStiffness / (transform.position_scale * transform.force_scale);
+}
+
 double PositiveOrThrow(double value, const char* name) {
   if (value > 0 && std::isfinite(value)) return value;
   throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
@@ -58,10 +68,18 @@ double PositiveOrThrow(double value, const char* name) {
 }  // namespace
 
 HapticLoop::HapticLoop(const Options& options, const Slots& slots)
-    : options_(options), slots_(slots), renderer_(options.render), transform_(options.transform) {
+    : options_(options),
+      slots_(slots),
+      renderer_(options.render),
+      output_(options.slew_limit * kTicksPerSecond),
+      transform_(options.transform),
+      settings_{options.settings_revision, options.transform, options.force_limit} {
   PositiveOrThrow(options.force_limit, "force_limit");
+  PositiveOrThrow(options.slew_limit, "slew_limit");
+  PositiveOrThrow(options.max_age, "max_age");
   PositiveOrThrow(options.transform.position_scale, "position_scale");
   PositiveOrThrow(options.transform.force_scale, "force_scale");
+  renderer_.set_stiffest(Stiffest(transform_));
 }
 
 // Real-time: no allocation, lock, log, exception or network from here down.
@@ -72,6 +90,14 @@ void HapticLoop::Run(Device& device, Clock::duration length, const std::stop_tok
     device.Guide(guide());
     stats_.compute_us.Add(SecondsBetween(now, Clock::now()) * 1e6);
     return !device.finished();
+  });
+  PeriodicStats fade;  // is none of the run's
+  RunPeriodically(Seconds(2 * kFadeOut), {}, &fade, [&] {
+    const Time now = Clock::now();
+    DeviceReading letting_go = device.Read(now);
+    letting_go.engaged = false;
+    device.WriteForce(Tick(letting_go, now));
+    return sent_ != Eigen::Vector3d::Zero();
   });
   device.WriteForce(Eigen::Vector3d::Zero());
   Release(Clock::now());
@@ -88,6 +114,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   record_ = TickRecord();
   record_.at = now;
   TakeState(now);
+  TakeSettings();
   if (newest_) RecordFingers(newest_->state, &record_);
   const DeviceReading reading = Checked(raw);
   passivity_.Observe(reading.p_M, sent_, dt);
@@ -117,6 +144,45 @@ void HapticLoop::TakeState(Time now) noexcept {
   }
 }
 
+// A limit counts at once and only downwards; scales would move the tool under the hand.
+void HapticLoop::TakeSettings() noexcept {
+  const RemoteSettings* read = slots_.settings == nullptr ? nullptr : slots_.settings->Take();
+  if (read != nullptr) {
+    settings_ = *read;
+    settings_wait_ = true;
+    options_.force_limit = std::min(options_.force_limit, read->force_limit);
+  }
+  if (!settings_wait_ || machine_.commands_engaged()) return;
+  settings_wait_ = false;
+  transform_ = settings_.transform;
+  renderer_.set_stiffest(Stiffest(transform_));
+}
+
+bool HapticLoop::Trusts(Time now) noexcept {
+  const SlaveState& state = newest_->state;
+  const double age = SecondsBetween(state.sensed_at - Seconds(newest_->clock_offset), now);
+  const double oldest = options_.max_age + newest_->round_trip;
+  Reasons doubts;
+  if (!(age <= oldest && age >= -kFuture)) doubts.Add(Reason::kAged);
+  if (settings_wait_ || state.settings_revision != settings_.revision)
+    doubts.Add(Reason::kSettings);
+  if (!KeepsOffset()) doubts.Add(Reason::kOffsetJump);
+  if (newest_->ended) doubts.Add(Reason::kEnded);
+  record_.chain.reasons.Add(doubts);
+  return doubts.empty();
+}
+
+// The first offset of an epoch is the epoch's.
+bool HapticLoop::KeepsOffset() noexcept {
+  const SlaveState& state = newest_->state;
+  if (state.epoch != machine_.epoch()) return true;
+  if (offset_epoch_ != state.epoch) {
+    offset_epoch_ = state.epoch;
+    transform_.offset = state.offset;
+  }
+  return (state.offset - transform_.offset).norm() <= kOffsetRounding;
+}
+
 DeviceReading HapticLoop::Checked(const DeviceReading& reading) noexcept {
   if (IsWithin(reading.p_M, kFarthest) && IsWithin(reading.v_M, kFarthest)) {
     return last_reading_ = reading;
@@ -131,16 +197,19 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   in.engaged = engaged;
   if (newest_) {
     in.state_age = std::max(0.0, SecondsBetween(newest_->received_at, now));
+    in.trusted = Trusts(now);
     in.force_known = IsForceKnown(newest_->state);
     in.slave_epoch = newest_->state.epoch;
     in.slave_phase = newest_->state.phase;
     record_.state_age = in.state_age;
+    if (newest_->ended) in.state_age = 1e9;
   }
+  if (in.slave_phase == Phase::kEstop) stop_wanted_ = false;  // it knows
+  in.stop = stop_wanted_;
   const OperatorState before = machine_.state();
   const OperatorState after = machine_.Step(in);
   if (after != before) OnStateChange(after);
   if (after == OperatorState::kHold) FadeOutOfHold(in.now);
-  if (newest_ && in.slave_epoch == machine_.epoch()) transform_.offset = newest_->state.offset;
 
   Reasons& reasons = record_.chain.reasons;
   if (!machine_.commands_engaged()) reasons.Add(Reason::kNotFollowing);
@@ -153,29 +222,22 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
 
 void HapticLoop::OnStateChange(OperatorState to) noexcept {
   hold_is_fading_ = false;
-  takes_up_ = to == OperatorState::kFollowing;
   if (to == OperatorState::kFollowing) {
-    output_.Go(OutputBlend::Target::kRendered, kFadeTime);
+    passivity_.Restore();
+    output_.Go(OutputBlend::Target::kRendered, kFadeIn);
   } else if (to == OperatorState::kHold) {
     output_.Go(OutputBlend::Target::kFrozen, 0);
   } else {
-    output_.Go(OutputBlend::Target::kZero, kFadeTime);
+    output_.Go(OutputBlend::Target::kZero, kFadeOut);
   }
   if (to == OperatorState::kAligning) renderer_.ForgetForces();
 }
 
 void HapticLoop::FadeOutOfHold(double now) noexcept {
-  if (hold_is_fading_ || now - machine_.since() < kHoldForce) return;
+  const bool may_return = !newest_->ended;
+  if (hold_is_fading_ || (may_return && now - machine_.since() < kHoldForce)) return;
   hold_is_fading_ = true;
-  output_.Go(OutputBlend::Target::kZero, kFadeTime);
-}
-
-// Of the linear law at this tick's place and force, at the hand [J].
-double HapticLoop::EnergyInContact() const noexcept {
-  if (!renderer_.contact().known()) return 0;
-  const LocalModel model = renderer_.contact().At(ToSeconds(record_.at));
-  const Eigen::Vector3d way = (model.reference - record_.p_S) / transform_.position_scale;
-  return 0.5 * transform_.force_scale * record_.chain.local.dot(way);
+  output_.Go(OutputBlend::Target::kZero, kFadeOut);
 }
 
 void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) noexcept {
@@ -191,12 +253,13 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   if (chain.force_known) chain.estimated = *newest_->state.force;
   if (felt) chain.local = renderer_.Render(record_.p_S, now, &chain.reasons);
   chain.scaled = transform_.ForceToMaster(chain.local);
-  if (takes_up_) passivity_.Credit(EnergyInContact());
-  takes_up_ = false;
   chain.passive = passivity_.Apply(chain.scaled, reading.v_M, dt);
+  chain.passive =
+      passivity_.Afford(chain.passive, reading.v_M, options_.slew_limit * kTicksPerSecond);
   if (chain.passive != chain.scaled) chain.reasons.Add(Reason::kPassivity);
   chain.limited = LimitForce(chain.passive, options_.force_limit, &chain.reasons);
   chain.sent = output_.Step(chain.limited, dt);
+  if (output_.is_slewed()) chain.reasons.Add(Reason::kSlewed);
   if (output_.is_blending() && chain.sent != chain.limited) chain.reasons.Add(Reason::kFading);
   sent_ = chain.sent;
 }
@@ -209,6 +272,7 @@ OperatorCommand HapticLoop::NextCommand(Time now) noexcept {
   command.p_M = commanded_p_M_;
   command.energy_in = passivity_.energy_in();
   command.energy_out = passivity_.energy_out();
+  command.settings_revision = settings_wait_ ? 0 : settings_.revision;
   return command;
 }
 
@@ -220,6 +284,7 @@ void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
   OperatorCommand command = NextCommand(now);
   if (!holding) command.velocity = reading.v_M;
   command.engaged = machine_.commands_engaged();
+  command.stop = stop_wanted_;
   if (newest_) {
     command.state_sequence = newest_->state.sequence;
     command.echo = newest_->state.sent_at;

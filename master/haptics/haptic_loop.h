@@ -2,6 +2,7 @@
 // end. Talks to the rest of the program through latest-value slots and a ring, all wait-free.
 #pragma once
 
+#include <atomic>
 #include <optional>
 #include <stop_token>
 
@@ -21,12 +22,17 @@ class HapticLoop {
   struct Options {
     RenderMode render = RenderMode::kLocal;
     TeleopTransform transform;  // scales and rotation; the offset comes with the states
-    double force_limit = 3.3;   // at the hand [N], > 0; the device's own also holds
+    // The master's own, which nobody else can raise.
+    double force_limit = 3.3;  // at the hand [N], > 0; the scene's and the device's also hold
+    double slew_limit = 0.2;   // of the force, both ways [N/ms], > 0
+    double max_age = 0.2;      // of what is rendered, beside its way through the network [s]
+    std::uint32_t settings_revision = 0;  // of what `transform` was read from
   };
   struct Slots {
     LatestValue<ReceivedState>* states = nullptr;      // read here
     LatestValue<OperatorCommand>* commands = nullptr;  // written here
     SpscRing<TickRecord>* records = nullptr;           // written here
+    LatestValue<RemoteSettings>* settings = nullptr;   // read here; null: they never change
   };
   struct Stats {
     PeriodicStats periodic;
@@ -36,7 +42,8 @@ class HapticLoop {
   // All of `slots` outlive the loop. Throws std::invalid_argument: force limit or scales not > 0.
   HapticLoop(const Options& options, const Slots& slots);
 
-  // Runs for `length`, until `stop` or until the device's motion is over. The last force is zero.
+  // Runs for `length`, until `stop` or until the device's motion is over. The force then fades, the
+  // last one is zero.
   void Run(Device& device, Clock::duration length, const std::stop_token& stop) noexcept;
 
   // One tick: the force for the hand [N] when the device says `reading` at `now`. Allocates
@@ -44,6 +51,9 @@ class HapticLoop {
   Eigen::Vector3d Tick(const DeviceReading& reading, Time now) noexcept;
   // Where the surface is, as of the last tick; unknown unless following.
   [[nodiscard]] DeviceGuide guide() const noexcept;
+  // The operator's emergency stop: told to the slave until it stands, the hand is let go. Any
+  // thread, also a signal handler's.
+  void EmergencyStop() noexcept { stop_wanted_ = true; }
   // Lets go: the command that leaves the tool standing. After the last tick.
   void Release(Time now) noexcept;
 
@@ -55,11 +65,14 @@ class HapticLoop {
  private:
   [[nodiscard]] double ToSeconds(Time t) const noexcept { return SecondsBetween(origin_, t); }
   void TakeState(Time now) noexcept;
+  void TakeSettings() noexcept;
+  // Whether what the slave says may be rendered; why not is in the reasons.
+  [[nodiscard]] bool Trusts(Time now) noexcept;
+  [[nodiscard]] bool KeepsOffset() noexcept;
   [[nodiscard]] DeviceReading Checked(const DeviceReading& reading) noexcept;
   void StepMachine(Time now, bool engaged) noexcept;
   void OnStateChange(OperatorState to) noexcept;
   void FadeOutOfHold(double now) noexcept;
-  [[nodiscard]] double EnergyInContact() const noexcept;
   void RunChain(const DeviceReading& reading, double now, double dt) noexcept;
   // That leaves the tool standing where it was last sent.
   [[nodiscard]] OperatorCommand NextCommand(Time now) noexcept;
@@ -73,12 +86,15 @@ class HapticLoop {
   OutputBlend output_;
   TeleopTransform transform_;  // with the offset of the current epoch
   std::optional<ReceivedState> newest_;
-  DeviceReading last_reading_;  // the last good one
+  RemoteSettings settings_;         // as read last
+  bool settings_wait_ = false;      // until nobody follows, to come in force
+  std::uint32_t offset_epoch_ = 0;  // that the transform's offset belongs to
+  DeviceReading last_reading_;      // the last good one
   Eigen::Vector3d commanded_p_M_{0, 0, 0};
   Eigen::Vector3d sent_{0, 0, 0};
   std::uint64_t command_sequence_ = 0;
+  std::atomic<bool> stop_wanted_{false};
   bool hold_is_fading_ = false;
-  bool takes_up_ = false;  // following began with this tick
   bool started_ = false;
   Time origin_{}, last_tick_{};
   TickRecord record_;

@@ -25,9 +25,9 @@ bool OperatorMachine::commands_engaged() const noexcept {
 
 OperatorState OperatorMachine::Next(const Input& in) noexcept {
   const bool fresh = in.state_age <= kStaleAfter;
-  const bool sound =
-      fresh && in.force_known && in.slave_epoch == epoch_ && in.slave_phase == Phase::kFollowing;
-  if (fresh && in.slave_phase == Phase::kEstop) {
+  const bool sound = fresh && in.trusted && in.force_known && in.slave_epoch == epoch_ &&
+                     in.slave_phase == Phase::kFollowing;
+  if (in.stop || (fresh && in.slave_phase == Phase::kEstop)) {
     armed_ = !in.engaged;
     return kEstop;
   }
@@ -37,7 +37,7 @@ OperatorState OperatorMachine::Next(const Input& in) noexcept {
     case kReady:
     case kClutched:
       if (in.state_age > kDisconnectAfter) return kDisconnected;
-      return fresh && in.engaged && armed_ ? Engage() : state_;
+      return fresh && in.trusted && in.engaged && armed_ ? Engage() : state_;
     case kAligning:
       if (!in.engaged || in.now - since_ > kAlignWithin) return kReady;
       return sound ? kFollowing : kAligning;

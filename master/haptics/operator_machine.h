@@ -23,7 +23,8 @@ enum class OperatorState : std::uint8_t {
   kAligning,      // engaged, waiting for the slave to take up this epoch
   kFollowing,     // the tool follows, the force is felt
   kClutched,      // the operator let go after following
-  kHold,   // state late, force unknown or the tool not following: the force is held, then fades
+  kHold,   // state late or not trusted, force unknown or the tool not following: the force is held,
+           // then fades
   kEstop,  // the slave's emergency stop
 };
 inline constexpr std::size_t kOperatorStateCount = 7;
@@ -41,6 +42,8 @@ class OperatorMachine {
     bool engaged = false;      // the device's dead-man's switch
     double state_age = 1e9;    // since a state was received [s]
     bool force_known = false;  // in the newest state
+    bool stop = false;    // the operator's emergency stop, of which the slave does not know yet
+    bool trusted = true;  // nothing about it keeps it from being rendered
     std::uint32_t slave_epoch = 0;
     Phase slave_phase = Phase::kReady;
   };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Eigenvalues>
+
 namespace palpate {
 namespace {
 
@@ -19,7 +21,8 @@ bool IsModest(const Matrix& m) {
 }
 
 constexpr std::array<std::string_view, 3> kModes{"local", "interpolate", "hold"};
-constexpr double kLowering = 0.01;  // of the transport delay [s/s]
+constexpr double kNoticeable = 0.01;  // a change of K, of its size
+constexpr double kLowering = 0.01;    // of the transport delay [s/s]
 
 }  // namespace
 
@@ -72,6 +75,16 @@ bool LocalContact::IsBeyond(const Eigen::Vector3d& p_S) const noexcept {
   return known() && to_.valid_radius > 0 && (p_S - to_.reference).norm() > to_.valid_radius;
 }
 
+Eigen::Matrix3d NearestSpring(const Eigen::Matrix3d& K, double most) noexcept {
+  const Eigen::Matrix3d symmetric = 0.5 * (K + K.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> modes(symmetric);
+  const Eigen::Vector3d& k = modes.eigenvalues();
+  const double rounding = 1e-12 * k.cwiseAbs().maxCoeff();
+  if (symmetric == K && k.minCoeff() >= -rounding && k.maxCoeff() <= most) return K;
+  const Eigen::Vector3d kept = k.cwiseMax(0).cwiseMin(most);
+  return modes.eigenvectors() * kept.asDiagonal() * modes.eigenvectors().transpose();
+}
+
 bool IsSane(const LocalModel& model) noexcept {
   return IsModest(model.reference) && IsModest(model.normal) && IsModest(model.force) &&
          IsModest(model.stiffness) && std::isfinite(model.valid_radius) &&
@@ -113,7 +126,11 @@ std::optional<RenderMode> ParseRenderMode(std::string_view text) {
 
 void Renderer::Take(const SlaveState& state, double sensed, double arrived, double now) noexcept {
   if (IsForceKnown(state.validity)) punctured_ = state.validity == Validity::kPunctured;
-  contact_.Take(state.local_model, now);
+  LocalModel model = state.local_model;
+  model.stiffness = NearestSpring(model.stiffness, stiffest_);
+  projected_ = (model.stiffness - state.local_model.stiffness).norm() >
+               kNoticeable * state.local_model.stiffness.norm();
+  contact_.Take(model, now);
   if (IsForceKnown(state)) samples_.Add(sensed, std::max(sensed, arrived), *state.force);
 }
 
@@ -126,6 +143,7 @@ Eigen::Vector3d Renderer::Render(const Eigen::Vector3d& p_S, double now,
   if (presence_ < 1) reasons->Add(Reason::kPunctured);
   if (mode_ == RenderMode::kHold) return presence_ * samples_.newest();
   if (mode_ == RenderMode::kInterpolate) return presence_ * samples_.At(now);
+  if (projected_) reasons->Add(Reason::kProjected);
   if (contact_.IsBlending(now)) reasons->Add(Reason::kBlending);
   if (contact_.IsBeyond(p_S)) reasons->Add(Reason::kBeyondModel);
   return presence_ * contact_.ForceAt(p_S, now);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string_view>
 
@@ -24,6 +25,11 @@ namespace palpate {
 // their new values in 30 ms, straight in time. The force follows the hand at once and both ways:
 // a limit on its rise alone would make a limit cycle, as would dropping the plane on a late "no
 // contact".
+//
+// K is the slave's word. What is rendered of it is its symmetric part without what is negative,
+// for anything else turns motion into energy, and no stiffer than can be shown stably:
+//
+//   K_M < b / (T / 2 + t_d) = 2 b / T    (Colgate & Schenkel 1994; the device waits for nobody)
 //
 // Where along the plane x_r lies decides the shear. Until the slave tells of contact its x_r is
 // only the nearest place, late by the way gone since; the contact then is where the hand came
@@ -55,6 +61,10 @@ class LocalContact {
   // Where the tip came through the plane, or what stood for it; nothing: it is outside.
   std::optional<Eigen::Vector3d> entry_;
 };
+
+// The nearest stiffness to `K` that is a spring: symmetric, eigenvalues within 0 to `most` [N/m]. A
+// K that is one comes back as it is. Finite in, finite out. Real-time safe.
+Eigen::Matrix3d NearestSpring(const Eigen::Matrix3d& K, double most) noexcept;
 
 // Finite, a normal of unit length within 1 %, and no number beyond 1e12: fit to be rendered.
 bool IsSane(const LocalModel& model) noexcept;
@@ -101,7 +111,11 @@ std::optional<RenderMode> ParseRenderMode(std::string_view text);
 
 class Renderer {
  public:
-  explicit Renderer(RenderMode mode) : mode_(mode) {}
+  // `stiffest`: that is rendered, at the tool [N/m].
+  explicit Renderer(RenderMode mode, double stiffest = std::numeric_limits<double>::infinity())
+      : mode_(mode), stiffest_(stiffest) {}
+
+  void set_stiffest(double stiffest) noexcept { stiffest_ = stiffest; }
 
   // Takes a new state that was `sensed` and `arrived` then, now being `now`: all on the master's
   // clock [s]. States that repeat what was sensed count once. Real-time safe.
@@ -120,6 +134,8 @@ class Renderer {
   static constexpr double kReturnTime = 0.050;    // and back when it is clear [s]
 
   RenderMode mode_;
+  double stiffest_;
+  bool projected_ = false;  // the newest model's stiffness was no spring that can be shown
   LocalContact contact_;
   DelayedLinear samples_;
   bool punctured_ = false;

@@ -189,7 +189,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   Recorder recorder(&ring, options.log);
   HapticLoop::Options limited = options.loop;
   limited.force_limit = std::min(limited.force_limit, device.force_limit());
-  HapticLoop loop(limited, {states, commands, &ring});
+  HapticLoop loop(limited, {states, commands, &ring, options.settings});
 
   Report report;
   report.realtime = LockMemory();
@@ -209,6 +209,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   while (!done) {
     std::this_thread::sleep_for(kNap);
     if (stop_wanted()) haptic.request_stop();
+    if (options.estop_wanted && options.estop_wanted()) loop.EmergencyStop();
     recorder.Drain(Clock::now());
     const double t = SecondsBetween(begin, Clock::now());
     if (t - shown < kShowEvery || recorder.newest().at == Time{}) continue;

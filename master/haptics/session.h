@@ -81,6 +81,8 @@ struct Status {
 
 struct SessionOptions {
   HapticLoop::Options loop;
+  LatestValue<RemoteSettings>* settings = nullptr;  // outlives the run; null: they never change
+  std::function<bool()> estop_wanted;               // asked every 10 ms; empty: never
   std::vector<std::string> finger_names;  // in the scene's order; those it lacks are numbered
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over
   std::filesystem::path log;  // empty: none

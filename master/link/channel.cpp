@@ -5,22 +5,29 @@
 #include <grpcpp/support/channel_arguments.h>
 
 #include "shared/link/loopback.h"
+#include "shared/tls/credentials.h"
 
 namespace palpate {
 namespace {
 
 constexpr int kFirstRetryMs = 50, kLongestRetryMs = 500;
+// As gRPC has it, an attempt is given up after this: a handshake takes several round trips, or the
+// while that a busy machine needs.
+constexpr int kConnectWithinMs = 3000;
 constexpr int kKeepaliveMs = 1000;
-constexpr int kTickWindow = 8192, kBulkWindow = 65536;  // [bytes] on their way at most
-constexpr int kLargestMesh = 64 << 20;                  // [bytes]
+// [bytes] on their way at most. Ticks: 200 states of 256 bytes a second, twice, for 1 s of round
+// trip; how many old ones a stall may leave is bounded by the loop's limit on age.
+constexpr int kTickWindow = 2 * 200 * 256, kBulkWindow = 65536;
+constexpr int kLargestMesh = 64 << 20;  // [bytes]
 
 }  // namespace
 
-std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic) {
+std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic,
+                                           const std::filesystem::path& tls) {
   const bool bulk = traffic == Traffic::kBulk;
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetryMs);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kFirstRetryMs);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectWithinMs);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLongestRetryMs);
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, bulk ? kBulkWindow : kTickWindow);
@@ -30,12 +37,13 @@ std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic tr
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // a proxy between hand and tool only delays
   if (bulk) arguments.SetMaxReceiveMessageSize(kLargestMesh);
-  return grpc::CreateCustomChannel(target, grpc::InsecureChannelCredentials(), arguments);
+  const auto credentials = tls.empty() ? grpc::InsecureChannelCredentials() : ChannelTls(tls);
+  return grpc::CreateCustomChannel(target, credentials, arguments);
 }
 
-std::string PermittedTarget(const std::string& target, bool insecure) {
+std::string PermittedTarget(const std::string& target, bool beyond) {
   const Endpoint endpoint = ParseEndpoint(target);
-  RequireLoopbackUnless(insecure, endpoint);
+  RequireLoopbackUnless(beyond, endpoint);
   return ToString(endpoint);
 }
 

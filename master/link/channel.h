@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -16,12 +17,14 @@ enum class Traffic : std::uint8_t {
   kBulk,   // meshes: large messages, a bounded window
 };
 
-// A connection of its own, reconnecting by itself, never through a proxy. Does not wait.
-std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic);
+// A connection of its own, reconnecting by itself, never through a proxy. Does not wait. `tls`: the
+// folder of who we are and whom to believe; empty: plain text. Throws as ChannelTls does.
+std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic,
+                                           const std::filesystem::path& tls = {});
 
 // `target` as HOST:PORT. Throws std::invalid_argument: not understood, or not loopback without
-// `insecure`.
-std::string PermittedTarget(const std::string& target, bool insecure);
+// leave to go `beyond`.
+std::string PermittedTarget(const std::string& target, bool beyond);
 
 // How long to wait before the next attempt: twice as long each time, up to a limit.
 class Backoff {

@@ -33,7 +33,8 @@ struct MeshWatch::Parts {
   explicit Parts(const Options& options)
       : request(Request(options)),
         stub(v1::Teleoperation::NewStub(
-            OpenChannel(PermittedTarget(options.target, options.insecure), Traffic::kBulk))) {}
+            OpenChannel(PermittedTarget(options.target, options.insecure || !options.tls.empty()),
+                        Traffic::kBulk, options.tls))) {}
 
   void Run();
   // One stream from its opening to its end. True: a mesh came.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -16,6 +17,7 @@ class MeshWatch {
   struct Options {
     std::string target;         // HOST:PORT
     bool insecure = false;      // allow targets that are not loopback, in plain text
+    std::filesystem::path tls;  // the folder of our certificate; empty: plain text
     double rate = 5;            // at most so many meshes a second [Hz], 1 to 120
     bool nodal_forces = false;  // ask for them too
   };

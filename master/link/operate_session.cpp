@@ -1,5 +1,6 @@
 #include "master/link/operate_session.h"
 
+#include <algorithm>
 #include <thread>
 #include <utility>
 
@@ -18,6 +19,7 @@ void RoundTrips::Restart() {
   offset_ = {};
   state_sequence_ = command_sequence_ = 0;
   echo_.reset();
+  newest_ = 0;
 }
 
 double RoundTrips::Arrived(const SlaveState& state, Time received_at) {
@@ -27,7 +29,8 @@ double RoundTrips::Arrived(const SlaveState& state, Time received_at) {
   if (state.echo && state.command_sequence != command_sequence_) {  // one trip per command
     command_sequence_ = state.command_sequence;
     const Time taken_at = state.sent_at - Seconds(state.echo_delay);  // slave's clock
-    rtt_.Add(kMicro * (SecondsBetween(*state.echo, received_at) - state.echo_delay));
+    newest_ = std::max(0.0, SecondsBetween(*state.echo, received_at) - state.echo_delay);
+    rtt_.Add(kMicro * newest_);
     offset_.Add(*state.echo, taken_at, state.sent_at, received_at);
   }
   return offset_.seconds();
@@ -37,6 +40,11 @@ void RoundTrips::FillEcho(OperatorCommand* command) const {
   const std::scoped_lock lock(mutex_);
   command->state_sequence = state_sequence_;
   command->echo = echo_;
+}
+
+double RoundTrips::newest() const {
+  const std::scoped_lock lock(mutex_);
+  return newest_;
 }
 
 LatencyHistogram RoundTrips::rtt() const {
@@ -61,6 +69,9 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
   });
   v1::SlaveState message;
   while (stream->Read(&message)) Receive(message);
+  // The loop shall not wait until it misses the next state.
+  last_.ended = true;
+  if (was_served()) Put(last_);
   sender.request_stop();
   sender.join();
   grpc::Status status = stream->Finish();
@@ -100,16 +111,21 @@ void OperateSession::SendNewest(Stream* stream) {
 
 void OperateSession::Receive(const v1::SlaveState& message) {
   const Time now = Clock::now();
-  heard_at_ = now;
   std::string reason;
   const auto state = FromProto(message, &reason);
   if (!state) return with_.on_refused_state(reason);
   if (state->sequence <= last_sequence_) return;
   if (!std::exchange(served_, true)) with_.on_first_state();
   last_sequence_ = state->sequence;
+  heard_at_ = now;
+  with_.on_state(state->settings_revision);
   ++with_.states_received;
 
-  ReceivedState received{*state, now, with_.trips.Arrived(*state, now)};
+  last_ = {*state, now, with_.trips.Arrived(*state, now), with_.trips.newest()};
+  Put(last_);
+}
+
+void OperateSession::Put(ReceivedState received) {
   // An event of a state that the loop never took comes with the next one, at worst twice.
   if (with_.states.untaken()) received.state.events.Add(untaken_);
   untaken_ = received.state.events;

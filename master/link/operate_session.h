@@ -33,12 +33,14 @@ class RoundTrips {
   // Fills `state_sequence` and `echo` of a command that is about to leave.
   void FillEcho(OperatorCommand* command) const;
 
+  [[nodiscard]] double newest() const;         // [s]; 0: none came back yet
   [[nodiscard]] LatencyHistogram rtt() const;  // of all streams [us]
   [[nodiscard]] double clock_offset() const;   // [s]
 
  private:
   mutable std::mutex mutex_;  // guards everything below
   LatencyHistogram rtt_;
+  double newest_ = 0;  // [s]
   ClockOffset offset_;
   std::uint64_t state_sequence_ = 0, command_sequence_ = 0;
   std::optional<Time> echo_;
@@ -59,6 +61,7 @@ class OperateSession {
     std::atomic<std::uint64_t>& states_received;
     std::atomic<std::uint64_t>& commands_sent;
     std::function<void()> on_first_state;
+    std::function<void(std::uint32_t settings_revision)> on_state;
     std::function<void(const std::string& reason)> on_refused_state;
   };
 
@@ -79,16 +82,18 @@ class OperateSession {
   void SendCommands(Stream* stream, const std::stop_token& stop);
   void SendNewest(Stream* stream);
   void Receive(const v1::SlaveState& message);
+  void Put(ReceivedState received);
 
   const Surroundings with_;
   const std::string operator_name_;
   grpc::ClientContext context_;
-  std::atomic<Time> heard_at_{Clock::now()};
+  std::atomic<Time> heard_at_{Clock::now()};  // a state that could be used
   std::atomic<bool> silent_{false};
   std::uint64_t commands_ = 0;   // the sender's own
   v1::OperatorCommand message_;  // the sender's own
   bool served_ = false;          // the reader's own, as is what follows
   std::uint64_t last_sequence_ = 0;
+  ReceivedState last_;
   Events untaken_;
 };
 

@@ -14,6 +14,7 @@ namespace palpate {
 namespace {
 
 constexpr double kOrthogonality = 1e-6;
+constexpr std::size_t kLongestWords = 200;  // [characters]
 
 [[noreturn]] void Refuse(const std::string& field, double value, const std::string& accepted) {
   throw std::runtime_error(Formatted("the slave's scene: %s = %g: accepted is %s", field.c_str(),
@@ -44,7 +45,10 @@ Eigen::Matrix3d Rotation(const v1::SceneDescription::Operator& mapping) {
 }
 
 RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& told) {
-  RemoteFingertip fingertip{told.name(), told.network(), told.localiser(), {}};
+  RemoteFingertip fingertip{Presentable(told.name(), kLongestWords),
+                            Presentable(told.network(), kLongestWords),
+                            Presentable(told.localiser(), kLongestWords),
+                            {}};
   const auto& p = told.p_s_finger();
   fingertip.p_S_home = {p.x(), p.y(), p.z()};
   const double far = fingertip.p_S_home.norm();
@@ -59,14 +63,15 @@ RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& told) {
 RemoteScene ToRemoteScene(const v1::SceneDescription& scene, const v1::Capabilities& capabilities) {
   const auto& mapping = scene.operator_();
   RemoteScene remote;
-  remote.name = scene.name();
-  remote.geometry = scene.geometry();
-  remote.model = scene.model().kind();
-  remote.source = scene.source();
+  remote.name = Presentable(scene.name(), kLongestWords);
+  remote.geometry = Presentable(scene.geometry(), kLongestWords);
+  remote.model = Presentable(scene.model().kind(), kLongestWords);
+  remote.source = Presentable(scene.source(), kLongestWords);
   remote.transform.position_scale = Positive("operator.position_scale", mapping.position_scale());
   remote.transform.force_scale = Positive("operator.force_scale", mapping.force_scale());
   remote.transform.R_SM = Rotation(mapping);
   remote.force_limit = Positive("operator.force_limit", mapping.force_limit());
+  remote.settings_revision = scene.settings_revision();
   remote.press_depth = NonNegative("operator.press_depth", mapping.press_depth());
   remote.press_speed = NonNegative("operator.press_speed", mapping.press_speed());
   remote.simulated = capabilities.simulated();

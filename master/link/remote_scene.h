@@ -1,6 +1,7 @@
 // What the master needs to know of the slave's scene, from what the slave says of itself.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct RemoteScene {
   std::string name, geometry, model, source;  // in words, for people
   TeleopTransform transform;                  // scales and R_SM, offset zero
   double force_limit = 3.3;                   // at the device [N]
+  std::uint32_t settings_revision = 0;        // of all of this; 0: not told
   double press_depth = 0, press_speed = 0;    // for a scripted hand, at the tool [m], [m/s]
   bool simulated = false;
   double sensor_rate = 0;                   // [Hz]

@@ -27,6 +27,11 @@ constexpr milliseconds kLeaseRetry(1000);
 constexpr milliseconds kCallDeadline(1000);
 constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
 
+// Of a peer that may mean harm, fit for a terminal.
+std::string Words(const grpc::Status& status) {
+  return Presentable(status.error_message(), 300);
+}
+
 void SetDeadline(grpc::ClientContext* context) {
   context->set_deadline(std::chrono::system_clock::now() + kCallDeadline);
 }
@@ -36,13 +41,19 @@ void SetDeadline(grpc::ClientContext* context) {
 struct SlaveLink::Parts {
   explicit Parts(Options chosen)
       : options(std::move(chosen)),
-        target(PermittedTarget(options.target, options.insecure)),
-        stub(v1::Teleoperation::NewStub(OpenChannel(target, Traffic::kTicks))) {}
+        target(PermittedTarget(options.target, options.insecure || !options.tls.empty())),
+        stub(v1::Teleoperation::NewStub(OpenChannel(target, Traffic::kTicks, options.tls))) {}
 
   grpc::Status AskForScene(RemoteScene* scene);
   void Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
            LatestValue<OperatorCommand>* commands);
+  // Reads what the master goes by. One at a time.
+  grpc::Status ReadSettings();
+  // A state tells of `revision`: reads again, beside the stream, if another was read.
+  void SeeRevision(std::uint32_t revision);
   grpc::Status RunSession(OperateSession* session, const std::stop_token& stop);
+  // There is no stream, or no more, for the reason that `status` tells; returns it.
+  grpc::Status Failed(const grpc::Status& status);
   void Served();
   void Refused(const std::string& reason);
   // Sleeps for `duration`; false: stopping.
@@ -53,6 +64,9 @@ struct SlaveLink::Parts {
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
   RoundTrips trips;
   std::atomic<std::uint64_t> states_received{0}, commands_sent{0};
+  LatestValue<RemoteSettings>* settings = nullptr;
+  std::atomic<std::uint32_t> read_revision{0};
+  std::atomic<bool> rereads{false};
 
   mutable std::mutex mutex;  // guards what follows
   std::condition_variable changed;
@@ -60,7 +74,8 @@ struct SlaveLink::Parts {
   bool stopping = false, was_connected = false;
   LinkStats told;  // but for what is counted elsewhere
 
-  std::jthread thread;  // last: it uses all of the above
+  std::jthread rereading;  // the stream's thread alone starts and joins it
+  std::jthread thread;     // last: it uses all of the above
 };
 
 grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene) {
@@ -75,6 +90,31 @@ grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene) {
   return status;
 }
 
+grpc::Status SlaveLink::Parts::ReadSettings() {
+  try {
+    RemoteScene scene;
+    grpc::Status status = AskForScene(&scene);
+    if (!status.ok()) return status;
+    settings->Put({scene.settings_revision, scene.transform, scene.force_limit});
+    read_revision = scene.settings_revision;
+    return status;
+  } catch (const std::exception& error) {  // numbers that cannot be
+    return {grpc::StatusCode::INTERNAL, error.what()};
+  }
+}
+
+void SlaveLink::Parts::SeeRevision(std::uint32_t revision) {
+  if (revision == read_revision || rereads.exchange(true)) return;
+  rereading = std::jthread([this] {
+    const grpc::Status status = ReadSettings();
+    if (!status.ok()) {
+      Refused(status.error_message());
+      Sleep(kFirstRetry);
+    }
+    rereads = false;
+  });
+}
+
 void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
                            LatestValue<OperatorCommand>* commands) {
   MakeThreadRealtime(kLinkPriority);
@@ -82,9 +122,12 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
   while (!stop.stop_requested()) {
     OperateSession next(
         {*stub, *states, *commands, trips, states_received, commands_sent, [this] { Served(); },
+         [this](std::uint32_t revision) { SeeRevision(revision); },
          [this](const std::string& reason) { Refused(reason); }},
         options.operator_name);
-    const grpc::Status status = RunSession(&next, stop);
+    const grpc::Status read = ReadSettings();
+    const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);
+    if (rereading.joinable()) rereading.join();
     if (next.was_served()) backoff.Reset();
     const bool held = status.error_code() == grpc::StatusCode::FAILED_PRECONDITION;
     if (!Sleep(held ? kLeaseRetry : backoff.Next())) return;
@@ -97,12 +140,17 @@ grpc::Status SlaveLink::Parts::RunSession(OperateSession* next, const std::stop_
     if (stopping) return grpc::Status::CANCELLED;
     session = next;
   }
-  grpc::Status status = next->Run(stop);
+  grpc::Status status = Failed(next->Run(stop));
   const std::scoped_lock lock(mutex);
   session = nullptr;
-  told.connected = false;
-  if (!stopping) told.trouble = status.ok() ? "the slave ended the stream" : status.error_message();
   changed.notify_all();
+  return status;
+}
+
+grpc::Status SlaveLink::Parts::Failed(const grpc::Status& status) {
+  const std::scoped_lock lock(mutex);
+  told.connected = false;
+  if (!stopping) told.trouble = status.ok() ? "the slave ended the stream" : Words(status);
   return status;
 }
 
@@ -146,11 +194,13 @@ RemoteScene SlaveLink::Connect() {
     if (more && parts_->Sleep(backoff.Next())) continue;
     throw std::runtime_error(Formatted("no slave at %s: %d attempts in %g s, the last: %s",
                                        parts_->target.c_str(), attempts, passed,
-                                       status.error_message().c_str()));
+                                       Words(status).c_str()));
   }
 }
 
-void SlaveLink::Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands) {
+void SlaveLink::Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands,
+                      LatestValue<RemoteSettings>* settings) {
+  parts_->settings = settings;
   parts_->thread =
       std::jthread([parts = parts_.get(), states, commands](const std::stop_token& stop) {
         parts->Run(stop, states, commands);
@@ -190,6 +240,13 @@ bool SlaveLink::EmergencyStop(const std::string& reason) {
   request.set_reason(reason);
   v1::Status reply;
   return parts_->stub->Stop(&context, request, &reply).ok();
+}
+
+bool SlaveLink::Reset() {
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  v1::Status reply;
+  return parts_->stub->Reset(&context, {}, &reply).ok();
 }
 
 }  // namespace palpate

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -17,6 +18,15 @@ struct ReceivedState {
   SlaveState state;
   Time received_at{};       // master's clock
   double clock_offset = 0;  // slave's clock minus master's [s], by the best of recent round trips
+  double round_trip = 0;    // of the newest command that came back [s]
+  bool ended = false;       // the stream ended after this one
+};
+
+// What the master goes by, as it was read from the slave.
+struct RemoteSettings {
+  std::uint32_t revision = 0;  // 0: of a slave that tells none
+  TeleopTransform transform;   // offset zero
+  double force_limit = 0;      // at the hand [N], > 0
 };
 
 struct LinkStats {
@@ -33,9 +43,10 @@ struct LinkStats {
 class SlaveLink {
  public:
   struct Options {
-    std::string target;     // HOST:PORT
-    double wait = 10;       // how long Connect retries [s]
-    bool insecure = false;  // allow targets that are not loopback, in plain text
+    std::string target;         // HOST:PORT
+    double wait = 10;           // how long Connect retries [s]
+    bool insecure = false;      // allow targets that are not loopback, in plain text
+    std::filesystem::path tls;  // the folder of our certificate; empty: plain text
     std::string operator_name;
   };
   // Throws std::invalid_argument: target not understood, or not loopback without `insecure`.
@@ -45,13 +56,16 @@ class SlaveLink {
   // Retries for `wait`. Throws std::runtime_error: nobody there (what was tried), wrong version.
   RemoteScene Connect();
   // Opens the Operate stream and keeps it open, reconnecting with back-off, until Stop. Commands
-  // are taken from `commands` 500 times a second, states put into `states` as they arrive; both
-  // outlive the link.
-  void Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands);
+  // are taken from `commands` 500 times a second, states put into `states` as they arrive, what the
+  // master is to go by into `settings`: before each stream, and when a state tells that it changed.
+  // All outlive the link.
+  void Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands,
+             LatestValue<RemoteSettings>* settings);
   void Stop();
   [[nodiscard]] LinkStats stats() const;  // thread-safe
-  // The slave's emergency stop. Thread-safe, deadline 1 s; true: it answered.
+  // The slave's emergency stop, and its end. Thread-safe, deadline 1 s; true: it was done.
   bool EmergencyStop(const std::string& reason);
+  bool Reset();
 
  private:
   struct Parts;

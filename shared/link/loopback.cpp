@@ -56,9 +56,10 @@ bool IsLoopback(const std::string& host) {
 
 void RequireLoopbackUnless(bool insecure, const Endpoint& endpoint) {
   if (insecure || IsLoopback(endpoint.host)) return;
-  throw std::invalid_argument(ToString(endpoint) +
-                              ": accepted without --insecure is a loopback address (127.0.0.1, "
-                              "[::1] or localhost): what travels is plain text");
+  throw std::invalid_argument(
+      ToString(endpoint) +
+      ": accepted without --insecure is a loopback address (127.0.0.1, "
+      "[::1] or localhost): what travels is plain text; --tls DIR encrypts it");
 }
 
 }  // namespace palpate

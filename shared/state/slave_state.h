@@ -108,6 +108,7 @@ struct OperatorView {
   std::optional<Time> echo;              // master's clock
   Time taken_at{};                       // slave's clock, when that command was taken
   double energy_in = 0, energy_out = 0;  // [J]
+  std::uint32_t settings_revision = 0;   // of the scene and parameters in force; 0: not told
 };
 
 // `events`: of all samples and commands since the state before.
@@ -127,7 +128,9 @@ struct OperatorCommand {
   bool engaged = false;
   double energy_in = 0, energy_out = 0;  // [J]
   std::uint64_t state_sequence = 0;
-  std::optional<Time> echo;  // slave's clock
+  std::optional<Time> echo;             // slave's clock
+  std::uint32_t settings_revision = 0;  // that the master goes by; 0: not told
+  bool stop = false;                    // the operator's emergency stop
 };
 
 }  // namespace palpate

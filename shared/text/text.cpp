@@ -59,6 +59,40 @@ std::string Shown(std::string_view text, std::size_t most) {
   return text.size() > most ? shown + "..." : shown;
 }
 
+namespace {
+
+// The bytes of the character of UTF-8 that `text` begins with.
+std::size_t LengthOfFirst(std::string_view text) {
+  std::size_t length = 1;
+  while (length < text.size() && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U) {
+    ++length;
+  }
+  return length;
+}
+
+// U+0000 to 1F, 7F to 9F, 200E to 200F, 2028 to 202E, 2066 to 2069.
+bool MovesCursor(std::string_view c) {
+  const auto byte = [c](std::size_t i) { return static_cast<unsigned char>(c[i]); };
+  if (c.size() == 1) return byte(0) < 0x20 || byte(0) >= 0x7F;  // a lone byte above is no UTF-8
+  if (c.size() == 2) return byte(0) == 0xC2 && byte(1) < 0xA0;
+  if (c.size() != 3 || byte(0) != 0xE2) return false;
+  const bool general = byte(1) == 0x80 &&
+                       (byte(2) == 0x8E || byte(2) == 0x8F || (byte(2) >= 0xA8 && byte(2) <= 0xAE));
+  return general || (byte(1) == 0x81 && byte(2) >= 0xA6 && byte(2) <= 0xA9);
+}
+
+}  // namespace
+
+std::string Presentable(std::string_view text, std::size_t most) {
+  std::string shown;
+  for (std::size_t count = 0; !text.empty() && count < most; ++count) {
+    const std::string_view character = text.substr(0, LengthOfFirst(text));
+    shown.append(MovesCursor(character) ? " " : character);
+    text.remove_prefix(character.size());
+  }
+  return shown;
+}
+
 std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most,
                           std::string_view accepted) {
   const auto refuse = [&](const char* what) {

@@ -134,6 +134,7 @@ void ToProto(const SlaveState& state, v1::SlaveState* message) {
   message->set_epoch(state.epoch);
   if (!state.offset.isZero(0)) ToProto(state.offset, message->mutable_offset());
   message->set_phase(ToProto(state.phase));
+  message->set_settings_revision(state.settings_revision);
   if (state.true_force) ToProto(*state.true_force, message->mutable_true_force());
   if (state.finger_count < 2) return;
   for (int i = 0; i < std::min(state.finger_count, kMaxFingers); ++i) {
@@ -160,6 +161,7 @@ std::optional<SlaveState> FromProto(const v1::SlaveState& message, std::string* 
   state.epoch = message.epoch();
   state.offset = reader.Vector("offset", message.offset(), kMaxLength);
   state.phase = FromProto(message.phase());
+  state.settings_revision = message.settings_revision();
   ReadFingers(message, &reader, &state);
   if (!reader.ok()) return std::nullopt;
   return state;
@@ -191,6 +193,8 @@ void ToProto(const OperatorCommand& command, v1::OperatorCommand* message) {
   message->set_energy_out(command.energy_out);
   message->set_state_sequence(command.state_sequence);
   if (command.echo) ToProto(*command.echo, message->mutable_echo());
+  message->set_settings_revision(command.settings_revision);
+  message->set_stop(command.stop);
 }
 
 std::optional<OperatorCommand> FromProto(const v1::OperatorCommand& message, std::string* reason) {
@@ -211,6 +215,8 @@ std::optional<OperatorCommand> FromProto(const v1::OperatorCommand& message, std
   command.energy_out = reader.NonNegative("energy_out", message.energy_out(), kMaxEnergy);
   command.state_sequence = message.state_sequence();
   if (message.has_echo()) command.echo = reader.Stamp("echo", message.echo());
+  command.settings_revision = message.settings_revision();
+  command.stop = message.stop();
   if (!reader.ok()) return std::nullopt;
   return command;
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -7,7 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr Clock::duration kSilence = std::chrono::seconds(1);  // of a sender, gives way to another
+constexpr Clock::duration kSilence = std::chrono::seconds(1);  // of a driver, gives way to another
+constexpr int kDrivers = 20;         // samples without a gap make a driver of a sender
 constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
 constexpr double kFarthest = 1e6;    // [m]
 constexpr double kRigid = 1e-6;      // of a rotation matrix
@@ -48,7 +50,7 @@ FingerStream::FingerStream(std::string name, Clock::duration period, std::size_t
 std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sensed_at,
                                               const FingerReading& reading, Time arrived_at,
                                               SenderId sender) {
-  if (sensed_at_ && sender != sender_ && arrived_at - heard_at_ < kSilence) {
+  if (sensed_at_ && sender != sender_ && arrived_at - heard_at_ < SilenceAllowed()) {
     return "is fed already: accepted is one stream, or another one a second after its last sample";
   }
   if (auto why = RefuseCounts(reading)) return why;
@@ -60,10 +62,7 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
     return "sensed_at: accepted is a clock that does not go back; this one went back by " +
            std::to_string(SecondsBetween(sensed_at, *sensed_at_)) + " s";
   }
-  if (sensed_at_ && sensed_at == *sensed_at_) {  // the same sample again
-    heard_at_ = arrived_at;
-    return std::nullopt;
-  }
+  if (sensed_at_ && sensed_at == *sensed_at_) return std::nullopt;  // the same sample again
   if (sensed_at_ && sequence != 0 && sequence <= sequence_) {
     return "sequence = " + std::to_string(sequence) + ": accepted is one above the last, " +
            std::to_string(sequence_);
@@ -79,6 +78,7 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
   }
   // Times rise, even where the fastest sample so far moves those after it back.
   if (newest() != nullptr) sample.at = std::max(sample.at, newest()->at + Clock::duration(1));
+  run_ = sample.begins ? 1 : std::min(run_ + 1, kDrivers);
   sender_ = sender;
   heard_at_ = arrived_at;
   sequence_ = sequence;
@@ -95,6 +95,11 @@ void FingerStream::BeginAnew() noexcept {
   sensed_at_.reset();
   clock_.Reset();
   sender_period_ = period_;
+}
+
+// Who sends a sample now and then keeps no driver out.
+Clock::duration FingerStream::SilenceAllowed() const noexcept {
+  return run_ < kDrivers ? std::min(kSilence, Seconds(kSlowest * period_)) : kSilence;
 }
 
 Clock::duration FingerStream::patience() const noexcept {

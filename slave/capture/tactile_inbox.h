@@ -59,8 +59,9 @@ class FingerStream {
   [[nodiscard]] const std::string& name() const { return name_; }
   using SenderId = std::uint64_t;
 
-  // nullopt: taken. Else why not, in words that follow the finger's name. A sender who has been
-  // silent for a second gives way to another.
+  // nullopt: taken. Else why not, in words that follow the finger's name. A driver, who has sent
+  // twenty samples without a gap, gives way to another sender after a second of silence; anybody
+  // else after ten periods.
   std::optional<std::string> Take(std::uint64_t sequence, Time sensed_at,
                                   const FingerReading& reading, Time arrived_at, SenderId sender);
   // If it is its sender: the next one begins anew.
@@ -81,6 +82,7 @@ class FingerStream {
   void Forget(Time t) noexcept;
 
  private:
+  [[nodiscard]] Clock::duration SilenceAllowed() const noexcept;
   [[nodiscard]] Clock::duration patience() const noexcept;
   [[nodiscard]] const Sample& Get(std::size_t i) const noexcept {
     return ring_[(first_ + i) % ring_.size()];
@@ -95,6 +97,7 @@ class FingerStream {
   SenderClock clock_;
   SenderId sender_ = 0;            // of the newest sample
   Time heard_at_{};                // when it arrived
+  int run_ = 0;                    // samples since the last gap, counted up to a driver's
   std::uint64_t sequence_ = 0;     // of the newest sample
   std::optional<Time> sensed_at_;  // of the newest sample, sender's clock; nullopt: a new sender
   std::vector<Sample> ring_;       // times rise
@@ -119,8 +122,8 @@ class TactileInbox final : public TactileSource {
   // slave's, from which the two clocks' offset is known: the smallest delay of the last seconds
   // counts as none. Refused: no such finger, counts that are not finite, a clock that goes back, a
   // sequence that does not rise (0: none is told), a pose that is no pose, another `sender` than
-  // the one from whom this finger's samples came less than a second ago. A sample of the same time
-  // as the one before is that sample again: taken, and dropped.
+  // the driver from whom this finger's samples came less than a second ago. A sample of the same
+  // time as the one before is that sample again: taken, and dropped.
   std::optional<Refusal> Feed(std::string_view finger, std::uint64_t sequence, Time sensed_at,
                               const FingerReading& reading, Time arrived_at,
                               SenderId sender = kOnlySender);

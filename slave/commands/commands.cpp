@@ -129,10 +129,16 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
 }
 
 int RunServe(const ServeOptions& options, const std::stop_token& stop) {
-  RequireLoopbackUnless(options.insecure, ParseEndpoint(options.listen));
-  const auto slave = MakeLiveSlave(LoadScene(options.scene, options.overrides));
+  const bool plain = options.tls.empty();
+  RequireLoopbackUnless(options.insecure || !plain, ParseEndpoint(options.listen));
+  if (plain && !IsLoopback(ParseEndpoint(options.listen).host)) {
+    spdlog::warn(
+        "--insecure: {} serves whoever reaches it, in plain text: anyone can move the tool",
+        options.listen);
+  }
+  const auto slave = MakeLiveSlave(LoadScene(options.scene, options.overrides), options.state_dir);
   Introduce(slave->Describe());
-  Server server(*slave, options.listen, options.insecure);
+  Server server(*slave, options.listen, options.insecure, options.tls);
   fmt::print("listening on {}\n", server.address());
   std::fflush(stdout);
   WaitFor(stop);

@@ -29,6 +29,8 @@ struct ServeOptions {
   std::vector<std::string> overrides;
   std::string listen = "127.0.0.1:50051";
   bool insecure = false;
+  std::filesystem::path tls;        // the folder of our certificate; empty: plain text
+  std::filesystem::path state_dir;  // where an emergency stop is kept; empty: nowhere
 };
 
 // Prints `listening on HOST:PORT` when ready. Returns 0 after `stop`; throws SceneError for

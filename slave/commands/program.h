@@ -29,6 +29,10 @@ class StopOnSignal {
   std::jthread waiter_;
 };
 
+// As many files and connections as the system grants: with the usual 1024 a thousand idle strangers
+// would close the door for everybody.
+void RaiseDescriptorLimit();
+
 // Standard output belongs to the answers; the log goes beside it.
 void LogToStderr();
 

@@ -47,6 +47,17 @@ Eigen::Vector2d TowardsBox(const std::optional<BoundingBox>& box, const Eigen::V
   return direction;
 }
 
+void ReadGuards(Section& section, ManipulatorOptions* options) {
+  const auto guard = [&](const char* key, Dimension dimension, double* limit) {
+    if (section.Has(key)) *limit = section.Number(key, Positive(dimension));
+  };
+  guard("force_guard", Dimension::kForce, &options->force_guard);
+  guard("depth_guard", Dimension::kLength, &options->depth_guard);
+  options->guard_retracts = section.OneOf<bool>("guard", {{"hold", false}, {"retract", true}});
+  options->blind_after =
+      section.Number("blind_after", Positive(Dimension::kTime), options->blind_after);
+}
+
 }  // namespace
 
 OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& box) {
@@ -98,6 +109,7 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
     }
   }
   options.max_speed = section.Number("max_speed", Positive(Dimension::kSpeed), options.max_speed);
+  ReadGuards(section, &options);
   Section workspace = section.Open("workspace");
   options.workspace_min = workspace.Vector3("min", place, options.workspace_min);
   options.workspace_max = workspace.Vector3("max", place, options.workspace_max);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -353,6 +354,11 @@ struct ManipulatorOptions {
   double max_speed = 0.05;                   // [m/s]
   Eigen::Vector3d workspace_min{-1, -1, 0};  // S [m]
   Eigen::Vector3d workspace_max{1, 1, 0};    // S [m]
+  // What protects the target, whoever operates: beyond these the tool goes no deeper.
+  double force_guard = std::numeric_limits<double>::infinity();  // [N]
+  double depth_guard = std::numeric_limits<double>::infinity();  // [m]
+  bool guard_retracts = false;  // out to the surface; else it only holds
+  double blind_after = 0.25;    // the tool stands once the force was unknown for so long [s]
 };
 // The simulated site's world, unknown to the estimator.
 struct SiteOptions {

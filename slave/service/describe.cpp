@@ -82,6 +82,7 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   message->set_geometry(Describe(scene.object.geometry));
   message->set_source(description.sense.source);
   message->set_units("SI: m, N, s, Pa");
+  message->set_settings_revision(description.settings_revision);
 
   auto* material = message->mutable_material();
   material->set_young_modulus(scene.object.material.young_modulus);

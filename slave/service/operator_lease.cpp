@@ -1,26 +1,13 @@
 #include "slave/service/operator_lease.h"
 
+#include <stdexcept>
 #include <utility>
 
+#include "shared/text/text.h"
 #include "shared/wire/state_message.h"
 
 namespace palpate {
-namespace {
-
-// At most `kLongestName` characters of UTF-8, without control characters: it goes into messages.
-std::string Presentable(const std::string& name) {
-  std::string shown;
-  std::size_t characters = 0;
-  for (const char c : name) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool starts_character = (byte & 0xC0U) != 0x80U;
-    if (starts_character && ++characters > OperatorLease::kLongestName) break;
-    shown += byte < 0x20 || byte == 0x7F ? ' ' : c;
-  }
-  return shown;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> OperatorLease::Ask(
     const std::string& peer, Dismiss dismiss) {
@@ -37,7 +24,7 @@ std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> OperatorLease::Ask(
     }
     slave_.BeginOperating();
     ticket = ++last_ticket_;
-    holder_ = {ticket, "", peer, now, std::move(dismiss)};
+    holder_ = {ticket, "", peer, now, 0, std::move(dismiss)};
   }
   if (dismiss_silent_holder) {
     dismiss_silent_holder("no command for too long: the lease went to " + peer);
@@ -48,16 +35,29 @@ std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> OperatorLease::Ask(
 bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
   const std::scoped_lock lock(mutex_);
   if (ticket != holder_.ticket) return true;
-  holder_.heard_at = Clock::now();
-  if (holder_.name.empty()) holder_.name = Presentable(message.operator_name());
+  if (message.stop()) {
+    slave_.EmergencyStop("by the operator, " + DescribeHolder());
+    return true;
+  }
+  if (holder_.name.empty()) holder_.name = Presentable(message.operator_name(), kLongestName);
   std::string reason;
   const auto command = FromProto(message, &reason);
   if (!command) {
     ++malformed_;
     return false;
   }
-  slave_.Command(*command);
+  const bool is_newer = command->sequence > holder_.sequence;
+  if (slave_.Command(*command) && is_newer) {
+    holder_.heard_at = Clock::now();
+    holder_.sequence = command->sequence;
+  }
   return true;
+}
+
+void OperatorLease::RefuseOthers(const std::string& peer) const {
+  const std::scoped_lock lock(mutex_);
+  if (holder_.ticket == 0 || holder_.peer == peer) return;
+  throw std::logic_error("nothing is changed for others than the operator, " + DescribeHolder());
 }
 
 void OperatorLease::Release(Ticket ticket) {

@@ -1,6 +1,6 @@
-// One operator at a time. The lease lasts as long as the stream; a holder from whom no command came
-// for `kSilence` gives way to the next who asks, since a line that was cut silently may not end by
-// itself for minutes.
+// One operator at a time. The lease lasts as long as the stream; a holder from whom no valid, newer
+// command came for `kSilence` gives way to the next who asks, since a line that was cut silently
+// may not end by itself for minutes.
 #pragma once
 
 #include <chrono>
@@ -37,11 +37,15 @@ class OperatorLease {
   // Begins operating for `peer`, or tells who does.
   std::variant<Ticket, HeldBy> Ask(const std::string& peer, Dismiss dismiss);
   // Hands on a command. False: malformed, counted, not followed (what the slave itself refuses, it
-  // flags itself). Nothing happens without the lease.
+  // flags itself). Nothing happens without the lease. An emergency stop counts whatever else the
+  // command says.
   bool Command(Ticket ticket, const v1::OperatorCommand& message);
   // Ends operating. Idempotent.
   void Release(Ticket ticket);
 
+  // Throws std::logic_error: somebody operates from another connection than `peer`'s. A connection
+  // has one certificate, so that this is the operator's own.
+  void RefuseOthers(const std::string& peer) const;
   [[nodiscard]] std::string holder_name() const;  // empty: nobody, or not said yet
   [[nodiscard]] std::uint64_t malformed() const;  // commands, since the start
 
@@ -49,7 +53,8 @@ class OperatorLease {
   struct Holder {
     Ticket ticket = 0;  // 0: nobody
     std::string name, peer;
-    Time heard_at{};
+    Time heard_at{};             // a valid command newer than all before
+    std::uint64_t sequence = 0;  // of that command
     Dismiss dismiss;
   };
 

@@ -2,21 +2,28 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
+#include <thread>
 
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
 #include <netdb.h>
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include "shared/link/loopback.h"
+#include "shared/tls/credentials.h"
+#include "slave/service/listener_watch.h"
 #include "slave/service/publisher.h"
+#include "slave/service/roles.h"
 #include "slave/service/teleoperation_service.h"
 
 namespace palpate {
@@ -25,8 +32,8 @@ namespace {
 constexpr int kMaxRequestBytes = 64 * 1024;
 constexpr int kMaxStreamsPerConnection = 2 * ObserverSeats::kSeats;
 constexpr int kMaxThreads = 2 * ObserverSeats::kSeats;
-constexpr int kKeepaliveMs = 5'000, kKeepaliveTimeoutMs = 10'000;
-constexpr int kShortestPingMs = 500;              // masters may ask this often whether we live
+constexpr int kShortestPingMs = 500;  // masters may ask this often whether we live
+constexpr std::chrono::milliseconds kHealthPeriod(50);
 constexpr std::chrono::milliseconds kGrace(300);  // for streams to end by themselves
 
 [[noreturn]] void Refuse(const Endpoint& endpoint, const std::string& why) {
@@ -77,11 +84,23 @@ Endpoint Permitted(const std::string& address, bool insecure) {
   }
 }
 
+// gRPC logs each handshake that fails, as that of the watch does.
+ListenerWatch::Options Rarely() {
+  return {.period = std::chrono::seconds(60)};
+}
+
+std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(const std::filesystem::path& tls) {
+  if (tls.empty()) return grpc::InsecureServerCredentials();
+  auto credentials = ServerTls(tls);
+  credentials->SetAuthMetadataProcessor(RoleCheck());
+  return credentials;
+}
+
 void Configure(grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
-  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
-  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
+  // No keepalive of ours: gRPC 1.51 aborts where its timer meets a connection that closes. Lease
+  // and watchdog notice a line that was cut.
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                               kShortestPingMs);
@@ -91,33 +110,63 @@ void Configure(grpc::ServerBuilder* builder) {
 
 }  // namespace
 
-struct Server::Parts {
-  Parts(Slave& slave, Endpoint listen_on)
-      : endpoint(std::move(listen_on)), publisher(slave), service(slave, publisher) {}
+// A deaf listener in a living process is worse than none: whoever supervises starts it anew.
+void EndProcess() {
+  spdlog::critical("nobody can connect any more: ending, to be started anew");
+  std::_Exit(EXIT_FAILURE);
+}
 
+struct Server::Parts {
+  Parts(Slave& served, Endpoint listen_on)
+      : slave(served),
+        endpoint(std::move(listen_on)),
+        publisher(slave),
+        service(slave, publisher) {}
+
+  // Health follows what is sensed.
+  void Tell(const std::stop_token& stop);
+
+  Slave& slave;
   Endpoint endpoint;
   std::string address;
   Publisher publisher;
   TeleoperationService service;
   std::unique_ptr<grpc::Server> server;
   std::once_flag stopped;
+  std::optional<ListenerWatch> listener;
+  std::jthread telling;
 };
 
-Server::Server(Slave& slave, const std::string& address, bool insecure)
-    : parts_(std::make_unique<Parts>(slave, Permitted(address, insecure))) {
+void Server::Parts::Tell(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    const bool fresh = slave.Compose(Clock::now()).validity != Validity::kStale;
+    server->GetHealthCheckService()->SetServingStatus(v1::Teleoperation::service_full_name(),
+                                                      fresh);
+    std::this_thread::sleep_for(kHealthPeriod);
+  }
+}
+
+Server::Server(Slave& slave, const std::string& address, bool insecure,
+               const std::filesystem::path& tls, std::function<void()> on_deaf)
+    : parts_(std::make_unique<Parts>(slave, Permitted(address, insecure || !tls.empty()))) {
+  const auto credentials = CredentialsFrom(tls);
   grpc::EnableDefaultHealthCheckService(true);
-  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  // Each of its streams holds a thread: for those on this machine.
+  if (IsLoopback(parts_->endpoint.host)) {
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  }
   grpc::ServerBuilder builder;
   Configure(&builder);
   int port = 0;
-  builder.AddListeningPort(ToString(parts_->endpoint), grpc::InsecureServerCredentials(), &port);
+  builder.AddListeningPort(ToString(parts_->endpoint), credentials, &port);
   builder.RegisterService(&parts_->service);
   parts_->server = builder.BuildAndStart();
   if (!parts_->server || port <= 0) throw std::runtime_error("cannot listen on " + address);
   parts_->endpoint.port = static_cast<std::uint16_t>(port);
   parts_->address = ToString(parts_->endpoint);
-  parts_->server->GetHealthCheckService()->SetServingStatus(v1::Teleoperation::service_full_name(),
-                                                            true);
+  parts_->telling = std::jthread([this](const std::stop_token& stop) { parts_->Tell(stop); });
+  parts_->listener.emplace(parts_->endpoint, on_deaf ? std::move(on_deaf) : EndProcess,
+                           tls.empty() ? ListenerWatch::Options() : Rarely());
 }
 
 Server::~Server() {
@@ -130,6 +179,8 @@ const std::string& Server::address() const {
 
 void Server::Stop() {
   std::call_once(parts_->stopped, [this] {
+    parts_->listener.reset();
+    parts_->telling = {};
     parts_->server->GetHealthCheckService()->Shutdown();
     parts_->publisher.Stop();
     parts_->service.Stop();

@@ -1,6 +1,8 @@
 // The gRPC face of a slave: listens, serves, stops.
 #pragma once
 
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -11,9 +13,13 @@ namespace palpate {
 class Server {
  public:
   // Listens on `address` (HOST:PORT, [V6]:PORT; port 0: any free one). Without `insecure` only
-  // loopback addresses are served. `slave` must outlive the server. Throws std::runtime_error:
-  // address not understood, not loopback, port in use (no silent sharing).
-  Server(Slave& slave, const std::string& address, bool insecure);
+  // loopback addresses are served; reflection is for them alone. `tls`: the folder of our
+  // certificate; whoever connects shows one, too, and may do what its role may; empty: plain text.
+  // `slave` must outlive the server. Health of the service is that of what is sensed. `on_deaf`:
+  // nobody answers at the door any more (empty: the process ends, to be started anew). Throws
+  // std::runtime_error: address not understood, not loopback, port in use (no silent sharing).
+  Server(Slave& slave, const std::string& address, bool insecure,
+         const std::filesystem::path& tls = {}, std::function<void()> on_deaf = {});
   // Stops within a second: streams end with UNAVAILABLE.
   ~Server();
 

@@ -16,6 +16,11 @@ inline grpc::Status Stopping() {
   return {grpc::StatusCode::UNAVAILABLE, "the slave is stopping"};
 }
 
+// One change of settings at a time: nobody waits for another's.
+inline grpc::Status Busy() {
+  return {grpc::StatusCode::ABORTED, "another change of settings is under way: try again"};
+}
+
 // Runs `work`. std::invalid_argument: INVALID_ARGUMENT; another std::logic_error (not now):
 // FAILED_PRECONDITION; anything else: INTERNAL.
 template <class Work>

@@ -1,31 +1,41 @@
 #include "slave/service/teleoperation_service.h"
 
+#include "shared/text/text.h"
 #include "slave/service/messages.h"
+#include "slave/service/roles.h"
 #include "slave/service/status.h"
 
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLongestReason = 200;  // [bytes]; what is longer is cut, never refused
+constexpr std::size_t kLongestReason = 200;  // [characters]; what is longer is cut, never refused
+
+// Answers at once with what `work` made.
+template <class Work>
+grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, const Work& work) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  reactor->Finish(Guarded(work));
+  return reactor;
+}
 
 }  // namespace
 
-grpc::Status TeleoperationService::GetScene(grpc::ServerContext* /*context*/,
-                                            const v1::GetSceneRequest* /*request*/,
-                                            v1::SceneDescription* reply) {
-  return Guarded([&] { ToProto(slave_.Describe(), reply); });
+grpc::ServerUnaryReactor* TeleoperationService::GetScene(grpc::CallbackServerContext* context,
+                                                         const v1::GetSceneRequest* /*request*/,
+                                                         v1::SceneDescription* reply) {
+  return Answer(context, [&] { ToProto(slave_.Describe(), reply); });
 }
 
-grpc::Status TeleoperationService::GetStatus(grpc::ServerContext* /*context*/,
-                                             const v1::GetStatusRequest* /*request*/,
-                                             v1::Status* reply) {
-  return Guarded([&] { FillStatus(reply); });
+grpc::ServerUnaryReactor* TeleoperationService::GetStatus(grpc::CallbackServerContext* context,
+                                                          const v1::GetStatusRequest* /*request*/,
+                                                          v1::Status* reply) {
+  return Answer(context, [&] { FillStatus(reply); });
 }
 
-grpc::Status TeleoperationService::GetCapabilities(grpc::ServerContext* /*context*/,
-                                                   const v1::GetCapabilitiesRequest* /*request*/,
-                                                   v1::Capabilities* reply) {
-  return Guarded([&] { ToProto(slave_.Describe(), reply); });
+grpc::ServerUnaryReactor* TeleoperationService::GetCapabilities(
+    grpc::CallbackServerContext* context, const v1::GetCapabilitiesRequest* /*request*/,
+    v1::Capabilities* reply) {
+  return Answer(context, [&] { ToProto(slave_.Describe(), reply); });
 }
 
 void TeleoperationService::FillStatus(v1::Status* reply) const {
@@ -39,36 +49,46 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
   reply->set_commands_refused(reply->commands_refused() + malformed);
 }
 
-grpc::Status TeleoperationService::SetModel(grpc::ServerContext* /*context*/,
+grpc::Status TeleoperationService::SetModel(grpc::ServerContext* context,
                                             const v1::SetModelRequest* request,
                                             v1::SettingsReply* reply) {
+  const std::unique_lock one(making_, std::try_to_lock);
+  if (!one) return Busy();
   return Guarded([&] {
-    slave_.SetModel(ToChange(*request));
+    lease_.RefuseOthers(context->peer());
+    slave_.SetModel(ToChange(*request), [context] { return context->IsCancelled(); });
     ToProto(slave_.Describe(), reply->mutable_scene());
   });
 }
 
-grpc::Status TeleoperationService::SetParameters(grpc::ServerContext* /*context*/,
+grpc::Status TeleoperationService::SetParameters(grpc::ServerContext* context,
                                                  const v1::SetParametersRequest* request,
                                                  v1::SettingsReply* reply) {
+  const std::unique_lock one(making_, std::try_to_lock);
+  if (!one) return Busy();
   return Guarded([&] {
+    lease_.RefuseOthers(context->peer());
     slave_.SetParameters(ToChange(*request));
     ToProto(slave_.Describe(), reply->mutable_scene());
   });
 }
 
-grpc::Status TeleoperationService::Reset(grpc::ServerContext* /*context*/,
-                                         const v1::ResetRequest* /*request*/, v1::Status* reply) {
-  return Guarded([&] {
+grpc::ServerUnaryReactor* TeleoperationService::Reset(grpc::CallbackServerContext* context,
+                                                      const v1::ResetRequest* /*request*/,
+                                                      v1::Status* reply) {
+  const bool is_admin = IdentityOf(*context->auth_context()).role == "admin";
+  return Answer(context, [&] {
+    if (!is_admin) lease_.RefuseOthers(context->peer());
     slave_.Reset();
     FillStatus(reply);
   });
 }
 
-grpc::Status TeleoperationService::Stop(grpc::ServerContext* /*context*/,
-                                        const v1::StopRequest* request, v1::Status* reply) {
-  return Guarded([&] {
-    slave_.EmergencyStop(request->reason().substr(0, kLongestReason));
+grpc::ServerUnaryReactor* TeleoperationService::Stop(grpc::CallbackServerContext* context,
+                                                     const v1::StopRequest* request,
+                                                     v1::Status* reply) {
+  return Answer(context, [&] {
+    slave_.EmergencyStop(Presentable(request->reason(), kLongestReason));
     FillStatus(reply);
   });
 }

@@ -3,6 +3,10 @@
 
 #include <atomic>
 #include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <utility>
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
@@ -14,23 +18,32 @@
 
 namespace palpate {
 
-// Operate and FeedTactile are reactors (see EndingStream); everything else is a blocking handler,
-// since a change of the model may take a while and a watcher mostly waits.
-class TeleoperationService final
-    : public v1::Teleoperation::WithCallbackMethod_FeedTactile<
-          v1::Teleoperation::WithCallbackMethod_Operate<v1::Teleoperation::Service>> {
+// What never waits is called back by gRPC's own threads, which nobody can use up: Stop above all.
+// Operate and FeedTactile are reactors (see EndingStream). A change of the model may take a while
+// and a watcher mostly waits: blocking handlers, in a pool that may be full.
+template <class Base>
+using CalledBack = v1::Teleoperation::WithCallbackMethod_Stop<
+    v1::Teleoperation::WithCallbackMethod_Reset<v1::Teleoperation::WithCallbackMethod_GetStatus<
+        v1::Teleoperation::WithCallbackMethod_GetScene<
+            v1::Teleoperation::WithCallbackMethod_GetCapabilities<
+                v1::Teleoperation::WithCallbackMethod_FeedTactile<
+                    v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>;
+
+class TeleoperationService final : public CalledBack<v1::Teleoperation::Service> {
  public:
   // `slave` and `publisher` outlive the service.
   TeleoperationService(Slave& slave, Publisher& publisher)
       : slave_(slave), publisher_(publisher), lease_(slave) {}
 
-  grpc::Status GetScene(grpc::ServerContext* context, const v1::GetSceneRequest* request,
-                        v1::SceneDescription* reply) override;
-  grpc::Status GetStatus(grpc::ServerContext* context, const v1::GetStatusRequest* request,
-                         v1::Status* reply) override;
-  grpc::Status GetCapabilities(grpc::ServerContext* context,
-                               const v1::GetCapabilitiesRequest* request,
-                               v1::Capabilities* reply) override;
+  grpc::ServerUnaryReactor* GetScene(grpc::CallbackServerContext* context,
+                                     const v1::GetSceneRequest* request,
+                                     v1::SceneDescription* reply) override;
+  grpc::ServerUnaryReactor* GetStatus(grpc::CallbackServerContext* context,
+                                      const v1::GetStatusRequest* request,
+                                      v1::Status* reply) override;
+  grpc::ServerUnaryReactor* GetCapabilities(grpc::CallbackServerContext* context,
+                                            const v1::GetCapabilitiesRequest* request,
+                                            v1::Capabilities* reply) override;
   grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* Operate(
       grpc::CallbackServerContext* context) override;
   grpc::Status WatchState(grpc::ServerContext* context, const v1::WatchStateRequest* request,
@@ -43,10 +56,10 @@ class TeleoperationService final
                         v1::SettingsReply* reply) override;
   grpc::Status SetParameters(grpc::ServerContext* context, const v1::SetParametersRequest* request,
                              v1::SettingsReply* reply) override;
-  grpc::Status Reset(grpc::ServerContext* context, const v1::ResetRequest* request,
-                     v1::Status* reply) override;
-  grpc::Status Stop(grpc::ServerContext* context, const v1::StopRequest* request,
-                    v1::Status* reply) override;
+  grpc::ServerUnaryReactor* Reset(grpc::CallbackServerContext* context,
+                                  const v1::ResetRequest* request, v1::Status* reply) override;
+  grpc::ServerUnaryReactor* Stop(grpc::CallbackServerContext* context,
+                                 const v1::StopRequest* request, v1::Status* reply) override;
   grpc::ServerReadReactor<v1::TactileSample>* FeedTactile(grpc::CallbackServerContext* context,
                                                           v1::FeedTactileReply* reply) override;
 
@@ -61,11 +74,18 @@ class TeleoperationService final
   grpc::Status Watch(grpc::ServerContext* context, Clock::duration gap,
                      grpc::ServerWriter<Message>* writer, const Compose& compose);
 
+  // The newest picture, at least as new as `sensed_at`: drawn and encoded once for all who watch it
+  // alike, one at a time, so that watchers take no more than a core. Null: nothing was seen yet.
+  std::shared_ptr<const JpegPicture> Encoded(Time sensed_at, bool overlays, int quality);
+
   Slave& slave_;
   Publisher& publisher_;
   OperatorLease lease_;
+  std::mutex making_;  // held while a model is made: nobody waits for it
   ObserverSeats seats_;
   FeedStreams feeds_;
+  std::mutex encoding_;  // guards the next one
+  std::map<std::pair<bool, int>, std::shared_ptr<const JpegPicture>> encoded_;  // overlays, quality
   std::atomic<std::uint64_t> states_sent_{0};  // to all readers together
 };
 

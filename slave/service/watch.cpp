@@ -77,6 +77,16 @@ grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
   });
 }
 
+std::shared_ptr<const JpegPicture> TeleoperationService::Encoded(Time sensed_at, bool overlays,
+                                                                 int quality) {
+  const std::scoped_lock one_at_a_time(encoding_);
+  auto& known = encoded_[{overlays, quality}];
+  if (known && known->sensed_at >= sensed_at) return known;
+  std::optional<JpegPicture> picture = slave_.Picture(overlays, quality);
+  if (picture) known = std::make_shared<const JpegPicture>(std::move(*picture));
+  return picture ? known : nullptr;
+}
+
 grpc::Status TeleoperationService::WatchVideo(grpc::ServerContext* context,
                                               const v1::WatchVideoRequest* request,
                                               grpc::ServerWriter<v1::VideoFrame>* writer) {
@@ -91,10 +101,10 @@ grpc::Status TeleoperationService::WatchVideo(grpc::ServerContext* context,
   std::optional<Time> sensed_at;
   return Watch(context, gap, writer, [&](const SlaveState& state, v1::VideoFrame* message) {
     if (state.sensed_at == sensed_at) return false;
-    std::optional<JpegPicture> picture = slave_.Picture(request->overlays(), quality);
+    const auto picture = Encoded(state.sensed_at, request->overlays(), quality);
     if (!picture) return false;  // nothing seen yet
     sensed_at = state.sensed_at;
-    ToProto(std::move(*picture), state.sequence, message);
+    ToProto(*picture, state.sequence, message);
     return true;
   });
 }

@@ -135,10 +135,11 @@ class PalpateLink {
     Server server(slave_, "127.0.0.1:0", false);
     LatestValue<ReceivedState> states;
     LatestValue<OperatorCommand> commands;
+    LatestValue<RemoteSettings> settings;
     SlaveLink::Options options;
     options.target = server.address();
     SlaveLink link(options);
-    link.Start(&states, &commands);
+    link.Start(&states, &commands, &settings);
     Samples samples;
     Time newest{};
     for (auto wake = Clock::now(); samples.size() < kPerBlock; wake += kPeriod) {

@@ -19,9 +19,10 @@ int main(int argc, char** argv) {
   try {
     palpate::LatestValue<palpate::ReceivedState> states;
     palpate::LatestValue<palpate::OperatorCommand> commands;
+    palpate::LatestValue<palpate::RemoteSettings> settings;
     palpate::SlaveLink link(options);
     const palpate::RemoteScene scene = link.Connect();
-    link.Start(&states, &commands);
+    link.Start(&states, &commands, &settings);
     for (int tick = 0; tick < 1000; ++tick) {
       commands.Put({});
       states.Take();

@@ -2,6 +2,7 @@
 import csv
 import json
 import pathlib
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -130,6 +131,13 @@ class Unit(unittest.TestCase):
         values = {"/usr/bin/palpate-slave": SLAVE, "${SCENE}": BLOCK, "${LISTEN}": "127.0.0.1:0"}
         with Slave(command=[values.get(word, word) for word in command.split()]) as slave:
             self.assertEqual(slave.stop(signal.SIGTERM), 0)
+
+    def test_the_systemd_unit_is_hardened(self):
+        tool = shutil.which("systemd-analyze")
+        if not tool:
+            self.skipTest("no systemd-analyze")
+        done = run(tool, "security", "--offline=true", "--threshold=30", ROOT / "deploy/palpate-slave.service")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_a_port_in_use_is_an_error(self):
         with Slave() as slave:

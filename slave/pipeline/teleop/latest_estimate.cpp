@@ -46,9 +46,21 @@ ContactEstimate LatestEstimate::Get() const {
   return felt_;
 }
 
-Eigen::Vector3d LatestEstimate::Force() const {
-  const std::lock_guard lock(mutex_);
-  return felt_.force.value_or(Eigen::Vector3d::Zero());
+ContactEstimate LatestEstimate::Fresh(Time now) const {
+  ContactEstimate felt = Get();
+  if (SecondsBetween(felt.sensed_at, now) <= stale_after_) return felt;
+  felt.validity = Worse(felt.validity, Validity::kStale);
+  for (FingerState& finger : felt.fingers) {
+    finger.validity = Worse(finger.validity, Validity::kStale);
+  }
+  return felt;
+}
+
+bool LatestEstimate::Touches() const {
+  const ContactEstimate felt = Get();
+  const auto touches = [](const FingerState& finger) { return finger.in_contact; };
+  return felt.depth > 0 || felt.local_model.in_contact ||
+         std::ranges::any_of(felt.fingers, touches);
 }
 
 Events LatestEstimate::TakeEvents() {
@@ -65,26 +77,20 @@ bool LatestEstimate::WaitForNewer(Time sensed_at, std::chrono::milliseconds pati
 
 SlaveState LatestEstimate::Compose(const OperatorPort& port, Time now) const {
   SlaveState state;
-  static_cast<ContactEstimate&>(state) = Get();
+  static_cast<ContactEstimate&>(state) = Fresh(now);
   static_cast<OperatorView&>(state) = port.view();
   state.events.Clear();
   state.sent_at = now;
   // A command may have been taken since `now`.
   state.echo_delay = state.echo ? std::max(0.0, SecondsBetween(state.taken_at, now)) : 0;
-  if (SecondsBetween(state.sensed_at, now) > stale_after_) {
-    state.validity = Worse(state.validity, Validity::kStale);
-    for (FingerState& finger : state.fingers) {
-      finger.validity = Worse(finger.validity, Validity::kStale);
-    }
-  }
   return state;
 }
 
 void LatestEstimate::Describe(SlaveStatus* status) const {
-  const std::lock_guard lock(mutex_);
-  status->validity = felt_.validity;
-  status->frames = frames_;
   const Time now = Clock::now();
+  status->validity = Fresh(now).validity;
+  const std::lock_guard lock(mutex_);
+  status->frames = frames_;
   status->frame_rate = static_cast<double>(
       std::ranges::count_if(recent_, [&](Time t) { return SecondsBetween(t, now) <= 1.0; }));
   status->alarms = alarms_;

@@ -30,8 +30,10 @@ class LatestEstimate {
   void Wake() { changed_.notify_all(); }
 
   [[nodiscard]] ContactEstimate Get() const;
-  // Of the object on the tool, S [N]; zero: unknown.
-  [[nodiscard]] Eigen::Vector3d Force() const;
+  // The same, stale where it is as of `now`.
+  [[nodiscard]] ContactEstimate Fresh(Time now) const;
+  // The tool or a fingertip touches the object.
+  [[nodiscard]] bool Touches() const;
   Events TakeEvents();
   bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience);
   // What was felt and what the operator does, as of `now`; no sequence, events or true force.

@@ -1,5 +1,7 @@
 #include "slave/pipeline/teleop/live_slave.h"
 
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -7,16 +9,37 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/thread_priority.h"
+#include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 
 namespace palpate {
 namespace {
+
+constexpr std::size_t kLongestReason = 200;  // [characters]
 
 // There is something to measure where the tip is sensed and the arm carries it.
 std::optional<TipRegistration> RegistrationOf(const Sense& sense, const Manipulator& manipulator) {
   const double resolution = sense.info().tip_resolution;
   if (!(resolution > 0) || !manipulator.carries_tool()) return std::nullopt;
   return TipRegistration(resolution);  // slower than that is standing
+}
+
+// A model is made by a solution of n^3 steps, and nobody waits a minute for it.
+void RefuseLongMaking(int elements) {
+  constexpr double kOfThousand = 2, kLongest = 10;  // [s]
+  const double thousands = elements / 1000.0;
+  const double takes = kOfThousand * thousands * thousands * thousands;
+  if (takes <= kLongest) return;
+  throw std::invalid_argument(fmt::format(
+      "elements = {}: about {:.0f} s to make: accepted is what takes at most {} s, {:.0f}",
+      elements, takes, kLongest, 1000 * std::cbrt(kLongest / kOfThousand)));
+}
+
+// Where no force is told, none is missed.
+ManipulatorOptions LimitsOf(const Scene& scene, const Sense& sense) {
+  ManipulatorOptions limits = scene.manipulator;
+  if (!sense.info().tells_force) limits.blind_after = std::numeric_limits<double>::infinity();
+  return limits;
 }
 
 }  // namespace
@@ -26,7 +49,7 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
     : world_(std::move(world)),
       manipulator_(std::move(manipulator)),
       sense_(std::move(sense)),
-      port_(*manipulator_, scene.operator_options.transform),
+      port_(*manipulator_, scene.operator_options.transform, LimitsOf(scene, *sense_)),
       newest_(SensorRate(scene.sense), scene.manipulator.home),
       tip_registration_(RegistrationOf(*sense_, *manipulator_)),
       scene_(scene),
@@ -38,7 +61,7 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
     throw std::runtime_error(
         fmt::format("{}: no {} came", sense_info_.source, sense_info_.samples));
   }
-  watchdog_.emplace(port_, [this] { return newest_.Force(); });
+  watchdog_.emplace(port_, [this] { return FeelingNow(); });
   sensing_ = std::jthread([this](const std::stop_token& stop) { Sensing(stop); });
 }
 
@@ -98,8 +121,27 @@ void LiveSlave::TellDoubt() {
   }
 }
 
+bool LiveSlave::Command(const OperatorCommand& command) noexcept {
+  OperatorCommand heard = command;
+  // Whoever goes by other numbers than ours would move the tool otherwise than meant.
+  const std::uint32_t known = command.settings_revision;
+  if (known != 0 && known != settings_revision_) heard.engaged = false;
+  return port_.Command(heard, Clock::now());
+}
+
+Feeling LiveSlave::FeelingNow() const {
+  const ContactEstimate felt = newest_.Fresh(Clock::now());
+  Feeling feeling;
+  if (IsForceKnown(felt)) feeling.force = felt.force;
+  feeling.depth = felt.depth;
+  if (felt.local_model.known()) feeling.outward = felt.local_model.normal;
+  if (felt.force && felt.force->norm() > 0) feeling.outward = felt.force->normalized();
+  return feeling;
+}
+
 SlaveState LiveSlave::Compose(Time now) {
   SlaveState state = newest_.Compose(port_, now);
+  state.settings_revision = settings_revision_;
   state.true_force = TrueForce();
   state.local_model = LocalNow();
   return state;
@@ -130,6 +172,7 @@ Events LiveSlave::TakeEvents() {
 
 SlaveDescription LiveSlave::Describe() const {
   SlaveDescription description;
+  description.settings_revision = settings_revision_;  // before what it tells of
   {
     const std::lock_guard lock(settings_mutex_);
     description.scene = scene_;
@@ -146,12 +189,17 @@ SlaveStatus LiveSlave::Status() const {
   status.commands = port_.taken();
   status.commands_refused = port_.refused();
   status.started_at = started_at_;
-  {
-    const std::lock_guard lock(sense_mutex_);
-    status.stages = sense_->Stages();
-  }
+  status.stages = StagesNow();
   newest_.Describe(&status);
   return status;
+}
+
+// Of a moment ago while a sample is being felt: whoever asks how we are must not wait.
+std::vector<StageTimes> LiveSlave::StagesNow() const {
+  const std::unique_lock sense(sense_mutex_, std::try_to_lock);
+  const std::lock_guard lock(stages_mutex_);
+  if (sense.owns_lock()) stages_ = sense_->Stages();
+  return stages_;
 }
 
 Scene LiveSlave::scene() const {
@@ -164,9 +212,10 @@ double LiveSlave::FullScale() const {
   return scene_.operator_options.force_limit / port_.transform().force_scale;
 }
 
-void LiveSlave::Rebuild(const Scene& changed, const std::function<void()>& may_adopt) {
+void LiveSlave::Rebuild(const Scene& changed, const GivenUp& given_up) {
   std::unique_ptr<Rebuilt> rebuilt = sense_->Prepare(changed);  // takes its time
-  may_adopt();
+  RefuseUnlessFree();                                           // somebody may have begun meanwhile
+  if (given_up && given_up()) throw std::logic_error("whoever asked for the model has gone");
   {
     const std::scoped_lock lock(sense_mutex_, settings_mutex_);
     if (rebuilt) sense_info_.model = rebuilt->info();
@@ -176,19 +225,22 @@ void LiveSlave::Rebuild(const Scene& changed, const std::function<void()>& may_a
   newest_.Add(Event::kModelChanged);
 }
 
-void LiveSlave::SetModel(const ModelChange& change) {
+void LiveSlave::SetModel(const ModelChange& change, const GivenUp& given_up) {
   const std::lock_guard one_at_a_time(change_mutex_);
-  RefuseWhileFollowing(port_);
+  RefuseUnlessFree();
+  RefuseLongMaking(change.elements);
   Scene changed = scene();
   changed.model = Changed(changed.model, change, sense_info_.changeable);
-  Rebuild(changed, [this] { RefuseWhileFollowing(port_); });  // somebody may have begun meanwhile
+  Rebuild(changed, given_up);
   const std::lock_guard lock(settings_mutex_);
   sense_info_.reason = "asked for by SetModel";
+  ++settings_revision_;
 }
 
 void LiveSlave::SetParameters(const ParameterChange& change) {
   CheckRanges(change);
   const std::lock_guard one_at_a_time(change_mutex_);
+  RefuseUnlessFree();
   if (change.position_scale || change.force_scale) {
     port_.SetScales(change.position_scale, change.force_scale);
   }
@@ -199,18 +251,49 @@ void LiveSlave::SetParameters(const ParameterChange& change) {
   if (change.young_modulus) {
     Scene changed = scene();
     changed.object.material.young_modulus = *change.young_modulus;
-    Rebuild(changed, [] {});
+    Rebuild(changed);
   }
+  ++settings_revision_;
+}
+
+void LiveSlave::RefuseUnlessFree() const {
+  palpate::RefuseUnlessFree(port_, newest_.Touches());
 }
 
 void LiveSlave::Reset() {
+  if (port_.view().phase != Phase::kEstop) {
+    RefuseUnlessFree();
+    reset_wanted_ = true;
+    return;
+  }
+  if (!stop_file_.empty()) std::filesystem::remove(stop_file_);
   port_.Reset();
-  reset_wanted_ = true;
 }
 
 void LiveSlave::EmergencyStop(const std::string& reason) {
+  const bool is_news = port_.view().phase != Phase::kEstop;
   port_.EmergencyStop();
-  spdlog::warn("emergency stop: {}", reason.substr(0, 200));
+  if (!is_news) return;
+  RememberStop(reason);
+  spdlog::warn("emergency stop: {}", Shown(reason, kLongestReason));
+}
+
+void LiveSlave::KeepStopIn(const std::filesystem::path& folder) {
+  const auto file = folder / "emergency-stop";
+  RequireWritable(file);
+  stop_file_ = file;
+  if (std::filesystem::exists(file)) EmergencyStop("kept from before the start");
+}
+
+// A stop that cannot be kept still stops.
+void LiveSlave::RememberStop(const std::string& reason) noexcept {
+  if (stop_file_.empty()) return;
+  try {
+    ReplaceFile(stop_file_, Shown(reason, kLongestReason) + "\n");
+  } catch (const std::exception& error) {
+    newest_.RaiseAlarm(std::string("the emergency stop will not outlive this process: ") +
+                       error.what());
+  }
 }
 
 BoundaryShape LiveSlave::Shape(bool nodal_forces) {
@@ -230,7 +313,8 @@ std::optional<JpegPicture> LiveSlave::Picture(bool overlays, int quality) {
                      seen->plain.cols, seen->plain.rows};
 }
 
-std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene) {
+std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene,
+                                     const std::filesystem::path& state_folder) {
   std::unique_ptr<World> world = MakeWorld(scene);
   Manipulator::OnStep on_step;
   if (world) {
@@ -242,8 +326,10 @@ std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene) {
   std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene, on_step);
   if (world) world->MoveTool(manipulator->Tip(), Patience::kNone);
   std::unique_ptr<Sense> sense = MakeSense(scene, {}, world.get());
-  return std::make_unique<LiveSlave>(scene, std::move(world), std::move(manipulator),
-                                     std::move(sense));
+  auto slave = std::make_unique<LiveSlave>(scene, std::move(world), std::move(manipulator),
+                                           std::move(sense));
+  if (!state_folder.empty()) slave->KeepStopIn(state_folder);
+  return slave;
 }
 
 }  // namespace palpate

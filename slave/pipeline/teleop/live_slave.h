@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -34,9 +35,7 @@ class LiveSlave final : public Slave {
   ~LiveSlave() override;
 
   void BeginOperating() override { port_.BeginOperating(); }
-  bool Command(const OperatorCommand& command) noexcept override {
-    return port_.Command(command, Clock::now());
-  }
+  bool Command(const OperatorCommand& command) noexcept override;
   void EndOperating() override { port_.EndOperating(); }
   // The local model follows the hand between samples.
   [[nodiscard]] SlaveState Compose(Time now) override;
@@ -46,11 +45,14 @@ class LiveSlave final : public Slave {
   }
   [[nodiscard]] SlaveDescription Describe() const override;
   [[nodiscard]] SlaveStatus Status() const override;
-  void SetModel(const ModelChange& change) override;
+  void SetModel(const ModelChange& change, const GivenUp& given_up = {}) override;
   void SetParameters(const ParameterChange& change) override;
-  // The sense starts anew with its next sample.
+  // Of an emergency stop; else the sense starts anew with its next sample.
   void Reset() override;
   void EmergencyStop(const std::string& reason) override;
+  // An emergency stop is kept in `folder` from now on, and one that is kept there holds. Throws
+  // std::runtime_error: nothing can be kept there.
+  void KeepStopIn(const std::filesystem::path& folder);
   [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
@@ -63,8 +65,12 @@ class LiveSlave final : public Slave {
   void TellDoubt();
   [[nodiscard]] LocalModel LocalNow();
   [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
-  void Rebuild(const Scene& changed, const std::function<void()>& may_adopt);
+  void Rebuild(const Scene& changed, const GivenUp& given_up = {});
+  void RefuseUnlessFree() const;
   [[nodiscard]] Scene scene() const;  // with the parameters now in force
+  [[nodiscard]] Feeling FeelingNow() const;
+  [[nodiscard]] std::vector<StageTimes> StagesNow() const;
+  void RememberStop(const std::string& reason) noexcept;
   // The largest force that the hand can show, at the tool [N].
   [[nodiscard]] double FullScale() const;
 
@@ -78,6 +84,8 @@ class LiveSlave final : public Slave {
       tip_registration_;                    // the sensing thread's; none: nothing to measure
   std::set<std::string_view> told_doubts_;  // likewise; an alarm each, once
   std::atomic<bool> reset_wanted_{false};
+  std::atomic<std::uint32_t> settings_revision_{1};
+  std::filesystem::path stop_file_;  // empty: it is not kept
 
   std::mutex change_mutex_;  // one change of settings at a time; held while a model is made
   mutable std::mutex settings_mutex_;  // never held long; guards the next two
@@ -87,6 +95,8 @@ class LiveSlave final : public Slave {
   mutable std::mutex sense_mutex_;
   // The tip when it was last sensed, and what the arm said then, S [m]; under sense_mutex_.
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
+  mutable std::mutex stages_mutex_;  // guards the next one
+  mutable std::vector<StageTimes> stages_;
   std::mutex local_mutex_;  // guards the next one
   LocalModel newest_local_;
 
@@ -94,7 +104,9 @@ class LiveSlave final : public Slave {
   std::jthread sensing_;
 };
 
-// The slave of the scene: its site, its arm and its sense. Throws as they do.
-std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene);
+// The slave of the scene: its site, its arm and its sense. Throws as they do. `state_folder`: see
+// KeepStopIn; empty: an emergency stop ends with the process.
+std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene,
+                                     const std::filesystem::path& state_folder = {});
 
 }  // namespace palpate

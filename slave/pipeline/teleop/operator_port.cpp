@@ -25,6 +25,7 @@ bool IsSane(const OperatorCommand& command) {
          command.velocity.cwiseAbs().maxCoeff() <= kAbsurdSpeed;
 }
 
+constexpr double kArrived = 0.005;  // of a retreat: what the arm goes in so long [s]
 constexpr auto kWatchPeriod = std::chrono::milliseconds(2);
 constexpr double kMaxForceLimit = 100;     // [N]
 constexpr double kMaxYoungModulus = 1e13;  // [Pa]
@@ -37,8 +38,12 @@ void Check(const char* name, std::optional<double> value, double high) {
 
 }  // namespace
 
-OperatorPort::OperatorPort(Manipulator& manipulator, const TeleopTransform& transform)
-    : manipulator_(manipulator), transform_(transform), last_tip_(manipulator.Tip()) {}
+OperatorPort::OperatorPort(Manipulator& manipulator, const TeleopTransform& transform,
+                           const ManipulatorOptions& limits)
+    : manipulator_(manipulator),
+      limits_(limits),
+      transform_(transform),
+      last_tip_(manipulator.Tip()) {}
 
 void OperatorPort::BeginOperating() {
   const std::lock_guard lock(mutex_);
@@ -48,7 +53,8 @@ void OperatorPort::BeginOperating() {
   operating_ = true;
   engaged_ = false;
   needs_new_epoch_ = false;
-  manipulator_.Hold();
+  state_sequence_ = 0;
+  if (!retreat_) manipulator_.Hold();
 }
 
 void OperatorPort::EndOperating() {
@@ -62,15 +68,15 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
   const std::lock_guard lock(mutex_);
   if (!operating_) return true;
   if (command.sequence <= view_.command_sequence) return true;  // older than one already taken
-  const bool goes_back = command.engaged && command.epoch < view_.epoch;
-  if (!IsSane(command) || (goes_back && view_.phase != Phase::kEstop)) {
-    ++refused_;
-    events_.Add(Event::kCommandRefused);
-    engaged_ = false;
-    Stand(Phase::kHold);
+  if (!IsPermitted(command)) {
+    Refuse();
     return false;
   }
   ++taken_;
+  if (command.state_sequence > state_sequence_) {
+    state_sequence_ = command.state_sequence;
+    newer_at_ = now;
+  }
   view_.command_sequence = command.sequence;
   view_.echo = command.sent_at;
   view_.taken_at = now;
@@ -84,13 +90,47 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
     return true;
   }
   const bool new_epoch = command.epoch > view_.epoch;
+  if (retreat_) return true;
   if (new_epoch || (!engaged_ && view_.phase == Phase::kClutched)) Engage(command);
   if (needs_new_epoch_) return true;
+  if (WayTo(TargetOf(command)) > kReach * limits_.max_speed) {
+    Refuse();
+    needs_new_epoch_ = true;
+    return false;
+  }
+  if (UnfeltFor(now) <= kUnfeltTimeout) Follow(command);
+  return true;
+}
+
+bool OperatorPort::IsPermitted(const OperatorCommand& command) const noexcept {
+  if (!IsSane(command)) return false;
+  if (!command.engaged || view_.phase == Phase::kEstop) return true;
+  const double speed = transform_.VelocityToSlave(command.velocity).norm();
+  return command.epoch >= view_.epoch && speed <= kFastest * limits_.max_speed;
+}
+
+double OperatorPort::WayTo(const Eigen::Vector3d& p_S) const noexcept {
+  const Eigen::Vector3d within =
+      p_S.cwiseMax(limits_.workspace_min).cwiseMin(limits_.workspace_max);
+  return (within - manipulator_.Tip()).norm();
+}
+
+void OperatorPort::Refuse() noexcept {
+  ++refused_;
+  events_.Add(Event::kCommandRefused);
+  engaged_ = false;
+  Stand(Phase::kHold);
+}
+
+void OperatorPort::Follow(const OperatorCommand& command) noexcept {
+  const Eigen::Vector3d target = TargetOf(command);
+  if (outward_ && (target - manipulator_.Tip()).dot(*outward_) < 0) {
+    return HoldUntilEngaged(Event::kLimit);
+  }
   engaged_ = true;
   view_.phase = Phase::kFollowing;
-  manipulator_.Command(transform_.ToSlave(command.p_M) - eyes_minus_encoders_);
+  manipulator_.Command(target);
   if (manipulator_.at_limit()) events_.Add(Event::kLimit);
-  return true;
 }
 
 void OperatorPort::Engage(const OperatorCommand& command) noexcept {
@@ -101,23 +141,59 @@ void OperatorPort::Engage(const OperatorCommand& command) noexcept {
 }
 
 void OperatorPort::Stand(Phase phase) noexcept {
-  manipulator_.Hold();
+  if (phase == Phase::kEstop) retreat_.reset();
+  if (!retreat_) manipulator_.Hold();
   if (view_.phase != Phase::kEstop) view_.phase = phase;
 }
 
-void OperatorPort::Watch(Time now, const Eigen::Vector3d& force_S) noexcept {
-  const std::lock_guard lock(mutex_);
+void OperatorPort::HoldUntilEngaged(Event why) noexcept {
+  events_.Add(why);
+  needs_new_epoch_ = true;
+  Stand(Phase::kHold);
+}
+
+void OperatorPort::CountEnergy(const Feeling& feeling) noexcept {
   const Eigen::Vector3d tip = manipulator_.Tip();
-  const double work = -force_S.dot(tip - last_tip_);  // of the tool on the object [J]
+  const Eigen::Vector3d force = feeling.force.value_or(Eigen::Vector3d::Zero());
+  const double work = -force.dot(tip - last_tip_);  // of the tool on the object [J]
   last_tip_ = tip;
   if (operating_) (work > 0 ? view_.energy_in : view_.energy_out) += std::abs(work);
+}
 
-  const double silence = SecondsBetween(view_.taken_at, now);
-  if (view_.phase == Phase::kFollowing && silence > kCommandTimeout) {
+void OperatorPort::Guard(const Feeling& feeling) noexcept {
+  const Eigen::Vector3d tip = manipulator_.Tip();
+  const double force = feeling.force ? feeling.force->norm() : 0;
+  const bool is_reached = force > limits_.force_guard || feeling.depth > limits_.depth_guard;
+  const bool begins = is_reached && !outward_;
+  outward_.reset();
+  if (is_reached) outward_ = feeling.outward;
+  if (retreat_ && WayTo(*retreat_) < kArrived * limits_.max_speed) retreat_.reset();
+  if (!begins || view_.phase != Phase::kFollowing) return;
+  if (limits_.guard_retracts) retreat_ = tip + feeling.depth * feeling.outward;
+  HoldUntilEngaged(Event::kLimit);
+  if (retreat_) manipulator_.Command(*retreat_);
+}
+
+double OperatorPort::UnfeltFor(Time now) const noexcept {
+  return state_sequence_ == 0 ? 0 : SecondsBetween(newer_at_, now);
+}
+
+void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
+  const std::lock_guard lock(mutex_);
+  CountEnergy(feeling);
+  Guard(feeling);
+  if (feeling.force || known_at_ == Time{}) known_at_ = now;  // it begins with the first look
+  const double silence = SecondsBetween(view_.taken_at, now), unfelt = UnfeltFor(now);
+  const bool follows = view_.phase == Phase::kFollowing;
+  if (follows && (silence > kCommandTimeout || unfelt > kUnfeltTimeout)) {
     events_.Add(Event::kHold);
     Stand(Phase::kHold);
   }
-  if (view_.phase == Phase::kHold && silence > kResumeWithin) needs_new_epoch_ = true;
+  const bool is_blind = SecondsBetween(known_at_, now) > limits_.blind_after;
+  if (follows && is_blind) HoldUntilEngaged(Event::kHold);
+  if (view_.phase == Phase::kHold && std::max(silence, unfelt) > kResumeWithin) {
+    needs_new_epoch_ = true;
+  }
 }
 
 void OperatorPort::EmergencyStop() noexcept {
@@ -179,19 +255,20 @@ Events OperatorPort::TakeEvents() noexcept {
   return events;
 }
 
-CommandWatchdog::CommandWatchdog(OperatorPort& port, std::function<Eigen::Vector3d()> force)
-    : thread_([&port, force = std::move(force)](const std::stop_token& stop) {
+CommandWatchdog::CommandWatchdog(OperatorPort& port, std::function<Feeling()> feeling)
+    : thread_([&port, feeling = std::move(feeling)](const std::stop_token& stop) {
         MakeThreadRealtime(kLinkPriority);
         while (!stop.stop_requested()) {
-          port.Watch(Clock::now(), force());
+          port.Watch(Clock::now(), feeling());
           std::this_thread::sleep_for(kWatchPeriod);
         }
       }) {}
 
-void RefuseWhileFollowing(const OperatorPort& port) {
+void RefuseUnlessFree(const OperatorPort& port, bool touches) {
   if (port.view().phase == Phase::kFollowing) {
-    throw std::logic_error("the model changes only while nobody follows: open the clutch first");
+    throw std::logic_error("nothing changes while somebody follows: open the clutch first");
   }
+  if (touches) throw std::logic_error("nothing changes while the object is touched: let go first");
 }
 
 void CheckRanges(const ParameterChange& change) {

@@ -22,23 +22,40 @@ inline constexpr double kCommandTimeout = 0.030;  // [s]
 // A gap shorter than this ends by itself when commands come again; after a longer one the operator
 // engages anew.
 inline constexpr double kResumeWithin = 0.250;  // [s]
+// An operator whose commands tell of no newer state for so long feels nothing: the tool holds.
+inline constexpr double kUnfeltTimeout = 0.100;  // [s]
+// What the arm goes at its full speed in this time is as far as a command may lead [s].
+inline constexpr double kReach = 0.2;
+// A hand that moves so many times faster than the arm can is none.
+inline constexpr double kFastest = 2;
+
+// What the tool feels at this moment, as far as it is known. Frame S.
+struct Feeling {
+  std::optional<Eigen::Vector3d> force;  // of the object on the tool [N]; nullopt: unknown
+  double depth = 0;                      // of the tool in the object [m]
+  Eigen::Vector3d outward{0, 0, 0};      // of the surface touched [-]
+};
 
 // Thread-safe; every call is short. The manipulator must outlive the port.
 //
 // Two frames meet here. The eyes define S; the manipulator's encoders may disagree by a constant,
 // the registration offset `eyes_minus_encoders`, which the pipeline measures while the tool stands.
 // Targets are given in S.
+//
+// Whatever the operator says, the tool goes no farther than the arm goes in kReach, stands while
+// the force has been unknown for `blind_after`, and goes no deeper beyond the guards.
 class OperatorPort {
  public:
-  OperatorPort(Manipulator& manipulator, const TeleopTransform& transform);
+  OperatorPort(Manipulator& manipulator, const TeleopTransform& transform,
+               const ManipulatorOptions& limits);
 
   void BeginOperating();
   void EndOperating();
   // See Slave::Command.
   bool Command(const OperatorCommand& command, Time now) noexcept;
   // Call at least every few milliseconds: holds the tool when commands have stopped, and counts
-  // energy with `force_S`, the force of the object on the tool [N].
-  void Watch(Time now, const Eigen::Vector3d& force_S) noexcept;
+  // energy.
+  void Watch(Time now, const Feeling& feeling) noexcept;
   void EmergencyStop() noexcept;
   void Reset() noexcept;
 
@@ -53,10 +70,27 @@ class OperatorPort {
   Events TakeEvents() noexcept;
 
  private:
+  // Whether the operator may say so at all.
+  [[nodiscard]] bool IsPermitted(const OperatorCommand& command) const noexcept;
+  // How far `p_S`, as the encoders have it, or the next place in the workspace, is from the tip
+  // [m].
+  [[nodiscard]] double WayTo(const Eigen::Vector3d& p_S) const noexcept;
+  [[nodiscard]] Eigen::Vector3d TargetOf(const OperatorCommand& command) const noexcept {
+    return transform_.ToSlave(command.p_M) - eyes_minus_encoders_;
+  }
+  void Refuse() noexcept;
+  void Follow(const OperatorCommand& command) noexcept;
   void Engage(const OperatorCommand& command) noexcept;
   void Stand(Phase phase) noexcept;
+  void HoldUntilEngaged(Event why) noexcept;
+  void CountEnergy(const Feeling& feeling) noexcept;
+  void Guard(const Feeling& feeling) noexcept;
+  // How long the operator has told of no newer state [s]. Who tells of none, as scripts may, is not
+  // judged.
+  [[nodiscard]] double UnfeltFor(Time now) const noexcept;
 
   Manipulator& manipulator_;
+  const ManipulatorOptions limits_;
   mutable std::mutex mutex_;  // guards everything below
   TeleopTransform transform_;
   Eigen::Vector3d eyes_minus_encoders_ = Eigen::Vector3d::Zero();
@@ -65,6 +99,12 @@ class OperatorPort {
   bool operating_ = false;
   bool engaged_ = false;  // the clutch is closed in the newest command
   bool needs_new_epoch_ = false;
+  std::optional<Eigen::Vector3d>
+      outward_;  // no deeper than now, seen against it: a guard is reached
+  std::optional<Eigen::Vector3d> retreat_;  // where the tool retracts to, encoders, S [m]
+  Time known_at_{};                         // the force was known
+  std::uint64_t state_sequence_ = 0;        // of the newest state that the operator tells of
+  Time newer_at_{};                         // when that one was told first
   std::uint64_t taken_ = 0, refused_ = 0;
   Events events_;
 };
@@ -73,16 +113,16 @@ class OperatorPort {
 // commands stop, and the energies.
 class CommandWatchdog {
  public:
-  // `force` tells the force of the object on the tool, frame S [N]; thread-safe. Both must outlive
-  // the watch, which ends with this object.
-  CommandWatchdog(OperatorPort& port, std::function<Eigen::Vector3d()> force);
+  // `feeling` is thread-safe. Both must outlive the watch, which ends with this object.
+  CommandWatchdog(OperatorPort& port, std::function<Feeling()> feeling);
 
  private:
   std::jthread thread_;
 };
 
-// Throws std::logic_error: somebody follows, so a model must not change under the hand.
-void RefuseWhileFollowing(const OperatorPort& port);
+// Throws std::logic_error: somebody follows or the object is touched, so that nothing may change
+// under the hand.
+void RefuseUnlessFree(const OperatorPort& port, bool touches);
 // Throws std::invalid_argument naming what is out of its range, and the range.
 void CheckRanges(const ParameterChange& change);
 

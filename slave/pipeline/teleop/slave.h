@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@ namespace palpate {
 // What runs, for GetScene, GetCapabilities and `check`.
 struct SlaveDescription {
   Scene scene;  // with the parameters now in force
+  std::uint32_t settings_revision = 0;
   SenseInfo sense;
   bool simulated = false;
 };
@@ -34,6 +36,9 @@ struct SlaveStatus {
 struct ParameterChange {
   std::optional<double> position_scale, force_scale, force_limit, young_modulus;
 };
+
+// Asked before a model comes in force: nobody wants it any more. Empty: somebody does.
+using GivenUp = std::function<bool()>;
 
 struct JpegPicture {
   Time sensed_at{};
@@ -56,8 +61,8 @@ class Slave {
   // A lease begins: command sequences and epochs start anew, energies are zero, the tool stands
   // until engaged.
   virtual void BeginOperating() = 0;
-  // Takes a command. False: refused, not finite or absurd (it is counted and flagged, the tool
-  // holds). Older than one already taken: dropped, true.
+  // Takes a command. False: refused, not finite, absurd or beyond the arm (it is counted and
+  // flagged, the tool holds). Older than one already taken: dropped, true.
   virtual bool Command(const OperatorCommand& command) noexcept = 0;
   // The lease ends: the tool stands.
   virtual void EndOperating() = 0;
@@ -75,7 +80,7 @@ class Slave {
   // (not now, why).
   [[nodiscard]] virtual SlaveDescription Describe() const = 0;
   [[nodiscard]] virtual SlaveStatus Status() const = 0;
-  virtual void SetModel(const ModelChange& change) = 0;
+  virtual void SetModel(const ModelChange& change, const GivenUp& given_up = {}) = 0;
   virtual void SetParameters(const ParameterChange& change) = 0;
   virtual void Reset() = 0;
   virtual void EmergencyStop(const std::string& reason) = 0;

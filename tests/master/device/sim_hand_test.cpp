@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -52,10 +53,33 @@ TEST(SimHandTest, DoesNotWindUpAgainstAForceItCannotOvercome) {
 TEST(SimHandTest, GivesWayToAForceByItsOwnStiffness) {
   SimHand hand(kDepth, 0.020);
   const Time start{std::chrono::hours(1)};
-  hand.WriteForce({0, 0.8, 0});
   DeviceReading reading;
-  for (int i = 0; i <= 900; ++i) reading = hand.Read(start + std::chrono::milliseconds(i));
+  for (int i = 0; i <= 900; ++i) {
+    hand.WriteForce({0, 0.8, 0});
+    reading = hand.Read(start + std::chrono::milliseconds(i));
+  }
   EXPECT_NEAR(reading.p_M.y(), 0.8 / 800, 1e-6);
+}
+
+// A force that nobody renews lasts 20 ms: the loop that wrote it may have been stopped. Reference:
+// impulse: the arm at rest gains F t / m in that time, less what spring and damper take (a third).
+TEST(SimHandTest, LetsGoWhereNobodyRenewsTheForce) {
+  SimHand hand(kDepth, 0.020);
+  const Time start{std::chrono::hours(1)};
+  std::ignore = hand.Read(start);
+  hand.WriteForce({0, 1.05, 0});
+  double fastest_at = 0, fastest = 0, last = 0;
+  for (int i = 1; i <= 150; ++i) {
+    const DeviceReading reading = hand.Read(start + std::chrono::milliseconds(i));
+    if (reading.v_M.y() > fastest) {
+      fastest = reading.v_M.y();
+      fastest_at = i;
+    }
+    last = reading.p_M.y();
+  }
+  EXPECT_NEAR(fastest_at, 20, 1);
+  EXPECT_LT(fastest, 1.05 * 0.020 / 0.3);
+  EXPECT_LT(std::abs(last), 0.1 * 1.05 / 800) << "the arm is back";
 }
 
 TEST(SimHandTest, StaysFiniteWhateverIsWrittenAndHoweverLongItWasAway) {

@@ -25,8 +25,8 @@ class HapticLoopTest : public testing::Test {
     puppet_.reading.engaged = true;
     rig.Run(puppet_, 0.05);
     ASSERT_EQ(rig.state(), kFollowing);
-    puppet_.reading.p_M.y() = kInside;
-    rig.Run(puppet_, 0.2);
+    rig.Glide(puppet_, {0, kInside, 0});
+    rig.Run(puppet_, 0.1);
   }
 
   Rig rig_;
@@ -59,8 +59,8 @@ TEST_F(HapticLoopTest, MapsPositionsAndForcesBetweenTheFrames) {
   EXPECT_TRUE(puppet_.guide.known);
   EXPECT_NEAR(puppet_.guide.gap_M, 0.002, 1e-9);
   EXPECT_NEAR((puppet_.guide.inward_M - Eigen::Vector3d(-1, 0, 0)).norm(), 0, 1e-12);
-  puppet_.reading.p_M = {-0.004, 0, 0};  // 2 mm along -y of S, of which 1 mm inside: 0.5 N
-  rig.Run(puppet_, 0.2);
+  rig.Glide(puppet_, {-0.004, 0, 0});  // 2 mm along -y of S, of which 1 mm inside: 0.5 N
+  rig.Run(puppet_, 0.1);
   EXPECT_NEAR((puppet_.felt - Eigen::Vector3d(1.5, 0, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR((rig.loop.record().p_S - Eigen::Vector3d(0.1, 0.198, 0)).norm(), 0, 1e-9);
 }
@@ -93,7 +93,7 @@ TEST_F(HapticLoopTest, AContactTakenUpPressedGivesBackWhatItHolds) {
   EXPECT_NEAR(puppet_.felt.y(), 0.05, 0.011);
 }
 
-TEST_F(HapticLoopTest, SilenceHoldsTwentyMillisecondsThenFadesToZeroInFifty) {
+TEST_F(HapticLoopTest, SilenceHoldsTenMillisecondsThenFadesToZeroInForty) {
   rig_.slave.silent = true;
   std::vector<double> felt;
   double lost_at = 0;
@@ -102,15 +102,15 @@ TEST_F(HapticLoopTest, SilenceHoldsTwentyMillisecondsThenFadesToZeroInFifty) {
     if (record.state == kHold && lost_at == 0) lost_at = i;
     felt.push_back(puppet_.felt.y());
     if (i > 0) {
-      EXPECT_LE(std::abs(felt[felt.size() - 1] - felt[felt.size() - 2]), 0.0201)
+      EXPECT_LE(std::abs(felt[felt.size() - 1] - felt[felt.size() - 2]), 0.0251)
           << "a kick at " << i;
     }
   }
   EXPECT_NEAR(lost_at, 30, 3);
   const auto at = [&](double ms) { return felt[static_cast<std::size_t>(lost_at + ms)]; };
-  EXPECT_NEAR(at(18), 1, 1e-12);
-  EXPECT_NEAR(at(45), 0.5, 0.05);
-  EXPECT_EQ(at(75), 0);
+  EXPECT_NEAR(at(8), 1, 1e-12);
+  EXPECT_NEAR(at(30), 0.5, 0.06);
+  EXPECT_EQ(at(52), 0) << "80 ms after the last state, and the two ticks of measuring it";
 }
 
 TEST_F(HapticLoopTest, FreshStatesWithin250MillisecondsBlendBackIn) {
@@ -292,6 +292,104 @@ TEST_F(HapticLoopTest, CommandsAreAbsoluteNumberedAndCarryEpochAndEcho) {
   ASSERT_NE(command, nullptr);
   EXPECT_EQ(command->sequence, sequence + 1);
   EXPECT_FALSE(command->engaged);
+}
+
+// What is known to be over is not waited for: 40 ms from the end of the stream, not 80.
+TEST_F(HapticLoopTest, TheEndOfTheStreamFadesAtOnce) {
+  rig_.slave.silent = true;
+  rig_.states.Put({SlaveState(), rig_.now, 0, 0, true});
+  double last = puppet_.felt.y();
+  for (int i = 0; i < 42; ++i) {
+    const TickRecord& record = rig_.Tick(puppet_);
+    EXPECT_TRUE(record.chain.reasons.Has(Reason::kEnded));
+    EXPECT_LE(puppet_.felt.y(), last);
+    last = puppet_.felt.y();
+  }
+  EXPECT_EQ(last, 0);
+  EXPECT_EQ(rig_.state(), kHold);
+}
+
+// Stamps of 1970, ones that never change and ones of tomorrow: held, then faded, with a reason.
+TEST_F(HapticLoopTest, WhatWasSensedTooLongAgoOrInTheFutureIsNotRendered) {
+  for (const double seconds : {-1e9, -0.3, 86400.0}) {
+    Rig rig;
+    Engage(rig);
+    const Time then = rig.now + Seconds(1000 + seconds);  // the slave's clock is 1000 s ahead
+    rig.slave.lie = [then](SlaveState* state) { state->sensed_at = then; };
+    rig.Run(puppet_, 0.1);
+    EXPECT_EQ(rig.state(), kHold) << seconds;
+    EXPECT_EQ(puppet_.felt.norm(), 0) << seconds;
+    EXPECT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kAged)) << seconds;
+    rig.Run(puppet_, 0.5);
+    puppet_.reading.engaged = false;
+    rig.Run(puppet_, 0.05);
+    puppet_.reading.engaged = true;
+    rig.Run(puppet_, 0.05);
+    EXPECT_NE(rig.state(), kFollowing) << seconds;
+  }
+}
+
+TEST_F(HapticLoopTest, AnOffsetThatMovesWithinAnEpochIsNotFollowed) {
+  rig_.slave.lie = [](SlaveState* state) { state->offset.y() -= 0.05; };
+  rig_.Run(puppet_, 0.06);
+  EXPECT_EQ(rig_.state(), kHold);
+  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kOffsetJump));
+}
+
+// Settings that were not read are not gone by: no force, the tool stands, until they are read and
+// the operator has engaged anew, by the new ones.
+TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAnew) {
+  rig_.slave.lie = [](SlaveState* state) { state->settings_revision = 7; };
+  rig_.Run(puppet_, 0.06);
+  EXPECT_EQ(rig_.state(), kHold);
+  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kSettings));
+  TeleopTransform halved;
+  halved.force_scale = 0.5;
+  rig_.settings.Put({7, halved, 3.3});
+  rig_.Run(puppet_, 0.5);
+  EXPECT_EQ(rig_.state(), kReady);
+  puppet_.reading.engaged = false;
+  rig_.Run(puppet_, 0.01);
+  puppet_.reading.engaged = true;
+  rig_.Run(puppet_, 0.1);
+  EXPECT_EQ(rig_.state(), kFollowing);
+  EXPECT_NEAR(puppet_.felt.y(), 0.5, 1e-9);
+  const OperatorCommand* command = rig_.commands.Take();
+  ASSERT_NE(command, nullptr);
+  EXPECT_EQ(command->settings_revision, 7U);
+}
+
+TEST_F(HapticLoopTest, ALimitThatWasReadOnlyLowersTheForce) {
+  for (const double read : {0.4, 1e9}) {
+    rig_.settings.Put({0, {}, read});
+    rig_.Run(puppet_, 0.06);
+    EXPECT_EQ(puppet_.felt.norm(), 0) << "whoever follows engages anew, by what is in force";
+    puppet_.reading.engaged = false;
+    rig_.Run(puppet_, 0.1);
+    puppet_.reading.engaged = true;
+    rig_.Run(puppet_, 0.2);
+    EXPECT_EQ(rig_.state(), kFollowing);
+    EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12) << read;
+  }
+}
+
+// Until the slave says that it knows.
+TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsToldAndLetsTheHandGo) {
+  rig_.loop.EmergencyStop();
+  rig_.Tick(puppet_);
+  EXPECT_EQ(rig_.state(), kEstop);
+  const OperatorCommand* command = rig_.commands.Take();
+  ASSERT_NE(command, nullptr);
+  EXPECT_TRUE(command->stop);
+  EXPECT_FALSE(command->engaged);
+  rig_.Run(puppet_, 0.045);
+  EXPECT_EQ(puppet_.felt.norm(), 0);
+  rig_.slave.forced_phase = Phase::kEstop;
+  rig_.Run(puppet_, 0.01);
+  EXPECT_FALSE(rig_.commands.Take()->stop);
+  EXPECT_EQ(rig_.state(), kEstop);
 }
 
 TEST_F(HapticLoopTest, AFullRingLosesRecordsNotTicks) {

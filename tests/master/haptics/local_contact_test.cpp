@@ -177,6 +177,22 @@ TEST(LocalContactTest, KnowsItsRange) {
   EXPECT_TRUE(contact.IsBeyond({0, -0.011, 0}));
 }
 
+// Reference: by hand. Eigenvalues 3000 and -100 along two perpendicular directions become 2000 and
+// 0; what turns (skew) goes; a spring comes back as it was, to the bit.
+TEST(NearestSpringTest, IsSymmetricAndWithinZeroAndTheBound) {
+  const Eigen::Vector3d a = Eigen::Vector3d(1, 2, 2) / 3, b = Eigen::Vector3d(2, 1, -2) / 3;
+  const Eigen::Matrix3d wild = 3000 * a * a.transpose() - 100 * b * b.transpose();
+  Eigen::Matrix3d skew = Eigen::Matrix3d::Zero();
+  skew(0, 1) = 5000;
+  skew(1, 0) = -5000;
+  const Eigen::Matrix3d expected = 2000 * a * a.transpose();
+  EXPECT_LT((NearestSpring(wild + skew, 2000) - expected).norm(), 1e-9);
+  Eigen::Matrix3d spring = Eigen::Matrix3d::Zero();
+  spring << 100, 20, 0, 20, 300, 0, 0, 0, 0;
+  EXPECT_EQ(NearestSpring(spring, 2000), spring);
+  EXPECT_TRUE(NearestSpring(1e12 * Eigen::Matrix3d::Ones(), 2000).allFinite());
+}
+
 TEST(LocalContactTest, ImpossibleModelsAreNotSane) {
   EXPECT_TRUE(IsSane(Wall(1000, 0, 1)));
   EXPECT_FALSE(IsSane(Wall(std::nan(""), 0, 1)));

@@ -38,6 +38,18 @@ TEST(OutputBlendTest, FreezesWhatWasSentThenFadesItToExactlyZero) {
   EXPECT_EQ(last, 0);
 }
 
+// Reference: 200 N/s is 0.2 N per millisecond, up and down; longer ticks give no more.
+TEST(OutputBlendTest, ChangesNoFasterThanItsSlewBothWays) {
+  OutputBlend blend(200);
+  blend.Go(Target::kRendered, 0);
+  EXPECT_NEAR(blend.Step(kForce, 0.001).y(), 0.2, 1e-12);
+  EXPECT_TRUE(blend.is_slewed());
+  EXPECT_NEAR(blend.Step(-kForce, 0.020).y(), 0.0, 1e-12);
+  EXPECT_NEAR(blend.Step(-kForce, 0.001).y(), -0.2, 1e-12);
+  EXPECT_NEAR(blend.Step({0, -0.3, 0}, 0.001).y(), -0.3, 1e-12);
+  EXPECT_FALSE(blend.is_slewed());
+}
+
 TEST(OutputBlendTest, AChangeOfMindBeginsWhereTheHandIs) {
   OutputBlend blend;
   blend.Go(Target::kRendered, 0.050);

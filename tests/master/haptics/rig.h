@@ -1,6 +1,7 @@
 // A haptic loop, a virtual slave and a device on one virtual clock.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -25,12 +26,17 @@ class Puppet final : public Device {
   [[nodiscard]] double force_limit() const override { return 100; }
 };
 
+// Laws are looked at without the slew limit, which puppets that jump would meet.
+inline constexpr double kNoSlewLimit = 1e6;  // [N/ms]
+
 class Rig {
  public:
   explicit Rig(const VirtualSlave::Options& slave_options = {},
-               RenderMode render = RenderMode::kLocal, double force_limit = 3.3)
+               RenderMode render = RenderMode::kLocal, double force_limit = 3.3,
+               double slew_limit = kNoSlewLimit)
       : slave(slave_options),
-        loop({render, slave_options.transform, force_limit}, {&states, &commands, &records}) {}
+        loop({render, slave_options.transform, force_limit, slew_limit},
+             {&states, &commands, &records, &settings}) {}
 
   // One millisecond with `device`; what was recorded of it.
   const TickRecord& Tick(Device& device) {
@@ -52,11 +58,26 @@ class Rig {
       if (each) each(record);
     }
   }
+  // Moves `puppet` straight to `p_M` at 20 mm/s, as a hand goes: what it presses in, it has paid
+  // for.
+  void Glide(Puppet& puppet, const Eigen::Vector3d& p_M) {
+    constexpr double kStep = 20e-6;  // [m]
+    const Eigen::Vector3d way = p_M - puppet.reading.p_M;
+    const int steps = static_cast<int>(std::ceil(way.norm() / kStep));
+    const Eigen::Vector3d from = puppet.reading.p_M;
+    puppet.reading.v_M = way.normalized() * kStep / 0.001;
+    for (int i = 1; i <= steps; ++i) {
+      puppet.reading.p_M = from + way * i / steps;
+      Tick(puppet);
+    }
+    puppet.reading.v_M.setZero();
+  }
   [[nodiscard]] double t() const { return SecondsBetween(Time{std::chrono::hours(1)}, now); }
   [[nodiscard]] OperatorState state() const { return loop.record().state; }
 
   LatestValue<ReceivedState> states;
   LatestValue<OperatorCommand> commands;
+  LatestValue<RemoteSettings> settings;
   SpscRing<TickRecord> records{64};
   VirtualSlave slave;
   HapticLoop loop;

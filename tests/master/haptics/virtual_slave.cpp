@@ -17,12 +17,14 @@ void VirtualSlave::Step(Time now, LatestValue<OperatorCommand>* commands,
   if (!silent && SecondsBetween(sent_at_, now) >= 1 / options_.state_rate) {
     sent_at_ = now;
     ++state_sequence_;
-    if (!IsLost()) states_.push_back({Arrival(now), Compose(now)});
+    SlaveState state = Compose(now);
+    if (lie) lie(&state);
+    if (!IsLost()) states_.push_back({Arrival(now), state});
   }
   for (const auto& late : states_) {
     if (late.arrives > now || late.message.sequence <= delivered_) continue;
     delivered_ = late.message.sequence;
-    states->Put({late.message, now, options_.clock_offset});
+    states->Put({late.message, now, options_.clock_offset, 2 * (options_.delay + options_.jitter)});
   }
   std::erase_if(states_, [now](const auto& late) { return late.arrives <= now; });
 }

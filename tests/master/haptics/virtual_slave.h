@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <random>
 
 #include "master/link/slave_link.h"
@@ -36,6 +37,7 @@ class VirtualSlave {
 
   // Changes what is sent from now on.
   bool silent = false;                   // nothing is sent
+  std::function<void(SlaveState*)> lie;  // changes what is sent; empty: the truth is
   bool forgets = false;                  // epoch 0, as after a restart
   Validity validity = Validity::kValid;  // of what is sent
   Phase forced_phase = Phase::kReady;    // kEstop: sent instead of the real one

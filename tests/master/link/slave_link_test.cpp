@@ -1,6 +1,7 @@
 // The master's line against a real server with a fake slave behind it.
 #include "master/link/slave_link.h"
 
+#include <atomic>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -29,6 +30,7 @@ class Loop {
  public:
   LatestValue<ReceivedState> states;
   LatestValue<OperatorCommand> commands;
+  LatestValue<RemoteSettings> settings;
   OperatorCommand command;
   ReceivedState newest;
   Events told;
@@ -73,7 +75,7 @@ TEST_F(SlaveLinkTest, ConnectingTellsTheScene) {
 // Reference: the fake's spring: 2 mm below the surface at 1000 N/m.
 TEST_F(SlaveLinkTest, CommandsArriveAndTheForceComesBack) {
   SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   loop_.command.epoch = 1;
   loop_.command.engaged = true;
   ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.phase == Phase::kFollowing; }));
@@ -97,7 +99,7 @@ TEST_F(SlaveLinkTest, FingertipsAreToldInSceneAndStates) {
   EXPECT_EQ(scene.fingertips[0].name, "ff");
   EXPECT_EQ(scene.fingertips[0].p_S_home, Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_EQ(scene.fingertips[1].name, "th");
-  link.Start(&loop_.states, &loop_.commands);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.finger_count == 2; }));
   const FingerState& second = loop_.newest.state.fingers[1];
   EXPECT_EQ(second.validity, Validity::kValid);
@@ -107,7 +109,7 @@ TEST_F(SlaveLinkTest, FingertipsAreToldInSceneAndStates) {
 
 TEST_F(SlaveLinkTest, TheLinkFillsSequenceStampAndEcho) {
   SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return slave_.commands().size() > 20; }));
   const auto commands = slave_.commands();
   EXPECT_EQ(commands.front().sequence, 1U);
@@ -123,7 +125,7 @@ TEST_F(SlaveLinkTest, TheLinkFillsSequenceStampAndEcho) {
 // (RFC 5905), taken as the largest seen.
 TEST_F(SlaveLinkTest, RoundTripsAndTheOtherClockAreMeasured) {
   SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 50; }));
   EXPECT_TRUE(link.stats().connected);
   link.Stop();
@@ -140,7 +142,7 @@ TEST_F(SlaveLinkTest, RoundTripsAndTheOtherClockAreMeasured) {
 // place.
 TEST_F(SlaveLinkTest, ACommandThatIsNotRenewedIsNotRepeated) {
   SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().commands > 5; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
   const std::uint64_t sent = link.stats().commands;
@@ -150,7 +152,7 @@ TEST_F(SlaveLinkTest, ACommandThatIsNotRenewedIsNotRepeated) {
 
 TEST_F(SlaveLinkTest, EventsOfStatesThatWereNeverTakenAreStillTold) {
   SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 0; }));
   slave_.Happen(Event::kPuncture);
   const std::uint64_t seen = link.stats().states;
@@ -164,7 +166,7 @@ TEST_F(SlaveLinkTest, EventsOfStatesThatWereNeverTakenAreStillTold) {
 TEST_F(SlaveLinkTest, AfterTheSlaveCameBackTheLinkIsThereAgain) {
   const std::string address = server_->address();
   SlaveLink link(To(address));
-  link.Start(&loop_.states, &loop_.commands);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
   server_.reset();
   ASSERT_TRUE(loop_.Until([&] { return !link.stats().connected; }));
@@ -182,11 +184,11 @@ TEST_F(SlaveLinkTest, AfterTheSlaveCameBackTheLinkIsThereAgain) {
 
 TEST_F(SlaveLinkTest, WhoeverHoldsTheLeaseIsNamedAndTheLeaseIsTakenWhenFree) {
   auto first = std::make_unique<SlaveLink>(To(server_->address()));
-  first->Start(&loop_.states, &loop_.commands);
+  first->Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return first->stats().commands > 0; }));
   Loop second_loop;
   SlaveLink second(To(server_->address()));
-  second.Start(&second_loop.states, &second_loop.commands);
+  second.Start(&second_loop.states, &second_loop.commands, &second_loop.settings);
   ASSERT_TRUE(loop_.Until([&] { return !second.stats().trouble.empty(); }));
   EXPECT_THAT(second.stats().trouble, HasSubstr("the lease is held by Ada (ipv4:127.0.0.1:"));
   EXPECT_FALSE(second.stats().connected);
@@ -228,7 +230,7 @@ TEST_F(SlaveLinkTest, PlainTextLeavesThisMachineOnlyOnRequest) {
 
 TEST_F(SlaveLinkTest, TheEmergencyStopReachesTheSlaveBesideTheStream) {
   SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
   EXPECT_TRUE(link.EmergencyStop("the hand let go"));
   EXPECT_EQ(slave_.stop_reason(), "the hand let go");
@@ -238,7 +240,7 @@ TEST_F(SlaveLinkTest, TheEmergencyStopReachesTheSlaveBesideTheStream) {
 }
 
 // A peer that is not what it seems: gRPC, but another service, or states that cannot be.
-class StrangePeer final : public v1::Teleoperation::Service {
+class StrangePeer : public v1::Teleoperation::Service {
  public:
   StrangePeer() {
     grpc::ServerBuilder builder;
@@ -251,6 +253,7 @@ class StrangePeer final : public v1::Teleoperation::Service {
   grpc::Status Operate(
       grpc::ServerContext* context,
       grpc::ServerReaderWriter<v1::SlaveState, v1::OperatorCommand>* stream) override {
+    ++opened;
     v1::SlaveState state;
     state.mutable_sensed_at();
     state.mutable_sent_at();
@@ -262,9 +265,27 @@ class StrangePeer final : public v1::Teleoperation::Service {
   }
 
   std::string address;
+  std::atomic<int> opened{0};  // streams
 
  private:
   std::unique_ptr<grpc::Server> server_;
+};
+
+// One that at least tells of a scene.
+class NearlyASlave final : public StrangePeer {
+  grpc::Status GetScene(grpc::ServerContext*, const v1::GetSceneRequest*,
+                        v1::SceneDescription* scene) override {
+    auto* mapping = scene->mutable_operator_();
+    mapping->set_position_scale(1);
+    mapping->set_force_scale(1);
+    mapping->set_force_limit(3.3);
+    for (int i = 0; i < 9; ++i) mapping->add_rotation(i % 4 == 0 ? 1 : 0);
+    return grpc::Status::OK;
+  }
+  grpc::Status GetCapabilities(grpc::ServerContext*, const v1::GetCapabilitiesRequest*,
+                               v1::Capabilities*) override {
+    return grpc::Status::OK;
+  }
 };
 
 TEST_F(SlaveLinkTest, AnotherServiceIsAnErrorAtOnce) {
@@ -278,14 +299,43 @@ TEST_F(SlaveLinkTest, AnotherServiceIsAnErrorAtOnce) {
 }
 
 TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedToldAndNeverHandedOn) {
-  const StrangePeer peer;
+  const NearlyASlave peer;
   SlaveLink link(To(peer.address));
-  link.Start(&loop_.states, &loop_.commands);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().refused > 3; }));
   EXPECT_THAT(link.stats().trouble, HasSubstr("a state was refused: p_S_tip.x = nan"));
   EXPECT_EQ(link.stats().states, 0U);
   EXPECT_EQ(loop_.newest.received_at, Time{});
   EXPECT_FALSE(link.stats().connected);
+  EXPECT_TRUE(loop_.Until([&] { return peer.opened > 1; })) << "they do not keep the line alive";
+}
+
+// What the master goes by is read before each stream and again when a state tells of a change.
+TEST_F(SlaveLinkTest, SettingsAreReadBeforeTheStreamAndWhenTheyChange) {
+  slave_.set_settings_revision(4);
+  SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  const RemoteSettings* read = nullptr;
+  const auto is_read = [&](std::uint32_t revision) {
+    return [&, revision] {
+      if (const RemoteSettings* newer = loop_.settings.Take()) read = newer;
+      return read != nullptr && read->revision == revision;
+    };
+  };
+  ASSERT_TRUE(loop_.Until(is_read(4)));
+  EXPECT_EQ(read->force_limit, 3.3);
+  slave_.SetParameters({.force_limit = 0.7});
+  ASSERT_TRUE(loop_.Until(is_read(5)));
+  EXPECT_EQ(read->force_limit, 0.7);
+}
+
+TEST_F(SlaveLinkTest, TheEndOfTheStreamIsToldAtOnce) {
+  SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 3; }));
+  EXPECT_FALSE(loop_.newest.ended);
+  server_.reset();
+  EXPECT_TRUE(loop_.Until([&] { return loop_.newest.ended; }));
 }
 
 TEST_F(SlaveLinkTest, StoppingWithoutStartingAndTwiceIsFine) {

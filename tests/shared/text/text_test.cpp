@@ -47,6 +47,27 @@ TEST(ShownTest, IsShortAndMovesNoCursor) {
   EXPECT_EQ(Trimmed(" \ta b\r\n"), "a b");
 }
 
+// C0, DEL, C1 (U+009B begins a terminal's sequence), bidi overrides and isolates, line separators,
+// bytes that are no UTF-8. Letters of two, three and four bytes stay and count as one.
+TEST(PresentableTest, NothingMovesACursorOrTurnsTheWriting) {
+  EXPECT_EQ(Presentable("a\nb\x1b[2Jc\x7f", 20), "a b [2Jc ");
+  EXPECT_EQ(Presentable("a\xC2\x9B"
+                        "2Jb",
+                        20),
+            "a 2Jb");
+  EXPECT_EQ(Presentable("a\xE2\x80\xAE"
+                        "b\xE2\x81\xA6"
+                        "c\xE2\x80\xA8",
+                        20),
+            "a b c ");
+  EXPECT_EQ(Presentable("\xFF"
+                        "a",
+                        20),
+            " a");
+  const std::string letters = "\xC3\xA9\xE2\x82\xAC\xF0\x9F\x98\x80";
+  EXPECT_EQ(Presentable(letters + "x", 3), letters);
+}
+
 TEST_F(TextFileTest, WhatIsWrittenIsRead) {
   const std::string bytes("a\0\r\n", 4);
   WriteWholeFile(folder_ / "a", bytes);

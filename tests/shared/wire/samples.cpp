@@ -36,6 +36,7 @@ SlaveState FullState() {
   state.epoch = 3;
   state.offset = {0.5, 0.25, -0.125};
   state.phase = Phase::kFollowing;
+  state.settings_revision = 5;
   state.true_force = Eigen::Vector3d(-1, 2, 3);
   state.finger_count = 2;
   state.fingers[0] = {{0.5F, -0.25F, 0.125F}, Eigen::Vector3f(1, -2, 4), true, Validity::kValid};
@@ -55,6 +56,8 @@ OperatorCommand FullCommand() {
   command.energy_out = 0.25;
   command.state_sequence = 40;
   command.echo = At(1'700'000'000, 999'999'999);
+  command.settings_revision = 5;
+  command.stop = true;
   return command;
 }
 

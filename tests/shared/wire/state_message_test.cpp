@@ -153,8 +153,8 @@ TEST(StateMessageTest, AMeasurementThatIsNoNumberIsNotSent) {
 
 // Reference: contracts, at most 256 bytes for one contact. The largest planar state: every optional
 // field present, all ten events at once, no component zero within the plane, sequences of ten years
-// at 1 kHz, revision and epoch of ten months at ten a second. The force at a linear model's
-// reference is zero.
+// at 1 kHz, revision and epoch of ten months at ten a second, a hundred changes of settings.
+// The force at a linear model's reference is zero.
 TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
   SlaveState state = FullState();
   state.finger_count = 0;
@@ -171,6 +171,7 @@ TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
   state.offset = {0.1, 0.2, 0};
   state.epoch = state.local_model.revision = (1U << 28) - 1;
   state.check = FailedCheck::kTransfer;
+  state.settings_revision = 100;
   v1::SlaveState message;
   ToProto(state, &message);
   RecordProperty("bytes", static_cast<int>(message.ByteSizeLong()));

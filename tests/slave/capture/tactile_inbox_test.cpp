@@ -345,16 +345,32 @@ TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
     const auto refusal = inbox.Feed("rf", sequence, At(t), Reading(t), At(t), sender);
     return refusal ? refusal->why : "taken";
   };
-  EXPECT_EQ(feed(1, 0, 7), "taken");
-  EXPECT_EQ(feed(2, 0.01, 7), "taken");
-  EXPECT_THAT(feed(1, 0.02, 8), HasSubstr("is fed already: accepted is one stream"));
+  for (std::uint64_t i = 1; i <= 20; ++i) {
+    EXPECT_EQ(feed(i, 0.01 * static_cast<double>(i), 7), "taken");
+  }
+  EXPECT_THAT(feed(1, 0.21, 8), HasSubstr("is fed already: accepted is one stream"));
   inbox.Leave("rf", 8);  // not its own
-  EXPECT_EQ(feed(3, 0.03, 7), "taken");
-  EXPECT_THAT(feed(1, 1.02, 8), HasSubstr("is fed already"));
-  EXPECT_EQ(feed(1, 1.04, 8), "taken");  // whatever the sequence and clock of the other
-  EXPECT_THAT(feed(4, 1.05, 7), HasSubstr("is fed already"));
+  EXPECT_EQ(feed(21, 0.22, 7), "taken");
+  EXPECT_THAT(feed(1, 1.21, 8), HasSubstr("is fed already"));
+  EXPECT_EQ(feed(1, 1.23, 8), "taken");  // whatever the sequence and clock of the other
+  EXPECT_THAT(feed(22, 1.24, 7), HasSubstr("is fed already"));
   inbox.Leave("rf", 8);
-  EXPECT_EQ(feed(1, 1.06, 9), "taken");
+  EXPECT_EQ(feed(1, 1.25, 9), "taken");
+}
+
+// One sample per 0.9 s, or the same one again and again, is no driver: the one at 100 Hz comes in
+// within ten of its periods, and stays.
+TEST(TactileInboxTest, WhoSendsNowAndThenKeepsNoDriverOut) {
+  TactileInbox inbox(Scened({"rf"}));
+  const auto takes = [&](double sensed, double t, TactileInbox::SenderId sender) {
+    return !inbox.Feed("rf", 0, At(sensed), Reading(t), At(t), sender);
+  };
+  EXPECT_TRUE(takes(0, 0, 1));
+  EXPECT_TRUE(takes(0.9, 0.9, 1));
+  EXPECT_TRUE(takes(0.9, 0.99, 1)) << "the same again";
+  EXPECT_FALSE(takes(0.95, 0.95, 2));
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(takes(1.01 + 0.01 * i, 1.01 + 0.01 * i, 2)) << i;
+  EXPECT_FALSE(takes(2.2, 2.2, 1));
 }
 
 TEST(TactileInboxTest, AStopEndsTheWait) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <thread>
 
 namespace palpate {
 namespace {
@@ -75,6 +76,11 @@ ParameterChange FakeSlave::parameters() const {
 void FakeSlave::set_has_camera(bool has_camera) {
   const std::scoped_lock lock(mutex_);
   has_camera_ = has_camera;
+}
+
+void FakeSlave::set_settings_revision(std::uint32_t revision) {
+  const std::scoped_lock lock(mutex_);
+  state_.settings_revision = revision;
 }
 
 void FakeSlave::TakeTactile(const std::vector<std::string>& fingers) {
@@ -163,6 +169,7 @@ SlaveDescription FakeSlave::Describe() const {
   const std::scoped_lock lock(mutex_);
   SlaveDescription description;
   description.scene.name = "spring-surface";
+  description.settings_revision = state_.settings_revision;
   description.scene.object.geometry = RectangleGeometry{0.088, 0.088, 0.009};
   description.scene.object.material = {127e3, 0.49, 1050, 0};
   if (has_camera_ && !tactile_) description.scene.sense.Set(CameraOptions{.camera = Camera{}});
@@ -190,7 +197,11 @@ SlaveStatus FakeSlave::Status() const {
   return status;
 }
 
-void FakeSlave::SetModel(const ModelChange& change) {
+void FakeSlave::SetModel(const ModelChange& change, const GivenUp& given_up) {
+  while (makes_for_ever_ && !given_up()) {
+    is_making_ = true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
   const std::scoped_lock lock(mutex_);
   if (!change.kind.empty() && change.kind != "bem2d") {
     throw std::invalid_argument("kind = " + change.kind + ": accepted is bem2d");
@@ -201,6 +212,7 @@ void FakeSlave::SetModel(const ModelChange& change) {
 void FakeSlave::SetParameters(const ParameterChange& change) {
   const std::scoped_lock lock(mutex_);
   parameters_ = change;
+  ++state_.settings_revision;
 }
 
 void FakeSlave::Reset() {

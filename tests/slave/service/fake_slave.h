@@ -2,6 +2,7 @@
 // service, link and clients.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -34,6 +35,11 @@ class FakeSlave : public Slave {
   [[nodiscard]] std::string stop_reason() const;
   [[nodiscard]] ParameterChange parameters() const;
   void set_has_camera(bool has_camera);
+  // Making a model takes until it is given up.
+  void MakeModelsForEver() { makes_for_ever_ = true; }
+  [[nodiscard]] bool is_making() const { return is_making_; }
+  // As after a change of settings.
+  void set_settings_revision(std::uint32_t revision);
   // From now on the scene has fingertips whose samples are streamed, each of which feels what the
   // tool feels, and the object is a triangle.
   void TakeTactile(const std::vector<std::string>& fingers);
@@ -48,7 +54,7 @@ class FakeSlave : public Slave {
   SlaveDescription Describe() const override;
   SlaveStatus Status() const override;
   // `bem2d` or empty is accepted; while following: std::logic_error.
-  void SetModel(const ModelChange& change) override;
+  void SetModel(const ModelChange& change, const GivenUp& given_up = {}) override;
   void SetParameters(const ParameterChange& change) override;
   void Reset() override;
   void EmergencyStop(const std::string& reason) override;
@@ -57,6 +63,7 @@ class FakeSlave : public Slave {
   TactileInbox* tactile_inbox() override;
 
  private:
+  std::atomic<bool> makes_for_ever_{false}, is_making_{false};
   mutable std::mutex mutex_;  // guards everything below
   std::condition_variable sensed_;
   SlaveState state_;

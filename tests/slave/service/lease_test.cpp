@@ -54,6 +54,22 @@ TEST_F(LeaseTest, ASilentHolderGivesWayToTheNextWhoAsks) {
   EXPECT_EQ(slave_.begins(), 2);
 }
 
+// A malformed command, a refused one and a replayed one come all the time: they keep nothing.
+TEST_F(LeaseTest, OnlyValidNewerCommandsKeepTheLease) {
+  const auto ticket = Take("broken");
+  v1::OperatorCommand good, malformed, refused;
+  good.set_sequence(7);
+  refused.set_sequence(8);
+  refused.mutable_p_m()->set_x(50);  // farther than the slave goes
+  lease_.Command(ticket, good);
+  const Time begin = Clock::now();
+  while (Clock::now() - begin < kSilence) {
+    for (const auto& command : {malformed, refused, good}) lease_.Command(ticket, command);
+    std::this_thread::sleep_for(kSilence / 20);
+  }
+  EXPECT_NE(Take("patient"), 0U);
+}
+
 TEST_F(LeaseTest, ANameIsCutBetweenCharactersAndNotWithinOne) {
   const auto ticket = Take("a");
   v1::OperatorCommand command;

@@ -176,9 +176,21 @@ TEST_F(OperateTest, AnEmergencyStopIsToldAndStaysUntilReset) {
   {
     grpc::ClientContext context;
     v1::Status reply;
-    ASSERT_TRUE(stub->Reset(&context, {}, &reply).ok());
+    ASSERT_TRUE(ada.stub().Reset(&context, {}, &reply).ok());
     EXPECT_EQ(reply.phase(), v1::PHASE_READY);
   }
+}
+
+TEST_F(OperateTest, TheOperatorStopsByACommandWhateverElseItSays) {
+  Operator ada(Connect());
+  ada.Hold(0, "Ada");
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
+  v1::OperatorCommand broken;  // no sequence, no place
+  broken.mutable_p_m()->set_x(std::numeric_limits<double>::quiet_NaN());
+  broken.set_stop(true);
+  ada.Send(broken);
+  EXPECT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_ESTOP; }));
+  EXPECT_THAT(slave_.stop_reason(), HasSubstr("by the operator, Ada (ipv4:127.0.0.1:"));
 }
 
 TEST_F(OperateTest, AStoppingServerEndsTheStreamAsUnavailable) {

@@ -89,24 +89,49 @@ TEST_F(ServerTest, TheCapabilitiesAreTold) {
 
 TEST_F(ServerTest, ErrorsOfTheSlaveArriveAsACodeAndTheSameSentence) {
   const auto stub = Connect();
-  const auto set_model = [&](const std::string& kind) {
+  const auto set_model = [&](v1::Teleoperation::Stub& caller, const std::string& kind) {
     grpc::ClientContext context;
     v1::SetModelRequest request;
     request.set_kind(kind);
     v1::SettingsReply reply;
-    return stub->SetModel(&context, request, &reply);
+    return caller.SetModel(&context, request, &reply);
   };
-  EXPECT_TRUE(set_model("bem2d").ok());
-  const grpc::Status unknown = set_model("magic");
+  EXPECT_TRUE(set_model(*stub, "bem2d").ok());
+  const grpc::Status unknown = set_model(*stub, "magic");
   EXPECT_EQ(unknown.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(unknown.error_message(), "kind = magic: accepted is bem2d");
 
   Operator ada(Connect());
   ada.Hold(0);
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
-  const grpc::Status not_now = set_model("bem2d");
+  const grpc::Status not_now = set_model(ada.stub(), "bem2d");
   EXPECT_EQ(not_now.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(not_now.error_message(), "an operator follows");
+}
+
+// What a stranger may change while somebody operates: nothing. But anybody may stop.
+TEST_F(ServerTest, WhileSomebodyOperatesOnlyTheOperatorChangesSettings) {
+  Operator ada(Connect());
+  ada.Hold(0, "Ada");
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
+  const auto stub = Connect();
+  const auto refusals = [&](v1::Teleoperation::Stub& caller) {
+    v1::SetParametersRequest softer;
+    softer.set_young_modulus(1e13);
+    v1::SettingsReply settings;
+    v1::Status status;
+    grpc::ClientContext for_parameters, for_reset;
+    return std::vector{caller.SetParameters(&for_parameters, softer, &settings),
+                       caller.Reset(&for_reset, {}, &status)};
+  };
+  for (const grpc::Status& refused : refusals(*stub)) {
+    EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+    EXPECT_THAT(refused.error_message(), HasSubstr("than the operator, Ada (ipv4:127.0.0.1:"));
+  }
+  EXPECT_FALSE(slave_.parameters().young_modulus.has_value());
+  for (const grpc::Status& answer : refusals(ada.stub())) EXPECT_TRUE(answer.ok());
+  EXPECT_TRUE(ada.Leave().ok());
+  for (const grpc::Status& answer : refusals(*stub)) EXPECT_TRUE(answer.ok()) << "nobody operates";
 }
 
 TEST_F(ServerTest, ParametersArriveAndTheSceneInForceComesBack) {

@@ -88,6 +88,8 @@ class Operator {
     v1::SlaveState state;
     return stream_->Read(&state) ? std::optional(state) : std::nullopt;
   }
+  // The same connection for other calls.
+  v1::Teleoperation::Stub& stub() { return *stub_; }
   // Reads until `wanted` holds for a state; nullopt: the stream ended first.
   std::optional<v1::SlaveState> ReadUntil(
       const std::function<bool(const v1::SlaveState&)>& wanted) {

@@ -31,7 +31,9 @@ class PointsSenseTest : public ::testing::Test {
  protected:
   PointsSenseTest() {
     world_->Show({});
-    slave_ = Watching(MembraneScene(), world_);
+    Scene scene = MembraneScene();
+    scene.manipulator.blind_after = kPatience;  // the hand moves on while pictures fail
+    slave_ = Watching(scene, world_);
   }
 
   SlaveState Until(const std::function<bool(const SlaveState&)>& reached) {
@@ -49,6 +51,11 @@ class PointsSenseTest : public ::testing::Test {
   // A force by the newest pictures: what was taken before `since` does not count.
   SlaveState UntilFelt(double least) {
     return Until([&](const SlaveState& s) { return s.force && s.force->norm() > least; });
+  }
+  // Nothing presses any more, and the eyes have seen it.
+  void UntilLeft() {
+    world_->Show({});
+    Until([](const SlaveState& s) { return IsValid(s) && !(s.depth > 0); });
   }
   static bool IsValid(const SlaveState& s) { return s.validity == Validity::kValid; }
 
@@ -137,10 +144,11 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
   world_->FallSilent();
   std::this_thread::sleep_for(std::chrono::milliseconds(50));  // what was under way arrives
   const Time last = slave_->Compose(Clock::now()).sensed_at;
-  // Sideways by 10 mm and 0.3 mm deep, in hand's axes: x and z are those of S.
+  // Sideways by 10 mm and 0.3 mm deep, in hand's axes: x and z are those of S; in small steps.
   const double height = normal.dot(home.p_S_tip - home.local_model.reference);
-  command.p_M = Vector3d(0.010, 0, -height - 0.0003);
+  const Vector3d way(0.010, 0, -height - 0.0003);
   const SlaveState deep = Until([&](const SlaveState& s) {
+    command.p_M += 0.02 * (way - command.p_M);
     follow(s);
     return s.local_model.in_contact && s.local_model.reference.x() > 0.0099;
   });
@@ -162,15 +170,17 @@ TEST_F(PointsSenseTest, CoveredEyesAreALossAndNoForce) {
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kTrackingRegained));
 }
 
-TEST_F(PointsSenseTest, AResetTakesTheRestFrameAnew) {
+// What presses would be taken for rest, and no longer be felt.
+TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFrameAnew) {
   Until(IsValid);
   world_->Show({4.0, {0, 0}, false});
   UntilFelt(1.0);
+  EXPECT_THROW(slave_->Reset(), std::logic_error);
+  EXPECT_GT(Until(IsValid).force->norm(), 1.0);
+  UntilLeft();
   slave_->Reset();
-  // What presses now is taken for rest.
-  const SlaveState state =
-      Until([](const SlaveState& s) { return IsValid(s) && s.force && s.force->norm() < 0.1; });
-  EXPECT_TRUE(state.force.has_value());
+  world_->Show({4.0, {0, 0}, false});
+  EXPECT_GT(UntilFelt(1.0).force->norm(), 1.0);
 }
 
 TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
@@ -179,10 +189,14 @@ TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
   const double before = UntilFelt(1.0).force->norm();
   ParameterChange softer;
   softer.young_modulus = 13.6e6;
+  EXPECT_THROW(slave_->SetParameters(softer), std::logic_error) << "the object is pressed";
+  UntilLeft();
   slave_->SetParameters(softer);
-  const SlaveState soft =
-      Until([&](const SlaveState& s) { return s.force && s.force->norm() < 0.6 * before; });
+  world_->Show({4.0, {0, 0}, false});
+  const SlaveState soft = UntilFelt(0.45 * before);
   EXPECT_NEAR(soft.force->norm() / before, 0.5, 0.03);
+  EXPECT_THROW(slave_->SetModel({"plate-large", 0, "", ""}), std::logic_error);
+  UntilLeft();
   slave_->SetModel({"plate-large", 0, "", ""});
   EXPECT_EQ(slave_->Describe().sense.model.kind, "plate-large");
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kModelChanged));

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -15,7 +16,8 @@ using Eigen::Vector3d;
 class PerfectManipulator : public Manipulator {
  public:
   bool Command(const Vector3d& p_S_target) noexcept override {
-    tip_ = p_S_target;
+    if (moves) tip_ = p_S_target;
+    target = p_S_target;
     ++commands_;
     return true;
   }
@@ -24,6 +26,8 @@ class PerfectManipulator : public Manipulator {
   [[nodiscard]] bool at_limit() const noexcept override { return false; }
   [[nodiscard]] bool carries_tool() const noexcept override { return true; }
   void Place(const Vector3d& p_S) { tip_ = p_S; }
+  bool moves = true;
+  Vector3d target{0, 0, 0};
   [[nodiscard]] int commands() const { return commands_; }
   [[nodiscard]] int holds() const { return holds_; }
 
@@ -45,14 +49,15 @@ class OperatorPortTest : public ::testing::Test {
     return command;
   }
   bool Send(const OperatorCommand& command) { return port_.Command(command, now_); }
-  void Wait(double seconds) {
+  void Wait(double seconds, const Feeling& feeling = {Vector3d::Zero()}) {
     now_ += Seconds(seconds);
-    port_.Watch(now_, Vector3d::Zero());
+    port_.Watch(now_, feeling);
   }
 
   PerfectManipulator arm_;
   TeleopTransform transform_{0.5, 2.0, Eigen::Matrix3d::Identity(), Vector3d::Zero()};
-  OperatorPort port_{arm_, transform_};
+  ManipulatorOptions limits_{.max_speed = 10};
+  OperatorPort port_{arm_, transform_, limits_};
   Time now_ = Time{} + Seconds(100);
   std::uint64_t sequence_ = 0;
 };
@@ -218,14 +223,137 @@ TEST_F(OperatorPortTest, AScaleChangedInAShortSilenceNeedsANewEpoch) {
 TEST_F(OperatorPortTest, EnergyIsForceTimesWay) {
   Send(Next({0, 0, 0}));
   const Vector3d force(0, 2, 0);
-  port_.Watch(now_, force);
+  port_.Watch(now_, {force});
   Send(Next({0, -0.02, 0}));  // 1 cm at the tool, against the force
-  port_.Watch(now_, force);
+  port_.Watch(now_, {force});
   EXPECT_NEAR(port_.view().energy_in, 0.02, 1e-12);
   Send(Next({0, -0.01, 0}));
-  port_.Watch(now_, force);
+  port_.Watch(now_, {force});
   EXPECT_NEAR(port_.view().energy_in, 0.02, 1e-12);
   EXPECT_NEAR(port_.view().energy_out, 0.01, 1e-12);
+}
+
+// 20 mm/s: 4 mm in the 0.2 s that a command may lead.
+class GuardedPortTest : public OperatorPortTest {
+ protected:
+  GuardedPortTest() { Use({.max_speed = 0.020}); }
+  void Use(const ManipulatorOptions& limits) {
+    guarded_.emplace(arm_, TeleopTransform(), limits);
+    guarded_->BeginOperating();
+    guarded_->Watch(now_, {Vector3d::Zero()});
+    EXPECT_TRUE(Send(Next({0, 0, 0})));
+  }
+  bool Send(const OperatorCommand& command) { return guarded_->Command(command, now_); }
+  // At 2 mm/s down for `seconds`, as felt meanwhile.
+  void Press(double seconds, const Feeling& feeling) {
+    for (double t = 0; t < seconds; t += 0.002) {
+      now_ += Seconds(0.002);
+      y_ -= 4e-6;
+      Send(Next({0, y_, 0}, true, epoch_));
+      guarded_->Watch(now_, feeling);
+    }
+  }
+  Phase phase() const { return guarded_->view().phase; }
+
+  std::optional<OperatorPort> guarded_;
+  double y_ = 0;
+  std::uint32_t epoch_ = 1;
+};
+
+TEST_F(GuardedPortTest, ALeapBeyondTheArmIsRefusedAndNeedsANewEngagement) {
+  const Vector3d tip = arm_.Tip();
+  EXPECT_TRUE(Send(Next({0, -0.0035, 0})));
+  EXPECT_FALSE(Send(Next({0, -0.020, 0})));
+  EXPECT_LT((arm_.Tip() - tip).norm(), 0.004);
+  EXPECT_EQ(phase(), Phase::kHold);
+  EXPECT_TRUE(guarded_->TakeEvents().Has(Event::kCommandRefused));
+  EXPECT_TRUE(Send(Next({0, -0.0035, 0})));
+  EXPECT_EQ(phase(), Phase::kHold) << "not in the old epoch";
+  EXPECT_TRUE(Send(Next({0, -0.020, 0}, true, 2)));
+  EXPECT_EQ(phase(), Phase::kFollowing);
+  EXPECT_FALSE(Send(Next({0, -99, 0}, true, 2))) << "100 m are a number, and no place";
+}
+
+TEST_F(GuardedPortTest, AHandFasterThanTheArmIsNoHand) {
+  OperatorCommand command = Next({0, 0, 0});
+  command.velocity = {0, -0.030, 0};
+  EXPECT_TRUE(Send(command));
+  command = Next({0, 0, 0});
+  command.velocity = {0, -0.050, 0};
+  EXPECT_FALSE(Send(command));
+  EXPECT_EQ(phase(), Phase::kHold);
+}
+
+TEST_F(GuardedPortTest, MotionEndsWhenTheForceHasBeenUnknownForTooLong) {
+  Press(0.240, {std::nullopt});
+  EXPECT_EQ(phase(), Phase::kFollowing);
+  Press(0.030, {std::nullopt});
+  EXPECT_EQ(phase(), Phase::kHold);
+  EXPECT_TRUE(guarded_->TakeEvents().Has(Event::kHold));
+  const Vector3d tip = arm_.Tip();
+  epoch_ = 2;
+  Press(0.020, {std::nullopt});
+  EXPECT_EQ(phase(), Phase::kHold) << "engaging anew makes nothing known";
+  EXPECT_LT((arm_.Tip() - tip).norm(), 1e-4);
+}
+
+TEST_F(GuardedPortTest, AForceBeyondTheGuardHoldsUntilTheToolIsDrawnBack) {
+  Use({.max_speed = 0.020, .force_guard = 2});
+  const Feeling light{Vector3d(0, 1.9, 0), 1e-3, {0, 1, 0}},
+      heavy{Vector3d(0, 2.1, 0), 1e-3, {0, 1, 0}};
+  Press(0.1, light);
+  EXPECT_EQ(phase(), Phase::kFollowing);
+  Press(0.004, heavy);
+  EXPECT_EQ(phase(), Phase::kHold);
+  EXPECT_TRUE(guarded_->TakeEvents().Has(Event::kLimit));
+  const double held = arm_.Tip().y();
+  epoch_ = 2;
+  Press(0.1, heavy);
+  EXPECT_NEAR(arm_.Tip().y(), held, 1e-5) << "no deeper";
+  Send(Next({0, 0, 0}, true, 3));
+  Send(Next({0, 0.002, 0}, true, 3));
+  EXPECT_NEAR(arm_.Tip().y(), held + 0.002, 1e-5) << "back is free";
+  EXPECT_EQ(phase(), Phase::kFollowing);
+}
+
+TEST_F(GuardedPortTest, ADepthBeyondTheGuardRetractsToTheSurfaceWhereTheSceneSaysSo) {
+  Use({.max_speed = 0.020, .depth_guard = 2e-3, .guard_retracts = true});
+  Press(0.1, {Vector3d(0, 1, 0), 1.9e-3, {0, 1, 0}});
+  EXPECT_EQ(phase(), Phase::kFollowing);
+  arm_.moves = false;  // it takes its time
+  const double deepest = arm_.Tip().y();
+  Press(0.004, {Vector3d(0, 1, 0), 2.1e-3, {0, 1, 0}});
+  EXPECT_EQ(phase(), Phase::kHold);
+  EXPECT_NEAR(arm_.target.y(), deepest + 2.1e-3, 1e-5);
+  const int holds = arm_.holds();
+  epoch_ = 2;
+  Press(0.02, {Vector3d(0, 1, 0), 2.1e-3, {0, 1, 0}});
+  EXPECT_EQ(arm_.holds(), holds) << "it goes on back, whatever the operator says";
+  guarded_->EmergencyStop();
+  EXPECT_GT(arm_.holds(), holds) << "but for the emergency stop";
+}
+
+// The way down is dead, the way up is not: commands come that tell of no newer state.
+TEST_F(GuardedPortTest, AnOperatorWhoFeelsNothingIsHeld) {
+  const auto tell = [this](std::uint64_t state) {
+    OperatorCommand command = Next({0, 0, 0}, true, epoch_);
+    command.state_sequence = state;
+    Send(command);
+    now_ += Seconds(0.010);
+    guarded_->Watch(now_, {Vector3d::Zero()});
+  };
+  for (std::uint64_t state = 1; state < 50; ++state) tell(state);
+  EXPECT_EQ(phase(), Phase::kFollowing);
+  for (int i = 0; i < 12; ++i) tell(49);
+  EXPECT_EQ(phase(), Phase::kHold);
+  EXPECT_TRUE(guarded_->TakeEvents().Has(Event::kHold));
+  tell(60);
+  tell(61);
+  EXPECT_EQ(phase(), Phase::kFollowing) << "a short while ends by itself";
+  for (int i = 0; i < 40; ++i) tell(61);
+  tell(90);
+  tell(91);
+  EXPECT_EQ(phase(), Phase::kHold) << "a long one needs an act";
 }
 
 // The eyes define S: with encoders that are off by a constant, targets still mean what the eyes

@@ -1,0 +1,39 @@
+#include "master/view/keys.h"
+
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include <poll.h>
+#include <unistd.h>
+
+namespace palpate {
+namespace {
+
+constexpr int kPatience = 100;  // between looks whether to end [ms]
+
+// A line of the terminal, or what came of it; empty: none within the patience.
+std::string_view Line(std::array<char, 256>* buffer) {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  if (poll(&input, 1, kPatience) <= 0 || (input.revents & POLLIN) == 0) return {};
+  const ssize_t size = read(STDIN_FILENO, buffer->data(), buffer->size());
+  return size > 0 ? std::string_view(buffer->data(), static_cast<std::size_t>(size))
+                  : std::string_view();
+}
+
+}  // namespace
+
+// Whatever is no wish to reset stops: a hand that strikes the keyboard means it.
+Keys::Keys(std::function<void()> stop, std::function<void()> reset) {
+  if (isatty(STDIN_FILENO) == 0) return;
+  thread_ = std::jthread(
+      [stop = std::move(stop), reset = std::move(reset)](const std::stop_token& ended) {
+        std::array<char, 256> buffer{};
+        while (!ended.stop_requested()) {
+          const std::string_view line = Line(&buffer);
+          if (!line.empty()) (line == "r\n" ? reset : stop)();
+        }
+      });
+}
+
+}  // namespace palpate

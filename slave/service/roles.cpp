@@ -1,0 +1,112 @@
+#include "slave/service/roles.h"
+
+#include <algorithm>
+#include <array>
+
+#include <spdlog/spdlog.h>
+
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::string_view kScheme = "palpate://";
+constexpr std::string_view kOurs = "/palpate.v1.Teleoperation/";
+constexpr std::size_t kLongestName = 64;  // [characters]
+
+constexpr unsigned kOperator = 1, kObserver = 2, kSensor = 4, kArm = 8, kAdmin = 16;
+constexpr unsigned kWatches = kOperator | kObserver | kAdmin;
+constexpr unsigned kAnybody = kWatches | kSensor | kArm;
+
+struct RoleName {
+  std::string_view name;
+  unsigned role;
+};
+constexpr std::array<RoleName, 5> kRoles{{{"operator", kOperator},
+                                          {"observer", kObserver},
+                                          {"sensor", kSensor},
+                                          {"arm", kArm},
+                                          {"admin", kAdmin}}};
+
+struct Rule {
+  std::string_view method;  // of ours
+  unsigned roles;
+  bool is_logged;
+};
+constexpr std::array<Rule, 12> kRules{{{"GetScene", kAnybody, false},
+                                       {"GetStatus", kAnybody, false},
+                                       {"GetCapabilities", kAnybody, false},
+                                       {"Operate", kOperator, true},
+                                       {"WatchState", kWatches, false},
+                                       {"WatchMesh", kWatches, false},
+                                       {"WatchVideo", kWatches, false},
+                                       {"SetModel", kOperator | kAdmin, true},
+                                       {"SetParameters", kOperator | kAdmin, true},
+                                       {"Reset", kOperator | kAdmin, true},
+                                       {"Stop", kAnybody, true},
+                                       {"FeedTactile", kSensor, true}}};
+constexpr std::string_view kHealth = "/grpc.health.v1.Health/";
+constexpr std::string_view kReflection = "/grpc.reflection.v1alpha.ServerReflection/";
+
+unsigned RoleOf(std::string_view name) {
+  const auto* found = std::ranges::find(kRoles, name, &RoleName::name);
+  return found == kRoles.end() ? 0 : found->role;
+}
+
+Rule RuleOf(std::string_view path) {
+  if (path.starts_with(kHealth)) return {"", kAnybody, false};
+  if (path.starts_with(kReflection)) return {"", kAdmin, false};
+  if (!path.starts_with(kOurs)) return {"", 0, false};
+  const auto* found = std::ranges::find(kRules, path.substr(kOurs.size()), &Rule::method);
+  return found == kRules.end() ? Rule{"", 0, false} : *found;
+}
+
+class Processor final : public grpc::AuthMetadataProcessor {
+ public:
+  bool IsBlocking() const override { return false; }
+  grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context,
+                       OutputMetadata* /*consumed*/, OutputMetadata* /*response*/) override {
+    const auto found = metadata.find(":path");
+    const std::string path =
+        found == metadata.end() ? "" : std::string(found->second.data(), found->second.size());
+    const Identity who = IdentityOf(*context);
+    const std::string said = Presentable(path, kLongestName);
+    if (!MayCall(who.role, path)) {
+      spdlog::warn("audit: {} {} was refused {}", who.role, who.name, said);
+      return {grpc::StatusCode::PERMISSION_DENIED,
+              "role '" + who.role + "' may not call " + said + ": see slave/service/roles.cpp"};
+    }
+    if (RuleOf(path).is_logged) spdlog::info("audit: {} {} called {}", who.role, who.name, said);
+    return grpc::Status::OK;
+  }
+};
+
+}  // namespace
+
+Identity ParseIdentity(std::string_view alternative_name) {
+  if (!alternative_name.starts_with(kScheme)) return {};
+  alternative_name.remove_prefix(kScheme.size());
+  const auto slash = alternative_name.find('/');
+  if (slash == std::string_view::npos) return {};
+  const std::string_view role = alternative_name.substr(0, slash);
+  if (RoleOf(role) == 0) return {};
+  return {std::string(role), Presentable(alternative_name.substr(slash + 1), kLongestName)};
+}
+
+Identity IdentityOf(const grpc::AuthContext& context) {
+  for (const auto& name : context.FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME)) {
+    const Identity identity = ParseIdentity({name.data(), name.size()});
+    if (!identity.role.empty()) return identity;
+  }
+  return {};
+}
+
+bool MayCall(std::string_view role, std::string_view path) {
+  return (RuleOf(path).roles & RoleOf(role)) != 0;
+}
+
+std::shared_ptr<grpc::AuthMetadataProcessor> RoleCheck() {
+  return std::make_shared<Processor>();
+}
+
+}  // namespace palpate

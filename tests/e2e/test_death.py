@@ -1,0 +1,109 @@
+"""When anything dies, stalls or is stopped: what the hand gets, and what must be done to go on."""
+import csv
+import json
+import pathlib
+import signal
+import subprocess
+import tempfile
+import unittest
+
+from programs import BARE, BLOCK, MASTER, PATIENCE, SLAVE, Slave, wait_until
+
+# By design the force is gone 80 ms after the last state; the rest is for ticks that the machine loses.
+LONGEST = 0.100  # [s]
+
+
+class Death(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.out = pathlib.Path(self.folder.name)
+
+    def operate(self, address, seconds):
+        master = subprocess.Popen(
+            [MASTER, "connect", address, "--duration", str(seconds), "--report", str(self.out / "report.json"),
+             "--log", str(self.out / "log.csv")],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=BARE)
+        self.addCleanup(master.kill)
+        return master
+
+    def rows(self):
+        """What is whole of the log so far."""
+        try:
+            text = (self.out / "log.csv").read_text()
+        except FileNotFoundError:
+            return []
+        return list(csv.DictReader(text[:text.rfind("\n") + 1].splitlines()))
+
+    @staticmethod
+    def force(row):
+        return max(abs(float(row[f"sent_{axis}"])) for axis in "xyz")
+
+    def pressed(self, since=0):
+        return wait_until(lambda: any(self.force(row) > 0.3 for row in self.rows()[-200:])
+                          and len(self.rows()) > since)
+
+    def finish(self, master):
+        master.wait(timeout=PATIENCE)
+        self.assertEqual(master.returncode, 0)
+        for row in self.rows():
+            if self.force(row) > 0:
+                self.assertLessEqual(float(row["age_s"]), LONGEST, row)
+        return json.loads((self.out / "report.json").read_text())
+
+    def again(self, address):
+        """The address of a slave that listens where another did."""
+        return Slave(command=[SLAVE, "serve", BLOCK, "--listen", address])
+
+    def test_a_killed_slave_lets_the_hand_go_and_its_successor_needs_an_engagement(self):
+        with Slave() as slave:
+            master = self.operate(slave.address, 12)
+            self.assertTrue(self.pressed())
+            slave.process.kill()
+            slave.process.communicate()
+        known = len(self.rows())
+        with self.again(slave.address):
+            self.assertTrue(self.pressed(since=known + 1000))
+            report = self.finish(master)
+        self.assertEqual(report["reconnects"], 1)
+        self.assertGreaterEqual(report["epochs"], 2)
+        self.assertIn("ended", report["reasons"])
+
+    def test_a_stalled_slave_lets_the_hand_go(self):
+        with Slave() as slave:
+            master = self.operate(slave.address, 10)
+            self.assertTrue(self.pressed())
+            known = len(self.rows())
+            slave.process.send_signal(signal.SIGSTOP)
+            self.assertTrue(wait_until(lambda: any(row["state"] != "FOLLOWING" and self.force(row) == 0
+                                                   for row in self.rows()[known:])))
+            self.assertTrue(wait_until(lambda: len(self.rows()) > known + 700))
+            slave.process.send_signal(signal.SIGCONT)
+            report = self.finish(master)
+        self.assertGreaterEqual(report["epochs"], 2, "it went on only after another engagement")
+
+    def test_an_emergency_stop_of_the_operator_outlives_the_slave(self):
+        state = self.out / "state"
+        state.mkdir()
+        with Slave(BLOCK, "--state-dir", state) as slave:
+            master = self.operate(slave.address, 120)
+            self.assertTrue(self.pressed())
+            master.send_signal(signal.SIGUSR1)
+            self.assertTrue(wait_until(lambda: self.rows() and self.rows()[-1]["state"] == "ESTOP"))
+            self.assertTrue(wait_until(lambda: list(state.iterdir())), "it is kept")
+            slave.process.kill()
+            slave.process.communicate()
+        with Slave(command=[SLAVE, "serve", BLOCK, "--listen", slave.address, "--state-dir", state]):
+            self.assertTrue(wait_until(lambda: 0 < float(self.rows()[-1]["age_s"]) < LONGEST), "it is there again")
+            known = len(self.rows())
+            self.assertTrue(wait_until(lambda: len(self.rows()) > known + 1000))
+            self.assertEqual(self.rows()[-1]["state"], "ESTOP")
+            master.send_signal(signal.SIGUSR2)
+            self.assertTrue(wait_until(lambda: self.rows()[-1]["state"] != "ESTOP"))
+            master.send_signal(signal.SIGINT)
+            self.finish(master)
+        self.assertFalse(list(state.iterdir()), "the reset is kept, too")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

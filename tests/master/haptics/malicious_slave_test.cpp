@@ -1,0 +1,154 @@
+// A slave that means harm, one row each: whatever it says, the hand gets no more force, no faster
+// change and no more energy than the master's own limits allow.
+#include <cmath>
+#include <functional>
+#include <ostream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "master/device/sim_hand.h"
+#include "tests/master/haptics/rig.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kForceLimit = 3.3;    // [N]
+constexpr double kSlewLimit = 0.2;     // [N/ms]
+constexpr double kEnergyLimit = 1e-3;  // [J]
+
+using Lie = std::function<void(SlaveState*, int n)>;  // n: states since the beginning
+
+struct Row {
+  std::string name;
+  Lie lie;
+  RenderMode render = RenderMode::kLocal;
+  RemoteSettings settings = {0, {}, 1e9};
+};
+void PrintTo(const Row& row, std::ostream* out) {
+  *out << row.name;
+}
+
+Lie Stiffness(double K) {
+  return [K](SlaveState* s, int) { s->local_model.stiffness(1, 1) = K; };
+}
+Lie Alternating(double K) {
+  return [K](SlaveState* s, int n) {
+    s->local_model.stiffness(1, 1) = n % 2 == 0 ? K : -K;
+    s->local_model.revision = static_cast<std::uint32_t>(n + 2);
+  };
+}
+// A new model each time: `change` of it.
+Lie Restless(std::function<void(LocalModel*, int n)> change) {
+  return [change = std::move(change)](SlaveState* s, int n) {
+    s->local_model.stiffness = 600 * Eigen::Matrix3d::Identity();
+    s->local_model.in_contact = true;
+    s->local_model.revision = static_cast<std::uint32_t>(n + 2);
+    change(&s->local_model, n);
+  };
+}
+Lie Force(double first, double second) {
+  return
+      [=](SlaveState* s, int n) { s->force = Eigen::Vector3d(0, n % 8 < 4 ? first : second, 0); };
+}
+int Sign(int n) {
+  return n % 2 == 0 ? 1 : -1;
+}
+RemoteSettings Scaled(double force_scale) {
+  RemoteSettings settings{0, {}, 1e9};
+  settings.transform.force_scale = force_scale;
+  return settings;
+}
+Eigen::Vector3d Turned(int n) {
+  return {std::sin(0.3 * n), std::cos(0.3 * n), 0};
+}
+
+const std::vector<Row> kRows{
+    {"honest", [](SlaveState*, int) {}},
+    {"force_limit_1e9_and_K_1e6", Stiffness(1e6)},
+    {"K_1e12", Stiffness(1e12)},
+    {"K_2000", Stiffness(2000)},
+    {"K_alternates", Alternating(1e5)},
+    {"K_alternates_softly", Alternating(1500)},
+    {"K_minus_5e4", Stiffness(-5e4)},
+    {"K_minus_2e3", Stiffness(-2e3)},
+    {"skew_K",
+     [](SlaveState* s, int) {
+       s->local_model.stiffness(0, 1) = 3e3;
+       s->local_model.stiffness(1, 0) = -3e3;
+     }},
+    {"force_scale_1e9", Stiffness(1e6), RenderMode::kLocal, Scaled(1e9)},
+    {"reference_jumps_along",
+     Restless([](LocalModel* m, int n) { m->reference.x() += 0.5 * Sign(n); })},
+    {"reference_jumps_across",
+     Restless([](LocalModel* m, int n) { m->reference.y() += 0.01 * Sign(n / 16); })},
+    {"surface_beats",
+     Restless([](LocalModel* m, int n) { m->reference.y() += 0.005 * std::sin(0.12 * n); })},
+    {"surface_flees",
+     Restless([](LocalModel* m, int n) { m->reference.y() += n % 100 < 50 ? 0.02 : -0.02; })},
+    {"preload", [](SlaveState* s, int) { s->local_model.force.y() = 3; }},
+    {"preload_comes_and_goes",
+     Restless([](LocalModel* m, int n) { m->force.y() = n % 50 < 25 ? 3 : 0; })},
+    {"preload_pulls", Restless([](LocalModel* m, int n) { m->force.x() = 3.0 * Sign(n / 20); })},
+    {"normal_flips", Restless([](LocalModel* m, int n) { m->normal.y() = Sign(n); })},
+    {"normal_spins", Restless([](LocalModel* m, int n) { m->normal = Turned(n); })},
+    {"offset_jumps", [](SlaveState* s, int n) { s->offset.y() += 0.05 * Sign(n / 10); }},
+    {"offset_far", [](SlaveState* s, int) { s->offset.y() -= 1000; }},
+    {"puncture_flickers",
+     [](SlaveState* s, int n) {
+       if (n / 10 % 2 == 0) s->validity = Validity::kPunctured;
+     }},
+    {"validity_flickers",
+     [](SlaveState* s, int n) {
+       if (n / 10 % 2 == 0) s->validity = Validity::kTrackingLost;
+     }},
+    {"phase_flickers",
+     [](SlaveState* s, int n) {
+       if (n / 10 % 2 == 0) s->phase = Phase::kHold;
+     }},
+    {"epoch_flickers", [](SlaveState* s, int n) { s->epoch += n / 10 % 2 == 0 ? 1 : 0; }},
+    {"hold_1e9", Force(1e9, -1e9), RenderMode::kHold},
+    {"hold_3", Force(3, -3), RenderMode::kHold},
+    {"hold_pushes", Force(3, 0), RenderMode::kHold},
+    {"interpolate_1e9", Force(1e9, -1e9), RenderMode::kInterpolate},
+    {"interpolate_3", Force(3, -3), RenderMode::kInterpolate},
+};
+
+class MaliciousSlaveTest : public testing::TestWithParam<Row> {};
+
+// Reference: the master's own limits; the energy is counted here once more, with the damping of
+// device and hand that may be relied on, b = 1 N s/m: from any moment on, no contact excepted.
+TEST_P(MaliciousSlaveTest, TheHandKeepsItsLimits) {
+  Rig rig({.K = 600, .sensor_rate = 500}, GetParam().render, kForceLimit, kSlewLimit);
+  rig.settings.Put(GetParam().settings);
+  int n = 0;
+  rig.slave.lie = [&](SlaveState* state) { GetParam().lie(state, n++); };
+  SimHand hand(0.004, 0.020);
+  Eigen::Vector3d last_force(0, 0, 0), last_p(0, 0, 0);
+  double force_peak = 0, step_peak = 0, energy = 0, energy_min = 0;
+  int felt = 0;
+  rig.Run(hand, 12, [&](const TickRecord& record) {
+    const Eigen::Vector3d dp = record.p_M - last_p;
+    energy += -last_force.dot(dp) + dp.squaredNorm() / 0.001;
+    if (last_force.isZero(0)) energy = std::min(energy, 0.0);
+    energy_min = std::min(energy_min, energy);
+    last_p = record.p_M;
+    force_peak = std::max(force_peak, record.chain.sent.norm());
+    step_peak = std::max(step_peak, (record.chain.sent - last_force).norm());
+    last_force = record.chain.sent;
+    felt += last_force.isZero(0) ? 0 : 1;
+    ASSERT_TRUE(last_force.allFinite());
+  });
+  std::printf("  %-28s %.3f N  %.3f N/ms  %+.3f mJ  felt %d ms\n", GetParam().name.c_str(),
+              force_peak, step_peak, 1e3 * energy_min, felt);
+  EXPECT_LE(force_peak, kForceLimit * (1 + 1e-12));
+  EXPECT_LE(step_peak, kSlewLimit * (1 + 1e-9));
+  EXPECT_GE(energy_min, -kEnergyLimit);
+  EXPECT_GE(rig.loop.passivity().min_balance(), -kEnergyLimit);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rows, MaliciousSlaveTest, testing::ValuesIn(kRows),
+                         [](const auto& row) { return row.param.name; });
+
+}  // namespace
+}  // namespace palpate

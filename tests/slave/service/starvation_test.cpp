@@ -1,0 +1,149 @@
+// What one small client may take, and that the emergency stop is not among it.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "slave/service/listener_watch.h"
+#include "tests/slave/service/service_fixture.h"
+
+namespace palpate {
+namespace {
+
+class StarvationTest : public ServiceTest {
+ protected:
+  grpc::StatusCode Stop() const {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + kLiveness);
+    v1::Status reply;
+    return Connect()->Stop(&context, {}, &reply).error_code();
+  }
+};
+
+// Streams of the reflection service that say nothing: each holds a thread of the pool.
+class IdleStreams {
+ public:
+  IdleStreams(const std::string& address, int count) {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    stub_ = std::make_unique<grpc::GenericStub>(
+        grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
+    for (int i = 0; i < count; ++i) {
+      contexts_.push_back(std::make_unique<grpc::ClientContext>());
+      calls_.push_back(stub_->PrepareCall(
+          contexts_.back().get(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+          &queue_));
+      calls_.back()->StartCall(this);
+    }
+    for (int i = 0; i < count; ++i) Next();
+  }
+  ~IdleStreams() {
+    for (const auto& context : contexts_) context->TryCancel();
+    std::vector<grpc::Status> statuses(calls_.size());
+    for (std::size_t i = 0; i < calls_.size(); ++i) calls_[i]->Finish(&statuses[i], this);
+    for (std::size_t i = 0; i < calls_.size(); ++i) Next();
+  }
+
+ private:
+  void Next() {
+    void* tag = nullptr;
+    bool ok = false;
+    queue_.Next(&tag, &ok);
+  }
+
+  std::unique_ptr<grpc::GenericStub> stub_;
+  grpc::CompletionQueue queue_;
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts_;
+  std::vector<std::unique_ptr<grpc::GenericClientAsyncReaderWriter>> calls_;
+};
+
+TEST_F(StarvationTest, IdleStreamsTakeNoStopAway) {
+  const IdleStreams one(server_->address(), 70), other(server_->address(), 70);
+  EXPECT_EQ(Stop(), grpc::StatusCode::OK);
+  EXPECT_EQ(GetStatus().phase(), v1::PHASE_ESTOP);
+  Operator ada(Connect());
+  ada.Hold(0);
+  EXPECT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
+}
+
+// A model that takes for ever: nobody waits behind it, and it ends with its call.
+TEST_F(StarvationTest, ModelsAreMadeOneAtATimeAndEndWithTheirCall) {
+  slave_.MakeModelsForEver();
+  grpc::ClientContext first;
+  grpc::Status first_status;
+  std::jthread asking([&] {
+    v1::SettingsReply reply;
+    first_status = Connect()->SetModel(&first, {}, &reply);
+  });
+  ASSERT_TRUE(Eventually([&] { return slave_.is_making(); }));
+  for (int i = 0; i < 150; ++i) {
+    grpc::ClientContext context;
+    SetDeadline(&context);
+    v1::SettingsReply reply;
+    ASSERT_EQ(Connect()->SetModel(&context, {}, &reply).error_code(), grpc::StatusCode::ABORTED);
+  }
+  EXPECT_EQ(Stop(), grpc::StatusCode::OK);
+  first.TryCancel();
+  asking.join();
+  EXPECT_EQ(first_status.error_code(), grpc::StatusCode::CANCELLED);
+}
+
+// A door that opens and behind which nobody is.
+class Deaf {
+ public:
+  Deaf() : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    auto* any = reinterpret_cast<sockaddr*>(&address);
+    socklen_t size = sizeof address;
+    if (bind(fd_, any, size) != 0 || listen(fd_, 8) != 0) ADD_FAILURE();
+    getsockname(fd_, any, &size);
+    endpoint = {"127.0.0.1", ntohs(address.sin_port)};
+  }
+  ~Deaf() { close(fd_); }
+
+  Endpoint endpoint;
+
+ private:
+  int fd_;
+};
+
+TEST_F(StarvationTest, ADeafListenerIsNoticed) {
+  constexpr std::chrono::milliseconds kShort(20);
+  EXPECT_TRUE(Answers(ParseEndpoint(server_->address()), kLiveness));
+  const Deaf deaf;
+  EXPECT_FALSE(Answers(deaf.endpoint, kShort));
+  EXPECT_FALSE(Answers({"127.0.0.1", 1}, kShort)) << "nobody listens";
+  std::atomic<int> told{0};
+  const ListenerWatch watch(deaf.endpoint, [&] { ++told; }, {kShort, kShort, 2});
+  EXPECT_TRUE(Eventually([&] { return told == 1; }));
+}
+
+// Pictures are encoded once for all who watch them alike.
+TEST_F(StarvationTest, WatchersShareAnEncoding) {
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::VideoFrame>>> readers;
+  const auto stub = Connect();
+  slave_.Sense();
+  const int before = slave_.pictures_taken();
+  for (int i = 0; i < 8; ++i) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    SetDeadline(contexts.back().get());
+    readers.push_back(stub->WatchVideo(contexts.back().get(), {}));
+  }
+  v1::VideoFrame frame;
+  for (const auto& reader : readers) ASSERT_TRUE(reader->Read(&frame));
+  EXPECT_LE(slave_.pictures_taken() - before, 3) << "nothing seen yet, then one picture";
+  for (const auto& context : contexts) context->TryCancel();
+}
+
+}  // namespace
+}  // namespace palpate
