@@ -35,9 +35,10 @@ ManipulatorOptions DefaultManipulator(const Object& object, const std::optional<
   return options;
 }
 
-// The axis along which `home` lies farthest outside the box, towards the box.
+// The axis along which `home` lies farthest outside the box, towards the box. Without a box only
+// the picture will tell: zero.
 Eigen::Vector2d TowardsBox(const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
-  if (!box) return {0, -1};
+  if (!box) return {0, 0};
   const Eigen::Vector2d below = (box->lower - home).head<2>();  // > 0: home lies left of / under it
   const Eigen::Vector2d beyond = (home - box->upper).head<2>();
   const Eigen::Vector2d outside = below.cwiseMax(beyond);
@@ -134,11 +135,11 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
   tool.shape = section.OneOf<Tool::Shape>(
       "shape", {{"flat", Tool::Shape::kFlat}, {"round", Tool::Shape::kRound}});
   tool.width = section.Number("width", width);
-  const Eigen::Vector2d direction =
-      section.Vector2("direction", Any(Dimension::kNumber), TowardsBox(box, home));
-  if (direction.norm() < kSmallest)
+  const Eigen::Vector2d usual = TowardsBox(box, home);
+  const Eigen::Vector2d direction = section.Vector2("direction", Any(Dimension::kNumber), usual);
+  if (direction.norm() < kSmallest && !usual.isZero(0))
     section.Refuse("direction", "a direction [x, y] other than [0, 0]");
-  tool.direction = direction.normalized();
+  tool.direction = direction.stableNormalized();
   return tool;
 }
 

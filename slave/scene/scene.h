@@ -105,7 +105,7 @@ struct Tool {
   enum class Shape : std::uint8_t { kFlat, kRound } shape = Shape::kFlat;
   double width = 0;  // contact width [m], > 0
   Eigen::Vector2d direction{
-      0, -1};  // unit vector along which the tool points at the object, plane z = 0 of S
+      0, -1};  // unit vector along which the tool points, plane z = 0 of S; zero: the picture tells
 };
 
 // --- sense

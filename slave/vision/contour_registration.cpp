@@ -44,20 +44,21 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-// Points relative to O under the motion (shift, angle) about `centre` that takes the outline to the
-// points; so the points are moved back.
+// Points relative to O under the motion (shift, angle, growth) about `centre` that takes the
+// outline to the points; so the points are moved back.
 struct Motion {
   Eigen::Vector2d centre, shift{0, 0};
-  double angle = 0;
+  double angle = 0, scale = 1;
   [[nodiscard]] Eigen::Vector2d Back(const Eigen::Vector2d& p) const {
-    return Eigen::Rotation2Dd(-angle) * (p - shift - centre) + centre;
+    return Eigen::Rotation2Dd(-angle) * (p - shift - centre) / scale + centre;
   }
 };
 
 class Fitter {
  public:
-  Fitter(const Outline& outline, std::vector<Eigen::Vector2d> points, double pixel)
-      : outline_(outline), points_(std::move(points)), pixel_(pixel) {
+  // `grows`: the size is to be found, too.
+  Fitter(const Outline& outline, std::vector<Eigen::Vector2d> points, double pixel, bool grows)
+      : outline_(outline), points_(std::move(points)), pixel_(pixel), grows_(grows) {
     motion_.centre.setZero();
     for (const Eigen::Vector2d& p : outline.outer) motion_.centre += p;
     motion_.centre /= static_cast<double>(outline.outer.size());
@@ -78,10 +79,12 @@ class Fitter {
       if (Step(kTukey * scale) < 1e-5 * pixel_ && scale == shown) break;
     }
     cut_ = kTukey * scale;
+    scale_sigma_ *= scale;
     Project();
   }
 
   [[nodiscard]] const Motion& motion() const { return motion_; }
+  [[nodiscard]] double scale_sigma() const { return scale_sigma_; }
   void Report(OutlineFit& fit) const {
     double square = 0;
     for (const Foot& foot : feet_) {
@@ -102,12 +105,12 @@ class Fitter {
     }
   }
 
-  // One Gauss-Newton step; returns how far it moved the outline at most [m]. Rotations are measured
-  // by the way they move the outline's farthest point, and held a little towards none: a disc tells
-  // nothing about its own.
+  // One Gauss-Newton step; returns how far it moved the outline at most [m]. Rotations and growth
+  // are measured by the way they move the outline's farthest point; rotations are held a little
+  // towards none: a disc tells nothing about its own.
   double Step(double cut) {
-    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d b = Eigen::Vector4d::Zero();
     for (std::size_t k = 0; k < points_.size(); ++k) {
       const Foot& foot = feet_[k];
       const double u = foot.distance / cut;
@@ -115,22 +118,28 @@ class Fitter {
       const double weight = (1 - u * u) * (1 - u * u);
       const Eigen::Vector2d arm = motion_.Back(points_[k]) - motion_.centre;
       const double turn = (arm.x() * foot.normal.y() - arm.y() * foot.normal.x()) / size_;
-      const Eigen::Vector3d J(foot.normal.x(), foot.normal.y(), turn);
+      const double growth = grows_ ? arm.dot(foot.normal) / size_ : 0;
+      const Eigen::Vector4d J(foot.normal.x(), foot.normal.y(), turn, growth);
       A += weight * J * J.transpose();
       b += weight * J * foot.distance;
     }
     const double hold = kRotationPrior * A.trace();
-    A.diagonal() += Eigen::Vector3d(1e-9, 1e-9, hold + 1e-9);
+    A.diagonal() += Eigen::Vector4d(1e-9, 1e-9, hold + 1e-9, 1e-9);
     b(2) -= hold * motion_.angle * size_;
-    const Eigen::Vector3d move = A.ldlt().solve(b);
-    motion_.shift += Eigen::Rotation2Dd(motion_.angle) * move.head<2>();
+    const Eigen::LDLT<Eigen::Matrix4d> solver(A);
+    const Eigen::Vector4d move = solver.solve(b);
+    scale_sigma_ = std::sqrt(solver.solve(Eigen::Vector4d::UnitW())(3)) / size_;
+    motion_.shift += motion_.scale * (Eigen::Rotation2Dd(motion_.angle) * move.head<2>());
     motion_.angle += move.z() / size_;
+    motion_.scale *= std::exp(std::clamp(move.w() / size_, -0.1, 0.1));
     return move.cwiseAbs().maxCoeff();
   }
 
   const Outline& outline_;
   std::vector<Eigen::Vector2d> points_;  // in O as the scene has it
   double pixel_;
+  bool grows_;
+  double scale_sigma_ = 0;
   double size_ = 0;  // of the outline about its centre [m]
   double cut_ = 0;
   Motion motion_;
@@ -148,7 +157,11 @@ OutlineFit FitOutline(const Outline& outline, const Eigen::Isometry3d& X_SO, Cur
   const Eigen::Isometry3d X_OS = X_SO.inverse();
   for (const Eigen::Vector2d& p_I : contour_I)
     points.push_back((X_OS * view.ToSlave(p_I)).head<2>());
-  Fitter fitter(outline, std::move(points), view.pixel());
+  Fitter sizer(outline, points, view.pixel(), true);
+  sizer.Run(reach);
+  fit.scale = sizer.motion().scale;
+  fit.scale_sigma = sizer.scale_sigma();
+  Fitter fitter(outline, std::move(points), view.pixel(), false);
   fitter.Run(reach);
   fitter.Report(fit);
 

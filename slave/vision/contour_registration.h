@@ -16,8 +16,10 @@ struct OutlineFit {
   Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();  // corrected pose of the object
   Eigen::Vector2d shift{0, 0};                             // of O's origin, S [m]
   double rotation = 0;                                     // about z of S [rad]
-  double rms_px = 0;  // distance of the inliers to the outline [px]
-  int inliers = 0;    // of the contour's points
+  double rms_px = 0;       // distance of the inliers to the outline [px]
+  int inliers = 0;         // of the contour's points
+  double scale = 1;        // size of what is seen, in parts of the outline's [-]
+  double scale_sigma = 0;  // one standard deviation; large where one cannot tell
 };
 
 // Lays `outline` (frame O, in the plane z = 0) on `contour_I` (points on the object's edge [px]):
@@ -25,7 +27,8 @@ struct OutlineFit {
 // distances of the points to the outline, by Gauss-Newton on iteratively reweighted squares. Points
 // near the tool or at rounded corners drop out by themselves. `reach` [px]: how far the object may
 // be from where the scene says; farther than that, or with fewer than 40 % inliers, or with a
-// rotation above 10 degrees, `found` is false and X_SO is the scene's.
+// rotation above 10 degrees, `found` is false and X_SO is the scene's. The scale is that of the
+// similarity that fits best; the motion has none.
 OutlineFit FitOutline(const Outline& outline, const Eigen::Isometry3d& X_SO, CurveView contour_I,
                       const CameraView& view, double reach = 30);
 

@@ -4,11 +4,15 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "slave/vision/edge_path.h"
 
 namespace palpate {
 namespace {
@@ -26,6 +30,8 @@ constexpr double kMostLength = 1.8;                  // of the length at rest
 constexpr double kMostSpacing = 4;                   // longest side / mean side
 constexpr double kLeastStrength = 0.3;               // of the mean gradient under the points
 // At start, the snake against the shape it started from.
+constexpr double kLeastClosed = 0.7;    // of an edge around a start that a person gave
+constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
 constexpr double kLeastSettled = 0.4, kMostSettled = 2.0;
 
 Curve CircleCurve(const ContourTracking::Circle& circle) {
@@ -48,8 +54,10 @@ cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
   return grey8;
 }
 
-Curve StartCurve(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
-                 double tool_width, bool clockwise_I) {
+// Where to start: at what was found, or what a person gave and, if that is far off, at the edge
+// around it.
+std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& first,
+                               const GreyFormat& format, double tool_width, bool clockwise_I) {
   if (std::min(first.cols, first.rows) < kLeastPicture) {
     throw std::runtime_error("no contour found: the picture is " + std::to_string(first.cols) +
                              " x " + std::to_string(first.rows) + " px: accepted are edges of " +
@@ -72,20 +80,56 @@ Curve StartCurve(const ContourTracking& options, const cv::Mat& first, const Gre
     throw std::runtime_error("sense.contour.start encloses too little for " +
                              std::to_string(options.control_points) + " control points");
   }
-  // Positive area in axes x right, y down is clockwise to the eye.
-  if ((CurveArea(start) > 0) != clockwise_I) std::reverse(start.begin(), start.end());
-  return start;
+  std::vector<Curve> starts = {std::move(start)};
+  const bool given = !std::holds_alternative<std::monostate>(options.start);
+  if (given && !CrossesItself(starts.front())) {
+    EdgePath around = FollowEdgeAround(AsGrey8(first, format), starts.front());
+    if (around.closedness > kLeastClosed) starts.push_back(std::move(around.curve));
+  }
+  for (Curve& curve : starts) {
+    // Positive area in axes x right, y down is clockwise to the eye.
+    if ((CurveArea(curve) > 0) != clockwise_I) std::reverse(curve.begin(), curve.end());
+  }
+  return starts;
 }
 
 }  // namespace
 
 ContourTracker::ContourTracker(const ContourTracking& options, const cv::Mat& first,
                                const GreyFormat& format, double tool_width, bool clockwise_I)
-    : snake_(format, {options.alpha, options.beta, options.gamma},
-             StartCurve(options, first, format, tool_width, clockwise_I), options.control_points) {
+    : ContourTracker(options, first, format,
+                     StartCurves(options, first, format, tool_width, clockwise_I)) {}
+
+ContourTracker::ContourTracker(const ContourTracking& options, const cv::Mat& first,
+                               const GreyFormat& format, const std::vector<Curve>& starts)
+    : snake_(format, {options.alpha, options.beta, options.gamma}, starts.front(),
+             options.control_points) {
+  const bool given = !std::holds_alternative<std::monostate>(options.start);
+  const cv::Mat grey8 = AsGrey8(first, format);
+  std::optional<ContourTracker> best;
+  double most = 0;
+  std::string why;
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    try {
+      ContourTracker settled = *this;
+      settled.snake_.Restart(Resample(starts[k], options.control_points));
+      settled.Begin(first, format,
+                    given && k == 0 ? std::span<const double>(kGivenBlurs) : kFoundBlurs);
+      const EdgePath edge = MeasureEdge(grey8, settled.settled_);
+      const double worth = edge.strength * edge.closedness * (k == 0 ? kGivenIsBetter : 1);
+      if (!best || worth > most) best = std::move(settled), most = worth;
+    } catch (const std::runtime_error& error) {
+      if (why.empty()) why = error.what();
+    }
+  }
+  if (!best) throw std::runtime_error(why);
+  *this = *std::move(best);
+}
+
+void ContourTracker::Begin(const cv::Mat& first, const GreyFormat& format,
+                           std::span<const double> blurs) {
   const double start_area = CurveArea(snake_.points());
-  const bool found = std::holds_alternative<std::monostate>(options.start);
-  Settle(first, found ? std::span<const double>(kFoundBlurs) : kGivenBlurs);
+  Settle(first, blurs);
   settled_ = snake_.points();
   rest_area_ = CurveArea(settled_);
   rest_length_ = CurveLength(settled_);

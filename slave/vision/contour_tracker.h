@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
@@ -16,8 +17,8 @@ namespace palpate {
 
 class ContourTracker {
  public:
-  // Finds the resting object in `first`: starts the snake at `options.start` (to be drawn within
-  // some 10 px of the edge) or, with none, at what FindObject finds, lets it settle and refines it.
+  // Finds the resting object in `first`: starts the snake at `options.start` (whose size may
+  // be off by 40 %) or, with none, at what FindObject finds, lets it settle and refines it.
   // `tool_width` [px], 0: no tool. `clockwise_I`: which way round, as one sees the picture. Throws
   // std::runtime_error: no contour found, a picture too small, the contour collapsed, crossed
   // itself or found no edge.
@@ -33,6 +34,10 @@ class ContourTracker {
   void Restart() noexcept { snake_.Restart(settled_); }
 
  private:
+  // The best that settles from one of `starts`.
+  ContourTracker(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
+                 const std::vector<Curve>& starts);
+  void Begin(const cv::Mat& first, const GreyFormat& format, std::span<const double> blurs);
   void Settle(const cv::Mat& first, std::span<const double> blurs);
   [[nodiscard]] bool IsSound() const noexcept;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <stdexcept>
 
 #include <opencv2/core.hpp>
@@ -54,6 +55,19 @@ void GreyFormat::Read(const cv::Mat& image, const cv::Rect& window,
     case CV_16UC3:
       return ReadAs<std::uint16_t, 3>(image, window, shift_, full_scale_, out);
   }
+}
+
+double NoiseOf(const GreyPatch& p) {
+  double sum = 0;
+  for (int y = 1; y + 1 < p.height; ++y) {
+    for (int x = 1; x + 1 < p.width; ++x) {
+      const int cross = p.At(x - 1, y) + p.At(x + 1, y) + p.At(x, y - 1) + p.At(x, y + 1);
+      const int corners =
+          p.At(x - 1, y - 1) + p.At(x + 1, y - 1) + p.At(x - 1, y + 1) + p.At(x + 1, y + 1);
+      sum += std::abs(4 * p.At(x, y) - 2 * cross + corners);
+    }
+  }
+  return std::sqrt(M_PI / 2) * sum / (6.0 * (p.width - 2) * (p.height - 2));
 }
 
 void Shrink(const GreyPatch& patch, int factor, GreyPatch& out) {

@@ -61,6 +61,10 @@ class GreyFormat {
   int full_scale_ = 255;  // the largest level
 };
 
+// Standard deviation of white noise [levels], from the part of the picture that no plane and no
+// straight edge along an axis explains (J. Immerkaer, CVIU 64, 1996). At least 3 x 3.
+double NoiseOf(const GreyPatch& p);
+
 // Mean of `factor` x `factor` blocks; what does not fill a block at the right and lower edge is
 // left out.
 void Shrink(const GreyPatch& patch, int factor, GreyPatch& out);

@@ -18,6 +18,7 @@ struct TipObservation {
   double score = 0;           // normalised cross-correlation at the peak [-1, 1]
   double sigma = 0;           // one standard deviation of p_I per axis [px]
   bool reacquired = false;    // found by the search over the whole picture
+  double covered = 0;         // part of the template that something else hides [0, 1]
 };
 
 struct Observation {

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 namespace palpate {
@@ -14,6 +15,12 @@ constexpr std::size_t kNoOverflow = 512;  // products of two levels below 2048 t
 constexpr int kMaxSteps = 30;
 constexpr double kSettled = 1e-3;  // [px]
 constexpr double kReach = 1.5;     // farther from the start than this is another place [px]
+constexpr double kRobustReach = 3;
+constexpr int kRobustSteps = 20;
+constexpr double kRobustSettled = 5e-3, kRobustEnough = 0.05;  // [px]
+constexpr float kTukey = 4.685F;                               // 95 % efficient for normal errors
+constexpr float kLeastError = 1.5F;  // scale of the errors below which none is left out [levels]
+constexpr float kHidden = 0.3F;      // weight below which a pixel counts as covered
 
 std::int64_t Dot(const std::int16_t* a, const std::int16_t* b, std::size_t count) noexcept {
   std::int64_t sum = 0;
@@ -128,6 +135,7 @@ TemplateAligner::TemplateAligner(const GreyPatch& pattern, std::span<const float
   mean_ = static_cast<float>(means(2));
   contrast_ = w.dot(raw.col(2).cwiseAbs2());
   if (!(contrast_ > 0)) return;
+  const Eigen::MatrixX2d gradients = raw.leftCols<2>();
   for (int axis : {0, 1}) {
     raw.col(axis) -= raw.col(2) * (w.cwiseProduct(raw.col(2)).dot(raw.col(axis)) / contrast_);
   }
@@ -138,6 +146,10 @@ TemplateAligner::TemplateAligner(const GreyPatch& pattern, std::span<const float
   determined_ = det > 1e-6 * trace * trace;
   if (determined_) covariance_ = information_.inverse();
   projections_ = weighted.cast<float>();
+  basis_.resize(size, 4);
+  basis_ << gradients.cast<float>(), raw.col(2).cast<float>(), Eigen::VectorXf::Ones(size);
+  trust_.resize(size);
+  errors_.resize(static_cast<std::size_t>(size));
   weights_ = w.cast<float>();
   levels_.resize(size);
 }
@@ -157,20 +169,24 @@ void TemplateAligner::Interpolate(const GreyPatch& window, const Eigen::Vector2d
   }
 }
 
+bool TemplateAligner::IsInside(const GreyPatch& window, const Eigen::Vector2d& p) const noexcept {
+  const Eigen::Vector2d last(window.width - width_ - 3, window.height - height_ - 3);
+  return (p.array() >= 0).all() && (p - last).maxCoeff() <= 0;
+}
+
 TemplateAligner::Result TemplateAligner::Align(const GreyPatch& window,
                                                const Eigen::Vector2d& start) noexcept {
   Result result;
   result.p = start;
   if (!determined_) return result;
-  const Eigen::Vector2d last(window.width - width_ - 3, window.height - height_ - 3);
   double gain = 0;
   for (int step = 0; step < kMaxSteps && !result.converged; ++step) {
-    const bool inside = (result.p.array() >= 0).all() && (result.p - last).maxCoeff() <= 0;
-    if (!inside || (result.p - start).cwiseAbs().maxCoeff() > kReach) return {false, start, 0};
+    const bool near = (result.p - start).cwiseAbs().maxCoeff() <= kReach;
+    if (!near || !IsInside(window, result.p)) return {false, start, 0, 0};
     Interpolate(window, result.p);
     const Eigen::Vector3d sums = (levels_.transpose() * projections_).transpose().cast<double>();
     gain = sums(2) / contrast_;
-    if (!(gain > 0)) return {false, start, 0};
+    if (!(gain > 0)) return {false, start, 0, 0};
     const Eigen::Vector2d move = covariance_ * sums.head<2>() / gain;
     result.p -= move;
     result.converged = move.cwiseAbs().maxCoeff() < kSettled;
@@ -180,6 +196,83 @@ TemplateAligner::Result TemplateAligner::Align(const GreyPatch& window,
   const double residual = square - sum * sum / weight_ - gain * gain * contrast_;
   const double noise2 = std::max(residual, 0.0) / std::max(weight_ - 4, 1.0);
   result.sigma = std::sqrt(noise2 * covariance_.diagonal().maxCoeff()) / gain;
+  return result;
+}
+
+// Tukey's weights of the errors that `fit` leaves, on the scale of their median.
+void TemplateAligner::Reweigh(const Fit& fit) noexcept {
+  const Eigen::Vector4f coefficients = fit.cast<float>();
+  std::size_t used = 0;
+  for (Eigen::Index i = 0; i < trust_.size(); ++i) {
+    trust_(i) = std::abs(levels_(i) - basis_.row(i).dot(coefficients));
+    if (weights_(i) > 0) errors_[used++] = trust_(i);
+  }
+  const auto middle = errors_.begin() + static_cast<std::ptrdiff_t>(used / 2);
+  std::nth_element(errors_.begin(), middle, errors_.begin() + static_cast<std::ptrdiff_t>(used));
+  const float cut = kTukey * std::max(1.4826F * *middle, kLeastError);
+  for (Eigen::Index i = 0; i < trust_.size(); ++i) {
+    const float u = std::min(trust_(i) / cut, 1.0F);
+    trust_(i) = weights_(i) * (1 - u * u) * (1 - u * u);
+  }
+}
+
+// The picture's levels as a sum of g_x, g_y, T~ and 1, by squares weighted with the trust.
+TemplateAligner::Fit TemplateAligner::Regress() noexcept {
+  Eigen::Matrix4f A = Eigen::Matrix4f::Zero();
+  Eigen::Vector4f b = Eigen::Vector4f::Zero();
+  for (Eigen::Index i = 0; i < trust_.size(); ++i) {
+    if (trust_(i) == 0) continue;
+    const Eigen::Vector4f row = basis_.row(i);
+    A += trust_(i) * row * row.transpose();
+    b += trust_(i) * levels_(i) * row;
+  }
+  const Eigen::LDLT<Eigen::Matrix4d> solver(A.cast<double>());
+  variances_ = solver.solve(Eigen::Matrix4d::Identity()).diagonal();
+  return solver.solve(b.cast<double>());
+}
+
+// How well `fit` fits: noise of the pixels it trusts, and how many it does not.
+void TemplateAligner::Assess(const Fit& fit, Result& result) const noexcept {
+  const Eigen::Vector4f coefficients = fit.cast<float>();
+  double square = 0, used = 0, hidden = 0, all = 0;
+  for (Eigen::Index i = 0; i < trust_.size(); ++i) {
+    if (weights_(i) == 0) continue;
+    const double error = levels_(i) - basis_.row(i).dot(coefficients);
+    square += trust_(i) * error * error;
+    used += trust_(i);
+    hidden += trust_(i) < kHidden * weights_(i) ? 1 : 0;
+    all += 1;
+  }
+  result.covered = hidden / std::max(all, 1.0);
+  result.sigma = std::sqrt(square / std::max(used, 1.0) * variances_.head<2>().maxCoeff()) / fit(2);
+}
+
+TemplateAligner::Result TemplateAligner::AlignAround(const GreyPatch& window,
+                                                     const Eigen::Vector2d& start,
+                                                     std::span<const float> trust) noexcept {
+  Result result{false, start, 0, 0};
+  if (!determined_) return result;
+  for (int y = 0, k = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x, ++k) {
+      const auto at = static_cast<std::size_t>((y + 1) * (width_ + 2) + x + 1);
+      trust_(k) = trust.empty() ? weights_(k) : weights_(k) * trust[at];
+    }
+  }
+  Fit fit = Fit::Zero();
+  double last = kRobustReach;
+  for (int step = 0; step < kRobustSteps && last > kRobustSettled; ++step) {
+    const bool near = (result.p - start).cwiseAbs().maxCoeff() <= kRobustReach;
+    if (!near || !IsInside(window, result.p)) return {false, start, 0, 0};
+    Interpolate(window, result.p);
+    fit = Regress();
+    if (!(fit(2) > 0)) return {false, start, 0, 0};  // false for NaN
+    Reweigh(fit);
+    const Eigen::Vector2d move = fit.head<2>() / fit(2);
+    result.p -= move.cwiseMax(-1).cwiseMin(1);
+    last = std::max(move.cwiseAbs().maxCoeff(), step < 3 ? 1.0 : 0.0);
+  }
+  result.converged = last < kRobustEnough;
+  Assess(fit, result);
   return result;
 }
 

@@ -88,6 +88,7 @@ class TemplateAligner {
     bool converged = false;
     Eigen::Vector2d p{0, 0};  // place of the template's upper left pixel in the window [px]
     double sigma = 0;         // one standard deviation, the worse axis, from the residual [px]
+    double covered = 0;       // part of the template that something else hides [0, 1]
   };
 
   // `weights`: one per pixel of `pattern`, >= 0; the outermost ring is not used (it has no central
@@ -96,6 +97,11 @@ class TemplateAligner {
 
   // Real-time safe. Not thread-safe (it keeps the interpolated pixels).
   Result Align(const GreyPatch& window, const Eigen::Vector2d& start) noexcept;
+  // The same by iteratively reweighted squares (Tukey): what does not look as it did, a glint, a
+  // wire, the edge of a shadow, is left out. `trust`: one per pixel, 0 for those left out at first;
+  // empty: all.
+  Result AlignAround(const GreyPatch& window, const Eigen::Vector2d& start,
+                     std::span<const float> trust) noexcept;
 
   // H without gain and offset, per squared grey level [1/px^2]: white noise of sigma levels in the
   // picture moves p by sigma sqrt(H^-1).
@@ -104,7 +110,13 @@ class TemplateAligner {
   [[nodiscard]] bool determined() const { return determined_; }
 
  private:
+  using Fit = Eigen::Vector4d;  // of the picture by g_x, g_y, T~ and 1
+
   void Interpolate(const GreyPatch& window, const Eigen::Vector2d& p) noexcept;
+  [[nodiscard]] bool IsInside(const GreyPatch& window, const Eigen::Vector2d& p) const noexcept;
+  void Reweigh(const Fit& fit) noexcept;
+  [[nodiscard]] Fit Regress() noexcept;
+  void Assess(const Fit& fit, Result& result) const noexcept;
 
   int width_, height_;
   float mean_ = 0;                // of the template, taken off the picture too, for precision
@@ -113,6 +125,10 @@ class TemplateAligner {
   Eigen::MatrixX3f projections_;  // pixels x 3: w g'_x, w g'_y, w T~
   Eigen::VectorXf weights_;       // pixels
   Eigen::VectorXf levels_;        // pixels, interpolated
+  Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor> basis_;  // pixels x 4: g_x, g_y, T~, 1
+  Eigen::VectorXf trust_;                                // pixels: weights of the last round
+  Eigen::Vector4d variances_ = Eigen::Vector4d::Zero();  // of the last fit, per noise^2
+  std::vector<float> errors_;                            // pixels
   Eigen::Matrix2d information_, covariance_;
   bool determined_ = false;
 };

@@ -1,18 +1,32 @@
 #include "slave/vision/tip_and_contour_tracker.h"
 
+#include <cmath>
+#include <filesystem>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <variant>
+#include <vector>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <spdlog/fmt/fmt.h>
 
+#include "slave/capture/picture_files.h"
+#include "slave/vision/closed_curve.h"
 #include "slave/vision/contour_tracker.h"
+#include "slave/vision/edge_path.h"
 #include "slave/vision/grey.h"
 #include "slave/vision/observation.h"
 #include "slave/vision/tip_tracker.h"
 
 namespace palpate {
 namespace {
+
+// Of an outline that only the picture tells: part with an edge, roundness (1: a circle), and mean
+// strength of the edge (of at most 1) unless it is very round.
+constexpr double kLeastClosed = 0.8, kLeastRound = 0.55, kVeryRound = 0.95, kClearEdge = 0.55;
 
 const Camera& CameraOf(const Scene& scene) {
   if (!scene.sense.Find<Camera>())
@@ -25,18 +39,58 @@ const Camera& CameraOf(const Scene& scene) {
   return *scene.sense.Find<Camera>();
 }
 
+// The scene's direction of the tool in the picture; zero: only the picture can tell.
+Eigen::Vector2d GivenDirection(const Scene& scene, const CameraView& view) {
+  if (!scene.tool) return {0, 0};
+  const Eigen::Vector3d d_S(scene.tool->direction.x(), scene.tool->direction.y(), 0);
+  return (view.ToImage(view.pixel() * d_S) - view.ToImage({0, 0, 0})).stableNormalized();
+}
+
+// Nothing but the picture tells the outline, and nobody told where in the picture it is.
+bool IsOnlySeen(const Scene& scene) {
+  const bool found =
+      std::holds_alternative<std::monostate>(scene.sense.Find<ContourTracking>()->start);
+  return found && std::holds_alternative<ImageContourGeometry>(scene.object.geometry);
+}
+
+// An embryo is round, or its edge is clear all round; a scratch, a bar, a part of a bubble or a
+// pipette's halo is not. What was found is drawn.
+void RequireConvincing(const cv::Mat& first, CurveView outline) {
+  cv::Mat grey8, drawn;
+  first.convertTo(drawn, CV_8U, first.depth() == CV_16U ? 1.0 / 257 : 1.0);
+  if (drawn.channels() == 3) cv::cvtColor(drawn, grey8, cv::COLOR_BGR2GRAY);
+  if (drawn.channels() == 1) grey8 = drawn;
+  const EdgePath edge = MeasureEdge(grey8, outline);
+  const double length = CurveLength(outline);
+  const double roundness = 4 * std::numbers::pi * std::abs(CurveArea(outline)) / (length * length);
+  const bool clear = edge.strength > kClearEdge || roundness > kVeryRound;
+  if (edge.closedness > kLeastClosed && roundness > kLeastRound && clear) return;
+  if (drawn.channels() == 1) cv::cvtColor(drawn, drawn, cv::COLOR_GRAY2BGR);
+  std::vector<cv::Point> points;
+  for (const Eigen::Vector2d& p : outline) points.emplace_back(cvRound(p.x()), cvRound(p.y()));
+  cv::polylines(drawn, points, true, cv::Scalar(0, 0, 255), 2, cv::LINE_AA);
+  const auto file = std::filesystem::temp_directory_path() / "palpate-contour.png";
+  const bool written = WritePng(drawn, file);
+  throw std::runtime_error(fmt::format(
+      "no contour found: the best closed region has an edge on {:.0f} % of its outline and a "
+      "roundness of {:.2f}: accepted are {:.0f} % and {:g}{}; give sense.contour.start",
+      100 * edge.closedness, roundness, 100 * kLeastClosed, kLeastRound,
+      written ? " (drawn in " + file.string() + ")" : ""));
+}
+
 TipTemplate MakeTemplate(const Scene& scene, const cv::Mat& first, const GreyFormat& format,
-                         const CameraView& view, std::optional<Eigen::Vector2d> tip_hint_I) {
+                         const CameraView& view, std::optional<Eigen::Vector2d> tip_hint_I,
+                         const Eigen::Vector2d& d_I) {
   const TipTracking& options = *scene.sense.Find<TipTracking>();
   if (!options.template_file.empty()) return LoadTipTemplate(options);
   if (!tip_hint_I || !scene.tool) {
     throw std::runtime_error(
         "sense.tip.template is missing, and where the tool is, or the tool, is not known either");
   }
-  const Eigen::Vector3d p_S = view.ToSlave(*tip_hint_I);
-  const Eigen::Vector3d d_S(scene.tool->direction.x(), scene.tool->direction.y(), 0);
-  const Eigen::Vector2d d_I =
-      (view.ToImage(p_S + view.pixel() * d_S) - view.ToImage(p_S)).normalized();
+  if (d_I.isZero(0)) {
+    throw std::runtime_error(
+        "tool.direction is missing: accepted is [x, y], since no contour says where the object is");
+  }
   return CutTipTemplate(first, format, *tip_hint_I, d_I, scene.tool->width / view.pixel(),
                         options.roi);
 }
@@ -48,21 +102,49 @@ struct TipAndContourTracker::Parts {
       : format(first) {
     const Camera& camera = CameraOf(scene);
     const CameraView view(camera, first.cols, first.rows);
-    if (scene.sense.Find<TipTracking>()) {
-      const TipTracker::Options options{scene.sense.Find<TipTracking>()->roi,
-                                        scene.sense.Find<TipTracking>()->min_score};
-      tip.emplace(MakeTemplate(scene, first, format, view, tip_hint_I), format, options,
-                  tip_hint_I);
-    }
+    direction = GivenDirection(scene, view);
+    GreyPatch whole;
+    format.Read(first, cv::Rect(cv::Point(), first.size()), whole);
+    noise = NoiseOf(whole) / format.levels_per_255();
+    const double tool_width = scene.tool ? scene.tool->width / view.pixel() : 0;
+    // Only a contour tells where a tool without direction points.
+    const bool tip_first = !direction.isZero(0);
+    if (tip_first) MakeTip(scene, first, view, tip_hint_I);
     if (scene.sense.Find<ContourTracking>()) {
       // Counter-clockwise in S is counter-clockwise to the eye, unless the camera looks from below.
       const bool clockwise_I = camera.X_SC.linear()(2, 2) < 0;
-      const double tool_width = scene.tool ? scene.tool->width / view.pixel() : 0;
       contour.emplace(*scene.sense.Find<ContourTracking>(), first, format, tool_width, clockwise_I);
+      if (IsOnlySeen(scene)) RequireConvincing(first, contour->Track(first));
     }
+    if (!tip_first) MakeTip(scene, first, view, tip_hint_I);
+  }
+
+  void MakeTip(const Scene& scene, const cv::Mat& first, const CameraView& view,
+               std::optional<Eigen::Vector2d> tip_hint_I) {
+    if (!scene.sense.Find<TipTracking>()) return;
+    const TipTracker::Options options{scene.sense.Find<TipTracking>()->roi,
+                                      scene.sense.Find<TipTracking>()->min_score};
+    const double tool_width = scene.tool ? scene.tool->width / view.pixel() : 0;
+    if (tip_hint_I) FindDirection(first, *tip_hint_I, tool_width);
+    tip.emplace(MakeTemplate(scene, first, format, view, tip_hint_I, direction), format, options,
+                tip_hint_I);
+    if (!direction.isZero(0)) return;
+    const TipObservation seen = tip->Track(first);
+    if (seen.found) FindDirection(first, seen.p_I, tool_width);
+  }
+
+  // Where the scene has none: towards the object, along the tool's sides.
+  void FindDirection(const cv::Mat& first, const Eigen::Vector2d& p_I_tip, double tool_width) {
+    if (!direction.isZero(0) || !contour || !(tool_width > 0)) return;
+    const Curve& rest = contour->rest();
+    Eigen::Vector2d middle(0, 0);
+    for (const Eigen::Vector2d& p : rest) middle += p / static_cast<double>(rest.size());
+    direction = FindToolDirection(first, format, p_I_tip, middle - p_I_tip, tool_width);
   }
 
   GreyFormat format;
+  double noise = 0;                 // of the first picture [1/255 of full scale]
+  Eigen::Vector2d direction{0, 0};  // of the tool in the picture; zero: nobody knows
   std::optional<TipTracker> tip;
   std::optional<ContourTracker> contour;
   Observation observation;
@@ -93,6 +175,14 @@ const Observation& TipAndContourTracker::Look(const cv::Mat& image, std::uint64_
 const std::vector<Eigen::Vector2d>& TipAndContourTracker::rest_contour_I() const {
   static const std::vector<Eigen::Vector2d> kNone;
   return parts_->contour ? parts_->contour->rest() : kNone;
+}
+
+double TipAndContourTracker::noise() const {
+  return parts_->noise;
+}
+
+Eigen::Vector2d TipAndContourTracker::tool_direction_I() const {
+  return parts_->direction;
 }
 
 cv::Rect TipAndContourTracker::search_window() const {

@@ -29,6 +29,10 @@ class TipAndContourTracker {
   // Contour of the resting object found in the first picture, refined to sub-pixel along its
   // normals [px], counter-clockwise as seen in S. Empty if the scene tracks no contour.
   [[nodiscard]] const std::vector<Eigen::Vector2d>& rest_contour_I() const;
+  // Along which the tool points in the picture, unit length; zero: nobody knows.
+  [[nodiscard]] Eigen::Vector2d tool_direction_I() const;
+  // Of the first picture, one standard deviation [1/255 of full scale].
+  [[nodiscard]] double noise() const;
   // Search window of the tip [px], for overlays.
   [[nodiscard]] cv::Rect search_window() const;
   // Search the whole picture next time and start the contour anew.

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
 #include "slave/capture/picture_files.h"
@@ -20,24 +22,13 @@ constexpr double kBeforeTip = 1;      // the blurred end itself already shows wh
 constexpr double kBeyondTip = 4;      // taken in where the tool has no marks [px]
 constexpr double kWorstSigma = 0.15;  // a template that promises less is not good enough [px]
 
+// Search of the tool's direction: how far along its sides [widths], how far across [px], angles.
+constexpr double kSideLength = 4, kSideStep = 2;
+constexpr double kMostTurned = 1.05, kTurnStep = 0.02;  // [rad]
+
 bool HasContrast(const GreyPatch& pixels) {
   const auto [low, high] = std::minmax_element(pixels.levels.begin(), pixels.levels.end());
   return *high > *low;
-}
-
-// Standard deviation of white noise, from the part of the picture that no plane and no straight
-// edge along an axis explains (J. Immerkaer, CVIU 64, 1996).
-double NoiseOf(const GreyPatch& p) {
-  double sum = 0;
-  for (int y = 1; y + 1 < p.height; ++y) {
-    for (int x = 1; x + 1 < p.width; ++x) {
-      const int cross = p.At(x - 1, y) + p.At(x + 1, y) + p.At(x, y - 1) + p.At(x, y + 1);
-      const int corners =
-          p.At(x - 1, y - 1) + p.At(x + 1, y - 1) + p.At(x - 1, y + 1) + p.At(x + 1, y + 1);
-      sum += std::abs(4 * p.At(x, y) - 2 * cross + corners);
-    }
-  }
-  return std::sqrt(M_PI / 2) * sum / (6.0 * (p.width - 2) * (p.height - 2));
 }
 
 // Does the template tell where along `d` the tool is? Noise has gradients too, which tell nothing:
@@ -81,6 +72,7 @@ TipTemplate Cut(const cv::Mat& first, const GreyFormat& format, const cv::Rect& 
                 const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double width) {
   TipTemplate cut;
   format.Read(first, window, cut.pixels);
+  cut.along = d;
   cut.anchor = tip - Eigen::Vector2d(window.x, window.y);
   for (int y = 0; y < window.height; ++y) {
     for (int x = 0; x < window.width; ++x) {
@@ -90,7 +82,45 @@ TipTemplate Cut(const cv::Mat& first, const GreyFormat& format, const cv::Rect& 
   return cut;
 }
 
+// How much the picture changes across both sides of a bar that points along `d`; the weaker side
+// counts, so that an edge of something else is no bar.
+double SidesOf(const GreyPatch& picture, const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d,
+               double width) {
+  const Eigen::Vector2d across(-d.y(), d.x());
+  const auto level = [&](const Eigen::Vector2d& p) {
+    const int x = std::clamp(static_cast<int>(std::lround(p.x())), 0, picture.width - 1);
+    const int y = std::clamp(static_cast<int>(std::lround(p.y())), 0, picture.height - 1);
+    return static_cast<double>(picture.At(x, y));
+  };
+  double weaker = std::numeric_limits<double>::infinity();
+  for (const double side : {-1.0, 1.0}) {
+    double sum = 0;
+    for (double behind = 0.25 * width; behind < kSideLength * width; ++behind) {
+      const Eigen::Vector2d p = p_tip - behind * d + side * 0.5 * width * across;
+      sum += level(p + side * kSideStep * across) - level(p - side * kSideStep * across);
+    }
+    weaker = std::min(weaker, std::abs(sum));
+  }
+  return weaker;
+}
+
 }  // namespace
+
+Eigen::Vector2d FindToolDirection(const cv::Mat& first, const GreyFormat& format,
+                                  const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& towards,
+                                  double width) {
+  GreyPatch picture;
+  format.Read(first, cv::Rect(cv::Point(), first.size()), picture);
+  const Eigen::Vector2d straight = towards.stableNormalized();
+  Eigen::Vector2d best = straight;
+  double most = 0;
+  for (double angle = -kMostTurned; angle <= kMostTurned; angle += kTurnStep) {
+    const Eigen::Vector2d d = Eigen::Rotation2Dd(angle) * straight;
+    const double sides = SidesOf(picture, p_I_tip, d, width);
+    if (sides > most) most = sides, best = d;
+  }
+  return best;
+}
 
 TipTemplate LoadTipTemplate(const TipTracking& options) {
   const auto refuse = [&](const std::string& why) {

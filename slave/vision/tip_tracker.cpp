@@ -14,7 +14,17 @@ constexpr int kReach = 10;              // least reach of the search around the 
 constexpr int kSamePeak = 2;            // places this near to the best belong to it [px]
 constexpr double kAsGood = 0.01;        // a second peak within this score of the best is its equal
 constexpr std::size_t kCandidates = 6;  // of the coarse search, looked at closely
-constexpr int kLeastCoarse = 7;         // edge below which a shrunk template tells too little [px]
+constexpr double kCovered = 0.03;       // of the template: fewer pixels than that are only noise
+constexpr double kMuchCovered = 0.4;    // of the template: its parts are asked
+constexpr double kMostCovered = 0.65;
+// Scores of the parts, in parts of the usual one: what confirms a place, what does not speak
+// against it, what is enough for a place of their own; and of the next best place in parts of the
+// best.
+constexpr double kAsUsual = 0.9, kLeastAsUsual = 0.75, kPartsFit = 0.6, kPartsSecond = 0.88;
+constexpr double kBetter = 0.03;     // score by which a place of the parts' own beats the whole's
+constexpr double kFollow = 0.05;     // of the usual score, per picture
+constexpr double kFoundAnew = 0.15;  // more than min_score where the tip may be anywhere
+constexpr int kLeastCoarse = 7;      // edge below which a shrunk template tells too little [px]
 
 struct Peak {
   cv::Point at;
@@ -73,6 +83,7 @@ TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const O
       anchor_(tip.anchor),
       ncc_(MakeNcc(tip, format)),
       aligner_(tip.pixels, tip.weights),
+      parts_(tip),
       last_(start_I) {
   const int edge = std::min(tip.pixels.width, tip.pixels.height);
   for (shrink_ = 4; shrink_ > 1 && edge / shrink_ < kLeastCoarse; shrink_ /= 2) {
@@ -137,11 +148,56 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
   if (map.scores.empty()) return match;
   const Peak best = BestOf(map);
   match.tip.score = std::max(best.score, -1.0);
-  if (best.score < options_.min_score) return match;
-  match.on_border = OnBorder(map, best.at);
-  if (match.on_border || HasEqual(map, best)) return match;
-  match.tip = Measure(map, window, best.at);
+  match.on_border = best.score >= options_.min_score && OnBorder(map, best.at);
+  if (match.on_border) return match;
+  if (best.score >= options_.min_score && !HasEqual(map, best)) {
+    match.tip = Measure(map, window, best.at);
+  }
+  Confirm(window, best.at, match.tip);
   return match;
+}
+
+// The whole template at `peak` told `tip`; what changes along the tool must say so, too. Where it
+// does not, that is asked where the tip is.
+void TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip) {
+  if (!parts_.usable()) {
+    tip.found &= tip.covered < kMostCovered;
+    return;
+  }
+  const double score = tip.found ? parts_.ScoreNear(window_, peak) : 0;
+  const double attenuation = parts_.Attenuation(NoiseOf(window_));
+  if (tip.found && usual_ == 0) usual_ = score / attenuation;
+  const double usual = usual_ * attenuation;
+  const bool fits = tip.found && score >= kLeastAsUsual * usual;
+  const bool as_usual = tip.found && score >= kAsUsual * usual && tip.covered < kMuchCovered;
+  // Blur lowers every score; what covers the tip must not become the usual.
+  if (fits && tip.covered < kCovered) usual_ += kFollow * (score / attenuation - usual_);
+  if (as_usual) return;
+  const TipObservation by_parts = MeasureByParts(window, usual);
+  if (by_parts.found && by_parts.score > score + kBetter) {
+    const double whole = tip.score;
+    tip = by_parts;
+    tip.score = std::max(by_parts.score, whole);
+  } else {
+    tip.found = fits;
+  }
+  tip.found &= tip.covered < kMostCovered;
+}
+
+TipObservation TipTracker::MeasureByParts(const cv::Rect& window, double usual) {
+  TipObservation tip;
+  if (usual == 0) return tip;
+  const TemplateParts::Place place = parts_.Find(window_);
+  if (place.score < kPartsFit * usual || place.second > kPartsSecond * place.score) return tip;
+  const TemplateAligner::Result fine =
+      aligner_.AlignAround(window_, Eigen::Vector2d(place.at.x, place.at.y), parts_.trust());
+  if (!fine.converged) return tip;
+  tip.found = true;
+  tip.score = place.score;
+  tip.p_I = fine.p + anchor_ + Eigen::Vector2d(window.x, window.y);
+  tip.sigma = fine.sigma;
+  tip.covered = fine.covered;
+  return tip;
 }
 
 TipObservation TipTracker::Measure(const ScoreMap& map, const cv::Rect& window,
@@ -150,11 +206,15 @@ TipObservation TipTracker::Measure(const ScoreMap& map, const cv::Rect& window,
   const auto at = [&](int dx, int dy) { return map.At(peak.x + dx, peak.y + dy); };
   const Eigen::Vector2d rough(peak.x + FitParabola(at(-1, 0), score, at(1, 0)).offset,
                               peak.y + FitParabola(at(0, -1), score, at(0, 1)).offset);
-  const TemplateAligner::Result fine = aligner_.Align(window_, rough);
+  TemplateAligner::Result fine = aligner_.Align(window_, rough);
+  const TemplateAligner::Result around =
+      aligner_.AlignAround(window_, fine.converged ? fine.p : rough, {});
+  if (around.converged && around.covered > kCovered) fine = around;
   TipObservation tip;
   tip.found = true;
   tip.score = score;
   tip.p_I = (fine.converged ? fine.p : rough) + anchor_ + Eigen::Vector2d(window.x, window.y);
+  tip.covered = fine.covered;
   tip.sigma = fine.converged ? fine.sigma : 0.5;  // the parabola is good to half a pixel at worst
   return tip;
 }
@@ -177,7 +237,7 @@ TipObservation TipTracker::SearchPicture(const cv::Mat& image) {
     if (tip.found && (!second.found || tip.score > second.score)) second = tip;
   }
   const bool unique = !second.found || second.score < best.score - kAsGood;
-  best.found = best.found && unique;
+  best.found = best.found && unique && best.score >= options_.min_score + kFoundAnew;
   best.reacquired = best.found;
   return best;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -21,6 +22,7 @@ struct TipTemplate {
   Eigen::Vector2d anchor{0, 0};
   // Per pixel: how far the fine alignment trusts it, 0 or 1.
   std::vector<float> weights;
+  Eigen::Vector2d along{0, 0};  // unit vector along which the tool points [px]; zero: not known
 };
 
 // Reads the scene's template file. Without an anchor, the tip is in the middle of its lower edge.
@@ -41,8 +43,58 @@ TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
                            const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I, double width,
                            int roi);
 
+// The unit vector along which the bar of `width` [px] that ends at `p_I_tip` points, within 60
+// degrees of `towards`: the one along whose two sides the picture changes most.
+Eigen::Vector2d FindToolDirection(const cv::Mat& first, const GreyFormat& format,
+                                  const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& towards,
+                                  double width);
+
+// What changes along the tool, cut into parts, each correlated for itself. A bar's silhouette, the
+// most of what a whole template shows, is the same wherever along itself the bar is; its marks and
+// its end are not. Where most parts fit the tip is found, though something covers the others.
+class TemplateParts {
+ public:
+  // Parts without contrast, or beside the tool's end, are left out. Needs the tool's direction.
+  explicit TemplateParts(const TipTemplate& tip);
+  // Enough parts to tell anything.
+  [[nodiscard]] bool usable() const;
+
+  struct Place {
+    cv::Point at;       // of the template's upper left pixel
+    double score = 0;   // mean of the better half of the parts
+    double second = 0;  // the same of the next best place that is not the same peak
+  };
+  // The best place of `window`. Allocates as Ncc does.
+  Place Find(const GreyPatch& window);
+  // The best score within a pixel of `at`.
+  double ScoreNear(const GreyPatch& window, const cv::Point& at);
+  // What white noise [levels] makes of a score of 1. With usable parts only.
+  [[nodiscard]] double Attenuation(double noise) const;
+  // Of the place found last: per pixel of the template 1 where its part fits, else 0.
+  [[nodiscard]] std::span<const float> trust() const { return trust_; }
+
+ private:
+  struct Part {
+    cv::Point corner;
+    Ncc ncc;
+  };
+  const ScoreMap& Match(const GreyPatch& window);
+  void Trust(const cv::Point& at);
+
+  int width_, height_;
+  cv::Point step_;       // of the difference along the tool [px]
+  double variance_ = 0;  // of a part's differences, mean [levels^2]
+  std::vector<Part> parts_;
+  std::vector<const ScoreMap*> maps_;
+  std::vector<double> scores_;  // of the parts at one place
+  GreyPatch change_, crop_;
+  ScoreMap map_;
+  std::vector<float> trust_;
+};
+
 // Follows the tool's tip from picture to picture: normalised cross-correlation in a moving window
-// (paper A, 3.2), sub-pixel alignment, loss and re-acquisition.
+// (paper A, 3.2), sub-pixel alignment, loss and re-acquisition. Where the whole template does not
+// fit, or something covers much of it, its parts are asked.
 class TipTracker {
  public:
   struct Options {
@@ -81,12 +133,15 @@ class TipTracker {
   TipObservation SearchPicture(const cv::Mat& image);
   void FindCandidates(const cv::Mat& image);
   TipObservation Measure(const ScoreMap& map, const cv::Rect& window, const cv::Point& peak);
+  void Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip);
+  TipObservation MeasureByParts(const cv::Rect& window, double usual);
 
   GreyFormat format_;
   Options options_;
   Eigen::Vector2d anchor_;
   Ncc ncc_;
   TemplateAligner aligner_;
+  TemplateParts parts_;
   int shrink_ = 1;  // of the search over the whole picture
   std::optional<Ncc> coarse_;
   GreyPatch window_, whole_, shrunk_;
@@ -94,6 +149,7 @@ class TipTracker {
 
   std::optional<Eigen::Vector2d> last_;  // tip in the last picture; none: lost
   Eigen::Vector2d step_{0, 0};           // from the last but one to the last [px]
+  double usual_ = 0;  // score of the parts where the tip is, without noise; 0: not known yet
 };
 
 }  // namespace palpate

@@ -18,7 +18,8 @@ namespace palpate {
 namespace {
 
 constexpr int kMostElements = 4000;
-constexpr double kResolved = 0.05;  // of a pixel: what the eyes resolve
+constexpr double kLiveLag = 1.5, kReplayedLag = 0.45;  // of the arm's word [periods]
+constexpr double kResolved = 0.05;                     // of a pixel: what the eyes resolve
 
 std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace, World* world) {
   if (world != nullptr) return world->OpenCamera(scene, pace);
@@ -37,6 +38,13 @@ std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const World* worl
   if (world != nullptr) return world->truth().p_S_tip;
   if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
+}
+
+// A recorded tool's pictures do not show the arm that moves here. A live one is asked when the
+// picture has come, a while after it was taken.
+std::optional<double> ArmLag(const Pace& pace, const World* world) {
+  if (world == nullptr) return std::nullopt;
+  return pace.is_live ? kLiveLag : kReplayedLag;
 }
 
 // Element nearest to `p_O` by midpoint.
@@ -153,7 +161,8 @@ CameraSense::CameraSense(const Scene& scene, const Pace& pace, World* world)
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
-      estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, world))) {}
+      estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, world))),
+      arm_lag_(ArmLag(pace, world)) {}
 
 bool CameraSense::Acquire(const std::stop_token& stop) {
   if (std::exchange(is_first_, false)) return true;
@@ -162,9 +171,10 @@ bool CameraSense::Acquire(const std::stop_token& stop) {
   return frame.has_value();
 }
 
-const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& /*p_S_tip*/) noexcept {
+const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
   seen_ = next_;
-  return estimator_->Feel(seen_);
+  if (!arm_lag_) return estimator_->Feel(seen_);
+  return estimator_->Feel(seen_, ArmWord{p_S_tip, *arm_lag_});
 }
 
 BoundaryShape CameraSense::Shape(bool nodal_forces) {
@@ -239,8 +249,9 @@ SenseInfo CameraSense::info() const {
 
 std::vector<StageTimes> CameraSense::Stages() const {
   const StageHistograms& times = estimator_->times();
-  return {TimesOf("vision", times.vision), TimesOf("contact", times.contact),
-          TimesOf("mechanics", times.mechanics), TimesOf("total", times.total)};
+  return {TimesOf("vision", times.vision), TimesOf("checks", times.checks),
+          TimesOf("contact", times.contact), TimesOf("mechanics", times.mechanics),
+          TimesOf("total", times.total)};
 }
 
 std::unique_ptr<Account> CameraSense::OpenAccount(const World* /*world*/) {

@@ -45,6 +45,7 @@ class CameraSense final : public Sense {
   Plane plane_;
   std::string reason_;
   std::unique_ptr<Estimator> estimator_;
+  std::optional<double> arm_lag_;  // nullopt: the pictures do not show the manipulator's tool
 };
 
 }  // namespace palpate

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <span>
 #include <stdexcept>
 
+#include <Eigen/LU>
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/mechanics/make_model.h"
@@ -14,6 +16,29 @@
 
 namespace palpate {
 namespace {
+
+constexpr double kMostScale = 0.02, kScaleSigmas = 3;  // of the object's size in the first picture
+constexpr double kOtherObject = 0.3;               // a size so different is that of something else
+constexpr double kMostResidual = 2;                // of the outline at rest, rms [px]
+constexpr double kResidualLeft = 0.5;              // part of it that is uncertain at one place
+constexpr double kArmParts = 0.3, kArmSigmas = 3;  // how far eyes and arm may part: [px], sigmas
+constexpr double kDentNear = 15;  // from the surface, where a dent is looked for [px]
+// Sigma of a dent computed: [px], relative, besides relative as elements are long for the tool.
+constexpr double kDentFloor = 0.2, kDentModel = 0.05, kDentMesh = 0.1;
+constexpr double kDentSigmas = 3.5;
+constexpr int kDistrust = 3;   // pictures that must agree before a dent is believed again
+constexpr int kMostApart = 7;  // places in a row: a dent, or a cover, where none is to be
+constexpr double kLeastSharpness = 0.47;  // of the object's edges, in parts of the first picture's
+constexpr double kMostTipSigma = 0.4;     // [px]
+// Where the tip's sigma is more, its dent tells: known to this part of the tool's width, and not
+// farther from the tip seen [px]. Rough is then what is more than this part of the dent.
+constexpr double kDentTells = 0.1, kRoughTip = 6, kRough = 0.12;
+constexpr double kLeastNoise = 0.5;  // of a camera's pictures [1/255 of full scale]
+constexpr double kSmallDent = 1.5;   // that needs no confirmation [px]
+constexpr int kUnconfirmed = 6;      // pictures in which a dent may stay out of sight
+constexpr double kCovered = 0.3;     // of the tip's template, unless its dent is seen
+// What is put right of the camera's or the object's motion: [px], [rad], [-].
+constexpr double kMostShift = 40, kMostTurn = 0.06, kMostGrowth = 0.03;
 
 std::optional<Eigen::Vector2d> ToImage(const CameraView& view,
                                        const std::optional<Eigen::Vector3d>& p_S) {
@@ -31,6 +56,34 @@ Outline ToOutline(const std::vector<Eigen::Vector2d>& loop_S, const Eigen::Isome
   return outline;
 }
 
+// An outline that fits badly, or has another size than the scene's, would make every force wrong.
+void RequireCredible(const Scene& scene, const OutlineFit& fit, std::size_t points) {
+  const auto refuse = [&](const std::string& why) {
+    throw std::runtime_error(fmt::format("{}: object.geometry: {}", scene.file.string(), why));
+  };
+  const double larger = fit.scale - 1;
+  const double least = std::max(kMostScale, kScaleSigmas * fit.scale_sigma);
+  if (std::abs(larger) > least && std::abs(larger) < kOtherObject) {
+    refuse(
+        fmt::format("the object in the first picture is {:.1f} % {} than it says: accepted is "
+                    "{:g} %: check camera.pixel ({:g} um would fit) and its sizes",
+                    100 * std::abs(larger), larger > 0 ? "larger" : "smaller", 100 * kMostScale,
+                    1e6 * scene.sense.Find<Camera>()->pixel / fit.scale));
+  }
+  if (!fit.found) {
+    refuse(fmt::format(
+        "the outline seen in the first picture does not fit it ({} of {} contour points agree): "
+        "check object.pose, camera.pixel and sense.contour.start",
+        fit.inliers, points));
+  }
+  if (fit.rms_px > kMostResidual) {
+    refuse(
+        fmt::format("the outline seen in the first picture is {:.1f} px rms away from it: "
+                    "accepted is {:g} px: check its shape and sense.contour.start",
+                    fit.rms_px, kMostResidual));
+  }
+}
+
 Eigen::Vector3d Planar(const Eigen::Vector2d& v) {
   return {v.x(), v.y(), 0};
 }
@@ -45,6 +98,12 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
       tool_width_(scene.tool->width) {
   RegisterObject(scene);
   Adopt(Prepare(scene), scene);
+  if (!eyes_->rest_contour_I().empty()) {
+    watch_.emplace(first.image, eyes_->rest_contour_I(), view_, registration_.X_SO, touch_->mesh);
+  }
+  tool_.d_I = eyes_->tool_direction_I();
+  tool_.width = tool_width_ / view_.pixel();
+  is_noisy_ = eyes_->noise() > kLeastNoise;
   observation_ = &eyes_->Look(first.image, first.sequence, first.sensed_at);
 }
 
@@ -66,14 +125,10 @@ void Estimator::RegisterObject(const Scene& scene) {
   if (contour_I.empty()) return;
   const OutlineFit fit =
       FitOutline(OutlineOf(scene.object.geometry), registration_.X_SO, contour_I, view_);
-  if (!fit.found) {
-    throw std::runtime_error(fmt::format(
-        "{}: object.geometry: the outline seen in the first picture does not fit it ({} of {} "
-        "contour points agree): check object.pose, camera.pixel and sense.contour.start",
-        scene.file.string(), fit.inliers, contour_I.size()));
-  }
+  RequireCredible(scene, fit, contour_I.size());
   registration_ = {true, fit.X_SO, fit.rms_px, fit.inliers};
-  rest_sigma_ = fit.rms_px * view_.pixel() / std::sqrt(static_cast<double>(fit.inliers));
+  // Deviations of the real outline from the scene's do not average out.
+  rest_sigma_ = kResidualLeft * fit.rms_px * view_.pixel();
 }
 
 std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene) const {
@@ -87,9 +142,11 @@ std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene) const {
 
 void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   touch_ = std::move(touch);
-  if (rules_.in_contact()) ResumeContact();
   rules_.Adopt(scene);
   law_ = scene.model.contact;
+  dent_element_ = -1;
+  if (watch_) watch_->Adopt(touch_->mesh);
+  if (rules_.in_contact()) ResumeContact();
 }
 
 void Estimator::ResumeContact() noexcept {
@@ -98,34 +155,126 @@ void Estimator::ResumeContact() noexcept {
   const Eigen::Vector3d p_O = X_OS * felt_.p_S_contact;
   const Eigen::Vector3d n_O = X_OS.linear() * felt_.local_model.normal;
   touch_->contact->MoveTip((p_O + kAbove * touch_->mesh.length_unit * n_O).head<2>());
-  touch_->contact->MoveTip((X_OS * felt_.p_S_tip).head<2>());
+  ExpectDent(touch_->contact->MoveTip((X_OS * felt_.p_S_tip).head<2>()));
 }
 
 void Estimator::Reset() noexcept {
   eyes_->Reset();
   touch_->contact->Reset();
   rules_.Reset();
+  if (watch_) watch_->Reset();
+  distrust_ = unconfirmed_ = 0;
+  arm_in_picture_.Reset();
+  arm_on_object_.Reset();
 }
 
-const ContactEstimate& Estimator::Feel(const Frame& frame) noexcept {
+const ContactEstimate& Estimator::Feel(const Frame& frame,
+                                       const std::optional<ArmWord>& said) noexcept {
   Stopwatch total, lap;
   felt_.sample = frame.sequence;
   felt_.sensed_at = frame.sensed_at;
   felt_.events.Clear();
   observation_ = &eyes_->Look(frame.image, frame.sequence, frame.sensed_at);
   times_.vision.Add(lap.Lap());
+  LookAtObject(frame.image);
+  const bool frozen = IsFrozen(frame.image);
+  checks_us_ = lap.Lap();
 
   const TipObservation& tip = observation_->tip;
   felt_.details.score = tip.found ? std::optional(tip.score) : std::nullopt;
   if (registration_.measured) felt_.details.registration = registration_.rms_px;
   rules_.Track(tip.found, &felt_);
   if (tip.found) {
-    Touch(view_.ToSlave(tip.p_I), tip.sigma * view_.pixel());
+    const Eigen::Vector2d p_I = PutRight(tip);
+    Touch(view_.ToSlave(p_I), tip_sigma_ * view_.pixel());
+    if (said) AskArm(*said);
+    if (frozen) EstimateRules::Doubt(FailedCheck::kFrozen, &felt_);
   } else {
     EstimateRules::LoseForce(Validity::kTrackingLost, FailedCheck::kTip, &felt_);
   }
   times_.total.Add(total.Lap());
   return felt_;
+}
+
+// Where the tip is in the first picture's frame [px], and tip_sigma_. A tip that is only roughly
+// known, under a cover, is told by the dent it makes if that is seen well.
+Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
+  tip_sigma_ = tip.sigma;
+  if (!watch_) return tip.p_I;
+  const ObjectSighting& object = watch_->sighting();
+  const Eigen::Vector2d p_I = object.motion.Back(tip.p_I);
+  tip_sigma_ = std::hypot(tip.sigma, object.sigma_px);
+  if (tip.sigma < kMostTipSigma || !object.dent_known || !rules_.in_contact()) return p_I;
+  const double sigma =
+      std::hypot(std::sqrt(object.dent_covariance.trace()), dent_sigma_ * object.dent_O.norm());
+  const Eigen::Vector2d dent_S = registration_.X_SO.linear().topLeftCorner<2, 2>() * object.dent_O;
+  const Eigen::Vector3d p_S = felt_.p_S_contact + view_.pixel() * Planar(dent_S);
+  const Eigen::Vector2d by_dent = view_.ToImage(p_S);
+  if (!(sigma < kDentTells * tool_.width) || (by_dent - p_I).norm() > kRoughTip) return p_I;
+  tip_sigma_ = sigma;
+  return by_dent;
+}
+
+// The same picture again, to the last bit: where there is noise no camera takes that twice.
+bool Estimator::IsFrozen(const cv::Mat& image) noexcept {
+  const bool comparable = image.size() == last_image_.size() &&
+                          image.type() == last_image_.type() && image.isContinuous() &&
+                          last_image_.isContinuous();
+  const bool same =
+      comparable && !image.empty() && image.data != last_image_.data &&
+      std::memcmp(image.data, last_image_.data, image.total() * image.elemSize()) == 0;
+  last_image_ = image;
+  return same && is_noisy_;
+}
+
+void Estimator::AskArm(const ArmWord& said) noexcept {
+  const TipObservation& tip = observation_->tip;
+  const double tolerance = (kArmParts + kArmSigmas * tip_sigma_) * view_.pixel();
+  const bool in_picture = arm_in_picture_.Agree(view_.ToSlave(tip.p_I), said, tolerance);
+  const bool on_object = arm_on_object_.Agree(felt_.p_S_tip, said, tolerance);
+  if (!in_picture && !on_object) EstimateRules::Doubt(FailedCheck::kArm, &felt_);
+}
+
+// What the object's edge tells with the dent that is to be expected where the tip is now.
+void Estimator::LookAtObject(const cv::Mat& image) noexcept {
+  if (!watch_) return;
+  const TipObservation& tip = observation_->tip;
+  if (tip.found) tool_.p_I_tip = tip.p_I;
+  if (tip.found && dent_element_ >= 0) {
+    const Eigen::Vector3d p_S = view_.ToSlave(watch_->sighting().motion.Back(tip.p_I));
+    const Eigen::Vector3d way_S = p_S - felt_.p_S_contact;
+    const bool presses = rules_.in_contact() || way_S.dot(felt_.local_model.normal) < 0;
+    dent_O_.setZero();
+    if (presses) {
+      dent_O_ = (registration_.X_SO.linear().transpose() * way_S).head<2>() / view_.pixel();
+    }
+  }
+  watch_->Look(image, tool_, dent_O_);
+}
+
+// How the outline moves with the patch at `place`, while the tool is there or comes near.
+void Estimator::ExpectDent(const BoundaryPlace& place) noexcept {
+  const bool near = place.gap < kDentNear * view_.pixel();
+  if (!watch_ || (near && place.element == dent_element_)) return;
+  dent_element_ = -1;
+  watch_->ForgetDent();
+  if (!near) return;
+  const double unit = touch_->mesh.length_unit;
+  for (const int axis : {0, 1}) {
+    auto& along = axis == 0 ? dent_along_x_ : dent_along_y_;
+    // Without friction only the part along the normal presses.
+    const bool slides = law_ == ContactLaw::kFrictionless;
+    const Eigen::Vector3d one = slides ? Planar(place.normal_O) : Eigen::Vector3d::Unit(axis);
+    if (Respond(place, unit * one).validity == Validity::kFailed) return;
+    touch_->deformation->Displacements(&along);
+    for (Eigen::Vector3d& u : along) u *= (slides ? place.normal_O[axis] : 1) / unit;
+  }
+  const double element =
+      touch_->mesh.elements[static_cast<std::size_t>(place.element)].length() / view_.pixel();
+  const Eigen::Vector2d p_I = view_.ToImage(registration_.X_SO * Planar(place.p_O));
+  watch_->SetDent(dent_along_x_, dent_along_y_, {p_I, tool_.width, element});
+  dent_sigma_ = kDentModel + kDentMesh * element / (element + tool_.width);
+  dent_element_ = place.element;
 }
 
 void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept {
@@ -135,6 +284,8 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
   const BoundaryPlace& place = touch_->contact->MoveTip(p_O_tip.head<2>());
   const bool touching = touch_->contact->in_contact();
   times_.contact.Add(lap.Lap());
+  ExpectDent(place);
+  times_.checks.Add(checks_us_ + lap.Lap());
 
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
   if (touching) {
@@ -153,11 +304,54 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
     return EstimateRules::LoseForce(Validity::kFailed, FailedCheck::kNone, &felt_);
   }
   UpdateLocalModel(place, response);
-  if (!touching) return rules_.TellForce(Eigen::Vector3d::Zero(), 0, Validity::kValid, &felt_);
+  const Eigen::Vector2d dent_O = displacement.head<2>() / view_.pixel();
+  if (!touching) {
+    rules_.TellForce(Eigen::Vector3d::Zero(), 0, Validity::kValid, &felt_);
+    return Judge(dent_O, tip_sigma / view_.pixel());
+  }
   // The force changes most with the tip's place along the normal.
   const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
   rules_.TellForce(-(X_SO.linear() * response.force_O),
                    stiffness * std::hypot(tip_sigma, rest_sigma_), response.validity, &felt_);
+  Judge(dent_O, tip_sigma / view_.pixel());
+}
+
+bool Estimator::IsDented(const Eigen::Vector2d& dent_O, double sigma_px) const noexcept {
+  const ObjectSighting& seen = watch_->sighting();
+  if (!seen.dent_known) return true;
+  const double sigma2 = kDentFloor * kDentFloor + dent_sigma_ * dent_sigma_ * dent_O.squaredNorm() +
+                        sigma_px * sigma_px;
+  const Eigen::Matrix2d C = seen.dent_covariance + sigma2 * Eigen::Matrix2d::Identity();
+  const Eigen::Vector2d error = seen.dent_O - dent_O;
+  return error.dot(C.inverse() * error) < kDentSigmas * kDentSigmas;
+}
+
+// Doubts the force just told where the object's edge says otherwise. `dent_O`: displacement of the
+// contact's patch as the tip tells it [px].
+void Estimator::Judge(const Eigen::Vector2d& dent_O, double sigma_px) noexcept {
+  if (!watch_) return;
+  const ObjectSighting& seen = watch_->sighting();
+  if (!seen.known) return EstimateRules::Doubt(FailedCheck::kRegistration, &felt_);
+  if (seen.motion.shift.norm() > kMostShift || std::abs(seen.motion.angle) > kMostTurn) {
+    EstimateRules::Doubt(FailedCheck::kCameraMotion, &felt_);
+  }
+  if (std::abs(seen.motion.growth) > kMostGrowth) {
+    EstimateRules::Doubt(FailedCheck::kScale, &felt_);
+  }
+  const bool rough = tip_sigma_ > std::max(kMostTipSigma, kRough * dent_O.norm());
+  if (seen.sharpness < kLeastSharpness || rough) {
+    EstimateRules::Doubt(FailedCheck::kPicture, &felt_);
+  }
+  if (seen.apart > kMostApart) EstimateRules::Doubt(FailedCheck::kDent, &felt_);
+  distrust_ = IsDented(dent_O, sigma_px) ? std::max(0, distrust_ - 1) : kDistrust;
+  const bool confirmed = seen.dent_known || dent_O.norm() < kSmallDent;
+  unconfirmed_ = confirmed ? 0 : unconfirmed_ + 1;
+  if (distrust_ > 0 || unconfirmed_ > kUnconfirmed) {
+    EstimateRules::Doubt(FailedCheck::kDent, &felt_);
+  }
+  if (!confirmed && observation_->tip.covered > kCovered) {
+    EstimateRules::Doubt(FailedCheck::kTipCovered, &felt_);
+  }
 }
 
 ContactResponse Estimator::Respond(const BoundaryPlace& place,

@@ -17,6 +17,8 @@
 #include "slave/capture/frame_source.h"
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/camera/arm_watch.h"
+#include "slave/pipeline/camera/object_watch.h"
 #include "slave/pipeline/estimate_rules.h"
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
@@ -35,7 +37,7 @@ struct Registration {
 
 // Times per picture.
 struct StageHistograms {
-  LatencyHistogram vision, contact, mechanics, total;
+  LatencyHistogram vision, checks, contact, mechanics, total;
 };
 
 // The part that SetModel replaces as a whole.
@@ -59,7 +61,7 @@ class Estimator {
   ~Estimator();
 
   // Never throws; what cannot be known is flagged.
-  const ContactEstimate& Feel(const Frame& frame) noexcept;
+  const ContactEstimate& Feel(const Frame& frame, const std::optional<ArmWord>& said = {}) noexcept;
   // The contact that the master renders for a tip at p_S_tip [m] now, between pictures too: before
   // it touches, the plane at the nearest place of the outline; that plane stays from where the tip
   // comes in until it has come out.
@@ -79,12 +81,23 @@ class Estimator {
   [[nodiscard]] TouchModel& touch() { return *touch_; }
   [[nodiscard]] const TouchModel& touch() const { return *touch_; }
   [[nodiscard]] const Observation& observation() const { return *observation_; }
+  // Of the last picture; null: the scene follows no contour, so that nothing checks the tip.
+  [[nodiscard]] const ObjectSighting* sighting() const {
+    return watch_ ? &watch_->sighting() : nullptr;
+  }
   [[nodiscard]] const StageHistograms& times() const { return times_; }
 
  private:
   void RegisterObject(const Scene& scene);
   void ResumeContact() noexcept;
+  Eigen::Vector2d PutRight(const TipObservation& tip) noexcept;
+  [[nodiscard]] bool IsFrozen(const cv::Mat& image) noexcept;
+  void AskArm(const ArmWord& said) noexcept;
+  void LookAtObject(const cv::Mat& image) noexcept;
   void Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept;
+  void ExpectDent(const BoundaryPlace& place) noexcept;
+  void Judge(const Eigen::Vector2d& dent_O, double sigma_px) noexcept;
+  [[nodiscard]] bool IsDented(const Eigen::Vector2d& dent_O, double sigma_px) const noexcept;
   [[nodiscard]] ContactResponse Respond(const BoundaryPlace& place,
                                         const Eigen::Vector3d& displacement_O) noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
@@ -97,6 +110,19 @@ class Estimator {
   double rest_sigma_ = 0;  // how well the rest surface is known [m]
   std::unique_ptr<TouchModel> touch_;
   double tool_width_ = 0;  // [m]
+  std::optional<ObjectWatch> watch_;
+  ArmWatch arm_in_picture_, arm_on_object_;  // one parts where the camera moves, one the object
+  ObjectWatch::Bar tool_;                    // in the last picture
+  int dent_element_ = -1;                    // whose dent the watch knows; -1: none
+  double dent_sigma_ = 0;  // of its displacement as the model tells it, relative [-]
+  std::vector<Eigen::Vector3d> dent_along_x_, dent_along_y_;
+  Eigen::Vector2d dent_O_{0, 0};  // expected, of the last picture [px]
+  double tip_sigma_ = 0;          // with that of the picture's motion [px]
+  int unconfirmed_ = 0;           // pictures since the dent was seen last
+  int distrust_ = 0;              // pictures until a dent is believed again
+  cv::Mat last_image_;
+  bool is_noisy_ = false;  // the first picture has noise
+  double checks_us_ = 0;   // of this picture
   ContactLaw law_ = ContactLaw::kBonded;
   EstimateRules rules_;
   const Observation* observation_ = nullptr;

@@ -233,6 +233,25 @@ TEST(ContourTrackerTest, AContourThatLosesItsEdgeIsFlaggedAndComesBack) {
   EXPECT_FALSE(tracker.Track(Block().Render(2)).empty());
 }
 
+// A person who knows where the object is need not know how large it is. Reference: the drawn disc
+// and block; 2 % of the area is a pixel of the radius, 5 % what the block's corners take off.
+TEST(ContourTrackerTest, AStartMayBeOffByFortyPercentInRadius) {
+  for (const bool disc : {true, false}) {
+    const TestPicture picture = disc ? Embryo() : Block();
+    const TestPicture::Body& body = *picture.body;
+    const double area = disc ? std::numbers::pi * 90 * 90 : 4 * body.half.prod();
+    const double radius = std::sqrt(area / std::numbers::pi);
+    const cv::Mat image = picture.Render();
+    for (const double off : {0.6, 0.8, 1.0, 1.25, 1.4}) {
+      ContourTracking options;
+      options.start = ContourTracking::Circle{body.centre + Eigen::Vector2d(6, -5), off * radius};
+      ContourTracker tracker(options, image, GreyFormat(image), disc ? 0 : 17, false);
+      EXPECT_NEAR(std::abs(CurveArea(tracker.rest())) / area, 1, disc ? 0.02 : 0.05)
+          << disc << " " << off;
+    }
+  }
+}
+
 // Reference: the drawn pose. The block lies 7 px and 3 degrees from where the scene says, a tool
 // covers a piece of its edge. Tolerance 0.02 px: a whole pixel costs 2 % of the force of a 5 mm
 // press, this 0.04 %.

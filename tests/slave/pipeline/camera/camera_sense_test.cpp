@@ -83,7 +83,7 @@ class CameraSenseTest : public ::testing::Test {
 // (paper A's mesh), and half a pixel of 2.3 mm is as much again.
 TEST_F(CameraSenseTest, APressIsFeltAsTheSiteKnowsIt) {
   const SlaveState state = Press();
-  EXPECT_EQ(state.validity, Validity::kValid);
+  EXPECT_EQ(state.validity, Validity::kValid) << ToString(state.check);
   EXPECT_TRUE(state.local_model.in_contact);
   ASSERT_TRUE(state.force && state.true_force);
   EXPECT_GT(state.true_force->y(), 0.7);

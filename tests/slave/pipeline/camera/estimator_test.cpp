@@ -1,8 +1,16 @@
 #include "slave/pipeline/camera/estimator.h"
 
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include "slave/mechanics/make_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 
@@ -12,17 +20,43 @@ namespace {
 constexpr int kScale =
     8;  // drawn finer and averaged, so that edges are true to a fraction of a pixel
 
-// The block's scene, seen in pictures drawn here: no simulated site, no deformation, everything
-// known.
+// The block's scene, seen in pictures drawn here: no simulated site, everything known. The drawn
+// block is dented as the scene's own model says.
 class EstimatorTest : public ::testing::Test {
  protected:
-  EstimatorTest() : scene_(LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"))) {}
+  EstimatorTest()
+      : scene_(LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"))),
+        mesh_(MeshOutline(scene_, std::nullopt)),
+        model_(MakeModel(scene_, mesh_)) {}
 
   [[nodiscard]] cv::Point Fine(const CameraView& view, double x, double y) const {
     const Eigen::Vector2d p = view.ToImage({x, y, 0});
     // Centre of pixel (0, 0) is at (0, 0); cv::Point at the finer scale with four fractional bits.
     return {static_cast<int>(std::lround(((p.x() + 0.5) * kScale - 0.5) * 16)),
             static_cast<int>(std::lround(((p.y() + 0.5) * kScale - 0.5) * 16))};
+  }
+  // The block's vertices in S [m] with the tool's tip at (x, y), which came in where it first was
+  // below the top.
+  [[nodiscard]] std::vector<Eigen::Vector2d> Block(double x, double y) {
+    const bool pressed = dents_ && y < 0.088 && x > 0.003 && x < 0.085;
+    if (!pressed) entry_.reset();
+    if (pressed && !entry_) entry_ = x;
+    std::vector<Eigen::Vector3d> u(mesh_.elements.size(), Eigen::Vector3d::Zero());
+    if (pressed) {
+      const Contact contact{Contact::Kind::kDisplacement,
+                            {*entry_, 0.088, 0},
+                            -1,
+                            scene_.tool->width,
+                            {x - *entry_, y - 0.088, 0}};
+      ContactResponse response;
+      model_->Respond(std::span(&contact, 1), std::span(&response, 1));
+      model_->Displacements(&u);
+    }
+    std::vector<Eigen::Vector2d> vertices;
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      vertices.push_back(mesh_.elements[i].a + u[i].head<2>());
+    }
+    return vertices;
   }
   // The tool's tip at (x, y) [m] in S; `tool` false: it is not in the picture.
   [[nodiscard]] Frame Draw(double x, double y, bool tool = true) {
@@ -34,7 +68,10 @@ class EstimatorTest : public ::testing::Test {
                                            Fine(view, x1, y1), Fine(view, x0, y1)};
       cv::fillConvexPoly(fine, corners, cv::Scalar(grey), cv::LINE_8, 4);
     };
-    box(0, 0, 0.088, 0.088, 110);
+    std::vector<cv::Point> block;
+    for (const Eigen::Vector2d& p : Block(x, tool ? y : 1))
+      block.push_back(Fine(view, p.x(), p.y()));
+    cv::fillPoly(fine, block, cv::Scalar(110), cv::LINE_8, 4);
     if (tool) {
       const double half = 0.5 * scene_.tool->width;
       box(x - half, y, x + half, y + 0.2, 40);
@@ -54,6 +91,10 @@ class EstimatorTest : public ::testing::Test {
   [[nodiscard]] Estimator Make() { return {scene_, Draw(home().x(), home().y()), home()}; }
 
   Scene scene_;
+  BoundaryMesh mesh_;
+  std::unique_ptr<DeformationModel> model_;
+  std::optional<double> entry_;  // where the tool came in [m]
+  bool dents_ = true;            // false: the block stays as it is whatever presses
   std::uint64_t sequence_ = 0;
 };
 
@@ -193,8 +234,56 @@ TEST_F(EstimatorTest, BeyondTheModelsRangeTheForceIsMarkedExtrapolated) {
   scene_.model.range = 0.02;  // of 88 mm: 1.76 mm
   Estimator estimator = Make();
   estimator.Feel(Draw(0.044, 0.090));
-  EXPECT_EQ(estimator.Feel(Draw(0.044, 0.0865)).validity, Validity::kValid);
+  EXPECT_EQ(estimator.Feel(Draw(0.044, 0.0865)).validity, Validity::kValid)
+      << ToString(estimator.felt().check);
   EXPECT_EQ(estimator.Feel(Draw(0.044, 0.0855)).validity, Validity::kExtrapolated);
+}
+
+// The tip alone would tell 1.4 N. Nothing is deformed, so nothing presses.
+TEST_F(EstimatorTest, APressWithoutItsDentIsNotValid) {
+  dents_ = false;
+  Estimator estimator = Make();
+  for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Feel(Draw(0.044, y));
+  EXPECT_NE(estimator.felt().validity, Validity::kValid);
+  EXPECT_EQ(estimator.felt().check, FailedCheck::kDent);
+  for (const double y : {0.087, 0.090, 0.092, 0.092, 0.092}) estimator.Feel(Draw(0.044, y));
+  EXPECT_EQ(estimator.felt().validity, Validity::kValid) << "free again, it says so";
+}
+
+// A hand stumbles against the camera in the middle of a press: everything jumps by up to 20 px, the
+// force stays. Tolerance: a tenth of a pixel of tip and of surface each, of 3 mm.
+TEST_F(EstimatorTest, ABumpOfTheCameraIsPutRight) {
+  for (const Eigen::Vector2d& way : {Eigen::Vector2d(20, 0), {0, -20}, {-14.3, 13.8}}) {
+    Estimator estimator = Make();
+    for (int i = 0; i <= 9; ++i) estimator.Feel(Draw(0.044, 0.094 - 0.001 * i));
+    const Eigen::Vector3d before = estimator.felt().force.value();
+    const Frame still = Draw(0.044, 0.085);
+    Frame bumped = still;
+    bumped.image = cv::Mat();
+    const cv::Matx23d motion(1, 0, way.x(), 0, 1, way.y());
+    cv::warpAffine(still.image, bumped.image, motion, still.image.size(), cv::INTER_CUBIC,
+                   cv::BORDER_REPLICATE);
+    const ContactEstimate& felt = estimator.Feel(bumped);
+    EXPECT_EQ(felt.validity, Validity::kValid) << way.transpose() << ToString(felt.check);
+    EXPECT_LT((*felt.force - before).norm(), 0.07 / 3 * before.norm()) << way.transpose();
+    EXPECT_LT((estimator.sighting()->motion.shift - way).norm(), 0.1) << way.transpose();
+  }
+}
+
+// A pixel said to be 5 % too large or too small shows in the block's own size.
+TEST_F(EstimatorTest, AWrongScaleIsRefusedWithTheOneThatFits) {
+  const Frame first = Draw(home().x(), home().y());
+  for (const double wrong : {0.95, 1.05}) {
+    Scene scene = scene_;
+    scene.sense.Find<Camera>()->pixel *= wrong;
+    try {
+      Estimator estimator(scene, first, home());
+      ADD_FAILURE() << "accepted " << wrong;
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find("camera.pixel (3"), std::string::npos)
+          << error.what();
+    }
+  }
 }
 
 }  // namespace

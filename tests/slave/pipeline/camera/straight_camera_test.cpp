@@ -1,6 +1,7 @@
 // A camera whose lens bends straight lines, from its pictures to the tip.
 #include <algorithm>
 #include <filesystem>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -57,6 +58,37 @@ TEST(StraightCameraTest, ALensOfAnotherPictureSizeIsRefused) {
   Scene scene = BlockBehindALens();
   scene.sense.Find<Camera>()->size = {320, 240};
   EXPECT_THROW(SimulatedSite site(scene), std::invalid_argument);
+}
+
+// The shipped embryo, whose outline and pipette's direction only the pictures tell. Reference: the
+// simulated site's force. Tolerance 15 %: the outline found is rounded by the snake's 60 points,
+// and the arc that holds it is told about its middle.
+TEST(FromImageTest, TheEmbryoOfThePictureIsFeltByAPipetteThatPointsAtIt) {
+  Scene scene = LoadScene(SourcePath("/deploy/scenes/zebrafish-embryo.yaml"));
+  SimulatedSite site(scene);
+  ScriptedCamera camera(site, scene);
+  scene.object.geometry = ImageContourGeometry{1.2e-3};
+  scene.tool->direction.setZero();
+  std::optional<Frame> frame = camera.Next({});
+  ASSERT_TRUE(frame);
+  Estimator estimator(scene, *frame, scene.manipulator.home);
+  EXPECT_LT((estimator.eyes().tool_direction_I() - Eigen::Vector2d(-1, 0)).norm(), 0.1);
+  double peak = 0, worst = 0;
+  int valid = 0, pictures = 0;
+  std::string checks;
+  for (; frame; frame = camera.Next({})) {
+    const ContactEstimate& felt = estimator.Feel(*frame);
+    const Eigen::Vector3d truth = site.truth().force;
+    peak = std::max(peak, truth.norm());
+    ++pictures;
+    if (felt.validity != Validity::kValid) checks += std::string(ToString(felt.check)) + " ";
+    if (felt.validity != Validity::kValid) continue;
+    ++valid;
+    worst = std::max(worst, (felt.force.value() - truth).norm());
+  }
+  EXPECT_GT(peak, 0.01);
+  EXPECT_LT(worst, 0.15 * peak);
+  EXPECT_GT(valid, pictures / 2) << checks;
 }
 
 }  // namespace

@@ -1,0 +1,38 @@
+// The manipulator's word on where the tip is, as a second witness: what is seen minus what it says
+// changes slowly, whatever the registration of the two.
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+// What a manipulator that the picture shows says of the tip.
+struct ArmWord {
+  Eigen::Vector3d p_S_tip{0, 0, 0};  // [m]
+  double lag = 0;  // how far its instant may be from the picture's [periods of the pictures]
+};
+
+class ArmWatch {
+ public:
+  // Of one picture, S [m]. `tolerance` [m]: of what is seen; the arm's own motion within the lag is
+  // allowed besides.
+  bool Agree(const Eigen::Vector3d& p_S_seen, const ArmWord& said, double tolerance) noexcept {
+    const Eigen::Vector3d offset = p_S_seen - said.p_S_tip;
+    if (!offset_) offset_ = offset, said_ = said.p_S_tip;
+    const double way = (said.p_S_tip - said_).norm();
+    said_ = said.p_S_tip;
+    const bool agree = (offset - *offset_).norm() < tolerance + said.lag * way;  // false for NaN
+    if (agree) *offset_ += kFollow * (offset - *offset_);
+    return agree;
+  }
+  void Reset() noexcept { offset_.reset(); }
+
+ private:
+  static constexpr double kFollow = 0.03;  // of the offset, per picture
+  std::optional<Eigen::Vector3d> offset_;
+  Eigen::Vector3d said_{0, 0, 0};
+};
+
+}  // namespace palpate

@@ -1,0 +1,81 @@
+// The object's edge as it was found at rest, looked for again in every picture, place by place.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include "slave/vision/closed_curve.h"
+#include "slave/vision/grey.h"
+
+namespace palpate {
+
+// How a picture lies on the first one: p -> centre + shift + exp(growth) R(angle) (p - centre).
+struct PictureMotion {
+  Eigen::Vector2d centre{0, 0}, shift{0, 0};  // [px]
+  double angle = 0;                           // [rad], from x towards y of I
+  double growth = 0;                          // logarithm of the scale [-]
+
+  // d = exp(growth) R(angle): of directions in the first picture.
+  [[nodiscard]] Eigen::Matrix2d linear() const;
+  [[nodiscard]] Eigen::Vector2d Apply(const Eigen::Vector2d& p) const {
+    return centre + shift + linear() * (p - centre);
+  }
+  [[nodiscard]] Eigen::Vector2d Back(const Eigen::Vector2d& p) const {
+    return centre + linear().inverse() * (p - centre - shift);
+  }
+};
+
+class RestEdge {
+ public:
+  static constexpr int kMostReach = 36;  // of any look [px]
+
+  struct Place {
+    Eigen::Vector2d p_I, n_I;  // in the first picture [px]; unit normal, the same side all round
+    double step = 0;           // of the grey level along n_I
+  };
+
+  // `rest`: points on the edge in `first` [px], in order, a few px apart (RefineContour). Places
+  // whose edge is not seen straight around them are left out.
+  RestEdge(const cv::Mat& first, const GreyFormat& format, CurveView rest);
+
+  [[nodiscard]] const std::vector<Place>& places() const { return places_; }
+  [[nodiscard]] bool Fits(const cv::Mat& image) const noexcept { return format_.Fits(image); }
+
+  // How far along the unit vector `n` from `p` [px] the edge of the place lies, at most `reach`:
+  // the steepest step of its sign, those nearer preferred; then its centroid, as RefineContour has
+  // it. nullopt: too faint, or outside the picture. `image` fits. Real-time safe.
+  std::optional<double> Look(const cv::Mat& image, const Place& place, const Eigen::Vector2d& p,
+                             const Eigen::Vector2d& n, int reach) noexcept;
+
+  // Of the edge seen last: its step within 3 px in parts of that within 8 px; 1: sharp.
+  [[nodiscard]] double sharpness() const { return sharpness_; }
+
+  // The shift to add to `motion`, up to kMostReach - 2 along x and y, under which most places see
+  // an edge of their own; to about a pixel. Real-time safe; a fraction of a millisecond.
+  Eigen::Vector2d FindShift(const cv::Mat& image, const PictureMotion& motion) noexcept;
+
+ private:
+  static constexpr int kMargin = 8;  // beyond the reach, for the windows of step and centroid [px]
+  static constexpr int kMostSamples = 2 * (kMostReach + kMargin) + 1;
+
+  bool ReadProfile(const cv::Mat& image, const Eigen::Vector2d& p, const Eigen::Vector2d& n,
+                   int half) noexcept;
+  [[nodiscard]] double StepAt(int k, int first = 1) const noexcept;
+  [[nodiscard]] double Centroid(double sign, int at) const noexcept;
+  [[nodiscard]] double Votes(const Eigen::Vector2d& shift) const noexcept;
+
+  GreyFormat format_;
+  std::vector<Place> places_;
+  std::vector<std::int16_t> window_;
+  std::vector<float> level_;  // of the profile, 1 px apart
+  int half_ = 0;              // the profile's middle
+  double sharpness_ = 1;
+  std::vector<float> votes_;  // places x (2 kMostReach + 1)
+  std::vector<Eigen::Vector2d> normals_;
+};
+
+}  // namespace palpate

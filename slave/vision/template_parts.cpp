@@ -1,0 +1,172 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "slave/vision/tip_tracker.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kPartWidth = 14, kPartHeight = 10;  // about [px]
+constexpr int kMostAcross = 4, kMostAlong = 8;
+constexpr double kLeastTrusted = 0.85;   // part of a part's pixels that the alignment trusts
+constexpr double kLeastVariance = 0.15;  // of the whole template's
+constexpr double kStep = 2;              // of the difference along the tool, to either side [px]
+constexpr std::size_t kFewest = 4;       // parts
+constexpr int kSamePeak = 3;             // [px]
+constexpr double kFits = 0.6;            // score of a part
+
+double VarianceOf(const GreyPatch& patch) {
+  double sum = 0, square = 0;
+  for (const std::int16_t level : patch.levels) sum += level, square += level * level;
+  const auto n = static_cast<double>(patch.levels.size());
+  return square / n - sum * sum / (n * n);
+}
+
+struct Cut {
+  GreyPatch pixels;
+  double trusted = 0;  // part of the pixels
+};
+
+void CutOut(const GreyPatch& from, const cv::Rect& box, GreyPatch& out) {
+  out.Resize(box.width, box.height);
+  for (int y = 0; y < box.height; ++y) {
+    std::copy_n(from.Row(box.y + y) + box.x, box.width, out.Row(y));
+  }
+}
+
+Cut CutOut(const TipTemplate& tip, const GreyPatch& change, const cv::Rect& box) {
+  Cut cut;
+  CutOut(change, box, cut.pixels);
+  for (int y = 0; y < box.height; ++y) {
+    const auto row = tip.weights.begin() + (box.y + y) * tip.pixels.width + box.x;
+    cut.trusted += std::accumulate(row, row + box.width, 0.0) / box.area();
+  }
+  return cut;
+}
+
+int Pieces(int length, double wanted, int most) {
+  return std::clamp(static_cast<int>(std::lround(length / wanted)), 1, most);
+}
+
+// The difference over 2 `step`, along the tool; at the border of what is there.
+void Differentiate(const GreyPatch& levels, const cv::Point& step, GreyPatch& out) {
+  out.Resize(levels.width, levels.height);
+  const auto clamped = [](int i, int size) { return std::clamp(i, 0, size - 1); };
+  for (int y = 0; y < levels.height; ++y) {
+    const std::int16_t* ahead = levels.Row(clamped(y + step.y, levels.height));
+    const std::int16_t* behind = levels.Row(clamped(y - step.y, levels.height));
+    std::int16_t* to = out.Row(y);
+    for (int x = 0; x < levels.width; ++x) {
+      to[x] = static_cast<std::int16_t>(ahead[clamped(x + step.x, levels.width)] -
+                                        behind[clamped(x - step.x, levels.width)]);
+    }
+  }
+}
+
+}  // namespace
+
+TemplateParts::TemplateParts(const TipTemplate& tip)
+    : width_(tip.pixels.width),
+      height_(tip.pixels.height),
+      step_(static_cast<int>(std::lround(kStep * tip.along.x())),
+            static_cast<int>(std::lround(kStep * tip.along.y()))),
+      trust_(tip.pixels.levels.size(), 1.0F) {
+  Differentiate(tip.pixels, step_, change_);
+  // What lies beyond the template is not known, so its border tells no difference.
+  const cv::Point inset(std::abs(step_.x), std::abs(step_.y));
+  const cv::Size inside(width_ - 2 * inset.x, height_ - 2 * inset.y);
+  const bool wide = width_ > height_;  // the tool lies along the longer side
+  const int columns = Pieces(inside.width, kPartWidth, wide ? kMostAlong : kMostAcross);
+  const int rows = Pieces(inside.height, kPartHeight, wide ? kMostAcross : kMostAlong);
+  const double least = kLeastVariance * VarianceOf(change_);
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const cv::Point from(i * inside.width / columns, j * inside.height / rows);
+      const cv::Point to((i + 1) * inside.width / columns, (j + 1) * inside.height / rows);
+      const cv::Rect box = cv::Rect(from, to) + inset;
+      if (box.empty()) continue;
+      Cut cut = CutOut(tip, change_, box);
+      if (cut.trusted < kLeastTrusted || !(VarianceOf(cut.pixels) > std::max(least, 1.0))) continue;
+      parts_.push_back({box.tl(), Ncc(std::move(cut.pixels))});
+    }
+  }
+  for (const Part& part : parts_) {
+    variance_ += VarianceOf(part.ncc.pattern()) / static_cast<double>(parts_.size());
+  }
+  maps_.resize(parts_.size());
+  scores_.resize(parts_.size());
+}
+
+bool TemplateParts::usable() const {
+  return parts_.size() >= kFewest;
+}
+
+double TemplateParts::Attenuation(double noise) const {
+  return 1 / std::sqrt(1 + 2 * noise * noise / variance_);
+}
+
+const ScoreMap& TemplateParts::Match(const GreyPatch& window) {
+  map_.width = std::max(0, window.width - width_ + 1);
+  map_.height = std::max(0, window.height - height_ + 1);
+  map_.scores.assign(static_cast<std::size_t>(map_.width * map_.height), 0);
+  if (map_.scores.empty() || !usable()) return map_;
+  Differentiate(window, step_, change_);
+  for (std::size_t k = 0; k < parts_.size(); ++k) maps_[k] = &parts_[k].ncc.Match(change_);
+  const std::size_t half = (parts_.size() + 1) / 2;
+  const auto middle = scores_.begin() + static_cast<std::ptrdiff_t>(half);
+  for (int y = 0, i = 0; y < map_.height; ++y) {
+    for (int x = 0; x < map_.width; ++x, ++i) {
+      for (std::size_t k = 0; k < parts_.size(); ++k) {
+        scores_[k] = std::max(0.0, maps_[k]->At(x + parts_[k].corner.x, y + parts_[k].corner.y));
+      }
+      std::nth_element(scores_.begin(), middle - 1, scores_.end(), std::greater<>());
+      map_.scores[static_cast<std::size_t>(i)] =
+          std::accumulate(scores_.begin(), middle, 0.0) / static_cast<double>(half);
+    }
+  }
+  return map_;
+}
+
+TemplateParts::Place TemplateParts::Find(const GreyPatch& window) {
+  Place place;
+  const ScoreMap& map = Match(window);
+  if (map.scores.empty() || !usable()) return place;
+  const auto best = std::max_element(map.scores.begin(), map.scores.end());
+  const int index = static_cast<int>(best - map.scores.begin());
+  place.at = {index % map.width, index / map.width};
+  place.score = *best;
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const bool same =
+          std::abs(x - place.at.x) <= kSamePeak && std::abs(y - place.at.y) <= kSamePeak;
+      if (!same) place.second = std::max(place.second, map.At(x, y));
+    }
+  }
+  Trust(place.at);
+  return place;
+}
+
+double TemplateParts::ScoreNear(const GreyPatch& window, const cv::Point& at) {
+  const cv::Point reach(1 + std::abs(step_.x), 1 + std::abs(step_.y));
+  const cv::Rect around = cv::Rect(at - reach, cv::Size(width_, height_) + cv::Size(2 * reach)) &
+                          cv::Rect(0, 0, window.width, window.height);
+  CutOut(window, around, crop_);
+  const ScoreMap& map = Match(crop_);
+  return map.scores.empty() ? 0 : *std::max_element(map.scores.begin(), map.scores.end());
+}
+
+void TemplateParts::Trust(const cv::Point& at) {
+  std::fill(trust_.begin(), trust_.end(), 1.0F);
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    const cv::Point& corner = parts_[k].corner;
+    if (maps_[k]->At(at.x + corner.x, at.y + corner.y) >= kFits) continue;
+    const GreyPatch& pattern = parts_[k].ncc.pattern();
+    for (int y = 0; y < pattern.height; ++y) {
+      std::fill_n(trust_.begin() + (corner.y + y) * width_ + corner.x, pattern.width, 0.0F);
+    }
+  }
+}
+
+}  // namespace palpate
