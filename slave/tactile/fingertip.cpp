@@ -1,6 +1,7 @@
 #include "slave/tactile/fingertip.h"
 
 #include <cmath>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -9,7 +10,16 @@ namespace {
 const Eigen::Vector3d kPaperSigma{0.01807, 0.03107, 0.05171};
 constexpr double kBeginShare = 0.5, kEndShare = 0.25;  // of the error's size
 constexpr double kUnseenTouch = 3;                     // times the error: no electrode, yet a force
-constexpr double kRelease = 0.050, kMissing = 0.060;   // [s]
+constexpr double kFollowing = 2, kDrifting = 0.2;      // of rest values while nothing is near [s]
+// What rest values may be followed up to, averaged over some samples: more of both is a contact.
+constexpr double kLevelling = 0.1;  // share of a sample in what is averaged over some
+constexpr double kStillElectrode = 1, kStillPressure = 2;  // [counts]
+constexpr double kPressureShare = 0.3, kStirs = 3;         // of a sample; counts: 0.02 N
+constexpr double kLag = 3;          // samples that a network's answer is late, about
+constexpr double kDisagrees = 2.5;  // standard deviations between pressure and electrodes
+constexpr double kMisfit = 1.6;     // over what there is in the mean
+constexpr int kBelieved = 2;        // samples that may be missing, unflagged
+constexpr double kRelease = 0.050, kMissing = 0.060;  // [s]
 
 bool IsFinite(const FingerReading& reading) {
   return std::ranges::all_of(reading.electrodes, [](float x) { return std::isfinite(x); }) &&
@@ -34,12 +44,14 @@ Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
       stuck_(std::max(2, Samples(kStandsStill, tactile.rate))),
       miss_patience_(Samples(kMissing, tactile.rate)),
       release_patience_(Samples(kRelease, tactile.rate)),
+      rest_share_(1 - std::exp(-1 / (kFollowing * tactile.rate))),
       kept_(KeptSamples(tactile, network)) {
   if (network == nullptr) return;
   network_ = network->info();
   if (!(network_.sigma.norm() > 0)) network_.sigma = kPaperSigma;
   outputs_.resize(static_cast<std::size_t>(network_.outputs));
   estimate_ = tactile.carries_state ? network->CarryingState() : network->Windowed();
+  if (network_.pattern.known()) pattern_.emplace(network_.pattern, tactile.rate);
 }
 
 Fingertip::~Fingertip() = default;
@@ -48,21 +60,24 @@ Fingertip::Fingertip(Fingertip&&) noexcept = default;
 void Fingertip::Reset() noexcept {
   rest_.Reset();
   stuck_.Reset();
+  if (pattern_) pattern_->Reset();
   ForgetWindow();
   missed_ = quiet_ = 0;
   touch_ = {};
 }
 
-const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap) noexcept {
+const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
+                                   bool is_clear) noexcept {
   if (!reading.present) {
     Miss();
     return touch_;
   }
-  if (after_gap || missed_ > 0) ForgetWindow();
-  missed_ = 0;
+  const int missed = std::exchange(missed_, 0);
+  const bool looks_back = !after_gap && missed < miss_patience_;
+  if (!looks_back) ForgetWindow();
   if (!IsFinite(reading)) {
     ForgetWindow();
-    Lose("the counts are not finite");
+    Lose(FailedCheck::kElectrode, "the counts are not finite");
     return touch_;
   }
   stuck_.Take(reading);
@@ -74,36 +89,89 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap)
     rest_.Take(reading);
   }
   if (!rest_.known()) {
-    Lose("rest values are being taken");
+    Lose(FailedCheck::kNone, "rest values are being taken");
     return touch_;
   }
-  const TactileSignals change = rest_.Change(reading);
+  if (is_clear) FollowRest(rest_.Change(reading));
+  FingerReading mended = reading;
+  const TactileSignals change = Mend(rest_.Change(reading), &mended);
+  if (was_known && looks_back) Bridge(change, missed);
+  last_ = change;
   TakeForce(was_known ? Push(change) : PushKept());
-  const TouchPlace place = localiser_->Locate(change, reading);
+  pressure_ += kPressureShare * (change[kElectrodeCount + 1] - pressure_);
+  if (pattern_) touch_.stirs = pressure_ > kStirs;
+  const TouchPlace place = localiser_->Locate(change, mended);
   DecideTouch(place);
   NoteFlaws(place);
   Judge();
   return touch_;
 }
 
+// A contact moves electrodes and pressure; what only one of them does, or neither, is drift.
+void Fingertip::FollowRest(const TactileSignals& change) noexcept {
+  double electrodes = 0;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    rest_average_[i] += kLevelling * (change[i] - rest_average_[i]);
+    if (i < kElectrodeCount) electrodes += rest_average_[i] * rest_average_[i];
+  }
+  const double pressure = rest_average_[kElectrodeCount + 1];
+  const bool moves = electrodes > kElectrodeCount * kStillElectrode * kStillElectrode;
+  if (moves && pressure > kStillPressure) return;
+  const bool drifts = moves || std::abs(pressure) > kStillPressure;
+  const double share = (drifts ? kFollowing / kDrifting : 1) * rest_share_;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    rest_.Follow(i, change[i], share);
+    rest_average_[i] *= 1 - share;
+  }
+}
+
+// Signals as they should be used; `reading` has replaced electrodes as they should have read.
+TactileSignals Fingertip::Mend(const TactileSignals& change, FingerReading* reading) noexcept {
+  if (!pattern_) return change;
+  pattern_->Take(change, stuck_.which());
+  const TactileSignals& mended = pattern_->mended();
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    if (!pattern_->is_replaced(i)) continue;
+    reading->electrodes[i] += static_cast<float>(mended[i] - change[i]);
+  }
+  return mended;
+}
+
 void Fingertip::Miss() noexcept {
   if (missed_ < miss_patience_) ++missed_;
   if (missed_ >= miss_patience_) {
-    Lose("the fingertip is silent");
+    Lose(FailedCheck::kFingerMissing, "the fingertip is silent");
+  } else if (touch_.force_F && missed_ <= kBelieved) {
+    touch_.sigma = std::hypot(touch_.sigma, pace_F_.norm());
   } else if (touch_.force_F) {
     touch_.validity = Worse(touch_.validity, Validity::kStale);
+    touch_.check = FailedCheck::kFingerMissing;
     touch_.why = "samples are missing";
   }
 }
 
-void Fingertip::Lose(std::string_view why) noexcept {
+// What `missed` samples would have told, linear between those before and behind.
+void Fingertip::Bridge(const TactileSignals& change, int missed) noexcept {
+  for (int k = 1; k <= missed; ++k) {
+    const double share = static_cast<double>(k) / (missed + 1);
+    TactileSignals between;
+    for (std::size_t i = 0; i < between.size(); ++i) {
+      between[i] = last_[i] + share * (change[i] - last_[i]);
+    }
+    Push(between);
+  }
+}
+
+void Fingertip::Lose(FailedCheck check, std::string_view why) noexcept {
   touch_ = {};
+  touch_.check = check;
   touch_.why = why;
   quiet_ = 0;
 }
 
 void Fingertip::ForgetWindow() noexcept {
   if (estimate_) estimate_->Reset();
+  pace_F_.setZero();
   kept_count_ = kept_next_ = 0;
   flawed_left_ = 0;
 }
@@ -122,19 +190,24 @@ bool Fingertip::PushKept() noexcept {
 }
 
 void Fingertip::TakeForce(bool known) noexcept {
-  touch_.force_F.reset();
+  const std::optional<Eigen::Vector3d> before_F = std::exchange(touch_.force_F, std::nullopt);
   touch_.sigma = 0;
   if (!known) return;
   const Eigen::Vector3d force_F(outputs_[0], outputs_[1], outputs_[2]);
   if (!force_F.allFinite()) return;
+  if (before_F) pace_F_ += kLevelling * (force_F - *before_F - pace_F_);
   touch_.force_F = force_F;
-  touch_.sigma = SigmaOf(force_F);
+  touch_.sigma = std::hypot(SigmaOf(force_F), pattern_ ? pattern_->force_sigma() : 0);
 }
 
-// Along the force; beyond what was learnt it grows with it. Components whose error is not known are
-// taken for as wrong as the worst that is.
+// Beyond what was learnt it grows with the force, and it grows with how fast that changes. Where it
+// is not known how it does before, it is that along the force; components whose error is not known
+// are taken for as wrong as the worst that is.
 double Fingertip::SigmaOf(const Eigen::Vector3d& force_F) const noexcept {
   const double size = force_F.norm(), largest = network_.sigma.maxCoeff();
+  if (network_.relative_sigma > 0) {
+    return std::hypot(network_.rest_sigma, network_.relative_sigma * size, kLag * pace_F_.norm());
+  }
   const Eigen::Vector3d sigma_F = (network_.sigma.array() > 0).select(network_.sigma, largest);
   const double sigma = size > 0 ? force_F.cwiseProduct(sigma_F).norm() / size : largest;
   return network_.learnt_force > 0 ? sigma * std::max(1.0, size / network_.learnt_force) : sigma;
@@ -154,7 +227,8 @@ void Fingertip::DecideTouch(const TouchPlace& place) noexcept {
 }
 
 void Fingertip::NoteFlaws(const TouchPlace& place) noexcept {
-  if (place.status == TouchPlace::Status::kFlawed || stuck_.count() > 0) {
+  const bool is_unmended = stuck_.count() > 0 && !pattern_;
+  if (place.status == TouchPlace::Status::kFlawed || is_unmended) {
     flawed_left_ = network_.window;
   } else if (flawed_left_ > 0) {
     --flawed_left_;
@@ -163,6 +237,7 @@ void Fingertip::NoteFlaws(const TouchPlace& place) noexcept {
 
 void Fingertip::Judge() noexcept {
   touch_.why = {};
+  touch_.check = FailedCheck::kNone;
   if (!estimate_) {
     touch_.validity = Validity::kFailed;
     touch_.why = "no network: the force is unknown";
@@ -173,22 +248,34 @@ void Fingertip::Judge() noexcept {
     touch_.why = "the network's window is not full yet";
     return;
   }
+  touch_.validity = Validity::kValid;
   const double size = touch_.force_F->norm();
-  if (network_.learnt_force > 0 && size > network_.learnt_force) {
-    touch_.why = "the force is beyond what the network has learnt";
-  } else if (touch_.place.is_flawed) {
-    touch_.why = "electrodes are saturated or dead";
-  } else if (stuck_.count() == kElectrodeCount) {
-    touch_.why = "all electrodes stand still: the sensor is dead or its driver repeats itself";
-  } else if (stuck_.count() > 0) {
-    touch_.why = "an electrode stands still: it is dead";
-  } else if (flawed_left_ > 0) {
-    touch_.why = "a flawed sample in the window";
-  } else if (!touch_.touching && !touch_.place.usable() &&
-             size > kUnseenTouch * network_.sigma.norm()) {
-    touch_.why = "there is a force, but no place of it";
-  }
-  touch_.validity = touch_.why.empty() ? Validity::kValid : Validity::kExtrapolated;
+  const bool unplaced = !touch_.touching && !touch_.place.usable();
+  Doubt(network_.learnt_force > 0 && size > network_.learnt_force, FailedCheck::kModelRange,
+        "the force is beyond what the network has learnt");
+  Doubt(touch_.place.is_flawed, FailedCheck::kElectrode, "electrodes are saturated or dead");
+  Doubt(stuck_.count() == kElectrodeCount, FailedCheck::kFrozen,
+        "all electrodes stand still: the sensor is dead or its driver repeats itself");
+  Doubt(stuck_.count() > 0 && !pattern_, FailedCheck::kElectrode,
+        "an electrode stands still: it is dead");
+  if (pattern_) DoubtPattern();
+  Doubt(flawed_left_ > 0, FailedCheck::kElectrode, "a flawed sample in the window");
+  Doubt(unplaced && size > kUnseenTouch * network_.sigma.norm(), FailedCheck::kTransfer,
+        "there is a force, but no place of it");
+}
+
+void Fingertip::DoubtPattern() noexcept {
+  Doubt(pattern_->disagreement() > kDisagrees, FailedCheck::kTransfer,
+        "the pressure is not that of the electrodes");
+  Doubt(pattern_->misfit() > kMisfit, FailedCheck::kElectrode, "the electrodes do not go together");
+}
+
+// The first doubt is told.
+void Fingertip::Doubt(bool fails, FailedCheck check, std::string_view why) noexcept {
+  if (!fails || touch_.validity != Validity::kValid) return;
+  touch_.validity = Validity::kExtrapolated;
+  touch_.check = check;
+  touch_.why = why;
 }
 
 }  // namespace palpate

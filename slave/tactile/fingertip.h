@@ -12,11 +12,13 @@
 
 #include <Eigen/Core>
 
+#include "shared/state/failed_check.h"
 #include "shared/state/validity.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 #include "slave/tactile/localise/localiser.h"
 #include "slave/tactile/network/force_network.h"
+#include "slave/tactile/pattern_check.h"
 #include "slave/tactile/rest_values.h"
 
 namespace palpate {
@@ -39,6 +41,11 @@ class StuckElectrodes {
     last_ = reading.electrodes;
   }
   void Reset() noexcept { same_.fill(0); }
+  [[nodiscard]] std::array<bool, kElectrodeCount> which() const noexcept {
+    std::array<bool, kElectrodeCount> stuck;
+    std::ranges::transform(same_, stuck.begin(), [&](int same) { return same >= patience_; });
+    return stuck;
+  }
   // How many have read the same for as long as the patience lasts.
   [[nodiscard]] int count() const noexcept {
     return static_cast<int>(std::ranges::count(same_, patience_));
@@ -56,12 +63,20 @@ struct FingerTouch {
   double sigma = 0;                        // of its magnitude, one standard deviation [N]
   TouchPlace place;                        // of this sample; while touching the last usable one
   bool touching = false;
+  // Its pressure has moved, which is known sooner than the force; nullopt: nobody knows of what
+  // size that is for this fingertip.
+  std::optional<bool> stirs;
   Validity validity = Validity::kTrackingLost;  // of the force
+  FailedCheck check = FailedCheck::kNone;       // that it is not kValid for
   std::string_view why;                         // it is not kValid, one clause; lives on
 };
 
+// Samples that are missing for less than 60 ms are made up for when the next one comes, linear
+// between both, so that the network's window stays full.
+//
 // Validity: kTrackingLost while rest values are taken, until the network's window is full, after
-// samples that are missing for 60 ms or are no numbers; kStale, with the last numbers, before that;
+// samples that are missing for 60 ms or are no numbers; kStale, with the last numbers, from the
+// third missing one on; before that they stay, with a sigma that grows as fast as the force moved;
 // kExtrapolated for forces beyond the largest one learnt, saturated or dead electrodes, touched or
 // not, electrodes that stand still, as long as the network's window holds such a sample, a force
 // without an active electrode; kFailed without a network. A gap starts the window anew, rest values
@@ -78,9 +93,11 @@ class Fingertip {
   ~Fingertip();
   Fingertip(Fingertip&&) noexcept;
 
-  // Takes the next sample; `after_gap`: others are missing just before it. Allocation-free; the
-  // sample that completes the rest values runs the network over all that were kept.
-  const FingerTouch& Feel(const FingerReading& reading, bool after_gap) noexcept;
+  // Takes the next sample; `after_gap`: others are missing just before it; `is_clear`: nothing is
+  // near that it could touch, so that its rest values may be followed. Allocation-free; the sample
+  // that completes the rest values runs the network over all that were kept.
+  const FingerTouch& Feel(const FingerReading& reading, bool after_gap,
+                          bool is_clear = false) noexcept;
   // Rest values are taken anew.
   void Reset() noexcept;
 
@@ -88,7 +105,10 @@ class Fingertip {
 
  private:
   void Miss() noexcept;
-  void Lose(std::string_view why) noexcept;
+  void FollowRest(const TactileSignals& change) noexcept;
+  TactileSignals Mend(const TactileSignals& change, FingerReading* reading) noexcept;
+  void Bridge(const TactileSignals& change, int missed) noexcept;
+  void Lose(FailedCheck check, std::string_view why) noexcept;
   void ForgetWindow() noexcept;
   bool Push(const TactileSignals& change) noexcept;
   bool PushKept() noexcept;
@@ -96,6 +116,8 @@ class Fingertip {
   void DecideTouch(const TouchPlace& place) noexcept;
   void NoteFlaws(const TouchPlace& place) noexcept;
   void Judge() noexcept;
+  void DoubtPattern() noexcept;
+  void Doubt(bool fails, FailedCheck check, std::string_view why) noexcept;
   [[nodiscard]] double SigmaOf(const Eigen::Vector3d& force_F) const noexcept;
 
   const Localiser* localiser_;
@@ -104,11 +126,17 @@ class Fingertip {
   std::vector<double> outputs_;
   RestValues rest_;
   StuckElectrodes stuck_;
-  int miss_patience_;                // samples
-  int release_patience_;             // samples
-  std::vector<FingerReading> kept_;  // ring of readings whose rest values are not known yet
+  std::optional<PatternCheck> pattern_;  // of networks that know theirs
+  TactileSignals rest_average_{};        // of changes while clear [counts]
+  int miss_patience_;                    // samples
+  int release_patience_;                 // samples
+  double rest_share_;                    // of a sample in rest values that are followed
+  std::vector<FingerReading> kept_;      // ring of readings whose rest values are not known yet
   std::size_t kept_count_ = 0, kept_next_ = 0;
   int missed_ = 0, quiet_ = 0;
+  TactileSignals last_{};            // that the network took
+  double pressure_ = 0;              // above its rest, averaged over some samples [counts]
+  Eigen::Vector3d pace_F_{0, 0, 0};  // of the force, averaged over some samples [N/sample]
   int flawed_left_ = 0;  // samples until the window holds no flawed one; the window: this one is
   FingerTouch touch_;
 };

@@ -12,7 +12,7 @@ namespace palpate {
 inline constexpr int kSignalCount = kElectrodeCount + 2;
 using TactileSignals = std::array<double, kSignalCount>;
 
-// The mean of the first samples of a fingertip.
+// The mean of the first samples of a fingertip, and what becomes of it while nothing touches.
 class RestValues {
  public:
   explicit RestValues(int samples) : wanted_(samples) {}
@@ -26,6 +26,11 @@ class RestValues {
     sum_[kElectrodeCount] += static_cast<double>(reading.pac);
     sum_[kElectrodeCount + 1] += static_cast<double>(reading.pdc);
     ++taken_;
+  }
+  // Goes after what is read now that the fingertip is free, the `share` of the way of one signal
+  // [-].
+  void Follow(std::size_t signal, double change, double share) noexcept {
+    sum_[signal] += taken_ * share * change;
   }
   [[nodiscard]] bool known() const noexcept { return taken_ >= wanted_; }
   void Reset() noexcept { sum_.fill(0), taken_ = 0; }

@@ -67,6 +67,23 @@ void PrintNetwork(const Scene& scene, const ForceNetwork* network) {
                          : "of the network not known; taken as paper B's, table I");
 }
 
+// What is compared with what, and what that cannot see.
+void PrintChecks(const Scene& scene, const ForceNetwork* network) {
+  if (network == nullptr) return;
+  if (!network->info().pattern.known()) {
+    PrintLine("checks", "off: the network does not know how its signals go together");
+    return;
+  }
+  PrintLine(
+      "checks",
+      "each electrode with the others, which replace it; all with the pressure; drift, noise");
+  if (MeetsObject(scene)) {
+    PrintLine(
+        "", "where a touch begins with the pose, to 2 mm; its force with the object's, to a half");
+  }
+  PrintLine("unseen", "all signals weaker by a third; a pose turned; samples less than 0.1 s late");
+}
+
 void PrintPlaces(const Scene& scene, const Localiser& localiser) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   PrintLine("localiser",
@@ -136,6 +153,7 @@ void CheckTactile(const Scene& scene) {
   TactileEstimator estimator(scene);
   PrintFingers(scene);
   PrintNetwork(scene, estimator.network());
+  PrintChecks(scene, estimator.network());
   PrintPlaces(scene, estimator.localiser());
   PrintPace(scene, estimator);
   PrintFelt(scene, estimator);

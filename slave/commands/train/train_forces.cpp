@@ -119,6 +119,8 @@ TestedNetwork TrainOne(const TrainOptions& options, const std::string& architect
   WriteEpochs(dir / "training.csv", learnt.epochs);
   const TestedNetwork tested{architecture, Test(learnt, lesson, stop.stop_requested())};
   learnt.info.sigma = tested.errors.rmse;
+  learnt.info.rest_sigma = tested.errors.at_rest;
+  learnt.info.relative_sigma = tested.errors.relative;
   WriteForceNetwork(dir, learnt.info, learnt.weights,
                     Summary(options, lesson, learnt, &tested.errors));
   std::printf("%s: best of %zu epochs is %d%s, %s\n", architecture.c_str(), learnt.epochs.size(),
@@ -226,6 +228,7 @@ int TrainForceGain(const TrainOptions& options) {
   }
   // Only the gain of fz is known to fit; the others' errors are not.
   known.info.sigma = {0, 0, tested.rmse.z()};
+  known.info.rest_sigma = known.info.relative_sigma = 0;
   nlohmann::json training = nlohmann::json::parse(known.training);
   training["gain"] = {{"data", NamesOf(options.data)},
                       {"test", NamesOf(options.test)},

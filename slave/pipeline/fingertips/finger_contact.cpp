@@ -10,8 +10,21 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kSlip = 2e-3;  // [m]
+constexpr double kSlip = 2e-3;     // [m]
+constexpr double kApart = 2.2e-3;  // foam is felt from 1.7 mm on [m]
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+
+// How deep the fingertip's sphere, or its cylinder behind, lies below the surface at rest [m].
+double DepthOf(const SurfaceContact& surface, const Isometry3d& X_OF, double radius) noexcept {
+  double deepest = -kAnywhere;
+  for (const double behind : {0.0, 1.0, 2.0}) {
+    const auto place = surface.Find(X_OF * Vector3d(-behind * radius, 0, 0), kAnywhere);
+    if (!place) continue;
+    const double below = place->inside ? place->distance : -place->distance;
+    deepest = std::max(deepest, radius + below);
+  }
+  return deepest;
+}
 
 }  // namespace
 
@@ -36,36 +49,60 @@ FingerContact::FingerContact(const Tactile& tactile)
 
 void FingerContact::LetGo() noexcept {
   has_place_ = has_force_ = acts_ = false;
-  why_ = {};
+  Doubt(FailedCheck::kNone, {});
+}
+
+void FingerContact::Doubt(FailedCheck check, std::string_view why) noexcept {
+  check_ = check;
+  why_ = why;
 }
 
 void FingerContact::Meet(const SurfaceContact& surface, const Isometry3d& X_OF,
                          const FingerTouch& touch, double largest_force) noexcept {
   acts_ = has_force_ = false;
-  why_ = {};
+  Doubt(FailedCheck::kNone, {});
+  MeetSurface(surface, X_OF, touch, largest_force);
+  CompareBeginning(surface, X_OF, touch);
+}
+
+void FingerContact::CompareBeginning(const SurfaceContact& surface, const Isometry3d& X_OF,
+                                     const FingerTouch& touch) noexcept {
+  if (!touch.stirs) return;
+  const double depth = DepthOf(surface, X_OF, radius_);
+  const bool is_apart = *touch.stirs ? depth < -kApart : depth > kApart;
+  is_late_ = is_apart || (is_late_ && (*touch.stirs || depth > 0));
+  if (is_late_ && why_.empty()) {
+    Doubt(FailedCheck::kPose, "the touch begins or ends elsewhere than the pose says");
+  }
+}
+
+void FingerContact::MeetSurface(const SurfaceContact& surface, const Isometry3d& X_OF,
+                                const FingerTouch& touch, double largest_force) noexcept {
   // Deeper than a radius behind the surface no fingertip gets by pressing.
   const auto centre = surface.Find(X_OF.translation(), kAnywhere);
   if (centre && centre->inside && centre->distance > radius_) {
     LetGo();
-    why_ = "the pose puts the fingertip inside the object";
+    Doubt(FailedCheck::kPose, "the pose puts the fingertip inside the object");
     return;
   }
   const double depth = has_place_ ? DepthAtPlace(X_OF) : 0;
   const bool stays = holds_ && has_place_ && depth > 0;
   if (!touch.touching && !stays) {
     LetGo();
-    if (centre && centre->inside) why_ = "the pose puts the fingertip into the object, unfelt";
+    if (centre && centre->inside) {
+      Doubt(FailedCheck::kPose, "the pose puts the fingertip into the object, unfelt");
+    }
     return;
   }
   if (touch.touching && !FindPlace(surface, X_OF, touch) && !stays) {
     LetGo();
-    why_ = "the fingertip touches, but nothing lies within the gate";
+    Doubt(FailedCheck::kPose, "the fingertip touches, but nothing lies within the gate");
     return;
   }
   if (touch.touching) SetForce(X_OF, touch);
   if (has_force_ && !(force_O_.norm() <= largest_force)) {
     has_force_ = false;
-    why_ = "the force is more than the object can take";
+    Doubt(FailedCheck::kModelRange, "the force is more than the object can take");
   }
   const double pressed_in = holds_ ? DepthAtPlace(X_OF) : 0;
   if (pressed_in > 0) {

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "shared/state/failed_check.h"
 #include "shared/state/validity.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
@@ -20,6 +21,10 @@ namespace palpate {
 // on, once that is 2 mm away: localising is good for no less, and a place that hops from sample to
 // sample shakes the mesh. Taking off the model's displacement instead feeds the model's error back:
 // on the narrow side of the foam sponge the place ran away.
+//
+// A touch must begin and end where the pose has it: a fingertip that is deep in the object and
+// feels nothing, or feels something well off it, is not where its pose says, or feels late. Such a
+// contact is doubted until it is over.
 //
 // Holding by displacement takes the place's depth under the fingertip's surface from the pose, and
 // lasts until the pose lets go: samples in which the contact is not felt change nothing.
@@ -48,10 +53,17 @@ class FingerContact {
     return why_.empty() ? Validity::kValid : Validity::kExtrapolated;
   }
   [[nodiscard]] std::string_view why() const { return why_; }
+  // That it is not kValid for.
+  [[nodiscard]] FailedCheck check() const { return check_; }
 
  private:
   bool FindPlace(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
                  const FingerTouch& touch) noexcept;
+  void MeetSurface(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
+                   const FingerTouch& touch, double largest_force) noexcept;
+  void CompareBeginning(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
+                        const FingerTouch& touch) noexcept;
+  void Doubt(FailedCheck check, std::string_view why) noexcept;
   [[nodiscard]] double DepthAtPlace(const Eigen::Isometry3d& X_OF) const noexcept;
   void SetForce(const Eigen::Isometry3d& X_OF, const FingerTouch& touch) noexcept;
 
@@ -61,8 +73,10 @@ class FingerContact {
   Eigen::Vector3d n_O_{0, 0, 0}, weights_{0, 0, 0};
   Eigen::Vector3d found_from_O_{0, 0, 0};  // the contact point that the place was found for [m]
   Eigen::Vector3d force_O_{0, 0, 0};       // of the fingertip on the object [N]
+  bool is_late_ = false;
   bool has_place_ = false, has_force_ = false, acts_ = false;
   std::string_view why_;
+  FailedCheck check_ = FailedCheck::kNone;
 };
 
 // How deep the surface of a fingertip (sphere and cylinder of `radius`, frame F) lies under `p_O`,

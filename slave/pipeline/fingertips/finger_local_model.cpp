@@ -83,7 +83,8 @@ void FingerLocalModel::Size(const Matrix3d& K_S, const std::optional<FeltForce>&
                             LocalModel* model) noexcept {
   const Vector3d& n = model->normal;
   const double depth = std::max(0.0, depth_), stiffness = n.dot(K_S * n);
-  if (felt) Learn(*felt, n, depth * stiffness);
+  modelled_ = depth * stiffness;
+  if (felt) Learn(*felt, n, modelled_);
   const StiffnessScale::Press press = scale_.Scaled({depth * stiffness, stiffness}, depth);
   const double ratio = scale_.At(depth).ratio;
   model->stiffness = ratio * K_S + (press.stiffness - ratio * stiffness) * n * n.transpose();

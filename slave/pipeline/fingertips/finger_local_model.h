@@ -45,6 +45,8 @@ class FingerLocalModel {
   [[nodiscard]] double depth() const { return depth_; }
   // The place of the surface at rest, frame O [m].
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return place_.p_O; }
+  // What the object's model says of the force at this depth, along the plane's normal [N].
+  [[nodiscard]] double modelled() const { return modelled_; }
   // Felt over modelled force at the present depth [-].
   [[nodiscard]] double felt_ratio() const { return scale_.At(depth_).ratio; }
   // The plane is looked for anew, nothing was felt.
@@ -66,7 +68,7 @@ class FingerLocalModel {
   ContactLaw law_;
   double radius_, disc_radius_, full_depth_;
   TouchedPlace place_;  // its normal is that of the plane
-  double depth_ = 0;
+  double depth_ = 0, modelled_ = 0;
   StiffnessScale scale_;
 };
 

@@ -19,6 +19,11 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kSameRate = 0.01;  // relative
+constexpr double kSilence = 100;    // periods: more is no other gap
+// Felt over modelled force, by how far the press goes in parts of the scene's.
+constexpr double kDeep = 0.6, kLeastDeep = 0.65, kMostDeep = 1.5;
+constexpr double kLeastShallow = 0.35, kMostShallow = 1.8;
+constexpr double kClear = 5e-3;  // between skin and object [m]
 
 bool SharesNode(const TactileBody& body, const Contact& a, const Contact& b) {
   const auto& one = body.surface.triangles[static_cast<std::size_t>(a.element)];
@@ -101,6 +106,8 @@ TactileEstimator::TactileEstimator(const Scene& scene, TactileSenses senses)
       has_poses_file_(!scene.sense.Find<Tactile>()->poses.empty()),
       X_SO_(scene.object.X_SO),
       p_S_home_(scene.manipulator.home),
+      press_depth_(scene.operator_options.press_depth),
+      period_(1 / scene.sense.Find<Tactile>()->rate),
       radius_(scene.sense.Find<Tactile>()->finger_radius),
       senses_(std::move(senses)) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
@@ -145,14 +152,14 @@ void TactileEstimator::Reset() noexcept {
 const ContactEstimate& TactileEstimator::Feel(const TactileFrame& frame,
                                               const Vector3d& p_S_tip) noexcept {
   Stopwatch total, lap;
+  const int missing = MissingBefore(frame);
   for (std::size_t i = 0; i < fingertips_.size(); ++i) {
-    fingertips_[i].Feel(frame.fingers[i], frame.after_gap);
+    for (int k = 0; k < missing; ++k) fingertips_[i].Feel(FingerReading{}, false);
+    Place(i, frame.fingers[i], p_S_tip);
+    fingertips_[i].Feel(frame.fingers[i], frame.after_gap && missing == 0, IsClear(i));
   }
   times_.tactile.Add(lap.Lap());
-  for (std::size_t i = 0; i < fingertips_.size(); ++i) {
-    Place(i, frame.fingers[i], p_S_tip);
-    Meet(i);
-  }
+  for (std::size_t i = 0; i < fingertips_.size(); ++i) Meet(i);
   times_.contact.Add(lap.Lap());
   if (body_) Deform();
   // Samples that touch nothing would hide how long those take that do.
@@ -162,6 +169,14 @@ const ContactEstimate& TactileEstimator::Feel(const TactileFrame& frame,
   TellFirst(frame, p_S_tip);
   times_.total.Add(total.Lap());
   return felt_;
+}
+
+// Samples that did not come since the last one, as the stamps say, as many as make a silence; 0
+// where it is unknown how many.
+int TactileEstimator::MissingBefore(const TactileFrame& frame) const noexcept {
+  const double periods = SecondsBetween(felt_.sensed_at, frame.sensed_at) / period_;
+  if (felt_.sample == 0 || !(periods > 1.5)) return 0;
+  return static_cast<int>(std::min(std::round(periods), kSilence)) - 1;
 }
 
 void TactileEstimator::Place(std::size_t i, const FingerReading& reading,
@@ -178,6 +193,19 @@ void TactileEstimator::Place(std::size_t i, const FingerReading& reading,
     finger.X_SF = Isometry3d::Identity();
   }
   finger.p_S_apex = finger.X_SF * Vector3d(0, 0, -radius_);
+}
+
+// Whether the fingertip is so far from the object that a pose as wrong as poses are still has it
+// touch nothing.
+bool TactileEstimator::IsClear(std::size_t i) const noexcept {
+  if (!body_ || !fingers_[i].has_pose) return false;
+  const Isometry3d X_OF = X_SO_.inverse() * fingers_[i].X_SF;
+  for (const double behind : {0.0, 1.0, 2.0}) {
+    const Vector3d p_O = X_OF * Vector3d(-behind * radius_, 0, 0);
+    const auto near = body_->contact->Find(p_O, radius_ + kClear);
+    if (!p_O.allFinite() || near) return false;
+  }
+  return true;
 }
 
 void TactileEstimator::Meet(std::size_t i) noexcept {
@@ -246,9 +274,9 @@ void TactileEstimator::Tell(std::size_t i) noexcept {
   if (touch.force_F) finger.force = -(finger.X_SF.linear() * *touch.force_F);
   finger.sigma = touch.sigma;
   finger.validity = Worse(touch.validity, contact.validity());
-  finger.check =
-      finger.validity == Validity::kExtrapolated ? FailedCheck::kModelRange : FailedCheck::kNone;
-  finger.why = touch.why.empty() ? contact.why() : touch.why;
+  const bool by_touch = !touch.why.empty() || contact.why().empty();
+  finger.check = by_touch ? touch.check : contact.check();
+  finger.why = by_touch ? touch.why : contact.why();
   if (has_poses_file_ && !finger.has_pose) FlagLostPose(&finger);
   finger.p_S_contact.reset();
   if (contact.has_place()) finger.p_S_contact = X_SO_ * contact.p_O();
@@ -296,6 +324,7 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
     }
     local_touch_->Update(*body_, X_SO_, first.X_SF, first.in_contact, felt, &felt_.local_model);
     if (!first.p_S_contact) felt_.p_S_contact = X_SO_ * local_touch_->p_O();
+    if (first.force && touch(0).stirs) CompareStiffness();
     felt_.depth = first.in_contact ? std::max(0.0, local_touch_->depth()) : 0;
   }
   if (first.in_contact != was_touching) {
@@ -306,6 +335,22 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
     felt_.events.Add(is_known ? Event::kTrackingRegained : Event::kTrackingLost);
     was_known_ = is_known;
   }
+}
+
+// The object's model is off by tens of percent, more where the contact is shallow; a force that is
+// off by more is not that of this object at this depth.
+void TactileEstimator::CompareStiffness() noexcept {
+  FingerEstimate& first = fingers_.front();
+  const double depth = local_touch_->depth() / press_depth_;
+  if (!(depth > kTellingDepth) || first.validity != Validity::kValid) return;
+  const auto [least, most] =
+      depth > kDeep ? std::pair(kLeastDeep, kMostDeep) : std::pair(kLeastShallow, kMostShallow);
+  const double normal = first.force->dot(felt_.local_model.normal);
+  const double modelled = local_touch_->modelled();
+  if (normal + first.sigma > least * modelled && normal - first.sigma < most * modelled) return;
+  first.validity = felt_.validity = felt_.fingers.front().validity = Validity::kExtrapolated;
+  first.check = felt_.check = FailedCheck::kTransfer;
+  first.why = "the force is not that of the object at this depth";
 }
 
 LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {

@@ -112,7 +112,9 @@ class TactileEstimator {
   [[nodiscard]] const TactileTimes& times() const { return times_; }
 
  private:
+  [[nodiscard]] int MissingBefore(const TactileFrame& frame) const noexcept;
   void Place(std::size_t i, const FingerReading& reading, const Eigen::Vector3d& p_S_tip) noexcept;
+  [[nodiscard]] bool IsClear(std::size_t i) const noexcept;
   void LetGo() noexcept;
   void Meet(std::size_t i) noexcept;
   void Deform() noexcept;
@@ -120,12 +122,15 @@ class TactileEstimator {
   void SeparateHeld() noexcept;
   void Tell(std::size_t i) noexcept;
   void FlagLostPose(FingerEstimate* finger) const noexcept;
+  void CompareStiffness() noexcept;
   void TellFirst(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
 
   std::vector<Finger> scene_fingers_;
   bool has_poses_file_;  // which alone tells where fingertips are
   Eigen::Isometry3d X_SO_;
   Eigen::Vector3d p_S_home_;
+  double press_depth_;  // the scene's [m]
+  double period_;       // of the samples [s]
   double radius_;
   TactileSenses senses_;
   std::vector<Fingertip> fingertips_;

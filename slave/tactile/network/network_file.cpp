@@ -2,6 +2,9 @@
 
 #include <stdexcept>
 
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
 #include "shared/text/text.h"
 #include "slave/tactile/network/json_numbers.h"
 
@@ -40,13 +43,11 @@ json TrainingOf(const std::string& text) {
   return training;
 }
 
-WeightMatrix ReadKernel(const json& layer, const std::string& name) {
-  const json& rows = Member(layer, "kernel", name);
-  if (!rows.is_array() || rows.empty())
-    throw std::runtime_error(name + ".kernel: not a list of rows");
+WeightMatrix ReadRows(const json& rows, const std::string& name) {
+  if (!rows.is_array() || rows.empty()) throw std::runtime_error(name + ": not a list of rows");
   WeightMatrix kernel;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::string row_name = name + ".kernel[" + std::to_string(i) + "]";
+    const std::string row_name = name + "[" + std::to_string(i) + "]";
     const Eigen::VectorXf row = ReadNumbers(rows[i], row_name);
     if (i == 0) kernel.resize(static_cast<Eigen::Index>(rows.size()), row.size());
     if (row.size() != kernel.cols()) {
@@ -65,8 +66,8 @@ std::vector<Layer> ReadLayers(const json& root, const std::string& key) {
   if (!root[key].is_array()) throw std::runtime_error(key + ": not a list of layers");
   for (const json& layer : root[key]) {
     const std::string name = key + "[" + std::to_string(layers.size()) + "]";
-    layers.push_back(
-        {ReadKernel(layer, name), ReadNumbers(Member(layer, "bias", name), name + ".bias")});
+    layers.push_back({ReadRows(Member(layer, "kernel", name), name + ".kernel"),
+                      ReadNumbers(Member(layer, "bias", name), name + ".bias")});
   }
   return layers;
 }
@@ -76,6 +77,41 @@ void ReadScaling(const json& root, const std::string& key, Eigen::VectorXf* mean
   if (!root.contains(key)) return;
   *mean = ReadNumbers(Member(root[key], "mean", key), key + ".mean");
   *scale = ReadNumbers(Member(root[key], "scale", key), key + ".scale");
+}
+
+// `name` as so many rows and columns.
+template <typename Matrix>
+void ReadMatrix(const json& root, const std::string& name, Matrix* matrix) {
+  const WeightMatrix read = ReadRows(Member(root, name, "pattern"), "pattern." + name);
+  if (read.rows() != matrix->rows() || read.cols() != matrix->cols()) {
+    throw std::runtime_error(fmt::format("pattern.{} is {} x {}, expected {} x {}", name,
+                                         read.rows(), read.cols(), matrix->rows(), matrix->cols()));
+  }
+  *matrix = read.cast<double>();
+}
+
+SignalPattern ReadPattern(const json& root) {
+  SignalPattern pattern;
+  ReadMatrix(root, "force", &pattern.force);
+  for (const json& kind : Member(root, "kinds", "pattern")) {
+    SignalPattern::Kind read;
+    read.share = ReadNumber(Member(kind, "share", "pattern.kinds"), "pattern.kinds.share");
+    ReadMatrix(kind, "shape", &read.shape);
+    const Eigen::LLT<SignalPattern::Covariance> factor(read.shape);
+    if (!(read.share > 0 && factor.info() == Eigen::Success)) {
+      throw std::runtime_error("pattern.kinds: accepted are shares > 0 and covariances");
+    }
+    pattern.kinds.push_back(read);
+  }
+  return pattern;
+}
+
+json PatternJson(const SignalPattern& pattern) {
+  json kinds = json::array();
+  for (const SignalPattern::Kind& kind : pattern.kinds) {
+    kinds.push_back({{"share", kind.share}, {"shape", RowsOf(kind.shape.cast<float>())}});
+  }
+  return {{"kinds", kinds}, {"force", RowsOf(pattern.force.cast<float>())}};
 }
 
 NetworkInfo ReadInfo(const json& root) {
@@ -94,6 +130,11 @@ NetworkInfo ReadInfo(const json& root) {
   if (root.contains("learnt_force")) {
     info.learnt_force = ReadNumber(root["learnt_force"], "learnt_force");
   }
+  if (root.contains("rest_sigma")) info.rest_sigma = ReadNumber(root["rest_sigma"], "rest_sigma");
+  if (root.contains("relative_sigma")) {
+    info.relative_sigma = ReadNumber(root["relative_sigma"], "relative_sigma");
+  }
+  if (root.contains("pattern")) info.pattern = ReadPattern(root["pattern"]);
   if (root.contains("origin")) info.origin = ReadText(root, "origin");
   return info;
 }
@@ -127,22 +168,26 @@ NetworkFile Parse(const json& root) {
 
 json Document(const NetworkInfo& info, const NetworkWeights& weights, const std::string& training) {
   const bool tanh = weights.activation == HiddenActivation::kTanh;
-  return {{"palpate_force_network", kVersion},
-          {"architecture", info.architecture},
-          {"inputs", info.inputs},
-          {"window", info.window},
-          {"outputs", info.outputs},
-          {"rate", info.rate},
-          {"gain", info.gain},
-          {"sigma", {info.sigma.x(), info.sigma.y(), info.sigma.z()}},
-          {"learnt_force", info.learnt_force},
-          {"origin", info.origin},
-          {"training", TrainingOf(training)},
-          {"input", ScalingOf(weights.input_mean, weights.input_scale)},
-          {"lstm", LayersOf(weights.lstm)},
-          {"dense", LayersOf(weights.dense)},
-          {"activation", tanh ? "tanh" : "relu"},
-          {"output", ScalingOf(weights.output_mean, weights.output_scale)}};
+  json document = {{"palpate_force_network", kVersion},
+                   {"architecture", info.architecture},
+                   {"inputs", info.inputs},
+                   {"window", info.window},
+                   {"outputs", info.outputs},
+                   {"rate", info.rate},
+                   {"gain", info.gain},
+                   {"sigma", {info.sigma.x(), info.sigma.y(), info.sigma.z()}},
+                   {"rest_sigma", info.rest_sigma},
+                   {"relative_sigma", info.relative_sigma},
+                   {"learnt_force", info.learnt_force},
+                   {"origin", info.origin},
+                   {"training", TrainingOf(training)},
+                   {"input", ScalingOf(weights.input_mean, weights.input_scale)},
+                   {"lstm", LayersOf(weights.lstm)},
+                   {"dense", LayersOf(weights.dense)},
+                   {"activation", tanh ? "tanh" : "relu"},
+                   {"output", ScalingOf(weights.output_mean, weights.output_scale)}};
+  if (info.pattern.known()) document["pattern"] = PatternJson(info.pattern);
+  return document;
 }
 
 constexpr int kLargestExtent = 1 << 20;

@@ -55,6 +55,37 @@ Eigen::ArrayXd Axis(std::span<const Eigen::Vector3f> forces, Eigen::Index axis) 
   return values;
 }
 
+constexpr float kContactShare = 0.02F;  // of the largest force
+
+float LargestOf(std::span<const Eigen::Vector3f> forces) {
+  float largest = 0;
+  for (const Eigen::Vector3f& force : forces) largest = std::max(largest, force.norm());
+  return largest;
+}
+
+// Of the errors' vectors, by the size of what was measured.
+void CompareSizes(std::span<const Eigen::Vector3f> estimated,
+                  std::span<const Eigen::Vector3f> measured, ForceErrors* errors) {
+  const float least = kContactShare * LargestOf(measured);
+  double squares_at_rest = 0, relative_squares = 0;
+  std::size_t at_rest = 0, in_contact = 0;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const auto square = static_cast<double>((estimated[i] - measured[i]).squaredNorm());
+    const auto size2 = static_cast<double>(measured[i].squaredNorm());
+    if (measured[i].norm() > least) {
+      relative_squares += square / size2;
+      ++in_contact;
+    } else if (!(size2 > 0)) {
+      squares_at_rest += square;
+      ++at_rest;
+    }
+  }
+  if (at_rest > 0) errors->at_rest = std::sqrt(squares_at_rest / static_cast<double>(at_rest));
+  if (in_contact > 0) {
+    errors->relative = std::sqrt(relative_squares / static_cast<double>(in_contact));
+  }
+}
+
 using Normals = std::vector<Eigen::Vector3d>;
 
 double MedianAngle(const Normals& found, const Normals& measured, const Eigen::Matrix3d& R) {
@@ -114,6 +145,7 @@ ForceErrors CompareForces(std::span<const Eigen::Vector3f> estimated,
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     CompareAxis(Axis(estimated, axis), Axis(measured, axis), axis, &errors);
   }
+  CompareSizes(estimated, measured, &errors);
   return errors;
 }
 

@@ -35,6 +35,9 @@ struct ForceErrors {
   Eigen::Vector3d peak{0, 0, 0};         // largest |measured| [N]
   Eigen::Vector3d at_peak{0, 0, 0};      // |error| at that instant [N]
   Eigen::Vector3d worst{0, 0, 0};        // largest |error| [N]
+  // Of the vector, rms: where nothing was measured [N], and in parts of what was, from a fiftieth
+  // of the largest force on [-]. 0: no such sample.
+  double at_rest = 0, relative = 0;
 };
 
 // `estimated` and `measured` are of the same length, [N]. Empty ones give count 0.

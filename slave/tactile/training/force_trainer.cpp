@@ -11,6 +11,7 @@
 
 #include "slave/tactile/training/batch_gradient.h"
 #include "slave/tactile/training/batch_workers.h"
+#include "slave/tactile/training/learn_pattern.h"
 
 namespace palpate {
 namespace {
@@ -182,6 +183,7 @@ LearntForce TrainForce(std::span<const LabelledRecording> recordings, const Spli
   learnt.info.window = IsRecurrent(options.architecture) ? kNetworkWindow : 1;
   learnt.info.outputs = 3;
   learnt.info.rate = kNetworkRate;
+  learnt.info.pattern = LearnPattern(recordings, train);
   for (const Window& w : train) {
     learnt.info.learnt_force =
         std::max(learnt.info.learnt_force,

@@ -129,6 +129,50 @@ TEST_F(FingertipTest, ASilentFingertipIsStaleThenLostAndStartsItsWindowAnew) {
   EXPECT_TRUE(fingertip_.touch().force_F.has_value());
 }
 
+// Up to two are taken for granted, with a sigma that grows; the window is filled as if they had
+// come.
+TEST_F(FingertipTest, AFewMissingSamplesAreMadeUpFor) {
+  Rest(10);
+  Press({0, 0, -0.4}, 10);
+  for (const int missing : {1, 2, 5}) {
+    for (int i = 0; i < missing; ++i) fingertip_.Feel(FingerReading{}, false);
+    EXPECT_EQ(fingertip_.touch().validity, missing > 2 ? Validity::kStale : Validity::kValid);
+    ASSERT_TRUE(Feel({0, 0, -0.4}, true).force_F.has_value()) << missing;
+    EXPECT_NEAR(fingertip_.touch().force_F->z(), -0.4, 1e-6);
+    EXPECT_EQ(fingertip_.touch().validity, Validity::kValid) << missing;
+  }
+}
+
+// What drifts while nothing is near is rest; what presses is not, even there.
+TEST_F(FingertipTest, RestValuesAreFollowedWhileNothingIsNear) {
+  Rest(10);
+  const auto drifted = [](float counts, float pressure) {
+    FingerReading reading = ReadingOf(kNothing, false);
+    for (float& electrode : reading.electrodes) electrode += counts;
+    reading.pdc += pressure;
+    return reading;
+  };
+  for (int i = 0; i < 200; ++i) fingertip_.Feel(drifted(10, 0), false, true);
+  EXPECT_NEAR(fingertip_.touch().force_F->norm(), 0, 0.01);
+  for (int i = 0; i < 200; ++i) fingertip_.Feel(drifted(40, 30), false, true);
+  EXPECT_GT(fingertip_.touch().force_F->norm(), 0.2);
+}
+
+TEST_F(FingertipTest, RestValuesStayWhereSomethingMayBeNear) {
+  Rest(10);
+  for (int i = 0; i < 200; ++i) Feel({0.05, 0, 0}, false);
+  EXPECT_NEAR(fingertip_.touch().force_F->x(), 0.05, 1e-6);
+}
+
+TEST_F(FingertipTest, EachDoubtNamesItsCheck) {
+  Rest(10);
+  EXPECT_EQ(fingertip_.touch().check, FailedCheck::kNone);
+  Press({0, 0, -1.01}, 10);
+  EXPECT_EQ(fingertip_.touch().check, FailedCheck::kModelRange);
+  for (int i = 0; i < 6; ++i) fingertip_.Feel(FingerReading{}, false);
+  EXPECT_EQ(fingertip_.touch().check, FailedCheck::kFingerMissing);
+}
+
 TEST_F(FingertipTest, CountsThatAreNotFiniteAreFlaggedAndForgotten) {
   for (const float bad :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {

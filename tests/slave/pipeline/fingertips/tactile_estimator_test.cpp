@@ -427,6 +427,21 @@ TEST(TactileEstimatorTest, NoForcesAreStreamedWhileOneIsUnknown) {
   EXPECT_TRUE(shape.nodal_forces.empty());
 }
 
+// One sample in twenty does not come, which only the stamps of the others tell.
+TEST(TactileEstimatorTest, SamplesThatAreLostNowAndThenLeaveTheForceKnown) {
+  Touching t(CubeScene(kAbove));
+  t.Press({0, 0, -0.2}, {0, 0, -0.003});
+  for (int i = 0; i < 60; ++i) {
+    const TactileFrame frame = t.hand.Next();
+    if (i % 20 == 7) continue;
+    const ContactEstimate& felt =
+        t.estimator.Feel(frame, t.scene.manipulator.home - Vector3d(0, 0, 0.003));
+    ASSERT_TRUE(felt.force.has_value()) << i;
+    EXPECT_NEAR(felt.force->z(), 0.2, 1e-6) << i;
+    EXPECT_EQ(felt.validity, Validity::kValid) << i;
+  }
+}
+
 TEST(TactileEstimatorTest, TimesOfMechanicsAreThoseOfSamplesThatTouch) {
   Touching t(CubeScene(kAbove));
   EXPECT_EQ(t.estimator.times().mechanics.count(), 0U);

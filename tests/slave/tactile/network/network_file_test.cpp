@@ -61,6 +61,10 @@ TEST(NetworkFileTest, WhatIsWrittenIsReadBackExactly) {
     network.info.gain = 1.0 / 3;
     network.info.sigma = {0.1, 0.02, 1e-7};
     network.info.learnt_force = 4.9;
+    network.info.rest_sigma = 0.014;
+    network.info.relative_sigma = 0.11;
+    network.info.pattern.kinds = {{0.25, SignalPattern::Covariance::Identity() / 16}};
+    network.info.pattern.force.setConstant(0.125);
     network.info.origin = "a test's \"random\" numbers";
     network.weights.activation = HiddenActivation::kRelu;
     network.weights.dense[0].bias[0] = std::numeric_limits<float>::denorm_min();
@@ -77,6 +81,12 @@ TEST(NetworkFileTest, WhatIsWrittenIsReadBackExactly) {
     EXPECT_EQ(read.info.gain, network.info.gain);
     EXPECT_EQ(read.info.sigma, network.info.sigma);
     EXPECT_EQ(read.info.learnt_force, network.info.learnt_force);
+    EXPECT_EQ(read.info.rest_sigma, network.info.rest_sigma);
+    EXPECT_EQ(read.info.relative_sigma, network.info.relative_sigma);
+    ASSERT_EQ(read.info.pattern.kinds.size(), 1U);
+    EXPECT_EQ(read.info.pattern.kinds[0].share, 0.25);
+    EXPECT_EQ(read.info.pattern.kinds[0].shape, network.info.pattern.kinds[0].shape);
+    EXPECT_EQ(read.info.pattern.force, network.info.pattern.force);
     EXPECT_EQ(read.info.origin, network.info.origin);
     EXPECT_EQ(json::parse(read.training)["epochs"], 12);
     EXPECT_EQ(read.weights.activation, HiddenActivation::kRelu);

@@ -1,0 +1,191 @@
+#include "slave/tactile/pattern_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+namespace palpate {
+namespace {
+
+using Signals = SignalPattern::Signals;
+using Covariance = SignalPattern::Covariance;
+
+constexpr double kUsualNoise2 = 0.85, kUsualPressureNoise2 = 1.6;  // [counts^2]
+constexpr double kQuiet = 4;             // times the usual variance: nothing to mend
+constexpr double kMeasuringTime = 0.3;   // of noise and drift [s]
+constexpr double kLeastSize = 10;        // so that gentle touches are not taken for noise [counts]
+constexpr double kTypicalSize = 60;      // [counts]
+constexpr double kOutlier = 5.5;         // standard deviations from what is expected
+constexpr double kSettled = 3;           // of these a common drift must stand out
+constexpr int kMostReplaced = 4;         // of electrodes; with more nobody knows which are right
+constexpr double kUnknown2 = 1e6;        // variance of what is left out [counts^2]
+constexpr double kSecondDifference = 6;  // variances of noise in x - 2 x' + x''
+constexpr double kLevelling = 0.1;       // share of a sample in what is told
+constexpr std::size_t kCandidates = 3;   // kinds that are looked at closely
+
+Signals UsualNoise2() {
+  Signals noise2 = Signals::Constant(kUsualNoise2);
+  noise2[kElectrodeCount] = kUsualPressureNoise2;
+  return noise2;
+}
+
+// What a drift of one count of all electrodes does.
+Signals Together() {
+  Signals together = Signals::Ones();
+  together[kElectrodeCount] = 0;
+  return together;
+}
+
+double LogDeterminant(const Eigen::LLT<Covariance>& factor) {
+  return 2 * factor.matrixLLT().diagonal().array().log().sum();
+}
+
+// Least x' S⁻¹ x with one signal left out, if that is `kOutlier` away; `y`: S⁻¹ x.
+double RobustSquare(const Signals& x, const Signals& y, const Covariance& inverse) {
+  const double outlier = (y.cwiseAbs2().cwiseQuotient(inverse.diagonal())).maxCoeff();
+  return x.dot(y) - std::max(0.0, outlier - kOutlier * kOutlier);
+}
+
+// S⁻¹ once signal `i` has an unknown noise more (Sherman and Morrison).
+void LeaveOut(Eigen::Index i, Covariance* inverse) {
+  const Signals column = inverse->col(i);
+  *inverse -= column * column.transpose() / (1 / kUnknown2 + column[i]);
+}
+
+}  // namespace
+
+PatternCheck::PatternCheck(const SignalPattern& pattern, double rate)
+    : pattern_(pattern), share_(1 - std::exp(-1 / (kMeasuringTime * rate))) {
+  for (const SignalPattern::Kind& kind : pattern_.kinds) {
+    Covariance S = kind.shape;
+    S += (UsualNoise2() / (kTypicalSize * kTypicalSize)).asDiagonal();
+    const Eigen::LLT<Covariance> factor(S);
+    quick_.push_back(
+        {factor.solve(Covariance::Identity()), LogDeterminant(factor) - 2 * std::log(kind.share)});
+  }
+  Reset();
+}
+
+void PatternCheck::Reset() noexcept {
+  noise2_ = UsualNoise2();
+  drift2_ = drift_ = 0;
+  misfit_ = 1;
+  disagreement_ = 0;
+  seen_ = 0;
+}
+
+void PatternCheck::Take(const TactileSignals& change,
+                        const std::array<bool, kElectrodeCount>& is_dead) noexcept {
+  const Signals x = PatternSignals(change);
+  Signals noise2 = noise2_.cwiseMax(UsualNoise2()), alive = x;
+  is_wrong_.fill(false);
+  replaced_ = 0;
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    if (!is_dead[i]) continue;
+    is_wrong_[i] = true;
+    ++replaced_;
+    alive[static_cast<Eigen::Index>(i)] = 0;
+    noise2[static_cast<Eigen::Index>(i)] = kUnknown2;
+  }
+  const double size2 = std::max(alive.squaredNorm() - UsualNoise2().sum(), kLeastSize * kLeastSize);
+  Reading reading = Explain(alive, noise2, size2);
+  LeaveOutWrong(alive, &noise2, &reading.inverse);
+  Measure(alive, reading.inverse);
+  Mend(change, alive, noise2, reading.inverse);
+}
+
+PatternCheck::Reading PatternCheck::Explain(const Signals& x, const Signals& noise2,
+                                            double size2) noexcept {
+  const Signals unit = x / std::sqrt(size2);
+  std::array<std::pair<double, std::size_t>, kCandidates> best;
+  best.fill({std::numeric_limits<double>::infinity(), 0});
+  for (std::size_t k = 0; k < quick_.size(); ++k) {
+    const Signals y = quick_[k].inverse * unit;
+    const std::pair here{RobustSquare(unit, y, quick_[k].inverse) + quick_[k].offset, k};
+    if (here < best.back()) best.back() = here;
+    std::ranges::sort(best);
+  }
+  Reading reading = ExplainBy(best.front().second, x, noise2, size2);
+  for (std::size_t i = 1; i < kCandidates && best[i].first < 1e300; ++i) {
+    const Reading other = ExplainBy(best[i].second, x, noise2, size2);
+    if (other.cost < reading.cost) reading = other;
+  }
+  return reading;
+}
+
+PatternCheck::Reading PatternCheck::ExplainBy(std::size_t kind, const Signals& x,
+                                              const Signals& noise2, double size2) const noexcept {
+  const Signals together = Together();
+  Covariance S = size2 * pattern_.kinds[kind].shape + drift2_ * together * together.transpose();
+  S += noise2.asDiagonal();
+  const Eigen::LLT<Covariance> factor(S);
+  Reading reading{kind, 0, factor.solve(Covariance::Identity())};
+  reading.cost = RobustSquare(x, reading.inverse * x, reading.inverse) + LogDeterminant(factor) -
+                 2 * std::log(pattern_.kinds[kind].share);
+  return reading;
+}
+
+// Noise is what each signal, or its distance from what is expected, does from sample to sample,
+// whichever does less: a contact that begins is none, nor is another kind that explains it. Drift
+// is what the distances have in common for longer.
+void PatternCheck::Measure(const Signals& x, const Covariance& inverse) noexcept {
+  const Signals y = inverse * x, together = Together();
+  const Signals off = y.cwiseQuotient(inverse.diagonal());
+  const double variance = 1 / together.dot(inverse * together);
+  const double drift = together.dot(y) * variance;
+  if (seen_ >= 2) {
+    const Signals jerk2 =
+        (off - 2 * off_ + before_off_).cwiseAbs2().cwiseMin((x - 2 * x_ + before_x_).cwiseAbs2());
+    noise2_ += share_ * (jerk2 / kSecondDifference - noise2_);
+  }
+  const double beyond = drift * drift - kSettled * kSettled * (variance - drift2_);
+  drift2_ += share_ * (std::max(0.0, beyond) - drift2_);
+  drift_ += share_ * (drift - drift_);
+  before_off_ = std::exchange(off_, off);
+  before_x_ = std::exchange(x_, x);
+  ++seen_;
+}
+
+void PatternCheck::LeaveOutWrong(const Signals& x, Signals* noise2, Covariance* inverse) noexcept {
+  double misfit = 0, disagreement = 0;
+  for (;;) {
+    const Signals y = *inverse * x;
+    Signals away = y.cwiseAbs().cwiseQuotient(inverse->diagonal().cwiseSqrt());
+    disagreement = away[kElectrodeCount];
+    away[kElectrodeCount] = 0;
+    for (Eigen::Index i = 0; i < kElectrodeCount; ++i) {
+      if (is_wrong_[static_cast<std::size_t>(i)]) away[i] = 0;
+    }
+    misfit = x.dot(y) / (kPatternSignals - replaced_);
+    Eigen::Index worst = 0;
+    if (away.maxCoeff(&worst) < kOutlier || replaced_ >= kMostReplaced) break;
+    is_wrong_[static_cast<std::size_t>(worst)] = true;
+    ++replaced_;
+    (*noise2)[worst] += kUnknown2;
+    LeaveOut(worst, inverse);
+  }
+  misfit_ += kLevelling * (misfit - misfit_);
+  disagreement_ += kLevelling * (disagreement - disagreement_);
+}
+
+// Only what is more than usual is taken off: the network has learnt to live with the rest.
+void PatternCheck::Mend(const TactileSignals& change, const Signals& x, const Signals& noise2,
+                        const Covariance& inverse) noexcept {
+  const Signals together = Together();
+  Covariance M = drift2_ * together * together.transpose();
+  M += (noise2 - kQuiet * UsualNoise2()).cwiseMax(0).asDiagonal();
+  const Signals expected = x - M * (inverse * x);
+  mended_ = change;
+  for (Eigen::Index i = 0; i < kElectrodeCount; ++i) {
+    mended_[static_cast<std::size_t>(i)] = expected[i];
+  }
+  mended_[kElectrodeCount + 1] = expected[kElectrodeCount];
+  const Covariance error = M - M * inverse * M;  // of what is expected
+  force_sigma_ =
+      std::sqrt(std::max(0.0, (pattern_.force * error * pattern_.force.transpose()).trace()));
+}
+
+}  // namespace palpate

@@ -1,0 +1,83 @@
+// Whether the signals of a fingertip go together as those did that its network learnt from, and
+// what a signal should have been that does not.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "slave/tactile/signal_pattern.h"
+
+namespace palpate {
+
+// Signals x of a contact of size a and some kind are taken for normal, with covariance
+//
+//   S = a² shape + N + q² 1 1',   N = diag(n²),
+//
+// n the noise as it is measured from sample to sample, q how far all electrodes have drifted
+// together. What each signal is expected to be from the others, and how far it may be from that,
+// follows from the inverse of S. An electrode farther away is wrong: what is expected takes its
+// place. Of noise and drift what is more than usual is taken off: x - (N' + q² 1 1') S⁻¹ x, N' the
+// variance above the usual one.
+//
+// It cannot see what another contact could have done: a wrong signal within its tolerance of 2 to
+// 10 percent of the signals' size, or all signals larger by the same factor.
+class PatternCheck {
+ public:
+  using Signals = SignalPattern::Signals;
+  using Covariance = SignalPattern::Covariance;
+
+  // `rate` of the samples [Hz], > 0. The pattern must be known.
+  PatternCheck(const SignalPattern& pattern, double rate);
+
+  // Takes the next sample, counts minus rest; `is_dead`: electrodes known not to work.
+  // Allocation-free.
+  void Take(const TactileSignals& change,
+            const std::array<bool, kElectrodeCount>& is_dead) noexcept;
+  void Reset() noexcept;
+
+  // Of the last sample: what is to be used.
+  [[nodiscard]] const TactileSignals& mended() const { return mended_; }
+  [[nodiscard]] bool is_replaced(std::size_t electrode) const { return is_wrong_[electrode]; }
+  [[nodiscard]] int replaced() const { return replaced_; }  // electrodes
+  // Averaged over some samples: how far pressure and electrodes disagree, in standard deviations.
+  [[nodiscard]] double disagreement() const { return disagreement_; }
+  // Likewise what is left that does not go together, over what there may be in the mean; about 1.
+  [[nodiscard]] double misfit() const { return misfit_; }
+  // How far all electrodes have drifted together [counts].
+  [[nodiscard]] double drift() const { return drift_; }
+  // What noise, drift and replaced signals add to the error of the force [N].
+  [[nodiscard]] double force_sigma() const { return force_sigma_; }
+
+ private:
+  // A kind and the signal that is wrong in it: they explain a sample best.
+  struct Reading {
+    std::size_t kind = 0;
+    double cost = 0;
+    Covariance inverse;
+  };
+  [[nodiscard]] Reading Explain(const Signals& x, const Signals& noise2, double size2) noexcept;
+  [[nodiscard]] Reading ExplainBy(std::size_t kind, const Signals& x, const Signals& noise2,
+                                  double size2) const noexcept;
+  void LeaveOutWrong(const Signals& x, Signals* noise2, Covariance* inverse) noexcept;
+  void Measure(const Signals& x, const Covariance& inverse) noexcept;
+  void Mend(const TactileSignals& change, const Signals& x, const Signals& noise2,
+            const Covariance& inverse) noexcept;
+
+  SignalPattern pattern_;
+  struct Quick {  // of a kind at a typical size: which kinds to look at
+    Covariance inverse;
+    double offset = 0;
+  };
+  std::vector<Quick> quick_;
+  double share_;  // of a sample in what is measured over time
+  Signals noise2_, x_, before_x_, off_, before_off_;
+  double drift2_ = 0;
+  int seen_ = 0;
+  std::array<bool, kPatternSignals> is_wrong_{};
+  int replaced_ = 0;
+  double disagreement_ = 0, misfit_ = 0, drift_ = 0, force_sigma_ = 0;
+  TactileSignals mended_{};
+};
+
+}  // namespace palpate

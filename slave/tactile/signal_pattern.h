@@ -1,0 +1,39 @@
+// How the signals of one make of fingertip go together, whatever presses it where.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/tactile/rest_values.h"
+
+namespace palpate {
+
+// E1 to E19 and pdc; pac0 is the rate of pdc and tells of the past.
+inline constexpr int kPatternSignals = kElectrodeCount + 1;
+
+// Learnt with a network, from the same contacts.
+struct SignalPattern {
+  using Signals = Eigen::Matrix<double, kPatternSignals, 1>;  // counts minus rest
+  using Covariance = Eigen::Matrix<double, kPatternSignals, kPatternSignals>;
+  // Contacts that are alike.
+  struct Kind {
+    double share = 0;  // of all contacts [-], > 0
+    Covariance shape;  // mean of x x' / x'x over their signals x [-], positive definite
+  };
+  std::vector<Kind> kinds;
+  // Force of small signals, least squares of the relative error [N/count].
+  Eigen::Matrix<double, 3, kPatternSignals> force =
+      Eigen::Matrix<double, 3, kPatternSignals>::Zero();
+
+  [[nodiscard]] bool known() const { return !kinds.empty(); }
+};
+
+inline SignalPattern::Signals PatternSignals(const TactileSignals& change) noexcept {
+  SignalPattern::Signals x;
+  for (int i = 0; i < kElectrodeCount; ++i) x[i] = change[static_cast<std::size_t>(i)];
+  x[kElectrodeCount] = change[kElectrodeCount + 1];
+  return x;
+}
+
+}  // namespace palpate

@@ -1,0 +1,131 @@
+#include "slave/tactile/training/learn_pattern.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace palpate {
+namespace {
+
+using Signals = SignalPattern::Signals;
+using Covariance = SignalPattern::Covariance;
+
+constexpr double kLeastSize = 30;      // of signals that stand out of their noise [counts]
+constexpr float kLeastForce = 0.02F;   // [N]
+constexpr float kLargestForce = 1.5F;  // signals of more bend; gentle hands are what counts [N]
+constexpr std::size_t kKinds = 24;
+constexpr std::size_t kFewest = 100 * kPatternSignals;  // per kind that is told apart
+constexpr std::size_t kMost = 200'000;
+constexpr int kByDirection = 12, kByLikelihood = 8;  // rounds
+constexpr double kFloor = 2e-5;                      // of the variance, of unit signals
+constexpr double kRidge = 1e-6;
+
+struct Lessons {
+  std::vector<Signals> x;  // of unit length
+  std::vector<int> kind;
+  Eigen::Matrix<double, 3, kPatternSignals> force;
+};
+
+Lessons Gather(std::span<const LabelledRecording> recordings, std::span<const Window> windows) {
+  Lessons lessons;
+  Covariance by_force = Covariance::Zero();
+  Eigen::Matrix<double, kPatternSignals, 3> with_force =
+      Eigen::Matrix<double, kPatternSignals, 3>::Zero();
+  const std::size_t stride = windows.size() / kMost + 1;
+  for (std::size_t i = 0; i < windows.size(); i += stride) {
+    const LabelledRecording& recording = recordings[windows[i].recording];
+    const Eigen::Vector3f& force = recording.force[windows[i].last];
+    const Signals x = PatternSignals(recording.change[windows[i].last]);
+    const float size = force.norm();
+    if (!(size > kLeastForce && size < kLargestForce && x.norm() > kLeastSize)) continue;
+    lessons.x.push_back(x.normalized());
+    by_force += x * x.transpose() / static_cast<double>(size * size);
+    with_force += x * (force / (size * size)).cast<double>().transpose();
+  }
+  by_force.diagonal().array() += kRidge * by_force.trace();
+  lessons.force = by_force.ldlt().solve(with_force).transpose();
+  lessons.kind.assign(lessons.x.size(), 0);
+  return lessons;
+}
+
+// Each lesson goes to the kind of least `cost`.
+template <typename Cost>
+void Assign(std::size_t kinds, const Cost& cost, Lessons* lessons) {
+  for (std::size_t i = 0; i < lessons->x.size(); ++i) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < kinds; ++k) {
+      const double here = cost(k, lessons->x[i]);
+      if (here >= least) continue;
+      least = here;
+      lessons->kind[i] = static_cast<int>(k);
+    }
+  }
+}
+
+std::vector<SignalPattern::Kind> KindsOf(const Lessons& lessons, std::size_t kinds) {
+  std::vector<SignalPattern::Kind> found(kinds, {0, Covariance::Zero()});
+  for (std::size_t i = 0; i < lessons.x.size(); ++i) {
+    SignalPattern::Kind& kind = found[static_cast<std::size_t>(lessons.kind[i])];
+    kind.shape += lessons.x[i] * lessons.x[i].transpose();
+    kind.share += 1;
+  }
+  for (SignalPattern::Kind& kind : found) {
+    if (kind.share > 0) kind.shape /= kind.share;
+    kind.shape.diagonal().array() += kFloor;
+    kind.share /= static_cast<double>(lessons.x.size());
+  }
+  return found;
+}
+
+// Contacts whose signals point the same way, either way.
+void SortByDirection(std::size_t kinds, Lessons* lessons) {
+  std::vector<Signals> directions;
+  for (std::size_t k = 0; k < kinds; ++k) {
+    directions.push_back(lessons->x[k * lessons->x.size() / kinds]);
+  }
+  for (int round = 0; round < kByDirection; ++round) {
+    Assign(
+        kinds, [&](auto k, const Signals& x) { return -std::abs(directions[k].dot(x)); }, lessons);
+    const auto found = KindsOf(*lessons, kinds);
+    for (std::size_t k = 0; k < kinds; ++k) {
+      const Eigen::SelfAdjointEigenSolver<Covariance> axes(found[k].shape);
+      directions[k] = axes.eigenvectors().col(kPatternSignals - 1);
+    }
+  }
+}
+
+void SortByLikelihood(std::size_t kinds, Lessons* lessons) {
+  for (int round = 0; round < kByLikelihood; ++round) {
+    const auto found = KindsOf(*lessons, kinds);
+    std::vector<Covariance> inverse;
+    std::vector<double> offset;
+    for (const SignalPattern::Kind& kind : found) {
+      const Eigen::LLT<Covariance> factor(kind.shape);
+      inverse.emplace_back(factor.solve(Covariance::Identity()));
+      offset.push_back(2 * factor.matrixLLT().diagonal().array().log().sum() -
+                       2 * std::log(kind.share));
+    }
+    Assign(
+        kinds, [&](auto k, const Signals& x) { return x.dot(inverse[k] * x) + offset[k]; },
+        lessons);
+  }
+}
+
+}  // namespace
+
+SignalPattern LearnPattern(std::span<const LabelledRecording> recordings,
+                           std::span<const Window> windows) {
+  Lessons lessons = Gather(recordings, windows);
+  const std::size_t kinds = std::min(kKinds, lessons.x.size() / kFewest);
+  if (kinds == 0) return {};
+  SortByDirection(kinds, &lessons);
+  SortByLikelihood(kinds, &lessons);
+  SignalPattern pattern{KindsOf(lessons, kinds), lessons.force};
+  std::erase_if(pattern.kinds, [](const SignalPattern::Kind& kind) { return !(kind.share > 0); });
+  return pattern;
+}
+
+}  // namespace palpate

@@ -1,0 +1,140 @@
+#include "slave/tactile/pattern_check.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Signals = SignalPattern::Signals;
+
+constexpr double kRate = 100;  // [Hz]
+
+// Two kinds of contacts, each along a direction of its own, to 1 % of the signals' size.
+Signals Direction(int kind) {
+  Signals u;
+  for (int i = 0; i < kPatternSignals; ++i) u[i] = 1 + 0.8 * std::cos(0.7 * i + 2 * kind);
+  return u.normalized();
+}
+
+SignalPattern TwoKinds() {
+  SignalPattern pattern;
+  for (int kind = 0; kind < 2; ++kind) {
+    const Signals u = Direction(kind);
+    SignalPattern::Covariance shape = u * u.transpose();
+    shape.diagonal().array() += 1e-4;
+    pattern.kinds.push_back({0.5, shape});
+  }
+  pattern.force.setConstant(0.001);
+  return pattern;
+}
+
+class PatternCheckTest : public ::testing::Test {
+ protected:
+  // A contact of `size` counts with a count of noise.
+  TactileSignals Contact(int kind, double size) {
+    TactileSignals change{};
+    const Signals u = size * Direction(kind);
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+      change[i] = u[static_cast<Eigen::Index>(i)] + noise_(random_);
+    }
+    change[kElectrodeCount + 1] = u[kElectrodeCount] + noise_(random_);
+    return change;
+  }
+  void Take(const TactileSignals& change) { check_.Take(change, dead_); }
+
+  PatternCheck check_{TwoKinds(), kRate};
+  std::array<bool, kElectrodeCount> dead_{};
+  std::mt19937 random_{3};
+  std::normal_distribution<double> noise_{0, 0.9};
+};
+
+TEST_F(PatternCheckTest, SignalsThatGoTogetherPassAsTheyAre) {
+  for (int i = 0; i < 300; ++i) {
+    const TactileSignals change = Contact(i / 150, 100);
+    Take(change);
+    for (std::size_t e = 0; e < kElectrodeCount; ++e) {
+      ASSERT_NEAR(check_.mended()[e], change[e], 1) << i << " E" << e + 1;
+    }
+    EXPECT_EQ(check_.replaced(), 0);
+    EXPECT_LT(check_.misfit(), 1.6);
+    EXPECT_LT(check_.disagreement(), 2.5);
+  }
+}
+
+// Reference: the direction of the contact; 1 % of 100 counts and the others' noise.
+TEST_F(PatternCheckTest, AnElectrodeThatStandsAloneIsReplacedByWhatTheOthersSay) {
+  for (std::size_t wrong = 0; wrong < kElectrodeCount; ++wrong) {
+    check_.Reset();
+    for (int i = 0; i < 20; ++i) {
+      TactileSignals change = Contact(1, 100);
+      change[wrong] = -40;
+      Take(change);
+    }
+    EXPECT_TRUE(check_.is_replaced(wrong));
+    EXPECT_EQ(check_.replaced(), 1);
+    EXPECT_NEAR(check_.mended()[wrong], 100 * Direction(1)[static_cast<Eigen::Index>(wrong)], 4);
+    EXPECT_GT(check_.force_sigma(), 0);
+  }
+}
+
+TEST_F(PatternCheckTest, ADeadElectrodeIsReplacedWhereverItStands) {
+  dead_[7] = true;
+  for (int i = 0; i < 20; ++i) Take(Contact(0, 100));
+  EXPECT_TRUE(check_.is_replaced(7));
+  EXPECT_NEAR(check_.mended()[7], 100 * Direction(0)[7], 4);
+}
+
+TEST_F(PatternCheckTest, WhatAllElectrodesDriftTogetherIsTakenOff) {
+  for (int i = 0; i < 300; ++i) {
+    TactileSignals change = Contact(0, 100);
+    for (std::size_t e = 0; e < kElectrodeCount; ++e) change[e] += 10;
+    Take(change);
+  }
+  EXPECT_NEAR(check_.drift(), 10, 1);
+  double left = 0;
+  for (std::size_t e = 0; e < kElectrodeCount; ++e) {
+    left +=
+        (check_.mended()[e] - 100 * Direction(0)[static_cast<Eigen::Index>(e)]) / kElectrodeCount;
+  }
+  EXPECT_NEAR(left, 0, 1);
+}
+
+TEST_F(PatternCheckTest, APressureThatIsNotThatOfTheElectrodesDisagrees) {
+  for (int i = 0; i < 100; ++i) {
+    TactileSignals change = Contact(1, 100);
+    change[kElectrodeCount + 1] += 30;
+    Take(change);
+  }
+  EXPECT_GT(check_.disagreement(), 5);
+}
+
+// Three times the usual noise: what is used has less of it than what was read.
+TEST_F(PatternCheckTest, NoiseIsTakenOffAsFarAsItIsMoreThanUsual) {
+  noise_ = std::normal_distribution<double>(0, 2.7);
+  double read = 0, used = 0;
+  for (int i = 0; i < 400; ++i) {
+    const TactileSignals change = Contact(0, 100);
+    Take(change);
+    if (i < 200) continue;
+    for (std::size_t e = 0; e < kElectrodeCount; ++e) {
+      const double truth = 100 * Direction(0)[static_cast<Eigen::Index>(e)];
+      read += (change[e] - truth) * (change[e] - truth);
+      used += (check_.mended()[e] - truth) * (check_.mended()[e] - truth);
+    }
+  }
+  EXPECT_LT(used, 0.5 * read);
+}
+
+TEST_F(PatternCheckTest, NoSampleAllocates) {
+  const TactileSignals change = Contact(0, 100);
+  const long before = AllocationCount();
+  for (int i = 0; i < 1000; ++i) Take(change);
+  EXPECT_EQ(AllocationCount() - before, 0);
+}
+
+}  // namespace
+}  // namespace palpate
