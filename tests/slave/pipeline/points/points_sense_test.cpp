@@ -167,10 +167,14 @@ TEST_F(PointsSenseTest, AResetTakesTheRestFrameAnew) {
   world_->Show({4.0, {0, 0}, false});
   UntilFelt(1.0);
   slave_->Reset();
-  // What presses now is taken for rest.
+  // What presses now is taken for rest, which is seen not to be flat.
   const SlaveState state =
-      Until([](const SlaveState& s) { return IsValid(s) && s.force && s.force->norm() < 0.1; });
-  EXPECT_TRUE(state.force.has_value());
+      Until([](const SlaveState& s) { return s.force && s.force->norm() < 0.1; });
+  EXPECT_EQ(state.validity, Validity::kExtrapolated);
+  EXPECT_EQ(state.check, FailedCheck::kRestShape);
+  world_->Show({});
+  slave_->Reset();
+  Until(IsValid);
 }
 
 TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
