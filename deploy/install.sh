@@ -8,7 +8,7 @@ source "$(dirname "$0")/progress.sh"
 
 packages=(g++ cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
           libopencv-core-dev libopencv-imgproc-dev libopencv-dnn-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
-          libspdlog-dev nlohmann-json3-dev libmumps-seq-dev liblapack-dev libopenblas0-serial zlib1g-dev)
+          libspdlog-dev nlohmann-json3-dev libmumps-seq-dev liblapack-dev libopenblas0-pthread zlib1g-dev)
 films=(libopencv-videoio-dev)         # palpate-films.so: films, cameras, pictures other than PNG and JPEG
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
 clouds=(libpcl-dev)                   # palpate-slave evaluate

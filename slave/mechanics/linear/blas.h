@@ -1,6 +1,7 @@
 // The few routines of BLAS and LAPACK that the kernels here share, in single and double precision.
 // Names and arguments as there (Anderson et al., LAPACK Users' Guide (1999)): column-major, `ld`
-// the stride between columns. They allocate nothing of ours; several threads may call them.
+// the stride between columns. They allocate nothing of ours; several threads may call them, each
+// call runs on its own (uses_one_thread).
 #pragma once
 
 #include <cstddef>
@@ -29,6 +30,9 @@ PALPATE_DECLARE(d, double)
 #undef PALPATE_DECLARE
 
 namespace palpate::blas {
+
+// Every program that computes has it: true once the library was told so, before main.
+extern const bool uses_one_thread;
 
 template <typename Scalar, typename Single, typename Double>
 constexpr auto Pick(Single* in_single, Double* in_double) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <Eigen/LU>
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/allocation_count.h"
@@ -171,6 +172,16 @@ TEST(DenseLu, ThreadsDoNotDisturbEachOther) {
     }
   }
   for (const auto& x : solved) EXPECT_EQ(x, expected);
+}
+
+// Reference: what OpenBLAS says of itself; another BLAS has no such name.
+TEST(DenseLu, BlasLocksItsBuffersAndStartsNoThreads) {
+  const auto is_threaded =
+      reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_parallel"));
+  const auto threads = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
+  if (is_threaded == nullptr || threads == nullptr) GTEST_SKIP() << "not OpenBLAS";
+  EXPECT_NE(is_threaded(), 0) << "built without threads, it has no locks";
+  EXPECT_EQ(threads(), 1);
 }
 
 TEST(DenseLu, SolutionsAllocateNothing) {
