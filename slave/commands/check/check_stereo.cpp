@@ -248,12 +248,12 @@ void PrintLoadChecks(const Scene& scene) {
                   "off the fitted dent to one side{}",
                   LengthInWords(kFlatHeight * membrane->thickness),
                   sees_tension ? "; dents of another width than the scene's prestress makes" : ""));
-  PrintLine(
-      "put right",
-      fmt::format("a rig or membrane that moves as a whole, by up to {} along the membrane and "
-                  "{} across it; farther is doubted",
-                  LengthInWords(RobustPlateFit::kMostSlide),
-                  LengthInWords(RobustPlateFit::kMostRise)));
+  PrintLine("put right",
+            fmt::format(
+                "a rig or membrane that moves as a whole, by up to {} along the membrane and "
+                "{} across it, and by a tilt of {} at the rim; farther is doubted",
+                LengthInWords(RobustPlateFit::kMostSlide), LengthInWords(RobustPlateFit::kMostRise),
+                LengthInWords(RobustPlateFit::kMostTilt)));
   PrintLine("NOT SEEN",
             fmt::format("a wrong young_modulus, which every force is off by{}; both cameras late "
                         "together",

@@ -20,7 +20,7 @@ constexpr double kHidden = 2.5;  // standard deviations: loads up to twice that 
 constexpr double kLeastScatter = 0.25;  // of the stated sigmas
 constexpr double kRemembered = 0.99;    // of the evidence, from picture to picture
 constexpr double kTensionSigmas = 3.5;
-constexpr double kTensionDoubt = 0.4;   // one sigma, of what it makes of the force
+constexpr double kTensionDoubt = 0.5;   // one sigma, of what it makes of the force
 constexpr double kTensionShare = 0.02;  // of the force, that a wrong tension may make
 constexpr double kMostLeftOut = 0.25;   // share of the points that may contradict the others
 
@@ -122,7 +122,12 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
                                        SurfaceLoad* load) noexcept {
   const LoadFitter::Sought& sought = answer.tension;
   if (!(sought.sigma > 0) || load->validity == Validity::kFailed) return;
-  const double scatter = std::max(kLeastScatter, answer.load.residual) * sought.sigma;
+  // Of the residuals that another tension leaves.
+  const double freedom = std::max(1, answer.points - answer.left_out - 4);
+  const double explained = sought.amount * sought.amount / (sought.sigma * sought.sigma);
+  const double residual = answer.load.residual * answer.load.residual * (freedom + 1) - explained;
+  const double scatter =
+      std::sqrt(std::max(kLeastScatter * kLeastScatter, residual / freedom)) * sought.sigma;
   const double law = answer.sigma_of_law;
   const double weight = 1 / (scatter * scatter + law * law);
   tension_information_ = kRemembered * tension_information_ + weight;
@@ -133,7 +138,8 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
       std::hypot(1 / std::sqrt(tension_information_), tension_law_ / tension_information_);
   const double force = std::abs(sought.force) * (std::abs(amount) - kTensionSigmas * sigma);
   // What the force may be off by, whether or not it is sure.
-  load->sigma_force = std::hypot(load->sigma_force, kTensionDoubt * sought.force * amount);
+  load->sigma_force = std::hypot(
+      load->sigma_force, kTensionDoubt * sought.force * std::max(0.0, std::abs(amount) - sigma));
   if (force > kTensionShare * std::abs(load->force)) {
     load->Doubt(FailedCheck::kMisfit,
                 "the dent is wider or narrower than one of the scene's prestress");

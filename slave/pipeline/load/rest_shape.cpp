@@ -49,7 +49,7 @@ RestShape RestShapeOf(const std::vector<SurfacePoint>& points_O, double radius) 
 bool IsFlat(const RestShape& shape, double thickness) noexcept {
   const double most = kFlatHeight * thickness;
   return std::abs(shape.height) <= std::max(most, kSigmas * shape.sigma_height) &&
-         shape.rms <= std::max(most, kSigmas * shape.sigma_rms);
+         shape.rms <= std::max(most / 2, kSigmas * shape.sigma_rms);
 }
 
 }  // namespace palpate

@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// By the thickness: a shell so high is some percent stiffer than the plate.
+// By the thickness: a shell so high is some percent stiffer than the plate. Half of it, as rms.
 inline constexpr double kFlatHeight = 0.2;
 
 // What is left of the points' places at rest beside a plane, frame O: how the plane lies is a

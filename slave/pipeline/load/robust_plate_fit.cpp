@@ -123,7 +123,7 @@ RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& poin
   answer.moved = answer.moved || slide > 0;
   const Eigen::Vector3d& rise = answer.load.rim_motion;
   answer.put_right = slide > 0 && slide < kMostSlide && std::abs(rise[0]) < kMostRise &&
-                     rise.tail<2>().norm() < kMostRise;
+                     rise.tail<2>().norm() < kMostTilt;
   answer.flat = IsFlat(RestShapeOf(points_O, plate_.radius()), plate_.thickness());
   if (answer.load.validity == Validity::kFailed || answer.load.nothing) return answer;
   answer.cluster = Cluster();
@@ -247,11 +247,11 @@ double RobustPlateFit::Cluster() const noexcept {
   const double reach = kReach * plate_.radius();
   double largest = 0;
   for (const Seen& middle : seen_) {
-    if (!middle.usable) continue;
+    if (!middle.kept) continue;
     double sum = 0, weights = 0;
     int count = 0;
     for (const Seen& point : seen_) {
-      if (!point.usable || (point.place - middle.place).squaredNorm() > reach * reach) continue;
+      if (!point.kept || (point.place - middle.place).squaredNorm() > reach * reach) continue;
       const double weight = 1 / (point.sigma * point.sigma);
       sum += weight * point.residual;
       weights += weight;

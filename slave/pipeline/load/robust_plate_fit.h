@@ -51,8 +51,9 @@ struct TighterPlate {
 // One thread; allocation-free after the first call with as many points.
 class RobustPlateFit {
  public:
-  static constexpr double kMostSlide = 4e-3;   // along the plate [m]
-  static constexpr double kMostRise = 1.5e-3;  // along z, of the middle or of the rim by a tilt [m]
+  // Of a rig or membrane that moves as a whole, what is put right [m]: along the plate, across it,
+  // and at the rim by a tilt. Eyes that turn about themselves raise nothing.
+  static constexpr double kMostSlide = 4e-3, kMostRise = 0.3e-3, kMostTilt = 1.5e-3;
 
   // Keeps references to the plates; see LoadFitter. `tighter`: the answer tells how much of that
   // tension the points ask for.
@@ -69,7 +70,7 @@ class RobustPlateFit {
     int points = 0;    // on the plate, seen and chosen
     int left_out = 0;  // of them: they contradict the others
     // The rim or the eyes have moved since rest; the load is free of it. A motion along the plate
-    // is one that no load makes: one as small as kMostSlide and kMostRise, with it, is put right.
+    // is one that no load makes: one as small as kMostSlide, kMostRise and kMostTilt is put right.
     bool moved = false, put_right = false;
     double cluster = 0;  // largest mean residual of neighbouring points that stands out of noise
                          // and law together, by the largest deflection; 0: none does

@@ -25,13 +25,23 @@ const Eigen::Vector2d kUnseen = Eigen::Vector2d::Constant(std::numeric_limits<do
 constexpr int kLearntFrom = 10;  // pairs that show what the rays and pictures are like at rest
 constexpr std::string_view kFrozen = "a camera shows the same picture again: it stands still";
 
+// What the rays of dots may pass each other by at rest: a simulated pair's rig is exactly what the
+// scene tells.
+double MostAtRest(const Scene& scene) {
+  constexpr double kOfExactRig = 0.02;  // [px]
+  const bool is_exact =
+      scene.sense.Find<StereoCameras>()->source == StereoCameras::Source::kSimulated &&
+      scene.sense.Find<PointTracking>()->track == PointTracking::Track::kDots;
+  return is_exact ? kOfExactRig : EpipolarCheck::kMostAtRest;
+}
+
 // What the two kinds that look with a pair of cameras share.
 class PairEyes : public SurfacePointTracker {
  public:
   PairEyes(const Scene& scene, const StereoRig& rig)
       : rig_(rig),
         X_LS_(scene.sense.Find<StereoCameras>()->X_SL.inverse()),
-        epipolar_(rig, kLearntFrom, scene.sense.Find<PointTracking>()->sigma),
+        epipolar_(rig, kLearntFrom, scene.sense.Find<PointTracking>()->sigma, MostAtRest(scene)),
         frozen_(kLearntFrom) {}
   [[nodiscard]] std::optional<Eigen::Vector2d> Project(
       const Eigen::Vector3d& p_S) const noexcept override {

@@ -23,6 +23,17 @@ constexpr std::string_view kOtherRig =
 constexpr std::string_view kLate =
     "the left and the right picture are of different instants, or one camera stands still";
 
+// Of points in one picture: what they moved and miss, by sigma.
+struct Share {
+  double motion = 0, product = 0, misses = 0, count = 0;
+  void Add(const Share& other, double sign) noexcept {
+    motion += sign * other.motion;
+    product += sign * other.product;
+    misses += sign * other.misses;
+    count += sign * other.count;
+  }
+};
+
 }  // namespace
 
 void EpipolarCheck::See(SurfaceObservation* seen) noexcept {
@@ -132,19 +143,21 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
     if (row.kept) share += row.motions * moved(row);
   }
   share = normal_.ldlt().solve(share);
-  double motion = 0, product = 0, misses = 0;
-  int count = 0;
+  // Without the one that says most: a point that one eye saw beside its place moved and misses at
+  // once.
+  Share most, sum;
   for (const Row& row : rows_) {
     if (!row.counts) continue;
     const double own = moved(row) - row.motions.dot(share), miss = Residual(row);
-    motion += own * own;
-    product += own * miss;
-    misses += miss * miss;
-    ++count;
+    const Share one{own * own, own * miss, miss * miss, 1};
+    sum.Add(one, 1);
+    if (std::abs(one.product) > std::abs(most.product)) most = one;
   }
+  sum.Add(most, -1);
+  const auto& [motion, product, misses, count] = sum;
   if (!(motion > 0)) return false;
   const double explained = product * product / motion;
-  const double scatter = std::max(1.0, (misses - explained) / std::max(1, count - kMotions - 1));
+  const double scatter = std::max(1.0, (misses - explained) / std::max(1.0, count - kMotions - 1));
   Evidence& evidence = evidence_[static_cast<std::size_t>(lag - 1)];
   evidence.motion = kRemembered * evidence.motion + motion / scatter;
   evidence.product = kRemembered * evidence.product + product / scatter;
@@ -162,7 +175,7 @@ void EpipolarCheck::JudgeRest(SurfaceObservation* seen) const noexcept {
     square += rest * rest;
     ++count;
   }
-  const double most = kMostAtRest + 2 * rig_.rms_px;
+  const double most = most_at_rest_ + 2 * rig_.rms_px;
   if (count >= 3 && square > most * most * count) seen->Doubt(FailedCheck::kEpipolar, kOtherRig);
 }
 

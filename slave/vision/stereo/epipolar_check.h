@@ -32,9 +32,13 @@ class EpipolarCheck {
   static constexpr double kMostLag = 0.2;     // [periods]
 
   // `rest_pictures`: whose mean is what a point has at rest, >= 1. `sigma_px`: the least that the
-  // points' covariances were made with.
-  EpipolarCheck(const StereoRig& rig, int rest_pictures, double sigma_px)
-      : rig_(rig), rest_pictures_(rest_pictures), sigma_px_(sigma_px) {}
+  // points' covariances were made with. `most_at_rest`: kMostAtRest, less of a rig known better.
+  EpipolarCheck(const StereoRig& rig, int rest_pictures, double sigma_px,
+                double most_at_rest = kMostAtRest)
+      : rig_(rig),
+        rest_pictures_(rest_pictures),
+        sigma_px_(sigma_px),
+        most_at_rest_(most_at_rest) {}
 
   // Puts its doubt into `seen`, and widens its points' covariances where the misses scatter by more
   // than the pictures' noise says.
@@ -75,7 +79,7 @@ class EpipolarCheck {
 
   StereoRig rig_;
   int rest_pictures_;
-  double sigma_px_;
+  double sigma_px_, most_at_rest_;
   int taken_ = 0;   // of them
   int newest_ = 0;  // place in the rings
   std::vector<Row> rows_;
