@@ -138,6 +138,9 @@ int Main(int argc, char** argv) {
                             "Also write every picture with what was seen drawn in");
   process_command->add_flag("--frames", process.frames,
                             "Also write every picture as it came: a recording to process again");
+  process_command->add_flag("--points", process.points,
+                            "Also write points.csv: the points that two cameras or depth pictures "
+                            "follow, with sigma and disparity");
   process_command->add_option("--duration", process.duration,
                               "Seconds of a simulated target's path; files and scripted presses "
                               "end by themselves");

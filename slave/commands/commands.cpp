@@ -114,14 +114,16 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
     RequireOtherThan("--frames", options.out,
                      {"frames", "frames/left", "frames/right", "frames/rig.yaml"}, inputs);
   }
+  if (options.points) RequireOtherThan("--points", options.out, {"points.csv"}, inputs);
   const double duration = Duration(options, scene);
   if (!HasPictures(scene.sense)) RefusePictures(options, scene);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   const auto progress = [&](std::uint64_t done) {
     if (terminal && done % 50 == 0) fmt::print(stderr, "\r{}", done);
   };
-  const OfflineSummary summary =
-      RunOffline(scene, {options.out, options.pictures, options.frames, progress, duration}, stop);
+  const OfflineSummary summary = RunOffline(
+      scene, {options.out, options.pictures, options.frames, progress, duration, options.points},
+      stop);
   if (terminal) fmt::print(stderr, "\r                    \r");
   Print(summary, options.out);
   if (options.frames) PrintFrames(scene, options.out);

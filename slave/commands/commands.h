@@ -16,6 +16,7 @@ struct ProcessOptions {
   std::filesystem::path out;
   bool pictures = false;           // also write pictures with what was seen drawn in
   bool frames = false;             // also write pictures as they came
+  bool points = false;             // also write the points that are followed
   std::optional<double> duration;  // of a simulated target's path [s]
 };
 

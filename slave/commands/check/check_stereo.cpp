@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -10,11 +11,15 @@
 #include "slave/capture/frame_source.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/check/stereo_expectation.h"
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/load/rest_shape.h"
 #include "slave/pipeline/load/robust_plate_fit.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/site/world.h"
 #include "slave/vision/dots/dot_layout.h"
+#include "slave/vision/dots/stereo_dots.h"
+#include "slave/vision/stereo/epipolar_check.h"
 #include "slave/vision/texture/epipolar_line.h"
 
 namespace palpate {
@@ -207,6 +212,54 @@ void PrintDepthCamera(const DepthPictures& depth, const Scene& scene) {
                         LengthInWords(depth.sigma), LengthInWords(FarthestDepth(scene))));
 }
 
+double NearestNeighbour(const std::vector<Eigen::Vector2d>& places) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) nearest = std::min(nearest, (places[i] - places[k]).norm());
+  }
+  return nearest;
+}
+
+// What each check of the eyes sees.
+void PrintEyeChecks(const Scene& scene) {
+  const PointTracking& points = *scene.sense.Find<PointTracking>();
+  PrintLine(
+      "checked",
+      fmt::format("each pair: a camera that shows the same picture again; one that moved "
+                  "against the other across the lines of sight by {:.2g} px; a picture {:.2g} "
+                  "periods late, while the surface moves; at rest: a rig off by {:.2g} px",
+                  EpipolarCheck::kMostOffset, EpipolarCheck::kMostLag, EpipolarCheck::kMostAtRest));
+  if (points.track != PointTracking::Track::kDots) return;
+  PrintLine(
+      "checked",
+      fmt::format("the dots at rest: {:.2g} % of their distances, {} of their place",
+                  100 * StereoDots::kTrueSize,
+                  LengthInWords(StereoDots::kTruePlace * NearestNeighbour(DotPlaces(points)))));
+}
+
+// What the membrane's own checks see, and what nothing here can.
+void PrintLoadChecks(const Scene& scene) {
+  const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
+  if (membrane == nullptr) return;
+  const bool sees_tension = KindOf(scene).takes_tension;
+  PrintLine(
+      "checked",
+      fmt::format("the membrane: domes and dents of {} at rest; neighbouring points that lie "
+                  "off the fitted dent to one side{}",
+                  LengthInWords(kFlatHeight * membrane->thickness),
+                  sees_tension ? "; dents of another width than the scene's prestress makes" : ""));
+  PrintLine("put right",
+            fmt::format(
+                "a rig or membrane that moves as a whole, by up to {} along the membrane and "
+                "{} across it, and by a tilt of {} at the rim; farther is doubted",
+                LengthInWords(RobustPlateFit::kMostSlide), LengthInWords(RobustPlateFit::kMostRise),
+                LengthInWords(RobustPlateFit::kMostTilt)));
+  PrintLine("NOT SEEN",
+            fmt::format("a wrong young_modulus, which every force is off by{}; both cameras late "
+                        "together",
+                        sees_tension ? "" : "; tension at rest, as `plate` has none"));
+}
+
 }  // namespace
 
 void CheckStereo(const Scene& scene) {
@@ -217,7 +270,11 @@ void CheckStereo(const Scene& scene) {
     PrintDepthCamera(*scene.sense.Find<DepthPictures>(), scene);
   PrintPoints(scene, rig);
   PrintFirstLook(scene, rig);
-  if (EstimatesForce(scene)) PrintHand(scene);
+  if (scene.sense.Find<StereoCameras>()) PrintEyeChecks(scene);
+  if (EstimatesForce(scene)) {
+    PrintLoadChecks(scene);
+    PrintHand(scene);
+  }
   PrintLine("off", "fingertips and the tool's tip: the object's points alone tell");
   PrintLine("on demand", "the deformed shape and the pictures: sent only while somebody watches");
 }

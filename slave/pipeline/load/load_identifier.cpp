@@ -42,6 +42,23 @@ std::unique_ptr<PlateSurface> MakeFinerPlate(const Scene& scene, const MembraneG
   return MakePlate(finer, membrane);
 }
 
+// By how much the tension differs that dents are held against [N/m]: half of the tension that
+// matters to the plate, N0 + 16 D / a^2.
+double OtherTension(const Scene& scene, const MembraneGeometry& membrane) {
+  const double a = membrane.radius, t = membrane.thickness,
+               nu = scene.object.material.poisson_ratio;
+  const double D = scene.object.material.young_modulus * t * t * t / (12 * (1 - nu * nu));
+  return 0.5 * (scene.model.prestress + 16 * D / (a * a));
+}
+
+std::unique_ptr<PlateSurface> MakeTighterPlate(const Scene& scene,
+                                               const MembraneGeometry& membrane) {
+  if (!KindOf(scene).takes_tension) return nullptr;
+  Scene tighter = scene;
+  tighter.model.prestress += OtherTension(scene, membrane);
+  return MakePlate(tighter, membrane);
+}
+
 constexpr int kRings = 3;
 
 // Places of equal shares of a disc: the centre and rings of 6, 12, 18.
@@ -64,8 +81,9 @@ std::vector<Vector3d> PlacesOfDisc(const Vector3d& p, const Vector3d& n, double 
 std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene) {
   const double width = scene.tool ? scene.tool->width : 0;
   if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
-    return std::make_unique<PlateLoadIdentifier>(MakePlate(scene, *membrane), width,
-                                                 MakeFinerPlate(scene, *membrane));
+    return std::make_unique<PlateLoadIdentifier>(
+        MakePlate(scene, *membrane), width, MakeFinerPlate(scene, *membrane),
+        MakeTighterPlate(scene, *membrane), OtherTension(scene, *membrane));
   }
   return MakeVolumeLoadIdentifier(scene, width);
 }

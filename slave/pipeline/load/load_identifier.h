@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
+#include "shared/state/failed_check.h"
 #include "shared/state/validity.h"
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
@@ -25,7 +26,15 @@ struct SurfaceLoad {
   double sigma_place = 0;        // the larger of the two along the surface [m]
   double residual = 0;           // rms of (measured - fitted) / sigma; about 1 if all is well
   Validity validity = Validity::kFailed;
-  std::string_view why;  // it is not kValid, one clause; lives on
+  std::string_view why;                    // it is not kValid, one clause; lives on
+  FailedCheck check = FailedCheck::kNone;  // likewise
+
+  // Numbers stay, but may not be believed; the last doubt is told.
+  void Doubt(FailedCheck failed, std::string_view clause) noexcept {
+    validity = Worse(validity, Validity::kExtrapolated);
+    check = failed;
+    why = clause;
+  }
 };
 
 // The part that SetModel replaces as a whole: the model and the fit through it.

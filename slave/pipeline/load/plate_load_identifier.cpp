@@ -17,7 +17,12 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kHidden = 2.5;  // standard deviations: loads up to twice that do not stand out
-constexpr double kMostLeftOut = 0.25;  // share of the points that may contradict the others
+constexpr double kLeastScatter = 0.25;  // of the stated sigmas
+constexpr double kRemembered = 0.99;    // of the evidence, from picture to picture
+constexpr double kTensionSigmas = 3.5;
+constexpr double kTensionDoubt = 0.5;   // one sigma, of what it makes of the force
+constexpr double kTensionShare = 0.02;  // of the force, that a wrong tension may make
+constexpr double kMostLeftOut = 0.25;   // share of the points that may contradict the others
 
 // What a plate works out for a tool that it has not met, and its memory for a press beside the
 // centre.
@@ -34,14 +39,18 @@ void WarmUp(PlateSurface& plate, double width) {
 }  // namespace
 
 PlateLoadIdentifier::PlateLoadIdentifier(std::unique_ptr<PlateSurface> plate, double width,
-                                         std::unique_ptr<PlateSurface> finer)
+                                         std::unique_ptr<PlateSurface> finer,
+                                         std::unique_ptr<PlateSurface> tighter, double more)
     : plate_(std::move(plate)),
       finer_(std::move(finer)),
+      tighter_(std::move(tighter)),
       width_(width),
       table_(*plate_, width),
-      fit_(*plate_, width, finer_.get()),
+      fit_(*plate_, width, finer_.get(), {tighter_.get(), more}),
       surface_(MembraneGrid(plate_->radius())) {
-  if (finer_ != nullptr) WarmUp(*finer_, width);
+  for (PlateSurface* other : {finer_.get(), tighter_.get()}) {
+    if (other != nullptr) WarmUp(*other, width);
+  }
 }
 
 SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
@@ -67,6 +76,7 @@ SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) 
     load.sigma_place = scatter * std::sqrt(place.trace() / 2 + std::hypot(half, place(0, 1)));
   }
   Judge(answer, &load);
+  if (load.force != 0) WeighTension(answer, &load);
   load_ = load;
   return load;
 }
@@ -83,12 +93,10 @@ double PlateLoadIdentifier::LawsShare(const SurfaceLoad& load) const noexcept {
 // What speaks against the load, the gravest last.
 void PlateLoadIdentifier::Judge(const RobustPlateFit::Answer& answer,
                                 SurfaceLoad* load) const noexcept {
-  const auto doubt = [load](std::string_view why) {
-    load->validity = Worse(load->validity, Validity::kExtrapolated);
-    load->why = why;
-  };
   if (load->validity == Validity::kExtrapolated && load->why.empty()) {
-    load->why = "the press is beyond the plate model's range";
+    load->Doubt(FailedCheck::kModelRange, "the press is beyond the plate model's range");
+  } else if (!load->why.empty()) {
+    load->check = FailedCheck::kMisfit;
   }
   if (answer.points < 4) {
     load->validity = Validity::kTrackingLost;
@@ -96,9 +104,45 @@ void PlateLoadIdentifier::Judge(const RobustPlateFit::Answer& answer,
   } else if (load->validity == Validity::kFailed) {
     return;
   } else if (answer.left_out > kMostLeftOut * answer.points) {
-    doubt("more than a quarter of the points contradict the others");
-  } else if (answer.moved) {
-    doubt("the eyes or the membrane's rim have moved since the rest picture");
+    load->Doubt(FailedCheck::kMisfit, "more than a quarter of the points contradict the others");
+  } else if (answer.cluster > 0) {
+    load->Doubt(FailedCheck::kMisfit, "neighbouring points lie off the load's shape to one side");
+  } else if (answer.moved && !answer.put_right) {
+    load->Doubt(FailedCheck::kCameraMotion,
+                "the eyes or the membrane's rim have moved since the rest picture");
+  } else if (!answer.flat) {
+    load->Doubt(FailedCheck::kRestShape,
+                "the membrane was not flat in the rest frame: domed, or pressed already");
+  }
+}
+
+// The width of a dent at a given depth tells tension at rest from stiffness; what one picture
+// leaves open many tell together.
+void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
+                                       SurfaceLoad* load) noexcept {
+  const LoadFitter::Sought& sought = answer.tension;
+  if (!(sought.sigma > 0) || load->validity == Validity::kFailed) return;
+  // Of the residuals that another tension leaves.
+  const double freedom = std::max(1, answer.points - answer.left_out - 4);
+  const double explained = sought.amount * sought.amount / (sought.sigma * sought.sigma);
+  const double residual = answer.load.residual * answer.load.residual * (freedom + 1) - explained;
+  const double scatter =
+      std::sqrt(std::max(kLeastScatter * kLeastScatter, residual / freedom)) * sought.sigma;
+  const double law = answer.sigma_of_law;
+  const double weight = 1 / (scatter * scatter + law * law);
+  tension_information_ = kRemembered * tension_information_ + weight;
+  tension_score_ = kRemembered * tension_score_ + weight * sought.amount;
+  tension_law_ = kRemembered * tension_law_ + weight * law;
+  const double amount = tension_score_ / tension_information_;
+  const double sigma =
+      std::hypot(1 / std::sqrt(tension_information_), tension_law_ / tension_information_);
+  const double force = std::abs(sought.force) * (std::abs(amount) - kTensionSigmas * sigma);
+  // What the force may be off by, whether or not it is sure.
+  load->sigma_force = std::hypot(
+      load->sigma_force, kTensionDoubt * sought.force * std::max(0.0, std::abs(amount) - sigma));
+  if (force > kTensionShare * std::abs(load->force)) {
+    load->Doubt(FailedCheck::kMisfit,
+                "the dent is wider or narrower than one of the scene's prestress");
   }
 }
 
@@ -144,6 +188,8 @@ void PlateLoadIdentifier::Reset() {
   fit_.Reset();
   plate_->Reset();
   if (finer_ != nullptr) finer_->Reset();
+  if (tighter_ != nullptr) tighter_->Reset();
+  tension_information_ = tension_score_ = tension_law_ = 0;
   load_ = {};
 }
 

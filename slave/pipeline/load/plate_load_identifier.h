@@ -26,8 +26,11 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   // `width`: diameter of the load [m], 0: a point. Throws std::invalid_argument,
   // std::runtime_error: see LoadFitter, PressTable.
   // `finer`: the same plate in more modes for what `plate` does not resolve, nullptr: none.
+  // `tighter`: the same at `more` tension [N/m], by which is seen whether the tension at rest is
+  // the scene's; nullptr: nobody asks.
   PlateLoadIdentifier(std::unique_ptr<PlateSurface> plate, double width,
-                      std::unique_ptr<PlateSurface> finer = nullptr);
+                      std::unique_ptr<PlateSurface> finer = nullptr,
+                      std::unique_ptr<PlateSurface> tighter = nullptr, double more = 0);
 
   SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;
   // The plate depends on the radius alone; at the rim as at 0.9 of the radius.
@@ -43,15 +46,19 @@ class PlateLoadIdentifier final : public LoadIdentifier {
 
  private:
   void Judge(const RobustPlateFit::Answer& answer, SurfaceLoad* load) const noexcept;
+  void WeighTension(const RobustPlateFit::Answer& answer, SurfaceLoad* load) noexcept;
   [[nodiscard]] double LawsShare(const SurfaceLoad& load) const noexcept;
   [[nodiscard]] double SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept;
 
-  std::unique_ptr<PlateSurface> plate_, finer_;
+  std::unique_ptr<PlateSurface> plate_, finer_, tighter_;
   double width_;  // [m]
   PressTable table_;
   RobustPlateFit fit_;
   SurfaceMesh surface_;
   SurfaceLoad load_;  // the last one
+  // Of pictures past: how much more tension than the scene's their dents had, as least squares have
+  // it.
+  double tension_information_ = 0, tension_score_ = 0, tension_law_ = 0;
 };
 
 }  // namespace palpate

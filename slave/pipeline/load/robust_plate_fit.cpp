@@ -5,6 +5,8 @@
 #include <limits>
 #include <new>
 
+#include "slave/pipeline/load/rest_shape.h"
+
 namespace palpate {
 namespace {
 
@@ -26,6 +28,9 @@ constexpr double kMotionSigmas = 6;     // at which a motion counts
 constexpr double kRimShare = 0.02;      // of the depth: as much may be the model's error
 constexpr double kSidewaysShare = 0.1;  // of the depth: a press carries its points so far
 constexpr int kLeastPoints = 5;
+constexpr double kLawsShape = 0.9e-3;  // of the depth: error of the plate's shape around a load
+constexpr double kReach = 0.3;         // of a cluster of neighbours [radii]
+constexpr int kNeighbours = 3;
 
 double MedianOf(std::vector<double>* values) {
   const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
@@ -98,22 +103,31 @@ RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& poin
   }
   KeepAll();
   Answer answer = FitKept(Rim::kStays);
+  double slide = Slide(answer.load);
   if (answer.left_out > kManyLeftOut * answer.points || answer.load.residual > kPoorFit ||
-      RimMoved(answer.load)) {
+      RimMoved(answer.load) || slide > 0) {
     KeepAll();
     const Answer freed = FitKept(Rim::kMayMove);
     const bool better = freed.left_out < answer.left_out ||
                         freed.load.residual < kClearlyBetter * answer.load.residual;
     const bool known = freed.load.validity != Validity::kFailed || freed.load.nothing;
-    if (known && better && RimMoved(freed.load)) {
+    if (known && (slide > 0 || (better && RimMoved(freed.load)))) {
       answer = freed;
       answer.moved = true;
+      slide = Slide(answer.load);
     } else {
       KeepAll();
       answer = FitKept(Rim::kStays);
     }
   }
-  answer.moved = answer.moved || SlidSideways(answer.load);
+  answer.moved = answer.moved || slide > 0;
+  const Eigen::Vector3d& rise = answer.load.rim_motion;
+  answer.put_right = slide > 0 && slide < kMostSlide && std::abs(rise[0]) < kMostRise &&
+                     rise.tail<2>().norm() < kMostTilt;
+  answer.flat = IsFlat(RestShapeOf(points_O, plate_.radius()), plate_.thickness());
+  if (answer.load.validity == Validity::kFailed || answer.load.nothing) return answer;
+  answer.cluster = Cluster();
+  SeekTension(&answer);
   return answer;
 }
 
@@ -208,9 +222,12 @@ bool RobustPlateFit::RimMoved(const LoadFit& load) const noexcept {
   return motion > kMotionSigmas * NoiseOfMotion(load) * sigma + kRimShare * deepest_;
 }
 
-bool RobustPlateFit::SlidSideways(const LoadFit& load) noexcept {
-  if (kept_ < kLeastPoints) return false;
-  double slid = 0, sigma = 0;
+// How far all points went along the plate together [m]; 0: no farther than noise and a press carry
+// them.
+double RobustPlateFit::Slide(const LoadFit& load) noexcept {
+  if (kept_ < kLeastPoints) return 0;
+  Eigen::Vector2d slid(0, 0);
+  double sigma = 0;
   for (const int axis : {0, 1}) {
     sorted_.clear();
     sigma = 0;
@@ -219,9 +236,53 @@ bool RobustPlateFit::SlidSideways(const LoadFit& load) noexcept {
       sorted_.push_back(point.moved[axis]);
       sigma = std::max(sigma, point.sideways);
     }
-    slid = std::max(slid, std::abs(MedianOf(&sorted_)));
+    slid[axis] = MedianOf(&sorted_);
   }
-  return slid > kMotionSigmas * NoiseOfMotion(load) * sigma + kSidewaysShare * deepest_;
+  const double accepted = kMotionSigmas * NoiseOfMotion(load) * sigma + kSidewaysShare * deepest_;
+  return slid.cwiseAbs().maxCoeff() > accepted ? slid.norm() : 0;
+}
+
+// Where neighbours all lie off to one side, each may be within the noise.
+double RobustPlateFit::Cluster() const noexcept {
+  const double reach = kReach * plate_.radius();
+  double largest = 0;
+  for (const Seen& middle : seen_) {
+    if (!middle.kept) continue;
+    double sum = 0, weights = 0;
+    int count = 0;
+    for (const Seen& point : seen_) {
+      if (!point.kept || (point.place - middle.place).squaredNorm() > reach * reach) continue;
+      const double weight = 1 / (point.sigma * point.sigma);
+      sum += weight * point.residual;
+      weights += weight;
+      ++count;
+    }
+    const double mean = std::abs(sum) / weights;
+    const double sigma = std::max(1.0, scatter_) / std::sqrt(weights);
+    if (count < kNeighbours || mean < kOutlier * sigma || mean < kModelError * deepest_) continue;
+    largest = std::max(largest, mean);
+  }
+  return deepest_ > 0 ? largest / deepest_ : 0;
+}
+
+// The coarse plate against itself, so that no difference of modes is taken for tension.
+void RobustPlateFit::SeekTension(Answer* answer) noexcept {
+  if (tighter_.plate == nullptr) return;
+  const LoadFit& load = answer->load;
+  const auto press = [&](PlateSurface& plate) {
+    return plate.RespondTo(Contact::Kind::kForce, load.p_O, width_, load.force).validity !=
+           Validity::kFailed;
+  };
+  if (&answered() != &plate_ && !press(plate_)) return;
+  if (!press(*tighter_.plate)) return;
+  double certainty = 0;
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    const Vector2d& p = seen_[i].place;
+    displacements_[i] = (tighter_.plate->Displacement(p) - plate_.Displacement(p)) / tighter_.more;
+    if (seen_[i].kept) certainty += 1 / (seen_[i].sigma * seen_[i].sigma);
+  }
+  answer->tension = fitter_.Seek(displacements_);
+  answer->sigma_of_law = kLawsShape * deepest_ * std::sqrt(certainty) * answer->tension.sigma;
 }
 
 }  // namespace palpate

@@ -42,18 +42,43 @@ class GridSubsample {
   std::vector<Square> squares_;
 };
 
+// A plate at `more` tension at rest than another one [N/m]; nullptr: there is none.
+struct TighterPlate {
+  PlateSurface* plate = nullptr;
+  double more = 0;
+};
+
 // One thread; allocation-free after the first call with as many points.
 class RobustPlateFit {
  public:
-  // Keeps references to the plates; see LoadFitter.
-  RobustPlateFit(PlateSurface& plate, double width, PlateSurface* finer = nullptr)
-      : plate_(plate), fitter_(plate, width, finer), choice_(plate.radius()) {}
+  // Of a rig or membrane that moves as a whole, what is put right [m]: along the plate, across it,
+  // and at the rim by a tilt. Eyes that turn about themselves raise nothing.
+  static constexpr double kMostSlide = 4e-3, kMostRise = 0.3e-3, kMostTilt = 1.5e-3;
+
+  // Keeps references to the plates; see LoadFitter. `tighter`: the answer tells how much of that
+  // tension the points ask for.
+  RobustPlateFit(PlateSurface& plate, double width, PlateSurface* finer = nullptr,
+                 TighterPlate tighter = {})
+      : plate_(plate),
+        tighter_(tighter),
+        width_(width),
+        fitter_(plate, width, finer),
+        choice_(plate.radius()) {}
 
   struct Answer {
     LoadFit load;
-    int points = 0;      // on the plate, seen and chosen
-    int left_out = 0;    // of them: they contradict the others
-    bool moved = false;  // the rim or the eyes have moved since rest; the load is free of it
+    int points = 0;    // on the plate, seen and chosen
+    int left_out = 0;  // of them: they contradict the others
+    // The rim or the eyes have moved since rest; the load is free of it. A motion along the plate
+    // is one that no load makes: one as small as kMostSlide, kMostRise and kMostTilt is put right.
+    bool moved = false, put_right = false;
+    double cluster = 0;  // largest mean residual of neighbouring points that stands out of noise
+                         // and law together, by the largest deflection; 0: none does
+    // LoadFitter::Seek for the plate's tension at rest, and what the plate's law may make of it
+    // [N/m].
+    LoadFitter::Sought tension;
+    double sigma_of_law = 0;
+    bool flat = true;  // at rest
   };
   // Points in frame O, of many an even choice; those not seen, off the plate, not finite or without
   // a sigma do not count. A point more than five standard deviations (of the points' own scatter)
@@ -75,7 +100,9 @@ class RobustPlateFit {
   void Soften() noexcept;
   [[nodiscard]] double NoiseOfMotion(const LoadFit& load) const noexcept;
   [[nodiscard]] bool RimMoved(const LoadFit& load) const noexcept;
-  [[nodiscard]] bool SlidSideways(const LoadFit& load) noexcept;
+  [[nodiscard]] double Slide(const LoadFit& load) noexcept;
+  [[nodiscard]] double Cluster() const noexcept;
+  void SeekTension(Answer* answer) noexcept;
 
   struct Seen {
     Eigen::Vector2d place{0, 0};     // at rest, frame O [m]
@@ -86,6 +113,8 @@ class RobustPlateFit {
     bool usable = false, kept = false;
   };
   PlateSurface& plate_;
+  TighterPlate tighter_;
+  double width_;  // [m]
   LoadFitter fitter_;
   GridSubsample choice_;
   std::vector<Seen> seen_;

@@ -159,9 +159,8 @@ void VolumeLoadIdentifier::Judge(const TriangleLoad& best, SurfaceLoad* load) co
     return;
   }
   const double range = model_->info().range;
-  const auto flag = [load](std::string_view why) {
-    load->validity = Validity::kExtrapolated;
-    load->why = why;
+  const auto flag = [load](std::string_view why, FailedCheck check = FailedCheck::kModelRange) {
+    load->Doubt(check, why);
   };
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     flag("the deflection is beyond the model's range");
@@ -169,10 +168,10 @@ void VolumeLoadIdentifier::Judge(const TriangleLoad& best, SurfaceLoad* load) co
   if (doubt_ == kStiffInBending) flag(kStiffInBending);
   if (unsolved_) flag("the model finds no equilibrium under this load: it is that of small strain");
   if (load->residual > kGoodFit) {
-    flag("one load of this width leaves more than the points' noise");
+    flag("one load of this width leaves more than the points' noise", FailedCheck::kMisfit);
   }
   if (search_.usable() - search_.kept() > kMostLeftOut * search_.usable()) {
-    flag("more than a quarter of the points contradict the others");
+    flag("more than a quarter of the points contradict the others", FailedCheck::kMisfit);
   }
 }
 

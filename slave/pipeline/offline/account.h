@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -122,6 +123,11 @@ class Account {
   // std::runtime_error: not writable; std::invalid_argument: other samples are there.
   virtual void OpenFrames(const std::filesystem::path& /*folder*/) {}
   virtual void WriteFrame(const std::filesystem::path& /*folder*/) const {}
+  // From here on Add writes the points that are followed. Throws std::runtime_error: not writable;
+  // std::invalid_argument: this sense follows none.
+  virtual void OpenPoints(const std::filesystem::path& /*file*/) {
+    throw std::invalid_argument("--points: accepted for two cameras and depth pictures");
+  }
   // Throws std::runtime_error where `samples`, all there were, are too few to say anything.
   virtual void RequireComplete(std::uint64_t /*samples*/) const {}
   virtual void Finish(OfflineSummary* summary) const = 0;

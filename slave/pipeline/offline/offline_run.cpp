@@ -53,6 +53,7 @@ class Run {
     states_.emplace(options.out, summary_.has_truth && summary_.sense.tells_force);
     if (options.pictures) std::filesystem::create_directories(options.out / "pictures");
     if (options.frames) account_->OpenFrames(options.out / "frames");
+    if (options.points) account_->OpenPoints(options.out / "points.csv");
   }
 
   OfflineSummary Go(const std::stop_token& stop) {

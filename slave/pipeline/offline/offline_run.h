@@ -17,6 +17,7 @@ struct OfflineOptions {
   bool frames = false;        // also out/frames with the pictures as they came, without loss
   std::function<void(std::uint64_t)> progress = {};  // called with the samples done; may be empty
   double duration = 0;  // of a simulated target's path [s]; 0: its own choice
+  bool points = false;  // also out/points.csv with each followed point of each sample
 };
 
 // Runs until the source ends or `stop`. Rows of states.csv are flushed one by one, so that it stays

@@ -102,6 +102,38 @@ class Comparison {
   ErrorOfPoints displacement_, place_;
 };
 
+// What is followed, a row per point that is seen.
+class PointsFile {
+ public:
+  explicit PointsFile(const std::filesystem::path& file) : file_(file), stream_(file) {
+    stream_ << "t,sequence,point,x,y,z,sigma_x,sigma_y,sigma_z,rest_x,rest_y,rest_z,left_u,left_v,"
+               "disparity_px,sigma_px,miss_px\n"
+            << std::flush;
+    RequireWritten(stream_.good(), file_);
+  }
+  void Write(double t, const SurfaceObservation& seen) {
+    for (const SurfacePoint& point : seen.points) {
+      if (!point.seen) continue;
+      const Vector3d sigma = point.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+      stream_ << fmt::format("{:.6f},{},{}", t, seen.sequence, point.id);
+      for (const Vector3d* v : {&point.p_S, &sigma, &point.p_S_rest}) {
+        stream_ << fmt::format(",{:.9g},{:.9g},{:.9g}", v->x(), v->y(), v->z());
+      }
+      stream_ << (point.sigma_px > 0
+                      ? fmt::format(",{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", point.left_I.x(),
+                                    point.left_I.y(), point.left_I.x() - point.right_I.x(),
+                                    point.sigma_px, point.miss_px)
+                      : ",,,,,\n");
+    }
+    stream_ << std::flush;
+    RequireWritten(stream_.good(), file_);
+  }
+
+ private:
+  std::filesystem::path file_;
+  std::ofstream stream_;
+};
+
 // One row per pair. The tool's place is empty where no manipulator moves it.
 class PointsAccount final : public Account {
  public:
@@ -116,6 +148,7 @@ class PointsAccount final : public Account {
     if (truth != nullptr) comparison_->Add(&sense_, *truth, &compared_);
     if (!sense_.why().empty()) ++reasons_[std::string(sense_.why())];
     tally_.Add(seen.points, !sense_.takes_rest());
+    if (points_) points_->Write(SecondsBetween(start, felt.sensed_at), seen);
     const bool knows_force = truth != nullptr && tells_force && truth->solved;
     StateRow row = RowOf(felt, start, knows_force ? std::optional(truth->force) : std::nullopt);
     if (truth == nullptr && tells_force) row.p_S_tip = kUnknownVector;
@@ -147,6 +180,8 @@ class PointsAccount final : public Account {
     write("left", pair.left);
     write("right", pair.right);
   }
+
+  void OpenPoints(const std::filesystem::path& file) override { points_.emplace(file); }
 
   void RequireComplete(std::uint64_t samples) const override {
     const SurfacePointTracker& eyes = sense_.eyes();
@@ -181,6 +216,7 @@ class PointsAccount final : public Account {
  private:
   PointsSense& sense_;
   std::optional<Comparison> comparison_;          // where the site knows the truth
+  std::optional<PointsFile> points_;              // where it was asked for
   std::map<std::string, std::uint64_t> reasons_;  // why pairs are not `valid`
   TrackingCounts tally_;
   bool was_placed_ = false;  // the contact, once

@@ -37,6 +37,7 @@ class PointsSense final : public Sense {
   // Triangles of the model's surface; where no force is told, those of the scene's mesh moved as a
   // whole.
   BoundaryShape Shape(bool nodal_forces) override;
+  [[nodiscard]] std::string_view doubt() const override { return why(); }
   // The left picture.
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {

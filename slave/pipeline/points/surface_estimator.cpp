@@ -18,6 +18,7 @@ using Eigen::Vector3d;
 
 constexpr std::string_view kPulls =
     "the load pulls outward: check the sides (left, right), the rig and the object's pose";
+constexpr double kForceOfScale = 3;    // a stretched membrane's force goes with the third power
 constexpr double kVouchedFor = 0.5;    // of the larger side, where the model states no range
 constexpr double kSpread = 0.1;        // of that ratio before anything was felt
 constexpr double kLearningTime = 0.1;  // [s], of the ratio felt / modelled
@@ -28,8 +29,15 @@ constexpr double kBesideEdge =
 // A tool can only press; what pulls is seen the wrong way round.
 void DoubtPull(SurfaceLoad* load) {
   if (!IsForceKnown(load->validity) || !(load->force > load->sigma_force)) return;
-  load->validity = Worse(load->validity, Validity::kExtrapolated);
-  load->why = kPulls;
+  load->Doubt(FailedCheck::kMisfit, kPulls);
+}
+
+// What the eyes doubt themselves; what the load itself shows is told first.
+void DoubtAs(const SurfaceObservation& seen, SurfaceLoad* load) {
+  if (!IsForceKnown(load->validity)) return;
+  load->sigma_force = std::hypot(load->sigma_force, kForceOfScale * seen.scale_error * load->force);
+  if (seen.check == FailedCheck::kNone || load->check != FailedCheck::kNone) return;
+  load->Doubt(seen.check, seen.why);
 }
 
 }  // namespace
@@ -71,11 +79,12 @@ const ContactEstimate& SurfaceEstimator::Feel(const SurfaceObservation& seen,
     ToObject(seen.points);
     load_ = body_->Fit(points_O_);
     DoubtPull(&load_);
+    DoubtAs(seen, &load_);
     times_.Add(lap.Lap());
     Tell();
     Learn();
   } else {
-    Lose(Validity::kTrackingLost);
+    Lose(Validity::kTrackingLost, seen.check);
   }
   felt_.local_model = LocalAt(felt_.p_S_tip);
   return felt_;
@@ -93,19 +102,21 @@ void SurfaceEstimator::ToObject(const std::vector<SurfacePoint>& points_S) {
 
 // The load as the slave's words have it: the force of the object on the tool, frame S.
 void SurfaceEstimator::Tell() noexcept {
-  if (!IsForceKnown(load_.validity)) return Lose(load_.validity);
+  if (!IsForceKnown(load_.validity)) return Lose(load_.validity, load_.check);
   const bool pressed = load_.force != 0;
   rules_.Touch(pressed, &felt_);
   Vector3d p_O = load_.p_O, n_O = load_.n_O;
   if (!pressed) body_->Nearest(X_OS_ * felt_.p_S_tip, &p_O, &n_O);
   felt_.p_S_contact = X_SO_ * p_O;
   felt_.depth = std::max(0.0, load_.depth);
-  rules_.TellForce(-load_.force * (X_SO_.linear() * n_O), load_.sigma_force, load_.validity,
-                   &felt_);
+  const bool doubted = load_.check != FailedCheck::kNone;
+  rules_.TellForce(-load_.force * (X_SO_.linear() * n_O), load_.sigma_force,
+                   doubted ? Validity::kValid : load_.validity, &felt_);
+  if (doubted) EstimateRules::Doubt(load_.check, &felt_);
 }
 
-void SurfaceEstimator::Lose(Validity validity) noexcept {
-  EstimateRules::LoseForce(validity, FailedCheck::kNone, &felt_);
+void SurfaceEstimator::Lose(Validity validity, FailedCheck check) noexcept {
+  EstimateRules::LoseForce(validity, check, &felt_);
   last_depth_ = std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -200,6 +211,7 @@ const ContactEstimate& RigidTranslation::Feel(const SurfaceObservation& seen) no
     felt_.events.Add(count > 0 ? Event::kTrackingRegained : Event::kTrackingLost);
   }
   felt_.validity = validity;
+  felt_.check = seen.check;
   return felt_;
 }
 

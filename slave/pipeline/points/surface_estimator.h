@@ -57,7 +57,7 @@ class SurfaceEstimator {
   void ToObject(const std::vector<SurfacePoint>& points_S);
   void Learn() noexcept;
   void Tell() noexcept;
-  void Lose(Validity validity) noexcept;
+  void Lose(Validity validity, FailedCheck check) noexcept;
 
   std::unique_ptr<LoadIdentifier> body_;
   Eigen::Isometry3d X_SO_, X_OS_;

@@ -13,6 +13,8 @@
 #include "slave/vision/depth/depth_points.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/dots/stereo_dots.h"
+#include "slave/vision/stereo/epipolar_check.h"
+#include "slave/vision/stereo/frozen_check.h"
 #include "slave/vision/texture/stereo_texture.h"
 
 namespace palpate {
@@ -20,19 +22,50 @@ namespace {
 
 const Eigen::Vector2d kUnseen = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
 
+constexpr int kLearntFrom = 10;  // pairs that show what the rays and pictures are like at rest
+constexpr std::string_view kFrozen = "a camera shows the same picture again: it stands still";
+
+// What the rays of dots may pass each other by at rest: a simulated pair's rig is exactly what the
+// scene tells.
+double MostAtRest(const Scene& scene) {
+  constexpr double kOfExactRig = 0.02;  // [px]
+  const bool is_exact =
+      scene.sense.Find<StereoCameras>()->source == StereoCameras::Source::kSimulated &&
+      scene.sense.Find<PointTracking>()->track == PointTracking::Track::kDots;
+  return is_exact ? kOfExactRig : EpipolarCheck::kMostAtRest;
+}
+
 // What the two kinds that look with a pair of cameras share.
 class PairEyes : public SurfacePointTracker {
  public:
-  PairEyes(const StereoRig& rig, const Eigen::Isometry3d& X_SL)
-      : rig_(rig), X_LS_(X_SL.inverse()) {}
+  PairEyes(const Scene& scene, const StereoRig& rig)
+      : rig_(rig),
+        X_LS_(scene.sense.Find<StereoCameras>()->X_SL.inverse()),
+        epipolar_(rig, kLearntFrom, scene.sense.Find<PointTracking>()->sigma, MostAtRest(scene)),
+        frozen_(kLearntFrom) {}
   [[nodiscard]] std::optional<Eigen::Vector2d> Project(
       const Eigen::Vector3d& p_S) const noexcept override {
     return palpate::Project(rig_.left, X_LS_ * p_S);
   }
 
+ protected:
+  // `seen` as that of `pair`, with what speaks against it.
+  const SurfaceObservation& Checked(const SurfaceObservation& seen, const StereoPair& pair) {
+    checked_ = seen;
+    checked_.sequence = pair.sequence;
+    checked_.sensed_at = pair.sensed_at;
+    if (frozen_.See(pair.left, pair.right)) checked_.Doubt(FailedCheck::kFrozen, kFrozen);
+    epipolar_.See(&checked_);
+    return checked_;
+  }
+  void ForgetRest() { epipolar_.Reset(); }
+
  private:
   StereoRig rig_;
   Eigen::Isometry3d X_LS_;
+  EpipolarCheck epipolar_;
+  FrozenCheck frozen_;
+  SurfaceObservation checked_;
 };
 
 StereoDots::Params DotParams(const Scene& scene, const StereoRig& rig) {
@@ -50,20 +83,19 @@ StereoDots::Params DotParams(const Scene& scene, const StereoRig& rig) {
 class DotEyes final : public PairEyes {
  public:
   DotEyes(const Scene& scene, const StereoRig& rig)
-      : PairEyes(rig, scene.sense.Find<StereoCameras>()->X_SL),
-        params_(DotParams(scene, rig)),
-        dots_(params_) {
+      : PairEyes(scene, rig), params_(DotParams(scene, rig)), dots_(params_) {
     const double distance = (scene.sense.Find<StereoCameras>()->X_SL.inverse() * scene.object.X_SO)
                                 .translation()
                                 .norm();
     radius_px_ = rig.left.fx * params_.dot_radius / distance;
   }
   const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
-    observation_ = dots_.Observe(pair.left, pair.right, pair.sensed_at);
-    observation_.sequence = pair.sequence;
-    return observation_;
+    return Checked(dots_.Observe(pair.left, pair.right, pair.sensed_at), pair);
   }
-  void Reset() override { dots_ = StereoDots(params_); }
+  void Reset() override {
+    dots_ = StereoDots(params_);
+    ForgetRest();
+  }
   [[nodiscard]] bool at_rest_known() const override { return dots_.at_rest_known(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
     const auto& dots = dots_.left().dots();
@@ -76,28 +108,28 @@ class DotEyes final : public PairEyes {
  private:
   StereoDots::Params params_;
   StereoDots dots_;
-  SurfaceObservation observation_;
   double radius_px_ = 0;
 };
 
 class TextureEyes final : public PairEyes {
  public:
   TextureEyes(const Scene& scene, const StereoRig& rig)
-      : PairEyes(rig, scene.sense.Find<StereoCameras>()->X_SL),
+      : PairEyes(scene, rig),
         rig_(rig),
         X_SL_(scene.sense.Find<StereoCameras>()->X_SL),
         options_(StereoTextureOptions::From(*scene.sense.Find<PointTracking>())),
         texture_(std::make_unique<StereoTexture>(rig_, X_SL_, options_)) {}
   const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
     try {
-      return texture_->Look(pair.left, pair.right, pair.sequence, pair.sensed_at);
+      return Checked(texture_->Look(pair.left, pair.right, pair.sequence, pair.sensed_at), pair);
     } catch (const std::exception&) {  // the first pictures cannot be used
-      nothing_.sequence = pair.sequence;
-      nothing_.sensed_at = pair.sensed_at;
-      return nothing_;
+      return Checked({}, pair);
     }
   }
-  void Reset() override { texture_ = std::make_unique<StereoTexture>(rig_, X_SL_, options_); }
+  void Reset() override {
+    texture_ = std::make_unique<StereoTexture>(rig_, X_SL_, options_);
+    ForgetRest();
+  }
   [[nodiscard]] bool at_rest_known() const override { return texture_->started(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
     const auto& windows = texture_->left_windows();
@@ -112,7 +144,6 @@ class TextureEyes final : public PairEyes {
   Eigen::Isometry3d X_SL_;
   StereoTextureOptions options_;
   std::unique_ptr<StereoTexture> texture_;
-  SurfaceObservation nothing_;
 };
 
 DepthPoints::Params DepthParams(const Scene& scene) {
@@ -127,16 +158,17 @@ class DepthEyes final : public SurfacePointTracker {
   explicit DepthEyes(const Scene& scene)
       : params_(DepthParams(scene)), X_DS_(params_.camera.X_SD.inverse()), depths_(params_) {}
   const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
-    newest_ = &depths_.Observe(pair.left, pair.sequence, pair.sensed_at);
-    return *newest_;
+    checked_ = depths_.Observe(pair.left, pair.sequence, pair.sensed_at);
+    if (frozen_.See(pair.left, {})) checked_.Doubt(FailedCheck::kFrozen, kFrozen);
+    return checked_;
   }
   void Reset() override {
-    newest_ = nullptr;
+    checked_ = {};
     depths_.Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return depths_.at_rest_known(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
-    const bool seen = newest_ != nullptr && i < newest_->points.size() && newest_->points[i].seen;
+    const bool seen = i < checked_.points.size() && checked_.points[i].seen;
     return seen ? depths_.place(i) : kUnseen;
   }
   [[nodiscard]] std::optional<Eigen::Vector2d> Project(
@@ -155,7 +187,8 @@ class DepthEyes final : public SurfacePointTracker {
   DepthPoints::Params params_;
   Eigen::Isometry3d X_DS_;
   DepthPoints depths_;
-  const SurfaceObservation* newest_ = nullptr;
+  FrozenCheck frozen_{kLearntFrom};
+  SurfaceObservation checked_;
 };
 
 constexpr const char* kNoWindow =

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -16,6 +17,10 @@ namespace {
 // Neighbours are as far from each other as the layout says, within so much: a membrane stretches
 // little, but an array taken for its own shifted copy lies at another depth, and has another size.
 constexpr double kSizeTolerance = 0.12;
+constexpr std::string_view kOtherSize =
+    "the dots are not as far apart as the layout says: check the rig and the layout";
+constexpr std::string_view kElsewhere =
+    "the dots do not lie where the layout has them: check the pose and the layout";
 
 bool Fits(const cv::Mat& image, const Lens& lens) {
   return image.dims == 2 && image.type() == CV_8UC1 && image.data != nullptr &&
@@ -90,6 +95,8 @@ const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat
   ++observation_.sequence;
   observation_.sensed_at = sensed_at;
   observation_.found = false;
+  observation_.check = FailedCheck::kNone;
+  observation_.why = {};
   for (SurfacePoint& point : observation_.points) point.seen = false;
   if (!Fits(left, params_.rig.left) || !Fits(right, params_.rig.right)) return observation_;
   const bool in_left = eyes_[0].Look(left), in_right = eyes_[1].Look(right);
@@ -106,11 +113,17 @@ const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat
     const Eigen::Matrix3d R_SL = params_.X_SL.linear();
     point.p_S = params_.X_SL * located_[k]->p_L;
     point.covariance = R_SL * located_[k]->covariance * R_SL.transpose();
+    const Dot &left_dot = eyes_[0].dots()[k].dot, &right_dot = eyes_[1].dots()[k].dot;
+    point.left_I = left_dot.centre;
+    point.right_I = right_dot.centre;
+    point.sigma_px = std::hypot(left_dot.sigma, right_dot.sigma) / std::numbers::sqrt2;
+    point.miss_px = located_[k]->miss_px;
     point.seen = true;
     ++seen;
   }
   if (!was_known) TakeRest();
   observation_.found = was_known && seen >= 3;
+  if (was_known) JudgeRest();
   return observation_;
 }
 
@@ -124,7 +137,7 @@ bool StereoDots::Locate() {
     if (!eyes_[0].dots()[k].seen || !eyes_[1].dots()[k].seen) continue;
     ++both;
     raw_[k] = Place(k, flat);
-    if (raw_[k] && raw_[k]->miss_px > params_.miss_px) raw_[k].reset();
+    if (raw_[k] && std::abs(raw_[k]->miss_px) > params_.miss_px) raw_[k].reset();
     if (raw_[k]) ++met;
   }
   if (met < 3 || 2 * met < both || !SizeFits()) return false;
@@ -189,11 +202,13 @@ bool StereoDots::SizeFits() noexcept {
   if (ratios_.empty()) return true;
   const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>(ratios_.size() / 2);
   std::nth_element(ratios_.begin(), middle, ratios_.end());
-  return std::abs(*middle - 1) < kSizeTolerance;
+  size_ = *middle;
+  return std::abs(size_ - 1) < kSizeTolerance;
 }
 
 void StereoDots::TakeRest() noexcept {
   ++rest_taken_;
+  rest_sizes_ += size_;
   for (std::size_t k = 0; k < rest_sums_.size(); ++k) {
     SurfacePoint& point = observation_.points[k];
     if (point.seen) {
@@ -203,6 +218,24 @@ void StereoDots::TakeRest() noexcept {
     if (rest_counts_[k] > 0) point.p_S_rest = rest_sums_[k] / rest_counts_[k];
     if (!point.seen) point.p_S = point.p_S_rest;
   }
+}
+
+// What the rest frame says against the rig, the pose and the layout.
+void StereoDots::JudgeRest() noexcept {
+  const Eigen::Isometry3d X_OS = params_.X_SO.inverse();
+  Eigen::Vector2d aside(0, 0);
+  double apart = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < rest_counts_.size(); ++k) {
+    const auto& neighbours = eyes_[0].array().neighbours(k);
+    if (rest_counts_[k] == 0 || neighbours.empty()) continue;
+    aside += (X_OS * observation_.points[k].p_S_rest).head<2>() - params_.layout[k];
+    apart += (params_.layout[Index(neighbours.front())] - params_.layout[k]).norm();
+    ++count;
+  }
+  observation_.scale_error = std::abs(rest_sizes_ / rest_taken_ - 1);
+  if (observation_.scale_error > kTrueSize) observation_.Doubt(FailedCheck::kScale, kOtherSize);
+  if (aside.norm() > kTruePlace * apart) observation_.Doubt(FailedCheck::kRegistration, kElsewhere);
 }
 
 }  // namespace palpate

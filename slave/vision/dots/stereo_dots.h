@@ -18,6 +18,10 @@ namespace palpate {
 // Not thread-safe. Allocates in the first pictures only.
 class StereoDots {
  public:
+  // What is not doubted at rest: forces rise with the third power of what is seen.
+  static constexpr double kTrueSize = 0.015;  // of the array's size by the layout's
+  static constexpr double kTruePlace = 0.25;  // of it along the plane, by the neighbours' distance
+
   struct Params {
     StereoRig rig;
     Eigen::Isometry3d X_SL = Eigen::Isometry3d::Identity();
@@ -37,7 +41,8 @@ class StereoDots {
   // One pair: 8-bit grey, of the lenses' sizes. One point per dot, in the order of the layout.
   // `found` is false while the rest frame is taken, when the array is not in both pictures, when
   // what is seen has not the layout's size, and for bad pictures. A dot that was not seen while the
-  // rest frame was taken never is. Valid until the next call.
+  // rest frame was taken never is. Doubted: an array that at rest has another size than the layout,
+  // or lies elsewhere in O. Valid until the next call.
   const SurfaceObservation& Observe(const cv::Mat& left, const cv::Mat& right,
                                     Time sensed_at) noexcept;
 
@@ -53,11 +58,13 @@ class StereoDots {
   [[nodiscard]] std::optional<Triangulated> Place(std::size_t k,
                                                   const Eigen::Vector3d& n_L) const noexcept;
   void TakeRest() noexcept;
+  void JudgeRest() noexcept;
 
   Params params_;
   std::array<DotTracker, 2> eyes_;
   SurfaceObservation observation_;
   int rest_taken_ = 0;
+  double size_ = 1, rest_sizes_ = 0;        // of the array by the layout's: now, summed over rest
   std::vector<int> rest_counts_;            // per dot
   std::vector<Eigen::Vector3d> rest_sums_;  // per dot, frame S [m]
   std::vector<std::optional<Triangulated>> raw_, located_;

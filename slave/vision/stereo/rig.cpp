@@ -13,7 +13,7 @@ constexpr double kParallel = 1e-14;  // squared sine
 
 struct Meeting {
   Eigen::Vector3d p_L;  // between the rays where they are nearest
-  double gap = 0;       // [m]
+  double gap = 0;       // by which the left one lies towards AcrossEpipolar [m]
 };
 
 std::optional<Meeting> NearestOfRays(const StereoRig& rig, const Eigen::Vector2d& left,
@@ -28,7 +28,7 @@ std::optional<Meeting> NearestOfRays(const StereoRig& rig, const Eigen::Vector2d
   const double on_right = o.cross(a).dot(n) / n.squaredNorm();
   if (!(on_left > 0) || !(on_right > 0)) return std::nullopt;
   const Eigen::Vector3d p = on_left * a, q = o + on_right * b;
-  return Meeting{0.5 * (p + q), (p - q).norm()};
+  return Meeting{0.5 * (p + q), (q - p).dot(n.normalized())};
 }
 
 struct Normal {
@@ -135,6 +135,16 @@ std::optional<Eigen::Vector2d> CircleCentroidBias(const Lens& lens, const Eigen:
   const auto centre = Project(lens, p_C);
   if (!seen || !centre) return std::nullopt;
   return *seen - *centre;
+}
+
+Eigen::Vector2d AcrossEpipolar(const StereoRig& rig, const Eigen::Vector2d& left_I) noexcept {
+  const Lens& lens = rig.left;
+  const Eigen::Vector3d ray((left_I.x() - lens.cx) / lens.fx, (left_I.y() - lens.cy) / lens.fy, 1);
+  const Eigen::Vector3d o = -(rig.X_RL.linear().transpose() * rig.X_RL.translation());
+  const Eigen::Vector3d n = ray.cross(o);
+  const Eigen::Vector2d across(lens.fx * (n.x() - ray.x() * n.z()),
+                               lens.fy * (n.y() - ray.y() * n.z()));
+  return across.stableNormalized();
 }
 
 std::optional<Triangulated> Triangulate(const StereoRig& rig, const Eigen::Vector2d& left_I,

@@ -50,12 +50,18 @@ std::optional<Eigen::Vector2d> Project(const Lens& lens, const Eigen::Vector3d& 
 struct Triangulated {
   Eigen::Vector3d p_L{0, 0, 0};                          // [m]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // [m^2]
-  double miss_px = 0;  // how far the rays pass each other, in pixels of the left picture
+  // How far the rays pass each other, in pixels of the left picture; > 0: the left ray lies towards
+  // AcrossEpipolar.
+  double miss_px = 0;
 };
 // The point whose pictures are nearest to both, with its covariance for `sigma_px` per axis.
 // nullopt: rays that do not meet in front of both cameras, parallel rays, not finite.
 std::optional<Triangulated> Triangulate(const StereoRig& rig, const Eigen::Vector2d& left_I,
                                         const Eigen::Vector2d& right_I, double sigma_px) noexcept;
+
+// Unit direction in the left picture across the epipolar line through `left_I`, the same way for
+// all points: downwards where the right camera stands to the right. Distortion is left out of it.
+Eigen::Vector2d AcrossEpipolar(const StereoRig& rig, const Eigen::Vector2d& left_I) noexcept;
 
 // The distortion of a Lens and its derivative, for what inverts or fits it. OpenCV's model: with
 // r^2 = x^2 + y^2, x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2), y' = y

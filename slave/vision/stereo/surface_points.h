@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "shared/state/clock.h"
+#include "shared/state/failed_check.h"
 
 namespace palpate {
 
@@ -18,6 +20,10 @@ struct SurfacePoint {
   Eigen::Vector3d p_S_rest{0, 0, 0};                     // in the rest frame [m]
   Eigen::Vector3d p_S{0, 0, 0};                          // now [m]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of p_S [m^2]
+  // What two eyes add; sigma 0: it was not seen by two.
+  Eigen::Vector2d left_I{0, 0}, right_I{0, 0};  // in their pictures [px]
+  double sigma_px = 0;                          // of these, per axis, as the pictures show it [px]
+  double miss_px = 0;                           // Triangulated::miss_px
 };
 
 struct SurfaceObservation {
@@ -25,6 +31,16 @@ struct SurfaceObservation {
   Time sensed_at{};
   bool found = false;  // enough points to say anything
   std::vector<SurfacePoint> points;
+  // What speaks against what the points tell, and in words: one clause that lives on.
+  FailedCheck check = FailedCheck::kNone;
+  std::string_view why;
+  double scale_error = 0;  // by which their distances may be wrong, a share [-]
+  // The first doubt stays.
+  void Doubt(FailedCheck failed, std::string_view clause) noexcept {
+    if (check != FailedCheck::kNone) return;
+    check = failed;
+    why = clause;
+  }
 };
 
 }  // namespace palpate

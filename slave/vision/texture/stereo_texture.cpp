@@ -112,11 +112,15 @@ bool StereoTexture::Locate(std::size_t i) noexcept {
   const double variance = std::max(l.covariance.trace(), r.covariance.trace()) / 2;
   const double sigma = std::max(options_.sigma, std::sqrt(variance));
   const auto met = Triangulate(rig_, l.warp.p, r.warp.p, sigma);
-  if (!met || met->miss_px > options_.most_miss) {
+  if (!met || std::abs(met->miss_px) > options_.most_miss) {
     right_->Lose(i);  // the templates are the left camera's: its window is the better known
     return false;
   }
   point.seen = true;
+  point.left_I = l.warp.p;
+  point.right_I = r.warp.p;
+  point.sigma_px = std::sqrt(variance);
+  point.miss_px = met->miss_px;
   point.p_S = X_SL_ * met->p_L;
   point.covariance = X_SL_.linear() * met->covariance * X_SL_.linear().transpose();
   if (!has_rest_[i]) {

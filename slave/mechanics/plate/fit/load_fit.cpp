@@ -37,6 +37,7 @@ constexpr std::string_view kNothing = "no load stands out of the noise";
 constexpr int kFineSteps = 3;
 constexpr double kFineConverged = 0.05;  // step by its standard deviation
 constexpr double kAsWell = 1.1;          // squared misfit by that before
+constexpr double kOwnShape = 1e-6;       // share of a change's squares that no load makes
 constexpr double kRim = 1e-3;            // nearer than that a load is at the rim [radii]
 
 }  // namespace
@@ -350,6 +351,22 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   }
   fit->residual = std::sqrt(misfit_.squaredNorm() / Freedom());
   return better;
+}
+
+// By least squares in load and amount together, linear at the answer.
+LoadFitter::Sought LoadFitter::Seek(std::span<const double> change) noexcept {
+  if (!known_ || static_cast<Index>(change.size()) != shape_.size()) return {};
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    shape_[static_cast<Index>(i)] = change[i] * weights_[static_cast<Index>(i)];
+  }
+  LeaveOutRimMotion(&shape_);
+  const Eigen::Matrix3d normal = by_.transpose() * by_;
+  const Eigen::Vector3d load = normal.ldlt().solve(by_.transpose() * shape_);
+  const double all = shape_.squaredNorm();
+  shape_.noalias() -= by_ * load;
+  const double own = shape_.squaredNorm();
+  if (!(own > kOwnShape * all) || !load.allFinite()) return {};
+  return {shape_.dot(misfit_) / own, 1 / std::sqrt(own), -load[2] * force_unit_};
 }
 
 // By the residuals of the plate as it is pressed now.

@@ -67,6 +67,15 @@ class LoadFitter {
                                     std::span<const double> sigma, Rim rim) noexcept;
   // The plate that gave the last answer, as it is pressed.
   [[nodiscard]] PlateSurface& answered() noexcept { return *asked_; }
+  // What the last answer's residuals say of something else that shapes the plate, a tension at rest
+  // say: how much of it would explain them, beside another load.
+  struct Sought {
+    double amount = 0, sigma = 0;  // 0: the points cannot tell it from another load
+    double force = 0;              // by which the load would be another, per amount [N]
+  };
+  // `change`: of the points' displacements under the same load, per amount [m]; as many as points.
+  // sigma by the points' own. No allocation.
+  [[nodiscard]] Sought Seek(std::span<const double> change) noexcept;
   // Forgets the last answer.
   void Reset() { known_ = false; }
 

@@ -257,11 +257,88 @@ TEST(SurfaceEstimatorTest, AMovedRimIsFlaggedAndNotTurnedIntoForce) {
       EXPECT_NEAR(felt.force->z(), -force, 0.05) << force;
     }
   }
-  Isometry3d slid = Isometry3d::Identity();
-  slid.translation().x() = 5e-4;
-  SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -0.1, kSigma, &random);
-  for (SurfacePoint& point : seen.points) point.p_S = slid * point.p_S;
-  EXPECT_EQ(estimator.Feel(seen, kAway).validity, Validity::kExtrapolated);
+}
+
+// A rig 250 mm away that turns by ten pixels, and one that is pushed: what its points do together
+// no press does. Reference: the load; 5 %.
+TEST(SurfaceEstimatorTest, ABumpedRigIsPutRightAndFlaggedBeyondThat) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(9);
+  const auto after = [&](const Isometry3d& moved, double force) -> const ContactEstimate& {
+    SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, &random);
+    for (SurfacePoint& point : seen.points) point.p_S = moved * point.p_S;
+    estimator.Reset();
+    return estimator.Feel(seen, kAway);
+  };
+  const Eigen::Translation3d rig(0, 0, -0.25);
+  for (const Vector3d& turn : {Vector3d(0.0125, 0, 0), Vector3d(-0.005, 0.01, 0.003)}) {
+    const Isometry3d bumped =
+        rig * Eigen::AngleAxisd(turn.norm(), turn.normalized()) * rig.inverse();
+    for (const double force : {0.0, -0.1, -2.0, -4.0}) {
+      const ContactEstimate& felt = after(bumped, force);
+      EXPECT_EQ(felt.validity, Validity::kValid) << force << " " << estimator.load().why;
+      ASSERT_TRUE(felt.force.has_value());
+      EXPECT_NEAR(felt.force->z(), -force, std::max(0.05 * -force, 0.03)) << turn.transpose();
+    }
+  }
+  EXPECT_EQ(after(Isometry3d(Eigen::Translation3d(5e-4, 0, 0)), -0.1).validity, Validity::kValid);
+  for (const Vector3d& pushed : {Vector3d(6e-3, 0, 0), Vector3d(1e-3, 0, 3e-3)}) {
+    EXPECT_EQ(after(Isometry3d(Eigen::Translation3d(pushed)), -0.5).check,
+              FailedCheck::kCameraMotion);
+  }
+}
+
+// Reference: the same sheet at another tension, through modes of order 18. What it differs by of
+// the force that the scene's makes of the dent: 10 to 60 %.
+TEST(SurfaceEstimatorTest, ADentOfAnotherTensionIsFlagged) {
+  std::mt19937 random(11);
+  for (const auto& [told, is] :
+       {std::pair(0.0, 50.0), std::pair(100.0, 50.0), std::pair(50.0, 0.0)}) {
+    Scene scene = MembraneScene("plate-large");
+    scene.model.prestress = told;
+    SurfaceEstimator estimator(scene);
+    PlateLargeModel same({kRadius, kThickness, kModulus, kNu, told, 18});
+    PlateLargeModel other({kRadius, kThickness, kModulus, kNu, is, 18});
+    for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.0117, 0)}) {
+      for (const double force : {-0.5, -1.0, -2.0, -4.0}) {
+        estimator.Reset();
+        EXPECT_EQ(estimator.Feel(DotsUnder(same, p, force, kSigma, &random), kAway).validity,
+                  Validity::kValid)
+            << told << " " << force << " " << estimator.load().why;
+      }
+      for (const double force : {-0.5, -1.0, -2.0}) {
+        estimator.Reset();
+        const ContactEstimate& felt =
+            estimator.Feel(DotsUnder(other, p, force, kSigma, &random), kAway);
+        EXPECT_EQ(felt.check, FailedCheck::kMisfit)
+            << told << " is " << is << ": " << force << " felt " << felt.force->z();
+      }
+    }
+  }
+}
+
+// Each of the points lies off by what noise makes of one.
+TEST(SurfaceEstimatorTest, APatchThatLiesOffToOneSideIsFlagged) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(12);
+  SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -1, kSigma, nullptr);
+  std::normal_distribution<double> noise(0, 3e-4);
+  SurfacePoint point = seen.points.front();
+  seen.points.clear();
+  for (int k = 0; k < 11 * 11; ++k) {
+    const Vector2d rest = Vector2d(k % 11 - 5, k / 11 - 5) * 0.0065;
+    if (rest.norm() > 0.98 * kRadius) continue;
+    const double z = FinerPlate().Displacement(rest) + noise(random);
+    point.p_S_rest = {rest.x(), rest.y(), 0};
+    point.p_S = {rest.x(), rest.y(), z};
+    point.covariance = 9e-8 * Eigen::Matrix3d::Identity();
+    seen.points.push_back(point);
+  }
+  EXPECT_EQ(estimator.Feel(seen, kAway).validity, Validity::kValid) << estimator.load().why;
+  for (SurfacePoint& p : seen.points) {
+    if ((p.p_S_rest - Vector3d(-0.013, 0.013, 0)).norm() < 0.01) p.p_S.z() -= 1e-3;
+  }
+  EXPECT_EQ(estimator.Feel(seen, kAway).check, FailedCheck::kMisfit);
 }
 
 TEST(SurfaceEstimatorTest, TheSmallDeflectionPlateIsFlaggedBeyondHalfItsThickness) {

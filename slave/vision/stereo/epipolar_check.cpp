@@ -1,0 +1,207 @@
+#include "slave/vision/stereo/epipolar_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+
+namespace palpate {
+namespace {
+
+constexpr int kLeastPoints = 8;
+constexpr double kToNormal = 1.4826;  // from a median of sizes to a standard deviation
+constexpr double kStandsOut = 4.5;    // of the scatter: a point that is another thing
+constexpr double kLeastSigma = 5e-3;  // [px]
+constexpr double kSigmas = 5;         // at which something is told from noise
+constexpr double kRemembered = 0.97;  // of what a pair told of its lag, by the next one
+
+constexpr std::string_view kMoved =
+    "the two eyes' rays pass each other by more than at rest: one camera has moved";
+constexpr std::string_view kOtherRig =
+    "the two eyes' rays pass each other at rest: check the sides (left, right) and the rig";
+constexpr std::string_view kLate =
+    "the left and the right picture are of different instants, or one camera stands still";
+
+// Of points in one picture: what they moved and miss, by sigma.
+struct Share {
+  double motion = 0, product = 0, misses = 0, count = 0;
+  void Add(const Share& other, double sign) noexcept {
+    motion += sign * other.motion;
+    product += sign * other.product;
+    misses += sign * other.misses;
+    count += sign * other.count;
+  }
+};
+
+}  // namespace
+
+void EpipolarCheck::See(SurfaceObservation* seen) noexcept {
+  if (rows_.size() != seen->points.size()) {
+    rows_.assign(seen->points.size(), {});
+    sorted_.reserve(rows_.size());
+    evidence_.fill({});
+    taken_ = 0;
+    noise_at_rest_ = 1;
+  }
+  newest_ = (newest_ + 1) % (kLags + 1);
+  bool any = false;
+  for (const SurfacePoint& point : seen->points) any |= point.seen;
+  const bool takes_rest = any && taken_ < rest_pictures_;
+  for (std::size_t i = 0; i < rows_.size(); ++i) Read(seen->points[i], takes_rest, &rows_[i]);
+  offset_px_ = noise_px_ = 0;
+  if (takes_rest && ++taken_ == rest_pictures_) {
+    double square = 0, degrees = 0;
+    for (const Row& row : rows_) {
+      if (row.rest_count < 2) continue;
+      square += row.rest_square - row.rest_miss * row.rest_miss / row.rest_count;
+      degrees += row.rest_count - 1;
+    }
+    if (degrees >= kLeastPoints) noise_at_rest_ = std::max(1.0, std::sqrt(square / degrees));
+  }
+  if (taken_ < rest_pictures_) return;
+  JudgeRest(seen);
+  if (ExplainByMotion()) Judge(seen);
+}
+
+// Sums of the misses at rest are by what the picture says of their noise.
+void EpipolarCheck::Read(const SurfacePoint& point, bool takes_rest, Row* row) noexcept {
+  const auto now = static_cast<std::size_t>(newest_);
+  row->seen[now] = row->counts = row->kept = false;
+  if (!point.seen || !(point.sigma_px > 0)) return;
+  const double said = std::max(kLeastSigma, std::numbers::sqrt2 * point.sigma_px);
+  const Eigen::Vector2d across = AcrossEpipolar(rig_, point.left_I);
+  // Half the miss off: the place between the rays, whose noise is not the miss's.
+  row->places[now] = across.dot(point.left_I) - point.miss_px / 2;
+  row->seen[now] = true;
+  if (takes_rest) {
+    ++row->rest_count;
+    row->rest_miss += point.miss_px / said;
+    row->rest_square += point.miss_px * point.miss_px / (said * said);
+    row->rest_place += (row->places[now] - row->rest_place) / row->rest_count;
+  }
+  if (row->rest_count == 0) return;
+  row->sigma = said * noise_at_rest_;
+  row->miss = point.miss_px - said * row->rest_miss / row->rest_count;
+  const Lens& lens = rig_.left;
+  const Eigen::Vector2d p((point.left_I.x() - lens.cx) * 2 / lens.size[0],
+                          (point.left_I.y() - lens.cy) * 2 / lens.size[1]);
+  row->motions = Eigen::Vector4d(1, p.x(), p.y(), p.x() * p.y()) / row->sigma;
+  row->counts = row->kept = true;
+}
+
+// Twice: what stands out of the first explanation is left out of the second one.
+bool EpipolarCheck::ExplainByMotion() noexcept {
+  for (int round = 0; round < 2; ++round) {
+    normal_.setIdentity();
+    normal_ *= 1e-6;
+    Eigen::Vector4d slope(0, 0, 0, 0);
+    count_ = 0;
+    for (const Row& row : rows_) {
+      if (!row.kept) continue;
+      normal_ += row.motions * row.motions.transpose();
+      slope += row.motions * (row.miss / row.sigma);
+      ++count_;
+    }
+    if (count_ < kLeastPoints) return false;
+    motion_ = normal_.ldlt().solve(slope);
+    if (round == 0) Sift();
+  }
+  return true;
+}
+
+void EpipolarCheck::Sift() noexcept {
+  sorted_.clear();
+  for (const Row& row : rows_) {
+    if (row.counts) sorted_.push_back(std::abs(Residual(row)));
+  }
+  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+  std::nth_element(sorted_.begin(), middle, sorted_.end());
+  scatter_ = std::max(1.0, kToNormal * *middle);
+  for (Row& row : rows_) {
+    row.kept = row.counts && std::abs(Residual(row)) <= kStandsOut * scatter_;
+  }
+}
+
+// How far the point was across its line `lag` pictures ago; beyond kLags: at rest. NaN: unseen.
+double EpipolarCheck::Place(const Row& row, int lag) const noexcept {
+  if (lag > kLags) return row.rest_place;
+  const auto then = static_cast<std::size_t>((newest_ + kLags + 1 - lag) % (kLags + 1));
+  return row.seen[then] ? row.places[then] : std::nan("");
+}
+
+// By least squares over all points, as those that one eye saw elsewhere stand out of the others,
+// and over pairs in a row: a lag stays what it is.
+bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
+  const auto moved = [&](const Row& row) {
+    const double by_sigma = (Place(row, 0) - Place(row, lag)) / row.sigma;
+    return row.counts && std::isfinite(by_sigma) ? by_sigma : 0.0;
+  };
+  // A motion that a moved camera would explain says nothing.
+  Eigen::Vector4d share(0, 0, 0, 0);
+  for (const Row& row : rows_) {
+    if (row.kept) share += row.motions * moved(row);
+  }
+  share = normal_.ldlt().solve(share);
+  // Without the one that says most: a point that one eye saw beside its place moved and misses at
+  // once.
+  Share most, sum;
+  for (const Row& row : rows_) {
+    if (!row.counts) continue;
+    const double own = moved(row) - row.motions.dot(share), miss = Residual(row);
+    const Share one{own * own, own * miss, miss * miss, 1};
+    sum.Add(one, 1);
+    if (std::abs(one.product) > std::abs(most.product)) most = one;
+  }
+  sum.Add(most, -1);
+  const auto& [motion, product, misses, count] = sum;
+  if (!(motion > 0)) return false;
+  const double explained = product * product / motion;
+  const double scatter = std::max(1.0, (misses - explained) / std::max(1.0, count - kMotions - 1));
+  Evidence& evidence = evidence_[static_cast<std::size_t>(lag - 1)];
+  evidence.motion = kRemembered * evidence.motion + motion / scatter;
+  evidence.product = kRemembered * evidence.product + product / scatter;
+  return std::abs(evidence.product) > kSigmas * std::sqrt(evidence.motion) &&
+         std::abs(evidence.product) > kMostLag * evidence.motion;
+}
+
+void EpipolarCheck::JudgeRest(SurfaceObservation* seen) const noexcept {
+  double square = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    if (row.rest_count == 0 || !row.counts) continue;
+    const double rest = seen->points[i].miss_px - row.miss;
+    square += rest * rest;
+    ++count;
+  }
+  const double most = most_at_rest_ + 2 * rig_.rms_px;
+  if (count >= 3 && square > most * most * count) seen->Doubt(FailedCheck::kEpipolar, kOtherRig);
+}
+
+void EpipolarCheck::Judge(SurfaceObservation* seen) noexcept {
+  double offset = 0, variance = 0, said = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    if (!row.kept) continue;
+    const double moved = row.sigma * row.motions.dot(motion_);
+    offset += moved * moved;
+    variance += row.sigma * row.sigma;
+    said += seen->points[i].sigma_px * seen->points[i].sigma_px;
+  }
+  offset_px_ = std::sqrt(offset / count_);
+  noise_px_ = scatter_ * std::sqrt(variance / count_ / 2);
+  const double known = noise_px_ * std::sqrt(2.0 * kMotions / count_);
+  if (offset_px_ > kMostOffset + kSigmas * known) seen->Doubt(FailedCheck::kEpipolar, kMoved);
+  for (int lag = 1; lag <= kLags + 1; ++lag) {
+    if (IsOfAnotherInstant(lag)) seen->Doubt(FailedCheck::kInstants, kLate);
+  }
+  // The scatter of the misses is that of the places, which the pictures' noise alone understates
+  // where they are compressed or out of focus.
+  const double known_px = std::max(sigma_px_, std::sqrt(said / count_));
+  if (noise_px_ <= known_px) return;
+  const double wider = noise_px_ / known_px;
+  for (SurfacePoint& point : seen->points) point.covariance *= wider * wider;
+}
+
+}  // namespace palpate

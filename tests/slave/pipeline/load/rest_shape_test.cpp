@@ -1,0 +1,65 @@
+#include "slave/pipeline/load/rest_shape.h"
+
+#include <functional>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "slave/vision/dots/dot_layout.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kRadius = 0.039, kThickness = 1e-3, kSigma = 2e-5;  // [m]
+
+std::vector<SurfacePoint> Rest(const std::function<double(double, double)>& height,
+                               double sigma = kSigma) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, sigma);
+  std::vector<SurfacePoint> points;
+  for (const Eigen::Vector2d& p : LatticePlaces(31, {0.015, 0.010})) {
+    SurfacePoint point{.seen = true};
+    point.p_S_rest = {p.x(), p.y(), height(p.x() / kRadius, p.y() / kRadius) + noise(random)};
+    point.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+    points.push_back(point);
+  }
+  return points;
+}
+
+// How the plane lies is the pose's business.
+TEST(RestShapeTest, APlaneIsFlatHoweverItLies) {
+  const auto tilted = Rest([](double x, double y) { return 0.01 + 2e-3 * x - 3e-3 * y; });
+  const RestShape shape = RestShapeOf(tilted, kRadius);
+  EXPECT_EQ(shape.points, 31);
+  EXPECT_NEAR(shape.rms, kSigma, 0.5 * kSigma);
+  EXPECT_LT(std::abs(shape.height), 4 * shape.sigma_height);
+  EXPECT_TRUE(IsFlat(shape, kThickness));
+}
+
+TEST(RestShapeTest, ADomeAndADentAsHighAsAThirdOfTheThicknessAreSeen) {
+  for (const double height : {3e-4, -3e-4, 2e-3}) {
+    const auto dome = Rest([height](double x, double y) {
+      const double within = 1 - x * x - y * y;
+      return height * within * within;
+    });
+    const RestShape shape = RestShapeOf(dome, kRadius);
+    EXPECT_NEAR(shape.height, height, 5 * shape.sigma_height);
+    EXPECT_FALSE(IsFlat(shape, kThickness)) << height;
+  }
+  const auto aside = Rest(
+      [](double x, double y) { return -1e-3 * std::exp(-((x - 0.5) * (x - 0.5) + y * y) / 0.04); });
+  EXPECT_FALSE(IsFlat(RestShapeOf(aside, kRadius), kThickness));
+}
+
+TEST(RestShapeTest, WhatNoiseHidesIsNotDoubted) {
+  for (const double sigma : {1e-4, 1e-3}) {
+    EXPECT_TRUE(
+        IsFlat(RestShapeOf(Rest([](double, double) { return 0; }, sigma), kRadius), kThickness))
+        << sigma;
+  }
+  EXPECT_EQ(RestShapeOf({}, kRadius).points, 0);
+  EXPECT_TRUE(IsFlat(RestShapeOf({}, kRadius), kThickness));
+}
+
+}  // namespace
+}  // namespace palpate

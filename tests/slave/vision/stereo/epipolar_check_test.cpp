@@ -1,0 +1,176 @@
+#include "slave/vision/stereo/epipolar_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/slave/vision/stereo/test_rigs.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kNoise = 0.01;  // of a place in a picture, per axis [px]
+constexpr int kRest = 10;
+
+// 35 points on a membrane that is dented in its middle, and what spoils how they are seen.
+class Watched {
+ public:
+  // Depths of the dent [m] that the left and the right picture show.
+  SurfaceObservation& Show(double left_depth, double right_depth) {
+    seen_.check = FailedCheck::kNone;
+    seen_.points.resize(35);
+    for (std::size_t i = 0; i < seen_.points.size(); ++i) {
+      const Vector3d rest(0.01 * (static_cast<double>(i % 7) - 3),
+                          0.01 * (static_cast<double>(i / 7) - 2), 0.25);
+      const double dent = std::exp(-(rest - Vector3d(0, 0.005, 0.25)).squaredNorm() / 2.5e-4);
+      const auto at = [&](double depth) {
+        return Vector3d(rest - depth * dent * Vector3d::UnitZ());
+      };
+      SurfacePoint& point = seen_.points[i];
+      point.left_I = *Project(rig_.left, at(left_depth)) + Noise();
+      point.right_I = *Project(rig_.right, rig_.X_RL * at(right_depth)) + Noise();
+      if (spoil) point.right_I = spoil(point.right_I);
+      const auto met = Triangulate(rig_, point.left_I, point.right_I, kStated);
+      point.seen = true;
+      point.sigma_px = kNoise;
+      point.miss_px = met->miss_px;
+      point.covariance = met->covariance;
+    }
+    return seen_;
+  }
+  // Looks at a still membrane till the rest is known, and once more.
+  void Rest() {
+    for (int i = 0; i <= kRest; ++i) Look(0, 0);
+  }
+  FailedCheck Look(double left_depth, double right_depth) {
+    check_.See(&Show(left_depth, right_depth));
+    return seen_.check;
+  }
+  // The first doubt of a press to 5 mm in 20 pictures, held for as many; the right picture is
+  // `late` pictures late.
+  FailedCheck Press(int late) {
+    const auto depth = [](int picture) { return 2.5e-4 * std::clamp(picture, 0, 20); };
+    for (int i = 0; i < 40; ++i) {
+      const FailedCheck check = Look(depth(i), depth(i - late));
+      if (check != FailedCheck::kNone) return check;
+    }
+    return FailedCheck::kNone;
+  }
+  EpipolarCheck& check() { return check_; }
+
+  static constexpr double kStated = 0.03;  // [px]
+  std::function<Vector2d(const Vector2d&)> spoil;
+
+ private:
+  Vector2d Noise() { return noise * kNoise * Vector2d(normal_(random_), normal_(random_)); }
+
+ public:
+  double noise = 1;
+
+ private:
+  StereoRig rig_ = VergedTestRig();
+  EpipolarCheck check_{rig_, kRest, kStated};
+  SurfaceObservation seen_;
+  std::mt19937 random_{1};
+  std::normal_distribution<double> normal_;
+};
+
+TEST(EpipolarCheckTest, APressThatBothEyesSeeAtOnceIsNotDoubted) {
+  Watched watched;
+  watched.Rest();
+  EXPECT_EQ(watched.Press(0), FailedCheck::kNone);
+  EXPECT_NEAR(watched.check().noise_px(), kNoise, 0.4 * kNoise);
+}
+
+TEST(EpipolarCheckTest, PicturesOfDifferentInstantsAreDoubtedWhileThePressMoves) {
+  for (const int late : {1, 2, 5, -1, -5, 1000}) {
+    Watched watched;
+    watched.Rest();
+    EXPECT_EQ(watched.Press(late), FailedCheck::kInstants) << late;
+  }
+}
+
+// On a still membrane there is nothing to see, and nothing wrong.
+TEST(EpipolarCheckTest, LatePicturesOfAStillMembraneAreAsGood) {
+  Watched watched;
+  watched.Rest();
+  for (int i = 0; i < 50; ++i) ASSERT_EQ(watched.Look(2e-3, 2e-3), FailedCheck::kNone) << i;
+}
+
+TEST(EpipolarCheckTest, ACameraThatIsBumpedAcrossIsDoubted) {
+  for (const bool turns : {false, true}) {
+    Watched watched;
+    watched.Rest();
+    watched.spoil = [turns](const Vector2d& p) {
+      return turns ? Vector2d(p.x(), p.y() + 0.01 * (p.x() - 320)) : Vector2d(p.x(), p.y() + 1);
+    };
+    EXPECT_EQ(watched.Look(0, 0), FailedCheck::kEpipolar);
+    EXPECT_EQ(watched.Look(3e-3, 3e-3), FailedCheck::kEpipolar);
+    EXPECT_GT(watched.check().offset_px(), 0.5);
+  }
+}
+
+TEST(EpipolarCheckTest, ARigThatIsNotTheirsIsDoubtedFromTheStart) {
+  Watched watched;
+  watched.spoil = [](const Vector2d& p) { return Vector2d(p.x(), p.y() - 1.5); };
+  watched.Rest();
+  EXPECT_EQ(watched.Look(0, 0), FailedCheck::kEpipolar);
+}
+
+// Reference: the noise drawn, three and ten times the stated one.
+TEST(EpipolarCheckTest, NoiseThatPicturesDoNotTellWidensTheCovariances) {
+  for (const double more : {1.0, 9.0, 30.0}) {
+    Watched watched;
+    watched.Rest();
+    watched.noise = more;
+    SurfaceObservation& seen = watched.Show(1e-3, 1e-3);
+    const double said = seen.points[7].covariance(2, 2);
+    watched.check().See(&seen);
+    const double wider = std::sqrt(seen.points[7].covariance(2, 2) / said);
+    EXPECT_NEAR(wider, std::max(1.0, more * kNoise / Watched::kStated), 0.4 * wider) << more;
+    EXPECT_EQ(seen.check, FailedCheck::kNone) << more;
+  }
+}
+
+// One dot seen beside its place, and dots hidden, say nothing of the cameras.
+TEST(EpipolarCheckTest, AStrayPointIsNoMotion) {
+  Watched watched;
+  watched.Rest();
+  for (int i = 0; i < 20; ++i) {
+    SurfaceObservation& seen = watched.Show(2e-4 * i, 2e-4 * i);
+    seen.points[17].miss_px += 2;
+    for (const std::size_t hidden : {1U, 9U, 30U}) seen.points[hidden].seen = false;
+    watched.check().See(&seen);
+    ASSERT_EQ(seen.check, FailedCheck::kNone) << i;
+  }
+}
+
+TEST(EpipolarCheckTest, PointsWithoutASigmaOrPlaceAreNoPointsOfTwoEyes) {
+  Watched watched;
+  SurfaceObservation seen;
+  for (int i = 0; i < 20; ++i) watched.check().See(&seen);
+  seen.points.resize(12);
+  for (SurfacePoint& point : seen.points) point.seen = true;
+  for (int i = 0; i < 20; ++i) watched.check().See(&seen);
+  EXPECT_EQ(seen.check, FailedCheck::kNone);
+  EXPECT_EQ(watched.check().noise_px(), 0);
+}
+
+TEST(EpipolarCheckTest, APairAllocatesNothing) {
+  Watched watched;
+  watched.Rest();
+  SurfaceObservation& seen = watched.Show(1e-3, 1e-3);
+  const long before = AllocationCount();
+  watched.check().See(&seen);
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+}  // namespace
+}  // namespace palpate
