@@ -44,7 +44,9 @@ struct SlaveLink::Parts {
         target(PermittedTarget(options.target, options.insecure || !options.tls.empty())),
         stub(v1::Teleoperation::NewStub(OpenChannel(target, Traffic::kTicks, options.tls))) {}
 
-  grpc::Status AskForScene(RemoteScene* scene);
+  // `waits`: for a connection, within the deadline. Nobody moves a connection on while no call
+  // waits.
+  grpc::Status AskForScene(RemoteScene* scene, bool waits);
   void Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
            LatestValue<OperatorCommand>* commands);
   // Reads what the master goes by. One at a time.
@@ -78,12 +80,13 @@ struct SlaveLink::Parts {
   std::jthread thread;     // last: it uses all of the above
 };
 
-grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene) {
+grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene, bool waits) {
   v1::SceneDescription description;
   v1::Capabilities capabilities;
   grpc::ClientContext for_scene, for_capabilities;
   SetDeadline(&for_scene);
   SetDeadline(&for_capabilities);
+  for_scene.set_wait_for_ready(waits);
   grpc::Status status = stub->GetScene(&for_scene, {}, &description);
   if (status.ok()) status = stub->GetCapabilities(&for_capabilities, {}, &capabilities);
   if (status.ok()) *scene = ToRemoteScene(description, capabilities);
@@ -93,7 +96,7 @@ grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene) {
 grpc::Status SlaveLink::Parts::ReadSettings() {
   try {
     RemoteScene scene;
-    grpc::Status status = AskForScene(&scene);
+    grpc::Status status = AskForScene(&scene, true);
     if (!status.ok()) return status;
     settings->Put({scene.settings_revision, scene.transform, scene.force_limit});
     read_revision = scene.settings_revision;
@@ -184,7 +187,7 @@ RemoteScene SlaveLink::Connect() {
   RemoteScene scene;
   grpc::Status status;
   for (int attempts = 1;; ++attempts) {
-    status = parts_->AskForScene(&scene);
+    status = parts_->AskForScene(&scene, false);
     if (status.ok()) return scene;
     if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
       throw std::runtime_error(parts_->target + " answers, but does not speak palpate.v1");
