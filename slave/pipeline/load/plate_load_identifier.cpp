@@ -136,11 +136,12 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
   const double amount = tension_score_ / tension_information_;
   const double sigma =
       std::hypot(1 / std::sqrt(tension_information_), tension_law_ / tension_information_);
-  const double force = std::abs(sought.force) * (std::abs(amount) - kTensionSigmas * sigma);
-  // What the force may be off by, whether or not it is sure.
-  load->sigma_force = std::hypot(
-      load->sigma_force, kTensionDoubt * sought.force * std::max(0.0, std::abs(amount) - sigma));
-  if (force > kTensionShare * std::abs(load->force)) {
+  // What was sure once, at the depth that tells it best, stays so.
+  tension_sure_ = std::max(kRemembered * tension_sure_, std::abs(amount) - kTensionSigmas * sigma);
+  tension_likely_ = std::max(kRemembered * tension_likely_, std::abs(amount) - 2 * sigma);
+  const double doubt = kTensionDoubt * std::abs(sought.force) * tension_likely_;
+  load->sigma_force = std::hypot(load->sigma_force, std::min(doubt, std::abs(load->force) / 2));
+  if (std::abs(sought.force) * tension_sure_ > kTensionShare * std::abs(load->force)) {
     load->Doubt(FailedCheck::kMisfit,
                 "the dent is wider or narrower than one of the scene's prestress");
   }
@@ -190,6 +191,7 @@ void PlateLoadIdentifier::Reset() {
   if (finer_ != nullptr) finer_->Reset();
   if (tighter_ != nullptr) tighter_->Reset();
   tension_information_ = tension_score_ = tension_law_ = 0;
+  tension_sure_ = tension_likely_ = 0;
   load_ = {};
 }
 

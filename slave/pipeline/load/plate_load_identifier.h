@@ -59,6 +59,7 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   // Of pictures past: how much more tension than the scene's their dents had, as least squares have
   // it.
   double tension_information_ = 0, tension_score_ = 0, tension_law_ = 0;
+  double tension_sure_ = 0, tension_likely_ = 0;  // [N/m]
 };
 
 }  // namespace palpate

@@ -37,7 +37,9 @@ class PointsSense final : public Sense {
   // Triangles of the model's surface; where no force is told, those of the scene's mesh moved as a
   // whole.
   BoundaryShape Shape(bool nodal_forces) override;
-  [[nodiscard]] std::string_view doubt() const override { return why(); }
+  [[nodiscard]] std::string_view doubt() const override {
+    return felt_->validity == Validity::kExtrapolated ? why() : std::string_view();
+  }
   // The left picture.
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {
