@@ -165,18 +165,29 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
          std::abs(evidence.product) > kMostLag * evidence.motion;
 }
 
+// By what of the misses at rest goes evenly across the picture, as a wrong rig's do.
 void EpipolarCheck::JudgeRest(SurfaceObservation* seen) const noexcept {
+  Matrix4 normal = 1e-6 * Matrix4::Identity();
+  Eigen::Vector4d slope(0, 0, 0, 0);
   double square = 0;
   int count = 0;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
     if (row.rest_count == 0 || !row.counts) continue;
     const double rest = seen->points[i].miss_px - row.miss;
+    const Eigen::Vector4d even = row.sigma * row.motions;
+    normal += even * even.transpose();
+    slope += rest * even;
     square += rest * rest;
     ++count;
   }
+  if (count < kLeastPoints) return;
+  const double explained = slope.dot(normal.ldlt().solve(slope));
+  const double scatter = (square - explained) / (count - kMotions);
   const double most = most_at_rest_ + 2 * rig_.rms_px;
-  if (count >= 3 && square > most * most * count) seen->Doubt(FailedCheck::kEpipolar, kOtherRig);
+  if (explained > most * most * count + kMotions * kSigmas * scatter) {
+    seen->Doubt(FailedCheck::kEpipolar, kOtherRig);
+  }
 }
 
 void EpipolarCheck::Judge(SurfaceObservation* seen) noexcept {
