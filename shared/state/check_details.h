@@ -11,12 +11,12 @@ namespace palpate {
 
 struct CheckDetails {
   std::optional<double> score;          // how much the tip looks as it did: correlation, -1 to 1
-  std::optional<double> registration;   // rest surface seen against the scene's, rms [px]
-  std::optional<double> contour;        // followed contour against the outline computed, rms [px]
+  std::optional<double> registration;   // rest surface seen at first against the scene's, rms [px]
+  std::optional<double> contour;        // edge seen against outline and dent computed, rms [px]
   std::optional<double> epipolar;       // points of two eyes off their epipolar lines, rms [px]
   std::optional<double> camera_motion;  // of camera or rig since the start [px]
   std::optional<double> misfit;         // surface seen against the one computed, rms in sigmas [-]
-  std::optional<double> rest_drift;  // of rest values since they were taken, the largest [counts]
+  std::optional<double> rest_drift;     // of all electrodes together since the rest values [counts]
 };
 
 // Their names as columns of states.csv, in order, and their values.

@@ -99,7 +99,10 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
   last_ = change;
   TakeForce(was_known ? Push(change) : PushKept());
   pressure_ += kPressureShare * (change[kElectrodeCount + 1] - pressure_);
-  if (pattern_) touch_.stirs = pressure_ > kStirs;
+  if (pattern_) {
+    touch_.stirs = pressure_ > kStirs;
+    touch_.drift = pattern_->drift();
+  }
   const TouchPlace place = localiser_->Locate(change, mended);
   DecideTouch(place);
   NoteFlaws(place);

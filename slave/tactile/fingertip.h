@@ -66,6 +66,7 @@ struct FingerTouch {
   // Its pressure has moved, which is known sooner than the force; nullopt: nobody knows of what
   // size that is for this fingertip.
   std::optional<bool> stirs;
+  std::optional<double> drift;  // of all electrodes together since the rest values [counts]
   Validity validity = Validity::kTrackingLost;  // of the force
   FailedCheck check = FailedCheck::kNone;       // that it is not kValid for
   std::string_view why;                         // it is not kValid, one clause; lives on

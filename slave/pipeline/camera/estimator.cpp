@@ -183,6 +183,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
   const TipObservation& tip = observation_->tip;
   felt_.details.score = tip.found ? std::optional(tip.score) : std::nullopt;
   if (registration_.measured) felt_.details.registration = registration_.rms_px;
+  TellSighting();
   rules_.Track(tip.found, &felt_);
   if (tip.found) {
     const Eigen::Vector2d p_I = PutRight(tip);
@@ -194,6 +195,13 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
   }
   times_.total.Add(total.Lap());
   return felt_;
+}
+
+void Estimator::TellSighting() noexcept {
+  felt_.details.contour = felt_.details.camera_motion = std::nullopt;
+  if (!watch_ || !watch_->sighting().known) return;
+  felt_.details.contour = watch_->sighting().residual_px;
+  felt_.details.camera_motion = watch_->sighting().motion.shift.norm();
 }
 
 // Where the tip is in the first picture's frame [px], and tip_sigma_. A tip that is only roughly

@@ -90,6 +90,8 @@ class Estimator {
  private:
   void RegisterObject(const Scene& scene);
   void ResumeContact() noexcept;
+  // What the object's edge measured goes to the details.
+  void TellSighting() noexcept;
   Eigen::Vector2d PutRight(const TipObservation& tip) noexcept;
   [[nodiscard]] bool IsFrozen(const cv::Mat& image) noexcept;
   void AskArm(const ArmWord& said) noexcept;

@@ -314,6 +314,7 @@ void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_
   felt_.sigma = first.sigma;
   felt_.validity = first.validity;
   felt_.check = first.check;
+  felt_.details.rest_drift = touch(0).drift;
   felt_.local_model.in_contact = first.in_contact;
   felt_.p_S_contact = first.p_S_contact.value_or(felt_.p_S_tip);
   felt_.depth = 0;

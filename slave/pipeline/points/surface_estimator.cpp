@@ -74,10 +74,13 @@ const ContactEstimate& SurfaceEstimator::Feel(const SurfaceObservation& seen,
   felt_.events.Clear();
   if (p_S_tip.allFinite()) felt_.p_S_tip = p_S_tip;
   rules_.Track(seen.found, &felt_);
+  felt_.details = {};
+  if (seen.epipolar_px > 0) felt_.details.epipolar = seen.epipolar_px;
   if (seen.found) {
     Stopwatch lap;
     ToObject(seen.points);
     load_ = body_->Fit(points_O_);
+    felt_.details.misfit = load_.residual;
     DoubtPull(&load_);
     DoubtAs(seen, &load_);
     times_.Add(lap.Lap());

@@ -203,6 +203,7 @@ void EpipolarCheck::Judge(SurfaceObservation* seen) noexcept {
   offset_px_ = std::sqrt(offset / count_);
   noise_px_ = scatter_ * std::sqrt(variance / count_ / 2);
   const double known = noise_px_ * std::sqrt(2.0 * kMotions / count_);
+  seen->epipolar_px = std::hypot(offset_px_, noise_px_);
   if (offset_px_ > kMostOffset + kSigmas * known) seen->Doubt(FailedCheck::kEpipolar, kMoved);
   for (int lag = 1; lag <= kLags + 1; ++lag) {
     if (IsOfAnotherInstant(lag)) seen->Doubt(FailedCheck::kInstants, kLate);

@@ -34,6 +34,7 @@ struct SurfaceObservation {
   // What speaks against what the points tell, and in words: one clause that lives on.
   FailedCheck check = FailedCheck::kNone;
   std::string_view why;
+  double epipolar_px = 0;  // rms of the rays' misses less those at rest [px]; 0: not of two eyes
   double scale_error = 0;  // by which their distances may be wrong, a share [-]
   // The first doubt stays.
   void Doubt(FailedCheck failed, std::string_view clause) noexcept {
