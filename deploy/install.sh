@@ -19,7 +19,7 @@ for part in "$@"; do
     clouds) packages+=("${clouds[@]}") ;;
     tests)
       packages+=("${films[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
-                 clang-tidy python3 python3-grpcio python3-protobuf iproute2 git universal-ctags)
+                 clang-tidy python3 python3-grpcio python3-protobuf iproute2 git openssl universal-ctags)
       # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
       command -v node >/dev/null || packages+=(nodejs)
       command -v npm >/dev/null || packages+=(npm) ;;
