@@ -93,7 +93,7 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
   if (retreat_) return true;
   if (new_epoch || (!engaged_ && view_.phase == Phase::kClutched)) Engage(command);
   if (needs_new_epoch_) return true;
-  if (WayTo(TargetOf(command)) > kReach * limits_.max_speed) {
+  if (WayTo(TargetOf(command)) > kLeapTime * limits_.max_speed) {
     Refuse();
     needs_new_epoch_ = true;
     return false;

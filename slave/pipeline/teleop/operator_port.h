@@ -25,7 +25,7 @@ inline constexpr double kResumeWithin = 0.250;  // [s]
 // An operator whose commands tell of no newer state for so long feels nothing: the tool holds.
 inline constexpr double kUnfeltTimeout = 0.100;  // [s]
 // What the arm goes at its full speed in this time is as far as a command may lead [s].
-inline constexpr double kReach = 0.2;
+inline constexpr double kLeapTime = 0.2;
 // A hand that moves so many times faster than the arm can is none.
 inline constexpr double kFastest = 2;
 
@@ -42,7 +42,7 @@ struct Feeling {
 // the registration offset `eyes_minus_encoders`, which the pipeline measures while the tool stands.
 // Targets are given in S.
 //
-// Whatever the operator says, the tool goes no farther than the arm goes in kReach, stands while
+// Whatever the operator says, the tool goes no farther than the arm goes in kLeapTime, stands while
 // the force has been unknown for `blind_after`, and goes no deeper beyond the guards.
 class OperatorPort {
  public:
