@@ -124,7 +124,8 @@ struct Server::Parts {
         service(slave, publisher) {}
 
   // Health follows what is sensed.
-  void Tell(const std::stop_token& stop);
+  void Tell() const;
+  void KeepTelling(const std::stop_token& stop) const;
 
   Slave& slave;
   Endpoint endpoint;
@@ -137,13 +138,13 @@ struct Server::Parts {
   std::jthread telling;
 };
 
-void Server::Parts::Tell(const std::stop_token& stop) {
-  while (!stop.stop_requested()) {
-    const bool fresh = slave.Compose(Clock::now()).validity != Validity::kStale;
-    server->GetHealthCheckService()->SetServingStatus(v1::Teleoperation::service_full_name(),
-                                                      fresh);
-    std::this_thread::sleep_for(kHealthPeriod);
-  }
+void Server::Parts::Tell() const {
+  const bool fresh = slave.Status().validity != Validity::kStale;
+  server->GetHealthCheckService()->SetServingStatus(v1::Teleoperation::service_full_name(), fresh);
+}
+
+void Server::Parts::KeepTelling(const std::stop_token& stop) const {
+  for (; !stop.stop_requested(); std::this_thread::sleep_for(kHealthPeriod)) Tell();
 }
 
 Server::Server(Slave& slave, const std::string& address, bool insecure,
@@ -164,7 +165,9 @@ Server::Server(Slave& slave, const std::string& address, bool insecure,
   if (!parts_->server || port <= 0) throw std::runtime_error("cannot listen on " + address);
   parts_->endpoint.port = static_cast<std::uint16_t>(port);
   parts_->address = ToString(parts_->endpoint);
-  parts_->telling = std::jthread([this](const std::stop_token& stop) { parts_->Tell(stop); });
+  parts_->Tell();  // nobody finds a service that is unknown
+  parts_->telling =
+      std::jthread([this](const std::stop_token& stop) { parts_->KeepTelling(stop); });
   parts_->listener.emplace(parts_->endpoint, on_deaf ? std::move(on_deaf) : EndProcess,
                            tls.empty() ? ListenerWatch::Options() : Rarely());
 }
