@@ -14,6 +14,7 @@ constexpr double kLeastTrusted = 0.85;   // part of a part's pixels that the ali
 constexpr double kLeastVariance = 0.15;  // of the whole template's
 constexpr double kStep = 2;              // of the difference along the tool, to either side [px]
 constexpr std::size_t kFewest = 4;       // parts
+constexpr double kLeastSignal = 0.25;    // of the variance: fine texture looks like noise, too
 constexpr int kSamePeak = 3;             // [px]
 constexpr double kFits = 0.6;            // score of a part
 
@@ -95,6 +96,8 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
   for (const Part& part : parts_) {
     variance_ += VarianceOf(part.ncc.pattern()) / static_cast<double>(parts_.size());
   }
+  const double noise = NoiseOf(tip.pixels);
+  signal_ = std::max(variance_ - 2 * noise * noise, kLeastSignal * variance_);
   maps_.resize(parts_.size());
   scores_.resize(parts_.size());
 }
@@ -104,7 +107,7 @@ bool TemplateParts::usable() const {
 }
 
 double TemplateParts::Attenuation(double noise) const {
-  return 1 / std::sqrt(1 + 2 * noise * noise / variance_);
+  return signal_ / std::sqrt(variance_ * (signal_ + 2 * noise * noise));
 }
 
 const ScoreMap& TemplateParts::Match(const GreyPatch& window) {

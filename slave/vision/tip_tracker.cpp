@@ -166,12 +166,15 @@ void TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObser
   }
   const double score = tip.found ? parts_.ScoreNear(window_, peak) : 0;
   const double attenuation = parts_.Attenuation(NoiseOf(window_));
-  if (tip.found && usual_ == 0) usual_ = score / attenuation;
+  // The picture that the template was cut from fits it better than any other will.
+  if (tip.found && usual_ == 0) usual_ = std::min(1.0, score / attenuation);
   const double usual = usual_ * attenuation;
   const bool fits = tip.found && score >= kLeastAsUsual * usual;
   const bool as_usual = tip.found && score >= kAsUsual * usual && tip.covered < kMuchCovered;
   // Blur lowers every score; what covers the tip must not become the usual.
-  if (fits && tip.covered < kCovered) usual_ += kFollow * (score / attenuation - usual_);
+  if (fits && tip.covered < kCovered) {
+    usual_ += kFollow * (std::min(1.0, score / attenuation) - usual_);
+  }
   if (as_usual) return;
   const TipObservation by_parts = MeasureByParts(window, usual);
   if (by_parts.found && by_parts.score > score + kBetter) {

@@ -84,6 +84,7 @@ class TemplateParts {
   int width_, height_;
   cv::Point step_;       // of the difference along the tool [px]
   double variance_ = 0;  // of a part's differences, mean [levels^2]
+  double signal_ = 0;    // part of it that is not the template's own noise [levels^2]
   std::vector<Part> parts_;
   std::vector<const ScoreMap*> maps_;
   std::vector<double> scores_;  // of the parts at one place
