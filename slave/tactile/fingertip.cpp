@@ -257,7 +257,7 @@ void Fingertip::Judge() noexcept {
   Doubt(network_.learnt_force > 0 && size > network_.learnt_force, FailedCheck::kModelRange,
         "the force is beyond what the network has learnt");
   Doubt(touch_.place.is_flawed, FailedCheck::kElectrode, "electrodes are saturated or dead");
-  Doubt(stuck_.count() == kElectrodeCount, FailedCheck::kFrozen,
+  Doubt(stuck_.are_frozen() || stuck_.count() == kElectrodeCount, FailedCheck::kFrozen,
         "all electrodes stand still: the sensor is dead or its driver repeats itself");
   Doubt(stuck_.count() > 0 && !pattern_, FailedCheck::kElectrode,
         "an electrode stands still: it is dead");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -34,13 +35,21 @@ class StuckElectrodes {
   explicit StuckElectrodes(int patience) : patience_(patience) {}  // samples
 
   void Take(const FingerReading& reading) noexcept {
+    const bool same = reading.electrodes == last_;
+    repeated_ = same ? std::min(repeated_ + 1, kRepeats) : 0;
+    changes_ += same ? 0 : 1;
+    repeats_ += same && repeated_ < kRepeats ? 1 : 0;
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
       const bool stands = same_[i] > 0 && reading.electrodes[i] == last_[i];
       same_[i] = stands ? std::min(same_[i] + 1, patience_) : 1;
     }
     last_ = reading.electrodes;
   }
-  void Reset() noexcept { same_.fill(0); }
+  void Reset() noexcept { *this = StuckElectrodes(patience_); }
+  // All read the same for five samples, of a fingertip whose noise lets them do so hardly ever.
+  [[nodiscard]] bool are_frozen() const noexcept {
+    return repeated_ >= kRepeats && changes_ >= kKnown && kSeldom * repeats_ < changes_;
+  }
   [[nodiscard]] std::array<bool, kElectrodeCount> which() const noexcept {
     std::array<bool, kElectrodeCount> stuck;
     std::ranges::transform(same_, stuck.begin(), [&](int same) { return same >= patience_; });
@@ -52,7 +61,13 @@ class StuckElectrodes {
   }
 
  private:
+  static constexpr int kRepeats = 4;  // of a sample
+  static constexpr int kKnown = 20;   // changes, before anything is said of how seldom repeats are
+  static constexpr int kSeldom = 10;
+
   int patience_;
+  int repeated_ = 0;                         // samples in a row that were as the one before
+  std::int64_t changes_ = 0, repeats_ = 0;   // so far; what may be a freeze is left out
   std::array<int, kElectrodeCount> same_{};  // samples, the newest included
   std::array<float, kElectrodeCount> last_{};
 };

@@ -331,5 +331,24 @@ TEST_F(FingertipTest, NoSampleAllocates) {
   EXPECT_EQ(AllocationCount() - before, 0);
 }
 
+// A driver that repeats itself is known within five samples by a noise that went silent; electrodes
+// without noise say nothing before their patience is over.
+TEST(StuckElectrodesTest, ASilencedNoiseIsAFrozenSample) {
+  StuckElectrodes noisy(100), quiet(100);
+  FingerReading reading, same;
+  for (int k = 0; k < 50; ++k) {
+    reading.electrodes.fill(static_cast<float>(k % 3));
+    noisy.Take(reading);
+    quiet.Take(same);
+  }
+  for (int k = 0; k < 3; ++k) noisy.Take(reading);
+  EXPECT_FALSE(noisy.are_frozen()) << "as may happen";
+  for (int k = 0; k < 40; ++k) noisy.Take(reading);
+  EXPECT_TRUE(noisy.are_frozen());
+  EXPECT_FALSE(quiet.are_frozen());
+  noisy.Take(same);
+  EXPECT_FALSE(noisy.are_frozen());
+}
+
 }  // namespace
 }  // namespace palpate
