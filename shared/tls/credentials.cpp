@@ -51,8 +51,9 @@ std::shared_ptr<grpc::ServerCredentials> ServerTls(const fs::path& folder) {
 }
 
 std::shared_ptr<grpc::ChannelCredentials> ChannelTls(const fs::path& folder) {
+  const auto provider = Watched(folder);  // options that nobody gets are never freed
   grpc::experimental::TlsChannelCredentialsOptions options;
-  options.set_certificate_provider(Watched(folder));
+  options.set_certificate_provider(provider);
   options.watch_root_certs();
   options.watch_identity_key_cert_pairs();
   return grpc::experimental::TlsCredentials(options);
