@@ -74,7 +74,8 @@ class Processor final : public grpc::AuthMetadataProcessor {
     if (!MayCall(who.role, path)) {
       spdlog::warn("audit: {} {} was refused {}", who.role, who.name, said);
       return {grpc::StatusCode::PERMISSION_DENIED,
-              "role '" + who.role + "' may not call " + said + ": see slave/service/roles.cpp"};
+              "role '" + who.role + "' may not call " + said +
+                  ": accepted are the calls of its role, see SECURITY.md"};
     }
     if (RuleOf(path).is_logged) spdlog::info("audit: {} {} called {}", who.role, who.name, said);
     return grpc::Status::OK;

@@ -155,7 +155,7 @@ TEST(RolesTest, AnIdentityIsAnAlternativeNameOfOurs) {
   EXPECT_EQ(ParseIdentity("palpate://operator/ada").name, "ada");
   EXPECT_EQ(ParseIdentity("palpate://operator/a\nb").name, "a b");
   for (const char* none :
-       {"operator", "palpate://root/eve", "palpate://operator", "localhost", ""}) {
+       {"operator", "palpate://owner/eve", "palpate://operator", "localhost", ""}) {
     EXPECT_EQ(ParseIdentity(none).role, "") << none;
   }
 }
