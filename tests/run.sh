@@ -94,6 +94,10 @@ case $tier in
     step "clang-tidy on what changed" 0
     PALPATE_TIDY_SECONDS=100000 tests/tidy.sh || repeat "tests/tidy.sh"
 
+    step "g++, each source by itself, nothing precompiled" 0
+    deploy/install.sh gcc
+    build gcc all
+
     step "everything under address and undefined-behaviour sanitizers, with every check" 0
     build asan-full all
     sanitized asan-full -j"$jobs" -LE 'slow|clients'

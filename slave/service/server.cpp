@@ -186,7 +186,7 @@ void Server::Stop() {
     parts_->telling = {};
     parts_->server->GetHealthCheckService()->Shutdown();
     parts_->publisher.Stop();
-    parts_->service.Stop();
+    parts_->service.EndStreams();
     parts_->server->Shutdown(std::chrono::system_clock::now() + kGrace);
     parts_->server->Wait();
   });

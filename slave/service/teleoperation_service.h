@@ -64,7 +64,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
                                                           v1::FeedTactileReply* reply) override;
 
   // Ends the streams that only listen; those that watch end with the publisher.
-  void Stop() { feeds_.Close(); }
+  void EndStreams() { feeds_.Close(); }
 
  private:
   void FillStatus(v1::Status* reply) const;

@@ -77,14 +77,14 @@ void MeshBuilder::AddQuad(std::int64_t number, const std::array<int, 4>& corners
 
 void MeshBuilder::AddCell(const CellKind& kind, std::int64_t number,
                           std::span<const std::int64_t> nodes) {
-  using Use = CellKind::Use;
-  if (kind.use == Use::kPassedOver) return;
-  if (kind.use == Use::kRefused) {
+  using enum CellKind::Use;
+  if (kind.use == kPassedOver) return;
+  if (kind.use == kRefused) {
     place_->Refuse("element " + std::to_string(number) + " is a " + std::string(kind.name),
                    "tetrahedra, or triangles for a surface");
   }
   roles_.resize(node_count(), Role::kNone);
-  const std::size_t corner_count = kind.use == Use::kTriangle ? 3 : 4;
+  const std::size_t corner_count = kind.use == kTriangle ? 3 : 4;
   std::array<int, 4> corners{};
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const int index = IndexOf(nodes[i]);
@@ -95,10 +95,10 @@ void MeshBuilder::AddCell(const CellKind& kind, std::int64_t number,
     }
   }
   UseCorners(std::span(corners).first(corner_count));
-  if (kind.use == Use::kTet) {
+  if (kind.use == kTet) {
     tets_.push_back(corners);
     tet_numbers_.push_back(number);
-  } else if (kind.use == Use::kTriangle) {
+  } else if (kind.use == kTriangle) {
     triangles_.push_back({corners[0], corners[1], corners[2]});
     triangle_numbers_.push_back(number);
   } else {

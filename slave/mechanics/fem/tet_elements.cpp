@@ -57,8 +57,10 @@ PALPATE_INLINE LaneQuaternion NewtonTurn(const LaneQuaternion& q, const Lanes3x3
   return Turned(q, half * dx, half * dy, half * dz);
 }
 
-// Lanes that Newton's method cannot vouch for, one by one.
-[[gnu::noinline]] void TurnOneByOne(const Lanes3x3& G, const Mask8& unsure, LaneQuaternion& q) {
+// Lanes that Newton's method cannot vouch for, one by one. Used: clang 16 forgets what only clones
+// of a function call.
+[[gnu::noinline, gnu::used]] void TurnOneByOne(const Lanes3x3& G, const Mask8& unsure,
+                                               LaneQuaternion& q) {
   for (int l = 0; l < kLanes; ++l) {
     if (!unsure[l]) continue;
     Eigen::Matrix3d F = Eigen::Matrix3d::Identity();

@@ -101,25 +101,23 @@ void MultiplyPanel(const double* panel, const double* tile, int order, double* o
 // Pairs, then fours, then eights change places.
 PALPATE_DISPATCHED
 void Transpose8(const double* from, int ldf, double* to, int ldt) noexcept {
-  using Order = long __attribute__((vector_size(64)));
-  constexpr Order kPairsLow{0, 8, 2, 10, 4, 12, 6, 14}, kPairsHigh{1, 9, 3, 11, 5, 13, 7, 15};
-  constexpr Order kFoursLow{0, 1, 8, 9, 4, 5, 12, 13}, kFoursHigh{2, 3, 10, 11, 6, 7, 14, 15};
-  constexpr Order kEightsLow{0, 1, 2, 3, 8, 9, 10, 11}, kEightsHigh{4, 5, 6, 7, 12, 13, 14, 15};
   Lane a[kLane8], b[kLane8];
   for (int r = 0; r < kLane8; ++r) a[r] = At(from + static_cast<long>(r) * ldf);
   for (int r = 0; r < kLane8; r += 2) {
-    b[r] = __builtin_shuffle(a[r], a[r + 1], kPairsLow);
-    b[r + 1] = __builtin_shuffle(a[r], a[r + 1], kPairsHigh);
+    b[r] = __builtin_shufflevector(a[r], a[r + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+    b[r + 1] = __builtin_shufflevector(a[r], a[r + 1], 1, 9, 3, 11, 5, 13, 7, 15);
   }
   for (int r = 0; r < kLane8; r += 4) {
     for (int k = 0; k < 2; ++k) {
-      a[r + k] = __builtin_shuffle(b[r + k], b[r + k + 2], kFoursLow);
-      a[r + k + 2] = __builtin_shuffle(b[r + k], b[r + k + 2], kFoursHigh);
+      a[r + k] = __builtin_shufflevector(b[r + k], b[r + k + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+      a[r + k + 2] = __builtin_shufflevector(b[r + k], b[r + k + 2], 2, 3, 10, 11, 6, 7, 14, 15);
     }
   }
   for (int r = 0; r < 4; ++r) {
-    At(to + static_cast<long>(r) * ldt) = __builtin_shuffle(a[r], a[r + 4], kEightsLow);
-    At(to + static_cast<long>(r + 4) * ldt) = __builtin_shuffle(a[r], a[r + 4], kEightsHigh);
+    At(to + static_cast<long>(r) * ldt) =
+        __builtin_shufflevector(a[r], a[r + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+    At(to + static_cast<long>(r + 4) * ldt) =
+        __builtin_shufflevector(a[r], a[r + 4], 4, 5, 6, 7, 12, 13, 14, 15);
   }
 }
 

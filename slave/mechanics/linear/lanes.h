@@ -2,12 +2,10 @@
 // mark of the few kernels that are worth compiling for several of them.
 #pragma once
 
-// Compiled for the baseline, AVX2 and AVX-512; the loader picks. Only free functions; what they
-// call must be inlined into them. Not under the sanitizers, which start after the loader.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__AVX512F__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define PALPATE_DISPATCHED \
-  __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+// Compiled for the baseline, AVX with fused products, and AVX-512; the loader picks. Only free functions; what they call
+// must be inlined into them. Not under the sanitizers, which start after the loader.
+#if defined(__x86_64__) && !defined(__AVX512F__) && !defined(PALPATE_SANITIZED)
+#define PALPATE_DISPATCHED __attribute__((target_clones("default", "fma", "avx512f")))
 #else
 #define PALPATE_DISPATCHED
 #endif

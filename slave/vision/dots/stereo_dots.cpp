@@ -225,13 +225,11 @@ void StereoDots::JudgeRest() noexcept {
   const Eigen::Isometry3d X_OS = params_.X_SO.inverse();
   Eigen::Vector2d aside(0, 0);
   double apart = 0;
-  int count = 0;
   for (std::size_t k = 0; k < rest_counts_.size(); ++k) {
     const auto& neighbours = eyes_[0].array().neighbours(k);
     if (rest_counts_[k] == 0 || neighbours.empty()) continue;
     aside += (X_OS * observation_.points[k].p_S_rest).head<2>() - params_.layout[k];
     apart += (params_.layout[Index(neighbours.front())] - params_.layout[k]).norm();
-    ++count;
   }
   observation_.scale_error = std::abs(rest_sizes_ / rest_taken_ - 1);
   if (observation_.scale_error > kTrueSize) observation_.Doubt(FailedCheck::kScale, kOtherSize);

@@ -76,7 +76,7 @@ TEST(CsvLinesTest, ReadsNoLineWithoutEnd) {
   CsvLines zeros("/dev/zero");
   EXPECT_EQ(Complaint([&] { zeros.Next(); }),
             "/dev/zero:1: a line of 64 KiB or more: accepted is a CSV file");
-  EXPECT_THAT(Complaint([] { CsvLines(testing::TempDir()); }), HasSubstr("cannot be read"));
+  EXPECT_THAT(Complaint([] { CsvLines{testing::TempDir()}; }), HasSubstr("cannot be read"));
   EXPECT_THAT(Complaint([] { CsvLines("/nowhere.csv"); }), HasSubstr("cannot be read"));
 }
 

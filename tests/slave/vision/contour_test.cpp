@@ -25,12 +25,12 @@ TestPicture Block(double angle = 0) {
 TestPicture Embryo(double radius = 90) {
   TestPicture picture;
   picture.body.emplace();
-  picture.body->shape = TestPicture::Body::Shape::kDisc;
+  picture.body->shape = PaintedBody::Shape::kDisc;
   picture.body->half = {radius, radius};
   return picture;
 }
 
-Curve CornersOf(const TestPicture::Body& body) {
+Curve CornersOf(const PaintedBody& body) {
   Curve corners;
   for (const Eigen::Vector2d& q : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, -1),
                                    Eigen::Vector2d(1, 1), Eigen::Vector2d(-1, 1)}) {
@@ -40,7 +40,7 @@ Curve CornersOf(const TestPicture::Body& body) {
 }
 
 // Distance of `p` to the drawn block's edge, positive outside; far from the corners.
-double OutsideBlock(const TestPicture::Body& body, const Eigen::Vector2d& p) {
+double OutsideBlock(const PaintedBody& body, const Eigen::Vector2d& p) {
   const Eigen::Vector2d q = Eigen::Rotation2Dd(-body.angle) * (p - body.centre);
   return (q.cwiseAbs() - body.half).maxCoeff();
 }
@@ -72,7 +72,7 @@ TEST(EdgeRefinementTest, BlurredStraightEdgesAreFoundToATwentiethOfAPixel) {
       picture.body->texture = 0;
       picture.blur = blur;
       const cv::Mat image = picture.Render();
-      TestPicture::Body rough = *picture.body;
+      PaintedBody rough = *picture.body;
       rough.half += Eigen::Vector2d(3, -3);
       const Curve refined = RefineContour(image, GreyFormat(image), CornersOf(rough));
       ASSERT_GT(refined.size(), 170U);
@@ -238,7 +238,7 @@ TEST(ContourTrackerTest, AContourThatLosesItsEdgeIsFlaggedAndComesBack) {
 TEST(ContourTrackerTest, AStartMayBeOffByFortyPercentInRadius) {
   for (const bool disc : {true, false}) {
     const TestPicture picture = disc ? Embryo() : Block();
-    const TestPicture::Body& body = *picture.body;
+    const PaintedBody& body = *picture.body;
     const double area = disc ? std::numbers::pi * 90 * 90 : 4 * body.half.prod();
     const double radius = std::sqrt(area / std::numbers::pi);
     const cv::Mat image = picture.Render();

@@ -72,7 +72,7 @@ Curve CircleAround(const Eigen::Vector2d& centre, double radius, int count) {
 TestPicture Disc(double radius) {
   TestPicture picture;
   picture.body.emplace();
-  picture.body->shape = TestPicture::Body::Shape::kDisc;
+  picture.body->shape = PaintedBody::Shape::kDisc;
   picture.body->centre = {320.4, 239.7};
   picture.body->half = {radius, radius};
   return picture;

@@ -20,8 +20,8 @@ double Texture(const Eigen::Vector2d& q) {
          3;
 }
 
-double Coverage(const TestPicture::Body& body, const Eigen::Vector2d& q, double blur) {
-  if (body.shape == TestPicture::Body::Shape::kDisc) return Inside(body.half.x() - q.norm(), blur);
+double Coverage(const PaintedBody& body, const Eigen::Vector2d& q, double blur) {
+  if (body.shape == PaintedBody::Shape::kDisc) return Inside(body.half.x() - q.norm(), blur);
   return Inside(body.half.x() - q.x(), blur) * Inside(body.half.x() + q.x(), blur) *
          Inside(body.half.y() - q.y(), blur) * Inside(body.half.y() + q.y(), blur);
 }

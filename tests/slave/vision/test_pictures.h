@@ -12,6 +12,23 @@
 
 namespace palpate {
 
+struct PaintedBody {
+  enum class Shape { kRectangle, kDisc } shape = Shape::kRectangle;
+  Eigen::Vector2d centre{320, 300};  // [px]
+  Eigen::Vector2d half{110, 100};    // half edges [px]; disc: radius in x
+  double angle = 0;                  // [rad], clockwise to the eye
+  double level = 120;
+  double texture = 8;  // amplitude [grey levels]
+};
+
+struct PaintedTool {
+  Eigen::Vector2d tip{320, 160};  // [px]
+  Eigen::Vector2d direction{0, 1};
+  double width = 17;  // [px]
+  double level = 60;
+  bool marks = true;
+};
+
 struct TestPicture {
   cv::Size size{640, 480};
   double background = 200;  // grey levels of 255
@@ -19,24 +36,8 @@ struct TestPicture {
   double noise = 2;         // sigma [grey levels of 255]
   double lighting = 0;      // relative fall of the light from left to right
 
-  struct Body {
-    enum class Shape { kRectangle, kDisc } shape = Shape::kRectangle;
-    Eigen::Vector2d centre{320, 300};  // [px]
-    Eigen::Vector2d half{110, 100};    // half edges [px]; disc: radius in x
-    double angle = 0;                  // [rad], clockwise to the eye
-    double level = 120;
-    double texture = 8;  // amplitude [grey levels]
-  };
-  std::optional<Body> body;
-
-  struct Tool {
-    Eigen::Vector2d tip{320, 160};  // [px]
-    Eigen::Vector2d direction{0, 1};
-    double width = 17;  // [px]
-    double level = 60;
-    bool marks = true;
-  };
-  std::optional<Tool> tool;
+  std::optional<PaintedBody> body;
+  std::optional<PaintedTool> tool;
 
   // `type`: CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3. 16 bit: `full_scale` is white. The noise of a
   // `seed` is always the same.

@@ -55,7 +55,8 @@ std::vector<SurfacePoint> Dots(const site::MembranePress& press, double depth,
   std::vector<SurfacePoint> points;
   for (const Vector2d& dot : DotPlaces(PointTracking{})) {
     const Vector3d rest(dot.x(), dot.y(), 0);
-    const Vector3d off(noise(*random), noise(*random), noise(*random));
+    const double z = noise(*random), y = noise(*random);  // in this order with every compiler
+    const Vector3d off(noise(*random), y, z);
     points.push_back({.id = static_cast<int>(points.size()),
                       .seen = true,
                       .p_S_rest = rest,

@@ -58,7 +58,8 @@ class PressedCube {
           const double a = kSide * i / 6, b = kSide * j / 6;
           const Vector3d rest = top ? Vector3d(a, b, kSide) : Vector3d(kSide, a, b);
           const auto place = FindPlace(surface_, rest);
-          Vector3d moved(noise(*random), noise(*random), noise(*random));
+          const double z = noise(*random), y = noise(*random);  // in this order with every compiler
+          Vector3d moved(noise(*random), y, z);
           for (std::size_t c = 0; c < 3; ++c) {
             const int node = surface_.triangles[static_cast<std::size_t>(place->triangle)][c];
             moved +=

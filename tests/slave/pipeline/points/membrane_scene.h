@@ -43,7 +43,8 @@ inline SurfaceObservation DotsUnder(PlateSurface& plate, const Eigen::Vector2d& 
   for (const Eigen::Vector2d& dot : LatticePlaces(31, {0.015, 0.010})) {
     Eigen::Vector3d moved(0, 0, force == 0 ? 0 : plate.Displacement(dot));
     if (random != nullptr) {
-      moved += Eigen::Vector3d(normal(*random), normal(*random), normal(*random));
+      const double z = normal(*random), y = normal(*random);  // in this order with every compiler
+      moved += Eigen::Vector3d(normal(*random), y, z);
     }
     const Eigen::Vector3d rest(dot.x(), dot.y(), 0);
     seen.points.push_back({.id = static_cast<int>(seen.points.size()),

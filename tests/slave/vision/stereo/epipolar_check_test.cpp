@@ -69,7 +69,11 @@ class Watched {
   std::function<Vector2d(const Vector2d&)> spoil;
 
  private:
-  Vector2d Noise() { return noise * kNoise * Vector2d(normal_(random_), normal_(random_)); }
+  Vector2d Noise() {
+    const double y =
+        normal_(random_);  // the order of a call's arguments would be the compiler's own
+    return noise * kNoise * Vector2d(normal_(random_), y);
+  }
 
  public:
   double noise = 1;

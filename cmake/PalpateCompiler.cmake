@@ -1,0 +1,13 @@
+# Before project(): clang 16 compiles this in half of g++'s time. Where it is missing, or another one is named, that is taken.
+if(NOT CMAKE_CXX_COMPILER AND NOT DEFINED ENV{CXX})
+  find_program(PALPATE_CLANG clang++-16)
+  if(PALPATE_CLANG)
+    set(CMAKE_CXX_COMPILER ${PALPATE_CLANG})
+  endif()
+endif()
+if(NOT CMAKE_C_COMPILER AND NOT DEFINED ENV{CC})
+  find_program(PALPATE_CLANG_C clang-16)
+  if(PALPATE_CLANG_C)
+    set(CMAKE_C_COMPILER ${PALPATE_CLANG_C})
+  endif()
+endif()
