@@ -14,10 +14,13 @@ constexpr double kFollowing = 2, kDrifting = 0.2;      // of rest values while n
 // What rest values may be followed up to, averaged over some samples: more of both is a contact.
 constexpr double kLevelling = 0.1;  // share of a sample in what is averaged over some
 constexpr double kStillElectrode = 1, kStillPressure = 2;  // [counts]
-constexpr double kPressureShare = 0.3, kStirs = 3;         // of a sample; counts: 0.02 N
+constexpr double kBriskly = 0.3;    // likewise, over a few: of pressure and pace
+constexpr double kStirs = 3;        // 0.02 N [counts]
+constexpr double kQuietest = 0.8;   // times the usual noise; five real fingers: 0.83 to 1.17
 constexpr double kLag = 3;          // samples that a network's answer is late, about
 constexpr double kDisagrees = 2.5;  // standard deviations between pressure and electrodes
 constexpr double kMisfit = 1.6;     // over what there is in the mean
+constexpr double kBelowRest = -8;   // five real fingers: -2 after a press [counts]
 constexpr int kBelieved = 2;        // samples that may be missing, unflagged
 constexpr double kRelease = 0.050, kMissing = 0.060;  // [s]
 
@@ -63,12 +66,15 @@ void Fingertip::Reset() noexcept {
   if (pattern_) pattern_->Reset();
   ForgetWindow();
   missed_ = quiet_ = 0;
+  pressure_ = 0;
   touch_ = {};
 }
 
 const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
                                    bool is_clear) noexcept {
-  if (!reading.present) {
+  if (reading.present) stuck_.Take(reading);
+  const bool repeats = reading.present && stuck_.are_repeated() && !stuck_.are_frozen();
+  if (!reading.present || repeats) {
     Miss();
     return touch_;
   }
@@ -80,7 +86,6 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
     Lose(FailedCheck::kElectrode, "the counts are not finite");
     return touch_;
   }
-  stuck_.Take(reading);
   const bool was_known = rest_.known();
   if (!was_known) {
     kept_[kept_next_] = reading;
@@ -90,17 +95,19 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
   }
   if (!rest_.known()) {
     Lose(FailedCheck::kNone, "rest values are being taken");
+    touch_.takes_rest = true;
     return touch_;
   }
+  touch_.takes_rest = false;
   if (is_clear) FollowRest(rest_.Change(reading));
   FingerReading mended = reading;
   const TactileSignals change = Mend(rest_.Change(reading), &mended);
   if (was_known && looks_back) Bridge(change, missed);
   last_ = change;
   TakeForce(was_known ? Push(change) : PushKept());
-  pressure_ += kPressureShare * (change[kElectrodeCount + 1] - pressure_);
+  pressure_ += kBriskly * (change[kElectrodeCount + 1] - pressure_);
   if (pattern_) {
-    touch_.stirs = pressure_ > kStirs;
+    touch_.stirs = Stirs();
     touch_.drift = pattern_->drift();
   }
   const TouchPlace place = localiser_->Locate(change, mended);
@@ -108,6 +115,14 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
   NoteFlaws(place);
   Judge();
   return touch_;
+}
+
+// Between what noise may be and what its absence may be nobody knows.
+std::optional<bool> Fingertip::Stirs() const noexcept {
+  const double noise = std::max(1.0, pattern_->noise());
+  if (pressure_ > kStirs * noise) return true;
+  if (pressure_ < kStirs * (2 - noise)) return false;
+  return std::nullopt;
 }
 
 // A contact moves electrodes and pressure; what only one of them does, or neither, is drift.
@@ -198,9 +213,12 @@ void Fingertip::TakeForce(bool known) noexcept {
   if (!known) return;
   const Eigen::Vector3d force_F(outputs_[0], outputs_[1], outputs_[2]);
   if (!force_F.allFinite()) return;
-  if (before_F) pace_F_ += kLevelling * (force_F - *before_F - pace_F_);
+  if (before_F) pace_F_ += kBriskly * (force_F - *before_F - pace_F_);
   touch_.force_F = force_F;
-  touch_.sigma = std::hypot(SigmaOf(force_F), pattern_ ? pattern_->force_sigma() : 0);
+  touch_.sigma = SigmaOf(force_F);
+  if (!pattern_) return;
+  const double gain_sigma = pattern_->gain_sigma() * force_F.norm();
+  touch_.sigma = std::hypot(touch_.sigma, pattern_->force_sigma(), gain_sigma);
 }
 
 // Beyond what was learnt it grows with the force, and it grows with how fast that changes. Where it
@@ -261,6 +279,8 @@ void Fingertip::Judge() noexcept {
         "all electrodes stand still: the sensor is dead or its driver repeats itself");
   Doubt(stuck_.count() > 0 && !pattern_, FailedCheck::kElectrode,
         "an electrode stands still: it is dead");
+  Doubt(pressure_ < kBelowRest, FailedCheck::kRestDrift,
+        "the pressure is below that at rest: something touched while rest values were taken");
   if (pattern_) DoubtPattern();
   Doubt(flawed_left_ > 0, FailedCheck::kElectrode, "a flawed sample in the window");
   Doubt(unplaced && size > kUnseenTouch * network_.sigma.norm(), FailedCheck::kTransfer,
@@ -271,6 +291,8 @@ void Fingertip::DoubtPattern() noexcept {
   Doubt(pattern_->disagreement() > kDisagrees, FailedCheck::kTransfer,
         "the pressure is not that of the electrodes");
   Doubt(pattern_->misfit() > kMisfit, FailedCheck::kElectrode, "the electrodes do not go together");
+  Doubt(pattern_->noise() < kQuietest, FailedCheck::kTransfer,
+        "the electrodes are quieter than those the network has learnt from: their gain is lower");
 }
 
 // The first doubt is told.

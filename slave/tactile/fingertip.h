@@ -35,21 +35,25 @@ class StuckElectrodes {
   explicit StuckElectrodes(int patience) : patience_(patience) {}  // samples
 
   void Take(const FingerReading& reading) noexcept {
-    const bool same = reading.electrodes == last_;
-    repeated_ = same ? std::min(repeated_ + 1, kRepeats) : 0;
-    changes_ += same ? 0 : 1;
-    repeats_ += same && repeated_ < kRepeats ? 1 : 0;
+    int moved = 0;  // electrodes
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
       const bool stands = same_[i] > 0 && reading.electrodes[i] == last_[i];
+      moved += stands ? 0 : 1;
       same_[i] = stands ? std::min(same_[i] + 1, patience_) : 1;
     }
+    repeated_ = moved == 0 ? std::min(repeated_ + 1, kRepeats) : 0;
+    changes_ += moved > 0 ? 1 : 0;
+    moved_ += moved;
     last_ = reading.electrodes;
   }
   void Reset() noexcept { *this = StuckElectrodes(patience_); }
-  // All read the same for five samples, of a fingertip whose noise lets them do so hardly ever.
-  [[nodiscard]] bool are_frozen() const noexcept {
-    return repeated_ >= kRepeats && changes_ >= kKnown && kSeldom * repeats_ < changes_;
+  // The sample is the last one again, of a fingertip whose noise lets electrodes stand still all
+  // together hardly ever: five fingers at 100 Hz move 11 to 13 of theirs from sample to sample.
+  [[nodiscard]] bool are_repeated() const noexcept {
+    return repeated_ > 0 && changes_ >= kKnown && moved_ > kMoved * changes_;
   }
+  // Likewise for five samples.
+  [[nodiscard]] bool are_frozen() const noexcept { return repeated_ >= kRepeats && are_repeated(); }
   [[nodiscard]] std::array<bool, kElectrodeCount> which() const noexcept {
     std::array<bool, kElectrodeCount> stuck;
     std::ranges::transform(same_, stuck.begin(), [&](int same) { return same >= patience_; });
@@ -62,12 +66,12 @@ class StuckElectrodes {
 
  private:
   static constexpr int kRepeats = 4;  // of a sample
-  static constexpr int kKnown = 20;   // changes, before anything is said of how seldom repeats are
-  static constexpr int kSeldom = 10;
+  static constexpr int kKnown = 20;   // changes, before anything is said of the noise
+  static constexpr int kMoved = 6;    // electrodes per change, in the mean
 
   int patience_;
   int repeated_ = 0;                         // samples in a row that were as the one before
-  std::int64_t changes_ = 0, repeats_ = 0;   // so far; what may be a freeze is left out
+  std::int64_t changes_ = 0, moved_ = 0;     // samples, electrodes, so far
   std::array<int, kElectrodeCount> same_{};  // samples, the newest included
   std::array<float, kElectrodeCount> last_{};
 };
@@ -82,13 +86,15 @@ struct FingerTouch {
   // size that is for this fingertip.
   std::optional<bool> stirs;
   std::optional<double> drift;  // of all electrodes together since the rest values [counts]
+  bool takes_rest = false;      // it was one of those that rest values come from
   Validity validity = Validity::kTrackingLost;  // of the force
   FailedCheck check = FailedCheck::kNone;       // that it is not kValid for
   std::string_view why;                         // it is not kValid, one clause; lives on
 };
 
 // Samples that are missing for less than 60 ms are made up for when the next one comes, linear
-// between both, so that the network's window stays full.
+// between both, so that the network's window stays full. So are those that are the last one again,
+// where electrodes have noise.
 //
 // Validity: kTrackingLost while rest values are taken, until the network's window is full, after
 // samples that are missing for 60 ms or are no numbers; kStale, with the last numbers, from the
@@ -122,6 +128,7 @@ class Fingertip {
  private:
   void Miss() noexcept;
   void FollowRest(const TactileSignals& change) noexcept;
+  [[nodiscard]] std::optional<bool> Stirs() const noexcept;
   TactileSignals Mend(const TactileSignals& change, FingerReading* reading) noexcept;
   void Bridge(const TactileSignals& change, int missed) noexcept;
   void Lose(FailedCheck check, std::string_view why) noexcept;

@@ -25,6 +25,11 @@ constexpr double kUnknown2 = 1e6;        // variance of what is left out [counts
 constexpr double kSecondDifference = 6;  // variances of noise in x - 2 x' + x''
 constexpr double kLevelling = 0.1;       // share of a sample in what is told
 constexpr std::size_t kCandidates = 3;   // kinds that are looked at closely
+constexpr double kNoiseShare = 0.3;      // of the noise's share: three times as slow
+constexpr double kLesser = 0.77;         // of a square in the lesser one of two
+constexpr double kWildest = 50;          // second difference that counts for all [counts^2]
+constexpr double kSameNoise = 0.12;      // of its logarithm: two fingers differ by as much
+constexpr double kLargestGain = 0.3;     // that comes with noise; more is noise alone
 
 Signals UsualNoise2() {
   Signals noise2 = Signals::Constant(kUsualNoise2);
@@ -71,8 +76,8 @@ PatternCheck::PatternCheck(const SignalPattern& pattern, double rate)
 
 void PatternCheck::Reset() noexcept {
   noise2_ = UsualNoise2();
-  drift2_ = drift_ = 0;
-  misfit_ = 1;
+  drift2_ = drift_ = level2_ = 0;
+  misfit_ = noise_ = 1;
   disagreement_ = 0;
   seen_ = 0;
 }
@@ -140,6 +145,9 @@ void PatternCheck::Measure(const Signals& x, const Covariance& inverse) noexcept
     const Signals jerk2 =
         (off - 2 * off_ + before_off_).cwiseAbs2().cwiseMin((x - 2 * x_ + before_x_).cwiseAbs2());
     noise2_ += share_ * (jerk2 / kSecondDifference - noise2_);
+    const double level2 = jerk2.head(kElectrodeCount).cwiseMin(kWildest).mean();
+    level2_ += std::max(kNoiseShare * share_, 1.0 / (seen_ - 1)) * (level2 - level2_);
+    noise_ = std::sqrt(level2_ / (kLesser * kSecondDifference * kUsualNoise2));
   }
   const double beyond = drift * drift - kSettled * kSettled * (variance - drift2_);
   drift2_ += share_ * (std::max(0.0, beyond) - drift2_);
@@ -147,6 +155,11 @@ void PatternCheck::Measure(const Signals& x, const Covariance& inverse) noexcept
   before_off_ = std::exchange(off_, off);
   before_x_ = std::exchange(x_, x);
   ++seen_;
+}
+
+double PatternCheck::gain_sigma() const noexcept {
+  const double off = std::abs(std::log(noise_));
+  return off > kSameNoise ? std::min(off, kLargestGain) / 2 : 0;
 }
 
 void PatternCheck::LeaveOutWrong(const Signals& x, Signals* noise2, Covariance* inverse) noexcept {

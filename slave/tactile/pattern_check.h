@@ -21,7 +21,8 @@ namespace palpate {
 // variance above the usual one.
 //
 // It cannot see what another contact could have done: a wrong signal within its tolerance of 2 to
-// 10 percent of the signals' size, or all signals larger by the same factor.
+// 10 percent of the signals' size, or all signals larger by the same factor. Noise is amplified
+// like signals: where it is not the usual one, that factor may be what it says.
 class PatternCheck {
  public:
   using Signals = SignalPattern::Signals;
@@ -48,6 +49,10 @@ class PatternCheck {
   [[nodiscard]] double drift() const { return drift_; }
   // What noise, drift and replaced signals add to the error of the force [N].
   [[nodiscard]] double force_sigma() const { return force_sigma_; }
+  // The electrodes' noise, over the usual one.
+  [[nodiscard]] double noise() const { return noise_; }
+  // How wrong the gain of all may be that comes with it, one sigma [-].
+  [[nodiscard]] double gain_sigma() const noexcept;
 
  private:
   // A kind and the signal that is wrong in it: they explain a sample best.
@@ -73,10 +78,11 @@ class PatternCheck {
   double share_;  // of a sample in what is measured over time
   Signals noise2_, x_, before_x_, off_, before_off_;
   double drift2_ = 0;
+  double level2_ = 0;  // of second differences of all electrodes [counts^2]
   int seen_ = 0;
   std::array<bool, kPatternSignals> is_wrong_{};
   int replaced_ = 0;
-  double disagreement_ = 0, misfit_ = 0, drift_ = 0, force_sigma_ = 0;
+  double disagreement_ = 0, misfit_ = 0, drift_ = 0, force_sigma_ = 0, noise_ = 1;
   TactileSignals mended_{};
 };
 

@@ -117,6 +117,7 @@ constexpr double kBlur = 1.5;         // against noise and fine texture [px]
 constexpr int kThresholds = 32;       // between the darkest and the brightest percent
 constexpr double kSmallest = 0.001, kLargest = 0.7;  // area, part of the picture
 constexpr double kLeastSolidity = 0.8;               // area / area of the convex hull
+constexpr double kLeastRoundness = 0.35;             // 4 pi area / length^2 of the hull: no bar
 constexpr double kLeastAgreement = 0.5;              // of the edge's sign along the outline, 0 to 1
 constexpr double kLeastEdge = 1;      // mean gradient across the outline [grey levels / px]
 constexpr std::size_t kCircles = 24;  // considered beside the regions
@@ -239,6 +240,8 @@ class Search {
     cv::convexHull(outline, hull);
     const double solidity = area / cv::contourArea(hull);
     if (solidity < kLeastSolidity) return 0;
+    const double around = cv::arcLength(hull, true);
+    if (4 * std::numbers::pi * area < kLeastRoundness * around * around) return 0;
     const double edge = EdgeAcross(outline, gx_, gy_);
     return edge < kLeastEdge ? 0 : edge * solidity * solidity * std::sqrt(area);
   }

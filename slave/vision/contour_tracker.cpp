@@ -32,6 +32,8 @@ constexpr double kLeastStrength = 0.3;               // of the mean gradient und
 // At start, the snake against the shape it started from.
 constexpr double kLeastClosed = 0.7;    // of an edge around a start that a person gave
 constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
+// Of the outline: 0.64 and more of real embryos, up to 0.61 of flares, rims, rings and torn shells.
+constexpr double kLeastClear = 0.625;
 constexpr double kLeastSettled = 0.4, kMostSettled = 2.0;
 
 Curve CircleCurve(const ContourTracking::Circle& circle) {
@@ -142,7 +144,7 @@ void ContourTracker::Begin(const cv::Mat& first, const GreyFormat& format,
   }
   rest_ = RefineContour(first, format, settled_);
   const double wanted = rest_length_ / RefinementOptions().spacing;
-  if (static_cast<double>(rest_.size()) < 0.4 * wanted) {
+  if (static_cast<double>(rest_.size()) < kLeastClear * wanted) {
     throw std::runtime_error(
         "the contour found no clear edge on most of its length: give another "
         "sense.contour.start");

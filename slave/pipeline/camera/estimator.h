@@ -17,7 +17,7 @@
 #include "slave/capture/frame_source.h"
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/pipeline/camera/arm_watch.h"
+#include "slave/pipeline/arm_watch.h"
 #include "slave/pipeline/camera/object_watch.h"
 #include "slave/pipeline/estimate_rules.h"
 #include "slave/pipeline/sense.h"

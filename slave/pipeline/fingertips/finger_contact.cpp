@@ -63,6 +63,18 @@ void FingerContact::Meet(const SurfaceContact& surface, const Isometry3d& X_OF,
   Doubt(FailedCheck::kNone, {});
   MeetSurface(surface, X_OF, touch, largest_force);
   CompareBeginning(surface, X_OF, touch);
+  WatchRest(surface, X_OF, touch);
+}
+
+void FingerContact::WatchRest(const SurfaceContact& surface, const Isometry3d& X_OF,
+                              const FingerTouch& touch) noexcept {
+  const bool begins = touch.takes_rest && !takes_rest_;
+  takes_rest_ = touch.takes_rest;
+  if (begins) rested_pressed_ = false;
+  if (takes_rest_ && !rested_pressed_) rested_pressed_ = DepthOf(surface, X_OF, radius_) > kApart;
+  if (rested_pressed_) {
+    Doubt(FailedCheck::kRestDrift, "the pose had it in the object while rest values were taken");
+  }
 }
 
 void FingerContact::CompareBeginning(const SurfaceContact& surface, const Isometry3d& X_OF,

@@ -82,6 +82,7 @@ class FingertipAccount final : public Account {
   const FingertipSense& sense_;
 };
 
+constexpr double kLiveSampleLag = 5, kReplayedSampleLag = 0.45;  // of the arm's word [samples]
 constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is [m]
 
 std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace, World* world) {
@@ -104,7 +105,11 @@ std::unique_ptr<Account> FingertipSense::OpenAccount(const World* /*world*/) {
 }
 
 FingertipSense::FingertipSense(const Scene& scene, const Pace& pace, World* world)
-    : FingertipSense(scene, Open(scene, pace, world), LoadSenses(scene)) {}
+    : FingertipSense(scene, Open(scene, pace, world), LoadSenses(scene)) {
+  // Recorded and streamed fingertips need not hang on the arm that moves here. A live arm is asked
+  // when the sample has come, a while after it was taken.
+  if (world != nullptr) arm_lag_ = pace.is_live ? kLiveSampleLag : kReplayedSampleLag;
+}
 
 FingertipSense::FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source,
                                TactileSenses senses)

@@ -21,7 +21,7 @@ class FingertipSense final : public Sense {
 
   bool Acquire(const std::stop_token& stop) override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
-    return estimator_.Feel(next_, p_S_tip);
+    return estimator_.Feel(next_, p_S_tip, arm_lag_);
   }
   [[nodiscard]] std::string_view doubt() const override { return estimator_.shape_doubt(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
@@ -45,7 +45,8 @@ class FingertipSense final : public Sense {
   Scene scene_;
   std::unique_ptr<TactileSource> source_;
   TactileEstimator estimator_;
-  TactileFrame next_;  // acquired
+  std::optional<double> arm_lag_;  // of its word [samples]
+  TactileFrame next_;              // acquired
 };
 
 }  // namespace palpate

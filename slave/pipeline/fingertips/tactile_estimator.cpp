@@ -23,7 +23,9 @@ constexpr double kSilence = 100;    // periods: more is no other gap
 // Felt over modelled force, by how far the press goes in parts of the scene's.
 constexpr double kDeep = 0.6, kLeastDeep = 0.65, kMostDeep = 1.5;
 constexpr double kLeastShallow = 0.35, kMostShallow = 1.8;
-constexpr double kClear = 5e-3;  // between skin and object [m]
+constexpr double kClear = 5e-3;     // between skin and object [m]
+constexpr double kArmApart = 5e-4;  // how far arm and fingertip may part [m]
+constexpr int kArmForgives = 15;    // samples: a network looks back as far
 
 bool SharesNode(const TactileBody& body, const Contact& a, const Contact& b) {
   const auto& one = body.surface.triangles[static_cast<std::size_t>(a.element)];
@@ -146,11 +148,13 @@ void TactileEstimator::Reset() noexcept {
   for (Fingertip& fingertip : fingertips_) fingertip.Reset();
   LetGo();
   local_touch_->Forget();
+  arm_.Reset();
+  arm_doubts_ = 0;
   if (body_) body_->deformation->Reset();
 }
 
-const ContactEstimate& TactileEstimator::Feel(const TactileFrame& frame,
-                                              const Vector3d& p_S_tip) noexcept {
+const ContactEstimate& TactileEstimator::Feel(const TactileFrame& frame, const Vector3d& p_S_tip,
+                                              const std::optional<double>& arm_lag) noexcept {
   Stopwatch total, lap;
   const int missing = MissingBefore(frame);
   for (std::size_t i = 0; i < fingertips_.size(); ++i) {
@@ -167,6 +171,7 @@ const ContactEstimate& TactileEstimator::Feel(const TactileFrame& frame,
   if (!contacts_.empty()) times_.mechanics.Add(mechanics);
   for (std::size_t i = 0; i < fingertips_.size(); ++i) Tell(i);
   TellFirst(frame, p_S_tip);
+  if (arm_lag && frame.fingers.front().X_SF) AskArm({p_S_tip, *arm_lag});
   times_.total.Add(total.Lap());
   return felt_;
 }
@@ -349,9 +354,35 @@ void TactileEstimator::CompareStiffness() noexcept {
   const double normal = first.force->dot(felt_.local_model.normal);
   const double modelled = local_touch_->modelled();
   if (normal + first.sigma > least * modelled && normal - first.sigma < most * modelled) return;
-  first.validity = felt_.validity = felt_.fingers.front().validity = Validity::kExtrapolated;
-  first.check = felt_.check = FailedCheck::kTransfer;
-  first.why = "the force is not that of the object at this depth";
+  Doubt(0, FailedCheck::kTransfer, "the force is not that of the object at this depth");
+}
+
+// A sample that shows the fingertip where the arm was before tells the force of then.
+void TactileEstimator::AskArm(const ArmWord& said) noexcept {
+  FingerEstimate& first = fingers_.front();
+  const bool agree = arm_.Agree(first.p_S_apex, said, kArmApart);
+  arm_doubts_ = agree ? std::max(arm_doubts_ - 1, 0) : kArmForgives;
+  for (std::size_t i = 0; arm_doubts_ > 0 && i < fingertips_.size(); ++i) {
+    Doubt(i, FailedCheck::kArm, "the fingertips are not where the arm says");
+  }
+  if (!first.force || !(arm_.apart() > 0)) return;
+  const Vector3d& n = felt_.local_model.normal;
+  const double slope = n.dot(felt_.local_model.stiffness * n);
+  if (!std::isfinite(slope)) return;
+  first.sigma = std::hypot(first.sigma, slope * arm_.apart());
+  felt_.sigma = first.sigma;
+}
+
+// Once its state has been told.
+void TactileEstimator::Doubt(std::size_t i, FailedCheck check, std::string_view why) noexcept {
+  FingerEstimate& finger = fingers_[i];
+  if (finger.validity != Validity::kValid) return;
+  finger.validity = felt_.fingers[i].validity = Validity::kExtrapolated;
+  finger.check = check;
+  finger.why = why;
+  if (i > 0) return;
+  felt_.validity = finger.validity;
+  felt_.check = check;
 }
 
 LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {

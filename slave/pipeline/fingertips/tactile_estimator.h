@@ -15,6 +15,7 @@
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/tactile_frame.h"
+#include "slave/pipeline/arm_watch.h"
 #include "slave/pipeline/fingertips/finger_contact.h"
 #include "slave/pipeline/fingertips/finger_local_model.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
@@ -65,7 +66,10 @@ class TactileEstimator {
   // `p_S_tip`: where the manipulator says that the hand has its tip; fingertips whose pose the
   // source does not tell follow it. Never throws; allocation-free once every place was touched that
   // is touched (contacts over an area: while their place stays).
-  const ContactEstimate& Feel(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
+  // `arm_lag`: how far the instants of `p_S_tip` and of the sample may be apart [samples], where
+  // the arm carries the fingertips whose pose the source tells; nullopt: it does not.
+  const ContactEstimate& Feel(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip,
+                              const std::optional<double>& arm_lag = {}) noexcept;
   // The contact that the master renders for a tip at p_S_tip [m] now, between samples too: that of
   // the first fingertip, carried there as it was when it was last sensed.
   LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
@@ -123,6 +127,8 @@ class TactileEstimator {
   void Tell(std::size_t i) noexcept;
   void FlagLostPose(FingerEstimate* finger) const noexcept;
   void CompareStiffness() noexcept;
+  void AskArm(const ArmWord& said) noexcept;
+  void Doubt(std::size_t i, FailedCheck check, std::string_view why) noexcept;
   void TellFirst(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
 
   std::vector<Finger> scene_fingers_;
@@ -138,6 +144,8 @@ class TactileEstimator {
   std::array<FingerEstimate, kMaxFingers> fingers_;
   std::unique_ptr<TactileBody> body_;
   std::optional<FingerLocalModel> local_touch_;
+  ArmWatch arm_;
+  int arm_doubts_ = 0;             // samples for which it is doubted yet
   std::vector<Contact> contacts_;  // of the fingertips in acting_
   std::vector<ContactResponse> responses_;
   std::vector<std::size_t> acting_;

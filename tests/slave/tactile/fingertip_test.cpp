@@ -350,5 +350,36 @@ TEST(StuckElectrodesTest, ASilencedNoiseIsAFrozenSample) {
   EXPECT_FALSE(noisy.are_frozen());
 }
 
+// A driver that sends every sample twice: the second one is none.
+TEST_F(FingertipTest, ASampleThatIsTheLastOneAgainIsMissing) {
+  const auto noisy = [](double force, int k) {
+    FingerReading reading = ReadingOf({0, 0, force}, true);
+    for (std::size_t e = 5; e < kElectrodeCount; ++e) {
+      reading.electrodes[e] += static_cast<float>((k * 7 + static_cast<int>(e)) % 3);
+    }
+    return reading;
+  };
+  for (int k = 0; k < 40; ++k) fingertip_.Feel(noisy(-0.2, k), false);
+  fingertip_.Feel(noisy(-0.3, 41), false);
+  const double force = fingertip_.touch().force_F->z(), sigma = fingertip_.touch().sigma;
+  fingertip_.Feel(noisy(-0.3, 41), false);
+  EXPECT_EQ(fingertip_.touch().force_F->z(), force);
+  EXPECT_GT(fingertip_.touch().sigma, sigma);
+  fingertip_.Feel(noisy(-0.3, 42), false);
+  EXPECT_LT(fingertip_.touch().force_F->z(), force);
+}
+
+TEST_F(FingertipTest, APressureBelowItsRestIsARestThatWasTakenInContact) {
+  FingerReading pressed = ReadingOf({0, 0, 0}, false), free = pressed;
+  pressed.pdc += 30;
+  for (int k = 0; k < 20; ++k) fingertip_.Feel(pressed, false);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
+  for (int k = 0; k < 5; ++k) fingertip_.Feel(free, false);
+  EXPECT_EQ(fingertip_.touch().check, FailedCheck::kRestDrift);
+  fingertip_.Reset();
+  for (int k = 0; k < 20; ++k) fingertip_.Feel(free, false);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
+}
+
 }  // namespace
 }  // namespace palpate

@@ -129,6 +129,23 @@ TEST_F(PatternCheckTest, NoiseIsTakenOffAsFarAsItIsMoreThanUsual) {
   EXPECT_LT(used, 0.5 * read);
 }
 
+// Noise is amplified as signals are: a gain of 0.7 shows before anything touches.
+TEST_F(PatternCheckTest, NoiseThatIsNotTheUsualOneTellsOfTheGain) {
+  for (int i = 0; i < 200; ++i) Take(Contact(0, 0));
+  EXPECT_NEAR(check_.noise(), 1, 0.1);
+  EXPECT_EQ(check_.gain_sigma(), 0);
+  for (const double gain : {0.7, 1.3}) {
+    check_.Reset();
+    for (int i = 0; i < 200; ++i) {
+      TactileSignals change = Contact(0, 0);
+      for (double& x : change) x *= gain;
+      Take(change);
+    }
+    EXPECT_NEAR(check_.noise(), gain, 0.1 * gain);
+    EXPECT_GT(3 * check_.gain_sigma(), std::abs(gain - 1));
+  }
+}
+
 TEST_F(PatternCheckTest, NoSampleAllocates) {
   const TactileSignals change = Contact(0, 100);
   const long before = AllocationCount();

@@ -171,6 +171,33 @@ TEST(TactileEstimatorTest, APoseInsideTheObjectIsFlagged) {
   }
 }
 
+TEST(TactileEstimatorTest, RestValuesTakenInsideTheObjectAreDoubtedUntilTakenAnew) {
+  Touching t(CubeScene("pose: {translation: [20 mm, 20 mm, 44 mm]}"));
+  EXPECT_EQ(t.estimator.felt().check, FailedCheck::kRestDrift);
+  t.Feel(kWindow, {0, 0, 0.02});
+  EXPECT_EQ(t.estimator.felt().check, FailedCheck::kRestDrift) << "lifted";
+  t.estimator.Reset();
+  t.Feel(kRest + kWindow, {0, 0, 0.02});
+  EXPECT_EQ(t.estimator.felt().validity, Validity::kValid);
+}
+
+// The arm goes 0.5 mm per sample, what the samples show goes after it by four.
+TEST(TactileEstimatorTest, AFingertipThatGoesAfterTheArmIsDoubted) {
+  const Scene scene = CubeScene(kAbove);
+  for (const int late : {0, 4}) {
+    TactileEstimator estimator(scene, Fakes());
+    Hand hand(1);
+    for (int i = 0; i < 30; ++i) {
+      const double way = 5e-4 * std::max(0, i - 12), shown = 5e-4 * std::max(0, i - 12 - late);
+      TactileFrame frame = hand.Next();
+      frame.fingers[0].X_SF = Isometry3d(scene.sense.Find<Tactile>()->fingers[0].X_SF);
+      frame.fingers[0].X_SF->translation().z() += shown;
+      estimator.Feel(frame, scene.manipulator.home + Vector3d(0, 0, way), 0.45);
+    }
+    EXPECT_EQ(estimator.felt().check, late > 0 ? FailedCheck::kArm : FailedCheck::kNone) << late;
+  }
+}
+
 TEST(TactileEstimatorTest, PlacesThatAreNoNumbersHarmNothing) {
   Touching t(CubeScene(kAbove));
   t.Press({0, 0, -0.2}, {0, 0, -0.002});

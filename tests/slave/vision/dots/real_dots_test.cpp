@@ -74,32 +74,62 @@ TEST(RealDots, EveryGridPictureShowsItsThirtySixDotsAndNoOther) {
   }
 }
 
+const std::vector<Eigen::Vector2d> kFive = {{-1, -1}, {1, -1}, {0, 0}, {-1, 1}, {1, 1}};
+
+DotTracker::Params OfFive(DotTracker::Search search) {
+  DotTracker::Params params;
+  params.finder.tone = DotTone::kLight;
+  params.any_tone = false;
+  params.array.area_ratio = 30;  // the middle one is larger
+  params.search = search;
+  return params;
+}
+
+// The middle one is by far the largest, the others lie around it as in the layout.
+void ExpectNamed(const DotTracker& tracker, const std::string& where) {
+  ASSERT_EQ(tracker.seen(), 5) << where;
+  const Dot& middle = tracker.dots()[2].dot;
+  EXPECT_GT(middle.area, 1500) << where;
+  for (const std::size_t k : {0u, 1u, 3u, 4u}) {
+    const Dot& dot = tracker.dots()[k].dot;
+    EXPECT_LT(dot.area, 300) << where;
+    const Eigen::Vector2d from_middle = dot.centre - middle.centre;
+    EXPECT_GT(from_middle.x() * kFive[k].x(), 40) << where << " " << k;
+    EXPECT_GT(from_middle.y() * kFive[k].y(), 25) << where << " " << k;
+    EXPECT_LT(from_middle.norm(), 120) << where << " " << k;
+  }
+}
+
 // Reference: told in each picture anew, from that picture alone: the box's big dot is by far the
 // largest of what is found, and lies between the other four: left and above, right and above, ...
 // of it. Everything else that is found lies off the box.
 TEST(RealDots, FiveDotsKeepTheirIdentitiesThroughTheSequence) {
   const auto files = Pictures(kDots / "five_dots_seq", "frame_");
   if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;
-  DotTracker::Params params;
-  params.finder.tone = DotTone::kLight;
-  params.any_tone = false;
-  params.array.area_ratio = 30;  // the middle one is larger
-  const std::vector<Eigen::Vector2d> layout = {{-1, -1}, {1, -1}, {0, 0}, {-1, 1}, {1, 1}};
   for (const auto search : {DotTracker::Search::kWhole, DotTracker::Search::kNear}) {
-    params.search = search;
-    DotTracker tracker(layout, params);
+    DotTracker tracker(kFive, OfFive(search));
     for (const auto& file : files) {
       ASSERT_TRUE(tracker.Look(cv::imread(file.string(), cv::IMREAD_GRAYSCALE))) << file;
-      ASSERT_EQ(tracker.seen(), 5) << file;
-      const Dot& middle = tracker.dots()[2].dot;
-      EXPECT_GT(middle.area, 1500) << file;
-      for (const std::size_t k : {0u, 1u, 3u, 4u}) {
-        const Dot& dot = tracker.dots()[k].dot;
-        EXPECT_LT(dot.area, 300) << file;
-        const Eigen::Vector2d from_middle = dot.centre - middle.centre;
-        EXPECT_GT(from_middle.x() * layout[k].x(), 40) << file << " " << k;
-        EXPECT_GT(from_middle.y() * layout[k].y(), 25) << file << " " << k;
-        EXPECT_LT(from_middle.norm(), 120) << file << " " << k;
+      ExpectNamed(tracker, file.string());
+    }
+  }
+}
+
+// Whichever picture comes first, and whichever way the others follow.
+TEST(RealDots, FiveDotsAreNamedAlikeFromAnyPictureBothWays) {
+  const auto files = Pictures(kDots / "five_dots_seq", "frame_");
+  if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;
+  std::vector<cv::Mat> images;
+  for (const auto& file : files) images.push_back(cv::imread(file.string(), cv::IMREAD_GRAYSCALE));
+  const int count = static_cast<int>(images.size());
+  for (int start = 0; start < count; ++start) {
+    for (const int way : {1, -1}) {
+      DotTracker tracker(kFive, OfFive(DotTracker::Search::kNear));
+      for (int i = start; i >= 0 && i < count; i += way) {
+        const std::string where = std::to_string(i) + " from " + std::to_string(start);
+        ASSERT_TRUE(tracker.Look(images[static_cast<std::size_t>(i)])) << where;
+        ExpectNamed(tracker, where);
+        if (testing::Test::HasFatalFailure()) return;
       }
     }
   }

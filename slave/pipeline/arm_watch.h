@@ -23,16 +23,20 @@ class ArmWatch {
     if (!offset_) offset_ = offset, said_ = said.p_S_tip;
     const double way = (said.p_S_tip - said_).norm();
     said_ = said.p_S_tip;
-    const bool agree = (offset - *offset_).norm() < tolerance + said.lag * way;  // false for NaN
+    apart_ = (offset - *offset_).norm() - said.lag * way;
+    const bool agree = apart_ < tolerance;  // false for NaN
     if (agree) *offset_ += kFollow * (offset - *offset_);
     return agree;
   }
   void Reset() noexcept { offset_.reset(); }
+  // How far both were apart in the last picture, beyond what the lag allows [m]; may be negative.
+  [[nodiscard]] double apart() const { return apart_; }
 
  private:
   static constexpr double kFollow = 0.03;  // of the offset, per picture
   std::optional<Eigen::Vector3d> offset_;
   Eigen::Vector3d said_{0, 0, 0};
+  double apart_ = 0;
 };
 
 }  // namespace palpate
