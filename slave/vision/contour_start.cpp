@@ -29,21 +29,24 @@ struct Vote {
 };
 
 // The gradient with its magnitude bent to 0 ... 1, so that no strong edge outvotes many weak ones.
-cv::Mat BentGradient(const cv::Mat& picture) {
+struct BentGradient {
+  cv::Mat x, y;  // CV_32F
+};
+BentGradient Bent(const cv::Mat& picture) {
   cv::Mat gx, gy;
   cv::Sobel(picture, gx, CV_32F, 1, 0, 3, 0.125);
   cv::Sobel(picture, gy, CV_32F, 0, 1, 3, 0.125);
   cv::Mat magnitude;
   cv::magnitude(gx, gy, magnitude);
   const auto half = static_cast<float>(2 * cv::mean(magnitude)[0] + 0.1);
-  cv::Mat bent(picture.size(), CV_32FC2);
-  for (int y = 0; y < bent.rows; ++y) {
-    for (int x = 0; x < bent.cols; ++x) {
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) {
       const float scale = 1 / (magnitude.at<float>(y, x) + half);
-      bent.at<cv::Vec2f>(y, x) = {scale * gx.at<float>(y, x), scale * gy.at<float>(y, x)};
+      gx.at<float>(y, x) *= scale;
+      gy.at<float>(y, x) *= scale;
     }
   }
-  return bent;
+  return {gx, gy};
 }
 
 struct Rim {
@@ -58,24 +61,34 @@ struct Rim {
   }
 };
 
+// The gradient outwards along the rim, of the centres from `from` to `to` of row `y`: a direction
+// at a time, so that compilers take several centres at once.
+void SumAlongRim(const BentGradient& bent, const Rim& rim, int y, int from, int to, float* sums) {
+  std::fill(sums + from, sums + to, 0.0F);
+  for (std::size_t k = 0; k < kDirections; ++k) {
+    const float* gx = bent.x.ptr<float>(y + rim.offsets[k].y) + rim.offsets[k].x;
+    const float* gy = bent.y.ptr<float>(y + rim.offsets[k].y) + rim.offsets[k].x;
+    const float nx = rim.normals[k][0], ny = rim.normals[k][1];
+    for (int x = from; x < to; ++x) sums[x] += gx[x] * nx + gy[x] * ny;
+  }
+}
+
 // The best radius for every centre.
-std::vector<Vote> VoteEverywhere(const cv::Mat& bent) {
-  std::vector<Vote> best(bent.total());
-  const double largest = 0.5 * std::min(bent.cols, bent.rows) - 1;
-  for (double r = std::max(3.0, kSmallestRadius * std::max(bent.cols, bent.rows)); r < largest;
+std::vector<Vote> VoteEverywhere(const BentGradient& bent) {
+  const int cols = bent.x.cols, rows = bent.x.rows;
+  std::vector<Vote> best(bent.x.total());
+  std::vector<float> sums(static_cast<std::size_t>(cols));
+  const double largest = 0.5 * std::min(cols, rows) - 1;
+  for (double r = std::max(3.0, kSmallestRadius * std::max(cols, rows)); r < largest;
        r *= kRadiusStep) {
     const Rim rim(r);
     const int margin = static_cast<int>(r) + 1;
-    for (int y = margin; y < bent.rows - margin; ++y) {
-      for (int x = margin; x < bent.cols - margin; ++x) {
-        float sum = 0;
-        for (std::size_t k = 0; k < kDirections; ++k) {
-          const auto& g = bent.at<cv::Vec2f>(cv::Point(x, y) + rim.offsets[k]);
-          sum += g[0] * rim.normals[k][0] + g[1] * rim.normals[k][1];
-        }
-        // Larger circles are harder to come by.
-        const double vote = std::abs(sum) / kDirections * std::sqrt(r / kCircleEdge * 8);
-        Vote& here = best[static_cast<std::size_t>(y * bent.cols + x)];
+    const double scale = std::sqrt(r / kCircleEdge * 8);  // larger circles are harder to come by
+    for (int y = margin; y < rows - margin; ++y) {
+      SumAlongRim(bent, rim, y, margin, cols - margin, sums.data());
+      for (int x = margin; x < cols - margin; ++x) {
+        const double vote = std::abs(sums[static_cast<std::size_t>(x)]) / kDirections * scale;
+        Vote& here = best[static_cast<std::size_t>(y * cols + x)];
         if (vote > here.vote) here = {{x, y}, r, vote};
       }
     }
@@ -91,7 +104,7 @@ std::vector<RoundEdge> FindRoundEdges(const cv::Mat& picture, std::size_t count)
   const double scale = std::min(1.0, kCircleEdge / std::max(picture.cols, picture.rows));
   cv::Mat working = picture;
   if (scale < 1) cv::resize(picture, working, {}, scale, scale, cv::INTER_AREA);
-  std::vector<Vote> votes = VoteEverywhere(BentGradient(working));
+  std::vector<Vote> votes = VoteEverywhere(Bent(working));
   std::sort(votes.begin(), votes.end(),
             [](const Vote& a, const Vote& b) { return a.vote > b.vote; });
   std::vector<Vote> kept;

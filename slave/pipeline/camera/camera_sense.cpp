@@ -11,6 +11,7 @@
 
 #include "slave/capture/picture_files.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/arm_lag.h"
 #include "slave/pipeline/offline/account.h"
 #include "slave/vision/stereo/lens_warp.h"
 
@@ -18,8 +19,8 @@ namespace palpate {
 namespace {
 
 constexpr int kMostElements = 4000;
-constexpr double kLiveLag = 1.5, kReplayedLag = 0.45;  // of the arm's word [periods]
-constexpr double kResolved = 0.05;                     // of a pixel: what the eyes resolve
+constexpr double kReplayedLag = 0.45;  // of the arm's word [periods]
+constexpr double kResolved = 0.05;     // of a pixel: what the eyes resolve
 
 std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace, World* world) {
   if (world != nullptr) return world->OpenCamera(scene, pace);
@@ -38,13 +39,6 @@ std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const World* worl
   if (world != nullptr) return world->truth().p_S_tip;
   if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
-}
-
-// A recorded tool's pictures do not show the arm that moves here. A live one is asked when the
-// picture has come, a while after it was taken.
-std::optional<double> ArmLag(const Pace& pace, const World* world) {
-  if (world == nullptr) return std::nullopt;
-  return pace.is_live ? kLiveLag : kReplayedLag;
 }
 
 // Element nearest to `p_O` by midpoint.
@@ -162,7 +156,7 @@ CameraSense::CameraSense(const Scene& scene, const Pace& pace, World* world)
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
       estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, world))),
-      arm_lag_(ArmLag(pace, world)) {}
+      arm_lag_(ArmLag(pace, world, kReplayedLag)) {}
 
 bool CameraSense::Acquire(const std::stop_token& stop) {
   if (std::exchange(is_first_, false)) return true;

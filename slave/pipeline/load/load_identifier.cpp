@@ -83,7 +83,7 @@ std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene) {
   if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
     return std::make_unique<PlateLoadIdentifier>(
         MakePlate(scene, *membrane), width, MakeFinerPlate(scene, *membrane),
-        MakeTighterPlate(scene, *membrane), OtherTension(scene, *membrane));
+        MakeTighterPlate(scene, *membrane), OtherTension(scene, *membrane), scene.model.prestress);
   }
   return MakeVolumeLoadIdentifier(scene, width);
 }

@@ -21,6 +21,7 @@ constexpr double kLeastScatter = 0.25;  // of the stated sigmas
 constexpr double kRemembered = 0.99;    // of the evidence, from picture to picture
 constexpr double kTensionSigmas = 3.5;
 constexpr double kTensionDoubt = 0.5;   // one sigma, of what it makes of the force
+constexpr double kTensionTold = 0.5;    // one sigma of what the scene tells, of itself
 constexpr double kTensionShare = 0.02;  // of the force, that a wrong tension may make
 constexpr double kMostLeftOut = 0.25;   // share of the points that may contradict the others
 
@@ -40,11 +41,13 @@ void WarmUp(PlateSurface& plate, double width) {
 
 PlateLoadIdentifier::PlateLoadIdentifier(std::unique_ptr<PlateSurface> plate, double width,
                                          std::unique_ptr<PlateSurface> finer,
-                                         std::unique_ptr<PlateSurface> tighter, double more)
+                                         std::unique_ptr<PlateSurface> tighter, double more,
+                                         double prestress)
     : plate_(std::move(plate)),
       finer_(std::move(finer)),
       tighter_(std::move(tighter)),
       width_(width),
+      told_tension_(kTensionTold * prestress),
       table_(*plate_, width),
       fit_(*plate_, width, finer_.get(), {tighter_.get(), more}),
       surface_(MembraneGrid(plate_->radius())) {
@@ -139,12 +142,22 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
   // What was sure once, at the depth that tells it best, stays so.
   tension_sure_ = std::max(kRemembered * tension_sure_, std::abs(amount) - kTensionSigmas * sigma);
   tension_likely_ = std::max(kRemembered * tension_likely_, std::abs(amount) - 2 * sigma);
-  const double doubt = kTensionDoubt * std::abs(sought.force) * tension_likely_;
+  const double likely = std::max(kTensionDoubt * tension_likely_, SigmaOfTension(amount, sigma));
+  const double doubt = std::abs(sought.force) * likely;
   load->sigma_force = std::hypot(load->sigma_force, std::min(doubt, std::abs(load->force) / 2));
   if (std::abs(sought.force) * tension_sure_ > kTensionShare * std::abs(load->force)) {
     load->Doubt(FailedCheck::kMisfit,
                 "the dent is wider or narrower than one of the scene's prestress");
   }
+}
+
+// By how much the tension may be another one than the scene's, rms about that, where the scene
+// names one, by what it tells beforehand and what the dents tell: `amount`, `sigma` [N/m]. A
+// membrane that is told to hang loose does.
+double PlateLoadIdentifier::SigmaOfTension(double amount, double sigma) const noexcept {
+  if (!(told_tension_ > 0)) return 0;
+  const double told = 1 / (told_tension_ * told_tension_), seen = 1 / (sigma * sigma);
+  return std::hypot(seen * amount / (told + seen), 1 / std::sqrt(told + seen));
 }
 
 // Where no load stands out: half of what may hide in the noise, five standard deviations of a load

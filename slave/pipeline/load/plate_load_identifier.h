@@ -27,10 +27,11 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   // std::runtime_error: see LoadFitter, PressTable.
   // `finer`: the same plate in more modes for what `plate` does not resolve, nullptr: none.
   // `tighter`: the same at `more` tension [N/m], by which is seen whether the tension at rest is
-  // the scene's; nullptr: nobody asks.
+  // the scene's; nullptr: nobody asks. `prestress` [N/m]: of `plate`.
   PlateLoadIdentifier(std::unique_ptr<PlateSurface> plate, double width,
                       std::unique_ptr<PlateSurface> finer = nullptr,
-                      std::unique_ptr<PlateSurface> tighter = nullptr, double more = 0);
+                      std::unique_ptr<PlateSurface> tighter = nullptr, double more = 0,
+                      double prestress = 0);
 
   SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;
   // The plate depends on the radius alone; at the rim as at 0.9 of the radius.
@@ -48,10 +49,12 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   void Judge(const RobustPlateFit::Answer& answer, SurfaceLoad* load) const noexcept;
   void WeighTension(const RobustPlateFit::Answer& answer, SurfaceLoad* load) noexcept;
   [[nodiscard]] double LawsShare(const SurfaceLoad& load) const noexcept;
+  [[nodiscard]] double SigmaOfTension(double amount, double sigma) const noexcept;
   [[nodiscard]] double SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept;
 
   std::unique_ptr<PlateSurface> plate_, finer_, tighter_;
-  double width_;  // [m]
+  double width_;         // [m]
+  double told_tension_;  // before any dent has told of it, one sigma [N/m]
   PressTable table_;
   RobustPlateFit fit_;
   SurfaceMesh surface_;

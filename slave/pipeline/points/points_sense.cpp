@@ -9,7 +9,9 @@
 
 #include "shared/mesh/files/mesh_file.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/arm_lag.h"
 #include "slave/pipeline/sense.h"
+#include "slave/vision/stereo/epipolar_check.h"
 
 namespace palpate {
 namespace {
@@ -62,7 +64,9 @@ bool EstimatesForce(const Scene& scene) {
 }
 
 PointsSense::PointsSense(const Scene& scene, const Pace& pace, World* world)
-    : PointsSense(scene, Open(scene, pace, world)) {}
+    : PointsSense(scene, Open(scene, pace, world)) {
+  arm_lag_ = ArmLag(pace, world, EpipolarCheck::kMostLag);
+}
 
 PointsSense::PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source)
     : scene_(scene),
@@ -103,7 +107,7 @@ const ContactEstimate& PointsSense::Estimate(const Eigen::Vector3d& p_S_tip) noe
 
 const ContactEstimate& PointsSense::Tell(const Eigen::Vector3d& p_S_tip) noexcept {
   if (rest_known_ || seen_->found) {
-    return estimator_ ? estimator_->Feel(*seen_, p_S_tip) : place_.Feel(*seen_);
+    return estimator_ ? estimator_->Feel(*seen_, p_S_tip, arm_lag_) : place_.Feel(*seen_);
   }
   before_rest_.sample = seen_->sequence;
   before_rest_.sensed_at = seen_->sensed_at;

@@ -18,6 +18,14 @@ using Eigen::Vector3d;
 
 constexpr std::string_view kPulls =
     "the load pulls outward: check the sides (left, right), the rig and the object's pose";
+constexpr std::string_view kOtherDepth =
+    "the surface is not as deep as the manipulator has its tip: the pictures are late, or one "
+    "moved";
+// How far the two may part: of the larger side, of the depth. Doubted is what makes so much of the
+// force and is so much of the larger side; pictures that must agree again.
+constexpr double kArmParts = 0.0012, kArmShare = 0.02;
+constexpr double kArmDoubts = 0.1, kArmFar = 0.001;
+constexpr int kDistrust = 3;
 constexpr double kForceOfScale = 3;    // a stretched membrane's force goes with the third power
 constexpr double kVouchedFor = 0.5;    // of the larger side, where the model states no range
 constexpr double kSpread = 0.1;        // of that ratio before anything was felt
@@ -65,10 +73,12 @@ void SurfaceEstimator::Reset() noexcept {
   load_ = {};
   felt_ratio_.Forget();
   rules_.Reset();
+  distrust_ = 0;
 }
 
 const ContactEstimate& SurfaceEstimator::Feel(const SurfaceObservation& seen,
-                                              const Vector3d& p_S_tip) noexcept {
+                                              const Vector3d& p_S_tip,
+                                              std::optional<double> arm_lag) noexcept {
   felt_.sample = seen.sequence;
   felt_.sensed_at = seen.sensed_at;
   felt_.events.Clear();
@@ -83,6 +93,7 @@ const ContactEstimate& SurfaceEstimator::Feel(const SurfaceObservation& seen,
     felt_.details.misfit = load_.residual;
     DoubtPull(&load_);
     DoubtAs(seen, &load_);
+    if (arm_lag && p_S_tip.allFinite()) AskArm(*arm_lag);
     times_.Add(lap.Lap());
     Tell();
     Learn();
@@ -121,6 +132,29 @@ void SurfaceEstimator::Tell() noexcept {
 void SurfaceEstimator::Lose(Validity validity, FailedCheck check) noexcept {
   EstimateRules::LoseForce(validity, check, &felt_);
   last_depth_ = std::numeric_limits<double>::quiet_NaN();
+}
+
+// The manipulator's word on how deep its tip is, as a second witness: pictures of another instant
+// are right in themselves. A load elsewhere than under the tip is another's.
+void SurfaceEstimator::AskArm(double lag) noexcept {
+  const Vector3d p_O_tip = X_OS_ * felt_.p_S_tip;
+  Vector3d p_O, n_O;
+  body_->Nearest(p_O_tip, &p_O, &n_O);
+  const double told = std::max(0.0, n_O.dot(p_O - p_O_tip));
+  const double moved = std::abs(told - std::exchange(arm_depth_, told));
+  if (!IsForceKnown(load_.validity)) return;
+  const bool seen = load_.force != 0;
+  if (seen && (load_.p_O - p_O).norm() > kNear * larger_side_) return;
+  const double depth = seen ? std::max(0.0, load_.depth) : 0;
+  // What is beyond that is somebody's error, and nobody knows whose.
+  const double beyond = std::abs(told - depth) - lag * moved - kArmParts * larger_side_ -
+                        kArmShare * std::max(told, depth);
+  const double sigma = body_->PressAt(p_O, std::max(told, depth)).stiffness * std::max(beyond, 0.0);
+  distrust_ = sigma < kArmDoubts * std::abs(load_.force) || beyond < kArmFar * larger_side_
+                  ? std::max(0, distrust_ - 1)
+                  : kDistrust;
+  if (distrust_ > 0) load_.Doubt(FailedCheck::kInstants, kOtherDepth);
+  if (std::isfinite(sigma)) load_.sigma_force = std::hypot(load_.sigma_force, sigma);
 }
 
 // What the load that explains the points says of the press that the tip's depth alone would be. The

@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -30,8 +31,10 @@ class SurfaceEstimator {
   // `p_S_tip`: where the manipulator says that the hand has its tip. A load that pulls outward by
   // more than its sigma is no press: kExtrapolated. Never throws; allocation-free after the first
   // observations.
-  const ContactEstimate& Feel(const SurfaceObservation& seen,
-                              const Eigen::Vector3d& p_S_tip) noexcept;
+  // `arm_lag`: how far the manipulator's instant may be from the pictures' [their periods];
+  // nullopt: they do not show the manipulator's tool, so that it is no witness of the depth.
+  const ContactEstimate& Feel(const SurfaceObservation& seen, const Eigen::Vector3d& p_S_tip,
+                              std::optional<double> arm_lag = {}) noexcept;
   // The contact that the master renders for a tip at p_S_tip now, between pictures too: the plane
   // at the membrane's own place under it, tangent at its depth to the model's force times what was
   // felt by what the model has at that depth (StiffnessScale): learnt from valid loads under the
@@ -55,6 +58,7 @@ class SurfaceEstimator {
 
  private:
   void ToObject(const std::vector<SurfacePoint>& points_S);
+  void AskArm(double lag) noexcept;
   void Learn() noexcept;
   void Tell() noexcept;
   void Lose(Validity validity, FailedCheck check) noexcept;
@@ -70,7 +74,9 @@ class SurfaceEstimator {
   ContactEstimate felt_;
   StiffnessScale felt_ratio_;
   double last_depth_ = std::numeric_limits<double>::quiet_NaN();  // of the tip, last picture [m]
-  LocalModel local_;                                              // the last one told
+  double arm_depth_ = 0;                                          // likewise, as the arm says [m]
+  int distrust_ = 0;  // pictures until eyes and arm are believed again
+  LocalModel local_;  // the last one told
   LatencyHistogram times_;
   EstimateRules rules_;
 };

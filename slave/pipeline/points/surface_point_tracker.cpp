@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include <spdlog/fmt/fmt.h>
 
@@ -156,15 +158,21 @@ DepthPoints::Params DepthParams(const Scene& scene) {
 class DepthEyes final : public SurfacePointTracker {
  public:
   explicit DepthEyes(const Scene& scene)
-      : params_(DepthParams(scene)), X_DS_(params_.camera.X_SD.inverse()), depths_(params_) {}
+      : params_(DepthParams(scene)), X_DS_(params_.camera.X_SD.inverse()), depths_(params_) {
+    if (std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
+      X_DO_ = X_DS_ * scene.object.X_SO;
+    }
+  }
   const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
     checked_ = depths_.Observe(pair.left, pair.sequence, pair.sensed_at);
+    if (checked_.found && X_DO_) JudgeDistance();
     if (frozen_.See(pair.left, {})) checked_.Doubt(FailedCheck::kFrozen, kFrozen);
     return checked_;
   }
   void Reset() override {
     checked_ = {};
     depths_.Reset();
+    farther_.reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return depths_.at_rest_known(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
@@ -184,8 +192,32 @@ class DepthEyes final : public SurfacePointTracker {
   [[nodiscard]] std::string stage() const override { return "depth"; }
 
  private:
+  // Where a flat membrane rests is a measure for depths: those that are wrong by a share put it
+  // that much nearer or farther.
+  void JudgeDistance() {
+    if (!farther_) {
+      const Eigen::Vector3d n_D = X_DO_->linear().col(2);
+      std::vector<double> ratios;
+      for (const SurfacePoint& point : checked_.points) {
+        const Eigen::Vector3d p_D = X_DS_ * point.p_S_rest;
+        ratios.push_back(n_D.dot(p_D) / n_D.dot(X_DO_->translation()));
+      }
+      const auto middle = ratios.begin() + std::ssize(ratios) / 2;
+      std::nth_element(ratios.begin(), middle, ratios.end());
+      farther_ = *middle - 1;
+    }
+    checked_.scale_error = std::abs(*farther_);
+    if (checked_.scale_error > kTrueDistance) checked_.Doubt(FailedCheck::kScale, kElsewhere);
+  }
+
+  static constexpr double kTrueDistance = 0.015;  // of the membrane's distance, at rest
+  static constexpr std::string_view kElsewhere =
+      "the membrane rests nearer or farther than the scene says: check unit, fx, fy and the poses";
+
   DepthPoints::Params params_;
   Eigen::Isometry3d X_DS_;
+  std::optional<Eigen::Isometry3d> X_DO_;  // of a flat membrane
+  std::optional<double> farther_;          // than the scene says, share [-]
   DepthPoints depths_;
   FrozenCheck frozen_{kLearntFrom};
   SurfaceObservation checked_;

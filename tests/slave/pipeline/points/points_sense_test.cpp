@@ -69,7 +69,7 @@ TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
   Until(IsValid);
   slave_->TakeEvents();
   constexpr double kForce = 4.0;
-  world_->Show({kForce, {0.006, 0.004}, false});
+  world_->Show({kForce, {0.012, 0.004}, false});
   const SlaveState state = UntilFelt(0.5 * kForce);
   ASSERT_TRUE(state.force);
   EXPECT_EQ(state.validity, Validity::kValid);
@@ -89,7 +89,7 @@ TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
     deepest = std::min<double>(deepest, shape.positions[i] - shape.rest[i]);
     force += shape.nodal_forces[i];
   }
-  EXPECT_NEAR(deepest, -testing_fakes::PlateDeflection(kForce, {0.006, 0.004}, {0.006, 0.004}),
+  EXPECT_NEAR(deepest, -testing_fakes::PlateDeflection(kForce, {0.012, 0.004}, {0.012, 0.004}),
               4e-5);
   EXPECT_NEAR(force, -state.force->z(), 0.05 * kForce);  // of the tool on the object
 
