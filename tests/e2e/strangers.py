@@ -1,5 +1,4 @@
 """What strangers do to a port that speaks HTTP/2 in plain text: bytes by hand, no library between."""
-import os
 import random
 import socket
 import struct
