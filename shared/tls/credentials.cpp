@@ -3,9 +3,12 @@
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_certificate_verifier.h>
 #include <grpcpp/security/tls_credentials_options.h>
+#include <spdlog/spdlog.h>
 
 namespace palpate {
 namespace {
@@ -40,13 +43,42 @@ std::shared_ptr<grpc::experimental::CertificateProviderInterface> Watched(const 
       key.string(), cert.string(), ca.string(), kRefresh);
 }
 
+// After the chain was verified.
+class NotRevoked final : public grpc::experimental::ExternalCertificateVerifier {
+ public:
+  explicit NotRevoked(std::shared_ptr<RevocationList> revoked) : revoked_(std::move(revoked)) {}
+  ~NotRevoked() override = default;
+  bool Verify(grpc::experimental::TlsCustomVerificationCheckRequest* request,
+              std::function<void(grpc::Status)> /*when_done*/, grpc::Status* status) override {
+    const auto peer = request->peer_cert();
+    const auto facts = FactsOf(std::string_view(peer.data(), peer.size()));
+    if (facts && Holds(*facts, *revoked_)) return true;
+    spdlog::warn("audit: a certificate was refused, serial {}", facts ? facts->serial : "unread");
+    *status = {grpc::StatusCode::UNAUTHENTICATED, "the certificate does not hold any more"};
+    return true;
+  }
+  void Cancel(grpc::experimental::TlsCustomVerificationCheckRequest* /*request*/) override {}
+
+ private:
+  const std::shared_ptr<RevocationList> revoked_;
+};
+
 }  // namespace
 
-std::shared_ptr<grpc::ServerCredentials> ServerTls(const fs::path& folder) {
+std::optional<CertificateFacts> FactsOf(const grpc::AuthContext& context) {
+  const auto found = context.FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
+  if (found.empty()) return std::nullopt;
+  return FactsOf(std::string_view(found[0].data(), found[0].size()));
+}
+
+std::shared_ptr<grpc::ServerCredentials> ServerTls(const fs::path& folder,
+                                                   std::shared_ptr<RevocationList> revoked) {
   grpc::experimental::TlsServerCredentialsOptions options(Watched(folder));
   options.watch_root_certs();
   options.watch_identity_key_cert_pairs();
   options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+  options.set_certificate_verifier(
+      grpc::experimental::ExternalCertificateVerifier::Create<NotRevoked>(std::move(revoked)));
   return grpc::experimental::TlsServerCredentials(options);
 }
 

@@ -4,18 +4,26 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 
+#include <grpcpp/security/auth_context.h>
 #include <grpcpp/security/credentials.h>
 #include <grpcpp/security/server_credentials.h>
+
+#include "shared/tls/certificate.h"
 
 namespace palpate {
 
 // Both throw std::invalid_argument: a file is missing, or the key may be read by others. Before
 // anything else of gRPC is used.
 //
-// Whoever connects must show a certificate of the same CA.
-std::shared_ptr<grpc::ServerCredentials> ServerTls(const std::filesystem::path& folder);
+// Whoever connects must show a certificate of the same CA that is not in `revoked`.
+std::shared_ptr<grpc::ServerCredentials> ServerTls(const std::filesystem::path& folder,
+                                                   std::shared_ptr<RevocationList> revoked);
 // The slave must show one, too, for the host that was asked for.
 std::shared_ptr<grpc::ChannelCredentials> ChannelTls(const std::filesystem::path& folder);
+
+// Of the peer of a call; nullopt: plain text.
+std::optional<CertificateFacts> FactsOf(const grpc::AuthContext& context);
 
 }  // namespace palpate

@@ -1,10 +1,10 @@
 #include "slave/service/listener_watch.h"
 
-#include <array>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <netdb.h>
@@ -26,13 +26,19 @@ bool WaitFor(int fd, short event, std::chrono::milliseconds patience) {
   return poll(&one, 1, static_cast<int>(patience.count())) > 0;
 }
 
-bool AnswersAt(const addrinfo& address, std::chrono::milliseconds patience) {
+std::string_view WordsOf(Greeting greeting) {
+  using namespace std::string_view_literals;
+  if (greeting == Greeting::kHttp2) return "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"sv;
+  return "\x16\x03\x01\x00\x05\x01\x00\x00\x01\x00"sv;
+}
+
+bool AnswersAt(const addrinfo& address, Greeting greeting, std::chrono::milliseconds patience) {
   const int fd = socket(address.ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return false;
   static_cast<void>(connect(fd, address.ai_addr, address.ai_addrlen));  // in progress
   bool answers = WaitFor(fd, POLLOUT, patience);
-  constexpr std::array<char, 8> kNoHello{};
-  answers = answers && send(fd, kNoHello.data(), kNoHello.size(), MSG_NOSIGNAL) > 0;
+  const std::string_view words = WordsOf(greeting);
+  answers = answers && send(fd, words.data(), words.size(), MSG_NOSIGNAL) > 0;
   answers = answers && WaitFor(fd, POLLIN, patience);
   close(fd);
   return answers;
@@ -40,7 +46,7 @@ bool AnswersAt(const addrinfo& address, std::chrono::milliseconds patience) {
 
 }  // namespace
 
-bool Answers(const Endpoint& endpoint, std::chrono::milliseconds patience) {
+bool Answers(const Endpoint& endpoint, Greeting greeting, std::chrono::milliseconds patience) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
@@ -49,7 +55,7 @@ bool Answers(const Endpoint& endpoint, std::chrono::milliseconds patience) {
     return false;
   const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> addresses(found, freeaddrinfo);
   for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
-    if (AnswersAt(*one, patience)) return true;
+    if (AnswersAt(*one, greeting, patience)) return true;
   }
   return false;
 }
@@ -64,7 +70,7 @@ ListenerWatch::ListenerWatch(Endpoint endpoint, std::function<void()> on_deaf,
         for (int missed = 0; missed < options.misses;) {
           never.wait_for(lock, stop, options.period, [] { return false; });
           if (stop.stop_requested()) return;
-          missed = Answers(endpoint, options.patience) ? 0 : missed + 1;
+          missed = Answers(endpoint, options.greeting, options.patience) ? 0 : missed + 1;
         }
         on_deaf();
       }) {}

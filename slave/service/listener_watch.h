@@ -7,18 +7,20 @@
 #include <thread>
 
 #include "shared/link/loopback.h"
+#include "slave/service/acceptor.h"
 
 namespace palpate {
 
-// Connects as a stranger would. True: a byte, or an end, came back within `patience`. An HTTP/2
-// server speaks first, a TLS server answers what is no hello.
-bool Answers(const Endpoint& endpoint, std::chrono::milliseconds patience);
+// Connects and greets. True: a byte, or an end, came back within `patience`: of whoever stands
+// behind the door, which lets a greeting in. TLS answers a hello that breaks off with an alert.
+bool Answers(const Endpoint& endpoint, Greeting greeting, std::chrono::milliseconds patience);
 
 class ListenerWatch {
  public:
   struct Options {
     std::chrono::milliseconds period{5000}, patience{2000};
     int misses = 3;  // in a row: it is deaf
+    Greeting greeting = Greeting::kHttp2;
   };
   // Calls `on_deaf` from a thread of its own, once.
   ListenerWatch(Endpoint endpoint, std::function<void()> on_deaf, const Options& options);

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include <spdlog/spdlog.h>
 
 #include "shared/text/text.h"
+#include "shared/tls/credentials.h"
 
 namespace palpate {
 namespace {
@@ -63,6 +65,7 @@ Rule RuleOf(std::string_view path) {
 
 class Processor final : public grpc::AuthMetadataProcessor {
  public:
+  explicit Processor(std::shared_ptr<RevocationList> revoked) : revoked_(std::move(revoked)) {}
   bool IsBlocking() const override { return false; }
   grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context,
                        OutputMetadata* /*consumed*/, OutputMetadata* /*response*/) override {
@@ -71,6 +74,11 @@ class Processor final : public grpc::AuthMetadataProcessor {
         found == metadata.end() ? "" : std::string(found->second.data(), found->second.size());
     const Identity who = IdentityOf(*context);
     const std::string said = Presentable(path, kLongestName);
+    const auto certificate = FactsOf(*context);
+    if (!certificate || !Holds(*certificate, *revoked_)) {
+      spdlog::warn("audit: {} {} was refused: no certificate that holds", who.role, who.name);
+      return {grpc::StatusCode::UNAUTHENTICATED, "the certificate does not hold any more"};
+    }
     if (!MayCall(who.role, path)) {
       spdlog::warn("audit: {} {} was refused {}", who.role, who.name, said);
       return {grpc::StatusCode::PERMISSION_DENIED,
@@ -80,6 +88,9 @@ class Processor final : public grpc::AuthMetadataProcessor {
     if (RuleOf(path).is_logged) spdlog::info("audit: {} {} called {}", who.role, who.name, said);
     return grpc::Status::OK;
   }
+
+ private:
+  const std::shared_ptr<RevocationList> revoked_;
 };
 
 }  // namespace
@@ -106,8 +117,8 @@ bool MayCall(std::string_view role, std::string_view path) {
   return (RuleOf(path).roles & RoleOf(role)) != 0;
 }
 
-std::shared_ptr<grpc::AuthMetadataProcessor> RoleCheck() {
-  return std::make_shared<Processor>();
+std::shared_ptr<grpc::AuthMetadataProcessor> RoleCheck(std::shared_ptr<RevocationList> revoked) {
+  return std::make_shared<Processor>(std::move(revoked));
 }
 
 }  // namespace palpate

@@ -1,9 +1,7 @@
 #include "slave/service/server.h"
 
-#include <cerrno>
 #include <chrono>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -14,13 +12,11 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
-#include <netdb.h>
 #include <spdlog/spdlog.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include "shared/link/loopback.h"
 #include "shared/tls/credentials.h"
+#include "slave/service/acceptor.h"
 #include "slave/service/listener_watch.h"
 #include "slave/service/publisher.h"
 #include "slave/service/roles.h"
@@ -33,51 +29,18 @@ constexpr int kMaxRequestBytes = 64 * 1024;
 constexpr int kMaxStreamsPerConnection = 2 * ObserverSeats::kSeats;
 constexpr int kMaxThreads = 2 * ObserverSeats::kSeats;
 constexpr int kShortestPingMs = 500;  // masters may ask this often whether we live
+// Of a handshake, over 5 s of round trip.
+constexpr int kHandshakeMs = 15000;
+// [bytes] of commands on their way at most: 500 a second of 128 bytes for 5 s of round trip, with
+// what each is wrapped in.
+constexpr int kCommandWindow = 512 * 1024;
 constexpr std::chrono::milliseconds kHealthPeriod(50);
 constexpr std::chrono::milliseconds kGrace(300);  // for streams to end by themselves
-
-[[noreturn]] void Refuse(const Endpoint& endpoint, const std::string& why) {
-  throw std::runtime_error("cannot listen on " + ToString(endpoint) + ": " + why);
-}
-
-// 0, or errno of the step that failed. The socket is gone when it returns.
-int TryListening(const addrinfo& address) {
-  const int fd = socket(address.ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (fd < 0) return errno;
-  const int on = 1;
-  setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);  // as gRPC does: not while in use
-  if (address.ai_family == AF_INET6) setsockopt(fd, IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof on);
-  const bool works = bind(fd, address.ai_addr, address.ai_addrlen) == 0 && listen(fd, 1) == 0;
-  const int error = works ? 0 : errno;
-  close(fd);
-  return error;
-}
-
-// Throws std::runtime_error: host unknown, port in use, not an address of this machine, not
-// permitted. Asked of the operating system: gRPC only says that it failed.
-void RequireListenable(const Endpoint& endpoint) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_PASSIVE;
-  addrinfo* found = nullptr;
-  const std::string port = std::to_string(endpoint.port);
-  const int error = getaddrinfo(endpoint.host.c_str(), port.c_str(), &hints, &found);
-  if (error != 0) Refuse(endpoint, gai_strerror(error));
-  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> addresses(found, freeaddrinfo);
-  int last = 0;
-  for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
-    last = TryListening(*address);
-    if (last == EADDRINUSE) break;  // in use in one family is in use
-    if (last == 0) return;
-  }
-  Refuse(endpoint, std::strerror(last));
-}
 
 Endpoint Permitted(const std::string& address, bool insecure) {
   try {
     const Endpoint endpoint = ParseEndpoint(address);
     RequireLoopbackUnless(insecure, endpoint);
-    RequireListenable(endpoint);
     return endpoint;
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(error.what());
@@ -85,19 +48,33 @@ Endpoint Permitted(const std::string& address, bool insecure) {
 }
 
 // gRPC logs each handshake that fails, as that of the watch does.
-ListenerWatch::Options Rarely() {
-  return {.period = std::chrono::seconds(60)};
+ListenerWatch::Options WatchOf(Greeting greeting) {
+  ListenerWatch::Options options{.greeting = greeting};
+  if (greeting == Greeting::kTls) options.period = std::chrono::seconds(60);
+  return options;
 }
 
-std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(const std::filesystem::path& tls) {
+// To gRPC, which owns the connection from then on.
+Acceptor::HandOn HandOnTo(grpc::experimental::ExternalConnectionAcceptor* grpc) {
+  return [grpc](int fd) {
+    grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+    connection.fd = fd;
+    grpc->HandleNewConnection(&connection);
+  };
+}
+
+std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(
+    const std::filesystem::path& tls, const std::shared_ptr<RevocationList>& revoked) {
   if (tls.empty()) return grpc::InsecureServerCredentials();
-  auto credentials = ServerTls(tls);
-  credentials->SetAuthMetadataProcessor(RoleCheck());
+  auto credentials = ServerTls(tls, revoked);
+  credentials->SetAuthMetadataProcessor(RoleCheck(revoked));
   return credentials;
 }
 
 void Configure(grpc::ServerBuilder* builder) {
-  builder->AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kCommandWindow);
   builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
   // No keepalive of ours: gRPC 1.51 aborts where its timer meets a connection that closes. Lease
   // and watchdog notice a line that was cut.
@@ -117,11 +94,16 @@ void EndProcess() {
 }
 
 struct Server::Parts {
-  Parts(Slave& served, Endpoint listen_on)
+  Parts(Slave& served, Endpoint listen_on, const std::filesystem::path& tls)
       : slave(served),
         endpoint(std::move(listen_on)),
+        revoked(tls.empty() ? nullptr : std::make_shared<RevocationList>(tls)),
         publisher(slave),
-        service(slave, publisher) {}
+        service(slave, publisher,
+                [this](const grpc::ServerContextBase& context) { KeepWhileTrusted(context); }) {}
+
+  // A stream outlives no certificate: its connection is cut, and the tool stands.
+  void KeepWhileTrusted(const grpc::ServerContextBase& context);
 
   // Health follows what is sensed.
   void Tell() const;
@@ -129,14 +111,25 @@ struct Server::Parts {
 
   Slave& slave;
   Endpoint endpoint;
+  const std::shared_ptr<RevocationList> revoked;  // null: plain text
   std::string address;
   Publisher publisher;
   TeleoperationService service;
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections;
   std::unique_ptr<grpc::Server> server;
+  std::optional<Acceptor> door;
   std::once_flag stopped;
   std::optional<ListenerWatch> listener;
   std::jthread telling;
 };
+
+void Server::Parts::KeepWhileTrusted(const grpc::ServerContextBase& context) {
+  if (!revoked) return;
+  const auto certificate = FactsOf(*context.auth_context());
+  door->KeepWhile(context.peer(), [certificate, revoked = revoked] {
+    return certificate && Holds(*certificate, *revoked);
+  });
+}
 
 void Server::Parts::Tell() const {
   const bool fresh = slave.Status().validity != Validity::kStale;
@@ -149,8 +142,8 @@ void Server::Parts::KeepTelling(const std::stop_token& stop) const {
 
 Server::Server(Slave& slave, const std::string& address, bool insecure,
                const std::filesystem::path& tls, std::function<void()> on_deaf)
-    : parts_(std::make_unique<Parts>(slave, Permitted(address, insecure || !tls.empty()))) {
-  const auto credentials = CredentialsFrom(tls);
+    : parts_(std::make_unique<Parts>(slave, Permitted(address, insecure || !tls.empty()), tls)) {
+  const auto credentials = CredentialsFrom(tls, parts_->revoked);
   grpc::EnableDefaultHealthCheckService(true);
   // Each of its streams holds a thread: for those on this machine.
   if (IsLoopback(parts_->endpoint.host)) {
@@ -158,18 +151,22 @@ Server::Server(Slave& slave, const std::string& address, bool insecure,
   }
   grpc::ServerBuilder builder;
   Configure(&builder);
-  int port = 0;
-  builder.AddListeningPort(ToString(parts_->endpoint), credentials, &port);
+  parts_->connections = builder.experimental().AddExternalConnectionAcceptor(
+      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
   builder.RegisterService(&parts_->service);
   parts_->server = builder.BuildAndStart();
-  if (!parts_->server || port <= 0) throw std::runtime_error("cannot listen on " + address);
-  parts_->endpoint.port = static_cast<std::uint16_t>(port);
+  if (!parts_->server) throw std::runtime_error("cannot serve on " + address);
+  const Greeting greeting = tls.empty() ? Greeting::kHttp2 : Greeting::kTls;
+  parts_->door.emplace(parts_->endpoint, greeting, HandOnTo(parts_->connections.get()),
+                       Acceptor::Limits());
+  parts_->endpoint = parts_->door->endpoint();
   parts_->address = ToString(parts_->endpoint);
+  parts_->door->Start();
   parts_->Tell();  // nobody finds a service that is unknown
   parts_->telling =
       std::jthread([this](const std::stop_token& stop) { parts_->KeepTelling(stop); });
   parts_->listener.emplace(parts_->endpoint, on_deaf ? std::move(on_deaf) : EndProcess,
-                           tls.empty() ? ListenerWatch::Options() : Rarely());
+                           WatchOf(greeting));
 }
 
 Server::~Server() {
@@ -183,6 +180,7 @@ const std::string& Server::address() const {
 void Server::Stop() {
   std::call_once(parts_->stopped, [this] {
     parts_->listener.reset();
+    parts_->door->Stop();
     parts_->telling = {};
     parts_->server->GetHealthCheckService()->Shutdown();
     parts_->publisher.Stop();

@@ -95,11 +95,13 @@ grpc::ServerUnaryReactor* TeleoperationService::Stop(grpc::CallbackServerContext
 
 grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* TeleoperationService::Operate(
     grpc::CallbackServerContext* context) {
+  if (on_stream_) on_stream_(*context);
   return OperateStream::Open({lease_, publisher_, states_sent_}, context->peer());
 }
 
 grpc::ServerReadReactor<v1::TactileSample>* TeleoperationService::FeedTactile(
-    grpc::CallbackServerContext* /*context*/, v1::FeedTactileReply* reply) {
+    grpc::CallbackServerContext* context, v1::FeedTactileReply* reply) {
+  if (on_stream_) on_stream_(*context);
   return FeedStream::Open(slave_.tactile_inbox(), &feeds_, reply);
 }
 

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -31,9 +32,10 @@ using CalledBack = v1::Teleoperation::WithCallbackMethod_Stop<
 
 class TeleoperationService final : public CalledBack<v1::Teleoperation::Service> {
  public:
-  // `slave` and `publisher` outlive the service.
-  TeleoperationService(Slave& slave, Publisher& publisher)
-      : slave_(slave), publisher_(publisher), lease_(slave) {}
+  // `slave` and `publisher` outlive the service. `on_stream`: a stream begins on this connection.
+  TeleoperationService(Slave& slave, Publisher& publisher,
+                       std::function<void(const grpc::ServerContextBase&)> on_stream = {})
+      : slave_(slave), publisher_(publisher), on_stream_(std::move(on_stream)), lease_(slave) {}
 
   grpc::ServerUnaryReactor* GetScene(grpc::CallbackServerContext* context,
                                      const v1::GetSceneRequest* request,
@@ -80,6 +82,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
 
   Slave& slave_;
   Publisher& publisher_;
+  const std::function<void(const grpc::ServerContextBase&)> on_stream_;
   OperatorLease lease_;
   std::mutex making_;  // held while a model is made: nobody waits for it
   ObserverSeats seats_;

@@ -27,6 +27,7 @@ template <class Message, class Compose>
 grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, Clock::duration gap,
                                          grpc::ServerWriter<Message>* writer,
                                          const Compose& compose) {
+  if (on_stream_) on_stream_(*context);
   const ObserverSeats::Seat seat(&seats_);
   if (!seat) return ObserverSeats::Full();
   const auto box = publisher_.Subscribe();  // its states tell when there is something new

@@ -85,6 +85,25 @@ class Death(unittest.TestCase):
             report = self.finish(master)
         self.assertGreaterEqual(report["epochs"], 2, "it went on only after another engagement")
 
+    def test_who_waits_takes_over_when_the_operator_leaves(self):
+        with Slave() as slave:
+            ada = self.operate(slave.address, 120)
+            self.assertTrue(self.pressed())
+            second = tempfile.TemporaryDirectory()
+            self.addCleanup(second.cleanup)
+            self.out, first = pathlib.Path(second.name), self.out
+            bea = self.operate(slave.address, 120)
+            self.assertTrue(wait_until(lambda: len(self.rows()) > 500))
+            self.assertEqual({row["state"] for row in self.rows()}, {"DISCONNECTED"}, "the lease is Ada's")
+            ada.send_signal(signal.SIGINT)
+            ada.wait(timeout=PATIENCE)
+            self.assertTrue(wait_until(lambda: any(row["state"] == "FOLLOWING" for row in self.rows()[-500:])))
+            states = [row["state"] for row in self.rows()]
+            self.assertIn("READY", states[:states.index("FOLLOWING")], "and only by an engagement of her own")
+            bea.send_signal(signal.SIGINT)
+            self.finish(bea)
+            self.assertEqual(json.loads((first / "report.json").read_text())["reconnects"], 0)
+
     def test_an_emergency_stop_of_the_operator_outlives_the_slave(self):
         state = self.out / "state"
         state.mkdir()

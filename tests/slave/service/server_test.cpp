@@ -163,8 +163,12 @@ TEST_F(ServerTest, ARequestThatIsFarTooLongIsRefused) {
   v1::StopRequest request;
   request.set_reason(std::string(1'000'000, 'r'));
   v1::Status reply;
-  EXPECT_EQ(Connect()->Stop(&context, request, &reply).error_code(),
-            grpc::StatusCode::RESOURCE_EXHAUSTED);
+  const auto refused = Connect()->Stop(&context, request, &reply).error_code();
+  // As a request, or as a flood by who just came.
+  EXPECT_TRUE(refused == grpc::StatusCode::RESOURCE_EXHAUSTED ||
+              refused == grpc::StatusCode::UNAVAILABLE)
+      << refused;
+  EXPECT_EQ(slave_.Status().phase, Phase::kReady);
 }
 
 // Calls a method that no stub of ours knows; the raw bytes of the answer.

@@ -118,10 +118,10 @@ class Deaf {
 
 TEST_F(StarvationTest, ADeafListenerIsNoticed) {
   constexpr std::chrono::milliseconds kShort(20);
-  EXPECT_TRUE(Answers(ParseEndpoint(server_->address()), kLiveness));
+  EXPECT_TRUE(Answers(ParseEndpoint(server_->address()), Greeting::kHttp2, kLiveness));
   const Deaf deaf;
-  EXPECT_FALSE(Answers(deaf.endpoint, kShort));
-  EXPECT_FALSE(Answers({"127.0.0.1", 1}, kShort)) << "nobody listens";
+  EXPECT_FALSE(Answers(deaf.endpoint, Greeting::kHttp2, kShort));
+  EXPECT_FALSE(Answers({"127.0.0.1", 1}, Greeting::kHttp2, kShort)) << "nobody listens";
   std::atomic<int> told{0};
   const ListenerWatch watch(deaf.endpoint, [&] { ++told; }, {kShort, kShort, 2});
   EXPECT_TRUE(Eventually([&] { return told == 1; }));

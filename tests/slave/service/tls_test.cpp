@@ -1,11 +1,18 @@
 // Mutual TLS with certificates as deploy/certs makes them, and who may call what with them.
+#include <array>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "shared/tls/credentials.h"
 #include "slave/service/roles.h"
@@ -56,6 +63,21 @@ class TlsTest : public testing::Test {
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     return grpc::CreateCustomChannel(server_->address(), credentials, arguments);
   }
+  // deploy/certs counts in days: an operator's certificate `name` that holds for `seconds`.
+  static void CertifyFor(int seconds, const std::string& name) {
+    const std::string ca = At("ca"), out = At(name);
+    fs::copy(At("operator"), out);
+    std::ofstream(out + "/index") << "";
+    std::ofstream(out + "/ext") << "subjectAltName=URI:palpate://operator/ada\n";
+    std::ofstream(out + "/conf") << "[ca]\ndefault_ca=d\n[d]\ndatabase=" << out
+                                 << "/index\nnew_certs_dir=" << out
+                                 << "\nrand_serial=yes\npolicy=p\n[p]\ncommonName=supplied\n";
+    Shell("openssl req -new -key " + out + "/key.pem -subj /CN=ada -out " + out + "/request");
+    Shell("openssl ca -batch -notext -md default -config " + out + "/conf -keyfile " + ca +
+          "/ca.key -cert " + ca + "/ca.pem -in " + out + "/request -out " + out +
+          "/cert.pem -extfile " + out + "/ext -enddate $(date -u -d '+" + std::to_string(seconds) +
+          " seconds' +%y%m%d%H%M%SZ)");
+  }
   static grpc::StatusCode Stop(v1::Teleoperation::Stub& stub) {
     grpc::ClientContext context;
     SetDeadline(&context);
@@ -93,6 +115,139 @@ TEST_F(TlsTest, WhoeverHasNoCertificateOfThisCaIsNotHeard) {
   EXPECT_EQ(Stop(*plain), grpc::StatusCode::UNAVAILABLE);
   EXPECT_EQ(slave_.stop_reason(), "");
   EXPECT_EQ(slave_.Status().phase, Phase::kReady);
+}
+
+// Before, a stream that was begun in time went on for ever.
+TEST_F(TlsTest, AStreamOutlivesNoCertificate) {
+  CertifyFor(4, "brief");
+  Operator ada(As("brief"));
+  ada.Hold(0, "Ada");
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
+  EXPECT_FALSE(ada.Finish().ok());
+  EXPECT_TRUE(Eventually([&] { return slave_.Status().phase == Phase::kReady; })) << "it stands";
+  EXPECT_EQ(Stop(*As("brief")), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(TlsTest, WhoIsRevokedIsCutAndNotHeardAgain) {
+  Certs("operator " + At("ca") + " " + At("mallory") + " mallory");
+  Operator mallory(As("mallory"));
+  mallory.Hold(0);
+  ASSERT_TRUE(mallory.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
+  Certs("revoke " + At("ca") + " " + At("mallory/cert.pem") + " " + At("slave"));
+  EXPECT_FALSE(mallory.Finish().ok());
+  EXPECT_EQ(Stop(*As("mallory")), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(SetParameters(*As("operator")), grpc::StatusCode::OK) << "others are heard";
+  fs::remove(At("slave/crl.pem"));
+}
+
+TEST_F(TlsTest, AListOfAnotherCaIsRefusedAndTheOldOneStays) {
+  Certs("revoke " + At("strangers-ca") + " " + At("stranger/cert.pem") + " " + At("admin"));
+  EXPECT_THROW(RevocationList(At("admin")), std::invalid_argument);
+  fs::remove(At("admin/crl.pem"));
+  EXPECT_FALSE(RevocationList(At("admin")).Names("00"));
+}
+
+// A connection that says a hello's first bytes and no more takes nobody's place.
+TEST_F(TlsTest, AHandshakeThatNeverEndsKeepsNobodyOut) {
+  std::vector<int> lines;
+  const Endpoint endpoint = ParseEndpoint(server_->address());
+  for (int i = 0; i < 100; ++i) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(endpoint.port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    lines.push_back(socket(AF_INET, SOCK_STREAM, 0));
+    ASSERT_EQ(connect(lines.back(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    ASSERT_EQ(send(lines.back(), "\x16\x03\x01\x01\x00\x01", 6, 0), 6);
+  }
+  EXPECT_EQ(SetParameters(*As("operator")), grpc::StatusCode::OK);
+  for (const int line : lines) close(line);
+}
+
+// Carries one connection to the slave and keeps what the client said.
+class Tape {
+ public:
+  explicit Tape(const Endpoint& slave)
+      : slave_(slave), listening_(socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in here = AtPort(0);
+    socklen_t size = sizeof here;
+    auto* const any = reinterpret_cast<sockaddr*>(&here);
+    if (bind(listening_, any, size) != 0 || listen(listening_, 1) != 0) ADD_FAILURE();
+    getsockname(listening_, any, &size);
+    address = "127.0.0.1:" + std::to_string(ntohs(here.sin_port));
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      const int client = accept(listening_, nullptr, nullptr);
+      const int server = ToSlave();
+      while (!stop.stop_requested() && Carry(client, server)) {
+      }
+      close(client);
+      close(server);
+    });
+  }
+  ~Tape() { close(listening_); }
+  // Ends the recording.
+  const std::string& said() {
+    thread_ = {};
+    return said_;
+  }
+  [[nodiscard]] int ToSlave() const {
+    const int fd = socket(AF_INET, SOCK_STREAM, 0);
+    const sockaddr_in there = AtPort(slave_.port);
+    if (connect(fd, reinterpret_cast<const sockaddr*>(&there), sizeof there) != 0) ADD_FAILURE();
+    return fd;
+  }
+
+  std::string address;
+
+ private:
+  static sockaddr_in AtPort(std::uint16_t port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    return address;
+  }
+  // Whatever there is, both ways; false: one of them left.
+  bool Carry(int client, int server) {
+    std::array<pollfd, 2> both{{{client, POLLIN, 0}, {server, POLLIN, 0}}};
+    poll(both.data(), both.size(), 10);
+    std::array<char, 65536> bytes{};
+    for (const pollfd& one : both) {
+      if (one.revents == 0) continue;
+      const ssize_t came = recv(one.fd, bytes.data(), bytes.size(), 0);
+      if (came <= 0) return false;
+      const auto count = static_cast<std::size_t>(came);
+      if (one.fd == client) said_.append(bytes.data(), count);
+      send(one.fd == client ? server : client, bytes.data(), count, MSG_NOSIGNAL);
+    }
+    return true;
+  }
+
+  const Endpoint slave_;
+  int listening_;
+  std::string said_;
+  std::jthread thread_;
+};
+
+TEST_F(TlsTest, WhatWasHeardOnTheWayIsNotBelievedAgain) {
+  Tape tape(ParseEndpoint(server_->address()));
+  {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    const auto stub = v1::Teleoperation::NewStub(
+        grpc::CreateCustomChannel(tape.address, ChannelTls(At("operator")), arguments));
+    ASSERT_EQ(Stop(*stub), grpc::StatusCode::OK);
+  }
+  slave_.Reset();
+  const int again = tape.ToSlave();
+  const std::string said = tape.said();
+  ASSERT_GT(said.size(), 500U);
+  ASSERT_GT(send(again, said.data(), said.size(), MSG_NOSIGNAL), 0);
+  std::array<char, 4096> bytes{};
+  while (recv(again, bytes.data(), bytes.size(), 0) > 0) {
+  }
+  close(again);
+  EXPECT_EQ(slave_.Status().phase, Phase::kReady) << "and the line was ended";
 }
 
 TEST_F(TlsTest, ADowngradeIsRefused) {

@@ -1,0 +1,393 @@
+#include "slave/service/acceptor.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <compare>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <linux/tcp.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "shared/link/thread_priority.h"
+#include "shared/state/clock.h"
+#include "slave/service/connection_budget.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::chrono::milliseconds kLookSoon(1);  // while somebody is new
+constexpr double kNew = 0.2;                       // [s]
+// [bytes] that wait at most for gRPC, of who is new and of others: 500 commands a second for 5 s of
+// round trip.
+constexpr int kFewBytes = 32 * 1024, kManyBytes = 512 * 1024;
+constexpr std::chrono::milliseconds kLook(5);  // between two looks at what everybody sent
+constexpr int kAtOnce = 64;                    // accepted before others are looked at
+constexpr double kFewAtFirst = 4;              // come in together after somebody sent too much
+constexpr double kTrustAgain = 1;              // [s] between two looks whether who is in may stay
+constexpr std::size_t kTurnsToTell = 1000;  // once as many more were turned away, the log says so
+
+// Of a peer: IPv4, or the first half of IPv6, which one machine may have all of.
+struct Address {
+  std::array<std::uint8_t, 16> bytes{};
+  auto operator<=>(const Address&) const = default;
+};
+
+Address AddressOf(const sockaddr_storage& peer) {
+  Address address;
+  if (peer.ss_family == AF_INET) {
+    const auto& v4 = reinterpret_cast<const sockaddr_in&>(peer);
+    std::memcpy(&address.bytes[12], &v4.sin_addr, sizeof v4.sin_addr);
+  } else if (peer.ss_family == AF_INET6) {
+    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);
+    std::memcpy(address.bytes.data(), &v6.sin6_addr, sizeof v6.sin6_addr / 2);
+  }
+  return address;
+}
+
+// As gRPC names it, but for how it writes brackets.
+std::string NameOf(const sockaddr_storage& peer) {
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);  // the port stands at one place
+  const bool is_v6 = peer.ss_family == AF_INET6;
+  const void* const address =
+      is_v6 ? static_cast<const void*>(&v6.sin6_addr)
+            : static_cast<const void*>(&reinterpret_cast<const sockaddr_in&>(peer).sin_addr);
+  inet_ntop(peer.ss_family, address, text.data(), text.size());
+  return std::string(is_v6 ? "ipv6:" : "ipv4:") + text.data() + ":" +
+         std::to_string(ntohs(v6.sin6_port));
+}
+
+std::string WithoutBrackets(std::string peer) {
+  for (const std::string_view bracket : {"%5B", "%5D", "[", "]"}) {
+    const auto at = peer.find(bracket);
+    if (at != std::string::npos) peer.erase(at, bracket.size());
+  }
+  return peer;
+}
+
+// What the system counted of a connection.
+struct Traffic {
+  bool open = false;
+  std::uint64_t received = 0, answered = 0;  // [bytes]
+};
+
+Traffic TrafficOf(int fd) {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  if (getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return {};
+  constexpr int kEstablished = 1;  // TCP_ESTABLISHED, of a header that does not go with this one
+  return {info.tcpi_state == kEstablished, info.tcpi_bytes_received, info.tcpi_bytes_acked};
+}
+
+// With all that is still to be read of it, if the system can do that.
+void Disconnect(int fd) {
+  sockaddr nowhere{};
+  nowhere.sa_family = AF_UNSPEC;
+  if (connect(fd, &nowhere, sizeof nowhere) != 0) shutdown(fd, SHUT_RDWR);
+}
+
+std::size_t Affordable(const Acceptor::Limits& limits) {
+  constexpr std::size_t kOthers = 128;  // files, cameras, the listener's own
+  rlimit descriptors{};
+  if (getrlimit(RLIMIT_NOFILE, &descriptors) != 0) return limits.connections;
+  const std::size_t spoken_for = limits.waiting + kOthers;
+  const auto all = static_cast<std::size_t>(descriptors.rlim_cur);
+  return std::min(limits.connections, all > spoken_for ? (all - spoken_for) / 2 : 1);
+}
+
+}  // namespace
+
+Greets Judge(Greeting greeting, std::string_view bytes) {
+  using namespace std::string_view_literals;
+  constexpr auto kPreface = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"sv;
+  if (greeting == Greeting::kHttp2) {
+    const std::size_t seen = std::min(bytes.size(), kPreface.size());
+    if (bytes.substr(0, seen) != kPreface.substr(0, seen)) return Greets::kNo;
+    return seen == kPreface.size() ? Greets::kYes : Greets::kNotYet;
+  }
+  // A record of a handshake, TLS 1.x, that begins with a client's hello.
+  constexpr std::size_t kMajor = 1, kHello = 5;
+  const auto differs = [&](std::size_t at, char wanted) {
+    return bytes.size() > at && bytes[at] != wanted;
+  };
+  if (differs(0, '\x16') || differs(kMajor, '\x03') || differs(kHello, '\x01')) return Greets::kNo;
+  return bytes.size() > kHello ? Greets::kYes : Greets::kNotYet;
+}
+
+std::string_view ToString(TurnedAway why) {
+  constexpr std::array<std::string_view, kTurnedAwayCount> kNames{
+      "said_nothing", "said_other", "too_many", "too_much", "untrusted"};
+  return kNames[static_cast<std::size_t>(why)];
+}
+
+// Who is there: the acceptor's thread's own.
+class Acceptor::Room {
+ public:
+  explicit Room(Acceptor& door)
+      : door_(door), limits_(door.limits_), most_(Affordable(door.limits_)) {}
+  ~Room();
+
+  void Run(const std::stop_token& stop);
+
+ private:
+  struct Waiting {
+    int fd;
+    std::string peer;
+    Address from;
+    Time since;
+    bool silent = true;  // not a byte yet
+  };
+  struct Guest {
+    int fd;  // a second name of the one that was handed on: it cannot come to mean another
+    std::string peer;
+    Address from;
+    ConnectionBudget budget;
+    Time since;
+    bool is_new = true;
+    std::function<bool()> trusted = {};  // empty: for ever
+  };
+  struct Visits {
+    double credit;
+    Time closed_until{};
+    std::size_t open = 0;
+  };
+
+  [[nodiscard]] std::chrono::milliseconds Pause() const {
+    return Clock::now() - newest_at_ < Seconds(kNew) ? kLookSoon : kLook;
+  }
+  void WaitForSomebody();
+  void AcceptAll(int listener);
+  void Greet();
+  // False: it still waits.
+  bool Decide(Waiting* one);
+  bool HandOnIfAllowed(const Waiting& one);
+  bool MakePlace(const Address& from);
+  void Look(double dt);
+  void LearnWhomToTrust();
+  void CutUntrusted();
+  void Cut(const Guest& guest, TurnedAway why);
+  // False: it is gone.
+  bool Bear(Guest* guest, double dt);
+  bool TurnAway(int fd, TurnedAway why);
+
+  Acceptor& door_;
+  const Limits& limits_;
+  const std::size_t most_;
+  std::vector<Waiting> waiting_;  // eldest first
+  std::vector<Guest> guests_;
+  std::map<Address, Visits> visits_;
+  std::vector<pollfd> polled_;
+  Time trust_again_{}, newest_at_{};
+};
+
+Acceptor::Room::~Room() {
+  for (const Waiting& one : waiting_) close(one.fd);
+  for (const Guest& guest : guests_) close(guest.fd);
+}
+
+void Acceptor::Room::Run(const std::stop_token& stop) {
+  MakeThreadRealtime(kReadingPriority);  // a flood is cut before it is read
+  for (Time looked = Clock::now(); !stop.stop_requested();) {
+    WaitForSomebody();
+    for (const ListeningSocket& socket : door_.sockets_) AcceptAll(socket.fd());
+    Greet();
+    const Time now = Clock::now();
+    if (now - looked < Pause()) continue;
+    Look(SecondsBetween(looked, now));
+    looked = now;
+    if (now < trust_again_) continue;
+    CutUntrusted();
+    trust_again_ = now + Seconds(kTrustAgain);
+  }
+}
+
+void Acceptor::Room::WaitForSomebody() {
+  polled_.clear();
+  for (const ListeningSocket& socket : door_.sockets_) polled_.push_back({socket.fd(), POLLIN, 0});
+  for (const Waiting& one : waiting_) {
+    if (one.silent) polled_.push_back({one.fd, POLLIN, 0});
+  }
+  poll(polled_.data(), polled_.size(), static_cast<int>(Pause().count()));
+}
+
+void Acceptor::Room::AcceptAll(int listener) {
+  for (int i = 0; i < kAtOnce; ++i) {
+    sockaddr_storage peer{};
+    socklen_t size = sizeof peer;
+    const int fd =
+        accept4(listener, reinterpret_cast<sockaddr*>(&peer), &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (fd < 0) {
+      if (errno == EMFILE || errno == ENFILE) std::this_thread::sleep_for(kLook);
+      return;  // nobody, or nothing is left to give: not at once again
+    }
+    if (waiting_.size() >= limits_.waiting) {
+      TurnAway(waiting_.front().fd, TurnedAway::kSaidNothing);
+      waiting_.erase(waiting_.begin());
+    }
+    waiting_.push_back({fd, NameOf(peer), AddressOf(peer), Clock::now()});
+  }
+}
+
+void Acceptor::Room::Greet() {
+  std::erase_if(waiting_, [this](Waiting& one) { return Decide(&one); });
+}
+
+bool Acceptor::Room::Decide(Waiting* one) {
+  std::array<char, 24> bytes{};
+  const ssize_t came = recv(one->fd, bytes.data(), bytes.size(), MSG_PEEK | MSG_DONTWAIT);
+  one->silent = came < 0 && errno == EAGAIN;
+  if (!one->silent && came <= 0) return TurnAway(one->fd, TurnedAway::kSaidNothing);  // it left
+  const std::string_view said(bytes.data(), one->silent ? 0 : static_cast<std::size_t>(came));
+  const Greets greets = Judge(door_.greeting_, said);
+  if (greets == Greets::kNo) return TurnAway(one->fd, TurnedAway::kSaidOther);
+  if (greets == Greets::kYes && HandOnIfAllowed(*one)) return true;
+  if (Clock::now() - one->since < limits_.greeting) return false;
+  return TurnAway(one->fd,
+                  greets == Greets::kYes ? TurnedAway::kTooMany : TurnedAway::kSaidNothing);
+}
+
+bool Acceptor::Room::HandOnIfAllowed(const Waiting& one) {
+  Visits& visits = visits_.try_emplace(one.from, Visits{limits_.burst}).first->second;
+  if (visits.credit < 1 || Clock::now() < visits.closed_until) return false;  // in a while, perhaps
+  if (!MakePlace(one.from)) return false;
+  const int second_name = fcntl(one.fd, F_DUPFD_CLOEXEC, 0);
+  if (second_name < 0) return TurnAway(one.fd, TurnedAway::kTooMany);
+  const int on = 1;
+  setsockopt(one.fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  --visits.credit;
+  ++visits.open;
+  newest_at_ = Clock::now();
+  guests_.push_back({second_name, one.peer, one.from, {}, newest_at_});
+  setsockopt(one.fd, SOL_SOCKET, SO_RCVBUF, &kFewBytes, sizeof kFewBytes);
+  ++door_.accepted_;
+  door_.open_ = guests_.size();
+  door_.hand_on_(one.fd);
+  return true;
+}
+
+// Where all places are taken, of the address or at all, one that is idle gives way.
+bool Acceptor::Room::MakePlace(const Address& from) {
+  const bool own = visits_.at(from).open >= limits_.per_address;
+  if (!own && guests_.size() < most_) return true;
+  auto idlest = guests_.end();
+  for (auto guest = guests_.begin(); guest != guests_.end(); ++guest) {
+    if ((own && guest->from != from) || guest->budget.silent() < limits_.idle) continue;
+    if (idlest == guests_.end() || guest->budget.silent() > idlest->budget.silent()) idlest = guest;
+  }
+  if (idlest == guests_.end()) return false;
+  Cut(*idlest, TurnedAway::kTooMany);
+  guests_.erase(idlest);
+  return true;
+}
+
+void Acceptor::Room::Look(double dt) {
+  std::erase_if(guests_, [&](Guest& guest) { return !Bear(&guest, dt); });
+  door_.open_ = guests_.size();
+  for (auto& [address, visits] : visits_) {
+    visits.credit = std::min(limits_.burst, visits.credit + limits_.rate * dt);
+  }
+  std::erase_if(visits_, [&, now = Clock::now()](const auto& entry) {
+    const Visits& visits = entry.second;
+    return visits.open == 0 && visits.credit >= limits_.burst && now >= visits.closed_until;
+  });
+}
+
+bool Acceptor::Room::Bear(Guest* guest, double dt) {
+  const Traffic traffic = TrafficOf(guest->fd);
+  const bool bears = guest->budget.Update(traffic.received, traffic.answered, dt);
+  if (guest->is_new && Clock::now() - guest->since > Seconds(kNew)) {
+    guest->is_new = false;
+    setsockopt(guest->fd, SOL_SOCKET, SO_RCVBUF, &kManyBytes, sizeof kManyBytes);
+  }
+  if (traffic.open && bears) return true;
+  Visits& visits = visits_.at(guest->from);
+  if (traffic.open) {
+    visits.closed_until = Clock::now() + Seconds(limits_.closed);
+    visits.credit = std::min(visits.credit, kFewAtFirst);
+    Cut(*guest, TurnedAway::kTooMuch);
+  } else {
+    close(guest->fd);
+    --visits.open;
+  }
+  return false;
+}
+
+void Acceptor::Room::Cut(const Guest& guest, TurnedAway why) {
+  Disconnect(guest.fd);
+  TurnAway(guest.fd, why);
+  --visits_.at(guest.from).open;
+}
+
+void Acceptor::Room::LearnWhomToTrust() {
+  const std::scoped_lock lock(door_.mutex_);
+  for (auto& [peer, trusted] : door_.trusted_) {
+    const auto guest = std::ranges::find(guests_, peer, &Guest::peer);
+    if (guest != guests_.end()) guest->trusted = std::move(trusted);
+  }
+  door_.trusted_.clear();
+}
+
+void Acceptor::Room::CutUntrusted() {
+  LearnWhomToTrust();
+  std::erase_if(guests_, [this](const Guest& guest) {
+    if (!guest.trusted || guest.trusted()) return false;
+    spdlog::warn("audit: {} was cut: its certificate does not hold any more", guest.peer);
+    Cut(guest, TurnedAway::kUntrusted);
+    return true;
+  });
+}
+
+bool Acceptor::Room::TurnAway(int fd, TurnedAway why) {
+  close(fd);
+  const std::uint64_t count = ++door_.turned_away_[static_cast<std::size_t>(why)];
+  if (count % kTurnsToTell == 1) {
+    spdlog::warn("audit: connections turned away, {}: {} since the start", ToString(why), count);
+  }
+  return true;
+}
+
+Acceptor::Acceptor(Endpoint endpoint, Greeting greeting, HandOn hand_on, const Limits& limits)
+    : endpoint_(std::move(endpoint)),
+      greeting_(greeting),
+      hand_on_(std::move(hand_on)),
+      limits_(limits),
+      sockets_(ListenAt(&endpoint_)) {}
+
+Acceptor::~Acceptor() {
+  Stop();
+}
+
+void Acceptor::Start() {
+  thread_ = std::jthread([this](const std::stop_token& stop) { Room(*this).Run(stop); });
+}
+
+AcceptorCounts Acceptor::counts() const {
+  AcceptorCounts counts;
+  counts.accepted = accepted_;
+  counts.open = open_;
+  for (std::size_t i = 0; i < kTurnedAwayCount; ++i) counts.turned_away[i] = turned_away_[i];
+  return counts;
+}
+
+void Acceptor::KeepWhile(const std::string& peer, std::function<bool()> trusted) {
+  const std::scoped_lock lock(mutex_);
+  trusted_[WithoutBrackets(peer)] = std::move(trusted);
+}
+
+void Acceptor::Stop() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+  sockets_.clear();
+}
+
+}  // namespace palpate

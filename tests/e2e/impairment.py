@@ -1,0 +1,129 @@
+"""What delay, jitter and loss do to what the hand feels: one session of the programs per cell, one row of CSV each.
+
+  impairment.sh --quick|--full [--out FILE.csv] [--seed N] [--only WORDS]
+
+--quick: at most five minutes. --full: every cell; rows that FILE.csv has already are kept, so that it can be gone on with.
+Cells with loss need network namespaces and a TUN device: without them they are listed as skipped, and so are all others.
+A cell fails where the hand is not safe: a force beyond the limit, energy beyond what noise explains, an oscillation that grows.
+"""
+import argparse
+import csv
+import itertools
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+from bad_line import SLAVE_AT, BadLine, permitted
+from programs import BARE, MASTER, ROOT, SLAVE, Slave
+
+ROUND_TRIPS = [0, 10, 50, 100, 200, 500, 1000, 5000]  # [ms]
+JITTERS, LOSSES = [0, 20], [0, 1, 5]                  # [%]
+OBJECTS = {"soft": "foam-cube", "stiff": "silicone-block", "membrane": "rubber-membrane", "moving": "heart-target"}
+RENDERS = ["local", "interpolate", "hold"]
+QUICK = [("stiff", render, trip, 0, 0) for render in ("local", "hold") for trip in (0, 100, 500)] + [
+    ("stiff", "local", 50, 20, 1), ("stiff", "local", 200, 20, 5), ("stiff", "local", 1000, 0, 0),
+    ("soft", "local", 100, 0, 0), ("membrane", "local", 100, 0, 0), ("moving", "local", 100, 0, 0)]
+FORCE_LIMIT, NOISE_ENERGY = 3.3, -1e-3  # [N], [J]
+COLUMNS = ["object", "render", "round_trip_ms", "jitter_pct", "loss_pct", "seed", "seconds", "rms_N", "relative_rms",
+           "at_place_rms_N", "at_place_relative", "drift_m", "energy_min_J", "growing", "stale_share", "packets_per_s",
+           "rtt_p50_ms", "reconnects", "force_sent_peak_N", "served", "safe"]
+
+
+def oscillation_grows(times, forces):
+    """Whether what is faster than 5 Hz in the force on the hand becomes three times larger from contact's begin to its end."""
+    width, swings = 100, []
+    mean = sum(forces[:width]) / width if len(forces) > width else 0
+    for k in range(width, len(forces) - width, 1):
+        mean += (forces[k + width // 2 - 1] - forces[k - width // 2 - 1]) / width
+        swings.append(forces[k] - mean)
+    windows = [math.sqrt(sum(s * s for s in swings[k:k + 500]) / 500) for k in range(0, len(swings) - 500, 500)]
+    return len(windows) > 4 and windows[-1] > 3 * max(windows[0], 0.02) and windows[-1] > 0.1
+
+
+def drift(rows):
+    """How far the tool's commanded place has moved when the hand is back where it began, within an epoch [m]."""
+    place = [([float(row[f"p_M_{axis}"]) for axis in "xyz"], [float(row[f"p_S_{axis}"]) for axis in "xyz"])
+             for row in rows if row["state"] == "FOLLOWING"]
+    if not place:
+        return 0.0
+    hand, tool = place[0]
+    back = [math.dist(tool, now) for at, now in place if math.dist(at, hand) < 1e-5]
+    return min(back[-1], 1.0) if back else 0.0
+
+
+def session(kind, render, trip, jitter, loss, seed, seconds, folder):
+    scene = ROOT / "deploy/scenes" / f"{OBJECTS[kind]}.yaml"
+    report, log = folder / "report.json", folder / "log.csv"
+    with BadLine(trip / 1000, jitter / 100, loss / 100, seed) as line:
+        serve = [*line.at_slave, SLAVE, "serve", scene, "--listen", f"{SLAVE_AT}:50051", "--insecure"]
+        with Slave(command=serve):
+            report.unlink(missing_ok=True)
+            subprocess.run([*line.at_master, MASTER, "connect", f"{SLAVE_AT}:50051", "--insecure", "--render", render,
+                            "--wait", "20", "--duration", str(seconds), "--report", report, "--log", log],
+                           stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, env=BARE,
+                           timeout=seconds + 90)
+    if not report.exists():
+        return None, []
+    return json.loads(report.read_text()), list(csv.DictReader(log.open()))
+
+
+def cell(kind, render, trip, jitter, loss, seed, folder):
+    seconds = 8 + 3 * trip / 1000
+    said, rows = session(kind, render, trip, jitter, loss, seed, seconds, folder)
+    if said is None:  # nobody was found, and nothing reached the hand
+        return dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, [kind, render, trip, jitter, loss, seed, seconds])) | {
+            "served": 0, "safe": 1}
+    error, at_place = said["force_error"] or {}, said.get("force_error_at_place") or {}
+    times = [float(row["t"]) for row in rows]
+    forces = [math.hypot(*(float(row[f"sent_{axis}"]) for axis in "xyz")) for row in rows if row["state"] == "FOLLOWING"]
+    grows = oscillation_grows(times, forces)
+    safe = said["force_sent_peak_N"] <= FORCE_LIMIT + 1e-6 and said["energy_min_J"] >= NOISE_ENERGY and not grows
+    return dict(zip(COLUMNS, [
+        kind, render, trip, jitter, loss, seed, seconds, error.get("rms_N", ""), error.get("relative_rms", ""),
+        at_place.get("rms_N", ""), at_place.get("relative_rms", ""), f"{drift(rows):.2e}", said["energy_min_J"], int(grows),
+        round(said["stale_ticks"] / max(said["ticks"], 1), 4),
+        round((said["states"] + said["commands"]) / said["duration_s"], 1), round(said["rtt_us"]["p50"] / 1000, 2),
+        said["reconnects"], said["force_sent_peak_N"], int(said["states"] > 0), int(safe)]))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    size = parser.add_mutually_exclusive_group(required=True)
+    size.add_argument("--quick", action="store_true")
+    size.add_argument("--full", action="store_true")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("impairment.csv"))
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="")
+    a = parser.parse_args()
+    cells = QUICK if a.quick else list(itertools.product(OBJECTS, RENDERS, ROUND_TRIPS, JITTERS, LOSSES))
+    cells = [one for one in cells if a.only in " ".join(map(str, one))]
+    if not permitted():
+        print(f"skipped: {len(cells)} cells, no network namespaces or no TUN device here")
+        return 77
+    begin = time.monotonic()
+    known = list(csv.DictReader(a.out.open())) if a.full and a.out.exists() else []
+    done = {tuple(row[column] for column in COLUMNS[:6]) for row in known}
+    print(f"seed {a.seed}; {len(cells)} cells, {len(done)} known", flush=True)
+    with a.out.open("a" if done else "w", newline="") as out, tempfile.TemporaryDirectory() as folder:
+        writer = csv.DictWriter(out, COLUMNS)
+        if not done:
+            writer.writeheader()
+        unsafe = sum(row["safe"] == "0" for row in known)
+        for one in cells:
+            if tuple(map(str, (*one, a.seed))) in done:
+                continue
+            row = cell(*one, a.seed, pathlib.Path(folder))
+            writer.writerow(row)
+            out.flush()
+            unsafe += not row["safe"]
+            print(" ".join(f"{column}={row[column]}" for column in COLUMNS if row[column] != ""), flush=True)
+    print(f"{unsafe} unsafe cells; seed {a.seed}, {time.monotonic() - begin:.0f} s")
+    return 1 if unsafe else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
