@@ -169,7 +169,7 @@ void PatchContact::Move(int tool, const Vector3d& centre) noexcept {
 // Where its way crossed the surface.
 void PatchContact::Enter(int tool, const Vector3d& centre, const PatchPlace& nearest) noexcept {
   Touch& touch = touches_[At(tool)];
-  const double gap = nearest.height - patch_.tools[At(tool)].radius;
+  const double radius = patch_.tools[At(tool)].radius, gap = nearest.height - radius;
   Vector3d crossing = centre;
   if (touch.has_last && touch.last_gap > 0) {
     crossing += gap / (touch.last_gap - gap) * (centre - touch.last_centre);
@@ -179,7 +179,7 @@ void PatchContact::Enter(int tool, const Vector3d& centre, const PatchPlace& nea
   StickAt(tool, crossing);
   // Beside an edge or a corner a sphere meets it from its own side.
   const Vector3d away = crossing - touch.place.p;
-  if (touch.place.height > 0.5 * patch_.tools[At(tool)].radius && touch.place.height > 0) {
+  if (radius > 0 && touch.place.height > 0.5 * radius) {
     touch.place.normal = away.stableNormalized();
     touch.K = StiffnessAt(touch.place);
   }
