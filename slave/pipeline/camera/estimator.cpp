@@ -404,7 +404,7 @@ bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noe
   patch->full_depth = patch->valid_depth =
       touch_->deformation->info().range * touch_->mesh.length_unit;
   // Whoever watches the shape sees the tool's contact, not what was asked here.
-  if (pressed_place_.element >= 0) Respond(pressed_place_, pressed_by_);
+  if (pressed_place_.element >= 0) static_cast<void>(Respond(pressed_place_, pressed_by_));
   return known;
 }
 
