@@ -45,6 +45,7 @@ struct Line {
   LatestValue<ReceivedState> states;
   LatestValue<OperatorCommand> commands;
   LatestValue<RemoteSettings> settings;
+  LatestValue<ReceivedPatch> patches;
   SlaveLink link;
 };
 
@@ -196,6 +197,12 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   SessionOptions options;
   options.loop = LoopOptions(a, scene);
   options.settings = &line->settings;
+  std::optional<PatchWatch> patch;
+  if (options.loop.render == RenderMode::kLocal) {
+    patch.emplace(PatchWatch::Options{a.link.target, a.link.insecure, a.link.tls}, &line->patches);
+    options.patches = &line->patches;
+    options.patch_stats = [&patch] { return patch->stats(); };
+  }
   options.estop_wanted = [] { return g_emergency.exchange(false); };
   options.duration = a.duration;
   options.log = a.log;
@@ -214,6 +221,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
       });
   std::this_thread::sleep_for(kLastWords);
   line->link.Stop();
+  patch.reset();
   const bool shapes_written = shape.Finish(&report);
 
   report.scene = scene.name;

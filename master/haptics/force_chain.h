@@ -35,8 +35,10 @@ enum class Reason : std::uint8_t {
   kSettings,      // the slave's settings are not those that were read
   kAged,          // sensed too long ago, or in the future
   kEnded,         // the slave's stream ended
+  kPlane,         // off the patch, which is known: the plane of the states instead
+  kHeld,          // the model was worse than the last force held, which is shown instead
 };
-inline constexpr std::size_t kReasonCount = 19;
+inline constexpr std::size_t kReasonCount = 21;
 
 // As written in the log: `stale`, `clamped`, ...
 std::string_view ToString(Reason reason);

@@ -115,6 +115,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   record_.at = now;
   TakeState(now);
   TakeSettings();
+  TakePatch(ToSeconds(now));
   if (newest_) RecordFingers(newest_->state, &record_);
   const DeviceReading reading = Checked(raw);
   passivity_.Observe(reading.p_M, sent_, dt);
@@ -137,11 +138,37 @@ void HapticLoop::TakeState(Time now) noexcept {
   const auto offset = Seconds(received->clock_offset);
   renderer_.Take(state, ToSeconds(state.sensed_at - offset), ToSeconds(received->received_at),
                  ToSeconds(now));
+  renderer_.set_ahead(received->round_trip / 2);
+  record_.round_trip = received->round_trip;
+  Judge(state);
   if (state.true_force) {
     record_.has_truth = true;
     record_.truth_at = state.sent_at - offset;
+    if (state.echo) record_.truth_commanded_at = *state.echo;
     record_.truth = *state.true_force;
   }
+}
+
+// A patch of other settings than those that are in force waits, or has had its time.
+void HapticLoop::TakePatch(double now) noexcept {
+  const ReceivedPatch* received = slots_.patches == nullptr ? nullptr : slots_.patches->Take();
+  if (received != nullptr) patch_ = received;
+  if (patch_ == nullptr || !newest_ || settings_wait_) return;
+  const std::uint32_t revision = patch_->patch.settings_revision;
+  if (revision != settings_.revision && revision != 0) return;
+  const auto offset = Seconds(newest_->clock_offset);
+  renderer_.TakePatch(patch_->patch, patch_->law, ToSeconds(patch_->law.sensed_at - offset), now);
+  patch_ = nullptr;
+}
+
+// What was felt when the slave did what was commanded, which then is a round trip ago.
+void HapticLoop::Judge(const SlaveState& state) noexcept {
+  const bool follows = machine_.state() == OperatorState::kFollowing && state.echo &&
+                       state.epoch == machine_.epoch() && state.phase == Phase::kFollowing;
+  if (!follows || state.sensed_at == judged_at_) return;
+  judged_at_ = state.sensed_at;
+  const double since_sensed = SecondsBetween(state.sensed_at, state.sent_at);
+  renderer_.Judge(ToSeconds(*state.echo) + state.echo_delay - since_sensed, state);
 }
 
 // A limit counts at once and only downwards; scales would move the tool under the hand.
@@ -156,6 +183,7 @@ void HapticLoop::TakeSettings() noexcept {
   settings_wait_ = false;
   transform_ = settings_.transform;
   renderer_.set_stiffest(Stiffest(transform_));
+  renderer_.ForgetPatch();
 }
 
 bool HapticLoop::Trusts(Time now) noexcept {
@@ -197,6 +225,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   in.engaged = engaged;
   if (newest_) {
     in.state_age = std::max(0.0, SecondsBetween(newest_->received_at, now));
+    in.round_trip = newest_->round_trip;
     in.trusted = Trusts(now);
     in.force_known = IsForceKnown(newest_->state);
     in.slave_epoch = newest_->state.epoch;
@@ -293,7 +322,13 @@ void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
 }
 
 DeviceGuide HapticLoop::guide() const noexcept {
-  if (record_.state != OperatorState::kFollowing || !renderer_.contact().known()) return {};
+  if (record_.state != OperatorState::kFollowing) return {};
+  const PatchRender& patch = renderer_.patch();
+  if (patch.known() && patch.newest().serves()) {
+    return {true, transform_.R_SM.transpose() * -patch.newest().normal(),
+            -patch.newest().depth() / transform_.position_scale};
+  }
+  if (!renderer_.contact().known()) return {};
   const LocalModel model = renderer_.contact().At(ToSeconds(record_.at));
   return {true, transform_.R_SM.transpose() * -model.normal,
           -model.Penetration(record_.p_S) / transform_.position_scale};

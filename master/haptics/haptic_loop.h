@@ -13,6 +13,7 @@
 #include "master/haptics/record/tick_record.h"
 #include "master/haptics/renderer.h"
 #include "master/haptics/spsc_ring.h"
+#include "master/link/patch_watch.h"
 #include "master/link/slave_link.h"
 
 namespace palpate {
@@ -33,6 +34,7 @@ class HapticLoop {
     LatestValue<OperatorCommand>* commands = nullptr;  // written here
     SpscRing<TickRecord>* records = nullptr;           // written here
     LatestValue<RemoteSettings>* settings = nullptr;   // read here; null: they never change
+    LatestValue<ReceivedPatch>* patches = nullptr;     // read here; null: none comes
   };
   struct Stats {
     PeriodicStats periodic;
@@ -66,6 +68,8 @@ class HapticLoop {
   [[nodiscard]] double ToSeconds(Time t) const noexcept { return SecondsBetween(origin_, t); }
   void TakeState(Time now) noexcept;
   void TakeSettings() noexcept;
+  void TakePatch(double now) noexcept;
+  void Judge(const SlaveState& state) noexcept;
   // Whether what the slave says may be rendered; why not is in the reasons.
   [[nodiscard]] bool Trusts(Time now) noexcept;
   [[nodiscard]] bool KeepsOffset() noexcept;
@@ -86,10 +90,12 @@ class HapticLoop {
   OutputBlend output_;
   TeleopTransform transform_;  // with the offset of the current epoch
   std::optional<ReceivedState> newest_;
-  RemoteSettings settings_;         // as read last
-  bool settings_wait_ = false;      // until nobody follows, to come in force
-  std::uint32_t offset_epoch_ = 0;  // that the transform's offset belongs to
-  DeviceReading last_reading_;      // the last good one
+  const ReceivedPatch* patch_ = nullptr;  // that came last, in its slot; null: it was taken over
+  Time judged_at_{};                      // sensed then, slave's clock
+  RemoteSettings settings_;               // as read last
+  bool settings_wait_ = false;            // until nobody follows, to come in force
+  std::uint32_t offset_epoch_ = 0;        // that the transform's offset belongs to
+  DeviceReading last_reading_;            // the last good one
   Eigen::Vector3d commanded_p_M_{0, 0, 0};
   Eigen::Vector3d sent_{0, 0, 0};
   std::uint64_t command_sequence_ = 0;

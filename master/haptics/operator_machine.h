@@ -34,13 +34,14 @@ class OperatorMachine {
  public:
   static constexpr double kStaleAfter = 0.030;     // without a state the link is dead [s]
   static constexpr double kResumeWithin = 0.250;   // of HOLD, else engage anew [s]
-  static constexpr double kAlignWithin = 1.0;      // else engage anew [s]
+  static constexpr double kAlignWithin = 1.0;      // and a round trip, else engage anew [s]
   static constexpr double kDisconnectAfter = 1.0;  // without a state [s]
 
   struct Input {
     double now = 0;            // [s]
     bool engaged = false;      // the device's dead-man's switch
     double state_age = 1e9;    // since a state was received [s]
+    double round_trip = 0;     // [s]
     bool force_known = false;  // in the newest state
     bool stop = false;    // the operator's emergency stop, of which the slave does not know yet
     bool trusted = true;  // nothing about it keeps it from being rendered

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
 namespace palpate {
 namespace {
 
@@ -23,6 +21,11 @@ bool IsModest(const Matrix& m) {
 constexpr std::array<std::string_view, 3> kModes{"local", "interpolate", "hold"};
 constexpr double kNoticeable = 0.01;  // a change of K, of its size
 constexpr double kLowering = 0.01;    // of the transport delay [s/s]
+
+// One `step` from `share` to 1 where it is `wanted`, else to 0.
+double Towards(bool wanted, double step, double share) {
+  return wanted ? std::min(1.0, share + step) : std::max(0.0, share - step);
+}
 
 }  // namespace
 
@@ -73,16 +76,6 @@ LocalModel LocalContact::At(double now) const noexcept {
 
 bool LocalContact::IsBeyond(const Eigen::Vector3d& p_S) const noexcept {
   return known() && to_.valid_radius > 0 && (p_S - to_.reference).norm() > to_.valid_radius;
-}
-
-Eigen::Matrix3d NearestSpring(const Eigen::Matrix3d& K, double most) noexcept {
-  const Eigen::Matrix3d symmetric = 0.5 * (K + K.transpose());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> modes(symmetric);
-  const Eigen::Vector3d& k = modes.eigenvalues();
-  const double rounding = 1e-12 * k.cwiseAbs().maxCoeff();
-  if (symmetric == K && k.minCoeff() >= -rounding && k.maxCoeff() <= most) return K;
-  const Eigen::Vector3d kept = k.cwiseMax(0).cwiseMin(most);
-  return modes.eigenvectors() * kept.asDiagonal() * modes.eigenvectors().transpose();
 }
 
 bool IsSane(const LocalModel& model) noexcept {
@@ -143,10 +136,40 @@ Eigen::Vector3d Renderer::Render(const Eigen::Vector3d& p_S, double now,
   if (presence_ < 1) reasons->Add(Reason::kPunctured);
   if (mode_ == RenderMode::kHold) return presence_ * samples_.newest();
   if (mode_ == RenderMode::kInterpolate) return presence_ * samples_.At(now);
-  if (projected_) reasons->Add(Reason::kProjected);
-  if (contact_.IsBlending(now)) reasons->Add(Reason::kBlending);
-  if (contact_.IsBeyond(p_S)) reasons->Add(Reason::kBeyondModel);
-  return presence_ * contact_.ForceAt(p_S, now);
+  return presence_ * RenderLocal(p_S, now, dt, reasons);
+}
+
+Eigen::Vector3d Renderer::RenderLocal(const Eigen::Vector3d& p_S, double now, double dt,
+                                      Reasons* reasons) noexcept {
+  const PatchContact& patch = patch_.newest();
+  const Eigen::Vector3d by_patch = patch_.ForceAt(p_S, now, now + ahead_);
+  const Eigen::Vector3d by_plane = contact_.ForceAt(p_S, now);
+  const bool serves = patch_.known() && patch.serves();
+  on_patch_ = Towards(serves, dt / kStepTime, on_patch_);
+  held_share_ = Towards(judge_.prefers_hold(), dt / kStepTime, held_share_);
+
+  if (on_patch_ < 1) {
+    if (patch_.known()) reasons->Add(Reason::kPlane);
+    if (projected_) reasons->Add(Reason::kProjected);
+    if (contact_.IsBlending(now)) reasons->Add(Reason::kBlending);
+    if (contact_.IsBeyond(p_S)) reasons->Add(Reason::kBeyondModel);
+  }
+  if (on_patch_ > 0) {
+    if (patch.is_capped()) reasons->Add(Reason::kProjected);
+    if (patch_.IsBlending(now)) reasons->Add(Reason::kBlending);
+    if (patch.is_beyond()) reasons->Add(Reason::kBeyondModel);
+  }
+  if (held_share_ > 0) reasons->Add(Reason::kHeld);
+  const Eigen::Vector3d model = by_plane + on_patch_ * (by_patch - by_plane);
+  const bool says_something = contact_.known() || patch_.known();
+  if (says_something) judge_.Show(now, model, samples_.newest());
+  return model + held_share_ * (samples_.newest() - model);
+}
+
+void Renderer::Judge(double commanded, const SlaveState& state) noexcept {
+  if (mode_ == RenderMode::kLocal && IsForceKnown(state) && !punctured_) {
+    judge_.Feel(commanded, *state.force, state.sigma);
+  }
 }
 
 }  // namespace palpate

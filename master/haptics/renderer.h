@@ -10,6 +10,9 @@
 #include <Eigen/Core>
 
 #include "master/haptics/force_chain.h"
+#include "master/haptics/render_judge.h"
+#include "shared/patch/patch_render.h"
+#include "shared/patch/spring.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
@@ -62,10 +65,6 @@ class LocalContact {
   std::optional<Eigen::Vector3d> entry_;
 };
 
-// The nearest stiffness to `K` that is a spring: symmetric, eigenvalues within 0 to `most` [N/m]. A
-// K that is one comes back as it is. Finite in, finite out. Real-time safe.
-Eigen::Matrix3d NearestSpring(const Eigen::Matrix3d& K, double most) noexcept;
-
 // Finite, a normal of unit length within 1 %, and no number beyond 1e12: fit to be rendered.
 bool IsSane(const LocalModel& model) noexcept;
 
@@ -102,41 +101,70 @@ class DelayedLinear {
 };
 
 enum class RenderMode : std::uint8_t {
-  kLocal,        // the one-sided local model at the newest hand position (LocalContact)
+  kLocal,        // the local model at the newest hand position: the best of its steps
   kInterpolate,  // the last forces, a period late (DelayedLinear)
   kHold,         // the newest force until the next
 };
 std::string_view ToString(RenderMode mode);  // `local`, `interpolate`, `hold`
 std::optional<RenderMode> ParseRenderMode(std::string_view text);
 
+// `local` goes down by steps, and up again, each in tens of milliseconds:
+//
+//   patch   the surface around the contact (PatchRender), where the tool is on one
+//   plane   the plane of the states (LocalContact): old slaves, and off the patch
+//   hold    the newest force, while what the model said was worth less (RenderJudge)
 class Renderer {
  public:
   // `stiffest`: that is rendered, at the tool [N/m].
   explicit Renderer(RenderMode mode, double stiffest = std::numeric_limits<double>::infinity())
       : mode_(mode), stiffest_(stiffest) {}
 
-  void set_stiffest(double stiffest) noexcept { stiffest_ = stiffest; }
+  void set_stiffest(double stiffest) noexcept {
+    stiffest_ = stiffest;
+    patch_.set_stiffest(stiffest);
+  }
 
   // Takes a new state that was `sensed` and `arrived` then, now being `now`: all on the master's
   // clock [s]. States that repeat what was sensed count once. Real-time safe.
   void Take(const SlaveState& state, double sensed, double arrived, double now) noexcept;
+  // Takes a patch or a law of it, sensed at `at`, now being `now`: master's clock [s]. Real-time
+  // safe.
+  void TakePatch(const TouchPatch& patch, const PatchLaw& law, double at, double now) noexcept {
+    patch_.Take(patch, law, at, now);
+  }
+  // The settings are others: what is known of the surface holds no more.
+  void ForgetPatch() noexcept { patch_.Forget(); }
+  // How long a command is on its way [s]: so far ahead is a surface that moves.
+  void set_ahead(double ahead) noexcept { ahead_ = ahead; }
+  // What was commanded at `commanded` [s] was felt as `state` tells. Real-time safe.
+  void Judge(double commanded, const SlaveState& state) noexcept;
   // Force of the object on the tool at `p_S`, S [N], with what became of it. Real-time safe.
   Eigen::Vector3d Render(const Eigen::Vector3d& p_S, double now, Reasons* reasons) noexcept;
   // Forgets the forces, keeps the surface: before a new engagement. Real-time safe.
   void ForgetForces() noexcept {
     samples_.Clear();
     contact_.LetGo();
+    patch_.LetGo();
   }
   [[nodiscard]] const LocalContact& contact() const noexcept { return contact_; }
+  [[nodiscard]] const PatchRender& patch() const noexcept { return patch_; }
 
  private:
   static constexpr double kPunctureTime = 0.010;  // to zero when the tool breaks through [s]
   static constexpr double kReturnTime = 0.050;    // and back when it is clear [s]
+  static constexpr double kStepTime = 0.030;      // from one step of `local` to the next [s]
+
+  [[nodiscard]] Eigen::Vector3d RenderLocal(const Eigen::Vector3d& p_S, double now, double dt,
+                                            Reasons* reasons) noexcept;
 
   RenderMode mode_;
   double stiffest_;
   bool projected_ = false;  // the newest model's stiffness was no spring that can be shown
   LocalContact contact_;
+  PatchRender patch_;
+  double ahead_ = 0;                      // [s]
+  double on_patch_ = 0, held_share_ = 0;  // 0: the step above or below; 1: this one
+  RenderJudge judge_;
   DelayedLinear samples_;
   bool punctured_ = false;
   double presence_ = 1;  // 0: punctured, 1: intact

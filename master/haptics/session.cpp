@@ -32,12 +32,22 @@ Json Times(const LatencyHistogram& times) {
           {"max", Tidy(times.max())}};
 }
 
-Json ErrorOf(const Report& report) {
-  if (!report.force_error) return nullptr;
-  const ForceError::Summary& error = *report.force_error;
+Json ErrorOf(const ForceError::Summary& error, double force_peak) {
   Json json{
       {"rms_N", Tidy(error.rms)}, {"peak_N", Tidy(error.peak)}, {"contact_ticks", error.ticks}};
-  json["relative_rms"] = report.force_peak > 0 ? Json(Tidy(error.rms / report.force_peak)) : Json();
+  json["relative_rms"] = force_peak > 0 ? Json(Tidy(error.rms / force_peak)) : Json();
+  return json;
+}
+
+Json ErrorOf(const Report& report) {
+  if (!report.force_error) return nullptr;
+  return ErrorOf(*report.force_error, report.force_peak);
+}
+
+Json ErrorAtPlaceOf(const Report& report) {
+  if (!report.force_error_at_place) return nullptr;
+  Json json = ErrorOf(report.force_error_at_place->later, report.force_peak);
+  json["first_contact"] = ErrorOf(report.force_error_at_place->first, report.force_peak);
   return json;
 }
 
@@ -110,6 +120,7 @@ void AddFingers(const TickSummary& summary, const std::vector<std::string>& name
 void AddSummary(const TickSummary& summary, double duration, Report* report) {
   report->force_peak = summary.force_peak();
   report->force_error = summary.force_error();
+  report->force_error_at_place = summary.force_error_at_place();
   report->truth_known = summary.has_truth();
   report->force_sent_peak = summary.sent_peak();
   report->clamped_ticks = summary.ticks(Reason::kClamped);
@@ -153,11 +164,16 @@ std::string ToJson(const Report& report) {
   json["force_peak_is"] = report.truth_known ? "true" : "estimated";
   json["force_sent_peak_N"] = Tidy(report.force_sent_peak);
   json["force_error"] = ErrorOf(report);
+  json["force_error_at_place"] = ErrorAtPlaceOf(report);
   if (!report.fingers.empty()) json["fingers"] = FingersOf(report);
   if (report.shape) {
     json["shape"] = {{"meshes", report.shape->meshes},
                      {"deflection_peak_m", Tidy(report.shape->deflection_peak)}};
   }
+  json["patch"] = {{"patches", report.patch.patches},
+                   {"laws", report.patch.laws},
+                   {"refused", report.patch.refused},
+                   {"bytes", report.patch.bytes}};
   json["energy_min_J"] = Tidy(report.energy_min);
   json["clamped_ticks"] = report.clamped_ticks;
   json["stale_ticks"] = report.stale_ticks;
@@ -189,7 +205,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   Recorder recorder(&ring, options.log);
   HapticLoop::Options limited = options.loop;
   limited.force_limit = std::min(limited.force_limit, device.force_limit());
-  HapticLoop loop(limited, {states, commands, &ring, options.settings});
+  HapticLoop loop(limited, {states, commands, &ring, options.settings, options.patches});
 
   Report report;
   report.realtime = LockMemory();
@@ -231,6 +247,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.wake_us = loop.stats().periodic.wake_us;
   report.compute_us = loop.stats().compute_us;
   report.link = link();
+  if (options.patch_stats) report.patch = options.patch_stats();
   report.energy_min = loop.passivity().min_balance();
   report.records_dropped = ring.dropped();
   report.state = AfterLettingGo(loop.record().state);

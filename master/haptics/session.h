@@ -41,6 +41,8 @@ struct Report {
   bool truth_known = false;    // the site told its true force
   double force_sent_peak = 0;  // M
   std::optional<ForceError::Summary> force_error;
+  std::optional<TickSummary::AtPlace> force_error_at_place;
+  PatchWatch::Stats patch;            // what came of the model that travels
   std::vector<FingerReport> fingers;  // empty: one tool
   std::optional<ShapeReport> shape;
   double energy_min = 0;  // [J]
@@ -82,6 +84,8 @@ struct Status {
 struct SessionOptions {
   HapticLoop::Options loop;
   LatestValue<RemoteSettings>* settings = nullptr;  // outlives the run; null: they never change
+  LatestValue<ReceivedPatch>* patches = nullptr;    // outlives the run; null: none comes
+  std::function<PatchWatch::Stats()> patch_stats;   // asked at the end; empty: none
   std::function<bool()> estop_wanted;               // asked every 10 ms; empty: never
   std::vector<std::string> finger_names;  // in the scene's order; those it lacks are numbered
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over

@@ -106,6 +106,13 @@ void AddForces(const Report& r, Table* table) {
   } else {
     table->Row("force error", "not known: the slave's site tells no true force");
   }
+  if (r.force_error_at_place && r.force_error_at_place->later.ticks > 0 && r.force_peak > 0) {
+    table->Row("at the place",
+               Formatted("rms %.2f %% of the peak, against the truth where the hand "
+                         "had the tool, %.2f %% in the first contact",
+                         100 / r.force_peak * r.force_error_at_place->later.rms,
+                         100 / r.force_peak * r.force_error_at_place->first.rms));
+  }
   for (const FingerReport& finger : r.fingers) {
     table->Row("finger " + finger.name, Formatted("touched %.0f %% of the time, at most %.3f N",
                                                   100 * finger.contact_share, finger.force_peak));

@@ -17,6 +17,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "shared/state/slave_state.h"
+#include "shared/state/touch_patch.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
@@ -134,6 +135,13 @@ class Sense {
   [[nodiscard]] virtual std::string_view doubt() const { return {}; }
   // The contact that the master renders for a tip at p_S_tip [m] now, between samples too.
   virtual LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept = 0;
+  // The surface around a tip at p_S_tip [m] and how it gives way, without epoch and revision.
+  // False: this sense has none. It may take milliseconds.
+  virtual bool MakePatch(const Eigen::Vector3d& /*p_S_tip*/, TouchPatch* /*patch*/) noexcept {
+    return false;
+  }
+  // What of it was learnt by feeling: nothing as a rule. Of the law only what the sense knows.
+  virtual void LearnLaw(PatchLaw* /*law*/) noexcept {}
   // As of the last estimate.
   virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // `full_scale`: the largest force that the hand can show, at the tool [N]. nullopt: no camera, or

@@ -119,6 +119,7 @@ void ToProto(const SlaveDescription& description, v1::Capabilities* message) {
   message->set_sensor_rate(SensorRate(scene.sense));
   message->set_state_rate(Publisher::kStateRate);
   message->add_local_models(v1::LocalModel::KIND_UNILATERAL_PLANE);
+  message->add_local_models(v1::LocalModel::KIND_SURFACE_PATCH);
   message->set_max_speed(scene.manipulator.max_speed);
   message->set_max_position_scale(kMaxPositionScale);
   message->set_max_force_scale(kMaxForceScale);

@@ -35,12 +35,13 @@ struct Rule {
   unsigned roles;
   bool is_logged;
 };
-constexpr std::array<Rule, 12> kRules{{{"GetScene", kAnybody, false},
+constexpr std::array<Rule, 13> kRules{{{"GetScene", kAnybody, false},
                                        {"GetStatus", kAnybody, false},
                                        {"GetCapabilities", kAnybody, false},
                                        {"Operate", kOperator, true},
                                        {"WatchState", kWatches, false},
                                        {"WatchMesh", kWatches, false},
+                                       {"WatchPatch", kWatches, false},
                                        {"WatchVideo", kWatches, false},
                                        {"SetModel", kOperator | kAdmin, true},
                                        {"SetParameters", kOperator | kAdmin, true},

@@ -54,6 +54,8 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
                          grpc::ServerWriter<v1::MeshState>* writer) override;
   grpc::Status WatchVideo(grpc::ServerContext* context, const v1::WatchVideoRequest* request,
                           grpc::ServerWriter<v1::VideoFrame>* writer) override;
+  grpc::Status WatchPatch(grpc::ServerContext* context, const v1::WatchPatchRequest* request,
+                          grpc::ServerWriter<v1::PatchUpdate>* writer) override;
   grpc::Status SetModel(grpc::ServerContext* context, const v1::SetModelRequest* request,
                         v1::SettingsReply* reply) override;
   grpc::Status SetParameters(grpc::ServerContext* context, const v1::SetParametersRequest* request,

@@ -1,9 +1,10 @@
-// WatchState, WatchMesh, WatchVideo.
+// WatchState, WatchMesh, WatchPatch, WatchVideo.
 #include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
 
+#include "shared/wire/patch_message.h"
 #include "shared/wire/state_message.h"
 #include "slave/service/messages.h"
 #include "slave/service/status.h"
@@ -74,6 +75,23 @@ grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
     const bool with_topology = shape.elements != elements;
     ToProto(shape, with_topology, message);
     elements = std::move(shape.elements);
+    return true;
+  });
+}
+
+grpc::Status TeleoperationService::WatchPatch(grpc::ServerContext* context,
+                                              const v1::WatchPatchRequest* /*request*/,
+                                              grpc::ServerWriter<v1::PatchUpdate>* writer) {
+  std::uint32_t epoch = 0, revision = 0;  // as the reader knows them
+  return Watch(context, {}, writer, [&](const SlaveState& /*state*/, v1::PatchUpdate* message) {
+    const PatchNews news = slave_.Patch();
+    const bool is_known = news.law.epoch == epoch && news.law.revision == revision;
+    if (!news.patch || is_known) return false;
+    message->Clear();
+    if (news.patch->epoch != epoch) ToProto(*news.patch, message->mutable_patch());
+    ToProto(news.law, message->mutable_law());
+    epoch = news.law.epoch;
+    revision = news.law.revision;
     return true;
   });
 }

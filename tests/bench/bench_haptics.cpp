@@ -1,10 +1,14 @@
 // Cost of a haptic tick, per rendering mode, beside the cost of waking up for nothing. A tick
 // should be a small part of the millisecond that it has; `bare_timer` is what any loop pays for the
 // timer.
+#include <algorithm>
+#include <cmath>
+
 #include <benchmark/benchmark.h>
 
 #include "master/haptics/haptic_loop.h"
 #include "master/haptics/periodic.h"
+#include "shared/patch/patch_contact.h"
 
 namespace palpate {
 namespace {
@@ -65,6 +69,45 @@ void BM_Tick(benchmark::State& bench) {
   bench.SetLabel(std::string(ToString(mode)));
 }
 BENCHMARK(BM_Tick)->DenseRange(0, 2);
+
+// A strip of `cells` lines, nodes at its first vertices, `tools` pressed into it all at once and
+// moved at each tick.
+void BM_PatchContact(benchmark::State& bench) {
+  const auto cells = static_cast<int>(bench.range(0)), tools = static_cast<int>(bench.range(1));
+  TouchPatch patch;
+  patch.epoch = 1;
+  patch.cell_count = cells;
+  patch.vertex_count = cells + 1;
+  patch.node_count = std::min(cells + 1, kPatchNodes);
+  for (int i = 0; i <= cells; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    patch.vertices[at] = {1e-3F * static_cast<float>(cells - i), 0, 0};
+    patch.node_of[at] = static_cast<std::uint8_t>(i % patch.node_count);
+    if (i < cells) {
+      patch.cells[at] = {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(i + 1), 0};
+    }
+  }
+  patch.coupled = true;
+  patch.compliance.setConstant(3 * patch.node_count, 3 * patch.node_count, 1e-4F);
+  patch.compliance.diagonal().setConstant(2e-3F);
+  patch.full_depth = patch.valid_depth = 5e-3;
+  patch.tool_count = tools;
+  for (int i = 0; i < tools; ++i) {
+    patch.tools[static_cast<std::size_t>(i)].centre.x() = 1e-4 * cells * (i - 2);
+  }
+  MarkRim(&patch);
+  PatchLaw law;
+  law.epoch = law.revision = 1;
+  PatchContact contact;
+  contact.Take(patch, law, 0, 0);
+  int tick = 0;
+  for (auto _ : bench) {
+    const double depth = 2e-3 * std::sin(1e-2 * ++tick);
+    benchmark::DoNotOptimize(contact.ForceAt({5e-4 * cells, -depth, 0}, 1, 1));
+  }
+  bench.SetLabel("patch, cells x tools");
+}
+BENCHMARK(BM_PatchContact)->ArgsProduct({{8, 64, 200}, {1, 5}});
 
 // One period of an empty loop: CPU time is what the timer costs, wall time is the millisecond.
 void BM_BareTimer(benchmark::State& bench) {

@@ -4,6 +4,7 @@
 
 #include "palpate/v1/teleoperation.pb.h"
 
+#include "shared/wire/patch_message.h"
 #include "shared/wire/state_message.h"
 #include "slave/service/messages.h"
 #include "tests/fuzz/fuzz_files.h"
@@ -44,6 +45,20 @@ void Read(std::size_t kind, std::string_view bytes) {
     case 4:
       ToChange(Parsed<v1::SetModelRequest>(bytes));
       return;
+    case 5: {
+      const auto patch = FromProto(Parsed<v1::SurfacePatch>(bytes), &reason);
+      v1::SurfacePatch again;
+      if (patch) ToProto(*patch, &again);
+      if (patch && !FromProto(again, &reason)) std::abort();
+      return;
+    }
+    case 6: {
+      const auto law = FromProto(Parsed<v1::PatchLaw>(bytes), &reason);
+      v1::PatchLaw again;
+      if (law) ToProto(*law, &again);
+      if (law && !FromProto(again, &reason)) std::abort();
+      return;
+    }
     default:
       GapOf(Parsed<v1::WatchStateRequest>(bytes));
       QualityOf(Parsed<v1::WatchVideoRequest>(bytes));
@@ -55,7 +70,7 @@ void Read(std::size_t kind, std::string_view bytes) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace palpate;
-  const fuzz::Input input(data, size, 6);
+  const fuzz::Input input(data, size, 8);
   fuzz::Try<std::invalid_argument>([&] { Read(input.kind, input.bytes); });
   return 0;
 }

@@ -95,11 +95,14 @@ Recorder::Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log)
 void Recorder::Drain(Time now) {
   TickRecord record;
   while (ring_->Pop(&record)) Take(record);
-  while (!waiting_.empty() && (truth_.Reaches(waiting_.front().at) ||
-                               SecondsBetween(waiting_.front().at, now) > kPatience)) {
-    FinishFirst();
-  }
+  while (!waiting_.empty() && IsRipe(waiting_.front(), now)) FinishFirst();
   if (log_) log_->Flush();
+}
+
+bool Recorder::IsRipe(const TickRecord& record, Time now) const {
+  const bool is_known =
+      truth_.Reaches(record.at) && (placed_.empty() || placed_.Reaches(record.at));
+  return is_known || SecondsBetween(record.at, now) > kPatience + kTrips * round_trip_;
 }
 
 void Recorder::Finish() {
@@ -113,8 +116,10 @@ void Recorder::Take(const TickRecord& record) {
   if (taken_++ == 0) begin_ = record.at;
   newest_ = record;
   waiting_.push_back(record);
+  if (record.round_trip > 0) round_trip_ = record.round_trip;
   if (!record.has_truth) return;
   truth_.Add(record.truth_at, record.truth);
+  if (record.truth_commanded_at != Time{}) placed_.Add(record.truth_commanded_at, record.truth);
   summary_.SeeTruth(record.truth);
 }
 
@@ -122,8 +127,10 @@ void Recorder::FinishFirst() {
   const TickRecord& record = waiting_.front();
   const auto truth = truth_.At(record.at);
   summary_.Add(record, truth);
+  summary_.AddAtPlace(record, placed_.At(record.at));
   if (log_) log_->Add(SecondsBetween(begin_, record.at), record, truth);
   truth_.DropBefore(record.at);
+  placed_.DropBefore(record.at);
   waiting_.pop_front();
 }
 

@@ -50,6 +50,7 @@ class TruthTrack {
   // Truth at `t` [N]; nothing before the first sample, after the last, or between two that lie more
   // than 100 ms apart.
   [[nodiscard]] std::optional<Eigen::Vector3d> At(Time t) const;
+  [[nodiscard]] bool empty() const { return samples_.empty(); }
   // A sample at `t` or later has come.
   [[nodiscard]] bool Reaches(Time t) const { return !samples_.empty() && samples_.back().at >= t; }
   // Forgets what At(t) and later do not need.
@@ -65,7 +66,8 @@ class TruthTrack {
 
 class Recorder {
  public:
-  static constexpr double kPatience = 0.5;  // a tick waits so long for its true force [s]
+  // A tick waits so long for its true force, beside kTrips round trips [s].
+  static constexpr double kPatience = 0.5, kTrips = 1.5;
 
   // `log` may be empty: no log. Throws std::runtime_error: it cannot be written.
   Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log);
@@ -83,11 +85,14 @@ class Recorder {
  private:
   void Take(const TickRecord& record);
   void FinishFirst();
+  [[nodiscard]] bool IsRipe(const TickRecord& record, Time now) const;
 
   SpscRing<TickRecord>* ring_;
   std::unique_ptr<TickLog> log_;
   TickSummary summary_;
-  TruthTrack truth_;
+  TruthTrack truth_;       // over the instant
+  TruthTrack placed_;      // over the instant at which what the slave did then was commanded
+  double round_trip_ = 0;  // the newest told [s]
   std::deque<TickRecord> waiting_;
   TickRecord newest_;
   Time begin_{};

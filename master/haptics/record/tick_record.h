@@ -19,6 +19,7 @@ struct TickRecord {
   Eigen::Vector3d p_S{0, 0, 0};  // T^p of it, or the slave's tip while not following [m]
   ForceChain chain;
   double state_age = -1;  // since the newest state was received [s]; negative: none yet
+  double round_trip = 0;  // with the newest state [s]; 0: none with this tick
   std::uint32_t epoch = 0;
   // What each fingertip feels, by the newest state; one: the tool alone. 0: no state yet.
   std::array<FingerState, kMaxFingers> fingers;
@@ -26,6 +27,7 @@ struct TickRecord {
   // True force that came with a state first seen at this tick: simulated sites only.
   bool has_truth = false;
   Time truth_at{};                 // master's clock
+  Time truth_commanded_at{};       // when the newest command that the slave then had left; 0: none
   Eigen::Vector3d truth{0, 0, 0};  // S [N]
 };
 

@@ -15,6 +15,7 @@ int BinOf(double force, int bins) {
 }
 
 constexpr double kContactShare = 0.01;  // of the peak
+constexpr std::uint64_t kLeft = 50;     // ticks without force that end a contact
 
 }  // namespace
 
@@ -55,6 +56,18 @@ void TickSummary::Add(const TickRecord& record,
   AddFingers(record);
 }
 
+void TickSummary::AddAtPlace(const TickRecord& record,
+                             const std::optional<Eigen::Vector3d>& truth) noexcept {
+  if (!truth || record.state != OperatorState::kFollowing) return;
+  const double size = std::max(record.chain.local.norm(), truth->norm());
+  peak_at_place_ = std::max(peak_at_place_, size);
+  const bool touches = size > kSmallest && size > kContactShare * peak_at_place_;
+  if (touches && contact_ == Contact::kNone) contact_ = Contact::kFirst;
+  free_ticks_ = touches ? 0 : free_ticks_ + 1;
+  if (contact_ == Contact::kFirst && free_ticks_ > kLeft) contact_ = Contact::kLater;
+  (contact_ == Contact::kLater ? at_place_ : first_contact_).Add(record.chain.local, *truth);
+}
+
 void TickSummary::AddFingers(const TickRecord& record) noexcept {
   const auto count = static_cast<std::size_t>(record.finger_count);
   finger_count_ = std::max(finger_count_, count);
@@ -71,6 +84,12 @@ void TickSummary::AddFingers(const TickRecord& record) noexcept {
 void TickSummary::SeeTruth(const Eigen::Vector3d& truth) noexcept {
   has_truth_ = true;
   truth_peak_ = std::max(truth_peak_, truth.norm());
+}
+
+std::optional<TickSummary::AtPlace> TickSummary::force_error_at_place() const noexcept {
+  if (first_contact_.empty()) return std::nullopt;
+  const double threshold = kContactShare * force_peak();
+  return AtPlace{at_place_.Above(threshold), first_contact_.Above(threshold)};
 }
 
 std::optional<ForceError::Summary> TickSummary::force_error() const noexcept {

@@ -51,6 +51,9 @@ class TickSummary {
  public:
   // `truth`: true force at the tick's instant, S [N]; nothing: unknown.
   void Add(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth) noexcept;
+  // `truth`: true force while the slave did what was commanded at this tick, S [N]; nothing:
+  // unknown.
+  void AddAtPlace(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth) noexcept;
   // A true force as it came: peaks count whether or not a tick meets them.
   void SeeTruth(const Eigen::Vector3d& truth) noexcept;
 
@@ -62,6 +65,12 @@ class TickSummary {
   [[nodiscard]] double sent_peak() const noexcept { return sent_peak_; }  // M [N]
   // Over the ticks in which either force exceeds 1 % of the peak; nothing without a true force.
   [[nodiscard]] std::optional<ForceError::Summary> force_error() const noexcept;
+  // The same against the truth at the commanded place, while following: of the first contact, in
+  // which much is still on its way, and of those after it.
+  struct AtPlace {
+    ForceError::Summary later, first;
+  };
+  [[nodiscard]] std::optional<AtPlace> force_error_at_place() const noexcept;
   [[nodiscard]] std::uint64_t ticks(Reason reason) const noexcept {
     return reason_ticks_[static_cast<std::size_t>(reason)];
   }
@@ -80,6 +89,10 @@ class TickSummary {
   void AddFingers(const TickRecord& record) noexcept;
 
   ForceError error_;
+  ForceError at_place_, first_contact_;
+  enum class Contact : std::uint8_t { kNone, kFirst, kLater } contact_ = Contact::kNone;
+  double peak_at_place_ = 0;      // of what AddAtPlace was given [N]
+  std::uint64_t free_ticks_ = 0;  // since the first contact was left
   bool has_truth_ = false;
   double truth_peak_ = 0, estimated_peak_ = 0, sent_peak_ = 0;
   std::array<std::uint64_t, kReasonCount> reason_ticks_{};

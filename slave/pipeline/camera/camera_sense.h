@@ -21,6 +21,9 @@ class CameraSense final : public Sense {
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_->LocalAt(p_S_tip);
   }
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+    return estimator_->MakePatch(p_S_tip, patch);
+  }
   // Vertices of the boundary. Forces of the tool on the touched place's two.
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;

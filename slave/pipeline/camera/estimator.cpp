@@ -10,6 +10,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/local_model/patch_maker.h"
 #include "slave/pipeline/sense.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/contour_registration.h"
@@ -145,6 +146,7 @@ void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   rules_.Adopt(scene);
   law_ = scene.model.contact;
   dent_element_ = -1;
+  pressed_place_ = {};
   if (watch_) watch_->Adopt(touch_->mesh);
   if (rules_.in_contact()) ResumeContact();
 }
@@ -302,6 +304,8 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
     if (law_ == ContactLaw::kFrictionless) displacement = n.dot(displacement) * n;
   }
   const ContactResponse response = Respond(place, displacement);
+  pressed_place_ = place;
+  pressed_by_ = displacement;
   times_.mechanics.Add(lap.Lap());
 
   felt_.p_S_tip = p_S_tip;
@@ -383,16 +387,43 @@ LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
   return felt_.local_model;
 }
 
+bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept {
+  if (!p_S_tip.allFinite()) return false;
+  touch_->probe->Reset();
+  const Eigen::Vector3d p_O_tip = registration_.X_SO.inverse() * p_S_tip;
+  const int element = touch_->probe->MoveTip(p_O_tip.head<2>()).element;
+  const auto stiffness = [this](const Eigen::Vector3d& p_O, int cell, const Eigen::Vector3d&) {
+    BoundaryPlace place;
+    place.element = cell;
+    place.p_O = p_O.head<2>();
+    return StiffnessInSlave(Respond(place, Eigen::Vector3d::Zero()));
+  };
+  const bool frictionless = law_ == ContactLaw::kFrictionless;
+  const bool known =
+      FillPatch(touch_->mesh, element, registration_.X_SO, frictionless, stiffness, patch);
+  patch->full_depth = patch->valid_depth =
+      touch_->deformation->info().range * touch_->mesh.length_unit;
+  // Whoever watches the shape sees the tool's contact, not what was asked here.
+  if (pressed_place_.element >= 0) static_cast<void>(Respond(pressed_place_, pressed_by_));
+  return known;
+}
+
+// A passive contact has a symmetric stiffness; collocation leaves a small skew part, which would
+// create energy in the operator's hand.
+Eigen::Matrix3d Estimator::StiffnessInSlave(const ContactResponse& response) const noexcept {
+  const Eigen::Matrix3d& R = registration_.X_SO.linear();
+  if (response.validity == Validity::kFailed) return Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d K_O = 0.5 * (response.stiffness_O + response.stiffness_O.transpose());
+  return R * K_O * R.transpose();
+}
+
 void Estimator::UpdateLocalModel(const BoundaryPlace& place,
                                  const ContactResponse& response) noexcept {
   const Eigen::Matrix3d& R = registration_.X_SO.linear();
   LocalModel next;
   next.reference = registration_.X_SO * Planar(place.p_O);
   next.normal = R * Planar(place.normal_O);
-  // A passive contact has a symmetric stiffness; collocation leaves a small skew part, which would
-  // create energy in the operator's hand.
-  const Eigen::Matrix3d K_O = 0.5 * (response.stiffness_O + response.stiffness_O.transpose());
-  next.stiffness = R * K_O * R.transpose();
+  next.stiffness = StiffnessInSlave(response);
   next.valid_radius = touch_->deformation->info().range * touch_->mesh.length_unit;
   next.in_contact = rules_.in_contact();
   felt_.local_model = Revised(next, felt_.local_model);

@@ -13,6 +13,7 @@
 
 #include "shared/mesh/outline.h"
 #include "shared/state/slave_state.h"
+#include "shared/state/touch_patch.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/frame_source.h"
 #include "slave/contact/boundary_contact.h"
@@ -66,6 +67,8 @@ class Estimator {
   // it touches, the plane at the nearest place of the outline; that plane stays from where the tip
   // comes in until it has come out.
   LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
+  // The outline around the tip and how it gives way, see Sense::MakePatch.
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept;
   // Precomputes a replacement for `scene`'s model options; may be called from another thread.
   // Throws like the constructor.
   [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene) const;
@@ -102,6 +105,7 @@ class Estimator {
   [[nodiscard]] bool IsDented(const Eigen::Vector2d& dent_O, double sigma_px) const noexcept;
   [[nodiscard]] ContactResponse Respond(const BoundaryPlace& place,
                                         const Eigen::Vector3d& displacement_O) noexcept;
+  [[nodiscard]] Eigen::Matrix3d StiffnessInSlave(const ContactResponse& response) const noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
 
   CameraView view_;
@@ -126,6 +130,8 @@ class Estimator {
   bool is_noisy_ = false;  // the first picture has noise
   double checks_us_ = 0;   // of this picture
   ContactLaw law_ = ContactLaw::kBonded;
+  BoundaryPlace pressed_place_;          // that the model answered last for the tool
+  Eigen::Vector3d pressed_by_{0, 0, 0};  // displacement there, frame O [m]
   EstimateRules rules_;
   const Observation* observation_ = nullptr;
   ContactEstimate felt_;

@@ -5,7 +5,10 @@
 #include <exception>
 #include <limits>
 
+#include "shared/geometry/index.h"
+#include "shared/mesh/surface_patch.h"
 #include "slave/pipeline/estimate_rules.h"
+#include "slave/pipeline/local_model/patch_maker.h"
 
 namespace palpate {
 namespace {
@@ -56,7 +59,8 @@ void FingerLocalModel::Render(TactileBody& body, const Isometry3d& X_SO, const I
   // From where the sphere reaches deepest to the apex of the pad.
   const Vector3d to_apex = radius_ * (next.normal - X_SF.linear().col(2));
   next.reference = X_SO * place_.p_O + to_apex;
-  const Matrix3d K_S = R * StiffnessOf(body) * R.transpose();
+  const Matrix3d K_S =
+      R * StiffnessOf(body, place_.triangle, place_.weights, depth_) * R.transpose();
   Size(K_S, felt, &next);
   const double range = body.deformation->info().range;
   next.valid_radius = (range > 0 ? range : kVouchedFor) * body.larger_side;
@@ -98,18 +102,53 @@ void FingerLocalModel::Learn(const FeltForce& felt, const Vector3d& n_S, double 
   scale_.Learn(depth_, sample);
 }
 
-Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body) noexcept {
-  const double share = std::clamp(depth_ / full_depth_, kLeastShare, 1.0);
+Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body, int triangle, const Vector3d& weights,
+                                       double depth) noexcept {
+  const double share = std::clamp(depth / full_depth_, kLeastShare, 1.0);
   const double radius = disc_radius_ * std::sqrt(share);
+  const Vector3d& n = triangle == place_.triangle ? place_.n_O : Normal(body.surface, triangle);
   Matrix3d K;
   try {
-    K = body.stiffness->At(place_.triangle, place_.weights, radius);
+    K = body.stiffness->At(triangle, weights, radius);
   } catch (const std::exception&) {  // out of memory for what is computed when first asked for
-    K = DiscStiffness(material_, radius, place_.n_O);
+    K = DiscStiffness(material_, radius, n);
   }
-  return law_ == ContactLaw::kFrictionless
-             ? Matrix3d(place_.n_O.dot(K * place_.n_O) * place_.n_O * place_.n_O.transpose())
-             : K;
+  return law_ == ContactLaw::kFrictionless ? Matrix3d(n.dot(K * n) * n * n.transpose()) : K;
+}
+
+bool FingerLocalModel::MakePatch(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
+                                 TouchPatch* patch) noexcept {
+  const Matrix3d& R = X_SO.linear();
+  const auto stiffness = [&](const Vector3d& p_O, int triangle, const Vector3d&) -> Matrix3d {
+    if (!body.stiffness->Knows(triangle)) return Matrix3d::Zero();
+    Vector3d weights(0, 0, 0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int node = body.surface.triangles[Index(triangle)][k];
+      weights[static_cast<int>(k)] = body.surface.nodes[Index(node)] == p_O ? 1 : 0;
+    }
+    return R * StiffnessOf(body, triangle, weights, full_depth_) * R.transpose();
+  };
+  const Vector3d p_O = X_SO.inverse() * X_SF.translation();
+  const bool frictionless = law_ == ContactLaw::kFrictionless;
+  if (!FillPatch(body.surface, p_O, X_SO, frictionless, stiffness, patch)) return false;
+  patch->tools[0] = {radius_ * X_SF.linear().col(2), radius_};
+  patch->full_depth = full_depth_;
+  const double range = body.deformation->info().range;
+  patch->valid_depth = (range > 0 ? range : kVouchedFor) * body.larger_side;
+  return true;
+}
+
+void FingerLocalModel::LearnLaw(TactileBody& body, PatchLaw* law) noexcept {
+  if (place_.triangle < 0 || !body.stiffness->Knows(place_.triangle)) return;
+  const auto along = [&](double depth) {
+    const Matrix3d K = StiffnessOf(body, place_.triangle, place_.weights, depth);
+    return place_.n_O.dot(K * place_.n_O);
+  };
+  const double full = along(full_depth_);
+  for (int i = 0; i < kLawPoints; ++i) {
+    const double depth = full_depth_ * i / (kLawPoints - 1);
+    law->ratios[static_cast<std::size_t>(i)] = scale_.At(depth).ratio * along(depth) / full;
+  }
 }
 
 }  // namespace palpate

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/state/slave_state.h"
+#include "shared/state/touch_patch.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"
@@ -41,6 +42,12 @@ class FingerLocalModel {
   // stiffness of the place has not been computed yet.
   void Follow(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
               bool in_contact, LocalModel* model) noexcept;
+  // The surface around the fingertip and how it gives way at the full depth; the law over depth.
+  // Places whose stiffness has not been computed yet go by those next to them. See
+  // Sense::MakePatch.
+  bool MakePatch(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
+                 TouchPatch* patch) noexcept;
+  void LearnLaw(TactileBody& body, PatchLaw* law) noexcept;
   // Of the fingertip's sphere below the surface at rest [m]; negative outside.
   [[nodiscard]] double depth() const { return depth_; }
   // The place of the surface at rest, frame O [m].
@@ -59,7 +66,9 @@ class FingerLocalModel {
   void FindPlane(const TactileBody& body, const Eigen::Vector3d& p_O_centre) noexcept;
   void Render(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
               bool in_contact, const std::optional<FeltForce>& felt, LocalModel* model) noexcept;
-  [[nodiscard]] Eigen::Matrix3d StiffnessOf(TactileBody& body) noexcept;
+  // Of `triangle` with `weights` for a contact at `depth`, frame O.
+  [[nodiscard]] Eigen::Matrix3d StiffnessOf(TactileBody& body, int triangle,
+                                            const Eigen::Vector3d& weights, double depth) noexcept;
   void Size(const Eigen::Matrix3d& K_S, const std::optional<FeltForce>& felt,
             LocalModel* model) noexcept;
   void Learn(const FeltForce& felt, const Eigen::Vector3d& n_S, double modelled) noexcept;

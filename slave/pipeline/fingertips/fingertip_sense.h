@@ -27,6 +27,10 @@ class FingertipSense final : public Sense {
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_.LocalAt(p_S_tip);
   }
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+    return estimator_.MakePatch(p_S_tip, patch);
+  }
+  void LearnLaw(PatchLaw* law) noexcept override { estimator_.LearnLaw(law); }
   BoundaryShape Shape(bool nodal_forces) override { return estimator_.Shape(nodal_forces); }
   [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {
     return TactileEstimator::Prepare(changed);

@@ -394,6 +394,14 @@ LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   return felt_.local_model;
 }
 
+bool TactileEstimator::MakePatch(const Vector3d& p_S_tip, TouchPatch* patch) noexcept {
+  const FingerEstimate& first = fingers_.front();
+  if (!body_ || !first.has_pose || !p_S_tip.allFinite()) return false;
+  Isometry3d X_SF = first.X_SF;
+  X_SF.translation() += p_S_tip - first.p_S_apex;
+  return local_touch_->MakePatch(*body_, X_SO_, X_SF, patch);
+}
+
 void TactileEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {
   p_S->clear();
   if (!body_) return;

@@ -73,6 +73,11 @@ class TactileEstimator {
   // The contact that the master renders for a tip at p_S_tip [m] now, between samples too: that of
   // the first fingertip, carried there as it was when it was last sensed.
   LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
+  // The surface around the first fingertip, see Sense.
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept;
+  void LearnLaw(PatchLaw* law) noexcept {
+    if (body_) local_touch_->LearnLaw(*body_, law);
+  }
   // Precomputes a replacement; may be called from another thread. Null: nothing deforms here.
   [[nodiscard]] static std::unique_ptr<TactileBody> Prepare(const Scene& scene);
   // Puts it to work: the object is at rest again, the next sample finds its contacts anew.

@@ -34,6 +34,12 @@ class PointsSense final : public Sense {
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_ ? estimator_->LocalAt(p_S_tip) : felt_->local_model;
   }
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+    return estimator_ && estimator_->MakePatch(p_S_tip, patch);
+  }
+  void LearnLaw(PatchLaw* law) noexcept override {
+    if (estimator_) estimator_->LearnLaw(law);
+  }
   // Triangles of the model's surface; where no force is told, those of the scene's mesh moved as a
   // whole.
   BoundaryShape Shape(bool nodal_forces) override;

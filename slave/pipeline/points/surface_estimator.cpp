@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "slave/pipeline/estimate_rules.h"
+#include "slave/pipeline/local_model/patch_maker.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"
 #include "slave/pipeline/sense.h"
 
@@ -53,6 +54,7 @@ void DoubtAs(const SurfaceObservation& seen, SurfaceLoad* load) {
 SurfaceEstimator::SurfaceEstimator(const Scene& scene)
     : X_SO_(scene.object.X_SO),
       X_OS_(X_SO_.inverse()),
+      full_depth_(scene.operator_options.press_depth),
       telling_depth_(kTellingDepth * scene.operator_options.press_depth),
       felt_ratio_(scene.operator_options.press_depth,
                   LearningRate(kLearningTime, SensorRate(scene.sense)), kSpread) {
@@ -198,6 +200,37 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   next.in_contact = depth > 0;
   local_ = Revised(next, local_);
   return local_;
+}
+
+bool SurfaceEstimator::MakePatch(const Vector3d& p_S_tip, TouchPatch* patch) noexcept {
+  if (!p_S_tip.allFinite()) return false;
+  const auto stiffness = [this](const Vector3d& p_O, int, const Vector3d& n_S) -> Matrix3d {
+    const LoadIdentifier::Press press = body_->PressAt(p_O, 0);
+    const double k = press.valid ? press.stiffness : 0.0;
+    return k * n_S * n_S.transpose();
+  };
+  constexpr bool kFrictionless = true;  // a press is all that these models know
+  if (!FillPatch(body_->surface(), X_OS_ * p_S_tip, X_SO_, kFrictionless, stiffness, patch)) {
+    return false;
+  }
+  patch->full_depth = full_depth_;
+  patch->valid_depth = valid_radius_;
+  return true;
+}
+
+void SurfaceEstimator::LearnLaw(PatchLaw* law) noexcept {
+  Vector3d p_O, n_O;
+  body_->Nearest(X_OS_ * felt_.p_S_tip, &p_O, &n_O);
+  const LoadIdentifier::Press begins = body_->PressAt(p_O, 0);
+  if (!begins.valid || !(begins.stiffness > 0)) return;
+  for (int i = 1; i < kLawPoints; ++i) {
+    const double depth = full_depth_ * i / (kLawPoints - 1);
+    const LoadIdentifier::Press press = body_->PressAt(p_O, depth);
+    const double force = felt_ratio_.Scaled({press.force, press.stiffness}, depth).force;
+    if (!press.valid || !(force >= 0)) return;
+    law->ratios[static_cast<std::size_t>(i)] = force / (begins.stiffness * depth);
+  }
+  law->ratios[0] = felt_ratio_.At(0).ratio;
 }
 
 void SurfaceEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {

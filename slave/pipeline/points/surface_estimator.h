@@ -13,6 +13,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "shared/state/slave_state.h"
+#include "shared/state/touch_patch.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/estimate_rules.h"
@@ -41,6 +42,10 @@ class SurfaceEstimator {
   // tip over tenths of a second, the slower the less the force stands out of its error and the
   // faster the tip moves, and kept for the next contact.
   [[nodiscard]] LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
+  // The surface around the tip, as stiff along its normals as it begins; and the law over depth as
+  // the model and what was felt have it at the tip's last place. See Sense.
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept;
+  void LearnLaw(PatchLaw* law) noexcept;
   // Puts a replacement to work; made by MakeLoadIdentifier, in another thread if need be.
   void Adopt(std::unique_ptr<LoadIdentifier> body, const Scene& scene);
   void Reset() noexcept;
@@ -67,6 +72,7 @@ class SurfaceEstimator {
   Eigen::Isometry3d X_SO_, X_OS_;
   double larger_side_ = 0;    // [m]
   double valid_radius_ = 0;   // of local models [m]
+  double full_depth_ = 0;     // of a press, by the scene [m]
   double telling_depth_ = 0;  // [m]
 
   std::vector<SurfacePoint> points_O_;

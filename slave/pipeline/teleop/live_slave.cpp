@@ -55,7 +55,8 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
       scene_(scene),
       sense_info_(sense_->info()),
       p_S_sensed_(manipulator_->Tip()),
-      p_S_encoders_(p_S_sensed_) {
+      p_S_encoders_(p_S_sensed_),
+      patch_({.depth = scene.operator_options.press_depth, .period = 1 / SensorRate(scene.sense)}) {
   // Streams begin when somebody feeds them.
   if (sense_->inbox() == nullptr && !Feel({})) {
     throw std::runtime_error(
@@ -100,6 +101,7 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
   }
   Register(felt, p_S_encoders);
   TellDoubt();
+  patch_.Update(felt, settings_revision_, sense_.get(), Clock::now());
   {
     const std::lock_guard local(local_mutex_);
     newest_local_ = felt.local_model;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "slave/manipulator/manipulator.h"
+#include "slave/pipeline/local_model/patch_keeper.h"
 #include "slave/pipeline/sense.h"
 #include "slave/pipeline/teleop/latest_estimate.h"
 #include "slave/pipeline/teleop/operator_port.h"
@@ -55,6 +56,7 @@ class LiveSlave final : public Slave {
   void KeepStopIn(const std::filesystem::path& folder);
   [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
+  PatchNews Patch() override { return patch_.Get(Clock::now()); }
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
 
  private:
@@ -97,6 +99,7 @@ class LiveSlave final : public Slave {
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
   mutable std::mutex stages_mutex_;  // guards the next one
   mutable std::vector<StageTimes> stages_;
+  PatchKeeper patch_;       // updated under sense_mutex_
   std::mutex local_mutex_;  // guards the next one
   LocalModel newest_local_;
 

@@ -4,11 +4,13 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "shared/state/slave_state.h"
+#include "shared/state/touch_patch.h"
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 
@@ -35,6 +37,12 @@ struct SlaveStatus {
 // A change of SetParameters; absent: as it is.
 struct ParameterChange {
   std::optional<double> position_scale, force_scale, force_limit, young_modulus;
+};
+
+// A surface around the contact, and what of it has changed since.
+struct PatchNews {
+  std::shared_ptr<const TouchPatch> patch;  // null: none
+  PatchLaw law;
 };
 
 // Asked before a model comes in force: nobody wants it any more. Empty: somebody does.
@@ -89,6 +97,9 @@ class Slave {
   [[nodiscard]] virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // nullopt: the scene has no camera, or nothing was seen yet.
   [[nodiscard]] virtual std::optional<JpegPicture> Picture(bool overlays, int quality) = 0;
+
+  // The model of the contact as of now: kept up while it is asked for. Null: none is made.
+  virtual PatchNews Patch() { return {}; }
 
   // Where streamed tactile samples go; null: the scene takes none.
   [[nodiscard]] virtual TactileInbox* tactile_inbox() { return nullptr; }

@@ -7,6 +7,7 @@
 
 #include "master/device/sim_hand.h"
 #include "tests/master/haptics/rig.h"
+#include "tests/master/haptics/wall_patch.h"
 
 namespace {
 
@@ -56,6 +57,7 @@ TEST(AllocationTest, TenThousandTicksAllocateNothing) {
       rig.slave.silent = tick > 5200 && tick < 5400;
       rig.slave.validity = tick > 9100 ? Validity::kTrackingLost : Validity::kValid;
       if (tick % 700 == 0) rig.slave.set_K(400 + tick % 300);
+      if (tick % 1300 == 600) rig.patches.Put(WallPatch(400, static_cast<std::uint32_t>(tick)));
       rig.slave.Step(rig.now, &rig.commands, &rig.states);
       g_counting = true;
       const DeviceReading reading = hand.Read(rig.now);

@@ -36,7 +36,7 @@ class Rig {
                double slew_limit = kNoSlewLimit)
       : slave(slave_options),
         loop({render, slave_options.transform, force_limit, slew_limit},
-             {&states, &commands, &records, &settings}) {}
+             {&states, &commands, &records, &settings, &patches}) {}
 
   // One millisecond with `device`; what was recorded of it.
   const TickRecord& Tick(Device& device) {
@@ -78,6 +78,7 @@ class Rig {
   LatestValue<ReceivedState> states;
   LatestValue<OperatorCommand> commands;
   LatestValue<RemoteSettings> settings;
+  LatestValue<ReceivedPatch> patches;
   SpscRing<TickRecord> records{64};
   VirtualSlave slave;
   HapticLoop loop;

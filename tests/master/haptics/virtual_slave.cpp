@@ -10,7 +10,9 @@ void VirtualSlave::Step(Time now, LatestValue<OperatorCommand>* commands,
     commands_.push_back({Arrival(now), *command});
   }
   for (const auto& late : commands_) {
-    if (late.arrives <= now && late.message.sequence > command_sequence_) Follow(late.message);
+    if (late.arrives > now || late.message.sequence <= command_sequence_) continue;
+    Follow(late.message);
+    taken_at_ = now;
   }
   std::erase_if(commands_, [now](const auto& late) { return late.arrives <= now; });
   if (SecondsBetween(sensed_at_, now) >= 1 / options_.sensor_rate) Sense(now);
@@ -47,6 +49,7 @@ void VirtualSlave::MoveTo(const Eigen::Vector3d& p) {
 
 void VirtualSlave::Follow(const OperatorCommand& command) {
   command_sequence_ = command.sequence;
+  echo_ = command.sent_at;
   if (command.epoch != epoch_) {
     epoch_ = command.epoch;
     mapping_ = options_.transform;
@@ -81,6 +84,9 @@ SlaveState VirtualSlave::Compose(Time now) const {
   state.local_model.valid_radius = 0.05;
   state.local_model.revision = revision_;
   state.local_model.in_contact = sensed_force_.dot(n) > 0;
+  state.command_sequence = command_sequence_;
+  if (command_sequence_ > 0) state.echo = echo_;
+  state.echo_delay = std::max(0.0, SecondsBetween(taken_at_, now));
   state.epoch = forgets ? 0 : epoch_;
   state.offset = mapping_.offset;
   state.phase = engaged_ ? Phase::kFollowing : Phase::kClutched;

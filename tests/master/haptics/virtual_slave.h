@@ -80,6 +80,7 @@ class VirtualSlave {
   Eigen::Vector3d tip_, sensed_tip_{0, 0, 0}, sensed_force_{0, 0, 0};
   std::deque<Eigen::Vector3d> felt_;  // the window's forces
   Time sensed_at_{}, sent_at_{};
+  Time echo_{}, taken_at_{};  // of the newest command: master's clock, slave's
   std::uint64_t command_sequence_ = 0, state_sequence_ = 0, delivered_ = 0;
   std::uint32_t epoch_ = 0, revision_ = 1;
   bool engaged_ = false;

@@ -83,7 +83,8 @@ TEST_F(ServerTest, TheCapabilitiesAreTold) {
   EXPECT_GE(capabilities.state_rate(), 100);
   EXPECT_TRUE(capabilities.simulated());
   EXPECT_THAT(capabilities.local_models(),
-              testing::ElementsAre(v1::LocalModel::KIND_UNILATERAL_PLANE));
+              testing::ElementsAre(v1::LocalModel::KIND_UNILATERAL_PLANE,
+                                   v1::LocalModel::KIND_SURFACE_PATCH));
   EXPECT_FALSE(capabilities.version().empty());
 }
 

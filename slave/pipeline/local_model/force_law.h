@@ -1,0 +1,65 @@
+// A law of force over place, learnt from what was felt: for senses that feel forces and know no
+// object, such as a network behind a fingertip that nobody has placed.
+#pragma once
+
+#include <array>
+
+#include <Eigen/Core>
+
+#include "shared/state/touch_patch.h"
+
+namespace palpate {
+
+// Along one direction, that of the forces felt in the mean: the force at places kSpacing apart,
+// linear between them, each the mean of what was felt near it; what was learnt long ago counts less
+// (kMemory). Where nothing was felt yet a straight line through the newest forces and places stands
+// for it, which forgets in kLineMemory. Allocation-free.
+class ForceLaw {
+ public:
+  // `depth`: over which the law is told [m], > 0; `period` of the samples [s].
+  ForceLaw(double depth, double period);
+
+  // The force of the object on the tool at `p_S` [m], one standard deviation `sigma` [N].
+  void See(const Eigen::Vector3d& p_S, const Eigen::Vector3d& force_S, double sigma) noexcept;
+  // Something that presses was felt often enough.
+  [[nodiscard]] bool known() const noexcept { return line_.n >= kEnough; }
+  // Size of the force at `p_S` [N], >= 0.
+  [[nodiscard]] double At(const Eigen::Vector3d& p_S) const noexcept {
+    return AtPlace(PlaceOf(p_S));
+  }
+  // The plane of one node at which the force begins, and the law over depth below it.
+  void Tell(TouchPatch* patch, PatchLaw* law) const noexcept;
+
+ private:
+  static constexpr int kPlaces = 256;
+  static constexpr double kEnough = 3;        // samples
+  static constexpr double kMemory = 3;        // [s]
+  static constexpr double kLineMemory = 0.5;  // [s]
+  static constexpr double kPrior = 0.3;       // samples that the line counts for
+  static constexpr double kTouch = 5;         // sigmas of a force that presses
+
+  struct Line {
+    double n = 0, x = 0, f = 0, xx = 0, xf = 0;
+    [[nodiscard]] double slope() const noexcept;
+  };
+  struct Place {
+    double weight = 0, force = 0;  // of samples; their weighted sum
+  };
+  // Along the direction, into the object [m].
+  [[nodiscard]] double PlaceOf(const Eigen::Vector3d& p_S) const noexcept {
+    return -n_.dot(p_S - origin_);
+  }
+  [[nodiscard]] double AtPlace(double x) const noexcept;
+  [[nodiscard]] double ByLine(double x) const noexcept;
+  [[nodiscard]] double ValueOf(int place) const noexcept;
+  // Where the force begins [m].
+  [[nodiscard]] double Surface() const noexcept;
+
+  double depth_, spacing_, forget_, forget_line_;
+  bool begun_ = false;
+  Eigen::Vector3d n_{0, 1, 0}, origin_{0, 0, 0};
+  Line line_;
+  std::array<Place, kPlaces> places_{};
+};
+
+}  // namespace palpate

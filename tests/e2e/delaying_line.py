@@ -1,0 +1,69 @@
+"""A line with delay between master and slave: every byte comes as late as every other, none is lost."""
+import queue
+import socket
+import threading
+import time
+
+
+class DelayingLine:
+    """Listens on a free port and passes on to `target` (HOST:PORT), `delay` [s] later each way."""
+
+    def __init__(self, target, delay):
+        host, port = target.rsplit(":", 1)
+        self.target, self.delay = (host, int(port)), delay
+        self.bytes_down = 0  # to whoever connected
+
+    def __enter__(self):
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.address = "127.0.0.1:%d" % self.listener.getsockname()[1]
+        self.sockets = [self.listener]
+        threading.Thread(target=self._accept, daemon=True).start()
+        return self
+
+    def __exit__(self, *error):
+        for each in self.sockets:
+            try:
+                each.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass
+            each.close()
+
+    def _accept(self):
+        try:
+            while True:
+                near, _ = self.listener.accept()
+                far = socket.create_connection(self.target)
+                self.sockets += [near, far]
+                for end in near, far:
+                    end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                self._carry(near, far, up=True)
+                self._carry(far, near, up=False)
+        except OSError:
+            pass
+
+    def _carry(self, source, sink, up):
+        waiting = queue.Queue()
+        threading.Thread(target=self._take, args=(source, waiting, up), daemon=True).start()
+        threading.Thread(target=self._give, args=(sink, waiting), daemon=True).start()
+
+    def _take(self, source, waiting, up):
+        try:
+            while data := source.recv(1 << 16):
+                waiting.put((time.monotonic() + self.delay, data))
+                self.bytes_down += 0 if up else len(data)
+        except OSError:
+            pass
+        waiting.put((time.monotonic() + self.delay, b""))
+
+    @staticmethod
+    def _give(sink, waiting):
+        try:
+            while True:
+                due, data = waiting.get()
+                time.sleep(max(0.0, due - time.monotonic()))
+                if not data:
+                    sink.shutdown(socket.SHUT_WR)
+                    return
+                sink.sendall(data)
+        except OSError:
+            pass

@@ -1,0 +1,83 @@
+"""A line with delay: the model of the contact travels, so that at any round trip the hand feels what is right for where
+it is. Both programs as they are built, over a line that makes every byte late."""
+import json
+import os
+import pathlib
+import unittest
+
+from delaying_line import DelayingLine
+from programs import BLOCK, MASTER, OUT, Slave, run
+
+TRIPS = [float(trip) for trip in os.environ.get("PALPATE_TRIPS", "0,0.1").split(",")]  # [s]
+PRESS, LIFT, SPEED, HOLD = 5e-3, 6e-3, 20e-3, 0.7  # deep, above the surface [m], [m/s], [s]
+
+
+def ramp(share):
+    """From 0 to 1, at rest at both ends."""
+    return share ** 3 * (10 - 15 * share + 6 * share ** 2)
+
+
+def write_hand(file, trip, presses=2):
+    """A hand that waits until it is aligned, presses straight down, shifts by a few millimetres, presses again."""
+    rows, t, x, y = [(0.0, 0.0, 0.0)], 3 + 4 * trip, 0.0, 0.0
+    rows.append((t, 0.0, 0.0))
+
+    def go(to_x, to_y):
+        nonlocal t, x, y
+        way = max(abs(to_x - x), abs(to_y - y))
+        length = 15 / 8 * way / SPEED
+        for i in range(1, 101):
+            part = ramp(i / 100)
+            rows.append((t + length * i / 100, x + part * (to_x - x), y + part * (to_y - y)))
+        t, x, y = t + length, to_x, to_y
+        rows.append((t + HOLD, x, y))
+        t += HOLD
+
+    for press in range(presses):
+        go(x, -LIFT - PRESS)
+        go(x, 0)
+        go(4e-3 * (press + 1), 0)
+    rows.append((t + 1 + 2 * trip, x, y))
+    file.write_text("time_s,x,y,z\n" + "".join(f"{a:.6f},{b:.9f},{c:.9f},0\n" for a, b, c in rows))
+
+
+def session(trip, render="local", scene=BLOCK):
+    """The report of a run over a round trip of `trip` [s], and the bytes that came down."""
+    folder = OUT / "delay"
+    folder.mkdir(parents=True, exist_ok=True)
+    hand, report = folder / f"hand-{trip}.csv", folder / f"report-{render}-{trip}.json"
+    write_hand(hand, trip)
+    report.unlink(missing_ok=True)
+    with Slave(scene) as slave, DelayingLine(slave.address, trip / 2) as line:
+        done = run(MASTER, "connect", line.address, "--device", f"playback:{hand}", "--render", render, "--report",
+                   report, "--log", folder / f"log-{render}-{trip}.csv", "--wait", 10 + 6 * trip,
+                   timeout=120 + 30 * trip)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return json.loads(report.read_text()), line.bytes_down
+
+
+class Delay(unittest.TestCase):
+    def test_the_error_at_the_commanded_place_does_not_grow_with_the_delay(self):
+        """Reference: the run without delay, of the same hand. What no model can know (noise of the pictures, the arm's
+        own lag) is in both."""
+        errors = {}
+        for trip in TRIPS:
+            report, bytes_down = session(trip)
+            at_place = report["force_error_at_place"]
+            errors[trip] = at_place["relative_rms"]
+            print("round trip %6.0f ms: at place %.4f of the peak (first contact %.4f), same instant %.4f, patch %s, "
+                  "energy %.3g J, %.0f kB down, in %s" % (
+                      1e3 * trip, at_place["relative_rms"], at_place["first_contact"]["relative_rms"],
+                      report["force_error"]["relative_rms"], report["patch"], report["energy_min_J"],
+                      bytes_down / 1e3, report["seconds_in"]), flush=True)
+            self.assertGreaterEqual(report["patch"]["patches"], 1)
+            self.assertGreater(at_place["contact_ticks"], 1000)
+            # Model updates against a stream of 1 kHz of states.
+            self.assertLess(report["patch"]["laws"], 0.05 * 1000 * report["duration_s"])
+            self.assertGreaterEqual(report["energy_min_J"], -1e-3)
+        for trip in TRIPS[1:]:
+            self.assertLessEqual(errors[trip], 1.2 * errors[TRIPS[0]], f"at {trip} s")
+
+
+if __name__ == "__main__":
+    unittest.main()

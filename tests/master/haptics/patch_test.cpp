@@ -1,0 +1,228 @@
+// The model that travels, in the loop that holds the hand: at any delay, under late updates, from a
+// slave that means harm, and where it is wrong.
+#include <cmath>
+#include <functional>
+#include <ostream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "master/device/sim_hand.h"
+#include "tests/master/haptics/rig.h"
+#include "tests/master/haptics/wall_patch.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kK = 500;           // of the wall [N/m]
+constexpr double kSurface = -0.004;  // [m]
+
+// Energy at the device's port as malicious_slave_test counts it.
+class PortEnergy {
+ public:
+  void See(const TickRecord& record) {
+    const Eigen::Vector3d dp = record.p_M - last_p_;
+    energy_ += -last_force_.dot(dp) + dp.squaredNorm() / 0.001;
+    if (last_force_.isZero(0)) energy_ = std::min(energy_, 0.0);
+    min_ = std::min(min_, energy_);
+    last_p_ = record.p_M;
+    peak_ = std::max(peak_, record.chain.sent.norm());
+    step_ = std::max(step_, (record.chain.sent - last_force_).norm());
+    last_force_ = record.chain.sent;
+  }
+  [[nodiscard]] double min() const { return min_; }    // [J]
+  [[nodiscard]] double peak() const { return peak_; }  // [N]
+  [[nodiscard]] double step() const { return step_; }  // [N/ms]
+
+ private:
+  Eigen::Vector3d last_p_{0, 0, 0}, last_force_{0, 0, 0};
+  double energy_ = 0, min_ = 0, peak_ = 0, step_ = 0;
+};
+
+class DelayTest : public testing::TestWithParam<double> {};
+
+// Reference: the wall's law at the place that the hand commands. Tolerance: single precision of
+// vertices and compliance, 1e-7 of 4 mm under 500 N/m.
+TEST_P(DelayTest, TheForceIsThatOfTheCommandedPlaceAtAnyRoundTrip) {
+  const double trip = GetParam();
+  Rig rig({.K = kK, .delay = trip / 2}, RenderMode::kLocal, 100);
+  rig.patches.Put(WallPatch(kK, 1));
+  Puppet puppet;
+  rig.Run(puppet, 0.1 + 2 * trip);
+  puppet.reading.engaged = true;
+  rig.Run(puppet, 0.2 + 2 * trip);
+  ASSERT_EQ(rig.state(), OperatorState::kFollowing);
+  double worst = 0, deepest = 0;
+  const auto look = [&](const TickRecord& record) {
+    const double depth = std::max(0.0, kSurface - record.p_S.y());
+    deepest = std::max(deepest, depth);
+    worst = std::max(worst, (record.chain.local - Eigen::Vector3d(0, kK * depth, 0)).norm());
+  };
+  for (int press = 0; press < 2; ++press) {
+    for (const double y : {-0.008, 0.0}) {
+      rig.Glide(puppet, {0.003 * press, y, 0});
+      look(rig.loop.record());
+      rig.Run(puppet, 0.1, look);
+    }
+  }
+  ASSERT_EQ(rig.state(), OperatorState::kFollowing);
+  EXPECT_NEAR(deepest, 0.004, 1e-9);
+  EXPECT_LT(worst, 1e-5) << "N, at a round trip of " << trip << " s";
+  rig.Run(puppet, 0.1 + trip);
+  EXPECT_LT((rig.slave.tip() - rig.loop.record().p_S).norm(), 1e-6) << "drift";
+}
+
+INSTANTIATE_TEST_SUITE_P(RoundTrips, DelayTest, testing::Values(0.0, 0.05, 0.1, 0.5, 1.0, 5.0));
+
+// Reference: a hand that presses, holds and lets go gets no more than it put in and what is lent
+// (PassivityControl::kLent), whenever laws come.
+TEST(PatchTest, LateLawsGiveNoEnergy) {
+  for (const int every : {40, 130, 370}) {
+    Rig rig({.K = kK, .delay = 0.05}, RenderMode::kLocal, 3.3, 0.2);
+    ReceivedPatch wall = WallPatch(kK, 1);
+    rig.patches.Put(wall);
+    SimHand hand(0.004, 0.020);
+    PortEnergy energy;
+    int tick = 0;
+    rig.Run(hand, 12, [&](const TickRecord& record) {
+      energy.See(record);
+      if (++tick % every != 0) return;
+      wall.law.ratios.fill(tick / every % 2 == 0 ? 0.4 : 2.2);
+      ++wall.law.revision;
+      rig.patches.Put(wall);
+    });
+    EXPECT_GT(energy.peak(), 1) << "nothing was felt";
+    EXPECT_GE(energy.min(), -1e-3) << every;
+  }
+}
+
+// Off the patch the plane of the states goes on, without a step, and is named.
+TEST(PatchTest, OffThePatchThePlaneGoesOn) {
+  Rig rig({.K = kK}, RenderMode::kLocal, 100);
+  rig.patches.Put(WallPatch(kK, 1));
+  Puppet puppet;
+  rig.Run(puppet, 0.1);
+  puppet.reading.engaged = true;
+  rig.Run(puppet, 0.2);
+  rig.Glide(puppet, {0.03, 0, 0});
+  rig.Glide(puppet, {0.03, -0.006, 0});
+  rig.Run(puppet, 0.1);
+  EXPECT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kPlane));
+  EXPECT_NEAR(rig.loop.record().chain.local.y(), kK * 0.002, 1e-3);
+}
+
+// A patch of other settings than the master goes by is not shown.
+TEST(PatchTest, APatchOfOtherSettingsWaits) {
+  Rig rig({.K = kK}, RenderMode::kLocal, 100);
+  ReceivedPatch other = WallPatch(4 * kK, 1);
+  other.patch.settings_revision = 7;
+  rig.patches.Put(other);
+  Puppet puppet;
+  rig.Run(puppet, 0.1);
+  puppet.reading.engaged = true;
+  rig.Run(puppet, 0.2);
+  rig.Glide(puppet, {0, -0.006, 0});
+  rig.Run(puppet, 0.1);
+  EXPECT_NEAR(rig.loop.record().chain.local.y(), kK * 0.002, 1e-3);
+}
+
+// Reference: the wall. A model eight times too stiff is worse than the last force held, which is
+// shown instead and named; a model that is right never is.
+TEST(PatchTest, AModelWorseThanTheHoldIsNotShown) {
+  for (const double times : {1.0, 8.0}) {
+    Rig rig({.K = 200, .delay = 0.01}, RenderMode::kLocal, 100);
+    rig.patches.Put(WallPatch(200 * times, 1));
+    Puppet puppet;
+    rig.Run(puppet, 0.1);
+    puppet.reading.engaged = true;
+    rig.Run(puppet, 0.2);
+    int held = 0;
+    const auto look = [&](const TickRecord& record) {
+      held += record.chain.reasons.Has(Reason::kHeld) ? 1 : 0;
+    };
+    for (int press = 0; press < 3; ++press) {
+      for (const double y : {-0.008, -0.005}) {
+        rig.Glide(puppet, {0, y, 0});
+        rig.Run(puppet, 0.2, look);
+      }
+    }
+    EXPECT_EQ(held > 0, times > 1) << times;
+    const double truth = 200 * (kSurface - rig.loop.record().p_S.y());
+    EXPECT_NEAR(rig.loop.record().chain.local.y(), truth, 1e-2) << times;
+  }
+}
+
+struct Row {
+  std::string name;
+  std::function<void(ReceivedPatch*, int n)> lie;  // n: patches since the beginning
+};
+void PrintTo(const Row& row, std::ostream* out) {
+  *out << row.name;
+}
+void TurnTo(TouchPatch* patch, double angle) {
+  const double reach = 0.02;
+  for (const int end : {0, 1}) {
+    const double along = end == 0 ? reach : -reach;
+    patch->vertices[static_cast<std::size_t>(end)] =
+        Eigen::Vector3d(along * std::cos(angle), kSurface + along * std::sin(angle), 0)
+            .cast<float>();
+  }
+}
+
+class MaliciousPatchTest : public testing::TestWithParam<Row> {};
+
+// Reference: the master's own limits, whatever patch comes fifty times a second.
+TEST_P(MaliciousPatchTest, TheHandKeepsItsLimits) {
+  Rig rig({.K = 600, .sensor_rate = 500}, RenderMode::kLocal, 3.3, 0.2);
+  SimHand hand(0.004, 0.020);
+  PortEnergy energy;
+  int tick = 0, n = 0;
+  std::uint32_t epoch = 0;
+  rig.Run(hand, 12, [&](const TickRecord& record) {
+    energy.See(record);
+    ASSERT_TRUE(record.chain.local.allFinite());
+    if (tick++ % 20 != 0) return;
+    ReceivedPatch patch = WallPatch(600, ++epoch);
+    GetParam().lie(&patch, n++);
+    rig.patches.Put(patch);
+  });
+  std::printf("  %-20s %.3f N  %.3f N/ms  %+.3f mJ\n", GetParam().name.c_str(), energy.peak(),
+              energy.step(), 1e3 * energy.min());
+  EXPECT_LE(energy.peak(), 3.3 + 1e-9);
+  EXPECT_LE(energy.step(), 0.2 + 1e-9);
+  EXPECT_GE(energy.min(), -1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Rows, MaliciousPatchTest,
+    testing::Values(
+        Row{"honest", [](ReceivedPatch*, int) {}},
+        Row{"K_1e9", [](ReceivedPatch* p, int) { p->patch.compliance *= 0; }},
+        Row{"K_alternates",
+            [](ReceivedPatch* p, int n) { p->patch.compliance *= n % 2 == 0 ? 1e-3F : 100.F; }},
+        Row{"compliance_is_negative", [](ReceivedPatch* p, int) { p->patch.compliance *= -1; }},
+        Row{"ratios_1e6", [](ReceivedPatch* p, int) { p->law.ratios.fill(1e6); }},
+        Row{"ratios_stand_on_edge",
+            [](ReceivedPatch* p, int n) {
+              p->law.ratios.fill(0);
+              p->law.ratios[static_cast<std::size_t>(n % kLawPoints)] = 50;
+            }},
+        Row{"surface_beats",
+            [](ReceivedPatch* p, int n) { p->law.offset.y() = 0.005 * std::sin(0.6 * n); }},
+        Row{"surface_flees", [](ReceivedPatch* p, int) { p->law.velocity.y() = 1e3; }},
+        Row{"surface_flickers",
+            [](ReceivedPatch* p, int n) { p->law.offset.y() = n % 2 == 0 ? 0.01 : -0.01; }},
+        Row{"normal_spins", [](ReceivedPatch* p, int n) { TurnTo(&p->patch, 0.3 * n); }},
+        Row{"normal_flips",
+            [](ReceivedPatch* p, int n) { TurnTo(&p->patch, n % 2 == 0 ? 0 : M_PI); }},
+        Row{"sphere_of_a_kilometre", [](ReceivedPatch* p, int) { p->patch.tools[0].radius = 1e3; }},
+        Row{"one_epoch_for_ever",
+            [](ReceivedPatch* p, int n) {
+              p->patch.epoch = p->law.epoch = 1;
+              p->law.revision = static_cast<std::uint32_t>(n);
+              p->law.ratios.fill(n % 2 == 0 ? 100 : 0.01);
+            }}),
+    [](const auto& row) { return row.param.name; });
+
+}  // namespace
+}  // namespace palpate

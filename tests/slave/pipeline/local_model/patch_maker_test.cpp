@@ -1,0 +1,214 @@
+// The patch against the model that it was made of, and its keeper against a sense made up here.
+#include "slave/pipeline/local_model/patch_maker.h"
+
+#include <memory>
+#include <span>
+
+#include <gtest/gtest.h>
+
+#include "shared/geometry/index.h"
+#include "shared/patch/patch_contact.h"
+#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/object_mesh.h"
+#include "slave/pipeline/local_model/patch_keeper.h"
+#include "slave/pipeline/offline/account.h"
+#include "slave/scene/scene_loader.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Vector3d Planar(const Eigen::Vector2d& v) {
+  return {v.x(), v.y(), 0};
+}
+
+class OutlinePatchTest : public testing::Test {
+ protected:
+  OutlinePatchTest()
+      : scene_(LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"))),
+        mesh_(MeshOutline(scene_, std::nullopt)),
+        model_(MakeModel(scene_, mesh_)) {
+    for (int i = 0; i < mesh_.size(); ++i) {
+      if ((mesh_.elements[Index(i)].midpoint() - Eigen::Vector2d(0.044, 0.088)).norm() < 1.2e-3) {
+        top_ = i;
+      }
+    }
+  }
+  ContactResponse Respond(const Vector3d& p_O, int element, const Vector3d& displacement) {
+    const Contact contact{Contact::Kind::kDisplacement, p_O, element, scene_.tool->width,
+                          displacement};
+    ContactResponse response;
+    model_->Respond(std::span(&contact, 1), std::span(&response, 1));
+    return response;
+  }
+  bool Make(TouchPatch* patch) {
+    const auto stiffness = [this](const Vector3d& p_O, int element, const Vector3d&) -> Matrix3d {
+      return Respond(p_O, element, Vector3d::Zero()).stiffness_O;
+    };
+    const bool known =
+        FillPatch(mesh_, top_, Eigen::Isometry3d::Identity(), false, stiffness, patch);
+    patch->full_depth = patch->valid_depth = 0.01;
+    patch->epoch = 1;
+    return known;
+  }
+  // Size of the difference to the slave's own answer by that answer, for a tip that comes in
+  // straight at `p` and goes on by `way`.
+  double ErrorAt(const TouchPatch& patch, const Vector3d& p, int element, const Vector3d& n,
+                 const Vector3d& way) {
+    PatchLaw law;
+    law.epoch = law.revision = 1;
+    PatchContact contact;
+    contact.Take(patch, law, 0, 0);
+    contact.ForceAt(p + 1e-3 * n, 1, 1);
+    contact.ForceAt(p - 1e-6 * n, 1, 1);
+    const Vector3d force = contact.ForceAt(p + way, 1, 1);
+    const Vector3d truth = -Respond(p, element, way).force_O;
+    return (force - truth).norm() / truth.norm();
+  }
+
+  Scene scene_;
+  BoundaryMesh mesh_;
+  std::unique_ptr<DeformationModel> model_;
+  int top_ = -1;
+};
+
+// Reference: the slave's own solver. At the nodes, the middles of elements, what is left is single
+// precision and the skew part of K that collocation leaves and a spring must not have (0.3 %).
+TEST_F(OutlinePatchTest, AtItsNodesThePatchAnswersAsTheSlavesOwnSolver) {
+  ASSERT_GE(top_, 0);
+  TouchPatch patch;
+  ASSERT_TRUE(Make(&patch));
+  EXPECT_EQ(patch.node_count, kPatchNodes);
+  for (int i = -10, at = top_; i < 0; ++i, at = mesh_.Next(at)) {
+    const BoundaryElement& e = mesh_.elements[Index(at)];
+    const Vector3d n = Planar(e.normal()), p = Planar(e.midpoint());
+    EXPECT_LT(ErrorAt(patch, p, at, n, -3e-3 * n), 0.005) << i;
+    EXPECT_LT(ErrorAt(patch, p, at, n, -3e-3 * n + 1e-3 * Planar(e.b - e.a).normalized()), 0.01)
+        << i;
+  }
+}
+
+// Between nodes compliances are mixed, where the slave's contact goes from element to element. The
+// tool is three elements wide: how many it covers changes by one, a few per cent of the force.
+TEST_F(OutlinePatchTest, BetweenNodesThePatchIsWithinItsStatedError) {
+  TouchPatch patch;
+  ASSERT_TRUE(Make(&patch));
+  const BoundaryElement& e = mesh_.elements[Index(top_)];
+  const Vector3d n = Planar(e.normal());
+  for (const double s : {0.1, 0.3, 0.7, 0.9}) {
+    const Vector3d p = Planar((1 - s) * e.a + s * e.b);
+    EXPECT_LT(ErrorAt(patch, p, top_, n, -3e-3 * n), 0.15) << s;
+  }
+}
+
+// A wall of which this sense knows the stiffness.
+class WallSense final : public Sense {
+ public:
+  double ratio = 1;  // that LearnLaw tells
+  bool has_patch = true;
+  bool MakePatch(const Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+    if (!has_patch) return false;
+    *patch = TouchPatch();
+    patch->vertex_count = 2;
+    patch->cell_count = patch->node_count = 1;
+    patch->vertices[0] = Vector3d(p_S_tip.x() + 0.01, 0, 0).cast<float>();
+    patch->vertices[1] = Vector3d(p_S_tip.x() - 0.01, 0, 0).cast<float>();
+    patch->cells[0] = {0, 1, 0};
+    patch->directions = 1;
+    patch->compliance.setConstant(1, 1, 1 / 500.F);
+    patch->full_depth = patch->valid_depth = 0.01;
+    MarkRim(patch);
+    return true;
+  }
+  void LearnLaw(PatchLaw* law) noexcept override { law->ratios.fill(ratio); }
+
+  bool Acquire(const std::stop_token&) override { return false; }
+  const ContactEstimate& Estimate(const Vector3d&) noexcept override { return felt_; }
+  LocalModel LocalModelAt(const Vector3d&) noexcept override { return {}; }
+  BoundaryShape Shape(bool) override { return {}; }
+  std::unique_ptr<Rebuilt> Prepare(const Scene&) const override { return nullptr; }
+  void Adopt(std::unique_ptr<Rebuilt>, const Scene&) override {}
+  void Reset() override {}
+  SenseInfo info() const override { return {}; }
+  std::vector<StageTimes> Stages() const override { return {}; }
+  std::unique_ptr<Account> OpenAccount(const World*) override { return nullptr; }
+
+ private:
+  ContactEstimate felt_;
+};
+
+class PatchKeeperTest : public testing::Test {
+ protected:
+  // A sample in which the tip is `depth` deep at `x` and feels `times` the wall's force.
+  void Feel(double x, double depth, double times) {
+    now_ += Seconds(1.0 / 60);
+    ContactEstimate felt;
+    felt.sensed_at = now_;
+    felt.p_S_tip = {x, -depth, 0};
+    felt.force = Vector3d(0, depth > 0 ? times * 500 * depth : 0, 0);
+    felt.validity = Validity::kValid;
+    keeper_.Update(felt, 1, &sense_, now_);
+  }
+  PatchNews Get() { return keeper_.Get(now_); }
+
+  WallSense sense_;
+  PatchKeeper keeper_{{.weber_fraction = 0.1, .depth = 0.005}};
+  Time now_{std::chrono::hours(1)};
+};
+
+TEST_F(PatchKeeperTest, NothingIsMadeThatNobodyAskedFor) {
+  Feel(0, 0, 1);
+  EXPECT_FALSE(Get().patch);
+  Feel(0, 0, 1);
+  ASSERT_TRUE(Get().patch);
+  EXPECT_EQ(Get().patch->epoch, 1U);
+  EXPECT_EQ(Get().law.revision, 1U);
+}
+
+// Reference: the Weber fraction, 10 %.
+TEST_F(PatchKeeperTest, TheLawIsToldAnewWhereAHandWouldFeelTheDifference) {
+  Get();
+  Feel(0, -1e-3, 1);
+  sense_.ratio = 1.05;
+  for (int i = 0; i < 30; ++i) Feel(0, 2e-3, 1.05);
+  EXPECT_EQ(Get().law.revision, 1U) << "too little to be felt";
+  sense_.ratio = 1.3;
+  for (int i = 0; i < 30; ++i) Feel(0, 2e-3, 1.3);
+  EXPECT_EQ(Get().law.revision, 2U) << "told once, it is right";
+  EXPECT_NEAR(Get().law.ratios[0], 1.3, 1e-12);
+}
+
+TEST_F(PatchKeeperTest, AToolThatLeavesThePatchGetsAnother) {
+  Get();
+  Feel(0, -1e-3, 1);
+  Feel(3e-3, -1e-3, 1);
+  EXPECT_EQ(Get().patch->epoch, 1U);
+  Feel(8e-3, -1e-3, 1);
+  EXPECT_EQ(Get().patch->epoch, 2U);
+  EXPECT_NEAR(Get().patch->vertices[0].x(), 0.018, 1e-6);
+}
+
+// Reference: the wall, 500 N/m, which is learnt from what is felt alone.
+TEST_F(PatchKeeperTest, ASenseThatKnowsNoObjectSendsTheLawThatItFelt) {
+  sense_.has_patch = false;
+  Get();
+  for (int round = 0; round < 20; ++round) {
+    for (int i = 0; i <= 20; ++i) Feel(0, 4e-3 * i / 20, 1);
+    Get();
+  }
+  const PatchNews news = Get();
+  ASSERT_TRUE(news.patch);
+  EXPECT_EQ(news.patch->vertices_per_cell, 1);
+  PatchContact contact;
+  contact.Take(*news.patch, news.law, 0, 0);
+  for (const double depth : {1e-3, 2e-3, 3.5e-3}) {
+    contact.ForceAt({0, 1e-3, 0}, 1, 1);
+    EXPECT_NEAR(contact.ForceAt({0, -depth, 0}, 1, 1).y(), 500 * depth, 0.1 * 500 * depth) << depth;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
