@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing on Debian 12: what palpate-slave and palpate-master need, and of these parts what is named.
-# usage: deploy/install.sh [films] [calibration] [clouds] [tests] [fuzz] [gcc]
+# usage: deploy/install.sh [films] [openni] [calibration] [clouds] [tests] [fuzz] [gcc]
 #   tests: all parts, and what their tests need   fuzz: what fuzzing takes   gcc: the compiler that tests try as well
 set -euo pipefail
 # shellcheck source=progress.sh
@@ -10,22 +10,24 @@ packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc li
           libopencv-core-dev libopencv-imgproc-dev libopencv-dnn-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
           libspdlog-dev nlohmann-json3-dev libmumps-seq-dev liblapack-dev libopenblas0-pthread zlib1g-dev)
 films=(libopencv-videoio-dev)         # palpate-films.so: films, cameras, pictures other than PNG and JPEG
+openni=(libopenni2-dev)               # palpate-openni.so: depth cameras
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
 clouds=(libpcl-dev)                   # palpate-slave evaluate
 for part in "$@"; do
   case $part in
     films) packages+=("${films[@]}") ;;
+    openni) packages+=("${openni[@]}") ;;
     calibration) packages+=("${calibration[@]}") ;;
     clouds) packages+=("${clouds[@]}") ;;
     tests)
-      packages+=("${films[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
+      packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
                  clang-tidy libclang-rt-16-dev python3 python3-grpcio python3-protobuf iproute2 git openssl universal-ctags)
       # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
       command -v node >/dev/null || packages+=(nodejs)
       command -v npm >/dev/null || packages+=(npm) ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: accepted are films, calibration, clouds, tests, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: accepted are films, openni, calibration, clouds, tests, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

@@ -244,6 +244,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   if (!machine_.commands_engaged()) reasons.Add(Reason::kNotFollowing);
   if (in.state_age > OperatorMachine::kStaleAfter) reasons.Add(Reason::kStale);
   if (newest_ && !in.force_known) reasons.Add(Reason::kUnknown);
+  if (newest_ && newest_->state.check == FailedCheck::kArmFault) reasons.Add(Reason::kArmFault);
   if (machine_.commands_engaged() && in.slave_epoch != machine_.epoch()) {
     reasons.Add(Reason::kOtherEpoch);
   }

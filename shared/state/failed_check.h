@@ -30,8 +30,9 @@ enum class FailedCheck : std::uint8_t {
   kFingerMissing,  // a fingertip sends nothing
   kPose,           // a fingertip touches where the object is not, or the reverse
   kTransfer,       // the fingertip does not answer as those its network learnt from
+  kArmFault,       // the arm does not move the tool: its driver is silent or tells of a fault
 };
-inline constexpr int kFailedChecks = 20;
+inline constexpr int kFailedChecks = 21;
 
 // As written in CSV files; empty: none.
 constexpr std::string_view ToString(FailedCheck check) {
@@ -40,7 +41,8 @@ constexpr std::string_view ToString(FailedCheck check) {
       "arm",        "picture",        "registration", "camera_motion",
       "scale",      "dent",           "epipolar",     "instants",
       "frozen",     "misfit",         "rest_shape",   "electrode",
-      "rest_drift", "finger_missing", "pose",         "transfer"};
+      "rest_drift", "finger_missing", "pose",         "transfer",
+      "arm_fault"};
   return kWritten[static_cast<std::size_t>(check)];
 }
 

@@ -100,7 +100,7 @@ static_assert(static_cast<int>(Event::kContact) == v1::EVENT_CONTACT);
 static_assert(static_cast<int>(Event::kCommandRefused) == v1::EVENT_COMMAND_REFUSED);
 static_assert(static_cast<int>(Event::kCommandRefused) == v1::Event_MAX);
 static_assert(kFailedChecks == v1::FailedCheck_MAX + 1);
-static_assert(static_cast<int>(FailedCheck::kTransfer) == v1::FAILED_CHECK_TRANSFER);
+static_assert(static_cast<int>(FailedCheck::kArmFault) == v1::FAILED_CHECK_ARM_FAULT);
 static_assert(static_cast<int>(Phase::kReady) == v1::PHASE_READY);
 static_assert(static_cast<int>(Phase::kEstop) == v1::PHASE_ESTOP);
 static_assert(static_cast<int>(Phase::kEstop) == v1::Phase_MAX);

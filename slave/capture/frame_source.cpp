@@ -1,5 +1,6 @@
 #include "slave/capture/frame_source.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <stdexcept>
@@ -12,6 +13,7 @@
 
 #include "slave/capture/codecs/codecs.h"
 #include "slave/capture/decode_ahead.h"
+#include "slave/capture/live_eyes.h"
 #include "slave/capture/picture_files.h"
 
 namespace palpate {
@@ -75,21 +77,10 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
   return std::make_unique<DecodeAhead>(Decoder(std::move(first), std::move(read), filter), options);
 }
 
-std::unique_ptr<FrameSource> OpenDevice(const Camera& camera, const PictureFilter& filter) {
-  const std::string name = "camera " + std::to_string(camera.device);
-  const std::shared_ptr<Film> device =
-      LoadFilms().OpenDevice(camera.device, {camera.size[0], camera.size[1]}, camera.rate);
-  if (!device) {
-    throw std::runtime_error(name + ": no such camera, or not permitted (/dev/video" +
-                             std::to_string(camera.device) + ")");
-  }
-  const DecodeAhead::Options options{.description = name, .rate = camera.rate, .live = true};
-  auto read = [device, name] {
-    cv::Mat image = device->Next();
-    if (image.empty()) throw std::runtime_error(name + ": gone");
-    return image;
-  };
-  return std::make_unique<DecodeAhead>(Decoder({}, std::move(read), filter), options);
+std::unique_ptr<FrameSource> OpenLive(const Camera& camera, const PictureFilter& filter) {
+  const bool is_device = camera.source == Camera::Source::kDevice;
+  const Eye eye{is_device ? Eye::Kind::kDevice : Eye::Kind::kUrl, camera.device, camera.pattern};
+  return FramesOf({InputOf(eye, {camera.size[0], camera.size[1]}, camera.rate)}, filter);
 }
 
 [[noreturn]] void Refuse(const fs::path& file, std::size_t number, const std::string& why) {
@@ -212,6 +203,41 @@ std::unique_ptr<StereoSource> Open(Read read, const DecodeAhead::Options& option
   return std::make_unique<StereoFiles>(Decoder(std::move(first), std::move(read)), options, pairs);
 }
 
+// The pictures of films in step, which are paired by their number: they travel one above the other.
+std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& eyes, PairLayout layout,
+                                        double rate, bool paced) {
+  std::vector<std::shared_ptr<Film>> films;
+  std::string names;
+  for (const Eye& eye : eyes) {
+    films.push_back(LoadFilms().OpenFile(eye.address));
+    if (!films.back()) throw std::runtime_error(eye.address + ": not a video");
+    names += (names.empty() ? "" : " | ") + eye.address;
+  }
+  const auto read = [films, layout, names] {
+    std::vector<cv::Mat> pictures;
+    for (const auto& film : films) {
+      pictures.push_back(film->Next());
+      if (pictures.back().empty()) return cv::Mat();
+    }
+    const StereoPair pair = PairFrom(pictures, layout, names);
+    cv::Mat both = pair.left;
+    if (!pair.right.empty()) cv::vconcat(pair.left, pair.right, both);
+    return both;
+  };
+  const DecodeAhead::Options options{.description = "video " + names, .rate = rate, .paced = paced};
+  return Open(read, options, layout != PairLayout::kDepth);
+}
+
+std::unique_ptr<StereoSource> OpenEyes(const std::vector<Eye>& eyes, PairLayout layout, double rate,
+                                       double sync, bool paced) {
+  RequireRate(rate);
+  const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
+  if (std::ranges::all_of(eyes, is_film)) return OpenFilms(eyes, layout, rate, paced);
+  std::vector<EyeInput> inputs;
+  for (const Eye& eye : eyes) inputs.push_back(InputOf(eye, {}, rate));
+  return PairsOf(std::move(inputs), layout, sync);
+}
+
 std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced) {
   RequireRate(cameras.rate);
   PictureRow left(cameras.left), right(cameras.right);
@@ -262,15 +288,23 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
     case Camera::Source::kVideo:
       return OpenVideo(camera, paced, filter);
     case Camera::Source::kDevice:
-      return OpenDevice(camera, filter);
+    case Camera::Source::kUrl:
+      return OpenLive(camera, filter);
+    case Camera::Source::kStream:
     case Camera::Source::kSimulated:
       break;
   }
   throw std::runtime_error(scene.name + ": a simulated camera is opened by the simulated site");
 }
 
-std::unique_ptr<StereoSource> OpenStereoFiles(const Scene& scene, bool paced) {
-  if (const auto* depth = scene.sense.Find<DepthPictures>()) return OpenDepth(*depth, paced);
+std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
+  if (TakesPictures(scene.sense)) {
+    throw std::runtime_error(scene.name + ": pictures of a stream come when a driver pushes them");
+  }
+  if (const auto* depth = scene.sense.Find<DepthPictures>()) {
+    if (depth->source != DepthPictures::Source::kEye) return OpenDepth(*depth, paced);
+    return OpenEyes({depth->eye}, PairLayout::kDepth, depth->rate, 0, paced);
+  }
   const auto* stereo = scene.sense.Find<StereoCameras>();
   if (stereo == nullptr) {
     throw std::runtime_error(scene.name + ": the scene has no pair of cameras");
@@ -278,7 +312,9 @@ std::unique_ptr<StereoSource> OpenStereoFiles(const Scene& scene, bool paced) {
   if (stereo->source == StereoCameras::Source::kSimulated) {
     throw std::runtime_error(scene.name + ": a simulated pair is opened by the simulated site");
   }
-  return OpenPairs(*stereo, paced);
+  if (stereo->source != StereoCameras::Source::kEyes) return OpenPairs(*stereo, paced);
+  const auto layout = stereo->eyes.size() == 1 ? PairLayout::kSideBySide : PairLayout::kTwoEyes;
+  return OpenEyes(stereo->eyes, layout, stereo->rate, stereo->sync, paced);
 }
 
 }  // namespace palpate

@@ -29,6 +29,13 @@ struct StereoPair {
   Time sensed_at{};            // when the pictures were taken (middle of the exposure)
 };
 
+// Of live eyes, for people.
+struct EyesHealth {
+  std::string trouble;                   // empty: nothing
+  std::uint64_t taken = 0, dropped = 0;  // pictures or pairs; of pairs those taken too far apart
+  double skew = 0;                       // of the last pair used, right minus left [s]
+};
+
 template <typename Picture>
 class PictureSource {
  public:
@@ -42,6 +49,8 @@ class PictureSource {
   virtual std::optional<Picture> Next(const std::stop_token& stop) = 0;
   // In words, for people: `files frames/%04d.png (120)`, `files left/*.png (120 pairs)`.
   [[nodiscard]] virtual std::string description() const = 0;
+  // nullopt: nothing comes live. Thread-safe.
+  [[nodiscard]] virtual std::optional<EyesHealth> health() const { return std::nullopt; }
 };
 using FrameSource = PictureSource<Frame>;
 using StereoSource = PictureSource<StereoPair>;
@@ -49,21 +58,22 @@ using StereoSource = PictureSource<StereoPair>;
 // Never given an empty picture; throws std::runtime_error where it cannot take one.
 using PictureFilter = std::function<cv::Mat(const cv::Mat&)>;
 
-// Opens what the scene names (files, video, device); relative paths are relative to the scene file.
-// `paced`: pictures come at the scene's rate; otherwise as fast as they are read, with stamps at
-// that rate. `filter`: what the decoding thread makes of each picture, if anything; files and
-// videos try it on the first one at once. Throws std::runtime_error: nothing matches, unreadable,
-// no such camera, a picture that the filter refuses. Not for Source::kSimulated.
+// Opens what the scene names (files, video, device, stream); relative paths are relative to the
+// scene file. `paced`: pictures come at the scene's rate; otherwise as fast as they are read, with
+// stamps at that rate. `filter`: what the decoding thread makes of each picture, if anything; files
+// and videos try it on the first one at once. Throws std::runtime_error: nothing matches,
+// unreadable, no such camera, a picture that the filter refuses. Not for kSimulated and kStream.
 std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
                                              const PictureFilter& filter = {});
 
-// Opens the files of sense.camera.stereo or sense.camera.depth, listed as ListPictures() does; the
-// first of each sort of name is paired with the first of the other, and so on. Colour becomes grey
-// (ITU-R BT.601); 16-bit pictures are refused, since two eyes scaled differently would not match.
-// Depth is one channel of 16 bit. `paced`: pairs come at the scene's rate; otherwise as fast as
-// they are read, with stamps at that rate. Throws std::runtime_error: nothing matches, left and
-// right are not equally many (how many) or numbered differently, the first pair is unreadable. Not
-// for simulated cameras.
-std::unique_ptr<StereoSource> OpenStereoFiles(const Scene& scene, bool paced);
+// Opens the eyes of sense.camera.stereo or sense.camera.depth: cameras and streams (see
+// live_eyes.h), videos, which are paired picture by picture, or files, listed as ListPictures()
+// does; the first of each sort of name is paired with the first of the other, and so on. Colour
+// becomes grey (ITU-R BT.601); 16-bit pictures are refused, since two eyes scaled differently would
+// not match. Depth is one channel of 16 bit. `paced`: pairs come at the scene's rate; otherwise as
+// fast as they are read, with stamps at that rate. Throws std::runtime_error: nothing matches, left
+// and right are not equally many (how many) or numbered differently, the first pair is unreadable.
+// Not for simulated cameras.
+std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced);
 
 }  // namespace palpate

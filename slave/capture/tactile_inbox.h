@@ -2,7 +2,6 @@
 // into frames at a steady rate.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -12,36 +11,11 @@
 #include <vector>
 
 #include "shared/state/clock.h"
+#include "shared/state/sender_clock.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
-
-// A sender's clock on ours, from one-way delays alone. A sample cannot arrive before it was taken,
-// so the smallest difference of the two clocks lies closest to their offset. It is forgotten after
-// ten to twenty seconds, so that clocks may drift.
-class SenderClock {
- public:
-  // A stamp `sent` of the sender's clock arrived `at` ours; the stamp on our clock, `at` or
-  // earlier.
-  Time Map(Time sent, Time at) noexcept {
-    const Clock::duration offset = at - sent;
-    if (!since_ || at - *since_ > kBucket) {
-      before_ = since_ ? now_ : offset;
-      now_ = offset;
-      since_ = at;
-    }
-    now_ = std::min(now_, offset);
-    return sent + std::min(now_, before_);
-  }
-  void Reset() noexcept { since_.reset(); }
-
- private:
-  static constexpr Clock::duration kBucket = std::chrono::seconds(10);
-
-  std::optional<Time> since_;         // when `now_` began
-  Clock::duration now_{}, before_{};  // smallest differences, this and the last bucket
-};
 
 // The samples of one live fingertip, on the slave's clock, a bounded number of them. Not
 // thread-safe. What runs per sample allocates nothing.

@@ -34,6 +34,12 @@ void TipFollower::Hold() noexcept {
   clipped_ = too_slow_ = false;
 }
 
+void TipFollower::Place(const Eigen::Vector3d& p_S) noexcept {
+  if (!p_S.allFinite()) return;
+  tip_ = p_S.cwiseMax(low_).cwiseMin(high_);
+  Hold();
+}
+
 void TipFollower::Step(double dt) noexcept {
   if (!(dt > 0) || !std::isfinite(dt)) return;
   const Eigen::Vector3d way = target_ - reference_;

@@ -24,6 +24,8 @@ class TipFollower {
   bool Aim(const Eigen::Vector3d& p_S_target) noexcept;
   // Stop where it is.
   void Hold() noexcept;
+  // It stands at p_S [m], or the nearest place inside.
+  void Place(const Eigen::Vector3d& p_S) noexcept;
   // `dt` [s] pass; not positive or not finite: none.
   void Step(double dt) noexcept;
 

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/telemetry/latency_histogram.h"
+#include "slave/pipeline/awaited_sense.h"
 #include "slave/pipeline/camera/camera_sense.h"
 #include "slave/pipeline/fingertips/fingertip_sense.h"
 #include "slave/pipeline/points/points_sense.h"
@@ -45,11 +46,32 @@ void SetContact(const std::string& contact, const Changeable& accepted, ModelOpt
   model->contact = contact == "bonded" ? ContactLaw::kBonded : ContactLaw::kFrictionless;
 }
 
+// What is known of a sense before its first picture.
+SenseInfo Awaited(const Scene& scene) {
+  SenseInfo info;
+  info.source = "pictures that a driver pushes (FeedPictures)";
+  info.samples = "pictures";
+  info.is_awaited = true;
+  info.tells_force = !HasEyes(scene.sense) || EstimatesForce(scene);
+  info.model.kind = "none";
+  info.reason = "no picture has come yet";
+  return info;
+}
+
 // One line for each way of feeling.
 struct SenseMaker {
   template <typename Made>
   [[nodiscard]] std::unique_ptr<Sense> Make() const {
-    return std::make_unique<Made>(scene, pace, world);
+    if (!TakesPictures(scene.sense)) return std::make_unique<Made>(scene, pace, world);
+    if (!pace.is_live) {
+      throw std::invalid_argument(
+          "sense.camera.source = stream: accepted here are pictures that are recorded or "
+          "simulated");
+    }
+    const auto make = [scene = scene](const Pace& streamed) -> std::unique_ptr<Sense> {
+      return std::make_unique<Made>(scene, streamed, nullptr);
+    };
+    return std::make_unique<AwaitedSense>(scene, make, Awaited(scene));
   }
 
   std::unique_ptr<Sense> operator()(const CameraOptions&) const { return Make<CameraSense>(); }

@@ -18,6 +18,7 @@
 
 #include "shared/state/slave_state.h"
 #include "shared/state/touch_patch.h"
+#include "slave/capture/picture_inbox.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
@@ -108,6 +109,7 @@ struct SenseInfo {
   std::string reason;                // why this model
   std::vector<std::string> remarks;  // what to know before the first touch, a sentence each
   Changeable changeable;
+  bool is_awaited = false;  // nothing came yet: model and remarks are not known
 };
 
 // A line each, as `serve` and `process` say it.
@@ -165,6 +167,12 @@ class Sense {
   virtual std::unique_ptr<Account> OpenAccount(const World* world) = 0;
   // Where streamed samples go; null: it takes none.
   [[nodiscard]] virtual TactileInbox* inbox() { return nullptr; }
+  // Where streamed pictures go; null: it takes none.
+  [[nodiscard]] virtual PictureInbox* pictures() { return nullptr; }
+  // When the acquired sample was taken; now, of what comes without delay. Thread-safe.
+  [[nodiscard]] virtual Time sensed_at() const { return Clock::now(); }
+  // Of live eyes; nullopt: it has none. Thread-safe.
+  [[nodiscard]] virtual std::optional<EyesHealth> health() const { return std::nullopt; }
 };
 
 // The sense of the scene. `world`: what it senses, and outlives it; null: the real one. Throws

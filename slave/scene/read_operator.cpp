@@ -59,6 +59,28 @@ void ReadGuards(Section& section, ManipulatorOptions* options) {
       section.Number("blind_after", Positive(Dimension::kTime), options->blind_after);
 }
 
+void ReadArm(Section& section, ManipulatorOptions* options) {
+  using Source = ManipulatorOptions::Source;
+  options->source = section.OneOf<Source>(
+      "source",
+      {{"simulated", Source::kSimulated}, {"stream", Source::kStream}, {"mp285", Source::kMp285}});
+  const bool is_simulated = options->source == Source::kSimulated;
+  if (section.Has("silence")) {
+    options->silence = section.Number(
+        "silence", Between(Dimension::kTime, 0.01, 0.1, "10 to 100 ms"), options->silence);
+    if (options->source != Source::kStream) {
+      section.Refuse("silence", "nothing here: only a streamed arm's driver can be silent");
+    }
+  }
+  constexpr const char* kPort = "the serial line of the micromanipulator, /dev/ttyUSB0 say";
+  if (options->source == Source::kMp285) {
+    options->port = section.Text("port", kPort);
+  } else if (section.Has("port")) {
+    section.Refuse("port", std::string("nothing with ") +
+                               (is_simulated ? "a simulated" : "a streamed") + " arm");
+  }
+}
+
 }  // namespace
 
 OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& box) {
@@ -99,6 +121,7 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
   const Rule place = Any(Dimension::kLength);
   ManipulatorOptions options = DefaultManipulator(object, box, press_speed);
   Section section = scene.Open("manipulator");
+  ReadArm(section, &options);
   if (!pad) {
     options.home = section.Vector3("home", place, options.home);
   } else {

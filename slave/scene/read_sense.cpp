@@ -55,15 +55,19 @@ void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
   } else if (section.Has("device")) {
     camera->source = Camera::Source::kDevice;
     camera->device = section.Integer("device", 0, 1000);
+  } else if (section.Has("url")) {
+    camera->source = Camera::Source::kUrl;
+    camera->pattern = ReadAddress(section);
   } else {
-    section.OneOf<Camera::Source>("source", {{"simulated", Camera::Source::kSimulated}});
+    camera->source = section.OneOf<Camera::Source>(
+        "source", {{"simulated", Camera::Source::kSimulated}, {"stream", Camera::Source::kStream}});
   }
 }
 
 // What stands there when the scene does not say it: of files and videos it comes with the pictures.
 std::array<int, 2> DefaultSize(const Camera& camera) {
   const bool comes_with_pictures =
-      camera.source == Camera::Source::kFiles || camera.source == Camera::Source::kVideo;
+      camera.source != Camera::Source::kSimulated && camera.source != Camera::Source::kDevice;
   return comes_with_pictures ? std::array{0, 0} : camera.size;
 }
 
@@ -213,8 +217,20 @@ std::string ReadPictures(Section& section, std::string_view key, const SceneCont
   return path.string();
 }
 
+std::string ReadAddress(Section& section) {
+  constexpr const char* kAccepted =
+      "an address as rtsp://..., http://... or udp://..., or a GStreamer pipeline that ends in "
+      "`! appsink`";
+  const std::string address = section.Text("url", kAccepted);
+  const bool is_pipeline = address.find('!') != std::string::npos;
+  const bool is_known = is_pipeline ? address.find("appsink") != std::string::npos
+                                    : address.find("://") != std::string::npos;
+  if (!address.empty() && !is_known) section.Refuse("url", kAccepted);
+  return address;
+}
+
 bool NamesOneSource(Section& camera) {
-  constexpr std::array kSources{"source", "file", "device", "stereo", "depth"};
+  constexpr std::array kSources{"source", "file", "device", "url", "stereo", "depth"};
   std::string_view named = "source";
   int count = 0;
   for (const char* key : kSources) {
@@ -224,8 +240,10 @@ bool NamesOneSource(Section& camera) {
   const bool has_pair = camera.Has("pair");
   if (!camera.present()) return false;
   if (count != 1) {
-    camera.Refuse(named,
-                  "exactly one of `source: simulated`, `file`, `device`, `stereo` and `depth`");
+    camera.Refuse(
+        named,
+        "exactly one of `source: simulated`, `file`, `device`, `stereo` and `depth`, or `url` or "
+        "`source: stream`");
   } else if (has_pair && named != "source") {
     camera.Refuse("pair", "nothing beside `" + std::string(named) +
                               "`: it tells how two simulated cameras stand");

@@ -1,6 +1,7 @@
 // `sense.camera` where it is a pair of cameras, simulated or from files, or takes depth pictures
 // (paper C).
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "slave/scene/sections.h"
@@ -64,14 +65,75 @@ std::array<int, 2> LookIntoRig(Section& section, const StereoCameras& pair) {
   return {0, 0};
 }
 
+bool IsMap(const Section& section, std::string_view key) {
+  const DocumentNode* node = section.node() == nullptr ? nullptr : section.node()->Find(key);
+  return node != nullptr && node->kind == DocumentNode::Kind::kMap;
+}
+
+// One of `device`, `file`, `url`, and of depth `openni`, below `section`; refused where none or
+// several stand there.
+Eye ReadEye(Section& section, const SceneContext& context, bool is_depth) {
+  constexpr std::array kKeys{"device", "file", "url", "openni"};
+  const auto has = [&](const char* key) { return section.Has(key); };
+  const auto named = std::ranges::count_if(kKeys, has);
+  Eye eye;
+  if (named != 1 || (section.Has("openni") && !is_depth)) {
+    section.Refuse(
+        "device", is_depth ? "exactly one of `openni: NUMBER`, `device`, `file` (a video) and `url`"
+                           : "exactly one of `device: NUMBER`, `file` (a video) and `url`");
+  } else if (section.Has("url")) {
+    eye = {Eye::Kind::kUrl, 0, ReadAddress(section)};
+  } else if (section.Has("file")) {
+    eye = {Eye::Kind::kVideo, 0, ReadExistingFile(section, "file", context).string()};
+  } else {
+    const bool is_openni = section.Has("openni");
+    eye.kind = is_openni ? Eye::Kind::kOpenNi : Eye::Kind::kDevice;
+    eye.device = section.Integer(is_openni ? "openni" : "device", 0, 1000);
+  }
+  return eye;
+}
+
+// Two eyes, or one with both pictures side by side.
+void ReadEyesOfPair(Section& section, const SceneContext& context, StereoCameras* pair) {
+  pair->source = StereoCameras::Source::kEyes;
+  if (!section.Has("layout")) {
+    for (const char* key : {"left", "right"}) {
+      Section eye = section.Open(key, "a map of `device: NUMBER`, `file` (a video) or `url`");
+      if (eye.present()) pair->eyes.push_back(ReadEye(eye, context, false));
+    }
+    const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
+    const auto films = std::ranges::count_if(pair->eyes, is_film);
+    if (films == 1) section.Refuse("left", "two videos, or two cameras or streams");
+    return;
+  }
+  section.OneOf<int>("layout", {{"side-by-side", 0}});
+  pair->eyes.push_back(ReadEye(section, context, false));
+}
+
+void ReadPairSource(Section& section, const SceneContext& context, StereoCameras* pair) {
+  const bool is_live = section.Has("source") || section.Has("layout") || IsMap(section, "left");
+  if (section.Has("source")) {
+    section.OneOf<int>("source", {{"stream", 0}});
+    pair->source = StereoCameras::Source::kStream;
+  } else if (is_live) {
+    ReadEyesOfPair(section, context, pair);
+  } else {
+    pair->source = StereoCameras::Source::kFiles;
+    pair->left = ReadPictures(section, "left", context);
+    pair->right = ReadPictures(section, "right", context);
+  }
+  if (!section.Has("sync")) return;
+  pair->sync =
+      section.Number("sync", Between(Dimension::kTime, 1e-6, 1, "> 0 (1 us to 1 s)"), pair->sync);
+  if (!is_live) section.Refuse("sync", "nothing with files, which are paired by their names");
+}
+
 StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, const Object& object) {
   const bool is_full = context.use == SceneUse::kFull;
   StereoCameras pair;
-  pair.source = StereoCameras::Source::kFiles;
   pair.size = {0, 0};
   Section section = camera.Open("stereo");
-  pair.left = ReadPictures(section, "left", context);
-  pair.right = ReadPictures(section, "right", context);
+  ReadPairSource(section, context, &pair);
   const std::size_t before = section.mistakes()->count();
   if (is_full && !section.Has("rig")) {
     section.Refuse("rig", "a file that `calibrate` wrote");
@@ -85,10 +147,25 @@ StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, cons
   return pair;
 }
 
+void ReadDepthSource(Section& camera, const SceneContext& context, DepthPictures* depth) {
+  if (!IsMap(camera, "depth")) {
+    depth->pattern = ReadPictures(camera, "depth", context);
+    return;
+  }
+  Section section = camera.Open("depth");
+  if (section.Has("source")) {
+    section.OneOf<int>("source", {{"stream", 0}});
+    depth->source = DepthPictures::Source::kStream;
+  } else {
+    depth->source = DepthPictures::Source::kEye;
+    depth->eye = ReadEye(section, context, true);
+  }
+}
+
 DepthPictures ReadDepthPictures(Section& camera, const SceneContext& context) {
   const Rule centre = Between(Dimension::kPixels, -1e6, 1e6, "-1e6 to 1e6");
   DepthPictures depth;
-  depth.pattern = ReadPictures(camera, "depth", context);
+  ReadDepthSource(camera, context, &depth);
   depth.unit = camera.Number(
       "unit", Between(Dimension::kLength, 1e-9, 1, "> 0 (1 nm to 1 m), of one count"), depth.unit);
   depth.fx = camera.Number("fx", kFocal);

@@ -40,7 +40,10 @@ struct ToInputs {
     Add(pattern);
     if (pattern.has_filename()) Add(pattern.parent_path());
   }
-  void operator()(const Camera& camera) const { AddPictures(camera.pattern), Add(camera.lens); }
+  void operator()(const Camera& camera) const {
+    if (camera.source != Camera::Source::kUrl) AddPictures(camera.pattern);
+    Add(camera.lens);
+  }
   void operator()(const TipTracking& tip) const { Add(tip.template_file); }
   void operator()(const StereoCameras& pair) const {
     AddPictures(pair.left), AddPictures(pair.right);
@@ -91,6 +94,14 @@ bool HasEyes(const SenseOptions& sense) {
 
 bool HasPictures(const SenseOptions& sense) {
   return sense.Find<Camera>() != nullptr || HasEyes(sense);
+}
+
+bool TakesPictures(const SenseOptions& sense) {
+  const auto is_stream = [](const auto* part) {
+    return part != nullptr && part->source == std::remove_cvref_t<decltype(*part)>::Source::kStream;
+  };
+  return is_stream(sense.Find<Camera>()) || is_stream(sense.Find<StereoCameras>()) ||
+         is_stream(sense.Find<DepthPictures>());
 }
 
 double SensorRate(const SenseOptions& sense) {

@@ -114,10 +114,12 @@ struct Camera {
     kSimulated,
     kFiles,
     kVideo,
-    kDevice
+    kDevice,
+    kUrl,    // a stream's address or a GStreamer pipeline
+    kStream  // FeedPictures
   } source = Source::kSimulated;
   // Files: printf pattern, glob, directory or one picture; video: its path. From the working
-  // directory: the scene's folder is in it.
+  // directory: the scene's folder is in it. kUrl: the address.
   std::string pattern;
   std::filesystem::path lens;  // as `calibrate` writes it; empty: no distortion
   int device = 0;              // camera number
@@ -185,10 +187,28 @@ struct DepthCamera {
   double focal = 525;                 // [px]
   double noise = 0.002;               // one sigma along the ray [m]
 };
+// One eye of several that OpenCV or OpenNI2 reads: a camera's number, or an address.
+struct Eye {
+  enum class Kind : std::uint8_t {
+    kDevice,
+    kVideo,  // ends, and is paced by the scene's rate
+    kUrl,
+    kOpenNi  // depth only
+  } kind = Kind::kDevice;
+  int device = 0;
+  std::string address;  // video, URL or GStreamer pipeline
+};
 // Two cameras, or one with a known lens (paper C). Camera frames L and R: z forward, x right, y
 // down, origin at the centre of projection.
 struct StereoCameras {
-  enum class Source : std::uint8_t { kSimulated, kFiles } source = Source::kSimulated;
+  enum class Source : std::uint8_t {
+    kSimulated,
+    kFiles,
+    kEyes,   // `eyes`
+    kStream  // FeedPictures
+  } source = Source::kSimulated;
+  std::vector<Eye> eyes;      // left, right; one: both side by side in its pictures
+  double sync = 5e-3;         // two pictures taken farther apart are no pair [s]
   std::string left, right;    // printf pattern or glob, from the working directory
   std::filesystem::path rig;  // as `calibrate` writes it; empty: the simulated pair's
   double rate = 30;           // [Hz]
@@ -200,6 +220,8 @@ struct StereoCameras {
 };
 // Depth pictures, pixel for pixel; 0 is no measurement.
 struct DepthPictures {
+  enum class Source : std::uint8_t { kFiles, kEye, kStream } source = Source::kFiles;
+  Eye eye;
   std::string pattern;                                // printf pattern or glob of 16-bit pictures
   double unit = 1e-3;                                 // of a count [m]
   double rate = 30;                                   // [Hz]
@@ -290,6 +312,8 @@ class SenseOptions {
 bool HasEyes(const SenseOptions& sense);
 // Cameras of any kind.
 bool HasPictures(const SenseOptions& sense);
+// Pictures that a driver pushes (FeedPictures).
+bool TakesPictures(const SenseOptions& sense);
 // Of the first sense's pictures or samples [Hz]; 0: nothing is sensed.
 double SensorRate(const SenseOptions& sense);
 
@@ -350,6 +374,13 @@ struct OperatorOptions {
   double press_speed = 0.020;  // [m/s]
 };
 struct ManipulatorOptions {
+  enum class Source : std::uint8_t {
+    kSimulated,
+    kStream,  // DriveTool
+    kMp285    // Sutter MP-285 or MP-225 on a serial line
+  } source = Source::kSimulated;
+  std::string port;                          // of kMp285: `/dev/ttyUSB0`
+  double silence = 0.040;                    // of the arm's reports: longer is a fault [s]
   Eigen::Vector3d home{0, 0, 0};             // tip at start, S [m]
   double max_speed = 0.05;                   // [m/s]
   Eigen::Vector3d workspace_min{-1, -1, 0};  // S [m]

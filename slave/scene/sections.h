@@ -46,6 +46,8 @@ std::array<int, 2> ReadSize(Section& camera, const std::array<int, 2>& fallback)
 // The pictures named at `key`: a printf pattern, a glob, a directory, a file; in the scene's
 // folder. Full use refuses what names no picture.
 std::string ReadPictures(Section& section, std::string_view key, const SceneContext& context);
+// `url` below a camera: a stream's address or a GStreamer pipeline.
+std::string ReadAddress(Section& section);
 // Whether pictures come from exactly one source; refused otherwise.
 bool NamesOneSource(Section& camera);
 // Whether `camera` below `sense` (nullptr: absent) is two cameras or takes depth pictures.

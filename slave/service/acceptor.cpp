@@ -267,7 +267,7 @@ bool Acceptor::Room::HandOnIfAllowed(const Waiting& one) {
   --visits.credit;
   ++visits.open;
   newest_at_ = Clock::now();
-  guests_.push_back({second_name, one.peer, one.from, {}, newest_at_});
+  guests_.push_back({second_name, one.peer, one.from, ConnectionBudget(limits_.share), newest_at_});
   setsockopt(one.fd, SOL_SOCKET, SO_RCVBUF, &kFewBytes, sizeof kFewBytes);
   ++door_.accepted_;
   door_.open_ = guests_.size();

@@ -52,6 +52,7 @@ class Acceptor {
     std::chrono::milliseconds greeting{3000};
     double idle = 5;      // [s] without a byte either way: may be cut where others have no place
     double closed = 0.5;  // [s] to an address that sent too much
+    double share = 1;     // of ConnectionBudget's
     double rate = 50, burst = 256;  // handed on of an address: [1/s], at once
   };
   // Takes over a connection: open, not blocking. Called from the acceptor's thread.

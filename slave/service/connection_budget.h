@@ -15,6 +15,9 @@ class ConnectionBudget {
   static constexpr double kStart = 32e3;                    // of that, for who just came [bytes]
   static constexpr std::uint64_t kUnanswered = 512 * 1024;  // [bytes]
 
+  // `share`: of all of these, more than 1 where scenes take more.
+  explicit ConnectionBudget(double share = 1) : share_(share) {}
+
   // What the socket counted since it was opened, `dt` [s] after the last time. False: beyond the
   // budget. Headers without end are answered by nothing; every stream of ours is, by states or by
   // room for more.
@@ -22,17 +25,17 @@ class ConnectionBudget {
     const std::uint64_t came = received - received_;
     unanswered_ = answered == answered_ ? unanswered_ + came : 0;
     silent_ = came == 0 && answered == answered_ ? silent_ + dt : 0;
-    credit_ = std::min(kBurst, credit_ + kRate * dt) - static_cast<double>(came);
+    credit_ = std::min(kBurst, credit_ + kRate * dt) - static_cast<double>(came) / share_;
     received_ = received;
     answered_ = answered;
-    return credit_ >= 0 && unanswered_ <= kUnanswered;
+    return credit_ >= 0 && static_cast<double>(unanswered_) <= share_ * kUnanswered;
   }
   // Since a byte went either way [s].
   [[nodiscard]] double silent() const { return silent_; }
 
  private:
   std::uint64_t received_ = 0, answered_ = 0, unanswered_ = 0;
-  double credit_ = kStart, silent_ = 0;
+  double share_, credit_ = kStart, silent_ = 0;
 };
 
 }  // namespace palpate

@@ -144,6 +144,8 @@ void ToProto(const SlaveStatus& status, v1::Status* message) {
     stage->set_max_us(times.max_us);
   }
   for (const std::string& alarm : status.alarms) message->add_alarms(alarm);
+  if (status.arm) ToProto(*status.arm, message->mutable_arm());
+  if (status.eyes) ToProto(*status.eyes, message->mutable_eyes());
 }
 
 void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* message) {

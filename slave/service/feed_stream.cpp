@@ -75,23 +75,4 @@ void FeedStream::OnQuiet() {
   for (const std::string& finger : fingers_) inbox_->Leave(finger, sender_);
 }
 
-bool FeedStreams::Add(const std::shared_ptr<FeedStream>& stream) {
-  const std::scoped_lock lock(mutex_);
-  std::erase_if(streams_, [](const auto& other) { return other.expired(); });
-  if (!closed_) streams_.push_back(stream);
-  return !closed_;
-}
-
-void FeedStreams::Close() {
-  std::vector<std::weak_ptr<FeedStream>> streams;
-  {
-    const std::scoped_lock lock(mutex_);
-    closed_ = true;
-    streams.swap(streams_);
-  }
-  for (const auto& weak : streams) {
-    if (const auto stream = weak.lock()) stream->Close();
-  }
-}
-
 }  // namespace palpate

@@ -3,10 +3,8 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <string>
-#include <vector>
 
 #include <grpcpp/support/server_callback.h>
 
@@ -15,10 +13,12 @@
 
 #include "slave/capture/tactile_inbox.h"
 #include "slave/service/status.h"
+#include "slave/service/stream_list.h"
 
 namespace palpate {
 
-class FeedStreams;
+class FeedStream;
+using FeedStreams = StreamList<FeedStream>;
 
 class FeedStream final : public EndingStream<grpc::ServerReadReactor<v1::TactileSample>> {
  public:
@@ -46,20 +46,6 @@ class FeedStream final : public EndingStream<grpc::ServerReadReactor<v1::Tactile
   // Of samples that were taken: the reads' own, while `busy_`.
   std::uint64_t samples_ = 0;
   std::set<std::string> fingers_;
-};
-
-// All that are open. Thread-safe.
-class FeedStreams {
- public:
-  // False: closed already.
-  bool Add(const std::shared_ptr<FeedStream>& stream);
-  // Closes those there are and those to come.
-  void Close();
-
- private:
-  std::mutex mutex_;  // guards what follows
-  std::vector<std::weak_ptr<FeedStream>> streams_;
-  bool closed_ = false;
 };
 
 }  // namespace palpate

@@ -5,12 +5,15 @@
 #include <optional>
 #include <string>
 
+#include "palpate/v1/devices.pb.h"
 #include "palpate/v1/scene.pb.h"
 #include "palpate/v1/state.pb.h"
 #include "palpate/v1/telemetry.pb.h"
 #include "palpate/v1/teleoperation.pb.h"
 
+#include "slave/capture/picture_inbox.h"
 #include "slave/capture/tactile_frame.h"
+#include "slave/manipulator/driven_arm.h"
 #include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
@@ -39,6 +42,16 @@ struct TactileSample {
 // pose or none that is one; `reason` then says which and what is accepted. Whether counts are
 // finite is left to whoever takes them.
 std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::string* reason);
+
+// nullopt: no stamp or an encoding not known; `reason` then says which and what is accepted. What
+// it returns points into `message`.
+std::optional<PushedSample> FromProto(const v1::PictureSample& message, std::string* reason);
+// nullopt: numbers that are none or absurd, no stamp, no tip, half a quaternion; `reason` then says
+// which and what is accepted.
+std::optional<ArmReading> FromProto(const v1::ArmReport& message, std::string* reason);
+void ToProto(const ArmHealth& health, v1::ArmStatus* message);
+void ToProto(const EyesHealth& health, v1::EyesStatus* message);
+void ToProto(const ArmAim& aim, Time now, v1::ArmTarget* message);
 
 void ToProto(const SlaveDescription& description, v1::SceneDescription* message);
 void ToProto(const SlaveDescription& description, v1::Capabilities* message);

@@ -35,7 +35,7 @@ struct Rule {
   unsigned roles;
   bool is_logged;
 };
-constexpr std::array<Rule, 13> kRules{{{"GetScene", kAnybody, false},
+constexpr std::array<Rule, 15> kRules{{{"GetScene", kAnybody, false},
                                        {"GetStatus", kAnybody, false},
                                        {"GetCapabilities", kAnybody, false},
                                        {"Operate", kOperator, true},
@@ -47,7 +47,9 @@ constexpr std::array<Rule, 13> kRules{{{"GetScene", kAnybody, false},
                                        {"SetParameters", kOperator | kAdmin, true},
                                        {"Reset", kOperator | kAdmin, true},
                                        {"Stop", kAnybody, true},
-                                       {"FeedTactile", kSensor, true}}};
+                                       {"FeedTactile", kSensor, true},
+                                       {"FeedPictures", kSensor, true},
+                                       {"DriveTool", kArm, true}}};
 constexpr std::string_view kHealth = "/grpc.health.v1.Health/";
 constexpr std::string_view kReflection = "/grpc.reflection.v1alpha.ServerReflection/";
 

@@ -26,6 +26,9 @@ namespace palpate {
 namespace {
 
 constexpr int kMaxRequestBytes = 64 * 1024;
+constexpr int kMaxPictureBytes = 32 * 1024 * 1024;  // a raw pair of 2448 x 2048 px in colour
+constexpr double kPictureShare =
+    256;  // of a connection's budget where drivers push pictures: 64 MB/s
 constexpr int kMaxStreamsPerConnection = 2 * ObserverSeats::kSeats;
 constexpr int kMaxThreads = 2 * ObserverSeats::kSeats;
 constexpr int kShortestPingMs = 500;  // masters may ask this often whether we live
@@ -71,7 +74,7 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(
   return credentials;
 }
 
-void Configure(grpc::ServerBuilder* builder) {
+void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
   builder->AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   builder->AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kCommandWindow);
@@ -81,7 +84,7 @@ void Configure(grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                               kShortestPingMs);
-  builder->SetMaxReceiveMessageSize(kMaxRequestBytes);
+  builder->SetMaxReceiveMessageSize(takes_pictures ? kMaxPictureBytes : kMaxRequestBytes);
   builder->SetResourceQuota(grpc::ResourceQuota("palpate").SetMaxThreads(kMaxThreads));
 }
 
@@ -150,7 +153,7 @@ Server::Server(Slave& slave, const std::string& address, bool insecure,
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   }
   grpc::ServerBuilder builder;
-  Configure(&builder);
+  Configure(slave.picture_inbox() != nullptr, &builder);
   parts_->connections = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
   builder.RegisterService(&parts_->service);
@@ -158,7 +161,7 @@ Server::Server(Slave& slave, const std::string& address, bool insecure,
   if (!parts_->server) throw std::runtime_error("cannot serve on " + address);
   const Greeting greeting = tls.empty() ? Greeting::kHttp2 : Greeting::kTls;
   parts_->door.emplace(parts_->endpoint, greeting, HandOnTo(parts_->connections.get()),
-                       Acceptor::Limits());
+                       {.share = slave.picture_inbox() ? kPictureShare : 1});
   parts_->endpoint = parts_->door->endpoint();
   parts_->address = ToString(parts_->endpoint);
   parts_->door->Start();

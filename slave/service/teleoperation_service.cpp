@@ -105,4 +105,9 @@ grpc::ServerReadReactor<v1::TactileSample>* TeleoperationService::FeedTactile(
   return FeedStream::Open(slave_.tactile_inbox(), &feeds_, reply);
 }
 
+grpc::ServerBidiReactor<v1::ArmReport, v1::ArmTarget>* TeleoperationService::DriveTool(
+    grpc::CallbackServerContext* /*context*/) {
+  return DriveStream::Open(slave_.driven_arm(), &drives_);
+}
+
 }  // namespace palpate

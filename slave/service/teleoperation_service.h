@@ -12,6 +12,7 @@
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "slave/pipeline/teleop/slave.h"
+#include "slave/service/drive_stream.h"
 #include "slave/service/feed_stream.h"
 #include "slave/service/operate_stream.h"
 #include "slave/service/operator_lease.h"
@@ -20,15 +21,17 @@
 namespace palpate {
 
 // What never waits is called back by gRPC's own threads, which nobody can use up: Stop above all.
-// Operate and FeedTactile are reactors (see EndingStream). A change of the model may take a while
-// and a watcher mostly waits: blocking handlers, in a pool that may be full.
+// Operate, FeedTactile and DriveTool are reactors (see EndingStream). A change of the model may
+// take a while, a watcher mostly waits and pictures are decoded: blocking handlers, in a pool that
+// may be full.
 template <class Base>
 using CalledBack = v1::Teleoperation::WithCallbackMethod_Stop<
     v1::Teleoperation::WithCallbackMethod_Reset<v1::Teleoperation::WithCallbackMethod_GetStatus<
         v1::Teleoperation::WithCallbackMethod_GetScene<
             v1::Teleoperation::WithCallbackMethod_GetCapabilities<
                 v1::Teleoperation::WithCallbackMethod_FeedTactile<
-                    v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>;
+                    v1::Teleoperation::WithCallbackMethod_DriveTool<
+                        v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>>;
 
 class TeleoperationService final : public CalledBack<v1::Teleoperation::Service> {
  public:
@@ -66,9 +69,14 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
                                  const v1::StopRequest* request, v1::Status* reply) override;
   grpc::ServerReadReactor<v1::TactileSample>* FeedTactile(grpc::CallbackServerContext* context,
                                                           v1::FeedTactileReply* reply) override;
+  grpc::ServerBidiReactor<v1::ArmReport, v1::ArmTarget>* DriveTool(
+      grpc::CallbackServerContext* context) override;
+  grpc::Status FeedPictures(grpc::ServerContext* context,
+                            grpc::ServerReader<v1::PictureSample>* reader,
+                            v1::FeedPicturesReply* reply) override;
 
   // Ends the streams that only listen; those that watch end with the publisher.
-  void EndStreams() { feeds_.Close(); }
+  void EndStreams() { feeds_.Close(), drives_.Close(); }
 
  private:
   void FillStatus(v1::Status* reply) const;
@@ -89,6 +97,8 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   std::mutex making_;  // held while a model is made: nobody waits for it
   ObserverSeats seats_;
   FeedStreams feeds_;
+  DriveStreams drives_;
+  std::atomic<int> picture_feeds_{0};
   std::mutex encoding_;  // guards the next one
   std::map<std::pair<bool, int>, std::shared_ptr<const JpegPicture>> encoded_;  // overlays, quality
   std::atomic<std::uint64_t> states_sent_{0};  // to all readers together

@@ -24,6 +24,8 @@
 
 namespace palpate {
 
+class PictureInbox;
+
 // What really happens at one fingertip. Frame S.
 struct FingerTruth {
   Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
@@ -63,7 +65,8 @@ enum class Patience : std::uint8_t { kWaits, kNone };
 // on a clock of their own, while a script of the site moves it.
 struct Pace {
   bool is_live = true;
-  double duration = 0;  // of a script that could go on for ever [s]; 0: its own choice
+  double duration = 0;               // of a script that could go on for ever [s]; 0: its own choice
+  PictureInbox* pictures = nullptr;  // where those of a stream come, which must outlive the source
 };
 
 // What shows a site in real time: a sample every 1 / rate seconds; late ones are skipped, not

@@ -1,6 +1,7 @@
 // A slave without pictures (see FakeSlave) that senses 60 times a second, for the scripted clients.
-//   fake_slave_server [ADDRESS] [--insecure | --tactile]   with --tactile: fed by fingers rf and th
-// Prints `listening on HOST:PORT` and serves until SIGTERM or SIGINT.
+//   fake_slave_server [ADDRESS] [--insecure | --tactile | --devices]
+// --tactile: fed by fingers rf and th; --devices: by a camera's driver, with an arm that another
+// drives. Prints `listening on HOST:PORT` and serves until SIGTERM or SIGINT.
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -22,6 +23,10 @@ int main(int argc, char** argv) {
   try {
     palpate::FakeSlave slave;
     if (argc > 2 && std::string_view(argv[2]) == "--tactile") slave.TakeTactile({"rf", "th"});
+    if (argc > 2 && std::string_view(argv[2]) == "--devices") {
+      slave.TakePictures();
+      slave.TakeArm({});
+    }
     palpate::Server server(slave, address, insecure);
     const std::jthread camera([&slave](const std::stop_token& stop) {
       while (!stop.stop_requested()) {

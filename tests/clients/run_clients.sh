@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Runs the scripted clients of one language against a slave: one operates while the other watches;
-# or, with PALPATE_CLIENTS=feed, a driver feeds it tactile samples.
+# or, with PALPATE_CLIENTS=feed, a driver feeds it tactile samples; with PALPATE_CLIENTS=devices one feeds
+# it pictures and, in Python, another drives its arm for a second.
 #   run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]
 # SERVER must print `listening on HOST:PORT` and end on SIGTERM. Exit code 77: the language's gRPC is
 # not here and cannot be installed.
@@ -33,6 +34,8 @@ case $language in
     operate=("$python" "$examples/operate.py")
     watch=("$python" "$examples/watch.py")
     feed=("$python" "$examples/feed_tactile.py" --check)
+    pictures=("$python" "$examples/feed_pictures.py" --check)
+    drive=("$python" "$examples/drive_arm.py" --duration 1 --home 0,0,0)
     # Made once here: two clients that make them at once would read each other's halves.
     "$python" -c "import sys; sys.path.insert(0, '$examples'); import palpate_stubs; palpate_stubs.load()"
     export PALPATE_STUBS_READY=1
@@ -48,6 +51,8 @@ case $language in
     operate=(node "$examples/operate.js")
     watch=(node "$examples/watch.js")
     feed=(node "$examples/feed_tactile.js")
+    pictures=(node "$examples/feed_pictures.js")
+    drive=()
     ;;
   *)
     echo "usage: run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]" >&2
@@ -62,6 +67,12 @@ trap stop_listening EXIT
 
 if [[ ${PALPATE_CLIENTS:-} == feed ]]; then
   "${feed[@]}" "$address"
+  exit
+fi
+
+if [[ ${PALPATE_CLIENTS:-} == devices ]]; then
+  "${pictures[@]}" "$address"
+  [[ ${#drive[@]} -eq 0 ]] || "${drive[@]}" "$address"
   exit
 fi
 

@@ -73,6 +73,9 @@ class Films {
   // there is none, or it is not permitted.
   [[nodiscard]] virtual std::unique_ptr<Film> OpenDevice(int device, const cv::Size& size,
                                                          double rate) const = 0;
+  // A stream's address (rtsp://, http://, udp://), or a GStreamer pipeline that ends in an appsink.
+  // nullptr: nothing answers there.
+  [[nodiscard]] virtual std::unique_ptr<Film> OpenUrl(const std::string& address) const = 0;
   // A picture as it is, alpha and all. Empty: not a picture, damaged, or larger than kMostPixels.
   [[nodiscard]] virtual cv::Mat Decode(Bytes bytes) const = 0;
 };
@@ -80,5 +83,10 @@ class Films {
 // Loads the module at the first call. Throws std::runtime_error: it is not installed, or cannot be
 // loaded (why).
 const Films& LoadFilms();
+
+// Depth pictures of the OpenNI2 camera `device`, one channel of 16 bit, through the module
+// palpate-openni, loaded at the first call. nullptr: there is no such camera. Throws
+// std::runtime_error as LoadFilms does.
+std::unique_ptr<Film> OpenDepthCamera(int device);
 
 }  // namespace palpate

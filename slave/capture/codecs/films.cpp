@@ -9,34 +9,52 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kModule = "palpate-films.so";
+struct Module {
+  const char* file;
+  const char* symbol;
+  const char* what;
+  const char* built_where;
+};
+constexpr Module kFilms{"palpate-films.so", "palpate_films",
+                        "films, cameras and pictures other than PNG and JPEG",
+                        "OpenCV's videoio and imgcodecs are (deploy/install.sh films)"};
+constexpr Module kOpenNi{"palpate-openni.so", "palpate_openni", "depth cameras of OpenNI2",
+                         "OpenNI2 is (deploy/install.sh openni)"};
 
-[[noreturn]] void Refuse(const std::string& why) {
-  throw std::runtime_error("films, cameras and pictures other than PNG and JPEG need " +
-                           std::string(kModule) + ", " + why);
+void* Load(const Module& module) {
+  const auto refuse = [&](const std::string& why) {
+    throw std::runtime_error(std::string(module.what) + " need " + module.file + ", " + why);
+  };
+  const auto file = FindPart(module.file);
+  if (file.empty()) {
+    refuse(std::string("which is not installed beside this program: it is built where ") +
+           module.built_where);
+  }
+  void* const loaded = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (loaded == nullptr) refuse(std::string("which cannot be loaded: ") + dlerror());
+  void* const symbol = dlsym(loaded, module.symbol);
+  if (symbol == nullptr) refuse("which is another's: " + file.string());
+  return symbol;
 }
 
-const Films* Load() {
-  const auto file = FindPart(kModule);
-  if (file.empty()) {
-    Refuse(
-        "which is not installed beside this program: it is built where OpenCV's videoio and "
-        "imgcodecs are (deploy/install.sh films)");
-  }
-  // Read by OpenCV while it is loaded: its own limit is a thousand million pixels.
+const Films* LoadFilmsModule() {
+  // Read by OpenCV while it is loaded: its own limits are a thousand million pixels, and ten
+  // seconds for a camera that froze.
   setenv("OPENCV_IO_MAX_IMAGE_PIXELS", std::to_string(kMostPixels).c_str(), 0);
-  void* const module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (module == nullptr) Refuse(std::string("which cannot be loaded: ") + dlerror());
-  void* const symbol = dlsym(module, "palpate_films");
-  if (symbol == nullptr) Refuse("which is another's: " + file.string());
-  return reinterpret_cast<const Films* (*)()>(symbol)();
+  setenv("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "1", 0);
+  return reinterpret_cast<const Films* (*)()>(Load(kFilms))();
 }
 
 }  // namespace
 
 const Films& LoadFilms() {
-  static const Films* const films = Load();
+  static const Films* const films = LoadFilmsModule();
   return *films;
+}
+
+std::unique_ptr<Film> OpenDepthCamera(int device) {
+  static void* const open = Load(kOpenNi);
+  return std::unique_ptr<Film>(reinterpret_cast<Film* (*)(int)>(open)(device));
 }
 
 }  // namespace palpate

@@ -39,8 +39,19 @@ class OpenCvFilms final : public Films {
       capture.set(cv::CAP_PROP_FRAME_WIDTH, size.width);
       capture.set(cv::CAP_PROP_FRAME_HEIGHT, size.height);
     }
-    if (capture.isOpened()) capture.set(cv::CAP_PROP_FPS, rate);
+    if (!capture.isOpened()) return nullptr;
+    capture.set(cv::CAP_PROP_FPS, rate);
+    capture.set(cv::CAP_PROP_BUFFERSIZE, 1);
+    // Where the driver allows: light that is put right from picture to picture is no light at all.
+    constexpr double kManual = 1;  // V4L2's V4L2_EXPOSURE_MANUAL
+    capture.set(cv::CAP_PROP_AUTO_EXPOSURE, kManual);
+    capture.set(cv::CAP_PROP_AUTO_WB, 0);
+    capture.set(cv::CAP_PROP_AUTOFOCUS, 0);
     return Opened(capture);
+  }
+  [[nodiscard]] std::unique_ptr<Film> OpenUrl(const std::string& address) const override {
+    const bool is_pipeline = address.find('!') != std::string::npos;
+    return Opened(cv::VideoCapture(address, is_pipeline ? cv::CAP_GSTREAMER : cv::CAP_FFMPEG));
   }
   [[nodiscard]] cv::Mat Decode(Bytes bytes) const override {
     try {

@@ -41,6 +41,10 @@ std::string Source(const Camera& camera) {
       return "picture files " + camera.pattern;
     case Camera::Source::kVideo:
       return "video " + camera.pattern;
+    case Camera::Source::kUrl:
+      return "stream " + camera.pattern;
+    case Camera::Source::kStream:
+      return "pictures that a driver pushes (FeedPictures)";
     case Camera::Source::kDevice:
       break;
   }

@@ -25,11 +25,6 @@
 namespace palpate {
 namespace {
 
-bool IsSimulated(const Scene& scene) {
-  return scene.sense.Find<StereoCameras>() &&
-         scene.sense.Find<StereoCameras>()->source == StereoCameras::Source::kSimulated;
-}
-
 std::string Size(const std::array<int, 2>& size) {
   return fmt::format("{} x {} px", size[0], size[1]);
 }
@@ -62,11 +57,18 @@ void PrintSight(const Scene& scene, const StereoRig& rig) {
                         LengthInWords(sight->sigma_depth), LengthInWords(sight->sigma_across)));
 }
 
+const char* PairInWords(const StereoCameras& pair) {
+  using Source = StereoCameras::Source;
+  if (pair.source == Source::kSimulated) return "simulated pair";
+  if (pair.source == Source::kFiles) return "pair of picture files";
+  return pair.source == Source::kEyes ? "live pair" : "pair that a driver pushes";
+}
+
 void PrintRig(const Scene& scene, const StereoRig& rig) {
   PrintLine("cameras",
             fmt::format("{}, {}, focal length {:.4g} px, {} apart{}",
-                        IsSimulated(scene) ? "simulated pair" : "pair of picture files",
-                        Size(rig.left.size), rig.left.fx, LengthInWords(rig.baseline()),
+                        PairInWords(*scene.sense.Find<StereoCameras>()), Size(rig.left.size),
+                        rig.left.fx, LengthInWords(rig.baseline()),
                         rig.rms_px > 0 ? fmt::format("; calibrated to {:.3g} px rms", rig.rms_px)
                                        : std::string()));
   PrintSight(scene, rig);
@@ -136,7 +138,7 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
 }
 
 std::unique_ptr<StereoSource> Open(const Scene& scene, World* world) {
-  if (world == nullptr) return OpenStereoFiles(scene, false);
+  if (world == nullptr) return OpenStereo(scene, false);
   return world->OpenPair(scene, {.is_live = false});
 }
 
@@ -190,6 +192,10 @@ std::string SeenInWords(const Scene& scene, const SurfacePointTracker& eyes,
 }
 
 void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
+  if (TakesPictures(scene.sense)) {
+    PrintLine("pictures", "none before a driver pushes them (FeedPictures)");
+    return;
+  }
   const auto world = MakeWorld(scene);
   const auto source = Open(scene, world.get());
   const auto eyes = MakeSurfacePointTracker(scene, rig);

@@ -24,6 +24,9 @@ constexpr double kResolved = 0.05;     // of a pixel: what the eyes resolve
 
 std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace, World* world) {
   if (world != nullptr) return world->OpenCamera(scene, pace);
+  if (pace.pictures != nullptr) {
+    return pace.pictures->OpenFrames(StraighteningOf(*scene.sense.Find<Camera>()));
+  }
   return OpenFrameSource(scene, pace.is_live, StraighteningOf(*scene.sense.Find<Camera>()));
 }
 

@@ -35,6 +35,7 @@ class CameraSense final : public Sense {
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<Account> OpenAccount(const World* world) override;
+  [[nodiscard]] std::optional<EyesHealth> health() const override { return source_->health(); }
 
   [[nodiscard]] const Estimator& estimator() const { return *estimator_; }
   // Of the last estimate.

@@ -24,7 +24,8 @@ std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace, World* 
         world != nullptr ? "the scripted presses" : "the files", scene.file.string()));
   }
   if (world != nullptr) return world->OpenPair(scene, pace);
-  return OpenStereoFiles(scene, pace.is_live);
+  if (pace.pictures != nullptr) return pace.pictures->OpenPairs();
+  return OpenStereo(scene, pace.is_live);
 }
 
 // Of an object that is followed as a whole, without a model: the surface of the scene's mesh, frame

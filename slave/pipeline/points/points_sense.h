@@ -56,6 +56,7 @@ class PointsSense final : public Sense {
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<Account> OpenAccount(const World* world) override;
+  [[nodiscard]] std::optional<EyesHealth> health() const override { return source_->health(); }
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
   [[nodiscard]] const StereoRig& rig() const { return rig_; }

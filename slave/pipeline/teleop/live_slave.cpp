@@ -58,7 +58,8 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
       p_S_encoders_(p_S_sensed_),
       patch_({.depth = scene.operator_options.press_depth, .period = 1 / SensorRate(scene.sense)}) {
   // Streams begin when somebody feeds them.
-  if (sense_->inbox() == nullptr && !Feel({})) {
+  const bool is_fed = sense_->inbox() != nullptr || sense_->pictures() != nullptr;
+  if (!is_fed && !Feel({})) {
     throw std::runtime_error(
         fmt::format("{}: no {} came", sense_info_.source, sense_info_.samples));
   }
@@ -86,7 +87,8 @@ void LiveSlave::Sensing(const std::stop_token& stop) {
 
 bool LiveSlave::Feel(const std::stop_token& stop) {
   if (!sense_->Acquire(stop)) return false;
-  const Eigen::Vector3d p_S_encoders = manipulator_->Tip();
+  if (sense_info_.is_awaited) MeetSense();
+  const Eigen::Vector3d p_S_encoders = manipulator_->TipAt(sense_->sensed_at());
   if (reset_wanted_.exchange(false)) {
     const std::lock_guard lock(sense_mutex_);
     sense_->Reset();
@@ -108,6 +110,16 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
   }
   newest_.Put(felt);
   return true;
+}
+
+void LiveSlave::MeetSense() {
+  {
+    const std::scoped_lock lock(sense_mutex_, settings_mutex_);
+    sense_info_ = sense_->info();
+  }
+  tip_registration_ = RegistrationOf(*sense_, *manipulator_);
+  ++settings_revision_;
+  for (const std::string& line : Introduction(sense_info_)) spdlog::info("{}", line);
 }
 
 void LiveSlave::Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders) {
@@ -145,6 +157,7 @@ SlaveState LiveSlave::Compose(Time now) {
   SlaveState state = newest_.Compose(port_, now);
   state.settings_revision = settings_revision_;
   state.true_force = TrueForce();
+  if (manipulator_->is_faulty()) state.check = FailedCheck::kArmFault;
   state.local_model = LocalNow();
   return state;
 }
@@ -161,7 +174,8 @@ LocalModel LiveSlave::LocalNow() {
 }
 
 std::optional<Eigen::Vector3d> LiveSlave::TrueForce() const {
-  if (world_ == nullptr || !sense_info_.tells_force) return std::nullopt;
+  if (world_ == nullptr) return manipulator_->measured_force();
+  if (!sense_info_.tells_force) return std::nullopt;
   const Truth truth = world_->truth();
   return truth.solved ? std::optional(truth.force) : std::nullopt;
 }
@@ -193,6 +207,10 @@ SlaveStatus LiveSlave::Status() const {
   status.started_at = started_at_;
   status.stages = StagesNow();
   newest_.Describe(&status);
+  status.arm = manipulator_->health();
+  status.eyes = sense_->health();
+  if (status.arm && !status.arm->fault.empty()) status.alarms.push_back(status.arm->fault);
+  if (status.eyes && !status.eyes->trouble.empty()) status.alarms.push_back(status.eyes->trouble);
   return status;
 }
 

@@ -58,6 +58,8 @@ class LiveSlave final : public Slave {
   [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
   PatchNews Patch() override { return patch_.Get(Clock::now()); }
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
+  [[nodiscard]] PictureInbox* picture_inbox() override { return sense_->pictures(); }
+  [[nodiscard]] DrivenArm* driven_arm() override { return manipulator_->driven(); }
 
  private:
   void Sensing(const std::stop_token& stop);
@@ -65,6 +67,8 @@ class LiveSlave final : public Slave {
   bool Feel(const std::stop_token& stop);
   void Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders);
   void TellDoubt();
+  // The sense has its first sample and knows what it is.
+  void MeetSense();
   [[nodiscard]] LocalModel LocalNow();
   [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
   void Rebuild(const Scene& changed, const GivenUp& given_up = {});

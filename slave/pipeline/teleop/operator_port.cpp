@@ -54,7 +54,7 @@ void OperatorPort::BeginOperating() {
   engaged_ = false;
   needs_new_epoch_ = false;
   state_sequence_ = 0;
-  if (!retreat_) manipulator_.Hold();
+  Stand(phase);
 }
 
 void OperatorPort::EndOperating() {
@@ -87,6 +87,12 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
   if (!command.engaged) {
     engaged_ = false;
     Stand(Phase::kClutched);
+    return true;
+  }
+  if (manipulator_.is_faulty()) {
+    view_.epoch = std::max(view_.epoch, command.epoch);  // used up: a newer one engages
+    needs_new_epoch_ = true;
+    if (view_.phase != Phase::kHold) HoldUntilEngaged(Event::kHold);
     return true;
   }
   const bool new_epoch = command.epoch > view_.epoch;
@@ -141,9 +147,13 @@ void OperatorPort::Engage(const OperatorCommand& command) noexcept {
 }
 
 void OperatorPort::Stand(Phase phase) noexcept {
-  if (phase == Phase::kEstop) retreat_.reset();
-  if (!retreat_) manipulator_.Hold();
   if (view_.phase != Phase::kEstop) view_.phase = phase;
+  if (view_.phase == Phase::kEstop) {
+    retreat_.reset();
+    manipulator_.Stop();
+  } else if (!retreat_) {
+    manipulator_.Hold();
+  }
 }
 
 void OperatorPort::HoldUntilEngaged(Event why) noexcept {
@@ -190,7 +200,10 @@ void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
     Stand(Phase::kHold);
   }
   const bool is_blind = SecondsBetween(known_at_, now) > limits_.blind_after;
-  if (follows && is_blind) HoldUntilEngaged(Event::kHold);
+  const bool is_led = follows || view_.phase == Phase::kHold;
+  if ((follows && is_blind) || (is_led && !needs_new_epoch_ && manipulator_.is_faulty())) {
+    HoldUntilEngaged(Event::kHold);
+  }
   if (view_.phase == Phase::kHold && std::max(silence, unfelt) > kResumeWithin) {
     needs_new_epoch_ = true;
   }
@@ -208,6 +221,7 @@ void OperatorPort::Reset() noexcept {
   if (view_.phase != Phase::kEstop) return;
   view_.phase = operating_ ? Phase::kHold : Phase::kReady;
   needs_new_epoch_ = true;
+  manipulator_.Hold();
 }
 
 void OperatorPort::SetScales(std::optional<double> position_scale,

@@ -43,7 +43,8 @@ struct Feeling {
 // Targets are given in S.
 //
 // Whatever the operator says, the tool goes no farther than the arm goes in kLeapTime, stands while
-// the force has been unknown for `blind_after`, and goes no deeper beyond the guards.
+// the force has been unknown for `blind_after` or the arm has a fault, and goes no deeper beyond
+// the guards.
 class OperatorPort {
  public:
   OperatorPort(Manipulator& manipulator, const TeleopTransform& transform,

@@ -11,6 +11,7 @@
 
 #include "shared/state/slave_state.h"
 #include "shared/state/touch_patch.h"
+#include "slave/manipulator/driven_arm.h"
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 
@@ -32,6 +33,8 @@ struct SlaveStatus {
   Time started_at{};
   std::vector<StageTimes> stages;
   std::vector<std::string> alarms;
+  std::optional<ArmHealth> arm;    // nullopt: it exists only here
+  std::optional<EyesHealth> eyes;  // nullopt: no pictures come live
 };
 
 // A change of SetParameters; absent: as it is.
@@ -103,6 +106,10 @@ class Slave {
 
   // Where streamed tactile samples go; null: the scene takes none.
   [[nodiscard]] virtual TactileInbox* tactile_inbox() { return nullptr; }
+  // Where streamed pictures go; null: the scene takes none.
+  [[nodiscard]] virtual PictureInbox* picture_inbox() { return nullptr; }
+  // The arm that a client drives; null: the scene's is none.
+  [[nodiscard]] virtual DrivenArm* driven_arm() { return nullptr; }
 };
 
 }  // namespace palpate

@@ -56,7 +56,7 @@ void WritePairs(const Scratch& scratch, int count) {
 // What is said when the scene is opened, and else when it is read to its end.
 std::string Message(const Scene& scene) {
   try {
-    const auto source = OpenStereoFiles(scene, false);
+    const auto source = OpenStereo(scene, false);
     try {
       while (source->Next({})) continue;
     } catch (const std::runtime_error& error) {
@@ -73,7 +73,7 @@ TEST(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate) 
   WritePairs(scratch, 12);
   for (const bool glob : {false, true}) {
     const auto source =
-        OpenStereoFiles(glob ? PairScene(scratch, "l*.png", "r*.png") : PairScene(scratch), false);
+        OpenStereo(glob ? PairScene(scratch, "l*.png", "r*.png") : PairScene(scratch), false);
     EXPECT_THAT(source->description(), EndsWith("(12 pairs)"));
     Time first{};
     for (int k = 0; k < 12; ++k) {
@@ -101,7 +101,7 @@ TEST(StereoFilesTest, DirectoriesAreSourcesToo) {
     std::filesystem::create_directory(scratch.path() / side);
     for (int k = 1; k <= 3; ++k) Write(scratch, cv::format("%s/%d.png", side, k), k);
   }
-  const auto source = OpenStereoFiles(PairScene(scratch, "left", "right"), false);
+  const auto source = OpenStereo(PairScene(scratch, "left", "right"), false);
   EXPECT_THAT(source->description(), EndsWith("(3 pairs)"));
 }
 
@@ -112,7 +112,7 @@ TEST(StereoFilesTest, ColourBecomesGrey) {
     const cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(200, 100, 50));
     ASSERT_TRUE(cv::imwrite((scratch.path() / name).string(), image));
   }
-  const auto pair = OpenStereoFiles(PairScene(scratch), false)->Next({});
+  const auto pair = OpenStereo(PairScene(scratch), false)->Next({});
   ASSERT_TRUE(pair);
   EXPECT_EQ(pair->left.type(), CV_8UC1);
   EXPECT_NEAR(pair->left.at<uchar>(3, 3), 0.114 * 200 + 0.587 * 100 + 0.299 * 50, 0.51);
@@ -121,7 +121,7 @@ TEST(StereoFilesTest, ColourBecomesGrey) {
 TEST(StereoFilesTest, ADecodedPairOutlivesTheSource) {
   const Scratch scratch;
   WritePairs(scratch, 2);
-  auto source = OpenStereoFiles(PairScene(scratch), false);
+  auto source = OpenStereo(PairScene(scratch), false);
   const auto first = source->Next({});
   const auto second = source->Next({});
   source.reset();
@@ -136,7 +136,7 @@ TEST(StereoFilesTest, AStoppedReaderLeavesAtOnce) {
   Scene scene = PairScene(scratch);
   scene.sense.Find<StereoCameras>()->rate =
       0.001;  // paced, the second pair is due in a quarter of an hour
-  const auto source = OpenStereoFiles(scene, true);
+  const auto source = OpenStereo(scene, true);
   std::stop_source stop;
   ASSERT_TRUE(source->Next(stop.get_token()));
   std::jthread stopper([&] {
@@ -210,7 +210,7 @@ TEST(StereoFilesTest, DamagedFilesAreNamedWhenTheirTurnComes) {
 TEST(StereoFilesTest, DepthPicturesComeAsTheyAreWithoutARightOne) {
   const Scratch scratch;
   for (int k = 0; k < 3; ++k) Write(scratch, cv::format("d%d.png", k), 2500 + k, CV_16UC1);
-  const auto source = OpenStereoFiles(DepthScene(scratch, "d*.png"), false);
+  const auto source = OpenStereo(DepthScene(scratch, "d*.png"), false);
   EXPECT_THAT(source->description(), EndsWith("(3 depth pictures)"));
   for (int k = 0; k < 3; ++k) {
     const auto pair = source->Next({});

@@ -73,6 +73,61 @@ TEST_F(StereoSceneTest, FilesOfTwoCamerasAreRead) {
   EXPECT_TRUE((pair.X_SL.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
 }
 
+TEST_F(StereoSceneTest, TwoLiveCamerasAreRead) {
+  Lines lines;
+  lines.camera =
+      "{stereo: {left: {device: 0}, right: {url: \"rtsp://there/2\"}, sync: 3 ms, rig: rig.yaml}, "
+      "pose: {translation: [0, 0, -1]}}";
+  const StereoCameras pair = *Load(lines).sense.Find<StereoCameras>();
+  EXPECT_EQ(pair.source, StereoCameras::Source::kEyes);
+  ASSERT_EQ(pair.eyes.size(), 2U);
+  EXPECT_EQ(pair.eyes[0].kind, Eye::Kind::kDevice);
+  EXPECT_EQ(pair.eyes[1].kind, Eye::Kind::kUrl);
+  EXPECT_EQ(pair.eyes[1].address, "rtsp://there/2");
+  EXPECT_DOUBLE_EQ(pair.sync, 3e-3);
+}
+
+TEST_F(StereoSceneTest, OneCameraWithBothSideBySideIsRead) {
+  Lines lines;
+  lines.camera =
+      "{stereo: {device: 4, layout: side-by-side, rig: rig.yaml}, pose: {translation: [0, 0, -1]}}";
+  const StereoCameras pair = *Load(lines).sense.Find<StereoCameras>();
+  ASSERT_EQ(pair.eyes.size(), 1U);
+  EXPECT_EQ(pair.eyes[0].device, 4);
+}
+
+TEST_F(StereoSceneTest, StreamsAreRead) {
+  Lines lines;
+  lines.camera = "{stereo: {source: stream, rig: rig.yaml}, pose: {translation: [0, 0, -1]}}";
+  EXPECT_EQ(Load(lines).sense.Find<StereoCameras>()->source, StereoCameras::Source::kStream);
+  lines.camera =
+      "{depth: {source: stream}, fx: 600, fy: 600, cx: 320, cy: 240, "
+      "pose: {translation: [0, 0, -1]}}";
+  EXPECT_TRUE(TakesPictures(Load(lines).sense));
+  lines.camera =
+      "{depth: {openni: 1}, fx: 600, fy: 600, cx: 320, cy: 240, "
+      "pose: {translation: [0, 0, -1]}}";
+  EXPECT_EQ(Load(lines).sense.Find<DepthPictures>()->eye.kind, Eye::Kind::kOpenNi);
+}
+
+TEST_F(StereoSceneTest, WhatIsNoLivePairIsSaid) {
+  const auto mistake = [&](const std::string& stereo) {
+    Lines lines;
+    lines.camera = "{stereo: " + stereo + ", pose: {translation: [0, 0, -1]}}";
+    return MistakesOf(lines);
+  };
+  using testing::HasSubstr;
+  EXPECT_THAT(mistake("{left: {device: 0, url: \"http://x\"}, right: {device: 1}, rig: rig.yaml}"),
+              HasSubstr("accepted is exactly one of `device: NUMBER`, `file` (a video) and `url`"));
+  EXPECT_THAT(mistake("{left: {url: nowhere}, right: {device: 1}, rig: rig.yaml}"),
+              HasSubstr("accepted is an address as rtsp://"));
+  EXPECT_THAT(mistake("{left: {device: 0}, rig: rig.yaml}"), HasSubstr("stereo.right"));
+  EXPECT_THAT(mistake("{device: 0, layout: top-bottom, rig: rig.yaml}"), HasSubstr("side-by-side"));
+  EXPECT_THAT(mistake("{left: \"pairs/left_%02d.png\", right: \"pairs/right*.png\", sync: 5 ms, "
+                      "rig: rig.yaml}"),
+              HasSubstr("accepted is nothing with files"));
+}
+
 // The scene's name may come without a folder, and so may the pictures'.
 TEST_F(StereoSceneTest, PatternsAreFoundFromTheWorkingDirectory) {
   folder_.Write("l1.png", "");

@@ -98,6 +98,20 @@ TactileInbox* FakeSlave::tactile_inbox() {
   return inbox_.get();
 }
 
+void FakeSlave::TakePictures() {
+  Scene scene;
+  Camera camera;
+  camera.source = Camera::Source::kStream;
+  camera.size = {64, 48};
+  camera.rate = 30;
+  scene.sense.Set(CameraOptions{.camera = camera});
+  pushed_ = std::make_unique<PictureInbox>(scene);
+}
+
+void FakeSlave::TakeArm(const ManipulatorOptions& options) {
+  arm_ = std::make_unique<StreamedManipulator>(options, nullptr);
+}
+
 void FakeSlave::BeginOperating() {
   const std::scoped_lock lock(mutex_);
   ++begins_;

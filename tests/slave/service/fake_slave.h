@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "slave/capture/picture_inbox.h"
 #include "slave/capture/tactile_inbox.h"
+#include "slave/manipulator/streamed_manipulator.h"
 #include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
@@ -44,6 +46,12 @@ class FakeSlave : public Slave {
   // tool feels, and the object is a triangle.
   void TakeTactile(const std::vector<std::string>& fingers);
 
+  // From now on pictures of one grey camera of 64 x 48 px at 30 Hz are streamed.
+  void TakePictures();
+  // From now on a driver moves an arm, which nobody here commands but by `arm()`.
+  void TakeArm(const ManipulatorOptions& options);
+  [[nodiscard]] StreamedManipulator& arm() { return *arm_; }
+
   // --- Slave.
   void BeginOperating() override;
   bool Command(const OperatorCommand& command) noexcept override;
@@ -61,6 +69,8 @@ class FakeSlave : public Slave {
   BoundaryShape Shape(bool nodal_forces) override;
   std::optional<JpegPicture> Picture(bool overlays, int quality) override;
   TactileInbox* tactile_inbox() override;
+  PictureInbox* picture_inbox() override { return pushed_.get(); }
+  DrivenArm* driven_arm() override { return arm_.get(); }
 
  private:
   std::atomic<bool> makes_for_ever_{false}, is_making_{false};
@@ -79,6 +89,8 @@ class FakeSlave : public Slave {
   bool has_camera_ = true;
   std::optional<Tactile> tactile_;
   std::unique_ptr<TactileInbox> inbox_;
+  std::unique_ptr<PictureInbox> pushed_;
+  std::unique_ptr<StreamedManipulator> arm_;
 };
 
 }  // namespace palpate

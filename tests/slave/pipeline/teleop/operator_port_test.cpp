@@ -21,11 +21,20 @@ class PerfectManipulator : public Manipulator {
     ++commands_;
     return true;
   }
-  void Hold() noexcept override { ++holds_; }
+  void Hold() noexcept override {
+    ++holds_;
+    stopped = false;
+  }
   [[nodiscard]] Vector3d Tip() const noexcept override { return tip_; }
   [[nodiscard]] bool at_limit() const noexcept override { return false; }
   [[nodiscard]] bool carries_tool() const noexcept override { return true; }
+  void Stop() noexcept override {
+    ++holds_;
+    stopped = true;
+  }
+  [[nodiscard]] bool is_faulty() const noexcept override { return faulty; }
   void Place(const Vector3d& p_S) { tip_ = p_S; }
+  bool faulty = false, stopped = false;
   bool moves = true;
   Vector3d target{0, 0, 0};
   [[nodiscard]] int commands() const { return commands_; }
@@ -110,6 +119,50 @@ TEST_F(OperatorPortTest, SilenceHoldsTheToolAfterThirtyMilliseconds) {
   EXPECT_EQ(port_.view().phase, Phase::kHold);
   EXPECT_GT(arm_.holds(), holds);
   EXPECT_TRUE(port_.TakeEvents().Has(Event::kHold));
+}
+
+TEST_F(OperatorPortTest, AnArmWithAFaultIsHeldAndItsReturnNeedsAnEngagement) {
+  Send(Next({0, 0, 0}));
+  Send(Next({0, -0.002, 0}));
+  arm_.faulty = true;
+  Wait(0.002);
+  EXPECT_EQ(port_.view().phase, Phase::kHold);
+  EXPECT_TRUE(port_.TakeEvents().Has(Event::kHold));
+  const int commands = arm_.commands();
+  Send(Next({0, -0.004, 0}));
+  Send(Next({0, -0.004, 0}, true, 2));  // engaging meanwhile is used up
+  arm_.faulty = false;
+  Wait(0.002);
+  Send(Next({0, -0.004, 0}, true, 2));
+  EXPECT_EQ(port_.view().phase, Phase::kHold);
+  EXPECT_EQ(arm_.commands(), commands);
+  const Vector3d tip = arm_.Tip();
+  Send(Next({0, -0.004, 0}, true, 3));
+  EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+  EXPECT_LT((arm_.Tip() - tip).norm(), 1e-15);
+}
+
+// A fault so short that commands never met it counts all the same.
+TEST_F(OperatorPortTest, AFaultDuringAHoldEndsTheEpochToo) {
+  Send(Next({0, 0, 0}));
+  Wait(0.031);
+  ASSERT_EQ(port_.view().phase, Phase::kHold);
+  arm_.faulty = true;
+  Wait(0.002);
+  arm_.faulty = false;
+  Send(Next({0, 0, 0}));
+  EXPECT_EQ(port_.view().phase, Phase::kHold);
+}
+
+TEST_F(OperatorPortTest, TheEmergencyStopIsTheArmsOwn) {
+  Send(Next({0, 0, 0}));
+  port_.EmergencyStop();
+  EXPECT_TRUE(arm_.stopped);
+  port_.EndOperating();
+  port_.BeginOperating();
+  EXPECT_TRUE(arm_.stopped) << "whoever comes and goes, it stays stopped";
+  port_.Reset();
+  EXPECT_FALSE(arm_.stopped);
 }
 
 TEST_F(OperatorPortTest, AShortSilenceEndsByItselfALongOneNeedsANewEpoch) {

@@ -1,0 +1,285 @@
+#include "slave/capture/live_eyes.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kKept = 4;  // pictures per eye that may still find theirs
+constexpr auto kRetry = std::chrono::milliseconds(250);  // until an eye that went is looked for
+constexpr double kNoPair = 1;                            // [s] without one is told
+
+struct Taken {
+  cv::Mat picture;
+  Time at{};
+};
+
+}  // namespace
+
+struct LiveEyes::State {
+  State(std::vector<EyeInput> of, double most_apart) : inputs(std::move(of)), sync(most_apart) {
+    queues.resize(inputs.size());
+    gone.resize(inputs.size());
+  }
+
+  void Watch(std::size_t eye, std::unique_ptr<Film> film, const std::stop_token& stop);
+  void Put(std::size_t eye, cv::Mat picture, Time at);
+  void SetGone(std::size_t eye, bool is_gone);
+  // The newest pictures that belong together, as far as they have come. With the mutex.
+  void Match();
+  [[nodiscard]] std::string Trouble(Time now) const;
+
+  const std::vector<EyeInput> inputs;
+  const double sync;
+
+  mutable std::mutex mutex;  // guards what follows
+  std::condition_variable_any changed;
+  std::vector<std::deque<Taken>> queues;
+  std::vector<bool> gone;
+  std::optional<Shot> slot;
+  std::uint64_t shots = 0;
+  EyesHealth health;
+  double apart = 0;  // of the pair dropped last [s]
+  Time matched_at = Clock::now();
+  std::vector<std::jthread> threads;  // last
+};
+
+void LiveEyes::State::Watch(std::size_t eye, std::unique_ptr<Film> film,
+                            const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    cv::Mat picture = film ? film->Next() : cv::Mat();
+    if (!picture.empty()) {
+      Put(eye, std::move(picture), Clock::now());
+      continue;
+    }
+    film.reset();  // before it is opened again
+    SetGone(eye, true);
+    {
+      std::unique_lock lock(mutex);
+      changed.wait_for(lock, stop, kRetry, [] { return false; });
+    }
+    if (stop.stop_requested()) return;
+    try {
+      film = inputs[eye].open();
+    } catch (const std::exception&) {  // it is still not there
+    }
+    if (film) SetGone(eye, false);
+  }
+}
+
+void LiveEyes::State::SetGone(std::size_t eye, bool is_gone) {
+  const std::lock_guard lock(mutex);
+  gone[eye] = is_gone;
+  if (is_gone) queues[eye].clear();
+}
+
+void LiveEyes::State::Put(std::size_t eye, cv::Mat picture, Time at) {
+  {
+    const std::lock_guard lock(mutex);
+    auto& queue = queues[eye];
+    queue.push_back({std::move(picture), at});
+    if (queue.size() > kKept) queue.pop_front();
+    Match();
+  }
+  changed.notify_all();
+}
+
+void LiveEyes::State::Match() {
+  auto& left = queues.front();
+  if (queues.size() == 1) {
+    slot = Shot{{left.back().picture}, ++shots, left.back().at};
+    left.clear();
+    ++health.taken;
+    return;
+  }
+  auto& right = queues.back();
+  while (!left.empty() && !right.empty()) {
+    const double skew = SecondsBetween(left.front().at, right.front().at);
+    if (std::abs(skew) <= sync) {
+      slot = Shot{{left.front().picture, right.front().picture}, ++shots, left.front().at};
+      health.skew = skew;
+      ++health.taken;
+      matched_at = Clock::now();
+      left.pop_front();
+      right.pop_front();
+      continue;
+    }
+    // What is older finds no other any more.
+    ++health.dropped;
+    apart = skew;
+    (skew > 0 ? left : right).pop_front();
+  }
+}
+
+std::string LiveEyes::State::Trouble(Time now) const {
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    if (gone[i]) return inputs[i].name + ": gone; it is looked for again";
+  }
+  if (inputs.size() < 2 || health.dropped == 0 || SecondsBetween(matched_at, now) < kNoPair)
+    return {};
+  return fmt::format("no pair for {:.1f} s: the pictures come {:.3g} ms apart, sync is {:.3g} ms",
+                     SecondsBetween(matched_at, now), 1e3 * std::abs(apart), 1e3 * sync);
+}
+
+LiveEyes::LiveEyes(std::vector<EyeInput> inputs, double sync)
+    : state_(std::make_unique<State>(std::move(inputs), sync)) {
+  std::vector<std::unique_ptr<Film>> films;
+  for (const EyeInput& input : state_->inputs) {
+    films.push_back(input.open());
+    if (!films.back()) {
+      throw std::runtime_error(input.name + ": no such camera or stream, or not permitted");
+    }
+  }
+  for (std::size_t i = 0; i < films.size(); ++i) {
+    state_->threads.emplace_back(
+        [state = state_.get(), i, film = std::move(films[i])](const std::stop_token& stop) mutable {
+          state->Watch(i, std::move(film), stop);
+        });
+  }
+}
+
+LiveEyes::~LiveEyes() = default;
+
+std::optional<LiveEyes::Shot> LiveEyes::Next(const std::stop_token& stop) {
+  std::unique_lock lock(state_->mutex);
+  const bool is_there =
+      state_->changed.wait(lock, stop, [this] { return state_->slot.has_value(); });
+  if (!is_there || stop.stop_requested()) return std::nullopt;
+  return std::exchange(state_->slot, std::nullopt);
+}
+
+EyesHealth LiveEyes::health() const {
+  const std::lock_guard lock(state_->mutex);
+  EyesHealth health = state_->health;
+  health.trouble = state_->Trouble(Clock::now());
+  return health;
+}
+
+std::string LiveEyes::description() const {
+  std::string names;
+  for (const EyeInput& input : state_->inputs) {
+    names += (names.empty() ? "" : " | ") + input.name;
+  }
+  return names;
+}
+
+EyeInput InputOf(const Eye& eye, const cv::Size& size, double rate) {
+  const Films& films = LoadFilms();
+  if (eye.kind == Eye::Kind::kDevice) {
+    return {fmt::format("camera {}", eye.device),
+            [&films, eye, size, rate] { return films.OpenDevice(eye.device, size, rate); }};
+  }
+  if (eye.kind == Eye::Kind::kOpenNi) {
+    return {fmt::format("OpenNI2 depth camera {}", eye.device),
+            [eye] { return OpenDepthCamera(eye.device); }};
+  }
+  return {"stream " + eye.address, [&films, eye] { return films.OpenUrl(eye.address); }};
+}
+
+namespace {
+
+class LiveFrames final : public FrameSource {
+ public:
+  LiveFrames(std::vector<EyeInput> inputs, PictureFilter filter)
+      : eyes_(std::move(inputs), 0), filter_(std::move(filter)) {}
+  std::optional<Frame> Next(const std::stop_token& stop) override {
+    auto shot = eyes_.Next(stop);
+    if (!shot) return std::nullopt;
+    cv::Mat& picture = shot->pictures.front();
+    return Frame{filter_ ? filter_(picture) : picture, shot->sequence, shot->sensed_at};
+  }
+  [[nodiscard]] std::string description() const override { return eyes_.description(); }
+  [[nodiscard]] std::optional<EyesHealth> health() const override { return eyes_.health(); }
+
+ private:
+  LiveEyes eyes_;
+  PictureFilter filter_;
+};
+
+class LivePairs final : public StereoSource {
+ public:
+  LivePairs(std::vector<EyeInput> inputs, PairLayout layout, double sync)
+      : eyes_(std::move(inputs), sync), layout_(layout) {}
+  std::optional<StereoPair> Next(const std::stop_token& stop) override {
+    const auto shot = eyes_.Next(stop);
+    if (!shot) return std::nullopt;
+    StereoPair pair = PairFrom(shot->pictures, layout_, eyes_.description());
+    pair.sequence = shot->sequence;
+    pair.sensed_at = shot->sensed_at;
+    return pair;
+  }
+  [[nodiscard]] std::string description() const override { return eyes_.description(); }
+  [[nodiscard]] std::optional<EyesHealth> health() const override { return eyes_.health(); }
+
+ private:
+  LiveEyes eyes_;
+  PairLayout layout_;
+};
+
+cv::Mat Grey(const cv::Mat& picture, const std::string& name) {
+  if (picture.depth() != CV_8U) {
+    throw std::runtime_error(name + ": 16 bit: accepted for a pair of cameras is 8 bit");
+  }
+  if (picture.channels() == 1) return picture;
+  cv::Mat grey;
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
+}  // namespace
+
+StereoPair PairFrom(const std::vector<cv::Mat>& pictures, PairLayout layout,
+                    const std::string& name) {
+  StereoPair pair;
+  const cv::Mat& first = pictures.front();
+  if (layout == PairLayout::kDepth) {
+    if (first.type() != CV_16UC1) {
+      throw std::runtime_error(
+          fmt::format("{}: {} channel(s) of {} bit: accepted for depth is one channel of 16 bit",
+                      name, first.channels(), 8 * first.elemSize1()));
+    }
+    pair.left = first;
+    return pair;
+  }
+  const cv::Mat left = Grey(first, name);
+  if (layout == PairLayout::kSideBySide) {
+    if (left.cols % 2 != 0) {
+      throw std::runtime_error(
+          fmt::format("{}: {} px wide: accepted side by side is an even number", name, left.cols));
+    }
+    pair.left = left.colRange(0, left.cols / 2).clone();
+    pair.right = left.colRange(left.cols / 2, left.cols).clone();
+    return pair;
+  }
+  pair.left = left;
+  pair.right = Grey(pictures.back(), name);
+  if (pair.left.size() != pair.right.size()) {
+    throw std::runtime_error(
+        fmt::format("{}: {} x {} and {} x {} px: accepted are pictures of one size", name,
+                    pair.left.cols, pair.left.rows, pair.right.cols, pair.right.rows));
+  }
+  return pair;
+}
+
+std::unique_ptr<FrameSource> FramesOf(std::vector<EyeInput> inputs, PictureFilter filter) {
+  return std::make_unique<LiveFrames>(std::move(inputs), std::move(filter));
+}
+
+std::unique_ptr<StereoSource> PairsOf(std::vector<EyeInput> inputs, PairLayout layout,
+                                      double sync) {
+  return std::make_unique<LivePairs>(std::move(inputs), layout, sync);
+}
+
+}  // namespace palpate

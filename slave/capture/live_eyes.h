@@ -1,0 +1,62 @@
+// Cameras and streams that OpenCV or OpenNI2 reads, one thread each: the newest picture wins, two
+// that run freely are paired by the time at which their pictures came, and one that is unplugged
+// comes back by itself.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "slave/capture/codecs/codecs.h"
+#include "slave/capture/frame_source.h"
+
+namespace palpate {
+
+// Where one eye's pictures come from. The seam at which tests put a camera of their own.
+struct EyeInput {
+  std::string name;                             // for people: `camera 0`
+  std::function<std::unique_ptr<Film>()> open;  // null: it is not there (now)
+};
+// Of what the scene names. Throws std::runtime_error where the module that reads it is not there.
+EyeInput InputOf(const Eye& eye, const cv::Size& size, double rate);
+
+// Thread-safe. Stamps are the slave's clock when a picture has come: exposure and transfer lie
+// before it, and the lines of a rolling shutter are taken at different times.
+class LiveEyes {
+ public:
+  struct Shot {
+    std::vector<cv::Mat> pictures;  // one per eye
+    std::uint64_t sequence = 0;     // from 1
+    Time sensed_at{};               // of the first eye's
+  };
+
+  // One or two. `sync`: pictures of two eyes that came farther apart are no pair [s]. Opens them at
+  // once. Throws std::runtime_error: one is not there.
+  LiveEyes(std::vector<EyeInput> inputs, double sync);
+  ~LiveEyes();
+  LiveEyes(const LiveEyes&) = delete;
+  LiveEyes& operator=(const LiveEyes&) = delete;
+
+  // The newest that nobody has taken; waits for it. nullopt: `stop`.
+  std::optional<Shot> Next(const std::stop_token& stop);
+  [[nodiscard]] EyesHealth health() const;
+  [[nodiscard]] std::string description() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+enum class PairLayout : std::uint8_t { kTwoEyes, kSideBySide, kDepth };
+// The pair that `pictures` are, without number and stamp. Throws std::runtime_error that begins
+// with `name`: another type than a pair or depth takes, two sizes.
+StereoPair PairFrom(const std::vector<cv::Mat>& pictures, PairLayout layout,
+                    const std::string& name);
+
+std::unique_ptr<FrameSource> FramesOf(std::vector<EyeInput> inputs, PictureFilter filter);
+std::unique_ptr<StereoSource> PairsOf(std::vector<EyeInput> inputs, PairLayout layout, double sync);
+
+}  // namespace palpate

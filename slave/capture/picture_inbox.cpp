@@ -1,0 +1,346 @@
+#include "slave/capture/picture_inbox.h"
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "shared/state/pace_limit.h"
+#include "shared/state/sender_clock.h"
+#include "slave/capture/codecs/codecs.h"
+
+namespace palpate {
+namespace {
+
+using Encoding = PushedPicture::Encoding;
+
+constexpr double kSilence = 1;         // of a sender, gives way to another [s]
+constexpr double kMostPerRate = 4;     // samples per second over the scene's rate
+constexpr double kLeastAllowed = 120;  // samples per second
+
+[[noreturn]] void Refuse(const std::string& why) {
+  throw std::runtime_error(why);
+}
+
+struct PixelFormat {
+  int type, bytes;
+  const char* name;
+};
+
+PixelFormat FormatOf(Encoding encoding) {
+  if (encoding == Encoding::kGrey16) return {CV_16UC1, 2, "GREY16"};
+  if (encoding == Encoding::kBgr8) return {CV_8UC3, 3, "BGR8"};
+  return {CV_8UC1, 1, "GREY8"};
+}
+
+cv::Mat Pixels(const PushedPicture& pushed) {
+  const PixelFormat format = FormatOf(pushed.encoding);
+  const std::uint64_t pixels = std::uint64_t{pushed.width} * pushed.height;
+  if (pixels == 0 || pixels > kMostPixels) {
+    Refuse(fmt::format("width = {}, height = {}: accepted is at least one and at most {} pixels",
+                       pushed.width, pushed.height, kMostPixels));
+  }
+  const std::uint64_t bytes = pixels * static_cast<unsigned>(format.bytes);
+  if (pushed.data->size() != bytes) {
+    Refuse(fmt::format("data of {} bytes: accepted is {} for {} x {} px of {}", pushed.data->size(),
+                       bytes, pushed.width, pushed.height, format.name));
+  }
+  return cv::Mat(static_cast<int>(pushed.height), static_cast<int>(pushed.width), format.type,
+                 const_cast<char*>(pushed.data->data()))  // read only
+      .clone();
+}
+
+// `accepts`: throws where a picture of this size is not wanted, before it takes memory.
+template <typename Accepts>
+cv::Mat Decoded(const PushedPicture& pushed, const Accepts& accepts) {
+  if (pushed.encoding != Encoding::kJpeg && pushed.encoding != Encoding::kPng) {
+    cv::Mat pixels = Pixels(pushed);
+    accepts(pixels.size());
+    return pixels;
+  }
+  const Bytes bytes(reinterpret_cast<const unsigned char*>(pushed.data->data()),
+                    pushed.data->size());
+  const bool is_jpeg = pushed.encoding == Encoding::kJpeg;
+  try {
+    const auto coded = is_jpeg ? OpenJpeg(bytes) : OpenPng(bytes);
+    if (coded == nullptr) Refuse(is_jpeg ? "is no JPEG of grey or three colours" : "is no PNG");
+    accepts(coded->size());
+    return coded->Decode();
+  } catch (const std::runtime_error& error) {
+    const std::string why = error.what();
+    if (why.find("accepted is") != std::string::npos) throw;
+    Refuse(fmt::format("the picture {}: accepted is a whole {}", why, is_jpeg ? "JPEG" : "PNG"));
+  }
+}
+
+std::string InWords(int type) {
+  const int channels = CV_MAT_CN(type);
+  return fmt::format("{} channel{} of {} bit", channels, channels == 1 ? "" : "s",
+                     CV_MAT_DEPTH(type) == CV_16U ? 16 : 8);
+}
+
+// What the scene accepts.
+struct Wanted {
+  enum class Kind : std::uint8_t { kOne, kPair, kDepth } kind = Kind::kOne;
+  cv::Size size;  // empty: the first one's
+  double rate = 30, sync = 0;
+};
+
+Wanted WantedBy(const Scene& scene) {
+  Wanted wanted;
+  if (const auto* pair = scene.sense.Find<StereoCameras>()) {
+    return {Wanted::Kind::kPair, {pair->size[0], pair->size[1]}, pair->rate, pair->sync};
+  }
+  if (const auto* depth = scene.sense.Find<DepthPictures>()) {
+    return {Wanted::Kind::kDepth, {}, depth->rate, 0};
+  }
+  if (const auto* camera = scene.sense.Find<Camera>()) {
+    return {Wanted::Kind::kOne, {camera->size[0], camera->size[1]}, camera->rate, 0};
+  }
+  throw std::invalid_argument(scene.name + ": the scene has no camera");
+}
+
+struct Sample {
+  cv::Mat left, right;
+  Time sensed_at{};  // slave's clock
+  double skew = 0;   // [s]
+};
+
+}  // namespace
+
+struct PictureInbox::State {
+  explicit State(const Scene& scene) : wanted(WantedBy(scene)) {}
+
+  // Throw std::runtime_error: what is not accepted. Without the mutex.
+  [[nodiscard]] cv::Mat Accepted(const PushedPicture& pushed) const;
+  [[nodiscard]] Sample Accepted(const PushedSample& pushed) const;
+  // With the mutex.
+  std::optional<std::string> TooMany(Time arrived_at);
+  std::optional<std::string> OutOfOrder(const PushedSample& pushed) const;
+  std::optional<std::string> Unlike(const Sample& sample);
+  std::optional<Sample> Take(const std::stop_token& stop);
+
+  const Wanted wanted;
+
+  mutable std::mutex mutex;  // guards what follows
+  std::condition_variable_any fed;
+  std::optional<Sample> slot;
+  SenderId sender = 0;
+  SenderClock clock;
+  std::optional<Time> heard_at, sensed_at;  // slave's clock; sender's
+  std::uint64_t sequence = 0;               // of the sender's newest
+  PaceLimit pace{std::max(kLeastAllowed, kMostPerRate* wanted.rate)};
+  cv::Size size;  // of the first
+  int type = -1;
+  std::uint64_t frames = 0;
+  Time newest_at{}, taken_at{};  // of the sample kept last, and of the one taken last
+  EyesHealth health;
+};
+
+cv::Mat PictureInbox::State::Accepted(const PushedPicture& pushed) const {
+  cv::Mat picture = Decoded(pushed, [this](const cv::Size& is) {
+    if (wanted.size.empty() || is == wanted.size) return;
+    Refuse(fmt::format("{} x {} px: accepted is the scene's {} x {} px", is.width, is.height,
+                       wanted.size.width, wanted.size.height));
+  });
+  if (wanted.kind == Wanted::Kind::kDepth && picture.type() != CV_16UC1) {
+    Refuse(InWords(picture.type()) + ": accepted is one channel of 16 bit, the scene's depth");
+  }
+  if (wanted.kind != Wanted::Kind::kPair) return picture;
+  if (picture.depth() != CV_8U) {
+    Refuse(InWords(picture.type()) + ": accepted for a pair of cameras is 8 bit, grey or colour");
+  }
+  if (picture.channels() == 1) return picture;
+  cv::Mat grey;
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
+Sample PictureInbox::State::Accepted(const PushedSample& pushed) const {
+  const bool is_pair = wanted.kind == Wanted::Kind::kPair;
+  if (is_pair && !pushed.right)
+    Refuse("right is absent: accepted is a pair, the scene has two eyes");
+  if (!is_pair && pushed.right) {
+    Refuse("right: accepted is one picture, the scene has one camera");
+  }
+  Sample sample;
+  sample.left = Accepted(pushed.picture);
+  if (!is_pair) return sample;
+  sample.right = Accepted(*pushed.right);
+  if (sample.right.size() != sample.left.size()) {
+    Refuse(fmt::format("right is {} x {} px: accepted is the left one's size, {} x {} px",
+                       sample.right.cols, sample.right.rows, sample.left.cols, sample.left.rows));
+  }
+  if (pushed.right_sensed_at) {
+    sample.skew = SecondsBetween(pushed.sensed_at, *pushed.right_sensed_at);
+  }
+  return sample;
+}
+
+std::optional<std::string> PictureInbox::State::TooMany(Time arrived_at) {
+  if (pace.Allows(arrived_at)) return std::nullopt;
+  return fmt::format(
+      "more than {:g} samples within a second: accepted is the scene's rate, {:g} Hz", pace.most(),
+      wanted.rate);
+}
+
+std::optional<std::string> PictureInbox::State::OutOfOrder(const PushedSample& pushed) const {
+  if (!sensed_at) return std::nullopt;
+  if (pushed.sensed_at <= *sensed_at) {
+    return fmt::format("sensed_at: accepted is a clock that goes forward; this one went by {} s",
+                       SecondsBetween(*sensed_at, pushed.sensed_at));
+  }
+  if (pushed.sequence == 0 || pushed.sequence > sequence) return std::nullopt;
+  return fmt::format("sequence = {}: accepted is one above the last, {}", pushed.sequence,
+                     sequence);
+}
+
+std::optional<std::string> PictureInbox::State::Unlike(const Sample& sample) {
+  if (type < 0) {
+    type = sample.left.type();
+    size = sample.left.size();
+  }
+  if (sample.left.type() == type && sample.left.size() == size) return std::nullopt;
+  return fmt::format("{} x {} px, {}: accepted is what the first one was, {} x {} px, {}",
+                     sample.left.cols, sample.left.rows, InWords(sample.left.type()), size.width,
+                     size.height, InWords(type));
+}
+
+std::optional<Sample> PictureInbox::State::Take(const std::stop_token& stop) {
+  std::unique_lock lock(mutex);
+  if (!fed.wait(lock, stop, [this] { return slot.has_value(); })) return std::nullopt;
+  auto sample = std::exchange(slot, std::nullopt);
+  taken_at = sample->sensed_at;
+  health.skew = sample->skew;
+  ++frames;
+  return sample;
+}
+
+PictureInbox::PictureInbox(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
+
+PictureInbox::~PictureInbox() = default;
+
+std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& pushed, Time arrived_at,
+                                                        SenderId sender) {
+  State& s = *state_;
+  {
+    const std::scoped_lock lock(s.mutex);
+    const bool is_other = s.sender != 0 && sender != s.sender;
+    if (is_other && s.heard_at && SecondsBetween(*s.heard_at, arrived_at) < kSilence) {
+      return Refusal{
+          "is fed already: accepted is one stream, or another one a second after its last sample",
+          true};
+    }
+    if (is_other || s.sender == 0) {
+      s.sender = sender;
+      s.clock.Reset();
+      s.sensed_at.reset();
+    }
+    if (auto why = s.TooMany(arrived_at)) return Refusal{*std::move(why)};
+    if (auto why = s.OutOfOrder(pushed)) return Refusal{*std::move(why)};
+  }
+  Sample sample;
+  try {
+    sample = s.Accepted(pushed);  // takes its time
+  } catch (const std::exception& error) {
+    return Refusal{error.what()};
+  }
+  {
+    const std::scoped_lock lock(s.mutex);
+    if (s.sender != sender) return Refusal{"is fed by another stream: accepted is one", true};
+    if (auto why = s.Unlike(sample)) return Refusal{*std::move(why)};
+    s.heard_at = arrived_at;
+    s.sensed_at = pushed.sensed_at;
+    s.sequence = pushed.sequence;
+    // Times rise, even where the fastest sample so far moves those after it back.
+    sample.sensed_at =
+        std::max(s.clock.Map(pushed.sensed_at, arrived_at), s.newest_at + Clock::duration(1));
+    s.newest_at = sample.sensed_at;
+    ++s.health.taken;
+    if (std::abs(sample.skew) > s.wanted.sync) {
+      ++s.health.dropped;
+      return std::nullopt;
+    }
+    s.slot = std::move(sample);
+  }
+  s.fed.notify_all();
+  return std::nullopt;
+}
+
+void PictureInbox::Leave(SenderId sender) {
+  const std::scoped_lock lock(state_->mutex);
+  if (sender == state_->sender) state_->sender = 0;
+}
+
+bool PictureInbox::Wait(const std::stop_token& stop) {
+  std::unique_lock lock(state_->mutex);
+  return state_->fed.wait(lock, stop, [this] { return state_->slot.has_value(); });
+}
+
+void PictureInbox::Drop() {
+  const std::scoped_lock lock(state_->mutex);
+  state_->slot.reset();
+  state_->type = -1;
+}
+
+Time PictureInbox::taken_at() const {
+  const std::scoped_lock lock(state_->mutex);
+  return state_->taken_at;
+}
+
+EyesHealth PictureInbox::health() const {
+  const std::scoped_lock lock(state_->mutex);
+  return state_->health;
+}
+
+namespace {
+
+constexpr const char* kDescription = "pictures that a driver pushes (FeedPictures)";
+
+}  // namespace
+
+std::unique_ptr<FrameSource> PictureInbox::OpenFrames(PictureFilter filter) {
+  class Frames final : public FrameSource {
+   public:
+    Frames(State& state, PictureFilter filter) : state_(state), filter_(std::move(filter)) {}
+    std::optional<Frame> Next(const std::stop_token& stop) override {
+      auto sample = state_.Take(stop);
+      if (!sample) return std::nullopt;
+      Frame frame{filter_ ? filter_(sample->left) : sample->left, ++count_, sample->sensed_at};
+      return frame;
+    }
+    [[nodiscard]] std::string description() const override { return kDescription; }
+
+   private:
+    State& state_;
+    PictureFilter filter_;
+    std::uint64_t count_ = 0;
+  };
+  return std::make_unique<Frames>(*state_, std::move(filter));
+}
+
+std::unique_ptr<StereoSource> PictureInbox::OpenPairs() {
+  class Pairs final : public StereoSource {
+   public:
+    explicit Pairs(State& state) : state_(state) {}
+    std::optional<StereoPair> Next(const std::stop_token& stop) override {
+      auto sample = state_.Take(stop);
+      if (!sample) return std::nullopt;
+      return StereoPair{sample->left, sample->right, ++count_, sample->sensed_at};
+    }
+    [[nodiscard]] std::string description() const override { return kDescription; }
+
+   private:
+    State& state_;
+    std::uint64_t count_ = 0;
+  };
+  return std::make_unique<Pairs>(*state_);
+}
+
+}  // namespace palpate

@@ -1,0 +1,68 @@
+// How far an arm lags behind its targets and how much of their way it goes, while it moves.
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+//   p - u = (scale - 1) u - scale lag v + constant
+//
+// with the measured tip p, the target u at that moment and its velocity v: least squares over about
+// the last two seconds of motion. Frame S. Not thread-safe, allocation-free.
+class ArmFit {
+ public:
+  struct Found {
+    double lag = 0;    // [s]
+    double scale = 1;  // [-]
+  };
+
+  // One report; `dt` [s] since the one before.
+  void Add(const Eigen::Vector3d& p_S_measured, const Eigen::Vector3d& p_S_target,
+           const Eigen::Vector3d& v_S_target, double dt) noexcept {
+    if (v_S_target.norm() < kStands || !(dt > 0)) return;  // what stands tells nothing new
+    const double keep = std::exp(-dt / kMemory), share = 1 - keep;
+    const Eigen::Vector3d y = p_S_measured - p_S_target;
+    const double weight = weight_ * keep + share;
+    const double step = share / weight;
+    const Eigen::Vector3d du = p_S_target - mean_u_, dv = v_S_target - mean_v_, dy = y - mean_y_;
+    mean_u_ += step * du;
+    mean_v_ += step * dv;
+    mean_y_ += step * dy;
+    const double spread = (1 - step) * share;
+    uu_ = keep * uu_ + spread * du.squaredNorm();
+    uv_ = keep * uv_ + spread * du.dot(dv);
+    vv_ = keep * vv_ + spread * dv.squaredNorm();
+    uy_ = keep * uy_ + spread * du.dot(dy);
+    vy_ = keep * vy_ + spread * dv.dot(dy);
+    weight_ = weight;
+  }
+  // nullopt: it has not moved to and fro enough to tell.
+  [[nodiscard]] std::optional<Found> found() const noexcept {
+    const double determinant = uu_ * vv_ - uv_ * uv_;
+    if (weight_ < kEnough || uu_ < weight_ * kWay * kWay || determinant < kDistinct * uu_ * vv_) {
+      return std::nullopt;
+    }
+    const double stretch = (vv_ * uy_ - uv_ * vy_) / determinant;
+    const double late = (uu_ * vy_ - uv_ * uy_) / determinant;
+    const double scale = 1 + stretch;
+    if (!(scale > kSmallest)) return Found{0, scale};
+    return Found{-late / scale, scale};
+  }
+
+ private:
+  static constexpr double kMemory = 2;       // [s]
+  static constexpr double kStands = 1e-4;    // [m/s]
+  static constexpr double kEnough = 0.2;     // of the memory filled
+  static constexpr double kWay = 3e-4;       // least spread of the targets, rms [m]
+  static constexpr double kDistinct = 0.05;  // of place and velocity: a ramp alone is neither
+  static constexpr double kSmallest = 0.01;  // a scale that still tells a lag
+
+  double weight_ = 0;
+  Eigen::Vector3d mean_u_ = Eigen::Vector3d::Zero(), mean_v_ = mean_u_, mean_y_ = mean_u_;
+  double uu_ = 0, uv_ = 0, vv_ = 0, uy_ = 0, vy_ = 0;  // weighted, about the means
+};
+
+}  // namespace palpate

@@ -1,0 +1,184 @@
+#include "slave/manipulator/mp285/mp285.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+namespace palpate {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr char kEnd = '\r', kInterrupt = '\x03';
+constexpr std::size_t kPlaceBytes = 12;  // x, y, z, four bytes each, the lowest first
+
+const char* ErrorInWords(char code) {
+  switch (code) {
+    case '0':
+      return "a character came before the last was read (error 0)";
+    case '1':
+      return "a character without a stop bit (error 1)";
+    case '2':
+      return "too much without an end (error 2)";
+    case '4':
+      return "a command that it does not know (error 4)";
+    case '8':
+      return "a move was interrupted (error 8)";
+    default:
+      return "an answer that is none";
+  }
+}
+
+std::string ToBytes(const Steps& steps) {
+  std::string bytes;
+  for (const std::int32_t axis : steps) {
+    for (int k = 0; k < 4; ++k)
+      bytes += static_cast<char>(static_cast<std::uint32_t>(axis) >> 8 * k);
+  }
+  return bytes;
+}
+
+Steps FromBytes(std::string_view bytes) {
+  Steps steps{};
+  for (std::size_t i = 0; i < kPlaceBytes; ++i) {
+    const auto byte = static_cast<unsigned char>(bytes[i]);
+    const auto so_far = static_cast<std::uint32_t>(steps[i / 4]);
+    steps[i / 4] = static_cast<std::int32_t>(so_far | std::uint32_t{byte} << 8 * (i % 4));
+  }
+  return steps;
+}
+
+bool IsWithinTravel(const Steps& steps) {
+  return std::ranges::all_of(steps, [](auto s) { return s >= 0 && s <= Mp285::kTravel; });
+}
+
+std::string InWords(const Steps& s) {
+  return fmt::format("({:.2f}, {:.2f}, {:.2f}) um", s[0] * 1e6 * Mp285::kStep,
+                     s[1] * 1e6 * Mp285::kStep, s[2] * 1e6 * Mp285::kStep);
+}
+
+}  // namespace
+
+Mp285::Mp285(const std::string& port, Patience patience)
+    : line_(open(port.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK)), patience_(patience) {
+  termios settings{};
+  if (line_ < 0 || tcgetattr(line_, &settings) != 0) {
+    const std::string why = std::strerror(errno);
+    if (line_ >= 0) close(line_);
+    throw std::runtime_error("manipulator.port = " + port + ": no serial line: " + why);
+  }
+  cfmakeraw(&settings);
+  cfsetspeed(&settings, B9600);
+  settings.c_cflag |= CLOCAL | CREAD;
+  tcsetattr(line_, TCSANOW, &settings);
+}
+
+Mp285::~Mp285() {
+  close(line_);
+}
+
+bool Mp285::Fail(const std::string& why) {
+  fault_ = "the micromanipulator: " + why;
+  at_.reset();
+  return false;
+}
+
+bool Mp285::Send(std::string_view bytes) {
+  const auto end = SteadyClock::now() + patience_;
+  while (!bytes.empty() && SteadyClock::now() < end) {
+    const ssize_t sent = write(line_, bytes.data(), bytes.size());
+    if (sent > 0) bytes.remove_prefix(static_cast<std::size_t>(sent));
+    if (sent < 0 && errno != EAGAIN && errno != EINTR) break;
+    pollfd ready{line_, POLLOUT, 0};
+    if (!bytes.empty()) poll(&ready, 1, 1);
+  }
+  return bytes.empty() || Fail("the line takes nothing");
+}
+
+std::optional<std::string> Mp285::Read(std::size_t bytes, Patience patience) {
+  std::string came;
+  const auto end = SteadyClock::now() + patience;
+  while (came.size() < bytes) {
+    const auto left = std::chrono::duration_cast<Patience>(end - SteadyClock::now());
+    pollfd ready{line_, POLLIN, 0};
+    if (left.count() < 0 || poll(&ready, 1, static_cast<int>(left.count()) + 1) <= 0) break;
+    char buffer[32];
+    const ssize_t got = read(line_, buffer, std::min(sizeof buffer, bytes - came.size()));
+    if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR)) break;
+    if (got > 0) came.append(buffer, static_cast<std::size_t>(got));
+  }
+  return came.size() == bytes ? std::optional(came) : std::nullopt;
+}
+
+void Mp285::Empty() {
+  tcflush(line_, TCIFLUSH);
+  // What is under way still comes: until nothing does any more.
+  for (int k = 0; k < 64 && Read(1, patience_); ++k) tcflush(line_, TCIFLUSH);
+}
+
+std::optional<Steps> Mp285::Ask() {
+  if (!Send(std::string{'c', kEnd})) return std::nullopt;
+  const auto answer = Read(kPlaceBytes + 1, patience_);
+  if (!answer) {
+    Fail("no whole answer to where it is");
+  } else if (answer->back() != kEnd || !IsWithinTravel(FromBytes(*answer))) {
+    Fail("an answer to where it is that is none");
+  } else {
+    return FromBytes(*answer);
+  }
+  return std::nullopt;
+}
+
+bool Mp285::Find() {
+  at_.reset();
+  if (!Send(std::string(1, kInterrupt))) return false;
+  Empty();
+  const auto once = Ask(), again = once ? Ask() : std::nullopt;
+  if (!again) return false;
+  if (*once != *again)
+    return Fail("it says two places, " + InWords(*once) + " and " + InWords(*again));
+  at_ = again;
+  fault_.clear();
+  return true;
+}
+
+bool Mp285::MoveTo(const Steps& steps, Patience takes) {
+  if (!at_) return false;
+  if (!IsWithinTravel(steps)) return Fail(InWords(steps) + " lies beyond its travel of 25 mm");
+  if (!Send(std::string(1, 'm') + ToBytes(steps) + kEnd)) return false;
+  const auto done = Read(1, takes + patience_);
+  if (!done) return Fail("a move does not end");
+  if (done->front() != kEnd) return Fail(ErrorInWords(done->front()));
+  const auto there = Ask();
+  if (!there) return false;
+  if (*there != steps) {
+    const auto again = Ask();
+    if (!again) return false;
+    if (*again != steps) {
+      return Fail("it stands at " + InWords(*again) + ", sent to " + InWords(steps));
+    }
+  }
+  at_ = steps;
+  return true;
+}
+
+bool Mp285::Look() {
+  if (!at_) return false;
+  const auto once = Ask();
+  if (!once) return false;
+  if (*once == *at_) return true;
+  const auto again = Ask();
+  if (!again) return false;
+  if (*again != *once) return Fail("it says two places");
+  at_ = again;
+  return true;
+}
+
+}  // namespace palpate

@@ -1,0 +1,239 @@
+#include "slave/manipulator/streamed_manipulator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace palpate {
+namespace {
+
+constexpr double kLongestStep = 0.05;  // a slave that slept makes no leap of it [s]
+constexpr double kFastest = 3;         // of max_speed: what no report may show
+constexpr double kSlack = 0.01;        // of a report: what it goes in so long at max_speed [s]
+constexpr double kOutside = 0.02;  // of the workspace's diagonal: how far a tip may overshoot it
+constexpr double kSmoothing = 0.05;
+constexpr double kSettles = 0.05;  // so long after the last thing wrong a fault is over [s]
+constexpr const char* kNobody = "nobody drives the arm (DriveTool)";
+
+double Outside(const ManipulatorOptions& options, const Eigen::Vector3d& p_S) {
+  const Eigen::Vector3d within =
+      p_S.cwiseMax(options.workspace_min).cwiseMin(options.workspace_max);
+  return (p_S - within).norm();
+}
+
+}  // namespace
+
+StreamedManipulator::StreamedManipulator(const ManipulatorOptions& options, OnStep on_step, Now now)
+    : options_(options),
+      on_step_(std::move(on_step)),
+      now_(now),
+      follower_(options),
+      fault_(kNobody) {}
+
+bool StreamedManipulator::Command(const Eigen::Vector3d& p_S_target) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (!reading_ || HasFault(now_()) || !p_S_target.allFinite()) return false;
+  // It may have been moved by other hands while it stood.
+  if (motion_ != ArmAim::Motion::kFollow) follower_.Place(reading_->p_S_tip);
+  motion_ = ArmAim::Motion::kFollow;
+  return follower_.Aim(p_S_target);
+}
+
+void StreamedManipulator::Hold() noexcept {
+  const std::lock_guard lock(mutex_);
+  Stand();
+  motion_ = ArmAim::Motion::kHold;
+}
+
+void StreamedManipulator::Stop() noexcept {
+  const std::lock_guard lock(mutex_);
+  Stand();
+  motion_ = ArmAim::Motion::kStop;
+}
+
+// Once: an arm that gives way under load would creep if it were held where it is again and again.
+void StreamedManipulator::Stand() noexcept {
+  if (motion_ != ArmAim::Motion::kFollow) return;
+  motion_ = ArmAim::Motion::kHold;
+  if (reading_) follower_.Place(reading_->p_S_tip);
+}
+
+Eigen::Vector3d StreamedManipulator::Tip() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return reading_ ? reading_->p_S_tip : options_.home;
+}
+
+Eigen::Vector3d StreamedManipulator::TipAt(Time t) const noexcept {
+  const std::lock_guard lock(mutex_);
+  if (!reading_) return options_.home;
+  const std::size_t oldest = count_ > kKept ? count_ - kKept : 0;
+  std::size_t k = count_;
+  while (k > oldest && kept_[(k - 1) % kKept].at > t) --k;
+  if (k == count_) return reading_->p_S_tip;
+  const Kept& after = kept_[k % kKept];
+  if (k == oldest) return after.p_S_tip;
+  const Kept& before = kept_[(k - 1) % kKept];
+  const double share = SecondsBetween(before.at, t) / SecondsBetween(before.at, after.at);
+  return before.p_S_tip + share * (after.p_S_tip - before.p_S_tip);
+}
+
+bool StreamedManipulator::at_limit() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return follower_.at_limit() || (reading_ && reading_->at_limit);
+}
+
+bool StreamedManipulator::IsSilent(Time now) const noexcept {
+  return driver_ != 0 && SecondsBetween(heard_at_, now) > options_.silence;
+}
+
+std::string StreamedManipulator::SilenceInWords(Time now) const {
+  return fmt::format("the arm's driver has been silent for {:.3f} s",
+                     SecondsBetween(heard_at_, now));
+}
+
+bool StreamedManipulator::IsFaultyAt(Time now) const noexcept {
+  const std::lock_guard lock(mutex_);
+  return HasFault(now);
+}
+
+std::optional<ArmHealth> StreamedManipulator::health() const {
+  const Time now = now_();
+  const std::lock_guard lock(mutex_);
+  ArmHealth health{.driver = driver_name_, .fault = fault_, .reports = reports_};
+  if (IsSilent(now)) health.fault = SilenceInWords(now);
+  if (period_ > 0 && !IsSilent(now) && driver_ != 0) health.rate = 1 / period_;
+  if (const auto found = fit_.found()) {
+    health.lag = found->lag;
+    health.scale = found->scale;
+  }
+  return health;
+}
+
+std::optional<Eigen::Vector3d> StreamedManipulator::measured_force() const noexcept {
+  const Time now = now_();
+  const std::lock_guard lock(mutex_);
+  if (!reading_ || HasFault(now)) return std::nullopt;
+  return reading_->force;
+}
+
+std::optional<std::string> StreamedManipulator::Refusal(DriverId driver, const ArmReading& reading,
+                                                        Time arrived_at) const {
+  if (driver_ == 0) return std::nullopt;
+  if (driver != driver_) {
+    if (IsSilent(arrived_at)) return std::nullopt;
+    return fmt::format("the arm is driven by {}: accepted is one driver, another one when it left",
+                       driver_name_.empty() ? "another stream" : driver_name_);
+  }
+  if (reading.sequence <= sequence_) {
+    return fmt::format("sequence = {}: accepted is one above the last, {}", reading.sequence,
+                       sequence_);
+  }
+  if (reading.measured_at <= measured_at_) {
+    return fmt::format("measured_at: accepted is a clock that goes forward; this one went by {} s",
+                       SecondsBetween(measured_at_, reading.measured_at));
+  }
+  return std::nullopt;
+}
+
+std::string StreamedManipulator::Doubt(const ArmReading& reading, Time measured_at) const {
+  if (!reading.fault.empty()) return "the arm's driver says: " + reading.fault;
+  const double reserve = kOutside * (options_.workspace_max - options_.workspace_min).norm();
+  const double outside = Outside(options_, reading.p_S_tip);
+  if (outside > reserve) {
+    return fmt::format("the arm reports a tip {:.3g} mm outside the manipulator's workspace",
+                       1e3 * outside);
+  }
+  if (!reading_) return {};
+  const double dt = SecondsBetween(kept_[(count_ - 1) % kKept].at, measured_at);
+  const double way = (reading.p_S_tip - reading_->p_S_tip).norm();
+  if (way <= options_.max_speed * (kFastest * dt + kSlack)) return {};
+  return fmt::format(
+      "the arm reports a tip {:.3g} mm from the one {:.3g} ms before: it goes at "
+      "most {:.3g} mm/s",
+      1e3 * way, 1e3 * dt, 1e3 * options_.max_speed);
+}
+
+void StreamedManipulator::BeginWith(DriverId driver, const std::string& name) {
+  driver_ = driver;
+  driver_name_ = name;
+  clock_.Reset();
+  reading_.reset();
+  count_ = 0;
+  period_ = 0;
+  fit_ = {};
+}
+
+void StreamedManipulator::Keep(const ArmReading& reading, Time measured_at) noexcept {
+  const Kept* last = count_ > 0 ? &kept_[(count_ - 1) % kKept] : nullptr;
+  // Times rise, even where the fastest report so far moves those after it back.
+  const Time at = last ? std::max(measured_at, last->at + Clock::duration(1)) : measured_at;
+  const double dt = last ? SecondsBetween(last->at, at) : 0;
+  if (motion_ == ArmAim::Motion::kFollow) {
+    fit_.Add(reading.p_S_tip, follower_.tip(), follower_.velocity(), dt);
+  }
+  kept_[count_++ % kKept] = {at, reading.p_S_tip};
+  period_ = count_ == 2 ? dt : period_ + kSmoothing * (dt - period_);
+  if (!reading_) {
+    orientation_ = reading.orientation;
+    follower_.Place(reading.p_S_tip);
+  }
+  reading_ = reading;
+}
+
+void StreamedManipulator::Fail(const std::string& why, Time now) {
+  fault_ = why;
+  wrong_at_ = now;
+  Stand();
+}
+
+std::optional<std::string> StreamedManipulator::Take(DriverId driver, const std::string& name,
+                                                     const ArmReading& reading, Time arrived_at) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (auto why = Refusal(driver, reading, arrived_at)) return why;
+    // However short, somebody shall have seen it.
+    if (IsSilent(arrived_at)) Fail(SilenceInWords(arrived_at), arrived_at);
+    if (driver != driver_) BeginWith(driver, name);
+    sequence_ = reading.sequence;
+    measured_at_ = reading.measured_at;
+    heard_at_ = arrived_at;
+    ++reports_;
+    const Time measured_at = clock_.Map(reading.measured_at, arrived_at);
+    const std::string doubt = Doubt(reading, measured_at);
+    if (!doubt.empty()) {
+      Fail(doubt, arrived_at);
+    } else if (!fault_.empty() && SecondsBetween(wrong_at_, arrived_at) > kSettles) {
+      fault_.clear();
+      follower_.Place(reading.p_S_tip);  // it is held where it is now
+    }
+    if (!doubt.empty() && reading.fault.empty()) return std::nullopt;  // it is not believed
+    Keep(reading, measured_at);
+  }
+  if (on_step_) on_step_(reading.p_S_tip);
+  return std::nullopt;
+}
+
+void StreamedManipulator::Leave(DriverId driver) {
+  const std::lock_guard lock(mutex_);
+  if (driver != driver_) return;
+  driver_ = 0;
+  driver_name_.clear();
+  Fail(kNobody, now_());
+}
+
+ArmAim StreamedManipulator::Aim(Time now) {
+  const std::lock_guard lock(mutex_);
+  const double dt = stepped_at_ ? SecondsBetween(*stepped_at_, now) : 0;
+  stepped_at_ = now;
+  if (motion_ == ArmAim::Motion::kFollow && HasFault(now)) Stand();
+  follower_.Step(std::clamp(dt, 0.0, kLongestStep));
+  ArmAim aim{.motion = motion_, .sequence = ++aims_, .p_S_tip = follower_.tip()};
+  if (motion_ == ArmAim::Motion::kFollow) aim.velocity = follower_.velocity();
+  aim.orientation = orientation_;
+  if (reading_) aim.echo = reading_->measured_at;
+  return aim;
+}
+
+}  // namespace palpate

@@ -1,0 +1,94 @@
+// An arm whose driver is a client (DriveTool). What it is told has been through the scene's speed
+// and workspace; what it reports is believed only as far as it can be.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "shared/state/sender_clock.h"
+#include "slave/manipulator/arm_fit.h"
+#include "slave/manipulator/driven_arm.h"
+#include "slave/manipulator/manipulator.h"
+#include "slave/manipulator/tip_follower.h"
+
+namespace palpate {
+
+// It has a fault, and is held where it was measured last, while nobody drives it, the driver is
+// silent for longer than the scene allows, says that something is wrong, or reports a tip outside
+// the workspace or one that no arm could have reached since the report before.
+class StreamedManipulator final : public Manipulator, public DrivenArm {
+ public:
+  using Now = Time (*)();
+  // `on_step` is called with each measured tip; see MakeManipulator. `now`: tests have a time of
+  // their own. Throws as TipFollower does.
+  StreamedManipulator(const ManipulatorOptions& options, OnStep on_step, Now now = &Clock::now);
+
+  bool Command(const Eigen::Vector3d& p_S_target) noexcept override;
+  void Hold() noexcept override;
+  void Stop() noexcept override;
+  [[nodiscard]] Eigen::Vector3d Tip() const noexcept override;
+  [[nodiscard]] Eigen::Vector3d TipAt(Time t) const noexcept override;
+  [[nodiscard]] bool at_limit() const noexcept override;
+  [[nodiscard]] bool carries_tool() const noexcept override { return true; }
+  [[nodiscard]] bool is_faulty() const noexcept override { return IsFaultyAt(now_()); }
+  [[nodiscard]] std::optional<ArmHealth> health() const override;
+  [[nodiscard]] std::optional<Eigen::Vector3d> measured_force() const noexcept override;
+  [[nodiscard]] DrivenArm* driven() noexcept override { return this; }
+
+  std::optional<std::string> Take(DriverId driver, const std::string& name,
+                                  const ArmReading& reading, Time arrived_at) override;
+  void Leave(DriverId driver) override;
+  ArmAim Aim(Time now) override;
+
+ private:
+  static constexpr std::size_t kKept = 512;  // reports: half a second at 1 kHz
+
+  struct Kept {
+    Time at{};  // slave's clock
+    Eigen::Vector3d p_S_tip{0, 0, 0};
+  };
+
+  [[nodiscard]] bool IsFaultyAt(Time now) const noexcept;
+  // With mutex_ held, as all below.
+  [[nodiscard]] std::optional<std::string> Refusal(DriverId driver, const ArmReading& reading,
+                                                   Time arrived_at) const;
+  // What is wrong with a reading that can be read; empty: nothing.
+  [[nodiscard]] std::string Doubt(const ArmReading& reading, Time measured_at) const;
+  void BeginWith(DriverId driver, const std::string& name);
+  void Keep(const ArmReading& reading, Time measured_at) noexcept;
+  void Stand() noexcept;
+  void Fail(const std::string& why, Time now);
+  [[nodiscard]] std::string SilenceInWords(Time now) const;
+  [[nodiscard]] bool IsSilent(Time now) const noexcept;
+  [[nodiscard]] bool HasFault(Time now) const noexcept { return !fault_.empty() || IsSilent(now); }
+
+  const ManipulatorOptions options_;
+  const OnStep on_step_;
+  const Now now_;
+  mutable std::mutex mutex_;  // guards everything below
+  TipFollower follower_;
+  ArmAim::Motion motion_ = ArmAim::Motion::kHold;
+  std::uint64_t aims_ = 0;
+  std::optional<Time> stepped_at_;
+
+  DriverId driver_ = 0;  // 0: nobody
+  std::string driver_name_;
+  std::string fault_;  // what was wrong last, until it has been well for a while
+  Time wrong_at_{};
+  SenderClock clock_;
+  std::uint64_t sequence_ = 0;                        // of the newest reading, believed or not
+  Time measured_at_{}, heard_at_{};                   // of that one, driver's clock; slave's
+  std::optional<ArmReading> reading_;                 // the newest that is believed
+  std::optional<std::array<double, 4>> orientation_;  // of the driver's first reading
+  std::array<Kept, kKept> kept_;                      // the last ones, times rise
+  std::size_t count_ = 0;                             // of all kept since the driver came
+  ArmFit fit_;
+  std::uint64_t reports_ = 0;
+  double period_ = 0;  // between reports, smoothed [s]
+};
+
+}  // namespace palpate

@@ -1,0 +1,70 @@
+#include "slave/pipeline/awaited_sense.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "slave/pipeline/offline/account.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kNothingYet = "no picture has come yet (FeedPictures)";
+
+}  // namespace
+
+AwaitedSense::AwaitedSense(const Scene& scene, Make make, SenseInfo awaited)
+    : inbox_(scene), make_(std::move(make)), awaited_(std::move(awaited)), trouble_(kNothingYet) {}
+
+bool AwaitedSense::Acquire(const std::stop_token& stop) {
+  if (Made()) return Made()->Acquire(stop);
+  while (inbox_.Wait(stop) && !stop.stop_requested()) {
+    if (TryToMake(stop)) return true;
+  }
+  return false;
+}
+
+bool AwaitedSense::TryToMake(const std::stop_token& stop) {
+  try {
+    auto sense = make_({.pictures = &inbox_});
+    if (!sense->Acquire(stop)) return false;
+    sense_ = std::move(sense);
+    made_ = sense_.get();
+    Tell({});
+    return true;
+  } catch (const std::exception& error) {
+    Tell(std::string("the pictures that came will not do: ") + error.what());
+    inbox_.Drop();
+    return false;
+  }
+}
+
+void AwaitedSense::Tell(const std::string& trouble) {
+  const std::lock_guard lock(mutex_);
+  if (!trouble.empty() && trouble != trouble_) spdlog::warn("{}", trouble);
+  trouble_ = trouble;
+}
+
+std::unique_ptr<Rebuilt> AwaitedSense::Prepare(const Scene& changed) const {
+  if (!Made())
+    throw std::logic_error(std::string(kNothingYet) + ": accepted is a change afterwards");
+  return Made()->Prepare(changed);
+}
+
+std::vector<StageTimes> AwaitedSense::Stages() const {
+  return Made() ? Made()->Stages() : std::vector<StageTimes>();
+}
+
+std::unique_ptr<Account> AwaitedSense::OpenAccount(const World* world) {
+  return Made() ? Made()->OpenAccount(world) : nullptr;
+}
+
+std::optional<EyesHealth> AwaitedSense::health() const {
+  EyesHealth health = inbox_.health();
+  const std::lock_guard lock(mutex_);
+  health.trouble = trouble_;
+  return health;
+}
+
+}  // namespace palpate

@@ -1,0 +1,65 @@
+// A sense whose pictures somebody pushes: it is made of the first ones that will do, and until then
+// says what it waits for.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "slave/capture/picture_inbox.h"
+#include "slave/pipeline/sense.h"
+
+namespace palpate {
+
+class AwaitedSense final : public Sense {
+ public:
+  // `make` makes the sense from what `pace.pictures` brings; it throws where the pictures will not
+  // do, and is asked again with the next ones. `awaited`: what is known of it before.
+  using Make = std::function<std::unique_ptr<Sense>(const Pace& pace)>;
+  AwaitedSense(const Scene& scene, Make make, SenseInfo awaited);
+
+  bool Acquire(const std::stop_token& stop) override;
+  void Look() noexcept override { Made()->Look(); }
+  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
+    return Made()->Estimate(p_S_tip);
+  }
+  [[nodiscard]] std::string_view doubt() const override { return Made()->doubt(); }
+  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
+    return Made() ? Made()->LocalModelAt(p_S_tip) : LocalModel{};
+  }
+  BoundaryShape Shape(bool nodal_forces) override {
+    return Made() ? Made()->Shape(nodal_forces) : BoundaryShape{};
+  }
+  [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override {
+    return Made() ? Made()->Picture(full_scale) : std::nullopt;
+  }
+  // Throws std::logic_error while nothing was seen.
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override;
+  void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override {
+    Made()->Adopt(std::move(rebuilt), changed);
+  }
+  void Reset() override { Made()->Reset(); }
+  [[nodiscard]] SenseInfo info() const override { return Made() ? Made()->info() : awaited_; }
+  [[nodiscard]] std::vector<StageTimes> Stages() const override;
+  std::unique_ptr<Account> OpenAccount(const World* world) override;
+  [[nodiscard]] PictureInbox* pictures() override { return &inbox_; }
+  [[nodiscard]] Time sensed_at() const override { return inbox_.taken_at(); }
+  [[nodiscard]] std::optional<EyesHealth> health() const override;
+
+ private:
+  [[nodiscard]] Sense* Made() const noexcept { return made_; }
+  // False: these pictures will not do, and it says why.
+  bool TryToMake(const std::stop_token& stop);
+  void Tell(const std::string& trouble);
+
+  PictureInbox inbox_;
+  const Make make_;
+  const SenseInfo awaited_;
+  std::unique_ptr<Sense> sense_;
+  std::atomic<Sense*> made_ = nullptr;  // `sense_`, once it has its first sample
+  mutable std::mutex mutex_;            // guards the next one
+  std::string trouble_;
+};
+
+}  // namespace palpate

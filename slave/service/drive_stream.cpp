@@ -1,0 +1,128 @@
+#include "slave/service/drive_stream.h"
+
+#include <atomic>
+
+#include <spdlog/spdlog.h>
+
+#include "shared/link/thread_priority.h"
+#include "shared/text/text.h"
+#include "slave/service/messages.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kUsualRate = 500, kSlowest = 100, kFastest = 1000;  // of targets [Hz]
+constexpr int kMostReports = 4000;                                   // per second
+constexpr std::size_t kLongestName = 64;                             // [characters]
+
+DrivenArm::DriverId NewDriver() {
+  static std::atomic<DrivenArm::DriverId> last{0};
+  return ++last;
+}
+
+grpc::Status Refused(const std::string& why) {
+  return {grpc::StatusCode::INVALID_ARGUMENT, why};
+}
+
+}  // namespace
+
+DriveStream::DriveStream(DrivenArm* arm) : arm_(arm), driver_(NewDriver()), pace_(kMostReports) {}
+
+DriveStream::Reactor* DriveStream::Open(DrivenArm* arm, DriveStreams* streams) {
+  if (arm == nullptr) {
+    return new RefusedStream<Reactor>(
+        {grpc::StatusCode::FAILED_PRECONDITION,
+         "the scene's arm takes no driver: its manipulator.source is no stream"});
+  }
+  const std::shared_ptr<DriveStream> stream(new DriveStream(arm));
+  stream->self_ = stream;
+  if (!streams->Add(stream)) {
+    stream->End(Stopping());
+  } else {
+    stream->ReadNext();
+  }
+  return stream.get();
+}
+
+grpc::Status DriveStream::Take() {
+  const Time now = Clock::now();
+  if (!pace_.Allows(now)) {
+    return {grpc::StatusCode::RESOURCE_EXHAUSTED,
+            "more than " + std::to_string(kMostReports) +
+                " reports within a second: accepted is one for each target"};
+  }
+  std::string reason;
+  const auto reading = FromProto(report_, &reason);
+  if (!reading) return Refused(reason);
+  if (rate_ == 0) {
+    const double rate = report_.rate_hz() == 0 ? kUsualRate : report_.rate_hz();
+    if (!(rate >= kSlowest && rate <= kFastest)) {
+      return Refused("rate_hz = " + std::to_string(rate) + ": accepted is 0, or 100 to 1000");
+    }
+    name_ = Presentable(report_.driver_name(), kLongestName);
+    rate_ = rate;
+  }
+  if (const auto why = arm_->Take(driver_, name_, *reading, now)) {
+    const bool is_driven = why->starts_with("the arm is driven");
+    if (!is_driven) return Refused(*why);
+    return {grpc::StatusCode::FAILED_PRECONDITION, *why};
+  }
+  return grpc::Status::OK;
+}
+
+void DriveStream::OnReadDone(bool ok) {
+  thread_local const std::string refused = MakeThreadRealtime(kReadingPriority);
+  if (!Enter()) return;
+  const bool is_first = rate_ == 0;
+  const grpc::Status taken = ok ? Take() : grpc::Status::OK;
+  if (ok && taken.ok() && is_first) StartAiming();
+  Exit();
+  if (!ok || !taken.ok()) return End(taken);  // the driver left
+  ReadNext();
+}
+
+void DriveStream::StartAiming() {
+  spdlog::info("the arm is driven by {} at {:g} Hz", name_.empty() ? "a driver" : name_, rate_);
+  aiming_ = std::jthread([this](const std::stop_token& stop) { KeepAiming(stop); });
+}
+
+// The newest target counts: one that cannot leave yet is not made.
+void DriveStream::KeepAiming(const std::stop_token& stop) {
+  MakeThreadRealtime(kLinkPriority);
+  const auto period = Seconds(1 / rate_);
+  Time due = Clock::now();
+  while (!stop.stop_requested()) {
+    const Time now = Clock::now();
+    Write(now);
+    due = due + period > now ? due + period : now + period;
+    std::this_thread::sleep_until(Clock::ToSteady(due));
+  }
+}
+
+void DriveStream::Write(Time now) {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (ending_ || writing_) return;
+    ToProto(arm_->Aim(now), now, &target_);
+    writing_ = true;
+    ++busy_;
+  }
+  StartWrite(&target_);
+}
+
+void DriveStream::OnWriteDone(bool ok) {
+  {
+    const std::scoped_lock lock(mutex_);
+    writing_ = false;
+  }
+  if (!ok) End(grpc::Status::CANCELLED);
+  Exit();
+}
+
+void DriveStream::ReadNext() {
+  if (!Enter()) return;
+  StartRead(&report_);
+  Exit();
+}
+
+}  // namespace palpate

@@ -1,0 +1,59 @@
+// The stream of an arm's driver: reports in, targets out at the rate it asks for.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include <grpcpp/support/server_callback.h>
+
+#include "palpate/v1/devices.pb.h"
+
+#include "shared/state/pace_limit.h"
+#include "slave/manipulator/driven_arm.h"
+#include "slave/service/status.h"
+#include "slave/service/stream_list.h"
+
+namespace palpate {
+
+class DriveStream;
+using DriveStreams = StreamList<DriveStream>;
+
+class DriveStream final
+    : public EndingStream<grpc::ServerBidiReactor<v1::ArmReport, v1::ArmTarget>> {
+ public:
+  using Reactor = grpc::ServerBidiReactor<v1::ArmReport, v1::ArmTarget>;
+
+  // `arm` outlives the stream; null: the stream is refused.
+  static Reactor* Open(DrivenArm* arm, DriveStreams* streams);
+
+  // The slave is stopping.
+  void Close() { End(Stopping()); }
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override;
+
+ private:
+  explicit DriveStream(DrivenArm* arm);
+
+  // Why the report that was read cannot be taken; OK: it was.
+  grpc::Status Take();
+  void ReadNext();
+  void StartAiming();
+  void KeepAiming(const std::stop_token& stop);
+  void Write(Time now);
+  void OnQuiet() override { arm_->Leave(driver_); }
+
+  DrivenArm* const arm_;
+  const DrivenArm::DriverId driver_;
+  v1::ArmReport report_;  // gRPC's while a read is waiting
+  v1::ArmTarget target_;  // gRPC's while `writing_`
+  std::string name_;      // the reads' own, as the next two
+  double rate_ = 0;       // of targets [Hz]; 0: not said yet
+  PaceLimit pace_;
+  bool writing_ = false;  // guarded by mutex_
+  std::jthread aiming_;   // last: it uses all of the above
+};
+
+}  // namespace palpate

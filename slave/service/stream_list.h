@@ -1,0 +1,40 @@
+// The open streams of one kind, so that all of them end when the slave stops.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace palpate {
+
+// Thread-safe. `Stream` has Close().
+template <class Stream>
+class StreamList {
+ public:
+  // False: closed already.
+  bool Add(const std::shared_ptr<Stream>& stream) {
+    const std::scoped_lock lock(mutex_);
+    std::erase_if(streams_, [](const auto& other) { return other.expired(); });
+    if (!closed_) streams_.push_back(stream);
+    return !closed_;
+  }
+  // Closes those there are and those to come.
+  void Close() {
+    std::vector<std::weak_ptr<Stream>> streams;
+    {
+      const std::scoped_lock lock(mutex_);
+      closed_ = true;
+      streams.swap(streams_);
+    }
+    for (const auto& weak : streams) {
+      if (const auto stream = weak.lock()) stream->Close();
+    }
+  }
+
+ private:
+  std::mutex mutex_;  // guards what follows
+  std::vector<std::weak_ptr<Stream>> streams_;
+  bool closed_ = false;
+};
+
+}  // namespace palpate

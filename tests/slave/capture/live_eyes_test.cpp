@@ -1,0 +1,177 @@
+// Cameras that run freely, freeze, are unplugged and come back: fake ones, at the seam where
+// OpenCV's stand.
+#include "slave/capture/live_eyes.h"
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+// A camera whose pictures the test shows, one grey level each.
+class FakeCamera {
+ public:
+  void Show(int level) {
+    const std::lock_guard lock(mutex_);
+    shown_.push_back(level);
+    changed_.notify_all();
+  }
+  void Unplug() { Show(kUnplugged); }
+  void PlugIn() {
+    const std::lock_guard lock(mutex_);
+    is_there_ = true;
+  }
+  EyeInput Input(const std::string& name, int type = CV_8UC1) {
+    return {name, [this, type] { return Open(type); }};
+  }
+
+ private:
+  static constexpr int kUnplugged = -1;
+
+  class Pictures final : public Film {
+   public:
+    Pictures(FakeCamera& camera, int type) : camera_(camera), type_(type) {}
+    cv::Mat Next() override {
+      std::unique_lock lock(camera_.mutex_);
+      // Liveness only: a camera that froze gives up some day.
+      if (!camera_.changed_.wait_for(lock, std::chrono::seconds(20),
+                                     [this] { return !camera_.shown_.empty(); })) {
+        return {};
+      }
+      const int level = camera_.shown_.front();
+      camera_.shown_.pop_front();
+      if (level == kUnplugged) camera_.is_there_ = false;
+      return level == kUnplugged ? cv::Mat() : cv::Mat(4, 6, type_, cv::Scalar::all(level));
+    }
+
+   private:
+    FakeCamera& camera_;
+    int type_;
+  };
+
+  std::unique_ptr<Film> Open(int type) {
+    const std::lock_guard lock(mutex_);
+    return is_there_ ? std::make_unique<Pictures>(*this, type) : nullptr;
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<int> shown_;
+  bool is_there_ = true;
+};
+
+// Ends the wait of whoever reads them, before the eyes go.
+class Ending {
+ public:
+  explicit Ending(std::vector<FakeCamera*> cameras) : cameras_(std::move(cameras)) {}
+  ~Ending() {
+    for (FakeCamera* camera : cameras_) camera->Unplug();
+  }
+  Ending(const Ending&) = delete;
+  Ending& operator=(const Ending&) = delete;
+
+ private:
+  std::vector<FakeCamera*> cameras_;
+};
+
+int LevelOf(const cv::Mat& picture) {
+  return picture.at<unsigned char>(0, 0);
+}
+
+TEST(LiveEyesTest, OneEyesPicturesComeAsTheyAre) {
+  FakeCamera camera;
+  const auto source = FramesOf({camera.Input("camera 0")}, {});
+  const Ending ending({&camera});
+  camera.Show(7);
+  EXPECT_EQ(LevelOf(source->Next({})->image), 7);
+  EXPECT_EQ(source->health()->trouble, "");
+}
+
+TEST(LiveEyesTest, ACameraThatIsNotThereIsSaidAtOnce) {
+  EXPECT_THAT(
+      [] {
+        FramesOf({{"camera 3", [] { return std::unique_ptr<Film>(); }}}, {});
+      },
+      testing::ThrowsMessage<std::runtime_error>(
+          HasSubstr("camera 3: no such camera or stream, or not permitted")));
+}
+
+TEST(LiveEyesTest, OneThatIsUnpluggedComesBackByItself) {
+  FakeCamera camera;
+  const auto source = FramesOf({camera.Input("camera 0")}, {});
+  const Ending ending({&camera});
+  camera.Show(1);
+  ASSERT_TRUE(source->Next({}));
+  camera.Unplug();
+  while (source->health()->trouble.empty()) std::this_thread::yield();
+  EXPECT_THAT(source->health()->trouble, HasSubstr("camera 0: gone; it is looked for again"));
+  camera.PlugIn();
+  camera.Show(2);
+  EXPECT_EQ(LevelOf(source->Next({})->image), 2);
+  EXPECT_EQ(source->health()->trouble, "");
+}
+
+TEST(LiveEyesTest, TwoThatComeTogetherAreAPair) {
+  FakeCamera left, right;
+  const auto source =
+      PairsOf({left.Input("camera 0"), right.Input("camera 2")}, PairLayout::kTwoEyes, 1e6);
+  const Ending ending({&left, &right});
+  left.Show(1);
+  right.Show(2);
+  const auto pair = source->Next({});
+  EXPECT_EQ(LevelOf(pair->left), 1);
+  EXPECT_EQ(LevelOf(pair->right), 2);
+}
+
+// No two pictures come within a nanosecond of each other: all are dropped and counted.
+TEST(LiveEyesTest, PicturesThatComeTooFarApartAreNoPairAndAreCounted) {
+  FakeCamera left, right;
+  const auto source =
+      PairsOf({left.Input("camera 0"), right.Input("camera 2")}, PairLayout::kTwoEyes, 1e-9);
+  const Ending ending({&left, &right});
+  left.Show(1);
+  right.Show(2);
+  while (source->health()->dropped == 0) std::this_thread::yield();
+  EXPECT_EQ(source->health()->taken, 0U);
+}
+
+TEST(LiveEyesTest, SideBySideIsCutInTwo) {
+  const auto layout = PairLayout::kSideBySide;
+  cv::Mat both(4, 6, CV_8UC1, cv::Scalar(1));
+  both.colRange(3, 6).setTo(2);
+  const StereoPair pair = PairFrom({both}, layout, "camera 0");
+  EXPECT_EQ(pair.left.size(), cv::Size(3, 4));
+  EXPECT_EQ(LevelOf(pair.left), 1);
+  EXPECT_EQ(LevelOf(pair.right), 2);
+  EXPECT_THAT([&] { PairFrom({both.colRange(0, 5)}, layout, "camera 0"); },
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("5 px wide: accepted")));
+}
+
+TEST(LiveEyesTest, WhatIsNoPairAndNoDepthIsSaid) {
+  const cv::Mat grey(4, 6, CV_8UC1), deep(4, 6, CV_16UC1), wide(4, 8, CV_8UC1);
+  const auto refusal = [](const std::vector<cv::Mat>& pictures, PairLayout layout) {
+    try {
+      PairFrom(pictures, layout, "eyes");
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(refusal({grey}, PairLayout::kDepth), HasSubstr("one channel of 16 bit"));
+  EXPECT_THAT(refusal({grey, deep}, PairLayout::kTwoEyes), HasSubstr("accepted for a pair"));
+  EXPECT_THAT(refusal({grey, wide}, PairLayout::kTwoEyes), HasSubstr("pictures of one size"));
+  EXPECT_EQ(refusal({deep}, PairLayout::kDepth), "");
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,208 @@
+// Pictures that drivers push: what is taken, what is refused and in which words.
+#include "slave/capture/picture_inbox.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "slave/capture/codecs/codecs.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using Encoding = PushedPicture::Encoding;
+
+constexpr PictureInbox::SenderId kDriver = 1, kOther = 2;
+constexpr int kWidth = 64, kHeight = 48;
+
+Scene Mono() {
+  Scene scene;
+  scene.sense.Set(CameraOptions{
+      .camera = Camera{.source = Camera::Source::kStream, .rate = 30, .size = {kWidth, kHeight}}});
+  return scene;
+}
+
+Scene Pair() {
+  Scene scene;
+  StereoCameras pair;
+  pair.source = StereoCameras::Source::kStream;
+  pair.size = {kWidth, kHeight};
+  scene.sense.Set(PointsOptions{.eyes = pair});
+  return scene;
+}
+
+Scene Depth() {
+  Scene scene;
+  scene.sense.Set(PointsOptions{.eyes = DepthPictures{.source = DepthPictures::Source::kStream}});
+  return scene;
+}
+
+cv::Mat Ramp(int type, int width = kWidth) {
+  cv::Mat picture(kHeight, width, type);
+  for (int i = 0; i < static_cast<int>(picture.total() * picture.elemSize()); ++i) {
+    picture.data[i] = static_cast<unsigned char>(i % 251);
+  }
+  return picture;
+}
+
+std::string Raw(const cv::Mat& picture) {
+  return {reinterpret_cast<const char*>(picture.data), picture.total() * picture.elemSize()};
+}
+
+PushedPicture Push(Encoding encoding, const std::string& data, int width = 0, int height = 0) {
+  return {encoding, &data, static_cast<unsigned>(width), static_cast<unsigned>(height)};
+}
+
+class PictureInboxTest : public testing::Test {
+ protected:
+  // A sample 1/30 s after the last, of a clock 50 s behind ours.
+  PushedSample Sample(const PushedPicture& picture) {
+    now_ += Seconds(1.0 / 30);
+    PushedSample sample;
+    sample.sequence = ++sequence_;
+    sample.sensed_at = now_ - Seconds(50);
+    sample.picture = picture;
+    return sample;
+  }
+  std::string Feed(PictureInbox& inbox, const PushedSample& sample,
+                   PictureInbox::SenderId sender = kDriver) {
+    const auto refusal = inbox.Feed(sample, now_ + Seconds(latency_), sender);
+    return refusal ? refusal->why : "";
+  }
+
+  const std::string grey_ = Raw(Ramp(CV_8UC1)), png16_ = EncodePng(Ramp(CV_16UC1)),
+                    png_ = EncodePng(Ramp(CV_8UC3)), jpeg_ = EncodeJpeg(Ramp(CV_8UC1), 95),
+                    wide_ = EncodePng(Ramp(CV_8UC1, 80));
+  Time now_ = Time{} + Seconds(1000);
+  double latency_ = 0.002;  // [s]
+  std::uint64_t sequence_ = 0;
+};
+
+TEST_F(PictureInboxTest, PicturesComeOutAsTheyWerePushedOnOurClock) {
+  PictureInbox inbox(Mono());
+  const auto source = inbox.OpenFrames({});
+  EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight))), "");
+  const auto frame = source->Next({});
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(cv::norm(frame->image, Ramp(CV_8UC1), cv::NORM_INF), 0);
+  EXPECT_NEAR(SecondsBetween(now_, frame->sensed_at), latency_, 1e-6);
+  EXPECT_EQ(inbox.taken_at(), frame->sensed_at);
+  latency_ = 0.020;  // a slow one: it was taken no later for that
+  EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight))), "");
+  EXPECT_NEAR(SecondsBetween(now_, source->Next({})->sensed_at), 0.002, 1e-6);
+}
+
+TEST_F(PictureInboxTest, TheNewestWins) {
+  PictureInbox inbox(Mono());
+  const auto source = inbox.OpenFrames({});
+  const std::string other(grey_.size(), 'x');
+  Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight)));
+  Feed(inbox, Sample(Push(Encoding::kGrey8, other, kWidth, kHeight)));
+  EXPECT_EQ(source->Next({})->image.at<unsigned char>(0, 0), 'x');
+  EXPECT_EQ(inbox.health().taken, 2U);
+}
+
+TEST_F(PictureInboxTest, PairsAreGreyAndStateTheirSkew) {
+  PictureInbox inbox(Pair());
+  const auto source = inbox.OpenPairs();
+  PushedSample sample = Sample(Push(Encoding::kPng, png_));
+  sample.right = Push(Encoding::kJpeg, jpeg_);
+  sample.right_sensed_at = sample.sensed_at + Seconds(0.003);
+  EXPECT_EQ(Feed(inbox, sample), "");
+  const auto pair = source->Next({});
+  EXPECT_EQ(pair->left.type(), CV_8UC1);
+  EXPECT_EQ(pair->right.size(), cv::Size(kWidth, kHeight));
+  EXPECT_NEAR(inbox.health().skew, 0.003, 1e-6);
+}
+
+TEST_F(PictureInboxTest, PairsTakenTooFarApartAreDroppedAndCounted) {
+  PictureInbox inbox(Pair());
+  for (const double skew : {0.0, 0.004, 0.006, -0.006}) {
+    PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
+    sample.right = sample.picture;
+    sample.right_sensed_at = sample.sensed_at + Seconds(skew);
+    EXPECT_EQ(Feed(inbox, sample), "") << skew;
+  }
+  EXPECT_EQ(inbox.health().taken, 4U);
+  EXPECT_EQ(inbox.health().dropped, 2U);
+}
+
+TEST_F(PictureInboxTest, DepthComesAsSixteenBits) {
+  PictureInbox inbox(Depth());
+  const auto source = inbox.OpenPairs();
+  EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kPng, png16_))), "");
+  const auto pair = source->Next({});
+  EXPECT_EQ(cv::norm(pair->left, Ramp(CV_16UC1), cv::NORM_INF), 0);
+  EXPECT_TRUE(pair->right.empty());
+}
+
+TEST_F(PictureInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
+  const auto refused = [&](const Scene& scene, const PushedPicture& picture) {
+    PictureInbox inbox(scene);
+    return Feed(inbox, Sample(picture));
+  };
+  const std::string half = grey_.substr(0, 100), cut = png_.substr(0, png_.size() / 2);
+  EXPECT_THAT(refused(Mono(), Push(Encoding::kGrey8, half, kWidth, kHeight)),
+              HasSubstr("data of 100 bytes: accepted is 3072 for 64 x 48 px of GREY8"));
+  EXPECT_THAT(refused(Mono(), Push(Encoding::kPng, wide_)),
+              HasSubstr("80 x 48 px: accepted is the scene's 64 x 48 px"));
+  EXPECT_THAT(refused(Mono(), Push(Encoding::kPng, cut)), HasSubstr("accepted is a whole PNG"));
+  EXPECT_THAT(refused(Mono(), Push(Encoding::kJpeg, png_)), HasSubstr("no JPEG"));
+  EXPECT_THAT(refused(Mono(), Push(Encoding::kGrey8, grey_, 2'000'000, 2'000'000)),
+              HasSubstr("accepted is at least one and at most 100000000 pixels"));
+  EXPECT_THAT(refused(Pair(), Push(Encoding::kPng, png_)), HasSubstr("accepted is a pair"));
+  EXPECT_THAT(refused(Depth(), Push(Encoding::kPng, png_)),
+              HasSubstr("accepted is one channel of 16 bit"));
+  PictureInbox inbox(Mono());
+  PushedSample two = Sample(Push(Encoding::kPng, png_));
+  two.right = two.picture;
+  EXPECT_THAT(Feed(inbox, two), HasSubstr("accepted is one picture"));
+}
+
+TEST_F(PictureInboxTest, OneThatIsUnlikeTheFirstIsRefused) {
+  PictureInbox inbox(Mono());
+  EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kPng, png_))), "");
+  EXPECT_THAT(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight))),
+              HasSubstr("1 channel of 8 bit: accepted is what the first one was"));
+}
+
+TEST_F(PictureInboxTest, OrderAndPaceAreKept) {
+  PictureInbox inbox(Mono());
+  const PushedSample first = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
+  EXPECT_EQ(Feed(inbox, first), "");
+  EXPECT_THAT(Feed(inbox, first), HasSubstr("accepted is a clock that goes forward"));
+  PushedSample old = Sample(first.picture);
+  old.sequence = 1;
+  EXPECT_THAT(Feed(inbox, old), HasSubstr("sequence = 1: accepted is one above the last"));
+  std::string flood;
+  for (int i = 0; i < 200 && flood.empty(); ++i) {
+    PushedSample sample = Sample(first.picture);
+    now_ -= Seconds(1.0 / 31);
+    flood = Feed(inbox, sample);
+  }
+  EXPECT_THAT(flood, HasSubstr("more than 120 samples within a second"));
+}
+
+TEST_F(PictureInboxTest, OneSenderAtATimeAndTheNextBeginsAnew) {
+  PictureInbox inbox(Mono());
+  const PushedPicture grey = Push(Encoding::kGrey8, grey_, kWidth, kHeight);
+  EXPECT_EQ(Feed(inbox, Sample(grey)), "");
+  EXPECT_THAT(Feed(inbox, Sample(grey), kOther), HasSubstr("is fed already"));
+  inbox.Leave(kDriver);
+  PushedSample anew = Sample(grey);
+  anew.sequence = 1;
+  anew.sensed_at -= Seconds(1e6);
+  EXPECT_EQ(Feed(inbox, anew, kOther), "");
+}
+
+TEST_F(PictureInboxTest, WaitingEndsWhenItIsToldTo) {
+  PictureInbox inbox(Mono());
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_FALSE(inbox.Wait(stop.get_token()));
+  EXPECT_FALSE(inbox.OpenFrames({})->Next(stop.get_token()));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,134 @@
+// A micromanipulator over a line that fails: where it is is known, or there is a fault.
+#include "slave/manipulator/mp285/mp285.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/manipulator/mp285/serial_manipulator.h"
+#include "tests/slave/manipulator/fake_mp285.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using Patience = Mp285::Patience;
+
+constexpr Patience kLong(500), kShort(5);
+
+TEST(Mp285Test, GoesWhereItIsSentAndSaysSo) {
+  FakeMp285 fake;
+  Mp285 drive(fake.port(), kLong);
+  ASSERT_TRUE(drive.Find()) << drive.fault();
+  EXPECT_EQ(*drive.at(), (Steps{200'000, 200'000, 200'000}));
+  ASSERT_TRUE(drive.MoveTo({1, 399'999, 13}, kLong)) << drive.fault();  // 13: the end of an answer
+  EXPECT_EQ(fake.at(), (Steps{1, 399'999, 13}));
+  EXPECT_EQ(*drive.at(), fake.at());
+}
+
+TEST(Mp285Test, ALineThatIsNotThereIsSaid) {
+  EXPECT_THAT([] { Mp285 drive("/dev/no-such-line"); },
+              testing::ThrowsMessage<std::runtime_error>(
+                  HasSubstr("manipulator.port = /dev/no-such-line: no serial line")));
+}
+
+TEST(Mp285Test, BeyondTheTravelNothingMoves) {
+  FakeMp285 fake;
+  Mp285 drive(fake.port(), kLong);
+  ASSERT_TRUE(drive.Find());
+  EXPECT_FALSE(drive.MoveTo({400'001, 0, 0}, kLong));
+  EXPECT_THAT(drive.fault(), HasSubstr("beyond its travel of 25 mm"));
+  EXPECT_EQ(fake.at(), (Steps{200'000, 200'000, 200'000}));
+}
+
+TEST(Mp285Test, AMuteLineIsAFaultAndComesBackWhenItIsFound) {
+  FakeMp285 fake;
+  Mp285 drive(fake.port(), Patience(100));
+  ASSERT_TRUE(drive.Find());
+  fake.set_mute(true);
+  EXPECT_FALSE(drive.MoveTo({1, 2, 3}, kShort));
+  EXPECT_THAT(drive.fault(), HasSubstr("a move does not end"));
+  EXPECT_FALSE(drive.at());
+  EXPECT_FALSE(drive.MoveTo({4, 5, 6}, kShort)) << "not before it is found";
+  fake.set_mute(false);
+  while (!drive.Find()) {
+  }
+  EXPECT_EQ(*drive.at(), fake.at());
+}
+
+TEST(Mp285Test, MovedByHandItIsBelievedOnceItSaysSoTwice) {
+  FakeMp285 fake;
+  Mp285 drive(fake.port(), kLong);
+  ASSERT_TRUE(drive.Find());
+  fake.Place({5, 6, 7});
+  ASSERT_TRUE(drive.Look());
+  EXPECT_EQ(*drive.at(), (Steps{5, 6, 7}));
+}
+
+// Lost, halved, late and garbled answers, errors, moves that stop half way: never a wrong place.
+TEST(Mp285Test, TenThousandMovesOverALineThatFailsNeverEndAtAWrongPlace) {
+  constexpr int kMoves = 10'000;
+  FakeMp285 fake(2);
+  Mp285 drive(fake.port(), kShort);
+  std::mt19937 random(7);
+  int known = 0, faults = 0;
+  for (int i = 0; i < kMoves; ++i) {
+    if (!drive.at()) drive.Find();
+    if (drive.at()) {
+      ASSERT_EQ(*drive.at(), fake.at()) << "move " << i;
+    }
+    const Steps to{static_cast<int>(random() % 400'001), static_cast<int>(random() % 400'001),
+                   static_cast<int>(random() % 400'001)};
+    const bool moved = drive.MoveTo(to, kShort);
+    ASSERT_EQ(moved, drive.at().has_value()) << "move " << i;
+    ASSERT_EQ(moved, drive.fault().empty()) << "move " << i;
+    if (moved) {
+      ASSERT_EQ(*drive.at(), to) << "move " << i;
+      ASSERT_EQ(fake.at(), to) << "move " << i;
+    }
+    (moved ? known : faults) += 1;
+  }
+  EXPECT_GT(fake.failures(), kMoves / 100);
+  EXPECT_GT(faults, 0);
+  EXPECT_GT(known, 0);
+}
+
+bool Eventually(const std::function<bool()>& condition) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (!condition() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  return condition();
+}
+
+TEST(SerialManipulatorTest, FollowsInStepsFromHomeAndStandsWithoutItsLine) {
+  FakeMp285 fake;
+  ManipulatorOptions options{.source = ManipulatorOptions::Source::kMp285,
+                             .port = fake.port(),
+                             .home = {0.7e-3, 0, 0},
+                             .max_speed = 1e-2,
+                             .workspace_min = {-5e-3, -5e-3, -5e-3},
+                             .workspace_max = {5e-3, 5e-3, 5e-3}};
+  SerialManipulator arm(options, nullptr);
+  EXPECT_TRUE(arm.Tip().isApprox(options.home));
+  ASSERT_TRUE(arm.Command({0.6e-3, 0.1e-3, 0}));
+  EXPECT_TRUE(Eventually(
+      [&] { return (arm.Tip() - Eigen::Vector3d(0.6e-3, 0.1e-3, 0)).norm() < Mp285::kStep; }));
+  EXPECT_EQ(fake.at(), (Steps{198'400, 201'600, 200'000}));
+  fake.set_mute(true);
+  ASSERT_TRUE(Eventually([&] { return arm.is_faulty(); }));
+  EXPECT_THAT(arm.health()->fault, HasSubstr("the micromanipulator: "));
+  EXPECT_FALSE(arm.Command({0.7e-3, 0, 0}));
+  fake.set_mute(false);
+  EXPECT_TRUE(Eventually([&] { return !arm.is_faulty(); }));
+  EXPECT_EQ(fake.at(), (Steps{198'400, 201'600, 200'000}));
+}
+
+TEST(SerialManipulatorTest, ALineOnWhichNobodyAnswersIsSaidAtTheStart) {
+  FakeMp285 fake;
+  fake.set_mute(true);
+  const ManipulatorOptions options{.port = fake.port()};
+  EXPECT_THAT(
+      [&] { SerialManipulator arm(options, nullptr, kShort); },
+      testing::ThrowsMessage<std::runtime_error>(HasSubstr("manipulator.port = /dev/pts/")));
+}
+
+}  // namespace
+}  // namespace palpate

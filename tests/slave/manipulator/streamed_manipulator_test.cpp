@@ -1,0 +1,275 @@
+// An arm that a driver moves: what it is told, what is believed of what it says. Time is the test's
+// own.
+#include "slave/manipulator/streamed_manipulator.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using testing::HasSubstr;
+using Motion = ArmAim::Motion;
+
+Time test_time;
+Time Now() {
+  return test_time;
+}
+
+constexpr double kPeriod = 1e-3;      // [s]
+constexpr double kClockOffset = 1e5;  // of the driver's clock [s]
+constexpr DrivenArm::DriverId kDriver = 1, kOther = 2;
+
+class StreamedManipulatorTest : public testing::Test {
+ protected:
+  StreamedManipulatorTest() { test_time = Time{} + Seconds(1000); }
+
+  ArmReading Reading(const Vector3d& p_S_tip) {
+    ArmReading reading;
+    reading.sequence = ++sequence_;
+    reading.measured_at = test_time + Seconds(kClockOffset);
+    reading.p_S_tip = p_S_tip;
+    return reading;
+  }
+  std::optional<std::string> Report(const Vector3d& p_S_tip) {
+    return arm_.Take(kDriver, "a driver", Reading(p_S_tip), test_time);
+  }
+  void Pass(double seconds) { test_time += Seconds(seconds); }
+  // A perfect arm for `seconds`; where it was sent last.
+  Vector3d Drive(double seconds) {
+    for (double t = 0; t < seconds; t += kPeriod) {
+      Pass(kPeriod);
+      const ArmAim aim = arm_.Aim(test_time);
+      if (aim.motion == Motion::kFollow) tip_ = aim.p_S_tip;
+      fastest_ = std::max(fastest_, aim.velocity.norm());
+      EXPECT_EQ(Report(tip_), std::nullopt);
+    }
+    return tip_;
+  }
+
+  ManipulatorOptions options_{.home = {0, 0, 0},
+                              .max_speed = 0.05,
+                              .workspace_min = {-0.1, -0.1, -0.1},
+                              .workspace_max = {0.1, 0.1, 0.1}};
+  StreamedManipulator arm_{options_, nullptr, &Now};
+  std::uint64_t sequence_ = 0;
+  Vector3d tip_{0.01, 0, 0};
+  double fastest_ = 0;
+};
+
+TEST_F(StreamedManipulatorTest, WithoutADriverItHasAFaultAndFollowsNobody) {
+  EXPECT_TRUE(arm_.is_faulty());
+  EXPECT_FALSE(arm_.Command({0.01, 0, 0}));
+  EXPECT_EQ(arm_.Aim(test_time).motion, Motion::kHold);
+  EXPECT_THAT(arm_.health()->fault, HasSubstr("nobody drives the arm"));
+}
+
+TEST_F(StreamedManipulatorTest, ItIsHeldWhereItStandsUntilItIsCommanded) {
+  Drive(0.1);
+  EXPECT_FALSE(arm_.is_faulty());
+  EXPECT_EQ(arm_.Aim(test_time).motion, Motion::kHold);
+  EXPECT_EQ(arm_.Aim(test_time).p_S_tip, tip_);
+}
+
+TEST_F(StreamedManipulatorTest, NoTargetIsFasterThanTheSceneAllows) {
+  Drive(0.1);
+  ASSERT_TRUE(arm_.Command({0.05, 0.02, 0}));
+  EXPECT_TRUE((Drive(2) - Vector3d(0.05, 0.02, 0)).isZero(1e-9));
+  EXPECT_LE(fastest_, options_.max_speed * (1 + 1e-9));
+  EXPECT_GT(fastest_, 0.9 * options_.max_speed);
+}
+
+TEST_F(StreamedManipulatorTest, NoTargetLeavesTheWorkspace) {
+  Drive(0.1);
+  ASSERT_TRUE(arm_.Command({5, 0, 0}));
+  EXPECT_EQ(Drive(4), Vector3d(0.1, 0, 0));
+  EXPECT_TRUE(arm_.at_limit());
+}
+
+// A slave that slept must not make up for it in one step.
+TEST_F(StreamedManipulatorTest, AStallOfTheSlaveIsNoLeapOfTheArm) {
+  Drive(0.1);
+  ASSERT_TRUE(arm_.Command({0.1, 0, 0}));
+  const Vector3d before = Drive(0.01);
+  Pass(0.035);
+  EXPECT_LE((arm_.Aim(test_time).p_S_tip - before).norm(), 0.05 * options_.max_speed);
+}
+
+TEST_F(StreamedManipulatorTest, ASilentDriverIsAFaultAndItsReturnNoMotion) {
+  Drive(0.1);
+  ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
+  Drive(0.1);
+  Pass(0.041);
+  EXPECT_TRUE(arm_.is_faulty());
+  EXPECT_THAT(arm_.health()->fault, HasSubstr("silent for 0.04"));
+  EXPECT_EQ(arm_.Aim(test_time).motion, Motion::kHold);
+  EXPECT_FALSE(arm_.Command({0.05, 0, 0}));
+  Drive(0.01);
+  EXPECT_TRUE(arm_.is_faulty()) << "however short, somebody shall have seen it";
+  const Vector3d held = tip_;
+  Drive(0.1);
+  EXPECT_FALSE(arm_.is_faulty());
+  EXPECT_EQ(tip_, held);
+}
+
+TEST_F(StreamedManipulatorTest, AnEmergencyStopIsToldToTheDriverAndOutlivesAFault) {
+  Drive(0.1);
+  ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
+  Drive(0.1);
+  arm_.Stop();
+  EXPECT_EQ(arm_.Aim(test_time).motion, Motion::kStop);
+  Pass(1);
+  Drive(0.1);
+  EXPECT_EQ(arm_.Aim(test_time).motion, Motion::kStop);
+  arm_.Hold();
+  EXPECT_EQ(arm_.Aim(test_time).motion, Motion::kHold);
+}
+
+// The commanded place is ahead of the arm: what is held is where the arm is.
+TEST_F(StreamedManipulatorTest, HoldingIsWhereItWasMeasuredAndDoesNotCreep) {
+  Drive(0.1);
+  ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
+  Drive(0.2);
+  const Vector3d measured = tip_ - Vector3d(3e-4, 0, 0);  // it gives way
+  Pass(kPeriod);
+  ASSERT_EQ(Report(measured), std::nullopt);
+  arm_.Hold();
+  EXPECT_EQ(arm_.Aim(test_time).p_S_tip, measured);
+  Pass(kPeriod);
+  ASSERT_EQ(Report(measured - Vector3d(1e-4, 0, 0)), std::nullopt);
+  arm_.Hold();
+  EXPECT_EQ(arm_.Aim(test_time).p_S_tip, measured);
+}
+
+// Moved by other hands while it stood: it is not pulled back.
+TEST_F(StreamedManipulatorTest, CommandsBeginWhereTheArmIs) {
+  Drive(0.1);
+  tip_ += Vector3d(0, 0.01, 0);
+  for (int i = 0; i < 400; ++i) Drive(kPeriod);  // once far from where it was, later believed
+  ASSERT_TRUE(arm_.Command(tip_));
+  Pass(kPeriod);
+  EXPECT_TRUE((arm_.Aim(test_time).p_S_tip - tip_).isZero(1e-12));
+}
+
+struct Doubtful {
+  const char* name;
+  void (*apply)(ArmReading*);
+  const char* words;
+};
+
+class DoubtfulReadingTest : public StreamedManipulatorTest,
+                            public testing::WithParamInterface<Doubtful> {};
+
+TEST_P(DoubtfulReadingTest, IsAFaultInWordsAndNoPlace) {
+  Drive(0.1);
+  ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
+  Drive(0.1);
+  const Vector3d before = arm_.Tip();
+  Pass(kPeriod);
+  ArmReading reading = Reading(tip_);
+  GetParam().apply(&reading);
+  ASSERT_EQ(arm_.Take(kDriver, "", reading, test_time), std::nullopt);
+  EXPECT_TRUE(arm_.is_faulty());
+  EXPECT_THAT(arm_.health()->fault, HasSubstr(GetParam().words));
+  EXPECT_LT((arm_.Tip() - before).norm(), 1e-3);
+  EXPECT_EQ(arm_.Aim(test_time).motion, Motion::kHold);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, DoubtfulReadingTest,
+    testing::Values(Doubtful{"Fault", [](ArmReading* r) { r->fault = "axis 3 is hot"; },
+                             "says: axis 3 is hot"},
+                    Doubtful{"Leap", [](ArmReading* r) { r->p_S_tip.y() += 0.02; }, "20 mm from"},
+                    Doubtful{"Outside", [](ArmReading* r) { r->p_S_tip.x() = 0.15; },
+                             "outside the manipulator's workspace"}),
+    [](const auto& info) { return info.param.name; });
+
+struct Refused {
+  const char* name;
+  void (*apply)(ArmReading*);
+  const char* words;
+};
+
+class RefusedReadingTest : public StreamedManipulatorTest,
+                           public testing::WithParamInterface<Refused> {};
+
+TEST_P(RefusedReadingTest, IsRefusedInWords) {
+  Drive(0.1);
+  Pass(kPeriod);
+  ArmReading reading = Reading(tip_);
+  GetParam().apply(&reading);
+  EXPECT_THAT(arm_.Take(kDriver, "", reading, test_time).value_or(""), HasSubstr(GetParam().words));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, RefusedReadingTest,
+    testing::Values(Refused{"OldSequence", [](ArmReading* r) { r->sequence = 1; },
+                            "sequence = 1: accepted is one above the last"},
+                    Refused{"ClockBack", [](ArmReading* r) { r->measured_at -= Seconds(1); },
+                            "measured_at: accepted is a clock that goes forward"}),
+    [](const auto& info) { return info.param.name; });
+
+TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
+  Drive(0.1);
+  Pass(kPeriod);
+  ArmReading other = Reading(tip_);
+  EXPECT_THAT(arm_.Take(kOther, "b", other, test_time).value_or(""),
+              HasSubstr("the arm is driven by a driver"));
+  arm_.Leave(kDriver);
+  EXPECT_TRUE(arm_.is_faulty());
+  other.sequence = 1;  // of its own stream
+  EXPECT_EQ(arm_.Take(kOther, "b", other, test_time), std::nullopt);
+  EXPECT_EQ(arm_.health()->driver, "b");
+}
+
+TEST_F(StreamedManipulatorTest, ItTellsWhereItWas) {
+  Drive(0.1);
+  ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
+  Drive(0.2);
+  const Time then = test_time;
+  const Vector3d there = tip_;
+  Drive(0.05);
+  EXPECT_TRUE((arm_.TipAt(then) - there).isZero(1e-9));
+  EXPECT_EQ(arm_.TipAt(test_time + Seconds(1)), tip_);
+}
+
+TEST_F(StreamedManipulatorTest, AForceIsToldOnlyWhileTheArmIsWell) {
+  Drive(0.1);
+  Pass(kPeriod);
+  ArmReading reading = Reading(tip_);
+  reading.force = Vector3d(0, 1, 0);
+  ASSERT_EQ(arm_.Take(kDriver, "", reading, test_time), std::nullopt);
+  EXPECT_EQ(arm_.measured_force(), Vector3d(0, 1, 0));
+  Pass(0.05);
+  EXPECT_EQ(arm_.measured_force(), std::nullopt);
+}
+
+// A linear arm p = scale u(t - lag) of a sine: both are found to a per cent and half a millisecond.
+TEST(ArmFitTest, FindsLagAndScaleOfAnArmThatMoves) {
+  constexpr double kLag = 0.012, kScale = 1.03, kRate = 2 * std::numbers::pi * 0.5, kWay = 5e-3;
+  ArmFit fit;
+  EXPECT_FALSE(fit.found());
+  for (double t = 0; t < 4; t += kPeriod) {
+    const auto place = [&](double at) { return Vector3d(0, kWay * std::sin(kRate * at), 0); };
+    const Vector3d velocity(0, kWay * kRate * std::cos(kRate * t), 0);
+    fit.Add(kScale * place(t - kLag) + Vector3d(1, 2, 3), place(t), velocity, kPeriod);
+  }
+  ASSERT_TRUE(fit.found());
+  EXPECT_NEAR(fit.found()->lag, kLag, 0.5e-3);
+  EXPECT_NEAR(fit.found()->scale, kScale, 0.01);
+}
+
+TEST(ArmFitTest, OneWayTellsNothing) {
+  ArmFit fit;
+  for (double t = 0; t < 0.05; t += kPeriod) {
+    fit.Add({0.02 * t, 0, 0}, {0.02 * t, 0, 0}, {0.02, 0, 0}, kPeriod);
+  }
+  EXPECT_FALSE(fit.found());
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,127 @@
+// The shipped block with pictures that somebody pushes and an arm that somebody drives: what is
+// missing is said, what will not do is said, what comes is felt.
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "slave/pipeline/teleop/live_slave.h"
+#include "slave/scene/scene_loader.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+const std::string& Block() {
+  static const std::string file = SourcePath("/deploy/scenes/silicone-block.yaml");
+  return file;
+}
+
+Scene Streamed() {
+  Scene scene = LoadScene(
+      Block(), {"model.elements=60", "sense.camera.source=stream", "manipulator.source=stream"});
+  scene.manipulator.silence = 60;  // a busy machine is no silent driver
+  return scene;
+}
+
+// Liveness only.
+bool Eventually(const std::function<bool()>& condition) {
+  const Time begin = Clock::now();
+  while (!condition() && SecondsBetween(begin, Clock::now()) < 30) std::this_thread::yield();
+  return condition();
+}
+
+class StreamedCameraTest : public testing::Test {
+ protected:
+  void Feed(const cv::Mat& picture) {
+    const std::string data(reinterpret_cast<const char*>(picture.data),
+                           picture.total() * picture.elemSize());
+    PushedSample sample;
+    sample.sensed_at = Clock::now();
+    sample.picture = {
+        picture.channels() == 3 ? PushedPicture::Encoding::kBgr8 : PushedPicture::Encoding::kGrey8,
+        &data, static_cast<unsigned>(picture.cols), static_cast<unsigned>(picture.rows)};
+    const auto refusal = slave_->picture_inbox()->Feed(sample, Clock::now(), 1);
+    EXPECT_FALSE(refusal) << refusal->why;
+  }
+  void Report(double y) {
+    ArmReading reading;
+    reading.sequence = ++reports_;
+    reading.measured_at = Clock::now();
+    reading.p_S_tip = scene_.manipulator.home + Eigen::Vector3d(0, y, 0);
+    reading.force = Eigen::Vector3d(0, 0.5, 0);
+    EXPECT_EQ(slave_->driven_arm()->Take(1, "a driver", reading, Clock::now()), std::nullopt);
+  }
+
+  const Scene scene_ = LoadScene(Block(), {"model.elements=60"});
+  const std::unique_ptr<World> world_ = MakeWorld(scene_);
+  const std::unique_ptr<FrameSource> camera_ = world_->OpenCamera(scene_, {});
+  const std::unique_ptr<Slave> slave_ = MakeLiveSlave(Streamed());
+  std::uint64_t reports_ = 0;
+};
+
+TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstPictureThatWillDo) {
+  EXPECT_THAT(slave_->Status().alarms, Contains(HasSubstr("no picture has come yet")));
+  EXPECT_THAT(slave_->Status().alarms, Contains(HasSubstr("nobody drives the arm")));
+  EXPECT_FALSE(slave_->Compose(Clock::now()).force);
+  EXPECT_EQ(slave_->Compose(Clock::now()).check, FailedCheck::kArmFault);
+  EXPECT_THROW(slave_->SetParameters({.young_modulus = 1e5}), std::logic_error);
+  const auto revision = slave_->Describe().settings_revision;
+
+  const cv::Mat first = camera_->Next({})->image;
+  Feed(cv::Mat(first.size(), first.type(), cv::Scalar::all(128)));
+  ASSERT_TRUE(Eventually([&] {
+    return slave_->Status().eyes->trouble.find("will not do: ") != std::string::npos;
+  })) << slave_->Status().eyes->trouble;
+
+  Feed(first);
+  ASSERT_TRUE(Eventually([&] { return slave_->Status().eyes->trouble.empty(); }));
+  ASSERT_TRUE(Eventually([&] { return slave_->Compose(Clock::now()).force.has_value(); }));
+  EXPECT_GT(slave_->Describe().settings_revision, revision) << "the master reads the scene anew";
+  EXPECT_EQ(slave_->Describe().sense.model.kind, "bem2d");
+}
+
+TEST_F(StreamedCameraTest, AMeasuredForceIsToldAsTheTrueOneAndNeverEstimatedFrom) {
+  Feed(camera_->Next({})->image);
+  ASSERT_TRUE(Eventually([&] {
+    Report(0);
+    return slave_->Compose(Clock::now()).true_force.has_value();
+  }));
+  EXPECT_EQ(slave_->Compose(Clock::now()).true_force, Eigen::Vector3d(0, 0.5, 0));
+  ASSERT_TRUE(Eventually([&] { return slave_->Compose(Clock::now()).force.has_value(); }));
+  EXPECT_TRUE(slave_->Compose(Clock::now()).force->isZero());
+}
+
+TEST_F(StreamedCameraTest, APressByAStreamedArmGoesThroughTheSameGuards) {
+  OperatorCommand command;
+  command.epoch = 1;
+  command.engaged = true;
+  slave_->BeginOperating();
+  const auto send = [&](double y) {
+    ++command.sequence;
+    command.p_M = {0, y, 0};
+    return slave_->Command(command);
+  };
+  EXPECT_TRUE(send(0));
+  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kHold) << "nobody drives";
+  ASSERT_TRUE(Eventually([&] {
+    Report(0);
+    return slave_->Compose(Clock::now()).check != FailedCheck::kArmFault;
+  }));
+  EXPECT_TRUE(send(0));
+  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kHold) << "not without an engagement";
+  command.epoch = 2;
+  Report(0);
+  EXPECT_TRUE(send(0));
+  EXPECT_FALSE(send(-0.05)) << "a leap beyond the arm";
+  slave_->EndOperating();
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,209 @@
+// Drivers of cameras and arms: what goes to and fro, what they are told if something is wrong.
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/slave/service/service_fixture.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+v1::PictureSample Picture(int i) {
+  v1::PictureSample sample;
+  sample.set_sequence(static_cast<std::uint64_t>(i + 1));
+  sample.mutable_sensed_at()->set_seconds(1'000'000 + i);
+  auto* picture = sample.mutable_picture();
+  picture->set_encoding(v1::CameraPicture::ENCODING_GREY8);
+  picture->set_width(64);
+  picture->set_height(48);
+  picture->set_data(std::string(64 * 48, static_cast<char>(i)));
+  return sample;
+}
+
+// Feeds `samples` on a stream of its own.
+grpc::Status Feed(v1::Teleoperation::Stub& stub, const std::vector<v1::PictureSample>& samples,
+                  v1::FeedPicturesReply* reply) {
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  const auto writer = stub.FeedPictures(&context, reply);
+  for (const auto& sample : samples) writer->Write(sample);
+  writer->WritesDone();
+  return writer->Finish();
+}
+
+class DevicesTest : public ServiceTest {
+ protected:
+  v1::FeedPicturesReply reply_;
+};
+
+TEST_F(DevicesTest, ASceneWithoutStreamsRefusesThem) {
+  const grpc::Status fed = Feed(*Connect(), {Picture(0)}, &reply_);
+  EXPECT_EQ(fed.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(fed.error_message(), HasSubstr("the scene takes no pictures"));
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  const auto stub = Connect();
+  const grpc::Status driven = stub->DriveTool(&context)->Finish();
+  EXPECT_EQ(driven.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(driven.error_message(), HasSubstr("the scene's arm takes no driver"));
+}
+
+class PicturesTest : public DevicesTest {
+ protected:
+  PicturesTest() {
+    slave_.TakePictures();
+    server_ = std::make_unique<Server>(slave_, "127.0.0.1:0", false);
+  }
+};
+
+TEST_F(PicturesTest, AreTakenAndCounted) {
+  EXPECT_TRUE(Feed(*Connect(), {Picture(0), Picture(1), Picture(2)}, &reply_).ok());
+  EXPECT_EQ(reply_.samples(), 3U);
+  const auto source = slave_.picture_inbox()->OpenFrames({});
+  EXPECT_EQ(source->Next({})->image.at<unsigned char>(5, 5), 2);
+}
+
+TEST_F(PicturesTest, OfAnotherSizeEndTheStreamInWords) {
+  v1::PictureSample wrong = Picture(1);
+  wrong.mutable_picture()->set_width(32);
+  const grpc::Status status = Feed(*Connect(), {Picture(0), wrong}, &reply_);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(status.error_message(), HasSubstr("sample 2: data of 3072 bytes: accepted is 1536"));
+}
+
+TEST_F(PicturesTest, WithoutEncodingOrStampAreRefused) {
+  v1::PictureSample no_encoding = Picture(0), no_stamp = Picture(0);
+  no_encoding.mutable_picture()->clear_encoding();
+  no_stamp.clear_sensed_at();
+  EXPECT_THAT(Feed(*Connect(), {no_encoding}, &reply_).error_message(),
+              HasSubstr("accepted is JPEG, PNG, GREY8, BGR8 or GREY16"));
+  EXPECT_THAT(Feed(*Connect(), {no_stamp}, &reply_).error_message(),
+              HasSubstr("sensed_at is absent: accepted is a time"));
+}
+
+// A driver of the arm as a client sees it.
+class Driver {
+ public:
+  explicit Driver(std::unique_ptr<v1::Teleoperation::Stub> stub) : stub_(std::move(stub)) {
+    SetDeadline(&context_);
+    stream_ = stub_->DriveTool(&context_);
+  }
+  v1::ArmReport Report(double x) {
+    v1::ArmReport report;
+    report.set_sequence(++sequence_);
+    report.mutable_measured_at()->set_seconds(1'000'000);
+    report.mutable_measured_at()->set_nanos(static_cast<int>(sequence_) * 1000);
+    report.mutable_p_s_tip()->set_x(x);
+    report.add_orientation(1);
+    for (int i = 0; i < 3; ++i) report.add_orientation(0);
+    report.set_driver_name("a driver");
+    return report;
+  }
+  bool Send(const v1::ArmReport& report) { return stream_->Write(report); }
+  std::optional<v1::ArmTarget> Read() {
+    v1::ArmTarget target;
+    return stream_->Read(&target) ? std::optional(target) : std::nullopt;
+  }
+  grpc::Status Finish() {
+    while (Read()) {
+    }
+    return stream_->Finish();
+  }
+  grpc::Status Leave() {
+    stream_->WritesDone();
+    return Finish();
+  }
+
+ private:
+  std::unique_ptr<v1::Teleoperation::Stub> stub_;
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::ArmReport, v1::ArmTarget>> stream_;
+  std::uint64_t sequence_ = 0;
+};
+
+class ArmTest : public DevicesTest {
+ protected:
+  ArmTest() { slave_.TakeArm({.silence = 60, .max_speed = 1e3}); }
+};
+
+TEST_F(ArmTest, TargetsComeAtOnceAndFollowWhatTheSlaveCommands) {
+  Driver driver(Connect());
+  ASSERT_TRUE(driver.Send(driver.Report(0.25)));
+  auto target = driver.Read();
+  ASSERT_TRUE(target);
+  EXPECT_EQ(target->motion(), v1::ArmTarget::MOTION_HOLD);
+  EXPECT_EQ(target->p_s_tip().x(), 0.25);
+  EXPECT_EQ(target->orientation_size(), 4);
+  ASSERT_TRUE(slave_.arm().Command({0.5, 0, 0}));
+  while (target && target->p_s_tip().x() < 0.5 - 1e-6) target = driver.Read();
+  ASSERT_TRUE(target);
+  EXPECT_EQ(target->motion(), v1::ArmTarget::MOTION_FOLLOW);
+  EXPECT_EQ(target->echo().seconds(), 1'000'000);
+  EXPECT_TRUE(driver.Leave().ok());
+  EXPECT_TRUE(slave_.arm().is_faulty());
+}
+
+TEST_F(ArmTest, OneDriverAtATime) {
+  Driver first(Connect());
+  ASSERT_TRUE(first.Send(first.Report(0)));
+  ASSERT_TRUE(first.Read());
+  Driver second(Connect());
+  second.Send(second.Report(0));
+  const grpc::Status status = second.Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(status.error_message(), HasSubstr("the arm is driven by a driver"));
+  EXPECT_FALSE(slave_.arm().is_faulty()) << "the first drives on";
+}
+
+struct BadReport {
+  const char* name;
+  void (*apply)(v1::ArmReport*);
+  const char* words;
+};
+
+class BadReportTest : public ArmTest, public testing::WithParamInterface<BadReport> {};
+
+TEST_P(BadReportTest, EndsTheStreamInWordsAndIsAFault) {
+  Driver driver(Connect());
+  ASSERT_TRUE(driver.Send(driver.Report(0)));
+  ASSERT_TRUE(driver.Read());
+  v1::ArmReport bad = driver.Report(0);
+  GetParam().apply(&bad);
+  driver.Send(bad);
+  const grpc::Status status = driver.Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(status.error_message(), HasSubstr(GetParam().words));
+  EXPECT_TRUE(slave_.arm().is_faulty());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadReportTest,
+    testing::Values(BadReport{"NotANumber",
+                              [](v1::ArmReport* r) {
+                                r->mutable_p_s_tip()->set_x(
+                                    std::numeric_limits<double>::quiet_NaN());
+                              },
+                              "p_S_tip.x = nan: accepted is"},
+                    BadReport{"NoTip", [](v1::ArmReport* r) { r->clear_p_s_tip(); },
+                              "p_S_tip is absent"},
+                    BadReport{"NoStamp", [](v1::ArmReport* r) { r->clear_measured_at(); },
+                              "measured_at is absent"},
+                    BadReport{"HalfAQuaternion", [](v1::ArmReport* r) { r->add_orientation(0); },
+                              "accepted is a unit quaternion"},
+                    BadReport{"OldSequence", [](v1::ArmReport* r) { r->set_sequence(1); },
+                              "sequence = 1: accepted is one above the last"}),
+    [](const auto& info) { return info.param.name; });
+
+TEST_F(ArmTest, TheSlaveEndsItsStreamsWhenItStops) {
+  Driver driver(Connect());
+  ASSERT_TRUE(driver.Send(driver.Report(0)));
+  ASSERT_TRUE(driver.Read());
+  server_->Stop();
+  EXPECT_EQ(driver.Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+}  // namespace
+}  // namespace palpate
