@@ -61,7 +61,7 @@ class Lines {
     double plain = 0;  // length of ground seen
     for (double s = most; s >= 0; s -= kStep) {
       double inside = 0;
-      for (const double back : {1.0, 1.5, 2.0, 2.5}) inside += contrast(s - back) / 4;
+      for (const double back : {3.0, 4.0, 5.0}) inside += contrast(s - back) / 3;
       const double here = contrast(s), half = 0.5 * inside;
       const bool is_tool = inside > kFaintest * step && here >= half;
       if (!is_tool) {
