@@ -19,6 +19,7 @@ constexpr int kCentrings = 8;
 constexpr double kLeastStep = 3;       // [1/255 of full scale]
 constexpr double kLeastOfStep = 0.25;  // of the place's step at rest
 constexpr double kFarther = 0.3;       // less a step counts at the end of the reach
+constexpr int kBright = 5;             // from the edge to where its sides' levels are read [px]
 constexpr int kRaster = 2;             // of the search for a shift [px]
 constexpr std::size_t kEvery = 3;      // place takes part in it
 
@@ -42,6 +43,7 @@ RestEdge::RestEdge(const cv::Mat& first, const GreyFormat& format, CurveView res
     Place place{rest[i], {t.y(), -t.x()}, 0};
     if (!ReadProfile(first, place.p_I, place.n_I, kMargin)) continue;
     place.step = StepAt(0);
+    place.dark = std::min(Level(-kBright), Level(kBright));
     if (const auto edge = Look(first, place, place.p_I, place.n_I, 3)) {
       place.p_I += *edge * place.n_I;
       places_.push_back(place);
@@ -84,6 +86,12 @@ double RestEdge::StepAt(int k, int first) const noexcept {
   float sum = 0;
   for (int j = first; j < first + kStep; ++j) sum += at[j] - at[-j];
   return sum / kStep;
+}
+
+// Mean of three samples.
+double RestEdge::Level(int k) const noexcept {
+  const float* at = level_.data() + k + half_;
+  return (at[-1] + at[0] + at[1]) / 3;
 }
 
 // Of the profile's slopes of this sign around the sample `at`; the window is moved until it is
@@ -129,7 +137,16 @@ std::optional<double> RestEdge::Look(const cv::Mat& image, const Place& place,
   const int nearest = std::clamp(static_cast<int>(std::lround(edge)), -reach, reach);
   const double wide = sign * StepAt(nearest, kMargin - kStep + 1);
   sharpness_ = wide > 0 ? std::min(sign * StepAt(nearest) / wide, 1.0) : 1;
+  Expose(place, nearest);
   return edge;
+}
+
+void RestEdge::Expose(const Place& place, int at) noexcept {
+  const double behind = Level(at - kBright), ahead = Level(at + kBright);
+  const double full = 255 * format_.levels_per_255();
+  const double grown = std::min(behind, ahead) / std::max(place.dark, 1.0);
+  const bool clipped = std::max(behind, ahead) > full - 1.5 * format_.levels_per_255();
+  exposure_ = clipped ? grown * (place.dark + std::abs(place.step)) / full : 0;
 }
 
 double RestEdge::Votes(const Eigen::Vector2d& shift) const noexcept {

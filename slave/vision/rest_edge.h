@@ -36,6 +36,7 @@ class RestEdge {
   struct Place {
     Eigen::Vector2d p_I, n_I;  // in the first picture [px]; unit normal, the same side all round
     double step = 0;           // of the grey level along n_I
+    double dark = 0;           // grey level on its darker side
   };
 
   // `rest`: points on the edge in `first` [px], in order, a few px apart (RefineContour). Places
@@ -54,6 +55,10 @@ class RestEdge {
   // Of the edge seen last: its step within 3 px in parts of that within 8 px; 1: sharp.
   [[nodiscard]] double sharpness() const { return sharpness_; }
 
+  // Of the edge seen last: what its brighter side would be had it grown as its darker one has since
+  // the first picture, in parts of the largest level; 0: that side is not clipped.
+  [[nodiscard]] double exposure() const { return exposure_; }
+
   // The shift to add to `motion`, up to kMostReach - 2 along x and y, under which most places see
   // an edge of their own; to about a pixel. Real-time safe; a fraction of a millisecond.
   Eigen::Vector2d FindShift(const cv::Mat& image, const PictureMotion& motion) noexcept;
@@ -65,6 +70,8 @@ class RestEdge {
   bool ReadProfile(const cv::Mat& image, const Eigen::Vector2d& p, const Eigen::Vector2d& n,
                    int half) noexcept;
   [[nodiscard]] double StepAt(int k, int first = 1) const noexcept;
+  [[nodiscard]] double Level(int k) const noexcept;
+  void Expose(const Place& place, int at) noexcept;
   [[nodiscard]] double Centroid(double sign, int at) const noexcept;
   [[nodiscard]] double Votes(const Eigen::Vector2d& shift) const noexcept;
 
@@ -73,7 +80,7 @@ class RestEdge {
   std::vector<std::int16_t> window_;
   std::vector<float> level_;  // of the profile, 1 px apart
   int half_ = 0;              // the profile's middle
-  double sharpness_ = 1;
+  double sharpness_ = 1, exposure_ = 0;
   std::vector<float> votes_;  // places x (2 kMostReach + 1)
   std::vector<Eigen::Vector2d> normals_;
 };

@@ -15,6 +15,7 @@ constexpr double kLeastVariance = 0.15;  // of the whole template's
 constexpr double kStep = 2;              // of the difference along the tool, to either side [px]
 constexpr std::size_t kFewest = 4;       // parts
 constexpr double kLeastSignal = 0.25;    // of the variance: fine texture looks like noise, too
+constexpr double kMostChange = 1.5;      // of the template's largest, in a picture
 constexpr int kSamePeak = 3;             // [px]
 constexpr double kFits = 0.6;            // score of a part
 
@@ -51,8 +52,8 @@ int Pieces(int length, double wanted, int most) {
   return std::clamp(static_cast<int>(std::lround(length / wanted)), 1, most);
 }
 
-// The difference over 2 `step`, along the tool; at the border of what is there.
-void Differentiate(const GreyPatch& levels, const cv::Point& step, GreyPatch& out) {
+// The difference over 2 `step`, along the tool; at the border of what is there. At most `most`.
+void Differentiate(const GreyPatch& levels, const cv::Point& step, int most, GreyPatch& out) {
   out.Resize(levels.width, levels.height);
   const auto clamped = [](int i, int size) { return std::clamp(i, 0, size - 1); };
   for (int y = 0; y < levels.height; ++y) {
@@ -60,8 +61,9 @@ void Differentiate(const GreyPatch& levels, const cv::Point& step, GreyPatch& ou
     const std::int16_t* behind = levels.Row(clamped(y - step.y, levels.height));
     std::int16_t* to = out.Row(y);
     for (int x = 0; x < levels.width; ++x) {
-      to[x] = static_cast<std::int16_t>(ahead[clamped(x + step.x, levels.width)] -
-                                        behind[clamped(x - step.x, levels.width)]);
+      const int change =
+          ahead[clamped(x + step.x, levels.width)] - behind[clamped(x - step.x, levels.width)];
+      to[x] = static_cast<std::int16_t>(std::clamp(change, -most, most));
     }
   }
 }
@@ -74,7 +76,7 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
       step_(static_cast<int>(std::lround(kStep * tip.along.x())),
             static_cast<int>(std::lround(kStep * tip.along.y()))),
       trust_(tip.pixels.levels.size(), 1.0F) {
-  Differentiate(tip.pixels, step_, change_);
+  Differentiate(tip.pixels, step_, most_, change_);
   // What lies beyond the template is not known, so its border tells no difference.
   const cv::Point inset(std::abs(step_.x), std::abs(step_.y));
   const cv::Size inside(width_ - 2 * inset.x, height_ - 2 * inset.y);
@@ -96,6 +98,13 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
   for (const Part& part : parts_) {
     variance_ += VarianceOf(part.ncc.pattern()) / static_cast<double>(parts_.size());
   }
+  // A glint changes more than any mark; it must not outweigh the others of its part.
+  int largest = 0;
+  for (const Part& part : parts_) {
+    for (const int change : part.ncc.pattern().levels)
+      largest = std::max(largest, std::abs(change));
+  }
+  most_ = static_cast<int>(kMostChange * largest);
   const double noise = NoiseOf(tip.pixels);
   signal_ = std::max(variance_ - 2 * noise * noise, kLeastSignal * variance_);
   maps_.resize(parts_.size());
@@ -115,7 +124,7 @@ const ScoreMap& TemplateParts::Match(const GreyPatch& window) {
   map_.height = std::max(0, window.height - height_ + 1);
   map_.scores.assign(static_cast<std::size_t>(map_.width * map_.height), 0);
   if (map_.scores.empty() || !usable()) return map_;
-  Differentiate(window, step_, change_);
+  Differentiate(window, step_, most_, change_);
   for (std::size_t k = 0; k < parts_.size(); ++k) maps_[k] = &parts_[k].ncc.Match(change_);
   const std::size_t half = (parts_.size() + 1) / 2;
   const auto middle = scores_.begin() + static_cast<std::ptrdiff_t>(half);
@@ -140,6 +149,8 @@ TemplateParts::Place TemplateParts::Find(const GreyPatch& window) {
   const int index = static_cast<int>(best - map.scores.begin());
   place.at = {index % map.width, index / map.width};
   place.score = *best;
+  place.on_border = place.at.x == 0 || place.at.y == 0 || place.at.x == map.width - 1 ||
+                    place.at.y == map.height - 1;
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {
       const bool same =

@@ -15,7 +15,9 @@ constexpr int kSamePeak = 2;            // places this near to the best belong t
 constexpr double kAsGood = 0.01;        // a second peak within this score of the best is its equal
 constexpr std::size_t kCandidates = 6;  // of the coarse search, looked at closely
 constexpr double kCovered = 0.03;       // of the template: fewer pixels than that are only noise
-constexpr double kMuchCovered = 0.4;    // of the template: its parts are asked
+// A small thing over the tip that pulls the fine alignment by so much is left out [px], sigmas.
+constexpr double kPulled = 0.1, kPulledSigmas = 2;
+constexpr double kMuchCovered = 0.4;  // of the template: its parts are asked
 constexpr double kMostCovered = 0.65;
 // Scores of the parts, in parts of the usual one: what confirms a place, what does not speak
 // against it, what is enough for a place of their own; and of the next best place in parts of the
@@ -129,7 +131,11 @@ TipObservation TipTracker::Track(const cv::Mat& image) {
   Match match;
   if (last_) {
     match = SearchWindow(image, WindowAround(Predicted(), 1));
-    if (match.on_border) match = SearchWindow(image, WindowAround(Predicted(), 2));
+    if (match.on_border) {
+      // A bar that something lies on looks as well elsewhere along itself; its marks do not.
+      const Match around = SearchWindow(image, WindowAround(Predicted(), 2));
+      if (!(match.tip.found && match.fit > around.fit + kBetter)) match = around;
+    }
   }
   if (!match.tip.found) match.tip = SearchPicture(image);
   if (!match.tip.found) {
@@ -149,20 +155,28 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
   const Peak best = BestOf(map);
   match.tip.score = std::max(best.score, -1.0);
   match.on_border = best.score >= options_.min_score && OnBorder(map, best.at);
-  if (match.on_border) return match;
+  if (match.on_border) {
+    const double usual = parts_.usable() ? usual_ * parts_.Attenuation(NoiseOf(window_)) : 0;
+    const TipObservation by_parts = MeasureByParts(window, usual);
+    if (by_parts.found && by_parts.score >= kLeastAsUsual * usual) {
+      match.tip = by_parts;
+      match.fit = by_parts.score;
+    }
+    return match;
+  }
   if (best.score >= options_.min_score && !HasEqual(map, best)) {
     match.tip = Measure(map, window, best.at);
   }
-  Confirm(window, best.at, match.tip);
+  match.fit = Confirm(window, best.at, match.tip);
   return match;
 }
 
 // The whole template at `peak` told `tip`; what changes along the tool must say so, too. Where it
 // does not, that is asked where the tip is.
-void TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip) {
+double TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip) {
   if (!parts_.usable()) {
     tip.found &= tip.covered < kMostCovered;
-    return;
+    return 0;
   }
   const double score = tip.found ? parts_.ScoreNear(window_, peak) : 0;
   const double attenuation = parts_.Attenuation(NoiseOf(window_));
@@ -175,9 +189,10 @@ void TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObser
   if (fits && tip.covered < kCovered) {
     usual_ += kFollow * (std::min(1.0, score / attenuation) - usual_);
   }
-  if (as_usual) return;
+  if (as_usual) return score;
   const TipObservation by_parts = MeasureByParts(window, usual);
-  if (by_parts.found && by_parts.score > score + kBetter) {
+  const bool better = by_parts.found && by_parts.score > score + kBetter;
+  if (better) {
     const double whole = tip.score;
     tip = by_parts;
     tip.score = std::max(by_parts.score, whole);
@@ -185,13 +200,16 @@ void TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObser
     tip.found = fits;
   }
   tip.found &= tip.covered < kMostCovered;
+  return better ? by_parts.score : score;
 }
 
 TipObservation TipTracker::MeasureByParts(const cv::Rect& window, double usual) {
   TipObservation tip;
   if (usual == 0) return tip;
   const TemplateParts::Place place = parts_.Find(window_);
-  if (place.score < kPartsFit * usual || place.second > kPartsSecond * place.score) return tip;
+  if (place.on_border || place.score < kPartsFit * usual ||
+      place.second > kPartsSecond * place.score)
+    return tip;
   const TemplateAligner::Result fine =
       aligner_.AlignAround(window_, Eigen::Vector2d(place.at.x, place.at.y), parts_.trust());
   if (!fine.converged) return tip;
@@ -212,7 +230,9 @@ TipObservation TipTracker::Measure(const ScoreMap& map, const cv::Rect& window,
   TemplateAligner::Result fine = aligner_.Align(window_, rough);
   const TemplateAligner::Result around =
       aligner_.AlignAround(window_, fine.converged ? fine.p : rough, {});
-  if (around.converged && around.covered > kCovered) fine = around;
+  const double apart = (around.p - fine.p).cwiseAbs().maxCoeff();
+  const bool pulled = apart > kPulled + kPulledSigmas * around.sigma;
+  if (around.converged && (around.covered > kCovered || pulled)) fine = around;
   TipObservation tip;
   tip.found = true;
   tip.score = score;

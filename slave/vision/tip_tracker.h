@@ -60,9 +60,10 @@ class TemplateParts {
   [[nodiscard]] bool usable() const;
 
   struct Place {
-    cv::Point at;       // of the template's upper left pixel
-    double score = 0;   // mean of the better half of the parts
-    double second = 0;  // the same of the next best place that is not the same peak
+    cv::Point at;            // of the template's upper left pixel
+    double score = 0;        // mean of the better half of the parts
+    bool on_border = false;  // of the window: the best may lie beyond
+    double second = 0;       // the same of the next best place that is not the same peak
   };
   // The best place of `window`. Allocates as Ncc does.
   Place Find(const GreyPatch& window);
@@ -83,6 +84,7 @@ class TemplateParts {
 
   int width_, height_;
   cv::Point step_;       // of the difference along the tool [px]
+  int most_ = 2047;      // difference that counts, to either side [levels]
   double variance_ = 0;  // of a part's differences, mean [levels^2]
   double signal_ = 0;    // part of it that is not the template's own noise [levels^2]
   std::vector<Part> parts_;
@@ -122,6 +124,7 @@ class TipTracker {
   struct Match {
     bool on_border = false;
     TipObservation tip;
+    double fit = 0;  // score of the parts there
   };
   struct Candidate {
     cv::Point corner;
@@ -134,7 +137,7 @@ class TipTracker {
   TipObservation SearchPicture(const cv::Mat& image);
   void FindCandidates(const cv::Mat& image);
   TipObservation Measure(const ScoreMap& map, const cv::Rect& window, const cv::Point& peak);
-  void Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip);
+  double Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip);
   TipObservation MeasureByParts(const cv::Rect& window, double usual);
 
   GreyFormat format_;

@@ -209,6 +209,7 @@ std::vector<Case> CameraCases() {
   AddTime(&table);
   AddGeometry(&table);
   AddMixtures(&table);
+  AddCameraDamage(&table);
   return table.Take();
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,11 +22,13 @@ struct Alteration {
   Paint paint;
   // Which sample is shown instead of this moment's; stamps go on.
   std::function<std::size_t(const Moment&)> shows;
+  // Where the picture is as it was in the first one: `mask` (CV_8U) is to be set there.
+  std::function<void(const Moment&, cv::Mat& mask)> stale;
   // How far the object has moved as a whole, in pixels of the picture; whole ones are painted
   // without loss. One camera only.
   std::function<Eigen::Vector2d(const Moment&)> object_moves;
-  // Left becomes right.
-  bool swapped = false;
+  // From when on left becomes right.
+  std::optional<When> swapped;
   // What the fingertips read.
   std::function<void(const Moment&, TactileFrame&)> touch;
   // Whether this sample is lost on its way; the run is shorter for the sense.

@@ -38,7 +38,7 @@ where the force must be right, if 80 % are `valid` and these within 5 % rms.
 Exit codes: 0 every row holds, or is in the list of --known; 1 one does not; 2 unusable arguments.)";
 
 struct Options {
-  bool quick = false, full = false, list = false;
+  bool quick = false, full = false, list = false, trace = false;
   std::string only;
   std::filesystem::path out, known;
 
@@ -89,7 +89,7 @@ class Suite {
         continue;
       }
       if (!stage) stage = maker.make(options_.extent());
-      row.score = Try(*stage, tried);
+      row.score = Try(*stage, tried, options_.trace ? stdout : nullptr);
       std::printf("%s\n", InWords(row).c_str());
       std::fflush(stdout);
       if (!options_.out.empty()) Append(row, table());
@@ -134,6 +134,7 @@ int Main(int argc, char** argv) {
   app.add_flag("--full", options.full,
                "Whole presses on all scenes; without it short ones on a scene per sense");
   app.add_flag("--list", options.list, "Name the rows only");
+  app.add_flag("--trace", options.trace, "Print every estimate before its row");
   app.add_option("--only", options.only, "Rows that match this: SENSE SCENE: CASE");
   app.add_option("--out", options.out, "Folder for table.csv, table.txt and table.svg");
   app.add_option("--known", options.known, "File of rows that are known not to hold, a line each");

@@ -175,7 +175,7 @@ void AddTime(CaseTable* table) {
              }));
   table->Add("both frozen from rest on", Demand::kDoubt, Shows(Frozen(When::kAtRest)));
   table->Add("pairs come twice", Demand::kDoubt, Shows(Doubled()));
-  table->Add("sides swapped", Demand::kDoubt, {.swapped = true});
+  table->Add("sides swapped", Demand::kDoubt, {.swapped = When::kAlways});
 }
 
 void AddGeometry(CaseTable* table) {
@@ -274,6 +274,7 @@ std::vector<Case> PairCases() {
   AddMotion(&table);
   AddTime(&table);
   AddGeometry(&table);
+  AddPairDamage(&table);
   AddDepth(&table);
   return table.Take();
 }

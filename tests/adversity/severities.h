@@ -54,4 +54,8 @@ class CaseTable {
   std::vector<Case> cases_;
 };
 
+// What a table has from damage_cases.cpp.
+void AddCameraDamage(CaseTable* table);
+void AddPairDamage(CaseTable* table);
+
 }  // namespace palpate::adversity

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include <spdlog/fmt/fmt.h>
+
 #include "slave/pipeline/offline/account.h"
 #include "slave/pipeline/sense.h"
 #include "slave/site/world.h"
@@ -44,7 +46,9 @@ class ReplayedWorld final : public World {
   std::unique_ptr<StereoSource> OpenPair(const Scene&, const Pace&) override {
     return std::make_unique<Source<StereoSource, StereoPair>>(*this, [this] {
       StereoPair pair{Picture(0), Picture(1), next_, StampOf(index_)};
-      if (alteration_.swapped) std::swap(pair.left, pair.right);
+      const Moment moment{stage_.script(), index_};
+      const bool swapped = alteration_.swapped && IsSo(*alteration_.swapped, moment);
+      if (swapped) std::swap(pair.left, pair.right);
       return pair;
     });
   }
@@ -96,6 +100,11 @@ class ReplayedWorld final : public World {
     const Moment shown{moment.script, ShownAt(moment), side};
     const Shot& shot = shots_[shown.index];
     cv::Mat picture = (side == 0 ? shot.left : shot.right).clone();
+    if (alteration_.stale && !picture.empty()) {
+      cv::Mat mask(picture.size(), CV_8U, cv::Scalar(0));
+      alteration_.stale(shown, mask);
+      (side == 0 ? shots_.front().left : shots_.front().right).copyTo(picture, mask);
+    }
     if (alteration_.paint && !picture.empty()) alteration_.paint(stage_.ViewOf(shown), picture);
     return picture;
   }
@@ -153,7 +162,17 @@ class Tally {
   std::map<std::string, std::size_t> reasons_;
 };
 
-void Run(Stage& stage, const Case& tried, Tally* tally) {
+void Print(std::FILE* trace, std::size_t index, const StateRow& row, const Eigen::Vector3d& truth) {
+  const Eigen::Vector3d force = row.force.value_or(kUnknownVector);
+  std::fputs(fmt::format("  {:>4} {:<14} {:<14} {:>8.4f} N, true {:>8.4f} N, error {:>8.4f}, sigma "
+                         "{:>7.4f}\n",
+                         index, ToString(row.validity), ToString(row.check), force.norm(),
+                         truth.norm(), (force - truth).norm(), row.sigma)
+                 .c_str(),
+             trace);
+}
+
+void Run(Stage& stage, const Case& tried, std::FILE* trace, Tally* tally) {
   Scene told = stage.scene();
   if (tried.alteration.tell) tried.alteration.tell(told);
   ReplayedWorld world(stage, tried.alteration);
@@ -167,7 +186,9 @@ void Run(Stage& stage, const Case& tried, Tally* tally) {
     if (world.index() < stage.script().way) continue;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const bool of_finger = stage.sense() == "fingertips";
-      tally->Add(rows[i], of_finger ? truth.fingers[i].force : truth.force);
+      const Eigen::Vector3d& force = of_finger ? truth.fingers[i].force : truth.force;
+      tally->Add(rows[i], force);
+      if (trace != nullptr) Print(trace, world.index(), rows[i], force);
     }
   }
 }
@@ -181,11 +202,11 @@ bool Score::Holds(Demand demand) const {
   return demand == Demand::kDoubt || (rms <= kRightRms && share >= kRightValid && samples > 0);
 }
 
-Score Try(Stage& stage, const Case& tried) {
+Score Try(Stage& stage, const Case& tried, std::FILE* trace) {
   Tally tally(stage.peak());
   std::string refused;
   try {
-    Run(stage, tried, &tally);
+    Run(stage, tried, trace, &tally);
   } catch (const std::runtime_error& why) {  // the sense says so itself; all else is a mistake
     refused = why.what();
   } catch (const std::invalid_argument& why) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdio>
 #include <string>
 
 #include "tests/adversity/case.h"
@@ -29,6 +30,7 @@ struct Score {
   [[nodiscard]] bool Holds(Demand demand) const;
 };
 
-Score Try(Stage& stage, const Case& tried);
+// `trace`: where each estimate goes, a line; nullptr: nowhere.
+Score Try(Stage& stage, const Case& tried, std::FILE* trace = nullptr);
 
 }  // namespace palpate::adversity

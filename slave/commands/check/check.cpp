@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <numbers>
 #include <optional>
 #include <ranges>
 #include <span>
@@ -15,6 +16,7 @@
 
 #include "slave/commands/commands.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/camera/estimator.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/study.h"
 
@@ -161,6 +163,59 @@ void PrintTip(const Scene& scene) {
   PrintLine("tip", words);
 }
 
+// What the first picture is held against.
+void PrintStartChecks(const Scene& scene) {
+  const double pixel = scene.sense.Find<Camera>()->pixel;
+  const bool is_cut = scene.sense.Find<TipTracking>()->template_file.empty();
+  PrintLine(
+      "checked",
+      fmt::format("the first picture: the outline's size to {:g} %, its fit to {:g} px rms ({}); "
+                  "{}; blur",
+                  100 * CameraLimits::kMostScale, CameraLimits::kMostResidual,
+                  LengthInWords(CameraLimits::kMostResidual * pixel),
+                  is_cut ? fmt::format("the tool's end to {} of where the manipulator says, its "
+                                       "width to {:g} %, where it stands out of plain ground",
+                                       LengthInWords(CameraLimits::kToolElsewhere * pixel),
+                                       100 * CameraLimits::kToolWidth)
+                         : "not the tool, which has a template of its own"));
+}
+
+// What each picture is held against, and what nothing here can see.
+void PrintChecks(const Scene& scene) {
+  const Camera& camera = *scene.sense.Find<Camera>();
+  PrintLine("checked",
+            fmt::format("each picture: the tip by parts of its template{}; a picture that comes "
+                        "again, where the camera has noise",
+                        camera.source == Camera::Source::kSimulated
+                            ? fmt::format(" and by the manipulator, to {} and three sigmas",
+                                          LengthInWords(CameraLimits::kArmParts * camera.pixel))
+                            : ""));
+  if (!scene.sense.Find<ContourTracking>()) {
+    return PrintLine("NOT SEEN",
+                     "an object or a camera that moves, a wrong size, whether there is a dent: "
+                     "sense.contour would tell");
+  }
+  PrintStartChecks(scene);
+  PrintLine("checked",
+            fmt::format("the object's edge: dents of {} and more, where the edge beside the tool "
+                        "shows them; covers; blur, by its step; light that clips it by {:.0f} %",
+                        LengthInWords(CameraLimits::kSmallDent * camera.pixel),
+                        100 * (CameraLimits::kOverexposed - 1)));
+  PrintLine("put right",
+            fmt::format("a camera or object that moves by up to {} ({:g} px), turns by {:.1f} deg "
+                        "or grows by {:g} %; more is doubted",
+                        LengthInWords(CameraLimits::kMostShift * camera.pixel),
+                        CameraLimits::kMostShift, CameraLimits::kMostTurn * 180 / std::numbers::pi,
+                        100 * CameraLimits::kMostGrowth));
+  PrintLine("NOT SEEN",
+            fmt::format("a wrong young_modulus, thickness or `fixed`; a tip told wrong by less "
+                        "than {}; a thing that lies on the touched edge from the start{}",
+                        LengthInWords(CameraLimits::kToolElsewhere * camera.pixel),
+                        camera.source == Camera::Source::kSimulated
+                            ? ""
+                            : "; pictures that are late, as no manipulator is seen in them"));
+}
+
 void PrintOff(const Scene& scene) {
   PrintLine("off", "tactile sensing, stereo, volume models: not in this scene");
   PrintLine("on demand", "displacement field and pictures: computed only while somebody watches");
@@ -287,6 +342,7 @@ int RunCheck(const CheckOptions& options) {
   PrintLine("eyes", fmt::format("{}, {:g} Hz, {} per pixel{}", Source(camera), camera.rate,
                                 LengthInWords(camera.pixel), lens));
   PrintTip(scene);
+  PrintChecks(scene);
   PrintHand(scene);
   PrintModel(scene);
   PrintOff(scene);

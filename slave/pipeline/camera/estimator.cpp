@@ -14,32 +14,31 @@
 #include "slave/pipeline/sense.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/contour_registration.h"
+#include "slave/vision/tool_end.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kMostScale = 0.02, kScaleSigmas = 3;  // of the object's size in the first picture
-constexpr double kOtherObject = 0.3;               // a size so different is that of something else
-constexpr double kMostResidual = 2;                // of the outline at rest, rms [px]
-constexpr double kResidualLeft = 0.5;              // part of it that is uncertain at one place
-constexpr double kArmParts = 0.3, kArmSigmas = 3;  // how far eyes and arm may part: [px], sigmas
-constexpr double kDentNear = 15;  // from the surface, where a dent is looked for [px]
+using Limits = CameraLimits;
+
+constexpr double kScaleSigmas = 3;
+constexpr double kOtherObject = 0.3;   // a size so different is that of something else
+constexpr double kResidualLeft = 0.5;  // part of it that is uncertain at one place
+constexpr double kArmSigmas = 3;       // how far eyes and arm may part besides
+constexpr double kDentNear = 15;       // from the surface, where a dent is looked for [px]
 // Sigma of a dent computed: [px], relative, besides relative as elements are long for the tool.
 constexpr double kDentFloor = 0.2, kDentModel = 0.05, kDentMesh = 0.1;
 constexpr double kDentSigmas = 3.5;
-constexpr int kDistrust = 3;   // pictures that must agree before a dent is believed again
-constexpr int kMostApart = 7;  // places in a row: a dent, or a cover, where none is to be
-constexpr double kLeastSharpness = 0.47;  // of the object's edges, in parts of the first picture's
-constexpr double kMostTipSigma = 0.4;     // [px]
+constexpr int kDistrust = 3;           // pictures that must agree before a dent is believed again
+constexpr int kMostApart = 7;          // places in a row: a dent, or a cover, where none is to be
+constexpr double kBlurMoves = 1;       // sigma of the tip where no edge is left [px]
+constexpr double kMostTipSigma = 0.4;  // [px]
 // Where the tip's sigma is more, its dent tells: known to this part of the tool's width, and not
 // farther from the tip seen [px]. Rough is then what is more than this part of the dent.
 constexpr double kDentTells = 0.1, kRoughTip = 6, kRough = 0.12;
 constexpr double kLeastNoise = 0.5;  // of a camera's pictures [1/255 of full scale]
-constexpr double kSmallDent = 1.5;   // that needs no confirmation [px]
 constexpr int kUnconfirmed = 6;      // pictures in which a dent may stay out of sight
 constexpr double kCovered = 0.3;     // of the tip's template, unless its dent is seen
-// What is put right of the camera's or the object's motion: [px], [rad], [-].
-constexpr double kMostShift = 40, kMostTurn = 0.06, kMostGrowth = 0.03;
 
 std::optional<Eigen::Vector2d> ToImage(const CameraView& view,
                                        const std::optional<Eigen::Vector3d>& p_S) {
@@ -63,13 +62,13 @@ void RequireCredible(const Scene& scene, const OutlineFit& fit, std::size_t poin
     throw std::runtime_error(fmt::format("{}: object.geometry: {}", scene.file.string(), why));
   };
   const double larger = fit.scale - 1;
-  const double least = std::max(kMostScale, kScaleSigmas * fit.scale_sigma);
+  const double least = std::max(Limits::kMostScale, kScaleSigmas * fit.scale_sigma);
   if (std::abs(larger) > least && std::abs(larger) < kOtherObject) {
     refuse(
         fmt::format("the object in the first picture is {:.1f} % {} than it says: accepted is "
                     "{:g} %: check camera.pixel ({:g} um would fit) and its sizes",
-                    100 * std::abs(larger), larger > 0 ? "larger" : "smaller", 100 * kMostScale,
-                    1e6 * scene.sense.Find<Camera>()->pixel / fit.scale));
+                    100 * std::abs(larger), larger > 0 ? "larger" : "smaller",
+                    100 * Limits::kMostScale, 1e6 * scene.sense.Find<Camera>()->pixel / fit.scale));
   }
   if (!fit.found) {
     refuse(fmt::format(
@@ -77,12 +76,28 @@ void RequireCredible(const Scene& scene, const OutlineFit& fit, std::size_t poin
         "check object.pose, camera.pixel and sense.contour.start",
         fit.inliers, points));
   }
-  if (fit.rms_px > kMostResidual) {
+  if (fit.rms_px > Limits::kMostResidual) {
     refuse(
         fmt::format("the outline seen in the first picture is {:.1f} px rms away from it: "
                     "accepted is {:g} px: check its shape and sense.contour.start",
-                    fit.rms_px, kMostResidual));
+                    fit.rms_px, Limits::kMostResidual));
   }
+}
+
+// What the first picture shows of the tool against what scene and manipulator say of it. `d_I`:
+// along which it points; zero: nobody knows.
+FailedCheck DoubtOfTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
+                        const Eigen::Vector2d& d_I, double width_px) {
+  if (!scene.sense.Find<TipTracking>()->template_file.empty() || d_I.isZero(0)) {
+    return FailedCheck::kNone;
+  }
+  const auto seen = SeeToolEnd(first, GreyFormat(first), p_I_tip, d_I, width_px);
+  if (!seen) return FailedCheck::kNone;
+  if (std::abs(seen->beyond) > Limits::kToolElsewhere) return FailedCheck::kArm;
+  const bool aside = std::abs(seen->aside) > Limits::kToolElsewhere;
+  const bool wide = std::abs(seen->width / width_px - 1) > Limits::kToolWidth;
+  if (aside == wide) return FailedCheck::kNone;  // both: something covers a side of it
+  return aside ? FailedCheck::kArm : FailedCheck::kScale;
 }
 
 Eigen::Vector3d Planar(const Eigen::Vector2d& v) {
@@ -104,6 +119,10 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
   }
   tool_.d_I = eyes_->tool_direction_I();
   tool_.width = tool_width_ / view_.pixel();
+  if (p_S_tip_reported) {
+    tool_doubt_ =
+        DoubtOfTool(scene, first.image, view_.ToImage(*p_S_tip_reported), tool_.d_I, tool_.width);
+  }
   is_noisy_ = eyes_->noise() > kLeastNoise;
   observation_ = &eyes_->Look(first.image, first.sequence, first.sensed_at);
 }
@@ -191,6 +210,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
     const Eigen::Vector2d p_I = PutRight(tip);
     Touch(view_.ToSlave(p_I), tip_sigma_ * view_.pixel());
     if (said) AskArm(*said);
+    if (tool_doubt_ != FailedCheck::kNone) EstimateRules::Doubt(tool_doubt_, &felt_);
     if (frozen) EstimateRules::Doubt(FailedCheck::kFrozen, &felt_);
   } else {
     EstimateRules::LoseForce(Validity::kTrackingLost, FailedCheck::kTip, &felt_);
@@ -213,7 +233,8 @@ Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
   if (!watch_) return tip.p_I;
   const ObjectSighting& object = watch_->sighting();
   const Eigen::Vector2d p_I = object.motion.Back(tip.p_I);
-  tip_sigma_ = std::hypot(tip.sigma, object.sigma_px);
+  const double blurred = std::max(0.0, 1 - object.sharpness);
+  tip_sigma_ = std::hypot(tip.sigma, object.sigma_px, kBlurMoves * blurred);
   if (tip.sigma < kMostTipSigma || !object.dent_known || !rules_.in_contact()) return p_I;
   const double sigma =
       std::hypot(std::sqrt(object.dent_covariance.trace()), dent_sigma_ * object.dent_O.norm());
@@ -239,7 +260,7 @@ bool Estimator::IsFrozen(const cv::Mat& image) noexcept {
 
 void Estimator::AskArm(const ArmWord& said) noexcept {
   const TipObservation& tip = observation_->tip;
-  const double tolerance = (kArmParts + kArmSigmas * tip_sigma_) * view_.pixel();
+  const double tolerance = (Limits::kArmParts + kArmSigmas * tip_sigma_) * view_.pixel();
   const bool in_picture = arm_in_picture_.Agree(view_.ToSlave(tip.p_I), said, tolerance);
   const bool on_object = arm_on_object_.Agree(felt_.p_S_tip, said, tolerance);
   if (!in_picture && !on_object) EstimateRules::Doubt(FailedCheck::kArm, &felt_);
@@ -344,19 +365,22 @@ void Estimator::Judge(const Eigen::Vector2d& dent_O, double sigma_px) noexcept {
   if (!watch_) return;
   const ObjectSighting& seen = watch_->sighting();
   if (!seen.known) return EstimateRules::Doubt(FailedCheck::kRegistration, &felt_);
-  if (seen.motion.shift.norm() > kMostShift || std::abs(seen.motion.angle) > kMostTurn) {
+  if (seen.motion.shift.norm() > Limits::kMostShift ||
+      std::abs(seen.motion.angle) > Limits::kMostTurn) {
     EstimateRules::Doubt(FailedCheck::kCameraMotion, &felt_);
   }
-  if (std::abs(seen.motion.growth) > kMostGrowth) {
+  if (std::abs(seen.motion.growth) > Limits::kMostGrowth) {
     EstimateRules::Doubt(FailedCheck::kScale, &felt_);
   }
   const bool rough = tip_sigma_ > std::max(kMostTipSigma, kRough * dent_O.norm());
-  if (seen.sharpness < kLeastSharpness || rough) {
+  const bool blurred =
+      seen.sharpness < Limits::kSharpness || seen.sharpness_at_rest < Limits::kSharpAtRest;
+  if (blurred || rough || seen.exposure > Limits::kOverexposed) {
     EstimateRules::Doubt(FailedCheck::kPicture, &felt_);
   }
   if (seen.apart > kMostApart) EstimateRules::Doubt(FailedCheck::kDent, &felt_);
   distrust_ = IsDented(dent_O, sigma_px) ? std::max(0, distrust_ - 1) : kDistrust;
-  const bool confirmed = seen.dent_known || dent_O.norm() < kSmallDent;
+  const bool confirmed = seen.dent_known || dent_O.norm() < Limits::kSmallDent;
   unconfirmed_ = confirmed ? 0 : unconfirmed_ + 1;
   if (distrust_ > 0 || unconfirmed_ > kUnconfirmed) {
     EstimateRules::Doubt(FailedCheck::kDent, &felt_);

@@ -28,6 +28,21 @@
 
 namespace palpate {
 
+// What the checks of one camera see, and put right, as `check` tells it.
+struct CameraLimits {
+  static constexpr double kMostScale = 0.02;   // of the object's size in the first picture
+  static constexpr double kMostResidual = 2;   // of its outline there, rms [px]
+  static constexpr double kToolElsewhere = 1;  // its end from where the manipulator says [px]
+  static constexpr double kToolWidth = 0.12;   // by which it may be another one than the scene's
+  static constexpr double kArmParts = 0.3;     // tip from where the manipulator says, later on [px]
+  static constexpr double kSharpAtRest = 0.45;  // edges of the first picture; 1: sharp
+  static constexpr double kSharpness = 0.47;    // the same in parts of the first picture's
+  static constexpr double kOverexposed = 1.15;  // of the largest grey level
+  static constexpr double kSmallDent = 1.5;     // that needs no confirmation [px]
+  // What is put right of the camera's or the object's motion: [px], [rad], [-].
+  static constexpr double kMostShift = 40, kMostTurn = 0.06, kMostGrowth = 0.03;
+};
+
 // How the rest surface was found in the first picture.
 struct Registration {
   bool measured = false;  // false: the scene's pose is taken as it is
@@ -127,8 +142,9 @@ class Estimator {
   int unconfirmed_ = 0;           // pictures since the dent was seen last
   int distrust_ = 0;              // pictures until a dent is believed again
   cv::Mat last_image_;
-  bool is_noisy_ = false;  // the first picture has noise
-  double checks_us_ = 0;   // of this picture
+  FailedCheck tool_doubt_ = FailedCheck::kNone;  // of the tool in the first picture
+  bool is_noisy_ = false;                        // the first picture has noise
+  double checks_us_ = 0;                         // of this picture
   ContactLaw law_ = ContactLaw::kBonded;
   BoundaryPlace pressed_place_;          // that the model answered last for the tool
   Eigen::Vector3d pressed_by_{0, 0, 0};  // displacement there, frame O [m]

@@ -21,8 +21,9 @@ constexpr double kBeforeTip = 6;       // and reaches this far beyond its end [p
 constexpr double kBorder = 12;         // of the picture: no room there to look for an edge [px]
 constexpr double kTukey = 4.685;       // 95 % efficient for normal errors
 constexpr int kRounds = 12;
-constexpr double kAgrees = 4;           // sigmas
-constexpr double kMostDisturbed = 4;    // of the sigmas, by whatever disturbs the picture
+constexpr double kAgrees = 4;         // sigmas
+constexpr double kApart = 0.8;        // of a piece of the edge: less a lens does, or a shutter [px]
+constexpr double kMostDisturbed = 4;  // of the sigmas, by whatever disturbs the picture
 constexpr double kLeastAgreeing = 0.5;  // part of the places in view
 constexpr int kFewest = 12;             // places
 constexpr double kKnown = 0.4;          // sigma above which the motion is not known [px]
@@ -138,6 +139,7 @@ void ObjectWatch::Gather(const cv::Mat& image, const Bar& tool, const Vector& x)
                *offset,
                std::abs(n.x()) > std::abs(n.y()),
                edge_.sharpness(),
+               edge_.exposure(),
                std::hypot(kEdgeSigma, anchors_[k].dent_sigma * dent.norm()),
                Vector::Zero()};
     look.J.head<2>() = n;
@@ -199,8 +201,9 @@ void ObjectWatch::Compare(const Vector& move, double scale) noexcept {
     const double error = look.offset - look.J.dot(move);
     const bool agrees = std::abs(error) <= kAgrees * std::min(scale, kMostDisturbed) * look.sigma;
     if (agrees) ++agreeing_, square += error * error;
-    const bool goes_on = !agrees && row > 0 && look.place == last + 1 && error * side > 0;
-    row = agrees ? 0 : goes_on ? row + 1 : 1;
+    const bool is_apart = !agrees && std::abs(error) > kApart;
+    const bool goes_on = is_apart && row > 0 && look.place == last + 1 && error * side > 0;
+    row = !is_apart ? 0 : goes_on ? row + 1 : 1;
     sighting_.apart = std::max(sighting_.apart, row);
     last = look.place, side = error;
   }
@@ -213,6 +216,14 @@ double ObjectWatch::SharpnessAlong(bool along_x) noexcept {
     if (look.along_x == along_x) sorted_.push_back(look.sharpness);
   }
   if (sorted_.size() < kFewest) return 1;
+  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+  std::nth_element(sorted_.begin(), middle, sorted_.end());
+  return *middle;
+}
+
+double ObjectWatch::Exposure() noexcept {
+  sorted_.clear();
+  for (const Sight& look : looks_) sorted_.push_back(look.exposure);
   const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
   std::nth_element(sorted_.begin(), middle, sorted_.end());
   return *middle;
@@ -264,7 +275,9 @@ void ObjectWatch::Tell(const Vector& x, const Bar& tool) noexcept {
   last_ = x;
   const double sharpness = std::min(SharpnessAlong(true), SharpnessAlong(false));
   if (sharpness_at_rest_ == 0) sharpness_at_rest_ = sharpness;
+  sighting_.sharpness_at_rest = sharpness_at_rest_;
   sighting_.sharpness = sharpness / sharpness_at_rest_;
+  sighting_.exposure = Exposure();
   sighting_.dent_O = x.tail<2>();
   sighting_.dent_covariance = covariance_.bottomRightCorner<2, 2>();
   // One direction is enough: without friction nothing tells of the other.

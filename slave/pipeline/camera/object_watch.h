@@ -22,8 +22,10 @@ struct ObjectSighting {
   double sigma_px = 0;     // of the motion, where the tip is, the worse direction
   double residual_px = 0;  // of the places that agree, rms
   int places = 0, agreeing = 0;
-  int apart = 0;         // places in a row whose edge lies off to one side: something is there
-  double sharpness = 1;  // of the edges along x or along y, the worse; 1: as in the first picture
+  int apart = 0;  // places in a row whose edge lies off to one side: something is there
+  // Of the edges along x or along y, the worse: 1: as in the first picture; and there 1: sharp.
+  double sharpness = 1, sharpness_at_rest = 1;
+  double exposure = 0;  // RestEdge::exposure, the median
   // Of the contact's patch, as the edge beside it shows it: displacement in O [px], with its
   // covariance [px^2]. Not where it is hidden, nor with the tool far from the surface.
   bool dent_known = false;
@@ -80,7 +82,7 @@ class ObjectWatch {
     std::size_t place = 0;
     double offset = 0;     // of the edge from the prediction, along the normal [px]
     bool along_x = false;  // its normal
-    double sharpness = 1;
+    double sharpness = 1, exposure = 0;
     double sigma = 0;
     Vector J;  // d(offset) / d(unknowns)
   };
@@ -91,6 +93,7 @@ class ObjectWatch {
   bool FitFrom(const cv::Mat& image, const Bar& tool, Vector& x) noexcept;
   void Compare(const Vector& move, double scale) noexcept;
   [[nodiscard]] double SharpnessAlong(bool along_x) noexcept;
+  [[nodiscard]] double Exposure() noexcept;
   void Tell(const Vector& x, const Bar& tool) noexcept;
 
   CameraView view_;

@@ -1,0 +1,50 @@
+// What lens, sensor, shutter and line do to pictures beyond light and blur, and things that come
+// into view: as paint.h has it.
+#pragma once
+
+#include <functional>
+
+#include <opencv2/core/mat.hpp>
+
+#include "tests/adversity/moment.h"
+#include "tests/adversity/paint.h"
+
+namespace palpate::adversity {
+
+// --- on the lens
+// A soft patch of 45 px over the tip's place at full depth: blurred by `blur` [px], its contrast
+// lower by `veil` [-].
+Paint Smudge(double blur, double veil);
+Paint Dust(int count);           // dark specks of 2 to 5 px all over the picture, standing still
+Paint Breathing(double factor);  // zoom about the middle, growing over the run to `factor`
+Paint TurnSlowly(double degrees);
+Paint LoseFocus(double sigma);  // growing over the run [px]
+Paint Haze(double veil);        // contrast lower, towards white, growing over the run [-]
+
+// --- in the sensor
+Paint Wobble(double px);                  // each row aside, as a wave of 120 rows that runs
+Paint Comb(double px);                    // every other row aside
+Paint DeadRows(int count, double level);  // through the tip's place at full depth
+Paint DeadColumns(int count, double level);
+Paint HotPixels(double share);
+Paint Banding(double strength);  // bands of 40 rows lighter and darker, wandering
+Paint Quantised(int levels);     // so many grey levels are left
+Paint Inverted();
+
+// --- on the line
+enum class Part { kUpper, kLower };
+Paint PartlyGrey(Part part, double share);
+// Where the picture is as it was in the first one: `share` of it; of one eye, side < 0: of both; or
+// so many of its blocks of 16 px.
+using Mask = std::function<void(const Moment&, cv::Mat&)>;
+Mask PartlyOld(Part part, double share, int side = -1);
+Mask BlocksLost(double share);
+Paint Mirrored(int flip_code);  // cv::flip's
+Paint Resized(double factor);
+
+// --- in view
+Paint SecondTool(double aside);  // what is seen of the tool once more, so far across [px]
+Paint Neighbour(double beside);  // a plain square, so far from the tip's place at full depth [px]
+Paint MovingWire(double width);  // crosses the shaft and the object from one side to the other
+
+}  // namespace palpate::adversity

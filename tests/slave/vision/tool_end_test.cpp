@@ -1,0 +1,72 @@
+// The tool's end as the first picture shows it, against where it was drawn.
+#include "slave/vision/tool_end.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector2d;
+
+// A dark bar of `width` with lighter marks that comes from above and ends at `end_I`, before bright
+// ground; drawn 16 times finer than pixels, a little out of focus, with noise.
+cv::Mat BarEndingAt(const Vector2d& end_I, double width) {
+  constexpr int kFiner = 16;
+  cv::Mat fine(160 * kFiner, 120 * kFiner, CV_8U, cv::Scalar(200));
+  const auto at = [](double px) { return static_cast<int>(std::lround((px + 0.5) * kFiner)); };
+  const int left = at(end_I.x() - width / 2), right = at(end_I.x() + width / 2);
+  cv::rectangle(fine, {left, 0}, {right - 1, at(end_I.y()) - 1}, cv::Scalar(30), -1);
+  for (int y = 3; y + 8 < end_I.y(); y += 11) {
+    cv::rectangle(fine, {left + 3 * kFiner, at(y)}, {right - 4 * kFiner, at(y + 5)}, cv::Scalar(75),
+                  -1);
+  }
+  cv::Mat picture, noise(160, 120, CV_32F);
+  cv::resize(fine, picture, {120, 160}, 0, 0, cv::INTER_AREA);
+  cv::GaussianBlur(picture, picture, {}, 0.8);
+  cv::RNG(5).fill(noise, cv::RNG::NORMAL, 0, 2);
+  cv::add(picture, noise, picture, cv::noArray(), CV_8U);
+  return picture;
+}
+
+class ToolEndTest : public testing::TestWithParam<double> {};
+
+// Tolerance: a quarter of a pixel, of which marks near the end take the most.
+TEST_P(ToolEndTest, IsSeenWhereItIsWhateverIsTold) {
+  const Vector2d end(60.3, 90.4), told = end - Vector2d(0.6 * GetParam(), GetParam());
+  const cv::Mat picture = BarEndingAt(end, 17);
+  const auto seen = SeeToolEnd(picture, GreyFormat(picture), told, {0, 1}, 17);
+  ASSERT_TRUE(seen);
+  EXPECT_NEAR(seen->beyond, GetParam(), 0.25);
+  EXPECT_NEAR(seen->aside, -0.6 * GetParam(), 0.25);
+  EXPECT_NEAR(seen->width, 17, 0.4);
+}
+INSTANTIATE_TEST_SUITE_P(ByPixelsTold, ToolEndTest, testing::Values(-4.0, -1.0, 0.0, 0.5, 2.0));
+
+TEST(ToolEnd, OfAWidthToldWrongByAFifthIsSeen) {
+  const Vector2d end(60.3, 90.4);
+  const cv::Mat picture = BarEndingAt(end, 17);
+  const auto seen = SeeToolEnd(picture, GreyFormat(picture), end, {0, 1}, 0.8 * 17);
+  ASSERT_TRUE(seen);
+  EXPECT_NEAR(seen->width, 17, 0.4);
+}
+
+TEST(ToolEnd, IsNotToldWhereNoneIsSeen) {
+  const cv::Mat picture = BarEndingAt({60, 90}, 17);
+  const GreyFormat format(picture);
+  EXPECT_FALSE(SeeToolEnd(picture, format, {60, 50}, {0, 1}, 17));  // 40 px before its end
+  EXPECT_FALSE(SeeToolEnd(picture, format, {20, 90}, {0, 1}, 17));  // ground
+  EXPECT_FALSE(SeeToolEnd(cv::Mat(160, 120, CV_8U, cv::Scalar(80)), format, {60, 90}, {0, 1}, 17));
+}
+
+TEST(ToolEnd, AtThePicturesCornerReadsNothingOutside) {
+  const cv::Mat picture = BarEndingAt({60, 90}, 17);
+  SeeToolEnd(picture, GreyFormat(picture), {0, 0}, {0, 1}, 17);
+  SeeToolEnd(picture, GreyFormat(picture), {119, 159}, {-1, 0}, 400);
+}
+
+}  // namespace
+}  // namespace palpate
