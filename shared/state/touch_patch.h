@@ -47,21 +47,22 @@ struct TouchPatch {
   [[nodiscard]] bool known() const { return epoch != 0; }
 };
 
+// Of a surface whose force is that of its compliance at every depth.
+inline constexpr std::array<double, kLawPoints> kLinearRatios = [] {
+  std::array<double, kLawPoints> ones{};
+  ones.fill(1);
+  return ones;
+}();
+
 struct PatchLaw {
   std::uint32_t epoch = 0, revision = 0;
   int count = 1;
-  std::array<double, kLawPoints> ratios{1};            // [-]
-  std::optional<double> friction;                      // nullopt: the contact sticks
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();    // [m]
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // [m/s]
-  double velocity_error = 0;                           // [m/s]
-  Time sensed_at{};                                    // slave's clock
-
-  static constexpr std::array<double, kLawPoints> AllOnes() {
-    std::array<double, kLawPoints> ones{};
-    for (double& one : ones) one = 1;
-    return ones;
-  }
+  std::array<double, kLawPoints> ratios = kLinearRatios;  // [-]
+  std::optional<double> friction;                         // nullopt: the contact sticks
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();       // [m]
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();     // [m/s]
+  double velocity_error = 0;                              // [m/s]
+  Time sensed_at{};                                       // slave's clock
 };
 
 }  // namespace palpate

@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kFewest = 3;  // pairs
+constexpr std::size_t kFewestPairs = 3;  // pairs
 // What an honest pair stays below: against another pair's pose, which a single board only tells to
 // a pixel or two; and by its rift.
 constexpr double kRoughPixels = 3, kRiftPixels = 0.25;
@@ -168,7 +168,7 @@ PairCalibration Without(PairCalibration calibration, std::size_t k) {
 }
 
 void RequireEnough(const PairCalibration& calibration) {
-  if (calibration.used.size() >= kFewest) return;
+  if (calibration.used.size() >= kFewestPairs) return;
   throw std::runtime_error(
       "no three pairs agree on how the cameras stand to each other: accepted is a rigid pair and a "
       "board that does not move between the two shots");
@@ -194,7 +194,7 @@ std::optional<PairCalibration> WithoutTorn(const Board& board, const PairSizes& 
                                            const PairCalibration& calibration) {
   const std::vector<double>& rifts = calibration.fit.rift_px;
   const auto worst = std::max_element(rifts.begin(), rifts.end());
-  if (*worst <= kRiftPixels || rifts.size() <= kFewest) return std::nullopt;
+  if (*worst <= kRiftPixels || rifts.size() <= kFewestPairs) return std::nullopt;
   PairCalibration rest = Without(calibration, static_cast<std::size_t>(worst - rifts.begin()));
   rest.fit = FitPair(board, rest.views, sizes);
   if (*worst <= kTimesMedian * Median(rest.fit.rift_px)) return std::nullopt;
@@ -208,7 +208,7 @@ std::optional<PairCalibration> WithoutMisseen(const Board& board, const PairSize
     corners.push_back(std::max(calibration.fit.left_px[k], calibration.fit.right_px[k]));
   }
   const auto worst = Outlier(corners, kCornerPixels);
-  if (!worst || corners.size() <= kFewest) return std::nullopt;
+  if (!worst || corners.size() <= kFewestPairs) return std::nullopt;
   PairCalibration rest = Without(calibration, *worst);
   rest.fit = FitPair(board, rest.views, sizes);
   return rest;
@@ -267,7 +267,7 @@ std::vector<NamedMatrix> Rectification(const StereoRig& rig) {
 
 PairCalibration CalibratePair(const Board& board, const std::vector<PairView>& pairs,
                               const PairSizes& sizes) {
-  if (pairs.size() < kFewest) {
+  if (pairs.size() < kFewestPairs) {
     throw std::runtime_error(std::to_string(pairs.size()) +
                              " pairs show the board: accepted is 3 or more");
   }
