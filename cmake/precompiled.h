@@ -1,5 +1,5 @@
-// What most sources include, parsed once for all (PALPATE_PRECOMPILED). A source still includes what it uses: the other
-// presets compile it without this.
+// What most sources include, parsed once for all (PALPATE_PRECOMPILED). A source still includes
+// what it uses: the other presets compile it without this.
 #pragma once
 
 #include <algorithm>

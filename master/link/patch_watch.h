@@ -15,7 +15,7 @@ namespace palpate {
 // A patch as it was received, whole.
 struct ReceivedPatch {
   TouchPatch patch;  // its epoch rises from stream to stream, too
-  PatchLaw law;        // the newest of it
+  PatchLaw law;      // the newest of it
 };
 
 class PatchWatch {

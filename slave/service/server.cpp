@@ -16,7 +16,7 @@
 
 #include "shared/link/loopback.h"
 #include "shared/tls/credentials.h"
-#include "slave/service/acceptor.h"
+#include "slave/service/door/acceptor.h"
 #include "slave/service/listener_watch.h"
 #include "slave/service/publisher.h"
 #include "slave/service/roles.h"

@@ -2,8 +2,9 @@
 // mark of the few kernels that are worth compiling for several of them.
 #pragma once
 
-// Compiled for the baseline, AVX with fused products, and AVX-512; the loader picks. Only free functions; what they call
-// must be inlined into them. Not under the sanitizers, which start after the loader.
+// Compiled for the baseline, AVX with fused products, and AVX-512; the loader picks. Only free
+// functions; what they call must be inlined into them. Not under the sanitizers, which start after
+// the loader.
 #if defined(__x86_64__) && !defined(__AVX512F__) && !defined(PALPATE_SANITIZED)
 #define PALPATE_DISPATCHED __attribute__((target_clones("default", "fma", "avx512f")))
 #else

@@ -1,5 +1,5 @@
 // The door before gRPC: who is let in, who is turned away, and that it goes on doing so.
-#include "slave/service/acceptor.h"
+#include "slave/service/door/acceptor.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "slave/service/connection_budget.h"
+#include "slave/service/door/connection_budget.h"
 #include "tests/slave/service/service_fixture.h"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "slave/service/listening.h"
+#include "slave/service/door/listening.h"
 
 #include <cerrno>
 #include <cstring>

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "shared/link/loopback.h"
-#include "slave/service/listening.h"
+#include "slave/service/door/listening.h"
 
 namespace palpate {
 

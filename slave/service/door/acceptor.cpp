@@ -1,4 +1,4 @@
-#include "slave/service/acceptor.h"
+#include "slave/service/door/acceptor.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -20,7 +20,7 @@
 
 #include "shared/link/thread_priority.h"
 #include "shared/state/clock.h"
-#include "slave/service/connection_budget.h"
+#include "slave/service/door/connection_budget.h"
 
 namespace palpate {
 namespace {
