@@ -161,7 +161,7 @@ Server::Server(Slave& slave, const std::string& address, bool insecure,
   if (!parts_->server) throw std::runtime_error("cannot serve on " + address);
   const Greeting greeting = tls.empty() ? Greeting::kHttp2 : Greeting::kTls;
   parts_->door.emplace(parts_->endpoint, greeting, HandOnTo(parts_->connections.get()),
-                       {.share = slave.picture_inbox() ? kPictureShare : 1});
+                       Acceptor::Limits{.share = slave.picture_inbox() ? kPictureShare : 1});
   parts_->endpoint = parts_->door->endpoint();
   parts_->address = ToString(parts_->endpoint);
   parts_->door->Start();
