@@ -33,9 +33,10 @@ const RenderJudge::Shown* RenderJudge::Find(double at) const noexcept {
   return shown.at <= at && at - shown.at <= kTick ? &shown : nullptr;
 }
 
-void RenderJudge::Feel(double commanded, const Eigen::Vector3d& felt, double sigma) noexcept {
+Eigen::Vector3d RenderJudge::Feel(double commanded, const Eigen::Vector3d& felt,
+                                  double sigma) noexcept {
   const Shown* shown = Find(commanded);
-  if (shown == nullptr || !felt.allFinite()) return;
+  if (shown == nullptr || !felt.allFinite()) return {0, 0, 0};
   const auto error = [&](const Eigen::Vector3d& said) {
     return std::max(0.0, (said - felt).norm() - kNoise * sigma - kTolerated * felt.norm());
   };
@@ -49,6 +50,7 @@ void RenderJudge::Feel(double commanded, const Eigen::Vector3d& felt, double sig
   }
   const Eigen::Vector3d model = shown->model.cast<double>();
   waiting_[end_++ % kWaiting] = {commanded, model, error(model), error(shown->held.cast<double>())};
+  return felt - model;
 }
 
 void RenderJudge::Count(const Sample& sample) noexcept {

@@ -26,8 +26,9 @@ class RenderJudge {
 
   // At `now` [s] the model says `model`, and the newest force is `held` [N].
   void Show(double now, const Eigen::Vector3d& model, const Eigen::Vector3d& held) noexcept;
-  // What was commanded at `commanded` [s] felt like `felt`, one standard deviation `sigma` [N].
-  void Feel(double commanded, const Eigen::Vector3d& felt, double sigma) noexcept;
+  // What was commanded at `commanded` [s] felt like `felt`, one standard deviation `sigma` [N]. By
+  // how much more than the model said then [N]; zero where that is not remembered.
+  Eigen::Vector3d Feel(double commanded, const Eigen::Vector3d& felt, double sigma) noexcept;
   [[nodiscard]] bool prefers_hold() const noexcept { return prefers_hold_; }
 
  private:

@@ -143,6 +143,7 @@ Eigen::Vector3d Renderer::RenderLocal(const Eigen::Vector3d& p_S, double now, do
                                       Reasons* reasons) noexcept {
   const PatchContact& patch = patch_.newest();
   const Eigen::Vector3d by_patch = patch_.ForceAt(p_S, now, now + ahead_);
+  const bool is_learnt = patch_.known() && patch.patch().is_learnt();
   const Eigen::Vector3d by_plane = contact_.ForceAt(p_S, now);
   const bool serves = patch_.known() && patch.serves();
   on_patch_ = Towards(serves, dt / kStepTime, on_patch_);
@@ -163,12 +164,22 @@ Eigen::Vector3d Renderer::RenderLocal(const Eigen::Vector3d& p_S, double now, do
   const Eigen::Vector3d model = by_plane + on_patch_ * (by_patch - by_plane);
   const bool says_something = contact_.known() || patch_.known();
   if (says_something) judge_.Show(now, model, samples_.newest());
-  return model + held_share_ * (samples_.newest() - model);
+  const Eigen::Vector3d best = is_learnt ? Corrected(model, now) : model;
+  return best + held_share_ * (samples_.newest() - best);
+}
+
+Eigen::Vector3d Renderer::Corrected(const Eigen::Vector3d& model, double now) const noexcept {
+  if (model.isZero(0)) return model;  // in the air nothing is missing
+  const double news = std::exp(-std::max(0.0, now - missed_at_) / kNews);
+  const Eigen::Vector3d corrected = model + on_patch_ * news * missing_;
+  const Eigen::Vector3d out = model.normalized();
+  return corrected - std::min(0.0, corrected.dot(out)) * out;  // a contact never pulls
 }
 
 void Renderer::Judge(double commanded, const SlaveState& state) noexcept {
   if (mode_ == RenderMode::kLocal && IsForceKnown(state) && !punctured_) {
-    judge_.Feel(commanded, *state.force, state.sigma);
+    missing_ = judge_.Feel(commanded, *state.force, state.sigma);
+    missed_at_ = commanded;
   }
 }
 

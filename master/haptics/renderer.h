@@ -145,6 +145,7 @@ class Renderer {
     samples_.Clear();
     contact_.LetGo();
     patch_.LetGo();
+    missing_.setZero();
   }
   [[nodiscard]] const LocalContact& contact() const noexcept { return contact_; }
   [[nodiscard]] const PatchRender& patch() const noexcept { return patch_; }
@@ -153,7 +154,11 @@ class Renderer {
   static constexpr double kPunctureTime = 0.010;  // to zero when the tool breaks through [s]
   static constexpr double kReturnTime = 0.050;    // and back when it is clear [s]
   static constexpr double kStepTime = 0.030;      // from one step of `local` to the next [s]
+  static constexpr double kNews = 0.030;          // what was felt of a place is news, to 1 / e [s]
 
+  // What a learnt law says, and by how much more was felt, as far as that is still news: of foam it
+  // knows one way for pressing and letting go.
+  [[nodiscard]] Eigen::Vector3d Corrected(const Eigen::Vector3d& model, double now) const noexcept;
   [[nodiscard]] Eigen::Vector3d RenderLocal(const Eigen::Vector3d& p_S, double now, double dt,
                                             Reasons* reasons) noexcept;
 
@@ -165,6 +170,8 @@ class Renderer {
   double ahead_ = 0;                      // [s]
   double on_patch_ = 0, held_share_ = 0;  // 0: the step above or below; 1: this one
   RenderJudge judge_;
+  Eigen::Vector3d missing_{0, 0, 0};  // of the newest sample [N], commanded at `missed_at_` [s]
+  double missed_at_ = 0;
   DelayedLinear samples_;
   bool punctured_ = false;
   double presence_ = 1;  // 0: punctured, 1: intact

@@ -45,6 +45,8 @@ struct TouchPatch {
   double full_depth = 0, valid_depth = 0;             // [m], > 0
 
   [[nodiscard]] bool known() const { return epoch != 0; }
+  // Of an object that nobody knows: a law along the plane, learnt from felt forces.
+  [[nodiscard]] bool is_learnt() const { return vertices_per_cell == 1; }
 };
 
 // Of a surface whose force is that of its compliance at every depth.

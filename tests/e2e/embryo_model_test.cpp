@@ -88,7 +88,7 @@ TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
   DrawModel(image_, estimator);
   const ContactEstimate& felt = estimator.Feel({image_, 2, {}});
-  ASSERT_EQ(felt.validity, Validity::kValid);
+  ASSERT_EQ(felt.validity, Validity::kValid) << ToString(felt.check);
   ASSERT_TRUE(felt.local_model.known());
   const LocalModel& local = felt.local_model;
   const double k = local.normal.dot(local.stiffness * local.normal);

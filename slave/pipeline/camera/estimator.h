@@ -35,7 +35,7 @@ struct CameraLimits {
   static constexpr double kToolElsewhere = 1;  // its end from where the manipulator says [px]
   static constexpr double kToolWidth = 0.12;   // by which it may be another one than the scene's
   static constexpr double kArmParts = 0.3;     // tip from where the manipulator says, later on [px]
-  static constexpr double kSharpAtRest = 0.45;  // edges of the first picture; 1: sharp
+  static constexpr double kSharpAtRest = 0.30;  // edges of the first picture; 1: sharp
   static constexpr double kSharpness = 0.47;    // the same in parts of the first picture's
   static constexpr double kOverexposed = 1.15;  // of the largest grey level
   static constexpr double kSmallDent = 1.5;     // that needs no confirmation [px]
