@@ -13,12 +13,15 @@
 #include <CLI/CLI.hpp>
 
 #include "master/device/device.h"
+#include "master/doctor/doctor.h"
 #include "master/haptics/session.h"
 #include "master/link/slave_link.h"
+#include "master/metrics/session_metrics.h"
 #include "master/view/console.h"
 #include "master/view/keys.h"
 #include "master/view/shape_watch.h"
 #include "shared/link/loopback.h"
+#include "shared/metrics/metrics_page.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 
@@ -36,7 +39,13 @@ struct Arguments {
   double duration = 0;
   double force_limit = 3.3, slew_limit = 0.2;  // the master's own [N], [N/ms]
   std::filesystem::path report, log;
+  std::string metrics;  // HOST:PORT that tells health in numbers; empty: none does
   std::vector<std::filesystem::path> shapes;
+};
+
+struct DoctorArguments {
+  SlaveLink::Options link;  // its target empty: none
+  DoctorOptions options;
 };
 
 // The link and the slots that must outlive it.
@@ -87,6 +96,30 @@ CLI::Validator Between(double low, double high, const std::string& unit = "s") {
           unit};
 }
 
+void AddLineOptions(CLI::App* command, SlaveLink::Options* link) {
+  command->add_option("--wait", link->wait, "How long to try to connect [s]")
+      ->check(Between(0, 1e6))
+      ->capture_default_str();
+  command
+      ->add_option("--tls", link->tls,
+                   "Mutual TLS 1.3: folder with ca.pem, cert.pem, key.pem (deploy/certs)")
+      ->check(CLI::ExistingDirectory);
+  command->add_flag("--insecure", link->insecure,
+                    "Connect to other machines in plain text (without it only to this one)");
+}
+
+void DeclareDoctor(CLI::App* app, DoctorArguments* a) {
+  CLI::App* doctor = app->add_subcommand(
+      "doctor", "What link, clock, priorities and device allow, and what to change");
+  doctor->add_option("target", a->link.target,
+                     "A slave, HOST:PORT, only watched; without one: this machine");
+  doctor->add_option("--device", a->options.device, "As for connect")->capture_default_str();
+  doctor->add_option("--seconds", a->options.seconds, "How long each measurement takes [s]")
+      ->check(Between(0.1, 3600))
+      ->capture_default_str();
+  AddLineOptions(doctor, &a->link);
+}
+
 void Declare(CLI::App* app, Arguments* a) {
   app->require_subcommand(1);
   app->set_version_flag("--version", Version());
@@ -95,6 +128,7 @@ void Declare(CLI::App* app, Arguments* a) {
       "  palpate-master connect localhost:50051\n"
       "  palpate-master connect localhost:50051 --duration 20 --report report.json --log log.csv\n"
       "  palpate-master connect localhost:50051 --shape pinch.svg\n"
+      "  palpate-master doctor localhost:50051\n"
       "  palpate-master connect 10.0.0.7:50051 --insecure --device playback:hand.csv --render "
       "interpolate\n\n"
       "Emergency stop: Enter, or SIGUSR1; its end: r and Enter, or SIGUSR2.\n"
@@ -105,9 +139,6 @@ void Declare(CLI::App* app, Arguments* a) {
       ->capture_default_str();
   connect->add_option("--render", a->render, "How forces are made between two states")
       ->check(CLI::IsMember({"local", "interpolate", "hold"}))
-      ->capture_default_str();
-  connect->add_option("--wait", a->link.wait, "How long to try to connect [s]")
-      ->check(Between(0, 1e6))
       ->capture_default_str();
   connect
       ->add_option("--duration", a->duration,
@@ -132,12 +163,9 @@ void Declare(CLI::App* app, Arguments* a) {
           "given more than once. FILE-deepest is written at the end: the largest deflection seen")
       ->allow_extra_args(false)
       ->type_name("FILE.svg|FILE.vtu");
-  connect
-      ->add_option("--tls", a->link.tls,
-                   "Mutual TLS 1.3: folder with ca.pem, cert.pem, key.pem (deploy/certs)")
-      ->check(CLI::ExistingDirectory);
-  connect->add_flag("--insecure", a->link.insecure,
-                    "Connect to other machines in plain text (without it only to this one)");
+  AddLineOptions(connect, &a->link);
+  connect->add_option("--metrics", a->metrics,
+                      "HOST:PORT: health in numbers for Prometheus, at /metrics");
   connect->add_option("--name", a->link.operator_name, "Who operates, told to others who ask");
 }
 
@@ -172,6 +200,7 @@ HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene) {
   options.force_limit = std::min(a.force_limit, scene.force_limit);
   options.slew_limit = a.slew_limit;
   options.max_age = OldestShown(scene.sensor_rate);
+  options.dead_after = scene.dead_after;
   options.settings_revision = scene.settings_revision;
   return options;
 }
@@ -199,7 +228,9 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   options.settings = &line->settings;
   std::optional<PatchWatch> patch;
   if (options.loop.render == RenderMode::kLocal) {
-    patch.emplace(PatchWatch::Options{a.link.target, a.link.insecure, a.link.tls}, &line->patches);
+    patch.emplace(PatchWatch::Options{a.link.target, a.link.insecure, a.link.tls,
+                                      line->link.longest_round_trip()},
+                  &line->patches);
     options.patches = &line->patches;
     options.patch_stats = [&patch] { return patch->stats(); };
   }
@@ -207,8 +238,15 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   options.duration = a.duration;
   options.log = a.log;
   for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);
+  SessionMetrics health;
+  std::optional<MetricsPage> metrics;
+  if (!a.metrics.empty())
+    metrics.emplace(a.metrics, a.link.insecure, [&] { return health.Collect(); });
+  if (metrics) console.Say("health at http://" + ToString(metrics->endpoint()) + "/metrics");
   const Keys keys([] { g_emergency = true; }, [] { g_reset = true; });
-  ShapeWatch shape(a.link, scene, a.shapes, console.live());
+  SlaveLink::Options told = a.link;
+  told.longest_round_trip = line->link.longest_round_trip();
+  ShapeWatch shape(told, scene, a.shapes, console.live());
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
       [] { return g_stop.load(); },
@@ -218,6 +256,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
         }
         console.Show(status, shape.newest().get());
         shape.See(status);
+        health.See(status);
       });
   std::this_thread::sleep_for(kLastWords);
   line->link.Stop();
@@ -235,12 +274,18 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
 
 int Main(int argc, char** argv) {
   Arguments a;
+  DoctorArguments doctor;
   CLI::App app("palpate-master: feel a soft object at a distance");
   Declare(&app, &a);
+  DeclareDoctor(&app, &doctor);
   std::unique_ptr<Line> line;
   std::unique_ptr<Device> device;
   try {
     app.parse(argc, argv);
+    if (app.got_subcommand("doctor")) {
+      if (!doctor.link.target.empty()) doctor.options.line = doctor.link;
+      return RunDoctor(doctor.options);
+    }
     CheckBeforehand(a);
     line = std::make_unique<Line>(a.link);
     if (!IsScripted(a)) device = OpenDevice(a.device, 0, 0);

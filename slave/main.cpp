@@ -129,6 +129,9 @@ int Main(int argc, char** argv) {
       ->envname("STATE_DIRECTORY")
       ->check(CLI::ExistingDirectory);
 
+  serve_command->add_option("--metrics", serve.metrics,
+                            "HOST:PORT: health in numbers for Prometheus, at /metrics");
+
   ProcessOptions process;
   auto* process_command =
       add_command("process", "Run over recorded pictures as fast as they go", &process);

@@ -9,7 +9,8 @@ namespace palpate {
 namespace {
 
 constexpr double kFadeIn = 0.050;  // [s]
-// From the last state to no force: 30 ms until it is missed, then these two: 80 ms in all.
+// From the last state to no force: `dead_after` until it is missed, then these two: 80 ms in all
+// where the scene says nothing.
 constexpr double kHoldForce = 0.010;      // of HOLD before the fade [s]
 constexpr double kFadeOut = 0.040;        // [s]
 constexpr double kFuture = 0.050;         // a stamp so far ahead is none [s]
@@ -73,13 +74,15 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
       renderer_(options.render),
       output_(options.slew_limit * kTicksPerSecond),
       transform_(options.transform),
-      settings_{options.settings_revision, options.transform, options.force_limit} {
+      settings_{options.settings_revision, options.transform, options.force_limit,
+                options.dead_after} {
   PositiveOrThrow(options.force_limit, "force_limit");
   PositiveOrThrow(options.slew_limit, "slew_limit");
   PositiveOrThrow(options.max_age, "max_age");
   PositiveOrThrow(options.transform.position_scale, "position_scale");
   PositiveOrThrow(options.transform.force_scale, "force_scale");
   renderer_.set_stiffest(Stiffest(transform_));
+  machine_.set_dead_after(std::clamp(options.dead_after, kLeastDeadAfter, kMostDeadAfter));
 }
 
 // Real-time: no allocation, lock, log, exception or network from here down.
@@ -178,6 +181,7 @@ void HapticLoop::TakeSettings() noexcept {
     settings_ = *read;
     settings_wait_ = true;
     options_.force_limit = std::min(options_.force_limit, read->force_limit);
+    machine_.set_dead_after(std::clamp(read->dead_after, kLeastDeadAfter, machine_.dead_after()));
   }
   if (!settings_wait_ || machine_.commands_engaged()) return;
   settings_wait_ = false;
@@ -242,7 +246,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
 
   Reasons& reasons = record_.chain.reasons;
   if (!machine_.commands_engaged()) reasons.Add(Reason::kNotFollowing);
-  if (in.state_age > OperatorMachine::kStaleAfter) reasons.Add(Reason::kStale);
+  if (in.state_age > machine_.dead_after()) reasons.Add(Reason::kStale);
   if (newest_ && !in.force_known) reasons.Add(Reason::kUnknown);
   if (newest_ && newest_->state.check == FailedCheck::kArmFault) reasons.Add(Reason::kArmFault);
   if (machine_.commands_engaged() && in.slave_epoch != machine_.epoch()) {

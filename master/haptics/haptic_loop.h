@@ -27,6 +27,7 @@ class HapticLoop {
     double force_limit = 3.3;  // at the hand [N], > 0; the scene's and the device's also hold
     double slew_limit = 0.2;   // of the force, both ways [N/ms], > 0
     double max_age = 0.2;      // of what is rendered, beside its way through the network [s]
+    double dead_after = kUsualDeadAfter;  // without a state the link is dead [s], within bounds
     std::uint32_t settings_revision = 0;  // of what `transform` was read from
   };
   struct Slots {

@@ -24,7 +24,7 @@ bool OperatorMachine::commands_engaged() const noexcept {
 }
 
 OperatorState OperatorMachine::Next(const Input& in) noexcept {
-  const bool fresh = in.state_age <= kStaleAfter;
+  const bool fresh = in.state_age <= dead_after_;
   const bool sound = fresh && in.trusted && in.force_known && in.slave_epoch == epoch_ &&
                      in.slave_phase == Phase::kFollowing;
   if (in.stop || (fresh && in.slave_phase == Phase::kEstop)) {

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "shared/state/dead_after.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
@@ -32,7 +33,6 @@ std::string_view ToString(OperatorState state);  // `FOLLOWING`, ...
 
 class OperatorMachine {
  public:
-  static constexpr double kStaleAfter = 0.030;     // without a state the link is dead [s]
   static constexpr double kResumeWithin = 0.250;   // of HOLD, else engage anew [s]
   static constexpr double kAlignWithin = 1.0;      // and a round trip, else engage anew [s]
   static constexpr double kDisconnectAfter = 1.0;  // without a state [s]
@@ -48,6 +48,9 @@ class OperatorMachine {
     std::uint32_t slave_epoch = 0;
     Phase slave_phase = Phase::kReady;
   };
+  // `seconds`: without a state the link is dead. Between two ticks.
+  void set_dead_after(double seconds) noexcept { dead_after_ = seconds; }
+  [[nodiscard]] double dead_after() const noexcept { return dead_after_; }
   // One tick. Real-time safe.
   OperatorState Step(const Input& in) noexcept;
 
@@ -63,6 +66,7 @@ class OperatorMachine {
   OperatorState NextInHold(const Input& in, bool fresh, bool sound) noexcept;
 
   OperatorState state_ = OperatorState::kDisconnected;
+  double dead_after_ = kUsualDeadAfter;
   double since_ = 0;
   std::uint32_t epoch_ = 0;
   bool armed_ = false;  // the switch was seen open since the last engagement

@@ -11,9 +11,9 @@ namespace palpate {
 namespace {
 
 constexpr int kFirstRetryMs = 50, kLongestRetryMs = 500;
-// As gRPC has it, an attempt is given up after this: a handshake takes several round trips, or the
-// while that a busy machine needs.
-constexpr int kConnectWithinMs = 3000;
+// As gRPC has it, an attempt is given up after so many round trips: a handshake takes several, or
+// the while that a busy machine needs.
+constexpr int kHandshakeTrips = 3;
 constexpr int kKeepaliveMs = 1000;
 // [bytes] on their way at most. Ticks: 200 states of 256 bytes a second, twice, for 1 s of round
 // trip; how many old ones a stall may leave is bounded by the loop's limit on age.
@@ -23,16 +23,18 @@ constexpr int kLargestMesh = 64 << 20;  // [bytes]
 }  // namespace
 
 std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic,
-                                           const std::filesystem::path& tls) {
+                                           const std::filesystem::path& tls,
+                                           std::chrono::milliseconds longest_round_trip) {
+  const int trip_ms = static_cast<int>(longest_round_trip.count());
   const bool bulk = traffic == Traffic::kBulk;
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetryMs);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectWithinMs);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kHandshakeTrips * trip_ms);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLongestRetryMs);
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, bulk ? kBulkWindow : kTickWindow);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveMs);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, trip_ms);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // a proxy between hand and tool only delays

@@ -17,10 +17,14 @@ enum class Traffic : std::uint8_t {
   kBulk,   // meshes: large messages, a bounded window
 };
 
+// The longest round trip that a line is reckoned to have: what answers later is dead.
+inline constexpr std::chrono::milliseconds kUsualRoundTrip{1000};
+
 // A connection of its own, reconnecting by itself, never through a proxy. Does not wait. `tls`: the
 // folder of who we are and whom to believe; empty: plain text. Throws as ChannelTls does.
-std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic,
-                                           const std::filesystem::path& tls = {});
+std::shared_ptr<grpc::Channel> OpenChannel(
+    const std::string& target, Traffic traffic, const std::filesystem::path& tls = {},
+    std::chrono::milliseconds longest_round_trip = kUsualRoundTrip);
 
 // `target` as HOST:PORT. Throws std::invalid_argument: not understood, or not loopback without
 // leave to go `beyond`.

@@ -34,7 +34,7 @@ struct MeshWatch::Parts {
       : request(Request(options)),
         stub(v1::Teleoperation::NewStub(
             OpenChannel(PermittedTarget(options.target, options.insecure || !options.tls.empty()),
-                        Traffic::kBulk, options.tls))) {}
+                        Traffic::kBulk, options.tls, options.longest_round_trip))) {}
 
   void Run();
   // One stream from its opening to its end. True: a mesh came.

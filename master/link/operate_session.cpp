@@ -60,6 +60,7 @@ double RoundTrips::clock_offset() const {
 grpc::Status OperateSession::Run(const std::stop_token& stop) {
   with_.commands.Take();  // what was meant for the stream before
   with_.trips.Restart();
+  heard_at_ = Clock::now() + first_within_;
   const auto stream = with_.stub.Operate(&context_);
   std::jthread sender([&](const std::stop_token& ended) {
     std::stop_source either;

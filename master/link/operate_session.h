@@ -49,7 +49,8 @@ class RoundTrips {
 class OperateSession {
  public:
   static constexpr std::chrono::microseconds kCommandPeriod{2000};
-  // A stream without any state for so long is given up: its line was cut without a word.
+  // A stream without any state for so long is given up: its line was cut without a word. The first
+  // one may take longer by `first_within`.
   static constexpr std::chrono::seconds kSilence{2};
 
   // What outlives the session.
@@ -65,8 +66,11 @@ class OperateSession {
     std::function<void(const std::string& reason)> on_refused_state;
   };
 
-  OperateSession(Surroundings surroundings, std::string operator_name)
-      : with_(std::move(surroundings)), operator_name_(std::move(operator_name)) {}
+  OperateSession(Surroundings surroundings, std::string operator_name,
+                 std::chrono::milliseconds first_within)
+      : with_(std::move(surroundings)),
+        operator_name_(std::move(operator_name)),
+        first_within_(first_within) {}
 
   // Blocks until the stream ends: by the slave, by silence, by `stop` (then the slave is told and
   // ends it) or by Cancel. How it ended.
@@ -86,6 +90,7 @@ class OperateSession {
 
   const Surroundings with_;
   const std::string operator_name_;
+  const std::chrono::milliseconds first_within_;
   grpc::ClientContext context_;
   std::atomic<Time> heard_at_{Clock::now()};  // a state that could be used
   std::atomic<bool> silent_{false};

@@ -29,7 +29,7 @@ struct PatchWatch::Parts {
       : patches(target),
         stub(v1::Teleoperation::NewStub(
             OpenChannel(PermittedTarget(options.target, options.insecure || !options.tls.empty()),
-                        Traffic::kBulk, options.tls))) {}
+                        Traffic::kBulk, options.tls, options.longest_round_trip))) {}
 
   void Run();
   // One stream from its opening to its end. False: the slave is too old for it.

@@ -2,6 +2,7 @@
 // makes none, or is too old to, leaves the plane of the states.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -24,6 +25,7 @@ class PatchWatch {
     std::string target;         // HOST:PORT
     bool insecure = false;      // allow targets that are not loopback, in plain text
     std::filesystem::path tls;  // the folder of our certificate; empty: plain text
+    std::chrono::milliseconds longest_round_trip{1000};  // beyond it the line is dead
   };
   struct Stats {
     std::uint64_t patches = 0, laws = 0, refused = 0;  // refused: with impossible numbers

@@ -44,6 +44,15 @@ Eigen::Matrix3d Rotation(const v1::SceneDescription::Operator& mapping) {
   return R;
 }
 
+// The hand's force outlives the link by this: the slave's word counts within bounds only.
+double DeadAfter(double told) {
+  if (told == 0) return kUsualDeadAfter;
+  if (!(told >= kLeastDeadAfter && told <= kMostDeadAfter)) {
+    Refuse("operator.dead_after", told, "0.010 to 0.500 s");
+  }
+  return told;
+}
+
 RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& told) {
   RemoteFingertip fingertip{Presentable(told.name(), kLongestWords),
                             Presentable(told.network(), kLongestWords),
@@ -74,6 +83,8 @@ RemoteScene ToRemoteScene(const v1::SceneDescription& scene, const v1::Capabilit
   remote.settings_revision = scene.settings_revision();
   remote.press_depth = NonNegative("operator.press_depth", mapping.press_depth());
   remote.press_speed = NonNegative("operator.press_speed", mapping.press_speed());
+  remote.dead_after = DeadAfter(mapping.dead_after());
+  remote.version = Presentable(capabilities.version(), kLongestWords);
   remote.simulated = capabilities.simulated();
   remote.sensor_rate = NonNegative("sensor_rate", capabilities.sensor_rate());
   for (const auto& told : scene.fingertips()) remote.fingertips.push_back(Fingertip(told));

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "shared/geometry/teleop_transform.h"
+#include "shared/state/dead_after.h"
 
 namespace palpate {
 
@@ -24,10 +25,12 @@ struct RemoteFingertip {
 
 struct RemoteScene {
   std::string name, geometry, model, source;  // in words, for people
+  std::string version;                        // of the slave's program
   TeleopTransform transform;                  // scales and R_SM, offset zero
   double force_limit = 3.3;                   // at the device [N]
   std::uint32_t settings_revision = 0;        // of all of this; 0: not told
   double press_depth = 0, press_speed = 0;    // for a scripted hand, at the tool [m], [m/s]
+  double dead_after = kUsualDeadAfter;        // silence after which the link is dead [s]
   bool simulated = false;
   double sensor_rate = 0;                   // [Hz]
   std::vector<RemoteFingertip> fingertips;  // the first moves with the hand; empty: cameras

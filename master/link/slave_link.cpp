@@ -24,16 +24,23 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
-constexpr milliseconds kCallDeadline(1000);
-constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
+constexpr milliseconds kShortestDeadline(1000);  // of a call
+constexpr milliseconds kLongestDeadline(60000);
+constexpr int kHandshake = 3, kCallTrips = 2;  // round trips: to connect, of a call then
+constexpr int kTimesTheFirst = 4;              // of what the first answer took
+constexpr milliseconds kGrace(300);            // for the slave to end the stream after our goodbye
 
 // Of a peer that may mean harm, fit for a terminal.
 std::string Words(const grpc::Status& status) {
   return Presentable(status.error_message(), 300);
 }
 
-void SetDeadline(grpc::ClientContext* context) {
-  context->set_deadline(std::chrono::system_clock::now() + kCallDeadline);
+void SetDeadline(grpc::ClientContext* context, milliseconds from_now) {
+  context->set_deadline(std::chrono::system_clock::now() + from_now);
+}
+
+milliseconds SinceThen(Time start) {
+  return std::chrono::duration_cast<milliseconds>(Clock::now() - start);
 }
 
 }  // namespace
@@ -41,12 +48,20 @@ void SetDeadline(grpc::ClientContext* context) {
 struct SlaveLink::Parts {
   explicit Parts(Options chosen)
       : options(std::move(chosen)),
-        target(PermittedTarget(options.target, options.insecure || !options.tls.empty())),
-        stub(v1::Teleoperation::NewStub(OpenChannel(target, Traffic::kTicks, options.tls))) {}
+        target(PermittedTarget(options.target, options.insecure || !options.tls.empty())) {
+    Open(options.longest_round_trip);
+  }
+
+  // The channel, anew. While no call is under way.
+  void Open(milliseconds reckoned) {
+    longest_round_trip = reckoned;
+    stub = v1::Teleoperation::NewStub(
+        OpenChannel(target, Traffic::kTicks, options.tls, longest_round_trip));
+  }
 
   // `waits`: for a connection, within the deadline. Nobody moves a connection on while no call
-  // waits.
-  grpc::Status AskForScene(RemoteScene* scene, bool waits);
+  // waits. Afterwards calls have the time that this line needs.
+  grpc::Status AskForScene(RemoteScene* scene, bool waits, milliseconds deadline);
   void Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
            LatestValue<OperatorCommand>* commands);
   // Reads what the master goes by. One at a time.
@@ -63,8 +78,10 @@ struct SlaveLink::Parts {
 
   const Options options;
   const std::string target;
-  const std::unique_ptr<v1::Teleoperation::Stub> stub;
+  milliseconds longest_round_trip{};
+  std::unique_ptr<v1::Teleoperation::Stub> stub;  // never null
   RoundTrips trips;
+  std::atomic<milliseconds> call_deadline{kShortestDeadline};
   std::atomic<std::uint64_t> states_received{0}, commands_sent{0};
   LatestValue<RemoteSettings>* settings = nullptr;
   std::atomic<std::uint32_t> read_revision{0};
@@ -80,25 +97,28 @@ struct SlaveLink::Parts {
   std::jthread thread;     // last: it uses all of the above
 };
 
-grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene, bool waits) {
+grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene, bool waits, milliseconds deadline) {
+  const Time start = Clock::now();
   v1::SceneDescription description;
   v1::Capabilities capabilities;
   grpc::ClientContext for_scene, for_capabilities;
-  SetDeadline(&for_scene);
-  SetDeadline(&for_capabilities);
+  SetDeadline(&for_scene, deadline);
+  SetDeadline(&for_capabilities, deadline);
   for_scene.set_wait_for_ready(waits);
   grpc::Status status = stub->GetScene(&for_scene, {}, &description);
   if (status.ok()) status = stub->GetCapabilities(&for_capabilities, {}, &capabilities);
-  if (status.ok()) *scene = ToRemoteScene(description, capabilities);
+  if (!status.ok()) return status;
+  *scene = ToRemoteScene(description, capabilities);
+  call_deadline = std::max(kShortestDeadline, kTimesTheFirst * SinceThen(start));
   return status;
 }
 
 grpc::Status SlaveLink::Parts::ReadSettings() {
   try {
     RemoteScene scene;
-    grpc::Status status = AskForScene(&scene, true);
+    grpc::Status status = AskForScene(&scene, true, call_deadline);
     if (!status.ok()) return status;
-    settings->Put({scene.settings_revision, scene.transform, scene.force_limit});
+    settings->Put({scene.settings_revision, scene.transform, scene.force_limit, scene.dead_after});
     read_revision = scene.settings_revision;
     return status;
   } catch (const std::exception& error) {  // numbers that cannot be
@@ -127,7 +147,7 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
         {*stub, *states, *commands, trips, states_received, commands_sent, [this] { Served(); },
          [this](std::uint32_t revision) { SeeRevision(revision); },
          [this](const std::string& reason) { Refused(reason); }},
-        options.operator_name);
+        options.operator_name, call_deadline);
     const grpc::Status read = ReadSettings();
     const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);
     if (rereading.joinable()) rereading.join();
@@ -184,11 +204,18 @@ SlaveLink::~SlaveLink() {
 RemoteScene SlaveLink::Connect() {
   const Time start = Clock::now();
   Backoff backoff(kFirstRetry, kLongestRetry);
+  const milliseconds wait(static_cast<std::int64_t>(1000 * parts_->options.wait));
+  milliseconds patience = kShortestDeadline;  // a long line needs more than one round trip
   RemoteScene scene;
   grpc::Status status;
   for (int attempts = 1;; ++attempts) {
-    status = parts_->AskForScene(&scene, false);
+    const Time asked = Clock::now();
+    const milliseconds left = std::max(kShortestDeadline, wait - SinceThen(start));
+    status = parts_->AskForScene(&scene, false, std::min(patience, left));
     if (status.ok()) return scene;
+    const bool was_late = SinceThen(asked) >= kShortestDeadline;
+    if (was_late) patience = std::min(2 * patience, kLongestDeadline);
+    if (patience > kHandshake * parts_->longest_round_trip) parts_->Open(patience / kCallTrips);
     if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
       throw std::runtime_error(parts_->target + " answers, but does not speak palpate.v1");
     }
@@ -199,6 +226,10 @@ RemoteScene SlaveLink::Connect() {
                                        parts_->target.c_str(), attempts, passed,
                                        Words(status).c_str()));
   }
+}
+
+milliseconds SlaveLink::longest_round_trip() const {
+  return parts_->longest_round_trip;
 }
 
 void SlaveLink::Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands,
@@ -238,7 +269,7 @@ LinkStats SlaveLink::stats() const {
 
 bool SlaveLink::EmergencyStop(const std::string& reason) {
   grpc::ClientContext context;
-  SetDeadline(&context);
+  SetDeadline(&context, parts_->call_deadline);
   v1::StopRequest request;
   request.set_reason(reason);
   v1::Status reply;
@@ -247,7 +278,7 @@ bool SlaveLink::EmergencyStop(const std::string& reason) {
 
 bool SlaveLink::Reset() {
   grpc::ClientContext context;
-  SetDeadline(&context);
+  SetDeadline(&context, parts_->call_deadline);
   v1::Status reply;
   return parts_->stub->Reset(&context, {}, &reply).ok();
 }

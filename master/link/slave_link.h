@@ -2,6 +2,7 @@
 // haptic loop only ever touches the two latest-value slots.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -24,9 +25,10 @@ struct ReceivedState {
 
 // What the master goes by, as it was read from the slave.
 struct RemoteSettings {
-  std::uint32_t revision = 0;  // 0: of a slave that tells none
-  TeleopTransform transform;   // offset zero
-  double force_limit = 0;      // at the hand [N], > 0
+  std::uint32_t revision = 0;           // 0: of a slave that tells none
+  TeleopTransform transform;            // offset zero
+  double force_limit = 0;               // at the hand [N], > 0
+  double dead_after = kUsualDeadAfter;  // without a state the link is dead [s]
 };
 
 struct LinkStats {
@@ -48,13 +50,18 @@ class SlaveLink {
     bool insecure = false;      // allow targets that are not loopback, in plain text
     std::filesystem::path tls;  // the folder of our certificate; empty: plain text
     std::string operator_name;
+    std::chrono::milliseconds longest_round_trip{1000};  // to begin with; see below
   };
   // Throws std::invalid_argument: target not understood, or not loopback without `insecure`.
   explicit SlaveLink(Options options);
   ~SlaveLink();
 
   // Retries for `wait`. Throws std::runtime_error: nobody there (what was tried), wrong version.
+  // A line that is too long for the round trip that is reckoned with is tried again with a longer
+  // one, until `wait` is over.
   RemoteScene Connect();
+  // That the line turned out to need. After Connect.
+  [[nodiscard]] std::chrono::milliseconds longest_round_trip() const;
   // Opens the Operate stream and keeps it open, reconnecting with back-off, until Stop. Commands
   // are taken from `commands` 500 times a second, states put into `states` as they arrive, what the
   // master is to go by into `settings`: before each stream, and when a state tells that it changed.
@@ -63,7 +70,8 @@ class SlaveLink {
              LatestValue<RemoteSettings>* settings);
   void Stop();
   [[nodiscard]] LinkStats stats() const;  // thread-safe
-  // The slave's emergency stop, and its end. Thread-safe, deadline 1 s; true: it was done.
+  // The slave's emergency stop, and its end. Thread-safe, deadline 1 s or what the line needs;
+  // true: it was done.
   bool EmergencyStop(const std::string& reason);
   bool Reset();
 

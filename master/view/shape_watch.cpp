@@ -135,6 +135,7 @@ ShapeWatch::ShapeWatch(const SlaveLink::Options& link, const RemoteScene& scene,
   options.target = link.target;
   options.insecure = link.insecure;
   options.tls = link.tls;
+  options.longest_round_trip = link.longest_round_trip;
   options.nodal_forces = std::any_of(files.begin(), files.end(), NeedsNodalForces);
   meshes_ = std::make_unique<MeshWatch>(options);
   std::vector<Eigen::Vector3d> homes;

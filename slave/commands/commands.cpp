@@ -4,20 +4,25 @@
 #include <condition_variable>
 #include <cstdio>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include "shared/link/loopback.h"
+#include "shared/metrics/metrics_page.h"
+#include "shared/program/program.h"
 #include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/service/server.h"
+#include "slave/service/slave_metrics.h"
 #include "slave/study/report.h"
 #include "slave/study/study.h"
 
@@ -103,6 +108,17 @@ void WaitFor(const std::stop_token& stop) {
   changed.wait(lock, stop, [] { return false; });
 }
 
+Metrics MetricsOf(const Slave& slave, const Server& server) {
+  Metrics metrics = MetricsOf(slave.Status(), server.connections());
+  for (Metric& metric : MetricsOfThisProcess()) metrics.push_back(std::move(metric));
+  metrics.push_back(
+      {"palpate_slave_info",
+       "What runs.",
+       Metric::Type::kGauge,
+       {{Label("version", Version()) + "," + Label("scene", slave.Describe().scene.name), 1}}});
+  return metrics;
+}
+
 }  // namespace
 
 int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
@@ -141,6 +157,10 @@ int RunServe(const ServeOptions& options, const std::stop_token& stop) {
   const auto slave = MakeLiveSlave(LoadScene(options.scene, options.overrides), options.state_dir);
   Introduce(slave->Describe());
   Server server(*slave, options.listen, options.insecure, options.tls);
+  std::optional<MetricsPage> metrics;
+  if (!options.metrics.empty())
+    metrics.emplace(options.metrics, options.insecure, [&] { return MetricsOf(*slave, server); });
+  if (metrics) spdlog::info("health at http://{}/metrics", ToString(metrics->endpoint()));
   fmt::print("listening on {}\n", server.address());
   std::fflush(stdout);
   WaitFor(stop);

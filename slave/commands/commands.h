@@ -32,6 +32,7 @@ struct ServeOptions {
   bool insecure = false;
   std::filesystem::path tls;        // the folder of our certificate; empty: plain text
   std::filesystem::path state_dir;  // where an emergency stop is kept; empty: nowhere
+  std::string metrics;              // HOST:PORT that tells health in numbers; empty: none does
 };
 
 // Prints `listening on HOST:PORT` when ready. Returns 0 after `stop`; throws SceneError for

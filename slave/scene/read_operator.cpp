@@ -105,6 +105,15 @@ OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& b
   return options;
 }
 
+LinkOptions ReadLink(Section& scene) {
+  LinkOptions options;
+  Section section = scene.Open("link");
+  options.dead_after = section.Number(
+      "dead_after", Between(Dimension::kTime, kLeastDeadAfter, kMostDeadAfter, "10 to 500 ms"),
+      options.dead_after);
+  return options;
+}
+
 void PlaceFingers(const std::optional<BoundingBox>& box, Tactile* tactile) {
   if (!box) return;
   const double lift = tactile->finger_radius + kHomeClearance * box->larger_side();

@@ -20,6 +20,7 @@
 
 #include "shared/geometry/teleop_transform.h"
 #include "shared/mesh/outline.h"
+#include "shared/state/dead_after.h"
 
 namespace palpate {
 
@@ -391,6 +392,11 @@ struct ManipulatorOptions {
   bool guard_retracts = false;  // out to the surface; else it only holds
   double blind_after = 0.25;    // the tool stands once the force was unknown for so long [s]
 };
+struct LinkOptions {
+  // Both ends take the link for dead after this silence [s]: the tool holds, the hand's force
+  // fades.
+  double dead_after = kUsualDeadAfter;
+};
 // The simulated site's world, unknown to the estimator.
 struct SiteOptions {
   std::uint32_t seed = 1;
@@ -412,6 +418,7 @@ struct Scene {
   ModelOptions model;
   OperatorOptions operator_options;
   ManipulatorOptions manipulator;
+  LinkOptions link;
   SiteOptions site;
   // Where `study` presses, O [m]; empty: where the tool would meet the object.
   std::vector<Eigen::Vector3d> study_contacts;

@@ -223,6 +223,7 @@ Scene ReadScene(Section& root, const SceneContext& context) {
   scene.operator_options = ReadOperator(root, box);
   scene.manipulator =
       ReadManipulator(root, scene.object, box, scene.operator_options.press_speed, pad);
+  scene.link = ReadLink(root);
   const bool has_eyes = HasEyes(scene.sense);
   const bool has_no_other = scene.sense.all().empty() || scene.sense.Find<CameraOptions>();
   const bool needs_tool = context.use == SceneUse::kFull && has_no_other;

@@ -93,6 +93,8 @@ void PlaceFingers(const std::optional<BoundingBox>& box, Tactile* tactile);
 // `operator`, with a press of 5.5 % of the larger side at four times that per second by default;
 // `box` is absent where the outline is not known yet.
 OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& box);
+// `link`.
+LinkOptions ReadLink(Section& scene);
 // `manipulator`, by default at home 7 % of the larger side above the box, of a membrane before its
 // centre, with a workspace larger than the box by its larger side on every side, 2.5 times as fast
 // as the press. `pad`: the apex of the first finger's pad in S, which then is home and lies in the

@@ -106,6 +106,7 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   for (int i = 0; i < 9; ++i) mapping->add_rotation(options.transform.R_SM(i / 3, i % 3));
   mapping->set_press_depth(options.press_depth);
   mapping->set_press_speed(options.press_speed);
+  mapping->set_dead_after(scene.link.dead_after);
   if (const auto* tactile = scene.sense.Find<Tactile>()) AddFingertips(*tactile, message);
 }
 

@@ -180,6 +180,10 @@ const std::string& Server::address() const {
   return parts_->address;
 }
 
+AcceptorCounts Server::connections() const {
+  return parts_->door->counts();
+}
+
 void Server::Stop() {
   std::call_once(parts_->stopped, [this] {
     parts_->listener.reset();

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "slave/pipeline/teleop/slave.h"
+#include "slave/service/door/acceptor.h"
 
 namespace palpate {
 
@@ -25,6 +26,8 @@ class Server {
 
   // HOST:PORT really listened on.
   [[nodiscard]] const std::string& address() const;
+  // Of the door, since it was opened. Thread-safe.
+  [[nodiscard]] AcceptorCounts connections() const;
   // Begins to end: health says NOT_SERVING, streams end, then returns. Idempotent.
   void Stop();
 

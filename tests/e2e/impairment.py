@@ -63,9 +63,9 @@ def session(kind, render, trip, jitter, loss, seed, seconds, folder):
         with Slave(command=serve):
             report.unlink(missing_ok=True)
             subprocess.run([*line.at_master, MASTER, "connect", f"{SLAVE_AT}:50051", "--insecure", "--render", render,
-                            "--wait", "20", "--duration", str(seconds), "--report", report, "--log", log],
+                            "--wait", str(20 + 8 * trip / 1000), "--duration", str(seconds), "--report", report, "--log", log],
                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, env=BARE,
-                           timeout=seconds + 90)
+                           timeout=seconds + 90 + 16 * trip / 1000)
     if not report.exists():
         return None, []
     return json.loads(report.read_text()), list(csv.DictReader(log.open()))

@@ -39,9 +39,10 @@ void Check(const char* name, std::optional<double> value, double high) {
 }  // namespace
 
 OperatorPort::OperatorPort(Manipulator& manipulator, const TeleopTransform& transform,
-                           const ManipulatorOptions& limits)
+                           const ManipulatorOptions& limits, double dead_after)
     : manipulator_(manipulator),
       limits_(limits),
+      dead_after_(dead_after),
       transform_(transform),
       last_tip_(manipulator.Tip()) {}
 
@@ -195,7 +196,7 @@ void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
   if (feeling.force || known_at_ == Time{}) known_at_ = now;  // it begins with the first look
   const double silence = SecondsBetween(view_.taken_at, now), unfelt = UnfeltFor(now);
   const bool follows = view_.phase == Phase::kFollowing;
-  if (follows && (silence > kCommandTimeout || unfelt > kUnfeltTimeout)) {
+  if (follows && (silence > dead_after_ || unfelt > kUnfeltTimeout)) {
     events_.Add(Event::kHold);
     Stand(Phase::kHold);
   }
@@ -204,7 +205,7 @@ void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
   if ((follows && is_blind) || (is_led && !needs_new_epoch_ && manipulator_.is_faulty())) {
     HoldUntilEngaged(Event::kHold);
   }
-  if (view_.phase == Phase::kHold && std::max(silence, unfelt) > kResumeWithin) {
+  if (view_.phase == Phase::kHold && std::max(silence, unfelt) > dead_after_ + kResumeWithin) {
     needs_new_epoch_ = true;
   }
 }

@@ -11,17 +11,16 @@
 #include <Eigen/Core>
 
 #include "shared/geometry/teleop_transform.h"
+#include "shared/state/dead_after.h"
 #include "shared/state/slave_state.h"
 #include "slave/manipulator/manipulator.h"
 #include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
 
-// Silence after which the tool holds its place (contracts, wire).
-inline constexpr double kCommandTimeout = 0.030;  // [s]
-// A gap shorter than this ends by itself when commands come again; after a longer one the operator
-// engages anew.
-inline constexpr double kResumeWithin = 0.250;  // [s]
+// A gap that is shorter, beyond the silence after which the tool holds, ends by itself when
+// commands come again; after a longer one the operator engages anew.
+inline constexpr double kResumeWithin = 0.220;  // [s]
 // An operator whose commands tell of no newer state for so long feels nothing: the tool holds.
 inline constexpr double kUnfeltTimeout = 0.100;  // [s]
 // What the arm goes at its full speed in this time is as far as a command may lead [s].
@@ -47,8 +46,9 @@ struct Feeling {
 // the guards.
 class OperatorPort {
  public:
+  // `dead_after`: silence of the operator after which the tool holds [s].
   OperatorPort(Manipulator& manipulator, const TeleopTransform& transform,
-               const ManipulatorOptions& limits);
+               const ManipulatorOptions& limits, double dead_after = kUsualDeadAfter);
 
   void BeginOperating();
   void EndOperating();
@@ -92,6 +92,7 @@ class OperatorPort {
 
   Manipulator& manipulator_;
   const ManipulatorOptions limits_;
+  const double dead_after_;
   mutable std::mutex mutex_;  // guards everything below
   TeleopTransform transform_;
   Eigen::Vector3d eyes_minus_encoders_ = Eigen::Vector3d::Zero();

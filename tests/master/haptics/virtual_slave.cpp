@@ -3,32 +3,40 @@
 #include <algorithm>
 
 namespace palpate {
+namespace {
+
+template <class Line>
+bool IsHere(const Line& line, Time now) {
+  return !line.empty() && line.begin()->first <= now;
+}
+
+}  // namespace
 
 void VirtualSlave::Step(Time now, LatestValue<OperatorCommand>* commands,
                         LatestValue<ReceivedState>* states) {
   if (const OperatorCommand* command = commands->Take(); command != nullptr && !IsLost()) {
-    commands_.push_back({Arrival(now), *command});
+    commands_.emplace(Arrival(now), *command);
   }
-  for (const auto& late : commands_) {
-    if (late.arrives > now || late.message.sequence <= command_sequence_) continue;
-    Follow(late.message);
+  for (; IsHere(commands_, now); commands_.erase(commands_.begin())) {
+    const OperatorCommand& command = commands_.begin()->second;
+    if (command.sequence <= command_sequence_) continue;
+    Follow(command);
     taken_at_ = now;
   }
-  std::erase_if(commands_, [now](const auto& late) { return late.arrives <= now; });
   if (SecondsBetween(sensed_at_, now) >= 1 / options_.sensor_rate) Sense(now);
   if (!silent && SecondsBetween(sent_at_, now) >= 1 / options_.state_rate) {
     sent_at_ = now;
     ++state_sequence_;
     SlaveState state = Compose(now);
     if (lie) lie(&state);
-    if (!IsLost()) states_.push_back({Arrival(now), state});
+    if (!IsLost()) states_.emplace(Arrival(now), state);
   }
-  for (const auto& late : states_) {
-    if (late.arrives > now || late.message.sequence <= delivered_) continue;
-    delivered_ = late.message.sequence;
-    states->Put({late.message, now, options_.clock_offset, 2 * (options_.delay + options_.jitter)});
+  for (; IsHere(states_, now); states_.erase(states_.begin())) {
+    const SlaveState& state = states_.begin()->second;
+    if (state.sequence <= delivered_) continue;
+    delivered_ = state.sequence;
+    states->Put({state, now, options_.clock_offset, 2 * (options_.delay + options_.jitter)});
   }
-  std::erase_if(states_, [now](const auto& late) { return late.arrives <= now; });
 }
 
 void VirtualSlave::set_K(double K) {

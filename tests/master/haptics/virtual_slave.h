@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <random>
 
 #include "master/link/slave_link.h"
@@ -49,11 +50,9 @@ class VirtualSlave {
   [[nodiscard]] bool engaged() const { return engaged_; }
 
  private:
+  // What is on its way, by its arrival.
   template <class T>
-  struct Late {
-    Time arrives;
-    T message;
-  };
+  using Line = std::multimap<Time, T>;
   [[nodiscard]] double DepthOf(const Eigen::Vector3d& p) const {
     return options_.surface - options_.normal.dot(p);
   }
@@ -74,8 +73,8 @@ class VirtualSlave {
   TeleopTransform mapping_;
   std::mt19937 random_{7};
   std::uniform_real_distribution<double> uniform_{0, 1};
-  std::deque<Late<OperatorCommand>> commands_;
-  std::deque<Late<SlaveState>> states_;
+  Line<OperatorCommand> commands_;
+  Line<SlaveState> states_;
   Eigen::Vector3d entry_;  // where the tip came through the plane, or would
   Eigen::Vector3d tip_, sensed_tip_{0, 0, 0}, sensed_force_{0, 0, 0};
   std::deque<Eigen::Vector3d> felt_;  // the window's forces

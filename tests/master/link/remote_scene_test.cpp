@@ -37,6 +37,7 @@ TEST(RemoteSceneTest, WhatTheSlaveSaysIsTaken) {
   EXPECT_EQ(remote.force_limit, 3);
   EXPECT_EQ(remote.press_depth, 0.005);
   EXPECT_EQ(remote.press_speed, 0.02);
+  EXPECT_EQ(remote.dead_after, 0.030) << "of a slave that says nothing about it";
   EXPECT_TRUE(remote.simulated);
   EXPECT_EQ(remote.sensor_rate, 60);
   // A quarter turn: x of M is y of S.
@@ -91,6 +92,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Malformation{"force_limit", [](auto* m) { m->set_force_limit(-1); }},
                     Malformation{"press_depth", [](auto* m) { m->set_press_depth(kNan); }},
                     Malformation{"press_speed", [](auto* m) { m->set_press_speed(HUGE_VAL); }},
+                    Malformation{"dead_after", [](auto* m) { m->set_dead_after(3600); }},
+                    Malformation{"dead_after", [](auto* m) { m->set_dead_after(kNan); }},
                     Malformation{"rotation", [](auto* m) { m->clear_rotation(); }},
                     Malformation{"rotation", [](auto* m) { m->set_rotation(0, 0.1); }},
                     Malformation{"rotation", [](auto* m) { m->set_rotation(8, -1); }},

@@ -121,6 +121,20 @@ TEST_F(OperatorPortTest, SilenceHoldsTheToolAfterThirtyMilliseconds) {
   EXPECT_TRUE(port_.TakeEvents().Has(Event::kHold));
 }
 
+TEST_F(OperatorPortTest, WhereTheSceneAllowsMoreSilenceTheToolHoldsLater) {
+  OperatorPort patient(arm_, transform_, limits_, 0.2);
+  patient.BeginOperating();
+  ASSERT_TRUE(patient.Command(Next({0, 0, 0}), now_));
+  const auto after = [&](double silence) {
+    patient.Watch(now_ + Seconds(silence), {Vector3d::Zero()});
+    return patient.view().phase;
+  };
+  EXPECT_EQ(after(0.199), Phase::kFollowing);
+  EXPECT_EQ(after(0.201), Phase::kHold);
+  ASSERT_TRUE(patient.Command(Next({0, 0, 0}), now_ + Seconds(0.3)));
+  EXPECT_EQ(patient.view().phase, Phase::kFollowing) << "a gap that ends by itself";
+}
+
 TEST_F(OperatorPortTest, AnArmWithAFaultIsHeldAndItsReturnNeedsAnEngagement) {
   Send(Next({0, 0, 0}));
   Send(Next({0, -0.002, 0}));

@@ -1,0 +1,53 @@
+#include "master/doctor/doctor.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <iterator>
+
+#include "master/device/device.h"
+#include "master/doctor/line.h"
+#include "master/doctor/machine.h"
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kDone = 0, kFailed = 1;
+
+Finding ExamineDevice(const std::string& spec) {
+  try {
+    const auto device = OpenDevice(spec, 0.005, 0.02);
+    return {Verdict::kGood, "device",
+            device->description() + Formatted(", at most %g N", device->force_limit()), ""};
+  } catch (const std::exception& error) {
+    return {Verdict::kBad, "device", error.what(), "name one of those with --device"};
+  }
+}
+
+void Append(Findings more, Findings* findings) {
+  std::move(more.begin(), more.end(), std::back_inserter(*findings));
+}
+
+void Print(const Finding& finding) {
+  constexpr const char* kWords[] = {"good", "note", "BAD "};
+  std::printf("%s  %-18s %s\n", kWords[static_cast<int>(finding.verdict)], finding.what.c_str(),
+              finding.measured.c_str());
+  if (!finding.advice.empty()) std::printf("      %-18s -> %s\n", "", finding.advice.c_str());
+}
+
+}  // namespace
+
+int RunDoctor(const DoctorOptions& options) {
+  Findings findings = ExamineTimer(options.seconds);
+  Append(ExamineProcessors(), &findings);
+  findings.push_back(ExamineDevice(options.device));
+  if (options.line) Append(ExamineLine(*options.line, options.seconds), &findings);
+  std::ranges::stable_sort(findings, {}, &Finding::verdict);
+  std::ranges::for_each(findings, Print);
+  const bool is_bad = !findings.empty() && findings.back().verdict == Verdict::kBad;
+  std::puts(is_bad ? "something will be felt, or keeps it from working: see BAD" : "fit to feel");
+  return is_bad ? kFailed : kDone;
+}
+
+}  // namespace palpate

@@ -1,0 +1,189 @@
+#include "master/doctor/line.h"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+#include <grpcpp/client_context.h>
+
+#include "palpate/v1/teleoperation.grpc.pb.h"
+
+#include "master/link/channel.h"
+#include "shared/link/clock_offset.h"
+#include "shared/program/program.h"
+#include "shared/text/text.h"
+#include "shared/wire/state_message.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kCalls = 100;
+constexpr double kMicro = 1e6, kMilli = 1e3;
+constexpr std::chrono::seconds kLongestCall(20);
+constexpr std::size_t kLongestWords = 200;
+
+using Stub = v1::Teleoperation::Stub;
+
+Time FromStamp(const google::protobuf::Timestamp& stamp) {
+  return Time{std::chrono::seconds(std::clamp<std::int64_t>(stamp.seconds(), 0, 1LL << 33)) +
+              std::chrono::nanoseconds(std::clamp(stamp.nanos(), 0, 999999999))};
+}
+
+void Require(const grpc::Status& status) {
+  if (!status.ok()) throw std::runtime_error(Presentable(status.error_message(), 300));
+}
+
+v1::Status AskOnce(Stub& stub, ClockOffset* offset, LatencyHistogram* round_trip_us) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kLongestCall);
+  v1::Status reply;
+  const Time left = Clock::now();
+  Require(stub.GetStatus(&context, {}, &reply));
+  const Time came = Clock::now(), there = FromStamp(reply.now());
+  round_trip_us->Add(kMicro * SecondsBetween(left, came));
+  offset->Add(left, there, there, came);
+  return reply;
+}
+
+void Ask(Stub& stub, double seconds, LineSample* line) {
+  ClockOffset offset;
+  const Time begin = Clock::now();
+  v1::Status status;
+  for (int i = 0; i < kCalls && SecondsBetween(begin, Clock::now()) < seconds; ++i) {
+    status = AskOnce(stub, &offset, &line->round_trip_us);
+  }
+  line->clock_offset = offset.seconds();
+  line->phase = v1::Phase_Name(status.phase());
+  for (const std::string& alarm : status.alarms()) {
+    line->alarms.push_back(Presentable(alarm, kLongestWords));
+  }
+}
+
+void Watch(Stub& stub, double dead_after, double seconds, LineSample* line) {
+  grpc::ClientContext context;
+  const auto stream = stub.WatchState(&context, {});
+  const Time begin = Clock::now();
+  Time last{};
+  v1::SlaveState message;
+  std::string reason;
+  while (SecondsBetween(begin, Clock::now()) < seconds && stream->Read(&message)) {
+    const Time now = Clock::now();
+    const auto state = FromProto(message, &reason);
+    if (!state) throw std::runtime_error("a state that cannot be read: " + reason);
+    if (line->states++ > 0) {
+      const double gap = SecondsBetween(last, now);
+      line->gap_us.Add(kMicro * gap);
+      line->seconds += gap;
+      if (gap > dead_after) ++line->gaps_beyond;
+    }
+    last = now;
+    line->age = SecondsBetween(state->sensed_at, now) + line->clock_offset;
+  }
+  context.TryCancel();
+  const grpc::Status status = stream->Finish();
+  if (line->states == 0) Require(status);
+}
+
+Finding RoundTrip(const LineSample& line) {
+  const double p50 = line.round_trip_us.Quantile(0.5) / kMilli;
+  Finding finding{
+      Verdict::kGood, "round trip",
+      Formatted("%.2f ms at the median, %.2f ms at 99 %%, %.2f ms at worst", p50,
+                line.round_trip_us.Quantile(0.99) / kMilli, line.round_trip_us.max() / kMilli),
+      ""};
+  constexpr double kFelt = 20, kSlow = 200;  // [ms]
+  if (p50 <= kFelt) return finding;
+  finding.verdict = Verdict::kNote;
+  finding.advice =
+      "render `local` (the default): the contact's model travels, and a delay of seconds "
+      "is not felt on what stands still";
+  if (p50 > kSlow) finding.advice += "; what moves is felt this much later";
+  return finding;
+}
+
+Finding Gaps(const LineSample& line, double dead_after) {
+  const double rate = line.seconds > 0 ? static_cast<double>(line.states - 1) / line.seconds : 0;
+  Finding finding{Verdict::kGood, "states",
+                  Formatted("%.0f a second, at most %.1f ms apart; the link is dead after %.0f ms",
+                            rate, line.gap_us.max() / kMilli, kMilli * dead_after),
+                  ""};
+  if (line.gaps_beyond > 0) {
+    finding.verdict = Verdict::kBad;
+    finding.advice = Formatted(
+        "%llu gaps would have let the hand go: a quieter line, or `link: {dead_after: %.0f ms}` in "
+        "the slave's scene (at most 500 ms)",
+        static_cast<unsigned long long>(line.gaps_beyond),
+        std::min(kMilli * kMostDeadAfter, 1.5 * line.gap_us.max() / kMilli));
+  }
+  return finding;
+}
+
+Finding Clocks(const LineSample& line) {
+  constexpr double kApart = 60;  // [s]
+  Finding finding{
+      Verdict::kGood, "clocks",
+      Formatted("the slave's is %+.3f s from ours; a sample is %.1f ms old when it comes",
+                line.clock_offset, kMilli * line.age),
+      ""};
+  if (std::abs(line.clock_offset) > kApart) {
+    finding.verdict = Verdict::kNote;
+    finding.advice =
+        "nothing depends on it but times in logs and certificates: run NTP at both ends";
+  }
+  return finding;
+}
+
+Finding Versions(const LineSample& line) {
+  if (line.version == Version()) return {Verdict::kGood, "version", line.version, ""};
+  return {Verdict::kNote, "version", "the slave is " + line.version + ", this master " + Version(),
+          "v1 of the wire holds across versions; what one of them lacks is not there"};
+}
+
+Finding Health(const LineSample& line) {
+  Finding finding{Verdict::kGood, "slave", line.phase, ""};
+  if (line.alarms.empty()) return finding;
+  finding.verdict = Verdict::kNote;
+  for (const std::string& alarm : line.alarms) finding.measured += "; " + alarm;
+  finding.advice = "see the slave's log";
+  return finding;
+}
+
+}  // namespace
+
+LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& scene,
+                       double seconds) {
+  const bool beyond = options.insecure || !options.tls.empty();
+  const auto stub = v1::Teleoperation::NewStub(OpenChannel(PermittedTarget(options.target, beyond),
+                                                           Traffic::kTicks, options.tls,
+                                                           options.longest_round_trip));
+  LineSample line;
+  line.version = scene.version;
+  Ask(*stub, seconds, &line);
+  Watch(*stub, scene.dead_after, seconds, &line);
+  return line;
+}
+
+Findings JudgeLine(const LineSample& line, const RemoteScene& scene) {
+  return {Versions(line), RoundTrip(line), Gaps(line, scene.dead_after), Clocks(line),
+          Health(line)};
+}
+
+Findings ExamineLine(const SlaveLink::Options& options, double seconds) {
+  try {
+    SlaveLink link(options);
+    const RemoteScene scene = link.Connect();
+    SlaveLink::Options told = options;
+    told.longest_round_trip = link.longest_round_trip();
+    Findings findings{{Verdict::kGood, "scene", scene.name + ", " + scene.model, ""}};
+    for (Finding& finding : JudgeLine(MeasureLine(told, scene, seconds), scene)) {
+      findings.push_back(std::move(finding));
+    }
+    return findings;
+  } catch (const std::exception& error) {
+    return {{Verdict::kBad, "line", error.what(),
+             "is `palpate-slave serve` running there, and does it listen on that address? Between "
+             "machines: --tls DIR at both ends, or --insecure"}};
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,54 @@
+#include "master/metrics/session_metrics.h"
+
+#include <string>
+
+namespace palpate {
+namespace {
+
+constexpr double kMicro = 1e-6;
+
+Metric StateOf(const Status& status) {
+  Metric metric{"palpate_master_state", "Who may move the tool.", Metric::Type::kGauge, {}};
+  for (std::size_t i = 0; i < kOperatorStateCount; ++i) {
+    const auto state = static_cast<OperatorState>(i);
+    metric.samples.push_back(
+        {Label("state", ToString(state)), state == status.tick.state ? 1.0 : 0.0});
+  }
+  return metric;
+}
+
+Metric RoundTripOf(const LinkStats& link) {
+  return {"palpate_master_round_trip_seconds",
+          "Of commands that came back, since the start.",
+          Metric::Type::kGauge,
+          {{Label("quantile", "0.5"), kMicro * link.rtt_p50_us},
+           {Label("quantile", "0.99"), kMicro * link.rtt_p99_us}}};
+}
+
+}  // namespace
+
+Metrics MetricsOf(const Status& status) {
+  const LinkStats& link = status.link;
+  const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
+  return {
+      StateOf(status),
+      Gauge("palpate_master_tick_rate_hertz", "Of the haptic loop, over the last while.",
+            status.rate),
+      Gauge("palpate_master_force_newtons", "On the hand now.", status.tick.chain.sent.norm()),
+      Gauge("palpate_master_force_limit_newtons", "Largest force on the hand.", status.force_limit),
+      Gauge("palpate_master_state_age_seconds", "Since a state was received.",
+            status.tick.state_age),
+      Gauge("palpate_master_connected", "1: states come.", link.connected ? 1 : 0),
+      RoundTripOf(link),
+      Gauge("palpate_master_clock_offset_seconds", "The slave's clock minus this one.",
+            link.clock_offset),
+      Counter("palpate_master_states_total", "Received.", number(link.states)),
+      Counter("palpate_master_states_refused_total", "That could not be read.",
+              number(link.refused)),
+      Counter("palpate_master_commands_total", "Sent.", number(link.commands)),
+      Counter("palpate_master_reconnects_total", "Streams opened after the first.",
+              number(link.reconnects)),
+  };
+}
+
+}  // namespace palpate

@@ -1,0 +1,30 @@
+// A session's health in numbers, for whoever watches the station over weeks.
+#pragma once
+
+#include <mutex>
+
+#include "master/haptics/session.h"
+#include "shared/metrics/metric.h"
+
+namespace palpate {
+
+Metrics MetricsOf(const Status& status);
+
+// Between the session's slow thread, which shows, and whoever asks.
+class SessionMetrics {
+ public:
+  void See(const Status& status) {
+    const std::scoped_lock lock(mutex_);
+    newest_ = status;
+  }
+  [[nodiscard]] Metrics Collect() const {
+    const std::scoped_lock lock(mutex_);
+    return MetricsOf(newest_);
+  }
+
+ private:
+  mutable std::mutex mutex_;  // guards the next one
+  Status newest_;
+};
+
+}  // namespace palpate

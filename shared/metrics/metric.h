@@ -1,0 +1,38 @@
+// Numbers that a program tells of itself, in the text that Prometheus and its kin read.
+// Source: Prometheus text-based exposition format 0.0.4.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpate {
+
+struct Metric {
+  enum class Type : std::uint8_t { kGauge, kCounter };
+  struct Sample {
+    std::string label;  // made by Label; empty: none
+    double value = 0;
+  };
+
+  std::string name;  // `palpate_ticks_total`: of a counter with `_total`, else with its SI unit
+  std::string help;  // one line
+  Type type = Type::kGauge;
+  std::vector<Sample> samples;
+};
+using Metrics = std::vector<Metric>;
+
+// `name="value"`, whatever is in the value.
+std::string Label(std::string_view name, std::string_view value);
+// One number without a label.
+Metric Gauge(std::string name, std::string help, double value);
+Metric Counter(std::string name, std::string help, double value);
+
+std::string ToText(const Metrics& metrics);
+
+// Memory, processor time, descriptors and threads of this process, under the names that are usual
+// for them. What the system does not tell is left out.
+Metrics MetricsOfThisProcess();
+
+}  // namespace palpate

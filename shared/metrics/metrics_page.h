@@ -1,0 +1,30 @@
+// http://HOST:PORT/metrics for Prometheus and its kin.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "shared/link/loopback.h"
+#include "shared/metrics/metric.h"
+
+namespace palpate {
+
+class MetricsPage {
+ public:
+  // Answers on `address` (HOST:PORT; port 0: any free one) until it is destroyed, one request after
+  // the other in a thread of its own, so that nobody can make it grow; `collect` is called there.
+  // In plain text and for whoever asks: beyond loopback only if `insecure`. Throws
+  // std::runtime_error: not understood, not permitted, cannot be listened on.
+  MetricsPage(const std::string& address, bool insecure, std::function<Metrics()> collect);
+  ~MetricsPage();
+
+  // That is really listened on.
+  [[nodiscard]] const Endpoint& endpoint() const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace palpate

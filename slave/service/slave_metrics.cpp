@@ -1,0 +1,82 @@
+#include "slave/service/slave_metrics.h"
+
+#include <array>
+#include <string_view>
+#include <utility>
+
+namespace palpate {
+namespace {
+
+// One of several things it is: 1, the others 0.
+template <std::size_t kCount>
+Metric OneOf(std::string name, std::string help, const char* label,
+             const std::array<std::string_view, kCount>& names, std::size_t is) {
+  Metric metric{std::move(name), std::move(help), Metric::Type::kGauge, {}};
+  for (std::size_t i = 0; i < kCount; ++i) {
+    metric.samples.push_back({Label(label, names[i]), i == is ? 1.0 : 0.0});
+  }
+  return metric;
+}
+
+Metric PhaseOf(const SlaveStatus& status) {
+  constexpr std::array<std::string_view, 5> kPhases{"ready", "following", "clutched", "hold",
+                                                    "estop"};
+  return OneOf("palpate_slave_phase", "What the operator's side does.", "phase", kPhases,
+               static_cast<std::size_t>(status.phase) - 1);
+}
+
+Metric ValidityOf(const SlaveStatus& status) {
+  std::array<std::string_view, 6> names{};
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = ToString(static_cast<Validity>(i));
+  return OneOf("palpate_slave_validity", "How far the newest state may be trusted.", "validity",
+               names, static_cast<std::size_t>(status.validity));
+}
+
+Metric StagesOf(const SlaveStatus& status) {
+  constexpr double kMicro = 1e-6;
+  Metric metric{"palpate_slave_stage_seconds",
+                "Time of each step from a sample to its force.",
+                Metric::Type::kGauge,
+                {}};
+  for (const StageTimes& stage : status.stages) {
+    const std::string label = Label("stage", stage.stage) + ",";
+    metric.samples.push_back({label + Label("quantile", "0.5"), kMicro * stage.p50_us});
+    metric.samples.push_back({label + Label("quantile", "0.99"), kMicro * stage.p99_us});
+  }
+  return metric;
+}
+
+Metric TurnedAwayOf(const AcceptorCounts& connections) {
+  Metric metric{"palpate_slave_connections_turned_away_total",
+                "Connections that were not let in, or cut.",
+                Metric::Type::kCounter,
+                {}};
+  for (std::size_t i = 0; i < kTurnedAwayCount; ++i) {
+    metric.samples.push_back({Label("why", ToString(static_cast<TurnedAway>(i))),
+                              static_cast<double>(connections.turned_away[i])});
+  }
+  return metric;
+}
+
+}  // namespace
+
+Metrics MetricsOf(const SlaveStatus& status, const AcceptorCounts& connections) {
+  const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
+  return {
+      PhaseOf(status),
+      ValidityOf(status),
+      Counter("palpate_slave_samples_total", "Samples sensed.", number(status.frames)),
+      Gauge("palpate_slave_sample_rate_hertz", "Over the last second.", status.frame_rate),
+      Counter("palpate_slave_commands_total", "Commands taken.", number(status.commands)),
+      Counter("palpate_slave_commands_refused_total", "Commands refused.",
+              number(status.commands_refused)),
+      Gauge("palpate_slave_alarms", "What GetStatus tells in words.",
+            static_cast<double>(status.alarms.size())),
+      StagesOf(status),
+      Gauge("palpate_slave_connections", "Open now.", number(connections.open)),
+      Counter("palpate_slave_connections_total", "Let in.", number(connections.accepted)),
+      TurnedAwayOf(connections),
+  };
+}
+
+}  // namespace palpate

@@ -1,0 +1,114 @@
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "master/doctor/line.h"
+#include "master/doctor/machine.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+const Finding& Of(const Findings& findings, const std::string& what) {
+  for (const Finding& finding : findings) {
+    if (finding.what == what) return finding;
+  }
+  throw std::out_of_range(what);
+}
+
+PeriodicStats Bare(double late_us, std::uint64_t missed) {
+  PeriodicStats bare;
+  bare.ticks = 1000;
+  bare.missed = missed;
+  for (int i = 0; i < 1000; ++i) bare.wake_us.Add(late_us);
+  return bare;
+}
+
+TEST(DoctorTest, ATimerIsJudgedByWhatAHandFeels) {
+  EXPECT_EQ(JudgeTimer(Bare(20, 0)).verdict, Verdict::kGood);
+  EXPECT_THAT(JudgeTimer(Bare(20, 0)).advice, IsEmpty());
+  EXPECT_EQ(JudgeTimer(Bare(200, 0)).verdict, Verdict::kNote);
+  EXPECT_EQ(JudgeTimer(Bare(20, 1)).verdict, Verdict::kNote);
+  EXPECT_EQ(JudgeTimer(Bare(20, 30)).verdict, Verdict::kBad);
+  EXPECT_EQ(JudgeTimer(Bare(900, 0)).verdict, Verdict::kBad);
+  EXPECT_THAT(JudgeTimer(Bare(900, 0)).advice, Not(IsEmpty()));
+}
+
+TEST(DoctorTest, GovernorsAndClocksAreReadWhereTheSystemTellsThem) {
+  const auto sys = std::filesystem::path(testing::TempDir()) / "palpate_doctor_sys";
+  const auto write = [&](const char* file, const char* text) {
+    std::filesystem::create_directories((sys / file).parent_path());
+    std::ofstream(sys / file) << text << '\n';
+  };
+  std::filesystem::remove_all(sys);
+  EXPECT_THAT(Of(ExamineProcessors(sys), "pace").measured, HasSubstr("does not tell"));
+  write("devices/system/cpu/cpu0/cpufreq/scaling_governor", "performance");
+  write("devices/system/clocksource/clocksource0/current_clocksource", "tsc");
+  EXPECT_EQ(Of(ExamineProcessors(sys), "pace").verdict, Verdict::kGood);
+  EXPECT_EQ(Of(ExamineProcessors(sys), "clock").verdict, Verdict::kGood);
+  write("devices/system/cpu/cpu1/cpufreq/scaling_governor", "powersave");
+  write("devices/system/clocksource/clocksource0/current_clocksource", "hpet");
+  EXPECT_THAT(Of(ExamineProcessors(sys), "pace").measured, HasSubstr("powersave"));
+  EXPECT_THAT(Of(ExamineProcessors(sys), "pace").advice, HasSubstr("performance"));
+  EXPECT_EQ(Of(ExamineProcessors(sys), "clock").verdict, Verdict::kNote);
+}
+
+LineSample Line(double round_trip, double gap) {
+  LineSample line;
+  line.version = "0.0.0+other";
+  line.phase = "PHASE_READY";
+  line.states = 201;
+  line.seconds = 200 * gap;
+  for (int i = 0; i < 200; ++i) {
+    line.gap_us.Add(1e6 * gap);
+    line.round_trip_us.Add(1e6 * round_trip);
+  }
+  return line;
+}
+
+TEST(DoctorTest, AShortLineIsGoodALongOneIsToldHowToBeFelt) {
+  const RemoteScene scene;
+  EXPECT_EQ(Of(JudgeLine(Line(0.001, 0.005), scene), "round trip").verdict, Verdict::kGood);
+  const Finding far = Of(JudgeLine(Line(0.3, 0.005), scene), "round trip");
+  EXPECT_EQ(far.verdict, Verdict::kNote);
+  EXPECT_THAT(far.advice, HasSubstr("local"));
+}
+
+TEST(DoctorTest, GapsInWhichTheHandWouldBeLetGoAreBadAndTheKeyIsNamed) {
+  const RemoteScene scene;
+  LineSample line = Line(0.01, 0.01);
+  EXPECT_EQ(Of(JudgeLine(line, scene), "states").verdict, Verdict::kGood);
+  line.gap_us.Add(80e3);
+  line.gaps_beyond = 1;
+  const Finding gaps = Of(JudgeLine(line, scene), "states");
+  EXPECT_EQ(gaps.verdict, Verdict::kBad);
+  EXPECT_THAT(gaps.advice, HasSubstr("dead_after: 120 ms"));
+}
+
+TEST(DoctorTest, OtherVersionsAlarmsAndClocksAreTold) {
+  LineSample line = Line(0.001, 0.005);
+  line.alarms = {"nobody drives the arm"};
+  line.clock_offset = 3600;
+  const Findings findings = JudgeLine(line, {});
+  EXPECT_EQ(Of(findings, "version").verdict, Verdict::kNote);
+  EXPECT_THAT(Of(findings, "slave").measured, HasSubstr("nobody drives the arm"));
+  EXPECT_EQ(Of(findings, "clocks").verdict, Verdict::kNote);
+}
+
+TEST(DoctorTest, NobodyThereIsAFindingWithTheNextStep) {
+  SlaveLink::Options nobody;
+  nobody.target = "127.0.0.1:1";
+  nobody.wait = 0;
+  const Findings findings = ExamineLine(nobody, 0.1);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].verdict, Verdict::kBad);
+  EXPECT_THAT(findings[0].advice, HasSubstr("palpate-slave serve"));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,55 @@
+#include "shared/metrics/metric.h"
+
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using testing::Contains;
+using testing::Field;
+
+// Source: Prometheus text-based exposition format 0.0.4, its own example's shape.
+TEST(MetricTest, IsWrittenAsThePagesThatReadItExpect) {
+  const Metrics metrics{Counter("palpate_ticks_total", "Ticks.", 1027),
+                        {"palpate_phase",
+                         "What it does.",
+                         Metric::Type::kGauge,
+                         {{Label("phase", "ready"), 1}, {Label("phase", "hold"), 0}}}};
+  EXPECT_EQ(ToText(metrics),
+            "# HELP palpate_ticks_total Ticks.\n"
+            "# TYPE palpate_ticks_total counter\n"
+            "palpate_ticks_total 1027\n"
+            "# HELP palpate_phase What it does.\n"
+            "# TYPE palpate_phase gauge\n"
+            "palpate_phase{phase=\"ready\"} 1\n"
+            "palpate_phase{phase=\"hold\"} 0\n");
+}
+
+TEST(MetricTest, WhatSomebodyCalledASceneCannotBreakTheLines) {
+  EXPECT_EQ(Label("scene", "a\"b\\c\nd"), "scene=\"a\\\"b\\\\c d\"");
+}
+
+TEST(MetricTest, NumbersThatAreNoneAreNamed) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  const std::string text =
+      ToText({{"x",
+               "X.",
+               Metric::Type::kGauge,
+               {{"", std::numeric_limits<double>::quiet_NaN()}, {"", kInf}, {"", -kInf}}}});
+  EXPECT_THAT(text, testing::EndsWith("x NaN\nx +Inf\nx -Inf\n"));
+}
+
+TEST(MetricTest, AProcessKnowsItsMemoryTimeAndDescriptors) {
+  const Metrics own = MetricsOfThisProcess();
+  for (const char* name : {"process_resident_memory_bytes", "process_cpu_seconds_total",
+                           "process_open_fds", "process_threads"}) {
+    ASSERT_THAT(own, Contains(Field(&Metric::name, name)));
+  }
+  for (const Metric& metric : own) EXPECT_GT(metric.samples.front().value, 0) << metric.name;
+}
+
+}  // namespace
+}  // namespace palpate
