@@ -23,7 +23,8 @@ struct DeviceReading {
 struct DeviceGuide {
   bool known = false;
   Eigen::Vector3d inward_M{0, -1, 0};  // unit direction into the object
-  double gap_M = 0;  // distance from the tip to the surface along it [m]; negative inside
+  double gap_M = 0;       // distance from the tip to the surface along it [m]; negative inside
+  double round_trip = 0;  // of the line, as known even where the surface is not [s]
 };
 
 class Device {

@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kRest = 0.2;        // at rest before engaging [s]
 constexpr double kSettle = 0.1;      // engaged before moving [s]
-constexpr double kPatience = 1.0;    // engaged without a guide before giving up [s]
+constexpr double kPatience = 1.0;    // engaged without a guide before giving up [s], and
+constexpr double kTrips = 3;         // so many round trips on top
 constexpr double kHold = 1.0;        // at the peak, where the cycle leaves room [s]
 constexpr double kHoldShare = 1.3;   // of half the rest of the contact: a third of all, with margin
 constexpr double kBlind = 0.25;      // the hand stops and waits before it retreats [s]
@@ -73,7 +74,7 @@ HandIntent PressScript::Step(double t, double dt, const DeviceGuide& guide) noex
       break;
     case Phase::kEngage:
       if (elapsed >= kSettle && usable && PlanPress(t, guide)) break;
-      if (elapsed > kPatience) Release(t);
+      if (elapsed > kPatience + kTrips * guide.round_trip) Release(t);
       break;
     case Phase::kPress: {
       const double tau = std::min(elapsed / ramp_, 1.0);

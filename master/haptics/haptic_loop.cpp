@@ -327,6 +327,12 @@ void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
 }
 
 DeviceGuide HapticLoop::guide() const noexcept {
+  DeviceGuide guide = Surface();
+  if (newest_) guide.round_trip = newest_->round_trip;
+  return guide;
+}
+
+DeviceGuide HapticLoop::Surface() const noexcept {
   if (record_.state != OperatorState::kFollowing) return {};
   const PatchRender& patch = renderer_.patch();
   if (patch.known() && patch.newest().serves()) {

@@ -67,6 +67,7 @@ class HapticLoop {
 
  private:
   [[nodiscard]] double ToSeconds(Time t) const noexcept { return SecondsBetween(origin_, t); }
+  [[nodiscard]] DeviceGuide Surface() const noexcept;
   void TakeState(Time now) noexcept;
   void TakeSettings() noexcept;
   void TakePatch(double now) noexcept;

@@ -15,9 +15,10 @@ constexpr int kFirstRetryMs = 50, kLongestRetryMs = 500;
 // the while that a busy machine needs.
 constexpr int kHandshakeTrips = 3;
 constexpr int kKeepaliveMs = 1000;
-// [bytes] on their way at most. Ticks: 200 states of 256 bytes a second, twice, for 1 s of round
-// trip; how many old ones a stall may leave is bounded by the loop's limit on age.
+// [bytes] on their way at most. Ticks: 200 states of 256 bytes a second, twice, for each second of
+// round trip; how many old ones a stall may leave is bounded by the loop's limit on age.
 constexpr int kTickWindow = 2 * 200 * 256, kBulkWindow = 65536;
+constexpr std::chrono::milliseconds kSecond(1000), kLongest(30000);
 constexpr int kLargestMesh = 64 << 20;  // [bytes]
 
 }  // namespace
@@ -25,14 +26,15 @@ constexpr int kLargestMesh = 64 << 20;  // [bytes]
 std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic,
                                            const std::filesystem::path& tls,
                                            std::chrono::milliseconds longest_round_trip) {
-  const int trip_ms = static_cast<int>(longest_round_trip.count());
+  const int trip_ms = static_cast<int>(std::clamp(longest_round_trip, kSecond, kLongest).count());
   const bool bulk = traffic == Traffic::kBulk;
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetryMs);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kHandshakeTrips * trip_ms);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLongestRetryMs);
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
-  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, bulk ? kBulkWindow : kTickWindow);
+  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES,
+                   bulk ? kBulkWindow : kTickWindow * (trip_ms / 1000));
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, trip_ms);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);

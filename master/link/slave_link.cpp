@@ -26,9 +26,12 @@ constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
 constexpr milliseconds kShortestDeadline(1000);  // of a call
 constexpr milliseconds kLongestDeadline(60000);
-constexpr int kHandshake = 3, kCallTrips = 2;  // round trips: to connect, of a call then
-constexpr int kTimesTheFirst = 4;              // of what the first answer took
-constexpr milliseconds kGrace(300);            // for the slave to end the stream after our goodbye
+constexpr milliseconds kNoRefusal(500);        // what takes so long is no port without a listener
+constexpr milliseconds kFirstReckoned(10000);  // round trip, until one is known
+constexpr int kTripsBorne =
+    6;  // of what a call took, while a line that was idle gets going; longer is dead
+constexpr int kTimesTheFirst = 4;    // of what the first answer took
+constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
 
 // Of a peer that may mean harm, fit for a terminal.
 std::string Words(const grpc::Status& status) {
@@ -49,7 +52,7 @@ struct SlaveLink::Parts {
   explicit Parts(Options chosen)
       : options(std::move(chosen)),
         target(PermittedTarget(options.target, options.insecure || !options.tls.empty())) {
-    Open(options.longest_round_trip);
+    Open(std::max(options.longest_round_trip, kFirstReckoned));
   }
 
   // The channel, anew. While no call is under way.
@@ -78,8 +81,8 @@ struct SlaveLink::Parts {
 
   const Options options;
   const std::string target;
-  milliseconds longest_round_trip{};
-  std::unique_ptr<v1::Teleoperation::Stub> stub;  // never null
+  milliseconds longest_round_trip{}, answered_in{};  // the latter: a call on an open line
+  std::unique_ptr<v1::Teleoperation::Stub> stub;     // never null
   RoundTrips trips;
   std::atomic<milliseconds> call_deadline{kShortestDeadline};
   std::atomic<std::uint64_t> states_received{0}, commands_sent{0};
@@ -103,11 +106,14 @@ grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene, bool waits, milli
   v1::Capabilities capabilities;
   grpc::ClientContext for_scene, for_capabilities;
   SetDeadline(&for_scene, deadline);
-  SetDeadline(&for_capabilities, deadline);
   for_scene.set_wait_for_ready(waits);
   grpc::Status status = stub->GetScene(&for_scene, {}, &description);
-  if (status.ok()) status = stub->GetCapabilities(&for_capabilities, {}, &capabilities);
   if (!status.ok()) return status;
+  const Time connected = Clock::now();
+  SetDeadline(&for_capabilities, deadline);
+  status = stub->GetCapabilities(&for_capabilities, {}, &capabilities);
+  if (!status.ok()) return status;
+  answered_in = SinceThen(connected);
   *scene = ToRemoteScene(description, capabilities);
   call_deadline = std::max(kShortestDeadline, kTimesTheFirst * SinceThen(start));
   return status;
@@ -212,10 +218,11 @@ RemoteScene SlaveLink::Connect() {
     const Time asked = Clock::now();
     const milliseconds left = std::max(kShortestDeadline, wait - SinceThen(start));
     status = parts_->AskForScene(&scene, false, std::min(patience, left));
-    if (status.ok()) return scene;
-    const bool was_late = SinceThen(asked) >= kShortestDeadline;
-    if (was_late) patience = std::min(2 * patience, kLongestDeadline);
-    if (patience > kHandshake * parts_->longest_round_trip) parts_->Open(patience / kCallTrips);
+    if (status.ok()) {
+      parts_->Open(std::max(parts_->options.longest_round_trip, kTripsBorne * parts_->answered_in));
+      return scene;
+    }
+    if (SinceThen(asked) >= kNoRefusal) patience = std::min(2 * patience, kLongestDeadline);
     if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
       throw std::runtime_error(parts_->target + " answers, but does not speak palpate.v1");
     }

@@ -50,15 +50,14 @@ class SlaveLink {
     bool insecure = false;      // allow targets that are not loopback, in plain text
     std::filesystem::path tls;  // the folder of our certificate; empty: plain text
     std::string operator_name;
-    std::chrono::milliseconds longest_round_trip{1000};  // to begin with; see below
+    std::chrono::milliseconds longest_round_trip{1000};  // at least reckoned with
   };
   // Throws std::invalid_argument: target not understood, or not loopback without `insecure`.
   explicit SlaveLink(Options options);
   ~SlaveLink();
 
   // Retries for `wait`. Throws std::runtime_error: nobody there (what was tried), wrong version.
-  // A line that is too long for the round trip that is reckoned with is tried again with a longer
-  // one, until `wait` is over.
+  // Lines of seconds of round trip have the time they need, of `wait`.
   RemoteScene Connect();
   // That the line turned out to need. After Connect.
   [[nodiscard]] std::chrono::milliseconds longest_round_trip() const;

@@ -72,7 +72,7 @@ def session(kind, render, trip, jitter, loss, seed, seconds, folder):
 
 
 def cell(kind, render, trip, jitter, loss, seed, folder):
-    seconds = 8 + 3 * trip / 1000
+    seconds = 8 + 16 * trip / 1000  # a line that was idle takes some round trips to carry 200 states a second
     said, rows = session(kind, render, trip, jitter, loss, seed, seconds, folder)
     if said is None:  # nobody was found, and nothing reached the hand
         return dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, [kind, render, trip, jitter, loss, seed, seconds])) | {
