@@ -103,8 +103,8 @@ TEST(OgdenLaw, IsObjectiveAndRefusesInvertedPlaces) {
   const OgdenLaw law(kRubber, 0.4);
   const Matrix3d F = Matrix3d::Identity() + Random(&engine, 0.3);
   const Matrix3d R = Eigen::AngleAxisd(2.4, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
-  const auto still = law.At(F - Matrix3d::Identity());
-  const auto turned = law.At(R * F - Matrix3d::Identity());
+  const auto still = law.At(Matrix3d(F - Matrix3d::Identity()));
+  const auto turned = law.At(Matrix3d(R * F - Matrix3d::Identity()));
   EXPECT_LT((turned.stress - R * still.stress).norm(), 1e-13);
   EXPECT_NEAR(turned.energy, still.energy, 1e-13);
   EXPECT_TRUE(std::isinf(law.At(Matrix3d(Vector3d(0, 0, -1.5).asDiagonal())).energy));
