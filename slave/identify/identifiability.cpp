@@ -20,6 +20,7 @@ constexpr double kStep = 1e-5;      // relative
 constexpr double kUntold = 0.5;     // relative sigma of a combination
 constexpr double kNamed = 0.35;     // share in it from which a constant is named
 constexpr double kNothing = 1e-10;  // of the largest eigenvalue
+constexpr double kOpen = 10;        // relative sigma of what is not told at all
 constexpr int kRows = 12;           // of a test that is thought of
 
 HyperLaw LawOf(const LawFamily& family, const VectorXd& values) {
@@ -40,8 +41,11 @@ VectorXd ScalesOf(const LawFamily& family, const VectorXd& values) {
   VectorXd scales = values.cwiseAbs();
   const double moduli = values.head(family.moduli()).cwiseAbs().maxCoeff();
   for (Index i = 0; i < scales.size(); ++i) {
-    const double least = i < family.moduli() ? 1e-3 * moduli : 1e-2;
-    scales[i] = std::max(scales[i], least);
+    if (i >= family.moduli()) {
+      scales[i] = std::max(scales[i], 1e-2);
+    } else if (scales[i] < 1e-3 * moduli) {
+      scales[i] = moduli;
+    }
   }
   return scales;
 }
@@ -133,6 +137,12 @@ Identifiability Identify(const LawFamily& family, const VectorXd& values, const 
   told.inverse = scales.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
                  eigen.eigenvectors().transpose() * scales.asDiagonal();
   told.weak = eigen.eigenvectors().col(0);
+  told.open = MatrixXd::Zero(J.cols(), J.cols());
+  for (Index i = 0; i < J.cols(); ++i) {
+    if (eigen.eigenvalues()[i] > least) continue;
+    const VectorXd any = kOpen * scales.cwiseProduct(VectorXd(eigen.eigenvectors().col(i)));
+    told.open += any * any.transpose();
+  }
   const double sigma = std::sqrt(variance / std::max(eigen.eigenvalues()[0], 1e-300));
   if (sigma < kUntold) return told;
   told.untold = InWords(family.ParameterNames(), told.weak) +

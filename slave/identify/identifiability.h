@@ -17,6 +17,7 @@ Eigen::MatrixXd Sensitivities(const LawFamily& family, const Eigen::VectorXd& va
 
 struct Identifiability {
   Eigen::MatrixXd inverse;  // of J^T J, without the combinations that are not told at all
+  Eigen::MatrixXd open;     // covariance of those combinations: they may be anything
   Eigen::VectorXd weak;     // the combination told worst, in relative changes
   std::string untold;       // it in words where one sigma is above a half; else empty
   std::string extra;        // the test over the same stretches that tells most of it

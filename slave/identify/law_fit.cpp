@@ -258,7 +258,7 @@ LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
   const Identifiability told = Identify(family, fit.values, J, spread, tests);
   fit.untold = told.untold, fit.extra = told.extra, fit.weak = told.weak;
   const MatrixXd meat = Scores(J, left, tests) + kFloor * kFloor * (J.transpose() * J);
-  fit.covariance = told.inverse * meat * told.inverse;
+  fit.covariance = told.inverse * meat * told.inverse + told.open;
   const auto [low, high] = StretchRange(tests);
   fit.unstable = FirstInstability(fit.law, low, high);
   return fit;

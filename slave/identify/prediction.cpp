@@ -10,9 +10,10 @@
 namespace palpate::identify {
 namespace {
 
-constexpr double kGoodFit = 0.04;   // rms over the peak: rubber-like laws are believed
-constexpr double kWithin = 2;       // misfit, of the best: laws that are kept
-constexpr double kOwnError = 0.05;  // one sigma of any law beside its data, of the stress
+constexpr double kGoodFit = 0.04;  // rms over the peak: rubber-like laws are believed
+constexpr double kWithin = 2;      // misfit, of the best: laws that are kept
+// One sigma of any law beside its data: of the stress, and of the highest that was measured.
+constexpr double kOwnError = 0.05, kOwnOfPeak = 0.03;
 constexpr double kWide = 1.96;
 constexpr int kRows = 40;
 
@@ -89,7 +90,8 @@ PredictedRow Predictor::At(const MaterialTest& test, std::size_t row) const {
     own += member.weight * half * half;
   }
   const double between = std::max(0.0, square - mean * mean);
-  const double law = kOwnError * mean, misfit = misfit_ * std::max(std::abs(mean), 0.1 * peak_);
+  const double law = std::hypot(kOwnError * mean, kOwnOfPeak * peak_),
+               misfit = misfit_ * std::max(std::abs(mean), 0.1 * peak_);
   const double half = kWide * std::sqrt(between + own + law * law + misfit * misfit);
   return {test.rows[row].abscissa, test.rows[row].across, mean, mean - half, mean + half};
 }
