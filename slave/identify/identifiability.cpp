@@ -43,7 +43,7 @@ VectorXd ScalesOf(const LawFamily& family, const VectorXd& values) {
   for (Index i = 0; i < scales.size(); ++i) {
     if (i >= family.moduli()) {
       scales[i] = std::max(scales[i], 1e-2);
-    } else if (scales[i] < 1e-3 * moduli) {
+    } else if (scales[i] < 1e-9 * moduli) {
       scales[i] = moduli;
     }
   }
@@ -125,24 +125,35 @@ MatrixXd Sensitivities(const LawFamily& family, const VectorXd& values,
   return J;
 }
 
+namespace {
+
+// Of J^T J in columns of length one, so that units and sizes of constants play no part.
+void Invert(const MatrixXd& J, const VectorXd& scales, Identifiability* told) {
+  const VectorXd unit = J.colwise().norm().cwiseMax(1e-300).cwiseInverse().transpose();
+  const MatrixXd even = J * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(even.transpose() * even);
+  told->inverse = told->open = MatrixXd::Zero(J.cols(), J.cols());
+  for (Index i = 0; i < J.cols(); ++i) {
+    const VectorXd way = unit.cwiseProduct(VectorXd(eigen.eigenvectors().col(i)));
+    if (eigen.eigenvalues()[i] > kNothing * eigen.eigenvalues().maxCoeff()) {
+      told->inverse += way * way.transpose() / eigen.eigenvalues()[i];
+    } else {
+      const double size = kOpen / way.cwiseQuotient(scales).cwiseAbs().maxCoeff();
+      told->open += size * size * way * way.transpose();
+    }
+  }
+}
+
+}  // namespace
+
 Identifiability Identify(const LawFamily& family, const VectorXd& values, const MatrixXd& J,
                          double variance, const std::vector<MaterialTest>& tests) {
   const VectorXd scales = ScalesOf(family, values);
   const MatrixXd relative = J * scales.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(relative.transpose() * relative);
-  const double least = kNothing * eigen.eigenvalues().maxCoeff();
-  const VectorXd inverse = eigen.eigenvalues().unaryExpr(
-      [least](double value) { return value > least ? 1 / value : 0; });
   Identifiability told;
-  told.inverse = scales.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
-                 eigen.eigenvectors().transpose() * scales.asDiagonal();
+  Invert(J, scales, &told);
   told.weak = eigen.eigenvectors().col(0);
-  told.open = MatrixXd::Zero(J.cols(), J.cols());
-  for (Index i = 0; i < J.cols(); ++i) {
-    if (eigen.eigenvalues()[i] > least) continue;
-    const VectorXd any = kOpen * scales.cwiseProduct(VectorXd(eigen.eigenvectors().col(i)));
-    told.open += any * any.transpose();
-  }
   const double sigma = std::sqrt(variance / std::max(eigen.eigenvalues()[0], 1e-300));
   if (sigma < kUntold) return told;
   told.untold = InWords(family.ParameterNames(), told.weak) +

@@ -29,7 +29,9 @@ constexpr std::size_t kStarts = 4;   // of the grid's best that are refined
 constexpr int kMostEvaluations = 200;
 constexpr double kStep = 1e-5;         // relative, of derivatives by constants
 constexpr double kEffectiveRows = 40;  // of one test: neighbours on a curve tell the same
-constexpr double kFloor = 1e-4;        // of the peak: no data are better known
+constexpr Index kNeighbours = 10;      // of the rows of a test one tenth counts as neighbours,
+constexpr double kFewRows = 1.33;  // which widens bands: (2.26 / 1.96)^2 (Kiefer, Vogelsang 2005)
+constexpr double kFloor = 1e-4;    // of the peak: no data are better known
 
 double PeakOf(const std::vector<MaterialTest>& tests) {
   double peak = 0;
@@ -199,7 +201,7 @@ MatrixXd Scores(const MatrixXd& J, const VectorXd& left, const std::vector<Mater
   for (const MaterialTest& test : tests) {
     const auto step = static_cast<Index>(test.components.size());
     const auto rows = static_cast<Index>(test.rows.size());
-    const auto reach = std::max<Index>(1, rows / 5);
+    const auto reach = std::max<Index>(1, rows / kNeighbours);
     for (Index c = 0; c < step; ++c) {
       for (Index i = 0; i < rows; ++i) {
         const VectorXd here = J.row(at + i * step + c).transpose() * left[at + i * step + c];
@@ -258,7 +260,7 @@ LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
   const Identifiability told = Identify(family, fit.values, J, spread, tests);
   fit.untold = told.untold, fit.extra = told.extra, fit.weak = told.weak;
   const MatrixXd meat = Scores(J, left, tests) + kFloor * kFloor * (J.transpose() * J);
-  fit.covariance = told.inverse * meat * told.inverse + told.open;
+  fit.covariance = kFewRows * (told.inverse * meat * told.inverse) + told.open;
   const auto [low, high] = StretchRange(tests);
   fit.unstable = FirstInstability(fit.law, low, high);
   return fit;

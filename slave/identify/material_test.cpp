@@ -7,6 +7,8 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
+#include "shared/text/text.h"
+
 namespace palpate::identify {
 namespace {
 
@@ -111,6 +113,23 @@ VectorXd Measured(const MaterialTest& test) {
     for (const double value : row.measured) all[at++] = value;
   }
   return all;
+}
+
+std::string AgainstIsotropy(const MaterialTest& test) {
+  constexpr double kAlike = 0.01, kStrained = 0.05, kOtherwise = 0.1;
+  const std::vector<std::pair<int, int>> both{{0, 0}, {1, 1}};
+  if (test.components != both) return {};
+  for (const TestRow& row : test.rows) {
+    const Matrix3d F = DeformationOf(test, row, std::nullopt);
+    const bool alike = F.isDiagonal(0) && std::abs(F(0, 0) - F(1, 1)) < kAlike * F(0, 0);
+    const double apart = std::abs(row.measured[0] - row.measured[1]);
+    if (!alike || std::abs(F(0, 0) - 1) < kStrained || apart < kOtherwise * test.Peak()) continue;
+    return Formatted(
+        "%s: stretched by %.4g both ways, stressed by %.4g and %.4g Pa: no isotropic law does so; "
+        "if the second stretch is another one, say planar or biaxial:RATIO",
+        test.name.c_str(), F(0, 0), row.measured[0], row.measured[1]);
+  }
+  return {};
 }
 
 std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests) {

@@ -49,6 +49,10 @@ Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test);
 // The measured values in the same order.
 Eigen::VectorXd Measured(const MaterialTest& test);
 
+// Why no isotropic law can fit a test: two directions are stretched alike and stressed otherwise,
+// by more than a tenth of the peak. Empty: none such.
+std::string AgainstIsotropy(const MaterialTest& test);
+
 // Smallest and largest principal stretch of all incompressible or given deformations.
 std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests);
 

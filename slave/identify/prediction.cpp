@@ -59,7 +59,8 @@ void Predictor::Add(const std::vector<LawFamily>& families, const std::vector<do
     for (const MaterialTest& test : tests_) rows += test.values();
     if (rows < 2 * static_cast<std::size_t>(families_[i].parameters())) continue;
     Member member{&families_[i], FitLaw(families_[i], tests_), weights[i]};
-    if (member.fit.law.ShearModulus() > 0 && member.fit.unstable.empty()) {
+    // Yeoh's laws are here to say how far curves may part, not to be solved with.
+    if (member.fit.law.ShearModulus() > 0 && (must_fit || member.fit.unstable.empty())) {
       all.push_back(std::move(member));
     }
   }

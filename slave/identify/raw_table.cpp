@@ -18,6 +18,8 @@ constexpr std::array<std::pair<std::string_view, double>, 21> kUnits{
      {"-", 1},     {"1", 1},     {"mm/mm", 1}}};
 
 std::optional<double> UnitOf(std::string_view word) {
+  if (Trimmed(word) == "mPa") return 1e-3;  // the two whose first letter's size matters
+  if (Trimmed(word) == "MN") return 1e6;
   std::string small(Trimmed(word));
   std::ranges::transform(small, small.begin(), [](unsigned char c) { return std::tolower(c); });
   for (const auto& [name, factor] : kUnits) {

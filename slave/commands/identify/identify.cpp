@@ -1,5 +1,6 @@
 #include "slave/commands/identify/identify.h"
 
+#include <cmath>
 #include <cstdio>
 #include <stdexcept>
 #include <utility>
@@ -114,6 +115,9 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
   for (const TableRequest& request : requests.tests) {
     report->tests.push_back(ReadTest(request, specimen));
     const identify::MaterialTest& test = report->tests.back();
+    if (std::string doubt = AgainstIsotropy(test); !doubt.empty()) {
+      report->doubts.push_back(std::move(doubt));
+    }
     if (const auto chord = ChordModulusOf(test)) {
       report->moduli.push_back({test.name, *chord, test.end_factor});
     }

@@ -16,6 +16,7 @@ using identify::LawFit;
 using Json = nlohmann::ordered_json;
 
 constexpr double kWide = 1.96;
+constexpr double kLeastShare = 1e-12;       // of a term in a scene
 constexpr double kPoissonOfScene = 0.4999;  // what `model` solves with a pressure of its own
 constexpr const char* kDefinition =
     "slope of nominal stress between 10 and 20 % strain over the stiffening by bonded ends";
@@ -140,7 +141,7 @@ std::string SceneLines(const LawFit& fit) {
   const double G = fit.law.ShearModulus();
   std::string terms;
   for (const identify::LawTerm& term : fit.law.terms) {
-    if (term.G <= 0) continue;
+    if (term.G < kLeastShare * G) continue;
     terms += fmt::format("{}[{:.6g}, {:.6g}]", terms.empty() ? "" : ", ", term.G / G, term.alpha);
   }
   return fmt::format(
@@ -151,6 +152,7 @@ std::string SceneLines(const LawFit& fit) {
 
 std::string ToWords(const IdentifyReport& report) {
   std::string words;
+  for (const std::string& doubt : report.doubts) words += doubt + "\n";
   for (const NamedChord& named : report.moduli) {
     words +=
         fmt::format("{}: chord modulus {:.4g} +- {:.2g} Pa ({:.0f} to {:.0f} %; ends x {:.3f})\n",
@@ -179,7 +181,7 @@ std::string ToWords(const IdentifyReport& report) {
 }
 
 void WriteReport(const IdentifyReport& report, const std::filesystem::path& out) {
-  Json json = {{"moduli", Json::array()}, {"laws", Json::array()}};
+  Json json = {{"doubts", report.doubts}, {"moduli", Json::array()}, {"laws", Json::array()}};
   for (const NamedChord& named : report.moduli) json["moduli"].push_back(ToJson(named));
   for (std::size_t i = 0; i < report.fits.size(); ++i) {
     json["laws"].push_back(ToJson(report.fits[i], report.shares[i], report.tests));

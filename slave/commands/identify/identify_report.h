@@ -23,6 +23,7 @@ struct NamedChord {
 
 struct IdentifyReport {
   std::vector<identify::MaterialTest> tests;
+  std::vector<std::string> doubts;  // of the tables, a sentence each
   std::vector<NamedChord> moduli;
   std::vector<identify::LawFit> fits;       // the best first
   std::vector<std::vector<double>> shares;  // rms of each test over its peak, per fit

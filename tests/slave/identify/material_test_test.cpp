@@ -39,6 +39,16 @@ TEST(MaterialTest, TrueStressIsNominalByStretch) {
   EXPECT_NEAR(Predict(kMooney, test)[0], 1.5 * nominal, 1e-9);
 }
 
+TEST(MaterialTest, WhatNoIsotropicLawDoesIsNamed) {
+  MaterialTest test{.kind = TestKind::kBiaxial, .name = "BT", .components = {{0, 0}, {1, 1}}};
+  for (const double l : {1.1, 1.2, 1.3, 1.4}) {
+    test.rows.push_back({.abscissa = l, .across = l, .measured = {1000 * l, 1000 * l}});
+  }
+  EXPECT_EQ(AgainstIsotropy(test), "");
+  test.rows[2].measured[1] = 700;
+  EXPECT_NE(AgainstIsotropy(test).find("BT: stretched by 1.3 both ways"), std::string::npos);
+}
+
 // A foam's free faces carry nothing: its lateral stretch is the law's own.
 TEST(MaterialTest, AFoamsFreeFacesAreFree) {
   const HyperLaw foam{.name = "foam", .terms = {{900, 8}, {200, -3}}, .nu = 0.2};
