@@ -8,6 +8,7 @@
 
 #include "shared/program/program.h"
 #include "slave/commands/commands.h"
+#include "slave/commands/identify/identify.h"
 #include "slave/commands/program.h"
 #include "slave/commands/train/train.h"
 
@@ -24,6 +25,8 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --materials --out build/cube
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube
   palpate-slave train simulated --out build/fingertip
+  palpate-slave identify compression=EF10.csv --diameter 50mm --height 30mm --ends bonded \
+      --out build/ef10
   palpate-slave calibrate --left 'left*.jpg' --right 'right*.jpg' --board 9x6 --square 25mm \
       --out rig.yaml
 
@@ -62,6 +65,32 @@ void AddTrainOptions(CLI::App* command, TrainOptions* train) {
       ->add_option("--normals", train->normals,
                    "localiser: nx,ny,nz in the fingertip's frame, -x,y,-z say; auto: found")
       ->capture_default_str();
+}
+
+void AddIdentifyOptions(CLI::App* command, IdentifyOptions* identify) {
+  command->footer(kIdentifyHelp);
+  command->add_option("DATA", identify->data, "Tables, see below")->required();
+  command->add_option("--out", identify->out, "Folder for report.json and identify.svg")
+      ->required();
+  command->add_option("--diameter", identify->diameter, "Of a cylinder, 50mm say");
+  command->add_option("--area", identify->area, "Of the loaded section, 400mm2 say");
+  command->add_option("--height", identify->height, "Between the ends, or gauge length");
+  command->add_option("--ends", identify->ends, "free, or bonded: of a cylinder between plates")
+      ->capture_default_str();
+  command->add_option("--poisson", identify->poisson_ratio, "For bonded ends")
+      ->check(CLI::Range(-0.9, 0.5))
+      ->capture_default_str();
+  command->add_option("--stress-unit", identify->stress_unit, "Of columns that name none");
+  command->add_option("--x", identify->x, "Column of the deformation");
+  command->add_option("--y", identify->y, "Column of the load");
+  command->add_option("--from", identify->from, "Least size of strain that is used");
+  command->add_option("--to", identify->to, "Largest size of strain that is used");
+  command->add_flag("--foam", identify->foam, "Compressible laws instead of incompressible ones");
+  command->add_option("--scene", identify->scene, "press: the object that was pressed");
+  command->add_option("--override", identify->overrides, "press: key.path=value of the scene");
+  command->add_option("--width", identify->width, "press: of rows that have none [m]")
+      ->check(CLI::Range(0.0, 1e3));
+  command->add_flag("--fit-poisson", identify->fit_poisson, "press: seek nu too");
 }
 
 // Commands that are programs of their own: what they load, no other command needs.
@@ -173,6 +202,11 @@ int Main(int argc, char** argv) {
       app.add_subcommand("train", "Learn a fingertip's force network or localiser");
   AddTrainOptions(train_command, &train);
 
+  IdentifyOptions identify;
+  CLI::App* identify_command =
+      app.add_subcommand("identify", "Constants of a material from tables of tests");
+  AddIdentifyOptions(identify_command, &identify);
+
   for (const Part& part : kParts) app.add_subcommand(part.command, part.description);
 
   try {
@@ -190,6 +224,7 @@ int Main(int argc, char** argv) {
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
     if (study_command->parsed()) return RunStudyCommand(study, stop.token());
     if (train_command->parsed()) return RunTrain(train, stop.token());
+    if (identify_command->parsed()) return RunIdentify(identify, stop.token());
     return RunCheck(check);
   });
 }

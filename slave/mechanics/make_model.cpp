@@ -81,8 +81,7 @@ HeldNodes HeldNodesOf(const Scene& scene, const SolidMesh& mesh) {
 bool NeedsGeneralModel(const FemOptions& fem) {
   const bool has_own_pressure = fem.pressure == FemOptions::Pressure::kAveraged ||
                                 fem.pressure == FemOptions::Pressure::kMixed;
-  return fem.element == FemOptions::Element::kTet10 || fem.law == FemOptions::Law::kNeoHookean ||
-         has_own_pressure;
+  return fem.element == FemOptions::Element::kTet10 || IsHyperelastic(fem.law) || has_own_pressure;
 }
 
 // Four-node tetrahedra, linear or co-rotational, by their own fast model; ten nodes,

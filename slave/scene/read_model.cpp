@@ -1,6 +1,8 @@
 #include <array>
+#include <cmath>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "slave/scene/model_kinds.h"
 #include "slave/scene/sections.h"
@@ -60,13 +62,54 @@ void ReadElement(Section& model, Fem* fem) {
                                               {"mixed", Fem::Pressure::kMixed}});
 }
 
-void ReadFem(Section& model, bool has_law, Fem* fem) {
-  ReadElement(model, fem);
-  if (has_law) {
-    fem->law = model.OneOf<Fem::Law>("law", {{"corotational", Fem::Law::kCorotational},
-                                             {"linear", Fem::Law::kLinear},
-                                             {"neo-hookean", Fem::Law::kNeoHookean}});
+// Shares of the shear modulus at rest with their exponents. None is negative: such a law is stable
+// under every load.
+std::vector<OgdenTerm> ReadTerms(Section& model) {
+  Section list = model.OpenList("terms", "a list of [share, exponent], for law: ogden");
+  std::vector<OgdenTerm> terms;
+  double sum = 0;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::array rules{Between(Dimension::kNumber, 0, 1, "a share (0 to 1)"),
+                           Between(Dimension::kNumber, -50, 50, "an exponent (-50 to 50)")};
+    const auto term = list.Numbers(std::to_string(i), rules);
+    if (term.size() != 2) continue;  // told already
+    if (std::abs(term[1]) < 1e-3) list.Refuse(std::to_string(i), "an exponent that is not zero");
+    terms.push_back({term[0], term[1]});
+    sum += term[0];
   }
+  const bool adds_up = std::abs(sum - 1) < 1e-3 && terms.size() <= 6;
+  if (list.present() && !adds_up) {
+    model.Refuse("terms", "one to six terms whose shares add up to 1");
+    return {};
+  }
+  for (OgdenTerm& term : terms) term.share /= sum;
+  return terms;
+}
+
+// Of `fem-hyperelastic` laws of large strains alone.
+void ReadLaw(Section& model, bool large_strains, Fem* fem) {
+  const std::string word =
+      large_strains ? model.OneOf<std::string>("law", {{"neo-hookean", "neo-hookean"},
+                                                       {"mooney-rivlin", "mooney-rivlin"},
+                                                       {"ogden", "ogden"}})
+                    : model.OneOf<std::string>("law", {{"corotational", "corotational"},
+                                                       {"linear", "linear"},
+                                                       {"neo-hookean", "neo-hookean"},
+                                                       {"mooney-rivlin", "mooney-rivlin"},
+                                                       {"ogden", "ogden"}});
+  if (word == "linear") fem->law = Fem::Law::kLinear;
+  if (word == "neo-hookean") fem->law = Fem::Law::kNeoHookean;
+  if (word == "mooney-rivlin" || word == "ogden") fem->law = Fem::Law::kOgden;
+  if (word == "ogden") fem->terms = ReadTerms(model);
+  if (word != "mooney-rivlin") return;
+  const double second = model.Number(
+      "second_share", Between(Dimension::kNumber, 0, 1, "a share of the shear modulus (0 to 1)"));
+  fem->terms = {{1 - second, 2}, {second, -2}};
+}
+
+void ReadFem(Section& model, bool large_strains, Fem* fem) {
+  ReadElement(model, fem);
+  ReadLaw(model, large_strains, fem);
   fem->tangent = model.OneOf<Fem::Tangent>(
       "tangent", {{"warped", Fem::Tangent::kWarped}, {"exact", Fem::Tangent::kExact}});
   ReadMotion(model, fem);
@@ -108,9 +151,8 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   const bool is_membrane = kind.object == ObjectClass::kMembrane;
   if (is_auto || kind.object == ObjectClass::kOutline) ReadPlanar(model, &options);
   if (kind.iterates) {
-    ReadFem(model, kind.linearity != Linearity::kNever, &options.fem);
-    if (kind.linearity == Linearity::kNever) options.fem.law = Fem::Law::kNeoHookean;
-    if (!is_auto && options.fem.law == Fem::Law::kNeoHookean) options.kind = "fem-hyperelastic";
+    ReadFem(model, kind.linearity == Linearity::kNever, &options.fem);
+    if (!is_auto && IsHyperelastic(options.fem.law)) options.kind = "fem-hyperelastic";
   } else if (kind.has_tets) {
     ReadElement(model, &options.fem);
   }

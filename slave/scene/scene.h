@@ -322,10 +322,21 @@ double SensorRate(const SenseOptions& sense);
 enum class Plane : std::uint8_t { kStress, kStrain };
 enum class ContactLaw : std::uint8_t { kBonded, kFrictionless };
 enum class ElementOrder : std::uint8_t { kConstant, kLinear, kQuadratic };
+// One term of Ogden's law.
+struct OgdenTerm {
+  double share = 1;     // of the shear modulus at rest
+  double exponent = 2;  // not 0
+};
 // `fem` and what is made from it (contracts, model options).
 struct FemOptions {
   enum class Element : std::uint8_t { kTet4, kTet10 } element = Element::kTet4;
-  enum class Law : std::uint8_t { kCorotational, kLinear, kNeoHookean } law = Law::kCorotational;
+  enum class Law : std::uint8_t {
+    kCorotational,
+    kLinear,
+    kNeoHookean,
+    kOgden  // mooney-rivlin and ogden
+  } law = Law::kCorotational;
+  std::vector<OgdenTerm> terms;  // of kOgden; their shares add up to one
   enum class Time : std::uint8_t { kStatic, kDynamic } time = Time::kStatic;
   enum class Integrator : std::uint8_t {
     kImplicitEuler,
@@ -350,6 +361,10 @@ struct FemOptions {
   Eigen::Vector3d gravity_O{0, 0, 0};  // [m/s^2]
   int threads = 1;                     // of the assembly; the answer does not depend on it
 };
+// Laws of large strains.
+constexpr bool IsHyperelastic(FemOptions::Law law) {
+  return law == FemOptions::Law::kNeoHookean || law == FemOptions::Law::kOgden;
+}
 struct ModelOptions {
   std::string kind = "auto";  // or one of kModelKinds
   int elements = 180;

@@ -239,7 +239,7 @@ Candidate Start(const Division& d, std::string kind, std::string family) {
 void AddFem(const Division& d, FemOptions::Element element, FemOptions::Law law, double residual,
             const CandidateLimits& limits, std::vector<Candidate>* candidates) {
   const bool quadratic = element == FemOptions::Element::kTet10;
-  const bool hyperelastic = law == FemOptions::Law::kNeoHookean;
+  const bool hyperelastic = IsHyperelastic(law);
   const bool linear = law == FemOptions::Law::kLinear;
   Candidate c = Start(d, hyperelastic ? "fem-hyperelastic" : "fem",
                       std::string(hyperelastic ? "fem-hyperelastic " : "fem ") +
@@ -274,6 +274,9 @@ void AddVolume(const Division& d, const CandidateLimits& limits,
   using Element = FemOptions::Element;
   using Law = FemOptions::Law;
   const double own = d.scene.model.fem.residual;
+  // The scene's own law of large strains, if it names one.
+  const Law large =
+      IsHyperelastic(d.scene.model.fem.law) ? d.scene.model.fem.law : Law::kNeoHookean;
   std::set<double> residuals{own};
   if (limits.residuals) residuals = {1e-3, 1e-6, 1e-9};
   if (d.tets > 0) {
@@ -282,10 +285,10 @@ void AddVolume(const Division& d, const CandidateLimits& limits,
   }
   if (d.tets > 0 && !d.between) {
     AddFem(d, Element::kTet4, Law::kLinear, own, limits, candidates);
-    AddFem(d, Element::kTet10, Law::kNeoHookean, own, limits, candidates);
+    AddFem(d, Element::kTet10, large, own, limits, candidates);
     for (const double residual : residuals) {
       AddFem(d, Element::kTet4, Law::kCorotational, residual, limits, candidates);
-      AddFem(d, Element::kTet4, Law::kNeoHookean, residual, limits, candidates);
+      AddFem(d, Element::kTet4, large, residual, limits, candidates);
     }
   }
   Candidate bem = Start(d, "bem3d", "bem3d");

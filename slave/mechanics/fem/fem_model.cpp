@@ -34,9 +34,9 @@ void CheckOptions(const FemOptions& options) {
   if (options.element != FemOptions::Element::kTet4) {
     throw std::invalid_argument("element = tet10: accepted is tet4 in this model");
   }
-  if (options.law == FemOptions::Law::kNeoHookean) {
+  if (IsHyperelastic(options.law)) {
     throw std::invalid_argument(
-        "law = neo-hookean: accepted is linear, corotational in this model");
+        "law = neo-hookean, ogden: accepted is linear, corotational in this model");
   }
   if (options.pressure != FemOptions::Pressure::kAuto &&
       options.pressure != FemOptions::Pressure::kDisplacement) {

@@ -86,6 +86,19 @@ TEST(SolidSceneTest, NeoHookeanIsTheHyperelasticKind) {
             FemOptions::Law::kNeoHookean);
 }
 
+TEST(SolidSceneTest, LawsOfRubberAreReadAsOgdensTerms) {
+  const Scene mooney = Load(
+      SolidScene(kBox, kBottom, "{kind: fem-hyperelastic, law: mooney-rivlin, second_share: 0.2}"));
+  EXPECT_EQ(mooney.model.fem.law, FemOptions::Law::kOgden);
+  ASSERT_EQ(mooney.model.fem.terms.size(), 2U);
+  EXPECT_EQ(mooney.model.fem.terms[1].share, 0.2);
+  EXPECT_EQ(mooney.model.fem.terms[1].exponent, -2);
+  const Scene ogden =
+      Load(SolidScene(kBox, kBottom, "{kind: fem, law: ogden, terms: [[0.9, 1.3], [0.1, -2.5]]}"));
+  EXPECT_EQ(ogden.model.kind, "fem-hyperelastic");
+  EXPECT_EQ(ogden.model.fem.terms[0].exponent, 1.3);
+}
+
 TEST(SolidSceneTest, AMembraneIsClampedWhetherItSaysSoOrNot) {
   constexpr const char* kMembrane = "{membrane: {radius: 39 mm, thickness: 1 mm}}";
   for (const char* fixed : {"", "{side: rim}"}) {
@@ -156,6 +169,15 @@ const Refusal kRefusals[] = {
      "object.fixed.side = bottom: accepted is no side of a volume"},
     {"WrongLaw", kBox, kBottom, "{kind: fem, law: rubber}",
      "model.law = rubber: accepted is corotational or linear or neo-hookean"},
+    {"OgdenWithoutTerms", kBox, kBottom, "{kind: fem-hyperelastic, law: ogden}", "model.terms"},
+    {"OgdenShares", kBox, kBottom, "{kind: fem-hyperelastic, law: ogden, terms: [[0.5, 2]]}",
+     "one to six terms whose shares add up to 1"},
+    {"OgdenUnstable", kBox, kBottom,
+     "{kind: fem-hyperelastic, law: ogden, terms: [[1.5, 2], [-0.5, -2]]}", "a share (0 to 1)"},
+    {"OgdenExponent", kBox, kBottom, "{kind: fem-hyperelastic, law: ogden, terms: [[1, 0]]}",
+     "an exponent that is not zero"},
+    {"MooneyWithoutShare", kBox, kBottom, "{kind: fem-hyperelastic, law: mooney-rivlin}",
+     "model.second_share"},
     {"DampingInWords", kBox, kBottom, "{kind: fem, damping: much}",
      "model.damping = much: accepted is none or {mass: 1.0 /s, stiffness: 0.01 s}"},
     {"NoStep", kBox, kBottom, "{kind: fem, step: 0 s}", "model.step = 0 s: accepted is a time"},

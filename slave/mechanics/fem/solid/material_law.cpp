@@ -15,6 +15,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kLeastStretchSum = 1e-9;  // where a rotation is no longer defined
+constexpr double kLeastStretch = 1e-3;     // of Ogden's tangent
+constexpr double kEqualStretches = 1e-6;   // relative: their quotient becomes a derivative
 
 Matrix3d CofactorOf(const Matrix3d& F) {
   Matrix3d cofactor;
@@ -47,6 +49,17 @@ Vector3d WithoutNegative(const Vector3d& v, double removed) {
   return v.cwiseMax(0) + (1 - removed) * v.cwiseMin(0);
 }
 
+double CompressibilityOf(FemOptions::Law law, double nu) {
+  switch (law) {
+    case FemOptions::Law::kNeoHookean:
+      return 12 * (1 + nu) * (1 - 2 * nu) / (5 + 2 * nu);
+    case FemOptions::Law::kOgden:
+      return 3 * (1 - 2 * nu);
+    default:
+      return (1 + nu) * (1 - 2 * nu) / nu;
+  }
+}
+
 // Takes a share of every negative eigenvalue away.
 Matrix3d WithoutNegative(const Matrix3d& m, double removed) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(m);
@@ -71,12 +84,11 @@ SignedSvd SignedSvdOf(const Matrix3d& F) {
   return signed_svd;
 }
 
-MaterialLaw::MaterialLaw(FemOptions::Law law, double nu)
+MaterialLaw::MaterialLaw(FemOptions::Law law, double nu, const std::vector<OgdenTerm>& terms)
     : law_(law),
       mu_(0.5 / (1 + nu)),
-      compressibility_(law == FemOptions::Law::kNeoHookean
-                           ? 12 * (1 + nu) * (1 - 2 * nu) / (5 + 2 * nu)
-                           : (1 + nu) * (1 - 2 * nu) / nu) {}
+      compressibility_(CompressibilityOf(law, nu)),
+      ogden_(terms, mu_) {}
 
 MaterialLaw::Point MaterialLaw::At(const Matrix3d& H) const {
   Point point;
@@ -110,8 +122,40 @@ MaterialLaw::Point MaterialLaw::At(const Matrix3d& H) const {
           0.75 * m * (H - area) + m * stretch / (4 * (stretch + 4)) * (Matrix3d::Identity() + H);
       break;
     }
+    case FemOptions::Law::kOgden: {
+      const OgdenLaw::Point isochoric = ogden_.At(H);
+      const Matrix3d minors = CofactorOf(H);
+      point.energy = isochoric.energy;
+      point.stress = isochoric.stress;
+      point.g = H.trace() + minors.trace() + H.determinant();
+      point.volume_stress = (1 + H.trace()) * Matrix3d::Identity() - H.transpose() + minors;
+      break;
+    }
   }
   return point;
+}
+
+// Of the house's general form for isotropic laws (Ogden 1984, 6.1): what resists a shear between
+// two axes is the difference quotient of their stresses, what resists a rotation that of their sum.
+MaterialLaw::Principal MaterialLaw::OgdenPrincipalAt(const Vector3d& stretches, double p,
+                                                     double bulk) const {
+  const Vector3d s = stretches.cwiseMax(kLeastStretch);
+  const auto [slope, curvature] = ogden_.At(s);
+  const Vector3d area(s[1] * s[2], s[0] * s[2], s[0] * s[1]);
+  Principal principal;
+  principal.along = curvature + bulk * area * area.transpose();
+  for (int i = 0; i < 3; ++i) {
+    const int a = First(i), b = Second(i);
+    principal.along(a, b) += p * s[i];
+    principal.along(b, a) += p * s[i];
+    const double gap = s[a] - s[b], sum = s[a] + s[b];
+    const double shear = std::abs(gap) < kEqualStretches * sum
+                             ? 0.5 * (curvature(a, a) + curvature(b, b)) - curvature(a, b)
+                             : (slope[a] - slope[b]) / gap;
+    principal.flip[i] = shear - p * s[i];
+    principal.twist[i] = (slope[a] + slope[b]) / sum + p * s[i];
+  }
+  return principal;
 }
 
 MaterialLaw::Principal MaterialLaw::PrincipalAt(const Vector3d& s, double p, double bulk,
@@ -127,6 +171,7 @@ MaterialLaw::Principal MaterialLaw::PrincipalAt(const Vector3d& s, double p, dou
     if (tangent.warped) principal.twist.setZero();
     return principal;
   }
+  if (law_ == FemOptions::Law::kOgden) return OgdenPrincipalAt(s, p, bulk);
   const double m = 4.0 / 3 * mu_;
   const double invariant = s.squaredNorm() + 1;
   const double stretch = m * (1 - 1 / invariant);

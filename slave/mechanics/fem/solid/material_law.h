@@ -6,15 +6,19 @@
 //   corotational  A = mu |S - I|^2                      g = tr(S - I)    k = lambda
 //   neo-Hookean   A = m/2 (I_C - 3) - m/2 ln((I_C + 1)/4) - 3/4 m (J - 1)
 //                                                       g = J - 1        k = lambda + 5/6 mu
+//   ogden         A = that of ogden_law.h              g = J - 1        k = lambda + 2/3 mu
 //
 // F = R S with det R = 1 (the smallest stretch takes the sign of J), I_C = tr F^T F, J = det F,
 // m = 4/3 mu. With p = k g the last is the stable neo-Hookean law of Smith, de Goes and Kim 2018
-// (their eq. 14, with its rest-stable constants) up to a constant; all three agree to second order
+// (their eq. 14, with its rest-stable constants) up to a constant; all agree to second order
 // about rest. Stresses are in units of Young's modulus. Immutable, hence thread-safe.
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 
+#include "slave/mechanics/fem/solid/ogden_law.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -39,8 +43,8 @@ class MaterialLaw {
     Eigen::Matrix3d volume_stress;  // dg / dF [-]
   };
 
-  // -1 < nu <= 0.5, checked by the caller.
-  MaterialLaw(FemOptions::Law law, double nu);
+  // -1 < nu <= 0.5, checked by the caller. `terms`: of Ogden's law alone.
+  MaterialLaw(FemOptions::Law law, double nu, const std::vector<OgdenTerm>& terms = {});
 
   // H = F - I, the displacement gradient: strains of 1e-18 keep their digits.
   [[nodiscard]] Point At(const Eigen::Matrix3d& H) const;
@@ -63,10 +67,12 @@ class MaterialLaw {
   };
   [[nodiscard]] Principal PrincipalAt(const Eigen::Vector3d& s, double p, double bulk,
                                       const Tangent& tangent) const;
+  [[nodiscard]] Principal OgdenPrincipalAt(const Eigen::Vector3d& s, double p, double bulk) const;
   [[nodiscard]] Matrix9d LinearTangent(double bulk) const;
 
   FemOptions::Law law_;
   double mu_, compressibility_;
+  OgdenLaw ogden_;
 };
 
 // F = U diag(s) V^T with det U = det V = 1, s falling, only the last may be negative.

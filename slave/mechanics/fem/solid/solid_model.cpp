@@ -56,7 +56,7 @@ void CheckPressure(const SolidModel::Params& params) {
     RefuseValue("poisson_ratio", nu,
                 "at most 0.49999 without a pressure unknown (tet10 with mixed)");
   }
-  if (nu <= 0 && o.law != Law::kNeoHookean) {
+  if (nu <= 0 && !IsHyperelastic(o.law)) {
     RefuseValue("poisson_ratio", nu, "> 0 with pressure = mixed or averaged");
   }
   if (o.element == Element::kTet4 && nu > SolidModel::kAveragedLimit) {
@@ -125,7 +125,8 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
       unit_((RequireOnePerNode(held, mesh), SideOf(mesh))),
       mesh_(MakeElementMesh(mesh, params_.options.element, unit_)),
       layout_((Tell(progress, "mesh and pattern", 0.3), mesh_), TakesPressure(params_)),
-      body_(mesh_, layout_, MaterialLaw(params_.options.law, params_.poisson_ratio)),
+      body_(mesh_, layout_,
+            MaterialLaw(params_.options.law, params_.poisson_ratio, params_.options.terms)),
       equilibrium_((Tell(progress, "mesh and pattern", 0.6), layout_), body_,
                    SolverOptions(params_)),
       used_(Index(mesh_.node_count()), false),
@@ -168,7 +169,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
 
 // Factors once where that is what an answer costs least, and measures it.
 void SolidModel::Describe(Progress* progress) {
-  info_.kind = params_.options.law == Law::kNeoHookean ? "fem-hyperelastic" : "fem";
+  info_.kind = IsHyperelastic(params_.options.law) ? "fem-hyperelastic" : "fem";
   info_.dof = static_cast<std::size_t>(layout_.size());
   info_.elements = mesh_.element_count();
   info_.range = params_.options.law == Law::kLinear ? params_.range : 0;

@@ -1,0 +1,196 @@
+#include "slave/commands/identify/identify.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+#include "shared/text/text.h"
+#include "slave/commands/identify/identify_report.h"
+#include "slave/commands/progress_bar.h"
+#include "slave/scene/scene_loader.h"
+#include "slave/scene/units.h"
+
+namespace palpate {
+namespace {
+
+using identify::TableRequest;
+
+constexpr std::string_view kRelaxation = "relaxation", kPress = "press";
+
+// KIND=FILE, KIND:RATIO=FILE, or FILE alone.
+TableRequest ParseData(const std::string& argument) {
+  const std::size_t equals = argument.find('=');
+  if (equals == std::string::npos) return {{}, argument, 0};
+  TableRequest request{argument.substr(0, equals), argument.substr(equals + 1), 0};
+  const std::size_t colon = request.kind.find(':');
+  if (colon == std::string::npos) return request;
+  const auto ratio = ParseFinite(std::string_view(request.kind).substr(colon + 1));
+  request.kind.resize(colon);
+  if (!ratio || request.kind != "biaxial" || !(std::abs(*ratio) <= 10) || *ratio == 0) {
+    throw std::invalid_argument(Shown(argument) +
+                                ": accepted before a : is biaxial, behind it the second strain "
+                                "over the first, 0.5 say");
+  }
+  request.across = *ratio;
+  return request;
+}
+
+std::optional<double> Quantity(const char* option, const std::string& text, Dimension dimension) {
+  if (text.empty()) return std::nullopt;
+  const auto value = ParseQuantity(text, dimension);
+  if (!value || !(*value > 0)) {
+    throw std::invalid_argument(std::string(option) + " = " + Shown(text) +
+                                ": accepted is above 0, " + AcceptedUnits(dimension));
+  }
+  return value;
+}
+
+// `mm2`, `cm2` and `m2` behind a number, or a plain one in m^2.
+std::optional<double> Area(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  constexpr std::pair<std::string_view, double> kUnits[] = {
+      {"mm2", 1e-6}, {"cm2", 1e-4}, {"m2", 1}, {"", 1}};
+  for (const auto& [unit, factor] : kUnits) {
+    if (!text.ends_with(unit)) continue;
+    const auto number =
+        ParseFinite(Trimmed(std::string_view(text).substr(0, text.size() - unit.size())));
+    if (number && *number > 0) return *number * factor;
+  }
+  throw std::invalid_argument("--area = " + Shown(text) + ": accepted is above 0, in m2 cm2 mm2");
+}
+
+identify::Specimen SpecimenOf(const IdentifyOptions& o) {
+  if (o.ends != "free" && o.ends != "bonded") {
+    throw std::invalid_argument("--ends = " + Shown(o.ends) + ": accepted is free or bonded");
+  }
+  if (!(o.from >= 0 && o.from < o.to)) {
+    throw std::invalid_argument("--from, --to: accepted is 0 <= from < to, sizes of strain");
+  }
+  identify::Specimen specimen{.area = Area(o.area),
+                              .height = Quantity("--height", o.height, Dimension::kLength),
+                              .diameter = Quantity("--diameter", o.diameter, Dimension::kLength),
+                              .bonded = o.ends == "bonded",
+                              .poisson_ratio = o.poisson_ratio,
+                              .abscissa = o.x,
+                              .ordinate = o.y,
+                              .from = o.from,
+                              .to = o.to};
+  if (!o.stress_unit.empty()) {
+    specimen.stress_unit = ParseQuantity("1 " + o.stress_unit, Dimension::kPressure);
+    if (!specimen.stress_unit) {
+      throw std::invalid_argument("--stress-unit = " + Shown(o.stress_unit) +
+                                  ": accepted is Pa, kPa, MPa, GPa or TPa");
+    }
+  }
+  return specimen;
+}
+
+struct Requests {
+  std::vector<TableRequest> tests, relaxations;
+  std::filesystem::path press;
+};
+
+Requests Sort(const IdentifyOptions& options) {
+  Requests requests;
+  for (const std::string& argument : options.data) {
+    TableRequest request = ParseData(argument);
+    if (request.kind == kRelaxation) {
+      requests.relaxations.push_back(std::move(request));
+    } else if (request.kind == kPress) {
+      if (!requests.press.empty()) throw std::invalid_argument("press: accepted is one file");
+      requests.press = request.file;
+    } else {
+      requests.tests.push_back(std::move(request));
+    }
+  }
+  if (!requests.press.empty() && options.scene.empty()) {
+    throw std::invalid_argument("press=FILE: needs --scene with the object that was pressed");
+  }
+  return requests;
+}
+
+void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, bool foam,
+                  Progress* progress, IdentifyReport* report) {
+  for (const TableRequest& request : requests.tests) {
+    report->tests.push_back(ReadTest(request, specimen));
+    const identify::MaterialTest& test = report->tests.back();
+    if (std::string doubt = AgainstIsotropy(test); !doubt.empty()) {
+      report->doubts.push_back(std::move(doubt));
+    }
+    if (const auto chord = ChordModulusOf(test)) {
+      report->moduli.push_back({test.name, *chord, test.end_factor});
+    }
+  }
+  if (report->tests.empty()) return;
+  Tell(progress, "laws", 0);
+  report->fits = identify::FitLaws(report->tests, foam);
+  for (const identify::LawFit& fit : report->fits) {
+    report->shares.emplace_back();
+    identify::RelativeRms(fit.law, report->tests, &report->shares.back());
+  }
+  if (foam) return;
+  Tell(progress, "other tests", 0.8);
+  const identify::Predictor predictor(report->tests);
+  report->predictions = predictor.OtherTests();
+  report->predicted_by = predictor.laws();
+}
+
+void IdentifyRelaxation(const Requests& requests, const identify::Specimen& specimen,
+                        IdentifyReport* report) {
+  for (const TableRequest& request : requests.relaxations) {
+    report->relaxations.push_back(ReadRelaxation(request, specimen));
+  }
+  if (!report->relaxations.empty()) report->prony = identify::FitProny(report->relaxations);
+}
+
+}  // namespace
+
+const char* const kIdentifyHelp = R"(DATA is KIND=FILE.csv, where KIND is
+  uniaxial, tension, compression   stress (or force) against stretch, strain or displacement
+  equibiaxial, planar              the same; planar holds the second direction
+  biaxial, biaxial:RATIO           with a column stretch_2, or second strain = RATIO x first strain
+  shear                            stress against amount of shear
+  relaxation                       time, strain or shear, stress: a Prony series
+  press                            case,x,y,z,dx,dy,dz,fx,fy,fz as `solve` writes them: E of --scene
+or FILE.csv alone with columns F11 ... F33 and P11 ... (nominal) or sigma11 ... (true stress).
+All tests of one call are of one material. Units stand in the header, `Load (N)` or `P_MPa`, or are
+SI. Lines of remarks above the header are passed over. Forces and displacements need --diameter or
+--area, and --height.
+
+Chord modulus: the slope of nominal stress between 10 and 20 % of strain (over what there is of a
+shorter curve), over the stiffening by bonded ends at rest. Laws: neo-Hookean, Mooney-Rivlin, Yeoh,
+Ogden 1 to 3; with --foam compressible ones. The best is stable and has the least BIC.
+
+Examples:
+  palpate-slave identify compression=EF10.csv --diameter 50mm --height 30mm --ends bonded --out build/ef10
+  palpate-slave identify uniaxial=UT.csv equibiaxial=ET.csv planar=PS.csv --stress-unit MPa --out build/rubber
+  palpate-slave identify tension=UT.csv compression=UC.csv shear=SS.csv --foam --out build/foam
+  palpate-slave identify relaxation=hold.csv --out build/adhesive
+  palpate-slave identify press=answers.csv --scene deploy/scenes/foam-cube.yaml --out build/cube)";
+
+int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
+  const Requests requests = Sort(options);
+  const identify::Specimen specimen = SpecimenOf(options);
+  std::vector<std::filesystem::path> inputs{requests.press, options.scene};
+  for (const TableRequest& request : requests.tests) inputs.push_back(request.file);
+  for (const TableRequest& request : requests.relaxations) inputs.push_back(request.file);
+  RequireOtherThan("--out", options.out, {"report.json", "identify.svg", "predictions.csv"},
+                   inputs);
+  IdentifyReport report;
+  {
+    ProgressBar progress("identify", stop);
+    IdentifyLaws(requests, specimen, options.foam, &progress, &report);
+    IdentifyRelaxation(requests, specimen, &report);
+    if (!requests.press.empty()) {
+      const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+      report.press = FitPress(scene, requests.press, options.width, options.fit_poisson, &progress);
+    }
+  }
+  std::filesystem::create_directories(options.out);
+  WriteReport(report, options.out);
+  std::fputs(ToWords(report).c_str(), stdout);
+  return 0;
+}
+
+}  // namespace palpate

@@ -1,0 +1,44 @@
+// What `identify` found, and as what it is told.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "slave/commands/identify/press_fit.h"
+#include "slave/identify/chord_modulus.h"
+#include "slave/identify/law_fit.h"
+#include "slave/identify/prediction.h"
+#include "slave/identify/prony.h"
+
+namespace palpate {
+
+struct NamedChord {
+  std::string name;
+  identify::ChordModulus chord;
+  double end_factor = 1;
+};
+
+struct IdentifyReport {
+  std::vector<identify::MaterialTest> tests;
+  std::vector<std::string> doubts;  // of the tables, a sentence each
+  std::vector<NamedChord> moduli;
+  std::vector<identify::LawFit> fits;       // the best first
+  std::vector<std::vector<double>> shares;  // rms of each test over its peak, per fit
+  std::vector<identify::PredictedCurve> predictions;
+  std::string predicted_by;
+  std::vector<identify::RelaxationTable> relaxations;
+  std::optional<identify::PronyFit> prony;
+  std::optional<PressFit> press;
+};
+
+// Lines of a scene that a fit makes; empty: the law is one that `model` does not read, or unstable.
+std::string SceneLines(const identify::LawFit& fit);
+
+std::string ToWords(const IdentifyReport& report);
+void WriteReport(const IdentifyReport& report, const std::filesystem::path& out);
+std::string DrawIdentify(const IdentifyReport& report);
+
+}  // namespace palpate

@@ -1,0 +1,29 @@
+// Young's modulus, and Poisson's ratio if asked for, of a scene's object from presses with a known
+// force: in statics every force goes with E, so that one solution per press decides it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "shared/text/progress.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+struct PressFit {
+  double young_modulus = 0, sigma_modulus = 0;  // [Pa]
+  double poisson_ratio = 0;                     // the scene's, unless it was sought
+  bool sought_poisson = false;
+  double sigma_poisson = 0;  // [-]
+  double rms = 0;            // of the forces, over the largest [-]
+  int presses = 0;           // cases
+  std::string kind;          // of the model
+};
+
+// `file`: rows `case,x,y,z,dx,dy,dz,fx,fy,fz[,width]` as `solve` writes them, frame O, SI; other
+// columns are passed over. `width` [m]: of rows without. Throws InputError `file:line: ...`,
+// std::invalid_argument, Interrupted; std::runtime_error: the model has no answer.
+PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double width,
+                  bool seek_poisson, Progress* progress);
+
+}  // namespace palpate

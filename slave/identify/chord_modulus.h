@@ -1,0 +1,26 @@
+// Young's modulus as one number of a curve that is not straight.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "slave/identify/material_test.h"
+
+namespace palpate::identify {
+
+// The chord modulus: the slope of nominal stress over nominal strain, by a straight line through
+// the rows, between the strains of 10 and 20 % at which ISO 7743 states compression moduli of
+// rubber, or over what there is of a curve that ends before; over the factor by which bonded ends
+// stiffen the specimen at rest. Beyond the first per cents a specimen sits on its plates, and
+// before 20 % most soft solids are still nearly straight.
+struct ChordModulus {
+  double modulus = 0, sigma = 0;  // [Pa]; sigma by the scatter about the line
+  double from = 0, to = 0;        // sizes of strain [-]
+  bool compression = false;
+};
+inline constexpr double kChordFrom = 0.1, kChordTo = 0.2;
+
+// nullopt: not a uniaxial test, or too few rows there.
+std::optional<ChordModulus> ChordModulusOf(const MaterialTest& test);
+
+}  // namespace palpate::identify

@@ -1,0 +1,292 @@
+#include "slave/identify/law_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <unsupported/Eigen/NonLinearOptimization>
+#include <unsupported/Eigen/NumericalDiff>
+
+#include "shared/text/text.h"
+#include "slave/identify/identifiability.h"
+
+namespace palpate::identify {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kLeastShare = 0.1;  // of the highest peak: a test's weight is bounded
+constexpr std::size_t kStarts = 4;   // of the grid's best that are refined
+constexpr int kMostEvaluations = 200;
+constexpr double kStep = 1e-5;         // relative, of derivatives by constants
+constexpr double kEffectiveRows = 40;  // of one test: neighbours on a curve tell the same
+constexpr Index kNeighbours = 10;      // of the rows of a test one tenth counts as neighbours,
+constexpr double kFewRows = 1.33;  // which widens bands: (2.26 / 1.96)^2 (Kiefer, Vogelsang 2005)
+constexpr double kFloor = 1e-4;    // of the peak: no data are better known
+
+double PeakOf(const std::vector<MaterialTest>& tests) {
+  double peak = 0;
+  for (const MaterialTest& test : tests) peak = std::max(peak, test.Peak());
+  return peak;
+}
+
+// Of each row: one over the test's peak.
+VectorXd Weights(const std::vector<MaterialTest>& tests) {
+  const double peak = PeakOf(tests);
+  std::vector<double> weights;
+  for (const MaterialTest& test : tests) {
+    weights.insert(weights.end(), test.values(), 1 / std::max(test.Peak(), kLeastShare * peak));
+  }
+  return Eigen::Map<VectorXd>(weights.data(), static_cast<Index>(weights.size()));
+}
+
+VectorXd Stacked(const std::vector<MaterialTest>& tests, const auto& of) {
+  Index size = 0;
+  for (const MaterialTest& test : tests) size += static_cast<Index>(test.values());
+  VectorXd all(size);
+  Index at = 0;
+  for (const MaterialTest& test : tests) {
+    const auto count = static_cast<Index>(test.values());
+    all.segment(at, count) = of(test);
+    at += count;
+  }
+  return all;
+}
+
+// Least squares with the first `bounded` unknowns not negative: every set of those that are zero is
+// tried, of at most three.
+VectorXd SolveNonNegative(const MatrixXd& A, const VectorXd& b, Index bounded) {
+  VectorXd best = VectorXd::Zero(A.cols());
+  double least = b.squaredNorm();
+  for (unsigned set = 1; set < (1U << A.cols()); ++set) {
+    std::vector<Index> used;
+    for (Index i = 0; i < A.cols(); ++i) {
+      if ((set >> i & 1U) != 0) used.push_back(i);
+    }
+    const MatrixXd part = A(Eigen::all, used);
+    const VectorXd x = part.colPivHouseholderQr().solve(b);
+    const double left = (part * x - b).squaredNorm();
+    bool feasible = x.allFinite();
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      feasible &= used[i] >= bounded || x[static_cast<Index>(i)] >= 0;
+    }
+    if (!feasible || !(left < least * (1 - 1e-12))) continue;
+    least = left;
+    best.setZero();
+    best(used) = x;
+  }
+  return best;
+}
+
+// The residuals with the best moduli for given exponents.
+class Projection {
+ public:
+  Projection(const LawFamily& family, const std::vector<MaterialTest>& tests)
+      : family_(family), tests_(tests), weights_(Weights(tests)) {
+    target_ = weights_.cwiseProduct(Stacked(tests, [](const auto& t) { return Measured(t); }));
+  }
+
+  [[nodiscard]] VectorXd Bounded(const VectorXd& free) const {
+    VectorXd shape = free;
+    for (Index i = 0; i < family_.free; ++i) {
+      shape[i] = kMostExponent * std::tanh(free[i] / kMostExponent);
+    }
+    if (family_.foam) {
+      shape[family_.free] = kMostFoamPoisson / (1 + std::exp(-free[family_.free]));
+    }
+    return shape;
+  }
+  // Nothing where the law overflows.
+  std::optional<VectorXd> Moduli(const VectorXd& shape, VectorXd* left) const {
+    MatrixXd A(target_.size(), family_.moduli());
+    for (Index i = 0; i < A.cols(); ++i) {
+      const HyperLaw unit = family_.Make(VectorXd::Unit(A.cols(), i), shape);
+      A.col(i) = weights_.cwiseProduct(
+          Stacked(tests_, [&](const auto& test) { return Predict(unit, test); }));
+    }
+    if (!A.allFinite()) return std::nullopt;
+    const VectorXd scale = A.colwise().norm().cwiseMax(1e-300).transpose();
+    const Index bounded = family_.yeoh ? 1 : A.cols();
+    VectorXd c = SolveNonNegative(A * scale.cwiseInverse().asDiagonal(), target_, bounded);
+    c = c.cwiseQuotient(scale);
+    *left = A * c - target_;
+    return c;
+  }
+  [[nodiscard]] const VectorXd& weights() const { return weights_; }
+  [[nodiscard]] Index rows() const { return target_.size(); }
+
+ private:
+  const LawFamily& family_;
+  const std::vector<MaterialTest>& tests_;
+  VectorXd weights_, target_;
+};
+
+struct ShapeResidual {
+  using Scalar = double;
+  using InputType = VectorXd;
+  using ValueType = VectorXd;
+  using JacobianType = MatrixXd;
+  static constexpr int InputsAtCompileTime = Eigen::Dynamic, ValuesAtCompileTime = Eigen::Dynamic;
+
+  const Projection* projection;
+  Index shapes;
+  [[nodiscard]] int inputs() const { return static_cast<int>(shapes); }
+  [[nodiscard]] int values() const { return static_cast<int>(projection->rows()); }
+  int operator()(const VectorXd& free, VectorXd& left) const {
+    if (!projection->Moduli(projection->Bounded(free), &left)) left.setConstant(values(), 1e3);
+    return 0;
+  }
+};
+
+// Every free exponent over a few values, in rising order, with some Poisson ratios.
+std::vector<VectorXd> Grid(const LawFamily& family) {
+  static constexpr std::array kExponents{-25.0, -12.0, -5.0, -2.0, -0.8, 0.8,
+                                         1.5,   2.5,   4.5,  8.0,  14.0, 25.0};
+  static constexpr std::array kPoisson{-4.0, -1.0, 0.5, 2.0};
+  std::vector<VectorXd> grid{VectorXd::Zero(family.shapes())};
+  for (Index i = 0; i < family.shapes(); ++i) {
+    const bool is_nu = i == family.free;
+    std::vector<VectorXd> longer;
+    for (const VectorXd& start : grid) {
+      for (const double value : is_nu ? std::vector<double>(kPoisson.begin(), kPoisson.end())
+                                      : std::vector<double>(kExponents.begin(), kExponents.end())) {
+        if (!is_nu && i > 0 && value <= start[i - 1]) continue;
+        longer.push_back(start);
+        longer.back()[i] = value;
+      }
+    }
+    grid = std::move(longer);
+  }
+  return grid;
+}
+
+// The shape with the least misfit; allocation and time go with the grid.
+VectorXd BestShape(const LawFamily& family, const Projection& projection) {
+  std::vector<std::pair<double, VectorXd>> starts;
+  VectorXd left;
+  for (const VectorXd& start : Grid(family)) {
+    if (projection.Moduli(projection.Bounded(start), &left)) {
+      starts.emplace_back(left.squaredNorm(), start);
+    }
+  }
+  if (starts.empty()) throw std::runtime_error(std::string(family.name) + ": overflows");
+  std::ranges::stable_sort(starts, {}, [](const auto& start) { return start.first; });
+  if (family.shapes() == 0) return {};
+  starts.resize(std::min(starts.size(), kStarts));
+  for (auto& [misfit, free] : starts) {
+    const ShapeResidual residual{&projection, family.shapes()};
+    Eigen::NumericalDiff<ShapeResidual, Eigen::Central> differences(residual, 1e-12);
+    Eigen::LevenbergMarquardt search(differences);
+    search.parameters.maxfev = kMostEvaluations;
+    search.minimize(free);
+    if (projection.Moduli(projection.Bounded(free), &left)) misfit = left.squaredNorm();
+  }
+  return projection.Bounded(
+      std::ranges::min_element(starts, {}, [](const auto& start) { return start.first; })->second);
+}
+
+// Meat of the sandwich: what neighbours along a curve have in common is counted.
+MatrixXd Scores(const MatrixXd& J, const VectorXd& left, const std::vector<MaterialTest>& tests) {
+  MatrixXd meat = MatrixXd::Zero(J.cols(), J.cols());
+  Index at = 0;
+  for (const MaterialTest& test : tests) {
+    const auto step = static_cast<Index>(test.components.size());
+    const auto rows = static_cast<Index>(test.rows.size());
+    const auto reach = std::max<Index>(1, rows / kNeighbours);
+    for (Index c = 0; c < step; ++c) {
+      for (Index i = 0; i < rows; ++i) {
+        const VectorXd here = J.row(at + i * step + c).transpose() * left[at + i * step + c];
+        for (Index k = -reach; k <= reach; ++k) {
+          if (i + k < 0 || i + k >= rows) continue;
+          const double share =
+              1 - std::abs(static_cast<double>(k)) / static_cast<double>(reach + 1);
+          const Index other = at + (i + k) * step + c;
+          meat += share * here * (J.row(other) * left[other]);
+        }
+      }
+    }
+    at += rows * step;
+  }
+  return 0.5 * (meat + meat.transpose());
+}
+
+double Bic(double misfit, const std::vector<MaterialTest>& tests, Index rows, int parameters) {
+  double effective = 0;
+  for (const MaterialTest& test : tests) {
+    effective += std::min(static_cast<double>(test.values()), kEffectiveRows);
+  }
+  const double mean = misfit / static_cast<double>(rows) + kFloor * kFloor;
+  return effective * std::log(mean) + parameters * std::log(effective);
+}
+
+}  // namespace
+
+double RelativeRms(const HyperLaw& law, const std::vector<MaterialTest>& tests,
+                   std::vector<double>* shares) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const MaterialTest& test : tests) {
+    const double misfit = (Predict(law, test) - Measured(test)).squaredNorm();
+    shares->push_back(std::sqrt(misfit / static_cast<double>(test.values())) / test.Peak());
+    sum += misfit;
+    count += test.values();
+  }
+  return std::sqrt(sum / static_cast<double>(count)) / PeakOf(tests);
+}
+
+LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
+  const Projection projection(family, tests);
+  const VectorXd shape = BestShape(family, projection);
+  VectorXd left;
+  const auto moduli = projection.Moduli(shape, &left);
+  LawFit fit{.law = family.Make(*moduli, shape), .names = family.ParameterNames()};
+  fit.values.resize(family.parameters());
+  fit.values << *moduli, shape;
+  std::vector<double> shares;
+  fit.rms = RelativeRms(fit.law, tests, &shares);
+  fit.bic = Bic(left.squaredNorm(), tests, projection.rows(), family.parameters());
+  const MatrixXd J = projection.weights().asDiagonal() * Sensitivities(family, fit.values, tests);
+  const auto free = static_cast<double>(projection.rows());
+  const double spread = std::max(left.squaredNorm() / free, kFloor * kFloor);
+  const Identifiability told = Identify(family, fit.values, J, spread, tests);
+  fit.untold = told.untold, fit.extra = told.extra, fit.weak = told.weak;
+  const MatrixXd meat = Scores(J, left, tests) + kFloor * kFloor * (J.transpose() * J);
+  fit.covariance = kFewRows * (told.inverse * meat * told.inverse) + told.open;
+  const auto [low, high] = StretchRange(tests);
+  fit.unstable = FirstInstability(fit.law, low, high);
+  return fit;
+}
+
+std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam) {
+  std::size_t rows = 0;
+  for (const MaterialTest& test : tests) rows += test.values();
+  std::vector<LawFit> fits;
+  for (const LawFamily& family : OfferedLaws()) {
+    if (family.foam != foam || rows < 2 * static_cast<std::size_t>(family.parameters())) continue;
+    LawFit fit = FitLaw(family, tests);
+    if (fit.law.ShearModulus() > 0) fits.push_back(std::move(fit));
+  }
+  if (fits.empty()) throw std::runtime_error("no law with a positive modulus fits these tests");
+  std::ranges::stable_sort(
+      fits, {}, [](const LawFit& fit) { return std::pair(!fit.unstable.empty(), fit.bic); });
+  return fits;
+}
+
+double PredictionHalfWidth(const LawFamily& family, const LawFit& fit, const MaterialTest& test,
+                           std::size_t row) {
+  MaterialTest one = test;
+  one.rows = {test.rows[row]};
+  const MatrixXd J = Sensitivities(family, fit.values, {one});
+  return 1.96 * std::sqrt(std::max(0.0, (J.row(0) * fit.covariance * J.row(0).transpose())(0)));
+}
+
+}  // namespace palpate::identify

@@ -1,0 +1,147 @@
+#include "slave/identify/material_test.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+#include "shared/text/text.h"
+
+namespace palpate::identify {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+Matrix3d DeformationOf(const MaterialTest& test, const TestRow& row, std::optional<double> nu) {
+  if (test.kind == TestKind::kTensor) return row.F;
+  if (test.kind == TestKind::kShear) {
+    Matrix3d F = Matrix3d::Identity();
+    F(0, 1) = row.abscissa;
+    return F;
+  }
+  return PrincipalStretches(test.kind, row.abscissa, nu, row.across).asDiagonal();
+}
+
+// Nominal stress; the third direction of an incompressible law is free.
+Matrix3d Nominal(const HyperLaw& law, const Matrix3d& F) {
+  Matrix3d P;
+  if (F.isDiagonal(0)) {  // most tests: without a decomposition ten times as fast
+    P = law.Derivatives(F.diagonal()).asDiagonal();
+  } else {
+    const Eigen::JacobiSVD<Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    P = svd.matrixU() * law.Derivatives(svd.singularValues()).asDiagonal() *
+        svd.matrixV().transpose();
+  }
+  if (law.nu) return P;
+  const Matrix3d cofactor = F.inverse().transpose();
+  return P - P(2, 2) / cofactor(2, 2) * cofactor;
+}
+
+}  // namespace
+
+std::string_view NameOf(TestKind kind) {
+  constexpr std::array<std::string_view, 7> kNames{
+      "uniaxial", "equibiaxial", "planar", "biaxial", "shear", "tensor", "relaxation"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+Vector3d PrincipalStretches(TestKind kind, double stretch, std::optional<double> nu,
+                            double across) {
+  const bool foam = nu.has_value();
+  const double b = foam ? *nu / (1 - 2 * *nu) : 0;
+  // Free stretch where the given ones multiply to `area`, and `free` directions are free.
+  const auto through = [&](double area, int free) {
+    return std::pow(area, foam ? -b / (1 + free * b) : -1.0 / free);
+  };
+  switch (kind) {
+    case TestKind::kUniaxial: {
+      const double free = through(stretch, 2);
+      return {stretch, free, free};
+    }
+    case TestKind::kEquibiaxial:
+      return {stretch, stretch, through(stretch * stretch, 1)};
+    case TestKind::kPlanar:
+      return {stretch, 1, through(stretch, 1)};
+    case TestKind::kBiaxial:
+      return {stretch, across, through(stretch * across, 1)};
+    case TestKind::kShear: {
+      const double half = stretch / 2, root = std::sqrt(1 + half * half);
+      return {root + half, root - half, 1};
+    }
+    default:
+      return {1, 1, 1};
+  }
+}
+
+double MaterialTest::Peak() const {
+  double peak = 0;
+  for (const TestRow& row : rows) {
+    for (const double value : row.measured) peak = std::max(peak, std::abs(value));
+  }
+  return peak;
+}
+
+VectorXd Predict(const HyperLaw& law, const MaterialTest& test, std::size_t index) {
+  const Matrix3d F = DeformationOf(test, test.rows[index], law.nu);
+  Matrix3d stress = test.end_factor * Nominal(law, F);
+  if (test.cauchy) stress = stress * F.transpose() / F.determinant();
+  VectorXd said(static_cast<Eigen::Index>(test.components.size()));
+  for (std::size_t c = 0; c < test.components.size(); ++c) {
+    said[static_cast<Eigen::Index>(c)] =
+        stress(test.components[c].first, test.components[c].second);
+  }
+  return said;
+}
+
+VectorXd Predict(const HyperLaw& law, const MaterialTest& test) {
+  const auto count = static_cast<Eigen::Index>(test.components.size());
+  VectorXd all(static_cast<Eigen::Index>(test.values()));
+  for (std::size_t i = 0; i < test.rows.size(); ++i) {
+    all.segment(static_cast<Eigen::Index>(i) * count, count) = Predict(law, test, i);
+  }
+  return all;
+}
+
+VectorXd Measured(const MaterialTest& test) {
+  VectorXd all(static_cast<Eigen::Index>(test.values()));
+  Eigen::Index at = 0;
+  for (const TestRow& row : test.rows) {
+    for (const double value : row.measured) all[at++] = value;
+  }
+  return all;
+}
+
+std::string AgainstIsotropy(const MaterialTest& test) {
+  constexpr double kAlike = 0.01, kStrained = 0.05, kOtherwise = 0.1;
+  const std::vector<std::pair<int, int>> both{{0, 0}, {1, 1}};
+  if (test.components != both) return {};
+  for (const TestRow& row : test.rows) {
+    const Matrix3d F = DeformationOf(test, row, std::nullopt);
+    const bool alike = F.isDiagonal(0) && std::abs(F(0, 0) - F(1, 1)) < kAlike * F(0, 0);
+    const double apart = std::abs(row.measured[0] - row.measured[1]);
+    if (!alike || std::abs(F(0, 0) - 1) < kStrained || apart < kOtherwise * test.Peak()) continue;
+    return Formatted(
+        "%s: stretched by %.4g both ways, stressed by %.4g and %.4g Pa: no isotropic law does so; "
+        "if the second stretch is another one, say planar or biaxial:RATIO",
+        test.name.c_str(), F(0, 0), row.measured[0], row.measured[1]);
+  }
+  return {};
+}
+
+std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests) {
+  std::pair<double, double> range{1, 1};
+  for (const MaterialTest& test : tests) {
+    for (const TestRow& row : test.rows) {
+      const Vector3d l =
+          Eigen::JacobiSVD<Matrix3d>(DeformationOf(test, row, std::nullopt)).singularValues();
+      range = {std::min(range.first, l.minCoeff()), std::max(range.second, l.maxCoeff())};
+    }
+  }
+  return range;
+}
+
+}  // namespace palpate::identify

@@ -1,0 +1,59 @@
+// What was done to a specimen and what it answered: rows of a deformation and the stresses that
+// were measured with it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/identify/hyper_law.h"
+
+namespace palpate::identify {
+
+enum class TestKind { kUniaxial, kEquibiaxial, kPlanar, kBiaxial, kShear, kTensor, kRelaxation };
+std::string_view NameOf(TestKind kind);
+
+// Stretches along, across and through under a load of that kind with free faces; planar keeps the
+// second at 1. `nu`: of the foam's law, whose free stretches do not depend on its other constants
+// (with b of hyper_law.h they are J^-b); nullopt: incompressible. `across`: of kBiaxial.
+Eigen::Vector3d PrincipalStretches(TestKind kind, double stretch, std::optional<double> nu,
+                                   double across = 1);
+
+struct TestRow {
+  double abscissa = 1;           // stretch, amount of shear
+  double across = 1;             // second stretch of kBiaxial
+  Eigen::Matrix3d F;             // of kTensor
+  std::vector<double> measured;  // one per component [Pa]
+};
+
+struct MaterialTest {
+  TestKind kind = TestKind::kUniaxial;
+  std::string name;                             // of the file
+  bool cauchy = false;                          // true stress; else nominal (first Piola-Kirchhoff)
+  std::vector<std::pair<int, int>> components;  // of the stress that were measured
+  std::vector<TestRow> rows;
+  double end_factor = 1;  // by which bonded ends stiffen the specimen, see bonded_cylinder.h
+
+  [[nodiscard]] double Peak() const;  // largest size of a measured stress [Pa]
+  [[nodiscard]] std::size_t values() const { return rows.size() * components.size(); }
+};
+
+// What the law says of row `row`, as long as `components` [Pa], bonded ends included.
+Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test, std::size_t row);
+// Of all rows, one after the other.
+Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test);
+// The measured values in the same order.
+Eigen::VectorXd Measured(const MaterialTest& test);
+
+// Why no isotropic law can fit a test: two directions are stretched alike and stressed otherwise,
+// by more than a tenth of the peak. Empty: none such.
+std::string AgainstIsotropy(const MaterialTest& test);
+
+// Smallest and largest principal stretch of all incompressible or given deformations.
+std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests);
+
+}  // namespace palpate::identify

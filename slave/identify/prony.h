@@ -1,0 +1,30 @@
+// How stress fades at a held strain: a series of exponentials.
+//
+//   stress(t) = integral of G(t - s) d strain / ds ds,   G(t) = G_inf + sum of G_i exp(-t / tau_i)
+//
+// The times are two per decade between the shortest step and the whole record; the moduli are found
+// by least squares, none negative, and those that carry nothing are left out.
+#pragma once
+
+#include <vector>
+
+#include "slave/identify/test_table.h"
+
+namespace palpate::identify {
+
+struct PronyTerm {
+  double modulus = 0, sigma = 0;  // [Pa]
+  double time = 0;                // [s]
+};
+struct PronyFit {
+  double equilibrium = 0, sigma = 0;  // G_inf [Pa]: what stays at the end of the record
+  std::vector<PronyTerm> terms;       // from the fastest on
+  double instant = 0;                 // G_inf + sum of G_i [Pa]
+  double rms = 0;                     // over the peak [-]
+  std::vector<double> fitted;         // [Pa], per row
+};
+
+// All records of one material, whatever their strain histories. Throws InputError: no strain.
+PronyFit FitProny(const std::vector<RelaxationTable>& tables);
+
+}  // namespace palpate::identify

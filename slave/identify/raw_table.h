@@ -1,0 +1,37 @@
+// The numbers of a CSV table below whatever remarks, its columns by name and unit.
+#pragma once
+
+#include <filesystem>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpate::identify {
+
+struct RawColumn {
+  std::string title;            // as it stands
+  std::string name;             // small letters, without the unit
+  std::optional<double> to_si;  // factor of the unit it names; nullopt: it names none
+};
+
+struct RawTable {
+  std::filesystem::path file;
+  std::vector<RawColumn> columns;
+  std::vector<std::vector<double>> rows;
+  std::vector<int> lines;  // of the rows in the file
+
+  // The first column of one of these names, in the order of the names; nullopt: none.
+  [[nodiscard]] std::optional<std::size_t> Find(
+      std::initializer_list<std::string_view> names) const;
+  // The column with this title or name. Throws InputError naming those there are.
+  [[nodiscard]] std::size_t Named(const std::string& title) const;
+  [[nodiscard]] std::string Titles() const;
+};
+
+// The header is the last line with a word before the first line of numbers. Throws InputError
+// `file:line: ...`: no header, no row, a row with more or fewer cells, a cell that is no number.
+RawTable ReadRawTable(const std::filesystem::path& file);
+
+}  // namespace palpate::identify

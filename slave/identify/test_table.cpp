@@ -1,0 +1,348 @@
+#include "slave/identify/test_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "shared/text/text.h"
+#include "slave/identify/bonded_cylinder.h"
+#include "slave/identify/raw_table.h"
+
+namespace palpate::identify {
+namespace {
+
+constexpr std::size_t kLeastRows = 4;
+constexpr std::size_t kMostRows = 240;  // more are averaged: neighbours tell the same
+constexpr double kLeastStretch = 0.02, kMostStretch = 50;
+constexpr double kMostStress = 1e13;  // [Pa]
+
+enum class Measure { kStretch, kStrain, kDisplacement };
+struct Abscissa {
+  std::size_t column = 0;
+  Measure measure = Measure::kStretch;
+};
+enum class Load { kNominal, kCauchy, kForce };
+struct Ordinate {
+  std::size_t column = 0;
+  Load load = Load::kNominal;
+};
+
+[[noreturn]] void FailAt(const RawTable& table, std::size_t row, const std::string& what) {
+  throw InputError(table.file.string() + ":" + std::to_string(table.lines[row]) + ": " + what);
+}
+
+double AreaOf(const Specimen& specimen) {
+  if (specimen.area) return *specimen.area;
+  if (specimen.diameter) return std::numbers::pi / 4 * *specimen.diameter * *specimen.diameter;
+  throw std::invalid_argument(
+      "forces need the specimen's section: accepted is --area or --diameter, or a column of "
+      "stress");
+}
+
+double HeightOf(const Specimen& specimen) {
+  if (specimen.height) return *specimen.height;
+  throw std::invalid_argument(
+      "displacements need the specimen's length at rest: accepted is --height, or a column of "
+      "strain or stretch");
+}
+
+bool HasSizes(const Specimen& specimen) {
+  return specimen.height && (specimen.area || specimen.diameter);
+}
+
+std::optional<Abscissa> FindDisplacement(const RawTable& table) {
+  if (const auto c = table.Find({"displacement", "compression", "extension", "indentation",
+                                 "travel", "depth", "crosshead"})) {
+    return Abscissa{*c, Measure::kDisplacement};
+  }
+  return std::nullopt;
+}
+
+std::optional<Ordinate> FindForce(const RawTable& table) {
+  if (const auto c = table.Find({"force", "load", "f"})) return Ordinate{*c, Load::kForce};
+  return std::nullopt;
+}
+
+Abscissa FindAbscissa(const RawTable& table, const Specimen& specimen, bool shear) {
+  if (!specimen.abscissa.empty()) {
+    const std::size_t c = table.Named(specimen.abscissa);
+    const std::string& name = table.columns[c].name;
+    const bool strain = name.find("strain") != std::string::npos || shear;
+    const bool length = table.columns[c].to_si && name.find("str") == std::string::npos;
+    return {c, strain ? Measure::kStrain : length ? Measure::kDisplacement : Measure::kStretch};
+  }
+  if (HasSizes(specimen) && FindForce(table)) {
+    if (const auto found = FindDisplacement(table)) return *found;
+  }
+  if (shear) {
+    if (const auto c = table.Find(
+            {"shear", "gamma", "amount of shear", "shear strain", "strain", "stretch", "lambda"})) {
+      return {*c, Measure::kStrain};
+    }
+  }
+  if (const auto c = table.Find({"stretch", "lambda", "stretch 1", "lambda 1", "lambda1", "f11"})) {
+    return {*c, Measure::kStretch};
+  }
+  if (const auto c = table.Find({"strain", "engineering strain", "nominal strain", "eps"})) {
+    return {*c, Measure::kStrain};
+  }
+  if (const auto found = FindDisplacement(table)) return *found;
+  throw InputError(table.file.string() + ": no deformation: accepted is a column " +
+                   (shear ? "shear, gamma or strain" : "stretch, strain or displacement") +
+                   ", or --x NAME; there are " + table.Titles());
+}
+
+Ordinate FindOrdinate(const RawTable& table, const Specimen& specimen, bool shear) {
+  if (!specimen.ordinate.empty()) {
+    const std::size_t c = table.Named(specimen.ordinate);
+    const std::string& name = table.columns[c].name;
+    const auto has = [&](std::string_view word) { return name.find(word) != std::string::npos; };
+    if (has("force") || has("load")) return {c, Load::kForce};
+    return {c, has("true") || has("cauchy") || has("sigma") ? Load::kCauchy : Load::kNominal};
+  }
+  if (HasSizes(specimen)) {
+    if (const auto found = FindForce(table)) return *found;
+  }
+  if (shear) {
+    if (const auto c = table.Find({"p12", "shear stress", "tau"})) return {*c, Load::kNominal};
+    if (const auto c = table.Find({"sigma12"})) return {*c, Load::kCauchy};
+  }
+  if (const auto c =
+          table.Find({"p11", "p", "stress", "engineering stress", "nominal stress", "pk1"})) {
+    return {*c, Load::kNominal};
+  }
+  if (const auto c = table.Find({"sigma11", "sigma", "true stress", "cauchy", "cauchy stress"})) {
+    return {*c, Load::kCauchy};
+  }
+  if (const auto found = FindForce(table)) return *found;
+  throw InputError(table.file.string() +
+                   ": no load: accepted is a column stress, P, sigma or force, or --y NAME; there "
+                   "are " +
+                   table.Titles());
+}
+
+double StressFactor(const RawColumn& column, Load load, const Specimen& specimen) {
+  if (load == Load::kForce) return column.to_si.value_or(1) / AreaOf(specimen);
+  return column.to_si.value_or(specimen.stress_unit.value_or(1));
+}
+
+// Strain of the first kind: stretch - 1, or amount of shear.
+double StrainFactor(const RawColumn& column, Measure measure, const Specimen& specimen) {
+  if (measure == Measure::kDisplacement) return column.to_si.value_or(1) / HeightOf(specimen);
+  return column.to_si.value_or(1);
+}
+
+TestKind KindOf(const TableRequest& request) {
+  static constexpr std::array<std::pair<std::string_view, TestKind>, 8> kKinds{
+      {{"uniaxial", TestKind::kUniaxial},
+       {"tension", TestKind::kUniaxial},
+       {"compression", TestKind::kUniaxial},
+       {"equibiaxial", TestKind::kEquibiaxial},
+       {"planar", TestKind::kPlanar},
+       {"biaxial", TestKind::kBiaxial},
+       {"shear", TestKind::kShear},
+       {"tensor", TestKind::kTensor}}};
+  for (const auto& [name, kind] : kKinds) {
+    if (name == request.kind) return kind;
+  }
+  throw std::invalid_argument(
+      Shown(request.kind) + "=" + request.file.string() +
+      ": accepted is uniaxial, tension, compression, equibiaxial, planar, biaxial, shear, tensor, "
+      "relaxation or press");
+}
+
+// Machines tell a compression with either sign: it shortens, and its stress presses.
+void MakeCompressive(MaterialTest* test) {
+  double strain = 0, stress = 0;
+  for (const TestRow& row : test->rows) {
+    if (std::abs(row.abscissa - 1) > std::abs(strain)) {
+      strain = row.abscissa - 1, stress = row.measured.front();
+    }
+  }
+  for (TestRow& row : test->rows) {
+    if (strain > 0) row.abscissa = 2 - row.abscissa;
+    if (stress > 0) row.measured.front() *= -1;
+  }
+}
+
+void CheckRow(const RawTable& table, std::size_t i, const MaterialTest& test, const TestRow& row) {
+  const bool shear = test.kind == TestKind::kShear;
+  const bool possible = shear ? std::abs(row.abscissa) < kMostStretch
+                              : row.abscissa > kLeastStretch && row.abscissa < kMostStretch &&
+                                    row.across > kLeastStretch && row.across < kMostStretch;
+  if (!possible) {
+    FailAt(table, i,
+           Formatted("%s = %g: accepted is %s", shear ? "amount of shear" : "stretch", row.abscissa,
+                     shear ? "-50 to 50" : "0.02 to 50"));
+  }
+  for (const double stress : row.measured) {
+    if (!(std::abs(stress) < kMostStress)) FailAt(table, i, "a stress beyond 1e13 Pa");
+  }
+}
+
+TestRow AverageOf(const std::vector<TestRow>& rows, std::size_t from, std::size_t to) {
+  TestRow mean = rows[from];
+  for (std::size_t i = from + 1; i < to; ++i) {
+    mean.abscissa += rows[i].abscissa, mean.across += rows[i].across;
+    for (std::size_t c = 0; c < mean.measured.size(); ++c) mean.measured[c] += rows[i].measured[c];
+  }
+  const auto count = static_cast<double>(to - from);
+  mean.abscissa /= count, mean.across /= count;
+  for (double& value : mean.measured) value /= count;
+  return mean;
+}
+
+void Thin(std::vector<TestRow>* rows) {
+  if (rows->size() <= kMostRows) return;
+  std::vector<TestRow> few;
+  for (std::size_t i = 0; i < kMostRows; ++i) {
+    few.push_back(
+        AverageOf(*rows, i * rows->size() / kMostRows, (i + 1) * rows->size() / kMostRows));
+  }
+  *rows = std::move(few);
+}
+
+void Finish(const RawTable& table, const Specimen& specimen, MaterialTest* test) {
+  if (test->rows.size() < kLeastRows) {
+    throw InputError(Formatted("%s: %zu rows between --from and --to: accepted is %zu or more",
+                               table.file.c_str(), test->rows.size(), kLeastRows));
+  }
+  if (!(test->Peak() > 0)) throw InputError(table.file.string() + ": every stress is zero");
+  if (test->kind != TestKind::kTensor) Thin(&test->rows);
+  if (!specimen.bonded || test->kind != TestKind::kUniaxial) return;
+  if (!specimen.diameter || !specimen.height) {
+    throw std::invalid_argument("--ends bonded: needs --diameter and --height of a cylinder");
+  }
+  test->end_factor =
+      BondedCylinderFactor(*specimen.diameter / *specimen.height, specimen.poisson_ratio);
+}
+
+bool InRange(const Specimen& specimen, double strain) {
+  return std::abs(strain) >= specimen.from && std::abs(strain) <= specimen.to;
+}
+
+// Columns F11 ... F33 and P11 ... P33 or sigma11 ... sigma33; a stress that is zero throughout was
+// not measured.
+MaterialTest ReadTensor(const RawTable& table, const Specimen& specimen) {
+  MaterialTest test{.kind = TestKind::kTensor, .name = table.file.stem().string()};
+  std::array<std::optional<std::size_t>, 9> F, S;
+  test.cauchy = !table.Find({"p11"}) && table.Find({"sigma11"});
+  for (std::size_t i = 0; i < 9; ++i) {
+    const std::string at{static_cast<char>('1' + i / 3), static_cast<char>('1' + i % 3)};
+    F[i] = table.Find({std::string_view("f" + at)});
+    S[i] = table.Find({std::string_view((test.cauchy ? "sigma" : "p") + at)});
+    if (!F[i]) {
+      throw InputError(
+          table.file.string() + ": no column F" + at +
+          ": accepted is KIND=FILE, or columns F11 to F33 with P11 ... or sigma11 ...");
+    }
+  }
+  const auto measured = [&](std::size_t c) {
+    return S[c] && std::ranges::any_of(table.rows, [&](const auto& r) { return r[*S[c]] != 0; });
+  };
+  for (std::size_t c = 0; c < 9; ++c) {
+    if (measured(c)) test.components.emplace_back(c / 3, c % 3);
+  }
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    TestRow row;
+    for (std::size_t c = 0; c < 9; ++c) {
+      row.F(static_cast<Eigen::Index>(c / 3), static_cast<Eigen::Index>(c % 3)) =
+          table.rows[i][*F[c]];
+      if (!measured(c)) continue;
+      row.measured.push_back(table.rows[i][*S[c]] *
+                             StressFactor(table.columns[*S[c]], Load::kNominal, specimen));
+    }
+    if (!(row.F.determinant() > 1e-6)) FailAt(table, i, "det F: accepted is above 0");
+    CheckRow(table, i, test, row);
+    test.rows.push_back(row);
+  }
+  Finish(table, specimen, &test);
+  return test;
+}
+
+// The second stress, along the second stretch, where it was measured.
+std::optional<std::size_t> SecondStress(const RawTable& table, const MaterialTest& test) {
+  if (test.kind == TestKind::kUniaxial || test.kind == TestKind::kShear) return std::nullopt;
+  const auto found = test.cauchy ? table.Find({"sigma22"}) : table.Find({"p22", "stress 2"});
+  if (!found) return std::nullopt;
+  const bool any = std::ranges::any_of(table.rows, [&](const auto& r) { return r[*found] != 0; });
+  return any ? found : std::nullopt;
+}
+
+void AddRow(const RawTable& table, std::size_t i, const TestRow& row, MaterialTest* test) {
+  CheckRow(table, i, *test, row);
+  test->rows.push_back(row);
+}
+
+}  // namespace
+
+MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
+  const RawTable table = ReadRawTable(request.file);
+  if (request.kind.empty() || request.kind == "tensor") return ReadTensor(table, specimen);
+  MaterialTest test{.kind = KindOf(request), .name = request.file.stem().string()};
+  const bool shear = test.kind == TestKind::kShear;
+  const Abscissa x = FindAbscissa(table, specimen, shear);
+  const Ordinate y = FindOrdinate(table, specimen, shear);
+  test.cauchy = y.load == Load::kCauchy;
+  test.components = {shear ? std::pair(0, 1) : std::pair(0, 0)};
+  const auto second = SecondStress(table, test);
+  if (second) test.components.emplace_back(1, 1);
+  const auto across = table.Find({"stretch 2", "lambda 2", "lambda2", "f22"});
+  if (test.kind == TestKind::kBiaxial && request.across == 0 && !across) {
+    throw InputError(table.file.string() +
+                     ": biaxial needs the second stretch: accepted is a column stretch_2, or "
+                     "biaxial:RATIO=FILE, the second strain over the first");
+  }
+  const double by = StrainFactor(table.columns[x.column], x.measure, specimen);
+  const double stress = StressFactor(table.columns[y.column], y.load, specimen);
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const std::vector<double>& cells = table.rows[i];
+    const double strain =
+        x.measure == Measure::kStretch ? by * cells[x.column] - 1 : by * cells[x.column];
+    if (!InRange(specimen, strain)) continue;
+    TestRow row{.abscissa = shear ? strain : 1 + strain};
+    if (test.kind == TestKind::kBiaxial) {
+      row.across = request.across != 0 ? 1 + request.across * strain : cells[*across];
+    }
+    row.measured = {stress * cells[y.column]};
+    if (second) {
+      row.measured.push_back(cells[*second] *
+                             StressFactor(table.columns[*second], Load::kNominal, specimen));
+    }
+    AddRow(table, i, row, &test);
+  }
+  if (request.kind == "compression" && !test.rows.empty()) MakeCompressive(&test);
+  Finish(table, specimen, &test);
+  return test;
+}
+
+RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& specimen) {
+  const RawTable table = ReadRawTable(request.file);
+  const auto time = table.Find({"t", "time"});
+  if (!time) {
+    throw InputError(table.file.string() + ": no column time: there are " + table.Titles());
+  }
+  const Abscissa x = FindAbscissa(table, specimen, true);
+  const Ordinate y = FindOrdinate(table, specimen, true);
+  const double by = StrainFactor(table.columns[x.column], x.measure, specimen);
+  const double stress = StressFactor(table.columns[y.column], y.load, specimen);
+  RelaxationTable relaxation{.name = table.file.stem().string()};
+  const bool stretch = table.columns[x.column].name.starts_with("stretch") ||
+                       table.columns[x.column].name.starts_with("lambda");
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const double t = table.rows[i][*time] * table.columns[*time].to_si.value_or(1);
+    if (i > 0 && t < relaxation.time.back()) FailAt(table, i, "time goes back");
+    relaxation.time.push_back(t);
+    relaxation.strain.push_back(by * table.rows[i][x.column] - (stretch ? 1 : 0));
+    relaxation.stress.push_back(stress * table.rows[i][y.column]);
+  }
+  if (relaxation.time.size() < kLeastRows) {
+    throw InputError(table.file.string() + ": fewer than four rows");
+  }
+  return relaxation;
+}
+
+}  // namespace palpate::identify

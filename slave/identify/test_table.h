@@ -1,0 +1,45 @@
+// Tables of tests as people and machines write them: CSV with a header that names columns and their
+// units, below as many lines of remarks as there are.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "slave/identify/material_test.h"
+
+namespace palpate::identify {
+
+// What the table does not say.
+struct Specimen {
+  std::optional<double> area;         // of the loaded section at rest [m^2]
+  std::optional<double> height;       // between the ends, or gauge length, at rest [m]
+  std::optional<double> diameter;     // of a cylinder [m]
+  bool bonded = false;                // its ends cannot widen
+  double poisson_ratio = 0.5;         // for the ends' stiffening alone
+  std::optional<double> stress_unit;  // of columns that name none [Pa]; nullopt: SI
+  std::string abscissa, ordinate;     // columns; empty: found by their names
+  double from = 0, to = 1e9;          // rows whose strain (or amount of shear) is between [-]
+};
+
+struct TableRequest {
+  std::string kind;  // uniaxial tension compression equibiaxial planar biaxial shear tensor
+                     // relaxation; empty: tensor, where the columns are there
+  std::filesystem::path file;
+  double across = 0;  // of biaxial: second strain over the first; 0: column stretch_2
+};
+
+// Times, amounts and stresses as they stand, of a relaxation.
+struct RelaxationTable {
+  std::string name;
+  std::vector<double> time, strain, stress;  // [s], [-], [Pa]
+};
+
+// Throws InputError `file:line: ...` or `file: ...`: no header, no column of a kind that is needed,
+// a cell that is no number, a deformation that is none, fewer than four rows; std::invalid_argument
+// naming the option: an area or length that forces and displacements need.
+MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen);
+RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& specimen);
+
+}  // namespace palpate::identify

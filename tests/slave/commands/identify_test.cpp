@@ -1,0 +1,108 @@
+// `palpate-slave identify` end to end: tables in, report and drawing out, and what it refuses.
+#include "slave/commands/identify/identify.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "shared/text/text.h"
+#include "slave/commands/commands.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+using nlohmann::json;
+using std::filesystem::path;
+using testing::HasSubstr;
+
+class IdentifyCommand : public testing::Test {
+ protected:
+  IdentifyCommand() { std::filesystem::create_directories(folder_); }
+
+  path Write(const std::string& name, const std::string& text) {
+    WriteWholeFile(folder_ / name, text);
+    return folder_ / name;
+  }
+  json Run(IdentifyOptions options) {
+    options.out = folder_ / "out";
+    EXPECT_EQ(RunIdentify(options, {}), 0);
+    std::ifstream stream(options.out / "report.json");
+    return json::parse(stream);
+  }
+  std::string Refusal(IdentifyOptions options) {
+    options.out = folder_ / "refused";
+    try {
+      RunIdentify(options, {});
+    } catch (const std::exception& e) {
+      return e.what();
+    }
+    return {};
+  }
+
+  path folder_ = BinaryPath("/identify-command");
+};
+
+// A neo-Hookean rubber of 0.3 MPa: the law, its modulus, and lines of a scene.
+TEST_F(IdentifyCommand, TellsALawItsModulusAndTheScenesLines) {
+  std::string text = "stretch,P_MPa\n";
+  for (int i = 1; i <= 30; ++i) {
+    const double l = 1 + 0.03 * i;
+    text += Formatted("%.4f,%.9f\n", l, 0.3 * (l - 1 / (l * l)));
+  }
+  const json report = Run({.data = {"tension=" + Write("rubber.csv", text).string()}});
+  EXPECT_EQ(report.at("best"), "neo-hookean");
+  EXPECT_NEAR(report.at("laws").at(0).at("shear_modulus_Pa").get<double>(), 3e5, 30);
+  EXPECT_THAT(report.at("laws").at(0).at("scene").get<std::string>(), HasSubstr("law: ogden"));
+  EXPECT_GT(std::filesystem::file_size(folder_ / "out" / "identify.svg"), 2000U);
+  EXPECT_GT(std::filesystem::file_size(folder_ / "out" / "predictions.csv"), 1000U);
+}
+
+// A simulated block pressed by `solve` is measured from another start: E and nu within 2 %.
+TEST_F(IdentifyCommand, FindsASimulatedBlockAgain) {
+  const auto scene = [&](const char* name, const char* E, const char* nu) {
+    return Write(name, std::string("name: block\nobject:\n  geometry: {box: {size: [0.06, 0.06, "
+                                   "0.03], cells: [6, 6, 3]}}\n  material: {young_modulus: ") +
+                           E + ", poisson_ratio: " + nu +
+                           "}\n  fixed: {plane: {axis: z, at: 0 m}}\nmodel: {kind: fem}\n");
+  };
+  const path truth = scene("truth.yaml", "23.7 kPa", "0.33");
+  const path contacts = Write("contacts.csv",
+                              "case,x,y,z,dx,dy,dz,width\n"
+                              "a,0.03,0.03,0.03,0,0,-0.003,0.02\n"
+                              "b,0.02,0.03,0.03,0.001,0,-0.002,0.02\n"
+                              "c,0.03,0.03,0.03,0,0,-0.006,0.05\n");
+  ASSERT_EQ(RunSolve({.scene = truth, .contacts = contacts, .out = folder_ / "answers.csv"}), 0);
+  // As `solve` writes it, without widths: they are put back.
+  std::ifstream answers(folder_ / "answers.csv");
+  std::string with_widths, line;
+  for (int row = 0; std::getline(answers, line); ++row) {
+    with_widths += line + (row == 0 ? ",width\n" : row == 3 ? ",0.05\n" : ",0.02\n");
+  }
+  const path start = scene("start.yaml", "5 kPa", "0.2");
+  const json report = Run({.data = {"press=" + Write("presses.csv", with_widths).string()},
+                           .scene = start,
+                           .fit_poisson = true});
+  EXPECT_NEAR(report.at("press").at("young_modulus_Pa").get<double>() / 23700, 1, 0.02);
+  EXPECT_NEAR(report.at("press").at("poisson_ratio").get<double>(), 0.33, 0.01);
+}
+
+TEST_F(IdentifyCommand, RefusesWithASentence) {
+  const std::string table = Write("t.csv", "strain,stress\n0,0\n.1,1\n.2,2\n.3,3\n").string();
+  EXPECT_THAT(Refusal({.data = {"tension=" + table}, .ends = "glued"}), HasSubstr("--ends"));
+  EXPECT_THAT(Refusal({.data = {"press=" + table}}), HasSubstr("--scene"));
+  EXPECT_THAT(Refusal({.data = {"biaxial:x=" + table}}), HasSubstr("second strain"));
+  EXPECT_THAT(Refusal({.data = {"tension=" + table}, .stress_unit = "bar"}),
+              HasSubstr("--stress-unit"));
+  EXPECT_THAT(Refusal({.data = {"tension=" + table}, .height = "3 kg"}), HasSubstr("--height"));
+  EXPECT_THAT(Refusal({.data = {"tension=absent.csv"}}), HasSubstr("cannot be read"));
+  EXPECT_THAT(Refusal({.data = {table}}), HasSubstr("F11"));
+}
+
+}  // namespace
+}  // namespace palpate

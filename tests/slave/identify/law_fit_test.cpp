@@ -1,0 +1,125 @@
+// Laws are found again from their own curves; what cannot be told is said.
+#include "slave/identify/law_fit.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/identify/chord_modulus.h"
+#include "slave/identify/prediction.h"
+#include "tests/slave/identify/synthetic.h"
+
+namespace palpate::identify {
+namespace {
+
+using testing::HasSubstr;
+
+std::vector<MaterialTest> ThreeTests(const HyperLaw& law, double noise = 0) {
+  return {CurveOf(law, TestKind::kUniaxial, 2.5, 30, noise, 1),
+          CurveOf(law, TestKind::kEquibiaxial, 1.8, 30, noise, 2),
+          CurveOf(law, TestKind::kPlanar, 2.2, 30, noise, 3)};
+}
+
+// Without noise the constants come back to what the search's tolerance leaves.
+TEST(FitLaw, FindsALawAgainFromItsOwnCurves) {
+  const HyperLaw truth{.name = "", .terms = {{4e4, 1.4}, {5e3, 5.5}, {8e3, -2.2}}};
+  const LawFit fit = FitLaw(Family("ogden-3"), ThreeTests(truth));
+  EXPECT_LT(fit.rms, 1e-5);
+  EXPECT_NEAR(fit.law.ShearModulus() / truth.ShearModulus(), 1, 1e-3);
+  const HyperLaw mooney{.name = "", .terms = {{4e4, 2}, {1e4, -2}}};
+  const LawFit two = FitLaw(Family("mooney-rivlin"), ThreeTests(mooney));
+  EXPECT_NEAR(two.values[0], 4e4, 1e-4);
+  EXPECT_NEAR(two.values[1], 1e4, 1e-4);
+}
+
+TEST(FitLaw, FindsAFoamAgainWithItsPoissonRatio) {
+  const HyperLaw truth{.name = "", .terms = {{2e4, 7}}, .nu = 0.22};
+  const LawFit fit = FitLaw(Family("foam-1"), {CurveOf(truth, TestKind::kUniaxial, 0.5, 40),
+                                               CurveOf(truth, TestKind::kUniaxial, 1.3, 40),
+                                               CurveOf(truth, TestKind::kShear, 0.3, 40)});
+  EXPECT_NEAR(fit.values[0], 2e4, 2e2);
+  EXPECT_NEAR(fit.values[1], 7, 0.05);
+  EXPECT_NEAR(fit.values[2], 0.22, 5e-3);
+}
+
+TEST(FitLaws, ChooseTheLawThatMadeTheData) {
+  const HyperLaw neo{.name = "", .terms = {{3e4, 2}}};
+  EXPECT_EQ(FitLaws(ThreeTests(neo, 0.01), false).front().law.name, "neo-hookean");
+  const HyperLaw mooney{.name = "", .terms = {{3e4, 2}, {1e4, -2}}};
+  EXPECT_EQ(FitLaws(ThreeTests(mooney, 0.005), false).front().law.name, "mooney-rivlin");
+}
+
+// The same data give the same answer, whatever their unit.
+TEST(FitLaws, DoNotDependOnTheUnit) {
+  const HyperLaw law{.name = "", .terms = {{3e4, 1.5}, {2e3, 6}}};
+  std::vector<MaterialTest> tests = ThreeTests(law, 0.01);
+  const LawFit here = FitLaw(Family("ogden-2"), tests);
+  for (MaterialTest& test : tests) {
+    for (TestRow& row : test.rows) row.measured[0] *= 1e-6;
+  }
+  const LawFit there = FitLaw(Family("ogden-2"), tests);
+  EXPECT_NEAR(1e6 * there.law.ShearModulus() / here.law.ShearModulus(), 1, 1e-6);
+  EXPECT_NEAR(there.values[2], here.values[2], 1e-4);
+}
+
+// Small simple shear tells one modulus; how it divides between the invariants it cannot tell, which
+// a test with large stretches would.
+TEST(FitLaws, SayWhatTheDataDoNotTell) {
+  const HyperLaw mooney{.name = "", .terms = {{3e4, 2}, {1e4, -2}}};
+  const LawFit fit =
+      FitLaw(Family("mooney-rivlin"), {CurveOf(mooney, TestKind::kShear, 0.5, 30, 0.01)});
+  EXPECT_THAT(fit.untold, HasSubstr("G1 against G2"));
+  EXPECT_FALSE(fit.extra.empty());
+  EXPECT_THAT(fit.extra, testing::Not(HasSubstr("shear")));
+  const LawFit told = FitLaw(Family("mooney-rivlin"), ThreeTests(mooney, 0.01));
+  EXPECT_EQ(told.untold, "");
+}
+
+// Brain softens in tension and stiffens in compression as no law of this list does with
+// moduli that stay positive but Ogden's of a negative exponent: it is stable and found.
+TEST(FitLaws, NeverOfferAnUnstableLawBeforeAStableOne) {
+  HyperLaw falling{.name = "", .yeoh = {3e4, -4e3, 0}};
+  const std::vector<LawFit> fits =
+      FitLaws({CurveOf(falling, TestKind::kUniaxial, 2.4, 40, 0.002)}, false);
+  EXPECT_EQ(fits.front().unstable, "");
+  for (const LawFit& fit : fits) {
+    if (fit.law.name != "yeoh") continue;
+    EXPECT_NE(fit.unstable, "");
+  }
+}
+
+TEST(ChordModulus, IsYoungsOfAStraightCurve) {
+  MaterialTest test{.kind = TestKind::kUniaxial, .components = {{0, 0}}, .end_factor = 1.4};
+  for (int i = 0; i <= 40; ++i) {
+    test.rows.push_back({.abscissa = 1 - 0.01 * i, .measured = {-1.4 * 5e4 * 0.01 * i}});
+  }
+  const auto chord = ChordModulusOf(test);
+  ASSERT_TRUE(chord);
+  EXPECT_NEAR(chord->modulus, 5e4, 1e-6);
+  EXPECT_TRUE(chord->compression);
+}
+
+// Rubber's other tests lie in the band that uniaxial data alone give, and its mean width
+// is below 40 % of their own peak (a quarter of that of all tests with published rubber,
+// data_test).
+TEST(Predictor, CoversOtherTestsOfRubberFromUniaxialDataAlone) {
+  const HyperLaw rubber{.name = "", .terms = {{3.7e5, 1.7}, {2.2e4, -1.4}}};
+  const Predictor predictor({CurveOf(rubber, TestKind::kUniaxial, 3, 40, 0.003)});
+  for (const TestKind kind : {TestKind::kEquibiaxial, TestKind::kPlanar}) {
+    const MaterialTest test = CurveOf(rubber, kind, kind == TestKind::kPlanar ? 2.8 : 2, 20);
+    const double peak = test.Peak();
+    int covered = 0;
+    double width = 0;
+    for (std::size_t i = 0; i < test.rows.size(); ++i) {
+      const PredictedRow row = predictor.At(test, i);
+      covered += row.low <= test.rows[i].measured[0] && test.rows[i].measured[0] <= row.high;
+      width += (row.high - row.low) / static_cast<double>(test.rows.size());
+    }
+    EXPECT_GE(covered, 19) << NameOf(kind);
+    EXPECT_LT(width, 0.4 * peak) << NameOf(kind);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::identify

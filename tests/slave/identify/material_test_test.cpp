@@ -1,0 +1,80 @@
+// Stresses of laws under known loads, against closed forms.
+#include "slave/identify/material_test.h"
+
+#include <cmath>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "tests/slave/identify/synthetic.h"
+
+namespace palpate::identify {
+namespace {
+
+const HyperLaw kMooney{.name = "mooney", .terms = {{700, 2}, {300, -2}}};
+
+// Rivlin 1948, with 2 C1 = 700 and 2 C2 = 300 Pa.
+TEST(MaterialTest, MooneyFollowsRivlin) {
+  for (const double l : {0.6, 1.4, 2.5}) {
+    const auto nominal = [&](TestKind kind) {
+      MaterialTest test{.kind = kind, .components = {{0, 0}}};
+      test.rows = {{.abscissa = l, .measured = {0}}};
+      return Predict(kMooney, test)[0];
+    };
+    EXPECT_NEAR(nominal(TestKind::kUniaxial), (l - 1 / (l * l)) * (700 + 300 / l), 1e-9);
+    EXPECT_NEAR(nominal(TestKind::kPlanar), (l - 1 / (l * l * l)) * 1000, 1e-9);
+    EXPECT_NEAR(nominal(TestKind::kEquibiaxial), (l - std::pow(l, -5)) * (700 + 300 * l * l), 1e-9);
+  }
+  const MaterialTest shear = CurveOf(kMooney, TestKind::kShear, 1.2, 3);
+  for (const TestRow& row : shear.rows) {
+    EXPECT_NEAR(row.measured[0], 1000 * row.abscissa, 1e-9);
+  }
+}
+
+// True stress is the nominal one by the stretch along it.
+TEST(MaterialTest, TrueStressIsNominalByStretch) {
+  MaterialTest test = CurveOf(kMooney, TestKind::kUniaxial, 1.5, 1);
+  const double nominal = test.rows[0].measured[0];
+  test.cauchy = true;
+  EXPECT_NEAR(Predict(kMooney, test)[0], 1.5 * nominal, 1e-9);
+}
+
+TEST(MaterialTest, WhatNoIsotropicLawDoesIsNamed) {
+  MaterialTest test{.kind = TestKind::kBiaxial, .name = "BT", .components = {{0, 0}, {1, 1}}};
+  for (const double l : {1.1, 1.2, 1.3, 1.4}) {
+    test.rows.push_back({.abscissa = l, .across = l, .measured = {1000 * l, 1000 * l}});
+  }
+  EXPECT_EQ(AgainstIsotropy(test), "");
+  test.rows[2].measured[1] = 700;
+  EXPECT_NE(AgainstIsotropy(test).find("BT: stretched by 1.3 both ways"), std::string::npos);
+}
+
+// A foam's free faces carry nothing: its lateral stretch is the law's own.
+TEST(MaterialTest, AFoamsFreeFacesAreFree) {
+  const HyperLaw foam{.name = "foam", .terms = {{900, 8}, {200, -3}}, .nu = 0.2};
+  for (const TestKind kind : {TestKind::kUniaxial, TestKind::kEquibiaxial, TestKind::kPlanar}) {
+    for (const double l : {0.5, 1.3}) {
+      const Eigen::Vector3d stretches = PrincipalStretches(kind, l, foam.nu);
+      EXPECT_NEAR(foam.Derivatives(stretches)[2], 0, 1e-9 * foam.ShearModulus());
+    }
+  }
+  const auto small = PrincipalStretches(TestKind::kUniaxial, 1 + 1e-6, foam.nu);
+  EXPECT_NEAR((1 - small[1]) / 1e-6, 0.2, 1e-5);
+  MaterialTest test{.kind = TestKind::kUniaxial, .components = {{0, 0}}};
+  test.rows = {{.abscissa = 1 + 1e-6, .measured = {0}}};
+  EXPECT_NEAR(Predict(foam, test)[0] / 1e-6, foam.YoungModulus(), 1e-4 * foam.YoungModulus());
+}
+
+// Yeoh's law with a falling second modulus softens until it gives way; terms of positive moduli
+// never do.
+TEST(Stability, IsSeenAndNamed) {
+  const HyperLaw stable{.name = "ogden", .terms = {{500, 12}, {100, -20}}};
+  EXPECT_EQ(FirstInstability(stable, 0.3, 4), "");
+  const HyperLaw unstable{.name = "yeoh", .yeoh = {500, -100, 0}};
+  EXPECT_NE(FirstInstability(unstable, 0.5, 4).find("unstable from a stretch of"),
+            std::string::npos);
+  EXPECT_LT(LeastStability(unstable, {3, 1 / std::sqrt(3.0), 1 / std::sqrt(3.0)}), 0);
+}
+
+}  // namespace
+}  // namespace palpate::identify

@@ -1,0 +1,106 @@
+// Tables as machines and people write them, and what is wrong with some.
+#include "slave/identify/test_table.h"
+
+#include <filesystem>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "shared/text/text.h"
+#include "tests/support/paths.h"
+
+namespace palpate::identify {
+namespace {
+
+using testing::HasSubstr;
+
+std::filesystem::path Write(const std::string& text) {
+  const std::filesystem::path file =
+      BinaryPath(std::string("/identify-") +
+                 testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv");
+  WriteWholeFile(file, text);
+  return file;
+}
+
+MaterialTest Read(const std::string& kind, const std::string& text, const Specimen& specimen = {}) {
+  return ReadTest({kind, Write(text)}, specimen);
+}
+
+std::string Complaint(const std::string& kind, const std::string& text,
+                      const Specimen& specimen = {}) {
+  try {
+    Read(kind, text, specimen);
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return {};
+}
+
+TEST(TestTable, RemarksUnitsForcesAndSignsOfAMachineAreUnderstood) {
+  const Specimen specimen{.area = 4e-4, .height = 0.02};
+  const MaterialTest test = Read("compression",
+                                 "Sample 7\nSpeed (mm/min): 10;\n"
+                                 "Time (s),Compression (mm),Load (N),Engineering Strain [-]\n"
+                                 "0,0,0,0\n1,1,2,-0.05\n2,2,4,-0.1\n3,4,8,-0.2\n",
+                                 specimen);
+  ASSERT_EQ(test.rows.size(), 4U);
+  EXPECT_DOUBLE_EQ(test.rows[3].abscissa, 0.8);
+  EXPECT_DOUBLE_EQ(test.rows[3].measured[0], -8 / 4e-4);
+}
+
+TEST(TestTable, UnitsStandBehindNames) {
+  const MaterialTest test = Read("tension", "lambda,P_MPa\n1,0\n1.1,0.1\n1.2,0.2\n1.3,0.3\n");
+  EXPECT_DOUBLE_EQ(test.rows[3].measured[0], 3e5);
+  const MaterialTest percent = Read("tension", "strain (%),stress (kPa)\n0,0\n10,1\n20,2\n30,3\n");
+  EXPECT_DOUBLE_EQ(percent.rows[3].abscissa, 1.3);
+  EXPECT_DOUBLE_EQ(percent.rows[3].measured[0], 3e3);
+}
+
+TEST(TestTable, TrueStressAndTensorsAreKnownByTheirColumns) {
+  EXPECT_TRUE(Read("tension", "stretch,sigma11\n1,0\n1.1,1\n1.2,2\n1.3,3\n").cauchy);
+  const std::string header =
+      "stretch,F11,F12,F13,F21,F22,F23,F31,F32,F33,P11,P12,P13,P21,P22,P23,P31,P32,P33\n";
+  std::string rows;
+  for (const char* gamma : {"0", "0.1", "0.2", "0.3"}) {
+    rows += std::string(gamma) + ",1," + gamma + ",0,0,1,0,0,0,1,0," + gamma + ",0,0,0,0,0,0,0\n";
+  }
+  const MaterialTest shear = Read("", header + rows);
+  ASSERT_EQ(shear.components.size(), 1U);
+  EXPECT_EQ(shear.components[0], std::pair(0, 1));
+  EXPECT_EQ(shear.rows[3].F(0, 1), 0.3);
+}
+
+TEST(TestTable, ManyRowsAreAveraged) {
+  std::string text = "strain,stress\n";
+  for (int i = 0; i < 5000; ++i) text += Formatted("%.6f,%.6f\n", 1e-4 * i, 1.0 * i);
+  const MaterialTest test = Read("tension", text);
+  EXPECT_LE(test.rows.size(), 240U);
+  EXPECT_NEAR(test.rows.back().measured[0] / (test.rows.back().abscissa - 1), 1e4, 1e-6);
+}
+
+TEST(TestTable, SaysWhatIsWrongAndWhere) {
+  EXPECT_THAT(Complaint("tension", "a,b\n1,2\n1,2\n1,2\n1,2\n"), HasSubstr("no deformation"));
+  EXPECT_THAT(Complaint("tension", "strain,b\n1,2\n1,2\n1,2\n1,2\n"), HasSubstr("no load"));
+  EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n0.1,much\n"), HasSubstr(".csv:3: stress"));
+  EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n0.1\n"), HasSubstr(":3: 1 cells"));
+  EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n-1.5,1\n0,0\n0,0\n"),
+              HasSubstr(":3: stretch = -0.5"));
+  EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n0.1,1\n"), HasSubstr("accepted is 4"));
+  EXPECT_THAT(Complaint("tension", "0,0\n0.1,1\n"), HasSubstr("without a header"));
+  EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n.1,0\n.2,0\n.3,0\n"),
+              HasSubstr("every stress is zero"));
+  EXPECT_THAT(Complaint("tension", "strain,force\n0,0\n.1,1\n.2,2\n.3,3\n"), HasSubstr("--area"));
+  EXPECT_THAT(Complaint("tension", "displacement,stress\n0,0\n.1,1\n.2,2\n.3,3\n"),
+              HasSubstr("--height"));
+  EXPECT_THAT(Complaint("bending", "strain,stress\n0,0\n"), HasSubstr("accepted is uniaxial"));
+  EXPECT_THAT(Complaint("biaxial", "stretch,stress\n1,0\n1.1,1\n1.2,2\n1.3,3\n"),
+              HasSubstr("second stretch"));
+  EXPECT_THAT(Complaint("tension", ""), HasSubstr("no header"));
+  EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\nnan,1\n0,0\n0,0\n"), HasSubstr(":3:"));
+  EXPECT_THAT(Complaint("compression", "strain,stress\n0,0\n.1,1\n.2,2\n.3,3\n", {.bonded = true}),
+              HasSubstr("--diameter"));
+}
+
+}  // namespace
+}  // namespace palpate::identify

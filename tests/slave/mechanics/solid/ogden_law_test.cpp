@@ -1,0 +1,204 @@
+// Ogden's law: derivatives by differences, rest, known special cases, and a block under homogeneous
+// load against closed forms.
+#include "slave/mechanics/fem/solid/ogden_law.h"
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/fem/solid/material_law.h"
+#include "tests/slave/mechanics/solid/bodies.h"
+
+namespace palpate {
+namespace {
+
+using namespace solid_tests;  // NOLINT(google-build-using-namespace): its helpers are for here
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+const std::vector<OgdenTerm> kRubber{{0.7, 1.3}, {0.2, 5}, {0.1, -2}};
+const std::vector<OgdenTerm> kNeo{{1, 2}};
+const std::vector<OgdenTerm> kMooney{{0.75, 2}, {0.25, -2}};
+
+Matrix3d Random(std::mt19937* engine, double size) {
+  std::uniform_real_distribution<double> uniform(-size, size);
+  return Matrix3d::NullaryExpr([&] { return uniform(*engine); });
+}
+
+// Central differences with step 1e-5 truncate at 1e-9 of values of order one to ten.
+TEST(OgdenLaw, StressAndTangentAreDerivatives) {
+  std::mt19937 engine(1);
+  const MaterialLaw law(Law::kOgden, 0.45, kRubber);
+  const double step = 1e-5, p = 0.3;
+  int tried = 0;
+  while (tried < 30) {
+    const Matrix3d H = Random(&engine, 0.5), dH = Random(&engine, 1);
+    if (SignedSvdOf(Matrix3d::Identity() + H).s[2] < 0.3) continue;
+    ++tried;
+    const auto energy = [&](double t) {
+      const auto point = law.At(H + t * dH);
+      return point.energy + p * point.g;
+    };
+    const auto stress = [&](double t) {
+      const auto point = law.At(H + t * dH);
+      return Matrix3d(point.stress + p * point.volume_stress);
+    };
+    EXPECT_NEAR((energy(step) - energy(-step)) / (2 * step), (stress(0).array() * dH.array()).sum(),
+                1e-6);
+    const Eigen::Matrix<double, 9, 1> moved = law.TangentAt(H, p, 0, kExactTangent) * dH.reshaped();
+    const Matrix3d difference = (stress(step) - stress(-step)) / (2 * step);
+    EXPECT_LT((moved - difference.reshaped()).norm(), 1e-5 * (1 + difference.norm()));
+  }
+}
+
+// Two equal stretches make the difference quotient of the tangent a derivative.
+TEST(OgdenLaw, TangentIsSmoothWhereStretchesMeet) {
+  const MaterialLaw law(Law::kOgden, 0.45, kRubber);
+  const auto tangent = [&](double apart) {
+    const Matrix3d H = Vector3d(0.4, -0.2, -0.2 + apart).asDiagonal();
+    return law.TangentAt(H, 0.1, 0, kExactTangent);
+  };
+  EXPECT_LT((tangent(1e-5) - tangent(0)).norm(), 1e-3);
+  EXPECT_LT((tangent(1e-7) - tangent(0)).norm(), 1e-5);
+}
+
+TEST(OgdenLaw, RestIsStressFreeAndHookeanToTheLastDigit) {
+  for (const double nu : {-0.5, 0.2, 0.45}) {
+    const MaterialLaw law(Law::kOgden, nu, kRubber), linear(Law::kLinear, nu);
+    EXPECT_EQ(law.At(Matrix3d::Zero()).stress.norm(), 0);
+    const double lambda = nu / ((1 + nu) * (1 - 2 * nu));
+    const Matrix9d hooke = linear.TangentAt(Matrix3d::Zero(), 0, lambda, kExactTangent);
+    const Matrix9d ours =
+        law.TangentAt(Matrix3d::Zero(), 0, 1 / law.compressibility(), kExactTangent);
+    EXPECT_LT((ours - hooke).norm(), 1e-12 * hooke.norm());
+    std::mt19937 engine(4);
+    const Matrix3d H = Random(&engine, 1e-18);
+    const auto point = law.At(H);
+    const Matrix3d stress = point.stress + point.g / law.compressibility() * point.volume_stress;
+    const Eigen::Matrix<double, 9, 1> expected = hooke * H.reshaped();
+    EXPECT_LT((stress.reshaped() - expected).norm(), 1e-13 * expected.norm());
+  }
+}
+
+// The invariants of the deformation at equal volume, by products and not by stretches.
+TEST(OgdenLaw, ExponentsOfTwoAreNeoHookeAndMooney) {
+  std::mt19937 engine(2);
+  const double mu = 0.5 / 1.45;
+  for (int trial = 0; trial < 20; ++trial) {
+    const Matrix3d H = Random(&engine, 0.3), F = Matrix3d::Identity() + H;
+    const Matrix3d C = std::pow(F.determinant(), -2.0 / 3) * F.transpose() * F;
+    const double I1 = C.trace(), I2 = 0.5 * (I1 * I1 - (C * C).trace());
+    EXPECT_NEAR(OgdenLaw(kNeo, mu).At(H).energy, mu / 2 * (I1 - 3), 1e-13);
+    EXPECT_NEAR(OgdenLaw(kMooney, mu).At(H).energy, mu / 2 * (0.75 * (I1 - 3) + 0.25 * (I2 - 3)),
+                1e-13);
+  }
+}
+
+TEST(OgdenLaw, IsObjectiveAndRefusesInvertedPlaces) {
+  std::mt19937 engine(5);
+  const OgdenLaw law(kRubber, 0.4);
+  const Matrix3d F = Matrix3d::Identity() + Random(&engine, 0.3);
+  const Matrix3d R = Eigen::AngleAxisd(2.4, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  const auto still = law.At(Matrix3d(F - Matrix3d::Identity()));
+  const auto turned = law.At(Matrix3d(R * F - Matrix3d::Identity()));
+  EXPECT_LT((turned.stress - R * still.stress).norm(), 1e-13);
+  EXPECT_NEAR(turned.energy, still.energy, 1e-13);
+  EXPECT_TRUE(std::isinf(law.At(Matrix3d(Vector3d(0, 0, -1.5).asDiagonal())).energy));
+}
+
+// --- a block of 1 m under uniform dead loads on some faces, sliding on the planes opposite to them
+class LoadedBlock {
+ public:
+  explicit LoadedBlock(const std::vector<OgdenTerm>& terms) {
+    SolidModel::Params params;
+    params.options.law = Law::kOgden;
+    params.options.terms = terms;
+    params.options.residual = 1e-9;
+    params.young_modulus = 1e5;
+    params.poisson_ratio = 0.4999;
+    params.range = 10;
+    HeldNodes held;
+    for (const Vector3d& p : mesh_.nodes) held.push_back({p.x() == 0, p.y() == 0, p.z() == 0});
+    model_ = std::make_unique<SolidModel>(mesh_, held, params);
+  }
+  static double mu() { return 1e5 / (2 * 1.4999); }
+
+  // Stretch along x under nominal stress on the faces across the first `axes` axes.
+  double StretchUnder(double nominal, int axes) {
+    const SurfaceMesh surface = SurfaceOf(mesh_);
+    std::vector<Contact> contacts;
+    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+      const auto& [a, b, c] = surface.triangles[static_cast<std::size_t>(t)];
+      const auto at = [&](int node) { return surface.nodes[static_cast<std::size_t>(node)]; };
+      const Vector3d centroid = (at(a) + at(b) + at(c)) / 3;
+      const double area = 0.5 * (at(b) - at(a)).cross(at(c) - at(a)).norm();
+      for (int axis = 0; axis < axes; ++axis) {
+        if (centroid[axis] < 1 - 1e-9) continue;
+        Contact contact = Push(centroid, nominal * area * Vector3d::Unit(axis), 1e-9);
+        contact.element = t;
+        contacts.push_back(contact);
+      }
+    }
+    std::vector<ContactResponse> responses(contacts.size());
+    model_->Respond(contacts, responses);
+    EXPECT_TRUE(model_->failure().empty()) << model_->failure();
+    return 1 + model_->displacement(NodeAt(*model_, 1, {1, 1, 1})).x();
+  }
+
+ private:
+  SolidMesh mesh_ = MeshBox({1, 1, 1}, {2, 2, 2});
+  std::unique_ptr<SolidModel> model_;
+};
+
+// Ogden 1972: nominal stress under free faces, incompressible. At nu = 0.4999 the volume changes by
+// stress / bulk modulus, some 1e-3 at most here.
+double Nominal(const std::vector<OgdenTerm>& terms, double stretch, double free_power) {
+  double sum = 0;
+  for (const OgdenTerm& term : terms) {
+    const double a = term.exponent;
+    sum += 2 * term.share * LoadedBlock::mu() / a *
+           (std::pow(stretch, a - 1) - std::pow(stretch, -free_power * a - 1));
+  }
+  return sum;
+}
+
+TEST(OgdenBlock, FollowsTheClosedFormsOfUniaxialAndEquibiaxialLoad) {
+  for (const auto& terms : {kRubber, kNeo, kMooney}) {
+    LoadedBlock block(terms);
+    for (const double stretch : {0.6, 1.3, 1.8}) {
+      EXPECT_NEAR(block.StretchUnder(Nominal(terms, stretch, 0.5), 1) / stretch, 1, 2e-3);
+    }
+    for (const double stretch : {0.8, 1.15, 1.3}) {
+      EXPECT_NEAR(block.StretchUnder(Nominal(terms, stretch, 2), 2) / stretch, 1, 2e-3);
+    }
+  }
+}
+
+// Under a bonded press quadratic elements with a pressure of their own settle: the force on 6 cells
+// an edge is within 2 % of that on 4, and changes less than from 2 to 4.
+TEST(OgdenBlock, PressConvergesUnderRefinement) {
+  std::vector<double> forces;
+  for (const int cells : {2, 4, 6}) {
+    SolidModel::Params params = Foam(Element::kTet10, Law::kOgden);
+    params.options.terms = kRubber;
+    params.poisson_ratio = 0.499;
+    const SolidMesh mesh = MeshBox(Vector3d::Constant(kCube), {cells, cells, cells});
+    SolidModel model(mesh, Bottom(mesh), params);
+    const std::vector<Contact> press{
+        Move({kCube / 2, kCube / 2, kCube}, {0, 0, -0.006}, 1.5 * kCube)};
+    std::vector<ContactResponse> responses(1);
+    model.Respond(press, responses);
+    ASSERT_TRUE(model.failure().empty()) << model.failure();
+    forces.push_back(-responses[0].force_O.z());
+  }
+  EXPECT_GT(forces[0], 0);
+  EXPECT_LT(std::abs(forces[2] - forces[1]), 0.02 * forces[1]);
+  EXPECT_LT(std::abs(forces[2] - forces[1]), std::abs(forces[1] - forces[0]));
+}
+
+}  // namespace
+}  // namespace palpate
