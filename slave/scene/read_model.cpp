@@ -126,6 +126,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   } else if (!is_membrane) {
     model.OneOf<ContactLaw>("contact", {{"bonded", ContactLaw::kBonded}}, " with this kind");
   }
+  if (kind.has_wall) options.wall = model.Number("wall", Positive(Dimension::kLength));
   if (kind.has_cache) {
     const std::string folder = model.Text("cache", "a folder", std::string());
     if (!folder.empty()) options.cache = context.folder / folder;
@@ -137,7 +138,12 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     options.range = model.Number("range", Share(), 0.10);
   }
   Section puncture = model.Open("puncture");
-  options.puncture_depth = puncture.Number("depth", Positive(Dimension::kLength));
+  if (puncture.Has("from")) {
+    options.puncture_from = puncture.Number("from", Positive(Dimension::kLength));
+  }
+  if (puncture.Has("depth") || options.puncture_from == 0) {
+    options.puncture_depth = puncture.Number("depth", Positive(Dimension::kLength));
+  }
   return options;
 }
 
