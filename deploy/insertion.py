@@ -68,7 +68,7 @@ def nice_step(most):
 
 
 class Plot:
-    def __init__(self, title, x_label, y_label, x_most, y_most):
+    def __init__(self, title, x_label, y_label, x_most, y_most, y_name="{:g}".format):
         self.x_most, self.y_most = x_most, y_most
         self.parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {LEFT + WIDTH + 30} {TOP + HEIGHT + 60}" '
                       'font-family="sans-serif" font-size="13">',
@@ -81,7 +81,7 @@ class Plot:
             self.parts.append(f'<text x="{self.x(at):.1f}" y="{TOP + HEIGHT + 20}" text-anchor="middle">{at:g}</text>')
         for i in range(int(y_most / nice_step(y_most)) + 1):
             at = i * nice_step(y_most)
-            self.parts.append(f'<text x="{LEFT - 8}" y="{self.y(at) + 4:.1f}" text-anchor="end">{at:g}</text>')
+            self.parts.append(f'<text x="{LEFT - 8}" y="{self.y(at) + 4:.1f}" text-anchor="end">{y_name(at)}</text>')
         self.legend = 0
 
     def x(self, value):
@@ -119,15 +119,18 @@ def depths(states):
 
 def draw_deformation(states, plan, file):
     """Force over deformation on the way in: paper A, figure 10."""
-    way_in = states[:max(i for i, d in enumerate(depths(states)) if d == max(x for x in depths(states) if x is not None))]
-    rows = [(1e6 * d, row) for d, row in zip(depths(states), way_in) if d is not None]
+    deep = depths(states)
+    told = deep[plan["told_sample"] - 1]
+    shown = [(d, row) for d, row in zip(deep, states) if d is not None]
+    shown = shown[:next((i for i, (d, _) in enumerate(shown) if d > 1.6 * told), len(shown))]
+    rows = [(1e6 * d, row) for d, row in shown]
     felt = [(d, 1e3 * size(row, "f")) for d, row in rows if size(row, "f") is not None]
     true = [(d, 1e3 * size(row, "true_f")) for d, row in rows if size(row, "true_f") is not None]
     plot = Plot("Force and deformation of the embryo", "deformation [um]", "force of the embryo on the pipette [mN]",
                 1.02 * max(d for d, _ in true), 1.15 * max(f for _, f in felt + true))
     plot.curve(true, "#bbb", "true force at the simulated site")
     plot.curve(felt, "#c33", "felt by the eyes")
-    plot.mark(1e6 * depths(states)[plan["told_sample"] - 1], "puncture told")
+    plot.mark(1e6 * told, "puncture told")
     plot.write(file)
 
 
@@ -213,10 +216,10 @@ def models(slave, scene, out):
         curves[f"shell filled with liquid, wall {wall} um"] = solve(slave, scene, out, [kind])
     for name, points in curves.items():
         print(f"{name}: " + ", ".join(f"{f:.3g} mN at {d:.0f} um" for d, f in points if d and round(d) % 50 == 0))
-    # Decades of force: both differ by more than one.
-    low = -3
+    low = -3  # decades: both differ by more than one
     high = math.log10(max(f for points in curves.values() for _, f in points)) - low
-    plot = Plot("Force and indentation by model", "indentation [um]", "log10 of the force [mN], above -3", 122, 1.15 * high)
+    plot = Plot("Force and indentation by model", "indentation [um]", "force [mN], by decades", 122, 1.5 * high,
+                lambda decades: f"1e{decades + low:g}" if decades == int(decades) else "")
     for (name, points), colour in zip(curves.items(), ("#c33", "#36c", "#393", "#a60")):
         plot.curve([(d, math.log10(f) - low) for d, f in points if f > 10 ** low], colour, name)
     plot.write(out / "force-models.svg")

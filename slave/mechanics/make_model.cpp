@@ -1,5 +1,6 @@
 #include "slave/mechanics/make_model.h"
 
+#include <algorithm>
 #include <array>
 #include <sstream>
 #include <stdexcept>
@@ -131,7 +132,7 @@ std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMes
                                       progress);
 }
 
-// The outline's elements and the meridian's pieces are as many.
+// The outline is for the eyes; the meridian is divided at least as finely as its 5 % take.
 std::unique_ptr<DeformationModel> MakeShell(const Scene& scene, const BoundaryMesh& mesh) {
   const auto* disc = std::get_if<DiscGeometry>(&scene.object.geometry);
   const auto* held = scene.object.fixed.size() == 1
@@ -147,7 +148,7 @@ std::unique_ptr<DeformationModel> MakeShell(const Scene& scene, const BoundaryMe
                   .young_modulus = material.young_modulus,
                   .poisson_ratio = material.poisson_ratio,
                   .held_angle = held->half_angle,
-                  .pieces = mesh.size()};
+                  .pieces = std::max(FluidShell::Params().pieces, mesh.size())};
   params.held_direction = held->centre;
   params.tool_width = scene.tool ? scene.tool->width : 0;
   params.range = scene.model.range > 0 ? scene.model.range : kDefaultRange;

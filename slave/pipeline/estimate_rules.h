@@ -44,7 +44,7 @@ class EstimateRules {
   [[nodiscard]] bool in_contact() const { return in_contact_; }
   // The membrane is seen to be broken: until the tool has left, nothing pushes it.
   void Break() noexcept { is_broken_ = true; }
-  [[nodiscard]] bool punctured() const { return punctured_; }
+  [[nodiscard]] bool broken() const { return is_broken_; }
 
   // The force that a model of modulus E tells, frame S [N], and what is known of its size without
   // the model [N]; `estimate` has its depth.

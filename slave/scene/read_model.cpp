@@ -138,10 +138,9 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     options.range = model.Number("range", Share(), 0.10);
   }
   Section puncture = model.Open("puncture");
-  if (puncture.Has("from")) {
-    options.puncture_from = puncture.Number("from", Positive(Dimension::kLength));
-  }
-  if (puncture.Has("depth") || options.puncture_from == 0) {
+  const bool has_from = puncture.Has("from");
+  if (has_from) options.puncture_from = puncture.Number("from", Positive(Dimension::kLength));
+  if (puncture.Has("depth") || !has_from) {
     options.puncture_depth = puncture.Number("depth", Positive(Dimension::kLength));
   }
   return options;

@@ -33,7 +33,7 @@ class FluidShell {
     double poisson_ratio = 0;  // nu [-], -1 < nu <= 0.5
     double tool_radius = 0;    // of the disc [m], 0 < tool_radius <= R / 2
     double held_angle = 0;     // half angle of the held cap from the centre [rad], 0.05 to 2
-    int pieces = 160;          // of the meridian, 20 to 4000
+    int pieces = 320;          // of the meridian, 20 to 4000
     bool filled = true;        // false: empty, the volume is free
   };
   // From the tool's edge to the holder's, (r, z) [m]: r from the axis, the pole rests at z = R.

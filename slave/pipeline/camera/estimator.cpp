@@ -245,7 +245,7 @@ Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
   const double blurred = std::max(0.0, 1 - object.sharpness);
   tip_sigma_ = std::hypot(tip.sigma, object.sigma_px, kBlurMoves * blurred);
   if (tip.sigma < kMostTipSigma || !object.dent_known || !rules_.in_contact()) return p_I;
-  if (rules_.punctured()) return p_I;
+  if (rules_.broken()) return p_I;
   const double sigma =
       std::hypot(std::sqrt(object.dent_covariance.trace()), dent_sigma_ * object.dent_O.norm());
   const Eigen::Vector2d dent_S = registration_.X_SO.linear().topLeftCorner<2, 2>() * object.dent_O;
@@ -285,7 +285,7 @@ void Estimator::LookAtObject(const cv::Mat& image) noexcept {
     const Eigen::Vector3d p_S = view_.ToSlave(watch_->sighting().motion.Back(tip.p_I));
     const Eigen::Vector3d way_S = p_S - felt_.p_S_contact;
     const bool touches = rules_.in_contact() || way_S.dot(felt_.local_model.normal) < 0;
-    const bool presses = touches && !rules_.punctured();
+    const bool presses = touches && !rules_.broken();
     dent_O_.setZero();
     if (presses) {
       dent_O_ = (registration_.X_SO.linear().transpose() * way_S).head<2>() / view_.pixel();
@@ -311,7 +311,7 @@ double Estimator::DepthOf(const Eigen::Vector2d& dent_O) const noexcept {
 
 // `depth` [m]
 void Estimator::LookForPuncture(double depth) noexcept {
-  if (!watch_ || rules_.punctured()) return;
+  if (!watch_ || rules_.broken()) return;
   const ObjectSighting& seen = watch_->sighting();
   const Eigen::Vector2d& n = pressed_place_.normal_O;
   const double sigma = std::sqrt(std::max(0.0, n.dot(seen.dent_covariance * n)));
@@ -408,7 +408,10 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
   const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
   rules_.TellForce(-(X_SO.linear() * response.force_O),
                    stiffness * std::hypot(tip_sigma, rest_sigma_), response.validity, &felt_);
-  Judge(rules_.punctured() ? Eigen::Vector2d::Zero() : dent_O, tip_sigma / view_.pixel());
+  if (!rules_.broken()) return Judge(dent_O, tip_sigma / view_.pixel());
+  // Through a broken membrane nothing is dented, and the force is zero whatever the edge says; the
+  // snake, which would follow the tool inwards, begins at the rest surface again.
+  eyes_->RestartContour();
 }
 
 bool Estimator::IsDented(const Eigen::Vector2d& dent_O, double sigma_px) const noexcept {

@@ -58,8 +58,7 @@ TEST(FluidShellTest, FourTimesAsManyPiecesSayTheSame) {
 // tension balance. Where the wall does not bend, half way down; the tension is Hooke's of the
 // stretches there. Tolerance 3 %: a piece is 2 degrees long there.
 TEST(FluidShellTest, TheWallAndTheLiquidCarryTheToolsForce) {
-  FluidShell::Params params = Chorion();
-  params.pieces = 320;
+  const FluidShell::Params params = Chorion();
   FluidShell shell(params);
   const FluidShell::Meridian rest = shell.state().meridian;
   for (const double depth : {10e-6, 40e-6, 80e-6}) {

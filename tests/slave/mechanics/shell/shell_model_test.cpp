@@ -44,8 +44,7 @@ TEST_F(ShellModelTest, ThePressIsTheShells) {
                     .young_modulus = 1.51e6,
                     .poisson_ratio = 0.5,
                     .tool_radius = 0.5 * scene_.tool->width,
-                    .held_angle = std::numbers::pi / 6,
-                    .pieces = 160});
+                    .held_angle = std::numbers::pi / 6});
   for (const double depth : {13e-6, 37e-6, 71e-6, 96e-6}) {
     ASSERT_TRUE(shell.PressTo(depth));
     const ContactResponse response = Press(depth);
