@@ -33,8 +33,11 @@ mkdir -p "$out"
 file=deploy/scenes/$scene.yaml
 [ -f "$file" ] || { echo "demo.sh: --scene $scene: accepted is one of: $(cd deploy/scenes && ls ./*.yaml | sed 's#\./##; s/\.yaml//' | tr '\n' ' ')" >&2; exit 2; }
 
+parts=() device=sim-hand
+grep -q '^  embryo:' "$file" && parts=(insertion)
+
 echo "== install and build: some minutes the first time"
-deploy/install.sh
+deploy/install.sh "${parts[@]}"
 deploy/build.sh release -DPALPATE_TESTS=OFF -- palpate-slave palpate-master
 slave=build/release/bin/palpate-slave master=build/release/bin/palpate-master
 
@@ -42,6 +45,14 @@ echo
 echo "== what will run"
 plan=$($slave check "$file")
 echo "$plan"
+
+if [ ${#parts[@]} -gt 0 ]; then
+  echo
+  echo "== the insertion offline, which tells the hand where the target is"
+  $slave process "$file" --pictures --out "$out/offline" | grep -v '^written'
+  deploy/insertion.py hand "$out/offline" "$duration" "$out/hand.csv"
+  device=playback:$out/hand.csv
+fi
 
 echo
 echo "== a hand presses for $duration s"
@@ -57,11 +68,22 @@ done
 address=$(sed -n 's/^listening on //p' "$out/slave.out")
 [ -n "$address" ] || { echo "the slave did not answer within 90 s: see $out/slave.log" >&2; exit 1; }
 progress_end "the slave is ready"
-$master connect "$address" --device sim-hand --render local --duration "$duration" \
+$master connect "$address" --device "$device" --render local --duration "$duration" \
   --report "$out/report.json" --log "$out/log.csv" --shape "$out/shape.svg"
 kill -TERM $pid
 wait $pid || { echo "the slave did not stop cleanly: see $out/slave.log" >&2; exit 1; }
 trap - EXIT
+
+if [ ${#parts[@]} -gt 0 ]; then
+  echo
+  echo "== what the insertion came to"
+  deploy/insertion.py figures "$out/offline" "$out/log.csv" "$out"
+  deploy/insertion.py models "$slave" "$file" "$out"
+  echo
+  echo "report: $out/report.json   every tick: $out/log.csv   slave's log: $out/slave.log"
+  echo "pictures: $out/insertion.svg   force: $out/force-deformation.svg $out/force-time.svg $out/force-models.svg"
+  exit 0
+fi
 
 echo
 echo "== where the estimate's error comes from: the scene's own press offline, against the simulated site's truth"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing on Debian 12: what palpate-slave and palpate-master need, and of these parts what is named.
-# usage: deploy/install.sh [films] [openni] [calibration] [clouds] [tests] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [tests] [fuzz] [gcc]
 #   tests: all parts, and what their tests need   fuzz: what fuzzing takes   gcc: the compiler that tests try as well
 set -euo pipefail
 # shellcheck source=progress.sh
@@ -12,9 +12,11 @@ packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc li
 films=(libopencv-videoio-dev)         # palpate-films.so: films, cameras, pictures other than PNG and JPEG
 openni=(libopenni2-dev)               # palpate-openni.so: depth cameras
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
+insertion=(python3)                   # the hand and the figures of an embryo's demo
 clouds=(libpcl-dev)                   # palpate-slave evaluate
 for part in "$@"; do
   case $part in
+    insertion) packages+=("${insertion[@]}") ;;
     films) packages+=("${films[@]}") ;;
     openni) packages+=("${openni[@]}") ;;
     calibration) packages+=("${calibration[@]}") ;;
@@ -27,7 +29,7 @@ for part in "$@"; do
       command -v npm >/dev/null || packages+=(npm) ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: accepted are films, openni, calibration, clouds, tests, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: accepted are insertion, films, openni, calibration, clouds, tests, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

@@ -26,7 +26,7 @@ class EstimateRules {
     puncture_depth_ = scene.model.puncture_depth;
     modulus_tolerance_ = scene.object.material.young_modulus_tolerance;
   }
-  void Reset() noexcept { in_contact_ = punctured_ = false; }
+  void Reset() noexcept { in_contact_ = punctured_ = is_broken_ = false; }
 
   // Whether what is watched was found.
   void Track(bool found, ContactEstimate* estimate) noexcept {
@@ -39,9 +39,12 @@ class EstimateRules {
   void Touch(bool touches, ContactEstimate* estimate) noexcept {
     if (touches != in_contact_) estimate->events.Add(touches ? Event::kContact : Event::kRelease);
     in_contact_ = touches;
-    if (!touches) punctured_ = false;
+    if (!touches) punctured_ = is_broken_ = false;
   }
   [[nodiscard]] bool in_contact() const { return in_contact_; }
+  // The membrane is seen to be broken: until the tool has left, nothing pushes it.
+  void Break() noexcept { is_broken_ = true; }
+  [[nodiscard]] bool broken() const { return is_broken_; }
 
   // The force that a model of modulus E tells, frame S [N], and what is known of its size without
   // the model [N]; `estimate` has its depth.
@@ -51,9 +54,10 @@ class EstimateRules {
     estimate->validity = validity;
     estimate->check =
         validity == Validity::kExtrapolated ? FailedCheck::kModelRange : FailedCheck::kNone;
-    const bool overshot = in_contact_ && puncture_depth_ > 0 && estimate->depth > puncture_depth_;
-    if (overshot && !punctured_) estimate->events.Add(Event::kPuncture);
-    punctured_ |= overshot;
+    const bool overshot = puncture_depth_ > 0 && estimate->depth > puncture_depth_;
+    const bool through = in_contact_ && (overshot || is_broken_);
+    if (through && !punctured_) estimate->events.Add(Event::kPuncture);
+    punctured_ |= through;
     if (punctured_) {  // the cue of paper A, 4.2: the resistance is gone
       estimate->force = Eigen::Vector3d::Zero();
       estimate->validity = Validity::kPunctured;
@@ -78,7 +82,7 @@ class EstimateRules {
  private:
   double puncture_depth_ = 0;     // [m]; 0: never
   double modulus_tolerance_ = 0;  // one sigma of E, relative [-]
-  bool tracking_ = true, in_contact_ = false, punctured_ = false;
+  bool tracking_ = true, in_contact_ = false, punctured_ = false, is_broken_ = false;
 };
 
 }  // namespace palpate

@@ -31,11 +31,16 @@ struct ModelKind {
   bool takes_friction = false;  // contact: bonded or frictionless; otherwise bonded alone
   bool has_cache = false;       // keeps its Green's functions in a folder
   bool takes_tension = false;   // of a membrane at rest; and modes
+  bool has_wall = false;        // a disc's rim filled with a liquid: takes wall
 };
 
 // `auto` is no kind: ChooseModel names one.
 inline constexpr std::array kModelKinds{
     ModelKind{.name = "bem2d", .object = ObjectClass::kOutline, .takes_friction = true},
+    ModelKind{.name = "shell",
+              .object = ObjectClass::kOutline,
+              .linearity = Linearity::kNever,
+              .has_wall = true},
     ModelKind{.name = "plate", .object = ObjectClass::kMembrane},
     ModelKind{.name = "plate-large",
               .object = ObjectClass::kMembrane,

@@ -168,6 +168,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   } else if (!is_membrane) {
     model.OneOf<ContactLaw>("contact", {{"bonded", ContactLaw::kBonded}}, " with this kind");
   }
+  if (kind.has_wall) options.wall = model.Number("wall", Positive(Dimension::kLength));
   if (kind.has_cache) {
     const std::string folder = model.Text("cache", "a folder", std::string());
     if (!folder.empty()) options.cache = context.folder / folder;
@@ -179,7 +180,11 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     options.range = model.Number("range", Share(), 0.10);
   }
   Section puncture = model.Open("puncture");
-  options.puncture_depth = puncture.Number("depth", Positive(Dimension::kLength));
+  const bool has_from = puncture.Has("from");
+  if (has_from) options.puncture_from = puncture.Number("from", Positive(Dimension::kLength));
+  if (puncture.Has("depth") || !has_from) {
+    options.puncture_depth = puncture.Number("depth", Positive(Dimension::kLength));
+  }
   return options;
 }
 

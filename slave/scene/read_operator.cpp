@@ -159,6 +159,27 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
   return options;
 }
 
+namespace {
+
+// A round tool is told by its width, its radius or both; one is twice the other unless both stand.
+void ReadWidth(Section& section, const Rule& width, Tool* tool) {
+  if (tool->shape == Tool::Shape::kFlat) {
+    if (section.Has("radius")) section.Refuse("radius", "nothing with a flat tool");
+    tool->width = section.Number("width", width);
+    return;
+  }
+  std::optional<double> across;
+  if (section.Has("radius")) {
+    tool->radius = section.Number("radius", Positive(Dimension::kLength));
+    across = 2 * tool->radius;
+  }
+  tool->width = section.Number("width", width, across);
+  if (!across) tool->radius = tool->width / 2;
+  if (tool->radius < tool->width / 2) section.Refuse("radius", "at least half of tool.width");
+}
+
+}  // namespace
+
 std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
                              const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
   Section section = scene.Open("tool", is_needed ? "a map of shape and width" : "");
@@ -166,7 +187,7 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
   Tool tool;
   tool.shape = section.OneOf<Tool::Shape>(
       "shape", {{"flat", Tool::Shape::kFlat}, {"round", Tool::Shape::kRound}});
-  tool.width = section.Number("width", width);
+  ReadWidth(section, width, &tool);
   const Eigen::Vector2d usual = TowardsBox(box, home);
   const Eigen::Vector2d direction = section.Vector2("direction", Any(Dimension::kNumber), usual);
   if (direction.norm() < kSmallest && !usual.isZero(0))
@@ -176,8 +197,31 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
 }
 
 Tool UsualTool(const BoundingBox& box) {
-  return {.shape = Tool::Shape::kRound, .width = kToolPerSide * box.larger_side()};
+  const double width = kToolPerSide * box.larger_side();
+  return {.shape = Tool::Shape::kRound, .width = width, .radius = width / 2};
 }
+
+namespace {
+
+EmbryoSite ReadEmbryo(Section& section) {
+  const Rule length = Positive(Dimension::kLength);
+  EmbryoSite embryo;
+  if (section.Has("radius")) embryo.radius = section.Number("radius", length);
+  embryo.linear_to = section.Number("linear_to", length, embryo.linear_to);
+  embryo.stiffening = section.Number("stiffening", Between(Dimension::kNumber, 0, 10, "0 to 10"),
+                                     embryo.stiffening);
+  embryo.puncture = section.Vector2("puncture", length, embryo.puncture);
+  if (embryo.puncture[0] > embryo.puncture[1]) {
+    section.Refuse("puncture", "two depths, the smaller one first");
+  }
+  embryo.drag = section.Number("drag", NotNegative(Dimension::kNumber), embryo.drag);
+  embryo.debris = section.Integer("debris", 0, 1000, embryo.debris);
+  embryo.defocus =
+      section.Number("defocus", Between(Dimension::kPixels, 0, 20, "0 to 20"), embryo.defocus);
+  return embryo;
+}
+
+}  // namespace
 
 SiteOptions ReadSite(Section& scene) {
   Section section = scene.Open("site");
@@ -193,6 +237,8 @@ SiteOptions ReadSite(Section& scene) {
   site.pace =
       section.Number("pace", Between(Dimension::kNumber, 1e-3, 1e3, "0.001 to 1000"), site.pace);
   site.misplacement = section.Vector2("misplacement", Any(Dimension::kLength), site.misplacement);
+  Section embryo = section.Open("embryo");
+  if (embryo.present()) site.embryo = ReadEmbryo(embryo);
   return site;
 }
 

@@ -104,7 +104,8 @@ bool IsHeld(const Object& object);
 // --- tool
 struct Tool {
   enum class Shape : std::uint8_t { kFlat, kRound } shape = Shape::kFlat;
-  double width = 0;  // contact width [m], > 0
+  double width = 0;   // across; of a flat one the contact's width [m], > 0
+  double radius = 0;  // of a round one's end [m]; its contact grows with the depth
   Eigen::Vector2d direction{
       0, -1};  // unit vector along which the tool points, plane z = 0 of S; zero: the picture tells
 };
@@ -378,7 +379,9 @@ struct ModelOptions {
   double rate = 500;          // asked for [Hz]
   double range = 0;           // largest |displacement| / larger side before `extrapolated` [-]
   double puncture_depth = 0;  // overshoot beyond which the puncture cue fires [m]; 0: never
+  double puncture_from = 0;   // depth from which a camera may see it [m]; 0: nobody looks
   double prestress = 0;       // of membranes: tension at rest [N/m]
+  double wall = 0;            // of a fluid-filled shell: its thickness [m]
 };
 
 // --- operator, manipulator, site
@@ -412,6 +415,17 @@ struct LinkOptions {
   // fades.
   double dead_after = kUsualDeadAfter;
 };
+// What a simulated embryo has beside a body and its light (`site.embryo`). The insertion's puncture
+// and the target inside the cell are drawn by the seed.
+struct EmbryoSite {
+  double radius = 0;        // of the true outline, where only the picture tells the scene's [m]
+  double linear_to = 1e-4;  // depth beyond which the membrane stiffens [m]
+  double stiffening = 0.3;  // force in parts of the linear one at twice that depth, less 1 [-]
+  Eigen::Vector2d puncture{5e-5, 2e-4};  // depths between which the membrane breaks [m]
+  double drag = 1e-4;                    // of the liquid on the pipette [N s/m]
+  int debris = 12;                       // particles that drift in the picture
+  double defocus = 0.4;                  // at its worst, as sigma of a blur [px]
+};
 // The simulated site's world, unknown to the estimator.
 struct SiteOptions {
   std::uint32_t seed = 1;
@@ -422,6 +436,7 @@ struct SiteOptions {
   Eigen::Vector2d misplacement{0,
                                0};  // how far the object really is from where the scene says, S [m]
   double pace = 1;  // of a textured target on its path: 1 is paper C's, 17 mm/s at most
+  std::optional<EmbryoSite> embryo;
 };
 
 struct Scene {

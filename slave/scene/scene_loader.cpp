@@ -39,6 +39,7 @@ class CrossCheck {
     CheckGeometry();
     CheckHeld();
     CheckKind();
+    CheckShell();
     CheckPuncture();
     if (OutlineBox(scene_.object)) CheckElements();
     CheckHome();
@@ -46,6 +47,7 @@ class CrossCheck {
     CheckSight();
     CheckMembrane();
     CheckContour();
+    CheckEmbryo();
   }
 
  private:
@@ -95,10 +97,27 @@ class CrossCheck {
     }
   }
 
+  // A shell of revolution about the line from what holds it to the tool.
+  void CheckShell() {
+    if (!(scene_.model.wall > 0)) return;
+    const auto* disc = std::get_if<DiscGeometry>(&scene_.object.geometry);
+    const auto& fixed = scene_.object.fixed;
+    const bool is_held = fixed.size() == 1 && std::holds_alternative<FixedArc>(fixed[0].where);
+    if (disc == nullptr || !is_held)
+      Refuse("model.kind", "bem2d, or shell for a disc held on an arc");
+    if (disc != nullptr && scene_.model.wall > disc->radius / 20) {
+      Refuse("model.wall", "at most a twentieth of the disc's radius");
+    }
+  }
+
   // A fingertip feels the force itself: no model sets it to zero.
   void CheckPuncture() {
     if (scene_.sense.Find<Tactile>() && scene_.model.puncture_depth > 0) {
       Refuse("model.puncture.depth", "nothing with fingertips: a camera or points tell a puncture");
+    }
+    if (scene_.model.puncture_from > 0 && scene_.sense.all().size() > 0 &&
+        !(scene_.sense.all().size() == 1 && scene_.sense.Find<CameraOptions>())) {
+      Refuse("model.puncture.from", "nothing here: one camera sees the surface spring back");
     }
   }
 
@@ -186,8 +205,25 @@ class CrossCheck {
       Refuse("sense.contour", "{track: snake}, which `contour: from-image` needs");
     }
     const auto* camera = scene_.sense.Find<Camera>();
-    if (camera && camera->source == Camera::Source::kSimulated) {
-      Refuse("sense.camera.source", "file or device: no shape to simulate with `from-image`");
+    const bool has_shape = scene_.site.embryo && scene_.site.embryo->radius > 0;
+    if (camera && camera->source == Camera::Source::kSimulated && !has_shape) {
+      Refuse("sense.camera.source",
+             "file or device: no shape to simulate with `from-image`, unless site.embryo.radius "
+             "tells it");
+    }
+  }
+
+  // An embryo is a disc under one simulated camera.
+  void CheckEmbryo() {
+    if (!scene_.site.embryo) return;
+    const auto* camera = scene_.sense.Find<Camera>();
+    const Geometry& geometry = scene_.object.geometry;
+    if (use_ == SceneUse::kFull && !camera) {
+      Refuse("site.embryo", "nothing here: one camera watches an embryo");
+    }
+    if (!std::holds_alternative<DiscGeometry>(geometry) &&
+        !std::holds_alternative<ImageContourGeometry>(geometry)) {
+      Refuse("site.embryo", "a disc, or a contour from the image, as object.geometry");
     }
   }
 

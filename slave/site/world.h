@@ -41,6 +41,7 @@ struct Truth {
   bool in_contact = false;
   Eigen::Vector3d force{0, 0, 0};  // of the object on the tool [N]
   double depth = 0;                // of the surface under the tool, along its normal [m]
+  bool punctured = false;          // the tool is through the membrane, which pushes no more
   // False: the force is a guess, since the press is not solved (yet), see StereoSite.
   bool solved = true;
   // Of scenes with fingertips, the first of which is the tool.
@@ -126,6 +127,8 @@ class World {
   [[nodiscard]] virtual Truth truth() const = 0;
   // nullopt: nothing moves as a whole. Thread-safe.
   [[nodiscard]] virtual std::optional<TargetTruth> target() const { return std::nullopt; }
+  // Where the tool is to go, S [m]; nullopt: nowhere. Never changes.
+  [[nodiscard]] virtual std::optional<Eigen::Vector3d> goal() const { return std::nullopt; }
   // Of the surface's point that rests at p_O [m], frame O; zero where only forces are known.
   // Thread-safe.
   [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {

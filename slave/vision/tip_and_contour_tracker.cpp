@@ -191,6 +191,10 @@ cv::Rect TipAndContourTracker::search_window() const {
 
 void TipAndContourTracker::Reset() noexcept {
   if (parts_->tip) parts_->tip->Forget();
+  RestartContour();
+}
+
+void TipAndContourTracker::RestartContour() noexcept {
   if (parts_->contour) parts_->contour->Restart();
 }
 

@@ -37,6 +37,8 @@ class TipAndContourTracker {
   [[nodiscard]] cv::Rect search_window() const;
   // Search the whole picture next time and start the contour anew.
   void Reset() noexcept;
+  // The object has sprung back: its contour is looked for where it was in the first picture.
+  void RestartContour() noexcept;
 
  private:
   struct Parts;

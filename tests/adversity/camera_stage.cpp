@@ -81,7 +81,12 @@ class CameraStage final : public Stage {
 std::unique_ptr<Stage> MakeCameraStage(const std::string& name, Extent extent) {
   const Counts counts =
       extent == Extent::kQuick ? Counts{4, 24, 6, 10, 3} : Counts{6, 62, 20, 62, 10};
-  return std::make_unique<CameraStage>(name, Shipped(name, {}), counts);
+  Scene scene = Shipped(name, {});
+  if (scene.site.embryo) {  // what disturbs the picture is the point here, not what breaks
+    scene.site.embryo.reset();
+    scene.operator_options.press_depth = 100e-6;
+  }
+  return std::make_unique<CameraStage>(name, std::move(scene), counts);
 }
 
 }  // namespace palpate::adversity

@@ -16,6 +16,7 @@
 #include "slave/commands/commands.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/solve/field_file.h"
+#include "slave/commands/solve/solve_round.h"
 #include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/scene/scene_loader.h"
@@ -50,7 +51,15 @@ bool Respond(const std::vector<Contact>& contacts, DeformationModel* model,
 }
 
 // The rows of one case, answered. False: it has no answer; the rows say so.
-bool SolveAtRest(const Case& one, DeformationModel* model, std::vector<SolveRow>* rows) {
+bool SolveAtRest(const Case& one, const RoundTools& round, DeformationModel* model,
+                 std::vector<SolveRow>* rows) {
+  if (SolveRow& row = (*rows)[one.front()]; row.radius > 0) {
+    model->Reset();
+    const auto start = std::chrono::steady_clock::now();
+    row.response = round.Press(row, model);
+    row.solve_us = 1e6 * SecondsSince(start);
+    return row.response.validity != Validity::kFailed;
+  }
   std::vector<Contact> contacts;
   for (const std::size_t i : one) contacts.push_back((*rows)[i].contact);
   std::vector<ContactResponse> responses;
@@ -127,7 +136,8 @@ struct Solver {
 Solver Build(const Scene& scene, const ObjectMesh& mesh, const std::filesystem::path& field,
              ProgressBar* progress) {
   Solver solver;
-  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
+  const auto* outline = std::get_if<BoundaryMesh>(&mesh);
+  if (outline != nullptr && !KindOf(scene).has_wall) {
     auto planar = MakePlanarModel(scene, *outline, progress);
     if (!field.empty()) solver.field = std::make_unique<PlanarFieldFile>(field, *planar);
     solver.model = std::move(planar);
@@ -170,6 +180,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const bool dynamic = MovesInTime(scene);
   std::vector<SolveRow> rows = ReadRows(options, mesh, dynamic);
+  RequireAlone(rows);
   std::vector<std::filesystem::path> inputs = InputFilesOf(scene);
   inputs.insert(inputs.end(), {options.contacts, options.loads});
   RequireOtherThan("--out", options.out, inputs);
@@ -181,13 +192,14 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   const auto [model, field] = Build(scene, mesh, options.field, &progress);
   progress.Clear();
   Tell(model->info());
+  const RoundTools round(scene, mesh);
   std::vector<SolveRow> answers;
   bool all_solved = true;
   try {
     for (const Case& one : GroupByCase(rows)) {
       const std::string& name = rows[one.front()].case_name;
       const bool solved = dynamic ? SolveInTime(one, rows, model.get(), &progress, &answers)
-                                  : SolveAtRest(one, model.get(), &rows);
+                                  : SolveAtRest(one, round, model.get(), &rows);
       if (!solved) {
         all_solved = false;
         progress.Clear();

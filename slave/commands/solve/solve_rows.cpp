@@ -24,6 +24,7 @@ CsvTable OpenTable(const std::filesystem::path& file, const Axes& value, bool pl
       {"case"},   {kPlace[0]}, {kPlace[1]},         {kPlace[2], !planar},
       {value[0]}, {value[1]},  {value[2], !planar}, {"width", false}};
   if (dynamic) columns.push_back({"t", false});
+  if (!dynamic && value == kMoved) columns.push_back({"radius", false});
   return {file, std::move(columns)};
 }
 
@@ -41,6 +42,17 @@ void RefuseOtherAxes(const CsvTable& table, const Axes& axes, const ObjectMesh& 
   for (const int axis : {0, 1}) {
     const auto i = static_cast<std::size_t>(axis);
     if (value[axis] != 0) table.Refuse(axes[i], "0 on a membrane");
+  }
+}
+
+// Of a round tool, whose width follows from its depth.
+void ReadRadius(const CsvTable& table, const ObjectMesh& mesh, SolveRow* row) {
+  if (!table.Has("radius")) return;
+  row->radius = table.Number("radius");
+  if (row->radius < 0) table.Refuse("radius", "a radius >= 0 [m]");
+  if (row->radius > 0 && row->contact.width > 0) table.Refuse("width", "0 under a round tool");
+  if (row->radius > 0 && std::holds_alternative<MembraneDisc>(mesh)) {
+    table.Refuse("radius", "0 on a membrane");
   }
 }
 
@@ -68,6 +80,7 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
     if (refusal) table.Refuse("x", *refusal);
     row.contact.width = table.Number("width");
     if (row.contact.width < 0) table.Refuse("width", "a width >= 0 [m]");
+    ReadRadius(table, mesh, &row);
     row.contact.prescribed_O = Vector(table, value);
     RefuseOtherAxes(table, value, mesh, row.contact.prescribed_O);
     if (table.Has("t")) row.t = table.Number("t");

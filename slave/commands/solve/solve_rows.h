@@ -21,6 +21,7 @@ struct SolveRow {
   std::optional<double> t;  // [s], histories only
   ContactResponse response;
   double solve_us = 0;
+  double radius = 0;  // of a round tool's end [m]; 0: the contact's width
 };
 
 // Appends the rows of `file` (contracts, `solve`). A column `t` is read if `dynamic`. Throws

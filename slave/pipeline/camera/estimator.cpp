@@ -29,6 +29,9 @@ constexpr double kDentNear = 15;       // from the surface, where a dent is look
 // Sigma of a dent computed: [px], relative, besides relative as elements are long for the tool.
 constexpr double kDentFloor = 0.2, kDentModel = 0.05, kDentMesh = 0.1;
 constexpr double kDentSigmas = 3.5;
+constexpr double kFirstDent = 1;       // at which a round tool's is taken before it touches [px]
+constexpr double kDentDeepens = 0.1;   // part of its depth after which it is taken anew
+constexpr double kDentStands = 0.7;    // part of a dent that needs no second look
 constexpr int kDistrust = 3;           // pictures that must agree before a dent is believed again
 constexpr int kMostApart = 7;          // places in a row: a dent, or a cover, where none is to be
 constexpr double kBlurMoves = 1;       // sigma of the tip where no edge is left [px]
@@ -155,6 +158,10 @@ std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene) const {
   auto touch = std::make_unique<TouchModel>();
   touch->mesh = MeshOutline(scene, seen_);
   touch->deformation = MakeModel(scene, touch->mesh);
+  if (scene.tool->shape == Tool::Shape::kRound) {
+    touch->indenter = std::make_unique<RoundIndenter>(TouchablePlaces(touch->mesh),
+                                                      scene.tool->radius, scene.model.contact);
+  }
   touch->contact = std::make_unique<BoundaryContact>(touch->mesh);
   touch->probe = std::make_unique<BoundaryContact>(touch->mesh);
   return touch;
@@ -163,6 +170,7 @@ std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene) const {
 void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   touch_ = std::move(touch);
   rules_.Adopt(scene);
+  cue_.Adopt(scene.model.puncture_from);
   law_ = scene.model.contact;
   dent_element_ = -1;
   pressed_place_ = {};
@@ -183,6 +191,7 @@ void Estimator::Reset() noexcept {
   eyes_->Reset();
   touch_->contact->Reset();
   rules_.Reset();
+  cue_.Reset();
   if (watch_) watch_->Reset();
   distrust_ = unconfirmed_ = 0;
   arm_in_picture_.Reset();
@@ -236,6 +245,7 @@ Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
   const double blurred = std::max(0.0, 1 - object.sharpness);
   tip_sigma_ = std::hypot(tip.sigma, object.sigma_px, kBlurMoves * blurred);
   if (tip.sigma < kMostTipSigma || !object.dent_known || !rules_.in_contact()) return p_I;
+  if (rules_.broken()) return p_I;
   const double sigma =
       std::hypot(std::sqrt(object.dent_covariance.trace()), dent_sigma_ * object.dent_O.norm());
   const Eigen::Vector2d dent_S = registration_.X_SO.linear().topLeftCorner<2, 2>() * object.dent_O;
@@ -274,31 +284,68 @@ void Estimator::LookAtObject(const cv::Mat& image) noexcept {
   if (tip.found && dent_element_ >= 0) {
     const Eigen::Vector3d p_S = view_.ToSlave(watch_->sighting().motion.Back(tip.p_I));
     const Eigen::Vector3d way_S = p_S - felt_.p_S_contact;
-    const bool presses = rules_.in_contact() || way_S.dot(felt_.local_model.normal) < 0;
+    const bool touches = rules_.in_contact() || way_S.dot(felt_.local_model.normal) < 0;
+    const bool presses = touches && !rules_.broken();
     dent_O_.setZero();
     if (presses) {
       dent_O_ = (registration_.X_SO.linear().transpose() * way_S).head<2>() / view_.pixel();
     }
   }
   watch_->Look(image, tool_, dent_O_);
+  // A dent that is gone is out of reach of a look where it should be: whichever look finds more of
+  // the edge is right.
+  const double expected = DepthOf(dent_O_);
+  if (!cue_.IsArmed(expected * view_.pixel())) return;
+  const ObjectSighting dented = watch_->sighting();
+  const bool stands = dented.known && dented.dent_known;
+  if (stands && DepthOf(dented.dent_O) > kDentStands * expected) return;
+  const ObjectSighting& flat = watch_->Look(image, tool_, Eigen::Vector2d::Zero());
+  const auto found = [](const ObjectSighting& seen) { return seen.known ? seen.agreeing : 0; };
+  if (found(flat) <= found(dented)) watch_->Look(image, tool_, dent_O_);
 }
 
-// How the outline moves with the patch at `place`, while the tool is there or comes near.
+// Of a displacement of the pressed patch, along the surface's normal [any length].
+double Estimator::DepthOf(const Eigen::Vector2d& dent_O) const noexcept {
+  return -dent_O.dot(pressed_place_.normal_O);
+}
+
+// `depth` [m]
+void Estimator::LookForPuncture(double depth) noexcept {
+  if (!watch_ || rules_.broken()) return;
+  const ObjectSighting& seen = watch_->sighting();
+  const Eigen::Vector2d& n = pressed_place_.normal_O;
+  const double sigma = std::sqrt(std::max(0.0, n.dot(seen.dent_covariance * n)));
+  const bool broke = cue_.Broke({.depth = depth,
+                                 .expected_px = depth / view_.pixel(),
+                                 .dent_known = seen.known && seen.dent_known,
+                                 .seen_px = DepthOf(seen.dent_O),
+                                 .sigma_px = sigma});
+  if (broke) rules_.Break();
+}
+
+// How the outline moves with the patch at `place`, while the tool is there or comes near. A round
+// tool's dent changes its shape as it deepens.
 void Estimator::ExpectDent(const BoundaryPlace& place) noexcept {
   const bool near = place.gap < kDentNear * view_.pixel();
-  if (!watch_ || (near && place.element == dent_element_)) return;
+  const double depth = touch_->indenter ? std::max(-place.gap, kFirstDent * view_.pixel()) : 0;
+  const bool deepens = std::abs(depth - dent_depth_) > kDentDeepens * dent_depth_;
+  if (!watch_ || (near && place.element == dent_element_ && !deepens)) return;
   dent_element_ = -1;
   watch_->ForgetDent();
   if (!near) return;
-  const double unit = touch_->mesh.length_unit;
+  const Eigen::Vector3d n = Planar(place.normal_O), t(-n.y(), n.x(), 0);
+  const double unit = touch_->indenter ? -depth : touch_->mesh.length_unit;
+  if (!FieldOf(place, unit * n, &dent_along_n_)) return;
+  // Without friction only the part along the normal presses.
+  const bool slides = law_ == ContactLaw::kFrictionless;
+  if (!slides && !FieldOf(place, std::abs(unit) * t, &dent_along_t_)) return;
   for (const int axis : {0, 1}) {
     auto& along = axis == 0 ? dent_along_x_ : dent_along_y_;
-    // Without friction only the part along the normal presses.
-    const bool slides = law_ == ContactLaw::kFrictionless;
-    const Eigen::Vector3d one = slides ? Planar(place.normal_O) : Eigen::Vector3d::Unit(axis);
-    if (Respond(place, unit * one).validity == Validity::kFailed) return;
-    touch_->deformation->Displacements(&along);
-    for (Eigen::Vector3d& u : along) u *= (slides ? place.normal_O[axis] : 1) / unit;
+    along.resize(dent_along_n_.size());
+    for (std::size_t i = 0; i < along.size(); ++i) {
+      along[i] = n[axis] / unit * dent_along_n_[i];
+      if (!slides) along[i] += t[axis] / std::abs(unit) * dent_along_t_[i];
+    }
   }
   const double element =
       touch_->mesh.elements[static_cast<std::size_t>(place.element)].length() / view_.pixel();
@@ -306,6 +353,19 @@ void Estimator::ExpectDent(const BoundaryPlace& place) noexcept {
   watch_->SetDent(dent_along_x_, dent_along_y_, {p_I, tool_.width, element});
   dent_sigma_ = kDentModel + kDentMesh * element / (element + tool_.width);
   dent_element_ = place.element;
+  dent_depth_ = depth;
+}
+
+// Displacements of the outline's vertices [m]. False: not known. Across the normal a round tool
+// moves as a flat one does.
+bool Estimator::FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
+                        std::vector<Eigen::Vector3d>* field) noexcept {
+  const bool presses = displacement_O.dot(Planar(place.normal_O)) != 0;
+  const ContactResponse response =
+      presses ? Respond(place, displacement_O) : RespondFlat(place, displacement_O);
+  if (response.validity == Validity::kFailed) return false;
+  touch_->deformation->Displacements(field);
+  return true;
 }
 
 void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept {
@@ -339,14 +399,19 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
   UpdateLocalModel(place, response);
   const Eigen::Vector2d dent_O = displacement.head<2>() / view_.pixel();
   if (!touching) {
+    cue_.Reset();
     rules_.TellForce(Eigen::Vector3d::Zero(), 0, Validity::kValid, &felt_);
     return Judge(dent_O, tip_sigma / view_.pixel());
   }
+  LookForPuncture(felt_.depth);
   // The force changes most with the tip's place along the normal.
   const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
   rules_.TellForce(-(X_SO.linear() * response.force_O),
                    stiffness * std::hypot(tip_sigma, rest_sigma_), response.validity, &felt_);
-  Judge(dent_O, tip_sigma / view_.pixel());
+  if (!rules_.broken()) return Judge(dent_O, tip_sigma / view_.pixel());
+  // Through a broken membrane nothing is dented, and the force is zero whatever the edge says; the
+  // snake, which would follow the tool inwards, begins at the rest surface again.
+  eyes_->RestartContour();
 }
 
 bool Estimator::IsDented(const Eigen::Vector2d& dent_O, double sigma_px) const noexcept {
@@ -392,6 +457,13 @@ void Estimator::Judge(const Eigen::Vector2d& dent_O, double sigma_px) noexcept {
 
 ContactResponse Estimator::Respond(const BoundaryPlace& place,
                                    const Eigen::Vector3d& displacement_O) noexcept {
+  if (!touch_->indenter) return RespondFlat(place, displacement_O);
+  const ToolIndentation at{Planar(place.p_O), Planar(place.normal_O), displacement_O};
+  return touch_->indenter->Press(at, touch_->deformation.get());
+}
+
+ContactResponse Estimator::RespondFlat(const BoundaryPlace& place,
+                                       const Eigen::Vector3d& displacement_O) noexcept {
   const Contact contact{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
                         displacement_O};
   ContactResponse response;

@@ -18,8 +18,10 @@
 #include "slave/capture/frame_source.h"
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/indenter/round_indenter.h"
 #include "slave/pipeline/arm_watch.h"
 #include "slave/pipeline/camera/object_watch.h"
+#include "slave/pipeline/camera/puncture_cue.h"
 #include "slave/pipeline/estimate_rules.h"
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
@@ -62,6 +64,7 @@ struct TouchModel final : Rebuilt {
 
   BoundaryMesh mesh;
   std::unique_ptr<DeformationModel> deformation;
+  std::unique_ptr<RoundIndenter> indenter;  // null: the tool is flat
   std::unique_ptr<BoundaryContact> contact;
   std::unique_ptr<BoundaryContact> probe;  // finds the nearest place of any point
 };
@@ -114,12 +117,18 @@ class Estimator {
   [[nodiscard]] bool IsFrozen(const cv::Mat& image) noexcept;
   void AskArm(const ArmWord& said) noexcept;
   void LookAtObject(const cv::Mat& image) noexcept;
+  [[nodiscard]] double DepthOf(const Eigen::Vector2d& dent_O) const noexcept;
+  void LookForPuncture(double depth) noexcept;
   void Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept;
   void ExpectDent(const BoundaryPlace& place) noexcept;
   void Judge(const Eigen::Vector2d& dent_O, double sigma_px) noexcept;
   [[nodiscard]] bool IsDented(const Eigen::Vector2d& dent_O, double sigma_px) const noexcept;
   [[nodiscard]] ContactResponse Respond(const BoundaryPlace& place,
                                         const Eigen::Vector3d& displacement_O) noexcept;
+  [[nodiscard]] ContactResponse RespondFlat(const BoundaryPlace& place,
+                                            const Eigen::Vector3d& displacement_O) noexcept;
+  bool FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
+               std::vector<Eigen::Vector3d>* field) noexcept;
   [[nodiscard]] Eigen::Matrix3d StiffnessInSlave(const ContactResponse& response) const noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
 
@@ -136,7 +145,8 @@ class Estimator {
   ObjectWatch::Bar tool_;                    // in the last picture
   int dent_element_ = -1;                    // whose dent the watch knows; -1: none
   double dent_sigma_ = 0;  // of its displacement as the model tells it, relative [-]
-  std::vector<Eigen::Vector3d> dent_along_x_, dent_along_y_;
+  double dent_depth_ = 0;  // at which a round tool's was taken [m]
+  std::vector<Eigen::Vector3d> dent_along_n_, dent_along_t_, dent_along_x_, dent_along_y_;
   Eigen::Vector2d dent_O_{0, 0};  // expected, of the last picture [px]
   double tip_sigma_ = 0;          // with that of the picture's motion [px]
   int unconfirmed_ = 0;           // pictures since the dent was seen last
@@ -149,6 +159,7 @@ class Estimator {
   BoundaryPlace pressed_place_;          // that the model answered last for the tool
   Eigen::Vector3d pressed_by_{0, 0, 0};  // displacement there, frame O [m]
   EstimateRules rules_;
+  PunctureCue cue_;
   const Observation* observation_ = nullptr;
   ContactEstimate felt_;
   StageHistograms times_;

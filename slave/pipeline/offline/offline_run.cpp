@@ -1,6 +1,9 @@
 #include "slave/pipeline/offline/offline_run.h"
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -40,6 +43,23 @@ nlohmann::ordered_json ToJson(const OfflineSummary& s, const std::string& scene)
   return json;
 }
 
+// How an insertion went: of the tool and where it was to go, S [m]; of samples, from 1.
+struct Insertion {
+  double closest = std::numeric_limits<double>::infinity();  // tip to target, once punctured [m]
+  std::uint64_t punctured = 0, told = 0;  // the first sample of it, and that told it; 0: none
+
+  void Add(std::uint64_t sample, const Truth& truth, const Eigen::Vector3d& p_S_target,
+           const ContactEstimate& felt) {
+    if (truth.punctured) closest = std::min(closest, (truth.p_S_tip - p_S_target).norm());
+    if (truth.punctured && punctured == 0) punctured = sample;
+    if (felt.events.Has(Event::kPuncture) && told == 0) told = sample;
+  }
+};
+
+nlohmann::ordered_json VectorJson(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
 class Run {
  public:
   Run(const Scene& scene, const OfflineOptions& options)
@@ -64,6 +84,7 @@ class Run {
     summary_.stages = sense_->Stages();
     summary_.budget = BudgetOf(account_->compared());
     account_->Finish(&summary_);
+    TellInsertion();
     const auto file = options_.out / "summary.json";
     RequireWritten((std::ofstream(file) << ToJson(summary_, scene_.name).dump(2) << "\n"
                                         << std::flush)
@@ -86,6 +107,9 @@ class Run {
     const ContactEstimate& felt =
         sense_->Estimate(truth ? truth->p_S_tip : scene_.manipulator.home);
     if (summary_.frames++ == 0) start_ = felt.sensed_at;
+    if (const auto goal = world_ ? world_->goal() : std::nullopt; goal) {
+      insertion_.Add(summary_.frames, *truth, *goal, felt);
+    }
     for (const StateRow& row : account_->Add(start_, truth ? &*truth : nullptr)) {
       ++summary_.validity[std::string(ToString(row.validity))];
       if (row.check != FailedCheck::kNone) ++summary_.checks[std::string(ToString(row.check))];
@@ -106,6 +130,27 @@ class Run {
     RequireWritten((std::ofstream(file, std::ios::binary) << jpeg << std::flush).good(), file);
   }
 
+  // For people and for whoever plays the hand.
+  void TellInsertion() {
+    const auto goal = world_ ? world_->goal() : std::nullopt;
+    if (!goal) return;
+    const bool is_near = std::isfinite(insertion_.closest);
+    auto& json = summary_.own["insertion"];
+    json["home"] = VectorJson(scene_.manipulator.home);
+    json["target"] = VectorJson(*goal);
+    json["position_scale"] = scene_.operator_options.transform.position_scale;
+    json["speed"] = scene_.operator_options.press_speed;
+    json["punctured_sample"] = insertion_.punctured;
+    json["told_sample"] = insertion_.told;
+    json["closest_m"] =
+        is_near ? nlohmann::ordered_json(insertion_.closest) : nlohmann::ordered_json();
+    summary_.lines.push_back(
+        is_near ? fmt::format("punctured in picture {}, told in picture {}; {:.1f} um from the "
+                              "target",
+                              insertion_.punctured, insertion_.told, 1e6 * insertion_.closest)
+                : "nothing was punctured");
+  }
+
   void RequireComplete() const {
     if (summary_.frames == 0) {
       throw std::runtime_error(
@@ -121,6 +166,7 @@ class Run {
   std::unique_ptr<Account> account_;
   std::optional<StatesFile> states_;
   OfflineSummary summary_;
+  Insertion insertion_;
   Time start_{};
 };
 

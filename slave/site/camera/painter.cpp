@@ -18,6 +18,7 @@ namespace {
 
 using Point = Eigen::Vector2d;
 
+constexpr int kArcPieces = 48;        // of a round tool's end
 constexpr double kSmallTriangle = 4;  // [px]; larger ones are drawn in four
 
 const Camera& CameraOf(const Scene& scene) {
@@ -73,13 +74,16 @@ Painter::Painter(const Scene& scene, const TrueBody& body)
       pixel_(scene.sense.Find<Camera>()->pixel),
       X_IO_(ImageOfBody(*scene.sense.Find<Camera>(), body.X_SO())),
       tool_width_(scene.tool->width),
+      tool_radius_(scene.tool->shape == Tool::Shape::kRound ? scene.tool->radius : 0),
       tool_O_(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
       speckle_(Texture::Speckle(scene.site.seed, 3, kBody, kBodyContrast)),
       marks_(Texture::Blotches(scene.site.seed + 1, std::max(3.0, tool_width_ / pixel_ / 4),
                                kToolDark, kToolLight)),
       exposure_(scene.site, scene.sense.Find<Camera>()->size),
       seen_(size_, CV_32F, cv::Scalar(kGround)),
-      lens_(LensOf(*scene.sense.Find<Camera>())) {}
+      lens_(LensOf(*scene.sense.Find<Camera>())) {
+  if (scene.site.embryo) microscope_.emplace(scene, body, X_IO_, size_);
+}
 
 // The body's loops in the picture [px], deformed if there is a contact.
 std::vector<std::vector<Point>> Painter::BodyLoops(const Pose& pose) const {
@@ -188,6 +192,17 @@ void Painter::PaintTool(const Pose& pose) {
   };
   std::vector<Point> silhouette;
   for (const Point& p : bar(0)) silhouette.push_back(X_IO_ * p);
+  if (tool_radius_ > 0) {  // an arc instead of the front edge
+    std::vector<Point> arc;
+    for (int k = 0; k <= kArcPieces; ++k) {
+      const double aside = tool_width_ * (static_cast<double>(k) / kArcPieces - 0.5);
+      const double left = std::max(0.0, tool_radius_ * tool_radius_ - aside * aside);
+      const double behind = tool_radius_ - std::sqrt(left);
+      arc.emplace_back(X_IO_ * (pose.p_O_tip + aside * across - behind * tool_O_));
+    }
+    silhouette.erase(silhouette.begin(), silhouette.begin() + 2);
+    silhouette.insert(silhouette.begin(), arc.begin(), arc.end());
+  }
   Layer& layer = tool_layer_;
   layer.window = WindowAround(silhouette, 1, size_);
   if (layer.window.empty()) return;
@@ -250,7 +265,12 @@ cv::Mat Painter::Paint(const Pose& pose) {
   PaintTool(pose);
   Compose();
   exposure_.Advance();
-  return exposure_.Expose(lens_ ? lens_->Apply(seen_) : seen_);
+  cv::Mat seen = seen_;
+  if (microscope_) {
+    seen = seen_.clone();
+    microscope_->Show(&seen);
+  }
+  return exposure_.Expose(lens_ ? lens_->Apply(seen) : seen);
 }
 
 }  // namespace palpate::site

@@ -14,6 +14,7 @@
 #include <opencv2/core/types.hpp>
 
 #include "slave/scene/scene.h"
+#include "slave/site/camera/microscope.h"
 #include "slave/site/camera/patch_solution.h"
 #include "slave/site/camera/true_body.h"
 #include "slave/site/painting.h"
@@ -59,6 +60,7 @@ class Painter {
   double pixel_;            // [m]
   Eigen::Affine2d X_IO_;    // O [m] -> picture [px]
   double tool_width_;       // [m]
+  double tool_radius_;      // of its end; 0: flat [m]
   Eigen::Vector2d tool_O_;  // along which the tool points
   Texture speckle_, marks_;
   Exposure exposure_;
@@ -68,6 +70,7 @@ class Painter {
   Pose painted_;         // what body_layer_ shows
   cv::Mat seen_;         // CV_32F: the world before light and noise
   cv::Rect seen_dirty_;  // where it is not plain ground
+  std::optional<Microscope> microscope_;
   std::optional<LensWarp> lens_;
 };
 

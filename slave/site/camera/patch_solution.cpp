@@ -6,52 +6,13 @@
 #include <utility>
 
 #include "shared/geometry/index.h"
+#include "slave/site/camera/round_touch.h"
+#include "slave/site/camera/tagged_outline.h"
 
 namespace palpate::site {
 namespace {
 
 using Point = Eigen::Vector2d;
-
-enum Tag : int { kHeldX = 1, kHeldY = 2, kPatch = 4 };
-
-struct TaggedOutline {
-  std::vector<Point> points;
-  std::vector<Segment> segments;
-};
-
-// The body's edges in parts of `unit`, divided at the ends of the patch.
-TaggedOutline Divide(const TrueBody& body, int loop, std::pair<double, double> patch, double unit) {
-  TaggedOutline outline;
-  const double length = body.loop_length(loop), tolerance = 1e-9 * body.larger_side();
-  const auto shifted = [&](double s, double after) {  // s + k length, the first one behind `after`
-    return s + length * std::ceil((after - s) / length);
-  };
-  std::size_t loop_start = 0;
-  const auto& edges = body.edges();
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const TrueBody::Edge& e = edges[i];
-    std::vector<double> cuts{0};
-    for (const double end : {patch.first, patch.second}) {
-      const double at = shifted(end, e.s) - e.s;
-      if (e.loop == loop && at > tolerance && at < e.length() - tolerance) cuts.push_back(at);
-    }
-    std::sort(cuts.begin(), cuts.end());
-    cuts.push_back(e.length());
-    const int held = (e.held_x ? kHeldX : 0) | (e.held_y ? kHeldY : 0);
-    for (std::size_t c = 0; c + 1 < cuts.size(); ++c) {
-      const double middle = e.s + 0.5 * (cuts[c] + cuts[c + 1]);
-      const bool touched = e.loop == loop && shifted(middle, patch.first) < patch.second;
-      const int number = static_cast<int>(outline.points.size());
-      outline.points.push_back((e.a + cuts[c] / e.length() * (e.b - e.a)) / unit);
-      outline.segments.push_back({number, number + 1, held | (touched ? kPatch : 0)});
-    }
-    if (i + 1 == edges.size() || edges[i + 1].loop != e.loop) {
-      outline.segments.back().b = static_cast<int>(loop_start);
-      loop_start = outline.points.size();
-    }
-  }
-  return outline;
-}
 
 // Small elements where the boundary condition changes: the stress is singular there.
 SizeField SizesFor(const TaggedOutline& outline, double width, const Fineness& fineness) {
@@ -95,6 +56,13 @@ Eigen::Matrix2d Stiffness(const ElasticSolution& solution, const Fields& values)
   return K;
 }
 
+// Places closer than this part of the larger side share a solution (0.02 mm on the 88 mm block):
+// there the stiffness changes by less than 1e-4.
+constexpr double kRaster = 0.02 / 88;
+constexpr std::size_t kKept = 8;
+
+}  // namespace
+
 // Boundary nodes in order, every loop starting where its first edge was found.
 void OrderBoundary(PatchSolution& solution) {
   const auto& edges = solution.mesh.boundary;
@@ -116,13 +84,6 @@ void OrderBoundary(PatchSolution& solution) {
   solution.loop_begin.push_back(solution.boundary.size());
 }
 
-// Places closer than this part of the larger side share a solution (0.02 mm on the 88 mm block):
-// there the stiffness changes by less than 1e-4.
-constexpr double kRaster = 0.02 / 88;
-constexpr std::size_t kKept = 8;
-
-}  // namespace
-
 PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane,
                          const BoundaryPlace& place, double width, const Fineness& fineness) {
   const double unit = body.larger_side();
@@ -131,7 +92,7 @@ PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane
   const SizeField sizes = SizesFor(outline, (patch.second - patch.first) / unit, fineness);
 
   PatchSolution solution{
-      QuadraticMesh(MakeGradedMesh(outline.points, outline.segments, sizes)), {}, {}, {}, {}};
+      .mesh = QuadraticMesh(MakeGradedMesh(outline.points, outline.segments, sizes))};
   Prescribed prescribed;
   Fields values;
   Prescribe(solution.mesh, prescribed, values);
@@ -144,11 +105,12 @@ PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane
 }
 
 SolutionsAhead::SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane,
-                               double width)
+                               double width, double radius)
     : body_(body),
       poisson_ratio_(poisson_ratio),
       plane_(plane),
       width_(width),
+      radius_(radius),
       raster_(kRaster * body.larger_side()),
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
@@ -189,7 +151,8 @@ std::shared_ptr<const PatchSolution> SolutionsAhead::Solve(const Key& key) const
   try {
     const auto place = body_.PlaceAt(key.first, static_cast<double>(key.second) * raster_);
     return std::make_shared<PatchSolution>(
-        SolvePatch(body_, poisson_ratio_, plane_, place, width_));
+        radius_ > 0 ? SolveUnderRound(body_, poisson_ratio_, plane_, place, {width_, radius_})
+                    : SolvePatch(body_, poisson_ratio_, plane_, place, width_));
   } catch (const std::exception&) {
     return nullptr;  // kept as such, so that nobody waits for it again
   }

@@ -19,6 +19,8 @@
 
 namespace palpate::site {
 
+struct RoundTouch;
+
 // How fine the solution is, in parts of the body's larger side unless it says otherwise.
 // The defaults give the contact stiffness within 1e-3 (tests/slave/site).
 struct Fineness {
@@ -29,12 +31,17 @@ struct Fineness {
 };
 
 struct PatchSolution {
-  QuadraticMesh mesh;         // in parts of the larger side, frame O
-  Fields displacement;        // nodes x (x, y under unit x; x, y under unit y) [-]
-  Eigen::Matrix2d stiffness;  // K / (E t) [-]: force of the tool on the body per displacement, O
-  std::vector<int> boundary;  // nodes along the loops, one loop after another
-  std::vector<std::size_t> loop_begin;  // loops + 1 entries
+  QuadraticMesh mesh;           // in parts of the larger side, frame O
+  Fields displacement{};        // nodes x (x, y under unit x; x, y under unit y) [-]
+  Eigen::Matrix2d stiffness{};  // K / (E t) [-]: force of the tool on the body per displacement, O
+  std::vector<int> boundary{};  // nodes along the loops, one loop after another
+  std::vector<std::size_t> loop_begin{};  // loops + 1 entries
+  // Under a round tool: nodes and columns of `displacement` are as it says, two unit cases per node
+  // that may touch; `stiffness` is not known. nullptr: a flat tool.
+  std::shared_ptr<const RoundTouch> round{};
 };
+// Fills boundary and loop_begin from the mesh, every loop starting where its first edge was found.
+void OrderBoundary(PatchSolution& solution);
 
 // `E` does not enter; nu and plane do. Throws std::runtime_error where no mesh fills the outline.
 // Cost: 10 to 30 ms.
@@ -45,8 +52,9 @@ PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane
 // solution for the place where it will touch, so that the instant of contact costs nothing.
 class SolutionsAhead {
  public:
-  // `body` must outlive this. `width` [m].
-  SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane, double width);
+  // `body` must outlive this. `width` and, of a round tool, `radius` [m].
+  SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane, double width,
+                 double radius = 0);
   ~SolutionsAhead();
 
   // A contact near `place` is to be expected. Returns at once; the newest request wins.
@@ -70,8 +78,8 @@ class SolutionsAhead {
   const TrueBody& body_;
   double poisson_ratio_;
   Plane plane_;
-  double width_;
-  double raster_;  // [m]
+  double width_, radius_;  // [m]
+  double raster_;          // [m]
 
   std::mutex mutex_;  // guards what follows
   std::condition_variable_any changed_;

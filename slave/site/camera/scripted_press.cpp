@@ -5,6 +5,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/site/camera/embryo.h"
 #include "slave/site/camera/true_body.h"
 
 namespace palpate {
@@ -38,9 +39,15 @@ ScriptedPress::ScriptedPress(const Scene& scene, int presses) : home_(scene.mani
     throw std::invalid_argument("tool: missing; a press needs one that points somewhere");
   }
   const PressWishes press(scene);
-  const Eigen::Vector2d direction = scene.tool->direction.normalized();
+  Eigen::Vector2d direction = scene.tool->direction.normalized();
+  double way = 0;
+  if (scene.site.embryo) {
+    const Eigen::Vector2d to_target = (site::TargetOf(scene) - home_).head<2>();
+    way = to_target.norm();
+    direction = to_target / way;
+  }
   gap_ = GapAhead(scene, direction);
-  const double way = gap_ + press.depth;
+  if (!scene.site.embryo) way = gap_ + press.depth;
   way_ = {way * direction.x(), way * direction.y(), 0};
   touch_ = InverseMinimumJerk(gap_ / way);
   const double ramp = kMinimumJerkPeak * way / press.speed;

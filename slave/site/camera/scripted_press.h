@@ -26,6 +26,7 @@ class ScriptedPress {
 
   // Throws std::invalid_argument naming the key: no tool, nothing in front of it, home inside the
   // body, depth or speed not positive; see also TrueBody.
+  // Into an embryo it goes straight to the target, whatever the depth.
   explicit ScriptedPress(const Scene& scene, int presses = 1);
 
   // Where the tip is at `t` [s] after the start, S [m]; home before, after, and for NaN.

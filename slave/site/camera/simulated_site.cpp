@@ -1,12 +1,15 @@
 #include "slave/site/camera/simulated_site.h"
 
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/site/camera/embryo.h"
 #include "slave/site/camera/painter.h"
 #include "slave/site/camera/patch_solution.h"
+#include "slave/site/camera/round_touch.h"
 #include "slave/site/camera/scripted_press.h"
 #include "slave/site/camera/true_body.h"
 #include "slave/vision/stereo/lens_warp.h"
@@ -30,6 +33,16 @@ const Scene& Checked(const Scene& scene) {
   return scene;
 }
 
+double RadiusOf(const Tool& tool) {
+  return tool.shape == Tool::Shape::kRound ? tool.radius : 0;
+}
+
+// Of the tool on the body, parts of E t [m].
+Eigen::Vector2d ForceOf(const site::Pose& pose) {
+  if (pose.contact->round) return Touched(*pose.contact->round, pose.displacement_O).total();
+  return pose.contact->stiffness * pose.displacement_O;
+}
+
 }  // namespace
 
 struct SimulatedSite::State {
@@ -37,10 +50,16 @@ struct SimulatedSite::State {
       : body(Checked(scene)),
         direction_O(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
         force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
-        ahead(body, scene.object.material.poisson_ratio, scene.model.plane, scene.tool->width),
+        ahead(body, scene.object.material.poisson_ratio, scene.model.plane, scene.tool->width,
+              RadiusOf(*scene.tool)),
         painter(scene, body),
         straightening(StraighteningOf(*scene.sense.Find<Camera>())),
-        p_S_tip(scene.manipulator.home) {
+        picture_rate(scene.sense.Find<Camera>()->rate),
+        p_S_tip(scene.manipulator.home),
+        p_S_pictured(p_S_tip) {
+    if (scene.site.embryo) {
+      embryo.emplace(*scene.site.embryo, scene.site.seed, 0.5 * body.larger_side(), direction_O);
+    }
     pose.p_O_tip = ToBody(p_S_tip);
     if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side()))) {
       throw std::invalid_argument(
@@ -59,6 +78,10 @@ struct SimulatedSite::State {
     return ahead_of_tool ? *ahead_of_tool : body.Nearest(p_O);
   }
   void Move(const Eigen::Vector3d& p_S);
+  void Begin(const Eigen::Vector2d& from, site::Pose* next);
+  [[nodiscard]] bool Breaks(double next_depth) const;
+  // The picture is taken: what to paint.
+  site::Pose Expose();
 
   const site::TrueBody body;
   const Eigen::Vector2d direction_O;  // along which the tool points
@@ -67,35 +90,81 @@ struct SimulatedSite::State {
   site::Painter painter;              // TakePicture's thread only
   const PictureFilter straightening;  // as every source does it; empty: no lens
 
-  std::mutex moving;                     // one mover at a time; guards `touched`
+  std::optional<site::Embryo> embryo;
+  const double picture_rate;  // [Hz]
+
+  std::mutex moving;                     // one mover at a time; guards what follows
   std::optional<BoundaryPlace> touched;  // where the contact began
+  int insertion = 0;                     // number of the one that is or comes next
 
   std::mutex mutex;  // guards what others read
   Eigen::Vector3d p_S_tip;
   site::Pose pose;
   double depth = 0;
+  bool punctured = false;
+  Eigen::Vector3d p_S_pictured;      // tip in the last picture
+  Eigen::Vector2d velocity_S{0, 0};  // between the last two [m/s]
 };
+
+bool SimulatedSite::State::Breaks(double next_depth) const {
+  return embryo && next_depth > embryo->PunctureDepth(insertion);
+}
+
+// Out of contact so far, on the way from `from`.
+void SimulatedSite::State::Begin(const Eigen::Vector2d& from, site::Pose* next) {
+  const Eigen::Vector2d& to = next->p_O_tip;
+  next->contact = nullptr;
+  const auto entry = body.Entry(from, to);
+  if (entry && body.Contains(to)) {
+    next->contact = ahead.Await(*entry);
+    if (next->contact) touched = entry;
+  } else if (const auto near = body.Nearest(to);
+             (near.p_O - to).norm() < kAhead * body.larger_side()) {
+    ahead.Expect(ExpectedPlace(to, 2 * kAhead * body.larger_side()));
+  }
+}
 
 void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
   const Eigen::Vector2d to = ToBody(p_S), from = pose.p_O_tip;
   site::Pose next{to, pose.contact, {0, 0}};
-  if (touched && (to - touched->p_O).dot(touched->normal_O) > 0) touched.reset();
-  if (!touched) {
-    next.contact = nullptr;
-    const auto entry = body.Entry(from, to);
-    if (entry && body.Contains(to)) {
-      next.contact = ahead.Await(*entry);
-      if (next.contact) touched = entry;
-    } else if (const auto near = body.Nearest(to);
-               (near.p_O - to).norm() < kAhead * body.larger_side()) {
-      ahead.Expect(ExpectedPlace(to, 2 * kAhead * body.larger_side()));
-    }
+  bool through = punctured;
+  if (touched && (to - touched->p_O).dot(touched->normal_O) > 0) {
+    if (through) ++insertion;  // into another embryo
+    through = false;
+    touched.reset();
   }
+  if (!touched) Begin(from, &next);
   if (touched) next.displacement_O = to - touched->p_O;
+  double next_depth = touched ? -next.displacement_O.dot(touched->normal_O) : 0;
+  if (through || Breaks(next_depth)) {
+    through = true;  // the membrane springs back at once, the tool is inside
+    next.contact = nullptr;
+    next.displacement_O.setZero();
+    next_depth = 0;
+  }
   const std::lock_guard lock(mutex);
   p_S_tip = p_S;
   pose = next;
-  depth = touched ? -next.displacement_O.dot(touched->normal_O) : 0;
+  depth = next_depth;
+  punctured = through;
+}
+
+site::Pose SimulatedSite::State::Expose() {
+  site::Pose seen;
+  {
+    const std::lock_guard lock(mutex);
+    velocity_S = picture_rate * (p_S_tip - p_S_pictured).head<2>();
+    p_S_pictured = p_S_tip;
+    seen = pose;
+  }
+  if (!seen.contact || !seen.contact->round) return seen;
+  if (seen.displacement_O.isZero(0)) {
+    seen.contact = nullptr;
+  } else {
+    seen.contact =
+        std::make_shared<site::PatchSolution>(SecantAt(*seen.contact, seen.displacement_O));
+  }
+  return seen;
 }
 
 SimulatedSite::SimulatedSite(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
@@ -110,15 +179,26 @@ void SimulatedSite::MoveTool(const Eigen::Vector3d& p_S_tip, Patience /*patience
 }
 
 Truth SimulatedSite::truth() const {
-  const std::lock_guard lock(state_->mutex);
-  Truth truth{.p_S_tip = state_->p_S_tip, .depth = state_->depth};
-  const site::Pose& pose = state_->pose;
+  Truth truth;
+  site::Pose pose;
+  const auto& embryo = state_->embryo;
+  {
+    const std::lock_guard lock(state_->mutex);
+    truth = {.p_S_tip = state_->p_S_tip, .depth = state_->depth, .punctured = state_->punctured};
+    if (embryo) truth.force.head<2>() = embryo->Drag(state_->velocity_S);
+    pose = state_->pose;
+  }
   if (!pose.contact) return truth;
   truth.in_contact = true;
-  const Eigen::Vector2d force_O =
-      -state_->force_scale * (pose.contact->stiffness * pose.displacement_O);
-  truth.force.head<2>() = state_->body.X_SO().linear() * force_O;
+  const double scale = state_->force_scale * (embryo ? embryo->Stiffening(truth.depth) : 1);
+  truth.force.head<2>() -= scale * (state_->body.X_SO().linear() * ForceOf(pose));
   return truth;
+}
+
+std::optional<Eigen::Vector3d> SimulatedSite::goal() const {
+  if (!state_->embryo) return std::nullopt;
+  const Eigen::Vector2d p_S = state_->body.X_SO() * state_->embryo->target_O();
+  return Eigen::Vector3d(p_S.x(), p_S.y(), 0);
 }
 
 std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const Pace& pace) {
@@ -132,12 +212,7 @@ std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const
 }
 
 cv::Mat SimulatedSite::TakePicture() {
-  site::Pose pose;
-  {
-    const std::lock_guard lock(state_->mutex);
-    pose = state_->pose;
-  }
-  const cv::Mat picture = state_->painter.Paint(pose);
+  const cv::Mat picture = state_->painter.Paint(state_->Expose());
   return state_->straightening ? state_->straightening(picture) : picture;
 }
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
+#include <optional>
 
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
@@ -14,10 +14,13 @@
 
 namespace palpate {
 
-// The contact is a rigid flat tool of the scene's width, bonded to the boundary centred where the
-// tip's way first entered the body, until the tip comes out through the surface there. Linear
+// The contact is a rigid flat or round tool, bonded to the boundary (round: where it touches)
+// centred where the tip's way first entered the body, until the tip comes out through the surface
+// there. Linear
 // elasticity (slave/site/camera/plane_elasticity.h), so large presses are extrapolated, as deep as
-// one likes; the stiffness is within 1e-3 of the continuum's.
+// one likes; the stiffness is within 1e-3 of the continuum's. An embryo (`site.embryo`) stiffens
+// and is punctured besides (slave/site/camera/embryo.h): from then on it rests, with the tool
+// inside, until the tool has come out; the next insertion is into another one.
 class SimulatedSite final : public World {
  public:
   // Builds the world and solves the contact straight ahead of manipulator.home (under 0.2 s).
@@ -34,6 +37,7 @@ class SimulatedSite final : public World {
   // So it is whatever the patience.
   void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
   [[nodiscard]] Truth truth() const override;
+  [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override;
   std::unique_ptr<FrameSource> OpenCamera(const Scene& scene, const Pace& pace) override;
   // Takes a picture of the world as it is now, through the scene's lens if it names one, and
   // straightened as a FrameSource does it: 8 bit grey. Thread-safe against MoveTool; call from

@@ -18,8 +18,11 @@ double Cross(const Point& a, const Point& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-Outline TrueOutline(const Geometry& geometry) {
+Outline TrueOutline(const Scene& scene) {
+  const Geometry& geometry = scene.object.geometry;
   if (std::holds_alternative<ImageContourGeometry>(geometry)) {
+    const auto& embryo = scene.site.embryo;
+    if (embryo && embryo->radius > 0) return OutlineOf(DiscGeometry{embryo->radius, 1});
     throw std::invalid_argument(
         "object.geometry.contour = from-image: accepted by the simulated site is an outline it can "
         "draw: rectangle, disc, polygon or a contour file");
@@ -54,7 +57,7 @@ double AngleFrom(const Point& p, double zero) {
 
 TrueBody::TrueBody(const Scene& scene)
     : X_SO_(InPlane(scene.object.X_SO, scene.site.misplacement)) {
-  const Outline outline = TrueOutline(scene.object.geometry);
+  const Outline outline = TrueOutline(scene);
   loop_begin_ = {0};
   AddLoop(outline.outer, true);
   for (const auto& hole : outline.holes) AddLoop(hole, false);

@@ -237,5 +237,34 @@ TEST(SceneLoaderTest, TheLocaleDoesNotMatter) {
   EXPECT_DOUBLE_EQ(Load(SmallScene()).sense.Find<Camera>()->pixel, 0.35e-3);
 }
 
+TEST(SceneLoaderTest, ARoundToolIsTwiceItsRadiusWideUnlessBothAreTold) {
+  const SceneFolder folder;
+  const auto tool = [&](const std::string& line) {
+    return LoadScene(folder.Write("scene.yaml", SmallSceneWith(7, line))).tool.value();
+  };
+  EXPECT_DOUBLE_EQ(tool("tool: {shape: round, radius: 3 mm}").width, 6e-3);
+  EXPECT_DOUBLE_EQ(tool("tool: {shape: round, width: 4 mm}").radius, 2e-3);
+  const Tool both = tool("tool: {shape: round, width: 4 mm, radius: 9 mm}");
+  EXPECT_DOUBLE_EQ(both.width, 4e-3);
+  EXPECT_DOUBLE_EQ(both.radius, 9e-3);
+  EXPECT_EQ(tool("tool: {shape: flat, width: 4 mm}").radius, 0);
+}
+
+TEST(SceneLoaderTest, AnEmbryoHasWhatItsSectionLeavesOpen) {
+  const SceneFolder folder;
+  std::string text = SmallSceneWith(3, "  geometry: {disc: {radius: 30 mm, thickness: 9 mm}}");
+  text.replace(text.find("side: bottom"), 12, "arc: {centre: 180 deg, half_angle: 30 deg}");
+  const Scene scene = LoadScene(folder.Write(
+      "scene.yaml", text + "site: {embryo: {puncture: [60 um, 90 um], debris: 3}}\n"));
+  ASSERT_TRUE(scene.site.embryo);
+  EXPECT_EQ(scene.site.embryo->puncture, Eigen::Vector2d(60e-6, 90e-6));
+  EXPECT_EQ(scene.site.embryo->debris, 3);
+  EXPECT_DOUBLE_EQ(scene.site.embryo->linear_to, 100e-6);
+  EXPECT_FALSE(LoadScene(folder.Write("none.yaml", text)).site.embryo);
+  EXPECT_THROW(LoadScene(folder.Write("turned.yaml",
+                                      text + "site: {embryo: {puncture: [90 um, 60 um]}}\n")),
+               SceneError);
+}
+
 }  // namespace
 }  // namespace palpate

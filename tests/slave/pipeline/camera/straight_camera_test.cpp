@@ -65,6 +65,8 @@ TEST(StraightCameraTest, ALensOfAnotherPictureSizeIsRefused) {
 // and the arc that holds it is told about its middle.
 TEST(FromImageTest, TheEmbryoOfThePictureIsFeltByAPipetteThatPointsAtIt) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/zebrafish-embryo.yaml"));
+  scene.site.embryo.reset();  // linear, and it does not break
+  scene.operator_options.press_depth = 100e-6;
   SimulatedSite site(scene);
   ScriptedCamera camera(site, scene);
   scene.object.geometry = ImageContourGeometry{1.2e-3};

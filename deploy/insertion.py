@@ -1,0 +1,243 @@
+#!/usr/bin/env python3
+"""What an insertion into a simulated embryo takes besides slave and master: a hand that knows the target, and figures.
+
+insertion.py hand OFFLINE DURATION FILE.csv   writes a playback: home, straight to the target, a stay, and back, as often
+                                              as DURATION [s] has room for. OFFLINE: the folder of a `process` run
+insertion.py figures OFFLINE LOG.csv OUT      draws OUT/insertion.svg (the pictures before the puncture, after it and at
+                                              the target, as the slave saw them), OUT/force-deformation.svg (paper A,
+                                              figure 10) and OUT/force-time.svg (figure 11, from the master's LOG.csv),
+                                              and says what happened. Exit 1 where it is not what should have happened
+insertion.py models SLAVE SCENE OUT           draws OUT/force-models.svg: force over indentation of the solid disc and of
+                                              the fluid-filled shell of the same modulus
+"""
+import base64
+import csv
+import json
+import math
+import pathlib
+import subprocess
+import sys
+
+RATE = 100        # rows of a playback [Hz]
+STAY, REST = 1.5, 1.0  # at the target, at home [s]
+NEAR = 3e-6       # of the target: it is reached [m]
+WIDTH, HEIGHT, LEFT, TOP = 560, 300, 70, 40
+
+
+def minimum_jerk(u):
+    return u ** 3 * (10 + u * (-15 + 6 * u))
+
+
+def write_hand(offline, duration, file):
+    plan = json.loads((offline / "summary.json").read_text())["insertion"]
+    way = [(t - h) / plan["position_scale"] for t, h in zip(plan["target"], plan["home"])]
+    length = math.dist(plan["target"], plan["home"])
+    ramp = 15 / 8 * length / plan["speed"]
+    cycle = REST + 2 * ramp + STAY
+    rows = []
+    for i in range(int(max(duration, cycle + REST) * RATE)):
+        t = i / RATE
+        at = t % cycle - REST
+        whole = t - t % cycle + cycle <= max(duration, cycle + REST)
+        share = 0.0
+        if whole and at > 0:
+            share = minimum_jerk(min(at / ramp, 1.0)) if at < ramp + STAY else minimum_jerk(max(0.0, 1 - (at - ramp - STAY) / ramp))
+        rows.append([f"{t:.3f}"] + [f"{w * share:.9g}" for w in way])
+    with open(file, "w", newline="") as out:
+        csv.writer(out).writerows([["time_s", "x", "y", "z"], *rows])
+
+
+def read(file):
+    with open(file, newline="") as rows:
+        return list(csv.DictReader(rows))
+
+
+def number(text):
+    return float(text) if text else None
+
+
+def size(row, name):
+    parts = [number(row[f"{name}{axis}"]) for axis in ("x", "y", "z")]
+    return None if None in parts else math.hypot(*parts)
+
+
+def nice_step(most):
+    """Between the marks of an axis: four to ten of them."""
+    step = 10 ** math.floor(math.log10(most))
+    return next(step * part for part in (1, 0.5, 0.2, 0.1) if most / (step * part) >= 4)
+
+
+class Plot:
+    def __init__(self, title, x_label, y_label, x_most, y_most, y_name="{:g}".format):
+        self.x_most, self.y_most = x_most, y_most
+        self.parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {LEFT + WIDTH + 30} {TOP + HEIGHT + 60}" '
+                      'font-family="sans-serif" font-size="13">',
+                      f"<title>{title}</title>", '<rect width="100%" height="100%" fill="white"/>',
+                      f'<rect x="{LEFT}" y="{TOP}" width="{WIDTH}" height="{HEIGHT}" fill="none" stroke="#999"/>',
+                      f'<text x="{LEFT}" y="{TOP - 14}">{y_label}</text>',
+                      f'<text x="{LEFT + WIDTH / 2}" y="{TOP + HEIGHT + 44}" text-anchor="middle">{x_label}</text>']
+        for i in range(int(x_most / nice_step(x_most)) + 1):
+            at = i * nice_step(x_most)
+            self.parts.append(f'<text x="{self.x(at):.1f}" y="{TOP + HEIGHT + 20}" text-anchor="middle">{at:g}</text>')
+        for i in range(int(y_most / nice_step(y_most)) + 1):
+            at = i * nice_step(y_most)
+            self.parts.append(f'<text x="{LEFT - 8}" y="{self.y(at) + 4:.1f}" text-anchor="end">{y_name(at)}</text>')
+        self.legend = 0
+
+    def x(self, value):
+        return LEFT + WIDTH * value / self.x_most
+
+    def y(self, value):
+        return TOP + HEIGHT * (1 - value / self.y_most)
+
+    def curve(self, points, colour, name, dash=""):
+        path = " ".join(f"{self.x(x):.1f},{self.y(y):.1f}" for x, y in points)
+        style = f'stroke="{colour}" stroke-width="2" fill="none"' + (f' stroke-dasharray="{dash}"' if dash else "")
+        y = TOP + 18 + 18 * self.legend
+        self.legend += 1
+        self.parts += [f'<polyline points="{path}" {style}/>', f'<path d="M {LEFT + 12} {y - 4} h 26" {style}/>',
+                       f'<text x="{LEFT + 44}" y="{y}">{name}</text>']
+
+    def mark(self, x, name):
+        self.parts += [f'<path d="M {self.x(x):.1f} {TOP} v {HEIGHT}" stroke="#555" stroke-dasharray="2 4"/>',
+                       f'<text x="{self.x(x) + 5:.1f}" y="{TOP + HEIGHT - 8}" fill="#555">{name}</text>']
+
+    def write(self, file):
+        file.write_text("\n".join([*self.parts, "</svg>"]) + "\n")
+
+
+def depths(states):
+    """How far the pipette is beyond its first touch, along its way [m]; 0 before."""
+    first = next(row for row in states if size(row, "f"))
+    start = [float(first[f"contact_{axis}"]) for axis in "xyz"]
+    home = [float(states[0][f"tip_{axis}"]) for axis in "xyz"]
+    way = [s - h for s, h in zip(start, home)]
+    unit = [w / math.hypot(*way) for w in way]
+    return [max(0.0, sum(u * (float(row[f"tip_{axis}"]) - s) for u, s, axis in zip(unit, start, "xyz"))) if row["tip_x"] else None
+            for row in states]
+
+
+def draw_deformation(states, plan, file):
+    """Force over deformation on the way in: paper A, figure 10."""
+    deep = depths(states)
+    told = deep[plan["told_sample"] - 1]
+    shown = [(d, row) for d, row in zip(deep, states) if d is not None]
+    shown = shown[:next((i for i, (d, _) in enumerate(shown) if d > 1.6 * told), len(shown))]
+    rows = [(1e6 * d, row) for d, row in shown]
+    felt = [(d, 1e3 * size(row, "f")) for d, row in rows if size(row, "f") is not None]
+    true = [(d, 1e3 * size(row, "true_f")) for d, row in rows if size(row, "true_f") is not None]
+    plot = Plot("Force and deformation of the embryo", "deformation [um]", "force of the embryo on the pipette [mN]",
+                1.02 * max(d for d, _ in true), 1.15 * max(f for _, f in felt + true))
+    plot.curve(true, "#bbb", "true force at the simulated site")
+    plot.curve(felt, "#c33", "felt by the eyes")
+    plot.mark(1e6 * told, "puncture told")
+    plot.write(file)
+
+
+def draw_time(log, file):
+    """The magnified force at the hand over time: paper A, figure 11."""
+    rows = log[::max(1, len(log) // 3000)]
+    scaled = [(float(row["t"]), size(row, "scaled_")) for row in rows]
+    sent = [(float(row["t"]), size(row, "sent_")) for row in rows]
+    plot = Plot("Magnified force at the hand", "time [s]", "force at the hand [N]", max(t for t, _ in sent),
+                1.15 * max(f for _, f in scaled + sent))
+    plot.curve(scaled, "#bbb", "magnified")
+    plot.curve(sent, "#36c", "sent to the hand, at most its limit")
+    plot.write(file)
+
+
+def embed(picture):
+    return base64.b64encode(picture.read_bytes()).decode()
+
+
+def draw_pictures(offline, shown, file):
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {660 * len(shown) + 20} 530" font-family="sans-serif" font-size="22">',
+             '<rect width="100%" height="100%" fill="white"/>']
+    for i, (number_of, words) in enumerate(shown):
+        parts += [f'<text x="{20 + 660 * i}" y="30">{words}</text>',
+                  f'<image x="{20 + 660 * i}" y="44" width="640" height="480" '
+                  f'href="data:image/jpeg;base64,{embed(offline / "pictures" / f"{number_of:06}.jpg")}"/>']
+    file.write_text("\n".join([*parts, "</svg>"]) + "\n")
+
+
+def drop_at_the_hand(log):
+    """The largest force sent, and the largest in the second after it was seen to break; None: it never broke."""
+    broken = next((i for i, row in enumerate(log) if "punctured" in row["reason"]), None)
+    if broken is None:
+        return None
+    t = float(log[broken]["t"])
+    after = [size(row, "sent_") for row in log[broken:] if 0.02 < float(row["t"]) - t < 0.5]
+    return max(size(row, "sent_") for row in log[:broken]), max(after)
+
+
+def figures(offline, log_file, out):
+    plan = json.loads((offline / "summary.json").read_text())["insertion"]
+    states, log = read(offline / "states.csv"), read(log_file)
+    if not plan["told_sample"]:
+        sys.exit("insertion.py: no puncture was told")
+    deep = depths(states)
+    nearest = min(range(len(states)), key=lambda i: math.dist(
+        [number(states[i][f"tip_{axis}"]) or 0 for axis in "xyz"], plan["target"]))
+    draw_pictures(offline, [(plan["told_sample"] - 1, "before the puncture"), (plan["told_sample"], "the puncture is told"),
+                            (nearest + 1, "at the target")], out / "insertion.svg")
+    draw_deformation(states, plan, out / "force-deformation.svg")
+    draw_time(log, out / "force-time.svg")
+    told = plan["told_sample"] - 1
+    force = 1e3 * size(states[told - 1], "f")
+    print(f"force rises to {force:.1f} mN at {1e6 * deep[told - 1]:.0f} um, the puncture is told in picture "
+          f"{plan['told_sample']} (true: {plan['punctured_sample']}), force {1e3 * size(states[told], 'f'):g} mN from there, "
+          f"target reached to {1e6 * plan['closest_m']:.1f} um")
+    drop = drop_at_the_hand(log)
+    print("at the hand: " + ("no puncture" if drop is None else f"up to {drop[0]:.2f} N, then {drop[1]:.2f} N"))
+    good = size(states[told], "f") == 0 and plan["closest_m"] < NEAR and drop is not None and drop[1] < 0.05 * drop[0]
+    return 0 if good else 1
+
+
+def solve(slave, scene, out, overrides):
+    """Depth [um] and force [mN] of presses opposite to the holder, as far as they are solved."""
+    contacts, answers = out / "presses.csv", out / "pressed.csv"
+    rows = [[i, 0.6e-3, 0, -i * 2e-6, 0, 40e-6] for i in range(1, 61)]
+    with open(contacts, "w", newline="") as file:
+        csv.writer(file).writerows([["case", "x", "y", "dx", "dy", "width"], *rows])
+    words = [word for override in overrides for word in ("--override", override)]
+    done = subprocess.run([slave, "solve", scene, "--contacts", contacts, "--out", answers, *words], capture_output=True,
+                          text=True)
+    if done.returncode not in (0, 1):
+        sys.exit(done.stderr)
+    pressed = [(-1e6 * float(row["dx"]), -1e3 * float(row["fx"])) for row in read(answers) if row["fx"]]
+    contacts.unlink(), answers.unlink()
+    return [(0, 0), *pressed]
+
+
+def models(slave, scene, out):
+    curves = {"solid disc": solve(slave, scene, out, [])}
+    for wall in (2, 5, 10):
+        kind = f"model={{kind: shell, wall: {wall} um, elements: 160, range: 8.4 %}}"
+        curves[f"shell filled with liquid, wall {wall} um"] = solve(slave, scene, out, [kind])
+    for name, points in curves.items():
+        print(f"{name}: " + ", ".join(f"{f:.3g} mN at {d:.0f} um" for d, f in points if d and round(d) % 50 == 0))
+    low = -3  # decades: both differ by more than one
+    high = math.log10(max(f for points in curves.values() for _, f in points)) - low
+    plot = Plot("Force and indentation by model", "indentation [um]", "force [mN], by decades", 122, 1.5 * high,
+                lambda decades: f"1e{decades + low:g}" if decades == int(decades) else "")
+    for (name, points), colour in zip(curves.items(), ("#c33", "#36c", "#393", "#a60")):
+        plot.curve([(d, math.log10(f) - low) for d, f in points if f > 10 ** low], colour, name)
+    plot.write(out / "force-models.svg")
+
+
+def main():
+    command, *words = sys.argv[1:] or [""]
+    if command == "hand" and len(words) == 3:
+        write_hand(pathlib.Path(words[0]), float(words[1]), words[2])
+        return 0
+    if command == "figures" and len(words) == 3:
+        return figures(*map(pathlib.Path, words))
+    if command == "models" and len(words) == 3:
+        models(words[0], words[1], pathlib.Path(words[2]))
+        return 0
+    print(__doc__, file=sys.stderr)
+    return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

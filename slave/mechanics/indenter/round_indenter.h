@@ -1,0 +1,85 @@
+// A rigid round tool pressed into a body: its contact grows with the depth, as Hertz has it for
+// bodies much larger than the contact.
+//
+// The tool is a cylinder across the plane in 2D and a sphere in 3D. Of its axis, along the outward
+// normal n, every place x of the boundary at rest lies at a distance rho; were it to pass through
+// the body, the tool would be there by
+//
+//   delta = n . (x - p) - n . u - (R - sqrt(R^2 - rho^2))
+//
+// too deep, p where its apex touched first, u how far it has moved since. Places with delta > 0 may
+// touch: they are moved by u_t - delta n (u_t: u across n), the others are free. What would be
+// pulled lets go, until all that touch are pushed (a linear complementarity problem whose stiffness
+// has no positive entry off its diagonal, so what lets go never comes back: Chandrasekaran,
+// Opsearch 7, 1970). Works on any DeformationModel that moves single places.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/outline.h"
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// Where a model can be touched singly, at rest. Frame O.
+struct TouchablePlace {
+  Eigen::Vector3d p_O{0, 0, 0};  // [m]
+  int element = -1;              // Contact::element there
+};
+// The elements of an outline by their midpoints, the triangles of a surface by their centroids
+// (bem3d), or the surface's nodes (fem and what is made from it).
+std::vector<TouchablePlace> TouchablePlaces(const BoundaryMesh& mesh);
+std::vector<TouchablePlace> TouchableTriangles(const SurfaceMesh& mesh);
+std::vector<TouchablePlace> TouchableNodes(const SurfaceMesh& mesh);
+
+// Where the tool is. Frame O.
+struct ToolIndentation {
+  Eigen::Vector3d p_O{0, 0, 0};             // where its apex first touched, at rest [m]
+  Eigen::Vector3d normal_O{0, 1, 0};        // outward there, unit: the tool's axis
+  Eigen::Vector3d displacement_O{0, 0, 0};  // of the apex since then [m]
+};
+
+class RoundIndenter {
+ public:
+  // With fewer places under the tool its force is kExtrapolated: the mesh is too coarse for it.
+  static constexpr int kFewest = 3;
+
+  // `radius` of the tool [m], > 0. Throws std::invalid_argument: not so, or no place.
+  RoundIndenter(std::vector<TouchablePlace> places, double radius, ContactLaw law);
+
+  // Force of the tool on the object and its derivative by the apex's displacement as long as the
+  // same places touch. A tool out of contact has no force; its stiffness is that of the place
+  // nearest to the apex, which is also all that a tool touches that lies between places. `model` is
+  // asked several times, last with the contact as it is.
+  [[nodiscard]] ContactResponse Press(const ToolIndentation& press,
+                                      DeformationModel* model) noexcept;
+
+  // Of the last press: what it touches, each with its force.
+  [[nodiscard]] std::span<const Contact> contacts() const { return contacts_; }
+  [[nodiscard]] std::span<const ContactResponse> responses() const { return responses_; }
+  [[nodiscard]] double radius() const { return radius_; }
+
+ private:
+  void Gather(const ToolIndentation& press) noexcept;
+  void TouchNearest(const ToolIndentation& press, bool presses) noexcept;
+  [[nodiscard]] bool LetGo(const Eigen::Vector3d& n) noexcept;
+  [[nodiscard]] bool Ask(DeformationModel* model) noexcept;
+  [[nodiscard]] Eigen::Vector3d Sum() const noexcept;
+  [[nodiscard]] Eigen::Matrix3d Stiffness(const Eigen::Vector3d& n,
+                                          DeformationModel* model) noexcept;
+
+  std::vector<TouchablePlace> places_;
+  double radius_;
+  ContactLaw law_;
+  bool is_planar_ = false;
+  std::vector<Contact> contacts_;
+  std::vector<ContactResponse> responses_;
+  std::vector<Eigen::Vector3d> moved_;  // of the contacts, while the stiffness is asked for [m]
+};
+
+}  // namespace palpate

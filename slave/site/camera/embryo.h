@@ -1,0 +1,48 @@
+// What is true of an embryo beside its elasticity: how its membrane stiffens, when it breaks, and
+// where the substance is to go (paper A, 4.2). Drawn by the scene's seed; known to reports alone.
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "slave/scene/scene.h"
+
+namespace palpate::site {
+
+class Embryo {
+ public:
+  // Parts of the embryo's radius within which targets lie: along the tool's way and across.
+  static constexpr double kTargetAlong = 0.45, kTargetAcross = 0.12;
+
+  // `radius` [m]; `direction_O`: along which the tool points, unit.
+  Embryo(const EmbryoSite& options, std::uint32_t seed, double radius,
+         const Eigen::Vector2d& direction_O);
+
+  // The membrane's force in parts of the linear one, `depth` [m]:
+  //
+  //   1                                    up to the depth d0 = linear_to
+  //   1 + stiffening (depth / d0 - 1)^2    beyond
+  //
+  // Linear to about 100 um: paper A, 4.2, after Kim et al. 2006; how it goes on is assumed.
+  [[nodiscard]] double Stiffening(double depth) const noexcept;
+  // At which the membrane breaks in the insertion of this number, from 0 [m].
+  [[nodiscard]] double PunctureDepth(int insertion) const noexcept;
+  // Where the pipette is to go, frame O [m].
+  [[nodiscard]] const Eigen::Vector2d& target_O() const { return target_O_; }
+  // Of the liquid on the tool that moves at `velocity` [m/s]: [N].
+  [[nodiscard]] Eigen::Vector2d Drag(const Eigen::Vector2d& velocity) const noexcept {
+    return -options_.drag * velocity;
+  }
+
+ private:
+  EmbryoSite options_;
+  std::uint32_t seed_;
+  Eigen::Vector2d target_O_{0, 0};
+};
+
+// Of the scene's embryo, in S as it really lies [m]. Throws like TrueBody; std::bad_optional_access
+// where the scene has none.
+Eigen::Vector3d TargetOf(const Scene& scene);
+
+}  // namespace palpate::site

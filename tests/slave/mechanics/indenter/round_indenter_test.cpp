@@ -1,0 +1,218 @@
+#include "slave/mechanics/indenter/round_indenter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/bem/bem2d_model.h"
+#include "slave/mechanics/bem3d/bem3d_model.h"
+#include "slave/mechanics/fem/green/fem_green_model.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+// A block in plane strain, 1 m wide and high, E = 1 Pa, held at its bottom.
+class Block2d : public testing::Test {
+ protected:
+  static constexpr double kE = 1, kNu = 0.3, kRadius = 0.4;
+  static constexpr int kElements = 800;  // 5 mm long
+
+  Block2d() : mesh_(MeshRectangle(1, 1, kElements)) {}
+  // Seconds to make, so each once.
+  [[nodiscard]] Bem2dModel* Make(ContactLaw law) const {
+    static std::map<ContactLaw, std::unique_ptr<Bem2dModel>> made;
+    auto& model = made[law];
+    if (model) return model.get();
+    std::vector<std::array<bool, 2>> held(mesh_.elements.size(), {false, false});
+    for (std::size_t i = 0; i < held.size(); ++i) {
+      if (mesh_.elements[i].midpoint().y() < 1e-9) held[i] = {true, true};
+    }
+    model = std::make_unique<Bem2dModel>(
+        ReferenceProblem{mesh_, held, kNu, Plane::kStrain, ElementOrder::kConstant},
+        Bem2dModel::Params{.young_modulus = kE, .thickness = 1, .contact = law, .range = 0.1});
+    return model.get();
+  }
+  static ToolIndentation At(double depth) { return {{0.5, 1, 0}, {0, 1, 0}, {0, -depth, 0}}; }
+
+  BoundaryMesh mesh_;
+};
+
+double HalfWidth(const RoundIndenter& tool, double element) {
+  double least = 1e9, most = -1e9;
+  for (const Contact& at : tool.contacts()) {
+    least = std::min(least, at.p_O.x());
+    most = std::max(most, at.p_O.x());
+  }
+  return 0.5 * (most - least + element);
+}
+
+// Reference: Hertz for a cylinder on a half-plane (Johnson, Contact Mechanics, 4.42 to 4.45):
+// a^2 = 4 P R / (pi E*), p0 = 2 P / (pi a). In his range, a much smaller than radius and block: up
+// to 0.05 m beside 0.4 m and 1 m. Tolerance of a: one element of 5 mm, half at either end, and 1 %
+// for the circle that he takes for a parabola. Of p0: it is the mean over the middle element, 6 %
+// where 4 elements make a half width, less where more do.
+TEST_F(Block2d, ACylindersContactIsAsWideAndPressesAsHertzHasIt) {
+  Bem2dModel* model = Make(ContactLaw::kFrictionless);
+  RoundIndenter tool(TouchablePlaces(mesh_), kRadius, ContactLaw::kFrictionless);
+  const double element = mesh_.elements[0].length(), modulus = kE / (1 - kNu * kNu);
+  double last = 0;
+  for (const double depth : {0.004, 0.007, 0.011, 0.016}) {
+    const ContactResponse response = tool.Press(At(depth), model);
+    ASSERT_EQ(response.validity, Validity::kValid);
+    const double P = -response.force_O.y();
+    const double a = std::sqrt(4 * P * kRadius / (std::numbers::pi * modulus));
+    EXPECT_LT(a, 0.07) << "Hertz' range";
+    EXPECT_GT(a, last) << "the contact grows with the depth";
+    EXPECT_NEAR(HalfWidth(tool, element), a, element + 0.01 * a) << depth;
+    double p0 = 0;
+    for (const ContactResponse& part : tool.responses()) {
+      p0 = std::max(p0, -part.force_O.y() / element);
+    }
+    EXPECT_NEAR(p0 / (2 * P / (std::numbers::pi * a)), 1, 0.06) << depth;
+    last = a;
+  }
+}
+
+// Reference: the complementarity itself. Nothing is pulled, and nothing that is free is where the
+// tool is: the outline's vertices, by the model's own displacements, to a hundredth of the depth
+// (constant elements tell vertices by straight lines between midpoints). Places are as far from the
+// tool's axis as they are at rest, as in all of linear contact.
+TEST_F(Block2d, NothingIsPulledAndNothingPassedThrough) {
+  for (const auto law : {ContactLaw::kFrictionless, ContactLaw::kBonded}) {
+    Bem2dModel* model = Make(law);
+    RoundIndenter tool(TouchablePlaces(mesh_), kRadius, law);
+    const double depth = 0.02;
+    ASSERT_EQ(tool.Press(At(depth), model).validity, Validity::kValid);
+    for (const ContactResponse& part : tool.responses()) EXPECT_LE(part.force_O.y(), 0);
+    std::vector<Vector3d> u;
+    model->Displacements(&u);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      const Eigen::Vector2d p = mesh_.elements[i].a + u[i].head<2>();
+      const double rho = mesh_.elements[i].a.x() - 0.5;
+      if (mesh_.elements[i].a.y() < 1 - 1e-9 || std::abs(rho) >= kRadius) continue;
+      const double tool_y = 1 - depth + kRadius - std::sqrt(kRadius * kRadius - rho * rho);
+      EXPECT_LT(p.y(), tool_y + 0.01 * depth) << "vertex " << i;
+    }
+  }
+}
+
+// Reference: the difference of two presses, 1e-3 apart; the set that touches changes little
+// between them.
+TEST_F(Block2d, TheStiffnessIsTheForcesSlope) {
+  for (const auto law : {ContactLaw::kFrictionless, ContactLaw::kBonded}) {
+    Bem2dModel* model = Make(law);
+    RoundIndenter tool(TouchablePlaces(mesh_), kRadius, law);
+    const double depth = 0.02, step = 1e-5;
+    const ContactResponse here = tool.Press(At(depth), model);
+    const ContactResponse deeper = tool.Press(At(depth + step), model);
+    const double slope = -(deeper.force_O - here.force_O).y() / step;
+    EXPECT_NEAR(here.stiffness_O(1, 1) / slope, 1, 0.03);
+  }
+}
+
+TEST_F(Block2d, ATouchThatTheMeshCannotShowIsNotValidAndAnAbsentOneHasNoForce) {
+  Bem2dModel* model = Make(ContactLaw::kBonded);
+  RoundIndenter tool(TouchablePlaces(mesh_), 0.01, ContactLaw::kBonded);
+  const ContactResponse shallow = tool.Press(At(1e-4), model);
+  EXPECT_EQ(shallow.validity, Validity::kExtrapolated);
+  EXPECT_FALSE(shallow.doubt.empty());
+  const ContactResponse away = tool.Press(At(-0.01), model);
+  EXPECT_EQ(away.validity, Validity::kValid);
+  EXPECT_EQ(away.force_O.norm(), 0);
+  EXPECT_GT(away.stiffness_O(1, 1), 0);
+  EXPECT_EQ(tool.Press(At(std::nan("")), model).validity, Validity::kFailed);
+  EXPECT_THROW(RoundIndenter(TouchablePlaces(mesh_), 0, ContactLaw::kBonded),
+               std::invalid_argument);
+  EXPECT_THROW(RoundIndenter({}, 1, ContactLaw::kBonded), std::invalid_argument);
+}
+
+// Reference: Hertz for a sphere on a half-space, F = 4/3 E* sqrt(R) d^1.5, a = sqrt(R d) (Johnson,
+// 4.22 to 4.24). The half-space is a block of 1 m, E = 1 Pa, held at its bottom, with small cells
+// about the middle of its top; radius 0.4 m, contacts of up to 7 cm: a bottom that far away makes
+// them 6 % stiffer at most (Dimitriadis et al., Biophys. J. 82, 2002).
+struct Sphere3d {
+  static constexpr double kNu = 0.3, kRadius = 0.4;
+  static double Force(double depth) {
+    return 4.0 / 3 / (1 - kNu * kNu) * std::sqrt(kRadius) * std::pow(depth, 1.5);
+  }
+  static ToolIndentation At(double depth) { return {{0.5, 0.5, 1}, {0, 0, 1}, {0, 0, -depth}}; }
+};
+
+SolidMesh GradedBlock(const std::array<int, 3>& cells) {
+  SolidMesh mesh = MeshBox({1, 1, 1}, cells);
+  const auto towards_zero = [](double t) { return t * (0.15 + 0.85 * t * t); };
+  for (Vector3d& p : mesh.nodes) {
+    p.x() = 0.5 + 0.5 * towards_zero(2 * p.x() - 1);
+    p.y() = 0.5 + 0.5 * towards_zero(2 * p.y() - 1);
+    p.z() = 1 - towards_zero(1 - p.z());
+  }
+  return mesh;
+}
+
+// Farthest place that touches [m].
+double ContactRadius(const RoundIndenter& tool) {
+  double most = 0;
+  for (const Contact& at : tool.contacts()) {
+    most = std::max(most, (at.p_O - Vector3d(0.5, 0.5, 1)).norm());
+  }
+  return most;
+}
+
+HeldNodes HeldAtBottom(const SurfaceMesh& mesh) {
+  HeldNodes held;
+  for (const auto& triangle : mesh.triangles) {
+    const bool low = std::ranges::all_of(
+        triangle, [&](int n) { return mesh.nodes[static_cast<std::size_t>(n)].z() < 1e-9; });
+    held.push_back({low, low, low});
+  }
+  return held;
+}
+
+// Tolerance 8 %: the bottom's 6 %, and 2 % for triangles of a fifth of the contact's radius. The
+// contact's radius: one triangle of 1.3 cm.
+TEST(RoundIndenter3d, ASpheresForceOnASurfaceIsHertzsAndItsContactGrows) {
+  const SurfaceMesh mesh = SurfaceOf(GradedBlock({12, 12, 5}));
+  Bem3dModel model(mesh, HeldAtBottom(mesh), 1, Sphere3d::kNu,
+                   {.contact = ContactLaw::kFrictionless});
+  RoundIndenter tool(TouchableTriangles(mesh), Sphere3d::kRadius, ContactLaw::kFrictionless);
+  double last = 0;
+  for (const double depth : {0.004, 0.007, 0.012}) {
+    const ContactResponse response = tool.Press(Sphere3d::At(depth), &model);
+    ASSERT_EQ(response.validity, Validity::kValid);
+    EXPECT_NEAR(-response.force_O.z() / Sphere3d::Force(depth), 1, 0.08) << depth;
+    EXPECT_NEAR(ContactRadius(tool), std::sqrt(Sphere3d::kRadius * depth), 0.013) << depth;
+    EXPECT_GT(ContactRadius(tool), last);
+    last = ContactRadius(tool);
+  }
+}
+
+// The same by finite elements, node by node. Tolerance 15 %: besides, four-node tetrahedra are
+// stiff where the strain changes from one to the next.
+TEST(RoundIndenter3d, ASpheresForceOnFiniteElementsIsHertzs) {
+  const SolidMesh solid = GradedBlock({18, 18, 14});
+  HeldNodes held(solid.nodes.size());
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    const bool low = solid.nodes[i].z() < 1e-9;
+    held[i] = {low, low, low};
+  }
+  FemGreenModel model(solid, held, 1, Sphere3d::kNu,
+                      {.element = TetElement::kTet4, .contact = ContactLaw::kFrictionless});
+  RoundIndenter tool(TouchableNodes(SurfaceOf(solid)), Sphere3d::kRadius,
+                     ContactLaw::kFrictionless);
+  for (const double depth : {0.007, 0.012}) {
+    const ContactResponse response = tool.Press(Sphere3d::At(depth), &model);
+    ASSERT_NE(response.validity, Validity::kFailed) << model.failure();
+    EXPECT_NEAR(-response.force_O.z() / Sphere3d::Force(depth), 1, 0.15) << depth;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
