@@ -25,11 +25,19 @@ using std::chrono::milliseconds;
 constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
 constexpr milliseconds kCallDeadline(1000);
+constexpr milliseconds kModelDeadline(15000);
 constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
 
 // Of a peer that may mean harm, fit for a terminal.
 std::string Words(const grpc::Status& status) {
   return Presentable(status.error_message(), 300);
+}
+
+// Why a call was refused; empty: it was not.
+std::string Refusal(const grpc::Status& status) {
+  if (status.ok()) return {};
+  const std::string words = Words(status);
+  return words.empty() ? "refused without a reason" : words;
 }
 
 void SetDeadline(grpc::ClientContext* context) {
@@ -250,6 +258,26 @@ bool SlaveLink::Reset() {
   SetDeadline(&context);
   v1::Status reply;
   return parts_->stub->Reset(&context, {}, &reply).ok();
+}
+
+std::string SlaveLink::SetMapping(const Mapping& mapping) {
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  v1::SetParametersRequest request;
+  if (mapping.position_scale) request.set_position_scale(*mapping.position_scale);
+  if (mapping.force_scale) request.set_force_scale(*mapping.force_scale);
+  if (mapping.force_limit) request.set_force_limit(*mapping.force_limit);
+  v1::SettingsReply reply;
+  return Refusal(parts_->stub->SetParameters(&context, request, &reply));
+}
+
+std::string SlaveLink::SetModel(const std::string& kind) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kModelDeadline);
+  v1::SetModelRequest request;
+  request.set_kind(kind);
+  v1::SettingsReply reply;
+  return Refusal(parts_->stub->SetModel(&context, request, &reply));
 }
 
 }  // namespace palpate
