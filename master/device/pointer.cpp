@@ -28,12 +28,15 @@ void Pointer::Take(Time now) noexcept {
   const PointerAim* newest = aims_.Take();
   if (newest != nullptr) aim_ = *newest;
   used_ = aim_.stamp;
-  const bool engaged = aim_.engaged && SecondsBetween(aim_.heard_at, now) <= kSilence;
+  const bool is_silent = SecondsBetween(aim_.heard_at, now) > kSilence;
+  if (!aim_.engaged) let_go_ = true;
+  if (intent_.engaged && is_silent) let_go_ = false;
+  const bool engaged = aim_.engaged && !is_silent && let_go_;
   if (engaged && !intent_.engaged) {
     begin_ = intent_.p_M = hand_.p_M();
     begin_aim_ = aim_.p_M;
   }
-  intent_.engaged = engaged;
+  holds_ = intent_.engaged = engaged;
 }
 
 // The hand that is let go stays where it is.

@@ -33,7 +33,11 @@ class Pointer final : public Device {
   // The stamp of the newest aim that a reading has used; any thread.
   [[nodiscard]] double used() const noexcept { return used_; }
 
-  // Engaging never moves the hand; silence lets go.
+  // It holds the hand; any thread.
+  [[nodiscard]] bool holds() const noexcept { return holds_; }
+
+  // Engaging never moves the hand. Silence lets go, until the page has let go too and holds anew: a
+  // page that comes back to life does not take the hand by itself.
   DeviceReading Read(Time now) noexcept override;
   void WriteForce(const Eigen::Vector3d& force_M) noexcept override { hand_.Feel(force_M); }
   void Guide(const DeviceGuide& /*guide*/) noexcept override {}
@@ -48,6 +52,8 @@ class Pointer final : public Device {
   const double speed_;  // [m/s]
   LatestValue<PointerAim> aims_;
   std::atomic<double> used_{0};
+  std::atomic<bool> holds_{false};
+  bool let_go_ = true;  // the page has, since silence did
   static_assert(std::atomic<double>::is_always_lock_free);
   PointerAim aim_;                      // the newest
   Eigen::Vector3d begin_{0, 0, 0};      // where the hand was when the engagement began [m]

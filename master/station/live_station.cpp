@@ -8,9 +8,9 @@
 
 #include "master/link/mesh_watch.h"
 #include "master/link/video_watch.h"
-#include "master/station/board.h"
 #include "master/station/clerk.h"
 #include "master/station/diary.h"
+#include "master/station/notice_board.h"
 #include "master/station/page_files.h"
 #include "master/station/page_server.h"
 #include "master/station/wish.h"
@@ -75,7 +75,7 @@ struct LiveStation::Parts {
 
   const Options options;
   const Controls controls;
-  Board board;
+  NoticeBoard board;
   TickDigest ticks;
   Diary diary;
   SlaveNews news;
@@ -124,7 +124,10 @@ void LiveStation::Parts::PutMoment() {
   }
   moment.felt = news.felt();
   diary.See(moment.ticks.t, news.TakeEvents());
-  if (options.pointer != nullptr) moment.pointer_used = options.pointer->used();
+  if (options.pointer != nullptr) {
+    moment.pointer_holds = options.pointer->holds();
+    moment.pointer_used = options.pointer->used();
+  }
   if (views) {
     moment.video_trouble = views->video.trouble();
     moment.mesh_trouble = views->meshes.stats().trouble;

@@ -167,6 +167,7 @@ std::string StatusJson(const StationMoment& moment) {
                {"link", LinkOf(moment)},
                {"fingers", FingersOf(moment.status.fingers)},
                {"felt", FeltOf(moment)},
+               {"pointer_holds", moment.pointer_holds},
                {"pointer_used", moment.pointer_used},
                {"video_trouble", moment.video_trouble},
                {"mesh_trouble", moment.mesh_trouble},

@@ -26,8 +26,9 @@ std::string HelloJson(const StationHello& hello);
 // Everything that moves, at one moment.
 struct StationMoment {
   TickDigest::Moment ticks;
-  Status status;            // of the session's slow thread
-  SlaveNews::Felt felt;     // as an observer sees it
+  Status status;         // of the session's slow thread
+  SlaveNews::Felt felt;  // as an observer sees it
+  bool pointer_holds = false;
   double pointer_used = 0;  // stamp of the page's aim that moved the hand last; 0: none
   std::string video_trouble, mesh_trouble;
 };

@@ -99,7 +99,7 @@ struct Caller : std::enable_shared_from_this<Caller> {
 }  // namespace
 
 struct PageServer::Parts {
-  Parts(const Endpoint& endpoint, const Board* shown, Listener heard)
+  Parts(const Endpoint& endpoint, const NoticeBoard* shown, Listener heard)
       : board(shown), listener(std::move(heard)), acceptor(context) {
     Listen(endpoint);
     const auto left = std::move(listener.left);
@@ -117,7 +117,7 @@ struct PageServer::Parts {
   void PumpAll();
   void Leave();
 
-  const Board* const board;
+  const NoticeBoard* const board;
   Listener listener;
   std::atomic<std::size_t> callers{0}, page_count{0};
   std::atomic<bool> told{false};
@@ -210,7 +210,7 @@ void PageServer::Parts::Leave() {
   goodbye.async_wait([this](error_code /*error*/) { context.stop(); });
 }
 
-PageServer::PageServer(const Endpoint& endpoint, const Board* board, Listener listener)
+PageServer::PageServer(const Endpoint& endpoint, const NoticeBoard* board, Listener listener)
     : parts_(std::make_unique<Parts>(endpoint, board, std::move(listener))) {
   parts_->Accept();
   parts_->thread = std::thread([parts = parts_.get()] { parts->context.run(); });

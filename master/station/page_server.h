@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "master/station/board.h"
+#include "master/station/notice_board.h"
 #include "shared/link/loopback.h"
 
 namespace palpate {
@@ -29,7 +29,7 @@ class PageServer {
 
   // Listens at `endpoint`, port 0: a free one. `board` outlives the server. Throws
   // std::runtime_error: it cannot be listened there.
-  PageServer(const Endpoint& endpoint, const Board* board, Listener listener);
+  PageServer(const Endpoint& endpoint, const NoticeBoard* board, Listener listener);
   // Says goodbye to every page.
   ~PageServer();
 

@@ -21,7 +21,7 @@ websocket::stream_base::timeout Patience() {
 
 }  // namespace
 
-PageSession::PageSession(beast::tcp_stream&& stream, std::uint64_t number, const Board* board,
+PageSession::PageSession(beast::tcp_stream&& stream, std::uint64_t number, const NoticeBoard* board,
                          const PageServer::Listener* listener)
     : socket_(std::move(stream)), number_(number), board_(board), listener_(listener) {
   beast::get_lowest_layer(socket_).expires_never();
@@ -90,12 +90,12 @@ void PageSession::Pump() {
   if (!answer_.empty()) {
     return Write(false, std::make_shared<const std::string>(std::exchange(answer_, {})));
   }
-  Board::News news = board_->Next(last_, &seen_);
+  NoticeBoard::News news = board_->Next(last_, &seen_);
   last_ = news.topic;
   if (news.bytes) Write(IsBinary(news.topic), std::move(news.bytes));
 }
 
-void PageSession::Write(bool binary, Board::Bytes bytes) {
+void PageSession::Write(bool binary, NoticeBoard::Bytes bytes) {
   writing_ = std::move(bytes);
   socket_.binary(binary);
   socket_.async_write(boost::asio::buffer(*writing_),

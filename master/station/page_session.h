@@ -10,7 +10,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 
-#include "master/station/board.h"
+#include "master/station/notice_board.h"
 #include "master/station/page_server.h"
 
 namespace palpate {
@@ -20,7 +20,7 @@ using PageRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 // Belongs to the server's thread; lives as long as one of its operations.
 class PageSession : public std::enable_shared_from_this<PageSession> {
  public:
-  PageSession(boost::beast::tcp_stream&& stream, std::uint64_t number, const Board* board,
+  PageSession(boost::beast::tcp_stream&& stream, std::uint64_t number, const NoticeBoard* board,
               const PageServer::Listener* listener);
   ~PageSession();
 
@@ -35,16 +35,16 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   void Read();
   void Hear(std::size_t bytes);
   [[nodiscard]] bool IsFlooding();
-  void Write(bool binary, Board::Bytes bytes);
+  void Write(bool binary, NoticeBoard::Bytes bytes);
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   const std::uint64_t number_;
-  const Board* const board_;
+  const NoticeBoard* const board_;
   const PageServer::Listener* const listener_;
   boost::beast::flat_buffer heard_;
-  Board::Seen seen_{};
+  NoticeBoard::Seen seen_{};
   Topic last_ = Topic::kShape;  // so that what comes first is told first
-  Board::Bytes writing_;        // null: nothing is on its way
+  NoticeBoard::Bytes writing_;  // null: nothing is on its way
   std::string answer_;          // the newest, not sent yet
   bool open_ = false;
   int wishes_ = 0;  // since `counting_since_`

@@ -5,6 +5,7 @@ import { Controls } from './controls.js';
 import { ForcePanel } from './force.js';
 import { showHealth } from './health.js';
 import { Link } from './link.js';
+import { Pace } from './pace.js';
 import { PicturePanel } from './picture.js';
 import { Pointer } from './pointer.js';
 import { Sound } from './sound.js';
@@ -50,6 +51,8 @@ const takers = {
   status(message) {
     told.status = message;
     pointer.take(message);
+    const why = pointer.heed(message);
+    if (why) byId('hint').textContent = why;
     view.take(message);
     charts.take(message.samples);
     sound.show(norm(message.chain.sent) / (message.force_limit || 1));
@@ -103,20 +106,23 @@ function showFacts() {
   byId('record').textContent = status?.recording ? `● REC ${status.recording}` : '';
 }
 
-let shownAt = 0, healthAt = 0;
+const paces = { view: new Pace(33, 1000), charts: new Pace(66, 1000), figures: new Pace(33, 100) };
+let before = 0, healthAt = 0;
 function frame(now) {
   requestAnimationFrame(frame);
-  view.show(now);
-  if (now - shownAt < 32) return;
-  shownAt = now;
+  Object.values(paces).forEach((pace) => pace.see(now - before));
+  before = now;
+  if (paces.view.isDue(now)) view.draw();
+  if (paces.charts.isDue(now)) charts.show();
+  if (!paces.figures.isDue(now)) return;
   picture.show(told.status);
+  view.showWords();
   if (!changed) return;
   changed = false;
   showState();
   showFacts();
   alarms.show(alarmsOf(told));
   if (told.status) force.show(told.status, mapping());
-  charts.show();
   controls.showSettings(mapping(), told.health?.scene?.model?.kind || told.hello?.model, told.health?.capabilities?.degrees_of_freedom === 2);
   byId('render').textContent = told.hello?.render || '-';
   if (now - healthAt < 500 || byId('health').hidden) return;

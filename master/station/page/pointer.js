@@ -1,12 +1,12 @@
 // The hand of whoever has no haptic device: a drag on the object, or keys, say where the hand shall go. Whatever is not
 // certain lets go: the button, the focus, the window, the line.
 
-const TELL_MS = 20, KEY_SPEED = 60;  // while it holds; pixels a second for an arrow key
+const TELL_MS = 20, KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;  // while it holds; pixels a second of an arrow key, of a stick
 const MOVES = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, -1, 0], ArrowDown: [0, 1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] };
 
 export class Pointer {
   constructor(link, view, mapping) {
-    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, shift: false, p: [0, 0, 0], keys: new Set(), delay: null, sent: null });
+    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), delay: null, sent: null });
     this.host = view.host;
     this.clutch = document.getElementById('clutch');
     this.clutch.addEventListener('click', () => this.toggle());
@@ -26,7 +26,7 @@ export class Pointer {
     document.body.classList.toggle('with-pointer', yes);
   }
   get engaged() {
-    return this.enabled && (this.button || this.held) && !this.shift;
+    return this.enabled && (this.button || this.held || this.padHeld) && !this.shift;
   }
   down(event) {
     this.host.focus();
@@ -36,6 +36,7 @@ export class Pointer {
     if (this.turning) return;
     this.shift = event.shiftKey;
     this.button = true;
+    this.heldSince = performance.now();
     this.tell();
   }
   move(event) {
@@ -66,6 +67,7 @@ export class Pointer {
   toggle() {
     if (!this.enabled) return;
     this.held = !this.held;
+    this.heldSince = performance.now();
     this.tell();
   }
   release() {
@@ -84,10 +86,19 @@ export class Pointer {
   }
   beat() {
     if (!this.enabled) return;
+    const stick = this.readPad();
     if (this.engaged) {
+      if (stick) this.go(this.view.drag(...stick.map((part) => (part * PAD_SPEED * TELL_MS) / 1000)));
       for (const key of this.keys) this.go(this.view.drag(...MOVES[key].map((part) => (part * KEY_SPEED * TELL_MS) / 1000)));
     }
     if (this.engaged || this.wasEngaged) this.tell();
+  }
+  // A gamepad: its first button or a trigger holds, the left stick moves in the picture's plane, the right one along the
+  // third axis.
+  readPad() {
+    const pad = document.hasFocus() ? navigator.getGamepads().find((one) => one?.connected) : null;
+    this.padHeld = Boolean(pad && [0, 6, 7].some((button) => pad.buttons[button]?.pressed));
+    return pad && [pad.axes[0], pad.axes[1], -(pad.axes[3] || 0)].map((part) => (Math.abs(part) > PAD_SLACK ? part : 0));
   }
   tell() {
     const at = performance.now();
@@ -96,6 +107,17 @@ export class Pointer {
     this.wasEngaged = this.engaged;
     this.clutch.setAttribute('aria-pressed', String(this.engaged));
     this.host.classList.toggle('held', this.engaged);
+  }
+  // The master let go by itself, because it heard nothing for 100 ms: so does the page, and says so.
+  heed(status) {
+    if (status.pointer_holds) this.heldBack = true;
+    else if (this.heldBack && this.engaged && status.pointer_used > this.heldSince) {
+      this.heldBack = false;
+      this.release();
+      return 'The page was silent for 100 ms, so the hand was let go: press again.';
+    }
+    if (!this.engaged) this.heldBack = false;
+    return null;
   }
   // From the page to the tick that used it and back on the page, as measured.
   take(status) {

@@ -5,9 +5,16 @@ import { viridisBar } from './colours.js';
 import { figure, fixed, lengthUnit, norm } from './words.js';
 
 const ARROW_SHARE = 0.15;  // of the object's size, at the force limit
-const LEAST_FRAME_MS = 33, SHED = 4;  // frames are at least so far apart, and SHED times what one takes
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+// Without a graphics card smooth edges cost more than everything else.
+function drawsInSoftware() {
+  const probe = document.createElement('canvas').getContext('webgl2'), told = probe?.getExtension('WEBGL_debug_renderer_info');
+  const name = told ? probe.getParameter(told.UNMASKED_RENDERER_WEBGL) : '';
+  probe?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
 
 export class View {
   constructor(link) {
@@ -19,7 +26,7 @@ export class View {
     this.bar.innerHTML = '<b></b><i></i><b>0</b><em></em>';
     this.bar.querySelector('i').style.background = viridisBar();
     this.bar.hidden = this.label.hidden = true;
-    Object.assign(this, { body: null, shapeT: null, frameMs: 0, drawnAt: 0, dirty: false, status: null });
+    Object.assign(this, { body: null, shapeT: null, dirty: false, status: null });
   }
   add(name) {
     const part = document.createElement('div');
@@ -37,7 +44,8 @@ export class View {
     this.waiting = this.say('No shape has come yet.');
     const three = await import('/lib/three.module.js');
     try {
-      this.renderer = new three.WebGLRenderer({ antialias: true, alpha: true });
+      this.drawsInSoftware = drawsInSoftware();
+      this.renderer = new three.WebGLRenderer({ antialias: !this.drawsInSoftware, alpha: true });
     } catch {
       this.waiting.textContent = 'This browser shows no 3D (WebGL is off). Dragging here still moves the hand.';
       return;
@@ -87,7 +95,7 @@ export class View {
   }
   resize() {
     if (!this.renderer || !this.host.clientWidth) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.drawsInSoftware ? 1 : Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(this.host.clientWidth, this.host.clientHeight);
     this.camera.resize(this.host.clientWidth, this.host.clientHeight);
     if (this.body && !this.looked) this.fit();
@@ -155,20 +163,16 @@ export class View {
     }
     fingers.forEach((finger, i) => this.putBall(this.others[i], finger.place, 0.016));
   }
-  // Draws if there is something new, and no more often than the machine can.
-  show(now) {
-    this.showWords();
-    if (!this.renderer || !this.dirty || now - this.drawnAt < Math.max(LEAST_FRAME_MS, SHED * this.frameMs)) return;
+  // Draws if there is something new.
+  draw() {
+    if (!this.renderer || !this.dirty) return;
     this.dirty = false;
-    this.drawnAt = now;
     const { back, up, right } = this.camera.axes();
     this.sun.position.copy(this.camera.target).addScaledVector(back, this.camera.size).addScaledVector(up, 0.7 * this.camera.size).addScaledVector(right, -0.5 * this.camera.size);
     this.sun.target.position.copy(this.camera.target);
     this.sun.target.updateMatrixWorld();
-    const begun = performance.now();
     this.renderer.render(this.scene, this.camera.camera);
     this.host.dataset.metresPerPixel = this.camera.metresPerPixel;
-    this.frameMs = 0.8 * this.frameMs + 0.2 * (performance.now() - begun);
     this.placeLabel();
   }
   placeLabel() {

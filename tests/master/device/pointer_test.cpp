@@ -68,6 +68,17 @@ TEST(PointerTest, SilenceLetsGo) {
   EXPECT_FALSE(later.engaged);
 }
 
+TEST(PointerTest, APageThatComesBackToLifeHoldsNothingUntilItIsPressedAnew) {
+  Stage stage;
+  stage.Run(0.5, kAim, true);
+  stage.Run(0.5, kAim, true, false);
+  EXPECT_FALSE(stage.Run(0.5, kAim, true).engaged);
+  EXPECT_FALSE(stage.pointer.holds());
+  stage.Run(0.05, kAim, false);
+  EXPECT_TRUE(stage.Run(0.05, kAim, true).engaged);
+  EXPECT_TRUE(stage.pointer.holds());
+}
+
 TEST(PointerTest, NobodyHasSpokenYetHoldsNothing) {
   Stage stage;
   EXPECT_FALSE(stage.Run(0.1, {0, 0, 0}, true, false).engaged);

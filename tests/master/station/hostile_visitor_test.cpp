@@ -43,7 +43,7 @@ class HostileVisitorTest : public testing::Test {
     EXPECT_EQ(answer->payload, "pong");
   }
 
-  Board board_;
+  NoticeBoard board_;
   PageServer server_{{"127.0.0.1", 0},
                      &board_,
                      {[](std::uint64_t /*page*/, std::string_view said) -> std::string {
@@ -107,8 +107,8 @@ TEST_F(HostileVisitorTest, WhatIsNoWishClosesThePageWithTheReason) {
 TEST_F(HostileVisitorTest, BrokenFramesEndTheLine) {
   ClosedBecause("\x81\x05hello");                     // not masked
   ClosedBecause(std::string("\xf1\x80\0\0\0\0", 6));  // bits that nobody has agreed on
-  ClosedBecause(
-      std::string("\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff", 10));  // 2^63 bytes are to come
+  ClosedBecause(std::string("\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0",
+                            14));  // 2^63 bytes are to come
   ClosedBecause(std::string("\x88\xfe\x10\x00", 4) +
                 std::string(4100, 'x'));                               // a close that is too long
   ClosedBecause(std::string("\x81\x84\0\0\0\0\xff\xfe\xfd\xfc", 10));  // no UTF-8

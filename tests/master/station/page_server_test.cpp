@@ -39,7 +39,7 @@ class PageServerTest : public testing::Test {
     return condition();
   }
 
-  Board board_;
+  NoticeBoard board_;
   std::atomic<int> left_{0};
   PageServer server_{{"127.0.0.1", 0},
                      &board_,
@@ -133,7 +133,7 @@ TEST_F(PageServerTest, TellsWhoLeft) {
 }
 
 TEST(PageServerEndTest, SaysGoodbye) {
-  Board board;
+  NoticeBoard board;
   auto server = std::make_unique<PageServer>(
       Endpoint{"127.0.0.1", 0}, &board,
       PageServer::Listener{[](std::uint64_t, std::string_view) { return std::string(); },
@@ -147,7 +147,7 @@ TEST(PageServerEndTest, SaysGoodbye) {
 }
 
 TEST(PageServerEndTest, APortInUseIsAnError) {
-  Board board;
+  NoticeBoard board;
   const PageServer::Listener nobody{[](std::uint64_t, std::string_view) { return std::string(); },
                                     [](std::uint64_t) {}};
   const PageServer first({"127.0.0.1", 0}, &board, nobody);

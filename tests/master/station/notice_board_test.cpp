@@ -1,4 +1,4 @@
-#include "master/station/board.h"
+#include "master/station/notice_board.h"
 
 #include <array>
 #include <cstring>
@@ -8,30 +8,30 @@
 namespace palpate {
 namespace {
 
-TEST(BoardTest, TellsTheNewestOfEachTopicOnce) {
-  Board board;
+TEST(NoticeBoardTest, TellsTheNewestOfEachTopicOnce) {
+  NoticeBoard board;
   board.Put(Topic::kStatus, "old");
   board.Put(Topic::kStatus, "new");
   board.Put(Topic::kHello, "hello");
-  Board::Seen seen{};
-  const Board::News first = board.Next(Topic::kShape, &seen);
+  NoticeBoard::Seen seen{};
+  const NoticeBoard::News first = board.Next(Topic::kShape, &seen);
   EXPECT_EQ(first.topic, Topic::kHello);
-  const Board::News second = board.Next(first.topic, &seen);
+  const NoticeBoard::News second = board.Next(first.topic, &seen);
   EXPECT_EQ(*second.bytes, "new");
   EXPECT_EQ(board.Next(second.topic, &seen).bytes, nullptr);
 }
 
 // A topic that is always new does not keep the others from being told.
-TEST(BoardTest, GoesRoundTheTopics) {
-  Board board;
-  Board::Seen seen{};
+TEST(NoticeBoardTest, GoesRoundTheTopics) {
+  NoticeBoard board;
+  NoticeBoard::Seen seen{};
   Topic last = Topic::kShape;
   std::array<int, kTopicCount> told{};
   for (int i = 0; i < 60; ++i) {
     board.Put(Topic::kStatus, "s");
     board.Put(Topic::kPicture, "p");
     board.Put(Topic::kShape, "m");
-    const Board::News news = board.Next(last, &seen);
+    const NoticeBoard::News news = board.Next(last, &seen);
     last = news.topic;
     ++told[static_cast<std::size_t>(news.topic)];
   }
@@ -40,7 +40,7 @@ TEST(BoardTest, GoesRoundTheTopics) {
   }
 }
 
-TEST(BoardTest, FramesAreReadBackByTheirOffsets) {
+TEST(NoticeBoardTest, FramesAreReadBackByTheirOffsets) {
   const std::string message = Framed({5, 7, 1.5}, "jpeg");
   ASSERT_EQ(message.size(), 20U);
   EXPECT_EQ(message[0], 5);

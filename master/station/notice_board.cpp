@@ -1,4 +1,4 @@
-#include "master/station/board.h"
+#include "master/station/notice_board.h"
 
 #include <bit>
 #include <cstring>
@@ -15,14 +15,14 @@ std::string Framed(const BinaryHeader& header, std::string_view bytes) {
   return message;
 }
 
-void Board::Put(Topic topic, std::string message) {
+void NoticeBoard::Put(Topic topic, std::string message) {
   auto bytes = std::make_shared<const std::string>(std::move(message));
   const std::scoped_lock lock(mutex_);
   messages_[static_cast<std::size_t>(topic)].swap(bytes);
   ++versions_[static_cast<std::size_t>(topic)];
 }
 
-Board::News Board::Next(Topic last, Seen* seen) const {
+NoticeBoard::News NoticeBoard::Next(Topic last, Seen* seen) const {
   const std::scoped_lock lock(mutex_);
   for (std::size_t step = 1; step <= kTopicCount; ++step) {
     const std::size_t i = (static_cast<std::size_t>(last) + step) % kTopicCount;

@@ -38,7 +38,7 @@ static_assert(sizeof(BinaryHeader) == 16);
 // Header and bytes together.
 std::string Framed(const BinaryHeader& header, std::string_view bytes);
 
-class Board {
+class NoticeBoard {
  public:
   using Bytes = std::shared_ptr<const std::string>;
   // What a page has seen of each topic.
