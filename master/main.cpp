@@ -200,9 +200,9 @@ HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene) {
   return options;
 }
 
-// A pointer's hand is a few times as fast as a scripted one, so that a drag is followed.
+// A pointer's hand is twice as fast as a scripted one, so that a drag is followed.
 std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments& a) {
-  constexpr double kFaster = 2.5, kUsual = 0.02;  // [-], [m/s]
+  constexpr double kFaster = 2, kUsual = 0.02;  // [-], [m/s]
   const double scale = scene.transform.position_scale;
   const double speed = scene.press_speed > 0 ? scene.press_speed / scale : kUsual;
   if (IsPointer(a)) return std::make_unique<Pointer>(kFaster * speed);

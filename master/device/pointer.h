@@ -25,7 +25,8 @@ class Pointer final : public Device {
   // A page that says nothing for so long holds nothing any more [s].
   static constexpr double kSilence = 0.100;
 
-  // `speed`: the hand's largest [m/s], > 0; else throws std::invalid_argument.
+  // `speed`: of the intent at most [m/s], > 0, which the arm overshoots by a fifth; else throws
+  // std::invalid_argument.
   explicit Pointer(double speed, const Arm& arm = {});
 
   // What the page says now. One thread; finite numbers.

@@ -1,5 +1,6 @@
 #include "master/station/diary.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -22,6 +23,8 @@ constexpr std::array kEventWords{
     EventWords{Event::kModelChanged, false, "the slave's model was replaced"},
     EventWords{Event::kCommandRefused, true, "the slave refused a command"}};
 
+constexpr double kRepeat = 0.5;  // what is said again so soon is not news [s]
+
 bool IsTrouble(OperatorState state) {
   return state == OperatorState::kEstop || state == OperatorState::kHold ||
          state == OperatorState::kDisconnected;
@@ -31,6 +34,10 @@ bool IsTrouble(OperatorState state) {
 
 void Diary::Say(double t, bool is_trouble, std::string text) {
   const std::scoped_lock lock(mutex_);
+  const bool is_known = std::ranges::any_of(sayings_, [&](const Saying& saying) {
+    return saying.text == text && t - saying.t < kRepeat;
+  });
+  if (is_known) return;
   sayings_.push_back({++number_, t, is_trouble, std::move(text)});
   if (sayings_.size() > kKept) sayings_.pop_front();
   is_news_ = true;

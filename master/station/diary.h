@@ -15,7 +15,8 @@ namespace palpate {
 
 class Diary {
  public:
-  // `t` [s] since the run began. Thread-safe, as is all that follows.
+  // `t` [s] since the run began. The same words again within half a second are no news.
+  // Thread-safe, as is all that follows.
   void Say(double t, bool is_trouble, std::string text);
   // What the operator's state became, if it changed.
   void See(double t, OperatorState state);

@@ -41,10 +41,12 @@ describe('a scripted hand presses the block', () => {
   });
 
   test('what is drawn can be seen: the object, the colours of the bar, the arrow at its place', async () => {
-    await pressed();
     const label = stage.page.locator('.force-label');
-    await label.waitFor({ state: 'visible' });
-    const png = await stage.shoot('block-dark-1280');
+    const { png, at } = await until(async () => {  // while the hand holds still
+      await pressed();
+      const before = await label.boundingBox(), png = await stage.shoot('block-dark-1280'), at = await label.boundingBox();
+      return before && at && Math.abs(before.y - at.y) < 2 && { png, at };
+    }, 'an arrow that stands still');
     const view = await stage.page.locator('#view').boundingBox(), bar = await stage.page.locator('.colour-bar i').boundingBox();
     const x = bar.x + bar.width / 2;
     const [top, middle, bottom] = await stage.coloursAt(png, [[x, bar.y + 4], [x, bar.y + bar.height / 2], [x, bar.y + bar.height - 4]]);
@@ -53,7 +55,7 @@ describe('a scripted hand presses the block', () => {
     for (let i = 1; i < 30; ++i) for (let j = 1; j < 20; ++j) grid.push([view.x + (view.width * i) / 30, view.y + (view.height * j) / 20]);
     const seen = new Set((await stage.coloursAt(png, grid)).map(String));
     assert.ok(seen.size > 8, `a blank canvas: ${[...seen]}`);
-    const at = await label.boundingBox(), places = [];
+    const places = [];
     for (let i = -30; i <= 30; ++i) for (let j = -30; j <= 60; ++j) places.push([at.x - 10 + i, at.y + 14 + j]);
     const arrow = (await stage.coloursAt(png, places)).filter(([r, g, b]) => near([r, g, b], [255, 157, 69], 40));
     assert.ok(arrow.length > 10, `${arrow.length} pixels of the arrow beside its label`);

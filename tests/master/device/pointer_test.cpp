@@ -42,8 +42,9 @@ TEST(PointerTest, GoesWhereThePageAimsNoFasterThanItMay) {
   const DeviceReading reading = stage.Run(2, kAim, true);
   EXPECT_TRUE(reading.engaged);
   EXPECT_NEAR((reading.p_M - kAim).norm(), 0, 1e-6);
-  // The arm's damping ratio of 0.7 overshoots a ramp's speed by a few hundredths.
-  EXPECT_LT(stage.fastest, 1.1 * kSpeed);
+  // Reference: (2 z w s + w^2) / (s^2 + 2 z w s + w^2) overshoots a step, here of speed, by 21 % at
+  // the arm's z = 0.7.
+  EXPECT_LT(stage.fastest, 1.22 * kSpeed);
 }
 
 // A page that was loaded anew aims at zero again, wherever the hand is.
