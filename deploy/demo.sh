@@ -5,25 +5,28 @@ set -euo pipefail
 
 usage() {
   cat <<'TEXT'
-usage: deploy/demo.sh [--duration S] [--scene NAME] [--out DIR]
-  --duration S   how long the hand presses and retreats [s], default 20
+usage: deploy/demo.sh [--duration S] [--scene NAME] [--out DIR] [--view]
+  --duration S   how long the hand presses and retreats [s], default 20; with --view: until Ctrl+C
   --scene NAME   a scene of deploy/scenes without .yaml, default silicone-block
+  --view         feel it with the mouse: serves the operator's page and prints its address
   --out DIR      gets report.json, log.csv, shape.svg, slave.log and the offline runs, default build/demo
 TEXT
 }
 
-duration=20 scene=silicone-block out=
+duration= scene=silicone-block out= view=
 while [ $# -gt 0 ]; do
   case $1 in
     --duration|--scene|--out)
       [ $# -ge 2 ] || { echo "demo.sh: $1 needs a value" >&2; usage >&2; exit 2; }
       case $1 in --duration) duration=$2 ;; --scene) scene=$2 ;; --out) out=$2 ;; esac
       shift 2 ;;
+    --view) view=yes; shift ;;
     -h|--help) usage; exit 0 ;;
     *) echo "demo.sh: unknown option $1" >&2; usage >&2; exit 2 ;;
   esac
 done
-[[ $duration =~ ^[0-9]+(\.[0-9]+)?$ ]] || { echo "demo.sh: --duration $duration: accepted is a number of seconds" >&2; exit 2; }
+[ -n "$duration$view" ] || duration=20
+[[ ${duration:-1} =~ ^[0-9]+(\.[0-9]+)?$ ]] || { echo "demo.sh: --duration $duration: accepted is a number of seconds" >&2; exit 2; }
 if [ -n "$out" ]; then mkdir -p "$out"; out=$(cd "$out" && pwd); fi
 cd "$(dirname "$0")/.."
 # shellcheck source=progress.sh
@@ -33,11 +36,13 @@ mkdir -p "$out"
 file=deploy/scenes/$scene.yaml
 [ -f "$file" ] || { echo "demo.sh: --scene $scene: accepted is one of: $(cd deploy/scenes && ls ./*.yaml | sed 's#\./##; s/\.yaml//' | tr '\n' ' ')" >&2; exit 2; }
 
-parts=() device=sim-hand
-grep -q '^  embryo:' "$file" && parts=(insertion)
+parts=() hand=(--device sim-hand) insertion=
+if [ -z "$view" ] && grep -q '^  embryo:' "$file"; then insertion=yes parts=(insertion); fi
 
 echo "== install and build: some minutes the first time"
+[ -z "$view" ] || parts+=(view)
 deploy/install.sh "${parts[@]}"
+[ -z "$view" ] || deploy/page.sh || echo "the page will lack its 3D view and charts"
 deploy/build.sh release -DPALPATE_TESTS=OFF -- palpate-slave palpate-master
 slave=build/release/bin/palpate-slave master=build/release/bin/palpate-master
 
@@ -46,16 +51,22 @@ echo "== what will run"
 plan=$($slave check "$file")
 echo "$plan"
 
-if [ ${#parts[@]} -gt 0 ]; then
+if [ -n "$insertion" ]; then
   echo
   echo "== the insertion offline, which tells the hand where the target is"
   $slave process "$file" --pictures --out "$out/offline" | grep -v '^written'
   deploy/insertion.py hand "$out/offline" "$duration" "$out/hand.csv"
-  device=playback:$out/hand.csv
+  hand=(--device "playback:$out/hand.csv")
 fi
 
 echo
-echo "== a hand presses for $duration s"
+if [ -n "$view" ]; then
+  echo "== open the address of the view in a browser and drag the object; ${duration:+$duration s, or }Ctrl+C ends it"
+  hand=(--device pointer --view)
+else
+  echo "== a hand presses for $duration s"
+fi
+[ -z "$duration" ] || hand+=(--duration "$duration")
 $slave serve "$file" --listen 127.0.0.1:0 >"$out/slave.out" 2>"$out/slave.log" &
 pid=$!
 trap 'kill $pid 2>/dev/null || true' EXIT
@@ -68,13 +79,16 @@ done
 address=$(sed -n 's/^listening on //p' "$out/slave.out")
 [ -n "$address" ] || { echo "the slave did not answer within 90 s: see $out/slave.log" >&2; exit 1; }
 progress_end "the slave is ready"
-$master connect "$address" --device "$device" --render local --duration "$duration" \
+trap : INT  # the master ends on Ctrl+C, and what follows is told
+$master connect "$address" "${hand[@]}" --render local \
   --report "$out/report.json" --log "$out/log.csv" --shape "$out/shape.svg"
-kill -TERM $pid
+trap - INT
+kill -TERM $pid 2>/dev/null || true
 wait $pid || { echo "the slave did not stop cleanly: see $out/slave.log" >&2; exit 1; }
 trap - EXIT
+[ -z "$view" ] || { echo; echo "report: $out/report.json   every tick: $out/log.csv"; exit 0; }
 
-if [ ${#parts[@]} -gt 0 ]; then
+if [ -n "$insertion" ]; then
   echo
   echo "== what the insertion came to"
   deploy/insertion.py figures "$out/offline" "$out/log.csv" "$out"

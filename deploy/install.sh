@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing on Debian 12: what palpate-slave and palpate-master need, and of these parts what is named.
-# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [tests] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [view] [page] [tests] [fuzz] [gcc]
+#   view: npm, which brings what the station's page is drawn with   page: that, and the browser that tests it
 #   tests: all parts, and what their tests need   fuzz: what fuzzing takes   gcc: the compiler that tests try as well
 set -euo pipefail
 # shellcheck source=progress.sh
@@ -8,28 +9,33 @@ source "$(dirname "$0")/progress.sh"
 
 packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
           libopencv-core-dev libopencv-imgproc-dev libopencv-dnn-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
-          libspdlog-dev nlohmann-json3-dev libcpp-httplib-dev libmumps-seq-dev liblapack-dev libopenblas0-pthread zlib1g-dev)
+          libspdlog-dev nlohmann-json3-dev libcpp-httplib-dev libboost-dev libmumps-seq-dev liblapack-dev libopenblas0-pthread zlib1g-dev)
 films=(libopencv-videoio-dev)         # palpate-films.so: films, cameras, pictures other than PNG and JPEG
 openni=(libopenni2-dev)               # palpate-openni.so: depth cameras
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
 insertion=(python3)                   # the hand and the figures of an embryo's demo
 clouds=(libpcl-dev)                   # palpate-slave evaluate
+# A newer node from elsewhere conflicts with Debian's: installed only where there is none.
+want_npm() {
+  command -v node >/dev/null || packages+=(nodejs)
+  command -v npm >/dev/null || packages+=(npm)
+}
 for part in "$@"; do
   case $part in
     insertion) packages+=("${insertion[@]}") ;;
+    view) want_npm ;;
+    page) packages+=(chromium); want_npm ;;
     films) packages+=("${films[@]}") ;;
     openni) packages+=("${openni[@]}") ;;
     calibration) packages+=("${calibration[@]}") ;;
     clouds) packages+=("${clouds[@]}") ;;
     tests)
       packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
-                 clang-tidy libclang-rt-16-dev python3 python3-grpcio python3-protobuf iproute2 git openssl universal-ctags)
-      # A newer node from elsewhere conflicts with Debian's: install it only where there is none.
-      command -v node >/dev/null || packages+=(nodejs)
-      command -v npm >/dev/null || packages+=(npm) ;;
+                 clang-tidy libclang-rt-16-dev python3 python3-grpcio python3-protobuf iproute2 git openssl universal-ctags chromium)
+      want_npm ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: accepted are insertion, films, openni, calibration, clouds, tests, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: accepted are insertion, films, openni, calibration, clouds, view, page, tests, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

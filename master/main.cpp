@@ -17,6 +17,7 @@
 #include "master/haptics/session.h"
 #include "master/link/slave_link.h"
 #include "master/metrics/session_metrics.h"
+#include "master/station/live_station.h"
 #include "master/view/console.h"
 #include "master/view/keys.h"
 #include "master/view/shape_watch.h"
@@ -41,6 +42,8 @@ struct Arguments {
   std::filesystem::path report, log;
   std::string metrics;  // HOST:PORT that tells health in numbers; empty: none does
   std::vector<std::filesystem::path> shapes;
+  bool views = false;
+  std::string view;  // HOST:PORT; empty: a free port of this machine
 };
 
 struct DoctorArguments {
@@ -129,13 +132,17 @@ void Declare(CLI::App* app, Arguments* a) {
       "  palpate-master connect localhost:50051 --duration 20 --report report.json --log log.csv\n"
       "  palpate-master connect localhost:50051 --shape pinch.svg\n"
       "  palpate-master doctor localhost:50051\n"
+      "  palpate-master connect localhost:50051 --device pointer --view\n"
       "  palpate-master connect 10.0.0.7:50051 --insecure --device playback:hand.csv --render "
       "interpolate\n\n"
       "Emergency stop: Enter, or SIGUSR1; its end: r and Enter, or SIGUSR2.\n"
       "Exit codes: 0 done, 1 ran and failed, 2 unusable arguments.");
   CLI::App* connect = app->add_subcommand("connect", "Operate a slave and feel what it feels");
   connect->add_option("target", a->link.target, "Where the slave listens, HOST:PORT")->required();
-  connect->add_option("--device", a->device, "sim-hand, or playback:FILE.csv (time_s,x,y,z)")
+  connect
+      ->add_option(
+          "--device", a->device,
+          "sim-hand, playback:FILE.csv (time_s,x,y,z), or pointer: a mouse on the page of --view")
       ->capture_default_str();
   connect->add_option("--render", a->render, "How forces are made between two states")
       ->check(CLI::IsMember({"local", "interpolate", "hold"}))
@@ -166,7 +173,19 @@ void Declare(CLI::App* app, Arguments* a) {
   AddLineOptions(connect, &a->link);
   connect->add_option("--metrics", a->metrics,
                       "HOST:PORT: health in numbers for Prometheus, at /metrics");
+  CLI::Option* view =
+      connect
+          ->add_option("--view", a->view,
+                       "Serve the operator's page, at 127.0.0.1 and a free port, which is printed, "
+                       "or at HOST:PORT of this machine")
+          ->expected(0, 1)
+          ->type_name("[HOST:PORT]");
+  connect->callback([a, view] { a->views = view->count() > 0; });
   connect->add_option("--name", a->link.operator_name, "Who operates, told to others who ask");
+}
+
+bool IsPointer(const Arguments& a) {
+  return a.device == "pointer";
 }
 
 // Fails here what can fail before anything moves.
@@ -175,6 +194,10 @@ void CheckBeforehand(const Arguments& a) {
   RequireOtherThan("--report", a.report, inputs);
   RequireOtherThan("--log", a.log, inputs);
   for (const auto& shape : a.shapes) RequireOtherThan("--shape", shape, inputs);
+  if (a.views) ViewEndpoint(a.view);
+  if (IsPointer(a) && !a.views) {
+    throw std::invalid_argument("--device pointer: accepted is with --view, whose page it is on");
+  }
   RequireWritable(a.report);
   RequireWritable(a.log);
   for (const auto& shape : a.shapes) {
@@ -183,8 +206,9 @@ void CheckBeforehand(const Arguments& a) {
   }
 }
 
-bool IsScripted(const Arguments& a) {
-  return a.device == "sim-hand";
+// Made only when the scene is known.
+bool IsMadeForScene(const Arguments& a) {
+  return a.device == "sim-hand" || IsPointer(a);
 }
 
 // A slave that senses rarely may show what is older, up to a limit of ours.
@@ -205,13 +229,39 @@ HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene) {
   return options;
 }
 
+// A pointer's hand is twice as fast as a scripted one, so that a drag is followed.
+std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments& a) {
+  constexpr double kFaster = 2, kUsual = 0.02;  // [-], [m/s]
+  const double scale = scene.transform.position_scale;
+  const double speed = scene.press_speed > 0 ? scene.press_speed / scale : kUsual;
+  if (IsPointer(a)) return std::make_unique<Pointer>(kFaster * speed);
+  return OpenDevice(a.device, scene.press_depth / scale, scene.press_speed / scale);
+}
+
+// Null: nobody asked for it.
+std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
+                                         SlaveLink* link, Device* device) {
+  if (!a.views) return nullptr;
+  StationHello hello;
+  hello.scene = scene;
+  hello.target = a.link.target;
+  hello.device = device->description();
+  hello.render = a.render;
+  hello.version = Version();
+  hello.encrypted = !a.link.tls.empty();
+  hello.pointer = IsPointer(a);
+  return std::make_unique<LiveStation>(
+      LiveStation::Options{ViewEndpoint(a.view), a.link, hello, dynamic_cast<Pointer*>(device)},
+      LiveStation::Controls{
+          [] { g_emergency = true; }, [link] { return link->Reset(); },
+          [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
+          [link](const std::string& kind) { return link->SetModel(kind); }});
+}
+
 int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   Console console = Console::Standard();
   const RemoteScene scene = Connect(&line->link);
-  if (!device) {
-    const double scale = scene.transform.position_scale;
-    device = OpenDevice(a.device, scene.press_depth / scale, scene.press_speed / scale);
-  }
+  if (!device) device = OpenDeviceFor(scene, a);
   console.Say("connected to " + a.link.target + ": " + scene.name + ", " + scene.model + ", " +
               scene.source);
   if (!scene.fingertips.empty()) console.Say(FingertipsInWords(scene.fingertips));
@@ -243,6 +293,11 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   if (!a.metrics.empty())
     metrics.emplace(a.metrics, a.link.insecure, [&] { return health.Collect(); });
   if (metrics) console.Say("health at http://" + ToString(metrics->endpoint()) + "/metrics");
+  auto station = OpenStation(a, scene, &line->link, device.get());
+  if (station) {
+    console.Say("view at " + station->address());
+    options.see_tick = [&station](const TickRecord& tick) { station->SeeTick(tick); };
+  }
   const Keys keys([] { g_emergency = true; }, [] { g_reset = true; });
   SlaveLink::Options told = a.link;
   told.longest_round_trip = line->link.longest_round_trip();
@@ -255,9 +310,11 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
           console.Say(line->link.Reset() ? "the emergency stop was reset" : "not reset");
         }
         console.Show(status, shape.newest().get());
+        if (station) station->See(status);
         shape.See(status);
         health.See(status);
       });
+  station.reset();
   std::this_thread::sleep_for(kLastWords);
   line->link.Stop();
   patch.reset();
@@ -288,7 +345,7 @@ int Main(int argc, char** argv) {
     }
     CheckBeforehand(a);
     line = std::make_unique<Line>(a.link);
-    if (!IsScripted(a)) device = OpenDevice(a.device, 0, 0);
+    if (!IsMadeForScene(a)) device = OpenDevice(a.device, 0, 0);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUnusable;
   } catch (const std::exception& error) {

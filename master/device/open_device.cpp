@@ -20,7 +20,8 @@ std::unique_ptr<Device> OpenDevice(const std::string& spec, double press_depth,
   if (spec == "sim-hand") return std::make_unique<SimHand>(press_depth, press_speed);
   const auto file = PlaybackFile(spec);
   if (!file.empty()) return std::make_unique<Playback>(file);
-  throw std::invalid_argument("--device = " + spec + ": accepted is sim-hand or playback:FILE.csv");
+  throw std::invalid_argument("--device = " + spec +
+                              ": accepted is sim-hand, playback:FILE.csv or pointer (with --view)");
 }
 
 }  // namespace palpate

@@ -45,9 +45,8 @@ bool IsUsable(const DeviceGuide& guide) {
          std::abs(guide.inward_M.norm() - 1) < 1e-3;
 }
 
-constexpr double kStep = 0.00025;  // [s]; stable far beyond: 2 / omega is 39 ms, m / b 14 ms
-constexpr double kAbsence = 1;     // [s]
-constexpr double kStrength = 15;   // a person does not push harder than this [N]
+constexpr double kAbsence = 1;    // [s]
+constexpr double kStrength = 15;  // a person does not push harder than this [N]
 
 }  // namespace
 
@@ -147,10 +146,10 @@ void PressScript::Release(double t) noexcept {
 }
 
 SimHand::SimHand(double press_depth, double press_speed, const Arm& arm)
-    : arm_(arm),
-      press_depth_(press_depth),
+    : press_depth_(press_depth),
       press_speed_(press_speed),
-      script_(press_depth, press_speed, kStrength / arm.stiffness) {}
+      script_(press_depth, press_speed, kStrength / arm.stiffness),
+      hand_(arm) {}
 
 DeviceReading SimHand::Read(Time now) noexcept {
   if (!start_) start_ = now;
@@ -158,26 +157,14 @@ DeviceReading SimHand::Read(Time now) noexcept {
   const double dt = std::clamp(t - t_, 0.0, kAbsence);
   t_ = std::max(t, t_);
   const HandIntent intent = script_.Step(t_, dt, guide_);
-  const int steps = static_cast<int>(std::ceil(dt / kStep));
-  const double h = steps > 0 ? dt / steps : 0;
-  for (int i = 0; i < steps; ++i) {  // semi-implicit Euler
-    held_ += h;
-    if (held_ > kLetGoAfter) force_.setZero();
-    const Eigen::Vector3d pull = arm_.stiffness * (intent.p_M - p_) + force_;
-    v_ += h / arm_.mass * (pull + arm_.damping * (intent.v_M - v_));
-    p_ += h * v_;
-  }
-  return {p_, v_, intent.engaged};
-}
-
-void SimHand::WriteForce(const Eigen::Vector3d& force_M) noexcept {
-  force_ = force_M.allFinite() ? force_M : Eigen::Vector3d(0, 0, 0);
-  held_ = 0;
+  hand_.Step(dt, intent);
+  return {hand_.p_M(), hand_.v_M(), intent.engaged};
 }
 
 std::string SimHand::description() const {
+  const Arm& arm = hand_.arm();
   return Formatted("sim-hand: %g kg, %g N/m, %g N s/m; presses %g mm at up to %g mm/s every %g s",
-                   arm_.mass, arm_.stiffness, arm_.damping, press_depth_ * 1e3, press_speed_ * 1e3,
+                   arm.mass, arm.stiffness, arm.damping, press_depth_ * 1e3, press_speed_ * 1e3,
                    PressScript::kPeriod);
 }
 

@@ -12,6 +12,7 @@
 
 #include "master/haptics/haptic_loop.h"
 #include "master/haptics/periodic.h"
+#include "master/haptics/record/recorder.h"
 #include "master/haptics/record/tick_summary.h"
 
 namespace palpate {
@@ -87,6 +88,7 @@ struct SessionOptions {
   LatestValue<ReceivedPatch>* patches = nullptr;    // outlives the run; null: none comes
   std::function<PatchWatch::Stats()> patch_stats;   // asked at the end; empty: none
   std::function<bool()> estop_wanted;               // asked every 10 ms; empty: never
+  Recorder::Onlooker see_tick;            // every tick, on the calling thread; empty: nobody
   std::vector<std::string> finger_names;  // in the scene's order; those it lacks are numbered
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over
   std::filesystem::path log;  // empty: none

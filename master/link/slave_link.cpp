@@ -31,6 +31,7 @@ constexpr milliseconds kFirstReckoned(10000);  // round trip, until one is known
 constexpr int kTripsBorne =
     6;  // of what a call took, while a line that was idle gets going; longer is dead
 constexpr int kTimesTheFirst = 4;    // of what the first answer took
+constexpr milliseconds kModelDeadline(15000);
 constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
 
 // Of a peer that may mean harm, fit for a terminal.
@@ -44,6 +45,13 @@ void SetDeadline(grpc::ClientContext* context, milliseconds from_now) {
 
 milliseconds SinceThen(Time start) {
   return std::chrono::duration_cast<milliseconds>(Clock::now() - start);
+}
+
+// Why a call was refused; empty: it was not.
+std::string Refusal(const grpc::Status& status) {
+  if (status.ok()) return {};
+  const std::string words = Words(status);
+  return words.empty() ? "refused without a reason" : words;
 }
 
 }  // namespace
@@ -288,6 +296,26 @@ bool SlaveLink::Reset() {
   SetDeadline(&context, parts_->call_deadline);
   v1::Status reply;
   return parts_->stub->Reset(&context, {}, &reply).ok();
+}
+
+std::string SlaveLink::SetMapping(const Mapping& mapping) {
+  grpc::ClientContext context;
+  SetDeadline(&context, parts_->call_deadline);
+  v1::SetParametersRequest request;
+  if (mapping.position_scale) request.set_position_scale(*mapping.position_scale);
+  if (mapping.force_scale) request.set_force_scale(*mapping.force_scale);
+  if (mapping.force_limit) request.set_force_limit(*mapping.force_limit);
+  v1::SettingsReply reply;
+  return Refusal(parts_->stub->SetParameters(&context, request, &reply));
+}
+
+std::string SlaveLink::SetModel(const std::string& kind) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kModelDeadline);
+  v1::SetModelRequest request;
+  request.set_kind(kind);
+  v1::SettingsReply reply;
+  return Refusal(parts_->stub->SetModel(&context, request, &reply));
 }
 
 }  // namespace palpate

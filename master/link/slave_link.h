@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "master/link/remote_scene.h"
@@ -73,6 +74,14 @@ class SlaveLink {
   // true: it was done.
   bool EmergencyStop(const std::string& reason);
   bool Reset();
+  // Changes what the slave maps and models with, while nobody follows: what is not told stays.
+  // Empty: it was done, else why not, in the slave's words. Thread-safe; at most 1 s, 15 s for a
+  // model.
+  struct Mapping {
+    std::optional<double> position_scale, force_scale, force_limit;  // [-], [-], [N]
+  };
+  std::string SetMapping(const Mapping& mapping);
+  std::string SetModel(const std::string& kind);
 
  private:
   struct Parts;

@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Brings what the station's page is drawn with, three.js and uPlot, pinned, from npm into build/page, where the next build
+# takes it into palpate-master. Without npm: exit 77, and the page says what it lacks.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+command -v npm >/dev/null || { echo "page.sh: no npm (deploy/install.sh page): the page is built without 3D and charts" >&2; exit 77; }
+mkdir -p build/page
+from=master/station/page
+if ! cmp -s $from/package-lock.json build/page/taken.json || [ ! -d build/page/node_modules/three ]; then
+  cp $from/package.json $from/package-lock.json $from/.npmrc build/page/
+  (cd build/page && timeout 300 npm ci --ignore-scripts >npm.log 2>&1) ||
+    { echo "page.sh: npm could not install: $(tail -n 1 build/page/npm.log)" >&2; exit 77; }
+  cp $from/package-lock.json build/page/taken.json
+fi

@@ -1,0 +1,62 @@
+#include "master/device/pointer.h"
+
+#include <algorithm>
+
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kLongestLeap = 0.1;  // of time without a reading that the hand makes up for [s]
+
+}  // namespace
+
+Pointer::Pointer(double speed, const Arm& arm) : speed_(speed), hand_(arm) {
+  RequirePositive("the pointer's speed", speed);
+}
+
+DeviceReading Pointer::Read(Time now) noexcept {
+  const double dt = last_ ? std::clamp(SecondsBetween(*last_, now), 0.0, kLongestLeap) : 0;
+  last_ = now;
+  Take(now);
+  MoveIntent(dt);
+  hand_.Step(dt, intent_);
+  return {hand_.p_M(), hand_.v_M(), intent_.engaged};
+}
+
+void Pointer::Take(Time now) noexcept {
+  const PointerAim* newest = aims_.Take();
+  if (newest != nullptr) aim_ = *newest;
+  used_ = aim_.stamp;
+  const bool is_silent = SecondsBetween(aim_.heard_at, now) > kSilence;
+  if (!aim_.engaged) let_go_ = true;
+  if (intent_.engaged && is_silent) let_go_ = false;
+  const bool engaged = aim_.engaged && !is_silent && let_go_;
+  if (engaged && !intent_.engaged) {
+    begin_ = intent_.p_M = hand_.p_M();
+    begin_aim_ = aim_.p_M;
+  }
+  holds_ = intent_.engaged = engaged;
+}
+
+// The hand that is let go stays where it is.
+void Pointer::MoveIntent(double dt) noexcept {
+  intent_.v_M.setZero();
+  if (!intent_.engaged || dt == 0) {
+    if (!intent_.engaged) intent_.p_M = hand_.p_M();
+    return;
+  }
+  const Eigen::Vector3d way = begin_ + aim_.p_M - begin_aim_ - intent_.p_M;
+  const double longest = speed_ * dt, length = way.norm();
+  const Eigen::Vector3d step = length > longest ? Eigen::Vector3d(way * (longest / length)) : way;
+  intent_.p_M += step;
+  intent_.v_M = step / dt;
+}
+
+std::string Pointer::description() const {
+  const Arm& arm = hand_.arm();
+  return Formatted("pointer: on the page, at up to %g mm/s; %g kg, %g N/m, %g N s/m", 1e3 * speed_,
+                   arm.mass, arm.stiffness, arm.damping);
+}
+
+}  // namespace palpate

@@ -1,0 +1,128 @@
+#include "master/link/slave_news.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include "palpate/v1/teleoperation.grpc.pb.h"
+
+#include "master/link/channel.h"
+#include "master/link/stream_keeper.h"
+#include "shared/text/text.h"
+#include "shared/wire/state_message.h"
+
+namespace palpate {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kAskEvery(1000), kPatience(1000);
+constexpr double kStateRate = 30;  // [Hz]
+constexpr std::size_t kLongestTrouble = 300;
+
+std::string Json(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string json;
+  const auto written = google::protobuf::util::MessageToJsonString(message, &json, options);
+  return written.ok() ? json : std::string();
+}
+
+v1::WatchStateRequest Request() {
+  v1::WatchStateRequest request;
+  request.set_max_rate_hz(kStateRate);
+  request.set_details(true);
+  return request;
+}
+
+}  // namespace
+
+struct SlaveNews::Parts {
+  explicit Parts(const SlaveLink::Options& link)
+      : stub(v1::Teleoperation::NewStub(
+            OpenChannel(PermittedTarget(link.target, link.insecure || !link.tls.empty()),
+                        Traffic::kBulk, link.tls))) {}
+
+  void Take(const v1::SlaveState& message);
+  void Run(const std::stop_token& stop);
+  // The slave's words, or why they are not told.
+  Words Ask();
+  // Adds the answer of one call to `json` unless one before failed.
+  template <class Request, class Reply, class Call>
+  void Add(Call call, std::string* json, std::string* trouble);
+
+  const std::unique_ptr<v1::Teleoperation::Stub> stub;
+  mutable std::mutex mutex;  // guards what follows
+  std::condition_variable_any asked;
+  Felt felt;
+  Events events;
+  Words words;
+  StreamKeeper<v1::SlaveState> states{
+      [this](grpc::ClientContext* context) { return stub->WatchState(context, Request()); },
+      [this](const v1::SlaveState& message) { Take(message); }};
+  std::jthread asking{[this](const std::stop_token& stop) { Run(stop); }};  // last
+};
+
+void SlaveNews::Parts::Take(const v1::SlaveState& message) {
+  std::string reason;
+  const auto state = FromProto(message, &reason);
+  if (!state) return;  // the operator's own stream says so
+  std::string details = Json(message.details());
+  const std::scoped_lock lock(mutex);
+  felt = {*state, std::move(details)};
+  events.Add(state->events);
+}
+
+void SlaveNews::Parts::Run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    Words told = Ask();
+    std::unique_lock lock(mutex);
+    told.version = words.version + 1;
+    words = std::move(told);
+    asked.wait_for(lock, stop, kAskEvery, [] { return false; });
+  }
+}
+
+template <class Request, class Reply, class Call>
+void SlaveNews::Parts::Add(Call call, std::string* json, std::string* trouble) {
+  if (!trouble->empty()) return;
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  Reply reply;
+  const grpc::Status status = (stub.get()->*call)(&context, Request(), &reply);
+  if (status.ok()) {
+    *json = Json(reply);
+  } else {
+    *trouble = Presentable(status.error_message(), kLongestTrouble);
+  }
+}
+
+SlaveNews::Words SlaveNews::Parts::Ask() {
+  using Stub = v1::Teleoperation::Stub;
+  Words told;
+  Add<v1::GetStatusRequest, v1::Status>(&Stub::GetStatus, &told.status, &told.trouble);
+  Add<v1::GetSceneRequest, v1::SceneDescription>(&Stub::GetScene, &told.scene, &told.trouble);
+  Add<v1::GetCapabilitiesRequest, v1::Capabilities>(&Stub::GetCapabilities, &told.capabilities,
+                                                    &told.trouble);
+  return told;
+}
+
+SlaveNews::SlaveNews(const SlaveLink::Options& link) : parts_(std::make_unique<Parts>(link)) {}
+
+SlaveNews::~SlaveNews() = default;
+
+SlaveNews::Felt SlaveNews::felt() const {
+  const std::scoped_lock lock(parts_->mutex);
+  return parts_->felt;
+}
+
+Events SlaveNews::TakeEvents() {
+  const std::scoped_lock lock(parts_->mutex);
+  return std::exchange(parts_->events, Events());
+}
+
+SlaveNews::Words SlaveNews::words() const {
+  const std::scoped_lock lock(parts_->mutex);
+  return parts_->words;
+}
+
+}  // namespace palpate

@@ -1,0 +1,44 @@
+// What the slave says beside the force that the hand needs: what its sense's checks measured, how
+// sure it is, its health, and its scene in full. Observers' streams and calls, on a channel and
+// threads of their own.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "master/link/slave_link.h"
+
+namespace palpate {
+
+class SlaveNews {
+ public:
+  // As JSON with the field names of proto/palpate/v1, for people; empty: not told yet.
+  struct Words {
+    std::uint64_t version = 0;  // rises with each change
+    std::string scene, capabilities, status;
+    std::string trouble;  // why it is not told at the moment
+  };
+
+  // What was felt, and what the sense's checks measured then, as JSON.
+  struct Felt {
+    SlaveState state;  // sequence 0: none yet
+    std::string details = "{}";
+  };
+
+  // Asks at once and then every second; states come 30 times a second. Throws
+  // std::invalid_argument: target not understood, or not loopback without `insecure`.
+  explicit SlaveNews(const SlaveLink::Options& link);
+  ~SlaveNews();
+
+  [[nodiscard]] Felt felt() const;  // the newest; thread-safe
+  // What happened since the last call. Thread-safe.
+  Events TakeEvents();
+  [[nodiscard]] Words words() const;  // thread-safe
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace palpate

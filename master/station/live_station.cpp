@@ -1,0 +1,279 @@
+#include "master/station/live_station.h"
+
+#include <atomic>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "master/link/mesh_watch.h"
+#include "master/link/video_watch.h"
+#include "master/station/clerk.h"
+#include "master/station/diary.h"
+#include "master/station/notice_board.h"
+#include "master/station/page_files.h"
+#include "master/station/page_server.h"
+#include "master/station/wish.h"
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::chrono::milliseconds kFrame(33);
+constexpr std::chrono::seconds kLookAway(2);  // nobody looks for so long: nothing is watched
+constexpr double kMeshRate = 15;              // [Hz]
+
+// What the slave makes only while somebody looks.
+struct Views {
+  explicit Views(const SlaveLink::Options& line)
+      : video(line, {}), meshes({line.target, line.insecure, line.tls, kMeshRate, false}) {}
+  VideoWatch video;
+  MeshWatch meshes;
+};
+
+template <class... Cases>
+struct Match : Cases... {
+  using Cases::operator()...;
+};
+template <class... Cases>
+Match(Cases...) -> Match<Cases...>;
+
+std::string Refusal(const std::string& why) {
+  return R"({"kind":"refused","text":")" + why + "\"}";
+}
+
+}  // namespace
+
+struct LiveStation::Parts {
+  Parts(Options chosen, Controls given)
+      : options(std::move(chosen)), controls(std::move(given)), news(options.line) {
+    StationHello hello = options.hello;
+    hello.libraries = FindPageFile("/lib/three.module.js") && FindPageFile("/lib/uPlot.esm.js");
+    board.Put(Topic::kHello, HelloJson(hello));
+  }
+
+  void Run(const std::stop_token& stop);
+  // Watches pictures and shapes while a page is open.
+  void LookOrLookAway();
+  void PutMoment();
+  void PutPicture(const TickDigest::Moment& ticks);
+  void PutShape(const TickDigest::Moment& ticks);
+  void PutHealth();
+  // When the slave sensed, on the session's clock [s].
+  [[nodiscard]] double SinceBegin(const TickDigest::Moment& ticks, Time sensed_at) const;
+
+  std::string Hear(std::uint64_t page, std::string_view message);
+  void Left(std::uint64_t page);
+  // Empty, or what to answer.
+  std::string Point(std::uint64_t page, const PointerWish& wish);
+  void Reset();
+  void Set(const MappingWish& wish);
+  void Replace(const ModelWish& wish);
+  // Lets the clerk do `errand`, which says what became of it.
+  void Errand(std::function<void()> errand);
+  void Say(bool is_trouble, std::string text);
+
+  const Options options;
+  const Controls controls;
+  NoticeBoard board;
+  TickDigest ticks;
+  Diary diary;
+  SlaveNews news;
+  mutable std::mutex mutex;  // guards `status`
+  Status status;
+  std::uint64_t pointing = 0;  // the page that holds the pointer, 0: none; the server's thread
+  // What the editor alone uses.
+  std::unique_ptr<Views> views;
+  std::chrono::steady_clock::time_point looked{};
+  std::uint64_t picture = 0, health = 0, shape = 0;
+  std::shared_ptr<const MeshTopology> topology;
+  std::uint32_t topology_number = 0;
+
+  Clerk clerk;
+  std::unique_ptr<PageServer> server;
+  std::jthread editor;  // last: it uses all of the above
+};
+
+void LiveStation::Parts::Run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    LookOrLookAway();
+    PutMoment();
+    server->Tell();
+    std::this_thread::sleep_for(kFrame);
+  }
+}
+
+void LiveStation::Parts::LookOrLookAway() {
+  const auto now = std::chrono::steady_clock::now();
+  if (server->pages() > 0) looked = now;
+  const bool somebody_looks = now - looked < kLookAway;
+  if (somebody_looks && !views) {
+    views = std::make_unique<Views>(options.line);
+    picture = shape = 0;
+  }
+  if (!somebody_looks) views.reset();
+}
+
+void LiveStation::Parts::PutMoment() {
+  StationMoment moment;
+  moment.ticks = ticks.Newest();
+  if (!moment.ticks.any) return;
+  {
+    const std::scoped_lock lock(mutex);
+    moment.status = status;
+  }
+  moment.felt = news.felt();
+  diary.See(moment.ticks.t, news.TakeEvents());
+  if (options.pointer != nullptr) {
+    moment.pointer_holds = options.pointer->holds();
+    moment.pointer_used = options.pointer->used();
+  }
+  if (views) {
+    moment.video_trouble = views->video.trouble();
+    moment.mesh_trouble = views->meshes.stats().trouble;
+    PutPicture(moment.ticks);
+    PutShape(moment.ticks);
+  }
+  PutHealth();
+  if (const auto sayings = diary.TakeNews()) board.Put(Topic::kSaid, SaidJson(*sayings));
+  board.Put(Topic::kStatus, StatusJson(moment));
+}
+
+double LiveStation::Parts::SinceBegin(const TickDigest::Moment& moment, Time sensed_at) const {
+  const std::scoped_lock lock(mutex);
+  return SecondsBetween(moment.begin, sensed_at - Seconds(status.link.clock_offset));
+}
+
+void LiveStation::Parts::PutPicture(const TickDigest::Moment& moment) {
+  const auto newest = views->video.newest();
+  if (!newest || newest->number == picture) return;
+  picture = newest->number;
+  const double t = SinceBegin(moment, newest->sensed_at);
+  board.Put(Topic::kPicture,
+            Framed({static_cast<std::uint32_t>(Topic::kPicture), 0, t}, newest->jpeg));
+}
+
+void LiveStation::Parts::PutShape(const TickDigest::Moment& moment) {
+  const auto mesh = views->meshes.newest();
+  if (!mesh || mesh->sequence == shape) return;
+  shape = mesh->sequence;
+  if (mesh->topology != topology) {
+    topology = mesh->topology;
+    board.Put(Topic::kTopology,
+              Framed({static_cast<std::uint32_t>(Topic::kTopology), ++topology_number, 0},
+                     TopologyBytes(*topology)));
+  }
+  const double t = SinceBegin(moment, mesh->sensed_at);
+  board.Put(Topic::kShape, Framed({static_cast<std::uint32_t>(Topic::kShape), topology_number, t},
+                                  ShapeBytes(*mesh)));
+}
+
+void LiveStation::Parts::PutHealth() {
+  const SlaveNews::Words words = news.words();
+  if (words.version == health) return;
+  health = words.version;
+  board.Put(Topic::kHealth, HealthJson(words));
+}
+
+std::string LiveStation::Parts::Hear(std::uint64_t page, std::string_view message) {
+  std::string answer;
+  std::visit(Match{[&](const StopWish&) {
+                     controls.stop();
+                     Say(true, "emergency stop by the page");
+                   },
+                   [&](const ResetWish&) { Reset(); },
+                   [&](const PingWish& wish) {
+                     answer = Formatted(R"({"kind":"pong","at":%.17g})", wish.at);
+                   },
+                   [&](const PointerWish& wish) { answer = Point(page, wish); },
+                   [&](const MappingWish& wish) { Set(wish); },
+                   [&](const ModelWish& wish) { Replace(wish); }},
+             ReadWish(message));
+  return answer;
+}
+
+// Only one page leads the hand: the first that engages, until it lets go or leaves.
+std::string LiveStation::Parts::Point(std::uint64_t page, const PointerWish& wish) {
+  if (options.pointer == nullptr) return Refusal("the device is no pointer: --device pointer");
+  if (pointing != 0 && pointing != page) return Refusal("another page leads the hand");
+  pointing = wish.engaged ? page : 0;
+  options.pointer->Aim({wish.p_M, wish.engaged, Clock::now(), wish.at});
+  return {};
+}
+
+void LiveStation::Parts::Left(std::uint64_t page) {
+  if (pointing != page) return;
+  pointing = 0;
+  options.pointer->Aim({});
+}
+
+void LiveStation::Parts::Reset() {
+  Errand([this] {
+    const bool done = controls.reset();
+    Say(!done, done ? "the emergency stop was reset" : "the slave did not reset: try again");
+  });
+}
+
+void LiveStation::Parts::Set(const MappingWish& wish) {
+  Errand([this, wish] {
+    const std::string why =
+        controls.set_mapping({wish.position_scale, wish.force_scale, wish.force_limit});
+    Say(!why.empty(), why.empty() ? "scales and limit were set" : "not set: " + why);
+  });
+}
+
+void LiveStation::Parts::Replace(const ModelWish& wish) {
+  Say(false, "the slave makes the model " + wish.kind);
+  Errand([this, kind = wish.kind] {
+    const std::string why = controls.set_model(kind);
+    Say(!why.empty(), why.empty() ? "the model is " + kind : "the model stays: " + why);
+  });
+}
+
+void LiveStation::Parts::Errand(std::function<void()> errand) {
+  if (!clerk.Ask(std::move(errand))) Say(true, "too much at once: wait until it is done");
+}
+
+void LiveStation::Parts::Say(bool is_trouble, std::string text) {
+  diary.Say(ticks.Newest().t, is_trouble, std::move(text));
+}
+
+LiveStation::LiveStation(Options options, Controls controls)
+    : parts_(std::make_unique<Parts>(std::move(options), std::move(controls))) {
+  Parts* parts = parts_.get();
+  parts->server = std::make_unique<PageServer>(
+      parts->options.at, &parts->board,
+      PageServer::Listener{
+          [parts](std::uint64_t page, std::string_view said) { return parts->Hear(page, said); },
+          [parts](std::uint64_t page) { parts->Left(page); }});
+  parts->editor = std::jthread([parts](const std::stop_token& stop) { parts->Run(stop); });
+}
+
+LiveStation::~LiveStation() = default;
+
+std::string LiveStation::address() const {
+  return "http://" + ToString(parts_->server->endpoint()) + "/";
+}
+
+void LiveStation::SeeTick(const TickRecord& tick) {
+  parts_->diary.See(parts_->ticks.Add(tick), tick.state);
+}
+
+void LiveStation::See(const Status& status) {
+  const std::scoped_lock lock(parts_->mutex);
+  parts_->status = status;
+}
+
+Endpoint ViewEndpoint(const std::string& text) {
+  if (text.empty()) return {"127.0.0.1", 0};
+  Endpoint endpoint = ParseEndpoint(text);
+  if (IsLoopback(endpoint.host)) return endpoint;
+  throw std::invalid_argument(
+      "--view " + text +
+      ": accepted is an address of this machine alone (127.0.0.1, [::1], localhost): the page "
+      "moves "
+      "the hand, and speaks neither TLS nor asks for a token. From elsewhere: ssh -L "
+      "8080:127.0.0.1:PORT");
+}
+
+}  // namespace palpate

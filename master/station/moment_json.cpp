@@ -1,0 +1,220 @@
+#include "master/station/moment_json.h"
+
+#include <cmath>
+#include <cstring>
+
+#include <nlohmann/json.hpp>
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kMicro = 1e-6;
+
+std::string Text(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Json Number(double value) {
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
+template <class Vector>
+Json Triple(const Vector& v) {
+  return Json::array({Number(v.x()), Number(v.y()), Number(v.z())});
+}
+
+Json Parsed(const std::string& text) {
+  Json json = Json::parse(text, nullptr, false);
+  return json.is_discarded() ? Json() : json;
+}
+
+Json ReasonsOf(const Reasons& reasons) {
+  Json names = Json::array();
+  for (std::size_t i = 0; i < kReasonCount; ++i) {
+    const auto reason = static_cast<Reason>(i);
+    if (reasons.Has(reason)) names.push_back(ToString(reason));
+  }
+  return names;
+}
+
+Json ChainOf(const ForceChain& chain) {
+  return {{"estimated", chain.force_known ? Triple(chain.estimated) : Json()},
+          {"local", Triple(chain.local)},
+          {"scaled", Triple(chain.scaled)},
+          {"passive", Triple(chain.passive)},
+          {"limited", Triple(chain.limited)},
+          {"sent", Triple(chain.sent)},
+          {"reasons", ReasonsOf(chain.reasons)}};
+}
+
+Json LinkOf(const StationMoment& moment) {
+  const LinkStats& link = moment.status.link;
+  return {
+      {"connected", link.connected},
+      {"round_trip", moment.ticks.round_trip > 0 ? Json(moment.ticks.round_trip) : Json()},
+      {"rtt_p50", link.rtt_p50_us * kMicro},
+      {"rtt_p99", link.rtt_p99_us * kMicro},
+      {"age", moment.ticks.newest.state_age >= 0 ? Number(moment.ticks.newest.state_age) : Json()},
+      {"late_share", moment.ticks.late_share},
+      {"states", link.states},
+      {"refused", link.refused},
+      {"reconnects", link.reconnects},
+      {"clock_offset", Number(link.clock_offset)},
+      {"trouble", link.trouble}};
+}
+
+Json FeltOf(const StationMoment& moment) {
+  const SlaveState& state = moment.felt.state;
+  if (state.sequence == 0) return nullptr;
+  return {{"sequence", state.sequence},
+          {"sigma", Number(state.sigma)},
+          {"validity", ToString(state.validity)},
+          {"check", ToString(state.check)},
+          {"in_contact", state.local_model.in_contact},
+          {"tip", Triple(state.p_S_tip)},
+          {"normal", state.local_model.known() ? Triple(state.local_model.normal) : Json()},
+          {"settings_revision", state.settings_revision},
+          {"details", Parsed(moment.felt.details)}};
+}
+
+Json FingersOf(const std::vector<NamedFinger>& named) {
+  Json fingers = Json::array();
+  for (const NamedFinger& finger : named) {
+    fingers.push_back({{"name", finger.name},
+                       {"place", Triple(finger.felt.p_S_contact)},
+                       {"force", finger.felt.force ? Triple(*finger.felt.force) : Json()},
+                       {"in_contact", finger.felt.in_contact},
+                       {"validity", ToString(finger.felt.validity)}});
+  }
+  return fingers;
+}
+
+// [number, t, scaled, sent, x, y, z, age, round trip, longest tick]
+Json SamplesOf(const std::vector<TickSample>& taken) {
+  Json samples = Json::array();
+  for (const TickSample& s : taken) {
+    samples.push_back({s.number, s.t, Number(s.scaled), Number(s.sent), Number(s.p_M.x()),
+                       Number(s.p_M.y()), Number(s.p_M.z()), s.age >= 0 ? Number(s.age) : Json(),
+                       s.round_trip > 0 ? Json(s.round_trip) : Json(), s.longest_tick});
+  }
+  return samples;
+}
+
+template <class T>
+void Append(const T& value, std::string* bytes) {
+  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+void AppendPlaces(const std::vector<Eigen::Vector3d>& places, std::string* bytes) {
+  for (const Eigen::Vector3d& place : places) {
+    for (int i = 0; i < 3; ++i) Append(static_cast<float>(place[i]), bytes);
+  }
+}
+
+template <class Elements>
+void AppendElements(const Elements& elements, std::string* bytes) {
+  for (const auto& element : elements) {
+    for (const int node : element) Append(static_cast<std::uint32_t>(node), bytes);
+  }
+}
+
+}  // namespace
+
+std::string HelloJson(const StationHello& hello) {
+  const RemoteScene& scene = hello.scene;
+  Json fingertips = Json::array();
+  for (const RemoteFingertip& tip : scene.fingertips) {
+    fingertips.push_back({{"name", tip.name}, {"home", Triple(tip.p_S_home)}});
+  }
+  Json rotation = Json::array();
+  for (int i = 0; i < 9; ++i) rotation.push_back(scene.transform.R_SM(i / 3, i % 3));
+  return Text({{"kind", "hello"},
+               {"badge", "LIVE"},
+               {"scene", scene.name},
+               {"geometry", scene.geometry},
+               {"model", scene.model},
+               {"source", scene.source},
+               {"simulated", scene.simulated},
+               {"sensor_rate", scene.sensor_rate},
+               {"position_scale", scene.transform.position_scale},
+               {"force_scale", scene.transform.force_scale},
+               {"rotation", rotation},
+               {"force_limit", scene.force_limit},
+               {"fingertips", fingertips},
+               {"target", hello.target},
+               {"encrypted", hello.encrypted},
+               {"device", hello.device},
+               {"render", hello.render},
+               {"pointer", hello.pointer},
+               {"libraries", hello.libraries},
+               {"version", hello.version}});
+}
+
+std::string StatusJson(const StationMoment& moment) {
+  const TickRecord& tick = moment.ticks.newest;
+  return Text({{"kind", "status"},
+               {"t", moment.ticks.t},
+               {"state", ToString(tick.state)},
+               {"epoch", tick.epoch},
+               {"p_M", Triple(tick.p_M)},
+               {"p_S", Triple(tick.p_S)},
+               {"chain", ChainOf(tick.chain)},
+               {"force_limit", moment.status.force_limit},
+               {"rate", moment.ticks.rate > 0 ? Json(moment.ticks.rate) : Json()},
+               {"missed", moment.ticks.missed},
+               {"link", LinkOf(moment)},
+               {"fingers", FingersOf(moment.status.fingers)},
+               {"felt", FeltOf(moment)},
+               {"pointer_holds", moment.pointer_holds},
+               {"pointer_used", moment.pointer_used},
+               {"video_trouble", moment.video_trouble},
+               {"mesh_trouble", moment.mesh_trouble},
+               {"samples", SamplesOf(moment.ticks.samples)}});
+}
+
+std::string HealthJson(const SlaveNews::Words& words) {
+  return Text({{"kind", "health"},
+               {"scene", Parsed(words.scene)},
+               {"capabilities", Parsed(words.capabilities)},
+               {"status", Parsed(words.status)},
+               {"trouble", words.trouble}});
+}
+
+std::string SaidJson(const std::vector<Saying>& sayings) {
+  Json said = Json::array();
+  for (const Saying& saying : sayings) {
+    said.push_back({{"number", saying.number},
+                    {"t", saying.t},
+                    {"trouble", saying.is_trouble},
+                    {"text", saying.text}});
+  }
+  return Text({{"kind", "said"}, {"said", said}});
+}
+
+std::string TopologyBytes(const MeshTopology& topology) {
+  const bool is_planar = !topology.lines.empty();
+  const std::size_t elements =
+      is_planar ? topology.lines.size() : topology.surface.triangles.size();
+  std::string bytes;
+  Append(static_cast<std::uint32_t>(is_planar ? 2 : 3), &bytes);
+  Append(static_cast<std::uint32_t>(topology.surface.nodes.size()), &bytes);
+  Append(static_cast<std::uint32_t>(elements), &bytes);
+  AppendPlaces(topology.surface.nodes, &bytes);
+  if (is_planar) {
+    AppendElements(topology.lines, &bytes);
+  } else {
+    AppendElements(topology.surface.triangles, &bytes);
+  }
+  return bytes;
+}
+
+std::string ShapeBytes(const RemoteMesh& mesh) {
+  std::string bytes;
+  Append(static_cast<std::uint32_t>(mesh.validity), &bytes);
+  AppendPlaces(mesh.positions, &bytes);
+  return bytes;
+}
+
+}  // namespace palpate

@@ -1,0 +1,54 @@
+// The station's text messages, as the page reads them (page/link.js). SI; what is not known is
+// null.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "master/haptics/session.h"
+#include "master/link/remote_mesh.h"
+#include "master/link/remote_scene.h"
+#include "master/link/slave_news.h"
+#include "master/station/tick_digest.h"
+
+namespace palpate {
+
+// What does not change while the session lasts.
+struct StationHello {
+  RemoteScene scene;
+  std::string target, device, render, version;
+  bool encrypted = false;  // the line to the slave
+  bool pointer = false;    // the page's own pointer moves the hand
+  bool libraries = false;  // what draws 3D and charts was built in
+};
+std::string HelloJson(const StationHello& hello);
+
+// Everything that moves, at one moment.
+struct StationMoment {
+  TickDigest::Moment ticks;
+  Status status;         // of the session's slow thread
+  SlaveNews::Felt felt;  // as an observer sees it
+  bool pointer_holds = false;
+  double pointer_used = 0;  // stamp of the page's aim that moved the hand last; 0: none
+  std::string video_trouble, mesh_trouble;
+};
+std::string StatusJson(const StationMoment& moment);
+
+// The slave's own words.
+std::string HealthJson(const SlaveNews::Words& words);
+
+// What happened, the newest last.
+struct Saying {
+  std::uint64_t number = 0;  // rises by one
+  double t = 0;              // [s] since the run began
+  bool is_trouble = false;
+  std::string text;
+};
+std::string SaidJson(const std::vector<Saying>& sayings);
+
+// Node and element counts, places at rest, elements: what Topology messages hold after the header.
+std::string TopologyBytes(const MeshTopology& topology);
+// Validity as a number (0: valid), then the places.
+std::string ShapeBytes(const RemoteMesh& mesh);
+
+}  // namespace palpate

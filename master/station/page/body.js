@@ -1,0 +1,136 @@
+// The object: at rest in grey lines, deformed in the colours of its displacement.
+import { niceAbove, viridisLight } from './colours.js';
+
+const EDGE_ANGLE = 30;  // sharper edges are drawn [degrees]
+
+// The corners of an outline in their order, where its lines form one ring; else null.
+function ringOf(lines, count) {
+  const next = new Map(lines.map(([a, b]) => [a, b])), ring = [];
+  for (let node = lines[0][0]; ring.length < count && next.has(node); node = next.get(node)) {
+    if (ring.length && node === ring[0]) break;
+    ring.push(node);
+  }
+  return ring.length === lines.length ? ring : null;
+}
+
+export class Body {
+  constructor(three, message) {
+    this.three = three;
+    const { view, buffer } = message;
+    [this.perElement, this.nodes, this.elements] = [16, 20, 24].map((at) => view.getUint32(at, true));
+    this.rest = new Float32Array(buffer.slice(28, 28 + 12 * this.nodes));
+    this.index = new Uint32Array(buffer.slice(28 + 12 * this.nodes, 28 + 12 * this.nodes + 4 * this.perElement * this.elements));
+    this.number = message.number;
+    this.planar = this.perElement === 2;
+    this.group = new three.Group();
+    this.full = null;
+    this.largest = 0;
+    this.box = new three.Box3().setFromArray(this.rest);
+    if (this.planar) this.makePlanar();
+    else this.makeSolid();
+    this.deform(this.rest);
+  }
+  dispose() {
+    this.group.traverse((part) => {
+      part.geometry?.dispose();
+      part.material?.dispose();
+    });
+  }
+  makeSolid() {
+    const { three } = this;
+    const atRest = new three.BufferGeometry();
+    atRest.setAttribute('position', new three.BufferAttribute(this.rest, 3));
+    atRest.setIndex(new three.BufferAttribute(this.index, 1));
+    this.outline = new three.LineSegments(new three.EdgesGeometry(atRest, EDGE_ANGLE), new three.LineBasicMaterial({ transparent: true, opacity: 0.9 }));
+    this.geometry = new three.BufferGeometry();
+    this.geometry.setIndex(new three.BufferAttribute(this.index, 1));
+    this.positions = new three.BufferAttribute(new Float32Array(this.rest), 3);
+    this.colours = new three.BufferAttribute(new Float32Array(3 * this.nodes), 3);
+    this.geometry.setAttribute('position', this.positions);
+    this.geometry.setAttribute('color', this.colours);
+    this.material = new three.MeshLambertMaterial({ vertexColors: true, side: three.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+    this.mesh = new three.Mesh(this.geometry, this.material);
+    this.group.add(this.mesh, this.outline);
+  }
+  // A ribbon along the outline, as wide as a sixtieth of the object, and what it encloses.
+  makePlanar() {
+    const { three } = this;
+    const lines = [];
+    for (let i = 0; i < this.elements; ++i) lines.push([this.index[2 * i], this.index[2 * i + 1]]);
+    this.lines = lines;
+    this.ribbon = this.box.getSize(new three.Vector3()).length() / 90;
+    const rest = new three.BufferGeometry();
+    rest.setAttribute('position', new three.BufferAttribute(this.rest, 3));
+    rest.setIndex(new three.BufferAttribute(this.index, 1));
+    this.outline = new three.LineSegments(rest, new three.LineBasicMaterial());
+    this.outline.position.z = this.ribbon * 0.4;
+    const ring = ringOf(lines, this.elements);
+    if (ring) this.makeFilling(ring);
+    this.geometry = new three.BufferGeometry();
+    this.positions = new three.BufferAttribute(new Float32Array(12 * lines.length), 3);
+    this.colours = new three.BufferAttribute(new Float32Array(12 * lines.length), 3);
+    this.geometry.setAttribute('position', this.positions);
+    this.geometry.setAttribute('color', this.colours);
+    this.geometry.setIndex(lines.flatMap((_, i) => [4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 2, 4 * i + 1, 4 * i + 3]));
+    this.material = new three.MeshBasicMaterial({ vertexColors: true, side: three.DoubleSide });
+    this.mesh = new three.Mesh(this.geometry, this.material);
+    this.mesh.position.z = this.ribbon * 0.2;
+    this.group.add(this.mesh, this.outline);
+  }
+  makeFilling(ring) {
+    const { three } = this;
+    const corners = ring.map((node) => new three.Vector2(this.rest[3 * node], this.rest[3 * node + 1]));
+    const faces = three.ShapeUtils.triangulateShape(corners, []).flat().map((corner) => ring[corner]);
+    const filling = new three.BufferGeometry();
+    this.filled = new three.BufferAttribute(new Float32Array(this.rest), 3);
+    filling.setAttribute('position', this.filled);
+    filling.setIndex(faces);
+    this.filling = new three.MeshBasicMaterial({ side: three.DoubleSide, transparent: true, opacity: 0.55 });
+    const mesh = new three.Mesh(filling, this.filling);
+    mesh.frustumCulled = false;
+    this.group.add(mesh);
+  }
+  // New places, three numbers per node [m].
+  deform(places) {
+    const moved = new Float32Array(this.nodes);
+    this.largest = 0;
+    for (let i = 0; i < this.nodes; ++i) {
+      moved[i] = Math.hypot(places[3 * i] - this.rest[3 * i], places[3 * i + 1] - this.rest[3 * i + 1], places[3 * i + 2] - this.rest[3 * i + 2]);
+      this.largest = Math.max(this.largest, moved[i]);
+    }
+    this.scale();
+    if (this.planar) this.drawRibbon(places, moved);
+    else this.drawSurface(places, moved);
+  }
+  // Full colour is a round number that only grows, so that colours can be compared over time.
+  scale() {
+    const least = 1e-3 * this.box.getSize(new this.three.Vector3()).length();
+    this.full = Math.max(this.full || 0, niceAbove(Math.max(this.largest, least)));
+  }
+  drawSurface(places, moved) {
+    this.positions.array.set(places);
+    for (let i = 0; i < this.nodes; ++i) this.colours.array.set(viridisLight(moved[i] / this.full), 3 * i);
+    this.positions.needsUpdate = this.colours.needsUpdate = true;
+    this.geometry.computeVertexNormals();
+    this.geometry.computeBoundingSphere();
+  }
+  drawRibbon(places, moved) {
+    this.lines.forEach(([a, b], i) => {
+      const dx = places[3 * b] - places[3 * a], dy = places[3 * b + 1] - places[3 * a + 1], length = Math.hypot(dx, dy) || 1;
+      const nx = (-dy / length) * this.ribbon / 2, ny = (dx / length) * this.ribbon / 2;
+      [[a, 1], [a, -1], [b, 1], [b, -1]].forEach(([node, side], corner) => {
+        this.positions.array.set([places[3 * node] + side * nx, places[3 * node + 1] + side * ny, places[3 * node + 2]], 12 * i + 3 * corner);
+        this.colours.array.set(viridisLight(moved[node] / this.full), 12 * i + 3 * corner);
+      });
+    });
+    this.positions.needsUpdate = this.colours.needsUpdate = true;
+    this.geometry.computeBoundingSphere();
+    if (!this.filled) return;
+    this.filled.array.set(places);
+    this.filled.needsUpdate = true;
+  }
+  paint({ line, fill }) {
+    this.outline.material.color.set(line);
+    if (this.filling) this.filling.color.set(fill);
+  }
+}

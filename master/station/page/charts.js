@@ -1,0 +1,103 @@
+// The last ten seconds as strips, drawn by uPlot where it was built in.
+
+const SECONDS = 10, GAP_S = 0.15;
+// Columns of a sample: number, t, scaled, sent, x, y, z, age, round trip, longest tick.
+const STRIPS = [
+  { title: 'Force, N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true },
+  { title: 'Hand, mm', series: [['x', 4, '--series-a'], ['y', 5, '--series-b', [5, 3]], ['z', 6, '--series-c', [2, 2]]], factor: 1e3 },
+  { title: 'Line, ms', series: [['age', 7, '--series-a'], ['round trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true },
+];
+
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+export class Charts {
+  constructor() {
+    this.host = document.getElementById('strips');
+    this.samples = [];
+    this.paused = false;
+    this.plots = [];
+  }
+  // Without uPlot the strips say so.
+  async load(isBuiltIn) {
+    if (!isBuiltIn) {
+      this.host.innerHTML = '<p class="empty">Built without charts. With npm: deploy/page.sh, then build again.</p>';
+      return;
+    }
+    const sheet = document.createElement('link');
+    sheet.rel = 'stylesheet';
+    sheet.href = '/lib/uPlot.min.css';
+    document.head.prepend(sheet);
+    this.uPlot = (await import('/lib/uPlot.esm.js')).default;
+    this.draw();
+    new ResizeObserver(() => this.resize()).observe(this.host);
+  }
+  take(samples) {
+    let last = this.samples.length ? this.samples[this.samples.length - 1] : null;
+    for (const sample of samples) {
+      if (last && sample[0] <= last[0] && sample[1] >= last[1]) continue;
+      if (last && sample[1] < last[1]) {
+        if (sample[0] > 25 || last[0] - sample[0] < 100) continue;  // old news, not a new session
+        this.samples = [];
+      }
+      if (last && sample[1] - last[1] > GAP_S) this.samples.push([sample[0], (sample[1] + last[1]) / 2]);  // a gap is shown
+      this.samples.push(sample);
+      last = sample;
+    }
+    while (this.samples.length && this.samples[this.samples.length - 1][1] - this.samples[0][1] > SECONDS) this.samples.shift();
+    this.changed = true;
+  }
+  draw() {
+    this.plots.forEach((plot) => plot.destroy());
+    this.host.replaceChildren();
+    this.plots = STRIPS.map((strip) => {
+      const box = document.createElement('div');
+      box.className = 'strip';
+      box.innerHTML = '<h3></h3><p class="legend"></p><div class="plot"></div>';
+      box.querySelector('h3').textContent = strip.title;
+      box.querySelector('.legend').replaceChildren(...strip.series.map(([name, , tone, dash]) => {
+        const key = document.createElement('span');
+        key.className = `key ${tone.slice(2)} ${dash ? (dash[0] > 3 ? 'dashed' : 'dotted') : ''}`;
+        key.textContent = name;
+        return key;
+      }));
+      this.host.append(box);
+      return new this.uPlot(this.options(strip, box), this.columns(strip), box.querySelector('.plot'));
+    });
+  }
+  options(strip, box) {
+    const axis = { stroke: colour('--dim'), grid: { stroke: colour('--grid'), width: 1 }, ticks: { show: false }, font: '11px system-ui, sans-serif' };
+    return {
+      width: Math.max(80, box.clientWidth), height: Math.max(60, box.clientHeight - 24), legend: { show: false },
+      cursor: { y: false, points: { size: 6 } }, padding: [6, 6, 0, 0],
+      scales: { x: { time: false, range: (_, low, high) => [high - SECONDS, high] }, y: { range: (_, low, high) => this.range(strip, low, high) } },
+      axes: [{ ...axis, size: 18, values: (u, marks) => marks.map((mark) => `${Math.round(mark - u.scales.x.max)} s`) }, { ...axis, size: 38 }],
+      series: [{}, ...strip.series.map(([label, , tone, dash]) => ({ label, stroke: colour(tone), width: 1.75, dash, points: { show: false } }))],
+    };
+  }
+  range(strip, low, high) {
+    if (low === null || high === null) return [0, 1];
+    const bottom = strip.zero ? Math.min(0, low) : low, margin = Math.max(1e-3, 0.08 * (high - bottom));
+    return [strip.zero ? bottom : bottom - margin, high + margin];
+  }
+  columns(strip) {
+    const t = this.samples.map((sample) => sample[1]);
+    return [t, ...strip.series.map(([, column]) => this.samples.map((sample) => (sample[column] === undefined || sample[column] === null ? null : sample[column] * strip.factor)))];
+  }
+  show() {
+    if (!this.changed || this.paused || !this.plots.length) return;
+    this.changed = false;
+    this.plots.forEach((plot, i) => plot.setData(this.columns(STRIPS[i])));
+  }
+  resize() {
+    const boxes = this.host.querySelectorAll('.strip');
+    this.plots.forEach((plot, i) => plot.setSize({ width: Math.max(80, boxes[i].clientWidth), height: Math.max(60, boxes[i].clientHeight - 24) }));
+  }
+  download() {
+    const rows = ['number,t_s,scaled_N,sent_N,x_m,y_m,z_m,age_s,round_trip_s,longest_tick_s', ...this.samples.filter((sample) => sample.length > 2).map((sample) => sample.join(','))];
+    const anchor = document.createElement('a');
+    anchor.href = URL.createObjectURL(new Blob([rows.join('\n') + '\n'], { type: 'text/csv' }));
+    anchor.download = 'palpate-last-10-s.csv';
+    anchor.click();
+    setTimeout(() => URL.revokeObjectURL(anchor.href), 1000);
+  }
+}

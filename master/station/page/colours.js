@@ -1,0 +1,21 @@
+// Viridis by a handful of its colours (matplotlib's, CC0): even in lightness, so that it reads in grey and to the colour-blind.
+const STOPS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
+
+// `share` in [0, 1] -> [r, g, b], each 0 to 255.
+export function viridis(share) {
+  const place = Math.min(Math.max(share, 0), 1) * (STOPS.length - 1), i = Math.min(Math.floor(place), STOPS.length - 2), part = place - i;
+  return STOPS[i].map((low, channel) => low + part * (STOPS[i + 1][channel] - low));
+}
+// The same as parts of light, as a renderer mixes it: sRGB undone, each 0 to 1.
+const toLinear = (part) => (part <= 10 ? part / 3294.6 : ((part / 255 + 0.055) / 1.055) ** 2.4);
+const LIGHT = Array.from({ length: 256 }, (_, i) => viridis(i / 255).map(toLinear));
+export const viridisLight = (share) => LIGHT[Math.round(255 * Math.min(Math.max(share, 0), 1))];
+
+// The colours as a bar for CSS, from the bottom up.
+export const viridisBar = () => `linear-gradient(to top, ${STOPS.map((stop) => `rgb(${stop})`).join(', ')})`;
+
+// The next of 1, 2, 5 times a power of ten.
+export function niceAbove(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return power * [1, 2, 5, 10].find((step) => step * power >= value * (1 - 1e-9));
+}

@@ -1,0 +1,123 @@
+// Buttons, keys, forms and tabs. Every key has a button, and no dialog ever stands before the stop.
+
+const byId = (id) => document.getElementById(id);
+const ESCAPE_TWICE_MS = 600;
+const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-hyperelastic', 'fem-green', 'bem3d'];
+
+export class Controls {
+  constructor({ link, view, pointer, charts, sound, onTheme }) {
+    Object.assign(this, { link, view, pointer, charts, sound, onTheme, escapedAt: -1e9 });
+    byId('stop').addEventListener('click', () => this.stop());
+    byId('reset').addEventListener('click', () => this.reset());
+    byId('pause').addEventListener('click', () => this.pause());
+    byId('theme').addEventListener('click', () => this.toggleTheme());
+    byId('mapping').addEventListener('submit', (event) => this.set(event));
+    byId('replace').addEventListener('submit', (event) => this.replace(event));
+    for (const tab of document.querySelectorAll('[role=tab]')) {
+      tab.addEventListener('click', () => this.show(tab.getAttribute('aria-controls')));
+      tab.addEventListener('keydown', (event) => this.stepTab(event, tab));
+    }
+    window.addEventListener('keydown', (event) => this.key(event), true);
+    window.addEventListener('keyup', (event) => pointer.key(event, false), true);
+    this.startTheme();
+  }
+  stop() {
+    this.pointer.release();
+    this.link.send({ do: 'stop' });
+  }
+  reset() {
+    this.link.send({ do: 'reset' });
+  }
+  // The stop is heard wherever the focus is.
+  key(event) {
+    if (event.key === ' ' && !event.repeat) this.stop();
+    if (event.key === ' ') return this.swallow(event);
+    if (event.key === 'Escape') return this.escape();
+    if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT)$/.test(event.target.tagName)) return;
+    if (!event.target.closest('[role=tablist]') && this.pointer.key(event, true)) return this.swallow(event);
+    const act = this.actions()[event.key.toLowerCase()];
+    if (!act || event.repeat) return;
+    act();
+    this.swallow(event);
+  }
+  swallow(event) {
+    event.preventDefault();
+    event.stopPropagation();
+  }
+  escape() {
+    const now = performance.now();
+    if (now - this.escapedAt < ESCAPE_TWICE_MS) this.stop();
+    this.escapedAt = now;
+  }
+  actions() {
+    return { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), f: () => this.view.fit(), x: () => this.view.look('X'), y: () => this.view.look('Y'),
+      z: () => this.view.look('Z'), w: () => this.view.toggleWire(), p: () => this.pause(), d: () => this.charts.download(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
+      a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };
+  }
+  pause() {
+    this.charts.paused = !this.charts.paused;
+    this.charts.changed = true;
+    byId('pause').setAttribute('aria-pressed', String(this.charts.paused));
+    byId('charts-aside').textContent = this.charts.paused ? 'paused' : '';
+  }
+  show(panel) {
+    for (const tab of document.querySelectorAll('[role=tab]')) {
+      const chosen = tab.getAttribute('aria-controls') === panel;
+      tab.setAttribute('aria-selected', String(chosen));
+      tab.tabIndex = chosen ? 0 : -1;
+      byId(tab.getAttribute('aria-controls')).hidden = !chosen;
+    }
+  }
+  stepTab(event, tab) {
+    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (!step) return;
+    const tabs = [...document.querySelectorAll('[role=tab]')], next = tabs[(tabs.indexOf(tab) + step + tabs.length) % tabs.length];
+    next.focus();
+    next.click();
+  }
+  set(event) {
+    event.preventDefault();
+    const wish = { do: 'set' };
+    for (const [key, id] of [['position_scale', 'position-scale'], ['force_scale', 'force-scale'], ['force_limit', 'force-limit']]) {
+      const value = byId(id).valueAsNumber;
+      if (value > 0) wish[key] = value;
+    }
+    this.link.send(wish);
+  }
+  replace(event) {
+    event.preventDefault();
+    this.link.send({ do: 'model', kind: byId('model-kind').value });
+  }
+  // What the slave goes by stands in the fields, unless somebody is writing there.
+  showSettings(mapping, model, planar) {
+    for (const [id, value] of [['position-scale', mapping.scale], ['force-scale', mapping.force], ['force-limit', mapping.limit]]) {
+      const field = byId(id);
+      if (document.activeElement !== field && field.dataset.told !== String(value)) field.value = field.dataset.told = String(value);
+    }
+    const kinds = planar ? PLANAR : SOLID, list = byId('model-kind');
+    if (list.dataset.kinds === String(kinds)) return;
+    list.dataset.kinds = String(kinds);
+    list.replaceChildren(...kinds.map((kind) => new Option(kind, kind, false, kind === model)));
+  }
+  startTheme() {
+    let kept = null;
+    try {
+      kept = localStorage.getItem('theme');
+    } catch { /* a browser that keeps nothing */ }
+    const dark = matchMedia('(prefers-color-scheme: dark)');
+    this.setTheme(kept || (dark.matches ? 'dark' : 'light'));
+    dark.addEventListener('change', (event) => this.setTheme(event.matches ? 'dark' : 'light'));
+  }
+  toggleTheme() {
+    const next = document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark';
+    try {
+      localStorage.setItem('theme', next);
+    } catch { /* likewise */ }
+    this.setTheme(next);
+  }
+  setTheme(theme) {
+    document.documentElement.dataset.theme = theme;
+    byId('theme').textContent = theme === 'dark' ? 'Light' : 'Dark';
+    this.onTheme();
+  }
+}

@@ -1,0 +1,88 @@
+// What the hand gets, and what became of it on its way.
+import { REASONS, VALIDITY, figure, fixed, norm } from './words.js';
+
+const STATIONS = [['estimated', 'estimated'], ['local', 'local model'], ['scaled', 'scaled'], ['passive', 'passive'], ['limited', 'limited'], ['sent', 'sent']];
+const HOLD_S = 3;  // of the peak
+
+const byId = (id) => document.getElementById(id);
+
+export class ForcePanel {
+  constructor() {
+    this.peak = 0;
+    this.peakAt = -1e9;
+    this.rows = STATIONS.map(([key, name]) => {
+      const row = document.createElement('tr');
+      row.dataset.station = key;
+      row.innerHTML = '<th scope="row"></th><td class="value"></td><td class="why"><i></i><span></span></td>';
+      row.querySelector('th').textContent = name;
+      byId('chain').tBodies[0].append(row);
+      return { key, value: row.querySelector('.value'), bar: row.querySelector('i'), why: row.querySelector('span'), row };
+    });
+    this.meter = byId('meter');
+  }
+  show(status, scales) {
+    const sent = norm(status.chain.sent), limit = status.force_limit || 1, full = 1.1 * limit;
+    this.holdPeak(status, sent);
+    byId('magnitude').textContent = fixed(sent);
+    byId('peak').textContent = fixed(this.peak);
+    this.showMeter(status, sent, limit, full, scales);
+    for (const row of this.rows) this.showStation(row, status.chain, full, scales);
+    const [x, y, z] = status.chain.sent;
+    byId('components').textContent = `sent, hand's frame: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N`;
+    this.showValidity(status.felt);
+    this.showFingers(status.fingers);
+  }
+  holdPeak(status, sent) {
+    const most = Math.max(sent, ...status.samples.map((sample) => sample[3] || 0));
+    if (most >= this.peak || status.t - this.peakAt > HOLD_S) {
+      this.peak = most;
+      this.peakAt = status.t;
+    }
+  }
+  showMeter(status, sent, limit, full, scales) {
+    const share = (value) => `${(100 * Math.min(1, Math.max(0, value / full))).toFixed(2)}%`;
+    const set = (name, left, width) => {
+      const bar = this.meter.querySelector(`.${name}`);
+      bar.style.left = share(left);
+      if (width !== undefined) bar.style.width = share(width);
+    };
+    set('warn', 0.8 * limit, 0.2 * limit);
+    set('fill', 0, sent);
+    set('hold', this.peak);
+    set('limit', limit);
+    const scaled = norm(status.chain.scaled), sigma = (status.felt?.sigma || 0) * scales.force;
+    const known = status.chain.estimated !== null && sigma > 0 && scaled > 0;
+    this.meter.querySelector('.sigma').hidden = !known;
+    if (known) set('sigma', scaled - sigma, 2 * sigma);
+    this.meter.setAttribute('aria-valuemax', fixed(limit));
+    this.meter.setAttribute('aria-valuenow', fixed(sent));
+    this.meter.dataset.level = sent > 0.8 * limit ? 'warn' : 'ok';
+    byId('meter-scale').textContent = `warning from ${figure(0.8 * limit)}, limit ${figure(limit)} N${known ? `; one sigma ±${figure(sigma)} N` : ''}`;
+  }
+  showStation({ key, value, bar, why, row }, chain, full, scales) {
+    const force = norm(chain[key]), reasons = chain.reasons.filter((reason) => REASONS[reason]?.[0] === key);
+    value.textContent = force === null || force === undefined ? 'unknown' : fixed(force, 3);
+    // Before the scaling forces are the tool's: drawn as the hand would get them.
+    const shown = (force || 0) * (key === 'estimated' || key === 'local' ? scales.force : 1);
+    bar.style.width = `${(100 * Math.min(1, shown / full)).toFixed(1)}%`;
+    why.textContent = reasons.map((reason) => REASONS[reason][1]).join('; ');
+    row.title = why.textContent;
+    row.dataset.changed = reasons.length > 0;
+  }
+  showValidity(felt) {
+    const [level, words] = felt ? VALIDITY[felt.validity] : ['idle', 'not told yet'];
+    const chip = byId('validity');
+    chip.dataset.level = level;
+    chip.textContent = words + (felt?.check ? `: ${felt.check.replaceAll('_', ' ')}` : '');
+  }
+  showFingers(fingers) {
+    const list = byId('fingers');
+    if (fingers.length < 2) return list.replaceChildren();
+    list.replaceChildren(...fingers.map((finger) => {
+      const item = document.createElement('li');
+      const force = finger.force ? `${fixed(norm(finger.force), 3)} N` : 'unknown';
+      item.textContent = `${finger.name}: ${finger.in_contact ? 'touches' : 'free'}, ${force}, ${VALIDITY[finger.validity][1]}`;
+      return item;
+    }));
+  }
+}

@@ -1,0 +1,43 @@
+// What is set up: the scene with its numbers, the slave's times, this session.
+import { figure, ms } from './words.js';
+
+const stress = (pascal) => (pascal >= 1e6 ? `${figure(pascal / 1e6)} MPa` : pascal >= 1e3 ? `${figure(pascal / 1e3)} kPa` : `${figure(pascal)} Pa`);
+
+// Names and values in groups: [[group, [[name, value], ...]], ...].
+function groupsOf(hello, health, status) {
+  const scene = health?.scene, can = health?.capabilities, slave = health?.status, groups = [];
+  if (hello) {
+    groups.push(['Session', [['slave at', `${hello.target}, ${hello.encrypted ? 'TLS' : 'plain text'}`], ['device', hello.device], ['rendering', hello.render],
+      ['palpate-master', hello.version], ['clock offset', status ? ms(status.link.clock_offset, 3) : '-'], ['reconnects', status?.link.reconnects ?? '-'],
+      ['states refused', status?.link.refused ?? '-']]]);
+  }
+  if (scene) {
+    const material = scene.material || {}, model = scene.model || {};
+    groups.push(['Object', [['shape', scene.geometry], ["Young's modulus", stress(material.young_modulus)], ["Poisson's ratio", figure(material.poisson_ratio)],
+      ['density', material.density ? `${figure(material.density)} kg/m³` : 'not given']]]);
+    groups.push(['Model', [['kind', model.kind], ['why', model.reason], ['unknowns', model.dof], ['contact', model.contact || '-']]]);
+    groups.push(['Sense', [['source', scene.source], ...(scene.fingertips || []).map((tip) => [`finger ${tip.name}`, tip.network || 'no network: its force stays unknown'])]]);
+  }
+  if (can) groups.push(['Limits', [['sensor rate', `${figure(can.sensor_rate)} Hz`], ['fastest tool', `${figure(can.max_speed * 1e3)} mm/s`], ['palpate-slave', can.version]]]);
+  if (slave) {
+    groups.push(['Slave', [['phase', (slave.phase || '').replace('PHASE_', '').toLowerCase()], ['operator', slave.operator_name || 'without a name'], ['observers', slave.observers],
+      ['samples a second', figure(slave.frame_rate)], ...(slave.stages || []).map((stage) => [`${stage.stage}: half, 99 %`, `${figure(stage.p50_us / 1e3)}, ${figure(stage.p99_us / 1e3)} ms`])]]);
+  }
+  return groups;
+}
+
+export function showHealth(panel, hello, health, status) {
+  panel.replaceChildren(...groupsOf(hello, health, status).map(([name, rows]) => {
+    const group = document.createElement('section'), title = document.createElement('h3'), list = document.createElement('dl');
+    title.textContent = name;
+    list.replaceChildren(...rows.map(([key, value]) => {
+      const row = document.createElement('div'), dt = document.createElement('dt'), dd = document.createElement('dd');
+      dt.textContent = key;
+      dd.textContent = String(value ?? '-');
+      row.append(dt, dd);
+      return row;
+    }));
+    group.append(title, list);
+    return group;
+  }));
+}

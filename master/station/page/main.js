@@ -1,0 +1,132 @@
+// The operator's page: takes what the master tells, shows it, and sends back what the operator wants.
+import { AlarmPanel, alarmsOf } from './alarms.js';
+import { Charts } from './charts.js';
+import { Controls } from './controls.js';
+import { ForcePanel } from './force.js';
+import { showHealth } from './health.js';
+import { Link } from './link.js';
+import { Pace } from './pace.js';
+import { PicturePanel } from './picture.js';
+import { Pointer } from './pointer.js';
+import { Sound } from './sound.js';
+import { View } from './view.js';
+import { STATES, fixed, ms, norm } from './words.js';
+
+const byId = (id) => document.getElementById(id);
+const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓', off: '○' };
+const told = { hello: null, health: null, status: null, lost: 'connecting' };
+
+const link = new Link(take, (reason) => { told.lost = reason; changed = true; }, () => { told.lost = null; changed = true; });
+const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
+const pointer = new Pointer(link, view, mapping);
+let controls = null, changed = true;
+controls = new Controls({ link, view, pointer, charts, sound, onTheme });
+
+function onTheme() {
+  view.repaint();
+  if (charts.uPlot) charts.draw();
+  charts.changed = true;
+}
+
+// The mapping in force: what the slave tells by now, or what it told at the start.
+function mapping() {
+  const now = told.health?.scene?.operator, first = told.hello;
+  const rotation = now?.rotation?.length === 9 ? now.rotation : first?.rotation || [1, 0, 0, 0, 1, 0, 0, 0, 1];
+  return { scale: now?.position_scale || first?.position_scale || 1, force: now?.force_scale || first?.force_scale || 1, limit: now?.force_limit || first?.force_limit || 1, rotation };
+}
+
+const takers = {
+  hello(message) {
+    if (!told.hello) {
+      view.load(message.libraries);
+      charts.load(message.libraries);
+    }
+    told.hello = message;
+    pointer.enable(message.pointer);
+    byId('hint').textContent = message.pointer ? 'Drag here: the tool follows the cursor.' : '';
+  },
+  health(message) { told.health = message; },
+  said(message) { alarms.showSaid(message.said); },
+  refused(message) { byId('hint').textContent = message.text; },
+  status(message) {
+    told.status = message;
+    pointer.take(message);
+    const why = pointer.heed(message);
+    if (why) byId('hint').textContent = why;
+    view.take(message);
+    charts.take(message.samples);
+    sound.show(norm(message.chain.sent) / (message.force_limit || 1));
+  },
+  picture(message) { picture.take(message); },
+  topology(message) { view.takeTopology(message); },
+  shape(message) { view.takeShape(message); },
+};
+
+function take(kind, message) {
+  takers[kind]?.(message);
+  changed = true;
+}
+
+function showState() {
+  const { status, lost } = told;
+  let [level, words] = status ? STATES[status.state] : ['off', 'waiting for the first tick'];
+  let name = status?.state || 'STARTING';
+  if (lost) [level, name, words] = ['bad', 'NO MASTER', lost];
+  const chip = byId('state');
+  chip.dataset.level = level;
+  const [mark, title, more] = chip.children;
+  mark.textContent = MARK[level];
+  if (title.textContent !== name) title.textContent = name;
+  if (more.textContent !== words) more.textContent = words;
+  byId('reset').hidden = Boolean(lost) || status?.state !== 'ESTOP';
+  document.body.classList.toggle('lost', Boolean(lost));
+}
+
+function showFacts() {
+  const { hello, status, lost } = told;
+  const line = lost ? null : status?.link;
+  const set = (id, text, level = '') => {
+    byId(id).textContent = text;
+    byId(id).dataset.level = level;
+  };
+  set('rtt', ms(line?.round_trip ?? NaN));
+  set('rtt-more', line ? `half ${ms(line.rtt_p50)}, 99 % ${ms(line.rtt_p99)}` : '');
+  set('age', line?.age === null || !line ? '-' : ms(Math.min(line.age, 99), 0), line?.age > 0.03 ? 'bad' : '');
+  set('late', line ? `late ${fixed(100 * line.late_share, 1)} %` : '', line?.late_share > 0.01 ? 'warn' : '');
+  set('rate', status?.rate && !lost ? `${Math.round(status.rate)} Hz` : '-', status?.rate < 900 ? 'warn' : '');
+  set('missed', status && !lost ? `missed ${status.missed}` : '');
+  set('scene', hello?.scene || '-');
+  set('source', hello ? `${told.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated site' : 'real site'}` : '');
+  set('device', hello ? hello.device.split(':')[0] : '-');
+  const own = pointer.delay !== null ? `hand to page ${Math.round(pointer.delay)} ms` : link.delay !== null ? `page ${fixed(link.delay, 1)} ms` : '';
+  set('page-delay', own);
+  byId('badge').hidden = !hello || hello.badge === 'LIVE';
+  byId('badge').textContent = hello?.badge || '';
+  byId('record').hidden = !status?.recording;
+  byId('record').textContent = status?.recording ? `● REC ${status.recording}` : '';
+}
+
+const paces = { view: new Pace(33, 1000), charts: new Pace(66, 1000), figures: new Pace(33, 100) };
+let before = 0, healthAt = 0;
+function frame(now) {
+  requestAnimationFrame(frame);
+  Object.values(paces).forEach((pace) => pace.see(now - before));
+  before = now;
+  if (paces.view.isDue(now)) view.draw();
+  if (paces.charts.isDue(now)) charts.show();
+  if (!paces.figures.isDue(now)) return;
+  picture.show(told.status);
+  view.showWords();
+  if (!changed) return;
+  changed = false;
+  showState();
+  showFacts();
+  alarms.show(alarmsOf(told));
+  if (told.status) force.show(told.status, mapping());
+  controls.showSettings(mapping(), told.health?.scene?.model?.kind || told.hello?.model, told.health?.capabilities?.degrees_of_freedom === 2);
+  byId('render').textContent = told.hello?.render || '-';
+  if (now - healthAt < 500 || byId('health').hidden) return;
+  healthAt = now;
+  showHealth(byId('health'), told.hello, told.health, told.status);
+}
+requestAnimationFrame(frame);

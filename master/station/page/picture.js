@@ -1,0 +1,58 @@
+// The slave's picture as it comes; how old it is stands on it.
+import { figure } from './words.js';
+
+const STALE_S = 0.2;
+
+export class PicturePanel {
+  constructor(link) {
+    this.link = link;
+    this.canvas = document.getElementById('picture-canvas');
+    this.context = this.canvas.getContext('2d');
+    this.shownT = null;
+    this.busy = false;
+    this.next = null;
+  }
+  take(message) {
+    this.next = message;
+    if (!this.busy) this.decode();
+  }
+  async decode() {
+    const message = this.next;
+    this.next = null;
+    this.busy = true;
+    try {
+      const bitmap = await createImageBitmap(new Blob([new Uint8Array(message.buffer, 16)], { type: 'image/jpeg' }));
+      if (this.canvas.width !== bitmap.width || this.canvas.height !== bitmap.height) {
+        this.canvas.width = bitmap.width;
+        this.canvas.height = bitmap.height;
+      }
+      this.context.drawImage(bitmap, 0, 0);
+      bitmap.close();
+      this.shownT = message.t;
+      document.getElementById('picture-empty').hidden = true;
+    } catch {
+      document.getElementById('picture-empty').textContent = 'The picture could not be decoded.';
+    }
+    this.busy = false;
+    if (this.next) this.decode();
+  }
+  show(status) {
+    const now = this.link.now();
+    const age = this.shownT === null || now === null ? null : Math.max(0, now - this.shownT);
+    document.getElementById('picture-age').textContent = age === null ? '' : `${Math.round(age * 1e3)} ms old`;
+    const stale = document.getElementById('picture-stale');
+    stale.hidden = !(age > STALE_S);
+    if (age > STALE_S) stale.textContent = `FROZEN for ${age.toFixed(1)} s`;
+    if (this.shownT === null && status?.video_trouble) {
+      document.getElementById('picture-empty').textContent = `No picture: ${status.video_trouble}`;
+    }
+    this.showChecks(status);
+  }
+  showChecks(status) {
+    const details = status?.felt?.details || {};
+    const names = { score: ['score', ''], contour_px: ['contour', ' px'], registration_px: ['registration', ' px'], epipolar_px: ['epipolar', ' px'],
+      camera_motion_px: ['camera moved', ' px'], misfit: ['misfit', ' sigma'], rest_drift: ['drift', ' counts'] };
+    const told = Object.entries(names).filter(([key]) => Number.isFinite(details[key])).map(([key, [name, unit]]) => `${name} ${figure(details[key])}${unit}`);
+    document.getElementById('seen').textContent = told.length ? `its checks: ${told.join(', ')}` : '';
+  }
+}

@@ -1,0 +1,130 @@
+// The hand of whoever has no haptic device: a drag on the object, or keys, say where the hand shall go. Whatever is not
+// certain lets go: the button, the focus, the window, the line.
+
+const TELL_MS = 20, KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;  // while it holds; pixels a second of an arrow key, of a stick
+const MOVES = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, -1, 0], ArrowDown: [0, 1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] };
+
+export class Pointer {
+  constructor(link, view, mapping) {
+    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), delay: null, sent: null });
+    this.host = view.host;
+    this.clutch = document.getElementById('clutch');
+    this.clutch.addEventListener('click', () => this.toggle());
+    this.host.addEventListener('pointerdown', (event) => this.down(event));
+    this.host.addEventListener('pointermove', (event) => this.move(event));
+    for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) this.host.addEventListener(end, () => this.up());
+    this.host.addEventListener('wheel', (event) => this.wheel(event), { passive: false });
+    this.host.addEventListener('contextmenu', (event) => event.preventDefault());
+    window.addEventListener('blur', () => this.release());
+    document.addEventListener('visibilitychange', () => document.hidden && this.release());
+    window.addEventListener('pagehide', () => this.release());
+    setInterval(() => this.beat(), TELL_MS);
+  }
+  enable(yes) {
+    this.enabled = yes;
+    this.clutch.hidden = !yes;
+    document.body.classList.toggle('with-pointer', yes);
+  }
+  get engaged() {
+    return this.enabled && (this.button || this.held || this.padHeld) && !this.shift;
+  }
+  down(event) {
+    this.host.focus();
+    this.last = [event.clientX, event.clientY];
+    this.turning = event.button !== 0 || !this.enabled;
+    this.host.setPointerCapture(event.pointerId);
+    if (this.turning) return;
+    this.shift = event.shiftKey;
+    this.button = true;
+    this.heldSince = performance.now();
+    this.tell();
+  }
+  move(event) {
+    if (!this.last) return;
+    const dx = event.clientX - this.last[0], dy = event.clientY - this.last[1];
+    this.last = [event.clientX, event.clientY];
+    if (this.turning) return this.view.turn(dx, dy);
+    this.shift = event.shiftKey;
+    if (this.engaged) this.go(event.altKey ? this.view.drag(0, 0, -dy) : this.view.drag(dx, dy));
+  }
+  up() {
+    this.last = null;
+    this.turning = false;
+    if (!this.button) return;
+    this.button = false;
+    this.tell();
+  }
+  wheel(event) {
+    event.preventDefault();
+    if (this.engaged) this.go(this.view.drag(0, 0, -event.deltaY / 4));
+    else this.view.zoom(event.deltaY > 0 ? 1.1 : 1 / 1.1);
+  }
+  // `move_S` [m] of the tool is this much of the hand: p_M = R^T p_S / scale.
+  go(move) {
+    const { rotation: R, scale } = this.mapping();
+    for (let i = 0; i < 3; ++i) this.p[i] += (R[i] * move[0] + R[3 + i] * move[1] + R[6 + i] * move[2]) / scale;
+  }
+  toggle() {
+    if (!this.enabled) return;
+    this.held = !this.held;
+    this.heldSince = performance.now();
+    this.tell();
+  }
+  release() {
+    if (!this.enabled) return;
+    this.button = this.held = false;
+    this.last = null;
+    this.keys.clear();
+    this.tell();
+  }
+  key(event, isDown) {
+    if (event.key === 'Shift') this.shift = isDown;
+    if (!MOVES[event.key] || !this.enabled) return false;
+    if (isDown) this.keys.add(event.key);
+    else this.keys.delete(event.key);
+    return true;
+  }
+  beat() {
+    if (!this.enabled) return;
+    const stick = this.readPad();
+    if (this.engaged) {
+      if (stick) this.go(this.view.drag(...stick.map((part) => (part * PAD_SPEED * TELL_MS) / 1000)));
+      for (const key of this.keys) this.go(this.view.drag(...MOVES[key].map((part) => (part * KEY_SPEED * TELL_MS) / 1000)));
+    }
+    if (this.engaged || this.wasEngaged) this.tell();
+  }
+  // A gamepad: its first button or a trigger holds, the left stick moves in the picture's plane, the right one along the
+  // third axis.
+  readPad() {
+    const pad = document.hasFocus() ? navigator.getGamepads().find((one) => one?.connected) : null;
+    this.padHeld = Boolean(pad && [0, 6, 7].some((button) => pad.buttons[button]?.pressed));
+    return pad && [pad.axes[0], pad.axes[1], -(pad.axes[3] || 0)].map((part) => (Math.abs(part) > PAD_SLACK ? part : 0));
+  }
+  tell() {
+    const at = performance.now();
+    this.link.send({ do: 'pointer', at, p_M: this.p, engaged: this.engaged });
+    if (this.engaged) this.sent = at;
+    this.wasEngaged = this.engaged;
+    this.clutch.setAttribute('aria-pressed', String(this.engaged));
+    this.host.classList.toggle('held', this.engaged);
+  }
+  // The master let go by itself, because it heard nothing for 100 ms: so does the page, and says so.
+  heed(status) {
+    if (status.pointer_holds) this.heldBack = true;
+    else if (this.heldBack && this.engaged && status.pointer_used > this.heldSince) {
+      this.heldBack = false;
+      this.release();
+      return 'The page was silent for 100 ms, so the hand was let go: press again.';
+    }
+    if (!this.engaged) this.heldBack = false;
+    return null;
+  }
+  // From the page to the tick that used it and back on the page, as measured.
+  take(status) {
+    if (status.pointer_used && this.engaged && this.sent && status.pointer_used > (this.usedBefore || 0)) {
+      const delay = performance.now() - status.pointer_used;
+      this.delay = this.delay === null ? delay : 0.9 * this.delay + 0.1 * delay;
+    }
+    this.usedBefore = status.pointer_used;
+  }
+}

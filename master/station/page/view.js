@@ -1,0 +1,232 @@
+// The object in space, the tool, and the force as an arrow; drawn by three.js where it was built in.
+import { Body } from './body.js';
+import { Camera } from './camera.js';
+import { viridisBar } from './colours.js';
+import { figure, fixed, lengthUnit, norm } from './words.js';
+
+const ARROW_SHARE = 0.15;  // of the object's size, at the force limit
+
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+// Without a graphics card smooth edges cost more than everything else.
+function drawsInSoftware() {
+  const probe = document.createElement('canvas').getContext('webgl2'), told = probe?.getExtension('WEBGL_debug_renderer_info');
+  const name = told ? probe.getParameter(told.UNMASKED_RENDERER_WEBGL) : '';
+  probe?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
+export class View {
+  constructor(link) {
+    this.link = link;
+    this.host = document.getElementById('view');
+    this.line = document.getElementById('view-line');
+    this.label = this.add('force-label');
+    this.bar = this.add('colour-bar');
+    this.bar.innerHTML = '<b></b><i></i><b>0</b><em></em>';
+    this.bar.querySelector('i').style.background = viridisBar();
+    this.bar.hidden = this.label.hidden = true;
+    Object.assign(this, { body: null, shapeT: null, dirty: false, status: null });
+  }
+  add(name) {
+    const part = document.createElement('div');
+    part.className = name;
+    this.host.append(part);
+    return part;
+  }
+  say(text) {
+    const words = this.add('empty');
+    words.textContent = text;
+    return words;
+  }
+  async load(isBuiltIn) {
+    if (!isBuiltIn) return void this.say('Built without 3D. With npm: deploy/page.sh, then build again. Dragging here still moves the hand.');
+    this.waiting = this.say('No shape has come yet.');
+    const three = await import('/lib/three.module.js');
+    try {
+      this.drawsInSoftware = drawsInSoftware();
+      this.renderer = new three.WebGLRenderer({ antialias: !this.drawsInSoftware, alpha: true });
+    } catch {
+      this.waiting.textContent = 'This browser shows no 3D (WebGL is off). Dragging here still moves the hand.';
+      return;
+    }
+    this.three = three;
+    this.host.prepend(this.renderer.domElement);
+    this.camera = new Camera(three);
+    this.scene = new three.Scene();
+    this.furnish();
+    this.repaint();
+    if (this.topology) this.takeTopology(this.topology);
+    new ResizeObserver(() => this.resize()).observe(this.host);
+    this.resize();
+  }
+  furnish() {
+    const { three, scene } = this;
+    scene.add(new three.HemisphereLight(0xffffff, 0x667788, 2.2));
+    this.sun = new three.DirectionalLight(0xffffff, 1.6);
+    scene.add(this.sun);
+    const ball = new three.SphereGeometry(1, 24, 16);
+    this.tip = new three.Mesh(ball, new three.MeshLambertMaterial());
+    this.hand = new three.Mesh(ball, new three.MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.5 }));
+    this.spring = new three.Line(new three.BufferGeometry().setFromPoints([new three.Vector3(), new three.Vector3()]), new three.LineBasicMaterial());
+    this.arrow = this.makeArrow();
+    this.others = [];
+    scene.add(this.tip, this.hand, this.spring, this.arrow);
+    for (const part of [this.tip, this.hand, this.spring, this.arrow]) part.visible = false;
+  }
+  // Of length one, along y.
+  makeArrow() {
+    const { three } = this, arrow = new three.Group(), material = new three.MeshBasicMaterial({ depthTest: false });
+    const shaft = new three.Mesh(new three.CylinderGeometry(0.035, 0.035, 0.72, 12).translate(0, 0.36, 0), material);
+    const head = new three.Mesh(new three.ConeGeometry(0.11, 0.28, 20).translate(0, 0.86, 0), material);
+    arrow.add(shaft, head);
+    arrow.renderOrder = shaft.renderOrder = head.renderOrder = 2;
+    arrow.material = material;
+    return arrow;
+  }
+  repaint() {
+    if (!this.three) return;
+    this.tip.material.color.set(colour('--tool'));
+    this.hand.material.color.set(colour('--dim'));
+    this.spring.material.color.set(colour('--dim'));
+    this.arrow.material.color.set(colour('--force'));
+    this.body?.paint({ line: colour('--rest'), fill: colour('--gel') });
+    this.dirty = true;
+  }
+  resize() {
+    if (!this.renderer || !this.host.clientWidth) return;
+    this.renderer.setPixelRatio(this.drawsInSoftware ? 1 : Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(this.host.clientWidth, this.host.clientHeight);
+    this.camera.resize(this.host.clientWidth, this.host.clientHeight);
+    if (this.body && !this.looked) this.fit();
+    this.dirty = true;
+  }
+  takeTopology(message) {
+    this.topology = message;
+    if (!this.three) return;
+    if (this.body) {
+      this.scene.remove(this.body.group);
+      this.body.dispose();
+    }
+    this.body = new Body(this.three, message);
+    this.scene.add(this.body.group);
+    this.waiting.hidden = true;
+    this.bar.hidden = false;
+    this.repaint();
+    this.fit();
+  }
+  takeShape(message) {
+    if (!this.body || message.number !== this.body.number) return;
+    if (message.buffer.byteLength !== 20 + 12 * this.body.nodes) return;
+    this.body.deform(new Float32Array(message.buffer.slice(20)));
+    this.shapeT = message.t;
+    this.dirty = true;
+  }
+  take(status) {
+    this.status = status;
+    if (!this.body || !status.fingers.length) return;
+    this.size = this.body.box.getSize(new this.three.Vector3()).length();
+    const felt = status.felt, tip = felt ? felt.tip : status.fingers[0].place;
+    this.putBall(this.tip, tip, 0.016);
+    this.putBall(this.hand, status.p_S, 0.02);
+    this.spring.visible = true;
+    this.spring.geometry.setFromPoints([new this.three.Vector3(...tip), new this.three.Vector3(...status.p_S)]);
+    this.putArrow(status, tip);
+    this.putOthers(status.fingers.slice(1));
+    this.dirty = true;
+  }
+  putBall(ball, place, share) {
+    ball.visible = true;
+    ball.position.set(...place);
+    ball.scale.setScalar(share * this.size);
+  }
+  // The force of the object on the tool, as the hand gets it at this moment: its direction and length.
+  putArrow(status, tip) {
+    const force = status.chain.local, size = norm(force), hand = norm(status.chain.sent), limit = status.force_limit || 1;
+    const shown = status.state === 'FOLLOWING' && size > 1e-9 && hand > 0.005 * limit;
+    this.arrow.visible = shown;
+    this.label.hidden = !shown;
+    this.host.style.setProperty('--press', shown ? Math.min(1, hand / limit).toFixed(3) : '0');
+    if (!shown) return;
+    const length = this.size * (0.05 + ARROW_SHARE * Math.min(1, hand / limit)), along = new this.three.Vector3(...force).normalize();
+    this.arrow.position.set(...tip);
+    this.arrow.scale.setScalar(length);
+    this.arrow.quaternion.setFromUnitVectors(new this.three.Vector3(0, 1, 0), along);
+    this.arrowEnd = along.multiplyScalar(length).add(this.arrow.position);
+    this.label.textContent = `${fixed(hand)} N`;
+  }
+  putOthers(fingers) {
+    while (this.others.length < fingers.length) {
+      const ball = this.tip.clone();
+      this.others.push(ball);
+      this.scene.add(ball);
+    }
+    fingers.forEach((finger, i) => this.putBall(this.others[i], finger.place, 0.016));
+  }
+  // Draws if there is something new.
+  draw() {
+    if (!this.renderer || !this.dirty) return;
+    this.dirty = false;
+    const { back, up, right } = this.camera.axes();
+    this.sun.position.copy(this.camera.target).addScaledVector(back, this.camera.size).addScaledVector(up, 0.7 * this.camera.size).addScaledVector(right, -0.5 * this.camera.size);
+    this.sun.target.position.copy(this.camera.target);
+    this.sun.target.updateMatrixWorld();
+    this.renderer.render(this.scene, this.camera.camera);
+    this.host.dataset.metresPerPixel = this.camera.metresPerPixel;
+    this.placeLabel();
+  }
+  placeLabel() {
+    if (this.label.hidden) return;
+    const [x, y] = this.camera.toPixels(this.arrowEnd.toArray());
+    const left = Math.min(Math.max(x + 10, 4), this.camera.width - 90), top = Math.min(Math.max(y - 14, 4), this.camera.height - 30);
+    this.label.style.transform = `translate(${left.toFixed(1)}px, ${top.toFixed(1)}px)`;
+  }
+  showWords() {
+    const now = this.link.now();
+    const age = this.shapeT === null || now === null ? null : Math.max(0, now - this.shapeT);
+    document.getElementById('model-age').textContent = age === null ? '' : age > 1 ? `${age.toFixed(0)} s old` : `${Math.round(age * 1e3)} ms old`;
+    if (!this.body) {
+      if (this.waiting && this.status?.mesh_trouble) this.waiting.textContent = `No shape: ${this.status.mesh_trouble}`;
+      return;
+    }
+    const { unit, factor } = lengthUnit(this.body.full);
+    const [top, , , name] = this.bar.children;
+    top.textContent = figure(this.body.full * factor);
+    name.textContent = `moved, ${unit}`;
+    this.line.textContent = `moved by up to ${figure(this.body.largest * factor)} ${unit}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it`;
+  }
+  fit() {
+    if (!this.body) return;
+    this.looked = false;
+    this.camera.fit(this.body.box, this.body.planar);
+    this.dirty = true;
+  }
+  look(from) {
+    if (!this.camera) return;
+    this.looked = true;
+    this.camera.look(from);
+    this.dirty = true;
+  }
+  turn(dx, dy) {
+    if (!this.camera) return;
+    this.looked = true;
+    this.camera.turn(dx, dy);
+    this.dirty = true;
+  }
+  zoom(factor) {
+    if (!this.camera) return;
+    this.looked = true;
+    this.camera.zoom(factor);
+    this.dirty = true;
+  }
+  toggleWire() {
+    if (!this.body) return;
+    this.body.material.wireframe = !this.body.material.wireframe;
+    this.dirty = true;
+  }
+  // What a drag moves in S [m]. Without a picture of the object a pixel is a quarter of a millimetre.
+  drag(dx, dy, dz = 0) {
+    if (this.camera && this.body) return this.camera.drag(dx, dy, dz);
+    return [dx * 2.5e-4, -dy * 2.5e-4, dz * 2.5e-4];
+  }
+}

@@ -1,0 +1,237 @@
+#include "master/station/page_server.h"
+
+#include <atomic>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/version.hpp>
+
+#include "master/station/page_files.h"
+#include "master/station/page_session.h"
+#include "master/station/visitor.h"
+
+namespace palpate {
+namespace {
+
+namespace asio = boost::asio;
+namespace http = boost::beast::http;
+using asio::ip::tcp;
+using boost::beast::error_code;
+using boost::beast::tcp_stream;
+
+constexpr std::chrono::seconds kAskWithin(5);
+constexpr std::chrono::milliseconds kGoodbyeWithin(200), kBreath(20);
+constexpr std::uint32_t kLongestHeader = 8192;  // [bytes]
+
+using Reply = http::response<http::string_body>;
+
+// Nothing but what is in the program is loaded, run or framed.
+void AddRules(Reply* reply) {
+  reply->set("Content-Security-Policy",
+             "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
+             "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+  reply->set("X-Content-Type-Options", "nosniff");
+  reply->set("Referrer-Policy", "no-referrer");
+  reply->set("Cross-Origin-Opener-Policy", "same-origin");
+  reply->set("Cross-Origin-Resource-Policy", "same-origin");
+  reply->set(http::field::cache_control, "no-store");
+}
+
+Reply MakeReply(http::status status, std::string_view type, std::string_view body) {
+  Reply reply{status, 11};
+  reply.set(http::field::content_type, {type.data(), type.size()});
+  AddRules(&reply);
+  reply.body() = std::string(body);
+  reply.keep_alive(false);
+  reply.prepare_payload();
+  return reply;
+}
+
+Reply Refuse(http::status status, const std::string& why) {
+  return MakeReply(status, "text/plain; charset=utf-8", why + "\n");
+}
+
+std::string_view View(boost::beast::string_view text) {
+  return {text.data(), text.size()};
+}
+
+Reply AnswerFile(const PageRequest& request) {
+  if (request.method() != http::verb::get && request.method() != http::verb::head) {
+    return Refuse(http::status::method_not_allowed, "accepted are GET and HEAD");
+  }
+  const PageFile* file = FindPageFile(View(request.target()));
+  if (file == nullptr) return Refuse(http::status::not_found, "no such file");
+  Reply reply = MakeReply(http::status::ok, file->type, file->bytes);
+  if (request.method() == http::verb::head) reply.body().clear();
+  return reply;
+}
+
+// Where an HTTP connection is from the first byte to its only answer.
+struct Caller : std::enable_shared_from_this<Caller> {
+  Caller(tcp::socket&& socket, std::atomic<std::size_t>* callers)
+      : stream(std::move(socket)), count(callers) {
+    ++*count;
+    parser.header_limit(kLongestHeader);
+    parser.body_limit(0);
+  }
+  ~Caller() { --*count; }
+  void Answer(Reply&& made) {
+    reply = std::move(made);
+    http::async_write(stream, reply,
+                      [self = shared_from_this()](error_code /*error*/, std::size_t /*bytes*/) {
+                        error_code ignored;
+                        self->stream.socket().shutdown(tcp::socket::shutdown_send, ignored);
+                      });
+  }
+
+  tcp_stream stream;
+  std::atomic<std::size_t>* count;
+  boost::beast::flat_buffer buffer;
+  http::request_parser<http::empty_body> parser;
+  Reply reply;
+};
+
+}  // namespace
+
+struct PageServer::Parts {
+  Parts(const Endpoint& endpoint, const NoticeBoard* shown, Listener heard)
+      : board(shown), listener(std::move(heard)), acceptor(context) {
+    Listen(endpoint);
+    const auto left = std::move(listener.left);
+    listener.left = [this, left](std::uint64_t page) {
+      --page_count;
+      left(page);
+    };
+  }
+
+  void Listen(const Endpoint& endpoint);
+  void Accept();
+  void Serve(tcp::socket&& socket);
+  void Answer(const std::shared_ptr<Caller>& caller);
+  void Open(Caller* caller, const PageRequest& request);
+  void PumpAll();
+  void Leave();
+
+  const NoticeBoard* const board;
+  Listener listener;
+  std::atomic<std::size_t> callers{0}, page_count{0};
+  std::atomic<bool> told{false};
+  std::uint64_t last_page = 0;
+  std::vector<std::weak_ptr<PageSession>> sessions;
+  asio::io_context context{1};
+  tcp::acceptor acceptor;
+  tcp::endpoint listening;
+  asio::steady_timer breath{context}, goodbye{context};
+  std::thread thread;
+};
+
+void PageServer::Parts::Listen(const Endpoint& endpoint) {
+  try {
+    const std::string host = endpoint.host == "localhost" ? "127.0.0.1" : endpoint.host;
+    const tcp::endpoint at(asio::ip::make_address(host), endpoint.port);
+    acceptor.open(at.protocol());
+    acceptor.set_option(tcp::acceptor::reuse_address(true));
+    acceptor.bind(at);
+    acceptor.listen();
+    listening = acceptor.local_endpoint();
+  } catch (const boost::system::system_error& error) {
+    throw std::runtime_error("--view: cannot listen at " + ToString(endpoint) + ": " +
+                             error.code().message());
+  }
+}
+
+void PageServer::Parts::Accept() {
+  acceptor.async_accept([this](error_code error, tcp::socket socket) {
+    if (!acceptor.is_open()) return;
+    if (!error && callers + page_count < kMostConnections) Serve(std::move(socket));
+    if (!error) return Accept();
+    breath.expires_after(kBreath);  // no descriptors left, say
+    breath.async_wait([this](error_code /*error*/) { Accept(); });
+  });
+}
+
+void PageServer::Parts::Serve(tcp::socket&& socket) {
+  const auto caller = std::make_shared<Caller>(std::move(socket), &callers);
+  caller->stream.expires_after(kAskWithin);
+  http::async_read(caller->stream, caller->buffer, caller->parser,
+                   [this, caller](error_code error, std::size_t /*bytes*/) {
+                     if (!error) return Answer(caller);
+                     if (error == boost::beast::error::timeout) return;
+                     caller->Answer(Refuse(http::status::bad_request, error.message()));
+                   });
+}
+
+void PageServer::Parts::Answer(const std::shared_ptr<Caller>& caller) {
+  const PageRequest request = caller->parser.get();
+  const std::string_view host = View(request[http::field::host]);
+  const std::string stranger = RefusalOfHost(host);
+  if (!stranger.empty()) return caller->Answer(Refuse(http::status::misdirected_request, stranger));
+  if (!boost::beast::websocket::is_upgrade(request)) return caller->Answer(AnswerFile(request));
+  const std::string foreign = RefusalOfOrigin(View(request[http::field::origin]), host);
+  if (!foreign.empty()) return caller->Answer(Refuse(http::status::forbidden, foreign));
+  if (request.target() != "/ws")
+    return caller->Answer(Refuse(http::status::not_found, "no such stream"));
+  if (page_count >= kMostPages) {
+    return caller->Answer(Refuse(http::status::service_unavailable, "8 pages look already"));
+  }
+  Open(caller.get(), request);
+}
+
+void PageServer::Parts::Open(Caller* caller, const PageRequest& request) {
+  ++page_count;
+  const auto session =
+      std::make_shared<PageSession>(std::move(caller->stream), ++last_page, board, &listener);
+  std::erase_if(sessions, [](const auto& other) { return other.expired(); });
+  sessions.push_back(session);
+  session->Start(request);
+}
+
+void PageServer::Parts::PumpAll() {
+  told = false;
+  for (const auto& session : sessions) {
+    if (const auto open = session.lock()) open->Pump();
+  }
+}
+
+void PageServer::Parts::Leave() {
+  error_code ignored;
+  acceptor.close(ignored);
+  for (const auto& session : sessions) {
+    if (const auto open = session.lock()) {
+      open->Close(boost::beast::websocket::close_code::going_away, "the session has ended");
+    }
+  }
+  goodbye.expires_after(kGoodbyeWithin);
+  goodbye.async_wait([this](error_code /*error*/) { context.stop(); });
+}
+
+PageServer::PageServer(const Endpoint& endpoint, const NoticeBoard* board, Listener listener)
+    : parts_(std::make_unique<Parts>(endpoint, board, std::move(listener))) {
+  parts_->Accept();
+  parts_->thread = std::thread([parts = parts_.get()] { parts->context.run(); });
+}
+
+PageServer::~PageServer() {
+  asio::post(parts_->context, [parts = parts_.get()] { parts->Leave(); });
+  parts_->thread.join();
+}
+
+Endpoint PageServer::endpoint() const {
+  return {parts_->listening.address().to_string(), parts_->listening.port()};
+}
+
+std::size_t PageServer::pages() const {
+  return parts_->page_count;
+}
+
+void PageServer::Tell() {
+  if (parts_->told.exchange(true)) return;
+  asio::post(parts_->context, [parts = parts_.get()] { parts->PumpAll(); });
+}
+
+}  // namespace palpate

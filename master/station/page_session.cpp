@@ -1,0 +1,114 @@
+#include "master/station/page_session.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "master/station/wish.h"
+
+namespace palpate {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+
+constexpr std::chrono::seconds kHandshakeWithin(5), kSilentPageAfter(10);
+constexpr std::size_t kLongestReason = 120;  // a close frame holds 123 bytes
+constexpr int kSendBuffer = 1 << 17;         // [bytes]; what waits there is old when it arrives
+
+websocket::stream_base::timeout Patience() {
+  return {kHandshakeWithin, kSilentPageAfter, true};
+}
+
+}  // namespace
+
+PageSession::PageSession(beast::tcp_stream&& stream, std::uint64_t number, const NoticeBoard* board,
+                         const PageServer::Listener* listener)
+    : socket_(std::move(stream)), number_(number), board_(board), listener_(listener) {
+  beast::get_lowest_layer(socket_).expires_never();
+  beast::error_code ignored;
+  auto& tcp = beast::get_lowest_layer(socket_).socket();
+  tcp.set_option(boost::asio::ip::tcp::no_delay(true), ignored);
+  tcp.set_option(boost::asio::socket_base::send_buffer_size(kSendBuffer), ignored);
+  socket_.set_option(Patience());
+  socket_.read_message_max(kLongestWish);
+}
+
+PageSession::~PageSession() {
+  listener_->left(number_);
+}
+
+void PageSession::Start(const PageRequest& request) {
+  socket_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
+    if (error) return;
+    self->open_ = true;
+    self->Read();
+    self->Pump();
+  });
+}
+
+void PageSession::Read() {
+  heard_.clear();
+  socket_.async_read(heard_,
+                     [self = shared_from_this()](beast::error_code error, std::size_t bytes) {
+                       if (error) {
+                         self->open_ = false;
+                         beast::get_lowest_layer(self->socket_).cancel();
+                         return;
+                       }
+                       self->Hear(bytes);
+                     });
+}
+
+void PageSession::Hear(std::size_t bytes) {
+  if (!open_) return Read();  // until the goodbye is answered
+  if (IsFlooding()) {
+    Close(websocket::close_code::policy_error, "more than 500 messages in a second");
+    return Read();
+  }
+  try {
+    std::string answer =
+        listener_->hear(number_, {static_cast<const char*>(heard_.data().data()), bytes});
+    if (!answer.empty()) answer_ = std::move(answer);
+  } catch (const std::invalid_argument& error) {
+    Close(websocket::close_code::policy_error, error.what());
+  }
+  Pump();
+  Read();
+}
+
+bool PageSession::IsFlooding() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - counting_since_ > std::chrono::seconds(1)) {
+    counting_since_ = now;
+    wishes_ = 0;
+  }
+  return ++wishes_ > PageServer::kMostWishes;
+}
+
+void PageSession::Pump() {
+  if (!open_ || writing_) return;
+  if (!answer_.empty()) {
+    return Write(false, std::make_shared<const std::string>(std::exchange(answer_, {})));
+  }
+  NoticeBoard::News news = board_->Next(last_, &seen_);
+  last_ = news.topic;
+  if (news.bytes) Write(IsBinary(news.topic), std::move(news.bytes));
+}
+
+void PageSession::Write(bool binary, NoticeBoard::Bytes bytes) {
+  writing_ = std::move(bytes);
+  socket_.binary(binary);
+  socket_.async_write(boost::asio::buffer(*writing_),
+                      [self = shared_from_this()](beast::error_code error, std::size_t /*bytes*/) {
+                        self->writing_ = nullptr;
+                        if (!error) self->Pump();
+                      });
+}
+
+void PageSession::Close(websocket::close_code code, const std::string& why) {
+  if (!std::exchange(open_, false)) return;
+  socket_.async_close({code, why.substr(0, kLongestReason)},
+                      [self = shared_from_this()](beast::error_code /*error*/) {});
+}
+
+}  // namespace palpate

@@ -1,0 +1,54 @@
+// One page that looks: its WebSocket from the handshake to its end. Of what it is sent one message
+// is on its way, the rest is on the board: a page that reads slowly gets the newest, later.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include "master/station/notice_board.h"
+#include "master/station/page_server.h"
+
+namespace palpate {
+
+using PageRequest = boost::beast::http::request<boost::beast::http::empty_body>;
+
+// Belongs to the server's thread; lives as long as one of its operations.
+class PageSession : public std::enable_shared_from_this<PageSession> {
+ public:
+  PageSession(boost::beast::tcp_stream&& stream, std::uint64_t number, const NoticeBoard* board,
+              const PageServer::Listener* listener);
+  ~PageSession();
+
+  // Answers the handshake, then reads and writes until it ends.
+  void Start(const PageRequest& request);
+  // Writes what is new, unless it is writing.
+  void Pump();
+  // Says why, and ends.
+  void Close(boost::beast::websocket::close_code code, const std::string& why);
+
+ private:
+  void Read();
+  void Hear(std::size_t bytes);
+  [[nodiscard]] bool IsFlooding();
+  void Write(bool binary, NoticeBoard::Bytes bytes);
+
+  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  const std::uint64_t number_;
+  const NoticeBoard* const board_;
+  const PageServer::Listener* const listener_;
+  boost::beast::flat_buffer heard_;
+  NoticeBoard::Seen seen_{};
+  Topic last_ = Topic::kShape;  // so that what comes first is told first
+  NoticeBoard::Bytes writing_;  // null: nothing is on its way
+  std::string answer_;          // the newest, not sent yet
+  bool open_ = false;
+  int wishes_ = 0;  // since `counting_since_`
+  std::chrono::steady_clock::time_point counting_since_{};
+};
+
+}  // namespace palpate

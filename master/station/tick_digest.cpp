@@ -1,0 +1,64 @@
+#include "master/station/tick_digest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace palpate {
+
+double TickDigest::Add(const TickRecord& tick) {
+  const std::scoped_lock lock(mutex_);
+  if (!moment_.any) moment_.begin = tick.at;
+  const double since_last =
+      moment_.any ? std::max(0.0, SecondsBetween(moment_.newest.at, tick.at)) : kPeriod;
+  moment_.any = true;
+  moment_.t = SecondsBetween(moment_.begin, tick.at);
+  moment_.newest = tick;
+  if (tick.round_trip > 0) moment_.round_trip = tick.round_trip;
+  Count(tick, since_last);
+  Sample(tick, since_last);
+  return moment_.t;
+}
+
+TickDigest::Moment TickDigest::Newest() const {
+  const std::scoped_lock lock(mutex_);
+  Moment moment = moment_;
+  moment.samples.assign(samples_.begin(), samples_.end());
+  return moment;
+}
+
+// A deadline is missed where the next tick came more than half a period too late.
+void TickDigest::Count(const TickRecord& tick, double since_last) {
+  moment_.missed += static_cast<std::uint64_t>(std::max(0.0, std::round(since_last / kPeriod) - 1));
+  ++second_.ticks;
+  if (tick.state_age > kLate) ++second_.late;
+  const double passed = moment_.t - second_since_;
+  if (passed < 1) return;
+  moment_.rate = second_.ticks / passed;
+  second_since_ = moment_.t;
+  seconds_.push_back(std::exchange(second_, {}));
+  if (seconds_.size() > kSeconds) seconds_.pop_front();
+  Second sum;
+  for (const Second& second : seconds_) {
+    sum.ticks += second.ticks;
+    sum.late += second.late;
+  }
+  moment_.late_share = static_cast<double>(sum.late) / sum.ticks;
+}
+
+void TickDigest::Sample(const TickRecord& tick, double since_last) {
+  open_.t = moment_.t;
+  open_.scaled = tick.chain.scaled.norm();
+  open_.sent = std::max(open_.sent, tick.chain.sent.norm());
+  open_.p_M = tick.p_M;
+  open_.age = std::max(open_.age, tick.state_age);
+  open_.round_trip = moment_.round_trip;
+  open_.longest_tick = std::max(open_.longest_tick, since_last);
+  if (moment_.t - sample_since_ < kSampleEvery) return;
+  sample_since_ = moment_.t;
+  samples_.push_back(open_);
+  if (samples_.size() > kSamplesKept) samples_.pop_front();
+  open_ = {.number = open_.number + 1};
+}
+
+}  // namespace palpate

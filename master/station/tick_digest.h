@@ -1,0 +1,65 @@
+// A thousand ticks a second, as a page can use them: the newest whole, a hundred samples a second
+// for the charts, and what is counted and held of all of them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <vector>
+
+#include "master/haptics/record/tick_record.h"
+
+namespace palpate {
+
+// Ten milliseconds. Forces as magnitudes [N].
+struct TickSample {
+  std::uint64_t number = 0;      // rises by one per sample
+  double t = 0;                  // of its last tick [s]
+  double scaled = 0;             // M, of the last tick
+  double sent = 0;               // M, the largest
+  Eigen::Vector3d p_M{0, 0, 0};  // of the last tick [m]
+  double age = -1;               // largest age of the newest state [s]; negative: none yet
+  double round_trip = 0;         // the newest [s]; 0: none yet
+  double longest_tick = 0;       // between two ticks [s]
+};
+
+class TickDigest {
+ public:
+  struct Moment {
+    bool any = false;  // a tick came
+    double t = 0;      // of the newest tick, as in the log [s]
+    Time begin{};      // when t is 0, master's clock
+    TickRecord newest;
+    double rate = 0;                  // over the last second [Hz]; 0: not known yet
+    std::uint64_t missed = 0;         // deadlines, since the begin
+    double late_share = 0;            // of the last 10 s that the newest state was late [-]
+    double round_trip = 0;            // the newest [s]; 0: none yet
+    std::vector<TickSample> samples;  // the newest quarter of a second
+  };
+
+  // In the order of time; returns when, as in the log [s]. One thread.
+  double Add(const TickRecord& tick);
+  [[nodiscard]] Moment Newest() const;  // thread-safe
+
+ private:
+  static constexpr double kPeriod = 0.001, kSampleEvery = 0.010, kLate = 0.030;  // [s]
+  static constexpr std::size_t kSamplesKept = 25;
+  static constexpr std::size_t kSeconds = 10;
+  struct Second {
+    int ticks = 0, late = 0;
+  };
+
+  void Count(const TickRecord& tick, double since_last);
+  void Sample(const TickRecord& tick, double since_last);
+
+  mutable std::mutex mutex_;  // guards what follows
+  Moment moment_;             // but for the samples
+  TickSample open_;           // that is being gathered
+  std::deque<TickSample> samples_;
+  std::deque<Second> seconds_;                  // whole ones
+  Second second_;                               // that is being counted
+  double second_since_ = 0, sample_since_ = 0;  // when they began [s]
+};
+
+}  // namespace palpate

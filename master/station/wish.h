@@ -1,0 +1,43 @@
+// What a page asks for: small JSON objects, read with care, since whoever reaches the port may send
+// anything.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+// The longest message a page may send [bytes].
+inline constexpr std::size_t kLongestWish = 1024;
+
+struct StopWish {};   // {"do": "stop"}: the emergency stop
+struct ResetWish {};  // {"do": "reset"}: its end
+// {"do": "ping", "at": 12.5}: answered with {"kind": "pong", "at": 12.5}.
+struct PingWish {
+  double at = 0;  // the page's own clock
+};
+// {"do": "pointer", "at": 12.5, "p_M": [x, y, z], "engaged": true}
+struct PointerWish {
+  double at = 0;                 // the page's own clock
+  Eigen::Vector3d p_M{0, 0, 0};  // [m], within 10 m
+  bool engaged = false;
+};
+// {"do": "set", "position_scale": 1, "force_scale": 1, "force_limit": 3.3}, each may be absent
+struct MappingWish {
+  std::optional<double> position_scale, force_scale, force_limit;  // finite, > 0
+};
+// {"do": "model", "kind": "fem"}
+struct ModelWish {
+  std::string kind;  // 1 to 40 characters of a-z, 0-9, -
+};
+using Wish = std::variant<StopWish, ResetWish, PingWish, PointerWish, MappingWish, ModelWish>;
+
+// Throws std::invalid_argument: what is wrong and what is accepted.
+Wish ReadWish(std::string_view message);
+
+}  // namespace palpate

@@ -1,0 +1,109 @@
+#include "master/device/pointer.h"
+
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+constexpr double kSpeed = 0.05;  // [m/s]
+const Eigen::Vector3d kAim(0.02, -0.01, 0);
+
+// A page that says every 20 ms what it aims at, and the loop that reads every millisecond.
+class Stage {
+ public:
+  explicit Stage(double speed = kSpeed) : pointer(speed) {}
+
+  // For `seconds`; `says`: the page does.
+  DeviceReading Run(double seconds, const Eigen::Vector3d& aim, bool engaged, bool says = true) {
+    DeviceReading reading;
+    for (int i = 0; i < std::lround(1000 * seconds); ++i, ++ms_) {
+      const Time now = Time{std::chrono::hours(1)} + std::chrono::milliseconds(ms_);
+      if (says && i % 20 == 0) pointer.Aim({aim, engaged, now, static_cast<double>(ms_)});
+      reading = pointer.Read(now);
+      fastest = std::max(fastest, reading.v_M.norm());
+      pointer.WriteForce(force);
+    }
+    return reading;
+  }
+
+  Pointer pointer;
+  Eigen::Vector3d force{0, 0, 0};
+  double fastest = 0;
+
+ private:
+  int ms_ = 0;
+};
+
+TEST(PointerTest, GoesWhereThePageAimsNoFasterThanItMay) {
+  Stage stage;
+  stage.Run(0.1, {0, 0, 0}, true);
+  const DeviceReading reading = stage.Run(2, kAim, true);
+  EXPECT_TRUE(reading.engaged);
+  EXPECT_NEAR((reading.p_M - kAim).norm(), 0, 1e-6);
+  // Reference: (2 z w s + w^2) / (s^2 + 2 z w s + w^2) overshoots a step, here of speed, by 21 % at
+  // the arm's z = 0.7.
+  EXPECT_LT(stage.fastest, 1.22 * kSpeed);
+}
+
+// A page that was loaded anew aims at zero again, wherever the hand is.
+TEST(PointerTest, EngagingMovesNothing) {
+  Stage stage;
+  stage.Run(2, {0, 0, 0}, true);
+  const Eigen::Vector3d before = stage.Run(2, kAim, true).p_M;
+  stage.Run(0.2, kAim, false);
+  const DeviceReading again = stage.Run(1, {0.5, 0.5, 0.5}, true);
+  EXPECT_TRUE(again.engaged);
+  EXPECT_NEAR((again.p_M - before).norm(), 0, 1e-6);
+}
+
+TEST(PointerTest, SilenceLetsGo) {
+  Stage stage;
+  EXPECT_TRUE(stage.Run(0.5, kAim, true).engaged);
+  EXPECT_TRUE(stage.Run(0.07, kAim, true, false).engaged);
+  const DeviceReading silent = stage.Run(0.05, kAim, true, false);
+  EXPECT_FALSE(silent.engaged);
+  const DeviceReading later = stage.Run(1, kAim, true, false);
+  EXPECT_LT((later.p_M - silent.p_M).norm(), 0.002) << "the arm comes to rest where it was let go";
+  EXPECT_FALSE(later.engaged);
+}
+
+TEST(PointerTest, APageThatComesBackToLifeHoldsNothingUntilItIsPressedAnew) {
+  Stage stage;
+  stage.Run(0.5, kAim, true);
+  stage.Run(0.5, kAim, true, false);
+  EXPECT_FALSE(stage.Run(0.5, kAim, true).engaged);
+  EXPECT_FALSE(stage.pointer.holds());
+  stage.Run(0.05, kAim, false);
+  EXPECT_TRUE(stage.Run(0.05, kAim, true).engaged);
+  EXPECT_TRUE(stage.pointer.holds());
+}
+
+TEST(PointerTest, NobodyHasSpokenYetHoldsNothing) {
+  Stage stage;
+  EXPECT_FALSE(stage.Run(0.1, {0, 0, 0}, true, false).engaged);
+}
+
+// Reference: Hooke's law of the arm.
+TEST(PointerTest, GivesWayToTheForce) {
+  Stage stage;
+  stage.force = {0, 2, 0};
+  const DeviceReading reading = stage.Run(2, {0, 0, 0}, true);
+  EXPECT_NEAR(reading.p_M.y(), 2 / Arm().stiffness, 1e-6);
+}
+
+TEST(PointerTest, TellsWhichAimItUsed) {
+  Stage stage;
+  stage.Run(0.5, kAim, true);
+  EXPECT_EQ(stage.pointer.used(), 480);
+}
+
+TEST(PointerTest, ASpeedThatIsNoneIsRefused) {
+  for (const double speed : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(Pointer{speed}, std::invalid_argument);
+  }
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,103 @@
+// What the station watches beside the force, against a real server with a fake slave behind it.
+#include <functional>
+#include <stdexcept>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "master/link/slave_link.h"
+#include "master/link/slave_news.h"
+#include "master/link/video_watch.h"
+#include "slave/service/server.h"
+#include "tests/slave/service/fake_slave.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class ObserverWatchTest : public testing::Test {
+ protected:
+  [[nodiscard]] SlaveLink::Options Line() const {
+    SlaveLink::Options options;
+    options.target = server_->address();
+    return options;
+  }
+  // Liveness, not speed: something is sensed until `condition`.
+  bool SensingUntil(const std::function<bool()>& condition) {
+    for (int i = 0; i < 4000 && !condition(); ++i) {
+      slave_.Sense();
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return condition();
+  }
+
+  FakeSlave slave_;
+  std::unique_ptr<Server> server_ = std::make_unique<Server>(slave_, "127.0.0.1:0", false);
+};
+
+TEST_F(ObserverWatchTest, PicturesComeWithOverlaysAndNobodyMakesThemForNobody) {
+  slave_.Sense();
+  EXPECT_EQ(slave_.pictures_taken(), 0);
+  const VideoWatch watch(Line(), {.rate = 120, .quality = 75});
+  ASSERT_TRUE(SensingUntil([&] { return watch.newest() && watch.newest()->number > 2; }));
+  EXPECT_EQ(watch.newest()->jpeg, "overlays 75");
+  EXPECT_EQ(watch.newest()->width, 640);
+  EXPECT_EQ(watch.trouble(), "");
+}
+
+TEST_F(ObserverWatchTest, ASlaveWithoutACameraIsSaidInItsWords) {
+  slave_.set_has_camera(false);
+  const VideoWatch watch(Line(), {});
+  ASSERT_TRUE(SensingUntil([&] { return !watch.trouble().empty(); }));
+  EXPECT_THAT(watch.trouble(), HasSubstr("camera"));
+  EXPECT_FALSE(watch.newest());
+}
+
+TEST_F(ObserverWatchTest, TheSlaveTellsOfItselfAndOfWhatHappens) {
+  SlaveNews news(Line());
+  ASSERT_TRUE(
+      SensingUntil([&] { return news.felt().state.sequence > 0 && news.words().version > 0; }));
+  EXPECT_THAT(news.words().scene, HasSubstr("\"young_modulus\""));
+  EXPECT_THAT(news.words().status, HasSubstr("\"phase\""));
+  EXPECT_EQ(news.words().trouble, "");
+  Events events;
+  slave_.Happen(Event::kPuncture);
+  ASSERT_TRUE(SensingUntil([&] {
+    events.Add(news.TakeEvents());
+    return events.Has(Event::kPuncture);
+  }));
+  EXPECT_FALSE(news.TakeEvents().Has(Event::kPuncture)) << "once is enough";
+}
+
+TEST_F(ObserverWatchTest, ASlaveThatIsGoneIsSaidAndFoundAgain) {
+  const SlaveNews news(Line());
+  ASSERT_TRUE(SensingUntil([&] { return !news.words().scene.empty(); }));
+  const std::string address = server_->address();
+  server_.reset();
+  ASSERT_TRUE(SensingUntil([&] { return !news.words().trouble.empty(); }));
+  server_ = std::make_unique<Server>(slave_, address, false);
+  EXPECT_TRUE(SensingUntil([&] { return news.words().trouble.empty(); }));
+}
+
+TEST_F(ObserverWatchTest, BeyondThisMachineNeedsAWord) {
+  SlaveLink::Options far;
+  far.target = "192.0.2.1:50051";
+  EXPECT_THROW(SlaveNews{far}, std::invalid_argument);
+  EXPECT_THROW((VideoWatch{far, {}}), std::invalid_argument);
+}
+
+// Reference: what the fake accepts, `bem2d` alone, and its words for the rest.
+TEST_F(ObserverWatchTest, MappingAndModelAreSetOrRefusedWithTheReason) {
+  SlaveLink link(Line());
+  EXPECT_EQ(link.SetMapping({.position_scale = 0.5}), "");
+  EXPECT_EQ(slave_.parameters().position_scale, 0.5);
+  EXPECT_FALSE(slave_.parameters().force_scale);
+  EXPECT_EQ(link.SetModel("bem2d"), "");
+  EXPECT_NE(link.SetModel("clay"), "");
+  EXPECT_NE(link.SetMapping({.force_scale = -1}), "");
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,167 @@
+// The server as strangers meet it: other hosts and origins, nonsense, floods.
+#include <stdexcept>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "master/station/page_server.h"
+#include "master/station/wish.h"
+#include "tests/master/station/page_client.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr int kText = 1, kClose = 8;
+
+class HostileVisitorTest : public testing::Test {
+ protected:
+  [[nodiscard]] std::string Host() const { return ToString(server_.endpoint()); }
+  std::string Ask(const std::string& request) {
+    PageClient client(server_.endpoint());
+    client.Send(request);
+    return client.ReadAll();
+  }
+  // Why a page that sends `frames` is closed; empty: the line just ended.
+  std::string ClosedBecause(const std::string& frames) {
+    PageClient page(server_.endpoint());
+    page.Upgrade(Host(), "");
+    page.Send(frames);
+    const auto close = page.ReadFrame(kClose);
+    return close ? close->reason() : "";
+  }
+  // It serves as before.
+  void ExpectSound() {
+    PageClient page(server_.endpoint());
+    EXPECT_THAT(page.Upgrade(Host(), ""), HasSubstr("101"));
+    page.SendText(R"({"do":"ping","at":1})");
+    const auto answer = page.ReadFrame(kText);
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->payload, "pong");
+  }
+
+  NoticeBoard board_;
+  PageServer server_{{"127.0.0.1", 0},
+                     &board_,
+                     {[](std::uint64_t /*page*/, std::string_view said) -> std::string {
+                        ReadWish(said);
+                        return "pong";
+                      },
+                      [](std::uint64_t /*page*/) {}}};
+};
+
+TEST_F(HostileVisitorTest, ANameThatWasReboundIsRefused) {
+  for (const char* host : {"evil.example", "evil.example:80", "127.0.0.1.evil.example:1",
+                           "10.0.0.7", "", "[::2]:80"}) {
+    EXPECT_THAT(Ask("GET / HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n"),
+                StartsWith("HTTP/1.1 421"))
+        << host;
+    PageClient page(server_.endpoint());
+    EXPECT_THAT(page.Upgrade(host, ""), HasSubstr("421")) << host;
+  }
+}
+
+TEST_F(HostileVisitorTest, AnotherPageCannotOperate) {
+  for (const std::string& origin :
+       {std::string("http://evil.example"), "https://" + Host(), std::string("null"),
+        std::string("http://127.0.0.1:1"), "http://" + Host() + ".evil.example"}) {
+    PageClient page(server_.endpoint());
+    EXPECT_THAT(page.Upgrade(Host(), origin), HasSubstr("403")) << origin;
+  }
+  ExpectSound();
+}
+
+TEST_F(HostileVisitorTest, ThroughATunnelThePortIsAnother) {
+  PageClient page(server_.endpoint());
+  EXPECT_THAT(page.Upgrade("localhost:8080", "http://localhost:8080"), HasSubstr("101"));
+}
+
+TEST_F(HostileVisitorTest, BadRequestsAreAnsweredAndForgotten) {
+  EXPECT_THAT(Ask("nonsense\r\n\r\n"), StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(
+      Ask("GET / HTTP/1.1\r\nHost: localhost\r\nX: " + std::string(20000, 'x') + "\r\n\r\n"),
+      StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(Ask("DELETE / HTTP/1.1\r\nHost: localhost\r\n\r\n"), StartsWith("HTTP/1.1 405"));
+  Ask("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000000\r\n\r\nxxx");
+  Ask(std::string(100, '\0'));
+  ExpectSound();
+}
+
+TEST_F(HostileVisitorTest, WhatIsNoWishClosesThePageWithTheReason) {
+  for (const char* said :
+       {"", "{", "[]", "1", R"({"do":"fly"})", R"({"do":5})", R"({"do":"ping","at":1e999})",
+        R"({"do":"pointer","at":1,"p_M":[0,0,1e9],"engaged":true})"}) {
+    PageClient page(server_.endpoint());
+    page.Upgrade(Host(), "");
+    page.SendText(said);
+    const auto close = page.ReadFrame(kClose);
+    ASSERT_TRUE(close) << said;
+    EXPECT_THAT(close->reason(), HasSubstr("not understood")) << said;
+  }
+  ExpectSound();
+}
+
+TEST_F(HostileVisitorTest, BrokenFramesEndTheLine) {
+  ClosedBecause("\x81\x05hello");                     // not masked
+  ClosedBecause(std::string("\xf1\x80\0\0\0\0", 6));  // bits that nobody has agreed on
+  ClosedBecause(std::string("\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0",
+                            14));  // 2^63 bytes are to come
+  ClosedBecause(std::string("\x88\xfe\x10\x00", 4) +
+                std::string(4100, 'x'));                               // a close that is too long
+  ClosedBecause(std::string("\x81\x84\0\0\0\0\xff\xfe\xfd\xfc", 10));  // no UTF-8
+  ExpectSound();
+}
+
+TEST_F(HostileVisitorTest, AMessageThatIsTooLongEndsTheLine) {
+  PageClient page(server_.endpoint());
+  page.Upgrade(Host(), "");
+  page.SendText(std::string(kLongestWish + 1, 'x'));
+  EXPECT_TRUE(page.ReadFrame(kClose));
+  ExpectSound();
+}
+
+TEST_F(HostileVisitorTest, AFloodIsClosed) {
+  PageClient page(server_.endpoint());
+  page.Upgrade(Host(), "");
+  for (int i = 0; i < 20 * PageServer::kMostWishes; ++i) {
+    if (!page.SendText(R"({"do":"ping","at":1})")) break;
+  }
+  const auto close = page.ReadFrame(kClose);
+  ASSERT_TRUE(close);
+  EXPECT_THAT(close->reason(), HasSubstr("messages in a second"));
+  ExpectSound();
+}
+
+TEST_F(HostileVisitorTest, TooManyPagesAreRefusedAndMakeRoomWhenTheyLeave) {
+  {
+    std::vector<std::unique_ptr<PageClient>> pages;
+    for (std::size_t i = 0; i < PageServer::kMostPages; ++i) {
+      pages.push_back(std::make_unique<PageClient>(server_.endpoint()));
+      ASSERT_THAT(pages.back()->Upgrade(Host(), ""), HasSubstr("101"));
+    }
+    PageClient late(server_.endpoint());
+    EXPECT_THAT(late.Upgrade(Host(), ""), HasSubstr("503"));
+  }
+  for (int i = 0; i < 1000 && server_.pages() > 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  ExpectSound();
+}
+
+TEST_F(HostileVisitorTest, ConnectionsThatSayNothingTakeNoMoreThanTheirNumber) {
+  std::vector<std::unique_ptr<PageClient>> idle;
+  for (std::size_t i = 0; i < 2 * PageServer::kMostConnections; ++i)
+    idle.push_back(std::make_unique<PageClient>(server_.endpoint()));
+  idle.clear();
+  for (int i = 0; i < 500; ++i) {
+    PageClient page(server_.endpoint());
+    if (page.Upgrade(Host(), "").find("101") != std::string::npos) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  FAIL() << "nobody gets in any more";
+}
+
+}  // namespace
+}  // namespace palpate

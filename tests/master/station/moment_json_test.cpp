@@ -1,0 +1,85 @@
+#include "master/station/moment_json.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+StationMoment Pressed() {
+  StationMoment moment;
+  moment.ticks.any = true;
+  moment.ticks.t = 12.5;
+  TickRecord& tick = moment.ticks.newest;
+  tick.state = OperatorState::kFollowing;
+  tick.chain.force_known = true;
+  tick.chain.estimated = {0, 1.5, 0};
+  tick.chain.sent = {0, 3.3, 0};
+  tick.chain.reasons.Add(Reason::kClamped);
+  moment.status.force_limit = 3.3;
+  moment.felt.state.sequence = 7;
+  moment.felt.state.sigma = 0.02;
+  moment.felt.state.validity = Validity::kExtrapolated;
+  moment.felt.details = R"({"score":0.97})";
+  return moment;
+}
+
+TEST(MomentJsonTest, SaysWhatTheTickSays) {
+  const Json json = Json::parse(StatusJson(Pressed()));
+  EXPECT_EQ(json["kind"], "status");
+  EXPECT_EQ(json["t"], 12.5);
+  EXPECT_EQ(json["state"], "FOLLOWING");
+  EXPECT_EQ(json["chain"]["sent"], Json::array({0, 3.3, 0}));
+  EXPECT_EQ(json["chain"]["reasons"], Json::array({"clamped"}));
+  EXPECT_EQ(json["felt"]["validity"], "extrapolated");
+  EXPECT_NEAR(json["felt"]["sigma"].get<double>(), 0.02, 1e-9);
+  EXPECT_EQ(json["felt"]["details"]["score"], 0.97);
+}
+
+// Zero newtons and no news are two things.
+TEST(MomentJsonTest, WhatIsNotKnownIsNull) {
+  StationMoment moment = Pressed();
+  moment.ticks.newest.chain.force_known = false;
+  moment.felt.state.sequence = 0;
+  const Json json = Json::parse(StatusJson(moment));
+  EXPECT_TRUE(json["chain"]["estimated"].is_null());
+  EXPECT_TRUE(json["felt"].is_null());
+  EXPECT_TRUE(json["link"]["age"].is_null());
+  EXPECT_TRUE(json["rate"].is_null());
+}
+
+TEST(MomentJsonTest, NumbersThatAreNoneAndWordsThatAreNoTextStayReadable) {
+  StationMoment moment = Pressed();
+  moment.ticks.newest.p_M = {std::numeric_limits<double>::quiet_NaN(), INFINITY, 0};
+  moment.status.link.trouble = "\xff\xfe \"quoted\" \n";
+  const Json json = Json::parse(StatusJson(moment));
+  EXPECT_TRUE(json["p_M"][0].is_null());
+  EXPECT_NE(json["link"]["trouble"].get<std::string>().find("\"quoted\""), std::string::npos);
+}
+
+TEST(MomentJsonTest, HealthOfASlaveThatSaysNothingIsNull) {
+  SlaveNews::Words words;
+  words.scene = "{not json";
+  words.trouble = "nobody there";
+  const Json json = Json::parse(HealthJson(words));
+  EXPECT_TRUE(json["scene"].is_null());
+  EXPECT_EQ(json["trouble"], "nobody there");
+}
+
+// Three counts, the places, the elements: what page/body.js reads.
+TEST(MomentJsonTest, ATopologyIsAsLongAsItsCountsSay) {
+  MeshTopology topology;
+  topology.surface.nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  topology.surface.triangles = {{0, 1, 2}};
+  EXPECT_EQ(TopologyBytes(topology).size(), 12U + 3 * 12 + 3 * 4);
+  RemoteMesh mesh;
+  mesh.positions = topology.surface.nodes;
+  EXPECT_EQ(ShapeBytes(mesh).size(), 4U + 3 * 12);
+}
+
+}  // namespace
+}  // namespace palpate

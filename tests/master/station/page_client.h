@@ -1,0 +1,53 @@
+// A browser's side of the line to the station, byte by byte, so that tests can also do what no
+// browser does.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "shared/link/loopback.h"
+
+namespace palpate {
+
+// One TCP connection on loopback. What does not come within 10 s counts as never.
+class PageClient {
+ public:
+  // `receive_buffer` [bytes], 0: as the system has it. Throws std::runtime_error: refused.
+  explicit PageClient(const Endpoint& server, int receive_buffer = 0);
+  ~PageClient();
+  PageClient(const PageClient&) = delete;
+  PageClient& operator=(const PageClient&) = delete;
+
+  // False: the other end has closed.
+  bool Send(std::string_view bytes);
+  // All that comes until the other end closes.
+  std::string ReadAll();
+  // Everything up to and with `end`; what came so far if the other end closes before.
+  std::string ReadUntil(std::string_view end);
+
+  // The WebSocket's handshake; the status line of the answer. Empty headers are left out.
+  std::string Upgrade(const std::string& host, const std::string& origin,
+                      const std::string& target = "/ws");
+  struct Frame {
+    int opcode = 0;  // 1 text, 2 binary, 8 close, 9 ping
+    std::string payload;
+    // Of a close frame: its reason in words.
+    [[nodiscard]] std::string reason() const { return payload.size() > 2 ? payload.substr(2) : ""; }
+  };
+  // nullopt: the line ended.
+  std::optional<Frame> ReadFrame();
+  // The first frame with `opcode`; nullopt: the line ended before.
+  std::optional<Frame> ReadFrame(int opcode);
+  // Text, masked as a browser's is.
+  bool SendText(std::string_view text);
+
+ private:
+  bool Fill();
+
+  int socket_;
+  std::string heard_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,163 @@
+// The server as a page meets it.
+#include "master/station/page_server.h"
+
+#include <atomic>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/master/station/page_client.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+constexpr int kText = 1, kBinary = 2, kClose = 8;
+
+class PageServerTest : public testing::Test {
+ protected:
+  [[nodiscard]] std::string Host() const { return ToString(server_.endpoint()); }
+  [[nodiscard]] std::string Origin() const { return "http://" + Host(); }
+  std::string Get(const std::string& target) {
+    PageClient client(server_.endpoint());
+    client.Send("GET " + target + " HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n");
+    return client.ReadAll();
+  }
+  void Put(Topic topic, std::string message) {
+    board_.Put(topic, std::move(message));
+    server_.Tell();
+  }
+  bool Until(const std::function<bool()>& condition) {
+    for (int i = 0; i < 1000 && !condition(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return condition();
+  }
+
+  NoticeBoard board_;
+  std::atomic<int> left_{0};
+  PageServer server_{{"127.0.0.1", 0},
+                     &board_,
+                     {[](std::uint64_t /*page*/, std::string_view said) -> std::string {
+                        if (said == "nonsense") throw std::invalid_argument("not understood");
+                        return "heard " + std::string(said);
+                      },
+                      [this](std::uint64_t /*page*/) { ++left_; }}};
+};
+
+TEST_F(PageServerTest, ServesThePageAndNothingFromElsewhere) {
+  const std::string page = Get("/");
+  EXPECT_THAT(page, StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(page, HasSubstr("<title>Palpate"));
+  EXPECT_THAT(page, HasSubstr("default-src 'none'"));
+  EXPECT_THAT(page, HasSubstr("nosniff"));
+  for (const char* file : {"/main.js", "/style.css", "/main.js?again"}) {
+    const std::string answer = Get(file);
+    EXPECT_THAT(answer, StartsWith("HTTP/1.1 200")) << file;
+    EXPECT_THAT(answer, Not(HasSubstr("https://"))) << file << " works without a network";
+  }
+}
+
+TEST_F(PageServerTest, WhatIsNotThereIsSaid) {
+  for (const char* target : {"/nothing", "/../main.cpp", "/%2e%2e/main.cpp", "/ws"}) {
+    EXPECT_THAT(Get(target), StartsWith("HTTP/1.1 404")) << target;
+  }
+}
+
+TEST_F(PageServerTest, TellsANewPageWhatIsOnTheBoardAndThenWhatIsNew) {
+  Put(Topic::kHello, "hello");
+  Put(Topic::kPicture, "a picture");
+  PageClient page(server_.endpoint());
+  ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
+  const auto first = page.ReadFrame(), second = page.ReadFrame();
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->opcode, kText);
+  EXPECT_EQ(first->payload, "hello");
+  EXPECT_EQ(second->opcode, kBinary);
+  EXPECT_EQ(second->payload, "a picture");
+  Put(Topic::kStatus, "now");
+  const auto third = page.ReadFrame();
+  ASSERT_TRUE(third);
+  EXPECT_EQ(third->payload, "now");
+}
+
+TEST_F(PageServerTest, AnswersWhatAPageSays) {
+  PageClient page(server_.endpoint());
+  ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
+  page.SendText("you");
+  const auto answer = page.ReadFrame(kText);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->payload, "heard you");
+}
+
+// A page that does not read holds up nobody: it misses what was on the board meanwhile, and gets
+// the newest when it reads again. What is on its way to it is bounded by the two sockets' buffers
+// and one message.
+TEST_F(PageServerTest, ASlowPageGetsTheNewestAndNothingPilesUp) {
+  constexpr int kMessages = 400, kSize = 256 << 10;  // 100 MB in all
+  PageClient slow(server_.endpoint(), 4096);
+  ASSERT_THAT(slow.Upgrade(Host(), Origin()), HasSubstr("101"));
+  PageClient quick(server_.endpoint());
+  ASSERT_THAT(quick.Upgrade(Host(), Origin()), HasSubstr("101"));
+  for (int i = 1; i <= kMessages; ++i) {
+    std::string message(kSize, '.');
+    message.replace(0, 4, std::to_string(1000 + i));
+    Put(Topic::kShape, message);
+    const auto frame = quick.ReadFrame(kBinary);
+    ASSERT_TRUE(frame);
+    ASSERT_EQ(frame->payload.substr(0, 4), std::to_string(1000 + i)) << "the quick one misses none";
+  }
+  int came = 0;
+  std::string last;
+  while (last != std::to_string(1000 + kMessages)) {
+    const auto frame = slow.ReadFrame(kBinary);
+    ASSERT_TRUE(frame);
+    last = frame->payload.substr(0, 4);
+    ++came;
+  }
+  EXPECT_LT(came, 20) << "old messages had waited for the slow page";
+}
+
+TEST_F(PageServerTest, TellsWhoLeft) {
+  {
+    PageClient page(server_.endpoint());
+    ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
+    ASSERT_TRUE(Until([this] { return server_.pages() == 1; }));
+  }
+  EXPECT_TRUE(Until([this] { return left_ == 1 && server_.pages() == 0; }));
+}
+
+TEST(PageServerEndTest, SaysGoodbye) {
+  NoticeBoard board;
+  auto server = std::make_unique<PageServer>(
+      Endpoint{"127.0.0.1", 0}, &board,
+      PageServer::Listener{[](std::uint64_t, std::string_view) { return std::string(); },
+                           [](std::uint64_t) {}});
+  PageClient page(server->endpoint());
+  ASSERT_THAT(page.Upgrade(ToString(server->endpoint()), ""), HasSubstr("101"));
+  server.reset();
+  const auto goodbye = page.ReadFrame(kClose);
+  ASSERT_TRUE(goodbye);
+  EXPECT_EQ(goodbye->reason(), "the session has ended");
+}
+
+TEST(PageServerEndTest, APortInUseIsAnError) {
+  NoticeBoard board;
+  const PageServer::Listener nobody{[](std::uint64_t, std::string_view) { return std::string(); },
+                                    [](std::uint64_t) {}};
+  const PageServer first({"127.0.0.1", 0}, &board, nobody);
+  try {
+    const PageServer second(first.endpoint(), &board, nobody);
+    FAIL() << "two servers at one port";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr(ToString(first.endpoint())));
+  }
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,61 @@
+#include "master/station/wish.h"
+
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+TEST(WishTest, ReadsWhatThePageSends) {
+  EXPECT_TRUE(std::holds_alternative<StopWish>(ReadWish(R"({"do":"stop"})")));
+  EXPECT_TRUE(std::holds_alternative<ResetWish>(ReadWish(R"({"do":"reset"})")));
+  EXPECT_EQ(std::get<PingWish>(ReadWish(R"({"do":"ping","at":12.5})")).at, 12.5);
+  EXPECT_EQ(std::get<ModelWish>(ReadWish(R"({"do":"model","kind":"fem-green"})")).kind,
+            "fem-green");
+  const auto set = std::get<MappingWish>(ReadWish(R"({"do":"set","force_scale":2})"));
+  EXPECT_EQ(set.force_scale, 2);
+  EXPECT_FALSE(set.position_scale || set.force_limit);
+  const auto pointer = std::get<PointerWish>(
+      ReadWish(R"({"do":"pointer","at":3,"p_M":[0.1,-0.2,0.3],"engaged":true})"));
+  EXPECT_EQ(pointer.p_M, Eigen::Vector3d(0.1, -0.2, 0.3));
+  EXPECT_TRUE(pointer.engaged);
+}
+
+// A pointer that does not say that it holds, holds nothing.
+TEST(WishTest, EngagingIsSaidOrNotMeant) {
+  EXPECT_FALSE(std::get<PointerWish>(ReadWish(R"({"do":"pointer","at":3,"p_M":[0,0,0]})")).engaged);
+}
+
+TEST(WishTest, RefusesTheRest) {
+  for (const char* said : {"",
+                           "stop",
+                           "{}",
+                           R"({"do":null})",
+                           R"({"do":"ping"})",
+                           R"({"do":"ping","at":"1"})",
+                           R"({"do":"ping","at":null})",
+                           R"({"do":"pointer","at":1,"engaged":true})",
+                           R"({"do":"pointer","at":1,"p_M":[0,0],"engaged":true})",
+                           R"({"do":"pointer","at":1,"p_M":[0,0,"0"],"engaged":true})",
+                           R"({"do":"pointer","at":1,"p_M":[0,0,11],"engaged":true})",
+                           R"({"do":"pointer","at":1,"p_M":[0,0,0],"engaged":"yes"})",
+                           R"({"do":"set","force_scale":0})",
+                           R"({"do":"set","force_limit":-1})",
+                           R"({"do":"set","position_scale":true})",
+                           R"({"do":"model"})",
+                           R"({"do":"model","kind":""})",
+                           R"({"do":"model","kind":"fem; rm"})",
+                           R"({"do":"model","kind":7})",
+                           "\xff\xfe",
+                           R"({"do":"stop")"}) {
+    EXPECT_THROW(ReadWish(said), std::invalid_argument) << said;
+  }
+  EXPECT_THROW(ReadWish(R"({"do":"model","kind":")" + std::string(41, 'a') + "\"}"),
+               std::invalid_argument);
+  EXPECT_THROW(ReadWish(R"({"do":"stop","x":")" + std::string(kLongestWish, 'a') + "\"}"),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,234 @@
+// What a person at the page relies on: that it shows what is, stops what it must, and moves what it is told to.
+import assert from 'node:assert/strict';
+import { after, before, describe, test } from 'node:test';
+
+import { AXE, Stage, pause, size, until } from './stage.mjs';
+
+const near = (a, b, tolerance) => a.every((part, i) => Math.abs(part - b[i]) <= tolerance);
+
+async function seriousFindings(page) {
+  await page.evaluate(AXE);
+  const { violations } = await page.evaluate(() => axe.run(document, { resultTypes: ['violations'] }));
+  return violations.filter(({ impact }) => impact === 'serious' || impact === 'critical').map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(' | ')}`);
+}
+
+describe('a scripted hand presses the block', () => {
+  let stage;
+  const stops = [];  // {how, at}: when the page's window had the event, by the machine's clock [ms]
+  before(async () => { stage = await Stage.open({ scene: 'silicone-block' }); });
+  after(() => stage.close());
+
+  const pressed = () => stage.when((status) => status.state === 'FOLLOWING' && size(status.chain.sent) > 0.8, 'a press of 0.8 N');
+
+  test('every panel comes up and moves', async () => {
+    await pressed();
+    assert.equal(await stage.text('scene'), 'silicone-block');
+    await until(async () => (await stage.page.locator('#state b').innerText()) === 'FOLLOWING', 'the state');
+    await until(async () => /^\d+ Hz$/.test(await stage.text('rate')), 'a rate');
+    await until(async () => /^\d+ ms old$/.test(await stage.text('picture-age')), 'a picture');
+    await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
+    const first = Number(await stage.text('magnitude'));
+    await until(async () => Math.abs(Number(await stage.text('magnitude')) - first) > 0.05, 'a force that changes');
+    assert.equal(await stage.page.locator('.u-over').count(), 3, 'three strips');
+    assert.match(await stage.text('seen'), /score 0\.\d+|score 1/);
+  });
+
+  test('the figure of the force is one that was told at that moment', async () => {
+    await pressed();
+    const shown = Number(await stage.text('magnitude'));
+    const told = stage.statuses.slice(-40).map((status) => size(status.chain.sent));
+    assert.ok(told.some((force) => Math.abs(force - shown) <= 0.00501), `${shown} is none of ${told}`);
+  });
+
+  test('what is drawn can be seen: the object, the colours of the bar, the arrow at its place', async () => {
+    const label = stage.page.locator('.force-label');
+    const { png, at } = await until(async () => {  // while the hand holds still
+      await pressed();
+      const before = await label.boundingBox(), png = await stage.shoot('block-dark-1280'), at = await label.boundingBox();
+      return before && at && Math.abs(before.y - at.y) < 2 && { png, at };
+    }, 'an arrow that stands still');
+    const view = await stage.page.locator('#view').boundingBox(), bar = await stage.page.locator('.colour-bar i').boundingBox();
+    const x = bar.x + bar.width / 2;
+    const [top, middle, bottom] = await stage.coloursAt(png, [[x, bar.y + 4], [x, bar.y + bar.height / 2], [x, bar.y + bar.height - 4]]);
+    assert.ok(near(top, [248, 230, 40], 25) && near(middle, [33, 145, 140], 25) && near(bottom, [68, 5, 88], 25), `${top}; ${middle}; ${bottom}`);
+    const grid = [];
+    for (let i = 1; i < 30; ++i) for (let j = 1; j < 20; ++j) grid.push([view.x + (view.width * i) / 30, view.y + (view.height * j) / 20]);
+    const seen = new Set((await stage.coloursAt(png, grid)).map(String));
+    assert.ok(seen.size > 8, `a blank canvas: ${[...seen]}`);
+    const places = [];
+    for (let i = -30; i <= 30; ++i) for (let j = -30; j <= 60; ++j) places.push([at.x - 10 + i, at.y + 14 + j]);
+    const arrow = (await stage.coloursAt(png, places)).filter(([r, g, b]) => near([r, g, b], [255, 157, 69], 40));
+    assert.ok(arrow.length > 10, `${arrow.length} pixels of the arrow beside its label`);
+  });
+
+  for (const [how, act] of [['mouse', (page) => page.locator('#stop').click()], ['Space', (page) => page.keyboard.press('Space')],
+    ['Esc Esc', async (page) => { await page.keyboard.press('Escape'); await page.keyboard.press('Escape'); }]]) {
+    test(`the emergency stop by ${how}`, async () => {
+      await pressed();
+      await stage.page.evaluate(() => {
+        const note = () => { window.stoppedAt = Date.now(); };
+        document.getElementById('stop').addEventListener('click', note, { capture: true, once: true });
+        window.addEventListener('keydown', note, { capture: true });
+      });
+      await act(stage.page);
+      stops.push({ how, at: await stage.page.evaluate(() => window.stoppedAt) });
+      await stage.when((status) => status.state === 'ESTOP' && size(status.chain.sent) === 0, 'the stop');
+      await until(async () => (await stage.page.locator('#state b').innerText()) === 'ESTOP', 'the word for it');
+      assert.match(await stage.text('alarm-list'), /Emergency stop/);
+      await stage.page.keyboard.press('r');
+      await stage.when((status) => status.state !== 'ESTOP', 'the end of the stop');
+    });
+  }
+
+  test('a lost line is shown', async () => {
+    await pressed();
+    await stage.page.evaluate(() => {
+      window.lostAt = [];
+      new MutationObserver(() => document.querySelector('#state b').innerText !== 'FOLLOWING' && window.lostAt.push(Date.now())).observe(document.getElementById('state'), { subtree: true, childList: true, characterData: true });
+    });
+    const delays = [];
+    for (let trial = 0; trial < 2; ++trial) {
+      await pressed();
+      await until(async () => (await stage.page.locator('#state b').innerText()) === 'FOLLOWING', 'the state');
+      await stage.page.evaluate(() => { window.lostAt.length = 0; });
+      const cut = Date.now();
+      stage.slave.kill('SIGSTOP');
+      delays.push(await until(() => stage.page.evaluate(() => window.lostAt[0]), 'the word for it') - cut);
+      await until(async () => /No state from the slave|No line to the slave/.test(await stage.text('alarm-list')), 'an alarm in words');
+      stage.slave.kill('SIGCONT');
+    }
+    console.log(`a lost line is shown after ${delays} ms`);
+    assert.ok(Math.min(...delays) <= 300, `shown after ${delays} ms`);
+  });
+
+  test('keys reach every panel', async () => {
+    for (const [key, panel] of [['g', 'health'], ['h', 'help'], ['a', 'alarms']]) {
+      await stage.page.keyboard.press(key);
+      assert.ok(await stage.page.locator(`#${panel}`).isVisible(), panel);
+    }
+    await stage.page.keyboard.press('g');
+    await until(async () => /Young's modulus\s*127 kPa/.test(await stage.text('health')), 'the material');
+    await stage.shoot('block-setup');
+    await stage.page.keyboard.press('a');
+  });
+
+  test('axe finds nothing serious, light and dark, small and large', async () => {
+    for (const [width, height] of [[1280, 720], [1920, 1080]]) {
+      await stage.page.setViewportSize({ width, height });
+      for (const theme of ['dark', 'light']) {
+        await until(async () => {
+          if (await stage.page.evaluate((wanted) => document.documentElement.dataset.theme === wanted, theme)) return true;
+          await stage.page.keyboard.press('t');
+          return false;
+        }, theme);
+        // What axe measures depends on the theme and not on the size, which each theme meets once.
+        if ((theme === 'dark') === (width === 1280)) assert.deepEqual(await seriousFindings(stage.page), [], `${width} x ${height}, ${theme}`);
+        const inside = await stage.page.evaluate(() => document.documentElement.scrollWidth <= innerWidth && document.documentElement.scrollHeight <= innerHeight);
+        assert.ok(inside, `${width} x ${height}: nothing lies outside`);
+        await stage.shoot(`block-${theme}-${width}`);
+      }
+    }
+  });
+
+  test('the browser has nothing to complain of', () => assert.deepEqual(stage.errors, []));
+
+  test('what was told is what the log says, and the stops let the hand go', async () => {
+    const { statuses } = stage;
+    await stage.endMaster();
+    await until(async () => (await stage.page.locator('#state b').innerText()) === 'NO MASTER', 'the end of the line');
+    const rows = stage.readLog(), byTime = new Map(rows.map((row) => [row.t.toFixed(6), row]));
+    const pairs = statuses.map((status) => [status, byTime.get(status.t.toFixed(6))]).filter(([, row]) => row);
+    assert.ok(pairs.length > 0.95 * statuses.length, `${pairs.length} of ${statuses.length} are in the log`);
+    for (const [status, row] of pairs) {
+      assert.equal(status.state, row.state);
+      for (const station of ['scaled', 'passive', 'limited', 'sent']) {
+        assert.ok(near(status.chain[station], [row[`${station}_x`], row[`${station}_y`], row[`${station}_z`]], 1e-5), station);
+      }
+      assert.ok(near(status.p_M, [row.p_M_x, row.p_M_y, row.p_M_z], 1e-8));
+    }
+    // The wall clock at t = 0, by the status that was on its way for the shortest time.
+    const begin = Math.min(...statuses.map((status) => status.at - 1e3 * status.t));
+    const delays = stops.map(({ how, at }) => [how, Math.round(1e3 * rows.find((row) => 1e3 * row.t > at - begin && row.state === 'ESTOP' && row.sent_x === 0 && row.sent_y === 0 && row.sent_z === 0).t - (at - begin))]);
+    console.log(`from the act to no force: ${delays.map(([how, ms]) => `${how} ${ms} ms`).join(', ')}`);
+    assert.ok(Math.min(...delays.map(([, ms]) => ms)) <= 100, `the hand was let go after ${delays}`);
+  });
+});
+
+describe('a mouse feels the block', () => {
+  let stage, middle;
+  before(async () => { stage = await Stage.open({ scene: 'silicone-block', device: 'pointer', scheme: 'light' }); });
+  after(() => stage.close());
+
+  test('the page says how', async () => {
+    await stage.when((status) => status.state === 'READY', 'the master');
+    await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
+    assert.match(await stage.text('hint'), /Drag/);
+    const box = await stage.page.locator('#view').boundingBox();
+    middle = [box.x + box.width / 2, box.y + box.height / 2];
+  });
+
+  // Holds the button in the middle of the view until the tool follows.
+  const press = () => until(async () => {
+    await stage.page.mouse.up();
+    await stage.page.mouse.move(...middle);
+    await pause(50);
+    await stage.page.mouse.down();
+    await pause(200);
+    return stage.status.state === 'FOLLOWING' && stage.status;
+  }, 'FOLLOWING by mouse');
+
+  test('a drag moves the tool as far as the cursor goes, and the arrow answers', async () => {
+    const scale = await stage.page.evaluate(() => document.getElementById('view').dataset.metresPerPixel).then(Number);
+    const from = (await press()).p_S;
+    await stage.page.mouse.move(middle[0] + 10, middle[1], { steps: 5 });
+    const aside = await stage.when((status) => status.state !== 'FOLLOWING' || Math.abs(status.p_S[0] - from[0] - 10 * scale) < scale, 'ten pixels to the right');
+    // A machine too busy to let the page speak every 100 ms lets go, as it must: then this cannot be told.
+    if (aside.state === 'FOLLOWING') assert.ok(Math.abs(aside.p_S[1] - from[1]) < 2 * scale, 'and nowhere else');
+    let depth = 0;
+    await until(async () => {
+      if (stage.status.state !== 'FOLLOWING') {
+        depth = 0;
+        await press();
+      }
+      depth += 3;
+      await stage.page.mouse.move(middle[0], middle[1] + depth, { steps: 3 });
+      await pause(100);
+      return size(stage.status.chain.sent) > 0.5;
+    }, 'half a newton');
+    const label = stage.page.locator('.force-label');
+    await label.waitFor({ state: 'visible' });
+    await until(async () => /hand to page \d+ ms/.test(await stage.text('page-delay')), 'its own delay');
+    await stage.shoot('pointer-light-1280');
+    console.log(await stage.text('page-delay'));
+  });
+
+  test('letting go lets go', async () => {
+    await stage.page.mouse.up();
+    await stage.when((status) => status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
+  });
+
+  test('keys move it too, and losing the focus lets go', async () => {
+    await stage.page.locator('#view').focus();
+    const from = stage.status.p_S[1];
+    await stage.page.keyboard.down('ArrowUp');
+    await until(async () => {
+      if (stage.status.state !== 'FOLLOWING') await stage.page.keyboard.press('e');
+      await pause(200);
+      return stage.status.p_S[1] > from + 1e-3;
+    }, 'a millimetre up by keys');
+    await stage.page.keyboard.up('ArrowUp');
+    await stage.page.evaluate(() => window.dispatchEvent(new Event('blur')));
+    await stage.when((status) => status.state === 'CLUTCHED', 'CLUTCHED');
+  });
+
+  test('a page that is gone holds nothing', async () => {
+    await press();
+    const left = stage.status.t;
+    assert.deepEqual(stage.errors, []);
+    await stage.page.close();
+    await pause(500);
+    await stage.endMaster();
+    const rows = stage.readLog().filter((row) => row.t > left + 0.3);
+    assert.ok(rows.length > 0 && rows.every((row) => row.state !== 'FOLLOWING'), 'nobody follows any more');
+  });
+});

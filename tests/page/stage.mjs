@@ -1,0 +1,117 @@
+// Slave, master and a browser that looks at the master's page, started and stopped as a person would.
+import { spawn } from 'node:child_process';
+import { createRequire } from 'node:module';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { once } from 'node:events';
+import path from 'node:path';
+import { tmpdir } from 'node:os';
+
+export const SCRATCH = process.env.PALPATE_SCRATCH, BIN = process.env.PALPATE_BIN;
+export const ROOT = path.resolve(import.meta.dirname, '../..');
+const need = createRequire(path.join(SCRATCH, 'package.json'));
+const { chromium } = need('playwright-core');
+export const AXE = readFileSync(need.resolve('axe-core/axe.min.js'), 'utf8');
+const PATIENCE_MS = 60000;
+const FLAGS = ['--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
+  '--disable-background-networking', '--disable-component-update', '--disable-sync'];
+
+export const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+export async function until(condition, what, patience = PATIENCE_MS) {
+  const end = Date.now() + patience;
+  while (Date.now() < end) {
+    const value = await condition();
+    if (value) return value;
+    await pause(20);
+  }
+  throw new Error(`never came: ${what}`);
+}
+
+// A program that says `pattern` when it is ready; what it caught is `said`.
+async function start(program, args, pattern) {
+  const child = spawn(path.join(BIN, program), args, { stdio: ['ignore', 'pipe', 'pipe'] });
+  child.output = '';
+  for (const stream of [child.stdout, child.stderr]) stream.on('data', (text) => (child.output += text));
+  child.ended = once(child, 'exit');
+  const said = await until(() => child.output.match(pattern) || (child.exitCode !== null && ['', null]), `${program}: ${pattern}`);
+  if (said[1] === null) throw new Error(`${program} ended: ${child.output}`);
+  child.said = said[1];
+  return child;
+}
+
+async function end(child, signal) {
+  if (!child || child.exitCode !== null) return;
+  child.kill('SIGCONT');
+  child.kill(signal);
+  await child.ended;
+}
+
+export class Stage {
+  static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', args = [] }) {
+    const stage = new Stage();
+    stage.scene = scene;
+    stage.log = path.join(SCRATCH, `${scene}-${device}.csv`);
+    stage.slave = await start('palpate-slave', ['serve', path.join(ROOT, `deploy/scenes/${scene}.yaml`), '--listen', '127.0.0.1:0'], /^listening on (\S+)/m);
+    stage.master = await start('palpate-master', ['connect', stage.slave.said, '--device', device, '--log', stage.log, ...args, '--view'], /view at (\S+)/);
+    await stage.openBrowser(size, scheme);
+    return stage;
+  }
+  async openBrowser([width, height], colorScheme) {
+    this.profile = mkdtempSync(path.join(tmpdir(), 'palpate-page-'));
+    this.context = await chromium.launchPersistentContext(this.profile, { executablePath: '/usr/bin/chromium', headless: true, args: FLAGS, viewport: { width, height }, colorScheme });
+    this.page = this.context.pages()[0];
+    this.errors = [];
+    this.statuses = [];
+    this.sayings = [];
+    this.page.on('console', (message) => message.type() === 'error' && this.errors.push(message.text()));
+    this.page.on('pageerror', (error) => this.errors.push(String(error)));
+    this.page.on('websocket', (socket) => socket.on('framereceived', ({ payload }) => this.hear(payload)));
+    await this.page.goto(this.master.said);
+  }
+  hear(payload) {
+    if (typeof payload !== 'string') return;
+    const message = JSON.parse(payload);
+    if (message.kind === 'status') this.statuses.push({ ...message, at: Date.now() });
+    if (message.kind === 'said') this.sayings = message.said;
+  }
+  get status() {
+    return this.statuses.at(-1);
+  }
+  text(id) {
+    return this.page.locator(`#${id}`).innerText();
+  }
+  // Until the status is as `condition` wants it.
+  when(condition, what) {
+    return until(() => this.status && condition(this.status), what).then(() => this.status);
+  }
+  async shoot(name) {
+    const png = await this.page.screenshot();
+    writeFileSync(path.join(SCRATCH, `${name}.png`), png);
+    return png;
+  }
+  // The colours [r, g, b] at `places` [[x, y], ...] of a screenshot.
+  coloursAt(png, places) {
+    return this.page.evaluate(async ([base64, at]) => {
+      const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+      const bitmap = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
+      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+      context.drawImage(bitmap, 0, 0);
+      return at.map(([x, y]) => [...context.getImageData(Math.round(x), Math.round(y), 1, 1).data].slice(0, 3));
+    }, [png.toString('base64'), places]);
+  }
+  async close() {
+    await this.context?.close();
+    await end(this.master, 'SIGTERM');
+    await end(this.slave, 'SIGTERM');
+    rmSync(this.profile, { recursive: true, force: true });
+  }
+  // Rows of the log, each an object of numbers but for `state` and `reason`. After the master has ended.
+  readLog() {
+    const [head, ...rows] = readFileSync(this.log, 'utf8').trim().split('\n').map((line) => line.split(','));
+    return rows.map((row) => Object.fromEntries(head.map((name, i) => [name, name === 'state' || name === 'reason' ? row[i] : Number(row[i])])));
+  }
+  async endMaster() {
+    await end(this.master, 'SIGTERM');
+  }
+}
+
+export const size = ([x, y, z]) => Math.hypot(x, y, z);
