@@ -13,7 +13,8 @@ find_program(PALPATE_CCACHE ccache)
 if(PALPATE_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER
     ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1
-    "CCACHE_IGNOREOPTIONS=--param=ggc-* ${CMAKE_BINARY_DIR}/CMakeFiles/*" CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_PCH_EXTSUM=1 ${PALPATE_CCACHE})
+    "CCACHE_IGNOREOPTIONS=--param=ggc-*" CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_PCH_EXTSUM=1
+    ${CMAKE_SOURCE_DIR}/cmake/ccache.sh)
 endif()
 # Left to itself g++ collects its garbage several times in each unit: a tenth of its time, to save 0.15 GB of 1.
 add_compile_options($<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=800000>)
@@ -63,8 +64,10 @@ function(palpate_library name)
     palpate_units(${name} units SOURCES ${ARG_SOURCES} APART ${ARG_APART})
     add_library(${name} STATIC ${units})
     if(ARG_NUMERIC AND PALPATE_SANITIZE AND NOT PALPATE_SANITIZE_NUMERIC)
-      set_target_properties(${name} PROPERTIES COMPILE_OPTIONS "" PALPATE_AS_RELEASED ON)
-      palpate_take_precompiled(${name} palpate_precompiled_as_released)
+      set_target_properties(${name} PROPERTIES COMPILE_OPTIONS "-pthread" PALPATE_AS_RELEASED ON)
+      palpate_take_precompiled(${name} palpate_precompiled)
+    elseif(PALPATE_SANITIZE)
+      palpate_take_precompiled(${name} palpate_precompiled_watched)
     else()
       palpate_take_precompiled(${name} palpate_precompiled)
     endif()

@@ -7,7 +7,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "master/haptics/record/recorder.h"
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 
@@ -202,7 +201,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
                   const std::function<bool()>& stop_wanted,
                   const std::function<void(const Status&)>& show) {
   SpscRing<TickRecord> ring(kRingCapacity);
-  Recorder recorder(&ring, options.log);
+  Recorder recorder(&ring, options.log, options.see_tick);
   HapticLoop::Options limited = options.loop;
   limited.force_limit = std::min(limited.force_limit, device.force_limit());
   HapticLoop loop(limited, {states, commands, &ring, options.settings, options.patches});

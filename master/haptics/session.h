@@ -12,6 +12,7 @@
 
 #include "master/haptics/haptic_loop.h"
 #include "master/haptics/periodic.h"
+#include "master/haptics/record/recorder.h"
 #include "master/haptics/record/tick_summary.h"
 
 namespace palpate {
@@ -79,6 +80,7 @@ struct Status {
   double force_limit = 0;            // [N]
   std::vector<NamedFinger> fingers;  // in the scene's order; empty: no state yet
   LinkStats link;
+  std::string badge = {};  // that goes before it all: `REPLAY`; empty: this is live
 };
 
 struct SessionOptions {
@@ -87,6 +89,7 @@ struct SessionOptions {
   LatestValue<ReceivedPatch>* patches = nullptr;    // outlives the run; null: none comes
   std::function<PatchWatch::Stats()> patch_stats;   // asked at the end; empty: none
   std::function<bool()> estop_wanted;               // asked every 10 ms; empty: never
+  Recorder::Onlooker see_tick;            // every tick, on the calling thread; empty: nobody
   std::vector<std::string> finger_names;  // in the scene's order; those it lacks are numbered
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over
   std::filesystem::path log;  // empty: none

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -48,6 +49,10 @@ class SlaveLink {
     bool insecure = false;      // allow targets that are not loopback, in plain text
     std::filesystem::path tls;  // the folder of our certificate; empty: plain text
     std::string operator_name;
+    // Told of each state as it came, and of each command as it left, by the link's own threads;
+    // must not keep them. Empty: nobody.
+    std::function<void(const ReceivedState&)> on_received = {};
+    std::function<void(const OperatorCommand&)> on_sent = {};
   };
   // Throws std::invalid_argument: target not understood, or not loopback without `insecure`.
   explicit SlaveLink(Options options);

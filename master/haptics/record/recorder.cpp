@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "shared/text/csv.h"
 
@@ -88,7 +89,8 @@ void TruthTrack::DropBefore(Time t) {
   while (samples_.size() > 1 && samples_[1].at <= t) samples_.pop_front();
 }
 
-Recorder::Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log) : ring_(ring) {
+Recorder::Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log, Onlooker onlooker)
+    : ring_(ring), onlooker_(std::move(onlooker)) {
   if (!log.empty()) log_ = std::make_unique<TickLog>(log);
 }
 
@@ -115,6 +117,7 @@ void Recorder::Finish() {
 void Recorder::Take(const TickRecord& record) {
   if (taken_++ == 0) begin_ = record.at;
   newest_ = record;
+  if (onlooker_) onlooker_(record);
   waiting_.push_back(record);
   if (record.round_trip > 0) round_trip_ = record.round_trip;
   if (!record.has_truth) return;

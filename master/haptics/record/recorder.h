@@ -5,6 +5,7 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -69,8 +70,11 @@ class Recorder {
   // A tick waits so long for its true force, beside kTrips round trips [s].
   static constexpr double kPatience = 0.5, kTrips = 1.5;
 
-  // `log` may be empty: no log. Throws std::runtime_error: it cannot be written.
-  Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log);
+  // Looks on as ticks are taken, in their order.
+  using Onlooker = std::function<void(const TickRecord&)>;
+
+  // `log` may be empty: no log; so may `onlooker`. Throws std::runtime_error: it cannot be written.
+  Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log, Onlooker onlooker = {});
 
   // Takes what the ring holds and finishes what is ripe at `now`.
   void Drain(Time now);
@@ -88,6 +92,7 @@ class Recorder {
   [[nodiscard]] bool IsRipe(const TickRecord& record, Time now) const;
 
   SpscRing<TickRecord>* ring_;
+  Onlooker onlooker_;
   std::unique_ptr<TickLog> log_;
   TickSummary summary_;
   TruthTrack truth_;       // over the instant
