@@ -9,7 +9,8 @@ source "$(dirname "$0")/progress.sh"
 
 packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
           libopencv-core-dev libopencv-imgproc-dev libopencv-dnn-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
-          libspdlog-dev nlohmann-json3-dev libcpp-httplib-dev libboost-dev libmumps-seq-dev liblapack-dev libopenblas0-pthread zlib1g-dev)
+          libspdlog-dev nlohmann-json3-dev libcpp-httplib-dev libboost-dev libmumps-seq-dev liblapack-dev libopenblas0-pthread zlib1g-dev
+          libzstd-dev)
 films=(libopencv-videoio-dev)         # palpate-films.so: films, cameras, pictures other than PNG and JPEG
 openni=(libopenni2-dev)               # palpate-openni.so: depth cameras
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate

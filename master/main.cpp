@@ -12,12 +12,15 @@
 
 #include <CLI/CLI.hpp>
 
+#include "master/connect_recorder.h"
 #include "master/device/device.h"
 #include "master/doctor/doctor.h"
 #include "master/haptics/session.h"
 #include "master/link/slave_link.h"
 #include "master/metrics/session_metrics.h"
 #include "master/station/live_station.h"
+#include "master/recording/replay.h"
+#include "master/replay_command.h"
 #include "master/view/console.h"
 #include "master/view/keys.h"
 #include "master/view/shape_watch.h"
@@ -39,11 +42,14 @@ struct Arguments {
   std::string render = "local";
   double duration = 0;
   double force_limit = 3.3, slew_limit = 0.2;  // the master's own [N], [N/ms]
-  std::filesystem::path report, log;
+  std::filesystem::path report, log, record;
+  std::string record_limit = "8 GB";
   std::string metrics;  // HOST:PORT that tells health in numbers; empty: none does
   std::vector<std::filesystem::path> shapes;
   bool views = false;
   std::string view;  // HOST:PORT; empty: a free port of this machine
+  ReplayOptions replay;
+  SessionExportOptions exported;
 };
 
 struct DoctorArguments {
@@ -123,6 +129,22 @@ void DeclareDoctor(CLI::App* app, DoctorArguments* a) {
   AddLineOptions(doctor, &a->link);
 }
 
+void DeclareRecordings(CLI::App* app, Arguments* a) {
+  CLI::App* replay = app->add_subcommand("replay", "Show a recording as it was");
+  replay->add_option("file", a->replay.file, "FILE.mcap, as connect --record wrote it")->required();
+  replay->add_option("--speed", a->replay.speed, "Times as fast as it was")
+      ->check(Between(Replay::kSlowest, Replay::kFastest, "times"))
+      ->capture_default_str();
+  replay->add_option("--from", a->replay.from, "Seconds after its beginning")
+      ->check(Between(0, 1e8))
+      ->capture_default_str();
+  CLI::App* exported = app->add_subcommand(
+      "export", "Write a recording as tables (CSV), NumPy arrays, pictures and meshes (VTU)");
+  exported->add_option("file", a->exported.file, "FILE.mcap, as connect --record wrote it")
+      ->required();
+  exported->add_option("--out", a->exported.out, "Folder, made if missing")->required();
+}
+
 void Declare(CLI::App* app, Arguments* a) {
   app->require_subcommand(1);
   app->set_version_flag("--version", Version());
@@ -133,6 +155,9 @@ void Declare(CLI::App* app, Arguments* a) {
       "  palpate-master connect localhost:50051 --shape pinch.svg\n"
       "  palpate-master doctor localhost:50051\n"
       "  palpate-master connect localhost:50051 --device pointer --view\n"
+      "  palpate-master connect localhost:50051 --record session.mcap\n"
+      "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
+      "  palpate-master export session.mcap --out session\n"
       "  palpate-master connect 10.0.0.7:50051 --insecure --device playback:hand.csv --render "
       "interpolate\n\n"
       "Emergency stop: Enter, or SIGUSR1; its end: r and Enter, or SIGUSR2.\n"
@@ -162,6 +187,13 @@ void Declare(CLI::App* app, Arguments* a) {
       ->capture_default_str();
   connect->add_option("--report", a->report, "Write a summary of the run as JSON");
   connect->add_option("--log", a->log, "Write every tick as CSV");
+  connect->add_option("--record", a->record,
+                      "FILE.mcap: every tick's force chain, states, commands, pictures and shape "
+                      "twice a second; `replay` and `export` read it");
+  connect
+      ->add_option("--record-limit", a->record_limit,
+                   "Size of the file at which recording ends; about 1 GB is an hour")
+      ->capture_default_str();
   connect
       ->add_option(
           "--shape", a->shapes,
@@ -182,6 +214,7 @@ void Declare(CLI::App* app, Arguments* a) {
           ->type_name("[HOST:PORT]");
   connect->callback([a, view] { a->views = view->count() > 0; });
   connect->add_option("--name", a->link.operator_name, "Who operates, told to others who ask");
+  DeclareRecordings(app, a);
 }
 
 bool IsPointer(const Arguments& a) {
@@ -193,6 +226,7 @@ void CheckBeforehand(const Arguments& a) {
   const std::array inputs{PlaybackFile(a.device)};
   RequireOtherThan("--report", a.report, inputs);
   RequireOtherThan("--log", a.log, inputs);
+  RequireOtherThan("--record", a.record, inputs);
   for (const auto& shape : a.shapes) RequireOtherThan("--shape", shape, inputs);
   if (a.views) ViewEndpoint(a.view);
   if (IsPointer(a) && !a.views) {
@@ -258,7 +292,21 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
           [link](const std::string& kind) { return link->SetModel(kind); }});
 }
 
-int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
+// What the session goes by, for its recording.
+McapMap NoteOf(const Arguments& a, const RemoteScene& scene, const Device& device) {
+  return {{"scene", scene.name},
+          {"model", scene.model},
+          {"source", scene.source},
+          {"device", device.description()},
+          {"render", a.render},
+          {"force_limit_N", Formatted("%.9g", std::min(a.force_limit, scene.force_limit))},
+          {"slew_limit_N_per_ms", Formatted("%.9g", a.slew_limit)},
+          {"position_scale", Formatted("%.9g", scene.transform.position_scale)},
+          {"force_scale", Formatted("%.9g", scene.transform.force_scale)}};
+}
+
+int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
+            ConnectRecorder* recorder) {
   Console console = Console::Standard();
   const RemoteScene scene = Connect(&line->link);
   if (!device) device = OpenDeviceFor(scene, a);
@@ -272,6 +320,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   }
   console.Say("device " + device->description() + "; rendering " + a.render);
 
+  if (recorder) recorder->Begin(a.link, NoteOf(a, scene, *device));
   line->link.Start(&line->states, &line->commands, &line->settings);
   SessionOptions options;
   options.loop = LoopOptions(a, scene);
@@ -302,6 +351,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   SlaveLink::Options told = a.link;
   told.longest_round_trip = line->link.longest_round_trip();
   ShapeWatch shape(told, scene, a.shapes, console.live());
+  if (recorder) recorder->LookOn(&options.see_tick);
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
       [] { return g_stop.load(); },
@@ -319,6 +369,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   line->link.Stop();
   patch.reset();
   const bool shapes_written = shape.Finish(&report);
+  const bool recorded = !recorder || recorder->Finish(&console, &report);
 
   report.scene = scene.name;
   report.model = scene.model;
@@ -326,7 +377,20 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device) {
   if (!a.report.empty()) WriteReport(report, a.report);
   const bool never_served = report.link.states == 0 && !g_stop;
   if (never_served) console.Say("failed: the slave never sent a state");
-  return report.log_failed || never_served || !shapes_written ? kFailed : kDone;
+  return report.log_failed || never_served || !shapes_written || !recorded ? kFailed : kDone;
+}
+
+// `replay`, `export`: until they are done, or a signal comes.
+int ReadRecording(const CLI::App& app, const Arguments& a) {
+  CatchSignals();
+  std::stop_source source;
+  const std::jthread watch([&](const std::stop_token& done) {
+    while (!done.stop_requested() && !g_stop) std::this_thread::sleep_for(kSignalPoll);
+    source.request_stop();
+  });
+  if (app.got_subcommand("replay")) return RunReplay(a.replay, source.get_token());
+  RequireOtherThan("--out", a.exported.out, {"log.csv", "states.csv"}, std::array{a.exported.file});
+  return RunExport(a.exported, source.get_token());
 }
 
 int Main(int argc, char** argv) {
@@ -335,6 +399,7 @@ int Main(int argc, char** argv) {
   CLI::App app("palpate-master: feel a soft object at a distance");
   Declare(&app, &a);
   DeclareDoctor(&app, &doctor);
+  std::unique_ptr<ConnectRecorder> recorder;  // outlives the link
   std::unique_ptr<Line> line;
   std::unique_ptr<Device> device;
   try {
@@ -343,7 +408,11 @@ int Main(int argc, char** argv) {
       if (!doctor.link.target.empty()) doctor.options.line = doctor.link;
       return RunDoctor(doctor.options);
     }
+    if (app.got_subcommand("replay") || app.got_subcommand("export")) return ReadRecording(app, a);
     CheckBeforehand(a);
+    if (!a.record.empty()) {
+      recorder = std::make_unique<ConnectRecorder>(a.record, a.record_limit, &a.link);
+    }
     line = std::make_unique<Line>(a.link);
     if (!IsMadeForScene(a)) device = OpenDevice(a.device, 0, 0);
   } catch (const CLI::ParseError& error) {
@@ -354,7 +423,7 @@ int Main(int argc, char** argv) {
   }
   CatchSignals();
   try {
-    return Operate(a, line.get(), std::move(device));
+    return Operate(a, line.get(), std::move(device), recorder.get());
   } catch (const std::exception& error) {
     if (g_stop) return kDone;  // before anything moved
     std::fprintf(stderr, "palpate-master: %s\n", error.what());

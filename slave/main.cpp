@@ -10,6 +10,7 @@
 #include "slave/commands/commands.h"
 #include "slave/commands/identify/identify.h"
 #include "slave/commands/program.h"
+#include "slave/commands/record/record.h"
 #include "slave/commands/train/train.h"
 
 namespace palpate {
@@ -19,7 +20,10 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave check deploy/scenes/silicone-block.yaml
   palpate-slave serve deploy/scenes/silicone-block.yaml --listen 127.0.0.1:50051
   palpate-slave serve deploy/scenes/silicone-block.yaml --override model.elements=60
+  palpate-slave serve deploy/scenes/silicone-block.yaml --record slave.mcap
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
+  palpate-slave process slave.mcap --out build/again
+  palpate-slave export slave.mcap --out build/slave
   palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --materials --out build/cube
@@ -160,10 +164,17 @@ int Main(int argc, char** argv) {
 
   serve_command->add_option("--metrics", serve.metrics,
                             "HOST:PORT: health in numbers for Prometheus, at /metrics");
+  serve_command->add_option("--record", serve.record,
+                            "FILE.mcap: every sample without loss, and what was felt; `process "
+                            "FILE.mcap` makes it anew");
+  serve_command
+      ->add_option("--record-limit", serve.record_limit, "Size of the file at which recording ends")
+      ->capture_default_str();
 
   ProcessOptions process;
-  auto* process_command =
-      add_command("process", "Run over recorded pictures as fast as they go", &process);
+  auto* process_command = add_command(
+      "process", "Run over recorded pictures, or a recording (FILE.mcap), as fast as they go",
+      &process);
   process_command->add_option("--out", process.out, "Folder for states.csv and summary.json")
       ->required();
   process_command->add_flag("--pictures", process.pictures,
@@ -176,6 +187,13 @@ int Main(int argc, char** argv) {
   process_command->add_option("--duration", process.duration,
                               "Seconds of a simulated target's path; files and scripted presses "
                               "end by themselves");
+
+  RecordingExport exported;
+  CLI::App* export_command = app.add_subcommand(
+      "export", "Write a recording as NumPy arrays, pictures and its scene's files");
+  export_command->add_option("file", exported.file, "FILE.mcap, as serve --record wrote it")
+      ->required();
+  export_command->add_option("--out", exported.out, "Folder, made if missing")->required();
 
   SolveOptions solve;
   auto* solve_command = add_command("solve", "Run the model alone on rows of a file", &solve);
@@ -221,6 +239,7 @@ int Main(int argc, char** argv) {
     }
     stop.ExpectAnswer();
     if (process_command->parsed()) return RunProcess(process, stop.token());
+    if (export_command->parsed()) return RunExportRecording(exported, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
     if (study_command->parsed()) return RunStudyCommand(study, stop.token());
     if (train_command->parsed()) return RunTrain(train, stop.token());

@@ -49,7 +49,13 @@ FingerState ToolOf(const SlaveState& state) {
   return tool;
 }
 
-void RecordFingers(const SlaveState& state, TickRecord* record) {
+// By the master's clock.
+Time SensedAt(const ReceivedState& received) {
+  return received.state.sensed_at - Seconds(received.clock_offset);
+}
+
+void RecordState(const SlaveState& state, TickRecord* record) {
+  record->state_sequence = state.sequence;
   record->finger_count = std::max(state.finger_count, 1);
   record->fingers = state.fingers;
   if (state.finger_count == 0) record->fingers[0] = ToolOf(state);
@@ -119,7 +125,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   TakeState(now);
   TakeSettings();
   TakePatch(ToSeconds(now));
-  if (newest_) RecordFingers(newest_->state, &record_);
+  if (newest_) RecordState(newest_->state, &record_);
   const DeviceReading reading = Checked(raw);
   passivity_.Observe(reading.p_M, sent_, dt);
   StepMachine(now, reading.engaged);
@@ -192,7 +198,7 @@ void HapticLoop::TakeSettings() noexcept {
 
 bool HapticLoop::Trusts(Time now) noexcept {
   const SlaveState& state = newest_->state;
-  const double age = SecondsBetween(state.sensed_at - Seconds(newest_->clock_offset), now);
+  const double age = SecondsBetween(SensedAt(*newest_), now);
   const double oldest = options_.max_age + newest_->round_trip;
   Reasons doubts;
   if (!(age <= oldest && age >= -kFuture)) doubts.Add(Reason::kAged);
@@ -235,6 +241,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
     in.slave_epoch = newest_->state.epoch;
     in.slave_phase = newest_->state.phase;
     record_.state_age = in.state_age;
+    record_.sensed_age = SecondsBetween(SensedAt(*newest_), now);
     if (newest_->ended) in.state_age = 1e9;
   }
   if (in.slave_phase == Phase::kEstop) stop_wanted_ = false;  // it knows

@@ -80,6 +80,7 @@ struct Status {
   double force_limit = 0;            // [N]
   std::vector<NamedFinger> fingers;  // in the scene's order; empty: no state yet
   LinkStats link;
+  std::string badge = {};  // that goes before it all: `REPLAY`; empty: this is live
 };
 
 struct SessionOptions {

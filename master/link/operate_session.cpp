@@ -107,7 +107,9 @@ void OperateSession::SendNewest(Stream* stream) {
   command.sent_at = Clock::now();
   ToProto(command, &message_);
   if (commands_ == 1) message_.set_operator_name(operator_name_);
-  if (stream->Write(message_)) ++with_.commands_sent;
+  if (!stream->Write(message_)) return;
+  ++with_.commands_sent;
+  if (with_.on_sent) with_.on_sent(command);
 }
 
 void OperateSession::Receive(const v1::SlaveState& message) {
@@ -123,6 +125,7 @@ void OperateSession::Receive(const v1::SlaveState& message) {
   ++with_.states_received;
 
   last_ = {*state, now, with_.trips.Arrived(*state, now), with_.trips.newest()};
+  if (with_.on_received) with_.on_received(last_);
   Put(last_);
 }
 

@@ -64,6 +64,8 @@ class OperateSession {
     std::function<void()> on_first_state;
     std::function<void(std::uint32_t settings_revision)> on_state;
     std::function<void(const std::string& reason)> on_refused_state;
+    std::function<void(const ReceivedState&)> on_received;  // may be empty, as the next one
+    std::function<void(const OperatorCommand&)> on_sent;
   };
 
   OperateSession(Surroundings surroundings, std::string operator_name,

@@ -160,7 +160,8 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
     OperateSession next(
         {*stub, *states, *commands, trips, states_received, commands_sent, [this] { Served(); },
          [this](std::uint32_t revision) { SeeRevision(revision); },
-         [this](const std::string& reason) { Refused(reason); }},
+         [this](const std::string& reason) { Refused(reason); }, options.on_received,
+         options.on_sent},
         options.operator_name, call_deadline);
     const grpc::Status read = ReadSettings();
     const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);

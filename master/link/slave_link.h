@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -52,6 +53,10 @@ class SlaveLink {
     std::filesystem::path tls;  // the folder of our certificate; empty: plain text
     std::string operator_name;
     std::chrono::milliseconds longest_round_trip{1000};  // at least reckoned with
+    // Told of each state as it came, and of each command as it left, by the link's own threads;
+    // must not keep them. Empty: nobody.
+    std::function<void(const ReceivedState&)> on_received = {};
+    std::function<void(const OperatorCommand&)> on_sent = {};
   };
   // Throws std::invalid_argument: target not understood, or not loopback without `insecure`.
   explicit SlaveLink(Options options);

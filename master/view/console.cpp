@@ -170,7 +170,8 @@ std::string FormatStatus(const Status& status) {
   const TickRecord& tick = status.tick;
   const double force = tick.chain.sent.norm();
   const bool timed = status.link.rtt_p50_us > 0;
-  std::string line = Formatted(
+  std::string line = status.badge.empty() ? "" : status.badge + " ";
+  line += Formatted(
       "%6.1f s  %-12s  %s Hz  RTT %s ms  age %s ms  %5.2f N %s", status.t,
       std::string(ToString(tick.state)).c_str(),
       OrDash(status.rate > 0, status.rate, "%4.0f").c_str(),

@@ -18,6 +18,7 @@
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
+#include "slave/commands/record/record.h"
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
@@ -122,6 +123,7 @@ Metrics MetricsOf(const Slave& slave, const Server& server) {
 }  // namespace
 
 int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
+  if (IsRecording(options.scene)) return RunProcessRecording(options, stop);
   const Scene scene = LoadScene(options.scene, options.overrides);
   const auto inputs = InputFilesOf(scene);
   RequireOtherThan("--out", options.out, {"states.csv", "summary.json"}, inputs);
@@ -154,7 +156,10 @@ int RunServe(const ServeOptions& options, const std::stop_token& stop) {
         "--insecure: {} serves whoever reaches it, in plain text: anyone can move the tool",
         options.listen);
   }
-  const auto slave = MakeLiveSlave(LoadScene(options.scene, options.overrides), options.state_dir);
+  const Scene scene = LoadScene(options.scene, options.overrides);
+  const auto recording = OpenRecording(options, scene);
+  const auto slave =
+      MakeLiveSlave(scene, options.state_dir, recording ? &recording->sense() : nullptr);
   Introduce(slave->Describe());
   Server server(*slave, options.listen, options.insecure, options.tls);
   std::optional<MetricsPage> metrics;

@@ -21,7 +21,8 @@ struct ProcessOptions {
 };
 
 // Writes out/states.csv and out/summary.json, prints a summary for people. 0: done. Throws
-// SceneError and std::exception.
+// SceneError and std::exception. Where `scene` is a recording (FILE.mcap), its states are made anew
+// and held against those recorded.
 int RunProcess(const ProcessOptions& options, const std::stop_token& stop);
 
 // `palpate-slave serve`: watches, computes, answers over gRPC until told to stop.
@@ -33,6 +34,8 @@ struct ServeOptions {
   std::filesystem::path tls;        // the folder of our certificate; empty: plain text
   std::filesystem::path state_dir;  // where an emergency stop is kept; empty: nowhere
   std::string metrics;              // HOST:PORT that tells health in numbers; empty: none does
+  std::filesystem::path record;     // FILE.mcap, to process again; empty: none
+  std::string record_limit = "8 GB";
 };
 
 // Prints `listening on HOST:PORT` when ready. Returns 0 after `stop`; throws SceneError for

@@ -13,7 +13,7 @@ namespace palpate {
 // while after it was taken.
 inline std::optional<double> ArmLag(const Pace& pace, const World* world, double replayed) {
   constexpr double kLive = 1.5;
-  if (world == nullptr) return std::nullopt;
+  if (world == nullptr && !pace.p_S_tip) return std::nullopt;
   return pace.is_live ? kLive : replayed;
 }
 

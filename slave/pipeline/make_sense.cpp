@@ -62,13 +62,15 @@ SenseInfo Awaited(const Scene& scene) {
 struct SenseMaker {
   template <typename Made>
   [[nodiscard]] std::unique_ptr<Sense> Make() const {
-    if (!TakesPictures(scene.sense)) return std::make_unique<Made>(scene, pace, world);
+    const bool is_played = pace.player != nullptr;
+    if (is_played || !TakesPictures(scene.sense)) return std::make_unique<Made>(scene, pace, world);
     if (!pace.is_live) {
       throw std::invalid_argument(
           "sense.camera.source = stream: accepted here are pictures that are recorded or "
           "simulated");
     }
-    const auto make = [scene = scene](const Pace& streamed) -> std::unique_ptr<Sense> {
+    const auto make = [scene = scene, tap = pace.tap](Pace streamed) -> std::unique_ptr<Sense> {
+      streamed.tap = tap;
       return std::make_unique<Made>(scene, streamed, nullptr);
     };
     return std::make_unique<AwaitedSense>(scene, make, Awaited(scene));

@@ -19,6 +19,7 @@
 
 #include "shared/state/slave_state.h"
 #include "slave/capture/frame_source.h"
+#include "slave/capture/sample_tap.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 
@@ -68,6 +69,10 @@ struct Pace {
   bool is_live = true;
   double duration = 0;               // of a script that could go on for ever [s]; 0: its own choice
   PictureInbox* pictures = nullptr;  // where those of a stream come, which must outlive the source
+  SampleTap* tap = nullptr;          // who is shown each sample, and outlives the source
+  SamplePlayer* player = nullptr;    // who gives samples of another time, and outlives the source
+  // Where the tool of a simulated site is as the sense begins, S [m]; nullopt: as the site says.
+  std::optional<Eigen::Vector3d> p_S_tip = std::nullopt;
 };
 
 // What shows a site in real time: a sample every 1 / rate seconds; late ones are skipped, not

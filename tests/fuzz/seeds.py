@@ -191,12 +191,38 @@ def messages(folder):
             print(f"seeds: {name} is empty: {encoded.stderr.decode().strip()}", file=sys.stderr)
 
 
+def recordings(folder):
+    def text(word):
+        return struct.pack("<I", len(word)) + word
+
+    def record(kind, content):
+        return struct.pack("<BQ", kind, len(content)) + content
+    schema = record(3, struct.pack("<H", 1) + text(b"A") + text(b"protobuf") + text(b"schema"))
+    channel = record(4, struct.pack("<HH", 1, 1) + text(b"/a") + text(b"protobuf") + text(b""))
+    message = record(5, struct.pack("<HIQQ", 1, 1, 7, 7) + b"data")
+    records = schema + channel + message
+    magic = b"\x89MCAP0\r\n"
+    header = record(1, text(b"") + text(b"seed"))
+    chunk = record(6, struct.pack("<QQQI", 7, 7, len(records), zlib.crc32(records)) + text(b"") +
+                   struct.pack("<Q", len(records)) + records)
+    note = record(12, text(b"made") + text(text(b"by") + text(b"us")))
+    attached = struct.pack("<QQ", 1, 0) + text(b"a.yaml") + text(b"text") + struct.pack("<Q", 3) + b"a: "
+    attachment = record(9, attached + struct.pack("<I", zlib.crc32(attached)))
+    end = record(15, bytes(4))
+    write(folder, "mcap", "whole", magic + header + chunk + note + attachment + end + record(2, bytes(20)) + magic, 0)
+    write(folder, "mcap", "loose", magic + header + records + end, 0)
+    write(folder, "mcap", "records", records, 1)
+    write(folder, "mcap", "tactile", b"\x08\x01", 2)
+    write(folder, "mcap", "tick", b"\x0a\x05\x0d\0\0\x80?", 3)
+    dictionary(folder, "mcap", ["zstd", "lz4", "protobuf", magic.decode("latin-1")])
+
+
 def main():
     if len(sys.argv) != 2:
         sys.exit("usage: seeds.py FOLDER")
     folder = pathlib.Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    for make in (scenes, meshes, tables, pictures, networks, rigs, clouds, messages):
+    for make in (scenes, meshes, tables, pictures, networks, rigs, clouds, recordings, messages):
         make(folder)
 
 

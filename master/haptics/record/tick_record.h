@@ -18,9 +18,11 @@ struct TickRecord {
   Eigen::Vector3d p_M{0, 0, 0};  // device tip [m]
   Eigen::Vector3d p_S{0, 0, 0};  // T^p of it, or the slave's tip while not following [m]
   ForceChain chain;
-  double state_age = -1;  // since the newest state was received [s]; negative: none yet
-  double round_trip = 0;  // with the newest state [s]; 0: none with this tick
+  double state_age = -1;   // since the newest state was received [s]; negative: none yet
+  double sensed_age = -1;  // since its sample was taken, by the clocks' offset [s]; likewise
+  double round_trip = 0;   // with the newest state [s]; 0: none with this tick
   std::uint32_t epoch = 0;
+  std::uint64_t state_sequence = 0;  // of the newest state; 0: none yet
   // What each fingertip feels, by the newest state; one: the tool alone. 0: no state yet.
   std::array<FingerState, kMaxFingers> fingers;
   int finger_count = 0;

@@ -22,12 +22,17 @@ constexpr int kMostElements = 4000;
 constexpr double kReplayedLag = 0.45;  // of the arm's word [periods]
 constexpr double kResolved = 0.05;     // of a pixel: what the eyes resolve
 
-std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace, World* world) {
+std::unique_ptr<FrameSource> OpenSource(const Scene& scene, const Pace& pace, World* world) {
+  if (pace.player != nullptr) return pace.player->OpenFrames();
   if (world != nullptr) return world->OpenCamera(scene, pace);
   if (pace.pictures != nullptr) {
     return pace.pictures->OpenFrames(StraighteningOf(*scene.sense.Find<Camera>()));
   }
   return OpenFrameSource(scene, pace.is_live, StraighteningOf(*scene.sense.Find<Camera>()));
+}
+
+std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace, World* world) {
+  return Tapped(OpenSource(scene, pace, world), pace.tap);
 }
 
 Frame FirstPicture(FrameSource& source) {
@@ -38,7 +43,9 @@ Frame FirstPicture(FrameSource& source) {
 
 // Where the tip is in the first picture. Nobody says where a recorded tool is; without a template
 // it is looked for at its home.
-std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const World* world) {
+std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const Pace& pace,
+                                           const World* world) {
+  if (pace.p_S_tip) return pace.p_S_tip;
   if (world != nullptr) return world->truth().p_S_tip;
   if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
@@ -158,7 +165,7 @@ CameraSense::CameraSense(const Scene& scene, const Pace& pace, World* world)
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
-      estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, world))),
+      estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, pace, world))),
       arm_lag_(ArmLag(pace, world, kReplayedLag)) {}
 
 bool CameraSense::Acquire(const std::stop_token& stop) {

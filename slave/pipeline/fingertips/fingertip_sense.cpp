@@ -85,7 +85,8 @@ class FingertipAccount final : public Account {
 constexpr double kLiveSampleLag = 5, kReplayedSampleLag = 0.45;  // of the arm's word [samples]
 constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is [m]
 
-std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace, World* world) {
+std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const Pace& pace, World* world) {
+  if (pace.player != nullptr) return pace.player->OpenFingertips();
   if (world != nullptr) return world->OpenFingertips(scene, pace);
   if (scene.sense.Find<Tactile>()->source == Tactile::Source::kRecording) {
     return OpenTactileRecording(scene, pace.is_live);
@@ -98,6 +99,10 @@ std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace, World*
   return std::make_unique<TactileInbox>(*scene.sense.Find<Tactile>());
 }
 
+std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace, World* world) {
+  return Tapped(OpenSource(scene, pace, world), pace.tap);
+}
+
 }  // namespace
 
 std::unique_ptr<Account> FingertipSense::OpenAccount(const World* /*world*/) {
@@ -108,7 +113,8 @@ FingertipSense::FingertipSense(const Scene& scene, const Pace& pace, World* worl
     : FingertipSense(scene, Open(scene, pace, world), LoadSenses(scene)) {
   // Recorded and streamed fingertips need not hang on the arm that moves here. A live arm is asked
   // when the sample has come, a while after it was taken.
-  if (world != nullptr) arm_lag_ = pace.is_live ? kLiveSampleLag : kReplayedSampleLag;
+  if (world != nullptr || pace.p_S_tip)
+    arm_lag_ = pace.is_live ? kLiveSampleLag : kReplayedSampleLag;
 }
 
 FingertipSense::FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source,
@@ -151,7 +157,7 @@ std::vector<StageTimes> FingertipSense::Stages() const {
 }
 
 TactileInbox* FingertipSense::inbox() {
-  return dynamic_cast<TactileInbox*>(source_.get());
+  return dynamic_cast<TactileInbox*>(Untapped(source_.get()));
 }
 
 }  // namespace palpate

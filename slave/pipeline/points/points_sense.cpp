@@ -16,7 +16,8 @@
 namespace palpate {
 namespace {
 
-std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace, World* world) {
+std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const Pace& pace, World* world) {
+  if (pace.player != nullptr) return pace.player->OpenPairs();
   const bool goes_on = world != nullptr && world->target();
   if (pace.duration > 0 && !goes_on) {
     throw std::invalid_argument(fmt::format(
@@ -26,6 +27,10 @@ std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace, World* 
   if (world != nullptr) return world->OpenPair(scene, pace);
   if (pace.pictures != nullptr) return pace.pictures->OpenPairs();
   return OpenStereo(scene, pace.is_live);
+}
+
+std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace, World* world) {
+  return Tapped(OpenSource(scene, pace, world), pace.tap);
 }
 
 // Of an object that is followed as a whole, without a model: the surface of the scene's mesh, frame

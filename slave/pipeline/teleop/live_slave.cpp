@@ -334,8 +334,8 @@ std::optional<JpegPicture> LiveSlave::Picture(bool overlays, int quality) {
                      seen->plain.cols, seen->plain.rows};
 }
 
-std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene,
-                                     const std::filesystem::path& state_folder) {
+std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene, const std::filesystem::path& state_folder,
+                                     SenseRecorder* recorder) {
   std::unique_ptr<World> world = MakeWorld(scene);
   Manipulator::OnStep on_step;
   if (world) {
@@ -346,7 +346,13 @@ std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene,
   }
   std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene, on_step);
   if (world) world->MoveTool(manipulator->Tip(), Patience::kNone);
-  std::unique_ptr<Sense> sense = MakeSense(scene, {}, world.get());
+  Pace pace{.tap = recorder};
+  if (recorder != nullptr) {
+    if (world) pace.p_S_tip = world->truth().p_S_tip;
+    recorder->Begin(pace.p_S_tip);
+  }
+  std::unique_ptr<Sense> sense = MakeSense(scene, pace, world.get());
+  if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
   auto slave = std::make_unique<LiveSlave>(scene, std::move(world), std::move(manipulator),
                                            std::move(sense));
   if (!state_folder.empty()) slave->KeepStopIn(state_folder);

@@ -17,6 +17,7 @@
 #include "slave/manipulator/manipulator.h"
 #include "slave/pipeline/local_model/patch_keeper.h"
 #include "slave/pipeline/sense.h"
+#include "slave/pipeline/sense_recorder.h"
 #include "slave/pipeline/teleop/latest_estimate.h"
 #include "slave/pipeline/teleop/operator_port.h"
 #include "slave/pipeline/teleop/slave.h"
@@ -112,8 +113,10 @@ class LiveSlave final : public Slave {
 };
 
 // The slave of the scene: its site, its arm and its sense. Throws as they do. `state_folder`: see
-// KeepStopIn; empty: an emergency stop ends with the process.
+// KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of the sense, outlives
+// the slave; null: nobody.
 std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene,
-                                     const std::filesystem::path& state_folder = {});
+                                     const std::filesystem::path& state_folder = {},
+                                     SenseRecorder* recorder = nullptr);
 
 }  // namespace palpate

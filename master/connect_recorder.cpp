@@ -1,0 +1,55 @@
+#include "master/connect_recorder.h"
+
+#include <cstdio>
+#include <utility>
+
+#include "shared/program/program.h"
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+Recording::Options FileOptions(const std::filesystem::path& file, const std::string& limit) {
+  Recording::Options options;
+  options.file = file;
+  options.limit = ParseRecordLimit(limit);
+  options.library = std::string("palpate-master ") + Version();
+  options.tell = [](const std::string& why) { std::fprintf(stderr, "\n%s\n", why.c_str()); };
+  return options;
+}
+
+}  // namespace
+
+ConnectRecorder::ConnectRecorder(const std::filesystem::path& file, const std::string& limit,
+                                 SlaveLink::Options* link)
+    : file_(file), recording_(FileOptions(file, limit)) {
+  link->on_received = [this](const ReceivedState& state) { recording_.OnState(state); };
+  link->on_sent = [this](const OperatorCommand& command) { recording_.OnCommand(command); };
+}
+
+void ConnectRecorder::Begin(const SlaveLink::Options& link, McapMap session) {
+  session["version"] = Version();
+  session["target"] = link.target;
+  recording_.Begin(session);
+  bulk_.emplace(BulkWatch::Options{link.target, link.insecure, link.tls},
+                [this](const auto& message) { recording_.OnBulk(message); });
+}
+
+void ConnectRecorder::LookOn(Recorder::Onlooker* onlooker) {
+  *onlooker = [this, before = *onlooker](const TickRecord& tick) {
+    if (before) before(tick);
+    recording_.OnTick(tick);
+  };
+}
+
+bool ConnectRecorder::Finish(Console* console, Report* report) {
+  bulk_.reset();
+  recording_.Finish();
+  const Recording::Stats stats = recording_.stats();
+  console->Say(Formatted("recorded %.1f MB to ", 1e-6 * static_cast<double>(stats.bytes)) +
+               file_.string());
+  if (!stats.trouble.empty()) report->trouble.push_back(stats.trouble);
+  return !stats.failed;
+}
+
+}  // namespace palpate

@@ -1,0 +1,127 @@
+#include "master/recording/replay.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "palpate/v1/recording.pb.h"
+#include "palpate/v1/teleoperation.pb.h"
+
+#include "foxglove/schemas.pb.h"
+#include "master/recording/session_recording.h"
+#include "master/recording/tick_message.h"
+#include "shared/recording/recording_reader.h"
+#include "shared/text/text.h"
+#include "shared/wire/fields.h"
+#include "shared/wire/state_message.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kStep = 0.01;  // of the player's time [s]
+
+template <class Message>
+Message Parsed(const RecordingReader& reader) {
+  Message message;
+  reader.Read(&message);
+  return message;
+}
+
+// Tells one message after the other to whom it concerns.
+class Teller {
+ public:
+  Teller(const RecordingReader& reader, const ReplayFeed& feed,
+         std::shared_ptr<const MeshTopology> topology)
+      : reader_(reader), feed_(feed), topology_(std::move(topology)) {}
+
+  void Tell() {
+    const std::string_view topic = reader_.topic();
+    if (topic == kTickTopic && feed_.on_tick) {
+      feed_.on_tick(FromProto(Parsed<v1::ForceTick>(reader_), reader_.at()));
+    } else if (topic == kStateTopic && feed_.on_state) {
+      TellState();
+    } else if (topic == kPictureTopic && feed_.on_picture) {
+      TellPicture();
+    } else if (topic == kMeshTopic && feed_.on_mesh) {
+      TellMesh();
+    } else if (topic == kMasterLogTopic && feed_.on_log) {
+      feed_.on_log(Presentable(Parsed<foxglove::Log>(reader_).message(), kLongestLine));
+    } else if (topic == kSceneTopic && feed_.on_scene) {
+      feed_.on_scene(Presentable(Parsed<v1::SceneDescription>(reader_).name(), kLongestLine));
+    }
+  }
+
+ private:
+  static constexpr std::size_t kLongestLine = 300;
+
+  void TellState() {
+    std::string reason;
+    if (const auto state = FromProto(Parsed<v1::SlaveState>(reader_), &reason)) {
+      feed_.on_state(*state, reader_.at());
+    }
+  }
+  void TellPicture() {
+    const auto image = Parsed<foxglove::CompressedImage>(reader_);
+    std::string reason;
+    feed_.on_picture(image.data(), FieldReader(&reason).Stamp("timestamp", image.timestamp()));
+  }
+  void TellMesh() {
+    std::string reason;
+    auto mesh = FromProto(Parsed<v1::MeshState>(reader_), topology_, &reason);
+    if (!mesh) return;
+    topology_ = mesh->topology;
+    feed_.on_mesh(std::make_shared<const RemoteMesh>(*std::move(mesh)));
+  }
+
+  const RecordingReader& reader_;
+  const ReplayFeed& feed_;
+  std::shared_ptr<const MeshTopology> topology_;
+};
+
+}  // namespace
+
+// The object's topology is told once, perhaps long before what is to be played.
+Replay::Replay(std::filesystem::path file) : file_(std::move(file)) {
+  RecordingReader reader(file_);
+  while (reader.Next()) {
+    if (reader.topic() == kMeshTopic && !topology_) {
+      std::string reason;
+      const auto mesh = FromProto(Parsed<v1::MeshState>(reader), nullptr, &reason);
+      if (mesh) topology_ = mesh->topology;
+    }
+    if (reader.topic() != kTickTopic) continue;
+    if (span_.ticks++ == 0) span_.first = reader.at();
+    span_.last = std::max(span_.last, reader.at());
+  }
+  span_.damage = reader.mcap().damage();
+  if (span_.ticks == 0) {
+    throw InputError(file_.string() +
+                     ": holds no tick: accepted is a master's recording (connect --record)");
+  }
+  const auto session = reader.mcap().notes().find(kSessionNote);
+  if (session != reader.mcap().notes().end()) span_.session = session->second;
+}
+
+void Replay::Play(double from, double speed, const ReplayFeed& feed,
+                  const std::stop_token& stop) const {
+  RecordingReader reader(file_);
+  Teller teller(reader, feed, topology_);
+  const Time begin = span_.first + Seconds(from);
+  if (from > 0) reader.SkipBefore(begin);
+  const Time started = Clock::now();
+  double asked = -kStep;
+  while (!stop.stop_requested() && reader.Next()) {
+    // The ticks alone tell the time: nobody waits for a message with a stamp of another clock.
+    const double played = SecondsBetween(begin, std::min(reader.at(), span_.last));
+    if (reader.topic() == kTickTopic && played - asked >= kStep * std::max(speed, 1.0)) {
+      asked = played;
+      if (feed.goes_on && !feed.goes_on(from + played)) return;
+      if (speed > 0) {
+        std::this_thread::sleep_until(Clock::ToSteady(started + Seconds(played / speed)));
+      }
+    }
+    teller.Tell();
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,122 @@
+#include "master/recording/session_recording.h"
+
+#include <utility>
+
+#include "palpate/v1/recording.pb.h"
+#include "palpate/v1/teleoperation.pb.h"
+
+#include "foxglove/schemas.pb.h"
+#include "master/recording/tick_message.h"
+#include "shared/wire/fields.h"
+#include "shared/wire/state_message.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kHandEvery = 0.01;  // [s]
+
+std::string EventsInWords(const Events& events) {
+  google::protobuf::RepeatedField<int> told;
+  ToProto(events, &told);
+  std::string words;
+  for (const int event : told) {
+    words += (words.empty() ? "" : ", ") + v1::Event_Name(static_cast<v1::Event>(event));
+  }
+  return words;
+}
+
+foxglove::CompressedImage ImageOf(const v1::VideoFrame& frame) {
+  foxglove::CompressedImage image;
+  *image.mutable_timestamp() = frame.sensed_at();
+  image.set_format("jpeg");
+  image.set_frame_id("camera");
+  image.set_data(frame.jpeg());
+  return image;
+}
+
+}  // namespace
+
+SessionRecording::SessionRecording(Recording::Options options)
+    : recording_(std::move(options)),
+      tick_(recording_.Open(kTickTopic, v1::ForceTick())),
+      command_(recording_.Open(kCommandTopic, v1::OperatorCommand())),
+      state_(recording_.Open(kStateTopic, v1::SlaveState())),
+      picture_(recording_.Open(kPictureTopic, foxglove::CompressedImage())),
+      mesh_(recording_.Open(kMeshTopic, v1::MeshState())),
+      scene_(recording_.Open(kSceneTopic, v1::SceneDescription())),
+      capabilities_(recording_.Open(kCapabilitiesTopic, v1::Capabilities())),
+      health_(recording_.Open(kHealthTopic, v1::Status())),
+      hand_(recording_.Open(kHandTopic, foxglove::PoseInFrame())),
+      log_(recording_.Open(kMasterLogTopic, foxglove::Log())) {}
+
+void SessionRecording::OnTick(const TickRecord& record) {
+  v1::ForceTick message;
+  ToProto(record, &message);
+  recording_.Put(tick_, record.at, message);
+  TellChanges(record);
+  if (SecondsBetween(hand_told_, record.at) < kHandEvery) return;
+  hand_told_ = record.at;
+  foxglove::PoseInFrame pose;
+  ToProto(record.at, pose.mutable_timestamp());
+  pose.set_frame_id("master");
+  auto* position = pose.mutable_pose()->mutable_position();
+  position->set_x(record.p_M.x());
+  position->set_y(record.p_M.y());
+  position->set_z(record.p_M.z());
+  pose.mutable_pose()->mutable_orientation()->set_w(1);
+  recording_.Put(hand_, record.at, pose);
+}
+
+void SessionRecording::TellChanges(const TickRecord& record) {
+  if (std::exchange(last_state_, record.state) == record.state) return;
+  const std::string why = ToString(record.chain.reasons);
+  Say(std::string(ToString(record.state)) + (why.empty() ? "" : " (" + why + ")"));
+}
+
+void SessionRecording::OnState(const ReceivedState& received) {
+  v1::SlaveState message;
+  ToProto(received.state, &message);
+  recording_.Put(state_, received.received_at, message);
+  if (!received.state.events.empty()) Say("slave: " + EventsInWords(received.state.events));
+}
+
+void SessionRecording::OnCommand(const OperatorCommand& command) {
+  v1::OperatorCommand message;
+  ToProto(command, &message);
+  recording_.Put(command_, command.sent_at, message);
+}
+
+void SessionRecording::OnBulk(const google::protobuf::Message& message) {
+  const Time now = Clock::now();
+  const auto* type = message.GetDescriptor();
+  if (type == v1::VideoFrame::descriptor()) {
+    recording_.Put(picture_, now, ImageOf(static_cast<const v1::VideoFrame&>(message)));
+  } else if (type == v1::MeshState::descriptor()) {
+    recording_.Put(mesh_, now, message);
+  } else if (type == v1::SceneDescription::descriptor()) {
+    recording_.Put(scene_, now, message);
+  } else if (type == v1::Capabilities::descriptor()) {
+    recording_.Put(capabilities_, now, message);
+  } else if (type == v1::Status::descriptor()) {
+    recording_.Put(health_, now, message);
+    TellAlarms(message);
+  }
+}
+
+void SessionRecording::TellAlarms(const google::protobuf::Message& status) {
+  for (const std::string& alarm : static_cast<const v1::Status&>(status).alarms()) {
+    if (alarms_.insert(alarm).second) Say("slave: " + alarm, true);
+  }
+}
+
+void SessionRecording::Say(const std::string& line, bool is_alarm) {
+  foxglove::Log log;
+  const Time now = Clock::now();
+  ToProto(now, log.mutable_timestamp());
+  log.set_level(is_alarm ? foxglove::Log::WARNING : foxglove::Log::INFO);
+  log.set_message(line);
+  log.set_name("palpate-master");
+  recording_.Put(log_, now, log);
+}
+
+}  // namespace palpate

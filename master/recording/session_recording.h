@@ -1,0 +1,66 @@
+// The master's recording of a session.
+//
+//   /master/tick           palpate.v1.ForceTick, 1000 a second: the force chain
+//   /master/command        palpate.v1.OperatorCommand, as they left
+//   /slave/state           palpate.v1.SlaveState, as they came: time of arrival, master's clock
+//   /slave/picture         foxglove.CompressedImage, JPEG, at most two a second
+//   /slave/mesh            palpate.v1.MeshState, at most two a second
+//   /slave/scene, /capabilities, /health   what the slave says of itself, at each change, each
+//   second /master/tip            foxglove.PoseInFrame: the hand, a hundred a second /log
+//   foxglove.Log: states of the operator, events and alarms, in words
+#pragma once
+
+#include <filesystem>
+#include <mutex>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "master/haptics/record/tick_record.h"
+#include "master/link/slave_link.h"
+#include "shared/recording/recording.h"
+
+namespace palpate {
+
+inline constexpr std::string_view kTickTopic = "/master/tick", kCommandTopic = "/master/command",
+                                  kStateTopic = "/slave/state", kPictureTopic = "/slave/picture",
+                                  kMeshTopic = "/slave/mesh", kSceneTopic = "/slave/scene",
+                                  kCapabilitiesTopic = "/slave/capabilities",
+                                  kHealthTopic = "/slave/health", kHandTopic = "/master/tip",
+                                  kMasterLogTopic = "/log";
+// Of the note that says what the session went by.
+inline constexpr const char* kSessionNote = "palpate.session";
+
+// Thread-safe. Nothing here is for the haptic thread: its ticks come by the ring.
+class SessionRecording {
+ public:
+  // Throws std::runtime_error: it cannot be written.
+  explicit SessionRecording(Recording::Options options);
+
+  // Before anything else: what the session goes by.
+  void Begin(const McapMap& session) { recording_.Note(kSessionNote, session); }
+  void OnTick(const TickRecord& record);
+  void OnState(const ReceivedState& received);
+  void OnCommand(const OperatorCommand& command);
+  // Of a BulkWatch.
+  void OnBulk(const google::protobuf::Message& message);
+  // A line of the log; `is_alarm`: something is not as it should be.
+  void Say(const std::string& line, bool is_alarm = false);
+
+  void Finish() { recording_.Finish(); }
+  [[nodiscard]] Recording::Stats stats() const { return recording_.stats(); }
+
+ private:
+  void TellChanges(const TickRecord& record);
+  void TellAlarms(const google::protobuf::Message& status);
+
+  Recording recording_;
+  std::uint16_t tick_, command_, state_, picture_, mesh_, scene_, capabilities_, health_, hand_,
+      log_;
+  // Of the thread that brings ticks.
+  OperatorState last_state_ = OperatorState::kDisconnected;
+  Time hand_told_{};
+  std::set<std::string> alarms_;  // told; of the thread that asks for the slave's health
+};
+
+}  // namespace palpate

@@ -1,0 +1,91 @@
+#include "master/replay_command.h"
+
+#include <stdexcept>
+
+#include "master/recording/export.h"
+#include "master/recording/replay.h"
+#include "master/view/console.h"
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kShowEvery = 0.1;  // of the player's time [s]
+
+// What the recording says of itself, a line each.
+std::vector<std::string> Introduction(const ReplaySpan& span, const std::string& file) {
+  std::vector<std::string> lines{Formatted("%s: %.1f s, %llu ticks", file.c_str(), span.seconds(),
+                                           static_cast<unsigned long long>(span.ticks))};
+  for (const auto& [key, value] : span.session) {
+    lines.push_back("  " + Presentable(key, 40) + ": " + Presentable(value, 100));
+  }
+  if (!span.damage.empty()) lines.push_back("not whole: " + span.damage);
+  return lines;
+}
+
+std::vector<NamedFinger> FingersOf(const SlaveState& state) {
+  std::vector<NamedFinger> fingers;
+  for (int i = 0; i < state.finger_count; ++i) {
+    fingers.push_back(
+        {"finger " + std::to_string(i + 1), state.fingers[static_cast<std::size_t>(i)]});
+  }
+  return fingers;
+}
+
+}  // namespace
+
+int RunReplay(const ReplayOptions& options, const std::stop_token& stop) {
+  const Replay replay(options.file);
+  if (options.from > replay.span().seconds()) {
+    throw std::invalid_argument(
+        Formatted("--from = %g s: accepted is up to the recording's end, %.1f s", options.from,
+                  replay.span().seconds()));
+  }
+  Console console = Console::Standard();
+  for (const std::string& line : Introduction(replay.span(), options.file.string())) {
+    console.Say(line);
+  }
+  Status status;
+  status.badge = "REPLAY";
+  const auto limit = replay.span().session.find("force_limit_N");
+  if (limit != replay.span().session.end()) {
+    status.force_limit = ParseFinite(limit->second).value_or(0);
+  }
+  std::shared_ptr<const RemoteMesh> mesh;
+  double shown = -1;
+  std::uint64_t ticks = 0;
+  ReplayFeed feed;
+  feed.on_tick = [&](const TickRecord& tick) { status.tick = tick, ++ticks; };
+  feed.on_state = [&](const SlaveState& state, Time) { status.fingers = FingersOf(state); };
+  feed.on_mesh = [&](const auto& newest) { mesh = newest; };
+  feed.on_log = [&](const std::string& line) {
+    console.Say(Formatted("REPLAY %6.1f s  ", status.t) + line);
+  };
+  feed.goes_on = [&](double t) {
+    if (t - shown >= kShowEvery * options.speed && ticks > 0) {
+      status.rate = shown >= 0 ? static_cast<double>(ticks) / (t - shown) : 0;
+      shown = status.t = t;
+      ticks = 0;
+      console.Show(status, mesh.get());
+    }
+    return true;
+  };
+  replay.Play(options.from, options.speed, feed, stop);
+  console.Say("the recording ends");
+  return 0;
+}
+
+int RunExport(const SessionExportOptions& options, const std::stop_token& stop) {
+  const ExportCounts counts = ExportSession(options.file, options.out, stop);
+  Console console = Console::Standard();
+  console.Say(Formatted("%llu ticks, %llu states, %llu pictures, %llu meshes",
+                        static_cast<unsigned long long>(counts.ticks),
+                        static_cast<unsigned long long>(counts.states),
+                        static_cast<unsigned long long>(counts.pictures),
+                        static_cast<unsigned long long>(counts.meshes)));
+  if (!counts.damage.empty()) console.Say("not whole: " + counts.damage);
+  console.Say("written: " + options.out.string());
+  return 0;
+}
+
+}  // namespace palpate

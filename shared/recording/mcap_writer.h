@@ -1,0 +1,104 @@
+// Writes an MCAP file (mcap.dev/spec) that can be read up to its last flush whatever happens to the
+// process: chunks with CRC and message indexes, and, once it is closed, summary, statistics and
+// footer. Ours, because Debian packages no MCAP library for C++.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shared/recording/chunk_codec.h"
+#include "shared/recording/mcap_bytes.h"
+
+namespace palpate {
+
+struct McapSchema {
+  std::string name;      // `palpate.v1.SlaveState`
+  std::string encoding;  // `protobuf`
+  std::string data;      // a FileDescriptorSet
+};
+
+// One thread at a time. Times are nanoseconds since 1970.
+class McapWriter {
+ public:
+  struct Options {
+    std::string library;                // who wrote it
+    std::uint64_t limit = 0;            // of the file [bytes]; 0: none
+    std::size_t chunk_bytes = 1 << 20;  // unpacked, after which a chunk is written
+  };
+
+  // Begins the file anew. Throws std::runtime_error: it cannot be written.
+  McapWriter(std::filesystem::path file, const Options& options);
+  ~McapWriter() { Close(); }
+  McapWriter(const McapWriter&) = delete;
+  McapWriter& operator=(const McapWriter&) = delete;
+
+  // A topic of messages in `message_encoding`. Equal schemas are written once.
+  std::uint16_t AddChannel(std::string_view topic, const McapSchema& schema,
+                           std::string_view message_encoding = "protobuf");
+  void Write(std::uint16_t channel, std::uint64_t time, std::string_view data);
+  // A file that belongs to the recording.
+  void Attach(std::string_view name, std::string_view media_type, std::string_view data,
+              std::uint64_t time);
+  void Note(std::string_view name, const McapMap& values);
+  // Everything so far reaches the file.
+  void Flush();
+  // Flushes, writes the summary. Nothing is written afterwards.
+  void Close();
+
+  // Nothing more is written: closed, the file's limit, or what kept it from being written.
+  [[nodiscard]] bool ended() const { return file_descriptor_ < 0; }
+  // Why it ended before it was closed, in words; empty: it did not.
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  [[nodiscard]] bool failed() const { return failed_; }         // it could not be written
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }  // of the file
+  [[nodiscard]] std::uint64_t messages() const { return messages_; }
+  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
+
+ private:
+  struct Indexed {
+    std::uint64_t time, offset;
+  };
+  struct Span {
+    std::uint64_t first = 0, last = 0;
+    bool empty = true;
+    void Add(std::uint64_t time);
+  };
+
+  void AddToChunk(McapRecord kind, std::string_view content);
+  // Whether `bytes` more, and the summary then, are within the limit; else says so and closes.
+  [[nodiscard]] bool MakeRoom(std::uint64_t bytes);
+  // What `part` says goes to the file whole or not at all.
+  bool Put(std::string_view part);
+  void WriteChunk();
+  [[nodiscard]] std::string MessageIndexes(std::map<std::uint16_t, std::uint64_t>* offsets) const;
+  void WriteSummary();
+  [[nodiscard]] std::string Statistics() const;
+  void Fail(const std::string& why);
+
+  const std::filesystem::path file_;
+  const Options options_;
+  int file_descriptor_ = -1;
+  bool closing_ = false, failed_ = false;
+  std::uint64_t bytes_ = 0;
+  std::string trouble_;
+
+  std::string chunk_;  // records not yet written
+  Span chunk_times_, times_;
+  std::map<std::uint16_t, std::vector<Indexed>> chunk_index_;
+  ChunkPacker packer_;
+
+  // What the summary repeats, as records.
+  std::string schemas_, channels_, chunk_indexes_, attachment_indexes_, metadata_indexes_;
+  std::map<std::string, std::uint16_t> schema_ids_;   // by name
+  std::map<std::uint16_t, std::uint64_t> counts_;     // messages per channel, in the file
+  std::map<std::uint16_t, std::uint32_t> sequences_;  // given out per channel
+  std::uint64_t messages_ = 0;
+  std::uint32_t chunks_ = 0, attachments_ = 0, notes_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,161 @@
+#include "shared/recording/recording.h"
+
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/descriptor.pb.h>
+
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+void AddFile(const google::protobuf::FileDescriptor& file, std::set<std::string>* known,
+             google::protobuf::FileDescriptorSet* files) {
+  if (!known->insert(file.name()).second) return;
+  for (int i = 0; i < file.dependency_count(); ++i) AddFile(*file.dependency(i), known, files);
+  file.CopyTo(files->add_file());
+}
+
+constexpr std::size_t kItself = 100;  // of what waits, beside its bytes
+
+}  // namespace
+
+McapSchema SchemaOf(const google::protobuf::Descriptor& message) {
+  google::protobuf::FileDescriptorSet files;
+  std::set<std::string> known;
+  AddFile(*message.file(), &known, &files);
+  return {message.full_name(), "protobuf", files.SerializeAsString()};
+}
+
+Recording::Recording(Options options)
+    : options_(std::move(options)),
+      writer_(options_.file, {.library = options_.library, .limit = options_.limit}) {}
+
+std::uint16_t Recording::Open(std::string_view topic, const google::protobuf::Message& example) {
+  return writer_.AddChannel(topic, SchemaOf(*example.GetDescriptor()));
+}
+
+void Recording::Attach(std::string_view name, std::string_view data) {
+  writer_.Attach(name, "application/octet-stream", data, Nanoseconds(Clock::now()));
+}
+
+void Recording::Note(std::string_view name, const McapMap& values) {
+  writer_.Note(name, values);
+}
+
+void Recording::Put(std::uint16_t channel, Time at, const google::protobuf::Message& message) {
+  std::string bytes = message.SerializeAsString();
+  const std::size_t size = bytes.size();
+  Put({channel, at, size, std::move(bytes), {}});
+}
+
+void Recording::Put(std::uint16_t channel, Time at, std::size_t size,
+                    std::function<std::string()> make) {
+  Put({channel, at, size, {}, std::move(make)});
+}
+
+void Recording::Put(Waiting waiting) {
+  const std::lock_guard lock(mutex_);
+  if (is_closed_) return;
+  if (waiting_ + waiting.size > options_.most_waiting) {
+    ++stats_.dropped;
+    return;
+  }
+  if (!thread_.joinable()) {
+    thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+  }
+  waiting_ += waiting.size + kItself;
+  queue_.push_back(std::move(waiting));
+}
+
+void Recording::Run(const std::stop_token& stop) {
+  constexpr auto kNap = std::chrono::milliseconds(50);
+  Time flushed = Clock::now();
+  std::deque<Waiting> batch;
+  while (!stop.stop_requested()) {
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, stop, kNap, [] { return false; });
+      batch.swap(queue_);
+    }
+    Drain(&batch);
+    if (SecondsBetween(flushed, Clock::now()) >= kFlushEvery) {
+      writer_.Flush();
+      flushed = Clock::now();
+    }
+    SeeEnd();
+  }
+}
+
+void Recording::Drain(std::deque<Waiting>* batch) {
+  for (; !batch->empty(); batch->pop_front()) {
+    Waiting& next = batch->front();
+    if (next.make && !writer_.ended()) next.bytes = next.make();
+    writer_.Write(next.channel, Nanoseconds(next.at), next.bytes);
+    const std::lock_guard lock(mutex_);
+    waiting_ -= next.size + kItself;
+  }
+}
+
+void Recording::SeeEnd() {
+  std::string told;
+  {
+    const std::lock_guard lock(mutex_);
+    stats_.bytes = writer_.bytes();
+    stats_.messages = writer_.messages();
+    stats_.failed = writer_.failed();
+    if (is_told_ || writer_.trouble().empty()) return;
+    is_told_ = is_closed_ = true;
+    told = stats_.trouble = writer_.trouble();
+    queue_.clear();
+  }
+  if (options_.tell) options_.tell(told);
+}
+
+void Recording::Finish() {
+  {
+    const std::lock_guard lock(mutex_);
+    is_closed_ = true;
+  }
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+  Drain(&queue_);  // nobody else is left
+  const std::uint64_t dropped = stats().dropped;
+  if (dropped > 0) writer_.Note("dropped", {{"messages", std::to_string(dropped)}});
+  writer_.Close();
+  SeeEnd();
+}
+
+Recording::Stats Recording::stats() const {
+  const std::lock_guard lock(mutex_);
+  Stats stats = stats_;
+  if (stats.trouble.empty() && stats.dropped > 0) {
+    stats.trouble = options_.file.string() + ": " + std::to_string(stats.dropped) +
+                    " messages are missing: more came than could be written";
+  }
+  return stats;
+}
+
+std::uint64_t ParseRecordLimit(std::string_view text) {
+  constexpr double kLeast = 1e5, kMost = 1e15;  // [bytes]
+  struct Unit {
+    std::string_view name;
+    double bytes;
+  };
+  constexpr Unit kUnits[] = {{"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}, {"", 1}};
+  for (const Unit& unit : kUnits) {
+    if (!text.ends_with(unit.name)) continue;
+    const auto number = ParseFinite(Trimmed(text.substr(0, text.size() - unit.name.size())));
+    const double bytes = number ? *number * unit.bytes : 0;
+    if (bytes >= kLeast && bytes <= kMost) return static_cast<std::uint64_t>(bytes);
+    break;
+  }
+  throw std::invalid_argument(
+      "--record-limit = " + Shown(text) +
+      ": accepted is a size from 100 kB to 1000 TB, such as 500 MB or 8 GB");
+}
+
+}  // namespace palpate

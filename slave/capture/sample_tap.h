@@ -1,0 +1,86 @@
+// Who is shown each sample as a sense is given it, and who gives them again later.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <utility>
+
+#include "slave/capture/frame_source.h"
+#include "slave/capture/tactile_frame.h"
+
+namespace palpate {
+
+// Called by the thread that waits for samples; must not keep it.
+class SampleTap {
+ public:
+  virtual ~SampleTap() = default;
+  // A source begins: what came before was of another one, which would not do.
+  virtual void Opened() = 0;
+  virtual void See(const Frame& frame) = 0;
+  virtual void See(const StereoPair& pair) = 0;
+  virtual void See(const TactileFrame& frame) = 0;
+};
+
+// Samples that were seen once. One source at a time; the player outlives it.
+class SamplePlayer {
+ public:
+  virtual ~SamplePlayer() = default;
+  virtual std::unique_ptr<FrameSource> OpenFrames() = 0;
+  virtual std::unique_ptr<StereoSource> OpenPairs() = 0;
+  virtual std::unique_ptr<TactileSource> OpenFingertips() = 0;
+};
+
+// Shows each sample of `inner` to `tap` before anybody else.
+template <typename Source>
+class TappedSource : public Source {
+ public:
+  using Sample = typename decltype(std::declval<Source&>().Next({}))::value_type;
+
+  TappedSource(std::unique_ptr<Source> inner, SampleTap* tap)
+      : inner_(std::move(inner)), tap_(tap) {
+    tap_->Opened();
+  }
+  std::optional<Sample> Next(const std::stop_token& stop) override {
+    std::optional<Sample> sample = inner_->Next(stop);
+    if (sample) tap_->See(*sample);
+    return sample;
+  }
+  [[nodiscard]] std::string description() const override { return inner_->description(); }
+  [[nodiscard]] Source* inner() const { return inner_.get(); }
+
+ private:
+  std::unique_ptr<Source> inner_;
+  SampleTap* tap_;
+};
+
+template <typename Picture>
+class TappedPictures final : public TappedSource<PictureSource<Picture>> {
+ public:
+  using TappedSource<PictureSource<Picture>>::TappedSource;
+  [[nodiscard]] std::optional<EyesHealth> health() const override {
+    return this->inner()->health();
+  }
+};
+
+// `source` as it is, where nobody wants to see.
+template <typename Picture>
+std::unique_ptr<PictureSource<Picture>> Tapped(std::unique_ptr<PictureSource<Picture>> source,
+                                               SampleTap* tap) {
+  if (tap == nullptr) return source;
+  return std::make_unique<TappedPictures<Picture>>(std::move(source), tap);
+}
+inline std::unique_ptr<TactileSource> Tapped(std::unique_ptr<TactileSource> source,
+                                             SampleTap* tap) {
+  if (tap == nullptr) return source;
+  return std::make_unique<TappedSource<TactileSource>>(std::move(source), tap);
+}
+// What stands behind the tap, if there is one.
+template <typename Source>
+Source* Untapped(Source* source) {
+  auto* tapped = dynamic_cast<TappedSource<Source>*>(source);
+  return tapped != nullptr ? tapped->inner() : source;
+}
+
+}  // namespace palpate

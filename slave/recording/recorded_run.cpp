@@ -1,0 +1,211 @@
+#include "slave/recording/recorded_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "palpate/v1/recording.pb.h"
+
+#include "shared/program/program.h"
+#include "shared/recording/recording_reader.h"
+#include "shared/text/text.h"
+#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/sense.h"
+#include "slave/pipeline/teleop/operator_port.h"
+#include "slave/recording/recorded_beginning.h"
+#include "slave/recording/recorded_samples.h"
+#include "slave/recording/sense_recording.h"
+#include "slave/recording/step_messages.h"
+#include "slave/scene/scene_loader.h"
+
+namespace palpate {
+namespace {
+
+Eigen::Vector3d Finite(const v1::Exact3& message) {
+  const Eigen::Vector3d place = FromProto(message);
+  if (!place.allFinite()) throw InputError("a recorded place: accepted are three finite numbers");
+  return place;
+}
+
+// What of `settings` is not as it is.
+ModelChange ChangeTo(const v1::SenseStep::Settings& settings, const Scene& scene) {
+  v1::SenseStep::Settings known;
+  ToProto(scene, &known);
+  ModelChange change;
+  if (settings.kind() != known.kind()) change.kind = settings.kind();
+  if (settings.elements() != known.elements()) change.elements = settings.elements();
+  if (settings.plane() != known.plane()) change.plane = settings.plane();
+  if (settings.contact() != known.contact()) change.contact = settings.contact();
+  return change;
+}
+
+bool IsNone(const ModelChange& change) {
+  return change.kind.empty() && change.elements == 0 && change.plane.empty() &&
+         change.contact.empty();
+}
+
+double Distance(const v1::Exact3& a, const v1::Exact3& b) {
+  return (FromProto(a) - FromProto(b)).norm();
+}
+
+void Compare(const v1::FeltState& now, const v1::FeltState& then, StateDifferences* differences) {
+  ++differences->states;
+  if (now.SerializeAsString() == then.SerializeAsString()) return;
+  if (differences->different++ == 0) differences->first = now.sample();
+  differences->force = std::max(differences->force, Distance(now.force(), then.force()));
+  differences->tip = std::max(differences->tip, Distance(now.p_s_tip(), then.p_s_tip()));
+  const bool is_told_alike =
+      now.validity() == then.validity() && now.has_force() == then.has_force();
+  if (!is_told_alike) ++differences->validity;
+}
+
+class Again {
+ public:
+  Again(const std::filesystem::path& file, const std::filesystem::path& out)
+      : beginning_(file),
+        samples_(file),
+        steps_(file),
+        out_(out),
+        scene_(
+            LoadScene(UnpackSceneFiles(beginning_.files, out / "scene"), beginning_.overrides())),
+        sense_(MakeSense(scene_, {.player = &samples_, .p_S_tip = beginning_.tip()}, nullptr)),
+        account_(sense_->OpenAccount(nullptr)),
+        states_(out, false) {}
+
+  RecordedRun Run(const std::stop_token& stop, const std::function<void(std::uint64_t)>& progress) {
+    v1::SenseStep step;
+    while (!stop.stop_requested() && steps_.Next()) {
+      if (steps_.topic() != kStepTopic) continue;
+      steps_.Read(&step);
+      if (!Do(step)) break;
+      if (progress && step.has_estimate()) progress(run_.differences.states);
+    }
+    run_.version = beginning_.Value("version");
+    run_.version_now = Version();
+    run_.damage = steps_.mcap().damage();
+    run_.scene = scene_.name;
+    if (run_.differences.states == 0) {
+      throw InputError("nothing was felt in this recording: accepted is one that holds a sample");
+    }
+    WriteSummary();
+    return std::move(run_);
+  }
+
+ private:
+  // False: the sample that belongs to it is not there, the recording being cut.
+  bool Do(const v1::SenseStep& step) {
+    if (step.has_acquired()) return is_acquired_ = sense_->Acquire({});
+    if (step.has_reset() && is_acquired_) sense_->Reset();
+    if (step.has_estimate()) Estimate(step.estimate());
+    if (has_felt_) DoBetween(step);
+    return true;
+  }
+
+  // What nobody could ask before something was felt.
+  void DoBetween(const v1::SenseStep& step) {
+    switch (step.step_case()) {
+      case v1::SenseStep::kSettings:
+        return Adopt(step.settings());
+      case v1::SenseStep::kPlaneAt:
+        sense_->LocalModelAt(Finite(step.plane_at()));
+        return;
+      case v1::SenseStep::kPatchAt:
+        sense_->MakePatch(Finite(step.patch_at()), patch_.get());
+        return;
+      case v1::SenseStep::kLaw: {
+        PatchLaw law;
+        return sense_->LearnLaw(&law);
+      }
+      case v1::SenseStep::kShape:
+        sense_->Shape(step.shape());
+        return;
+      default:
+        return;
+    }
+  }
+
+  void Estimate(const v1::SenseStep::Estimate& recorded) {
+    if (!std::exchange(is_acquired_, false)) {
+      throw InputError("a recorded estimate without its sample");
+    }
+    const Eigen::Vector3d p_S_arm = Finite(recorded.p_s_arm());
+    sense_->Look();
+    const ContactEstimate& felt = sense_->Estimate(p_S_arm);
+    v1::FeltState now;
+    ToProto(felt, &now);
+    Compare(now, recorded.felt(), &run_.differences);
+    if (!std::exchange(has_felt_, true)) start_ = felt.sensed_at;
+    for (const StateRow& row : account_->Add(start_, nullptr)) states_.Write(row);
+  }
+
+  void Adopt(const v1::SenseStep::Settings& settings) {
+    Scene changed = scene_;
+    const ModelChange change = ChangeTo(settings, scene_);
+    if (!IsNone(change)) {
+      changed.model = Changed(changed.model, change, sense_->info().changeable);
+    }
+    CheckRanges({.young_modulus = settings.young_modulus()});
+    changed.object.material.young_modulus = settings.young_modulus();
+    sense_->Adopt(sense_->Prepare(changed), changed);
+    scene_ = changed;
+  }
+
+  void WriteSummary() const {
+    const StateDifferences& d = run_.differences;
+    nlohmann::ordered_json json;
+    json["scene"] = run_.scene;
+    json["recorded_by"] = run_.version;
+    json["processed_by"] = run_.version_now;
+    json["states"] = d.states;
+    json["different"] = d.different;
+    json["first_different"] =
+        d.first > 0 ? nlohmann::ordered_json(d.first) : nlohmann::ordered_json();
+    json["largest"] = {{"force_N", d.force}, {"tip_m", d.tip}, {"validity", d.validity}};
+    json["damage"] = run_.damage;
+    WriteWholeFile(out_ / "summary.json", json.dump(2) + "\n");
+  }
+
+  const RecordedBeginning beginning_;
+  RecordedSamples samples_;
+  RecordingReader steps_;
+  const std::filesystem::path out_;
+  Scene scene_;
+  std::unique_ptr<Sense> sense_;
+  std::unique_ptr<Account> account_;
+  StatesFile states_;
+  std::unique_ptr<TouchPatch> patch_ = std::make_unique<TouchPatch>();
+  bool is_acquired_ = false, has_felt_ = false;
+  Time start_{};
+  RecordedRun run_;
+};
+
+}  // namespace
+
+RecordedRun ProcessRecording(const std::filesystem::path& file, const std::filesystem::path& out,
+                             const std::stop_token& stop,
+                             const std::function<void(std::uint64_t)>& progress) {
+  return Again(file, out).Run(stop, progress);
+}
+
+std::vector<std::string> InWords(const RecordedRun& run) {
+  const StateDifferences& d = run.differences;
+  std::vector<std::string> lines{fmt::format("{}: {} states, recorded by {}, processed by {}",
+                                             run.scene, d.states, Shown(run.version, 80),
+                                             run.version_now)};
+  if (d.different == 0) {
+    lines.push_back("all are equal to those recorded, bit for bit");
+  } else {
+    lines.push_back(
+        fmt::format("{} differ from those recorded, first of sample {}: by up to {:.3g} N and "
+                    "{:.3g} m; {} are of another validity",
+                    d.different, d.first, d.force, d.tip, d.validity));
+  }
+  if (!run.damage.empty()) lines.push_back("not whole: " + run.damage);
+  return lines;
+}
+
+}  // namespace palpate

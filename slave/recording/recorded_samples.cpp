@@ -1,0 +1,131 @@
+#include "slave/recording/recorded_samples.h"
+
+#include "foxglove/schemas.pb.h"
+#include "shared/text/text.h"
+#include "shared/wire/fields.h"
+#include "slave/capture/codecs/codecs.h"
+#include "slave/recording/sense_recording.h"
+#include "slave/recording/step_messages.h"
+
+namespace palpate {
+namespace {
+
+// How many sources were opened before the first sample was acquired.
+int CountOpened(const std::filesystem::path& file) {
+  RecordingReader reader(file);
+  v1::SenseStep step;
+  int opened = 0;
+  while (reader.Next()) {
+    if (reader.topic() != kStepTopic) continue;
+    reader.Read(&step);
+    if (step.has_acquired()) break;
+    if (step.has_opened()) ++opened;
+  }
+  return opened;
+}
+
+cv::Mat Decoded(const std::string& png) {
+  const auto picture = OpenPng({reinterpret_cast<const unsigned char*>(png.data()), png.size()});
+  if (!picture || long{picture->size().width} * picture->size().height > kMostPixels) {
+    throw InputError("a recorded picture: accepted is a PNG of at most " +
+                     std::to_string(kMostPixels / 1'000'000) + " megapixels");
+  }
+  return picture->Decode();
+}
+
+template <typename Source, typename Sample>
+class PlayedSource final : public Source {
+ public:
+  using Take = std::optional<Sample> (RecordedSamples::*)();
+
+  PlayedSource(RecordedSamples* samples, Take take) : samples_(*samples), take_(take) {}
+  std::optional<Sample> Next(const std::stop_token& stop) override {
+    if (stop.stop_requested()) return std::nullopt;
+    return (samples_.*take_)();
+  }
+  [[nodiscard]] std::string description() const override { return "a slave's recording"; }
+
+ private:
+  RecordedSamples& samples_;
+  Take take_;
+};
+
+}  // namespace
+
+RecordedSamples::RecordedSamples(const std::filesystem::path& file) : reader_(file) {
+  v1::SenseStep step;
+  for (int left = CountOpened(file); left > 0 && NextStep(&step);) {
+    if (step.has_opened()) --left;
+  }
+}
+
+bool RecordedSamples::NextStep(v1::SenseStep* step) {
+  while (reader_.Next()) {
+    if (reader_.topic() != kStepTopic) continue;
+    reader_.Read(step);
+    return true;
+  }
+  return false;
+}
+
+cv::Mat RecordedSamples::NextPicture(std::string_view topic, Time sensed_at) {
+  foxglove::CompressedImage message;
+  while (reader_.Next()) {
+    if (reader_.topic() != topic) continue;
+    reader_.Read(&message);
+    google::protobuf::Timestamp expected;
+    ToProto(sensed_at, &expected);
+    if (message.timestamp().seconds() != expected.seconds() ||
+        message.timestamp().nanos() != expected.nanos()) {
+      throw InputError("a recorded picture is missing: more came than could be written");
+    }
+    return Decoded(message.data());
+  }
+  return {};
+}
+
+bool RecordedSamples::NextPictures(StereoPair* pair) {
+  v1::SenseStep step;
+  do {
+    if (!NextStep(&step)) return false;
+  } while (!step.has_pictures());
+  pair->sequence = step.pictures().sequence();
+  pair->sensed_at = StampFrom(step.pictures().sensed_at_ns());
+  pair->left = NextPicture(kLeftTopic, pair->sensed_at);
+  if (step.pictures().pictures() > 1) pair->right = NextPicture(kRightTopic, pair->sensed_at);
+  return !pair->left.empty() && (step.pictures().pictures() < 2 || !pair->right.empty());
+}
+
+std::optional<Frame> RecordedSamples::NextFrame() {
+  StereoPair pair;
+  if (!NextPictures(&pair)) return std::nullopt;
+  return Frame{pair.left, pair.sequence, pair.sensed_at};
+}
+
+std::optional<StereoPair> RecordedSamples::NextPair() {
+  StereoPair pair;
+  return NextPictures(&pair) ? std::optional(pair) : std::nullopt;
+}
+
+std::optional<TactileFrame> RecordedSamples::NextTactile() {
+  v1::SenseStep step;
+  do {
+    if (!NextStep(&step)) return std::nullopt;
+  } while (!step.has_tactile());
+  return FromProto(step.tactile());
+}
+
+std::unique_ptr<FrameSource> RecordedSamples::OpenFrames() {
+  return std::make_unique<PlayedSource<FrameSource, Frame>>(this, &RecordedSamples::NextFrame);
+}
+
+std::unique_ptr<StereoSource> RecordedSamples::OpenPairs() {
+  return std::make_unique<PlayedSource<StereoSource, StereoPair>>(this, &RecordedSamples::NextPair);
+}
+
+std::unique_ptr<TactileSource> RecordedSamples::OpenFingertips() {
+  return std::make_unique<PlayedSource<TactileSource, TactileFrame>>(this,
+                                                                     &RecordedSamples::NextTactile);
+}
+
+}  // namespace palpate

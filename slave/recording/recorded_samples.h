@@ -1,0 +1,40 @@
+// The samples of a slave's recording, given again as its sense was given them.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "palpate/v1/recording.pb.h"
+
+#include "shared/recording/recording_reader.h"
+#include "slave/capture/sample_tap.h"
+
+namespace palpate {
+
+class RecordedSamples final : public SamplePlayer {
+ public:
+  // From the last source that was opened before the sense acquired its first sample. Throws
+  // InputError: not a recording.
+  explicit RecordedSamples(const std::filesystem::path& file);
+
+  std::unique_ptr<FrameSource> OpenFrames() override;
+  std::unique_ptr<StereoSource> OpenPairs() override;
+  std::unique_ptr<TactileSource> OpenFingertips() override;
+
+  // The next of each; nullopt: there is no more. Throw InputError: damaged.
+  std::optional<Frame> NextFrame();
+  std::optional<StereoPair> NextPair();
+  std::optional<TactileFrame> NextTactile();
+
+ private:
+  bool NextStep(v1::SenseStep* step);
+  // The picture on `topic` that follows, taken at `sensed_at`; empty: the recording ends.
+  cv::Mat NextPicture(std::string_view topic, Time sensed_at);
+  // The next instant of pictures into `*pair`; false: there is none.
+  bool NextPictures(StereoPair* pair);
+
+  RecordingReader reader_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,81 @@
+#include "slave/recording/scene_files.h"
+
+#include <algorithm>
+
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+// `path`, or the regular files in it.
+std::vector<fs::path> FilesOf(const fs::path& path) {
+  std::error_code error;
+  const fs::path whole = fs::weakly_canonical(path, error);
+  if (fs::is_regular_file(whole, error)) return {whole};
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(whole, error)) {
+    if (entry.is_regular_file(error)) files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+// The deepest folder that both are in.
+fs::path CommonFolder(const fs::path& a, const fs::path& b) {
+  fs::path common;
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end() && *i == *j; ++i, ++j) {
+    common /= *i;
+  }
+  return common;
+}
+
+bool StaysInside(const fs::path& path) {
+  return path.is_relative() && !path.empty() &&
+         std::ranges::none_of(path, [](const fs::path& part) { return part == ".."; });
+}
+
+}  // namespace
+
+SceneFiles GatherSceneFiles(const Scene& scene) {
+  SceneFiles gathered;
+  std::map<fs::path, std::string> kept;
+  std::uintmax_t room = SceneFiles::kMost;
+  for (const fs::path& input : InputFilesOf(scene)) {
+    for (const fs::path& file : FilesOf(input)) {
+      try {
+        const std::string bytes = ReadWholeFile(file, room, "what a recording may keep");
+        if (kept.emplace(file, bytes).second) room -= bytes.size();
+      } catch (const InputError&) {
+        gathered.left_out.push_back(file.string());
+      }
+    }
+  }
+  const auto scene_file = FilesOf(scene.file);
+  if (scene_file.empty()) return gathered;
+  fs::path common = scene_file.front().parent_path();
+  for (const auto& [file, bytes] : kept) common = CommonFolder(common, file.parent_path());
+  for (auto& [file, bytes] : kept) {
+    gathered.bytes[file.lexically_relative(common).string()] = std::move(bytes);
+  }
+  gathered.scene = scene_file.front().lexically_relative(common).string();
+  return gathered;
+}
+
+fs::path UnpackSceneFiles(const SceneFiles& files, const fs::path& folder) {
+  for (const auto& [name, bytes] : files.bytes) {
+    if (!StaysInside(name)) {
+      throw InputError("attached file " + Shown(name) + ": accepted is a path inside its folder");
+    }
+    const fs::path file = folder / name;
+    fs::create_directories(file.parent_path());
+    WriteWholeFile(file, bytes);
+  }
+  if (!files.bytes.contains(files.scene)) {
+    throw InputError("no scene is attached: accepted is a slave's recording (serve --record)");
+  }
+  return folder / files.scene;
+}
+
+}  // namespace palpate

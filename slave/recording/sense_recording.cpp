@@ -1,0 +1,205 @@
+#include "slave/recording/sense_recording.h"
+
+#include <utility>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "palpate/v1/recording.pb.h"
+
+#include "foxglove/schemas.pb.h"
+#include "shared/program/program.h"
+#include "shared/wire/fields.h"
+#include "slave/capture/codecs/codecs.h"
+#include "slave/pipeline/offline/account.h"
+#include "slave/recording/scene_files.h"
+#include "slave/recording/step_messages.h"
+
+namespace palpate {
+namespace {
+
+std::string PictureMessage(const cv::Mat& image, Time sensed_at) {
+  foxglove::CompressedImage message;
+  ToProto(sensed_at, message.mutable_timestamp());
+  message.set_format("png");
+  message.set_frame_id("camera");
+  message.set_data(EncodePng(image));
+  return message.SerializeAsString();
+}
+
+std::string Joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+}  // namespace
+
+// Each call that leaves a mark, before it is made: what it does is in the order of what is kept.
+class SenseRecording::WatchedSense final : public Sense {
+ public:
+  WatchedSense(SenseRecording* kept, std::unique_ptr<Sense> sense)
+      : kept_(*kept), sense_(std::move(sense)) {}
+
+  bool Acquire(const std::stop_token& stop) override {
+    const bool acquired = sense_->Acquire(stop);
+    if (acquired) Put([](v1::SenseStep* step) { step->mutable_acquired(); });
+    return acquired;
+  }
+  void Look() noexcept override { sense_->Look(); }
+  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
+    const ContactEstimate& felt = sense_->Estimate(p_S_tip);
+    Put([&](v1::SenseStep* step) {
+      ToProto(p_S_tip, step->mutable_estimate()->mutable_p_s_arm());
+      ToProto(felt, step->mutable_estimate()->mutable_felt());
+    });
+    PutTip(felt);
+    return felt;
+  }
+  [[nodiscard]] std::string_view doubt() const override { return sense_->doubt(); }
+  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
+    Put([&](v1::SenseStep* step) { ToProto(p_S_tip, step->mutable_plane_at()); });
+    return sense_->LocalModelAt(p_S_tip);
+  }
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+    Put([&](v1::SenseStep* step) { ToProto(p_S_tip, step->mutable_patch_at()); });
+    return sense_->MakePatch(p_S_tip, patch);
+  }
+  void LearnLaw(PatchLaw* law) noexcept override {
+    Put([](v1::SenseStep* step) { step->mutable_law(); });
+    sense_->LearnLaw(law);
+  }
+  BoundaryShape Shape(bool nodal_forces) override {
+    Put([&](v1::SenseStep* step) { step->set_shape(nodal_forces); });
+    return sense_->Shape(nodal_forces);
+  }
+  [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override {
+    return sense_->Picture(full_scale);
+  }
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {
+    return sense_->Prepare(changed);
+  }
+  void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override {
+    Put([&](v1::SenseStep* step) { ToProto(changed, step->mutable_settings()); });
+    sense_->Adopt(std::move(rebuilt), changed);
+  }
+  void Reset() override {
+    Put([](v1::SenseStep* step) { step->mutable_reset(); });
+    sense_->Reset();
+  }
+  [[nodiscard]] SenseInfo info() const override { return sense_->info(); }
+  [[nodiscard]] std::vector<StageTimes> Stages() const override { return sense_->Stages(); }
+  std::unique_ptr<Account> OpenAccount(const World* world) override {
+    return sense_->OpenAccount(world);
+  }
+  [[nodiscard]] TactileInbox* inbox() override { return sense_->inbox(); }
+  [[nodiscard]] PictureInbox* pictures() override { return sense_->pictures(); }
+  [[nodiscard]] Time sensed_at() const override { return sense_->sensed_at(); }
+  [[nodiscard]] std::optional<EyesHealth> health() const override { return sense_->health(); }
+
+ private:
+  template <typename Fill>
+  void Put(const Fill& fill) {
+    v1::SenseStep step;
+    fill(&step);
+    kept_.recording_->Put(kept_.steps_, Clock::now(), step);
+  }
+  void PutTip(const ContactEstimate& felt) {
+    foxglove::PoseInFrame pose;
+    ToProto(felt.sensed_at, pose.mutable_timestamp());
+    pose.set_frame_id("slave");
+    auto* position = pose.mutable_pose()->mutable_position();
+    position->set_x(felt.p_S_tip.x());
+    position->set_y(felt.p_S_tip.y());
+    position->set_z(felt.p_S_tip.z());
+    pose.mutable_pose()->mutable_orientation()->set_w(1);
+    kept_.recording_->Put(kept_.tip_, Clock::now(), pose);
+  }
+
+  SenseRecording& kept_;
+  const std::unique_ptr<Sense> sense_;
+};
+
+SenseRecording::SenseRecording(const Scene& scene, const std::vector<std::string>& overrides,
+                               Recording::Options options)
+    : overrides_(Joined(overrides)) {
+  options.library = std::string("palpate-slave ") + Version();
+  recording_ = std::make_unique<Recording>(std::move(options));
+  const SceneFiles files = GatherSceneFiles(scene);
+  scene_file_ = files.scene;
+  left_out_ = files.left_out;
+  for (const auto& [name, bytes] : files.bytes) recording_->Attach(name, bytes);
+  steps_ = recording_->Open(kStepTopic, v1::SenseStep());
+  left_ = recording_->Open(kLeftTopic, foxglove::CompressedImage());
+  right_ = recording_->Open(kRightTopic, foxglove::CompressedImage());
+  tip_ = recording_->Open(kTipTopic, foxglove::PoseInFrame());
+  log_ = recording_->Open(kLogTopic, foxglove::Log());
+}
+
+SenseRecording::~SenseRecording() = default;
+
+void SenseRecording::Begin(const std::optional<Eigen::Vector3d>& p_S_tip) {
+  McapMap note{{"version", Version()},
+               {"scene", scene_file_},
+               {"overrides", overrides_},
+               {"left_out", Joined(left_out_)}};
+  if (p_S_tip) {
+    note["tip"] = fmt::format("{:.17g} {:.17g} {:.17g}", p_S_tip->x(), p_S_tip->y(), p_S_tip->z());
+  }
+  recording_->Note(kSenseNote, note);
+  has_begun_ = true;
+}
+
+std::unique_ptr<Sense> SenseRecording::Watch(std::unique_ptr<Sense> sense) {
+  return std::make_unique<WatchedSense>(this, std::move(sense));
+}
+
+void SenseRecording::Opened() {
+  v1::SenseStep step;
+  step.mutable_opened();
+  recording_->Put(steps_, Clock::now(), step);
+}
+
+void SenseRecording::PutInstant(std::uint64_t sequence, Time sensed_at, int pictures) {
+  v1::SenseStep step;
+  step.mutable_pictures()->set_sequence(sequence);
+  step.mutable_pictures()->set_sensed_at_ns(Nanoseconds(sensed_at));
+  step.mutable_pictures()->set_pictures(static_cast<std::uint32_t>(pictures));
+  recording_->Put(steps_, Clock::now(), step);
+}
+
+// Packing takes milliseconds, which the writing thread has. Nobody changes a picture that was given
+// out.
+void SenseRecording::PutPicture(std::uint16_t channel, const cv::Mat& image, Time sensed_at) {
+  recording_->Put(channel, Clock::now(), image.total() * image.elemSize(),
+                  [image, sensed_at] { return PictureMessage(image, sensed_at); });
+}
+
+void SenseRecording::See(const Frame& frame) {
+  PutInstant(frame.sequence, frame.sensed_at, 1);
+  PutPicture(left_, frame.image, frame.sensed_at);
+}
+
+void SenseRecording::See(const StereoPair& pair) {
+  PutInstant(pair.sequence, pair.sensed_at, pair.right.empty() ? 1 : 2);
+  PutPicture(left_, pair.left, pair.sensed_at);
+  if (!pair.right.empty()) PutPicture(right_, pair.right, pair.sensed_at);
+}
+
+void SenseRecording::See(const TactileFrame& frame) {
+  v1::SenseStep step;
+  ToProto(frame, step.mutable_tactile());
+  recording_->Put(steps_, Clock::now(), step);
+}
+
+void SenseRecording::Say(int level, const std::string& line) {
+  if (!has_begun_) return;
+  foxglove::Log log;
+  const Time now = Clock::now();
+  ToProto(now, log.mutable_timestamp());
+  log.set_level(static_cast<foxglove::Log::Level>(level + 1));
+  log.set_message(line);
+  log.set_name("palpate-slave");
+  recording_->Put(log_, now, log);
+}
+
+}  // namespace palpate

@@ -1,0 +1,63 @@
+// A slave's recording: each sample without loss, all that the sense was asked, in order, and what
+// it felt; the scene's files and the log beside it.
+//
+//   /slave/sense           palpate.v1.SenseStep: see there
+//   /slave/left, /right    foxglove.CompressedImage, PNG: a picture, or both of a pair
+//   /slave/tip             foxglove.PoseInFrame: the tool's tip as it was sensed
+//   /log                   foxglove.Log
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shared/recording/recording.h"
+#include "slave/pipeline/sense_recorder.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+inline constexpr std::string_view kStepTopic = "/slave/sense", kLeftTopic = "/slave/left",
+                                  kRightTopic = "/slave/right", kTipTopic = "/slave/tip",
+                                  kLogTopic = "/log";
+// Of the note that says how the sense was made.
+inline constexpr const char* kSenseNote = "palpate.sense";
+
+class SenseRecording final : public SenseRecorder {
+ public:
+  // Throws std::runtime_error: the file cannot be written.
+  SenseRecording(const Scene& scene, const std::vector<std::string>& overrides,
+                 Recording::Options options);
+  ~SenseRecording() override;
+
+  void Begin(const std::optional<Eigen::Vector3d>& p_S_tip) override;
+  std::unique_ptr<Sense> Watch(std::unique_ptr<Sense> sense) override;
+
+  void Opened() override;
+  void See(const Frame& frame) override;
+  void See(const StereoPair& pair) override;
+  void See(const TactileFrame& frame) override;
+
+  // Lines of the log: 0 debug to 4 fatal. Those before Begin are not kept.
+  void Say(int level, const std::string& line);
+  // Everything is written, the file closed.
+  void Finish() { recording_->Finish(); }
+  [[nodiscard]] Recording::Stats stats() const { return recording_->stats(); }
+
+ private:
+  class WatchedSense;
+  void PutPicture(std::uint16_t channel, const cv::Mat& image, Time sensed_at);
+  void PutInstant(std::uint64_t sequence, Time sensed_at, int pictures);
+
+  std::vector<std::string> left_out_;  // files of the scene that are too large to keep
+  std::string overrides_;              // a line each
+  std::string scene_file_;             // its name among those attached
+  std::unique_ptr<Recording> recording_;
+  std::atomic<bool> has_begun_{false};  // what stands before all messages is there
+  std::uint16_t steps_, left_, right_, tip_, log_;
+};
+
+}  // namespace palpate

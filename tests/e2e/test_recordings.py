@@ -1,0 +1,196 @@
+"""Recordings of both programs: read by a library of others, cut by kill -9, processed, played and exported again."""
+import json
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+from programs import BARE, BLOCK, MASTER, OUT, ROOT, SLAVE, Slave, run
+
+SCENES = ROOT / "deploy/scenes"
+HERE = pathlib.Path(__file__).resolve().parent / "recordings"
+KILLS = int(os.environ.get("PALPATE_KILLS", 20))
+AT_ONCE = 10
+
+
+def reader():
+    """Folder with read.js and what it needs, or None and why."""
+    folder = OUT / "recordings-reader"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("package.json", "package-lock.json", ".npmrc", "read.js"):
+        shutil.copy(HERE / name, folder / name)
+    if (folder / "node_modules/@mcap/core").is_dir():
+        return folder, ""
+    if not shutil.which("npm"):
+        return None, "no npm"
+    done = subprocess.run(["npm", "ci", "--ignore-scripts"], cwd=folder, capture_output=True, text=True, timeout=120)
+    return (folder, "") if done.returncode == 0 else (None, "npm could not install @mcap/core: " + done.stderr[-200:])
+
+
+READER, WHY_NOT = reader()
+
+
+def read(*files):
+    """What @mcap/core finds in each."""
+    done = run("node", READER / "read.js", *files, env={**os.environ})
+    if done.returncode != 0:
+        raise AssertionError(done.stderr)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def overrides(*settings):
+    return [word for setting in settings for word in ("--override", setting)]
+
+
+class Recordings(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.out = pathlib.Path(self.folder.name)
+
+    def good(self, *command, **options):
+        done = run(*command, **options)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout
+
+    def process_again(self, recording, least):
+        said = self.good(SLAVE, "process", recording, "--out", self.out / "again")
+        summary = json.loads((self.out / "again/summary.json").read_text())
+        self.assertGreater(summary["states"], least, said)
+        self.assertEqual(summary["different"], 0, said)
+        return summary
+
+    def both_ends(self, scene, *settings):
+        """A slave and a master, both recorded; the slave is killed, the master ends as it should."""
+        slave_file, master_file = self.out / "slave.mcap", self.out / "master.mcap"
+        with Slave(SCENES / scene, *overrides(*settings), "--record", slave_file) as slave:
+            self.good(MASTER, "connect", slave.address, "--duration", "2", "--record", master_file)
+            slave.stop(signal.SIGKILL)
+        return slave_file, master_file
+
+    @unittest.skipUnless(READER, WHY_NOT)
+    def check_master(self, master_file, pictures):
+        (seen,) = read(master_file)
+        self.assertTrue(seen["whole"])
+        self.assertEqual(seen["indexed"], sum(seen["topics"].values()))
+        self.assertGreater(seen["topics"]["/master/tick"], 1000)
+        self.assertGreater(seen["topics"]["/slave/state"], 100)
+        self.assertGreater(seen["topics"]["/master/command"], 100)
+        self.assertEqual("/slave/picture" in seen["topics"], pictures)
+        self.assertIn("/slave/scene", seen["topics"])
+        self.assertIn("foxglove.CompressedImage", seen["schemas"])
+        self.assertIn("version", seen["notes"]["palpate.session"])
+        return seen
+
+    def check_slave(self, slave_file):
+        """As far as it goes: it was killed."""
+        if not READER:
+            return
+        (seen,) = read(slave_file)
+        self.assertFalse(seen["whole"])
+        self.assertGreater(seen["topics"]["/slave/sense"], 50)
+        self.assertTrue(any(name.endswith(".yaml") for name in seen["attachments"]))
+
+    def test_a_camera(self):
+        slave_file, master_file = self.both_ends("silicone-block.yaml", "model.elements=60", "operator.press.depth=2 mm")
+        self.process_again(slave_file, 30)
+        self.check_slave(slave_file)
+        seen = self.check_master(master_file, True)
+        self.play(master_file)
+        self.export(master_file, seen)
+
+    def test_points(self):
+        slave_file, master_file = self.both_ends("rubber-membrane.yaml", "operator.press.depth=0.5 mm")
+        self.process_again(slave_file, 20)
+        self.check_slave(slave_file)
+        self.check_master(master_file, True)
+
+    def test_fingertips(self):
+        slave_file, master_file = self.both_ends("foam-cube.yaml", "operator.press.depth=2 mm")
+        self.process_again(slave_file, 50)
+        self.check_slave(slave_file)
+        self.check_master(master_file, False)
+
+    def play(self, master_file):
+        said = self.good(MASTER, "replay", master_file, "--speed", "4", "--from", "0.5")
+        lines = [line for line in said.splitlines() if " N [" in line]
+        self.assertGreater(len(lines), 1)
+        self.assertTrue(all(line.startswith("REPLAY") for line in lines), said)
+
+    def export(self, master_file, seen):
+        self.good(MASTER, "export", master_file, "--out", self.out / "exported")
+        rows = (self.out / "exported/log.csv").read_text().splitlines()
+        self.assertEqual(len(rows), seen["topics"]["/master/tick"] + 1)
+        pictures = list((self.out / "exported/pictures").iterdir())
+        self.assertEqual(len(pictures), seen["topics"]["/slave/picture"])
+        self.assertEqual((self.out / "exported/numpy/t.npy").stat().st_size, 128 + 8 * seen["topics"]["/master/tick"])
+        self.assertGreater(len(list((self.out / "exported/meshes").iterdir())), 1)
+
+    @unittest.skipUnless(READER, WHY_NOT)
+    def test_a_master_killed_at_any_moment_loses_the_last_second_at_most(self):
+        seed = random.randrange(1 << 32)
+        chance = random.Random(seed)
+        with Slave(BLOCK, *overrides("model.elements=60")) as slave:
+            for first in range(0, KILLS, AT_ONCE):
+                victims = []
+                for number in range(first, min(first + AT_ONCE, KILLS)):
+                    file = self.out / f"{number}.mcap"
+                    process = subprocess.Popen([MASTER, "connect", slave.address, "--record", file], env=BARE,
+                                               stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                    victims.append((chance.uniform(0.3, 1.8), process, file))
+                began = time.time()
+                killed = {}
+                for moment, process, file in sorted(victims, key=lambda victim: victim[0]):
+                    time.sleep(max(0, began + moment - time.time()))
+                    self.assertIsNone(process.poll())
+                    killed[file] = time.time()
+                    process.kill()
+                    process.wait()
+                for seen in read(*killed):
+                    self.assertFalse(seen["whole"])
+                    moment = killed[pathlib.Path(seen["file"])]
+                    if "/master/tick" not in seen["topics"]:
+                        self.assertLess(moment - began, 1.5, f"seed {seed}: nothing was kept")
+                        continue
+                    self.assertGreater(seen["last"]["/master/tick"], moment - 1, f"seed {seed}")
+                    length = seen["last"]["/master/tick"] - seen["first"]["/master/tick"]
+                    self.assertGreater(seen["topics"]["/master/tick"], 0.5 * 1000 * length)
+
+    def test_what_is_no_recording_is_refused(self):
+        file = self.out / "none.mcap"
+        file.write_bytes(b"not a recording")
+        for command in ((MASTER, "replay", file), (MASTER, "export", file, "--out", self.out / "x"),
+                        (SLAVE, "process", file, "--out", self.out / "x")):
+            done = run(*command)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn("accepted is a recording", done.stderr)
+        for limit in ("0", "much"):
+            done = run(SLAVE, "serve", BLOCK, "--record", self.out / "a.mcap", "--record-limit", limit)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn("--record-limit", done.stderr)
+
+    def test_a_limit_or_a_full_disk_ends_the_recording_and_nothing_else(self):
+        """/dev/full is refused at once; a limit of the file's size stands for a disk that fills up."""
+        done = run(MASTER, "connect", "127.0.0.1:1", "--record", "/dev/full")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        file = self.out / "small.mcap"
+        with Slave(BLOCK, *overrides("model.elements=60")) as slave:
+            done = run(MASTER, "connect", slave.address, "--duration", "2", "--record", file, "--record-limit", "150 kB")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("has reached its limit of 150 kB", done.stderr)
+            full = [str(word) for word in (MASTER, "connect", slave.address, "--duration", "2", "--record", self.out / "full.mcap")]
+            done = run("sh", "-c", 'trap "" XFSZ; ulimit -f 200; exec "$@"', "sh", *full)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn("cannot be written: File too large", done.stderr)
+            self.assertIn("FOLLOWING", done.stdout)
+            self.assertEqual(slave.stop(), 0, slave.log)
+        self.assertLessEqual(file.stat().st_size, 150_000)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

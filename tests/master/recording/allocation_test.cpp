@@ -1,0 +1,92 @@
+// A session is recorded while the haptic thread ticks: that thread takes nothing from the heap.
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "master/device/sim_hand.h"
+#include "master/haptics/record/recorder.h"
+#include "master/recording/session_recording.h"
+#include "shared/recording/recording_reader.h"
+#include "tests/master/haptics/rig.h"
+
+namespace {
+
+thread_local bool t_counting = false;
+thread_local int t_allocations = 0;
+
+void* Allocate(std::size_t size) {
+  if (t_counting) ++t_allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return Allocate(size);
+}
+void* operator new[](std::size_t size) {
+  return Allocate(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace palpate {
+namespace {
+
+TEST(RecordedTicksTest, TheHapticThreadAllocatesNothingAndEveryTickIsKept) {
+  constexpr int kTicks = 3000, kBehind = 32;  // the ring holds 64
+  const auto file =
+      std::filesystem::temp_directory_path() / ("ticks." + std::to_string(getpid()) + ".mcap");
+  {
+    SessionRecording recording({.file = file});
+    Rig rig;
+    SimHand hand(0.005, 0.02);
+    std::atomic<int> taken{0};
+    Recorder recorder(&rig.records, {}, [&](const TickRecord& tick) {
+      recording.OnTick(tick);
+      ++taken;
+    });
+    std::jthread slow([&](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        recorder.Drain({});
+        std::this_thread::yield();
+      }
+      recorder.Finish();
+    });
+    for (int tick = 0; tick < kTicks; ++tick) {
+      rig.now += kHapticPeriod;
+      rig.slave.Step(rig.now, &rig.commands, &rig.states);
+      t_counting = true;
+      const DeviceReading reading = hand.Read(rig.now);
+      hand.WriteForce(rig.loop.Tick(reading, rig.now));
+      t_counting = false;
+      while (tick - taken > kBehind) std::this_thread::yield();
+    }
+    slow.request_stop();
+    slow.join();
+    EXPECT_EQ(rig.records.dropped(), 0U);
+  }
+  EXPECT_EQ(t_allocations, 0);
+  int kept = 0;
+  for (RecordingReader reader(file); reader.Next();) kept += reader.topic() == kTickTopic ? 1 : 0;
+  EXPECT_EQ(kept, kTicks);
+  std::filesystem::remove(file);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,194 @@
+#include "master/recording/session_recording.h"
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <random>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "palpate/v1/recording.pb.h"
+
+#include "master/recording/export.h"
+#include "master/recording/replay.h"
+#include "master/recording/tick_message.h"
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr Time kBegin{std::chrono::seconds(1'700'000'000)};
+
+Eigen::Vector3d AnyVector(std::mt19937* random) {
+  std::normal_distribution<double> number;
+  return {number(*random), number(*random), number(*random)};
+}
+
+TickRecord AnyTick(std::mt19937* random, int i) {
+  TickRecord tick;
+  tick.at = kBegin + std::chrono::milliseconds(i);
+  tick.state = static_cast<OperatorState>(i % static_cast<int>(kOperatorStateCount));
+  tick.p_M = AnyVector(random);
+  tick.p_S = AnyVector(random);
+  ForceChain& chain = tick.chain;
+  chain.force_known = i % 5 != 0;
+  if (chain.force_known) chain.estimated = AnyVector(random);
+  for (auto* force : {&chain.local, &chain.scaled, &chain.passive, &chain.limited, &chain.sent}) {
+    *force = AnyVector(random);
+  }
+  chain.reasons.Add(static_cast<Reason>(i % static_cast<int>(kReasonCount)));
+  chain.reasons.Add(static_cast<Reason>((3 * i + 1) % static_cast<int>(kReasonCount)));
+  tick.epoch = static_cast<std::uint32_t>(i / 7);
+  tick.state_sequence = static_cast<std::uint64_t>(i / 3);
+  tick.state_age = i % 11 == 0 ? -1 : 0.001 * i;
+  if (tick.state_age >= 0) tick.sensed_age = tick.state_age + 0.02;
+  tick.round_trip = i % 4 == 0 ? 0.0005 : 0;
+  tick.has_truth = i % 6 == 0;
+  if (!tick.has_truth) return tick;
+  tick.truth = AnyVector(random);
+  tick.truth_at = tick.at - std::chrono::nanoseconds(1234567);
+  return tick;
+}
+
+// Seven digits are kept.
+void ExpectNear(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  EXPECT_LE((a - b).norm(), 1e-6 * (1e-30 + b.norm())) << a.transpose() << ", " << b.transpose();
+}
+
+void ExpectSame(const TickRecord& read, const TickRecord& told) {
+  EXPECT_EQ(read.at, told.at);
+  EXPECT_EQ(read.state, told.state);
+  ExpectNear(read.p_M, told.p_M);
+  ExpectNear(read.p_S, told.p_S);
+  EXPECT_EQ(read.chain.force_known, told.chain.force_known);
+  ExpectNear(read.chain.estimated, told.chain.estimated);
+  ExpectNear(read.chain.local, told.chain.local);
+  ExpectNear(read.chain.scaled, told.chain.scaled);
+  ExpectNear(read.chain.passive, told.chain.passive);
+  ExpectNear(read.chain.limited, told.chain.limited);
+  ExpectNear(read.chain.sent, told.chain.sent);
+  EXPECT_EQ(ToString(read.chain.reasons), ToString(told.chain.reasons));
+  EXPECT_EQ(read.epoch, told.epoch);
+  EXPECT_EQ(read.state_sequence, told.state_sequence);
+  EXPECT_FLOAT_EQ(static_cast<float>(read.state_age), static_cast<float>(told.state_age));
+  EXPECT_FLOAT_EQ(static_cast<float>(read.sensed_age), static_cast<float>(told.sensed_age));
+  EXPECT_EQ(read.has_truth, told.has_truth);
+  ExpectNear(read.truth, told.truth);
+  EXPECT_EQ(read.truth_at, told.truth_at);
+}
+
+class SessionRecordingTest : public ::testing::Test {
+ protected:
+  ~SessionRecordingTest() override { std::filesystem::remove_all(folder_); }
+
+  void Record(int ticks) {
+    std::filesystem::create_directories(folder_);
+    std::mt19937 random(3);
+    SessionRecording recording({.file = file_});
+    recording.Begin({{"scene", "block"}, {"force_limit_N", "3.3"}});
+    for (int i = 0; i < ticks; ++i) {
+      if (i % 3 == 0) {
+        ReceivedState received;
+        received.state.sequence = static_cast<std::uint64_t>(i / 3);
+        received.state.sensed_at = received.state.sent_at = kBegin;
+        received.state.force = Eigen::Vector3d(0, i, 0);
+        received.state.sigma = 0.25;
+        received.state.validity = Validity::kExtrapolated;
+        received.received_at = kBegin + std::chrono::milliseconds(i);
+        recording.OnState(received);
+      }
+      told_.push_back(AnyTick(&random, i));
+      recording.OnTick(told_.back());
+    }
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("session-recording." + std::to_string(getpid()));
+  const std::filesystem::path file_ = folder_ / "a.mcap";
+  std::vector<TickRecord> told_;
+};
+
+TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
+  Record(500);
+  const Replay replay(file_);
+  EXPECT_EQ(replay.span().ticks, told_.size());
+  EXPECT_EQ(replay.span().session.at("scene"), "block");
+  std::vector<TickRecord> read;
+  std::vector<std::uint64_t> states;
+  ReplayFeed feed;
+  feed.on_tick = [&](const TickRecord& tick) { read.push_back(tick); };
+  feed.on_state = [&](const SlaveState& state, Time) { states.push_back(state.sequence); };
+  replay.Play(0, 0, feed, {});
+  ASSERT_EQ(read.size(), told_.size());
+  for (std::size_t i = 0; i < read.size(); ++i) ExpectSame(read[i], told_[i]);
+  EXPECT_EQ(states.size(), 167U);
+}
+
+TEST_F(SessionRecordingTest, ReplayBeginsWhereItIsAskedTo) {
+  Record(500);
+  std::vector<TickRecord> read;
+  ReplayFeed feed;
+  feed.on_tick = [&](const TickRecord& tick) { read.push_back(tick); };
+  Replay(file_).Play(0.25, 0, feed, {});
+  ASSERT_EQ(read.size(), 250U);
+  ExpectSame(read.front(), told_[250]);
+}
+
+TEST_F(SessionRecordingTest, ReplayEndsWhereNobodyWantsMore) {
+  Record(500);
+  int ticks = 0;
+  ReplayFeed feed;
+  feed.on_tick = [&](const TickRecord&) { ++ticks; };
+  feed.goes_on = [](double t) { return t < 0.1; };
+  Replay(file_).Play(0, 0, feed, {});
+  EXPECT_GE(ticks, 90);
+  EXPECT_LE(ticks, 120);
+}
+
+TEST_F(SessionRecordingTest, ARecordingWithoutTicksIsRefusedWithWhatIsAccepted) {
+  std::filesystem::create_directories(folder_);
+  { SessionRecording recording({.file = file_}); }
+  try {
+    const Replay replay(file_);
+    FAIL() << "it was taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("accepted is a master's recording (connect --record)"));
+  }
+}
+
+TEST_F(SessionRecordingTest, ExportHasARowPerTickWithSigmaAndValidity) {
+  Record(300);
+  const ExportCounts counts = ExportSession(file_, folder_ / "out", {});
+  EXPECT_EQ(counts.ticks, 300U);
+  EXPECT_EQ(counts.states, 100U);
+  constexpr std::size_t kHeader = 128;
+  const auto array = [&](const char* name) {
+    return ReadWholeFile(folder_ / "out" / "numpy" / name, 1 << 20, "a test's file")
+        .substr(kHeader);
+  };
+  const std::string force = array("force.npy"), validity = array("validity.npy"),
+                    sigma = array("sigma.npy");
+  ASSERT_EQ(force.size(), 300 * 3 * sizeof(double));
+  ASSERT_EQ(validity.size(), 300U);
+  double third[3], known = 0, unknown = 0;
+  std::memcpy(third, force.data() + 2 * sizeof third, sizeof third);
+  ExpectNear({third[0], third[1], third[2]}, told_[2].chain.sent);
+  EXPECT_EQ(validity[2], v1::VALIDITY_EXTRAPOLATED);
+  std::memcpy(&known, sigma.data() + 2 * sizeof known, sizeof known);
+  std::memcpy(&unknown, sigma.data() + 5 * sizeof unknown, sizeof unknown);
+  EXPECT_EQ(known, 0.25);
+  EXPECT_TRUE(std::isnan(unknown));
+  std::ifstream log(folder_ / "out" / "log.csv");
+  std::string line;
+  int lines = 0;
+  while (std::getline(log, line)) ++lines;
+  EXPECT_EQ(lines, 301);
+}
+
+}  // namespace
+}  // namespace palpate

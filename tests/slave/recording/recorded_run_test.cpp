@@ -1,0 +1,173 @@
+#include "slave/recording/recorded_run.h"
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "palpate/v1/recording.pb.h"
+
+#include "shared/recording/mcap_writer.h"
+#include "shared/recording/recording_reader.h"
+#include "shared/text/text.h"
+#include "slave/pipeline/teleop/live_slave.h"
+#include "slave/recording/sense_recording.h"
+#include "slave/scene/scene_loader.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+// A live slave on the shipped block is recorded once for all of these: asked for its contact, its
+// shape and a patch between pictures, given another modulus and another model, started anew.
+class RecordedRunTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::filesystem::temp_directory_path() / ("recorded-run." + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+    const std::vector<std::string> overrides{"model.elements=60", "sense.camera.rate=30 Hz"};
+    const Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), overrides);
+    SenseRecording recording(scene, overrides, {.file = folder_ / "slave.mcap"});
+    const auto slave = MakeLiveSlave(scene, {}, &recording);
+    Wait(*slave, 5);
+    slave->SetParameters({.young_modulus = 2e5});
+    Wait(*slave, 5);
+    slave->SetModel({.elements = 40});
+    slave->Reset();
+    Wait(*slave, 5);
+  }
+  static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }
+
+  static void Wait(Slave& slave, int pictures) {
+    for (int i = 0; i < pictures; ++i) {
+      const SlaveState state = slave.Compose(Clock::now());
+      static_cast<void>(slave.Shape(i % 2 == 0));
+      static_cast<void>(slave.Patch());
+      while (!slave.WaitForNewer(state.sensed_at, std::chrono::milliseconds(100))) {
+      }
+    }
+  }
+
+  // The recording, each step as `change` leaves it.
+  static std::filesystem::path Changed(const std::function<void(v1::SenseStep*)>& change) {
+    const auto file = folder_ / "changed.mcap";
+    RecordingReader reader(folder_ / "slave.mcap");
+    McapWriter writer(file, {.library = "test"});
+    std::map<std::string, std::uint16_t, std::less<>> channels;
+    while (reader.Next()) {
+      if (channels.empty()) {
+        for (const auto& a : reader.mcap().attachments()) writer.Attach(a.name, "", a.data, 0);
+        for (const auto& [name, note] : reader.mcap().notes()) writer.Note(name, note);
+      }
+      const std::string topic(reader.topic());
+      if (topic != kStepTopic && topic != kLeftTopic) continue;
+      if (!channels.contains(topic)) {
+        const auto id = static_cast<std::uint16_t>(topic == kStepTopic ? 1 : 2);
+        channels[topic] = writer.AddChannel(topic, *reader.mcap().schema(id));
+      }
+      std::string bytes(reader.bytes());
+      if (topic == kStepTopic) {
+        v1::SenseStep step;
+        reader.Read(&step);
+        change(&step);
+        bytes = step.SerializeAsString();
+      }
+      writer.Write(channels[topic], Nanoseconds(reader.at()), bytes);
+    }
+    return file;
+  }
+  static RecordedRun Process(const std::filesystem::path& file) {
+    return ProcessRecording(file, folder_ / "out", {});
+  }
+
+  static inline std::filesystem::path folder_;
+};
+
+TEST_F(RecordedRunTest, EveryStateIsFeltAgainBitForBit) {
+  const RecordedRun run = Process(folder_ / "slave.mcap");
+  EXPECT_GE(run.differences.states, 15U);
+  EXPECT_EQ(run.differences.different, 0U) << InWords(run)[1];
+  EXPECT_THAT(run.damage, IsEmpty());
+  EXPECT_EQ(run.version, run.version_now);
+  std::ifstream states(folder_ / "out" / "states.csv");
+  std::string line;
+  std::uint64_t rows = 0;
+  while (std::getline(states, line)) ++rows;
+  EXPECT_EQ(rows, run.differences.states + 1);
+}
+
+TEST_F(RecordedRunTest, AStateThatDiffersIsNamedWithItsDifference) {
+  std::uint64_t sample = 0;
+  int estimates = 0;
+  const auto file = Changed([&](v1::SenseStep* step) {
+    if (!step->has_estimate() || ++estimates != 7) return;
+    v1::FeltState* felt = step->mutable_estimate()->mutable_felt();
+    sample = felt->sample();
+    felt->mutable_force()->set_y(felt->force().y() + 0.125);
+    felt->mutable_p_s_tip()->set_x(felt->p_s_tip().x() + 0.5);
+  });
+  const RecordedRun run = Process(file);
+  EXPECT_EQ(run.differences.different, 1U);
+  EXPECT_EQ(run.differences.first, sample);
+  EXPECT_NEAR(run.differences.force, 0.125, 1e-12);
+  EXPECT_NEAR(run.differences.tip, 0.5, 1e-12);
+  EXPECT_THAT(InWords(run)[1], HasSubstr("1 differ from those recorded, first of sample"));
+}
+
+TEST_F(RecordedRunTest, WhatIsAskedBetweenPicturesLeavesItsMark) {
+  const auto file = Changed([](v1::SenseStep* step) {
+    if (step->has_settings()) step->mutable_settings()->set_young_modulus(1e5);
+  });
+  EXPECT_GT(Process(file).differences.different, 0U);
+}
+
+TEST_F(RecordedRunTest, ARecordingThatIsCutIsProcessedAsFarAsItGoes) {
+  const std::string bytes = ReadWholeFile(folder_ / "slave.mcap", 1 << 30, "a test's file");
+  WriteWholeFile(folder_ / "cut.mcap", std::string_view(bytes).substr(0, bytes.size() * 2 / 3));
+  const RecordedRun run = Process(folder_ / "cut.mcap");
+  EXPECT_GT(run.differences.states, 0U);
+  EXPECT_EQ(run.differences.different, 0U);
+  EXPECT_THAT(run.damage, HasSubstr("it is cut"));
+}
+
+TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
+  const auto refusal = [](const std::filesystem::path& file) -> std::string {
+    try {
+      Process(file);
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
+                if (step->has_acquired()) step->mutable_law();
+              })),
+              HasSubstr("a recorded estimate without its sample"));
+  EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
+                if (step->has_estimate()) step->mutable_estimate()->mutable_p_s_arm()->set_x(kNan);
+              })),
+              HasSubstr("three finite numbers"));
+  EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
+                if (step->has_settings()) step->mutable_settings()->set_elements(1 << 30);
+              })),
+              HasSubstr("accepted is 3 to 4000"));
+  EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
+                if (step->has_pictures()) step->mutable_pictures()->set_sensed_at_ns(5);
+              })),
+              HasSubstr("picture is missing"));
+  EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) { step->mutable_law(); })),
+              HasSubstr("no picture came"));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,207 @@
+#include "slave/recording/recorded_samples.h"
+
+#include <cmath>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "shared/text/text.h"
+#include "slave/recording/recorded_beginning.h"
+#include "slave/recording/scene_files.h"
+#include "slave/recording/sense_recording.h"
+#include "slave/recording/step_messages.h"
+#include "slave/scene/scene_loader.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr Time kBegin{std::chrono::nanoseconds(1'700'000'000'123'456'789)};
+
+cv::Mat Noise(int type, unsigned seed) {
+  cv::Mat image(12, 17, type);
+  std::mt19937 random(seed);
+  for (std::size_t i = 0; i < image.total() * image.elemSize(); ++i) {
+    image.data[i] = static_cast<unsigned char>(random());
+  }
+  return image;
+}
+
+bool IsSame(const cv::Mat& a, const cv::Mat& b) {
+  return a.type() == b.type() && a.size() == b.size() &&
+         std::equal(a.data, a.data + a.total() * a.elemSize(), b.data);
+}
+
+class RecordedSamplesTest : public ::testing::Test {
+ protected:
+  RecordedSamplesTest() { std::filesystem::create_directories(folder_); }
+  ~RecordedSamplesTest() override { std::filesystem::remove_all(folder_); }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("recorded-samples." + std::to_string(getpid()));
+  const std::filesystem::path file_ = folder_ / "a.mcap";
+  const Scene scene_ = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
+};
+
+TEST_F(RecordedSamplesTest, PicturesOfEveryKindComeBackPixelForPixel) {
+  const std::vector<int> types{CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3};
+  {
+    SenseRecording recording(scene_, {}, {.file = file_});
+    recording.Begin({});
+    recording.Opened();
+    for (std::size_t i = 0; i < types.size(); ++i) {
+      recording.See(Frame{Noise(types[i], static_cast<unsigned>(i)), i + 1,
+                          kBegin + std::chrono::seconds(i)});
+    }
+    recording.Finish();
+  }
+  RecordedSamples samples(file_);
+  const auto source = samples.OpenFrames();
+  for (std::size_t i = 0; i < types.size(); ++i) {
+    const auto frame = source->Next({});
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->sequence, i + 1);
+    EXPECT_EQ(frame->sensed_at, kBegin + std::chrono::seconds(i));
+    EXPECT_TRUE(IsSame(frame->image, Noise(types[i], static_cast<unsigned>(i))));
+  }
+  EXPECT_FALSE(source->Next({}));
+}
+
+TEST_F(RecordedSamplesTest, PairsAndDepthComeBackTogether) {
+  StereoPair pair, depth;
+  pair.left = Noise(CV_8UC1, 1);
+  pair.right = Noise(CV_8UC1, 2);
+  pair.sequence = 1;
+  pair.sensed_at = kBegin;
+  depth.left = Noise(CV_16UC1, 3);
+  depth.sequence = 2;
+  depth.sensed_at = kBegin + Seconds(1);
+  {
+    SenseRecording recording(scene_, {}, {.file = file_});
+    recording.Begin({});
+    recording.See(pair);
+    recording.See(depth);
+    recording.Finish();
+  }
+  RecordedSamples samples(file_);
+  const auto source = samples.OpenPairs();
+  const auto first = source->Next({}), second = source->Next({});
+  ASSERT_TRUE(first && second);
+  EXPECT_TRUE(IsSame(first->left, pair.left));
+  EXPECT_TRUE(IsSame(first->right, pair.right));
+  EXPECT_TRUE(IsSame(second->left, depth.left));
+  EXPECT_TRUE(second->right.empty());
+}
+
+TEST_F(RecordedSamplesTest, WhatAnEarlierSourceBroughtIsPassedOver) {
+  {
+    SenseRecording recording(scene_, {}, {.file = file_});
+    recording.Begin({});
+    for (unsigned i = 1; i <= 3; ++i) {
+      recording.Opened();
+      recording.See(Frame{Noise(CV_8UC1, i), i, kBegin});
+    }
+    recording.Finish();
+  }
+  RecordedSamples samples(file_);
+  EXPECT_EQ(samples.NextFrame()->sequence, 3U);
+}
+
+TEST(TactileMessageTest, ASampleComesBackBitForBit) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> number;
+  TactileFrame frame;
+  frame.sequence = 9;
+  frame.sensed_at = kBegin;
+  frame.after_gap = true;
+  for (int f = 0; f < 3; ++f) {
+    FingerReading& reading = frame.fingers[static_cast<std::size_t>(f)];
+    reading.present = f != 1;
+    for (float& x : reading.electrodes) x = static_cast<float>(number(random));
+    reading.pac = static_cast<float>(number(random));
+    reading.pdc = static_cast<float>(number(random));
+    if (f == 2) {
+      reading.X_SF = Eigen::Isometry3d(Eigen::AngleAxisd(number(random), Eigen::Vector3d::UnitX()));
+      reading.X_SF->translation() = Eigen::Vector3d(number(random), number(random), 1e-300);
+    }
+  }
+  v1::TactileInstant message;
+  ToProto(frame, &message);
+  const TactileFrame again = FromProto(message);
+  EXPECT_EQ(again.sequence, frame.sequence);
+  EXPECT_EQ(again.sensed_at, frame.sensed_at);
+  EXPECT_EQ(again.after_gap, frame.after_gap);
+  for (std::size_t f = 0; f < frame.fingers.size(); ++f) {
+    const FingerReading &a = again.fingers[f], &b = frame.fingers[f];
+    EXPECT_EQ(a.present, b.present);
+    EXPECT_EQ(a.electrodes, b.electrodes);
+    EXPECT_EQ(a.pac, b.pac);
+    EXPECT_EQ(a.pdc, b.pdc);
+    ASSERT_EQ(a.X_SF.has_value(), b.X_SF.has_value());
+    if (b.X_SF) {
+      EXPECT_EQ(a.X_SF->matrix(), b.X_SF->matrix());
+    }
+  }
+}
+
+TEST(TactileMessageTest, WhatIsNoSampleIsRefused) {
+  v1::TactileInstant message;
+  ToProto(TactileFrame{}, &message);
+  EXPECT_NO_THROW(FromProto(message));
+  auto longer = message;
+  longer.add_fingers();
+  EXPECT_THROW(FromProto(longer), InputError);
+  auto shorter = message;
+  shorter.mutable_fingers(0)->mutable_electrodes()->RemoveLast();
+  EXPECT_THROW(FromProto(shorter), InputError);
+  auto unknown = message;
+  unknown.mutable_fingers(0)->set_electrodes(3, std::nanf(""));
+  EXPECT_THROW(FromProto(unknown), InputError);
+  auto posed = message;
+  posed.mutable_fingers(0)->add_pose(1);
+  EXPECT_THROW(FromProto(posed), InputError);
+}
+
+TEST_F(RecordedSamplesTest, TheSceneAndItsFilesTravelAndLoadElsewhere) {
+  const Scene cube = LoadScene(SourcePath("/deploy/scenes/foam-cube.yaml"));
+  { SenseRecording(cube, {}, {.file = file_}).Begin({}); }
+  const RecordedBeginning beginning(file_);
+  const auto scene = UnpackSceneFiles(beginning.files, folder_ / "scene");
+  const Scene again = LoadScene(scene);
+  EXPECT_EQ(again.name, cube.name);
+  const auto before = InputFilesOf(cube), now = InputFilesOf(again);
+  ASSERT_EQ(now.size(), before.size());
+  int travelled = 0;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const bool was_there = std::filesystem::exists(before[i]);
+    EXPECT_EQ(std::filesystem::exists(now[i]), was_there) << now[i];
+    travelled += was_there ? 1 : 0;
+  }
+  EXPECT_GT(travelled, 1);
+}
+
+TEST_F(RecordedSamplesTest, AFileThatWouldLeaveItsFolderIsRefused) {
+  for (const char* name : {"../a.yaml", "/etc/a.yaml", "b/../../a.yaml", ""}) {
+    SceneFiles files;
+    files.scene = name;
+    files.bytes[name] = "name: a";
+    EXPECT_THROW(UnpackSceneFiles(files, folder_ / "scene"), InputError) << name;
+  }
+}
+
+TEST_F(RecordedSamplesTest, AMastersRecordingIsNone) {
+  { Recording recording({.file = file_}); }
+  try {
+    const RecordedBeginning beginning(file_);
+    FAIL() << "it was taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("accepted is a slave's recording (serve --record)"));
+  }
+}
+
+}  // namespace
+}  // namespace palpate
