@@ -30,7 +30,7 @@ constexpr milliseconds kNoRefusal(500);        // what takes so long is no port 
 constexpr milliseconds kFirstReckoned(10000);  // round trip, until one is known
 constexpr int kTripsBorne =
     6;  // of what a call took, while a line that was idle gets going; longer is dead
-constexpr int kTimesTheFirst = 4;    // of what the first answer took
+constexpr int kTimesTheFirst = 4;  // of what the first answer took
 constexpr milliseconds kModelDeadline(15000);
 constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
 

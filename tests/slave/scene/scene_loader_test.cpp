@@ -254,16 +254,16 @@ TEST(SceneLoaderTest, AnEmbryoHasWhatItsSectionLeavesOpen) {
   const SceneFolder folder;
   std::string text = SmallSceneWith(3, "  geometry: {disc: {radius: 30 mm, thickness: 9 mm}}");
   text.replace(text.find("side: bottom"), 12, "arc: {centre: 180 deg, half_angle: 30 deg}");
-  const Scene scene = LoadScene(folder.Write(
-      "scene.yaml", text + "site: {embryo: {puncture: [60 um, 90 um], debris: 3}}\n"));
+  const Scene scene = LoadScene(
+      folder.Write("scene.yaml", text + "site: {embryo: {puncture: [60 um, 90 um], debris: 3}}\n"));
   ASSERT_TRUE(scene.site.embryo);
   EXPECT_EQ(scene.site.embryo->puncture, Eigen::Vector2d(60e-6, 90e-6));
   EXPECT_EQ(scene.site.embryo->debris, 3);
   EXPECT_DOUBLE_EQ(scene.site.embryo->linear_to, 100e-6);
   EXPECT_FALSE(LoadScene(folder.Write("none.yaml", text)).site.embryo);
-  EXPECT_THROW(LoadScene(folder.Write("turned.yaml",
-                                      text + "site: {embryo: {puncture: [90 um, 60 um]}}\n")),
-               SceneError);
+  EXPECT_THROW(
+      LoadScene(folder.Write("turned.yaml", text + "site: {embryo: {puncture: [90 um, 60 um]}}\n")),
+      SceneError);
 }
 
 }  // namespace
