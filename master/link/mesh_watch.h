@@ -19,9 +19,9 @@ class MeshWatch {
     std::string target;         // HOST:PORT
     bool insecure = false;      // allow targets that are not loopback, in plain text
     std::filesystem::path tls;  // the folder of our certificate; empty: plain text
-    std::chrono::milliseconds longest_round_trip{1000};  // beyond it the line is dead
     double rate = 5;            // at most so many meshes a second [Hz], 1 to 120
     bool nodal_forces = false;  // ask for them too
+    std::chrono::milliseconds longest_round_trip{1000};  // beyond it the line is dead
   };
   struct Stats {
     std::uint64_t meshes = 0, refused = 0;  // taken; with impossible numbers
