@@ -19,8 +19,9 @@ namespace {
 
 using site::BoundaryPlace;
 
-constexpr double kAhead = 0.1;     // solve when the tip is this near, in parts of the larger side
-constexpr double kFarthest = 1e6;  // tips farther away are no tips, in parts of the larger side
+constexpr double kAhead = 0.1;      // solve when the tip is this near, in parts of the larger side
+constexpr double kGoesAhead = 0.7;  // cosine to where it points
+constexpr double kFarthest = 1e6;   // tips farther away are no tips, in parts of the larger side
 
 const Scene& Checked(const Scene& scene) {
   if (!scene.tool || !(scene.tool->width > 0)) {
@@ -61,7 +62,7 @@ struct SimulatedSite::State {
       embryo.emplace(*scene.site.embryo, scene.site.seed, 0.5 * body.larger_side(), direction_O);
     }
     pose.p_O_tip = ToBody(p_S_tip);
-    if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side()))) {
+    if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side(), direction_O))) {
       throw std::invalid_argument(
           "object.geometry: accepted by the simulated site is an outline that does not cross "
           "itself and can be filled with triangles");
@@ -71,10 +72,11 @@ struct SimulatedSite::State {
   [[nodiscard]] Eigen::Vector2d ToBody(const Eigen::Vector3d& p_S) const {
     return body.X_SO().inverse() * Eigen::Vector2d(p_S.head<2>());
   }
-  // Where the tool at `p_O` will touch within `reach` if it goes on the way it points; else the
-  // nearest place.
-  [[nodiscard]] BoundaryPlace ExpectedPlace(const Eigen::Vector2d& p_O, double reach) const {
-    const auto ahead_of_tool = body.Entry(p_O, p_O + reach * direction_O);
+  // Where the tool at `p_O` will touch within `reach` if it goes on along `way_O`, a direction;
+  // else the nearest place.
+  [[nodiscard]] BoundaryPlace ExpectedPlace(const Eigen::Vector2d& p_O, double reach,
+                                            const Eigen::Vector2d& way_O) const {
+    const auto ahead_of_tool = body.Entry(p_O, p_O + reach * way_O);
     return ahead_of_tool ? *ahead_of_tool : body.Nearest(p_O);
   }
   void Move(const Eigen::Vector3d& p_S);
@@ -120,7 +122,11 @@ void SimulatedSite::State::Begin(const Eigen::Vector2d& from, site::Pose* next) 
     if (next->contact) touched = entry;
   } else if (const auto near = body.Nearest(to);
              (near.p_O - to).norm() < kAhead * body.larger_side()) {
-    ahead.Expect(ExpectedPlace(to, 2 * kAhead * body.larger_side()));
+    // On along the way it goes, if it goes ahead at all.
+    const Eigen::Vector2d way = (to - from).stableNormalized();
+    const bool goes_ahead = way.dot(direction_O) > kGoesAhead;
+    ahead.Expect(
+        ExpectedPlace(to, 2 * kAhead * body.larger_side(), goes_ahead ? way : direction_O));
   }
 }
 

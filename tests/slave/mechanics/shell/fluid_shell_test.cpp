@@ -38,11 +38,12 @@ TEST(FluidShellTest, AnEmptyShellIsAsStiffAsReissnersUnderAPoint) {
   }
 }
 
-// Reference: its own solution on four times as many pieces. Tolerance: the 5 % that are promised.
-TEST(FluidShellTest, FourTimesAsManyPiecesSayTheSame) {
+// Reference: its own solution on twice as many pieces, whose error is a quarter. Tolerance: the 5 %
+// that are promised; with four times as many pieces the worst measured was 2.5 %, at 2 um.
+TEST(FluidShellTest, TwiceAsManyPiecesSayTheSame) {
   FluidShell::Params params = Chorion();
   FluidShell coarse(params);
-  params.pieces *= 4;
+  params.pieces *= 2;
   FluidShell fine(params);
   for (const double depth : {2e-6, 10e-6, 30e-6, 60e-6, 100e-6}) {
     ASSERT_TRUE(coarse.PressTo(depth)) << depth;
