@@ -78,9 +78,9 @@ class Recordings(unittest.TestCase):
         (seen,) = read(master_file)
         self.assertTrue(seen["whole"])
         self.assertEqual(seen["indexed"], sum(seen["topics"].values()))
-        self.assertGreater(seen["topics"]["/master/tick"], 1000)
-        self.assertGreater(seen["topics"]["/slave/state"], 100)
-        self.assertGreater(seen["topics"]["/master/command"], 100)
+        self.assertGreater(seen["topics"]["/master/tick"], 200)
+        self.assertGreater(seen["topics"]["/slave/state"], 20)
+        self.assertGreater(seen["topics"]["/master/command"], 20)
         self.assertEqual("/slave/picture" in seen["topics"], pictures)
         self.assertIn("/slave/scene", seen["topics"])
         self.assertIn("foxglove.CompressedImage", seen["schemas"])
@@ -93,12 +93,12 @@ class Recordings(unittest.TestCase):
             return
         (seen,) = read(slave_file)
         self.assertFalse(seen["whole"])
-        self.assertGreater(seen["topics"]["/slave/sense"], 50)
+        self.assertGreater(seen["topics"]["/slave/sense"], 15)
         self.assertTrue(any(name.endswith(".yaml") for name in seen["attachments"]))
 
     def test_a_camera(self):
         slave_file, master_file = self.both_ends("silicone-block.yaml", "model.elements=60", "operator.press.depth=2 mm")
-        self.process_again(slave_file, 30)
+        self.process_again(slave_file, 5)
         self.check_slave(slave_file)
         seen = self.check_master(master_file, True)
         self.play(master_file)
@@ -106,13 +106,13 @@ class Recordings(unittest.TestCase):
 
     def test_points(self):
         slave_file, master_file = self.both_ends("rubber-membrane.yaml", "operator.press.depth=0.5 mm")
-        self.process_again(slave_file, 20)
+        self.process_again(slave_file, 5)
         self.check_slave(slave_file)
         self.check_master(master_file, True)
 
     def test_fingertips(self):
         slave_file, master_file = self.both_ends("foam-cube.yaml", "operator.press.depth=2 mm")
-        self.process_again(slave_file, 50)
+        self.process_again(slave_file, 5)
         self.check_slave(slave_file)
         self.check_master(master_file, False)
 
@@ -142,7 +142,7 @@ class Recordings(unittest.TestCase):
                     file = self.out / f"{number}.mcap"
                     process = subprocess.Popen([MASTER, "connect", slave.address, "--record", file], env=BARE,
                                                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-                    victims.append((chance.uniform(0.3, 1.8), process, file))
+                    victims.append((chance.uniform(0.3, 1.5), process, file))
                 began = time.time()
                 killed = {}
                 for moment, process, file in sorted(victims, key=lambda victim: victim[0]):
@@ -159,7 +159,7 @@ class Recordings(unittest.TestCase):
                         continue
                     self.assertGreater(seen["last"]["/master/tick"], moment - 1, f"seed {seed}")
                     length = seen["last"]["/master/tick"] - seen["first"]["/master/tick"]
-                    self.assertGreater(seen["topics"]["/master/tick"], 0.5 * 1000 * length)
+                    self.assertGreater(seen["topics"]["/master/tick"], 0.1 * 1000 * length)
 
     def test_what_is_no_recording_is_refused(self):
         file = self.out / "none.mcap"
