@@ -11,7 +11,7 @@ export const ROOT = path.resolve(import.meta.dirname, '../..');
 const need = createRequire(path.join(SCRATCH, 'package.json'));
 const { chromium } = need('playwright-core');
 export const AXE = readFileSync(need.resolve('axe-core/axe.min.js'), 'utf8');
-const PATIENCE_MS = 60000;
+const PATIENCE_MS = 180000;  // a volume on a busy machine takes more than a minute to start
 const FLAGS = ['--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
   '--disable-background-networking', '--disable-component-update', '--disable-sync'];
 
