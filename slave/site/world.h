@@ -42,11 +42,11 @@ struct Truth {
   bool in_contact = false;
   Eigen::Vector3d force{0, 0, 0};  // of the object on the tool [N]
   double depth = 0;                // of the surface under the tool, along its normal [m]
-  bool punctured = false;          // the tool is through the membrane, which pushes no more
   // False: the force is a guess, since the press is not solved (yet), see StereoSite.
   bool solved = true;
   // Of scenes with fingertips, the first of which is the tool.
   std::array<FingerTruth, kMaxFingers> fingers{};
+  bool punctured = false;  // the tool is through the membrane, which pushes no more
 };
 
 // Of a target that moves as a whole, a rigid body. Frame B as TexturedTarget has it.
