@@ -140,6 +140,9 @@ TEST(PageServerEndTest, SaysGoodbye) {
                            [](std::uint64_t) {}});
   PageClient page(server->endpoint());
   ASSERT_THAT(page.Upgrade(ToString(server->endpoint()), ""), HasSubstr("101"));
+  board.Put(Topic::kHello, "hello");
+  server->Tell();
+  ASSERT_TRUE(page.ReadFrame(kText)) << "the server knows that the page has come";
   server.reset();
   const auto goodbye = page.ReadFrame(kClose);
   ASSERT_TRUE(goodbye);
