@@ -13,7 +13,7 @@ skip() {
 
 [ -x /usr/bin/chromium ] || skip "no /usr/bin/chromium (deploy/install.sh page)"
 command -v npm >/dev/null || skip "no npm (deploy/install.sh page)"
-grep -q WebGLRenderer "$bin/palpate-master" || skip "palpate-master was built without three.js and uPlot (deploy/page.sh)"
+grep -q "Three.js Authors" "$bin/palpate-master" || skip "palpate-master was built without three.js and uPlot (deploy/page.sh)"
 mkdir -p "$scratch"
 cp "$here"/package.json "$here"/package-lock.json "$here"/.npmrc "$scratch"/
 if [ ! -d "$scratch/node_modules/playwright-core" ]; then

@@ -11,7 +11,8 @@ export const ROOT = path.resolve(import.meta.dirname, '../..');
 const need = createRequire(path.join(SCRATCH, 'package.json'));
 const { chromium } = need('playwright-core');
 export const AXE = readFileSync(need.resolve('axe-core/axe.min.js'), 'utf8');
-const PATIENCE_MS = 180000;  // a volume on a busy machine takes more than a minute to start
+const START_MS = 180000;  // a volume on a busy machine takes more than a minute to start
+const PATIENCE_MS = 40000;
 const FLAGS = ['--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
   '--disable-background-networking', '--disable-component-update', '--disable-sync'];
 
@@ -32,7 +33,7 @@ async function start(program, args, pattern) {
   child.output = '';
   for (const stream of [child.stdout, child.stderr]) stream.on('data', (text) => (child.output += text));
   child.ended = once(child, 'exit');
-  const said = await until(() => child.output.match(pattern) || (child.exitCode !== null && ['', null]), `${program}: ${pattern}`);
+  const said = await until(() => child.output.match(pattern) || (child.exitCode !== null && ['', null]), `${program}: ${pattern}`, START_MS);
   if (said[1] === null) throw new Error(`${program} ended: ${child.output}`);
   child.said = said[1];
   return child;
