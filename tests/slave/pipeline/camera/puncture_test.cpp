@@ -18,7 +18,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kFew = 40, kFewPresses = 24, kMany = 500;
+constexpr int kFew = 16, kFewPresses = 12, kMany = 500;
 constexpr std::uint32_t kUntouched = 100000;
 constexpr int kSubsteps = 16;  // of the tool between two pictures
 
