@@ -229,6 +229,7 @@ void CheckBeforehand(const Arguments& a) {
   RequireOtherThan("--record", a.record, inputs);
   for (const auto& shape : a.shapes) RequireOtherThan("--shape", shape, inputs);
   if (a.views) ViewEndpoint(a.view);
+  if (!a.metrics.empty()) MetricsEndpoint(a.metrics, a.link.insecure);
   if (IsPointer(a) && !a.views) {
     throw std::invalid_argument("--device pointer: accepted is with --view, whose page it is on");
   }

@@ -29,15 +29,27 @@ void AloneOnItsPort(socket_t socket) {
 
 Endpoint Permitted(const std::string& address, bool insecure) {
   try {
-    Endpoint endpoint = ParseEndpoint(address);
-    RequireLoopbackUnless(insecure, endpoint);
-    return endpoint;
+    return MetricsEndpoint(address, insecure);
   } catch (const std::invalid_argument& error) {
-    throw std::runtime_error(std::string("--metrics: ") + error.what());
+    throw std::runtime_error(error.what());
   }
 }
 
 }  // namespace
+
+Endpoint MetricsEndpoint(const std::string& address, bool insecure) {
+  Endpoint endpoint;
+  try {
+    endpoint = ParseEndpoint(address);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("--metrics: ") + error.what());
+  }
+  if (insecure || IsLoopback(endpoint.host)) return endpoint;
+  throw std::invalid_argument(
+      "--metrics: " + address +
+      ": accepted without --insecure is a loopback address (127.0.0.1, [::1] or localhost): the "
+      "numbers go in plain text to whoever asks");
+}
 
 struct MetricsPage::Parts {
   Endpoint endpoint;

@@ -10,6 +10,10 @@
 
 namespace palpate {
 
+// Where to answer, of `--metrics HOST:PORT`. Throws std::invalid_argument: not understood, or
+// beyond loopback without `insecure`.
+Endpoint MetricsEndpoint(const std::string& address, bool insecure);
+
 class MetricsPage {
  public:
   // Answers on `address` (HOST:PORT; port 0: any free one) until it is destroyed, one request after

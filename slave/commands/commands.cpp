@@ -151,6 +151,7 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
 int RunServe(const ServeOptions& options, const std::stop_token& stop) {
   const bool plain = options.tls.empty();
   RequireLoopbackUnless(options.insecure || !plain, ParseEndpoint(options.listen));
+  if (!options.metrics.empty()) MetricsEndpoint(options.metrics, options.insecure);
   if (plain && !IsLoopback(ParseEndpoint(options.listen).host)) {
     spdlog::warn(
         "--insecure: {} serves whoever reaches it, in plain text: anyone can move the tool",
