@@ -484,7 +484,8 @@ LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
 }
 
 bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept {
-  if (!p_S_tip.allFinite()) return false;
+  // A round tool's contact grows with the depth, which no patch tells: the plane follows it.
+  if (!p_S_tip.allFinite() || touch_->indenter) return false;
   touch_->probe->Reset();
   const Eigen::Vector3d p_O_tip = registration_.X_SO.inverse() * p_S_tip;
   const int element = touch_->probe->MoveTip(p_O_tip.head<2>()).element;
@@ -513,13 +514,23 @@ Eigen::Matrix3d Estimator::StiffnessInSlave(const ContactResponse& response) con
   return R * K_O * R.transpose();
 }
 
+// A round tool's force is not its stiffness times the depth, as the master takes it: the contact
+// was smaller before. That share of the stiffness which at this depth gives this force [-].
+double Estimator::SecantPart(const ContactResponse& response,
+                             const BoundaryPlace& place) const noexcept {
+  const Eigen::Vector3d n = Planar(place.normal_O);
+  const double linear = n.dot(response.stiffness_O * n) * -place.gap;
+  if (!touch_->indenter || !(linear > 0)) return 1;
+  return std::clamp(-response.force_O.dot(n) / linear, 0.0, 1.0);
+}
+
 void Estimator::UpdateLocalModel(const BoundaryPlace& place,
                                  const ContactResponse& response) noexcept {
   const Eigen::Matrix3d& R = registration_.X_SO.linear();
   LocalModel next;
   next.reference = registration_.X_SO * Planar(place.p_O);
   next.normal = R * Planar(place.normal_O);
-  next.stiffness = StiffnessInSlave(response);
+  next.stiffness = SecantPart(response, place) * StiffnessInSlave(response);
   next.valid_radius = touch_->deformation->info().range * touch_->mesh.length_unit;
   next.in_contact = rules_.in_contact();
   felt_.local_model = Revised(next, felt_.local_model);

@@ -130,6 +130,8 @@ class Estimator {
   bool FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
                std::vector<Eigen::Vector3d>* field) noexcept;
   [[nodiscard]] Eigen::Matrix3d StiffnessInSlave(const ContactResponse& response) const noexcept;
+  [[nodiscard]] double SecantPart(const ContactResponse& response,
+                                  const BoundaryPlace& place) const noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
 
   CameraView view_;
