@@ -145,10 +145,13 @@ class Run {
     json["closest_m"] =
         is_near ? nlohmann::ordered_json(insertion_.closest) : nlohmann::ordered_json();
     summary_.lines.push_back(
-        is_near ? fmt::format("punctured in picture {}, told in picture {}; {:.1f} um from the "
-                              "target",
-                              insertion_.punctured, insertion_.told, 1e6 * insertion_.closest)
-                : "nothing was punctured");
+        is_near
+            ? fmt::format("punctured in picture {}, {}; {:.1f} um from the target",
+                          insertion_.punctured,
+                          insertion_.told > 0 ? fmt::format("told in picture {}", insertion_.told)
+                                              : "never told (model.puncture)",
+                          1e6 * insertion_.closest)
+            : "nothing was punctured");
   }
 
   void RequireComplete() const {
