@@ -16,7 +16,7 @@ cd "$scratch"
 # allowed PATCH: files outside of its own room that it may change, CMake's lists and tests apart
 declare -A allowed=([model]=2 [sense]=3 [device]=2 [scene_key]=4)
 
-flags_of() {  # flags_of FILE.cpp: those of a source compiled beside it, for this copy of the tree
+how_to_compile() {  # how_to_compile FILE.cpp: as a source beside it, with what is precompiled, for this copy of the tree
   python3 - "$build" "$root" "$1" <<'PY'
 import json, pathlib, shlex, sys
 build, root, file = sys.argv[1:]
@@ -26,13 +26,9 @@ def near(entry):
     place = entry["file"].removeprefix(build + "/").removeprefix(root + "/")
     return len([1 for a, b in zip(pathlib.Path(place).parts, folder.parts) if a == b])
 words = shlex.split(max(commands, key=near)["command"])
-kept, skip = [], False
-for word in words[1:]:
-    if skip or word in ("-o", "-c"):
-        skip = not skip and word == "-o"
-    elif word.startswith(("-I", "-isystem", "-D", "-std", "-W", "-f", "-m")) or (kept and kept[-1] == "-isystem"):
-        kept.append(word)
-print(" ".join(["-I."] + kept))
+compiler = next(i for i, word in enumerate(words) if pathlib.Path(word).name.startswith(("clang", "g++", "c++")))
+kept = [word for before, word in zip(words[compiler:], words[compiler + 1:]) if "-o" not in (before, word)]
+print(" ".join([words[compiler], "-I."] + kept[:kept.index("-c")]))
 PY
 }
 
@@ -48,7 +44,7 @@ done
 
 for file in $(cat "$root"/tests/contributing/*.patch | sed -n 's#^+++ b/##p' | grep '\.cpp$' | sort -u); do
   # shellcheck disable=SC2046
-  g++ -fsyntax-only $(flags_of "$file") "$file" || { echo "$file does not compile"; exit 1; }
+  $(how_to_compile "$file") -fsyntax-only "$file" || { echo "$file does not compile"; exit 1; }
   echo "compiles: $file"
 done
 

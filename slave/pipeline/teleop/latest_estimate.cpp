@@ -1,6 +1,8 @@
 #include "slave/pipeline/teleop/latest_estimate.h"
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 
 #include <spdlog/spdlog.h>
 
@@ -10,6 +12,12 @@ namespace {
 constexpr double kStaleAfter = 0.060;  // [s]
 constexpr double kStalePeriods = 3;
 constexpr std::size_t kMaxAlarms = 16;
+
+std::string Silence(double age) {
+  return "the sensor has sent nothing for " +
+         (age < 1 ? std::string("a moment") : std::to_string(std::lround(age)) + " s") +
+         ": is its driver alive, its cable in?";
+}
 
 }  // namespace
 
@@ -94,6 +102,8 @@ void LatestEstimate::Describe(SlaveStatus* status) const {
   status->frame_rate = static_cast<double>(
       std::ranges::count_if(recent_, [&](Time t) { return SecondsBetween(t, now) <= 1.0; }));
   status->alarms = alarms_;
+  const double age = SecondsBetween(felt_.sensed_at, now);
+  if (frames_ > 0 && age > stale_after_) status->alarms.push_back(Silence(age));
 }
 
 }  // namespace palpate

@@ -1,0 +1,81 @@
+"""A laboratory's own camera and arm: a simulated site played by one process, an arm driven by another."""
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from programs import BARE, BIN, BLOCK, MASTER, OUT, PATIENCE, ROOT, Slave, wait_until
+
+EXAMPLES = ROOT / "deploy/examples"
+STUBS = OUT / "plug-stubs"
+sys.path.insert(0, str(EXAMPLES))
+os.environ["PALPATE_STUBS"] = str(STUBS)
+os.environ["PATH"] = BARE["PATH"]
+try:
+    import grpc
+    import palpate_stubs
+    messages, services, states = palpate_stubs.load()
+except (ImportError, SystemExit) as error:
+    print(f"skipped: {error}")
+    raise SystemExit(77)
+
+ENVIRONMENT = {**BARE, "PALPATE_STUBS": str(STUBS), "PALPATE_STUBS_READY": "1", "PYTHONDONTWRITEBYTECODE": "1",
+               "PYTHONPATH": str(EXAMPLES)}
+PLUGGED = ["--override", "manipulator.source=stream", "--override", "sense.camera.source=stream"]
+HOME = "0.044,0.09416,0"
+
+
+class Plugged(unittest.TestCase):
+    """A slave of the block whose camera and arm are to be plugged in."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.out = pathlib.Path(self.folder.name)
+        self.slave = Slave(BLOCK, *PLUGGED)
+        self.slave.__enter__()
+        self.addCleanup(self.slave.__exit__)
+        self.stub = services.TeleoperationStub(palpate_stubs.connect(grpc, self.slave.address))
+
+    @staticmethod
+    def end(process):
+        if process.poll() is None:
+            process.send_signal(signal.SIGCONT)
+            process.kill()
+        process.wait()
+        if process.stdout:
+            process.stdout.close()
+
+    def start(self, *command, **options):
+        process = subprocess.Popen([str(c) for c in command], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                   text=True, env=ENVIRONMENT, **options)
+        self.addCleanup(self.end, process)
+        return process
+
+    def play(self):
+        player = self.start(BIN / "site_player", BLOCK, self.slave.address, stdout=subprocess.PIPE)
+        self.site = re.fullmatch(r"site on (\S+)\n", player.stdout.readline()).group(1)
+        return player
+
+    def drive(self, driver=EXAMPLES / "drive_arm.py", *arguments):
+        return self.start("/usr/bin/python3", driver, self.slave.address, "--home", HOME, "--site", self.site,
+                          "--rate", "500", *arguments, stdout=subprocess.DEVNULL)
+
+    def status(self):
+        return self.stub.GetStatus(messages.GetStatusRequest(), timeout=10)
+
+    def ready(self):
+        return wait_until(lambda: not self.status().alarms and self.status().validity == states.VALIDITY_VALID)
+
+    def operate(self, seconds):
+        return self.start(MASTER, "connect", self.slave.address, "--duration", seconds, "--report",
+                          self.out / "report.json", "--log", self.out / "log.csv", stdout=subprocess.DEVNULL)
+
+    def report(self, master):
+        master.wait(timeout=PATIENCE)
+        return json.loads((self.out / "report.json").read_text())
