@@ -55,21 +55,41 @@ if(PALPATE_UNITY)
   target_compile_options(palpate_warnings INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()
 
-# palpate_library(NAME SOURCES a.cpp ... LINKS x y ... [NUMERIC]): one static library per folder; includes start at the
-# root. A folder of headers only gives no SOURCES. NUMERIC: computes; neither parses nor speaks nor runs threads. Unless
-# PALPATE_SANITIZE_NUMERIC, sanitizers leave it as it is released: most of compiling is there, and ccache has it already.
+# palpate_compiled_like(TARGET WAY): RELEASED: as it is released, whatever the sanitizers; BUILT: as this build compiles.
+function(palpate_compiled_like target way)
+  if(way STREQUAL RELEASED AND PALPATE_SANITIZE)
+    set_target_properties(${target} PROPERTIES COMPILE_OPTIONS "-pthread" PALPATE_AS_RELEASED ON)
+    palpate_take_precompiled(${target} palpate_precompiled)
+  elseif(PALPATE_SANITIZE)
+    palpate_take_precompiled(${target} palpate_precompiled_watched)
+  else()
+    palpate_take_precompiled(${target} palpate_precompiled)
+  endif()
+endfunction()
+
+# What waits for people or runs once is compiled at -O1: that takes a quarter less.
+function(palpate_unhurried target)
+  if(NOT PALPATE_SANITIZE)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endif()
+endfunction()
+
+# palpate_library(NAME SOURCES a.cpp ... LINKS x y ... [NUMERIC] [UNHURRIED]): one static library per folder; includes
+# start at the root. A folder of headers only gives no SOURCES. NUMERIC: computes; neither parses nor speaks nor runs
+# threads. Unless PALPATE_SANITIZE_NUMERIC, sanitizers leave it as it is released: most of compiling is there, and ccache
+# has it already. UNHURRIED: nobody waits for it in the loop of a sense or of a hand.
 function(palpate_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "NUMERIC" "" "SOURCES;APART;LINKS;PRIVATE_LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "NUMERIC;UNHURRIED" "" "SOURCES;APART;LINKS;PRIVATE_LINKS")
   if(ARG_SOURCES)
     palpate_units(${name} units SOURCES ${ARG_SOURCES} APART ${ARG_APART})
     add_library(${name} STATIC ${units})
-    if(ARG_NUMERIC AND PALPATE_SANITIZE AND NOT PALPATE_SANITIZE_NUMERIC)
-      set_target_properties(${name} PROPERTIES COMPILE_OPTIONS "-pthread" PALPATE_AS_RELEASED ON)
-      palpate_take_precompiled(${name} palpate_precompiled)
-    elseif(PALPATE_SANITIZE)
-      palpate_take_precompiled(${name} palpate_precompiled_watched)
+    if(ARG_NUMERIC AND NOT PALPATE_SANITIZE_NUMERIC)
+      palpate_compiled_like(${name} RELEASED)
     else()
-      palpate_take_precompiled(${name} palpate_precompiled)
+      palpate_compiled_like(${name} BUILT)
+    endif()
+    if(ARG_UNHURRIED)
+      palpate_unhurried(${name})
     endif()
     target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
     target_link_libraries(${name} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS} palpate_warnings)
@@ -80,13 +100,23 @@ function(palpate_library name)
   endif()
 endfunction()
 
+# palpate_program(NAME SOURCES a.cpp ... LINKS x y ...): what people or tests start; the work is in its libraries.
+function(palpate_program name)
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "SOURCES;LINKS")
+  add_executable(${name} ${ARG_SOURCES})
+  palpate_compiled_like(${name} BUILT)
+  palpate_unhurried(${name})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_LINKS} palpate_warnings)
+endfunction()
+
 # palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SLOW FILTER] [SANITIZE] [THREADS]): one test
 # executable per folder of tests, run by ctest as NAME. Those of its tests that a GoogleTest FILTER names are run as NAME_slow, with the
 # label `slow`: `tests/run.sh --full` alone runs them. SANITIZE: parses, speaks or runs threads, so that every
 # `tests/run.sh` runs it under the address and undefined-behaviour sanitizers too; with `--full` they run everything.
 # THREADS: runs threads, which `--full` has the thread sanitizer watch.
 # PALPATE_SANITIZED_APART: tests with SANITIZE are left out here, because the sanitizers' build runs them.
-# Tests are compiled at -O1: what takes time is in the libraries, and compiling takes a fifth less.
+# PALPATE_SANITIZE_TESTS off: what tests call is watched, their own code is not.
 function(palpate_test name)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "SANITIZE;THREADS" "TIMEOUT;SLOW" "SOURCES;APART;LINKS;LABELS")
   if(ARG_SANITIZE AND PALPATE_SANITIZED_APART AND NOT PALPATE_SANITIZE)
@@ -95,9 +125,10 @@ function(palpate_test name)
   palpate_units(${name} units SOURCES ${ARG_SOURCES} APART ${ARG_APART})
   add_executable(${name} ${units})
   palpate_take_precompiled(${name} palpate_precompiled_tests)
-  if(NOT PALPATE_SANITIZE)
-    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(PALPATE_SANITIZE AND NOT PALPATE_SANITIZE_TESTS)
+    set_target_properties(${name} PROPERTIES COMPILE_OPTIONS "-pthread;-O1;-Wno-missing-field-initializers" PALPATE_AS_RELEASED ON)
   endif()
+  palpate_unhurried(${name})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} palpate_test_paths GTest::gtest_main GTest::gmock palpate_warnings)
   if(NOT ARG_TIMEOUT)
