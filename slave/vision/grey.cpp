@@ -57,6 +57,13 @@ void GreyFormat::Read(const cv::Mat& image, const cv::Rect& window,
   }
 }
 
+double VarianceOf(const GreyPatch& p) {
+  double sum = 0, square = 0;
+  for (const std::int16_t level : p.levels) sum += level, square += level * level;
+  const auto n = static_cast<double>(p.levels.size());
+  return square / n - sum * sum / (n * n);
+}
+
 double NoiseOf(const GreyPatch& p) {
   double sum = 0;
   for (int y = 1; y + 1 < p.height; ++y) {

@@ -65,6 +65,9 @@ class GreyFormat {
 // straight edge along an axis explains (J. Immerkaer, CVIU 64, 1996). At least 3 x 3.
 double NoiseOf(const GreyPatch& p);
 
+// Of its grey levels [levels^2].
+double VarianceOf(const GreyPatch& p);
+
 // Mean of `factor` x `factor` blocks; what does not fill a block at the right and lower edge is
 // left out.
 void Shrink(const GreyPatch& patch, int factor, GreyPatch& out);

@@ -19,6 +19,7 @@ struct TipObservation {
   double sigma = 0;           // one standard deviation of p_I per axis [px]
   bool reacquired = false;    // found by the search over the whole picture
   double covered = 0;         // part of the template that something else hides [0, 1]
+  bool aligned = false;       // the template's fine alignment agrees with the peak
 };
 
 struct Observation {

@@ -19,13 +19,6 @@ constexpr double kMostChange = 1.5;      // of the template's largest, in a pict
 constexpr int kSamePeak = 3;             // [px]
 constexpr double kFits = 0.6;            // score of a part
 
-double VarianceOf(const GreyPatch& patch) {
-  double sum = 0, square = 0;
-  for (const std::int16_t level : patch.levels) sum += level, square += level * level;
-  const auto n = static_cast<double>(patch.levels.size());
-  return square / n - sum * sum / (n * n);
-}
-
 struct Cut {
   GreyPatch pixels;
   double trusted = 0;  // part of the pixels

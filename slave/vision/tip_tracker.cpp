@@ -26,7 +26,11 @@ constexpr double kAsUsual = 0.9, kLeastAsUsual = 0.75, kPartsFit = 0.6, kPartsSe
 constexpr double kBetter = 0.03;     // score by which a place of the parts' own beats the whole's
 constexpr double kFollow = 0.05;     // of the usual score, per picture
 constexpr double kFoundAnew = 0.15;  // more than min_score where the tip may be anywhere
-constexpr int kLeastCoarse = 7;      // edge below which a shrunk template tells too little [px]
+// A template without parts knows a tool's sides better than its end: another pipette fits it along
+// half its length. Without noise so much more than min_score, and so little covered, for a tip
+// anywhere.
+constexpr double kFoundBlind = 0.3, kCoveredBlind = 0.15;
+constexpr int kLeastCoarse = 7;  // edge below which a shrunk template tells too little [px]
 
 struct Peak {
   cv::Point at;
@@ -218,6 +222,7 @@ TipObservation TipTracker::MeasureByParts(const cv::Rect& window, double usual) 
   tip.p_I = fine.p + anchor_ + Eigen::Vector2d(window.x, window.y);
   tip.sigma = fine.sigma;
   tip.covered = fine.covered;
+  tip.aligned = true;
   return tip;
 }
 
@@ -232,12 +237,13 @@ TipObservation TipTracker::Measure(const ScoreMap& map, const cv::Rect& window,
       aligner_.AlignAround(window_, fine.converged ? fine.p : rough, {});
   const double apart = (around.p - fine.p).cwiseAbs().maxCoeff();
   const bool pulled = apart > kPulled + kPulledSigmas * around.sigma;
-  if (around.converged && (around.covered > kCovered || pulled)) fine = around;
+  if (around.converged && (!fine.converged || around.covered > kCovered || pulled)) fine = around;
   TipObservation tip;
   tip.found = true;
   tip.score = score;
   tip.p_I = (fine.converged ? fine.p : rough) + anchor_ + Eigen::Vector2d(window.x, window.y);
   tip.covered = fine.covered;
+  tip.aligned = fine.converged;
   tip.sigma = fine.converged ? fine.sigma : 0.5;  // the parabola is good to half a pixel at worst
   return tip;
 }
@@ -260,9 +266,17 @@ TipObservation TipTracker::SearchPicture(const cv::Mat& image) {
     if (tip.found && (!second.found || tip.score > second.score)) second = tip;
   }
   const bool unique = !second.found || second.score < best.score - kAsGood;
-  best.found = best.found && unique && best.score >= options_.min_score + kFoundAnew;
+  best.found = best.found && unique && IsSureAnew(best);
   best.reacquired = best.found;
   return best;
+}
+
+bool TipTracker::IsSureAnew(const TipObservation& tip) const {
+  if (parts_.usable()) return tip.score >= options_.min_score + kFoundAnew;
+  const double noise = NoiseOf(whole_), signal = VarianceOf(ncc_.pattern());
+  const double attenuation = std::sqrt(signal / (signal + noise * noise));
+  return tip.aligned && tip.covered < kCoveredBlind &&
+         tip.score >= (options_.min_score + kFoundBlind) * attenuation;
 }
 
 void TipTracker::FindCandidates(const cv::Mat& image) {
