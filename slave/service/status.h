@@ -9,6 +9,7 @@
 
 #include <grpcpp/support/status.h>
 
+#include "shared/link/urgent_mutex.h"
 #include "shared/text/progress.h"
 
 namespace palpate {
@@ -79,7 +80,7 @@ class EndingStream : public Reactor {
   }
 
   std::shared_ptr<EndingStream> self_;  // until OnDone
-  std::mutex mutex_;                    // guards what follows
+  UrgentMutex mutex_;                   // guards what follows
   std::optional<grpc::Status> ending_;
   int busy_ = 0;  // threads between Enter and Exit, and writes in flight
 
