@@ -1,16 +1,16 @@
 #include "master/link/operate_session.h"
 
-#include <algorithm>
 #include <thread>
 #include <utility>
 
 #include "shared/link/thread_priority.h"
+#include "shared/text/text.h"
 #include "shared/wire/state_message.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kMicro = 1e6;
+constexpr double kMicro = 1e6, kMilli = 1e-3;
 
 }  // namespace
 
@@ -77,8 +77,8 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
   sender.join();
   grpc::Status status = stream->Finish();
   if (!silent_) return status;
-  return {grpc::StatusCode::UNAVAILABLE,
-          "no state for " + std::to_string(kSilence.count()) + " s: the line is dead"};
+  return {grpc::StatusCode::UNAVAILABLE, Formatted("no state for %.3g s: the line is dead",
+                                                   kMilli * static_cast<double>(silence_.count()))};
 }
 
 void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
@@ -87,7 +87,7 @@ void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
     std::this_thread::sleep_until(Clock::ToSteady(wake));
     const Time now = Clock::now();
     if (now - wake > kCommandPeriod) wake = now;  // skip what was missed
-    if (now - heard_at_.load() > kSilence) {
+    if (now - heard_at_.load() > silence_) {
       silent_ = true;
       context_.TryCancel();
       return;

@@ -2,6 +2,7 @@
 // and what its echoes tell.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -49,8 +50,8 @@ class RoundTrips {
 class OperateSession {
  public:
   static constexpr std::chrono::microseconds kCommandPeriod{2000};
-  // A stream without any state for so long is given up: its line was cut without a word. The first
-  // one may take longer by `first_within`.
+  // A stream without any state for so long, or for the longest round trip reckoned with, is given
+  // up: its line was cut without a word. The first one may take longer by `first_within`.
   static constexpr std::chrono::seconds kSilence{2};
 
   // What outlives the session.
@@ -69,10 +70,12 @@ class OperateSession {
   };
 
   OperateSession(Surroundings surroundings, std::string operator_name,
-                 std::chrono::milliseconds first_within)
+                 std::chrono::milliseconds first_within,
+                 std::chrono::milliseconds longest_round_trip)
       : with_(std::move(surroundings)),
         operator_name_(std::move(operator_name)),
-        first_within_(first_within) {}
+        first_within_(first_within),
+        silence_(std::max<std::chrono::milliseconds>(kSilence, longest_round_trip)) {}
 
   // Blocks until the stream ends: by the slave, by silence, by `stop` (then the slave is told and
   // ends it) or by Cancel. How it ended.
@@ -92,7 +95,7 @@ class OperateSession {
 
   const Surroundings with_;
   const std::string operator_name_;
-  const std::chrono::milliseconds first_within_;
+  const std::chrono::milliseconds first_within_, silence_;
   grpc::ClientContext context_;
   std::atomic<Time> heard_at_{Clock::now()};  // a state that could be used
   std::atomic<bool> silent_{false};

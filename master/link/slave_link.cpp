@@ -14,6 +14,8 @@
 #include "master/link/channel.h"
 #include "master/link/operate_session.h"
 #include "master/link/remote_scene.h"
+#include "shared/link/loopback.h"
+#include "shared/link/tcp_line.h"
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 
@@ -162,8 +164,9 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
          [this](std::uint32_t revision) { SeeRevision(revision); },
          [this](const std::string& reason) { Refused(reason); }, options.on_received,
          options.on_sent},
-        options.operator_name, call_deadline);
+        options.operator_name, call_deadline, longest_round_trip);
     const grpc::Status read = ReadSettings();
+    for (const int line : LinesTo(ParseEndpoint(target).port)) PrepareLine(line);
     const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);
     if (rereading.joinable()) rereading.join();
     if (next.was_served()) backoff.Reset();

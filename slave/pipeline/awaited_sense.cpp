@@ -46,10 +46,10 @@ void AwaitedSense::Tell(const std::string& trouble) {
   trouble_ = trouble;
 }
 
-std::unique_ptr<Rebuilt> AwaitedSense::Prepare(const Scene& changed) const {
+std::unique_ptr<Rebuilt> AwaitedSense::Prepare(const Scene& changed, Progress* progress) const {
   if (!Made())
     throw std::logic_error(std::string(kNothingYet) + ": accepted is a change afterwards");
-  return Made()->Prepare(changed);
+  return Made()->Prepare(changed, progress);
 }
 
 std::vector<StageTimes> AwaitedSense::Stages() const {

@@ -35,7 +35,8 @@ class AwaitedSense final : public Sense {
     return Made() ? Made()->Picture(full_scale) : std::nullopt;
   }
   // Throws std::logic_error while nothing was seen.
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override;
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
+                                                 Progress* progress) const override;
   void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override {
     Made()->Adopt(std::move(rebuilt), changed);
   }

@@ -18,6 +18,7 @@
 
 #include "shared/state/slave_state.h"
 #include "shared/state/touch_patch.h"
+#include "shared/text/progress.h"
 #include "slave/capture/picture_inbox.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/model_kinds.h"
@@ -153,8 +154,9 @@ class Sense {
   }
 
   // Builds for changed settings what depends on them, which takes its time; may be null. Throws
-  // std::invalid_argument naming the key.
-  [[nodiscard]] virtual std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const = 0;
+  // std::invalid_argument naming the key; Interrupted, as `progress` wants it, which may be null.
+  [[nodiscard]] virtual std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
+                                                         Progress* progress) const = 0;
   // Puts it to work.
   virtual void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) = 0;
   // What was felt is forgotten, rest values are taken anew: nothing must touch. Between Acquire and

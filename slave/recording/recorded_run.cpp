@@ -150,7 +150,7 @@ class Again {
     }
     CheckRanges({.young_modulus = settings.young_modulus()});
     changed.object.material.young_modulus = settings.young_modulus();
-    sense_->Adopt(sense_->Prepare(changed), changed);
+    sense_->Adopt(sense_->Prepare(changed, nullptr), changed);
     scene_ = changed;
   }
 

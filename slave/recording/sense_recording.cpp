@@ -75,8 +75,9 @@ class SenseRecording::WatchedSense final : public Sense {
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override {
     return sense_->Picture(full_scale);
   }
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {
-    return sense_->Prepare(changed);
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
+                                                 Progress* progress) const override {
+    return sense_->Prepare(changed, progress);
   }
   void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override {
     Put([&](v1::SenseStep* step) { ToProto(changed, step->mutable_settings()); });

@@ -12,6 +12,7 @@
 
 #include "palpate/v1/state.pb.h"
 
+#include "shared/link/urgent_mutex.h"
 #include "shared/state/clock.h"
 #include "slave/pipeline/teleop/slave.h"
 
@@ -62,7 +63,7 @@ class OperatorLease {
 
   Slave& slave_;
   const Clock::duration silence_;
-  mutable std::mutex mutex_;  // guards everything below and the order of calls to slave_
+  mutable UrgentMutex mutex_;  // guards everything below and the order of calls to slave_
   Holder holder_;
   Ticket last_ticket_ = 0;
   std::uint64_t malformed_ = 0;

@@ -15,6 +15,7 @@
 #include <grpcpp/support/status.h>
 
 #include "shared/link/state_mailbox.h"
+#include "shared/link/urgent_mutex.h"
 #include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
@@ -58,7 +59,7 @@ class Publisher {
   std::vector<std::shared_ptr<StateReader>> readers_;
   Time sensed_at_{};
 
-  std::mutex mutex_;  // guards what follows
+  UrgentMutex mutex_;  // guards what follows
   std::weak_ptr<StateReader> operator_;
   std::vector<std::weak_ptr<StateReader>> observers_;
   Events flagged_;

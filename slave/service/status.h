@@ -9,6 +9,9 @@
 
 #include <grpcpp/support/status.h>
 
+#include "shared/link/urgent_mutex.h"
+#include "shared/text/progress.h"
+
 namespace palpate {
 
 // How every stream ends when the slave stops.
@@ -16,13 +19,8 @@ inline grpc::Status Stopping() {
   return {grpc::StatusCode::UNAVAILABLE, "the slave is stopping"};
 }
 
-// One change of settings at a time: nobody waits for another's.
-inline grpc::Status Busy() {
-  return {grpc::StatusCode::ABORTED, "another change of settings is under way: try again"};
-}
-
 // Runs `work`. std::invalid_argument: INVALID_ARGUMENT; another std::logic_error (not now):
-// FAILED_PRECONDITION; anything else: INTERNAL.
+// FAILED_PRECONDITION; Interrupted: CANCELLED; anything else: INTERNAL.
 template <class Work>
 grpc::Status Guarded(const Work& work) {
   try {
@@ -32,6 +30,8 @@ grpc::Status Guarded(const Work& work) {
     return {grpc::StatusCode::INVALID_ARGUMENT, error.what()};
   } catch (const std::logic_error& error) {
     return {grpc::StatusCode::FAILED_PRECONDITION, error.what()};
+  } catch (const Interrupted& error) {
+    return {grpc::StatusCode::CANCELLED, error.what()};
   } catch (const std::exception& error) {
     return {grpc::StatusCode::INTERNAL, error.what()};
   }
@@ -80,7 +80,7 @@ class EndingStream : public Reactor {
   }
 
   std::shared_ptr<EndingStream> self_;  // until OnDone
-  std::mutex mutex_;                    // guards what follows
+  UrgentMutex mutex_;                   // guards what follows
   std::optional<grpc::Status> ending_;
   int busy_ = 0;  // threads between Enter and Exit, and writes in flight
 

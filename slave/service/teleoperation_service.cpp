@@ -47,16 +47,15 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
   const std::uint64_t malformed = lease_.malformed();
   reply->set_commands(reply->commands() + malformed);
   reply->set_commands_refused(reply->commands_refused() + malformed);
+  change_.Tell(reply);
 }
 
 grpc::Status TeleoperationService::SetModel(grpc::ServerContext* context,
                                             const v1::SetModelRequest* request,
                                             v1::SettingsReply* reply) {
-  const std::unique_lock one(making_, std::try_to_lock);
-  if (!one) return Busy();
-  return Guarded([&] {
+  return change_.Make(*context, [&](Progress* progress) {
     lease_.RefuseOthers(context->peer());
-    slave_.SetModel(ToChange(*request), [context] { return context->IsCancelled(); });
+    slave_.SetModel(ToChange(*request), progress);
     ToProto(slave_.Describe(), reply->mutable_scene());
   });
 }
@@ -64,11 +63,9 @@ grpc::Status TeleoperationService::SetModel(grpc::ServerContext* context,
 grpc::Status TeleoperationService::SetParameters(grpc::ServerContext* context,
                                                  const v1::SetParametersRequest* request,
                                                  v1::SettingsReply* reply) {
-  const std::unique_lock one(making_, std::try_to_lock);
-  if (!one) return Busy();
-  return Guarded([&] {
+  return change_.Make(*context, [&](Progress* progress) {
     lease_.RefuseOthers(context->peer());
-    slave_.SetParameters(ToChange(*request));
+    slave_.SetParameters(ToChange(*request), progress);
     ToProto(slave_.Describe(), reply->mutable_scene());
   });
 }

@@ -12,6 +12,7 @@
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "slave/pipeline/teleop/slave.h"
+#include "slave/service/change_under_way.h"
 #include "slave/service/drive_stream.h"
 #include "slave/service/feed_stream.h"
 #include "slave/service/operate_stream.h"
@@ -94,7 +95,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   Publisher& publisher_;
   const std::function<void(const grpc::ServerContextBase&)> on_stream_;
   OperatorLease lease_;
-  std::mutex making_;  // held while a model is made: nobody waits for it
+  ChangeUnderWay change_;
   ObserverSeats seats_;
   FeedStreams feeds_;
   DriveStreams drives_;

@@ -79,11 +79,16 @@ def told(line):
 
 
 class Stopper:
-    """A client that is there already and calls Stop."""
+    """A client that is there already, pings as our masters do, and calls Stop."""
 
     def __init__(self, address):
         self.line, self.stream = connect(address), 1
         self.line.settimeout(20)
+
+    def wait(self, end):
+        while (left := end - time.monotonic()) > 0:
+            self.line.sendall(frame(PING, 0, 0, b"12345678"))
+            time.sleep(min(left, 1))
 
     def stop(self):
         """Seconds until the reply was there whole."""

@@ -57,7 +57,7 @@ def attack(name, seconds, out):
                      for _ in range(ATTACKERS if name in ATTACKS else 0)]
         for one in attackers:
             one.start()
-        time.sleep(max(0, end - time.monotonic()))
+        stopper.wait(end)
         stops = []
         for _ in range(20):
             stops.append(stopper.stop())

@@ -4,12 +4,28 @@
 #include <cstdlib>
 #include <new>
 
+// clang's thread sanitizer defines the operators itself, and strongly: there it says what is taken.
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define PALPATE_OPERATORS_ARE_TAKEN
+#include <sanitizer/allocator_interface.h>
+#endif
+#endif
+
 namespace {
 
 std::atomic<long> count{0};
 
 }  // namespace
 
+#ifdef PALPATE_OPERATORS_ARE_TAKEN
+namespace {
+
+const int installed = __sanitizer_install_malloc_and_free_hooks(
+    [](const volatile void*, std::size_t) { ++count; }, [](const volatile void*) {});
+
+}  // namespace
+#else
 void* operator new(std::size_t size) {
   ++count;
   if (void* memory = std::malloc(size)) return memory;
@@ -25,6 +41,7 @@ void operator delete(void* memory) noexcept {
 void operator delete(void* memory, std::size_t) noexcept {
   std::free(memory);
 }
+#endif
 
 namespace palpate {
 

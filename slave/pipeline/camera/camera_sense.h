@@ -27,8 +27,9 @@ class CameraSense final : public Sense {
   // Vertices of the boundary. Forces of the tool on the touched place's two.
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {
-    return estimator_->Prepare(changed);
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
+                                                 Progress* progress) const override {
+    return estimator_->Prepare(changed, progress);
   }
   void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
   void Reset() override { estimator_->Reset(); }

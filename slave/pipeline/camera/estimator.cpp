@@ -154,10 +154,10 @@ void Estimator::RegisterObject(const Scene& scene) {
   rest_sigma_ = kResidualLeft * fit.rms_px * view_.pixel();
 }
 
-std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene) const {
+std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene, Progress* progress) const {
   auto touch = std::make_unique<TouchModel>();
   touch->mesh = MeshOutline(scene, seen_);
-  touch->deformation = MakeModel(scene, touch->mesh);
+  touch->deformation = MakeModel(scene, touch->mesh, progress);
   if (scene.tool->shape == Tool::Shape::kRound) {
     touch->indenter = std::make_unique<RoundIndenter>(TouchablePlaces(touch->mesh),
                                                       scene.tool->radius, scene.model.contact);

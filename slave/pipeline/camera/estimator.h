@@ -89,7 +89,8 @@ class Estimator {
   bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept;
   // Precomputes a replacement for `scene`'s model options; may be called from another thread.
   // Throws like the constructor.
-  [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene) const;
+  [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene,
+                                                    Progress* progress = nullptr) const;
   // Puts it to work; a contact goes on from the place where it began.
   void Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene);
   // Tracker and contact start anew.

@@ -32,8 +32,9 @@ class FingertipSense final : public Sense {
   }
   void LearnLaw(PatchLaw* law) noexcept override { estimator_.LearnLaw(law); }
   BoundaryShape Shape(bool nodal_forces) override { return estimator_.Shape(nodal_forces); }
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {
-    return TactileEstimator::Prepare(changed);
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
+                                                 Progress* progress) const override {
+    return TactileEstimator::Prepare(changed, progress);
   }
   void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
   void Reset() override { estimator_.Reset(); }

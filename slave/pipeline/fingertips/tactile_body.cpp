@@ -39,7 +39,7 @@ Scene InStepWithSamples(const Scene& scene) {
   return stepped;
 }
 
-std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene) {
+std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progress) {
   const Scene stepped = InStepWithSamples(scene);
   const ObjectMesh mesh = MeshObject(stepped, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);
@@ -50,13 +50,13 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene) {
   }
   auto body = std::make_unique<TactileBody>();
   body->surface = solid != nullptr ? SurfaceOf(*solid) : *closed;
-  body->deformation = MakeModel(stepped, mesh, &body->limit);
+  body->deformation = MakeModel(stepped, mesh, body->limit.Listen(progress));
   body->contact = std::make_unique<SurfaceContact>(body->surface);
   body->stiffness = std::make_unique<ContactStiffness>(stepped, body->surface, solid);
   NumberSkin(body.get());
   body->larger_side = LargerSide(body->surface.nodes);
   body->largest_force = scene.object.material.young_modulus * body->larger_side * body->larger_side;
-  body->limit.running = true;
+  body->limit.Finish();
   body->moves_in_time = MovesInTime(stepped);
   return body;
 }

@@ -3,11 +3,10 @@
 
 #include <cstdint>
 #include <memory>
-#include <string_view>
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/text/progress.h"
+#include "shared/text/precompute_progress.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
@@ -16,20 +15,14 @@
 
 namespace palpate {
 
-// Ends searches for equilibrium that take longer than a sample can wait: they hear of it after a
-// tenth of a second, and fail.
-class SearchLimit final : public Progress {
- public:
-  bool Report(std::string_view /*stage*/, double /*done*/) override { return !running; }
-  bool running = false;  // the precompute may take its time
-};
-
 // The part that SetModel replaces as a whole.
 struct TactileBody final : Rebuilt {
   [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
 
   SurfaceMesh surface;  // at rest, frame O; inner nodes too
-  SearchLimit limit;
+  // Ends searches for equilibrium that take longer than a sample can wait: they hear of it after a
+  // tenth of a second, and fail.
+  PrecomputeProgress limit{false};
   std::unique_ptr<DeformationModel> deformation;
   std::unique_ptr<SurfaceContact> contact;
   std::unique_ptr<ContactStiffness> stiffness;
@@ -47,7 +40,7 @@ struct TactileBody final : Rebuilt {
 bool MeetsObject(const Scene& scene);
 // `time: dynamic` steps once per sample, whatever model.step says. Throws std::invalid_argument: an
 // object that is no volume; see MeshObject, MakeModel.
-std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene);
+std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progress = nullptr);
 // The scene with the time step that fingertips need.
 Scene InStepWithSamples(const Scene& scene);
 

@@ -126,8 +126,8 @@ TactileEstimator::TactileEstimator(const Scene& scene, TactileSenses senses)
 
 TactileEstimator::~TactileEstimator() = default;
 
-std::unique_ptr<TactileBody> TactileEstimator::Prepare(const Scene& scene) {
-  return MeetsObject(scene) ? MakeTactileBody(scene) : nullptr;
+std::unique_ptr<TactileBody> TactileEstimator::Prepare(const Scene& scene, Progress* progress) {
+  return MeetsObject(scene) ? MakeTactileBody(scene, progress) : nullptr;
 }
 
 void TactileEstimator::Adopt(std::unique_ptr<TactileBody> body, const Scene& scene) {

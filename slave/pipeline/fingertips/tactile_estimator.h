@@ -79,7 +79,8 @@ class TactileEstimator {
     if (body_) local_touch_->LearnLaw(*body_, law);
   }
   // Precomputes a replacement; may be called from another thread. Null: nothing deforms here.
-  [[nodiscard]] static std::unique_ptr<TactileBody> Prepare(const Scene& scene);
+  [[nodiscard]] static std::unique_ptr<TactileBody> Prepare(const Scene& scene,
+                                                            Progress* progress = nullptr);
   // Puts it to work: the object is at rest again, the next sample finds its contacts anew.
   void Adopt(std::unique_ptr<TactileBody> body, const Scene& scene);
   // Rest values, contacts and the object's motion start anew.

@@ -20,7 +20,8 @@ using Eigen::Vector3d;
 
 constexpr int kFineModes = 20;  // order: resolves a tool of a tenth of the radius 10 t deep
 
-std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeometry& membrane) {
+std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeometry& membrane,
+                                        Progress* progress) {
   const ModelKind& kind = KindOf(scene);
   if (kind.object != ObjectClass::kMembrane) {
     throw std::invalid_argument("model.kind = " + std::string(kind.name) +
@@ -31,15 +32,16 @@ std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeomet
     throw std::invalid_argument(
         "model.prestress: accepted with kind: plate-large, which stretches");
   }
-  return MakePlateModel(scene, {membrane.radius, membrane.thickness});
+  return MakePlateModel(scene, {membrane.radius, membrane.thickness}, progress);
 }
 
 // Where the scene leaves the modes to the model.
-std::unique_ptr<PlateSurface> MakeFinerPlate(const Scene& scene, const MembraneGeometry& membrane) {
+std::unique_ptr<PlateSurface> MakeFinerPlate(const Scene& scene, const MembraneGeometry& membrane,
+                                             Progress* progress) {
   if (!KindOf(scene).takes_tension || scene.model.modes > 0) return nullptr;
   Scene finer = scene;
   finer.model.modes = kFineModes;
-  return MakePlate(finer, membrane);
+  return MakePlate(finer, membrane, progress);
 }
 
 // By how much the tension differs that dents are held against [N/m]: half of the tension that
@@ -51,12 +53,12 @@ double OtherTension(const Scene& scene, const MembraneGeometry& membrane) {
   return 0.5 * (scene.model.prestress + 16 * D / (a * a));
 }
 
-std::unique_ptr<PlateSurface> MakeTighterPlate(const Scene& scene,
-                                               const MembraneGeometry& membrane) {
+std::unique_ptr<PlateSurface> MakeTighterPlate(const Scene& scene, const MembraneGeometry& membrane,
+                                               Progress* progress) {
   if (!KindOf(scene).takes_tension) return nullptr;
   Scene tighter = scene;
   tighter.model.prestress += OtherTension(scene, membrane);
-  return MakePlate(tighter, membrane);
+  return MakePlate(tighter, membrane, progress);
 }
 
 constexpr int kRings = 3;
@@ -78,14 +80,15 @@ std::vector<Vector3d> PlacesOfDisc(const Vector3d& p, const Vector3d& n, double 
 
 }  // namespace
 
-std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene) {
+std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene, Progress* progress) {
   const double width = scene.tool ? scene.tool->width : 0;
   if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
     return std::make_unique<PlateLoadIdentifier>(
-        MakePlate(scene, *membrane), width, MakeFinerPlate(scene, *membrane),
-        MakeTighterPlate(scene, *membrane), OtherTension(scene, *membrane), scene.model.prestress);
+        MakePlate(scene, *membrane, progress), width, MakeFinerPlate(scene, *membrane, progress),
+        MakeTighterPlate(scene, *membrane, progress), OtherTension(scene, *membrane),
+        scene.model.prestress);
   }
-  return MakeVolumeLoadIdentifier(scene, width);
+  return MakeVolumeLoadIdentifier(scene, width, progress);
 }
 
 void SpreadLoad(const SurfaceMesh& surface, const Vector3d& p_O, const Vector3d& n_O, double width,

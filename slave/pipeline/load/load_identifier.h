@@ -66,8 +66,9 @@ class LoadIdentifier : public Rebuilt {
 };
 
 // plate and plate-large for membranes; fem, fem-hyperelastic, fem-green, bem3d for volumes. Throws
-// std::invalid_argument naming the key.
-std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene);
+// std::invalid_argument naming the key; Interrupted, as `progress` wants it.
+std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene,
+                                                   Progress* progress = nullptr);
 
 // A load over a disc as forces on the nodes of a surface.
 // Spreads `force_O` [N] evenly over the disc of diameter `width` [m], 0: a point, around the
@@ -84,6 +85,7 @@ void SpreadLoad(const SurfaceMesh& surface, const Eigen::Vector3d& p_O, const Ei
 // refined through the model itself. The first observation costs three solves per point.
 // `width`: diameter of the load [m]. Throws std::invalid_argument naming the key: no volume, a
 // model that moves in time; see MeshObject, MakeModel.
-std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, double width);
+std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, double width,
+                                                         Progress* progress);
 
 }  // namespace palpate

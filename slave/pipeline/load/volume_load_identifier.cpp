@@ -11,6 +11,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/surface_patch.h"
+#include "shared/text/precompute_progress.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
@@ -36,9 +37,9 @@ constexpr double kRefined = 1e-4;
 class VolumeLoadIdentifier final : public LoadIdentifier {
  public:
   VolumeLoadIdentifier(const Scene& scene, double width, const ObjectMesh& mesh,
-                       SurfaceMesh surface)
+                       SurfaceMesh surface, Progress* progress)
       : surface_(std::move(surface)),
-        model_(MakeModel(scene, mesh)),
+        model_(MakeModel(scene, mesh, told_.Listen(progress))),
         contact_(surface_),
         stiffness_(scene, surface_, std::get_if<SolidMesh>(&mesh)),
         larger_side_(LargerSide(surface_.nodes)),
@@ -46,7 +47,9 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
         linear_(IsLinear(scene)),
         search_(surface_,
                 kLinearLoad * scene.object.material.young_modulus * larger_side_ * larger_side_,
-                width_) {}
+                width_) {
+    told_.Finish();
+  }
 
   SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;
   Press PressAt(const Vector3d& p_O, double depth) noexcept override;
@@ -71,6 +74,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   bool Load(const SurfaceLoad& load) noexcept;  // and field_
 
   SurfaceMesh surface_;
+  PrecomputeProgress told_{true};
   std::unique_ptr<DeformationModel> model_;
   SurfaceContact contact_;
   ContactStiffness stiffness_;
@@ -256,7 +260,8 @@ void VolumeLoadIdentifier::Displacements(std::vector<Vector3d>* u_O) {
 
 }  // namespace
 
-std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, double width) {
+std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, double width,
+                                                         Progress* progress) {
   if (!IsVolume(scene.object.geometry)) {
     throw std::invalid_argument(
         "object.geometry: accepted under two eyes or a depth camera is a membrane or a volume: "
@@ -269,7 +274,7 @@ std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, dou
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);
   SurfaceMesh surface = solid != nullptr ? SurfaceOf(*solid) : std::get<SurfaceMesh>(mesh);
-  return std::make_unique<VolumeLoadIdentifier>(scene, width, mesh, std::move(surface));
+  return std::make_unique<VolumeLoadIdentifier>(scene, width, mesh, std::move(surface), progress);
 }
 
 }  // namespace palpate

@@ -48,8 +48,9 @@ class PointsSense final : public Sense {
   }
   // The left picture.
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed) const override {
-    return estimator_ ? MakeLoadIdentifier(changed) : nullptr;
+  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
+                                                 Progress* progress) const override {
+    return estimator_ ? MakeLoadIdentifier(changed, progress) : nullptr;
   }
   void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
   void Reset() override;

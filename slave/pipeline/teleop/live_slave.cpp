@@ -233,10 +233,10 @@ double LiveSlave::FullScale() const {
   return scene_.operator_options.force_limit / port_.transform().force_scale;
 }
 
-void LiveSlave::Rebuild(const Scene& changed, const GivenUp& given_up) {
-  std::unique_ptr<Rebuilt> rebuilt = sense_->Prepare(changed);  // takes its time
-  RefuseUnlessFree();                                           // somebody may have begun meanwhile
-  if (given_up && given_up()) throw std::logic_error("whoever asked for the model has gone");
+void LiveSlave::Rebuild(const Scene& changed, Progress* progress) {
+  std::unique_ptr<Rebuilt> rebuilt = sense_->Prepare(changed, progress);  // takes its time
+  RefuseUnlessFree();  // somebody may have begun meanwhile
+  Tell(progress, "ready", 1);
   {
     const std::scoped_lock lock(sense_mutex_, settings_mutex_);
     if (rebuilt) sense_info_.model = rebuilt->info();
@@ -246,33 +246,33 @@ void LiveSlave::Rebuild(const Scene& changed, const GivenUp& given_up) {
   newest_.Add(Event::kModelChanged);
 }
 
-void LiveSlave::SetModel(const ModelChange& change, const GivenUp& given_up) {
+void LiveSlave::SetModel(const ModelChange& change, Progress* progress) {
   const std::lock_guard one_at_a_time(change_mutex_);
   RefuseUnlessFree();
   RefuseLongMaking(change.elements);
   Scene changed = scene();
   changed.model = Changed(changed.model, change, sense_info_.changeable);
-  Rebuild(changed, given_up);
+  Rebuild(changed, progress);
   const std::lock_guard lock(settings_mutex_);
   sense_info_.reason = "asked for by SetModel";
   ++settings_revision_;
 }
 
-void LiveSlave::SetParameters(const ParameterChange& change) {
+void LiveSlave::SetParameters(const ParameterChange& change, Progress* progress) {
   CheckRanges(change);
   const std::lock_guard one_at_a_time(change_mutex_);
   RefuseUnlessFree();
+  if (change.young_modulus) {  // first, since it alone may fail
+    Scene changed = scene();
+    changed.object.material.young_modulus = *change.young_modulus;
+    Rebuild(changed, progress);
+  }
   if (change.position_scale || change.force_scale) {
     port_.SetScales(change.position_scale, change.force_scale);
   }
   if (change.force_limit) {
     const std::lock_guard lock(settings_mutex_);
     scene_.operator_options.force_limit = *change.force_limit;
-  }
-  if (change.young_modulus) {
-    Scene changed = scene();
-    changed.object.material.young_modulus = *change.young_modulus;
-    Rebuild(changed);
   }
   ++settings_revision_;
 }

@@ -47,8 +47,8 @@ class LiveSlave final : public Slave {
   }
   [[nodiscard]] SlaveDescription Describe() const override;
   [[nodiscard]] SlaveStatus Status() const override;
-  void SetModel(const ModelChange& change, const GivenUp& given_up = {}) override;
-  void SetParameters(const ParameterChange& change) override;
+  void SetModel(const ModelChange& change, Progress* progress = nullptr) override;
+  void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override;
   // Of an emergency stop; else the sense starts anew with its next sample.
   void Reset() override;
   void EmergencyStop(const std::string& reason) override;
@@ -72,7 +72,7 @@ class LiveSlave final : public Slave {
   void MeetSense();
   [[nodiscard]] LocalModel LocalNow();
   [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
-  void Rebuild(const Scene& changed, const GivenUp& given_up = {});
+  void Rebuild(const Scene& changed, Progress* progress);
   void RefuseUnlessFree() const;
   [[nodiscard]] Scene scene() const;  // with the parameters now in force
   [[nodiscard]] Feeling FeelingNow() const;

@@ -4,13 +4,13 @@
 
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <thread>
 
 #include <Eigen/Core>
 
 #include "shared/geometry/teleop_transform.h"
+#include "shared/link/urgent_mutex.h"
 #include "shared/state/dead_after.h"
 #include "shared/state/slave_state.h"
 #include "slave/manipulator/manipulator.h"
@@ -93,7 +93,7 @@ class OperatorPort {
   Manipulator& manipulator_;
   const ManipulatorOptions limits_;
   const double dead_after_;
-  mutable std::mutex mutex_;  // guards everything below
+  mutable UrgentMutex mutex_;  // guards everything below
   TeleopTransform transform_;
   Eigen::Vector3d eyes_minus_encoders_ = Eigen::Vector3d::Zero();
   OperatorView view_;

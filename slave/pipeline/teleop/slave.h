@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,9 +47,6 @@ struct PatchNews {
   PatchLaw law;
 };
 
-// Asked before a model comes in force: nobody wants it any more. Empty: somebody does.
-using GivenUp = std::function<bool()>;
-
 struct JpegPicture {
   Time sensed_at{};
   std::string jpeg;
@@ -88,11 +84,12 @@ class Slave {
   virtual bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) = 0;
 
   // --- settings and health. Throw std::invalid_argument (what is accepted) or std::logic_error
-  // (not now, why).
+  // (not now, why). What makes a model tells `progress`, if there is one, and throws Interrupted
+  // where it says so: everything is as it was then.
   [[nodiscard]] virtual SlaveDescription Describe() const = 0;
   [[nodiscard]] virtual SlaveStatus Status() const = 0;
-  virtual void SetModel(const ModelChange& change, const GivenUp& given_up = {}) = 0;
-  virtual void SetParameters(const ParameterChange& change) = 0;
+  virtual void SetModel(const ModelChange& change, Progress* progress = nullptr) = 0;
+  virtual void SetParameters(const ParameterChange& change, Progress* progress = nullptr) = 0;
   virtual void Reset() = 0;
   virtual void EmergencyStop(const std::string& reason) = 0;
 

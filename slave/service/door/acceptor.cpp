@@ -18,6 +18,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "shared/link/tcp_line.h"
 #include "shared/link/thread_priority.h"
 #include "shared/state/clock.h"
 #include "slave/service/door/connection_budget.h"
@@ -264,6 +265,7 @@ bool Acceptor::Room::HandOnIfAllowed(const Waiting& one) {
   if (second_name < 0) return TurnAway(one.fd, TurnedAway::kTooMany);
   const int on = 1;
   setsockopt(one.fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  PrepareLine(one.fd);
   --visits.credit;
   ++visits.open;
   newest_at_ = Clock::now();

@@ -1,19 +1,26 @@
 // The master's line against a real server with a fake slave behind it.
 #include "master/link/slave_link.h"
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
+#include "shared/link/loopback.h"
+#include "shared/link/tcp_line.h"
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
 
@@ -105,6 +112,20 @@ TEST_F(SlaveLinkTest, FingertipsAreToldInSceneAndStates) {
   EXPECT_EQ(second.validity, Validity::kValid);
   EXPECT_EQ(second.force, Eigen::Vector3f(0, 0, 0));
   EXPECT_EQ(second.p_S_contact, Eigen::Vector3d(0, FakeSlave::kHome, 0).cast<float>());
+}
+
+// The server's watch over itself connects to the same port now and then.
+TEST_F(SlaveLinkTest, ItsConnectionsAreMadeFitForLongLines) {
+  SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.sequence > 0; }));
+  const std::vector<int> lines = LinesTo(ParseEndpoint(server_->address()).port);
+  EXPECT_TRUE(std::ranges::any_of(lines, [](int fd) {
+    int most_unsent = 0;
+    socklen_t size = sizeof most_unsent;
+    getsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent, &size);
+    return most_unsent == kMostUnsent;
+  }));
 }
 
 TEST_F(SlaveLinkTest, TheLinkFillsSequenceStampAndEcho) {

@@ -13,9 +13,11 @@
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "shared/link/tcp_line.h"
 #include "slave/service/door/connection_budget.h"
 #include "tests/slave/service/service_fixture.h"
 
@@ -112,6 +114,10 @@ TEST_F(AcceptorTest, WhoeverGreetsComesInWholeAndWhoeverSaysOtherThingsDoesNot) 
     std::array<char, 64> seen{};
     const ssize_t came = recv(handed_on_[0], seen.data(), seen.size(), 0);
     EXPECT_EQ(std::string(seen.data(), static_cast<std::size_t>(came)), kPreface + "and more");
+    int most_unsent = 0;
+    socklen_t size = sizeof most_unsent;
+    getsockopt(handed_on_[0], IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent, &size);
+    EXPECT_EQ(most_unsent, kMostUnsent);
   }
   const auto browser = Come("GET / HTTP/1.1\r\n\r\n");
   EXPECT_TRUE(Eventually([&] { return browser->IsOut(); }));

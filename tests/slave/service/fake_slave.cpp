@@ -211,8 +211,10 @@ SlaveStatus FakeSlave::Status() const {
   return status;
 }
 
-void FakeSlave::SetModel(const ModelChange& change, const GivenUp& given_up) {
-  while (makes_for_ever_ && !given_up()) {
+void FakeSlave::SetModel(const ModelChange& change, Progress* progress) {
+  if (progress != nullptr) progress->Expect({.seconds = kExpected});
+  while (makes_for_ever_) {
+    Tell(progress, "factorising", kDone);
     is_making_ = true;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -223,7 +225,7 @@ void FakeSlave::SetModel(const ModelChange& change, const GivenUp& given_up) {
   if (state_.phase == Phase::kFollowing) throw std::logic_error("an operator follows");
 }
 
-void FakeSlave::SetParameters(const ParameterChange& change) {
+void FakeSlave::SetParameters(const ParameterChange& change, Progress* /*progress*/) {
   const std::scoped_lock lock(mutex_);
   parameters_ = change;
   ++state_.settings_revision;

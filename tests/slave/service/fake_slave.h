@@ -19,8 +19,9 @@ namespace palpate {
 
 class FakeSlave : public Slave {
  public:
-  static constexpr double kStiffness = 1000;  // [N/m]
-  static constexpr double kHome = 6e-3;       // the tool starts this high above the surface [m]
+  static constexpr double kStiffness = 1000;             // [N/m]
+  static constexpr double kExpected = 12, kDone = 0.25;  // of models made for ever [s], [-]
+  static constexpr double kHome = 6e-3;  // the tool starts this high above the surface [m]
 
   FakeSlave();
 
@@ -62,8 +63,8 @@ class FakeSlave : public Slave {
   SlaveDescription Describe() const override;
   SlaveStatus Status() const override;
   // `bem2d` or empty is accepted; while following: std::logic_error.
-  void SetModel(const ModelChange& change, const GivenUp& given_up = {}) override;
-  void SetParameters(const ParameterChange& change) override;
+  void SetModel(const ModelChange& change, Progress* progress = nullptr) override;
+  void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override;
   void Reset() override;
   void EmergencyStop(const std::string& reason) override;
   BoundaryShape Shape(bool nodal_forces) override;

@@ -5,11 +5,13 @@
 #include <thread>
 #include <tuple>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
+#include "tests/support/stop_after.h"
 
 namespace palpate {
 namespace {
@@ -184,6 +186,32 @@ TEST_F(CameraSenseTest, AModelThatWouldTakeMinutesIsRefusedAtOnce) {
   ModelChange huge;
   huge.elements = 4000;
   EXPECT_THROW(slave_->SetModel(huge), std::invalid_argument);
+}
+
+// Wherever it is stopped, the settings in force stay, all of them.
+TEST_F(CameraSenseTest, AChangeThatIsStoppedHasChangedNothing) {
+  StopAfter never(1000);
+  slave_->SetModel({.elements = 60}, &never);
+  slave_->TakeEvents();
+  EXPECT_THAT(never.told(), testing::IsSupersetOf({"boundary integrals", "factorising", "ready"}));
+  const SlaveDescription before = slave_->Describe();
+  ModelChange finer;
+  finer.elements = 120;
+  ParameterChange softer;
+  softer.young_modulus = 1e4;
+  softer.force_scale = 2;
+  for (int reports = 0; reports < static_cast<int>(never.told().size()); ++reports) {
+    StopAfter for_model(reports), for_modulus(reports);
+    EXPECT_THROW(slave_->SetModel(finer, &for_model), Interrupted);
+    EXPECT_THROW(slave_->SetParameters(softer, &for_modulus), Interrupted);
+  }
+  const SlaveDescription now = slave_->Describe();
+  EXPECT_EQ(now.settings_revision, before.settings_revision);
+  EXPECT_EQ(now.sense.model.elements, before.sense.model.elements);
+  EXPECT_EQ(now.scene.object.material.young_modulus, before.scene.object.material.young_modulus);
+  EXPECT_EQ(now.scene.operator_options.transform.force_scale,
+            before.scene.operator_options.transform.force_scale);
+  EXPECT_FALSE(slave_->TakeEvents().Has(Event::kModelChanged));
 }
 
 // While a large model is made, the states go on: an operator must not lose the link to it.

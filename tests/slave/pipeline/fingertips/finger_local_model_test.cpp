@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
+#include "tests/support/stop_after.h"
 
 namespace palpate {
 namespace {
@@ -43,6 +44,16 @@ class FingerLocalModelTest : public ::testing::Test {
   FingerLocalModel touch_{scene_};
   LocalModel model_;
 };
+
+TEST_F(FingerLocalModelTest, TheBodyStopsWhileItIsMade) {
+  StopAfter never(1000);
+  MakeTactileBody(scene_, &never);
+  ASSERT_FALSE(never.told().empty());
+  for (std::size_t i = 0; i < never.told().size(); ++i) {
+    StopAfter stop(static_cast<int>(i));
+    EXPECT_THROW(MakeTactileBody(scene_, &stop), Interrupted);
+  }
+}
 
 constexpr double kDepth = 2e-3;  // [m]
 

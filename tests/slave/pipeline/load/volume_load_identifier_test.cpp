@@ -10,6 +10,7 @@
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/points/surface_estimator.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/stop_after.h"
 
 namespace palpate {
 namespace {
@@ -217,6 +218,21 @@ TEST(VolumeLoadIdentifier, NonsenseIsNoForce) {
   EXPECT_EQ(check({}), Validity::kTrackingLost);
   EXPECT_EQ(check(good), Validity::kValid);
   EXPECT_EQ(body->PressAt({std::nan(""), 0, 0}, 1e-3).force, 0);
+}
+
+// What was told while it was made has gone when it searches: it is asked no more.
+TEST(VolumeLoadIdentifier, StopsWhileItIsMadeAndForgetsWhomItTold) {
+  const Scene scene = CubeScene("fem", 4);
+  auto progress = std::make_unique<StopAfter>(1000);
+  const auto body = MakeLoadIdentifier(scene, progress.get());
+  const auto reports = static_cast<int>(progress->told().size());
+  ASSERT_GT(reports, 0);
+  progress.reset();
+  EXPECT_GT(body->PressAt({kSide / 2, kSide / 2, kSide}, 1e-3).force, 0);
+  for (int i = 0; i < reports; ++i) {
+    StopAfter stop(i);
+    EXPECT_THROW(MakeLoadIdentifier(scene, &stop), Interrupted);
+  }
 }
 
 TEST(VolumeLoadIdentifier, RefusesWhatMovesInTime) {

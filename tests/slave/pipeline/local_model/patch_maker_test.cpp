@@ -129,7 +129,7 @@ class WallSense final : public Sense {
   const ContactEstimate& Estimate(const Vector3d&) noexcept override { return felt_; }
   LocalModel LocalModelAt(const Vector3d&) noexcept override { return {}; }
   BoundaryShape Shape(bool) override { return {}; }
-  std::unique_ptr<Rebuilt> Prepare(const Scene&) const override { return nullptr; }
+  std::unique_ptr<Rebuilt> Prepare(const Scene&, Progress*) const override { return nullptr; }
   void Adopt(std::unique_ptr<Rebuilt>, const Scene&) override {}
   void Reset() override {}
   SenseInfo info() const override { return {}; }

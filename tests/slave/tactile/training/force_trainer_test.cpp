@@ -8,6 +8,7 @@
 
 #include "slave/tactile/training/estimate_errors.h"
 #include "tests/slave/tactile/training/synthetic_recordings.h"
+#include "tests/support/stop_after.h"
 
 namespace palpate {
 namespace {
@@ -15,16 +16,6 @@ namespace {
 using Descent = ForceTrainingOptions::Descent;
 
 class Quiet final : public Progress {};
-
-// Lets the first `reports` pass.
-class StopAfter final : public Progress {
- public:
-  explicit StopAfter(int reports) : left_(reports) {}
-  bool Report(std::string_view, double) override { return left_-- > 0; }
-
- private:
-  int left_;
-};
 
 class TrainForceTest : public ::testing::Test {
  protected:

@@ -1,0 +1,20 @@
+// What the system does with a TCP connection between hand and tool. gRPC does not say.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace palpate {
+
+// So much of what was written may wait for the line [bytes], some 40 states: the next state is
+// written when there is room for it, and is the newest one then.
+inline constexpr int kMostUnsent = 8 * 1024;
+
+// Bounds what waits unsent, and leaves BBR, if that is the system's choice: once in ten seconds it
+// sends four packets in a round trip to measure the line, which is a silence of seconds on a long
+// one. What the system refuses stays as it is.
+void PrepareLine(int fd) noexcept;
+// This process's connections to a peer's `port`, since gRPC hands out none.
+std::vector<int> LinesTo(std::uint16_t port);
+
+}  // namespace palpate

@@ -1,0 +1,55 @@
+#include "slave/service/change_under_way.h"
+
+#include "slave/service/status.h"
+
+namespace palpate {
+
+class ChangeUnderWay::Listener final : public Progress {
+ public:
+  Listener(ChangeUnderWay& change, const grpc::ServerContext& context)
+      : change_(change), context_(context) {
+    const std::lock_guard lock(change_.mutex_);
+    change_.making_.emplace();
+    change_.began_ = Clock::now();
+  }
+  ~Listener() override {
+    const std::lock_guard lock(change_.mutex_);
+    change_.making_.reset();
+  }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+  void Expect(const PrecomputeCost& cost) override {
+    const std::lock_guard lock(change_.mutex_);
+    change_.making_->set_expected(change_.making_->expected() + cost.seconds);
+  }
+  bool Report(std::string_view stage, double done) override {
+    const std::lock_guard lock(change_.mutex_);
+    change_.making_->set_stage(stage.data(), stage.size());
+    change_.making_->set_done(done);
+    return !context_.IsCancelled();
+  }
+
+ private:
+  ChangeUnderWay& change_;
+  const grpc::ServerContext& context_;
+};
+
+grpc::Status ChangeUnderWay::Make(const grpc::ServerContext& context,
+                                  const std::function<void(Progress*)>& work) {
+  const std::unique_lock one(one_at_a_time_, std::try_to_lock);
+  if (!one) {
+    return {grpc::StatusCode::ABORTED, "another change of settings is under way: try again"};
+  }
+  Listener listener(*this, context);
+  return Guarded([&] { work(&listener); });
+}
+
+void ChangeUnderWay::Tell(v1::Status* status) const {
+  const std::lock_guard lock(mutex_);
+  if (!making_) return;
+  *status->mutable_making() = *making_;
+  status->mutable_making()->set_elapsed(SecondsBetween(began_, Clock::now()));
+}
+
+}  // namespace palpate

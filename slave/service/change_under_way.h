@@ -1,0 +1,37 @@
+// A change of settings that takes its time.
+#pragma once
+
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string_view>
+
+#include <grpcpp/server_context.h>
+
+#include "palpate/v1/telemetry.pb.h"
+
+#include "shared/state/clock.h"
+#include "shared/text/progress.h"
+
+namespace palpate {
+
+// One at a time, so that nobody waits for another's; GetStatus tells how far it is, and it ends
+// with the call that asked for it. Thread-safe.
+class ChangeUnderWay {
+ public:
+  // Runs `work(progress)` for the call of `context`; ABORTED: another change is under way. What
+  // `work` throws: as Guarded says.
+  grpc::Status Make(const grpc::ServerContext& context, const std::function<void(Progress*)>& work);
+  // Fills `making` while there is a change.
+  void Tell(v1::Status* status) const;
+
+ private:
+  class Listener;
+
+  std::mutex one_at_a_time_;
+  mutable std::mutex mutex_;  // guards what follows; never held long
+  std::optional<v1::Making> making_;
+  Time began_{};
+};
+
+}  // namespace palpate

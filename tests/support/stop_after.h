@@ -1,0 +1,26 @@
+// Progress that lets so many reports pass and then says stop.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shared/text/progress.h"
+
+namespace palpate {
+
+class StopAfter final : public Progress {
+ public:
+  explicit StopAfter(int reports) : left_(reports) {}
+  bool Report(std::string_view stage, double /*done*/) override {
+    told_.emplace_back(stage);
+    return left_-- > 0;
+  }
+  [[nodiscard]] const std::vector<std::string>& told() const { return told_; }
+
+ private:
+  int left_;
+  std::vector<std::string> told_;
+};
+
+}  // namespace palpate
