@@ -32,7 +32,9 @@ std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic tr
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetryMs);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kHandshakeTrips * trip_ms);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLongestRetryMs);
-  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  // The window of the whole connection is 64 kB, and nothing but the probe makes it larger, which a
+  // long line needs; on a short one it would only leave room for what is old.
+  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, trip_ms > kSecond.count());
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES,
                    bulk ? kBulkWindow : kTickWindow * (trip_ms / 1000));
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);

@@ -76,7 +76,9 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(
 
 void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
-  builder->AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  // The window of a whole connection is 64 kB, which holds no 5 s of commands; the probe lets it
+  // grow on lines that are long.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 1);
   builder->AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kCommandWindow);
   builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
   // No keepalive of ours: gRPC 1.51 aborts where its timer meets a connection that closes. Lease
