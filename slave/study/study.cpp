@@ -127,7 +127,6 @@ class Study {
         workshop_(workshop),
         stop_(stop),
         watcher_(watcher),
-        deadline_(workshop.now() + settings.budget_s),
         scene_(scene) {
     result_.scene_name = scene.name;
     result_.question = AskedOf(scene, settings.places);
@@ -139,6 +138,7 @@ class Study {
   StudyResult Run() {
     waiting_ = CandidatesFor(scene_, result_.question, settings_.limits);
     const ReferenceFinder finder(scene_, result_.question);
+    deadline_ = workshop_.now() + settings_.budget_s;  // of the candidates, not of the reference
     while (!waiting_.empty()) {
       const auto next = std::ranges::min_element(
           waiting_, {}, [&](const Candidate& c) { return Urgency(c) * ExpectedSeconds(c); });
@@ -206,7 +206,7 @@ class Study {
   const ModelFactory& workshop_;
   const std::stop_token& stop_;
   const StudyWatcher& watcher_;
-  double deadline_;
+  double deadline_ = 0;
   Scene scene_;
   StudyResult result_;
   std::vector<Candidate> waiting_;
