@@ -19,6 +19,7 @@
 #include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/record/record.h"
+#include "slave/commands/running_scene.h"
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
@@ -124,7 +125,7 @@ Metrics MetricsOf(const Slave& slave, const Server& server) {
 
 int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   if (IsRecording(options.scene)) return RunProcessRecording(options, stop);
-  const Scene scene = LoadScene(options.scene, options.overrides);
+  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
   const auto inputs = InputFilesOf(scene);
   RequireOtherThan("--out", options.out, {"states.csv", "summary.json"}, inputs);
   if (options.pictures) RequireOtherThan("--pictures", options.out, {"pictures"}, inputs);
@@ -157,7 +158,7 @@ int RunServe(const ServeOptions& options, const std::stop_token& stop) {
         "--insecure: {} serves whoever reaches it, in plain text: anyone can move the tool",
         options.listen);
   }
-  const Scene scene = LoadScene(options.scene, options.overrides);
+  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
   const auto recording = OpenRecording(options, scene);
   const auto slave =
       MakeLiveSlave(scene, options.state_dir, recording ? &recording->sense() : nullptr);
@@ -194,6 +195,7 @@ int RunStudyCommand(const StudyOptions& options, std::stop_token stop) {
     result = study::RunStudy(scene, settings, study::RealWorkshop(), stop, watcher);
   }
   std::fputs(study::ToTable(result).c_str(), stdout);
+  KeepDecision(result, scene, options.overrides);
   const bool any = std::ranges::any_of(result.rows, [](const study::StudyRow& row) {
     return row.outcome == study::Outcome::kAnswered;
   });

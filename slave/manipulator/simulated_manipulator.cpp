@@ -10,6 +10,7 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 constexpr auto kPeriod = std::chrono::milliseconds(1);
+constexpr int kRestAfter = 1000;  // steps: what the site solves for a still tool is solved by then
 
 }  // namespace
 
@@ -22,9 +23,12 @@ SimulatedManipulator::~SimulatedManipulator() = default;
 
 bool SimulatedManipulator::Command(const Eigen::Vector3d& p_S_target) noexcept {
   const std::lock_guard lock(mutex_);
-  if (follower_.Aim(p_S_target)) return true;
-  ++ignored_;
-  return false;
+  if (!follower_.Aim(p_S_target)) {
+    ++ignored_;
+    return false;
+  }
+  if (std::exchange(still_, 0) >= kRestAfter) sent_.notify_all();
+  return true;
 }
 
 void SimulatedManipulator::Hold() noexcept {
@@ -44,8 +48,17 @@ bool SimulatedManipulator::at_limit() const noexcept {
 
 Eigen::Vector3d SimulatedManipulator::StepBy(double dt) noexcept {
   const std::lock_guard lock(mutex_);
+  const Eigen::Vector3d before = follower_.tip();
   follower_.Step(dt);
+  still_ = follower_.tip() == before ? still_ + 1 : 0;
   return follower_.tip();
+}
+
+bool SimulatedManipulator::RestUntilSent(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  if (still_ < kRestAfter) return false;
+  sent_.wait(lock, stop, [this] { return still_ < kRestAfter; });
+  return true;
 }
 
 void SimulatedManipulator::Run(const std::stop_token& stop) {
@@ -55,6 +68,11 @@ void SimulatedManipulator::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const Eigen::Vector3d p_S_tip = StepBy(dt);
     if (on_step_) on_step_(p_S_tip);
+    if (RestUntilSent(stop)) {  // no periods were missed, and nothing moved
+      wake = SteadyClock::now();
+      dt = 0;
+      continue;
+    }
     const auto lost = (SteadyClock::now() - wake) / kPeriod;
     missed_ += static_cast<std::uint64_t>(lost);
     wake += (lost + 1) * kPeriod;

@@ -1,8 +1,9 @@
 // A planar arm that exists only in this process: a thread steps a TipFollower at 1 kHz and tells
-// where the tip is.
+// where the tip is. Once that has stood for a second, the thread sleeps until it is sent elsewhere.
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <mutex>
 #include <stop_token>
@@ -35,9 +36,13 @@ class SimulatedManipulator : public Manipulator {
  private:
   void Run(const std::stop_token& stop);
   Eigen::Vector3d StepBy(double dt) noexcept;
+  // False, at once: the tip moves, or has stood for less than a second.
+  bool RestUntilSent(const std::stop_token& stop);
 
   mutable std::mutex mutex_;  // guards follower_; never held longer than a step
+  std::condition_variable_any sent_;
   TipFollower follower_;
+  int still_ = 0;  // steps in a row that moved nothing
   OnStep on_step_;
   std::atomic<std::uint64_t> ignored_{0}, missed_{0};
   std::jthread thread_;  // last: it uses everything above

@@ -157,7 +157,10 @@ std::unique_ptr<DeformationModel> MakeShell(const Scene& scene, const BoundaryMe
 }  // namespace
 
 ModelChoice ChooseModel(const Scene& scene) {
-  if (scene.model.kind != "auto") return {scene.model.kind, "asked for by model.kind"};
+  const std::string& decided = scene.model.decision.reason;
+  if (scene.model.kind != "auto") {
+    return {scene.model.kind, decided.empty() ? "asked for by model.kind" : decided};
+  }
   const Geometry& geometry = scene.object.geometry;
   if (const auto* membrane = std::get_if<MembraneGeometry>(&geometry)) {
     return ChoosePlate(scene, membrane->thickness);
@@ -165,6 +168,7 @@ ModelChoice ChooseModel(const Scene& scene) {
   if (IsVolume(geometry)) {
     return {"fem", "volume: co-rotational finite elements; no study of this scene exists yet"};
   }
+  if (scene.model.wall > 0) return {"shell", "a disc filled with a liquid: a shell"};
   return {"bem2d",
           "planar outline: two-dimensional boundary elements; no study of this scene exists yet"};
 }

@@ -83,6 +83,13 @@ ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const ModelKind* kind) {
   }
 }
 
+// Every edge of a volume cut into halves; others as they are.
+ObjectMesh Refined(const ObjectMesh& mesh) {
+  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return palpate::Refined(*solid);
+  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) return palpate::Refined(*surface);
+  return mesh;
+}
+
 constexpr double kOnSide = 1e-6;        // of the bounding box's diagonal: drawn outlines
 constexpr double kNearSide = 0.03;      // the same for outlines that were measured
 constexpr double kArcTolerance = 1e-9;  // [rad]
@@ -226,9 +233,15 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
   if (const auto* membrane = std::get_if<MembraneGeometry>(&geometry)) {
     return MembraneDisc{membrane->radius, membrane->thickness};
   }
-  if (const auto* box = std::get_if<BoxGeometry>(&geometry)) return MeshBox(box->size, box->cells);
+  const auto refined = [&](ObjectMesh mesh) {
+    for (int r = 0; r < scene.model.refinements; ++r) mesh = Refined(mesh);
+    return mesh;
+  };
+  if (const auto* box = std::get_if<BoxGeometry>(&geometry)) {
+    return refined(MeshBox(box->size, box->cells));
+  }
   if (const auto* file = std::get_if<MeshFileGeometry>(&geometry)) {
-    return MeshOfFile(*file, FindModelKind(scene.model.kind));
+    return refined(MeshOfFile(*file, FindModelKind(scene.model.kind)));
   }
   return MeshOutline(scene, seen);
 }

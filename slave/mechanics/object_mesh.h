@@ -24,10 +24,11 @@ struct MembraneDisc {
 using ObjectMesh = std::variant<BoundaryMesh, MembraneDisc, SolidMesh, SurfaceMesh>;
 
 // Divides the scene's object: an outline into model.elements elements, a box into its cells, a mesh
-// from its file; a surface is filled with tetrahedra unless bem3d computes on it. `seen`: the
-// outline found by the eyes, used for `contour: from-image`. Throws std::invalid_argument: nothing
-// seen where it is needed, fewer than three elements, an unusable mesh file (file:line);
-// std::runtime_error: a surface that no mesher could fill.
+// from its file, these two refined as often as model.refinements says; a surface is filled with
+// tetrahedra unless bem3d computes on it. `seen`: the outline found by the eyes, used for `contour:
+// from-image`. Throws std::invalid_argument: nothing seen where it is needed, fewer than three
+// elements, an unusable mesh file (file:line); std::runtime_error: a surface that no mesher could
+// fill.
 ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen);
 // The same for planar objects; throws std::invalid_argument for others.
 BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen);

@@ -89,6 +89,7 @@ struct SenseMaker {
 
 ModelOptions Changed(ModelOptions model, const ModelChange& change, const Changeable& accepted) {
   if (!accepted.object) Refuse("kind = " + change.kind, "none: no force is told here");
+  model.decision = {};  // whoever changes it decides
   if (!change.kind.empty()) SetKind(change.kind, accepted, &model);
   if (change.elements != 0) SetElements(change.elements, accepted, &model);
   if (!change.plane.empty()) SetPlane(change.plane, accepted, &model);

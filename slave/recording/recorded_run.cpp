@@ -20,6 +20,7 @@
 #include "slave/recording/recorded_samples.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/recording/step_messages.h"
+#include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
 
 namespace palpate {
@@ -63,6 +64,16 @@ void Compare(const v1::FeltState& now, const v1::FeltState& then, StateDifferenc
   if (!is_told_alike) ++differences->validity;
 }
 
+// With the model that ran: whoever would choose by time would choose another one elsewhere.
+Scene SceneOf(const RecordedBeginning& beginning, const std::filesystem::path& folder) {
+  Scene scene = LoadScene(UnpackSceneFiles(beginning.files, folder), beginning.overrides());
+  const std::string decided = beginning.Value("model");
+  if (!decided.empty() && !ApplyDecided(decided, &scene)) {
+    throw InputError("the model that `kind: auto` came to cannot be read from this recording");
+  }
+  return scene;
+}
+
 class Again {
  public:
   Again(const std::filesystem::path& file, const std::filesystem::path& out)
@@ -70,8 +81,7 @@ class Again {
         samples_(file),
         steps_(file),
         out_(out),
-        scene_(
-            LoadScene(UnpackSceneFiles(beginning_.files, out / "scene"), beginning_.overrides())),
+        scene_(SceneOf(beginning_, out / "scene")),
         sense_(MakeSense(scene_, {.player = &samples_, .p_S_tip = beginning_.tip()}, nullptr)),
         account_(sense_->OpenAccount(nullptr)),
         states_(out, false) {}

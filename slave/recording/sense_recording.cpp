@@ -13,6 +13,7 @@
 #include "slave/pipeline/offline/account.h"
 #include "slave/recording/scene_files.h"
 #include "slave/recording/step_messages.h"
+#include "slave/scene/decided_model.h"
 
 namespace palpate {
 namespace {
@@ -122,7 +123,8 @@ class SenseRecording::WatchedSense final : public Sense {
 
 SenseRecording::SenseRecording(const Scene& scene, const std::vector<std::string>& overrides,
                                Recording::Options options)
-    : overrides_(Joined(overrides)) {
+    : overrides_(Joined(overrides)),
+      decided_(scene.model.decision.reason.empty() ? "" : DecidedText(scene)) {
   options.library = std::string("palpate-slave ") + Version();
   recording_ = std::make_unique<Recording>(std::move(options));
   const SceneFiles files = GatherSceneFiles(scene);
@@ -142,6 +144,7 @@ void SenseRecording::Begin(const std::optional<Eigen::Vector3d>& p_S_tip) {
   McapMap note{{"version", Version()},
                {"scene", scene_file_},
                {"overrides", overrides_},
+               {"model", decided_},
                {"left_out", Joined(left_out_)}};
   if (p_S_tip) {
     note["tip"] = fmt::format("{:.17g} {:.17g} {:.17g}", p_S_tip->x(), p_S_tip->y(), p_S_tip->z());

@@ -54,6 +54,7 @@ class SenseRecording final : public SenseRecorder {
 
   std::vector<std::string> left_out_;  // files of the scene that are too large to keep
   std::string overrides_;              // a line each
+  std::string decided_;                // of `kind: auto`, see DecidedText
   std::string scene_file_;             // its name among those attached
   std::unique_ptr<Recording> recording_;
   std::atomic<bool> has_begun_{false};  // what stands before all messages is there

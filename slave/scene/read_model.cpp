@@ -137,7 +137,8 @@ ModelKind OptionsOf(std::string_view name) {
           .has_tets = true,
           .iterates = true,
           .takes_friction = true,
-          .takes_tension = true};
+          .takes_tension = true,
+          .has_wall = true};
 }
 
 }  // namespace
@@ -168,7 +169,9 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   } else if (!is_membrane) {
     model.OneOf<ContactLaw>("contact", {{"bonded", ContactLaw::kBonded}}, " with this kind");
   }
-  if (kind.has_wall) options.wall = model.Number("wall", Positive(Dimension::kLength));
+  if (kind.has_wall && (!is_auto || model.Has("wall"))) {
+    options.wall = model.Number("wall", Positive(Dimension::kLength));
+  }
   if (kind.has_cache) {
     const std::string folder = model.Text("cache", "a folder", std::string());
     if (!folder.empty()) options.cache = context.folder / folder;

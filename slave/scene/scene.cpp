@@ -128,6 +128,12 @@ Outline OutlineOf(const Geometry& geometry) {
   return std::visit(ToOutline{}, geometry);
 }
 
+bool MeetsObject(const Scene& scene) {
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
+  return tactile.source == Tactile::Source::kSimulated || !tactile.poses.empty() ||
+         std::ranges::any_of(tactile.fingers, &Finger::has_pose);
+}
+
 std::vector<std::filesystem::path> InputFilesOf(const Scene& scene) {
   std::vector<std::filesystem::path> inputs{scene.file};
   const ToInputs add{&inputs};

@@ -366,6 +366,21 @@ struct FemOptions {
 constexpr bool IsHyperelastic(FemOptions::Law law) {
   return law == FemOptions::Law::kNeoHookean || law == FemOptions::Law::kOgden;
 }
+// A model that `kind: auto` did not take. NaN: not known.
+struct RejectedModel {
+  std::string model;      // its kind, what it differs in and its resolution
+  std::string why;        // one clause
+  double error = 0;       // of the contact force, relative [-]
+  double update = 0;      // the slowest percent [s]
+  double precompute = 0;  // [s]
+};
+// What `kind: auto` came to. No reason: nothing was decided.
+struct ModelDecision {
+  std::string reason;  // one sentence: the model, why, its figures; what cannot be met
+  bool meets = false;  // tolerance and rate, within the model's range
+  double error = 0;    // of the contact force, relative [-]
+  std::vector<RejectedModel> rejected;  // those on the way to it first
+};
 struct ModelOptions {
   std::string kind = "auto";  // or one of kModelKinds
   int elements = 180;
@@ -382,6 +397,8 @@ struct ModelOptions {
   double puncture_from = 0;   // depth from which a camera may see it [m]; 0: nobody looks
   double prestress = 0;       // of membranes: tension at rest [N/m]
   double wall = 0;            // of a fluid-filled shell: its thickness [m]
+  int refinements = 0;        // of a box or a mesh file: how often each edge is cut into halves
+  ModelDecision decision;     // the kind above was `auto` before
 };
 
 // --- operator, manipulator, site
@@ -453,6 +470,10 @@ struct Scene {
   // Where `study` presses, O [m]; empty: where the tool would meet the object.
   std::vector<Eigen::Vector3d> study_contacts;
 };
+
+// Whether fingertips of the scene meet its object: somebody knows where they are. Otherwise nothing
+// deforms and no model is built.
+bool MeetsObject(const Scene& scene);
 
 // What the scene is read from, itself first: files, and folders of pictures and networks.
 std::vector<std::filesystem::path> InputFilesOf(const Scene& scene);

@@ -1,4 +1,5 @@
 // What the slave says of itself, as messages.
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 #include <utility>
@@ -60,6 +61,20 @@ void AddFingertips(const Tactile& tactile, v1::SceneDescription* message) {
   }
 }
 
+void AddDecision(const ModelDecision& decision, v1::SceneDescription::Model* message) {
+  message->set_is_decided(!decision.reason.empty());
+  message->set_meets(decision.meets);
+  message->set_error(decision.error);
+  for (const RejectedModel& one : decision.rejected) {
+    auto* rejected = message->add_rejected();
+    rejected->set_model(one.model);
+    rejected->set_why(one.why);
+    if (std::isfinite(one.error)) rejected->set_error(one.error);
+    if (std::isfinite(one.update)) rejected->set_update(one.update);
+    if (std::isfinite(one.precompute)) rejected->set_precompute(one.precompute);
+  }
+}
+
 template <class Repeated>
 void Assign(const std::vector<float>& values, Repeated* message) {
   message->Assign(values.begin(), values.end());
@@ -97,6 +112,7 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   model->set_plane(scene.model.plane == Plane::kStrain ? "strain" : "stress");
   model->set_contact(scene.model.contact == ContactLaw::kFrictionless ? "frictionless" : "bonded");
   model->set_range(description.sense.model.range);
+  AddDecision(scene.model.decision, model);
 
   const OperatorOptions& options = scene.operator_options;
   auto* mapping = message->mutable_operator_();

@@ -32,6 +32,7 @@ std::shared_ptr<StateMailbox> Publisher::Subscribe() {
   const std::scoped_lock lock(mutex_);
   if (stopped_) observer->Close();
   observers_.push_back(observer);
+  joined_.notify_all();
   return {observer, &observer->box};
 }
 
@@ -41,6 +42,7 @@ void Publisher::ServeFirst(const std::shared_ptr<StateReader>& reader) {
     const std::scoped_lock lock(mutex_);
     operator_ = reader;
     stopped = stopped_;
+    joined_.notify_all();
   }
   if (stopped) reader->Close();
 }
@@ -67,14 +69,14 @@ void Publisher::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const bool sensed = slave_.WaitForNewer(sensed_at_, kPatience);
     const Time due = Clock::now() + kShortestGap;
-    if (CollectReaders()) {
+    const bool is_read = CollectReaders();
+    if (is_read) {
       Publish();
     } else {
-      slave_.TakeEvents();  // nobody was there to be told
-      std::this_thread::sleep_for(kPatience);
+      AwaitReaders(stop);
     }
     readers_.clear();
-    if (sensed) std::this_thread::sleep_until(Clock::ToSteady(due));
+    if (sensed && is_read) std::this_thread::sleep_until(Clock::ToSteady(due));
   }
 }
 
@@ -87,6 +89,16 @@ bool Publisher::CollectReaders() {
     if (auto reader = observer.lock()) readers_.push_back(std::move(reader));
   }
   return !readers_.empty();
+}
+
+void Publisher::AwaitReaders(const std::stop_token& stop) {
+  slave_.SetWatched(false);
+  {
+    std::unique_lock lock(mutex_);
+    joined_.wait(lock, stop, [this] { return !operator_.expired() || !observers_.empty(); });
+  }
+  slave_.TakeEvents();  // nobody was there to be told
+  slave_.SetWatched(true);
 }
 
 void Publisher::Publish() {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -52,6 +53,8 @@ class Publisher {
   void Run(const std::stop_token& stop);
   // Whoever still reads, the operator first; false: nobody.
   bool CollectReaders();
+  // Sleeps, and lets the slave rest, until somebody reads.
+  void AwaitReaders(const std::stop_token& stop);
   void Publish();
 
   Slave& slave_;
@@ -60,6 +63,7 @@ class Publisher {
   Time sensed_at_{};
 
   UrgentMutex mutex_;  // guards what follows
+  std::condition_variable_any joined_;
   std::weak_ptr<StateReader> operator_;
   std::vector<std::weak_ptr<StateReader>> observers_;
   Events flagged_;

@@ -33,12 +33,6 @@ double Perimeter(const BoundaryMesh& mesh) {
   return sum;
 }
 
-bool HoldsByNumber(const Scene& scene) {
-  return std::ranges::any_of(scene.object.fixed, [](const Fixed& fixed) {
-    return std::holds_alternative<FixedNodes>(fixed.where);
-  });
-}
-
 // --- planar objects
 // Element counts for which whole numbers of elements lie under the tool, so that what is left of
 // the error is the method's; coarser ones below, for who is in a hurry.
@@ -106,18 +100,60 @@ void AddPlanar(const Scene& scene, const PressSpec& question, const CandidateLim
 }
 
 // --- membranes
+Candidate StartMembrane(const Scene& scene, const ModelKind& kind) {
+  Candidate c;
+  c.scene = scene;
+  c.scene.model.kind = kind.name;
+  c.family = c.scene.model.kind;
+  c.resolution = "as it is";
+  c.expected_s = 0.05;
+  c.own = true;
+  return c;
+}
+
+// Modes resolve what is about as wide as the radius by their number.
+void AddModes(const Scene& scene, const ModelKind& kind, std::vector<Candidate>* candidates) {
+  constexpr int kOwnChoice = 12;  // of the model
+  const int own = scene.model.modes > 0 ? scene.model.modes : kOwnChoice;
+  const double radius = std::get<MembraneGeometry>(scene.object.geometry).radius;
+  for (const int modes : std::set<int>{own, 6, 8, 12, 16, 20}) {
+    Candidate c = StartMembrane(scene, kind);
+    c.scene.model.modes = modes == own ? scene.model.modes : modes;
+    c.resolution = std::to_string(modes) + " modes";
+    c.element_size = radius / modes;
+    c.expected_s = 0.3 + 0.7 * std::pow(modes / 12.0, 4);
+    c.own = modes == own;
+    c.linear = false;
+    candidates->push_back(std::move(c));
+  }
+}
+
 void AddMembrane(const Scene& scene, std::vector<Candidate>* candidates) {
   for (const ModelKind& kind : kModelKinds) {
     if (kind.object != ObjectClass::kMembrane) continue;
-    const bool large = kind.linearity == Linearity::kNever;
+    if (kind.linearity == Linearity::kNever) {
+      AddModes(scene, kind, candidates);
+    } else if (scene.model.prestress == 0) {
+      candidates->push_back(StartMembrane(scene, kind));
+    }
+  }
+}
+
+// --- discs filled with a liquid
+void AddShell(const Scene& scene, std::vector<Candidate>* candidates) {
+  for (const int pieces : std::set<int>{scene.model.elements, 320, 640, 1280}) {
+    if (pieces < 320 && pieces != scene.model.elements) continue;
     Candidate c;
     c.scene = scene;
-    c.scene.model.kind = kind.name;
-    c.family = c.scene.model.kind;
-    c.resolution = "as it is";
-    c.expected_s = large ? 1.0 : 0.05;
-    c.own = true;
-    c.linear = !large;
+    c.scene.model.kind = "shell";
+    c.scene.model.elements = pieces;
+    c.family = "shell";
+    c.own = pieces == scene.model.elements;
+    const int divided = std::max(pieces, 320);  // at least, see ShellModel
+    c.resolution = std::to_string(divided) + " pieces";
+    c.element_size = Perimeter(MeshOutline(c.scene, std::nullopt)) / divided;
+    c.expected_s = 3.0 * divided / 320;  // Newton, for each press and each repeat
+    c.linear = false;
     candidates->push_back(std::move(c));
   }
 }
@@ -214,7 +250,7 @@ std::vector<Division> FileDivisions(const Scene& scene, std::size_t most_dof) {
     Division d;
     d.scene = supported;
     d.own = r == 0;
-    d.refinements = r;
+    d.scene.model.refinements = r;
     const auto eights = static_cast<std::size_t>(1) << (3 * r);
     d.tets = solid ? solid->tets.size() * eights : 0;
     d.nodes = (solid ? solid->nodes.size() : 0) * eights;
@@ -343,11 +379,15 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
   const Geometry& geometry = scene.object.geometry;
   if (std::holds_alternative<MembraneGeometry>(geometry)) {
     AddMembrane(scene, &candidates);
+  } else if (scene.model.wall > 0) {
+    AddShell(scene, &candidates);
   } else if (IsPlanar(geometry)) {
     AddPlanar(scene, question, limits, &candidates);
   } else {
     const auto* box = std::get_if<BoxGeometry>(&geometry);
-    for (const Division& d : box ? BoxDivisions(scene, *box) : FileDivisions(scene, limits.dof)) {
+    const bool by_cells = box != nullptr && !HoldsByNumber(scene);
+    for (const Division& d :
+         by_cells ? BoxDivisions(scene, *box) : FileDivisions(scene, limits.dof)) {
       AddVolume(d, limits, &candidates);
     }
   }
@@ -360,21 +400,15 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
   return candidates;
 }
 
+bool HoldsByNumber(const Scene& scene) {
+  return std::ranges::any_of(scene.object.fixed, [](const Fixed& fixed) {
+    return std::holds_alternative<FixedNodes>(fixed.where);
+  });
+}
+
 bool HasMidnodes(const ModelOptions& model) {
   const ModelKind* kind = FindModelKind(model.kind);
   return kind != nullptr && kind->has_tets && model.fem.element == FemOptions::Element::kTet10;
-}
-
-ObjectMesh MeshOf(const Candidate& candidate) {
-  ObjectMesh mesh = MeshObject(candidate.scene, std::nullopt);
-  for (int r = 0; r < candidate.refinements; ++r) {
-    if (const auto* solid = std::get_if<SolidMesh>(&mesh)) {
-      mesh = Refined(*solid);
-    } else if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) {
-      mesh = Refined(*surface);
-    }
-  }
-  return mesh;
 }
 
 double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Press& press,
@@ -382,6 +416,7 @@ double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Pr
   if (std::holds_alternative<MembraneDisc>(mesh)) return 0;
   double seen = 0;
   if (const auto* boundary = std::get_if<BoundaryMesh>(&mesh)) {
+    if (model.wall > 0) return 0;  // the shell takes the tool as it is
     seen = PatchLength(*boundary, press, width);
   } else {
     const auto* solid = std::get_if<SolidMesh>(&mesh);

@@ -13,7 +13,6 @@ namespace palpate::study {
 
 struct Candidate : Trait {  // `dof` is expected, `expected_s` a rough prior
   Scene scene;              // with the model options of this candidate
-  int refinements = 0;      // how often the object's mesh is cut into halves
 };
 
 struct CandidateLimits {
@@ -28,8 +27,8 @@ struct CandidateLimits {
 std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& question,
                                      const CandidateLimits& limits = {});
 
-// The object as this candidate divides it. Throws std::invalid_argument like MeshObject.
-ObjectMesh MeshOf(const Candidate& candidate);
+// Whether nodes or elements are held by number, which another division gives to others.
+bool HoldsByNumber(const Scene& scene);
 
 // Whether its nodes are in the middles of edges, too.
 bool HasMidnodes(const ModelOptions& model);

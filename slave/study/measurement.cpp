@@ -201,6 +201,9 @@ void Describe(const Candidate& candidate, StudyRow* row) {
   static_cast<Trait&>(*row) = candidate;
   row->kind = candidate.scene.model.kind;
   row->model = candidate.scene.model;
+  if (const auto* box = std::get_if<BoxGeometry>(&candidate.scene.object.geometry)) {
+    row->cells = box->cells;
+  }
   const ModelKind* kind = FindModelKind(row->kind);
   if (kind != nullptr && kind->iterates) {
     row->residual = candidate.scene.model.fem.residual;
@@ -218,7 +221,7 @@ bool IsAnswer(const Answer& answer) {
 
 void Try(const Candidate& candidate, const PressSpec& question, const ModelFactory& workshop,
          Progress* progress, double timing_s, StudyRow* row) {
-  const ObjectMesh mesh = MeshOf(candidate);
+  const ObjectMesh mesh = MeshObject(candidate.scene, std::nullopt);
   const double began = workshop.now();
   const auto model = workshop.make(candidate.scene, mesh, progress);
   row->precompute_s = workshop.now() - began;

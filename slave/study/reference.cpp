@@ -169,7 +169,8 @@ void JudgePress(const Reference& reference, const PressAnswers& answers, double 
 }  // namespace
 
 std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, double width) {
-  if (!IsPlanar(scene.object.geometry) || scene.model.contact != ContactLaw::kBonded) {
+  const bool is_solid = IsPlanar(scene.object.geometry) && scene.model.wall == 0;
+  if (!is_solid || scene.model.contact != ContactLaw::kBonded) {
     return std::nullopt;
   }
   try {

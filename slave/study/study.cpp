@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <utility>
 
@@ -36,6 +37,46 @@ std::string Sentence(const StudyRow& row, const char* because) {
   return row.family + ", " + row.resolution + ": " + because +
          Formatted(" (%.2g %% error, %.3g us an update, %.2g s of precompute)",
                    100 * row.error.value, 1e6 * row.update_median_s, row.precompute_s);
+}
+
+std::string Name(const StudyRow& row) {
+  return row.family + ", " + row.resolution;
+}
+
+// Why no row meets both: which of the two cannot be met at all, or what they cost each other.
+std::string Conflict(double tolerance, double rate, std::vector<StudyRow>* rows) {
+  const auto any = [](const StudyRow&) { return true; };
+  const auto error = [](const StudyRow& row) { return row.error.value; };
+  const auto slowest = [](const StudyRow& row) { return row.update_p99_s; };
+  const StudyRow* exact = Least(rows, any, error);
+  const StudyRow* fast = Least(rows, any, slowest);
+  if (exact == nullptr) return {};
+  std::string words;
+  if (!exact->meets_tolerance) {
+    words += Formatted("; none is within %.3g %%, the nearest is ", 100 * tolerance) +
+             Name(*exact) + Formatted(" with %.2g %%", 100 * exact->error.value);
+  }
+  if (!fast->meets_rate) {
+    words += Formatted("; none answers at %.3g Hz, the nearest is ", rate) + Name(*fast) +
+             Formatted(" at %.3g Hz", 1 / fast->update_p99_s);
+  }
+  if (!words.empty()) return words;
+  const StudyRow* within = Least(rows, std::mem_fn(&StudyRow::meets_tolerance), slowest);
+  const StudyRow* in_time = Least(rows, std::mem_fn(&StudyRow::meets_rate), error);
+  return Formatted("; within %.3g %% the fastest is ", 100 * tolerance) + Name(*within) +
+         Formatted(" at %.3g Hz, at %.3g Hz the most exact is ", 1 / within->update_p99_s, rate) +
+         Name(*in_time) + Formatted(" with %.2g %%", 100 * in_time->error.value);
+}
+
+// What stays in its range at full depth, if anything does.
+template <typename Allowed>
+StudyRow* LeastInRange(std::vector<StudyRow>* rows, const Allowed& allowed,
+                       double (*cost)(const StudyRow&)) {
+  const auto in_range = [&](const StudyRow& row) {
+    return allowed(row) && row.validity == Validity::kValid;
+  };
+  if (StudyRow* best = Least(rows, in_range, cost)) return best;
+  return Least(rows, allowed, cost);
 }
 
 constexpr double kWorthABar = 2;  // [s]
@@ -82,12 +123,7 @@ class Study {
  public:
   Study(const Scene& scene, const StudySettings& settings, const ModelFactory& workshop,
         const std::stop_token& stop, const StudyWatcher& watcher)
-      : settings_(settings),
-        workshop_(workshop),
-        stop_(stop),
-        watcher_(watcher),
-        deadline_(workshop.now() + settings.budget_s),
-        scene_(scene) {
+      : settings_(settings), workshop_(workshop), stop_(stop), watcher_(watcher), scene_(scene) {
     result_.scene_name = scene.name;
     result_.question = AskedOf(scene, settings.places);
     result_.tolerance = scene.model.tolerance;
@@ -98,6 +134,7 @@ class Study {
   StudyResult Run() {
     waiting_ = CandidatesFor(scene_, result_.question, settings_.limits);
     const ReferenceFinder finder(scene_, result_.question);
+    deadline_ = workshop_.now() + settings_.budget_s;  // of the candidates, not of the reference
     while (!waiting_.empty()) {
       const auto next = std::ranges::min_element(
           waiting_, {}, [&](const Candidate& c) { return Urgency(c) * ExpectedSeconds(c); });
@@ -165,7 +202,7 @@ class Study {
   const ModelFactory& workshop_;
   const std::stop_token& stop_;
   const StudyWatcher& watcher_;
-  double deadline_;
+  double deadline_ = 0;
   Scene scene_;
   StudyResult result_;
   std::vector<Candidate> waiting_;
@@ -189,46 +226,33 @@ std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows
     row.recommended = false;
   }
   const auto meets_both = [](const StudyRow& row) { return row.meets_tolerance && row.meets_rate; };
-  const auto update = [](const StudyRow& row) { return row.update_median_s; };
-  const auto miss = [&](const StudyRow& row) {
-    return std::max(row.error.value / tolerance, row.update_p99_s * rate);
-  };
-  StudyRow* choice = nullptr;
-  const char* because = "the cheapest that meets tolerance and rate";
-  if (const StudyRow* fastest = Least(rows, meets_both, update)) {
-    const double slowest = kAsFast * fastest->update_median_s;
-    choice = Least(
-        rows,
-        [&](const StudyRow& row) { return meets_both(row) && row.update_median_s <= slowest; },
-        [](const StudyRow& row) { return row.precompute_s; });
-  } else {
-    choice = Least(
-        rows, [](const StudyRow&) { return true; }, miss);
-    because = "none meets tolerance and rate; this one misses by the smallest factor";
+  constexpr auto update = [](const StudyRow& row) { return row.update_median_s; };
+  constexpr auto precompute = [](const StudyRow& row) { return row.precompute_s; };
+  if (const StudyRow* fastest = LeastInRange(rows, meets_both, +update)) {
+    const auto as_fast = [&](const StudyRow& row) {
+      return meets_both(row) && row.update_median_s <= kAsFast * fastest->update_median_s &&
+             row.validity <= fastest->validity;
+    };
+    StudyRow* choice = LeastInRange(rows, as_fast, +precompute);
+    choice->recommended = true;
+    return Sentence(*choice, "the cheapest that meets tolerance and rate");
   }
+  StudyRow* choice = Least(
+      rows, [](const StudyRow&) { return true; },
+      [&](const StudyRow& row) {
+        return std::max(row.error.value / tolerance, row.update_p99_s * rate);
+      });
   if (!choice) return "no model answered with a known error";
   choice->recommended = true;
-  return Sentence(*choice, because);
+  return Sentence(*choice,
+                  "none meets tolerance and rate; this one misses by the smallest factor") +
+         Conflict(tolerance, rate, rows);
 }
 
 StudyResult RunStudy(const Scene& scene, const StudySettings& settings,
                      const ModelFactory& workshop, const std::stop_token& stop,
                      const StudyWatcher& watcher) {
   return Study(scene, settings, workshop, stop, watcher).Run();
-}
-
-std::optional<QuickChoice> ChooseQuickly(const Scene& scene, const ModelFactory& workshop,
-                                         double budget_s) {
-  StudySettings settings;
-  settings.budget_s = budget_s;
-  settings.timing_s = 0.01 * budget_s;
-  settings.limits = {.dof = 40'000, .dense_dof = 1200, .residuals = false, .families = {}};
-  StudyResult study = RunStudy(scene, settings, workshop);
-  std::erase_if(study.rows, [](const StudyRow& row) { return !row.own; });
-  const std::string reason = Recommend(scene.model.tolerance, scene.model.rate, &study.rows);
-  const auto choice = std::ranges::find_if(study.rows, &StudyRow::recommended);
-  if (choice == study.rows.end()) return std::nullopt;
-  return QuickChoice{choice->model, reason, choice->meets_tolerance && choice->meets_rate};
 }
 
 }  // namespace palpate::study

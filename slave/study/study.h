@@ -20,9 +20,10 @@ namespace palpate::study {
 void MarkFront(std::vector<StudyRow>* rows);
 
 // Marks what meets the tolerance (its error, as known) and the rate [Hz] (its slowest percent), and
-// recommends: of the rows that meet both and are at most twice as slow as the fastest of them, the
-// one with the least precompute. None: the one that misses tolerance or rate by the smallest
-// factor. Returns why, one sentence.
+// recommends: of the rows that meet both, stay in their range if any does, and are at most twice as
+// slow as the fastest of them, the one with the least precompute. None: the one that misses
+// tolerance or rate by the smallest factor. Returns why, one sentence; where none meets both, which
+// cannot be met and the nearest that can.
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows);
 
 struct StudySettings {
@@ -56,18 +57,5 @@ struct StudyWatcher {
 StudyResult RunStudy(const Scene& scene, const StudySettings& settings,
                      const ModelFactory& workshop, const std::stop_token& stop = {},
                      const StudyWatcher& watcher = {});
-
-// `model.kind: auto`: the cheapest model that meets the scene's tolerance and rate.
-struct QuickChoice {
-  ModelOptions model;  // the scene's, with kind, order, element and law decided; resolution is kept
-  std::string reason;  // one sentence: what it is, its error, update time and precompute
-  bool meets = false;  // tolerance and rate; else it is the nearest to them
-};
-
-// Studies the scene for at most about `budget_s` [s] and chooses among the models at the scene's
-// own resolution; others serve as reference only. nullopt: none answered in time, so whoever asks
-// takes the default of the geometry. Throws std::invalid_argument: see AskedOf.
-std::optional<QuickChoice> ChooseQuickly(const Scene& scene, const ModelFactory& workshop,
-                                         double budget_s = 1.5);
 
 }  // namespace palpate::study

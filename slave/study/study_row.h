@@ -1,6 +1,7 @@
 // What a study finds out about one candidate.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -48,7 +49,8 @@ struct Trait {
 };
 
 struct StudyRow : Trait {
-  ModelOptions model;  // of the candidate
+  ModelOptions model;          // of the candidate
+  std::array<int, 3> cells{};  // of a box; 0: the object has none
   std::string kind;
   double residual = 0;  // asked of an iterative solver [-]; 0: none
 

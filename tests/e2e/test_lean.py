@@ -5,14 +5,17 @@ import resource
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
 
-from programs import BARE, BLOCK, ROOT, SLAVE, Slave, run
+from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, run
 
 # 55 come with gRPC, 21 with OpenCV's core; imgcodecs, videoio and PCL each bring more than the rest together.
 MOST_LIBRARIES = 100
 # Half of what the start took with all of them linked. Most of it is the model and the pictures decoded ahead.
 MOST_MEMORY = 60e6  # [bytes]
+# A second of a slave that nobody reads; 3600 where arm, watchdog, publisher and door kept their pace. 20 each come from health and door.
+MOST_WAKINGS = 150
 ON_DEMAND = ("libopencv_videoio", "libopencv_imgcodecs", "libopencv_calib3d", "libpcl_", "libavcodec", "libgdal")
 
 
@@ -58,6 +61,36 @@ class Start(unittest.TestCase):
         self.assertLessEqual(len(loaded), MOST_LIBRARIES)
         self.assertLessEqual(used, MOST_MEMORY)
         self.assertEqual([name for name in loaded if pathlib.Path(name).name.startswith(ON_DEMAND)], [])
+
+
+def wakings(pid):
+    """How often its threads have waited for something and gone on."""
+    return sum(int(re.search(r"^voluntary_ctxt_switches:\s+(\d+)", task.joinpath("status").read_text(), re.M).group(1))
+               for task in pathlib.Path(f"/proc/{pid}/task").iterdir())
+
+
+def cost_of(pid, seconds):
+    """Seconds of CPU and wakings, each in a second of the next `seconds`."""
+    before = cpu(pid), wakings(pid)
+    time.sleep(seconds)
+    return (cpu(pid) - before[0]) / seconds, (wakings(pid) - before[1]) / seconds
+
+
+class Idle(unittest.TestCase):
+    def test_a_slave_that_nobody_reads_rests(self):
+        with Slave() as slave:
+            pid = slave.process.pid
+            time.sleep(2)  # the arm has stood for a second
+            idle_cpu, idle_wakings = cost_of(pid, 4)
+            master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "6"], stdin=subprocess.DEVNULL,
+                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=BARE)
+            time.sleep(1)
+            busy_cpu, busy_wakings = cost_of(pid, 4)
+            self.assertEqual(master.wait(timeout=PATIENCE), 0, "and it is there at once for who comes")
+            print(f"idle: {100 * idle_cpu:.1f} % of a core, woken {idle_wakings:.0f} times a second; "
+                  f"operated: {100 * busy_cpu:.1f} %, {busy_wakings:.0f}")
+        self.assertLess(idle_wakings, MOST_WAKINGS)
+        self.assertLess(2 * idle_cpu, busy_cpu)
 
 
 class Parts(unittest.TestCase):

@@ -12,28 +12,19 @@
 #include <string>
 #include <variant>
 
+#include <opencv2/core.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/capture/codecs/codecs.h"
 #include "slave/commands/commands.h"
+#include "slave/commands/running_scene.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/camera/estimator.h"
+#include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/study/study.h"
 
 namespace palpate {
 namespace {
-
-std::string Words(const Scene& scene) {
-  if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
-    return "nothing to study before the contour is found";
-  }
-  try {
-    const auto choice = study::ChooseQuickly(scene, study::RealWorkshop());
-    return choice ? choice->reason : "no model answered within a quick study";
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-}
 
 std::string Source(const Camera& camera) {
   switch (camera.source) {
@@ -216,18 +207,8 @@ void PrintChecks(const Scene& scene) {
                             : "; pictures that are late, as no manipulator is seen in them"));
 }
 
-void PrintOff(const Scene& scene) {
-  PrintLine("off", "tactile sensing, stereo, volume models: not in this scene");
-  PrintLine("on demand", "displacement field and pictures: computed only while somebody watches");
-  if (!scene.sense.Find<ContourTracking>()) {
-    PrintLine("off", "contour: the object's pose is taken from the scene, not measured");
-  }
-}
-
 void PrintModel(const Scene& scene) {
-  const ModelChoice choice = ChooseModel(scene);
-  PrintLine("model", choice.kind + ": " + choice.reason);
-  if (scene.model.kind == "auto") PrintAuto(scene);
+  PrintChoice(scene);
   if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
     PrintLine("mesh", "made when the contour is found; conditioning and error are said then");
     return;
@@ -241,6 +222,36 @@ void PrintModel(const Scene& scene) {
       fmt::format("{:.1f} ms, {:.1f} MB kept, {} dof, condition {:.3g}", 1e3 * info.precompute_s,
                   static_cast<double>(info.memory_bytes) * 1e-6, info.dof, info.condition));
   PrintExpectation(scene, mesh, *model);
+  PrintShapeCost(*model);
+}
+
+// Of a picture that nothing is known of: noise takes longest.
+void PrintPictureCost(const Camera& camera) {
+  constexpr int kRepeats = 5, kQuality = 80;
+  cv::Mat noise(camera.size[1], camera.size[0], CV_8UC1);
+  cv::randu(noise, 0, 255);
+  std::size_t bytes = 0;
+  const auto began = std::chrono::steady_clock::now();
+  for (int i = 0; i < kRepeats; ++i) bytes = EncodeJpeg(noise, kQuality).size();
+  const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - began;
+  PrintLine("on demand", fmt::format("the picture (WatchVideo): at most {:.2g} ms and {} kB each",
+                                     spent.count() / kRepeats, bytes / 1000));
+}
+
+void PrintOff(const Scene& scene) {
+  PrintLine("off", "tactile sensing, stereo, volume models: not in this scene");
+  if (!scene.sense.Find<ContourTracking>()) {
+    PrintLine("off", "contour: the object's pose is taken from the scene, not measured");
+  }
+  const Camera& camera = *scene.sense.Find<Camera>();
+  if (camera.size[0] > 0 && camera.size[1] > 0) PrintPictureCost(camera);
+  const bool is_film =
+      camera.source == Camera::Source::kFiles || camera.source == Camera::Source::kVideo;
+  if (is_film || camera.source == Camera::Source::kStream) return;
+  PrintLine("on demand",
+            fmt::format("looking at all pictures, {:g} a second: two a second while nobody reads "
+                        "states or records",
+                        camera.rate));
 }
 
 }  // namespace
@@ -309,28 +320,32 @@ void PrintObject(const Scene& scene) {
                                     m.density > 0 ? fmt::format(", {:g} kg/m^3", m.density) : ""));
 }
 
-void PrintAuto(const Scene& scene) {
-  fmt::print("  {:<14} {}\n", "quick study", Words(scene));
+void PrintChoice(const Scene& scene) {
+  constexpr std::size_t kMostRejected = 8;
+  const ModelChoice choice = ChooseModel(scene);
+  PrintLine("model", choice.kind + ": " + choice.reason);
+  const auto lines = LinesOf(scene.model.decision, kMostRejected);
+  for (std::size_t i = 1; i < lines.size(); ++i) PrintLine("", lines[i]);
 }
 
 int RunCheck(const CheckOptions& options) {
   // Membranes and volumes need no senses.
   const Scene body = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
   if (body.sense.Find<Tactile>()) {
-    CheckTactile(LoadScene(options.scene, options.overrides));
+    CheckTactile(LoadRunningScene(options.scene, options.overrides));
     return 0;
   }
   if (HasEyes(body.sense)) {
-    CheckStereo(LoadScene(options.scene, options.overrides));
+    CheckStereo(LoadRunningScene(options.scene, options.overrides));
     return 0;
   }
   const bool is_model_only =
       !body.sense.Find<Camera>() && !body.sense.Find<TipTracking>() && !body.tool;
   if (!IsPlanar(body.object.geometry) || is_model_only) {
-    CheckBody(body);
+    CheckBody(LoadRunningScene(options.scene, options.overrides, SceneUse::kSolve));
     return 0;
   }
-  const Scene scene = LoadScene(options.scene, options.overrides);
+  const Scene scene = LoadRunningScene(options.scene, options.overrides);
   PrintObject(scene);
   PrintLine("tool",
             fmt::format("{}, {} wide", scene.tool->shape == Tool::Shape::kFlat ? "flat" : "round",

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "slave/mechanics/deformation_model.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -15,10 +16,11 @@ void PrintObject(const Scene& scene);
 // Scales and limit of the operator's hand.
 void PrintHand(const Scene& scene);
 
-// Of `model.kind: auto`: prints the model that a quick study (about a second and a half) of the
-// scene finds cheapest among those that meet its tolerance and rate, and why. Never throws: what
-// cannot be studied is said.
-void PrintAuto(const Scene& scene);
+// The model that runs and why; of `model.kind: auto` also what was rejected, with its figures.
+void PrintChoice(const Scene& scene);
+
+// What the deformed shape costs while somebody watches it: measured on the last answer.
+void PrintShapeCost(DeformationModel& model);
 
 // Of membranes and volumes: prints the object, its mesh and the mesh's quality, the model and a
 // press. Throws std::invalid_argument: the scene cannot be computed.

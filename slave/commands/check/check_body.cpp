@@ -147,14 +147,24 @@ void PrintPress(const Scene& scene, const ObjectMesh& mesh, DeformationModel& mo
 
 }  // namespace
 
+void PrintShapeCost(DeformationModel& model) {
+  constexpr int kRepeats = 5;
+  std::vector<Eigen::Vector3d> u_O;
+  const auto began = std::chrono::steady_clock::now();
+  for (int i = 0; i < kRepeats; ++i) model.Displacements(&u_O);
+  const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - began;
+  if (u_O.empty()) return;
+  PrintLine("on demand",
+            fmt::format("the deformed shape (WatchMesh): {:.3g} us and {:.3g} kB a state",
+                        spent.count() / kRepeats, 12e-3 * static_cast<double>(u_O.size())));
+}
+
 void PrintBody(const Scene& scene) {
   PrintObject(scene);
   if (const auto* file = std::get_if<MeshFileGeometry>(&scene.object.geometry)) {
     PrintMeshFile(*file);
   }
-  const ModelChoice choice = ChooseModel(scene);
-  PrintLine("model", choice.kind + ": " + choice.reason);
-  if (scene.model.kind == "auto") PrintAuto(scene);
+  PrintChoice(scene);
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   if (const auto* solid = std::get_if<SolidMesh>(&mesh)) {
     PrintLine("mesh",
@@ -174,6 +184,7 @@ void PrintBody(const Scene& scene) {
     PrintLine("time", fmt::format("steps of {:g} s", info.step));
   } else {
     PrintPress(scene, mesh, *model);
+    PrintShapeCost(*model);
   }
 }
 

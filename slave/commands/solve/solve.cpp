@@ -15,11 +15,11 @@
 #include "shared/text/text.h"
 #include "slave/commands/commands.h"
 #include "slave/commands/progress_bar.h"
+#include "slave/commands/running_scene.h"
 #include "slave/commands/solve/field_file.h"
 #include "slave/commands/solve/solve_round.h"
 #include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/scene/scene_loader.h"
 
 namespace palpate {
 namespace {
@@ -173,7 +173,7 @@ std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& me
 }
 
 int Solve(const SolveOptions& options, const std::stop_token& stop) {
-  const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kSolve, stop);
   if (options.contacts.empty() && options.loads.empty()) {
     throw InputError("solve: no input: accepted is --contacts, --loads or both");
   }

@@ -27,12 +27,6 @@ void NumberSkin(TactileBody* body) {
 
 }  // namespace
 
-bool MeetsObject(const Scene& scene) {
-  const Tactile& tactile = *scene.sense.Find<Tactile>();
-  return tactile.source == Tactile::Source::kSimulated || !tactile.poses.empty() ||
-         std::ranges::any_of(tactile.fingers, &Finger::has_pose);
-}
-
 Scene InStepWithSamples(const Scene& scene) {
   Scene stepped = scene;
   stepped.model.fem.step = 1 / scene.sense.Find<Tactile>()->rate;

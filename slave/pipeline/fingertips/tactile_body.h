@@ -35,9 +35,6 @@ struct TactileBody final : Rebuilt {
   bool moves_in_time = false;  // a Respond is one sample's period
 };
 
-// Whether fingertips of the scene meet its object: somebody knows where they are. Otherwise nothing
-// deforms and no model is built.
-bool MeetsObject(const Scene& scene);
 // `time: dynamic` steps once per sample, whatever model.step says. Throws std::invalid_argument: an
 // object that is no volume; see MeshObject, MakeModel.
 std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progress = nullptr);

@@ -23,9 +23,22 @@ nlohmann::ordered_json StageJson(const StageTimes& times) {
   return {{"p50", times.p50_us}, {"p99", times.p99_us}, {"max", times.max_us}};
 }
 
-nlohmann::ordered_json ToJson(const OfflineSummary& s, const std::string& scene) {
+// Times in s.
+nlohmann::ordered_json ToJson(const ModelDecision& decision) {
+  auto rejected = nlohmann::ordered_json::array();
+  for (const RejectedModel& one : decision.rejected) {
+    rejected.push_back({{"model", one.model},
+                        {"why", one.why},
+                        {"error", one.error},
+                        {"update_s", one.update},
+                        {"precompute_s", one.precompute}});
+  }
+  return {{"meets", decision.meets}, {"error", decision.error}, {"rejected", std::move(rejected)}};
+}
+
+nlohmann::ordered_json ToJson(const OfflineSummary& s, const Scene& scene) {
   nlohmann::ordered_json json;
-  json["scene"] = scene;
+  json["scene"] = scene.name;
   json["frames"] = s.frames;
   json["fps"] = s.rate();
   json["stages"]["capture"] = StageJson(TimesOf("capture", s.capture));
@@ -38,7 +51,9 @@ nlohmann::ordered_json ToJson(const OfflineSummary& s, const std::string& scene)
   json["model"] = {{"kind", model.kind},
                    {"elements", model.elements},
                    {"dof", model.dof},
-                   {"precompute_s", model.precompute_s}};
+                   {"precompute_s", model.precompute_s},
+                   {"reason", s.sense.reason}};
+  if (!scene.model.decision.reason.empty()) json["model"]["auto"] = ToJson(scene.model.decision);
   json.update(s.own);
   return json;
 }
@@ -86,7 +101,7 @@ class Run {
     account_->Finish(&summary_);
     TellInsertion();
     const auto file = options_.out / "summary.json";
-    RequireWritten((std::ofstream(file) << ToJson(summary_, scene_.name).dump(2) << "\n"
+    RequireWritten((std::ofstream(file) << ToJson(summary_, scene_).dump(2) << "\n"
                                         << std::flush)
                        .good(),
                    file);

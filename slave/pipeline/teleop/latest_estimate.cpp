@@ -56,7 +56,7 @@ ContactEstimate LatestEstimate::Get() const {
 
 ContactEstimate LatestEstimate::Fresh(Time now) const {
   ContactEstimate felt = Get();
-  if (SecondsBetween(felt.sensed_at, now) <= stale_after_) return felt;
+  if (SecondsBetween(felt.sensed_at, now) <= stale_after_ + nap_) return felt;
   felt.validity = Worse(felt.validity, Validity::kStale);
   for (FingerState& finger : felt.fingers) {
     finger.validity = Worse(finger.validity, Validity::kStale);

@@ -2,6 +2,7 @@
 // events since they were last asked for, alarms, and how often something comes.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -26,6 +27,8 @@ class LatestEstimate {
   void Add(Event event);
   // Logs it too; only the first few are kept.
   void RaiseAlarm(const std::string& text);
+  // From now on a sample comes so much later than the sensor could bring it [s], on purpose.
+  void SetNap(double nap) { nap_ = nap; }
   // Those that wait look again.
   void Wake() { changed_.notify_all(); }
 
@@ -42,8 +45,9 @@ class LatestEstimate {
   void Describe(SlaveStatus* status) const;
 
  private:
-  const double stale_after_;  // [s]
-  mutable std::mutex mutex_;  // guards what follows
+  const double stale_after_;    // [s]
+  std::atomic<double> nap_{0};  // [s]
+  mutable std::mutex mutex_;    // guards what follows
   std::condition_variable changed_;
   ContactEstimate felt_;
   Events events_;

@@ -16,6 +16,8 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kLongestReason = 200;  // [characters]
+constexpr std::chrono::milliseconds kNap(500);
+constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, or none will soon
 
 // There is something to measure where the tip is sensed and the arm carries it.
 std::optional<TipRegistration> RegistrationOf(const Sense& sense, const Manipulator& manipulator) {
@@ -33,6 +35,14 @@ void RefuseLongMaking(int elements) {
   throw std::invalid_argument(fmt::format(
       "elements = {}: about {:.0f} s to make: accepted is what takes at most {} s, {:.0f}",
       elements, takes, kLongest, 1000 * std::cbrt(kLongest / kOfThousand)));
+}
+
+// One camera finds tip and outline in any picture; fingertips and followed points need every
+// sample. A film plays on, and who records wants all of it.
+bool MayRest(const Scene& scene, const Sense& sense, bool is_simulated) {
+  const bool is_one_camera =
+      scene.sense.Find<CameraOptions>() && !scene.sense.Find<Tactile>() && !HasEyes(scene.sense);
+  return is_one_camera && (is_simulated || sense.health());
 }
 
 // Where no force is told, none is missed.
@@ -76,14 +86,31 @@ LiveSlave::~LiveSlave() {
 void LiveSlave::Sensing(const std::stop_token& stop) {
   MakeThreadRealtime(kEyesPriority);
   try {
-    while (Feel(stop)) {
-    }
+    while (Feel(stop)) Rest(stop);
     if (!stop.stop_requested()) {
       newest_.RaiseAlarm(sense_info_.source + ": the source has ended");
     }
   } catch (const std::exception& e) {
     newest_.RaiseAlarm(e.what());
   }
+}
+
+void LiveSlave::Rest(const std::stop_token& stop) {
+  if (!may_rest_) return;
+  std::unique_lock lock(rest_mutex_);
+  newest_.SetNap(is_watched_ ? 0 : std::chrono::duration<double>(kNap).count());
+  roused_.wait_for(lock, stop, kNap, [this] { return is_watched_ || reset_wanted_; });
+}
+
+void LiveSlave::SetWatched(bool is_watched) {
+  const Time now = Clock::now();
+  {
+    const std::lock_guard lock(rest_mutex_);
+    is_watched_ = is_watched;
+  }
+  if (!is_watched || !may_rest_) return;
+  roused_.notify_all();
+  newest_.WaitForNewer(now, kRoused);
 }
 
 bool LiveSlave::Feel(const std::stop_token& stop) {
@@ -284,7 +311,11 @@ void LiveSlave::RefuseUnlessFree() const {
 void LiveSlave::Reset() {
   if (port_.view().phase != Phase::kEstop) {
     RefuseUnlessFree();
-    reset_wanted_ = true;
+    {
+      const std::lock_guard lock(rest_mutex_);
+      reset_wanted_ = true;
+    }
+    roused_.notify_all();
     return;
   }
   if (!stop_file_.empty()) std::filesystem::remove(stop_file_);
@@ -352,9 +383,11 @@ std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene, const std::filesystem::
     recorder->Begin(pace.p_S_tip);
   }
   std::unique_ptr<Sense> sense = MakeSense(scene, pace, world.get());
+  const bool may_rest = recorder == nullptr && MayRest(scene, *sense, world != nullptr);
   if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
   auto slave = std::make_unique<LiveSlave>(scene, std::move(world), std::move(manipulator),
                                            std::move(sense));
+  if (may_rest) slave->AllowRest();
   if (!state_folder.empty()) slave->KeepStopIn(state_folder);
   return slave;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -57,6 +58,10 @@ class LiveSlave final : public Slave {
   void KeepStopIn(const std::filesystem::path& folder);
   [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
+  void SetWatched(bool is_watched) override;
+  // From now on, while nobody watches, a sample is taken every half second only. For a sense that
+  // finds again in one sample what it knew before.
+  void AllowRest() { may_rest_ = true; }
   PatchNews Patch() override { return patch_.Get(Clock::now()); }
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
   [[nodiscard]] PictureInbox* picture_inbox() override { return sense_->pictures(); }
@@ -64,6 +69,8 @@ class LiveSlave final : public Slave {
 
  private:
   void Sensing(const std::stop_token& stop);
+  // Waits for somebody who watches, or for the time of the next sample that nobody does.
+  void Rest(const std::stop_token& stop);
   // One sample; false: the source has ended.
   bool Feel(const std::stop_token& stop);
   void Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders);
@@ -107,6 +114,11 @@ class LiveSlave final : public Slave {
   PatchKeeper patch_;       // updated under sense_mutex_
   std::mutex local_mutex_;  // guards the next one
   LocalModel newest_local_;
+
+  std::atomic<bool> may_rest_{false};
+  std::mutex rest_mutex_;  // guards the next two
+  std::condition_variable_any roused_;
+  bool is_watched_ = true;
 
   std::optional<CommandWatchdog> watchdog_;
   std::jthread sensing_;

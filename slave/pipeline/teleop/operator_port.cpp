@@ -56,6 +56,7 @@ void OperatorPort::BeginOperating() {
   needs_new_epoch_ = false;
   state_sequence_ = 0;
   Stand(phase);
+  begun_.notify_all();
 }
 
 void OperatorPort::EndOperating() {
@@ -210,6 +211,14 @@ void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
   }
 }
 
+void OperatorPort::AwaitOperator(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  if (operating_ || retreat_) return;
+  begun_.wait(lock, stop, [this] { return operating_ || retreat_; });
+  last_tip_ = manipulator_.Tip();
+  known_at_ = {};
+}
+
 void OperatorPort::EmergencyStop() noexcept {
   const std::lock_guard lock(mutex_);
   engaged_ = false;
@@ -273,7 +282,7 @@ Events OperatorPort::TakeEvents() noexcept {
 CommandWatchdog::CommandWatchdog(OperatorPort& port, std::function<Feeling()> feeling)
     : thread_([&port, feeling = std::move(feeling)](const std::stop_token& stop) {
         MakeThreadRealtime(kLinkPriority);
-        while (!stop.stop_requested()) {
+        for (port.AwaitOperator(stop); !stop.stop_requested(); port.AwaitOperator(stop)) {
           port.Watch(Clock::now(), feeling());
           std::this_thread::sleep_for(kWatchPeriod);
         }

@@ -2,9 +2,11 @@
 // and emergency stop.
 #pragma once
 
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <stop_token>
 #include <thread>
 
 #include <Eigen/Core>
@@ -59,6 +61,8 @@ class OperatorPort {
   void Watch(Time now, const Feeling& feeling) noexcept;
   void EmergencyStop() noexcept;
   void Reset() noexcept;
+  // Waits while nobody operates and no tool retreats: there is nothing to watch.
+  void AwaitOperator(const std::stop_token& stop);
 
   // Throws std::logic_error while somebody follows.
   void SetScales(std::optional<double> position_scale, std::optional<double> force_scale);
@@ -94,6 +98,7 @@ class OperatorPort {
   const ManipulatorOptions limits_;
   const double dead_after_;
   mutable UrgentMutex mutex_;  // guards everything below
+  std::condition_variable_any begun_;
   TeleopTransform transform_;
   Eigen::Vector3d eyes_minus_encoders_ = Eigen::Vector3d::Zero();
   OperatorView view_;

@@ -83,6 +83,10 @@ class Slave {
   // Waits until something newer than `sensed_at` was sensed, or for `patience`; true: there is.
   virtual bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) = 0;
 
+  // Whether anybody reads states; somebody, until told otherwise. Who is not watched may rest, and
+  // returns from SetWatched(true) awake. One caller (the publisher).
+  virtual void SetWatched(bool /*is_watched*/) {}
+
   // --- settings and health. Throw std::invalid_argument (what is accepted) or std::logic_error
   // (not now, why). What makes a model tells `progress`, if there is one, and throws Interrupted
   // where it says so: everything is as it was then.

@@ -31,10 +31,11 @@ constexpr double kNew = 0.2;                       // [s]
 // [bytes] that wait at most for gRPC, of who is new and of others: 500 commands a second for 5 s of
 // round trip.
 constexpr int kFewBytes = 32 * 1024, kManyBytes = 512 * 1024;
-constexpr std::chrono::milliseconds kLook(5);  // between two looks at what everybody sent
-constexpr int kAtOnce = 64;                    // accepted before others are looked at
-constexpr double kFewAtFirst = 4;              // come in together after somebody sent too much
-constexpr double kTrustAgain = 1;              // [s] between two looks whether who is in may stay
+constexpr std::chrono::milliseconds kLook(5);    // between two looks at what everybody sent
+constexpr std::chrono::milliseconds kAlone(50);  // nobody is there; the end must be heard, too
+constexpr int kAtOnce = 64;                      // accepted before others are looked at
+constexpr double kFewAtFirst = 4;                // come in together after somebody sent too much
+constexpr double kTrustAgain = 1;                // [s] between two looks whether who is in may stay
 constexpr std::size_t kTurnsToTell = 1000;  // once as many more were turned away, the log says so
 
 // Of a peer: IPv4, or the first half of IPv6, which one machine may have all of.
@@ -164,6 +165,7 @@ class Acceptor::Room {
   };
 
   [[nodiscard]] std::chrono::milliseconds Pause() const {
+    if (guests_.empty() && waiting_.empty()) return kAlone;
     return Clock::now() - newest_at_ < Seconds(kNew) ? kLookSoon : kLook;
   }
   void WaitForSomebody();

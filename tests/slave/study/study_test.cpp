@@ -97,8 +97,9 @@ TEST(CandidateTest, PlanarScenesGetEveryOrderAtResolutionsThatFitTheTool) {
     EXPECT_LE(c.scene.model.elements, 1500);
     if (c.scene.model.elements < 60) continue;
     // 60 elements are as long as the tool is wide: finer ones divide it.
-    EXPECT_NEAR(WidthMismatch(MeshOf(c), c.scene.model, question.presses[0], question.width), 0,
-                1e-9)
+    EXPECT_NEAR(WidthMismatch(MeshObject(c.scene, std::nullopt), c.scene.model, question.presses[0],
+                              question.width),
+                0, 1e-9)
         << c.resolution;
   }
   EXPECT_THAT(families, testing::ElementsAre("bem2d constant", "bem2d linear", "bem2d quadratic"));

@@ -1,0 +1,113 @@
+#include "slave/commands/running_scene.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <span>
+#include <sstream>
+
+#include <spdlog/spdlog.h>
+
+#include "shared/program/program.h"
+#include "shared/text/text.h"
+#include "slave/commands/progress_bar.h"
+#include "slave/mechanics/fem/green/column_cache.h"
+#include "slave/scene/decided_model.h"
+#include "slave/study/auto_model.h"
+
+namespace palpate {
+namespace {
+
+std::string BytesOf(const std::filesystem::path& file) {
+  std::ostringstream bytes;
+  bytes << std::ifstream(file, std::ios::binary).rdbuf();
+  return std::move(bytes).str();
+}
+
+// Times are of one kind of processor.
+std::string Processor() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.starts_with("model name")) return line;
+  }
+  return {};
+}
+
+// The file of a mesh or an outline; none of other objects.
+std::filesystem::path ShapeFileOf(const Geometry& geometry) {
+  if (const auto* mesh = std::get_if<MeshFileGeometry>(&geometry)) return mesh->file;
+  if (const auto* contour = std::get_if<ContourFileGeometry>(&geometry)) return contour->file;
+  return {};
+}
+
+// Of everything that the decision follows from; empty: nothing is kept.
+std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>& overrides) {
+  const auto folder = CacheFolder();
+  if (folder.empty()) return {};
+  Hash hash;
+  const auto add = [&](const std::string& text) {
+    hash.Add(text.size()).Add(std::as_bytes(std::span(text)));
+  };
+  add(Version());
+  add(Processor());
+  add(BytesOf(scene.file));
+  add(BytesOf(ShapeFileOf(scene.object.geometry)));
+  for (const std::string& line : overrides) add(line);
+  return folder / Formatted("auto-%016llx.json", static_cast<unsigned long long>(hash.value()));
+}
+
+// A folder that cannot be written keeps nothing and harms nobody.
+void Keep(const Scene& decided, const std::filesystem::path& file) {
+  if (file.empty()) return;
+  std::error_code ignored;
+  std::filesystem::create_directories(file.parent_path(), ignored);
+  if (!TryReplace(file, [&](const std::filesystem::path& beside) {
+        return (std::ofstream(beside, std::ios::binary) << DecidedText(decided)).good();
+      })) {
+    spdlog::info("auto: {} cannot be written: the next start decides anew", file.string());
+  }
+}
+
+// Where no force is told there is no model.
+bool TellsForce(const Scene& scene) {
+  return !scene.sense.Find<Tactile>() || MeetsObject(scene);
+}
+
+void Decide(const std::filesystem::path& file, const std::stop_token& stop, Scene* scene) {
+  if (!file.empty() && ApplyDecided(BytesOf(file), scene)) return;
+  ProgressBar bar("auto", stop);
+  auto decided =
+      study::DecideQuickly(*scene, study::RealWorkshop(), study::kQuickBudget, stop, &bar);
+  if (!decided) return;
+  *scene = *std::move(decided);
+  if (!stop.stop_requested()) Keep(*scene, file);
+}
+
+}  // namespace
+
+std::filesystem::path CacheFolder() {
+  const auto folder = [](const char* variable) {
+    const char* value = std::getenv(variable);
+    return std::filesystem::path(value == nullptr ? "" : value);
+  };
+  const auto cache = folder("XDG_CACHE_HOME"), home = folder("HOME");
+  if (cache.is_absolute()) return cache / "palpate";
+  return home.is_absolute() ? home / ".cache" / "palpate" : std::filesystem::path();
+}
+
+Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                       SceneUse use, const std::stop_token& stop) {
+  Scene scene = LoadScene(file, overrides, use);
+  if (scene.model.kind != "auto" || !study::CanStudy(scene) || !TellsForce(scene)) return scene;
+  Decide(FileOf(scene, overrides), stop, &scene);
+  for (const std::string& line : LinesOf(scene.model.decision, 4)) spdlog::info("{}", line);
+  return scene;
+}
+
+void KeepDecision(const study::StudyResult& study, const Scene& scene,
+                  const std::vector<std::string>& overrides) {
+  if (scene.model.kind != "auto") return;
+  if (const auto decided = study::DecidedBy(study, scene)) Keep(*decided, FileOf(scene, overrides));
+}
+
+}  // namespace palpate

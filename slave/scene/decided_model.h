@@ -1,0 +1,19 @@
+// What `model.kind: auto` decides of a scene, as text: for the cache, for recordings.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// JSON, one object: kind, resolution, the solver's options, the decision with its figures.
+std::string DecidedText(const Scene& scene);
+// Puts it into a scene that is the same otherwise. False, and nothing has changed: the text is not
+// of DecidedText, or not of a model for this object.
+[[nodiscard]] bool ApplyDecided(std::string_view text, Scene* scene);
+// The decision for people, a line each: the model and why, then at most `most` rejected ones.
+std::vector<std::string> LinesOf(const ModelDecision& decision, std::size_t most);
+
+}  // namespace palpate

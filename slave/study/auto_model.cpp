@@ -1,0 +1,131 @@
+#include "slave/study/auto_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "shared/text/text.h"
+#include "slave/mechanics/plate/plate_law.h"
+#include "slave/scene/model_kinds.h"
+
+namespace palpate::study {
+namespace {
+
+// Why the scene cannot run on it, whatever its figures; empty: it can.
+std::string Unfit(const Scene& scene, const StudyRow& row) {
+  const ModelKind* kind = FindModelKind(row.kind);
+  if (kind == nullptr || kind->object != ObjectClass::kVolume) return {};
+  const FemOptions& fem = scene.model.fem;
+  if (row.model.refinements > 0 && HoldsByNumber(scene)) return "the numbers of held nodes change";
+  if (!kind->iterates && fem.time == FemOptions::Time::kDynamic) return "does not move in time";
+  if (!kind->iterates && !fem.gravity_O.isZero(0)) return "knows no gravity";
+  if (!kind->takes_friction && scene.model.contact == ContactLaw::kFrictionless) {
+    return "its contacts are bonded";
+  }
+  return {};
+}
+
+// What every plate's law leaves out of a membrane that is a solid; no study of plates sees it.
+double LawsExcess(const Scene& scene, const PressSpec& question) {
+  const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
+  double worst = 0;
+  for (const Press& press : question.presses) {
+    if (membrane == nullptr) break;
+    worst = std::max(worst, plate::ExcessAtDepth({press.p_O.head<2>().norm() / membrane->radius,
+                                                  question.depth / membrane->radius,
+                                                  membrane->thickness / membrane->radius}));
+  }
+  return worst;
+}
+
+std::string WhyNot(const StudyRow& row, const StudyRow& chosen, const StudyResult& study) {
+  if (row.outcome == Outcome::kSkipped) return "not tried: " + row.reason;
+  if (row.outcome == Outcome::kFailed) return "no answer: " + row.reason;
+  if (!std::isfinite(row.error.value)) return "its error is not known";
+  if (!row.meets_tolerance)
+    return Formatted("misses the tolerance of %.3g %%", 100 * study.tolerance);
+  if (!row.meets_rate) return Formatted("misses the rate of %.3g Hz", study.rate);
+  if (row.validity > chosen.validity) return "out of its range at this depth";
+  return "meets both, and costs more";
+}
+
+RejectedModel Rejected(const StudyRow& row, std::string why) {
+  return {row.family + ", " + row.resolution, std::move(why), row.error.value, row.update_p99_s,
+          row.precompute_s};
+}
+
+// The front first, then what answered, then the others.
+void Sort(std::vector<StudyRow>* rows) {
+  std::ranges::stable_sort(*rows, {}, [](const StudyRow& row) {
+    return std::pair(!row.on_front, row.outcome != Outcome::kAnswered);
+  });
+}
+
+Scene WithModel(const Scene& scene, const StudyRow& row) {
+  Scene decided = scene;
+  decided.model = row.model;
+  decided.model.fem.time = scene.model.fem.time;
+  decided.model.fem.gravity_O = scene.model.fem.gravity_O;
+  if (auto* box = std::get_if<BoxGeometry>(&decided.object.geometry)) box->cells = row.cells;
+  return decided;
+}
+
+// Of rows that the scene can run on; the others go to `rejected`.
+std::vector<StudyRow> FitRows(const Scene& scene, std::vector<StudyRow> rows,
+                              std::vector<RejectedModel>* rejected) {
+  std::erase_if(rows, [&](const StudyRow& row) {
+    std::string why = Unfit(scene, row);
+    if (why.empty()) return false;
+    rejected->push_back(Rejected(row, std::move(why)));
+    return true;
+  });
+  return rows;
+}
+
+}  // namespace
+
+bool CanStudy(const Scene& scene) {
+  return IsHeld(scene.object) &&
+         !std::holds_alternative<ImageContourGeometry>(scene.object.geometry);
+}
+
+std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
+  ModelDecision decision;
+  std::vector<RejectedModel> unfit;
+  study.rows = FitRows(scene, std::move(study.rows), &unfit);
+  const double excess = LawsExcess(scene, study.question);
+  for (StudyRow& row : study.rows) row.error.value = std::max(row.error.value, excess);
+  MarkFront(&study.rows);
+  decision.reason = "auto: " + Recommend(study.tolerance, study.rate, &study.rows);
+  Sort(&study.rows);
+  const auto chosen = std::ranges::find_if(study.rows, &StudyRow::recommended);
+  if (chosen == study.rows.end()) return std::nullopt;
+  decision.meets = chosen->meets_tolerance && chosen->meets_rate;
+  decision.error = chosen->error.value;
+  if (chosen->validity != Validity::kValid) {
+    const std::string& doubt = chosen->reason;
+    decision.reason += "; at the depth asked for it is extrapolated" +
+                       (doubt.empty() ? ", beyond its range" : ": " + doubt);
+  }
+  for (const StudyRow& row : study.rows) {
+    if (!row.recommended) decision.rejected.push_back(Rejected(row, WhyNot(row, *chosen, study)));
+  }
+  decision.rejected.insert(decision.rejected.end(), unfit.begin(), unfit.end());
+  Scene decided = WithModel(scene, *chosen);
+  decided.model.decision = std::move(decision);
+  return decided;
+}
+
+std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,
+                                   double budget_s, const std::stop_token& stop,
+                                   Progress* progress) {
+  StudySettings settings;
+  settings.budget_s = budget_s;
+  settings.timing_s = 0.01 * budget_s;
+  settings.limits = {.dof = 40'000, .dense_dof = 1200, .residuals = false, .families = {}};
+  Scene weightless = scene;  // a press adds the same force to whatever weight there is
+  weightless.model.fem.gravity_O.setZero();
+  return DecidedBy(RunStudy(weightless, settings, workshop, stop, {{}, progress}), scene);
+}
+
+}  // namespace palpate::study

@@ -1,0 +1,26 @@
+// `model.kind: auto`: the model that a study finds cheapest among those that meet the scene's
+// tolerance and rate.
+#pragma once
+
+#include <optional>
+
+#include "slave/scene/scene.h"
+#include "slave/study/study.h"
+
+namespace palpate::study {
+
+// Whether a study can tell: something holds the object, and its outline is known without a picture.
+bool CanStudy(const Scene& scene);
+
+// `scene` with the model that its study recommends, at the resolution that was studied, and with
+// what was decided. What the scene asks for besides (time, gravity, friction, tension) is kept, and
+// no model is taken that cannot do it. nullopt: no such model answered with a known error.
+std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene);
+
+inline constexpr double kQuickBudget = 3;  // [s]
+// The same after a quick study of about `budget_s` [s]. Throws std::invalid_argument: see AskedOf.
+std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,
+                                   double budget_s = kQuickBudget, const std::stop_token& stop = {},
+                                   Progress* progress = nullptr);
+
+}  // namespace palpate::study

@@ -1,0 +1,93 @@
+#include "slave/commands/running_scene.h"
+
+#include <cstdlib>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "shared/text/text.h"
+#include "slave/commands/commands.h"
+#include "slave/scene/decided_model.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kBlock = R"(name: block
+object:
+  geometry: {rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}}
+  material: {young_modulus: 127 kPa, poisson_ratio: 0.49}
+  fixed: {side: bottom}
+tool: {shape: flat, width: 5.87 mm}
+model: {kind: auto, tolerance: 10 %}
+)";
+
+class RunningSceneTest : public testing::Test {
+ protected:
+  RunningSceneTest() {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
+    WriteWholeFile(file_, kBlock);
+  }
+  ~RunningSceneTest() override { fs::remove_all(folder_); }
+
+  Scene Load(const std::vector<std::string>& overrides = {}) const {
+    return LoadRunningScene(file_, overrides, SceneUse::kSolve);
+  }
+  [[nodiscard]] std::vector<fs::path> Kept() const {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(CacheFolder())) files.push_back(entry.path());
+    return files;
+  }
+
+  const fs::path folder_ = fs::path(testing::TempDir()) / "running_scene";
+  const fs::path file_ = folder_ / "scene.yaml";
+};
+
+TEST_F(RunningSceneTest, AutoIsDecidedOnceAndKept) {
+  const Scene first = Load();
+  EXPECT_EQ(first.model.kind, "bem2d");
+  EXPECT_FALSE(first.model.decision.reason.empty());
+  ASSERT_EQ(Kept().size(), 1U);
+  // What is kept is what counts: another decision in its place is taken.
+  Scene other = first;
+  other.model.elements = 77;
+  WriteWholeFile(Kept().front(), DecidedText(other));
+  EXPECT_EQ(Load().model.elements, 77);
+  WriteWholeFile(Kept().front(), "torn");
+  EXPECT_EQ(DecidedText(Load()).substr(0, 20), DecidedText(first).substr(0, 20));
+}
+
+TEST_F(RunningSceneTest, AnotherSceneIsDecidedAnew) {
+  Load();
+  Load({"object.material.young_modulus=1 kPa"});
+  WriteWholeFile(file_, std::string(kBlock) + "# touched\n");
+  Load();
+  EXPECT_EQ(Kept().size(), 3U);
+}
+
+TEST_F(RunningSceneTest, AKindThatIsNamedIsNotStudied) {
+  const Scene scene = Load({"model.kind=bem2d"});
+  EXPECT_TRUE(scene.model.decision.reason.empty());
+  EXPECT_FALSE(fs::exists(CacheFolder()));
+}
+
+TEST_F(RunningSceneTest, AFolderThatCannotBeWrittenKeepsNothing) {
+  WriteWholeFile(folder_ / "cache", "a file where the folder should be");
+  EXPECT_FALSE(Load().model.decision.reason.empty());
+}
+
+// A long study knows more than the quick one.
+TEST_F(RunningSceneTest, WhatStudyFindsIsWhatRunsFromThenOn) {
+  StudyOptions options{.scene = file_, .overrides = {}, .out = folder_ / "study", .budget = 1};
+  ASSERT_EQ(RunStudyCommand(options, {}), 0);
+  ASSERT_EQ(Kept().size(), 1U);
+  const Scene scene = Load();
+  EXPECT_EQ(ReadWholeFile(Kept().front(), 1 << 20, "a decision"), DecidedText(scene));
+}
+
+}  // namespace
+}  // namespace palpate

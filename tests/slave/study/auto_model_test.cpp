@@ -1,0 +1,181 @@
+#include "slave/study/auto_model.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/make_model.h"
+#include "tests/slave/study/fake_model_factory.h"
+
+namespace palpate::study {
+namespace {
+
+using testing::HasSubstr;
+
+// Linear elements twice as accurate as constant ones, quadratic ones dear.
+fake::World Orders() {
+  fake::World world;
+  world.stiffness = [](const Scene& scene) {
+    const bool constant = scene.model.order == ElementOrder::kConstant;
+    return 100 * (1 - (constant ? 6.0 : 3.0) / scene.model.elements);
+  };
+  world.precompute = [](const Scene& scene) {
+    const bool quadratic = scene.model.order == ElementOrder::kQuadratic;
+    return 1e-5 * scene.model.elements * (quadratic ? 8 : 1);
+  };
+  return world;
+}
+
+Scene Auto(double tolerance) {
+  Scene scene = fake::Square();
+  scene.model.kind = "auto";
+  scene.model.tolerance = tolerance;
+  return scene;
+}
+
+// 3 / 60 is the coarsest within 6 %; constant elements need 120, which cost more.
+TEST(AutoModelTest, TakesTheCheapestKindAndResolutionThatMeetsTolerance) {
+  fake::World world = Orders();
+  const auto decided = DecideQuickly(Auto(0.06), world.Make());
+  ASSERT_TRUE(decided);
+  EXPECT_EQ(decided->model.kind, "bem2d");
+  EXPECT_EQ(decided->model.order, ElementOrder::kLinear);
+  EXPECT_EQ(decided->model.elements, 60);
+  const ModelDecision& decision = decided->model.decision;
+  EXPECT_TRUE(decision.meets);
+  EXPECT_NEAR(decision.error, 0.05, 0.002);
+  EXPECT_THAT(decision.reason, HasSubstr("bem2d linear, 60 elements"));
+  EXPECT_THAT(decision.reason, HasSubstr("5 % error"));
+}
+
+TEST(AutoModelTest, RefinesWhereTheScenesOwnResolutionIsTooCoarse) {
+  fake::World world = Orders();
+  const auto decided = DecideQuickly(Auto(0.012), world.Make());
+  ASSERT_TRUE(decided);
+  EXPECT_GT(decided->model.elements, 200);
+  EXPECT_TRUE(decided->model.decision.meets);
+}
+
+TEST(AutoModelTest, TellsWhatItRejectedWithItsFigures) {
+  fake::World world = Orders();
+  const auto decided = DecideQuickly(Auto(0.06), world.Make());
+  ASSERT_TRUE(decided);
+  const auto& rejected = decided->model.decision.rejected;
+  const auto found =
+      std::ranges::find(rejected, "bem2d constant, 60 elements", &RejectedModel::model);
+  ASSERT_NE(found, rejected.end());
+  EXPECT_THAT(found->why, HasSubstr("misses the tolerance of 6 %"));
+  EXPECT_NEAR(found->error, 0.1, 0.004);
+  EXPECT_NEAR(found->precompute, 60e-5, 1e-9);
+}
+
+TEST(AutoModelTest, SaysWhatCannotBeMetAndTheNearestThatCan) {
+  fake::World world = Orders();
+  Scene scene = Auto(1e-4);
+  scene.model.rate = 1e9;
+  const auto decided = DecideQuickly(scene, world.Make());
+  ASSERT_TRUE(decided);
+  EXPECT_FALSE(decided->model.decision.meets);
+  const std::string& reason = decided->model.decision.reason;
+  EXPECT_THAT(reason, HasSubstr("none is within 0.01 %, the nearest is bem2d"));
+  EXPECT_THAT(reason, HasSubstr("none answers at 1e+09 Hz, the nearest is bem2d"));
+}
+
+TEST(AutoModelTest, WithoutAnAnswerInTimeNothingIsDecided) {
+  fake::World world = Orders();
+  world.stiffness = [](const Scene&) { return kUnknown; };
+  EXPECT_FALSE(DecideQuickly(Auto(0.05), world.Make()));
+  world.while_making = [](Progress* progress) {
+    progress->Expect({.seconds = 100, .memory_bytes = 0});
+    if (!progress->Report("factor", 0)) throw Interrupted();
+  };
+  EXPECT_FALSE(DecideQuickly(Auto(0.05), world.Make()));
+}
+
+TEST(AutoModelTest, KeepsToItsBudget) {
+  fake::World world = Orders();
+  world.precompute = [](const Scene& scene) { return 0.02 * scene.model.elements / 60; };
+  const double began = world.clock;
+  DecideQuickly(Auto(0.05), world.Make(), 1.5);
+  EXPECT_LE(world.clock - began, 2.5);
+}
+
+// --- real models
+
+Scene Cube() {
+  Scene scene = fake::Square();
+  scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {3, 3, 3}};
+  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
+  scene.model.contact = ContactLaw::kBonded;
+  scene.model.kind = "auto";
+  scene.model.tolerance = 0.5;
+  scene.tool->width = 0.02;
+  scene.operator_options.press_depth = 0.002;
+  return scene;
+}
+
+// A condensed model has neither mass nor weight, whatever its figures.
+TEST(AutoModelTest, WhatMovesInTimeOrHasWeightIsLeftToFiniteElements) {
+  Scene moving = Cube(), heavy = Cube();
+  moving.model.fem.time = FemOptions::Time::kDynamic;
+  heavy.model.fem.gravity_O = {0, 0, -9.81};
+  for (const Scene& scene : {moving, heavy}) {
+    const auto decided = DecideQuickly(scene, RealWorkshop(), 1);
+    ASSERT_TRUE(decided);
+    EXPECT_THAT(decided->model.kind, testing::StartsWith("fem"));
+    EXPECT_NE(decided->model.kind, "fem-green");
+    EXPECT_EQ(decided->model.fem.time, scene.model.fem.time);
+    const auto& rejected = decided->model.decision.rejected;
+    EXPECT_TRUE(std::ranges::any_of(rejected, [](const RejectedModel& one) {
+      return one.why == "does not move in time" || one.why == "knows no gravity";
+    }));
+  }
+}
+
+TEST(AutoModelTest, NodesHeldByNumberKeepTheirDivision) {
+  Scene scene = Cube();
+  scene.object.fixed = {
+      {FixedNodes{{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15}}, {true, true, true}}};
+  const auto decided = DecideQuickly(scene, RealWorkshop(), 1);
+  ASSERT_TRUE(decided);
+  EXPECT_EQ(decided->model.refinements, 0);
+  EXPECT_EQ(std::get<BoxGeometry>(decided->object.geometry).cells,
+            std::get<BoxGeometry>(scene.object.geometry).cells);
+}
+
+// A shell's answers take longer than a quick study has: it is taken without one.
+TEST(AutoModelTest, AWallMakesAShellAndTensionALargePlate) {
+  Scene egg = fake::Square();
+  egg.object.geometry = DiscGeometry{0.6e-3, 1.2e-3};
+  egg.object.material = {1.5e6, 0.5, 0, 0};
+  egg.object.fixed = {{FixedArc{3.14159, 0.5}, {true, true, true}}};
+  egg.tool->width = 40e-6;
+  egg.manipulator.home = {0.7e-3, 0, 0};
+  egg.operator_options.press_depth = 60e-6;
+  egg.model = {.kind = "auto", .plane = Plane::kStrain, .wall = 4e-6};
+  EXPECT_FALSE(DecideQuickly(egg, RealWorkshop()));
+  EXPECT_EQ(ChooseModel(egg).kind, "shell");
+
+  Scene drum = fake::Square();
+  drum.object.geometry = MembraneGeometry{0.04, 0.001};
+  drum.object.material = {27e6, 0.45, 0, 0};
+  drum.operator_options.press_depth = 0.0001;
+  drum.model = {.kind = "auto", .prestress = 12};
+  const auto plate = DecideQuickly(drum, RealWorkshop());
+  ASSERT_TRUE(plate);
+  EXPECT_EQ(plate->model.kind, "plate-large");
+}
+
+TEST(AutoModelTest, NothingIsStudiedThatNothingHoldsOrThatNobodyHasSeen) {
+  Scene scene = Auto(0.05);
+  EXPECT_TRUE(CanStudy(scene));
+  scene.object.fixed.clear();
+  EXPECT_FALSE(CanStudy(scene));
+  scene = Auto(0.05);
+  scene.object.geometry = ImageContourGeometry{0.01};
+  EXPECT_FALSE(CanStudy(scene));
+}
+
+}  // namespace
+}  // namespace palpate::study
