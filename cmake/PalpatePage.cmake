@@ -38,7 +38,7 @@ function(palpate_page source)
   endforeach()
   file(CONFIGURE OUTPUT ${source} @ONLY CONTENT
 "// Made by cmake/PalpatePage.cmake.
-#include \"master/station/page_files.h\"
+#include \"master/station/server/page_files.h\"
 
 #include <array>
 

@@ -9,6 +9,8 @@
 namespace palpate {
 namespace {
 
+constexpr double kMegabytes = 1e-6;  // in a byte
+
 Recording::Options FileOptions(const std::filesystem::path& file, const std::string& limit) {
   Recording::Options options;
   options.file = file;
@@ -42,11 +44,16 @@ void ConnectRecorder::LookOn(Recorder::Onlooker* onlooker) {
   };
 }
 
+RecordingMoment ConnectRecorder::moment() const {
+  const Recording::Stats stats = recording_.stats();
+  return {recording_.is_on(), kMegabytes * static_cast<double>(stats.bytes), stats.trouble};
+}
+
 bool ConnectRecorder::Finish(Console* console, Report* report) {
   bulk_.reset();
   recording_.Finish();
   const Recording::Stats stats = recording_.stats();
-  console->Say(Formatted("recorded %.1f MB to ", 1e-6 * static_cast<double>(stats.bytes)) +
+  console->Say(Formatted("recorded %.1f MB to ", kMegabytes * static_cast<double>(stats.bytes)) +
                file_.string());
   if (!stats.trouble.empty()) report->trouble.push_back(stats.trouble);
   return !stats.failed;

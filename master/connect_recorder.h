@@ -10,6 +10,7 @@
 #include "master/link/slave_link.h"
 #include "master/recording/bulk_watch.h"
 #include "master/recording/session_recording.h"
+#include "master/station/moment_json.h"
 #include "master/view/console.h"
 
 namespace palpate {
@@ -26,6 +27,9 @@ class ConnectRecorder {
   void Begin(const SlaveLink::Options& link, McapMap session);
   // Sees each tick, beside whoever does already.
   void LookOn(Recorder::Onlooker* onlooker);
+  // Goes on, or keeps nothing for a while. Thread-safe, as is what follows.
+  void Switch(bool on) { recording_.Switch(on); }
+  [[nodiscard]] RecordingMoment moment() const;
   // Closes the file, says how large it is, tells the report what is missing. False: it could not be
   // written.
   bool Finish(Console* console, Report* report);

@@ -46,7 +46,7 @@ struct Arguments {
   std::string record_limit = "8 GB";
   std::string metrics;  // HOST:PORT that tells health in numbers; empty: none does
   std::vector<std::filesystem::path> shapes;
-  bool views = false;
+  bool views = false, replay_views = false, terminal = false;
   std::string view;  // HOST:PORT; empty: a free port of this machine
   ReplayOptions replay;
   SessionExportOptions exported;
@@ -105,14 +105,19 @@ CLI::Validator Between(double low, double high, const std::string& unit = "s") {
           unit};
 }
 
+void AddTls(CLI::App* command, SlaveLink::Options* link) {
+  command
+      ->add_option("--tls", link->tls,
+                   "Mutual TLS 1.3: folder with ca.pem, cert.pem, key.pem (deploy/certs); its "
+                   "certificate also serves --view beyond this machine")
+      ->check(CLI::ExistingDirectory);
+}
+
 void AddLineOptions(CLI::App* command, SlaveLink::Options* link) {
   command->add_option("--wait", link->wait, "How long to try to connect [s]")
       ->check(Between(0, 1e6))
       ->capture_default_str();
-  command
-      ->add_option("--tls", link->tls,
-                   "Mutual TLS 1.3: folder with ca.pem, cert.pem, key.pem (deploy/certs)")
-      ->check(CLI::ExistingDirectory);
+  AddTls(command, link);
   command->add_flag("--insecure", link->insecure,
                     "Connect to other machines in plain text (without it only to this one)");
 }
@@ -138,6 +143,14 @@ void DeclareRecordings(CLI::App* app, Arguments* a) {
   replay->add_option("--from", a->replay.from, "Seconds after its beginning")
       ->check(Between(0, 1e8))
       ->capture_default_str();
+  CLI::Option* view =
+      replay
+          ->add_option("--view", a->view,
+                       "On the operator's page, at 127.0.0.1 and a free port, or at HOST:PORT")
+          ->expected(0, 1)
+          ->type_name("[HOST:PORT]");
+  AddTls(replay, &a->link);
+  replay->callback([a, view] { a->replay_views = view->count() > 0; });
   CLI::App* exported = app->add_subcommand(
       "export", "Write a recording as tables (CSV), NumPy arrays, pictures and meshes (VTU)");
   exported->add_option("file", a->exported.file, "FILE.mcap, as connect --record wrote it")
@@ -155,8 +168,10 @@ void Declare(CLI::App* app, Arguments* a) {
       "  palpate-master connect localhost:50051 --shape pinch.svg\n"
       "  palpate-master doctor localhost:50051\n"
       "  palpate-master connect localhost:50051 --device pointer --view\n"
+      "  palpate-master connect localhost:50051 --tui\n"
       "  palpate-master connect localhost:50051 --record session.mcap\n"
       "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
+      "  palpate-master replay session.mcap --view\n"
       "  palpate-master export session.mcap --out session\n"
       "  palpate-master connect 10.0.0.7:50051 --insecure --device playback:hand.csv --render "
       "interpolate\n\n"
@@ -209,9 +224,12 @@ void Declare(CLI::App* app, Arguments* a) {
       connect
           ->add_option("--view", a->view,
                        "Serve the operator's page, at 127.0.0.1 and a free port, which is printed, "
-                       "or at HOST:PORT of this machine")
+                       "or at HOST:PORT; beyond this machine with --tls alone, and a token "
+                       "that is printed")
           ->expected(0, 1)
           ->type_name("[HOST:PORT]");
+  connect->add_flag("--tui", a->terminal,
+                    "Show state, force, line, alarms and keys on the terminal instead of one line");
   connect->callback([a, view] { a->views = view->count() > 0; });
   connect->add_option("--name", a->link.operator_name, "Who operates, told to others who ask");
   DeclareRecordings(app, a);
@@ -228,7 +246,7 @@ void CheckBeforehand(const Arguments& a) {
   RequireOtherThan("--log", a.log, inputs);
   RequireOtherThan("--record", a.record, inputs);
   for (const auto& shape : a.shapes) RequireOtherThan("--shape", shape, inputs);
-  if (a.views) ViewEndpoint(a.view);
+  if (a.views) ViewPlace(a.view, a.link.tls);
   if (!a.metrics.empty()) MetricsEndpoint(a.metrics, a.link.insecure);
   if (IsPointer(a) && !a.views) {
     throw std::invalid_argument("--device pointer: accepted is with --view, whose page it is on");
@@ -275,8 +293,9 @@ std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments&
 
 // Null: nobody asked for it.
 std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
-                                         SlaveLink* link, Device* device) {
-  if (!a.views) return nullptr;
+                                         SlaveLink* link, Device* device, HandWishes* wishes,
+                                         ConnectRecorder* recorder) {
+  if (!a.views && !a.terminal) return nullptr;
   StationHello hello;
   hello.scene = scene;
   hello.target = a.link.target;
@@ -285,12 +304,19 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   hello.version = Version();
   hello.encrypted = !a.link.tls.empty();
   hello.pointer = IsPointer(a);
-  return std::make_unique<LiveStation>(
-      LiveStation::Options{ViewEndpoint(a.view), a.link, hello, dynamic_cast<Pointer*>(device)},
-      LiveStation::Controls{
-          [] { g_emergency = true; }, [link] { return link->Reset(); },
-          [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
-          [link](const std::string& kind) { return link->SetModel(kind); }});
+  LiveStation::Controls controls{
+      [] { g_emergency = true; }, [link] { return link->Reset(); },
+      [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
+      [link](const std::string& kind) { return link->SetModel(kind); }};
+  if (recorder != nullptr) {
+    controls.record = [recorder](bool on) { recorder->Switch(on); };
+    controls.recording = [recorder] { return recorder->moment(); };
+  }
+  controls.quit = [] { g_stop = true; };
+  LiveStation::Options options{{},     a.link,    hello, dynamic_cast<Pointer*>(device),
+                               wishes, a.terminal};
+  if (a.views) options.at = ViewPlace(a.view, a.link.tls);
+  return std::make_unique<LiveStation>(std::move(options), std::move(controls));
 }
 
 // What the session goes by, for its recording.
@@ -326,8 +352,10 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   SessionOptions options;
   options.loop = LoopOptions(a, scene);
   options.settings = &line->settings;
+  HandWishes wishes(options.loop.render);
+  options.wishes = &wishes;
   std::optional<PatchWatch> patch;
-  if (options.loop.render == RenderMode::kLocal) {
+  if (options.loop.render == RenderMode::kLocal || a.views || a.terminal) {
     patch.emplace(PatchWatch::Options{a.link.target, a.link.insecure, a.link.tls,
                                       line->link.longest_round_trip()},
                   &line->patches);
@@ -343,12 +371,13 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   if (!a.metrics.empty())
     metrics.emplace(a.metrics, a.link.insecure, [&] { return health.Collect(); });
   if (metrics) console.Say("health at http://" + ToString(metrics->endpoint()) + "/metrics");
-  auto station = OpenStation(a, scene, &line->link, device.get());
+  auto station = OpenStation(a, scene, &line->link, device.get(), &wishes, recorder);
   if (station) {
-    console.Say("view at " + station->address());
+    if (a.views) console.Say("view at " + station->address());
     options.see_tick = [&station](const TickRecord& tick) { station->SeeTick(tick); };
   }
-  const Keys keys([] { g_emergency = true; }, [] { g_reset = true; });
+  std::optional<Keys> keys;
+  if (!a.terminal) keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
   SlaveLink::Options told = a.link;
   told.longest_round_trip = line->link.longest_round_trip();
   ShapeWatch shape(told, scene, a.shapes, console.live());
@@ -358,9 +387,10 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
       [] { return g_stop.load(); },
       [&](const Status& status) {
         if (g_reset.exchange(false)) {
-          console.Say(line->link.Reset() ? "the emergency stop was reset" : "not reset");
+          const bool done = line->link.Reset();
+          if (!a.terminal) console.Say(done ? "the emergency stop was reset" : "not reset");
         }
-        console.Show(status, shape.newest().get());
+        if (!a.terminal) console.Show(status, shape.newest().get());
         if (station) station->See(status);
         shape.See(status);
         health.See(status);
@@ -389,6 +419,8 @@ int ReadRecording(const CLI::App& app, const Arguments& a) {
     while (!done.stop_requested() && !g_stop) std::this_thread::sleep_for(kSignalPoll);
     source.request_stop();
   });
+  if (a.replay_views)
+    return ViewReplay(a.replay, ViewPlace(a.view, a.link.tls), source.get_token());
   if (app.got_subcommand("replay")) return RunReplay(a.replay, source.get_token());
   RequireOtherThan("--out", a.exported.out, {"log.csv", "states.csv"}, std::array{a.exported.file});
   return RunExport(a.exported, source.get_token());

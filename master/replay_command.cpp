@@ -4,6 +4,7 @@
 
 #include "master/recording/export.h"
 #include "master/recording/replay.h"
+#include "master/station/replay_station.h"
 #include "master/view/console.h"
 #include "shared/text/text.h"
 
@@ -23,24 +24,18 @@ std::vector<std::string> Introduction(const ReplaySpan& span, const std::string&
   return lines;
 }
 
-std::vector<NamedFinger> FingersOf(const SlaveState& state) {
-  std::vector<NamedFinger> fingers;
-  for (int i = 0; i < state.finger_count; ++i) {
-    fingers.push_back(
-        {"finger " + std::to_string(i + 1), state.fingers[static_cast<std::size_t>(i)]});
-  }
-  return fingers;
+void RequireWithin(const Replay& replay, double from) {
+  if (from <= replay.span().seconds()) return;
+  throw std::invalid_argument(
+      Formatted("--from = %g s: accepted is up to the recording's end, %.1f s", from,
+                replay.span().seconds()));
 }
 
 }  // namespace
 
 int RunReplay(const ReplayOptions& options, const std::stop_token& stop) {
   const Replay replay(options.file);
-  if (options.from > replay.span().seconds()) {
-    throw std::invalid_argument(
-        Formatted("--from = %g s: accepted is up to the recording's end, %.1f s", options.from,
-                  replay.span().seconds()));
-  }
+  RequireWithin(replay, options.from);
   Console console = Console::Standard();
   for (const std::string& line : Introduction(replay.span(), options.file.string())) {
     console.Say(line);
@@ -56,9 +51,13 @@ int RunReplay(const ReplayOptions& options, const std::stop_token& stop) {
   std::uint64_t ticks = 0;
   ReplayFeed feed;
   feed.on_tick = [&](const TickRecord& tick) { status.tick = tick, ++ticks; };
-  feed.on_state = [&](const SlaveState& state, Time) { status.fingers = FingersOf(state); };
+  feed.on_state = [&](const SlaveState& state, Time) {
+    TickRecord seen;
+    SeeFingers(state, &seen);
+    status.fingers = Named(seen, {});
+  };
   feed.on_mesh = [&](const auto& newest) { mesh = newest; };
-  feed.on_log = [&](const std::string& line) {
+  feed.on_log = [&](const std::string& line, Time, bool) {
     console.Say(Formatted("REPLAY %6.1f s  ", status.t) + line);
   };
   feed.goes_on = [&](double t) {
@@ -72,6 +71,19 @@ int RunReplay(const ReplayOptions& options, const std::stop_token& stop) {
   };
   replay.Play(options.from, options.speed, feed, stop);
   console.Say("the recording ends");
+  return 0;
+}
+
+int ViewReplay(const ReplayOptions& options, const PagePlace& at, const std::stop_token& stop) {
+  const Replay replay(options.file);
+  RequireWithin(replay, options.from);
+  Console console = Console::Standard();
+  for (const std::string& line : Introduction(replay.span(), options.file.string())) {
+    console.Say(line);
+  }
+  ReplayStation station(&replay, {at, options.from, options.speed, options.file.string()});
+  console.Say("view at " + station.address());
+  station.Run(stop);
   return 0;
 }
 

@@ -10,7 +10,7 @@ constexpr std::array<std::string_view, kReasonCount> kNames{
     "not_following", "stale",        "unknown",   "other_epoch", "fading",     "punctured",
     "blending",      "beyond_model", "passivity", "clamped",     "not_finite", "bad_state",
     "bad_device",    "slewed",       "projected", "offset_jump", "settings",   "aged",
-    "ended",         "plane",        "held",      "arm_fault"};
+    "ended",         "plane",        "held",      "arm_fault",   "tared"};
 
 constexpr double kSlowest = 1e-4;  // no damping below: noise has no direction [m/s]
 

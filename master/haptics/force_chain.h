@@ -38,8 +38,9 @@ enum class Reason : std::uint8_t {
   kPlane,         // off the patch, which is known: the plane of the states instead
   kHeld,          // the model was worse than the last force held, which is shown instead
   kArmFault,      // the slave's arm does not move: its driver is silent or tells of a fault
+  kTared,         // less what was felt without contact when the operator asked for it
 };
-inline constexpr std::size_t kReasonCount = 22;
+inline constexpr std::size_t kReasonCount = 23;
 
 // As written in the log: `stale`, `clamped`, ...
 std::string_view ToString(Reason reason);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -39,26 +40,9 @@ bool IsSane(const SlaveState& state) {
          (!state.local_model.known() || IsSane(state.local_model));
 }
 
-// The tool as if it were a fingertip: of scenes that tell of no several ones.
-FingerState ToolOf(const SlaveState& state) {
-  FingerState tool;
-  tool.p_S_contact = state.p_S_tip.cast<float>();
-  if (state.force) tool.force = state.force->cast<float>();
-  tool.in_contact = state.local_model.in_contact;
-  tool.validity = state.validity;
-  return tool;
-}
-
 // By the master's clock.
 Time SensedAt(const ReceivedState& received) {
   return received.state.sensed_at - Seconds(received.clock_offset);
-}
-
-void RecordState(const SlaveState& state, TickRecord* record) {
-  record->state_sequence = state.sequence;
-  record->finger_count = std::max(state.finger_count, 1);
-  record->fingers = state.fingers;
-  if (state.finger_count == 0) record->fingers[0] = ToolOf(state);
 }
 
 // That the hand can be shown stably, as it is at the tool [N/m].
@@ -122,17 +106,32 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   last_tick_ = now;
   record_ = TickRecord();
   record_.at = now;
+  TakeWishes();
   TakeState(now);
   TakeSettings();
   TakePatch(ToSeconds(now));
-  if (newest_) RecordState(newest_->state, &record_);
-  const DeviceReading reading = Checked(raw);
+  if (newest_) {
+    record_.state_sequence = newest_->state.sequence;
+    SeeFingers(newest_->state, &record_);
+  }
+  DeviceReading reading = Checked(raw);
+  reading.engaged = reading.engaged && !record_.clutched;
   passivity_.Observe(reading.p_M, sent_, dt);
   StepMachine(now, reading.engaged);
   RunChain(reading, ToSeconds(now), dt);
   PutCommand(reading, now);
   slots_.records->Push(record_);
   return sent_;
+}
+
+// What is rendered changes only while nobody feels it.
+void HapticLoop::TakeWishes() noexcept {
+  if (slots_.wishes == nullptr) return;
+  const HandWishes& wishes = *slots_.wishes;
+  record_.marks = wishes.marks;
+  record_.clutched = wishes.clutched;
+  if (!machine_.commands_engaged()) renderer_.set_mode(wishes.render);
+  if (std::exchange(tares_asked_, wishes.tares.load()) != tares_asked_) tare_.Ask();
 }
 
 void HapticLoop::TakeState(Time now) noexcept {
@@ -143,7 +142,9 @@ void HapticLoop::TakeState(Time now) noexcept {
     return;
   }
   newest_ = *received;
-  const SlaveState& state = received->state;
+  tare_.Take(&newest_->state, machine_.commands_engaged(),
+             options_.force_limit / transform_.force_scale, ToSeconds(now));
+  const SlaveState& state = newest_->state;
   const auto offset = Seconds(received->clock_offset);
   renderer_.Take(state, ToSeconds(state.sensed_at - offset), ToSeconds(received->received_at),
                  ToSeconds(now));
@@ -194,6 +195,7 @@ void HapticLoop::TakeSettings() noexcept {
   transform_ = settings_.transform;
   renderer_.set_stiffest(Stiffest(transform_));
   renderer_.ForgetPatch();
+  tare_.Forget();
 }
 
 bool HapticLoop::Trusts(Time now) noexcept {
@@ -290,6 +292,10 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   record_.p_M = reading.p_M;
   record_.p_S = transform_.ToSlave(reading.p_M);
   if (!felt) record_.p_S = newest_ ? newest_->state.p_S_tip : Eigen::Vector3d::Zero();
+  record_.render = renderer_.mode();
+  record_.tare_state = tare_.state();
+  record_.tare = tare_.bias();
+  if (!record_.tare.isZero(0)) chain.reasons.Add(Reason::kTared);
   chain.force_known = newest_ && IsForceKnown(newest_->state);
   if (chain.force_known) chain.estimated = *newest_->state.force;
   if (felt) chain.local = renderer_.Render(record_.p_S, now, &chain.reasons);

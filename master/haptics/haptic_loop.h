@@ -8,11 +8,13 @@
 
 #include "master/device/device.h"
 #include "master/haptics/force_chain.h"
+#include "master/haptics/hand_wishes.h"
 #include "master/haptics/operator_machine.h"
 #include "master/haptics/periodic.h"
 #include "master/haptics/record/tick_record.h"
 #include "master/haptics/renderer.h"
 #include "master/haptics/spsc_ring.h"
+#include "master/haptics/tare.h"
 #include "master/link/patch_watch.h"
 #include "master/link/slave_link.h"
 
@@ -36,6 +38,7 @@ class HapticLoop {
     SpscRing<TickRecord>* records = nullptr;           // written here
     LatestValue<RemoteSettings>* settings = nullptr;   // read here; null: they never change
     LatestValue<ReceivedPatch>* patches = nullptr;     // read here; null: none comes
+    const HandWishes* wishes = nullptr;                // read here; null: nobody asks
   };
   struct Stats {
     PeriodicStats periodic;
@@ -69,6 +72,7 @@ class HapticLoop {
   [[nodiscard]] double ToSeconds(Time t) const noexcept { return SecondsBetween(origin_, t); }
   [[nodiscard]] DeviceGuide Surface() const noexcept;
   void TakeState(Time now) noexcept;
+  void TakeWishes() noexcept;
   void TakeSettings() noexcept;
   void TakePatch(double now) noexcept;
   void Judge(const SlaveState& state) noexcept;
@@ -90,6 +94,8 @@ class HapticLoop {
   OperatorMachine machine_;
   PassivityControl passivity_;
   OutputBlend output_;
+  Tare tare_;
+  std::uint32_t tares_asked_ = 0;
   TeleopTransform transform_;  // with the offset of the current epoch
   std::optional<ReceivedState> newest_;
   const ReceivedPatch* patch_ = nullptr;  // that came last, in its slot; null: it was taken over

@@ -11,6 +11,7 @@
 
 #include "master/haptics/force_chain.h"
 #include "master/haptics/render_judge.h"
+#include "master/haptics/render_mode.h"
 #include "shared/patch/patch_render.h"
 #include "shared/patch/spring.h"
 #include "shared/state/slave_state.h"
@@ -100,14 +101,6 @@ class DelayedLinear {
   double transport_ = 0;  // [s]
 };
 
-enum class RenderMode : std::uint8_t {
-  kLocal,        // the local model at the newest hand position: the best of its steps
-  kInterpolate,  // the last forces, a period late (DelayedLinear)
-  kHold,         // the newest force until the next
-};
-std::string_view ToString(RenderMode mode);  // `local`, `interpolate`, `hold`
-std::optional<RenderMode> ParseRenderMode(std::string_view text);
-
 // `local` goes down by steps, and up again, each in tens of milliseconds:
 //
 //   patch   the surface around the contact (PatchRender), where the tool is on one
@@ -119,6 +112,9 @@ class Renderer {
   explicit Renderer(RenderMode mode, double stiffest = std::numeric_limits<double>::infinity())
       : mode_(mode), stiffest_(stiffest) {}
 
+  // Between two engagements.
+  void set_mode(RenderMode mode) noexcept { mode_ = mode; }
+  [[nodiscard]] RenderMode mode() const noexcept { return mode_; }
   void set_stiffest(double stiffest) noexcept {
     stiffest_ = stiffest;
     patch_.set_stiffest(stiffest);

@@ -98,15 +98,6 @@ std::string NameOf(std::size_t finger, const std::vector<std::string>& names) {
   return "finger " + std::to_string(finger + 1);
 }
 
-std::vector<NamedFinger> Named(const TickRecord& record, const std::vector<std::string>& names) {
-  std::vector<NamedFinger> fingers(static_cast<std::size_t>(record.finger_count));
-  for (std::size_t i = 0; i < fingers.size(); ++i) {
-    fingers[i] = {fingers.size() == 1 && names.empty() ? "tool" : NameOf(i, names),
-                  record.fingers[i]};
-  }
-  return fingers;
-}
-
 void AddFingers(const TickSummary& summary, const std::vector<std::string>& names, Report* report) {
   const auto fingers = summary.fingers();
   if (fingers.size() < 2) return;
@@ -144,6 +135,15 @@ void AddSummary(const TickSummary& summary, double duration, Report* report) {
 }
 
 }  // namespace
+
+std::vector<NamedFinger> Named(const TickRecord& record, const std::vector<std::string>& names) {
+  std::vector<NamedFinger> fingers(static_cast<std::size_t>(record.finger_count));
+  for (std::size_t i = 0; i < fingers.size(); ++i) {
+    fingers[i] = {fingers.size() == 1 && names.empty() ? "tool" : NameOf(i, names),
+                  record.fingers[i]};
+  }
+  return fingers;
+}
 
 std::string ToJson(const Report& report) {
   Json json;
@@ -204,7 +204,8 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   Recorder recorder(&ring, options.log, options.see_tick);
   HapticLoop::Options limited = options.loop;
   limited.force_limit = std::min(limited.force_limit, device.force_limit());
-  HapticLoop loop(limited, {states, commands, &ring, options.settings, options.patches});
+  HapticLoop loop(limited,
+                  {states, commands, &ring, options.settings, options.patches, options.wishes});
 
   Report report;
   report.realtime = LockMemory();

@@ -72,6 +72,9 @@ struct NamedFinger {
   FingerState felt;
 };
 
+// Of the newest state. Fingertips that `names` lacks are numbered.
+std::vector<NamedFinger> Named(const TickRecord& record, const std::vector<std::string>& names);
+
 // What the operator sees while it runs.
 struct Status {
   double t = 0;  // [s] since the run began
@@ -93,6 +96,7 @@ struct SessionOptions {
   std::vector<std::string> finger_names;  // in the scene's order; those it lacks are numbered
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over
   std::filesystem::path log;  // empty: none
+  const HandWishes* wishes = nullptr;  // outlives the run; null: nobody asks
 };
 
 // Runs with the calling thread as the slow one. `stop_wanted` is asked every 10 ms, `show` called

@@ -18,15 +18,6 @@ constexpr milliseconds kAskEvery(1000), kPatience(1000);
 constexpr double kStateRate = 30;  // [Hz]
 constexpr std::size_t kLongestTrouble = 300;
 
-std::string Json(const google::protobuf::Message& message) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string json;
-  const auto written = google::protobuf::util::MessageToJsonString(message, &json, options);
-  return written.ok() ? json : std::string();
-}
-
 v1::WatchStateRequest Request() {
   v1::WatchStateRequest request;
   request.set_max_rate_hz(kStateRate);
@@ -35,6 +26,15 @@ v1::WatchStateRequest Request() {
 }
 
 }  // namespace
+
+std::string JsonOf(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string json;
+  const auto written = google::protobuf::util::MessageToJsonString(message, &json, options);
+  return written.ok() ? json : std::string();
+}
 
 struct SlaveNews::Parts {
   explicit Parts(const SlaveLink::Options& link)
@@ -66,7 +66,7 @@ void SlaveNews::Parts::Take(const v1::SlaveState& message) {
   std::string reason;
   const auto state = FromProto(message, &reason);
   if (!state) return;  // the operator's own stream says so
-  std::string details = Json(message.details());
+  std::string details = JsonOf(message.details());
   const std::scoped_lock lock(mutex);
   felt = {*state, std::move(details)};
   events.Add(state->events);
@@ -90,7 +90,7 @@ void SlaveNews::Parts::Add(Call call, std::string* json, std::string* trouble) {
   Reply reply;
   const grpc::Status status = (stub.get()->*call)(&context, Request(), &reply);
   if (status.ok()) {
-    *json = Json(reply);
+    *json = JsonOf(reply);
   } else {
     *trouble = Presentable(status.error_message(), kLongestTrouble);
   }

@@ -9,7 +9,14 @@
 
 #include "master/link/slave_link.h"
 
+namespace google::protobuf {
+class Message;
+}
+
 namespace palpate {
+
+// As JSON with the field names of proto/palpate/v1, for people. Empty: it cannot be written so.
+std::string JsonOf(const google::protobuf::Message& message);
 
 class SlaveNews {
  public:

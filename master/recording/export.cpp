@@ -59,7 +59,8 @@ class TickArrays {
         sequence_(NpyFile::Of<std::uint64_t>(folder / "state_sequence.npy", 1)),
         age_(NpyFile::Of<double>(folder / "age.npy", 1)),
         sensed_age_(NpyFile::Of<double>(folder / "sensed_age.npy", 1)),
-        picture_(NpyFile::Of<std::int64_t>(folder / "picture.npy", 1)) {}
+        picture_(NpyFile::Of<std::int64_t>(folder / "picture.npy", 1)),
+        marks_(NpyFile::Of<std::uint64_t>(folder / "marks.npy", 1)) {}
 
   void Add(double t, const TickRecord& tick, const SlaveState* state, std::int64_t picture) {
     const Eigen::Vector3d unknown = Eigen::Vector3d::Constant(kUnknown);
@@ -78,17 +79,19 @@ class TickArrays {
     age_.Add(tick.state_age >= 0 ? tick.state_age : kUnknown);
     sensed_age_.Add(tick.state_age >= 0 ? tick.sensed_age : kUnknown);
     picture_.Add(picture);
+    marks_.Add(std::uint64_t{tick.marks});
   }
   void Finish() {
-    for (NpyFile* file : {&t_, &p_M_, &p_S_, &force_, &estimated_, &sigma_, &validity_, &check_,
-                          &phase_, &reasons_, &sequence_, &age_, &sensed_age_, &picture_}) {
+    for (NpyFile* file :
+         {&t_, &p_M_, &p_S_, &force_, &estimated_, &sigma_, &validity_, &check_, &phase_, &reasons_,
+          &sequence_, &age_, &sensed_age_, &picture_, &marks_}) {
       file->Finish();
     }
   }
 
  private:
   NpyFile t_, p_M_, p_S_, force_, estimated_, sigma_, validity_, check_, phase_, reasons_,
-      sequence_, age_, sensed_age_, picture_;
+      sequence_, age_, sensed_age_, picture_, marks_;
 };
 
 class StateTable {

@@ -18,7 +18,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kStep = 0.01;  // of the player's time [s]
+constexpr double kStep = 0.01;       // of the player's time [s]
+constexpr double kLongestGap = 0.2;  // without a tick, which is waited for [s]
 
 template <class Message>
 Message Parsed(const RecordingReader& reader) {
@@ -45,9 +46,13 @@ class Teller {
     } else if (topic == kMeshTopic && feed_.on_mesh) {
       TellMesh();
     } else if (topic == kMasterLogTopic && feed_.on_log) {
-      feed_.on_log(Presentable(Parsed<foxglove::Log>(reader_).message(), kLongestLine));
+      TellLog();
     } else if (topic == kSceneTopic && feed_.on_scene) {
-      feed_.on_scene(Presentable(Parsed<v1::SceneDescription>(reader_).name(), kLongestLine));
+      feed_.on_scene(Parsed<v1::SceneDescription>(reader_), reader_.at());
+    } else if (topic == kCapabilitiesTopic && feed_.on_capabilities) {
+      feed_.on_capabilities(Parsed<v1::Capabilities>(reader_), reader_.at());
+    } else if (topic == kHealthTopic && feed_.on_health) {
+      feed_.on_health(Parsed<v1::Status>(reader_), reader_.at());
     }
   }
 
@@ -59,6 +64,11 @@ class Teller {
     if (const auto state = FromProto(Parsed<v1::SlaveState>(reader_), &reason)) {
       feed_.on_state(*state, reader_.at());
     }
+  }
+  void TellLog() {
+    const auto log = Parsed<foxglove::Log>(reader_);
+    feed_.on_log(Presentable(log.message(), kLongestLine), reader_.at(),
+                 log.level() >= foxglove::Log::WARNING);
   }
   void TellPicture() {
     const auto image = Parsed<foxglove::CompressedImage>(reader_);
@@ -108,12 +118,14 @@ void Replay::Play(double from, double speed, const ReplayFeed& feed,
   Teller teller(reader, feed, topology_);
   const Time begin = span_.first + Seconds(from);
   if (from > 0) reader.SkipBefore(begin);
-  const Time started = Clock::now();
+  Time started = Clock::now();
   double asked = -kStep;
   while (!stop.stop_requested() && reader.Next()) {
     // The ticks alone tell the time: nobody waits for a message with a stamp of another clock.
     const double played = SecondsBetween(begin, std::min(reader.at(), span_.last));
-    if (reader.topic() == kTickTopic && played - asked >= kStep * std::max(speed, 1.0)) {
+    if (reader.topic() == kTickTopic && played - asked >= kStep * (speed > 0 ? speed : 1)) {
+      // While nothing was recorded nothing is to be seen.
+      if (speed > 0 && played - asked > kLongestGap) started -= Seconds((played - asked) / speed);
       asked = played;
       if (feed.goes_on && !feed.goes_on(from + played)) return;
       if (speed > 0) {

@@ -17,14 +17,23 @@
 
 namespace palpate {
 
+namespace v1 {
+class Capabilities;
+class SceneDescription;
+class Status;
+}  // namespace v1
+
 // Who is told; what nobody wants may be empty. All by the thread that plays.
 struct ReplayFeed {
   std::function<void(const TickRecord&)> on_tick;
   std::function<void(const SlaveState&, Time received_at)> on_state;
   std::function<void(const std::string& jpeg, Time sensed_at)> on_picture;
   std::function<void(const std::shared_ptr<const RemoteMesh>&)> on_mesh;
-  std::function<void(const std::string& line)> on_log;
-  std::function<void(const std::string& name)> on_scene;  // its name, in words
+  std::function<void(const std::string& line, Time at, bool is_alarm)> on_log;
+  // What the slave said of itself.
+  std::function<void(const v1::SceneDescription&, Time at)> on_scene;
+  std::function<void(const v1::Capabilities&, Time at)> on_capabilities;
+  std::function<void(const v1::Status&, Time at)> on_health;
   // The recording's time so far and whether somebody wants it to go on; empty: it does. Asked
   // every 10 ms of the player's time.
   std::function<bool(double t)> goes_on;

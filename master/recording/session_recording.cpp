@@ -6,6 +6,7 @@
 #include "palpate/v1/teleoperation.pb.h"
 
 #include "foxglove/schemas.pb.h"
+#include "master/haptics/record/tick_words.h"
 #include "master/recording/tick_message.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
@@ -50,10 +51,11 @@ SessionRecording::SessionRecording(Recording::Options options)
       log_(recording_.Open(kMasterLogTopic, foxglove::Log())) {}
 
 void SessionRecording::OnTick(const TickRecord& record) {
+  TellChanges(record);
+  if (!is_on_) return;
   v1::ForceTick message;
   ToProto(record, &message);
   recording_.Put(tick_, record.at, message);
-  TellChanges(record);
   if (SecondsBetween(hand_told_, record.at) < kHandEvery) return;
   hand_told_ = record.at;
   foxglove::PoseInFrame pose;
@@ -68,12 +70,19 @@ void SessionRecording::OnTick(const TickRecord& record) {
 }
 
 void SessionRecording::TellChanges(const TickRecord& record) {
-  if (std::exchange(last_state_, record.state) == record.state) return;
+  for (const std::string& act : ActsInWords(last_, record)) Say(act, false, record.at);
+  if (std::exchange(last_, record).state == record.state) return;
   const std::string why = ToString(record.chain.reasons);
-  Say(std::string(ToString(record.state)) + (why.empty() ? "" : " (" + why + ")"));
+  Say(std::string(ToString(record.state)) + (why.empty() ? "" : " (" + why + ")"), false,
+      record.at);
+}
+
+void SessionRecording::Switch(bool on) {
+  if (is_on_.exchange(on) != on) Say(on ? "recording goes on" : "recording is off from here");
 }
 
 void SessionRecording::OnState(const ReceivedState& received) {
+  if (!is_on_) return;
   v1::SlaveState message;
   ToProto(received.state, &message);
   recording_.Put(state_, received.received_at, message);
@@ -81,6 +90,7 @@ void SessionRecording::OnState(const ReceivedState& received) {
 }
 
 void SessionRecording::OnCommand(const OperatorCommand& command) {
+  if (!is_on_) return;
   v1::OperatorCommand message;
   ToProto(command, &message);
   recording_.Put(command_, command.sent_at, message);
@@ -89,14 +99,16 @@ void SessionRecording::OnCommand(const OperatorCommand& command) {
 void SessionRecording::OnBulk(const google::protobuf::Message& message) {
   const Time now = Clock::now();
   const auto* type = message.GetDescriptor();
-  if (type == v1::VideoFrame::descriptor()) {
-    recording_.Put(picture_, now, ImageOf(static_cast<const v1::VideoFrame&>(message)));
-  } else if (type == v1::MeshState::descriptor()) {
-    recording_.Put(mesh_, now, message);
-  } else if (type == v1::SceneDescription::descriptor()) {
+  if (type == v1::SceneDescription::descriptor()) {
     recording_.Put(scene_, now, message);
   } else if (type == v1::Capabilities::descriptor()) {
     recording_.Put(capabilities_, now, message);
+  } else if (!is_on_) {
+    return;
+  } else if (type == v1::VideoFrame::descriptor()) {
+    recording_.Put(picture_, now, ImageOf(static_cast<const v1::VideoFrame&>(message)));
+  } else if (type == v1::MeshState::descriptor()) {
+    recording_.Put(mesh_, now, message);
   } else if (type == v1::Status::descriptor()) {
     recording_.Put(health_, now, message);
     TellAlarms(message);
@@ -109,14 +121,13 @@ void SessionRecording::TellAlarms(const google::protobuf::Message& status) {
   }
 }
 
-void SessionRecording::Say(const std::string& line, bool is_alarm) {
+void SessionRecording::Say(const std::string& line, bool is_alarm, Time at) {
   foxglove::Log log;
-  const Time now = Clock::now();
-  ToProto(now, log.mutable_timestamp());
+  ToProto(at, log.mutable_timestamp());
   log.set_level(is_alarm ? foxglove::Log::WARNING : foxglove::Log::INFO);
   log.set_message(line);
   log.set_name("palpate-master");
-  recording_.Put(log_, now, log);
+  recording_.Put(log_, at, log);
 }
 
 }  // namespace palpate

@@ -10,6 +10,7 @@
 //   foxglove.Log: states of the operator, events and alarms, in words
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <mutex>
 #include <set>
@@ -45,7 +46,12 @@ class SessionRecording {
   // Of a BulkWatch.
   void OnBulk(const google::protobuf::Message& message);
   // A line of the log; `is_alarm`: something is not as it should be.
-  void Say(const std::string& line, bool is_alarm = false);
+  void Say(const std::string& line, bool is_alarm = false, Time at = Clock::now());
+
+  // Off: nothing is kept but what the slave says of its scene, and the log, which says so.
+  // Thread-safe.
+  void Switch(bool on);
+  [[nodiscard]] bool is_on() const { return is_on_; }
 
   void Finish() { recording_.Finish(); }
   [[nodiscard]] Recording::Stats stats() const { return recording_.stats(); }
@@ -57,8 +63,9 @@ class SessionRecording {
   Recording recording_;
   std::uint16_t tick_, command_, state_, picture_, mesh_, scene_, capabilities_, health_, hand_,
       log_;
+  std::atomic<bool> is_on_{true};
   // Of the thread that brings ticks.
-  OperatorState last_state_ = OperatorState::kDisconnected;
+  TickRecord last_;
   Time hand_told_{};
   std::set<std::string> alarms_;  // told; of the thread that asks for the slave's health
 };

@@ -33,6 +33,8 @@ void ToProto(const TickRecord& record, v1::ForceTick* message) {
   if (record.state_age >= 0) message->set_sensed_age(static_cast<float>(record.sensed_age));
   message->set_state_sequence(record.state_sequence);
   message->set_round_trip(static_cast<float>(record.round_trip));
+  message->set_marks(record.marks);
+  if (!record.tare.isZero(0)) ToProto(record.tare, message->mutable_tare());
   if (!record.has_truth) return;
   ToProto(record.truth, message->mutable_true_force());
   ToProto(record.truth_at, message->mutable_true_at());
@@ -64,6 +66,8 @@ TickRecord FromProto(const v1::ForceTick& message, Time at) {
   if (message.has_sensed_age()) record.sensed_age = message.sensed_age();
   record.state_sequence = message.state_sequence();
   record.round_trip = message.round_trip();
+  record.marks = message.marks();
+  record.tare = FiniteOrZero(message.tare());
   record.has_truth = message.has_true_force() && message.has_true_at();
   if (!record.has_truth) return record;
   std::string reason;

@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "master/haptics/record/tick_words.h"
+
 namespace palpate {
 namespace {
 
@@ -43,13 +45,14 @@ void Diary::Say(double t, bool is_trouble, std::string text) {
   is_news_ = true;
 }
 
-void Diary::See(double t, OperatorState state) {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (state_ == state) return;
-    state_ = state;
+void Diary::See(double t, const TickRecord& tick) {
+  if (!last_ || last_->state != tick.state) {
+    Say(t, IsTrouble(tick.state), "now " + std::string(ToString(tick.state)));
   }
-  Say(t, IsTrouble(state), "now " + std::string(ToString(state)));
+  if (last_) {
+    for (std::string& act : ActsInWords(*last_, tick)) Say(t, false, std::move(act));
+  }
+  last_ = tick;
 }
 
 void Diary::See(double t, Events events) {

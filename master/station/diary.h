@@ -18,8 +18,8 @@ class Diary {
   // `t` [s] since the run began. The same words again within half a second are no news.
   // Thread-safe, as is all that follows.
   void Say(double t, bool is_trouble, std::string text);
-  // What the operator's state became, if it changed.
-  void See(double t, OperatorState state);
+  // What the operator's state became, and what the operator did. One thread.
+  void See(double t, const TickRecord& tick);
   // What the slave told, but for contacts, which come and go all the time.
   void See(double t, Events events);
   // The newest last; nothing: none came since the last call.
@@ -32,7 +32,7 @@ class Diary {
   std::deque<Saying> sayings_;
   std::uint64_t number_ = 0;
   bool is_news_ = false;
-  std::optional<OperatorState> state_;
+  std::optional<TickRecord> last_;  // of the thread that brings ticks
 };
 
 }  // namespace palpate

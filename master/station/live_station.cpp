@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <optional>
-#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -10,11 +9,13 @@
 #include "master/link/video_watch.h"
 #include "master/station/clerk.h"
 #include "master/station/diary.h"
+#include "master/station/display.h"
 #include "master/station/notice_board.h"
-#include "master/station/page_files.h"
-#include "master/station/page_server.h"
+#include "master/station/server/page_files.h"
+#include "master/station/server/page_server.h"
+#include "master/station/terminal.h"
+#include "master/station/terminal_text.h"
 #include "master/station/wish.h"
-#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -22,6 +23,7 @@ namespace {
 constexpr std::chrono::milliseconds kFrame(33);
 constexpr std::chrono::seconds kLookAway(2);  // nobody looks for so long: nothing is watched
 constexpr double kMeshRate = 15;              // [Hz]
+constexpr std::uint64_t kTerminal = 0;        // where a wish came from no page
 
 // What the slave makes only while somebody looks.
 struct Views {
@@ -38,10 +40,6 @@ struct Match : Cases... {
 template <class... Cases>
 Match(Cases...) -> Match<Cases...>;
 
-std::string Refusal(const std::string& why) {
-  return R"({"kind":"refused","text":")" + why + "\"}";
-}
-
 }  // namespace
 
 struct LiveStation::Parts {
@@ -56,16 +54,20 @@ struct LiveStation::Parts {
   // Watches pictures and shapes while a page is open.
   void LookOrLookAway();
   void PutMoment();
+  void PutTerminal(const StationMoment& moment);
   void PutPicture(const TickDigest::Moment& ticks);
   void PutShape(const TickDigest::Moment& ticks);
   void PutHealth();
   // When the slave sensed, on the session's clock [s].
   [[nodiscard]] double SinceBegin(const TickDigest::Moment& ticks, Time sensed_at) const;
 
-  std::string Hear(std::uint64_t page, std::string_view message);
+  // What a page or, kTerminal, a key asks for; the answer.
+  std::string Do(std::uint64_t page, const Wish& asked);
+  void Strike(char key);
   void Left(std::uint64_t page);
   // Empty, or what to answer.
   std::string Point(std::uint64_t page, const PointerWish& wish);
+  std::string Record(const RecordWish& wish);
   void Reset();
   void Set(const MappingWish& wish);
   void Replace(const ModelWish& wish);
@@ -79,33 +81,37 @@ struct LiveStation::Parts {
   TickDigest ticks;
   Diary diary;
   SlaveNews news;
-  mutable std::mutex mutex;  // guards `status`
+  mutable std::mutex mutex;  // guards these two
   Status status;
+  StationMoment on_screen;
   std::uint64_t pointing = 0;  // the page that holds the pointer, 0: none; the server's thread
   // What the editor alone uses.
   std::unique_ptr<Views> views;
   std::chrono::steady_clock::time_point looked{};
   std::uint64_t picture = 0, health = 0, shape = 0;
-  std::shared_ptr<const MeshTopology> topology;
-  std::uint32_t topology_number = 0;
+  std::vector<Saying> said;
+  std::vector<std::string> slave_alarms;
+  std::string health_trouble;
+  Display display{&board};
 
   Clerk clerk;
-  std::unique_ptr<PageServer> server;
-  std::jthread editor;  // last: it uses all of the above
+  std::unique_ptr<PageServer> server;  // null: no page
+  std::unique_ptr<Terminal> terminal;  // null: no terminal
+  std::jthread editor;                 // last: it uses all of the above
 };
 
 void LiveStation::Parts::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     LookOrLookAway();
     PutMoment();
-    server->Tell();
+    if (server) server->Tell();
     std::this_thread::sleep_for(kFrame);
   }
 }
 
 void LiveStation::Parts::LookOrLookAway() {
   const auto now = std::chrono::steady_clock::now();
-  if (server->pages() > 0) looked = now;
+  if (server && server->pages() > 0) looked = now;
   const bool somebody_looks = now - looked < kLookAway;
   if (somebody_looks && !views) {
     views = std::make_unique<Views>(options.line);
@@ -124,6 +130,7 @@ void LiveStation::Parts::PutMoment() {
   }
   moment.felt = news.felt();
   diary.See(moment.ticks.t, news.TakeEvents());
+  if (controls.recording) moment.recording = controls.recording();
   if (options.pointer != nullptr) {
     moment.pointer_holds = options.pointer->holds();
     moment.pointer_used = options.pointer->used();
@@ -135,8 +142,33 @@ void LiveStation::Parts::PutMoment() {
     PutShape(moment.ticks);
   }
   PutHealth();
-  if (const auto sayings = diary.TakeNews()) board.Put(Topic::kSaid, SaidJson(*sayings));
+  moment.slave_alarms = slave_alarms;
+  moment.health_trouble = health_trouble;
+  if (const auto sayings = diary.TakeNews()) {
+    said = *sayings;
+    board.Put(Topic::kSaid, SaidJson(said));
+  }
   board.Put(Topic::kStatus, StatusJson(moment));
+  if (terminal) PutTerminal(moment);
+}
+
+void LiveStation::Parts::PutTerminal(const StationMoment& moment) {
+  const Terminal::Size size = terminal->size();
+  terminal->Show(
+      TerminalText(options.hello, moment, said, {size.columns, size.rows, terminal->has_colour()}));
+  const std::scoped_lock lock(mutex);
+  on_screen = moment;
+}
+
+void LiveStation::Parts::Strike(char key) {
+  std::optional<Wish> wish;
+  {
+    const std::scoped_lock lock(mutex);
+    wish = WishOfKey(key, on_screen);
+  }
+  if (!wish) return controls.quit();
+  const std::string refused = Do(kTerminal, *wish);
+  if (!refused.empty()) Say(true, "not done: connect --record FILE.mcap");
 }
 
 double LiveStation::Parts::SinceBegin(const TickDigest::Moment& moment, Time sensed_at) const {
@@ -148,54 +180,51 @@ void LiveStation::Parts::PutPicture(const TickDigest::Moment& moment) {
   const auto newest = views->video.newest();
   if (!newest || newest->number == picture) return;
   picture = newest->number;
-  const double t = SinceBegin(moment, newest->sensed_at);
-  board.Put(Topic::kPicture,
-            Framed({static_cast<std::uint32_t>(Topic::kPicture), 0, t}, newest->jpeg));
+  display.PutPicture(newest->jpeg, SinceBegin(moment, newest->sensed_at));
 }
 
 void LiveStation::Parts::PutShape(const TickDigest::Moment& moment) {
   const auto mesh = views->meshes.newest();
   if (!mesh || mesh->sequence == shape) return;
   shape = mesh->sequence;
-  if (mesh->topology != topology) {
-    topology = mesh->topology;
-    board.Put(Topic::kTopology,
-              Framed({static_cast<std::uint32_t>(Topic::kTopology), ++topology_number, 0},
-                     TopologyBytes(*topology)));
-  }
-  const double t = SinceBegin(moment, mesh->sensed_at);
-  board.Put(Topic::kShape, Framed({static_cast<std::uint32_t>(Topic::kShape), topology_number, t},
-                                  ShapeBytes(*mesh)));
+  display.PutShape(*mesh, SinceBegin(moment, mesh->sensed_at));
 }
 
 void LiveStation::Parts::PutHealth() {
   const SlaveNews::Words words = news.words();
   if (words.version == health) return;
   health = words.version;
+  slave_alarms = AlarmsIn(words);
+  health_trouble = words.trouble;
   board.Put(Topic::kHealth, HealthJson(words));
 }
 
-std::string LiveStation::Parts::Hear(std::uint64_t page, std::string_view message) {
+std::string LiveStation::Parts::Do(std::uint64_t page, const Wish& asked) {
   std::string answer;
   std::visit(Match{[&](const StopWish&) {
                      controls.stop();
-                     Say(true, "emergency stop by the page");
+                     Say(true, page == kTerminal ? "emergency stop by the terminal"
+                                                 : "emergency stop by the page");
                    },
                    [&](const ResetWish&) { Reset(); },
-                   [&](const PingWish& wish) {
-                     answer = Formatted(R"({"kind":"pong","at":%.17g})", wish.at);
-                   },
+                   [&](const PingWish& wish) { answer = PongJson(wish.at); },
                    [&](const PointerWish& wish) { answer = Point(page, wish); },
                    [&](const MappingWish& wish) { Set(wish); },
-                   [&](const ModelWish& wish) { Replace(wish); }},
-             ReadWish(message));
+                   [&](const ModelWish& wish) { Replace(wish); },
+                   [&](const MarkWish&) { ++options.wishes->marks; },
+                   [&](const TareWish&) { ++options.wishes->tares; },
+                   [&](const ClutchWish& wish) { options.wishes->clutched = wish.on; },
+                   [&](const RenderWish& wish) { options.wishes->render = wish.mode; },
+                   [&](const RecordWish& wish) { answer = Record(wish); },
+                   [&](const ReplayWish&) { answer = RefusedJson("this is no replay"); }},
+             asked);
   return answer;
 }
 
 // Only one page leads the hand: the first that engages, until it lets go or leaves.
 std::string LiveStation::Parts::Point(std::uint64_t page, const PointerWish& wish) {
-  if (options.pointer == nullptr) return Refusal("the device is no pointer: --device pointer");
-  if (pointing != 0 && pointing != page) return Refusal("another page leads the hand");
+  if (options.pointer == nullptr) return RefusedJson("the device is no pointer: --device pointer");
+  if (pointing != 0 && pointing != page) return RefusedJson("another page leads the hand");
   pointing = wish.engaged ? page : 0;
   options.pointer->Aim({wish.p_M, wish.engaged, Clock::now(), wish.at});
   return {};
@@ -205,6 +234,13 @@ void LiveStation::Parts::Left(std::uint64_t page) {
   if (pointing != page) return;
   pointing = 0;
   options.pointer->Aim({});
+}
+
+std::string LiveStation::Parts::Record(const RecordWish& wish) {
+  if (!controls.record) return RefusedJson("nothing is recorded: connect --record FILE.mcap");
+  controls.record(wish.on);
+  Say(false, wish.on ? "recording goes on" : "recording is off");
+  return {};
 }
 
 void LiveStation::Parts::Reset() {
@@ -241,39 +277,34 @@ void LiveStation::Parts::Say(bool is_trouble, std::string text) {
 LiveStation::LiveStation(Options options, Controls controls)
     : parts_(std::make_unique<Parts>(std::move(options), std::move(controls))) {
   Parts* parts = parts_.get();
-  parts->server = std::make_unique<PageServer>(
-      parts->options.at, &parts->board,
-      PageServer::Listener{
-          [parts](std::uint64_t page, std::string_view said) { return parts->Hear(page, said); },
-          [parts](std::uint64_t page) { parts->Left(page); }});
+  if (parts->options.at) {
+    parts->server = std::make_unique<PageServer>(
+        parts->options.at->endpoint, &parts->board,
+        PageServer::Listener{[parts](std::uint64_t page, std::string_view said) {
+                               return parts->Do(page, ReadWish(said));
+                             },
+                             [parts](std::uint64_t page) { parts->Left(page); }},
+        parts->options.at->access);
+  }
+  if (parts->options.terminal) {
+    parts->terminal = std::make_unique<Terminal>([parts](char key) { parts->Strike(key); });
+  }
   parts->editor = std::jthread([parts](const std::stop_token& stop) { parts->Run(stop); });
 }
 
 LiveStation::~LiveStation() = default;
 
 std::string LiveStation::address() const {
-  return "http://" + ToString(parts_->server->endpoint()) + "/";
+  return parts_->server ? parts_->server->address() : std::string();
 }
 
 void LiveStation::SeeTick(const TickRecord& tick) {
-  parts_->diary.See(parts_->ticks.Add(tick), tick.state);
+  parts_->diary.See(parts_->ticks.Add(tick), tick);
 }
 
 void LiveStation::See(const Status& status) {
   const std::scoped_lock lock(parts_->mutex);
   parts_->status = status;
-}
-
-Endpoint ViewEndpoint(const std::string& text) {
-  if (text.empty()) return {"127.0.0.1", 0};
-  Endpoint endpoint = ParseEndpoint(text);
-  if (IsLoopback(endpoint.host)) return endpoint;
-  throw std::invalid_argument(
-      "--view " + text +
-      ": accepted is an address of this machine alone (127.0.0.1, [::1], localhost): the page "
-      "moves "
-      "the hand, and speaks neither TLS nor asks for a token. From elsewhere: ssh -L "
-      "8080:127.0.0.1:PORT");
 }
 
 }  // namespace palpate

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "master/station/alarms.h"
+
 namespace palpate {
 namespace {
 
@@ -54,9 +56,11 @@ Json LinkOf(const StationMoment& moment) {
   return {
       {"connected", link.connected},
       {"round_trip", moment.ticks.round_trip > 0 ? Json(moment.ticks.round_trip) : Json()},
-      {"rtt_p50", link.rtt_p50_us * kMicro},
-      {"rtt_p99", link.rtt_p99_us * kMicro},
+      {"rtt_p50", link.rtt_p50_us > 0 ? Json(link.rtt_p50_us * kMicro) : Json()},
+      {"rtt_p99", link.rtt_p99_us > 0 ? Json(link.rtt_p99_us * kMicro) : Json()},
       {"age", moment.ticks.newest.state_age >= 0 ? Number(moment.ticks.newest.state_age) : Json()},
+      {"sensed_age",
+       moment.ticks.newest.sensed_age >= 0 ? Number(moment.ticks.newest.sensed_age) : Json()},
       {"late_share", moment.ticks.late_share},
       {"states", link.states},
       {"refused", link.refused},
@@ -89,6 +93,29 @@ Json FingersOf(const std::vector<NamedFinger>& named) {
                        {"validity", ToString(finger.felt.validity)}});
   }
   return fingers;
+}
+
+Json AlarmJson(const std::vector<Alarm>& alarms) {
+  Json list = Json::array();
+  for (const Alarm& alarm : alarms) {
+    list.push_back({{"level", ToString(alarm.level)}, {"text", alarm.text}, {"next", alarm.next}});
+  }
+  return list;
+}
+
+Json RecordingOf(const StationMoment& moment) {
+  if (!moment.recording) return nullptr;
+  return {{"on", moment.recording->on},
+          {"megabytes", moment.recording->megabytes},
+          {"trouble", moment.recording->trouble}};
+}
+
+Json ReplayOf(const StationMoment& moment) {
+  if (!moment.replay) return nullptr;
+  return {{"playing", moment.replay->playing},
+          {"speed", moment.replay->speed},
+          {"seconds", moment.replay->seconds},
+          {"run", moment.replay->run}};
 }
 
 // [number, t, scaled, sent, x, y, z, age, round trip, longest tick]
@@ -131,7 +158,7 @@ std::string HelloJson(const StationHello& hello) {
   Json rotation = Json::array();
   for (int i = 0; i < 9; ++i) rotation.push_back(scene.transform.R_SM(i / 3, i % 3));
   return Text({{"kind", "hello"},
-               {"badge", "LIVE"},
+               {"badge", hello.badge},
                {"scene", scene.name},
                {"geometry", scene.geometry},
                {"model", scene.model},
@@ -171,6 +198,13 @@ std::string StatusJson(const StationMoment& moment) {
                {"pointer_used", moment.pointer_used},
                {"video_trouble", moment.video_trouble},
                {"mesh_trouble", moment.mesh_trouble},
+               {"marks", tick.marks},
+               {"render", ToString(tick.render)},
+               {"clutched", tick.clutched},
+               {"tare", Triple(tick.tare)},
+               {"recording", RecordingOf(moment)},
+               {"replay", ReplayOf(moment)},
+               {"alarms", AlarmJson(AlarmsOf(moment))},
                {"samples", SamplesOf(moment.ticks.samples)}});
 }
 
@@ -182,6 +216,17 @@ std::string HealthJson(const SlaveNews::Words& words) {
                {"trouble", words.trouble}});
 }
 
+std::vector<std::string> AlarmsIn(const SlaveNews::Words& words) {
+  constexpr std::size_t kMost = 8;
+  std::vector<std::string> alarms;
+  const Json status = Parsed(words.status);
+  if (!status.is_object()) return alarms;
+  for (const Json& alarm : status.value("alarms", Json::array())) {
+    if (alarm.is_string() && alarms.size() < kMost) alarms.push_back(alarm.get<std::string>());
+  }
+  return alarms;
+}
+
 std::string SaidJson(const std::vector<Saying>& sayings) {
   Json said = Json::array();
   for (const Saying& saying : sayings) {
@@ -191,6 +236,14 @@ std::string SaidJson(const std::vector<Saying>& sayings) {
                     {"text", saying.text}});
   }
   return Text({{"kind", "said"}, {"said", said}});
+}
+
+std::string PongJson(double at) {
+  return Text({{"kind", "pong"}, {"at", at}});
+}
+
+std::string RefusedJson(const std::string& why) {
+  return Text({{"kind", "refused"}, {"text", why}});
 }
 
 std::string TopologyBytes(const MeshTopology& topology) {

@@ -2,6 +2,7 @@
 // null.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,24 @@ struct StationHello {
   bool encrypted = false;  // the line to the slave
   bool pointer = false;    // the page's own pointer moves the hand
   bool libraries = false;  // what draws 3D and charts was built in
+  std::string badge = "LIVE";
 };
 std::string HelloJson(const StationHello& hello);
+
+// Of a recording that is played.
+struct ReplayMoment {
+  bool playing = true;
+  double speed = 1;       // times as fast as it was
+  double seconds = 0;     // its length [s]
+  std::uint64_t run = 0;  // rises where it goes on elsewhere
+};
+
+// Of the recording that a session makes.
+struct RecordingMoment {
+  bool on = false;
+  double megabytes = 0;
+  std::string trouble;  // why it ended, or what is missing
+};
 
 // Everything that moves, at one moment.
 struct StationMoment {
@@ -31,11 +48,16 @@ struct StationMoment {
   bool pointer_holds = false;
   double pointer_used = 0;  // stamp of the page's aim that moved the hand last; 0: none
   std::string video_trouble, mesh_trouble;
+  std::vector<std::string> slave_alarms;     // as the slave's health tells them
+  std::string health_trouble;                // why it is not told
+  std::optional<RecordingMoment> recording;  // nothing: none can be made
+  std::optional<ReplayMoment> replay;        // nothing: this is live
 };
 std::string StatusJson(const StationMoment& moment);
 
-// The slave's own words.
+// The slave's own words; of its health what is wrong.
 std::string HealthJson(const SlaveNews::Words& words);
+std::vector<std::string> AlarmsIn(const SlaveNews::Words& words);
 
 // What happened, the newest last.
 struct Saying {
@@ -45,6 +67,10 @@ struct Saying {
   std::string text;
 };
 std::string SaidJson(const std::vector<Saying>& sayings);
+
+// The answers to a page: that it was heard, at the page's own `at`; why something is not done.
+std::string PongJson(double at);
+std::string RefusedJson(const std::string& why);
 
 // Node and element counts, places at rest, elements: what Topology messages hold after the header.
 std::string TopologyBytes(const MeshTopology& topology);

@@ -8,16 +8,26 @@ namespace palpate {
 
 double TickDigest::Add(const TickRecord& tick) {
   const std::scoped_lock lock(mutex_);
-  if (!moment_.any) moment_.begin = tick.at;
+  if (!moment_.any && moment_.begin == Time{}) moment_.begin = tick.at;
   const double since_last =
       moment_.any ? std::max(0.0, SecondsBetween(moment_.newest.at, tick.at)) : kPeriod;
-  moment_.any = true;
   moment_.t = SecondsBetween(moment_.begin, tick.at);
+  if (!std::exchange(moment_.any, true)) second_since_ = sample_since_ = moment_.t;
   moment_.newest = tick;
   if (tick.round_trip > 0) moment_.round_trip = tick.round_trip;
   Count(tick, since_last);
   Sample(tick, since_last);
   return moment_.t;
+}
+
+void TickDigest::Restart(Time begin) {
+  const std::scoped_lock lock(mutex_);
+  moment_ = {};
+  moment_.begin = begin;
+  open_ = {};
+  samples_.clear();
+  seconds_.clear();
+  second_ = {};
 }
 
 TickDigest::Moment TickDigest::Newest() const {

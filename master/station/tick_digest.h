@@ -41,6 +41,8 @@ class TickDigest {
   // In the order of time; returns when, as in the log [s]. One thread.
   double Add(const TickRecord& tick);
   [[nodiscard]] Moment Newest() const;  // thread-safe
+  // Nothing came yet; t counts from `begin`, not from the next tick. Thread-safe.
+  void Restart(Time begin);
 
  private:
   static constexpr double kPeriod = 0.001, kSampleEvery = 0.010, kLate = 0.030;  // [s]

@@ -49,6 +49,25 @@ PointerWish ReadPointer(const Json& wish) {
   return pointer;
 }
 
+bool Flag(const Json& wish, const char* key) {
+  const auto found = wish.find(key);
+  if (found != wish.end() && found->is_boolean()) return found->get<bool>();
+  RefuseWish(std::string(key) + ": accepted is true or false");
+}
+
+RenderWish ReadRender(const Json& wish) {
+  if (const auto mode = ParseRenderMode(wish.value("mode", ""))) return {*mode};
+  RefuseWish("mode: accepted are local, interpolate, hold");
+}
+
+ReplayWish ReadReplay(const Json& wish) {
+  ReplayWish replay;
+  if (wish.contains("playing")) replay.playing = Flag(wish, "playing");
+  replay.speed = Positive(wish, "speed");
+  if (wish.contains("to")) replay.to = Number(wish, "to");
+  return replay;
+}
+
 ModelWish ReadModel(const Json& wish) {
   ModelWish model{wish.value("kind", "")};
   const bool is_name = std::all_of(model.kind.begin(), model.kind.end(), [](char c) {
@@ -71,7 +90,16 @@ Wish ReadObject(const Json& wish) {
     return MappingWish{Positive(wish, "position_scale"), Positive(wish, "force_scale"),
                        Positive(wish, "force_limit")};
   }
-  RefuseWish("do: accepted are stop, reset, ping, pointer, set, model");
+  if (what == "mark") return MarkWish{};
+  if (what == "tare") return TareWish{};
+  if (what == "clutch") return ClutchWish{Flag(wish, "on")};
+  if (what == "record") return RecordWish{Flag(wish, "on")};
+  if (what == "render") return ReadRender(wish);
+  if (what == "replay") return ReadReplay(wish);
+  RefuseWish(
+      "do: accepted are stop, reset, ping, pointer, set, model, mark, tare, clutch, record, "
+      "render, "
+      "replay");
 }
 
 }  // namespace

@@ -10,6 +10,8 @@
 
 #include <Eigen/Core>
 
+#include "master/haptics/render_mode.h"
+
 namespace palpate {
 
 // The longest message a page may send [bytes].
@@ -35,7 +37,30 @@ struct MappingWish {
 struct ModelWish {
   std::string kind;  // 1 to 40 characters of a-z, 0-9, -
 };
-using Wish = std::variant<StopWish, ResetWish, PingWish, PointerWish, MappingWish, ModelWish>;
+// {"do": "mark"}: an event worth finding again.
+struct MarkWish {};
+// {"do": "tare"}: what is felt now, without contact, is zero.
+struct TareWish {};
+// {"do": "clutch", "on": true}: the hand is let go, whatever its device says.
+struct ClutchWish {
+  bool on = true;
+};
+// {"do": "render", "mode": "hold"}
+struct RenderWish {
+  RenderMode mode = RenderMode::kLocal;
+};
+// {"do": "record", "on": true}
+struct RecordWish {
+  bool on = true;
+};
+// {"do": "replay", "playing": true, "speed": 0.5, "to": 12.5}, each may be absent
+struct ReplayWish {
+  std::optional<bool> playing;
+  std::optional<double> speed;  // times as fast as it was; finite, > 0
+  std::optional<double> to;     // [s] since the recording began; finite
+};
+using Wish = std::variant<StopWish, ResetWish, PingWish, PointerWish, MappingWish, ModelWish,
+                          MarkWish, TareWish, ClutchWish, RenderWish, RecordWish, ReplayWish>;
 
 // Throws std::invalid_argument: what is wrong and what is accepted.
 Wish ReadWish(std::string_view message);

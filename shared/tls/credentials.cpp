@@ -35,9 +35,8 @@ void AllowOnlyTls13() {
 }
 
 std::shared_ptr<grpc::experimental::CertificateProviderInterface> Watched(const fs::path& folder) {
+  RequireCertificates(folder);
   const fs::path ca = folder / "ca.pem", cert = folder / "cert.pem", key = folder / "key.pem";
-  for (const fs::path& file : {ca, cert, key}) RequireFile(file);
-  RequirePrivate(key);
   AllowOnlyTls13();
   return std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
       key.string(), cert.string(), ca.string(), kRefresh);
@@ -64,6 +63,11 @@ class NotRevoked final : public grpc::experimental::ExternalCertificateVerifier 
 };
 
 }  // namespace
+
+void RequireCertificates(const fs::path& folder) {
+  for (const char* file : {"ca.pem", "cert.pem", "key.pem"}) RequireFile(folder / file);
+  RequirePrivate(folder / "key.pem");
+}
 
 std::optional<CertificateFacts> FactsOf(const grpc::AuthContext& context) {
   const auto found = context.FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);

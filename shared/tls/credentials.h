@@ -14,6 +14,9 @@
 
 namespace palpate {
 
+// Throws std::invalid_argument: one of the three is missing, or the key may be read by others.
+void RequireCertificates(const std::filesystem::path& folder);
+
 // Both throw std::invalid_argument: a file is missing, or the key may be read by others. Before
 // anything else of gRPC is used.
 //

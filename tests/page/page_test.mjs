@@ -1,8 +1,10 @@
 // What a person at the page relies on: that it shows what is, stops what it must, and moves what it is told to.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
 import { after, before, describe, test } from 'node:test';
 
-import { AXE, Stage, pause, size, until } from './stage.mjs';
+import { AXE, SCRATCH, Stage, pause, size, until } from './stage.mjs';
 
 const near = (a, b, tolerance) => a.every((part, i) => Math.abs(part - b[i]) <= tolerance);
 
@@ -12,10 +14,14 @@ async function seriousFindings(page) {
   return violations.filter(({ impact }) => impact === 'serious' || impact === 'critical').map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(' | ')}`);
 }
 
+const RECORDING = path.join(SCRATCH, 'page.mcap');
+const said = (stage, text) => until(() => stage.sayings.some((saying) => saying.text.startsWith(text)), text);
+let log = [];  // of the scripted hand's session
+
 describe('a scripted hand presses the block', () => {
   let stage;
   const stops = [];  // {how, at}: when the page's window had the event, by the machine's clock [ms]
-  before(async () => { stage = await Stage.open({ scene: 'silicone-block' }); });
+  before(async () => { stage = await Stage.open({ scene: 'silicone-block', args: ['--record', RECORDING] }); });
   after(() => stage.close());
 
   const pressed = () => stage.when((status) => status.state === 'FOLLOWING' && size(status.chain.sent) > 0.8, 'a press of 0.8 N');
@@ -112,6 +118,38 @@ describe('a scripted hand presses the block', () => {
     await stage.page.keyboard.press('a');
   });
 
+  test('the clutch lets go and closes again, by key and by button', async () => {
+    await pressed();
+    await stage.page.keyboard.press('c');
+    await stage.when((status) => status.clutched && status.state !== 'FOLLOWING' && size(status.chain.sent) === 0, 'an open clutch');
+    assert.equal(await stage.page.locator('#let-go').getAttribute('aria-pressed'), 'true');
+    await stage.page.locator('#let-go').click();
+    await stage.when((status) => !status.clutched && status.state === 'FOLLOWING', 'a closed one');
+  });
+
+  test('marks, rendering and zero, by key and by button', async () => {
+    await stage.page.keyboard.press('m');
+    await stage.page.locator('#mark').click();
+    await said(stage, 'mark 2');
+    await stage.page.keyboard.press('v');
+    await stage.page.keyboard.press('c');
+    await said(stage, 'rendering interpolate');
+    await stage.page.locator('#render').selectOption('local');
+    await stage.when((status) => status.render === 'local', 'the rendering that was chosen');
+    await stage.page.locator('#tare').click();
+    await until(() => stage.sayings.some(({ text }) => /^(not )?tared: /.test(text)), 'what came of the zero');
+    await stage.page.keyboard.press('c');
+    await stage.when((status) => status.state === 'FOLLOWING', 'FOLLOWING');
+  });
+
+  test('the dot tells whether it is recorded', async () => {
+    await until(async () => /^● REC [\d.]+ MB$/.test(await stage.text('record')), 'the dot');
+    await stage.page.keyboard.press('b');
+    await until(async () => (await stage.text('record')) === '○ not recording', 'none');
+    await stage.page.locator('#recording').click();
+    await until(async () => /^● REC/.test(await stage.text('record')), 'the dot again');
+  });
+
   test('axe finds nothing serious, light and dark, small and large', async () => {
     for (const [width, height] of [[1280, 720], [1920, 1080]]) {
       await stage.page.setViewportSize({ width, height });
@@ -136,7 +174,8 @@ describe('a scripted hand presses the block', () => {
     const { statuses } = stage;
     await stage.endMaster();
     await until(async () => (await stage.page.locator('#state b').innerText()) === 'NO MASTER', 'the end of the line');
-    const rows = stage.readLog(), byTime = new Map(rows.map((row) => [row.t.toFixed(6), row]));
+    log = stage.readLog();
+    const rows = log, byTime = new Map(rows.map((row) => [row.t.toFixed(6), row]));
     const pairs = statuses.map((status) => [status, byTime.get(status.t.toFixed(6))]).filter(([, row]) => row);
     assert.ok(pairs.length > 0.95 * statuses.length, `${pairs.length} of ${statuses.length} are in the log`);
     for (const [status, row] of pairs) {
@@ -151,6 +190,63 @@ describe('a scripted hand presses the block', () => {
     const delays = stops.map(({ how, at }) => [how, Math.round(1e3 * rows.find((row) => 1e3 * row.t > at - begin && row.state === 'ESTOP' && row.sent_x === 0 && row.sent_y === 0 && row.sent_z === 0).t - (at - begin))]);
     console.log(`from the act to no force: ${delays.map(([how, ms]) => `${how} ${ms} ms`).join(', ')}`);
     assert.ok(Math.min(...delays.map(([, ms]) => ms)) <= 100, `the hand was let go after ${delays}`);
+  });
+});
+
+describe('its recording is played', () => {
+  let stage;
+  before(async () => { stage = await Stage.replay(RECORDING, ['--speed', '4']); });
+  after(() => stage.close());
+
+  test('it is marked, and nothing there stops or moves', async () => {
+    await stage.when((status) => status.t > 1, 'a second of it');
+    assert.equal(await stage.text('badge'), 'REPLAY');
+    assert.equal(await stage.text('scene'), 'silicone-block');
+    for (const id of ['stop', 'let-go', 'mapping', 'tare']) assert.equal(await stage.page.locator(`#${id}`).isVisible(), false, id);
+    await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
+    await until(async () => /ms old/.test(await stage.text('picture-age')), 'a picture');
+  });
+
+  test('its curves are those of the chain that was logged', async () => {
+    await stage.when((status) => status.t > 6, 'six seconds of it');
+    await stage.page.keyboard.press('k');
+    await stage.when((status) => !status.replay.playing, 'that it stands');
+    const [download] = await Promise.all([stage.page.waitForEvent('download'), stage.page.keyboard.press('d')]);
+    const drawn = readFileSync(await download.path(), 'utf8').trim().split('\n').slice(1).map((row) => row.split(',').map(Number));
+    assert.ok(drawn.length > 300, `${drawn.length} samples`);
+    const byTime = new Map(log.map((row, i) => [row.t.toFixed(6), i]));
+    const force = (row, station) => size([row[`${station}_x`], row[`${station}_y`], row[`${station}_z`]]);
+    let compared = 0;
+    for (const [, t, scaled, sent] of drawn) {
+      const i = byTime.get(t.toFixed(6));
+      if (i === undefined || i < 20) continue;
+      compared += 1;
+      assert.ok(Math.abs(scaled - force(log[i], 'scaled')) < 1e-5, `${t} s: ${scaled} N`);
+      const last = log.slice(i - 15, i + 1).map((row) => force(row, 'sent'));
+      assert.ok(last.some((felt) => Math.abs(felt - sent) < 1e-5), `${t} s: ${sent} N`);
+    }
+    assert.ok(compared > 0.9 * drawn.length, `${compared} of ${drawn.length} are in the log`);
+  });
+
+  test('it goes to and fro, slower and faster, by keys', async () => {
+    const from = stage.status.t;
+    await stage.page.keyboard.press('ArrowLeft');
+    const back = await stage.when((status) => status.t < from - 0.5, 'a second back');
+    assert.ok(Math.abs(from - back.t - 1) < 0.1, `${from} s, ${back.t} s`);
+    const row = log.reduce((best, one) => (Math.abs(one.t - back.t) < Math.abs(best.t - back.t) ? one : best));
+    assert.ok(Math.abs(size(back.chain.sent) - size([row.sent_x, row.sent_y, row.sent_z])) < 1e-5);
+    await stage.page.keyboard.press('[');
+    await stage.when((status) => status.replay.speed === 2, 'half of it');
+    await stage.page.keyboard.press('End');
+    await stage.when((status) => status.replay.seconds - status.t < 0.05, 'its end');
+    await stage.page.keyboard.press('Home');
+    await stage.when((status) => status.t < 0.1, 'its beginning');
+    await stage.page.keyboard.press('Space');
+    await stage.when((status) => status.replay.playing && status.t > 0.5, 'that it plays');
+    await said(stage, 'FOLLOWING');
+    assert.deepEqual(await seriousFindings(stage.page), []);
+    await stage.shoot('replay-light-1280');
+    assert.deepEqual(stage.errors, []);
   });
 });
 

@@ -56,6 +56,13 @@ export class Stage {
     await stage.openBrowser(size, scheme);
     return stage;
   }
+  // A recording, without a slave.
+  static async replay(file, args = []) {
+    const stage = new Stage();
+    stage.master = await start('palpate-master', ['replay', file, ...args, '--view'], /view at (\S+)/);
+    await stage.openBrowser([1280, 720], 'light');
+    return stage;
+  }
   async openBrowser([width, height], colorScheme) {
     this.profile = mkdtempSync(path.join(tmpdir(), 'palpate-page-'));
     this.context = await chromium.launchPersistentContext(this.profile, { executablePath: '/usr/bin/chromium', headless: true, args: FLAGS, viewport: { width, height }, colorScheme });

@@ -55,7 +55,11 @@ void TickLog::Add(double t, const TickRecord& record, const std::optional<Eigen:
   AppendVectorOrNothing(&rows_, truth.has_value(), truth.value_or(Eigen::Vector3d::Zero()));
   rows_.push_back(',');
   if (record.state_age >= 0) AppendNumber(&rows_, record.state_age, kDigits);
-  rows_.append(",").append(ToString(chain.reasons)).append("\n");
+  rows_.append(",").append(ToString(chain.reasons));
+  if (std::exchange(marks_, record.marks) != record.marks) {
+    rows_.append(chain.reasons.empty() ? "mark" : "+mark");
+  }
+  rows_.append("\n");
 }
 
 void TickLog::Flush() {

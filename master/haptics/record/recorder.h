@@ -23,8 +23,8 @@ namespace palpate {
 //
 //   t,state,p_M_*,p_S_*,estimated_*,local_*,scaled_*,passive_*,limited_*,sent_*,true_*,age_s,reason
 //
-// `*` stands for _x, _y, _z. SI; what is unknown is empty; `reason` is joined by `+`. About 0.2 MB
-// per second.
+// `*` stands for _x, _y, _z. SI; what is unknown is empty; `reason` is joined by `+`;
+// `mark` stands there, too, in the tick in which the operator made one. About 0.2 MB per second.
 class TickLog {
  public:
   // Begins the file anew. Throws std::runtime_error: it cannot be written.
@@ -39,7 +39,8 @@ class TickLog {
  private:
   std::filesystem::path file_;
   std::ofstream out_;
-  std::string rows_;  // not yet flushed
+  std::string rows_;         // not yet flushed
+  std::uint32_t marks_ = 0;  // so far
   std::string trouble_;
 };
 

@@ -7,6 +7,8 @@
 
 #include "master/haptics/force_chain.h"
 #include "master/haptics/operator_machine.h"
+#include "master/haptics/render_mode.h"
+#include "master/haptics/tare.h"
 #include "shared/state/clock.h"
 #include "shared/state/slave_state.h"
 
@@ -31,6 +33,14 @@ struct TickRecord {
   Time truth_at{};                 // master's clock
   Time truth_commanded_at{};       // when the newest command that the slave then had left; 0: none
   Eigen::Vector3d truth{0, 0, 0};  // S [N]
+  std::uint32_t marks = 0;         // events that the operator marked so far
+  RenderMode render = RenderMode::kLocal;
+  bool clutched = false;  // the operator let go, whatever the device's switch says
+  TareState tare_state = TareState::kNone;
+  Eigen::Vector3d tare{0, 0, 0};  // what `estimated` is less than the slave told, S [N]
 };
+
+// What the fingertips feel by `state`; a tool that has none is one itself. Real-time safe.
+void SeeFingers(const SlaveState& state, TickRecord* record) noexcept;
 
 }  // namespace palpate

@@ -1,44 +1,11 @@
-// What is wrong at this moment, in words, each with the next step; and what happened.
-import { REASONS, norm } from './words.js';
+// What is wrong at this moment, in words, each with the next step, as the master tells it; and what happened.
 
-const NEXT = {
-  tracking_lost: 'Look at the picture: is the tool in it, is it covered? Lift it clear, then engage again.',
-  extrapolated: 'Press less deep, or read CHECKS for the check that is named.',
-  stale: 'See whether the camera or the fingertips still send: Setup names what they wait for.',
-  punctured: 'Draw the tool back.',
-  failed: "See the slave's log: it says why the model has no answer.",
-};
-
-// The alarms of a status: {level, text, next}.
-export function alarmsOf({ status, health, lost, ended }) {
-  const list = [];
-  const add = (level, text, next) => list.push({ level, text, next });
+// {level, text, next} each. What the master cannot tell is that it cannot be heard.
+export function alarmsOf({ status, lost }) {
   if (lost) {
-    add('bad', `The page has no line to the master: ${lost}.`, 'The hand is let go. Is palpate-master still running in its terminal? The page comes back by itself.');
-    return list;
+    return [{ level: 'bad', text: `The page has no line to the master: ${lost}.`, next: 'The hand is let go. Is palpate-master still running in its terminal? The page comes back by itself.' }];
   }
-  if (!status) return [{ level: 'idle', text: 'Waiting for the first tick.', next: '' }];
-  const { link, felt, chain } = status;
-  if (status.state === 'ESTOP') add('bad', 'Emergency stop: the tool stands, the hand is let go.', 'When it is safe: R, or the button beside STOP, then engage again.');
-  if (!link.connected) add('bad', `No line to the slave${link.trouble ? `: ${link.trouble}` : ''}.`, 'Is palpate-slave running? The master tries again by itself; engage again when it is back.');
-  else if (link.trouble) add('warn', `The line to the slave: ${link.trouble}.`, 'If it stays, stop and start palpate-master.');
-  else if (link.age > 0.03) add('bad', 'No state from the slave for more than 30 ms.', 'The tool stands. Wait, or look at the network.');
-  if (felt && felt.validity !== 'valid') {
-    const check = felt.check ? ` (check: ${felt.check.replaceAll('_', ' ')})` : '';
-    add(['extrapolated', 'punctured'].includes(felt.validity) ? 'warn' : 'bad', `The force is ${felt.validity.replaceAll('_', ' ')}${check}.`, NEXT[felt.validity] || '');
-  }
-  for (const reason of chain.reasons) {
-    if (['clamped', 'passivity', 'offset_jump', 'settings', 'bad_state', 'bad_device', 'aged'].includes(reason)) {
-      add('warn', `The force was changed: ${REASONS[reason][1]}.`, reason === 'clamped' ? 'Press less: more cannot be felt.' : '');
-    }
-  }
-  if (status.force_limit > 0 && norm(chain.sent) > 0.8 * status.force_limit && !chain.reasons.includes('clamped')) {
-    add('warn', 'More than four fifths of the force limit.', 'Press no deeper.');
-  }
-  if (link.late_share > 0.01) add('warn', `States came late in ${(100 * link.late_share).toFixed(0)} % of the last 10 s.`, 'A slower line or a busy machine: see the charts.');
-  for (const text of health?.status?.alarms || []) add('warn', `The slave says: ${text}.`, '');
-  if (health?.trouble) add('warn', `The slave's health is not told: ${health.trouble}.`, '');
-  return list;
+  return status ? status.alarms : [{ level: 'idle', text: 'Waiting for the first tick.', next: '' }];
 }
 
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓' };

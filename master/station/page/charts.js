@@ -31,7 +31,10 @@ export class Charts {
     this.draw();
     new ResizeObserver(() => this.resize()).observe(this.host);
   }
-  take(samples) {
+  // `run` changes where a recording goes on elsewhere.
+  take(samples, run) {
+    if (run !== this.run) this.samples = [];
+    this.run = run;
     let last = this.samples.length ? this.samples[this.samples.length - 1] : null;
     for (const sample of samples) {
       if (last && sample[0] <= last[0] && sample[1] >= last[1]) continue;

@@ -5,12 +5,14 @@ const ESCAPE_TWICE_MS = 600;
 const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-hyperelastic', 'fem-green', 'bem3d'];
 
 export class Controls {
-  constructor({ link, view, pointer, charts, sound, onTheme }) {
-    Object.assign(this, { link, view, pointer, charts, sound, onTheme, escapedAt: -1e9 });
+  constructor({ link, view, pointer, charts, sound, replay, onTheme }) {
+    Object.assign(this, { link, view, pointer, charts, sound, replay, onTheme, escapedAt: -1e9, status: null });
     byId('stop').addEventListener('click', () => this.stop());
     byId('reset').addEventListener('click', () => this.reset());
     byId('pause').addEventListener('click', () => this.pause());
     byId('theme').addEventListener('click', () => this.toggleTheme());
+    for (const [id, act] of [['let-go', 'clutch'], ['mark', 'mark'], ['tare', 'tare'], ['recording', 'record']]) byId(id).addEventListener('click', () => this[act]());
+    byId('render').addEventListener('change', () => this.link.send({ do: 'render', mode: byId('render').value }));
     byId('mapping').addEventListener('submit', (event) => this.set(event));
     byId('replace').addEventListener('submit', (event) => this.replace(event));
     for (const tab of document.querySelectorAll('[role=tab]')) {
@@ -28,8 +30,27 @@ export class Controls {
   reset() {
     this.link.send({ do: 'reset' });
   }
+  clutch() {
+    this.pointer.release();
+    this.link.send({ do: 'clutch', on: !this.status?.clutched });
+  }
+  mark() {
+    this.link.send({ do: 'mark' });
+  }
+  tare() {
+    this.link.send({ do: 'tare' });
+  }
+  record() {
+    if (this.status?.recording) this.link.send({ do: 'record', on: !this.status.recording.on });
+  }
+  nextRendering() {
+    const modes = [...byId('render').options].map((option) => option.value);
+    this.link.send({ do: 'render', mode: modes[(modes.indexOf(byId('render').value) + 1) % modes.length] });
+  }
   // The stop is heard wherever the focus is.
   key(event) {
+    if (this.replay.key(event)) return this.swallow(event);
+    if (this.replay.active && event.key === ' ') return;
     if (event.key === ' ' && !event.repeat) this.stop();
     if (event.key === ' ') return this.swallow(event);
     if (event.key === 'Escape') return this.escape();
@@ -50,7 +71,9 @@ export class Controls {
     this.escapedAt = now;
   }
   actions() {
-    return { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), f: () => this.view.fit(), x: () => this.view.look('X'), y: () => this.view.look('Y'),
+    const live = this.replay.active ? {} : { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), c: () => this.clutch(), m: () => this.mark(),
+      n: () => this.tare(), b: () => this.record(), v: () => this.nextRendering(), l: () => byId('position-scale').focus() };
+    return { ...live, f: () => this.view.fit(), x: () => this.view.look('X'), y: () => this.view.look('Y'),
       z: () => this.view.look('Z'), w: () => this.view.toggleWire(), p: () => this.pause(), d: () => this.charts.download(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
       a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };
   }
@@ -87,6 +110,18 @@ export class Controls {
   replace(event) {
     event.preventDefault();
     this.link.send({ do: 'model', kind: byId('model-kind').value });
+  }
+  // What the master does by now.
+  showActs(status) {
+    this.status = status;
+    byId('let-go').setAttribute('aria-pressed', String(status.clutched));
+    if (document.activeElement !== byId('render')) byId('render').value = status.render;
+    const { recording } = status, dot = byId('record');
+    byId('recording').hidden = dot.hidden = !recording;
+    if (!recording) return;
+    byId('recording').setAttribute('aria-pressed', String(recording.on));
+    dot.dataset.level = recording.trouble ? 'bad' : recording.on ? 'ok' : 'warn';
+    dot.textContent = recording.trouble ? '■ REC ended' : recording.on ? `● REC ${recording.megabytes.toFixed(1)} MB` : '○ not recording';
   }
   // What the slave goes by stands in the fields, unless somebody is writing there.
   showSettings(mapping, model, planar) {

@@ -28,7 +28,7 @@ export class ForcePanel {
     this.showMeter(status, sent, limit, full, scales);
     for (const row of this.rows) this.showStation(row, status.chain, full, scales);
     const [x, y, z] = status.chain.sent;
-    byId('components').textContent = `sent, hand's frame: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N`;
+    byId('components').textContent = `sent, hand's frame: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N${norm(status.tare) > 0 ? `; zero taken at ${figure(norm(status.tare))} N` : ''}`;
     this.showValidity(status.felt);
     this.showFingers(status.fingers);
   }

@@ -7,8 +7,8 @@ const stress = (pascal) => (pascal >= 1e6 ? `${figure(pascal / 1e6)} MPa` : pasc
 function groupsOf(hello, health, status) {
   const scene = health?.scene, can = health?.capabilities, slave = health?.status, groups = [];
   if (hello) {
-    groups.push(['Session', [['slave at', `${hello.target}, ${hello.encrypted ? 'TLS' : 'plain text'}`], ['device', hello.device], ['rendering', hello.render],
-      ['palpate-master', hello.version], ['clock offset', status ? ms(status.link.clock_offset, 3) : '-'], ['reconnects', status?.link.reconnects ?? '-'],
+    groups.push(['Session', [hello.badge === 'REPLAY' ? ['recording', hello.target] : ['slave at', `${hello.target}, ${hello.encrypted ? 'TLS' : 'plain text'}`], ['device', hello.device], ['rendering', hello.render],
+      ['palpate-master', hello.version], ['clock offset', status ? ms(status.link.clock_offset, 3) : '-'], ['from the picture to the hand', ms(status?.link.sensed_age ?? NaN, 0)], ['reconnects', status?.link.reconnects ?? '-'],
       ['states refused', status?.link.refused ?? '-']]]);
   }
   if (scene) {

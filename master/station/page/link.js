@@ -1,23 +1,24 @@
 // The line to the master: one WebSocket, opened again when it ends. What comes is the newest of each kind.
 
-const RETRY_MS = 500, PING_MS = 500, SILENT_MS = 300;
+const RETRY_MS = 500, PING_MS = 500, SILENT_MS = 300, LOOK_LATE_MS = 200;
 export const TOPOLOGY = 1, PICTURE = 5, SHAPE = 6;
 
 // `hear(kind, message)` gets JSON objects by their `kind`, and for binary ones 'topology', 'picture', 'shape' with
 // {number, t, data: DataView, bytes: Uint8Array}; `lost(reason)` when the line ends or is silent, `found()` when it is back.
 export class Link {
   constructor(hear, lost, found) {
-    Object.assign(this, { hear, lost, found, delay: null, heardAt: 0, clock: null, silent: true });
+    Object.assign(this, { hear, lost, found, delay: null, heardAt: 0, watchedAt: 0, clock: null, silent: true });
     this.open();
     setInterval(() => this.watch(), 100);
     setInterval(() => this.send({ do: 'ping', at: performance.now() }), PING_MS);
   }
   open() {
-    this.socket = new WebSocket(`ws://${location.host}/ws`);
+    const token = location.hash.slice(1);  // which no server is told in an address
+    this.socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/ws${token && `?token=${token}`}`);
     this.socket.binaryType = 'arraybuffer';
     this.socket.onmessage = (event) => this.take(event.data);
     this.socket.onclose = (event) => {
-      this.tellLost(event.reason || 'no line to palpate-master');
+      this.tellLost(event.reason || (location.protocol === 'https:' ? 'no line to palpate-master, or another token: open the address that it printed' : 'no line to palpate-master'));
       setTimeout(() => this.open(), RETRY_MS);
     };
   }
@@ -26,7 +27,9 @@ export class Link {
     this.lost(reason);
   }
   watch() {
-    if (!this.silent && performance.now() - this.heardAt > SILENT_MS) this.tellLost('palpate-master is silent');
+    const now = performance.now(), wasBusy = now - this.watchedAt > LOOK_LATE_MS;  // what came meanwhile was not heard yet
+    this.watchedAt = now;
+    if (!wasBusy && !this.silent && now - this.heardAt > SILENT_MS) this.tellLost('palpate-master is silent');
   }
   take(data) {
     this.heardAt = performance.now();
@@ -44,12 +47,12 @@ export class Link {
       this.delay = performance.now() - message.at;
       return;
     }
-    if (message.kind === 'status') this.clock = { t: message.t, at: this.heardAt };
+    if (message.kind === 'status') this.clock = { t: message.t, at: this.heardAt, rate: message.replay ? message.replay.playing * message.replay.speed : 1 };
     this.hear(message.kind, message);
   }
-  // Seconds since the session began, now; null: not known.
+  // Seconds since the session began, or of its recording, now; null: not known.
   now() {
-    return this.clock && this.clock.t + (performance.now() - this.clock.at) / 1000;
+    return this.clock && this.clock.t + (this.clock.rate * (performance.now() - this.clock.at)) / 1000;
   }
   send(wish) {
     if (this.socket.readyState === WebSocket.OPEN && this.socket.bufferedAmount < 4096) this.socket.send(JSON.stringify(wish));

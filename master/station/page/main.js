@@ -8,6 +8,7 @@ import { Link } from './link.js';
 import { Pace } from './pace.js';
 import { PicturePanel } from './picture.js';
 import { Pointer } from './pointer.js';
+import { ReplayBar } from './replay.js';
 import { Sound } from './sound.js';
 import { View } from './view.js';
 import { STATES, fixed, ms, norm } from './words.js';
@@ -18,9 +19,9 @@ const told = { hello: null, health: null, status: null, lost: 'connecting' };
 
 const link = new Link(take, (reason) => { told.lost = reason; changed = true; }, () => { told.lost = null; changed = true; });
 const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
-const pointer = new Pointer(link, view, mapping);
+const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link);
 let controls = null, changed = true;
-controls = new Controls({ link, view, pointer, charts, sound, onTheme });
+controls = new Controls({ link, view, pointer, charts, sound, replay, onTheme });
 
 function onTheme() {
   view.repaint();
@@ -43,6 +44,7 @@ const takers = {
     }
     told.hello = message;
     pointer.enable(message.pointer);
+    replay.enable(message.badge === 'REPLAY');
     byId('hint').textContent = message.pointer ? 'Drag here: the tool follows the cursor.' : '';
   },
   health(message) { told.health = message; },
@@ -54,7 +56,8 @@ const takers = {
     const why = pointer.heed(message);
     if (why) byId('hint').textContent = why;
     view.take(message);
-    charts.take(message.samples);
+    charts.take(message.samples, message.replay?.run);
+    replay.show(message);
     sound.show(norm(message.chain.sent) / (message.force_limit || 1));
   },
   picture(message) { picture.take(message); },
@@ -102,8 +105,6 @@ function showFacts() {
   set('page-delay', own);
   byId('badge').hidden = !hello || hello.badge === 'LIVE';
   byId('badge').textContent = hello?.badge || '';
-  byId('record').hidden = !status?.recording;
-  byId('record').textContent = status?.recording ? `● REC ${status.recording}` : '';
 }
 
 const paces = { view: new Pace(33, 1000), charts: new Pace(66, 1000), figures: new Pace(33, 100) };
@@ -124,7 +125,7 @@ function frame(now) {
   alarms.show(alarmsOf(told));
   if (told.status) force.show(told.status, mapping());
   controls.showSettings(mapping(), told.health?.scene?.model?.kind || told.hello?.model, told.health?.capabilities?.degrees_of_freedom === 2);
-  byId('render').textContent = told.hello?.render || '-';
+  if (told.status) controls.showActs(told.status);
   if (now - healthAt < 500 || byId('health').hidden) return;
   healthAt = now;
   showHealth(byId('health'), told.hello, told.health, told.status);

@@ -1,7 +1,7 @@
 // The slave's picture as it comes; how old it is stands on it.
 import { figure } from './words.js';
 
-const STALE_S = 0.2;
+const STALE_S = 0.2, RECORDED_S = 1.2;  // a recording keeps two pictures a second
 
 export class PicturePanel {
   constructor(link) {
@@ -41,8 +41,8 @@ export class PicturePanel {
     const age = this.shownT === null || now === null ? null : Math.max(0, now - this.shownT);
     document.getElementById('picture-age').textContent = age === null ? '' : `${Math.round(age * 1e3)} ms old`;
     const stale = document.getElementById('picture-stale');
-    stale.hidden = !(age > STALE_S);
-    if (age > STALE_S) stale.textContent = `FROZEN for ${age.toFixed(1)} s`;
+    stale.hidden = !(age > (status?.replay ? RECORDED_S : STALE_S));
+    if (!stale.hidden) stale.textContent = `FROZEN for ${age.toFixed(1)} s`;
     if (this.shownT === null && status?.video_trouble) {
       document.getElementById('picture-empty').textContent = `No picture: ${status.video_trouble}`;
     }

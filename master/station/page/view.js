@@ -154,6 +154,7 @@ export class View {
     this.arrow.quaternion.setFromUnitVectors(new this.three.Vector3(0, 1, 0), along);
     this.arrowEnd = along.multiplyScalar(length).add(this.arrow.position);
     this.label.textContent = `${fixed(hand)} N`;
+    this.placeLabel();
   }
   putOthers(fingers) {
     while (this.others.length < fingers.length) {

@@ -23,6 +23,7 @@ export const REASONS = {
   projected: ['local', 'stiffness made a spring that can be shown'], offset_jump: ['scaled', 'the slave moved the offset'],
   settings: ['scaled', 'settings are being read'], aged: ['estimated', 'sensed too long ago'], ended: ['estimated', "the slave's stream ended"],
   plane: ['local', 'off the patch: the plane'], held: ['local', 'the newest force held'], arm_fault: ['estimated', "the slave's arm does not move"],
+  tared: ['estimated', 'less the zero that was taken'],
 };
 
 export const VALIDITY = {

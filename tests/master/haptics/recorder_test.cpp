@@ -93,6 +93,24 @@ TEST(RecorderTest, TheLogHasTheContractsColumnsAndEmptyCellsForTheUnknown) {
             "0,FOLLOWING,0,0,0,0,0,0,,,,0,0.25,0,0,0,0,0,0,0,0,0,0,0,0,0,,,,0.002,unknown+fading");
 }
 
+TEST(RecorderTest, AMarkStandsInItsOwnTickAlone) {
+  SpscRing<TickRecord> ring(64);
+  Recorder recorder(&ring, LogFile());
+  for (int i = 0; i < 4; ++i) {
+    TickRecord record = Record(i, 0.25);
+    record.marks = i < 2 ? 0 : 1;
+    if (i > 1) record.chain.reasons.Add(Reason::kFading);
+    ring.Push(record);
+  }
+  recorder.Finish();
+  const auto lines = Lines(LogFile());
+  ASSERT_EQ(lines.size(), 5U);
+  const auto reason = [&](std::size_t row) { return lines[row].substr(lines[row].rfind(',') + 1); };
+  EXPECT_EQ(reason(2), "");
+  EXPECT_EQ(reason(3), "fading+mark");
+  EXPECT_EQ(reason(4), "fading");
+}
+
 // After a crash the file must be readable: whole rows, at most half a second old.
 TEST(RecorderTest, RowsReachTheFileWithinHalfASecondWithoutATruth) {
   SpscRing<TickRecord> ring(2048);

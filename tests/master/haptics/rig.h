@@ -36,7 +36,9 @@ class Rig {
                double slew_limit = kNoSlewLimit)
       : slave(slave_options),
         loop({render, slave_options.transform, force_limit, slew_limit},
-             {&states, &commands, &records, &settings, &patches}) {}
+             {&states, &commands, &records, &settings, &patches, &wishes}) {
+    wishes.render = render;
+  }
 
   // One millisecond with `device`; what was recorded of it.
   const TickRecord& Tick(Device& device) {
@@ -80,6 +82,7 @@ class Rig {
   LatestValue<RemoteSettings> settings;
   LatestValue<ReceivedPatch> patches;
   SpscRing<TickRecord> records{64};
+  HandWishes wishes{RenderMode::kLocal};
   VirtualSlave slave;
   HapticLoop loop;
   Time now{std::chrono::hours(1)};

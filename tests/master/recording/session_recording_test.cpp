@@ -48,6 +48,8 @@ TickRecord AnyTick(std::mt19937* random, int i) {
   tick.state_age = i % 11 == 0 ? -1 : 0.001 * i;
   if (tick.state_age >= 0) tick.sensed_age = tick.state_age + 0.02;
   tick.round_trip = i % 4 == 0 ? 0.0005 : 0;
+  tick.marks = static_cast<std::uint32_t>(i / 50);
+  if (i % 9 == 0) tick.tare = AnyVector(random);
   tick.has_truth = i % 6 == 0;
   if (!tick.has_truth) return tick;
   tick.truth = AnyVector(random);
@@ -77,6 +79,8 @@ void ExpectSame(const TickRecord& read, const TickRecord& told) {
   EXPECT_EQ(read.state_sequence, told.state_sequence);
   EXPECT_FLOAT_EQ(static_cast<float>(read.state_age), static_cast<float>(told.state_age));
   EXPECT_FLOAT_EQ(static_cast<float>(read.sensed_age), static_cast<float>(told.sensed_age));
+  EXPECT_EQ(read.marks, told.marks);
+  ExpectNear(read.tare, told.tare);
   EXPECT_EQ(read.has_truth, told.has_truth);
   ExpectNear(read.truth, told.truth);
   EXPECT_EQ(read.truth_at, told.truth_at);
@@ -127,6 +131,55 @@ TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
   ASSERT_EQ(read.size(), told_.size());
   for (std::size_t i = 0; i < read.size(); ++i) ExpectSame(read[i], told_[i]);
   EXPECT_EQ(states.size(), 167U);
+}
+
+TEST_F(SessionRecordingTest, WhatTheOperatorDidStandsInTheLog) {
+  Record(120);
+  std::vector<std::string> lines;
+  ReplayFeed feed;
+  feed.on_log = [&](const std::string& line, Time, bool is_alarm) {
+    EXPECT_FALSE(is_alarm);
+    lines.push_back(line);
+  };
+  Replay(file_).Play(0, 0, feed, {});
+  EXPECT_THAT(lines, testing::IsSupersetOf({"mark 1", "mark 2"}));
+}
+
+TEST_F(SessionRecordingTest, SwitchedOffItKeepsNothingButSaysSo) {
+  std::filesystem::create_directories(folder_);
+  std::mt19937 random(3);
+  {
+    SessionRecording recording({.file = file_});
+    for (int i = 0; i < 300; ++i) {
+      if (i == 100 || i == 200) recording.Switch(i == 200);
+      EXPECT_EQ(recording.is_on(), i < 100 || i >= 200);
+      recording.OnTick(AnyTick(&random, i));
+    }
+  }
+  std::vector<Time> ticks;
+  std::vector<std::string> lines;
+  ReplayFeed feed;
+  feed.on_tick = [&](const TickRecord& tick) { ticks.push_back(tick.at); };
+  feed.on_log = [&](const std::string& line, Time, bool) { lines.push_back(line); };
+  Replay(file_).Play(0, 0, feed, {});
+  ASSERT_EQ(ticks.size(), 200U);
+  EXPECT_EQ(ticks[100] - ticks[99], std::chrono::milliseconds(101));
+  EXPECT_THAT(lines, testing::IsSupersetOf({"recording is off from here", "recording goes on"}));
+}
+
+// An hour without a tick: waited for, this test would not end.
+TEST_F(SessionRecordingTest, WhereNothingWasRecordedNobodyWaits) {
+  std::filesystem::create_directories(folder_);
+  std::mt19937 random(3);
+  {
+    SessionRecording recording({.file = file_});
+    for (const int i : {0, 1, 2, 3'600'000, 3'600'001}) recording.OnTick(AnyTick(&random, i));
+  }
+  int ticks = 0;
+  ReplayFeed feed;
+  feed.on_tick = [&](const TickRecord&) { ++ticks; };
+  Replay(file_).Play(0, 1, feed, {});
+  EXPECT_EQ(ticks, 5);
 }
 
 TEST_F(SessionRecordingTest, ReplayBeginsWhereItIsAskedTo) {

@@ -16,6 +16,10 @@ StationMoment Pressed() {
   moment.ticks.t = 12.5;
   TickRecord& tick = moment.ticks.newest;
   tick.state = OperatorState::kFollowing;
+  tick.sensed_age = 0.0625;
+  tick.marks = 2;
+  tick.render = RenderMode::kHold;
+  tick.clutched = true;
   tick.chain.force_known = true;
   tick.chain.estimated = {0, 1.5, 0};
   tick.chain.sent = {0, 3.3, 0};
@@ -38,6 +42,31 @@ TEST(MomentJsonTest, SaysWhatTheTickSays) {
   EXPECT_EQ(json["felt"]["validity"], "extrapolated");
   EXPECT_NEAR(json["felt"]["sigma"].get<double>(), 0.02, 1e-9);
   EXPECT_EQ(json["felt"]["details"]["score"], 0.97);
+  EXPECT_EQ(json["link"]["sensed_age"], 0.0625);
+  EXPECT_EQ(json["marks"], 2);
+  EXPECT_EQ(json["render"], "hold");
+  EXPECT_TRUE(json["clutched"]);
+  EXPECT_TRUE(json["replay"].is_null());
+  EXPECT_TRUE(json["recording"].is_null()) << "none can be made";
+}
+
+TEST(MomentJsonTest, AlarmsSayTheNextStep) {
+  StationMoment moment = Pressed();
+  moment.status.link.connected = true;
+  const Json alarms = Json::parse(StatusJson(moment))["alarms"];
+  ASSERT_EQ(alarms.size(), 2U);
+  EXPECT_EQ(alarms[0]["text"], "The force is extrapolated.");
+  EXPECT_EQ(alarms[1]["text"], "The force was changed: the force limit.");
+  EXPECT_EQ(alarms[1]["next"], "Press less: more cannot be felt.");
+}
+
+TEST(MomentJsonTest, HealthThatIsNoneTellsNoAlarms) {
+  SlaveNews::Words words;
+  EXPECT_TRUE(AlarmsIn(words).empty());
+  words.status = R"({"alarms":["the disk is full", 7]})";
+  EXPECT_EQ(AlarmsIn(words), std::vector<std::string>{"the disk is full"});
+  words.status = R"({"alarms":"none"})";
+  EXPECT_NO_THROW(AlarmsIn(words));
 }
 
 // Zero newtons and no news are two things.

@@ -20,6 +20,16 @@ TEST(WishTest, ReadsWhatThePageSends) {
       ReadWish(R"({"do":"pointer","at":3,"p_M":[0.1,-0.2,0.3],"engaged":true})"));
   EXPECT_EQ(pointer.p_M, Eigen::Vector3d(0.1, -0.2, 0.3));
   EXPECT_TRUE(pointer.engaged);
+  EXPECT_TRUE(std::holds_alternative<MarkWish>(ReadWish(R"({"do":"mark"})")));
+  EXPECT_TRUE(std::holds_alternative<TareWish>(ReadWish(R"({"do":"tare"})")));
+  EXPECT_FALSE(std::get<ClutchWish>(ReadWish(R"({"do":"clutch","on":false})")).on);
+  EXPECT_TRUE(std::get<RecordWish>(ReadWish(R"({"do":"record","on":true})")).on);
+  EXPECT_EQ(std::get<RenderWish>(ReadWish(R"({"do":"render","mode":"hold"})")).mode,
+            RenderMode::kHold);
+  const auto replay = std::get<ReplayWish>(ReadWish(R"({"do":"replay","speed":0.5,"to":-1})"));
+  EXPECT_EQ(replay.speed, 0.5);
+  EXPECT_EQ(replay.to, -1);
+  EXPECT_FALSE(replay.playing);
 }
 
 // A pointer that does not say that it holds, holds nothing.
@@ -43,6 +53,14 @@ TEST(WishTest, RefusesTheRest) {
                            R"({"do":"set","force_scale":0})",
                            R"({"do":"set","force_limit":-1})",
                            R"({"do":"set","position_scale":true})",
+                           R"({"do":"clutch"})",
+                           R"({"do":"clutch","on":1})",
+                           R"({"do":"record"})",
+                           R"({"do":"render","mode":"soft"})",
+                           R"({"do":"render","mode":1})",
+                           R"({"do":"replay","playing":1})",
+                           R"({"do":"replay","speed":0})",
+                           R"({"do":"replay","to":null})",
                            R"({"do":"model"})",
                            R"({"do":"model","kind":""})",
                            R"({"do":"model","kind":"fem; rm"})",

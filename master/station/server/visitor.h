@@ -11,8 +11,9 @@ namespace palpate {
 // a tunnel. Another name leads here only where somebody has rebound it. Empty: it may pass, else
 // why not.
 std::string RefusalOfHost(std::string_view host);
-// A request to operate comes from the page itself: its Origin is http://HOST, or absent, as from a
-// program. Empty: it may pass, else why not.
-std::string RefusalOfOrigin(std::string_view origin, std::string_view host);
+// A request to operate comes from the page itself: its Origin is SCHEME HOST, or absent, as from a
+// program. `scheme`: `http://` or `https://`. Empty: it may pass, else why not.
+std::string RefusalOfOrigin(std::string_view origin, std::string_view host,
+                            std::string_view scheme);
 
 }  // namespace palpate

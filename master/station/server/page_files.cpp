@@ -1,4 +1,4 @@
-#include "master/station/page_files.h"
+#include "master/station/server/page_files.h"
 
 #include <algorithm>
 

@@ -11,7 +11,8 @@
 #include <boost/beast/websocket.hpp>
 
 #include "master/station/notice_board.h"
-#include "master/station/page_server.h"
+#include "master/station/server/page_server.h"
+#include "master/station/server/page_stream.h"
 
 namespace palpate {
 
@@ -20,7 +21,7 @@ using PageRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 // Belongs to the server's thread; lives as long as one of its operations.
 class PageSession : public std::enable_shared_from_this<PageSession> {
  public:
-  PageSession(boost::beast::tcp_stream&& stream, std::uint64_t number, const NoticeBoard* board,
+  PageSession(PageStream&& stream, std::uint64_t number, const NoticeBoard* board,
               const PageServer::Listener* listener);
   ~PageSession();
 
@@ -37,7 +38,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   [[nodiscard]] bool IsFlooding();
   void Write(bool binary, NoticeBoard::Bytes bytes);
 
-  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  boost::beast::websocket::stream<PageStream> socket_;
   const std::uint64_t number_;
   const NoticeBoard* const board_;
   const PageServer::Listener* const listener_;

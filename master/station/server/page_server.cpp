@@ -1,4 +1,4 @@
-#include "master/station/page_server.h"
+#include "master/station/server/page_server.h"
 
 #include <atomic>
 #include <stdexcept>
@@ -11,9 +11,9 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/version.hpp>
 
-#include "master/station/page_files.h"
-#include "master/station/page_session.h"
-#include "master/station/visitor.h"
+#include "master/station/server/page_files.h"
+#include "master/station/server/page_session.h"
+#include "master/station/server/visitor.h"
 
 namespace palpate {
 namespace {
@@ -22,7 +22,6 @@ namespace asio = boost::asio;
 namespace http = boost::beast::http;
 using asio::ip::tcp;
 using boost::beast::error_code;
-using boost::beast::tcp_stream;
 
 constexpr std::chrono::seconds kAskWithin(5);
 constexpr std::chrono::milliseconds kGoodbyeWithin(200), kBreath(20);
@@ -73,8 +72,8 @@ Reply AnswerFile(const PageRequest& request) {
 
 // Where an HTTP connection is from the first byte to its only answer.
 struct Caller : std::enable_shared_from_this<Caller> {
-  Caller(tcp::socket&& socket, std::atomic<std::size_t>* callers)
-      : stream(std::move(socket)), count(callers) {
+  Caller(tcp::socket&& socket, asio::ssl::context* tls, std::atomic<std::size_t>* callers)
+      : stream(std::move(socket), tls), count(callers) {
     ++*count;
     parser.header_limit(kLongestHeader);
     parser.body_limit(0);
@@ -85,11 +84,11 @@ struct Caller : std::enable_shared_from_this<Caller> {
     http::async_write(stream, reply,
                       [self = shared_from_this()](error_code /*error*/, std::size_t /*bytes*/) {
                         error_code ignored;
-                        self->stream.socket().shutdown(tcp::socket::shutdown_send, ignored);
+                        self->stream.tcp().socket().shutdown(tcp::socket::shutdown_send, ignored);
                       });
   }
 
-  tcp_stream stream;
+  PageStream stream;
   std::atomic<std::size_t>* count;
   boost::beast::flat_buffer buffer;
   http::request_parser<http::empty_body> parser;
@@ -99,8 +98,8 @@ struct Caller : std::enable_shared_from_this<Caller> {
 }  // namespace
 
 struct PageServer::Parts {
-  Parts(const Endpoint& endpoint, const NoticeBoard* shown, Listener heard)
-      : board(shown), listener(std::move(heard)), acceptor(context) {
+  Parts(const Endpoint& endpoint, const NoticeBoard* shown, Listener heard, PageAccess asked)
+      : board(shown), listener(std::move(heard)), access(std::move(asked)), acceptor(context) {
     Listen(endpoint);
     const auto left = std::move(listener.left);
     listener.left = [this, left](std::uint64_t page) {
@@ -112,6 +111,9 @@ struct PageServer::Parts {
   void Listen(const Endpoint& endpoint);
   void Accept();
   void Serve(tcp::socket&& socket);
+  void Read(const std::shared_ptr<Caller>& caller);
+  // Why whoever asks so may not operate, with the status that says so; empty: it may.
+  [[nodiscard]] std::pair<http::status, std::string> Refusal(const PageRequest& request) const;
   void Answer(const std::shared_ptr<Caller>& caller);
   void Open(Caller* caller, const PageRequest& request);
   void PumpAll();
@@ -119,6 +121,7 @@ struct PageServer::Parts {
 
   const NoticeBoard* const board;
   Listener listener;
+  const PageAccess access;
   std::atomic<std::size_t> callers{0}, page_count{0};
   std::atomic<bool> told{false};
   std::uint64_t last_page = 0;
@@ -156,8 +159,14 @@ void PageServer::Parts::Accept() {
 }
 
 void PageServer::Parts::Serve(tcp::socket&& socket) {
-  const auto caller = std::make_shared<Caller>(std::move(socket), &callers);
-  caller->stream.expires_after(kAskWithin);
+  const auto caller = std::make_shared<Caller>(std::move(socket), access.tls.get(), &callers);
+  caller->stream.tcp().expires_after(kAskWithin);
+  caller->stream.Greet([this, caller](error_code error) {
+    if (!error) Read(caller);
+  });
+}
+
+void PageServer::Parts::Read(const std::shared_ptr<Caller>& caller) {
   http::async_read(caller->stream, caller->buffer, caller->parser,
                    [this, caller](error_code error, std::size_t /*bytes*/) {
                      if (!error) return Answer(caller);
@@ -169,17 +178,30 @@ void PageServer::Parts::Serve(tcp::socket&& socket) {
 void PageServer::Parts::Answer(const std::shared_ptr<Caller>& caller) {
   const PageRequest request = caller->parser.get();
   const std::string_view host = View(request[http::field::host]);
-  const std::string stranger = RefusalOfHost(host);
+  const std::string stranger = access.tls ? std::string() : RefusalOfHost(host);
   if (!stranger.empty()) return caller->Answer(Refuse(http::status::misdirected_request, stranger));
   if (!boost::beast::websocket::is_upgrade(request)) return caller->Answer(AnswerFile(request));
-  const std::string foreign = RefusalOfOrigin(View(request[http::field::origin]), host);
-  if (!foreign.empty()) return caller->Answer(Refuse(http::status::forbidden, foreign));
-  if (request.target() != "/ws")
-    return caller->Answer(Refuse(http::status::not_found, "no such stream"));
+  const auto [status, refused] = Refusal(request);
+  if (!refused.empty()) return caller->Answer(Refuse(status, refused));
   if (page_count >= kMostPages) {
     return caller->Answer(Refuse(http::status::service_unavailable, "8 pages look already"));
   }
   Open(caller.get(), request);
+}
+
+std::pair<http::status, std::string> PageServer::Parts::Refusal(const PageRequest& request) const {
+  const std::string foreign =
+      RefusalOfOrigin(View(request[http::field::origin]), View(request[http::field::host]),
+                      access.tls ? "https://" : "http://");
+  if (!foreign.empty()) return {http::status::forbidden, foreign};
+  const std::string_view target = View(request.target());
+  if (target.substr(0, target.find('?')) != "/ws")
+    return {http::status::not_found, "no such stream"};
+  if (access.tls && !CarriesToken(target, access.token)) {
+    return {http::status::forbidden,
+            "the token: accepted is the one in the address that palpate-master printed"};
+  }
+  return {};
 }
 
 void PageServer::Parts::Open(Caller* caller, const PageRequest& request) {
@@ -210,8 +232,9 @@ void PageServer::Parts::Leave() {
   goodbye.async_wait([this](error_code /*error*/) { context.stop(); });
 }
 
-PageServer::PageServer(const Endpoint& endpoint, const NoticeBoard* board, Listener listener)
-    : parts_(std::make_unique<Parts>(endpoint, board, std::move(listener))) {
+PageServer::PageServer(const Endpoint& endpoint, const NoticeBoard* board, Listener listener,
+                       PageAccess access)
+    : parts_(std::make_unique<Parts>(endpoint, board, std::move(listener), std::move(access))) {
   parts_->Accept();
   parts_->thread = std::thread([parts = parts_.get()] { parts->context.run(); });
 }
@@ -223,6 +246,11 @@ PageServer::~PageServer() {
 
 Endpoint PageServer::endpoint() const {
   return {parts_->listening.address().to_string(), parts_->listening.port()};
+}
+
+std::string PageServer::address() const {
+  const std::string at = "://" + ToString(endpoint()) + "/";
+  return parts_->access.tls ? "https" + at + "#" + parts_->access.token : "http" + at;
 }
 
 std::size_t PageServer::pages() const {

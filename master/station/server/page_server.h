@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "master/station/notice_board.h"
+#include "master/station/server/page_access.h"
 #include "shared/link/loopback.h"
 
 namespace palpate {
@@ -27,13 +28,17 @@ class PageServer {
     std::function<void(std::uint64_t page)> left;
   };
 
-  // Listens at `endpoint`, port 0: a free one. `board` outlives the server. Throws
+  // Listens at `endpoint`, port 0: a free one. `board` outlives the server. `access`: TLS, and the
+  // token that a page must carry; without TLS pages of this machine alone are answered. Throws
   // std::runtime_error: it cannot be listened there.
-  PageServer(const Endpoint& endpoint, const NoticeBoard* board, Listener listener);
+  PageServer(const Endpoint& endpoint, const NoticeBoard* board, Listener listener,
+             PageAccess access = {});
   // Says goodbye to every page.
   ~PageServer();
 
   [[nodiscard]] Endpoint endpoint() const;  // with the port that was found
+  // What a person opens: `http://HOST:PORT/`, or `https://HOST:PORT/#TOKEN`.
+  [[nodiscard]] std::string address() const;
   [[nodiscard]] std::size_t pages() const;  // that look at this moment; thread-safe
   // The board has something new. Any thread; returns at once.
   void Tell();

@@ -1,4 +1,4 @@
-#include "master/station/visitor.h"
+#include "master/station/server/visitor.h"
 
 #include <gtest/gtest.h>
 
@@ -21,11 +21,13 @@ TEST(VisitorTest, NoOtherName) {
 }
 
 TEST(VisitorTest, OnlyThePageItself) {
-  EXPECT_EQ(RefusalOfOrigin("", "localhost:1"), "");
-  EXPECT_EQ(RefusalOfOrigin("http://localhost:1", "localhost:1"), "");
+  EXPECT_EQ(RefusalOfOrigin("", "localhost:1", "http://"), "");
+  EXPECT_EQ(RefusalOfOrigin("http://localhost:1", "localhost:1", "http://"), "");
+  EXPECT_EQ(RefusalOfOrigin("https://station:1", "station:1", "https://"), "");
+  EXPECT_NE(RefusalOfOrigin("http://station:1", "station:1", "https://"), "");
   for (const char* origin : {"http://localhost:2", "https://localhost:1", "null",
                              "http://localhost:1/", "http://evil.example"}) {
-    EXPECT_NE(RefusalOfOrigin(origin, "localhost:1"), "") << origin;
+    EXPECT_NE(RefusalOfOrigin(origin, "localhost:1", "http://"), "") << origin;
   }
 }
 

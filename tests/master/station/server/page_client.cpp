@@ -1,4 +1,4 @@
-#include "tests/master/station/page_client.h"
+#include "tests/master/station/server/page_client.h"
 
 #include <array>
 #include <stdexcept>

@@ -1,5 +1,5 @@
 // The server as a page meets it.
-#include "master/station/page_server.h"
+#include "master/station/server/page_server.h"
 
 #include <atomic>
 #include <mutex>
@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/master/station/page_client.h"
+#include "tests/master/station/server/page_client.h"
 
 namespace palpate {
 namespace {

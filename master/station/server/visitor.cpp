@@ -1,4 +1,4 @@
-#include "master/station/visitor.h"
+#include "master/station/server/visitor.h"
 
 #include <stdexcept>
 
@@ -27,8 +27,9 @@ std::string RefusalOfHost(std::string_view host) {
   return "Host " + Shown(host) + ": accepted is this machine: 127.0.0.1, [::1] or localhost";
 }
 
-std::string RefusalOfOrigin(std::string_view origin, std::string_view host) {
-  if (origin.empty() || origin == "http://" + std::string(host)) return {};
+std::string RefusalOfOrigin(std::string_view origin, std::string_view host,
+                            std::string_view scheme) {
+  if (origin.empty() || origin == std::string(scheme).append(host)) return {};
   return "Origin " + Shown(origin) + ": accepted is the page itself";
 }
 

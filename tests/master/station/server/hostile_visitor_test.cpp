@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "master/station/page_server.h"
+#include "master/station/server/page_server.h"
 #include "master/station/wish.h"
-#include "tests/master/station/page_client.h"
+#include "tests/master/station/server/page_client.h"
 
 namespace palpate {
 namespace {

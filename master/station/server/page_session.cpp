@@ -1,4 +1,4 @@
-#include "master/station/page_session.h"
+#include "master/station/server/page_session.h"
 
 #include <stdexcept>
 #include <utility>
@@ -21,12 +21,12 @@ websocket::stream_base::timeout Patience() {
 
 }  // namespace
 
-PageSession::PageSession(beast::tcp_stream&& stream, std::uint64_t number, const NoticeBoard* board,
+PageSession::PageSession(PageStream&& stream, std::uint64_t number, const NoticeBoard* board,
                          const PageServer::Listener* listener)
     : socket_(std::move(stream)), number_(number), board_(board), listener_(listener) {
-  beast::get_lowest_layer(socket_).expires_never();
+  socket_.next_layer().tcp().expires_never();
   beast::error_code ignored;
-  auto& tcp = beast::get_lowest_layer(socket_).socket();
+  auto& tcp = socket_.next_layer().tcp().socket();
   tcp.set_option(boost::asio::ip::tcp::no_delay(true), ignored);
   tcp.set_option(boost::asio::socket_base::send_buffer_size(kSendBuffer), ignored);
   socket_.set_option(Patience());
@@ -52,7 +52,7 @@ void PageSession::Read() {
                      [self = shared_from_this()](beast::error_code error, std::size_t bytes) {
                        if (error) {
                          self->open_ = false;
-                         beast::get_lowest_layer(self->socket_).cancel();
+                         self->socket_.next_layer().tcp().cancel();
                          return;
                        }
                        self->Hear(bytes);

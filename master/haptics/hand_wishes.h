@@ -1,0 +1,24 @@
+// What the operator asks of the hand while it runs, beside the device's own switch. Any thread
+// asks, the haptic loop looks at each tick; wait-free.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "master/haptics/render_mode.h"
+
+namespace palpate {
+
+struct HandWishes {
+  explicit HandWishes(RenderMode mode) : render(mode) {}
+
+  std::atomic<std::uint32_t> marks{0};  // events marked so far
+  std::atomic<std::uint32_t> tares{0};  // asked for so far
+  // The hand is let go, whatever the device's switch says. Its end is an act: a closed switch
+  // engages anew.
+  std::atomic<bool> clutched{false};
+  std::atomic<RenderMode> render;  // comes in force while nobody follows
+  static_assert(std::atomic<RenderMode>::is_always_lock_free);
+};
+
+}  // namespace palpate

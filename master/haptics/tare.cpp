@@ -1,0 +1,56 @@
+#include "master/haptics/tare.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+namespace palpate {
+namespace {
+
+bool Touches(const SlaveState& state) {
+  const auto fingers = std::span(state.fingers).first(static_cast<std::size_t>(state.finger_count));
+  return state.local_model.in_contact ||
+         std::ranges::any_of(fingers, [](const FingerState& finger) { return finger.in_contact; });
+}
+
+}  // namespace
+
+std::string_view InWords(TareState state) {
+  constexpr std::array<std::string_view, 7> kWords{
+      "",
+      "",
+      "tared: what is felt now counts as zero",
+      "not tared: let go first (clutch)",
+      "not tared: the slave feels a contact: lift the tool clear",
+      "not tared: the force is not valid",
+      "not tared: more than a tenth of the force limit is felt without contact: look at the sense"};
+  return kWords[static_cast<std::size_t>(state)];
+}
+
+void Tare::Ask() noexcept {
+  state_ = TareState::kMeasuring;
+  count_ = 0;
+  sum_.setZero();
+}
+
+void Tare::Take(SlaveState* state, bool follows, double largest, double now) noexcept {
+  if (state_ == TareState::kMeasuring) Measure(*state, follows, largest, now);
+  if (state->force) *state->force -= bias_;
+  if (state->local_model.in_contact) state->local_model.force -= bias_;
+}
+
+void Tare::Measure(const SlaveState& state, bool follows, double largest, double now) noexcept {
+  if (follows) state_ = TareState::kFollowing;
+  if (!state.force || state.validity != Validity::kValid) state_ = TareState::kNotValid;
+  if (Touches(state)) state_ = TareState::kTouching;
+  if (state_ != TareState::kMeasuring || state.sensed_at == sensed_at_) return;
+  sensed_at_ = state.sensed_at;
+  if (count_++ == 0) since_ = now;
+  sum_ += *state.force;
+  if (now - since_ < kMeasure || count_ < kFewest) return;
+  const Eigen::Vector3d mean = sum_ / count_;
+  state_ = mean.norm() <= kLargestShare * largest ? TareState::kDone : TareState::kTooLarge;
+  if (state_ == TareState::kDone) bias_ = mean;
+}
+
+}  // namespace palpate

@@ -1,0 +1,149 @@
+#include "master/station/alarms.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "master/station/moment_json.h"
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kLate = 0.030;      // [s]
+constexpr double kLateShare = 0.01;  // [-]
+constexpr double kNearLimit = 0.8;   // [-]
+
+std::string Spaced(std::string_view code) {
+  std::string words(code);
+  std::ranges::replace(words, '_', ' ');
+  return words;
+}
+
+class Alarms {
+ public:
+  explicit Alarms(const StationMoment& moment) : moment_(moment), tick_(moment.ticks.newest) {}
+
+  std::vector<Alarm> List() {
+    AddStop();
+    AddLine();
+    AddValidity();
+    AddReasons();
+    AddLimit();
+    AddRest();
+    return std::move(list_);
+  }
+
+ private:
+  void Stop(std::string text, std::string next) {
+    list_.push_back({Alarm::Level::kStop, std::move(text), std::move(next)});
+  }
+  void Note(std::string text, std::string next = {}) {
+    list_.push_back({Alarm::Level::kNote, std::move(text), std::move(next)});
+  }
+
+  void AddStop() {
+    if (tick_.state != OperatorState::kEstop) return;
+    Stop("Emergency stop: the tool stands, the hand is let go.",
+         "When it is safe: R, or the button beside STOP, then engage again.");
+  }
+  void AddLine() {
+    const LinkStats& link = moment_.status.link;
+    const std::string why = link.trouble.empty() ? "" : ": " + link.trouble;
+    if (!link.connected) {
+      Stop("No line to the slave" + why + ".",
+           "Is palpate-slave running? The master tries again by itself; engage again when it is "
+           "back.");
+    } else if (!why.empty()) {
+      Note("The line to the slave" + why + ".", "If it stays, stop and start palpate-master.");
+    } else if (tick_.state_age > kLate) {
+      Stop("No state from the slave for more than 30 ms.",
+           "The tool stands. Wait, or look at the network.");
+    }
+  }
+  void AddValidity();
+  void AddReasons();
+  void AddLimit() {
+    const double limit = moment_.status.force_limit;
+    if (tick_.chain.reasons.Has(Reason::kClamped)) return;
+    if (limit > 0 && tick_.chain.sent.norm() > kNearLimit * limit) {
+      Note("More than four fifths of the force limit.", "Press no deeper.");
+    }
+  }
+  void AddRest() {
+    if (moment_.ticks.late_share > kLateShare) {
+      Note(Formatted("States came late in %.0f %% of the last 10 s.",
+                     100 * moment_.ticks.late_share),
+           "A slower line or a busy machine: see the charts.");
+    }
+    for (const std::string& text : moment_.slave_alarms) Note("The slave says: " + text + ".");
+    if (moment_.recording && !moment_.recording->trouble.empty()) {
+      Note("The recording: " + moment_.recording->trouble + ".",
+           "Make room, or give a larger --record-limit, at the next start.");
+    }
+    if (!moment_.health_trouble.empty()) {
+      Note("The slave's health is not told: " + moment_.health_trouble + ".");
+    }
+  }
+
+  const StationMoment& moment_;
+  const TickRecord& tick_;
+  std::vector<Alarm> list_;
+};
+
+std::string NextFor(Validity validity) {
+  switch (validity) {
+    case Validity::kTrackingLost:
+      return "Look at the picture: is the tool in it, is it covered? Lift it clear, then engage "
+             "again.";
+    case Validity::kExtrapolated:
+      return "Press less deep, or read CHECKS for the check that is named.";
+    case Validity::kStale:
+      return "See whether the camera or the fingertips still send: Setup names what they wait for.";
+    case Validity::kPunctured:
+      return "Draw the tool back.";
+    default:
+      return "See the slave's log: it says why the model has no answer.";
+  }
+}
+
+void Alarms::AddValidity() {
+  const SlaveState& felt = moment_.felt.state;
+  if (felt.sequence == 0 || felt.validity == Validity::kValid) return;
+  const std::string check = Spaced(ToString(felt.check));
+  const std::string text = "The force is " + Spaced(ToString(felt.validity)) +
+                           (check.empty() ? "" : " (check: " + check + ")") + ".";
+  const bool is_told =
+      felt.validity == Validity::kExtrapolated || felt.validity == Validity::kPunctured;
+  is_told ? Note(text, NextFor(felt.validity)) : Stop(text, NextFor(felt.validity));
+}
+
+void Alarms::AddReasons() {
+  constexpr std::array<std::pair<Reason, const char*>, 7> kChanges{{
+      {Reason::kClamped, "the force limit"},
+      {Reason::kPassivity, "damped: no energy from nowhere"},
+      {Reason::kOffsetJump, "the slave moved the offset"},
+      {Reason::kSettings, "settings are being read"},
+      {Reason::kBadState, "a state with impossible numbers"},
+      {Reason::kBadDevice, "a device reading with impossible numbers"},
+      {Reason::kAged, "sensed too long ago"},
+  }};
+  for (const auto& [reason, words] : kChanges) {
+    if (!tick_.chain.reasons.Has(reason)) continue;
+    Note(std::string("The force was changed: ") + words + ".",
+         reason == Reason::kClamped ? "Press less: more cannot be felt." : "");
+  }
+}
+
+}  // namespace
+
+std::string_view ToString(Alarm::Level level) {
+  return level == Alarm::Level::kStop ? "bad" : "warn";
+}
+
+std::vector<Alarm> AlarmsOf(const StationMoment& moment) {
+  return Alarms(moment).List();
+}
+
+}  // namespace palpate

@@ -1,0 +1,59 @@
+// A recording's course: to and fro, slower and faster. Nothing here reaches a hand.
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+const STEP_S = 1, LEAP_S = 10;
+
+const byId = (id) => document.getElementById(id);
+const clock = (seconds) => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
+
+export class ReplayBar {
+  constructor(link) {
+    Object.assign(this, { link, active: false, now: null, t: 0 });
+    byId('play').addEventListener('click', () => this.toggle());
+    byId('place').addEventListener('input', () => this.go(byId('place').valueAsNumber));
+    byId('speed').replaceChildren(...SPEEDS.map((speed) => new Option(`${speed}x`, speed)));
+    byId('speed').addEventListener('change', () => this.pace(Number(byId('speed').value)));
+    byId('replay').addEventListener('submit', (event) => event.preventDefault());
+  }
+  enable(yes) {
+    this.active = yes;
+    byId('replay').hidden = !yes;
+    document.body.classList.toggle('replay', yes);
+  }
+  show(status) {
+    const { replay, t } = status;
+    if (!replay) return;
+    [this.now, this.t] = [replay, t];
+    const place = byId('place'), text = `${clock(t)} of ${clock(replay.seconds)}`;
+    place.max = replay.seconds.toFixed(2);
+    if (!place.matches(':active')) place.value = t;
+    place.setAttribute('aria-valuetext', text);
+    byId('time').textContent = text;
+    byId('play').firstChild.textContent = replay.playing ? 'Pause ' : 'Play ';
+    if (document.activeElement !== byId('speed')) byId('speed').value = replay.speed;
+  }
+  toggle() {
+    this.link.send({ do: 'replay', playing: !this.now?.playing });
+  }
+  go(t) {
+    this.t = Math.min(Math.max(t, 0), this.now?.seconds || 0);
+    this.link.send({ do: 'replay', to: this.t });
+  }
+  pace(speed) {
+    this.link.send({ do: 'replay', speed });
+  }
+  // To the next speed that is `sign` of the one it has.
+  change(sign) {
+    const faster = SPEEDS.filter((speed) => sign * (speed - this.now.speed) > 1e-9);
+    if (faster.length) this.pace(sign > 0 ? faster[0] : faster.at(-1));
+  }
+  key(event) {
+    if (!this.active || !this.now || event.ctrlKey || event.metaKey || event.altKey) return false;
+    const far = event.shiftKey ? LEAP_S : STEP_S;
+    const act = { ' ': () => this.toggle(), k: () => this.toggle(), ArrowLeft: () => this.go(this.t - far), ArrowRight: () => this.go(this.t + far), Home: () => this.go(0),
+      End: () => this.go(this.now.seconds), '[': () => this.change(-1), ']': () => this.change(1) }[event.key];
+    if (!act || event.target.closest('[role=tablist], select')) return false;
+    act();
+    return true;
+  }
+}

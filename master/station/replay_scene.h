@@ -1,0 +1,37 @@
+// What stays as it is over a recording, or changes rarely, and hence is read before it is played:
+// what the slave said of itself, and the log.
+#pragma once
+
+#include <map>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "master/link/slave_news.h"
+#include "master/recording/replay.h"
+#include "master/station/moment_json.h"
+
+namespace palpate {
+
+class ReplayScene {
+ public:
+  // Reads the recording through. Throws InputError: a message is damaged.
+  ReplayScene(const Replay& replay, const std::string& file);
+
+  [[nodiscard]] const StationHello& hello() const { return hello_; }
+  // What the slave had said of itself by `t` [s].
+  [[nodiscard]] SlaveNews::Words WordsAt(double t) const;
+  // The newest of the log by `t` [s], the newest last.
+  [[nodiscard]] std::vector<Saying> SaidBy(double t) const;
+
+ private:
+  using Told = std::map<double, std::string>;  // JSON, by its time [s]
+
+  void TakeNote(const McapMap& session);
+
+  StationHello hello_;
+  Told scenes_, capabilities_, health_;
+  std::vector<Saying> sayings_;
+};
+
+}  // namespace palpate

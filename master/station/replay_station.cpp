@@ -1,0 +1,225 @@
+#include "master/station/replay_station.h"
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "master/station/display.h"
+#include "master/station/replay_scene.h"
+#include "master/station/server/page_files.h"
+#include "master/station/server/page_server.h"
+#include "master/station/tick_digest.h"
+#include "master/station/wish.h"
+
+namespace palpate {
+namespace {
+
+constexpr auto kFrame = std::chrono::milliseconds(33), kStill = std::chrono::milliseconds(100);
+constexpr double kBefore = 0.8;     // of a place that was sought: a picture and a shape of then [s]
+constexpr double kLeast = 0.02;     // is played of it even while it stands [s]
+constexpr double kHealthEvery = 1;  // [s]
+
+// Where somebody wants to be, and how fast to go on.
+struct Course {
+  bool playing = true;
+  double speed = 1;
+  std::optional<double> sought;  // [s]
+};
+
+}  // namespace
+
+struct ReplayStation::Parts {
+  Parts(const Replay* played, const Options& options)
+      : replay(*played),
+        scene(replay, options.file),
+        length(replay.span().seconds()),
+        course{true, options.speed, options.from},
+        feed(Feed()) {
+    StationHello hello = scene.hello();
+    hello.libraries = FindPageFile("/lib/three.module.js") && FindPageFile("/lib/uPlot.esm.js");
+    board.Put(Topic::kHello, HelloJson(hello));
+    moment.status.force_limit = hello.scene.force_limit;
+    moment.replay.emplace().seconds = length;
+    for (const auto& tip : hello.scene.fingertips) finger_names.push_back(tip.name);
+  }
+
+  ReplayFeed Feed();
+  void See(const TickRecord& tick);
+  void See(const SlaveState& state);
+  // When the slave sensed, since the recording began [s].
+  [[nodiscard]] double Since(Time sensed_at) const;
+  // What a page wants; the answer.
+  std::string Hear(std::string_view message);
+
+  // Goes to `t`: what is shown there is shown, and what was before forgotten.
+  void Cut(double t);
+  // From where it stands until the page wants something else, or the end.
+  void Play(double speed, const std::stop_token& stop);
+  bool GoesOn(double t);
+  void Put();
+  Course Take();
+  void WaitStill(const std::stop_token& stop);
+
+  const Replay& replay;
+  const ReplayScene scene;
+  const double length;  // [s]
+  NoticeBoard board;
+  Display display{&board};
+  TickDigest ticks;
+  StationMoment moment;
+  std::vector<std::string> finger_names;
+  double health_told = -1;  // [s]
+  double at = 0;            // [s]
+  std::chrono::steady_clock::time_point put{};
+
+  std::mutex mutex;  // guards what follows
+  std::condition_variable_any changed;
+  Course course;
+  bool is_wanted = true;  // the course changed
+
+  const ReplayFeed feed;
+  std::unique_ptr<PageServer> server;  // last: it uses all of the above
+};
+
+ReplayFeed ReplayStation::Parts::Feed() {
+  ReplayFeed told;
+  told.on_tick = [this](const TickRecord& tick) { See(tick); };
+  told.on_state = [this](const SlaveState& state, Time) { See(state); };
+  told.on_picture = [this](const std::string& jpeg, Time sensed_at) {
+    display.PutPicture(jpeg, Since(sensed_at));
+  };
+  told.on_mesh = [this](const auto& mesh) { display.PutShape(*mesh, Since(mesh->sensed_at)); };
+  told.goes_on = [this](double t) { return GoesOn(t); };
+  return told;
+}
+
+// The clocks' offset follows from how old the tick took its state to be.
+void ReplayStation::Parts::See(const TickRecord& tick) {
+  ticks.Add(tick);
+  const SlaveState& state = moment.felt.state;
+  moment.status.link.connected = tick.state != OperatorState::kDisconnected;
+  if (tick.sensed_age < 0 || tick.state_sequence != state.sequence) return;
+  moment.status.link.clock_offset =
+      SecondsBetween(tick.at - Seconds(tick.sensed_age), state.sensed_at);
+}
+
+void ReplayStation::Parts::See(const SlaveState& state) {
+  moment.felt.state = state;
+  ++moment.status.link.states;
+  TickRecord seen;
+  SeeFingers(state, &seen);
+  moment.status.fingers = Named(seen, finger_names);
+}
+
+double ReplayStation::Parts::Since(Time sensed_at) const {
+  return SecondsBetween(replay.span().first, sensed_at - Seconds(moment.status.link.clock_offset));
+}
+
+std::string ReplayStation::Parts::Hear(std::string_view message) {
+  const Wish wish = ReadWish(message);
+  if (const auto* ping = std::get_if<PingWish>(&wish)) return PongJson(ping->at);
+  const auto* wanted = std::get_if<ReplayWish>(&wish);
+  if (wanted == nullptr) return RefusedJson("this is a replay: nothing here moves a hand");
+  const std::scoped_lock lock(mutex);
+  if (wanted->playing) course.playing = *wanted->playing;
+  if (wanted->speed) course.speed = std::clamp(*wanted->speed, Replay::kSlowest, Replay::kFastest);
+  if (wanted->to) course.sought = std::clamp(*wanted->to, 0.0, length);
+  is_wanted = true;
+  changed.notify_all();
+  return {};
+}
+
+Course ReplayStation::Parts::Take() {
+  const std::scoped_lock lock(mutex);
+  is_wanted = false;
+  Course taken = course;
+  course.sought.reset();
+  return taken;
+}
+
+void ReplayStation::Parts::Cut(double t) {
+  ticks.Restart(replay.span().first);
+  ++moment.replay->run;
+  health_told = -1;
+  at = std::max(0.0, t - kBefore);
+  ReplayFeed quick = feed;
+  quick.goes_on = [&](double now) {
+    at = now;
+    return now < std::max(t, kLeast);
+  };
+  replay.Play(at, 0, quick, {});
+}
+
+void ReplayStation::Parts::Play(double speed, const std::stop_token& stop) {
+  replay.Play(at, speed, feed, stop);
+  const std::scoped_lock lock(mutex);
+  if (is_wanted || stop.stop_requested()) return;
+  course.playing = false;  // at its end
+  at = length;
+}
+
+bool ReplayStation::Parts::GoesOn(double t) {
+  at = t;
+  const auto now = std::chrono::steady_clock::now();
+  if (now - put >= kFrame) Put();
+  const std::scoped_lock lock(mutex);
+  return !is_wanted;
+}
+
+void ReplayStation::Parts::Put() {
+  put = std::chrono::steady_clock::now();
+  moment.ticks = ticks.Newest();
+  if (!moment.ticks.any) return;
+  if (health_told < 0 || std::abs(at - health_told) >= kHealthEvery) {
+    health_told = at;
+    const SlaveNews::Words words = scene.WordsAt(at);
+    moment.slave_alarms = AlarmsIn(words);
+    board.Put(Topic::kHealth, HealthJson(words));
+    board.Put(Topic::kSaid, SaidJson(scene.SaidBy(at)));
+  }
+  {
+    const std::scoped_lock lock(mutex);
+    moment.replay->playing = course.playing;
+    moment.replay->speed = course.speed;
+  }
+  board.Put(Topic::kStatus, StatusJson(moment));
+  server->Tell();
+}
+
+void ReplayStation::Parts::WaitStill(const std::stop_token& stop) {
+  std::unique_lock lock(mutex);
+  changed.wait_for(lock, stop, kStill, [this] { return is_wanted; });
+}
+
+ReplayStation::ReplayStation(const Replay* replay, const Options& options)
+    : parts_(std::make_unique<Parts>(replay, options)) {
+  Parts* parts = parts_.get();
+  parts->server = std::make_unique<PageServer>(
+      options.at.endpoint, &parts->board,
+      PageServer::Listener{
+          [parts](std::uint64_t, std::string_view said) { return parts->Hear(said); },
+          [](std::uint64_t) {}},
+      options.at.access);
+}
+
+ReplayStation::~ReplayStation() = default;
+
+std::string ReplayStation::address() const {
+  return parts_->server->address();
+}
+
+void ReplayStation::Run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    const Course course = parts_->Take();
+    if (course.sought) parts_->Cut(*course.sought);
+    if (course.playing && parts_->at >= parts_->length) parts_->Cut(0);
+    if (course.playing) parts_->Play(course.speed, stop);
+    parts_->Put();
+    parts_->WaitStill(stop);
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,84 @@
+#include "master/station/server/page_access.h"
+
+#include <array>
+#include <stdexcept>
+
+#include <openssl/crypto.h>
+#include <openssl/rand.h>
+#include <openssl/ssl.h>
+#include <openssl/x509v3.h>
+
+#include "shared/tls/credentials.h"
+
+namespace palpate {
+namespace {
+
+namespace ssl = boost::asio::ssl;
+
+constexpr std::string_view kQuery = "/ws?token=";
+
+std::string MakeToken() {
+  std::array<unsigned char, 16> random{};
+  if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) {
+    throw std::runtime_error("--view: no random numbers for a token");
+  }
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string token;
+  for (const unsigned char byte : random) {
+    token += kDigits[byte >> 4U];
+    token += kDigits[byte & 15U];
+  }
+  return token;
+}
+
+// A page at 0.0.0.0 is reached by names that are not known here.
+bool IsForHost(X509* certificate, const std::string& host) {
+  return host == "0.0.0.0" || host == "::" || X509_check_ip_asc(certificate, host.c_str(), 0) == 1;
+}
+
+void RequireForPage(ssl::context* tls, const std::filesystem::path& file, const std::string& host) {
+  X509* const certificate = SSL_CTX_get0_certificate(tls->native_handle());
+  const bool serves = X509_check_purpose(certificate, X509_PURPOSE_SSL_SERVER, 0) == 1;
+  if (serves && IsForHost(certificate, host)) return;
+  throw std::invalid_argument(file.string() + ": no certificate for a page at " + host +
+                              ": accepted is one of `deploy/certs operator CA OUT NAME " + host +
+                              "`");
+}
+
+}  // namespace
+
+PageAccess MakePageAccess(const std::filesystem::path& folder, const std::string& host) {
+  RequireCertificates(folder);
+  auto tls = std::make_shared<ssl::context>(ssl::context::tls_server);
+  SSL_CTX_set_min_proto_version(tls->native_handle(), TLS1_3_VERSION);
+  const auto cert = folder / "cert.pem", key = folder / "key.pem";
+  try {
+    tls->use_certificate_chain_file(cert.string());
+    tls->use_private_key_file(key.string(), ssl::context::pem);
+  } catch (const boost::system::system_error& error) {
+    throw std::invalid_argument(cert.string() + " and key.pem: " + error.code().message());
+  }
+  RequireForPage(tls.get(), cert, host);
+  return {std::move(tls), MakeToken()};
+}
+
+PagePlace ViewPlace(const std::string& text, const std::filesystem::path& tls) {
+  const Endpoint endpoint = text.empty() ? Endpoint{"127.0.0.1", 0} : ParseEndpoint(text);
+  if (IsLoopback(endpoint.host)) return {endpoint, {}};
+  if (!tls.empty()) return {endpoint, MakePageAccess(tls, endpoint.host)};
+  throw std::invalid_argument(
+      "--view " + text +
+      ": beyond this machine the page, which moves the hand, is served with TLS and a token alone: "
+      "--tls DIR with a certificate for this host (deploy/certs operator), or from elsewhere ssh "
+      "-L "
+      "8080:127.0.0.1:PORT");
+}
+
+bool CarriesToken(std::string_view target, std::string_view token) {
+  if (!target.starts_with(kQuery)) return false;
+  target.remove_prefix(kQuery.size());
+  return target.size() == token.size() &&
+         CRYPTO_memcmp(target.data(), token.data(), token.size()) == 0;
+}
+
+}  // namespace palpate

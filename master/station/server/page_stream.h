@@ -1,0 +1,62 @@
+// A page's line: TCP, in plain text or in TLS, as Boost.Beast's layers want a stream to be.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include <boost/asio/ssl.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/websocket/teardown.hpp>
+
+namespace palpate {
+
+class PageStream {
+ public:
+  using executor_type = boost::beast::tcp_stream::executor_type;
+
+  // `tls`: null: plain text; outlives the stream.
+  PageStream(boost::asio::ip::tcp::socket&& socket, boost::asio::ssl::context* tls)
+      : tcp_(std::make_unique<boost::beast::tcp_stream>(std::move(socket))) {
+    if (tls != nullptr) tls_ = std::make_unique<Tls>(*tcp_, *tls);
+  }
+
+  executor_type get_executor() noexcept { return tcp_->get_executor(); }
+  [[nodiscard]] boost::beast::tcp_stream& tcp() { return *tcp_; }
+
+  // `done(error)` when both ends speak the same, at once in plain text.
+  template <class Done>
+  void Greet(Done&& done) {
+    if (!tls_) return done(boost::system::error_code());
+    tls_->async_handshake(boost::asio::ssl::stream_base::server, std::forward<Done>(done));
+  }
+  template <class Buffers, class Handler>
+  void async_read_some(const Buffers& buffers, Handler&& handler) {
+    if (tls_) return tls_->async_read_some(buffers, std::forward<Handler>(handler));
+    tcp_->async_read_some(buffers, std::forward<Handler>(handler));
+  }
+  template <class Buffers, class Handler>
+  void async_write_some(const Buffers& buffers, Handler&& handler) {
+    if (tls_) return tls_->async_write_some(buffers, std::forward<Handler>(handler));
+    tcp_->async_write_some(buffers, std::forward<Handler>(handler));
+  }
+
+  friend void beast_close_socket(PageStream& stream) { stream.tcp().close(); }
+  friend void teardown(boost::beast::role_type role, PageStream& stream,
+                       boost::system::error_code& error) {
+    boost::beast::websocket::teardown(role, stream.tcp().socket(), error);
+  }
+  // What the WebSocket had to say was said; TLS adds no goodbye of its own.
+  template <class Handler>
+  friend void async_teardown(boost::beast::role_type role, PageStream& stream, Handler&& handler) {
+    boost::beast::websocket::async_teardown(role, stream.tcp().socket(),
+                                            std::forward<Handler>(handler));
+  }
+
+ private:
+  using Tls = boost::asio::ssl::stream<boost::beast::tcp_stream&>;
+
+  std::unique_ptr<boost::beast::tcp_stream> tcp_;  // stays where it is while the stream moves
+  std::unique_ptr<Tls> tls_;                       // null: plain text
+};
+
+}  // namespace palpate

@@ -1,0 +1,148 @@
+// A recording as its page meets it.
+#include "master/station/replay_station.h"
+
+#include <filesystem>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "master/recording/session_recording.h"
+#include "tests/master/station/server/page_client.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+using testing::HasSubstr;
+
+constexpr int kText = 1, kTicks = 600;
+constexpr Time kBegin{std::chrono::seconds(1'700'000'000)};
+
+TickRecord TickAt(int i) {
+  TickRecord tick;
+  tick.at = kBegin + std::chrono::milliseconds(i);
+  tick.state = OperatorState::kFollowing;
+  tick.chain.sent = {0, 0.001 * i, 0};
+  tick.marks = i >= 300 ? 1 : 0;
+  tick.state_age = 0.001;
+  return tick;
+}
+
+class ReplayStationTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    SessionRecording recording({.file = file_});
+    recording.Begin({{"scene", "block"}, {"device", "a hand"}, {"force_limit_N", "2.5"}});
+    for (int i = 0; i < kTicks; ++i) recording.OnTick(TickAt(i));
+  }
+  void TearDown() override {
+    line_.reset();
+    player_ = {};
+    std::filesystem::remove(file_);
+  }
+  void Open(double from, double speed) {
+    replay_.emplace(file_);
+    station_.emplace(&*replay_,
+                     ReplayStation::Options{{{"127.0.0.1", 0}, {}}, from, speed, "a.mcap"});
+    const std::string address = station_->address();
+    const std::string host = address.substr(7, address.size() - 8);
+    line_.emplace(ParseEndpoint(host));
+    EXPECT_THAT(line_->Upgrade(host, "http://" + host), HasSubstr("101"));
+    player_ = std::jthread([this](const std::stop_token& stop) { station_->Run(stop); });
+  }
+  // The next message of `kind` that `wanted` accepts; null: the line ended.
+  Json Next(const std::string& kind, const std::function<bool(const Json&)>& wanted = {}) {
+    while (const auto frame = line_->ReadFrame(kText)) {
+      const Json message = Json::parse(frame->payload);
+      if (message["kind"] == kind && (!wanted || wanted(message))) return message;
+    }
+    return nullptr;
+  }
+  static bool Stands(const Json& status) { return !status["replay"]["playing"].get<bool>(); }
+
+  const std::filesystem::path file_ =
+      std::filesystem::temp_directory_path() / ("replay." + std::to_string(getpid()) + ".mcap");
+  std::optional<Replay> replay_;
+  std::optional<ReplayStation> station_;
+  std::optional<PageClient> line_;
+  std::jthread player_;
+};
+
+TEST_F(ReplayStationTest, SaysThatItIsAReplayAndOfWhat) {
+  Open(0, 1);
+  const Json hello = Next("hello");
+  EXPECT_EQ(hello["badge"], "REPLAY");
+  EXPECT_EQ(hello["scene"], "block");
+  EXPECT_EQ(hello["device"], "a hand");
+  EXPECT_EQ(hello["force_limit"], 2.5);
+  EXPECT_FALSE(hello["pointer"]);
+}
+
+TEST_F(ReplayStationTest, TellsTheTicksThatWereRecordedAndStandsAtTheEnd) {
+  Open(0, 4);
+  int told = 0;
+  Json status;
+  do {
+    status = Next("status");
+    ASSERT_FALSE(status.is_null());
+    const double t = status["t"];
+    EXPECT_NEAR(status["chain"]["sent"][1].get<double>(), t, 1e-6);
+    EXPECT_EQ(status["marks"], t >= 0.2995 ? 1 : 0);
+    ++told;
+  } while (!Stands(status));
+  EXPECT_GE(told, 3);
+  EXPECT_NEAR(status["t"].get<double>(), 0.001 * (kTicks - 1), 1e-9);
+  EXPECT_EQ(status["replay"]["seconds"], 0.001 * (kTicks - 1));
+}
+
+TEST_F(ReplayStationTest, StandsAndGoesWhereItIsSent) {
+  Open(0, 0.1);
+  line_->SendText(R"({"do":"replay","playing":false,"to":0.4})");
+  const Json there = Next("status", [](const Json& status) { return status["t"] > 0.3; });
+  EXPECT_NEAR(there["t"].get<double>(), 0.4, 0.011);
+  EXPECT_TRUE(Stands(there));
+  const auto run = there["replay"]["run"].get<int>();
+  line_->SendText(R"({"do":"replay","to":0.1})");
+  const Json back = Next("status", [](const Json& status) { return status["t"] < 0.3; });
+  EXPECT_NEAR(back["t"].get<double>(), 0.1, 0.011);
+  EXPECT_GT(back["replay"]["run"], run) << "what was drawn before is another place's";
+  for (const Json& sample : back["samples"]) EXPECT_LE(sample[1], back["t"]);
+}
+
+TEST_F(ReplayStationTest, PlayedFromItsEndItBeginsAnew) {
+  Open(0.5, 4);
+  Next("status", Stands);
+  line_->SendText(R"({"do":"replay","playing":true})");
+  const Json again = Next("status", [](const Json& status) { return status["t"] < 0.4; });
+  EXPECT_FALSE(again.is_null());
+}
+
+TEST_F(ReplayStationTest, NothingThatMovesAHandIsHeard) {
+  Open(0, 0.1);
+  for (const char* wish :
+       {R"({"do":"stop"})", R"({"do":"reset"})", R"({"do":"set","force_scale":2})",
+        R"({"do":"pointer","at":1,"p_M":[0,0,0],"engaged":true})", R"({"do":"tare"})",
+        R"({"do":"clutch","on":false})", R"({"do":"mark"})"}) {
+    line_->SendText(wish);
+    EXPECT_THAT(Next("refused")["text"].get<std::string>(), HasSubstr("this is a replay")) << wish;
+  }
+}
+
+TEST_F(ReplayStationTest, TheLogIsToldAsFarAsItIsPlayed) {
+  Open(0.25, 0.1);
+  line_->SendText(R"({"do":"replay","playing":false})");
+  const auto marked = [](const Json& said) {
+    for (const Json& line : said["said"])
+      if (line["text"] == "mark 1") return true;
+    return false;
+  };
+  EXPECT_FALSE(marked(Next("said")));
+  line_->SendText(R"({"do":"replay","to":0.55})");
+  EXPECT_FALSE(Next("said", marked).is_null());
+}
+
+}  // namespace
+}  // namespace palpate

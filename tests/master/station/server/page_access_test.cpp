@@ -1,0 +1,148 @@
+// The page beyond this machine: with TLS and a token, or not at all.
+#include "master/station/server/page_access.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <stdexcept>
+
+#include <boost/asio.hpp>
+#include <boost/asio/ssl.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "master/station/server/page_server.h"
+#include "tests/master/station/server/page_client.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+std::string WordsOf(const std::string& view, const fs::path& tls) {
+  try {
+    ViewPlace(view, tls);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return {};
+}
+
+class PageAccessTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    Certs("ca " + At("ca"));
+    Certs("operator " + At("ca") + " " + At("page") + " ada 127.0.0.1 10.0.0.5");
+    Certs("operator " + At("ca") + " " + At("plain") + " ada");
+  }
+  static void TearDownTestSuite() { fs::remove_all(Folder()); }
+  void SetUp() override {
+    if (!fs::exists(At("page") + "/cert.pem")) GTEST_SKIP() << "no openssl";
+  }
+
+  static fs::path Folder() {
+    return fs::path(testing::TempDir()) / ("page-access." + std::to_string(getpid()));
+  }
+  static std::string At(const std::string& name) { return (Folder() / name).string(); }
+  static void Certs(const std::string& arguments) {
+    const std::string command = SourcePath("/deploy/certs") + " " + arguments + " >/dev/null 2>&1";
+    [[maybe_unused]] const int status = std::system(command.c_str());
+  }
+};
+
+TEST_F(PageAccessTest, ThisMachineNeedsNeither) {
+  EXPECT_EQ(ViewPlace("", {}).endpoint.host, "127.0.0.1");
+  EXPECT_FALSE(ViewPlace("[::1]:0", At("page")).access.tls);
+}
+
+TEST_F(PageAccessTest, BeyondItIsRefusedWithoutTls) {
+  for (const char* view : {"10.0.0.5:8080", "0.0.0.0:0", "[::]:0", "station.example:80"}) {
+    EXPECT_THAT(WordsOf(view, {}), HasSubstr("TLS and a token alone: --tls DIR")) << view;
+  }
+}
+
+TEST_F(PageAccessTest, ACertificateForNoPageOrAnotherHostIsRefused) {
+  EXPECT_EQ(WordsOf("10.0.0.5:0", At("page")), "");
+  EXPECT_THAT(WordsOf("10.0.0.5:0", At("plain")), HasSubstr("deploy/certs operator CA OUT NAME"));
+  EXPECT_THAT(WordsOf("10.0.0.6:0", At("page")),
+              HasSubstr("no certificate for a page at 10.0.0.6"));
+  EXPECT_THAT(WordsOf("10.0.0.5:0", At("nobody")), HasSubstr("is missing"));
+}
+
+TEST_F(PageAccessTest, EachStartHasATokenOfItsOwn) {
+  const std::string one = MakePageAccess(At("page"), "127.0.0.1").token;
+  EXPECT_EQ(one.size(), 32U);
+  EXPECT_NE(one, MakePageAccess(At("page"), "127.0.0.1").token);
+}
+
+TEST(CarriesTokenTest, TheTokenAloneWhereItBelongs) {
+  EXPECT_TRUE(CarriesToken("/ws?token=0123", "0123"));
+  for (const char* target : {"/ws", "/ws?token=", "/ws?token=012", "/ws?token=01234",
+                             "/ws?token=0124", "/?token=0123", "/ws?x=1&token=0123", ""}) {
+    EXPECT_FALSE(CarriesToken(target, "0123")) << target;
+  }
+}
+
+class TlsPageTest : public PageAccessTest {
+ protected:
+  void SetUp() override {
+    PageAccessTest::SetUp();
+    if (IsSkipped()) return;
+    access_ = MakePageAccess(At("page"), "127.0.0.1");
+    server_ = std::make_unique<PageServer>(
+        Endpoint{"127.0.0.1", 0}, &board_,
+        PageServer::Listener{[](std::uint64_t, std::string_view) { return std::string(); },
+                             [](std::uint64_t) {}},
+        access_);
+  }
+  // What comes back for `request` up to `end`, or as far as it comes.
+  std::string Ask(const std::string& request, const std::string& end) {
+    asio::io_context context;
+    asio::ssl::context tls(asio::ssl::context::tls_client);
+    tls.load_verify_file(At("page") + "/ca.pem");
+    tls.set_verify_mode(asio::ssl::verify_peer);
+    asio::ssl::stream<asio::ip::tcp::socket> line(context, tls);
+    line.next_layer().connect({asio::ip::make_address("127.0.0.1"), server_->endpoint().port});
+    line.handshake(asio::ssl::stream_base::client);
+    asio::write(line, asio::buffer(request));
+    std::string answer;
+    boost::system::error_code error;
+    asio::read_until(line, asio::dynamic_buffer(answer), end, error);
+    return answer;
+  }
+  std::string Upgrade(const std::string& target, const std::string& origin) {
+    return Ask("GET " + target + " HTTP/1.1\r\nHost: station.example\r\nOrigin: " + origin +
+                   "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                   "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
+               "\r\n\r\n");
+  }
+
+  NoticeBoard board_;
+  PageAccess access_;
+  std::unique_ptr<PageServer> server_;
+};
+
+TEST_F(TlsPageTest, ServesThePageInTlsAlone) {
+  EXPECT_THAT(Ask("GET / HTTP/1.1\r\nHost: station.example\r\n\r\n", "</html>"),
+              HasSubstr("<title>Palpate"));
+  PageClient plain(server_->endpoint());
+  plain.Send("GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
+  EXPECT_THAT(plain.ReadAll(), testing::Not(HasSubstr("HTTP/1.1")));
+}
+
+TEST_F(TlsPageTest, OperatesWithTheTokenAlone) {
+  const std::string own = "https://station.example";
+  EXPECT_THAT(server_->address(), testing::EndsWith("/#" + access_.token));
+  EXPECT_THAT(Upgrade("/ws?token=" + access_.token, own), StartsWith("HTTP/1.1 101"));
+  EXPECT_THAT(Upgrade("/ws", own), StartsWith("HTTP/1.1 403"));
+  EXPECT_THAT(Upgrade("/ws?token=" + std::string(32, '0'), own), StartsWith("HTTP/1.1 403"));
+  EXPECT_THAT(Upgrade("/ws?token=" + access_.token, "https://evil.example"),
+              StartsWith("HTTP/1.1 403"));
+}
+
+}  // namespace
+}  // namespace palpate
