@@ -40,7 +40,8 @@ void AddTrainOptions(CLI::App* command, TrainOptions* train) {
   command->footer(kTrainHelp);
   command->add_option("DATA", train->data, "Recordings or simulated, see below")->required();
   command->add_option("--network", train->networks,
-                      "rnn_21 (default), rnn_19, dnn_21, dnn_19, several, all; or localiser");
+                      "rnn_21 (default), rnn_19, dnn_21, dnn_19 (all: these four), tnn_21, tnn_19, "
+                      "several; or localiser");
   command->add_option("--out", train->out, "Folder for network.json and training.csv")->required();
   command->add_option("--test", train->test, "Recordings to test on instead of a fifth of DATA");
   command->add_option("--from", train->from, "Known network: only its gain is fitted, on fz");

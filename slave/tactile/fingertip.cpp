@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "slave/tactile/network/network_weights.h"
+
 namespace palpate {
 namespace {
 
@@ -14,14 +16,16 @@ constexpr double kFollowing = 2, kDrifting = 0.2;      // of rest values while n
 // What rest values may be followed up to, averaged over some samples: more of both is a contact.
 constexpr double kLevelling = 0.1;  // share of a sample in what is averaged over some
 constexpr double kStillElectrode = 1, kStillPressure = 2;  // [counts]
-constexpr double kBriskly = 0.3;    // likewise, over a few: of pressure and pace
-constexpr double kStirs = 3;        // 0.02 N [counts]
-constexpr double kQuietest = 0.8;   // times the usual noise; five real fingers: 0.83 to 1.17
-constexpr double kLag = 3;          // samples that a network's answer is late, about
-constexpr double kDisagrees = 2.5;  // standard deviations between pressure and electrodes
-constexpr double kMisfit = 1.6;     // over what there is in the mean
-constexpr double kBelowRest = -8;   // five real fingers: -2 after a press [counts]
-constexpr int kBelieved = 2;        // samples that may be missing, unflagged
+constexpr double kBriskly = 0.3;       // likewise, over a few: of pressure and pace
+constexpr double kStirs = 3;           // 0.02 N [counts]
+constexpr double kQuietest = 0.8;      // times the usual noise; five real fingers: 0.83 to 1.17
+constexpr double kLag = 3;             // samples that a recurrent network's answer is late, about
+constexpr double kPromptLag = 1;       // that another one's is
+constexpr double kDisagrees = 2.5;     // standard deviations between pressure and electrodes
+constexpr double kMisfit = 1.6;        // over what there is in the mean
+constexpr double kUsualScatter = 0.5;  // of the misfit of one sample
+constexpr double kBelowRest = -8;      // five real fingers: -2 after a press [counts]
+constexpr int kBelieved = 2;           // samples that may be missing, unflagged
 constexpr double kRelease = 0.050, kMissing = 0.060;  // [s]
 
 bool IsFinite(const FingerReading& reading) {
@@ -108,6 +112,11 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
   pressure_ += kBriskly * (change[kElectrodeCount + 1] - pressure_);
   if (pattern_) {
     touch_.stirs = Stirs();
+    // What the pressure does not show may as well be nothing.
+    const bool shows = touch_.stirs.value_or(false);
+    if (touch_.force_F && !shows) {
+      touch_.sigma = std::hypot(touch_.sigma, touch_.force_F->norm() / 2);
+    }
     touch_.drift = pattern_->drift();
   }
   const TouchPlace place = localiser_->Locate(change, mended);
@@ -218,6 +227,9 @@ void Fingertip::TakeForce(bool known) noexcept {
   touch_.sigma = SigmaOf(force_F);
   if (!pattern_) return;
   const double gain_sigma = pattern_->gain_sigma() * force_F.norm();
+  // Signals that hardly go together any more are none that the network's error was measured on.
+  const double misfit = std::max(pattern_->misfit(), pattern_->misfit_now() - kUsualScatter);
+  touch_.sigma *= std::max(1.0, misfit * misfit);
   touch_.sigma = std::hypot(touch_.sigma, pattern_->force_sigma(), gain_sigma);
 }
 
@@ -227,7 +239,8 @@ void Fingertip::TakeForce(bool known) noexcept {
 double Fingertip::SigmaOf(const Eigen::Vector3d& force_F) const noexcept {
   const double size = force_F.norm(), largest = network_.sigma.maxCoeff();
   if (network_.relative_sigma > 0) {
-    return std::hypot(network_.rest_sigma, network_.relative_sigma * size, kLag * pace_F_.norm());
+    const double lag = IsRecurrent(network_.architecture) ? kLag : kPromptLag;
+    return std::hypot(network_.rest_sigma, network_.relative_sigma * size, lag * pace_F_.norm());
   }
   const Eigen::Vector3d sigma_F = (network_.sigma.array() > 0).select(network_.sigma, largest);
   const double sigma = size > 0 ? force_F.cwiseProduct(sigma_F).norm() / size : largest;

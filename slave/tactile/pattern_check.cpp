@@ -77,7 +77,7 @@ PatternCheck::PatternCheck(const SignalPattern& pattern, double rate)
 void PatternCheck::Reset() noexcept {
   noise2_ = UsualNoise2();
   drift2_ = drift_ = level2_ = 0;
-  misfit_ = noise_ = 1;
+  misfit_ = misfit_now_ = noise_ = 1;
   disagreement_ = 0;
   seen_ = 0;
 }
@@ -180,6 +180,7 @@ void PatternCheck::LeaveOutWrong(const Signals& x, Signals* noise2, Covariance* 
     (*noise2)[worst] += kUnknown2;
     LeaveOut(worst, inverse);
   }
+  misfit_now_ = misfit;
   misfit_ += kLevelling * (misfit - misfit_);
   disagreement_ += kLevelling * (disagreement - disagreement_);
 }

@@ -45,6 +45,8 @@ class PatternCheck {
   [[nodiscard]] double disagreement() const { return disagreement_; }
   // Likewise what is left that does not go together, over what there may be in the mean; about 1.
   [[nodiscard]] double misfit() const { return misfit_; }
+  // Of the last sample alone.
+  [[nodiscard]] double misfit_now() const { return misfit_now_; }
   // How far all electrodes have drifted together [counts].
   [[nodiscard]] double drift() const { return drift_; }
   // What noise, drift and replaced signals add to the error of the force [N].
@@ -82,7 +84,8 @@ class PatternCheck {
   int seen_ = 0;
   std::array<bool, kPatternSignals> is_wrong_{};
   int replaced_ = 0;
-  double disagreement_ = 0, misfit_ = 0, drift_ = 0, force_sigma_ = 0, noise_ = 1;
+  double disagreement_ = 0, misfit_ = 0, misfit_now_ = 0;
+  double drift_ = 0, force_sigma_ = 0, noise_ = 1;
   TactileSignals mended_{};
 };
 

@@ -26,8 +26,8 @@ std::vector<std::string> Architectures(const std::vector<std::string>& networks)
     } else if (InputsOf(name) > 0 || name == kLocaliser) {
       add(name);
     } else {
-      throw std::invalid_argument("--network " + name +
-                                  ": accepted is rnn_21, rnn_19, dnn_21, dnn_19, all or localiser");
+      throw std::invalid_argument("--network " + name + ": accepted is " +
+                                  std::string(kArchitectures) + ", all or localiser");
     }
   }
   if (chosen.empty()) chosen.emplace_back("rnn_21");

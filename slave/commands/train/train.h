@@ -14,7 +14,7 @@ namespace palpate {
 struct TrainOptions {
   std::vector<std::string> data;      // see DataArgument, or `simulated`
   std::vector<std::string> test;      // the same; empty: a fifth of the data
-  std::vector<std::string> networks;  // rnn_21 (empty) rnn_19 dnn_21 dnn_19 all | localiser
+  std::vector<std::string> networks;  // rnn_21 (empty), others of kArchitectures, all | localiser
   std::filesystem::path out;          // folder, made if it is not there
   std::filesystem::path from;         // a known network: only its gain is fitted
   std::string finger;                 // of recordings with several

@@ -23,7 +23,8 @@ constexpr double kBackwards = 6e-3;  // furthest place behind the tip's sphere [
 constexpr double kSoftest = 3e3;     // objects' modulus E / (1 - nu^2): foam [Pa]
 constexpr double kHardest = 1e7;     // hard rubber; the skin itself yields more [Pa]
 constexpr double kWidestProbe = 3e-3, kWidestContact = 9e-3;  // radii [m]
-constexpr double kFriction = 0.5;  // largest tangential force, parts of the normal one
+constexpr double kGentlest = 0.01;  // peak of a press, parts of the largest one
+constexpr double kFriction = 0.5;   // largest tangential force, parts of the normal one
 
 class Dice {
  public:
@@ -31,6 +32,8 @@ class Dice {
   double Between(double low, double high) {
     return low + (high - low) * (static_cast<double>(random_() >> 11) * 0x1p-53);
   }
+  // Small ones as often as large ones.
+  double Ratio(double low, double high) { return low * std::pow(high / low, Between(0, 1)); }
 
  private:
   std::mt19937_64 random_;
@@ -63,12 +66,12 @@ class Wave {
 class Press {
  public:
   Press(double largest_force, Dice* dice)
-      : peak_(largest_force * std::pow(dice->Between(0.02, 1), 1.5)),
-        rise_(dice->Between(0.2, 1.5)),
+      : peak_(largest_force * dice->Ratio(kGentlest, 1)),
+        rise_(dice->Ratio(0.1, 1.5)),
         hold_(dice->Between(0.3, 2.5)),
-        fall_(dice->Between(0.2, 1.2)),
+        fall_(dice->Ratio(0.1, 1.2)),
         probe_radius_(dice->Between(0, kWidestProbe)),
-        modulus_(kSoftest * std::pow(kHardest / kSoftest, dice->Between(0, 1))),
+        modulus_(dice->Ratio(kSoftest, kHardest)),
         upwards_(dice->Between(-kUpwards / 2, kUpwards)),
         backwards_(upwards_ > 0 ? 0 : dice->Between(0, kBackwards)),
         sideways_(dice->Between(-kSideways, kSideways)),

@@ -15,7 +15,7 @@ namespace palpate {
 
 // What a network says of itself.
 struct NetworkInfo {
-  std::string architecture;  // rnn_21 rnn_19 dnn_21 dnn_19 or onnx
+  std::string architecture;  // rnn_21 rnn_19 dnn_21 dnn_19 tnn_21 tnn_19 or onnx
   int inputs = 0;            // 21: E1 to E19, pac0, pdc; 19: the electrodes alone
   int window = 1;            // samples it looks back over, this one included
   int outputs = 0;    // the first three are the force of the fingertip on the object, frame F [N]
@@ -53,7 +53,8 @@ class ForceNetwork {
   ForceNetwork(const ForceNetwork&) = delete;
   ForceNetwork& operator=(const ForceNetwork&) = delete;
   [[nodiscard]] virtual const NetworkInfo& info() const = 0;
-  // The network evaluated over exactly the last `window` samples, from a state of zero.
+  // The network evaluated over exactly the last `window` samples, from a state of zero; tnn_*: over
+  // all since Reset, from the `window`-th on.
   [[nodiscard]] virtual std::unique_ptr<ForceEstimate> Windowed() const = 0;
   // Whether there is a state to carry on.
   [[nodiscard]] virtual bool HasState() const { return false; }

@@ -1,5 +1,7 @@
 #include "slave/tactile/network/json_numbers.h"
 
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -13,6 +15,7 @@ using nlohmann::json;
 
 constexpr std::uintmax_t kLargestFile = 256u << 20;  // [bytes]
 constexpr int kLargestCount = 1 << 20;
+constexpr double kLargestNumber = std::numeric_limits<float>::max();
 
 }  // namespace
 
@@ -58,7 +61,7 @@ Eigen::VectorXf ReadNumbers(const json& list, const std::string& name) {
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string entry = name + "[" + std::to_string(i) + "]";
     const double number = ReadNumber(list[i], entry);
-    if (std::abs(number) > static_cast<double>(std::numeric_limits<float>::max())) {
+    if (std::abs(number) > kLargestNumber) {
       throw std::runtime_error(entry + ": beyond single precision");
     }
     vector[static_cast<Eigen::Index>(i)] = static_cast<float>(number);
@@ -66,9 +69,19 @@ Eigen::VectorXf ReadNumbers(const json& list, const std::string& name) {
   return vector;
 }
 
+// The shortest digits that single precision reads back, half as many as of the same number in
+// double precision.
 json NumbersOf(const Eigen::VectorXf& vector) {
   json list = json::array();
-  for (const float number : vector) list.push_back(static_cast<double>(number));
+  for (const float number : vector) {
+    std::array<char, 32> text;
+    const auto end = std::to_chars(text.begin(), text.end(), number).ptr;
+    double written = 0;
+    std::from_chars(text.begin(), end, written);
+    const bool reads_back =
+        std::abs(written) <= kLargestNumber && static_cast<float>(written) == number;
+    list.push_back(reads_back ? written : static_cast<double>(number));
+  }
   return list;
 }
 

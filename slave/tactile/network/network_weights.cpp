@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "slave/tactile/network/signal_traces.h"
+
 namespace palpate {
 namespace {
 
@@ -42,13 +44,14 @@ std::string FaultOfInfo(const NetworkInfo& info) {
   const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
   const int inputs = InputsOf(info.architecture);
   if (inputs == 0) {
-    return "architecture = " + info.architecture + ": accepted is rnn_21, rnn_19, dnn_21 or dnn_19";
+    return "architecture = " + info.architecture + ": accepted is " + std::string(kArchitectures);
   }
   if (info.inputs != inputs) {
     return "inputs = " + std::to_string(info.inputs) + ": " + info.architecture + " has " +
            std::to_string(inputs);
   }
-  const int most = IsRecurrent(info.architecture) ? kLargestWindow : 1;
+  const bool looks_back = IsRecurrent(info.architecture) || IsTraced(info.architecture);
+  const int most = looks_back ? kLargestWindow : 1;
   if (info.window < 1 || info.window > most) {
     return "window = " + std::to_string(info.window) + ": accepted is 1" +
            (most > 1 ? " to " + std::to_string(most) : "") + " for " + info.architecture;
@@ -106,13 +109,18 @@ void NetworkWeights::LeaveUnscaled(int inputs, int outputs) {
 }
 
 int InputsOf(std::string_view architecture) {
-  if (architecture == "rnn_21" || architecture == "dnn_21") return 21;
-  if (architecture == "rnn_19" || architecture == "dnn_19") return 19;
-  return 0;
+  const std::string_view kind = architecture.substr(0, 4);
+  if (kind != "rnn_" && kind != "dnn_" && kind != "tnn_") return 0;
+  const std::string_view inputs = architecture.substr(4);
+  return inputs == "21" ? 21 : inputs == "19" ? 19 : 0;
 }
 
 bool IsRecurrent(std::string_view architecture) {
   return architecture.substr(0, 4) == "rnn_";
+}
+
+bool IsTraced(std::string_view architecture) {
+  return architecture.substr(0, 4) == "tnn_";
 }
 
 std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
@@ -123,7 +131,14 @@ std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
   }
   if (weights.dense.empty()) return "there is no dense layer that gives the outputs";
   fault = FaultOfScale("input", weights.input_mean, weights.input_scale, info.inputs);
-  LayerCheck check(info.inputs);
+  const bool is_traced = IsTraced(info.architecture);
+  const auto signs = [](const Eigen::VectorXf& v) { return (v.array() < 0).any(); };
+  const auto is_set = [](const Eigen::VectorXf& v) { return (v.array() != 0).any(); };
+  if (fault.empty() && is_traced &&
+      (signs(weights.input_scale) || is_set(weights.input_mean) || is_set(weights.output_mean))) {
+    return info.architecture + ": accepted are input.scale > 0 and means of 0";
+  }
+  LayerCheck check(is_traced ? FeatureCount(info.inputs) : Eigen::Index{info.inputs});
   for (std::size_t k = 0; k < weights.lstm.size() && fault.empty(); ++k) {
     fault = check.Lstm("lstm[" + std::to_string(k) + "]", weights.lstm[k]);
   }

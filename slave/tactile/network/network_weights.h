@@ -39,6 +39,9 @@ enum class HiddenActivation { kTanh, kRelu };
 // whole sequence to the next; the last one's last state goes through `dense`, `activation` after
 // each of these but the last. The outputs are NetworkInfo::gain (output_mean + output_scale y),
 // entry by entry. Without `lstm` the network is feed-forward and sees one sample.
+//
+// Of tnn_* the first layer takes the features of SignalTraces for `input_scale`, and the outputs
+// are multiplied by the size that these are parts of; input_mean and output_mean are 0.
 struct NetworkWeights {
   Eigen::VectorXf input_mean, input_scale;  // NetworkInfo::inputs [counts]; scale not 0
   std::vector<LstmLayer> lstm;              // rnn_*: at least one; dnn_*: none
@@ -53,9 +56,11 @@ struct NetworkWeights {
 // What is wrong with it, naming tensor, value and what is expected; empty: nothing.
 std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights);
 
-// 21 or 19 for rnn_21 dnn_21, rnn_19 dnn_19; 0 for others.
+// 21 or 19 for rnn_21 dnn_21 tnn_21, rnn_19 dnn_19 tnn_19; 0 for others.
 int InputsOf(std::string_view architecture);
 bool IsRecurrent(std::string_view architecture);
+bool IsTraced(std::string_view architecture);
+inline constexpr std::string_view kArchitectures = "rnn_21, rnn_19, dnn_21, dnn_19, tnn_21, tnn_19";
 
 // Evaluates the weights. Throws std::invalid_argument: FaultOf.
 std::unique_ptr<ForceNetwork> MakeForceNetwork(const NetworkInfo& info,

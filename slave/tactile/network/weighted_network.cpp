@@ -9,6 +9,7 @@
 
 #include "slave/tactile/network/lstm_lanes.h"
 #include "slave/tactile/network/network_weights.h"
+#include "slave/tactile/network/signal_traces.h"
 
 namespace palpate {
 namespace {
@@ -205,6 +206,71 @@ class FeedForwardNetwork final : public ForceNetwork {
   std::shared_ptr<const FeedForwardParts> parts_;
 };
 
+struct TracedParts {
+  int window;
+  Eigen::VectorXf scale;
+  double rate;
+  DenseStack stack;
+};
+
+// Carries its traces on from where the window began; the window is what they need to settle.
+class TracedEstimate final : public ForceEstimate {
+ public:
+  explicit TracedEstimate(std::shared_ptr<const TracedParts> parts)
+      : parts_(std::move(parts)),
+        traces_(parts_->scale.size(), parts_->rate),
+        now_(parts_->scale.size()),
+        features_(FeatureCount(parts_->scale.size())),
+        x_(static_cast<std::size_t>(features_.size())),
+        scratch_(parts_->stack.scratch_size()) {}
+
+  void Reset() noexcept override {
+    traces_.Reset();
+    seen_ = 0;
+  }
+  bool Push(const TactileSignals& change, std::span<double> outputs) noexcept override {
+    if (!Finite(change, static_cast<int>(parts_->scale.size()))) {
+      Reset();
+      return false;
+    }
+    for (Eigen::Index i = 0; i < now_.size(); ++i) {
+      now_[i] = static_cast<float>(change[static_cast<std::size_t>(i)]) / parts_->scale[i];
+    }
+    const auto size = static_cast<double>(traces_.Take(now_, features_));
+    seen_ = std::min(seen_ + 1, parts_->window);
+    if (seen_ < parts_->window) return false;
+    std::ranges::copy(features_, x_.begin());
+    const bool is_finite = parts_->stack.Evaluate(x_.data(), scratch_, outputs);
+    for (double& output : outputs) output *= size;
+    return is_finite;
+  }
+
+ private:
+  std::shared_ptr<const TracedParts> parts_;
+  SignalTraces traces_;
+  Eigen::VectorXf now_, features_;
+  std::vector<double> x_, scratch_;
+  int seen_ = 0;  // at most a window
+};
+
+class TracedNetwork final : public ForceNetwork {
+ public:
+  TracedNetwork(const NetworkInfo& info, const NetworkWeights& weights)
+      : info_(info),
+        parts_(std::make_shared<TracedParts>(TracedParts{
+            info.window, weights.input_scale, info.rate, DenseStack(weights, info.gain)})) {}
+
+  [[nodiscard]] const NetworkInfo& info() const override { return info_; }
+  [[nodiscard]] std::unique_ptr<ForceEstimate> Windowed() const override {
+    return std::make_unique<TracedEstimate>(parts_);
+  }
+  [[nodiscard]] std::unique_ptr<ForceEstimate> CarryingState() const override { return Windowed(); }
+
+ private:
+  NetworkInfo info_;
+  std::shared_ptr<const TracedParts> parts_;
+};
+
 }  // namespace
 
 std::unique_ptr<ForceNetwork> MakeForceNetwork(const NetworkInfo& info,
@@ -212,6 +278,7 @@ std::unique_ptr<ForceNetwork> MakeForceNetwork(const NetworkInfo& info,
   const std::string fault = FaultOf(info, weights);
   if (!fault.empty()) throw std::invalid_argument(fault);
   if (IsRecurrent(info.architecture)) return std::make_unique<RecurrentNetwork>(info, weights);
+  if (IsTraced(info.architecture)) return std::make_unique<TracedNetwork>(info, weights);
   return std::make_unique<FeedForwardNetwork>(info, weights);
 }
 

@@ -5,6 +5,11 @@
 #include <stdexcept>
 #include <thread>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "slave/tactile/network/signal_traces.h"
+
 namespace palpate {
 namespace {
 
@@ -14,6 +19,10 @@ using Eigen::VectorXf;
 
 constexpr float kQuietSignal = 0.25F;  // of its kind's rms
 constexpr float kQuietAxis = 0.1F;     // of the largest axis
+
+constexpr float kGentle = 0.02F;       // of the largest force
+constexpr double kLeastApart = 1e-4;   // of signals' variance, about 1
+constexpr double kLeastUnlike = 1e-4;  // of features' variance, about 1
 
 constexpr std::size_t kChunk = 32;  // windows; what one keeps of all steps fits a core's cache
 
@@ -46,6 +55,31 @@ class Adam final : public Optimiser {
   int steps_ = 0;
   VectorXf mean_, square_;
 };
+
+void WeighErrors(std::span<const LabelledRecording> recordings, std::span<const Window> windows,
+                 TrainingScales* scales) {
+  float largest = 0;
+  const auto force = [&](const Window& w) { return recordings[w.recording].force[w.last]; };
+  for (const Window& w : windows) largest = std::max(largest, force(w).norm());
+  scales->gentle = kGentle * largest;
+  double squares = 0;
+  for (const Window& w : windows) {
+    squares += std::pow(static_cast<double>(scales->WeightOf(force(w))), 2);
+  }
+  scales->weight = static_cast<float>(std::sqrt(static_cast<double>(windows.size()) / squares));
+}
+
+// Mean of x x' over all columns, with `floor` more of each variance.
+Eigen::MatrixXd Covariance(const std::vector<MatrixXf>& columns, double floor) {
+  const Index size = columns.front().rows();
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(size, size);
+  Index count = 0;
+  for (const MatrixXf& x : columns) {
+    sum += (x * x.transpose()).cast<double>();
+    count += x.cols();
+  }
+  return sum / static_cast<double>(count) + floor * Eigen::MatrixXd::Identity(size, size);
+}
 
 }  // namespace
 
@@ -81,32 +115,78 @@ TrainingScales ScalesOf(std::span<const LabelledRecording> recordings,
   }
   const Eigen::Vector3f force_rms = (forces / count).cwiseSqrt().cast<float>();
   scales.forces = force_rms.cwiseMax(kQuietAxis * force_rms.maxCoeff());
+  WeighErrors(recordings, windows, &scales);
   return scales;
 }
 
 ScaledWindows::ScaledWindows(std::span<const LabelledRecording> recordings,
-                             const TrainingScales& scales) {
+                             const TrainingScales& scales, Reading reading) {
   for (const LabelledRecording& r : recordings) {
     const auto samples = static_cast<Index>(r.change.size());
     MatrixXf signals(scales.signals.size(), samples), forces(3, samples);
+    VectorXf weights(samples);
     for (Index i = 0; i < samples; ++i) {
       const auto at = static_cast<std::size_t>(i);
       signals.col(i) = Eigen::Map<const Eigen::VectorXd>(r.change[at].data(), scales.signals.size())
                            .cast<float>()
                            .cwiseQuotient(scales.signals);
       forces.col(i) = r.force[at].cwiseQuotient(scales.forces);
+      weights[i] = reading == Reading::kTraces ? scales.WeightOf(r.force[at]) : 1;
     }
+    weights_.push_back(std::move(weights));
     signals_.push_back(std::move(signals));
     forces_.push_back(std::move(forces));
   }
+  if (reading == Reading::kSignals) return;
+  ReplaceElectrodes();
+  TakeTraces();
+  Mix();
+}
+
+// In every other recording one electrode, in turn, is what the other signals let expect: networks
+// are given that for one that is stuck, and must not hang on any.
+void ScaledWindows::ReplaceElectrodes() {
+  const Eigen::MatrixXf precision =
+      Covariance(signals_, kLeastApart).inverse().eval().cast<float>();
+  for (std::size_t k = 1; k < signals_.size(); k += 2) {
+    const auto e = static_cast<Index>(k / 2 % kElectrodeCount);
+    Eigen::RowVectorXf shares = -precision.row(e) / precision(e, e);
+    shares[e] = 0;
+    signals_[k].row(e) = (shares * signals_[k]).eval();
+  }
+}
+
+// Forces in parts of the same size as the features, and their errors so many times as heavy.
+void ScaledWindows::TakeTraces() {
+  for (std::size_t k = 0; k < signals_.size(); ++k) {
+    SignalTraces traces(signals_[k].rows(), kNetworkRate);
+    MatrixXf features(FeatureCount(signals_[k].rows()), signals_[k].cols());
+    for (Index i = 0; i < features.cols(); ++i) {
+      const float size = traces.Take(signals_[k].col(i), features.col(i));
+      forces_[k].col(i) /= size;
+      weights_[k][i] *= size;
+    }
+    signals_[k] = std::move(features);
+  }
+}
+
+// A sample and its running means are nearly the same, electrodes side by side too: what tells them
+// apart would be learnt last.
+void ScaledWindows::Mix() {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(Covariance(signals_, kLeastUnlike));
+  const Eigen::VectorXd gains = axes.eigenvalues().array().rsqrt();
+  const Eigen::MatrixXd& V = axes.eigenvectors();
+  mix_ = (V * gains.asDiagonal() * V.transpose()).cast<float>();
+  for (MatrixXf& signals : signals_) signals = (mix_ * signals).eval();
 }
 
 void ScaledWindows::Gather(std::span<const Window> windows, std::vector<MatrixXf>* batch,
-                           MatrixXf* forces) const {
+                           MatrixXf* forces, VectorXf* weights) const {
   const auto steps = static_cast<Index>(batch->size());
   const auto rows = static_cast<Index>(windows.size());
   for (MatrixXf& step : *batch) step.resize(rows, signals_.front().rows());
   forces->resize(rows, 3);
+  weights->resize(rows);
   for (Index row = 0; row < rows; ++row) {
     const Window& w = windows[static_cast<std::size_t>(row)];
     const auto last = static_cast<Index>(w.last);
@@ -115,6 +195,7 @@ void ScaledWindows::Gather(std::span<const Window> windows, std::vector<MatrixXf
           signals_[w.recording].col(last - steps + 1 + t).transpose();
     }
     forces->row(row) = forces_[w.recording].col(last).transpose();
+    (*weights)[row] = weights_[w.recording][last];
   }
 }
 
@@ -122,7 +203,7 @@ BatchWorkers::BatchWorkers(const std::function<std::unique_ptr<BatchGradient>()>
                            const ScaledWindows& windows, int threads)
     : windows_(windows) {
   for (int i = 0; i < threads; ++i) {
-    Worker worker{make(), {}, {}};
+    Worker worker{make(), {}, {}, {}};
     worker.inputs.resize(static_cast<std::size_t>(worker.network->steps()));
     workers_.push_back(std::move(worker));
   }
@@ -172,12 +253,14 @@ double BatchWorkers::Run(const Eigen::VectorXf& weights, std::span<const Window>
 
 void BatchWorkers::RunChunk(const Eigen::VectorXf& weights, std::span<const Window> windows,
                             float weight, Worker* worker, Chunk* chunk) const {
-  windows_.Gather(windows, &worker->inputs, &worker->forces);
-  // From here on `forces` holds the residual.
-  worker->forces = worker->network->Forward(weights, worker->inputs) - worker->forces;
+  windows_.Gather(windows, &worker->inputs, &worker->forces, &worker->weights);
+  const auto counts = worker->weights.asDiagonal();
+  // From here on `forces` holds the weighted residual.
+  worker->forces =
+      counts * (worker->network->Forward(weights, worker->inputs) - worker->forces).eval();
   chunk->squares = static_cast<double>(worker->forces.squaredNorm());
   if (chunk->gradient.size() == 0) return;
-  worker->forces *= weight;
+  worker->forces = weight * (counts * worker->forces).eval();
   worker->network->Backward(weights, worker->forces, &chunk->gradient);
 }
 

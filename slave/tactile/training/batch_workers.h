@@ -2,6 +2,7 @@
 // several threads, and how that changes the weights.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -14,10 +15,18 @@
 
 namespace palpate {
 
-// Signals and forces are divided by these; rest, which is 0, stays 0.
+// Signals and forces are divided by these; rest, which is 0, stays 0. Errors of networks of traces
+// count in parts of the force, or a gentle hand would get what is left of a hard one.
 struct TrainingScales {
   Eigen::VectorXf signals;  // E1 to E19[, pac0, pdc] [counts]
   Eigen::Vector3f forces;   // [N]
+  float gentle = 1;         // of forces below it errors count nearly alike [N]
+  float weight = 1;         // what makes WeightOf 1, rms over the windows
+
+  // Of an error where the force is this one [N].
+  [[nodiscard]] float WeightOf(const Eigen::Vector3f& force) const {
+    return weight / (1 + force.norm() / gentle);
+  }
 };
 
 // Their rms over the windows' last samples. A signal that hardly moves compared with its kind
@@ -27,18 +36,34 @@ struct TrainingScales {
 TrainingScales ScalesOf(std::span<const LabelledRecording> recordings,
                         std::span<const Window> windows, int inputs);
 
+// What a network reads of a window.
+enum class Reading : std::uint8_t {
+  kSignals,  // the signals of its samples
+  kTraces,   // the features of SignalTraces at its last one, made unlike each other by mix()
+};
+
 class ScaledWindows {
  public:
-  ScaledWindows(std::span<const LabelledRecording> recordings, const TrainingScales& scales);
+  ScaledWindows(std::span<const LabelledRecording> recordings, const TrainingScales& scales,
+                Reading reading = Reading::kSignals);
 
-  // Fills `batch` (one matrix windows x inputs per step, the last one the present) and `forces`
-  // (windows x 3).
+  // Inputs are mix() x, x what is read; symmetric. Signals: empty.
+  [[nodiscard]] const Eigen::MatrixXf& mix() const { return mix_; }
+
+  // Fills `batch` (one matrix windows x inputs per step, the last one the present), `forces`
+  // (windows x 3) and `weights` of their errors.
   void Gather(std::span<const Window> windows, std::vector<Eigen::MatrixXf>* batch,
-              Eigen::MatrixXf* forces) const;
+              Eigen::MatrixXf* forces, Eigen::VectorXf* weights) const;
 
  private:
+  void ReplaceElectrodes();
+  void TakeTraces();
+  void Mix();
+
+  Eigen::MatrixXf mix_;
   std::vector<Eigen::MatrixXf> signals_;  // per recording, inputs x samples
   std::vector<Eigen::MatrixXf> forces_;   // per recording, 3 x samples
+  std::vector<Eigen::VectorXf> weights_;  // per recording, of each sample
 };
 
 // Cuts batches into chunks of a fixed size and adds what they give in their order: the sum does not
@@ -49,7 +74,7 @@ class BatchWorkers {
   BatchWorkers(const std::function<std::unique_ptr<BatchGradient>()>& make,
                const ScaledWindows& windows, int threads);
 
-  // Mean squared error over windows and axes.
+  // Mean squared error over windows and axes, weighted.
   double Loss(const Eigen::VectorXf& weights, std::span<const Window> batch);
   // The same, and its gradient.
   double LossAndGradient(const Eigen::VectorXf& weights, std::span<const Window> batch,
@@ -60,6 +85,7 @@ class BatchWorkers {
     std::unique_ptr<BatchGradient> network;
     std::vector<Eigen::MatrixXf> inputs;
     Eigen::MatrixXf forces;
+    Eigen::VectorXf weights;  // of the forces' errors
   };
   struct Chunk {
     double squares = 0;

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "slave/tactile/network/signal_traces.h"
 #include "slave/tactile/training/batch_gradient.h"
 #include "slave/tactile/training/batch_workers.h"
 #include "slave/tactile/training/learn_pattern.h"
@@ -21,6 +22,7 @@ using Descent = ForceTrainingOptions::Descent;
 constexpr std::size_t kFewestWindows = 100;    // one second of samples
 constexpr std::size_t kMostValidation = 4096;  // windows looked at after every epoch
 constexpr float kLargestGradient = 5;          // longer ones are cut to this length
+constexpr std::size_t kTracedPasses = 8;
 constexpr double kSgdRate = 0.01, kAdamRate = 4e-3;
 
 void Accept(bool good, const char* what, double value, const char* accepted) {
@@ -30,8 +32,8 @@ void Accept(bool good, const char* what, double value, const char* accepted) {
 
 void Check(const ForceTrainingOptions& o) {
   if (InputsOf(o.architecture) == 0) {
-    throw std::invalid_argument("network " + o.architecture +
-                                ": accepted is rnn_21, rnn_19, dnn_21, dnn_19");
+    throw std::invalid_argument("network " + o.architecture + ": accepted is " +
+                                std::string(kArchitectures));
   }
   Accept(o.rate >= 0 && o.rate <= 1, "rate", o.rate, "0 < rate <= 1, or 0 for the optimiser's own");
   Accept(o.epochs >= 1, "epochs", o.epochs, "1 or more");
@@ -44,6 +46,9 @@ void Check(const ForceTrainingOptions& o) {
 std::unique_ptr<BatchGradient> MakeGradient(const std::string& architecture) {
   const int inputs = InputsOf(architecture);
   if (IsRecurrent(architecture)) return MakeLstmGradient(inputs, kLstmUnits, kNetworkWindow);
+  if (IsTraced(architecture)) {
+    return MakeDenseGradient(static_cast<int>(FeatureCount(inputs)), {kTraceUnits, kTraceUnits});
+  }
   return MakeDenseGradient(inputs, {kDenseUnits, kDenseUnits});
 }
 
@@ -87,6 +92,12 @@ double RateAt(const ForceTrainingOptions& options, double done) {
   return rate * 0.5 * (1 + std::cos(std::numbers::pi * done));
 }
 
+// A window of traces costs a fiftieth of what one of samples does.
+std::size_t EpochSize(const ForceTrainingOptions& options) {
+  const auto size = static_cast<std::size_t>(options.epoch_size);
+  return IsTraced(options.architecture) ? kTracedPasses * size : size;
+}
+
 // One run of training.
 class Descender {
  public:
@@ -95,7 +106,7 @@ class Descender {
       : options_(options),
         progress_(progress),
         workers_([&] { return MakeGradient(options.architecture); }, scaled, options.threads),
-        per_epoch_(std::min(train.size(), static_cast<std::size_t>(options.epoch_size))),
+        per_epoch_(std::min(train.size(), EpochSize(options))),
         deck_(std::move(train), options.seed),
         validation_(Thinned(validation, kMostValidation)) {
     const std::unique_ptr<BatchGradient> network = MakeGradient(options.architecture);
@@ -180,7 +191,9 @@ LearntForce TrainForce(std::span<const LabelledRecording> recordings, const Spli
   learnt.validation_windows = validation.size();
   learnt.info.architecture = options.architecture;
   learnt.info.inputs = inputs;
-  learnt.info.window = IsRecurrent(options.architecture) ? kNetworkWindow : 1;
+  const bool is_traced = IsTraced(options.architecture);
+  const bool looks_back = IsRecurrent(options.architecture) || is_traced;
+  learnt.info.window = looks_back ? kNetworkWindow : 1;
   learnt.info.outputs = 3;
   learnt.info.rate = kNetworkRate;
   learnt.info.pattern = LearnPattern(recordings, train);
@@ -192,8 +205,12 @@ LearntForce TrainForce(std::span<const LabelledRecording> recordings, const Spli
   learnt.weights.LeaveUnscaled(inputs, 3);
   learnt.weights.input_scale = scales.signals;
   learnt.weights.output_scale = scales.forces;
-  const ScaledWindows scaled(recordings, scales);
+  const ScaledWindows scaled(recordings, scales, is_traced ? Reading::kTraces : Reading::kSignals);
   Descender(scaled, options, std::move(train), std::move(validation), &progress).Run(&learnt);
+  if (is_traced) {
+    DenseLayer& first = learnt.weights.dense.front();
+    first.kernel = scaled.mix() * Eigen::MatrixXf(first.kernel);
+  }
   return learnt;
 }
 

@@ -16,10 +16,11 @@ namespace palpate {
 
 inline constexpr int kNetworkWindow = 50;  // samples that recurrent networks look back over
 inline constexpr int kLstmUnits = 20;      // per layer, two layers
+inline constexpr int kTraceUnits = 64;     // per hidden layer of networks of traces, two layers
 inline constexpr int kDenseUnits = 38;     // per hidden layer, two layers: twice 19 (Su et al.)
 
 struct ForceTrainingOptions {
-  std::string architecture = "rnn_21";  // rnn_21 rnn_19 dnn_21 dnn_19
+  std::string architecture = "rnn_21";  // kArchitectures
   enum class Descent : std::uint8_t { kAdam, kSgd } descent = Descent::kAdam;
   double rate = 0;         // learning rate; 0: 0.01 for SGD, constant as in the paper; 0.004 for
                            // Adam, falling to nothing along half a cosine over the epochs
@@ -33,7 +34,7 @@ struct ForceTrainingOptions {
 
 struct TrainingEpoch {
   int epoch = 0;    // from 1
-  double loss = 0;  // mean squared error over axes of unit size, training windows
+  double loss = 0;  // mean squared error over axes of unit size, weighted, training windows
   double validation_loss = 0;
 };
 

@@ -589,7 +589,7 @@ TEST(TactileEstimatorTest, FramesOfFiveFingertipsAllocateNothing) {
 
 // --- what the scene names
 
-const std::string kShipped = SourcePath("/deploy/fingertips/simulated-rnn21");
+const std::string kShipped = SourcePath("/deploy/fingertips/simulated-tnn21");
 
 std::string ComplaintOf(const Scene& scene) {
   try {

@@ -24,7 +24,8 @@ TEST(SimulatePressesTest, EveryStartIsARecordingWithItsPresses) {
     EXPECT_EQ(r.change.size(), r.t.size());
     EXPECT_EQ(r.force.size(), r.t.size());
   }
-  EXPECT_GE(FindPresses(recordings).size(), 10U);  // the faintest drown beside the strongest
+  // A third of them are gentler than what counts as contact beside the strongest.
+  EXPECT_GE(FindPresses(recordings).size(), 6U);
   EXPECT_LE(FindPresses(recordings).size(), 12U);
 }
 

@@ -1,5 +1,7 @@
 #include <array>
 #include <limits>
+#include <span>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -33,6 +35,36 @@ TEST(DenseNetworkTest, EverySampleIsTheReference) {
   }
 }
 
+// Reference: the formula over all samples; features are of single precision.
+TEST(DenseNetworkTest, TracesAreTheReference) {
+  for (const char* architecture : {"tnn_21", "tnn_19"}) {
+    const RandomNetwork network = MakeRandomNetwork(architecture, 20, 0.3f, 7);
+    const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
+    const auto samples = RandomSignals(200, 300, 8);
+    Outputs outputs{};
+    for (std::size_t t = 0; t < samples.size(); ++t) {
+      ASSERT_EQ(estimate->Push(samples[t], outputs), t >= 49) << "the window";
+      if (t % 25 != 24 || t < 49) continue;
+      const auto expected =
+          ReferenceOutputs(network.info, network.weights, std::span(samples).first(t + 1));
+      for (std::size_t k = 0; k < expected.size(); ++k) {
+        EXPECT_NEAR(outputs[k], expected[k], 1e-5 * (1 + std::abs(expected[k])));
+      }
+    }
+    estimate->Reset();
+    EXPECT_FALSE(estimate->Push(samples[0], outputs));
+  }
+}
+
+TEST(DenseNetworkTest, TracesWithAMeanAreRefused) {
+  RandomNetwork network = MakeRandomNetwork("tnn_21", 20, 0.3f, 7);
+  network.weights.input_mean[3] = 1;
+  EXPECT_THROW(MakeForceNetwork(network.info, network.weights), std::invalid_argument);
+  network = MakeRandomNetwork("tnn_21", 20, 0.3f, 7);
+  network.weights.input_scale[3] = -1;
+  EXPECT_THROW(MakeForceNetwork(network.info, network.weights), std::invalid_argument);
+}
+
 TEST(DenseNetworkTest, SamplesThatAreNotFiniteGiveNothing) {
   const RandomNetwork network = MakeRandomNetwork("dnn_19", 20, 0.5f, 3);
   const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
@@ -58,13 +90,15 @@ TEST(DenseNetworkTest, OutputsBeyondAllNumbersAreNone) {
 }
 
 TEST(DenseNetworkTest, PushingAllocatesNothing) {
-  const RandomNetwork network = MakeRandomNetwork("dnn_21", 20, 0.5f, 5);
-  const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
-  const auto samples = RandomSignals(100, 150, 6);
-  Outputs outputs{};
-  const long before = AllocationCount();
-  for (const auto& sample : samples) estimate->Push(sample, outputs);
-  EXPECT_EQ(AllocationCount(), before);
+  for (const char* architecture : {"dnn_21", "tnn_21"}) {
+    const RandomNetwork network = MakeRandomNetwork(architecture, 20, 0.5f, 5);
+    const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
+    const auto samples = RandomSignals(100, 150, 6);
+    Outputs outputs{};
+    const long before = AllocationCount();
+    for (const auto& sample : samples) estimate->Push(sample, outputs);
+    EXPECT_EQ(AllocationCount(), before);
+  }
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ class BrokenNetworkTest : public testing::Test {
 
 // Every number comes back as it was, also those with the longest decimals and the smallest.
 TEST(NetworkFileTest, WhatIsWrittenIsReadBackExactly) {
-  for (const char* architecture : {"rnn_21", "rnn_19", "dnn_21", "dnn_19"}) {
+  for (const char* architecture : {"rnn_21", "rnn_19", "dnn_21", "dnn_19", "tnn_21", "tnn_19"}) {
     RandomNetwork network = MakeRandomNetwork(architecture, 20, 1, 2);
     network.info.gain = 1.0 / 3;
     network.info.sigma = {0.1, 0.02, 1e-7};
@@ -181,7 +181,7 @@ TEST_F(BrokenNetworkTest, TensorsOfTheWrongShapeAreNamedWithWhatIsExpected) {
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["architecture"] = "rnn_19"; }),
               "inputs = 21: rnn_19 has 19");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["architecture"] = "cnn"; }),
-              "architecture = cnn: accepted is rnn_21, rnn_19, dnn_21 or dnn_19");
+              "architecture = cnn: accepted is rnn_21, rnn_19, dnn_21, dnn_19, tnn_21, tnn_19");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["lstm"][0]["kernel"] = json::array(); }),
               "lstm[0].kernel: not a list of rows");
 }

@@ -52,6 +52,35 @@ Vector Dense(const DenseLayer& layer, const Vector& x) {
   return y;
 }
 
+struct Traced {
+  Vector features;
+  double size = 0;
+};
+
+Traced TracesOf(const NetworkInfo& info, const NetworkWeights& weights,
+                std::span<const TactileSignals> samples) {
+  const Vector now = Scaled(weights, samples.back());
+  Traced traced{now, 0.01};
+  for (std::size_t i = 0; i < 19; ++i) traced.size += now[i] * now[i] / 19;
+  traced.size = std::sqrt(traced.size);
+  for (const double time : {0.02, 0.06, 0.3, 1.0, 3.0}) {
+    Vector mean(now.size(), 0.0);
+    for (const TactileSignals& sample : samples) {
+      const Vector x = Scaled(weights, sample);
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        mean[i] += (1 - std::exp(-1 / (time * info.rate))) * (x[i] - mean[i]);
+      }
+    }
+    traced.features.insert(traced.features.end(), mean.begin(), mean.end());
+  }
+  for (double& feature : traced.features) feature /= traced.size;
+  return traced;
+}
+
+Vector InputOf(const NetworkWeights& weights, std::span<const TactileSignals> samples) {
+  return weights.lstm.empty() ? Scaled(weights, samples.back()) : ReferenceState(weights, samples);
+}
+
 }  // namespace
 
 Vector ReferenceState(const NetworkWeights& weights, std::span<const TactileSignals> samples) {
@@ -72,8 +101,9 @@ Vector ReferenceState(const NetworkWeights& weights, std::span<const TactileSign
 
 Vector ReferenceOutputs(const NetworkInfo& info, const NetworkWeights& weights,
                         std::span<const TactileSignals> samples) {
-  Vector y =
-      weights.lstm.empty() ? Scaled(weights, samples.back()) : ReferenceState(weights, samples);
+  const bool is_traced = IsTraced(info.architecture);
+  const Traced traced = is_traced ? TracesOf(info, weights, samples) : Traced{{}, 1};
+  Vector y = is_traced ? traced.features : InputOf(weights, samples);
   for (const DenseLayer& layer : weights.dense) {
     y = Dense(layer, y);
     if (&layer == &weights.dense.back()) break;
@@ -84,8 +114,9 @@ Vector ReferenceOutputs(const NetworkInfo& info, const NetworkWeights& weights,
   }
   for (std::size_t k = 0; k < y.size(); ++k) {
     const auto j = static_cast<Eigen::Index>(k);
-    y[k] = info.gain * (static_cast<double>(weights.output_mean[j]) +
-                        static_cast<double>(weights.output_scale[j]) * y[k]);
+    y[k] = traced.size * info.gain *
+           (static_cast<double>(weights.output_mean[j]) +
+            static_cast<double>(weights.output_scale[j]) * y[k]);
   }
   return y;
 }
@@ -99,16 +130,17 @@ RandomNetwork MakeRandomNetwork(const std::string& architecture, int units, floa
   NetworkInfo& info = made.info;
   info.architecture = architecture;
   info.inputs = InputsOf(architecture);
-  info.window = IsRecurrent(architecture) ? 50 : 1;
+  const bool is_traced = IsTraced(architecture);
+  info.window = IsRecurrent(architecture) || is_traced ? 50 : 1;
   info.outputs = 4;
   info.gain = 1.25;
   NetworkWeights& weights = made.weights;
   weights.LeaveUnscaled(info.inputs, info.outputs);
-  weights.input_mean.setLinSpaced(-3, 5);
+  if (!is_traced) weights.input_mean.setLinSpaced(-3, 5);
   weights.input_scale.setLinSpaced(80, 120);
-  weights.output_mean.setLinSpaced(-1, 1);
+  if (!is_traced) weights.output_mean.setLinSpaced(-1, 1);
   weights.output_scale.setLinSpaced(0.5, 2);
-  int width = info.inputs;
+  int width = is_traced ? 6 * info.inputs : info.inputs;
   for (int layer = 0; layer < 2; ++layer, width = units) {
     const bool recurrent = IsRecurrent(architecture);
     const int rows = recurrent ? width + units : width, columns = recurrent ? 4 * units : units;

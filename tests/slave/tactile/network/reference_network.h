@@ -17,8 +17,8 @@ std::vector<double> ReferenceOutputs(const NetworkInfo& info, const NetworkWeigh
 std::vector<double> ReferenceState(const NetworkWeights& weights,
                                    std::span<const TactileSignals> samples);
 
-// A network with random weights: two lstm layers of `units` for rnn_*, two hidden layers for dnn_*,
-// uniform within +-size; inputs are scaled so that 100 counts are about 1.
+// A network with random weights: two lstm layers of `units` for rnn_*, two hidden layers for dnn_*
+// and tnn_*, uniform within +-size; inputs are scaled so that 100 counts are about 1.
 struct RandomNetwork {
   NetworkInfo info;
   NetworkWeights weights;

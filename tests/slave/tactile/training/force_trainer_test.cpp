@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slave/site/fingertips/simulated_presses.h"
 #include "slave/tactile/training/estimate_errors.h"
 #include "tests/slave/tactile/training/synthetic_recordings.h"
 #include "tests/support/stop_after.h"
@@ -54,6 +55,23 @@ TEST_F(TrainForceTest, LearnsAForceThatFollowsTheElectrodes) {
     EXPECT_GT(learnt.info.learnt_force, 0.8);
     EXPECT_LT(learnt.info.learnt_force, 1.2);
     EXPECT_EQ(learnt.epochs.size(), 6U);
+  }
+}
+
+// Electrodes that go together, as a fingertip's do: one in two recordings is taken from the others.
+// A moment's training of a few presses; 1 is what no signal at all would do.
+TEST_F(TrainForceTest, TracesLearnFromSignalsThatGoTogether) {
+  SimulatedPresses presses;
+  presses.presses = 60;
+  recordings_ = SimulatePresses(presses);
+  split_ = SplitContacts(recordings_, false, 1);
+  for (const char* architecture : {"tnn_19", "tnn_21"}) {
+    ForceTrainingOptions options;
+    options.architecture = architecture;
+    options.epochs = 6;
+    options.epoch_size = 2048;
+    const ForceErrors errors = Test(Train(options));
+    EXPECT_LT(errors.smse.maxCoeff(), 0.9) << architecture << "\n" << errors.smse.transpose();
   }
 }
 

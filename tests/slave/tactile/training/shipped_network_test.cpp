@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-const std::filesystem::path kShipped = SourcePath("/deploy/fingertips/simulated-rnn21");
+const std::filesystem::path kShipped = SourcePath("/deploy/fingertips/simulated-tnn21");
 
 // Starts and contacts that it was not trained on, of the fingertip as it is now. The paper's
 // figures for rnn_21 are 0.3018, 0.1854, 0.0569; this holds a third of the strictest.
@@ -34,7 +34,7 @@ TEST(ShippedNetworkTest, FeelsTheSimulatedFingertip) {
 TEST(ShippedNetworkTest, IsSmallAndSaysWhatMadeIt) {
   EXPECT_LT(std::filesystem::file_size(kShipped / "network.json"), 400'000U);
   const auto network = LoadForceNetwork(kShipped);
-  EXPECT_EQ(network->info().architecture, "rnn_21");
+  EXPECT_EQ(network->info().architecture, "tnn_21");
   EXPECT_NE(network->info().origin.find("palpate-slave train simulated"), std::string::npos);
   EXPECT_GT(network->info().learnt_force, 4.5);
 }

@@ -1,0 +1,58 @@
+// What a fingertip's signals are and were, in parts of their size: skin creeps for seconds and
+// fluid flows, so one sample does not tell the force; and contacts that differ in force alone look
+// alike.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include <Eigen/Core>
+
+#include "slave/tactile/rest_values.h"
+
+namespace palpate {
+
+// Time constants of the running means that go with each sample, for `rate` [Hz]. [s]
+inline constexpr std::array kTraceTimes{0.02, 0.06, 0.3, 1.0, 3.0};
+
+// Of `inputs` signals: 1 + kTraceTimes.size() times as many features.
+inline constexpr Eigen::Index FeatureCount(Eigen::Index inputs) {
+  return inputs * (1 + static_cast<Eigen::Index>(kTraceTimes.size()));
+}
+
+class SignalTraces {
+ public:
+  // `inputs`: 19 or 21, E1 to E19[, pac0, pdc]; `rate` [Hz], > 0.
+  SignalTraces(Eigen::Index inputs, double rate) : means_(inputs, kTraceTimes.size()) {
+    for (std::size_t k = 0; k < kTraceTimes.size(); ++k) {
+      shares_[k] = static_cast<float>(1 - std::exp(-1 / (kTraceTimes[k] * rate)));
+    }
+    Reset();
+  }
+
+  void Reset() noexcept { means_.setZero(); }
+
+  // Takes the next sample, counts minus rest over their scale, all finite. Fills `features` and
+  // returns the size that they are parts of [-]: the force is this size times a function of them.
+  // Allocation-free.
+  float Take(const Eigen::Ref<const Eigen::VectorXf>& now,
+             Eigen::Ref<Eigen::VectorXf> features) noexcept {
+    const Eigen::Index inputs = means_.rows();
+    const float size =
+        std::sqrt(now.head(kElectrodeCount).squaredNorm() / kElectrodeCount + kLeast * kLeast);
+    features.head(inputs) = now / size;
+    for (std::size_t k = 0; k < kTraceTimes.size(); ++k) {
+      const auto column = static_cast<Eigen::Index>(k);
+      means_.col(column) += shares_[k] * (now - means_.col(column));
+      features.segment((column + 1) * inputs, inputs) = means_.col(column) / size;
+    }
+    return size;
+  }
+
+ private:
+  static constexpr float kLeast = 0.1F;  // smaller signals are told by their size too
+  Eigen::MatrixXf means_;                // inputs x traces
+  std::array<float, kTraceTimes.size()> shares_{};
+};
+
+}  // namespace palpate
