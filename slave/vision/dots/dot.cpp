@@ -22,7 +22,10 @@ constexpr double kRagged = 1;  // an ellipse's edge is nowhere farther off [px]
 constexpr double kForeignInDot = 0.01;  // share of the dot's area that may be farther off
 constexpr int kLooks = 3;               // each with a reach by the blur that the last one saw
 constexpr int kRounds = 3;              // of a window that cuts the dot's edge
-constexpr double kSigmaFloor = 0.003;   // what pixels' uneven response leaves [px]
+// Light that goes with the cube of the place, which a plane fitted to a ring of 1.5 radii leaves:
+// the pull on the disc's centre, by what is left on the ring [radii].
+constexpr double kCubicLight = 0.5;
+constexpr double kSigmaFloor = 0.003;  // what pixels' uneven response leaves [px]
 
 struct Axes {
   double longer = 0, shorter = 0;  // half axes [px]
@@ -73,6 +76,11 @@ struct Negative {
   explicit Negative(DotTone tone) noexcept
       : sign(tone == DotTone::kDark ? 1 : -1), offset(tone == DotTone::kDark ? 0 : 255) {}
   [[nodiscard]] double operator()(double level) const { return offset + sign * level; }
+  // A dark dot's difference from its ground, as if the ground were as light there as at `middle`:
+  // light that falls on both makes more of both. Light dots may lie on a ground without any light.
+  [[nodiscard]] double Evenly(double difference, double ground, double middle) const {
+    return sign > 0 && 2 * ground > middle ? difference * middle / ground : difference;
+  }
 };
 
 struct Window {
@@ -172,8 +180,10 @@ Weighed Weigh(const Window& w, const Eigen::Vector2d& middle, const GroundRing& 
           if (share <= 0) continue;
         }
       }
+      const double light = ground.At(dx, dy);
       const double weight =
-          std::clamp(ground.At(dx, dy) - w.level(row[x]), -0.25 * contrast, 1.25 * contrast);
+          std::clamp(w.level.Evenly(light - w.level(row[x]), light, ground.level0),
+                     -0.25 * contrast, 1.25 * contrast);
       weighed.sum += share * weight;
       weighed.x += share * weight * dx, weighed.y += share * weight * dy;
       weighed.spread += share * (dx * dx + dy * dy) / 2;
@@ -215,10 +225,14 @@ std::optional<Look> LookWithin(const Window& w, const Dot& dot, double threshold
   look.dot.centre += moved;
   look.dot.contrast = contrast;
   look.dot.area = weighed.sum / contrast;
+  // Where neighbouring pixels err alike, their errors do not even out.
   const double variance =
+      std::max(1.0, ring.unevenness()) *
       (ground.variance * weighed.spread + ground.slope_variance * weighed.spread * weighed.spread) /
       (weighed.sum * weighed.sum);
-  look.dot.sigma = std::sqrt(variance + kSigmaFloor * kSigmaFloor);
+  const double radius = (w.axes.longer + w.axes.shorter) / 2;
+  const double light = kCubicLight * ring.third_harmonic() / contrast * radius;
+  look.dot.sigma = std::sqrt(variance + light * light + kSigmaFloor * kSigmaFloor);
   // A blurred edge passes from one to three quarters within 1.349 sigma.
   const double perimeter = std::numbers::pi * (w.axes.longer + w.axes.shorter);
   look.blur = weighed.edge / (1.349 * perimeter);

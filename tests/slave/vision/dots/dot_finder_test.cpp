@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -108,6 +109,51 @@ TEST(DotFinder, LightThatFallsAcrossThePictureLosesNoDot) {
       }
     }
   }
+}
+
+// A picture under light that changes across a dot: `light(x)` times what it was.
+template <typename Light>
+cv::Mat Lit(const DotPicture& picture, const Light& light) {
+  cv::Mat lit = picture.Render();
+  for (int y = 0; y < lit.rows; ++y) {
+    for (int x = 0; x < lit.cols; ++x) {
+      std::uint8_t& level = lit.at<std::uint8_t>(y, x);
+      level = cv::saturate_cast<std::uint8_t>(level * light(x));
+    }
+  }
+  return lit;
+}
+
+// Reference: the ellipses drawn. Light that falls on dot and ground alike, by one percent a pixel,
+// would pull a disc of 6.4 px by g r^2 / 4 = 0.1 px if the dot's sides were weighed by it.
+TEST(DotFinder, EvenlyFallingLightDoesNotPullADot) {
+  for (const double at : {62.13, 146.5, 315.24}) {
+    const auto dots = Found(
+        Lit(ManyDots(), [&](double x) { return std::clamp(0.7 + 0.01 * (x - at), 0.4, 1.0); }));
+    for (const Eigen::Vector2d& place : ManyPlaces()) {
+      if (std::abs(place.x() - at) > 1) continue;
+      ASSERT_NE(NearestTo(dots, place), nullptr);
+      EXPECT_LT((NearestTo(dots, place)->centre - place).norm(), 0.05) << place.transpose();
+    }
+  }
+}
+
+// Reference: the ellipses drawn. The soft edge of a shadow, 30 % deep and some 20 px wide, is no
+// plane of light: what it moves a dot by is within four of the sigmas stated.
+TEST(DotFinder, TheEdgeOfAShadowMovesADotAsMuchAsStated) {
+  int seen = 0;
+  for (int k = 0; k < 12; ++k) {
+    const auto dots = Found(Lit(
+        ManyDots(), [&](double x) { return 1 - 0.3 / (1 + std::exp(-(x - 300 - 2.5 * k) / 6)); }));
+    for (const Eigen::Vector2d& place : ManyPlaces()) {
+      const Dot* dot = NearestTo(dots, place);
+      ASSERT_NE(dot, nullptr);
+      if ((dot->centre - place).norm() > 3) continue;  // not found in this light
+      EXPECT_LT((dot->centre - place).norm(), 0.01 + 4 * dot->sigma) << place.transpose();
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 300);
 }
 
 // One dot, where it was told to be looked for.
