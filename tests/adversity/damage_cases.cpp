@@ -136,6 +136,12 @@ void AddForTwo(CaseTable* table) {
   table->Add("barrel distortion of one eye", "px", {}, {2, 6},
              [](double s) { return OnSide(1, Barrel(s)); });
   table->Add("over-exposed", "%", {}, {60, 200}, [](double s) { return Gain(1 + s / 100); });
+  table->Add("blocks lost", "%", {}, {2, 10}, [](double s) { return Stale(BlocksLost(s / 100)); });
+}
+
+// Thought of after all the others held; most are the others' kin.
+void AddLaterForTwo(CaseTable* table) {
+  table->Rarely(true);
   table->Add("gamma changes while pressed", "", {0.8}, {0.4, 2.5},
              [](double s) { return From(When::kPressed, Gamma(s)); });
   table->Add("banding", "%", {10}, {40}, [](double s) { return Banding(s / 100); });
@@ -158,7 +164,7 @@ void AddForTwo(CaseTable* table) {
     alteration.shows = NowAndThenOld(static_cast<std::size_t>(s));
     return alteration;
   });
-  table->Add("blocks lost", "%", {}, {2, 10}, [](double s) { return Stale(BlocksLost(s / 100)); });
+  table->Rarely(false);
 }
 
 }  // namespace
@@ -173,6 +179,7 @@ void AddCameraDamage(CaseTable* table) {
 
 void AddPairDamage(CaseTable* table) {
   AddForTwo(table);
+  AddLaterForTwo(table);
 }
 
 }  // namespace palpate::adversity

@@ -117,11 +117,11 @@ void PlateLoadIdentifier::Judge(const RobustPlateFit::Answer& answer,
     load->Doubt(FailedCheck::kMisfit, "neighbouring points lie off the load's shape to one side");
   } else if (LiesOff(answer)) {
     load->Doubt(FailedCheck::kMisfit, "the points lie off the load's shape farther than at rest");
-  } else if (answer.grown) {
-    load->Doubt(FailedCheck::kScale, "the points have moved apart or together since rest: zoom");
   } else if (answer.moved && !answer.put_right) {
     load->Doubt(FailedCheck::kCameraMotion,
                 "the eyes or the membrane's rim have moved since the rest picture");
+  } else if (answer.grown) {
+    load->Doubt(FailedCheck::kScale, "the points have moved apart or together since rest: zoom");
   } else if (!answer.flat) {
     load->Doubt(FailedCheck::kRestShape,
                 "the membrane was not flat in the rest frame: domed, or pressed already");

@@ -22,10 +22,7 @@ constexpr double kRagged = 1;  // an ellipse's edge is nowhere farther off [px]
 constexpr double kForeignInDot = 0.01;  // share of the dot's area that may be farther off
 constexpr int kLooks = 3;               // each with a reach by the blur that the last one saw
 constexpr int kRounds = 3;              // of a window that cuts the dot's edge
-// Light that goes with the cube of the place, which a plane fitted to a ring of 1.5 radii leaves:
-// the pull on the disc's centre, by what is left on the ring [radii].
-constexpr double kCubicLight = 0.5;
-constexpr double kSigmaFloor = 0.003;  // what pixels' uneven response leaves [px]
+constexpr double kSigmaFloor = 0.003;   // what pixels' uneven response leaves [px]
 
 struct Axes {
   double longer = 0, shorter = 0;  // half axes [px]
@@ -230,9 +227,7 @@ std::optional<Look> LookWithin(const Window& w, const Dot& dot, double threshold
       std::max(1.0, ring.unevenness()) *
       (ground.variance * weighed.spread + ground.slope_variance * weighed.spread * weighed.spread) /
       (weighed.sum * weighed.sum);
-  const double radius = (w.axes.longer + w.axes.shorter) / 2;
-  const double light = kCubicLight * ring.third_harmonic() / contrast * radius;
-  look.dot.sigma = std::sqrt(variance + light * light + kSigmaFloor * kSigmaFloor);
+  look.dot.sigma = std::sqrt(variance + kSigmaFloor * kSigmaFloor);
   // A blurred edge passes from one to three quarters within 1.349 sigma.
   const double perimeter = std::numbers::pi * (w.axes.longer + w.axes.shorter);
   look.blur = weighed.edge / (1.349 * perimeter);

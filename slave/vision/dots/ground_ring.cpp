@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace palpate {
 namespace {
@@ -99,18 +98,6 @@ bool GroundRing::IsGround(const Sector& sector) const noexcept {
 // Of the sums' pixels from the plane [levels].
 double GroundRing::MeanOff(const GroundPlane& sums) const noexcept {
   return (sums.v - plane_.level0 * sums.n - plane_.gx * sums.x - plane_.gy * sums.y) / sums.n;
-}
-
-double GroundRing::third_harmonic() const noexcept {
-  double along = 0, across = 0;
-  for (int s = 0; s < kSectors; ++s) {
-    const GroundPlane& sums = At(s).sums;
-    if (sums.n < 1 || LeavesOut(s)) continue;
-    const double turn = 3 * (s + 0.5) * 2 * std::numbers::pi / kSectors;
-    along += MeanOff(sums) * std::cos(turn);
-    across += MeanOff(sums) * std::sin(turn);
-  }
-  return std::numbers::sqrt2 / kSectors * std::hypot(along, across);
 }
 
 double GroundRing::unevenness() const noexcept {

@@ -60,9 +60,6 @@ class GroundRing {
   // Variance of the sectors' means about the plane, by what pixels that err each for itself would
   // have: about 1 for noise, more for light that is no plane, compression, stripes.
   [[nodiscard]] double unevenness() const noexcept;
-  // Of the sectors' means about the plane, the part that turns three times as the ring turns once,
-  // rms [levels]: what light leaves that bends one way and then the other.
-  [[nodiscard]] double third_harmonic() const noexcept;
 
  private:
   struct Sector {

@@ -138,24 +138,6 @@ TEST(DotFinder, EvenlyFallingLightDoesNotPullADot) {
   }
 }
 
-// Reference: the ellipses drawn. The soft edge of a shadow, 30 % deep and some 20 px wide, is no
-// plane of light: what it moves a dot by is within four of the sigmas stated.
-TEST(DotFinder, TheEdgeOfAShadowMovesADotAsMuchAsStated) {
-  int seen = 0;
-  for (int k = 0; k < 12; ++k) {
-    const auto dots = Found(Lit(
-        ManyDots(), [&](double x) { return 1 - 0.3 / (1 + std::exp(-(x - 300 - 2.5 * k) / 6)); }));
-    for (const Eigen::Vector2d& place : ManyPlaces()) {
-      const Dot* dot = NearestTo(dots, place);
-      ASSERT_NE(dot, nullptr);
-      if ((dot->centre - place).norm() > 3) continue;  // not found in this light
-      EXPECT_LT((dot->centre - place).norm(), 0.01 + 4 * dot->sigma) << place.transpose();
-      ++seen;
-    }
-  }
-  EXPECT_GT(seen, 300);
-}
-
 // One dot, where it was told to be looked for.
 std::optional<Dot> Tracked(const DotPicture& picture, const Eigen::Vector2d& place) {
   DotFinder finder = Finder();
