@@ -25,7 +25,7 @@ constexpr double kTensionTold = 0.5;    // one sigma of what the scene tells, of
 constexpr double kTensionShare = 0.02;  // of the force, that a wrong tension may make
 constexpr double kMostLeftOut = 0.25;   // share of the points that may contradict the others
 constexpr double kForgetsRest = 0.1;    // of the scatter at rest, from picture to picture
-constexpr double kModelError = 0.02;    // of the largest deflection: may be the model's own, rms
+constexpr double kModelError = 0.03;    // of the largest deflection: may be the model's own, rms
 constexpr double kClearly = 1.5;        // times the scatter at rest: two dozen points' chance
 
 // What a plate works out for a tool that it has not met, and its memory for a press beside the
