@@ -23,6 +23,12 @@ std::function<std::size_t(const Moment&)> Doubled() {
   return [](const Moment& moment) { return moment.index - moment.index % 2; };
 }
 
+std::function<std::size_t(const Moment&)> NowAndThenOld(std::size_t samples) {
+  return [samples](const Moment& moment) {
+    return moment.index - (moment.index % 5 == 4 ? std::min(samples, moment.index) : 0);
+  };
+}
+
 std::function<std::size_t(const Moment&)> Late(std::size_t samples, int side) {
   return [=](const Moment& moment) {
     const bool is_late = side < 0 || side == moment.side;

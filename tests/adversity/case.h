@@ -69,6 +69,8 @@ std::vector<Case> FingertipCases();
 std::function<std::size_t(const Moment&)> Frozen(When when);
 // Every other picture is the one before again.
 std::function<std::size_t(const Moment&)> Doubled();
+// Every fifth picture is one of `samples` before.
+std::function<std::size_t(const Moment&)> NowAndThenOld(std::size_t samples);
 // Everything `samples` late; `side` < 0: both of a pair.
 std::function<std::size_t(const Moment&)> Late(std::size_t samples, int side = -1);
 

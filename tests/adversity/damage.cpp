@@ -145,6 +145,15 @@ Paint Banding(double strength) {
   };
 }
 
+Paint OneSided(double strength) {
+  return [strength](const View&, cv::Mat& picture) {
+    for (int column = 0; column < picture.cols; ++column) {
+      cv::Mat line = picture.col(column);
+      line.convertTo(line, CV_8U, 1 + strength * (2.0 * column / picture.cols - 1));
+    }
+  };
+}
+
 Paint Quantised(int levels) {
   return [levels](const View&, cv::Mat& picture) {
     cv::Mat table(1, 256, CV_8U);

@@ -31,6 +31,9 @@ Paint Banding(double strength);  // bands of 40 rows lighter and darker, wanderi
 Paint Quantised(int levels);     // so many grey levels are left
 Paint Inverted();
 
+// --- light
+Paint OneSided(double strength);  // so much lighter at one side, darker at the other
+
 // --- on the line
 enum class Part { kUpper, kLower };
 Paint PartlyGrey(Part part, double share);

@@ -139,6 +139,34 @@ void AddForTwo(CaseTable* table) {
   table->Add("blocks lost", "%", {}, {2, 10}, [](double s) { return Stale(BlocksLost(s / 100)); });
 }
 
+// Thought of after all the others held; most are the others' kin.
+void AddLaterForTwo(CaseTable* table) {
+  table->Rarely(true);
+  table->Add("gamma changes while pressed", "", {0.8}, {0.4, 2.5},
+             [](double s) { return From(When::kPressed, Gamma(s)); });
+  table->Add("banding", "%", {10}, {40}, [](double s) { return Banding(s / 100); });
+  table->Add("haze rises", "%", {30}, {80}, [](double s) { return Haze(s / 100); });
+  table->Add("lamp moves while pressed", "% to one side", {20}, {60},
+             [](double s) { return From(When::kPressed, OneSided(s / 100)); });
+  table->Add("a hand comes", "px beyond the middle", {}, {-60, 0, 60},
+             [](double s) { return Hand(s, When::kPressed); });
+  table->Add("focus breathes", "%", {}, {0.5, 2}, [](double s) { return Breathing(1 + s / 100); });
+  table->Add("rig turns slowly", "deg", {}, {1, 4}, [](double s) { return TurnSlowly(s); });
+  table->Add("zoomed from the start", "%", {}, {-2, 2},
+             [](double s) { return Zoom(1 + s / 100, When::kAlways); });
+  table->Add("one eye zoomed from the start", "%", {}, {0.5, 2},
+             [](double s) { return OnSide(1, Zoom(1 + s / 100, When::kAlways)); });
+  table->Add("cut out elsewhere", "px", {}, {2, 8}, [](double s) {
+    return Bump({s, s}, When::kAlways);
+  });
+  table->Add("an old pair now and then", "pairs ago", {}, {3, 12}, [](double s) {
+    Alteration alteration;
+    alteration.shows = NowAndThenOld(static_cast<std::size_t>(s));
+    return alteration;
+  });
+  table->Rarely(false);
+}
+
 }  // namespace
 
 void AddCameraDamage(CaseTable* table) {
@@ -151,6 +179,7 @@ void AddCameraDamage(CaseTable* table) {
 
 void AddPairDamage(CaseTable* table) {
   AddForTwo(table);
+  AddLaterForTwo(table);
 }
 
 }  // namespace palpate::adversity

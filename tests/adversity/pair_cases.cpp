@@ -255,7 +255,7 @@ void AddDepth(CaseTable* table) {
              [](double s) { return Rescaled(1 + s / 100, 0, When::kAlways); });
   table->Add("depth warms up at rest", "mm", {}, {0.3, 2},
              [](double s) { return Rescaled(1, s / 0.02, When::kAtRest); });
-  table->Add("depth camera bumped at rest", "px", {}, {3, 20}, [](double s) {
+  table->Add("depth camera bumped at rest", "px", {}, {3, 10, 20}, [](double s) {
     return Bump({s, 0}, When::kAtRest);
   });
   table->Add("depth late", "pictures", {}, {1, 5},

@@ -20,11 +20,11 @@ class CaseTable {
            std::initializer_list<double> doubt, const Make& make) {
     for (const double& severity : right) {
       Append(name, unit, severity, Demand::kRight, make);
-      cases_.back().is_quick = &severity == right.end() - 1;
+      cases_.back().is_quick = !rarely_ && &severity == right.end() - 1;
     }
     for (const double& severity : doubt) {
       Append(name, unit, severity, Demand::kDoubt, make);
-      cases_.back().is_quick = &severity == doubt.begin();
+      cases_.back().is_quick = !rarely_ && &severity == doubt.begin();
     }
   }
   // Without a severity.
@@ -34,6 +34,8 @@ class CaseTable {
 
   // What is added from here on is only for this stage; empty: for all but special ones.
   void Only(const std::string& stage) { stage_ = stage; }
+  // What is added from here on with a severity is left out of `--quick`; false: is not.
+  void Rarely(bool rarely) { rarely_ = rarely; }
 
   [[nodiscard]] std::vector<Case> Take() { return std::move(cases_); }
 
@@ -51,6 +53,7 @@ class CaseTable {
   }
 
   std::string stage_;
+  bool rarely_ = false;
   std::vector<Case> cases_;
 };
 

@@ -24,6 +24,9 @@ constexpr double kTensionDoubt = 0.5;   // one sigma, of what it makes of the fo
 constexpr double kTensionTold = 0.5;    // one sigma of what the scene tells, of itself
 constexpr double kTensionShare = 0.02;  // of the force, that a wrong tension may make
 constexpr double kMostLeftOut = 0.25;   // share of the points that may contradict the others
+constexpr double kForgetsRest = 0.1;    // of the scatter at rest, from picture to picture
+constexpr double kModelError = 0.03;    // of the largest deflection: may be the model's own, rms
+constexpr double kClearly = 1.5;        // times the scatter at rest: two dozen points' chance
 
 // What a plate works out for a tool that it has not met, and its memory for a press beside the
 // centre.
@@ -67,6 +70,8 @@ SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) 
     load.validity = Validity::kValid;
     load.why = {};
     load.sigma_force = SigmaAtRest(points_O);
+    const double square = answer.off * answer.off;
+    rest_square_ += (rest_square_ > 0 ? kForgetsRest : 1) * (square - rest_square_);
   } else if (fit.validity != Validity::kFailed) {
     load.p_O = {fit.p_O.x(), fit.p_O.y(), 0};
     load.force = fit.force;
@@ -110,9 +115,13 @@ void PlateLoadIdentifier::Judge(const RobustPlateFit::Answer& answer,
     load->Doubt(FailedCheck::kMisfit, "more than a quarter of the points contradict the others");
   } else if (answer.cluster > 0) {
     load->Doubt(FailedCheck::kMisfit, "neighbouring points lie off the load's shape to one side");
+  } else if (LiesOff(answer)) {
+    load->Doubt(FailedCheck::kMisfit, "the points lie off the load's shape farther than at rest");
   } else if (answer.moved && !answer.put_right) {
     load->Doubt(FailedCheck::kCameraMotion,
                 "the eyes or the membrane's rim have moved since the rest picture");
+  } else if (answer.grown) {
+    load->Doubt(FailedCheck::kScale, "the points have moved apart or together since rest: zoom");
   } else if (!answer.flat) {
     load->Doubt(FailedCheck::kRestShape,
                 "the membrane was not flat in the rest frame: domed, or pressed already");
@@ -131,8 +140,11 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
   const double residual = answer.load.residual * answer.load.residual * (freedom + 1) - explained;
   const double scatter =
       std::sqrt(std::max(kLeastScatter * kLeastScatter, residual / freedom)) * sought.sigma;
-  const double law = answer.sigma_of_law;
-  const double weight = 1 / (scatter * scatter + law * law);
+  // Beyond the noise that the points have at rest, their errors go with the dent's shape and come
+  // again with it: compression's, say.
+  const double again = scatter * std::sqrt(1 - NoiseShare(answer));
+  const double law = std::hypot(answer.sigma_of_law, again);
+  const double weight = 1 / (scatter * scatter + answer.sigma_of_law * answer.sigma_of_law);
   tension_information_ = kRemembered * tension_information_ + weight;
   tension_score_ = kRemembered * tension_score_ + weight * sought.amount;
   tension_law_ = kRemembered * tension_law_ + weight * law;
@@ -149,6 +161,19 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
     load->Doubt(FailedCheck::kMisfit,
                 "the dent is wider or narrower than one of the scene's prestress");
   }
+}
+
+// Of the residuals' square, by what the points scattered while nothing was pressed; 1: unknown.
+double PlateLoadIdentifier::NoiseShare(const RobustPlateFit::Answer& answer) const noexcept {
+  const double square = answer.off * answer.off;
+  return rest_square_ > 0 && square > rest_square_ ? rest_square_ / square : 1;
+}
+
+// Noise alone leaves as much as at rest, the plate's law a share of the deepest.
+bool PlateLoadIdentifier::LiesOff(const RobustPlateFit::Answer& answer) const noexcept {
+  const double law = kModelError * answer.deepest;
+  return answer.deepest > 0 && NoiseShare(answer) < 1 / (kClearly * kClearly) &&
+         answer.off * answer.off - rest_square_ > law * law;
 }
 
 // By how much the tension may be another one than the scene's, rms about that, where the scene
@@ -205,6 +230,7 @@ void PlateLoadIdentifier::Reset() {
   if (tighter_ != nullptr) tighter_->Reset();
   tension_information_ = tension_score_ = tension_law_ = 0;
   tension_sure_ = tension_likely_ = 0;
+  rest_square_ = 0;
   load_ = {};
 }
 

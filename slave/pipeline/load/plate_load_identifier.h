@@ -49,6 +49,8 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   void Judge(const RobustPlateFit::Answer& answer, SurfaceLoad* load) const noexcept;
   void WeighTension(const RobustPlateFit::Answer& answer, SurfaceLoad* load) noexcept;
   [[nodiscard]] double LawsShare(const SurfaceLoad& load) const noexcept;
+  [[nodiscard]] double NoiseShare(const RobustPlateFit::Answer& answer) const noexcept;
+  [[nodiscard]] bool LiesOff(const RobustPlateFit::Answer& answer) const noexcept;
   [[nodiscard]] double SigmaOfTension(double amount, double sigma) const noexcept;
   [[nodiscard]] double SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept;
 
@@ -63,6 +65,7 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   // it.
   double tension_information_ = 0, tension_score_ = 0, tension_law_ = 0;
   double tension_sure_ = 0, tension_likely_ = 0;  // [N/m]
+  double rest_square_ = 0;  // mean square of the residuals while nothing pressed [m^2]; 0: unknown
 };
 
 }  // namespace palpate

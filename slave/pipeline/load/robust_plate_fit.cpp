@@ -27,6 +27,7 @@ constexpr double kClearlyBetter = 0.7;  // residual with a moved rim by that wit
 constexpr double kMotionSigmas = 6;     // at which a motion counts
 constexpr double kRimShare = 0.02;      // of the depth: as much may be the model's error
 constexpr double kSidewaysShare = 0.1;  // of the depth: a press carries its points so far
+constexpr double kGrowthShare = 0.03;   // of the depth: a press draws its points together so far
 constexpr int kLeastPoints = 5;
 constexpr double kLawsShape = 0.9e-3;  // of the depth: error of the plate's shape around a load
 constexpr double kReach = 0.3;         // of a cluster of neighbours [radii]
@@ -125,6 +126,9 @@ RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& poin
   answer.put_right = slide > 0 && slide < kMostSlide && std::abs(rise[0]) < kMostRise &&
                      rise.tail<2>().norm() < kMostTilt;
   answer.flat = IsFlat(RestShapeOf(points_O, plate_.radius()), plate_.thickness());
+  answer.grown = HasGrown(answer.load);
+  answer.off = Off(answer.load.nothing ? 0 : 3);
+  answer.deepest = deepest_;
   if (answer.load.validity == Validity::kFailed || answer.load.nothing) return answer;
   answer.cluster = Cluster();
   SeekTension(&answer);
@@ -240,6 +244,35 @@ double RobustPlateFit::Slide(const LoadFit& load) noexcept {
   }
   const double accepted = kMotionSigmas * NoiseOfMotion(load) * sigma + kSidewaysShare * deepest_;
   return slid.cwiseAbs().maxCoeff() > accepted ? slid.norm() : 0;
+}
+
+// By the displacements along the plate that go with the places' distance from their middle.
+bool RobustPlateFit::HasGrown(const LoadFit& load) const noexcept {
+  if (kept_ < kLeastPoints) return false;
+  Vector2d middle(0, 0), slid(0, 0);
+  double sigma = 0;
+  for (const Seen& point : seen_) {
+    if (!point.kept) continue;
+    middle += point.place / kept_;
+    slid += point.moved.head<2>() / kept_;
+    sigma = std::max(sigma, point.sideways);
+  }
+  double along = 0, square = 0;
+  for (const Seen& point : seen_) {
+    if (!point.kept) continue;
+    const Vector2d arm = point.place - middle;
+    along += arm.dot(point.moved.head<2>() - slid);
+    square += arm.squaredNorm();
+  }
+  if (!(square > 0)) return false;
+  const double growth = std::abs(along) / std::sqrt(square * kept_);
+  return growth > kMotionSigmas * NoiseOfMotion(load) * sigma + kGrowthShare * deepest_;
+}
+
+double RobustPlateFit::Off(int unknowns) const noexcept {
+  double square = 0;
+  for (const Seen& point : seen_) square += point.kept ? point.residual * point.residual : 0;
+  return std::sqrt(square / std::max(1, kept_ - unknowns));
 }
 
 // Where neighbours all lie off to one side, each may be within the noise.

@@ -78,7 +78,10 @@ class RobustPlateFit {
     // [N/m].
     LoadFitter::Sought tension;
     double sigma_of_law = 0;
-    bool flat = true;  // at rest
+    bool flat = true;             // at rest
+    double off = 0, deepest = 0;  // rms of the kept residuals, largest deflection fitted [m]
+    bool grown = false;  // all points have moved apart or together along the plate, by more than
+                         // noise and a press make of them
   };
   // Points in frame O, of many an even choice; those not seen, off the plate, not finite or without
   // a sigma do not count. A point more than five standard deviations (of the points' own scatter)
@@ -101,6 +104,8 @@ class RobustPlateFit {
   [[nodiscard]] double NoiseOfMotion(const LoadFit& load) const noexcept;
   [[nodiscard]] bool RimMoved(const LoadFit& load) const noexcept;
   [[nodiscard]] double Slide(const LoadFit& load) noexcept;
+  [[nodiscard]] bool HasGrown(const LoadFit& load) const noexcept;
+  [[nodiscard]] double Off(int unknowns) const noexcept;
   [[nodiscard]] double Cluster() const noexcept;
   void SeekTension(Answer* answer) noexcept;
 

@@ -22,6 +22,8 @@ constexpr std::string_view kPulls =
 constexpr std::string_view kOtherDepth =
     "the surface is not as deep as the manipulator has its tip: the pictures are late, or one "
     "moved";
+constexpr std::string_view kOtherPlace =
+    "the manipulator presses where the surface is not pressed: an eye or the arm has moved";
 // How far the two may part: of the larger side, of the depth. Doubted is what makes so much of the
 // force and is so much of the larger side; pictures that must agree again.
 constexpr double kArmParts = 0.0012, kArmShare = 0.02;
@@ -137,7 +139,8 @@ void SurfaceEstimator::Lose(Validity validity, FailedCheck check) noexcept {
 }
 
 // The manipulator's word on how deep its tip is, as a second witness: pictures of another instant
-// are right in themselves. A load elsewhere than under the tip is another's.
+// are right in themselves. A load elsewhere than under the tip is another's, but where the tip
+// presses there must be one.
 void SurfaceEstimator::AskArm(double lag) noexcept {
   const Vector3d p_O_tip = X_OS_ * felt_.p_S_tip;
   Vector3d p_O, n_O;
@@ -146,11 +149,14 @@ void SurfaceEstimator::AskArm(double lag) noexcept {
   const double moved = std::abs(told - std::exchange(arm_depth_, told));
   if (!IsForceKnown(load_.validity)) return;
   const bool seen = load_.force != 0;
-  if (seen && (load_.p_O - p_O).norm() > kNear * larger_side_) return;
+  const double apart = lag * moved + kArmParts * larger_side_;
+  if (seen && (load_.p_O - p_O).norm() > kNear * larger_side_) {
+    if (told > apart) load_.Doubt(FailedCheck::kArm, kOtherPlace);
+    return;
+  }
   const double depth = seen ? std::max(0.0, load_.depth) : 0;
   // What is beyond that is somebody's error, and nobody knows whose.
-  const double beyond = std::abs(told - depth) - lag * moved - kArmParts * larger_side_ -
-                        kArmShare * std::max(told, depth);
+  const double beyond = std::abs(told - depth) - apart - kArmShare * std::max(told, depth);
   const double sigma = body_->PressAt(p_O, std::max(told, depth)).stiffness * std::max(beyond, 0.0);
   distrust_ = sigma < kArmDoubts * std::abs(load_.force) || beyond < kArmFar * larger_side_
                   ? std::max(0, distrust_ - 1)

@@ -73,6 +73,11 @@ struct Negative {
   explicit Negative(DotTone tone) noexcept
       : sign(tone == DotTone::kDark ? 1 : -1), offset(tone == DotTone::kDark ? 0 : 255) {}
   [[nodiscard]] double operator()(double level) const { return offset + sign * level; }
+  // A dark dot's difference from its ground, as if the ground were as light there as at `middle`:
+  // light that falls on both makes more of both. Light dots may lie on a ground without any light.
+  [[nodiscard]] double Evenly(double difference, double ground, double middle) const {
+    return sign > 0 && 2 * ground > middle ? difference * middle / ground : difference;
+  }
 };
 
 struct Window {
@@ -172,8 +177,10 @@ Weighed Weigh(const Window& w, const Eigen::Vector2d& middle, const GroundRing& 
           if (share <= 0) continue;
         }
       }
+      const double light = ground.At(dx, dy);
       const double weight =
-          std::clamp(ground.At(dx, dy) - w.level(row[x]), -0.25 * contrast, 1.25 * contrast);
+          std::clamp(w.level.Evenly(light - w.level(row[x]), light, ground.level0),
+                     -0.25 * contrast, 1.25 * contrast);
       weighed.sum += share * weight;
       weighed.x += share * weight * dx, weighed.y += share * weight * dy;
       weighed.spread += share * (dx * dx + dy * dy) / 2;
@@ -215,7 +222,9 @@ std::optional<Look> LookWithin(const Window& w, const Dot& dot, double threshold
   look.dot.centre += moved;
   look.dot.contrast = contrast;
   look.dot.area = weighed.sum / contrast;
+  // Where neighbouring pixels err alike, their errors do not even out.
   const double variance =
+      std::max(1.0, ring.unevenness()) *
       (ground.variance * weighed.spread + ground.slope_variance * weighed.spread * weighed.spread) /
       (weighed.sum * weighed.sum);
   look.dot.sigma = std::sqrt(variance + kSigmaFloor * kSigmaFloor);

@@ -83,7 +83,7 @@ bool GroundRing::IsGround(const Sector& sector) const noexcept {
   const GroundPlane& s = sector.sums;
   if (s.n < (1 - kForeign) * sector.seen) return false;
   const double level0 = plane_.level0, gx = plane_.gx, gy = plane_.gy;
-  const double sum = s.v - level0 * s.n - gx * s.x - gy * s.y;
+  const double off = MeanOff(s);
   const double squares = s.vv + level0 * level0 * s.n + gx * gx * s.xx + gy * gy * s.yy +
                          2 * (level0 * gx * s.x + level0 * gy * s.y + gx * gy * s.xy) -
                          2 * (level0 * s.v + gx * s.xv + gy * s.yv);
@@ -91,8 +91,27 @@ bool GroundRing::IsGround(const Sector& sector) const noexcept {
   const double reach = (s.xx + s.yy) / s.n;
   const double mean_variance =
       plane_.variance * (1 / s.n + 1 / plane_.n) + plane_.slope_variance * reach;
-  return std::abs(sum / s.n) < kUnlike * std::sqrt(mean_variance) + kRounding &&
-         squares / s.n < kUneven * plane_.variance + std::pow(sum / s.n, 2) + kRounding;
+  return std::abs(off) < kUnlike * std::sqrt(mean_variance) + kRounding &&
+         squares / s.n < kUneven * plane_.variance + off * off + kRounding;
+}
+
+// Of the sums' pixels from the plane [levels].
+double GroundRing::MeanOff(const GroundPlane& sums) const noexcept {
+  return (sums.v - plane_.level0 * sums.n - plane_.gx * sums.x - plane_.gy * sums.y) / sums.n;
+}
+
+double GroundRing::unevenness() const noexcept {
+  constexpr int kPlane = 3;  // numbers that the plane has from them
+  double square = 0;
+  int count = 0;
+  for (int s = 0; s < kSectors; ++s) {
+    const GroundPlane& sums = At(s).sums;
+    if (sums.n < 1 || LeavesOut(s)) continue;
+    square += sums.n * std::pow(MeanOff(sums), 2);
+    ++count;
+  }
+  const double expected = plane_.variance + kRounding * kRounding;
+  return count > kPlane ? square / (expected * (count - kPlane)) : 1;
 }
 
 }  // namespace palpate

@@ -57,6 +57,9 @@ class GroundRing {
   // Bit s: sector s is left out, or the one opposite to it.
   [[nodiscard]] std::uint32_t left_out() const { return left_out_; }
   [[nodiscard]] bool LeavesOut(int sector) const { return (left_out_ >> sector & 1U) != 0; }
+  // Variance of the sectors' means about the plane, by what pixels that err each for itself would
+  // have: about 1 for noise, more for light that is no plane, compression, stripes.
+  [[nodiscard]] double unevenness() const noexcept;
 
  private:
   struct Sector {
@@ -66,6 +69,7 @@ class GroundRing {
   [[nodiscard]] const Sector& At(int sector) const {
     return sectors_[static_cast<std::size_t>(sector & (kSectors - 1))];
   }
+  [[nodiscard]] double MeanOff(const GroundPlane& sums) const noexcept;
   [[nodiscard]] bool IsGround(const Sector& sector) const noexcept;
   bool FitArc(int first, int count) noexcept;
   void Grow(int first, int count) noexcept;

@@ -324,6 +324,51 @@ TEST(SurfaceEstimatorTest, ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
   }
 }
 
+// A zoom, or eyes that both came nearer: half a percent moves the outer dots by 0.15 mm.
+TEST(SurfaceEstimatorTest, PointsThatMoveApartAreFlaggedAsAnotherScale) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(13);
+  for (const double force : {0.0, -0.5, -2.0}) {
+    for (const double growth : {-0.02, -0.005, 0.0, 0.005, 0.02}) {
+      SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, &random);
+      for (SurfacePoint& p : seen.points) p.p_S.head<2>() += growth * p.p_S_rest.head<2>();
+      estimator.Reset();
+      const FailedCheck check = estimator.Feel(seen, kAway).check;
+      const bool is_clear = std::abs(growth) > 0.01 || (growth != 0 && force > -1);
+      if (growth == 0 || is_clear) {
+        EXPECT_EQ(check, is_clear ? FailedCheck::kScale : FailedCheck::kNone)
+            << growth << " " << force;
+      }
+    }
+  }
+}
+
+// The told membrane ends at 0.9 of the true one's radius: half of a small force too much.
+TEST(SurfaceEstimatorTest, ADentOfAWiderMembraneIsFlaggedOnceTheRestIsKnown) {
+  Scene scene = MembraneScene("plate-large");
+  std::get<MembraneGeometry>(scene.object.geometry).radius *= 0.9;
+  SurfaceEstimator estimator(scene);
+  std::mt19937 random(14);
+  for (int i = 0; i < 5; ++i) {
+    estimator.Feel(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random), kAway);
+  }
+  for (const double force : {-0.5, -1.0, -2.0}) {
+    const SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, force, kSigma, &random);
+    EXPECT_EQ(estimator.Feel(seen, kAway).validity, Validity::kExtrapolated) << force;
+  }
+}
+
+// Pictures that were bumped sideways show a flat membrane as before, and its dent elsewhere.
+TEST(SurfaceEstimatorTest, ADentThatIsNotUnderThePressingTipIsDoubted) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(15);
+  const SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -2, kSigma, &random);
+  const Vector3d pressing(-0.005, 0, -0.003), away(-0.005, 0, 0.003);
+  EXPECT_EQ(estimator.Feel(seen, pressing, 0.0).check, FailedCheck::kArm);
+  EXPECT_EQ(estimator.Feel(seen, away, 0.0).check, FailedCheck::kNone);
+  EXPECT_EQ(estimator.Feel(seen, pressing).check, FailedCheck::kNone);
+}
+
 // Each of the points lies off by what noise makes of one.
 TEST(SurfaceEstimatorTest, APatchThatLiesOffToOneSideIsFlagged) {
   SurfaceEstimator& estimator = Large();

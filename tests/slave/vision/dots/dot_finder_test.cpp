@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -106,6 +107,33 @@ TEST(DotFinder, LightThatFallsAcrossThePictureLosesNoDot) {
       for (const Eigen::Vector2d& place : ManyPlaces()) {
         EXPECT_LT((NearestTo(dots, place)->centre - place).norm(), 0.04 + 0.06 * fall);
       }
+    }
+  }
+}
+
+// A picture under light that changes across a dot: `light(x)` times what it was.
+template <typename Light>
+cv::Mat Lit(const DotPicture& picture, const Light& light) {
+  cv::Mat lit = picture.Render();
+  for (int y = 0; y < lit.rows; ++y) {
+    for (int x = 0; x < lit.cols; ++x) {
+      std::uint8_t& level = lit.at<std::uint8_t>(y, x);
+      level = cv::saturate_cast<std::uint8_t>(level * light(x));
+    }
+  }
+  return lit;
+}
+
+// Reference: the ellipses drawn. Light that falls on dot and ground alike, by one percent a pixel,
+// would pull a disc of 6.4 px by g r^2 / 4 = 0.1 px if the dot's sides were weighed by it.
+TEST(DotFinder, EvenlyFallingLightDoesNotPullADot) {
+  for (const double at : {62.13, 146.5, 315.24}) {
+    const auto dots = Found(
+        Lit(ManyDots(), [&](double x) { return std::clamp(0.7 + 0.01 * (x - at), 0.4, 1.0); }));
+    for (const Eigen::Vector2d& place : ManyPlaces()) {
+      if (std::abs(place.x() - at) > 1) continue;
+      ASSERT_NE(NearestTo(dots, place), nullptr);
+      EXPECT_LT((NearestTo(dots, place)->centre - place).norm(), 0.05) << place.transpose();
     }
   }
 }

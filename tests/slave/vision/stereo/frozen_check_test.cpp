@@ -37,5 +37,44 @@ TEST(FrozenCheckTest, WithoutNoiseARepeatSaysNothing) {
   EXPECT_FALSE(check.See({}, {}));
 }
 
+// As a line leaves them that loses blocks of 16 pixels: the decoder shows what was there.
+TEST(FrozenCheckTest, BlocksOfTheLastOrTheFirstPictureAreSeen) {
+  FrozenCheck check(3);
+  for (int i = 0; i < 6; ++i) EXPECT_FALSE(check.See(Noisy(i), Noisy(100 + i)));
+  const cv::Rect blocks(16, 16, 32, 16), sliver(16, 16, 16, 16);
+  cv::Mat partly = Noisy(6);
+  Noisy(5)(blocks).copyTo(partly(blocks));
+  EXPECT_TRUE(check.See(partly, Noisy(106)));
+  cv::Mat other = Noisy(107);
+  Noisy(100)(blocks).copyTo(other(blocks));
+  EXPECT_TRUE(check.See(Noisy(7), other));
+  cv::Mat little = Noisy(8);
+  Noisy(7)(sliver).copyTo(little(sliver));
+  EXPECT_FALSE(check.See(little, Noisy(108)));
+}
+
+TEST(FrozenCheckTest, BlocksOfTheFirstPictureAreSeenWhereTheyCameFromTheStart) {
+  FrozenCheck check(6);
+  for (int i = 0; i < 20; ++i) {
+    cv::Mat picture = Noisy(i);
+    const cv::Rect lost(16 * (i % 4), 0, 16, 48);
+    Noisy(0)(lost).copyTo(picture(lost));
+    EXPECT_EQ(check.See(picture, Noisy(100 + i)), i >= 6) << i;
+  }
+}
+
+// Compression gives the same block for other noise; what covers the picture has none at all.
+TEST(FrozenCheckTest, PartsThatRepeatFromTheStartOrHaveNoNoiseSayNothing) {
+  FrozenCheck compressed(4), covered(4);
+  const cv::Rect blocks(16, 16, 32, 16);
+  for (int i = 0; i < 9; ++i) {
+    cv::Mat picture = Noisy(i), cover = Noisy(i);
+    Noisy(50)(blocks).copyTo(picture(blocks));
+    if (i > 4) cover(blocks) = 90;
+    EXPECT_FALSE(compressed.See(picture, Noisy(100 + i))) << i;
+    EXPECT_FALSE(covered.See(cover, Noisy(100 + i))) << i;
+  }
+}
+
 }  // namespace
 }  // namespace palpate

@@ -1,0 +1,47 @@
+#include "slave/vision/dots/ground_ring.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+// A ring of 10 to 13 px with noise of two levels for each pixel and `shared` for each of the
+// sectors, up and down in turn.
+GroundRing Ring(double shared) {
+  GroundRing ring;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 2);
+  for (int y = -13; y <= 13; ++y) {
+    for (int x = -13; x <= 13; ++x) {
+      const double r = std::hypot(x, y);
+      if (r < 10 || r > 13) continue;
+      const int sector = GroundRing::SectorOf(x, y);
+      const double alike = sector % 2 == 0 ? shared : -shared;
+      ring.Add(sector, x, y, 200 + 0.3 * x + alike + noise(random), true);
+    }
+  }
+  return ring;
+}
+
+// Reference: the mean of n pixels that err each for itself has a variance of one n-th. Of 16
+// sectors a plane takes 3: one, within three times sqrt(2 / 13).
+TEST(GroundRing, NoiseOfPixelsIsAsUnevenAsItIs) {
+  GroundRing ring = Ring(0);
+  ASSERT_TRUE(ring.Fit());
+  EXPECT_NEAR(ring.plane().gx, 0.3, 0.05);
+  EXPECT_NEAR(ring.unevenness(), 1, 1.2);
+}
+
+// Reference: two levels of a sector's own beside two of each of its 14 pixels make the square of
+// its mean 4 + 4 / 14 where pixels of the same variance, 8, would make 8 / 14.
+TEST(GroundRing, WhatNeighboursShareIsSeen) {
+  GroundRing ring = Ring(2);
+  ASSERT_TRUE(ring.Fit());
+  EXPECT_GT(ring.unevenness(), 4);
+}
+
+}  // namespace
+}  // namespace palpate
