@@ -27,6 +27,7 @@ constexpr std::string_view kOtherPlace =
 // How far the two may part: of the larger side, of the depth. Doubted is what makes so much of the
 // force and is so much of the larger side; pictures that must agree again.
 constexpr double kArmParts = 0.0012, kArmShare = 0.02;
+constexpr double kPlaceSigmas = 3;  // a faint dent's place is not known well
 constexpr double kArmDoubts = 0.1, kArmFar = 0.001;
 constexpr int kDistrust = 3;
 constexpr double kForceOfScale = 3;    // a stretched membrane's force goes with the third power
@@ -150,8 +151,11 @@ void SurfaceEstimator::AskArm(double lag) noexcept {
   if (!IsForceKnown(load_.validity)) return;
   const bool seen = load_.force != 0;
   const double apart = lag * moved + kArmParts * larger_side_;
-  if (seen && (load_.p_O - p_O).norm() > kNear * larger_side_) {
-    if (told > apart) load_.Doubt(FailedCheck::kArm, kOtherPlace);
+  const double beside = (load_.p_O - p_O).norm() - kNear * larger_side_;
+  if (seen && beside > 0) {
+    if (told > apart && beside > kPlaceSigmas * load_.sigma_place) {
+      load_.Doubt(FailedCheck::kArm, kOtherPlace);
+    }
     return;
   }
   const double depth = seen ? std::max(0.0, load_.depth) : 0;

@@ -10,8 +10,8 @@ namespace palpate {
 namespace {
 
 constexpr int kEveryRow = 8;
-constexpr int kPiece =
-    16;  // pixels of a row: a repeat by chance is one in 10^13 at two levels' noise
+// Pixels of a row: a repeat by chance is one in 10^13 at two levels' noise.
+constexpr int kPiece = 16;
 constexpr std::uint64_t kStart = 14695981039346656037ULL;
 
 // Fowler's, Noll's and Vo's hash, eight bytes at a time.

@@ -4,6 +4,7 @@
 #include <memory>
 #include <thread>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
@@ -14,6 +15,8 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
+using testing::ElementsAre;
+using testing::HasSubstr;
 using testing_fakes::MembraneScene;
 using testing_fakes::MembraneSource;
 using testing_fakes::MembraneWorld;
@@ -72,7 +75,7 @@ TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
   world_->Show({kForce, {0.012, 0.004}, false});
   const SlaveState state = UntilFelt(0.5 * kForce);
   ASSERT_TRUE(state.force);
-  EXPECT_EQ(state.validity, Validity::kValid);
+  EXPECT_EQ(state.validity, Validity::kValid) << ToString(state.check);
   EXPECT_NEAR(state.force->z(), kForce, 0.05 * kForce);  // the object pushes the tool out
   EXPECT_LT(state.force->head<2>().norm(), 1e-9);
   EXPECT_GT(state.sigma, 0);
@@ -214,9 +217,10 @@ TEST_F(PointsSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
   Until(IsValid);
   world_->FallSilent();
   Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
+  EXPECT_THAT(slave_->Status().alarms, ElementsAre(HasSubstr("the sensor has sent nothing")));
   world_->End();
-  Until([&](const SlaveState&) { return !slave_->Status().alarms.empty(); });
-  EXPECT_NE(slave_->Status().alarms.front().find("ended"), std::string::npos);
+  Until([&](const SlaveState&) { return slave_->Status().alarms.size() == 2; });
+  EXPECT_THAT(slave_->Status().alarms.front(), HasSubstr("ended"));
 }
 
 TEST_F(PointsSenseTest, ASourceThatBreaksIsAnAlarm) {

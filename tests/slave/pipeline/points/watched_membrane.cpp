@@ -22,6 +22,7 @@ constexpr double kYoung = 27.2e6, kPoisson = 0.45;      // [Pa], [-]
 constexpr double kDotRadius = 0.002;                    // [m]
 constexpr auto kPeriod = std::chrono::milliseconds(5);
 
+constexpr int kPairs = 8;  // so that the mean of the rest frame's noise is not each one's
 Eigen::Vector3d Normal(const Press& press, const Eigen::Vector2d& p) {
   constexpr double kStep = 1e-5;  // [m]
   const auto w = [&](double dx, double dy) {
@@ -84,7 +85,7 @@ StereoPair DotPairs::Draw(const Press& press, std::uint64_t seed) const {
 
 void MembraneWorld::Show(const Press& press) {
   std::vector<StereoPair> pairs;
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) pairs.push_back(DotPairs().Draw(press, seed));
+  for (int i = 0; i < kPairs; ++i) pairs.push_back(DotPairs().Draw(press, ++drawn_));
   const std::lock_guard lock(mutex_);
   pairs_ = std::move(pairs);
   silent_ = false;
@@ -114,6 +115,13 @@ std::optional<StereoPair> MembraneSource::Next(const std::stop_token& stop) {
     if (world_->silent_) continue;
     StereoPair pair = world_->pairs_[sequence_ % world_->pairs_.size()];
     pair.sequence = ++sequence_;
+    // Nor does a camera show the same picture twice.
+    cv::RNG noise(sequence_);
+    for (cv::Mat* picture : {&pair.left, &pair.right}) {
+      cv::Mat levels(picture->size(), picture->type());
+      noise.fill(levels, cv::RNG::UNIFORM, 0, 2);
+      *picture = *picture + levels;
+    }
     pair.sensed_at = Clock::now();
     return pair;
   }

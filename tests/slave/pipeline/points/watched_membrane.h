@@ -45,6 +45,7 @@ class MembraneWorld {
   friend class MembraneSource;
   std::mutex mutex_;
   std::vector<StereoPair> pairs_;  // shown in turn
+  std::uint64_t drawn_ = 0;        // each with noise of its own, as a camera has it
   bool silent_ = false, ended_ = false, broken_ = false;
 };
 
