@@ -73,7 +73,8 @@ TEST(CheckStereoTest, APressBeyondTheModelIsSaidToBe) {
 // A press within half the thickness is the closed form's, if the tolerance allows.
 TEST(CheckStereoTest, AutoFollowsThePress) {
   const auto scene = kScenes / "rubber-membrane.yaml";
-  EXPECT_THAT(Said(scene, {"model={kind: auto}"}), HasSubstr("model          plate-large: auto: plate-large"));
+  EXPECT_THAT(Said(scene, {"model={kind: auto}"}),
+              HasSubstr("model          plate-large: auto: plate-large"));
   EXPECT_THAT(Said(scene, {"model={kind: auto}", "operator.press.depth=0.2 mm"}),
               HasSubstr("model          plate: auto: plate, as it is: the cheapest that meets"));
 }
