@@ -80,7 +80,7 @@ describe('a scripted hand presses the block', () => {
       stops.push({ how, at: await stage.page.evaluate(() => window.stoppedAt) });
       await stage.when((status) => status.state === 'ESTOP' && size(status.chain.sent) === 0, 'the stop');
       await until(async () => (await stage.page.locator('#state b').innerText()) === 'ESTOP', 'the word for it');
-      assert.match(await stage.text('alarm-list'), /Emergency stop/);
+      await until(async () => /Emergency stop/.test(await stage.text('alarm-list')), 'an alarm in words');
       await stage.page.keyboard.press('r');
       await stage.when((status) => status.state !== 'ESTOP', 'the end of the stop');
     });
@@ -118,11 +118,14 @@ describe('a scripted hand presses the block', () => {
     await stage.page.keyboard.press('a');
   });
 
+  // What was heard here need not be drawn there yet, and a key changes what is drawn.
+  const drawnClutch = (open) => until(async () => (await stage.page.locator('#let-go').getAttribute('aria-pressed')) === open, `a clutch drawn open: ${open}`);
+
   test('the clutch lets go and closes again, by key and by button', async () => {
     await pressed();
     await stage.page.keyboard.press('c');
     await stage.when((status) => status.clutched && status.state !== 'FOLLOWING' && size(status.chain.sent) === 0, 'an open clutch');
-    assert.equal(await stage.page.locator('#let-go').getAttribute('aria-pressed'), 'true');
+    await drawnClutch('true');
     await stage.page.locator('#let-go').click();
     await stage.when((status) => !status.clutched && status.state === 'FOLLOWING', 'a closed one');
   });
@@ -132,12 +135,14 @@ describe('a scripted hand presses the block', () => {
     await stage.page.locator('#mark').click();
     await said(stage, 'mark 2');
     await stage.page.keyboard.press('v');
+    await drawnClutch('false');
     await stage.page.keyboard.press('c');
     await said(stage, 'rendering interpolate');
     await stage.page.locator('#render').selectOption('local');
     await stage.when((status) => status.render === 'local', 'the rendering that was chosen');
     await stage.page.locator('#tare').click();
     await until(() => stage.sayings.some(({ text }) => /^(not )?tared: /.test(text)), 'what came of the zero');
+    await drawnClutch('true');
     await stage.page.keyboard.press('c');
     await stage.when((status) => status.state === 'FOLLOWING', 'FOLLOWING');
   });
