@@ -103,7 +103,7 @@ void LatestEstimate::Describe(SlaveStatus* status) const {
       std::ranges::count_if(recent_, [&](Time t) { return SecondsBetween(t, now) <= 1.0; }));
   status->alarms = alarms_;
   const double age = SecondsBetween(felt_.sensed_at, now);
-  if (frames_ > 0 && age > stale_after_) status->alarms.push_back(Silence(age));
+  if (frames_ > 0 && age > stale_after_ + nap_) status->alarms.push_back(Silence(age));
 }
 
 }  // namespace palpate

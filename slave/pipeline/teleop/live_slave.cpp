@@ -111,6 +111,7 @@ void LiveSlave::SetWatched(bool is_watched) {
   if (!is_watched || !may_rest_) return;
   roused_.notify_all();
   newest_.WaitForNewer(now, kRoused);
+  newest_.SetNap(0);  // also where the sensor died meanwhile and nobody comes back to say so
 }
 
 bool LiveSlave::Feel(const std::stop_token& stop) {

@@ -1,0 +1,47 @@
+#include "slave/pipeline/teleop/latest_estimate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/pipeline/teleop/slave.h"
+
+namespace palpate {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kRate = 60;  // [Hz]
+
+SlaveStatus StatusAfter(double silence, double nap) {
+  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  ContactEstimate felt;
+  felt.validity = Validity::kValid;
+  felt.sensed_at = Clock::now() - Seconds(silence);
+  newest.Put(felt);
+  newest.SetNap(nap);
+  SlaveStatus status;
+  newest.Describe(&status);
+  return status;
+}
+
+TEST(LatestEstimateTest, ASensorThatIsSilentIsAnAlarmInWords) {
+  const SlaveStatus status = StatusAfter(10, 0);
+  EXPECT_EQ(status.validity, Validity::kStale);
+  EXPECT_THAT(status.alarms, ElementsAre(HasSubstr("sent nothing for 10 s")));
+}
+
+// Nobody reads, so that it is looked at rarely.
+TEST(LatestEstimateTest, ARestIsNoSilence) {
+  const SlaveStatus status = StatusAfter(10, 20);
+  EXPECT_EQ(status.validity, Validity::kValid);
+  EXPECT_THAT(status.alarms, IsEmpty());
+}
+
+TEST(LatestEstimateTest, ARestThatNeverEndsIsOne) {
+  EXPECT_THAT(StatusAfter(30, 20).alarms, ElementsAre(HasSubstr("sent nothing for 30 s")));
+}
+
+}  // namespace
+}  // namespace palpate
