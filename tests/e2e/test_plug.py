@@ -13,6 +13,7 @@ class Plug(Plugged):
         self.drive()
         self.assertTrue(self.ready(), self.status())
         report = self.report(self.operate(8))
+        print(json.dumps(report))
         self.assertGreater(report["force_peak_N"], 1.5)
         self.assertGreater(report["force_error"]["contact_ticks"], 500)
         self.assertLess(report["force_error"]["rms_N"], 0.1 * report["force_peak_N"])
@@ -20,8 +21,7 @@ class Plug(Plugged):
         self.assertEqual(arm.driver_name, "fake six-axis arm")
         self.assertLess(arm.lag_s, 0.1)
         self.assertAlmostEqual(arm.scale, 1, delta=0.1)
-        print(json.dumps({"force_peak_N": report["force_peak_N"], "force_error": report["force_error"],
-                          "lag_ms": 1e3 * arm.lag_s, "scale": arm.scale}))
+        print(json.dumps({"lag_ms": 1e3 * arm.lag_s, "scale": arm.scale}))
 
 
 if __name__ == "__main__":

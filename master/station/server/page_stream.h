@@ -1,8 +1,11 @@
 // A page's line: TCP, in plain text or in TLS, as Boost.Beast's layers want a stream to be.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include <boost/asio/ssl.hpp>
 #include <boost/beast/core.hpp>
@@ -31,13 +34,15 @@ class PageStream {
   }
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {
-    if (tls_) return tls_->async_read_some(buffers, std::forward<Handler>(handler));
-    tcp_->async_read_some(buffers, std::forward<Handler>(handler));
+    const auto list = Listed<boost::asio::mutable_buffer>(buffers);
+    if (tls_) return tls_->async_read_some(list, Shared(std::forward<Handler>(handler)));
+    tcp_->async_read_some(list, Shared(std::forward<Handler>(handler)));
   }
   template <class Buffers, class Handler>
   void async_write_some(const Buffers& buffers, Handler&& handler) {
-    if (tls_) return tls_->async_write_some(buffers, std::forward<Handler>(handler));
-    tcp_->async_write_some(buffers, std::forward<Handler>(handler));
+    const auto list = Listed<boost::asio::const_buffer>(buffers);
+    if (tls_) return tls_->async_write_some(list, Shared(std::forward<Handler>(handler)));
+    tcp_->async_write_some(list, Shared(std::forward<Handler>(handler)));
   }
 
   friend void beast_close_socket(PageStream& stream) { stream.tcp().close(); }
@@ -54,6 +59,20 @@ class PageStream {
 
  private:
   using Tls = boost::asio::ssl::stream<boost::beast::tcp_stream&>;
+
+  // Beast's operations have buffers and handlers of a dozen types: what is below is compiled for
+  // one of each.
+  template <class Buffer, class Buffers>
+  static std::vector<Buffer> Listed(const Buffers& buffers) {
+    return {boost::asio::buffer_sequence_begin(buffers), boost::asio::buffer_sequence_end(buffers)};
+  }
+  using Done = std::function<void(boost::system::error_code, std::size_t)>;
+  template <class Handler>
+  static Done Shared(Handler&& handler) {
+    auto shared = std::make_shared<std::decay_t<Handler>>(std::forward<Handler>(handler));
+    return
+        [shared](boost::system::error_code error, std::size_t bytes) { (*shared)(error, bytes); };
+  }
 
   std::unique_ptr<boost::beast::tcp_stream> tcp_;  // stays where it is while the stream moves
   std::unique_ptr<Tls> tls_;                       // null: plain text
