@@ -108,7 +108,9 @@ void LiveEyes::State::Match() {
   while (!left.empty() && !right.empty()) {
     const double skew = SecondsBetween(left.front().at, right.front().at);
     if (std::abs(skew) <= sync) {
-      slot = Shot{{left.front().picture, right.front().picture}, ++shots, left.front().at};
+      slot = Shot{{left.front().picture, right.front().picture},
+                  ++shots,
+                  left.front().at + Seconds(skew / 2)};
       health.skew = skew;
       ++health.taken;
       matched_at = Clock::now();

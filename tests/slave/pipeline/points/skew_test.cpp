@@ -40,29 +40,22 @@ class SkewedEyes final : public StereoSource {
   std::optional<StereoPair> Next(const std::stop_token& /*stop*/) override {
     const double t = static_cast<double>(count_) * period_;
     StereoPair pair;
-    // The earlier one first: the membrane is not moved back.
-    const auto left = [&] {
-      site_->MoveTool(TipAt(t));
-      truth_ = site_->truth();
-      pair.left = site_->TakePictures().left;
+    // In the order of time: the membrane is not moved back.
+    const auto take = [&](bool is_left) {
+      site_->MoveTool(TipAt(t + (is_left ? 0 : skew_)));
+      StereoPictures pictures = site_->TakePictures();
+      (is_left ? pair.left : pair.right) = is_left ? pictures.left : pictures.right;
     };
-    const auto right = [&] {
-      site_->MoveTool(TipAt(t + skew_));
-      pair.right = site_->TakePictures().right;
-    };
-    if (skew_ < 0) {
-      right();
-      left();
-    } else {
-      left();
-      right();
-    }
+    take(skew_ >= 0);
+    site_->MoveTool(TipAt(t + skew_ / 2));
+    truth_ = site_->truth();
+    take(skew_ < 0);
     pair.sequence = ++count_;
-    pair.sensed_at = Time{} + Seconds(t);
+    pair.sensed_at = Time{} + Seconds(t + skew_ / 2);
     return pair;
   }
   [[nodiscard]] std::string description() const override { return "skewed eyes"; }
-  [[nodiscard]] const Truth& truth() const { return truth_; }  // as the left picture was taken
+  [[nodiscard]] const Truth& truth() const { return truth_; }  // at the pair's stamp
 
  private:
   [[nodiscard]] Eigen::Vector3d TipAt(double t) const {
