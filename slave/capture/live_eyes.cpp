@@ -178,14 +178,14 @@ std::string LiveEyes::description() const {
 }
 
 EyeInput InputOf(const Eye& eye, const cv::Size& size, double rate) {
+  if (eye.kind == Eye::Kind::kOpenNi) {
+    return {fmt::format("OpenNI2 depth camera {}", eye.device),
+            [eye] { return OpenDepthCamera(eye.device); }};
+  }
   const Films& films = LoadFilms();
   if (eye.kind == Eye::Kind::kDevice) {
     return {fmt::format("camera {}", eye.device),
             [&films, eye, size, rate] { return films.OpenDevice(eye.device, size, rate); }};
-  }
-  if (eye.kind == Eye::Kind::kOpenNi) {
-    return {fmt::format("OpenNI2 depth camera {}", eye.device),
-            [eye] { return OpenDepthCamera(eye.device); }};
   }
   return {"stream " + eye.address, [&films, eye] { return films.OpenUrl(eye.address); }};
 }
