@@ -11,7 +11,8 @@ packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc li
           libopencv-core-dev libopencv-imgproc-dev libopencv-dnn-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
           libspdlog-dev nlohmann-json3-dev libcpp-httplib-dev libboost-dev libmumps-seq-dev liblapack-dev libopenblas0-pthread zlib1g-dev
           libzstd-dev)
-films=(libopencv-videoio-dev)         # palpate-films.so: films, cameras, pictures other than PNG and JPEG
+# palpate-films.so: films, cameras, pictures other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.
+films=(libopencv-videoio-dev gstreamer1.0-plugins-base)
 openni=(libopenni2-dev)               # palpate-openni.so: depth cameras
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
 insertion=(python3)                   # the hand and the figures of an embryo's demo

@@ -50,6 +50,14 @@ Json ErrorAtPlaceOf(const Report& report) {
   return json;
 }
 
+Json BreakingOf(const Report& report) {
+  if (!report.breaking) return nullptr;
+  Json json = ErrorOf(report.breaking->error, report.force_peak);
+  json["punctures"] = report.breaking->punctures;
+  json["longest_ticks"] = report.breaking->longest;
+  return json;
+}
+
 Json FingersOf(const Report& report) {
   Json fingers = Json::array();
   for (const FingerReport& finger : report.fingers) {
@@ -111,6 +119,7 @@ void AddSummary(const TickSummary& summary, double duration, Report* report) {
   report->force_peak = summary.force_peak();
   report->force_error = summary.force_error();
   report->force_error_at_place = summary.force_error_at_place();
+  report->breaking = summary.breaking();
   report->truth_known = summary.has_truth();
   report->force_sent_peak = summary.sent_peak();
   report->clamped_ticks = summary.ticks(Reason::kClamped);
@@ -164,6 +173,7 @@ std::string ToJson(const Report& report) {
   json["force_sent_peak_N"] = Tidy(report.force_sent_peak);
   json["force_error"] = ErrorOf(report);
   json["force_error_at_place"] = ErrorAtPlaceOf(report);
+  json["breaking"] = BreakingOf(report);
   if (!report.fingers.empty()) json["fingers"] = FingersOf(report);
   if (report.shape) {
     json["shape"] = {{"meshes", report.shape->meshes},

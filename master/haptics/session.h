@@ -43,8 +43,9 @@ struct Report {
   double force_sent_peak = 0;  // M
   std::optional<ForceError::Summary> force_error;
   std::optional<TickSummary::AtPlace> force_error_at_place;
-  PatchWatch::Stats patch;            // what came of the model that travels
-  std::vector<FingerReport> fingers;  // empty: one tool
+  std::optional<TickSummary::Breaking> breaking;  // apart from both; nothing: no membrane broke
+  PatchWatch::Stats patch;                        // what came of the model that travels
+  std::vector<FingerReport> fingers;              // empty: one tool
   std::optional<ShapeReport> shape;
   double energy_min = 0;  // [J]
   std::uint64_t clamped_ticks = 0, stale_ticks = 0, records_dropped = 0;

@@ -113,6 +113,15 @@ void AddForces(const Report& r, Table* table) {
                          100 / r.force_peak * r.force_error_at_place->later.rms,
                          100 / r.force_peak * r.force_error_at_place->first.rms));
   }
+  if (r.breaking && r.force_peak > 0) {
+    table->Row(
+        "at punctures",
+        Formatted("%llu broke: rms %.1f %% of the peak from the break until it was seen, told "
+                  "and faded, %llu ticks at most",
+                  static_cast<unsigned long long>(r.breaking->punctures),
+                  100 / r.force_peak * r.breaking->error.rms,
+                  static_cast<unsigned long long>(r.breaking->longest)));
+  }
   for (const FingerReport& finger : r.fingers) {
     table->Row("finger " + finger.name, Formatted("touched %.0f %% of the time, at most %.3f N",
                                                   100 * finger.contact_share, finger.force_peak));

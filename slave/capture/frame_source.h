@@ -26,7 +26,7 @@ struct Frame {
 struct StereoPair {
   cv::Mat left, right;         // 8 bit grey, the rig's size; depth: 16 bit and empty
   std::uint64_t sequence = 0;  // from 1
-  Time sensed_at{};            // when the pictures were taken (middle of the exposure)
+  Time sensed_at{};            // when they were taken (middle of the exposures of both)
 };
 
 // Of live eyes, for people.

@@ -108,7 +108,9 @@ void LiveEyes::State::Match() {
   while (!left.empty() && !right.empty()) {
     const double skew = SecondsBetween(left.front().at, right.front().at);
     if (std::abs(skew) <= sync) {
-      slot = Shot{{left.front().picture, right.front().picture}, ++shots, left.front().at};
+      slot = Shot{{left.front().picture, right.front().picture},
+                  ++shots,
+                  left.front().at + Seconds(skew / 2)};
       health.skew = skew;
       ++health.taken;
       matched_at = Clock::now();
@@ -176,14 +178,14 @@ std::string LiveEyes::description() const {
 }
 
 EyeInput InputOf(const Eye& eye, const cv::Size& size, double rate) {
+  if (eye.kind == Eye::Kind::kOpenNi) {
+    return {fmt::format("OpenNI2 depth camera {}", eye.device),
+            [eye] { return OpenDepthCamera(eye.device); }};
+  }
   const Films& films = LoadFilms();
   if (eye.kind == Eye::Kind::kDevice) {
     return {fmt::format("camera {}", eye.device),
             [&films, eye, size, rate] { return films.OpenDevice(eye.device, size, rate); }};
-  }
-  if (eye.kind == Eye::Kind::kOpenNi) {
-    return {fmt::format("OpenNI2 depth camera {}", eye.device),
-            [eye] { return OpenDepthCamera(eye.device); }};
   }
   return {"stream " + eye.address, [&films, eye] { return films.OpenUrl(eye.address); }};
 }

@@ -30,7 +30,7 @@ class LiveEyes {
   struct Shot {
     std::vector<cv::Mat> pictures;  // one per eye
     std::uint64_t sequence = 0;     // from 1
-    Time sensed_at{};               // of the first eye's
+    Time sensed_at{};               // in the middle of the two eyes'
   };
 
   // One or two. `sync`: pictures of two eyes that came farther apart are no pair [s]. Opens them at

@@ -258,9 +258,12 @@ std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& push
     s.heard_at = arrived_at;
     s.sensed_at = pushed.sensed_at;
     s.sequence = pushed.sequence;
-    // Times rise, even where the fastest sample so far moves those after it back.
-    sample.sensed_at =
-        std::max(s.clock.Map(pushed.sensed_at, arrived_at), s.newest_at + Clock::duration(1));
+    // No picture comes before it was taken, the later of two neither; what two eyes show together
+    // is of the moment in their middle. Times rise, even where the fastest sample so far moves
+    // those after it back.
+    const Time latest = pushed.sensed_at + Seconds(std::max(0.0, sample.skew));
+    const Time middle = s.clock.Map(latest, arrived_at) - Seconds(std::abs(sample.skew) / 2);
+    sample.sensed_at = std::max(middle, s.newest_at + Clock::duration(1));
     s.newest_at = sample.sensed_at;
     ++s.health.taken;
     if (std::abs(sample.skew) > s.wanted.sync) {

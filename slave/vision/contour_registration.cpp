@@ -23,6 +23,7 @@ struct Foot {
 };
 
 void Nearer(const std::vector<Eigen::Vector2d>& loop, const Eigen::Vector2d& p, Foot& foot) {
+  double nearest2 = foot.distance * foot.distance;
   for (std::size_t i = 0; i < loop.size(); ++i) {
     const Eigen::Vector2d& a = loop[i];
     const Eigen::Vector2d side = loop[(i + 1) % loop.size()] - a;
@@ -30,7 +31,8 @@ void Nearer(const std::vector<Eigen::Vector2d>& loop, const Eigen::Vector2d& p, 
     if (length2 == 0) continue;
     const double along = std::clamp((p - a).dot(side) / length2, 0.0, 1.0);
     const Eigen::Vector2d away = p - (a + along * side);
-    if (away.norm() >= std::abs(foot.distance)) continue;
+    if (away.squaredNorm() >= nearest2) continue;
+    nearest2 = away.squaredNorm();
     const Eigen::Vector2d across = Eigen::Vector2d(side.y(), -side.x()) / std::sqrt(length2);
     const bool at_end = along == 0 || along == 1;
     foot.normal = at_end && away.norm() > 0 ? away.normalized() : across;

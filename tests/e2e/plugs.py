@@ -40,7 +40,10 @@ class Plugged(unittest.TestCase):
         self.slave = Slave(BLOCK, *PLUGGED)
         self.slave.__enter__()
         self.addCleanup(self.slave.__exit__)
-        self.stub = services.TeleoperationStub(palpate_stubs.connect(grpc, self.slave.address))
+        self.stub = self.connect()
+
+    def connect(self):
+        return services.TeleoperationStub(palpate_stubs.connect(grpc, self.slave.address))
 
     @staticmethod
     def end(process):

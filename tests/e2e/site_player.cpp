@@ -1,22 +1,31 @@
-// Plays a simulated site to a slave that takes it for a real one: its pictures go without loss
-// through FeedPictures, and the tool in it is where an arm's driver says by UDP, whom it answers
-// with the force.
-//   site_player SCENE HOST:PORT
-// Prints `site on HOST:PORT`, where it hears of the tool, and plays until SIGTERM.
+// Plays a simulated site to a slave that takes it for a real one: what it shows goes without loss
+// through FeedPictures or FeedTactile, or to whoever connects as a stream of raw pictures; the tool
+// in it is where an arm's driver says by UDP, whom it answers with the force.
+//   site_player SCENE HOST:PORT      feeds that slave
+//   site_player SCENE y4m | raw      serves pictures by TCP, pairs side by side: YUV4MPEG2, which
+//                                    FFmpeg knows by its first line, or bare rows of 8 bit grey
+// Prints `site on HOST:PORT`, where it hears of the tool, then `pictures on HOST:PORT` where it
+// serves them, and plays until SIGTERM.
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <arpa/inet.h>
 #include <grpcpp/grpcpp.h>
+#include <linux/sockios.h>
+#include <netinet/tcp.h>
+#include <opencv2/core.hpp>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "shared/wire/fields.h"
+#include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/world.h"
 
@@ -34,20 +43,27 @@ void Put(const cv::Mat& picture, v1::CameraPicture* message) {
   message->set_height(static_cast<unsigned>(picture.rows));
 }
 
+// A socket on a free port of this machine, which is told as `what on HOST:PORT`.
+int SocketHere(int type, const char* what) {
+  const int made = socket(AF_INET, type, 0);
+  sockaddr_in here{};
+  here.sin_family = AF_INET;
+  here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof here;
+  bind(made, reinterpret_cast<sockaddr*>(&here), size);
+  getsockname(made, reinterpret_cast<sockaddr*>(&here), &size);
+  if (type == SOCK_STREAM) listen(made, 1);
+  std::printf("%s on 127.0.0.1:%d\n", what, ntohs(here.sin_port));
+  std::fflush(stdout);
+  return made;
+}
+
 // The tool's place in, the force on it out.
 class ToolSocket {
  public:
-  explicit ToolSocket(World& world) : world_(world), socket_(socket(AF_INET, SOCK_DGRAM, 0)) {
-    sockaddr_in here{};
-    here.sin_family = AF_INET;
-    here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof here;
-    bind(socket_, reinterpret_cast<sockaddr*>(&here), size);
-    getsockname(socket_, reinterpret_cast<sockaddr*>(&here), &size);
+  explicit ToolSocket(World& world) : world_(world), socket_(SocketHere(SOCK_DGRAM, "site")) {
     const timeval patience{0, 100'000};
     setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    std::printf("site on 127.0.0.1:%d\n", ntohs(here.sin_port));
-    std::fflush(stdout);
     thread_ = std::jthread([this](const std::stop_token& stop) {
       while (!stop.stop_requested()) Answer();
     });
@@ -80,41 +96,125 @@ class ToolSocket {
   std::jthread thread_;
 };
 
-int Play(const std::string& file, const std::string& address) {
-  const Scene scene = LoadScene(file, {});
-  const auto world = MakeWorld(scene);
-  world->SolveAhead();
-  world->MoveTool(scene.manipulator.home, Patience::kNone);
-  const bool is_pair = HasEyes(scene.sense);
-  const auto camera = is_pair ? nullptr : world->OpenCamera(scene, {});
-  const auto eyes = is_pair ? world->OpenPair(scene, {}) : nullptr;
-  const ToolSocket tool(*world);
+// What is to be seen, one after the other: of a pair both, the right one after the left.
+class Pictures {
+ public:
+  Pictures(World& world, const Scene& scene)
+      : camera_(HasEyes(scene.sense) ? nullptr : world.OpenCamera(scene, {})),
+        eyes_(HasEyes(scene.sense) ? world.OpenPair(scene, {}) : nullptr) {}
 
-  grpc::ChannelArguments arguments;
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  const auto stub = v1::Teleoperation::NewStub(
-      grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
+  struct Shot {
+    std::vector<cv::Mat> pictures;
+    Time sensed_at{};
+  };
+  Shot Next() {
+    if (eyes_ == nullptr) {
+      const auto frame = camera_->Next({});
+      return {{frame->image}, frame->sensed_at};
+    }
+    const auto pair = eyes_->Next({});
+    if (pair->right.empty()) return {{pair->left}, pair->sensed_at};
+    return {{pair->left, pair->right}, pair->sensed_at};
+  }
+
+ private:
+  std::unique_ptr<FrameSource> camera_;
+  std::unique_ptr<StereoSource> eyes_;
+};
+
+// To one reader after the other. What a reader does not take at once is left out, so that none
+// waits in a queue and grows old.
+void Serve(Pictures pictures, bool is_y4m) {
+  const int door = SocketHere(SOCK_STREAM, "pictures");
+  for (;;) {
+    const int reader = accept(door, nullptr, nullptr);
+    const int at_once = 1;
+    setsockopt(reader, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof at_once);
+    const auto send_all = [reader](const std::string& bytes) {
+      for (std::size_t sent = 0; sent < bytes.size();) {
+        const auto part = send(reader, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+        if (part <= 0) return false;
+        sent += static_cast<std::size_t>(part);
+      }
+      return true;
+    };
+    for (bool is_first = true;; is_first = false) {
+      cv::Mat picture;
+      cv::hconcat(pictures.Next().pictures, picture);
+      std::string bytes;
+      if (is_y4m && is_first) {
+        bytes = "YUV4MPEG2 W" + std::to_string(picture.cols) + " H" + std::to_string(picture.rows) +
+                " F30:1 Ip A1:1 Cmono\n";
+      }
+      if (is_y4m) bytes += "FRAME\n";
+      bytes.append(reinterpret_cast<const char*>(picture.data), picture.total());
+      int waiting = 0;
+      if (ioctl(reader, SIOCOUTQ, &waiting) != 0 || waiting > 0) continue;
+      if (!send_all(bytes)) break;
+    }
+    close(reader);
+  }
+}
+
+template <typename Sample>
+int Finish(grpc::ClientWriter<Sample>* writer) {
+  std::fprintf(stderr, "%s\n", writer->Finish().error_message().c_str());
+  return 1;
+}
+
+int FeedPictures(Pictures pictures, v1::Teleoperation::Stub* stub) {
   grpc::ClientContext context;
   context.set_wait_for_ready(true);
   v1::FeedPicturesReply reply;
   const auto writer = stub->FeedPictures(&context, &reply);
   v1::PictureSample sample;
-  for (;;) {
+  do {
+    const auto shot = pictures.Next();
     sample.set_sequence(sample.sequence() + 1);
-    if (is_pair) {
-      const auto pair = eyes->Next({});
-      Put(pair->left, sample.mutable_picture());
-      if (!pair->right.empty()) Put(pair->right, sample.mutable_right());
-      ToProto(pair->sensed_at, sample.mutable_sensed_at());
-    } else {
-      const auto frame = camera->Next({});
-      Put(frame->image, sample.mutable_picture());
+    Put(shot.pictures.front(), sample.mutable_picture());
+    if (shot.pictures.size() > 1) Put(shot.pictures.back(), sample.mutable_right());
+    ToProto(shot.sensed_at, sample.mutable_sensed_at());
+  } while (writer->Write(sample));
+  return Finish(writer.get());
+}
+
+int FeedTactile(World& world, const Scene& scene, v1::Teleoperation::Stub* stub) {
+  const auto source = world.OpenFingertips(scene, {});
+  const auto& fingers = scene.sense.Find<Tactile>()->fingers;
+  grpc::ClientContext context;
+  context.set_wait_for_ready(true);
+  v1::FeedTactileReply reply;
+  const auto writer = stub->FeedTactile(&context, &reply);
+  for (bool is_taken = true; is_taken;) {
+    const auto frame = source->Next({});
+    for (std::size_t i = 0; i < fingers.size() && is_taken; ++i) {
+      const FingerReading& reading = frame->fingers[i];
+      v1::TactileSample sample;
+      sample.set_sequence(frame->sequence);
       ToProto(frame->sensed_at, sample.mutable_sensed_at());
+      sample.set_finger(fingers[i].name);
+      sample.mutable_electrodes()->Assign(reading.electrodes.begin(), reading.electrodes.end());
+      sample.add_pressure(reading.pdc);
+      sample.add_pressure(reading.pac);
+      is_taken = writer->Write(sample);
     }
-    if (!writer->Write(sample)) break;
   }
-  std::fprintf(stderr, "%s\n", writer->Finish().error_message().c_str());
-  return 1;
+  return Finish(writer.get());
+}
+
+int Play(const std::string& file, const std::string& to) {
+  const Scene scene = LoadScene(file, {});
+  const auto world = MakeWorld(scene);
+  world->SolveAhead();
+  world->MoveTool(scene.manipulator.home, Patience::kNone);
+  const ToolSocket tool(*world);
+  if (to == "y4m" || to == "raw") Serve(Pictures(*world, scene), to == "y4m");
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  const auto stub = v1::Teleoperation::NewStub(
+      grpc::CreateCustomChannel(to, grpc::InsecureChannelCredentials(), arguments));
+  if (scene.sense.Find<Tactile>()) return FeedTactile(*world, scene, stub.get());
+  return FeedPictures(Pictures(*world, scene), stub.get());
 }
 
 }  // namespace
@@ -122,7 +222,7 @@ int Play(const std::string& file, const std::string& address) {
 
 int main(int argc, char** argv) {
   if (argc != 3) {
-    std::fprintf(stderr, "usage: site_player SCENE HOST:PORT\n");
+    std::fprintf(stderr, "usage: site_player SCENE HOST:PORT|y4m|raw\n");
     return 2;
   }
   try {

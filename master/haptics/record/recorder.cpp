@@ -115,6 +115,7 @@ void Recorder::Finish() {
   TickRecord record;
   while (ring_->Pop(&record)) Take(record);
   while (!waiting_.empty()) FinishFirst();
+  summary_.Close();
   if (log_) log_->Flush();
 }
 

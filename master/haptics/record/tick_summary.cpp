@@ -16,6 +16,8 @@ int BinOf(double force, int bins) {
 
 constexpr double kContactShare = 0.01;  // of the peak
 constexpr std::uint64_t kLeft = 50;     // ticks without force that end a contact
+constexpr double kGivesWay = 0.9;   // part of the force shown below which the true one may be gone
+constexpr std::size_t kSoon = 200;  // ticks in which a puncture would have been told
 
 }  // namespace
 
@@ -41,10 +43,38 @@ ForceError::Summary ForceError::Above(double threshold) const noexcept {
   return summary;
 }
 
-void TickSummary::Add(const TickRecord& record,
-                      const std::optional<Eigen::Vector3d>& truth) noexcept {
+void BreakingError::Add(const Eigen::Vector3d& local, const Eigen::Vector3d& truth, bool punctured,
+                        ForceError* contact) {
+  if (punctured && !punctured_) {
+    ++punctures_;
+    breaking_ = waiting_.size();
+    for (const auto& [shown, was] : waiting_) error_.Add(shown, was);
+    waiting_.clear();
+  }
+  punctured_ = punctured;
+  if (punctured && !local.isZero(0)) {
+    longest_ = std::max(longest_, ++breaking_);
+    return error_.Add(local, truth);
+  }
+  if (!punctured && truth.norm() < kGivesWay * local.norm()) {
+    if (waiting_.size() == kSoon) Close(contact);
+    waiting_.emplace_back(local, truth);
+    return;
+  }
+  Close(contact);
+  contact->Add(local, truth);
+}
+
+void BreakingError::Close(ForceError* contact) {
+  for (const auto& [shown, was] : waiting_) contact->Add(shown, was);
+  waiting_.clear();
+}
+
+void TickSummary::Add(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth) {
   const ForceChain& chain = record.chain;
-  if (truth) error_.Add(chain.local, *truth);
+  if (truth) {
+    breaking_.Add(chain.local, *truth, chain.reasons.Has(Reason::kPunctured), &error_);
+  }
   if (chain.force_known) estimated_peak_ = std::max(estimated_peak_, chain.estimated.norm());
   sent_peak_ = std::max(sent_peak_, chain.sent.norm());
   for (std::size_t i = 0; i < kReasonCount; ++i) {
@@ -57,7 +87,7 @@ void TickSummary::Add(const TickRecord& record,
 }
 
 void TickSummary::AddAtPlace(const TickRecord& record,
-                             const std::optional<Eigen::Vector3d>& truth) noexcept {
+                             const std::optional<Eigen::Vector3d>& truth) {
   if (!truth || record.state != OperatorState::kFollowing) return;
   const double size = std::max(record.chain.local.norm(), truth->norm());
   peak_at_place_ = std::max(peak_at_place_, size);
@@ -65,7 +95,13 @@ void TickSummary::AddAtPlace(const TickRecord& record,
   if (touches && contact_ == Contact::kNone) contact_ = Contact::kFirst;
   free_ticks_ = touches ? 0 : free_ticks_ + 1;
   if (contact_ == Contact::kFirst && free_ticks_ > kLeft) contact_ = Contact::kLater;
-  (contact_ == Contact::kLater ? at_place_ : first_contact_).Add(record.chain.local, *truth);
+  breaking_at_place_.Add(record.chain.local, *truth, record.chain.reasons.Has(Reason::kPunctured),
+                         contact_ == Contact::kLater ? &at_place_ : &first_contact_);
+}
+
+void TickSummary::Close() {
+  breaking_.Close(&error_);
+  breaking_at_place_.Close(contact_ == Contact::kLater ? &at_place_ : &first_contact_);
 }
 
 void TickSummary::AddFingers(const TickRecord& record) noexcept {
@@ -90,6 +126,12 @@ std::optional<TickSummary::AtPlace> TickSummary::force_error_at_place() const no
   if (first_contact_.empty()) return std::nullopt;
   const double threshold = kContactShare * force_peak();
   return AtPlace{at_place_.Above(threshold), first_contact_.Above(threshold)};
+}
+
+std::optional<TickSummary::Breaking> TickSummary::breaking() const noexcept {
+  if (breaking_.punctures() == 0) return std::nullopt;
+  return Breaking{breaking_.error().Above(kContactShare * force_peak()), breaking_.punctures(),
+                  breaking_.longest()};
 }
 
 std::optional<ForceError::Summary> TickSummary::force_error() const noexcept {

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -37,6 +39,29 @@ class ForceError {
   std::uint64_t count_ = 0;
 };
 
+// Sorts ticks into those of a contact, and those that show the force of a membrane which is broken
+// already: from the break, which no picture has shown yet, until it is told and its force has
+// faded.
+class BreakingError {
+ public:
+  // One tick, in order: forces in S [N], finite; `punctured`: it has been told. The tick goes to
+  // `contact`, at once or when no puncture was told soon after it, or stays here.
+  void Add(const Eigen::Vector3d& local, const Eigen::Vector3d& truth, bool punctured,
+           ForceError* contact);
+  // What waits goes to `contact`.
+  void Close(ForceError* contact);
+  [[nodiscard]] const ForceError& error() const noexcept { return error_; }
+  [[nodiscard]] std::uint64_t punctures() const noexcept { return punctures_; }
+  // Of the punctures, the most ticks from the break to no force.
+  [[nodiscard]] std::uint64_t longest() const noexcept { return longest_; }
+
+ private:
+  ForceError error_;
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> waiting_;  // local, truth
+  bool punctured_ = false;
+  std::uint64_t punctures_ = 0, longest_ = 0, breaking_ = 0;
+};
+
 // What a run amounts to for one fingertip.
 struct FingerSummary {
   std::uint64_t ticks = 0, contact_ticks = 0;  // with a state at all; of them touching
@@ -50,10 +75,10 @@ struct FingerSummary {
 class TickSummary {
  public:
   // `truth`: true force at the tick's instant, S [N]; nothing: unknown.
-  void Add(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth) noexcept;
+  void Add(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
   // `truth`: true force while the slave did what was commanded at this tick, S [N]; nothing:
   // unknown.
-  void AddAtPlace(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth) noexcept;
+  void AddAtPlace(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
   // A true force as it came: peaks count whether or not a tick meets them.
   void SeeTruth(const Eigen::Vector3d& truth) noexcept;
 
@@ -63,7 +88,10 @@ class TickSummary {
     return has_truth_ ? truth_peak_ : estimated_peak_;
   }
   [[nodiscard]] double sent_peak() const noexcept { return sent_peak_; }  // M [N]
-  // Over the ticks in which either force exceeds 1 % of the peak; nothing without a true force.
+  // No tick follows.
+  void Close();
+  // Over the ticks in which either force exceeds 1 % of the peak, those of a breaking membrane
+  // apart; nothing without a true force.
   [[nodiscard]] std::optional<ForceError::Summary> force_error() const noexcept;
   // The same against the truth at the commanded place, while following: of the first contact, in
   // which much is still on its way, and of those after it.
@@ -71,6 +99,13 @@ class TickSummary {
     ForceError::Summary later, first;
   };
   [[nodiscard]] std::optional<AtPlace> force_error_at_place() const noexcept;
+  struct Breaking {
+    ForceError::Summary error;
+    std::uint64_t punctures = 0;
+    std::uint64_t longest = 0;  // from the break to no force, ticks
+  };
+  // Nothing: no membrane broke.
+  [[nodiscard]] std::optional<Breaking> breaking() const noexcept;
   [[nodiscard]] std::uint64_t ticks(Reason reason) const noexcept {
     return reason_ticks_[static_cast<std::size_t>(reason)];
   }
@@ -89,6 +124,7 @@ class TickSummary {
   void AddFingers(const TickRecord& record) noexcept;
 
   ForceError error_;
+  BreakingError breaking_, breaking_at_place_;
   ForceError at_place_, first_contact_;
   enum class Contact : std::uint8_t { kNone, kFirst, kLater } contact_ = Contact::kNone;
   double peak_at_place_ = 0;      // of what AddAtPlace was given [N]

@@ -28,6 +28,31 @@ TEST(ForceErrorTest, HugeAndTinyForcesHaveAPlace) {
   EXPECT_EQ(error.Above(1).ticks, 1U);
 }
 
+// A break that is told three ticks later and fades in two; a truth that lags without one.
+TEST(BreakingErrorTest, TicksFromTheBreakToNoForceStandApart) {
+  ForceError contact;
+  BreakingError breaking;
+  const auto tick = [&](double local, double truth, bool punctured) {
+    breaking.Add({local, 0, 0}, {truth, 0, 0}, punctured, &contact);
+  };
+  tick(1, 1, false);
+  tick(1, 0.7, false);  // late, and no puncture follows
+  tick(1, 1, false);
+  for (int i = 0; i < 3; ++i) tick(1, 0, false);
+  EXPECT_EQ(contact.Above(0.01).ticks, 3U);
+  tick(0.5, 0, true);
+  tick(0.2, 0, true);
+  tick(0, 0, true);
+  tick(0, 0.5, true);  // it pushes, and nothing is shown: an error of the contact
+  tick(1, 0.5, false);
+  EXPECT_EQ(breaking.punctures(), 1U);
+  EXPECT_EQ(breaking.longest(), 5U);
+  EXPECT_EQ(breaking.error().Above(0.01).ticks, 5U);
+  EXPECT_EQ(contact.Above(0.01).ticks, 4U);
+  breaking.Close(&contact);
+  EXPECT_EQ(contact.Above(0.01).ticks, 5U) << "no puncture was told to its end";
+}
+
 TEST(TruthTrackTest, IsLinearBetweenItsSamplesAndSilentElsewhere) {
   const Time start{std::chrono::hours(1)};
   TruthTrack track;

@@ -1,0 +1,220 @@
+"""No simulator in the slave: a site's pictures by URL, GStreamer pipeline, camera and FeedPictures, its fingertips by
+FeedTactile, the tool by DriveTool. The force is as right as where the site is simulated inside, within 1 % of the peak.
+
+usage: test_plug_paths.py [NAME...]   of silicone-block, rubber-membrane, foam-cube
+
+Prints a table: by each path the error of the force that is felt in the same slow press, rms in parts of its peak, against
+the true force as long before as it agrees best with; and how long that is, which is what the path takes in time.
+"""
+import array
+import contextlib
+import csv
+import itertools
+import math
+import pathlib
+import random
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+from plugs import EXAMPLES, Plugged
+from programs import BIN, ROOT, SLAVE, Slave, run, wait_until
+
+SCENES = ROOT / "deploy/scenes"
+SECONDS = 16
+SLOW = ["--override", "operator.press.speed=4 mm/s"]
+PLUGGED = ["manipulator.source=stream", "manipulator.silence=100 ms"]  # a driver in Python on a busy machine
+LATEST = 150  # ticks of 1 ms
+MOST = 0.01  # of the peak, between the errors by two paths
+LEAST = 2000  # ticks in contact whose force is known
+NAMES = [name for name in sys.argv[1:] if not name.startswith("-")] or ["silicone-block", "rubber-membrane", "foam-cube"]
+PIPELINE = ("tcpclientsrc host=127.0.0.1 port={port} ! rawvideoparse width={width} height=480 format=gray8 framerate=60/1 "
+            "! appsink max-buffers=1 drop=true sync=false")
+
+
+def vector(row, name):
+    return tuple(float(row[f"{name}_{axis}"]) for axis in "xyz") if row[f"{name}_x"] else None
+
+
+def felt_error(log):
+    """(rms over the largest true force, after how many ticks, over how many) of the force that the slave felt."""
+    with open(log, encoding="ascii") as file:
+        rows = list(csv.DictReader(file))
+    truth = [vector(row, "true") for row in rows]
+    felt = [vector(row, "estimated") if row["state"] == "FOLLOWING" else None for row in rows]
+    peak = max(math.hypot(*force) for force in truth if force)
+
+    def after(delay):
+        pairs = [(felt[i], truth[i - delay]) for i in range(delay, len(rows)) if felt[i] and truth[i - delay]]
+        squares = [math.dist(*pair) ** 2 for pair in pairs if math.hypot(*pair[1]) > 0.01 * peak]
+        return math.sqrt(sum(squares) / max(1, len(squares))) / peak, delay, len(squares)
+    return min(after(delay) for delay in range(0, LATEST, 5))
+
+
+class Paths(Plugged):
+    def setUp(self):  # each path has a slave of its own
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.out = pathlib.Path(self.folder.name)
+
+    def press(self, name, environment=(), command=SLAVE, **how):
+        """A slave with the site inside, or plugged in by overrides; what felt_error says of a press."""
+        overrides = [word for override in how.get("overrides", ()) for word in ("--override", override)]
+        whole = ["/usr/bin/env", *environment, str(command), "serve", str(SCENES / f"{name}.yaml"), "--listen", "127.0.0.1:0",
+                 *SLOW, *overrides]
+        with Slave(command=whole) as self.slave:
+            self.stub = self.connect()
+            processes = [start() for start in how.get("beside", ())]
+            try:
+                self.assertTrue(self.ready(), (name, overrides, self.status()))
+                self.report(self.operate(SECONDS))
+                return felt_error(self.out / "log.csv")
+            finally:
+                for process in processes:
+                    self.end(process)
+
+    def home(self):
+        with open(self.out / "log.csv", encoding="ascii") as file:
+            first = next(row for row in csv.DictReader(file) if row["state"] == "FOLLOWING")
+        return ",".join(first[f"p_S_{axis}"] for axis in "xyz")
+
+    def site(self, name, to):
+        """Plays the scene's site; where it hears of the tool, and the port of its pictures."""
+        player = self.start(BIN / "site_player", SCENES / f"{name}.yaml", to, stdout=subprocess.PIPE)
+        self.tool = re.fullmatch(r"site on (\S+)\n", player.stdout.readline()).group(1)
+        port = re.fullmatch(r"pictures on \S+:(\d+)\n", player.stdout.readline()).group(1) if ":" not in to else None
+        return player, port
+
+    def arm(self, home):
+        return self.start("/usr/bin/python3", EXAMPLES / "drive_arm.py", self.slave.address, "--home", home,
+                          "--site", self.tool, "--rate", "500", stdout=subprocess.DEVNULL)
+
+    def plugged(self, name, home, source, to, **options):
+        """By way of what `source` makes of the port at which the site shows its pictures."""
+        player, port = self.site(name, to)
+        environment, overrides = source(port)
+        try:
+            return self.press(name, environment, overrides=[*PLUGGED, *overrides],
+                              beside=[lambda: self.arm(home)], **options)
+        finally:
+            self.end(player)
+
+    def fed(self, name, home, overrides):
+        def feeder():
+            player, _ = self.site(name, self.slave.address)
+            return player
+        return self.press(name, overrides=[*PLUGGED, *overrides], beside=[feeder, lambda: self.arm(home)])
+
+    def fake_camera(self, module="palpate-films.so"):
+        """The slave beside a module that is a fake camera: what `device` opens, or `openni`."""
+        folder = self.out / "fake"
+        folder.mkdir()
+        shutil.copy(BIN / "palpate-slave", folder)
+        shutil.copy(BIN / "fake_cameras.so", folder / module)
+        return folder / "palpate-slave"
+
+    def table(self, name, paths):
+        errors = {"in-process": self.press(name)}
+        home = self.home()
+        errors.update((path, play(home)) for path, play in paths.items())
+        print(f"{name}: " + " | ".join(f"{path} {100 * error:.2f} % after {delay} ms" for path, (error, delay, _) in errors.items()),
+              flush=True)
+        for path, (error, _, ticks) in errors.items():
+            self.assertGreater(ticks, LEAST, path)
+            self.assertLess(error, errors["in-process"][0] + MOST, path)
+
+    def test_depth_camera(self):
+        """One of OpenNI2, a fake at the seam of its module: an untouched membrane, 250 mm away, then unplugged and back."""
+        name = self.wanted("rubber-membrane")
+        depth = ("sense.camera={depth: {openni: 0}, rate: 30 Hz, unit: 0.02 mm, sigma: 0.2 mm, fx: 400, fy: 400, cx: 159.5, "
+                 "cy: 119.5, pose: {translation: [0, 0, -250 mm]}}")
+        random.seed(1)
+        pictures = [array.array("H", (round(12500 + random.gauss(0, 10)) for _ in range(320 * 240))).tobytes() for _ in range(12)]
+        door = socket.create_server(("127.0.0.1", 0))
+        self.addCleanup(door.close)
+        stop, unplugged = threading.Event(), threading.Event()
+
+        def show():
+            while not stop.is_set():
+                reader = door.accept()[0]
+                with reader, contextlib.suppress(OSError):
+                    for picture in itertools.cycle(pictures):
+                        if unplugged.is_set() or stop.is_set():
+                            break
+                        reader.sendall(picture)
+                        time.sleep(1 / 30)
+                while unplugged.is_set():
+                    time.sleep(0.05)
+        camera = threading.Thread(target=show, daemon=True)
+        camera.start()
+        slave = self.fake_camera("palpate-openni.so")
+        command = ["/usr/bin/env", f"PALPATE_FAKE_CAMERA={door.getsockname()[1]} 320 240", slave, "serve",
+                   SCENES / f"{name}.yaml", "--listen", "127.0.0.1:0", "--override", depth, "--override", "sense.points={track: surface}"]
+        with Slave(command=[str(word) for word in command]) as self.slave:
+            self.stub = self.connect()
+            self.assertTrue(self.ready(), self.status())
+            unplugged.set()
+            gone = "OpenNI2 depth camera 0: gone"
+            self.assertTrue(wait_until(lambda: any(gone in alarm for alarm in self.status().alarms)), self.status())
+            unplugged.clear()
+            self.assertTrue(self.ready(), self.status())
+            stop.set()
+
+    def wanted(self, name):
+        if name not in NAMES:
+            self.skipTest("not asked for")
+        return name
+
+    def test_block(self):
+        name = self.wanted("silicone-block")
+        one = "sense.camera={{{}, rate: 60 Hz, size: [640, 480], pixel: 0.35 mm, pose: {{translation: [44 mm, 54 mm, 0]}}}}"
+
+        def url(port):
+            return [], [one.format(f'url: "tcp://127.0.0.1:{port}"')]
+
+        def pipeline(port):
+            return [], [one.format(f'url: "{PIPELINE.format(port=port, width=640)}"')]
+
+        def device(port):
+            return [f"PALPATE_FAKE_CAMERA={port} 640 480"], [one.format("device: 0")]
+        self.table(name, {
+            "URL": lambda home: self.plugged(name, home, url, "y4m"),
+            "pipeline": lambda home: self.plugged(name, home, pipeline, "raw"),
+            "device": lambda home: self.plugged(name, home, device, "raw", command=self.fake_camera()),
+            "FeedPictures": lambda home: self.fed(name, home, ["sense.camera.source=stream"])})
+
+    def test_membrane(self):
+        name = self.wanted("rubber-membrane")
+        frames = self.out / "rig"
+        done = run(SLAVE, "process", SCENES / f"{name}.yaml", "--frames", "--out", frames)
+        pose = re.search(r"pose: (\{.*\})\}", done.stdout).group(1)
+        rig = next(frames.rglob("rig.yaml"))
+        pair = f'sense.camera={{{{stereo: {{{{{{}}, rig: "{rig}"}}}}, rate: 30 Hz, pose: {pose.replace("{", "{{").replace("}", "}}")}}}}}'
+
+        def url(port):
+            return [], [pair.format(f'url: "tcp://127.0.0.1:{port}", layout: side-by-side')]
+
+        def pipeline(port):
+            return [], [pair.format(f'url: "{PIPELINE.format(port=port, width=1280)}", layout: side-by-side')]
+
+        def device(port):
+            return [f"PALPATE_FAKE_CAMERA={port} 1280 480"], [pair.format("device: 0, layout: side-by-side")]
+        self.table(name, {
+            "URL": lambda home: self.plugged(name, home, url, "y4m"),
+            "pipeline": lambda home: self.plugged(name, home, pipeline, "raw"),
+            "device": lambda home: self.plugged(name, home, device, "raw", command=self.fake_camera()),
+            "FeedPictures": lambda home: self.fed(name, home, [pair.format("source: stream")])})
+
+    def test_cube(self):
+        name = self.wanted("foam-cube")
+        self.table(name, {"FeedTactile": lambda home: self.fed(name, home, ["sense.tactile.source=stream"])})
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
