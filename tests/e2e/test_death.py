@@ -72,6 +72,20 @@ class Death(unittest.TestCase):
         self.assertGreaterEqual(report["epochs"], 2)
         self.assertIn("ended", report["reasons"])
 
+    def test_another_scene_at_the_slaves_address_is_not_taken_up(self):
+        with Slave(BLOCK, "--override", "model.elements=60") as slave:
+            master = self.operate(slave.address, 5)
+            self.assertTrue(self.pressed())
+            slave.process.kill()
+            slave.process.communicate()
+        with Slave(command=[SLAVE, "serve", BLOCK, "--listen", slave.address, "--override", "model.elements=60",
+                            "--override", "name=another"]):
+            report = self.finish(master)
+        self.assertEqual(report["reconnects"], 0)
+        self.assertEqual(report["state"], "DISCONNECTED")
+        self.assertIn("another scene is served there now, another instead of silicone-block: stop palpate-master and start it anew",
+                      report["trouble"])
+
     def test_a_stalled_slave_lets_the_hand_go(self):
         with Slave() as slave:
             master = self.operate(slave.address, 10)

@@ -26,7 +26,7 @@ export class View {
     this.bar.innerHTML = '<b></b><i></i><b>0</b><em></em>';
     this.bar.querySelector('i').style.background = viridisBar();
     this.bar.hidden = this.label.hidden = true;
-    Object.assign(this, { body: null, shapeT: null, dirty: false, status: null });
+    Object.assign(this, { body: null, shape: null, shapeT: null, dirty: false, status: null });
   }
   add(name) {
     const part = document.createElement('div');
@@ -108,6 +108,7 @@ export class View {
       this.scene.remove(this.body.group);
       this.body.dispose();
     }
+    this.shape = null;
     this.body = new Body(this.three, message);
     this.scene.add(this.body.group);
     this.waiting.hidden = true;
@@ -118,13 +119,22 @@ export class View {
   takeShape(message) {
     if (!this.body || message.number !== this.body.number) return;
     if (message.buffer.byteLength !== 20 + 12 * this.body.nodes) return;
-    this.body.deform(new Float32Array(message.buffer.slice(20)));
-    this.shapeT = message.t;
+    this.shape = message;
     this.dirty = true;
   }
   take(status) {
     this.status = status;
-    if (!this.body || !status.fingers.length) return;
+    this.dirty = true;
+  }
+  // What came last, where it is to be drawn: what is never drawn costs nothing.
+  put() {
+    const { status, shape } = this;
+    this.shape = null;
+    if (shape) {
+      this.body.deform(new Float32Array(shape.buffer.slice(20)));
+      this.shapeT = shape.t;
+    }
+    if (!this.body || !status?.fingers.length) return;
     this.size = this.body.box.getSize(new this.three.Vector3()).length();
     const felt = status.felt, tip = felt ? felt.tip : status.fingers[0].place;
     this.putBall(this.tip, tip, 0.016);
@@ -133,7 +143,6 @@ export class View {
     this.spring.geometry.setFromPoints([new this.three.Vector3(...tip), new this.three.Vector3(...status.p_S)]);
     this.putArrow(status, tip);
     this.putOthers(status.fingers.slice(1));
-    this.dirty = true;
   }
   putBall(ball, place, share) {
     ball.visible = true;
@@ -154,7 +163,6 @@ export class View {
     this.arrow.quaternion.setFromUnitVectors(new this.three.Vector3(0, 1, 0), along);
     this.arrowEnd = along.multiplyScalar(length).add(this.arrow.position);
     this.label.textContent = `${fixed(hand)} N`;
-    this.placeLabel();
   }
   putOthers(fingers) {
     while (this.others.length < fingers.length) {
@@ -168,6 +176,7 @@ export class View {
   draw() {
     if (!this.renderer || !this.dirty) return;
     this.dirty = false;
+    this.put();
     const { back, up, right } = this.camera.axes();
     this.sun.position.copy(this.camera.target).addScaledVector(back, this.camera.size).addScaledVector(up, 0.7 * this.camera.size).addScaledVector(right, -0.5 * this.camera.size);
     this.sun.target.position.copy(this.camera.target);
