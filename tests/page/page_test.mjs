@@ -51,7 +51,8 @@ describe('a scripted hand presses the block', () => {
     const { png, at } = await until(async () => {  // while the hand holds still
       await pressed();
       const before = await label.boundingBox(), png = await stage.shoot('block-dark-1280'), at = await label.boundingBox();
-      return before && at && Math.abs(before.y - at.y) < 2 && { png, at };
+      const held = stage.status.state === 'FOLLOWING' && size(stage.status.chain.sent) > 0.8;
+      return held && before && at && Math.abs(before.y - at.y) < 2 && { png, at };
     }, 'an arrow that stands still');
     const view = await stage.page.locator('#view').boundingBox(), bar = await stage.page.locator('.colour-bar i').boundingBox();
     const x = bar.x + bar.width / 2;
@@ -198,10 +199,23 @@ describe('a scripted hand presses the block', () => {
   });
 });
 
+// The charts' samples, as a person downloads them.
+async function downloaded(stage) {
+  const [download] = await Promise.all([stage.page.waitForEvent('download'), stage.page.keyboard.press('d')]);
+  return readFileSync(await download.path(), 'utf8').trim().split('\n').slice(1).map((row) => row.split(',').map(Number));
+}
+
 describe('its recording is played', () => {
   let stage;
   before(async () => { stage = await Stage.replay(RECORDING, ['--speed', '4']); });
   after(() => stage.close());
+
+  test('without its token the page says what is missing', async () => {
+    const stranger = await stage.context.newPage();
+    await stranger.goto(stage.address.split('#')[0]);
+    await until(async () => /open the address that it printed/.test(await stranger.locator('#alarm-list').innerText()), 'why not');
+    await stranger.close();
+  });
 
   test('it is marked, and nothing there stops or moves', async () => {
     await stage.when((status) => status.t > 1, 'a second of it');
@@ -216,8 +230,7 @@ describe('its recording is played', () => {
     await stage.when((status) => status.t > 6, 'six seconds of it');
     await stage.page.keyboard.press('k');
     await stage.when((status) => !status.replay.playing, 'that it stands');
-    const [download] = await Promise.all([stage.page.waitForEvent('download'), stage.page.keyboard.press('d')]);
-    const drawn = readFileSync(await download.path(), 'utf8').trim().split('\n').slice(1).map((row) => row.split(',').map(Number));
+    const drawn = await downloaded(stage);
     assert.ok(drawn.length > 300, `${drawn.length} samples`);
     const byTime = new Map(log.map((row, i) => [row.t.toFixed(6), i]));
     const force = (row, station) => size([row[`${station}_x`], row[`${station}_y`], row[`${station}_z`]]);
@@ -238,6 +251,11 @@ describe('its recording is played', () => {
     await stage.page.keyboard.press('ArrowLeft');
     const back = await stage.when((status) => status.t < from - 0.5, 'a second back');
     assert.ok(Math.abs(from - back.t - 1) < 0.1, `${from} s, ${back.t} s`);
+    const [first, last] = await until(async () => {
+      const drawn = await downloaded(stage);
+      return drawn.length > 1 && drawn[0][1] < Math.max(0.1, back.t - 9) && [drawn[0][1], drawn.at(-1)[1]];
+    }, 'charts of what was before');
+    assert.ok(last <= back.t + 1e-6 && last - first < 10.1, `${first} to ${last} s`);
     const row = log.reduce((best, one) => (Math.abs(one.t - back.t) < Math.abs(best.t - back.t) ? one : best));
     assert.ok(Math.abs(size(back.chain.sent) - size([row.sent_x, row.sent_y, row.sent_z])) < 1e-5);
     await stage.page.keyboard.press('[');
@@ -303,7 +321,18 @@ describe('a mouse feels the block', () => {
     console.log(await stage.text('page-delay'));
   });
 
+  test('a page that is loaded anew in contact holds nothing, says how to hold again, and knows what was', async () => {
+    const until_then = stage.status.t;
+    await stage.page.reload();
+    await stage.when((status) => status.t > until_then && status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
+    await until(async () => /Drag here/.test(await stage.text('hint')), 'how');
+    await until(async () => (await downloaded(stage)).some(([, t, , sent]) => t < until_then && sent > 0.3), 'the force that was');
+    await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
+    await stage.page.mouse.up();
+  });
+
   test('letting go lets go', async () => {
+    await press();
     await stage.page.mouse.up();
     await stage.when((status) => status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
   });

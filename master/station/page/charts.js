@@ -1,6 +1,6 @@
 // The last ten seconds as strips, drawn by uPlot where it was built in.
 
-const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 500;
+const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000;
 // Columns of a sample: number, t, scaled, sent, x, y, z, age, round trip, longest tick.
 const STRIPS = [
   { title: 'Force, N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true },
@@ -44,11 +44,11 @@ export class Charts {
   }
   takePast({ samples, run }) {
     if ((run ?? undefined) !== this.run) return;  // of another place
-    this.pastAskedAt = NaN;
     const newer = this.samples.filter((sample) => sample.length > 2);
     this.samples = [];
     this.take(samples, this.run);
     this.take(newer, this.run);
+    this.pastAskedAt = NaN;
   }
   // `run` changes where a recording goes on elsewhere.
   take(samples, run) {
@@ -61,6 +61,7 @@ export class Charts {
         if (sample[0] > 25 || last[0] - sample[0] < 100) continue;  // old news, not a new session
         this.samples = [];
       }
+      if (last && sample[0] - last[0] > 1 && Number.isNaN(this.pastAskedAt)) this.pastAskedAt = performance.now();  // told later
       if (last && sample[1] - last[1] > GAP_S) this.samples.push([sample[0], (sample[1] + last[1]) / 2]);  // a gap is shown
       this.samples.push(sample);
       last = sample;

@@ -48,7 +48,10 @@ const takers = {
     replay.enable(message.badge === 'REPLAY');
     byId('hint').textContent = message.pointer ? 'Drag here: the tool follows the cursor.' : '';
   },
-  health(message) { told.health = message; },
+  health(message) {
+    told.health = message;
+    view.forceScale = mapping().force;
+  },
   past(message) { charts.takePast(message); },
   said(message) { alarms.showSaid(message.said); },
   refused(message) { byId('hint').textContent = message.text; },

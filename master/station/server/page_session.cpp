@@ -70,7 +70,8 @@ void PageSession::Hear(std::string_view said) {
     if (socket_.got_binary()) {
       Take(said);
     } else if (std::string answer = listener_->hear(number_, said); !answer.empty()) {
-      answer_ = std::move(answer);
+      answers_.push_back(std::move(answer));
+      if (answers_.size() > kMostAnswers) answers_.pop_front();
     }
   } catch (const std::invalid_argument& error) {
     Close(websocket::close_code::policy_error, error.what());
@@ -99,8 +100,10 @@ bool PageSession::IsFlooding() {
 
 void PageSession::Pump() {
   if (!open_ || writing_ || (taken_ && sent_ - *taken_ >= kMostAhead)) return;
-  if (!answer_.empty()) {
-    return Write(false, std::make_shared<const std::string>(std::exchange(answer_, {})));
+  if (!answers_.empty()) {
+    const auto answer = std::make_shared<const std::string>(std::move(answers_.front()));
+    answers_.pop_front();
+    return Write(false, answer);
   }
   NoticeBoard::News news = board_->Next(last_, &seen_);
   last_ = news.topic;

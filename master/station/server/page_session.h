@@ -6,7 +6,9 @@
 // more than kMostAhead beyond them; others as fast as their line goes.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,6 +38,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   // Writes what is new, unless it is writing.
   void Pump();
   static constexpr std::uint32_t kMostAhead = 8;
+  static constexpr std::size_t kMostAnswers = 8;  // the oldest go
   // Says why, and ends.
   void Close(boost::beast::websocket::close_code code, const std::string& why);
 
@@ -52,9 +55,9 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   const PageServer::Listener* const listener_;
   boost::beast::flat_buffer heard_;
   NoticeBoard::Seen seen_{};
-  Topic last_ = Topic::kShape;  // so that what comes first is told first
-  NoticeBoard::Bytes writing_;  // null: nothing is on its way
-  std::string answer_;          // the newest, not sent yet
+  Topic last_ = Topic::kShape;       // so that what comes first is told first
+  NoticeBoard::Bytes writing_;       // null: nothing is on its way
+  std::deque<std::string> answers_;  // not sent yet, at most kMostAnswers
   bool open_ = false;
   std::uint32_t sent_ = 0;              // messages
   std::optional<std::uint32_t> taken_;  // of them; nullopt: the page does not say
