@@ -1,4 +1,5 @@
 """Recordings of both programs: read by a library of others, cut by kill -9, processed, played and exported again."""
+import csv
 import json
 import os
 import pathlib
@@ -85,7 +86,8 @@ class Recordings(unittest.TestCase):
         """A slave and a master, both recorded; the slave is killed, the master ends as it should."""
         slave_file, master_file = self.out / "slave.mcap", self.out / "master.mcap"
         with Slave(SCENES / scene, *overrides(*settings), "--record", slave_file, *parts) as slave:
-            self.good(MASTER, "connect", slave.address, "--duration", "2", "--record", master_file, *parts)
+            self.good(MASTER, "connect", slave.address, "--duration", "2", "--record", master_file, *parts,
+                      "--log", self.out / "log.csv")
             slave.stop(signal.SIGKILL)
         return slave_file, master_file
 
@@ -123,6 +125,8 @@ class Recordings(unittest.TestCase):
         self.process_again(slave_file, 5)
         self.check_slave(slave_file)
         seen = self.check_master(master_file, True)
+        seconds = seen["last"]["/master/tick"] - seen["first"]["/master/tick"]
+        self.assertLess(sum(file.stat().st_size for file in files_of(master_file)) / seconds * 3600, 1e9, "an hour in a GB")
         self.play(master_file)
         self.export(master_file, seen)
 
@@ -144,10 +148,21 @@ class Recordings(unittest.TestCase):
         self.assertGreater(len(lines), 1)
         self.assertTrue(all(line.startswith("REPLAY") for line in lines), said)
 
+    @staticmethod
+    def is_same(kept, logged):
+        """Equal, but for what a number of seven digits leaves out."""
+        return kept == logged or abs(float(kept) - float(logged)) <= 1e-6 * abs(float(logged)) + 1e-12
+
     def export(self, master_file, seen):
         self.good(MASTER, "export", master_file, "--out", self.out / "exported")
-        rows = (self.out / "exported/log.csv").read_text().splitlines()
-        self.assertEqual(len(rows), seen["topics"]["/master/tick"] + 1)
+        with open(self.out / "log.csv", newline="") as log, open(self.out / "exported/log.csv", newline="") as exported:
+            logged, rows = list(csv.DictReader(log)), list(csv.DictReader(exported))
+        self.assertEqual(len(rows), seen["topics"]["/master/tick"])
+        self.assertEqual(len(rows), len(logged))
+        for row, tick in zip(rows, logged):
+            for name in tick:
+                if not name.startswith("true_"):  # which the log tells of each tick's instant, the recording as it came
+                    self.assertTrue(self.is_same(row[name], tick[name]), (name, tick["t"], tick[name], row[name]))
         pictures = list((self.out / "exported/pictures").iterdir())
         self.assertEqual(len(pictures), seen["topics"]["/slave/picture"])
         self.assertEqual((self.out / "exported/numpy/t.npy").stat().st_size, 128 + 8 * seen["topics"]["/master/tick"])

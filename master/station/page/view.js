@@ -71,9 +71,12 @@ export class View {
     this.hand = new three.Mesh(ball, new three.MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.5 }));
     this.spring = new three.Line(new three.BufferGeometry().setFromPoints([new three.Vector3(), new three.Vector3()]), new three.LineBasicMaterial());
     this.arrow = this.makeArrow();
+    const circle = Array.from({ length: 48 }, (_, i) => new three.Vector3(Math.cos((i * Math.PI) / 24), Math.sin((i * Math.PI) / 24), 0));
+    this.tangent = new three.LineLoop(new three.BufferGeometry().setFromPoints(circle), new three.LineBasicMaterial());
     this.others = [];  // each a ball and an arrow
-    scene.add(this.tip, this.hand, this.spring, this.arrow);
-    for (const part of [this.tip, this.hand, this.spring, this.arrow]) part.visible = false;
+    const parts = [this.tip, this.hand, this.spring, this.arrow, this.tangent];
+    scene.add(...parts);
+    for (const part of parts) part.visible = false;
   }
   // Of length one, along y.
   makeArrow() {
@@ -88,6 +91,7 @@ export class View {
   repaint() {
     if (!this.three) return;
     this.tip.material.color.set(colour('--tool'));
+    this.tangent.material.color.set(colour('--tool'));
     this.hand.material.color.set(colour('--dim'));
     this.spring.material.color.set(colour('--dim'));
     for (const arrow of [this.arrow, ...this.others.map(([, own]) => own)]) arrow.material.color.set(colour('--force'));
@@ -142,9 +146,17 @@ export class View {
     this.putBall(this.hand, status.p_S, 0.02);
     this.spring.visible = true;
     this.spring.geometry.setFromPoints([new this.three.Vector3(...tip), new this.three.Vector3(...status.p_S)]);
+    this.tangent.visible = Boolean(felt?.in_contact && felt.normal);
+    if (this.tangent.visible) this.putTangent(tip, felt.normal);
     const limit = status.force_limit || 1;
     this.putArrow(status, tip, limit);
     this.putOthers(status.fingers.slice(1), limit);
+  }
+  // The local model's plane.
+  putTangent(tip, normal) {
+    this.tangent.position.set(...tip);
+    this.tangent.scale.setScalar(0.06 * this.size);
+    this.tangent.quaternion.setFromUnitVectors(new this.three.Vector3(0, 0, 1), new this.three.Vector3(...normal).normalize());
   }
   putBall(ball, place, share) {
     ball.visible = true;
@@ -224,7 +236,7 @@ export class View {
     const [top, , , name] = this.bar.children;
     top.textContent = figure(this.body.full * factor);
     name.textContent = `moved, ${unit}`;
-    this.line.textContent = `moved by up to ${figure(this.body.largest * factor)} ${unit}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it`;
+    this.line.textContent = `moved by up to ${figure(this.body.largest * factor)} ${unit}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it, ring: the local model`;
   }
   fit() {
     if (!this.body) return;

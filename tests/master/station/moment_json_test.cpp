@@ -64,6 +64,17 @@ TEST(MomentJsonTest, AlarmsSayTheNextStep) {
   EXPECT_EQ(alarms[1]["next"], "Press less: more cannot be felt.");
 }
 
+TEST(MomentJsonTest, ADiskThatIsFullIsSaidWithTheNextStep) {
+  StationMoment moment;
+  moment.recording = {false, 12.5,
+                      "a.mcap: the recording has ended: it cannot be written: No space"};
+  const auto alarms = AlarmsOf(moment);
+  const auto said = std::ranges::find_if(
+      alarms, [](const Alarm& alarm) { return alarm.text.starts_with("The recording: a.mcap"); });
+  ASSERT_NE(said, alarms.end());
+  EXPECT_THAT(said->next, testing::HasSubstr("Make room"));
+}
+
 TEST(MomentJsonTest, ASlaveOfAnotherReleaseIsSaidWithTheNextStep) {
   EXPECT_EQ(OtherRelease("0.1.0+aaaa", "0.1.0+bbbb.changed"), "");
   EXPECT_EQ(OtherRelease("", "0.1.0"), "");
