@@ -50,7 +50,8 @@ def files_of(recording):
 
 
 def as_one(parts):
-    """What was found in a recording's parts as what was found in one."""
+    """What was found in a recording's parts as what was found in one; without a part, nothing."""
+    parts = parts or [{"whole": False, "topics": {}}]
     one = {**parts[-1], "topics": {}, "first": {}, "last": {}, "indexed": sum(part.get("indexed", 0) for part in parts)}
     for part in parts:
         for topic, count in part["topics"].items():
