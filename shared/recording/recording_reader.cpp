@@ -9,7 +9,9 @@
 namespace palpate {
 
 RecordingReader::RecordingReader(const std::filesystem::path& file)
-    : parts_(PartsOf(file)), reader_(std::make_unique<McapReader>(parts_.front())) {}
+    : parts_(PartsOf(file)),
+      is_one_file_(parts_.front() == file),
+      reader_(std::make_unique<McapReader>(parts_.front())) {}
 
 bool RecordingReader::Next() {
   do {
@@ -38,7 +40,7 @@ bool RecordingReader::OpenNext() {
 }
 
 bool RecordingReader::Belongs() {
-  if (parts_.size() == 1) return true;
+  if (is_one_file_) return true;
   const auto note = reader_->notes().find(kPartNote);
   const McapMap values = note == reader_->notes().end() ? McapMap{} : note->second;
   const auto value = [&](const char* key) {
@@ -49,7 +51,8 @@ bool RecordingReader::Belongs() {
   const int number = static_cast<int>(ParseFinite(value("number")).value_or(0));
   if (identity_.empty()) identity_ = identity;
   if (identity.empty() || identity != identity_) {
-    Damage(parts_[part_].string() + ": is of another recording: it is left out, and what follows");
+    Damage(parts_[part_].string() +
+           ": is no part of this recording: it is left out, and what follows");
     return false;
   }
   if (number != number_ + 1) {

@@ -44,7 +44,8 @@ class RecordingReader {
   void Damage(const std::string& what);
 
   const std::vector<std::filesystem::path> parts_;
-  std::size_t part_ = 0;  // which of them is read
+  const bool is_one_file_;  // that was named itself
+  std::size_t part_ = 0;    // which of them is read
   std::unique_ptr<McapReader> reader_;
   bool is_new_ = true;  // nothing was read of it
   std::string identity_, damage_;

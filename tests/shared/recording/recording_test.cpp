@@ -211,7 +211,17 @@ TEST_F(PartsTest, OneThatIsLeftOfAnEarlierRecordingIsLeftOut) {
   const std::uint64_t newer = Write(2);
   RecordingReader reader(file_);
   EXPECT_EQ(Samples(&reader).size(), newer);
-  EXPECT_THAT(reader.damage(), HasSubstr("a-0003.mcap: is of another recording"));
+  EXPECT_THAT(reader.damage(), HasSubstr("a-0003.mcap: is no part of this recording"));
+}
+
+TEST_F(PartsTest, AFileThatIsOnlyNamedLikeOneIsLeftOut) {
+  {
+    Recording recording({.file = folder_ / "a-2024.mcap"});
+    recording.Put(recording.Open("/a", v1::FeltState()), Clock::now(), v1::FeltState());
+  }
+  RecordingReader reader(file_);
+  EXPECT_FALSE(reader.Next());
+  EXPECT_THAT(reader.damage(), HasSubstr("a-2024.mcap: is no part of this recording"));
 }
 
 TEST_F(PartsTest, OneCutAtItsBeginningEndsTheRecordingAsAKillDoes) {
@@ -221,7 +231,7 @@ TEST_F(PartsTest, OneCutAtItsBeginningEndsTheRecordingAsAKillDoes) {
     RecordingReader reader(file_);
     EXPECT_GT(Samples(&reader).size(), 2U);
     EXPECT_THAT(reader.damage(), HasSubstr("a-0003.mcap: ")) << size;
-    EXPECT_THAT(reader.damage(), Not(HasSubstr("another recording"))) << size;
+    EXPECT_THAT(reader.damage(), Not(HasSubstr("no part of"))) << size;
   }
 }
 
