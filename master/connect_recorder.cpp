@@ -11,10 +11,12 @@ namespace {
 
 constexpr double kMegabytes = 1e-6;  // in a byte
 
-Recording::Options FileOptions(const std::filesystem::path& file, const std::string& limit) {
+Recording::Options FileOptions(const std::filesystem::path& file, const std::string& limit,
+                               double part) {
   Recording::Options options;
   options.file = file;
   options.limit = ParseRecordLimit(limit);
+  options.part = part;
   options.library = std::string("palpate-master ") + Version();
   options.tell = [](const std::string& why) { std::fprintf(stderr, "\n%s\n", why.c_str()); };
   return options;
@@ -23,8 +25,8 @@ Recording::Options FileOptions(const std::filesystem::path& file, const std::str
 }  // namespace
 
 ConnectRecorder::ConnectRecorder(const std::filesystem::path& file, const std::string& limit,
-                                 SlaveLink::Options* link)
-    : file_(file), recording_(FileOptions(file, limit)) {
+                                 double part, SlaveLink::Options* link)
+    : file_(file), recording_(FileOptions(file, limit, part)) {
   link->on_received = [this](const ReceivedState& state) { recording_.OnState(state); };
   link->on_sent = [this](const OperatorCommand& command) { recording_.OnCommand(command); };
 }
@@ -54,7 +56,8 @@ bool ConnectRecorder::Finish(Console* console, Report* report) {
   recording_.Finish();
   const Recording::Stats stats = recording_.stats();
   console->Say(Formatted("recorded %.1f MB to ", kMegabytes * static_cast<double>(stats.bytes)) +
-               file_.string());
+               file_.string() +
+               (stats.parts > 1 ? Formatted(", in %d parts", stats.parts) : std::string()));
   if (!stats.trouble.empty()) report->trouble.push_back(stats.trouble);
   return !stats.failed;
 }

@@ -18,9 +18,10 @@ namespace palpate {
 // Outlives the link.
 class ConnectRecorder {
  public:
-  // Looks on at what the link takes and sends from now on: before one is made of `link`. Throws
-  // std::invalid_argument: not a limit; std::runtime_error: the file cannot be written.
-  ConnectRecorder(const std::filesystem::path& file, const std::string& limit,
+  // Looks on at what the link takes and sends from now on: before one is made of `link`. `part`
+  // [s]: a new file after so long; 0: one file. Throws std::invalid_argument: not a limit;
+  // std::runtime_error: the file cannot be written.
+  ConnectRecorder(const std::filesystem::path& file, const std::string& limit, double part,
                   SlaveLink::Options* link);
 
   // The slave was reached: what the session goes by, and pictures, shape and health from now on.

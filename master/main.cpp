@@ -44,7 +44,8 @@ struct Arguments {
   double force_limit = 3.3, slew_limit = 0.2;  // the master's own [N], [N/ms]
   std::filesystem::path report, log, record;
   std::string record_limit = "8 GB";
-  std::string metrics;  // HOST:PORT that tells health in numbers; empty: none does
+  double record_part = 0;  // [s]; 0: one file
+  std::string metrics;     // HOST:PORT that tells health in numbers; empty: none does
   std::vector<std::filesystem::path> shapes;
   bool views = false, replay_views = false, terminal = false;
   std::string view;  // HOST:PORT; empty: a free port of this machine
@@ -74,13 +75,15 @@ void OnSignal(int) {
   g_stop = true;
 }
 
-// A full stop with the force at zero on SIGINT and SIGTERM; the slave's emergency stop on SIGUSR1,
-// its end on SIGUSR2; a closed pipe must not kill the hand.
+// A full stop with the force at zero on SIGINT and SIGTERM, and on SIGHUP, the terminal having
+// gone, unless whoever started us wants that to be nothing (nohup); the slave's emergency stop on
+// SIGUSR1, its end on SIGUSR2; a closed pipe must not kill the hand.
 void CatchSignals() {
   std::signal(SIGUSR1, [](int) { g_emergency = true; });
   std::signal(SIGUSR2, [](int) { g_reset = true; });
   std::signal(SIGINT, OnSignal);
   std::signal(SIGTERM, OnSignal);
+  if (std::signal(SIGHUP, OnSignal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
 }
 
@@ -207,8 +210,13 @@ void Declare(CLI::App* app, Arguments* a) {
                       "twice a second; `replay` and `export` read it");
   connect
       ->add_option("--record-limit", a->record_limit,
-                   "Size of the file at which recording ends; about 1 GB is an hour")
+                   "Size of all its files at which recording ends; about 1 GB is an hour")
       ->capture_default_str();
+  connect
+      ->add_option("--record-part", a->record_part,
+                   "A new file after so many seconds: FILE-0001.mcap, FILE-0002.mcap, each a "
+                   "recording; by the name FILE.mcap they are played and exported as one")
+      ->check(Between(1, 1e6));
   connect
       ->add_option(
           "--shape", a->shapes,
@@ -339,6 +347,8 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   if (!device) device = OpenDeviceFor(scene, a);
   console.Say("connected to " + a.link.target + ": " + scene.name + ", " + scene.model + ", " +
               scene.source);
+  const std::string other = OtherRelease(scene.version, Version());
+  if (!other.empty()) console.Say(other + " Install the same release at both ends.");
   if (!scene.fingertips.empty()) console.Say(FingertipsInWords(scene.fingertips));
   if (a.link.tls.empty() && !IsLoopback(ParseEndpoint(a.link.target).host)) {
     console.Say(
@@ -444,7 +454,8 @@ int Main(int argc, char** argv) {
     if (app.got_subcommand("replay") || app.got_subcommand("export")) return ReadRecording(app, a);
     CheckBeforehand(a);
     if (!a.record.empty()) {
-      recorder = std::make_unique<ConnectRecorder>(a.record, a.record_limit, &a.link);
+      recorder =
+          std::make_unique<ConnectRecorder>(a.record, a.record_limit, a.record_part, &a.link);
     }
     line = std::make_unique<Line>(a.link);
     if (!IsMadeForScene(a)) device = OpenDevice(a.device, 0, 0);

@@ -169,8 +169,14 @@ int Main(int argc, char** argv) {
                             "FILE.mcap: every sample without loss, and what was felt; `process "
                             "FILE.mcap` makes it anew");
   serve_command
-      ->add_option("--record-limit", serve.record_limit, "Size of the file at which recording ends")
+      ->add_option("--record-limit", serve.record_limit,
+                   "Size of all its files at which recording ends")
       ->capture_default_str();
+  serve_command
+      ->add_option("--record-part", serve.record_part,
+                   "A new file after so many seconds: FILE-0001.mcap, FILE-0002.mcap; by the name "
+                   "FILE.mcap they are processed and exported as one")
+      ->check(CLI::Range(1.0, 1e6));
 
   ProcessOptions process;
   auto* process_command = add_command(

@@ -69,6 +69,13 @@ RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& told) {
 
 }  // namespace
 
+std::string OtherRelease(const std::string& slave, const std::string& master) {
+  const std::string theirs = slave.substr(0, slave.find('+')),
+                    ours = master.substr(0, master.find('+'));
+  if (theirs.empty() || ours.empty() || theirs == ours) return {};
+  return "The slave is of release " + theirs + ", this master of " + ours + ".";
+}
+
 RemoteScene ToRemoteScene(const v1::SceneDescription& scene, const v1::Capabilities& capabilities) {
   const auto& mapping = scene.operator_();
   RemoteScene remote;

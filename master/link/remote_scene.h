@@ -39,4 +39,8 @@ struct RemoteScene {
 // Throws std::runtime_error naming the field: a scale, limit, rotation or rate that cannot be.
 RemoteScene ToRemoteScene(const v1::SceneDescription& scene, const v1::Capabilities& capabilities);
 
+// That a slave and a master of these versions, as Version() tells them, are of different releases,
+// in words; empty: they are not, or one is not known.
+std::string OtherRelease(const std::string& slave, const std::string& master);
+
 }  // namespace palpate

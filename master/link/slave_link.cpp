@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -77,7 +78,8 @@ struct SlaveLink::Parts {
   grpc::Status AskForScene(RemoteScene* scene, bool waits, milliseconds deadline);
   void Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
            LatestValue<OperatorCommand>* commands);
-  // Reads what the master goes by. One at a time.
+  // Reads what the master goes by. One at a time. Another scene than the one that was connected to
+  // is refused: device, limits of age and what is shown are made for that one.
   grpc::Status ReadSettings();
   // A state tells of `revision`: reads again, beside the stream, if another was read.
   void SeeRevision(std::uint32_t revision);
@@ -96,6 +98,7 @@ struct SlaveLink::Parts {
   RoundTrips trips;
   std::atomic<milliseconds> call_deadline{kShortestDeadline};
   std::atomic<std::uint64_t> states_received{0}, commands_sent{0};
+  std::optional<RemoteScene> first;  // that was connected to
   LatestValue<RemoteSettings>* settings = nullptr;
   std::atomic<std::uint32_t> read_revision{0};
   std::atomic<bool> rereads{false};
@@ -134,6 +137,11 @@ grpc::Status SlaveLink::Parts::ReadSettings() {
     RemoteScene scene;
     grpc::Status status = AskForScene(&scene, true, call_deadline);
     if (!status.ok()) return status;
+    if (first && (scene.name != first->name || scene.geometry != first->geometry)) {
+      return {grpc::StatusCode::ABORTED, "another scene is served there now, " + scene.name +
+                                             " instead of " + first->name +
+                                             ": stop palpate-master and start it anew"};
+    }
     settings->Put({scene.settings_revision, scene.transform, scene.force_limit, scene.dead_after});
     read_revision = scene.settings_revision;
     return status;
@@ -232,11 +240,15 @@ RemoteScene SlaveLink::Connect() {
     status = parts_->AskForScene(&scene, false, std::min(patience, left));
     if (status.ok()) {
       parts_->Open(std::max(parts_->options.longest_round_trip, kTripsBorne * parts_->answered_in));
+      parts_->first = scene;
       return scene;
     }
     if (SinceThen(asked) >= kNoRefusal) patience = std::min(2 * patience, kLongestDeadline);
     if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
-      throw std::runtime_error(parts_->target + " answers, but does not speak palpate.v1");
+      throw std::runtime_error(
+          parts_->target +
+          " answers, but does not speak palpate.v1: is it a palpate-slave, of a "
+          "release like this one?");
     }
     const double passed = SecondsBetween(start, Clock::now());
     const bool more = passed < parts_->options.wait;

@@ -103,7 +103,7 @@ Replay::Replay(std::filesystem::path file) : file_(std::move(file)) {
     if (span_.ticks++ == 0) span_.first = reader.at();
     span_.last = std::max(span_.last, reader.at());
   }
-  span_.damage = reader.mcap().damage();
+  span_.damage = reader.damage();
   if (span_.ticks == 0) {
     throw InputError(file_.string() +
                      ": holds no tick: accepted is a master's recording (connect --record)");

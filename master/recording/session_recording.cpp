@@ -50,6 +50,8 @@ SessionRecording::SessionRecording(Recording::Options options)
       hand_(recording_.Open(kHandTopic, foxglove::PoseInFrame())),
       log_(recording_.Open(kMasterLogTopic, foxglove::Log())) {}
 
+SessionRecording::~SessionRecording() = default;
+
 void SessionRecording::OnTick(const TickRecord& record) {
   TellChanges(record);
   if (!is_on_) return;
@@ -100,19 +102,34 @@ void SessionRecording::OnBulk(const google::protobuf::Message& message) {
   const Time now = Clock::now();
   const auto* type = message.GetDescriptor();
   if (type == v1::SceneDescription::descriptor()) {
-    recording_.Put(scene_, now, message);
+    recording_.PutStanding(scene_, now, message);
   } else if (type == v1::Capabilities::descriptor()) {
-    recording_.Put(capabilities_, now, message);
+    recording_.PutStanding(capabilities_, now, message);
   } else if (!is_on_) {
     return;
   } else if (type == v1::VideoFrame::descriptor()) {
     recording_.Put(picture_, now, ImageOf(static_cast<const v1::VideoFrame&>(message)));
   } else if (type == v1::MeshState::descriptor()) {
-    recording_.Put(mesh_, now, message);
+    PutMesh(now, static_cast<const v1::MeshState&>(message));
   } else if (type == v1::Status::descriptor()) {
     recording_.Put(health_, now, message);
     TellAlarms(message);
   }
+}
+
+void SessionRecording::PutMesh(Time now, const v1::MeshState& mesh) {
+  const int before = std::exchange(topology_part_, recording_.part());
+  if (mesh.rest_size() > 0) {
+    topology_ = std::make_unique<v1::MeshState>(mesh);
+  } else if (before != topology_part_ && topology_) {
+    v1::MeshState whole = mesh;
+    *whole.mutable_elements() = topology_->elements();
+    *whole.mutable_rest() = topology_->rest();
+    whole.set_nodes_per_element(topology_->nodes_per_element());
+    recording_.Put(mesh_, now, whole);
+    return;
+  }
+  recording_.Put(mesh_, now, mesh);
 }
 
 void SessionRecording::TellAlarms(const google::protobuf::Message& status) {

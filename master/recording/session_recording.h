@@ -11,7 +11,9 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <string>
@@ -22,6 +24,10 @@
 #include "shared/recording/recording.h"
 
 namespace palpate {
+
+namespace v1 {
+class MeshState;
+}  // namespace v1
 
 inline constexpr std::string_view kTickTopic = "/master/tick", kCommandTopic = "/master/command",
                                   kStateTopic = "/slave/state", kPictureTopic = "/slave/picture",
@@ -37,6 +43,7 @@ class SessionRecording {
  public:
   // Throws std::runtime_error: it cannot be written.
   explicit SessionRecording(Recording::Options options);
+  ~SessionRecording();
 
   // Before anything else: what the session goes by.
   void Begin(const McapMap& session) { recording_.Note(kSessionNote, session); }
@@ -58,6 +65,7 @@ class SessionRecording {
 
  private:
   void TellChanges(const TickRecord& record);
+  void PutMesh(Time now, const v1::MeshState& mesh);
   void TellAlarms(const google::protobuf::Message& status);
 
   Recording recording_;
@@ -68,6 +76,9 @@ class SessionRecording {
   TickRecord last_;
   Time hand_told_{};
   std::set<std::string> alarms_;  // told; of the thread that asks for the slave's health
+  // Of the thread that watches the mesh.
+  std::unique_ptr<v1::MeshState> topology_;  // the last mesh that had one
+  int topology_part_ = 1;                    // that tells it
 };
 
 }  // namespace palpate

@@ -14,6 +14,8 @@ namespace {
 constexpr double kLate = 0.030;      // [s]
 constexpr double kLateShare = 0.01;  // [-]
 constexpr double kNearLimit = 0.8;   // [-]
+constexpr const char* kSameRelease =
+    "What only one of them knows is left out. Install the same release at both ends.";
 
 std::string Spaced(std::string_view code) {
   std::string words(code);
@@ -77,6 +79,7 @@ class Alarms {
                      100 * moment_.ticks.late_share),
            "A slower line or a busy machine: see the charts.");
     }
+    if (!moment_.other_release.empty()) Note(moment_.other_release, kSameRelease);
     for (const std::string& text : moment_.slave_alarms) Note("The slave says: " + text + ".");
     if (moment_.recording && !moment_.recording->trouble.empty()) {
       Note("The recording: " + moment_.recording->trouble + ".",

@@ -144,6 +144,7 @@ void LiveStation::Parts::PutMoment() {
   PutHealth();
   moment.slave_alarms = slave_alarms;
   moment.health_trouble = health_trouble;
+  moment.other_release = OtherRelease(options.hello.scene.version, options.hello.version);
   if (const auto sayings = diary.TakeNews()) {
     said = *sayings;
     board.Put(Topic::kSaid, SaidJson(said));
@@ -208,6 +209,7 @@ std::string LiveStation::Parts::Do(std::uint64_t page, const Wish& asked) {
                    },
                    [&](const ResetWish&) { Reset(); },
                    [&](const PingWish& wish) { answer = PongJson(wish.at); },
+                   [&](const PastWish&) { answer = PastJson(ticks.Past()); },
                    [&](const PointerWish& wish) { answer = Point(page, wish); },
                    [&](const MappingWish& wish) { Set(wish); },
                    [&](const ModelWish& wish) { Replace(wish); },

@@ -242,6 +242,11 @@ std::string PongJson(double at) {
   return Text({{"kind", "pong"}, {"at", at}});
 }
 
+std::string PastJson(const std::vector<TickSample>& samples, std::optional<std::uint64_t> run) {
+  return Text(
+      {{"kind", "past"}, {"run", run ? Json(*run) : Json()}, {"samples", SamplesOf(samples)}});
+}
+
 std::string RefusedJson(const std::string& why) {
   return Text({{"kind", "refused"}, {"text", why}});
 }

@@ -52,6 +52,7 @@ struct StationMoment {
   std::string health_trouble;                // why it is not told
   std::optional<RecordingMoment> recording;  // nothing: none can be made
   std::optional<ReplayMoment> replay;        // nothing: this is live
+  std::string other_release;                 // see OtherRelease
 };
 std::string StatusJson(const StationMoment& moment);
 
@@ -70,6 +71,8 @@ std::string SaidJson(const std::vector<Saying>& sayings);
 
 // The answers to a page: that it was heard, at the page's own `at`; why something is not done.
 std::string PongJson(double at);
+// `run`: of a replay, as its moment tells it.
+std::string PastJson(const std::vector<TickSample>& samples, std::optional<std::uint64_t> run = {});
 std::string RefusedJson(const std::string& why);
 
 // Node and element counts, places at rest, elements: what Topology messages hold after the header.

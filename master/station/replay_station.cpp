@@ -1,6 +1,7 @@
 #include "master/station/replay_station.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <condition_variable>
 #include <mutex>
@@ -18,7 +19,7 @@ namespace palpate {
 namespace {
 
 constexpr auto kFrame = std::chrono::milliseconds(33), kStill = std::chrono::milliseconds(100);
-constexpr double kBefore = 0.8;     // of a place that was sought: a picture and a shape of then [s]
+constexpr double kBefore = 10;      // of a place that was sought: picture, shape, charts [s]
 constexpr double kLeast = 0.02;     // is played of it even while it stands [s]
 constexpr double kHealthEvery = 1;  // [s]
 
@@ -71,8 +72,9 @@ struct ReplayStation::Parts {
   TickDigest ticks;
   StationMoment moment;
   std::vector<std::string> finger_names;
-  double health_told = -1;  // [s]
-  double at = 0;            // [s]
+  double health_told = -1;            // [s]
+  double at = 0;                      // [s]
+  std::atomic<std::uint64_t> run{0};  // rises with each cut
   std::chrono::steady_clock::time_point put{};
 
   std::mutex mutex;  // guards what follows
@@ -121,6 +123,11 @@ double ReplayStation::Parts::Since(Time sensed_at) const {
 std::string ReplayStation::Parts::Hear(std::string_view message) {
   const Wish wish = ReadWish(message);
   if (const auto* ping = std::get_if<PingWish>(&wish)) return PongJson(ping->at);
+  if (std::holds_alternative<PastWish>(wish)) {
+    // Before the samples: those of a later run are never told as of this one.
+    const std::uint64_t told = run;
+    return PastJson(ticks.Past(), told);
+  }
   const auto* wanted = std::get_if<ReplayWish>(&wish);
   if (wanted == nullptr) return RefusedJson("this is a replay: nothing here moves a hand");
   const std::scoped_lock lock(mutex);
@@ -142,7 +149,7 @@ Course ReplayStation::Parts::Take() {
 
 void ReplayStation::Parts::Cut(double t) {
   ticks.Restart(replay.span().first);
-  ++moment.replay->run;
+  moment.replay->run = ++run;
   health_told = -1;
   at = std::max(0.0, t - kBefore);
   ReplayFeed quick = feed;

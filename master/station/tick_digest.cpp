@@ -33,8 +33,14 @@ void TickDigest::Restart(Time begin) {
 TickDigest::Moment TickDigest::Newest() const {
   const std::scoped_lock lock(mutex_);
   Moment moment = moment_;
-  moment.samples.assign(samples_.begin(), samples_.end());
+  const auto count = std::min(std::ssize(samples_), kSamplesOfMoment);
+  moment.samples.assign(samples_.end() - count, samples_.end());
   return moment;
+}
+
+std::vector<TickSample> TickDigest::Past() const {
+  const std::scoped_lock lock(mutex_);
+  return {samples_.begin(), samples_.end()};
 }
 
 // A deadline is missed where the next tick came more than half a period too late.

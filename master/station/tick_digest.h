@@ -40,13 +40,15 @@ class TickDigest {
 
   // In the order of time; returns when, as in the log [s]. One thread.
   double Add(const TickRecord& tick);
-  [[nodiscard]] Moment Newest() const;  // thread-safe
+  [[nodiscard]] Moment Newest() const;                 // thread-safe
+  [[nodiscard]] std::vector<TickSample> Past() const;  // of the last 10 s; thread-safe
   // Nothing came yet; t counts from `begin`, not from the next tick. Thread-safe.
   void Restart(Time begin);
 
  private:
   static constexpr double kPeriod = 0.001, kSampleEvery = 0.010, kLate = 0.030;  // [s]
-  static constexpr std::size_t kSamplesKept = 25;
+  static constexpr std::size_t kSamplesKept = 1000;
+  static constexpr std::ptrdiff_t kSamplesOfMoment = 25;
   static constexpr std::size_t kSeconds = 10;
   struct Second {
     int ticks = 0, late = 0;

@@ -84,6 +84,7 @@ Wish ReadObject(const Json& wish) {
   if (what == "stop") return StopWish{};
   if (what == "reset") return ResetWish{};
   if (what == "ping") return PingWish{Number(wish, "at")};
+  if (what == "past") return PastWish{};
   if (what == "pointer") return ReadPointer(wish);
   if (what == "model") return ReadModel(wish);
   if (what == "set") {
@@ -97,9 +98,8 @@ Wish ReadObject(const Json& wish) {
   if (what == "render") return ReadRender(wish);
   if (what == "replay") return ReadReplay(wish);
   RefuseWish(
-      "do: accepted are stop, reset, ping, pointer, set, model, mark, tare, clutch, record, "
-      "render, "
-      "replay");
+      "do: accepted are stop, reset, ping, past, pointer, set, model, mark, tare, clutch, record, "
+      "render, replay");
 }
 
 }  // namespace

@@ -23,6 +23,8 @@ struct ResetWish {};  // {"do": "reset"}: its end
 struct PingWish {
   double at = 0;  // the page's own clock
 };
+// {"do": "past"}: answered with {"kind": "past", "samples": [...]}, those of the last 10 s.
+struct PastWish {};
 // {"do": "pointer", "at": 12.5, "p_M": [x, y, z], "engaged": true}
 struct PointerWish {
   double at = 0;                 // the page's own clock
@@ -59,8 +61,9 @@ struct ReplayWish {
   std::optional<double> speed;  // times as fast as it was; finite, > 0
   std::optional<double> to;     // [s] since the recording began; finite
 };
-using Wish = std::variant<StopWish, ResetWish, PingWish, PointerWish, MappingWish, ModelWish,
-                          MarkWish, TareWish, ClutchWish, RenderWish, RecordWish, ReplayWish>;
+using Wish =
+    std::variant<StopWish, ResetWish, PingWish, PointerWish, MappingWish, ModelWish, MarkWish,
+                 TareWish, ClutchWish, RenderWish, RecordWish, ReplayWish, PastWish>;
 
 // Throws std::invalid_argument: what is wrong and what is accepted.
 Wish ReadWish(std::string_view message);

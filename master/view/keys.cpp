@@ -1,6 +1,7 @@
 #include "master/view/keys.h"
 
 #include <array>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -12,10 +13,12 @@ namespace {
 
 constexpr int kPatience = 100;  // between looks whether to end [ms]
 
-// A line of the terminal, or what came of it; empty: none within the patience.
-std::string_view Line(std::array<char, 256>* buffer) {
+// A line of the terminal, or what came of it; empty: none within the patience. nullopt: the
+// terminal is gone, and would be found readable for ever.
+std::optional<std::string_view> Line(std::array<char, 256>* buffer) {
   pollfd input{STDIN_FILENO, POLLIN, 0};
-  if (poll(&input, 1, kPatience) <= 0 || (input.revents & POLLIN) == 0) return {};
+  if (poll(&input, 1, kPatience) <= 0) return std::string_view();
+  if ((input.revents & ~POLLIN) != 0) return std::nullopt;
   const ssize_t size = read(STDIN_FILENO, buffer->data(), buffer->size());
   return size > 0 ? std::string_view(buffer->data(), static_cast<std::size_t>(size))
                   : std::string_view();
@@ -30,8 +33,9 @@ Keys::Keys(std::function<void()> stop, std::function<void()> reset) {
       [stop = std::move(stop), reset = std::move(reset)](const std::stop_token& ended) {
         std::array<char, 256> buffer{};
         while (!ended.stop_requested()) {
-          const std::string_view line = Line(&buffer);
-          if (!line.empty()) (line == "r\n" ? reset : stop)();
+          const auto line = Line(&buffer);
+          if (!line) return;
+          if (!line->empty()) (*line == "r\n" ? reset : stop)();
         }
       });
 }

@@ -130,7 +130,9 @@ bool McapWriter::MakeRoom(std::uint64_t bytes) {
   if (ended()) return false;
   const std::uint64_t summary = schemas_.size() + channels_.size() + chunk_indexes_.size() +
                                 attachment_indexes_.size() + metadata_indexes_.size() + kFooterRoom;
-  if (options_.limit == 0 || bytes_ + bytes + summary <= options_.limit) return true;
+  if (options_.limit == 0 || options_.before + bytes_ + bytes + summary <= options_.limit) {
+    return true;
+  }
   if (trouble_.empty()) {
     trouble_ = file_.string() + ": the recording has ended: it has reached its limit of " +
                InWords(options_.limit);

@@ -29,6 +29,7 @@ class McapWriter {
     std::string library;                // who wrote it
     std::uint64_t limit = 0;            // of the file [bytes]; 0: none
     std::size_t chunk_bytes = 1 << 20;  // unpacked, after which a chunk is written
+    std::uint64_t before = 0;           // of files before this one, within the limit too [bytes]
   };
 
   // Begins the file anew. Throws std::runtime_error: it cannot be written.

@@ -7,6 +7,7 @@
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
 
+#include "shared/recording/recording_parts.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -32,29 +33,82 @@ McapSchema SchemaOf(const google::protobuf::Descriptor& message) {
 
 Recording::Recording(Options options)
     : options_(std::move(options)),
-      writer_(options_.file, {.library = options_.library, .limit = options_.limit}) {}
+      identity_(std::to_string(Nanoseconds(Clock::now()))),
+      writer_(BeginPart(1)) {}
+
+std::unique_ptr<McapWriter> Recording::BeginPart(int number) const {
+  const bool is_whole = options_.part <= 0;
+  if (!is_whole && std::filesystem::exists(options_.file)) {
+    throw std::runtime_error(options_.file.string() +
+                             ": is there already and would be taken for what its parts hold: move "
+                             "it, or record to another name");
+  }
+  auto writer = std::make_unique<McapWriter>(
+      is_whole ? options_.file : PartFile(options_.file, number),
+      McapWriter::Options{
+          .library = options_.library, .limit = options_.limit, .before = bytes_before_});
+  if (!is_whole) writer->Note(kPartNote, PartNote(identity_, number));
+  for (const Beginning& step : beginning_) step(writer.get());
+  return writer;
+}
+
+// Where a part cannot begin the recording ends, as where one cannot go on.
+void Recording::GoOnIn(int part, Time at) {
+  if (writer_->ended()) return;
+  writer_->Close();
+  written_part_ = part;
+  if (!writer_->trouble().empty()) return;
+  bytes_before_ += writer_->bytes();
+  messages_before_ += writer_->messages();
+  try {
+    writer_ = BeginPart(part);
+    for (const auto& [channel, bytes] : standing_) writer_->Write(channel, Nanoseconds(at), bytes);
+  } catch (const std::runtime_error& error) {
+    bytes_before_ -= writer_->bytes();
+    messages_before_ -= writer_->messages();
+    broken_ = error.what();
+  }
+}
+
+void Recording::Begin(Beginning step) {
+  step(writer_.get());
+  beginning_.push_back(std::move(step));
+}
 
 std::uint16_t Recording::Open(std::string_view topic, const google::protobuf::Message& example) {
-  return writer_.AddChannel(topic, SchemaOf(*example.GetDescriptor()));
+  std::uint16_t channel = 0;
+  const auto open = [topic = std::string(topic), schema = SchemaOf(*example.GetDescriptor())](
+                        McapWriter* writer) { return writer->AddChannel(topic, schema); };
+  channel = open(writer_.get());
+  beginning_.push_back(open);  // where it is given the same number
+  return channel;
 }
 
 void Recording::Attach(std::string_view name, std::string_view data) {
-  writer_.Attach(name, "application/octet-stream", data, Nanoseconds(Clock::now()));
+  Begin([name = std::string(name), data = std::string(data), at = Nanoseconds(Clock::now())](
+            McapWriter* writer) { writer->Attach(name, "application/octet-stream", data, at); });
 }
 
 void Recording::Note(std::string_view name, const McapMap& values) {
-  writer_.Note(name, values);
+  Begin([name = std::string(name), values](McapWriter* writer) { writer->Note(name, values); });
 }
 
 void Recording::Put(std::uint16_t channel, Time at, const google::protobuf::Message& message) {
   std::string bytes = message.SerializeAsString();
   const std::size_t size = bytes.size();
-  Put({channel, at, size, std::move(bytes), {}});
+  Put(Waiting{channel, at, size, std::move(bytes), {}});
+}
+
+void Recording::PutStanding(std::uint16_t channel, Time at,
+                            const google::protobuf::Message& message) {
+  std::string bytes = message.SerializeAsString();
+  const std::size_t size = bytes.size();
+  Put(Waiting{channel, at, size, std::move(bytes), {}, true});
 }
 
 void Recording::Put(std::uint16_t channel, Time at, std::size_t size,
                     std::function<std::string()> make) {
-  Put({channel, at, size, {}, std::move(make)});
+  Put(Waiting{channel, at, size, {}, std::move(make)});
 }
 
 void Recording::Put(Waiting waiting) {
@@ -67,6 +121,13 @@ void Recording::Put(Waiting waiting) {
   if (!thread_.joinable()) {
     thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }
+  // By the clock, whatever the stamps say.
+  const Time now = Clock::now();
+  if (options_.part > 0 && SecondsBetween(part_began_, now) >= options_.part) {
+    part_began_ = now;
+    ++stats_.parts;
+  }
+  waiting.part = stats_.parts;
   waiting_ += waiting.size + kItself;
   queue_.push_back(std::move(waiting));
 }
@@ -83,7 +144,7 @@ void Recording::Run(const std::stop_token& stop) {
     }
     Drain(&batch);
     if (SecondsBetween(flushed, Clock::now()) >= kFlushEvery) {
-      writer_.Flush();
+      writer_->Flush();
       flushed = Clock::now();
     }
     SeeEnd();
@@ -93,8 +154,10 @@ void Recording::Run(const std::stop_token& stop) {
 void Recording::Drain(std::deque<Waiting>* batch) {
   for (; !batch->empty(); batch->pop_front()) {
     Waiting& next = batch->front();
-    if (next.make && !writer_.ended()) next.bytes = next.make();
-    writer_.Write(next.channel, Nanoseconds(next.at), next.bytes);
+    if (next.part != written_part_) GoOnIn(next.part, next.at);
+    if (next.stands) standing_[next.channel] = next.bytes;
+    if (next.make && !writer_->ended()) next.bytes = next.make();
+    writer_->Write(next.channel, Nanoseconds(next.at), next.bytes);
     const std::lock_guard lock(mutex_);
     waiting_ -= next.size + kItself;
   }
@@ -104,12 +167,13 @@ void Recording::SeeEnd() {
   std::string told;
   {
     const std::lock_guard lock(mutex_);
-    stats_.bytes = writer_.bytes();
-    stats_.messages = writer_.messages();
-    stats_.failed = writer_.failed();
-    if (is_told_ || writer_.trouble().empty()) return;
+    stats_.bytes = bytes_before_ + writer_->bytes();
+    stats_.messages = messages_before_ + writer_->messages();
+    stats_.failed = writer_->failed() || !broken_.empty();
+    const std::string& trouble = broken_.empty() ? writer_->trouble() : broken_;
+    if (is_told_ || trouble.empty()) return;
     is_told_ = is_closed_ = true;
-    told = stats_.trouble = writer_.trouble();
+    told = stats_.trouble = trouble;
     queue_.clear();
   }
   if (options_.tell) options_.tell(told);
@@ -124,9 +188,14 @@ void Recording::Finish() {
   if (thread_.joinable()) thread_.join();
   Drain(&queue_);  // nobody else is left
   const std::uint64_t dropped = stats().dropped;
-  if (dropped > 0) writer_.Note("dropped", {{"messages", std::to_string(dropped)}});
-  writer_.Close();
+  if (dropped > 0) writer_->Note("dropped", {{"messages", std::to_string(dropped)}});
+  writer_->Close();
   SeeEnd();
+}
+
+int Recording::part() const {
+  const std::lock_guard lock(mutex_);
+  return stats_.parts;
 }
 
 Recording::Stats Recording::stats() const {

@@ -36,6 +36,7 @@ struct ServeOptions {
   std::string metrics;              // HOST:PORT that tells health in numbers; empty: none does
   std::filesystem::path record;     // FILE.mcap, to process again; empty: none
   std::string record_limit = "8 GB";
+  double record_part = 0;  // [s] after which a file ends and the next begins; 0: one file
 };
 
 // Prints `listening on HOST:PORT` when ready. Returns 0 after `stop`; throws SceneError for

@@ -11,8 +11,8 @@ namespace palpate {
 
 constexpr int kFailed = 1, kUnusable = 2;
 
-// SIGINT and SIGTERM request a stop. They are blocked everywhere and taken by one thread, so that
-// no other call is ever interrupted. Make one before any thread starts.
+// SIGINT, SIGTERM and SIGHUP request a stop. They are blocked everywhere and taken by one thread,
+// so that no other call is ever interrupted. Make one before any thread starts.
 class StopOnSignal {
  public:
   StopOnSignal();

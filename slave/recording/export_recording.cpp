@@ -109,7 +109,7 @@ class Export {
     }
     states_.Finish();
     tactile_.Finish();
-    counts_.damage = reader_.mcap().damage();
+    counts_.damage = reader_.damage();
     return counts_;
   }
 

@@ -21,10 +21,11 @@ class Death(unittest.TestCase):
         self.out = pathlib.Path(self.folder.name)
 
     def operate(self, address, seconds):
-        master = subprocess.Popen(
-            [MASTER, "connect", address, "--duration", str(seconds), "--report", str(self.out / "report.json"),
-             "--log", str(self.out / "log.csv")],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=BARE)
+        with open(self.out / "said", "w") as said:
+            master = subprocess.Popen(
+                [MASTER, "connect", address, "--duration", str(seconds), "--report", str(self.out / "report.json"),
+                 "--log", str(self.out / "log.csv")],
+                stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.DEVNULL, env=BARE)
         self.addCleanup(master.kill)
         return master
 
@@ -71,6 +72,22 @@ class Death(unittest.TestCase):
         self.assertEqual(report["reconnects"], 1)
         self.assertGreaterEqual(report["epochs"], 2)
         self.assertIn("ended", report["reasons"])
+
+    def test_another_scene_at_the_slaves_address_is_not_taken_up(self):
+        with Slave(BLOCK, "--override", "model.elements=60") as slave:
+            master = self.operate(slave.address, 60)
+            self.assertTrue(self.pressed())
+            slave.process.kill()
+            slave.process.communicate()
+        with Slave(command=[SLAVE, "serve", BLOCK, "--listen", slave.address, "--override", "model.elements=60",
+                            "--override", "name=another"]):
+            self.assertTrue(wait_until(lambda: "another scene is served" in (self.out / "said").read_text()))
+            master.terminate()
+            report = self.finish(master)
+        self.assertEqual(report["reconnects"], 0)
+        self.assertEqual(report["state"], "DISCONNECTED")
+        self.assertIn("another scene is served there now, another instead of silicone-block: stop palpate-master and start it anew",
+                      report["trouble"])
 
     def test_a_stalled_slave_lets_the_hand_go(self):
         with Slave() as slave:

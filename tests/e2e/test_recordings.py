@@ -1,4 +1,5 @@
 """Recordings of both programs: read by a library of others, cut by kill -9, processed, played and exported again."""
+import csv
 import json
 import os
 import pathlib
@@ -43,6 +44,23 @@ def read(*files):
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
+def files_of(recording):
+    """Itself, or its parts in the order of their names."""
+    return [recording] if recording.exists() else sorted(recording.parent.glob(f"{recording.stem}-*{recording.suffix}"))
+
+
+def as_one(parts):
+    """What was found in a recording's parts as what was found in one; without a part, nothing."""
+    parts = parts or [{"whole": False, "topics": {}}]
+    one = {**parts[-1], "topics": {}, "first": {}, "last": {}, "indexed": sum(part.get("indexed", 0) for part in parts)}
+    for part in parts:
+        for topic, count in part["topics"].items():
+            one["topics"][topic] = one["topics"].get(topic, 0) + count
+            one["first"].setdefault(topic, part["first"][topic])
+            one["last"][topic] = max(one["last"].get(topic, 0), part["last"][topic])
+    return one
+
+
 def overrides(*settings):
     return [word for setting in settings for word in ("--override", setting)]
 
@@ -65,42 +83,51 @@ class Recordings(unittest.TestCase):
         self.assertEqual(summary["different"], 0, said)
         return summary
 
-    def both_ends(self, scene, *settings):
+    def both_ends(self, scene, *settings, parts=()):
         """A slave and a master, both recorded; the slave is killed, the master ends as it should."""
         slave_file, master_file = self.out / "slave.mcap", self.out / "master.mcap"
-        with Slave(SCENES / scene, *overrides(*settings), "--record", slave_file) as slave:
-            self.good(MASTER, "connect", slave.address, "--duration", "2", "--record", master_file)
+        with Slave(SCENES / scene, *overrides(*settings), "--record", slave_file, *parts) as slave:
+            self.good(MASTER, "connect", slave.address, "--duration", "2", "--record", master_file, *parts,
+                      "--log", self.out / "log.csv")
             slave.stop(signal.SIGKILL)
         return slave_file, master_file
 
     @unittest.skipUnless(READER, WHY_NOT)
     def check_master(self, master_file, pictures):
-        (seen,) = read(master_file)
-        self.assertTrue(seen["whole"])
+        parts = read(*files_of(master_file))
+        for part in parts:
+            self.assertTrue(part["whole"])
+            self.assertIn("version", part["notes"]["palpate.session"])
+            self.assertIn("/slave/scene", part["topics"])
+        seen = as_one(parts)
         self.assertEqual(seen["indexed"], sum(seen["topics"].values()))
         self.assertGreater(seen["topics"]["/master/tick"], 200)
         self.assertGreater(seen["topics"]["/slave/state"], 20)
         self.assertGreater(seen["topics"]["/master/command"], 20)
         self.assertEqual("/slave/picture" in seen["topics"], pictures)
-        self.assertIn("/slave/scene", seen["topics"])
         self.assertIn("foxglove.CompressedImage", seen["schemas"])
-        self.assertIn("version", seen["notes"]["palpate.session"])
         return seen
 
     def check_slave(self, slave_file):
         """As far as it goes: it was killed."""
         if not READER:
             return
-        (seen,) = read(slave_file)
+        seen = as_one(read(*files_of(slave_file)))
         self.assertFalse(seen["whole"])
         self.assertGreater(seen["topics"]["/slave/sense"], 15)
         self.assertTrue(any(name.endswith(".yaml") for name in seen["attachments"]))
 
     def test_a_camera(self):
-        slave_file, master_file = self.both_ends("silicone-block.yaml", "model.elements=60", "operator.press.depth=2 mm")
+        """In parts of a second: what is read under the one name is the whole."""
+        slave_file, master_file = self.both_ends("silicone-block.yaml", "model.elements=60", "operator.press.depth=2 mm",
+                                                 parts=("--record-part", "1"))
+        self.assertGreater(len(files_of(slave_file)), 1)
+        self.assertGreater(len(files_of(master_file)), 1)
         self.process_again(slave_file, 5)
         self.check_slave(slave_file)
         seen = self.check_master(master_file, True)
+        seconds = seen["last"]["/master/tick"] - seen["first"]["/master/tick"]
+        self.assertLess(sum(file.stat().st_size for file in files_of(master_file)) / seconds * 3600, 1e9, "an hour in a GB")
         self.play(master_file)
         self.export(master_file, seen)
 
@@ -122,10 +149,21 @@ class Recordings(unittest.TestCase):
         self.assertGreater(len(lines), 1)
         self.assertTrue(all(line.startswith("REPLAY") for line in lines), said)
 
+    @staticmethod
+    def is_same(kept, logged):
+        """Equal, but for what a number of seven digits leaves out."""
+        return kept == logged or abs(float(kept) - float(logged)) <= 1e-6 * abs(float(logged)) + 1e-12
+
     def export(self, master_file, seen):
         self.good(MASTER, "export", master_file, "--out", self.out / "exported")
-        rows = (self.out / "exported/log.csv").read_text().splitlines()
-        self.assertEqual(len(rows), seen["topics"]["/master/tick"] + 1)
+        with open(self.out / "log.csv", newline="") as log, open(self.out / "exported/log.csv", newline="") as exported:
+            logged, rows = list(csv.DictReader(log)), list(csv.DictReader(exported))
+        self.assertEqual(len(rows), seen["topics"]["/master/tick"])
+        self.assertEqual(len(rows), len(logged))
+        for row, tick in zip(rows, logged):
+            for name in tick:
+                if not name.startswith("true_"):  # which the log tells of each tick's instant, the recording as it came
+                    self.assertTrue(self.is_same(row[name], tick[name]), (name, tick["t"], tick[name], row[name]))
         pictures = list((self.out / "exported/pictures").iterdir())
         self.assertEqual(len(pictures), seen["topics"]["/slave/picture"])
         self.assertEqual((self.out / "exported/numpy/t.npy").stat().st_size, 128 + 8 * seen["topics"]["/master/tick"])
@@ -140,7 +178,8 @@ class Recordings(unittest.TestCase):
                 victims = []
                 for number in range(first, min(first + AT_ONCE, KILLS)):
                     file = self.out / f"{number}.mcap"
-                    process = subprocess.Popen([MASTER, "connect", slave.address, "--record", file], env=BARE,
+                    parts = ["--record-part", "1"] if number % 2 else []
+                    process = subprocess.Popen([MASTER, "connect", slave.address, "--record", file, *parts], env=BARE,
                                                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
                     victims.append((chance.uniform(0.3, 1.5), process, file))
                 began = time.time()
@@ -151,9 +190,10 @@ class Recordings(unittest.TestCase):
                     killed[file] = time.time()
                     process.kill()
                     process.wait()
-                for seen in read(*killed):
+                found = {seen["file"]: seen for seen in read(*(part for file in killed for part in files_of(file)))}
+                for file, moment in killed.items():
+                    seen = as_one([found[str(part)] for part in files_of(file)])
                     self.assertFalse(seen["whole"])
-                    moment = killed[pathlib.Path(seen["file"])]
                     if "/master/tick" not in seen["topics"]:
                         self.assertLess(moment - began, 1.5, f"seed {seed}: nothing was kept")
                         continue

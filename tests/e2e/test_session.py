@@ -1,11 +1,14 @@
 """Slave and master together, as the demo runs them."""
 import csv
+import fcntl
 import json
+import os
 import pathlib
 import shutil
 import signal
 import subprocess
 import tempfile
+import termios
 import unittest
 
 from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, run, wait_until
@@ -183,6 +186,39 @@ class Signals(unittest.TestCase):
     def test_a_slave_that_still_computes_its_model(self):
         self.assertEqual(self.stopped(SLAVE, "serve", BLOCK, "--listen", "127.0.0.1:0", "--override",
                                       "model.elements=4000", when=self.catches_sigterm), 0)
+
+    def hung_up(self, address, begun):
+        """A master on a terminal that goes away while it operates, and its threads before."""
+        ours, its = os.openpty()
+
+        def own_it():
+            os.setsid()
+            fcntl.ioctl(its, termios.TIOCSCTTY, 0)
+            begun()
+
+        master = subprocess.Popen([MASTER, "connect", address], stdin=its, stdout=its, stderr=its, env=BARE, preexec_fn=own_it)
+        self.addCleanup(master.kill)
+        os.close(its)
+        said = b""
+        while b"FOLLOWING" not in said:
+            said += os.read(ours, 4096)
+        threads = len(os.listdir(f"/proc/{master.pid}/task"))
+        os.close(ours)
+        return master, threads
+
+    def test_a_terminal_that_goes_away_ends_the_master_as_it_should(self):
+        with Slave(BLOCK, "--override", "model.elements=60") as slave:
+            master, _ = self.hung_up(slave.address, lambda: None)
+            self.assertEqual(master.wait(timeout=PATIENCE), 0)
+
+    def test_where_that_is_to_be_nothing_it_goes_on_without_keys(self):
+        """As nohup wants it. A terminal that is gone is readable for ever: nobody may go on reading it."""
+        with Slave(BLOCK, "--override", "model.elements=60") as slave:
+            master, threads = self.hung_up(slave.address, lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+            self.assertTrue(wait_until(lambda: len(os.listdir(f"/proc/{master.pid}/task")) < threads))
+            self.assertIsNone(master.poll())
+            master.send_signal(signal.SIGTERM)
+            self.assertEqual(master.wait(timeout=PATIENCE), 0)
 
     def test_an_offline_run_leaves_readable_files(self):
         with tempfile.TemporaryDirectory() as folder:

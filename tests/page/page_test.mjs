@@ -46,27 +46,6 @@ describe('a scripted hand presses the block', () => {
     assert.ok(told.some((force) => Math.abs(force - shown) <= 0.00501), `${shown} is none of ${told}`);
   });
 
-  test('what is drawn can be seen: the object, the colours of the bar, the arrow at its place', async () => {
-    const label = stage.page.locator('.force-label');
-    const { png, at } = await until(async () => {  // while the hand holds still
-      await pressed();
-      const before = await label.boundingBox(), png = await stage.shoot('block-dark-1280'), at = await label.boundingBox();
-      return before && at && Math.abs(before.y - at.y) < 2 && { png, at };
-    }, 'an arrow that stands still');
-    const view = await stage.page.locator('#view').boundingBox(), bar = await stage.page.locator('.colour-bar i').boundingBox();
-    const x = bar.x + bar.width / 2;
-    const [top, middle, bottom] = await stage.coloursAt(png, [[x, bar.y + 4], [x, bar.y + bar.height / 2], [x, bar.y + bar.height - 4]]);
-    assert.ok(near(top, [248, 230, 40], 25) && near(middle, [33, 145, 140], 25) && near(bottom, [68, 5, 88], 25), `${top}; ${middle}; ${bottom}`);
-    const grid = [];
-    for (let i = 1; i < 30; ++i) for (let j = 1; j < 20; ++j) grid.push([view.x + (view.width * i) / 30, view.y + (view.height * j) / 20]);
-    const seen = new Set((await stage.coloursAt(png, grid)).map(String));
-    assert.ok(seen.size > 8, `a blank canvas: ${[...seen]}`);
-    const places = [];
-    for (let i = -30; i <= 30; ++i) for (let j = -30; j <= 60; ++j) places.push([at.x - 10 + i, at.y + 14 + j]);
-    const arrow = (await stage.coloursAt(png, places)).filter(([r, g, b]) => near([r, g, b], [255, 157, 69], 40));
-    assert.ok(arrow.length > 10, `${arrow.length} pixels of the arrow beside its label`);
-  });
-
   for (const [how, act] of [['mouse', (page) => page.locator('#stop').click()], ['Space', (page) => page.keyboard.press('Space')],
     ['Esc Esc', async (page) => { await page.keyboard.press('Escape'); await page.keyboard.press('Escape'); }]]) {
     test(`the emergency stop by ${how}`, async () => {
@@ -180,8 +159,8 @@ describe('a scripted hand presses the block', () => {
     await stage.endMaster();
     await until(async () => (await stage.page.locator('#state b').innerText()) === 'NO MASTER', 'the end of the line');
     log = stage.readLog();
-    const rows = log, byTime = new Map(rows.map((row) => [row.t.toFixed(6), row]));
-    const pairs = statuses.map((status) => [status, byTime.get(status.t.toFixed(6))]).filter(([, row]) => row);
+    const rows = log, byTime = new Map(rows.map((row) => [row.t.toFixed(5), row]));
+    const pairs = statuses.map((status) => [status, byTime.get(status.t.toFixed(5))]).filter(([, row]) => row);
     assert.ok(pairs.length > 0.95 * statuses.length, `${pairs.length} of ${statuses.length} are in the log`);
     for (const [status, row] of pairs) {
       assert.equal(status.state, row.state);
@@ -198,10 +177,23 @@ describe('a scripted hand presses the block', () => {
   });
 });
 
+// The charts' samples, as a person downloads them.
+async function downloaded(stage) {
+  const [download] = await Promise.all([stage.page.waitForEvent('download'), stage.page.keyboard.press('d')]);
+  return readFileSync(await download.path(), 'utf8').trim().split('\n').slice(1).map((row) => row.split(',').map(Number));
+}
+
 describe('its recording is played', () => {
   let stage;
   before(async () => { stage = await Stage.replay(RECORDING, ['--speed', '4']); });
   after(() => stage.close());
+
+  test('without its token the page says what is missing', async () => {
+    const stranger = await stage.context.newPage();
+    await stranger.goto(stage.address.split('#')[0]);
+    await until(async () => /open the address that it printed/.test(await stranger.locator('#alarm-list').innerText()), 'why not');
+    await stranger.close();
+  });
 
   test('it is marked, and nothing there stops or moves', async () => {
     await stage.when((status) => status.t > 1, 'a second of it');
@@ -216,14 +208,15 @@ describe('its recording is played', () => {
     await stage.when((status) => status.t > 6, 'six seconds of it');
     await stage.page.keyboard.press('k');
     await stage.when((status) => !status.replay.playing, 'that it stands');
-    const [download] = await Promise.all([stage.page.waitForEvent('download'), stage.page.keyboard.press('d')]);
-    const drawn = readFileSync(await download.path(), 'utf8').trim().split('\n').slice(1).map((row) => row.split(',').map(Number));
-    assert.ok(drawn.length > 300, `${drawn.length} samples`);
-    const byTime = new Map(log.map((row, i) => [row.t.toFixed(6), i]));
+    const drawn = await until(async () => {
+      const samples = await downloaded(stage);
+      return samples.length > 300 && samples;
+    }, 'three seconds of samples');
+    const byTime = new Map(log.map((row, i) => [row.t.toFixed(5), i]));
     const force = (row, station) => size([row[`${station}_x`], row[`${station}_y`], row[`${station}_z`]]);
     let compared = 0;
     for (const [, t, scaled, sent] of drawn) {
-      const i = byTime.get(t.toFixed(6));
+      const i = byTime.get(t.toFixed(5));
       if (i === undefined || i < 20) continue;
       compared += 1;
       assert.ok(Math.abs(scaled - force(log[i], 'scaled')) < 1e-5, `${t} s: ${scaled} N`);
@@ -233,11 +226,43 @@ describe('its recording is played', () => {
     assert.ok(compared > 0.9 * drawn.length, `${compared} of ${drawn.length} are in the log`);
   });
 
+  test('what is drawn can be seen: the object, the colours of the bar, the arrow at its place', async () => {
+    const pressing = log.filter((row) => row.state === 'FOLLOWING' && size([row.sent_x, row.sent_y, row.sent_z]) > 0.8);
+    const { t } = pressing[Math.floor(pressing.length / 2)];
+    const go = (place) => stage.page.evaluate((to) => {
+      document.getElementById('place').value = to;
+      document.getElementById('place').dispatchEvent(new Event('input'));
+    }, place);
+    await go(t);
+    const label = stage.page.locator('.force-label');
+    await until(async () => Math.abs(stage.status.t - t) < 0.05 && /[1-9]/.test(await label.innerText()), 'a force at its place');
+    await pause(1500);  // drawn, however slow the machine is
+    const png = await stage.shoot('replay-press-1280'), at = await label.boundingBox();
+    const view = await stage.page.locator('#view').boundingBox(), bar = await stage.page.locator('.colour-bar i').boundingBox();
+    const x = bar.x + bar.width / 2;
+    const [top, middle, bottom] = await stage.coloursAt(png, [[x, bar.y + 4], [x, bar.y + bar.height / 2], [x, bar.y + bar.height - 4]]);
+    assert.ok(near(top, [248, 230, 40], 25) && near(middle, [33, 145, 140], 25) && near(bottom, [68, 5, 88], 25), `${top}; ${middle}; ${bottom}`);
+    const grid = [];
+    for (let i = 1; i < 30; ++i) for (let j = 1; j < 20; ++j) grid.push([view.x + (view.width * i) / 30, view.y + (view.height * j) / 20]);
+    const seen = new Set((await stage.coloursAt(png, grid)).map(String));
+    assert.ok(seen.size > 8, `a blank canvas: ${[...seen]}`);
+    const colour = await stage.page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue('--force').trim().match(/[0-9a-f]{2}/g).map((part) => parseInt(part, 16)));
+    const places = [];
+    for (let i = -30; i <= 30; ++i) for (let j = -30; j <= 60; ++j) places.push([at.x - 10 + i, at.y + 14 + j]);
+    const arrow = (await stage.coloursAt(png, places)).filter((pixel) => near(pixel, colour, 40));
+    assert.ok(arrow.length > 10, `${arrow.length} pixels of the arrow beside its label`);
+  });
+
   test('it goes to and fro, slower and faster, by keys', async () => {
     const from = stage.status.t;
     await stage.page.keyboard.press('ArrowLeft');
     const back = await stage.when((status) => status.t < from - 0.5, 'a second back');
     assert.ok(Math.abs(from - back.t - 1) < 0.1, `${from} s, ${back.t} s`);
+    const [first, last] = await until(async () => {
+      const drawn = await downloaded(stage);
+      return drawn.length > 1 && drawn[0][1] < Math.max(0.1, back.t - 9) && [drawn[0][1], drawn.at(-1)[1]];
+    }, 'charts of what was before');
+    assert.ok(last <= back.t + 1e-6 && last - first < 10.1, `${first} to ${last} s`);
     const row = log.reduce((best, one) => (Math.abs(one.t - back.t) < Math.abs(best.t - back.t) ? one : best));
     assert.ok(Math.abs(size(back.chain.sent) - size([row.sent_x, row.sent_y, row.sent_z])) < 1e-5);
     await stage.page.keyboard.press('[');
@@ -303,7 +328,18 @@ describe('a mouse feels the block', () => {
     console.log(await stage.text('page-delay'));
   });
 
+  test('a page that is loaded anew in contact holds nothing, says how to hold again, and knows what was', async () => {
+    const until_then = stage.status.t;
+    await stage.page.reload();
+    await stage.when((status) => status.t > until_then && status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
+    await until(async () => /Drag here/.test(await stage.text('hint')), 'how');
+    await until(async () => (await downloaded(stage)).some(([, t, , sent]) => t < until_then && sent > 0.3), 'the force that was');
+    await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
+    await stage.page.mouse.up();
+  });
+
   test('letting go lets go', async () => {
+    await press();
     await stage.page.mouse.up();
     await stage.when((status) => status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
   });

@@ -4,7 +4,7 @@ import { readdirSync } from 'node:fs';
 import path from 'node:path';
 import { test } from 'node:test';
 
-import { ROOT, Stage, until } from './stage.mjs';
+import { ROOT, Stage, endSlave, until } from './stage.mjs';
 
 const scenes = readdirSync(path.join(ROOT, 'deploy/scenes')).filter((name) => name.endsWith('.yaml')).map((name) => name.replace('.yaml', ''));
 
@@ -24,6 +24,7 @@ for (const scene of scenes) {
       await stage.shoot(`scene-${scene}`);
     } finally {
       await stage.close();
+      await endSlave(scene);
     }
   });
 }

@@ -1,10 +1,10 @@
 // Slave, master and a browser that looks at the master's page, started and stopped as a person would.
-import { spawn } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
 import { createRequire } from 'node:module';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { once } from 'node:events';
+import { after } from 'node:test';
 import path from 'node:path';
-import { tmpdir } from 'node:os';
 
 export const SCRATCH = process.env.PALPATE_SCRATCH, BIN = process.env.PALPATE_BIN;
 export const ROOT = path.resolve(import.meta.dirname, '../..');
@@ -46,34 +46,58 @@ async function end(child, signal) {
   await child.ended;
 }
 
+// A browser takes seconds to start, a slave too: all stages of a file share the one, those of a scene the other.
+let browser = null;
+const slaves = new Map();
+async function slaveOf(scene) {
+  const file = path.join(ROOT, `deploy/scenes/${scene}.yaml`);
+  if (!slaves.has(scene)) slaves.set(scene, await start('palpate-slave', ['serve', file, '--listen', '127.0.0.1:0'], /^listening on (\S+)/m));
+  return slaves.get(scene);
+}
+export async function endSlave(scene) {
+  await end(slaves.get(scene), 'SIGTERM');
+  slaves.delete(scene);
+}
+after(async () => {
+  await browser?.close();
+  for (const scene of [...slaves.keys()]) await endSlave(scene);
+});
+
 export class Stage {
   static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', args = [] }) {
     const stage = new Stage();
     stage.scene = scene;
     stage.log = path.join(SCRATCH, `${scene}-${device}.csv`);
-    stage.slave = await start('palpate-slave', ['serve', path.join(ROOT, `deploy/scenes/${scene}.yaml`), '--listen', '127.0.0.1:0'], /^listening on (\S+)/m);
+    stage.slave = await slaveOf(scene);
     stage.master = await start('palpate-master', ['connect', stage.slave.said, '--device', device, '--log', stage.log, ...args, '--view'], /view at (\S+)/);
     await stage.openBrowser(size, scheme);
     return stage;
   }
-  // A recording, without a slave.
+  // A recording, without a slave, as from another machine: in TLS, with a token.
   static async replay(file, args = []) {
     const stage = new Stage();
-    stage.master = await start('palpate-master', ['replay', file, ...args, '--view'], /view at (\S+)/);
+    const [authority, tls] = ['ca', 'tls'].map((name) => path.join(SCRATCH, name)), certs = path.join(ROOT, 'deploy/certs');
+    if (!existsSync(authority)) execFileSync(certs, ['ca', authority]);
+    execFileSync(certs, ['operator', authority, tls, 'tester', '127.0.0.1']);
+    stage.master = await start('palpate-master', ['replay', file, ...args, '--tls', tls, '--view', '0.0.0.0:0'], /view at (\S+)/);
     await stage.openBrowser([1280, 720], 'light');
     return stage;
   }
   async openBrowser([width, height], colorScheme) {
-    this.profile = mkdtempSync(path.join(tmpdir(), 'palpate-page-'));
-    this.context = await chromium.launchPersistentContext(this.profile, { executablePath: '/usr/bin/chromium', headless: true, args: FLAGS, viewport: { width, height }, colorScheme });
-    this.page = this.context.pages()[0];
+    browser ??= await chromium.launch({ executablePath: '/usr/bin/chromium', headless: true, args: FLAGS });
+    this.context = await browser.newContext({ viewport: { width, height }, colorScheme, ignoreHTTPSErrors: true });
+    this.page = await this.context.newPage();
     this.errors = [];
     this.statuses = [];
     this.sayings = [];
     this.page.on('console', (message) => message.type() === 'error' && this.errors.push(message.text()));
     this.page.on('pageerror', (error) => this.errors.push(String(error)));
     this.page.on('websocket', (socket) => socket.on('framereceived', ({ payload }) => this.hear(payload)));
-    await this.page.goto(this.master.said);
+    await this.page.goto(this.address);
+  }
+  // As the master printed it; a page that is served everywhere is on this machine, too.
+  get address() {
+    return this.master.said.replace('0.0.0.0', '127.0.0.1');
   }
   hear(payload) {
     if (typeof payload !== 'string') return;
@@ -109,8 +133,6 @@ export class Stage {
   async close() {
     await this.context?.close();
     await end(this.master, 'SIGTERM');
-    await end(this.slave, 'SIGTERM');
-    rmSync(this.profile, { recursive: true, force: true });
   }
   // Rows of the log, each an object of numbers but for `state` and `reason`. After the master has ended.
   readLog() {

@@ -1,6 +1,7 @@
 // The object: at rest in grey lines, deformed in the colours of its displacement.
 import { niceAbove, viridisLight } from './colours.js';
 
+const SINGLE_PRECISION = 1e-7;  // of the object's size: places come as such
 const EDGE_ANGLE = 30;  // sharper edges are drawn [degrees]
 
 // The corners of an outline in their order, where its lines form one ring; else null.
@@ -98,6 +99,7 @@ export class Body {
       moved[i] = Math.hypot(places[3 * i] - this.rest[3 * i], places[3 * i + 1] - this.rest[3 * i + 1], places[3 * i + 2] - this.rest[3 * i + 2]);
       this.largest = Math.max(this.largest, moved[i]);
     }
+    if (this.largest < SINGLE_PRECISION * this.box.getSize(new this.three.Vector3()).length()) this.largest = 0;
     this.scale();
     if (this.planar) this.drawRibbon(places, moved);
     else this.drawSurface(places, moved);

@@ -1,6 +1,6 @@
 // The last ten seconds as strips, drawn by uPlot where it was built in.
 
-const SECONDS = 10, GAP_S = 0.15;
+const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000;
 // Columns of a sample: number, t, scaled, sent, x, y, z, age, round trip, longest tick.
 const STRIPS = [
   { title: 'Force, N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true },
@@ -13,9 +13,10 @@ const colour = (name) => getComputedStyle(document.documentElement).getPropertyV
 export class Charts {
   constructor() {
     this.host = document.getElementById('strips');
-    this.samples = [];
+    this.begin();
     this.paused = false;
     this.plots = [];
+    this.stale = [];  // which of them, the last first
   }
   // Without uPlot the strips say so.
   async load(isBuiltIn) {
@@ -31,9 +32,27 @@ export class Charts {
     this.draw();
     new ResizeObserver(() => this.resize()).observe(this.host);
   }
+  // Nothing is known of what was before.
+  begin() {
+    this.samples = [];
+    this.pastAskedAt = -Infinity;  // NaN: it was told
+  }
+  asksPast(now) {
+    if (!(now - this.pastAskedAt > ASK_AGAIN_MS)) return false;
+    this.pastAskedAt = now;
+    return true;
+  }
+  takePast({ samples, run }) {
+    if ((run ?? undefined) !== this.run) return;  // of another place
+    const newer = this.samples.filter((sample) => sample.length > 2);
+    this.samples = [];
+    this.take(samples, this.run);
+    this.take(newer, this.run);
+    this.pastAskedAt = NaN;
+  }
   // `run` changes where a recording goes on elsewhere.
   take(samples, run) {
-    if (run !== this.run) this.samples = [];
+    if (run !== this.run) this.begin();
     this.run = run;
     let last = this.samples.length ? this.samples[this.samples.length - 1] : null;
     for (const sample of samples) {
@@ -42,6 +61,7 @@ export class Charts {
         if (sample[0] > 25 || last[0] - sample[0] < 100) continue;  // old news, not a new session
         this.samples = [];
       }
+      if (last && sample[0] - last[0] > 1 && Number.isNaN(this.pastAskedAt)) this.pastAskedAt = performance.now();  // told later
       if (last && sample[1] - last[1] > GAP_S) this.samples.push([sample[0], (sample[1] + last[1]) / 2]);  // a gap is shown
       this.samples.push(sample);
       last = sample;
@@ -51,6 +71,7 @@ export class Charts {
   }
   draw() {
     this.plots.forEach((plot) => plot.destroy());
+    this.stale = [];
     this.host.replaceChildren();
     this.plots = STRIPS.map((strip) => {
       const box = document.createElement('div');
@@ -86,10 +107,12 @@ export class Charts {
     const t = this.samples.map((sample) => sample[1]);
     return [t, ...strip.series.map(([, column]) => this.samples.map((sample) => (sample[column] === undefined || sample[column] === null ? null : sample[column] * strip.factor)))];
   }
+  // One strip a time: that which waits longest.
   show() {
-    if (!this.changed || this.paused || !this.plots.length) return;
+    if (this.changed && !this.paused) this.stale = this.plots.map((_, i) => i).filter((i) => !this.stale.includes(i)).concat(this.stale);
     this.changed = false;
-    this.plots.forEach((plot, i) => plot.setData(this.columns(STRIPS[i])));
+    const next = this.stale.pop();
+    if (next !== undefined) this.plots[next].setData(this.columns(STRIPS[next]));
   }
   resize() {
     const boxes = this.host.querySelectorAll('.strip');

@@ -1,5 +1,6 @@
 // The line to the master: one WebSocket, opened again when it ends. What comes is the newest of each kind.
 
+const TOLD_EVERY = 2;  // messages taken
 const RETRY_MS = 500, PING_MS = 500, SILENT_MS = 300, LOOK_LATE_MS = 200;
 export const TOPOLOGY = 1, PICTURE = 5, SHAPE = 6;
 
@@ -16,7 +17,13 @@ export class Link {
     const token = location.hash.slice(1);  // which no server is told in an address
     this.socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/ws${token && `?token=${token}`}`);
     this.socket.binaryType = 'arraybuffer';
-    this.socket.onmessage = (event) => this.take(event.data);
+    let taken = 0;
+    this.socket.onmessage = ({ data, target }) => {
+      this.take(data);
+      // The master sends no more than the page has time for, and what it sends then is the newest.
+      taken += 1;
+      if (taken % TOLD_EVERY === 0 && target.readyState === WebSocket.OPEN) target.send(new Uint32Array([taken]));
+    };
     this.socket.onclose = (event) => {
       this.tellLost(event.reason || (location.protocol === 'https:' ? 'no line to palpate-master, or another token: open the address that it printed' : 'no line to palpate-master'));
       setTimeout(() => this.open(), RETRY_MS);

@@ -38,6 +38,7 @@ function mapping() {
 
 const takers = {
   hello(message) {
+    charts.begin();  // a master that was started anew, or a line that was lost
     if (!told.hello) {
       view.load(message.libraries);
       charts.load(message.libraries);
@@ -47,7 +48,11 @@ const takers = {
     replay.enable(message.badge === 'REPLAY');
     byId('hint').textContent = message.pointer ? 'Drag here: the tool follows the cursor.' : '';
   },
-  health(message) { told.health = message; },
+  health(message) {
+    told.health = message;
+    view.forceScale = mapping().force;
+  },
+  past(message) { charts.takePast(message); },
   said(message) { alarms.showSaid(message.said); },
   refused(message) { byId('hint').textContent = message.text; },
   status(message) {
@@ -57,6 +62,7 @@ const takers = {
     if (why) byId('hint').textContent = why;
     view.take(message);
     charts.take(message.samples, message.replay?.run);
+    if (charts.asksPast(performance.now())) link.send({ do: 'past' });
     replay.show(message);
     sound.show(norm(message.chain.sent) / (message.force_limit || 1));
   },
@@ -107,14 +113,15 @@ function showFacts() {
   byId('badge').textContent = hello?.badge || '';
 }
 
-const paces = { view: new Pace(33, 1000), charts: new Pace(66, 1000), figures: new Pace(33, 100) };
+const paces = { view: new Pace(33, 1000), charts: new Pace(22, 333), figures: new Pace(33, 100) };
+// What takes long: one of them a frame, whose last turn is longer ago.
+const drawings = [[paces.view, () => view.draw()], [paces.charts, () => charts.show()]];
 let before = 0, healthAt = 0;
 function frame(now) {
   requestAnimationFrame(frame);
   Object.values(paces).forEach((pace) => pace.see(now - before));
   before = now;
-  if (paces.view.isDue(now)) view.draw();
-  if (paces.charts.isDue(now)) charts.show();
+  drawings.sort(([a], [b]) => a.at - b.at).find(([pace]) => pace.isDue(now))?.[1]();
   if (!paces.figures.isDue(now)) return;
   picture.show(told.status);
   view.showWords();

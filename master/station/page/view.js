@@ -4,7 +4,8 @@ import { Camera } from './camera.js';
 import { viridisBar } from './colours.js';
 import { figure, fixed, lengthUnit, norm } from './words.js';
 
-const ARROW_SHARE = 0.15;  // of the object's size, at the force limit
+const ARROW_SHARE = 0.15;   // of the object's size, at the force limit
+const LEAST_ARROW = 0.005;  // of the limit: less is not drawn
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -26,7 +27,7 @@ export class View {
     this.bar.innerHTML = '<b></b><i></i><b>0</b><em></em>';
     this.bar.querySelector('i').style.background = viridisBar();
     this.bar.hidden = this.label.hidden = true;
-    Object.assign(this, { body: null, shapeT: null, dirty: false, status: null });
+    Object.assign(this, { forceScale: 1, body: null, shape: null, shapeT: null, dirty: false, status: null });
   }
   add(name) {
     const part = document.createElement('div');
@@ -70,9 +71,12 @@ export class View {
     this.hand = new three.Mesh(ball, new three.MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.5 }));
     this.spring = new three.Line(new three.BufferGeometry().setFromPoints([new three.Vector3(), new three.Vector3()]), new three.LineBasicMaterial());
     this.arrow = this.makeArrow();
-    this.others = [];
-    scene.add(this.tip, this.hand, this.spring, this.arrow);
-    for (const part of [this.tip, this.hand, this.spring, this.arrow]) part.visible = false;
+    const circle = Array.from({ length: 48 }, (_, i) => new three.Vector3(Math.cos((i * Math.PI) / 24), Math.sin((i * Math.PI) / 24), 0));
+    this.tangent = new three.LineLoop(new three.BufferGeometry().setFromPoints(circle), new three.LineBasicMaterial());
+    this.others = [];  // each a ball and an arrow
+    const parts = [this.tip, this.hand, this.spring, this.arrow, this.tangent];
+    scene.add(...parts);
+    for (const part of parts) part.visible = false;
   }
   // Of length one, along y.
   makeArrow() {
@@ -87,9 +91,10 @@ export class View {
   repaint() {
     if (!this.three) return;
     this.tip.material.color.set(colour('--tool'));
+    this.tangent.material.color.set(colour('--tool'));
     this.hand.material.color.set(colour('--dim'));
     this.spring.material.color.set(colour('--dim'));
-    this.arrow.material.color.set(colour('--force'));
+    for (const arrow of [this.arrow, ...this.others.map(([, own]) => own)]) arrow.material.color.set(colour('--force'));
     this.body?.paint({ line: colour('--rest'), fill: colour('--gel') });
     this.dirty = true;
   }
@@ -108,6 +113,7 @@ export class View {
       this.scene.remove(this.body.group);
       this.body.dispose();
     }
+    this.shape = null;
     this.body = new Body(this.three, message);
     this.scene.add(this.body.group);
     this.waiting.hidden = true;
@@ -118,22 +124,39 @@ export class View {
   takeShape(message) {
     if (!this.body || message.number !== this.body.number) return;
     if (message.buffer.byteLength !== 20 + 12 * this.body.nodes) return;
-    this.body.deform(new Float32Array(message.buffer.slice(20)));
-    this.shapeT = message.t;
+    this.shape = message;
     this.dirty = true;
   }
   take(status) {
     this.status = status;
-    if (!this.body || !status.fingers.length) return;
+    this.dirty = true;
+  }
+  // What came last, where it is to be drawn: what is never drawn costs nothing.
+  put() {
+    const { status, shape } = this;
+    this.shape = null;
+    if (shape) {
+      this.body.deform(new Float32Array(shape.buffer.slice(20)));
+      this.shapeT = shape.t;
+    }
+    if (!this.body || !status?.fingers.length) return;
     this.size = this.body.box.getSize(new this.three.Vector3()).length();
     const felt = status.felt, tip = felt ? felt.tip : status.fingers[0].place;
     this.putBall(this.tip, tip, 0.016);
     this.putBall(this.hand, status.p_S, 0.02);
     this.spring.visible = true;
     this.spring.geometry.setFromPoints([new this.three.Vector3(...tip), new this.three.Vector3(...status.p_S)]);
-    this.putArrow(status, tip);
-    this.putOthers(status.fingers.slice(1));
-    this.dirty = true;
+    this.tangent.visible = Boolean(felt?.in_contact && felt.normal);
+    if (this.tangent.visible) this.putTangent(tip, felt.normal);
+    const limit = status.force_limit || 1;
+    this.putArrow(status, tip, limit);
+    this.putOthers(status.fingers.slice(1), limit);
+  }
+  // The local model's plane.
+  putTangent(tip, normal) {
+    this.tangent.position.set(...tip);
+    this.tangent.scale.setScalar(0.06 * this.size);
+    this.tangent.quaternion.setFromUnitVectors(new this.three.Vector3(0, 0, 1), new this.three.Vector3(...normal).normalize());
   }
   putBall(ball, place, share) {
     ball.visible = true;
@@ -141,33 +164,40 @@ export class View {
     ball.scale.setScalar(share * this.size);
   }
   // The force of the object on the tool, as the hand gets it at this moment: its direction and length.
-  putArrow(status, tip) {
-    const force = status.chain.local, size = norm(force), hand = norm(status.chain.sent), limit = status.force_limit || 1;
-    const shown = status.state === 'FOLLOWING' && size > 1e-9 && hand > 0.005 * limit;
-    this.arrow.visible = shown;
-    this.label.hidden = !shown;
-    this.host.style.setProperty('--press', shown ? Math.min(1, hand / limit).toFixed(3) : '0');
-    if (!shown) return;
-    const length = this.size * (0.05 + ARROW_SHARE * Math.min(1, hand / limit)), along = new this.three.Vector3(...force).normalize();
-    this.arrow.position.set(...tip);
-    this.arrow.scale.setScalar(length);
-    this.arrow.quaternion.setFromUnitVectors(new this.three.Vector3(0, 1, 0), along);
-    this.arrowEnd = along.multiplyScalar(length).add(this.arrow.position);
-    this.label.textContent = `${fixed(hand)} N`;
-    this.placeLabel();
+  putArrow(status, tip, limit) {
+    const force = status.chain.local, size = norm(force), hand = norm(status.chain.sent);
+    this.arrow.visible = status.state === 'FOLLOWING' && size > 1e-9 && hand > LEAST_ARROW * limit;
+    if (!this.arrow.visible) return;
+    const length = this.aim(this.arrow, tip, force, hand / limit);
+    this.arrowEnd = new this.three.Vector3(...force).setLength(length).add(this.arrow.position);
   }
-  putOthers(fingers) {
+  putOthers(fingers, limit) {
     while (this.others.length < fingers.length) {
-      const ball = this.tip.clone();
-      this.others.push(ball);
-      this.scene.add(ball);
+      const pair = [this.tip.clone(), this.makeArrow()];
+      pair[1].material.color.set(colour('--force'));
+      this.others.push(pair);
+      this.scene.add(...pair);
     }
-    fingers.forEach((finger, i) => this.putBall(this.others[i], finger.place, 0.016));
+    fingers.forEach(({ place, force }, i) => {
+      const [ball, arrow] = this.others[i], size = force ? norm(force) * this.forceScale : 0;
+      this.putBall(ball, place, 0.016);
+      arrow.visible = size > LEAST_ARROW * limit;
+      if (arrow.visible) this.aim(arrow, place, force, size / limit);
+    });
+  }
+  // Its length; `share`: of the limit.
+  aim(arrow, place, force, share) {
+    const length = this.size * (0.05 + ARROW_SHARE * Math.min(1, share));
+    arrow.position.set(...place);
+    arrow.scale.setScalar(length);
+    arrow.quaternion.setFromUnitVectors(new this.three.Vector3(0, 1, 0), new this.three.Vector3(...force).normalize());
+    return length;
   }
   // Draws if there is something new.
   draw() {
     if (!this.renderer || !this.dirty) return;
     this.dirty = false;
+    this.put();
     const { back, up, right } = this.camera.axes();
     this.sun.position.copy(this.camera.target).addScaledVector(back, this.camera.size).addScaledVector(up, 0.7 * this.camera.size).addScaledVector(right, -0.5 * this.camera.size);
     this.sun.target.position.copy(this.camera.target);
@@ -182,7 +212,19 @@ export class View {
     const left = Math.min(Math.max(x + 10, 4), this.camera.width - 90), top = Math.min(Math.max(y - 14, 4), this.camera.height - 30);
     this.label.style.transform = `translate(${left.toFixed(1)}px, ${top.toFixed(1)}px)`;
   }
+  // However rarely it is drawn, no force is told that is gone.
+  showForce() {
+    const { status } = this, hand = status ? norm(status.chain.sent) : 0, limit = status?.force_limit || 1;
+    const shown = Boolean(this.arrow?.visible) && status.state === 'FOLLOWING' && hand > LEAST_ARROW * limit;
+    if (shown === this.label.hidden) this.label.hidden = !shown;
+    const press = shown ? Math.min(1, hand / limit).toFixed(2) : '0';
+    if (press !== this.press) this.host.style.setProperty('--press', (this.press = press));
+    if (!shown) return;
+    this.label.textContent = `${fixed(hand)} N`;
+    this.placeLabel();
+  }
   showWords() {
+    this.showForce();
     const now = this.link.now();
     const age = this.shapeT === null || now === null ? null : Math.max(0, now - this.shapeT);
     document.getElementById('model-age').textContent = age === null ? '' : age > 1 ? `${age.toFixed(0)} s old` : `${Math.round(age * 1e3)} ms old`;
@@ -194,7 +236,7 @@ export class View {
     const [top, , , name] = this.bar.children;
     top.textContent = figure(this.body.full * factor);
     name.textContent = `moved, ${unit}`;
-    this.line.textContent = `moved by up to ${figure(this.body.largest * factor)} ${unit}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it`;
+    this.line.textContent = `moved by up to ${figure(this.body.largest * factor)} ${unit}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it, ring: the local model`;
   }
   fit() {
     if (!this.body) return;

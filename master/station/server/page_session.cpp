@@ -1,5 +1,6 @@
 #include "master/station/server/page_session.h"
 
+#include <cstring>
 #include <stdexcept>
 #include <utility>
 
@@ -55,25 +56,37 @@ void PageSession::Read() {
                          self->socket_.next_layer().tcp().cancel();
                          return;
                        }
-                       self->Hear(bytes);
+                       self->Hear({static_cast<const char*>(self->heard_.data().data()), bytes});
                      });
 }
 
-void PageSession::Hear(std::size_t bytes) {
+void PageSession::Hear(std::string_view said) {
   if (!open_) return Read();  // until the goodbye is answered
   if (IsFlooding()) {
     Close(websocket::close_code::policy_error, "more than 500 messages in a second");
     return Read();
   }
   try {
-    std::string answer =
-        listener_->hear(number_, {static_cast<const char*>(heard_.data().data()), bytes});
-    if (!answer.empty()) answer_ = std::move(answer);
+    if (socket_.got_binary()) {
+      Take(said);
+    } else if (std::string answer = listener_->hear(number_, said); !answer.empty()) {
+      answers_.push_back(std::move(answer));
+      if (answers_.size() > kMostAnswers) answers_.pop_front();
+    }
   } catch (const std::invalid_argument& error) {
     Close(websocket::close_code::policy_error, error.what());
   }
   Pump();
   Read();
+}
+
+void PageSession::Take(std::string_view count) {
+  std::uint32_t taken = 0;
+  if (count.size() == sizeof taken) std::memcpy(&taken, count.data(), sizeof taken);
+  if (count.size() != sizeof taken || taken > sent_) {
+    throw std::invalid_argument("not understood: accepted is how many messages were taken");
+  }
+  taken_ = taken;
 }
 
 bool PageSession::IsFlooding() {
@@ -86,9 +99,11 @@ bool PageSession::IsFlooding() {
 }
 
 void PageSession::Pump() {
-  if (!open_ || writing_) return;
-  if (!answer_.empty()) {
-    return Write(false, std::make_shared<const std::string>(std::exchange(answer_, {})));
+  if (!open_ || writing_ || (taken_ && sent_ - *taken_ >= kMostAhead)) return;
+  if (!answers_.empty()) {
+    const auto answer = std::make_shared<const std::string>(std::move(answers_.front()));
+    answers_.pop_front();
+    return Write(false, answer);
   }
   NoticeBoard::News news = board_->Next(last_, &seen_);
   last_ = news.topic;
@@ -97,6 +112,7 @@ void PageSession::Pump() {
 
 void PageSession::Write(bool binary, NoticeBoard::Bytes bytes) {
   writing_ = std::move(bytes);
+  ++sent_;
   socket_.binary(binary);
   socket_.async_write(boost::asio::buffer(*writing_),
                       [self = shared_from_this()](beast::error_code error, std::size_t /*bytes*/) {

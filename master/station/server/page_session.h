@@ -1,10 +1,18 @@
 // One page that looks: its WebSocket from the handshake to its end. Of what it is sent one message
 // is on its way, the rest is on the board: a page that reads slowly gets the newest, later.
+//
+// A browser reads what its page has no time for, and keeps it without end. A page that says how
+// many messages it has taken (a binary message: the count, four bytes, little-endian) is never sent
+// more than kMostAhead beyond them; others as fast as their line goes.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
@@ -29,12 +37,15 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   void Start(const PageRequest& request);
   // Writes what is new, unless it is writing.
   void Pump();
+  static constexpr std::uint32_t kMostAhead = 8;
+  static constexpr std::size_t kMostAnswers = 8;  // the oldest go
   // Says why, and ends.
   void Close(boost::beast::websocket::close_code code, const std::string& why);
 
  private:
   void Read();
-  void Hear(std::size_t bytes);
+  void Hear(std::string_view said);
+  void Take(std::string_view count);
   [[nodiscard]] bool IsFlooding();
   void Write(bool binary, NoticeBoard::Bytes bytes);
 
@@ -44,11 +55,13 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   const PageServer::Listener* const listener_;
   boost::beast::flat_buffer heard_;
   NoticeBoard::Seen seen_{};
-  Topic last_ = Topic::kShape;  // so that what comes first is told first
-  NoticeBoard::Bytes writing_;  // null: nothing is on its way
-  std::string answer_;          // the newest, not sent yet
+  Topic last_ = Topic::kShape;       // so that what comes first is told first
+  NoticeBoard::Bytes writing_;       // null: nothing is on its way
+  std::deque<std::string> answers_;  // not sent yet, at most kMostAnswers
   bool open_ = false;
-  int wishes_ = 0;  // since `counting_since_`
+  std::uint32_t sent_ = 0;              // messages
+  std::optional<std::uint32_t> taken_;  // of them; nullopt: the page does not say
+  int wishes_ = 0;                      // since `counting_since_`
   std::chrono::steady_clock::time_point counting_since_{};
 };
 

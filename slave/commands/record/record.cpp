@@ -37,6 +37,7 @@ Recording::Options FileOptions(const ServeOptions& options, const Scene& scene) 
   Recording::Options file;
   file.file = options.record;
   file.limit = ParseRecordLimit(options.record_limit);
+  file.part = options.record_part;
   file.tell = [](const std::string& why) { spdlog::warn("{}", why); };
   return file;
 }

@@ -5,12 +5,14 @@
 #include <fstream>
 #include <random>
 #include <stdexcept>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include "palpate/v1/recording.pb.h"
+#include "palpate/v1/teleoperation.pb.h"
 
 #include "master/recording/export.h"
 #include "master/recording/replay.h"
@@ -131,6 +133,44 @@ TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
   ASSERT_EQ(read.size(), told_.size());
   for (std::size_t i = 0; i < read.size(); ++i) ExpectSame(read[i], told_[i]);
   EXPECT_EQ(states.size(), 167U);
+}
+
+// What the slave tells once, its scene and what its mesh is made of.
+TEST_F(SessionRecordingTest, APartByItselfKnowsSceneAndTopology) {
+  std::filesystem::create_directories(folder_);
+  std::mt19937 random(3);
+  {
+    SessionRecording recording({.file = file_, .part = 0.02});
+    v1::SceneDescription scene;
+    scene.set_name("block");
+    recording.OnBulk(scene);
+    v1::MeshState mesh;
+    mesh.set_nodes_per_element(2);
+    for (const unsigned node : {0U, 1U}) mesh.add_elements(node);
+    for (const float x : {0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F}) mesh.add_rest(x);
+    *mesh.mutable_positions() = mesh.rest();
+    recording.OnBulk(mesh);
+    mesh.clear_elements();
+    mesh.clear_rest();
+    mesh.clear_nodes_per_element();
+    for (int i = 0; !std::filesystem::exists(folder_ / "a-0003.mcap"); ++i) {
+      recording.OnTick(AnyTick(&random, i));
+      recording.OnBulk(mesh);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+  int scenes = 0;
+  std::shared_ptr<const RemoteMesh> newest;
+  ReplayFeed feed;
+  feed.on_scene = [&](const v1::SceneDescription& scene, Time) {
+    EXPECT_EQ(scene.name(), "block");
+    ++scenes;
+  };
+  feed.on_mesh = [&](const auto& mesh) { newest = mesh; };
+  Replay(folder_ / "a-0002.mcap").Play(0, 0, feed, {});
+  EXPECT_EQ(scenes, 1);
+  ASSERT_TRUE(newest);
+  EXPECT_EQ(newest->topology->lines.size(), 1U);
 }
 
 TEST_F(SessionRecordingTest, WhatTheOperatorDidStandsInTheLog) {

@@ -1,9 +1,13 @@
 #include "master/station/moment_json.h"
 
+#include <algorithm>
 #include <limits>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "master/station/alarms.h"
 
 namespace palpate {
 namespace {
@@ -58,6 +62,29 @@ TEST(MomentJsonTest, AlarmsSayTheNextStep) {
   EXPECT_EQ(alarms[0]["text"], "The force is extrapolated.");
   EXPECT_EQ(alarms[1]["text"], "The force was changed: the force limit.");
   EXPECT_EQ(alarms[1]["next"], "Press less: more cannot be felt.");
+}
+
+TEST(MomentJsonTest, ADiskThatIsFullIsSaidWithTheNextStep) {
+  StationMoment moment;
+  moment.recording = {false, 12.5,
+                      "a.mcap: the recording has ended: it cannot be written: No space"};
+  const auto alarms = AlarmsOf(moment);
+  const auto said = std::ranges::find_if(
+      alarms, [](const Alarm& alarm) { return alarm.text.starts_with("The recording: a.mcap"); });
+  ASSERT_NE(said, alarms.end());
+  EXPECT_THAT(said->next, testing::HasSubstr("Make room"));
+}
+
+TEST(MomentJsonTest, ASlaveOfAnotherReleaseIsSaidWithTheNextStep) {
+  EXPECT_EQ(OtherRelease("0.1.0+aaaa", "0.1.0+bbbb.changed"), "");
+  EXPECT_EQ(OtherRelease("", "0.1.0"), "");
+  StationMoment moment;
+  moment.other_release = OtherRelease("0.2.0+aaaa", "0.1.0+aaaa");
+  const auto alarms = AlarmsOf(moment);
+  const auto said = std::ranges::find(
+      alarms, "The slave is of release 0.2.0, this master of 0.1.0.", &Alarm::text);
+  ASSERT_NE(said, alarms.end());
+  EXPECT_THAT(said->next, testing::HasSubstr("Install the same release at both ends"));
 }
 
 TEST(MomentJsonTest, HealthThatIsNoneTellsNoAlarms) {

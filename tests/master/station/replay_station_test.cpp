@@ -112,6 +112,17 @@ TEST_F(ReplayStationTest, StandsAndGoesWhereItIsSent) {
   for (const Json& sample : back["samples"]) EXPECT_LE(sample[1], back["t"]);
 }
 
+// What the charts show of a place that was sought lies before it.
+TEST_F(ReplayStationTest, ThePastOfAPlaceIsTold) {
+  Open(0, 0.1);
+  line_->SendText(R"({"do":"replay","playing":false,"to":0.5})");
+  Next("status", [](const Json& status) { return status["t"] > 0.4; });
+  line_->SendText(R"({"do":"past"})");
+  const Json past = Next("past");
+  ASSERT_GT(past["samples"].size(), 40U);
+  EXPECT_LE(past["samples"].back()[1], 0.511);
+}
+
 TEST_F(ReplayStationTest, PlayedFromItsEndItBeginsAnew) {
   Open(0.5, 4);
   Next("status", Stands);

@@ -54,6 +54,15 @@ TEST(TickDigestTest, SamplesAreTheNewestQuarterOfASecondInOrder) {
   }
 }
 
+TEST(TickDigestTest, ThePastIsOfTenSeconds) {
+  TickDigest digest;
+  for (int i = 0; i < 15000; ++i) digest.Add(At(1e-3 * i));
+  const auto past = digest.Past();
+  ASSERT_EQ(past.size(), 1000U);
+  EXPECT_EQ(past.back().number, digest.Newest().samples.back().number);
+  EXPECT_GE(past.back().t - past.front().t, 9.98);
+}
+
 TEST(TickDigestTest, LatenessIsAShareOfTheLastTenSeconds) {
   TickDigest digest;
   for (int i = 0; i < 40000; ++i) {

@@ -11,6 +11,7 @@ TEST(WishTest, ReadsWhatThePageSends) {
   EXPECT_TRUE(std::holds_alternative<StopWish>(ReadWish(R"({"do":"stop"})")));
   EXPECT_TRUE(std::holds_alternative<ResetWish>(ReadWish(R"({"do":"reset"})")));
   EXPECT_EQ(std::get<PingWish>(ReadWish(R"({"do":"ping","at":12.5})")).at, 12.5);
+  EXPECT_TRUE(std::holds_alternative<PastWish>(ReadWish(R"({"do":"past"})")));
   EXPECT_EQ(std::get<ModelWish>(ReadWish(R"({"do":"model","kind":"fem-green"})")).kind,
             "fem-green");
   const auto set = std::get<MappingWish>(ReadWish(R"({"do":"set","force_scale":2})"));

@@ -2,7 +2,10 @@
 
 #include <atomic>
 #include <cmath>
+#include <fstream>
 #include <map>
+#include <numeric>
+#include <random>
 #include <stdexcept>
 #include <thread>
 
@@ -22,6 +25,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 class RecordingTest : public ::testing::Test {
  protected:
@@ -129,6 +133,141 @@ TEST_F(RecordingTest, AMessageOfAnotherTypeIsRefusedByName) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("/a is of palpate.v1.FeltState: accepted is"));
   }
+}
+
+class PartsTest : public ::testing::Test {
+ protected:
+  PartsTest() { std::filesystem::create_directories(folder_); }
+  ~PartsTest() override { std::filesystem::remove_all(folder_); }
+
+  // Numbered from 1 until `parts` were begun; how many.
+  static std::uint64_t PutUntil(Recording* recording, std::uint16_t channel, int parts) {
+    std::uint64_t count = 0;
+    while (recording->part() < parts) {
+      v1::FeltState state;
+      state.set_sample(++count);
+      recording->Put(channel, FromNanoseconds(count), state);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return count;
+  }
+  std::uint64_t Write(int parts) {
+    Recording recording({.file = file_, .part = 0.02});
+    recording.Attach("scene.yaml", "name: block");
+    recording.Note("made", {{"by", "us"}});
+    return PutUntil(&recording, recording.Open("/a", v1::FeltState()), parts);
+  }
+  static std::vector<std::uint64_t> Samples(RecordingReader* reader) {
+    std::vector<std::uint64_t> samples;
+    for (v1::FeltState state; reader->Next(); samples.push_back(state.sample())) {
+      reader->Read(&state);
+    }
+    return samples;
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("parts-test." + std::to_string(getpid()));
+  const std::filesystem::path file_ = folder_ / "a.mcap";
+};
+
+TEST_F(PartsTest, AreReadAsOneAndEachByItself) {
+  std::vector<std::uint64_t> written(Write(3));
+  std::iota(written.begin(), written.end(), 1);
+  RecordingReader reader(file_);
+  EXPECT_EQ(Samples(&reader), written);
+  EXPECT_THAT(reader.damage(), IsEmpty());
+  std::vector<std::uint64_t> apart;
+  for (const char* name : {"a-0001.mcap", "a-0002.mcap", "a-0003.mcap"}) {
+    RecordingReader part(folder_ / name);
+    const auto samples = Samples(&part);
+    EXPECT_FALSE(samples.empty()) << name;
+    apart.insert(apart.end(), samples.begin(), samples.end());
+    EXPECT_TRUE(part.mcap().is_whole()) << name;
+    ASSERT_EQ(part.mcap().attachments().size(), 1U) << name;
+    EXPECT_EQ(part.mcap().attachments()[0].data, "name: block");
+    EXPECT_EQ(part.mcap().notes().at("made").at("by"), "us");
+  }
+  EXPECT_EQ(apart, written);
+}
+
+TEST_F(PartsTest, TimesBeforeAPlaceArePassedOverInAllOfThem) {
+  const std::uint64_t last = Write(3);
+  RecordingReader reader(file_);
+  reader.SkipBefore(FromNanoseconds(last));
+  EXPECT_EQ(Samples(&reader), std::vector{last});
+  EXPECT_THAT(reader.damage(), IsEmpty());
+}
+
+TEST_F(PartsTest, OneThatIsMissingIsSaid) {
+  Write(3);
+  std::filesystem::remove(folder_ / "a-0002.mcap");
+  RecordingReader reader(file_);
+  Samples(&reader);
+  EXPECT_THAT(reader.damage(), HasSubstr("there is no part 2"));
+}
+
+TEST_F(PartsTest, OneThatIsLeftOfAnEarlierRecordingIsLeftOut) {
+  Write(3);
+  const std::uint64_t newer = Write(2);
+  RecordingReader reader(file_);
+  EXPECT_EQ(Samples(&reader).size(), newer);
+  EXPECT_THAT(reader.damage(), HasSubstr("a-0003.mcap: is no part of this recording"));
+}
+
+TEST_F(PartsTest, AFileThatIsOnlyNamedLikeOneIsLeftOut) {
+  {
+    Recording recording({.file = folder_ / "a-2024.mcap"});
+    recording.Put(recording.Open("/a", v1::FeltState()), Clock::now(), v1::FeltState());
+  }
+  RecordingReader reader(file_);
+  EXPECT_FALSE(reader.Next());
+  EXPECT_THAT(reader.damage(), HasSubstr("a-2024.mcap: is no part of this recording"));
+}
+
+TEST_F(PartsTest, OneCutAtItsBeginningEndsTheRecordingAsAKillDoes) {
+  Write(3);
+  for (const std::uintmax_t size : {0, 8, 30}) {
+    std::filesystem::resize_file(folder_ / "a-0003.mcap", size);
+    RecordingReader reader(file_);
+    EXPECT_GT(Samples(&reader).size(), 2U);
+    EXPECT_THAT(reader.damage(), HasSubstr("a-0003.mcap: ")) << size;
+    EXPECT_THAT(reader.damage(), Not(HasSubstr("no part of"))) << size;
+  }
+}
+
+TEST_F(PartsTest, AFileThatWouldHideThemIsNamed) {
+  std::ofstream(file_) << "older";
+  EXPECT_THROW(Recording({.file = file_, .part = 1}), std::runtime_error);
+}
+
+TEST_F(PartsTest, TheLimitHoldsForAllOfThem) {
+  constexpr std::uint64_t kLimit = 100'000;
+  Recording recording({.file = file_, .limit = kLimit, .part = 0.02});
+  const auto a = recording.Open("/a", v1::FeltState());
+  std::mt19937 random(1);
+  while (recording.stats().trouble.empty()) {
+    std::string noise(1000, '\0');
+    for (char& c : noise) c = static_cast<char>(random());
+    recording.Put(a, Clock::now(), noise.size(), [noise] { return noise; });
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_THAT(recording.stats().trouble, HasSubstr("has reached its limit of 100 kB"));
+  std::uint64_t bytes = 0;
+  for (const auto& file : std::filesystem::directory_iterator(folder_)) bytes += file.file_size();
+  EXPECT_LE(bytes, kLimit);
+  EXPECT_EQ(bytes, recording.stats().bytes);
+  EXPECT_GT(recording.stats().parts, 1);
+}
+
+TEST_F(PartsTest, WhereTheNextCannotBeginItEndsAndSaysSo) {
+  Recording recording({.file = file_, .part = 0.02});
+  const auto a = recording.Open("/a", v1::FeltState());
+  std::filesystem::rename(folder_, folder_.string() + ".gone");
+  PutUntil(&recording, a, 3);
+  recording.Finish();
+  EXPECT_TRUE(recording.stats().failed);
+  EXPECT_THAT(recording.stats().trouble, HasSubstr("a-0002.mcap: cannot be written: No such file"));
+  std::filesystem::rename(folder_.string() + ".gone", folder_);
 }
 
 TEST(RecordLimitTest, IsASizeInPeoplesUnits) {

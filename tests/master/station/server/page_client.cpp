@@ -107,8 +107,8 @@ std::optional<PageClient::Frame> PageClient::ReadFrame(int opcode) {
   return std::nullopt;
 }
 
-bool PageClient::SendText(std::string_view text) {
-  std::string frame("\x81");
+bool PageClient::SendFrame(char kind, std::string_view text) {
+  std::string frame(1, kind);
   if (text.size() < 126) {
     frame += static_cast<char>(0x80 | text.size());
   } else {

@@ -40,10 +40,12 @@ class PageClient {
   std::optional<Frame> ReadFrame();
   // The first frame with `opcode`; nullopt: the line ended before.
   std::optional<Frame> ReadFrame(int opcode);
-  // Text, masked as a browser's is.
-  bool SendText(std::string_view text);
+  // Masked as a browser's is.
+  bool SendText(std::string_view text) { return SendFrame('\x81', text); }
+  bool SendBinary(std::string_view bytes) { return SendFrame('\x82', bytes); }
 
  private:
+  bool SendFrame(char kind, std::string_view content);
   bool Fill();
 
   int socket_;

@@ -123,6 +123,41 @@ TEST_F(PageServerTest, ASlowPageGetsTheNewestAndNothingPilesUp) {
   EXPECT_LT(came, 20) << "old messages had waited for the slow page";
 }
 
+std::string Count(std::uint32_t taken) {
+  return {reinterpret_cast<const char*>(&taken), sizeof taken};
+}
+
+// A browser reads on while its page is busy: what it would have read then is not sent.
+TEST_F(PageServerTest, APageThatSaysWhatItTookGetsTheNewestNext) {
+  constexpr int kAhead = 8;
+  PageClient page(server_.endpoint());
+  ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
+  page.SendBinary(Count(0));
+  page.SendText("you");  // answered once the count was heard
+  ASSERT_TRUE(page.ReadFrame(kText));
+  int last = 0;
+  for (; last < kAhead - 1; ++last) {
+    Put(Topic::kStatus, std::to_string(last));
+    ASSERT_TRUE(page.ReadFrame(kText));
+  }
+  for (; last < 50; ++last) Put(Topic::kStatus, std::to_string(last));
+  page.SendBinary(Count(kAhead));
+  const auto next = page.ReadFrame(kText);
+  ASSERT_TRUE(next);
+  EXPECT_EQ(next->payload, "49");
+}
+
+TEST_F(PageServerTest, ACountThatIsNoneEndsTheLineWithTheReason) {
+  for (const std::string& said : {std::string("123"), Count(1'000'000)}) {
+    PageClient page(server_.endpoint());
+    ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
+    page.SendBinary(said);
+    const auto frame = page.ReadFrame(kClose);
+    ASSERT_TRUE(frame);
+    EXPECT_THAT(frame->reason(), HasSubstr("how many messages were taken"));
+  }
+}
+
 TEST_F(PageServerTest, TellsWhoLeft) {
   {
     PageClient page(server_.endpoint());
