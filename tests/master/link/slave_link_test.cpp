@@ -415,6 +415,7 @@ TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsTold) {
                             OfferOf(kNobody, 31, 32), OfferOf(kNobody, 32, 0)}) {
     Pair& pair = *pairs.emplace_back(std::make_unique<Pair>(offer));
     pair.link = std::make_unique<SlaveLink>(WithDatagrams(pair.slave.address));
+    pair.link->Connect();
     pair.link->Start(&pair.loop.states, &pair.loop.commands, &pair.loop.settings);
   }
   for (const auto& pair : pairs) {

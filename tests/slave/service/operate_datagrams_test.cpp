@@ -190,6 +190,12 @@ TEST_F(OperateDatagramsTest, AStoppingServerLetsThePortGo) {
   far.Send(Engaged(3, -9e-3));
   EXPECT_EQ(slave_.ends(), 1);
   EXPECT_EQ(far.states(), heard);
+  sockaddr_storage own{};
+  own.ss_family = AF_INET;
+  reinterpret_cast<sockaddr_in&>(own).sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  reinterpret_cast<sockaddr_in&>(own).sin_port = htons(static_cast<in_port_t>(offer->port()));
+  const DatagramLine next(DatagramLine::Role::kAnswers, own, {}, [](std::string_view) {});
+  EXPECT_EQ(next.port(), offer->port());
 }
 
 }  // namespace
