@@ -31,6 +31,10 @@ Json Times(const LatencyHistogram& times) {
           {"max", Tidy(times.max())}};
 }
 
+Json Times(const LinkStats::Times& times) {
+  return {{"p50", Tidy(times.p50_us)}, {"p99", Tidy(times.p99_us)}, {"max", Tidy(times.max_us)}};
+}
+
 Json ErrorOf(const ForceError::Summary& error, double force_peak) {
   Json json{
       {"rms_N", Tidy(error.rms)}, {"peak_N", Tidy(error.peak)}, {"contact_ticks", error.ticks}};
@@ -166,7 +170,10 @@ std::string ToJson(const Report& report) {
   json["rtt_us"] = {{"p50", Tidy(report.link.rtt_p50_us)},
                     {"p99", Tidy(report.link.rtt_p99_us)},
                     {"max", Tidy(report.link.rtt_max_us)}};
+  json["state_delay_us"] = Times(report.link.delay);
+  json["state_age_us"] = Times(report.link.age);
   json["states"] = report.link.states;
+  json["states_by_datagram"] = report.link.states_by_datagram;
   json["reconnects"] = report.link.reconnects;
   json["force_peak_N"] = Tidy(report.force_peak);
   json["force_peak_is"] = report.truth_known ? "true" : "estimated";

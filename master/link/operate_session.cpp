@@ -1,8 +1,12 @@
 #include "master/link/operate_session.h"
 
+#include <limits>
 #include <thread>
 #include <utility>
 
+#include <netinet/in.h>
+
+#include "shared/link/tcp_line.h"
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 #include "shared/wire/state_message.h"
@@ -33,7 +37,12 @@ double RoundTrips::Arrived(const SlaveState& state, Time received_at) {
     rtt_.Add(kMicro * newest_);
     offset_.Add(*state.echo, taken_at, state.sent_at, received_at);
   }
-  return offset_.seconds();
+  const double offset = offset_.seconds();
+  if (offset_.known()) {
+    delay_.Add(kMicro * (SecondsBetween(state.sent_at, received_at) + offset));
+    age_.Add(kMicro * (SecondsBetween(state.sensed_at, received_at) + offset));
+  }
+  return offset;
 }
 
 void RoundTrips::FillEcho(OperatorCommand* command) const {
@@ -50,6 +59,16 @@ double RoundTrips::newest() const {
 LatencyHistogram RoundTrips::rtt() const {
   const std::scoped_lock lock(mutex_);
   return rtt_;
+}
+
+LatencyHistogram RoundTrips::delay() const {
+  const std::scoped_lock lock(mutex_);
+  return delay_;
+}
+
+LatencyHistogram RoundTrips::age() const {
+  const std::scoped_lock lock(mutex_);
+  return age_;
 }
 
 double RoundTrips::clock_offset() const {
@@ -69,12 +88,17 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
     SendCommands(stream.get(), either.get_token());
   });
   v1::SlaveState message;
-  while (stream->Read(&message)) Receive(message);
-  // The loop shall not wait until it misses the next state.
-  last_.ended = true;
-  if (was_served()) Put(last_);
+  while (stream->Read(&message)) ReceiveFromStream(message);
+  {
+    // The loop shall not wait until it misses the next state, nor take one that is on its way.
+    const std::scoped_lock lock(mutex_);
+    is_over_ = true;
+    last_.ended = true;
+    if (was_served()) Put(last_);
+  }
   sender.request_stop();
   sender.join();
+  line_.reset();
   grpc::Status status = stream->Finish();
   if (!silent_) return status;
   return {grpc::StatusCode::UNAVAILABLE, Formatted("no state for %.3g s: the line is dead",
@@ -94,6 +118,7 @@ void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
     }
     SendNewest(stream);
   }
+  writer_.reset();
   stream->WritesDone();
 }
 
@@ -106,27 +131,85 @@ void OperateSession::SendNewest(Stream* stream) {
   with_.trips.FillEcho(&command);
   command.sent_at = Clock::now();
   ToProto(command, &message_);
-  if (commands_ == 1) message_.set_operator_name(operator_name_);
-  if (!stream->Write(message_)) return;
+  if (commands_ == 1) {
+    message_.set_operator_name(operator_name_);
+    message_.set_datagrams(datagrams_wished_);
+  }
+  DatagramLine* line = nullptr;
+  {
+    const std::scoped_lock lock(mutex_);
+    line = line_.get();
+  }
+  if (line != nullptr) {
+    line->Send(message_.SerializeAsString());
+    if (!writer_) writer_.emplace(stream);
+    writer_->Put(message_);
+  } else if (!stream->Write(message_)) {
+    return;
+  }
   ++with_.commands_sent;
   if (with_.on_sent) with_.on_sent(command);
 }
 
-void OperateSession::Receive(const v1::SlaveState& message) {
+void OperateSession::ReceiveFromStream(const v1::SlaveState& message) {
   const Time now = Clock::now();
+  if (message.has_datagrams()) OpenDatagrams(message.datagrams());
   std::string reason;
   const auto state = FromProto(message, &reason);
+  const std::scoped_lock lock(mutex_);
   if (!state) return with_.on_refused_state(reason);
-  if (state->sequence <= last_sequence_) return;
+  if (state->sequence <= stream_sequence_) return;
+  stream_sequence_ = state->sequence;
+  heard_at_ = now;  // datagrams keep no stream alive
+  if (!TakeIfNewer(*state, now)) overtaken_.Add(state->events);
+}
+
+void OperateSession::ReceiveDatagram(std::string_view plain) {
+  const Time now = Clock::now();
+  if (!datagram_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return;
+  std::string reason;
+  const auto state = FromProto(datagram_, &reason);
+  const std::scoped_lock lock(mutex_);
+  if (is_over_) return;
+  if (!state) return with_.on_refused_state(reason);
+  with_.datagram_at = now;
+  if (TakeIfNewer(*state, now)) ++with_.states_by_datagram;
+}
+
+// To the address that answers us already and no other, so that no slave has us flood somebody else.
+// Where it does not come about, the stream goes on alone.
+void OperateSession::OpenDatagrams(const v1::DatagramOffer& offer) {
+  const auto to_send = DatagramKeyFrom(offer.command_key());
+  const auto to_receive = DatagramKeyFrom(offer.state_key());
+  const auto ends = EndsOf(context_.peer());
+  const bool is_port = offer.port() >= 1 && offer.port() <= std::numeric_limits<in_port_t>::max();
+  if (!datagrams_wished_ || line_ || !to_send || !to_receive || !ends || !is_port) return;
+  sockaddr_storage far = ends->far;
+  reinterpret_cast<sockaddr_in6&>(far).sin6_port =  // at the same place as in sockaddr_in
+      htons(static_cast<in_port_t>(offer.port()));
+  try {
+    auto line = std::make_unique<DatagramLine>(
+        DatagramLine::Role::kCalls, far, DatagramLine::Keys{*to_send, *to_receive},
+        [this](std::string_view plain) { ReceiveDatagram(plain); });
+    const std::scoped_lock lock(mutex_);
+    line_ = std::move(line);
+  } catch (const std::exception&) {  // no socket, no cipher: SlaveLink tells that none come
+    return;
+  }
+}
+
+bool OperateSession::TakeIfNewer(const SlaveState& state, Time now) {
+  if (state.sequence <= last_sequence_) return false;
   if (!std::exchange(served_, true)) with_.on_first_state();
-  last_sequence_ = state->sequence;
-  heard_at_ = now;
-  with_.on_state(state->settings_revision);
+  last_sequence_ = state.sequence;
+  with_.on_state(state.settings_revision);
   ++with_.states_received;
 
-  last_ = {*state, now, with_.trips.Arrived(*state, now), with_.trips.newest()};
+  last_ = {state, now, with_.trips.Arrived(state, now), with_.trips.newest()};
+  last_.state.events.Add(std::exchange(overtaken_, {}));
   if (with_.on_received) with_.on_received(last_);
   Put(last_);
+  return true;
 }
 
 void OperateSession::Put(ReceivedState received) {

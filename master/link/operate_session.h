@@ -1,23 +1,30 @@
 // One Operate stream from its opening to its end, commands up at 500 Hz, states down as they come,
-// and what its echoes tell.
+// and what its echoes tell. Where it is wished and offered, the same also by datagram: the stream
+// opens and ends that way, and what is newer counts, whichever way it came.
 #pragma once
 
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 
 #include <grpcpp/client_context.h>
 #include <grpcpp/support/sync_stream.h>
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
+#include "master/link/newest_writer.h"
 #include "master/link/slave_link.h"
 #include "shared/link/clock_offset.h"
+#include "shared/link/datagram_line.h"
 #include "shared/link/latest_value.h"
+#include "shared/link/urgent_mutex.h"
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 
@@ -36,11 +43,15 @@ class RoundTrips {
 
   [[nodiscard]] double newest() const;         // [s]; 0: none came back yet
   [[nodiscard]] LatencyHistogram rtt() const;  // of all streams [us]
-  [[nodiscard]] double clock_offset() const;   // [s]
+  // Of all states taken, when they came, since they left and since they were sensed [us], by the
+  // clock offset known then.
+  [[nodiscard]] LatencyHistogram delay() const;
+  [[nodiscard]] LatencyHistogram age() const;
+  [[nodiscard]] double clock_offset() const;  // [s]
 
  private:
   mutable std::mutex mutex_;  // guards everything below
-  LatencyHistogram rtt_;
+  LatencyHistogram rtt_, delay_, age_;
   double newest_ = 0;  // [s]
   ClockOffset offset_;
   std::uint64_t state_sequence_ = 0, command_sequence_ = 0;
@@ -67,15 +78,19 @@ class OperateSession {
     std::function<void(const std::string& reason)> on_refused_state;
     std::function<void(const ReceivedState&)> on_received;  // may be empty, as the next one
     std::function<void(const OperatorCommand&)> on_sent;
+    std::atomic<std::uint64_t>& states_by_datagram;  // that came so before they came by the stream
+    std::atomic<Time>& datagram_at;                  // when the last came
   };
 
+  // `datagrams`: the slave is asked for them.
   OperateSession(Surroundings surroundings, std::string operator_name,
                  std::chrono::milliseconds first_within,
-                 std::chrono::milliseconds longest_round_trip)
+                 std::chrono::milliseconds longest_round_trip, bool datagrams)
       : with_(std::move(surroundings)),
         operator_name_(std::move(operator_name)),
         first_within_(first_within),
-        silence_(std::max<std::chrono::milliseconds>(kSilence, longest_round_trip)) {}
+        silence_(std::max<std::chrono::milliseconds>(kSilence, longest_round_trip)),
+        datagrams_wished_(datagrams) {}
 
   // Blocks until the stream ends: by the slave, by silence, by `stop` (then the slave is told and
   // ends it) or by Cancel. How it ended.
@@ -90,21 +105,32 @@ class OperateSession {
 
   void SendCommands(Stream* stream, const std::stop_token& stop);
   void SendNewest(Stream* stream);
-  void Receive(const v1::SlaveState& message);
+  void ReceiveFromStream(const v1::SlaveState& message);
+  void ReceiveDatagram(std::string_view plain);
+  void OpenDatagrams(const v1::DatagramOffer& offer);
+  // Whichever way it came; false: it is not. With mutex_ held, as the next one.
+  bool TakeIfNewer(const SlaveState& state, Time now);
   void Put(ReceivedState received);
 
   const Surroundings with_;
   const std::string operator_name_;
   const std::chrono::milliseconds first_within_, silence_;
+  const bool datagrams_wished_;
   grpc::ClientContext context_;
   std::atomic<Time> heard_at_{Clock::now()};  // a state that could be used
   std::atomic<bool> silent_{false};
-  std::uint64_t commands_ = 0;   // the sender's own
-  v1::OperatorCommand message_;  // the sender's own
-  bool served_ = false;          // the reader's own, as is what follows
+  std::uint64_t commands_ = 0;  // the sender's own, as are the next two
+  v1::OperatorCommand message_;
+  std::optional<NewestWriter<v1::OperatorCommand, Stream>> writer_;  // once there are datagrams
+  std::uint64_t stream_sequence_ = 0;                                // the reader's own
+  v1::SlaveState datagram_;                // the datagram line's thread's own
+  UrgentMutex mutex_;                      // guards what follows, while there are several threads
+  std::unique_ptr<DatagramLine> line_;     // outlives the sender; null: none
+  bool served_ = false, is_over_ = false;  // the latter: nothing is taken any more
   std::uint64_t last_sequence_ = 0;
   ReceivedState last_;
-  Events untaken_;
+  // Of states that the loop never took; of those that datagrams overtook, for the next one.
+  Events untaken_, overtaken_;
 };
 
 }  // namespace palpate

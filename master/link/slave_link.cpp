@@ -37,6 +37,9 @@ constexpr int kTimesTheFirst = 4;  // of what the first answer took
 constexpr milliseconds kModelDeadline(15000);
 constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
 
+constexpr const char* kNoDatagrams =
+    "no datagrams come through, states and commands go by the stream alone";
+
 // Of a peer that may mean harm, fit for a terminal.
 std::string Words(const grpc::Status& status) {
   return Presentable(status.error_message(), 300);
@@ -48,6 +51,10 @@ void SetDeadline(grpc::ClientContext* context, milliseconds from_now) {
 
 milliseconds SinceThen(Time start) {
   return std::chrono::duration_cast<milliseconds>(Clock::now() - start);
+}
+
+LinkStats::Times TimesOf(const LatencyHistogram& times) {
+  return {times.Quantile(0.5), times.Quantile(0.99), times.max()};
 }
 
 // Why a call was refused; empty: it was not.
@@ -88,6 +95,8 @@ struct SlaveLink::Parts {
   grpc::Status Failed(const grpc::Status& status);
   void Served();
   void Refused(const std::string& reason);
+  // They were asked for, and none came for so long that none will; with `mutex` held.
+  [[nodiscard]] bool LacksDatagrams() const;
   // Sleeps for `duration`; false: stopping.
   bool Sleep(milliseconds duration);
 
@@ -97,8 +106,9 @@ struct SlaveLink::Parts {
   std::unique_ptr<v1::Teleoperation::Stub> stub;     // never null
   RoundTrips trips;
   std::atomic<milliseconds> call_deadline{kShortestDeadline};
-  std::atomic<std::uint64_t> states_received{0}, commands_sent{0};
-  std::optional<RemoteScene> first;  // that was connected to
+  std::atomic<std::uint64_t> states_received{0}, commands_sent{0}, states_by_datagram{0};
+  std::atomic<Time> datagram_at{Time{}};  // or when they could begin to come
+  std::optional<RemoteScene> first;       // that was connected to
   LatestValue<RemoteSettings>* settings = nullptr;
   std::atomic<std::uint32_t> read_revision{0};
   std::atomic<bool> rereads{false};
@@ -171,8 +181,8 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
         {*stub, *states, *commands, trips, states_received, commands_sent, [this] { Served(); },
          [this](std::uint32_t revision) { SeeRevision(revision); },
          [this](const std::string& reason) { Refused(reason); }, options.on_received,
-         options.on_sent},
-        options.operator_name, call_deadline, longest_round_trip);
+         options.on_sent, states_by_datagram, datagram_at},
+        options.operator_name, call_deadline, longest_round_trip, options.datagrams);
     const grpc::Status read = ReadSettings();
     for (const int line : LinesTo(ParseEndpoint(target).port)) PrepareLine(line);
     const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);
@@ -208,6 +218,12 @@ void SlaveLink::Parts::Served() {
   if (was_connected) ++told.reconnects;
   told.connected = was_connected = true;
   told.trouble.clear();
+  datagram_at = Clock::now();
+}
+
+bool SlaveLink::Parts::LacksDatagrams() const {
+  const milliseconds patience = std::max<milliseconds>(DatagramLine::kSilence, longest_round_trip);
+  return options.datagrams && told.connected && SinceThen(datagram_at) > patience;
 }
 
 void SlaveLink::Parts::Refused(const std::string& reason) {
@@ -288,12 +304,16 @@ LinkStats SlaveLink::stats() const {
   const LatencyHistogram rtt = parts_->trips.rtt();
   std::unique_lock lock(parts_->mutex);
   LinkStats stats = parts_->told;
+  if (stats.trouble.empty() && parts_->LacksDatagrams()) stats.trouble = kNoDatagrams;
   lock.unlock();
   stats.states = parts_->states_received;
   stats.commands = parts_->commands_sent;
   stats.rtt_p50_us = rtt.Quantile(0.5);
   stats.rtt_p99_us = rtt.Quantile(0.99);
   stats.rtt_max_us = rtt.max();
+  stats.states_by_datagram = parts_->states_by_datagram;
+  stats.delay = TimesOf(parts_->trips.delay());
+  stats.age = TimesOf(parts_->trips.age());
   stats.clock_offset = parts_->trips.clock_offset();
   return stats;
 }

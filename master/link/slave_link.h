@@ -39,9 +39,15 @@ struct LinkStats {
   std::uint64_t refused = 0;  // states that could not be read: a number missing, not finite, absurd
   double rtt_p50_us = 0, rtt_p99_us = 0, rtt_max_us = 0;
   double clock_offset = 0;  // [s]
-  // Why it is not connected, who holds the lease, or why the last state was refused; empty:
-  // nothing.
+  // Why it is not connected, who holds the lease, why the last state was refused, or that no
+  // datagrams come; empty: nothing.
   std::string trouble;
+  std::uint64_t states_by_datagram = 0;  // of `states`: that came so before they came by the stream
+  // Of `states`, when they came, by what was known of the slave's clock: since they left, and since
+  // they were sensed.
+  struct Times {
+    double p50_us = 0, p99_us = 0, max_us = 0;
+  } delay, age;
 };
 
 class SlaveLink {
@@ -57,6 +63,9 @@ class SlaveLink {
     // must not keep them. Empty: nobody.
     std::function<void(const ReceivedState&)> on_received = {};
     std::function<void(const OperatorCommand&)> on_sent = {};
+    // States and commands travel by datagram, too, where slave and network let them: what is lost
+    // is not waited for.
+    bool datagrams = false;
   };
   // Throws std::invalid_argument: target not understood, or not loopback without `insecure`.
   explicit SlaveLink(Options options);

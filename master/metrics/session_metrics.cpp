@@ -43,6 +43,8 @@ Metrics MetricsOf(const Status& status) {
       Gauge("palpate_master_clock_offset_seconds", "The slave's clock minus this one.",
             link.clock_offset),
       Counter("palpate_master_states_total", "Received.", number(link.states)),
+      Counter("palpate_master_states_by_datagram_total",
+              "Received so before they came by the stream.", number(link.states_by_datagram)),
       Counter("palpate_master_states_refused_total", "That could not be read.",
               number(link.refused)),
       Counter("palpate_master_commands_total", "Sent.", number(link.commands)),

@@ -1,25 +1,59 @@
 #include "shared/link/tcp_line.h"
 
+#include <array>
 #include <charconv>
+#include <cstring>
 #include <filesystem>
 #include <initializer_list>
 #include <string>
 #include <string_view>
 
+#include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <sys/socket.h>
 
 namespace palpate {
 namespace {
 
-// -1: no connection over IP.
-int PeersPort(int fd) {
-  sockaddr_storage peer{};
-  socklen_t size = sizeof peer;
-  if (getpeername(fd, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return -1;
-  if (peer.ss_family != AF_INET && peer.ss_family != AF_INET6) return -1;
-  return ntohs(reinterpret_cast<const sockaddr_in&>(peer).sin_port);  // at one place in both
+// One of IPv4 is written as such, though a socket for both families tells it as ::ffff:1.2.3.4.
+sockaddr_storage Unmapped(const sockaddr_storage& address) {
+  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(address);
+  if (address.ss_family != AF_INET6 || !IN6_IS_ADDR_V4MAPPED(&v6.sin6_addr)) return address;
+  sockaddr_storage unmapped{};
+  auto& v4 = reinterpret_cast<sockaddr_in&>(unmapped);
+  v4.sin_family = AF_INET;
+  v4.sin_port = v6.sin6_port;
+  std::memcpy(&v4.sin_addr, &v6.sin6_addr.s6_addr[12], sizeof v4.sin_addr);
+  return unmapped;
+}
+
+// What `ask`, getpeername or getsockname, says; nullopt: no connection over IP.
+std::optional<sockaddr_storage> AddressOf(int fd, decltype(getpeername)* ask) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  if (ask(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0) return std::nullopt;
+  if (address.ss_family != AF_INET && address.ss_family != AF_INET6) return std::nullopt;
+  return Unmapped(address);
+}
+
+// At one place in both families.
+std::uint16_t PortOf(const sockaddr_storage& address) {
+  return ntohs(reinterpret_cast<const sockaddr_in&>(address).sin_port);
+}
+
+// This process's connections over IP to peers that are `wanted`.
+template <class Wanted>
+std::vector<int> LinesThat(const Wanted& wanted) {
+  std::vector<int> lines;
+  std::error_code none;  // without /proc nothing is found
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", none)) {
+    const std::string name = entry.path().filename().string();
+    int fd = -1;
+    std::from_chars(name.data(), name.data() + name.size(), fd);
+    const auto peer = AddressOf(fd, getpeername);
+    if (peer && wanted(*peer)) lines.push_back(fd);
+  }
+  return lines;
 }
 
 }  // namespace
@@ -33,15 +67,37 @@ void PrepareLine(int fd) noexcept {
 }
 
 std::vector<int> LinesTo(std::uint16_t port) {
-  std::vector<int> lines;
-  std::error_code none;  // without /proc nothing is found
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", none)) {
-    const std::string name = entry.path().filename().string();
-    int fd = -1;
-    std::from_chars(name.data(), name.data() + name.size(), fd);
-    if (PeersPort(fd) == port) lines.push_back(fd);
+  return LinesThat([port](const sockaddr_storage& peer) { return PortOf(peer) == port; });
+}
+
+std::string NameOf(const sockaddr_storage& peer) {
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);  // the port stands at one place
+  const bool is_v6 = peer.ss_family == AF_INET6;
+  const void* const address =
+      is_v6 ? static_cast<const void*>(&v6.sin6_addr)
+            : static_cast<const void*>(&reinterpret_cast<const sockaddr_in&>(peer).sin_addr);
+  inet_ntop(peer.ss_family, address, text.data(), text.size());
+  return std::string(is_v6 ? "ipv6:" : "ipv4:") + text.data() + ":" +
+         std::to_string(ntohs(v6.sin6_port));
+}
+
+std::string WithoutBrackets(std::string peer) {
+  for (const std::string_view bracket : {"%5B", "%5D", "[", "]"}) {
+    const auto at = peer.find(bracket);
+    if (at != std::string::npos) peer.erase(at, bracket.size());
   }
-  return lines;
+  return peer;
+}
+
+std::optional<LineEnds> EndsOf(const std::string& peer) {
+  const std::string wanted = WithoutBrackets(peer);
+  const auto lines = LinesThat([&](const sockaddr_storage& far) { return NameOf(far) == wanted; });
+  if (lines.empty()) return std::nullopt;
+  const auto own = AddressOf(lines.front(), getsockname);
+  const auto far = AddressOf(lines.front(), getpeername);
+  if (!own || !far) return std::nullopt;
+  return LineEnds{*own, *far};
 }
 
 }  // namespace palpate

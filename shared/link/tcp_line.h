@@ -2,7 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
+
+#include <sys/socket.h>
 
 namespace palpate {
 
@@ -16,5 +20,16 @@ inline constexpr int kMostUnsent = 8 * 1024;
 void PrepareLine(int fd) noexcept;
 // This process's connections to a peer's `port`, since gRPC hands out none.
 std::vector<int> LinesTo(std::uint16_t port);
+
+// A peer of a connection over IP as gRPC names it, but without the brackets of IPv6, which it does
+// not always write alike.
+std::string NameOf(const sockaddr_storage& peer);
+std::string WithoutBrackets(std::string peer);
+
+struct LineEnds {
+  sockaddr_storage own, far;
+};
+// Of this process's connection with `peer`, as gRPC names it; nullopt: none is open.
+std::optional<LineEnds> EndsOf(const std::string& peer);
 
 }  // namespace palpate

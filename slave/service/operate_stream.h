@@ -1,13 +1,19 @@
-// The operator's stream: commands in, states out, one of each in flight.
+// The operator's stream: commands in, states out, one of each in flight; and, where the operator
+// asks for it, the same by datagram beside it.
 #pragma once
 
 #include <atomic>
+#include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <grpcpp/support/server_callback.h>
 
 #include "palpate/v1/state.pb.h"
 
+#include "shared/link/datagram_line.h"
 #include "shared/link/state_mailbox.h"
 #include "slave/service/operator_lease.h"
 #include "slave/service/publisher.h"
@@ -36,17 +42,27 @@ class OperateStream final
   void OnWriteDone(bool ok) override;
 
  private:
-  explicit OperateStream(const Host& host) : host_(host) {}
+  OperateStream(const Host& host, std::string peer) : host_(host), peer_(std::move(peer)) {}
 
   void ReadNext();
-  void OnEnding() override { host_.lease.Release(ticket_); }
+  void OnEnding() override;
+  void OfferDatagrams();
+  void TakeDatagram(std::string_view plain);
+  // The newest state in `box_` becomes `message_`; false: there is none. With mutex_ held.
+  bool MakeMessage();
 
   const Host host_;
+  const std::string peer_;  // as gRPC names it
   std::atomic<OperatorLease::Ticket> ticket_{0};
-  v1::OperatorCommand command_;  // gRPC's while a read is waiting
-  v1::SlaveState message_;       // gRPC's while `writing_`
+  v1::OperatorCommand command_;           // gRPC's while a read is waiting
+  v1::SlaveState message_;                // gRPC's while `writing_`
+  bool datagrams_asked_ = false;          // the reading thread's own
+  v1::OperatorCommand datagram_command_;  // the datagram line's thread's own
+  v1::SlaveState datagram_state_;         // the publisher's own
   StateMailbox box_;
-  bool writing_ = false;  // guarded by mutex_
+  bool writing_ = false;                    // guarded by mutex_, as is what follows
+  std::optional<v1::DatagramOffer> offer_;  // not told yet
+  std::shared_ptr<DatagramLine> line_;      // null: none
 };
 
 }  // namespace palpate

@@ -1,9 +1,10 @@
 """What delay, jitter and loss do to what the hand feels: one session of the programs per cell, one row of CSV each.
 
-  impairment.sh --quick|--full [--out FILE.csv] [--seed N] [--only WORDS]
+  impairment.sh --quick|--full [--out FILE.csv] [--seed N] [--only WORDS] [--datagrams]
 
 --quick: at most five minutes. --full: every cell; rows that FILE.csv has already are kept, so that it can be gone on with.
 Cells with loss need network namespaces and a TUN device: without them they are listed as skipped, and so are all others.
+--datagrams: states and commands travel by UDP, too; delay is that of a state from slave to master, age its time since it was sensed.
 A cell fails where the hand is not safe: a force beyond the limit, energy beyond what noise explains, an oscillation that grows.
 """
 import argparse
@@ -28,9 +29,11 @@ QUICK = [("stiff", render, trip, 0, 0) for render in ("local", "hold") for trip 
     ("stiff", "local", 50, 20, 1), ("stiff", "local", 200, 20, 5), ("stiff", "local", 1000, 0, 0),
     ("soft", "local", 100, 0, 0), ("membrane", "local", 100, 0, 0), ("moving", "local", 100, 0, 0)]
 FORCE_LIMIT, NOISE_ENERGY = 3.3, -1e-3  # [N], [J]
+DELAYS = [("state_delay_us", "p50"), ("state_delay_us", "p99"), ("state_delay_us", "max"), ("state_age_us", "p50"), ("state_age_us", "p99")]
 COLUMNS = ["object", "render", "round_trip_ms", "jitter_pct", "loss_pct", "seed", "seconds", "rms_N", "relative_rms",
            "at_place_rms_N", "at_place_relative", "drift_m", "energy_min_J", "growing", "stale_share", "packets_per_s",
-           "rtt_p50_ms", "reconnects", "force_sent_peak_N", "served", "safe"]
+           "rtt_p50_ms", "reconnects", "force_sent_peak_N", "served", "safe", "datagrams", "delay_p50_ms", "delay_p99_ms",
+           "delay_max_ms", "age_p50_ms", "age_p99_ms", "hold_s"]
 
 
 def oscillation_grows(times, forces):
@@ -55,7 +58,7 @@ def drift(rows):
     return min(back[-1], 1.0) if back else 0.0
 
 
-def session(kind, render, trip, jitter, loss, seed, seconds, folder):
+def session(kind, render, trip, jitter, loss, seed, seconds, folder, datagrams):
     scene = ROOT / "deploy/scenes" / f"{OBJECTS[kind]}.yaml"
     report, log = folder / "report.json", folder / "log.csv"
     with BadLine(trip / 1000, jitter / 100, loss / 100, seed) as line:
@@ -63,7 +66,8 @@ def session(kind, render, trip, jitter, loss, seed, seconds, folder):
         with Slave(command=serve):
             report.unlink(missing_ok=True)
             subprocess.run([*line.at_master, MASTER, "connect", f"{SLAVE_AT}:50051", "--insecure", "--render", render,
-                            "--wait", str(20 + 8 * trip / 1000), "--duration", str(seconds), "--report", report, "--log", log],
+                            "--wait", str(20 + 8 * trip / 1000), "--duration", str(seconds), "--report", report, "--log", log,
+                            *(["--datagrams"] if datagrams else [])],
                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, env=BARE,
                            timeout=seconds + 90 + 16 * trip / 1000)
     if not report.exists():
@@ -71,12 +75,12 @@ def session(kind, render, trip, jitter, loss, seed, seconds, folder):
     return json.loads(report.read_text()), list(csv.DictReader(log.open()))
 
 
-def cell(kind, render, trip, jitter, loss, seed, folder):
+def cell(kind, render, trip, jitter, loss, seed, folder, datagrams):
     seconds = 8 + 16 * trip / 1000  # a line that was idle takes some round trips to carry 200 states a second
-    said, rows = session(kind, render, trip, jitter, loss, seed, seconds, folder)
+    said, rows = session(kind, render, trip, jitter, loss, seed, seconds, folder, datagrams)
     if said is None:  # nobody was found, and nothing reached the hand
         return dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, [kind, render, trip, jitter, loss, seed, seconds])) | {
-            "served": 0, "safe": 1}
+            "served": 0, "safe": 1, "datagrams": int(datagrams)}
     error, at_place = said["force_error"] or {}, said.get("force_error_at_place") or {}
     times = [float(row["t"]) for row in rows]
     forces = [math.hypot(*(float(row[f"sent_{axis}"]) for axis in "xyz")) for row in rows if row["state"] == "FOLLOWING"]
@@ -87,7 +91,8 @@ def cell(kind, render, trip, jitter, loss, seed, folder):
         at_place.get("rms_N", ""), at_place.get("relative_rms", ""), f"{drift(rows):.2e}", said["energy_min_J"], int(grows),
         round(said["stale_ticks"] / max(said["ticks"], 1), 4),
         round((said["states"] + said["commands"]) / said["duration_s"], 1), round(said["rtt_us"]["p50"] / 1000, 2),
-        said["reconnects"], said["force_sent_peak_N"], int(said["states"] > 0), int(safe)]))
+        said["reconnects"], said["force_sent_peak_N"], int(said["states"] > 0), int(safe), int(datagrams),
+        *(round(said[times][q] / 1000, 2) for times, q in DELAYS), round(said["seconds_in"].get("HOLD", 0), 3)]))
 
 
 def main():
@@ -98,6 +103,7 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("impairment.csv"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
+    parser.add_argument("--datagrams", action="store_true")
     a = parser.parse_args()
     cells = QUICK if a.quick else list(itertools.product(OBJECTS, RENDERS, ROUND_TRIPS, JITTERS, LOSSES))
     cells = [one for one in cells if a.only in " ".join(map(str, one))]
@@ -116,7 +122,7 @@ def main():
         for one in cells:
             if tuple(map(str, (*one, a.seed))) in done:
                 continue
-            row = cell(*one, a.seed, pathlib.Path(folder))
+            row = cell(*one, a.seed, pathlib.Path(folder), a.datagrams)
             writer.writerow(row)
             out.flush()
             unsafe += not row["safe"]

@@ -11,6 +11,7 @@ import tempfile
 import termios
 import unittest
 
+from delaying_line import DelayingLine
 from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, run, wait_until
 
 REPORT_KEYS = {"duration_s", "ticks", "missed", "rate_hz", "bare_loop", "wake_us", "compute_us", "rtt_us", "states",
@@ -31,6 +32,15 @@ class Session(unittest.TestCase):
                    "--log", self.out / "log.csv", *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads(report.read_text()), done
+
+    def test_datagrams_do_not_wait_for_a_slow_stream(self):
+        # The line delays the stream by 100 ms each way and knows nothing of datagrams, which go straight to the slave.
+        with Slave() as slave, DelayingLine(slave.address, 0.1) as line:
+            report, done = self.connect(line.address, "--datagrams", seconds="3")
+        self.assertGreater(report["states_by_datagram"], 0.9 * report["states"], done.stdout)
+        self.assertLess(report["state_delay_us"]["p50"], 50e3)
+        self.assertEqual(report["trouble"], [])
+        self.assertGreater(report["force_sent_peak_N"], 0)
 
     def test_a_scripted_hand_feels_the_block(self):
         with Slave() as slave:

@@ -8,7 +8,6 @@
 #include <memory>
 #include <utility>
 
-#include <arpa/inet.h>
 #include <fcntl.h>
 #include <linux/tcp.h>
 #include <netinet/in.h>
@@ -54,27 +53,6 @@ Address AddressOf(const sockaddr_storage& peer) {
     std::memcpy(address.bytes.data(), &v6.sin6_addr, sizeof v6.sin6_addr / 2);
   }
   return address;
-}
-
-// As gRPC names it, but for how it writes brackets.
-std::string NameOf(const sockaddr_storage& peer) {
-  std::array<char, INET6_ADDRSTRLEN> text{};
-  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);  // the port stands at one place
-  const bool is_v6 = peer.ss_family == AF_INET6;
-  const void* const address =
-      is_v6 ? static_cast<const void*>(&v6.sin6_addr)
-            : static_cast<const void*>(&reinterpret_cast<const sockaddr_in&>(peer).sin_addr);
-  inet_ntop(peer.ss_family, address, text.data(), text.size());
-  return std::string(is_v6 ? "ipv6:" : "ipv4:") + text.data() + ":" +
-         std::to_string(ntohs(v6.sin6_port));
-}
-
-std::string WithoutBrackets(std::string peer) {
-  for (const std::string_view bracket : {"%5B", "%5D", "[", "]"}) {
-    const auto at = peer.find(bracket);
-    if (at != std::string::npos) peer.erase(at, bracket.size());
-  }
-  return peer;
 }
 
 // What the system counted of a connection.

@@ -35,6 +35,16 @@ TEST(RoundTripsTest, TheSlavesClockIsFoundToHalfTheDifferenceOfTheWays) {
   EXPECT_NEAR(trips.clock_offset(), 100 - 1e-3, 1e-8);
 }
 
+// Reference: 5 ms back, of which the clocks' offset misses 1 ms, as above; sensed 20 ms earlier.
+TEST(RoundTripsTest, HowLongAStateTookAndHowOldItIsAreTold) {
+  RoundTrips trips;
+  Exchange exchange(1);
+  exchange.state.sensed_at = exchange.state.sent_at - Seconds(20e-3);
+  trips.Arrived(exchange.state, exchange.received_at);
+  EXPECT_NEAR(trips.delay().max(), 4000, 0.1);
+  EXPECT_NEAR(trips.age().max(), 24000, 0.1);
+}
+
 TEST(RoundTripsTest, RepeatedStatesOfOneCommandAreOneTrip) {
   RoundTrips trips;
   for (int i = 0; i < 5; ++i) {

@@ -19,8 +19,10 @@
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
+#include "shared/link/datagram_line.h"
 #include "shared/link/loopback.h"
 #include "shared/link/tcp_line.h"
+#include "shared/wire/fields.h"
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
 
@@ -260,6 +262,54 @@ TEST_F(SlaveLinkTest, TheEmergencyStopReachesTheSlaveBesideTheStream) {
   EXPECT_FALSE(link.EmergencyStop("nobody hears"));
 }
 
+class DatagramLinkTest : public SlaveLinkTest {
+ protected:
+  SlaveLink::Options WithDatagrams(const std::string& target) const {
+    SlaveLink::Options options = To(target);
+    options.datagrams = true;
+    return options;
+  }
+};
+
+TEST_F(DatagramLinkTest, StatesAndCommandsTravelBothWaysAndTheNewestCounts) {
+  std::vector<std::uint64_t> received;  // by the link's threads, one at a time
+  SlaveLink::Options options = WithDatagrams(server_->address());
+  options.on_received = [&](const ReceivedState& state) {
+    received.push_back(state.state.sequence);
+  };
+  SlaveLink link(options);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  loop_.command.epoch = 1;
+  loop_.command.engaged = true;
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().states_by_datagram > 50; }));
+  EXPECT_EQ(loop_.newest.state.phase, Phase::kFollowing);
+  EXPECT_EQ(link.stats().trouble, "");
+  EXPECT_GT(link.stats().delay.max_us, 0);
+  link.Stop();
+  EXPECT_TRUE(std::ranges::is_sorted(received, std::ranges::less_equal()))
+      << "one came twice or late";
+  const auto commands = slave_.commands();
+  EXPECT_TRUE(std::ranges::is_sorted(commands, {}, &OperatorCommand::sequence));
+  EXPECT_EQ(slave_.ends(), 1);
+}
+
+TEST_F(DatagramLinkTest, EventsAreToldThoughDatagramsCarryNone) {
+  SlaveLink link(WithDatagrams(server_->address()));
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().states_by_datagram > 5; }));
+  for (const Event event : {Event::kContact, Event::kPuncture, Event::kRelease, Event::kLimit}) {
+    slave_.Happen(event);
+    EXPECT_TRUE(loop_.Until([&] { return loop_.told.Has(event); }));
+  }
+}
+
+TEST_F(DatagramLinkTest, WhoDidNotAskGetsNone) {
+  SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 50; }));
+  EXPECT_EQ(link.stats().states_by_datagram, 0U);
+}
+
 // A peer that is not what it seems: gRPC, but another service, or states that cannot be.
 class StrangePeer : public v1::Teleoperation::Service {
  public:
@@ -288,12 +338,16 @@ class StrangePeer : public v1::Teleoperation::Service {
   std::string address;
   std::atomic<int> opened{0};  // streams
 
+ protected:
+  // Before what serves is gone.
+  void StopServing() { server_.reset(); }
+
  private:
   std::unique_ptr<grpc::Server> server_;
 };
 
 // One that at least tells of a scene.
-class NearlyASlave final : public StrangePeer {
+class NearlyASlave : public StrangePeer {
   grpc::Status GetScene(grpc::ServerContext*, const v1::GetSceneRequest*,
                         v1::SceneDescription* scene) override {
     auto* mapping = scene->mutable_operator_();
@@ -308,6 +362,107 @@ class NearlyASlave final : public StrangePeer {
     return grpc::Status::OK;
   }
 };
+
+// One whose states can be read, and who offers datagrams as `offer` says: again with each state.
+class OfferingSlave final : public NearlyASlave {
+ public:
+  explicit OfferingSlave(v1::DatagramOffer offer) : offer_(std::move(offer)) {}
+  ~OfferingSlave() override { StopServing(); }
+  grpc::Status Operate(
+      grpc::ServerContext* context,
+      grpc::ServerReaderWriter<v1::SlaveState, v1::OperatorCommand>* stream) override {
+    v1::SlaveState state;
+    while (!ends && !context->IsCancelled()) {
+      Fill(state.sequence() + 1, &state);
+      *state.mutable_datagrams() = offer_;
+      stream->Write(state);
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    return grpc::Status::OK;
+  }
+  static void Fill(std::uint64_t sequence, v1::SlaveState* state) {
+    const Time now = Clock::now();
+    state->set_sequence(sequence);
+    ToProto(now, state->mutable_sensed_at());
+    ToProto(now, state->mutable_sent_at());
+    state->mutable_p_s_tip();
+  }
+  std::atomic<bool> ends{false};
+
+ private:
+  const v1::DatagramOffer offer_;
+};
+
+v1::DatagramOffer OfferOf(unsigned port, std::size_t command_key, std::size_t state_key) {
+  v1::DatagramOffer offer;
+  offer.set_port(port);
+  offer.set_command_key(std::string(command_key, 'c'));
+  offer.set_state_key(std::string(state_key, 's'));
+  return offer;
+}
+
+// A firewall lets none through, a slave offers what cannot be: the stream goes on, and it is told.
+TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsTold) {
+  constexpr unsigned kNobody = 9, kBeyond = 65536 + 9;
+  struct Pair {
+    explicit Pair(const v1::DatagramOffer& offer) : slave(offer) {}
+    OfferingSlave slave;
+    Loop loop;
+    std::unique_ptr<SlaveLink> link;
+  };
+  std::vector<std::unique_ptr<Pair>> pairs;
+  for (const auto& offer : {OfferOf(kNobody, 32, 32), OfferOf(0, 32, 32), OfferOf(kBeyond, 32, 32),
+                            OfferOf(kNobody, 31, 32), OfferOf(kNobody, 32, 0)}) {
+    Pair& pair = *pairs.emplace_back(std::make_unique<Pair>(offer));
+    pair.link = std::make_unique<SlaveLink>(WithDatagrams(pair.slave.address));
+    pair.link->Connect();
+    pair.link->Start(&pair.loop.states, &pair.loop.commands, &pair.loop.settings);
+  }
+  for (const auto& pair : pairs) {
+    const SlaveLink& link = *pair->link;
+    ASSERT_TRUE(pair->loop.Until([&] { return !link.stats().trouble.empty(); }));
+    EXPECT_THAT(link.stats().trouble, HasSubstr("no datagrams come through"));
+    const std::uint64_t states = link.stats().states;
+    EXPECT_TRUE(pair->loop.Until([&] { return link.stats().states > states + 10; }));
+    EXPECT_TRUE(link.stats().connected);
+    EXPECT_EQ(link.stats().states_by_datagram, 0U);
+    pair->slave.ends = true;
+  }
+}
+
+// States of seconds ago, of another session, of after the end: none of them is felt.
+TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
+  const DatagramLine::Keys keys{*DatagramKeyFrom(std::string(32, 's')),
+                                *DatagramKeyFrom(std::string(32, 'c'))};
+  sockaddr_storage at{};
+  at.ss_family = AF_INET;
+  reinterpret_cast<sockaddr_in&>(at).sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  std::atomic<int> commands{0};
+  DatagramLine line(DatagramLine::Role::kAnswers, at, keys, [&](std::string_view) { ++commands; });
+  OfferingSlave slave(OfferOf(line.port(), 32, 32));
+  SlaveLink link(WithDatagrams(slave.address));
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  ASSERT_TRUE(loop_.Until([&] { return commands > 0 && loop_.newest.state.sequence > 20; }));
+  const auto send = [&](std::uint64_t sequence) {
+    v1::SlaveState state;
+    OfferingSlave::Fill(sequence, &state);
+    state.mutable_force()->set_y(3);
+    line.Send(state.SerializeAsString());
+  };
+  for (std::uint64_t sequence = 1; sequence < 20; ++sequence) send(sequence);
+  const std::uint64_t newest = loop_.newest.state.sequence;
+  ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.sequence > newest + 20; }));
+  EXPECT_EQ(link.stats().states_by_datagram, 0U);
+  send(1'000'000);
+  ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.sequence == 1'000'000; }));
+  EXPECT_EQ(link.stats().states_by_datagram, 1U);
+  slave.ends = true;
+  ASSERT_TRUE(loop_.Until([&] { return loop_.newest.ended; }));
+  for (std::uint64_t sequence = 1'000'001; sequence < 1'000'020; ++sequence) send(sequence);
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_TRUE(loop_.Until([&] { return loop_.newest.ended; }));
+  EXPECT_EQ(loop_.newest.state.sequence, 1'000'000U);
+}
 
 TEST_F(SlaveLinkTest, AnotherServiceIsAnErrorAtOnce) {
   const StrangePeer peer;

@@ -1,0 +1,50 @@
+// Writes to a stream in a thread of its own, so that a stream that stalls stalls nobody else.
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <thread>
+#include <utility>
+
+#include "shared/link/thread_priority.h"
+
+namespace palpate {
+
+// `Stream` has Write(Message), which may wait, and which nobody else calls meanwhile.
+template <class Message, class Stream>
+class NewestWriter {
+ public:
+  explicit NewestWriter(Stream* stream)
+      : stream_(stream), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+
+  // Replaces what waits.
+  void Put(const Message& message) {
+    {
+      const std::scoped_lock lock(mutex_);
+      slot_ = message;
+    }
+    changed_.notify_one();
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    MakeThreadRealtime(kLinkPriority);
+    while (true) {
+      std::unique_lock lock(mutex_);
+      if (!changed_.wait(lock, stop, [this] { return slot_.has_value(); })) return;
+      const Message message = *std::exchange(slot_, std::nullopt);
+      lock.unlock();
+      if (!stream_->Write(message)) return;
+    }
+  }
+
+  Stream* const stream_;
+  std::mutex mutex_;  // guards the next two
+  std::condition_variable_any changed_;
+  std::optional<Message> slot_;
+  std::jthread thread_;  // last: it uses all of the above
+};
+
+}  // namespace palpate
