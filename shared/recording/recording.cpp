@@ -38,7 +38,7 @@ Recording::Recording(Options options)
 
 std::unique_ptr<McapWriter> Recording::BeginPart(int number) const {
   const bool is_whole = options_.part <= 0;
-  if (!is_whole && std::filesystem::exists(options_.file)) {
+  if (!is_whole && number == 1 && std::filesystem::exists(options_.file)) {
     throw std::runtime_error(options_.file.string() +
                              ": is there already and would be taken for what its parts hold: move "
                              "it, or record to another name");
@@ -76,12 +76,10 @@ void Recording::Begin(Beginning step) {
 }
 
 std::uint16_t Recording::Open(std::string_view topic, const google::protobuf::Message& example) {
-  std::uint16_t channel = 0;
   const auto open = [topic = std::string(topic), schema = SchemaOf(*example.GetDescriptor())](
                         McapWriter* writer) { return writer->AddChannel(topic, schema); };
-  channel = open(writer_.get());
   beginning_.push_back(open);  // where it is given the same number
-  return channel;
+  return open(writer_.get());
 }
 
 void Recording::Attach(std::string_view name, std::string_view data) {

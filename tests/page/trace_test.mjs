@@ -97,7 +97,8 @@ describe('what the page costs the browser', () => {
       taken.push(await memory());
     }
     const mean = (name, from, to) => taken.slice(from, to).reduce((sum, one) => sum + one[name], 0) / (to - from);
-    for (const [name, slack] of [['heap', 0.3], ['nodes', 20], ['listeners', 2], ['master', 1]]) {
+    // A status that were kept would be 4 MB a minute; lines of what happened come until there are thirty.
+    for (const [name, slack] of [['heap', 1], ['nodes', 60], ['listeners', 2], ['master', 1]]) {
       const [first, last] = [mean(name, 3, 6), mean(name, 9, 12)];
       console.log(`${name}: ${first.toFixed(2)}, then ${last.toFixed(2)}`);
       assert.ok(last - first <= slack, `${name}: ${taken.map((one) => one[name].toFixed(2))}`);

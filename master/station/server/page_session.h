@@ -29,6 +29,9 @@ using PageRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 // Belongs to the server's thread; lives as long as one of its operations.
 class PageSession : public std::enable_shared_from_this<PageSession> {
  public:
+  static constexpr std::uint32_t kMostAhead = 8;
+  static constexpr std::size_t kMostAnswers = 8;  // that wait; the oldest go
+
   PageSession(PageStream&& stream, std::uint64_t number, const NoticeBoard* board,
               const PageServer::Listener* listener);
   ~PageSession();
@@ -37,8 +40,6 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   void Start(const PageRequest& request);
   // Writes what is new, unless it is writing.
   void Pump();
-  static constexpr std::uint32_t kMostAhead = 8;
-  static constexpr std::size_t kMostAnswers = 8;  // the oldest go
   // Says why, and ends.
   void Close(boost::beast::websocket::close_code code, const std::string& why);
 
