@@ -87,8 +87,9 @@ class Paths(Plugged):
     def site(self, name, to):
         """Plays the scene's site; where it hears of the tool, and the port of its pictures."""
         player = self.start(BIN / "site_player", SCENES / f"{name}.yaml", to, stdout=subprocess.PIPE)
-        self.tool = re.fullmatch(r"site on (\S+)\n", player.stdout.readline()).group(1)
-        port = re.fullmatch(r"pictures on \S+:(\d+)\n", player.stdout.readline()).group(1) if ":" not in to else None
+        said = iter(player.stdout.readline, "")  # with what the site solves ahead
+        self.tool = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in said))).group(1)
+        port = re.fullmatch(r"pictures on \S+:(\d+)\n", next(said)).group(1) if ":" not in to else None
         return player, port
 
     def arm(self, home):
