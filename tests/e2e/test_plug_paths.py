@@ -48,7 +48,9 @@ def felt_error(log):
         rows = list(csv.DictReader(file))
     truth = [vector(row, "true") for row in rows]
     felt = [vector(row, "estimated") if row["state"] == "FOLLOWING" else None for row in rows]
-    peak = max(math.hypot(*force) for force in truth if force)
+    peak = max((math.hypot(*force) for force in truth if force), default=0)
+    if peak == 0:
+        return math.inf, 0, 0  # it was not touched
 
     def after(delay):
         pairs = [(felt[i], truth[i - delay]) for i in range(delay, len(rows)) if felt[i] and truth[i - delay]]
