@@ -48,7 +48,9 @@ def felt_error(log):
         rows = list(csv.DictReader(file))
     truth = [vector(row, "true") for row in rows]
     felt = [vector(row, "estimated") if row["state"] == "FOLLOWING" else None for row in rows]
-    peak = max(math.hypot(*force) for force in truth if force)
+    peak = max((math.hypot(*force) for force in truth if force), default=0)
+    if peak == 0:
+        return math.inf, 0, 0  # it was not touched
 
     def after(delay):
         pairs = [(felt[i], truth[i - delay]) for i in range(delay, len(rows)) if felt[i] and truth[i - delay]]
@@ -87,8 +89,9 @@ class Paths(Plugged):
     def site(self, name, to):
         """Plays the scene's site; where it hears of the tool, and the port of its pictures."""
         player = self.start(BIN / "site_player", SCENES / f"{name}.yaml", to, stdout=subprocess.PIPE)
-        self.tool = re.fullmatch(r"site on (\S+)\n", player.stdout.readline()).group(1)
-        port = re.fullmatch(r"pictures on \S+:(\d+)\n", player.stdout.readline()).group(1) if ":" not in to else None
+        said = iter(player.stdout.readline, "")  # with what the site solves ahead
+        self.tool = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in said))).group(1)
+        port = re.fullmatch(r"pictures on \S+:(\d+)\n", next(said)).group(1) if ":" not in to else None
         return player, port
 
     def arm(self, home):
