@@ -179,7 +179,7 @@ void AddUnseen(CaseTable* table) {
   table->Add("rows stuck below the contact", "rows", {2}, {8, 20},
              [](double s) { return StuckRows(static_cast<int>(s)); });
   table->Add("moire", "grey levels", {10}, {40}, [](double s) { return Moire(s); });
-  table->Add("clusters of dead pixels", "", {15}, {150},
+  table->Add("clusters of dead pixels", "clusters", {15}, {150},
              [](double s) { return DeadClusters(static_cast<int>(s)); });
   table->Add("an insect crawls past", "px", {3}, {8, 16}, [](double s) { return Insect(s); });
   table->Add("ghost in the glass", "%", {10}, {40}, [](double s) { return Ghost(s / 100); });
