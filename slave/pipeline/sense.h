@@ -3,7 +3,6 @@
 // operator see only this.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -18,6 +17,7 @@
 
 #include "shared/state/slave_state.h"
 #include "shared/state/touch_patch.h"
+#include "shared/telemetry/stopwatch.h"
 #include "shared/text/progress.h"
 #include "slave/capture/picture_inbox.h"
 #include "slave/mechanics/deformation_model.h"
@@ -37,21 +37,6 @@ struct StageTimes {
 };
 // `times` as the stage called `name`.
 StageTimes TimesOf(const std::string& name, const LatencyHistogram& times);
-
-// Times the stages of a pipeline.
-class Stopwatch {
- public:
-  // Time since the last lap [us].
-  double Lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double us = std::chrono::duration<double, std::micro>(now - last_).count();
-    last_ = now;
-    return us;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 // A change of SetModel; empty or 0: as it is.
 struct ModelChange {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "shared/telemetry/stopwatch.h"
 #include "slave/tactile/network/network_weights.h"
 
 namespace palpate {
@@ -16,6 +17,11 @@ constexpr double kFollowing = 2, kDrifting = 0.2;      // of rest values while n
 // What rest values may be followed up to, averaged over some samples: more of both is a contact.
 constexpr double kLevelling = 0.1;  // share of a sample in what is averaged over some
 constexpr double kStillElectrode = 1, kStillPressure = 2;  // [counts]
+constexpr double kFew = 4;  // times as much counts of a single electrode
+// A step of all electrodes alike: at least so large [counts], and over their scatter about it.
+constexpr double kStep = 3, kAlike = 3;
+// Steps that come again and again leave what of them is below that; for about so many samples.
+constexpr double kManySteps = 2.5, kStepsLast = 0.97;
 constexpr double kBriskly = 0.3;       // likewise, over a few: of pressure and pace
 constexpr double kStirs = 3;           // 0.02 N [counts]
 constexpr double kQuietest = 0.8;      // times the usual noise; five real fingers: 0.83 to 1.17
@@ -51,7 +57,7 @@ Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
       stuck_(std::max(2, Samples(kStandsStill, tactile.rate))),
       miss_patience_(Samples(kMissing, tactile.rate)),
       release_patience_(Samples(kRelease, tactile.rate)),
-      rest_share_(1 - std::exp(-1 / (kFollowing * tactile.rate))),
+      rate_(tactile.rate),
       kept_(KeptSamples(tactile, network)) {
   if (network == nullptr) return;
   network_ = network->info();
@@ -70,13 +76,14 @@ void Fingertip::Reset() noexcept {
   if (pattern_) pattern_->Reset();
   ForgetWindow();
   missed_ = quiet_ = 0;
-  pressure_ = 0;
+  pressure_ = steps_ = 0;
   touch_ = {};
 }
 
 const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
                                    bool is_clear) noexcept {
   if (reading.present) stuck_.Take(reading);
+  rest_.Advance();
   const bool repeats = reading.present && stuck_.are_repeated() && !stuck_.are_frozen();
   if (!reading.present || repeats) {
     Miss();
@@ -103,7 +110,8 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
     return touch_;
   }
   touch_.takes_rest = false;
-  if (is_clear) FollowRest(rest_.Change(reading));
+  FollowSteps(reading, was_known && looks_back && missed == 0);
+  if (was_known && is_clear) FollowRest(reading);
   FingerReading mended = reading;
   const TactileSignals change = Mend(rest_.Change(reading), &mended);
   if (was_known && looks_back) Bridge(change, missed);
@@ -135,27 +143,51 @@ std::optional<bool> Fingertip::Stirs() const noexcept {
 }
 
 // A contact moves electrodes and pressure; what only one of them does, or neither, is drift.
-void Fingertip::FollowRest(const TactileSignals& change) noexcept {
+void Fingertip::FollowRest(const FingerReading& reading) noexcept {
+  const TactileSignals change = rest_.Change(reading);
   double electrodes = 0;
   for (std::size_t i = 0; i < change.size(); ++i) {
     rest_average_[i] += kLevelling * (change[i] - rest_average_[i]);
-    if (i < kElectrodeCount) electrodes += rest_average_[i] * rest_average_[i];
+    if (i < kElectrodeCount) {  // one that does not work must not speak for all
+      electrodes += std::min(rest_average_[i] * rest_average_[i], kStillElectrode * kFew);
+    }
   }
   const double pressure = rest_average_[kElectrodeCount + 1];
   const bool moves = electrodes > kElectrodeCount * kStillElectrode * kStillElectrode;
   if (moves && pressure > kStillPressure) return;
   const bool drifts = moves || std::abs(pressure) > kStillPressure;
-  const double share = (drifts ? kFollowing / kDrifting : 1) * rest_share_;
-  for (std::size_t i = 0; i < change.size(); ++i) {
-    rest_.Follow(i, change[i], share);
-    rest_average_[i] *= 1 - share;
+  const double keep = std::exp(-1 / ((drifts ? kDrifting : kFollowing) * rate_));
+  rest_.Take(reading, keep);
+  for (double& average : rest_average_) average *= keep;
+}
+
+// A contact moves each electrode its own way. What moves all of them alike, from one sample to the
+// next, is the electronics.
+void Fingertip::FollowSteps(const FingerReading& reading, bool looks_back) noexcept {
+  const auto last = std::exchange(before_, reading.electrodes);
+  if (!pattern_ || !looks_back) return;
+  std::array<double, kElectrodeCount> moved;
+  const auto middle_of = [&] {
+    std::ranges::nth_element(moved, moved.begin() + kElectrodeCount / 2);
+    return moved[kElectrodeCount / 2];
+  };
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    moved[i] = static_cast<double>(reading.electrodes[i] - last[i]);
   }
+  const double step = middle_of();
+  for (double& away : moved) away = std::abs(away - step);
+  const double scatter = 1.4826 * middle_of();
+  const bool steps = std::abs(step) > std::max(kStep, kAlike * scatter);
+  if (steps) rest_.Shift(step);
+  steps_ = kStepsLast * steps_ + (steps ? 1 : 0);
 }
 
 // Signals as they should be used; `reading` has replaced electrodes as they should have read.
 TactileSignals Fingertip::Mend(const TactileSignals& change, FingerReading* reading) noexcept {
   if (!pattern_) return change;
-  pattern_->Take(change, stuck_.which());
+  Stopwatch lap;
+  pattern_->Take(change, stuck_.which(), stuck_.still(), rest_.variance());
+  checks_us_ = lap.Lap();
   const TactileSignals& mended = pattern_->mended();
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     if (!pattern_->is_replaced(i)) continue;
@@ -169,7 +201,7 @@ void Fingertip::Miss() noexcept {
   if (missed_ >= miss_patience_) {
     Lose(FailedCheck::kFingerMissing, "the fingertip is silent");
   } else if (touch_.force_F && missed_ <= kBelieved) {
-    touch_.sigma = std::hypot(touch_.sigma, pace_F_.norm());
+    touch_.sigma = std::hypot(touch_.sigma, missed_ * pace_F_.norm());
   } else if (touch_.force_F) {
     touch_.validity = Worse(touch_.validity, Validity::kStale);
     touch_.check = FailedCheck::kFingerMissing;
@@ -210,7 +242,7 @@ bool Fingertip::Push(const TactileSignals& change) noexcept {
 bool Fingertip::PushKept() noexcept {
   bool known = false;
   for (std::size_t i = kept_.size() + kept_next_ - kept_count_; kept_count_ > 0; ++i) {
-    known = Push(rest_.Change(kept_[i % kept_.size()]));
+    known = Push(rest_.Change(kept_[i % kept_.size()], static_cast<double>(kept_count_ - 1)));
     --kept_count_;
   }
   return known;
@@ -303,6 +335,8 @@ void Fingertip::Judge() noexcept {
 void Fingertip::DoubtPattern() noexcept {
   Doubt(pattern_->disagreement() > kDisagrees, FailedCheck::kTransfer,
         "the pressure is not that of the electrodes");
+  Doubt(steps_ > kManySteps, FailedCheck::kElectrode,
+        "all electrodes step together, again and again");
   Doubt(pattern_->misfit() > kMisfit, FailedCheck::kElectrode, "the electrodes do not go together");
   Doubt(pattern_->noise() < kQuietest, FailedCheck::kTransfer,
         "the electrodes are quieter than those the network has learnt from: their gain is lower");

@@ -20,7 +20,7 @@
 #include "slave/tactile/localise/localiser.h"
 #include "slave/tactile/network/force_network.h"
 #include "slave/tactile/pattern_check.h"
-#include "slave/tactile/rest_values.h"
+#include "slave/tactile/rest_trend.h"
 
 namespace palpate {
 
@@ -59,6 +59,14 @@ class StuckElectrodes {
     std::ranges::transform(same_, stuck.begin(), [&](int same) { return same >= patience_; });
     return stuck;
   }
+  // Those that have read the same for 50 ms, which happens; with less than usual besides they are
+  // wrong.
+  [[nodiscard]] std::array<bool, kElectrodeCount> still() const noexcept {
+    std::array<bool, kElectrodeCount> still;
+    const int few = std::max(2, patience_ / kStill);
+    std::ranges::transform(same_, still.begin(), [&](int same) { return same >= few; });
+    return still;
+  }
   // How many have read the same for as long as the patience lasts.
   [[nodiscard]] int count() const noexcept {
     return static_cast<int>(std::ranges::count(same_, patience_));
@@ -68,6 +76,7 @@ class StuckElectrodes {
   static constexpr int kRepeats = 4;  // of a sample
   static constexpr int kKnown = 20;   // changes, before anything is said of the noise
   static constexpr int kMoved = 6;    // electrodes per change, in the mean
+  static constexpr int kStill = 20;   // parts of the patience
 
   int patience_;
   int repeated_ = 0;                         // samples in a row that were as the one before
@@ -124,10 +133,15 @@ class Fingertip {
   void Reset() noexcept;
 
   [[nodiscard]] const FingerTouch& touch() const { return touch_; }
+  // What comparing its signals with each other took in the last sample [us].
+  [[nodiscard]] double checks_us() const { return checks_us_; }
+  // The last sample was missing, or the one before again.
+  [[nodiscard]] bool misses() const { return missed_ > 0; }
 
  private:
   void Miss() noexcept;
-  void FollowRest(const TactileSignals& change) noexcept;
+  void FollowRest(const FingerReading& reading) noexcept;
+  void FollowSteps(const FingerReading& reading, bool looks_back) noexcept;
   [[nodiscard]] std::optional<bool> Stirs() const noexcept;
   TactileSignals Mend(const TactileSignals& change, FingerReading* reading) noexcept;
   void Bridge(const TactileSignals& change, int missed) noexcept;
@@ -147,20 +161,23 @@ class Fingertip {
   NetworkInfo network_;
   std::unique_ptr<ForceEstimate> estimate_;  // null: no network
   std::vector<double> outputs_;
-  RestValues rest_;
+  RestTrend rest_;
   StuckElectrodes stuck_;
-  std::optional<PatternCheck> pattern_;  // of networks that know theirs
-  TactileSignals rest_average_{};        // of changes while clear [counts]
-  int miss_patience_;                    // samples
-  int release_patience_;                 // samples
-  double rest_share_;                    // of a sample in rest values that are followed
-  std::vector<FingerReading> kept_;      // ring of readings whose rest values are not known yet
+  std::optional<PatternCheck> pattern_;          // of networks that know theirs
+  TactileSignals rest_average_{};                // of changes while clear [counts]
+  int miss_patience_;                            // samples
+  int release_patience_;                         // samples
+  double rate_;                                  // of the samples [Hz]
+  std::array<float, kElectrodeCount> before_{};  // electrodes of the last sample
+  std::vector<FingerReading> kept_;  // ring of readings whose rest values are not known yet
   std::size_t kept_count_ = 0, kept_next_ = 0;
   int missed_ = 0, quiet_ = 0;
   TactileSignals last_{};            // that the network took
   double pressure_ = 0;              // above its rest, averaged over some samples [counts]
+  double steps_ = 0;                 // of all electrodes together, lately
   Eigen::Vector3d pace_F_{0, 0, 0};  // of the force, averaged over some samples [N/sample]
   int flawed_left_ = 0;  // samples until the window holds no flawed one; the window: this one is
+  double checks_us_ = 0;
   FingerTouch touch_;
 };
 

@@ -14,11 +14,16 @@ using Signals = SignalPattern::Signals;
 using Covariance = SignalPattern::Covariance;
 
 constexpr double kUsualNoise2 = 0.85, kUsualPressureNoise2 = 1.6;  // [counts^2]
-constexpr double kQuiet = 4;             // times the usual variance: nothing to mend
-constexpr double kMeasuringTime = 0.3;   // of noise and drift [s]
-constexpr double kLeastSize = 10;        // so that gentle touches are not taken for noise [counts]
-constexpr double kTypicalSize = 60;      // [counts]
-constexpr double kOutlier = 5.5;         // standard deviations from what is expected
+constexpr double kQuiet = 4;            // times the usual variance: nothing to mend
+constexpr double kMeasuringTime = 0.3;  // of noise and drift [s]
+constexpr double kLeastSize = 10;       // so that gentle touches are not taken for noise [counts]
+constexpr double kTypicalSize = 60;     // [counts]
+constexpr double kOutlier = 5.5;        // standard deviations from what is expected
+constexpr double kStillOutlier = 3;     // the same of one that stands still
+constexpr double kJump = 8;             // times what the others move from sample to sample
+constexpr double kBack = 0.3;           // part of a jump that is left when it was a spike
+constexpr double kAsExpected = 1.5;     // standard deviations, for so many samples:
+constexpr int kReinstated = 20;
 constexpr double kSettled = 3;           // of these a common drift must stand out
 constexpr int kMostReplaced = 4;         // of electrodes; with more nobody knows which are right
 constexpr double kUnknown2 = 1e6;        // variance of what is left out [counts^2]
@@ -78,18 +83,21 @@ void PatternCheck::Reset() noexcept {
   noise2_ = UsualNoise2();
   drift2_ = drift_ = level2_ = 0;
   misfit_ = misfit_now_ = noise_ = 1;
+  jumped_.fill(0);
   disagreement_ = 0;
   seen_ = 0;
 }
 
-void PatternCheck::Take(const TactileSignals& change,
-                        const std::array<bool, kElectrodeCount>& is_dead) noexcept {
+void PatternCheck::Take(const TactileSignals& change, const Electrodes& is_dead,
+                        const Electrodes& is_still, double rest2) noexcept {
   const Signals x = PatternSignals(change);
+  NoteJumps(x);
   Signals noise2 = noise2_.cwiseMax(UsualNoise2()), alive = x;
+  noise2.head(kElectrodeCount).array() += rest2;
   is_wrong_.fill(false);
   replaced_ = 0;
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    if (!is_dead[i]) continue;
+    if (!is_dead[i] && jumped_[i] == 0) continue;
     is_wrong_[i] = true;
     ++replaced_;
     alive[static_cast<Eigen::Index>(i)] = 0;
@@ -97,9 +105,11 @@ void PatternCheck::Take(const TactileSignals& change,
   }
   const double size2 = std::max(alive.squaredNorm() - UsualNoise2().sum(), kLeastSize * kLeastSize);
   Reading reading = Explain(alive, noise2, size2);
-  LeaveOutWrong(alive, &noise2, &reading.inverse);
+  LeaveOutWrong(alive, is_still, &noise2, &reading.inverse);
   Measure(alive, reading.inverse);
+  Reinstate(x, alive, reading.inverse);
   Mend(change, alive, noise2, reading.inverse);
+  raw_ = x;
 }
 
 PatternCheck::Reading PatternCheck::Explain(const Signals& x, const Signals& noise2,
@@ -157,12 +167,51 @@ void PatternCheck::Measure(const Signals& x, const Covariance& inverse) noexcept
   ++seen_;
 }
 
+// A contact moves neighbours, too, and none of them between two samples by far the most: an
+// electrode that does has lost its contact, or was exchanged for another. It is left out until it
+// has come back, or has been what is expected for a while.
+void PatternCheck::NoteJumps(const Signals& x) noexcept {
+  if (seen_ == 0) return;
+  std::array<double, kElectrodeCount> moved;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    moved[i] = std::abs(x[static_cast<Eigen::Index>(i)] - raw_[static_cast<Eigen::Index>(i)]);
+  }
+  std::array<double, kElectrodeCount> sorted = moved;
+  std::ranges::sort(sorted);
+  // Most of the others: a quarter of all may jump at once.
+  const double usual = std::max(sorted[kElectrodeCount * 3 / 4], noise_);
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    if (moved[i] < kJump * usual) continue;
+    const auto k = static_cast<Eigen::Index>(i);
+    const double jump = x[k] - raw_[k];
+    const bool is_back = std::abs(jumped_[i] + jump) < kBack * std::abs(jump);
+    jumped_[i] = is_back ? 0 : jump;
+    agrees_[i] = 0;
+  }
+}
+
+// `alive`: x without the electrodes left out, which `inverse` goes by.
+void PatternCheck::Reinstate(const Signals& x, const Signals& alive,
+                             const Covariance& inverse) noexcept {
+  const Signals y = inverse * alive;
+  for (std::size_t i = 0; i < jumped_.size(); ++i) {
+    if (jumped_[i] == 0) continue;
+    const auto k = static_cast<Eigen::Index>(i);
+    const double error = x[k] - alive[k] + y[k] / inverse(k, k);
+    const double variance = std::max(1 / inverse(k, k) - kUnknown2, kUsualNoise2);
+    const bool agrees = error * error < kAsExpected * kAsExpected * variance;
+    agrees_[i] = agrees ? agrees_[i] + 1 : 0;
+    if (agrees_[i] >= kReinstated) jumped_[i] = 0;
+  }
+}
+
 double PatternCheck::gain_sigma() const noexcept {
   const double off = std::abs(std::log(noise_));
   return off > kSameNoise ? std::min(off, kLargestGain) / 2 : 0;
 }
 
-void PatternCheck::LeaveOutWrong(const Signals& x, Signals* noise2, Covariance* inverse) noexcept {
+void PatternCheck::LeaveOutWrong(const Signals& x, const Electrodes& is_still, Signals* noise2,
+                                 Covariance* inverse) noexcept {
   double misfit = 0, disagreement = 0;
   for (;;) {
     const Signals y = *inverse * x;
@@ -171,6 +220,7 @@ void PatternCheck::LeaveOutWrong(const Signals& x, Signals* noise2, Covariance* 
     away[kElectrodeCount] = 0;
     for (Eigen::Index i = 0; i < kElectrodeCount; ++i) {
       if (is_wrong_[static_cast<std::size_t>(i)]) away[i] = 0;
+      if (is_still[static_cast<std::size_t>(i)]) away[i] *= kOutlier / kStillOutlier;
     }
     misfit = x.dot(y) / (kPatternSignals - replaced_);
     Eigen::Index worst = 0;

@@ -31,10 +31,12 @@ class PatternCheck {
   // `rate` of the samples [Hz], > 0. The pattern must be known.
   PatternCheck(const SignalPattern& pattern, double rate);
 
-  // Takes the next sample, counts minus rest; `is_dead`: electrodes known not to work.
+  using Electrodes = std::array<bool, kElectrodeCount>;
+  // Takes the next sample, counts minus rest; `is_dead`: electrodes known not to work; `is_still`:
+  // those that may not; `rest2`: variance of the electrodes' rest values [counts^2].
   // Allocation-free.
-  void Take(const TactileSignals& change,
-            const std::array<bool, kElectrodeCount>& is_dead) noexcept;
+  void Take(const TactileSignals& change, const Electrodes& is_dead, const Electrodes& is_still,
+            double rest2) noexcept;
   void Reset() noexcept;
 
   // Of the last sample: what is to be used.
@@ -66,8 +68,11 @@ class PatternCheck {
   [[nodiscard]] Reading Explain(const Signals& x, const Signals& noise2, double size2) noexcept;
   [[nodiscard]] Reading ExplainBy(std::size_t kind, const Signals& x, const Signals& noise2,
                                   double size2) const noexcept;
-  void LeaveOutWrong(const Signals& x, Signals* noise2, Covariance* inverse) noexcept;
+  void LeaveOutWrong(const Signals& x, const Electrodes& is_still, Signals* noise2,
+                     Covariance* inverse) noexcept;
   void Measure(const Signals& x, const Covariance& inverse) noexcept;
+  void NoteJumps(const Signals& x) noexcept;
+  void Reinstate(const Signals& x, const Signals& alive, const Covariance& inverse) noexcept;
   void Mend(const TactileSignals& change, const Signals& x, const Signals& noise2,
             const Covariance& inverse) noexcept;
 
@@ -78,11 +83,15 @@ class PatternCheck {
   };
   std::vector<Quick> quick_;
   double share_;  // of a sample in what is measured over time
-  Signals noise2_, x_, before_x_, off_, before_off_;
+  Signals noise2_, raw_, x_, before_x_, off_, before_off_;
   double drift2_ = 0;
   double level2_ = 0;  // of second differences of all electrodes [counts^2]
   int seen_ = 0;
   std::array<bool, kPatternSignals> is_wrong_{};
+  // Electrodes that have jumped and are not what is expected: how far [counts]; and for how long
+  // they have been that since [samples].
+  std::array<double, kElectrodeCount> jumped_{};
+  std::array<int, kElectrodeCount> agrees_{};
   int replaced_ = 0;
   double disagreement_ = 0, misfit_ = 0, misfit_now_ = 0;
   double drift_ = 0, force_sigma_ = 0, noise_ = 1;

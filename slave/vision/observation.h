@@ -20,6 +20,9 @@ struct TipObservation {
   bool reacquired = false;    // found by the search over the whole picture
   double covered = 0;         // part of the template that something else hides [0, 1]
   bool aligned = false;       // the template's fine alignment agrees with the peak
+  // From the place that the alignment holds on to up to the tip [px]: in a picture that has grown
+  // the tip is farther from there.
+  Eigen::Vector2d lever{0, 0};
 };
 
 struct Observation {

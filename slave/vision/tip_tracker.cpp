@@ -80,6 +80,24 @@ Ncc MakeNcc(const TipTemplate& tip, const GreyFormat& format) {
   return Ncc(tip.pixels);
 }
 
+// From the middle of what the alignment goes by, each pixel by its gradient, to the anchor.
+Eigen::Vector2d LeverOf(const TipTemplate& tip) {
+  const GreyPatch& pixels = tip.pixels;
+  Eigen::Vector2d sum(0, 0);
+  double weight = 0;
+  for (int y = 1; y + 1 < pixels.height; ++y) {
+    for (int x = 1; x + 1 < pixels.width; ++x) {
+      const Eigen::Vector2d gradient(pixels.At(x + 1, y) - pixels.At(x - 1, y),
+                                     pixels.At(x, y + 1) - pixels.At(x, y - 1));
+      const double w =
+          tip.weights[static_cast<std::size_t>(y * pixels.width + x)] * gradient.squaredNorm();
+      sum += w * Eigen::Vector2d(x, y);
+      weight += w;
+    }
+  }
+  return weight > 0 ? Eigen::Vector2d(tip.anchor - sum / weight) : Eigen::Vector2d(0, 0);
+}
+
 }  // namespace
 
 TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const Options& options,
@@ -87,6 +105,7 @@ TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const O
     : format_(format),
       options_(options),
       anchor_(tip.anchor),
+      lever_(LeverOf(tip)),
       ncc_(MakeNcc(tip, format)),
       aligner_(tip.pixels, tip.weights),
       parts_(tip),
@@ -148,6 +167,7 @@ TipObservation TipTracker::Track(const cv::Mat& image) {
   }
   step_ = last_ && !match.tip.reacquired ? (match.tip.p_I - *last_).eval() : Eigen::Vector2d(0, 0);
   last_ = match.tip.p_I;
+  match.tip.lever = lever_;
   return match.tip;
 }
 

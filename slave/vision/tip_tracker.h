@@ -144,6 +144,7 @@ class TipTracker {
   GreyFormat format_;
   Options options_;
   Eigen::Vector2d anchor_;
+  Eigen::Vector2d lever_;  // TipObservation::lever
   Ncc ncc_;
   TemplateAligner aligner_;
   TemplateParts parts_;

@@ -95,6 +95,65 @@ Paint Haze(double veil) {
   };
 }
 
+Paint Fog(double veil) {
+  return [veil](const View& view, cv::Mat& picture) {
+    constexpr double kEdge = 25;  // soft [px]
+    const double now = veil * view.share();
+    for (int column = 0; column < picture.cols; ++column) {
+      const double here = now / (1 + std::exp(-(column - view.pressed_I.x()) / kEdge));
+      cv::Mat line = picture.col(column);
+      line.convertTo(line, CV_8U, 1 - here, 200 * here);
+    }
+  };
+}
+
+Paint Droplet(double pull) {
+  return [pull](const View& view, cv::Mat& picture) {
+    constexpr double kRadius = 40;
+    const Vector2d middle = view.pressed_I + Vector2d(15, 5);
+    cv::Mat x(picture.size(), CV_32F), y(picture.size(), CV_32F), moved;
+    for (int row = 0; row < picture.rows; ++row) {
+      for (int column = 0; column < picture.cols; ++column) {
+        const Vector2d away = (Vector2d(column, row) - middle) / kRadius;
+        const double r2 = away.squaredNorm();
+        // Most, 1, at half the radius; none in the middle and at the edge.
+        const double part = r2 < 1 ? 16.0 / 9 * (1 - r2) * (1 - r2) * 2 : 0;
+        x.at<float>(row, column) = static_cast<float>(column - pull * part * away.x());
+        y.at<float>(row, column) = static_cast<float>(row - pull * part * away.y());
+      }
+    }
+    cv::remap(picture, moved, x, y, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    picture = moved;
+  };
+}
+
+Paint Ghost(double share) {
+  return [share](const View&, cv::Mat& picture) {
+    cv::Mat aside, mixed;
+    const cv::Mat shift = (cv::Mat_<double>(2, 3) << 1, 0, 14, 0, 1, 5);
+    cv::warpAffine(picture, aside, shift, picture.size(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    cv::addWeighted(picture, 1 - share, aside, share, 0, mixed);
+    picture = mixed;
+  };
+}
+
+Paint HeatHaze(double sigma) {
+  return [sigma](const View& view, cv::Mat& picture) {
+    constexpr int kCell = 24;  // [px]
+    cv::RNG random(view.index * 2 + static_cast<std::size_t>(view.side) + 23);
+    cv::Mat coarse(picture.rows / kCell + 2, picture.cols / kCell + 2, CV_32FC2), by, moved;
+    random.fill(coarse, cv::RNG::NORMAL, 0, sigma);
+    cv::resize(coarse, by, picture.size(), 0, 0, cv::INTER_CUBIC);
+    for (int y = 0; y < by.rows; ++y) {
+      for (int x = 0; x < by.cols; ++x) {
+        by.at<cv::Vec2f>(y, x) += cv::Vec2f(static_cast<float>(x), static_cast<float>(y));
+      }
+    }
+    cv::remap(picture, moved, by, cv::Mat(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    picture = moved;
+  };
+}
+
 Paint Wobble(double px) {
   return [px](const View& view, cv::Mat& picture) {
     const double phase = 1.9 * static_cast<double>(view.index);
@@ -166,6 +225,51 @@ Paint Quantised(int levels) {
   };
 }
 
+Paint RollingGain(double strength) {
+  return [strength](const View& view, cv::Mat& picture) {
+    const double phase = 1.3 * static_cast<double>(view.index);
+    for (int row = 0; row < picture.rows; ++row) {
+      cv::Mat line = picture.row(row);
+      line.convertTo(line, CV_8U, 1 + strength * std::sin(row * 2 * M_PI / picture.rows - phase));
+    }
+  };
+}
+
+Paint StuckRows(int count) {
+  return [count](const View& view, cv::Mat& picture) {
+    const int from = std::clamp(cvRound(view.pressed_I.y()), 0, picture.rows - 1);
+    for (int row = from + 1; row < std::min(from + 1 + count, picture.rows); ++row) {
+      picture.row(from).copyTo(picture.row(row));
+    }
+  };
+}
+
+Paint DeadClusters(int count) {
+  return [count](const View&, cv::Mat& picture) {
+    std::mt19937_64 random(19);
+    const auto from = [&](int most) { return static_cast<int>(random() % std::max(1, most)); };
+    for (int i = 0; i < count; ++i) {
+      const cv::Rect cluster(from(picture.cols), from(picture.rows), 3 + from(5), 3 + from(5));
+      picture(cluster & WholeOf(picture)) = 0;
+    }
+  };
+}
+
+Paint Moire(double levels) {
+  return [levels](const View&, cv::Mat& picture) {
+    cv::Mat waves(picture.size(), CV_32F), mixed;
+    for (int y = 0; y < picture.rows; ++y) {
+      for (int x = 0; x < picture.cols; ++x) {
+        waves.at<float>(y, x) =
+            static_cast<float>(levels * std::sin((x + 0.3 * y) * 2 * M_PI / 2.7) *
+                               std::sin((y - 0.4 * x) * 2 * M_PI / 31));
+      }
+    }
+    cv::add(picture, waves, mixed, cv::noArray(), CV_8U);
+    picture = mixed;
+  };
+}
+
 Paint Inverted() {
   return [](const View&, cv::Mat& picture) { cv::bitwise_not(picture, picture); };
 }
@@ -226,6 +330,36 @@ Paint Neighbour(double beside) {
     const Vector2d at =
         view.pressed_I + (beside + kEdge / 2.0) * across - kEdge / 2.0 * view.shaft_I;
     picture(Around(at, {kEdge, kEdge}) & WholeOf(picture)) = 110;
+  };
+}
+
+Paint Rain(int count) {
+  return [count](const View& view, cv::Mat& picture) {
+    std::mt19937_64 random(view.index * 2 + static_cast<std::size_t>(view.side) + 29);
+    const auto from = [&](int most) { return static_cast<int>(random() % std::max(1, most)); };
+    cv::Mat streaks(picture.size(), CV_8U, cv::Scalar(0));
+    for (int i = 0; i < count; ++i) {
+      const cv::Point top(from(picture.cols), from(picture.rows));
+      cv::line(streaks, top, top + cv::Point(6, 30), cv::Scalar(40 + from(60)), 2, cv::LINE_AA);
+    }
+    picture += streaks;
+  };
+}
+
+Paint Insect(double size) {
+  return [size](const View& view, cv::Mat& picture) {
+    // Winding, past the tip's place at full depth in the middle of the run.
+    const double way = view.share() - 0.5;
+    const Vector2d at = view.pressed_I + Vector2d(220 * way, 120 * way + 15 * std::sin(30 * way));
+    const cv::Point middle(cvRound(at.x()), cvRound(at.y()));
+    cv::ellipse(picture, middle, {cvRound(size), cvRound(0.6 * size)}, 30, 0, 360, cv::Scalar(35),
+                -1, cv::LINE_AA);
+    for (int leg = 0; leg < 6; ++leg) {
+      const double angle = leg * M_PI / 3 + 0.3 * std::sin(2.0 * static_cast<double>(view.index));
+      const cv::Point foot(cvRound(1.8 * size * std::cos(angle)),
+                           cvRound(1.8 * size * std::sin(angle)));
+      cv::line(picture, middle, middle + foot, cv::Scalar(35), 1, cv::LINE_AA);
+    }
   };
 }
 

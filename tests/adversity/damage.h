@@ -20,6 +20,13 @@ Paint Breathing(double factor);  // zoom about the middle, growing over the run 
 Paint TurnSlowly(double degrees);
 Paint LoseFocus(double sigma);  // growing over the run [px]
 Paint Haze(double veil);        // contrast lower, towards white, growing over the run [-]
+Paint Fog(double veil);         // the same of the half beside the tip's place at full depth
+// A drop of 40 px radius beside the tip's place at full depth: it pulls what is seen through it
+// outwards, by up to `pull` [px].
+Paint Droplet(double pull);
+Paint Ghost(double share);  // a reflection in glass: the picture once more, 14 px aside [-]
+Paint HeatHaze(
+    double sigma);  // what is seen shimmers: shifted by places, anew in each picture [px]
 
 // --- in the sensor
 Paint Wobble(double px);                  // each row aside, as a wave of 120 rows that runs
@@ -27,8 +34,13 @@ Paint Comb(double px);                    // every other row aside
 Paint DeadRows(int count, double level);  // through the tip's place at full depth
 Paint DeadColumns(int count, double level);
 Paint HotPixels(double share);
-Paint Banding(double strength);  // bands of 40 rows lighter and darker, wandering
-Paint Quantised(int levels);     // so many grey levels are left
+Paint Banding(double strength);      // bands of 40 rows lighter and darker, wandering
+Paint Quantised(int levels);         // so many grey levels are left
+Paint RollingGain(double strength);  // one bright and one dark half, wandering down
+// As many rows as `count` below the tip's place at full depth repeat the one there.
+Paint StuckRows(int count);
+Paint DeadClusters(int count);  // black, of 3 to 7 px, all over the picture
+Paint Moire(double levels);     // waves of 2.7 px and of 31 px multiplied, standing
 Paint Inverted();
 
 // --- light
@@ -48,6 +60,8 @@ Paint Resized(double factor);
 // --- in view
 Paint SecondTool(double aside);  // what is seen of the tool once more, so far across [px]
 Paint Neighbour(double beside);  // a plain square, so far from the tip's place at full depth [px]
+Paint Rain(int count);           // bright streaks of 30 px, elsewhere in each picture
+Paint Insect(double size);       // dark, with legs; crawls over tool and object
 Paint MovingWire(double width);  // crosses the shaft and the object from one side to the other
 
 }  // namespace palpate::adversity

@@ -167,6 +167,26 @@ void AddLaterForTwo(CaseTable* table) {
   table->Rarely(false);
 }
 
+// For one camera and for two; first counted with the checks as they stood, none of which was made
+// for any of these.
+void AddUnseen(CaseTable* table) {
+  table->Rarely(true);
+  table->Add("rain", "streaks", {20}, {150}, [](double s) { return Rain(static_cast<int>(s)); });
+  table->Add("a drop on the lens", "px of pull", {}, {1, 3, 8},
+             [](double s) { return Droplet(s); });
+  table->Add("fog over one half", "%", {30}, {70}, [](double s) { return Fog(s / 100); });
+  table->Add("gain rolls through", "%", {15}, {50}, [](double s) { return RollingGain(s / 100); });
+  table->Add("rows stuck below the contact", "rows", {2}, {8, 20},
+             [](double s) { return StuckRows(static_cast<int>(s)); });
+  table->Add("moire", "grey levels", {10}, {40}, [](double s) { return Moire(s); });
+  table->Add("clusters of dead pixels", "clusters", {15}, {150},
+             [](double s) { return DeadClusters(static_cast<int>(s)); });
+  table->Add("an insect crawls past", "px", {3}, {8, 16}, [](double s) { return Insect(s); });
+  table->Add("ghost in the glass", "%", {10}, {40}, [](double s) { return Ghost(s / 100); });
+  table->Add("hot air", "px", {0.3}, {1, 3}, [](double s) { return HeatHaze(s); });
+  table->Rarely(false);
+}
+
 }  // namespace
 
 void AddCameraDamage(CaseTable* table) {
@@ -175,11 +195,13 @@ void AddCameraDamage(CaseTable* table) {
   AddLine(table);
   AddCompany(table);
   AddToldWrong(table);
+  AddUnseen(table);
 }
 
 void AddPairDamage(CaseTable* table) {
   AddForTwo(table);
   AddLaterForTwo(table);
+  AddUnseen(table);
 }
 
 }  // namespace palpate::adversity

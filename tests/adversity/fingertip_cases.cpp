@@ -2,11 +2,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <numbers>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
@@ -161,6 +163,91 @@ void AddSamples(CaseTable* table) {
              }));
 }
 
+// One electrode tells what it read `samples` before.
+Alteration ElectrodeLate(std::size_t electrode, std::size_t samples) {
+  return Reads(OfFirst([=, read = std::make_shared<std::vector<float>>()](const Moment& moment,
+                                                                          FingerReading& reading) {
+    if (moment.index == 0) read->clear();
+    read->push_back(reading.electrodes[electrode]);
+    const std::size_t back = std::min(samples, read->size() - 1);
+    reading.electrodes[electrode] = (*read)[read->size() - 1 - back];
+  }));
+}
+
+// Electrodes as `change` makes them of how far they are from rest [counts].
+Alteration EachElectrode(
+    std::function<double(const Moment&, std::size_t electrode, double)> change) {
+  return Reads(OfEach([change = std::move(change), rest = std::make_shared<Rest>()](
+                          const Moment& moment, std::size_t f, FingerReading& reading) {
+    const FingerReading& from = rest->Of(moment, f, reading);
+    for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+      const double away = reading.electrodes[e] - from.electrodes[e];
+      reading.electrodes[e] = static_cast<float>(from.electrodes[e] + change(moment, e, away));
+    }
+  }));
+}
+
+// First counted with the checks as they stood, none of which was made for any of these.
+void AddUnseen(CaseTable* table) {
+  table->Rarely(true);
+  table->Add("an electrode is late", "samples", {}, {3, 10},
+             [](double s) { return ElectrodeLate(9, static_cast<std::size_t>(s)); });
+  table->Add("electrodes in coarse steps", "counts", {2}, {8, 30}, [](double s) {
+    return EachElectrode(
+        [s](const Moment&, std::size_t, double away) { return s * std::round(away / s); });
+  });
+  table->Add("electrodes saturate", "counts from rest", {}, {80, 40, 20}, [](double s) {
+    return EachElectrode(
+        [s](const Moment&, std::size_t, double away) { return std::clamp(away, -s, s); });
+  });
+  table->Add("gain drifts", "%", {}, {-30, -10, 10, 30}, [](double s) {
+    return Reads(OfEach([s, rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
+                                                             FingerReading& reading) {
+      const FingerReading& from = rest->Of(moment, f, reading);
+      const auto gain = static_cast<float>(1 + s / 100 * moment.share());
+      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+        reading.electrodes[e] =
+            from.electrodes[e] + gain * (reading.electrodes[e] - from.electrodes[e]);
+      }
+      reading.pdc = from.pdc + gain * (reading.pdc - from.pdc);
+    }));
+  });
+  table->Add("E3 and E12 swap while pressed", Demand::kDoubt,
+             Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
+               if (!IsSo(When::kPressed, moment)) return;
+               std::swap(reading.electrodes[2], reading.electrodes[11]);
+             })));
+  table->Add("all electrodes step at rest", "counts", {5}, {20, 60}, [](double s) {
+    return EachElectrode([s](const Moment& moment, std::size_t, double away) {
+      return away + (IsSo(When::kAtRest, moment) ? s : 0);
+    });
+  });
+  table->Add("all electrodes step while pressed", "counts", {5}, {20, 60}, [](double s) {
+    return EachElectrode([s](const Moment& moment, std::size_t, double away) {
+      return away + (IsSo(When::kPressed, moment) ? s : 0);
+    });
+  });
+  table->Add("samples come again in bursts", "of 12", {2}, {5, 10}, [](double s) {
+    return Shows([s](const Moment& moment) {
+      const std::size_t into = moment.index % 12;
+      const auto again = static_cast<std::size_t>(s);
+      return into >= 12 - again ? moment.index - into + 11 - again : moment.index;
+    });
+  });
+  table->Add("spikes", "counts", {50}, {400}, [](double s) {
+    return EachElectrode([s](const Moment& moment, std::size_t e, double away) {
+      const auto throws = std::mt19937_64(moment.index * kElectrodeCount + e)() % 200;
+      return away + (throws == 0 ? s : throws == 1 ? -s : 0);
+    });
+  });
+  table->Add("hum", "counts", {2}, {10, 40}, [](double s) {
+    return EachElectrode([s](const Moment& moment, std::size_t, double away) {
+      return away + s * std::sin(1.9 * static_cast<double>(moment.index));
+    });
+  });
+  table->Rarely(false);
+}
+
 Alteration PoseOff(double metres, double degrees, When when) {
   return Reads(OfEach([=](const Moment& moment, std::size_t, FingerReading& reading) {
     if (!reading.X_SF || !IsSo(when, moment)) return;
@@ -214,6 +301,7 @@ std::vector<Case> FingertipCases() {
   AddElectrodes(&table);
   AddSamples(&table);
   AddGeometry(&table);
+  AddUnseen(&table);
   return table.Take();
 }
 

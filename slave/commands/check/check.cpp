@@ -176,7 +176,7 @@ void PrintChecks(const Scene& scene) {
   const Camera& camera = *scene.sense.Find<Camera>();
   PrintLine("checked",
             fmt::format("each picture: the tip by parts of its template{}; a picture that comes "
-                        "again, where the camera has noise",
+                        "again, where the camera has noise; a tip found again, for three pictures",
                         camera.source == Camera::Source::kSimulated
                             ? fmt::format(" and by the manipulator, to {} and three sigmas",
                                           LengthInWords(CameraLimits::kArmParts * camera.pixel))

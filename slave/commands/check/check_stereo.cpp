@@ -8,6 +8,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/frame_source.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/check/stereo_expectation.h"
@@ -148,6 +149,7 @@ struct FirstLook {
   int until_rest = 0;                // pictures until the rest frame was known; 0: it was not
   std::size_t points = 0, seen = 0;  // in the last one
   double us = 0;                     // per picture, the first one apart, which makes room
+  LatencyHistogram checks;           // likewise, part of it
 };
 
 FirstLook Look(const Scene& scene, const StereoRig& rig, StereoSource& source,
@@ -162,6 +164,7 @@ FirstLook Look(const Scene& scene, const StereoRig& rig, StereoSource& source,
     const auto began = std::chrono::steady_clock::now();
     const SurfaceObservation& observation = eyes.Look(*pair);
     if (look.pictures > 1) spent += std::chrono::steady_clock::now() - began;
+    if (look.pictures > 1) look.checks.Add(eyes.checks_us());
     if (look.until_rest == 0 && eyes.at_rest_known()) look.until_rest = look.pictures;
     look.points = observation.points.size();
     look.seen = static_cast<std::size_t>(
@@ -207,6 +210,9 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   PrintLine("pace", fmt::format("{:.3g} us per picture to find the points: {} the {:g} Hz of the "
                                 "pictures",
                                 look.us, look.us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));
+  const double checks_us = look.checks.Quantile(0.99);
+  PrintLine("", fmt::format("the checks of them: {:.3g} us (p99), {:.2g} % of the pictures' period",
+                            checks_us, 100e-6 * checks_us * rate));
 }
 
 void PrintDepthCamera(const DepthPictures& depth, const Scene& scene) {
@@ -231,7 +237,8 @@ void PrintEyeChecks(const Scene& scene) {
   const PointTracking& points = *scene.sense.Find<PointTracking>();
   PrintLine(
       "checked",
-      fmt::format("each pair: a camera that shows the same picture again; one that moved "
+      fmt::format("each pair: a camera that shows the same picture again, or parts of an old one "
+                  "(frozen); one that moved "
                   "against the other across the lines of sight by {:.2g} px; a picture {:.2g} "
                   "periods late, while the surface moves; at rest: a rig off by {:.2g} px",
                   EpipolarCheck::kMostOffset, EpipolarCheck::kMostLag, EpipolarCheck::kMostAtRest));
@@ -254,6 +261,11 @@ void PrintLoadChecks(const Scene& scene) {
                   "off the fitted dent to one side{}",
                   LengthInWords(kFlatHeight * membrane->thickness),
                   sees_tension ? "; dents of another width than the scene's prestress makes" : ""));
+  PrintLine("checked",
+            "points that lie off every dent this model makes, by more than they scattered at rest "
+            "(misfit), or have moved apart since rest (zoom: scale); a press that the manipulator "
+            "makes elsewhere, or deeper, than it is seen "
+            "(arm, instants)");
   PrintLine("put right",
             fmt::format(
                 "a rig or membrane that moves as a whole, by up to {} along the membrane and "

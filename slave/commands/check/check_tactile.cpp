@@ -77,6 +77,9 @@ void PrintChecks(const Scene& scene, const ForceNetwork* network) {
   PrintLine(
       "checks",
       "each electrode with the others, which replace it; all with the pressure; drift, noise");
+  PrintLine("", fmt::format("an electrode that stands still for {:.2g} s, or jumps; all that step "
+                            "alike, which is taken off; samples that come again",
+                            kStandsStill));
   if (MeetsObject(scene)) {
     PrintLine(
         "", "where a touch begins with the pose, to 2 mm; its force with the object's, to a half");
@@ -125,6 +128,9 @@ void PrintPace(const Scene& scene, TactileEstimator& estimator) {
                                 "the {:g} Hz of the samples",
                                 us, estimator.finger_count(),
                                 us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));
+  const double checks_us = estimator.times().checks.Quantile(0.99);
+  PrintLine("", fmt::format("the checks of it: {:.3g} us (p99), {:.2g} % of the samples' period",
+                            checks_us, 100e-6 * checks_us * rate));
 }
 
 void PrintFelt(const Scene& scene, TactileEstimator& estimator) {

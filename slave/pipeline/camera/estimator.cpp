@@ -29,10 +29,11 @@ constexpr double kDentNear = 15;       // from the surface, where a dent is look
 // Sigma of a dent computed: [px], relative, besides relative as elements are long for the tool.
 constexpr double kDentFloor = 0.2, kDentModel = 0.05, kDentMesh = 0.1;
 constexpr double kDentSigmas = 3.5;
-constexpr double kFirstDent = 1;       // at which a round tool's is taken before it touches [px]
-constexpr double kDentDeepens = 0.1;   // part of its depth after which it is taken anew
-constexpr double kDentStands = 0.7;    // part of a dent that needs no second look
-constexpr int kDistrust = 3;           // pictures that must agree before a dent is believed again
+constexpr double kFirstDent = 1;      // at which a round tool's is taken before it touches [px]
+constexpr double kDentDeepens = 0.1;  // part of its depth after which it is taken anew
+constexpr double kDentStands = 0.7;   // part of a dent that needs no second look
+// Pictures that must agree before a dent is believed again, or a tip and an object that were lost.
+constexpr int kDistrust = 3;
 constexpr int kMostApart = 7;          // places in a row: a dent, or a cover, where none is to be
 constexpr double kBlurMoves = 1;       // sigma of the tip where no edge is left [px]
 constexpr double kMostTipSigma = 0.4;  // [px]
@@ -193,7 +194,7 @@ void Estimator::Reset() noexcept {
   rules_.Reset();
   cue_.Reset();
   if (watch_) watch_->Reset();
-  distrust_ = unconfirmed_ = 0;
+  distrust_ = unconfirmed_ = regained_ = 0;
   arm_in_picture_.Reset();
   arm_on_object_.Reset();
 }
@@ -220,10 +221,14 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
     Touch(view_.ToSlave(p_I), tip_sigma_ * view_.pixel());
     if (said) AskArm(*said);
     if (tool_doubt_ != FailedCheck::kNone) EstimateRules::Doubt(tool_doubt_, &felt_);
+    if (regained_ > 0) EstimateRules::Doubt(FailedCheck::kTip, &felt_);
     if (frozen) EstimateRules::Doubt(FailedCheck::kFrozen, &felt_);
   } else {
     EstimateRules::LoseForce(Validity::kTrackingLost, FailedCheck::kTip, &felt_);
   }
+  const bool is_seen = !watch_ || rules_.broken() || watch_->sighting().known;
+  const bool is_lost = !tip.found || !is_seen;
+  regained_ = is_lost ? kDistrust : std::max(0, regained_ - 1);
   times_.total.Add(total.Lap());
   return felt_;
 }
@@ -241,7 +246,9 @@ Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
   tip_sigma_ = tip.sigma;
   if (!watch_) return tip.p_I;
   const ObjectSighting& object = watch_->sighting();
-  const Eigen::Vector2d p_I = object.motion.Back(tip.p_I);
+  // The template stays as large as it was, the tool in a zoomed picture does not.
+  const Eigen::Vector2d grown = std::expm1(object.motion.growth) * tip.lever;
+  const Eigen::Vector2d p_I = object.motion.Back(tip.p_I + grown);
   const double blurred = std::max(0.0, 1 - object.sharpness);
   tip_sigma_ = std::hypot(tip.sigma, object.sigma_px, kBlurMoves * blurred);
   if (tip.sigma < kMostTipSigma || !object.dent_known || !rules_.in_contact()) return p_I;

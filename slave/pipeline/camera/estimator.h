@@ -154,6 +154,7 @@ class Estimator {
   double tip_sigma_ = 0;          // with that of the picture's motion [px]
   int unconfirmed_ = 0;           // pictures since the dent was seen last
   int distrust_ = 0;              // pictures until a dent is believed again
+  int regained_ = 0;              // pictures until what was lost and is seen again is believed
   cv::Mat last_image_;
   FailedCheck tool_doubt_ = FailedCheck::kNone;  // of the tool in the first picture
   bool is_noisy_ = false;                        // the first picture has noise

@@ -152,8 +152,9 @@ SenseInfo FingertipSense::info() const {
 
 std::vector<StageTimes> FingertipSense::Stages() const {
   const TactileTimes& times = estimator_.times();
-  return {TimesOf("tactile", times.tactile), TimesOf("contact", times.contact),
-          TimesOf("mechanics", times.mechanics), TimesOf("total", times.total)};
+  return {TimesOf("tactile", times.tactile), TimesOf("checks", times.checks),
+          TimesOf("contact", times.contact), TimesOf("mechanics", times.mechanics),
+          TimesOf("total", times.total)};
 }
 
 TactileInbox* FingertipSense::inbox() {

@@ -163,6 +163,9 @@ const ContactEstimate& TactileEstimator::Feel(const TactileFrame& frame, const V
     fingertips_[i].Feel(frame.fingers[i], frame.after_gap && missing == 0, IsClear(i));
   }
   times_.tactile.Add(lap.Lap());
+  double checks_us = 0;
+  for (const Fingertip& fingertip : fingertips_) checks_us += fingertip.checks_us();
+  times_.checks.Add(checks_us);
   for (std::size_t i = 0; i < fingertips_.size(); ++i) Meet(i);
   times_.contact.Add(lap.Lap());
   if (body_) Deform();
@@ -360,6 +363,7 @@ void TactileEstimator::CompareStiffness() noexcept {
 // A sample that shows the fingertip where the arm was before tells the force of then.
 void TactileEstimator::AskArm(const ArmWord& said) noexcept {
   FingerEstimate& first = fingers_.front();
+  if (fingertips_.front().misses()) return;  // the frame is an old one
   const bool agree = arm_.Agree(first.p_S_apex, said, kArmApart);
   arm_doubts_ = agree ? std::max(arm_doubts_ - 1, 0) : kArmForgives;
   for (std::size_t i = 0; arm_doubts_ > 0 && i < fingertips_.size(); ++i) {

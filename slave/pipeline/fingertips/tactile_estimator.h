@@ -51,6 +51,7 @@ TactileSenses LoadSenses(const Scene& scene);
 struct TactileTimes {
   LatencyHistogram tactile, contact, total;
   LatencyHistogram mechanics;  // of samples in which a contact acts
+  LatencyHistogram checks;     // part of tactile, all fingertips
 };
 
 // One thread at a time. The force felt is the network's, in contact or not; the object's model says

@@ -105,6 +105,7 @@ const ContactEstimate& PointsSense::Estimate(const Eigen::Vector3d& p_S_tip) noe
   Stopwatch lap;
   felt_ = &Tell(p_S_tip);
   look_times_.Add(look_us_);
+  check_times_.Add(eyes_->checks_us());
   total_times_.Add(look_us_ + lap.Lap());
   shown_ = next_;
   overlay_ = MakePointsOverlay(*eyes_, *seen_, *felt_);
@@ -193,7 +194,7 @@ SenseInfo PointsSense::info() const {
 }
 
 std::vector<StageTimes> PointsSense::Stages() const {
-  return {TimesOf(eyes_->stage(), look_times_),
+  return {TimesOf(eyes_->stage(), look_times_), TimesOf("checks", check_times_),
           TimesOf("mechanics", estimator_ ? estimator_->times() : LatencyHistogram{}),
           TimesOf("total", total_times_)};
 }

@@ -92,7 +92,7 @@ class PointsSense final : public Sense {
   bool rest_known_ = false;  // before it was looked at
   const SurfaceObservation* seen_ = nullptr;
   double look_us_ = 0;
-  LatencyHistogram look_times_, total_times_;
+  LatencyHistogram look_times_, check_times_, total_times_;
 
   StereoPair shown_;  // of the last estimate
   PointsOverlay overlay_;

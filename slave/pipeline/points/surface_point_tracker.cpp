@@ -11,6 +11,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/telemetry/stopwatch.h"
 #include "slave/site/points/pair_rig.h"
 #include "slave/vision/depth/depth_points.h"
 #include "slave/vision/dots/dot_layout.h"
@@ -49,15 +50,18 @@ class PairEyes : public SurfacePointTracker {
       const Eigen::Vector3d& p_S) const noexcept override {
     return palpate::Project(rig_.left, X_LS_ * p_S);
   }
+  [[nodiscard]] double checks_us() const override { return checks_us_; }
 
  protected:
   // `seen` as that of `pair`, with what speaks against it.
   const SurfaceObservation& Checked(const SurfaceObservation& seen, const StereoPair& pair) {
+    Stopwatch lap;
     checked_ = seen;
     checked_.sequence = pair.sequence;
     checked_.sensed_at = pair.sensed_at;
     if (frozen_.See(pair.left, pair.right)) checked_.Doubt(FailedCheck::kFrozen, kFrozen);
     epipolar_.See(&checked_);
+    checks_us_ = lap.Lap();
     return checked_;
   }
   void ForgetRest() { epipolar_.Reset(); }
@@ -68,6 +72,7 @@ class PairEyes : public SurfacePointTracker {
   EpipolarCheck epipolar_;
   FrozenCheck frozen_;
   SurfaceObservation checked_;
+  double checks_us_ = 0;
 };
 
 StereoDots::Params DotParams(const Scene& scene, const StereoRig& rig) {
@@ -165,8 +170,10 @@ class DepthEyes final : public SurfacePointTracker {
   }
   const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
     checked_ = depths_.Observe(pair.left, pair.sequence, pair.sensed_at);
+    Stopwatch lap;
     if (checked_.found && X_DO_) JudgeDistance();
     if (frozen_.See(pair.left, {})) checked_.Doubt(FailedCheck::kFrozen, kFrozen);
+    checks_us_ = lap.Lap();
     return checked_;
   }
   void Reset() override {
@@ -189,6 +196,7 @@ class DepthEyes final : public SurfacePointTracker {
   }
   [[nodiscard]] double radius_px() const override { return 0.5 * params_.cell; }
   [[nodiscard]] int rest_pictures() const override { return params_.rest_pictures; }
+  [[nodiscard]] double checks_us() const override { return checks_us_; }
   [[nodiscard]] std::string stage() const override { return "depth"; }
 
  private:
@@ -221,6 +229,7 @@ class DepthEyes final : public SurfacePointTracker {
   DepthPoints depths_;
   FrozenCheck frozen_{kLearntFrom};
   SurfaceObservation checked_;
+  double checks_us_ = 0;
 };
 
 constexpr const char* kNoWindow =

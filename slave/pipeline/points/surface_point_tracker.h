@@ -38,6 +38,8 @@ class SurfacePointTracker {
   [[nodiscard]] virtual double radius_px() const = 0;
   // Pictures before the rest frame is known, at least.
   [[nodiscard]] virtual int rest_pictures() const = 0;
+  // What the checks of the last picture took, part of Look [us].
+  [[nodiscard]] virtual double checks_us() const = 0;
   // Name of the stage in reports: dots, texture, depth.
   [[nodiscard]] virtual std::string stage() const = 0;
 };

@@ -44,10 +44,10 @@ class PatternCheckTest : public ::testing::Test {
     change[kElectrodeCount + 1] = u[kElectrodeCount] + noise_(random_);
     return change;
   }
-  void Take(const TactileSignals& change) { check_.Take(change, dead_); }
+  void Take(const TactileSignals& change) { check_.Take(change, dead_, still_, 0); }
 
   PatternCheck check_{TwoKinds(), kRate};
-  std::array<bool, kElectrodeCount> dead_{};
+  std::array<bool, kElectrodeCount> dead_{}, still_{};
   std::mt19937 random_{3};
   std::normal_distribution<double> noise_{0, 0.9};
 };
@@ -151,6 +151,29 @@ TEST_F(PatternCheckTest, NoSampleAllocates) {
   const long before = AllocationCount();
   for (int i = 0; i < 1000; ++i) Take(change);
   EXPECT_EQ(AllocationCount() - before, 0);
+}
+
+TEST_F(PatternCheckTest, AnElectrodeThatJumpsAloneIsReplacedUntilItIsBack) {
+  for (int i = 0; i < 50; ++i) Take(Contact(0, 100));
+  TactileSignals jumped = Contact(0, 100);
+  jumped[2] += 15;
+  Take(jumped);
+  EXPECT_TRUE(check_.is_replaced(2));
+  Take(Contact(0, 100));
+  EXPECT_FALSE(check_.is_replaced(2));
+}
+
+TEST_F(PatternCheckTest, AnElectrodeThatStandsStillNeedsLessToBeWrong) {
+  const auto off = [&] {
+    TactileSignals change = Contact(0, 100);
+    change[2] = 100 * Direction(0)[2] - 5;
+    return change;
+  };
+  Take(off());
+  EXPECT_FALSE(check_.is_replaced(2));
+  still_[2] = true;
+  Take(off());
+  EXPECT_TRUE(check_.is_replaced(2));
 }
 
 }  // namespace

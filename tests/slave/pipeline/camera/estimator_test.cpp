@@ -198,6 +198,13 @@ TEST_F(EstimatorTest, AnUnknownForceIsNotZero) {
   const ContactEstimate& found = estimator.Feel(Draw(0.044, 0.092));
   EXPECT_TRUE(found.events.Has(Event::kTrackingRegained));
   EXPECT_TRUE(found.force);
+  // Found somewhere, it may be another thing that looks like it.
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(estimator.felt().validity, Validity::kExtrapolated) << i;
+    EXPECT_EQ(estimator.felt().check, FailedCheck::kTip) << i;
+    estimator.Feel(Draw(0.044, 0.092));
+  }
+  EXPECT_EQ(estimator.felt().validity, Validity::kValid) << ToString(estimator.felt().check);
 }
 
 TEST_F(EstimatorTest, PicturesOfAnotherKindAreFlagged) {
@@ -268,6 +275,22 @@ TEST_F(EstimatorTest, ABumpOfTheCameraIsPutRight) {
     EXPECT_LT((*felt.force - before).norm(), 0.07 / 3 * before.norm()) << way.transpose();
     EXPECT_LT((estimator.sighting()->motion.shift - way).norm(), 0.1) << way.transpose();
   }
+}
+
+// In a picture that is 2 % larger the tip is farther from the marks that the template holds on to:
+// by 0.3 px, a fifteenth of the force.
+TEST_F(EstimatorTest, AZoomedPictureIsPutRight) {
+  Estimator estimator = Make();
+  for (int i = 0; i <= 9; ++i) estimator.Feel(Draw(0.044, 0.094 - 0.001 * i));
+  const Eigen::Vector3d before = estimator.felt().force.value();
+  Frame zoomed = Draw(0.044, 0.085);
+  const double x = 0.5 * (zoomed.image.cols - 1), y = 0.5 * (zoomed.image.rows - 1);
+  const cv::Matx23d growth(1.02, 0, -0.02 * x, 0, 1.02, -0.02 * y);
+  cv::warpAffine(zoomed.image.clone(), zoomed.image, growth, zoomed.image.size(), cv::INTER_CUBIC,
+                 cv::BORDER_REPLICATE);
+  const ContactEstimate& felt = estimator.Feel(zoomed);
+  EXPECT_EQ(felt.validity, Validity::kValid) << ToString(felt.check);
+  EXPECT_LT((*felt.force - before).norm(), 0.04 * before.norm());
 }
 
 // A pixel said to be 5 % too large or too small shows in the block's own size.

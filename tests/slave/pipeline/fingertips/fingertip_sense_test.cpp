@@ -112,8 +112,9 @@ TEST_F(FingertipSenseTest, ATouchIsFeltAndSeen) {
   EXPECT_FALSE(slave_.Picture(true, 80).has_value());
   EXPECT_EQ(slave_.tactile_inbox(), nullptr);
   const SlaveStatus status = slave_.Status();
-  ASSERT_EQ(status.stages.size(), 4U);
+  ASSERT_EQ(status.stages.size(), 5U);
   EXPECT_EQ(status.stages[0].stage, "tactile");
+  EXPECT_EQ(status.stages[1].stage, "checks");
   EXPECT_GE(status.frames, 10U);
   EXPECT_EQ(slave_.Describe().sense.model.kind, "fem");
 }

@@ -97,8 +97,9 @@ TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
   EXPECT_NEAR(force, -state.force->z(), 0.05 * kForce);  // of the tool on the object
 
   const SlaveStatus status = slave_->Status();
-  ASSERT_EQ(status.stages.size(), 3U);
+  ASSERT_EQ(status.stages.size(), 4U);
   EXPECT_EQ(status.stages[0].stage, "dots");
+  EXPECT_EQ(status.stages[1].stage, "checks");
   EXPECT_GE(status.frames, 10U);
   EXPECT_EQ(slave_->Describe().sense.model.kind, "plate");
   EXPECT_FALSE(slave_->Describe().simulated);
