@@ -18,6 +18,8 @@ bool CanStudy(const Scene& scene);
 std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene);
 
 inline constexpr double kQuickBudget = 3;  // [s]
+// What a quick study leaves out: dear models, and repeating what is quick.
+StudySettings QuickSettings(double budget_s = kQuickBudget);
 // The same after a quick study of about `budget_s` [s]. Throws std::invalid_argument: see AskedOf.
 std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,
                                    double budget_s = kQuickBudget, const std::stop_token& stop = {},

@@ -16,6 +16,8 @@
 namespace palpate::study {
 namespace {
 
+constexpr site::Fineness kRough{
+    .largest = 0.25, .growth = 0.6, .at_patch_end = 2e-3, .at_support_end = 2e-3};
 constexpr site::Fineness kCoarse{};
 constexpr site::Fineness kFine{
     .largest = 0.1, .growth = 0.25, .at_patch_end = 2e-5, .at_support_end = 1e-4};
@@ -168,14 +170,15 @@ void JudgePress(const Reference& reference, const PressAnswers& answers, double 
 
 }  // namespace
 
-std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, double width) {
+std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, double width,
+                                        bool quick) {
   const bool is_solid = IsPlanar(scene.object.geometry) && scene.model.wall == 0;
   if (!is_solid || scene.model.contact != ContactLaw::kBonded) {
     return std::nullopt;
   }
   try {
-    const double fine = Stiffness(scene, press, width, kFine);
-    const double coarse = Stiffness(scene, press, width, kCoarse);
+    const double fine = Stiffness(scene, press, width, quick ? kCoarse : kFine);
+    const double coarse = Stiffness(scene, press, width, quick ? kRough : kCoarse);
     if (!(fine > 0)) return std::nullopt;
     return Estimate{fine, std::abs(fine - coarse)};
   } catch (const std::exception&) {  // the formulation has limits of its own; others remain
@@ -186,7 +189,8 @@ std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, 
 ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
     : question_(question) {
   for (const Press& press : question.presses) {
-    const auto stiffness = PlanarStiffness(scene, press, question.width);
+    const auto stiffness =
+        PlanarStiffness(scene, press, question.width, question.presses.size() > 2);
     const double d = question.small_depth;
     planar_.push_back(stiffness ? Estimate{d * stiffness->value, d * stiffness->bar} : Estimate{});
   }
