@@ -7,6 +7,7 @@
 #include "shared/text/text.h"
 #include "slave/mechanics/plate/plate_law.h"
 #include "slave/scene/model_kinds.h"
+#include "slave/study/reachable_places.h"
 
 namespace palpate::study {
 namespace {
@@ -116,8 +117,21 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
   return decided;
 }
 
-StudySettings QuickSettings(double budget_s) {
+std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
+  constexpr int kOnOutline = 12, kOnMembrane = 8, kOnVolume = 3;
+  if (!scene.study_contacts.empty() || !scene.tool) return {};
+  const Geometry& geometry = scene.object.geometry;
+  const bool one_place = scene.model.wall > 0;  // a shell's
+  const int count = one_place            ? 1
+                    : IsPlanar(geometry) ? kOnOutline
+                    : IsVolume(geometry) ? kOnVolume
+                                         : kOnMembrane;
+  return ReachablePlaces(scene, scene.tool->width, EvenShares(count));
+}
+
+StudySettings QuickSettings(const Scene& scene, double budget_s) {
   StudySettings settings;
+  settings.places = PlacesToDecide(scene);
   settings.budget_s = budget_s;
   settings.timing_s = 0.01 * budget_s;
   settings.limits = {.dof = 40'000, .dense_dof = 1200, .residuals = false, .families = {}};
@@ -129,7 +143,7 @@ std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& works
                                    Progress* progress) {
   Scene weightless = scene;  // a press adds the same force to whatever weight there is
   weightless.model.fem.gravity_O.setZero();
-  const StudySettings settings = QuickSettings(budget_s);
+  const StudySettings settings = QuickSettings(scene, budget_s);
   return DecidedBy(RunStudy(weightless, settings, workshop, stop, {{}, progress}), scene);
 }
 

@@ -11,7 +11,6 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/study/reachable_places.h"
 
 namespace palpate::study {
 namespace {
@@ -187,26 +186,10 @@ class Cut {
   Matrix3d moment_ = Matrix3d::Zero();
 };
 
-// One place says little of the others, and `auto` chooses for all of them.
-std::vector<Vector3d> PlacesFor(const Scene& scene, const std::vector<Vector3d>& asked) {
-  constexpr int kOnOutline = 6, kOnMembrane = 4, kOnVolume = 3;
-  if (!asked.empty()) return asked;
-  if (!scene.study_contacts.empty() || scene.model.kind != "auto" || !scene.tool) {
-    return scene.study_contacts;
-  }
-  const Geometry& geometry = scene.object.geometry;
-  const int count = IsVolume(geometry)     ? kOnVolume
-                    : !IsPlanar(geometry)  ? kOnMembrane
-                    : scene.model.wall > 0 ? 1
-                                           : kOnOutline;
-  return ReachablePlaces(scene, scene.tool->width, EvenShares(count));
-}
-
 }  // namespace
 
 PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places) {
-  const bool seen_only = std::holds_alternative<ImageContourGeometry>(scene.object.geometry);
-  const std::vector<Vector3d> places = seen_only ? asked_places : PlacesFor(scene, asked_places);
+  const std::vector<Vector3d>& places = asked_places.empty() ? scene.study_contacts : asked_places;
   PressSpec question;
   double small_depth = 0;
   if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {

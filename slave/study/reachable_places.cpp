@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -27,22 +28,25 @@ struct Piece {
   double size = 0;  // its length or area
 };
 
-std::vector<Vector3d> Draw(const std::vector<Piece>& pieces, const std::vector<double>& shares) {
+// Where the piece at a share does not carry the tool, the next one that does.
+std::vector<Vector3d> Draw(const std::vector<Piece>& pieces, const std::vector<double>& shares,
+                           const std::function<bool(const Vector3d&)>& carries) {
   double total = 0;
   for (const Piece& piece : pieces) total += piece.size;
   std::vector<Vector3d> places;
   for (const double share : shares) {
     double rest = share * total;
-    const auto found = std::ranges::find_if(pieces, [&](const Piece& piece) {
-      rest -= piece.size;
-      return rest < 0;
-    });
-    if (found != pieces.end()) places.push_back(found->p_O);
+    std::size_t at = 0;
+    while (at + 1 < pieces.size() && (rest -= pieces[at].size) >= 0) ++at;
+    std::size_t tried = 0;
+    while (tried < pieces.size() && !carries(pieces[(at + tried) % pieces.size()].p_O)) ++tried;
+    if (tried < pieces.size()) places.push_back(pieces[(at + tried) % pieces.size()].p_O);
   }
   return places;
 }
 
-std::vector<Piece> OnOutline(const Scene& scene, double width) {
+std::vector<Vector3d> OnOutline(const Scene& scene, double width,
+                                const std::vector<double>& shares) {
   constexpr int kPieces = 1000;
   Scene fine = scene;
   if (!HoldsByNumber(scene)) fine.model.elements = kPieces;
@@ -60,7 +64,7 @@ std::vector<Piece> OnOutline(const Scene& scene, double width) {
     const Vector2d p = middle.midpoint();
     pieces.push_back({{p.x(), p.y(), 0}, middle.length()});
   }
-  return pieces;
+  return Draw(pieces, shares, [](const Vector3d&) { return true; });
 }
 
 // A triangle's middle stands for it, so they are small.
@@ -80,7 +84,7 @@ SurfaceMesh FineSkin(const Scene& scene, double width) {
   return skin;
 }
 
-std::vector<Piece> OnSkin(const Scene& scene, double width) {
+std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector<double>& shares) {
   constexpr double kOnObject = 0.97;  // of the tool's face
   const SurfaceMesh skin = FineSkin(scene, width);
   const HeldNodes held = FixedNodeDofs(scene, skin.nodes);
@@ -92,15 +96,16 @@ std::vector<Piece> OnSkin(const Scene& scene, double width) {
     }
     return false;
   };
+  const auto carries = [&](const Vector3d& p_O) {
+    const auto place = FindPlace(skin, p_O);
+    return place && !near_held(p_O) &&
+           PatchAt(skin, *place, p_O, width).disc.area >= kOnObject * face;
+  };
   std::vector<Piece> pieces;
   for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) {
-    const Vector3d p_O = Centroid(skin, t);
-    const auto place = FindPlace(skin, p_O);
-    if (!place || near_held(p_O)) continue;
-    if (PatchAt(skin, *place, p_O, width).disc.area < kOnObject * face) continue;
-    pieces.push_back({p_O, Area(skin, t)});
+    pieces.push_back({Centroid(skin, t), Area(skin, t)});
   }
-  return pieces;
+  return Draw(pieces, shares, carries);
 }
 
 std::vector<Vector3d> OnMembrane(double radius, const std::vector<double>& shares) {
@@ -134,7 +139,7 @@ std::vector<Vector3d> ReachablePlaces(const Scene& scene, double width,
     return OnMembrane(membrane->radius, shares);
   }
   if (scene.model.wall > 0) return OppositeToHolder(scene, shares);
-  return Draw(IsPlanar(geometry) ? OnOutline(scene, width) : OnSkin(scene, width), shares);
+  return IsPlanar(geometry) ? OnOutline(scene, width, shares) : OnSkin(scene, width, shares);
 }
 
 std::vector<double> EvenShares(int count) {
