@@ -118,14 +118,10 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
 }
 
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
-  constexpr int kOnOutline = 12, kOnMembrane = 8, kOnVolume = 3;
-  if (!scene.study_contacts.empty() || !scene.tool) return {};
-  const Geometry& geometry = scene.object.geometry;
-  const bool one_place = scene.model.wall > 0;  // a shell's
-  const int count = one_place            ? 1
-                    : IsPlanar(geometry) ? kOnOutline
-                    : IsVolume(geometry) ? kOnVolume
-                                         : kOnMembrane;
+  constexpr int kOnOutline = 12, kOnMembrane = 8;
+  const bool has_own = !scene.study_contacts.empty() || !scene.tool || scene.model.wall > 0;
+  if (has_own || IsVolume(scene.object.geometry)) return {};
+  const int count = IsPlanar(scene.object.geometry) ? kOnOutline : kOnMembrane;
   return ReachablePlaces(scene, scene.tool->width, EvenShares(count));
 }
 

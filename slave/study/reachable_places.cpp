@@ -69,7 +69,7 @@ std::vector<Vector3d> OnOutline(const Scene& scene, double width,
 
 // A triangle's middle stands for it, so they are small.
 SurfaceMesh FineSkin(const Scene& scene, double width) {
-  constexpr std::size_t kMost = 20'000;
+  constexpr std::size_t kMost = 6'000;
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);
   SurfaceMesh skin = solid ? SurfaceOf(*solid) : std::get<SurfaceMesh>(mesh);
@@ -97,9 +97,9 @@ std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector
     return false;
   };
   const auto carries = [&](const Vector3d& p_O) {
+    if (near_held(p_O)) return false;
     const auto place = FindPlace(skin, p_O);
-    return place && !near_held(p_O) &&
-           PatchAt(skin, *place, p_O, width).disc.area >= kOnObject * face;
+    return place && PatchAt(skin, *place, p_O, width).disc.area >= kOnObject * face;
   };
   std::vector<Piece> pieces;
   for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) {
