@@ -41,6 +41,7 @@ struct Limit {
   std::string kind, words;
   Estimate force;
   bool extrapolated = true;
+  double step = 0;  // from the finest answer to the limit [N]
   [[nodiscard]] double relative_bar() const { return force.bar / std::abs(force.value); }
 };
 
@@ -99,12 +100,14 @@ std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::s
     if (!(width > 0) || !std::isfinite(a.small.value)) continue;
     answers.push_back({row->element_size, a.small.value * std::pow(width, -slope)});
   }
+  const double nearest = answers.empty() ? kUnknown : answers.front().value;
   const Extrapolation limit = Extrapolate(std::move(answers));
   if (!std::isfinite(limit.limit.value)) return std::nullopt;
   std::string words = finest.family + ", finest " + finest.resolution;
   words += std::isfinite(limit.order) ? Formatted(", extrapolated with order %.2f", limit.order)
                                       : ", not converging smoothly";
-  return Limit{FormulationOf(finest), std::move(words), limit.limit, std::isfinite(limit.order)};
+  return Limit{FormulationOf(finest), std::move(words), limit.limit, std::isfinite(limit.order),
+               std::abs(limit.limit.value - nearest)};
 }
 
 // The nearest thing to a second opinion: of another kind if there is one, of small bar.
@@ -217,7 +220,9 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
   Reference reference{best.force, {}, best.words};
   if (const Limit* second = SecondOpinion(limits, best)) {
     const double apart = std::abs(second->force.value - best.force.value);
-    reference.small.bar = std::max(best.force.bar, apart - second->force.bar);
+    // What was extrapolated contradicts nothing within the way that it went.
+    const double own = std::max(second->force.bar, second->step);
+    reference.small.bar = std::max(best.force.bar, apart - own);
     reference.source += "; differs from " + second->words +
                         Formatted(" by %.2g %%", 100 * apart / std::abs(best.force.value));
   } else {

@@ -33,7 +33,7 @@ struct References {
 // Small depth: the limit of each family under mesh refinement (Extrapolate, with every answer
 // brought to the tool's real width by the models' own d ln force / d ln width) and, for planar
 // objects, the independent finite element solution; the one with the smallest bar. Its bar grows to
-// what it differs from another formulation beyond that one's own bar.
+// what it differs from another formulation beyond that one's own bar and the way to its limit.
 // Full depth: the same, times how much stiffer the object is there in a large-deformation model
 // (von Karman, neo-Hookean) than at the small depth; one where none answered.
 class ReferenceFinder {
