@@ -25,6 +25,7 @@
 #include "slave/scene/scene_loader.h"
 #include "slave/service/server.h"
 #include "slave/service/slave_metrics.h"
+#include "slave/study/auto_model.h"
 #include "slave/study/report.h"
 #include "slave/study/study.h"
 
@@ -186,6 +187,9 @@ int RunStudyCommand(const StudyOptions& options, std::stop_token stop) {
                    InputFilesOf(scene));
   std::filesystem::create_directories(options.out);
   study::StudySettings settings;
+  if (scene.model.kind == "auto" && study::CanStudy(scene)) {
+    settings.places = study::PlacesToDecide(scene);  // what it finds is kept for `auto`
+  }
   settings.budget_s = options.budget;
   study::StudyResult result;
   {

@@ -168,7 +168,11 @@ ModelChoice ChooseModel(const Scene& scene) {
   if (IsVolume(geometry)) {
     return {"fem", "volume: co-rotational finite elements; no study of this scene exists yet"};
   }
-  if (scene.model.wall > 0) return {"shell", "a disc filled with a liquid: a shell"};
+  if (scene.model.wall > 0) {
+    return {"shell",
+            "a disc filled with a liquid: a shell, of which a quick study has no time to find the "
+            "error; `study` tells it"};
+  }
   return {"bem2d",
           "planar outline: two-dimensional boundary elements; no study of this scene exists yet"};
 }

@@ -7,6 +7,7 @@
 #include "shared/text/text.h"
 #include "slave/mechanics/plate/plate_law.h"
 #include "slave/scene/model_kinds.h"
+#include "slave/study/reachable_places.h"
 
 namespace palpate::study {
 namespace {
@@ -94,7 +95,7 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
   std::vector<RejectedModel> unfit;
   study.rows = FitRows(scene, std::move(study.rows), &unfit);
   const double excess = LawsExcess(scene, study.question);
-  for (StudyRow& row : study.rows) row.error.value = std::max(row.error.value, excess);
+  for (StudyRow& row : study.rows) row.error.value += excess;
   MarkFront(&study.rows);
   decision.reason = "auto: " + Recommend(study.tolerance, study.rate, &study.rows);
   Sort(&study.rows);
@@ -116,15 +117,29 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
   return decided;
 }
 
-std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,
-                                   double budget_s, const std::stop_token& stop,
-                                   Progress* progress) {
+std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
+  constexpr int kOnOutline = 12, kOnMembrane = 8;
+  const bool has_own = !scene.study_contacts.empty() || !scene.tool || scene.model.wall > 0;
+  if (has_own || IsVolume(scene.object.geometry)) return {};
+  const int count = IsPlanar(scene.object.geometry) ? kOnOutline : kOnMembrane;
+  return ReachablePlaces(scene, scene.tool->width, EvenShares(count));
+}
+
+StudySettings QuickSettings(const Scene& scene, double budget_s) {
   StudySettings settings;
+  settings.places = PlacesToDecide(scene);
   settings.budget_s = budget_s;
   settings.timing_s = 0.01 * budget_s;
   settings.limits = {.dof = 40'000, .dense_dof = 1200, .residuals = false, .families = {}};
+  return settings;
+}
+
+std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,
+                                   double budget_s, const std::stop_token& stop,
+                                   Progress* progress) {
   Scene weightless = scene;  // a press adds the same force to whatever weight there is
   weightless.model.fem.gravity_O.setZero();
+  const StudySettings settings = QuickSettings(scene, budget_s);
   return DecidedBy(RunStudy(weightless, settings, workshop, stop, {{}, progress}), scene);
 }
 

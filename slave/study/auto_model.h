@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "slave/scene/scene.h"
 #include "slave/study/study.h"
@@ -18,6 +19,12 @@ bool CanStudy(const Scene& scene);
 std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene);
 
 inline constexpr double kQuickBudget = 3;  // [s]
+// Of a study that decides for all of a planar object or a membrane: where the scene names no places
+// itself, it presses at several that go evenly over all ReachablePlaces, of which the worst counts.
+// Empty: the study's own. Of a volume every further place would cost a second or more.
+std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene);
+// A quick study leaves out dear models, and repeating what is quick.
+StudySettings QuickSettings(const Scene& scene, double budget_s = kQuickBudget);
 // The same after a quick study of about `budget_s` [s]. Throws std::invalid_argument: see AskedOf.
 std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,
                                    double budget_s = kQuickBudget, const std::stop_token& stop = {},

@@ -16,6 +16,8 @@
 namespace palpate::study {
 namespace {
 
+constexpr site::Fineness kRough{
+    .largest = 0.25, .growth = 0.6, .at_patch_end = 2e-3, .at_support_end = 2e-3};
 constexpr site::Fineness kCoarse{};
 constexpr site::Fineness kFine{
     .largest = 0.1, .growth = 0.25, .at_patch_end = 2e-5, .at_support_end = 1e-4};
@@ -39,6 +41,7 @@ struct Limit {
   std::string kind, words;
   Estimate force;
   bool extrapolated = true;
+  double step = 0;  // from the finest answer to the limit [N]
   [[nodiscard]] double relative_bar() const { return force.bar / std::abs(force.value); }
 };
 
@@ -97,12 +100,14 @@ std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::s
     if (!(width > 0) || !std::isfinite(a.small.value)) continue;
     answers.push_back({row->element_size, a.small.value * std::pow(width, -slope)});
   }
+  const double nearest = answers.empty() ? kUnknown : answers.front().value;
   const Extrapolation limit = Extrapolate(std::move(answers));
   if (!std::isfinite(limit.limit.value)) return std::nullopt;
   std::string words = finest.family + ", finest " + finest.resolution;
   words += std::isfinite(limit.order) ? Formatted(", extrapolated with order %.2f", limit.order)
                                       : ", not converging smoothly";
-  return Limit{FormulationOf(finest), std::move(words), limit.limit, std::isfinite(limit.order)};
+  return Limit{FormulationOf(finest), std::move(words), limit.limit, std::isfinite(limit.order),
+               std::abs(limit.limit.value - nearest)};
 }
 
 // The nearest thing to a second opinion: of another kind if there is one, of small bar.
@@ -168,14 +173,15 @@ void JudgePress(const Reference& reference, const PressAnswers& answers, double 
 
 }  // namespace
 
-std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, double width) {
+std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, double width,
+                                        bool quick) {
   const bool is_solid = IsPlanar(scene.object.geometry) && scene.model.wall == 0;
   if (!is_solid || scene.model.contact != ContactLaw::kBonded) {
     return std::nullopt;
   }
   try {
-    const double fine = Stiffness(scene, press, width, kFine);
-    const double coarse = Stiffness(scene, press, width, kCoarse);
+    const double fine = Stiffness(scene, press, width, quick ? kCoarse : kFine);
+    const double coarse = Stiffness(scene, press, width, quick ? kRough : kCoarse);
     if (!(fine > 0)) return std::nullopt;
     return Estimate{fine, std::abs(fine - coarse)};
   } catch (const std::exception&) {  // the formulation has limits of its own; others remain
@@ -186,7 +192,8 @@ std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, 
 ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
     : question_(question) {
   for (const Press& press : question.presses) {
-    const auto stiffness = PlanarStiffness(scene, press, question.width);
+    const auto stiffness =
+        PlanarStiffness(scene, press, question.width, question.presses.size() > 2);
     const double d = question.small_depth;
     planar_.push_back(stiffness ? Estimate{d * stiffness->value, d * stiffness->bar} : Estimate{});
   }
@@ -213,7 +220,9 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
   Reference reference{best.force, {}, best.words};
   if (const Limit* second = SecondOpinion(limits, best)) {
     const double apart = std::abs(second->force.value - best.force.value);
-    reference.small.bar = std::max(best.force.bar, apart - second->force.bar);
+    // What was extrapolated contradicts nothing within the way that it went.
+    const double own = std::max(second->force.bar, second->step);
+    reference.small.bar = std::max(best.force.bar, apart - own);
     reference.source += "; differs from " + second->words +
                         Formatted(" by %.2g %%", 100 * apart / std::abs(best.force.value));
   } else {

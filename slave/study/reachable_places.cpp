@@ -1,0 +1,151 @@
+#include "slave/study/reachable_places.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "shared/geometry/index.h"
+#include "shared/mesh/boundary_patch.h"
+#include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/object_mesh.h"
+#include "slave/study/candidate.h"
+
+namespace palpate::study {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kBeside = 2;      // of the tool's width, must be free
+constexpr double kStraight = 0.9;  // cosine between normals under it
+constexpr double kWithin = 0.6;    // of a membrane's radius
+
+struct Piece {
+  Vector3d p_O{0, 0, 0};
+  double size = 0;  // its length or area
+};
+
+// Where the piece at a share does not carry the tool, the next one that does.
+std::vector<Vector3d> Draw(const std::vector<Piece>& pieces, const std::vector<double>& shares,
+                           const std::function<bool(const Vector3d&)>& carries) {
+  double total = 0;
+  for (const Piece& piece : pieces) total += piece.size;
+  std::vector<Vector3d> places;
+  for (const double share : shares) {
+    double rest = share * total;
+    std::size_t at = 0;
+    while (at + 1 < pieces.size() && (rest -= pieces[at].size) >= 0) ++at;
+    std::size_t tried = 0;
+    while (tried < pieces.size() && !carries(pieces[(at + tried) % pieces.size()].p_O)) ++tried;
+    if (tried < pieces.size()) places.push_back(pieces[(at + tried) % pieces.size()].p_O);
+  }
+  return places;
+}
+
+std::vector<Vector3d> OnOutline(const Scene& scene, double width,
+                                const std::vector<double>& shares) {
+  constexpr int kPieces = 1000;
+  Scene fine = scene;
+  if (!HoldsByNumber(scene)) fine.model.elements = kPieces;
+  const BoundaryMesh mesh = MeshOutline(fine, std::nullopt);
+  const auto held = FixedElementDofs(fine, mesh);
+  std::vector<Piece> pieces;
+  for (int i = 0; i < mesh.size(); ++i) {
+    const BoundaryElement& middle = mesh.elements[Index(i)];
+    const auto carries = [&](int k) {
+      return !held[Index(k)][0] && !held[Index(k)][1] &&
+             mesh.elements[Index(k)].normal().dot(middle.normal()) > kStraight;
+    };
+    if (!std::ranges::all_of(PatchElements(mesh, i, middle.midpoint(), kBeside * width), carries))
+      continue;
+    const Vector2d p = middle.midpoint();
+    pieces.push_back({{p.x(), p.y(), 0}, middle.length()});
+  }
+  return Draw(pieces, shares, [](const Vector3d&) { return true; });
+}
+
+// A triangle's middle stands for it, so they are small.
+SurfaceMesh FineSkin(const Scene& scene, double width) {
+  constexpr std::size_t kMost = 6'000;
+  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+  const auto* solid = std::get_if<SolidMesh>(&mesh);
+  SurfaceMesh skin = solid ? SurfaceOf(*solid) : std::get<SurfaceMesh>(mesh);
+  const auto largest = [&] {
+    double area = 0;
+    for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) {
+      area = std::max(area, Area(skin, t));
+    }
+    return area;
+  };
+  while (largest() > 0.1 * width * width && 4 * skin.triangles.size() < kMost) skin = Refined(skin);
+  return skin;
+}
+
+std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector<double>& shares) {
+  constexpr double kOnObject = 0.97;  // of the tool's face
+  const SurfaceMesh skin = FineSkin(scene, width);
+  const HeldNodes held = FixedNodeDofs(scene, skin.nodes);
+  const double face = 0.25 * std::numbers::pi * width * width;
+  const auto near_held = [&](const Vector3d& p_O) {
+    for (std::size_t i = 0; i < held.size(); ++i) {
+      const bool holds = held[i][0] || held[i][1] || held[i][2];
+      if (holds && (skin.nodes[i] - p_O).norm() < 0.5 * kBeside * width) return true;
+    }
+    return false;
+  };
+  const auto carries = [&](const Vector3d& p_O) {
+    if (near_held(p_O)) return false;
+    const auto place = FindPlace(skin, p_O);
+    return place && PatchAt(skin, *place, p_O, width).disc.area >= kOnObject * face;
+  };
+  std::vector<Piece> pieces;
+  for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) {
+    pieces.push_back({Centroid(skin, t), Area(skin, t)});
+  }
+  return Draw(pieces, shares, carries);
+}
+
+std::vector<Vector3d> OnMembrane(double radius, const std::vector<double>& shares) {
+  constexpr double kTurns = 7;  // while the radius grows
+  std::vector<Vector3d> places;
+  for (const double share : shares) {
+    const double r = kWithin * radius * std::sqrt(share),
+                 angle = 2 * std::numbers::pi * kTurns * share;
+    places.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
+  }
+  return places;
+}
+
+// Elsewhere a shell tells nothing.
+std::vector<Vector3d> OppositeToHolder(const Scene& scene, const std::vector<double>& shares) {
+  const auto* disc = std::get_if<DiscGeometry>(&scene.object.geometry);
+  const auto* held = scene.object.fixed.size() == 1
+                         ? std::get_if<FixedArc>(&scene.object.fixed[0].where)
+                         : nullptr;
+  if (disc == nullptr || held == nullptr) return {};
+  const Vector3d way(std::cos(held->centre), std::sin(held->centre), 0);
+  return std::vector<Vector3d>(shares.size(), -disc->radius * way);
+}
+
+}  // namespace
+
+std::vector<Vector3d> ReachablePlaces(const Scene& scene, double width,
+                                      const std::vector<double>& shares) {
+  const Geometry& geometry = scene.object.geometry;
+  if (const auto* membrane = std::get_if<MembraneGeometry>(&geometry)) {
+    return OnMembrane(membrane->radius, shares);
+  }
+  if (scene.model.wall > 0) return OppositeToHolder(scene, shares);
+  return IsPlanar(geometry) ? OnOutline(scene, width, shares) : OnSkin(scene, width, shares);
+}
+
+std::vector<double> EvenShares(int count) {
+  std::vector<double> shares;
+  for (int i = 0; i < count; ++i) shares.push_back((i + 0.5) / count);
+  return shares;
+}
+
+}  // namespace palpate::study

@@ -1,0 +1,23 @@
+// Where a tool can press an object.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/scene/scene.h"
+
+namespace palpate::study {
+
+// Places where a tool of `width` [m] rests with all of it beside corners, edges and what is held,
+// frame O [m]: one for each of the `shares`, numbers of [0, 1) that go evenly along the boundary,
+// or over the surface in the order of its triangles, moved on to the next good one; of a membrane
+// over all within 0.6 of the radius; of a shell opposite to what holds it. Empty: there is no such
+// place. Throws std::invalid_argument: see MeshObject.
+std::vector<Eigen::Vector3d> ReachablePlaces(const Scene& scene, double width,
+                                             const std::vector<double>& shares);
+
+// `count` shares at equal distances, from the middle of the first part to that of the last.
+std::vector<double> EvenShares(int count);
+
+}  // namespace palpate::study

@@ -1,0 +1,63 @@
+#include "slave/study/reachable_places.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "slave/study/auto_model.h"
+#include "tests/slave/study/fake_model_factory.h"
+
+namespace palpate::study {
+namespace {
+
+constexpr double kWidth = 0.01;
+
+Scene Rectangle() {
+  Scene scene = fake::Square();
+  scene.object.geometry = RectangleGeometry{0.1, 0.06, 0.01};
+  scene.object.fixed = {{FixedSide{"bottom"}, {true, true, true}}};
+  return scene;
+}
+
+// With half a width to spare on both sides: left, top and right, in proportion to their lengths.
+TEST(ReachablePlacesTest, LieBesideCornersAndWhatIsHeld) {
+  const auto places = ReachablePlaces(Rectangle(), kWidth, EvenShares(50));
+  ASSERT_EQ(places.size(), 50U);
+  int on_top = 0;
+  for (const Eigen::Vector3d& p : places) {
+    const bool top = std::abs(p.y() - 0.06) < 1e-9;
+    on_top += top ? 1 : 0;
+    const double along = top ? p.x() : p.y(), length = top ? 0.1 : 0.06;
+    EXPECT_TRUE(top || std::abs(p.x() * (p.x() - 0.1)) < 1e-12) << p.transpose();
+    EXPECT_GE(along, 0.98 * kWidth);
+    EXPECT_LE(along, length - 0.98 * kWidth);
+  }
+  EXPECT_NEAR(on_top, 50 * 80 / (80 + 2 * 40), 2);
+}
+
+TEST(ReachablePlacesTest, OfABoxLieOnItsFacesButTheHeldOne) {
+  Scene scene = Rectangle();
+  scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {3, 3, 3}};
+  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
+  const auto places = ReachablePlaces(scene, 0.02, EvenShares(30));
+  ASSERT_EQ(places.size(), 30U);
+  EXPECT_TRUE(std::ranges::all_of(places, [](const auto& p) { return p.z() > 0.009; }));
+  EXPECT_TRUE(std::ranges::any_of(places, [](const auto& p) { return p.z() < 0.059; }));
+  EXPECT_TRUE(std::ranges::any_of(places, [](const auto& p) { return p.z() > 0.059; }));
+}
+
+// One place says little of the others; the scene's own are not overruled, and too wide a tool rests
+// nowhere: then the question is where the tool would meet the object.
+TEST(ReachablePlacesTest, DecideForTheWholeObject) {
+  Scene scene = Rectangle();
+  scene.tool->width = kWidth;
+  EXPECT_EQ(PlacesToDecide(scene).size(), 12U);
+  scene.study_contacts = {{0.02, 0.06, 0}};
+  EXPECT_TRUE(PlacesToDecide(scene).empty());
+  scene.study_contacts.clear();
+  scene.tool->width = 0.09;
+  EXPECT_TRUE(PlacesToDecide(scene).empty());
+}
+
+}  // namespace
+}  // namespace palpate::study
