@@ -470,7 +470,10 @@ TEST_F(SlaveLinkTest, AnotherServiceIsAnErrorAtOnce) {
     SlaveLink(To(peer.address)).Connect();
     FAIL() << "it was taken for a slave";
   } catch (const std::runtime_error& error) {
-    EXPECT_EQ(error.what(), peer.address + " answers, but does not speak palpate.v1");
+    EXPECT_EQ(error.what(),
+              peer.address +
+                  " answers, but does not speak palpate.v1: is it a palpate-slave, of a "
+                  "release like this one?");
   }
 }
 
