@@ -169,8 +169,16 @@ void Constraints::ProjectForce(NodeVector& force) const noexcept {
 Vector3d Constraints::Sum(int k, const NodeVector& force) const noexcept {
   const Contact& contact = contacts_[Index(k)];
   Vector3d sum = Vector3d::Zero();
-  for (std::size_t n = contact.begin; n < contact.end; ++n) {
-    for (int c = 0; c < 3; ++c) sum[c] += At(force, nodes_[n]).v[c];
+  for (int c = 0; c < 3; ++c) {
+    if (contact.sum >= 0 && contact.blocked.v[c] == 0) {
+      // By the nodes that are free: what the others take is mixed with what supports bear.
+      const auto [square, value] = Weigh(held_.sums[Index(contact.sum)], force, c);
+      sum[c] = value / square;
+      continue;
+    }
+    for (std::size_t n = contact.begin; n < contact.end; ++n) {
+      sum[c] += At(force, nodes_[n]).v[c];
+    }
   }
   return sum;
 }

@@ -40,7 +40,7 @@ class Constraints {
   double Lift(const NodeVector& u, double share, NodeVector& lift) const noexcept;
   void ProjectMotion(NodeVector& change) const noexcept;  // P
   void ProjectForce(NodeVector& force) const noexcept;    // P^T
-  // The sum of `force` over the nodes of contact k.
+  // What contact k gives, where `force` is what nodes bear of contacts and supports together.
   [[nodiscard]] Eigen::Vector3d Sum(int k, const NodeVector& force) const noexcept;
   // The largest part of a free motion in `force`, of the forces' sizes together.
   [[nodiscard]] double Imbalance(const NodeVector& force) const noexcept;

@@ -143,7 +143,8 @@ void SparseCholesky<Scalar>::Assemble(const Front& front, const BlockMatrix& mat
     for (int a = 0; a < 3; ++a) {
       for (int b = 0; b < 3; ++b) {
         const int i = sum.node[a], j = sum.node[b];
-        if (i < 0 || j < front.begin || j >= front.begin + front.width || i < j) continue;
+        if (j < front.begin || j >= front.begin + front.width || i < j) continue;
+        if (i >= pattern_.rows()) continue;  // held wholly: it has no row, and weighs nothing
         Scalar* to = F + 3 * Index(place_[Index(i)]) + 3 * Index(place_[Index(j)]) * size;
         for (std::size_t c = 0; c < 3; ++c) {
           to[c + c * size] +=
