@@ -16,6 +16,7 @@ namespace palpate {
 namespace {
 
 constexpr std::uint64_t kFooterRoom = 2048;  // footer, statistics, offsets
+constexpr std::uint64_t kHeaderRoom = 1024;
 
 std::string Record(McapRecord kind, std::string_view content) {
   std::string record;
@@ -126,13 +127,22 @@ void McapWriter::Flush() {
   if (!chunk_.empty()) WriteChunk();
 }
 
-bool McapWriter::MakeRoom(std::uint64_t bytes) {
-  if (ended()) return false;
+bool McapWriter::IsWithinLimit(std::uint64_t more) const {
   const std::uint64_t summary = schemas_.size() + channels_.size() + chunk_indexes_.size() +
                                 attachment_indexes_.size() + metadata_indexes_.size() + kFooterRoom;
-  if (options_.limit == 0 || options_.before + bytes_ + bytes + summary <= options_.limit) {
-    return true;
-  }
+  return options_.limit == 0 || options_.before + bytes_ + more + summary <= options_.limit;
+}
+
+bool McapWriter::LeavesRoom() {
+  Flush();
+  // What messages are is said where they begin and again at the end.
+  const std::uint64_t said = 2 * (schemas_.size() + channels_.size());
+  return IsWithinLimit(kHeaderRoom + said + kFooterRoom);
+}
+
+bool McapWriter::MakeRoom(std::uint64_t bytes) {
+  if (ended()) return false;
+  if (IsWithinLimit(bytes)) return true;
   if (trouble_.empty()) {
     trouble_ = file_.string() + ": the recording has ended: it has reached its limit of " +
                InWords(options_.limit);

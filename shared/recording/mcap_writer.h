@@ -48,6 +48,8 @@ class McapWriter {
   void Note(std::string_view name, const McapMap& values);
   // Everything so far reaches the file.
   void Flush();
+  // Flushes. Whether another file after this one could begin within the limit.
+  [[nodiscard]] bool LeavesRoom();
   // Flushes, writes the summary. Nothing is written afterwards.
   void Close();
 
@@ -71,6 +73,7 @@ class McapWriter {
   };
 
   void AddToChunk(McapRecord kind, std::string_view content);
+  [[nodiscard]] bool IsWithinLimit(std::uint64_t more) const;
   // Whether `bytes` more, and the summary then, are within the limit; else says so and closes.
   [[nodiscard]] bool MakeRoom(std::uint64_t bytes);
   // What `part` says goes to the file whole or not at all.

@@ -52,9 +52,10 @@ std::unique_ptr<McapWriter> Recording::BeginPart(int number) const {
   return writer;
 }
 
-// Where a part cannot begin the recording ends, as where one cannot go on.
+// Where a part cannot begin the recording ends, as where one cannot go on. Where only its beginning
+// would be within the limit, the one before goes on.
 void Recording::GoOnIn(int part, Time at) {
-  if (writer_->ended()) return;
+  if (writer_->ended() || !writer_->LeavesRoom()) return;
   writer_->Close();
   written_part_ = part;
   if (!writer_->trouble().empty()) return;

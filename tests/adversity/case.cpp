@@ -7,8 +7,8 @@
 namespace palpate::adversity {
 
 std::string Case::title() const {
-  if (unit.empty()) return name;
-  return fmt::format("{}: {:g} {}", name, severity, unit);
+  if (severity == 0) return name;
+  return fmt::format("{}: {:g}{}{}", name, severity, unit.empty() ? "" : " ", unit);
 }
 
 std::function<std::size_t(const Moment&)> Frozen(When when) {

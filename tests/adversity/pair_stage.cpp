@@ -10,6 +10,7 @@
 #include "slave/site/points/stereo_site.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/adversity/stages.h"
+#include "tests/support/normal_noise.h"
 
 namespace palpate::adversity {
 namespace {
@@ -88,7 +89,7 @@ class DepthStage final : public Stage {
 
  private:
   [[nodiscard]] cv::Mat Picture(const StereoSite& site, std::mt19937* random) const {
-    std::normal_distribution<double> noise(0, camera_.sigma);
+    NormalNoise noise;
     cv::Mat picture(kHeight, kWidth, CV_16U);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
@@ -96,7 +97,7 @@ class DepthStage final : public Stage {
         double z = kDistance;
         for (int k = 0; k < 2; ++k) z = kDistance + site.TrueDisplacement(z * ray).z();
         picture.at<std::uint16_t>(y, x) =
-            cv::saturate_cast<std::uint16_t>((z + noise(*random)) / camera_.unit);
+            cv::saturate_cast<std::uint16_t>((z + camera_.sigma * noise(*random)) / camera_.unit);
       }
     }
     return picture;

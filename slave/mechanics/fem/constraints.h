@@ -57,8 +57,8 @@ class Constraints {
   bool Take(std::span<const int> nodes);
   void ProjectSums(NodeVector& x) const noexcept;
   void RemoveMotions(NodeVector& x) const noexcept;
-  Eigen::Matrix<double, 6, 6> HeldMotions(int part, const Eigen::Vector3d& centre,
-                                          double radius) const;
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> HeldMotions(int part, const Eigen::Vector3d& centre,
+                                                        double radius) const;
   bool AddMotion(int part, const Eigen::Vector3d& centre,
                  const Eigen::Matrix<double, 6, 1>& motion);
 

@@ -6,6 +6,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "tests/support/normal_noise.h"
+
 namespace palpate {
 namespace {
 
@@ -63,7 +65,7 @@ double TestPicture::LevelAt(double x, double y) const {
 
 cv::Mat TestPicture::Render(std::uint64_t seed, int type, double full_scale) const {
   std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal(0, 1);
+  NormalNoise normal;
   const bool deep = CV_MAT_DEPTH(type) == CV_16U;
   const double scale = deep ? full_scale / 255 : 1;
   cv::Mat image(size, type);

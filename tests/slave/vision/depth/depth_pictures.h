@@ -8,6 +8,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "slave/scene/scene.h"
+#include "tests/support/normal_noise.h"
 
 namespace palpate {
 
@@ -32,7 +33,7 @@ struct DepthNoise {
 inline cv::Mat DepthPicture(const DepthPictures& camera,
                             const std::function<double(double, double)>& depth, DepthNoise noise,
                             std::mt19937* random, int width = 320, int height = 240) {
-  std::normal_distribution<double> normal;
+  NormalNoise normal;
   const int patches = width / noise.patch + 1;
   std::vector<double> off(static_cast<std::size_t>(patches * (height / noise.patch + 1)));
   for (double& value : off) value = noise.sigma * normal(*random);

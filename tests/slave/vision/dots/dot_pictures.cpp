@@ -6,6 +6,8 @@
 
 #include <Eigen/LU>
 
+#include "tests/support/normal_noise.h"
+
 namespace palpate {
 namespace {
 
@@ -110,7 +112,7 @@ cv::Mat DotPicture::Render(std::uint64_t seed) const {
   }
   Blur(blur, width, height, &levels);
   std::mt19937_64 random(seed);
-  std::normal_distribution<double> gaussian(0, 1);
+  NormalNoise gaussian;
   cv::Mat image(height, width, CV_8UC1);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
