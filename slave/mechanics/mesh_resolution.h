@@ -51,6 +51,11 @@ PatchCover CoverOf(const SurfacePatch& patch, PatchBasis basis) noexcept;
 double PatchStiffness(const PatchCover& cover) noexcept;
 // More than a tenth off.
 bool IsPatchCoarse(const PatchCover& cover) noexcept;
+// Part of a point contact's weight that nodes must have which no support holds [-]: they alone take
+// its displacement, divided by this part.
+inline constexpr double kLeastFreeWeight = 0.5;
+inline constexpr std::string_view kOnSupport =
+    "the contact lies mostly on nodes that a support holds: the others move more than twice as far";
 inline constexpr std::string_view kCoarsePatch =
     "the mesh is too coarse for a patch of this width here: the stiffness is off by about 10 % or "
     "more";

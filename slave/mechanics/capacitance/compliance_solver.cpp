@@ -349,9 +349,10 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
       response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;
   if (!known) return {};
   const bool coarse = slot.footprint.coarse;
-  const bool is_valid = deflection <= params_.range && !coarse;
+  const bool is_valid = deflection <= params_.range && !coarse && !slot.on_support;
   response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
   if (coarse) response.doubt = kCoarsePatch;
+  if (slot.on_support) response.doubt = kOnSupport;
   return response;
 }
 

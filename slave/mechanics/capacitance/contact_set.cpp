@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -115,6 +116,7 @@ bool ContactSet::Number() {
     slot.unknown = static_cast<int>(unknowns_.size());
     slot.row = rows_;
     slot.held = {};
+    slot.on_support = false;
     slot.load = slot.contact.kind == Contact::Kind::kForce ? loads_++ : -1;
     if (slot.load < 0) {
       const std::span<const PlaceWeight> places = slot.footprint.places;
@@ -162,6 +164,12 @@ bool ContactSet::AddUnknown(std::span<const PlaceWeight> places, ContactSlot* sl
     }
     unknown.shares[p] = {column, places[p].place, alone ? 1 : places[p].weight};
   }
+  double free_weight = 0;
+  for (const auto& share : std::span(unknown.shares).first(places.size())) {
+    const bool moves = BlockAt(share.column, share.place).diagonal().maxCoeff() > 0;
+    free_weight += moves ? share.weight : 0;
+  }
+  slot->on_support = !alone && free_weight < kLeastFreeWeight;
   Eigen::Matrix3d self;
   if (!SelfBlock(unknown, &self)) return false;
   const Eigen::Array3d free(self(0, 0) > 0 ? 1 : 0, self(1, 1) > 0 ? 1 : 0, self(2, 2) > 0 ? 1 : 0);

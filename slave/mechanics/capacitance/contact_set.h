@@ -62,6 +62,7 @@ struct ContactSlot {
   int row = 0, rows = 0;          // their components in the capacitance matrix
   int load = -1;                  // number among the loads; -1: none
   std::array<bool, 3> held{};     // components that a support holds somewhere under the contact
+  bool on_support = false;        // see kOnSupport (mesh_resolution.h)
 };
 
 // Not thread-safe. Memory only grows.

@@ -1,6 +1,9 @@
 #include "slave/mechanics/fem/contact_set.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate::fem {
 namespace {
@@ -61,11 +64,15 @@ const char* ContactSet::Find(const Contact& contact, Place& place) {
   place.point = footprint_.point && footprint_.places.size() > 1;
   place.coarse = footprint_.coarse;
   place.nodes.clear();
+  double free_weight = 0;
   for (const auto& [node, weight] : footprint_.places) {
+    const double* free = At(body_.free(), body_.Number(node)).v;
+    free_weight += std::max({free[0], free[1], free[2]}) > 0 ? weight : 0;
     if (!(weight > 0) && !holds) continue;
     place.nodes.push_back({body_.Number(node), weight});
     if (body_.Dangling(place.nodes.back().place)) return "its node belongs to no element";
   }
+  place.on_support = holds && place.point && free_weight < kLeastFreeWeight;
   return nullptr;
 }
 

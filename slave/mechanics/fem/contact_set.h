@@ -44,6 +44,8 @@ class ContactSet {
   [[nodiscard]] std::span<const PlaceWeight> nodes(std::size_t k) const { return places_[k].nodes; }
   // Whether the mesh is too coarse for its patch (mesh_resolution.h).
   [[nodiscard]] bool coarse(std::size_t k) const { return places_[k].coarse; }
+  // See kOnSupport (mesh_resolution.h).
+  [[nodiscard]] bool on_support(std::size_t k) const { return places_[k].on_support; }
 
  private:
   struct Key {
@@ -57,6 +59,7 @@ class ContactSet {
     bool point = false;              // the weighted mean is held, not each node
     int hold = -1;
     bool coarse = false;  // IsPatchCoarse
+    bool on_support = false;
   };
 
   const char* Find(const Contact& contact, Place& place);

@@ -315,6 +315,7 @@ ContactResponse FemModel::ResponseOf(std::size_t k, const Contact& contact,
                                      std::optional<std::string_view> doubt) const noexcept {
   ContactResponse response;
   if (!doubt && contacts_.coarse(k)) doubt = kCoarsePatch;
+  if (!doubt && contacts_.on_support(k)) doubt = kOnSupport;
   response.validity = doubt ? Validity::kExtrapolated : Validity::kValid;
   response.doubt = doubt.value_or(std::string_view());
   const int hold = contacts_.hold(k);

@@ -12,6 +12,7 @@
 
 #include "shared/mesh/surface_patch.h"
 #include "slave/contact/surface_contact.h"
+#include "slave/mechanics/mesh_resolution.h"
 #include "tests/slave/mechanics/fem/solids.h"
 #include "tests/support/allocation_count.h"
 
@@ -89,6 +90,17 @@ TEST(FemModel, LoadsAndDisplacementsAreTwoSidesOfOneContact) {
       EXPECT_LT(solids::Difference(Displacement(loaded), Displacement(pressed)), 1e-9);
     }
   }
+}
+
+// At a tenth of a triangle's height above the floor its free node moves ten times as far.
+TEST(FemModel, APointThatLiesMostlyOnASupportIsDoubted) {
+  const SolidMesh mesh = Block();
+  FemModel model(mesh, OnFloor(mesh), solids::Linear(solids::Foam()));
+  const Vector3d d(-1e-5, 0, 0);
+  EXPECT_EQ(Respond(model, {Press({0.06, 0.032, 0.012}, 0, d)}).front().validity, Validity::kValid);
+  const auto low = Respond(model, {Press({0.06, 0.032, 0.0015}, 0, d)}).front();
+  EXPECT_EQ(low.validity, Validity::kExtrapolated);
+  EXPECT_EQ(low.doubt, kOnSupport);
 }
 
 // Law: the linear law's force is in proportion to the displacement, however few digits a residual
