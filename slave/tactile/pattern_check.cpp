@@ -13,7 +13,6 @@ namespace {
 using Signals = SignalPattern::Signals;
 using Covariance = SignalPattern::Covariance;
 
-constexpr double kUsualNoise2 = 0.85, kUsualPressureNoise2 = 1.6;  // [counts^2]
 constexpr double kQuiet = 4;            // times the usual variance: nothing to mend
 constexpr double kMeasuringTime = 0.3;  // of noise and drift [s]
 constexpr double kLeastSize = 10;       // so that gentle touches are not taken for noise [counts]
@@ -35,12 +34,6 @@ constexpr double kLesser = 0.77;         // of a square in the lesser one of two
 constexpr double kWildest = 50;          // second difference that counts for all [counts^2]
 constexpr double kSameNoise = 0.12;      // of its logarithm: two fingers differ by as much
 constexpr double kLargestGain = 0.3;     // that comes with noise; more is noise alone
-
-Signals UsualNoise2() {
-  Signals noise2 = Signals::Constant(kUsualNoise2);
-  noise2[kElectrodeCount] = kUsualPressureNoise2;
-  return noise2;
-}
 
 // What a drift of one count of all electrodes does.
 Signals Together() {
@@ -86,6 +79,7 @@ void PatternCheck::Reset() noexcept {
   jumped_.fill(0);
   disagreement_ = 0;
   seen_ = 0;
+  filter_.Reset();
 }
 
 void PatternCheck::Take(const TactileSignals& change, const Electrodes& is_dead,
@@ -108,8 +102,27 @@ void PatternCheck::Take(const TactileSignals& change, const Electrodes& is_dead,
   LeaveOutWrong(alive, is_still, &noise2, &reading.inverse);
   Measure(alive, reading.inverse);
   Reinstate(x, alive, reading.inverse);
-  Mend(change, alive, noise2, reading.inverse);
+  const Signals steady = filter_.Take(alive, NoiseToFilter(), is_wrong_);
+  if (filter_.left() < 1) reading.inverse = Steadied(steady, &noise2);
+  Mend(change, steady, noise2, reading.inverse);
   raw_ = x;
+}
+
+// Over the usual one. What is told of it is bounded, lest a contact that begins counts as noise.
+double PatternCheck::NoiseToFilter() const noexcept {
+  if (noise_ < NoiseFilter::kSame) return noise_;
+  return std::sqrt(noise2_.cwiseQuotient(UsualNoise2()).mean() / kLesser);
+}
+
+// S⁻¹ of signals with less noise; `noise2` becomes theirs.
+Covariance PatternCheck::Steadied(const Signals& steady, Signals* noise2) noexcept {
+  const double size2 =
+      std::max(steady.squaredNorm() - UsualNoise2().sum(), kLeastSize * kLeastSize);
+  for (Eigen::Index i = 0; i < kPatternSignals; ++i) {
+    const bool is_out = is_wrong_[static_cast<std::size_t>(i)];
+    (*noise2)[i] = is_out ? kUnknown2 : filter_.left() * (*noise2)[i];
+  }
+  return Explain(steady, *noise2, size2).inverse;
 }
 
 PatternCheck::Reading PatternCheck::Explain(const Signals& x, const Signals& noise2,
@@ -157,7 +170,7 @@ void PatternCheck::Measure(const Signals& x, const Covariance& inverse) noexcept
     noise2_ += share_ * (jerk2 / kSecondDifference - noise2_);
     const double level2 = jerk2.head(kElectrodeCount).cwiseMin(kWildest).mean();
     level2_ += std::max(kNoiseShare * share_, 1.0 / (seen_ - 1)) * (level2 - level2_);
-    noise_ = std::sqrt(level2_ / (kLesser * kSecondDifference * kUsualNoise2));
+    noise_ = std::sqrt(level2_ / (kLesser * kSecondDifference * UsualNoise2()[0]));
   }
   const double beyond = drift * drift - kSettled * kSettled * (variance - drift2_);
   drift2_ += share_ * (std::max(0.0, beyond) - drift2_);
@@ -198,7 +211,7 @@ void PatternCheck::Reinstate(const Signals& x, const Signals& alive,
     if (jumped_[i] == 0) continue;
     const auto k = static_cast<Eigen::Index>(i);
     const double error = x[k] - alive[k] + y[k] / inverse(k, k);
-    const double variance = std::max(1 / inverse(k, k) - kUnknown2, kUsualNoise2);
+    const double variance = std::max(1 / inverse(k, k) - kUnknown2, UsualNoise2()[0]);
     const bool agrees = error * error < kAsExpected * kAsExpected * variance;
     agrees_[i] = agrees ? agrees_[i] + 1 : 0;
     if (agrees_[i] >= kReinstated) jumped_[i] = 0;

@@ -36,4 +36,12 @@ inline SignalPattern::Signals PatternSignals(const TactileSignals& change) noexc
   return x;
 }
 
+// Variance of what signals do from sample to sample while nothing touches: five real fingers
+// [counts^2].
+inline SignalPattern::Signals UsualNoise2() noexcept {
+  SignalPattern::Signals noise2 = SignalPattern::Signals::Constant(0.85);
+  noise2[kElectrodeCount] = 1.6;
+  return noise2;
+}
+
 }  // namespace palpate
