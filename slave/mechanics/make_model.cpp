@@ -165,6 +165,10 @@ ModelChoice ChooseModel(const Scene& scene) {
   if (const auto* membrane = std::get_if<MembraneGeometry>(&geometry)) {
     return ChoosePlate(scene, membrane->thickness);
   }
+  if (std::holds_alternative<DomeGeometry>(geometry)) {
+    return {"membrane",
+            "air-filled membrane: a skin under tension, linear about its shape at rest"};
+  }
   if (IsVolume(geometry)) {
     return {"fem", "volume: co-rotational finite elements; no study of this scene exists yet"};
   }

@@ -233,6 +233,11 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
   if (const auto* membrane = std::get_if<MembraneGeometry>(&geometry)) {
     return MembraneDisc{membrane->radius, membrane->thickness};
   }
+  if (std::holds_alternative<DomeGeometry>(geometry)) {
+    throw std::invalid_argument(
+        "object.geometry.membrane.semi_axes: a domed membrane answers to pictures (serve, process "
+        "and their check): accepted here is `radius`, a flat one");
+  }
   const auto refined = [&](ObjectMesh mesh) {
     for (int r = 0; r < scene.model.refinements; ++r) mesh = Refined(mesh);
     return mesh;

@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-enum class ObjectClass : std::uint8_t { kOutline, kMembrane, kVolume };
+enum class ObjectClass : std::uint8_t { kOutline, kMembrane, kVolume, kDome };
 
 // Whether twice the load moves the object twice as far.
 enum class Linearity : std::uint8_t {
@@ -30,7 +30,7 @@ struct ModelKind {
   bool iterates = false;        // takes law, tangent, residual, gravity, time
   bool takes_friction = false;  // contact: bonded or frictionless; otherwise bonded alone
   bool has_cache = false;       // keeps its Green's functions in a folder
-  bool takes_tension = false;   // of a membrane at rest; and modes
+  bool takes_tension = false;   // of a membrane at rest; a flat one also modes
   bool has_wall = false;        // a disc's rim filled with a liquid: takes wall
 };
 
@@ -46,6 +46,7 @@ inline constexpr std::array kModelKinds{
               .object = ObjectClass::kMembrane,
               .linearity = Linearity::kNever,
               .takes_tension = true},
+    ModelKind{.name = "membrane", .object = ObjectClass::kDome, .takes_tension = true},
     ModelKind{.name = "fem", .linearity = Linearity::kByLaw, .has_tets = true, .iterates = true},
     ModelKind{.name = "fem-hyperelastic",
               .linearity = Linearity::kNever,
@@ -62,6 +63,7 @@ inline const ModelKind* FindModelKind(std::string_view name) {
 }
 inline ObjectClass ClassOf(const Geometry& geometry) {
   if (IsVolume(geometry)) return ObjectClass::kVolume;
+  if (std::holds_alternative<DomeGeometry>(geometry)) return ObjectClass::kDome;
   return IsPlanar(geometry) ? ObjectClass::kOutline : ObjectClass::kMembrane;
 }
 // Whether model.kind may be `kind` for such an object: one of its kinds, or `auto`.

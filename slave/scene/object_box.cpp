@@ -49,6 +49,11 @@ std::optional<BoundingBox> SolidBox(const Object& object, const Section& scene) 
     const Eigen::Vector3d size(2 * disc->radius, 2 * disc->radius, disc->thickness);
     return BoxAround(Corners(-0.5 * size, size), object.X_SO);
   }
+  if (const auto* dome = std::get_if<DomeGeometry>(&object.geometry)) {
+    const Eigen::Vector3d side(dome->semi_axes.x(), dome->semi_axes.y(), 0);
+    return BoxAround(Corners(-side, 2 * side + dome->inflation * Eigen::Vector3d::UnitZ()),
+                     object.X_SO);
+  }
   const auto& geometry = std::get<MeshFileGeometry>(object.geometry);
   try {
     const MeshFile file = ReadMeshFile(geometry.file, geometry.unit);

@@ -15,7 +15,7 @@ bool IsOneOf(const Geometry& geometry) {
 
 FixedSide ReadSide(Section& section, const Geometry& geometry) {
   constexpr std::array kSides{"bottom", "top", "left", "right"};
-  const bool is_flat = IsPlanar(geometry) || IsOneOf<MembraneGeometry>(geometry);
+  const bool is_flat = IsPlanar(geometry) || IsSkin(geometry);
   const bool has_sides =
       IsPlanar(geometry) && !IsOneOf<DiscGeometry, ImageContourGeometry>(geometry);
   const char* accepted = has_sides ? "bottom, top, left, right or rim"
@@ -87,7 +87,7 @@ Fixed ReadFixedEntry(Section& section, const Geometry& geometry) {
     section.mistakes()->Add(*section.node(), section.path(), kOneOf);
     return fixed;
   }
-  const bool is_membrane = IsOneOf<MembraneGeometry>(geometry);
+  const bool is_membrane = IsSkin(geometry);
   if (is_membrane && section.Has("components")) {
     section.Refuse("components", "nothing here: a membrane is clamped in all of them");
   }

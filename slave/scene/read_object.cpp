@@ -59,6 +59,33 @@ Geometry ReadContourGeometry(Section& geometry, const SceneContext& context) {
   return contour;
 }
 
+// Flat with a radius, domed with semi-axes.
+Geometry ReadMembrane(Section& geometry) {
+  const Rule size = Positive(Dimension::kLength);
+  Section membrane = geometry.Open("membrane");
+  if (!membrane.Has("semi_axes") && !membrane.Has("inflation")) {
+    return MembraneGeometry{membrane.Number("radius", size), ReadThickness(membrane)};
+  }
+  DomeGeometry dome;
+  const std::size_t before = membrane.mistakes()->count();
+  const std::vector<double> axes = membrane.Numbers("semi_axes", std::array{size, size, size});
+  dome.semi_axes = {axes[0], axes[1], axes[2]};
+  dome.inflation = membrane.Number("inflation", size);
+  dome.thickness = ReadThickness(membrane);
+  dome.air = membrane.Number("air", Positive(Dimension::kVolume), 0.0);
+  if (membrane.mistakes()->count() > before) return dome;
+  constexpr double kLongest = 10;  // to the shortest
+  if (dome.semi_axes.maxCoeff() > kLongest * dome.semi_axes.minCoeff()) {
+    membrane.Refuse("semi_axes", "three lengths, at most 10 to 1");
+  } else if (dome.inflation > 1.5 * dome.semi_axes.z()) {
+    membrane.Refuse("inflation", "at most one and a half of the semi-axis along z");
+  } else if (dome.inflation < 0.05 * dome.semi_axes.z()) {
+    membrane.Refuse("inflation",
+                    "at least a twentieth of the semi-axis along z: `radius` is of a flat one");
+  }
+  return dome;
+}
+
 BoxGeometry ReadBox(Section& geometry) {
   constexpr int kMostCells = 4000;
   Section section = geometry.Open("box");
@@ -139,10 +166,7 @@ Geometry ReadGeometry(Section& object, const SceneContext& context) {
     return RectangleGeometry{};
   }
   const Rule size = Positive(Dimension::kLength);
-  if (section.Has("membrane")) {
-    Section membrane = section.Open("membrane");
-    return MembraneGeometry{membrane.Number("radius", size), ReadThickness(membrane)};
-  }
+  if (section.Has("membrane")) return ReadMembrane(section);
   if (section.Has("box")) return ReadBox(section);
   if (section.Has("mesh")) return ReadMeshFile(section, context);
   if (section.Has("disc")) {

@@ -67,7 +67,7 @@ struct ToInputs {
 }  // namespace
 
 bool IsPlanar(const Geometry& geometry) {
-  return !IsVolume(geometry) && !std::holds_alternative<MembraneGeometry>(geometry);
+  return !IsVolume(geometry) && !IsSkin(geometry);
 }
 
 bool IsVolume(const Geometry& geometry) {
@@ -75,8 +75,13 @@ bool IsVolume(const Geometry& geometry) {
          std::holds_alternative<MeshFileGeometry>(geometry);
 }
 
+bool IsSkin(const Geometry& geometry) {
+  return std::holds_alternative<MembraneGeometry>(geometry) ||
+         std::holds_alternative<DomeGeometry>(geometry);
+}
+
 bool IsHeld(const Object& object) {
-  return !object.fixed.empty() || std::holds_alternative<MembraneGeometry>(object.geometry);
+  return !object.fixed.empty() || IsSkin(object.geometry);
 }
 
 void SenseOptions::Set(SenseChoice sense) {

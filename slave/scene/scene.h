@@ -46,6 +46,14 @@ struct ImageContourGeometry {
 struct MembraneGeometry {
   double radius = 0, thickness = 0;
 };  // [m], clamped plate, frame O at the centre, z along the outward normal
+// An air-filled skin: what is left of an ellipsoid above the plane of its rim, which is held.
+struct DomeGeometry {
+  Eigen::Vector3d semi_axes{0, 0, 0};  // of the ellipsoid along x, y, z of O [m]
+  double inflation = 0;                // height of its top above the rim [m]
+  double thickness = 0;                // of the skin [m]
+  double air = 0;                      // volume of the air that a press shuts in [m^3]; 0: its
+                                       // pressure stays
+};                                     // frame O at the rim's centre, z outward through the top
 struct BoxGeometry {
   Eigen::Vector3d size{0, 0, 0};
   std::array<int, 3> cells{1, 1, 1};
@@ -55,11 +63,13 @@ struct MeshFileGeometry {
   double unit = 1;        // one unit of the file [m]
   double resolution = 0;  // edge asked of the mesher that fills a surface [m]; 0: left to it
 };                        // .veg .node/.ele .msh .vtu; a surface: .stl .ply
-using Geometry =
-    std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
-                 ImageContourGeometry, MembraneGeometry, BoxGeometry, MeshFileGeometry>;
+using Geometry = std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
+                              ImageContourGeometry, MembraneGeometry, BoxGeometry, MeshFileGeometry,
+                              DomeGeometry>;
 bool IsPlanar(const Geometry& geometry);
 bool IsVolume(const Geometry& geometry);
+// A skin held at its rim: a flat membrane or a domed one.
+bool IsSkin(const Geometry& geometry);
 double ThicknessOf(const Geometry& geometry);  // [m]; 0: a volume
 // The outline of a planar geometry, frame O; a disc as a 360-gon. Empty for ImageContourGeometry
 // and what is not planar.

@@ -59,6 +59,10 @@ class CrossCheck {
       Refuse("object.geometry", "box or mesh where fingertips touch");
     } else if (HasEyes(scene_.sense) && IsPlanar(geometry)) {
       Refuse("object.geometry", "membrane, box or mesh where two cameras or depth pictures look");
+    } else if (std::holds_alternative<DomeGeometry>(geometry) && !HasTrueEyes()) {
+      Refuse("object.geometry.membrane",
+             "a `radius`, unless pictures or depths of it come from files, cameras or a driver: no "
+             "domed membrane is simulated, solved or studied");
     } else if (scene_.sense.Find<CameraOptions>() && !IsPlanar(geometry)) {
       Refuse("object.geometry",
              "rectangle, disc, polygon or contour where one camera watches; membranes, boxes and "
@@ -66,6 +70,12 @@ class CrossCheck {
              "right, rig}}`), depth pictures (`camera: {depth: ...}`) or fingertips (`tactile`), "
              "and none for solve, study and check");
     }
+  }
+
+  [[nodiscard]] bool HasTrueEyes() const {
+    const auto* stereo = scene_.sense.Find<StereoCameras>();
+    return HasEyes(scene_.sense) &&
+           (stereo == nullptr || stereo->source != StereoCameras::Source::kSimulated);
   }
 
   // Two cameras may also follow what moves as a whole; a simulated target does so on its path.
@@ -87,10 +97,11 @@ class CrossCheck {
   void CheckKind() {
     const Geometry& geometry = scene_.object.geometry;
     const std::string& kind = scene_.model.kind;
-    if (scene_.model.prestress > 0 && !std::holds_alternative<MembraneGeometry>(geometry)) {
+    if (scene_.model.prestress > 0 && !IsSkin(geometry)) {
       Refuse("model.prestress", "nothing here: a membrane alone is under tension at rest");
     }
-    constexpr std::array kNames{" for a planar outline", " for a membrane", " for a volume"};
+    constexpr std::array kNames{" for a planar outline", " for a membrane", " for a volume",
+                                " for a domed membrane"};
     const ObjectClass object = ClassOf(geometry);
     if (!IsKindFor(object, kind)) {
       Refuse("model.kind", KindsFor(object) + kNames[static_cast<std::size_t>(object)]);
@@ -142,7 +153,7 @@ class CrossCheck {
         Contains(OutlineOf(scene_.object.geometry), p_O.head<2>())) {
       Refuse("manipulator.home", "a place outside the object");
     }
-    const bool is_membrane = std::holds_alternative<MembraneGeometry>(scene_.object.geometry);
+    const bool is_membrane = IsSkin(scene_.object.geometry);
     const bool is_told = IsPresent("manipulator", "home");
     if (is_membrane && HasEyes(scene_.sense) && is_told && !(p_O.z() > 0)) {
       Refuse("manipulator.home", "a place before the membrane, on the side that z of O points to");
@@ -168,7 +179,7 @@ class CrossCheck {
   void CheckSight() {
     const auto* stereo = scene_.sense.Find<StereoCameras>();
     const bool is_simulated = stereo && stereo->source == StereoCameras::Source::kSimulated;
-    const bool is_membrane = std::holds_alternative<MembraneGeometry>(scene_.object.geometry);
+    const bool is_membrane = IsSkin(scene_.object.geometry);
     if (!HasEyes(scene_.sense) || !(is_simulated || is_membrane) || mistakes_->count() > 0) return;
     const Eigen::Isometry3d& X_SC =
         stereo ? stereo->X_SL : scene_.sense.Find<DepthPictures>()->X_SD;

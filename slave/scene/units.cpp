@@ -35,13 +35,15 @@ constexpr std::array kUnits{
     Unit{kSpeed, "um/s", 1e-6},   Unit{kSpeed, "nm/s", 1e-9},
     Unit{kSpeed, "km/s", 1e3},    Unit{kPixels, "px", 1},
     Unit{kTension, "N/m", 1},     Unit{kTension, "mN/m", 1e-3},
-    Unit{kTension, "N/mm", 1e3},
+    Unit{kTension, "N/mm", 1e3},  Unit{kVolume, "l", 1e-3},
+    Unit{kVolume, "ml", 1e-6},    Unit{kVolume, "m3", 1},
+    Unit{kVolume, "cm3", 1e-6},
 };
 
 // In the order of Dimension.
-constexpr std::array kNames{"a number, plain or", "a length", "a pressure", "a force", "a time",
-                            "a frequency",        "an angle", "a density",  "a rate",  "a speed",
-                            "a number of pixels", "a tension"};
+constexpr std::array kNames{"a number, plain or", "a length",  "a pressure", "a force", "a time",
+                            "a frequency",        "an angle",  "a density",  "a rate",  "a speed",
+                            "a number of pixels", "a tension", "a volume"};
 
 // Takes a number off the front of `text`. from_chars knows no leading plus.
 template <typename Number>

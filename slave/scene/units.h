@@ -22,6 +22,7 @@ enum class Dimension : std::uint8_t {
   kSpeed,      // m/s mm/s um/s nm/s km/s
   kPixels,     // px
   kTension,    // N/m mN/m N/mm
+  kVolume,     // l ml m3 cm3
 };
 
 // A finite decimal number in the C locale's notation, whatever the process's locale; nothing else

@@ -35,6 +35,9 @@ struct GeometryInWords {
   void operator()(const MembraneGeometry& g) const {
     out << "clamped membrane of radius " << g.radius / kMillimetre << " mm";
   }
+  void operator()(const DomeGeometry& g) const {
+    out << "air-filled membrane " << g.inflation / kMillimetre << " mm high";
+  }
   void operator()(const BoxGeometry& g) const {
     out << "box " << g.size.x() / kMillimetre << " mm x " << g.size.y() / kMillimetre << " mm x "
         << g.size.z() / kMillimetre << " mm";

@@ -87,7 +87,8 @@ std::vector<StudyRow> FitRows(const Scene& scene, std::vector<StudyRow> rows,
 
 bool CanStudy(const Scene& scene) {
   return IsHeld(scene.object) &&
-         !std::holds_alternative<ImageContourGeometry>(scene.object.geometry);
+         !std::holds_alternative<ImageContourGeometry>(scene.object.geometry) &&
+         !std::holds_alternative<DomeGeometry>(scene.object.geometry);
 }
 
 std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {

@@ -293,6 +293,11 @@ std::string InWords(const Geometry& geometry) {
     std::string operator()(const MembraneGeometry& g) const {
       return fmt::format("clamped membrane of radius {}", LengthInWords(g.radius));
     }
+    std::string operator()(const DomeGeometry& g) const {
+      return fmt::format("air-filled membrane, {} high, of an ellipsoid with semi-axes {} {} {}",
+                         LengthInWords(g.inflation), LengthInWords(g.semi_axes.x()),
+                         LengthInWords(g.semi_axes.y()), LengthInWords(g.semi_axes.z()));
+    }
     std::string operator()(const BoxGeometry& g) const {
       return fmt::format("box {} x {} x {}, {} x {} x {} cells", LengthInWords(g.size.x()),
                          LengthInWords(g.size.y()), LengthInWords(g.size.z()), g.cells[0],

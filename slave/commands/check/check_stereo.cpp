@@ -17,6 +17,7 @@
 #include "slave/pipeline/load/robust_plate_fit.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
+#include "slave/pipeline/press/membrane_body.h"
 #include "slave/site/world.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/dots/stereo_dots.h"
@@ -30,7 +31,22 @@ std::string Size(const std::array<int, 2>& size) {
   return fmt::format("{} x {} px", size[0], size[1]);
 }
 
+void PrintDome(const Scene& scene, const DomeGeometry& dome) {
+  PrintObject(scene);
+  PrintLine("model", ChooseModel(scene).kind + ": " + ChooseModel(scene).reason);
+  const auto body = MakeMembraneBody(scene);
+  const ModelInfo& info = body->info();
+  PrintLine("precompute", fmt::format("{:.3g} ms, {:.3g} MB kept, {} dof", 1e3 * info.precompute_s,
+                                      static_cast<double>(info.memory_bytes) * 1e-6, info.dof));
+  const double depth = scene.tool->width / 4;
+  const auto press = body->PressAt({0, 0, dome.inflation}, depth);
+  PrintLine("press",
+            fmt::format("{} into the top takes {:.3g} N", LengthInWords(depth), press.force));
+}
+
 void PrintModelOf(const Scene& scene) {
+  const auto* dome = std::get_if<DomeGeometry>(&scene.object.geometry);
+  if (dome != nullptr && EstimatesForce(scene)) return PrintDome(scene, *dome);
   if (EstimatesForce(scene)) {
     PrintBody(scene);
     return;
@@ -250,8 +266,24 @@ void PrintEyeChecks(const Scene& scene) {
                   LengthInWords(StereoDots::kTruePlace * NearestNeighbour(DotPlaces(points)))));
 }
 
+void PrintDomeChecks(const DomeGeometry& dome, const Tool& tool) {
+  PrintLine("checked",
+            fmt::format("the membrane at rest: {} off the scene's shape, rms (rest_shape)",
+                        LengthInWords(kTrueDome * dome.inflation)));
+  PrintLine("checked",
+            fmt::format("a surface that no load makes, by {:.2g} % of the dent's depth (misfit); "
+                        "dents deeper than {} (model_range)",
+                        100 * kTrueDent, LengthInWords(tool.width / 2)));
+  PrintLine("NOT SEEN",
+            "a wrong young_modulus, thickness, prestress or air, which every force is "
+            "off by; a tool of another width");
+}
+
 // What the membrane's own checks see, and what nothing here can.
 void PrintLoadChecks(const Scene& scene) {
+  if (const auto* dome = std::get_if<DomeGeometry>(&scene.object.geometry)) {
+    return PrintDomeChecks(*dome, *scene.tool);
+  }
   const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
   if (membrane == nullptr) return;
   const bool sees_tension = KindOf(scene).takes_tension;

@@ -12,6 +12,7 @@
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/load/plate_load_identifier.h"
+#include "slave/pipeline/press/membrane_body.h"
 
 namespace palpate {
 namespace {
@@ -88,6 +89,7 @@ std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene, Progress*
         MakeTighterPlate(scene, *membrane, progress), OtherTension(scene, *membrane),
         scene.model.prestress);
   }
+  if (std::holds_alternative<DomeGeometry>(scene.object.geometry)) return MakeMembraneBody(scene);
   return MakeVolumeLoadIdentifier(scene, width, progress);
 }
 

@@ -65,8 +65,9 @@ class LoadIdentifier : public Rebuilt {
   virtual void Reset() = 0;
 };
 
-// plate and plate-large for membranes; fem, fem-hyperelastic, fem-green, bem3d for volumes. Throws
-// std::invalid_argument naming the key; Interrupted, as `progress` wants it.
+// plate and plate-large for flat membranes, membrane for domed ones; fem, fem-hyperelastic,
+// fem-green, bem3d for volumes. Throws std::invalid_argument naming the key; Interrupted, as
+// `progress` wants it.
 std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene,
                                                    Progress* progress = nullptr);
 

@@ -169,7 +169,9 @@ void PointsSense::Reset() {
 std::string_view PointsSense::why() const {
   if (felt_ == &before_rest_) return sees_rest_ ? "the rest frame is taken" : WhyNotFound(scene_);
   if (felt_->validity == Validity::kValid) return {};
-  if (felt_->validity == Validity::kTrackingLost) return "the points are not seen";
+  if (felt_->validity == Validity::kTrackingLost && !(seen_->found && estimator_)) {
+    return "the points are not seen";
+  }
   return estimator_ ? estimator_->load().why : "nothing holds the object: its force is unknown";
 }
 

@@ -5,9 +5,13 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
+
+#include <spdlog/fmt/fmt.h>
 
 #include "shared/geometry/index.h"
 #include "slave/contact/surface_contact.h"
@@ -16,6 +20,17 @@ namespace palpate {
 namespace {
 
 constexpr double kStandsOut = 5;  // sigmas, of a force that counts as contact
+constexpr std::string_view kOtherRest =
+    "the membrane at rest is not the scene's: its size, pose or inflation is another, or it was "
+    "pressed already";
+constexpr double kAtmosphere = 101'325;            // [Pa]
+constexpr int kFewestRings = 10, kMostRings = 24;  // of triangles about the top
+constexpr double kTrianglesUnderTool = 3;
+constexpr double kMostOfRim = 0.9;  // of the rim: what lies beyond may be its mount
+// One sigma of the force, by itself: what the law leaves out (5 to 10 % on a recorded press, whose
+// air answered sooner than so much shut-in air does), and what the surface's turning does at the
+// deepest dent that is not extrapolated.
+constexpr double kLawShare = 0.09, kTurningShare = 0.08;
 
 TrianglePlace NearestOn(const SurfaceMesh& mesh, const Eigen::Vector3d& p, int* triangle) noexcept {
   TrianglePlace nearest;
@@ -50,8 +65,10 @@ MembranePress MakePress(InflatedMembrane membrane, double patch, double* seconds
 
 }  // namespace
 
-MembraneBody::MembraneBody(InflatedMembrane membrane, double patch)
-    : press_(MakePress(std::move(membrane), patch, &info_.precompute_s)), patch_(patch) {
+MembraneBody::MembraneBody(InflatedMembrane membrane, double patch, std::optional<Ellipsoid> rest)
+    : press_(MakePress(std::move(membrane), patch, &info_.precompute_s)),
+      patch_(patch),
+      rest_(std::move(rest)) {
   info_.kind = "membrane";
   info_.dof = 3 * (surface().nodes.size() - press_.membrane().held().size());
   info_.elements = static_cast<int>(surface().triangles.size());
@@ -65,6 +82,7 @@ SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcep
   if (!reading.found) {
     load_.validity = Validity::kTrackingLost;
     load_.why = "too few points of the membrane are in view";
+    if (!HasRestShape(points_O)) load_.check = FailedCheck::kRestShape, load_.why = kOtherRest;
     return load_;
   }
   load_.p_O = reading.p_O;
@@ -73,14 +91,48 @@ SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcep
   load_.sigma_place = reading.sigma_place;
   load_.residual = reading.relative_residual;
   load_.validity = Validity::kValid;
-  if (!(reading.own_force > kStandsOut * reading.sigma_own_force)) return load_;
-  load_.force = -reading.own_force;
-  load_.depth = reading.depth;
-  if (load_.depth > patch_ / 2) {
-    load_.validity = Validity::kExtrapolated;
-    load_.why = "the dent is deeper than half the tool's contact is wide";
+  if (reading.own_force > kStandsOut * reading.sigma_own_force) {
+    load_.force = -reading.own_force;
+    load_.depth = reading.depth;
+    const double turning = kTurningShare * load_.depth / (patch_ / 2);
+    const double own = std::max(1.0, reading.relative_residual) * reading.sigma_own_force;
+    load_.sigma_force = std::hypot(own, std::hypot(kLawShare, turning) * load_.force);
   }
+  Judge(points_O);
   return load_;
+}
+
+// What speaks against the load, the gravest last.
+void MembraneBody::Judge(const std::vector<SurfacePoint>& points_O) noexcept {
+  const auto& reading = press_.reading();
+  if (load_.depth > patch_ / 2) {
+    load_.Doubt(FailedCheck::kModelRange,
+                "the dent is deeper than half the tool's contact is wide");
+  }
+  if (reading.residual >
+      std::max(2 * MembranePress::Params().model_error, kTrueDent * load_.depth)) {
+    load_.Doubt(FailedCheck::kMisfit, "no load on this membrane gives the surface seen");
+  }
+  if (!HasRestShape(points_O)) {
+    load_.Doubt(FailedCheck::kRestShape, kOtherRest);
+  }
+}
+
+bool MembraneBody::HasRestShape(const std::vector<SurfacePoint>& points_O) const noexcept {
+  if (!rest_) return true;
+  const Eigen::Vector3d& top = rest_->centre + rest_->semi_axes.col(2);
+  double square = 0;
+  int count = 0;
+  for (const SurfacePoint& point : points_O) {
+    const Eigen::Vector3d& p = point.p_S_rest;
+    const Eigen::Vector2d at = p.head<2>().cwiseQuotient(rest_->semi_axes.diagonal().head<2>());
+    if (!p.allFinite() || at.norm() > kMostOfRim) continue;
+    const double off = DistanceOutside(*rest_, p);
+    if (std::abs(off) > top.z()) continue;  // before or behind the membrane: something else
+    square += off * off;
+    ++count;
+  }
+  return count == 0 || std::sqrt(square / count) < kTrueDome * top.z();
 }
 
 LoadIdentifier::Press MembraneBody::PressAt(const Eigen::Vector3d& p_O, double depth) noexcept {
@@ -123,6 +175,48 @@ void MembraneBody::NodalForces(std::vector<Eigen::Vector3d>* f_O) {
           place.weights[k] * share.share * load_.force * press_.membrane().normals()[node];
     }
   }
+}
+
+namespace {
+
+Ellipsoid EllipsoidOf(const DomeGeometry& dome) {
+  Ellipsoid ellipsoid;
+  ellipsoid.semi_axes = dome.semi_axes.asDiagonal();
+  ellipsoid.centre.z() = dome.inflation - dome.semi_axes.z();
+  return ellipsoid;
+}
+
+// Half of the way over the top, from rim to rim, about.
+double HalfArc(const DomeGeometry& dome) {
+  const double down = 1 - dome.inflation / dome.semi_axes.z();
+  const double rim = std::sqrt(1 - down * down) * dome.semi_axes.head<2>().maxCoeff();
+  return std::hypot(rim, std::numbers::pi / 2 * dome.inflation);
+}
+
+}  // namespace
+
+std::unique_ptr<LoadIdentifier> MakeMembraneBody(const Scene& scene) {
+  const auto& dome = std::get<DomeGeometry>(scene.object.geometry);
+  const double width = scene.tool ? scene.tool->width : 0;
+  const double across = kTrianglesUnderTool * HalfArc(dome) / width;
+  if (!(across <= 1.5 * kMostRings)) {
+    throw std::invalid_argument(fmt::format(
+        "tool.width = {:.3g} m: accepted under a domed membrane of this size is {:.3g} m or more, "
+        "which its triangles resolve",
+        width, kTrianglesUnderTool * HalfArc(dome) / (1.5 * kMostRings)));
+  }
+  const int rings = std::clamp(static_cast<int>(std::ceil(across)), kFewestRings, kMostRings);
+  const Ellipsoid ellipsoid = EllipsoidOf(dome);
+  const MembraneShape shape = MeshDomedMembrane(ellipsoid, Eigen::Vector3d::UnitZ(), 0, rings);
+  const Material& material = scene.object.material;
+  InflatedMembrane::Params params{.modulus = material.young_modulus * dome.thickness,
+                                  .poisson_ratio = material.poisson_ratio,
+                                  .tension = scene.model.prestress};
+  if (dome.air > 0) {
+    const double gauge = InflatedMembrane(shape, params).pressure();
+    params.air_stiffness = (kAtmosphere + gauge) / dome.air;
+  }
+  return std::make_unique<MembraneBody>(InflatedMembrane(shape, params), width, ellipsoid);
 }
 
 void MembraneBody::Displacements(std::vector<Eigen::Vector3d>* u_O) {

@@ -108,6 +108,35 @@ TEST(SolidSceneTest, AMembraneIsClampedWhetherItSaysSoOrNot) {
   }
 }
 
+TEST(SolidSceneTest, AMembraneWithSemiAxesIsDomed) {
+  const Scene scene = Load(SolidScene(
+      "{membrane: {semi_axes: [70 mm, 50 mm, 71 mm], inflation: 42 mm, thickness: 0.5 mm, air: 0.8 "
+      "l}}",
+      "", "{kind: membrane, prestress: 290 N/m}"));
+  const auto& dome = std::get<DomeGeometry>(scene.object.geometry);
+  EXPECT_EQ(dome.semi_axes, Eigen::Vector3d(0.07, 0.05, 0.071));
+  EXPECT_EQ(dome.inflation, 0.042);
+  EXPECT_EQ(dome.air, 0.8e-3);
+  EXPECT_EQ(ThicknessOf(scene.object.geometry), 0.5e-3);
+  EXPECT_EQ(scene.model.prestress, 290);
+  EXPECT_TRUE(IsHeld(scene.object));
+}
+
+TEST(SolidSceneTest, ADomeThatIsNoneIsRefused) {
+  for (const auto& [membrane, accepted] :
+       {std::pair{"semi_axes: [70 mm, 50 mm, 71 mm], inflation: 110 mm", "at most one and a half"},
+        std::pair{"semi_axes: [70 mm, 50 mm, 71 mm], inflation: 1 mm", "at least a twentieth"},
+        std::pair{"semi_axes: [70 mm, 5 mm, 71 mm], inflation: 40 mm", "at most 10 to 1"},
+        std::pair{"semi_axes: [70 mm, 50 mm], inflation: 40 mm", "semi_axes"},
+        std::pair{"semi_axes: [70 mm, 50 mm, 71 mm]", "inflation"},
+        std::pair{"inflation: 40 mm", "semi_axes"},
+        std::pair{"semi_axes: [70 mm, 50 mm, 71 mm], inflation: 40 mm, air: 3 mm", "a volume"}}) {
+    const std::string geometry = std::string("{membrane: {thickness: 1 mm, ") + membrane + "}}";
+    EXPECT_THAT(MistakesOf(SolidScene(geometry, "", "{kind: membrane}")), HasSubstr(accepted))
+        << membrane;
+  }
+}
+
 TEST(SolidSceneTest, AVolumeMayStandAnywhere) {
   std::string text = SolidScene(kBox, kBottom, "{kind: fem}");
   text.insert(text.find("  material"),

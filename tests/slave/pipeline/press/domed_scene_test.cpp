@@ -1,0 +1,261 @@
+// A scene's domed membrane under a depth camera inside of it, from pictures to the force.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <memory>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/membrane/dome_shape.h"
+#include "slave/pipeline/points/points_sense.h"
+#include "slave/pipeline/press/membrane_body.h"
+#include "tests/slave/vision/depth/depth_pictures.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+const Vector3d kAxes(0.06, 0.045, 0.05);
+const Vector3d p_S_O(0.002, -0.003, 0.06);  // the rim's centre
+constexpr double kInflation = 0.04, kModulus = 1200, kTension = 300, kAir = 8e-4, kTool = 0.014;
+
+Scene DomedScene() {
+  Scene scene;
+  scene.object.geometry = DomeGeometry{kAxes, kInflation, 0.5e-3, kAir};
+  scene.object.X_SO.translation() = p_S_O;
+  scene.object.material = {.young_modulus = kModulus / 0.5e-3, .poisson_ratio = 0.5};
+  scene.tool = Tool{.width = kTool};
+  scene.model.kind = "membrane";
+  scene.model.prestress = kTension;
+  PointsOptions points;
+  points.eyes = TestDepthCamera();
+  points.points.track = PointTracking::Track::kSurface;
+  scene.sense.Set(points);
+  return scene;
+}
+
+struct Pressure {
+  Vector3d p_O;
+  double force = 0;  // inward [N]
+};
+
+// Four times as many triangles as the scene's model, the pressure even on a disc with a soft edge.
+class Truth {
+ public:
+  Truth() : membrane_(Shape(), Params()), u_(membrane_.surface().nodes.size(), Vector3d::Zero()) {}
+
+  void Press(const std::vector<Pressure>& pressures) {
+    const auto& nodes = membrane_.surface().nodes;
+    std::vector<Vector3d> f(nodes.size(), Vector3d::Zero());
+    for (const Pressure& pressure : pressures) {
+      std::vector<Vector3d> own(nodes.size(), Vector3d::Zero());
+      Vector3d sum = Vector3d::Zero();
+      for (std::size_t i = 0; i < nodes.size(); ++i) {
+        const double beyond = (nodes[i] - pressure.p_O).norm() - kTool / 2;
+        own[i] = -std::clamp(0.5 - beyond / 2e-3, 0.0, 1.0) * membrane_.areas()[i] *
+                 membrane_.normals()[i];
+        sum += own[i];
+      }
+      for (std::size_t i = 0; i < nodes.size(); ++i) f[i] += pressure.force / sum.norm() * own[i];
+    }
+    membrane_.Displace(f, &u_);
+  }
+  // The place of the surface over x, y of O.
+  [[nodiscard]] Vector3d Over(double x, double y) const {
+    const double z = std::sqrt(1 - Vector2d(x / kAxes.x(), y / kAxes.y()).squaredNorm());
+    return {x, y, kInflation - kAxes.z() + kAxes.z() * z};
+  }
+  // What the camera at S's origin sees, with noise of 0.05 mm that is alike in patches of 4 px.
+  cv::Mat Picture(std::mt19937* random) const {
+    const DepthPictures camera = TestDepthCamera();
+    std::vector<double> inverse(320 * 240, 0);
+    const auto& mesh = membrane_.surface();
+    for (const auto& triangle : mesh.triangles) {
+      std::array<Vector3d, 3> p;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto node = static_cast<std::size_t>(triangle[k]);
+        p[k] = p_S_O + mesh.nodes[node] + u_[node];
+      }
+      Draw(p, camera, &inverse);
+    }
+    return DepthPicture(
+        camera,
+        [&](double x, double y) {
+          const auto u = static_cast<std::size_t>(std::lround(camera.fx * x + camera.cx));
+          const auto v = static_cast<std::size_t>(std::lround(camera.fy * y + camera.cy));
+          const double one_over = inverse[320 * v + u];
+          return one_over > 0 ? 1 / one_over : std::numeric_limits<double>::quiet_NaN();
+        },
+        {0.05e-3, 4}, random);
+  }
+
+ private:
+  static MembraneShape Shape() {
+    Ellipsoid ellipsoid;
+    ellipsoid.semi_axes = kAxes.asDiagonal();
+    ellipsoid.centre.z() = kInflation - kAxes.z();
+    return MeshDomedMembrane(ellipsoid, Vector3d::UnitZ(), 0, 32);
+  }
+  static InflatedMembrane::Params Params() {
+    InflatedMembrane::Params params{.modulus = kModulus, .tension = kTension};
+    params.air_stiffness = (101'325 + InflatedMembrane(Shape(), params).pressure()) / kAir;
+    return params;
+  }
+  // Over the pixels inside, one over the depth is linear.
+  static void Draw(const std::array<Vector3d, 3>& p, const DepthPictures& camera,
+                   std::vector<double>* inverse) {
+    Eigen::Matrix3d corners;  // columns: pixel, 1
+    Vector3d depths;
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d& q = p[static_cast<std::size_t>(k)];
+      corners.col(k) << camera.fx * q.x() / q.z() + camera.cx,
+          camera.fy * q.y() / q.z() + camera.cy, 1;
+      depths[k] = 1 / q.z();
+    }
+    const Eigen::Matrix3d shares = corners.inverse();
+    if (!shares.allFinite()) return;
+    const Vector3d low = corners.rowwise().minCoeff(), high = corners.rowwise().maxCoeff();
+    for (int v = std::max(0, static_cast<int>(low.y())); v <= std::min(239.0, high.y()); ++v) {
+      for (int u = std::max(0, static_cast<int>(low.x())); u <= std::min(319.0, high.x()); ++u) {
+        const Vector3d share = shares * Vector3d(u, v, 1);
+        if (share.minCoeff() < -1e-9) continue;
+        (*inverse)[static_cast<std::size_t>(320 * v + u)] = share.dot(depths);
+      }
+    }
+  }
+
+  InflatedMembrane membrane_;
+  std::vector<Vector3d> u_;
+};
+
+// Pictures that the test hands over.
+class Given final : public StereoSource {
+ public:
+  explicit Given(std::shared_ptr<std::deque<cv::Mat>> pictures) : pictures_(std::move(pictures)) {}
+  std::optional<StereoPair> Next(const std::stop_token&) override {
+    StereoPair pair;
+    pair.sequence = ++sequence_;
+    pair.left = pictures_->front();
+    pictures_->pop_front();
+    return pair;
+  }
+  [[nodiscard]] std::string description() const override { return "given"; }
+
+ private:
+  std::shared_ptr<std::deque<cv::Mat>> pictures_;
+  std::uint64_t sequence_ = 0;
+};
+
+class DomedSceneTest : public ::testing::Test {
+ protected:
+  explicit DomedSceneTest(const Scene& scene = DomedScene())
+      : sense_(scene, std::make_unique<Given>(pictures_)) {
+    for (int i = 0; i < 5; ++i) Feel({});
+  }
+  const ContactEstimate& Feel(const std::vector<Pressure>& pressures) {
+    truth_.Press(pressures);
+    pictures_->push_back(truth_.Picture(&random_));
+    EXPECT_TRUE(sense_.Acquire({}));
+    sense_.Look();
+    return sense_.Estimate(p_S_O + Vector3d(0, 0, 2 * kInflation));
+  }
+
+  Truth truth_;
+  std::mt19937 random_{3};
+  std::shared_ptr<std::deque<cv::Mat>> pictures_ = std::make_shared<std::deque<cv::Mat>>();
+  PointsSense sense_;
+};
+
+// Reference: the force that pressed a membrane of finer triangles. Tolerance: 3 % that triangles of
+// a third of the tool cost, and three sigma; the place to a fifth of the tool.
+TEST_F(DomedSceneTest, APressIsFeltAnywhere) {
+  for (const Vector2d& at : {Vector2d(0, 0), Vector2d(-0.02, 0.01), Vector2d(0.025, -0.012)}) {
+    const Vector3d p_O = truth_.Over(at.x(), at.y());
+    for (const double force : {0.5, 2.0, 4.0}) {
+      const ContactEstimate& felt = Feel({{p_O, force}});
+      ASSERT_TRUE(felt.force);
+      EXPECT_EQ(felt.validity, Validity::kValid) << sense_.why();
+      EXPECT_NEAR(felt.force->norm(), force, 0.03 * force + 3 * felt.sigma) << at.transpose();
+      EXPECT_GT(felt.force->z(), 0);  // the skin pushes the tool out
+      EXPECT_LT((felt.p_S_contact - p_S_O - p_O).norm(), kTool / 5);
+      EXPECT_LT(felt.sigma, 0.15 * force);
+    }
+  }
+}
+
+TEST_F(DomedSceneTest, UntouchedItTellsNoForce) {
+  const ContactEstimate& felt = Feel({});
+  EXPECT_EQ(felt.validity, Validity::kValid) << sense_.why();
+  EXPECT_EQ(felt.force->norm(), 0);
+}
+
+TEST_F(DomedSceneTest, TwoToolsAtOnceAreNoForceOfOne) {
+  const ContactEstimate& felt = Feel({{truth_.Over(-0.025, 0), 3}, {truth_.Over(0.025, 0.005), 3}});
+  EXPECT_NE(felt.validity, Validity::kValid);
+  EXPECT_EQ(felt.check, FailedCheck::kMisfit);
+}
+
+TEST_F(DomedSceneTest, ADentDeeperThanHalfTheToolIsExtrapolated) {
+  EXPECT_EQ(Feel({{truth_.Over(0, 0), 12}}).check, FailedCheck::kModelRange) << sense_.why();
+}
+
+// Higher by a factor, and moved along x, along z [m].
+using Change = std::array<double, 3>;
+
+Scene Changed(const Change& change) {
+  Scene scene = DomedScene();
+  std::get<DomeGeometry>(scene.object.geometry).inflation *= change[0];
+  scene.object.X_SO.translation() += Vector3d(change[1], 0, change[2]);
+  return scene;
+}
+
+class OtherDomeTest : public DomedSceneTest, public ::testing::WithParamInterface<Change> {
+ protected:
+  OtherDomeTest() : DomedSceneTest(Changed(GetParam())) {}
+};
+
+// A fifth higher or lower, or moved by a seventh of its height.
+TEST_P(OtherDomeTest, IsNotTakenForTheScenes) {
+  const ContactEstimate& felt = Feel({{truth_.Over(0, 0), 3}});
+  EXPECT_NE(felt.validity, Validity::kValid);
+  EXPECT_EQ(felt.check, FailedCheck::kRestShape);
+}
+INSTANTIATE_TEST_SUITE_P(Shapes, OtherDomeTest,
+                         ::testing::Values(Change{1.2, 0, 0}, Change{0.8, 0, 0}, Change{1, 0, 6e-3},
+                                           Change{1, 8e-3, 0}));
+
+// What is as wrong as it may be without a doubt: the force is still near.
+class NearlyThatDomeTest : public OtherDomeTest {};
+TEST_P(NearlyThatDomeTest, IsNearlyRight) {
+  for (const double force : {1.0, 4.0}) {
+    const ContactEstimate& felt = Feel({{truth_.Over(-0.01, 0.01), force}});
+    ASSERT_TRUE(felt.force);
+    if (felt.validity != Validity::kValid) continue;
+    EXPECT_NEAR(felt.force->norm(), force, 0.05 * 4 + 3 * felt.sigma);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Shapes, NearlyThatDomeTest,
+                         ::testing::Values(Change{1.06, 0, 0}, Change{0.94, 0, 0},
+                                           Change{1, 0, 1.5e-3}, Change{1, 3e-3, 0}));
+
+TEST(DomedSceneRefusals, AToolNarrowerThanItsTrianglesIsRefused) {
+  Scene scene = DomedScene();
+  scene.tool->width = 2e-3;
+  try {
+    MakeMembraneBody(scene);
+    ADD_FAILURE() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("tool.width = 0.002 m: accepted"));
+  }
+}
+
+}  // namespace
+}  // namespace palpate
