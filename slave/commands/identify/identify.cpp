@@ -16,7 +16,7 @@ namespace {
 
 using identify::TableRequest;
 
-constexpr std::string_view kRelaxation = "relaxation", kPress = "press";
+constexpr std::string_view kRelaxation = "relaxation", kPress = "press", kPictures = "pictures";
 
 // KIND=FILE, KIND:RATIO=FILE, or FILE alone.
 TableRequest ParseData(const std::string& argument) {
@@ -88,7 +88,7 @@ identify::Specimen SpecimenOf(const IdentifyOptions& o) {
 
 struct Requests {
   std::vector<TableRequest> tests, relaxations;
-  std::filesystem::path press;
+  std::filesystem::path press, pictures;
 };
 
 Requests Sort(const IdentifyOptions& options) {
@@ -97,15 +97,19 @@ Requests Sort(const IdentifyOptions& options) {
     TableRequest request = ParseData(argument);
     if (request.kind == kRelaxation) {
       requests.relaxations.push_back(std::move(request));
-    } else if (request.kind == kPress) {
-      if (!requests.press.empty()) throw std::invalid_argument("press: accepted is one file");
-      requests.press = request.file;
+    } else if (request.kind == kPress || request.kind == kPictures) {
+      auto& file = request.kind == kPress ? requests.press : requests.pictures;
+      if (!file.empty()) throw std::invalid_argument(request.kind + ": accepted is one file");
+      file = request.file;
     } else {
       requests.tests.push_back(std::move(request));
     }
   }
   if (!requests.press.empty() && options.scene.empty()) {
     throw std::invalid_argument("press=FILE: needs --scene with the object that was pressed");
+  }
+  if (!requests.pictures.empty() && options.scene.empty()) {
+    throw std::invalid_argument("pictures=FILE: needs --scene with the pictures of the presses");
   }
   return requests;
 }
@@ -153,6 +157,7 @@ const char* const kIdentifyHelp = R"(DATA is KIND=FILE.csv, where KIND is
   shear                            stress against amount of shear
   relaxation                       time, strain or shear, stress: a Prony series
   press                            case,x,y,z,dx,dy,dz,fx,fy,fz as `solve` writes them: E of --scene
+  pictures                         [sequence,]force of the samples that --scene records: its E
 or FILE.csv alone with columns F11 ... F33 and P11 ... (nominal) or sigma11 ... (true stress).
 All tests of one call are of one material. Units stand in the header, `Load (N)` or `P_MPa`, or are
 SI. Lines of remarks above the header are passed over. Forces and displacements need --diameter or
@@ -167,12 +172,13 @@ Examples:
   palpate-slave identify uniaxial=UT.csv equibiaxial=ET.csv planar=PS.csv --stress-unit MPa --out build/rubber
   palpate-slave identify tension=UT.csv compression=UC.csv shear=SS.csv --foam --out build/foam
   palpate-slave identify relaxation=hold.csv --out build/adhesive
-  palpate-slave identify press=answers.csv --scene deploy/scenes/foam-cube.yaml --out build/cube)";
+  palpate-slave identify press=answers.csv --scene deploy/scenes/foam-cube.yaml --out build/cube
+  palpate-slave identify pictures=loadcell.csv --scene recorded.yaml --out build/recorded)";
 
 int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
   const Requests requests = Sort(options);
   const identify::Specimen specimen = SpecimenOf(options);
-  std::vector<std::filesystem::path> inputs{requests.press, options.scene};
+  std::vector<std::filesystem::path> inputs{requests.press, requests.pictures, options.scene};
   for (const TableRequest& request : requests.tests) inputs.push_back(request.file);
   for (const TableRequest& request : requests.relaxations) inputs.push_back(request.file);
   RequireOtherThan("--out", options.out, {"report.json", "identify.svg", "predictions.csv"},
@@ -185,6 +191,11 @@ int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
     if (!requests.press.empty()) {
       const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
       report.press = FitPress(scene, requests.press, options.width, options.fit_poisson, &progress);
+    }
+    if (!requests.pictures.empty()) {
+      Tell(&progress, "pictures", 0);
+      const Scene scene = LoadScene(options.scene, options.overrides);
+      report.pictures = FitPictures(scene, requests.pictures, stop);
     }
   }
   std::filesystem::create_directories(options.out);

@@ -92,6 +92,29 @@ Json ToJson(const PressFit& press) {
           {"model", press.kind}};
 }
 
+Json ToJson(const PictureFit& pictures) {
+  return {{"young_modulus_Pa", pictures.young_modulus},
+          {"sigma_Pa", pictures.sigma_modulus},
+          {"prestress_N_per_m", pictures.prestress},
+          {"offset_N", pictures.offset},
+          {"sigma_offset_N", pictures.sigma_offset},
+          {"rms_of_peak", pictures.rms},
+          {"samples", pictures.samples},
+          {"pressed", pictures.pressed},
+          {"passes", pictures.passes}};
+}
+
+std::string ToWords(const PictureFit& fit) {
+  std::string words = fmt::format(
+      "{} samples with a known force, {} of them pressed: E {:.5g} +- {:.2g} Pa, their offset "
+      "{:.3g} +- {:.2g} N, rms {:.3g} % of the largest force\n"
+      "  object.material.young_modulus: {:.6g} Pa\n",
+      fit.samples, fit.pressed, fit.young_modulus, kWide * fit.sigma_modulus, fit.offset,
+      kWide * fit.sigma_offset, 100 * fit.rms, fit.young_modulus);
+  if (fit.prestress > 0) words += fmt::format("  model.prestress: {:.4g} N/m\n", fit.prestress);
+  return words;
+}
+
 void WritePredictions(const IdentifyReport& report, const std::filesystem::path& file) {
   std::string text = "test,abscissa,nominal_stress_Pa,low_Pa,high_Pa\n";
   for (const identify::PredictedCurve& curve : report.predictions) {
@@ -177,6 +200,7 @@ std::string ToWords(const IdentifyReport& report) {
         kWide * report.press->sigma_modulus, report.press->poisson_ratio, 100 * report.press->rms,
         report.press->young_modulus, report.press->poisson_ratio);
   }
+  if (report.pictures) words += ToWords(*report.pictures);
   return words;
 }
 
@@ -192,6 +216,7 @@ void WriteReport(const IdentifyReport& report, const std::filesystem::path& out)
   if (!report.predicted_by.empty()) json["predicted_by"] = report.predicted_by;
   if (report.prony) json["relaxation"] = ToJson(*report.prony);
   if (report.press) json["press"] = ToJson(*report.press);
+  if (report.pictures) json["pictures"] = ToJson(*report.pictures);
   WriteWholeFile(out / "report.json", json.dump(2) + "\n");
   WriteWholeFile(out / "identify.svg", DrawIdentify(report));
   if (!report.predictions.empty()) WritePredictions(report, out / "predictions.csv");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "slave/commands/identify/picture_fit.h"
 #include "slave/commands/identify/press_fit.h"
 #include "slave/identify/chord_modulus.h"
 #include "slave/identify/law_fit.h"
@@ -32,6 +33,7 @@ struct IdentifyReport {
   std::vector<identify::RelaxationTable> relaxations;
   std::optional<identify::PronyFit> prony;
   std::optional<PressFit> press;
+  std::optional<PictureFit> pictures;
 };
 
 // Lines of a scene that a fit makes; empty: the law is one that `model` does not read, or unstable.

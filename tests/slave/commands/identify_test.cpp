@@ -10,8 +10,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "shared/text/csv.h"
 #include "shared/text/text.h"
 #include "slave/commands/commands.h"
+#include "slave/pipeline/offline/offline_run.h"
+#include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -102,6 +105,50 @@ TEST_F(IdentifyCommand, RefusesWithASentence) {
   EXPECT_THAT(Refusal({.data = {"tension=" + table}, .height = "3 kg"}), HasSubstr("--height"));
   EXPECT_THAT(Refusal({.data = {"tension=absent.csv"}}), HasSubstr("cannot be read"));
   EXPECT_THAT(Refusal({.data = {table}}), HasSubstr("F11"));
+}
+
+// A block of 127 kPa, pressed before a camera, its true force known: the modulus comes out of the
+// pictures, whatever the scene says of it. Tolerance: what 60 elements a side of the model and the
+// eyes are off by in the force, 3 %.
+TEST_F(IdentifyCommand, PicturesAndAKnownForceTellTheModulus) {
+  const path block = SourcePath("/deploy/scenes/silicone-block.yaml");
+  const path out = folder_ / "block";
+  RunOffline(LoadScene(block, {"operator.press={depth: 4 mm, speed: 40 mm/s}"}),
+             {.out = out, .frames = true}, {});
+  std::string forces = "sequence,fx,fy,fz\n";
+  CsvRows states(out / "states.csv");
+  const auto column = [&](const char* name) { return *states.Find(name); };
+  while (states.Next()) {
+    forces +=
+        Formatted("%.0f,%.6f,%.6f,0\n", states.Number(column("sequence"), 1e9),
+                  states.Number(column("true_fx"), 1e9), states.Number(column("true_fy"), 1e9));
+  }
+  IdentifyOptions options;
+  options.data = {"pictures=" + Write("forces.csv", forces).string()};
+  options.scene = block;
+  options.overrides = {"sense.camera={file: '" + (out / "frames/%06d.png").string() +
+                           "', pixel: 0.35 mm, pose: {translation: [44 mm, 54 mm, 0]}}",
+                       "object.material.young_modulus=60 kPa"};
+  const json fit = Run(options).at("pictures");
+  EXPECT_NEAR(fit.at("young_modulus_Pa").get<double>(), 127e3, 0.03 * 127e3);
+  EXPECT_GT(fit.at("sigma_Pa").get<double>(), 0);
+  EXPECT_GT(fit.at("pressed").get<int>(), 20);
+}
+
+TEST_F(IdentifyCommand, SaysWhatForcesOfPicturesMustBe) {
+  const auto refusal = [&](const std::string& text, bool recorded = true) {
+    IdentifyOptions options;
+    options.data = {"pictures=" + Write("forces.csv", text).string()};
+    options.scene = SourcePath("/deploy/scenes/silicone-block.yaml");
+    const std::string picture = Write("1.png", "not looked at").string();
+    if (recorded) options.overrides = {"sense.camera={file: '" + picture + "', pixel: 0.35 mm}"};
+    return Refusal(options);
+  };
+  EXPECT_THAT(refusal("a,b\n1,2\n"), HasSubstr("forces.csv:1: no column force"));
+  EXPECT_THAT(refusal("sequence,force\n1,2\n1,3\n"), HasSubstr(":3: sequence: accepted is each"));
+  EXPECT_THAT(refusal("sequence,force\n1.5,2\n"), HasSubstr(":2: sequence: accepted is a whole"));
+  EXPECT_THAT(refusal("force\n1\n", false), HasSubstr("accepted is a scene of recorded"));
+  EXPECT_THAT(Refusal({.data = {"pictures=forces.csv"}}), HasSubstr("needs --scene"));
 }
 
 }  // namespace
