@@ -134,6 +134,8 @@ void DeclareDoctor(CLI::App* app, DoctorArguments* a) {
   doctor->add_option("--seconds", a->options.seconds, "How long each measurement takes [s]")
       ->check(Between(0.1, 3600))
       ->capture_default_str();
+  doctor->add_flag("--datagrams", a->link.datagrams,
+                   "Try them, too: operates for a moment, engages nobody");
   AddLineOptions(doctor, &a->link);
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
+#include <thread>
+#include <utility>
 
 #include <grpcpp/client_context.h>
 
@@ -168,6 +170,41 @@ Findings JudgeLine(const LineSample& line, const RemoteScene& scene) {
           Health(line)};
 }
 
+LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
+  constexpr std::chrono::milliseconds kLook(5);
+  constexpr double kTripsToBegin = 3;
+  options.datagrams = true;
+  const double patience =
+      seconds + kTripsToBegin * static_cast<double>(options.longest_round_trip.count()) / kMilli;
+  LatestValue<ReceivedState> states;
+  LatestValue<OperatorCommand> commands;
+  LatestValue<RemoteSettings> settings;
+  SlaveLink link(std::move(options));
+  link.Start(&states, &commands, &settings);
+  const Time begin = Clock::now();
+  LinkStats stats;
+  while (stats.states_by_datagram == 0 && SecondsBetween(begin, Clock::now()) < patience) {
+    commands.Put({});  // of nobody who is engaged
+    std::this_thread::sleep_for(kLook);
+    stats = link.stats();
+  }
+  link.Stop();
+  return stats;
+}
+
+Finding JudgeDatagrams(const LinkStats& tried) {
+  if (tried.states_by_datagram > 0) {
+    return {Verdict::kGood, "datagrams", "come through: connect --datagrams", ""};
+  }
+  if (!tried.connected) {
+    return {Verdict::kNote, "datagrams", "not tried: " + tried.trouble,
+            "they are an operator's: ask again while nobody operates, as who may"};
+  }
+  return {Verdict::kNote, "datagrams", "none come through",
+          "let UDP pass to the slave's port number; without it states and commands go by the "
+          "stream alone, which waits for what the network loses"};
+}
+
 Findings ExamineLine(const SlaveLink::Options& options, double seconds) {
   try {
     SlaveLink link(options);
@@ -178,6 +215,7 @@ Findings ExamineLine(const SlaveLink::Options& options, double seconds) {
     for (Finding& finding : JudgeLine(MeasureLine(told, scene, seconds), scene)) {
       findings.push_back(std::move(finding));
     }
+    if (told.datagrams) findings.push_back(JudgeDatagrams(TryDatagrams(told, seconds)));
     return findings;
   } catch (const std::exception& error) {
     return {{Verdict::kBad, "line", error.what(),

@@ -1,4 +1,4 @@
-// What the line to a slave allows, seen as an observer: nothing moves.
+// What the line to a slave allows: nothing moves. Seen as an observer, unless datagrams are tried.
 #pragma once
 
 #include <optional>
@@ -29,7 +29,12 @@ LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& sce
 // What the numbers mean for a hand.
 Findings JudgeLine(const LineSample& line, const RemoteScene& scene);
 
-// Connects, measures, judges. What fails is a finding.
+// Holds the lease for as long as it takes, at most `seconds` and what the line needs, engages
+// nobody, and tells whether datagrams came.
+LinkStats TryDatagrams(SlaveLink::Options options, double seconds);
+Finding JudgeDatagrams(const LinkStats& tried);
+
+// Connects, measures, judges; tries datagrams if `options` ask for them. What fails is a finding.
 Findings ExamineLine(const SlaveLink::Options& options, double seconds);
 
 }  // namespace palpate

@@ -193,6 +193,7 @@ void HapticLoop::TakeSettings() noexcept {
   if (!settings_wait_ || machine_.commands_engaged()) return;
   settings_wait_ = false;
   transform_ = settings_.transform;
+  offset_epoch_ = 0;  // the slave may have gone on in our epoch, whose offset it tells
   renderer_.set_stiffest(Stiffest(transform_));
   renderer_.ForgetPatch();
   tare_.Forget();

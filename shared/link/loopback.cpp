@@ -16,6 +16,15 @@ namespace {
                               ": accepted is HOST:PORT or [IPV6]:PORT with a port from 0 to 65535");
 }
 
+// With the link that it is an address of, or without: fe80::1%eth0.
+bool IsV6(const std::string& host) {
+  const auto percent = host.find('%');
+  in6_addr v6{};
+  return inet_pton(AF_INET6, host.substr(0, percent).c_str(), &v6) == 1 &&
+         percent != host.size() - 1 &&
+         host.find_first_of("[]/: \t\n", percent) == std::string::npos;
+}
+
 }  // namespace
 
 Endpoint ParseEndpoint(const std::string& address) {
@@ -25,8 +34,7 @@ Endpoint ParseEndpoint(const std::string& address) {
   endpoint.host = address.substr(0, colon);
   const bool bracketed = endpoint.host.front() == '[' && endpoint.host.back() == ']';
   if (bracketed) endpoint.host = endpoint.host.substr(1, endpoint.host.size() - 2);
-  in6_addr v6{};
-  const bool is_v6 = inet_pton(AF_INET6, endpoint.host.c_str(), &v6) == 1;
+  const bool is_v6 = IsV6(endpoint.host);
   const bool plain = endpoint.host.find_first_of("[]/: \t\n") == std::string::npos;
   if (endpoint.host.empty() || bracketed != is_v6 || (!is_v6 && !plain)) Refuse(address);
 

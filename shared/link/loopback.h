@@ -12,8 +12,8 @@ struct Endpoint {
   std::uint16_t port = 0;
 };
 
-// `HOST:PORT` or `[V6]:PORT`, port 0 to 65535. Throws std::invalid_argument: what was given, what
-// is accepted.
+// `HOST:PORT` or `[V6]:PORT`, port 0 to 65535; V6 of one link with its name, fe80::1%eth0. Throws
+// std::invalid_argument: what was given, what is accepted.
 Endpoint ParseEndpoint(const std::string& address);
 // `HOST:PORT`, an IPv6 address in brackets.
 std::string ToString(const Endpoint& endpoint);

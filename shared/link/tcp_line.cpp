@@ -78,7 +78,9 @@ std::string NameOf(const sockaddr_storage& peer) {
       is_v6 ? static_cast<const void*>(&v6.sin6_addr)
             : static_cast<const void*>(&reinterpret_cast<const sockaddr_in&>(peer).sin_addr);
   inet_ntop(peer.ss_family, address, text.data(), text.size());
-  return std::string(is_v6 ? "ipv6:" : "ipv4:") + text.data() + ":" +
+  const bool is_of_one_link = is_v6 && v6.sin6_scope_id != 0;
+  const std::string link = is_of_one_link ? "%" + std::to_string(v6.sin6_scope_id) : "";
+  return std::string(is_v6 ? "ipv6:" : "ipv4:") + text.data() + link + ":" +
          std::to_string(ntohs(v6.sin6_port));
 }
 
@@ -87,6 +89,9 @@ std::string WithoutBrackets(std::string peer) {
     const auto at = peer.find(bracket);
     if (at != std::string::npos) peer.erase(at, bracket.size());
   }
+  constexpr std::string_view kPercent = "%25";
+  const auto at = peer.find(kPercent);
+  if (at != std::string::npos) peer.replace(at, kPercent.size(), "%");
   return peer;
 }
 

@@ -21,8 +21,9 @@ void PrepareLine(int fd) noexcept;
 // This process's connections to a peer's `port`, since gRPC hands out none.
 std::vector<int> LinesTo(std::uint16_t port);
 
-// A peer of a connection over IP as gRPC names it, but without the brackets of IPv6, which it does
-// not always write alike.
+// A peer of a connection over IP as gRPC names it, an address of one link with the link's number
+// (fe80::1%2), but without the brackets of IPv6 and the escapes, which it does not always write
+// alike.
 std::string NameOf(const sockaddr_storage& peer);
 std::string WithoutBrackets(std::string peer);
 

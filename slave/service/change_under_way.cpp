@@ -1,5 +1,6 @@
 #include "slave/service/change_under_way.h"
 
+#include "shared/link/thread_priority.h"
 #include "slave/service/status.h"
 
 namespace palpate {
@@ -37,6 +38,7 @@ class ChangeUnderWay::Listener final : public Progress {
 
 grpc::Status ChangeUnderWay::Make(const grpc::ServerContext& context,
                                   const std::function<void(Progress*)>& work) {
+  const OrdinaryPriority ordinary;
   const std::unique_lock one(one_at_a_time_, std::try_to_lock);
   if (!one) {
     return {grpc::StatusCode::ABORTED, "another change of settings is under way: try again"};

@@ -71,7 +71,6 @@ grpc::Status DriveStream::Take() {
 }
 
 void DriveStream::OnReadDone(bool ok) {
-  thread_local const std::string refused = MakeThreadRealtime(kReadingPriority);
   if (!Enter()) return;
   const bool is_first = rate_ == 0;
   const grpc::Status taken = ok ? Take() : grpc::Status::OK;

@@ -2,6 +2,7 @@
 // down who sends more than can be looked at.
 #include <atomic>
 
+#include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 #include "slave/service/messages.h"
 #include "slave/service/status.h"
@@ -62,6 +63,7 @@ class Sender {
 grpc::Status TeleoperationService::FeedPictures(grpc::ServerContext* /*context*/,
                                                 grpc::ServerReader<v1::PictureSample>* reader,
                                                 v1::FeedPicturesReply* reply) {
+  const OrdinaryPriority ordinary;
   PictureInbox* const inbox = slave_.picture_inbox();
   if (inbox == nullptr) {
     return {grpc::StatusCode::FAILED_PRECONDITION,

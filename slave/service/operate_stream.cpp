@@ -5,7 +5,6 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/tcp_line.h"
-#include "shared/link/thread_priority.h"
 #include "shared/wire/state_message.h"
 
 namespace palpate {
@@ -57,8 +56,6 @@ void OperateStream::Offer(const SlaveState& state) {
 }
 
 void OperateStream::OnReadDone(bool ok) {
-  // The thread that reads the operator's words must not wait behind whatever else runs.
-  thread_local const std::string refused = MakeThreadRealtime(kReadingPriority);
   if (!ok) return End(grpc::Status::OK);  // the operator left
   if (!host_.lease.Command(ticket_, command_)) host_.publisher.Flag(Event::kCommandRefused);
   if (command_.datagrams() && !std::exchange(datagrams_asked_, true)) OfferDatagrams();

@@ -15,6 +15,7 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/loopback.h"
+#include "shared/link/thread_priority.h"
 #include "shared/tls/credentials.h"
 #include "slave/service/door/acceptor.h"
 #include "slave/service/listener_watch.h"
@@ -108,6 +109,7 @@ struct Server::Parts {
                 [this](const grpc::ServerContextBase& context) { KeepWhileTrusted(context); }) {}
 
   // A stream outlives no certificate: its connection is cut, and the tool stands.
+  void Build(const std::filesystem::path& tls);
   void KeepWhileTrusted(const grpc::ServerContextBase& context);
 
   // Health follows what is sensed.
@@ -136,6 +138,19 @@ void Server::Parts::KeepWhileTrusted(const grpc::ServerContextBase& context) {
   });
 }
 
+void Server::Parts::Build(const std::filesystem::path& tls) {
+  const auto credentials = CredentialsFrom(tls, revoked);
+  grpc::EnableDefaultHealthCheckService(true);
+  // Each of its streams holds a thread: for those on this machine.
+  if (IsLoopback(endpoint.host)) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  grpc::ServerBuilder builder;
+  Configure(slave.picture_inbox() != nullptr, &builder);
+  connections = builder.experimental().AddExternalConnectionAcceptor(
+      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
+  builder.RegisterService(&service);
+  server = builder.BuildAndStart();
+}
+
 void Server::Parts::Tell() const {
   const bool fresh = slave.Status().validity != Validity::kStale;
   server->GetHealthCheckService()->SetServingStatus(v1::Teleoperation::service_full_name(), fresh);
@@ -148,18 +163,9 @@ void Server::Parts::KeepTelling(const std::stop_token& stop) const {
 Server::Server(Slave& slave, const std::string& address, bool insecure,
                const std::filesystem::path& tls, std::function<void()> on_deaf)
     : parts_(std::make_unique<Parts>(slave, Permitted(address, insecure || !tls.empty()), tls)) {
-  const auto credentials = CredentialsFrom(tls, parts_->revoked);
-  grpc::EnableDefaultHealthCheckService(true);
-  // Each of its streams holds a thread: for those on this machine.
-  if (IsLoopback(parts_->endpoint.host)) {
-    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
-  }
-  grpc::ServerBuilder builder;
-  Configure(slave.picture_inbox() != nullptr, &builder);
-  parts_->connections = builder.experimental().AddExternalConnectionAcceptor(
-      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
-  builder.RegisterService(&parts_->service);
-  parts_->server = builder.BuildAndStart();
+  // Whatever of gRPC's threads the operator's words pass must not wait behind ordinary ones, as its
+  // executor did: it also serves strangers.
+  MakeWithRealtimeThreads(kReadingPriority, [&] { parts_->Build(tls); });
   if (!parts_->server) throw std::runtime_error("cannot serve on " + address);
   const Greeting greeting = tls.empty() ? Greeting::kHttp2 : Greeting::kTls;
   parts_->door.emplace(parts_->endpoint, greeting, HandOnTo(parts_->connections.get()),

@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "shared/link/thread_priority.h"
 #include "shared/wire/patch_message.h"
 #include "shared/wire/state_message.h"
 #include "slave/service/messages.h"
@@ -28,6 +29,7 @@ template <class Message, class Compose>
 grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, Clock::duration gap,
                                          grpc::ServerWriter<Message>* writer,
                                          const Compose& compose) {
+  const OrdinaryPriority ordinary;
   if (on_stream_) on_stream_(*context);
   const ObserverSeats::Seat seat(&seats_);
   if (!seat) return ObserverSeats::Full();

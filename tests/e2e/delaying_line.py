@@ -28,11 +28,23 @@ class DelayingLine:
                 pass
             each.close()
 
+    def cut(self):
+        """Ends what there is; who comes is let in again."""
+        for each in self.sockets[1:]:
+            try:
+                each.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass
+
     def _accept(self):
         try:
             while True:
                 near, _ = self.listener.accept()
-                far = socket.create_connection(self.target)
+                try:
+                    far = socket.create_connection(self.target)
+                except OSError:  # nobody there, now
+                    near.close()
+                    continue
                 self.sockets += [near, far]
                 for end in near, far:
                     end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

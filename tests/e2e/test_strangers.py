@@ -33,11 +33,14 @@ def rows(log):
 
 
 def held(log):
-    """Seconds the operator was held or thrown out between the first following and the emergency stop."""
-    states = [row["state"] for row in rows(log)]
+    """How often the operator was held or thrown out between the first following and the emergency stop, and the oldest
+    state of that time [s]: who is held goes on by the next engagement, seconds later."""
+    ticks = rows(log)
+    states = [row["state"] for row in ticks]
     first = states.index("FOLLOWING")
     last = states.index("ESTOP") if "ESTOP" in states else len(states)
-    return sum(state in ("HOLD", "DISCONNECTED") for state in states[first:last]) / 1000
+    out = [state in ("HOLD", "DISCONNECTED") for state in states[first:last]]
+    return sum(b > a for a, b in zip(out, out[1:])), max(float(row["age_s"]) for row in ticks[first:last])
 
 
 def attack(name, seconds, out):
@@ -80,14 +83,14 @@ def main():
     parser.add_argument("--only", default="")
     a = parser.parse_args()
     wrong = []
-    print(f"{'':34}  alive  MB max  answers s  stop ms, max   held s  reconnects")
+    print(f"{'':34}  alive  MB max  answers s  stop ms, max   held, oldest ms  reconnects")
     with tempfile.TemporaryDirectory() as folder:
         for name in ["nobody", *ATTACKS]:
             if not re.search(a.only, name):
                 continue
             saw = attack(name, a.seconds, pathlib.Path(folder))
             print(f"{name:34}  {saw['alive']!s:5}  {saw['memory']:6.0f}  {saw['answered'] or -1:9.3f}"
-                  f"  {1e3 * saw['stop']:7.1f} {1e3 * saw['stop_max']:6.1f}  {saw['held']:6.3f}  {saw['reconnects']}"
+                  f"  {1e3 * saw['stop']:7.1f} {1e3 * saw['stop_max']:6.1f}  {saw['held'][0]:5d}  {1e3 * saw['held'][1]:9.0f}  {saw['reconnects']}"
                   f" {saw['trouble']}", flush=True)
             wrong += [f"{name}: {words}" for words, is_so in [
                 ("the slave died", not saw["alive"]), ("nobody answers", saw["answered"] is None),

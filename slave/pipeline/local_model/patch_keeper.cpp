@@ -83,9 +83,15 @@ void PatchKeeper::Compare(const ContactEstimate& felt, Sense* sense, Time now) {
   const double t = SecondsOf(felt.sensed_at);
   const Eigen::Vector3d shown = shown_.ForceAt(felt.p_S_tip, t, t);
   const double felt_size = felt.force->norm();
-  const double noticed = options_.weber_fraction * felt_size + kSigmas * felt.sigma;
-  if (!((shown - *felt.force).norm() > noticed)) return;
+  const double unknown = kSigmas * felt.sigma;
+  const bool presses = felt_size > unknown;
+  const bool is_noticed =
+      (shown - *felt.force).norm() > options_.weber_fraction * felt_size + unknown;
+  const bool lets_go = pressed_ && !presses;
+  pressed_ = pressed_ || presses;
+  if (!is_noticed && !lets_go) return;
   if (SecondsBetween(told_at_, now) < kShortest) return;
+  pressed_ = presses;
   PatchLaw law = shown_.law();
   auto plane = std::make_unique<TouchPatch>(shown_.patch());
   const TouchPatch before = *plane;

@@ -1,5 +1,6 @@
 // Keeps the patch that travels: makes one where the tool comes, and tells the law anew when what
-// the master shows differs from what is felt by more than a hand feels.
+// the master shows differs from what is felt by more than a hand feels; and what was learnt in a
+// press when it ends, for the next one.
 #pragma once
 
 #include <atomic>
@@ -51,6 +52,7 @@ class PatchKeeper {
   Eigen::Vector3d centre_{0, 0, 0};  // where the tip was when the patch was made, on it [m]
   double reach_ = 0;                 // of the patch from there [m]
   Time told_at_{};
+  bool pressed_ = false;  // since the law was looked at last
 
   mutable std::mutex mutex_;  // guards what follows
   PatchNews news_;

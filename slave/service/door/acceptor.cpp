@@ -28,12 +28,12 @@ namespace {
 constexpr std::chrono::milliseconds kLookSoon(1);  // while somebody is new
 constexpr double kNew = 0.2;                       // [s]
 // [bytes] that wait at most for gRPC, of who is new and of others: 500 commands a second for 5 s of
-// round trip.
+// round trip. Less than a segment, 32 kB on loopback, would stall a line for good.
 constexpr int kFewBytes = 32 * 1024, kManyBytes = 512 * 1024;
 constexpr std::chrono::milliseconds kLook(5);    // between two looks at what everybody sent
 constexpr std::chrono::milliseconds kAlone(50);  // nobody is there; the end must be heard, too
 constexpr int kAtOnce = 64;                      // accepted before others are looked at
-constexpr double kFewAtFirst = 4;                // come in together after somebody sent too much
+constexpr double kFewAtFirst = 1;                // come in together after somebody sent too much
 constexpr double kTrustAgain = 1;                // [s] between two looks whether who is in may stay
 constexpr std::size_t kTurnsToTell = 1000;  // once as many more were turned away, the log says so
 
@@ -177,7 +177,7 @@ Acceptor::Room::~Room() {
 }
 
 void Acceptor::Room::Run(const std::stop_token& stop) {
-  MakeThreadRealtime(kReadingPriority);  // a flood is cut before it is read
+  MakeThreadRealtime(kDoorPriority);
   for (Time looked = Clock::now(); !stop.stop_requested();) {
     WaitForSomebody();
     for (const ListeningSocket& socket : door_.sockets_) AcceptAll(socket.fd());
@@ -231,6 +231,10 @@ bool Acceptor::Room::Decide(Waiting* one) {
   const std::string_view said(bytes.data(), one->silent ? 0 : static_cast<std::size_t>(came));
   const Greets greets = Judge(door_.greeting_, said);
   if (greets == Greets::kNo) return TurnAway(one->fd, TurnedAway::kSaidOther);
+  // Of a crowd that greeted and left, nobody is to take the place of who still waits.
+  if (greets == Greets::kYes && !TrafficOf(one->fd).open) {
+    return TurnAway(one->fd, TurnedAway::kSaidNothing);
+  }
   if (greets == Greets::kYes && HandOnIfAllowed(*one)) return true;
   if (Clock::now() - one->since < limits_.greeting) return false;
   return TurnAway(one->fd,

@@ -12,7 +12,7 @@ class ConnectionBudget {
   // that at once. Floods of HTTP/2 frames make gRPC keep several times what they send.
   static constexpr double kRate = 256e3;                    // [bytes/s]
   static constexpr double kBurst = 512e3;                   // [bytes]
-  static constexpr double kStart = 32e3;                    // of that, for who just came [bytes]
+  static constexpr double kStart = 8e3;                     // of that, for who just came [bytes]
   static constexpr std::uint64_t kUnanswered = 512 * 1024;  // [bytes]
 
   // `share`: of all of these, more than 1 where scenes take more.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -6,6 +7,8 @@
 
 #include "master/doctor/line.h"
 #include "master/doctor/machine.h"
+#include "slave/service/server.h"
+#include "tests/slave/service/fake_slave.h"
 
 namespace palpate {
 namespace {
@@ -98,6 +101,26 @@ TEST(DoctorTest, OtherVersionsAlarmsAndClocksAreTold) {
   EXPECT_EQ(Of(findings, "version").verdict, Verdict::kNote);
   EXPECT_THAT(Of(findings, "slave").measured, HasSubstr("nobody drives the arm"));
   EXPECT_EQ(Of(findings, "clocks").verdict, Verdict::kNote);
+}
+
+TEST(DoctorTest, DatagramsAreTriedAndTheSlaveIsLeftAsItWas) {
+  FakeSlave slave;
+  Server server(slave, "127.0.0.1:0", false);
+  SlaveLink::Options options;
+  options.target = server.address();
+  EXPECT_EQ(JudgeDatagrams(TryDatagrams(options, 20)).verdict, Verdict::kGood);
+  EXPECT_FALSE(std::ranges::any_of(slave.commands(), &OperatorCommand::engaged));
+  EXPECT_EQ(slave.ends(), 1);
+}
+
+TEST(DoctorTest, DatagramsThatDoNotComeAndThoseThatAreNotOursToTryAreToldApart) {
+  LinkStats tried;
+  tried.connected = true;
+  EXPECT_THAT(JudgeDatagrams(tried).advice, HasSubstr("UDP"));
+  EXPECT_EQ(JudgeDatagrams(tried).verdict, Verdict::kNote);
+  tried.connected = false;
+  tried.trouble = "the lease is held by Ada";
+  EXPECT_THAT(JudgeDatagrams(tried).measured, HasSubstr("not tried: the lease is held by Ada"));
 }
 
 TEST(DoctorTest, NobodyThereIsAFindingWithTheNextStep) {

@@ -361,6 +361,30 @@ TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAnew)
   EXPECT_EQ(command->settings_revision, 7U);
 }
 
+// A line was cut and came back to a slave that had gone on: settings are read again, and the
+// slave's offset is still that of the epoch, which the hand had begun elsewhere than at the tool.
+TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {
+  VirtualSlave::Options options;
+  options.home = {0, 0.010, 0};
+  Rig rig(options);
+  Puppet puppet;
+  rig.Run(puppet, 0.1);
+  puppet.reading.engaged = true;
+  rig.Run(puppet, 0.2);
+  ASSERT_EQ(rig.state(), OperatorState::kFollowing);
+  rig.slave.silent = true;
+  rig.Run(puppet, 0.2);
+  EXPECT_NE(rig.state(), OperatorState::kFollowing);
+  rig.settings.Put({0, options.transform, 3.3});
+  rig.slave.silent = false;
+  puppet.reading.engaged = false;
+  rig.Run(puppet, 0.1);
+  EXPECT_FALSE(rig.loop.record().chain.reasons.Has(Reason::kOffsetJump));
+  puppet.reading.engaged = true;
+  rig.Run(puppet, 0.2);
+  EXPECT_EQ(rig.state(), OperatorState::kFollowing);
+}
+
 TEST_F(HapticLoopTest, ALimitThatWasReadOnlyLowersTheForce) {
   for (const double read : {0.4, 1e9}) {
     rig_.settings.Put({0, {}, read});

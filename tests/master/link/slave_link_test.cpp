@@ -2,17 +2,21 @@
 #include "master/link/slave_link.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <thread>
 #include <vector>
 
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
+#include <ifaddrs.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
@@ -291,6 +295,33 @@ TEST_F(DatagramLinkTest, StatesAndCommandsTravelBothWaysAndTheNewestCounts) {
   const auto commands = slave_.commands();
   EXPECT_TRUE(std::ranges::is_sorted(commands, {}, &OperatorCommand::sequence));
   EXPECT_EQ(slave_.ends(), 1);
+}
+
+// An address of one link alone, `fe80::...%eth0`; empty: this machine has none.
+std::string LinkLocalAddress() {
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) return {};
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owned(all, freeifaddrs);
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET6) continue;
+    const auto& at = reinterpret_cast<const sockaddr_in6&>(*one->ifa_addr).sin6_addr;
+    std::array<char, INET6_ADDRSTRLEN> text{};
+    if (!IN6_IS_ADDR_LINKLOCAL(&at)) continue;
+    return inet_ntop(AF_INET6, &at, text.data(), text.size()) + ("%" + std::string(one->ifa_name));
+  }
+  return {};
+}
+
+TEST_F(DatagramLinkTest, TheyAlsoTravelBetweenAddressesOfOneLink) {
+  const std::string address = LinkLocalAddress();
+  if (address.empty()) GTEST_SKIP() << "no IPv6 address of a link here";
+  server_ = std::make_unique<Server>(slave_, "[" + address + "]:0", true);
+  SlaveLink::Options options = WithDatagrams(server_->address());
+  options.insecure = true;
+  SlaveLink link(options);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  EXPECT_TRUE(loop_.Until([&] { return link.stats().states_by_datagram > 5; }))
+      << link.stats().trouble;
 }
 
 TEST_F(DatagramLinkTest, EventsAreToldThoughDatagramsCarryNone) {

@@ -322,5 +322,18 @@ TEST(EndsOfALine, AreFoundByThePeersName) {
   EXPECT_EQ(WithoutBrackets("ipv6:%5B::1%5D:7"), "ipv6:::1:7");
 }
 
+// Reference: how gRPC 1.51 writes one, escaped as in a URI.
+TEST(EndsOfALine, OfOneLinkAreNamedWithItsNumber) {
+  sockaddr_storage at{};
+  auto& v6 = reinterpret_cast<sockaddr_in6&>(at);
+  v6.sin6_family = AF_INET6;
+  v6.sin6_port = htons(7);
+  v6.sin6_scope_id = 2;
+  ASSERT_EQ(inet_pton(AF_INET6, "fe80::1", &v6.sin6_addr), 1);
+  EXPECT_EQ(NameOf(at), "ipv6:fe80::1%2:7");
+  EXPECT_EQ(WithoutBrackets("ipv6:%5Bfe80::1%252%5D:7"), NameOf(at));
+  EXPECT_EQ(WithoutBrackets("ipv6:[fe80::1%2]:7"), NameOf(at));
+}
+
 }  // namespace
 }  // namespace palpate

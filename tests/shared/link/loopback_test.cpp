@@ -9,8 +9,8 @@ namespace palpate {
 namespace {
 
 TEST(LoopbackTest, AddressesComeApartAndTogetherAgain) {
-  for (const char* address :
-       {"127.0.0.1:0", "localhost:50051", "[::1]:0", "[fe80::1]:65535", "slave.example:1"}) {
+  for (const char* address : {"127.0.0.1:0", "localhost:50051", "[::1]:0", "[fe80::1]:65535",
+                              "[fe80::1%eth0]:1", "[fe80::1%2]:1", "slave.example:1"}) {
     EXPECT_EQ(ToString(ParseEndpoint(address)), address);
   }
   EXPECT_EQ(ParseEndpoint("[::1]:7").host, "::1");
@@ -18,10 +18,26 @@ TEST(LoopbackTest, AddressesComeApartAndTogetherAgain) {
 }
 
 TEST(LoopbackTest, WhatIsNoAddressIsRefusedAndNamed) {
-  for (const char* address :
-       {"", ":", "localhost", "localhost:", ":50051", "localhost:port", "localhost:65536",
-        "localhost:-1", "localhost:1 ", "::1:50051", "[::1]", "[::1]50051", "[]:1", "[localhost]:1",
-        "[::1:1", "http://localhost:1", "local host:1"}) {
+  for (const char* address : {"",
+                              ":",
+                              "localhost",
+                              "localhost:",
+                              ":50051",
+                              "localhost:port",
+                              "localhost:65536",
+                              "localhost:-1",
+                              "localhost:1 ",
+                              "::1:50051",
+                              "[::1]",
+                              "[::1]50051",
+                              "[]:1",
+                              "[fe80::1%]:1",
+                              "[fe80::1%a b]:1",
+                              "[%eth0]:1",
+                              "[localhost]:1",
+                              "[::1:1",
+                              "http://localhost:1",
+                              "local host:1"}) {
     try {
       ParseEndpoint(address);
       ADD_FAILURE() << address << " was accepted";

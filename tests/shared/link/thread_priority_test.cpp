@@ -1,5 +1,6 @@
 #include "shared/link/thread_priority.h"
 
+#include <stdexcept>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -26,6 +27,29 @@ TEST(ThreadPriorityTest, IsTheThreadsOwnAndNotThatOfThoseItStarts) {
   EXPECT_EQ(childs, SCHED_OTHER);
 }
 
+TEST(ThreadPriorityTest, WhatIsMadeSoHasUrgentThreadsOfItsOwnButForAWhile) {
+  int childs = -1, meanwhile = -1, afterwards = -1;
+  MakeWithRealtimeThreads(kReadingPriority, [&] {
+    std::thread([&] {
+      childs = Policy();
+      {
+        const OrdinaryPriority ordinary;
+        meanwhile = Policy();
+      }
+      afterwards = Policy();
+    }).join();
+  });
+  std::string refused;
+  std::thread([&] { refused = MakeThreadRealtime(kReadingPriority); }).join();
+  const bool allowed = refused.find("no real-time priority") == std::string::npos;
+  EXPECT_EQ(childs, allowed ? SCHED_FIFO : SCHED_OTHER);
+  EXPECT_EQ(meanwhile, SCHED_OTHER);
+  EXPECT_EQ(afterwards, childs);
+  EXPECT_EQ(Policy(), SCHED_OTHER);
+  EXPECT_THROW(MakeWithRealtimeThreads(kReadingPriority, [] { throw std::logic_error("no"); }),
+               std::logic_error);
+}
+
 TEST(ThreadPriorityTest, AnImpossiblePriorityIsRefusedInWords) {
   std::string refused;
   std::thread([&] { refused = MakeThreadRealtime(1000); }).join();
@@ -34,7 +58,9 @@ TEST(ThreadPriorityTest, AnImpossiblePriorityIsRefusedInWords) {
 
 TEST(ThreadPriorityTest, WhatHoldsAHandGoesFirst) {
   EXPECT_GT(kHapticPriority, kLinkPriority);
-  EXPECT_GT(kLinkPriority, kEyesPriority);
+  EXPECT_GT(kLinkPriority, kDoorPriority);
+  EXPECT_GT(kDoorPriority, kReadingPriority);
+  EXPECT_GT(kReadingPriority, kEyesPriority);
 }
 
 }  // namespace

@@ -180,6 +180,19 @@ TEST_F(AcceptorTest, APlaceIsFreeAgainWhenItsGuestLeaves) {
   EXPECT_TRUE(LetsIn(2));
 }
 
+// Reference: issue 12; of 1100 that greeted, those that waited and had left were let in first, 50 a
+// second, and a new client had its answer after two seconds.
+TEST_F(AcceptorTest, WhoGreetedAndLeftTakesNobodysTurn) {
+  Open({.closed = 0, .rate = 2, .burst = 1});
+  const auto first = Come();
+  ASSERT_TRUE(LetsIn(1));
+  for (int i = 0; i < 50; ++i) Come();
+  ASSERT_TRUE(Eventually([&] { return Turned(TurnedAway::kSaidNothing) >= 49; }));
+  const auto client = Come();
+  EXPECT_TRUE(Eventually([&] { return door_->counts().accepted >= 2 && !client->IsOut(); }));
+  EXPECT_LE(door_->counts().accepted, 3U);
+}
+
 TEST_F(AcceptorTest, WhoeverIsTrustedNoMoreIsCut) {
   Open({});
   const auto one = Come(), other = Come();

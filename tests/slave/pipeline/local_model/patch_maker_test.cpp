@@ -181,6 +181,20 @@ TEST_F(PatchKeeperTest, TheLawIsToldAnewWhereAHandWouldFeelTheDifference) {
   EXPECT_NEAR(Get().law.ratios[0], 1.3, 1e-12);
 }
 
+// Nobody feels a law change that is told between two presses: the next one is right from its begin.
+TEST_F(PatchKeeperTest, WhatAPressTaughtIsToldWhenItEnds) {
+  Get();
+  Feel(0, -1e-3, 1);
+  sense_.ratio = 1.05;
+  for (int i = 0; i < 30; ++i) Feel(0, 2e-3, 1.05);
+  for (int i = 0; i < 30; ++i) Feel(0, -1e-3, 1);
+  EXPECT_EQ(Get().law.revision, 2U);
+  EXPECT_NEAR(Get().law.ratios[0], 1.05, 1e-12);
+  for (int i = 0; i < 30; ++i) Feel(0, 2e-3, 1.05);
+  for (int i = 0; i < 30; ++i) Feel(0, -1e-3, 1);
+  EXPECT_EQ(Get().law.revision, 2U) << "nothing new was learnt";
+}
+
 TEST_F(PatchKeeperTest, AToolThatLeavesThePatchGetsAnother) {
   Get();
   Feel(0, -1e-3, 1);

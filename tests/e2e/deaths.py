@@ -1,0 +1,116 @@
+"""Slave killed, stopped, cut off, again and again under one master: how soon the hand is let go, and what it takes to go on.
+
+  deaths.py [--times 20] [--only WORDS]    20 times: five minutes; 1000 times: with a night to spare
+
+Times count from the last state, which came at or before the event, to the last tick with a force, less the ticks that the machine
+kept from the loop. Fails where one is longer than 100 ms and what a bare loop was late by at its 99.9th percentile, where somebody went on without an engagement, or
+memory or descriptors of the master grew.
+"""
+import argparse
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+from delaying_line import DelayingLine
+from programs import BARE, BLOCK, MASTER, PATIENCE, SLAVE, Slave, wait_until
+from tick_log import Log
+
+LONGEST, PRESSED, GROWTH = 0.100, 0.3, 16  # [s], [N], [MB]
+HERE = pathlib.Path(__file__).resolve().parent
+
+
+class Bench:
+    """A slave behind a line, which can be ended and started anew at its address."""
+
+    def __init__(self):
+        self.slave = Slave()
+        self.slave.__enter__()
+        self.line = DelayingLine(self.slave.address, 0)
+        self.line.__enter__()
+
+    def kill(self):
+        self.slave.process.kill()
+        self.slave.process.communicate()
+
+    def again(self):
+        self.slave = Slave(command=[SLAVE, "serve", BLOCK, "--listen", self.slave.address])
+        self.slave.__enter__()
+
+    def signal(self, which):
+        self.slave.process.send_signal(which)
+
+    def close(self):
+        self.line.__exit__()
+        self.slave.__exit__()
+
+
+EVENTS = {
+    "kill -9": (Bench.kill, Bench.again),
+    "SIGSTOP": (lambda bench: bench.signal(signal.SIGSTOP), lambda bench: bench.signal(signal.SIGCONT)),
+    "cut": (lambda bench: bench.line.cut(), lambda bench: None),
+}
+
+
+def cost(pid):
+    pages = int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGESIZE") / 1e6, len(os.listdir(f"/proc/{pid}/fd"))
+
+
+def repeat(name, times, folder):
+    event, undo = EVENTS[name]
+    bench, log = Bench(), Log(folder / "log.csv")
+    log.file.unlink(missing_ok=True)
+    bare = subprocess.Popen(["/usr/bin/python3", HERE / "bare_loop.py"], stdout=subprocess.PIPE, text=True)
+    master = subprocess.Popen([MASTER, "connect", bench.line.address, "--log", log.file, "--report", folder / "report.json"],
+                              stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=BARE)
+    delays, costs = [], []
+    try:
+        for _ in range(times):
+            if not wait_until(lambda: log.newest_force() > PRESSED):
+                raise AssertionError(f"{name}: nobody presses after {len(delays)} events")
+            at = time.monotonic()
+            event(bench)
+            if not wait_until(lambda: log.fell_silent(at) is not None):
+                raise AssertionError(f"{name}: the hand is not let go")
+            delays.append(log.oldest_felt(at))
+            undo(bench)
+            costs.append(cost(master.pid))
+        wait_until(lambda: log.newest_force() > PRESSED)
+        master.send_signal(signal.SIGINT)
+        master.wait(timeout=PATIENCE)
+        bare.send_signal(signal.SIGTERM)
+        return delays, costs, float(bare.stdout.readline()), json.loads((folder / "report.json").read_text())
+    finally:
+        for process in (master, bare):
+            process.kill()
+            process.wait()
+        bench.close()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--times", type=int, default=20)
+    parser.add_argument("--only", default="")
+    a = parser.parse_args()
+    wrong = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name in [one for one in EVENTS if a.only in one]:
+            delays, costs, late, report = repeat(name, a.times, pathlib.Path(folder))
+            early = costs[min(3, len(costs) - 1)]
+            print(f"{name}: {len(delays)} times, no force after at most {1e3 * sorted(delays)[len(delays) // 2]:.0f} ms (worst "
+                  f"{1e3 * max(delays):.0f}, bare loop late by {1e3 * late:.1f}), {report['epochs']} engagements, master "
+                  f"{early[0]:.0f} to {costs[-1][0]:.0f} MB, {early[1]} to {costs[-1][1]} descriptors", flush=True)
+            wrong += [f"{name}: {what}" for what, is_so in [
+                ("too late", max(delays) > LONGEST + late), ("went on without an engagement", report["epochs"] <= a.times),
+                ("memory", costs[-1][0] > early[0] + GROWTH), ("descriptors", costs[-1][1] > early[1] + 3)] if is_so]
+    print("\n".join(wrong), file=sys.stderr)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,59 @@
+"""The master's log while it is written."""
+import csv
+import time
+
+TICK = 0.001  # [s]
+
+
+class Log:
+    """Follows the master's log; its clock as this machine's monotonic one."""
+
+    def __init__(self, file):
+        self.file, self.position, self.rows, self.behind = file, 0, [], float("inf")
+        self.fields = None
+
+    def follow(self):
+        if not self.file.exists():
+            return self.rows
+        with open(self.file, encoding="ascii") as text:
+            text.seek(self.position)
+            lines = text.read()
+        lines = lines[:lines.rfind("\n") + 1]
+        self.position += len(lines)
+        lines = lines.splitlines()
+        if self.fields is None and lines:
+            self.fields, lines = lines[0].split(","), lines[1:]
+        new = list(csv.DictReader(lines, self.fields)) if lines else []
+        if new:
+            self.rows += new
+            self.behind = min(self.behind, time.monotonic() - float(new[-1]["t"]))
+        return self.rows
+
+    def newest_force(self):
+        rows = self.follow()
+        return max((force(row) for row in rows[-50:]), default=0)
+
+    def fell_silent(self, since):
+        """[s] from a monotonic time to the last tick with a force before a second without one; None: not yet."""
+        after = [row for row in self.follow() if float(row["t"]) + self.behind > since]
+        felt = [k for k, row in enumerate(after) if force(row) > 0]
+        last = felt[-1] if felt else 0
+        if len(after) - last < 1000:
+            return None
+        times = [float(row["t"]) for row in after[:last + 2]]
+        lost = sum(max(0.0, b - a - TICK) for a, b in zip(times, times[1:]))
+        return max(0.0, times[-1] + self.behind - since - lost) if felt else 0.0
+
+    def oldest_felt(self, since):
+        """Age of the newest state [s] at the last tick with a force after a monotonic time, less what ticks were lost: no less
+        than the time since the event that ended the states."""
+        after = [row for row in self.rows if float(row["t"]) + self.behind > since]
+        felt = [k for k, row in enumerate(after) if force(row) > 0]
+        if not felt:
+            return 0.0
+        times = [float(row["t"]) for row in after[max(0, felt[-1] - 200):felt[-1] + 1]]
+        return float(after[felt[-1]]["age_s"]) - sum(max(0.0, b - a - TICK) for a, b in zip(times, times[1:]))
+
+
+def force(row):
+    return max(abs(float(row[f"sent_{axis}"])) for axis in "xyz")
