@@ -2,11 +2,15 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -28,6 +32,7 @@
 #include "shared/metrics/metrics_page.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
+#include "shared/tls/certificate.h"
 
 namespace palpate {
 namespace {
@@ -305,6 +310,15 @@ std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments&
   return OpenDevice(a.device, scene.press_depth / scale, scene.press_speed / scale);
 }
 
+// Of the certificate in `folder`, since 1970 [s]; nullopt: there is none.
+std::optional<double> CertificateUntil(const std::filesystem::path& folder) {
+  std::ifstream file(folder / "cert.pem");
+  const std::string pem{std::istreambuf_iterator<char>(file), {}};
+  const auto facts = folder.empty() ? std::nullopt : FactsOf(pem);
+  if (!facts) return std::nullopt;
+  return std::chrono::duration<double>(facts->until.time_since_epoch()).count();
+}
+
 // Null: nobody asked for it.
 std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
                                          SlaveLink* link, Device* device, HandWishes* wishes,
@@ -318,6 +332,7 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   hello.version = Version();
   hello.encrypted = !a.link.tls.empty();
   hello.pointer = IsPointer(a);
+  hello.certificate_until = CertificateUntil(a.link.tls);
   LiveStation::Controls controls{
       [] { g_emergency = true; }, [link] { return link->Reset(); },
       [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },

@@ -112,6 +112,8 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   TakePatch(ToSeconds(now));
   if (newest_) {
     record_.state_sequence = newest_->state.sequence;
+    record_.sensed_at = newest_->state.sensed_at;
+    record_.sent_at = newest_->state.sent_at;
     SeeFingers(newest_->state, &record_);
   }
   DeviceReading reading = Checked(raw);
@@ -310,6 +312,7 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   if (output_.is_slewed()) chain.reasons.Add(Reason::kSlewed);
   if (output_.is_blending() && chain.sent != chain.limited) chain.reasons.Add(Reason::kFading);
   sent_ = chain.sent;
+  record_.energy = passivity_.energy_in() - passivity_.energy_out();
 }
 
 OperatorCommand HapticLoop::NextCommand(Time now) noexcept {

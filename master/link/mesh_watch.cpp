@@ -24,6 +24,7 @@ v1::WatchMeshRequest Request(const MeshWatch::Options& options) {
   v1::WatchMeshRequest request;
   request.set_max_rate_hz(options.rate);
   request.set_nodal_forces(options.nodal_forces);
+  request.set_relative_error(options.relative_error);
   return request;
 }
 
@@ -39,7 +40,7 @@ struct MeshWatch::Parts {
   void Run();
   // One stream from its opening to its end. True: a mesh came.
   bool Watch();
-  void Take(const v1::MeshState& message, std::shared_ptr<const MeshTopology>* topology);
+  void Take(v1::MeshState* message, MeshReader* reader);
 
   const v1::WatchMeshRequest request;
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
@@ -71,21 +72,21 @@ bool MeshWatch::Parts::Watch() {
     context = &own;
   }
   const auto stream = stub->WatchMesh(&own, request);
-  std::shared_ptr<const MeshTopology> topology;
+  MeshReader reader;
   v1::MeshState message;
-  while (stream->Read(&message)) Take(message, &topology);
+  while (!reader.is_lost() && stream->Read(&message)) Take(&message, &reader);
+  if (reader.is_lost()) own.TryCancel();  // the next stream begins with a topology
   const grpc::Status status = stream->Finish();
   const std::scoped_lock lock(mutex);
   context = nullptr;
-  if (!stopping)
+  if (!stopping && !reader.is_lost())
     stats.trouble = status.ok() ? "the slave ended the stream" : status.error_message();
-  return topology != nullptr;
+  return reader.has_topology() && !reader.is_lost();
 }
 
-void MeshWatch::Parts::Take(const v1::MeshState& message,
-                            std::shared_ptr<const MeshTopology>* topology) {
+void MeshWatch::Parts::Take(v1::MeshState* message, MeshReader* reader) {
   std::string reason;
-  auto mesh = FromProto(message, *topology, &reason);
+  auto mesh = reader->Read(message, &reason);
   const double deflection = mesh ? mesh->LargestDeflection() : 0;
   const std::scoped_lock lock(mutex);
   if (!mesh) {
@@ -93,7 +94,6 @@ void MeshWatch::Parts::Take(const v1::MeshState& message,
     stats.trouble = "a mesh was refused: " + reason;
     return;
   }
-  *topology = mesh->topology;
   ++stats.meshes;
   stats.deflection_peak = std::max(stats.deflection_peak, deflection);
   stats.trouble.clear();

@@ -22,6 +22,7 @@ class MeshWatch {
     double rate = 5;            // at most so many meshes a second [Hz], 1 to 120
     bool nodal_forces = false;  // ask for them too
     std::chrono::milliseconds longest_round_trip{1000};  // beyond it the line is dead
+    double relative_error = 0;  // of a coordinate, of the object's diagonal [-]; 0: all digits
   };
   struct Stats {
     std::uint64_t meshes = 0, refused = 0;  // taken; with impossible numbers

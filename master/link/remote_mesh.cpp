@@ -93,4 +93,35 @@ std::optional<RemoteMesh> FromProto(const v1::MeshState& message,
   return mesh;
 }
 
+bool MeshReader::Expand(v1::MeshState* message) {
+  const v1::ShapeMoves& moves = message->moves();
+  const double unit = moves.unit();
+  const bool fits = unit > 0 && unit <= kMaxLength && (unit_ == 0 || unit == unit_);
+  const ShapeCode code{static_cast<int>(std::min(moves.exponent(), 1000U)), moves.moves()};
+  if (is_lost_ || !fits || message->positions_size() > 0 || !Decode(code, &moved_)) return false;
+  unit_ = unit;
+  for (std::size_t i = 0; i < rest_.size(); ++i) {
+    message->add_positions(static_cast<float>(rest_[i] + unit * moved_[i]));
+  }
+  message->clear_moves();
+  return true;
+}
+
+std::optional<RemoteMesh> MeshReader::Read(v1::MeshState* message, std::string* reason) {
+  if (message->rest_size() > 0) {
+    rest_.assign(message->rest().begin(), message->rest().end());
+    moved_.assign(rest_.size(), 0);
+    unit_ = 0;
+    is_lost_ = false;
+  }
+  if (message->has_moves() && !Expand(message)) {
+    is_lost_ = true;
+    *reason = "moves: accepted are those of each node since the message before, in one unit";
+    return std::nullopt;
+  }
+  auto mesh = FromProto(*message, topology_, reason);
+  if (mesh) topology_ = mesh->topology;
+  return mesh;
+}
+
 }  // namespace palpate

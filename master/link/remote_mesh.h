@@ -13,6 +13,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/state/clock.h"
 #include "shared/state/validity.h"
+#include "shared/wire/shape_code.h"
 
 namespace palpate {
 
@@ -45,5 +46,25 @@ struct RemoteMesh {
 std::optional<RemoteMesh> FromProto(const v1::MeshState& message,
                                     const std::shared_ptr<const MeshTopology>& known,
                                     std::string* reason);
+
+// The meshes of one stream, in their order: places that are told as moves add up.
+class MeshReader {
+ public:
+  // As FromProto says, or: moves that are none, or that follow on such. Takes `message` apart.
+  std::optional<RemoteMesh> Read(v1::MeshState* message, std::string* reason);
+  // Moves were refused: until another topology comes nobody knows where anything is.
+  [[nodiscard]] bool is_lost() const { return is_lost_; }
+  [[nodiscard]] bool has_topology() const { return topology_ != nullptr; }
+
+ private:
+  // Puts `positions` in place of `moves`; false: they do not fit.
+  bool Expand(v1::MeshState* message);
+
+  std::shared_ptr<const MeshTopology> topology_;
+  std::vector<float> rest_;  // x, y, z per node, S [m]
+  ShapeUnits moved_;
+  double unit_ = 0;  // 0: not told yet [m]
+  bool is_lost_ = false;
+};
 
 }  // namespace palpate

@@ -269,9 +269,10 @@ RemoteScene SlaveLink::Connect() {
     const double passed = SecondsBetween(start, Clock::now());
     const bool more = passed < parts_->options.wait;
     if (more && parts_->Sleep(backoff.Next())) continue;
-    throw std::runtime_error(Formatted("no slave at %s: %d attempts in %g s, the last: %s",
-                                       parts_->target.c_str(), attempts, passed,
-                                       Words(status).c_str()));
+    throw std::runtime_error(
+        Formatted("no slave at %s: %d attempts in %g s, the last: %s; is palpate-slave serving "
+                  "there, with --tls or without as here?",
+                  parts_->target.c_str(), attempts, passed, Words(status).c_str()));
   }
 }
 

@@ -1,5 +1,7 @@
 #include "master/link/slave_news.h"
 
+#include <map>
+
 #include <google/protobuf/util/json_util.h>
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
@@ -8,6 +10,7 @@
 #include "master/link/stream_keeper.h"
 #include "shared/text/text.h"
 #include "shared/wire/state_message.h"
+#include "shared/wire/trace_message.h"
 
 namespace palpate {
 namespace {
@@ -15,13 +18,22 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kAskEvery(1000), kPatience(1000);
-constexpr double kStateRate = 30;  // [Hz]
+constexpr double kStateRate = 30;   // [Hz]
+constexpr double kTraceRate = 120;  // [Hz]
+constexpr double kTraceAge = 1;     // [s]
+constexpr std::size_t kTracesKept = 2048;
 constexpr std::size_t kLongestTrouble = 300;
 
 v1::WatchStateRequest Request() {
   v1::WatchStateRequest request;
   request.set_max_rate_hz(kStateRate);
   request.set_details(true);
+  return request;
+}
+
+v1::WatchTraceRequest TraceRequest() {
+  v1::WatchTraceRequest request;
+  request.set_max_rate_hz(kTraceRate);
   return request;
 }
 
@@ -43,6 +55,7 @@ struct SlaveNews::Parts {
                         Traffic::kBulk, link.tls))) {}
 
   void Take(const v1::SlaveState& message);
+  void Take(const v1::TraceUpdate& message);
   void Run(const std::stop_token& stop);
   // The slave's words, or why they are not told.
   Words Ask();
@@ -56,9 +69,13 @@ struct SlaveNews::Parts {
   Felt felt;
   Events events;
   Words words;
+  std::map<Time, SampleTrace> traces;  // by when their samples were taken
   StreamKeeper<v1::SlaveState> states{
       [this](grpc::ClientContext* context) { return stub->WatchState(context, Request()); },
       [this](const v1::SlaveState& message) { Take(message); }};
+  StreamKeeper<v1::TraceUpdate> told_traces{
+      [this](grpc::ClientContext* context) { return stub->WatchTrace(context, TraceRequest()); },
+      [this](const v1::TraceUpdate& message) { Take(message); }};
   std::jthread asking{[this](const std::stop_token& stop) { Run(stop); }};  // last
 };
 
@@ -70,6 +87,20 @@ void SlaveNews::Parts::Take(const v1::SlaveState& message) {
   const std::scoped_lock lock(mutex);
   felt = {*state, std::move(details)};
   events.Add(state->events);
+}
+
+void SlaveNews::Parts::Take(const v1::TraceUpdate& message) {
+  const std::scoped_lock lock(mutex);
+  for (const v1::SampleTrace& told : message.samples()) {
+    std::string reason;
+    if (const auto trace = FromProto(told, &reason)) traces[trace->sensed_at] = *trace;
+  }
+  const auto is_old = [this] {
+    return SecondsBetween(traces.begin()->first, traces.rbegin()->first) > kTraceAge;
+  };
+  while (!traces.empty() && (is_old() || traces.size() > kTracesKept)) {
+    traces.erase(traces.begin());
+  }
 }
 
 void SlaveNews::Parts::Run(const std::stop_token& stop) {
@@ -113,6 +144,12 @@ SlaveNews::~SlaveNews() = default;
 SlaveNews::Felt SlaveNews::felt() const {
   const std::scoped_lock lock(parts_->mutex);
   return parts_->felt;
+}
+
+std::optional<SampleTrace> SlaveNews::TraceOf(Time sensed_at) const {
+  const std::scoped_lock lock(parts_->mutex);
+  const auto found = parts_->traces.find(sensed_at);
+  return found == parts_->traces.end() ? std::nullopt : std::optional(found->second);
 }
 
 Events SlaveNews::TakeEvents() {

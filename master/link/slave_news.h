@@ -5,9 +5,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "master/link/slave_link.h"
+#include "shared/state/sample_trace.h"
 
 namespace google::protobuf {
 class Message;
@@ -39,6 +41,9 @@ class SlaveNews {
   ~SlaveNews();
 
   [[nodiscard]] Felt felt() const;  // the newest; thread-safe
+  // Of the sample that was taken then, slave's clock. nullopt: it is not told (yet), or was a
+  // second ago and more. Thread-safe.
+  [[nodiscard]] std::optional<SampleTrace> TraceOf(Time sensed_at) const;
   // What happened since the last call. Thread-safe.
   Events TakeEvents();
   [[nodiscard]] Words words() const;  // thread-safe

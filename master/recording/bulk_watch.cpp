@@ -72,7 +72,7 @@ struct BulkWatch::Parts {
   bool stopping = false;
   std::set<grpc::ClientContext*> calls;
 
-  std::jthread pictures, meshes, health;  // last: they use all of the above
+  std::jthread pictures, meshes, traces, health;  // last: they use all of the above
 };
 
 template <class Message, class Open>
@@ -133,6 +133,10 @@ BulkWatch::BulkWatch(const Options& options, OnMessage on_message)
     request.set_max_rate_hz(kMeshRate);
     parts->Watch<v1::MeshState>(
         [&](grpc::ClientContext* context) { return parts->stub->WatchMesh(context, request); });
+  });
+  parts->traces = std::jthread([parts] {
+    parts->Watch<v1::TraceUpdate>(
+        [&](grpc::ClientContext* context) { return parts->stub->WatchTrace(context, {}); });
   });
 }
 

@@ -1,5 +1,6 @@
-// What a recording keeps of the slave beside its states: what it says of itself, pictures and the
-// object's shape twice a second, its health once a second. On a connection of its own.
+// What a recording keeps of the slave beside its states: what it says of itself, each sample's
+// way through it, pictures and the object's shape twice a second, its health once a second. On a
+// connection of its own.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +22,8 @@ class BulkWatch {
   static constexpr double kPictureRate = 2, kMeshRate = 2;  // [Hz]
   static constexpr int kQuality = 75;                       // of the pictures, JPEG
 
-  // A SceneDescription, Capabilities, Status, VideoFrame or MeshState. By several threads.
+  // A SceneDescription, Capabilities, Status, VideoFrame, MeshState or TraceUpdate. By several
+  // threads.
   using OnMessage = std::function<void(const google::protobuf::Message&)>;
 
   // Keeps asking, reconnecting with back-off, until it ends. Throws std::invalid_argument: target

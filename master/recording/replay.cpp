@@ -14,6 +14,7 @@
 #include "shared/text/text.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
+#include "shared/wire/trace_message.h"
 
 namespace palpate {
 namespace {
@@ -45,6 +46,8 @@ class Teller {
       TellPicture();
     } else if (topic == kMeshTopic && feed_.on_mesh) {
       TellMesh();
+    } else if (topic == kTraceTopic && feed_.on_trace) {
+      TellTraces();
     } else if (topic == kMasterLogTopic && feed_.on_log) {
       TellLog();
     } else if (topic == kSceneTopic && feed_.on_scene) {
@@ -63,6 +66,13 @@ class Teller {
     std::string reason;
     if (const auto state = FromProto(Parsed<v1::SlaveState>(reader_), &reason)) {
       feed_.on_state(*state, reader_.at());
+    }
+  }
+  void TellTraces() {
+    std::string reason;
+    const auto update = Parsed<v1::TraceUpdate>(reader_);
+    for (const v1::SampleTrace& told : update.samples()) {
+      if (const auto trace = FromProto(told, &reason)) feed_.on_trace(*trace);
     }
   }
   void TellLog() {

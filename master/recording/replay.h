@@ -13,6 +13,7 @@
 #include "master/haptics/record/tick_record.h"
 #include "master/link/remote_mesh.h"
 #include "shared/recording/mcap_bytes.h"
+#include "shared/state/sample_trace.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
@@ -29,6 +30,7 @@ struct ReplayFeed {
   std::function<void(const SlaveState&, Time received_at)> on_state;
   std::function<void(const std::string& jpeg, Time sensed_at)> on_picture;
   std::function<void(const std::shared_ptr<const RemoteMesh>&)> on_mesh;
+  std::function<void(const SampleTrace&)> on_trace;
   std::function<void(const std::string& line, Time at, bool is_alarm)> on_log;
   // What the slave said of itself.
   std::function<void(const v1::SceneDescription&, Time at)> on_scene;

@@ -6,6 +6,7 @@
 #include "palpate/v1/teleoperation.pb.h"
 
 #include "foxglove/schemas.pb.h"
+#include "master/haptics/record/event_words.h"
 #include "master/haptics/record/tick_words.h"
 #include "master/recording/tick_message.h"
 #include "shared/wire/fields.h"
@@ -15,16 +16,6 @@ namespace palpate {
 namespace {
 
 constexpr double kHandEvery = 0.01;  // [s]
-
-std::string EventsInWords(const Events& events) {
-  google::protobuf::RepeatedField<int> told;
-  ToProto(events, &told);
-  std::string words;
-  for (const int event : told) {
-    words += (words.empty() ? "" : ", ") + v1::Event_Name(static_cast<v1::Event>(event));
-  }
-  return words;
-}
 
 foxglove::CompressedImage ImageOf(const v1::VideoFrame& frame) {
   foxglove::CompressedImage image;
@@ -44,6 +35,7 @@ SessionRecording::SessionRecording(Recording::Options options)
       state_(recording_.Open(kStateTopic, v1::SlaveState())),
       picture_(recording_.Open(kPictureTopic, foxglove::CompressedImage())),
       mesh_(recording_.Open(kMeshTopic, v1::MeshState())),
+      trace_(recording_.Open(kTraceTopic, v1::TraceUpdate())),
       scene_(recording_.Open(kSceneTopic, v1::SceneDescription())),
       capabilities_(recording_.Open(kCapabilitiesTopic, v1::Capabilities())),
       health_(recording_.Open(kHealthTopic, v1::Status())),
@@ -88,7 +80,9 @@ void SessionRecording::OnState(const ReceivedState& received) {
   v1::SlaveState message;
   ToProto(received.state, &message);
   recording_.Put(state_, received.received_at, message);
-  if (!received.state.events.empty()) Say("slave: " + EventsInWords(received.state.events));
+  for (const EventWords& told : InWords(received.state.events)) {
+    Say("slave: " + std::string(told.words), told.weight == EventWords::Weight::kTrouble);
+  }
 }
 
 void SessionRecording::OnCommand(const OperatorCommand& command) {
@@ -111,6 +105,8 @@ void SessionRecording::OnBulk(const google::protobuf::Message& message) {
     recording_.Put(picture_, now, ImageOf(static_cast<const v1::VideoFrame&>(message)));
   } else if (type == v1::MeshState::descriptor()) {
     PutMesh(now, static_cast<const v1::MeshState&>(message));
+  } else if (type == v1::TraceUpdate::descriptor()) {
+    recording_.Put(trace_, now, message);
   } else if (type == v1::Status::descriptor()) {
     recording_.Put(health_, now, message);
     TellAlarms(message);

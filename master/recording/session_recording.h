@@ -5,6 +5,7 @@
 //   /slave/state           palpate.v1.SlaveState, as they came: time of arrival, master's clock
 //   /slave/picture         foxglove.CompressedImage, JPEG, at most two a second
 //   /slave/mesh            palpate.v1.MeshState, at most two a second
+//   /slave/trace           palpate.v1.TraceUpdate: when each sample came through the slave's stages
 //   /slave/scene, /capabilities, /health   what the slave says of itself, at each change, each
 //   second /master/tip            foxglove.PoseInFrame: the hand, a hundred a second /log
 //   foxglove.Log: states of the operator, events and alarms, in words
@@ -31,7 +32,8 @@ class MeshState;
 
 inline constexpr std::string_view kTickTopic = "/master/tick", kCommandTopic = "/master/command",
                                   kStateTopic = "/slave/state", kPictureTopic = "/slave/picture",
-                                  kMeshTopic = "/slave/mesh", kSceneTopic = "/slave/scene",
+                                  kMeshTopic = "/slave/mesh", kTraceTopic = "/slave/trace",
+                                  kSceneTopic = "/slave/scene",
                                   kCapabilitiesTopic = "/slave/capabilities",
                                   kHealthTopic = "/slave/health", kHandTopic = "/master/tip",
                                   kMasterLogTopic = "/log";
@@ -69,8 +71,8 @@ class SessionRecording {
   void TellAlarms(const google::protobuf::Message& status);
 
   Recording recording_;
-  std::uint16_t tick_, command_, state_, picture_, mesh_, scene_, capabilities_, health_, hand_,
-      log_;
+  std::uint16_t tick_, command_, state_, picture_, mesh_, trace_, scene_, capabilities_, health_,
+      hand_, log_;
   std::atomic<bool> is_on_{true};
   // Of the thread that brings ticks.
   TickRecord last_;

@@ -1,5 +1,7 @@
 #include "master/recording/tick_message.h"
 
+#include <cmath>
+
 #include "shared/wire/fields.h"
 
 namespace palpate {
@@ -34,6 +36,7 @@ void ToProto(const TickRecord& record, v1::ForceTick* message) {
   message->set_state_sequence(record.state_sequence);
   message->set_round_trip(static_cast<float>(record.round_trip));
   message->set_marks(record.marks);
+  if (std::isfinite(record.energy)) message->set_energy(static_cast<float>(record.energy));
   if (!record.tare.isZero(0)) ToProto(record.tare, message->mutable_tare());
   if (!record.has_truth) return;
   ToProto(record.truth, message->mutable_true_force());
@@ -67,6 +70,7 @@ TickRecord FromProto(const v1::ForceTick& message, Time at) {
   record.state_sequence = message.state_sequence();
   record.round_trip = message.round_trip();
   record.marks = message.marks();
+  record.energy = message.has_energy() ? message.energy() : std::nan("");
   record.tare = FiniteOrZero(message.tare());
   record.has_truth = message.has_true_force() && message.has_true_at();
   if (!record.has_truth) return record;

@@ -1,29 +1,13 @@
 #include "master/station/diary.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
+#include "master/haptics/record/event_words.h"
 #include "master/haptics/record/tick_words.h"
 
 namespace palpate {
 namespace {
-
-struct EventWords {
-  Event event;
-  bool is_trouble;
-  const char* words;
-};
-constexpr std::array kEventWords{
-    EventWords{Event::kPuncture, true, "the tool broke through the surface"},
-    EventWords{Event::kTrackingLost, true, "the eyes lost the tool"},
-    EventWords{Event::kTrackingRegained, false, "the eyes found the tool again"},
-    EventWords{Event::kLimit, true,
-               "the tool is held at its limit: workspace, speed, force or depth"},
-    EventWords{Event::kHold, true, "the tool holds its place"},
-    EventWords{Event::kEstop, true, "emergency stop at the slave"},
-    EventWords{Event::kModelChanged, false, "the slave's model was replaced"},
-    EventWords{Event::kCommandRefused, true, "the slave refused a command"}};
 
 constexpr double kRepeat = 0.5;  // what is said again so soon is not news [s]
 
@@ -56,8 +40,10 @@ void Diary::See(double t, const TickRecord& tick) {
 }
 
 void Diary::See(double t, Events events) {
-  for (const EventWords& known : kEventWords) {
-    if (events.Has(known.event)) Say(t, known.is_trouble, known.words);
+  using Weight = EventWords::Weight;
+  for (const EventWords& told : InWords(events)) {
+    if (told.weight == Weight::kUsual) continue;
+    Say(t, told.weight == Weight::kTrouble, std::string(told.words));
   }
 }
 

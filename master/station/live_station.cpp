@@ -23,12 +23,19 @@ namespace {
 constexpr std::chrono::milliseconds kFrame(33);
 constexpr std::chrono::seconds kLookAway(2);  // nobody looks for so long: nothing is watched
 constexpr double kMeshRate = 15;              // [Hz]
+constexpr double kMeshError = 1e-4;           // of the object: a tenth of a pixel of a page
+constexpr double kTraceShown = 1;             // of a tick a while ago [s]
 constexpr std::uint64_t kTerminal = 0;        // where a wish came from no page
 
 // What the slave makes only while somebody looks.
 struct Views {
   explicit Views(const SlaveLink::Options& line)
-      : video(line, {}), meshes({line.target, line.insecure, line.tls, kMeshRate, false}) {}
+      : video(line, {}),
+        meshes({.target = line.target,
+                .insecure = line.insecure,
+                .tls = line.tls,
+                .rate = kMeshRate,
+                .relative_error = kMeshError}) {}
   VideoWatch video;
   MeshWatch meshes;
 };
@@ -54,6 +61,8 @@ struct LiveStation::Parts {
   // Watches pictures and shapes while a page is open.
   void LookOrLookAway();
   void PutMoment();
+  // Of the newest tick whose sample's trace has come.
+  std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
   void PutTerminal(const StationMoment& moment);
   void PutPicture(const TickDigest::Moment& ticks);
   void PutShape(const TickDigest::Moment& ticks);
@@ -89,6 +98,7 @@ struct LiveStation::Parts {
   std::unique_ptr<Views> views;
   std::chrono::steady_clock::time_point looked{};
   std::uint64_t picture = 0, health = 0, shape = 0;
+  std::optional<HandTrace> trace;
   std::vector<Saying> said;
   std::vector<std::string> slave_alarms;
   std::string health_trouble;
@@ -129,6 +139,7 @@ void LiveStation::Parts::PutMoment() {
     moment.status = status;
   }
   moment.felt = news.felt();
+  moment.trace = TraceNow(moment.ticks);
   diary.See(moment.ticks.t, news.TakeEvents());
   if (controls.recording) moment.recording = controls.recording();
   if (options.pointer != nullptr) {
@@ -151,6 +162,14 @@ void LiveStation::Parts::PutMoment() {
   }
   board.Put(Topic::kStatus, StatusJson(moment));
   if (terminal) PutTerminal(moment);
+}
+
+std::optional<HandTrace> LiveStation::Parts::TraceNow(const TickDigest::Moment& moment) {
+  const auto sample = news.TraceOf(moment.newest.sensed_at);
+  const auto newest = sample ? TraceOf(moment.newest, moment.t, *sample) : std::nullopt;
+  if (newest) trace = newest;
+  if (trace && moment.t - trace->t > kTraceShown) trace.reset();
+  return trace;
 }
 
 void LiveStation::Parts::PutTerminal(const StationMoment& moment) {

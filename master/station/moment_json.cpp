@@ -118,13 +118,23 @@ Json ReplayOf(const StationMoment& moment) {
           {"run", moment.replay->run}};
 }
 
-// [number, t, scaled, sent, x, y, z, age, round trip, longest tick]
+Json TraceOf(const StationMoment& moment) {
+  if (!moment.trace) return nullptr;
+  const HandTrace& trace = *moment.trace;
+  return {{"sample", trace.sample},   {"state", trace.state}, {"t", trace.t},
+          {"capture", trace.capture}, {"eyes", trace.eyes},   {"model", trace.model},
+          {"wait", trace.wait},       {"wire", trace.wire},   {"tick", trace.tick},
+          {"total", trace.total}};
+}
+
+// [number, t, scaled, sent, x, y, z, age, round trip, longest tick, energy]
 Json SamplesOf(const std::vector<TickSample>& taken) {
   Json samples = Json::array();
   for (const TickSample& s : taken) {
     samples.push_back({s.number, s.t, Number(s.scaled), Number(s.sent), Number(s.p_M.x()),
                        Number(s.p_M.y()), Number(s.p_M.z()), s.age >= 0 ? Number(s.age) : Json(),
-                       s.round_trip > 0 ? Json(s.round_trip) : Json(), s.longest_tick});
+                       s.round_trip > 0 ? Json(s.round_trip) : Json(), s.longest_tick,
+                       Number(s.energy)});
   }
   return samples;
 }
@@ -157,26 +167,28 @@ std::string HelloJson(const StationHello& hello) {
   }
   Json rotation = Json::array();
   for (int i = 0; i < 9; ++i) rotation.push_back(scene.transform.R_SM(i / 3, i % 3));
-  return Text({{"kind", "hello"},
-               {"badge", hello.badge},
-               {"scene", scene.name},
-               {"geometry", scene.geometry},
-               {"model", scene.model},
-               {"source", scene.source},
-               {"simulated", scene.simulated},
-               {"sensor_rate", scene.sensor_rate},
-               {"position_scale", scene.transform.position_scale},
-               {"force_scale", scene.transform.force_scale},
-               {"rotation", rotation},
-               {"force_limit", scene.force_limit},
-               {"fingertips", fingertips},
-               {"target", hello.target},
-               {"encrypted", hello.encrypted},
-               {"device", hello.device},
-               {"render", hello.render},
-               {"pointer", hello.pointer},
-               {"libraries", hello.libraries},
-               {"version", hello.version}});
+  return Text(
+      {{"kind", "hello"},
+       {"badge", hello.badge},
+       {"scene", scene.name},
+       {"geometry", scene.geometry},
+       {"model", scene.model},
+       {"source", scene.source},
+       {"simulated", scene.simulated},
+       {"sensor_rate", scene.sensor_rate},
+       {"position_scale", scene.transform.position_scale},
+       {"force_scale", scene.transform.force_scale},
+       {"rotation", rotation},
+       {"force_limit", scene.force_limit},
+       {"fingertips", fingertips},
+       {"target", hello.target},
+       {"encrypted", hello.encrypted},
+       {"certificate_until", hello.certificate_until ? Json(*hello.certificate_until) : Json()},
+       {"device", hello.device},
+       {"render", hello.render},
+       {"pointer", hello.pointer},
+       {"libraries", hello.libraries},
+       {"version", hello.version}});
 }
 
 std::string StatusJson(const StationMoment& moment) {
@@ -204,6 +216,7 @@ std::string StatusJson(const StationMoment& moment) {
                {"tare", Triple(tick.tare)},
                {"recording", RecordingOf(moment)},
                {"replay", ReplayOf(moment)},
+               {"trace", TraceOf(moment)},
                {"alarms", AlarmJson(AlarmsOf(moment))},
                {"samples", SamplesOf(moment.ticks.samples)}});
 }

@@ -10,6 +10,7 @@
 #include "master/link/remote_mesh.h"
 #include "master/link/remote_scene.h"
 #include "master/link/slave_news.h"
+#include "master/station/hand_trace.h"
 #include "master/station/tick_digest.h"
 
 namespace palpate {
@@ -22,6 +23,7 @@ struct StationHello {
   bool pointer = false;    // the page's own pointer moves the hand
   bool libraries = false;  // what draws 3D and charts was built in
   std::string badge = "LIVE";
+  std::optional<double> certificate_until;  // ours holds so long, since 1970 [s]; nothing: no TLS
 };
 std::string HelloJson(const StationHello& hello);
 
@@ -53,6 +55,7 @@ struct StationMoment {
   std::optional<RecordingMoment> recording;  // nothing: none can be made
   std::optional<ReplayMoment> replay;        // nothing: this is live
   std::string other_release;                 // see OtherRelease
+  std::optional<HandTrace> trace;            // of a recent tick; nothing: it is not told
 };
 std::string StatusJson(const StationMoment& moment);
 

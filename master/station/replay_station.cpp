@@ -4,8 +4,11 @@
 #include <atomic>
 #include <cmath>
 #include <condition_variable>
+#include <iterator>
+#include <map>
 #include <mutex>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "master/station/display.h"
@@ -22,6 +25,7 @@ constexpr auto kFrame = std::chrono::milliseconds(33), kStill = std::chrono::mil
 constexpr double kBefore = 10;      // of a place that was sought: picture, shape, charts [s]
 constexpr double kLeast = 0.02;     // is played of it even while it stands [s]
 constexpr double kHealthEvery = 1;  // [s]
+constexpr std::size_t kUntraced = 256;
 
 // Where somebody wants to be, and how fast to go on.
 struct Course {
@@ -50,6 +54,7 @@ struct ReplayStation::Parts {
   ReplayFeed Feed();
   void See(const TickRecord& tick);
   void See(const SlaveState& state);
+  void See(const SampleTrace& trace);
   // When the slave sensed, since the recording began [s].
   [[nodiscard]] double Since(Time sensed_at) const;
   // What a page wants; the answer.
@@ -72,6 +77,10 @@ struct ReplayStation::Parts {
   TickDigest ticks;
   StationMoment moment;
   std::vector<std::string> finger_names;
+  // Of the newest states, by their numbers: when their sample was taken, and when they left.
+  std::map<std::uint64_t, std::pair<Time, Time>> stamps_of;
+  // The first tick that went by each sample, until the sample's trace comes.
+  std::map<Time, std::pair<TickRecord, double>> untraced;
   double health_told = -1;            // [s]
   double at = 0;                      // [s]
   std::atomic<std::uint64_t> run{0};  // rises with each cut
@@ -93,15 +102,21 @@ ReplayFeed ReplayStation::Parts::Feed() {
   told.on_picture = [this](const std::string& jpeg, Time sensed_at) {
     display.PutPicture(jpeg, Since(sensed_at));
   };
+  told.on_trace = [this](const SampleTrace& trace) { See(trace); };
   told.on_mesh = [this](const auto& mesh) { display.PutShape(*mesh, Since(mesh->sensed_at)); };
   told.goes_on = [this](double t) { return GoesOn(t); };
   return told;
 }
 
 // The clocks' offset follows from how old the tick took its state to be.
-void ReplayStation::Parts::See(const TickRecord& tick) {
-  ticks.Add(tick);
+void ReplayStation::Parts::See(const TickRecord& told) {
   const SlaveState& state = moment.felt.state;
+  TickRecord tick = told;
+  const auto stamps = stamps_of.find(tick.state_sequence);
+  if (stamps != stamps_of.end()) std::tie(tick.sensed_at, tick.sent_at) = stamps->second;
+  const double t = ticks.Add(tick);
+  if (tick.sensed_at != Time{}) untraced.try_emplace(tick.sensed_at, tick, t);
+  if (untraced.size() > kUntraced) untraced.erase(untraced.begin());
   moment.status.link.connected = tick.state != OperatorState::kDisconnected;
   if (tick.sensed_age < 0 || tick.state_sequence != state.sequence) return;
   moment.status.link.clock_offset =
@@ -110,10 +125,19 @@ void ReplayStation::Parts::See(const TickRecord& tick) {
 
 void ReplayStation::Parts::See(const SlaveState& state) {
   moment.felt.state = state;
+  stamps_of[state.sequence] = {state.sensed_at, state.sent_at};
+  if (stamps_of.size() > kUntraced) stamps_of.erase(stamps_of.begin());
   ++moment.status.link.states;
   TickRecord seen;
   SeeFingers(state, &seen);
   moment.status.fingers = Named(seen, finger_names);
+}
+
+void ReplayStation::Parts::See(const SampleTrace& trace) {
+  const auto tick = untraced.find(trace.sensed_at);
+  if (tick == untraced.end()) return;
+  moment.trace = TraceOf(tick->second.first, tick->second.second, trace);
+  untraced.erase(untraced.begin(), std::next(tick));
 }
 
 double ReplayStation::Parts::Since(Time sensed_at) const {
@@ -149,6 +173,9 @@ Course ReplayStation::Parts::Take() {
 
 void ReplayStation::Parts::Cut(double t) {
   ticks.Restart(replay.span().first);
+  stamps_of.clear();
+  untraced.clear();
+  moment.trace.reset();
   moment.replay->run = ++run;
   health_told = -1;
   at = std::max(0.0, t - kBefore);

@@ -22,6 +22,7 @@ struct TickSample {
   double age = -1;               // largest age of the newest state [s]; negative: none yet
   double round_trip = 0;         // the newest [s]; 0: none yet
   double longest_tick = 0;       // between two ticks [s]
+  double energy = 0;             // of the last tick [J]; NaN: unknown
 };
 
 class TickDigest {

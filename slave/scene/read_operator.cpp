@@ -236,6 +236,7 @@ SiteOptions ReadSite(Section& scene) {
   site.flicker = section.Number("flicker", share, site.flicker);
   site.pace =
       section.Number("pace", Between(Dimension::kNumber, 1e-3, 1e3, "0.001 to 1000"), site.pace);
+  site.lamp = section.Number("lamp", Between(Dimension::kTime, 0, 3600, "0 to 1 hour"), site.lamp);
   site.misplacement = section.Vector2("misplacement", Any(Dimension::kLength), site.misplacement);
   Section embryo = section.Open("embryo");
   if (embryo.present()) site.embryo = ReadEmbryo(embryo);

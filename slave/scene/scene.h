@@ -464,6 +464,10 @@ struct SiteOptions {
                                0};  // how far the object really is from where the scene says, S [m]
   double pace = 1;  // of a textured target on its path: 1 is paper C's, 17 mm/s at most
   std::optional<EmbryoSite> embryo;
+  // How long a lamp before one camera stays as it is [s]; 0: there is none. In each other such span
+  // of the slave's clock, counted from 1970, a picture has a tenth less light: whoever sees it
+  // knows when it was taken, whatever it is stamped. Live pictures only.
+  double lamp = 0;
 };
 
 struct Scene {

@@ -26,6 +26,8 @@ Clock::duration GapOf(const v1::WatchStateRequest& request);
 // 0 stands for 30 Hz.
 Clock::duration GapOf(const v1::WatchMeshRequest& request);
 Clock::duration GapOf(const v1::WatchVideoRequest& request);
+// 0 stands for 10 Hz.
+Clock::duration GapOf(const v1::WatchTraceRequest& request);
 // JPEG quality, 0 stands for 80.
 int QualityOf(const v1::WatchVideoRequest& request);
 

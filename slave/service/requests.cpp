@@ -10,6 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr double kBulkRate = 30, kMaxBulkRate = 120;             // [Hz]
+constexpr double kTraceRate = 10;                                // [Hz]
 constexpr double kMaxStateRate = 1000;                           // [Hz]
 constexpr double kMaxForceLimit = 100;                           // [N]
 constexpr double kMinYoungModulus = 1, kMaxYoungModulus = 1e13;  // [Pa]
@@ -73,6 +74,10 @@ Clock::duration GapOf(const v1::WatchMeshRequest& request) {
 
 Clock::duration GapOf(const v1::WatchVideoRequest& request) {
   return Gap(request.max_rate_hz(), kBulkRate, kMaxBulkRate);
+}
+
+Clock::duration GapOf(const v1::WatchTraceRequest& request) {
+  return Gap(request.max_rate_hz(), kTraceRate, kMaxBulkRate);
 }
 
 int QualityOf(const v1::WatchVideoRequest& request) {

@@ -35,13 +35,14 @@ struct Rule {
   unsigned roles;
   bool is_logged;
 };
-constexpr std::array<Rule, 15> kRules{{{"GetScene", kAnybody, false},
+constexpr std::array<Rule, 16> kRules{{{"GetScene", kAnybody, false},
                                        {"GetStatus", kAnybody, false},
                                        {"GetCapabilities", kAnybody, false},
                                        {"Operate", kOperator, true},
                                        {"WatchState", kWatches, false},
                                        {"WatchMesh", kWatches, false},
                                        {"WatchPatch", kWatches, false},
+                                       {"WatchTrace", kWatches, false},
                                        {"WatchVideo", kWatches, false},
                                        {"SetModel", kOperator | kAdmin, true},
                                        {"SetParameters", kOperator | kAdmin, true},

@@ -54,6 +54,8 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
       grpc::CallbackServerContext* context) override;
   grpc::Status WatchState(grpc::ServerContext* context, const v1::WatchStateRequest* request,
                           grpc::ServerWriter<v1::SlaveState>* writer) override;
+  grpc::Status WatchTrace(grpc::ServerContext* context, const v1::WatchTraceRequest* request,
+                          grpc::ServerWriter<v1::TraceUpdate>* writer) override;
   grpc::Status WatchMesh(grpc::ServerContext* context, const v1::WatchMeshRequest* request,
                          grpc::ServerWriter<v1::MeshState>* writer) override;
   grpc::Status WatchVideo(grpc::ServerContext* context, const v1::WatchVideoRequest* request,

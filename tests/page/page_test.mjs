@@ -35,8 +35,30 @@ describe('a scripted hand presses the block', () => {
     await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
     const first = Number(await stage.text('magnitude'));
     await until(async () => Math.abs(Number(await stage.text('magnitude')) - first) > 0.05, 'a force that changes');
-    assert.equal(await stage.page.locator('.u-over').count(), 3, 'three strips');
+    assert.equal(await stage.page.locator('.u-over').count(), 5, 'five strips');
     assert.match(await stage.text('seen'), /score 0\.\d+|score 1/);
+  });
+
+  test('each force tells its way from the light to the hand', async () => {
+    const first = (await stage.when((status) => status.trace, 'a trace')).trace;
+    const { trace } = await stage.when((status) => status.trace?.sample > first.sample + 5, 'those of later pictures');
+    const stages = ['capture', 'eyes', 'model', 'wait', 'wire', 'tick'].map((name) => trace[name]);
+    assert.ok(Math.abs(stages.reduce((sum, part) => sum + part, 0) - trace.total) < 1e-6, JSON.stringify(trace));
+    // The clocks' offset is known to half a round trip; every other stage ends after it began.
+    for (const name of ['capture', 'eyes', 'model', 'wait', 'tick']) assert.ok(trace[name] >= -1e-6, `${name}: ${trace[name]}`);
+    await until(async () => /^light to hand \d+ ms: capture [\d.]+, eyes [\d.]+, model/.test(await stage.text('trace')), 'the way in words');
+    console.log(await stage.text('trace'));
+  });
+
+  test('energy and match stand behind a key', async () => {
+    const shown = () => stage.page.locator('.strip:visible h3').allInnerTexts();
+    assert.deepEqual(await shown(), ['Force, N', 'Hand, mm', 'Line, ms']);
+    await stage.page.keyboard.press('o');
+    assert.deepEqual(await shown(), ['Force, N', 'Energy, mJ', 'Match']);
+    await pressed();
+    const last = (await downloaded(stage)).filter((row) => row[11] > 0.5 && row[11] <= 1);
+    assert.ok(last.length > 20 && last.some((row) => Math.abs(row[10]) > 1e-5), `score and energy of ${last.length} samples`);
+    await stage.page.keyboard.press('o');
   });
 
   test('the figure of the force is one that was told at that moment', async () => {
@@ -197,6 +219,7 @@ describe('its recording is played', () => {
 
   test('it is marked, and nothing there stops or moves', async () => {
     await stage.when((status) => status.t > 1, 'a second of it');
+    await stage.when((status) => status.trace && status.trace.total > 0, 'the way from the light to the hand');
     assert.equal(await stage.text('badge'), 'REPLAY');
     assert.equal(await stage.text('scene'), 'silicone-block');
     for (const id of ['stop', 'let-go', 'mapping', 'tare']) assert.equal(await stage.page.locator(`#${id}`).isVisible(), false, id);
@@ -359,6 +382,17 @@ describe('a mouse feels the block', () => {
       return stage.status.p_S[1] > from + 1e-3;
     }, 'a millimetre up by keys');
     await stage.page.keyboard.up('ArrowUp');
+    await stage.page.keyboard.press('1');
+    const locked = stage.status.p_S;
+    await until(async () => {
+      if (stage.status.state !== 'FOLLOWING') await stage.page.keyboard.press('e');
+      for (const key of ['ArrowUp', 'ArrowRight']) await stage.page.keyboard.down(key);  // as a held key repeats
+      await pause(200);
+      return stage.status.p_S[1] > locked[1] + 1e-3;
+    }, 'another millimetre up');
+    assert.ok(Math.abs(stage.status.p_S[0] - locked[0]) < 1e-4, `x is locked: ${stage.status.p_S[0] - locked[0]} m`);
+    for (const key of ['ArrowUp', 'ArrowRight']) await stage.page.keyboard.up(key);
+    await stage.page.keyboard.press('1');
     await stage.page.evaluate(() => window.dispatchEvent(new Event('blur')));
     await stage.when((status) => status.state === 'CLUTCHED', 'CLUTCHED');
   });

@@ -38,6 +38,9 @@ struct TickRecord {
   bool clutched = false;  // the operator let go, whatever the device's switch says
   TareState tare_state = TareState::kNone;
   Eigen::Vector3d tare{0, 0, 0};  // what `estimated` is less than the slave told, S [N]
+  // Of the newest state: when its sample was taken, and when it left. Slave's clock.
+  Time sensed_at{}, sent_at{};
+  double energy = 0;  // that the hand put in, less what it got out, at its port [J]; NaN: unknown
 };
 
 // What the fingertips feel by `state`; a tool that has none is one itself. Real-time safe.

@@ -19,19 +19,22 @@ export class AlarmPanel {
     this.shown = '';
     this.since = new Map();
   }
-  show(alarms) {
+  // `t`: of the session, or of its recording [s].
+  show(alarms, t) {
     const bad = alarms.filter((alarm) => alarm.level !== 'idle').length;
     this.count.textContent = bad ? String(bad) : '';
     if (!alarms.length) alarms = [{ level: 'ok', text: 'Nothing is wrong.', next: '' }];
     const key = JSON.stringify(alarms);
     if (key === this.shown) return;
     this.shown = key;
+    this.since = new Map(alarms.map(({ text }) => [text, this.since.get(text) ?? t]));
     this.list.replaceChildren(...alarms.map(({ level, text, next }) => {
       const item = document.createElement('li');
       item.dataset.level = level;
       const head = document.createElement('b'), step = document.createElement('span');
       head.textContent = `${MARK[level]} ${LEVEL[level]}: ${text}`;
       step.textContent = next;
+      if (level !== 'ok' && Number.isFinite(this.since.get(text))) head.title = `since ${this.since.get(text).toFixed(1)} s`;
       item.append(head, step);
       return item;
     }));

@@ -1,11 +1,14 @@
 // The last ten seconds as strips, drawn by uPlot where it was built in.
 
 const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000;
-// Columns of a sample: number, t, scaled, sent, x, y, z, age, round trip, longest tick.
+// Columns of a sample: number, t, scaled, sent, x, y, z, age, round trip, longest tick, energy; then what the page adds of
+// what was felt at that moment: score and misfit, of which nothing is known of before it was opened.
 const STRIPS = [
-  { title: 'Force, N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true },
-  { title: 'Hand, mm', series: [['x', 4, '--series-a'], ['y', 5, '--series-b', [5, 3]], ['z', 6, '--series-c', [2, 2]]], factor: 1e3 },
-  { title: 'Line, ms', series: [['age', 7, '--series-a'], ['round trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true },
+  { title: 'Force, N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true, least: 0.1 },
+  { title: 'Hand, mm', series: [['x', 4, '--series-a'], ['y', 5, '--series-b', [5, 3]], ['z', 6, '--series-c', [2, 2]]], factor: 1e3, least: 0.5 },
+  { title: 'Line, ms', series: [['age', 7, '--series-a'], ['round trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true, least: 1 },
+  { title: 'Energy, mJ', series: [['taken from the hand', 10, '--series-a']], factor: 1e3, zero: true, least: 0.1 },
+  { title: 'Match', series: [['tip', 11, '--series-a'], ['misfit, σ', 12, '--series-b', [5, 3]]], factor: 1, zero: true, least: 0.1 },
 ];
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -100,7 +103,7 @@ export class Charts {
   }
   range(strip, low, high) {
     if (low === null || high === null) return [0, 1];
-    const bottom = strip.zero ? Math.min(0, low) : low, margin = Math.max(1e-3, 0.08 * (high - bottom));
+    const bottom = strip.zero ? Math.min(0, low) : low, span = high - bottom, margin = span < strip.least ? strip.least - span / 2 : 0.08 * span;
     return [strip.zero ? bottom : bottom - margin, high + margin];
   }
   columns(strip) {
@@ -114,12 +117,18 @@ export class Charts {
     const next = this.stale.pop();
     if (next !== undefined) this.plots[next].setData(this.columns(STRIPS[next]));
   }
+  toggleStrips() {
+    this.host.classList.toggle('others');
+    document.getElementById('strips-next').setAttribute('aria-pressed', String(this.host.classList.contains('others')));
+    this.resize();
+    this.changed = true;
+  }
   resize() {
     const boxes = this.host.querySelectorAll('.strip');
     this.plots.forEach((plot, i) => plot.setSize({ width: Math.max(80, boxes[i].clientWidth), height: Math.max(60, boxes[i].clientHeight - 24) }));
   }
   download() {
-    const rows = ['number,t_s,scaled_N,sent_N,x_m,y_m,z_m,age_s,round_trip_s,longest_tick_s', ...this.samples.filter((sample) => sample.length > 2).map((sample) => sample.join(','))];
+    const rows = ['number,t_s,scaled_N,sent_N,x_m,y_m,z_m,age_s,round_trip_s,longest_tick_s,energy_J,score,misfit_sigmas', ...this.samples.filter((sample) => sample.length > 2).map((sample) => sample.join(','))];
     const anchor = document.createElement('a');
     anchor.href = URL.createObjectURL(new Blob([rows.join('\n') + '\n'], { type: 'text/csv' }));
     anchor.download = 'palpate-last-10-s.csv';

@@ -10,6 +10,7 @@ export class Controls {
     byId('stop').addEventListener('click', () => this.stop());
     byId('reset').addEventListener('click', () => this.reset());
     byId('pause').addEventListener('click', () => this.pause());
+    byId('strips-next').addEventListener('click', () => this.charts.toggleStrips());
     byId('theme').addEventListener('click', () => this.toggleTheme());
     for (const [id, act] of [['let-go', 'clutch'], ['mark', 'mark'], ['tare', 'tare'], ['recording', 'record']]) byId(id).addEventListener('click', () => this[act]());
     byId('render').addEventListener('change', () => this.link.send({ do: 'render', mode: byId('render').value }));
@@ -72,9 +73,9 @@ export class Controls {
   }
   actions() {
     const live = this.replay.active ? {} : { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), c: () => this.clutch(), m: () => this.mark(),
-      n: () => this.tare(), b: () => this.record(), v: () => this.nextRendering(), l: () => byId('position-scale').focus() };
+      n: () => this.tare(), b: () => this.record(), v: () => this.nextRendering(), 1: () => this.pointer.lock(0), 2: () => this.pointer.lock(1), 3: () => this.pointer.lock(2), l: () => byId('position-scale').focus() };
     return { ...live, f: () => this.view.fit(), x: () => this.view.look('X'), y: () => this.view.look('Y'),
-      z: () => this.view.look('Z'), w: () => this.view.toggleWire(), p: () => this.pause(), d: () => this.charts.download(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
+      z: () => this.view.look('Z'), w: () => this.view.toggleWire(), p: () => this.pause(), d: () => this.charts.download(), o: () => this.charts.toggleStrips(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
       a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };
   }
   pause() {

@@ -1,5 +1,5 @@
 // What the hand gets, and what became of it on its way.
-import { REASONS, VALIDITY, figure, fixed, norm } from './words.js';
+import { REASONS, TRACE, VALIDITY, figure, fixed, ms, norm } from './words.js';
 
 const STATIONS = [['estimated', 'estimated'], ['local', 'local model'], ['scaled', 'scaled'], ['passive', 'passive'], ['limited', 'limited'], ['sent', 'sent']];
 const HOLD_S = 3;  // of the peak
@@ -29,6 +29,8 @@ export class ForcePanel {
     for (const row of this.rows) this.showStation(row, status.chain, full, scales);
     const [x, y, z] = status.chain.sent;
     byId('components').textContent = `sent, hand's frame: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N${norm(status.tare) > 0 ? `; zero taken at ${figure(norm(status.tare))} N` : ''}`;
+    const { trace } = status;
+    byId('trace').textContent = trace ? `light to hand ${ms(trace.total, 0)}: ${TRACE.map(([key, , short]) => `${short} ${fixed(1e3 * trace[key], 1)}`).join(', ')}` : '';
     this.showValidity(status.felt);
     this.showFingers(status.fingers);
   }

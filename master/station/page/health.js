@@ -1,7 +1,13 @@
 // What is set up: the scene with its numbers, the slave's times, this session.
-import { figure, ms } from './words.js';
+import { TRACE, figure, ms } from './words.js';
 
 const stress = (pascal) => (pascal >= 1e6 ? `${figure(pascal / 1e6)} MPa` : pascal >= 1e3 ? `${figure(pascal / 1e3)} kPa` : `${figure(pascal)} Pa`);
+
+// How long the station's certificate holds, and what to do in time.
+function certificateOf(until) {
+  const days = Math.floor((until * 1e3 - Date.now()) / 864e5);
+  return `${new Date(until * 1e3).toISOString().slice(0, 10)}, ${days < 0 ? 'over: issue it anew (deploy/certs)' : `in ${days} days${days < 7 ? ': issue it anew (deploy/certs)' : ''}`}`;
+}
 
 // Names and values in groups: [[group, [[name, value], ...]], ...].
 function groupsOf(hello, health, status) {
@@ -9,7 +15,11 @@ function groupsOf(hello, health, status) {
   if (hello) {
     groups.push(['Session', [hello.badge === 'REPLAY' ? ['recording', hello.target] : ['slave at', `${hello.target}, ${hello.encrypted ? 'TLS' : 'plain text'}`], ['device', hello.device], ['rendering', hello.render],
       ['palpate-master', hello.version], ['clock offset', status ? ms(status.link.clock_offset, 3) : '-'], ['from the picture to the hand', ms(status?.link.sensed_age ?? NaN, 0)], ['reconnects', status?.link.reconnects ?? '-'],
-      ['states refused', status?.link.refused ?? '-']]]);
+      ['states refused', status?.link.refused ?? '-'], ...(hello.certificate_until ? [['certificate holds until', certificateOf(hello.certificate_until)]] : [])]]);
+  }
+  if (status?.trace) {
+    const { trace } = status;
+    groups.push(['From light or touch to the hand', [['sample, state', `${trace.sample}, ${trace.state}`], ['tick at', `${trace.t.toFixed(3)} s`], ...TRACE.map(([key, name]) => [name, ms(trace[key], 2)]), ['together', ms(trace.total, 2)]]]);
   }
   if (scene) {
     const material = scene.material || {}, model = scene.model || {};

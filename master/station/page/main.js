@@ -61,7 +61,8 @@ const takers = {
     const why = pointer.heed(message);
     if (why) byId('hint').textContent = why;
     view.take(message);
-    charts.take(message.samples, message.replay?.run);
+    const { score = null, misfit = null } = message.felt?.details || {};
+    charts.take(message.samples.map((sample) => [...sample, score, misfit]), message.replay?.run);
     if (charts.asksPast(performance.now())) link.send({ do: 'past' });
     replay.show(message);
     sound.show(norm(message.chain.sent) / (message.force_limit || 1));
@@ -129,7 +130,7 @@ function frame(now) {
   changed = false;
   showState();
   showFacts();
-  alarms.show(alarmsOf(told));
+  alarms.show(alarmsOf(told), told.status?.t);
   if (told.status) force.show(told.status, mapping());
   controls.showSettings(mapping(), told.health?.scene?.model?.kind || told.hello?.model, told.health?.capabilities?.degrees_of_freedom === 2);
   if (told.status) controls.showActs(told.status);

@@ -6,10 +6,11 @@ const MOVES = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, -1, 0
 
 export class Pointer {
   constructor(link, view, mapping) {
-    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), delay: null, sent: null });
+    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), locked: new Set(), delay: null, sent: null });
     this.host = view.host;
     this.clutch = document.getElementById('clutch');
     this.clutch.addEventListener('click', () => this.toggle());
+    for (const button of document.querySelectorAll('.locks button')) button.addEventListener('click', () => this.lock(Number(button.dataset.axis)));
     this.host.addEventListener('pointerdown', (event) => this.down(event));
     this.host.addEventListener('pointermove', (event) => this.move(event));
     for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) this.host.addEventListener(end, () => this.up());
@@ -62,7 +63,13 @@ export class Pointer {
   // `move_S` [m] of the tool is this much of the hand: p_M = R^T p_S / scale.
   go(move) {
     const { rotation: R, scale } = this.mapping();
+    move = move.map((part, axis) => (this.locked.has(axis) ? 0 : part));
     for (let i = 0; i < 3; ++i) this.p[i] += (R[i] * move[0] + R[3 + i] * move[1] + R[6 + i] * move[2]) / scale;
+  }
+  // The tool's x, y or z, frame S, stays as it is aimed; again: it no longer does.
+  lock(axis) {
+    if (!this.locked.delete(axis)) this.locked.add(axis);
+    for (const button of document.querySelectorAll('.locks button')) button.setAttribute('aria-pressed', String(this.locked.has(Number(button.dataset.axis))));
   }
   toggle() {
     if (!this.enabled) return;

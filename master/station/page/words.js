@@ -26,6 +26,10 @@ export const REASONS = {
   tared: ['estimated', 'less the zero that was taken'],
 };
 
+// The stages from the photon to the hand: name, and for where there is little room.
+export const TRACE = [['capture', 'camera or sensor, until the slave has it', 'capture'], ['eyes', 'eyes or fingertips', 'eyes'], ['model', 'model', 'model'],
+  ['wait', 'until the state leaves', 'wait'], ['wire', 'wire, by the clocks', 'wire'], ['tick', 'until the tick', 'tick']];
+
 export const VALIDITY = {
   valid: ['ok', 'valid'], extrapolated: ['warn', 'extrapolated'], punctured: ['warn', 'punctured'], stale: ['bad', 'stale'],
   tracking_lost: ['bad', 'tracking lost'], failed: ['bad', 'unknown'],

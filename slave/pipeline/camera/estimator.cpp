@@ -207,6 +207,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
   felt_.events.Clear();
   observation_ = &eyes_->Look(frame.image, frame.sequence, frame.sensed_at);
   times_.vision.Add(lap.Lap());
+  felt_.seen_at = Clock::now();
   LookAtObject(frame.image);
   const bool frozen = IsFrozen(frame.image);
   checks_us_ = lap.Lap();

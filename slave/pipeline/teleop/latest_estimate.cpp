@@ -12,6 +12,7 @@ namespace {
 constexpr double kStaleAfter = 0.060;  // [s]
 constexpr double kStalePeriods = 3;
 constexpr std::size_t kMaxAlarms = 16;
+constexpr std::size_t kTracesKept = 256;
 
 std::string Silence(double age) {
   return "the sensor has sent nothing for " +
@@ -26,9 +27,14 @@ LatestEstimate::LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_ti
   felt_.p_S_tip = p_S_tip;
 }
 
-void LatestEstimate::Put(const ContactEstimate& felt) {
+void LatestEstimate::Put(const ContactEstimate& felt, SampleTrace trace) {
+  trace.sample = felt.sample;
+  trace.sensed_at = felt.sensed_at;
+  trace.felt_at = Clock::now();
   {
     const std::lock_guard lock(mutex_);
+    traces_.push_back(trace);
+    if (traces_.size() > kTracesKept) traces_.pop_front();
     felt_ = felt;
     events_.Add(felt.events);
     ++frames_;
@@ -69,6 +75,13 @@ bool LatestEstimate::Touches() const {
   const auto touches = [](const FingerState& finger) { return finger.in_contact; };
   return felt.depth > 0 || felt.local_model.in_contact ||
          std::ranges::any_of(felt.fingers, touches);
+}
+
+std::vector<SampleTrace> LatestEstimate::TracesSince(Time sensed_at) const {
+  const std::lock_guard lock(mutex_);
+  const auto first = std::ranges::find_if(
+      traces_, [&](const SampleTrace& trace) { return trace.sensed_at > sensed_at; });
+  return {first, traces_.end()};
 }
 
 Events LatestEstimate::TakeEvents() {

@@ -5,10 +5,12 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <deque>
 #include <mutex>
 #include <string>
 #include <vector>
 
+#include "shared/state/sample_trace.h"
 #include "shared/state/slave_state.h"
 #include "slave/pipeline/teleop/operator_port.h"
 #include "slave/pipeline/teleop/slave.h"
@@ -23,7 +25,8 @@ class LatestEstimate {
   // `p_S_tip`: where the tip is before anything was sensed [m].
   LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_tip);
 
-  void Put(const ContactEstimate& felt);
+  // `trace`: when it came so far; the rest is filled in.
+  void Put(const ContactEstimate& felt, SampleTrace trace = {});
   void Add(Event event);
   // Logs it too; only the first few are kept.
   void RaiseAlarm(const std::string& text);
@@ -37,6 +40,8 @@ class LatestEstimate {
   [[nodiscard]] ContactEstimate Fresh(Time now) const;
   // The tool or a fingertip touches the object.
   [[nodiscard]] bool Touches() const;
+  // The newest few hundred at most, see Slave.
+  [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;
   Events TakeEvents();
   bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience);
   // What was felt and what the operator does, as of `now`; no sequence, events or true force.
@@ -54,6 +59,7 @@ class LatestEstimate {
   std::vector<std::string> alarms_;
   std::uint64_t frames_ = 0;
   std::vector<Time> recent_;  // stamps of the last second
+  std::deque<SampleTrace> traces_;
 };
 
 }  // namespace palpate

@@ -116,6 +116,7 @@ void LiveSlave::SetWatched(bool is_watched) {
 
 bool LiveSlave::Feel(const std::stop_token& stop) {
   if (!sense_->Acquire(stop)) return false;
+  SampleTrace trace{.acquired_at = Clock::now()};
   if (sense_info_.is_awaited) MeetSense();
   const Eigen::Vector3d p_S_encoders = manipulator_->TipAt(sense_->sensed_at());
   if (reset_wanted_.exchange(false)) {
@@ -123,6 +124,7 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
     sense_->Reset();
   }
   sense_->Look();
+  trace.seen_at = Clock::now();
   const std::lock_guard lock(sense_mutex_);
   const ContactEstimate& felt = sense_->Estimate(p_S_encoders);
   const bool senses_tip = sense_info_.tip_resolution > 0;
@@ -137,7 +139,9 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
     const std::lock_guard local(local_mutex_);
     newest_local_ = felt.local_model;
   }
-  newest_.Put(felt);
+  // Where looking is a part of the estimate, that one knows when it was done.
+  trace.seen_at = std::max(trace.seen_at, felt.seen_at);
+  newest_.Put(felt, trace);
   return true;
 }
 

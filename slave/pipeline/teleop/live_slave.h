@@ -15,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include "shared/link/urgent_mutex.h"
 #include "slave/manipulator/manipulator.h"
 #include "slave/pipeline/local_model/patch_keeper.h"
 #include "slave/pipeline/sense.h"
@@ -62,6 +63,9 @@ class LiveSlave final : public Slave {
   // From now on, while nobody watches, a sample is taken every half second only. For a sense that
   // finds again in one sample what it knew before.
   void AllowRest() { may_rest_ = true; }
+  [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
+    return newest_.TracesSince(sensed_at);
+  }
   PatchNews Patch() override { return patch_.Get(Clock::now()); }
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
   [[nodiscard]] PictureInbox* picture_inbox() override { return sense_->pictures(); }
@@ -106,7 +110,8 @@ class LiveSlave final : public Slave {
   Scene scene_;                        // with the parameters in force
   SenseInfo sense_info_;
 
-  mutable std::mutex sense_mutex_;
+  // Urgent: whoever asks for a shape holds it for as long as that takes, and sensing waits.
+  mutable UrgentMutex sense_mutex_;
   // The tip when it was last sensed, and what the arm said then, S [m]; under sense_mutex_.
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
   mutable std::mutex stages_mutex_;  // guards the next one

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "shared/state/sample_trace.h"
 #include "shared/state/slave_state.h"
 #include "shared/state/touch_patch.h"
 #include "slave/manipulator/driven_arm.h"
@@ -101,6 +102,12 @@ class Slave {
   [[nodiscard]] virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // nullopt: the scene has no camera, or nothing was seen yet.
   [[nodiscard]] virtual std::optional<JpegPicture> Picture(bool overlays, int quality) = 0;
+
+  // Of the samples after the one of `sensed_at`, the oldest first; of many, the newest.
+  // Thread-safe.
+  [[nodiscard]] virtual std::vector<SampleTrace> TracesSince(Time /*sensed_at*/) const {
+    return {};
+  }
 
   // The model of the contact as of now: kept up while it is asked for. Null: none is made.
   virtual PatchNews Patch() { return {}; }

@@ -1,8 +1,10 @@
 #include "slave/site/camera/simulated_site.h"
 
+#include <cmath>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include <spdlog/fmt/fmt.h>
 
@@ -36,6 +38,12 @@ const Scene& Checked(const Scene& scene) {
 
 double RadiusOf(const Tool& tool) {
   return tool.shape == Tool::Shape::kRound ? tool.radius : 0;
+}
+
+// See SiteOptions.
+double LampLight(double span, Time now) {
+  constexpr double kDim = 0.9;
+  return span > 0 && std::fmod(SecondsBetween(Time{}, now) / span, 2) >= 1 ? kDim : 1;
 }
 
 // Of the tool on the body, parts of E t [m].
@@ -212,8 +220,11 @@ std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const
   const double rate = scene.sense.Find<Camera>()->rate;
   return std::make_unique<LiveSource<FrameSource, Frame>>(
       rate, 0, fmt::format("simulated site, camera at {:g} Hz", rate),
-      [this, sequence = std::uint64_t{0}](Time now) mutable {
-        return Frame{TakePicture(), ++sequence, now};
+      [this, lamp = scene.site.lamp, sequence = std::uint64_t{0}](Time now) mutable {
+        const double light = LampLight(lamp, Clock::now());
+        cv::Mat picture = TakePicture();
+        if (light < 1) picture *= light;
+        return Frame{std::move(picture), ++sequence, now};
       });
 }
 

@@ -71,6 +71,20 @@ TEST_F(ObserverWatchTest, TheSlaveTellsOfItselfAndOfWhatHappens) {
   EXPECT_FALSE(news.TakeEvents().Has(Event::kPuncture)) << "once is enough";
 }
 
+TEST_F(ObserverWatchTest, ASamplesTraceIsFoundByWhenItWasTaken) {
+  SlaveNews news(Line());
+  std::optional<SampleTrace> trace;
+  Time sensed_at{};
+  ASSERT_TRUE(SensingUntil([&] {
+    sensed_at = news.felt().state.sensed_at;
+    trace = news.TraceOf(sensed_at);
+    return trace.has_value();
+  }));
+  EXPECT_GT(trace->sample, 0U);
+  EXPECT_EQ(trace->sensed_at, sensed_at);
+  EXPECT_FALSE(news.TraceOf(sensed_at + Clock::duration(1)));
+}
+
 TEST_F(ObserverWatchTest, ASlaveThatIsGoneIsSaidAndFoundAgain) {
   const SlaveNews news(Line());
   ASSERT_TRUE(SensingUntil([&] { return !news.words().scene.empty(); }));

@@ -76,6 +76,72 @@ TEST(RemoteMeshTest, PlanarObjectsComeAsLines) {
   EXPECT_TRUE(mesh->topology->surface.triangles.empty());
 }
 
+// As a slave sends it to those who give an error of 1/64 m.
+v1::MeshState Moved(ShapeEncoder* encoder, const v1::MeshState& whole, const v1::MeshState& first) {
+  const std::vector<float> rest(first.rest().begin(), first.rest().end());
+  const std::vector<float> positions(whole.positions().begin(), whole.positions().end());
+  const auto code = encoder->Encode(rest, positions, 1U << 20);
+  v1::MeshState message = whole;
+  message.clear_positions();
+  message.mutable_moves()->set_unit(encoder->unit());
+  message.mutable_moves()->set_exponent(static_cast<std::uint32_t>(code->exponent));
+  message.mutable_moves()->set_moves(code->moves);
+  return message;
+}
+
+TEST(MeshReaderTest, MovesAddUpToPlaces) {
+  ShapeEncoder encoder;
+  encoder.Restart(4, 1 / 32.0);
+  MeshReader reader;
+  std::string reason;
+  v1::MeshState first = Moved(&encoder, Tetrahedron(), Tetrahedron());
+  v1::MeshState second = Moved(&encoder, Later(), Tetrahedron());
+  ASSERT_TRUE(reader.Read(&first, &reason)) << reason;
+  const auto mesh = reader.Read(&second, &reason);
+  ASSERT_TRUE(mesh) << reason;
+  EXPECT_EQ(mesh->positions[3], Eigen::Vector3d(0, 0, 0.5));
+  EXPECT_EQ(mesh->positions[1], Eigen::Vector3d(1, 0, 0));
+  v1::MeshState whole = Later();
+  EXPECT_TRUE(reader.Read(&whole, &reason)) << "places in numbers come in between";
+}
+
+// After a message that is no code nobody knows where the nodes are: what follows is refused, too,
+// until there is a new beginning.
+TEST(MeshReaderTest, NothingIsShownOnTopOfMovesThatWereRefused) {
+  ShapeEncoder encoder;
+  encoder.Restart(4, 1 / 32.0);
+  MeshReader reader;
+  std::string reason;
+  v1::MeshState first = Moved(&encoder, Tetrahedron(), Tetrahedron());
+  v1::MeshState bad = Moved(&encoder, Later(), Tetrahedron());
+  v1::MeshState good = Moved(&encoder, Later(), Tetrahedron());
+  bad.mutable_moves()->mutable_moves()->pop_back();
+  ASSERT_TRUE(reader.Read(&first, &reason)) << reason;
+  EXPECT_FALSE(reader.Read(&bad, &reason));
+  EXPECT_THAT(reason, HasSubstr("moves"));
+  EXPECT_TRUE(reader.is_lost());
+  EXPECT_FALSE(reader.Read(&good, &reason));
+  encoder.Restart(4, 1 / 32.0);
+  first = Moved(&encoder, Tetrahedron(), Tetrahedron());
+  EXPECT_TRUE(reader.Read(&first, &reason)) << reason;
+  EXPECT_FALSE(reader.is_lost());
+}
+
+TEST(MeshReaderTest, AnotherUnitOrBothFormsAreRefused) {
+  for (const bool both : {false, true}) {
+    ShapeEncoder encoder;
+    encoder.Restart(4, 1 / 32.0);
+    MeshReader reader;
+    std::string reason;
+    v1::MeshState first = Moved(&encoder, Tetrahedron(), Tetrahedron());
+    v1::MeshState second = Moved(&encoder, Later(), Tetrahedron());
+    if (both) *second.mutable_positions() = Later().positions();
+    if (!both) second.mutable_moves()->set_unit(1 / 16.0);
+    ASSERT_TRUE(reader.Read(&first, &reason));
+    EXPECT_FALSE(reader.Read(&second, &reason)) << both;
+  }
+}
+
 struct Damage {
   const char* reason;
   std::function<void(v1::MeshState*)> apply;

@@ -9,7 +9,10 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "palpate/v1/telemetry.pb.h"
+
 #include "master/recording/session_recording.h"
+#include "shared/wire/trace_message.h"
 #include "tests/master/station/server/page_client.h"
 
 namespace palpate {
@@ -28,7 +31,15 @@ TickRecord TickAt(int i) {
   tick.chain.sent = {0, 0.001 * i, 0};
   tick.marks = i >= 300 ? 1 : 0;
   tick.state_age = 0.001;
+  tick.sensed_age = 0.010;
+  tick.state_sequence = static_cast<std::uint64_t>(i / 100 + 1);
+  tick.energy = 0.002 * i;
   return tick;
+}
+
+// When the sample of a state was taken, the slave's clock.
+Time SensedAt(int state) {
+  return kBegin + Seconds(0.1 * state);
 }
 
 class ReplayStationTest : public testing::Test {
@@ -36,12 +47,30 @@ class ReplayStationTest : public testing::Test {
   void SetUp() override {
     SessionRecording recording({.file = file_});
     recording.Begin({{"scene", "block"}, {"device", "a hand"}, {"force_limit_N", "2.5"}});
-    for (int i = 0; i < kTicks; ++i) recording.OnTick(TickAt(i));
+    for (int i = 0; i < kTicks; ++i) {
+      if (i % 100 == 0) PutState(&recording, i / 100 + 1);
+      recording.OnTick(TickAt(i));
+    }
+    v1::TraceUpdate traces;
+    for (int i = 1; i <= kTicks / 100; ++i) {
+      ToProto(SampleTrace{40U + static_cast<unsigned>(i), SensedAt(i), SensedAt(i) + Seconds(0.001),
+                          SensedAt(i) + Seconds(0.004), SensedAt(i) + Seconds(0.005)},
+              traces.add_samples());
+    }
+    recording.OnBulk(traces);
   }
   void TearDown() override {
     line_.reset();
     player_ = {};
     std::filesystem::remove(file_);
+  }
+  static void PutState(SessionRecording* recording, int number) {
+    ReceivedState received;
+    received.state.sequence = static_cast<std::uint64_t>(number);
+    received.state.sensed_at = SensedAt(number);
+    received.state.sent_at = SensedAt(number) + Seconds(0.007);
+    received.received_at = kBegin + std::chrono::milliseconds(100 * (number - 1));
+    recording->OnState(received);
   }
   void Open(double from, double speed) {
     replay_.emplace(file_);
@@ -79,6 +108,26 @@ TEST_F(ReplayStationTest, SaysThatItIsAReplayAndOfWhat) {
   EXPECT_EQ(hello["device"], "a hand");
   EXPECT_EQ(hello["force_limit"], 2.5);
   EXPECT_FALSE(hello["pointer"]);
+}
+
+// Reference: the traces recorded: 1 ms, 3 ms and 1 ms, then 2 ms until the state left.
+TEST_F(ReplayStationTest, TheWayFromTheLightToTheHandIsTold) {
+  Open(0, 4);
+  Json status;
+  do {
+    status = Next("status");
+    ASSERT_FALSE(status.is_null());
+  } while (!Stands(status));
+  const Json& trace = status["trace"];
+  ASSERT_FALSE(trace.is_null());
+  EXPECT_EQ(trace["sample"], 46);
+  EXPECT_EQ(trace["state"], 6);
+  EXPECT_NEAR(trace["t"].get<double>(), 0.5, 1e-6) << "of the first tick that went by it";
+  EXPECT_NEAR(trace["eyes"].get<double>(), 0.003, 1e-6);
+  EXPECT_NEAR(trace["wait"].get<double>(), 0.002, 1e-6);
+  EXPECT_NEAR(trace["wire"].get<double>(), 0.002, 1e-6);
+  EXPECT_NEAR(trace["total"].get<double>(), 0.010, 1e-6);
+  EXPECT_NEAR(status["samples"].back()[10].get<double>(), 0.002 * (kTicks - 1), 0.03);
 }
 
 TEST_F(ReplayStationTest, TellsTheTicksThatWereRecordedAndStandsAtTheEnd) {

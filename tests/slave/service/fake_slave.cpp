@@ -25,6 +25,7 @@ FakeSlave::FakeSlave() {
 void FakeSlave::Sense() {
   {
     const std::scoped_lock lock(mutex_);
+    ++state_.sample;
     state_.sensed_at = std::max(Clock::now(), state_.sensed_at + Clock::duration(1));
     const double depth = std::max(0.0, -state_.p_S_tip.y());
     state_.force = state_.true_force = Eigen::Vector3d(0, kStiffness * depth, 0);
@@ -241,6 +242,13 @@ void FakeSlave::EmergencyStop(const std::string& reason) {
   state_.phase = Phase::kEstop;
   stop_reason_ = reason;
   events_.Add(Event::kEstop);
+}
+
+std::vector<SampleTrace> FakeSlave::TracesSince(Time sensed_at) const {
+  const std::scoped_lock lock(mutex_);
+  const Time at = state_.sensed_at;
+  if (at <= sensed_at) return {};
+  return {{state_.sample, at, at, at, at}};
 }
 
 BoundaryShape FakeSlave::Shape(bool nodal_forces) {

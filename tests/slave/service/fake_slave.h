@@ -67,6 +67,7 @@ class FakeSlave : public Slave {
   void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override;
   void Reset() override;
   void EmergencyStop(const std::string& reason) override;
+  std::vector<SampleTrace> TracesSince(Time sensed_at) const override;
   BoundaryShape Shape(bool nodal_forces) override;
   std::optional<JpegPicture> Picture(bool overlays, int quality) override;
   TactileInbox* tactile_inbox() override;

@@ -282,9 +282,9 @@ TEST_F(TlsTest, WhatIsMissingOrOpenToOthersIsNamed) {
 // Reference: the roles, one line each; whatever else is called, by anyone: no.
 TEST(RolesTest, TheWholeTable) {
   const std::vector<std::string> methods{
-      "GetScene",    "GetStatus",     "GetCapabilities", "Operate",   "WatchState",
-      "WatchMesh",   "WatchVideo",    "SetModel",        "Reset",     "Stop",
-      "FeedTactile", "SetParameters", "FeedPictures",    "DriveTool", "WatchPatch"};
+      "GetScene",     "GetStatus", "GetCapabilities", "Operate",   "WatchState",  "WatchMesh",
+      "WatchVideo",   "SetModel",  "Reset",           "Stop",      "FeedTactile", "SetParameters",
+      "FeedPictures", "DriveTool", "WatchPatch",      "WatchTrace"};
   const auto allowed = [&](const std::string& role) {
     std::string may;
     for (const std::string& method : methods) {
@@ -297,13 +297,13 @@ TEST(RolesTest, TheWholeTable) {
     }
     return may;
   };
-  EXPECT_EQ(allowed("operator"), "xxxxxxxxxx.x..xx.....");
-  EXPECT_EQ(allowed("observer"), "xxx.xxx..x....xx.....");
-  EXPECT_EQ(allowed("sensor"), "xxx......xx.x..x.....");
-  EXPECT_EQ(allowed("arm"), "xxx......x...x.x.....");
-  EXPECT_EQ(allowed("admin"), "xxx.xxxxxx.x..xx....x");
+  EXPECT_EQ(allowed("operator"), "xxxxxxxxxx.x..xxx.....");
+  EXPECT_EQ(allowed("observer"), "xxx.xxx..x....xxx.....");
+  EXPECT_EQ(allowed("sensor"), "xxx......xx.x...x.....");
+  EXPECT_EQ(allowed("arm"), "xxx......x...x..x.....");
+  EXPECT_EQ(allowed("admin"), "xxx.xxxxxx.x..xxx....x");
   for (const char* none : {"", "slave", "Operator", "root"}) {
-    EXPECT_EQ(allowed(none), std::string(21, '.')) << none;
+    EXPECT_EQ(allowed(none), std::string(22, '.')) << none;
   }
 }
 

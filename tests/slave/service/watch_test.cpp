@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/wire/shape_code.h"
 #include "slave/service/publisher.h"
 #include "tests/slave/service/service_fixture.h"
 
@@ -249,6 +250,67 @@ TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
   EXPECT_EQ(mesh.rest_size(), 0);
   EXPECT_EQ(mesh.positions_size(), 9);
   EXPECT_EQ(slave_.shapes_computed(), computed + 1);
+  context.TryCancel();
+}
+
+// Reference: the fake's triangle, its diagonal sqrt(2) m long.
+TEST_F(WatchTest, PlacesComeAsMovesToThoseWhoGiveAnError) {
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  v1::WatchMeshRequest request;
+  request.set_relative_error(1e-3);
+  const auto stream = stub->WatchMesh(&context, request);
+  v1::MeshState mesh;
+  ShapeUnits moved(9, 0);
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(stream->Read(&mesh));
+    EXPECT_EQ(mesh.rest_size(), i == 0 ? 9 : 0);
+    EXPECT_EQ(mesh.positions_size(), 0);
+    EXPECT_NEAR(mesh.moves().unit(), 2e-3 * std::sqrt(2), 1e-9);
+    ASSERT_TRUE(Decode({static_cast<int>(mesh.moves().exponent()), mesh.moves().moves()}, &moved));
+    EXPECT_NEAR(mesh.moves().error(), 1e-3 * std::sqrt(2), 1e-9);
+    EXPECT_NEAR(moved[1] * mesh.moves().unit(), 0.5, mesh.moves().error());
+    slave_.Sense();
+  }
+  context.TryCancel();
+}
+
+TEST_F(WatchTest, ErrorsThatNobodyCanWantAreRefused) {
+  const auto stub = Connect();
+  for (const double error : {-1.0, 1e-7, 0.2, HUGE_VAL, std::numeric_limits<double>::quiet_NaN()}) {
+    grpc::ClientContext context;
+    SetDeadline(&context);
+    v1::WatchMeshRequest request;
+    request.set_relative_error(error);
+    const auto stream = stub->WatchMesh(&context, request);
+    v1::MeshState mesh;
+    EXPECT_FALSE(stream->Read(&mesh)) << error;
+    const grpc::Status status = stream->Finish();
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_THAT(status.error_message(), HasSubstr("relative_error = "));
+  }
+}
+
+TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
+  const auto stub = Connect();
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  v1::WatchTraceRequest request;
+  request.set_max_rate_hz(120);
+  slave_.Sense();
+  const auto stream = stub->WatchTrace(&context, request);
+  v1::TraceUpdate update;
+  std::uint64_t last = 0;
+  for (int i = 0; i < 3; ++i) {
+    slave_.Sense();
+    ASSERT_TRUE(stream->Read(&update));
+    ASSERT_GT(update.samples_size(), 0);
+    for (const auto& told : update.samples()) {
+      EXPECT_GT(told.sample(), last);
+      last = told.sample();
+    }
+  }
   context.TryCancel();
 }
 

@@ -96,7 +96,12 @@ std::optional<PageClient::Frame> PageClient::ReadFrame() {
   head += more;
   if (!need(head + size)) return std::nullopt;
   Frame frame{byte(0) & 0x0f, heard_.substr(head, size)};
+  const bool is_whole = (byte(0) & 0x80) != 0;
   heard_.erase(0, head + size);
+  if (is_whole) return frame;
+  const auto rest = ReadFrame();  // long messages come in parts
+  if (!rest) return std::nullopt;
+  frame.payload += rest->payload;
   return frame;
 }
 

@@ -32,6 +32,27 @@ TEST(LatestEstimateTest, ASensorThatIsSilentIsAnAlarmInWords) {
   EXPECT_THAT(status.alarms, ElementsAre(HasSubstr("sent nothing for 10 s")));
 }
 
+TEST(LatestEstimateTest, NoSamplesTraceIsToldTwiceOrLeftOutOfTheNewest) {
+  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  const Time begin = Clock::now();
+  for (int i = 1; i <= 300; ++i) {
+    ContactEstimate felt;
+    felt.sample = static_cast<std::uint64_t>(i);
+    felt.sensed_at = begin + std::chrono::milliseconds(i);
+    newest.Put(felt, {.acquired_at = felt.sensed_at});
+  }
+  const auto since = [&](int i) {
+    return newest.TracesSince(begin + std::chrono::milliseconds(i));
+  };
+  ASSERT_EQ(since(298).size(), 2U);
+  EXPECT_EQ(since(298).front().sample, 299U);
+  EXPECT_EQ(since(298).back().sensed_at, begin + std::chrono::milliseconds(300));
+  EXPECT_GE(since(298).back().felt_at, begin);
+  EXPECT_THAT(since(300), IsEmpty());
+  EXPECT_LT(since(0).size(), 300U) << "nothing grows for ever";
+  EXPECT_EQ(since(0).back().sample, 300U);
+}
+
 // Nobody reads, so that it is looked at rarely.
 TEST(LatestEstimateTest, ARestIsNoSilence) {
   const SlaveStatus status = StatusAfter(10, 20);

@@ -1,4 +1,4 @@
-// WatchState, WatchMesh, WatchPatch, WatchVideo.
+// WatchState, WatchMesh, WatchTrace, WatchPatch, WatchVideo.
 #include <optional>
 #include <stdexcept>
 #include <type_traits>
@@ -7,7 +7,9 @@
 #include "shared/link/thread_priority.h"
 #include "shared/wire/patch_message.h"
 #include "shared/wire/state_message.h"
+#include "shared/wire/trace_message.h"
 #include "slave/service/messages.h"
+#include "slave/service/observers/mesh_teller.h"
 #include "slave/service/status.h"
 #include "slave/service/teleoperation_service.h"
 
@@ -67,17 +69,34 @@ grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
                                              const v1::WatchMeshRequest* request,
                                              grpc::ServerWriter<v1::MeshState>* writer) {
   Clock::duration gap{};
-  if (const auto asked = Guarded([&] { gap = GapOf(*request); }); !asked.ok()) return asked;
-  std::vector<std::uint32_t> elements;  // as the reader knows them
+  std::optional<MeshTeller> teller;
+  const auto asked = Guarded([&] {
+    gap = GapOf(*request);
+    teller.emplace(*request);
+  });
+  if (!asked.ok()) return asked;
   std::optional<Time> sensed_at;
   return Watch(context, gap, writer, [&](const SlaveState& state, v1::MeshState* message) {
     if (std::exchange(sensed_at, state.sensed_at) == state.sensed_at) return false;
     BoundaryShape shape = slave_.Shape(request->nodal_forces());
     shape.state_sequence = state.sequence;
-    const bool with_topology = shape.elements != elements;
-    ToProto(shape, with_topology, message);
-    elements = std::move(shape.elements);
+    teller->Tell(shape, message);
     return true;
+  });
+}
+
+grpc::Status TeleoperationService::WatchTrace(grpc::ServerContext* context,
+                                              const v1::WatchTraceRequest* request,
+                                              grpc::ServerWriter<v1::TraceUpdate>* writer) {
+  Clock::duration gap{};
+  if (const auto asked = Guarded([&] { gap = GapOf(*request); }); !asked.ok()) return asked;
+  Time told{};
+  return Watch(context, gap, writer, [&](const SlaveState& /*state*/, v1::TraceUpdate* message) {
+    const std::vector<SampleTrace> traces = slave_.TracesSince(told);
+    message->Clear();
+    for (const SampleTrace& trace : traces) ToProto(trace, message->add_samples());
+    if (!traces.empty()) told = traces.back().sensed_at;
+    return !traces.empty();
   });
 }
 

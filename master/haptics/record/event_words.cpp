@@ -1,0 +1,34 @@
+#include "master/haptics/record/event_words.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+namespace palpate {
+namespace {
+
+using enum EventWords::Weight;
+
+constexpr std::array kEventWords{
+    EventWords{Event::kContact, kUsual, "the tool met the object"},
+    EventWords{Event::kRelease, kUsual, "the tool left the object"},
+    EventWords{Event::kPuncture, kTrouble, "the tool broke through the surface"},
+    EventWords{Event::kTrackingLost, kTrouble, "the eyes lost the tool"},
+    EventWords{Event::kTrackingRegained, kNews, "the eyes found the tool again"},
+    EventWords{Event::kLimit, kTrouble,
+               "the tool is held at its limit: workspace, speed, force or depth"},
+    EventWords{Event::kHold, kTrouble, "the tool holds its place"},
+    EventWords{Event::kEstop, kTrouble, "emergency stop at the slave"},
+    EventWords{Event::kModelChanged, kNews, "the slave's model was replaced"},
+    EventWords{Event::kCommandRefused, kTrouble, "the slave refused a command"}};
+
+}  // namespace
+
+std::vector<EventWords> InWords(const Events& events) {
+  std::vector<EventWords> told;
+  std::ranges::copy_if(kEventWords, std::back_inserter(told),
+                       [&](const EventWords& known) { return events.Has(known.event); });
+  return told;
+}
+
+}  // namespace palpate
