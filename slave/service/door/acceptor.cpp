@@ -28,8 +28,8 @@ namespace {
 constexpr std::chrono::milliseconds kLookSoon(1);  // while somebody is new
 constexpr double kNew = 0.2;                       // [s]
 // [bytes] that wait at most for gRPC, of who is new and of others: 500 commands a second for 5 s of
-// round trip. Less than a segment, 32 kB on loopback, would stall a line for good.
-constexpr int kFewBytes = 32 * 1024, kManyBytes = 512 * 1024;
+// round trip.
+constexpr int kFewBytes = 8 * 1024, kManyBytes = 512 * 1024;
 constexpr std::chrono::milliseconds kLook(5);    // between two looks at what everybody sent
 constexpr std::chrono::milliseconds kAlone(50);  // nobody is there; the end must be heard, too
 constexpr int kAtOnce = 64;                      // accepted before others are looked at

@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include <linux/tcp.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -14,6 +15,9 @@ namespace palpate {
 namespace {
 
 constexpr int kBacklog = 128;
+// [bytes] of a segment, as on Ethernet: one of loopback's, 32 kB, would not fit into the little
+// room that the door leaves to who is new, and the line would stall.
+constexpr int kLargestSegment = 1440;
 
 [[noreturn]] void Refuse(const Endpoint& endpoint, const std::string& why) {
   throw std::runtime_error("cannot listen on " + ToString(endpoint) + ": " + why);
@@ -28,6 +32,7 @@ int Listen(const addrinfo& address) {
   const int fd = socket(address.ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return fd;
   Switch(fd, SOL_SOCKET, SO_REUSEADDR, 1);  // of what just ended, not of what listens
+  Switch(fd, IPPROTO_TCP, TCP_MAXSEG, kLargestSegment);
   if (address.ai_family == AF_INET6) Switch(fd, IPPROTO_IPV6, IPV6_V6ONLY, 1);
   if (bind(fd, address.ai_addr, address.ai_addrlen) == 0 && listen(fd, kBacklog) == 0) return fd;
   const int error = errno;
