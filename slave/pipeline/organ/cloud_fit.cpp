@@ -59,7 +59,7 @@ void CloudFit::Deform(const PatchGreens::Field& field, const LoadVector& u) noex
   z << 1, u.tail<kLoadUnknowns - 3>().cast<float>();
   for (Eigen::Index i = 0; i < rest_.cols(); ++i) {
     for (int r = 0; r < 3; ++r) {
-      const Columns by = field.middleCols<3>(9 * i + 3 * r) * force;
+      const Columns by = field.middleCols<3>(9 * i + Eigen::Index{3} * r) * force;
       by_force_.col(3 * i + r) = by;
       moved_(r, i) = rest_(r, i) + by.dot(z);
     }
@@ -117,7 +117,7 @@ void CloudFit::Add(const MovingSurface::Place& place, const PatchGreens::Field& 
     moved += share * (moved_.col(node) - rest_.col(node));
     for (int r = 0; r < 3; ++r) {
       const auto part = static_cast<float>(share * place.n_O[r]);
-      along += part * field.middleCols<3>(9 * node + 3 * r);
+      along += part * field.middleCols<3>(9 * node + Eigen::Index{3} * r);
       by += part * by_force_.col(3 * node + r);
     }
   }

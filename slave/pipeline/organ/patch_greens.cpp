@@ -169,7 +169,7 @@ void PatchGreens::Keep(const MatrixXd& solved, Eigen::Index from, int column, Fi
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) {
-        (*field)(column, 9 * static_cast<Eigen::Index>(i) + 3 * r + c) =
+        (*field)(column, 9 * static_cast<Eigen::Index>(i) + Eigen::Index{3} * r + c) =
             static_cast<float>(Solution(solved, watched_[i], r, from + c) / unit_);
       }
     }
@@ -182,11 +182,12 @@ void PatchGreens::Press(LoadPatch* patch, Field* field) {
   for (std::size_t i = 0; i < skin_.size(); ++i) {
     for (int k = 0; k <= kShifts; ++k) {
       const double w = weights(static_cast<Eigen::Index>(i), k);
-      for (int c = 0; c < 3 && w != 0; ++c) AddRow(skin_[i], c, w, 3 * k + c, &columns);
+      for (int c = 0; c < 3 && w != 0; ++c)
+        AddRow(skin_[i], c, w, Eigen::Index{3} * k + c, &columns);
     }
   }
   factor_.Solve(columns.data(), static_cast<int>(columns.cols()));
-  for (int k = 0; k <= kShifts; ++k) Keep(columns, 3 * k, k, field);
+  for (int k = 0; k <= kShifts; ++k) Keep(columns, Eigen::Index{3} * k, k, field);
   pressed_ = columns.leftCols<3>() / unit_;
   patch->compliance_O = ComplianceOf(columns, 0, weights);
 }
@@ -238,14 +239,14 @@ void PatchGreens::Soften(Field* field) {
         const double phi = modes_(static_cast<Eigen::Index>(e), m);
         for (int a = 0; a < 4; ++a) {
           for (int i = 0; i < 3; ++i) {
-            AddRow(tet[Index(a)], i, -phi * forces(a, i), 3 * m + c, &columns);
+            AddRow(tet[Index(a)], i, -phi * forces(a, i), Eigen::Index{3} * m + c, &columns);
           }
         }
       }
     }
   }
   factor_.Solve(columns.data(), static_cast<int>(columns.cols()));
-  for (int m = 0; m < kModes; ++m) Keep(columns, 3 * m, 1 + kShifts + m, field);
+  for (int m = 0; m < kModes; ++m) Keep(columns, Eigen::Index{3} * m, 1 + kShifts + m, field);
 }
 
 }  // namespace palpate
