@@ -18,8 +18,6 @@ using Eigen::Vector3d;
 
 constexpr double kHidden = 2.5;  // standard deviations: loads up to twice that do not stand out
 constexpr double kLeastScatter = 0.25;  // of the stated sigmas
-constexpr double kFaint = 10;           // standard deviations that the points' sigmas make
-constexpr int kTelling = 10;            // degrees of freedom from which on residuals tell
 constexpr double kRemembered = 0.99;    // of the evidence, from picture to picture
 constexpr double kTensionSigmas = 3.5;
 constexpr double kTensionDoubt = 0.5;   // one sigma, of what it makes of the force
@@ -29,16 +27,6 @@ constexpr double kMostLeftOut = 0.25;   // share of the points that may contradi
 constexpr double kForgetsRest = 0.1;    // of the scatter at rest, from picture to picture
 constexpr double kModelError = 0.03;    // of the largest deflection: may be the model's own, rms
 constexpr double kClearly = 1.5;        // times the scatter at rest: two dozen points' chance
-
-// By how much the points' sigmas are too small, or too large: what the points themselves show, if
-// there are enough of them and the load stands out: errors that go together look like a faint one.
-double ScatterOf(const RobustPlateFit::Answer& answer) {
-  const int freedom = answer.points - answer.left_out - 4;
-  const bool is_faint =
-      std::abs(answer.load.force) < kFaint * std::sqrt(answer.load.covariance(2, 2));
-  if (freedom < kTelling || is_faint) return std::max(1.0, answer.load.residual);
-  return std::max(kLeastScatter, answer.load.residual * (1 + 1 / std::sqrt(2.0 * freedom)));
-}
 
 // What a plate works out for a tool that it has not met, and its memory for a press beside the
 // centre.
@@ -88,7 +76,7 @@ SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) 
     load.p_O = {fit.p_O.x(), fit.p_O.y(), 0};
     load.force = fit.force;
     load.depth = -fit_.answered().Displacement(fit.p_O);
-    const double scatter = ScatterOf(answer);
+    const double scatter = std::max(1.0, fit.residual);
     load.sigma_force =
         std::hypot(scatter * std::sqrt(fit.covariance(2, 2)), LawsShare(load) * load.force);
     const Eigen::Matrix2d place = fit.covariance.topLeftCorner<2, 2>();
