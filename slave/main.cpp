@@ -221,6 +221,10 @@ int Main(int argc, char** argv) {
       ->required();
   study_command->add_option("--budget", study.budget, "Seconds for all models together")
       ->capture_default_str();
+  study_command->add_flag("--end-to-end", study.end_to_end,
+                          "What each stage adds to the felt force's error instead");
+  study_command->add_option("--delay", study.delay, "Of the link, with --end-to-end [s]")
+      ->capture_default_str();
 
   TrainOptions train;
   CLI::App* train_command =

@@ -20,6 +20,7 @@
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/record/record.h"
 #include "slave/commands/running_scene.h"
+#include "slave/pipeline/offline/end_to_end.h"
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
@@ -177,7 +178,19 @@ int RunServe(const ServeOptions& options, const std::stop_token& stop) {
   return 0;
 }
 
+int RunEndToEnd(const StudyOptions& options, const std::stop_token& stop) {
+  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
+  RequireOtherThan("--out", options.out, {"end_to_end.json", "end_to_end.svg"},
+                   InputFilesOf(scene));
+  std::filesystem::create_directories(options.out);
+  const EndToEndBudget budget = MeasureEndToEnd(scene, options.delay, stop);
+  WriteBudget(budget, options.out);
+  std::fputs(ToTable(budget).c_str(), stdout);
+  return budget.total > 0 ? 0 : 1;
+}
+
 int RunStudyCommand(const StudyOptions& options, std::stop_token stop) {
+  if (options.end_to_end) return RunEndToEnd(options, stop);
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
   if (!(options.budget > 0)) {
     throw std::invalid_argument("--budget " + std::to_string(options.budget) +

@@ -50,6 +50,10 @@ struct StudyOptions {
   std::vector<std::string> overrides;  // key.path=value
   std::filesystem::path out;           // folder, made if it is not there
   double budget = 120;                 // of all models together [s], > 0
+  // Instead: what each stage adds to the felt force's error, as end_to_end.json, end_to_end.svg and
+  // a table.
+  bool end_to_end = false;
+  double delay = 0.02;  // of its link [s]
 };
 
 // 0: studied, or stopped after at least one answer (the files hold what there is); 1: nothing

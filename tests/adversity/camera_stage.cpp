@@ -78,6 +78,11 @@ class CameraStage final : public Stage {
 
 }  // namespace
 
+std::unique_ptr<Stage> MakeCameraStage(Scene scene, const Counts& counts) {
+  const std::string name = scene.name;
+  return std::make_unique<CameraStage>(name, std::move(scene), counts);
+}
+
 std::unique_ptr<Stage> MakeCameraStage(const std::string& name, Extent extent) {
   const Counts counts =
       extent == Extent::kQuick ? Counts{4, 24, 6, 10, 3} : Counts{6, 62, 20, 62, 10};

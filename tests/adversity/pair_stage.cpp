@@ -65,12 +65,12 @@ class DepthStage final : public Stage {
         camera_(*this->scene().sense.Find<DepthPictures>()) {
     script_ = counts.script();
     const double depth = site_scene.operator_options.press_depth;
-    const double home = site_scene.manipulator.home.z();
+    const Vector3d home = site_scene.manipulator.home;
     StereoSite site(site_scene);
     std::mt19937 random(site_scene.site.seed);
     std::vector<Shot> shots;
     for (std::size_t i = 0; i < script_.count; ++i) {
-      site.MoveTool({0, 0, home - counts.WayAt(i) * (home + depth)});
+      site.MoveTool({home.x(), home.y(), home.z() - counts.WayAt(i) * (home.z() + depth)});
       shots.push_back({Picture(site, &random), {}, {}, site.truth()});
     }
     Keep(std::move(shots));
@@ -108,6 +108,11 @@ class DepthStage final : public Stage {
 
 }  // namespace
 
+std::unique_ptr<Stage> MakePairStage(Scene scene, const Counts& counts) {
+  const std::string name = scene.name;
+  return std::make_unique<PairStage>(name, std::move(scene), counts);
+}
+
 std::unique_ptr<Stage> MakePairStage(const std::string& name, const Overrides& overrides,
                                      Extent extent) {
   const Counts counts =
@@ -115,10 +120,8 @@ std::unique_ptr<Stage> MakePairStage(const std::string& name, const Overrides& o
   return std::make_unique<PairStage>(name, Shipped("rubber-membrane", overrides), counts);
 }
 
-std::unique_ptr<Stage> MakeDepthStage(const std::string& name, Extent extent) {
-  const Counts counts =
-      extent == Extent::kQuick ? Counts{6, 8, 3, 4, 2} : Counts{8, 60, 15, 30, 10};
-  const Scene site_scene = Shipped("rubber-membrane", {});
+std::unique_ptr<Stage> MakeDepthStage(Scene scene, const Counts& counts) {
+  const Scene site_scene = scene;
   DepthPictures camera;
   camera.unit = 0.02e-3;
   camera.sigma = 0.2e-3;
@@ -126,12 +129,18 @@ std::unique_ptr<Stage> MakeDepthStage(const std::string& name, Extent extent) {
   camera.cx = 0.5 * (DepthStage::kWidth - 1);
   camera.cy = 0.5 * (DepthStage::kHeight - 1);
   camera.X_SD.translation().z() = -DepthStage::kDistance;
-  Scene scene = site_scene;
-  scene.name = name;
   PointTracking points;
   points.track = PointTracking::Track::kSurface;
   scene.sense.Set(PointsOptions{camera, points});
-  return std::make_unique<DepthStage>(name, scene, site_scene, counts);
+  return std::make_unique<DepthStage>(site_scene.name, scene, site_scene, counts);
+}
+
+std::unique_ptr<Stage> MakeDepthStage(const std::string& name, Extent extent) {
+  const Counts counts =
+      extent == Extent::kQuick ? Counts{6, 8, 3, 4, 2} : Counts{8, 60, 15, 30, 10};
+  Scene scene = Shipped("rubber-membrane", {});
+  scene.name = name;
+  return MakeDepthStage(std::move(scene), counts);
 }
 
 }  // namespace palpate::adversity

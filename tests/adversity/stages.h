@@ -32,4 +32,11 @@ std::unique_ptr<Stage> MakeDepthStage(const std::string& name, Extent extent);
 std::unique_ptr<Stage> MakeTouchStage(const std::string& name, const std::string& scene,
                                       const Overrides& overrides, Extent extent);
 
+// The same of any scene, with as many samples as `counts`. Depth pictures
+// are of a scene with a pair, which they take the place of.
+std::unique_ptr<Stage> MakeCameraStage(Scene scene, const Counts& counts);
+std::unique_ptr<Stage> MakePairStage(Scene scene, const Counts& counts);
+std::unique_ptr<Stage> MakeDepthStage(Scene scene, const Counts& counts);
+std::unique_ptr<Stage> MakeTouchStage(Scene scene, const Counts& counts);
+
 }  // namespace palpate::adversity

@@ -38,15 +38,21 @@ class TouchStage final : public Stage {
   }
 };
 
+constexpr SiteResolution kCoarse{.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8};
+
 }  // namespace
+
+std::unique_ptr<Stage> MakeTouchStage(Scene scene, const Counts& counts) {
+  const std::string name = scene.name;
+  return std::make_unique<TouchStage>(name, std::move(scene), counts, kCoarse);
+}
 
 std::unique_ptr<Stage> MakeTouchStage(const std::string& name, const std::string& scene,
                                       const Overrides& overrides, Extent extent) {
   const bool quick = extent == Extent::kQuick;
   const Counts counts = quick ? Counts{70, 45, 15, 45, 10} : Counts{70, 130, 60, 130, 30};
-  SiteResolution resolution;
-  if (quick) resolution = {.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8};
-  return std::make_unique<TouchStage>(name, Shipped(scene, overrides), counts, resolution);
+  return std::make_unique<TouchStage>(name, Shipped(scene, overrides), counts,
+                                      quick ? kCoarse : SiteResolution{});
 }
 
 }  // namespace palpate::adversity

@@ -172,10 +172,12 @@ void Print(std::FILE* trace, std::size_t index, const StateRow& row, const Eigen
              trace);
 }
 
-void Run(Stage& stage, const Case& tried, std::FILE* trace, Tally* tally) {
+}  // namespace
+
+void Replay(Stage& stage, const Alteration& alteration, const Taker& take) {
   Scene told = stage.scene();
-  if (tried.alteration.tell) tried.alteration.tell(told);
-  ReplayedWorld world(stage, tried.alteration);
+  if (alteration.tell) alteration.tell(told);
+  ReplayedWorld world(stage, alteration);
   const std::unique_ptr<Sense> sense = MakeSense(told, {.is_live = false}, &world);
   const std::unique_ptr<Account> account = sense->OpenAccount(nullptr);
   while (sense->Acquire({})) {
@@ -187,13 +189,10 @@ void Run(Stage& stage, const Case& tried, std::FILE* trace, Tally* tally) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const bool of_finger = stage.sense() == "fingertips";
       const Eigen::Vector3d& force = of_finger ? truth.fingers[i].force : truth.force;
-      tally->Add(rows[i], force);
-      if (trace != nullptr) Print(trace, world.index(), rows[i], force);
+      take(world.index(), rows[i], force);
     }
   }
 }
-
-}  // namespace
 
 bool Score::Holds(Demand demand) const {
   if (silent > 0) return false;
@@ -206,7 +205,10 @@ Score Try(Stage& stage, const Case& tried, std::FILE* trace) {
   Tally tally(stage.peak());
   std::string refused;
   try {
-    Run(stage, tried, trace, &tally);
+    Replay(stage, tried.alteration, [&](std::size_t index, const StateRow& row, const auto& truth) {
+      tally.Add(row, truth);
+      if (trace != nullptr) Print(trace, index, row, truth);
+    });
   } catch (const std::runtime_error& why) {  // the sense says so itself; all else is a mistake
     refused = why.what();
   } catch (const std::invalid_argument& why) {

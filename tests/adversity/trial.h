@@ -4,8 +4,12 @@
 
 #include <cstddef>
 #include <cstdio>
+#include <functional>
 #include <string>
 
+#include <Eigen/Core>
+
+#include "slave/pipeline/offline/account.h"
 #include "tests/adversity/case.h"
 #include "tests/adversity/stage.h"
 
@@ -29,6 +33,11 @@ struct Score {
 
   [[nodiscard]] bool Holds(Demand demand) const;
 };
+
+// Calls `take` with every estimate after rest: number of its sample, what was told, what was true.
+using Taker =
+    std::function<void(std::size_t index, const StateRow& row, const Eigen::Vector3d& truth)>;
+void Replay(Stage& stage, const Alteration& alteration, const Taker& take);
 
 // `trace`: where each estimate goes, a line; nullptr: nowhere.
 Score Try(Stage& stage, const Case& tried, std::FILE* trace = nullptr);

@@ -8,26 +8,13 @@
 
 #include "shared/mesh/files/vtu_writer.h"
 #include "shared/mesh/solid_mesh.h"
+#include "tests/support/dice.h"
 
 namespace palpate::trade {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-// Draws that do not depend on the library's distributions.
-class Dice {
- public:
-  explicit Dice(std::uint32_t seed) : engine_(seed) { engine_.discard(16); }
-  double Share() { return static_cast<double>(engine_()) / 4294967296.0; }  // [0, 1)
-  double Between(double low, double high) { return low + (high - low) * Share(); }
-  double Decades(double low, double high) { return low * std::pow(high / low, Share()); }
-  bool Chance(double p) { return Share() < p; }
-  int Whole(int low, int high) { return low + static_cast<int>(Share() * (high - low + 1)); }
-
- private:
-  std::mt19937 engine_;
-};
 
 Scene Start(Dice* dice, double size, double width) {
   Scene scene;

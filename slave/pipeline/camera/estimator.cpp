@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <span>
 #include <stdexcept>
 
@@ -23,9 +24,12 @@ using Limits = CameraLimits;
 
 constexpr double kScaleSigmas = 3;
 constexpr double kOtherObject = 0.3;   // a size so different is that of something else
+constexpr double kFarSigmas = 3;       // above the surface, a tip surely touches nothing
 constexpr double kResidualLeft = 0.5;  // part of it that is uncertain at one place
-constexpr double kArmSigmas = 3;       // how far eyes and arm may part besides
-constexpr double kDentNear = 15;       // from the surface, where a dent is looked for [px]
+constexpr double kNoiseMoves =
+    3e-3;                         // the outline found in a noisy picture: 15 grey levels, 0.7 px
+constexpr double kArmSigmas = 3;  // how far eyes and arm may part besides
+constexpr double kDentNear = 15;  // from the surface, where a dent is looked for [px]
 // Sigma of a dent computed: [px], relative, besides relative as elements are long for the tool.
 constexpr double kDentFloor = 0.2, kDentModel = 0.05, kDentMesh = 0.1;
 constexpr double kDentSigmas = 3.5;
@@ -108,6 +112,16 @@ Eigen::Vector3d Planar(const Eigen::Vector2d& v) {
   return {v.x(), v.y(), 0};
 }
 
+// Depth that a tip has, rms, which is seen `gap` above the surface by eyes of that sigma [m]: the
+// part of a normal distribution below the surface.
+double Missed(double gap, double sigma) {
+  const double z = sigma > 0 ? gap / sigma : kFarSigmas;
+  if (!(z < kFarSigmas)) return 0;
+  const double below = std::erfc(z / std::numbers::sqrt2) / 2;
+  const double density = std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi);
+  return sigma * std::sqrt(std::max(0.0, (1 + z * z) * below - z * density));
+}
+
 }  // namespace
 
 Estimator::Estimator(const Scene& scene, const Frame& first,
@@ -152,7 +166,8 @@ void Estimator::RegisterObject(const Scene& scene) {
   RequireCredible(scene, fit, contour_I.size());
   registration_ = {true, fit.X_SO, fit.rms_px, fit.inliers};
   // Deviations of the real outline from the scene's do not average out.
-  rest_sigma_ = kResidualLeft * fit.rms_px * view_.pixel();
+  const double noise = eyes_->noise();
+  rest_sigma_ = std::hypot(kResidualLeft * fit.rms_px, kNoiseMoves * noise * noise) * view_.pixel();
 }
 
 std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene, Progress* progress) const {
@@ -162,6 +177,8 @@ std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene, Progress* pro
   if (scene.tool->shape == Tool::Shape::kRound) {
     touch->indenter = std::make_unique<RoundIndenter>(TouchablePlaces(touch->mesh),
                                                       scene.tool->radius, scene.model.contact);
+  } else {
+    touch->width.emplace(touch->mesh, scene);
   }
   touch->contact = std::make_unique<BoundaryContact>(touch->mesh);
   touch->probe = std::make_unique<BoundaryContact>(touch->mesh);
@@ -408,14 +425,18 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
   const Eigen::Vector2d dent_O = displacement.head<2>() / view_.pixel();
   if (!touching) {
     cue_.Reset();
-    rules_.TellForce(Eigen::Vector3d::Zero(), 0, Validity::kValid, &felt_);
+    const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
+    const double unseen = Missed(place.gap, std::hypot(tip_sigma, rest_sigma_));
+    rules_.TellForce(Eigen::Vector3d::Zero(), stiffness * unseen, Validity::kValid, &felt_);
     return Judge(dent_O, tip_sigma / view_.pixel());
   }
   LookForPuncture(felt_.depth);
   // The force changes most with the tip's place along the normal.
   const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
   rules_.TellForce(-(X_SO.linear() * response.force_O),
-                   stiffness * std::hypot(tip_sigma, rest_sigma_), response.validity, &felt_);
+                   std::hypot(stiffness * std::hypot(tip_sigma, rest_sigma_),
+                              WidthAt(place).sigma * response.force_O.norm()),
+                   response.validity, &felt_);
   if (!rules_.broken()) return Judge(dent_O, tip_sigma / view_.pixel());
   // Through a broken membrane nothing is dented, and the force is zero whatever the edge says; the
   // snake, which would follow the tool inwards, begins at the rest surface again.
@@ -472,11 +493,18 @@ ContactResponse Estimator::Respond(const BoundaryPlace& place,
 
 ContactResponse Estimator::RespondFlat(const BoundaryPlace& place,
                                        const Eigen::Vector3d& displacement_O) noexcept {
+  const double factor = WidthAt(place).factor;
   const Contact contact{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
                         displacement_O};
   ContactResponse response;
   touch_->deformation->Respond(std::span(&contact, 1), std::span(&response, 1));
+  response.force_O *= factor;
+  response.stiffness_O *= factor;
   return response;
+}
+
+ToolWidth::Share Estimator::WidthAt(const BoundaryPlace& place) noexcept {
+  return touch_->width ? touch_->width->At(place, touch_->deformation.get()) : ToolWidth::Share{};
 }
 
 LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {

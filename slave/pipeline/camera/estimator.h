@@ -22,6 +22,7 @@
 #include "slave/pipeline/arm_watch.h"
 #include "slave/pipeline/camera/object_watch.h"
 #include "slave/pipeline/camera/puncture_cue.h"
+#include "slave/pipeline/camera/tool_width.h"
 #include "slave/pipeline/estimate_rules.h"
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
@@ -67,6 +68,7 @@ struct TouchModel final : Rebuilt {
   std::unique_ptr<RoundIndenter> indenter;  // null: the tool is flat
   std::unique_ptr<BoundaryContact> contact;
   std::unique_ptr<BoundaryContact> probe;  // finds the nearest place of any point
+  std::optional<ToolWidth> width;          // of a flat tool
 };
 
 // One thread at a time.
@@ -128,6 +130,7 @@ class Estimator {
                                         const Eigen::Vector3d& displacement_O) noexcept;
   [[nodiscard]] ContactResponse RespondFlat(const BoundaryPlace& place,
                                             const Eigen::Vector3d& displacement_O) noexcept;
+  [[nodiscard]] ToolWidth::Share WidthAt(const BoundaryPlace& place) noexcept;
   bool FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
                std::vector<Eigen::Vector3d>* field) noexcept;
   [[nodiscard]] Eigen::Matrix3d StiffnessInSlave(const ContactResponse& response) const noexcept;

@@ -1,0 +1,163 @@
+#include "slave/pipeline/offline/end_to_end.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/sense.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kTick = 1e-3;          // [s]
+constexpr double kContactShare = 0.01;  // of the true peak
+
+struct Sample {
+  double t = 0;  // [s]
+  Eigen::Vector3d p_S_tip{0, 0, 0};
+  LocalModel local;
+  double truth = 0, told = 0, model = 0, vision = 0;  // forces [N]; of `vision` the error
+};
+
+// What the master would show of `local` at a place.
+double Rendered(const LocalModel& local, const Eigen::Vector3d& p_S) {
+  const Eigen::Vector3d f = local.force + local.stiffness * (local.reference - p_S);
+  return local.known() && local.Penetration(p_S) > 0 ? f.norm() : 0;
+}
+
+std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
+  const std::unique_ptr<World> world = MakeWorld(scene);
+  if (!world) {
+    throw std::invalid_argument(scene.file.string() +
+                                ": --end-to-end: accepted is a scene whose source is simulated: "
+                                "no other knows the true force");
+  }
+  const std::unique_ptr<Sense> sense = MakeSense(scene, {.is_live = false}, world.get());
+  const std::unique_ptr<Account> account = sense->OpenAccount(world.get());
+  const bool of_depth = scene.sense.Find<Camera>() != nullptr;
+  std::vector<Sample> samples;
+  Time start{};
+  while (!stop.stop_requested() && sense->Acquire(stop)) {
+    const Truth truth = world->truth();
+    sense->Look();
+    const ContactEstimate felt = sense->Estimate(truth.p_S_tip);
+    if (samples.empty()) start = felt.sensed_at;
+    account->Add(start, &truth);
+    Sample sample{SecondsBetween(start, felt.sensed_at), truth.p_S_tip,
+                  sense->LocalModelAt(felt.p_S_tip)};
+    sample.truth = truth.force.norm();
+    sample.told = felt.force ? felt.force->norm() : 0;
+    sample.model = of_depth ? account->compared().back().model_at_truth : sample.truth;
+    const Eigen::Vector3d& n = felt.local_model.normal;
+    const double stiffness = (felt.local_model.stiffness * n).norm();
+    if (of_depth && felt.depth > 0) {
+      sample.vision = stiffness * n.dot(truth.p_S_tip - felt.p_S_tip);
+    }
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+// What two eyes tell without noise is the model's doing, the rest is theirs.
+void AddQuietRun(const Scene& scene, const std::stop_token& stop, std::vector<Sample>* samples) {
+  Scene quiet = scene;
+  quiet.site.noise = quiet.site.flicker = quiet.site.lighting = 0;
+  const std::vector<Sample> without = RunPress(quiet, stop);
+  for (std::size_t i = 0; i < std::min(samples->size(), without.size()); ++i) {
+    (*samples)[i].model = without[i].told;
+  }
+}
+
+class Rms {
+ public:
+  void Add(double x) { sum_ += x * x; }
+  [[nodiscard]] double Over(std::size_t count) const {
+    return count > 0 ? std::sqrt(sum_ / static_cast<double>(count)) : 0;
+  }
+
+ private:
+  double sum_ = 0;
+};
+
+// Ticks between samples, with place and truth as they go from one to the next.
+class Ticks {
+ public:
+  Ticks(const std::vector<Sample>& samples, double delay, bool splits)
+      : samples_(samples), delay_(delay), splits_(splits) {
+    for (const Sample& s : samples) peak_ = std::fmax(peak_, s.truth);
+  }
+
+  void Run() {
+    std::size_t i = 0, arrived = 0;
+    for (double t = delay_; i + 1 < samples_.size(); t += kTick) {
+      while (i + 1 < samples_.size() && samples_[i + 1].t <= t) ++i;
+      while (arrived < i && samples_[arrived + 1].t + delay_ <= t) ++arrived;
+      if (i + 1 < samples_.size()) Add(i, arrived, t);
+    }
+  }
+
+  EndToEndBudget Budget(const Scene& scene) const {
+    EndToEndBudget budget{scene.name, peak_, total_.Over(count_), delay_, {}};
+    const bool fingertips = scene.sense.Find<Tactile>() != nullptr;
+    budget.parts = {
+        {fingertips ? "touch" : "vision", vision_.Over(count_), false,
+         fingertips ? "a network trained on more contacts of this kind"
+                    : "a sharper picture: smaller pixels, less noise"},
+        {"contact", contact_.Over(count_), false,
+         "a rest surface known better: a sharper first picture, an outline as the object's"},
+        {"model", model_.Over(count_), false, "a finer model (`model.kind: auto`, `elements`)"},
+        {"rendering", rendering_.Over(count_), false, "more samples a second, a slower hand"},
+        {"link", link_.Over(count_), false, "a shorter way between hand and slave"},
+        {"material", scene.object.material.young_modulus_tolerance * truth_.Over(count_), true,
+         "a modulus that was measured (`palpate-slave identify`)"}};
+    return budget;
+  }
+
+ private:
+  void Add(std::size_t i, std::size_t arrived, double t) {
+    const Sample &now = samples_[i], &next = samples_[i + 1];
+    const double share = (t - now.t) / (next.t - now.t);
+    const Eigen::Vector3d p_S = now.p_S_tip + share * (next.p_S_tip - now.p_S_tip);
+    const double truth = now.truth + share * (next.truth - now.truth);
+    const double prompt = Rendered(now.local, p_S), felt = Rendered(samples_[arrived].local, p_S);
+    if (std::fmax(truth, felt) <= kContactShare * peak_ || !std::isfinite(now.model)) return;
+    ++count_;
+    truth_.Add(truth);
+    total_.Add(felt - truth);
+    const double sensed = now.told - now.model;
+    vision_.Add(splits_ ? now.vision : sensed);
+    contact_.Add(splits_ ? sensed - now.vision : 0);
+    model_.Add(now.model - now.truth);
+    rendering_.Add(prompt - truth - (now.told - now.truth));
+    link_.Add(felt - prompt);
+  }
+
+  const std::vector<Sample>& samples_;
+  double delay_, peak_ = 0;
+  bool splits_;
+  std::size_t count_ = 0;
+  Rms truth_, total_, vision_, contact_, model_, rendering_, link_;
+};
+
+}  // namespace
+
+const BudgetPart& EndToEndBudget::largest() const {
+  return *std::ranges::max_element(parts, {}, &BudgetPart::rms);
+}
+
+EndToEndBudget MeasureEndToEnd(const Scene& scene, double delay, const std::stop_token& stop) {
+  if (!(delay >= 0 && delay <= 1)) {
+    throw std::invalid_argument(fmt::format("--delay = {:g} s: accepted is 0 to 1", delay));
+  }
+  std::vector<Sample> samples = RunPress(scene, stop);
+  if (scene.sense.Find<StereoCameras>()) AddQuietRun(scene, stop, &samples);
+  Ticks ticks(samples, delay, scene.sense.Find<Camera>() != nullptr);
+  ticks.Run();
+  return ticks.Budget(scene);
+}
+
+}  // namespace palpate

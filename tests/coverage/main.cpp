@@ -1,0 +1,146 @@
+// coverage: whether the sigma that a sense tells is what it says: how often the truth lies within
+// one and two of it, on presses drawn at random.
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "slave/pipeline/offline/account.h"
+#include "tests/adversity/trial.h"
+#include "tests/coverage/random_press.h"
+#include "tests/coverage/tally.h"
+
+namespace palpate::coverage {
+namespace {
+
+constexpr const char* kHelp = R"(Examples:
+  coverage --sense camera --scenes 50 --seed 7     fifty presses that one camera sees
+  coverage --sense pairs --each                    and how each of them went
+
+The error is that of the force's magnitude, as sigma is. The modulus that the sense is told differs
+from the true one by what the scene says it may (material.tolerance): `material` is what that makes
+of the error, `rest` what is left. Estimates count where the tool touches or is told to; `near the
+edge` are those below a tenth of the press's largest force.
+
+Exit codes: 0 both bands of the `valid` ones are within 5 points of 68 and 95 %; 1 one is not;
+2 unusable arguments.)";
+
+constexpr double kEdge = 0.1;     // of a press's largest force
+constexpr double kPoints = 0.05;  // by which the bands may be off
+constexpr double kOne = 0.6827, kTwo = 0.9545;
+
+struct Options {
+  std::string sense = "camera";
+  std::uint32_t seed = 1;
+  int scenes = 50;
+  bool each = false, trace = false, exact = false;
+};
+
+Phase PhaseOf(const StateRow& row, const adversity::Script& script, std::size_t index,
+              double larger) {
+  if (row.validity != Validity::kValid) return Phase::kDoubted;
+  if (larger < kEdge) return Phase::kEdge;
+  // A network looks back, a press stands once it has.
+  const bool stands = index > script.hold + (script.back - script.hold) / 4;
+  return stands && index < script.back ? Phase::kStill : Phase::kMoving;
+}
+
+std::vector<Told> TryPress(const Options& options, int number) {
+  RandomPress press = DrawPress(options.sense, options.seed, number);
+  if (options.exact) {
+    press.modulus_error = 0;
+    press.alteration.tell = [](Scene& told) { told.object.material.young_modulus_tolerance = 0; };
+  }
+  adversity::Stage& stage = *press.stage;
+  std::vector<Told> told;
+  const auto take = [&](std::size_t index, const StateRow& row, const Eigen::Vector3d& truth) {
+    if (!row.force) return;
+    const double force = row.force->norm() / stage.peak(), right = truth.norm() / stage.peak();
+    const double larger = std::fmax(force, right);
+    // A told force of a network is never zero.
+    const bool touches = stage.sense() == "fingertips" ? right > 0 : larger > 0;
+    if (!touches) return;
+    const double e = press.modulus_error;
+    const double material = stage.sense() == "fingertips" ? 0 : -e / (1 + e) * right;
+    told.push_back({PhaseOf(row, stage.script(), index, larger), force - right,
+                    (*row.force - truth).norm() / stage.peak(), row.sigma / stage.peak(),
+                    material});
+    if (!options.trace) return;
+    std::printf("  %4zu %-10s %8.4f true %8.4f error %8.4f less material %8.4f sigma %7.4f\n",
+                index, ToString(row.validity).data(), force, right, force - right,
+                force - right - material, row.sigma / stage.peak());
+  };
+  try {
+    Replay(stage, press.alteration, take);
+  } catch (const std::runtime_error& why) {  // the sense refuses: no force, no sigma
+    std::printf("%s: refused: %s\n", stage.name().c_str(), why.what());
+  }
+  if (options.each) {
+    const Bands bands = BandsOf(told);
+    std::printf("%s\n", InWords(stage.name() + (press.is_wide ? " wide" : ""), bands).c_str());
+  }
+  return told;
+}
+
+int Run(const Options& options) {
+  std::printf("%s\n", Headline().c_str());
+  std::vector<Told> all;
+  for (int i = 0; i < options.scenes; ++i) {
+    for (const Told& one : TryPress(options, i)) all.push_back(one);
+  }
+  const auto bands = [&](const std::string& name, const auto& chosen) {
+    std::vector<Told> some;
+    for (const Told& one : all) {
+      if (chosen(one.phase)) some.push_back(one);
+    }
+    const Bands found = BandsOf(some);
+    std::printf("%s\n", InWords(options.sense + ", " + name, found).c_str());
+    return found;
+  };
+  for (std::size_t i = 0; i < kPhaseNames.size(); ++i) {
+    bands(kPhaseNames[i], [i](Phase phase) { return phase == static_cast<Phase>(i); });
+  }
+  const Bands valid = bands("valid", [](Phase phase) { return phase != Phase::kDoubted; });
+  const bool holds = std::abs(valid.one - kOne) <= kPoints && std::abs(valid.two - kTwo) <= kPoints;
+  std::printf("%s: %s; the larger part of the error is %s\n", options.sense.c_str(),
+              holds ? "both bands hold" : "THE BANDS DO NOT HOLD",
+              valid.material > valid.rest ? "the modulus as told" : "what is sensed and modelled");
+  return holds ? 0 : 1;
+}
+
+int Main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("coverage"));
+  spdlog::set_level(spdlog::level::err);
+  Options options;
+  CLI::App app{"Counts how often the true force lies within the sigma told."};
+  app.footer(kHelp);
+  app.add_option("--sense", options.sense, "camera, pairs or fingertips");
+  app.add_option("--seed", options.seed, "of the series");
+  app.add_option("--scenes", options.scenes, "how many presses");
+  app.add_flag("--exact", options.exact, "the true modulus is told, as certain");
+  app.add_flag("--each", options.each, "a line for each press");
+  app.add_flag("--trace", options.trace, "a line for each estimate");
+  try {
+    app.parse(argc, argv);
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);
+    return Run(options);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "coverage: %s\n", e.what());
+    return 2;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::coverage
+
+int main(int argc, char** argv) {
+  return palpate::coverage::Main(argc, argv);
+}

@@ -1,0 +1,52 @@
+#include "tests/coverage/tally.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <spdlog/fmt/fmt.h>
+
+namespace palpate::coverage {
+
+Bands BandsOf(const std::vector<Told>& told) {
+  Bands bands;
+  bands.count = told.size();
+  if (told.empty()) return bands;
+  const auto mean = [&](const auto& of) {
+    double sum = 0;
+    for (const Told& one : told) sum += of(one);
+    return sum / static_cast<double>(told.size());
+  };
+  // Where a sigma of 0 is told, only the truth itself is within it.
+  const auto within = [&](double sigmas) {
+    return mean([&](const Told& t) { return std::abs(t.error) <= sigmas * t.sigma ? 1.0 : 0.0; });
+  };
+  const auto rms = [&](const auto& of) {
+    return std::sqrt(mean([&](const Told& t) { return of(t) * of(t); }));
+  };
+  bands.one = within(1);
+  bands.two = within(2);
+  bands.z = rms([](const Told& t) { return t.sigma > 0 ? t.error / t.sigma : 0; });
+  bands.z_vector = rms([](const Told& t) { return t.sigma > 0 ? t.off / t.sigma : 0; });
+  bands.error = rms([](const Told& t) { return t.error; });
+  bands.material = rms([](const Told& t) { return t.material; });
+  bands.rest = rms([](const Told& t) { return t.error - t.material; });
+  std::vector<double> sigmas;
+  for (const Told& one : told) sigmas.push_back(one.sigma);
+  std::ranges::nth_element(sigmas, sigmas.begin() + std::ssize(sigmas) / 2);
+  bands.sigma = sigmas[sigmas.size() / 2];
+  return bands;
+}
+
+std::string Headline() {
+  return fmt::format("{:<26}{:>6}{:>9}{:>9}{:>8}{:>8}{:>9}{:>9}{:>10}{:>8}", "", "n", "1 sigma",
+                     "2 sigma", "z", "z vec", "sigma%", "error%", "material%", "rest%");
+}
+
+std::string InWords(const std::string& name, const Bands& b) {
+  return fmt::format(
+      "{:<26}{:>6}{:>8.1f}%{:>8.1f}%{:>8.2f}{:>8.2f}{:>9.2f}{:>9.2f}{:>10.2f}{:>8.2f}", name,
+      b.count, 100 * b.one, 100 * b.two, b.z, b.z_vector, 100 * b.sigma, 100 * b.error,
+      100 * b.material, 100 * b.rest);
+}
+
+}  // namespace palpate::coverage

@@ -1,0 +1,39 @@
+// How often the truth lies within the sigma that an estimate tells, and whose error it was.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace palpate::coverage {
+
+enum class Phase : std::size_t { kEdge, kMoving, kStill, kDoubted };
+inline constexpr std::array<const char*, 4> kPhaseNames{"near the edge", "moving", "still",
+                                                        "not valid"};
+
+// One estimate in contact. Forces in parts of the largest true one of its press [-].
+struct Told {
+  Phase phase = Phase::kMoving;
+  double error = 0;  // of the force's magnitude: told less true
+  double off = 0;    // size of the error's vector
+  double sigma = 0;
+  double material = 0;  // part of `error` that is the modulus told, which is not the true one
+};
+
+// Over all presses of a sense.
+struct Bands {
+  std::size_t count = 0;
+  double one = 0, two = 0;     // share within one and two sigma [-]
+  double z = 0, z_vector = 0;  // rms of error / sigma: of the magnitude, of the vector [-]
+  double sigma = 0;            // median [-]
+  double error = 0;            // rms [-]
+  double material = 0;         // rms [-]
+  double rest = 0;             // rms of what is not the material's [-]
+};
+Bands BandsOf(const std::vector<Told>& told);
+
+std::string Headline();
+std::string InWords(const std::string& name, const Bands& bands);
+
+}  // namespace palpate::coverage
