@@ -51,7 +51,7 @@ TEST(ReachablePlacesTest, OfABoxLieOnItsFacesButTheHeldOne) {
 TEST(ReachablePlacesTest, DecideForTheWholeObject) {
   Scene scene = Rectangle();
   scene.tool->width = kWidth;
-  EXPECT_EQ(PlacesToDecide(scene).size(), 12U);
+  EXPECT_EQ(PlacesToDecide(scene).size(), 128U);
   scene.study_contacts = {{0.02, 0.06, 0}};
   EXPECT_TRUE(PlacesToDecide(scene).empty());
   scene.study_contacts.clear();
