@@ -171,6 +171,7 @@ SolidMesh GradedUnder(const Scene& scene, const Press& press, double width, doub
 
 std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, double width,
                                       double finest) {
+  if (HoldsByNumber(scene)) return std::nullopt;  // new nodes between them would be free
   try {
     const SolidMesh mesh = GradedUnder(scene, press, width, finest);
     const TetStiffness stiffness =
