@@ -83,6 +83,15 @@ std::vector<StudyRow> FitRows(const Scene& scene, std::vector<StudyRow> rows,
   return rows;
 }
 
+// Whether a volume's reference at several places takes some seconds, not minutes.
+bool IsQuicklyGraded(const Scene& scene) {
+  constexpr std::size_t kMostTets = 3'000;
+  if (HoldsByNumber(scene)) return false;
+  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+  const auto* solid = std::get_if<SolidMesh>(&mesh);
+  return solid != nullptr && solid->tets.size() <= kMostTets;
+}
+
 }  // namespace
 
 bool CanStudy(const Scene& scene) {
@@ -119,11 +128,12 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
 }
 
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
-  constexpr int kOnOutline = 12, kOnMembrane = 8;
+  constexpr int kOnOutline = 128, kOnMembrane = 8, kOnSkin = 6;
   const bool has_own = !scene.study_contacts.empty() || !scene.tool || scene.model.wall > 0;
-  if (has_own || IsVolume(scene.object.geometry)) return {};
-  const int count = IsPlanar(scene.object.geometry) ? kOnOutline : kOnMembrane;
-  return ReachablePlaces(scene, scene.tool->width, EvenShares(count));
+  if (has_own || (IsVolume(scene.object.geometry) && !IsQuicklyGraded(scene))) return {};
+  const Geometry& geometry = scene.object.geometry;
+  const int count = IsPlanar(geometry) ? kOnOutline : IsVolume(geometry) ? kOnSkin : kOnMembrane;
+  return ReachablePlaces(scene, scene.tool->width, SpreadShares(count));
 }
 
 StudySettings QuickSettings(const Scene& scene, double budget_s) {

@@ -19,9 +19,9 @@ bool CanStudy(const Scene& scene);
 std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene);
 
 inline constexpr double kQuickBudget = 3;  // [s]
-// Of a study that decides for all of a planar object or a membrane: where the scene names no places
-// itself, it presses at several that go evenly over all ReachablePlaces, of which the worst counts.
-// Empty: the study's own. Of a volume every further place would cost a second or more.
+// Of a study that decides for all of an object: where the scene names no places itself, it presses
+// at several that go evenly over all ReachablePlaces. Empty: the study's own, as of volumes of more
+// than 3000 tetrahedra, which would take minutes, and of those held by number.
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene);
 // A quick study leaves out dear models, and repeating what is quick.
 StudySettings QuickSettings(const Scene& scene, double budget_s = kQuickBudget);

@@ -55,7 +55,10 @@ std::set<int> ElementCounts(const Scene& scene, const PressSpec& question) {
       trial.model.elements = n;
       const ObjectMesh mesh = MeshOutline(trial, std::nullopt);
       double mismatch = 0;
-      for (const Press& press : question.presses) {
+      for (std::size_t i = 0; i < question.presses.size(); i += question.presses.size() / 32 + 1) {
+        Press press = question.presses[i];
+        // Beside it, of many: a mesh chosen for the very places that judge it would be flattered.
+        if (question.presses.size() > 2) press.p_O += 0.3 * question.width * press.along_O;
         mismatch =
             std::max(mismatch, std::abs(WidthMismatch(mesh, trial.model, press, question.width)));
       }

@@ -214,7 +214,7 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
     const SurfaceMesh surface = SurfaceOf(MeshObject(scene, std::nullopt));
     question.size = LargerSide(surface.nodes);
     question.presses = OnVolume(scene, surface, places);
-    for (Press& press : question.presses) press.loaded = true;
+    for (Press& press : question.presses) press.loaded = asked_places.empty();
   }
   question.width = scene.tool ? scene.tool->width : kToolPerSize * question.size;
   question.depth = scene.tool ? std::min(scene.operator_options.press_depth, 0.5 * question.size)

@@ -47,7 +47,7 @@ std::vector<Vector3d> Draw(const std::vector<Piece>& pieces, const std::vector<d
 
 std::vector<Vector3d> OnOutline(const Scene& scene, double width,
                                 const std::vector<double>& shares) {
-  constexpr int kPieces = 1000;
+  constexpr int kPieces = 3989;  // prime: lies under no mesh evenly
   Scene fine = scene;
   if (!HoldsByNumber(scene)) fine.model.elements = kPieces;
   const BoundaryMesh mesh = MeshOutline(fine, std::nullopt);
@@ -142,9 +142,12 @@ std::vector<Vector3d> ReachablePlaces(const Scene& scene, double width,
   return IsPlanar(geometry) ? OnOutline(scene, width, shares) : OnSkin(scene, width, shares);
 }
 
-std::vector<double> EvenShares(int count) {
+std::vector<double> SpreadShares(int count) {
   std::vector<double> shares;
-  for (int i = 0; i < count; ++i) shares.push_back((i + 0.5) / count);
+  for (int i = 0; i < count; ++i) {
+    const double turns = (i + 0.5) * std::numbers::phi;
+    shares.push_back((i + turns - std::floor(turns)) / count);
+  }
   return shares;
 }
 

@@ -2,6 +2,7 @@
 // formulation converges to, and its own uncertainty.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,13 +13,18 @@
 
 namespace palpate::study {
 
-// A planar object pressed by a bonded tool, solved by a formulation that no model shares: quadratic
-// finite elements on a mesh graded towards the ends of the tool, where the stress is singular.
-// Force of the tool along its way per displacement [N/m]; the bar is the change from a coarser
-// mesh. nullopt where the formulation does not apply: frictionless contact, supports named by
-// element, not planar, no mesh. About half a second, good for 1e-4; `quick`: a tenth of that, 1e-3.
-std::optional<Estimate> PlanarStiffness(const Scene& scene, const Press& press, double width,
-                                        bool quick = false);
+// A planar object pressed by a tool, bonded or sliding, solved by a formulation that no model
+// shares: quadratic finite elements on a mesh graded towards the ends of the tool, where the stress
+// is singular. Force of the tool along its way per displacement [N/m]. nullopt where the
+// formulation does not apply: supports named by element or, under a sliding tool, of one component;
+// not planar, no mesh.
+enum class PlanarMesh : std::uint8_t {
+  kRough,   // about 2e-3, some milliseconds
+  kMedium,  // 1e-3, three times as long
+  kFine     // 1e-4, half a second
+};
+std::optional<double> PlanarStiffness(const Scene& scene, const Press& press, double width,
+                                      PlanarMesh fineness);
 
 struct Reference {
   Estimate small, full;  // force at the question's two depths, bars absolute [N]
@@ -32,13 +38,16 @@ struct References {
 
 // Small depth: the limit of each family under mesh refinement (Extrapolate, with every answer
 // brought to the tool's real width by the models' own d ln force / d ln width) and, for planar
-// objects, the independent finite element solution; the one with the smallest bar. Its bar grows to
-// what it differs from another formulation beyond that one's own bar and the way to its limit.
+// objects and rigid tools on volumes, finite elements graded for the press; the one with the
+// smallest bar. Its bar grows to
+// what it differs from another formulation beyond that one's own bar and the way to its limit. Of
+// three presses and more such finite elements with a bar below 3 % stand alone.
 // Full depth: the same, times how much stiffer the object is there in a large-deformation model
 // (von Karman, neo-Hookean) than at the small depth; one where none answered.
 class ReferenceFinder {
  public:
-  // Solves the independent planar case: up to a second, quickly if there are more than two presses.
+  // Solves the graded finite elements: up to a second, roughly if there are more than two presses;
+  // then their bar is the change from a coarser or finer mesh at the first.
   ReferenceFinder(const Scene& scene, const PressSpec& question);
   [[nodiscard]] References Find(const std::vector<StudyRow>& rows) const;
 
@@ -46,7 +55,7 @@ class ReferenceFinder {
   [[nodiscard]] Reference FindOne(const std::vector<StudyRow>& rows, std::size_t press) const;
 
   PressSpec question_;
-  std::vector<Estimate> planar_;  // force at the small depth, one per press; NaN: none
+  std::vector<Estimate> independent_;  // force at the small depth, one per press; NaN: none
 };
 
 // Fills the errors of every row that answered.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -201,8 +203,11 @@ std::string ToTable(const StudyResult& study) {
              Seconds(row.expected_s) + "): " + row.reason + "\n";
   }
   table += "\n";
-  for (const Reference& reference : study.references.presses) {
-    table += "reference: " + reference.source + "\n";
+  std::map<std::string, int> sources;
+  for (const Reference& reference : study.references.presses) ++sources[reference.source];
+  for (const auto& [source, places] : sources) {
+    table += "reference: " + source;
+    table += places > 1 ? " (" + std::to_string(places) + " places)\n" : "\n";
   }
   if (!study.references.remark.empty()) table += "note: " + study.references.remark + "\n";
   return table + "recommended: " + study.recommendation + "\n";

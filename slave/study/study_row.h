@@ -62,9 +62,10 @@ struct StudyRow : Trait {
   double update_median_s = kUnknown, update_p99_s = kUnknown;  // a moved contact, no precompute [s]
   std::size_t memory_bytes = 0;
 
-  // Relative, of the contact force, the worst press: how far it is from the reference, but at least
-  // the reference's own bar, and at least what the mesh's idea of the tool's width costs: errors
-  // that cancel at one place by luck are not accuracy. At the full and at the small depth.
+  // Relative, of the contact force, the worst press, of ten and more what nine of ten stay within:
+  // how far it is from the reference, but at least the reference's own bar. Of fewer than three, at
+  // least what the mesh's idea of the tool's width costs: errors that cancel at one place by luck
+  // are not accuracy. At the full and at the small depth.
   Estimate error, error_small;
   double deviation = kUnknown;            // the first of the three alone, at full depth [-]
   double width_error = kUnknown;          // the last of the three alone [-]

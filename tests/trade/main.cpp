@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
+#include <functional>
 #include <random>
 #include <string>
 #include <vector>
@@ -28,17 +29,18 @@ using study::StudyRow;
 
 constexpr const char* kHelp = R"(Examples:
   trade --scenes 20 --seed 1      twenty scenes, judged on contacts that their studies did not use
-  trade --quick                   two planar ones
+  trade --quick                   two planar ones, every model that answers
   trade --exhaustive              two shipped scenes: every model at every resolution
 
 A point is a model at a resolution on a study's front, or the chosen one. Its stated error is held
-against the worst of as many contacts, at other places, as the study had; truth: tests/trade/truth.h.
+against as many contacts, at other places, as the study had: the worst, of ten and more what nine of
+ten stay within. Truth: tests/trade/truth.h.
 They agree within a factor of 1.5, or within 0.1 % of the force, which is what the truth is good for.
 
 Exit codes: 0 nine of ten points agree and no scene is left without an answer; 1 otherwise; 2
 unusable arguments.)";
 
-constexpr double kFactor = 1.5, kOfTruth = 1e-3;
+constexpr double kFactor = 1.5, kOfTruth = 1e-3, kAsNear = 1.1;
 
 // Seconds of this program's processor: what else the machine does changes no choice.
 study::ModelFactory Workshop() {
@@ -78,9 +80,10 @@ study::PressSpec HeldOut(const Scene& scene, std::uint32_t seed, std::size_t cou
   return question;
 }
 
-// The worst of the question's presses; NaN: nothing is known.
-double WorstError(const Scene& scene, const StudyRow& row, const study::PressSpec& question,
-                  const std::vector<double>& truth) {
+// Of the question's presses the worst, of ten and more what nine of ten stay within; NaN: nothing
+// is known.
+double ErrorOf(const Scene& scene, const StudyRow& row, const study::PressSpec& question,
+               const std::vector<double>& truth) {
   study::Candidate candidate;
   static_cast<study::Trait&>(candidate) = row;
   candidate.scene = scene;
@@ -88,12 +91,14 @@ double WorstError(const Scene& scene, const StudyRow& row, const study::PressSpe
   if (auto* box = std::get_if<BoxGeometry>(&candidate.scene.object.geometry))
     box->cells = row.cells;
   const StudyRow again = Measure(candidate, question, Workshop(), nullptr, 0);
-  double worst = study::kUnknown;
+  std::vector<double> errors;
   for (std::size_t i = 0; i < again.answers.size(); ++i) {
     const double error = std::abs(again.answers[i].full.value / truth[i] - 1);
-    if (!(error <= worst) && std::isfinite(error)) worst = error;
+    if (std::isfinite(error)) errors.push_back(error);
   }
-  return worst;
+  if (errors.empty()) return study::kUnknown;
+  std::ranges::sort(errors, std::greater{});
+  return errors[errors.size() / 10];
 }
 
 std::string NameOf(const StudyRow& row) {
@@ -102,18 +107,18 @@ std::string NameOf(const StudyRow& row) {
 
 // What `auto` says of a row; of a plate also what its law leaves out.
 double StatedOf(const StudyRow& row, const ModelDecision& decision) {
-  if (row.recommended) return decision.error;
   const auto found = std::ranges::find(decision.rejected, NameOf(row), &RejectedModel::model);
-  return found == decision.rejected.end() ? study::kUnknown : found->error;
+  return found == decision.rejected.end() ? decision.error : found->error;
 }
 
 void JudgePoints(const Scene& scene, const StudyResult& study, const ModelDecision& decision,
-                 const study::PressSpec& question, Tally* tally) {
+                 const study::PressSpec& question, bool all, Tally* tally) {
   const std::vector<double> truth = TrueForces(scene, question);
   for (const StudyRow& row : study.rows) {
-    if (row.outcome != study::Outcome::kAnswered || !(row.on_front || row.recommended)) continue;
+    if (row.outcome != study::Outcome::kAnswered || !(all || row.on_front || row.recommended))
+      continue;
     const double stated = StatedOf(row, decision);
-    const double measured = WorstError(scene, row, question, truth);
+    const double measured = ErrorOf(scene, row, question, truth);
     if (!std::isfinite(stated) || !std::isfinite(measured)) {
       std::printf("    %-34s stated %6.2f %%, no truth\n", NameOf(row).c_str(), 100 * stated);
       continue;
@@ -132,11 +137,12 @@ void JudgePoints(const Scene& scene, const StudyResult& study, const ModelDecisi
   }
 }
 
-void Judge(const Scene& scene, std::uint32_t seed, double budget_s, Tally* tally) {
+void Judge(const Scene& scene, std::uint32_t seed, bool quick, Tally* tally) {
   ++tally->scenes;
   std::printf("%u %s: within %.2g %% at %.3g Hz\n", seed, scene.name.c_str(),
               100 * scene.model.tolerance, scene.model.rate);
-  StudyResult study = RunStudy(scene, study::QuickSettings(scene, budget_s), Workshop());
+  StudyResult study =
+      RunStudy(scene, study::QuickSettings(scene, quick ? 0.3 : study::kQuickBudget), Workshop());
   const auto decided = study::DecidedBy(study, scene);
   if (!decided) {
     const ModelChoice choice = ChooseModel(scene);
@@ -152,7 +158,8 @@ void Judge(const Scene& scene, std::uint32_t seed, double budget_s, Tally* tally
   }
   std::printf("    %s\n", decision.reason.c_str());
   tally->mute += decision.meets || decision.reason.find("none meets") != std::string::npos ? 0 : 1;
-  JudgePoints(scene, study, decision, HeldOut(scene, seed, study.question.presses.size()), tally);
+  JudgePoints(scene, study, decision, HeldOut(scene, seed, study.question.presses.size()), quick,
+              tally);
 }
 
 bool Report(const Tally& t) {
@@ -168,6 +175,7 @@ bool Report(const Tally& t) {
 
 // The quick choice among everything: it meets what it promises, and nothing that meets it is more
 // than four times as fast (twice is what Recommend gives away, twice what times are good for).
+// Where nothing meets both, it says so and is as near as the nearest.
 bool Exhaustive(const std::string& name) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/" + name + ".yaml"), {"model.kind=auto"});
   const auto quick = study::DecideQuickly(scene, Workshop());
@@ -180,17 +188,21 @@ bool Exhaustive(const std::string& name) {
            row.model.elements == chosen.elements && row.model.modes == chosen.modes;
   });
   if (!best || own == all.rows.end()) return false;
+  const ModelDecision& decision = best->model.decision;
+  const double error = StatedOf(*own, decision);
   const auto least = std::ranges::min_element(all.rows, {}, [](const StudyRow& row) {
     const bool meets = row.meets_tolerance && row.meets_rate;
     return meets ? row.update_median_s : std::numeric_limits<double>::infinity();
   });
-  const bool holds =
-      own->meets_tolerance && own->meets_rate && own->update_median_s <= 4 * least->update_median_s;
+  const bool keeps = error <= scene.model.tolerance && own->meets_rate &&
+                     own->update_median_s <= 4 * least->update_median_s;
+  // Where nothing meets both, the nearest may be another that is as near.
+  const bool as_near = !chosen.decision.meets && error <= kAsNear * decision.error;
+  const bool holds = decision.meets ? keeps : as_near;
   std::printf(
       "%s: quick: %s\n  all %zu: %s\n  the quick choice there: %.2g %% error, %.3g us; %s\n",
-      name.c_str(), chosen.decision.reason.c_str(), all.rows.size(),
-      best->model.decision.reason.c_str(), 100 * own->error.value, 1e6 * own->update_median_s,
-      holds ? "confirmed" : "NOT CONFIRMED");
+      name.c_str(), chosen.decision.reason.c_str(), all.rows.size(), decision.reason.c_str(),
+      100 * error, 1e6 * own->update_median_s, holds ? "confirmed" : "NOT CONFIRMED");
   return holds;
 }
 
@@ -212,7 +224,7 @@ bool Run(const Options& options) {
   for (int i = 0; i < (options.quick ? 2 : options.scenes); ++i) {
     const auto seed = options.quick ? planar[static_cast<std::size_t>(i)]
                                     : options.seed + static_cast<std::uint32_t>(i);
-    Judge(RandomScene(seed, folder), seed, options.quick ? 0.3 : study::kQuickBudget, &tally);
+    Judge(RandomScene(seed, folder), seed, options.quick, &tally);
   }
   return Report(tally);
 }

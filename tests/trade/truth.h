@@ -12,11 +12,10 @@ namespace palpate::trade {
 // Force along the tool's way at the question's depth, of each press by a rigid tool [N]; NaN: not
 // found.
 //
-// planar, bonded: quadratic finite elements graded towards the tool's ends (PlanarStiffness);
-// planar, frictionless: what quadratic boundary elements converge to;
+// planar: quadratic finite elements graded towards the tool's ends (PlanarStiffness);
 // membrane: a neo-Hookean solid of cubic hexahedra (PressedMembrane);
-// volume: quadratic tetrahedra, w / 8 and shorter under the tool of width w, times how much
-// stiffer neo-Hookean ones of w / 4 are at the depth than at a small one;
+// volume: quadratic tetrahedra, w / 5 and shorter under the tool of width w, times how much
+// stiffer neo-Hookean ones of w / 2 are at the depth than at a small one;
 // shell: its meridian in 2560 pieces.
 std::vector<double> TrueForces(const Scene& scene, const study::PressSpec& question);
 

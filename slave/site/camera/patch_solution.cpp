@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <stdexcept>
 #include <utility>
 
 #include "shared/geometry/index.h"
@@ -29,6 +30,15 @@ SizeField SizesFor(const TaggedOutline& outline, double width, const Fineness& f
     }
   }
   return sizes;
+}
+
+QuadraticMesh MeshUnder(const TrueBody& body, const BoundaryPlace& place, double width,
+                        const Fineness& fineness) {
+  const double unit = body.larger_side();
+  const auto patch = body.Patch(place, width);
+  const TaggedOutline outline = Divide(body, place.loop, patch, unit);
+  const SizeField sizes = SizesFor(outline, (patch.second - patch.first) / unit, fineness);
+  return QuadraticMesh(MakeGradedMesh(outline.points, outline.segments, sizes));
 }
 
 // The patch's nodes move as one; where it meets a support, the tool wins.
@@ -86,13 +96,7 @@ void OrderBoundary(PatchSolution& solution) {
 
 PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane,
                          const BoundaryPlace& place, double width, const Fineness& fineness) {
-  const double unit = body.larger_side();
-  const auto patch = body.Patch(place, width);
-  const TaggedOutline outline = Divide(body, place.loop, patch, unit);
-  const SizeField sizes = SizesFor(outline, (patch.second - patch.first) / unit, fineness);
-
-  PatchSolution solution{
-      .mesh = QuadraticMesh(MakeGradedMesh(outline.points, outline.segments, sizes))};
+  PatchSolution solution{.mesh = MeshUnder(body, place, width, fineness)};
   Prescribed prescribed;
   Fields values;
   Prescribe(solution.mesh, prescribed, values);
@@ -102,6 +106,31 @@ PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane
   solution.displacement = std::move(elastic.displacement);
   OrderBoundary(solution);
   return solution;
+}
+
+// In a frame whose y axis is the way.
+double SlidingStiffness(const TrueBody& body, double poisson_ratio, Plane plane,
+                        const BoundaryPlace& place, double width, const Eigen::Vector2d& way_O,
+                        const Fineness& fineness) {
+  QuadraticMesh mesh = MeshUnder(body, place, width, fineness);
+  Eigen::Matrix2d R_WO;
+  R_WO << way_O.y(), -way_O.x(), way_O.x(), way_O.y();
+  for (Point& p : mesh.nodes) p = R_WO * p;
+  const auto nodes = static_cast<Eigen::Index>(mesh.nodes.size());
+  Prescribed prescribed = Prescribed::Constant(nodes, 2, false);
+  Fields values = Fields::Zero(nodes, 2);
+  for (const auto& edge : mesh.boundary) {
+    const int held = edge.tag & (kHeldX | kHeldY);
+    if (held == kHeldX || held == kHeldY) {
+      throw std::runtime_error("sliding contact: a support leaves one component free");
+    }
+    for (const int n : edge.node) {
+      if (held != 0) prescribed.row(n).setConstant(true);
+      if ((edge.tag & kPatch) != 0) prescribed(n, 1) = true, values(n, 1) = 1;
+    }
+  }
+  const auto solution = SolveElastic(mesh, {1, poisson_ratio, plane}, prescribed, values);
+  return solution.reaction.col(1).dot(values.col(1));
 }
 
 SolutionsAhead::SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane,

@@ -47,6 +47,12 @@ void OrderBoundary(PatchSolution& solution);
 // Cost: 10 to 30 ms.
 PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane,
                          const BoundaryPlace& place, double width, const Fineness& fineness = {});
+// The same tool without friction: every place of the patch moves along the unit vector `way_O`
+// alike, nothing acts across it. Force along it per displacement along it, K / (E t) [-]. Throws
+// std::runtime_error, too, where a support leaves one component free.
+double SlidingStiffness(const TrueBody& body, double poisson_ratio, Plane plane,
+                        const BoundaryPlace& place, double width, const Eigen::Vector2d& way_O,
+                        const Fineness& fineness = {});
 
 // Solves contacts before they happen: while the tool comes near, a thread of its own computes the
 // solution for the place where it will touch, so that the instant of contact costs nothing.

@@ -58,15 +58,16 @@ struct World {
   }
 };
 
-// A square of 60 mm, pressed by a tool of 4 mm at the middle of its top; contacts are frictionless,
-// so that no finite elements are solved beside the models.
+// A square of 60 mm, pressed by a tool of 4 mm at the middle of its top; contacts are frictionless
+// and a side is held in one component, so that no finite elements are solved beside the models.
 inline Scene Square() {
   Scene scene;
   scene.name = "square <&> \"quoted\", with a comma";
   scene.object.geometry = RectangleGeometry{0.06, 0.06, 0.01};
   scene.object.material.young_modulus = 1e5;
   scene.object.material.poisson_ratio = 0.4;
-  scene.object.fixed = {{FixedSide{"bottom"}, {true, true, true}}};
+  scene.object.fixed = {{FixedSide{"bottom"}, {true, true, true}},
+                        {FixedSide{"left"}, {true, false, true}}};
   scene.tool = Tool{};
   scene.tool->width = 0.004;
   scene.model.contact = ContactLaw::kFrictionless;

@@ -1,0 +1,200 @@
+#include "slave/study/volume_stiffness.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "shared/geometry/index.h"
+#include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/fem/green/tet_stiffness.h"
+#include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/object_mesh.h"
+#include "slave/study/candidate.h"
+
+namespace palpate::study {
+namespace {
+
+using Eigen::Vector3d;
+using Edge = std::pair<int, int>;
+using Around = std::map<Edge, std::vector<std::size_t>>;  // the tetrahedra of each edge
+
+constexpr std::array<std::array<std::size_t, 2>, 6> kEdges{
+    {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+
+Edge EdgeOf(const SolidMesh& mesh, std::size_t tet, std::size_t edge) {
+  return std::minmax({mesh.tets[tet][kEdges[edge][0]], mesh.tets[tet][kEdges[edge][1]]});
+}
+
+double Length(const SolidMesh& mesh, const Edge& edge) {
+  return (mesh.nodes[Index(edge.first)] - mesh.nodes[Index(edge.second)]).norm();
+}
+
+Vector3d Middle(const SolidMesh& mesh, const Edge& edge) {
+  return 0.5 * (mesh.nodes[Index(edge.first)] + mesh.nodes[Index(edge.second)]);
+}
+
+Around TetsAround(const SolidMesh& mesh) {
+  Around around;
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    for (std::size_t e = 0; e < kEdges.size(); ++e) around[EdgeOf(mesh, t, e)].push_back(t);
+  }
+  return around;
+}
+
+Edge LongestOf(const SolidMesh& mesh, std::size_t tet) {
+  Edge longest{};
+  double length = 0;
+  for (std::size_t e = 0; e < kEdges.size(); ++e) {
+    const Edge edge = EdgeOf(mesh, tet, e);
+    if (Length(mesh, edge) <= length * (1 + 1e-9)) continue;
+    longest = edge;
+    length = Length(mesh, edge);
+  }
+  return longest;
+}
+
+void Cut(const Edge& edge, const std::vector<std::size_t>& tets, SolidMesh* mesh) {
+  const int middle = static_cast<int>(mesh->nodes.size());
+  mesh->nodes.push_back(Middle(*mesh, edge));
+  for (const std::size_t t : tets) {
+    auto half = mesh->tets[t];
+    std::ranges::replace(half, edge.first, middle);
+    std::ranges::replace(mesh->tets[t], edge.second, middle);
+    mesh->tets.push_back(half);
+  }
+}
+
+// Cuts edges that are longer than `allowed` at their middle and all tetrahedra around them; beside
+// a tetrahedron's longest edge no shorter one is cut, which keeps shapes.
+void Refine(const std::function<double(const Vector3d&)>& allowed, SolidMesh* mesh) {
+  for (bool more = true; more;) {
+    more = false;
+    Around around = TetsAround(*mesh);
+    std::set<std::pair<double, Edge>> chosen;  // the longest first
+    for (const auto& [edge, tets] : around) {
+      if (Length(*mesh, edge) <= allowed(Middle(*mesh, edge))) continue;
+      for (const std::size_t t : tets) {
+        const Edge longest = LongestOf(*mesh, t);
+        chosen.emplace(-Length(*mesh, longest), longest);
+      }
+    }
+    std::vector<char> taken(mesh->tets.size(), 0);
+    for (const auto& [length, edge] : chosen) {
+      const auto& tets = around[edge];
+      if (std::ranges::any_of(tets, [&](std::size_t t) { return taken[t] != 0; })) continue;
+      for (const std::size_t t : tets) taken[t] = 1;
+      Cut(edge, tets, mesh);
+      more = true;
+    }
+  }
+}
+
+// Which of the quadratic nodes the tool moves: middles follow the mesh's own nodes, numbered as
+// AssembleTetStiffness does.
+std::vector<char> MovedNodes(const SolidMesh& mesh, const Press& press, double width,
+                             std::size_t count) {
+  std::map<Edge, int> middles;
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    for (std::size_t e = 0; e < kEdges.size(); ++e) {
+      middles.try_emplace(EdgeOf(mesh, t, e), static_cast<int>(mesh.nodes.size() + middles.size()));
+    }
+  }
+  std::vector<char> moved(count, 0);
+  const SurfaceMesh skin = SurfaceOf(mesh);
+  const auto look = [&](int node, const Vector3d& p_O) {
+    if ((p_O - press.p_O).norm() <= 0.5 * width * (1 + 1e-9)) moved[Index(node)] = 1;
+  };
+  for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) {
+    if (Normal(skin, t).dot(press.inward_O) > -0.5) continue;
+    const auto& corners = skin.triangles[Index(t)];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Edge edge = std::minmax({corners[i], corners[(i + 1) % 3]});
+      look(corners[i], mesh.nodes[Index(corners[i])]);
+      look(middles.at(edge), Middle(mesh, edge));
+    }
+  }
+  return moved;
+}
+
+// u^T K u of the state in which unknowns with `given` != NaN are held there and the others rest.
+double EnergyOf(const Eigen::SparseMatrix<double>& lower, const Eigen::VectorXd& given) {
+  std::vector<int> number(Index(static_cast<int>(given.size())), -1);
+  int free = 0;
+  Eigen::VectorXd u = given;
+  for (Eigen::Index k = 0; k < given.size(); ++k) {
+    if (std::isfinite(given[k])) continue;
+    number[static_cast<std::size_t>(k)] = free++;
+    u[k] = 0;
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int column = 0; column < lower.outerSize(); ++column) {
+    if (number[Index(column)] < 0) continue;
+    for (Eigen::SparseMatrix<double>::InnerIterator it(lower, column); it; ++it) {
+      const int row = number[Index(static_cast<int>(it.row()))];
+      if (row >= 0) entries.emplace_back(row, number[Index(column)], it.value());
+    }
+  }
+  Eigen::SparseMatrix<double> part(free, free);
+  part.setFromTriplets(entries.begin(), entries.end());
+  const auto K = lower.selfadjointView<Eigen::Lower>();
+  const Eigen::VectorXd load = K * u;
+  Eigen::VectorXd x(free);
+  for (Eigen::Index k = 0; k < given.size(); ++k) {
+    if (number[static_cast<std::size_t>(k)] >= 0) x[number[static_cast<std::size_t>(k)]] = -load[k];
+  }
+  SpdFactor(part).Solve(x.data(), 1);
+  for (Eigen::Index k = 0; k < given.size(); ++k) {
+    if (number[static_cast<std::size_t>(k)] >= 0) u[k] = x[number[static_cast<std::size_t>(k)]];
+  }
+  return u.dot(K * u);
+}
+
+}  // namespace
+
+SolidMesh GradedUnder(const Scene& scene, const Press& press, double width, double finest) {
+  constexpr double kGrowth = 0.7;  // of the edges with the distance from the tool's rim
+  SolidMesh mesh = std::get<SolidMesh>(MeshObject(scene, std::nullopt));
+  Refine(
+      [&](const Vector3d& p) {
+        return std::max(finest, kGrowth * ((p - press.p_O).norm() - 0.55 * width));
+      },
+      &mesh);
+  return mesh;
+}
+
+std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, double width,
+                                      double finest) {
+  if (HoldsByNumber(scene)) return std::nullopt;  // new nodes between them would be free
+  try {
+    const SolidMesh mesh = GradedUnder(scene, press, width, finest);
+    const TetStiffness stiffness =
+        AssembleTetStiffness(mesh, FixedNodeDofs(scene, mesh.nodes),
+                             scene.object.material.poisson_ratio, TetElement::kTet10);
+    const auto moved = MovedNodes(mesh, press, width, stiffness.row.size());
+    Eigen::VectorXd given = Eigen::VectorXd::Constant(stiffness.lower.rows(), kUnknown);
+    for (std::size_t n = 0; n < moved.size(); ++n) {
+      for (int c = 0; c < 3 && moved[n] != 0; ++c) {
+        const int row = stiffness.row[n][Index(c)];
+        if (row >= 0) given[row] = press.inward_O[c];
+      }
+    }
+    ModelOptions quadratic;
+    quadratic.kind = "fem";
+    quadratic.fem.element = FemOptions::Element::kTet10;
+    const double seen = 1 + WidthMismatch(mesh, quadratic, press, width);
+    const double force = scene.object.material.young_modulus * stiffness.length_unit *
+                         EnergyOf(stiffness.lower, given) / seen;
+    return force > 0 && std::isfinite(force) ? std::optional(force) : std::nullopt;
+  } catch (const std::exception&) {  // the formulation has limits of its own; others remain
+    return std::nullopt;
+  }
+}
+
+}  // namespace palpate::study

@@ -1,0 +1,52 @@
+#include "slave/study/volume_stiffness.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace palpate::study {
+namespace {
+
+constexpr double kE = 1e5, kNu = 0.3, kSide = 0.06;
+
+Scene Cube() {
+  Scene scene;
+  scene.object.geometry = BoxGeometry{{kSide, kSide, kSide}, {3, 3, 3}};
+  scene.object.material = {kE, kNu, 0, 0};
+  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
+  return scene;
+}
+
+Press OnTop(double x, double y) {
+  return {{x, y, kSide}, -Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX()};
+}
+
+// Reference: a bonded rigid disc on a half-space takes E w ln(3 - 4 nu) / ((1 + nu) (1 - 2 nu)) per
+// depth (Spence, Proc. R. Soc. A 305, 1968). Tolerance: under a tool of a twentieth of the cube its
+// floor adds (1 + nu) (3 - 2 nu) / (2 pi) 1.13 w / side = 2.8 %, the free sides take some of that
+// away, and the mesh is good to 1 %.
+TEST(VolumeStiffness, OfASmallToolIsThatOfABondedDiscOnAHalfSpace) {
+  const double w = kSide / 20;
+  const double half_space = kE * w * std::log(3 - 4 * kNu) / ((1 + kNu) * (1 - 2 * kNu));
+  const auto found = VolumeStiffness(Cube(), OnTop(0.03, 0.03), w, w / 3);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(*found / half_space, 1, 0.05);
+}
+
+// Reference: the object's symmetry; the meshes at the two places are no mirror images.
+TEST(VolumeStiffness, IsTheSameAtMirroredPlaces) {
+  const double w = 0.01;
+  const auto a = VolumeStiffness(Cube(), OnTop(0.021, 0.034), w, w / 3),
+             b = VolumeStiffness(Cube(), OnTop(0.039, 0.034), w, w / 3);
+  ASSERT_TRUE(a && b);
+  EXPECT_NEAR(*a / *b, 1, 0.01);
+}
+
+TEST(VolumeStiffness, IsNotKnownWhereNothingHoldsTheObject) {
+  Scene scene = Cube();
+  scene.object.fixed.clear();
+  EXPECT_FALSE(VolumeStiffness(scene, OnTop(0.03, 0.03), 0.01, 0.004));
+}
+
+}  // namespace
+}  // namespace palpate::study
