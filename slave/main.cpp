@@ -92,7 +92,8 @@ void AddIdentifyOptions(CLI::App* command, IdentifyOptions* identify) {
   command->add_option("--to", identify->to, "Largest size of strain that is used");
   command->add_flag("--foam", identify->foam, "Compressible laws instead of incompressible ones");
   command->add_option("--scene", identify->scene, "press, pictures: the scene");
-  command->add_option("--override", identify->overrides, "press, pictures: key.path=value of the scene");
+  command->add_option("--override", identify->overrides,
+                      "press, pictures: key.path=value of the scene");
   command->add_option("--width", identify->width, "press: of rows that have none [m]")
       ->check(CLI::Range(0.0, 1e3));
   command->add_flag("--fit-poisson", identify->fit_poisson, "press: seek nu too");
