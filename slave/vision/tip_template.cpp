@@ -18,9 +18,11 @@ namespace {
 constexpr int kSmallest = 5, kLargest = 512;  // edge of a template [px]
 constexpr int kSide = 6;                      // background beside the tool [px]
 constexpr int kReach = 10;                    // of the search around the template [px]
-constexpr double kBeforeTip = 1;      // the blurred end itself already shows what lies beyond [px]
-constexpr double kBeyondTip = 4;      // taken in where the tool has no marks [px]
-constexpr double kWorstSigma = 0.15;  // a template that promises less is not good enough [px]
+constexpr double kBeforeTip = 1;  // the blurred end itself already shows what lies beyond [px]
+constexpr double kBeyondTip = 4;  // taken in where the tool has no marks [px]
+// A template that promises less is not good enough [px]; where a picture is noisy, by its noise
+// [levels]: the object below the tool's end, once it is there, draws the tip by a pixel.
+constexpr double kWorstSigma = 0.15, kWorstByNoise = 0.02;
 
 // Search of the tool's direction: how far along its sides [widths], how far across [px], angles.
 constexpr double kSideLength = 4, kSideStep = 2;
@@ -31,16 +33,43 @@ bool HasContrast(const GreyPatch& pixels) {
   return *high > *low;
 }
 
+// What bands across the tool tell of its place along `d`, their noise apart [levels^2/px^2]: in
+// their means noise is so small that they show where single pixels do not.
+double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, double width,
+                          double noise) {
+  std::vector<double> sums, counts;
+  for (int y = 0; y < tip.pixels.height; ++y) {
+    for (int x = 0; x < tip.pixels.width; ++x) {
+      const Eigen::Vector2d p = Eigen::Vector2d(x, y) - tip.anchor;
+      const double aside = std::abs(p.x() * d.y() - p.y() * d.x()), behind = -p.dot(d);
+      if (aside > 0.5 * width - kBeforeTip || behind < 0) continue;
+      const auto band = static_cast<std::size_t>(behind);
+      if (band >= sums.size()) sums.resize(band + 1), counts.resize(band + 1);
+      sums[band] += tip.pixels.At(x, y), counts[band] += 1;
+    }
+  }
+  double information = 0;
+  for (std::size_t k = 1; k + 1 < sums.size(); ++k) {
+    if (counts[k - 1] == 0 || counts[k + 1] == 0) continue;
+    const double change = (sums[k + 1] / counts[k + 1] - sums[k - 1] / counts[k - 1]) / 2;
+    const double of_noise = noise * noise / 4 * (1 / counts[k + 1] + 1 / counts[k - 1]);
+    information += counts[k] * (change * change - of_noise);
+  }
+  return information;
+}
+
 // Does the template tell where along `d` the tool is? Noise has gradients too, which tell nothing:
 // a central difference of it has half its variance.
-bool TellsPlaceAlong(const TipTemplate& tip, const Eigen::Vector2d& d) {
+bool TellsPlaceAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width) {
   const TemplateAligner aligner(tip.pixels, tip.weights);
   if (!aligner.determined()) return false;
   const double noise = std::max(NoiseOf(tip.pixels), 0.5);
   double used = 0;
   for (const float w : tip.weights) used += w;
-  const double information = d.dot(aligner.information() * d) - 0.5 * noise * noise * used;
-  return information > 2 * noise * noise / (kWorstSigma * kWorstSigma);
+  const double of_pixels = d.dot(aligner.information() * d) - 0.5 * noise * noise * used;
+  const auto least = [noise](double sigma) { return 2 * noise * noise / (sigma * sigma); };
+  const double worst = std::max(kWorstSigma, kWorstByNoise * noise);
+  return of_pixels > least(kWorstSigma) || InformationOfBands(tip, d, width, noise) > least(worst);
 }
 
 // The upright box around a piece of the tool (and kSide of background beside it) that ends, with
@@ -167,7 +196,7 @@ TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
       refuse("too little of the tool is in the picture");
     }
     tip = Cut(first, format, window, p_I_tip, d_I, width);
-    if (TellsPlaceAlong(tip, d_I)) break;
+    if (TellsPlaceAlong(tip, d_I, width)) break;
   }
   if (!HasContrast(tip.pixels)) refuse("no contrast");
   return tip;

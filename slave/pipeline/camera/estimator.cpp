@@ -26,10 +26,8 @@ constexpr double kScaleSigmas = 3;
 constexpr double kOtherObject = 0.3;   // a size so different is that of something else
 constexpr double kFarSigmas = 3;       // above the surface, a tip surely touches nothing
 constexpr double kResidualLeft = 0.5;  // part of it that is uncertain at one place
-constexpr double kNoiseMoves =
-    3e-3;                         // the outline found in a noisy picture: 15 grey levels, 0.7 px
-constexpr double kArmSigmas = 3;  // how far eyes and arm may part besides
-constexpr double kDentNear = 15;  // from the surface, where a dent is looked for [px]
+constexpr double kArmSigmas = 3;       // how far eyes and arm may part besides
+constexpr double kDentNear = 15;       // from the surface, where a dent is looked for [px]
 // Sigma of a dent computed: [px], relative, besides relative as elements are long for the tool.
 constexpr double kDentFloor = 0.2, kDentModel = 0.05, kDentMesh = 0.1;
 constexpr double kDentSigmas = 3.5;
@@ -166,8 +164,7 @@ void Estimator::RegisterObject(const Scene& scene) {
   RequireCredible(scene, fit, contour_I.size());
   registration_ = {true, fit.X_SO, fit.rms_px, fit.inliers};
   // Deviations of the real outline from the scene's do not average out.
-  const double noise = eyes_->noise();
-  rest_sigma_ = std::hypot(kResidualLeft * fit.rms_px, kNoiseMoves * noise * noise) * view_.pixel();
+  rest_sigma_ = kResidualLeft * fit.rms_px * view_.pixel();
 }
 
 std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene, Progress* progress) const {

@@ -238,6 +238,25 @@ TEST(TipTemplateTest, NothingBeyondTheTipIsInTheTemplate) {
   }
 }
 
+// How far the template of a tool reaches beyond its tip, in a noisy picture [px].
+double ReachBeyond(bool has_marks, unsigned seed) {
+  TestPicture picture = WithTool({160.3, 120.4});
+  picture.tool->marks = has_marks;
+  picture.noise = 15;
+  const cv::Mat image = picture.Render(seed);
+  const TipTemplate tip =
+      CutTipTemplate(image, GreyFormat(image), picture.tool->tip, kDown, 17, 64);
+  return tip.pixels.height - 1 - tip.anchor.y();
+}
+
+// Bands tell the tool's place in much noise, too; noise alone never passes for them.
+TEST(TipTemplateTest, NoiseHidesNoMarksAndMakesNone) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    EXPECT_LE(ReachBeyond(true, seed), 0) << seed;
+    EXPECT_GT(ReachBeyond(false, seed), 2) << seed;
+  }
+}
+
 TEST(TipTemplateTest, PlacesWithoutAToolAreRefusedByName) {
   const TestPicture picture = WithTool({160, 120});
   const cv::Mat image = picture.Render();
