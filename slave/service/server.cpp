@@ -108,8 +108,8 @@ struct Server::Parts {
         service(slave, publisher,
                 [this](const grpc::ServerContextBase& context) { KeepWhileTrusted(context); }) {}
 
-  // A stream outlives no certificate: its connection is cut, and the tool stands.
   void Build(const std::filesystem::path& tls);
+  // A stream outlives no certificate: its connection is cut, and the tool stands.
   void KeepWhileTrusted(const grpc::ServerContextBase& context);
 
   // Health follows what is sensed.
