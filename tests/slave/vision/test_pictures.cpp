@@ -58,7 +58,8 @@ double TestPicture::LevelAt(double x, double y) const {
     const double aside = d.x() * tool->direction.y() - d.y() * tool->direction.x();
     const double cover = Inside(behind, blur) * Inside(0.5 * tool->width - aside, blur) *
                          Inside(0.5 * tool->width + aside, blur);
-    level += cover * (tool->level + (tool->marks ? Marks(behind, aside) : 0) - level);
+    level +=
+        cover * (tool->level + (tool->marks ? tool->contrast * Marks(behind, aside) : 0) - level);
   }
   return level * (1 - lighting * x / size.width);
 }

@@ -27,6 +27,7 @@ struct PaintedTool {
   double width = 17;  // [px]
   double level = 60;
   bool marks = true;
+  double contrast = 1;  // of the marks
 };
 
 struct TestPicture {

@@ -238,10 +238,13 @@ TEST(TipTemplateTest, NothingBeyondTheTipIsInTheTemplate) {
   }
 }
 
+constexpr double kFaint = 0.4;  // of what marks have elsewhere here
+
 // How far the template of a tool reaches beyond its tip, in a noisy picture [px].
 double ReachBeyond(bool has_marks, unsigned seed) {
   TestPicture picture = WithTool({160.3, 120.4});
   picture.tool->marks = has_marks;
+  picture.tool->contrast = kFaint;
   picture.noise = 15;
   const cv::Mat image = picture.Render(seed);
   const TipTemplate tip =
