@@ -21,8 +21,7 @@ namespace {
 
 constexpr double kStandsOut = 5;  // sigmas, of a force that counts as contact
 constexpr std::string_view kOtherRest =
-    "the membrane at rest is not the scene's: its size, pose or inflation is another, or it was "
-    "pressed already";
+    "the membrane at rest is not the scene's: its size, pose or inflation is another";
 constexpr double kAtmosphere = 101'325;            // [Pa]
 constexpr int kFewestRings = 10, kMostRings = 24;  // of triangles about the top
 constexpr double kTrianglesUnderTool = 3;
@@ -113,9 +112,27 @@ void MembraneBody::Judge(const std::vector<SurfacePoint>& points_O) noexcept {
       std::max(2 * MembranePress::Params().model_error, kTrueDent * load_.depth)) {
     load_.Doubt(FailedCheck::kMisfit, "no load on this membrane gives the surface seen");
   }
+  if (load_.force != 0 && ComesOut(points_O)) {
+    load_.Doubt(FailedCheck::kRestShape,
+                "the surface comes out: something pressed it while the rest frame was taken");
+  }
   if (!HasRestShape(points_O)) {
     load_.Doubt(FailedCheck::kRestShape, kOtherRest);
   }
+}
+
+// Whether what stands out of the deflection is outward: by fourth powers a dent counts more than
+// the bulge that its air makes elsewhere.
+bool MembraneBody::ComesOut(const std::vector<SurfacePoint>& points_O) const noexcept {
+  if (!rest_) return false;
+  double outward = 0, inward = 0;
+  for (const SurfacePoint& point : points_O) {
+    if (!point.seen) continue;
+    const Eigen::Vector3d n = (point.p_S_rest - rest_->centre).normalized();
+    const double way = n.dot(point.p_S - point.p_S_rest), square = way * way;
+    if (std::isfinite(way)) (way > 0 ? outward : inward) += square * square;
+  }
+  return outward > inward;
 }
 
 bool MembraneBody::HasRestShape(const std::vector<SurfacePoint>& points_O) const noexcept {

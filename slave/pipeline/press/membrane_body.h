@@ -40,6 +40,7 @@ class MembraneBody final : public LoadIdentifier {
 
  private:
   [[nodiscard]] bool HasRestShape(const std::vector<SurfacePoint>& points_O) const noexcept;
+  [[nodiscard]] bool ComesOut(const std::vector<SurfacePoint>& points_O) const noexcept;
   void Judge(const std::vector<SurfacePoint>& points_O) noexcept;
 
   ModelInfo info_;

@@ -197,6 +197,18 @@ TEST_F(DomedSceneTest, UntouchedItTellsNoForce) {
   EXPECT_EQ(felt.force->norm(), 0);
 }
 
+// Of what presses while the rest frame is taken only the rest of a press is felt, which nothing
+// shows until it leaves; the surface that comes out then is no load.
+TEST_F(DomedSceneTest, ASurfaceThatComesOutIsNoLoad) {
+  for (const double force : {0.5, 1.5, 3.0}) {
+    sense_.Reset();
+    for (int i = 0; i < 5; ++i) Feel({{truth_.Over(-0.02, 0.01), force}});
+    const ContactEstimate& felt = Feel({});
+    EXPECT_NE(felt.validity, Validity::kValid) << force;
+    EXPECT_EQ(felt.check, FailedCheck::kRestShape) << force;
+  }
+}
+
 TEST_F(DomedSceneTest, TwoToolsAtOnceAreNoForceOfOne) {
   const ContactEstimate& felt = Feel({{truth_.Over(-0.025, 0), 3}, {truth_.Over(0.025, 0.005), 3}});
   EXPECT_NE(felt.validity, Validity::kValid);
