@@ -50,4 +50,4 @@ done
 
 [ "${3:-}" = --build ] || exit 0
 deploy/build.sh release -DPALPATE_TESTS=OFF -- palpate-slave palpate-master
-build/release/bin/palpate-slave check deploy/scenes/foam-cube.yaml --override model.kind=half-space
+build/release/bin/palpate-slave check deploy/scenes/foam-cube.yaml --override 'model={kind: half-space}'
