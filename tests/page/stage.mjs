@@ -13,9 +13,11 @@ const { chromium } = need('playwright-core');
 export const AXE = readFileSync(need.resolve('axe-core/axe.min.js'), 'utf8');
 const START_MS = 180000;  // a volume on a busy machine takes more than a minute to start
 const PATIENCE_MS = 40000;
+const SILENT_MS = 60;
 const FLAGS = ['--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
   '--disable-background-networking', '--disable-component-update', '--disable-sync'];
 
+export class TooBusy extends Error {}
 export const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 export async function until(condition, what, patience = PATIENCE_MS) {
   const end = Date.now() + patience;
@@ -26,6 +28,8 @@ export async function until(condition, what, patience = PATIENCE_MS) {
   }
   throw new Error(`never came: ${what}`);
 }
+// What `condition` tells within two seconds; else null: for what a busy machine may undo, and a person would do again.
+export const soon = (condition) => until(condition, '', 2000).catch(() => null);
 
 // A program that says `pattern` when it is ready; what it caught is `said`.
 async function start(program, args, pattern) {
@@ -114,6 +118,17 @@ export class Stage {
   // Until the status is as `condition` wants it.
   when(condition, what) {
     return until(() => this.status && condition(this.status), what).then(() => this.status);
+  }
+  // Throws `error`, or TooBusy where the page, whose thread has little to do, is kept from it for long within four seconds.
+  async blameMachine(error) {
+    const silence = await this.page.evaluate(async () => {
+      let longest = 0, last = performance.now();
+      const beat = setInterval(() => { [longest, last] = [Math.max(longest, performance.now() - last), performance.now()]; }, 20);
+      await new Promise((done) => setTimeout(done, 4000));
+      clearInterval(beat);
+      return Math.round(longest);
+    });
+    throw silence < SILENT_MS ? error : new TooBusy(`${error.message}: the machine keeps the page silent for ${silence} ms`);
   }
   async shoot(name) {
     const png = await this.page.screenshot();

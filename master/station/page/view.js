@@ -203,7 +203,7 @@ export class View {
     this.sun.target.position.copy(this.camera.target);
     this.sun.target.updateMatrixWorld();
     this.renderer.render(this.scene, this.camera.camera);
-    this.host.dataset.metresPerPixel = this.camera.metresPerPixel;
+    if (this.body) this.host.dataset.metresPerPixel = this.camera.metresPerPixel;
     this.placeLabel();
   }
   placeLabel() {
