@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <spdlog/fmt/fmt.h>
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -112,6 +113,10 @@ void WaitFor(const std::stop_token& stop) {
   changed.wait(lock, stop, [] { return false; });
 }
 
+std::optional<Scene> ChosenAgain(const Scene& scene, const std::stop_token& stop) {
+  return study::DecideQuickly(scene, study::RealWorkshop(), study::kQuickBudget, stop);
+}
+
 Metrics MetricsOf(const Slave& slave, const Server& server) {
   Metrics metrics = MetricsOf(slave.Status(), server.connections());
   for (Metric& metric : MetricsOfThisProcess()) metrics.push_back(std::move(metric));
@@ -162,14 +167,15 @@ int RunServe(const ServeOptions& options, const std::stop_token& stop) {
   }
   const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
   const auto recording = OpenRecording(options, scene);
-  const auto slave =
-      MakeLiveSlave(scene, options.state_dir, recording ? &recording->sense() : nullptr);
+  const auto slave = MakeLiveSlave(scene, options.state_dir,
+                                   recording ? &recording->sense() : nullptr, ChosenAgain);
   Introduce(slave->Describe());
   Server server(*slave, options.listen, options.insecure, options.tls);
   std::optional<MetricsPage> metrics;
   if (!options.metrics.empty())
     metrics.emplace(options.metrics, options.insecure, [&] { return MetricsOf(*slave, server); });
   if (metrics) spdlog::info("health at http://{}/metrics", ToString(metrics->endpoint()));
+  malloc_trim(0);  // what only the start needed
   fmt::print("listening on {}\n", server.address());
   std::fflush(stdout);
   WaitFor(stop);

@@ -158,6 +158,9 @@ class Again {
     if (!IsNone(change)) {
       changed.model = Changed(changed.model, change, sense_->info().changeable);
     }
+    if (!settings.decided().empty() && !ApplyDecided(settings.decided(), &changed)) {
+      throw InputError("a recorded decision: accepted is one of this object's kinds of model");
+    }
     CheckRanges({.young_modulus = settings.young_modulus()});
     changed.object.material.young_modulus = settings.young_modulus();
     sense_->Adopt(sense_->Prepare(changed, nullptr), changed);

@@ -7,6 +7,7 @@
 #include "shared/text/text.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
+#include "slave/scene/decided_model.h"
 
 namespace palpate {
 namespace {
@@ -115,6 +116,7 @@ void ToProto(const Scene& scene, v1::SenseStep::Settings* message) {
   message->set_plane(scene.model.plane == Plane::kStress ? "stress" : "strain");
   message->set_contact(scene.model.contact == ContactLaw::kBonded ? "bonded" : "frictionless");
   message->set_young_modulus(scene.object.material.young_modulus);
+  if (!scene.model.decision.reason.empty()) message->set_decided(DecidedText(scene));
 }
 
 Time StampFrom(std::uint64_t ns) {

@@ -52,10 +52,26 @@ ManipulatorOptions LimitsOf(const Scene& scene, const Sense& sense) {
   return limits;
 }
 
+// Of what auto decides about.
+bool IsSameModel(const ModelOptions& a, const ModelOptions& b) {
+  return a.kind == b.kind && a.elements == b.elements && a.order == b.order && a.modes == b.modes &&
+         a.refinements == b.refinements && a.fem.element == b.fem.element &&
+         a.fem.law == b.fem.law && a.fem.residual == b.fem.residual;
+}
+
+// Senses number the nodes of a volume; an outline is divided anew for any model.
+bool IsSameMesh(const Scene& a, const Scene& b) {
+  const auto* box = std::get_if<BoxGeometry>(&a.object.geometry);
+  const bool has_same_cells =
+      box == nullptr || box->cells == std::get<BoxGeometry>(b.object.geometry).cells;
+  return has_same_cells && a.model.refinements == b.model.refinements;
+}
+
 }  // namespace
 
 LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
-                     std::unique_ptr<Manipulator> manipulator, std::unique_ptr<Sense> sense)
+                     std::unique_ptr<Manipulator> manipulator, std::unique_ptr<Sense> sense,
+                     const ModelChooser& choose)
     : world_(std::move(world)),
       manipulator_(std::move(manipulator)),
       sense_(std::move(sense)),
@@ -75,6 +91,14 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
         fmt::format("{}: no {} came", sense_info_.source, sense_info_.samples));
   }
   watchdog_.emplace(port_, [this] { return FeelingNow(); });
+  if (choose && !scene.model.decision.reason.empty()) {
+    model_watch_.emplace(
+        scene, [this, choose](const ModelWatch::Breach& breach, const std::stop_token& stop) {
+          newest_.RaiseAlarm(breach.words + ": auto decides anew");
+          const std::string outcome = ChooseAnew(breach.depth, choose, stop);
+          if (!stop.stop_requested()) newest_.RaiseAlarm(outcome);
+        });
+  }
   sensing_ = std::jthread([this](const std::stop_token& stop) { Sensing(stop); });
 }
 
@@ -126,6 +150,7 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
   sense_->Look();
   trace.seen_at = Clock::now();
   const std::lock_guard lock(sense_mutex_);
+  const Time began = Clock::now();
   const ContactEstimate& felt = sense_->Estimate(p_S_encoders);
   const bool senses_tip = sense_info_.tip_resolution > 0;
   if (felt.validity != Validity::kTrackingLost || !senses_tip) {
@@ -141,7 +166,9 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
   }
   // Where looking is a part of the estimate, that one knows when it was done.
   trace.seen_at = std::max(trace.seen_at, felt.seen_at);
+  const double update = SecondsBetween(std::max(began, felt.seen_at), Clock::now());
   newest_.Put(felt, trace);
+  if (model_watch_) model_watch_->See(felt, newest_.Touches(), update);
   return true;
 }
 
@@ -269,13 +296,54 @@ void LiveSlave::Rebuild(const Scene& changed, Progress* progress) {
   std::unique_ptr<Rebuilt> rebuilt = sense_->Prepare(changed, progress);  // takes its time
   RefuseUnlessFree();  // somebody may have begun meanwhile
   Tell(progress, "ready", 1);
-  {
-    const std::scoped_lock lock(sense_mutex_, settings_mutex_);
-    if (rebuilt) sense_info_.model = rebuilt->info();
-    sense_->Adopt(std::move(rebuilt), changed);
-    scene_ = changed;
-  }
+  const std::scoped_lock lock(sense_mutex_, settings_mutex_);
+  Adopt(changed, std::move(rebuilt));
+}
+
+// Under sense_mutex_ and settings_mutex_.
+void LiveSlave::Adopt(const Scene& changed, std::unique_ptr<Rebuilt> rebuilt) {
+  if (rebuilt) sense_info_.model = rebuilt->info();
+  sense_->Adopt(std::move(rebuilt), changed);
+  scene_ = changed;
   newest_.Add(Event::kModelChanged);
+}
+
+std::string LiveSlave::ChooseAnew(double depth, const ModelChooser& choose,
+                                  const std::stop_token& stop) try {
+  constexpr std::chrono::milliseconds kLookAgain(20);
+  const std::uint32_t revision = settings_revision_;
+  Scene changed = scene();
+  if (changed.model.decision.reason.empty()) return "the model stays: SetModel asked for it";
+  Scene asked = changed;
+  asked.operator_options.press_depth = depth;
+  const auto decided = choose(asked, stop);
+  if (!decided) return "the model stays: none answered with a known error";
+  changed.model = decided->model;
+  const std::string& why = changed.model.decision.reason;
+  if (IsSameModel(changed.model, asked.model)) return "the model stays; " + why;
+  if (!IsSameMesh(*decided, asked)) {
+    return "the model stays: a mesh changes at a start only (operator.press.depth); " + why;
+  }
+  std::unique_ptr<Rebuilt> rebuilt = sense_->Prepare(changed, nullptr);
+  while (!stop.stop_requested() && !TryAdopt(changed, revision, &rebuilt)) {
+    std::this_thread::sleep_for(kLookAgain);
+  }
+  return IsSameModel(scene().model, changed.model) ? why : "the model stays: settings have changed";
+} catch (const std::exception& error) {
+  return error.what();
+}
+
+bool LiveSlave::TryAdopt(const Scene& changed, std::uint32_t revision,
+                         std::unique_ptr<Rebuilt>* rebuilt) {
+  const std::unique_lock one_at_a_time(change_mutex_, std::try_to_lock);
+  if (!one_at_a_time) return false;
+  if (settings_revision_ != revision) return true;
+  const std::scoped_lock lock(sense_mutex_, settings_mutex_);  // nothing is felt meanwhile
+  if (port_.view().phase == Phase::kFollowing || newest_.Touches()) return false;
+  Adopt(changed, std::move(*rebuilt));
+  sense_info_.reason = changed.model.decision.reason;
+  ++settings_revision_;
+  return true;
 }
 
 void LiveSlave::SetModel(const ModelChange& change, Progress* progress) {
@@ -371,7 +439,7 @@ std::optional<JpegPicture> LiveSlave::Picture(bool overlays, int quality) {
 }
 
 std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene, const std::filesystem::path& state_folder,
-                                     SenseRecorder* recorder) {
+                                     SenseRecorder* recorder, const ModelChooser& choose) {
   std::unique_ptr<World> world = MakeWorld(scene);
   Manipulator::OnStep on_step;
   if (world) {
@@ -391,7 +459,7 @@ std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene, const std::filesystem::
   const bool may_rest = recorder == nullptr && MayRest(scene, *sense, world != nullptr);
   if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
   auto slave = std::make_unique<LiveSlave>(scene, std::move(world), std::move(manipulator),
-                                           std::move(sense));
+                                           std::move(sense), choose);
   if (may_rest) slave->AllowRest();
   if (!state_folder.empty()) slave->KeepStopIn(state_folder);
   return slave;

@@ -21,21 +21,29 @@
 #include "slave/pipeline/sense.h"
 #include "slave/pipeline/sense_recorder.h"
 #include "slave/pipeline/teleop/latest_estimate.h"
+#include "slave/pipeline/teleop/model_watch.h"
 #include "slave/pipeline/teleop/operator_port.h"
 #include "slave/pipeline/teleop/slave.h"
 #include "slave/site/world.h"
 
 namespace palpate {
 
-// Threads: one senses, one moves the tool, one watches the operator. `sense_mutex_` guards what the
-// first one shares with callers beyond the latest estimate.
+// The scene with the model that `kind: auto` takes for it; it may take seconds. nullopt: no model
+// answers with a known error. Throws as MakeModel does.
+using ModelChooser = std::function<std::optional<Scene>(const Scene&, const std::stop_token&)>;
+
+// Threads: one senses, one moves the tool, one watches the operator, one chooses another model when
+// auto's no longer holds. `sense_mutex_` guards what the first one shares with callers beyond the
+// latest estimate.
 class LiveSlave final : public Slave {
  public:
   // Feels the first sample, where one comes by itself, and starts. `world`: that in which `sense`
   // senses and `manipulator` moves; null: the real one. Throws std::runtime_error: nothing came, or
-  // what cannot be used.
+  // what cannot be used. `choose`: asked again where what it decided for `scene` turns out not to
+  // hold; empty: that is never looked at.
   LiveSlave(const Scene& scene, std::unique_ptr<World> world,
-            std::unique_ptr<Manipulator> manipulator, std::unique_ptr<Sense> sense);
+            std::unique_ptr<Manipulator> manipulator, std::unique_ptr<Sense> sense,
+            const ModelChooser& choose = {});
   ~LiveSlave() override;
 
   void BeginOperating() override { port_.BeginOperating(); }
@@ -84,6 +92,12 @@ class LiveSlave final : public Slave {
   [[nodiscard]] LocalModel LocalNow();
   [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
   void Rebuild(const Scene& changed, Progress* progress);
+  void Adopt(const Scene& changed, std::unique_ptr<Rebuilt> rebuilt);
+  // What `choose` says now takes the model's place as soon as settings may change, and not before:
+  // under a hand that follows or touches, force and stiffness would jump. Returns what came of it.
+  std::string ChooseAnew(double depth, const ModelChooser& choose, const std::stop_token& stop);
+  // False: not now. Settings of another revision drop it.
+  bool TryAdopt(const Scene& changed, std::uint32_t revision, std::unique_ptr<Rebuilt>* rebuilt);
   void RefuseUnlessFree() const;
   [[nodiscard]] Scene scene() const;  // with the parameters now in force
   [[nodiscard]] Feeling FeelingNow() const;
@@ -126,14 +140,16 @@ class LiveSlave final : public Slave {
   bool is_watched_ = true;
 
   std::optional<CommandWatchdog> watchdog_;
+  std::optional<ModelWatch> model_watch_;  // nullopt: the scene's model was not auto's choice
   std::jthread sensing_;
 };
 
 // The slave of the scene: its site, its arm and its sense. Throws as they do. `state_folder`: see
 // KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of the sense, outlives
-// the slave; null: nobody.
+// the slave; null: nobody. `choose`: see LiveSlave.
 std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene,
                                      const std::filesystem::path& state_folder = {},
-                                     SenseRecorder* recorder = nullptr);
+                                     SenseRecorder* recorder = nullptr,
+                                     const ModelChooser& choose = {});
 
 }  // namespace palpate

@@ -18,6 +18,7 @@
 #include "shared/text/text.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/recording/sense_recording.h"
+#include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 
@@ -130,6 +131,17 @@ TEST_F(RecordedRunTest, WhatIsAskedBetweenPicturesLeavesItsMark) {
   EXPECT_GT(Process(file).differences.different, 0U);
 }
 
+// What kind and elements alone do not tell.
+TEST_F(RecordedRunTest, WhatAutoDecidedMeanwhileIsTaken) {
+  Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), {"model.elements=60"});
+  scene.model.order = ElementOrder::kQuadratic;
+  scene.model.decision.reason = "auto: bem2d quadratic";
+  const auto file = Changed([&](v1::SenseStep* step) {
+    if (step->has_settings()) step->mutable_settings()->set_decided(DecidedText(scene));
+  });
+  EXPECT_GT(Process(file).differences.different, 0U);
+}
+
 TEST_F(RecordedRunTest, ARecordingThatIsCutIsProcessedAsFarAsItGoes) {
   const std::string bytes = ReadWholeFile(folder_ / "slave.mcap", 1 << 30, "a test's file");
   WriteWholeFile(folder_ / "cut.mcap", std::string_view(bytes).substr(0, bytes.size() * 2 / 3));
@@ -161,6 +173,10 @@ TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
                 if (step->has_settings()) step->mutable_settings()->set_elements(1 << 30);
               })),
               HasSubstr("accepted is 3 to 4000"));
+  EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
+                if (step->has_settings()) step->mutable_settings()->set_decided("torn");
+              })),
+              HasSubstr("a recorded decision"));
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
                 if (step->has_pictures()) step->mutable_pictures()->set_sensed_at_ns(5);
               })),
