@@ -13,6 +13,7 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -33,6 +34,7 @@ constexpr int kFewBytes = 8 * 1024, kManyBytes = 512 * 1024;
 constexpr std::chrono::milliseconds kLook(5);    // between two looks at what everybody sent
 constexpr std::chrono::milliseconds kAlone(50);  // nobody is there; the end must be heard, too
 constexpr int kAtOnce = 64;                      // accepted before others are looked at
+constexpr double kDwell = 3e-3;                  // [s] before the door, whatever the greeting
 constexpr double kFewAtFirst = 1;                // come in together after somebody sent too much
 constexpr double kTrustAgain = 1;                // [s] between two looks whether who is in may stay
 constexpr std::size_t kTurnsToTell = 1000;  // once as many more were turned away, the log says so
@@ -67,6 +69,12 @@ Traffic TrafficOf(int fd) {
   if (getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return {};
   constexpr int kEstablished = 1;  // TCP_ESTABLISHED, of a header that does not go with this one
   return {info.tcpi_state == kEstablished, info.tcpi_bytes_received, info.tcpi_bytes_acked};
+}
+
+// That came and nobody has read [bytes].
+int UnreadOf(int fd) {
+  int unread = 0;
+  return ioctl(fd, FIONREAD, &unread) == 0 ? unread : 0;
 }
 
 // With all that is still to be read of it, if the system can do that.
@@ -156,6 +164,10 @@ class Acceptor::Room {
   void Look(double dt);
   void LearnWhomToTrust();
   void CutUntrusted();
+  Visits& VisitsOf(const Address& from) {
+    return visits_.try_emplace(from, Visits{limits_.burst}).first->second;
+  }
+  void CloseTo(const Address& from);
   void Cut(const Guest& guest, TurnedAway why);
   // False: it is gone.
   bool Bear(Guest* guest, double dt);
@@ -235,14 +247,21 @@ bool Acceptor::Room::Decide(Waiting* one) {
   if (greets == Greets::kYes && !TrafficOf(one->fd).open) {
     return TurnAway(one->fd, TurnedAway::kSaidNothing);
   }
-  if (greets == Greets::kYes && HandOnIfAllowed(*one)) return true;
-  if (Clock::now() - one->since < limits_.greeting) return false;
+  // A flood shows before anything of it reaches gRPC.
+  if (greets == Greets::kYes && UnreadOf(one->fd) > limits_.share * ConnectionBudget::kStart) {
+    CloseTo(one->from);
+    return TurnAway(one->fd, TurnedAway::kTooMuch);
+  }
+  const Time now = Clock::now();
+  const bool dwelt = now - one->since > Seconds(kDwell);
+  if (greets == Greets::kYes && dwelt && HandOnIfAllowed(*one)) return true;
+  if (now - one->since < limits_.greeting) return false;
   return TurnAway(one->fd,
                   greets == Greets::kYes ? TurnedAway::kTooMany : TurnedAway::kSaidNothing);
 }
 
 bool Acceptor::Room::HandOnIfAllowed(const Waiting& one) {
-  Visits& visits = visits_.try_emplace(one.from, Visits{limits_.burst}).first->second;
+  Visits& visits = VisitsOf(one.from);
   if (visits.credit < 1 || Clock::now() < visits.closed_until) return false;  // in a while, perhaps
   if (!MakePlace(one.from)) return false;
   const int second_name = fcntl(one.fd, F_DUPFD_CLOEXEC, 0);
@@ -296,16 +315,20 @@ bool Acceptor::Room::Bear(Guest* guest, double dt) {
     setsockopt(guest->fd, SOL_SOCKET, SO_RCVBUF, &kManyBytes, sizeof kManyBytes);
   }
   if (traffic.open && bears) return true;
-  Visits& visits = visits_.at(guest->from);
   if (traffic.open) {
-    visits.closed_until = Clock::now() + Seconds(limits_.closed);
-    visits.credit = std::min(visits.credit, kFewAtFirst);
+    CloseTo(guest->from);
     Cut(*guest, TurnedAway::kTooMuch);
   } else {
     close(guest->fd);
-    --visits.open;
+    --VisitsOf(guest->from).open;
   }
   return false;
+}
+
+void Acceptor::Room::CloseTo(const Address& from) {
+  Visits& visits = VisitsOf(from);
+  visits.closed_until = Clock::now() + Seconds(limits_.closed);
+  visits.credit = std::min(visits.credit, kFewAtFirst);
 }
 
 void Acceptor::Room::Cut(const Guest& guest, TurnedAway why) {

@@ -214,6 +214,13 @@ TEST_F(AcceptorTest, WhoeverIsTrustedNoMoreIsCut) {
   EXPECT_FALSE(other->IsOut());
 }
 
+TEST_F(AcceptorTest, WhoFloodsAtOnceNeverComesIn) {
+  Open({});
+  const auto flood = Come(kPreface + std::string(60'000, 'x'));
+  EXPECT_TRUE(Eventually([&] { return Turned(TurnedAway::kTooMuch) == 1; }));
+  EXPECT_EQ(door_->counts().accepted, 0U);
+}
+
 TEST_F(AcceptorTest, WhoeverFloodsIsCut) {
   Open({});
   const auto flood = Come(), other = Come();
