@@ -104,8 +104,11 @@ struct Server::Parts {
         endpoint(std::move(listen_on)),
         revoked(tls.empty() ? nullptr : std::make_shared<RevocationList>(tls)),
         publisher(slave),
-        service(slave, publisher,
-                [this](const grpc::ServerContextBase& context) { KeepWhileTrusted(context); }) {}
+        service(
+            slave, publisher,
+            {[this](const grpc::ServerContextBase& context) { KeepWhileTrusted(context); },
+             [this](const std::string& peer) { door->Pace(peer); },
+             [this](const std::string& peer, double trip) { door->HearRoundTrip(peer, trip); }}) {}
 
   void Build(const std::filesystem::path& tls);
   // A stream outlives no certificate: its connection is cut, and the tool stands.

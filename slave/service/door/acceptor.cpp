@@ -143,6 +143,8 @@ class Acceptor::Room {
     Time since;
     bool is_new = true;
     std::function<bool()> trusted = {};  // empty: for ever
+    bool is_paced = false;
+    std::uint64_t sent = 0;  // and acknowledged when the pace was last decided [bytes]
   };
   struct Visits {
     double credit;
@@ -162,8 +164,9 @@ class Acceptor::Room {
   bool HandOnIfAllowed(const Waiting& one);
   bool MakePlace(const Address& from);
   void Look(double dt);
-  void LearnWhomToTrust();
+  void Learn();
   void CutUntrusted();
+  void Pace(double dt);
   Visits& VisitsOf(const Address& from) {
     return visits_.try_emplace(from, Visits{limits_.burst}).first->second;
   }
@@ -180,7 +183,7 @@ class Acceptor::Room {
   std::vector<Guest> guests_;
   std::map<Address, Visits> visits_;
   std::vector<pollfd> polled_;
-  Time trust_again_{}, newest_at_{};
+  Time trust_again_{}, newest_at_{}, paced_at_ = Clock::now();
 };
 
 Acceptor::Room::~Room() {
@@ -198,6 +201,10 @@ void Acceptor::Room::Run(const std::stop_token& stop) {
     if (now - looked < Pause()) continue;
     Look(SecondsBetween(looked, now));
     looked = now;
+    if (const double dt = SecondsBetween(paced_at_, now); dt >= BulkPace::kPeriod) {
+      Pace(dt);
+      paced_at_ = now;
+    }
     if (now < trust_again_) continue;
     CutUntrusted();
     trust_again_ = now + Seconds(kTrustAgain);
@@ -337,8 +344,12 @@ void Acceptor::Room::Cut(const Guest& guest, TurnedAway why) {
   --visits_.at(guest.from).open;
 }
 
-void Acceptor::Room::LearnWhomToTrust() {
-  const std::scoped_lock lock(door_.mutex_);
+// With the door's mutex held.
+void Acceptor::Room::Learn() {
+  for (const std::string& peer : std::exchange(door_.paced_, {})) {
+    const auto guest = std::ranges::find(guests_, peer, &Guest::peer);
+    if (guest != guests_.end()) guest->is_paced = true;
+  }
   for (auto& [peer, trusted] : door_.trusted_) {
     const auto guest = std::ranges::find(guests_, peer, &Guest::peer);
     if (guest != guests_.end()) guest->trusted = std::move(trusted);
@@ -347,13 +358,44 @@ void Acceptor::Room::LearnWhomToTrust() {
 }
 
 void Acceptor::Room::CutUntrusted() {
-  LearnWhomToTrust();
+  {
+    const std::scoped_lock lock(door_.mutex_);
+    Learn();
+  }
   std::erase_if(guests_, [this](const Guest& guest) {
     if (!guest.trusted || guest.trusted()) return false;
     spdlog::warn("audit: {} was cut: its certificate does not hold any more", guest.peer);
     Cut(guest, TurnedAway::kUntrusted);
     return true;
   });
+}
+
+// Who is paced shares what there is with those who also sent since the last time. The operator's
+// own connection is not: its states would wait with the rest.
+void Acceptor::Room::Pace(double dt) {
+  double sent = 0, rate = 0;
+  std::uint64_t busy = 0;
+  std::string operator_peer;
+  {
+    const std::scoped_lock lock(door_.mutex_);
+    Learn();
+    operator_peer = WithoutBrackets(door_.operator_);
+    for (Guest& guest : guests_) {
+      const std::uint64_t before = std::exchange(guest.sent, guest.budget.answered());
+      if (!guest.is_paced || guest.peer == operator_peer || guest.sent == before) continue;
+      sent += static_cast<double>(guest.sent - before);
+      ++busy;
+    }
+    rate = door_.pace_.Update(sent, dt);
+  }
+  const double share = rate / static_cast<double>(std::max<std::uint64_t>(busy, 1));
+  for (const Guest& guest : guests_) {
+    if (!guest.is_paced) continue;
+    const double most = guest.peer == operator_peer ? BulkPace::kUnbound : share;
+    constexpr unsigned kUnbound = ~0U;
+    const unsigned told = most < kUnbound ? static_cast<unsigned>(most) : kUnbound;
+    setsockopt(guest.fd, SOL_SOCKET, SO_MAX_PACING_RATE, &told, sizeof told);
+  }
 }
 
 bool Acceptor::Room::TurnAway(int fd, TurnedAway why) {
@@ -391,6 +433,20 @@ AcceptorCounts Acceptor::counts() const {
 void Acceptor::KeepWhile(const std::string& peer, std::function<bool()> trusted) {
   const std::scoped_lock lock(mutex_);
   trusted_[WithoutBrackets(peer)] = std::move(trusted);
+}
+
+void Acceptor::Pace(const std::string& peer) {
+  const std::scoped_lock lock(mutex_);
+  paced_.push_back(WithoutBrackets(peer));
+}
+
+void Acceptor::HearRoundTrip(const std::string& peer, double round_trip) {
+  const std::scoped_lock lock(mutex_);
+  if (operator_ != peer) {
+    operator_ = peer;
+    pace_ = {};
+  }
+  pace_.Hear(round_trip);
 }
 
 void Acceptor::Stop() {
