@@ -172,6 +172,7 @@ std::string ToJson(const Report& report) {
                     {"max", Tidy(report.link.rtt_max_us)}};
   json["state_delay_us"] = Times(report.link.delay);
   json["state_age_us"] = Times(report.link.age);
+  json["command_age_us"] = Times(report.link.command_age);
   json["states"] = report.link.states;
   json["states_by_datagram"] = report.link.states_by_datagram;
   json["reconnects"] = report.link.reconnects;

@@ -34,13 +34,16 @@ double RoundTrips::Arrived(const SlaveState& state, Time received_at) {
     command_sequence_ = state.command_sequence;
     const Time taken_at = state.sent_at - Seconds(state.echo_delay);  // slave's clock
     newest_ = std::max(0.0, SecondsBetween(*state.echo, received_at) - state.echo_delay);
-    rtt_.Add(kMicro * newest_);
+    times_.rtt.Add(kMicro * newest_);
     offset_.Add(*state.echo, taken_at, state.sent_at, received_at);
   }
   const double offset = offset_.seconds();
   if (offset_.known()) {
-    delay_.Add(kMicro * (SecondsBetween(state.sent_at, received_at) + offset));
-    age_.Add(kMicro * (SecondsBetween(state.sensed_at, received_at) + offset));
+    times_.delay.Add(kMicro * (SecondsBetween(state.sent_at, received_at) + offset));
+    times_.age.Add(kMicro * (SecondsBetween(state.sensed_at, received_at) + offset));
+    if (state.echo) {
+      times_.command_age.Add(kMicro * (SecondsBetween(*state.echo, state.sent_at) - offset));
+    }
   }
   return offset;
 }
@@ -56,19 +59,9 @@ double RoundTrips::newest() const {
   return newest_;
 }
 
-LatencyHistogram RoundTrips::rtt() const {
+RoundTrips::Times RoundTrips::times() const {
   const std::scoped_lock lock(mutex_);
-  return rtt_;
-}
-
-LatencyHistogram RoundTrips::delay() const {
-  const std::scoped_lock lock(mutex_);
-  return delay_;
-}
-
-LatencyHistogram RoundTrips::age() const {
-  const std::scoped_lock lock(mutex_);
-  return age_;
+  return times_;
 }
 
 double RoundTrips::clock_offset() const {

@@ -41,17 +41,20 @@ class RoundTrips {
   // Fills `state_sequence` and `echo` of a command that is about to leave.
   void FillEcho(OperatorCommand* command) const;
 
-  [[nodiscard]] double newest() const;         // [s]; 0: none came back yet
-  [[nodiscard]] LatencyHistogram rtt() const;  // of all streams [us]
-  // Of all states taken, when they came, since they left and since they were sensed [us], by the
-  // clock offset known then.
-  [[nodiscard]] LatencyHistogram delay() const;
-  [[nodiscard]] LatencyHistogram age() const;
+  // Of all streams [us]; what two clocks are needed for by the offset known then.
+  struct Times {
+    LatencyHistogram rtt;
+    LatencyHistogram delay, age;   // of states, when they came, since they left and were sensed
+    LatencyHistogram command_age;  // of the newest command taken, when a state left
+  };
+
+  [[nodiscard]] double newest() const;  // [s]; 0: none came back yet
+  [[nodiscard]] Times times() const;
   [[nodiscard]] double clock_offset() const;  // [s]
 
  private:
   mutable std::mutex mutex_;  // guards everything below
-  LatencyHistogram rtt_, delay_, age_;
+  Times times_;
   double newest_ = 0;  // [s]
   ClockOffset offset_;
   std::uint64_t state_sequence_ = 0, command_sequence_ = 0;

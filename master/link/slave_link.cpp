@@ -302,19 +302,20 @@ void SlaveLink::Stop() {
 }
 
 LinkStats SlaveLink::stats() const {
-  const LatencyHistogram rtt = parts_->trips.rtt();
+  const RoundTrips::Times times = parts_->trips.times();
   std::unique_lock lock(parts_->mutex);
   LinkStats stats = parts_->told;
   if (stats.trouble.empty() && parts_->LacksDatagrams()) stats.trouble = kNoDatagrams;
   lock.unlock();
   stats.states = parts_->states_received;
   stats.commands = parts_->commands_sent;
-  stats.rtt_p50_us = rtt.Quantile(0.5);
-  stats.rtt_p99_us = rtt.Quantile(0.99);
-  stats.rtt_max_us = rtt.max();
+  stats.rtt_p50_us = times.rtt.Quantile(0.5);
+  stats.rtt_p99_us = times.rtt.Quantile(0.99);
+  stats.rtt_max_us = times.rtt.max();
   stats.states_by_datagram = parts_->states_by_datagram;
-  stats.delay = TimesOf(parts_->trips.delay());
-  stats.age = TimesOf(parts_->trips.age());
+  stats.delay = TimesOf(times.delay);
+  stats.age = TimesOf(times.age);
+  stats.command_age = TimesOf(times.command_age);
   stats.clock_offset = parts_->trips.clock_offset();
   return stats;
 }

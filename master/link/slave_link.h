@@ -43,11 +43,11 @@ struct LinkStats {
   // datagrams come; empty: nothing.
   std::string trouble;
   std::uint64_t states_by_datagram = 0;  // of `states`: that came so before they came by the stream
-  // Of `states`, when they came, by what was known of the slave's clock: since they left, and since
-  // they were sensed.
+  // By what was known of the slave's clock: of `states`, when they came, since they left, and since
+  // they were sensed; of the newest command, when a state left the slave, since it was sent.
   struct Times {
     double p50_us = 0, p99_us = 0, max_us = 0;
-  } delay, age;
+  } delay, age, command_age;
 };
 
 class SlaveLink {

@@ -60,10 +60,11 @@ class Sender {
 
 }  // namespace
 
-grpc::Status TeleoperationService::FeedPictures(grpc::ServerContext* /*context*/,
+grpc::Status TeleoperationService::FeedPictures(grpc::ServerContext* context,
                                                 grpc::ServerReader<v1::PictureSample>* reader,
                                                 v1::FeedPicturesReply* reply) {
   const OrdinaryPriority ordinary;
+  if (lines_.on_stream) lines_.on_stream(*context);
   PictureInbox* const inbox = slave_.picture_inbox();
   if (inbox == nullptr) {
     return {grpc::StatusCode::FAILED_PRECONDITION,

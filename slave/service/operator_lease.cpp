@@ -7,7 +7,6 @@
 #include "shared/wire/state_message.h"
 
 namespace palpate {
-namespace {}  // namespace
 
 std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> OperatorLease::Ask(
     const std::string& peer, Dismiss dismiss) {
@@ -50,8 +49,15 @@ bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
   if (slave_.Command(*command) && is_newer) {
     holder_.heard_at = Clock::now();
     holder_.sequence = command->sequence;
+    TellRoundTrip(*command);
   }
   return true;
+}
+
+void OperatorLease::TellRoundTrip(const OperatorCommand& command) {
+  if (!command.echo || command.state_sequence <= holder_.state_sequence) return;
+  holder_.state_sequence = command.state_sequence;
+  if (on_round_trip_) on_round_trip_(holder_.peer, SecondsBetween(*command.echo, holder_.heard_at));
 }
 
 void OperatorLease::RefuseOthers(const std::string& peer) const {

@@ -8,6 +8,7 @@
 #include <functional>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "palpate/v1/state.pb.h"
@@ -31,9 +32,14 @@ class OperatorLease {
   // Called once with a reason if the lease is given to somebody else.
   using Dismiss = std::function<void(const std::string& reason)>;
 
+  // Called, with the lease's mutex held, for each newer state that the holder tells of: how long it
+  // went to `peer` and came back [s].
+  using OnRoundTrip = std::function<void(const std::string& peer, double seconds)>;
+
   // `slave` outlives the lease.
-  explicit OperatorLease(Slave& slave, Clock::duration silence = kSilence)
-      : slave_(slave), silence_(silence) {}
+  explicit OperatorLease(Slave& slave, Clock::duration silence = kSilence,
+                         OnRoundTrip on_round_trip = {})
+      : slave_(slave), silence_(silence), on_round_trip_(std::move(on_round_trip)) {}
 
   // Begins operating for `peer`, or tells who does.
   std::variant<Ticket, HeldBy> Ask(const std::string& peer, Dismiss dismiss);
@@ -57,12 +63,16 @@ class OperatorLease {
     Time heard_at{};             // a valid command newer than all before
     std::uint64_t sequence = 0;  // of that command
     Dismiss dismiss;
+    std::uint64_t state_sequence = 0;  // the newest told of
   };
 
-  [[nodiscard]] std::string DescribeHolder() const;  // with mutex_ held
+  // With mutex_ held, both.
+  [[nodiscard]] std::string DescribeHolder() const;
+  void TellRoundTrip(const OperatorCommand& command);
 
   Slave& slave_;
   const Clock::duration silence_;
+  const OnRoundTrip on_round_trip_;
   mutable UrgentMutex mutex_;  // guards everything below and the order of calls to slave_
   Holder holder_;
   Ticket last_ticket_ = 0;

@@ -32,7 +32,6 @@ constexpr double kPictureShare =
     256;  // of a connection's budget where drivers push pictures: 64 MB/s
 constexpr int kMaxStreamsPerConnection = 2 * ObserverSeats::kSeats;
 constexpr int kMaxThreads = 2 * ObserverSeats::kSeats;
-constexpr int kShortestPingMs = 500;  // masters may ask this often whether we live
 // Of a handshake, over 5 s of round trip.
 constexpr int kHandshakeMs = 15000;
 // [bytes] of commands on their way at most: 500 a second of 128 bytes for 5 s of round trip, with
@@ -84,9 +83,9 @@ void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
   // No keepalive of ours: gRPC 1.51 aborts where its timer meets a connection that closes. Lease
   // and watchdog notice a line that was cut.
-  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-  builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
-                              kShortestPingMs);
+  // Who pings too often is not told so: gRPC would keep an error for each ping until it has closed
+  // the connection, 100 MB in a moment. The door counts their bytes.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
   builder->SetMaxReceiveMessageSize(takes_pictures ? kMaxPictureBytes : kMaxRequestBytes);
   builder->SetResourceQuota(grpc::ResourceQuota("palpate").SetMaxThreads(kMaxThreads));
 }
@@ -105,8 +104,11 @@ struct Server::Parts {
         endpoint(std::move(listen_on)),
         revoked(tls.empty() ? nullptr : std::make_shared<RevocationList>(tls)),
         publisher(slave),
-        service(slave, publisher,
-                [this](const grpc::ServerContextBase& context) { KeepWhileTrusted(context); }) {}
+        service(
+            slave, publisher,
+            {[this](const grpc::ServerContextBase& context) { KeepWhileTrusted(context); },
+             [this](const std::string& peer) { door->Pace(peer); },
+             [this](const std::string& peer, double trip) { door->HearRoundTrip(peer, trip); }}) {}
 
   void Build(const std::filesystem::path& tls);
   // A stream outlives no certificate: its connection is cut, and the tool stands.

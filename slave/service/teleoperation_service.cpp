@@ -92,18 +92,19 @@ grpc::ServerUnaryReactor* TeleoperationService::Stop(grpc::CallbackServerContext
 
 grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* TeleoperationService::Operate(
     grpc::CallbackServerContext* context) {
-  if (on_stream_) on_stream_(*context);
+  if (lines_.on_stream) lines_.on_stream(*context);
   return OperateStream::Open({lease_, publisher_, states_sent_}, context->peer());
 }
 
 grpc::ServerReadReactor<v1::TactileSample>* TeleoperationService::FeedTactile(
     grpc::CallbackServerContext* context, v1::FeedTactileReply* reply) {
-  if (on_stream_) on_stream_(*context);
+  if (lines_.on_stream) lines_.on_stream(*context);
   return FeedStream::Open(slave_.tactile_inbox(), &feeds_, reply);
 }
 
 grpc::ServerBidiReactor<v1::ArmReport, v1::ArmTarget>* TeleoperationService::DriveTool(
-    grpc::CallbackServerContext* /*context*/) {
+    grpc::CallbackServerContext* context) {
+  if (lines_.on_stream) lines_.on_stream(*context);
   return DriveStream::Open(slave_.driven_arm(), &drives_);
 }
 

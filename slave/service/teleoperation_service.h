@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <utility>
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
@@ -36,10 +37,19 @@ using CalledBack = v1::Teleoperation::WithCallbackMethod_Stop<
 
 class TeleoperationService final : public CalledBack<v1::Teleoperation::Service> {
  public:
-  // `slave` and `publisher` outlive the service. `on_stream`: a stream begins on this connection.
-  TeleoperationService(Slave& slave, Publisher& publisher,
-                       std::function<void(const grpc::ServerContextBase&)> on_stream = {})
-      : slave_(slave), publisher_(publisher), on_stream_(std::move(on_stream)), lease_(slave) {}
+  // What the connections are told of; each may be empty.
+  struct Lines {
+    std::function<void(const grpc::ServerContextBase&)> on_stream;  // one begins on this connection
+    std::function<void(const std::string& peer)> on_bulk;           // of pictures or meshes
+    OperatorLease::OnRoundTrip on_round_trip;
+  };
+
+  // `slave` and `publisher` outlive the service.
+  TeleoperationService(Slave& slave, Publisher& publisher, Lines lines)
+      : slave_(slave),
+        publisher_(publisher),
+        lines_(std::move(lines)),
+        lease_(slave, OperatorLease::kSilence, lines_.on_round_trip) {}
 
   grpc::ServerUnaryReactor* GetScene(grpc::CallbackServerContext* context,
                                      const v1::GetSceneRequest* request,
@@ -95,7 +105,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
 
   Slave& slave_;
   Publisher& publisher_;
-  const std::function<void(const grpc::ServerContextBase&)> on_stream_;
+  const Lines lines_;
   OperatorLease lease_;
   ChangeUnderWay change_;
   ObserverSeats seats_;

@@ -13,6 +13,7 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -33,6 +34,7 @@ constexpr int kFewBytes = 8 * 1024, kManyBytes = 512 * 1024;
 constexpr std::chrono::milliseconds kLook(5);    // between two looks at what everybody sent
 constexpr std::chrono::milliseconds kAlone(50);  // nobody is there; the end must be heard, too
 constexpr int kAtOnce = 64;                      // accepted before others are looked at
+constexpr double kDwell = 3e-3;                  // [s] before the door, whatever the greeting
 constexpr double kFewAtFirst = 1;                // come in together after somebody sent too much
 constexpr double kTrustAgain = 1;                // [s] between two looks whether who is in may stay
 constexpr std::size_t kTurnsToTell = 1000;  // once as many more were turned away, the log says so
@@ -67,6 +69,12 @@ Traffic TrafficOf(int fd) {
   if (getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return {};
   constexpr int kEstablished = 1;  // TCP_ESTABLISHED, of a header that does not go with this one
   return {info.tcpi_state == kEstablished, info.tcpi_bytes_received, info.tcpi_bytes_acked};
+}
+
+// That came and nobody has read [bytes].
+int UnreadOf(int fd) {
+  int unread = 0;
+  return ioctl(fd, FIONREAD, &unread) == 0 ? unread : 0;
 }
 
 // With all that is still to be read of it, if the system can do that.
@@ -135,6 +143,8 @@ class Acceptor::Room {
     Time since;
     bool is_new = true;
     std::function<bool()> trusted = {};  // empty: for ever
+    bool is_paced = false;
+    std::uint64_t sent = 0;  // and acknowledged when the pace was last decided [bytes]
   };
   struct Visits {
     double credit;
@@ -154,8 +164,13 @@ class Acceptor::Room {
   bool HandOnIfAllowed(const Waiting& one);
   bool MakePlace(const Address& from);
   void Look(double dt);
-  void LearnWhomToTrust();
+  void Learn();
   void CutUntrusted();
+  void Pace(double dt);
+  Visits& VisitsOf(const Address& from) {
+    return visits_.try_emplace(from, Visits{limits_.burst}).first->second;
+  }
+  void CloseTo(const Address& from);
   void Cut(const Guest& guest, TurnedAway why);
   // False: it is gone.
   bool Bear(Guest* guest, double dt);
@@ -168,7 +183,7 @@ class Acceptor::Room {
   std::vector<Guest> guests_;
   std::map<Address, Visits> visits_;
   std::vector<pollfd> polled_;
-  Time trust_again_{}, newest_at_{};
+  Time trust_again_{}, newest_at_{}, paced_at_ = Clock::now();
 };
 
 Acceptor::Room::~Room() {
@@ -186,6 +201,10 @@ void Acceptor::Room::Run(const std::stop_token& stop) {
     if (now - looked < Pause()) continue;
     Look(SecondsBetween(looked, now));
     looked = now;
+    if (const double dt = SecondsBetween(paced_at_, now); dt >= BulkPace::kPeriod) {
+      Pace(dt);
+      paced_at_ = now;
+    }
     if (now < trust_again_) continue;
     CutUntrusted();
     trust_again_ = now + Seconds(kTrustAgain);
@@ -235,14 +254,21 @@ bool Acceptor::Room::Decide(Waiting* one) {
   if (greets == Greets::kYes && !TrafficOf(one->fd).open) {
     return TurnAway(one->fd, TurnedAway::kSaidNothing);
   }
-  if (greets == Greets::kYes && HandOnIfAllowed(*one)) return true;
-  if (Clock::now() - one->since < limits_.greeting) return false;
+  // A flood shows before anything of it reaches gRPC.
+  if (greets == Greets::kYes && UnreadOf(one->fd) > limits_.share * ConnectionBudget::kStart) {
+    CloseTo(one->from);
+    return TurnAway(one->fd, TurnedAway::kTooMuch);
+  }
+  const Time now = Clock::now();
+  const bool dwelt = now - one->since > Seconds(kDwell);
+  if (greets == Greets::kYes && dwelt && HandOnIfAllowed(*one)) return true;
+  if (now - one->since < limits_.greeting) return false;
   return TurnAway(one->fd,
                   greets == Greets::kYes ? TurnedAway::kTooMany : TurnedAway::kSaidNothing);
 }
 
 bool Acceptor::Room::HandOnIfAllowed(const Waiting& one) {
-  Visits& visits = visits_.try_emplace(one.from, Visits{limits_.burst}).first->second;
+  Visits& visits = VisitsOf(one.from);
   if (visits.credit < 1 || Clock::now() < visits.closed_until) return false;  // in a while, perhaps
   if (!MakePlace(one.from)) return false;
   const int second_name = fcntl(one.fd, F_DUPFD_CLOEXEC, 0);
@@ -296,16 +322,20 @@ bool Acceptor::Room::Bear(Guest* guest, double dt) {
     setsockopt(guest->fd, SOL_SOCKET, SO_RCVBUF, &kManyBytes, sizeof kManyBytes);
   }
   if (traffic.open && bears) return true;
-  Visits& visits = visits_.at(guest->from);
   if (traffic.open) {
-    visits.closed_until = Clock::now() + Seconds(limits_.closed);
-    visits.credit = std::min(visits.credit, kFewAtFirst);
+    CloseTo(guest->from);
     Cut(*guest, TurnedAway::kTooMuch);
   } else {
     close(guest->fd);
-    --visits.open;
+    --VisitsOf(guest->from).open;
   }
   return false;
+}
+
+void Acceptor::Room::CloseTo(const Address& from) {
+  Visits& visits = VisitsOf(from);
+  visits.closed_until = Clock::now() + Seconds(limits_.closed);
+  visits.credit = std::min(visits.credit, kFewAtFirst);
 }
 
 void Acceptor::Room::Cut(const Guest& guest, TurnedAway why) {
@@ -314,8 +344,12 @@ void Acceptor::Room::Cut(const Guest& guest, TurnedAway why) {
   --visits_.at(guest.from).open;
 }
 
-void Acceptor::Room::LearnWhomToTrust() {
-  const std::scoped_lock lock(door_.mutex_);
+// With the door's mutex held.
+void Acceptor::Room::Learn() {
+  for (const std::string& peer : std::exchange(door_.paced_, {})) {
+    const auto guest = std::ranges::find(guests_, peer, &Guest::peer);
+    if (guest != guests_.end()) guest->is_paced = true;
+  }
   for (auto& [peer, trusted] : door_.trusted_) {
     const auto guest = std::ranges::find(guests_, peer, &Guest::peer);
     if (guest != guests_.end()) guest->trusted = std::move(trusted);
@@ -324,13 +358,44 @@ void Acceptor::Room::LearnWhomToTrust() {
 }
 
 void Acceptor::Room::CutUntrusted() {
-  LearnWhomToTrust();
+  {
+    const std::scoped_lock lock(door_.mutex_);
+    Learn();
+  }
   std::erase_if(guests_, [this](const Guest& guest) {
     if (!guest.trusted || guest.trusted()) return false;
     spdlog::warn("audit: {} was cut: its certificate does not hold any more", guest.peer);
     Cut(guest, TurnedAway::kUntrusted);
     return true;
   });
+}
+
+// Who is paced shares what there is with those who also sent since the last time. The operator's
+// own connection is not: its states would wait with the rest.
+void Acceptor::Room::Pace(double dt) {
+  double sent = 0, rate = 0;
+  std::uint64_t busy = 0;
+  std::string operator_peer;
+  {
+    const std::scoped_lock lock(door_.mutex_);
+    Learn();
+    operator_peer = WithoutBrackets(door_.operator_);
+    for (Guest& guest : guests_) {
+      const std::uint64_t before = std::exchange(guest.sent, guest.budget.answered());
+      if (!guest.is_paced || guest.peer == operator_peer || guest.sent == before) continue;
+      sent += static_cast<double>(guest.sent - before);
+      ++busy;
+    }
+    rate = door_.pace_.Update(sent, dt);
+  }
+  const double share = rate / static_cast<double>(std::max<std::uint64_t>(busy, 1));
+  for (const Guest& guest : guests_) {
+    if (!guest.is_paced) continue;
+    const double most = guest.peer == operator_peer ? BulkPace::kUnbound : share;
+    constexpr unsigned kUnbound = ~0U;
+    const unsigned told = most < kUnbound ? static_cast<unsigned>(most) : kUnbound;
+    setsockopt(guest.fd, SOL_SOCKET, SO_MAX_PACING_RATE, &told, sizeof told);
+  }
 }
 
 bool Acceptor::Room::TurnAway(int fd, TurnedAway why) {
@@ -368,6 +433,20 @@ AcceptorCounts Acceptor::counts() const {
 void Acceptor::KeepWhile(const std::string& peer, std::function<bool()> trusted) {
   const std::scoped_lock lock(mutex_);
   trusted_[WithoutBrackets(peer)] = std::move(trusted);
+}
+
+void Acceptor::Pace(const std::string& peer) {
+  const std::scoped_lock lock(mutex_);
+  paced_.push_back(WithoutBrackets(peer));
+}
+
+void Acceptor::HearRoundTrip(const std::string& peer, double round_trip) {
+  const std::scoped_lock lock(mutex_);
+  if (operator_ != peer) {
+    operator_ = peer;
+    pace_ = {};
+  }
+  pace_.Hear(round_trip);
 }
 
 void Acceptor::Stop() {

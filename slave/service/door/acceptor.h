@@ -8,13 +8,14 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <mutex>
 #include <string>
 #include <string_view>
 #include <thread>
 #include <vector>
 
 #include "shared/link/loopback.h"
+#include "shared/link/urgent_mutex.h"
+#include "slave/service/door/bulk_pace.h"
 #include "slave/service/door/listening.h"
 
 namespace palpate {
@@ -70,6 +71,11 @@ class Acceptor {
   // Cuts the connection of `peer`, as gRPC names it, when `trusted` is false: asked once a second,
   // by the acceptor's thread. Nothing where no such connection is open. Thread-safe.
   void KeepWhile(const std::string& peer, std::function<bool()> trusted);
+  // The connection of `peer` carries pictures or meshes: while somebody operates from another one,
+  // what is sent there is paced, as BulkPace has it. Thread-safe.
+  void Pace(const std::string& peer);
+  // A state's way to the operator at `peer` and back took so long [s]. Thread-safe, short.
+  void HearRoundTrip(const std::string& peer, double round_trip);
   // Nobody comes in any more; who is in stays. Idempotent.
   void Stop();
 
@@ -83,8 +89,11 @@ class Acceptor {
   std::vector<ListeningSocket> sockets_;
   std::array<std::atomic<std::uint64_t>, kTurnedAwayCount> turned_away_{};
   std::atomic<std::uint64_t> accepted_{0}, open_{0};
-  std::mutex mutex_;                                      // guards the next one
+  UrgentMutex mutex_;                                     // guards what follows
   std::map<std::string, std::function<bool()>> trusted_;  // of peers, not looked at yet
+  std::vector<std::string> paced_;                        // likewise
+  std::string operator_;                                  // the newest one's connection
+  BulkPace pace_;
   std::jthread thread_;
 };
 

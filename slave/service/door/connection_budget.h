@@ -30,6 +30,7 @@ class ConnectionBudget {
     answered_ = answered;
     return credit_ >= 0 && static_cast<double>(unanswered_) <= share_ * kUnanswered;
   }
+  [[nodiscard]] std::uint64_t answered() const { return answered_; }  // [bytes]
   // Since a byte went either way [s].
   [[nodiscard]] double silent() const { return silent_; }
 

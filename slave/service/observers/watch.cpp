@@ -32,7 +32,7 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, Clock::du
                                          grpc::ServerWriter<Message>* writer,
                                          const Compose& compose) {
   const OrdinaryPriority ordinary;
-  if (on_stream_) on_stream_(*context);
+  if (lines_.on_stream) lines_.on_stream(*context);
   const ObserverSeats::Seat seat(&seats_);
   if (!seat) return ObserverSeats::Full();
   const auto box = publisher_.Subscribe();  // its states tell when there is something new
@@ -75,6 +75,7 @@ grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
     teller.emplace(*request);
   });
   if (!asked.ok()) return asked;
+  if (lines_.on_bulk) lines_.on_bulk(context->peer());
   std::optional<Time> sensed_at;
   return Watch(context, gap, writer, [&](const SlaveState& state, v1::MeshState* message) {
     if (std::exchange(sensed_at, state.sensed_at) == state.sensed_at) return false;
@@ -138,6 +139,7 @@ grpc::Status TeleoperationService::WatchVideo(grpc::ServerContext* context,
     RequireCamera(slave_);
   });
   if (!asked.ok()) return asked;
+  if (lines_.on_bulk) lines_.on_bulk(context->peer());
   std::optional<Time> sensed_at;
   return Watch(context, gap, writer, [&](const SlaveState& state, v1::VideoFrame* message) {
     if (state.sensed_at == sensed_at) return false;

@@ -24,7 +24,7 @@ TEST(RoundTripsTest, TheTimeThatTheSlaveHeldACommandDoesNotCount) {
   RoundTrips trips;
   const Exchange exchange(1);
   trips.Arrived(exchange.state, exchange.received_at);
-  EXPECT_NEAR(trips.rtt().max(), 8000, 1e-3);
+  EXPECT_NEAR(trips.times().rtt.max(), 8000, 1e-3);
 }
 
 // Reference: RFC 5905: the offset is wrong by half the difference of the two ways, 1 ms.
@@ -36,13 +36,14 @@ TEST(RoundTripsTest, TheSlavesClockIsFoundToHalfTheDifferenceOfTheWays) {
 }
 
 // Reference: 5 ms back, of which the clocks' offset misses 1 ms, as above; sensed 20 ms earlier.
-TEST(RoundTripsTest, HowLongAStateTookAndHowOldItIsAreTold) {
+TEST(RoundTripsTest, HowLongAStateTookAndHowOldItAndTheCommandAreIsTold) {
   RoundTrips trips;
   Exchange exchange(1);
   exchange.state.sensed_at = exchange.state.sent_at - Seconds(20e-3);
   trips.Arrived(exchange.state, exchange.received_at);
-  EXPECT_NEAR(trips.delay().max(), 4000, 0.1);
-  EXPECT_NEAR(trips.age().max(), 24000, 0.1);
+  EXPECT_NEAR(trips.times().delay.max(), 4000, 0.1);
+  EXPECT_NEAR(trips.times().age.max(), 24000, 0.1);
+  EXPECT_NEAR(trips.times().command_age.max(), 14000, 0.1);  // 3 ms there, 10 ms held, the 1 ms
 }
 
 TEST(RoundTripsTest, RepeatedStatesOfOneCommandAreOneTrip) {
@@ -51,7 +52,7 @@ TEST(RoundTripsTest, RepeatedStatesOfOneCommandAreOneTrip) {
     const Exchange exchange(7);
     trips.Arrived(exchange.state, exchange.received_at);
   }
-  EXPECT_EQ(trips.rtt().count(), 1U);
+  EXPECT_EQ(trips.times().rtt.count(), 1U);
 }
 
 TEST(RoundTripsTest, ACommandEchoesTheNewestStateOfItsOwnStream) {

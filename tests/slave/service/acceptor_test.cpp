@@ -80,6 +80,14 @@ class AcceptorTest : public testing::Test {
   [[nodiscard]] bool LetsIn(std::uint64_t count) const {
     return Eventually([&] { return door_->counts().accepted == count; });
   }
+  // As gRPC names the one that came in as number `i`, from 0.
+  std::string PeerOf(std::size_t i) {
+    const std::scoped_lock lock(mutex_);
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    getpeername(handed_on_[i], reinterpret_cast<sockaddr*>(&address), &size);
+    return "ipv4:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+  }
 
   std::unique_ptr<Acceptor> door_;
   std::mutex mutex_;
@@ -197,14 +205,7 @@ TEST_F(AcceptorTest, WhoeverIsTrustedNoMoreIsCut) {
   Open({});
   const auto one = Come(), other = Come();
   ASSERT_TRUE(LetsIn(2));
-  std::string peer;
-  {
-    const std::scoped_lock lock(mutex_);
-    sockaddr_in address{};
-    socklen_t size = sizeof address;
-    getpeername(handed_on_[0], reinterpret_cast<sockaddr*>(&address), &size);
-    peer = "ipv4:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
-  }
+  const std::string peer = PeerOf(0);
   std::atomic<bool> trusted{true};
   door_->KeepWhile("ipv4:127.0.0.1:1", [] { return false; });  // is not here
   door_->KeepWhile(peer, [&] { return trusted.load(); });
@@ -212,6 +213,33 @@ TEST_F(AcceptorTest, WhoeverIsTrustedNoMoreIsCut) {
   EXPECT_TRUE(Eventually([&] { return one->IsOut(); }));
   EXPECT_EQ(Turned(TurnedAway::kUntrusted), 1U);
   EXPECT_FALSE(other->IsOut());
+}
+
+TEST_F(AcceptorTest, WhoWatchesIsPacedWhileSomebodyOperatesFromElsewhere) {
+  Open({});
+  const auto watcher = Come(), operating = Come();
+  ASSERT_TRUE(LetsIn(2));
+  const auto most_of = [this](std::size_t i) {
+    const std::scoped_lock lock(mutex_);
+    unsigned most = 0;
+    socklen_t size = sizeof most;
+    getsockopt(handed_on_[i], SOL_SOCKET, SO_MAX_PACING_RATE, &most, &size);
+    return most;
+  };
+  door_->Pace(PeerOf(0));
+  door_->Pace(PeerOf(1));  // watches, too
+  EXPECT_TRUE(Eventually([&] {
+    door_->HearRoundTrip(PeerOf(1), 1e-3);
+    return most_of(0) == static_cast<unsigned>(BulkPace::kLeast);
+  }));
+  EXPECT_EQ(most_of(1), ~0U);
+}
+
+TEST_F(AcceptorTest, WhoFloodsAtOnceNeverComesIn) {
+  Open({});
+  const auto flood = Come(kPreface + std::string(60'000, 'x'));
+  EXPECT_TRUE(Eventually([&] { return Turned(TurnedAway::kTooMuch) == 1; }));
+  EXPECT_EQ(door_->counts().accepted, 0U);
 }
 
 TEST_F(AcceptorTest, WhoeverFloodsIsCut) {

@@ -140,6 +140,29 @@ TEST_F(TlsTest, WhoIsRevokedIsCutAndNotHeardAgain) {
   fs::remove(At("slave/crl.pem"));
 }
 
+// Before, it went on driving.
+TEST_F(TlsTest, AnArmsDriverThatIsRevokedIsCut) {
+  slave_.TakeArm({});
+  Certs("arm " + At("ca") + " " + At("robot") + " robot");
+  const auto robot = As("robot");
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  const auto stream = robot->DriveTool(&context);
+  v1::ArmReport report;
+  report.set_sequence(1);
+  report.mutable_measured_at()->set_seconds(1);
+  report.mutable_p_s_tip()->set_x(0);
+  for (const double part : {1, 0, 0, 0}) report.add_orientation(part);
+  ASSERT_TRUE(stream->Write(report));
+  v1::ArmTarget target;
+  ASSERT_TRUE(stream->Read(&target));
+  Certs("revoke " + At("ca") + " " + At("robot/cert.pem") + " " + At("slave"));
+  while (stream->Read(&target)) {
+  }
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
+  fs::remove(At("slave/crl.pem"));
+}
+
 TEST_F(TlsTest, AListOfAnotherCaIsRefusedAndTheOldOneStays) {
   Certs("revoke " + At("strangers-ca") + " " + At("stranger/cert.pem") + " " + At("admin"));
   EXPECT_THROW(RevocationList(At("admin")), std::invalid_argument);
