@@ -230,6 +230,7 @@ void Fingertip::Lose(FailedCheck check, std::string_view why) noexcept {
 
 void Fingertip::ForgetWindow() noexcept {
   if (estimate_) estimate_->Reset();
+  steady_.Reset();
   pace_F_.setZero();
   kept_count_ = kept_next_ = 0;
   flawed_left_ = 0;
@@ -252,8 +253,12 @@ void Fingertip::TakeForce(bool known) noexcept {
   const std::optional<Eigen::Vector3d> before_F = std::exchange(touch_.force_F, std::nullopt);
   touch_.sigma = 0;
   if (!known) return;
-  const Eigen::Vector3d force_F(outputs_[0], outputs_[1], outputs_[2]);
+  Eigen::Vector3d force_F(outputs_[0], outputs_[1], outputs_[2]);
   if (!force_F.allFinite()) return;
+  if (pattern_) {
+    const double size = Eigen::Map<const Eigen::VectorXd>(last_.data(), kElectrodeCount).norm();
+    force_F = steady_.Take(force_F, size, pattern_->noise());
+  }
   if (before_F) pace_F_ += kBriskly * (force_F - *before_F - pace_F_);
   touch_.force_F = force_F;
   touch_.sigma = SigmaOf(force_F);
@@ -263,6 +268,7 @@ void Fingertip::TakeForce(bool known) noexcept {
   const double misfit = std::max(pattern_->misfit(), pattern_->misfit_now() - kUsualScatter);
   touch_.sigma *= std::max(1.0, misfit * misfit);
   touch_.sigma = std::hypot(touch_.sigma, pattern_->force_sigma(), gain_sigma);
+  touch_.sigma = std::hypot(touch_.sigma, steady_.left_out());
 }
 
 // Beyond what was learnt it grows with the force, and it grows with how fast that changes. Where it

@@ -21,6 +21,7 @@
 #include "slave/tactile/network/force_network.h"
 #include "slave/tactile/pattern_check.h"
 #include "slave/tactile/rest_trend.h"
+#include "slave/tactile/steady_force.h"
 
 namespace palpate {
 
@@ -164,6 +165,7 @@ class Fingertip {
   RestTrend rest_;
   StuckElectrodes stuck_;
   std::optional<PatternCheck> pattern_;          // of networks that know theirs
+  SteadyForce steady_;                           // likewise
   TactileSignals rest_average_{};                // of changes while clear [counts]
   int miss_patience_;                            // samples
   int release_patience_;                         // samples

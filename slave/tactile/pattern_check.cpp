@@ -31,6 +31,7 @@ constexpr double kLevelling = 0.1;       // share of a sample in what is told
 constexpr std::size_t kCandidates = 3;   // kinds that are looked at closely
 constexpr double kNoiseShare = 0.3;      // of the noise's share: three times as slow
 constexpr double kLesser = 0.77;         // of a square in the lesser one of two
+constexpr double kNoisy = 1.3;           // times the usual noise, from where on that is made good
 constexpr double kWildest = 50;          // second difference that counts for all [counts^2]
 constexpr double kSameNoise = 0.12;      // of its logarithm: two fingers differ by as much
 constexpr double kLargestGain = 0.3;     // that comes with noise; more is noise alone
@@ -79,14 +80,14 @@ void PatternCheck::Reset() noexcept {
   jumped_.fill(0);
   disagreement_ = 0;
   seen_ = 0;
-  filter_.Reset();
 }
 
 void PatternCheck::Take(const TactileSignals& change, const Electrodes& is_dead,
                         const Electrodes& is_still, double rest2) noexcept {
   const Signals x = PatternSignals(change);
   NoteJumps(x);
-  Signals noise2 = noise2_.cwiseMax(UsualNoise2()), alive = x;
+  const double lesser = noise_ < kNoisy ? 1 : kLesser;
+  Signals noise2 = (noise2_ / lesser).cwiseMax(UsualNoise2()), alive = x;
   noise2.head(kElectrodeCount).array() += rest2;
   is_wrong_.fill(false);
   replaced_ = 0;
@@ -102,27 +103,8 @@ void PatternCheck::Take(const TactileSignals& change, const Electrodes& is_dead,
   LeaveOutWrong(alive, is_still, &noise2, &reading.inverse);
   Measure(alive, reading.inverse);
   Reinstate(x, alive, reading.inverse);
-  const Signals steady = filter_.Take(alive, NoiseToFilter(), is_wrong_);
-  if (filter_.left() < 1) reading.inverse = Steadied(steady, &noise2);
-  Mend(change, steady, noise2, reading.inverse);
+  Mend(change, alive, noise2, reading.inverse);
   raw_ = x;
-}
-
-// Over the usual one. What is told of it is bounded, lest a contact that begins counts as noise.
-double PatternCheck::NoiseToFilter() const noexcept {
-  if (noise_ < NoiseFilter::kSame) return noise_;
-  return std::sqrt(noise2_.cwiseQuotient(UsualNoise2()).mean() / kLesser);
-}
-
-// S⁻¹ of signals with less noise; `noise2` becomes theirs.
-Covariance PatternCheck::Steadied(const Signals& steady, Signals* noise2) noexcept {
-  const double size2 =
-      std::max(steady.squaredNorm() - UsualNoise2().sum(), kLeastSize * kLeastSize);
-  for (Eigen::Index i = 0; i < kPatternSignals; ++i) {
-    const bool is_out = is_wrong_[static_cast<std::size_t>(i)];
-    (*noise2)[i] = is_out ? kUnknown2 : filter_.left() * (*noise2)[i];
-  }
-  return Explain(steady, *noise2, size2).inverse;
 }
 
 PatternCheck::Reading PatternCheck::Explain(const Signals& x, const Signals& noise2,

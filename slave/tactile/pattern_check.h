@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "slave/tactile/noise_filter.h"
 #include "slave/tactile/signal_pattern.h"
 
 namespace palpate {
@@ -19,7 +18,7 @@ namespace palpate {
 // together. What each signal is expected to be from the others, and how far it may be from that,
 // follows from the inverse of S. An electrode farther away is wrong: what is expected takes its
 // place. Of noise and drift what is more than usual is taken off: x - (N' + q² 1 1') S⁻¹ x, N' the
-// variance above the usual one; before that a filter over time has taken off what it can.
+// variance above the usual one.
 //
 // It cannot see what another contact could have done: a wrong signal within its tolerance of 2 to
 // 10 percent of the signals' size, or all signals larger by the same factor. Noise is amplified
@@ -69,8 +68,6 @@ class PatternCheck {
   [[nodiscard]] Reading Explain(const Signals& x, const Signals& noise2, double size2) noexcept;
   [[nodiscard]] Reading ExplainBy(std::size_t kind, const Signals& x, const Signals& noise2,
                                   double size2) const noexcept;
-  [[nodiscard]] double NoiseToFilter() const noexcept;
-  [[nodiscard]] Covariance Steadied(const Signals& steady, Signals* noise2) noexcept;
   void LeaveOutWrong(const Signals& x, const Electrodes& is_still, Signals* noise2,
                      Covariance* inverse) noexcept;
   void Measure(const Signals& x, const Covariance& inverse) noexcept;
@@ -98,7 +95,6 @@ class PatternCheck {
   int replaced_ = 0;
   double disagreement_ = 0, misfit_ = 0, misfit_now_ = 0;
   double drift_ = 0, force_sigma_ = 0, noise_ = 1;
-  NoiseFilter filter_;
   TactileSignals mended_{};
 };
 
