@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -22,6 +23,19 @@ constexpr double kFarther = 0.3;       // less a step counts at the end of the r
 constexpr int kBright = 5;             // from the edge to where its sides' levels are read [px]
 constexpr int kRaster = 2;             // of the search for a shift [px]
 constexpr std::size_t kEvery = 3;      // place takes part in it
+// Places in a window as whole numbers of 2^-20 px: taking floating point apart, sample by sample,
+// was two thirds of what the checks of one camera cost.
+constexpr int kPlaces = 20;
+constexpr double kSlack = 1e-3;  // more than their rounding [px]
+
+std::int32_t Whole(double px) {
+  return static_cast<std::int32_t>(std::lround(std::ldexp(px, kPlaces)));
+}
+// Of a place, the part behind the point.
+float PartOf(std::int32_t whole) {
+  constexpr std::int32_t kOne = 1 << kPlaces;
+  return static_cast<float>(whole & (kOne - 1)) / kOne;
+}
 
 }  // namespace
 
@@ -56,7 +70,8 @@ RestEdge::RestEdge(const cv::Mat& first, const GreyFormat& format, CurveView res
 bool RestEdge::ReadProfile(const cv::Mat& image, const Eigen::Vector2d& p, const Eigen::Vector2d& n,
                            int half) noexcept {
   const Eigen::Vector2d t(-n.y(), n.x());
-  const Eigen::Vector2d extent = half * n.cwiseAbs() + kAside * t.cwiseAbs();
+  const Eigen::Vector2d extent =
+      half * n.cwiseAbs() + kAside * t.cwiseAbs() + Eigen::Vector2d::Constant(kSlack);
   const Eigen::Vector2d low = p - extent, high = p + extent;
   const bool inside = low.minCoeff() >= 0 && high.x() < image.cols - 1 && high.y() < image.rows - 1;
   if (!inside) return false;  // so it is for NaN
@@ -64,13 +79,14 @@ bool RestEdge::ReadProfile(const cv::Mat& image, const Eigen::Vector2d& p, const
                      cv::Point(static_cast<int>(high.x()) + 2, static_cast<int>(high.y()) + 2));
   format_.Read(image, box, window_.data());
   half_ = half;
+  const std::int32_t n_x = Whole(n.x()), n_y = Whole(n.y());
+  const std::int32_t p_x = Whole(p.x() - box.x), p_y = Whole(p.y() - box.y);
   for (int k = -half; k <= half; ++k) {
     float sum = 0;
     for (int j = -kAside; j <= kAside; ++j) {
-      const Eigen::Vector2d at = p + k * n + j * t - Eigen::Vector2d(box.x, box.y);
-      const int x = static_cast<int>(at.x()), y = static_cast<int>(at.y());
-      const auto u = static_cast<float>(at.x() - x), v = static_cast<float>(at.y() - y);
-      const std::int16_t* upper = window_.data() + y * box.width + x;
+      const std::int32_t x = p_x + k * n_x - j * n_y, y = p_y + k * n_y + j * n_x;
+      const float u = PartOf(x), v = PartOf(y);
+      const std::int16_t* upper = window_.data() + (y >> kPlaces) * box.width + (x >> kPlaces);
       const std::int16_t* lower = upper + box.width;
       sum +=
           (1 - v) * ((1 - u) * upper[0] + u * upper[1]) + v * ((1 - u) * lower[0] + u * lower[1]);
