@@ -254,12 +254,12 @@ bool Acceptor::Room::Decide(Waiting* one) {
   if (greets == Greets::kYes && !TrafficOf(one->fd).open) {
     return TurnAway(one->fd, TurnedAway::kSaidNothing);
   }
-  // A flood shows before anything of it reaches gRPC.
+  const Time now = Clock::now();
+  // A flood shows before any of it reaches gRPC; who floods on does not keep the door closed.
   if (greets == Greets::kYes && UnreadOf(one->fd) > limits_.share * ConnectionBudget::kStart) {
-    CloseTo(one->from);
+    if (now >= VisitsOf(one->from).closed_until) CloseTo(one->from);
     return TurnAway(one->fd, TurnedAway::kTooMuch);
   }
-  const Time now = Clock::now();
   const bool dwelt = now - one->since > Seconds(kDwell);
   if (greets == Greets::kYes && dwelt && HandOnIfAllowed(*one)) return true;
   if (now - one->since < limits_.greeting) return false;

@@ -242,6 +242,22 @@ TEST_F(AcceptorTest, WhoFloodsAtOnceNeverComesIn) {
   EXPECT_EQ(door_->counts().accepted, 0U);
 }
 
+// Reference: a client that waited for its turn was turned away after 3 s: each new flood closed the
+// door anew.
+TEST_F(AcceptorTest, FloodsOfAnAddressDoNotKeepItsClientsOut) {
+  Open({.closed = 0.1});
+  std::jthread flooding([this](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      const auto flood = Come(kPreface + std::string(60'000, 'x'));
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  });
+  ASSERT_TRUE(Eventually([&] { return Turned(TurnedAway::kTooMuch) > 3; }));
+  const auto client = Come();
+  EXPECT_TRUE(LetsIn(1));
+  EXPECT_FALSE(client->IsOut());
+}
+
 TEST_F(AcceptorTest, WhoeverFloodsIsCut) {
   Open({});
   const auto flood = Come(), other = Come();
