@@ -17,8 +17,9 @@ export class Charts {
   constructor() {
     this.host = document.getElementById('strips');
     this.begin();
-    this.paused = false;
+    this.frozen = null;  // the samples that are shown while it pauses
     this.plots = [];
+    this.seen = [];  // of the strips, which are not hidden
     this.stale = [];  // which of them, the last first
   }
   // Without uPlot the strips say so.
@@ -97,7 +98,7 @@ export class Charts {
       width: Math.max(80, box.clientWidth), height: Math.max(60, box.clientHeight - 24), legend: { show: false },
       cursor: { y: false, points: { size: 6 } }, padding: [6, 6, 0, 0],
       scales: { x: { time: false, range: (_, low, high) => [high - SECONDS, high] }, y: { range: (_, low, high) => this.range(strip, low, high) } },
-      axes: [{ ...axis, size: 18, values: (u, marks) => marks.map((mark) => `${Math.round(mark - u.scales.x.max)} s`) }, { ...axis, size: 38 }],
+      axes: [{ ...axis, size: 18, space: 80, values: (u, marks) => marks.map((mark) => `${Math.round(mark - u.scales.x.max)} s`) }, { ...axis, space: 40, size: 38 }],
       series: [{}, ...strip.series.map(([label, , tone, dash]) => ({ label, stroke: colour(tone), width: 1.75, dash, points: { show: false } }))],
     };
   }
@@ -106,13 +107,22 @@ export class Charts {
     const bottom = strip.zero ? Math.min(0, low) : low, span = high - bottom, margin = span < strip.least ? strip.least - span / 2 : 0.08 * span;
     return [strip.zero ? bottom : bottom - margin, high + margin];
   }
-  columns(strip) {
-    const t = this.samples.map((sample) => sample[1]);
-    return [t, ...strip.series.map(([, column]) => this.samples.map((sample) => (sample[column] === undefined || sample[column] === null ? null : sample[column] * strip.factor)))];
+  get shown() {
+    return this.frozen || this.samples;
   }
-  // One strip a time: that which waits longest.
+  // True: it stands now.
+  togglePause() {
+    this.frozen = this.frozen ? null : [...this.samples];
+    this.changed = true;
+    return Boolean(this.frozen);
+  }
+  columns(strip) {
+    const t = this.shown.map((sample) => sample[1]);
+    return [t, ...strip.series.map(([, column]) => this.shown.map((sample) => (sample[column] === undefined || sample[column] === null ? null : sample[column] * strip.factor)))];
+  }
+  // One strip a time, of those that are seen: that which waits longest.
   show() {
-    if (this.changed && !this.paused) this.stale = this.plots.map((_, i) => i).filter((i) => !this.stale.includes(i)).concat(this.stale);
+    if (this.changed && !this.frozen) this.stale = this.seen.filter((i) => !this.stale.includes(i)).concat(this.stale);
     this.changed = false;
     const next = this.stale.pop();
     if (next !== undefined) this.plots[next].setData(this.columns(STRIPS[next]));
@@ -121,14 +131,15 @@ export class Charts {
     this.host.classList.toggle('others');
     document.getElementById('strips-next').setAttribute('aria-pressed', String(this.host.classList.contains('others')));
     this.resize();
-    this.changed = true;
   }
   resize() {
     const boxes = this.host.querySelectorAll('.strip');
+    this.seen = [...boxes.keys()].filter((i) => boxes[i].clientWidth > 0);
+    this.stale = [...this.seen];
     this.plots.forEach((plot, i) => plot.setSize({ width: Math.max(80, boxes[i].clientWidth), height: Math.max(60, boxes[i].clientHeight - 24) }));
   }
   download() {
-    const rows = ['number,t_s,scaled_N,sent_N,x_m,y_m,z_m,age_s,round_trip_s,longest_tick_s,energy_J,score,misfit_sigmas', ...this.samples.filter((sample) => sample.length > 2).map((sample) => sample.join(','))];
+    const rows = ['number,t_s,scaled_N,sent_N,x_m,y_m,z_m,age_s,round_trip_s,longest_tick_s,energy_J,score,misfit_sigmas', ...this.shown.filter((sample) => sample.length > 2).map((sample) => sample.join(','))];
     const anchor = document.createElement('a');
     anchor.href = URL.createObjectURL(new Blob([rows.join('\n') + '\n'], { type: 'text/csv' }));
     anchor.download = 'palpate-last-10-s.csv';

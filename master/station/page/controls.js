@@ -79,10 +79,9 @@ export class Controls {
       a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };
   }
   pause() {
-    this.charts.paused = !this.charts.paused;
-    this.charts.changed = true;
-    byId('pause').setAttribute('aria-pressed', String(this.charts.paused));
-    byId('charts-aside').textContent = this.charts.paused ? 'paused' : '';
+    const stands = this.charts.togglePause();
+    byId('pause').setAttribute('aria-pressed', String(stands));
+    byId('charts-aside').textContent = stands ? 'paused' : '';
   }
   show(panel) {
     for (const tab of document.querySelectorAll('[role=tab]')) {

@@ -1,5 +1,5 @@
 // What the hand gets, and what became of it on its way.
-import { REASONS, TRACE, VALIDITY, figure, fixed, ms, norm } from './words.js';
+import { REASONS, TRACE, VALIDITY, figure, fixed, ms, norm, write } from './words.js';
 
 const STATIONS = [['estimated', 'estimated'], ['local', 'local model'], ['scaled', 'scaled'], ['passive', 'passive'], ['limited', 'limited'], ['sent', 'sent']];
 const HOLD_S = 3;  // of the peak
@@ -23,14 +23,14 @@ export class ForcePanel {
   show(status, scales) {
     const sent = norm(status.chain.sent), limit = status.force_limit || 1, full = 1.1 * limit;
     this.holdPeak(status, sent);
-    byId('magnitude').textContent = fixed(sent);
-    byId('peak').textContent = fixed(this.peak);
+    write(byId('magnitude'), fixed(sent));
+    write(byId('peak'), fixed(this.peak));
     this.showMeter(status, sent, limit, full, scales);
     for (const row of this.rows) this.showStation(row, status.chain, full, scales);
     const [x, y, z] = status.chain.sent;
-    byId('components').textContent = `sent, hand's frame: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N${norm(status.tare) > 0 ? `; zero taken at ${figure(norm(status.tare))} N` : ''}`;
+    write(byId('components'), `sent, hand's frame: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N${norm(status.tare) > 0 ? `; zero taken at ${figure(norm(status.tare))} N` : ''}`);
     const { trace } = status;
-    byId('trace').textContent = trace ? `light to hand ${ms(trace.total, 0)}: ${TRACE.map(([key, , short]) => `${short} ${fixed(1e3 * trace[key], 1)}`).join(', ')}` : '';
+    write(byId('trace'), trace ? `light to hand ${ms(trace.total, 0)}: ${TRACE.map(([key, , short]) => `${short} ${fixed(1e3 * trace[key], 1)}`).join(', ')}` : '');
     this.showValidity(status.felt);
     this.showFingers(status.fingers);
   }
@@ -59,23 +59,24 @@ export class ForcePanel {
     this.meter.setAttribute('aria-valuemax', fixed(limit));
     this.meter.setAttribute('aria-valuenow', fixed(sent));
     this.meter.dataset.level = sent > 0.8 * limit ? 'warn' : 'ok';
-    byId('meter-scale').textContent = `warning from ${figure(0.8 * limit)}, limit ${figure(limit)} N${known ? `; one sigma ±${figure(sigma)} N` : ''}`;
+    write(byId('meter-scale'), `warning from ${figure(0.8 * limit)}, limit ${figure(limit)} N${known ? `; one sigma ±${figure(sigma)} N` : ''}`);
   }
   showStation({ key, value, bar, why, row }, chain, full, scales) {
     const force = norm(chain[key]), reasons = chain.reasons.filter((reason) => REASONS[reason]?.[0] === key);
-    value.textContent = force === null || force === undefined ? 'unknown' : fixed(force, 3);
+    write(value, force === null || force === undefined ? 'unknown' : fixed(force, 3));
     // Before the scaling forces are the tool's: drawn as the hand would get them.
     const shown = (force || 0) * (key === 'estimated' || key === 'local' ? scales.force : 1);
     bar.style.width = `${(100 * Math.min(1, shown / full)).toFixed(1)}%`;
-    why.textContent = reasons.map((reason) => REASONS[reason][1]).join('; ');
-    row.title = why.textContent;
+    const words = reasons.map((reason) => REASONS[reason][1]).join('; ');
+    if (row.title === words && row.dataset.changed) return;
+    why.textContent = row.title = words;
     row.dataset.changed = reasons.length > 0;
   }
   showValidity(felt) {
     const [level, words] = felt ? VALIDITY[felt.validity] : ['idle', 'not told yet'];
     const chip = byId('validity');
     chip.dataset.level = level;
-    chip.textContent = words + (felt?.check ? `: ${felt.check.replaceAll('_', ' ')}` : '');
+    write(chip, words + (felt?.check ? `: ${felt.check.replaceAll('_', ' ')}` : ''));
   }
   showFingers(fingers) {
     const list = byId('fingers');

@@ -11,13 +11,13 @@ import { Pointer } from './pointer.js';
 import { ReplayBar } from './replay.js';
 import { Sound } from './sound.js';
 import { View } from './view.js';
-import { STATES, fixed, ms, norm } from './words.js';
+import { STATES, fixed, ms, norm, write } from './words.js';
 
 const byId = (id) => document.getElementById(id);
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓', off: '○' };
 const told = { hello: null, health: null, status: null, lost: 'connecting' };
 
-const link = new Link(take, (reason) => { told.lost = reason; changed = true; }, () => { told.lost = null; changed = true; });
+const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
 const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
 const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link);
 let controls = null, changed = true;
@@ -73,8 +73,16 @@ const takers = {
 };
 
 function take(kind, message) {
+  const before = told.status?.state;
   takers[kind]?.(message);
   changed = true;
+  if (told.status?.state !== before) showState();  // at once, however busy the page is
+}
+
+function tellLine(lost) {
+  told.lost = lost;
+  changed = true;
+  showState();
 }
 
 function showState() {
@@ -85,9 +93,9 @@ function showState() {
   const chip = byId('state');
   chip.dataset.level = level;
   const [mark, title, more] = chip.children;
-  mark.textContent = MARK[level];
-  if (title.textContent !== name) title.textContent = name;
-  if (more.textContent !== words) more.textContent = words;
+  write(mark, MARK[level]);
+  write(title, name);
+  write(more, words);
   byId('reset').hidden = Boolean(lost) || status?.state !== 'ESTOP';
   document.body.classList.toggle('lost', Boolean(lost));
 }
@@ -96,8 +104,8 @@ function showFacts() {
   const { hello, status, lost } = told;
   const line = lost ? null : status?.link;
   const set = (id, text, level = '') => {
-    byId(id).textContent = text;
-    byId(id).dataset.level = level;
+    write(byId(id), text);
+    if (byId(id).dataset.level !== level) byId(id).dataset.level = level;
   };
   set('rtt', ms(line?.round_trip ?? NaN));
   set('rtt-more', line ? `half ${ms(line.rtt_p50)}, 99 % ${ms(line.rtt_p99)}` : '');
@@ -111,19 +119,23 @@ function showFacts() {
   const own = pointer.delay !== null ? `hand to page ${Math.round(pointer.delay)} ms` : link.delay !== null ? `page ${fixed(link.delay, 1)} ms` : '';
   set('page-delay', own);
   byId('badge').hidden = !hello || hello.badge === 'LIVE';
-  byId('badge').textContent = hello?.badge || '';
+  write(byId('badge'), hello?.badge || '');
 }
 
-const paces = { view: new Pace(33, 1000), charts: new Pace(22, 333), figures: new Pace(33, 100) };
-// What takes long: one of them a frame, whose last turn is longer ago.
-const drawings = [[paces.view, () => view.draw()], [paces.charts, () => charts.show()]];
+// What takes long: one of them a frame, whose last turn is longer ago; however rarely frames come, every other one is of figures.
+const figures = new Pace(66, 100);
+const drawings = [[new Pace(33, 1000), () => view.draw()], [new Pace(66, 1000), () => charts.show()]];
 let before = 0, healthAt = 0;
 function frame(now) {
   requestAnimationFrame(frame);
-  Object.values(paces).forEach((pace) => pace.see(now - before));
+  for (const pace of [figures, ...drawings.map(([own]) => own)]) pace.see(now - before);
+  const wereFigures = figures.at === before;
   before = now;
+  if (!wereFigures && figures.isDue(now)) return showFigures(now);
   drawings.sort(([a], [b]) => a.at - b.at).find(([pace]) => pace.isDue(now))?.[1]();
-  if (!paces.figures.isDue(now)) return;
+}
+
+function showFigures(now) {
   picture.show(told.status);
   view.showWords();
   if (!changed) return;

@@ -1,5 +1,5 @@
 // The slave's picture as it comes; how old it is stands on it.
-import { figure } from './words.js';
+import { figure, write } from './words.js';
 
 const STALE_S = 0.2, RECORDED_S = 1.2;  // a recording keeps two pictures a second
 
@@ -39,7 +39,7 @@ export class PicturePanel {
   show(status) {
     const now = this.link.now();
     const age = this.shownT === null || now === null ? null : Math.max(0, now - this.shownT);
-    document.getElementById('picture-age').textContent = age === null ? '' : `${Math.round(age * 1e3)} ms old`;
+    write(document.getElementById('picture-age'), age === null ? '' : `${Math.round(age * 1e3)} ms old`);
     const stale = document.getElementById('picture-stale');
     stale.hidden = !(age > (status?.replay ? RECORDED_S : STALE_S));
     if (!stale.hidden) stale.textContent = `FROZEN for ${age.toFixed(1)} s`;
@@ -53,6 +53,6 @@ export class PicturePanel {
     const names = { score: ['score', ''], contour_px: ['contour', ' px'], registration_px: ['registration', ' px'], epipolar_px: ['epipolar', ' px'],
       camera_motion_px: ['camera moved', ' px'], misfit: ['misfit', ' sigma'], rest_drift: ['drift', ' counts'] };
     const told = Object.entries(names).filter(([key]) => Number.isFinite(details[key])).map(([key, [name, unit]]) => `${name} ${figure(details[key])}${unit}`);
-    document.getElementById('seen').textContent = told.length ? `its checks: ${told.join(', ')}` : '';
+    write(document.getElementById('seen'), told.length ? `its checks: ${told.join(', ')}` : '');
   }
 }

@@ -2,7 +2,7 @@
 import { Body } from './body.js';
 import { Camera } from './camera.js';
 import { viridisBar } from './colours.js';
-import { figure, fixed, lengthUnit, norm } from './words.js';
+import { figure, fixed, lengthUnit, norm, write } from './words.js';
 
 const ARROW_SHARE = 0.15;   // of the object's size, at the force limit
 const LEAST_ARROW = 0.005;  // of the limit: less is not drawn
@@ -220,23 +220,23 @@ export class View {
     const press = shown ? Math.min(1, hand / limit).toFixed(2) : '0';
     if (press !== this.press) this.host.style.setProperty('--press', (this.press = press));
     if (!shown) return;
-    this.label.textContent = `${fixed(hand)} N`;
+    write(this.label, `${fixed(hand)} N`);
     this.placeLabel();
   }
   showWords() {
     this.showForce();
     const now = this.link.now();
     const age = this.shapeT === null || now === null ? null : Math.max(0, now - this.shapeT);
-    document.getElementById('model-age').textContent = age === null ? '' : age > 1 ? `${age.toFixed(0)} s old` : `${Math.round(age * 1e3)} ms old`;
+    write(document.getElementById('model-age'), age === null ? '' : age > 1 ? `${age.toFixed(0)} s old` : `${Math.round(age * 1e3)} ms old`);
     if (!this.body) {
       if (this.waiting && this.status?.mesh_trouble) this.waiting.textContent = `No shape: ${this.status.mesh_trouble}`;
       return;
     }
     const { unit, factor } = lengthUnit(this.body.full);
     const [top, , , name] = this.bar.children;
-    top.textContent = figure(this.body.full * factor);
-    name.textContent = `moved, ${unit}`;
-    this.line.textContent = `moved by up to ${figure(this.body.largest * factor)} ${unit}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it, ring: the local model`;
+    write(top, figure(this.body.full * factor));
+    write(name, `moved, ${unit}`);
+    write(this.line, `moved by up to ${figure(this.body.largest * factor)} ${unit}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it, ring: the local model`);
   }
   fit() {
     if (!this.body) return;

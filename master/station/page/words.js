@@ -1,5 +1,9 @@
 // Numbers and codes as a person reads them.
 
+// What stands there already is not written again: that would cost a layout.
+export const write = (element, text) => {
+  if (element.textContent !== text) element.textContent = text;
+};
 export const norm = (v) => v && Math.hypot(v[0], v[1], v[2]);
 export const fixed = (value, digits = 2) => (Number.isFinite(value) ? value.toFixed(digits) : '-');
 // Three significant digits, without an exponent where it can be read without.
