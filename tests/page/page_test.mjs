@@ -168,6 +168,33 @@ describe('a scripted hand presses the block', () => {
     await until(async () => /^● REC/.test(await stage.text('record')), 'the dot again');
   });
 
+  test('alarms that were seen stay and no longer count', async () => {
+    await stage.page.keyboard.press('Space');
+    await until(async () => /^[■▲] Stop: Emergency stop/m.test(await stage.text('alarm-list')), 'an alarm');
+    assert.ok(Number(await stage.text('alarm-count')) >= 1);
+    await until(async () => {
+      await stage.page.keyboard.press('k');
+      return /Stop, seen: Emergency stop/.test(await stage.text('alarm-list')) && (await stage.text('alarm-count')) === '';
+    }, 'that it was seen');
+    await stage.page.keyboard.press('r');
+    await until(async () => !/Emergency stop/.test(await stage.text('alarm-list')), 'its end');
+    await stage.page.keyboard.press('Space');
+    await until(async () => /Stop: Emergency stop/.test(await stage.text('alarm-list')), 'a new one, which counts');
+    await stage.page.keyboard.press('r');
+    await stage.when((status) => status.state !== 'ESTOP', 'the end of the stop');
+  });
+
+  test('object and charts become a picture', async () => {
+    const [download] = await Promise.all([stage.page.waitForEvent('download'), stage.page.keyboard.press('i')]);
+    const png = readFileSync(await download.path()), boxOf = (what) => stage.page.locator(what).boundingBox();
+    const main = await boxOf('main');
+    for (const what of ['#view', '.strip:nth-child(1) .plot']) {
+      const { x, y, width, height } = await boxOf(what), places = [];
+      for (let i = 1; i < 40; ++i) for (let j = 1; j < 40; ++j) places.push([x - main.x + (width * i) / 40, y - main.y + (height * j) / 40]);
+      assert.ok(new Set((await stage.coloursAt(png, places)).map(String)).size > 2, `${what} is blank`);
+    }
+  });
+
   test('axe finds nothing serious, light and dark, small and large', async () => {
     for (const [width, height] of [[1280, 720], [1920, 1080]]) {
       await stage.page.setViewportSize({ width, height });

@@ -1,5 +1,10 @@
 // What is wrong at this moment, in words, each with the next step, as the master tells it; and what happened.
 
+import { write } from './words.js';
+
+// An alarm whose numbers have changed is the same.
+const kindOf = ({ text }) => text.replace(/[\d.]+/g, '#');
+
 // {level, text, next} each. What the master cannot tell is that it cannot be heard.
 export function alarmsOf({ status, lost }) {
   if (lost) {
@@ -17,27 +22,38 @@ export class AlarmPanel {
     this.said = document.getElementById('said');
     this.count = document.getElementById('alarm-count');
     this.shown = '';
+    this.known = new Set();  // those that somebody has acknowledged, until they are over
+    this.acts = document.getElementById('acknowledge');
     this.since = new Map();
   }
   // `t`: of the session, or of its recording [s].
   show(alarms, t) {
-    const bad = alarms.filter((alarm) => alarm.level !== 'idle').length;
-    this.count.textContent = bad ? String(bad) : '';
+    this.now = alarms.map(kindOf);
+    this.known = new Set(this.now.filter((kind) => this.known.has(kind)));
+    const news = alarms.filter((alarm) => alarm.level !== 'idle' && !this.known.has(kindOf(alarm))).length;
+    write(this.count, news ? String(news) : '');
+    this.acts.hidden = !news;
     if (!alarms.length) alarms = [{ level: 'ok', text: 'Nothing is wrong.', next: '' }];
-    const key = JSON.stringify(alarms);
+    const key = JSON.stringify([alarms, [...this.known]]);
     if (key === this.shown) return;
     this.shown = key;
     this.since = new Map(alarms.map(({ text }) => [text, this.since.get(text) ?? t]));
     this.list.replaceChildren(...alarms.map(({ level, text, next }) => {
+      const isKnown = this.known.has(kindOf({ text }));
       const item = document.createElement('li');
       item.dataset.level = level;
       const head = document.createElement('b'), step = document.createElement('span');
-      head.textContent = `${MARK[level]} ${LEVEL[level]}: ${text}`;
+      item.dataset.known = isKnown;
+      head.textContent = `${MARK[level]} ${LEVEL[level]}${isKnown ? ', seen' : ''}: ${text}`;
       step.textContent = next;
       if (level !== 'ok' && Number.isFinite(this.since.get(text))) head.title = `since ${this.since.get(text).toFixed(1)} s`;
       item.append(head, step);
       return item;
     }));
+  }
+  // Somebody has seen what stands there: it stays, and counts again only once it was over.
+  acknowledge() {
+    this.known = new Set(this.now);
   }
   showSaid(said) {
     this.said.replaceChildren(...said.slice(-30).reverse().map(({ t, text, trouble }) => {

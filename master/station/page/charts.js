@@ -1,4 +1,5 @@
 // The last ten seconds as strips, drawn by uPlot where it was built in.
+import { save } from './save.js';
 
 const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000;
 // Columns of a sample: number, t, scaled, sent, x, y, z, age, round trip, longest tick, energy; then what the page adds of
@@ -140,10 +141,6 @@ export class Charts {
   }
   download() {
     const rows = ['number,t_s,scaled_N,sent_N,x_m,y_m,z_m,age_s,round_trip_s,longest_tick_s,energy_J,score,misfit_sigmas', ...this.shown.filter((sample) => sample.length > 2).map((sample) => sample.join(','))];
-    const anchor = document.createElement('a');
-    anchor.href = URL.createObjectURL(new Blob([rows.join('\n') + '\n'], { type: 'text/csv' }));
-    anchor.download = 'palpate-last-10-s.csv';
-    anchor.click();
-    setTimeout(() => URL.revokeObjectURL(anchor.href), 1000);
+    save(new Blob([rows.join('\n') + '\n'], { type: 'text/csv' }), 'palpate-last-10-s.csv');
   }
 }

@@ -1,16 +1,18 @@
 // Buttons, keys, forms and tabs. Every key has a button, and no dialog ever stands before the stop.
+import { saveImage } from './save.js';
 
 const byId = (id) => document.getElementById(id);
 const ESCAPE_TWICE_MS = 600;
 const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-hyperelastic', 'fem-green', 'bem3d'];
 
 export class Controls {
-  constructor({ link, view, pointer, charts, sound, replay, onTheme }) {
-    Object.assign(this, { link, view, pointer, charts, sound, replay, onTheme, escapedAt: -1e9, status: null });
+  constructor({ link, view, pointer, charts, sound, replay, alarms, onTheme }) {
+    Object.assign(this, { link, view, pointer, charts, sound, replay, alarms, onTheme, escapedAt: -1e9, status: null });
     byId('stop').addEventListener('click', () => this.stop());
     byId('reset').addEventListener('click', () => this.reset());
     byId('pause').addEventListener('click', () => this.pause());
     byId('strips-next').addEventListener('click', () => this.charts.toggleStrips());
+    byId('acknowledge').addEventListener('click', () => this.acknowledge());
     byId('theme').addEventListener('click', () => this.toggleTheme());
     for (const [id, act] of [['let-go', 'clutch'], ['mark', 'mark'], ['tare', 'tare'], ['recording', 'record']]) byId(id).addEventListener('click', () => this[act]());
     byId('render').addEventListener('change', () => this.link.send({ do: 'render', mode: byId('render').value }));
@@ -44,6 +46,9 @@ export class Controls {
   record() {
     if (this.status?.recording) this.link.send({ do: 'record', on: !this.status.recording.on });
   }
+  acknowledge() {
+    this.alarms.acknowledge();
+  }
   nextRendering() {
     const modes = [...byId('render').options].map((option) => option.value);
     this.link.send({ do: 'render', mode: modes[(modes.indexOf(byId('render').value) + 1) % modes.length] });
@@ -73,9 +78,9 @@ export class Controls {
   }
   actions() {
     const live = this.replay.active ? {} : { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), c: () => this.clutch(), m: () => this.mark(),
-      n: () => this.tare(), b: () => this.record(), v: () => this.nextRendering(), 1: () => this.pointer.lock(0), 2: () => this.pointer.lock(1), 3: () => this.pointer.lock(2), l: () => byId('position-scale').focus() };
+      n: () => this.tare(), k: () => this.acknowledge(), b: () => this.record(), v: () => this.nextRendering(), 1: () => this.pointer.lock(0), 2: () => this.pointer.lock(1), 3: () => this.pointer.lock(2), l: () => byId('position-scale').focus() };
     return { ...live, f: () => this.view.fit(), x: () => this.view.look('X'), y: () => this.view.look('Y'),
-      z: () => this.view.look('Z'), w: () => this.view.toggleWire(), p: () => this.pause(), d: () => this.charts.download(), o: () => this.charts.toggleStrips(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
+      z: () => this.view.look('Z'), w: () => this.view.toggleWire(), p: () => this.pause(), d: () => this.charts.download(), i: () => saveImage(this.view), o: () => this.charts.toggleStrips(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
       a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };
   }
   pause() {

@@ -21,7 +21,7 @@ const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
 const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
 const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link);
 let controls = null, changed = true;
-controls = new Controls({ link, view, pointer, charts, sound, replay, onTheme });
+controls = new Controls({ link, view, pointer, charts, sound, replay, alarms, onTheme });
 
 function onTheme() {
   view.repaint();
@@ -51,6 +51,7 @@ const takers = {
   health(message) {
     told.health = message;
     view.forceScale = mapping().force;
+    view.takeWorkspace(message.capabilities);
   },
   past(message) { charts.takePast(message); },
   said(message) { alarms.showSaid(message.said); },

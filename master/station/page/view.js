@@ -56,6 +56,7 @@ export class View {
     this.camera = new Camera(three);
     this.scene = new three.Scene();
     this.furnish();
+    this.takeWorkspace();
     this.repaint();
     if (this.topology) this.takeTopology(this.topology);
     new ResizeObserver(() => this.resize()).observe(this.host);
@@ -74,6 +75,9 @@ export class View {
     const circle = Array.from({ length: 48 }, (_, i) => new three.Vector3(Math.cos((i * Math.PI) / 24), Math.sin((i * Math.PI) / 24), 0));
     this.tangent = new three.LineLoop(new three.BufferGeometry().setFromPoints(circle), new three.LineBasicMaterial());
     this.others = [];  // each a ball and an arrow
+    this.workspace = new three.Box3Helper(new three.Box3());
+    this.workspace.visible = false;
+    scene.add(this.workspace);
     const parts = [this.tip, this.hand, this.spring, this.arrow, this.tangent];
     scene.add(...parts);
     for (const part of parts) part.visible = false;
@@ -94,6 +98,7 @@ export class View {
     this.tangent.material.color.set(colour('--tool'));
     this.hand.material.color.set(colour('--dim'));
     this.spring.material.color.set(colour('--dim'));
+    this.workspace.material.color.set(colour('--rest'));
     for (const arrow of [this.arrow, ...this.others.map(([, own]) => own)]) arrow.material.color.set(colour('--force'));
     this.body?.paint({ line: colour('--rest'), fill: colour('--gel') });
     this.dirty = true;
@@ -120,6 +125,16 @@ export class View {
     this.bar.hidden = false;
     this.repaint();
     this.fit();
+  }
+  // Where the tool may go, as the slave's capabilities tell it; zeros may be left out.
+  takeWorkspace(told) {
+    if (told) this.limits = [told.workspace_min, told.workspace_max].map((corner) => ['x', 'y', 'z'].map((axis) => corner?.[axis] ?? 0));
+    if (!this.three || !this.limits) return;
+    const [low, high] = this.limits;
+    this.workspace.box.min.set(...low);
+    this.workspace.box.max.set(...high);
+    this.workspace.visible = low.some((part, i) => high[i] > part);
+    this.dirty = true;
   }
   takeShape(message) {
     if (!this.body || message.number !== this.body.number) return;
@@ -236,7 +251,7 @@ export class View {
     const [top, , , name] = this.bar.children;
     write(top, figure(this.body.full * factor));
     write(name, `moved, ${unit}`);
-    write(this.line, `moved by up to ${figure(this.body.largest * factor)} ${unit}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it, ring: the local model`);
+    write(this.line, `moved by up to ${figure(this.body.largest * factor)} ${unit}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it, ring: the local model; outer lines: the workspace`);
   }
   fit() {
     if (!this.body) return;
