@@ -90,6 +90,7 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
     throw std::runtime_error(
         fmt::format("{}: no {} came", sense_info_.source, sense_info_.samples));
   }
+  stages_ = sense_->Stages();
   watchdog_.emplace(port_, [this] { return FeelingNow(); });
   if (choose && !scene.model.decision.reason.empty()) {
     model_watch_.emplace(
