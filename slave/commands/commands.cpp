@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include <spdlog/fmt/fmt.h>
 #include <malloc.h>
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
