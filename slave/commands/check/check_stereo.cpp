@@ -276,9 +276,8 @@ void PrintDomeChecks(const DomeGeometry& dome, const Tool& tool) {
                         100 * kTrueDent, LengthInWords(tool.width / 2)));
   PrintLine("NOT SEEN",
             "a wrong young_modulus, thickness, prestress or air, which every force is "
-            "off by; a tool of another width; what pressed already while the rest frame was taken, "
-            "until it "
-            "leaves");
+            "off by; a tool of another width; what pressed already while the rest "
+            "frame was taken, until it leaves");
 }
 
 // What the membrane's own checks see, and what nothing here can.

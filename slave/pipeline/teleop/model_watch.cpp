@@ -15,11 +15,13 @@ constexpr double kDeeper = 1.1;    // than studied, before it counts
 constexpr double kReserve = 1.25;  // of depth, so that not every press decides anew
 constexpr int kWindow = 200;       // updates that are judged together
 constexpr int kOneIn = 10;         // of them: what fewer are late for is the machine's
+constexpr double kSlower = 2;  // than told before, until it is told again: deciding takes time, too
 
 }  // namespace
 
 ModelWatch::ModelWatch(const Scene& scene, Remedy remedy)
     : budget_(1 / scene.model.rate),
+      late_from_(budget_),
       studied_(scene.operator_options.press_depth),
       remedy_(std::move(remedy)),
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
@@ -27,7 +29,7 @@ ModelWatch::ModelWatch(const Scene& scene, Remedy remedy)
 void ModelWatch::See(const ContactEstimate& felt, bool touches, double update) {
   if (touches) {
     if (IsForceKnown(felt)) deepest_ = std::max(deepest_, felt.depth);
-    slow_ += update > budget_ ? 1 : 0;
+    slow_ += update > late_from_ ? 1 : 0;
     if (++updates_ == kWindow) late_ = slow_, updates_ = slow_ = 0;
     return;
   }
@@ -38,7 +40,10 @@ void ModelWatch::See(const ContactEstimate& felt, bool touches, double update) {
                            1e3 * deepest_, 1e3 * studied_)
                : Formatted("%d of %d updates took longer than the %.3g ms of the rate asked for",
                            late_, kWindow, 1e3 * budget_);
-    if (deeper) studied_ = kReserve * deepest_;
+    if (deeper)
+      studied_ = kReserve * deepest_;
+    else
+      late_from_ *= kSlower;
     updates_ = slow_ = late_ = 0;
     {
       const std::lock_guard lock(mutex_);

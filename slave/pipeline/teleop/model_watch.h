@@ -36,6 +36,7 @@ class ModelWatch {
   [[nodiscard]] bool IsBroken() const noexcept;
 
   const double budget_;           // of an update [s]
+  double late_from_;              // an update that takes longer counts [s]
   double studied_;                // to that depth [m]
   double deepest_ = 0;            // of this press [m]
   int updates_ = 0, slow_ = 0;    // with the object touched, of this window

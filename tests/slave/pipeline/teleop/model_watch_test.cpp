@@ -1,7 +1,9 @@
 #include "slave/pipeline/teleop/model_watch.h"
 
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -70,6 +72,14 @@ TEST_F(ModelWatchTest, UpdatesThatAreLateAreToldWhereTheyAreNoAccidents) {
   const auto told = Told(1);
   EXPECT_EQ(told[0].depth, 5e-3);
   EXPECT_THAT(told[0].words, HasSubstr("200 of 200 updates took longer than the 2 ms"));
+
+  Press(1e-3, 200, 3.9e-3);  // as late as before, more or less: what was decided stays
+  LetGo();
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  EXPECT_EQ(Told(1).size(), 1U);
+  Press(1e-3, 200, 4.1e-3);
+  LetGo();
+  EXPECT_EQ(Told(2).size(), 2U);
 }
 
 }  // namespace
