@@ -29,7 +29,7 @@ endif()
 if(PALPATE_SANITIZE)
   # Eigen does not trust the address sanitizer's malloc; libraries that stay as released do, and both free what the
   # other took.
-  add_compile_options(-O${PALPATE_SANITIZE_LEVEL} -g1 -UNDEBUG -DPALPATE_SANITIZED -DEIGEN_MALLOC_ALREADY_ALIGNED=1 -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
+  add_compile_options(-O${PALPATE_SANITIZE_LEVEL} -g1 -UNDEBUG -DPALPATE_SANITIZED -DEIGEN_MALLOC_ALREADY_ALIGNED=1 -fsanitize=${PALPATE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   if(PALPATE_SANITIZE_PASS_OVER)
     # Named from the build's folder: other clones have it there too.
     add_compile_options(-fsanitize-ignorelist=../../${PALPATE_SANITIZE_PASS_OVER})
@@ -73,15 +73,16 @@ endfunction()
 
 # What waits for people or runs once is compiled at -O1: that takes a quarter less.
 function(palpate_unhurried target)
-  if(NOT PALPATE_SANITIZE)
+  get_target_property(as_released ${target} PALPATE_AS_RELEASED)
+  if(NOT PALPATE_SANITIZE OR as_released)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
 endfunction()
 
 # palpate_library(NAME SOURCES a.cpp ... LINKS x y ... [NUMERIC] [UNHURRIED]): one static library per folder; includes
-# start at the root. A folder of headers only gives no SOURCES. NUMERIC: computes; neither parses nor speaks nor runs
-# threads. Unless PALPATE_SANITIZE_NUMERIC, sanitizers leave it as it is released: most of compiling is there, and ccache
-# has it already. UNHURRIED: nobody waits for it in the loop of a sense or of a hand.
+# start at the root. A folder of headers only gives no SOURCES. NUMERIC: computes, or simulates
+# what is felt; what comes from others it does not parse, nor does it speak. Unless PALPATE_SANITIZE_NUMERIC, sanitizers
+# leave it as it is released: most of compiling is there, and ccache has it already. UNHURRIED: nobody waits for it in the loop of a sense or of a hand.
 function(palpate_library name)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "NUMERIC;UNHURRIED" "" "SOURCES;APART;LINKS;PRIVATE_LINKS")
   if(ARG_SOURCES)
@@ -130,7 +131,7 @@ function(palpate_test name)
   add_executable(${name} ${units})
   palpate_take_precompiled(${name} palpate_precompiled_tests)
   if(PALPATE_SANITIZE AND NOT PALPATE_SANITIZE_TESTS)
-    set_target_properties(${name} PROPERTIES COMPILE_OPTIONS "-pthread;-O1;-Wno-missing-field-initializers" PALPATE_AS_RELEASED ON)
+    set_target_properties(${name} PROPERTIES COMPILE_OPTIONS "-pthread;-Wno-missing-field-initializers" PALPATE_AS_RELEASED ON)
   endif()
   palpate_unhurried(${name})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})

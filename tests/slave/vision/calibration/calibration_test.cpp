@@ -99,13 +99,15 @@ TEST(PairCalibrationTest, LeavesOutPairsWhoseBoardMovedBetweenTheShots) {
 }
 
 // Of 12 pairs with the noise of honest corners none is left out, whatever its level.
-TEST(PairCalibrationTest, HonestPairsStayIn) {
-  for (const double sigma : {0.02, 0.1, 0.3}) {
-    const auto found =
-        CalibratePair(TestBoard(), SeePairs(VergedTestRig(), 12, 0.5, sigma), kSizes);
-    EXPECT_TRUE(found.dropped.empty()) << sigma;
-  }
+class HonestPairsTest : public testing::TestWithParam<double> {};
+
+TEST_P(HonestPairsTest, StayIn) {
+  const auto found =
+      CalibratePair(TestBoard(), SeePairs(VergedTestRig(), 12, 0.5, GetParam()), kSizes);
+  EXPECT_TRUE(found.dropped.empty());
 }
+
+INSTANTIATE_TEST_SUITE_P(, HonestPairsTest, testing::Values(0.1, 0.02, 0.3));
 
 // Reference: the same corners in the other order, which a finder may begin with in any picture; a
 // camera that is mounted upside down makes it do so in all of them.
