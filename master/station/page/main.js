@@ -48,7 +48,7 @@ const takers = {
     told.hello = message;
     pointer.enable(message.pointer);
     replay.enable(message.badge === 'REPLAY');
-    byId('hint').textContent = message.pointer ? 'Drag here: the tool follows the cursor.' : '';
+    byId('hint').textContent = message.pointer ? 'Drag here: the tool, the ball, follows the cursor. Press it against the object.' : '';
   },
   health(message) {
     told.health = message;
