@@ -39,6 +39,7 @@ namespace {
 
 constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
 constexpr auto kLastWords = std::chrono::milliseconds(50);  // for the link to say "stand"
+constexpr double kExamined = 1;                             // each measurement beside a session [s]
 constexpr auto kSignalPoll = std::chrono::milliseconds(10);
 
 struct Arguments {
@@ -319,6 +320,16 @@ std::optional<double> CertificateUntil(const std::filesystem::path& folder) {
   return std::chrono::duration<double>(facts->until.time_since_epoch()).count();
 }
 
+// Beside the one that operates: only watched, and not waited for.
+SlaveLink::Options LineToExamine(const SlaveLink::Options& line) {
+  SlaveLink::Options watched;
+  watched.target = line.target;
+  watched.wait = 0;
+  watched.insecure = line.insecure;
+  watched.tls = line.tls;
+  return watched;
+}
+
 // Null: nobody asked for it.
 std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
                                          SlaveLink* link, Device* device, HandWishes* wishes,
@@ -334,9 +345,14 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   hello.pointer = IsPointer(a);
   hello.certificate_until = CertificateUntil(a.link.tls);
   LiveStation::Controls controls{
-      [] { g_emergency = true; }, [link] { return link->Reset(); },
+      [] { g_emergency = true; },
+      [link] { return link->Reset(); },
       [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
-      [link](const std::string& kind) { return link->SetModel(kind); }};
+      [link](const std::string& kind) { return link->SetModel(kind); },
+      [link] { return link->FindAnew(); },
+      [line = LineToExamine(a.link), found = FoundOf(*device)] {
+        return Examine(found, line, kExamined);
+      }};
   if (recorder != nullptr) {
     controls.record = [recorder](bool on) { recorder->Switch(on); };
     controls.recording = [recorder] { return recorder->moment(); };

@@ -17,9 +17,7 @@ constexpr int kDone = 0, kFailed = 1;
 
 Finding ExamineDevice(const std::string& spec) {
   try {
-    const auto device = OpenDevice(spec, 0.005, 0.02);
-    return {Verdict::kGood, "device",
-            device->description() + Formatted(", at most %g N", device->force_limit()), ""};
+    return FoundOf(*OpenDevice(spec, 0.005, 0.02));
   } catch (const std::exception& error) {
     return {Verdict::kBad, "device", error.what(), "name one of those with --device"};
   }
@@ -38,12 +36,22 @@ void Print(const Finding& finding) {
 
 }  // namespace
 
-int RunDoctor(const DoctorOptions& options) {
-  Findings findings = ExamineTimer(options.seconds);
+Finding FoundOf(const Device& device) {
+  return {Verdict::kGood, "device",
+          device.description() + Formatted(", at most %g N", device.force_limit()), ""};
+}
+
+Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, double seconds) {
+  Findings findings = ExamineTimer(seconds);
   Append(ExamineProcessors(), &findings);
-  findings.push_back(ExamineDevice(options.device));
-  if (options.line) Append(ExamineLine(*options.line, options.seconds), &findings);
+  findings.push_back(std::move(device));
+  if (line) Append(ExamineLine(*line, seconds), &findings);
   std::ranges::stable_sort(findings, {}, &Finding::verdict);
+  return findings;
+}
+
+int RunDoctor(const DoctorOptions& options) {
+  const Findings findings = Examine(ExamineDevice(options.device), options.line, options.seconds);
   std::ranges::for_each(findings, Print);
   const bool is_bad = !findings.empty() && findings.back().verdict == Verdict::kBad;
   std::puts(is_bad ? "something will be felt, or keeps it from working: see BAD" : "fit to feel");

@@ -4,9 +4,18 @@
 #include <optional>
 #include <string>
 
+#include "master/doctor/finding.h"
 #include "master/link/slave_link.h"
 
 namespace palpate {
+
+class Device;
+
+// Of the device that is in use.
+Finding FoundOf(const Device& device);
+// What is known of the device, of this machine and, if there is one, of the line, as an observer of
+// the slave; the bad last. Takes two measurements of `seconds`.
+Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, double seconds);
 
 struct DoctorOptions {
   std::optional<SlaveLink::Options> line;  // nullopt: this machine alone

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 
 #include "master/haptics/render_mode.h"
 
@@ -18,6 +19,9 @@ struct HandWishes {
   // engages anew.
   std::atomic<bool> clutched{false};
   std::atomic<RenderMode> render;  // comes in force while nobody follows
+  // Counts at once, and only where it is less than what counts already [N], > 0.
+  std::atomic<double> force_limit{std::numeric_limits<double>::infinity()};
+  static_assert(std::atomic<double>::is_always_lock_free);
   static_assert(std::atomic<RenderMode>::is_always_lock_free);
 };
 

@@ -130,6 +130,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
 void HapticLoop::TakeWishes() noexcept {
   if (slots_.wishes == nullptr) return;
   const HandWishes& wishes = *slots_.wishes;
+  options_.force_limit = std::min(options_.force_limit, wishes.force_limit.load());
   record_.marks = wishes.marks;
   record_.clutched = wishes.clutched;
   if (!machine_.commands_engaged()) renderer_.set_mode(wishes.render);
@@ -294,6 +295,9 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   record_.epoch = machine_.epoch();
   record_.p_M = reading.p_M;
   record_.p_S = transform_.ToSlave(reading.p_M);
+  record_.position_scale = transform_.position_scale;
+  record_.force_scale = transform_.force_scale;
+  record_.force_limit = options_.force_limit;
   if (!felt) record_.p_S = newest_ ? newest_->state.p_S_tip : Eigen::Vector3d::Zero();
   record_.render = renderer_.mode();
   record_.tare_state = tare_.state();

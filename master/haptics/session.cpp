@@ -248,7 +248,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
     const double t = SecondsBetween(begin, Clock::now());
     if (t - shown < kShowEvery || recorder.newest().at == Time{}) continue;
     shown = t;
-    show({t, recorder.newest(), meter.Update(t, recorder.taken()), limited.force_limit,
+    show({t, recorder.newest(), meter.Update(t, recorder.taken()), recorder.newest().force_limit,
           Named(recorder.newest(), options.finger_names), link()});
   }
   haptic.join();

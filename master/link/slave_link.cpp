@@ -57,9 +57,19 @@ LinkStats::Times TimesOf(const LatencyHistogram& times) {
   return {times.Quantile(0.5), times.Quantile(0.99), times.max()};
 }
 
+// Somebody is there who refused.
+bool IsAnswer(const grpc::Status& status) {
+  const auto code = status.error_code();
+  return !status.ok() && code != grpc::StatusCode::UNAVAILABLE &&
+         code != grpc::StatusCode::DEADLINE_EXCEEDED && code != grpc::StatusCode::CANCELLED;
+}
+
 // Why a call was refused; empty: it was not.
 std::string Refusal(const grpc::Status& status) {
   if (status.ok()) return {};
+  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
+    return "the slave's release does not know this: install the same release at both ends";
+  }
   const std::string words = Words(status);
   return words.empty() ? "refused without a reason" : words;
 }
@@ -210,6 +220,7 @@ grpc::Status SlaveLink::Parts::Failed(const grpc::Status& status) {
   const std::scoped_lock lock(mutex);
   told.connected = false;
   if (!stopping) told.trouble = status.ok() ? "the slave ended the stream" : Words(status);
+  told.answers = IsAnswer(status);
   return status;
 }
 
@@ -334,6 +345,13 @@ bool SlaveLink::Reset() {
   SetDeadline(&context, parts_->call_deadline);
   v1::Status reply;
   return parts_->stub->Reset(&context, {}, &reply).ok();
+}
+
+std::string SlaveLink::FindAnew() {
+  grpc::ClientContext context;
+  SetDeadline(&context, parts_->call_deadline);
+  v1::Status reply;
+  return Refusal(parts_->stub->FindAnew(&context, {}, &reply));
 }
 
 std::string SlaveLink::SetMapping(const Mapping& mapping) {

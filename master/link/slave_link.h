@@ -42,6 +42,7 @@ struct LinkStats {
   // Why it is not connected, who holds the lease, why the last state was refused, or that no
   // datagrams come; empty: nothing.
   std::string trouble;
+  bool answers = false;  // while it is not connected: the slave is there, and says why it refuses
   std::uint64_t states_by_datagram = 0;  // of `states`: that came so before they came by the stream
   // By what was known of the slave's clock: of `states`, when they came, since they left, and since
   // they were sensed; of the newest command, when a state left the slave, since it was sent.
@@ -88,6 +89,9 @@ class SlaveLink {
   // true: it was done.
   bool EmergencyStop(const std::string& reason);
   bool Reset();
+  // Tip, template and rest are found anew, a stop stays. Empty: it was asked for, else why not.
+  // Thread-safe, deadline as for Reset.
+  std::string FindAnew();
   // Changes what the slave maps and models with, while nobody follows: what is not told stays.
   // Empty: it was done, else why not, in the slave's words. Thread-safe; at most 1 s, 15 s for a
   // model.

@@ -55,8 +55,10 @@ class Alarms {
     const std::string why = link.trouble.empty() ? "" : ": " + link.trouble;
     if (!link.connected) {
       Stop("No line to the slave" + why + ".",
-           "Is palpate-slave running? The master tries again by itself; engage again when it is "
-           "back.");
+           link.answers ? "The slave is there and says what is wrong: mend that. The master tries "
+                          "again by itself; then engage again."
+                        : "Is palpate-slave running? The master tries again by itself; engage "
+                          "again when it is back.");
     } else if (!why.empty()) {
       Note("The line to the slave" + why + ".", "If it stays, stop and start palpate-master.");
     } else if (tick_.state_age > kLate) {

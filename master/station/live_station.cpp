@@ -1,5 +1,6 @@
 #include "master/station/live_station.h"
 
+#include <algorithm>
 #include <atomic>
 #include <optional>
 #include <thread>
@@ -16,6 +17,7 @@
 #include "master/station/terminal.h"
 #include "master/station/terminal_text.h"
 #include "master/station/wish.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -39,6 +41,16 @@ struct Views {
   VideoWatch video;
   MeshWatch meshes;
 };
+
+// Nobody feels a change of scales: the hand is let go, the tool touches nothing.
+bool IsFree(const StationMoment& moment) {
+  const OperatorState state = moment.ticks.newest.state;
+  const bool is_let_go = state == OperatorState::kReady || state == OperatorState::kClutched ||
+                         state == OperatorState::kEstop;
+  return is_let_go && !moment.felt.state.local_model.in_contact &&
+         std::ranges::none_of(moment.status.fingers,
+                              [](const NamedFinger& finger) { return finger.felt.in_contact; });
+}
 
 template <class... Cases>
 struct Match : Cases... {
@@ -78,8 +90,12 @@ struct LiveStation::Parts {
   std::string Point(std::uint64_t page, const PointerWish& wish);
   std::string Record(const RecordWish& wish);
   void Reset();
+  void FindAnew();
+  // A lower limit counts at once. What changes force or place waits until nobody feels it.
   void Set(const MappingWish& wish);
+  void SetWhenFree(const StationMoment& moment);
   void Replace(const ModelWish& wish);
+  std::string Examine();
   // Lets the clerk do `errand`, which says what became of it.
   void Errand(std::function<void()> errand);
   void Say(bool is_trouble, std::string text);
@@ -90,9 +106,10 @@ struct LiveStation::Parts {
   TickDigest ticks;
   Diary diary;
   SlaveNews news;
-  mutable std::mutex mutex;  // guards these two
+  mutable std::mutex mutex;  // guards these three
   Status status;
   StationMoment on_screen;
+  SlaveLink::Mapping waiting;
   std::uint64_t pointing = 0;  // the page that holds the pointer, 0: none; the server's thread
   // What the editor alone uses.
   std::unique_ptr<Views> views;
@@ -102,9 +119,11 @@ struct LiveStation::Parts {
   std::vector<Saying> said;
   std::vector<std::string> slave_alarms;
   std::string health_trouble;
+  bool told_to_wait = false;  // what waits now
   Display display{&board};
 
-  Clerk clerk;
+  std::atomic<bool> examines{false};
+  Clerk clerk, doctor;
   std::unique_ptr<PageServer> server;  // null: no page
   std::unique_ptr<Terminal> terminal;  // null: no terminal
   std::jthread editor;                 // last: it uses all of the above
@@ -137,8 +156,10 @@ void LiveStation::Parts::PutMoment() {
   {
     const std::scoped_lock lock(mutex);
     moment.status = status;
+    moment.waiting = waiting;
   }
   moment.felt = news.felt();
+  SetWhenFree(moment);
   moment.trace = TraceNow(moment.ticks);
   diary.See(moment.ticks.t, news.TakeEvents());
   if (controls.recording) moment.recording = controls.recording();
@@ -221,24 +242,26 @@ void LiveStation::Parts::PutHealth() {
 
 std::string LiveStation::Parts::Do(std::uint64_t page, const Wish& asked) {
   std::string answer;
-  std::visit(Match{[&](const StopWish&) {
-                     controls.stop();
-                     Say(true, page == kTerminal ? "emergency stop by the terminal"
-                                                 : "emergency stop by the page");
-                   },
-                   [&](const ResetWish&) { Reset(); },
-                   [&](const PingWish& wish) { answer = PongJson(wish.at); },
-                   [&](const PastWish&) { answer = PastJson(ticks.Past()); },
-                   [&](const PointerWish& wish) { answer = Point(page, wish); },
-                   [&](const MappingWish& wish) { Set(wish); },
-                   [&](const ModelWish& wish) { Replace(wish); },
-                   [&](const MarkWish&) { ++options.wishes->marks; },
-                   [&](const TareWish&) { ++options.wishes->tares; },
-                   [&](const ClutchWish& wish) { options.wishes->clutched = wish.on; },
-                   [&](const RenderWish& wish) { options.wishes->render = wish.mode; },
-                   [&](const RecordWish& wish) { answer = Record(wish); },
-                   [&](const ReplayWish&) { answer = RefusedJson("this is no replay"); }},
-             asked);
+  std::visit(
+      Match{[&](const StopWish&) {
+              controls.stop();
+              Say(true, page == kTerminal ? "emergency stop by the terminal"
+                                          : "emergency stop by the page");
+            },
+            [&](const ResetWish&) { Reset(); },
+            [&](const PingWish& wish) { answer = PongJson(wish.at); },
+            [&](const PastWish&) { answer = PastJson(ticks.Past()); },
+            [&](const PointerWish& wish) { answer = Point(page, wish); },
+            [&](const MappingWish& wish) { Set(wish); },
+            [&](const ModelWish& wish) { Replace(wish); },
+            [&](const MarkWish&) { ++options.wishes->marks; },
+            [&](const TareWish&) { ++options.wishes->tares; }, [&](const FindWish&) { FindAnew(); },
+            [&](const ExamineWish&) { answer = Examine(); },
+            [&](const ClutchWish& wish) { options.wishes->clutched = wish.on; },
+            [&](const RenderWish& wish) { options.wishes->render = wish.mode; },
+            [&](const RecordWish& wish) { answer = Record(wish); },
+            [&](const ReplayWish&) { answer = RefusedJson("this is no replay"); }},
+      asked);
   return answer;
 }
 
@@ -271,12 +294,55 @@ void LiveStation::Parts::Reset() {
   });
 }
 
+void LiveStation::Parts::FindAnew() {
+  Errand([this] {
+    const std::string why = controls.find_anew();
+    Say(!why.empty(),
+        why.empty() ? "tip, template and rest are found anew" : "not found anew: " + why);
+  });
+}
+
 void LiveStation::Parts::Set(const MappingWish& wish) {
-  Errand([this, wish] {
-    const std::string why =
-        controls.set_mapping({wish.position_scale, wish.force_scale, wish.force_limit});
+  const std::scoped_lock lock(mutex);
+  if (wish.position_scale) waiting.position_scale = wish.position_scale;
+  if (wish.force_scale) waiting.force_scale = wish.force_scale;
+  if (!wish.force_limit) return;
+  if (*wish.force_limit > status.force_limit) {
+    return Say(true, Formatted("the limit stays at %g N: it is only lowered while a session runs; "
+                               "a higher one is --force-limit at the next start",
+                               status.force_limit));
+  }
+  options.wishes->force_limit = *wish.force_limit;
+  waiting.force_limit = wish.force_limit;
+}
+
+void LiveStation::Parts::SetWhenFree(const StationMoment& moment) {
+  const SlaveLink::Mapping& seen = moment.waiting;
+  const bool waits = seen.position_scale || seen.force_scale || seen.force_limit;
+  const bool was_told = std::exchange(told_to_wait, waits && !IsFree(moment));
+  if (told_to_wait && !was_told) {
+    Say(false, "scales and limit wait until the hand is let go and nothing is touched");
+  }
+  if (!waits || told_to_wait) return;
+  SlaveLink::Mapping asked;
+  {
+    const std::scoped_lock lock(mutex);
+    std::swap(asked, waiting);
+  }
+  Errand([this, asked] {
+    const std::string why = controls.set_mapping(asked);
     Say(!why.empty(), why.empty() ? "scales and limit were set" : "not set: " + why);
   });
+}
+
+std::string LiveStation::Parts::Examine() {
+  if (examines.exchange(true)) return RefusedJson("the doctor examines already: wait for it");
+  board.Put(Topic::kFindings, FindingsJson({}, false));
+  doctor.Ask([this] {
+    board.Put(Topic::kFindings, FindingsJson(controls.examine(), true));
+    examines = false;
+  });
+  return {};
 }
 
 void LiveStation::Parts::Replace(const ModelWish& wish) {

@@ -32,6 +32,8 @@ class LiveStation {
     std::function<bool()> reset;  // true: it was done
     std::function<std::string(const SlaveLink::Mapping&)> set_mapping;  // empty: it was done
     std::function<std::string(const std::string& kind)> set_model;      // likewise
+    std::function<std::string()> find_anew;                             // likewise
+    std::function<Findings()> examine;                // the doctor's; may take seconds
     std::function<void(bool on)> record = {};         // empty: nothing can be recorded
     std::function<void()> quit = {};                  // by the terminal's key
     std::function<RecordingMoment()> recording = {};  // likewise

@@ -1,5 +1,6 @@
 #include "master/station/moment_json.h"
 
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -127,6 +128,17 @@ Json TraceOf(const StationMoment& moment) {
           {"total", trace.total}};
 }
 
+template <class T>
+Json OrNull(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
+
+Json WaitingOf(const SlaveLink::Mapping& waiting) {
+  return {{"position_scale", OrNull(waiting.position_scale)},
+          {"force_scale", OrNull(waiting.force_scale)},
+          {"force_limit", OrNull(waiting.force_limit)}};
+}
+
 // [number, t, scaled, sent, x, y, z, age, round trip, longest tick, energy]
 Json SamplesOf(const std::vector<TickSample>& taken) {
   Json samples = Json::array();
@@ -167,28 +179,27 @@ std::string HelloJson(const StationHello& hello) {
   }
   Json rotation = Json::array();
   for (int i = 0; i < 9; ++i) rotation.push_back(scene.transform.R_SM(i / 3, i % 3));
-  return Text(
-      {{"kind", "hello"},
-       {"badge", hello.badge},
-       {"scene", scene.name},
-       {"geometry", scene.geometry},
-       {"model", scene.model},
-       {"source", scene.source},
-       {"simulated", scene.simulated},
-       {"sensor_rate", scene.sensor_rate},
-       {"position_scale", scene.transform.position_scale},
-       {"force_scale", scene.transform.force_scale},
-       {"rotation", rotation},
-       {"force_limit", scene.force_limit},
-       {"fingertips", fingertips},
-       {"target", hello.target},
-       {"encrypted", hello.encrypted},
-       {"certificate_until", hello.certificate_until ? Json(*hello.certificate_until) : Json()},
-       {"device", hello.device},
-       {"render", hello.render},
-       {"pointer", hello.pointer},
-       {"libraries", hello.libraries},
-       {"version", hello.version}});
+  return Text({{"kind", "hello"},
+               {"badge", hello.badge},
+               {"scene", scene.name},
+               {"geometry", scene.geometry},
+               {"model", scene.model},
+               {"source", scene.source},
+               {"simulated", scene.simulated},
+               {"sensor_rate", scene.sensor_rate},
+               {"position_scale", scene.transform.position_scale},
+               {"force_scale", scene.transform.force_scale},
+               {"rotation", rotation},
+               {"force_limit", scene.force_limit},
+               {"fingertips", fingertips},
+               {"target", hello.target},
+               {"encrypted", hello.encrypted},
+               {"certificate_until", OrNull(hello.certificate_until)},
+               {"device", hello.device},
+               {"render", hello.render},
+               {"pointer", hello.pointer},
+               {"libraries", hello.libraries},
+               {"version", hello.version}});
 }
 
 std::string StatusJson(const StationMoment& moment) {
@@ -201,6 +212,9 @@ std::string StatusJson(const StationMoment& moment) {
                {"p_S", Triple(tick.p_S)},
                {"chain", ChainOf(tick.chain)},
                {"force_limit", moment.status.force_limit},
+               {"position_scale", tick.position_scale},
+               {"force_scale", tick.force_scale},
+               {"waiting", WaitingOf(moment.waiting)},
                {"rate", moment.ticks.rate > 0 ? Json(moment.ticks.rate) : Json()},
                {"missed", moment.ticks.missed},
                {"link", LinkOf(moment)},
@@ -219,6 +233,18 @@ std::string StatusJson(const StationMoment& moment) {
                {"trace", TraceOf(moment)},
                {"alarms", AlarmJson(AlarmsOf(moment))},
                {"samples", SamplesOf(moment.ticks.samples)}});
+}
+
+std::string FindingsJson(const Findings& findings, bool is_done) {
+  constexpr std::array<const char*, 3> kLevels{"ok", "warn", "bad"};
+  Json list = Json::array();
+  for (auto found = findings.rbegin(); found != findings.rend(); ++found) {
+    list.push_back({{"level", kLevels[static_cast<std::size_t>(found->verdict)]},
+                    {"what", found->what},
+                    {"measured", found->measured},
+                    {"advice", found->advice}});
+  }
+  return Text({{"kind", "findings"}, {"done", is_done}, {"findings", list}});
 }
 
 std::string HealthJson(const SlaveNews::Words& words) {

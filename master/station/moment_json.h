@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "master/doctor/finding.h"
 #include "master/haptics/session.h"
 #include "master/link/remote_mesh.h"
 #include "master/link/remote_scene.h"
@@ -56,8 +57,12 @@ struct StationMoment {
   std::optional<ReplayMoment> replay;        // nothing: this is live
   std::string other_release;                 // see OtherRelease
   std::optional<HandTrace> trace;            // of a recent tick; nothing: it is not told
+  SlaveLink::Mapping waiting;                // asked for, until nobody feels the change
 };
 std::string StatusJson(const StationMoment& moment);
+
+// Of an examination, the bad first; one that goes on has found nothing yet.
+std::string FindingsJson(const Findings& findings, bool is_done);
 
 // The slave's own words; of its health what is wrong.
 std::string HealthJson(const SlaveNews::Words& words);

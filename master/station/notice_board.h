@@ -22,8 +22,9 @@ enum class Topic : std::uint8_t {
   kStatus,    // text: the moment, 30 times a second
   kPicture,   // binary: a JPEG
   kShape,     // binary: the deformed object
+  kFindings,  // text: what the doctor found when somebody asked
 };
-inline constexpr std::size_t kTopicCount = 7;
+inline constexpr std::size_t kTopicCount = 8;
 constexpr bool IsBinary(Topic topic) {
   return topic == Topic::kTopology || topic == Topic::kPicture || topic == Topic::kShape;
 }

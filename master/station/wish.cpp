@@ -93,13 +93,15 @@ Wish ReadObject(const Json& wish) {
   }
   if (what == "mark") return MarkWish{};
   if (what == "tare") return TareWish{};
+  if (what == "find") return FindWish{};
+  if (what == "examine") return ExamineWish{};
   if (what == "clutch") return ClutchWish{Flag(wish, "on")};
   if (what == "record") return RecordWish{Flag(wish, "on")};
   if (what == "render") return ReadRender(wish);
   if (what == "replay") return ReadReplay(wish);
   RefuseWish(
-      "do: accepted are stop, reset, ping, past, pointer, set, model, mark, tare, clutch, record, "
-      "render, replay");
+      "do: accepted are stop, reset, ping, past, pointer, set, model, mark, tare, find, "
+      "examine, clutch, record, render, replay");
 }
 
 }  // namespace

@@ -43,6 +43,10 @@ struct ModelWish {
 struct MarkWish {};
 // {"do": "tare"}: what is felt now, without contact, is zero.
 struct TareWish {};
+// {"do": "find"}: the eyes or fingertips start anew; a stop stays.
+struct FindWish {};
+// {"do": "examine"}: what the doctor finds, shown to all pages.
+struct ExamineWish {};
 // {"do": "clutch", "on": true}: the hand is let go, whatever its device says.
 struct ClutchWish {
   bool on = true;
@@ -61,9 +65,9 @@ struct ReplayWish {
   std::optional<double> speed;  // times as fast as it was; finite, > 0
   std::optional<double> to;     // [s] since the recording began; finite
 };
-using Wish =
-    std::variant<StopWish, ResetWish, PingWish, PointerWish, MappingWish, ModelWish, MarkWish,
-                 TareWish, ClutchWish, RenderWish, RecordWish, ReplayWish, PastWish>;
+using Wish = std::variant<StopWish, ResetWish, PingWish, PointerWish, MappingWish, ModelWish,
+                          MarkWish, TareWish, ClutchWish, RenderWish, RecordWish, ReplayWish,
+                          PastWish, FindWish, ExamineWish>;
 
 // Throws std::invalid_argument: what is wrong and what is accepted.
 Wish ReadWish(std::string_view message);

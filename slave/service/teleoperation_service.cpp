@@ -70,15 +70,29 @@ grpc::Status TeleoperationService::SetParameters(grpc::ServerContext* context,
   });
 }
 
-grpc::ServerUnaryReactor* TeleoperationService::Reset(grpc::CallbackServerContext* context,
-                                                      const v1::ResetRequest* /*request*/,
-                                                      v1::Status* reply) {
+grpc::ServerUnaryReactor* TeleoperationService::AnswerOperator(grpc::CallbackServerContext* context,
+                                                               const std::function<void()>& act,
+                                                               v1::Status* reply) {
   const bool is_admin = IdentityOf(*context->auth_context()).role == "admin";
   return Answer(context, [&] {
     if (!is_admin) lease_.RefuseOthers(context->peer());
-    slave_.Reset();
+    act();
     FillStatus(reply);
   });
+}
+
+grpc::ServerUnaryReactor* TeleoperationService::Reset(grpc::CallbackServerContext* context,
+                                                      const v1::ResetRequest* /*request*/,
+                                                      v1::Status* reply) {
+  return AnswerOperator(
+      context, [this] { slave_.Reset(); }, reply);
+}
+
+grpc::ServerUnaryReactor* TeleoperationService::FindAnew(grpc::CallbackServerContext* context,
+                                                         const v1::FindAnewRequest* /*request*/,
+                                                         v1::Status* reply) {
+  return AnswerOperator(
+      context, [this] { slave_.FindAnew(); }, reply);
 }
 
 grpc::ServerUnaryReactor* TeleoperationService::Stop(grpc::CallbackServerContext* context,

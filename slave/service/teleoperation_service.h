@@ -28,12 +28,13 @@ namespace palpate {
 // may be full.
 template <class Base>
 using CalledBack = v1::Teleoperation::WithCallbackMethod_Stop<
-    v1::Teleoperation::WithCallbackMethod_Reset<v1::Teleoperation::WithCallbackMethod_GetStatus<
-        v1::Teleoperation::WithCallbackMethod_GetScene<
-            v1::Teleoperation::WithCallbackMethod_GetCapabilities<
-                v1::Teleoperation::WithCallbackMethod_FeedTactile<
-                    v1::Teleoperation::WithCallbackMethod_DriveTool<
-                        v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>>;
+    v1::Teleoperation::WithCallbackMethod_Reset<v1::Teleoperation::WithCallbackMethod_FindAnew<
+        v1::Teleoperation::WithCallbackMethod_GetStatus<
+            v1::Teleoperation::WithCallbackMethod_GetScene<
+                v1::Teleoperation::WithCallbackMethod_GetCapabilities<
+                    v1::Teleoperation::WithCallbackMethod_FeedTactile<
+                        v1::Teleoperation::WithCallbackMethod_DriveTool<
+                            v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>>>;
 
 class TeleoperationService final : public CalledBack<v1::Teleoperation::Service> {
  public:
@@ -78,6 +79,9 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
                              v1::SettingsReply* reply) override;
   grpc::ServerUnaryReactor* Reset(grpc::CallbackServerContext* context,
                                   const v1::ResetRequest* request, v1::Status* reply) override;
+  grpc::ServerUnaryReactor* FindAnew(grpc::CallbackServerContext* context,
+                                     const v1::FindAnewRequest* request,
+                                     v1::Status* reply) override;
   grpc::ServerUnaryReactor* Stop(grpc::CallbackServerContext* context,
                                  const v1::StopRequest* request, v1::Status* reply) override;
   grpc::ServerReadReactor<v1::TactileSample>* FeedTactile(grpc::CallbackServerContext* context,
@@ -93,6 +97,9 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
 
  private:
   void FillStatus(v1::Status* reply) const;
+  // Answers whoever holds the lease, or an admin.
+  grpc::ServerUnaryReactor* AnswerOperator(grpc::CallbackServerContext* context,
+                                           const std::function<void()>& act, v1::Status* reply);
   // What a watcher's stream does once its request is accepted: take a seat, subscribe, stream,
   // leave. `compose(state, &message)` makes the message of a new state; false: nothing to be sent.
   template <class Message, class Compose>

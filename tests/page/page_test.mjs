@@ -168,6 +168,63 @@ describe('a scripted hand presses the block', () => {
     await until(async () => /^● REC/.test(await stage.text('record')), 'the dot again');
   });
 
+  test('the limit of the force is lowered at once, and only lowered', async () => {
+    const lower = async (limit) => {
+      await stage.page.locator('#force-limit').fill(String(limit));
+      await stage.page.locator('#mapping button').click();
+    };
+    await pressed();
+    await lower(3);
+    const { state } = await stage.when((status) => status.force_limit === 3, 'a lower one');
+    assert.equal(state, 'FOLLOWING', 'the hand is not let go for it');
+    await said(stage, 'scales and limit were set');  // between two presses the slave is told, too
+    await lower(3.2);
+    await said(stage, 'the limit stays at 3 N: it is only lowered');
+    assert.equal(stage.status.force_limit, 3);
+    await until(async () => (await stage.page.locator('#force-limit').inputValue()) === '3', 'what is in force, in its field');
+  });
+
+  test('tip and rest are found anew where nobody feels it, and a stop stays', async () => {
+    await pressed();
+    await stage.page.keyboard.press('u');
+    await said(stage, 'not found anew: nothing changes while somebody follows: open the clutch first');
+    await until(async () => {  // between two presses
+      await stage.when((status) => !status.clutched && status.state === 'FOLLOWING', 'FOLLOWING');
+      await stage.when((status) => !status.felt.in_contact && size(status.chain.sent) === 0, 'a tool that is free');
+      await stage.page.keyboard.press('c');
+      await stage.when((status) => status.state === 'CLUTCHED', 'CLUTCHED');
+      await pause(200);
+      if (!stage.status.felt.in_contact) return true;
+      await stage.page.keyboard.press('c');
+      return false;
+    }, 'a free tool that stands');
+    await stage.page.locator('#find-anew').click();
+    await said(stage, 'tip, template and rest are found anew');
+    await stage.page.keyboard.press('Space');
+    await stage.when((status) => status.state === 'ESTOP', 'the stop');
+    await pause(600);  // the same words again within half a second are no news
+    const before = stage.sayings.at(-1).number;
+    await stage.page.keyboard.press('u');
+    await until(() => stage.sayings.some(({ number, text }) => number > before && text === 'tip, template and rest are found anew'), 'once more');
+    await pause(300);
+    assert.equal(stage.status.state, 'ESTOP');
+    await stage.page.keyboard.press('r');
+    await stage.when((status) => status.state !== 'ESTOP', 'the end of the stop');
+    await drawnClutch('true');
+    await stage.page.keyboard.press('c');
+    await pressed();
+  });
+
+  test('the doctor examines beside the session', async () => {
+    await stage.page.keyboard.press('j');
+    assert.ok(await stage.page.locator('#examine').isVisible());
+    await until(async () => /fit to feel|will be felt/.test(await stage.text('examined')), 'what it found');
+    const found = await stage.text('findings');
+    for (const what of ['timer', 'real-time priority', 'device', 'round trip', 'clocks', 'version']) assert.ok(found.includes(`: ${what}: `), `${what}: ${found}`);
+    await stage.shoot('block-examined');
+    await stage.page.keyboard.press('a');
+  });
+
   test('alarms that were seen stay and no longer count', async () => {
     await stage.page.keyboard.press('Space');
     await until(async () => /^[■▲] Stop: Emergency stop/m.test(await stage.text('alarm-list')), 'an alarm');
@@ -452,6 +509,40 @@ describe('a mouse feels the block', () => {
     await stage.when((status) => status.state === 'CLUTCHED', 'CLUTCHED');
   });
 
+  testInTime('sliders of the scales wait until nobody feels the change, and then nothing jumps', async () => {
+    const { page } = stage, { force_scale, position_scale } = stage.status;
+    const right = async (slider, times) => {
+      await page.locator(slider).focus();
+      for (let i = 0; i < times; ++i) await page.keyboard.press('ArrowRight');
+    };
+    await pressDown();
+    await right('#force-scale', 2);
+    await stage.when((status) => status.waiting.force_scale !== null, 'that it waits');
+    await until(async () => /^… [\d.]+ N\/N$/.test(await stage.text('force-scale-told')), 'that it is said');
+    await page.mouse.up();
+    await stage.when((status) => status.state === 'CLUTCHED', 'CLUTCHED');
+    await pause(300);
+    assert.equal(stage.status.force_scale, force_scale, 'the tool touches');
+    await byHand(async () => {  // lifts it off
+      if (!(await press())) return false;
+      await page.mouse.move(middle[0], middle[1] - 120, { steps: 10 });
+      await soon(() => !stage.status.felt.in_contact);
+      await page.mouse.up();
+      return soon(() => stage.status.state === 'CLUTCHED' && !stage.status.felt.in_contact);
+    }, 'a free tool');
+    const set = await stage.when((status) => Math.abs(status.force_scale / force_scale - 10 ** 0.1) < 0.01, 'the scale that was asked for');
+    assert.equal(set.waiting.force_scale, null);
+    await page.keyboard.press('l');
+    assert.equal(await page.evaluate(() => document.activeElement.id), 'position-scale');
+    await right('#position-scale', 2);
+    const tip = stage.status.felt.tip;
+    await stage.when((status) => Math.abs(status.position_scale / position_scale - 10 ** 0.1) < 0.01, 'the other, at once');
+    await until(async () => (await stage.text('position-scale-told')) === '1.26 mm/mm', 'in figures');
+    assert.match(await page.locator('#position-scale').getAttribute('aria-valuetext'), /^1 mm of the hand is 1\.26 mm of the tool$/);
+    assert.ok(near((await press()).p_S, tip, 2e-4), `engaged at ${stage.status.p_S}, the tool was at ${tip}`);
+    await page.mouse.up();
+  });
+
   testInTime('a page that is gone holds nothing', async () => {
     await press();
     assert.deepEqual(stage.errors, []);
@@ -459,6 +550,11 @@ describe('a mouse feels the block', () => {
     await pause(1000);
     await stage.endMaster();
     const rows = stage.readLog(), last = rows.filter((row) => row.t > rows.at(-1).t - 0.3);
+    const force = (row) => [row.sent_x, row.sent_y, row.sent_z];
+    rows.slice(1).forEach((row, i) => {
+      const ticks = Math.max(1, Math.ceil((row.t - rows[i].t) / 1e-3 - 0.2));
+      assert.ok(size(force(row).map((part, axis) => part - force(rows[i])[axis])) <= 0.2 * ticks + 1e-4, `the force jumps at ${row.t} s`);
+    });
     assert.ok(rows.some((row) => row.state === 'FOLLOWING') && last.every((row) => row.state !== 'FOLLOWING'), 'nobody follows any more');
   });
 });

@@ -8,6 +8,7 @@ import path from 'node:path';
 
 export const SCRATCH = process.env.PALPATE_SCRATCH, BIN = process.env.PALPATE_BIN;
 export const ROOT = path.resolve(import.meta.dirname, '../..');
+const MASTER = path.join(BIN, 'palpate-master');
 const need = createRequire(path.join(SCRATCH, 'package.json'));
 const { chromium } = need('playwright-core');
 export const AXE = readFileSync(need.resolve('axe-core/axe.min.js'), 'utf8');
@@ -33,7 +34,7 @@ export const soon = (condition) => until(condition, '', 2000).catch(() => null);
 
 // A program that says `pattern` when it is ready; what it caught is `said`.
 async function start(program, args, pattern) {
-  const child = spawn(path.join(BIN, program), args, { stdio: ['ignore', 'pipe', 'pipe'] });
+  const child = spawn(program, args, { stdio: ['ignore', 'pipe', 'pipe'] });
   child.output = '';
   for (const stream of [child.stdout, child.stderr]) stream.on('data', (text) => (child.output += text));
   child.ended = once(child, 'exit');
@@ -53,9 +54,11 @@ async function end(child, signal) {
 // A browser takes seconds to start, a slave too: all stages of a file share the one, those of a scene the other.
 let browser = null;
 const slaves = new Map();
+export function serve(scene, args = [], program = path.join(BIN, 'palpate-slave'), at = '127.0.0.1:0') {
+  return start(program, ['serve', path.join(ROOT, `deploy/scenes/${scene}.yaml`), '--listen', at, ...args], /^listening on (\S+)/m);
+}
 async function slaveOf(scene) {
-  const file = path.join(ROOT, `deploy/scenes/${scene}.yaml`);
-  if (!slaves.has(scene)) slaves.set(scene, await start('palpate-slave', ['serve', file, '--listen', '127.0.0.1:0'], /^listening on (\S+)/m));
+  if (!slaves.has(scene)) slaves.set(scene, await serve(scene));
   return slaves.get(scene);
 }
 export async function endSlave(scene) {
@@ -68,14 +71,22 @@ after(async () => {
 });
 
 export class Stage {
-  static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', args = [] }) {
+  // `slave`: that the stage has for itself; `within`: a command that runs the master's.
+  static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', args = [], slave, log = true, within = [] }) {
     const stage = new Stage();
     stage.scene = scene;
     stage.log = path.join(SCRATCH, `${scene}-${device}.csv`);
-    stage.slave = await slaveOf(scene);
-    stage.master = await start('palpate-master', ['connect', stage.slave.said, '--device', device, '--log', stage.log, ...args, '--view'], /view at (\S+)/);
+    stage.slave = slave ?? await slaveOf(scene);
+    await stage.startMaster({ device, args: log ? ['--log', stage.log, ...args] : args, within });
     await stage.openBrowser(size, scheme);
     return stage;
+  }
+  async startMaster({ device = 'sim-hand', args = [], within = [], view = '127.0.0.1:0' }) {
+    const [program, ...words] = [...within, MASTER, 'connect', this.slave.said, '--device', device, ...args, '--view', view];
+    this.master = await start(program, words, /view at (\S+)/);
+  }
+  endSlave() {
+    return end(this.slave, 'SIGTERM');
   }
   // A recording, without a slave, as from another machine: in TLS, with a token.
   static async replay(file, args = []) {
@@ -83,7 +94,7 @@ export class Stage {
     const [authority, tls] = ['ca', 'tls'].map((name) => path.join(SCRATCH, name)), certs = path.join(ROOT, 'deploy/certs');
     if (!existsSync(authority)) execFileSync(certs, ['ca', authority]);
     execFileSync(certs, ['operator', authority, tls, 'tester', '127.0.0.1']);
-    stage.master = await start('palpate-master', ['replay', file, ...args, '--tls', tls, '--view', '0.0.0.0:0'], /view at (\S+)/);
+    stage.master = await start(MASTER, ['replay', file, ...args, '--tls', tls, '--view', '0.0.0.0:0'], /view at (\S+)/);
     await stage.openBrowser([1280, 720], 'light');
     return stage;
   }

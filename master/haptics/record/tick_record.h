@@ -40,6 +40,8 @@ struct TickRecord {
   Eigen::Vector3d tare{0, 0, 0};  // what `estimated` is less than the slave told, S [N]
   // Of the newest state: when its sample was taken, and when it left. Slave's clock.
   Time sensed_at{}, sent_at{};
+  // What the hand goes by [-], [-], [N]; 0: not told.
+  double position_scale = 0, force_scale = 0, force_limit = 0;
   double energy = 0;  // that the hand put in, less what it got out, at its port [J]; NaN: unknown
 };
 

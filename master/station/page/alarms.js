@@ -16,6 +16,17 @@ export function alarmsOf({ status, lost }) {
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓' };
 const LEVEL = { bad: 'Stop', warn: 'Note', idle: 'Wait', ok: 'Good' };
 
+// How it is, in words, and the next step.
+export function noteItem(level, text, next, isKnown = false) {
+  const item = document.createElement('li'), head = document.createElement('b'), step = document.createElement('span');
+  item.dataset.level = level;
+  item.dataset.known = isKnown;
+  head.textContent = `${MARK[level]} ${LEVEL[level]}${isKnown ? ', seen' : ''}: ${text}`;
+  step.textContent = next;
+  item.append(head, step);
+  return item;
+}
+
 export class AlarmPanel {
   constructor() {
     this.list = document.getElementById('alarm-list');
@@ -39,15 +50,8 @@ export class AlarmPanel {
     this.shown = key;
     this.since = new Map(alarms.map(({ text }) => [text, this.since.get(text) ?? t]));
     this.list.replaceChildren(...alarms.map(({ level, text, next }) => {
-      const isKnown = this.known.has(kindOf({ text }));
-      const item = document.createElement('li');
-      item.dataset.level = level;
-      const head = document.createElement('b'), step = document.createElement('span');
-      item.dataset.known = isKnown;
-      head.textContent = `${MARK[level]} ${LEVEL[level]}${isKnown ? ', seen' : ''}: ${text}`;
-      step.textContent = next;
-      if (level !== 'ok' && Number.isFinite(this.since.get(text))) head.title = `since ${this.since.get(text).toFixed(1)} s`;
-      item.append(head, step);
+      const item = noteItem(level, text, next, this.known.has(kindOf({ text })));
+      if (level !== 'ok' && Number.isFinite(this.since.get(text))) item.firstChild.title = `since ${this.since.get(text).toFixed(1)} s`;
       return item;
     }));
   }

@@ -5,6 +5,9 @@ const byId = (id) => document.getElementById(id);
 const ESCAPE_TWICE_MS = 600;
 const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-hyperelastic', 'fem-green', 'bem3d'];
 
+// A key that belongs to the field which has the focus; letters mean nothing to a slider.
+const isOfField = ({ target, key }) => /^(INPUT|SELECT)$/.test(target.tagName) && (target.type !== 'range' || /^(Arrow|Page|Home|End)/.test(key));
+
 export class Controls {
   constructor({ link, view, pointer, charts, sound, replay, alarms, onTheme }) {
     Object.assign(this, { link, view, pointer, charts, sound, replay, alarms, onTheme, escapedAt: -1e9, status: null });
@@ -14,9 +17,8 @@ export class Controls {
     byId('strips-next').addEventListener('click', () => this.charts.toggleStrips());
     byId('acknowledge').addEventListener('click', () => this.acknowledge());
     byId('theme').addEventListener('click', () => this.toggleTheme());
-    for (const [id, act] of [['let-go', 'clutch'], ['mark', 'mark'], ['tare', 'tare'], ['recording', 'record']]) byId(id).addEventListener('click', () => this[act]());
+    for (const [id, act] of [['let-go', 'clutch'], ['mark', 'mark'], ['tare', 'tare'], ['recording', 'record'], ['find-anew', 'findAnew'], ['examine', 'examine']]) byId(id).addEventListener('click', () => this[act]());
     byId('render').addEventListener('change', () => this.link.send({ do: 'render', mode: byId('render').value }));
-    byId('mapping').addEventListener('submit', (event) => this.set(event));
     byId('replace').addEventListener('submit', (event) => this.replace(event));
     for (const tab of document.querySelectorAll('[role=tab]')) {
       tab.addEventListener('click', () => this.show(tab.getAttribute('aria-controls')));
@@ -43,6 +45,13 @@ export class Controls {
   tare() {
     this.link.send({ do: 'tare' });
   }
+  findAnew() {
+    this.link.send({ do: 'find' });
+  }
+  examine() {
+    this.show('health');
+    this.link.send({ do: 'examine' });
+  }
   record() {
     if (this.status?.recording) this.link.send({ do: 'record', on: !this.status.recording.on });
   }
@@ -60,7 +69,7 @@ export class Controls {
     if (event.key === ' ' && !event.repeat) this.stop();
     if (event.key === ' ') return this.swallow(event);
     if (event.key === 'Escape') return this.escape();
-    if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT)$/.test(event.target.tagName)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || isOfField(event)) return;
     if (!event.target.closest('[role=tablist]') && this.pointer.key(event, true)) return this.swallow(event);
     const act = this.actions()[event.key.toLowerCase()];
     if (!act || event.repeat) return;
@@ -78,7 +87,7 @@ export class Controls {
   }
   actions() {
     const live = this.replay.active ? {} : { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), c: () => this.clutch(), m: () => this.mark(),
-      n: () => this.tare(), k: () => this.acknowledge(), b: () => this.record(), v: () => this.nextRendering(), 1: () => this.pointer.lock(0), 2: () => this.pointer.lock(1), 3: () => this.pointer.lock(2), l: () => byId('position-scale').focus() };
+      n: () => this.tare(), k: () => this.acknowledge(), b: () => this.record(), v: () => this.nextRendering(), 1: () => this.pointer.lock(0), 2: () => this.pointer.lock(1), 3: () => this.pointer.lock(2), l: () => byId('position-scale').focus(), u: () => this.findAnew(), j: () => this.examine() };
     return { ...live, f: () => this.view.fit(), x: () => this.view.look('X'), y: () => this.view.look('Y'),
       z: () => this.view.look('Z'), w: () => this.view.toggleWire(), p: () => this.pause(), d: () => this.charts.download(), i: () => saveImage(this.view), o: () => this.charts.toggleStrips(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
       a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };
@@ -103,15 +112,6 @@ export class Controls {
     next.focus();
     next.click();
   }
-  set(event) {
-    event.preventDefault();
-    const wish = { do: 'set' };
-    for (const [key, id] of [['position_scale', 'position-scale'], ['force_scale', 'force-scale'], ['force_limit', 'force-limit']]) {
-      const value = byId(id).valueAsNumber;
-      if (value > 0) wish[key] = value;
-    }
-    this.link.send(wish);
-  }
   replace(event) {
     event.preventDefault();
     this.link.send({ do: 'model', kind: byId('model-kind').value });
@@ -128,12 +128,8 @@ export class Controls {
     dot.dataset.level = recording.trouble ? 'bad' : recording.on ? 'ok' : 'warn';
     dot.textContent = recording.trouble ? '■ REC ended' : recording.on ? `● REC ${recording.megabytes.toFixed(1)} MB` : '○ not recording';
   }
-  // What the slave goes by stands in the fields, unless somebody is writing there.
-  showSettings(mapping, model, planar) {
-    for (const [id, value] of [['position-scale', mapping.scale], ['force-scale', mapping.force], ['force-limit', mapping.limit]]) {
-      const field = byId(id);
-      if (document.activeElement !== field && field.dataset.told !== String(value)) field.value = field.dataset.told = String(value);
-    }
+  // The kinds of model that this object can have.
+  showKinds(model, planar) {
     const kinds = planar ? PLANAR : SOLID, list = byId('model-kind');
     if (list.dataset.kinds === String(kinds)) return;
     list.dataset.kinds = String(kinds);

@@ -52,7 +52,7 @@ export class ForcePanel {
     set('fill', 0, sent);
     set('hold', this.peak);
     set('limit', limit);
-    const scaled = norm(status.chain.scaled), sigma = (status.felt?.sigma || 0) * scales.force;
+    const scaled = norm(status.chain.scaled), sigma = (status.felt?.sigma || 0) * scales.force_scale;
     const known = status.chain.estimated !== null && sigma > 0 && scaled > 0;
     this.meter.querySelector('.sigma').hidden = !known;
     if (known) set('sigma', scaled - sigma, 2 * sigma);
@@ -65,7 +65,7 @@ export class ForcePanel {
     const force = norm(chain[key]), reasons = chain.reasons.filter((reason) => REASONS[reason]?.[0] === key);
     write(value, force === null || force === undefined ? 'unknown' : fixed(force, 3));
     // Before the scaling forces are the tool's: drawn as the hand would get them.
-    const shown = (force || 0) * (key === 'estimated' || key === 'local' ? scales.force : 1);
+    const shown = (force || 0) * (key === 'estimated' || key === 'local' ? scales.force_scale : 1);
     bar.style.width = `${(100 * Math.min(1, shown / full)).toFixed(1)}%`;
     const words = reasons.map((reason) => REASONS[reason][1]).join('; ');
     if (row.title === words && row.dataset.changed) return;

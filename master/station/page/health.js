@@ -1,4 +1,5 @@
 // What is set up: the scene with its numbers, the slave's times, this session.
+import { noteItem } from './alarms.js';
 import { TRACE, figure, ms } from './words.js';
 
 const stress = (pascal) => (pascal >= 1e6 ? `${figure(pascal / 1e6)} MPa` : pascal >= 1e3 ? `${figure(pascal / 1e3)} kPa` : `${figure(pascal)} Pa`);
@@ -34,6 +35,14 @@ function groupsOf(hello, health, status) {
       ['samples a second', figure(slave.frame_rate)], ...(slave.stages || []).map((stage) => [`${stage.stage}: half, 99 %`, `${figure(stage.p50_us / 1e3)}, ${figure(stage.p99_us / 1e3)} ms`])]]);
   }
   return groups;
+}
+
+// What the doctor found, the bad first.
+export function showFindings({ done, findings }) {
+  const bad = findings.filter(({ level }) => level === 'bad').length;
+  document.getElementById('examine').disabled = !done;
+  document.getElementById('examined').textContent = !done ? 'measuring, a few seconds ...' : bad ? `${bad} will be felt, or keep it from working` : 'fit to feel';
+  document.getElementById('findings').replaceChildren(...findings.map(({ level, what, measured, advice }) => noteItem(level, `${what}: ${measured}`, advice)));
 }
 
 export function showHealth(panel, hello, health, status) {

@@ -3,12 +3,13 @@ import { AlarmPanel, alarmsOf } from './alarms.js';
 import { Charts } from './charts.js';
 import { Controls } from './controls.js';
 import { ForcePanel } from './force.js';
-import { showHealth } from './health.js';
+import { showFindings, showHealth } from './health.js';
 import { Link } from './link.js';
 import { Pace } from './pace.js';
 import { PicturePanel } from './picture.js';
 import { Pointer } from './pointer.js';
 import { ReplayBar } from './replay.js';
+import { Scales } from './scales.js';
 import { Sound } from './sound.js';
 import { View } from './view.js';
 import { STATES, fixed, ms, norm, write } from './words.js';
@@ -19,7 +20,7 @@ const told = { hello: null, health: null, status: null, lost: 'connecting' };
 
 const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
 const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
-const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link);
+const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link), scales = new Scales(link, view.host);
 let controls = null, changed = true;
 controls = new Controls({ link, view, pointer, charts, sound, replay, alarms, onTheme });
 
@@ -29,11 +30,12 @@ function onTheme() {
   charts.changed = true;
 }
 
-// The mapping in force: what the slave tells by now, or what it told at the start.
+// The mapping in force: what the hand goes by, else what the slave tells by now, or told at the start.
 function mapping() {
-  const now = told.health?.scene?.operator, first = told.hello;
+  const hand = told.status, now = told.health?.scene?.operator, first = told.hello;
   const rotation = now?.rotation?.length === 9 ? now.rotation : first?.rotation || [1, 0, 0, 0, 1, 0, 0, 0, 1];
-  return { scale: now?.position_scale || first?.position_scale || 1, force: now?.force_scale || first?.force_scale || 1, limit: now?.force_limit || first?.force_limit || 1, rotation };
+  const inForce = (key) => hand?.[key] || now?.[key] || first?.[key] || 1;
+  return { position_scale: inForce('position_scale'), force_scale: inForce('force_scale'), limit: inForce('force_limit'), rotation };
 }
 
 const takers = {
@@ -46,15 +48,16 @@ const takers = {
     told.hello = message;
     pointer.enable(message.pointer);
     replay.enable(message.badge === 'REPLAY');
-    byId('hint').textContent = message.pointer ? 'Drag here: the tool follows the cursor.' : '';
+    byId('hint').textContent = message.pointer ? 'Drag here: the tool, the ball, follows the cursor. Press it against the object.' : '';
   },
   health(message) {
     told.health = message;
-    view.forceScale = mapping().force;
+    view.forceScale = mapping().force_scale;
     view.takeWorkspace(message.capabilities);
   },
   past(message) { charts.takePast(message); },
   said(message) { alarms.showSaid(message.said); },
+  findings(message) { showFindings(message); },
   refused(message) { byId('hint').textContent = message.text; },
   status(message) {
     told.status = message;
@@ -145,10 +148,11 @@ function showFigures(now) {
   showFacts();
   alarms.show(alarmsOf(told), told.status?.t);
   if (told.status) force.show(told.status, mapping());
-  controls.showSettings(mapping(), told.health?.scene?.model?.kind || told.hello?.model, told.health?.capabilities?.degrees_of_freedom === 2);
+  if (told.hello) scales.show(mapping(), told.hello, told.status?.waiting);
+  controls.showKinds(told.health?.scene?.model?.kind || told.hello?.model, told.health?.capabilities?.degrees_of_freedom === 2);
   if (told.status) controls.showActs(told.status);
   if (now - healthAt < 500 || byId('health').hidden) return;
   healthAt = now;
-  showHealth(byId('health'), told.hello, told.health, told.status);
+  showHealth(byId('set-up'), told.hello, told.health, told.status);
 }
 requestAnimationFrame(frame);

@@ -1,12 +1,12 @@
 // The hand of whoever has no haptic device: a drag on the object, or keys, say where the hand shall go. Whatever is not
 // certain lets go: the button, the focus, the window, the line.
 
-const TELL_MS = 20, KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;  // while it holds; pixels a second of an arrow key, of a stick
+const TELL_MS = 20, LEAST_MS = 8, KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;  // while it holds; pixels a second of an arrow key, of a stick
 const MOVES = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, -1, 0], ArrowDown: [0, 1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] };
 
 export class Pointer {
   constructor(link, view, mapping) {
-    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), locked: new Set(), delay: null, sent: null });
+    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), locked: new Set(), delay: null, sent: null, toldAt: 0 });
     this.host = view.host;
     this.clutch = document.getElementById('clutch');
     this.clutch.addEventListener('click', () => this.toggle());
@@ -46,7 +46,8 @@ export class Pointer {
     this.last = [event.clientX, event.clientY];
     if (this.turning) return this.view.turn(dx, dy);
     this.shift = event.shiftKey;
-    if (this.engaged) this.go(event.altKey ? this.view.drag(0, 0, -dy) : this.view.drag(dx, dy));
+    if (this.engaged) this.lead(event.altKey ? this.view.drag(0, 0, -dy) : this.view.drag(dx, dy));
+    else if (this.wasEngaged) this.tell();
   }
   up() {
     this.last = null;
@@ -57,12 +58,18 @@ export class Pointer {
   }
   wheel(event) {
     event.preventDefault();
-    if (this.engaged) this.go(this.view.drag(0, 0, -event.deltaY / 4));
+    if (this.engaged) this.lead(this.view.drag(0, 0, -event.deltaY / 4));
     else this.view.zoom(event.deltaY > 0 ? 1.1 : 1 / 1.1);
+  }
+  // As `go`, and told at once: a page with little time hears of the cursor sooner than of its own clock. The rest is told by
+  // the next beat.
+  lead(move) {
+    this.go(move);
+    if (performance.now() - this.toldAt >= LEAST_MS) this.tell();
   }
   // `move_S` [m] of the tool is this much of the hand: p_M = R^T p_S / scale.
   go(move) {
-    const { rotation: R, scale } = this.mapping();
+    const { rotation: R, position_scale: scale } = this.mapping();
     move = move.map((part, axis) => (this.locked.has(axis) ? 0 : part));
     for (let i = 0; i < 3; ++i) this.p[i] += (R[i] * move[0] + R[3 + i] * move[1] + R[6 + i] * move[2]) / scale;
   }
@@ -108,7 +115,7 @@ export class Pointer {
     return pad && [pad.axes[0], pad.axes[1], -(pad.axes[3] || 0)].map((part) => (Math.abs(part) > PAD_SLACK ? part : 0));
   }
   tell() {
-    const at = performance.now();
+    const at = (this.toldAt = performance.now());
     this.link.send({ do: 'pointer', at, p_M: this.p, engaged: this.engaged });
     if (this.engaged) this.sent = at;
     this.wasEngaged = this.engaged;

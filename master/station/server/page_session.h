@@ -56,7 +56,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   const PageServer::Listener* const listener_;
   boost::beast::flat_buffer heard_;
   NoticeBoard::Seen seen_{};
-  Topic last_ = Topic::kShape;       // so that what comes first is told first
+  Topic last_ = Topic::kFindings;    // so that what comes first is told first
   NoticeBoard::Bytes writing_;       // null: nothing is on its way
   std::deque<std::string> answers_;  // not sent yet, at most kMostAnswers
   bool open_ = false;

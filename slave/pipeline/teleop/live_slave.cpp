@@ -383,17 +383,18 @@ void LiveSlave::RefuseUnlessFree() const {
 }
 
 void LiveSlave::Reset() {
-  if (port_.view().phase != Phase::kEstop) {
-    RefuseUnlessFree();
-    {
-      const std::lock_guard lock(rest_mutex_);
-      reset_wanted_ = true;
-    }
-    roused_.notify_all();
-    return;
-  }
+  if (port_.view().phase != Phase::kEstop) return FindAnew();
   if (!stop_file_.empty()) std::filesystem::remove(stop_file_);
   port_.Reset();
+}
+
+void LiveSlave::FindAnew() {
+  RefuseUnlessFree();
+  {
+    const std::lock_guard lock(rest_mutex_);
+    reset_wanted_ = true;
+  }
+  roused_.notify_all();
 }
 
 void LiveSlave::EmergencyStop(const std::string& reason) {

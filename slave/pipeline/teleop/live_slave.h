@@ -59,8 +59,8 @@ class LiveSlave final : public Slave {
   [[nodiscard]] SlaveStatus Status() const override;
   void SetModel(const ModelChange& change, Progress* progress = nullptr) override;
   void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override;
-  // Of an emergency stop; else the sense starts anew with its next sample.
   void Reset() override;
+  void FindAnew() override;
   void EmergencyStop(const std::string& reason) override;
   // An emergency stop is kept in `folder` from now on, and one that is kept there holds. Throws
   // std::runtime_error: nothing can be kept there.

@@ -95,7 +95,10 @@ class Slave {
   [[nodiscard]] virtual SlaveStatus Status() const = 0;
   virtual void SetModel(const ModelChange& change, Progress* progress = nullptr) = 0;
   virtual void SetParameters(const ParameterChange& change, Progress* progress = nullptr) = 0;
+  // Of an emergency stop; where there is none, finds anew.
   virtual void Reset() = 0;
+  // The sense starts anew with its next sample: tip, template and rest. A stop stays.
+  virtual void FindAnew() = 0;
   virtual void EmergencyStop(const std::string& reason) = 0;
 
   // --- bulk, computed only when asked for.

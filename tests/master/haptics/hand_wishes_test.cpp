@@ -92,6 +92,18 @@ TEST_F(HandWishesTest, AnotherRenderingWaitsUntilNobodyFeelsIt) {
   EXPECT_EQ(rig_.state(), kFollowing);
 }
 
+TEST_F(HandWishesTest, ALowerLimitCountsAtOnceWithoutAStepAndAHigherOneNever) {
+  constexpr double kRounding = 1e-9;
+  rig_.wishes.force_limit = 0.4;
+  EXPECT_LE(LargestStep(0.05), kSmooth + kRounding);
+  EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12);
+  EXPECT_EQ(rig_.loop.record().force_limit, 0.4);
+  rig_.wishes.force_limit = 3;
+  rig_.Run(puppet_, 0.05);
+  EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12);
+  EXPECT_EQ(rig_.state(), kFollowing);
+}
+
 // A drift of 50 mN that the slave's sense has, in the air and in contact.
 class TareTest : public testing::Test {
  protected:

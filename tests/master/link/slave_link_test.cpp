@@ -219,6 +219,7 @@ TEST_F(SlaveLinkTest, WhoeverHoldsTheLeaseIsNamedAndTheLeaseIsTakenWhenFree) {
   ASSERT_TRUE(loop_.Until([&] { return !second.stats().trouble.empty(); }));
   EXPECT_THAT(second.stats().trouble, HasSubstr("the lease is held by Ada (ipv4:127.0.0.1:"));
   EXPECT_FALSE(second.stats().connected);
+  EXPECT_TRUE(second.stats().answers);
   first.reset();
   EXPECT_TRUE(second_loop.Until([&] { return second.stats().connected; }));
 }
@@ -264,6 +265,8 @@ TEST_F(SlaveLinkTest, TheEmergencyStopReachesTheSlaveBesideTheStream) {
   EXPECT_TRUE(loop_.Until([&] { return loop_.told.Has(Event::kEstop); }));
   server_.reset();
   EXPECT_FALSE(link.EmergencyStop("nobody hears"));
+  ASSERT_TRUE(loop_.Until([&] { return !link.stats().connected; }));
+  EXPECT_FALSE(link.stats().answers);
 }
 
 class DatagramLinkTest : public SlaveLinkTest {
@@ -506,6 +509,16 @@ TEST_F(SlaveLinkTest, AnotherServiceIsAnErrorAtOnce) {
                   " answers, but does not speak palpate.v1: is it a palpate-slave, of a "
                   "release like this one?");
   }
+}
+
+TEST_F(SlaveLinkTest, TheEyesStartAnewWhereTheSlaveKnowsHow) {
+  SlaveLink link(To(server_->address()));
+  EXPECT_EQ(link.FindAnew(), "");
+  EXPECT_EQ(slave_.found_anew(), 1);
+  const StrangePeer older;  // that lacks the call
+  EXPECT_THAT(SlaveLink(To(older.address)).FindAnew(), HasSubstr("install the same release"));
+  server_.reset();
+  EXPECT_NE(link.FindAnew(), "");
 }
 
 TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedToldAndNeverHandedOn) {

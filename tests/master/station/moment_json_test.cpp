@@ -75,6 +75,35 @@ TEST(MomentJsonTest, ADiskThatIsFullIsSaidWithTheNextStep) {
   EXPECT_THAT(said->next, testing::HasSubstr("Make room"));
 }
 
+// Who refuses is there: whether it runs is not the question.
+TEST(MomentJsonTest, ASlaveThatRefusesIsNotSearchedFor) {
+  StationMoment moment;
+  moment.status.link.trouble = "the lease is held by Ada";
+  EXPECT_THAT(AlarmsOf(moment).front().next, testing::HasSubstr("Is palpate-slave running?"));
+  moment.status.link.answers = true;
+  EXPECT_EQ(AlarmsOf(moment).front().text, "No line to the slave: the lease is held by Ada.");
+  EXPECT_THAT(AlarmsOf(moment).front().next, testing::HasSubstr("mend that"));
+}
+
+TEST(MomentJsonTest, TheDoctorsBadFindingsStandFirst) {
+  const Json json = Json::parse(FindingsJson(
+      {{Verdict::kGood, "clocks", "0 s", ""}, {Verdict::kBad, "line", "none", "mend it"}}, true));
+  EXPECT_TRUE(json["done"]);
+  EXPECT_EQ(json["findings"][0]["level"], "bad");
+  EXPECT_EQ(json["findings"][0]["advice"], "mend it");
+  EXPECT_EQ(json["findings"][1]["what"], "clocks");
+}
+
+TEST(MomentJsonTest, WhatTheHandGoesByAndWhatWaitsAreToldApart) {
+  StationMoment moment = Pressed();
+  moment.ticks.newest.force_scale = 2;
+  moment.waiting.force_scale = 5;
+  const Json json = Json::parse(StatusJson(moment));
+  EXPECT_EQ(json["force_scale"], 2);
+  EXPECT_EQ(json["waiting"]["force_scale"], 5);
+  EXPECT_TRUE(json["waiting"]["position_scale"].is_null());
+}
+
 TEST(MomentJsonTest, ASlaveOfAnotherReleaseIsSaidWithTheNextStep) {
   EXPECT_EQ(OtherRelease("0.1.0+aaaa", "0.1.0+bbbb.changed"), "");
   EXPECT_EQ(OtherRelease("", "0.1.0"), "");

@@ -23,6 +23,8 @@ TEST(WishTest, ReadsWhatThePageSends) {
   EXPECT_TRUE(pointer.engaged);
   EXPECT_TRUE(std::holds_alternative<MarkWish>(ReadWish(R"({"do":"mark"})")));
   EXPECT_TRUE(std::holds_alternative<TareWish>(ReadWish(R"({"do":"tare"})")));
+  EXPECT_TRUE(std::holds_alternative<FindWish>(ReadWish(R"({"do":"find"})")));
+  EXPECT_TRUE(std::holds_alternative<ExamineWish>(ReadWish(R"({"do":"examine"})")));
   EXPECT_FALSE(std::get<ClutchWish>(ReadWish(R"({"do":"clutch","on":false})")).on);
   EXPECT_TRUE(std::get<RecordWish>(ReadWish(R"({"do":"record","on":true})")).on);
   EXPECT_EQ(std::get<RenderWish>(ReadWish(R"({"do":"render","mode":"hold"})")).mode,

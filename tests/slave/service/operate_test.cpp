@@ -176,6 +176,13 @@ TEST_F(OperateTest, AnEmergencyStopIsToldAndStaysUntilReset) {
   {
     grpc::ClientContext context;
     v1::Status reply;
+    ASSERT_TRUE(ada.stub().FindAnew(&context, {}, &reply).ok());
+    EXPECT_EQ(slave_.found_anew(), 1);
+    EXPECT_EQ(reply.phase(), v1::PHASE_ESTOP) << "eyes that start anew clear no stop";
+  }
+  {
+    grpc::ClientContext context;
+    v1::Status reply;
     ASSERT_TRUE(ada.stub().Reset(&context, {}, &reply).ok());
     EXPECT_EQ(reply.phase(), v1::PHASE_READY);
   }

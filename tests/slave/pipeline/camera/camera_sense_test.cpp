@@ -114,6 +114,7 @@ TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
     EXPECT_THROW(slave_->SetModel(finer), std::logic_error);
     EXPECT_THROW(slave_->SetParameters(absurd), std::logic_error);
     EXPECT_THROW(slave_->Reset(), std::logic_error);
+    EXPECT_THROW(slave_->FindAnew(), std::logic_error);
   };
   refuses();
   Until([](const SlaveState& s) { return s.phase == Phase::kClutched; }, false);
@@ -267,6 +268,8 @@ TEST(EmergencyStopTest, OutlivesARestart) {
   {
     const auto slave = MakeLiveSlave(scene, folder);
     EXPECT_EQ(phase(slave), Phase::kEstop);
+    slave->FindAnew();
+    EXPECT_EQ(phase(slave), Phase::kEstop) << "eyes that start anew clear no stop";
     slave->Reset();
     EXPECT_EQ(phase(slave), Phase::kReady);
   }

@@ -1,0 +1,57 @@
+// The scales between hand and tool and the limit of the force: what is in force, what is asked for, what still waits. The
+// master takes a scale only while nobody feels the change, and a limit only where it is lower.
+import { figure, write } from './words.js';
+
+const ASK_AFTER_MS = 200, HELD_MS = 1500;  // of a slider that rests; what was chosen stands there until it is told
+const SLIDERS = [
+  { key: 'position_scale', id: 'position-scale', unit: 'mm/mm', words: (scale) => `1 mm of the hand is ${figure(scale)} mm of the tool` },
+  { key: 'force_scale', id: 'force-scale', unit: 'N/N', words: (scale) => `1 N at the tool is ${figure(scale)} N at the hand` },
+];
+const byId = (id) => document.getElementById(id);
+
+export class Scales {
+  // `home` takes the focus back from a mouse.
+  constructor(link, home) {
+    Object.assign(this, { link, home, own: {} });
+    this.limit = byId('force-limit');
+    byId('mapping').addEventListener('submit', (event) => this.lower(event));
+    this.sliders = SLIDERS.map((one) => ({ ...one, input: byId(one.id), told: byId(`${one.id}-told`), chosenAt: -1e9 }));
+    for (const slider of this.sliders) {
+      slider.input.addEventListener('input', () => this.choose(slider));
+      slider.input.addEventListener('change', () => slider.input.matches(':focus-visible') || this.home.focus());
+    }
+  }
+  // From a tenth to ten times the scene's own.
+  choose(slider) {
+    const scale = Number((this.own[slider.key] * 10 ** slider.input.valueAsNumber).toPrecision(3));
+    slider.chosenAt = performance.now();
+    this.write(slider, scale, true);
+    clearTimeout(slider.timer);
+    slider.timer = setTimeout(() => this.link.send({ do: 'set', [slider.key]: scale }), ASK_AFTER_MS);
+  }
+  lower(event) {
+    event.preventDefault();
+    const limit = this.limit.valueAsNumber;
+    if (limit > 0) this.link.send({ do: 'set', force_limit: limit });
+    this.limit.dataset.told = '';  // what is in force stands there again
+    this.home.focus();
+  }
+  write({ input, told, unit, words }, scale, waits) {
+    write(told, `${waits ? '… ' : ''}${figure(scale)} ${unit}`);
+    const text = words(scale) + (waits ? '; once the hand is let go and nothing is touched' : '');
+    if (told.title !== text) told.title = text;
+    if (input.getAttribute('aria-valuetext') !== text) input.setAttribute('aria-valuetext', text);
+  }
+  // `mapping`: in force, as `own` by the scene; `waiting`: asked for.
+  show(mapping, own, waiting) {
+    this.own = own;
+    for (const slider of this.sliders) {
+      if (performance.now() - slider.chosenAt < HELD_MS || slider.input.matches(':active')) continue;
+      const scale = waiting?.[slider.key] ?? mapping[slider.key], place = Math.log10(scale / own[slider.key]);
+      if (Math.abs(slider.input.valueAsNumber - place) > 0.025) slider.input.value = place;
+      this.write(slider, scale, Boolean(waiting?.[slider.key]));
+    }
+    const limit = String(Number(mapping.limit.toPrecision(3)));
+    if (document.activeElement !== this.limit && this.limit.dataset.told !== limit) this.limit.value = this.limit.dataset.told = limit;
+  }
+}
