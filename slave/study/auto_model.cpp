@@ -83,10 +83,12 @@ std::vector<StudyRow> FitRows(const Scene& scene, std::vector<StudyRow> rows,
   return rows;
 }
 
-// Whether a volume's reference at several places takes some seconds, not minutes.
+// Whether a volume's reference at several places takes some seconds, not minutes; a box's needs no
+// more cells than it is cut into for the tool.
 bool IsQuicklyGraded(const Scene& scene) {
   constexpr std::size_t kMostTets = 3'000;
   if (HoldsByNumber(scene)) return false;
+  if (std::holds_alternative<BoxGeometry>(scene.object.geometry)) return true;
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);
   return solid != nullptr && solid->tets.size() <= kMostTets;
@@ -118,6 +120,9 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
     decision.reason += "; at the depth asked for it is extrapolated" +
                        (doubt.empty() ? ", beyond its range" : ": " + doubt);
   }
+  if (study.question.presses.size() < kMany && scene.study_contacts.empty()) {
+    decision.reason += "; judged where the tool would meet the object first, elsewhere not known";
+  }
   for (const StudyRow& row : study.rows) {
     if (!row.recommended) decision.rejected.push_back(Rejected(row, WhyNot(row, *chosen, study)));
   }
@@ -128,7 +133,7 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
 }
 
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
-  constexpr int kOnOutline = 128, kOnMembrane = 8, kOnSkin = 6;
+  constexpr int kOnOutline = 128, kOnMembrane = 8, kOnSkin = 20;
   const bool has_own = !scene.study_contacts.empty() || !scene.tool || scene.model.wall > 0;
   if (has_own || (IsVolume(scene.object.geometry) && !IsQuicklyGraded(scene))) return {};
   const Geometry& geometry = scene.object.geometry;
@@ -139,7 +144,9 @@ std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
 StudySettings QuickSettings(const Scene& scene, double budget_s) {
   StudySettings settings;
   settings.places = PlacesToDecide(scene);
-  settings.budget_s = budget_s;
+  // Tetrahedra at many places take longer than a tool on an outline, a shell's tables longer still.
+  const bool at_many = IsVolume(scene.object.geometry) && settings.places.size() >= kMany;
+  settings.budget_s = budget_s * (scene.model.wall > 0 ? 3 : at_many ? 2 : 1);
   settings.timing_s = 0.01 * budget_s;
   settings.limits = {.dof = 40'000, .dense_dof = 1200, .residuals = false, .families = {}};
   return settings;

@@ -20,10 +20,12 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene);
 
 inline constexpr double kQuickBudget = 3;  // [s]
 // Of a study that decides for all of an object: where the scene names no places itself, it presses
-// at several that go evenly over all ReachablePlaces. Empty: the study's own, as of volumes of more
-// than 3000 tetrahedra, which would take minutes, and of those held by number.
+// at several that go evenly over all ReachablePlaces. Empty: the study's own, as of volumes from a
+// file of more than 3000 tetrahedra, which would take minutes, and of those held by number; then
+// the decision says so.
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene);
-// A quick study leaves out dear models, and repeating what is quick.
+// A quick study leaves out dear models, and repeating what is quick; volumes at many places have
+// twice the time, shells three times.
 StudySettings QuickSettings(const Scene& scene, double budget_s = kQuickBudget);
 // The same after a quick study of about `budget_s` [s]. Throws std::invalid_argument: see AskedOf.
 std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,

@@ -143,21 +143,23 @@ void AddMembrane(const Scene& scene, std::vector<Candidate>* candidates) {
 }
 
 // --- discs filled with a liquid
-void AddShell(const Scene& scene, std::vector<Candidate>* candidates) {
-  for (const int pieces : std::set<int>{scene.model.elements, 320, 640, 1280}) {
-    if (pieces < 320 && pieces != scene.model.elements) continue;
+void AddShell(const Scene& scene, const CandidateLimits& limits,
+              std::vector<Candidate>* candidates) {
+  constexpr int kFewest = 320;  // that the model takes, see ShellModel
+  const int own = std::max(scene.model.elements, kFewest);
+  for (const int pieces : std::set<int>{own, kFewest, 448, 640, 1280}) {
     Candidate c;
     c.scene = scene;
     c.scene.model.kind = "shell";
     c.scene.model.elements = pieces;
     c.family = "shell";
-    c.own = pieces == scene.model.elements;
-    const int divided = std::max(pieces, 320);  // at least, see ShellModel
-    c.resolution = std::to_string(divided) + " pieces";
-    c.element_size = Perimeter(MeshOutline(c.scene, std::nullopt)) / divided;
-    c.expected_s = 3.0 * divided / 320;  // Newton, for each press and each repeat
+    c.own = pieces == own;
+    c.resolution = std::to_string(pieces) + " pieces";
+    c.element_size = Perimeter(MeshOutline(c.scene, std::nullopt)) / pieces;
+    c.expected_s = 1.0 * pieces / kFewest;  // Newton, for the rows of a table
+    c.dof = 2 * static_cast<std::size_t>(pieces);
     c.linear = false;
-    candidates->push_back(std::move(c));
+    if (c.dof <= limits.dense_dof || c.own) candidates->push_back(std::move(c));
   }
 }
 
@@ -383,7 +385,7 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
   if (std::holds_alternative<MembraneGeometry>(geometry)) {
     AddMembrane(scene, &candidates);
   } else if (scene.model.wall > 0) {
-    AddShell(scene, &candidates);
+    AddShell(scene, limits, &candidates);
   } else if (IsPlanar(geometry)) {
     AddPlanar(scene, question, limits, &candidates);
   } else {
@@ -414,12 +416,15 @@ bool HasMidnodes(const ModelOptions& model) {
   return kind != nullptr && kind->has_tets && model.fem.element == FemOptions::Element::kTet10;
 }
 
+bool TakesWidthAsItIs(const ObjectMesh& mesh, const ModelOptions& model) {
+  return std::holds_alternative<MembraneDisc>(mesh) || model.wall > 0;
+}
+
 double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Press& press,
                      double width) {
-  if (std::holds_alternative<MembraneDisc>(mesh)) return 0;
+  if (TakesWidthAsItIs(mesh, model)) return 0;
   double seen = 0;
   if (const auto* boundary = std::get_if<BoundaryMesh>(&mesh)) {
-    if (model.wall > 0) return 0;  // the shell takes the tool as it is
     seen = PatchLength(*boundary, press, width);
   } else {
     const auto* solid = std::get_if<SolidMesh>(&mesh);

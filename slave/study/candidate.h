@@ -33,6 +33,9 @@ bool HoldsByNumber(const Scene& scene);
 // Whether its nodes are in the middles of edges, too.
 bool HasMidnodes(const ModelOptions& model);
 
+// Whether the model takes the tool's width as it is, whatever its mesh: plates and shells.
+bool TakesWidthAsItIs(const ObjectMesh& mesh, const ModelOptions& model);
+
 // How wide a rigid tool a model on this mesh sees at `press`, relative to the real one, minus 1: a
 // discrete patch is made of whole elements, triangles or nodes (of fem tet10, those amid edges
 // too). 0 where the model has none. NaN: nothing can be touched there.

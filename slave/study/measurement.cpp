@@ -6,6 +6,7 @@
 #include <cmath>
 #include <exception>
 #include <new>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -56,10 +57,11 @@ PatchBasis LoadBasisOf(const ModelOptions& model) {
 
 class Trial {
  public:
-  Trial(DeformationModel* model, const ModelOptions& options, const ObjectMesh& mesh,
+  Trial(DeformationModel* model, const Candidate& candidate, const ObjectMesh& mesh,
         const PressSpec& question, const ModelFactory& workshop)
       : model_(*model),
-        options_(options),
+        options_(candidate.scene.model),
+        steps_(candidate.linear ? 1 : kSteps),
         mesh_(mesh),
         finder_(mesh),
         question_(question),
@@ -70,10 +72,11 @@ class Trial {
     answers.width_mismatch = WidthMismatch(mesh_, options_, press, question_.width);
     model_.Reset();
     answers.small = At(press, question_.small_depth, 1);
-    answers.width_slope = SlopeOf(press);
+    if (question_.presses.size() < kMany || !slope_) slope_ = SlopeOf(press);
+    answers.width_slope = *slope_;
     model_.Reset();
-    for (int step = 1; step <= kSteps; ++step) {
-      answers.full = At(press, question_.depth * step / kSteps, 1);
+    for (int step = 1; step <= steps_; ++step) {
+      answers.full = At(press, question_.depth * step / steps_, 1);
     }
     return answers;
   }
@@ -176,8 +179,9 @@ class Trial {
   }
 
   // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
-  // tell.
+  // tell. Not asked where nothing is to be corrected: a shell solves each width anew.
   double SlopeOf(const Press& press) {
+    if (TakesWidthAsItIs(mesh_, options_)) return 0;
     const auto seen = [&](double share) {
       if (press.loaded) return share;
       return share * (1 + WidthMismatch(mesh_, options_, press, share * question_.width));
@@ -191,6 +195,8 @@ class Trial {
 
   DeformationModel& model_;
   const ModelOptions& options_;
+  const int steps_;
+  std::optional<double> slope_;  // of many presses that at the first, which no error hangs on
   const ObjectMesh& mesh_;
   Finder finder_;
   const PressSpec& question_;
@@ -229,7 +235,7 @@ void Try(const Candidate& candidate, const PressSpec& question, const ModelFacto
   if (info.dof > 0) row->dof = info.dof;
   row->memory_bytes = info.memory_bytes;
   row->reason = info.remark;
-  Trial trial(model.get(), candidate.scene.model, mesh, question, workshop);
+  Trial trial(model.get(), candidate, mesh, question, workshop);
   row->validity = Validity::kValid;
   for (const Press& press : question.presses) {
     row->answers.push_back(trial.Answer(press));

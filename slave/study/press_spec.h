@@ -2,6 +2,7 @@
 // the object. Frame O.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -20,6 +21,8 @@ struct Press {
   Eigen::Vector3d along_O{0, 0, 0};   // unit tangent: the way a moved contact goes
   bool loaded = false;                // by an even pressure
 };
+
+inline constexpr std::size_t kMany = 3;  // presses, which are a sample of how meshes lie under them
 
 struct PressSpec {
   std::vector<Press> presses;  // one or more, each on its own

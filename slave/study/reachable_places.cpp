@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 #include "shared/geometry/index.h"
@@ -25,24 +23,18 @@ constexpr double kWithin = 0.6;    // of a membrane's radius
 
 struct Piece {
   Vector3d p_O{0, 0, 0};
-  double size = 0;  // its length or area
+  double size = 0;  // its length
 };
 
-// Where the piece at a share does not carry the tool, the next one that does.
-std::vector<Vector3d> Draw(const std::vector<Piece>& pieces, const std::vector<double>& shares,
-                           const std::function<bool(const Vector3d&)>& carries) {
+// The piece in which a share of all sizes ends, and the share of that piece.
+template <typename Sized>
+std::pair<std::size_t, double> PieceAt(const std::vector<Sized>& pieces, double share) {
   double total = 0;
-  for (const Piece& piece : pieces) total += piece.size;
-  std::vector<Vector3d> places;
-  for (const double share : shares) {
-    double rest = share * total;
-    std::size_t at = 0;
-    while (at + 1 < pieces.size() && (rest -= pieces[at].size) >= 0) ++at;
-    std::size_t tried = 0;
-    while (tried < pieces.size() && !carries(pieces[(at + tried) % pieces.size()].p_O)) ++tried;
-    if (tried < pieces.size()) places.push_back(pieces[(at + tried) % pieces.size()].p_O);
-  }
-  return places;
+  for (const auto& piece : pieces) total += piece.size;
+  double rest = share * total;
+  std::size_t at = 0;
+  while (at + 1 < pieces.size() && rest >= pieces[at].size) rest -= pieces[at++].size;
+  return {at, rest / pieces[at].size};
 }
 
 std::vector<Vector3d> OnOutline(const Scene& scene, double width,
@@ -64,10 +56,14 @@ std::vector<Vector3d> OnOutline(const Scene& scene, double width,
     const Vector2d p = middle.midpoint();
     pieces.push_back({{p.x(), p.y(), 0}, middle.length()});
   }
-  return Draw(pieces, shares, [](const Vector3d&) { return true; });
+  std::vector<Vector3d> places;
+  for (const double share : shares) {
+    if (!pieces.empty()) places.push_back(pieces[PieceAt(pieces, share).first].p_O);
+  }
+  return places;
 }
 
-// A triangle's middle stands for it, so they are small.
+// What is held is known by its nodes, so triangles are small.
 SurfaceMesh FineSkin(const Scene& scene, double width) {
   constexpr std::size_t kMost = 6'000;
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
@@ -84,7 +80,28 @@ SurfaceMesh FineSkin(const Scene& scene, double width) {
   return skin;
 }
 
+struct Facet {
+  double size = 0;  // its area
+};
+
+double Fraction(double x) {
+  return x - std::floor(x);
+}
+
+// Anywhere on a triangle: its middle would lie in every mesh of its kind alike.
+Vector3d OnFacet(const SurfaceMesh& skin, const std::vector<Facet>& facets, double share) {
+  constexpr double kStripes = 100 * std::numbers::phi;
+  const auto [at, within] = PieceAt(facets, share);
+  const double a = std::sqrt(within), b = Fraction(kStripes * within);
+  const auto& corners = skin.triangles[at];
+  return (1 - a) * skin.nodes[Index(corners[0])] + a * (1 - b) * skin.nodes[Index(corners[1])] +
+         a * b * skin.nodes[Index(corners[2])];
+}
+
+// A share where the tool does not rest goes on to others that are spread over all of the surface:
+// those beside a gap would be pressed too often.
 std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector<double>& shares) {
+  constexpr int kMostMissed = 300;
   constexpr double kOnObject = 0.97;  // of the tool's face
   const SurfaceMesh skin = FineSkin(scene, width);
   const HeldNodes held = FixedNodeDofs(scene, skin.nodes);
@@ -101,11 +118,23 @@ std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector
     const auto place = FindPlace(skin, p_O);
     return place && PatchAt(skin, *place, p_O, width).disc.area >= kOnObject * face;
   };
-  std::vector<Piece> pieces;
-  for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) {
-    pieces.push_back({Centroid(skin, t), Area(skin, t)});
+  std::vector<Facet> facets;
+  for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t)
+    facets.push_back({Area(skin, t)});
+  std::vector<Vector3d> places;
+  int missed = 0;  // in a row
+  for (double share : shares) {
+    Vector3d p_O = OnFacet(skin, facets, share);
+    while (missed < kMostMissed && !carries(p_O)) {
+      ++missed;
+      share = Fraction(share + std::numbers::phi);
+      p_O = OnFacet(skin, facets, share);
+    }
+    if (missed == kMostMissed) break;
+    missed = 0;
+    places.push_back(p_O);
   }
-  return Draw(pieces, shares, carries);
+  return places;
 }
 
 std::vector<Vector3d> OnMembrane(double radius, const std::vector<double>& shares) {
@@ -146,7 +175,7 @@ std::vector<double> SpreadShares(int count) {
   std::vector<double> shares;
   for (int i = 0; i < count; ++i) {
     const double turns = (i + 0.5) * std::numbers::phi;
-    shares.push_back((i + turns - std::floor(turns)) / count);
+    shares.push_back((i + Fraction(turns)) / count);
   }
   return shares;
 }

@@ -41,13 +41,15 @@ struct References {
 // objects and rigid tools on volumes, finite elements graded for the press; the one with the
 // smallest bar. Its bar grows to
 // what it differs from another formulation beyond that one's own bar and the way to its limit. Of
-// three presses and more such finite elements with a bar below 3 % stand alone.
+// three presses and more such finite elements with a bar below 5 % stand alone.
 // Full depth: the same, times how much stiffer the object is there in a large-deformation model
 // (von Karman, neo-Hookean) than at the small depth; one where none answered.
 class ReferenceFinder {
  public:
-  // Solves the graded finite elements: up to a second, roughly if there are more than two presses;
-  // then their bar is the change from a coarser or finer mesh at the first.
+  // Solves the graded finite elements: up to a second each, rough ones if there are more than two
+  // presses. The bar of one is the change from another mesh; the rough ones are checked at three of
+  // their places on finer meshes, which bring all of them nearer: how unlike the three are is their
+  // bar, or half of what they differ.
   ReferenceFinder(const Scene& scene, const PressSpec& question);
   [[nodiscard]] References Find(const std::vector<StudyRow>& rows) const;
 

@@ -65,7 +65,8 @@ struct StudyRow : Trait {
   // Relative, of the contact force, the worst press, of ten and more what nine of ten stay within:
   // how far it is from the reference, but at least the reference's own bar. Of fewer than three, at
   // least what the mesh's idea of the tool's width costs: errors that cancel at one place by luck
-  // are not accuracy. At the full and at the small depth.
+  // are not accuracy. At the full and at the small depth. The bar of `error` has the reference's
+  // own and, of three presses and more, what so few tell of all.
   Estimate error, error_small;
   double deviation = kUnknown;            // the first of the three alone, at full depth [-]
   double width_error = kUnknown;          // the last of the three alone [-]

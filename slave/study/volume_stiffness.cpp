@@ -158,22 +158,22 @@ double EnergyOf(const Eigen::SparseMatrix<double>& lower, const Eigen::VectorXd&
 
 }  // namespace
 
-SolidMesh GradedUnder(const Scene& scene, const Press& press, double width, double finest) {
-  constexpr double kGrowth = 0.7;  // of the edges with the distance from the tool's rim
+SolidMesh GradedUnder(const Scene& scene, const Press& press, double width, double finest,
+                      double growth) {
   SolidMesh mesh = std::get<SolidMesh>(MeshObject(scene, std::nullopt));
   Refine(
       [&](const Vector3d& p) {
-        return std::max(finest, kGrowth * ((p - press.p_O).norm() - 0.55 * width));
+        return std::max(finest, growth * ((p - press.p_O).norm() - 0.55 * width));
       },
       &mesh);
   return mesh;
 }
 
 std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, double width,
-                                      double finest) {
+                                      double finest, double growth) {
   if (HoldsByNumber(scene)) return std::nullopt;  // new nodes between them would be free
   try {
-    const SolidMesh mesh = GradedUnder(scene, press, width, finest);
+    const SolidMesh mesh = GradedUnder(scene, press, width, finest, growth);
     const TetStiffness stiffness =
         AssembleTetStiffness(mesh, FixedNodeDofs(scene, mesh.nodes),
                              scene.object.material.poisson_ratio, TetElement::kTet10);
