@@ -120,7 +120,8 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
     decision.reason += "; at the depth asked for it is extrapolated" +
                        (doubt.empty() ? ", beyond its range" : ": " + doubt);
   }
-  if (study.question.presses.size() < kMany && scene.study_contacts.empty()) {
+  const bool is_one_for_all = scene.model.wall > 0;  // a shell's meridian
+  if (study.question.presses.size() < kMany && scene.study_contacts.empty() && !is_one_for_all) {
     decision.reason += "; judged where the tool would meet the object first, elsewhere not known";
   }
   for (const StudyRow& row : study.rows) {
