@@ -24,6 +24,7 @@ constexpr double kStep = 3, kAlike = 3;
 constexpr double kManySteps = 2.5, kStepsLast = 0.97;
 constexpr double kBriskly = 0.3;       // likewise, over a few: of pressure and pace
 constexpr double kStirs = 3;           // 0.02 N [counts]
+constexpr double kRestSigmas = 2;      // that the pressure's rest value may be off, besides
 constexpr double kQuietest = 0.8;      // times the usual noise; five real fingers: 0.83 to 1.17
 constexpr double kLag = 3;             // samples that a recurrent network's answer is late, about
 constexpr double kPromptLag = 1;       // that another one's is
@@ -137,8 +138,9 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
 // Between what noise may be and what its absence may be nobody knows.
 std::optional<bool> Fingertip::Stirs() const noexcept {
   const double noise = std::max(1.0, pattern_->noise());
-  if (pressure_ > kStirs * noise) return true;
-  if (pressure_ < kStirs * (2 - noise)) return false;
+  const double rest = kRestSigmas * std::sqrt(rest_.pressure_variance());
+  if (pressure_ > kStirs * noise + rest) return true;
+  if (pressure_ < kStirs * (2 - noise) - rest) return false;
   return std::nullopt;
 }
 
@@ -186,7 +188,7 @@ void Fingertip::FollowSteps(const FingerReading& reading, bool looks_back) noexc
 TactileSignals Fingertip::Mend(const TactileSignals& change, FingerReading* reading) noexcept {
   if (!pattern_) return change;
   Stopwatch lap;
-  pattern_->Take(change, stuck_.which(), stuck_.still(), rest_.variance());
+  pattern_->Take(change, stuck_.which(), stuck_.still(), rest_.variance(), rest_.common_variance());
   checks_us_ = lap.Lap();
   const TactileSignals& mended = pattern_->mended();
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
@@ -201,7 +203,7 @@ void Fingertip::Miss() noexcept {
   if (missed_ >= miss_patience_) {
     Lose(FailedCheck::kFingerMissing, "the fingertip is silent");
   } else if (touch_.force_F && missed_ <= kBelieved) {
-    touch_.sigma = std::hypot(touch_.sigma, missed_ * pace_F_.norm());
+    touch_.sigma = std::hypot(touch_.sigma, missed_ * std::max(pace_F_.norm(), step_));
   } else if (touch_.force_F) {
     touch_.validity = Worse(touch_.validity, Validity::kStale);
     touch_.check = FailedCheck::kFingerMissing;
@@ -259,6 +261,7 @@ void Fingertip::TakeForce(bool known) noexcept {
     const double size = Eigen::Map<const Eigen::VectorXd>(last_.data(), kElectrodeCount).norm();
     force_F = steady_.Take(force_F, size, pattern_->noise());
   }
+  step_ = before_F ? (force_F - *before_F).norm() : 0;
   if (before_F) pace_F_ += kBriskly * (force_F - *before_F - pace_F_);
   touch_.force_F = force_F;
   touch_.sigma = SigmaOf(force_F);

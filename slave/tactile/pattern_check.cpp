@@ -33,7 +33,7 @@ constexpr double kNoiseShare = 0.3;      // of the noise's share: three times as
 constexpr double kLesser = 0.77;         // of a square in the lesser one of two
 constexpr double kNoisy = 1.3;           // times the usual noise, from where on that is made good
 constexpr double kWildest = 50;          // second difference that counts for all [counts^2]
-constexpr double kSameNoise = 0.12;      // of its logarithm: two fingers differ by as much
+constexpr double kSameNoise = 0.09;      // of its logarithm: three sigma of a second of it
 constexpr double kLargestGain = 0.3;     // that comes with noise; more is noise alone
 
 // What a drift of one count of all electrodes does.
@@ -83,7 +83,8 @@ void PatternCheck::Reset() noexcept {
 }
 
 void PatternCheck::Take(const TactileSignals& change, const Electrodes& is_dead,
-                        const Electrodes& is_still, double rest2) noexcept {
+                        const Electrodes& is_still, double rest2, double common2) noexcept {
+  common2_ = common2;
   const Signals x = PatternSignals(change);
   NoteJumps(x);
   const double lesser = noise_ < kNoisy ? 1 : kLesser;
@@ -129,7 +130,8 @@ PatternCheck::Reading PatternCheck::Explain(const Signals& x, const Signals& noi
 PatternCheck::Reading PatternCheck::ExplainBy(std::size_t kind, const Signals& x,
                                               const Signals& noise2, double size2) const noexcept {
   const Signals together = Together();
-  Covariance S = size2 * pattern_.kinds[kind].shape + drift2_ * together * together.transpose();
+  Covariance S =
+      size2 * pattern_.kinds[kind].shape + (drift2_ + common2_) * together * together.transpose();
   S += noise2.asDiagonal();
   const Eigen::LLT<Covariance> factor(S);
   Reading reading{kind, 0, factor.solve(Covariance::Identity())};
@@ -154,7 +156,7 @@ void PatternCheck::Measure(const Signals& x, const Covariance& inverse) noexcept
     level2_ += std::max(kNoiseShare * share_, 1.0 / (seen_ - 1)) * (level2 - level2_);
     noise_ = std::sqrt(level2_ / (kLesser * kSecondDifference * UsualNoise2()[0]));
   }
-  const double beyond = drift * drift - kSettled * kSettled * (variance - drift2_);
+  const double beyond = drift * drift - kSettled * kSettled * (variance - drift2_ - common2_);
   drift2_ += share_ * (std::max(0.0, beyond) - drift2_);
   drift_ += share_ * (drift - drift_);
   before_off_ = std::exchange(off_, off);
@@ -234,7 +236,7 @@ void PatternCheck::LeaveOutWrong(const Signals& x, const Electrodes& is_still, S
 void PatternCheck::Mend(const TactileSignals& change, const Signals& x, const Signals& noise2,
                         const Covariance& inverse) noexcept {
   const Signals together = Together();
-  Covariance M = drift2_ * together * together.transpose();
+  Covariance M = (drift2_ + common2_) * together * together.transpose();
   M += (noise2 - kQuiet * UsualNoise2()).cwiseMax(0).asDiagonal();
   const Signals expected = x - M * (inverse * x);
   mended_ = change;

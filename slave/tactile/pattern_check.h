@@ -33,10 +33,10 @@ class PatternCheck {
 
   using Electrodes = std::array<bool, kElectrodeCount>;
   // Takes the next sample, counts minus rest; `is_dead`: electrodes known not to work; `is_still`:
-  // those that may not; `rest2`: variance of the electrodes' rest values [counts^2].
-  // Allocation-free.
+  // those that may not; `rest2`: variance of the electrodes' rest values, each for itself, and
+  // `common2` of what they have in common [counts^2]. Allocation-free.
   void Take(const TactileSignals& change, const Electrodes& is_dead, const Electrodes& is_still,
-            double rest2) noexcept;
+            double rest2, double common2 = 0) noexcept;
   void Reset() noexcept;
 
   // Of the last sample: what is to be used.
@@ -84,8 +84,8 @@ class PatternCheck {
   std::vector<Quick> quick_;
   double share_;  // of a sample in what is measured over time
   Signals noise2_, raw_, x_, before_x_, off_, before_off_;
-  double drift2_ = 0;
-  double level2_ = 0;  // of second differences of all electrodes [counts^2]
+  double drift2_ = 0, common2_ = 0;  // as measured, as told [counts^2]
+  double level2_ = 0;                // of second differences of all electrodes [counts^2]
   int seen_ = 0;
   std::array<bool, kPatternSignals> is_wrong_{};
   // Electrodes that have jumped and are not what is expected: how far [counts]; and for how long

@@ -64,6 +64,17 @@ class RestTrend {
   [[nodiscard]] double variance() const noexcept {
     return since_ > 0 ? Lead() * Lead() * slope_variance_ : 0;
   }
+  // Of the pressure's [counts^2].
+  [[nodiscard]] double pressure_variance() const noexcept {
+    const double ahead = Lead() - middle_;
+    return pressure_noise2_ * (1 / weight_ + ahead * ahead * pressure_slope2_);
+  }
+  // Of what all electrodes' rest values have in common besides, as a fingertip that warms up slows
+  // down [counts^2].
+  [[nodiscard]] double common_variance() const noexcept {
+    const double left = since_ > 0 ? kSlows * Lead() * common_slope_ : 0;
+    return left * left;
+  }
 
  private:
   struct Moments {
@@ -77,6 +88,7 @@ class RestTrend {
   static constexpr double kStandsOut = 2;  // times the slopes' variance
   static constexpr double kLasts = 100;    // a slope seen last, about [samples]
   static constexpr double kBends = 0.2;    // part of a slope that may have changed since
+  static constexpr double kSlows = 0.5;    // likewise of what all have in common
 
   static double Signal(const FingerReading& reading, std::size_t i) noexcept {
     if (i < kElectrodeCount) return static_cast<double>(reading.electrodes[i]);
@@ -94,25 +106,33 @@ class RestTrend {
   }
 
   void Fit() noexcept {
-    const double middle = time_ / weight_;  // of the samples' times
+    const double middle = middle_ = time_ / weight_;
     const double spread = squared_time_ / weight_ - middle * middle;
     std::array<double, kElectrodeCount> slopes2, noise2;
     for (std::size_t i = 0; i < kSignalCount; ++i) {
       const Moments& m = moments_[i];
       const double mean = m.sum / weight_;
       lines_[i] = {mean, spread > 0 ? (m.timed / weight_ - middle * mean) / spread : 0};
-      if (i >= kElectrodeCount) continue;
-      slopes2[i] = lines_[i].slope * lines_[i].slope;
-      noise2[i] = std::max(0.0, m.squared / weight_ - mean * mean - slopes2[i] * spread);
+      const double slope2 = lines_[i].slope * lines_[i].slope;
+      const double left2 = std::max(0.0, m.squared / weight_ - mean * mean - slope2 * spread);
+      if (i >= kElectrodeCount) {
+        pressure_noise2_ = left2;  // the last one's
+        continue;
+      }
+      slopes2[i] = slope2;
+      noise2[i] = left2;
     }
     const double slope2 = VarianceOf(slopes2);
     const double slope_variance = spread > 0 ? VarianceOf(noise2) / (weight_ * spread) : 0;
     const double part = slope2 > 0 ? std::max(0.0, 1 - kStandsOut * slope_variance / slope2) : 0;
     lines_[kElectrodeCount].slope = 0;  // pac0 is a rate itself
-    for (Line& line : lines_) {
-      line.slope *= part;
-      line.level -= middle * line.slope;
+    common_slope_ = 0;
+    for (std::size_t i = 0; i < kSignalCount; ++i) {
+      lines_[i].slope *= part;
+      lines_[i].level -= middle * lines_[i].slope;
+      if (i < kElectrodeCount) common_slope_ += lines_[i].slope / kElectrodeCount;
     }
+    pressure_slope2_ = spread > 0 ? part * part / (weight_ * spread) : 0;
     slope_variance_ = part * slope_variance + kBends * kBends * part * part * slope2;
   }
 
@@ -120,6 +140,9 @@ class RestTrend {
   int taken_ = 0, since_ = 0;                        // samples, since the last one taken
   double weight_ = 0, time_ = 0, squared_time_ = 0;  // sums of 1, t and t^2
   double slope_variance_ = 0;                        // [counts^2/sample^2]
+  double common_slope_ = 0;                          // mean of the electrodes' [counts/sample]
+  double middle_ = 0;                                // of the samples' times, at the last one taken
+  double pressure_noise2_ = 0, pressure_slope2_ = 0;  // [counts^2], times [1/sample^2]
   FingerReading origin_;
   std::array<Moments, kSignalCount> moments_{};
   std::array<Line, kSignalCount> lines_{};

@@ -24,15 +24,20 @@ class SteadyForce {
     way_.Take(force / norm, size * size, 1 + kTurns * more);
     ratio_.Take(norm / size, size * size, 1 + kGrows * more);
     const Eigen::Vector3d steady = size * ratio_.mean * way_.mean.stableNormalized();
-    left_out_ += kBriskly * (force - steady - left_out_);
+    newest_ = force - steady;
+    left_out_ += kBriskly * (newest_ - left_out_);
     return steady;
   }
-  // What averaging has left out, of the last few samples: noise, or that the contact turns [N].
-  [[nodiscard]] double left_out() const noexcept { return left_out_.norm(); }
+  // What averaging has left out, of the last few samples: noise, or that the contact turns; of the
+  // newest alone at least half, lest one that turns at once be told as it was [N].
+  [[nodiscard]] double left_out() const noexcept {
+    return std::max(left_out_.norm(), kNewest * newest_.norm());
+  }
 
  private:
   static constexpr double kTurns = 6, kGrows = 1.5;  // samples per usual noise
   static constexpr double kBriskly = 0.3;            // share of a sample in what is left out
+  static constexpr double kNewest = 0.5;             // part of what the newest one leaves out
 
   template <typename Value>
   struct Average {
@@ -46,7 +51,7 @@ class SteadyForce {
   };
   Average<Eigen::Vector3d> way_{Eigen::Vector3d::Zero()};
   Average<double> ratio_;
-  Eigen::Vector3d left_out_{0, 0, 0};
+  Eigen::Vector3d left_out_{0, 0, 0}, newest_{0, 0, 0};
 };
 
 }  // namespace palpate

@@ -143,6 +143,16 @@ TEST_F(FingertipTest, AFewMissingSamplesAreMadeUpFor) {
   }
 }
 
+// A hand that has just set out may go on as fast as in the last sample.
+TEST_F(FingertipTest, AMissingSampleAfterASuddenOneMayBeAsFarFromIt) {
+  Rest(10);
+  Press({0, 0, -0.2}, 50);
+  Feel({0, 0, -0.6}, true);  // a mean over ten: 0.04 N at once
+  fingertip_.Feel(FingerReading{}, false);
+  EXPECT_GT(fingertip_.touch().sigma, 0.04);
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
+}
+
 // What drifts while nothing is near is rest; what presses is not, even there.
 TEST_F(FingertipTest, RestValuesAreFollowedWhileNothingIsNear) {
   Rest(10);

@@ -56,6 +56,43 @@ TEST_F(RestTrendTest, WithoutDriftRestIsTheMeanAndStays) {
   EXPECT_LT(rest_.variance(), 0.2);
 }
 
+// Warming up slows down: half of what all go on by may not come. Drifts of opposite signs have
+// nothing in common.
+TEST_F(RestTrendTest, WhatAllDriftTogetherMaySlowDown) {
+  for (; now_ < kRest; ++now_) {
+    rest_.Advance();
+    FingerReading reading = Reading(0);
+    for (float& electrode : reading.electrodes) electrode -= 0.1F * static_cast<float>(now_);
+    rest_.Take(reading);
+  }
+  EXPECT_EQ(rest_.common_variance(), 0);
+  for (int i = 0; i < 50; ++i) rest_.Advance();
+  EXPECT_NEAR(std::sqrt(rest_.common_variance()), 0.5 * 0.1 * 40, 0.5);
+  rest_.Reset();
+  now_ = 0;
+  Rest(0.1);
+  for (int i = 0; i < 50; ++i) rest_.Advance();
+  EXPECT_LT(std::sqrt(rest_.common_variance()), 0.5);
+}
+
+// Reference: the end of a line through n values of variance v, 4 v / n; without a slope v / n.
+TEST_F(RestTrendTest, ThePressureIsKnownAsWellAsItsLine) {
+  for (const double slope : {0.0, 0.3}) {
+    rest_.Reset();
+    double squares = 0;
+    for (int i = 0; i < kRest; ++i) {
+      rest_.Advance();
+      FingerReading reading = Reading(slope * i);
+      const double noise = noise_(random_);
+      squares += noise * noise;
+      reading.pdc += static_cast<float>(slope * i + noise);
+      rest_.Take(reading);
+    }
+    const double known = (slope > 0 ? 4 : 1) * squares / kRest / kRest;
+    EXPECT_NEAR(rest_.pressure_variance(), known, 0.25 * known) << slope;
+  }
+}
+
 TEST_F(RestTrendTest, WhatStepsIsRest) {
   Rest(0);
   rest_.Shift(20);
