@@ -54,6 +54,9 @@ run_ctest() {
   python3 tests/tally.py "build/$preset/Testing/Temporary/LastTest.log" >>"$summary"
 }
 
+# Threads of BLAS wait by spinning: beside other tests that took one of them twenty times as long.
+export OPENBLAS_NUM_THREADS=1
+
 # Under sanitizers programs are slower; what is known of the libraries below is not ours to mend.
 sanitized() { PALPATE_PATIENCE=600 run_ctest "$@"; }
 

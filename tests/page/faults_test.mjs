@@ -56,11 +56,10 @@ describe('what goes wrong', () => {
   });
 
   test('a slave that stalls lets the hand go', async () => {
-    await pressed();
+    const { epoch } = await pressed();
     stage.slave.kill('SIGSTOP');
     await until(async () => /No state from the slave for more than 30 ms\.\s*The tool stands\. Wait, or look at the network\.|No line to the slave/.test(await stage.text('alarm-list')), 'what it lacks');
     await letGo();
-    const { epoch } = stage.status;
     stage.slave.kill('SIGCONT');
     assert.ok((await pressed()).epoch > epoch, 'it goes on by an engagement of its own');
   });
