@@ -20,9 +20,10 @@ constexpr double kRadius = 7e-3;     // of the fingertip [m]
 constexpr double kSideways = 1.2;    // furthest place from the pad's middle [rad]
 constexpr double kUpwards = 1.3;     // furthest place towards the tip [rad]
 constexpr double kBackwards = 6e-3;  // furthest place behind the tip's sphere [m]
-constexpr double kSoftest = 3e3;     // objects' modulus E / (1 - nu^2): foam [Pa]
+constexpr double kSoftest = 2e3;     // objects' modulus E / (1 - nu^2): foam [Pa]
 constexpr double kHardest = 1e7;     // hard rubber; the skin itself yields more [Pa]
-constexpr double kWidestProbe = 3e-3, kWidestContact = 9e-3;  // radii [m]
+constexpr double kWidestProbe = 3e-3, kWidestContact = 12e-3;  // radii [m]
+constexpr double kFlattest = 2.2;   // as wide as on a flat object a fingertip lies, to a sphere's
 constexpr double kGentlest = 0.01;  // peak of a press, parts of the largest one
 constexpr double kFriction = 0.5;   // largest tangential force, parts of the normal one
 
@@ -72,6 +73,7 @@ class Press {
         fall_(dice->Ratio(0.1, 1.2)),
         probe_radius_(dice->Between(0, kWidestProbe)),
         modulus_(dice->Ratio(kSoftest, kHardest)),
+        flatness_(dice->Between(1, kFlattest)),
         upwards_(dice->Between(-kUpwards / 2, kUpwards)),
         backwards_(upwards_ > 0 ? 0 : dice->Between(0, kBackwards)),
         sideways_(dice->Between(-kSideways, kSideways)),
@@ -93,16 +95,17 @@ class Press {
     FingertipLoad load;
     load.p_F = kRadius * normal - Vector3d(backwards_, 0, 0);
     load.f_F = normal_force * (-normal + along_.At(t) * u + across_.At(t) * v);
-    // Hertz: a sphere on an elastic half space, 3 F R = 4 E a^3. Wider probes press on all they
-    // have, and a fingertip has no more than its pad.
-    const double hertz = std::cbrt(0.75 * normal_force * kRadius / modulus_);
+    // Hertz: a sphere on an elastic half space, 3 F R = 4 E a^3; along its side a fingertip is no
+    // sphere. Wider probes press on all they have, and a fingertip has no more than its pad.
+    const double hertz = flatness_ * std::cbrt(0.75 * normal_force * kRadius / modulus_);
     load.radius = std::min(std::max(probe_radius_, hertz), kWidestContact);
     return load;
   }
 
  private:
   static double Smooth(double x) { return x * x * (3 - 2 * x); }
-  double peak_, rise_, hold_, fall_, probe_radius_, modulus_, upwards_, backwards_, sideways_;
+  double peak_, rise_, hold_, fall_, probe_radius_, modulus_, flatness_, upwards_, backwards_,
+      sideways_;
   Wave roll_, level_, along_, across_;
 };
 
