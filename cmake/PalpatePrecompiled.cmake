@@ -24,9 +24,10 @@ function(palpate_precompiled name header)
   target_compile_options(${name} PRIVATE "SHELL:-Xclang -fno-pch-timestamp")
   file(SHA256 ${CMAKE_SOURCE_DIR}/${header} text)
   file(SHA256 ${CMAKE_SOURCE_DIR}/cmake/precompiled.h common)
+  file(SHA256 ${CMAKE_SOURCE_DIR}/cmake/precompiled_types.h types)
   get_target_property(options ${name} COMPILE_OPTIONS)
   string(GENEX_STRIP "${options}" options)
-  string(SHA256 sum "${text} ${common} ${options} ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_COMPILER_VERSION} ${Eigen3_VERSION}
+  string(SHA256 sum "${text} ${common} ${types} ${options} ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_COMPILER_VERSION} ${Eigen3_VERSION}
     ${OpenCV_VERSION} ${nlohmann_json_VERSION} ${GTest_VERSION}")
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${name}.dir/cmake_pch.hxx.pch.sum CONTENT "${sum}" @ONLY)
 endfunction()

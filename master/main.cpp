@@ -14,8 +14,6 @@
 #include <string>
 #include <thread>
 
-#include <CLI/CLI.hpp>
-
 #include "master/connect_recorder.h"
 #include "master/device/device.h"
 #include "master/doctor/doctor.h"
@@ -30,6 +28,7 @@
 #include "master/view/shape_watch.h"
 #include "shared/link/loopback.h"
 #include "shared/metrics/metrics_page.h"
+#include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 #include "shared/tls/certificate.h"

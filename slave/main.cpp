@@ -3,9 +3,9 @@
 #include <string>
 #include <string_view>
 
-#include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "slave/commands/commands.h"
 #include "slave/commands/identify/identify.h"

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "shared/program/command_line.h"
 #include "shared/text/text.h"
 #include "tests/adversity/case.h"
 #include "tests/adversity/stage.h"

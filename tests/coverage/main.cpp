@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "shared/program/command_line.h"
 #include "slave/pipeline/offline/account.h"
 #include "tests/adversity/trial.h"
 #include "tests/coverage/random_press.h"

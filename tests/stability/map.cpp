@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "master/device/sim_hand.h"
+#include "shared/program/command_line.h"
 #include "shared/text/svg.h"
 #include "tests/master/haptics/rig.h"
 

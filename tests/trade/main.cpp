@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
+#include "shared/program/command_line.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/scene/scene_loader.h"

@@ -1,7 +1,6 @@
 // palpate-calibrate: the command line of `palpate-slave calibrate`, a program of its own for the
 // sake of OpenCV's calib3d, which brings 230 packages to whoever compiles it.
-#include <CLI/CLI.hpp>
-
+#include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "slave/commands/calibrate/calibrate.h"
 #include "slave/commands/program.h"

@@ -1,7 +1,6 @@
 // palpate-evaluate: the command line of `palpate-slave evaluate`, a program of its own for the sake
 // of the Point Cloud Library, which costs every start 0.06 s and 37 MB.
-#include <CLI/CLI.hpp>
-
+#include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "slave/commands/evaluate/evaluate.h"
 #include "slave/commands/program.h"
