@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <memory>
+#include <mutex>
 #include <stdexcept>
+#include <utility>
 
 #include "slave/mechanics/plate/round_press.h"
 
@@ -249,6 +252,7 @@ constexpr double kLinear = 0.1;  // deflections below it are spaced evenly, abov
 constexpr double kStep = 0.08;
 constexpr int kEntries = 104;                      // to 190 thicknesses
 constexpr double kFiner[] = {1, 1.25, 1.5, 2, 3};  // modes against the plate's own number
+constexpr std::size_t kKept = 16;
 
 ShortWaves::ShortWaves(int order, double nu, double prestress, double load_radius)
     : load_radius_(load_radius) {
@@ -283,6 +287,27 @@ ShortWaves::ShortWaves(int order, double nu, double prestress, double load_radiu
                                          1 / exact.stiffness() - plate.compliance()(0, 0)}});
     }
   }
+}
+
+std::shared_ptr<const ShortWaves> ShortWaves::Of(int order, double nu, double prestress,
+                                                 double load_radius) {
+  using Plate = std::array<double, 4>;
+  static std::mutex mutex;
+  static std::deque<std::pair<Plate, std::shared_ptr<const ShortWaves>>> kept;
+  const Plate plate{static_cast<double>(order), nu, prestress, load_radius};
+  {
+    const std::lock_guard lock(mutex);
+    const auto known = std::ranges::find(kept, plate, [](const auto& one) { return one.first; });
+    if (known != kept.end()) {
+      std::rotate(kept.begin(), known, known + 1);
+      return kept.front().second;
+    }
+  }
+  auto waves = std::make_shared<const ShortWaves>(order, nu, prestress, load_radius);
+  const std::lock_guard lock(mutex);
+  kept.emplace_front(plate, waves);
+  if (kept.size() > kKept) kept.pop_back();
+  return waves;
 }
 
 ShortWaves::Share ShortWaves::At(double force, double resolution) const noexcept {

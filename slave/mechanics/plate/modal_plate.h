@@ -10,6 +10,7 @@
 // that they share its short waves: h_st is g for points, by g_ss; one for loads in one place.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -40,6 +41,10 @@ class ShortWaves {
   // For loads over discs of one radius on a plate with modes of this order, up to deflections of
   // about 200 thicknesses. Tens of milliseconds. Throws std::runtime_error: no convergence.
   ShortWaves(int order, double nu, double prestress, double load_radius);
+  // The same, worked out once for all plates of this program that are alike; the sixteen that were
+  // asked for last are kept. Thread-safe.
+  static std::shared_ptr<const ShortWaves> Of(int order, double nu, double prestress,
+                                              double load_radius);
 
   // `resolution`: what the shapes beyond the modes add to the compliance under a point load there,
   // by 1 / D. Odd in the force. No allocation.

@@ -131,7 +131,7 @@ void PlateLargeModel::Prepare() {
     presses_.push_back({.disc = {{turned.x(), across}, touch.disc.radius},
                         .is_force = !touch.moved(),
                         .value = 0,
-                        .waves = &ToolOf(touch.disc.radius).waves});
+                        .waves = ToolOf(touch.disc.radius).waves.get()});
   }
   modal_.Place(presses_, symmetry_);
   prepared_ = true;
@@ -157,11 +157,11 @@ void PlateLargeModel::Orient() {
 
 PlateLargeModel::Tool& PlateLargeModel::ToolOf(double load_radius) {
   for (const auto& tool : tools_) {
-    if (tool->waves.load_radius() == load_radius) return *tool;
+    if (tool->waves->load_radius() == load_radius) return *tool;
   }
   const double nu = params_.poisson_ratio;
   tools_.push_back(
-      std::make_unique<Tool>(Tool{plate::ShortWaves(params_.order, nu, prestress_, load_radius),
+      std::make_unique<Tool>(Tool{plate::ShortWaves::Of(params_.order, nu, prestress_, load_radius),
                                   plate::RoundPress(nu, load_radius, prestress_)}));
   return *tools_.back();
 }

@@ -57,7 +57,7 @@ class PlateLargeModel final : public PlateSurface {
 
  private:
   struct Tool {  // what is known of loads over discs of one radius
-    plate::ShortWaves waves;
+    std::shared_ptr<const plate::ShortWaves> waves;
     plate::RoundPress central;
   };
 

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/mechanics/plate/modal_plate.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "slave/mechanics/plate/plate_surface.h"
 #include "tests/reference/reference_file.h"
@@ -414,6 +415,16 @@ TEST(PlateLargeModel, CanBeInterruptedAndRefusesImpossibleParams) {
   params = kRubber;
   params.thickness = 0.01;
   EXPECT_THAT(refusal(params), HasSubstr("radius / 10"));
+}
+
+// What one plate has worked out serves those that are alike, and no other.
+TEST(ShortWaves, AreWorkedOutOnceForPlatesThatAreAlike) {
+  const auto waves = plate::ShortWaves::Of(6, 0.3, 0.1, 0.05);
+  EXPECT_EQ(plate::ShortWaves::Of(6, 0.3, 0.1, 0.05), waves);
+  const auto tighter = plate::ShortWaves::Of(6, 0.3, 0.2, 0.05);
+  EXPECT_NE(tighter->At(5, 1e-3).deflection, waves->At(5, 1e-3).deflection);
+  EXPECT_EQ(plate::ShortWaves(6, 0.3, 0.2, 0.05).At(5, 1e-3).deflection,
+            tighter->At(5, 1e-3).deflection);
 }
 
 }  // namespace
