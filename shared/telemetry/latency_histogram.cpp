@@ -19,12 +19,6 @@ void LatencyHistogram::Add(double us) noexcept {
   ++count_;
 }
 
-void LatencyHistogram::Merge(const LatencyHistogram& other) noexcept {
-  for (std::size_t i = 0; i < bins_.size(); ++i) bins_[i] += other.bins_[i];
-  count_ += other.count_;
-  max_ = std::max(max_, other.max_);
-}
-
 double LatencyHistogram::Quantile(double q) const noexcept {
   if (count_ == 0) return 0;
   const double wanted = std::clamp(q, 0.0, 1.0) * static_cast<double>(count_);

@@ -11,7 +11,6 @@ class LatencyHistogram {
  public:
   // `us` [us]; negative and not finite count as 0. Real-time safe.
   void Add(double us) noexcept;
-  void Merge(const LatencyHistogram& other) noexcept;
   // Smallest bin edge that at least the fraction `q` in [0, 1] of all times lie under [us]; 0 if
   // empty.
   [[nodiscard]] double Quantile(double q) const noexcept;

@@ -31,17 +31,5 @@ TEST(LatencyHistogramTest, WhatIsNoTimeCountsAsZero) {
   EXPECT_EQ(histogram.max(), 0);
 }
 
-TEST(LatencyHistogramTest, MergingTwoHalvesGivesTheWhole) {
-  LatencyHistogram whole, odd, even;
-  for (int i = 1; i < 1000; ++i) {
-    whole.Add(i);
-    (i % 2 != 0 ? odd : even).Add(i);
-  }
-  odd.Merge(even);
-  EXPECT_EQ(odd.count(), whole.count());
-  EXPECT_EQ(odd.Quantile(0.9), whole.Quantile(0.9));
-  EXPECT_EQ(odd.max(), whole.max());
-}
-
 }  // namespace
 }  // namespace palpate
