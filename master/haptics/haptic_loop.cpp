@@ -14,6 +14,7 @@ constexpr double kFadeIn = 0.050;  // [s]
 // where the scene says nothing.
 constexpr double kHoldForce = 0.010;      // of HOLD before the fade [s]
 constexpr double kFadeOut = 0.040;        // [s]
+constexpr double kFadeOfSilence = 0.030;  // of a sensor or an arm, which the slave has awaited [s]
 constexpr double kFuture = 0.050;         // a stamp so far ahead is none [s]
 constexpr double kOffsetRounding = 1e-6;  // [m]
 constexpr double kTicksPerSecond = 1000;
@@ -280,11 +281,15 @@ void HapticLoop::OnStateChange(OperatorState to) noexcept {
   if (to == OperatorState::kAligning) renderer_.ForgetForces();
 }
 
+// A gap of the line may be over at once. A sensor that the slave calls stale has been silent for 60
+// ms or more, a faulty arm for 40 ms: with what the line takes no force is left 100 ms after.
 void HapticLoop::FadeOutOfHold(double now) noexcept {
-  const bool may_return = !newest_->ended;
+  const SlaveState& told = newest_->state;
+  const bool is_silent = told.validity == Validity::kStale || told.check == FailedCheck::kArmFault;
+  const bool may_return = !newest_->ended && !is_silent;
   if (hold_is_fading_ || (may_return && now - machine_.since() < kHoldForce)) return;
   hold_is_fading_ = true;
-  output_.Go(OutputBlend::Target::kZero, kFadeOut);
+  output_.Go(OutputBlend::Target::kZero, is_silent ? kFadeOfSilence : kFadeOut);
 }
 
 void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) noexcept {

@@ -220,21 +220,22 @@ std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& eyes, PairLayout
       if (pictures.back().empty()) return cv::Mat();
     }
     const StereoPair pair = PairFrom(pictures, layout, names);
-    cv::Mat both = pair.left;
-    if (!pair.right.empty()) cv::vconcat(pair.left, pair.right, both);
+    cv::Mat both;
+    cv::vconcat(pair.left, pair.right, both);
     return both;
   };
   const DecodeAhead::Options options{.description = "video " + names, .rate = rate, .paced = paced};
-  return Open(read, options, layout != PairLayout::kDepth);
+  return Open(read, options, true);
 }
 
-std::unique_ptr<StereoSource> OpenEyes(const std::vector<Eye>& eyes, PairLayout layout, double rate,
-                                       double sync, bool paced) {
+// `size`: of each camera's pictures; empty: its own.
+std::unique_ptr<StereoSource> OpenEyes(const std::vector<Eye>& eyes, PairLayout layout,
+                                       const cv::Size& size, double rate, double sync, bool paced) {
   RequireRate(rate);
   const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
   if (std::ranges::all_of(eyes, is_film)) return OpenFilms(eyes, layout, rate, paced);
   std::vector<EyeInput> inputs;
-  for (const Eye& eye : eyes) inputs.push_back(InputOf(eye, {}, rate));
+  for (const Eye& eye : eyes) inputs.push_back(InputOf(eye, size, rate));
   return PairsOf(std::move(inputs), layout, sync);
 }
 
@@ -303,7 +304,11 @@ std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
   }
   if (const auto* depth = scene.sense.Find<DepthPictures>()) {
     if (depth->source != DepthPictures::Source::kEye) return OpenDepth(*depth, paced);
-    return OpenEyes({depth->eye}, PairLayout::kDepth, depth->rate, 0, paced);
+    if (depth->eye.kind == Eye::Kind::kOpenNi) {
+      RequireRate(depth->rate);
+      return PairsOf({InputOf(depth->eye, {}, depth->rate, depth->unit)}, PairLayout::kDepth, 0);
+    }
+    return OpenEyes({depth->eye}, PairLayout::kDepth, {}, depth->rate, 0, paced);
   }
   const auto* stereo = scene.sense.Find<StereoCameras>();
   if (stereo == nullptr) {
@@ -313,8 +318,10 @@ std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
     throw std::runtime_error(scene.name + ": a simulated pair is opened by the simulated site");
   }
   if (stereo->source != StereoCameras::Source::kEyes) return OpenPairs(*stereo, paced);
-  const auto layout = stereo->eyes.size() == 1 ? PairLayout::kSideBySide : PairLayout::kTwoEyes;
-  return OpenEyes(stereo->eyes, layout, stereo->rate, stereo->sync, paced);
+  const bool is_one = stereo->eyes.size() == 1;
+  const auto [width, height] = stereo->size;  // the rig's
+  return OpenEyes(stereo->eyes, is_one ? PairLayout::kSideBySide : PairLayout::kTwoEyes,
+                  {is_one ? 2 * width : width, height}, stereo->rate, stereo->sync, paced);
 }
 
 }  // namespace palpate

@@ -26,28 +26,50 @@ struct Taken {
   Time at{};
 };
 
+// What all pictures of an eye have in common with its first.
+struct Look {
+  cv::Size size;  // empty: none came yet
+  int type = -1;
+};
+
+std::string InWords(const Look& look) {
+  return fmt::format("{} x {} px, {} channel{} of {} bit", look.size.width, look.size.height,
+                     CV_MAT_CN(look.type), CV_MAT_CN(look.type) == 1 ? "" : "s",
+                     8 * CV_ELEM_SIZE1(look.type));
+}
+
 }  // namespace
 
 struct LiveEyes::State {
-  State(std::vector<EyeInput> of, double most_apart) : inputs(std::move(of)), sync(most_apart) {
+  State(std::vector<EyeInput> of, double most_apart, std::chrono::milliseconds longest)
+      : inputs(std::move(of)), sync(most_apart), patience(longest) {
     queues.resize(inputs.size());
     gone.resize(inputs.size());
+    firsts.resize(inputs.size());
+    unlike.resize(inputs.size());
   }
 
   void Watch(std::size_t eye, std::unique_ptr<Film> film, const std::stop_token& stop);
   void Put(std::size_t eye, cv::Mat picture, Time at);
   void SetGone(std::size_t eye, bool is_gone);
-  // The newest pictures that belong together, as far as they have come. With the mutex.
+  // With the mutex, as those below. Whether the eye's picture is like those before; told if not.
+  bool IsLikeFirst(std::size_t eye, const cv::Mat& picture);
+  // The newest pictures that belong together, as far as they have come.
   void Match();
   [[nodiscard]] std::string Trouble(Time now) const;
+  // Throws std::runtime_error: what comes will not do, or nothing comes.
+  void AwaitFirst(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
 
   const std::vector<EyeInput> inputs;
   const double sync;
+  const std::chrono::milliseconds patience;
 
   mutable std::mutex mutex;  // guards what follows
   std::condition_variable_any changed;
   std::vector<std::deque<Taken>> queues;
   std::vector<bool> gone;
+  std::vector<Look> firsts;
+  std::vector<std::string> unlike;  // of each eye's newest picture, in words; empty: nothing
   std::optional<Shot> slot;
   std::uint64_t shots = 0;
   EyesHealth health;
@@ -88,12 +110,32 @@ void LiveEyes::State::SetGone(std::size_t eye, bool is_gone) {
 void LiveEyes::State::Put(std::size_t eye, cv::Mat picture, Time at) {
   {
     const std::lock_guard lock(mutex);
-    auto& queue = queues[eye];
-    queue.push_back({std::move(picture), at});
-    if (queue.size() > kKept) queue.pop_front();
-    Match();
+    if (IsLikeFirst(eye, picture)) {
+      auto& queue = queues[eye];
+      queue.push_back({std::move(picture), at});
+      if (queue.size() > kKept) queue.pop_front();
+      Match();
+    }
   }
   changed.notify_all();
+}
+
+bool LiveEyes::State::IsLikeFirst(std::size_t eye, const cv::Mat& picture) {
+  const EyeInput& input = inputs[eye];
+  const Look look{picture.size(), picture.type()};
+  Look& first = firsts[eye];
+  if (first.size.empty() && !input.size.empty() && look.size != input.size) {
+    unlike[eye] = fmt::format(
+        "{}: {} x {} px: accepted is {} x {} px, as the scene or its rig says", input.name,
+        look.size.width, look.size.height, input.size.width, input.size.height);
+    return false;
+  }
+  if (first.size.empty()) first = look;
+  const bool is_like = look.size == first.size && look.type == first.type;
+  unlike[eye] = is_like ? std::string()
+                        : fmt::format("{}: {}: accepted is what the first one was, {}", input.name,
+                                      InWords(look), InWords(first));
+  return is_like;
 }
 
 void LiveEyes::State::Match() {
@@ -128,6 +170,7 @@ void LiveEyes::State::Match() {
 std::string LiveEyes::State::Trouble(Time now) const {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     if (gone[i]) return inputs[i].name + ": gone; it is looked for again";
+    if (!unlike[i].empty()) return unlike[i];
   }
   if (inputs.size() < 2 || health.dropped == 0 || SecondsBetween(matched_at, now) < kNoPair)
     return {};
@@ -135,8 +178,22 @@ std::string LiveEyes::State::Trouble(Time now) const {
                      SecondsBetween(matched_at, now), 1e3 * std::abs(apart), 1e3 * sync);
 }
 
-LiveEyes::LiveEyes(std::vector<EyeInput> inputs, double sync)
-    : state_(std::make_unique<State>(std::move(inputs), sync)) {
+void LiveEyes::State::AwaitFirst(std::unique_lock<std::mutex>& lock, const std::stop_token& stop) {
+  const auto is_unlike = [](const std::string& why) { return !why.empty(); };
+  changed.wait_for(lock, stop, patience,
+                   [&] { return slot.has_value() || std::ranges::any_of(unlike, is_unlike); });
+  if (slot || stop.stop_requested()) return;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    if (firsts[i].size.empty() && unlike[i].empty()) {
+      throw std::runtime_error(inputs[i].name + ": no picture came");
+    }
+  }
+  const std::string why = Trouble(Clock::now());
+  throw std::runtime_error(why.empty() ? inputs.back().name + ": no second picture came" : why);
+}
+
+LiveEyes::LiveEyes(std::vector<EyeInput> inputs, double sync, std::chrono::milliseconds patience)
+    : state_(std::make_unique<State>(std::move(inputs), sync, patience)) {
   std::vector<std::unique_ptr<Film>> films;
   for (const EyeInput& input : state_->inputs) {
     films.push_back(input.open());
@@ -155,11 +212,12 @@ LiveEyes::LiveEyes(std::vector<EyeInput> inputs, double sync)
 LiveEyes::~LiveEyes() = default;
 
 std::optional<LiveEyes::Shot> LiveEyes::Next(const std::stop_token& stop) {
-  std::unique_lock lock(state_->mutex);
-  const bool is_there =
-      state_->changed.wait(lock, stop, [this] { return state_->slot.has_value(); });
+  State& s = *state_;
+  std::unique_lock lock(s.mutex);
+  if (s.shots == 0) s.AwaitFirst(lock, stop);
+  const bool is_there = s.changed.wait(lock, stop, [&s] { return s.slot.has_value(); });
   if (!is_there || stop.stop_requested()) return std::nullopt;
-  return std::exchange(state_->slot, std::nullopt);
+  return std::exchange(s.slot, std::nullopt);
 }
 
 EyesHealth LiveEyes::health() const {
@@ -177,17 +235,32 @@ std::string LiveEyes::description() const {
   return names;
 }
 
-EyeInput InputOf(const Eye& eye, const cv::Size& size, double rate) {
+namespace {
+
+void RequireUnit(const std::string& name, double is, double accepted) {
+  if (is == 0 || std::abs(is / accepted - 1) < 1e-6) return;
+  throw std::runtime_error(
+      fmt::format("{}: a count is {:g} mm: accepted is that as sense.camera.unit, which is {:g} mm",
+                  name, 1e3 * is, 1e3 * accepted));
+}
+
+}  // namespace
+
+EyeInput InputOf(const Eye& eye, const cv::Size& size, double rate, double unit) {
   if (eye.kind == Eye::Kind::kOpenNi) {
-    return {fmt::format("OpenNI2 depth camera {}", eye.device),
-            [eye] { return OpenDepthCamera(eye.device); }};
+    const std::string name = fmt::format("OpenNI2 depth camera {}", eye.device);
+    return {name, [name, eye, unit] {
+              auto film = OpenDepthCamera(eye.device);
+              if (film) RequireUnit(name, film->unit(), unit);
+              return film;
+            }};
   }
   const Films& films = LoadFilms();
   if (eye.kind == Eye::Kind::kDevice) {
     return {fmt::format("camera {}", eye.device),
-            [&films, eye, size, rate] { return films.OpenDevice(eye.device, size, rate); }};
+            [&films, eye, size, rate] { return films.OpenDevice(eye.device, size, rate); }, size};
   }
-  return {"stream " + eye.address, [&films, eye] { return films.OpenUrl(eye.address); }};
+  return {"stream " + eye.address, [&films, eye] { return films.OpenUrl(eye.address); }, size};
 }
 
 namespace {

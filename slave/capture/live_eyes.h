@@ -3,6 +3,7 @@
 // comes back by itself.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -19,9 +20,12 @@ namespace palpate {
 struct EyeInput {
   std::string name;                             // for people: `camera 0`
   std::function<std::unique_ptr<Film>()> open;  // null: it is not there (now)
+  cv::Size size{};                              // of its pictures [px]; empty: the first one's
 };
-// Of what the scene names. Throws std::runtime_error where the module that reads it is not there.
-EyeInput InputOf(const Eye& eye, const cv::Size& size, double rate);
+// Of what the scene names. `unit` of a count of depth [m]: a camera that tells another one is
+// refused where it is opened. Throws std::runtime_error where the module that reads it is not
+// there.
+EyeInput InputOf(const Eye& eye, const cv::Size& size, double rate, double unit = 0);
 
 // Thread-safe. Stamps are the slave's clock when a picture has come: exposure and transfer lie
 // before it, and the lines of a rolling shutter are taken at different times.
@@ -34,13 +38,17 @@ class LiveEyes {
   };
 
   // One or two. `sync`: pictures of two eyes that came farther apart are no pair [s]. Opens them at
-  // once. Throws std::runtime_error: one is not there.
-  LiveEyes(std::vector<EyeInput> inputs, double sync);
+  // once. `patience`: how long the first picture or pair may take. Throws std::runtime_error: one
+  // is not there.
+  LiveEyes(std::vector<EyeInput> inputs, double sync,
+           std::chrono::milliseconds patience = std::chrono::seconds(10));
   ~LiveEyes();
   LiveEyes(const LiveEyes&) = delete;
   LiveEyes& operator=(const LiveEyes&) = delete;
 
-  // The newest that nobody has taken; waits for it. nullopt: `stop`.
+  // The newest that nobody has taken; waits for it. nullopt: `stop`. Throws std::runtime_error
+  // before the first one only: none comes in time, or what comes is not of the eye's size.
+  // Later ones that are unlike the first are left out, and told as trouble.
   std::optional<Shot> Next(const std::stop_token& stop);
   [[nodiscard]] EyesHealth health() const;
   [[nodiscard]] std::string description() const;

@@ -268,8 +268,12 @@ std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& push
     ++s.health.taken;
     if (std::abs(sample.skew) > s.wanted.sync) {
       ++s.health.dropped;
+      s.health.trouble = fmt::format(
+          "a pair's pictures were taken {:.3g} ms apart and are dropped: sync is {:.3g} ms",
+          1e3 * std::abs(sample.skew), 1e3 * s.wanted.sync);
       return std::nullopt;
     }
+    s.health.trouble.clear();
     s.slot = std::move(sample);
   }
   s.fed.notify_all();

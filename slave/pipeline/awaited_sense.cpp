@@ -63,7 +63,7 @@ std::unique_ptr<Account> AwaitedSense::OpenAccount(const World* world) {
 std::optional<EyesHealth> AwaitedSense::health() const {
   EyesHealth health = inbox_.health();
   const std::lock_guard lock(mutex_);
-  health.trouble = trouble_;
+  if (health.trouble.empty()) health.trouble = trouble_;
   return health;
 }
 

@@ -98,6 +98,7 @@ ModelOptions Changed(ModelOptions model, const ModelChange& change, const Change
 }
 
 std::vector<std::string> Introduction(const SenseInfo& info) {
+  if (info.is_awaited) return {"waiting for " + info.source};
   const ModelInfo& model = info.model;
   std::vector<std::string> lines{
       fmt::format("{} with {} elements, {} dof, precomputed in {:.0f} ms; {}", model.kind,

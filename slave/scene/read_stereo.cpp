@@ -70,19 +70,32 @@ bool IsMap(const Section& section, std::string_view key) {
   return node != nullptr && node->kind == DocumentNode::Kind::kMap;
 }
 
-// One of `device`, `file`, `url`, and of depth `openni`, below `section`; refused where none or
-// several stand there.
+// What OpenCV reads in 16 bit; everything else it makes 8 bit of.
+std::string ReadDepthPipeline(Section& section) {
+  constexpr const char* kAccepted =
+      "a GStreamer pipeline that ends in `! video/x-raw,format=GRAY16_LE ! appsink`: from other "
+      "streams and films depth comes in 8 bit";
+  const std::string pipeline = section.Text("url", kAccepted);
+  const auto has = [&](const char* part) { return pipeline.find(part) != std::string::npos; };
+  if (!has("!") || !has("GRAY16_LE") || !has("appsink")) section.Refuse("url", kAccepted);
+  return pipeline;
+}
+
+// One of `device`, `file`, `url`, of depth `openni` or `url`, below `section`; refused where none
+// or several stand there.
 Eye ReadEye(Section& section, const SceneContext& context, bool is_depth) {
   constexpr std::array kKeys{"device", "file", "url", "openni"};
   const auto has = [&](const char* key) { return section.Has(key); };
   const auto named = std::ranges::count_if(kKeys, has);
+  const bool is_wrong_kind = is_depth ? has("device") || has("file") : has("openni");
   Eye eye;
-  if (named != 1 || (section.Has("openni") && !is_depth)) {
-    section.Refuse(
-        "device", is_depth ? "exactly one of `openni: NUMBER`, `device`, `file` (a video) and `url`"
-                           : "exactly one of `device: NUMBER`, `file` (a video) and `url`");
+  if (named != 1 || is_wrong_kind) {
+    const auto key = std::ranges::find_if(kKeys, has);
+    section.Refuse(key == kKeys.end() ? "device" : *key,
+                   is_depth ? "exactly one of `openni: NUMBER` and `url`, a GStreamer pipeline"
+                            : "exactly one of `device: NUMBER`, `file` (a video) and `url`");
   } else if (section.Has("url")) {
-    eye = {Eye::Kind::kUrl, 0, ReadAddress(section)};
+    eye = {Eye::Kind::kUrl, 0, is_depth ? ReadDepthPipeline(section) : ReadAddress(section)};
   } else if (section.Has("file")) {
     eye = {Eye::Kind::kVideo, 0, ReadExistingFile(section, "file", context).string()};
   } else {
@@ -91,6 +104,10 @@ Eye ReadEye(Section& section, const SceneContext& context, bool is_depth) {
     eye.device = section.Integer(is_openni ? "openni" : "device", 0, 1000);
   }
   return eye;
+}
+
+bool IsSame(const Eye& a, const Eye& b) {
+  return a.kind == b.kind && a.device == b.device && a.address == b.address;
 }
 
 // Two eyes, or one with both pictures side by side.
@@ -104,6 +121,9 @@ void ReadEyesOfPair(Section& section, const SceneContext& context, StereoCameras
     const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
     const auto films = std::ranges::count_if(pair->eyes, is_film);
     if (films == 1) section.Refuse("left", "two videos, or two cameras or streams");
+    if (pair->eyes.size() == 2 && IsSame(pair->eyes[0], pair->eyes[1])) {
+      section.Refuse("right", "another one than `left`; both in one: `layout: side-by-side`");
+    }
     return;
   }
   section.OneOf<int>("layout", {{"side-by-side", 0}});
@@ -125,7 +145,14 @@ void ReadPairSource(Section& section, const SceneContext& context, StereoCameras
   if (!section.Has("sync")) return;
   pair->sync =
       section.Number("sync", Between(Dimension::kTime, 1e-6, 1, "> 0 (1 us to 1 s)"), pair->sync);
-  if (!is_live) section.Refuse("sync", "nothing with files, which are paired by their names");
+  const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
+  if (!is_live) {
+    section.Refuse("sync", "nothing with files, which are paired by their names");
+  } else if (std::ranges::any_of(pair->eyes, is_film)) {
+    section.Refuse("sync", "nothing with videos, which are paired picture by picture");
+  } else if (pair->eyes.size() == 1) {
+    section.Refuse("sync", "nothing with both side by side, which are of one instant");
+  }
 }
 
 StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, const Object& object) {

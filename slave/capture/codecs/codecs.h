@@ -59,6 +59,8 @@ class Film {
   Film& operator=(const Film&) = delete;
   // The next picture, in memory of its own; empty: there is none.
   virtual cv::Mat Next() = 0;
+  // Of depth: what one count is [m]; 0: not told.
+  [[nodiscard]] virtual double unit() const { return 0; }
 };
 
 class Films {
@@ -84,8 +86,9 @@ class Films {
 // loaded (why).
 const Films& LoadFilms();
 
-// Depth pictures of the OpenNI2 camera `device`, one channel of 16 bit, through the module
-// palpate-openni, loaded at the first call. nullptr: there is no such camera. Throws
+// Depth pictures of the OpenNI2 camera `device`, one channel of 16 bit, as it sees them and not
+// mirrored, through the module palpate-openni, loaded at the first call. nullptr: there is no such
+// camera, or it measures no depth. Throws
 // std::runtime_error as LoadFilms does.
 std::unique_ptr<Film> OpenDepthCamera(int device);
 

@@ -1,8 +1,9 @@
 // The module palpate-openni: see codecs.h.
 #include <cstring>
+#include <memory>
 
 #include <OpenNI.h>
-#include <opencv2/core/mat.hpp>
+#include <opencv2/core.hpp>
 
 #include "slave/capture/codecs/codecs.h"
 
@@ -13,15 +14,21 @@ constexpr int kPatienceMs = 1000;  // for a picture, before the camera counts as
 
 class OpenNiFilm final : public Film {
  public:
-  // False: there is no such camera.
+  // False: there is no such camera, or none of depth.
   bool Open(int number) {
     openni::Array<openni::DeviceInfo> devices;
     openni::OpenNI::enumerateDevices(&devices);
-    return number < devices.getSize() &&
-           device_.open(devices[number].getUri()) == openni::STATUS_OK &&
-           depth_.create(device_, openni::SENSOR_DEPTH) == openni::STATUS_OK &&
-           depth_.start() == openni::STATUS_OK;
+    if (number >= devices.getSize() ||
+        device_.open(devices[number].getUri()) != openni::STATUS_OK ||
+        depth_.create(device_, openni::SENSOR_DEPTH) != openni::STATUS_OK) {
+      return false;
+    }
+    depth_.setMirroringEnabled(false);  // many show a mirror's view unless they are told
+    is_mirrored_ = depth_.getMirroringEnabled();
+    unit_ = UnitOf(depth_.getVideoMode().getPixelFormat());
+    return unit_ > 0 && depth_.start() == openni::STATUS_OK;
   }
+  [[nodiscard]] double unit() const override { return unit_; }
   cv::Mat Next() override {
     openni::VideoStream* streams[] = {&depth_};
     int ready = -1;
@@ -36,12 +43,21 @@ class OpenNiFilm final : public Film {
       std::memcpy(picture.ptr(row), data + std::size_t(row) * frame.getStrideInBytes(),
                   picture.cols * picture.elemSize());
     }
+    if (is_mirrored_) cv::flip(picture, picture, 1);
     return picture;
   }
 
  private:
+  // Of one count [m]; 0: it is no depth.
+  static double UnitOf(openni::PixelFormat format) {
+    if (format == openni::PIXEL_FORMAT_DEPTH_1_MM) return 1e-3;
+    return format == openni::PIXEL_FORMAT_DEPTH_100_UM ? 1e-4 : 0;
+  }
+
   openni::Device device_;
   openni::VideoStream depth_;
+  bool is_mirrored_ = false;
+  double unit_ = 0;
 };
 
 }  // namespace

@@ -17,6 +17,7 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr char kEnd = '\r', kInterrupt = '\x03';
+constexpr int kAway = 4;  // patiences without a whole answer: it may have been switched off
 constexpr std::size_t kPlaceBytes = 12;  // x, y, z, four bytes each, the lowest first
 
 const char* ErrorInWords(char code) {
@@ -64,24 +65,57 @@ std::string InWords(const Steps& s) {
                      s[1] * 1e6 * Mp285::kStep, s[2] * 1e6 * Mp285::kStep);
 }
 
+// Whether `steps` lie between two places, axis by axis.
+bool IsBetween(const Steps& steps, const Steps& a, const Steps& b) {
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (steps[i] < std::min(a[i], b[i]) || steps[i] > std::max(a[i], b[i])) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
-Mp285::Mp285(const std::string& port, Patience patience)
-    : line_(open(port.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK)), patience_(patience) {
+Mp285::Mp285(const std::string& port, Patience patience) : port_(port), patience_(patience) {
+  if (Open()) return;
+  throw std::runtime_error("manipulator.port = " + port +
+                           ": no serial line: " + std::strerror(errno));
+}
+
+Mp285::~Mp285() {
+  Close();
+}
+
+bool Mp285::Open() {
+  line_ = open(port_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
   termios settings{};
-  if (line_ < 0 || tcgetattr(line_, &settings) != 0) {
-    const std::string why = std::strerror(errno);
-    if (line_ >= 0) close(line_);
-    throw std::runtime_error("manipulator.port = " + port + ": no serial line: " + why);
+  if (line_ < 0) return false;
+  if (tcgetattr(line_, &settings) != 0) {
+    const int why = errno;
+    Close();
+    errno = why;
+    return false;
   }
   cfmakeraw(&settings);
   cfsetspeed(&settings, B9600);
   settings.c_cflag |= CLOCAL | CREAD;
   tcsetattr(line_, TCSANOW, &settings);
+  return true;
 }
 
-Mp285::~Mp285() {
-  close(line_);
+void Mp285::Close() {
+  if (line_ >= 0) close(line_);
+  line_ = -1;
+}
+
+void Mp285::Lose() {
+  Close();
+  was_away_ = true;
+}
+
+bool Mp285::Know(const Steps& at) {
+  at_ = known_ = sent_ = at;
+  was_away_ = false;
+  return true;
 }
 
 bool Mp285::Fail(const std::string& why) {
@@ -95,7 +129,10 @@ bool Mp285::Send(std::string_view bytes) {
   while (!bytes.empty() && SteadyClock::now() < end) {
     const ssize_t sent = write(line_, bytes.data(), bytes.size());
     if (sent > 0) bytes.remove_prefix(static_cast<std::size_t>(sent));
-    if (sent < 0 && errno != EAGAIN && errno != EINTR) break;
+    if (sent < 0 && errno != EAGAIN && errno != EINTR) {
+      Lose();
+      break;
+    }
     pollfd ready{line_, POLLOUT, 0};
     if (!bytes.empty()) poll(&ready, 1, 1);
   }
@@ -111,7 +148,10 @@ std::optional<std::string> Mp285::Read(std::size_t bytes, Patience patience) {
     if (left.count() < 0 || poll(&ready, 1, static_cast<int>(left.count()) + 1) <= 0) break;
     char buffer[32];
     const ssize_t got = read(line_, buffer, std::min(sizeof buffer, bytes - came.size()));
-    if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR)) break;
+    if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR)) {
+      Lose();
+      break;
+    }
     if (got > 0) came.append(buffer, static_cast<std::size_t>(got));
   }
   return came.size() == bytes ? std::optional(came) : std::nullopt;
@@ -131,6 +171,7 @@ std::optional<Steps> Mp285::Ask() {
   } else if (answer->back() != kEnd || !IsWithinTravel(FromBytes(*answer))) {
     Fail("an answer to where it is that is none");
   } else {
+    heard_at_ = SteadyClock::now();
     return FromBytes(*answer);
   }
   return std::nullopt;
@@ -138,20 +179,26 @@ std::optional<Steps> Mp285::Ask() {
 
 bool Mp285::Find() {
   at_.reset();
+  was_away_ = was_away_ || SteadyClock::now() - heard_at_ > kAway * patience_;
+  if (line_ < 0 && !Open()) return Fail("its line is gone: " + std::string(std::strerror(errno)));
   if (!Send(std::string(1, kInterrupt))) return false;
   Empty();
   const auto once = Ask(), again = once ? Ask() : std::nullopt;
   if (!again) return false;
   if (*once != *again)
     return Fail("it says two places, " + InWords(*once) + " and " + InWords(*again));
-  at_ = again;
+  if (was_away_ && known_ && !IsBetween(*again, *known_, *sent_)) {
+    return Fail("it was at " + InWords(*known_) + " and says " + InWords(*again) +
+                ": switched off and on, or moved meanwhile; accepted is a new start at home");
+  }
   fault_.clear();
-  return true;
+  return Know(*again);
 }
 
 bool Mp285::MoveTo(const Steps& steps, Patience takes) {
   if (!at_) return false;
   if (!IsWithinTravel(steps)) return Fail(InWords(steps) + " lies beyond its travel of 25 mm");
+  sent_ = steps;
   if (!Send(std::string(1, 'm') + ToBytes(steps) + kEnd)) return false;
   const auto done = Read(1, takes + patience_);
   if (!done) return Fail("a move does not end");
@@ -165,8 +212,7 @@ bool Mp285::MoveTo(const Steps& steps, Patience takes) {
       return Fail("it stands at " + InWords(*again) + ", sent to " + InWords(steps));
     }
   }
-  at_ = steps;
-  return true;
+  return Know(steps);
 }
 
 bool Mp285::Look() {
@@ -177,8 +223,7 @@ bool Mp285::Look() {
   const auto again = Ask();
   if (!again) return false;
   if (*again != *once) return Fail("it says two places");
-  at_ = again;
-  return true;
+  return Know(*again);
 }
 
 }  // namespace palpate

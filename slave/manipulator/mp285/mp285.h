@@ -15,7 +15,7 @@ namespace palpate {
 using Steps = std::array<std::int32_t, 3>;
 
 // One thread. After whatever goes wrong, `fault` says what, nothing moves, and the place is unknown
-// until Find succeeds.
+// until Find succeeds. A line that is unplugged is opened again by its name.
 class Mp285 {
  public:
   static constexpr double kStep = 0.0625e-6;        // [m]
@@ -29,7 +29,9 @@ class Mp285 {
   Mp285(const Mp285&) = delete;
   Mp285& operator=(const Mp285&) = delete;
 
-  // Interrupts whatever moves, empties the line and asks twice where it is. False: fault.
+  // Interrupts whatever moves, empties the line and asks twice where it is. False: fault; also
+  // where it was silent for longer than four answers take, or unplugged, and is neither where it
+  // stood nor on the way to where it was sent: one that was switched off counts from elsewhere.
   bool Find();
   // Goes there, `takes` being how long that takes, and asks where it is. False: fault. Places
   // beyond the travel are refused.
@@ -43,6 +45,10 @@ class Mp285 {
 
  private:
   bool Fail(const std::string& why);
+  bool Open();  // false: there is no such line; errno says why
+  void Close();
+  void Lose();  // unplugged: as long as it is held, it would come back under another name
+  bool Know(const Steps& at);
   bool Send(std::string_view bytes);
   // nullopt: it did not come in time.
   std::optional<std::string> Read(std::size_t bytes, Patience patience);
@@ -50,9 +56,13 @@ class Mp285 {
   std::optional<Steps> Ask();
   void Empty();
 
-  int line_ = -1;
+  const std::string port_;
   const Patience patience_;
+  int line_ = -1;  // -1: gone
   std::optional<Steps> at_;
+  std::optional<Steps> known_, sent_;  // where it stood last, and where it may have gone since
+  std::chrono::steady_clock::time_point heard_at_;  // its last whole answer
+  bool was_away_ = false;                           // since then
   std::string fault_;
 };
 

@@ -1,6 +1,7 @@
 #include "master/haptics/haptic_loop.h"
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -307,6 +308,31 @@ TEST_F(HapticLoopTest, TheEndOfTheStreamFadesAtOnce) {
   }
   EXPECT_EQ(last, 0);
   EXPECT_EQ(rig_.state(), kHold);
+}
+
+// 60 ms, or 40 ms of an arm, have passed in the slave by then; with what the line takes 100 ms are
+// not exceeded.
+TEST_F(HapticLoopTest, OfASilentSensorOrArmNoForceIsLeftAfterThirtyMilliseconds) {
+  const auto is_stale = [](SlaveState* state) { state->validity = Validity::kStale; };
+  const auto is_faulty = [](SlaveState* state) {
+    state->phase = Phase::kHold;
+    state->check = FailedCheck::kArmFault;
+  };
+  for (const std::function<void(SlaveState*)>& lie :
+       {std::function<void(SlaveState*)>(is_stale), std::function<void(SlaveState*)>(is_faulty)}) {
+    Rig rig;
+    Engage(rig);
+    ASSERT_GT(puppet_.felt.y(), 0.5);
+    rig.slave.lie = lie;
+    double last = puppet_.felt.y();
+    rig.Run(puppet_, 0.034, [&](const TickRecord&) {
+      EXPECT_LE(puppet_.felt.y(), last);
+      EXPECT_LT(last - puppet_.felt.y(), 0.05);
+      last = puppet_.felt.y();
+    });
+    EXPECT_EQ(rig.state(), kHold);
+    EXPECT_EQ(last, 0);
+  }
 }
 
 // Stamps of 1970, ones that never change and ones of tomorrow: held, then faded, with a reason.

@@ -31,6 +31,10 @@ class FakeCamera {
     const std::lock_guard lock(mutex_);
     is_there_ = true;
   }
+  void set_size(const cv::Size& size) {
+    const std::lock_guard lock(mutex_);
+    size_ = size;
+  }
   EyeInput Input(const std::string& name, int type = CV_8UC1) {
     return {name, [this, type] { return Open(type); }};
   }
@@ -51,7 +55,8 @@ class FakeCamera {
       const int level = camera_.shown_.front();
       camera_.shown_.pop_front();
       if (level == kUnplugged) camera_.is_there_ = false;
-      return level == kUnplugged ? cv::Mat() : cv::Mat(4, 6, type_, cv::Scalar::all(level));
+      return level == kUnplugged ? cv::Mat()
+                                 : cv::Mat(camera_.size_, type_, cv::Scalar::all(level));
     }
 
    private:
@@ -68,6 +73,7 @@ class FakeCamera {
   std::condition_variable changed_;
   std::deque<int> shown_;
   bool is_there_ = true;
+  cv::Size size_{6, 4};
 };
 
 // Ends the wait of whoever reads them, before the eyes go.
@@ -119,6 +125,45 @@ TEST(LiveEyesTest, OneThatIsUnpluggedComesBackByItself) {
   camera.Show(2);
   EXPECT_EQ(LevelOf(source->Next({})->image), 2);
   EXPECT_EQ(source->health()->trouble, "");
+}
+
+TEST(LiveEyesTest, PicturesOfAnotherSizeThanTheScenesAreRefusedAtOnce) {
+  FakeCamera camera;
+  EyeInput input = camera.Input("camera 0");
+  input.size = {640, 480};  // a driver gives what it can
+  const auto source = FramesOf({input}, {});
+  const Ending ending({&camera});
+  camera.Show(1);
+  EXPECT_THAT([&] { source->Next({}); },
+              testing::ThrowsMessage<std::runtime_error>(
+                  HasSubstr("camera 0: 6 x 4 px: accepted is 640 x 480 px, as the scene")));
+}
+
+TEST(LiveEyesTest, WhatTurnsIntoAnotherSizeIsLeftOutAndToldUntilItIsAsBefore) {
+  FakeCamera camera;
+  const auto source = FramesOf({camera.Input("camera 0")}, {});
+  const Ending ending({&camera});
+  camera.Show(1);
+  ASSERT_TRUE(source->Next({}));
+  camera.set_size({8, 4});
+  camera.Show(2);
+  while (source->health()->trouble.empty()) std::this_thread::yield();
+  EXPECT_THAT(source->health()->trouble,
+              HasSubstr("camera 0: 8 x 4 px, 1 channel of 8 bit: accepted is what the first one "
+                        "was, 6 x 4 px, 1 channel of 8 bit"));
+  camera.set_size({6, 4});
+  camera.Show(3);
+  EXPECT_EQ(LevelOf(source->Next({})->image), 3);
+  EXPECT_EQ(source->health()->trouble, "");
+}
+
+TEST(LiveEyesTest, WhereNothingComesTheStartSaysSo) {
+  FakeCamera left, right;
+  LiveEyes eyes({left.Input("camera 0"), right.Input("camera 2")}, 1e6,
+                std::chrono::milliseconds(1));
+  const Ending ending({&left, &right});
+  EXPECT_THAT([&] { eyes.Next({}); },
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("camera 0: no picture came")));
 }
 
 TEST(LiveEyesTest, TwoThatComeTogetherAreAPair) {

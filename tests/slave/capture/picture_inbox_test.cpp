@@ -128,6 +128,22 @@ TEST_F(PictureInboxTest, PairsTakenTooFarApartAreDroppedAndCounted) {
   }
   EXPECT_EQ(inbox.health().taken, 4U);
   EXPECT_EQ(inbox.health().dropped, 2U);
+  EXPECT_THAT(inbox.health().trouble, HasSubstr("6 ms apart and are dropped: sync is 5 ms"));
+  PushedSample together = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
+  together.right = together.picture;
+  EXPECT_EQ(Feed(inbox, together), "");
+  EXPECT_EQ(inbox.health().trouble, "");
+}
+
+TEST_F(PictureInboxTest, ASendersClockThatJumpsForwardIsFollowed) {
+  PictureInbox inbox(Mono());
+  const auto source = inbox.OpenFrames({});
+  for (const double jumped : {0.0, 3600.0, 3600.02}) {
+    PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
+    sample.sensed_at = sample.sensed_at + Seconds(jumped);
+    EXPECT_EQ(Feed(inbox, sample), "");
+    EXPECT_NEAR(SecondsBetween(now_, source->Next({})->sensed_at), latency_, 1e-6) << jumped;
+  }
 }
 
 TEST_F(PictureInboxTest, DepthComesAsSixteenBits) {

@@ -126,6 +126,26 @@ TEST_F(StereoSceneTest, WhatIsNoLivePairIsSaid) {
   EXPECT_THAT(mistake("{left: \"pairs/left_%02d.png\", right: \"pairs/right*.png\", sync: 5 ms, "
                       "rig: rig.yaml}"),
               HasSubstr("accepted is nothing with files"));
+  EXPECT_THAT(mistake("{left: {device: 1}, right: {device: 1}, rig: rig.yaml}"),
+              HasSubstr("stereo.right = {device: 1}: accepted is another one than `left`"));
+  EXPECT_THAT(mistake("{device: 0, layout: side-by-side, sync: 5 ms, rig: rig.yaml}"),
+              HasSubstr("accepted is nothing with both side by side"));
+}
+
+// OpenCV makes 8 bit of whatever it reads without being asked otherwise.
+TEST_F(StereoSceneTest, WhatGivesNoDepthOf16BitIsSaid) {
+  const auto mistake = [&](const std::string& depth) {
+    Lines lines;
+    lines.camera = "{depth: " + depth +
+                   ", fx: 600, fy: 600, cx: 320, cy: 240, pose: {translation: [0, 0, -1]}}";
+    return MistakesOf(lines);
+  };
+  using testing::HasSubstr;
+  EXPECT_THAT(mistake("{url: \"tcp://127.0.0.1:5000\"}"),
+              HasSubstr("accepted is a GStreamer pipeline that ends in"));
+  EXPECT_THAT(mistake("{url: \"v4l2src ! appsink\"}"), HasSubstr("format=GRAY16_LE"));
+  EXPECT_THAT(mistake("{device: 0}"), HasSubstr("accepted is exactly one of `openni: NUMBER`"));
+  EXPECT_EQ(mistake("{url: \"v4l2src ! video/x-raw,format=GRAY16_LE ! appsink\"}"), "");
 }
 
 // The scene's name may come without a folder, and so may the pictures'.
