@@ -37,7 +37,8 @@ struct Views {
                 .insecure = line.insecure,
                 .tls = line.tls,
                 .rate = kMeshRate,
-                .relative_error = kMeshError}) {}
+                .relative_error = kMeshError,
+                .traction = true}) {}
   VideoWatch video;
   MeshWatch meshes;
 };
