@@ -349,8 +349,8 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
       [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
       [link](const std::string& kind) { return link->SetModel(kind); },
       [link] { return link->FindAnew(); },
-      [line = LineToExamine(a.link), found = FoundOf(*device)] {
-        return Examine(found, line, kExamined);
+      [line = LineToExamine(a.link), found = FoundOf(*device)](const std::stop_token& stop) {
+        return Examine(found, line, kExamined, stop);
       }};
   if (recorder != nullptr) {
     controls.record = [recorder](bool on) { recorder->Switch(on); };

@@ -41,11 +41,12 @@ Finding FoundOf(const Device& device) {
           device.description() + Formatted(", at most %g N", device.force_limit()), ""};
 }
 
-Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, double seconds) {
-  Findings findings = ExamineTimer(seconds);
+Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, double seconds,
+                 const std::stop_token& stop) {
+  Findings findings = ExamineTimer(seconds, stop);
   Append(ExamineProcessors(), &findings);
   findings.push_back(std::move(device));
-  if (line) Append(ExamineLine(*line, seconds), &findings);
+  if (line && !stop.stop_requested()) Append(ExamineLine(*line, seconds, stop), &findings);
   std::ranges::stable_sort(findings, {}, &Finding::verdict);
   return findings;
 }

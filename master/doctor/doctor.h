@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include "master/doctor/finding.h"
@@ -14,8 +15,10 @@ class Device;
 // Of the device that is in use.
 Finding FoundOf(const Device& device);
 // What is known of the device, of this machine and, if there is one, of the line, as an observer of
-// the slave; the bad last. Takes two measurements of `seconds`.
-Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, double seconds);
+// the slave; the bad last. Takes two measurements of `seconds`, or ends where `stop` is asked for:
+// what was found means nothing then.
+Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, double seconds,
+                 const std::stop_token& stop = {});
 
 struct DoctorOptions {
   std::optional<SlaveLink::Options> line;  // nullopt: this machine alone

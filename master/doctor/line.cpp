@@ -35,8 +35,32 @@ void Require(const grpc::Status& status) {
   if (!status.ok()) throw std::runtime_error(Presentable(status.error_message(), 300));
 }
 
-v1::Status AskOnce(Stub& stub, ClockOffset* offset, LatencyHistogram* round_trip_us) {
+// Cancels a call where `stop` is asked for.
+auto Until(const std::stop_token& stop, grpc::ClientContext* context) {
+  return std::stop_callback(stop, [context] { context->TryCancel(); });
+}
+
+const char* InWords(v1::Phase phase) {
+  switch (phase) {
+    case v1::PHASE_READY:
+      return "nobody moves the tool";
+    case v1::PHASE_FOLLOWING:
+      return "the tool follows its operator";
+    case v1::PHASE_CLUTCHED:
+      return "its operator has let go: the tool stands";
+    case v1::PHASE_HOLD:
+      return "commands have stopped: the tool holds";
+    case v1::PHASE_ESTOP:
+      return "emergency stop";
+    default:
+      return "its state is not told";
+  }
+}
+
+v1::Status AskOnce(Stub& stub, const std::stop_token& stop, ClockOffset* offset,
+                   LatencyHistogram* round_trip_us) {
   grpc::ClientContext context;
+  const auto ends = Until(stop, &context);
   context.set_deadline(std::chrono::system_clock::now() + kLongestCall);
   v1::Status reply;
   const Time left = Clock::now();
@@ -47,22 +71,24 @@ v1::Status AskOnce(Stub& stub, ClockOffset* offset, LatencyHistogram* round_trip
   return reply;
 }
 
-void Ask(Stub& stub, double seconds, LineSample* line) {
+void Ask(Stub& stub, double seconds, const std::stop_token& stop, LineSample* line) {
   ClockOffset offset;
   const Time begin = Clock::now();
   v1::Status status;
   for (int i = 0; i < kCalls && SecondsBetween(begin, Clock::now()) < seconds; ++i) {
-    status = AskOnce(stub, &offset, &line->round_trip_us);
+    status = AskOnce(stub, stop, &offset, &line->round_trip_us);
   }
   line->clock_offset = offset.seconds();
-  line->phase = v1::Phase_Name(status.phase());
+  line->phase = InWords(status.phase());
   for (const std::string& alarm : status.alarms()) {
     line->alarms.push_back(Presentable(alarm, kLongestWords));
   }
 }
 
-void Watch(Stub& stub, double dead_after, double seconds, LineSample* line) {
+void Watch(Stub& stub, double dead_after, double seconds, const std::stop_token& stop,
+           LineSample* line) {
   grpc::ClientContext context;
+  const auto ends = Until(stop, &context);
   const auto stream = stub.WatchState(&context, {});
   const Time begin = Clock::now();
   Time last{};
@@ -152,16 +178,16 @@ Finding Health(const LineSample& line) {
 
 }  // namespace
 
-LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& scene,
-                       double seconds) {
+LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& scene, double seconds,
+                       const std::stop_token& stop) {
   const bool beyond = options.insecure || !options.tls.empty();
   const auto stub = v1::Teleoperation::NewStub(OpenChannel(PermittedTarget(options.target, beyond),
                                                            Traffic::kTicks, options.tls,
                                                            options.longest_round_trip));
   LineSample line;
   line.version = scene.version;
-  Ask(*stub, seconds, &line);
-  Watch(*stub, scene.dead_after, seconds, &line);
+  Ask(*stub, seconds, stop, &line);
+  Watch(*stub, scene.dead_after, seconds, stop, &line);
   return line;
 }
 
@@ -205,14 +231,15 @@ Finding JudgeDatagrams(const LinkStats& tried) {
           "stream alone, which waits for what the network loses"};
 }
 
-Findings ExamineLine(const SlaveLink::Options& options, double seconds) {
+Findings ExamineLine(const SlaveLink::Options& options, double seconds,
+                     const std::stop_token& stop) {
   try {
     SlaveLink link(options);
     const RemoteScene scene = link.Connect();
     SlaveLink::Options told = options;
     told.longest_round_trip = link.longest_round_trip();
     Findings findings{{Verdict::kGood, "scene", scene.name + ", " + scene.model, ""}};
-    for (Finding& finding : JudgeLine(MeasureLine(told, scene, seconds), scene)) {
+    for (Finding& finding : JudgeLine(MeasureLine(told, scene, seconds, stop), scene)) {
       findings.push_back(std::move(finding));
     }
     if (told.datagrams) findings.push_back(JudgeDatagrams(TryDatagrams(told, seconds)));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -18,13 +19,14 @@ struct LineSample {
   std::uint64_t states = 0, gaps_beyond = 0;  // that came; gaps longer than `dead_after`
   double seconds = 0;                         // of watching [s]
   double age = 0;  // of the newest state's sample when it came, by the slave's clock and ours [s]
-  std::string version, phase;
+  std::string version, phase;  // the phase in words
   std::vector<std::string> alarms;
 };
 
-// Calls GetStatus often, then watches states for `seconds`. Throws std::runtime_error: in words
-// what the slave refused, or that the line broke.
-LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& scene, double seconds);
+// Calls GetStatus often, then watches states for `seconds`, each until `stop` is asked for. Throws
+// std::runtime_error: in words what the slave refused, or that the line broke.
+LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& scene, double seconds,
+                       const std::stop_token& stop = {});
 
 // What the numbers mean for a hand.
 Findings JudgeLine(const LineSample& line, const RemoteScene& scene);
@@ -35,6 +37,8 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds);
 Finding JudgeDatagrams(const LinkStats& tried);
 
 // Connects, measures, judges; tries datagrams if `options` ask for them. What fails is a finding.
-Findings ExamineLine(const SlaveLink::Options& options, double seconds);
+// Ends early where `stop` is asked for, and what it found is nothing then.
+Findings ExamineLine(const SlaveLink::Options& options, double seconds,
+                     const std::stop_token& stop = {});
 
 }  // namespace palpate

@@ -87,13 +87,13 @@ Finding JudgeTimer(const PeriodicStats& bare) {
   return finding;
 }
 
-Findings ExamineTimer(double seconds) {
+Findings ExamineTimer(double seconds, const std::stop_token& stop) {
   std::string priority;
   PeriodicStats bare;
   // A thread of its own: the caller stays as it is.
   std::jthread([&] {
     priority = MakeThreadRealtime(kHapticPriority);
-    RunPeriodically(Seconds(seconds), {}, &bare, [] { return true; });
+    RunPeriodically(Seconds(seconds), stop, &bare, [] { return true; });
   }).join();
   return {JudgeTimer(bare), Allowed("real-time priority", priority),
           Allowed("locked memory", LockMemory())};

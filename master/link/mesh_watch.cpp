@@ -25,6 +25,7 @@ v1::WatchMeshRequest Request(const MeshWatch::Options& options) {
   request.set_max_rate_hz(options.rate);
   request.set_nodal_forces(options.nodal_forces);
   request.set_relative_error(options.relative_error);
+  request.set_traction(options.traction);
   return request;
 }
 

@@ -23,6 +23,7 @@ class MeshWatch {
     bool nodal_forces = false;  // ask for them too
     std::chrono::milliseconds longest_round_trip{1000};  // beyond it the line is dead
     double relative_error = 0;  // of a coordinate, of the object's diagonal [-]; 0: all digits
+    bool traction = false;      // ask for it too
   };
   struct Stats {
     std::uint64_t meshes = 0, refused = 0;  // taken; with impossible numbers

@@ -89,6 +89,11 @@ std::optional<RemoteMesh> FromProto(const v1::MeshState& message,
   reader.Require(mesh.positions.size() == count, "positions", "one per node of `rest`");
   reader.Require(mesh.nodal_forces.empty() || mesh.nodal_forces.size() == count, "nodal_forces",
                  "none, or one per node of `rest`");
+  if (message.has_traction()) {
+    auto traction = Unpacked(message.traction().unit(), message.traction().steps(), count);
+    reader.Require(traction.has_value(), "traction", "steps above 0 Pa, one per node of `rest`");
+    if (traction) mesh.traction = *std::move(traction);
+  }
   if (!reader.ok()) return std::nullopt;
   return mesh;
 }

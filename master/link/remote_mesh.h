@@ -14,6 +14,7 @@
 #include "shared/state/clock.h"
 #include "shared/state/validity.h"
 #include "shared/wire/shape_code.h"
+#include "shared/wire/traction_code.h"
 
 namespace palpate {
 
@@ -34,6 +35,7 @@ struct RemoteMesh {
   std::shared_ptr<const MeshTopology> topology;  // never null
   std::vector<Eigen::Vector3d> positions;        // deformed, one per node
   std::vector<Eigen::Vector3d> nodal_forces;     // tool on node [N]; empty: not told
+  NodeTraction traction;                         // of the tool; without steps: not told
 
   // How far the node that moved most is from its place at rest [m]; none if less than single
   // precision tells of an object of this size.

@@ -131,6 +131,7 @@ BulkWatch::BulkWatch(const Options& options, OnMessage on_message)
   parts->meshes = std::jthread([parts] {
     v1::WatchMeshRequest request;
     request.set_max_rate_hz(kMeshRate);
+    request.set_traction(true);
     parts->Watch<v1::MeshState>(
         [&](grpc::ClientContext* context) { return parts->stub->WatchMesh(context, request); });
   });

@@ -139,6 +139,11 @@ VtuGrid GridOf(const RemoteMesh& mesh) {
     displacement.values.insert(displacement.values.end(), u.begin(), u.end());
   }
   grid.arrays = {std::move(displacement)};
+  if (mesh.traction.steps.empty()) return grid;
+  grid.arrays.push_back({"traction", 1, {}, {}});
+  for (const std::uint8_t steps : mesh.traction.steps) {
+    grid.arrays.back().values.push_back(steps * mesh.traction.unit);
+  }
   return grid;
 }
 

@@ -24,7 +24,8 @@ struct ExportCounts {
 //                      state_sequence, age and sensed_age (NaN), picture (index of the newest
 //                      picture shown then, -1: none)
 //   numpy/picture_t.npy, pictures/NNNNNN.jpg   when each was taken, and it
-//   meshes/NNNNNN.vtu, meshes.pvd              the object's shape for ParaView
+//   meshes/NNNNNN.vtu, meshes.pvd              the object's shape for ParaView: displacement [m]
+//                                              and, where it is told, traction [Pa]
 //
 // Throws InputError: no master's recording, damaged; std::runtime_error: not writable.
 ExportCounts ExportSession(const std::filesystem::path& file, const std::filesystem::path& out,

@@ -6,6 +6,7 @@
 #include <deque>
 #include <functional>
 #include <mutex>
+#include <stop_token>
 #include <thread>
 
 namespace palpate {
@@ -16,8 +17,9 @@ class Clerk {
 
   Clerk() : thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
-  // False: too many wait already. Thread-safe; returns at once.
-  bool Ask(std::function<void()> errand) {
+  // What the errand is told is asked to stop when the clerk ends, which waits for it. False: too
+  // many wait already. Thread-safe; returns at once.
+  bool Ask(std::function<void(const std::stop_token&)> errand) {
     const std::scoped_lock lock(mutex_);
     if (errands_.size() >= kMostErrands) return false;
     errands_.push_back(std::move(errand));
@@ -33,13 +35,13 @@ class Clerk {
       const auto errand = std::move(errands_.front());
       errands_.pop_front();
       lock.unlock();
-      errand();
+      errand(stop);
     }
   }
 
   std::mutex mutex_;  // guards what follows
   std::condition_variable_any changed_;
-  std::deque<std::function<void()>> errands_;
+  std::deque<std::function<void(const std::stop_token&)>> errands_;
   std::jthread thread_;  // last: it uses all of the above
 };
 

@@ -37,7 +37,8 @@ struct Views {
                 .insecure = line.insecure,
                 .tls = line.tls,
                 .rate = kMeshRate,
-                .relative_error = kMeshError}) {}
+                .relative_error = kMeshError,
+                .traction = true}) {}
   VideoWatch video;
   MeshWatch meshes;
 };
@@ -338,8 +339,8 @@ void LiveStation::Parts::SetWhenFree(const StationMoment& moment) {
 std::string LiveStation::Parts::Examine() {
   if (examines.exchange(true)) return RefusedJson("the doctor examines already: wait for it");
   board.Put(Topic::kFindings, FindingsJson({}, false));
-  doctor.Ask([this] {
-    board.Put(Topic::kFindings, FindingsJson(controls.examine(), true));
+  doctor.Ask([this](const std::stop_token& stop) {
+    board.Put(Topic::kFindings, FindingsJson(controls.examine(stop), true));
     examines = false;
   });
   return {};
@@ -354,7 +355,8 @@ void LiveStation::Parts::Replace(const ModelWish& wish) {
 }
 
 void LiveStation::Parts::Errand(std::function<void()> errand) {
-  if (!clerk.Ask(std::move(errand))) Say(true, "too much at once: wait until it is done");
+  const auto asked = [errand = std::move(errand)](const std::stop_token&) { errand(); };
+  if (!clerk.Ask(asked)) Say(true, "too much at once: wait until it is done");
 }
 
 void LiveStation::Parts::Say(bool is_trouble, std::string text) {

@@ -33,7 +33,8 @@ class LiveStation {
     std::function<std::string(const SlaveLink::Mapping&)> set_mapping;  // empty: it was done
     std::function<std::string(const std::string& kind)> set_model;      // likewise
     std::function<std::string()> find_anew;                             // likewise
-    std::function<Findings()> examine;                // the doctor's; may take seconds
+    // The doctor's; takes seconds, or until it is stopped.
+    std::function<Findings(const std::stop_token&)> examine;
     std::function<void(bool on)> record = {};         // empty: nothing can be recorded
     std::function<void()> quit = {};                  // by the terminal's key
     std::function<RecordingMoment()> recording = {};  // likewise

@@ -85,7 +85,8 @@ std::string RefusedJson(const std::string& why);
 
 // Node and element counts, places at rest, elements: what Topology messages hold after the header.
 std::string TopologyBytes(const MeshTopology& topology);
-// Validity as a number (0: valid), then the places.
+// Validity as a number (0: valid), then the places; where the traction is told its unit [Pa] and a
+// byte of steps per node.
 std::string ShapeBytes(const RemoteMesh& mesh);
 
 }  // namespace palpate

@@ -100,6 +100,11 @@ class DeformationModel {
   // [m]; zero where it failed. Costs O(N S); computed only when asked for.
   virtual void Displacements(std::vector<Eigen::Vector3d>* u_O) = 0;
 
+  // Size of the contacts' traction at every vertex of field_mesh() under those of the last Respond
+  // [Pa], of boundary at rest, zero where nothing touches or it failed. Left as it is by models
+  // that know a contact's force alone.
+  virtual void Tractions(std::vector<float>* /*pascals*/) {}
+
   // Forgets motion and warm starts: the body is at rest again, and the next Respond does not depend
   // on those before. With `time: dynamic` a Respond is one step of time, whose contacts hold at its
   // end.

@@ -160,8 +160,23 @@ describe('a scripted hand presses the block', () => {
     await stage.when((status) => status.state === 'FOLLOWING', 'FOLLOWING');
   });
 
+  // Reference: the force by the tool's end, 5.9 x 9 mm, is the mean of what the bar tells the largest of.
+  test('a key colours the object by the traction on it, told in kilopascals', async () => {
+    const name = () => stage.page.locator('.colour-bar em').innerText();
+    assert.equal(await name(), 'moved, mm');
+    await stage.page.keyboard.press('q');
+    await until(async () => (await name()) === 'traction, kPa', 'the name of the colours');
+    await until(async () => {
+      const { chain } = await pressed(), told = (await stage.text('view-line')).match(/^pushed by up to ([\d.]+) kPa/);
+      return told && Number(told[1]) > (0.7e-3 * size(chain.estimated)) / (5.9e-3 * 9e-3) && Number(told[1]) < 1000;
+    }, 'a traction that makes the force');
+    await stage.shoot('block-traction');
+    await stage.page.locator('#colours').click();
+    await until(async () => (await name()) === 'moved, mm', 'the displacement again');
+  });
+
   test('the dot tells whether it is recorded', async () => {
-    await until(async () => /^● REC [\d.]+ MB$/.test(await stage.text('record')), 'the dot');
+    await until(async () => /^● REC \d+:\d\d [\d.]+ MB$/.test(await stage.text('record')), 'the dot');
     await stage.page.keyboard.press('b');
     await until(async () => (await stage.text('record')) === '○ not recording', 'none');
     await stage.page.locator('#recording').click();
@@ -459,6 +474,37 @@ describe('a mouse feels the block', () => {
     await until(async () => /hand to page \d+ ms/.test(await stage.text('page-delay')), 'its own delay');
     await stage.shoot('pointer-light-1280');
     console.log(await stage.text('page-delay'));
+  });
+
+  // In one go of the page's thread, in which its own clock of 20 ms does not run: what is told is told by the moves.
+  testInTime('each move of the cursor is told, at most every 8 ms, and none is lost', async () => {
+    const drag = (x, y) => {
+      const view = document.getElementById('view'), { send } = WebSocket.prototype, told = [];
+      if (!view.classList.contains('held')) return null;
+      WebSocket.prototype.send = function (data) {
+        if (typeof data === 'string' && JSON.parse(data).do === 'pointer') told.push(JSON.parse(data));
+        return send.call(this, data);
+      };
+      const move = (after) => {
+        for (const end = performance.now() + after; performance.now() < end;);
+        view.dispatchEvent(new PointerEvent('pointermove', { clientX: (x += 1), clientY: y }));
+      };
+      for (let i = 0; i < 10; ++i) move(9);
+      const each = told.length;
+      for (let i = 0; i < 20; ++i) move(1);
+      const byMoves = told.length;
+      return new Promise((done) => setTimeout(() => {
+        WebSocket.prototype.send = send;
+        done({ each, byMoves, told });
+      }, 50));
+    };
+    const { each, byMoves, told } = await byHand(async () => (await press()) && stage.page.evaluate(`(${drag})(${middle})`), 'moves');
+    assert.equal(each, 10, 'those that are 9 ms apart');
+    const gaps = told.slice(1, byMoves).map(({ at }, i) => at - told[i].at), [first, last] = [told[0], told.at(-1)].map(({ p_M }) => p_M[0]);
+    assert.ok(Math.min(...gaps) >= 8, `told after ${gaps} ms`);
+    const scale = Number(await stage.page.locator('#view').getAttribute('data-metres-per-pixel')) / stage.status.position_scale;
+    assert.ok(Math.abs(last - first - 29 * scale) < scale / 10, `${last - first} m, of ${29 * scale} m`);
+    await stage.page.mouse.up();
   });
 
   testInTime('a page that is loaded anew in contact holds nothing, says how to hold again, and knows what was', async () => {

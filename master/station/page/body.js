@@ -1,8 +1,10 @@
-// The object: at rest in grey lines, deformed in the colours of its displacement.
+// The object: at rest in grey lines, deformed in the colours of its displacement or of the traction on it.
 import { niceAbove, viridisLight } from './colours.js';
 
 const SINGLE_PRECISION = 1e-7;  // of the object's size: places come as such
 const EDGE_ANGLE = 30;  // sharper edges are drawn [degrees]
+const LEAST_TRACTION = 1;  // at full colour [Pa]
+const UNKNOWN = [0.2, 0.2, 0.2];  // of no colour of the bar
 
 // The corners of an outline in their order, where its lines form one ring; else null.
 function ringOf(lines, count) {
@@ -15,7 +17,8 @@ function ringOf(lines, count) {
 }
 
 export class Body {
-  constructor(three, message) {
+  // `quantity`: whose colours it has, 'moved' or 'traction', which need not be told.
+  constructor(three, message, quantity = 'moved') {
     this.three = three;
     const { view, buffer } = message;
     [this.perElement, this.nodes, this.elements] = [16, 20, 24].map((at) => view.getUint32(at, true));
@@ -24,8 +27,9 @@ export class Body {
     this.number = message.number;
     this.planar = this.perElement === 2;
     this.group = new three.Group();
-    this.full = null;
-    this.largest = 0;
+    this.quantity = quantity;
+    this.full = { moved: null, traction: null };
+    this.largest = { moved: 0, traction: null };
     this.box = new three.Box3().setFromArray(this.rest);
     if (this.planar) this.makePlanar();
     else this.makeSolid();
@@ -91,38 +95,50 @@ export class Body {
     mesh.frustumCulled = false;
     this.group.add(mesh);
   }
-  // New places, three numbers per node [m].
-  deform(places) {
-    const moved = new Float32Array(this.nodes);
-    this.largest = 0;
+  // New places, three numbers per node [m], and the traction there [Pa]; null: it is not told.
+  deform(places, traction = null) {
+    const moved = new Float32Array(this.nodes), size = this.box.getSize(new this.three.Vector3()).length();
     for (let i = 0; i < this.nodes; ++i) {
       moved[i] = Math.hypot(places[3 * i] - this.rest[3 * i], places[3 * i + 1] - this.rest[3 * i + 1], places[3 * i + 2] - this.rest[3 * i + 2]);
-      this.largest = Math.max(this.largest, moved[i]);
     }
-    if (this.largest < SINGLE_PRECISION * this.box.getSize(new this.three.Vector3()).length()) this.largest = 0;
-    this.scale();
-    if (this.planar) this.drawRibbon(places, moved);
-    else this.drawSurface(places, moved);
+    this.scale('moved', moved, 1e-3 * size, SINGLE_PRECISION * size);
+    this.scale('traction', traction, LEAST_TRACTION, 0);
+    Object.assign(this, { places, values: { moved, traction } });
+    this.draw();
   }
-  // Full colour is a round number that only grows, so that colours can be compared over time.
-  scale() {
-    const least = 1e-3 * this.box.getSize(new this.three.Vector3()).length();
-    this.full = Math.max(this.full || 0, niceAbove(Math.max(this.largest, least)));
+  draw() {
+    if (this.planar) this.drawRibbon(this.places);
+    else this.drawSurface(this.places);
   }
-  drawSurface(places, moved) {
+  // Full colour is a round number that only grows, so that colours can be compared over time. What is below `none` is
+  // nothing.
+  scale(quantity, values, least, none) {
+    const largest = values && values.reduce((most, value) => Math.max(most, value), 0);
+    this.largest[quantity] = largest < none ? 0 : largest;
+    this.full[quantity] = Math.max(this.full[quantity] || 0, niceAbove(Math.max(largest || 0, least)));
+  }
+  colourBy(quantity) {
+    this.quantity = quantity;
+    this.draw();
+  }
+  colourOf(node) {
+    const values = this.values[this.quantity];
+    return values ? viridisLight(values[node] / this.full[this.quantity]) : UNKNOWN;
+  }
+  drawSurface(places) {
     this.positions.array.set(places);
-    for (let i = 0; i < this.nodes; ++i) this.colours.array.set(viridisLight(moved[i] / this.full), 3 * i);
+    for (let i = 0; i < this.nodes; ++i) this.colours.array.set(this.colourOf(i), 3 * i);
     this.positions.needsUpdate = this.colours.needsUpdate = true;
     this.geometry.computeVertexNormals();
     this.geometry.computeBoundingSphere();
   }
-  drawRibbon(places, moved) {
+  drawRibbon(places) {
     this.lines.forEach(([a, b], i) => {
       const dx = places[3 * b] - places[3 * a], dy = places[3 * b + 1] - places[3 * a + 1], length = Math.hypot(dx, dy) || 1;
       const nx = (-dy / length) * this.ribbon / 2, ny = (dx / length) * this.ribbon / 2;
       [[a, 1], [a, -1], [b, 1], [b, -1]].forEach(([node, side], corner) => {
         this.positions.array.set([places[3 * node] + side * nx, places[3 * node + 1] + side * ny, places[3 * node + 2]], 12 * i + 3 * corner);
-        this.colours.array.set(viridisLight(moved[node] / this.full), 12 * i + 3 * corner);
+        this.colours.array.set(this.colourOf(node), 12 * i + 3 * corner);
       });
     });
     this.positions.needsUpdate = this.colours.needsUpdate = true;

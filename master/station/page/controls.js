@@ -1,5 +1,6 @@
 // Buttons, keys, forms and tabs. Every key has a button, and no dialog ever stands before the stop.
 import { saveImage } from './save.js';
+import { minutes } from './words.js';
 
 const byId = (id) => document.getElementById(id);
 const ESCAPE_TWICE_MS = 600;
@@ -15,6 +16,7 @@ export class Controls {
     byId('reset').addEventListener('click', () => this.reset());
     byId('pause').addEventListener('click', () => this.pause());
     byId('strips-next').addEventListener('click', () => this.charts.toggleStrips());
+    byId('colours').addEventListener('click', () => this.view.toggleColours());
     byId('acknowledge').addEventListener('click', () => this.acknowledge());
     byId('theme').addEventListener('click', () => this.toggleTheme());
     for (const [id, act] of [['let-go', 'clutch'], ['mark', 'mark'], ['tare', 'tare'], ['recording', 'record'], ['find-anew', 'findAnew'], ['examine', 'examine']]) byId(id).addEventListener('click', () => this[act]());
@@ -89,7 +91,7 @@ export class Controls {
     const live = this.replay.active ? {} : { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), c: () => this.clutch(), m: () => this.mark(),
       n: () => this.tare(), k: () => this.acknowledge(), b: () => this.record(), v: () => this.nextRendering(), 1: () => this.pointer.lock(0), 2: () => this.pointer.lock(1), 3: () => this.pointer.lock(2), l: () => byId('position-scale').focus(), u: () => this.findAnew(), j: () => this.examine() };
     return { ...live, f: () => this.view.fit(), x: () => this.view.look('X'), y: () => this.view.look('Y'),
-      z: () => this.view.look('Z'), w: () => this.view.toggleWire(), p: () => this.pause(), d: () => this.charts.download(), i: () => saveImage(this.view), o: () => this.charts.toggleStrips(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
+      z: () => this.view.look('Z'), w: () => this.view.toggleWire(), q: () => this.view.toggleColours(), p: () => this.pause(), d: () => this.charts.download(), i: () => saveImage(this.view), o: () => this.charts.toggleStrips(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
       a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };
   }
   pause() {
@@ -126,7 +128,7 @@ export class Controls {
     if (!recording) return;
     byId('recording').setAttribute('aria-pressed', String(recording.on));
     dot.dataset.level = recording.trouble ? 'bad' : recording.on ? 'ok' : 'warn';
-    dot.textContent = recording.trouble ? '■ REC ended' : recording.on ? `● REC ${recording.megabytes.toFixed(1)} MB` : '○ not recording';
+    dot.textContent = recording.trouble ? '■ REC ended' : recording.on ? `● REC ${minutes(status.t)} ${recording.megabytes.toFixed(1)} MB` : '○ not recording';
   }
   // The kinds of model that this object can have.
   showKinds(model, planar) {

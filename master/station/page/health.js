@@ -1,8 +1,8 @@
 // What is set up: the scene with its numbers, the slave's times, this session.
 import { noteItem } from './alarms.js';
-import { TRACE, figure, ms } from './words.js';
+import { TRACE, figure, ms, stressUnit } from './words.js';
 
-const stress = (pascal) => (pascal >= 1e6 ? `${figure(pascal / 1e6)} MPa` : pascal >= 1e3 ? `${figure(pascal / 1e3)} kPa` : `${figure(pascal)} Pa`);
+const stress = (pascal) => `${figure(pascal * stressUnit(pascal).factor)} ${stressUnit(pascal).unit}`;
 
 // How long the station's certificate holds, and what to do in time.
 function certificateOf(until) {
@@ -14,7 +14,7 @@ function certificateOf(until) {
 function groupsOf(hello, health, status) {
   const scene = health?.scene, can = health?.capabilities, slave = health?.status, groups = [];
   if (hello) {
-    groups.push(['Session', [hello.badge === 'REPLAY' ? ['recording', hello.target] : ['slave at', `${hello.target}, ${hello.encrypted ? 'TLS' : 'plain text'}`], ['device', hello.device], ['rendering', hello.render],
+    groups.push(['Session', [hello.badge === 'REPLAY' ? ['recording', hello.target] : ['slave at', `${hello.target}, ${hello.encrypted ? 'TLS' : 'plain text'}`], ...(hello.badge === 'REPLAY' ? [] : [['role', status?.link.connected ? 'operator' : 'operator, once the line stands and nobody else is']]), ['device', hello.device], ['rendering', hello.render],
       ['palpate-master', hello.version], ['clock offset', status ? ms(status.link.clock_offset, 3) : '-'], ['from the picture to the hand', ms(status?.link.sensed_age ?? NaN, 0)], ['reconnects', status?.link.reconnects ?? '-'],
       ['states refused', status?.link.refused ?? '-'], ...(hello.certificate_until ? [['certificate holds until', certificateOf(hello.certificate_until)]] : [])]]);
   }

@@ -1,10 +1,10 @@
 // A recording's course: to and fro, slower and faster. Nothing here reaches a hand.
+import { minutes } from './words.js';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const STEP_S = 1, LEAP_S = 10;
 
 const byId = (id) => document.getElementById(id);
-const clock = (seconds) => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
 
 export class ReplayBar {
   constructor(link) {
@@ -24,7 +24,7 @@ export class ReplayBar {
     const { replay, t } = status;
     if (!replay) return;
     [this.now, this.t] = [replay, t];
-    const place = byId('place'), text = `${clock(t)} of ${clock(replay.seconds)}`;
+    const place = byId('place'), text = `${minutes(t, 1)} of ${minutes(replay.seconds, 1)}`;
     place.max = replay.seconds.toFixed(2);
     if (!place.matches(':active')) place.value = t;
     place.setAttribute('aria-valuetext', text);

@@ -2,10 +2,11 @@
 import { Body } from './body.js';
 import { Camera } from './camera.js';
 import { viridisBar } from './colours.js';
-import { figure, fixed, lengthUnit, norm, write } from './words.js';
+import { figure, fixed, lengthUnit, norm, stressUnit, write } from './words.js';
 
 const ARROW_SHARE = 0.15;   // of the object's size, at the force limit
 const LEAST_ARROW = 0.005;  // of the limit: less is not drawn
+const PLACES_AT = 20, FAILED = 5;  // of a shape's bytes; a validity: the model has no answer
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -119,7 +120,7 @@ export class View {
       this.body.dispose();
     }
     this.shape = null;
-    this.body = new Body(this.three, message);
+    this.body = new Body(this.three, message, this.body?.quantity);
     this.scene.add(this.body.group);
     this.waiting.hidden = true;
     this.bar.hidden = false;
@@ -138,7 +139,8 @@ export class View {
   }
   takeShape(message) {
     if (!this.body || message.number !== this.body.number) return;
-    if (message.buffer.byteLength !== 20 + 12 * this.body.nodes) return;
+    const { nodes } = this.body;
+    if (![PLACES_AT + 12 * nodes, PLACES_AT + 13 * nodes + 4].includes(message.buffer.byteLength)) return;
     this.shape = message;
     this.dirty = true;
   }
@@ -151,8 +153,11 @@ export class View {
     const { status, shape } = this;
     this.shape = null;
     if (shape) {
-      this.body.deform(new Float32Array(shape.buffer.slice(20)));
+      const end = PLACES_AT + 12 * this.body.nodes, isTold = shape.buffer.byteLength > end;
+      const unit = isTold && shape.view.getFloat32(end, true);
+      this.body.deform(new Float32Array(shape.buffer.slice(PLACES_AT, end)), isTold ? Float32Array.from(new Uint8Array(shape.buffer, end + 4), (steps) => steps * unit) : null);
       this.shapeT = shape.t;
+      this.isAnswered = shape.view.getUint32(16, true) !== FAILED;
     }
     if (!this.body || !status?.fingers.length) return;
     this.size = this.body.box.getSize(new this.three.Vector3()).length();
@@ -247,11 +252,22 @@ export class View {
       if (this.waiting && this.status?.mesh_trouble) this.waiting.textContent = `No shape: ${this.status.mesh_trouble}`;
       return;
     }
-    const { unit, factor } = lengthUnit(this.body.full);
+    const { quantity, full, largest } = this.body, isMoved = quantity === 'moved';
+    const { unit, factor } = (isMoved ? lengthUnit : stressUnit)(full[quantity]);
     const [top, , , name] = this.bar.children;
-    write(top, figure(this.body.full * factor));
-    write(name, `moved, ${unit}`);
-    write(this.line, `moved by up to ${figure(this.body.largest * factor)} ${unit}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it, ring: the local model; outer lines: the workspace`);
+    write(top, figure(full[quantity] * factor));
+    write(name, `${quantity}, ${unit}`);
+    const told = isMoved ? 'moved' : 'pushed', most = largest[quantity];
+    const words = most === null ? 'no traction is told: a force is unknown, or nothing holds the object' : `${told} by up to ${figure(most * factor)} ${unit}`;
+    const old = this.isAnswered === false ? 'the model has no answer for this press: its last shape; ' : '';
+    write(this.line, `${old}${words}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it, ring: the local model; outer lines: the workspace`);
+  }
+  // Displacement or traction.
+  toggleColours() {
+    if (!this.body) return;
+    this.body.colourBy(this.body.quantity === 'moved' ? 'traction' : 'moved');
+    document.getElementById('colours').setAttribute('aria-pressed', String(this.body.quantity === 'traction'));
+    this.dirty = true;
   }
   fit() {
     if (!this.body) return;

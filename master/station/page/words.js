@@ -14,8 +14,15 @@ export const figure = (value) => {
   return size >= 1e5 || size < 1e-3 ? value.toExponential(1) : String(Number(value.toPrecision(3)));
 };
 export const ms = (seconds, digits = 1) => (Number.isFinite(seconds) ? `${(seconds * 1e3).toFixed(digits)} ms` : '-');
+// A time as minutes and seconds.
+export const minutes = (seconds, digits = 0) => {
+  const whole = Number(seconds.toFixed(digits));
+  return `${Math.floor(whole / 60)}:${(whole % 60).toFixed(digits).padStart(digits ? 3 + digits : 2, '0')}`;
+};
 // A length with the unit that suits `size` [m].
 export const lengthUnit = (size) => (size < 1e-4 ? { unit: 'µm', factor: 1e6 } : { unit: 'mm', factor: 1e3 });
+// A stress with the unit that suits `size` [Pa].
+export const stressUnit = (size) => (size >= 1e6 ? { unit: 'MPa', factor: 1e-6 } : size >= 1e3 ? { unit: 'kPa', factor: 1e-3 } : { unit: 'Pa', factor: 1 });
 
 // What a reason of the force chain says, and at which station it acts.
 export const REASONS = {

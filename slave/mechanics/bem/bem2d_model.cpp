@@ -305,6 +305,26 @@ void Bem2dModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
   }
 }
 
+void Bem2dModel::Tractions(std::vector<float>* pascals) {
+  const BoundaryState state = Boundary();
+  const BoundaryMesh& mesh = greens_.problem().mesh;
+  std::vector<double> force(mesh.elements.size(), 0), length(force);  // by the length's unit
+  for (int i = 0; i < greens_.size(); ++i) {
+    Vector2d traction = state.traction[Index(i)];
+    for (int axis = 0; axis < 2; ++axis) {
+      if (greens_.held(i, axis)) traction[axis] = 0;  // of a support
+    }
+    const BoundaryNode& node = greens_.node(i);
+    for (const int vertex : {node.element, mesh.Next(node.element)}) {
+      force[Index(vertex)] += node.length * traction.norm();
+      length[Index(vertex)] += node.length;
+    }
+  }
+  pascals->resize(force.size());
+  std::ranges::transform(force, length, pascals->begin(),
+                         [](double f, double l) { return static_cast<float>(f / l); });
+}
+
 BoundaryState Bem2dModel::Boundary() const {
   BoundaryState state;
   if (!answered_) {

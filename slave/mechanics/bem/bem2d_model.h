@@ -47,6 +47,9 @@ class Bem2dModel final : public DeformationModel {
   // smooth boundary, O(h^3) with quadratic elements, one order less in corners of constant ones.
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
 
+  // The mean of both elements at a vertex, what supports hold apart.
+  void Tractions(std::vector<float>* pascals) override;
+
   // Under the contacts of the last Respond; zero where it failed.
   [[nodiscard]] BoundaryState Boundary() const;
   [[nodiscard]] const GreensFunctions& greens_functions() const { return greens_; }

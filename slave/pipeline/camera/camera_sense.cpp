@@ -198,9 +198,11 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
     Append(&shape.rest, X_SO * p_O);
     Append(&shape.positions, X_SO * (p_O + u_O[k]));
   }
-  if (!nodal_forces) return shape;
+  if (!nodal_forces || !felt.force) return shape;
   shape.nodal_forces.assign(3 * mesh.elements.size(), 0.0F);
-  if (!felt.force || !felt.local_model.in_contact) return shape;
+  shape.traction.assign(mesh.elements.size(), 0.0F);
+  if (!felt.local_model.in_contact) return shape;
+  estimator_->touch().deformation->Tractions(&shape.traction);
   const Eigen::Vector3d p_O = X_SO.inverse() * felt.p_S_contact;
   const int element = NearestElement(mesh, p_O.head<2>());
   for (const int vertex : {element, mesh.Next(element)}) {

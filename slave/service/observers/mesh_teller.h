@@ -16,16 +16,22 @@ class MeshTeller {
  public:
   // Throws std::invalid_argument: `relative_error`, and what is accepted.
   explicit MeshTeller(const v1::WatchMeshRequest& request);
+  // Of the shape that Tell is given.
+  [[nodiscard]] bool needs_nodal_forces() const { return nodal_forces_ || traction_; }
   // Overwrites `message`.
   void Tell(const BoundaryShape& shape, v1::MeshState* message);
 
  private:
-  void Shorten(const BoundaryShape& shape, v1::MeshState* message);
+  void Shorten(const BoundaryShape& shape, std::size_t budget, v1::MeshState* message);
+  // Bytes that it took.
+  std::size_t TellTraction(const BoundaryShape& shape, v1::MeshState* message) const;
 
   const double relative_error_;          // of the object's diagonal; 0: all numbers
-  const std::size_t budget_;             // of the moves of a message [bytes]
+  const std::size_t budget_;             // of moves and traction of a message [bytes]
+  const bool nodal_forces_, traction_;   // asked for
   std::vector<std::uint32_t> elements_;  // as the reader knows them
   std::vector<float> rest_;              // likewise
+  std::vector<double> areas_;            // of its nodes, at rest [m^2]; 0 on an outline
   ShapeEncoder encoder_;
 };
 

@@ -79,7 +79,7 @@ grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
   std::optional<Time> sensed_at;
   return Watch(context, gap, writer, [&](const SlaveState& state, v1::MeshState* message) {
     if (std::exchange(sensed_at, state.sensed_at) == state.sensed_at) return false;
-    BoundaryShape shape = slave_.Shape(request->nodal_forces());
+    BoundaryShape shape = slave_.Shape(teller->needs_nodal_forces());
     shape.state_sequence = state.sequence;
     teller->Tell(shape, message);
     return true;

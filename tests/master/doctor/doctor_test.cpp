@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <stop_token>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -64,7 +66,7 @@ TEST(DoctorTest, GovernorsAndClocksAreReadWhereTheSystemTellsThem) {
 LineSample Line(double round_trip, double gap) {
   LineSample line;
   line.version = "0.0.0+other";
-  line.phase = "PHASE_READY";
+  line.phase = "nobody moves the tool";
   line.states = 201;
   line.seconds = 200 * gap;
   for (int i = 0; i < 200; ++i) {
@@ -121,6 +123,38 @@ TEST(DoctorTest, DatagramsThatDoNotComeAndThoseThatAreNotOursToTryAreToldApart) 
   tried.connected = false;
   tried.trouble = "the lease is held by Ada";
   EXPECT_THAT(JudgeDatagrams(tried).measured, HasSubstr("not tried: the lease is held by Ada"));
+}
+
+// Reference: measurements that would take two minutes each; the limit is far above what ending
+// takes and far below those.
+TEST(DoctorTest, AnExaminationEndsWhenItIsAskedTo) {
+  FakeSlave slave;
+  Server server(slave, "127.0.0.1:0", false);
+  SlaveLink::Options options;
+  options.target = server.address();
+  for (const bool line : {false, true}) {
+    std::stop_source ends;
+    const std::jthread soon([&ends] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      ends.request_stop();
+    });
+    const Time begin = Clock::now();
+    if (line) {
+      ExamineLine(options, 120, ends.get_token());
+    } else {
+      ExamineTimer(120, ends.get_token());
+    }
+    EXPECT_LT(SecondsBetween(begin, Clock::now()), 60) << (line ? "line" : "timer");
+  }
+}
+
+TEST(DoctorTest, PhasesAreToldInWords) {
+  FakeSlave slave;
+  Server server(slave, "127.0.0.1:0", false);
+  SlaveLink::Options options;
+  options.target = server.address();
+  const Findings findings = ExamineLine(options, 0.1);
+  EXPECT_THAT(Of(findings, "slave").measured, HasSubstr("nobody moves the tool"));
 }
 
 TEST(DoctorTest, NobodyThereIsAFindingWithTheNextStep) {

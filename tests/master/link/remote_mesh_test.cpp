@@ -66,6 +66,18 @@ TEST(RemoteMeshTest, RoundingIsNoDeflection) {
   EXPECT_NEAR(FromProto(message, nullptr, &reason)->LargestDeflection(), 1e-6, 1e-12);
 }
 
+TEST(RemoteMeshTest, TractionIsThereWhereItIsTold) {
+  v1::MeshState message = Tetrahedron();
+  std::string reason;
+  EXPECT_TRUE(FromProto(message, nullptr, &reason)->traction.steps.empty());
+  message.mutable_traction()->set_unit(50);
+  message.mutable_traction()->set_steps(Packed({50, {0, 0, 3, 255}}));
+  const auto mesh = FromProto(message, nullptr, &reason);
+  ASSERT_TRUE(mesh) << reason;
+  EXPECT_EQ(mesh->traction.unit, 50);
+  EXPECT_THAT(mesh->traction.steps, testing::ElementsAre(0, 0, 3, 255));
+}
+
 TEST(RemoteMeshTest, PlanarObjectsComeAsLines) {
   v1::MeshState message = Tetrahedron();
   message.set_nodes_per_element(2);
@@ -175,8 +187,19 @@ INSTANTIATE_TEST_SUITE_P(
                     Damage{"positions", [](auto* m) { m->mutable_positions()->Truncate(9); }},
                     Damage{"positions", [](auto* m) { m->mutable_positions()->Truncate(10); }},
                     Damage{"nodal_forces", [](auto* m) { m->add_nodal_forces(1); }},
-                    Damage{"nodal_forces", [](auto* m) {
+                    Damage{"nodal_forces",
+                           [](auto* m) {
                              for (int i = 0; i < 3; ++i) m->add_nodal_forces(1);
+                           }},
+                    Damage{"traction", [](auto* m) { m->mutable_traction()->set_unit(1); }},
+                    Damage{"traction",
+                           [](auto* m) {
+                             m->mutable_traction()->set_unit(1);
+                             m->mutable_traction()->set_steps(Packed({1, {1, 2, 3}}));
+                           }},
+                    Damage{"traction", [](auto* m) {
+                             m->mutable_traction()->set_unit(kNan);
+                             m->mutable_traction()->set_steps(Packed({1, {1, 2, 3, 4}}));
                            }}));
 
 }  // namespace

@@ -164,6 +164,8 @@ TEST(MomentJsonTest, ATopologyIsAsLongAsItsCountsSay) {
   RemoteMesh mesh;
   mesh.positions = topology.surface.nodes;
   EXPECT_EQ(ShapeBytes(mesh).size(), 4U + 3 * 12);
+  mesh.traction = {50, {0, 3, 255}};
+  EXPECT_EQ(ShapeBytes(mesh).size(), 4U + 3 * 12 + 4 + 3);
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/wire/traction_code.h"
+
 namespace palpate {
 namespace {
 
@@ -163,6 +165,53 @@ TEST(ShapeCodeTest, DamagedCodesAreRefusedOrAreCodes) {
   EXPECT_FALSE(Decode(code, &other)) << "of another number of nodes";
   EXPECT_FALSE(Decode({21, code.moves}, &told));
   EXPECT_FALSE(Decode({-1, code.moves}, &told));
+}
+
+// Reference: the numbers themselves, at most half a step off. A contact patch on 50 625 nodes costs
+// next to nothing; numbers without any order are told in coarser steps, and still within half of
+// what a message of 30 a second may take.
+TEST(TractionCodeTest, ANodeIsNeverOffByMoreThanHalfAStepAndTheBudgetHolds) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> any(0, 1e5);
+  std::vector<double> patch(225 * 225, 0), noise(patch);
+  for (std::size_t i = 25'000; i < 25'100; ++i) patch[i] = any(random);
+  for (double& pascals : noise) pascals = any(random);
+  for (const auto* pascals : {&patch, &noise}) {
+    const NodeTraction told = Quantised(*pascals, kBudget / 2);
+    const std::string packed = Packed(told);
+    EXPECT_LE(packed.size(), kBudget / 2);
+    const auto back = Unpacked(told.unit, packed, pascals->size());
+    ASSERT_TRUE(back);
+    double worst = 0;
+    for (std::size_t i = 0; i < pascals->size(); ++i) {
+      worst = std::max(worst, std::abs(back->steps[i] * back->unit - (*pascals)[i]));
+    }
+    EXPECT_LE(worst, told.unit / 2 * kRounding);
+    std::printf("%zu bytes, steps of %.3g Pa\n", packed.size(), told.unit);
+  }
+  EXPECT_LE(Packed(Quantised(patch, kBudget / 2)).size(), 300U);
+}
+
+TEST(TractionCodeTest, WhatIsNoTractionIsNotTold) {
+  EXPECT_TRUE(Quantised({}, kUnbounded).steps.empty());
+  EXPECT_TRUE(Quantised({0, NAN}, kUnbounded).steps.empty());
+  EXPECT_TRUE(Quantised({0, -1}, kUnbounded).steps.empty());
+  EXPECT_TRUE(Quantised({0, 1}, 3).steps.empty()) << "no room";
+  const NodeTraction none = Quantised({0, 1e-300}, kUnbounded);
+  EXPECT_GT(none.unit, 0);
+  EXPECT_EQ(none.steps, std::vector<std::uint8_t>(2, 0));
+}
+
+TEST(TractionCodeTest, DamagedTractionIsRefused) {
+  const std::string packed = Packed({1, {1, 2, 3, 200}});
+  EXPECT_TRUE(Unpacked(1, packed, 4));
+  for (const double unit : {0.0, -1.0, 1e300, std::nan("")})
+    EXPECT_FALSE(Unpacked(unit, packed, 4));
+  EXPECT_FALSE(Unpacked(1, packed, 3));
+  EXPECT_FALSE(Unpacked(1, packed, 5));
+  for (std::size_t cut = 0; cut < packed.size(); ++cut) {
+    EXPECT_FALSE(Unpacked(1, packed.substr(0, cut), 4)) << cut;
+  }
 }
 
 }  // namespace

@@ -107,6 +107,39 @@ TEST(Bem2dModel, ForceIsStiffnessTimesDisplacement) {
   }
 }
 
+// Reference: without friction traction and force of a contact are parallel, so that what the
+// vertices tell, times the boundary they stand for, adds up to the force; elsewhere there is none,
+// not even where the block is held.
+TEST(Bem2dModel, TractionOnTheVerticesAddsUpToTheForceOfTheTool) {
+  Bem2dModel::Params params = kSilicone;
+  params.contact = ContactLaw::kFrictionless;
+  for (const ElementOrder order : {ElementOrder::kConstant, ElementOrder::kQuadratic}) {
+    ReferenceProblem problem = Silicone();
+    problem.order = order;
+    Bem2dModel model(std::move(problem), params);
+    Contact press = bodies::Move(kTop, {0, -1e-3});
+    press.width = 20e-3;
+    const auto response = bodies::Respond(model, {press}).front();
+    std::vector<float> pascals;
+    model.Tractions(&pascals);
+    const BoundaryMesh& mesh = model.greens_functions().problem().mesh;
+    double force = 0;
+    int pushed = 0;
+    for (int i = 0; i < mesh.size(); ++i) {
+      const auto k = static_cast<std::size_t>(i),
+                 before = static_cast<std::size_t>(mesh.Previous(i));
+      const double length = (mesh.elements[k].length() + mesh.elements[before].length()) / 2;
+      force += static_cast<double>(pascals[k]) * length * params.thickness;
+      pushed += pascals[k] > 0 ? 1 : 0;
+      if (mesh.elements[k].a.y() < 1e-9) {
+        EXPECT_EQ(pascals[k], 0) << "of the support";
+      }
+    }
+    EXPECT_NEAR(force / response.force_O.norm(), 1, 1e-6);
+    EXPECT_LE(pushed, 6) << "four elements of 5.9 mm at most";
+  }
+}
+
 // Reference: without friction the traction across the direction of motion vanishes.
 TEST(Bem2dModel, AFrictionlessContactPushesAlongItsDisplacementOnly) {
   Bem2dModel::Params params = kSilicone;

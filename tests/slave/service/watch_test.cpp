@@ -1,4 +1,5 @@
 // Observers: any number up to the seats, each with its own newest state.
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -6,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "shared/wire/shape_code.h"
+#include "shared/wire/traction_code.h"
+#include "slave/service/observers/mesh_teller.h"
 #include "slave/service/publisher.h"
 #include "tests/slave/service/service_fixture.h"
 
@@ -274,6 +277,56 @@ TEST_F(WatchTest, PlacesComeAsMovesToThoseWhoGiveAnError) {
     slave_.Sense();
   }
   context.TryCancel();
+}
+
+// Reference: the force itself, spread over the nodes of two triangles by hand: size by area, summed
+// over the areas, is the force again. Tolerance: half a step of each node.
+TEST(MeshTellerTest, TractionIsToldToWhomAsksForItAndAddsUpToTheForce) {
+  BoundaryShape shape;
+  shape.nodes_per_element = 3;
+  shape.elements = {0, 1, 2, 0, 2, 3};
+  shape.rest = {0, 0, 0, 0.02F, 0, 0, 0.02F, 0.01F, 0, 0, 0.01F, 0};
+  shape.positions = shape.rest;
+  shape.nodal_forces = {0, 0, -0.5F, 0, 0, -0.3F, 0, 0, -0.2F, 0, 0, 0};  // one newton
+  v1::WatchMeshRequest request;
+  request.set_relative_error(1e-4);
+  v1::MeshState message;
+  MeshTeller(request).Tell(shape, &message);
+  EXPECT_FALSE(message.has_traction());
+  request.set_traction(true);
+  MeshTeller teller(request);
+  EXPECT_TRUE(teller.needs_nodal_forces());
+  teller.Tell(shape, &message);
+  EXPECT_EQ(message.nodal_forces_size(), 0) << "not asked for";
+  const double unit = message.traction().unit();
+  const auto told = Unpacked(unit, message.traction().steps(), 4);
+  ASSERT_TRUE(told);
+  const std::array<double, 4> areas{2e-4 / 3, 1e-4 / 3, 2e-4 / 3, 1e-4 / 3};
+  double force = 0;
+  for (std::size_t i = 0; i < areas.size(); ++i) force += areas[i] * told->steps[i] * unit;
+  EXPECT_NEAR(force, 1, 2e-4 * unit / 2);
+  shape.nodal_forces.clear();  // a force is unknown
+  teller.Tell(shape, &message);
+  EXPECT_FALSE(message.has_traction());
+}
+
+TEST(MeshTellerTest, AnOutlinesTractionIsTheModels) {
+  BoundaryShape shape;
+  shape.elements = {0, 1, 1, 2, 2, 0};
+  shape.rest = shape.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  v1::WatchMeshRequest request;
+  request.set_traction(true);
+  MeshTeller teller(request);
+  v1::MeshState message;
+  shape.nodal_forces.assign(9, 0.25F);
+  teller.Tell(shape, &message);
+  EXPECT_FALSE(message.has_traction()) << "no part of a surface is known";
+  shape.traction = {0, 5000, 2500};
+  teller.Tell(shape, &message);
+  const auto told = Unpacked(message.traction().unit(), message.traction().steps(), 3);
+  ASSERT_TRUE(told);
+  EXPECT_NEAR(told->unit * told->steps[1], 5000, told->unit / 2);
+  EXPECT_NEAR(told->unit * told->steps[2], 2500, told->unit / 2);
 }
 
 TEST_F(WatchTest, ErrorsThatNobodyCanWantAreRefused) {
