@@ -91,6 +91,15 @@ ContactResponse RoundIndenter::Press(const ToolIndentation& press,
   return whole;
 }
 
+Vector3d RoundIndenter::MomentAbout(const Vector3d& p_O) const noexcept {
+  Vector3d moment = Vector3d::Zero();
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const ContactResponse& part = responses_[i];
+    moment += (contacts_[i].p_O + part.displacement_O - p_O).cross(part.force_O);
+  }
+  return moment;
+}
+
 // All places that the tool would pass through.
 void RoundIndenter::Gather(const ToolIndentation& press) noexcept {
   contacts_.clear();

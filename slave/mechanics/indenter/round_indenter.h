@@ -63,6 +63,9 @@ class RoundIndenter {
   [[nodiscard]] std::span<const Contact> contacts() const { return contacts_; }
   [[nodiscard]] std::span<const ContactResponse> responses() const { return responses_; }
   [[nodiscard]] double radius() const { return radius_; }
+  // Of the last press: moment of the tool's force on the object about `p_O`, the places where the
+  // tool has moved them [N m] (paper A's torque).
+  [[nodiscard]] Eigen::Vector3d MomentAbout(const Eigen::Vector3d& p_O) const noexcept;
 
  private:
   void Gather(const ToolIndentation& press) noexcept;

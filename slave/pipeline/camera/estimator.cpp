@@ -227,6 +227,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
   checks_us_ = lap.Lap();
 
   const TipObservation& tip = observation_->tip;
+  felt_.moment.reset();
   felt_.details.score = tip.found ? std::optional(tip.score) : std::nullopt;
   if (registration_.measured) felt_.details.registration = registration_.rms_px;
   TellSighting();
@@ -434,7 +435,12 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
                    std::hypot(stiffness * std::hypot(tip_sigma, rest_sigma_),
                               WidthAt(place).sigma * response.force_O.norm()),
                    response.validity, &felt_);
-  if (!rules_.broken()) return Judge(dent_O, tip_sigma / view_.pixel());
+  if (!rules_.broken()) {
+    if (touch_->indenter) {
+      felt_.moment = -(X_SO.linear() * touch_->indenter->MomentAbout(p_O_tip));
+    }
+    return Judge(dent_O, tip_sigma / view_.pixel());
+  }
   // Through a broken membrane nothing is dented, and the force is zero whatever the edge says; the
   // snake, which would follow the tool inwards, begins at the rest surface again.
   eyes_->RestartContour();

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "shared/link/thread_priority.h"
+#include "shared/wire/fields.h"
 #include "shared/wire/patch_message.h"
 #include "shared/wire/state_message.h"
 #include "shared/wire/trace_message.h"
@@ -60,7 +61,9 @@ grpc::Status TeleoperationService::WatchState(grpc::ServerContext* context,
   if (const auto asked = Guarded([&] { gap = GapOf(*request); }); !asked.ok()) return asked;
   return Watch(context, gap, writer, [&](const SlaveState& state, v1::SlaveState* message) {
     ToProto(state, message);
-    if (request->details()) ToProto(state.details, message->mutable_details());
+    if (!request->details()) return true;
+    ToProto(state.details, message->mutable_details());
+    if (state.moment) ToProto(*state.moment, message->mutable_moment());
     return true;
   });
 }

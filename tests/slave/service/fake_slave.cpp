@@ -156,6 +156,7 @@ SlaveState FakeSlave::Compose(Time now) {
   SlaveState state = state_;
   state.sent_at = now;
   state.details = {.score = 0.75, .camera_motion = 1.5};
+  state.moment = Eigen::Vector3d(0, 0, 2e-3);
   if (state.echo) state.echo_delay = std::max(0.0, SecondsBetween(command_at_, now));
   if (!tactile_) return state;
   state.finger_count = static_cast<int>(tactile_->fingers.size());

@@ -118,6 +118,25 @@ TEST_F(Block2d, TheStiffnessIsTheForcesSlope) {
   }
 }
 
+// Reference: symmetry; the softer side, towards the block's corner, bears less; another place's
+// moment differs by that of the whole force there.
+TEST_F(Block2d, TheMomentIsThatOfThePressureWhereItActs) {
+  Bem2dModel* model = Make(ContactLaw::kFrictionless);
+  RoundIndenter tool(TouchablePlaces(mesh_), kRadius, ContactLaw::kFrictionless);
+  ToolIndentation at = At(0.016);
+  const Vector3d tip = at.p_O + at.displacement_O;
+  const Vector3d force = tool.Press(at, model).force_O;
+  EXPECT_NEAR(tool.MomentAbout(tip).z(), 0, 1e-6 * kRadius * force.norm());
+  const Vector3d aside(0.1, -0.03, 0);
+  EXPECT_NEAR((tool.MomentAbout(tip + aside) - tool.MomentAbout(tip) + aside.cross(force)).norm(),
+              0, 1e-9 * force.norm());
+  at.p_O.x() = 0.93;
+  const Vector3d beside = tool.Press(at, model).force_O;
+  const double offset = tool.MomentAbout(at.p_O + at.displacement_O).z() / beside.y();
+  EXPECT_LT(offset, -0.5e-3) << "the centre of pressure lies inwards of the tip";
+  EXPECT_GT(offset, -0.07) << "and under the tool";
+}
+
 TEST_F(Block2d, ATouchThatTheMeshCannotShowIsNotValidAndAnAbsentOneHasNoForce) {
   Bem2dModel* model = Make(ContactLaw::kBonded);
   RoundIndenter tool(TouchablePlaces(mesh_), 0.01, ContactLaw::kBonded);
