@@ -142,6 +142,7 @@ void TactileEstimator::LetGo() noexcept {
   responses_.clear();
   acting_.clear();
   at_rest_ = true;
+  last_shape_ = {};
 }
 
 void TactileEstimator::Reset() noexcept {

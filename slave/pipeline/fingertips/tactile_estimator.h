@@ -118,7 +118,8 @@ class TactileEstimator {
   // Triangles of the object's skin. Forces of all fingertips that are felt, whether they or
   // displacements deform the object, each spread over the nodes as the model spreads a load at its
   // place: they add up to minus the forces of those fingertips that have a place on the object;
-  // none are told where one of these is unknown. Empty where nothing deforms.
+  // none are told where one of these is unknown. Empty where nothing deforms. Where the model has
+  // no answer the shape is that of the last call that had one, with its instant.
   BoundaryShape Shape(bool nodal_forces);
   [[nodiscard]] const TactileTimes& times() const { return times_; }
 
@@ -132,6 +133,7 @@ class TactileEstimator {
   [[nodiscard]] bool Respond() noexcept;
   void SeparateHeld() noexcept;
   void Tell(std::size_t i) noexcept;
+  void FillShape(BoundaryShape* shape);
   void FlagLostPose(FingerEstimate* finger) const noexcept;
   void CompareStiffness() noexcept;
   void AskArm(const ArmWord& said) noexcept;
@@ -159,6 +161,7 @@ class TactileEstimator {
   bool at_rest_ = true;
   Validity shape_validity_ = Validity::kValid;
   std::string_view shape_doubt_;
+  BoundaryShape last_shape_;  // that the model had an answer for; without nodes: none
   bool was_known_ = false;
   ContactEstimate felt_;
   TactileTimes times_;

@@ -50,18 +50,35 @@ std::optional<std::vector<Vector3d>> NodalForces(const TactileEstimator& estimat
 
 }  // namespace
 
+void TactileEstimator::FillShape(BoundaryShape* shape) {
+  std::vector<Vector3d> p_S;
+  DeformedNodes(&p_S);
+  shape->elements = body_->skin_triangles;
+  for (const int node : body_->skin) {
+    const auto i = Index(node);
+    Append(&shape->rest, X_SO_ * body_->surface.nodes[i]);
+    Append(&shape->positions, p_S[i]);
+  }
+}
+
 BoundaryShape TactileEstimator::Shape(bool nodal_forces) {
   BoundaryShape shape = ShapeAsOf(felt_, 3);
   shape.validity = shape_validity_;
   if (!body_) return shape;
-  std::vector<Vector3d> p_S;
-  DeformedNodes(&p_S);
-  shape.elements = body_->skin_triangles;
-  for (const int node : body_->skin) {
-    const auto i = Index(node);
-    Append(&shape.rest, X_SO_ * body_->surface.nodes[i]);
-    Append(&shape.positions, p_S[i]);
+  for (int i = 0; i < finger_count(); ++i) {  // what the model was not asked for it cannot tell
+    const bool is_left_out = contact(i).has_place() && !contact(i).acts();
+    if (is_left_out && finger(i).check == FailedCheck::kModelRange) {
+      shape.validity = Validity::kFailed;
+    }
   }
+  const bool is_known = shape.validity != Validity::kFailed;
+  if (!is_known && !last_shape_.rest.empty()) {
+    shape = last_shape_;
+    shape.validity = Validity::kFailed;
+  } else {
+    FillShape(&shape);
+  }
+  if (is_known) last_shape_ = shape;
   if (!nodal_forces) return shape;
   const auto f_O = NodalForces(*this);
   if (!f_O) return shape;

@@ -232,6 +232,30 @@ TEST(TactileEstimatorTest, AnAbsurdForceIsFlaggedAndHoldsNobodyUp) {
   }
 }
 
+// Where the model has no answer the shape is that of the last one, and says of when; what was felt
+// goes on. At rest again the shape is the model's.
+TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsTold) {
+  Touching t(CubeScene(kAbove));
+  t.Press({0, 0, -0.2}, {0, 0, -0.003});
+  const BoundaryShape known = t.estimator.Shape(true);
+  ASSERT_NE(known.validity, Validity::kFailed);
+  ASSERT_NE(known.positions, known.rest);
+  const ContactEstimate& felt = t.Press({0, 0, -7}, {0, 0, -0.003});
+  const BoundaryShape beyond = t.estimator.Shape(true);
+  ASSERT_EQ(beyond.validity, Validity::kFailed);
+  EXPECT_EQ(beyond.positions, known.positions);
+  EXPECT_EQ(beyond.sensed_at, known.sensed_at);
+  EXPECT_LT(beyond.sensed_at, felt.sensed_at);
+  EXPECT_EQ(beyond.nodal_forces.size(), beyond.rest.size());
+  EXPECT_NE(beyond.nodal_forces, known.nodal_forces);
+  t.hand.active[0] = false;
+  t.hand.forces_F[0].setZero();
+  t.Feel(20);
+  const BoundaryShape after = t.estimator.Shape(false);
+  EXPECT_NE(after.validity, Validity::kFailed);
+  EXPECT_GT(after.sensed_at, beyond.sensed_at);
+}
+
 // Without a pose nobody knows where the object is touched: the force is told as it is, in frame F.
 TEST(TactileEstimatorTest, WithoutAPoseTheForceAloneIsTold) {
   Touching t(CubeScene("finger: rf"));
