@@ -27,6 +27,8 @@ constexpr double kMostLeftOut = 0.25;   // share of the points that may contradi
 constexpr double kForgetsRest = 0.1;    // of the scatter at rest, from picture to picture
 constexpr double kModelError = 0.03;    // of the largest deflection: may be the model's own, rms
 constexpr double kClearly = 1.5;        // times the scatter at rest: two dozen points' chance
+constexpr double kTold = 20;     // points that what is told of their sigmas weighs as much as
+constexpr double kTogether = 4;  // points whose errors go together where they are more than noise
 
 // What a plate works out for a tool that it has not met, and its memory for a press beside the
 // centre.
@@ -76,7 +78,7 @@ SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) 
     load.p_O = {fit.p_O.x(), fit.p_O.y(), 0};
     load.force = fit.force;
     load.depth = -fit_.answered().Displacement(fit.p_O);
-    const double scatter = std::max(1.0, fit.residual);
+    const double scatter = ScatterOf(answer);
     load.sigma_force =
         std::hypot(scatter * std::sqrt(fit.covariance(2, 2)), LawsShare(load) * load.force);
     const Eigen::Matrix2d place = fit.covariance.topLeftCorner<2, 2>();
@@ -161,6 +163,18 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
     load->Doubt(FailedCheck::kMisfit,
                 "the dent is wider or narrower than one of the scene's prestress");
   }
+}
+
+// By how much the points scatter, in the sigmas told of them: as they do in this picture, if less
+// than told as far as there are enough of them to say so. What they scatter beyond their noise at
+// rest neighbours share: it does not average out as fast.
+double PlateLoadIdentifier::ScatterOf(const RobustPlateFit::Answer& answer) const noexcept {
+  const double freedom = std::max(1, answer.points - answer.left_out - 3);
+  const double told = answer.load.residual < 1 ? kTold : 0;
+  const double noise = NoiseShare(answer);
+  const double seen =
+      answer.load.residual * answer.load.residual * (noise + (1 - noise) * kTogether);
+  return std::sqrt((told + freedom * seen) / (told + freedom));
 }
 
 // Of the residuals' square, by what the points scattered while nothing was pressed; 1: unknown.
