@@ -145,14 +145,7 @@ void ReadPairSource(Section& section, const SceneContext& context, StereoCameras
   if (!section.Has("sync")) return;
   pair->sync =
       section.Number("sync", Between(Dimension::kTime, 1e-6, 1, "> 0 (1 us to 1 s)"), pair->sync);
-  const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
-  if (!is_live) {
-    section.Refuse("sync", "nothing with files, which are paired by their names");
-  } else if (std::ranges::any_of(pair->eyes, is_film)) {
-    section.Refuse("sync", "nothing with videos, which are paired picture by picture");
-  } else if (pair->eyes.size() == 1) {
-    section.Refuse("sync", "nothing with both side by side, which are of one instant");
-  }
+  if (!is_live) section.Refuse("sync", "nothing with files, which are paired by their names");
 }
 
 StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, const Object& object) {
