@@ -74,6 +74,7 @@ class EstimateRules {
 
   static void LoseForce(Validity validity, FailedCheck check, ContactEstimate* estimate) noexcept {
     estimate->force.reset();
+    estimate->moment.reset();
     estimate->sigma = 0;
     estimate->validity = validity;
     estimate->check = check;

@@ -60,6 +60,7 @@ describe('what goes wrong', () => {
     stage.slave.kill('SIGSTOP');
     await until(async () => /No state from the slave for more than 30 ms\.\s*The tool stands\. Wait, or look at the network\.|No line to the slave/.test(await stage.text('alarm-list')), 'what it lacks');
     await letGo();
+    await letGo('DISCONNECTED');  // a shorter stall is followed on within the engagement
     stage.slave.kill('SIGCONT');
     assert.ok((await pressed()).epoch > epoch, 'it goes on by an engagement of its own');
   });

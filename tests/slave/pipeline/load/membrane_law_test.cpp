@@ -49,9 +49,10 @@ std::unique_ptr<LoadIdentifier> BodyOf(double thickness) {
   return MakeLoadIdentifier(scene);
 }
 
-std::vector<SurfacePoint> Dots(const site::MembranePress& press, double depth,
-                               std::mt19937* random) {
-  std::normal_distribution<double> noise(0, kNoise);
+// `scatter`: of a dot, per axis; `told`: what its sigma says of that [m].
+std::vector<SurfacePoint> Dots(const site::MembranePress& press, double depth, std::mt19937* random,
+                               double scatter = kNoise, double told = kNoise) {
+  std::normal_distribution<double> noise(0, scatter);
   std::vector<SurfacePoint> points;
   for (const Vector2d& dot : DotPlaces(PointTracking{})) {
     const Vector3d rest(dot.x(), dot.y(), 0);
@@ -61,7 +62,7 @@ std::vector<SurfacePoint> Dots(const site::MembranePress& press, double depth,
                       .seen = true,
                       .p_S_rest = rest,
                       .p_S = rest + DisplacementAt(press, dot, depth) + off,
-                      .covariance = kNoise * kNoise * Eigen::Matrix3d::Identity()});
+                      .covariance = told * told * Eigen::Matrix3d::Identity()});
   }
   return points;
 }
@@ -97,6 +98,21 @@ TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {
       EXPECT_EQ(load.validity, Validity::kValid) << load.why;
     }
   }
+}
+
+// Reference: the dots' own scatter, a quarter of what is told of it, and as large as that. The same
+// picture leaves less open where its dots lie closer to the load's shape, and not less than there
+// are dots to say so: at the quarter told itself.
+TEST(PlateLoadIdentifier, SigmaGoesByHowTheDotsScatterAsFarAsThereAreEnoughOfThem) {
+  site::PressedMembrane truth = TruthAt({1e-3, 0.3});
+  ASSERT_TRUE(truth.Deepen(1e-3));
+  const auto sigma = [&](double scatter, double told) {
+    std::mt19937 random(1);
+    return BodyOf(1e-3)->Fit(Dots(truth.press(), 1e-3, &random, scatter, told)).sigma_force;
+  };
+  const double closer = sigma(kNoise, 4 * kNoise), as_told = sigma(4 * kNoise, 4 * kNoise);
+  EXPECT_LT(closer, 0.85 * as_told);
+  EXPECT_GT(closer, 1.5 * sigma(kNoise, kNoise));
 }
 
 std::string InWords(const testing::TestParamInfo<Place>& place) {
