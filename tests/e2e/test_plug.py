@@ -15,8 +15,10 @@ class Plug(Plugged):
         report = self.report(self.operate(8))
         print(json.dumps(report))
         self.assertGreater(report["force_peak_N"], 1.5)
-        self.assertGreater(report["force_error"]["contact_ticks"], 500)
-        self.assertLess(report["force_error"]["rms_N"], 0.1 * report["force_peak_N"])
+        # At the commanded place: what the same instant makes of the way there is the machine's.
+        error = report["force_error_at_place"]
+        self.assertGreater(error["contact_ticks"], 500)
+        self.assertLess(error["rms_N"], 0.1 * report["force_peak_N"])
         arm = self.status().arm
         self.assertEqual(arm.driver_name, "fake six-axis arm")
         self.assertLess(arm.lag_s, 0.1)
