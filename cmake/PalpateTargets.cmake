@@ -109,22 +109,27 @@ endfunction()
 function(palpate_program name)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "SOURCES;LINKS")
   add_executable(${name} ${ARG_SOURCES})
-  palpate_compiled_like(${name} BUILT)
+  if(PALPATE_SANITIZE_NUMERIC)
+    palpate_compiled_like(${name} BUILT)
+  else()
+    palpate_compiled_like(${name} RELEASED)
+  endif()
   palpate_unhurried(${name})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} palpate_warnings)
 endfunction()
 
-# palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SLOW FILTER] [SANITIZE] [THREADS]): one test
+# palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SLOW FILTER] [FULL] [SANITIZE] [THREADS]): one test
 # executable per folder of tests, run by ctest as NAME. Those of its tests that a GoogleTest FILTER names are run as NAME_slow, with the
-# label `slow`: `tests/run.sh --full` alone runs them. SANITIZE: parses, speaks or runs threads, so that every
+# label `slow`: `tests/run.sh --full` alone runs them. SANITIZE: parses or speaks, so that every
 # `tests/run.sh` runs it under the address and undefined-behaviour sanitizers too; with `--full` they run everything.
-# THREADS: runs threads, which `--full` has the thread sanitizer watch.
+# FULL: of what no session runs on (simulated worlds, training, identification, reports of studies), or long sweeps: built and
+# run by `--full` alone. THREADS: runs threads, which `--full` has the thread sanitizer watch.
 # PALPATE_SANITIZED_APART: tests with SANITIZE are left out here, because the sanitizers' build runs them.
 # PALPATE_SANITIZE_TESTS off: what tests call is watched, their own code is not.
 function(palpate_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "SANITIZE;THREADS" "TIMEOUT;SLOW" "SOURCES;APART;LINKS;LABELS")
-  if(ARG_SANITIZE AND PALPATE_SANITIZED_APART AND NOT PALPATE_SANITIZE)
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "FULL;SANITIZE;THREADS" "TIMEOUT;SLOW" "SOURCES;APART;LINKS;LABELS")
+  if((ARG_SANITIZE AND PALPATE_SANITIZED_APART AND NOT PALPATE_SANITIZE) OR (ARG_FULL AND NOT PALPATE_FULL_TESTS))
     return()
   endif()
   palpate_units(${name} units SOURCES ${ARG_SOURCES} APART ${ARG_APART})

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and tests, cheapest first. The first red prints the command to repeat.
 # usage: tests/run.sh [--fast | --full]
-#   (nothing)  what every change must pass: all but the slow tests, each once: what parses, speaks or runs threads, and a
-#              run of each sense, under address and undefined-behaviour sanitizers, the rest as it is released; link and
-#              haptic loop under the thread sanitizer too
+#   (nothing)  what every change must pass: what sessions run on, each test once: what parses or speaks, and a run of each
+#              sense, under address and undefined-behaviour sanitizers, the rest as it is released; link and haptic loop
+#              under the thread sanitizer too
 #   --fast     without sanitizers and without clang-tidy
-#   --full     everything: slow tests, every check of the sanitizers on everything that is not slow, threads everywhere
+#   --full     everything: slow tests, simulated worlds, training, identification and studies in depth, every check of the
+#              sanitizers on everything that is not slow, threads everywhere
 # PALPATE_CI_LIMIT=SECONDS: taking longer is a failure that names the step which grew.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -17,8 +18,9 @@ case ${1:-} in
   *) echo "usage: tests/run.sh [--fast | --full]" >&2; exit 2 ;;
 esac
 
-apart=OFF
+apart=OFF every=OFF
 [ $tier != push ] || apart=ON
+[ $tier != full ] || every=ON
 jobs=$(($(nproc) + 1))  # sessions sleep half of their time
 started=$(date +%s)
 summary=build/tests.txt
@@ -41,7 +43,7 @@ repeat() { echo "FAILED. To repeat: $1" >&2; exit 1; }
 # build PRESET TARGETS...
 build() {
   local preset=$1; shift
-  local options=(-DPALPATE_TESTS=ON -DPALPATE_WERROR=ON -DPALPATE_SANITIZED_APART=$apart)
+  local options=(-DPALPATE_TESTS=ON -DPALPATE_WERROR=ON -DPALPATE_SANITIZED_APART=$apart -DPALPATE_FULL_TESTS=$every)
   deploy/build.sh "$preset" "${options[@]}" -- "$@" || repeat "deploy/build.sh $preset ${options[*]} -- $*"
 }
 
@@ -87,7 +89,7 @@ case $tier in
 
     step "build with address and undefined-behaviour sanitizers" 300
     build asan sanitized_tests
-    step "what parses, speaks or runs threads, and each sense, under them" 60
+    step "what parses or speaks, and each sense, under them" 60
     sanitized asan -j"$jobs" -L sanitize
 
     step "link and haptic loop under the thread sanitizer" 60

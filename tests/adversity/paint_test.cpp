@@ -12,15 +12,18 @@ namespace palpate::adversity {
 namespace {
 
 // A picture with fine waves, so that the least motion shows, seen in the middle of a press.
-cv::Mat Picture() {
-  cv::Mat picture(480, 640, CV_8U);
-  for (int y = 0; y < picture.rows; ++y) {
-    for (int x = 0; x < picture.cols; ++x) {
-      picture.at<std::uint8_t>(y, x) =
-          static_cast<std::uint8_t>(100 + 60 * std::sin(x / 3.0) * std::sin(y / 4.0));
+const cv::Mat& Picture() {
+  static const cv::Mat drawn = [] {
+    cv::Mat picture(480, 640, CV_8U);
+    for (int y = 0; y < picture.rows; ++y) {
+      for (int x = 0; x < picture.cols; ++x) {
+        picture.at<std::uint8_t>(y, x) =
+            static_cast<std::uint8_t>(100 + 60 * std::sin(x / 3.0) * std::sin(y / 4.0));
+      }
     }
-  }
-  return picture;
+    return picture;
+  }();
+  return drawn;
 }
 View Pressed() {
   View view;
@@ -31,7 +34,7 @@ View Pressed() {
   return view;
 }
 cv::Mat Painted(const Paint& paint, const View& view) {
-  cv::Mat picture = Picture();
+  cv::Mat picture = Picture().clone();
   paint(view, picture);
   return picture;
 }

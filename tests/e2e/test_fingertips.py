@@ -37,6 +37,18 @@ def refuse_constant(name):
 
 @unittest.skipUnless("tactile:" in CUBE.read_text(), "the foam cube has no fingertips here")
 class Fingertips(unittest.TestCase):
+    # Its simulated fingers take most of a test's time to start: one slave for all that leave it as it was.
+    @classmethod
+    def setUpClass(cls):
+        cls.slave = Slave(CUBE).__enter__()
+
+    @classmethod
+    def tearDownClass(cls):
+        ended = cls.slave.stop()
+        cls.slave.__exit__()
+        if ended != 0:
+            raise AssertionError(f"the slave ended with {ended}: {cls.slave.log}")
+
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
@@ -52,12 +64,9 @@ class Fingertips(unittest.TestCase):
         return services.TeleoperationStub(channel)
 
     def test_a_pinch_is_felt_and_seen(self):
-        with Slave(CUBE) as slave:
-            done = run(MASTER, "connect", slave.address, "--duration", "10", "--report", self.out / "report.json",
-                       "--log", self.out / "log.csv", "--shape", self.out / "pinch.svg", "--shape",
-                       self.out / "pinch.vtu")
-            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-            self.assertEqual(slave.stop(), 0)
+        done = run(MASTER, "connect", self.slave.address, "--duration", "10", "--report", self.out / "report.json",
+                   "--log", self.out / "log.csv", "--shape", self.out / "pinch.svg", "--shape", self.out / "pinch.vtu")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         report = json.loads((self.out / "report.json").read_text(), parse_constant=refuse_constant)
         error, peak = report["force_error"], report["force_peak_N"]
         print(f"force error {error['rms_N']:.4f} N rms, {error['rms_N'] / peak:.0%} of {peak:.3f} N; "
@@ -91,11 +100,9 @@ class Fingertips(unittest.TestCase):
                         self.assertTrue(math.isfinite(float(text)), f"{key} = {text} at {row['t']} s")
 
     def test_a_meshs_topology_comes_once_and_then_positions(self):
-        with Slave(CUBE) as slave:
-            stub = self.client(slave.address)
-            stream = stub.WatchMesh(self.messages.WatchMeshRequest(max_rate_hz=30), timeout=PATIENCE)
-            meshes = [next(stream) for _ in range(5)]
-            stream.cancel()
+        stream = self.client(self.slave.address).WatchMesh(self.messages.WatchMeshRequest(max_rate_hz=30), timeout=PATIENCE)
+        meshes = [next(stream) for _ in range(5)]
+        stream.cancel()
         first = meshes[0]
         self.assertEqual(first.nodes_per_element, 3)
         self.assertEqual(len(first.elements) % 3, 0)
@@ -144,12 +151,11 @@ class Fingertips(unittest.TestCase):
             stream.cancel()
 
     def test_a_scene_that_simulates_takes_no_stream(self):
-        with Slave(CUBE) as slave:
-            self.client(slave.address)
-            environment = {**BARE, "PALPATE_STUBS": os.environ["PALPATE_STUBS"], "PALPATE_STUBS_READY": "1"}
-            done = run("/usr/bin/python3", EXAMPLES / "feed_tactile.py", slave.address, env=environment)
-            self.assertNotEqual(done.returncode, 0)
-            self.assertIn("FAILED_PRECONDITION", done.stdout + done.stderr)
+        self.client(self.slave.address)
+        environment = {**BARE, "PALPATE_STUBS": os.environ["PALPATE_STUBS"], "PALPATE_STUBS_READY": "1"}
+        done = run("/usr/bin/python3", EXAMPLES / "feed_tactile.py", self.slave.address, env=environment)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("FAILED_PRECONDITION", done.stdout + done.stderr)
 
 
 if __name__ == "__main__":
