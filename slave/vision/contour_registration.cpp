@@ -16,6 +16,11 @@ constexpr double kLeastScale = 0.02;     // of the errors [px]
 constexpr double kLeastInliers = 0.4;    // part of the points
 constexpr double kRotationPrior = 1e-4;  // against the points' own say; a block's rotation: 0.1 %
 constexpr double kMostRotation = 0.17;   // [rad]
+// Points next to each other share edge pixels, too, the second next none. With fewer points than
+// this a step is far along the outline.
+constexpr std::size_t kCloseTogether = 64;
+constexpr std::size_t kMostApart = 5;  // points, that are neighbours
+constexpr int kUnknowns = 3;           // of the rigid motion
 
 struct Foot {
   Eigen::Vector2d normal{0, 0};  // unit, from the outline to the point where that is not 0
@@ -94,10 +99,41 @@ class Fitter {
       square += foot.distance * foot.distance;
       ++fit.inliers;
     }
-    fit.rms_px = fit.inliers > 0 ? std::sqrt(square / fit.inliers) / pixel_ : 0;
+    if (fit.inliers == 0) return;
+    const double variance = square / fit.inliers;
+    fit.rms_px = std::sqrt(variance) / pixel_;
+    fit.sigma_px = std::sqrt(ShapeAndFit(variance, fit.inliers)) / pixel_;
   }
 
  private:
+  // Mean product of the distances of points `apart` places from each other [m^2].
+  [[nodiscard]] double Shared(std::size_t apart) const {
+    double sum = 0;
+    int pairs = 0;
+    for (std::size_t k = 0; k < feet_.size(); ++k) {
+      const double here = feet_[k].distance;
+      const double there = feet_[(k + apart) % feet_.size()].distance;
+      if (std::abs(here) > cut_ || std::abs(there) > cut_) continue;
+      sum += here * there;
+      ++pairs;
+    }
+    return pairs > 0 ? sum / pairs : 0;
+  }
+
+  // Variance of the edge's place beside the outline [m^2].
+  [[nodiscard]] double ShapeAndFit(double variance, int inliers) const {
+    const std::size_t count = feet_.size();
+    const std::size_t nearest = count < kCloseTogether ? 1 : 2;
+    const std::size_t farthest = std::clamp(count / kCloseTogether + 1, nearest, kMostApart);
+    double shape = 0;
+    for (std::size_t apart = nearest; apart <= farthest; ++apart) {
+      shape += Shared(apart) / static_cast<double>(farthest - nearest + 1);
+    }
+    shape = std::clamp(shape, 0.0, variance);
+    const double noise = variance - shape + 2 * std::max(0.0, Shared(1) - shape);
+    return shape + noise * kUnknowns / inliers;
+  }
+
   void Project() {
     feet_.clear();
     for (const Eigen::Vector2d& p : points_) {

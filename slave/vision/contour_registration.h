@@ -20,6 +20,10 @@ struct OutlineFit {
   int inliers = 0;         // of the contour's points
   double scale = 1;        // size of what is seen, in parts of the outline's [-]
   double scale_sigma = 0;  // one standard deviation; large where one cannot tell
+  // By how much the object's edge may lie beside the outline at any one place, one standard
+  // deviation [px]: what neighbouring points share, which is shape, and the fit's own error. What
+  // each point has for itself is noise, and is none of the outline's.
+  double sigma_px = 0;
 };
 
 // Lays `outline` (frame O, in the plane z = 0) on `contour_I` (points on the object's edge [px]):

@@ -28,12 +28,16 @@ from the true one by what the scene says it may (material.tolerance): `material`
 of the error, `rest` what is left. Estimates count where the tool touches or is told to; `near the
 edge` are those below a tenth of the press's largest force.
 
+With --exact the modulus is no part of either, so that what is left of sigma stands alone: it is
+judged by error / sigma, rms, which must be 0.7 to 1.3.
+
 Exit codes: 0 both bands of the `valid` ones are within 5 points of 68 and 95 %; 1 one is not;
 2 unusable arguments.)";
 
 constexpr double kEdge = 0.1;     // of a press's largest force
 constexpr double kPoints = 0.05;  // by which the bands may be off
 constexpr double kOne = 0.6827, kTwo = 0.9545;
+constexpr double kLeastZ = 0.7, kMostZ = 1.3;
 
 struct Options {
   std::string sense = "camera";
@@ -107,6 +111,12 @@ int Run(const Options& options) {
     bands(kPhaseNames[i], [i](Phase phase) { return phase == static_cast<Phase>(i); });
   }
   const Bands valid = bands("valid", [](Phase phase) { return phase != Phase::kDoubted; });
+  if (options.exact) {
+    const bool holds = kLeastZ <= valid.z && valid.z <= kMostZ;
+    std::printf("%s: %s\n", options.sense.c_str(),
+                holds ? "error / sigma holds" : "ERROR / SIGMA DOES NOT HOLD");
+    return holds ? 0 : 1;
+  }
   const bool holds = std::abs(valid.one - kOne) <= kPoints && std::abs(valid.two - kTwo) <= kPoints;
   std::printf("%s: %s; the larger part of the error is %s\n", options.sense.c_str(),
               holds ? "both bands hold" : "THE BANDS DO NOT HOLD",
@@ -123,7 +133,8 @@ int Main(int argc, char** argv) {
   app.add_option("--sense", options.sense, "camera, pairs or fingertips");
   app.add_option("--seed", options.seed, "of the series");
   app.add_option("--scenes", options.scenes, "how many presses");
-  app.add_flag("--exact", options.exact, "the true modulus is told, as certain");
+  app.add_flag("--exact", options.exact,
+               "the true modulus is told, as certain; judges error / sigma");
   app.add_flag("--each", options.each, "a line for each press");
   app.add_flag("--trace", options.trace, "a line for each estimate");
   try {

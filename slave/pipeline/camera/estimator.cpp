@@ -23,11 +23,10 @@ namespace {
 using Limits = CameraLimits;
 
 constexpr double kScaleSigmas = 3;
-constexpr double kOtherObject = 0.3;   // a size so different is that of something else
-constexpr double kFarSigmas = 3;       // above the surface, a tip surely touches nothing
-constexpr double kResidualLeft = 0.5;  // part of it that is uncertain at one place
-constexpr double kArmSigmas = 3;       // how far eyes and arm may part besides
-constexpr double kDentNear = 15;       // from the surface, where a dent is looked for [px]
+constexpr double kOtherObject = 0.3;  // a size so different is that of something else
+constexpr double kFarSigmas = 3;      // above the surface, a tip surely touches nothing
+constexpr double kArmSigmas = 3;      // how far eyes and arm may part besides
+constexpr double kDentNear = 15;      // from the surface, where a dent is looked for [px]
 // Sigma of a dent computed: [px], relative, besides relative as elements are long for the tool.
 constexpr double kDentFloor = 0.2, kDentModel = 0.05, kDentMesh = 0.1;
 constexpr double kDentSigmas = 3.5;
@@ -163,8 +162,7 @@ void Estimator::RegisterObject(const Scene& scene) {
       FitOutline(OutlineOf(scene.object.geometry), registration_.X_SO, contour_I, view_);
   RequireCredible(scene, fit, contour_I.size());
   registration_ = {true, fit.X_SO, fit.rms_px, fit.inliers};
-  // Deviations of the real outline from the scene's do not average out.
-  rest_sigma_ = kResidualLeft * fit.rms_px * view_.pixel();
+  rest_sigma_ = fit.sigma_px * view_.pixel();
 }
 
 std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene, Progress* progress) const {
@@ -234,7 +232,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
   rules_.Track(tip.found, &felt_);
   if (tip.found) {
     const Eigen::Vector2d p_I = PutRight(tip);
-    Touch(view_.ToSlave(p_I), tip_sigma_ * view_.pixel());
+    Touch(view_.ToSlave(p_I));
     if (said) AskArm(*said);
     if (tool_doubt_ != FailedCheck::kNone) EstimateRules::Doubt(tool_doubt_, &felt_);
     if (regained_ > 0) EstimateRules::Doubt(FailedCheck::kTip, &felt_);
@@ -256,10 +254,11 @@ void Estimator::TellSighting() noexcept {
   felt_.details.camera_motion = watch_->sighting().motion.shift.norm();
 }
 
-// Where the tip is in the first picture's frame [px], and tip_sigma_. A tip that is only roughly
-// known, under a cover, is told by the dent it makes if that is seen well.
+// Where the tip is in the first picture's frame [px], and how well that is known. A tip that is
+// only roughly known, under a cover, is told by the dent it makes if that is seen well.
 Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
   tip_sigma_ = tip.sigma;
+  tip_covariance_ = tip.sigma * tip.sigma * Eigen::Matrix2d::Identity();
   if (!watch_) return tip.p_I;
   const ObjectSighting& object = watch_->sighting();
   // The template stays as large as it was, the tool in a zoomed picture does not.
@@ -267,6 +266,8 @@ Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
   const Eigen::Vector2d p_I = object.motion.Back(tip.p_I + grown);
   const double blurred = std::max(0.0, 1 - object.sharpness);
   tip_sigma_ = std::hypot(tip.sigma, object.sigma_px, kBlurMoves * blurred);
+  tip_covariance_.diagonal().array() += kBlurMoves * blurred * kBlurMoves * blurred;
+  tip_covariance_ += object.motion_covariance;
   if (tip.sigma < kMostTipSigma || !object.dent_known || !rules_.in_contact()) return p_I;
   if (rules_.broken()) return p_I;
   const double sigma =
@@ -276,6 +277,7 @@ Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
   const Eigen::Vector2d by_dent = view_.ToImage(p_S);
   if (!(sigma < kDentTells * tool_.width) || (by_dent - p_I).norm() > kRoughTip) return p_I;
   tip_sigma_ = sigma;
+  tip_covariance_ = sigma * sigma * Eigen::Matrix2d::Identity();
   return by_dent;
 }
 
@@ -391,7 +393,17 @@ bool Estimator::FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displ
   return true;
 }
 
-void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept {
+// How well it is known how far the tip is from the surface, one standard deviation [m]: across it,
+// where the force changes most.
+double Estimator::GapSigma(const BoundaryPlace& place) const noexcept {
+  const Eigen::Vector3d p_S = registration_.X_SO * Planar(place.p_O);
+  const Eigen::Vector3d n_S = registration_.X_SO.linear() * Planar(place.normal_O);
+  const Eigen::Vector2d n_I =
+      (view_.ToImage(p_S + view_.pixel() * n_S) - view_.ToImage(p_S)).normalized();
+  return std::hypot(view_.pixel() * std::sqrt(n_I.dot(tip_covariance_ * n_I)), rest_sigma_);
+}
+
+void Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
   Stopwatch lap;
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
   const Eigen::Vector3d p_O_tip = X_SO.inverse() * p_S_tip;
@@ -424,22 +436,21 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept
   if (!touching) {
     cue_.Reset();
     const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
-    const double unseen = Missed(place.gap, std::hypot(tip_sigma, rest_sigma_));
+    const double unseen = Missed(place.gap, GapSigma(place));
     rules_.TellForce(Eigen::Vector3d::Zero(), stiffness * unseen, Validity::kValid, &felt_);
-    return Judge(dent_O, tip_sigma / view_.pixel());
+    return Judge(dent_O, tip_sigma_);
   }
   LookForPuncture(felt_.depth);
-  // The force changes most with the tip's place along the normal.
   const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
-  rules_.TellForce(-(X_SO.linear() * response.force_O),
-                   std::hypot(stiffness * std::hypot(tip_sigma, rest_sigma_),
-                              WidthAt(place).sigma * response.force_O.norm()),
-                   response.validity, &felt_);
+  rules_.TellForce(
+      -(X_SO.linear() * response.force_O),
+      std::hypot(stiffness * GapSigma(place), WidthAt(place).sigma * response.force_O.norm()),
+      response.validity, &felt_);
   if (!rules_.broken()) {
     if (touch_->indenter) {
       felt_.moment = -(X_SO.linear() * touch_->indenter->MomentAbout(p_O_tip));
     }
-    return Judge(dent_O, tip_sigma / view_.pixel());
+    return Judge(dent_O, tip_sigma_);
   }
   // Through a broken membrane nothing is dented, and the force is zero whatever the edge says; the
   // snake, which would follow the tool inwards, begins at the rest surface again.

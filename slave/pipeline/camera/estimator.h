@@ -122,7 +122,8 @@ class Estimator {
   void LookAtObject(const cv::Mat& image) noexcept;
   [[nodiscard]] double DepthOf(const Eigen::Vector2d& dent_O) const noexcept;
   void LookForPuncture(double depth) noexcept;
-  void Touch(const Eigen::Vector3d& p_S_tip, double tip_sigma) noexcept;
+  void Touch(const Eigen::Vector3d& p_S_tip) noexcept;
+  [[nodiscard]] double GapSigma(const BoundaryPlace& place) const noexcept;
   void ExpectDent(const BoundaryPlace& place) noexcept;
   void Judge(const Eigen::Vector2d& dent_O, double sigma_px) noexcept;
   [[nodiscard]] bool IsDented(const Eigen::Vector2d& dent_O, double sigma_px) const noexcept;
@@ -155,9 +156,10 @@ class Estimator {
   std::vector<Eigen::Vector3d> dent_along_n_, dent_along_t_, dent_along_x_, dent_along_y_;
   Eigen::Vector2d dent_O_{0, 0};  // expected, of the last picture [px]
   double tip_sigma_ = 0;          // with that of the picture's motion [px]
-  int unconfirmed_ = 0;           // pictures since the dent was seen last
-  int distrust_ = 0;              // pictures until a dent is believed again
-  int regained_ = 0;              // pictures until what was lost and is seen again is believed
+  Eigen::Matrix2d tip_covariance_ = Eigen::Matrix2d::Zero();  // of the same [px^2]
+  int unconfirmed_ = 0;  // pictures since the dent was seen last
+  int distrust_ = 0;     // pictures until a dent is believed again
+  int regained_ = 0;     // pictures until what was lost and is seen again is believed
   cv::Mat last_image_;
   FailedCheck tool_doubt_ = FailedCheck::kNone;  // of the tool in the first picture
   bool is_noisy_ = false;                        // the first picture has noise

@@ -43,6 +43,13 @@ bool Hides(const ObjectWatch::Bar& tool, const Eigen::Vector2d& p) {
   return aside < 0.5 * tool.width + kBesideTool && from_tip.dot(tool.d_I) < kBeforeTip;
 }
 
+// What a motion that was measured as `moved`, of covariance C, is squared without what noise adds.
+Eigen::Matrix2d StandingOut(const Eigen::Vector2d& moved, const Eigen::Matrix2d& C) {
+  const double square = moved.dot(C.inverse() * moved);
+  const double share = square > 2 ? 1 - 2 / square : 0;
+  return share * moved * moved.transpose();
+}
+
 }  // namespace
 
 ObjectWatch::ObjectWatch(const cv::Mat& first, CurveView rest_I, const CameraView& view,
@@ -272,6 +279,7 @@ void ObjectWatch::Tell(const Vector& x, const Bar& tool) noexcept {
   // What is no more than its own error would only shake the tip.
   const bool still = x.head<4>().cwiseAbs().maxCoeff() < kStill;
   sighting_.motion = MotionOf(still ? Vector(Vector::Zero()) : x);
+  sighting_.motion_covariance = still ? StandingOut(J * x.head<4>(), C) : C;
   last_ = x;
   const double sharpness = std::min(SharpnessAlong(true), SharpnessAlong(false));
   if (sharpness_at_rest_ == 0) sharpness_at_rest_ = sharpness;

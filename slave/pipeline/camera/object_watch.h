@@ -19,7 +19,7 @@ namespace palpate {
 struct ObjectSighting {
   bool known = false;      // enough of the edge, in every direction
   PictureMotion motion;    // of the first picture into this one; the last one where not known
-  double sigma_px = 0;     // of the motion, where the tip is, the worse direction
+  double sigma_px = 0;     // of the motion, where the tip is, both directions together
   double residual_px = 0;  // of the places that agree, rms
   int places = 0, agreeing = 0;
   int apart = 0;  // places in a row whose edge lies off to one side: something is there
@@ -31,6 +31,8 @@ struct ObjectSighting {
   bool dent_known = false;
   Eigen::Vector2d dent_O{0, 0};
   Eigen::Matrix2d dent_covariance = Eigen::Matrix2d::Zero();
+  // Of the place of the tip: of the motion where that is put right, else by what it may be [px^2].
+  Eigen::Matrix2d motion_covariance = Eigen::Matrix2d::Zero();
 };
 
 // One thread.

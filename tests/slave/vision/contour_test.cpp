@@ -1,5 +1,6 @@
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -316,6 +317,60 @@ TEST(FitOutlineTest, AnotherShapeOrPlaceIsNotFound) {
   EXPECT_FALSE(FitOutline({}, far, tracker.rest(), view).found);
   EXPECT_FALSE(FitOutline(outline, far, Curve{}, view).found);
   EXPECT_FALSE(FitOutline(outline, far, Curve(20, {NAN, 0}), view).found);
+}
+
+// Points about a block's edge [px], moved outwards by `off(k)`.
+template <typename Off>
+Curve AroundBlock(double w, double h, const Off& off) {
+  Curve points;
+  for (int k = 0; k < 210; ++k) {
+    const double along = (k + 0.5) / 210 * 2 * (w + h);
+    const double out = off(k);
+    if (along < w) {
+      points.emplace_back(200 + along, 300 + h + out);
+    } else if (along < w + h) {
+      points.emplace_back(200 + w + out, 300 + h - (along - w));
+    } else if (along < 2 * w + h) {
+      points.emplace_back(200 + w - (along - w - h), 300 - out);
+    } else {
+      points.emplace_back(200 - out, 300 + along - 2 * w - h);
+    }
+  }
+  return points;
+}
+
+// Reference: where the edge was drawn. Noise of single points averages out: of forty fits through
+// 0.1 px of it the top's ends and middle are off by a hundredth or two, and told within twice that,
+// since two hundred points cannot rule out that they share as much.
+TEST(FitOutlineTest, SigmaIsByHowMuchTheEdgeIsElsewhere) {
+  Camera camera;
+  camera.pixel = 1e-3;
+  const CameraView view(camera, 640, 480);
+  const double w = 220, h = 100;
+  const Outline outline{{{0, 0}, {.22, 0}, {.22, .1}, {0, .1}}, {}};
+  Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();
+  X_SO.translation() = view.ToSlave({200, 300 + h});
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0, 0.1);
+  double square = 0, told = 0;
+  for (int draw = 0; draw < 40; ++draw) {
+    const Curve points = AroundBlock(w, h, [&](int) { return noise(random); });
+    const OutlineFit fit = FitOutline(outline, X_SO, points, view);
+    ASSERT_TRUE(fit.found);
+    for (const double x : {0.0, 0.11, 0.22}) {
+      const double off = view.ToImage(fit.X_SO * Eigen::Vector3d(x, .1, 0)).y() - 300;
+      square += off * off / 3 / 40;
+    }
+    told += fit.sigma_px * fit.sigma_px / 40;
+  }
+  EXPECT_LT(std::sqrt(told / square), 2);
+  EXPECT_GT(std::sqrt(told / square), 0.7);
+  // A shape that is another one than the scene's does not average out: waves of 0.4 px.
+  const Curve waves = AroundBlock(
+      w, h, [&](int k) { return 0.4 * std::sin(2 * std::numbers::pi * k / 21) + noise(random); });
+  const OutlineFit fit = FitOutline(outline, X_SO, waves, view);
+  ASSERT_TRUE(fit.found);
+  EXPECT_NEAR(fit.sigma_px, 0.4 / std::numbers::sqrt2, 0.08);
 }
 
 TEST(ToSlaveTest, PolygonsRunCounterClockwiseInS) {

@@ -278,6 +278,26 @@ TEST_F(EstimatorTest, ABumpOfTheCameraIsPutRight) {
   }
 }
 
+// A camera that moves by less than is put right makes the force wrong, and sigma knows it.
+// Reference: the motion drawn, 0.14 px of 8.6 px that the tool presses.
+TEST_F(EstimatorTest, MotionThatIsNotPutRightIsInSigma) {
+  scene_.object.material.young_modulus_tolerance = 0;
+  Estimator estimator = Make();
+  for (int i = 0; i <= 9; ++i) estimator.Feel(Draw(0.044, 0.094 - 0.001 * i));
+  const double before = estimator.felt().force.value().norm(), sigma = estimator.felt().sigma;
+  Frame moved = Draw(0.044, 0.085);
+  const cv::Matx23d motion(1, 0, 0, 0, 1, 0.14);
+  cv::warpAffine(moved.image.clone(), moved.image, motion, moved.image.size(), cv::INTER_CUBIC,
+                 cv::BORDER_REPLICATE);
+  const ContactEstimate& felt = estimator.Feel(moved);
+  ASSERT_TRUE(estimator.sighting()->motion.shift.isZero(0));
+  const double error = std::abs(felt.force->norm() - before);
+  EXPECT_GT(error, 0.01 * before);
+  EXPECT_LT(error, 1.5 * felt.sigma);
+  EXPECT_GT(error, felt.sigma / 1.5);
+  EXPECT_LT(sigma, 0.7 * felt.sigma) << "nothing moved then";
+}
+
 // In a picture that is 2 % larger the tip is farther from the marks that the template holds on to:
 // by 0.3 px, a fifteenth of the force.
 TEST_F(EstimatorTest, AZoomedPictureIsPutRight) {
