@@ -316,6 +316,7 @@ void PrintLoadChecks(const Scene& scene) {
 void CheckStereo(const Scene& scene) {
   PrintModelOf(scene);
   const StereoRig rig = RigOf(scene);
+  PrintEyes(scene);
   if (scene.sense.Find<StereoCameras>()) PrintRig(scene, rig);
   if (scene.sense.Find<DepthPictures>())
     PrintDepthCamera(*scene.sense.Find<DepthPictures>(), scene);
@@ -324,6 +325,7 @@ void CheckStereo(const Scene& scene) {
   if (scene.sense.Find<StereoCameras>()) PrintEyeChecks(scene);
   if (EstimatesForce(scene)) {
     PrintLoadChecks(scene);
+    PrintManipulator(scene);
     PrintHand(scene);
   }
   PrintLine("off", "fingertips and the tool's tip: the object's points alone tell");
