@@ -316,7 +316,8 @@ void PrintLoadChecks(const Scene& scene) {
 void CheckStereo(const Scene& scene) {
   PrintModelOf(scene);
   const StereoRig rig = RigOf(scene);
-  PrintEyes(scene);
+  PrintEyes(scene);  // before they are opened: one may not be there yet
+  if (EstimatesForce(scene)) PrintManipulator(scene);
   if (scene.sense.Find<StereoCameras>()) PrintRig(scene, rig);
   if (scene.sense.Find<DepthPictures>())
     PrintDepthCamera(*scene.sense.Find<DepthPictures>(), scene);
@@ -325,7 +326,6 @@ void CheckStereo(const Scene& scene) {
   if (scene.sense.Find<StereoCameras>()) PrintEyeChecks(scene);
   if (EstimatesForce(scene)) {
     PrintLoadChecks(scene);
-    PrintManipulator(scene);
     PrintHand(scene);
   }
   PrintLine("off", "fingertips and the tool's tip: the object's points alone tell");

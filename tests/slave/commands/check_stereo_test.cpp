@@ -166,7 +166,8 @@ TEST_F(CheckFilesTest, WhatIsPluggedInIsNamed) {
   EXPECT_THAT(said("left: {device: 90}, right: {device: 92}, sync: 8 ms"),
               AllOf(HasSubstr("left camera 90 (/dev/video90), right camera 92 (/dev/video92), 30 "
                               "Hz"),
-                    HasSubstr("pictures that come more than 8 ms apart are no pair")));
+                    HasSubstr("pictures that come more than 8 ms apart are no pair"),
+                    HasSubstr("manipulator    simulated")));
   EXPECT_THAT(said("device: 90, layout: side-by-side"),
               AllOf(HasSubstr("camera 90 (/dev/video90), left and right side by side"),
                     Not(HasSubstr("no pair"))));
