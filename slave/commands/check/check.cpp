@@ -184,7 +184,7 @@ void PrintChecks(const Scene& scene) {
             fmt::format("a wrong young_modulus, thickness or `fixed`; a tip told wrong by less "
                         "than {}; a thing that lies on the touched edge from the start{}",
                         LengthInWords(CameraLimits::kToolElsewhere * camera.pixel),
-                        camera.source == Camera::Source::kSimulated
+                        camera.source == Camera::Source::kSimulated || ShowsArm(scene)
                             ? ""
                             : "; pictures that are late, as no manipulator is seen in them"));
 }

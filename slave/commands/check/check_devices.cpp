@@ -6,6 +6,7 @@
 
 #include "slave/commands/check/check.h"
 #include "slave/manipulator/mp285/mp285.h"
+#include "slave/pipeline/teleop/late_pictures.h"
 
 namespace palpate {
 namespace {
@@ -69,7 +70,49 @@ bool IsPairedByStamps(const StereoCameras& pair) {
          (has_two && pair.eyes[0].kind != Eye::Kind::kVideo);
 }
 
+void PrintArm(const Scene& scene) {
+  using Source = ManipulatorOptions::Source;
+  const ManipulatorOptions& arm = scene.manipulator;
+  if (arm.source == Source::kSimulated) return PrintLine("manipulator", "simulated");
+  if (arm.source == Source::kStream) {
+    return PrintLine("manipulator",
+                     fmt::format("an arm whose driver is a client (DriveTool); silent for {:.3g} "
+                                 "ms, it has a fault",
+                                 1e3 * arm.silence));
+  }
+  std::error_code none;
+  const bool is_there = std::filesystem::exists(arm.port, none);
+  const Eigen::Vector3d& home = arm.home;
+  PrintLine("manipulator",
+            fmt::format("Sutter MP-285 or MP-225 on {}{}, steps of {}, travel {}; where it stands "
+                        "at the start is ({}, {}, {})",
+                        arm.port, is_there ? "" : " (NOT THERE NOW)", LengthInWords(Mp285::kStep),
+                        LengthInWords(Mp285::kStep * Mp285::kTravel), LengthInWords(home.x()),
+                        LengthInWords(home.y()), LengthInWords(home.z())));
+}
+
+bool IsLive(const Eye& eye) {
+  return eye.kind != Eye::Kind::kVideo;
+}
+
+bool IsLive(const SenseOptions& sense) {
+  if (TakesPictures(sense)) return true;
+  if (const auto* depth = sense.Find<DepthPictures>()) {
+    return depth->source == DepthPictures::Source::kEye && IsLive(depth->eye);
+  }
+  if (const auto* pair = sense.Find<StereoCameras>()) {
+    return pair->source == StereoCameras::Source::kEyes && IsLive(pair->eyes[0]);
+  }
+  const auto* camera = sense.Find<Camera>();
+  return camera != nullptr &&
+         (camera->source == Camera::Source::kDevice || camera->source == Camera::Source::kUrl);
+}
+
 }  // namespace
+
+bool ShowsArm(const Scene& scene) {
+  return scene.manipulator.source != ManipulatorOptions::Source::kSimulated && IsLive(scene.sense);
+}
 
 std::string InWords(const Camera& camera) {
   switch (camera.source) {
@@ -105,24 +148,11 @@ void PrintEyes(const Scene& scene) {
 }
 
 void PrintManipulator(const Scene& scene) {
-  using Source = ManipulatorOptions::Source;
-  const ManipulatorOptions& arm = scene.manipulator;
-  if (arm.source == Source::kSimulated) return PrintLine("manipulator", "simulated");
-  if (arm.source == Source::kStream) {
-    return PrintLine("manipulator",
-                     fmt::format("an arm whose driver is a client (DriveTool); silent for {:.3g} "
-                                 "ms, it has a fault",
-                                 1e3 * arm.silence));
-  }
-  std::error_code none;
-  const bool is_there = std::filesystem::exists(arm.port, none);
-  const Eigen::Vector3d& home = arm.home;
-  PrintLine("manipulator",
-            fmt::format("Sutter MP-285 or MP-225 on {}{}, steps of {}, travel {}; where it stands "
-                        "at the start is ({}, {}, {})",
-                        arm.port, is_there ? "" : " (NOT THERE NOW)", LengthInWords(Mp285::kStep),
-                        LengthInWords(Mp285::kStep * Mp285::kTravel), LengthInWords(home.x()),
-                        LengthInWords(home.y()), LengthInWords(home.z())));
+  PrintArm(scene);
+  if (!ShowsArm(scene)) return;
+  PrintLine("checked", fmt::format("how late the pictures are, by the arm while it moves what they "
+                                   "show: it goes into the force's sigma, {:.3g} s is doubted",
+                                   LatePictures::kMost));
 }
 
 }  // namespace palpate

@@ -190,7 +190,12 @@ TEST(CheckCameraTest, WhatIsPluggedInIsNamed) {
   EXPECT_THAT(Said(kScenes / "silicone-block.yaml",
                    {"sense.camera.source=stream", "manipulator.source=stream"}),
               AllOf(HasSubstr("pictures that a driver pushes (FeedPictures)"),
-                    HasSubstr("an arm whose driver is a client (DriveTool)")));
+                    HasSubstr("an arm whose driver is a client (DriveTool)"),
+                    HasSubstr("how late the pictures are, by the arm"),
+                    Not(HasSubstr("pictures that are late, as no"))));
+  EXPECT_THAT(Said(kScenes / "silicone-block.yaml", {"sense.camera.source=stream"}),
+              AllOf(HasSubstr("pictures that are late, as no manipulator is seen in them"),
+                    Not(HasSubstr("how late the pictures are"))));
 }
 
 TEST_F(CheckFilesTest, UnequalNumbersOfPicturesAreCounted) {
