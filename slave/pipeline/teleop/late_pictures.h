@@ -25,6 +25,7 @@ class LatePictures {
   // as the arm says, at the picture's stamp [m]; `sigma`: of `seen` [m].
   void See(const Eigen::Vector3d& seen, const Eigen::Vector3d& arm, double sigma,
            ContactEstimate* felt) noexcept {
+    Go(felt->sensed_at);
     const double dt = last_ ? SecondsBetween(last_->at, felt->sensed_at) : 0;
     if (dt > 0 && dt < kGap) {
       const Eigen::Vector3d way = arm - last_->arm;
@@ -45,13 +46,16 @@ class LatePictures {
     if (!follows_) EstimateRules::Doubt(FailedCheck::kArm, felt);
     last_ = Last{seen, arm, felt->sensed_at};
   }
-  // Nothing that moves is seen.
-  void Miss() noexcept { last_.reset(); }
+  // Nothing that moves is seen in a picture of then.
+  void Miss(Time at) noexcept {
+    Go(at);
+    last_.reset();
+  }
   [[nodiscard]] double late() const { return late_; }  // one sigma [s]
 
  private:
   static constexpr double kMemory = 0.5;    // [s]
-  static constexpr double kGap = 0.5;       // without a picture: nothing goes on from before [s]
+  static constexpr double kGap = 0.5;       // without a picture: all is forgotten [s]
   static constexpr double kLeap = 0.06;     // of the arm's way, between two pictures [s]
   static constexpr double kLeapSigmas = 8;  // besides
   static constexpr double kDistrust = 0.7;  // after a leap, till it is known how late they are [s]
@@ -64,6 +68,12 @@ class LatePictures {
     Time at{};
   };
 
+  // Of a driver that went and came back nothing is known.
+  void Go(Time at) noexcept {
+    if (SecondsBetween(at_, at) > kGap) *this = {};
+    at_ = at;
+  }
+
   // By how far the arm may have gone in or out since. It slows down where it turns back, and what
   // is not touched yet may be.
   void Widen(ContactEstimate* felt) noexcept {
@@ -74,6 +84,7 @@ class LatePictures {
     felt->sigma = std::hypot(felt->sigma, gone * local.normal.dot(local.stiffness * local.normal));
   }
 
+  Time at_{};  // of the last picture
   ArmFit fit_{kMemory};
   std::optional<Last> last_;
   double late_ = kUnknown, distrust_ = 0;  // [s]

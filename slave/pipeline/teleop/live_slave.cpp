@@ -184,13 +184,14 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
 // By the tip where it is seen, else by how deep it presses.
 void LiveSlave::HoldAgainstArm(const Eigen::Vector3d& p_S_arm, ContactEstimate* felt) noexcept {
   if (!shows_arm_) return;
-  if (felt->validity == Validity::kTrackingLost) return late_pictures_.Miss();
+  if (felt->validity == Validity::kTrackingLost) return late_pictures_.Miss(felt->sensed_at);
   if (sense_info_.tip_resolution > 0) {
     return late_pictures_.See(felt->p_S_tip, p_S_arm, sense_info_.tip_resolution, felt);
   }
   const LocalModel& local = felt->local_model;
   const double stiffness = local.normal.dot(local.stiffness * local.normal);
-  if (!felt->force || !(felt->depth > 0) || !(stiffness > 0)) return late_pictures_.Miss();
+  if (!felt->force || !(felt->depth > 0) || !(stiffness > 0))
+    return late_pictures_.Miss(felt->sensed_at);
   late_pictures_.See({felt->depth, 0, 0}, {-local.normal.dot(p_S_arm), 0, 0},
                      felt->sigma / stiffness, felt);
 }

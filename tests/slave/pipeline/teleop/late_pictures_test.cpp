@@ -27,14 +27,16 @@ struct Told {
   double sigma = 0;  // the largest of the valid ones, once it has moved to and fro [N]
 };
 
-// Ten seconds of it, `late` by as much at each moment [s]; `scale`: of the arm's steps.
-Told Press(const std::function<double(double)>& late, double scale = 1) {
+// Ten seconds of it, `late` by as much at each moment [s]; `scale`: of the arm's steps; for a
+// second from `away_at` on no picture comes [s].
+Told Press(const std::function<double(double)>& late, double scale = 1, double away_at = 100) {
   LatePictures pictures;
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, kSeen);
   Told told;
   for (int k = 0; k < 10 * kRate; ++k) {
     const double t = k / kRate;
+    if (t > away_at && t < away_at + 1) continue;
     const double depth = DepthAt(t - late(t)) + noise(random);
     ContactEstimate felt;
     felt.sensed_at = Time{} + Seconds(1 + t);
@@ -84,6 +86,12 @@ TEST(LatePicturesTest, AQueueIsDoubtedFromItsFirstPicture) {
 
 TEST(LatePicturesTest, AQueueThatGrowsIsFollowed) {
   EXPECT_EQ(Press([](double t) { return std::max(0.0, 0.04 * (t - 2)); }).wrong, 0);
+}
+
+TEST(LatePicturesTest, ADriverThatComesBackInTimeIsBelieved) {
+  const Told told = Press([](double t) { return t > 2 && t < 5 ? 0.2 : 0.0; }, 1, 5);
+  EXPECT_EQ(told.wrong, 0);
+  EXPECT_GT(told.valid, 5.9 * kRate);
 }
 
 // Of another frame or step than the picture's it is as good a witness of time.
